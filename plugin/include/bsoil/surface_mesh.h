@@ -1,0 +1,111 @@
+/// Triangle meshes of the soil's surface and of the terrain's, for pictures and other tools.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bsoil/result.h"
+#include "bsoil/soil.h"
+
+namespace bsoil {
+
+/// Indexed triangles, counter-clockwise seen from outside. World axes, metres.
+struct Mesh {
+    std::vector<float> positions;   ///< x, y, z of each vertex [m]
+    std::vector<float> normals;     ///< unit, x, y, z of each vertex, out of the solid
+    std::vector<float> colors;      ///< linear r, g, b of each vertex, 0..1
+    std::vector<uint32_t> indices;  ///< three a triangle
+
+    size_t vertex_count() const { return positions.size() / 3; }
+    size_t triangle_count() const { return indices.size() / 3; }
+    /// Empties the mesh; keeps its memory.
+    void clear();
+    /// Adds all of `other` behind what is here.
+    void append(const Mesh& other);
+};
+
+/// Wavefront OBJ with vertex colours behind the coordinates. The error names the file.
+Status write_obj(const Mesh& mesh, const std::string& path);
+/// Binary little-endian PLY with normals and 8-bit colours (sRGB). The error names the file.
+Status write_ply(const Mesh& mesh, const std::string& path);
+
+/// What SurfaceMesher reads: voxels in tiles of 8 x 8 columns. SoilTiles is the one for a Soil.
+class TileSource {
+  public:
+    virtual ~TileSource() = default;
+    virtual const GridFrame& frame() const = 0;
+    virtual const std::vector<MaterialDef>& materials() const = 0;
+    /// Grows each time the tile may have changed.
+    virtual uint64_t tile_revision(int tx, int ty) const = 0;
+    /// As Soil::read_tile.
+    virtual void read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
+                           std::vector<uint8_t>& material) const = 0;
+};
+
+/// A Soil as a TileSource. The soil must outlive it.
+class SoilTiles final : public TileSource {
+  public:
+    explicit SoilTiles(const Soil& soil) : soil_(soil) {}
+    const GridFrame& frame() const override;
+    const std::vector<MaterialDef>& materials() const override;
+    uint64_t tile_revision(int tx, int ty) const override;
+    void read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
+                   std::vector<uint8_t>& material) const override;
+
+  private:
+    const Soil& soil_;
+};
+
+/// What is meshed and how.
+struct SurfaceMeshDef {
+    enum class Layer {
+        soil,    ///< VoxelSample::volume; dives a little into the terrain so that no crack shows
+        terrain  ///< terrain and static coverage
+    };
+    Layer layer = Layer::soil;
+    /// Also the faces on the grid's floor, which no one sees from above. With them the mesh is closed.
+    bool close_floor = true;
+    std::array<float, 3> terrain_color{0.34f, 0.32f, 0.30f};  ///< linear RGB, 0..1, layer terrain
+};
+
+/// What one update() did.
+struct SurfaceMeshReport {
+    int tile_read_count = 0;   ///< tiles whose revision had changed
+    int tile_built_count = 0;  ///< tiles meshed anew: those that did change, and their neighbours
+};
+
+/// Marching cubes at isovalue 0.5 over a display field that makes planes of planar slopes, tile by tile.
+///
+/// Samples lie at voxel centres. The soil of a column is reduced to runs [bottom, top]; the display
+/// field is 0.5 plus the vertical distance [voxels] into the nearest run, so between two columns the
+/// surface is the straight line through their tops (the remedy the thesis asks for in 5.3.2). Where
+/// tops differ by several voxels the surface stands upright half way between the columns instead.
+/// At the grid's sides and floor the soil is cut by exact planes.
+class SurfaceMesher {
+  public:
+    /// The source must outlive the mesher.
+    explicit SurfaceMesher(const TileSource& source, const SurfaceMeshDef& def = {});
+    ~SurfaceMesher();
+
+    /// Meshes again the tiles that changed since the last call, and their neighbours. After warm-up it
+    /// allocates nothing as long as the meshes do not grow.
+    SurfaceMeshReport update();
+
+    int tile_count_x() const;
+    int tile_count_y() const;
+    /// The mesh of a tile as of the last update().
+    const Mesh& tile_mesh(int tx, int ty) const;
+    /// Grows each time the tile's mesh was built; 0 before the first time.
+    uint64_t tile_mesh_revision(int tx, int ty) const;
+    /// All tiles in one mesh. Vertices on tile borders appear once per tile, at equal positions.
+    void gather(Mesh& mesh) const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace bsoil

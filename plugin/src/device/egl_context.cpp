@@ -1,0 +1,259 @@
+#include "device/egl_context.h"
+
+#include <dlfcn.h>
+#include <epoxy/gl.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <utility>
+
+#include "device/device.h"
+
+namespace bsoil::device {
+
+namespace {
+
+/// Whether a space-separated list of extensions has one.
+bool has_extension(const char* list, std::string_view extension) {
+    std::string_view rest = list != nullptr ? list : "";
+    while (!rest.empty()) {
+        const size_t end = std::min(rest.find(' '), rest.size());
+        if (rest.substr(0, end) == extension) {
+            return true;
+        }
+        rest.remove_prefix(std::min(end + 1, rest.size()));
+    }
+    return false;
+}
+
+/// epoxy aborts the process when it has to call into a library that is not there, so ask first. The
+/// handle is never closed: epoxy opens the same library again and keeps it.
+bool has_library(const char* name) { return dlopen(name, RTLD_LAZY | RTLD_LOCAL) != nullptr; }
+
+template <typename Function>
+Function egl_function(const char* name) {
+    return reinterpret_cast<Function>(eglGetProcAddress(name));
+}
+
+std::string egl_error_name() {
+    switch (const EGLint error = eglGetError(); error) {
+        case EGL_NOT_INITIALIZED:
+            return "EGL_NOT_INITIALIZED";
+        case EGL_BAD_ACCESS:
+            return "EGL_BAD_ACCESS";
+        case EGL_BAD_ALLOC:
+            return "EGL_BAD_ALLOC";
+        case EGL_BAD_ATTRIBUTE:
+            return "EGL_BAD_ATTRIBUTE";
+        case EGL_BAD_CONFIG:
+            return "EGL_BAD_CONFIG";
+        case EGL_BAD_CONTEXT:
+            return "EGL_BAD_CONTEXT";
+        case EGL_BAD_DISPLAY:
+            return "EGL_BAD_DISPLAY";
+        case EGL_BAD_MATCH:
+            return "EGL_BAD_MATCH";
+        case EGL_BAD_PARAMETER:
+            return "EGL_BAD_PARAMETER";
+        case EGL_CONTEXT_LOST:
+            return "EGL_CONTEXT_LOST";
+        default:
+            return fmt::format("EGL error {:#x}", error);
+    }
+}
+
+bool is_software_renderer(std::string name) {
+    std::ranges::transform(name, name.begin(), [](char c) {
+        return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    });
+    constexpr std::array kSoftwareNames{"llvmpipe", "softpipe", "swiftshader", "swrast",
+                                        "software"};
+    return std::ranges::any_of(kSoftwareNames, [&](const char* software) {
+        return name.find(software) != std::string::npos;
+    });
+}
+
+std::vector<EglDisplay> find_device_displays(PFNEGLGETPLATFORMDISPLAYEXTPROC get_display) {
+    const auto query_devices = egl_function<PFNEGLQUERYDEVICESEXTPROC>("eglQueryDevicesEXT");
+    const auto query_string =
+        egl_function<PFNEGLQUERYDEVICESTRINGEXTPROC>("eglQueryDeviceStringEXT");
+    EGLint count = 0;
+    if (query_devices == nullptr || query_devices(0, nullptr, &count) == EGL_FALSE) {
+        return {};
+    }
+    std::vector<EGLDeviceEXT> devices(static_cast<size_t>(count));
+    if (query_devices(count, devices.data(), &count) == EGL_FALSE) {
+        return {};
+    }
+    std::vector<EglDisplay> displays;
+    for (EGLint i = 0; i < count; ++i) {
+        EGLDeviceEXT device = devices[static_cast<size_t>(i)];
+        const char* extensions =
+            query_string != nullptr ? query_string(device, EGL_EXTENSIONS) : nullptr;
+        const bool is_software = has_extension(extensions, "EGL_MESA_device_software");
+        const EGLDisplay handle = get_display(EGL_PLATFORM_DEVICE_EXT, device, nullptr);
+        if (handle != EGL_NO_DISPLAY) {
+            displays.push_back({handle,
+                                fmt::format("EGL device {}{}", i, is_software ? " (software)" : ""),
+                                is_software});
+        }
+    }
+    std::ranges::stable_partition(displays, [](const EglDisplay& d) { return !d.is_software; });
+    return displays;
+}
+
+}  // namespace
+
+Result<std::vector<EglDisplay>> find_egl_displays() {
+    if (!has_library("libEGL.so.1")) {
+        return Error{"EGL is not installed (libEGL.so.1 cannot be loaded)"};
+    }
+    if (!has_library("libOpenGL.so.0") && !has_library("libGL.so.1")) {
+        return Error{"OpenGL is not installed (neither libOpenGL.so.0 nor libGL.so.1 loads)"};
+    }
+    const char* extensions = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
+    const auto get_display =
+        egl_function<PFNEGLGETPLATFORMDISPLAYEXTPROC>("eglGetPlatformDisplayEXT");
+    if (!has_extension(extensions, "EGL_EXT_platform_base") || get_display == nullptr) {
+        return Error{"no EGL driver is installed, or none offers EGL_EXT_platform_base"};
+    }
+    std::vector<EglDisplay> displays;
+    if (has_extension(extensions, "EGL_EXT_platform_device") &&
+        (has_extension(extensions, "EGL_EXT_device_base") ||
+         has_extension(extensions, "EGL_EXT_device_enumeration"))) {
+        displays = find_device_displays(get_display);
+    }
+    if (displays.empty() && has_extension(extensions, "EGL_MESA_platform_surfaceless")) {
+        const EGLDisplay handle =
+            get_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
+        if (handle != EGL_NO_DISPLAY) {
+            displays.push_back({handle, "EGL surfaceless platform", false});
+        }
+    }
+    if (displays.empty()) {
+        return Error{"EGL lists no device (no OpenGL driver is installed, or it is not allowed)"};
+    }
+    return displays;
+}
+
+std::string GlCapabilities::shortfall() const {
+    if (storage_block_count < kBufferCount) {
+        return fmt::format("GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS is {}, the kernels need {}",
+                           storage_block_count, kBufferCount);
+    }
+    return {};
+}
+
+Result<EglContext> EglContext::create(const EglDisplay& display) {
+    const auto failed = [&](const std::string& what) {
+        return Error{fmt::format("{}: {} ({})", display.name, what, egl_error_name())};
+    };
+    if (eglInitialize(display.handle, nullptr, nullptr) == EGL_FALSE) {
+        return failed("cannot be initialized");
+    }
+    const BoundApi bound_api(EGL_OPENGL_API);
+    const char* extensions = eglQueryString(display.handle, EGL_EXTENSIONS);
+    if (!has_extension(extensions, "EGL_KHR_surfaceless_context")) {
+        return failed("needs a surface: EGL_KHR_surfaceless_context is missing");
+    }
+    EGLConfig config = EGL_NO_CONFIG_KHR;
+    if (!has_extension(extensions, "EGL_KHR_no_config_context")) {
+        const EGLint wanted[] = {EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_SURFACE_TYPE, 0,
+                                 EGL_NONE};
+        EGLint count = 0;
+        if (eglChooseConfig(display.handle, wanted, &config, 1, &count) == EGL_FALSE ||
+            count == 0) {
+            return failed("has no configuration for OpenGL");
+        }
+    }
+    constexpr EGLint kCore[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                4,
+                                EGL_CONTEXT_MINOR_VERSION,
+                                5,
+                                EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                EGL_NONE};
+    // Reports a GPU that was reset. Where a driver does not know the attribute, do without.
+    constexpr EGLint kCoreWithResets[] = {EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY,
+                                          EGL_LOSE_CONTEXT_ON_RESET,
+                                          EGL_CONTEXT_MAJOR_VERSION,
+                                          4,
+                                          EGL_CONTEXT_MINOR_VERSION,
+                                          5,
+                                          EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                          EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                          EGL_NONE};
+    EGLContext handle = eglCreateContext(display.handle, config, EGL_NO_CONTEXT, kCoreWithResets);
+    if (handle == EGL_NO_CONTEXT) {
+        handle = eglCreateContext(display.handle, config, EGL_NO_CONTEXT, kCore);
+    }
+    if (handle == EGL_NO_CONTEXT) {
+        return failed("has no OpenGL 4.5 core context");
+    }
+    EglContext context(display.handle, handle);
+    const Status status = context.read_capabilities(display.is_software);
+    if (!status) {
+        return Error{fmt::format("{}: {}", display.name, status.error())};
+    }
+    return context;
+}
+
+Status EglContext::read_capabilities(bool display_is_software) {
+    const CurrentContext current(*this);
+    if (!current.error().empty()) {
+        return Error{current.error()};
+    }
+    const auto text = [](GLenum name) {
+        const GLubyte* value = glGetString(name);
+        return std::string(value != nullptr ? reinterpret_cast<const char*>(value) : "unknown");
+    };
+    capabilities_.renderer = text(GL_RENDERER);
+    capabilities_.version = text(GL_VERSION);
+    capabilities_.is_software = display_is_software || is_software_renderer(capabilities_.renderer);
+    constexpr int kVersionNeeded = 45;  // as epoxy counts
+    if (!epoxy_is_desktop_gl() || epoxy_gl_version() < kVersionNeeded) {
+        return Error{fmt::format("{} offers OpenGL {}, 4.5 is needed", capabilities_.renderer,
+                                 capabilities_.version)};
+    }
+    glGetIntegerv(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS, &capabilities_.storage_block_count);
+    GLint64 block_bytes = 0;
+    glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &block_bytes);
+    capabilities_.storage_block_bytes = block_bytes;
+    return Done{};
+}
+
+EglContext::EglContext(EglContext&& other) noexcept { *this = std::move(other); }
+
+EglContext& EglContext::operator=(EglContext&& other) noexcept {
+    std::swap(display_, other.display_);
+    std::swap(context_, other.context_);
+    std::swap(capabilities_, other.capabilities_);
+    return *this;
+}
+
+EglContext::~EglContext() {
+    if (context_ != EGL_NO_CONTEXT) {
+        eglDestroyContext(display_, context_);
+    }
+}
+
+CurrentContext::CurrentContext(const EglContext& context) : display_(context.display_) {
+    if (eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context.context_) == EGL_FALSE) {
+        error_ = fmt::format(
+            "the OpenGL context cannot be made current ({}); a GLX context may be current in this "
+            "thread",
+            egl_error_name());
+    }
+}
+
+CurrentContext::~CurrentContext() {
+    if (caller_context_ != EGL_NO_CONTEXT) {
+        eglMakeCurrent(caller_display_, caller_draw_, caller_read_, caller_context_);
+    } else if (error_.empty()) {
+        eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+    }
+}
+
+}  // namespace bsoil::device

@@ -1,0 +1,47 @@
+/// Move-only owners of GL objects. A context must be current where one is destroyed or replaced.
+#pragma once
+
+#include <epoxy/gl.h>
+
+#include <string_view>
+#include <utility>
+
+namespace bsoil::device {
+
+/// Owns one GL name; 0 is none. `destroy` deletes it, `kNamespace` is its kind for debug labels.
+template <GLenum kNamespace, void (*destroy)(GLuint)>
+class GlObject {
+  public:
+    GlObject() = default;
+    explicit GlObject(GLuint name) : name_(name) {}
+    GlObject(GlObject&& other) noexcept : name_(std::exchange(other.name_, 0)) {}
+    GlObject& operator=(GlObject&& other) noexcept {
+        std::swap(name_, other.name_);
+        return *this;
+    }
+    ~GlObject() { reset(); }
+
+    void reset() {
+        if (name_ != 0) {
+            destroy(std::exchange(name_, 0));
+        }
+    }
+    /// The name under which debuggers and driver messages show it.
+    void set_label(std::string_view label) const {
+        glObjectLabel(kNamespace, name_, static_cast<GLsizei>(label.size()), label.data());
+    }
+    GLuint name() const { return name_; }
+
+  private:
+    GLuint name_ = 0;
+};
+
+inline void delete_gl_buffer(GLuint name) { glDeleteBuffers(1, &name); }
+inline void delete_gl_shader(GLuint name) { glDeleteShader(name); }
+inline void delete_gl_program(GLuint name) { glDeleteProgram(name); }
+
+using GlBuffer = GlObject<GL_BUFFER, delete_gl_buffer>;
+using GlShader = GlObject<GL_SHADER, delete_gl_shader>;
+using GlProgram = GlObject<GL_PROGRAM, delete_gl_program>;
+
+}  // namespace bsoil::device

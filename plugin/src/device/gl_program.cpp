@@ -1,0 +1,160 @@
+#include "device/gl_program.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <charconv>
+
+namespace bsoil::device {
+
+namespace {
+
+/// The rest of `text` after its first line, which goes to `line`.
+std::string_view take_line(std::string_view text, std::string_view& line) {
+    const size_t end = std::min(text.find('\n'), text.size());
+    line = text.substr(0, end);
+    return text.substr(std::min(end + 1, text.size()));
+}
+
+void append_text(std::string_view name, std::string_view text, const KernelSet& kernel_set,
+                 KernelSource& source);
+
+/// Appends a file of the set.
+void append_file(std::string_view name, const KernelSet& kernel_set, KernelSource& source) {
+    const auto file = std::ranges::find(kernel_set.files, name, &ShaderFile::name);
+    assert(file != kernel_set.files.end());
+    append_text(file->name, file->text, kernel_set, source);
+}
+
+/// Appends a text line by line; a line `#include "name"` is replaced by that file of the set. GLSL
+/// has no #include.
+void append_text(std::string_view name, std::string_view text, const KernelSet& kernel_set,
+                 KernelSource& source) {
+    std::string_view line;
+    for (int number = 1; !text.empty(); ++number) {
+        text = take_line(text, line);
+        constexpr std::string_view kInclude = "#include \"";
+        if (line.starts_with(kInclude)) {
+            const size_t length = line.rfind('"') - kInclude.size();
+            append_file(line.substr(kInclude.size(), length), kernel_set, source);
+        } else {
+            source.text.append(line).append("\n");
+            source.lines.push_back({name, number});
+        }
+    }
+}
+
+/// Takes an unsigned number off the front of `text`; -1 when there is none.
+int take_number(std::string_view& text) {
+    int number = -1;
+    const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error == std::errc{}) {
+        text.remove_prefix(static_cast<size_t>(stop - text.data()));
+    }
+    return number;
+}
+
+/// The line in "0:31: rest" or "0(31) rest" (source string 0, line 31), and the rest; 0 when it
+/// does not start so.
+int read_location(std::string_view log_line, std::string_view& rest) {
+    rest = log_line;
+    if (take_number(rest) != 0 || rest.empty() || (rest[0] != ':' && rest[0] != '(')) {
+        return 0;
+    }
+    const bool has_bracket = rest[0] == '(';
+    rest.remove_prefix(1);
+    const int number = take_number(rest);
+    if (has_bracket && rest.starts_with(')')) {
+        rest.remove_prefix(1);
+    }
+    return std::max(number, 0);
+}
+
+template <typename GetParameter, typename GetLog>
+std::string info_log(GLuint name, GetParameter get_parameter, GetLog get_log) {
+    GLint length = 0;
+    get_parameter(name, GL_INFO_LOG_LENGTH, &length);
+    std::string log(static_cast<size_t>(std::max(length, 1)), '\0');
+    GLsizei written = 0;
+    get_log(name, length, &written, log.data());
+    log.resize(static_cast<size_t>(written));
+    return log;
+}
+
+}  // namespace
+
+KernelSource kernel_source(const KernelSet& kernel_set, int kernel) {
+    const std::string_view name = kernel_set.kernels[static_cast<size_t>(kernel)].name;
+    KernelSource source;
+    append_file("prelude.glsl", kernel_set, source);
+    append_file(kernel_set.common_file, kernel_set, source);
+    append_file(fmt::format("{}.glsl", name), kernel_set, source);
+    append_text("main",
+                fmt::format(R"(void main() {{
+    int group = int(gl_WorkGroupID.y) * {} + int(gl_WorkGroupID.x);
+    if (group < params.list_count) {{
+        {}(group, int(gl_LocalInvocationIndex));
+    }}
+}}
+)",
+                            kGroupsPerRow, name),
+                kernel_set, source);
+    return source;
+}
+
+std::string name_files(const std::string& log, const std::vector<KernelSource::Line>& lines) {
+    // Drivers write "0:31(5): error: ..." (Mesa), "0(31) : error ..." (NVIDIA) or "ERROR: 0:31:
+    // ..." (others).
+    std::string named;
+    std::string_view rest = log, line;
+    while (!rest.empty()) {
+        rest = take_line(rest, line);
+        for (const std::string_view prefix : {"ERROR: ", "WARNING: "}) {
+            if (line.starts_with(prefix)) {
+                line.remove_prefix(prefix.size());
+                named += prefix;
+            }
+        }
+        std::string_view message;
+        const auto number = static_cast<size_t>(read_location(line, message));
+        if (number > 0 && number <= lines.size()) {
+            named += fmt::format("{}:{}", lines[number - 1].file, lines[number - 1].number);
+            line = message;
+        }
+        named.append(line).append("\n");
+    }
+    return named;
+}
+
+Result<GlProgram> create_program(const KernelSet& kernel_set, int kernel) {
+    const std::string_view name = kernel_set.kernels[static_cast<size_t>(kernel)].name;
+    const KernelSource source = kernel_source(kernel_set, kernel);
+
+    const GlShader shader(glCreateShader(GL_COMPUTE_SHADER));
+    const char* text = source.text.c_str();
+    glShaderSource(shader.name(), 1, &text, nullptr);
+    glCompileShader(shader.name());
+    GLint done = GL_FALSE;
+    glGetShaderiv(shader.name(), GL_COMPILE_STATUS, &done);
+    if (done == GL_FALSE) {
+        const std::string log = info_log(shader.name(), glGetShaderiv, glGetShaderInfoLog);
+        return Error{
+            fmt::format("kernel {} does not compile:\n{}", name, name_files(log, source.lines))};
+    }
+
+    GlProgram program(glCreateProgram());
+    program.set_label(name);
+    glAttachShader(program.name(), shader.name());
+    glLinkProgram(program.name());
+    glDetachShader(program.name(), shader.name());
+    glGetProgramiv(program.name(), GL_LINK_STATUS, &done);
+    if (done == GL_FALSE) {
+        const std::string log = info_log(program.name(), glGetProgramiv, glGetProgramInfoLog);
+        return Error{
+            fmt::format("kernel {} does not link:\n{}", name, name_files(log, source.lines))};
+    }
+    return program;
+}
+
+}  // namespace bsoil::device

@@ -1,0 +1,63 @@
+/// The columns of a tile as runs [bottom, top]: what the display field is made from.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bsoil::mesh {
+
+inline constexpr int kTileSide = 8;
+inline constexpr int kTileColumns = kTileSide * kTileSide;
+
+/// Bottom of a run that stands on the grid's floor: so deep that only its top shapes the field.
+inline constexpr float kOnFloor = -1e9f;
+
+/// A stretch of soil in a column [voxels above the grid's floor].
+struct Run {
+    float bottom = 0, top = 0;
+    uint8_t material = 0;   ///< at its top
+    bool in_solid = false;  ///< continues soil of a neighbouring column inside terrain: never visible
+    friend bool operator==(const Run&, const Run&) = default;
+};
+
+/// A stretch of terrain or static bodies in a column.
+struct SolidRun {
+    float bottom = 0, top = 0;
+    friend bool operator==(const SolidRun&, const SolidRun&) = default;
+};
+
+/// From this voxel up, until the next entry, the material is this.
+struct MaterialLayer {
+    int bottom_voxel = 0;
+    uint8_t material = 0;
+    friend bool operator==(const MaterialLayer&, const MaterialLayer&) = default;
+};
+
+/// One list per column, packed: column c has items[begin[c]] .. items[begin[c + 1] - 1].
+template <typename T>
+struct ColumnLists {
+    std::vector<T> items;
+    std::array<uint32_t, kTileColumns + 1> begin{};
+    std::span<const T> column(int c) const {
+        return {items.data() + begin[c], begin[c + 1] - begin[c]};
+    }
+    friend bool operator==(const ColumnLists&, const ColumnLists&) = default;
+};
+
+/// The runs of the 64 columns of a tile, index y * 8 + x.
+struct TileColumns {
+    ColumnLists<Run> runs;
+    ColumnLists<SolidRun> solids;
+    ColumnLists<MaterialLayer> layers;
+    friend bool operator==(const TileColumns&, const TileColumns&) = default;
+};
+
+/// The runs of a tile of soil. Arrays as from Soil::read_tile.
+void find_soil_runs(std::span<const float> volume, std::span<const float> solid,
+                    std::span<const uint8_t> material, int height, TileColumns& columns);
+/// The runs of a tile of terrain.
+void find_terrain_runs(std::span<const float> solid, int height, TileColumns& columns);
+
+}  // namespace bsoil::mesh

@@ -1,0 +1,97 @@
+/// The display field around one tile: signed vertical distances into the runs of each column.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "mesh/column_runs.h"
+
+namespace bsoil::mesh {
+
+/// Columns of the whole grid, by tile.
+struct GridColumns {
+    int size[3] = {0, 0, 0};  ///< voxels along x, y, z
+    int tile_count[2] = {0, 0};
+    std::vector<TileColumns> tiles;  ///< index ty * tile_count[0] + tx
+};
+
+/// Samples lie at voxel centres, and at two more places beyond each side of the grid, both *on* its
+/// boundary: the inner one continues the soil, the outer one is empty. So the soil ends in an exact
+/// plane there and its mesh is closed. Index i along an axis of n voxels:
+///
+///     i         -2  -1   0    1          n-1     n  n+1
+///     position   0   0  0.5  1.5  ...  n - 0.5   n   n
+class DisplayField {
+  public:
+    /// Samples one way of a tile with its neighbours' that its cells and normals read.
+    static constexpr int kWindow = kTileSide + 4;
+
+    /// Reads the runs in and around tile (tx, ty). The columns must outlive the use of the field.
+    void build(const GridColumns& grid, int tx, int ty);
+
+    /// The tile's own cells: cell (i, j) spans samples i..i + 1, j..j + 1.
+    int cell_first(int axis) const { return cell_first_[axis]; }
+    int cell_last(int axis) const { return cell_last_[axis]; }
+    /// Sample counts upwards, and 64-bit words to hold a bit for each.
+    int sample_count_z() const { return size_[2] + 3; }
+    int word_count() const { return word_count_; }
+
+    /// Position of a sample along an axis [voxels].
+    float position(int axis, int i) const;
+    /// Height of sample q = 0, 1, ... of a column [voxels]; q = 0 is sample -2.
+    float height(int q) const { return position(2, q - 2); }
+    /// Bit q: sample q is inside.
+    const uint64_t* inside_bits(int i, int j) const {
+        return &bits_[column_index(i, j) * word_count_];
+    }
+
+    /// Vertical distance into the nearest run at height z, negative outside, within +-kReach [voxels].
+    /// The display field is 0.5 plus this, so the thesis' isovalue 0.5 is its zero.
+    float distance(int i, int j, float z) const;
+    /// Where the surface crosses between samples q and q + 1 of a column [voxels].
+    float crossing_up(int i, int j, int q) const;
+    /// Where it crosses from a sample that is inside to the one beside it that is not: 0..1.
+    float crossing_aside(const int inside[2], const int outside[2], float z) const;
+    /// Field gradient along x (axis 0) or y (1) about a sample, limited for shading.
+    float slope(int axis, int i, int j, float z) const;
+    /// Likewise between two neighbouring samples along an axis.
+    float step(int axis, int i, int j, float z) const;
+    /// Likewise along z.
+    float slope_up(int i, int j, float z) const;
+    /// Material of the soil at a sample.
+    uint8_t material(int i, int j, float z) const;
+
+    int column_index(int i, int j) const {
+        return (j - origin_[1]) * kWindow + (i - origin_[0]);
+    }
+
+  private:
+    struct Column {
+        uint32_t run_begin = 0, run_end = 0;
+        std::span<const SolidRun> solids;
+        std::span<const MaterialLayer> layers;
+    };
+
+    std::span<const Run> runs(int i, int j) const {
+        const Column& column = columns_[column_index(i, j)];
+        return {runs_.data() + column.run_begin, column.run_end - column.run_begin};
+    }
+    const Run* run_at(int i, int j, float z) const;
+    float limited(int i, int j, float z) const;
+    void take_column(const GridColumns& grid, int i, int j);
+    void continue_into_solid(const GridColumns& grid, int i, int j);
+    void continue_beyond(int i, int j, const int last[2], const int before[2]);
+    void set_bits(int i, int j);
+
+    int size_[3] = {0, 0, 0};
+    int origin_[2] = {0, 0};
+    int cell_first_[2] = {0, 0}, cell_last_[2] = {0, 0};
+    int word_count_ = 0;
+    std::array<Column, kWindow * kWindow> columns_;
+    std::vector<Run> runs_;
+    std::vector<uint64_t> bits_;
+};
+
+}  // namespace bsoil::mesh

@@ -1,0 +1,16 @@
+#include "bsoil/surface_mesh.h"
+
+namespace bsoil {
+
+const GridFrame& SoilTiles::frame() const { return soil_.frame(); }
+
+const std::vector<MaterialDef>& SoilTiles::materials() const { return soil_.materials(); }
+
+uint64_t SoilTiles::tile_revision(int tx, int ty) const { return soil_.tile_revision(tx, ty); }
+
+void SoilTiles::read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
+                          std::vector<uint8_t>& material) const {
+    soil_.read_tile(tx, ty, volume, solid, material);
+}
+
+}  // namespace bsoil

@@ -1,0 +1,9 @@
+# Included from plugin/CMakeLists.txt after bulletsoil_soil exists.
+target_sources(bulletsoil_soil PRIVATE
+  ${CMAKE_CURRENT_LIST_DIR}/column_runs.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/display_field.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/marching_cases.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/mesh_export.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/soil_tiles.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/surface_mesher.cpp
+)

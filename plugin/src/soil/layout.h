@@ -1,0 +1,31 @@
+/// The kernels' layout constants and uniform block for host code.
+#pragma once
+
+#include <cstdint>
+
+#include "bsoil/material.h"
+
+namespace bsoil::layout {
+
+#define CONST_INT(name, value) inline constexpr int name = value;
+#include "soil_layout.h"
+#undef CONST_INT
+
+/// The uniform block; the same integers in the same order for C++ and std140.
+struct SoilParams {
+#include "soil_params.h"
+};
+
+/// Kernels by number, in the order of kernel_list.h.
+enum class Kernel {
+#define PLAIN(name) name,
+#define SCATTER(name) name,
+#include "kernel_list.h"
+#undef PLAIN
+#undef SCATTER
+};
+
+/// Kilograms of one mass unit: a full voxel of this density has exactly kVoxelFull units.
+inline constexpr double kReferenceDensity = 2000;
+
+}  // namespace bsoil::layout

@@ -1,0 +1,75 @@
+#include <array>
+#include <numbers>
+
+#include "bsoil/material.h"
+#include "soil/check_range.h"
+
+namespace bsoil {
+
+Status MaterialDef::validate() const {
+    if (name.empty()) {
+        return Error{"material name is empty: give it one"};
+    }
+    const std::string where = "material '" + name + "': ";
+    for (const Status& status :
+         {check_range(where + "density_kg_m3", density_kg_m3, 200, 4000),
+          check_range(where + "friction_angle_rad", friction_angle_rad, 0, 1.2),
+          check_range(where + "cohesion_pa", cohesion_pa, 0, 200e3),
+          check_range(where + "tool_friction", tool_friction, 0, 2)}) {
+        if (!status) {
+            return status;
+        }
+    }
+    return Done{};
+}
+
+namespace materials {
+namespace {
+
+MaterialDef make(const char* name, double density, double friction_deg, double cohesion_pa,
+                 double tool_friction, std::array<float, 3> color) {
+    return {.name = name,
+            .density_kg_m3 = density,
+            .friction_angle_rad = friction_deg * std::numbers::pi / 180,
+            .cohesion_pa = cohesion_pa,
+            .tool_friction = tool_friction,
+            .color = color};
+}
+
+// Sources of the figures: docs/materials.md.
+const std::array<MaterialDef, 6>& table() {
+    static const std::array<MaterialDef, 6> kTable = {
+        make("dry_sand", 1600, 33, 0, 0.40, {0.76f, 0.66f, 0.45f}),
+        make("moist_sand", 1750, 34, 1000, 0.42, {0.60f, 0.49f, 0.32f}),
+        make("sandy_loam", 1850, 26, 2000, 0.40, {0.48f, 0.35f, 0.22f}),
+        make("loam", 1900, 25, 6000, 0.38, {0.38f, 0.26f, 0.16f}),
+        make("clay", 1950, 20, 20000, 0.35, {0.52f, 0.33f, 0.24f}),
+        make("gravel", 1800, 38, 0, 0.45, {0.50f, 0.50f, 0.50f}),
+    };
+    return kTable;
+}
+
+}  // namespace
+
+MaterialDef dry_sand() { return table()[0]; }
+MaterialDef moist_sand() { return table()[1]; }
+MaterialDef sandy_loam() { return table()[2]; }
+MaterialDef loam() { return table()[3]; }
+MaterialDef clay() { return table()[4]; }
+MaterialDef gravel() { return table()[5]; }
+
+std::span<const MaterialDef> all() { return table(); }
+
+Result<MaterialDef> find(const std::string& name) {
+    std::string names;
+    for (const MaterialDef& material : table()) {
+        if (material.name == name) {
+            return material;
+        }
+        names += (names.empty() ? "" : ", ") + material.name;
+    }
+    return Error{"material '" + name + "' is not built in; there are " + names};
+}
+
+}  // namespace materials
+}  // namespace bsoil

@@ -1,0 +1,246 @@
+// Tiles asleep and awake: cost follows what moves.
+#include <algorithm>
+
+#include "soil/soil_impl.h"
+
+namespace bsoil {
+
+using namespace layout;
+
+namespace {
+// A tile nobody needed for so many steps goes to sleep: long enough that a slow avalanche does not pack and unpack it.
+constexpr int64_t kSleepAfterSteps = 30;
+}  // namespace
+
+Tile& Soil::Impl::tile_for(int index) {
+    if (!tiles[index]) {
+        tiles[index] = std::make_unique<Tile>();
+        // Columns of the last tiles that lie beyond the grid's sides are rock.
+        const int x0 = index % tiles_x * kTileSide, y0 = index / tiles_x * kTileSide;
+        if (x0 + kTileSide > frame.size[0] || y0 + kTileSide > frame.size[1]) {
+            TileVoxels voxels;
+            voxels.reset(height, kept_planes);
+            for (int c = 0; c < kTileColumns; ++c) {
+                if (x0 + c % kTileSide >= frame.size[0] || y0 + c / kTileSide >= frame.size[1]) {
+                    for (int z = 0; z < height; ++z) {
+                        voxels.at(kKeptTerrain, z, c) = kVoxelFull;
+                    }
+                }
+            }
+            tiles[index]->packed = pack_tile(voxels);
+        }
+    }
+    return *tiles[index];
+}
+
+Status Soil::Impl::allocate_slots(int count) {
+    const int64_t tile_voxels = params.tile_voxels;
+    const int64_t planes = kTransportFirst + params.transport_count;
+    params.plane_stride = static_cast<int32_t>(tile_voxels * count);
+    const int64_t columns = static_cast<int64_t>(count) * kTileColumns;
+    const int64_t blocks = static_cast<int64_t>(count) * blocks_per_tile;
+    for (const auto& [buffer, words] :
+         {std::pair{device::Buffer::state, planes * params.plane_stride},
+          std::pair{device::Buffer::delta, static_cast<int64_t>(params.transport_count) * params.plane_stride},
+          std::pair{device::Buffer::tile_table, static_cast<int64_t>(count) * kTileTableWords},
+          std::pair{device::Buffer::block_flags, kFlagArrays * blocks},
+          std::pair{device::Buffer::spans, columns * (kColumnWords + 1)}}) {
+        if (Status allocated = device->allocate(buffer, words); !allocated) {
+            return allocated;
+        }
+    }
+    for (int slot = count - 1; slot >= slot_count; --slot) {
+        free_slots.push_back(slot);
+    }
+    slot_tile.resize(count, -1);
+    woken_step.resize(count, 0);
+    for (auto* steps : {&listed_step, &rebuild_step, &contact_step}) {
+        steps->resize(blocks, 0);
+    }
+    slot_count = count;
+    tile_table.assign(static_cast<size_t>(count) * kTileTableWords, kNeighbourAbsent);
+    table_dirty = true;
+    return Done{};
+}
+
+Status Soil::Impl::grow_slots(int wanted) {
+    // The device's buffers are laid out by plane, so growing means moving every plane: awake tiles take the detour
+    // through the host. Happens a few times in a run, by doubling.
+    const int count = std::min(slot_capacity_max, std::max(wanted, 2 * slot_count));
+    if (count <= slot_count) {
+        return Error{"the tile table is full"};
+    }
+    struct Saved {
+        int tile;
+        TileVoxels voxels;
+        std::vector<int32_t> coverage, owner, columns;
+    };
+    std::vector<Saved> saved;
+    const auto plane_words = [&](int plane, int slot) {
+        std::vector<int32_t> words(params.tile_voxels);
+        device->read(device::Buffer::state,
+                     static_cast<int64_t>(plane) * params.plane_stride + static_cast<int64_t>(slot) * params.tile_voxels,
+                     words);
+        return words;
+    };
+    for (int slot = 0; slot < slot_count; ++slot) {
+        if (slot_tile[slot] >= 0) {
+            Saved entry{slot_tile[slot], {}, plane_words(kPlaneCoverage, slot), plane_words(kPlaneOwner, slot),
+                        std::vector<int32_t>(kTileColumns * kColumnWords)};
+            read_voxels(slot_tile[slot], entry.voxels);
+            device->read(device::Buffer::spans, static_cast<int64_t>(slot) * kTileColumns * kColumnWords, entry.columns);
+            saved.push_back(std::move(entry));
+        }
+    }
+    std::vector<int32_t> tops(static_cast<size_t>(slot_count) * kTileColumns);
+    const int old_count = slot_count;
+    device->read(device::Buffer::spans, static_cast<int64_t>(old_count) * kTileColumns * kColumnWords, tops);
+    if (Status allocated = allocate_slots(count); !allocated) {
+        return allocated;
+    }
+    for (const Saved& entry : saved) {
+        const int slot = tiles[entry.tile]->slot;
+        write_voxels(entry.tile, entry.voxels);
+        const int64_t at = static_cast<int64_t>(slot) * params.tile_voxels;
+        device->write(device::Buffer::state, static_cast<int64_t>(kPlaneCoverage) * params.plane_stride + at, entry.coverage);
+        device->write(device::Buffer::state, static_cast<int64_t>(kPlaneOwner) * params.plane_stride + at, entry.owner);
+        device->write(device::Buffer::spans, static_cast<int64_t>(slot) * kTileColumns * kColumnWords, entry.columns);
+    }
+    device->write(device::Buffer::spans, static_cast<int64_t>(count) * kTileColumns * kColumnWords, tops);
+    return Done{};
+}
+
+int Soil::Impl::wake(int index) {
+    Tile& tile = tile_for(index);
+    tile.last_used_step = step_index;
+    if (tile.slot >= 0) {
+        return tile.slot;
+    }
+    if (free_slots.empty() && !grow_slots(slot_count + 1)) {
+        status |= static_cast<uint32_t>(StatusBit::tile_table_full);
+        return -1;
+    }
+    scratch.reset(height, kept_planes);
+    unpack_tile(tile.packed, scratch);
+    tile.slot = free_slots.back();
+    free_slots.pop_back();
+    slot_tile[tile.slot] = index;
+    woken_step[tile.slot] = step_index;
+    write_voxels(index, scratch);
+    const int64_t base = static_cast<int64_t>(tile.slot) * params.tile_voxels;
+    for (int plane : {kPlaneCoverage, kPlaneOwner, kPlaneSupport}) {
+        device->fill_zero(device::Buffer::state, static_cast<int64_t>(plane) * params.plane_stride + base, params.tile_voxels);
+    }
+    device->fill_zero(device::Buffer::spans, static_cast<int64_t>(tile.slot) * kTileColumns * kColumnWords,
+                      kTileColumns * kColumnWords);
+    for (int array = 0; array < kFlagArrays; ++array) {
+        device->fill_zero(device::Buffer::block_flags,
+                          static_cast<int64_t>(array) * slot_count * blocks_per_tile +
+                              static_cast<int64_t>(tile.slot) * blocks_per_tile,
+                          blocks_per_tile);
+    }
+    tile.packed.clear();
+    tile.packed.shrink_to_fit();
+    table_dirty = true;
+    return tile.slot;
+}
+
+void Soil::Impl::put_to_sleep(int index) {
+    Tile& tile = *tiles[index];
+    read_voxels(index, scratch);
+    tile.packed = pack_tile(scratch);
+    slot_tile[tile.slot] = -1;
+    free_slots.push_back(tile.slot);
+    tile.slot = -1;
+    table_dirty = true;
+}
+
+void Soil::Impl::sleep_idle_tiles() {
+    for (int slot = 0; slot < slot_count; ++slot) {
+        const int index = slot_tile[slot];
+        if (index >= 0 && step_index - tiles[index]->last_used_step > kSleepAfterSteps) {
+            put_to_sleep(index);
+        }
+    }
+}
+
+void Soil::Impl::upload_tile_table() {
+    if (!table_dirty) {
+        return;
+    }
+    for (int slot = 0; slot < slot_count; ++slot) {
+        int32_t* entry = &tile_table[static_cast<size_t>(slot) * kTileTableWords];
+        const int index = slot_tile[slot];
+        std::fill(entry, entry + kTileTableWords, kNeighbourAbsent);
+        if (index < 0) {
+            continue;
+        }
+        const int tx = index % tiles_x, ty = index / tiles_x;
+        for (int dy = -1; dy <= 1; ++dy) {
+            for (int dx = -1; dx <= 1; ++dx) {
+                const int nx = tx + dx, ny = ty + dy;
+                if (nx >= 0 && nx < tiles_x && ny >= 0 && ny < tiles_y && tiles[tile_index(nx, ny)]) {
+                    entry[(dy + 1) * 3 + dx + 1] = tiles[tile_index(nx, ny)]->slot;
+                }
+            }
+        }
+        entry[kTileTableX] = tx;
+        entry[kTileTableY] = ty;
+        entry[kTileTableTop] = 0;
+    }
+    device->write(device::Buffer::tile_table, 0, tile_table);
+    table_dirty = false;
+}
+
+void Soil::Impl::read_voxels(int index, TileVoxels& out) const {
+    out.reset(height, kept_planes);
+    const Tile* tile = tiles[index].get();
+    if (!tile) {
+        return;
+    }
+    if (tile->slot < 0) {
+        unpack_tile(tile->packed, out);
+        return;
+    }
+    const int64_t base = static_cast<int64_t>(tile->slot) * params.tile_voxels;
+    for (int p = 0; p < kept_planes; ++p) {
+        const int64_t plane = p == kKeptTerrain ? kPlaneTerrain : kTransportFirst + p - 1;
+        device->read(device::Buffer::state, plane * params.plane_stride + base,
+                     std::span(out.words).subspan(static_cast<size_t>(p) * params.tile_voxels, params.tile_voxels));
+    }
+}
+
+void Soil::Impl::write_voxels(int index, const TileVoxels& in) {
+    Tile& tile = *tiles[index];
+    if (tile.slot < 0) {
+        tile.packed = pack_tile(in);
+    } else {
+        const int64_t base = static_cast<int64_t>(tile.slot) * params.tile_voxels;
+        for (int p = 0; p < kept_planes; ++p) {
+            const int64_t plane = p == kKeptTerrain ? kPlaneTerrain : kTransportFirst + p - 1;
+            device->write(device::Buffer::state, plane * params.plane_stride + base,
+                          std::span(in.words).subspan(static_cast<size_t>(p) * params.tile_voxels, params.tile_voxels));
+        }
+    }
+    tile.top = 0;
+    for (int z = height - 1; z >= 0 && tile.top == 0; --z) {
+        for (int c = 0; c < kTileColumns; ++c) {
+            if (in.at(kKeptVolume, z, c) != 0) {
+                tile.top = z + 1;
+                break;
+            }
+        }
+    }
+}
+
+const TileVoxels& Soil::Impl::sampled_voxels(int index) const {
+    const uint64_t revision = tiles[index] ? tiles[index]->revision : 0;
+    if (index != sampled_tile || revision != sampled_revision) {
+        read_voxels(index, sampled);
+        sampled_tile = index;
+        sampled_revision = revision;
+    }
+    return sampled;
+}
+
+}  // namespace bsoil

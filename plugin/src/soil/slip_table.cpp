@@ -1,0 +1,83 @@
+#include "soil/slip_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "soil/layout.h"
+
+namespace bsoil {
+namespace {
+
+/// Driving minus resisting force on the plane at theta, per metre of thickness: positive when F < 1. Thesis (1)-(3).
+double unbalanced(const MaterialDef& m, double gamma, double h, double dx, double theta) {
+    const double weight = (h - std::tan(theta) * dx) * dx * gamma / 2;  // thesis (2)
+    const double length = dx * std::sqrt(1 + std::tan(theta) * std::tan(theta));  // thesis (3)
+    return weight * std::sin(theta) -
+           (m.cohesion_pa * length + weight * std::cos(theta) * std::tan(m.friction_angle_rad));
+}
+
+}  // namespace
+
+SlipWedge find_slip_wedge(const MaterialDef& m, double gravity, double h, double dx) {
+    SlipWedge wedge;
+    const double gamma = m.density_kg_m3 * gravity;
+    const double steepest = std::atan2(h, dx);
+    double theta = m.friction_angle_rad;
+    if (steepest <= theta || gamma <= 0) {
+        return wedge;
+    }
+    if (m.cohesion_pa > 0) {
+        // thesis (4): the flattest plane on which F = 1; everything above it slides.
+        constexpr int kScan = 400;
+        double low = theta, high = -1;
+        for (int i = 1; i < kScan; ++i) {
+            const double probe = m.friction_angle_rad + (steepest - m.friction_angle_rad) * i / kScan;
+            if (unbalanced(m, gamma, h, dx, probe) > 0) {
+                high = probe;
+                break;
+            }
+            low = probe;
+        }
+        if (high < 0) {
+            return wedge;
+        }
+        for (int i = 0; i < 60; ++i) {
+            const double middle = (low + high) / 2;
+            (unbalanced(m, gamma, h, dx, middle) > 0 ? high : low) = middle;
+        }
+        theta = high;
+    }
+    wedge.fails = true;
+    wedge.theta_rad = theta;
+    wedge.height_m = h - std::tan(theta) * dx;
+    const double t = std::tan(theta) * dx;
+    const double force =
+        gamma * dx * dx / 4 * std::log((h * h + dx * dx) / (t * t + dx * dx)) * std::cos(theta) +
+        gamma * dx / 2 * (h - t - dx * (std::atan(h / dx) - theta)) * std::sin(theta);  // thesis (8)
+    const double weight = wedge.height_m * dx * gamma / 2;
+    wedge.acceleration_m_s2 = weight > 0 ? std::max(0.0, force / weight * gravity) : 0;
+    return wedge;
+}
+
+std::vector<int32_t> make_slip_table(const MaterialDef& m, const SoilDef& def) {
+    using namespace layout;
+    std::vector<int32_t> table(kTableWords, 0);
+    for (int i = 0; i < kSlipEntries; ++i) {
+        const double slope = i / 16.0;
+        const SlipWedge wedge = find_slip_wedge(m, def.gravity_m_s2, slope * def.voxel_m, def.voxel_m);
+        // Without cohesion the wedge is linear in the slope on both sides of phi, so that the table is exact there.
+        const double height = wedge.fails              ? wedge.height_m / def.voxel_m
+                              : m.cohesion_pa > 0      ? -1.0
+                                                       : slope - std::tan(m.friction_angle_rad);
+        const double acceleration = wedge.acceleration_m_s2 * def.step_s * def.step_s / def.voxel_m;
+        table[i] = static_cast<int32_t>(std::lround(height * kVoxelFull));
+        table[kTableAcceleration + i] =
+            static_cast<int32_t>(std::lround(std::min(acceleration, 1.0) * kVoxelFull));
+    }
+    const double passive = std::tan(std::numbers::pi / 4 - m.friction_angle_rad / 2);
+    table[kTablePassive] = static_cast<int32_t>(std::lround(passive * kVoxelFull));
+    return table;
+}
+
+}  // namespace bsoil

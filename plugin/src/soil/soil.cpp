@@ -1,0 +1,343 @@
+// Creation of a soil and questions about it.
+#include "bsoil/soil.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "soil/shape_bounds.h"
+#include "soil/slip_table.h"
+#include "soil/soil_impl.h"
+
+namespace bsoil {
+
+using namespace layout;
+using device::Buffer;
+
+namespace {
+
+// Memory that SoilDef::tile_capacity = 0 allows awake tiles to take.
+constexpr int64_t kAwakeBytesDefault = int64_t{1} << 30;
+// Awake tiles that a soil starts with; the table doubles when it needs more.
+constexpr int kSlotsAtStart = 64;
+
+/// splitmix64's finisher: spreads a word over 64 bits.
+uint64_t mix(uint64_t x) {
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
+    return x ^ (x >> 31);
+}
+
+int voxel_count(double size, double voxel) { return static_cast<int>(std::ceil(size / voxel - 1e-9)); }
+
+}  // namespace
+
+std::vector<std::string> status_texts(uint32_t bits) {
+    static constexpr std::pair<StatusBit, const char*> kTexts[] = {
+        {StatusBit::tile_table_full, "tile_table_full: raise SoilDef::tile_capacity; soil there stood still"},
+        {StatusBit::speed_clamped, "speed_clamped: raise SoilDef::substeps_max or shorten step_s"},
+        {StatusBit::body_teleported, "body_teleported: a body jumped; it was placed, not swept"},
+        {StatusBit::body_outside_grid, "body_outside_grid: a body left the grid; enlarge SoilDef::size_m"},
+        {StatusBit::pose_not_finite, "pose_not_finite: a body with NaN or infinite pose or velocity was ignored"},
+        {StatusBit::contact_list_full, "contact_list_full: use larger voxels; contacts were dropped"},
+        {StatusBit::amount_headroom, "amount_headroom: a voxel holds over 8 times its room; raise overflow_passes"},
+        {StatusBit::shape_refused, "shape_refused: a shape without size or with too many faces was ignored"},
+        {StatusBit::span_list_full, "span_list_full: a column has more height spans than are kept; its upper ones do not slip"},
+        {StatusBit::flow_deferred, "flow_deferred: soil reached a block asleep and waited one step; nothing is lost"},
+    };
+    std::vector<std::string> texts;
+    for (const auto& [bit, text] : kTexts) {
+        if (bits & static_cast<uint32_t>(bit)) {
+            texts.push_back(text);
+        }
+    }
+    return texts;
+}
+
+Vec3 GridFrame::to_world(Vec3 grid_voxels) const { return transform(grid_to_world, grid_voxels * voxel_m); }
+Vec3 GridFrame::to_grid(Vec3 world) const { return transform(inverse(grid_to_world), world) * (1 / voxel_m); }
+
+Soil::Soil(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Soil::~Soil() = default;
+
+Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
+    if (Status status = def.validate(); !status) {
+        return Error{status.error()};
+    }
+    auto impl = std::make_unique<Impl>();
+    Impl& s = *impl;
+    s.def = def;
+    s.materials = def.material_list();
+    const bool y_up = def.up == UpAxis::y;
+    // Grid x, y, z are world Z, X, Y when Y is up: a turn, not a mirror.
+    const double sizes[3] = {y_up ? def.size_m.z : def.size_m.x, y_up ? def.size_m.x : def.size_m.y,
+                             y_up ? def.size_m.y : def.size_m.z};
+    for (int axis = 0; axis < 3; ++axis) {
+        s.frame.size[axis] = voxel_count(sizes[axis], def.voxel_m);
+    }
+    s.height = (s.frame.size[2] + 7) / 8 * 8;
+    s.frame.size[2] = s.height;
+    s.frame.voxel_m = def.voxel_m;
+    const Quat turn = y_up ? Quat{-0.5, -0.5, -0.5, 0.5} : Quat{};
+    const double half = def.yaw_rad / 2;
+    const Quat yaw = y_up ? Quat{0, std::sin(half), 0, std::cos(half)} : Quat{0, 0, std::sin(half), std::cos(half)};
+    const Quat rotation = yaw * turn;
+    const Vec3 corner{-s.frame.size[0] * def.voxel_m / 2, -s.frame.size[1] * def.voxel_m / 2, 0};
+    s.frame.grid_to_world = {def.floor_center_m + rotate(rotation, corner), rotation};
+    s.world_to_grid = inverse(s.frame.grid_to_world);
+    s.kg_per_unit = kReferenceDensity * std::pow(def.voxel_m, 3) / kVoxelFull;
+    s.tiles_x = (s.frame.size[0] + kTileSide - 1) / kTileSide;
+    s.tiles_y = (s.frame.size[1] + kTileSide - 1) / kTileSide;
+    s.blocks_per_tile = s.height / kTileSide;
+    s.tiles.resize(static_cast<size_t>(s.tiles_x) * s.tiles_y);
+
+    SoilParams& p = s.params;
+    p.tile_voxels = kTileColumns * s.height;
+    p.height = s.height;
+    p.blocks_per_tile = s.blocks_per_tile;
+    p.size_x = s.frame.size[0];
+    p.size_y = s.frame.size[1];
+    p.material_count = static_cast<int>(s.materials.size());
+    p.transport_count = kPlaneMaterial - kTransportFirst + p.material_count;
+    p.gravity_q16 = static_cast<int>(
+        std::lround(def.gravity_m_s2 * def.step_s * def.step_s / def.voxel_m * kVoxelFull));
+    p.overflow_heuristic = static_cast<int>(def.overflow);
+    p.substep_count = 1;
+    s.kept_planes = 1 + p.transport_count;
+
+    auto device = device::create_device(def.backend, def.thread_count, s.device_reason);
+    if (!device) {
+        return Error{device.error()};
+    }
+    s.device = std::move(*device);
+
+    const int64_t tile_bytes = static_cast<int64_t>(p.tile_voxels) * 4 * (kTransportFirst + 2 * p.transport_count);
+    const int64_t tile_total = static_cast<int64_t>(s.tiles.size());
+    s.slot_capacity_max = static_cast<int>(
+        std::min(tile_total, def.tile_capacity > 0 ? def.tile_capacity : std::max<int64_t>(1, kAwakeBytesDefault / tile_bytes)));
+    if (Status status = s.allocate_slots(std::min(kSlotsAtStart, s.slot_capacity_max)); !status) {
+        return Error{status.error()};
+    }
+    std::vector<int32_t> tables;
+    for (const MaterialDef& material : s.materials) {
+        const std::vector<int32_t> table = make_slip_table(material, def);
+        tables.insert(tables.end(), table.begin(), table.end());
+    }
+    const int64_t result_size = kResultHeader + static_cast<int64_t>(limits::kBodyCapacity) * kLoadWords +
+                                static_cast<int64_t>(limits::kContactCapacity) * kContactWords;
+    for (const auto& [buffer, words] : {std::pair{Buffer::tables, static_cast<int64_t>(tables.size())},
+                                        std::pair{Buffer::result, result_size}}) {
+        if (Status status = s.device->allocate(buffer, words); !status) {
+            return Error{status.error()};
+        }
+    }
+    s.device->write(Buffer::tables, 0, tables);
+    s.ensure_capacity(Buffer::shapes, s.shapes_capacity, 4096);
+    s.ensure_capacity(Buffer::block_list, s.lists_capacity, 16384);
+    return std::unique_ptr<Soil>(new Soil(std::move(impl)));
+}
+
+StepReport Soil::step(std::span<const SoilBody> bodies) { return impl_->step(bodies); }
+const SoilDef& Soil::def() const { return impl_->def; }
+const std::vector<MaterialDef>& Soil::materials() const { return impl_->materials; }
+const GridFrame& Soil::frame() const { return impl_->frame; }
+std::string Soil::backend_name() const { return impl_->device->backend_name(); }
+std::string Soil::device_name() const { return impl_->device->device_name(); }
+int Soil::thread_count() const { return impl_->device->thread_count(); }
+uint32_t Soil::status_bits() const { return impl_->status; }
+void Soil::clear_status() { impl_->status = 0; }
+int64_t Soil::voxels_total() const {
+    return int64_t{impl_->frame.size[0]} * impl_->frame.size[1] * impl_->frame.size[2];
+}
+uint64_t Soil::checksum() const { return impl_->checksum(); }
+
+SoilTotals Soil::totals() const {
+    const Impl& s = *impl_;
+    SoilTotals totals;
+    totals.units.assign(s.materials.size(), 0);
+    TileVoxels voxels;
+    for (size_t index = 0; index < s.tiles.size(); ++index) {
+        if (!s.tiles[index]) {
+            continue;
+        }
+        s.read_voxels(static_cast<int>(index), voxels);
+        for (size_t m = 0; m < s.materials.size(); ++m) {
+            const size_t plane = (kKeptMaterial + m) * s.params.tile_voxels;
+            for (int v = 0; v < s.params.tile_voxels; ++v) {
+                totals.units[m] += voxels.words[plane + v];
+            }
+        }
+    }
+    for (int64_t units : totals.units) {
+        totals.mass_kg.push_back(static_cast<double>(units) * s.kg_per_unit);
+    }
+    return totals;
+}
+
+// A sum over all voxels and planes of a hash of place, plane and value: independent of order and of what is awake.
+uint64_t Soil::Impl::checksum() const {
+    uint64_t sum = 0;
+    TileVoxels voxels;
+    for (size_t index = 0; index < tiles.size(); ++index) {
+        if (!tiles[index]) {
+            continue;
+        }
+        read_voxels(static_cast<int>(index), voxels);
+        for (size_t i = 0; i < voxels.words.size(); ++i) {
+            if (voxels.words[i] != 0) {
+                const uint64_t place = index * voxels.words.size() + i;
+                sum += mix(mix(place + 1) ^ static_cast<uint32_t>(voxels.words[i]));
+            }
+        }
+    }
+    return sum;
+}
+
+MemoryUse Soil::memory_use() const {
+    const Impl& s = *impl_;
+    MemoryUse use;
+    use.awake_bytes = s.device->memory_bytes();
+    int64_t awake_tiles = 0;
+    for (const auto& tile : s.tiles) {
+        if (tile && tile->slot >= 0) {
+            ++awake_tiles;
+        } else if (tile) {
+            use.asleep_columns += kTileColumns;
+            use.asleep_bytes += static_cast<int64_t>(sizeof(Tile) + tile->packed.capacity());
+        }
+    }
+    use.awake_voxels = awake_tiles * s.params.tile_voxels;
+    use.bytes_per_awake_voxel = 4.0 * (kTransportFirst + 2 * s.params.transport_count) +
+                                4.0 * (kColumnWords + 1) / s.height;
+    use.bytes_per_asleep_column =
+        use.asleep_columns > 0 ? static_cast<double>(use.asleep_bytes) / static_cast<double>(use.asleep_columns) : 0;
+    return use;
+}
+
+VoxelSample Soil::sample(int x, int y, int z) const {
+    const Impl& s = *impl_;
+    VoxelSample sample;
+    if (x < 0 || y < 0 || z < 0 || x >= s.frame.size[0] || y >= s.frame.size[1] || z >= s.height) {
+        return sample;
+    }
+    const TileVoxels& voxels = s.sampled_voxels(s.tile_index(x / kTileSide, y / kTileSide));
+    const int column = y % kTileSide * kTileSide + x % kTileSide;
+    sample.coverage = voxels.at(kKeptTerrain, z, column) / static_cast<double>(kVoxelFull);
+    sample.volume = voxels.at(kKeptVolume, z, column) / static_cast<double>(kVoxelFull);
+    int64_t mass = 0;
+    int most = 0;
+    for (int m = 0; m < s.params.material_count; ++m) {
+        const int units = voxels.at(kKeptMaterial + m, z, column);
+        mass += units;
+        if (units > most) {
+            most = units;
+            sample.material = m;
+        }
+    }
+    if (mass > 0) {
+        const double cubic_voxel = std::pow(s.frame.voxel_m, 3);
+        sample.density_kg_m3 = static_cast<double>(mass) * s.kg_per_unit / (sample.volume * cubic_voxel);
+        const double scale = s.frame.voxel_m / s.def.step_s / kVelocityOne / static_cast<double>(mass);
+        sample.velocity_m_s = rotate(s.frame.grid_to_world.rotation,
+                                     Vec3{static_cast<double>(voxels.at(kKeptMomentum, z, column)),
+                                          static_cast<double>(voxels.at(kKeptMomentum + 1, z, column)),
+                                          static_cast<double>(voxels.at(kKeptMomentum + 2, z, column))} *
+                                         scale);
+    }
+    return sample;
+}
+
+double Soil::surface_height_m(int x, int y) const {
+    const Impl& s = *impl_;
+    if (x < 0 || y < 0 || x >= s.frame.size[0] || y >= s.frame.size[1]) {
+        return 0;
+    }
+    const TileVoxels& voxels = s.sampled_voxels(s.tile_index(x / kTileSide, y / kTileSide));
+    const int column = y % kTileSide * kTileSide + x % kTileSide;
+    double top = 0;
+    bool piled = true;
+    for (int z = 0; z < s.height; ++z) {
+        const int terrain = voxels.at(kKeptTerrain, z, column);
+        const int volume = voxels.at(kKeptVolume, z, column);
+        piled = piled || terrain >= kSolidCoverage;
+        if (piled && terrain + volume > 0) {
+            top = z + std::min(1.0, (terrain + volume) / static_cast<double>(kVoxelFull));
+        }
+        piled = piled && terrain + volume >= kVoxelFull - kSupportSlack;
+    }
+    return top * s.frame.voxel_m;
+}
+
+double Soil::mass_inside_kg(const ConvexShape& region, const Pose& pose) const {
+    const Impl& s = *impl_;
+    if (!is_valid_shape(region) || !is_finite(pose)) {
+        return 0;
+    }
+    const Pose region_to_grid = s.world_to_grid * pose * region.local;
+    const Pose grid_to_region = inverse(region_to_grid);
+    const Aabb box = shape_bounds(region, s.world_to_grid * pose, s.frame.voxel_m);
+    const double lows[3] = {box.min.x, box.min.y, box.min.z}, highs[3] = {box.max.x, box.max.y, box.max.z};
+    int low[3], high[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        low[axis] = static_cast<int>(std::clamp(std::floor(lows[axis]), 0.0, s.frame.size[axis] - 1.0));
+        high[axis] = static_cast<int>(std::clamp(std::floor(highs[axis]), 0.0, s.frame.size[axis] - 1.0));
+    }
+    int64_t units = 0;
+    TileVoxels voxels;
+    for (int ty = low[1] / kTileSide; ty <= high[1] / kTileSide; ++ty) {
+        for (int tx = low[0] / kTileSide; tx <= high[0] / kTileSide; ++tx) {
+            if (!s.tiles[s.tile_index(tx, ty)]) {
+                continue;
+            }
+            s.read_voxels(s.tile_index(tx, ty), voxels);
+            for (int z = low[2]; z <= high[2]; ++z) {
+                for (int c = 0; c < kTileColumns; ++c) {
+                    if (voxels.at(kKeptVolume, z, c) == 0) {
+                        continue;
+                    }
+                    const Vec3 center{tx * kTileSide + c % kTileSide + 0.5, ty * kTileSide + c / kTileSide + 0.5, z + 0.5};
+                    if (contains(region, transform(grid_to_region, center * s.frame.voxel_m))) {
+                        for (int m = 0; m < s.params.material_count; ++m) {
+                            units += voxels.at(kKeptMaterial + m, z, c);
+                        }
+                    }
+                }
+            }
+        }
+    }
+    return static_cast<double>(units) * s.kg_per_unit;
+}
+
+uint64_t Soil::tile_revision(int tx, int ty) const {
+    const auto& tile = impl_->tiles[impl_->tile_index(tx, ty)];
+    return tile ? tile->revision : 0;
+}
+
+void Soil::read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
+                     std::vector<uint8_t>& material) const {
+    const Impl& s = *impl_;
+    const TileVoxels& voxels = s.sampled_voxels(s.tile_index(tx, ty));
+    const size_t count = static_cast<size_t>(s.params.tile_voxels);
+    volume.resize(count);
+    solid.resize(count);
+    material.assign(count, 0);
+    constexpr float kUnit = 1.0f / kVoxelFull;
+    for (size_t v = 0; v < count; ++v) {
+        solid[v] = static_cast<float>(voxels.words[v]) * kUnit;
+        volume[v] = static_cast<float>(voxels.words[count + v]) * kUnit;
+    }
+    if (s.params.material_count > 1) {
+        for (size_t v = 0; v < count; ++v) {
+            int most = 0;
+            for (int m = 0; m < s.params.material_count; ++m) {
+                const int units = voxels.words[(kKeptMaterial + m) * count + v];
+                if (units > most) {
+                    most = units;
+                    material[v] = static_cast<uint8_t>(m);
+                }
+            }
+        }
+    }
+}
+
+}  // namespace bsoil

@@ -1,0 +1,59 @@
+#include "bsoil/soil_def.h"
+
+#include <cmath>
+#include <set>
+
+#include "bsoil/limits.h"
+#include "soil/check_range.h"
+
+namespace bsoil {
+
+std::vector<MaterialDef> SoilDef::material_list() const {
+    return materials.empty() ? std::vector<MaterialDef>{material} : materials;
+}
+
+Status SoilDef::validate() const {
+    const double up_m = up == UpAxis::y ? size_m.y : size_m.z;
+    const double side_a = size_m.x, side_b = up == UpAxis::y ? size_m.z : size_m.y;
+    for (const Status& status :
+         {check_range("voxel_m", voxel_m, 0.001, 1), check_range("step_s", step_s, 1.0 / 2000, 0.05),
+          check_range("gravity_m_s2", gravity_m_s2, 0, 30),
+          check_range("propagation_iterations", propagation_iterations, 0, 64),
+          check_range("overflow_passes", overflow_passes, 0, 64),
+          check_range("substeps_max", substeps_max, 1, 32),
+          check_range("tile_capacity", tile_capacity, 0, 1 << 22),
+          check_range("thread_count", thread_count, 0, 1024),
+          check_range("yaw_rad", yaw_rad, -7, 7)}) {
+        if (!status) {
+            return status;
+        }
+    }
+    if (!is_finite(floor_center_m)) {
+        return Error{"floor_center_m has a NaN or infinite coordinate"};
+    }
+    for (const Status& status :
+         {check_range("size_m across / voxel_m", std::ceil(side_a / voxel_m - 1e-9), 1, limits::kGridSideMax),
+          check_range("size_m along / voxel_m", std::ceil(side_b / voxel_m - 1e-9), 1, limits::kGridSideMax),
+          check_range("size_m up / voxel_m", std::ceil(up_m / voxel_m - 1e-9), 1, limits::kGridHeightMax)}) {
+        if (!status) {
+            return status;
+        }
+    }
+    const std::vector<MaterialDef> list = material_list();
+    if (list.size() > limits::kMaterialCapacity) {
+        return Error{fmt::format("materials has {} entries, at most {} are possible", list.size(),
+                                 limits::kMaterialCapacity)};
+    }
+    std::set<std::string> names;
+    for (const MaterialDef& entry : list) {
+        if (Status status = entry.validate(); !status) {
+            return status;
+        }
+        if (!names.insert(entry.name).second) {
+            return Error{"materials has two entries named '" + entry.name + "'"};
+        }
+    }
+    return Done{};
+}
+
+}  // namespace bsoil

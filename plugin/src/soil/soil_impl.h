@@ -1,0 +1,164 @@
+/// Soil::Impl: the state of a soil on the host's side. One file per concern implements it:
+/// soil.cpp (creation, queries), step.cpp (the step), residency.cpp (tiles asleep and awake), fill.cpp, terrain.cpp,
+/// snapshot.cpp.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "bsoil/limits.h"
+#include "bsoil/soil.h"
+#include "device/device.h"
+#include "soil/layout.h"
+#include "soil/tile_codec.h"
+
+namespace bsoil {
+
+// Planes that outlive a step, in the order of TileVoxels: terrain, then all transported planes. Coverage, owner and
+// support are made anew from the bodies.
+//
+//   TileVoxels plane | state plane
+//   0                | kPlaneTerrain
+//   1 + i            | kTransportFirst + i    (volume, momentum x 3, force x 3, materials)
+inline constexpr int kKeptTerrain = 0;
+inline constexpr int kKeptVolume = 1;
+inline constexpr int kKeptMomentum = 2;
+inline constexpr int kKeptMaterial = 8;  // kPlaneMaterial - kTransportFirst + 1
+
+/// One tile of 8 x 8 columns.
+struct Tile {
+    int slot = -1;                  ///< in the device's buffers when awake
+    std::vector<uint8_t> packed;    ///< spans when asleep; empty: only air
+    uint64_t revision = 1;          ///< grows when its soil may have changed
+    int top = 0;                    ///< z above the highest voxel that holds soil or terrain
+    int64_t last_used_step = 0;     ///< when it was last needed awake
+    bool unchecked = false;         ///< filled since its slopes were last looked at
+};
+
+/// A block of 8 x 8 x 8 voxels by its place: index of its tile * blocks per tile + z / 8.
+using BlockKey = int64_t;
+
+/// What is known of a body from one step to the next.
+struct BodyTrack {
+    Pose pose;
+    unsigned shape_revision = 0;
+    int index = -1;                 ///< of its record in the shapes buffer and of its owner marks
+    bool is_static = false;
+    int64_t last_step = -1;
+    std::vector<BlockKey> blocks;   ///< in which its coverage stands now, sorted
+};
+
+/// A body that takes part in a step, in grid axes and metres.
+struct StepBody {
+    const SoilBody* input = nullptr;
+    BodyTrack* track = nullptr;
+    Pose from, to;           ///< body frame -> grid, at the step's start and end
+    bool moved = false;
+};
+
+struct Soil::Impl {
+    SoilDef def;
+    std::vector<MaterialDef> materials;
+    GridFrame frame;
+    Pose world_to_grid;             ///< of metres
+    double kg_per_unit = 0;
+    int height = 0, tiles_x = 0, tiles_y = 0, blocks_per_tile = 0, kept_planes = 0;
+    std::string device_reason;
+    std::unique_ptr<device::Device> device;
+    layout::SoilParams params{};
+
+    std::vector<std::unique_ptr<Tile>> tiles;     ///< tiles_x * tiles_y; null: never held anything
+    std::vector<int> slot_tile;                   ///< tile index of a slot, -1 = free
+    std::vector<int> free_slots;
+    int slot_count = 0, slot_capacity_max = 0;
+    bool table_dirty = false;                     ///< neighbour table has to be uploaded again
+    std::vector<int32_t> tile_table;
+
+    int64_t step_index = 0;
+    std::unordered_map<BlockKey, int64_t> active; ///< block -> step in which it last changed
+    std::unordered_map<int, BodyTrack> bodies;    ///< by SoilBody::id
+    std::vector<int> body_ids;                    ///< SoilBody::id by index; -1 = free
+    int64_t speed_q16 = 0;                        ///< fastest soil of the last step, Q16 voxels a base step
+    uint32_t status = 0;
+    bool any_unchecked = false;
+
+    std::vector<ContactVoxel> contacts;
+    std::vector<BodyLoad> loads;
+
+    // Scratch, kept so that a step does not allocate once warm.
+    std::vector<int64_t> listed_step, rebuild_step, contact_step;  ///< by device block: the last step it was in that list
+    std::vector<int64_t> woken_step;                               ///< by slot: when it woke
+    std::vector<int32_t> block_words, flag_words, shape_words, result_words, tile_tops;
+    std::vector<std::pair<BlockKey, int64_t>> active_scratch;
+    std::vector<std::pair<int32_t, int32_t>> pair_scratch;
+    std::vector<std::pair<size_t, const ConvexShape*>> hull_scratch;
+    std::vector<BlockKey> block_scratch, fresh_blocks;
+    std::vector<StepBody> body_scratch;
+    std::vector<Aabb> shape_boxes;
+    std::vector<int> contact_order, surface_queue;
+    std::vector<int32_t> surface_height;
+    int surface_low[2] = {0, 0}, surface_size[2] = {0, 0};
+    size_t list_words_used = 0, list_words_uploaded = 0, lists_capacity = 0, shapes_capacity = 0;
+    int block_active_count = 0;
+    device::WorkList listed_work, tile_work, rebuild_work, pair_work, contact_work;
+    mutable TileVoxels scratch;
+    mutable TileVoxels sampled;
+    mutable int sampled_tile = -1;
+    mutable uint64_t sampled_revision = 0;
+
+    // --- geometry
+    int tile_index(int tx, int ty) const { return ty * tiles_x + tx; }
+    Tile& tile_for(int index);
+    Vec3 to_grid(Vec3 world) const { return transform(world_to_grid, world) * (1 / frame.voxel_m); }
+
+    // --- residency.cpp
+    /// Slot of a tile, waking it if need be; -1 and status when the table is full.
+    int wake(int index);
+    void put_to_sleep(int index);
+    void sleep_idle_tiles();
+    Status grow_slots(int wanted);
+    Status allocate_slots(int count);
+    void upload_tile_table();
+    /// Reads a tile, awake or asleep, into `out`.
+    void read_voxels(int index, TileVoxels& out) const;
+    void write_voxels(int index, const TileVoxels& in);
+    const TileVoxels& sampled_voxels(int index) const;
+    void activate(BlockKey block) { active[block] = step_index; }
+
+    // --- fill.cpp, terrain.cpp
+    /// Soil per voxel of a tile as a share of the voxel (0..1) at grid voxel (x, y, z).
+    using VoxelFraction = std::function<double(int x, int y, int z)>;
+    Result<int> material_index(const std::string& name) const;
+    Status fill_with(const std::string& material, const int low[3], const int high[3], const VoxelFraction& fraction);
+    Status terrain_with(const VoxelFraction& fraction);
+    void wake_unstable_columns();
+
+    // --- step.cpp
+    StepReport step(std::span<const SoilBody> input);
+    bool accept_body(const SoilBody& body);
+    int take_body_index(int id);
+    double body_reach_voxels(const StepBody& body) const;
+    void find_body_blocks(const SoilBody& body, const Pose& from, const Pose& to, bool may_wake,
+                          std::vector<BlockKey>& blocks);
+    int device_block(BlockKey key) const;
+    void mark_rebuild(const std::vector<BlockKey>& blocks, bool changes_soil);
+    void list_active_blocks();
+    void build_work_lists();
+    void upload_bodies(std::span<const StepBody> step_bodies, double t);
+    void build_pairs();
+    void ensure_capacity(device::Buffer buffer, size_t& capacity, size_t words);
+    void dispatch(layout::Kernel kernel, const device::WorkList& work);
+    void run_deformation();
+    void run_advection();
+    void run_slippage();
+    void read_results();
+    void read_activity();
+    void find_free_surface();
+    double free_surface_at(int x, int y) const;
+
+    uint64_t checksum() const;
+};
+
+}  // namespace bsoil

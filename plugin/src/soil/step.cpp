@@ -1,0 +1,756 @@
+// The step on the host's side: which bodies, which blocks, which kernels in which order.
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <cmath>
+
+#include "soil/shape_bounds.h"
+#include "soil/soil_impl.h"
+
+namespace bsoil {
+
+using namespace layout;
+using device::Buffer;
+
+namespace {
+
+// A block that has not changed for so many steps needs no more passes: what moves marks its block every step.
+constexpr int64_t kAwakeSteps = 3;
+// Stamps are kept within 20 bits because the tile tops share their word with them; see kTileTableTop.
+constexpr int64_t kStampWrap = (1 << 20) - 2;
+
+using Clock = std::chrono::steady_clock;
+double ms_since(Clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+int32_t to_q16(double value, double limit) {
+    return static_cast<int32_t>(std::lround(std::clamp(value, -limit, limit) * 65536));
+}
+
+Pose interpolate(const Pose& a, const Pose& b, double t) {
+    Quat q = b.rotation;
+    if (a.rotation.x * q.x + a.rotation.y * q.y + a.rotation.z * q.z + a.rotation.w * q.w < 0) {
+        q = {-q.x, -q.y, -q.z, -q.w};
+    }
+    // Sub-steps turn by little: the normalized chord follows the arc.
+    Quat r{a.rotation.x + (q.x - a.rotation.x) * t, a.rotation.y + (q.y - a.rotation.y) * t,
+           a.rotation.z + (q.z - a.rotation.z) * t, a.rotation.w + (q.w - a.rotation.w) * t};
+    const double n = std::sqrt(r.x * r.x + r.y * r.y + r.z * r.z + r.w * r.w);
+    return {a.position + (b.position - a.position) * t, {r.x / n, r.y / n, r.z / n, r.w / n}};
+}
+
+bool same_pose(const Pose& a, const Pose& b) {
+    return a.position.x == b.position.x && a.position.y == b.position.y &&
+           a.position.z == b.position.z && a.rotation.x == b.rotation.x &&
+           a.rotation.y == b.rotation.y && a.rotation.z == b.rotation.z &&
+           a.rotation.w == b.rotation.w;
+}
+
+Aabb merge(const Aabb& a, const Aabb& b) {
+    return {{std::min(a.min.x, b.min.x), std::min(a.min.y, b.min.y), std::min(a.min.z, b.min.z)},
+            {std::max(a.max.x, b.max.x), std::max(a.max.y, b.max.y), std::max(a.max.z, b.max.z)}};
+}
+
+int clamped_floor(double value, int low, int high) {
+    return static_cast<int>(std::floor(std::clamp(value, static_cast<double>(low), static_cast<double>(high))));
+}
+
+/// Adds `block` to a work list being filled tile by tile.
+class WorkListBuilder {
+  public:
+    WorkListBuilder(device::WorkList& list, std::vector<int32_t>& words) : list_(list), words_(words) {
+        list_.list_offset = static_cast<int>(words.size());
+        list_.group_count = 0;
+        for (auto& tiles : list_.tiles_by_colour) {
+            tiles.clear();
+        }
+    }
+    void begin_tile(int tx, int ty) {
+        colour_ = (tx & 1) + 2 * (ty & 1);
+        first_ = list_.group_count;
+    }
+    void add(int32_t word) {
+        words_.push_back(word);
+        ++list_.group_count;
+    }
+    void add(int32_t word, int32_t second) {
+        words_.push_back(word);
+        add(second);
+    }
+    void end_tile() {
+        if (list_.group_count > first_) {
+            list_.tiles_by_colour[colour_].push_back({first_, list_.group_count - first_});
+        }
+    }
+
+  private:
+    device::WorkList& list_;
+    std::vector<int32_t>& words_;
+    int colour_ = 0, first_ = 0;
+};
+
+int64_t wide_sum(const int32_t* words) {
+    return static_cast<int64_t>(static_cast<uint64_t>(static_cast<uint32_t>(words[1])) << 32 |
+                                static_cast<uint32_t>(words[0]));
+}
+
+}  // namespace
+
+void Soil::Impl::dispatch(Kernel kernel, const device::WorkList& work) {
+    if (work.group_count == 0) {
+        return;
+    }
+    params.list_offset = work.list_offset;
+    params.pair_offset = work.list_offset;
+    params.list_count = work.group_count;
+    device->set_params({reinterpret_cast<const int32_t*>(&params), sizeof(params) / sizeof(int32_t)});
+    device->dispatch(static_cast<int>(kernel), work);
+}
+
+// Blocks of awake (or, for bodies that can move soil, waking) tiles that the body's shapes touch and that are near soil.
+void Soil::Impl::find_body_blocks(const SoilBody& body, const Pose& from, const Pose& to, bool may_wake,
+                                  std::vector<BlockKey>& blocks) {
+    blocks.clear();
+    for (const ConvexShape& shape : *body.shapes) {
+        const Aabb box = merge(shape_bounds(shape, from, frame.voxel_m), shape_bounds(shape, to, frame.voxel_m));
+        if (box.max.x < 0 || box.max.y < 0 || box.max.z < 0 || box.min.x > frame.size[0] ||
+            box.min.y > frame.size[1] || box.min.z > height) {
+            continue;
+        }
+        // One voxel more all around: the coverage gradient and the soil just outside.
+        const int tx0 = clamped_floor((box.min.x - 1) / kTileSide, 0, tiles_x - 1);
+        const int tx1 = clamped_floor((box.max.x + 1) / kTileSide, 0, tiles_x - 1);
+        const int ty0 = clamped_floor((box.min.y - 1) / kTileSide, 0, tiles_y - 1);
+        const int ty1 = clamped_floor((box.max.y + 1) / kTileSide, 0, tiles_y - 1);
+        const int zb0 = clamped_floor((box.min.z - 1) / kTileSide, 0, blocks_per_tile - 1);
+        const int zb1 = clamped_floor((box.max.z + 1) / kTileSide, 0, blocks_per_tile - 1);
+        for (int ty = ty0; ty <= ty1; ++ty) {
+            for (int tx = tx0; tx <= tx1; ++tx) {
+                const int index = tile_index(tx, ty);
+                const Tile* tile = tiles[index].get();
+                if (!tile || tile->top + 2 < box.min.z || (may_wake ? wake(index) : tile->slot) < 0) {
+                    continue;
+                }
+                for (int zb = zb0; zb <= zb1; ++zb) {
+                    blocks.push_back(static_cast<BlockKey>(index) * blocks_per_tile + zb);
+                }
+            }
+        }
+    }
+    std::sort(blocks.begin(), blocks.end());
+    blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+}
+
+int Soil::Impl::device_block(BlockKey key) const {
+    const Tile* tile = tiles[key / blocks_per_tile].get();
+    return tile && tile->slot >= 0 ? tile->slot * blocks_per_tile + static_cast<int>(key % blocks_per_tile) : -1;
+}
+
+void Soil::Impl::mark_rebuild(const std::vector<BlockKey>& blocks, bool changes_soil) {
+    for (BlockKey key : blocks) {
+        const int block = device_block(key);
+        if (block >= 0) {
+            rebuild_step[block] = step_index;
+            if (changes_soil) {
+                activate(key);
+            }
+        }
+    }
+}
+
+void Soil::Impl::list_active_blocks() {
+    std::vector<std::pair<BlockKey, int64_t>>& entries = active_scratch;
+    entries.clear();
+    for (auto it = active.begin(); it != active.end();) {
+        if (step_index - it->second > kAwakeSteps) {
+            it = active.erase(it);
+        } else {
+            entries.push_back(*it);
+            ++it;
+        }
+    }
+    std::sort(entries.begin(), entries.end());  // tiles wake in a fixed order
+    for (const auto& [key, changed] : entries) {
+        const int index = static_cast<int>(key / blocks_per_tile);
+        const int zb = static_cast<int>(key % blocks_per_tile);
+        const int tx = index % tiles_x, ty = index / tiles_x;
+        for (int ny = std::max(0, ty - 1); ny <= std::min(tiles_y - 1, ty + 1); ++ny) {
+            for (int nx = std::max(0, tx - 1); nx <= std::min(tiles_x - 1, tx + 1); ++nx) {
+                const int slot = wake(tile_index(nx, ny));
+                for (int z = std::max(0, zb - 1); slot >= 0 && z <= std::min(blocks_per_tile - 1, zb + 1); ++z) {
+                    listed_step[static_cast<size_t>(slot) * blocks_per_tile + z] = step_index;
+                }
+            }
+        }
+    }
+    block_active_count = static_cast<int>(entries.size());
+}
+
+void Soil::Impl::build_work_lists() {
+    block_words.clear();
+    flag_words.assign(static_cast<size_t>(slot_count) * blocks_per_tile, 0);
+    const auto build = [&](device::WorkList& list, auto&& wanted) {
+        WorkListBuilder builder(list, block_words);
+        for (int slot = 0; slot < slot_count; ++slot) {
+            if (slot_tile[slot] < 0) {
+                continue;
+            }
+            builder.begin_tile(slot_tile[slot] % tiles_x, slot_tile[slot] / tiles_x);
+            for (int zb = 0; zb < blocks_per_tile; ++zb) {
+                const int block = slot * blocks_per_tile + zb;
+                if (wanted(block)) {
+                    builder.add(block);
+                }
+            }
+            builder.end_tile();
+        }
+    };
+    build(listed_work, [&](int block) {
+        const bool listed = listed_step[block] == step_index;
+        flag_words[block] = listed;
+        return listed;
+    });
+    build(rebuild_work, [&](int block) { return rebuild_step[block] == step_index; });
+    build(contact_work, [&](int block) { return contact_step[block] == step_index; });
+    WorkListBuilder builder(tile_work, block_words);
+    for (int slot = 0; slot < slot_count; ++slot) {
+        if (slot_tile[slot] < 0) {
+            continue;
+        }
+        builder.begin_tile(slot_tile[slot] % tiles_x, slot_tile[slot] / tiles_x);
+        bool wanted = woken_step[slot] == step_index;
+        for (int zb = 0; zb < blocks_per_tile && !wanted; ++zb) {
+            wanted = flag_words[static_cast<size_t>(slot) * blocks_per_tile + zb] != 0;
+        }
+        if (wanted) {
+            builder.add(slot);
+            tiles[slot_tile[slot]]->last_used_step = step_index;
+        }
+        builder.end_tile();
+    }
+    list_words_used = block_words.size();
+    device->write(Buffer::block_flags, static_cast<int64_t>(kFlagListed) * flag_words.size(), flag_words);
+}
+
+// Body and shape records for the bodies at share t of the step.
+void Soil::Impl::upload_bodies(std::span<const StepBody> step_bodies, double t) {
+    const int body_count = static_cast<int>(body_ids.size());
+    params.body_count = body_count;
+    params.shape_offset = body_count * kBodyWords;
+    shape_words.assign(static_cast<size_t>(params.shape_offset), 0);
+    const double per_step = def.step_s / frame.voxel_m;
+    for (const StepBody& body : step_bodies) {
+        const SoilBody& in = *body.input;
+        int32_t* record = &shape_words[static_cast<size_t>(body.track->index) * kBodyWords];
+        if (!in.is_static) {
+            const Vec3 linear = rotate(world_to_grid.rotation, in.linear_velocity_m_s) * per_step;
+            const Vec3 angular = rotate(world_to_grid.rotation, in.angular_velocity_rad_s) * def.step_s;
+            const Vec3 center = to_grid(in.center_of_mass_m) * 2;
+            const double components[9] = {linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
+                                          center.x, center.y, center.z};
+            for (int i = 0; i < 6; ++i) {
+                record[kBodyLinear + i] = to_q16(components[i], i < 3 ? 64 : 2);
+            }
+            for (int i = 6; i < 9; ++i) {
+                record[kBodyLinear + i] = static_cast<int32_t>(std::lround(std::clamp(components[i], -1e6, 1e6)));
+            }
+            record[kBodyMoving] = 1;
+        }
+        record[kBodyFriction] = static_cast<int32_t>(
+            std::lround(materials[0].tool_friction * def.gravity_m_s2 * def.step_s * per_step * kVelocityOne));
+    }
+    const auto put_float = [&](size_t at, double value) {
+        shape_words[at] = std::bit_cast<int32_t>(static_cast<float>(value));
+    };
+    shape_boxes.clear();
+    const double inverse_voxel = 1 / frame.voxel_m;
+    std::vector<std::pair<size_t, const ConvexShape*>>& hulls = hull_scratch;
+    hulls.clear();
+    for (const StepBody& body : step_bodies) {
+        const Pose pose = interpolate(body.from, body.to, t);
+        for (const ConvexShape& shape : *body.input->shapes) {
+            const size_t record = shape_words.size();
+            shape_words.resize(record + kShapeWords, 0);
+            shape_words[record + kShapeKind] = static_cast<int32_t>(shape.kind);
+            shape_words[record + kShapeBody] = body.track->index;
+            const Pose to_grid_m = pose * shape.local;
+            const Pose from_grid = inverse(to_grid_m);
+            const Vec3 columns[3] = {rotate(from_grid.rotation, {1, 0, 0}), rotate(from_grid.rotation, {0, 1, 0}),
+                                     rotate(from_grid.rotation, {0, 0, 1})};
+            const Vec3 offset = from_grid.position * inverse_voxel;
+            const double rows[12] = {columns[0].x, columns[1].x, columns[2].x, offset.x,
+                                     columns[0].y, columns[1].y, columns[2].y, offset.y,
+                                     columns[0].z, columns[1].z, columns[2].z, offset.z};
+            for (size_t i = 0; i < 12; ++i) {
+                put_float(record + kShapeRows + i, rows[i]);
+            }
+            const double r = shape.radius_m * inverse_voxel, h = shape.half_height_m * inverse_voxel;
+            const size_t size = record + kShapeSize;
+            if (shape.kind == ConvexShape::Kind::box) {
+                put_float(size, shape.half_extents_m.x * inverse_voxel);
+                put_float(size + 1, shape.half_extents_m.y * inverse_voxel);
+                put_float(size + 2, shape.half_extents_m.z * inverse_voxel);
+            } else {
+                put_float(size, r);
+                put_float(size + 1, h);
+                const double slant = std::sqrt(r * r + 4 * h * h);
+                if (slant > 0) {
+                    put_float(size + 2, 2 * h / slant);
+                    put_float(size + 3, r / slant);
+                }
+            }
+            put_float(record + kShapeRounding, shape.rounding_m * inverse_voxel);
+            if (shape.kind == ConvexShape::Kind::hull) {
+                hulls.push_back({record, &shape});
+            }
+            shape_boxes.push_back({shape_bounds(shape, pose, frame.voxel_m)});
+        }
+    }
+    for (const auto& [record, shape] : hulls) {
+        shape_words[record + kShapePlanes] = static_cast<int32_t>(shape_words.size());
+        shape_words[record + kShapePlanes + 1] = static_cast<int32_t>(shape->planes.size());
+        for (const Plane& plane : shape->planes) {
+            const size_t at = shape_words.size();
+            shape_words.resize(at + 4);
+            put_float(at, plane.normal.x);
+            put_float(at + 1, plane.normal.y);
+            put_float(at + 2, plane.normal.z);
+            put_float(at + 3, plane.offset * inverse_voxel);
+        }
+    }
+    ensure_capacity(Buffer::shapes, shapes_capacity, shape_words.size());
+    device->write(Buffer::shapes, 0, shape_words);
+}
+
+void Soil::Impl::ensure_capacity(Buffer buffer, size_t& capacity, size_t words) {
+    if (words > capacity) {
+        capacity = std::max(words, 2 * capacity);
+        // Growing a small buffer can only fail when the host is out of memory; then the next step finds it empty.
+        if (!device->allocate(buffer, static_cast<int64_t>(capacity))) {
+            status |= static_cast<uint32_t>(StatusBit::tile_table_full);
+            capacity = 0;
+        }
+    }
+}
+
+// (block, shape) pairs of the blocks whose coverage is made anew.
+void Soil::Impl::build_pairs() {
+    block_words.resize(list_words_used);
+    std::vector<std::pair<int32_t, int32_t>>& pairs = pair_scratch;
+    pairs.clear();
+    for (size_t s = 0; s < shape_boxes.size(); ++s) {
+        const Aabb& box = shape_boxes[s];
+        if (box.max.x < 0 || box.max.y < 0 || box.max.z < 0 || box.min.x > frame.size[0] ||
+            box.min.y > frame.size[1] || box.min.z > height) {
+            continue;
+        }
+        const int tx0 = clamped_floor(box.min.x / kTileSide, 0, tiles_x - 1);
+        const int tx1 = clamped_floor(box.max.x / kTileSide, 0, tiles_x - 1);
+        const int ty0 = clamped_floor(box.min.y / kTileSide, 0, tiles_y - 1);
+        const int ty1 = clamped_floor(box.max.y / kTileSide, 0, tiles_y - 1);
+        const int zb0 = clamped_floor(box.min.z / kTileSide, 0, blocks_per_tile - 1);
+        const int zb1 = clamped_floor(box.max.z / kTileSide, 0, blocks_per_tile - 1);
+        for (int ty = ty0; ty <= ty1; ++ty) {
+            for (int tx = tx0; tx <= tx1; ++tx) {
+                const Tile* tile = tiles[tile_index(tx, ty)].get();
+                if (!tile || tile->slot < 0) {
+                    continue;
+                }
+                for (int zb = zb0; zb <= zb1; ++zb) {
+                    const int block = tile->slot * blocks_per_tile + zb;
+                    if (rebuild_step[block] == step_index) {
+                        pairs.push_back({block, static_cast<int32_t>(s)});
+                    }
+                }
+            }
+        }
+    }
+    std::sort(pairs.begin(), pairs.end());
+    WorkListBuilder builder(pair_work, block_words);
+    for (size_t i = 0; i < pairs.size();) {
+        const int slot = pairs[i].first / blocks_per_tile;
+        builder.begin_tile(slot_tile[slot] % tiles_x, slot_tile[slot] / tiles_x);
+        for (; i < pairs.size() && pairs[i].first / blocks_per_tile == slot; ++i) {
+            builder.add(pairs[i].first, pairs[i].second);
+        }
+        builder.end_tile();
+    }
+    if (block_words.size() > lists_capacity) {
+        ensure_capacity(Buffer::block_list, lists_capacity, block_words.size());
+        list_words_uploaded = 0;
+    }
+    const size_t from = list_words_uploaded;
+    device->write(Buffer::block_list, static_cast<int64_t>(from),
+                  std::span<const int32_t>(block_words).subspan(from));
+    list_words_uploaded = list_words_used;
+}
+
+void Soil::Impl::run_deformation() {
+    ++params.pass_stamp;
+    dispatch(Kernel::apply_force, listed_work);
+    for (int i = 0; i < def.propagation_iterations; ++i) {
+        ++params.pass_stamp;
+        dispatch(Kernel::propagate_force, listed_work);
+        dispatch(Kernel::apply_flow, listed_work);
+    }
+}
+
+void Soil::Impl::run_advection() {
+    dispatch(Kernel::find_support, tile_work);
+    ++params.pass_stamp;
+    dispatch(Kernel::advect_soil, listed_work);
+    dispatch(Kernel::apply_flow, listed_work);
+    for (int i = 0; i < def.overflow_passes; ++i) {
+        ++params.pass_stamp;
+        dispatch(Kernel::resolve_overflow, listed_work);
+        dispatch(Kernel::apply_flow, listed_work);
+    }
+}
+
+void Soil::Impl::run_slippage() {
+    dispatch(Kernel::build_spans, tile_work);
+    ++params.pass_stamp;
+    dispatch(Kernel::slip_soil, tile_work);
+    dispatch(Kernel::apply_flow, listed_work);
+}
+
+bool Soil::Impl::accept_body(const SoilBody& body) {
+    if (!is_finite(body.pose) || !is_finite(body.linear_velocity_m_s) ||
+        !is_finite(body.angular_velocity_rad_s) || !is_finite(body.center_of_mass_m)) {
+        status |= static_cast<uint32_t>(StatusBit::pose_not_finite);
+        return false;
+    }
+    if (!body.shapes || body.shapes->empty() || body.id < 0 || body.id > 65533 ||
+        !std::all_of(body.shapes->begin(), body.shapes->end(), is_valid_shape)) {
+        status |= static_cast<uint32_t>(StatusBit::shape_refused);
+        return false;
+    }
+    return true;
+}
+
+int Soil::Impl::take_body_index(int id) {
+    const auto free = std::find(body_ids.begin(), body_ids.end(), -1);
+    if (free != body_ids.end()) {
+        *free = id;
+        return static_cast<int>(free - body_ids.begin());
+    }
+    body_ids.push_back(id);
+    return static_cast<int>(body_ids.size()) - 1;
+}
+
+// Steps that a body's motion needs: no point of it may cross more than a voxel at once.
+double Soil::Impl::body_reach_voxels(const StepBody& body) const {
+    double reach = 0;
+    for (const ConvexShape& shape : *body.input->shapes) {
+        const Aabb a = shape_bounds(shape, body.from, frame.voxel_m);
+        const Aabb b = shape_bounds(shape, body.to, frame.voxel_m);
+        const double shifts[6] = {a.min.x - b.min.x, a.min.y - b.min.y, a.min.z - b.min.z,
+                                  a.max.x - b.max.x, a.max.y - b.max.y, a.max.z - b.max.z};
+        for (double shift : shifts) {
+            reach = std::max(reach, std::abs(shift));
+        }
+    }
+    return reach;
+}
+
+StepReport Soil::Impl::step(std::span<const SoilBody> input) {
+    StepReport report;
+    Clock::time_point mark = Clock::now();
+    ++step_index;
+    const int64_t stamp = step_index % kStampWrap + 1;
+    if (stamp < params.step_stamp || params.pass_stamp > (1 << 30)) {
+        params.pass_stamp = 0;
+        table_dirty = true;
+        device->fill_zero(Buffer::block_flags, 0, static_cast<int64_t>(kFlagArrays) * slot_count * blocks_per_tile);
+    }
+    params.step_stamp = static_cast<int32_t>(stamp);
+    if (any_unchecked) {
+        wake_unstable_columns();
+    }
+
+    // --- bodies: who is here, who moved, how fast
+    std::vector<StepBody>& step_bodies = body_scratch;
+    step_bodies.clear();
+    double reach = static_cast<double>(speed_q16) / 65536;
+    for (const SoilBody& body : input) {
+        if (!accept_body(body)) {
+            continue;
+        }
+        if (static_cast<int>(step_bodies.size()) >= limits::kBodyCapacity) {
+            status |= static_cast<uint32_t>(StatusBit::shape_refused);
+            break;
+        }
+        BodyTrack& track = bodies[body.id];
+        if (track.last_step == step_index) {
+            continue;  // the same id twice in one step: the first counts
+        }
+        const Pose to = world_to_grid * body.pose;
+        StepBody entry{&body, &track, to, to, true};
+        if (track.index < 0) {
+            track.index = take_body_index(body.id);
+        } else if (track.shape_revision == body.shape_revision) {
+            entry.from = track.pose;
+            entry.moved = !same_pose(track.pose, to);
+            const double move = entry.moved ? body_reach_voxels(entry) : 0;
+            if (move > def.substeps_max) {
+                status |= static_cast<uint32_t>(StatusBit::body_teleported);
+                entry.from = to;
+            } else {
+                reach = std::max(reach, move);
+            }
+        }
+        track.pose = to;
+        track.shape_revision = body.shape_revision;
+        track.is_static = body.is_static;
+        track.last_step = step_index;
+        if (!body.is_static) {
+            const Vec3 at = to_grid(body.center_of_mass_m);
+            if (at.x < 0 || at.y < 0 || at.z < 0 || at.x > frame.size[0] || at.y > frame.size[1]) {
+                status |= static_cast<uint32_t>(StatusBit::body_outside_grid);
+            }
+        }
+        step_bodies.push_back(entry);
+    }
+    params.substep_count = std::clamp(static_cast<int>(std::ceil(reach)), 1, def.substeps_max);
+    if (reach > def.substeps_max) {
+        status |= static_cast<uint32_t>(StatusBit::speed_clamped);
+    }
+
+    // --- blocks: where coverage changes, what is active, what to dispatch
+    for (auto it = bodies.begin(); it != bodies.end();) {
+        if (it->second.last_step != step_index) {  // gone: its room is free again
+            mark_rebuild(it->second.blocks, true);
+            body_ids[it->second.index] = -1;
+            it = bodies.erase(it);
+        } else {
+            ++it;
+        }
+    }
+    bool any_moved = false;
+    std::vector<BlockKey>& blocks = block_scratch;
+    for (StepBody& body : step_bodies) {
+        const bool is_static = body.input->is_static;
+        find_body_blocks(*body.input, body.from, body.to, body.moved || !is_static, blocks);
+        if (body.moved) {
+            mark_rebuild(body.track->blocks, true);
+            mark_rebuild(blocks, true);
+            any_moved = true;
+        } else {
+            fresh_blocks.clear();
+            std::set_difference(blocks.begin(), blocks.end(), body.track->blocks.begin(),
+                                body.track->blocks.end(), std::back_inserter(fresh_blocks));
+            mark_rebuild(fresh_blocks, false);
+        }
+        body.track->blocks = blocks;
+    }
+    list_active_blocks();
+    // A tile that woke just now has no coverage yet, and its bodies may not have been looked up with it awake.
+    for (StepBody& body : step_bodies) {
+        find_body_blocks(*body.input, body.from, body.to, false, blocks);
+        body.track->blocks = blocks;
+        for (BlockKey key : blocks) {
+            const int block = device_block(key);
+            if (woken_step[block / blocks_per_tile] == step_index) {
+                rebuild_step[block] = step_index;
+            }
+            if (!body.input->is_static) {
+                contact_step[block] = step_index;
+            }
+        }
+    }
+    upload_tile_table();
+    build_work_lists();
+    list_words_uploaded = 0;
+
+    // --- the step itself
+    device->fill_zero(Buffer::result, 0, kResultHeader + static_cast<int64_t>(limits::kBodyCapacity) * kLoadWords);
+    for (int s = 0; s < params.substep_count; ++s) {
+        mark = Clock::now();
+        if (s == 0 || any_moved) {
+            upload_bodies(step_bodies, static_cast<double>(s + 1) / params.substep_count);
+            build_pairs();
+            dispatch(Kernel::clear_coverage, rebuild_work);
+            dispatch(Kernel::voxelize_shapes, pair_work);
+        }
+        report.stage_ms.voxelize += ms_since(mark);
+        mark = Clock::now();
+        run_deformation();
+        report.stage_ms.deform += ms_since(mark);
+        mark = Clock::now();
+        run_advection();
+        report.stage_ms.advect += ms_since(mark);
+        mark = Clock::now();
+        run_slippage();
+        report.stage_ms.slip += ms_since(mark);
+    }
+
+    mark = Clock::now();
+    params.contact_offset = kResultHeader + limits::kBodyCapacity * kLoadWords;
+    params.contact_capacity = limits::kContactCapacity;
+    dispatch(Kernel::collect_contacts, contact_work);
+    read_results();
+    report.stage_ms.contacts = ms_since(mark);
+
+    mark = Clock::now();
+    read_activity();
+    sleep_idle_tiles();
+    report.stage_ms.activity = ms_since(mark);
+
+    report.substep_count = params.substep_count;
+    report.status_bits = status;
+    report.block_active_count = block_active_count;
+    report.block_dispatched_count = listed_work.group_count;
+    report.tile_awake_count = slot_count - static_cast<int>(free_slots.size());
+    report.speed_max_voxels_per_step = static_cast<double>(speed_q16) / 65536;
+    report.contacts = contacts;
+    report.loads = loads;
+    return report;
+}
+
+void Soil::Impl::read_results() {
+    const int head = kResultHeader + static_cast<int>(body_ids.size()) * kLoadWords;
+    result_words.resize(static_cast<size_t>(head));
+    device->read(Buffer::result, 0, result_words);
+    status |= static_cast<uint32_t>(result_words[kResultStatus]);
+    speed_q16 = result_words[kResultSpeed];
+    loads.clear();
+    for (size_t b = 0; b < body_ids.size(); ++b) {
+        const int32_t* sums = &result_words[kResultHeader + b * kLoadWords];
+        const double units = static_cast<double>(wide_sum(sums));
+        if (units > 0 && body_ids[b] >= 0) {
+            const Vec3 center{static_cast<double>(wide_sum(sums + 2)) / units / 2,
+                              static_cast<double>(wide_sum(sums + 4)) / units / 2,
+                              static_cast<double>(wide_sum(sums + 6)) / units / 2};
+            // collect_contacts sums sixteenths of units.
+            loads.push_back({body_ids[b], units * 16 * kg_per_unit, frame.to_world(center)});
+        }
+    }
+    const int count = std::min(result_words[kResultContacts], limits::kContactCapacity);
+    result_words.resize(static_cast<size_t>(count) * kContactWords);
+    device->read(Buffer::result, params.contact_offset, result_words);
+    contact_order.resize(static_cast<size_t>(count));
+    for (int i = 0; i < count; ++i) {
+        contact_order[i] = i;
+    }
+    // The device appends in any order.
+    std::sort(contact_order.begin(), contact_order.end(), [&](int a, int b) {
+        return std::lexicographical_compare(&result_words[a * kContactWords], &result_words[a * kContactWords] + 4,
+                                            &result_words[b * kContactWords], &result_words[b * kContactWords] + 4);
+    });
+    contacts.clear();
+    find_free_surface();
+    const double voxel = frame.voxel_m;
+    for (int i : contact_order) {
+        const int32_t* c = &result_words[static_cast<size_t>(i) * kContactWords];
+        const Vec3 gradient{static_cast<double>(c[4]), static_cast<double>(c[5]), static_cast<double>(c[6])};
+        const double steep = length(gradient);
+        const double share = steep / (2.0 * kVoxelFull);  // area of surface in this voxel / voxel face
+        ContactVoxel contact;
+        contact.body = body_ids[c[3]];
+        contact.position_m = frame.to_world({c[0] + 0.5, c[1] + 0.5, c[2] + 0.5});
+        contact.normal = rotate(frame.grid_to_world.rotation, gradient * (-1 / steep));
+        contact.area_m2 = share * voxel * voxel;
+        contact.depth_m = std::max(0.0, free_surface_at(c[0], c[1]) - (c[2] + 0.5)) * voxel;
+        contact.fill = static_cast<double>(c[7]) / kVoxelFull;
+        contact.compression_m = std::min(1.0, static_cast<double>(c[8]) / kVoxelFull / share) * voxel;
+        contact.material = c[9];
+        contacts.push_back(contact);
+    }
+}
+
+// Height of the soil's free surface around the contacts: at a column under a body that of the nearest column that is
+// not. A breadth-first walk over the columns around the contacts.
+void Soil::Impl::find_free_surface() {
+    constexpr int kMargin = 2 * kTileSide;
+    surface_height.clear();
+    if (contact_order.empty()) {
+        return;
+    }
+    int low[2] = {INT32_MAX, INT32_MAX}, high[2] = {-1, -1};
+    for (int i : contact_order) {
+        for (int axis = 0; axis < 2; ++axis) {
+            const int at = result_words[static_cast<size_t>(i) * kContactWords + axis];
+            low[axis] = std::min(low[axis], at);
+            high[axis] = std::max(high[axis], at);
+        }
+    }
+    for (int axis = 0; axis < 2; ++axis) {
+        surface_low[axis] = std::max(0, low[axis] - kMargin);
+        surface_size[axis] = std::min(frame.size[axis] - 1, high[axis] + kMargin) - surface_low[axis] + 1;
+    }
+    surface_height.assign(static_cast<size_t>(surface_size[0]) * surface_size[1], -1);
+    surface_queue.clear();
+    tile_tops.resize(kTileColumns);
+    for (int ty = surface_low[1] / kTileSide; ty <= (surface_low[1] + surface_size[1] - 1) / kTileSide; ++ty) {
+        for (int tx = surface_low[0] / kTileSide; tx <= (surface_low[0] + surface_size[0] - 1) / kTileSide; ++tx) {
+            const Tile* tile = tiles[tile_index(tx, ty)].get();
+            if (!tile || tile->slot < 0) {
+                continue;
+            }
+            device->read(Buffer::spans,
+                         (static_cast<int64_t>(slot_count) * kColumnWords + tile->slot) * kTileColumns, tile_tops);
+            for (int c = 0; c < kTileColumns; ++c) {
+                const int x = tx * kTileSide + c % kTileSide - surface_low[0];
+                const int y = ty * kTileSide + c / kTileSide - surface_low[1];
+                if (x >= 0 && y >= 0 && x < surface_size[0] && y < surface_size[1] && tile_tops[c] >= 0) {
+                    surface_height[static_cast<size_t>(y) * surface_size[0] + x] = tile_tops[c];
+                    surface_queue.push_back(y * surface_size[0] + x);
+                }
+            }
+        }
+    }
+    for (size_t head = 0; head < surface_queue.size(); ++head) {
+        const int x = surface_queue[head] % surface_size[0], y = surface_queue[head] / surface_size[0];
+        constexpr int kStep[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
+        for (const auto& step : kStep) {
+            const int nx = x + step[0], ny = y + step[1];
+            if (nx >= 0 && ny >= 0 && nx < surface_size[0] && ny < surface_size[1]) {
+                int32_t& next = surface_height[static_cast<size_t>(ny) * surface_size[0] + nx];
+                if (next < 0) {
+                    next = surface_height[surface_queue[head]];
+                    surface_queue.push_back(ny * surface_size[0] + nx);
+                }
+            }
+        }
+    }
+}
+
+double Soil::Impl::free_surface_at(int x, int y) const {
+    return surface_height[static_cast<size_t>(y - surface_low[1]) * surface_size[0] + x - surface_low[0]] / 65536.0;
+}
+
+void Soil::Impl::read_activity() {
+    const size_t blocks = static_cast<size_t>(slot_count) * blocks_per_tile;
+    flag_words.resize(2 * blocks);
+    static_assert(kFlagWanted == kFlagChanged + 1);
+    device->read(Buffer::block_flags, static_cast<int64_t>(kFlagChanged * blocks), flag_words);
+    tile_table.resize(static_cast<size_t>(slot_count) * kTileTableWords);
+    device->read(Buffer::tile_table, 0, tile_table);
+    for (int slot = 0; slot < slot_count; ++slot) {
+        const int index = slot_tile[slot];
+        if (index < 0) {
+            continue;
+        }
+        Tile& tile = *tiles[index];
+        bool changed = false;
+        for (int zb = 0; zb < blocks_per_tile; ++zb) {
+            const size_t block = static_cast<size_t>(slot) * blocks_per_tile + zb;
+            if (flag_words[block] == params.step_stamp) {
+                changed = true;
+                activate(static_cast<BlockKey>(index) * blocks_per_tile + zb);
+            }
+            if (flag_words[blocks + block] == params.step_stamp) {
+                status |= static_cast<uint32_t>(StatusBit::flow_deferred);
+                activate(static_cast<BlockKey>(index) * blocks_per_tile + zb);
+            }
+        }
+        tile.revision += changed;
+        const int32_t top = tile_table[static_cast<size_t>(slot) * kTileTableWords + kTileTableTop];
+        if (top / 1024 == params.step_stamp) {
+            tile.top = top % 1024;
+        }
+    }
+}
+
+}  // namespace bsoil

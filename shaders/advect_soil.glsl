@@ -1,0 +1,129 @@
+// Ballistic motion, thesis (21) to (29): each voxel's soil is displaced by its velocity and shared out over the voxels it
+// then overlaps (13) to (16); locked voxels give it back without velocity (24). Supported soil rests; soil on a moving
+// body goes with the body as far as friction can take it (thesis 5.3.1 lists its absence as a defect).
+// Reads: all planes. Writes: deltas; the momentum of soil that rests.
+
+// thesis (24): a full voxel is locked, unless its soil is itself falling or carried away.
+bool is_locked(int to) {
+    if (is_closed(to)) {
+        return true;
+    }
+    int support = state_at(kPlaneSupport, to);
+    return support == kSupportGround && is_full(to);
+}
+
+void advect_soil(int group, int lane) {
+    int block = block_list[params.list_offset + group];
+    int slot = block / params.blocks_per_tile;
+    int z0 = (block - slot * params.blocks_per_tile) * 8;
+    int x = lane & 7;
+    int y = lane >> 3;
+    int fastest = 0;
+    for (int z = 0; z < 8; ++z) {
+        int voxel = block * kBlockVoxels + z * kTileColumns + lane;
+        if (state_at(kPlaneVolume, voxel) == 0) {
+            continue;
+        }
+        int mass = mass_at(voxel);
+        int support = state_at(kPlaneSupport, voxel);
+        ivec3 momentum = ivec3(state_at(kPlaneMomentumX, voxel), state_at(kPlaneMomentumY, voxel),
+                               state_at(kPlaneMomentumZ, voxel));
+        if (support == kSupportGround) {
+            if (momentum.x != 0 || momentum.y != 0 || momentum.z != 0) {
+                set_state(kPlaneMomentumX, voxel, 0);
+                set_state(kPlaneMomentumY, voxel, 0);
+                set_state(kPlaneMomentumZ, voxel, 0);
+            }
+            continue;
+        }
+        if (mass == 0) {
+            continue;
+        }
+        // Q16 voxels a base step, from momentum / mass.
+        ivec3 whole = momentum / mass;
+        ivec3 rest = momentum - whole * mass;
+        ivec3 velocity = whole * 64 + (rest * 64) / mass;
+        ivec3 after = velocity;
+        ivec3 drift = velocity;
+        int gravity = params.gravity_q16 / params.substep_count;
+        if (support == kSupportNone) {
+            // Kick after drift, drift at the middle of the step: exact for constant gravity (29).
+            drift.z -= gravity / 2;
+            after.z -= gravity;
+        } else {
+            int body = support - kSupportBody;
+            ivec3 goal = body_velocity_at(body, grid_voxel(slot, x, y, z0 + z));
+            int grip = shapes[body * kBodyWords + kBodyFriction] * 64 / params.substep_count;
+            after.x += clamp(goal.x - after.x, -grip, grip);
+            after.y += clamp(goal.y - after.y, -grip, grip);
+            after.z = max(goal.z, after.z - gravity);
+            drift = after;
+        }
+        int speed = largest_component(drift);
+        fastest = max(fastest, speed);
+        drift = drift / params.substep_count;
+        if (largest_component(drift) > kVoxelFull) {
+            ATOMIC_OR(result[kResultStatus], kStatusSpeedClamped);
+            drift = clamp(drift, ivec3(-kVoxelFull), ivec3(kVoxelFull));
+        }
+        // Momentum after the kick, moved with the soil.
+        ivec3 kick = after - velocity;
+        ivec3 gained = ivec3(mul_q16(mass, kick.x * 1024), mul_q16(mass, kick.y * 1024),
+                             mul_q16(mass, kick.z * 1024));
+        int volume = state_at(kPlaneVolume, voxel);
+        if (volume <= kCrumb) {
+            drift = ((drift + 32768) >> 16) * kVoxelFull;
+        }
+        if (drift.x == 0 && drift.y == 0 && drift.z == 0) {
+            if (gained.x != 0 || gained.y != 0 || gained.z != 0) {
+                add_delta(kPlaneMomentumX, voxel, gained.x);
+                add_delta(kPlaneMomentumY, voxel, gained.y);
+                add_delta(kPlaneMomentumZ, voxel, gained.z);
+                mark_moved(voxel, voxel);
+            }
+            continue;
+        }
+        ivec3 weight = abs(drift);
+        ivec3 side = ivec3(drift.x < 0 ? -1 : 1, drift.y < 0 ? -1 : 1, drift.z < 0 ? -1 : 1);
+        ivec3 total = momentum + gained;
+        ivec3 lost = ivec3(0);   // momentum that leaves this voxel, or that a locked voxel takes
+        for (int corner = 1; corner < 8; ++corner) {
+            ivec3 pick = ivec3(corner & 1, (corner >> 1) & 1, corner >> 2);
+            int wx = pick.x == 1 ? weight.x : kVoxelFull - weight.x;
+            int wy = pick.y == 1 ? weight.y : kVoxelFull - weight.y;
+            int wz = pick.z == 1 ? weight.z : kVoxelFull - weight.z;
+            int share = mul_q16(mul_q16(wx, wy), wz);  // thesis (15)
+            if (share <= 0) {
+                continue;
+            }
+            ivec3 part = ivec3(mul_q16(total.x, share), mul_q16(total.y, share),
+                               mul_q16(total.z, share));
+            lost = lost + part;
+            int to = voxel_at(slot, x + pick.x * side.x, y + pick.y * side.y,
+                              z0 + z + pick.z * side.z);
+            if (is_locked(to)) {
+                continue;  // thesis (24): backflow, with zero velocity
+            }
+            for (int i = 0; i < params.transport_count; ++i) {
+                int plane = kTransportFirst + i;
+                if (plane >= kPlaneMomentumX && plane <= kPlaneMomentumZ) {
+                    continue;
+                }
+                int units = mul_q16(state_at(plane, voxel), share);  // thesis (23)
+                add_delta(plane, voxel, -units);
+                add_delta(plane, to, units);
+            }
+            add_delta(kPlaneMomentumX, to, part.x);  // thesis (28): extensive, so the average comes by itself
+            add_delta(kPlaneMomentumY, to, part.y);
+            add_delta(kPlaneMomentumZ, to, part.z);
+            mark_moved(voxel, to);
+        }
+        add_delta(kPlaneMomentumX, voxel, gained.x - lost.x);
+        add_delta(kPlaneMomentumY, voxel, gained.y - lost.y);
+        add_delta(kPlaneMomentumZ, voxel, gained.z - lost.z);
+        mark_moved(voxel, voxel);
+    }
+    if (fastest > 0) {
+        ATOMIC_MAX(result[kResultSpeed], fastest);
+    }
+}

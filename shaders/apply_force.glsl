@@ -1,0 +1,56 @@
+// Force application, thesis (33): soil that no longer fits is pushed the way the body's surface moves.
+// Where the way is barred by full soil, the push turns as soil does when it fails: outwards and up, at
+// 45 deg - phi / 2 (Rankine's passive wedge), instead of running through the bed for ever.
+// Reads: coverage, owner, volume, bodies. Writes: force, and whether the block overflows.
+void apply_force(int group, int lane) {
+    int block = block_list[params.list_offset + group];
+    int slot = block / params.blocks_per_tile;
+    int z0 = (block - slot * params.blocks_per_tile) * 8;
+    int x = lane & 7;
+    int y = lane >> 3;
+    bool overflowed = false;
+    for (int z = 0; z < 8; ++z) {
+        int voxel = block * kBlockVoxels + z * kTileColumns + lane;
+        int excess = state_at(kPlaneVolume, voxel) > 0 ? excess_at(voxel) : 0;
+        if (excess <= 0) {
+            // thesis (33), third case
+            if (state_at(kPlaneForceX, voxel) != 0 || state_at(kPlaneForceY, voxel) != 0 ||
+                state_at(kPlaneForceZ, voxel) != 0) {
+                set_state(kPlaneForceX, voxel, 0);
+                set_state(kPlaneForceY, voxel, 0);
+                set_state(kPlaneForceZ, voxel, 0);
+            }
+            continue;
+        }
+        overflowed = true;
+        int body = owner_body(state_at(kPlaneOwner, voxel));
+        if (body < 0) {
+            continue;  // thesis (33), second case: keeps the force it has
+        }
+        // thesis (33), first case
+        ivec3 at = grid_voxel(slot, x, y, z0 + z);
+        ivec3 push = clamp(body_velocity_at(body, at), ivec3(-1048576), ivec3(1048576));
+        int below = voxel_at(slot, x, y, z0 + z - 1);
+        if (push.z < 0 && (below < 0 || is_full(below))) {
+            // Pressed down into a full bed: the soil gives way to the side, away from the body's middle.
+            ivec3 out_way = at * 2 + 1 -
+                            ivec3(shapes[body * kBodyWords + kBodyCenter],
+                                  shapes[body * kBodyWords + kBodyCenter + 1], 0);
+            int reach = max(1, max(abs(out_way.x), abs(out_way.y)));
+            int down = -push.z;
+            push.x += mul_q16(down, signed_fraction_q16(clamp(out_way.x, -reach, reach), reach));
+            push.y += mul_q16(down, signed_fraction_q16(clamp(out_way.y, -reach, reach), reach));
+            push.z = mul_q16(down, tables[main_material(voxel) * kTableWords + kTablePassive]);
+        }
+        int most = largest_component(push);
+        if (most > 0) {
+            set_state(kPlaneForceX, voxel, push.x * 1024 / most);
+            set_state(kPlaneForceY, voxel, push.y * 1024 / most);
+            set_state(kPlaneForceZ, voxel, push.z * 1024 / most);
+        }
+    }
+    ATOMIC_MAX(block_flags[flag_index(kFlagApplied, block)], params.pass_stamp);
+    if (overflowed) {
+        ATOMIC_MAX(block_flags[flag_index(kFlagOverflow, block)], params.pass_stamp);
+    }
+}

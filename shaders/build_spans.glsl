@@ -1,0 +1,110 @@
+// The multi-level heightfield, thesis Tables 1 to 3 and (30): the sorted height spans of every column. The vertical index
+// grows upwards here (in the thesis it grows downwards). Heights are Q16 voxels above the floor. Edge spans depend on
+// the neighbours and are made where they are used, in slip_soil. One group per tile, a lane a column.
+// Reads: coverage, terrain, volume, support. Writes: spans.
+void build_spans(int group, int lane) {
+    int slot = block_list[params.list_offset + group];
+    int column = slot * params.tile_voxels + lane;
+    int record = (slot * kTileColumns + lane) * kColumnWords;
+    int count = 0;
+    int kind = kSpanPiled;   // a piled span starts on the floor, even an empty one: soil can slide onto it
+    int bottom = 0;
+    int top = 0;             // of the open span
+    int surface = 0;         // of the topmost piled span
+    bool surface_free = true;
+    bool lost = false;
+    for (int z = 0; z <= params.height; ++z) {
+        int voxel = column + z * kTileColumns;
+        bool inside = z < params.height;
+        int bodies = inside ? state_at(kPlaneCoverage, voxel) : 0;
+        int terrain = inside ? state_at(kPlaneTerrain, voxel) : 0;
+        int volume = inside ? state_at(kPlaneVolume, voxel) : 0;
+        int coverage = min(kVoxelFull, bodies + terrain);
+        int base = z * kVoxelFull;
+        int next = 0;        // kind of span that starts with this voxel; 0 = none
+        bool ends = false;
+        if (!inside) {
+            ends = true;
+        } else if (coverage >= kSolidCoverage) {
+            // Table 1
+            if (kind != kSpanRigid) {
+                ends = true;
+                next = kSpanRigid;
+            } else {
+                top = base + kVoxelFull;
+            }
+        } else if (kind == kSpanRigid) {
+            ends = true;     // Table 2: a piled span starts directly on a rigid one
+            next = kSpanPiled;
+        } else if (kind == kSpanPiled) {
+            if (top == base && volume + coverage > 0) {
+                // Table 2: coverage counts as height where it carries the soil, not where a body hangs into it.
+                bool stands = bottom == base;
+                int reach = volume + (stands ? coverage : 0);
+                int slack = kSupportSlack;
+                if (volume > 0 && state_at(kPlaneSupport, voxel) >= kSupportBody) {
+                    slack = kCarrySlack;
+                }
+                bool passes = volume + coverage >= kVoxelFull - slack;
+                top = passes ? base + kVoxelFull : base + min(kVoxelFull, reach);
+            } else if (volume >= kVoxelFull && bodies == 0) {
+                ends = true;
+                next = kSpanFalling;  // Table 3
+            }
+        } else if (kind == kSpanFalling) {
+            if (volume < kVoxelFull || coverage > 0) {
+                ends = true;
+            } else {
+                top = base + kVoxelFull;
+            }
+        } else if (volume >= kVoxelFull) {
+            next = kSpanFalling;
+        }
+        if (ends && kind != 0) {
+            if (count < kSpanCapacity) {
+                int at = record + 1 + count * kSpanWords;
+                spans[at] = bottom;
+                spans[at + 1] = top;
+                spans[at + 2] = kind;
+                count += 1;
+            } else {
+                lost = true;
+            }
+            if (kind == kSpanPiled) {
+                surface = top;
+                // Free unless a body covers the voxel of the surface or the one on it.
+                int zt = min(params.height - 1, top >> 16);
+                int at_top = column + zt * kTileColumns;
+                surface_free = state_at(kPlaneCoverage, at_top) == 0 &&
+                               (zt + 1 >= params.height ||
+                                state_at(kPlaneCoverage, at_top + kTileColumns) == 0);
+            }
+            kind = 0;
+        }
+        if (next != 0) {
+            kind = next;
+            bottom = base;
+            top = base;
+            if (kind == kSpanPiled) {
+                int slack = kSupportSlack;
+                if (volume > 0 && state_at(kPlaneSupport, voxel) >= kSupportBody) {
+                    slack = kCarrySlack;
+                }
+                top = volume + coverage >= kVoxelFull - slack
+                          ? base + kVoxelFull
+                          : base + min(kVoxelFull, volume > 0 ? volume + coverage : 0);
+            } else {
+                top = base + kVoxelFull;
+            }
+        }
+    }
+    spans[record] = count;
+    for (int i = count; i < kSpanCapacity; ++i) {
+        spans[record + kColumnSpeed + i] = 0;
+    }
+    int tops = (params.plane_stride / params.height) * kColumnWords;
+    spans[tops + slot * kTileColumns + lane] = surface_free ? surface : -1;
+    if (lost) {
+        ATOMIC_OR(result[kResultStatus], kStatusSpansFull);
+    }
+}

@@ -1,0 +1,108 @@
+// Where bodies and soil meet: one record per voxel on a body's surface that has soil on its outer side. Normal and area
+// come from the gradient of the coverage field; summed over a closed body it vanishes. Also the load that each moving
+// body carries. Everything here is integers; what they mean in newtons is the host's business.
+// Reads: coverage, owner, volume, support. Writes: result.
+
+int body_coverage(int voxel) {
+    return voxel < 0 ? 0 : min(kVoxelFull, state_at(kPlaneCoverage, voxel));
+}
+
+// 64-bit sum in two words. Adding commutes, so the result does not depend on the order.
+void add_wide(int at, int value) {
+    uint old = uint(ATOMIC_ADD(result[at], value));
+    int carry = old + uint(value) < old ? 1 : 0;
+    int sign = value < 0 ? -1 : 0;
+    if (carry + sign != 0) {
+        ATOMIC_ADD(result[at + 1], carry + sign);
+    }
+}
+
+void collect_contacts(int group, int lane) {
+    int block = block_list[params.list_offset + group];
+    int slot = block / params.blocks_per_tile;
+    int z0 = (block - slot * params.blocks_per_tile) * 8;
+    int x = lane & 7;
+    int y = lane >> 3;
+    for (int i = 0; i < 8; ++i) {
+        int z = z0 + i;
+        int voxel = block * kBlockVoxels + i * kTileColumns + lane;
+        int support = state_at(kPlaneSupport, voxel);
+        if (support >= kSupportBody && state_at(kPlaneVolume, voxel) > 0) {
+            int load = kResultHeader + (support - kSupportBody) * kLoadWords;
+            int mass = mass_at(voxel) >> 4;  // a 16th, so that mass * (2 * 16384) stays in 31 bits
+            ivec3 at = grid_voxel(slot, x, y, z);
+            add_wide(load, mass);
+            add_wide(load + 2, mass * (2 * at.x + 1));
+            add_wide(load + 4, mass * (2 * at.y + 1));
+            add_wide(load + 6, mass * (2 * at.z + 1));
+        }
+        int east = voxel_at(slot, x + 1, y, z);
+        int west = voxel_at(slot, x - 1, y, z);
+        int north = voxel_at(slot, x, y + 1, z);
+        int south = voxel_at(slot, x, y - 1, z);
+        int up = voxel_at(slot, x, y, z + 1);
+        int down = voxel_at(slot, x, y, z - 1);
+        ivec3 gradient = ivec3(body_coverage(east) - body_coverage(west),
+                               body_coverage(north) - body_coverage(south),
+                               body_coverage(up) - body_coverage(down));
+        int most = largest_component(gradient);
+        if (most == 0) {
+            continue;
+        }
+        // Outwards is where coverage falls.
+        int outer = -1;
+        int inner = -1;
+        if (abs(gradient.z) == most) {
+            outer = gradient.z > 0 ? down : up;
+            inner = gradient.z > 0 ? up : down;
+        } else if (abs(gradient.x) == most) {
+            outer = gradient.x > 0 ? west : east;
+            inner = gradient.x > 0 ? east : west;
+        } else {
+            outer = gradient.y > 0 ? south : north;
+            inner = gradient.y > 0 ? north : south;
+        }
+        int body = owner_body(state_at(kPlaneOwner, voxel));
+        if (body < 0 && inner >= 0) {
+            body = owner_body(state_at(kPlaneOwner, inner));
+        }
+        if (body < 0) {
+            continue;
+        }
+        int volume = state_at(kPlaneVolume, voxel);
+        int room = kVoxelFull - coverage_at(voxel);
+        int soil_voxel = voxel;
+        if (outer >= 0) {
+            int more = state_at(kPlaneVolume, outer);
+            if (more > volume) {
+                soil_voxel = outer;
+                support = state_at(kPlaneSupport, outer);
+            }
+            volume += more;
+            room += kVoxelFull - coverage_at(outer);
+        }
+        if (volume == 0 || support != kSupportGround) {
+            continue;
+        }
+        int fill = volume >= room ? kVoxelFull : fraction_q16(volume, max(1, room));
+        int slot_index = ATOMIC_ADD(result[kResultContacts], 1);
+        if (slot_index >= params.contact_capacity) {
+            ATOMIC_OR(result[kResultStatus], kStatusContactsFull);
+            continue;
+        }
+        int at = params.contact_offset + slot_index * kContactWords;
+        ivec3 where = grid_voxel(slot, x, y, z);
+        result[at] = where.x;
+        result[at + 1] = where.y;
+        result[at + 2] = where.z;
+        result[at + 3] = body;
+        result[at + 4] = gradient.x;
+        result[at + 5] = gradient.y;
+        result[at + 6] = gradient.z;
+        result[at + 7] = fill;
+        result[at + 8] = max(0, state_at(kPlaneVolume, voxel) + coverage_at(voxel) - kVoxelFull);
+        result[at + 9] = main_material(soil_voxel);
+        result[at + 10] = 0;
+        result[at + 11] = 0;
+    }
+}

@@ -1,0 +1,40 @@
+// Roots out of + - * alone, with a fixed number of steps: the same bits on every device, which the built-in sqrt and
+// division do not promise. C++ and GLSL read this text.
+
+// Bits of 2^-96. Smaller arguments count as zero: below, remainders could be denormal, which devices may flush.
+CONST_INT(kExactRootMinBits, 0x0F800000)
+// First guess of 1 / sqrt(x) from the bits of x, off by at most 3.5 %; a Newton step squares the error.
+CONST_INT(kInvSqrtGuessBits, 0x5F375A86)
+CONST_INT(kInvSqrtSteps, 3)
+
+// 1 / sqrt(x) within 2e-7 of it for x in 2^-96 .. 2^126; 0 for smaller or negative x, so that scaling a zero vector
+// by it gives a zero vector.
+float inv_sqrt_exact(float x) {
+    int bits = float_as_int(x);
+    if (bits < kExactRootMinBits) {
+        return 0.0f;
+    }
+    PRECISE float y = int_as_float(kInvSqrtGuessBits - (bits >> 1));
+    for (int i = 0; i < kInvSqrtSteps; ++i) {
+        // y += y (1 - x y^2) / 2, in an order in which nothing leaves the range of a float.
+        PRECISE float xy = x * y;
+        PRECISE float half_y = 0.5f * y;
+        PRECISE float product = xy * half_y;
+        PRECISE float remainder = 0.5f - product;
+        PRECISE float correction = y * remainder;
+        y = y + correction;
+    }
+    return y;
+}
+
+// sqrt(x) within 2e-7 of it for x in 2^-96 .. 2^126; 0 for smaller or negative x.
+float sqrt_exact(float x) {
+    PRECISE float y = inv_sqrt_exact(x);
+    PRECISE float root = x * y;
+    PRECISE float square = root * root;
+    PRECISE float remainder = x - square;
+    PRECISE float half_y = 0.5f * y;
+    PRECISE float correction = remainder * half_y;
+    PRECISE float corrected = root + correction;
+    return corrected;
+}

@@ -1,0 +1,36 @@
+// What each voxel's soil rests on: nothing, the ground, or a body that may move. One group per tile, a lane a column.
+// Soil is supported when everything below it is full, down to the floor, terrain or a body.
+// Reads: coverage, owner, terrain, volume. Writes: support, top of the tile.
+void find_support(int group, int lane) {
+    int slot = block_list[params.list_offset + group];
+    int column = slot * params.tile_voxels + lane;
+    int below = kSupportGround;
+    int top = 0;
+    for (int z = 0; z < params.height; ++z) {
+        int voxel = column + z * kTileColumns;
+        int volume = state_at(kPlaneVolume, voxel);
+        int bodies = state_at(kPlaneCoverage, voxel);
+        int terrain = state_at(kPlaneTerrain, voxel);
+        if (volume > 0) {
+            top = z + 1;
+        }
+        if (bodies + terrain >= kSolidCoverage) {
+            below = kSupportGround;
+            if (bodies > terrain) {
+                int body = owner_body(state_at(kPlaneOwner, voxel));
+                if (body >= 0 && shapes[body * kBodyWords + kBodyMoving] != 0) {
+                    below = kSupportBody + body;
+                }
+            }
+        }
+        int support = volume > 0 ? below : kSupportNone;
+        if (support != state_at(kPlaneSupport, voxel)) {
+            set_state(kPlaneSupport, voxel, support);
+        }
+        int slack = below >= kSupportBody ? kCarrySlack : kSupportSlack;
+        if (volume + min(kVoxelFull, bodies + terrain) < kVoxelFull - slack) {
+            below = kSupportNone;
+        }
+    }
+    ATOMIC_MAX(tile_table[slot * kTileTableWords + kTileTableTop], params.step_stamp * 1024 + top);
+}

@@ -1,0 +1,153 @@
+// What the kernels share: addresses, the room in a voxel, moving a share of a voxel's soil. Integers throughout.
+
+int state_at(int plane, int voxel) { return state[plane * params.plane_stride + voxel]; }
+
+void set_state(int plane, int voxel, int value) {
+    state[plane * params.plane_stride + voxel] = value;
+}
+
+void add_delta(int plane, int voxel, int value) {
+    if (value != 0) {
+        ATOMIC_ADD_OWNED(delta[(plane - kTransportFirst) * params.plane_stride + voxel], value);
+    }
+}
+
+int flag_index(int array, int block) { return array * (params.plane_stride >> 9) + block; }
+
+// The voxel at (x, y, z) seen from tile `slot`; x and y in -8..15. -1 outside of what is resident.
+int voxel_at(int slot, int x, int y, int z) {
+    if (z < 0 || z >= params.height) {
+        return -1;
+    }
+    int other = tile_table[slot * kTileTableWords + ((y >> 3) + 1) * 3 + (x >> 3) + 1];
+    if (other < 0) {
+        return -1;
+    }
+    return other * params.tile_voxels + z * kTileColumns + (y & 7) * kTileSide + (x & 7);
+}
+
+// The column at (x, y) seen from tile `slot`, as an index into the span buffer; -1 when not resident.
+int column_at(int slot, int x, int y) {
+    int other = tile_table[slot * kTileTableWords + ((y >> 3) + 1) * 3 + (x >> 3) + 1];
+    if (other < 0) {
+        return -1;
+    }
+    return other * kTileColumns + (y & 7) * kTileSide + (x & 7);
+}
+
+// psi of the thesis: bodies and terrain in a voxel.
+int coverage_at(int voxel) {
+    return min(kVoxelFull, state_at(kPlaneCoverage, voxel) + state_at(kPlaneTerrain, voxel));
+}
+
+// Nothing flows into a voxel that is outside, mostly solid, or not dispatched in this step.
+bool is_closed(int voxel) {
+    if (voxel < 0) {
+        return true;
+    }
+    if (coverage_at(voxel) >= kSolidCoverage) {
+        return true;
+    }
+    if (block_flags[flag_index(kFlagListed, voxel >> 9)] == 0) {
+        ATOMIC_MAX(block_flags[flag_index(kFlagWanted, voxel >> 9)], params.step_stamp);
+        return true;
+    }
+    return false;
+}
+
+bool is_full(int voxel) { return state_at(kPlaneVolume, voxel) + coverage_at(voxel) >= kVoxelFull; }
+
+// Soil beyond the voxel's room. Under a body the elastic part stays (it carries the body).
+int excess_at(int voxel) {
+    int bodies = state_at(kPlaneCoverage, voxel);
+    int room = kVoxelFull - min(kVoxelFull, bodies + state_at(kPlaneTerrain, voxel));
+    if (bodies > 0) {
+        room += kElasticExcess;
+    }
+    return state_at(kPlaneVolume, voxel) - room;
+}
+
+int mass_at(int voxel) {
+    int mass = 0;
+    for (int m = 0; m < params.material_count; ++m) {
+        mass += state_at(kPlaneMaterial + m, voxel);
+    }
+    return mass;
+}
+
+// The material there is most of; the lowest index on a tie.
+int main_material(int voxel) {
+    int best = 0;
+    int most = -1;
+    for (int m = 0; m < params.material_count; ++m) {
+        int units = state_at(kPlaneMaterial + m, voxel);
+        if (units > most) {
+            most = units;
+            best = m;
+        }
+    }
+    return best;
+}
+
+// floor(65536 part / whole) for 0 <= part <= whole < 2^27, by long division in 4-bit digits.
+int fraction_q16(int part, int whole) {
+    int quotient = part / whole;
+    int rest = part - quotient * whole;
+    for (int digit = 0; digit < 4; ++digit) {
+        rest = rest * 16;
+        int d = rest / whole;
+        rest = rest - d * whole;
+        quotient = quotient * 16 + d;
+    }
+    return quotient;
+}
+
+// Q16 quotient of a signed number of up to 27 bits.
+int signed_fraction_q16(int part, int whole) {
+    return part < 0 ? -fraction_q16(-part, whole) : fraction_q16(part, whole);
+}
+
+void mark_moved(int from, int to) {
+    ATOMIC_MAX(block_flags[flag_index(kFlagPending, from >> 9)], params.pass_stamp);
+    ATOMIC_MAX(block_flags[flag_index(kFlagChanged, from >> 9)], params.step_stamp);
+    if ((from >> 9) != (to >> 9)) {
+        ATOMIC_MAX(block_flags[flag_index(kFlagPending, to >> 9)], params.pass_stamp);
+        ATOMIC_MAX(block_flags[flag_index(kFlagChanged, to >> 9)], params.step_stamp);
+    }
+}
+
+// Moves `fraction` (Q16) of everything that travels with the soil. What one voxel loses the other gets.
+void move_share(int from, int to, int fraction) {
+    for (int i = 0; i < params.transport_count; ++i) {
+        int plane = kTransportFirst + i;
+        int share = mul_q16(state_at(plane, from), fraction);
+        add_delta(plane, from, -share);
+        add_delta(plane, to, share);
+    }
+    mark_moved(from, to);
+}
+
+// Velocity of body `body` (index + 1 in the owner plane is not used here) at a voxel; Q16 voxels a base step.
+ivec3 body_velocity_at(int body, ivec3 voxel) {
+    int base = body * kBodyWords;
+    ivec3 center = ivec3(shapes[base + kBodyCenter], shapes[base + kBodyCenter + 1],
+                         shapes[base + kBodyCenter + 2]);
+    // Half voxels, bounded so that the products below stay in 31 bits.
+    ivec3 arm = clamp(voxel * 2 + 1 - center, ivec3(-8191), ivec3(8191));
+    ivec3 angular = ivec3(shapes[base + kBodyAngular], shapes[base + kBodyAngular + 1],
+                          shapes[base + kBodyAngular + 2]);
+    ivec3 turn = ivec3(angular.y * arm.z - angular.z * arm.y, angular.z * arm.x - angular.x * arm.z,
+                       angular.x * arm.y - angular.y * arm.x);
+    ivec3 linear = ivec3(shapes[base + kBodyLinear], shapes[base + kBodyLinear + 1],
+                         shapes[base + kBodyLinear + 2]);
+    return linear + (turn >> 1);
+}
+
+ivec3 grid_voxel(int slot, int x, int y, int z) {
+    return ivec3(tile_table[slot * kTileTableWords + kTileTableX] * kTileSide + x,
+                 tile_table[slot * kTileTableWords + kTileTableY] * kTileSide + y, z);
+}
+
+int owner_body(int owner) { return (owner & 65535) - 1; }
+
+int largest_component(ivec3 v) { return max(abs(v.x), max(abs(v.y), abs(v.z))); }

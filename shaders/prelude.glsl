@@ -1,0 +1,49 @@
+#version 450
+// Head of every kernel on OpenGL: the words of the common kernel language, and the buffers.
+// Its C++ twin is plugin/src/device/cpu_shim.h; what one has, the other has, bit for bit.
+layout(local_size_x = 64) in;
+
+#define CONST_INT(name, value) const int name = value;
+#define OUT(type) out type
+#define INOUT(type) inout type
+// Marks a float whose every operation is rounded on its own, so that all devices agree on it.
+#define PRECISE precise
+
+// One member per device::Buffer, in that order.
+layout(std430, binding = 0) buffer StateBlock { int state[]; };
+layout(std430, binding = 1) buffer DeltaBlock { int delta[]; };
+layout(std430, binding = 2) buffer TileTableBlock { int tile_table[]; };
+layout(std430, binding = 3) buffer BlockListBlock { int block_list[]; };
+layout(std430, binding = 4) buffer BlockFlagsBlock { int block_flags[]; };
+layout(std430, binding = 5) buffer SpansBlock { int spans[]; };
+layout(std430, binding = 6) buffer ShapesBlock { int shapes[]; };
+layout(std430, binding = 7) buffer TablesBlock { int tables[]; };
+layout(std430, binding = 8) buffer ResultBlock { int result[]; };
+
+layout(std140, binding = 0) uniform ParamsBlock {
+#include "soil_params.h"
+} params;
+
+// Each returns the value from before. Any group may touch the same word at the same time.
+#define ATOMIC_ADD(word, value) atomicAdd(word, value)
+#define ATOMIC_MAX(word, value) atomicMax(word, value)
+#define ATOMIC_OR(word, value) atomicOr(word, value)
+// A word that other groups change by ATOMIC_* in this same dispatch: some value it had.
+#define ATOMIC_LOAD(word) (word)
+// For words that on the CPU only one thread touches at a time (the voxels of a SCATTER kernel's tile and of its
+// neighbours): atomic here, plain there.
+#define ATOMIC_ADD_OWNED(word, value) atomicAdd(word, value)
+#define ATOMIC_MAX_OWNED(word, value) atomicMax(word, value)
+
+int float_as_int(float x) { return floatBitsToInt(x); }
+float int_as_float(int bits) { return intBitsToFloat(bits); }
+
+// floor(a * b / 2^16), exact wherever the result fits into 32 bits.
+int mul_q16(int a, int b) {
+    int high, low;
+    imulExtended(a, b, high, low);
+    return (high << 16) | int(uint(low) >> 16);
+}
+
+#include "exact_math.glsl"
+#include "soil_layout.h"

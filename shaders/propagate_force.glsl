@@ -1,0 +1,84 @@
+// One iteration of force propagation, thesis (34) and (35): soil in excess leaves its voxel along the applied force.
+// Reads: coverage, volume, force, all transported planes. Writes: deltas.
+
+// Sends `fraction` (Q16 of the voxel's soil) along a displacement whose largest component is one voxel; returns what
+// could not leave.
+int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction) {
+    int left = fraction;
+    ivec3 weight = abs(way);
+    ivec3 side = ivec3(way.x < 0 ? -1 : 1, way.y < 0 ? -1 : 1, way.z < 0 ? -1 : 1);
+    for (int corner = 1; corner < 8; ++corner) {
+        ivec3 pick = ivec3(corner & 1, (corner >> 1) & 1, corner >> 2);
+        int wx = pick.x == 1 ? weight.x : kVoxelFull - weight.x;
+        int wy = pick.y == 1 ? weight.y : kVoxelFull - weight.y;
+        int wz = pick.z == 1 ? weight.z : kVoxelFull - weight.z;
+        int share = mul_q16(mul_q16(mul_q16(fraction, wx), wy), wz);
+        if (share <= 0) {
+            continue;
+        }
+        int to = voxel_at(slot, at.x + pick.x * side.x, at.y + pick.y * side.y,
+                          at.z + pick.z * side.z);
+        if (is_closed(to)) {
+            continue;
+        }
+        int moved = mul_q16(state_at(kPlaneVolume, from), share) >> 4;
+        move_share(from, to, share);
+        // thesis (35): the force arrives weighted by what it brings; Q10 direction times volume / 16.
+        add_delta(kPlaneForceX, to, (way.x >> 6) * moved);
+        add_delta(kPlaneForceY, to, (way.y >> 6) * moved);
+        add_delta(kPlaneForceZ, to, (way.z >> 6) * moved);
+        left -= share;
+    }
+    return left;
+}
+
+void propagate_force(int group, int lane) {
+    int block = block_list[params.list_offset + group];
+    int applied = block_flags[flag_index(kFlagApplied, block)];
+    if (applied == 0 || block_flags[flag_index(kFlagOverflow, block)] < applied) {
+        return;
+    }
+    int slot = block / params.blocks_per_tile;
+    int z0 = (block - slot * params.blocks_per_tile) * 8;
+    for (int z = 0; z < 8; ++z) {
+        int voxel = block * kBlockVoxels + z * kTileColumns + lane;
+        int volume = state_at(kPlaneVolume, voxel);
+        if (volume == 0) {
+            continue;
+        }
+        int excess = min(volume, excess_at(voxel));
+        ivec3 force = ivec3(state_at(kPlaneForceX, voxel), state_at(kPlaneForceY, voxel),
+                            state_at(kPlaneForceZ, voxel));
+        int most = largest_component(force);
+        if (excess <= 0 || most == 0) {
+            continue;
+        }
+        while (most >= 67108864) {  // keep the quotients below in range
+            force = force / 2;
+            most = most / 2;
+        }
+        // thesis (34): the largest component becomes one voxel, so that the excess leaves for good.
+        ivec3 way = ivec3(signed_fraction_q16(force.x, most), signed_fraction_q16(force.y, most),
+                          signed_fraction_q16(force.z, most));
+        ivec3 at = ivec3(lane & 7, lane >> 3, z0 + z);
+        int ahead = voxel_at(slot, at.x + ((way.x + 32768) >> 16), at.y + ((way.y + 32768) >> 16),
+                             at.z + ((way.z + 32768) >> 16));
+        if (way.z <= 0 && (ahead < 0 || is_full(ahead))) {
+            // Confined: on towards the free surface, see apply_force.
+            int flat_most = max(abs(way.x), abs(way.y));
+            if (flat_most > 0) {
+                way.x = signed_fraction_q16(way.x, flat_most);
+                way.y = signed_fraction_q16(way.y, flat_most);
+            }
+            way.z = flat_most > 0 ? tables[main_material(voxel) * kTableWords + kTablePassive]
+                                  : kVoxelFull;
+        }
+        int fraction = fraction_q16(excess, volume);
+        // The force stays with nothing: what could not leave gets a new one from apply_force or from inflow.
+        int left = push_along(slot, at, voxel, way, fraction);
+        if (left > 0 && way.z > 0 && max(abs(way.x), abs(way.y)) == kVoxelFull) {
+            way.z = 0;  // a body above: slip out sideways
+            push_along(slot, at, voxel, way, left);
+        }
+    }
+}

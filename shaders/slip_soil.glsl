@@ -1,0 +1,192 @@
+// Slippage, thesis (1) to (10), (31) and (32): soil slides where a slice between neighbouring columns fails.
+// Slices run to all eight neighbours. The slope of the ground is that of the triangular facets between an axis neighbour
+// and a diagonal one (as in Tarboton's D-infinity flow), so that a pile stands equally steep in every direction;
+// with one slope per neighbour it would be too steep between them. Wedge height and acceleration against slope come
+// from tables made on the host in double precision: (4) and (8).
+// Reads: spans, volume, all transported planes. Writes: deltas, slip speed.
+
+CONST_INT(kNoDrop, -1)
+
+// The slice between the span [bottom, top] and the column at (x, y): its drop (32), and the voxel that gets the soil.
+int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(int) target) {
+    target = -1;
+    int column = column_at(slot, x, y);
+    if (column < 0) {
+        return kNoDrop;
+    }
+    int record = column * kColumnWords;
+    int count = spans[record];
+    for (int i = count - 1; i >= 0; --i) {
+        int at = record + 1 + i * kSpanWords;
+        if (spans[at + 2] != kSpanPiled) {
+            continue;
+        }
+        int other_bottom = spans[at];
+        int other_top = spans[at + 1];
+        if (min(top, other_top) - max(bottom, other_bottom) < 0) {  // thesis (31)
+            continue;
+        }
+        int ceiling = top;
+        if (i + 1 < count) {
+            ceiling = min(top, spans[at + kSpanWords]);
+        }
+        int drop = ceiling - other_top;  // thesis (32)
+        if (drop <= 0) {
+            return kNoDrop;
+        }
+        target = voxel_at(slot, x, y, other_top >> 16);
+        return is_closed(target) ? kNoDrop : drop;
+    }
+    // No span beside this one. On the edge of a rigid body an edge span of no height takes the soil.
+    if (on_rigid) {
+        target = voxel_at(slot, x, y, bottom >> 16);
+        if (!is_closed(target) && !is_full(target)) {
+            return top - bottom;
+        }
+    }
+    target = -1;
+    return kNoDrop;
+}
+
+// Height of the sliding wedge (h - tan(theta) dx, Q16 voxels; negative when stable) and its acceleration over a slope.
+int table_at(int material, int table, int slope) {
+    int entry = min(slope >> 12, kSlipEntries - 2);
+    int start = material * kTableWords + table + entry;
+    int rest = min(slope - entry * 4096, 65536);
+    return tables[start] + mul_q16(tables[start + 1] - tables[start], rest * 16);
+}
+
+// Whole square root of a sum of squares of numbers below 2^26, to within 2^-12 of itself.
+int slope_length(int a, int b) {
+    int high = max(abs(a), abs(b));
+    if (high == 0) {
+        return 0;
+    }
+    int shift = 0;
+    while (high >= 32768) {
+        high = high >> 1;
+        shift += 1;
+    }
+    int x = a >> shift;
+    int y = b >> shift;
+    int square = x * x + y * y;
+    int root = 46340;  // Newton's method from above
+    for (int i = 0; i < 20; ++i) {
+        int better = (root + square / root) / 2;
+        if (better >= root) {
+            break;
+        }
+        root = better;
+    }
+    return root << shift;
+}
+
+void slip_soil(int group, int lane) {
+    int slot = block_list[params.list_offset + group];
+    int x = lane & 7;
+    int y = lane >> 3;
+    int record = (slot * kTileColumns + lane) * kColumnWords;
+    int count = spans[record];
+    for (int i = 0; i < count; ++i) {
+        int at = record + 1 + i * kSpanWords;
+        int bottom = spans[at];
+        int top = spans[at + 1];
+        if (spans[at + 2] != kSpanPiled || top <= bottom) {
+            spans[record + kColumnSpeed + i] = 0;
+            continue;
+        }
+        bool on_rigid = i > 0;
+        int drop[8];
+        int target[8];
+        int flow[8];
+        bool any_drop = false;
+        for (int k = 0; k < 8; ++k) {
+            // 0 east, 1 north-east, 2 north ... counter-clockwise
+            int dx = k == 0 || k == 1 || k == 7 ? 1 : (k == 2 || k == 6 ? 0 : -1);
+            int dy = k >= 1 && k <= 3 ? 1 : (k == 0 || k == 4 ? 0 : -1);
+            int voxel = -1;
+            drop[k] = slice_drop(slot, x + dx, y + dy, bottom, top, on_rigid, voxel);
+            target[k] = voxel;
+            flow[k] = 0;
+            any_drop = any_drop || drop[k] > 0;
+        }
+        int speed = spans[record + kColumnSpeed + i];
+        if (!any_drop) {
+            if (speed != 0) {
+                spans[record + kColumnSpeed + i] = 0;
+            }
+            continue;
+        }
+        int source = voxel_at(slot, x, y, (top - 1) >> 16);
+        int material = main_material(source);
+        int worst = 0;        // wedge height of the steepest facet
+        int worst_slope = 0;
+        int sum = 0;
+        for (int k = 0; k < 8; ++k) {
+            int axis = k & 6;                       // 0 2 4 6
+            int diagonal = (k & 1) == 0 ? axis + 1 : (axis + 7) & 7;
+            int along = drop[axis];
+            int across = drop[diagonal] > 0 ? drop[diagonal] - along : -1;
+            int slope = 0;
+            int to_diagonal = 0;                    // share of the flow, Q16
+            if (along > 0) {
+                if (across <= 0) {
+                    slope = along;
+                } else if (across > along) {
+                    slope = mul_q16(drop[diagonal], 46341);  // over sqrt(2)
+                    to_diagonal = 65536;
+                } else {
+                    slope = slope_length(along, across);
+                    to_diagonal = fraction_q16(across, along);
+                }
+            } else if (drop[diagonal] > 0) {
+                slope = mul_q16(drop[diagonal], 46341);
+                to_diagonal = 65536;
+            }
+            if (slope == 0) {
+                continue;
+            }
+            int wedge = table_at(material, 0, slope);
+            if (wedge <= kSlipTolerance) {
+                continue;
+            }
+            if (wedge > worst) {
+                worst = wedge;
+                worst_slope = slope;
+            }
+            wedge = wedge >> 4;                     // sums of 8 stay in range
+            int part = mul_q16(wedge, to_diagonal);
+            flow[diagonal] += part;
+            flow[axis] += wedge - part;
+            sum += wedge;
+        }
+        if (worst == 0) {
+            if (speed != 0) {
+                spans[record + kColumnSpeed + i] = 0;
+            }
+            continue;
+        }
+        // thesis (9), and no more than a quarter of the wedge or of a voxel at once, so that nothing overshoots.
+        speed = min(speed + table_at(material, kTableAcceleration, worst_slope) / params.substep_count, 65536);
+        spans[record + kColumnSpeed + i] = speed;
+        int rate = min(max(speed / params.substep_count, 1024), 16384);
+        int amount = min(mul_q16(worst, rate), 16384) + 1;  // thesis (10)
+        int held = state_at(kPlaneVolume, source);
+        if (held < amount && top - bottom > kVoxelFull) {
+            int below = voxel_at(slot, x, y, ((top - 1) >> 16) - 1);
+            if (state_at(kPlaneVolume, below) >= amount) {
+                source = below;
+                held = state_at(kPlaneVolume, below);
+            }
+        }
+        if (held <= 0) {
+            continue;
+        }
+        int fraction = fraction_q16(min(amount, held), held);
+        for (int k = 0; k < 8; ++k) {
+            if (flow[k] > 0 && target[k] >= 0) {
+                move_share(source, target[k], mul_q16(fraction, fraction_q16(flow[k], sum)));
+            }
+        }
+    }
+}

@@ -1,0 +1,109 @@
+// Layout shared by the kernels (GLSL 4.50) and the host (C++20): constants, planes, buffers' records.
+// GLSL sees it after the prelude that defines CONST_INT; C++ includes it inside a namespace or a struct.
+
+// --- amounts ----------------------------------------------------------------------------------------------------
+// One voxel's room is kVoxelFull volume units; 2^16 keeps volume * overflow (8 x) * Q10 velocity inside 31 bits.
+CONST_INT(kVoxelFull, 65536)
+// A voxel at least this much covered is solid to moving soil: nothing flows in. Keeps plates of 2 voxels tight.
+CONST_INT(kSolidCoverage, 32768)
+// Room a resting voxel may lack and still carry what is above it (rounding crumbs): 1/32 voxel.
+CONST_INT(kSupportSlack, 2048)
+// The same for a load on a moving body, whose voxels are smeared by the motion: 1/4 voxel.
+CONST_INT(kCarrySlack, 16384)
+// Excess a body may press into a voxel before the soil flows: elastic strain, 1/16 voxel.
+CONST_INT(kElasticExcess, 4096)
+// Amounts up to this are moved whole, so that soil does not thin out into dust: 1/256 voxel.
+CONST_INT(kCrumb, 256)
+// Slopes closer to stability than this do not slide: 1/256 voxel of rise per voxel of run.
+CONST_INT(kSlipTolerance, 256)
+// Velocities are Q10: 1024 = one voxel per base step. Displacements are Q16 voxels.
+CONST_INT(kVelocityOne, 1024)
+
+// --- tiles ------------------------------------------------------------------------------------------------------
+CONST_INT(kTileSide, 8)
+CONST_INT(kTileColumns, 64)
+CONST_INT(kBlockVoxels, 512)
+CONST_INT(kNeighbourAbsent, -1)
+// Per resident tile in tile_table: 9 neighbour slots (row-major, dy then dx, self in the middle), tile x, tile y,
+// then the top of the soil: step * 1024 + z of the highest voxel with soil + 1, a maximum over columns.
+CONST_INT(kTileTableWords, 16)
+CONST_INT(kTileTableX, 9)
+CONST_INT(kTileTableY, 10)
+CONST_INT(kTileTableTop, 11)
+
+// --- planes of the state, each params.plane_stride words long, index = plane * plane_stride + voxel ---------------
+CONST_INT(kPlaneCoverage, 0)    // bodies in this voxel, volume units, sum over shapes (not clamped)
+CONST_INT(kPlaneOwner, 1)       // body that covers most: min(coverage, 65535) >> 1 << 16 | body index + 1; 0 = none
+CONST_INT(kPlaneTerrain, 2)     // fixed terrain in this voxel, volume units, 0..kVoxelFull
+CONST_INT(kPlaneSupport, 3)     // 0 falling, 1 resting on ground, 2 + b carried by body index b
+CONST_INT(kPlaneVolume, 4)      // soil volume units; first transported plane
+CONST_INT(kPlaneMomentumX, 5)   // sum of mass units * Q10 velocity
+CONST_INT(kPlaneMomentumY, 6)
+CONST_INT(kPlaneMomentumZ, 7)
+CONST_INT(kPlaneForceX, 8)      // direction of the applied force, weighted by what it pushes
+CONST_INT(kPlaneForceY, 9)
+CONST_INT(kPlaneForceZ, 10)
+CONST_INT(kPlaneMaterial, 11)   // mass units of material 0; material m is plane kPlaneMaterial + m
+CONST_INT(kTransportFirst, 4)   // planes from here on move with the soil and have a delta plane
+
+CONST_INT(kSupportNone, 0)
+CONST_INT(kSupportGround, 1)
+CONST_INT(kSupportBody, 2)
+
+// --- block flags: arrays of one word a block (8 x 8 x 8 voxels), array * block count + block ------------------------
+// Stamps grow by one a pass (or a step), so nothing has to be cleared between passes.
+CONST_INT(kFlagListed, 0)       // 1: dispatched this step, soil may flow in. Written by the host only
+CONST_INT(kFlagPending, 1)      // stamp of the last pass that left deltas here
+CONST_INT(kFlagApplied, 2)      // stamp of the last pass that looked for overflow here
+CONST_INT(kFlagOverflow, 3)     // stamp of the last such pass that found some
+CONST_INT(kFlagChanged, 4)      // step in which soil last moved here
+CONST_INT(kFlagWanted, 5)       // step in which soil wanted to flow in while the block was not listed
+CONST_INT(kFlagArrays, 6)
+
+// --- height spans: per column 1 count + kSpanCapacity records -----------------------------------------------------
+CONST_INT(kSpanCapacity, 5)
+CONST_INT(kSpanWords, 3)        // bottom, top (Q16 voxels above the floor), kind
+CONST_INT(kColumnWords, 32)     // count, records, then slip speed per span, surface top
+CONST_INT(kColumnSpeed, 16)     // slip speed of span i (Q16 voxels per base step)
+// After all columns: one word a column, the height of the topmost resting soil (Q16), -1 where a body stands on it.
+CONST_INT(kSpanRigid, 1)
+CONST_INT(kSpanPiled, 2)
+CONST_INT(kSpanFalling, 3)
+CONST_INT(kSpanEdge, 4)         // made where it is needed: see slip_soil
+
+// --- shapes buffer: params.body_count bodies, then shape records from params.shape_offset -------------------------
+CONST_INT(kBodyWords, 16)
+CONST_INT(kBodyLinear, 0)       // velocity of the centre of mass, Q16 voxels per base step, 3
+CONST_INT(kBodyAngular, 3)      // Q16 radians per base step, 3
+CONST_INT(kBodyCenter, 6)       // centre of mass, Q1 voxels (half voxels), 3
+CONST_INT(kBodyFriction, 9)     // tool friction times gravity: Q10 velocity change a base step
+CONST_INT(kBodyMoving, 10)
+CONST_INT(kShapeWords, 32)
+CONST_INT(kShapeKind, 0)        // 0 box, 1 sphere, 2 capsule, 3 cylinder, 4 cone, 5 hull
+CONST_INT(kShapeBody, 1)
+CONST_INT(kShapeRows, 2)        // 12 floats: rows of the 3 x 4 transform grid voxels -> shape frame (voxel units)
+CONST_INT(kShapeSize, 14)       // 6 floats, by kind
+CONST_INT(kShapePlanes, 20)     // hull: offset of the first plane (4 floats each) in the shapes buffer, count
+CONST_INT(kShapeRounding, 22)   // float
+
+// --- result buffer ------------------------------------------------------------------------------------------------
+CONST_INT(kResultStatus, 0)
+CONST_INT(kResultSpeed, 1)      // largest displacement a base step, Q16 voxels
+CONST_INT(kResultContacts, 2)   // number of contact records wanted
+CONST_INT(kResultHeader, 16)    // then per body the load it carries, kLoadWords each, then the contact records
+CONST_INT(kLoadWords, 8)        // 64-bit sums (low, high): mass units, mass * (2x+1), mass * (2y+1), mass * (2z+1)
+CONST_INT(kContactWords, 12)    // x, y, z, body index, gradient x y z, fill (Q16), excess, material, 0, 0
+
+// --- tables buffer: per material ----------------------------------------------------------------------------------
+CONST_INT(kSlipEntries, 257)    // slope 0..16 voxels of rise per voxel, step 1/16
+CONST_INT(kTableWords, 640)     // wedge[257], acceleration[257] at kTableAcceleration
+CONST_INT(kTableAcceleration, 320)
+
+CONST_INT(kTablePassive, 600)   // tan(45 deg - phi / 2), Q16: how steeply confined soil yields towards the surface
+
+// --- status bits the kernels set (values of StatusBit) --------------------------------------------------------------
+CONST_INT(kStatusSpeedClamped, 2)
+CONST_INT(kStatusContactsFull, 32)
+CONST_INT(kStatusHeadroom, 64)
+CONST_INT(kStatusSpansFull, 256)
+CONST_INT(kStatusDeferred, 512)

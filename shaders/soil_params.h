@@ -1,0 +1,21 @@
+// The uniform block of every kernel: 32-bit integers only, so that std140 and C++ agree. One member a line.
+int plane_stride;        // words of one state plane: tile slots * voxels of a tile
+int tile_voxels;         // voxels of a tile: 64 * height
+int height;              // voxels up, a multiple of 8
+int blocks_per_tile;     // height / 8
+int size_x;              // grid size in voxels (tiles at the rim are cut off here)
+int size_y;
+int material_count;
+int transport_count;     // planes that move with the soil: 7 + material_count
+int substep_count;       // this base step is cut into so many
+int gravity_q16;         // gravity in Q16 voxels per base step squared
+int list_offset;         // where this dispatch's list starts in block_list
+int list_count;
+int overflow_heuristic;  // 0 even, 1 up, 2 up_spread
+int shape_offset;        // word offset of the shape records
+int contact_capacity;
+int pair_offset;         // voxelize_shapes: where its (block, shape) pairs start in block_list
+int body_count;
+int contact_offset;      // where the contact records start in result
+int pass_stamp;          // grows with every pass that moves soil
+int step_stamp;          // grows with every step

@@ -1,0 +1,122 @@
+// Step 1 of the thesis' Algorithm 1: bodies into the coverage field psi. One group per (block, shape) pair.
+// The share of a voxel that a shape covers is the mean over 4 x 4 x 4 sub-cells of clamp(1/2 - distance), which moves
+// smoothly with the body. Only + - * on floats, all `precise`: the same bits on every backend.
+// Reads: shapes. Writes: coverage (sum), owner (the shape that covers most).
+
+vec3 shape_row(int offset) {
+    return vec3(int_as_float(shapes[offset]), int_as_float(shapes[offset + 1]),
+                int_as_float(shapes[offset + 2]));
+}
+
+// Signed distance [voxels] of a point in the shape's frame, exact near the surface.
+float shape_distance(int shape, float px, float py, float pz) {
+    int kind = shapes[shape + kShapeKind];
+    PRECISE float distance = 0.0f;
+    if (kind == 5) {
+        int plane = shapes[shape + kShapePlanes];
+        int count = shapes[shape + kShapePlanes + 1];
+        distance = -1.0e9f;
+        for (int i = 0; i < count; ++i) {
+            int p = plane + 4 * i;
+            PRECISE float side = px * int_as_float(shapes[p]) + py * int_as_float(shapes[p + 1]);
+            side = side + pz * int_as_float(shapes[p + 2]);
+            side = side - int_as_float(shapes[p + 3]);
+            distance = max(distance, side);
+        }
+        return distance;
+    }
+    float a = int_as_float(shapes[shape + kShapeSize]);
+    float b = int_as_float(shapes[shape + kShapeSize + 1]);
+    float c = int_as_float(shapes[shape + kShapeSize + 2]);
+    if (kind == 0) {  // box: half extents a, b, c
+        return max(abs(px) - a, max(abs(py) - b, abs(pz) - c));
+    }
+    if (kind == 1) {  // sphere: radius a
+        PRECISE float square = px * px + py * py;
+        square = square + pz * pz;
+        distance = sqrt_exact(square) - a;
+        return distance;
+    }
+    if (kind == 2) {  // capsule: radius a, half segment b
+        PRECISE float along = pz - clamp(pz, -b, b);
+        PRECISE float square = px * px + py * py;
+        square = square + along * along;
+        distance = sqrt_exact(square) - a;
+        return distance;
+    }
+    PRECISE float radial_square = px * px + py * py;
+    float radial = sqrt_exact(radial_square);
+    if (kind == 3) {  // cylinder: radius a, half height b
+        return max(radial - a, abs(pz) - b);
+    }
+    // cone: half height b, apex at +b; c and d are cosine and sine of its half angle
+    float d = int_as_float(shapes[shape + kShapeSize + 3]);
+    PRECISE float slant = radial * c + (pz - b) * d;
+    return max(slant, -b - pz);
+}
+
+void voxelize_shapes(int group, int lane) {
+    int pair = params.pair_offset + 2 * group;
+    int block = block_list[pair];
+    int shape = params.shape_offset + block_list[pair + 1] * kShapeWords;
+    int slot = block / params.blocks_per_tile;
+    int z0 = (block - slot * params.blocks_per_tile) * 8;
+    int x = lane & 7;
+    int y = lane >> 3;
+    ivec3 corner = grid_voxel(slot, x, y, z0);
+    vec3 column_x = shape_row(shape + kShapeRows);       // rows of the transform: grid voxels -> shape
+    vec3 column_y = shape_row(shape + kShapeRows + 4);
+    vec3 column_z = shape_row(shape + kShapeRows + 8);
+    float offset_x = int_as_float(shapes[shape + kShapeRows + 3]);
+    float offset_y = int_as_float(shapes[shape + kShapeRows + 7]);
+    float offset_z = int_as_float(shapes[shape + kShapeRows + 11]);
+    float rounding = int_as_float(shapes[shape + kShapeRounding]);
+    int body = shapes[shape + kShapeBody];
+
+    for (int z = 0; z < 8; ++z) {
+        PRECISE float gx = float(corner.x) + 0.5f;
+        PRECISE float gy = float(corner.y) + 0.5f;
+        PRECISE float gz = float(corner.z + z) + 0.5f;
+        PRECISE float px = column_x.x * gx + column_x.y * gy;
+        px = px + column_x.z * gz;
+        px = px + offset_x;
+        PRECISE float py = column_y.x * gx + column_y.y * gy;
+        py = py + column_y.z * gz;
+        py = py + offset_y;
+        PRECISE float pz = column_z.x * gx + column_z.y * gy;
+        pz = pz + column_z.z * gz;
+        pz = pz + offset_z;
+        PRECISE float middle = shape_distance(shape, px, py, pz) - rounding;
+        int covered = 0;
+        if (middle <= -1.0f) {
+            covered = kVoxelFull;
+        } else if (middle < 1.0f) {
+            PRECISE float sum = 0.0f;
+            for (int s = 0; s < 64; ++s) {
+                PRECISE float sx = float(s & 3) * 0.25f - 0.375f;
+                PRECISE float sy = float((s >> 2) & 3) * 0.25f - 0.375f;
+                PRECISE float sz = float(s >> 4) * 0.25f - 0.375f;
+                PRECISE float qx = px + column_x.x * sx;
+                qx = qx + column_x.y * sy;
+                qx = qx + column_x.z * sz;
+                PRECISE float qy = py + column_y.x * sx;
+                qy = qy + column_y.y * sy;
+                qy = qy + column_y.z * sz;
+                PRECISE float qz = pz + column_z.x * sx;
+                qz = qz + column_z.y * sy;
+                qz = qz + column_z.z * sz;
+                PRECISE float inside = shape_distance(shape, qx, qy, qz) - rounding;
+                inside = 0.5f - inside * 4.0f;
+                sum = sum + clamp(inside, 0.0f, 1.0f);
+            }
+            PRECISE float units = sum * 1024.0f + 0.5f;
+            covered = int(units);
+        }
+        if (covered > 0) {
+            int voxel = block * kBlockVoxels + z * kTileColumns + lane;
+            ATOMIC_ADD_OWNED(state[kPlaneCoverage * params.plane_stride + voxel], covered);
+            int key = (min(covered, 65535) >> 1) * 65536 + body + 1;
+            ATOMIC_MAX_OWNED(state[kPlaneOwner * params.plane_stride + voxel], key);
+        }
+    }
+}
