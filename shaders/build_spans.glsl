@@ -101,6 +101,7 @@ void build_spans(int group, int lane) {
     spans[record] = count;
     for (int i = count; i < kSpanCapacity; ++i) {
         spans[record + kColumnSpeed + i] = 0;
+        spans[record + kColumnSpeed + kSpanCapacity + i] = 0;
     }
     int tops = (params.plane_stride / params.height) * kColumnWords;
     spans[tops + slot * kTileColumns + lane] = surface_free ? surface : -1;

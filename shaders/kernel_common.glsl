@@ -60,7 +60,7 @@ bool is_full(int voxel) { return state_at(kPlaneVolume, voxel) + coverage_at(vox
 // Soil beyond the voxel's room. Under a body the elastic part stays (it carries the body).
 int excess_at(int voxel) {
     int bodies = state_at(kPlaneCoverage, voxel);
-    int room = kVoxelFull - min(kVoxelFull, bodies + state_at(kPlaneTerrain, voxel));
+    int room = kVoxelFull - min(kVoxelFull, bodies + state_at(kPlaneTerrain, voxel)) + kExcessTolerance;
     if (bodies > 0) {
         room += kElasticExcess;
     }
@@ -118,13 +118,17 @@ void mark_moved(int from, int to) {
 
 // Moves `fraction` (Q16) of everything that travels with the soil. What one voxel loses the other gets.
 void move_share(int from, int to, int fraction) {
+    int moved = 0;
     for (int i = 0; i < params.transport_count; ++i) {
         int plane = kTransportFirst + i;
         int share = mul_q16(state_at(plane, from), fraction);
         add_delta(plane, from, -share);
         add_delta(plane, to, share);
+        moved = moved | share;
     }
-    mark_moved(from, to);
+    if (moved != 0) {
+        mark_moved(from, to);
+    }
 }
 
 // Velocity of body `body` (index + 1 in the owner plane is not used here) at a voxel; Q16 voxels a base step.

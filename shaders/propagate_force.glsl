@@ -32,6 +32,29 @@ int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction) {
     return left;
 }
 
+// Confined soil yields towards the free surface by the shorter way: level, or rising at 45 deg - phi / 2 as Rankine's
+// passive wedge does. Looked for as far as the neighbouring tile reaches.
+ivec3 way_to_free_surface(int slot, ivec3 at, ivec3 way, int passive) {
+    int most = max(abs(way.x), abs(way.y));
+    if (most == 0) {
+        return ivec3(0, 0, kVoxelFull);
+    }
+    ivec3 level = ivec3(signed_fraction_q16(way.x, most), signed_fraction_q16(way.y, most), 0);
+    ivec3 rising = ivec3(level.x, level.y, passive);
+    for (int k = 1; k <= 8; ++k) {
+        ivec3 ahead = (level * k + 32768) >> 16;
+        int flat_voxel = voxel_at(slot, at.x + ahead.x, at.y + ahead.y, at.z);
+        if (flat_voxel >= 0 && !is_full(flat_voxel)) {
+            return level;
+        }
+        int high_voxel = voxel_at(slot, at.x + ahead.x, at.y + ahead.y, at.z + ((passive * k + 32768) >> 16));
+        if (high_voxel >= 0 && !is_full(high_voxel)) {
+            return rising;
+        }
+    }
+    return rising;
+}
+
 void propagate_force(int group, int lane) {
     int block = block_list[params.list_offset + group];
     int applied = block_flags[flag_index(kFlagApplied, block)];
@@ -64,16 +87,9 @@ void propagate_force(int group, int lane) {
         int ahead = voxel_at(slot, at.x + ((way.x + 32768) >> 16), at.y + ((way.y + 32768) >> 16),
                              at.z + ((way.z + 32768) >> 16));
         if (way.z <= 0 && (ahead < 0 || is_full(ahead))) {
-            // Confined: on towards the free surface, see apply_force.
-            int flat_most = max(abs(way.x), abs(way.y));
-            if (flat_most > 0) {
-                way.x = signed_fraction_q16(way.x, flat_most);
-                way.y = signed_fraction_q16(way.y, flat_most);
-            }
-            way.z = flat_most > 0 ? tables[main_material(voxel) * kTableWords + kTablePassive]
-                                  : kVoxelFull;
+            way = way_to_free_surface(slot, at, way, tables[main_material(voxel) * kTableWords + kTablePassive]);
         }
-        int fraction = fraction_q16(excess, volume);
+        int fraction = min(65536, fraction_q16(excess, volume) + 1);  // rounded up: all of it goes
         // The force stays with nothing: what could not leave gets a new one from apply_force or from inflow.
         int left = push_along(slot, at, voxel, way, fraction);
         if (left > 0 && way.z > 0 && max(abs(way.x), abs(way.y)) == kVoxelFull) {

@@ -38,8 +38,13 @@ void resolve_overflow(int group, int lane) {
         if (excess <= 0) {
             continue;
         }
+        bool pushed = state_at(kPlaneForceX, voxel) != 0 || state_at(kPlaneForceY, voxel) != 0 ||
+                      state_at(kPlaneForceZ, voxel) != 0;
+        if (pushed && volume <= 2 * kVoxelFull) {
+            continue;  // a body's push is under way: propagate_force goes on with it in the next step
+        }
         ivec3 at = ivec3(lane & 7, lane >> 3, z0 + z);
-        int fraction = fraction_q16(excess, volume);
+        int fraction = min(65536, fraction_q16(excess, volume) + 1);  // rounded up: all of it goes
         int above = voxel_at(slot, at.x, at.y, at.z + 1);
         if (params.overflow_heuristic == 0 || is_closed(above)) {
             spread_evenly(slot, at, voxel, fraction);

@@ -6,6 +6,27 @@
 // Reads: spans, volume, all transported planes. Writes: deltas, slip speed.
 
 CONST_INT(kNoDrop, -1)
+CONST_INT(kSlipDepth, 4)  // voxels of a column that may slide at once
+
+// Where the slip speed of a column's spans stands: two sets, one read and one written, turn by turn.
+int speed_read(int record, int span) {
+    return record + kColumnSpeed + span + params.slip_turn * kSpanCapacity;
+}
+int speed_write(int record, int span) {
+    return record + kColumnSpeed + span + (1 - params.slip_turn) * kSpanCapacity;
+}
+
+// Fastest slip in a column.
+int column_speed(int slot, int x, int y) {
+    int column = column_at(slot, x, y);
+    int fastest = 0;
+    if (column >= 0) {
+        for (int i = 0; i < kSpanCapacity; ++i) {
+            fastest = max(fastest, spans[speed_read(column * kColumnWords, i)]);
+        }
+    }
+    return fastest;
+}
 
 // The slice between the span [bottom, top] and the column at (x, y): its drop (32), and the voxel that gets the soil.
 int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(int) target) {
@@ -91,8 +112,8 @@ void slip_soil(int group, int lane) {
         int at = record + 1 + i * kSpanWords;
         int bottom = spans[at];
         int top = spans[at + 1];
+        spans[speed_write(record, i)] = 0;
         if (spans[at + 2] != kSpanPiled || top <= bottom) {
-            spans[record + kColumnSpeed + i] = 0;
             continue;
         }
         bool on_rigid = i > 0;
@@ -110,11 +131,7 @@ void slip_soil(int group, int lane) {
             flow[k] = 0;
             any_drop = any_drop || drop[k] > 0;
         }
-        int speed = spans[record + kColumnSpeed + i];
         if (!any_drop) {
-            if (speed != 0) {
-                spans[record + kColumnSpeed + i] = 0;
-            }
             continue;
         }
         int source = voxel_at(slot, x, y, (top - 1) >> 16);
@@ -161,31 +178,33 @@ void slip_soil(int group, int lane) {
             sum += wedge;
         }
         if (worst == 0) {
-            if (speed != 0) {
-                spans[record + kColumnSpeed + i] = 0;
-            }
             continue;
         }
-        // thesis (9), and no more than a quarter of the wedge or of a voxel at once, so that nothing overshoots.
+        // Soil that slides on into this column brings its speed along.
+        int speed = spans[speed_read(record, i)];
+        for (int k = 0; k < 9; ++k) {
+            speed = max(speed, column_speed(slot, x + k % 3 - 1, y + k / 3 - 1));
+        }
+        // thesis (9), and no more than a quarter of the wedge at once, so that nothing overshoots.
         speed = min(speed + table_at(material, kTableAcceleration, worst_slope) / params.substep_count, 65536);
-        spans[record + kColumnSpeed + i] = speed;
-        int rate = min(max(speed / params.substep_count, 1024), 16384);
-        int amount = min(mul_q16(worst, rate), 16384) + 1;  // thesis (10)
-        int held = state_at(kPlaneVolume, source);
-        if (held < amount && top - bottom > kVoxelFull) {
-            int below = voxel_at(slot, x, y, ((top - 1) >> 16) - 1);
-            if (state_at(kPlaneVolume, below) >= amount) {
-                source = below;
-                held = state_at(kPlaneVolume, below);
+        spans[speed_write(record, i)] = speed;
+        int rate = min(max(speed / params.substep_count, 8192), 16384);
+        int amount = min(mul_q16(worst, rate), kSlipDepth * kVoxelFull) + 1;  // thesis (10)
+        // From the top down, a voxel at a time.
+        int lowest = max(bottom >> 16, ((top - 1) >> 16) - kSlipDepth);
+        for (int z = (top - 1) >> 16; z >= lowest && amount > 0; --z) {
+            source = voxel_at(slot, x, y, z);
+            int held = state_at(kPlaneVolume, source);
+            int taken = min(amount, held);
+            if (taken <= 0) {
+                continue;
             }
-        }
-        if (held <= 0) {
-            continue;
-        }
-        int fraction = fraction_q16(min(amount, held), held);
-        for (int k = 0; k < 8; ++k) {
-            if (flow[k] > 0 && target[k] >= 0) {
-                move_share(source, target[k], mul_q16(fraction, fraction_q16(flow[k], sum)));
+            amount -= taken;
+            int fraction = fraction_q16(taken, held);
+            for (int k = 0; k < 8; ++k) {
+                if (flow[k] > 0 && target[k] >= 0) {
+                    move_share(source, target[k], mul_q16(fraction, fraction_q16(flow[k], sum)));
+                }
             }
         }
     }

@@ -12,6 +12,8 @@ CONST_INT(kSupportSlack, 2048)
 CONST_INT(kCarrySlack, 16384)
 // Excess a body may press into a voxel before the soil flows: elastic strain, 1/16 voxel.
 CONST_INT(kElasticExcess, 4096)
+// Excess too small to be worth a pass: rounding leaves some, 1/1024 voxel.
+CONST_INT(kExcessTolerance, 64)
 // Amounts up to this are moved whole, so that soil does not thin out into dust: 1/256 voxel.
 CONST_INT(kCrumb, 256)
 // Slopes closer to stability than this do not slide: 1/256 voxel of rise per voxel of run.
@@ -64,7 +66,7 @@ CONST_INT(kFlagArrays, 6)
 CONST_INT(kSpanCapacity, 5)
 CONST_INT(kSpanWords, 3)        // bottom, top (Q16 voxels above the floor), kind
 CONST_INT(kColumnWords, 32)     // count, records, then slip speed per span, surface top
-CONST_INT(kColumnSpeed, 16)     // slip speed of span i (Q16 voxels per base step)
+CONST_INT(kColumnSpeed, 16)     // slip speed of span i (Q16 voxels per base step), two sets used turn by turn
 // After all columns: one word a column, the height of the topmost resting soil (Q16), -1 where a body stands on it.
 CONST_INT(kSpanRigid, 1)
 CONST_INT(kSpanPiled, 2)
@@ -106,4 +108,3 @@ CONST_INT(kStatusSpeedClamped, 2)
 CONST_INT(kStatusContactsFull, 32)
 CONST_INT(kStatusHeadroom, 64)
 CONST_INT(kStatusSpansFull, 256)
-CONST_INT(kStatusDeferred, 512)

@@ -23,7 +23,6 @@ enum class StatusBit : uint32_t {
     amount_headroom = 1u << 6,      ///< a voxel holds so much soil that its momentum may saturate
     shape_refused = 1u << 7,        ///< a zero-size, inverted or unbounded shape was ignored
     span_list_full = 1u << 8,       ///< a column has more height spans than kSpanCapacity
-    flow_deferred = 1u << 9,        ///< soil reached a block that was asleep and waited one step
 };
 /// "tile_table_full: raise SoilDef::tile_capacity" and so on; one entry per set bit.
 std::vector<std::string> status_texts(uint32_t status_bits);
@@ -131,6 +130,7 @@ class Soil {
     struct Impl;
 
   private:
+    friend struct SoilProbe;  // tests reach single stages through it
     explicit Soil(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> impl_;
 };

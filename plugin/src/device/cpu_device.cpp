@@ -4,6 +4,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <cstdlib>
 #include <cstring>
@@ -116,10 +117,10 @@ class CpuDevice final : public Device {
             run_serially(info, work);
         } else if (info.is_scatter) {
             for (const auto& tiles : work.tiles_by_colour) {
-                run_tiles(info, std::ssize(tiles), [&](size_t i) { return tiles[i]; });
+                run_parallel(info, {&tiles, 1});
             }
         } else {
-            run_plain(info, work);
+            run_parallel(info, work.tiles_by_colour);
         }
     }
 
@@ -152,42 +153,57 @@ class CpuDevice final : public Device {
         }
     }
 
-    /// All tiles at once, whatever their colour.
-    void run_plain(const KernelInfo& info, const WorkList& work) {
-        int64_t tile_count = 0;
-        for (const auto& tiles : work.tiles_by_colour) {
-            tile_count += std::ssize(tiles);
+    /// All tiles of these lists, in any order and at the same time.
+    void run_parallel(const KernelInfo& info, std::span<const std::vector<TileRange>> tile_lists) {
+        size_t tile_count = 0;
+        for (const auto& tiles : tile_lists) {
+            tile_count += tiles.size();
         }
-        run_tiles(info, tile_count, [&](size_t i) {
-            int colour = 0;
-            while (i >= work.tiles_by_colour[colour].size()) {
-                i -= work.tiles_by_colour[colour++].size();
-            }
-            return work.tiles_by_colour[colour][i];
-        });
-    }
-
-    template <typename TileAt>
-    void run_tiles(const KernelInfo& info, int64_t tile_count, const TileAt& tile_at) {
         if (tile_count == 0) {
             return;
         }
-        arena_.execute([&] {
-            tbb::parallel_for(tbb::blocked_range<size_t>(0, static_cast<size_t>(tile_count)),
-                              [&](const tbb::blocked_range<size_t>& range) {
+        job_ = {info.run, tile_lists};
+        hand_over();
+        arena_.execute([this, tile_count] {
+            tbb::parallel_for(tbb::blocked_range<size_t>(0, tile_count),
+                              [this](const tbb::blocked_range<size_t>& range) {
+                                  hand_over();
                                   for (size_t i = range.begin(); i < range.end(); ++i) {
-                                      const TileRange tile = tile_at(i);
-                                      info.run(memory_, tile.first_group, tile.group_count);
+                                      const TileRange tile = job_.tile_at(i);
+                                      job_.run(memory_, tile.first_group, tile.group_count);
                                   }
+                                  hand_over();
                               });
         });
+        hand_over();
     }
+
+    /// Orders what this thread did before what any thread does after its next hand_over. oneTBB
+    /// orders its tasks by itself, but inside its library, where a thread sanitizer does not see
+    /// it.
+    void hand_over() { hand_over_count_.fetch_add(1, std::memory_order_acq_rel); }
+
+    /// What the threads work on, kept here so that they reach it by nothing but `this`.
+    struct Job {
+        decltype(KernelInfo::run) run = nullptr;
+        std::span<const std::vector<TileRange>> tile_lists;
+
+        TileRange tile_at(size_t i) const {
+            size_t list = 0;
+            while (i >= tile_lists[list].size()) {
+                i -= tile_lists[list++].size();
+            }
+            return tile_lists[list][i];
+        }
+    };
 
     const KernelSet& kernel_set_;
     tbb::task_arena arena_;
     std::string name_;
     AlignedWords buffers_[kBufferCount];
     KernelMemory memory_;
+    Job job_;
+    std::atomic<uint32_t> hand_over_count_ = 0;
 };
 
 }  // namespace

@@ -100,6 +100,7 @@ Status Soil::save(const std::string& path) const {
     w.put<int64_t>(s.step_index);
     w.put<int64_t>(s.speed_q16);
     w.put<uint32_t>(s.status);
+    w.put<int32_t>(s.params.slip_turn);
     TileVoxels voxels;
     std::vector<int32_t> columns(kTileColumns * kColumnWords);
     for (size_t index = 0; index < s.tiles.size(); ++index) {
@@ -118,7 +119,7 @@ Status Soil::save(const std::string& path) const {
         w.put<int64_t>(tile->last_used_step);
         s.device->read(Buffer::spans, static_cast<int64_t>(tile->slot) * kTileColumns * kColumnWords, columns);
         for (int c = 0; c < kTileColumns; ++c) {
-            for (int i = 0; i < kSpanCapacity; ++i) {
+            for (int i = 0; i < 2 * kSpanCapacity; ++i) {
                 w.put<int32_t>(columns[c * kColumnWords + kColumnSpeed + i]);
             }
         }
@@ -216,6 +217,7 @@ Status Soil::load(const std::string& path) {
     const auto step_index = r.get<int64_t>();
     const auto speed = r.get<int64_t>();
     const auto status = r.get<uint32_t>();
+    const auto slip_turn = r.get<int32_t>();
     TileVoxels voxels;
     voxels.reset(s.height, s.kept_planes);
     for (int64_t index = r.get<int64_t>(); r.ok && index != -1; index = r.get<int64_t>()) {
@@ -226,7 +228,7 @@ Status Soil::load(const std::string& path) {
         entry.packed.assign(packed.begin(), packed.end());
         if (entry.awake) {
             entry.last_used = r.get<int64_t>();
-            for (int i = 0; i < kTileColumns * kSpanCapacity; ++i) {
+            for (int i = 0; i < kTileColumns * 2 * kSpanCapacity; ++i) {
                 entry.speeds.push_back(r.get<int32_t>());
             }
         }
@@ -260,6 +262,7 @@ Status Soil::load(const std::string& path) {
     s.step_index = step_index;
     s.speed_q16 = speed;
     s.status = status;
+    s.params.slip_turn = slip_turn & 1;
     s.active = std::move(active);
     s.bodies.clear();
     s.body_ids.clear();
@@ -273,8 +276,8 @@ Status Soil::load(const std::string& path) {
         if (entry.awake) {
             const int slot = s.wake(static_cast<int>(entry.index));
             tile.last_used_step = entry.last_used;
-            for (int i = 0; slot >= 0 && i < kTileColumns * kSpanCapacity; ++i) {
-                columns[i / kSpanCapacity * kColumnWords + kColumnSpeed + i % kSpanCapacity] = entry.speeds[i];
+            for (int i = 0; slot >= 0 && i < kTileColumns * 2 * kSpanCapacity; ++i) {
+                columns[i / (2 * kSpanCapacity) * kColumnWords + kColumnSpeed + i % (2 * kSpanCapacity)] = entry.speeds[i];
             }
             if (slot >= 0) {
                 s.device->write(Buffer::spans, static_cast<int64_t>(slot) * kTileColumns * kColumnWords, columns);

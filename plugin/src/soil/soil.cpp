@@ -43,7 +43,6 @@ std::vector<std::string> status_texts(uint32_t bits) {
         {StatusBit::amount_headroom, "amount_headroom: a voxel holds over 8 times its room; raise overflow_passes"},
         {StatusBit::shape_refused, "shape_refused: a shape without size or with too many faces was ignored"},
         {StatusBit::span_list_full, "span_list_full: a column has more height spans than are kept; its upper ones do not slip"},
-        {StatusBit::flow_deferred, "flow_deferred: soil reached a block asleep and waited one step; nothing is lost"},
     };
     std::vector<std::string> texts;
     for (const auto& [bit, text] : kTexts) {

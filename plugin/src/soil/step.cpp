@@ -411,6 +411,7 @@ void Soil::Impl::run_advection() {
 void Soil::Impl::run_slippage() {
     dispatch(Kernel::build_spans, tile_work);
     ++params.pass_stamp;
+    params.slip_turn = 1 - params.slip_turn;
     dispatch(Kernel::slip_soil, tile_work);
     dispatch(Kernel::apply_flow, listed_work);
 }
@@ -472,7 +473,8 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     // --- bodies: who is here, who moved, how fast
     std::vector<StepBody>& step_bodies = body_scratch;
     step_bodies.clear();
-    double reach = static_cast<double>(speed_q16) / 65536;
+    // What falls is faster by gravity in this step than in the last.
+    double reach = speed_q16 > 0 ? static_cast<double>(speed_q16 + params.gravity_q16) / 65536 : 0;
     for (const SoilBody& body : input) {
         if (!accept_body(body)) {
             continue;
@@ -513,7 +515,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
         step_bodies.push_back(entry);
     }
     params.substep_count = std::clamp(static_cast<int>(std::ceil(reach)), 1, def.substeps_max);
-    if (reach > def.substeps_max) {
+    if (std::ceil(reach) > def.substeps_max) {
         status |= static_cast<uint32_t>(StatusBit::speed_clamped);
     }
 
@@ -741,7 +743,6 @@ void Soil::Impl::read_activity() {
                 activate(static_cast<BlockKey>(index) * blocks_per_tile + zb);
             }
             if (flag_words[blocks + block] == params.step_stamp) {
-                status |= static_cast<uint32_t>(StatusBit::flow_deferred);
                 activate(static_cast<BlockKey>(index) * blocks_per_tile + zb);
             }
         }

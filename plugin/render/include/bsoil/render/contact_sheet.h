@@ -1,0 +1,41 @@
+/// Several pictures with captions on one sheet.
+#pragma once
+
+#include <string>
+
+#include "bsoil/render/image.h"
+
+namespace bsoil::render {
+
+/// How a sheet is laid out. Pictures fill it row by row.
+struct ContactSheetDef {
+    int columns = 4, rows = 2;
+    int cell_width = 480;      ///< pixels; the height follows from the first picture
+    int gap = 6;               ///< pixels between pictures and around them
+    int caption_scale = 2;     ///< size of a dot of the font [pixels]
+};
+
+/// Tiles pictures, scaled to the cells, with a caption in the upper left corner of each.
+class ContactSheet {
+  public:
+    explicit ContactSheet(const ContactSheetDef& def = {}) : def_(def) {}
+
+    /// False when the sheet is full or the picture empty; nothing is added then.
+    bool add(const Image& image, const std::string& caption);
+    /// "t = 1.25 s  text" for add().
+    static std::string caption(double time_s, const std::string& text);
+    int image_count() const { return image_count_; }
+    /// The sheet so far; empty before the first picture.
+    const Image& image() const { return sheet_; }
+
+  private:
+    ContactSheetDef def_;
+    int image_count_ = 0;
+    int cell_height_ = 0;
+    Image sheet_;
+};
+
+/// Draws ASCII text in white on a dark bar, upper left corner at (x, y); clipped to the image.
+void draw_caption(Image& image, int x, int y, const std::string& text, int scale);
+
+}  // namespace bsoil::render

@@ -1,0 +1,26 @@
+/// A picture in memory.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "bsoil/result.h"
+
+namespace bsoil::render {
+
+/// Rows from top to bottom, four bytes a pixel: red, green, blue (sRGB), alpha (255).
+struct Image {
+    int width = 0, height = 0;
+    std::vector<uint8_t> rgba;
+
+    uint8_t* pixel(int x, int y) { return &rgba[4 * (static_cast<size_t>(y) * width + x)]; }
+    const uint8_t* pixel(int x, int y) const {
+        return &rgba[4 * (static_cast<size_t>(y) * width + x)];
+    }
+};
+
+/// Writes a PNG file. The error names the file.
+Status write_png(const Image& image, const std::string& path);
+
+}  // namespace bsoil::render

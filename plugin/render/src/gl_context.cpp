@@ -1,0 +1,89 @@
+#include "gl_context.h"
+
+#include <epoxy/egl.h>
+
+namespace bsoil::render {
+namespace {
+
+/// An initialized display that needs no window system, or EGL_NO_DISPLAY. Displays are shared by the
+/// whole process, so none is ever terminated here.
+EGLDisplay open_display() {
+    EGLDisplay candidates[2] = {EGL_NO_DISPLAY, EGL_NO_DISPLAY};
+    if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_base") &&
+        epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless")) {
+        candidates[0] =
+            eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
+    }
+    candidates[1] = eglGetDisplay(EGL_DEFAULT_DISPLAY);
+    for (const EGLDisplay display : candidates) {
+        if (display != EGL_NO_DISPLAY && eglInitialize(display, nullptr, nullptr)) return display;
+    }
+    return EGL_NO_DISPLAY;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<GlContext>> GlContext::create() {
+    if (!epoxy_has_egl()) return Error{"pictures need EGL, which is not installed"};
+    const EGLDisplay display = open_display();
+    if (display == EGL_NO_DISPLAY) {
+        return Error{"pictures need an EGL display without a window; none could be initialized"};
+    }
+    if (!epoxy_has_egl_extension(display, "EGL_KHR_surfaceless_context")) {
+        return Error{"pictures need EGL_KHR_surfaceless_context, which the driver lacks"};
+    }
+    const EGLint config_attributes[] = {EGL_SURFACE_TYPE, 0, EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT,
+                                        EGL_NONE};
+    EGLConfig config = nullptr;
+    EGLint config_count = 0;
+    if (!eglChooseConfig(display, config_attributes, &config, 1, &config_count) ||
+        config_count < 1) {
+        return Error{"pictures need an EGL configuration for OpenGL; the driver has none"};
+    }
+    const EGLint context_attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                         3,
+                                         EGL_CONTEXT_MINOR_VERSION,
+                                         3,
+                                         EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                         EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                         EGL_NONE};
+    // The API is state of the thread and belongs to the caller.
+    const EGLenum caller_api = eglQueryAPI();
+    eglBindAPI(EGL_OPENGL_API);
+    const EGLContext context =
+        eglCreateContext(display, config, EGL_NO_CONTEXT, context_attributes);
+    eglBindAPI(caller_api);
+    if (context == EGL_NO_CONTEXT) {
+        return Error{"pictures need OpenGL 3.3 core; the EGL driver offers no such context"};
+    }
+    std::unique_ptr<GlContext> result(new GlContext);
+    result->display_ = display;
+    result->context_ = context;
+    return result;
+}
+
+GlContext::~GlContext() { eglDestroyContext(display_, context_); }
+
+CurrentContext::CurrentContext(const GlContext& context)
+    : own_display_(context.display_),
+      display_(eglGetCurrentDisplay()),
+      draw_surface_(eglGetCurrentSurface(EGL_DRAW)),
+      read_surface_(eglGetCurrentSurface(EGL_READ)),
+      context_(eglGetCurrentContext()),
+      api_(eglQueryAPI()) {
+    eglBindAPI(EGL_OPENGL_API);
+    ok_ = eglMakeCurrent(own_display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context.context_) ==
+          EGL_TRUE;
+}
+
+CurrentContext::~CurrentContext() {
+    if (ok_ && context_ == EGL_NO_CONTEXT) {
+        eglMakeCurrent(own_display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+    }
+    eglBindAPI(api_);
+    if (ok_ && context_ != EGL_NO_CONTEXT) {
+        eglMakeCurrent(display_, draw_surface_, read_surface_, context_);
+    }
+}
+
+}  // namespace bsoil::render
