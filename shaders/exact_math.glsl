@@ -1,14 +1,16 @@
-// Roots out of + - * alone, with a fixed number of steps: the same bits on every device, which the built-in sqrt and
-// division do not promise. C++ and GLSL read this text.
+// Roots out of + - * alone, with a fixed number of steps: the same bits on every device, which the
+// built-in sqrt and division do not promise. C++ and GLSL read this text.
 
-// Bits of 2^-96. Smaller arguments count as zero: below, remainders could be denormal, which devices may flush.
+// Bits of 2^-96. Smaller arguments count as zero: their remainders could be denormal, which devices
+// may flush.
 CONST_INT(kExactRootMinBits, 0x0F800000)
-// First guess of 1 / sqrt(x) from the bits of x, off by at most 3.5 %; a Newton step squares the error.
+// First guess of 1 / sqrt(x) from the bits of x, off by at most 3.5 %; a Newton step leaves 1.5
+// times its square.
 CONST_INT(kInvSqrtGuessBits, 0x5F375A86)
 CONST_INT(kInvSqrtSteps, 3)
 
-// 1 / sqrt(x) within 2e-7 of it for x in 2^-96 .. 2^126; 0 for smaller or negative x, so that scaling a zero vector
-// by it gives a zero vector.
+// 1 / sqrt(x), 2e-7 relative, for x in 2^-96 .. 2^126; 0 for smaller or negative x, so that scaling
+// a zero vector by it gives a zero vector.
 float inv_sqrt_exact(float x) {
     int bits = float_as_int(x);
     if (bits < kExactRootMinBits) {
@@ -27,7 +29,7 @@ float inv_sqrt_exact(float x) {
     return y;
 }
 
-// sqrt(x) within 2e-7 of it for x in 2^-96 .. 2^126; 0 for smaller or negative x.
+// sqrt(x), 2e-7 relative, for x in 2^-96 .. 2^126; 0 for smaller or negative x.
 float sqrt_exact(float x) {
     PRECISE float y = inv_sqrt_exact(x);
     PRECISE float root = x * y;

@@ -57,6 +57,11 @@ bool is_closed(int voxel) {
 
 bool is_full(int voxel) { return state_at(kPlaneVolume, voxel) + coverage_at(voxel) >= kVoxelFull; }
 
+// Room for pushed soil to go to: more than what rounding leaves between resting soil.
+bool has_room(int voxel) {
+    return voxel >= 0 && state_at(kPlaneVolume, voxel) + coverage_at(voxel) < kVoxelFull - kPushRoom;
+}
+
 // Soil beyond the voxel's room. Under a body the elastic part stays (it carries the body).
 int excess_at(int voxel) {
     int bodies = state_at(kPlaneCoverage, voxel);

@@ -30,8 +30,8 @@ layout(std140, binding = 0) uniform ParamsBlock {
 #define ATOMIC_OR(word, value) atomicOr(word, value)
 // A word that other groups change by ATOMIC_* in this same dispatch: some value it had.
 #define ATOMIC_LOAD(word) (word)
-// For words that on the CPU only one thread touches at a time (the voxels of a SCATTER kernel's tile and of its
-// neighbours): atomic here, plain there.
+// For words that on the CPU only one thread touches at a time (the voxels that a SCATTER kernel's
+// tile reaches): atomic here, plain there.
 #define ATOMIC_ADD_OWNED(word, value) atomicAdd(word, value)
 #define ATOMIC_MAX_OWNED(word, value) atomicMax(word, value)
 

@@ -44,11 +44,11 @@ ivec3 way_to_free_surface(int slot, ivec3 at, ivec3 way, int passive) {
     for (int k = 1; k <= 8; ++k) {
         ivec3 ahead = (level * k + 32768) >> 16;
         int flat_voxel = voxel_at(slot, at.x + ahead.x, at.y + ahead.y, at.z);
-        if (flat_voxel >= 0 && !is_full(flat_voxel)) {
+        if (has_room(flat_voxel)) {
             return level;
         }
         int high_voxel = voxel_at(slot, at.x + ahead.x, at.y + ahead.y, at.z + ((passive * k + 32768) >> 16));
-        if (high_voxel >= 0 && !is_full(high_voxel)) {
+        if (has_room(high_voxel)) {
             return rising;
         }
     }
@@ -86,8 +86,9 @@ void propagate_force(int group, int lane) {
         ivec3 at = ivec3(lane & 7, lane >> 3, z0 + z);
         int ahead = voxel_at(slot, at.x + ((way.x + 32768) >> 16), at.y + ((way.y + 32768) >> 16),
                              at.z + ((way.z + 32768) >> 16));
-        if (way.z <= 0 && (ahead < 0 || is_full(ahead))) {
-            way = way_to_free_surface(slot, at, way, tables[main_material(voxel) * kTableWords + kTablePassive]);
+        int passive = tables[main_material(voxel) * kTableWords + kTablePassive];
+        if (way.z < passive && !has_room(ahead)) {
+            way = way_to_free_surface(slot, at, way, passive);
         }
         int fraction = min(65536, fraction_q16(excess, volume) + 1);  // rounded up: all of it goes
         // The force stays with nothing: what could not leave gets a new one from apply_force or from inflow.

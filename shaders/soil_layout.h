@@ -14,6 +14,8 @@ CONST_INT(kCarrySlack, 16384)
 CONST_INT(kElasticExcess, 4096)
 // Excess too small to be worth a pass: rounding leaves some, 1/1024 voxel.
 CONST_INT(kExcessTolerance, 64)
+// A voxel with less free room than this bars the way of pushed soil: 1/8 voxel.
+CONST_INT(kPushRoom, 8192)
 // Amounts up to this are moved whole, so that soil does not thin out into dust: 1/256 voxel.
 CONST_INT(kCrumb, 256)
 // Slopes closer to stability than this do not slide: 1/256 voxel of rise per voxel of run.

@@ -66,7 +66,8 @@ struct SurfaceMeshDef {
         terrain  ///< terrain and static coverage
     };
     Layer layer = Layer::soil;
-    /// Also the faces on the grid's floor, which no one sees from above. With them the mesh is closed.
+    /// Also the faces on the grid's floor, which no one sees from above. With them the mesh is
+    /// closed.
     bool close_floor = true;
     std::array<float, 3> terrain_color{0.34f, 0.32f, 0.30f};  ///< linear RGB, 0..1, layer terrain
 };
@@ -77,21 +78,22 @@ struct SurfaceMeshReport {
     int tile_built_count = 0;  ///< tiles meshed anew: those that did change, and their neighbours
 };
 
-/// Marching cubes at isovalue 0.5 over a display field that makes planes of planar slopes, tile by tile.
+/// Marching cubes at isovalue 0.5 over a display field that makes planes of planar slopes, tile by
+/// tile.
 ///
 /// Samples lie at voxel centres. The soil of a column is reduced to runs [bottom, top]; the display
-/// field is 0.5 plus the vertical distance [voxels] into the nearest run, so between two columns the
-/// surface is the straight line through their tops (the remedy the thesis asks for in 5.3.2). Where
-/// tops differ by several voxels the surface stands upright half way between the columns instead.
-/// At the grid's sides and floor the soil is cut by exact planes.
+/// field is 0.5 plus the vertical distance [voxels] into the nearest run, so between two columns
+/// the surface is the straight line through their tops (the remedy the thesis asks for in 5.3.2).
+/// Where tops differ by several voxels the surface stands upright half way between the columns
+/// instead. At the grid's sides and floor the soil is cut by exact planes.
 class SurfaceMesher {
   public:
     /// The source must outlive the mesher.
     explicit SurfaceMesher(const TileSource& source, const SurfaceMeshDef& def = {});
     ~SurfaceMesher();
 
-    /// Meshes again the tiles that changed since the last call, and their neighbours. After warm-up it
-    /// allocates nothing as long as the meshes do not grow.
+    /// Meshes again the tiles that changed since the last call, and their neighbours. After warm-up
+    /// it allocates nothing as long as the meshes do not grow.
     SurfaceMeshReport update();
 
     int tile_count_x() const;

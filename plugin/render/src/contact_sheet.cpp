@@ -12,9 +12,9 @@
 namespace bsoil::render {
 namespace {
 
-constexpr uint8_t kBackground = 24;   ///< grey level of the sheet
-constexpr int kCaptionMargin = 3;     ///< dots around the text
-constexpr int kLineHeight = 9;        ///< dots of a line of the font, without descenders' gap
+constexpr uint8_t kBackground = 24;  ///< grey level of the sheet
+constexpr int kCaptionMargin = 3;    ///< dots around the text
+constexpr int kLineHeight = 9;       ///< dots of a line of the font, without descenders' gap
 
 /// Calls dot(x, y, width, height) for each rectangle of the text, in dots.
 template <typename Draw>
@@ -25,9 +25,8 @@ void for_each_quad(std::string text, Draw draw) {
     };
     constexpr size_t kCornersPerCharacter = 80;  // above what the font needs for any character
     std::vector<Corner> corners(kCornersPerCharacter * (text.size() + 1));
-    const int quad_count =
-        stb_easy_font_print(0, 0, text.data(), nullptr, corners.data(),
-                            static_cast<int>(corners.size() * sizeof(Corner)));
+    const int quad_count = stb_easy_font_print(0, 0, text.data(), nullptr, corners.data(),
+                                               static_cast<int>(corners.size() * sizeof(Corner)));
     for (int q = 0; q < quad_count; ++q) {
         const Corner& low = corners[4 * q];
         const Corner& high = corners[4 * q + 2];
@@ -102,8 +101,8 @@ bool ContactSheet::add(const Image& image, const std::string& caption) {
     const double step_y = static_cast<double>(image.height) / cell_height_;
     for (int y = 0; y < cell_height_; ++y) {
         for (int x = 0; x < def_.cell_width; ++x) {
-            const auto color = mean_color(image, x * step_x, y * step_y, (x + 1) * step_x,
-                                          (y + 1) * step_y);
+            const auto color =
+                mean_color(image, x * step_x, y * step_y, (x + 1) * step_x, (y + 1) * step_y);
             std::copy(color.begin(), color.end(), sheet_.pixel(left + x, top + y));
         }
     }

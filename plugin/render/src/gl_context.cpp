@@ -5,8 +5,8 @@
 namespace bsoil::render {
 namespace {
 
-/// An initialized display that needs no window system, or EGL_NO_DISPLAY. Displays are shared by the
-/// whole process, so none is ever terminated here.
+/// An initialized display that needs no window system, or EGL_NO_DISPLAY. Displays are shared by
+/// the whole process, so none is ever terminated here.
 EGLDisplay open_display() {
     EGLDisplay candidates[2] = {EGL_NO_DISPLAY, EGL_NO_DISPLAY};
     if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_base") &&
@@ -72,8 +72,8 @@ CurrentContext::CurrentContext(const GlContext& context)
       context_(eglGetCurrentContext()),
       api_(eglQueryAPI()) {
     eglBindAPI(EGL_OPENGL_API);
-    ok_ = eglMakeCurrent(own_display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context.context_) ==
-          EGL_TRUE;
+    ok_ =
+        eglMakeCurrent(own_display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context.context_) == EGL_TRUE;
 }
 
 CurrentContext::~CurrentContext() {

@@ -81,8 +81,8 @@ std::vector<Vec3> clipped(const std::vector<Vec3>& polygon, const Plane& plane) 
 }  // namespace
 
 Mesh box_mesh(Vec3 half, Color color) {
-    const Plane planes[6] = {{{1, 0, 0}, half.x}, {{-1, 0, 0}, half.x}, {{0, 1, 0}, half.y},
-                             {{0, -1, 0}, half.y}, {{0, 0, 1}, half.z}, {{0, 0, -1}, half.z}};
+    const Plane planes[6] = {{{1, 0, 0}, half.x},  {{-1, 0, 0}, half.x}, {{0, 1, 0}, half.y},
+                             {{0, -1, 0}, half.y}, {{0, 0, 1}, half.z},  {{0, 0, -1}, half.z}};
     return hull_mesh(planes, 2 * std::max({half.x, half.y, half.z}), color);
 }
 

@@ -18,11 +18,12 @@ namespace bsoil::render {
 namespace {
 
 constexpr int kPictureSideMax = 8192;
-constexpr int kNoiseSide = 32;           ///< texels of the grain volume along each axis
-constexpr double kCoarsePeriods = 8;     ///< fine periods in one of the coarse grain pattern
-constexpr double kOcclusionShare = 0.05; ///< radius of ambient occlusion, of the distance to the target
-constexpr double kFadeBegin = 0.9;       ///< where the floor starts to fade, of the scene's radius
-constexpr double kFadeEnd = 1.5;         ///< and is gone, at the distance to the target further out
+constexpr int kNoiseSide = 32;        ///< texels of the grain volume along each axis
+constexpr double kCoarsePeriods = 8;  ///< fine periods in one of the coarse grain pattern
+constexpr double kOcclusionShare =
+    0.05;                           ///< radius of ambient occlusion, of the distance to the target
+constexpr double kFadeBegin = 0.9;  ///< where the floor starts to fade, of the scene's radius
+constexpr double kFadeEnd = 1.5;    ///< and is gone, at the distance to the target further out
 constexpr glm::vec3 kHorizonColor{0.66f, 0.74f, 0.82f};  ///< linear
 constexpr glm::vec3 kZenithColor{0.16f, 0.31f, 0.58f};
 constexpr Color kFloorColor{0.50f, 0.52f, 0.55f};
@@ -75,8 +76,8 @@ Target create_color_target(const char* label, int width, int height, GLint forma
     glTexImage2D(GL_TEXTURE_2D, 0, format, width, height, 0, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
     set_filter(GL_TEXTURE_2D, GL_LINEAR, GL_CLAMP_TO_EDGE);
     glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer.name());
-    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
-                           target.color.name(), 0);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, target.color.name(),
+                           0);
     return target;
 }
 
@@ -206,7 +207,8 @@ Status Renderer::Impl::create_scene() {
         {scene->smooth, "smooth", shaders::screen_vert, shaders::smooth_frag},
     };
     for (const auto& entry : programs) {
-        Result<GlProgram> linked = link_program(entry.label, entry.vertex_text, entry.fragment_text);
+        Result<GlProgram> linked =
+            link_program(entry.label, entry.vertex_text, entry.fragment_text);
         if (!linked) return Error{linked.error()};
         entry.program = std::move(*linked);
     }
@@ -234,7 +236,8 @@ void Renderer::Impl::create_targets(int width, int height) {
     scene->view_depth = create_depth_target("view depth", half_width, half_height);
     scene->rough_occlusion = create_color_target("rough occlusion", half_width, half_height, GL_R8);
     scene->smooth_occlusion = create_color_target("occlusion", half_width, half_height, GL_R8);
-    const auto storage = [&](GlRenderbuffer& buffer, const char* label, int samples, GLenum format) {
+    const auto storage = [&](GlRenderbuffer& buffer, const char* label, int samples,
+                             GLenum format) {
         buffer = GlRenderbuffer(label);
         glBindRenderbuffer(GL_RENDERBUFFER, buffer.name());
         glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples, format, width, height);
@@ -367,7 +370,15 @@ Result<Image> Renderer::Impl::draw(const View& view) {
         items.push_back({&mesh, model_of(item.pose, eye), item.grain_m, item.gloss});
         bounds.add(items.back());
     }
-    const std::vector<Placed> casters = items;
+    // Near items first: what they hide is not shaded.
+    const auto distance_of = [](const Placed& item) {
+        const glm::dvec3 middle = 0.5 * (item.mesh->low + item.mesh->high);
+        return glm::length(glm::dvec3(glm::dmat4(item.model) * glm::dvec4(middle, 1)));
+    };
+    std::stable_sort(items.begin(), items.end(), [&](const Placed& a, const Placed& b) {
+        return distance_of(a) < distance_of(b);
+    });
+    const std::vector<Placed> casters = items;  // the floor, which is added next, casts no shadow
     const glm::dvec3 center = bounds.center();
     const double fade_begin_m = kFadeBegin * bounds.radius();
     const double fade_end_m = kFadeEnd * bounds.radius() + sight_m;
@@ -392,9 +403,8 @@ Result<Image> Renderer::Impl::draw(const View& view) {
     const double shadow_radius = whole ? bounds.radius() : 2.0 * sight_m;
     const glm::dvec3 shadow_center = whole ? center : target;
     const double depth_radius = bounds.radius() + glm::length(center - shadow_center);
-    const glm::dvec3 sun_up = std::abs(glm::dot(to_sun, up)) < 0.99
-                                  ? up
-                                  : glm::dvec3(up.y, up.z, up.x);
+    const glm::dvec3 sun_up =
+        std::abs(glm::dot(to_sun, up)) < 0.99 ? up : glm::dvec3(up.y, up.z, up.x);
     const glm::dmat4 sun_look =
         glm::lookAt(shadow_center + depth_radius * to_sun, shadow_center, sun_up);
     const glm::dmat4 sun_clip = glm::ortho(-shadow_radius, shadow_radius, -shadow_radius,

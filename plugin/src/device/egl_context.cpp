@@ -100,7 +100,8 @@ std::vector<EglDisplay> find_device_displays(PFNEGLGETPLATFORMDISPLAYEXTPROC get
                                 is_software});
         }
     }
-    std::ranges::stable_partition(displays, [](const EglDisplay& d) { return !d.is_software; });
+    std::stable_partition(displays.begin(), displays.end(),
+                          [](const EglDisplay& d) { return !d.is_software; });
     return displays;
 }
 

@@ -104,8 +104,7 @@ KernelSource kernel_source(const KernelSet& kernel_set, int kernel) {
 }
 
 std::string name_files(const std::string& log, const std::vector<KernelSource::Line>& lines) {
-    // Drivers write "0:31(5): error: ..." (Mesa), "0(31) : error ..." (NVIDIA) or "ERROR: 0:31:
-    // ..." (others).
+    // Mesa writes "0:31(5): error: ...", NVIDIA "0(31) : error ...", others "ERROR: 0:31: ...".
     std::string named;
     std::string_view rest = log, line;
     while (!rest.empty()) {

@@ -6,11 +6,13 @@
 namespace bsoil::mesh {
 namespace {
 
-constexpr float kDense = 0.5f;     ///< from this fill on a voxel counts as part of a run: the isovalue
-constexpr float kTrace = 0.01f;    ///< less soil than this in a voxel is not shown
-constexpr float kOverlap = 2.0f;   ///< how far soil continues into the solid it rests on [voxels]
-constexpr float kGapMin = 1.0f;    ///< runs closer than this are one: pores of moving soil are not shown
-constexpr float kSliverHalf = 0.05f;  ///< a run too thin to hold a sample is widened about one by this
+constexpr float kDense = 0.5f;  ///< from this fill on a voxel counts as part of a run: the isovalue
+constexpr float kTrace = 0.01f;   ///< less soil than this in a voxel is not shown
+constexpr float kOverlap = 2.0f;  ///< how far soil continues into the solid it rests on [voxels]
+constexpr float kGapMin =
+    1.0f;  ///< runs closer than this are one: pores of moving soil are not shown
+constexpr float kSliverHalf =
+    0.05f;  ///< a run too thin to hold a sample is widened about one by this
 
 /// A column of a tile; soil and solid by height.
 struct ColumnView {
@@ -27,8 +29,7 @@ struct ColumnView {
     /// Thin soil on a support counts too, so that a layer may thin out to nothing.
     bool in_run(int z) const {
         const float soil = volume[z * kTileColumns];
-        return soil >= kDense ||
-               (soil > kTrace && (soil + solid_at(z) >= kDense || supported(z)));
+        return soil >= kDense || (soil > kTrace && (soil + solid_at(z) >= kDense || supported(z)));
     }
 };
 

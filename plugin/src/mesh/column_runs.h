@@ -17,8 +17,9 @@ inline constexpr float kOnFloor = -1e9f;
 /// A stretch of soil in a column [voxels above the grid's floor].
 struct Run {
     float bottom = 0, top = 0;
-    uint8_t material = 0;   ///< at its top
-    bool in_solid = false;  ///< continues soil of a neighbouring column inside terrain: never visible
+    uint8_t material = 0;  ///< at its top
+    bool in_solid =
+        false;  ///< continues soil of a neighbouring column inside terrain: never visible
     friend bool operator==(const Run&, const Run&) = default;
 };
 

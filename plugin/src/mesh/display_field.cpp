@@ -11,11 +11,11 @@ constexpr float kReach = 6.0f;  ///< the field is linear this far from a surface
 /// Up to the first height difference [voxels] neighbouring tops are joined by a straight line, from
 /// the second on by an upright wall half way. 2.5 is 68 degrees: steeper than any slope at rest.
 constexpr float kSlopeMax = 2.5f, kWallMin = 5.0f;
-constexpr float kNormalReach = 2.0f;   ///< beyond this a height difference tilts normals no more
-constexpr float kBelowSolid = 0.5f;    ///< soil hidden in terrain stays this deep below its surface
-constexpr float kHiddenDepth = 2.0f;   ///< and is this thick
-constexpr float kHiddenEdge = 0.05f;   ///< where it ends between two samples, so as not to peep out
-constexpr float kSheetStep = 3.0f;     ///< tops further apart are not one surface at the grid's sides
+constexpr float kNormalReach = 2.0f;  ///< beyond this a height difference tilts normals no more
+constexpr float kBelowSolid = 0.5f;   ///< soil hidden in terrain stays this deep below its surface
+constexpr float kHiddenDepth = 2.0f;  ///< and is this thick
+constexpr float kHiddenEdge = 0.05f;  ///< where it ends between two samples, so as not to peep out
+constexpr float kSheetStep = 3.0f;  ///< tops further apart are not one surface at the grid's sides
 
 }  // namespace
 
@@ -68,8 +68,7 @@ void DisplayField::build(const GridColumns& grid, int tx, int ty) {
 }
 
 void DisplayField::take_column(const GridColumns& grid, int i, int j) {
-    const TileColumns& tile =
-        grid.tiles[(j / kTileSide) * grid.tile_count[0] + i / kTileSide];
+    const TileColumns& tile = grid.tiles[(j / kTileSide) * grid.tile_count[0] + i / kTileSide];
     const int c = (j % kTileSide) * kTileSide + i % kTileSide;
     Column& column = columns_[column_index(i, j)];
     column.solids = tile.solids.column(c);

@@ -47,8 +47,8 @@ class DisplayField {
         return &bits_[column_index(i, j) * word_count_];
     }
 
-    /// Vertical distance into the nearest run at height z, negative outside, within +-kReach [voxels].
-    /// The display field is 0.5 plus this, so the thesis' isovalue 0.5 is its zero.
+    /// Vertical distance into the nearest run at height z, negative outside, within +-kReach
+    /// [voxels]. The display field is 0.5 plus this, so the thesis' isovalue 0.5 is its zero.
     float distance(int i, int j, float z) const;
     /// Where the surface crosses between samples q and q + 1 of a column [voxels].
     float crossing_up(int i, int j, int q) const;
@@ -63,9 +63,7 @@ class DisplayField {
     /// Material of the soil at a sample.
     uint8_t material(int i, int j, float z) const;
 
-    int column_index(int i, int j) const {
-        return (j - origin_[1]) * kWindow + (i - origin_[0]);
-    }
+    int column_index(int i, int j) const { return (j - origin_[1]) * kWindow + (i - origin_[0]); }
 
   private:
     struct Column {

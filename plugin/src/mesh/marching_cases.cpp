@@ -33,8 +33,8 @@ constexpr std::array<int, kEdgeCount> faces_of_edges() {
     return faces;
 }
 
-/// How many diagonals of the fan about loop[apex] lie in a face of the cell. Such a diagonal may meet
-/// one of the neighbouring cell, and four triangles would share an edge.
+/// How many diagonals of the fan about loop[apex] lie in a face of the cell. Such a diagonal may
+/// meet one of the neighbouring cell, and four triangles would share an edge.
 constexpr int face_diagonal_count(const std::array<int, kEdgeCount>& loop, int size, int apex) {
     constexpr auto faces = faces_of_edges();
     int count = 0;
@@ -46,8 +46,9 @@ constexpr int face_diagonal_count(const std::array<int, kEdgeCount>& loop, int s
 
 constexpr MarchingCase build_case(int inside_corners) {
     const auto inside = [&](int corner) { return (inside_corners >> corner & 1) != 0; };
-    // A contour piece of a face leads from the edge where the walk enters the solid to the one where
-    // it leaves it. Each edge is walked in opposite directions by its two faces: pieces chain up.
+    // A contour piece of a face leads from the edge where the walk enters the solid to the one
+    // where it leaves it. Each edge is walked in opposite directions by its two faces: pieces chain
+    // up.
     std::array<int, kEdgeCount> next{};
     next.fill(-1);
     for (const auto& face : kFaces) {
@@ -72,12 +73,14 @@ constexpr MarchingCase build_case(int inside_corners) {
         if (size == 0) continue;
         int apex = 0;
         for (int i = 1; i < size; ++i) {
-            if (face_diagonal_count(loop, size, i) < face_diagonal_count(loop, size, apex)) apex = i;
+            if (face_diagonal_count(loop, size, i) < face_diagonal_count(loop, size, apex))
+                apex = i;
         }
         for (int i = 1; i + 1 < size; ++i) {
             const int corners[3] = {apex, (apex + i) % size, (apex + i + 1) % size};
             for (int k = 0; k < 3; ++k) {
-                result.edges[3 * result.triangle_count + k] = static_cast<uint8_t>(loop[corners[k]]);
+                result.edges[3 * result.triangle_count + k] =
+                    static_cast<uint8_t>(loop[corners[k]]);
             }
             ++result.triangle_count;
         }

@@ -50,7 +50,8 @@ class TileMesher {
         if (def.layer == SurfaceMeshDef::Layer::terrain) {
             colors_.push_back(def.terrain_color);
         } else {
-            for (const MaterialDef& material : source.materials()) colors_.push_back(material.color);
+            for (const MaterialDef& material : source.materials())
+                colors_.push_back(material.color);
         }
     }
 
@@ -77,7 +78,8 @@ class TileMesher {
     }
 
   private:
-    /// The vertex of the edge that leaves sample (i, j, q) along an axis. Only crossed edges are set.
+    /// The vertex of the edge that leaves sample (i, j, q) along an axis. Only crossed edges are
+    /// set.
     uint32_t& edge_vertex(int axis, int i, int j, int q) {
         const int column = field_.column_index(i, j);
         return edge_vertices_[static_cast<size_t>((column * 3 + axis) * sample_count_ + q)];
@@ -174,7 +176,8 @@ class TileMesher {
     void add_cells(const mesh::GridColumns& grid, int i, int j) {
         const int word_count = field_.word_count();
         const uint64_t* inside[4] = {field_.inside_bits(i, j), field_.inside_bits(i + 1, j),
-                                     field_.inside_bits(i, j + 1), field_.inside_bits(i + 1, j + 1)};
+                                     field_.inside_bits(i, j + 1),
+                                     field_.inside_bits(i + 1, j + 1)};
         const auto side_of = [&](int cell, int axis) {
             return cell == -2 ? -1.0f : cell == grid.size[axis] ? 1.0f : 0.0f;
         };
@@ -211,14 +214,15 @@ class TileMesher {
                                              : edge_vertex(2, i + a, j + b, q);
             }
             if (at_side) {
-                // Cells of no thickness: only the triangles in the plane of the cut remain, and their
-                // rim is sharp, so they do not share vertices with the surface above.
+                // Cells of no thickness: only the triangles in the plane of the cut remain, and
+                // their rim is sharp, so they do not share vertices with the surface above.
                 if (same_place(vertices[0], vertices[1]) || same_place(vertices[1], vertices[2]) ||
                     same_place(vertices[2], vertices[0])) {
                     continue;
                 }
                 for (int k = 0; k < 3; ++k) {
-                    if (axes[k] != (side.x != 0 ? 0 : 1)) vertices[k] = copy_vertex(vertices[k], side);
+                    if (axes[k] != (side.x != 0 ? 0 : 1))
+                        vertices[k] = copy_vertex(vertices[k], side);
                 }
             }
             out_->indices.insert(out_->indices.end(), vertices, vertices + 3);

@@ -38,8 +38,9 @@ class Writer {
   public:
     template <typename T>
     void put(T value) {
-        const auto* raw = reinterpret_cast<const uint8_t*>(&value);
-        bytes.insert(bytes.end(), raw, raw + sizeof(T));
+        const size_t at = bytes.size();
+        bytes.resize(at + sizeof(T));
+        std::memcpy(&bytes[at], &value, sizeof(T));
     }
     void put_bytes(std::span<const uint8_t> data) {
         put<uint64_t>(data.size());

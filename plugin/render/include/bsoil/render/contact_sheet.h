@@ -10,9 +10,9 @@ namespace bsoil::render {
 /// How a sheet is laid out. Pictures fill it row by row.
 struct ContactSheetDef {
     int columns = 4, rows = 2;
-    int cell_width = 480;      ///< pixels; the height follows from the first picture
-    int gap = 6;               ///< pixels between pictures and around them
-    int caption_scale = 2;     ///< size of a dot of the font [pixels]
+    int cell_width = 480;   ///< pixels; the height follows from the first picture
+    int gap = 6;            ///< pixels between pictures and around them
+    int caption_scale = 2;  ///< size of a dot of the font [pixels]
 };
 
 /// Tiles pictures, scaled to the cells, with a caption in the upper left corner of each.

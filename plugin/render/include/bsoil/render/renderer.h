@@ -17,8 +17,8 @@ namespace bsoil::render {
 struct Camera {
     Vec3 eye{4, 3, 4};
     Vec3 target;
-    Vec3 up{0, 1, 0};       ///< also what is up for sky and light
-    double fov_rad = 0.7;   ///< vertical field of view, 0.05..2.5
+    Vec3 up{0, 1, 0};      ///< also what is up for sky and light
+    double fov_rad = 0.7;  ///< vertical field of view, 0.05..2.5
 };
 
 /// A mesh of the renderer.
@@ -29,24 +29,25 @@ struct MeshId {
 /// A mesh in the picture.
 struct Item {
     MeshId mesh;
-    Pose pose;            ///< mesh -> world
-    float grain_m = 0;    ///< size of the grains the surface is patterned with [m]; 0: smooth
-    float gloss = 0;      ///< 0: matt .. 1: painted metal
+    Pose pose;          ///< mesh -> world
+    float grain_m = 0;  ///< size of the grains the surface is patterned with [m]; 0: smooth
+    float gloss = 0;    ///< 0: matt .. 1: painted metal
 };
 
 /// One picture.
 struct View {
     int width = 1280, height = 720;  ///< 1..8192 pixels
     Camera camera;
-    Vec3 to_sun{0.55, 0.75, 0.35};   ///< need not be a unit vector
-    /// Height along the camera's up axis of a plain floor that fades into the sky [m]; none by default.
+    Vec3 to_sun{0.55, 0.75, 0.35};  ///< need not be a unit vector
+    /// Height along the camera's up axis of a plain floor that fades into the sky [m]; none by
+    /// default.
     std::optional<double> floor_height_m;
     std::vector<Item> items;
 };
 
 struct RendererDef {
-    int sample_count = 4;       ///< per pixel, 1..8; fewer where the device has no more
-    int shadow_map_size = 2048; ///< texels a side, 256..8192
+    int sample_count = 4;        ///< per pixel, 1..8; fewer where the device has no more
+    int shadow_map_size = 2048;  ///< texels a side, 256..8192
     /// Names the field, its value and its range when something is wrong.
     Status validate() const;
 };

@@ -1,0 +1,84 @@
+/// BodyCollector: finds the collision objects that touch the grid and describes them to the soil.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
+
+#include "body_state.h"
+#include "bsoil/bullet/soil_action.h"
+#include "shape_conversion.h"
+
+class btMultiBody;
+
+namespace bsoil::bullet {
+
+/// Keeps an id, and the converted shapes, for every object it has met in the world.
+class BodyCollector {
+  public:
+    /// grid: the grid's box, world axes.
+    explicit BodyCollector(const Aabb& grid);
+
+    void ignore(const btCollisionObject& object);
+    /// Looks through the world once. elapsed_s: since the last call; a kinematic body that Bullet knows no
+    /// velocity of is given that of its change of pose.
+    void collect(const btDiscreteDynamicsWorld& world, double elapsed_s);
+
+    /// Bodies that touch the grid, or did at the last call (so that the soil sees them leave); in the world's order.
+    std::span<const BodyState> bodies() const { return bodies_; }
+    /// The same bodies for Soil::step, moved back along their velocities to `before_s` ago.
+    std::span<const SoilBody> soil_bodies(double before_s);
+    const std::vector<RefusedBody>& refused() const { return refused_; }
+    int body_id(const btCollisionObject& object) const;
+
+  private:
+    using Shapes = std::vector<ConvexShape>;
+    struct ShapeKey {
+        const btCollisionShape* shape;
+        uint64_t fingerprint;
+        bool operator==(const ShapeKey&) const = default;
+    };
+    struct ShapeKeyHash {
+        size_t operator()(const ShapeKey& key) const;
+    };
+    struct Tracked {
+        int proxy_id = 0;
+        int id = 0;
+        ShapeKey key{};
+        std::shared_ptr<const Shapes> shapes;  ///< null: refused
+        std::string refusal;
+        unsigned shape_revision = 0;
+        bool has_pose = false;
+        Pose last_pose;
+        bool was_in_grid = false;
+        unsigned long long seen_in_scan = 0;
+    };
+
+    bool touches_grid(const btCollisionObject& object) const;
+    Tracked& track(const btCollisionObject& object);
+    void convert(const btCollisionObject& object, Tracked& tracked);
+    void describe(const btDiscreteDynamicsWorld& world, btCollisionObject& object, Tracked& tracked,
+                  double elapsed_s, BodyState& state);
+    void read_link_velocity(const btMultiBody& multibody, int link, BodyMotion& motion);
+    void refuse(const btCollisionObject& object, const Tracked& tracked, const std::string& reason);
+    int next_id();
+
+    Aabb grid_;
+    std::vector<const btCollisionObject*> ignored_;
+    std::unordered_map<const btCollisionObject*, Tracked> tracked_;
+    std::unordered_map<ShapeKey, std::weak_ptr<const Shapes>, ShapeKeyHash> shape_cache_;
+    std::vector<bool> id_taken_;
+    int last_id_ = -1;
+    unsigned long long scan_ = 0;
+    std::vector<BodyState> bodies_;
+    std::vector<SoilBody> soil_bodies_;
+    std::vector<RefusedBody> refused_;
+    const btMultiBody* velocity_owner_ = nullptr;  ///< whose link velocities are in the two vectors below
+    std::vector<btVector3> link_angular_, link_linear_;
+};
+
+}  // namespace bsoil::bullet

@@ -1,0 +1,28 @@
+/// BodyState: a collision object of the world that takes part in a soil step.
+#pragma once
+
+#include <BulletCollision/CollisionDispatch/btCollisionObject.h>
+
+#include "contact_patches.h"
+
+namespace bsoil::bullet {
+
+/// What carries a body's reaction.
+enum class BodyRole {
+    rigid,      ///< dynamic btRigidBody: RigidPatchConstraint
+    link,       ///< link or free base of a btMultiBody: LinkPatchConstraint
+    driven,     ///< kinematic: feels nothing, its motion is what it is
+    fixed,      ///< static: does not move
+};
+
+struct BodyState {
+    btCollisionObject* object = nullptr;
+    int proxy_id = 0;  ///< of the broadphase: tells a new object at an old one's address
+    int id = 0;        ///< SoilBody::id
+    BodyRole role = BodyRole::fixed;
+    BodyMotion motion;
+    bool is_asleep = false;
+    double weight_n = 0;  ///< of a rigid body or a link
+};
+
+}  // namespace bsoil::bullet

@@ -1,0 +1,97 @@
+#include "resistive_force_theory.h"
+
+#include <algorithm>
+
+namespace bsoil::bullet {
+namespace {
+
+constexpr int kTermCount = 20;
+
+/// Coefficients c1, c2, c3 of the polynomials f1, f2, f3, one row a term, in the order of polynomial_terms().
+/// Agarwal, Goldman and Kamrin (2023), supporting information, table of the generic material.
+constexpr double kCoefficients[kTermCount][3] = {
+    {0.00212, -0.06796, -0.02634},  {-0.0232, -0.10941, -0.03436}, {-0.2089, 0.04725, 0.45256},
+    {-0.43083, -0.06914, 0.00835},  {-0.00259, -0.05835, 0.02553}, {0.48872, -0.6588, -1.3129},
+    {-0.00415, -0.11985, -0.05532}, {0.07204, -0.25739, 0.0679},   {-0.0275, -0.26834, -0.16404},
+    {-0.08772, 0.02692, 0.02287},   {0.01992, -0.00736, 0.02927},  {-0.45961, 0.63758, 0.95406},
+    {0.40799, 0.08997, -0.00131},   {-0.10107, 0.21069, -0.11028}, {-0.06576, 0.04748, 0.01487},
+    {0.05664, 0.20406, -0.0273},    {-0.09269, 0.18589, 0.10911},  {0.01892, 0.04934, -0.04097},
+    {0.01033, 0.13527, 0.07881},    {0.1512, -0.33207, -0.27519},
+};
+
+std::array<double, kTermCount> polynomial_terms(double x1, double x2, double x3) {
+    return {1,
+            x1,
+            x2,
+            x3,
+            x1 * x1,
+            x2 * x2,
+            x3 * x3,
+            x1 * x2,
+            x2 * x3,
+            x3 * x1,
+            x1 * x1 * x1,
+            x2 * x2 * x2,
+            x3 * x3 * x3,
+            x1 * x2 * x2,
+            x2 * x1 * x1,
+            x2 * x3 * x3,
+            x3 * x2 * x2,
+            x3 * x1 * x1,
+            x1 * x3 * x3,
+            x1 * x2 * x3};
+}
+
+/// Below this a horizontal part has no direction (of unit vectors).
+constexpr double kNoDirection = 1e-9;
+
+Vec3 any_horizontal(Vec3 up) {
+    const Vec3 axis = std::abs(up.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+    const Vec3 h = axis - dot(axis, up) * up;
+    return h * (1 / length(h));
+}
+
+/// The horizontal direction r of the paper: of the motion, else of the normal, else any.
+Vec3 radial_direction(Vec3 normal, Vec3 direction, Vec3 up) {
+    for (const Vec3 v : {direction, normal}) {
+        const Vec3 h = v - dot(v, up) * up;
+        const double size = length(h);
+        if (size > kNoDirection) return h * (1 / size);
+    }
+    return any_horizontal(up);
+}
+
+}  // namespace
+
+Vec3 resistive_stress(Vec3 normal, Vec3 direction, Vec3 up, double surface_friction) {
+    if (dot(normal, direction) <= 0) return {};
+    const Vec3 r = radial_direction(normal, direction, up);
+    const Vec3 theta = cross(up, r);
+    const double sin_gamma = -dot(direction, up), cos_gamma = dot(direction, r);
+    const double cos_beta = -dot(normal, up);
+    const double sin_beta_r = dot(normal, r), sin_beta_theta = dot(normal, theta);
+
+    const double x1 = sin_gamma, x2 = cos_beta, x3 = sin_beta_r * cos_gamma + sin_gamma * cos_beta;
+    const std::array<double, kTermCount> terms = polynomial_terms(x1, x2, x3);
+    double f1 = 0, f2 = 0, f3 = 0;
+    for (int k = 0; k < kTermCount; ++k) {
+        f1 += terms[k] * kCoefficients[k][0];
+        f2 += terms[k] * kCoefficients[k][1];
+        f3 += terms[k] * kCoefficients[k][2];
+    }
+    const Vec3 stress = (f1 * sin_beta_r + f2 * cos_gamma) * r + f1 * sin_beta_theta * theta +
+                        (-f1 * cos_beta - f2 * sin_gamma - f3) * up;
+
+    const Vec3 along_normal = dot(stress, normal) * normal;
+    const Vec3 along_surface = stress - along_normal;
+    const double surface = length(along_surface);
+    const double most = surface_friction * length(along_normal);
+    return surface > most ? along_normal + (most / surface) * along_surface : stress;
+}
+
+double resistive_stiffness_pa_m(double density_kg_m3, double gravity_m_s2, double tan_phi) {
+    const double m = tan_phi;
+    return density_kg_m3 * gravity_m_s2 * (894 * m * m * m - 386 * m * m + 89 * m);
+}
+
+}  // namespace bsoil::bullet

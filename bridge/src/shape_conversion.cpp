@@ -1,0 +1,427 @@
+#include "shape_conversion.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletCollision/CollisionShapes/btCapsuleShape.h>
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
+#include <BulletCollision/CollisionShapes/btConeShape.h>
+#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
+#include <BulletCollision/CollisionShapes/btConvexPointCloudShape.h>
+#include <BulletCollision/CollisionShapes/btCylinderShape.h>
+#include <BulletCollision/CollisionShapes/btMultiSphereShape.h>
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
+#include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
+#include <LinearMath/btConvexHullComputer.h>
+
+#include "bsoil/limits.h"
+#include "bullet_types.h"
+
+namespace bsoil::bullet {
+namespace {
+
+/// A hull of this many points has at most 2 n - 4 = 252 faces, within limits::kHullPlaneCapacity.
+constexpr int kSpreadPointCount = 128;
+/// Points on a multi-sphere from which those are chosen.
+constexpr int kSphereDirectionCount = 600;
+/// A face smaller than this fraction of the square of a hull's radius is a splinter without a sure normal.
+constexpr double kNoFaceFraction = 1e-12;
+/// Half the diagonal of a grid is this much longer in the ball an unbounded shape is cut to.
+constexpr double kPlaneBoxSlack = 1.01;
+/// Neighbouring faces of a hull with normals this close are one: the hull computer works on a grid of integers and
+/// can split a plane in two.
+constexpr double kSameNormalCosine = 1 - 1e-7;
+/// A hull thinner than this fraction of its width has no inside a voxel could find.
+constexpr double kFlatHullFraction = 1e-5;
+
+using Shapes = std::vector<ConvexShape>;
+
+ConvexShape of_kind(ConvexShape::Kind kind) {
+    ConvexShape out;
+    out.kind = kind;
+    return out;
+}
+
+/// Rotation that takes the local z axis to the given axis of Bullet's frame (0, 1, 2 = X, Y, Z).
+Quat from_z_to_axis(int axis) {
+    const double h = std::numbers::sqrt2 / 2;
+    if (axis == 0) return {0, h, 0, h};
+    if (axis == 1) return {-h, 0, 0, h};
+    return {};
+}
+
+/// Rotation that takes the local z axis to a unit vector.
+Quat from_z_to(Vec3 n) {
+    if (n.z < -1 + 1e-12) return {1, 0, 0, 0};
+    const Quat q{-n.y, n.x, 0, 1 + n.z};
+    const double s = 1 / std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
+    return {q.x * s, q.y * s, q.z * s, q.w * s};
+}
+
+std::string shape_name(const btCollisionShape& shape) {
+    return std::string("shape '") + shape.getName() + "'";
+}
+
+Status check_extent(const btCollisionShape& shape, const char* field, double metres,
+                    double smallest_m = std::numeric_limits<double>::min()) {
+    if (std::isfinite(metres) && metres >= smallest_m) return Done{};
+    return Error{shape_name(shape) + ": " + field + " is " + std::to_string(metres) +
+                 " m, must be finite and above 0"};
+}
+
+Status check_margin(const btCollisionShape& shape, double metres) {
+    if (std::isfinite(metres) && metres >= 0) return Done{};
+    return Error{shape_name(shape) + ": margin is " + std::to_string(metres) +
+                 " m, must be finite and not negative"};
+}
+
+Result<Shapes> box(const btBoxShape& shape) {
+    ConvexShape out = of_kind(ConvexShape::Kind::box);
+    out.half_extents_m = from_bullet(shape.getHalfExtentsWithMargin());
+    for (const auto& [field, metres] : {std::pair{"half extent x", out.half_extents_m.x},
+                                        std::pair{"half extent y", out.half_extents_m.y},
+                                        std::pair{"half extent z", out.half_extents_m.z}})
+        if (const Status s = check_extent(shape, field, metres); !s) return Error{s.error()};
+    return Shapes{out};
+}
+
+Result<Shapes> sphere(const btSphereShape& shape) {
+    ConvexShape out = of_kind(ConvexShape::Kind::sphere);
+    out.radius_m = static_cast<double>(shape.getRadius());
+    if (const Status s = check_extent(shape, "radius", out.radius_m); !s) return Error{s.error()};
+    return Shapes{out};
+}
+
+Result<Shapes> capsule(const btCapsuleShape& shape) {
+    ConvexShape out = of_kind(ConvexShape::Kind::capsule);
+    out.local.rotation = from_z_to_axis(shape.getUpAxis());
+    out.radius_m = static_cast<double>(shape.getRadius());
+    out.half_height_m = static_cast<double>(shape.getHalfHeight());
+    if (const Status s = check_extent(shape, "radius", out.radius_m); !s) return Error{s.error()};
+    // A capsule of no length is a sphere.
+    if (const Status s = check_extent(shape, "half height", out.half_height_m, 0); !s)
+        return Error{s.error()};
+    return Shapes{out};
+}
+
+Result<Shapes> cylinder(const btCylinderShape& shape) {
+    ConvexShape out = of_kind(ConvexShape::Kind::cylinder);
+    const int up = shape.getUpAxis();
+    out.local.rotation = from_z_to_axis(up);
+    out.radius_m = static_cast<double>(shape.getRadius());
+    out.half_height_m = static_cast<double>(shape.getHalfExtentsWithMargin()[up]);
+    if (const Status s = check_extent(shape, "radius", out.radius_m); !s) return Error{s.error()};
+    if (const Status s = check_extent(shape, "half height", out.half_height_m); !s)
+        return Error{s.error()};
+    return Shapes{out};
+}
+
+Result<Shapes> cone(const btConeShape& shape) {
+    ConvexShape out = of_kind(ConvexShape::Kind::cone);
+    out.local.rotation = from_z_to_axis(shape.getConeUpIndex());
+    out.radius_m = static_cast<double>(shape.getRadius());
+    out.half_height_m = static_cast<double>(shape.getHeight()) / 2;
+    out.rounding_m = static_cast<double>(shape.getMargin());
+    if (const Status s = check_extent(shape, "radius", out.radius_m); !s) return Error{s.error()};
+    if (const Status s = check_extent(shape, "half height", out.half_height_m); !s)
+        return Error{s.error()};
+    if (const Status s = check_margin(shape, out.rounding_m); !s) return Error{s.error()};
+    return Shapes{out};
+}
+
+/// Normal of a face by Newell's method, which a short edge cannot spoil; not normalized.
+Vec3 face_normal(const btConvexHullComputer& hull, int face) {
+    const btConvexHullComputer::Edge* first = &hull.edges[hull.faces[face]];
+    const Vec3 origin = from_bullet(hull.vertices[first->getSourceVertex()]);
+    Vec3 normal;
+    for (const btConvexHullComputer::Edge* edge = first;;) {
+        normal += cross(from_bullet(hull.vertices[edge->getSourceVertex()]) - origin,
+                        from_bullet(hull.vertices[edge->getTargetVertex()]) - origin);
+        edge = edge->getNextEdgeOfFace();
+        if (edge == first) return normal;
+    }
+}
+
+/// Unit normals of the faces of the points' hull.
+std::vector<Vec3> face_normals(const std::vector<btVector3>& points, double bound_m) {
+    btConvexHullComputer computer;
+    computer.compute(&points[0][0], static_cast<int>(sizeof(btVector3)),
+                     static_cast<int>(points.size()), 0, 0);
+    std::vector<Vec3> normals;
+    for (int f = 0; f < computer.faces.size(); ++f) {
+        const Vec3 area_vector = face_normal(computer, f);
+        const double size = length(area_vector);
+        if (size <= bound_m * bound_m * kNoFaceFraction) continue;
+        const Vec3 n = area_vector * (1 / size);
+        const bool known = std::any_of(normals.begin(), normals.end(), [n](Vec3 other) {
+            return dot(other, n) > kSameNormalCosine;
+        });
+        if (!known) normals.push_back(n);
+    }
+    return normals;
+}
+
+/// The points of a set that lie farthest from each other, greedily.
+std::vector<btVector3> spread_points(const std::vector<btVector3>& points, int count) {
+    std::vector<btVector3> out{points.front()};
+    std::vector<btScalar> distance2(points.size(), BT_LARGE_FLOAT);
+    while (static_cast<int>(out.size()) < count) {
+        for (size_t i = 0; i < points.size(); ++i)
+            distance2[i] = std::min(distance2[i], points[i].distance2(out.back()));
+        const auto farthest = std::max_element(distance2.begin(), distance2.end());
+        if (*farthest <= 0) break;
+        out.push_back(points[static_cast<size_t>(farthest - distance2.begin())]);
+    }
+    return out;
+}
+
+/// The hull of a solid with the given points on its surface, as half spaces that touch it: exact for a polyhedron of few
+/// faces, else an enclosing solid whose faces are those of a well-spread choice of the points.
+/// `support(n)` is the largest n . p of the solid.
+template <typename Support>
+ConvexShape touching_hull(const std::vector<btVector3>& points, const Support& support) {
+    Vec3 center;
+    for (const btVector3& p : points) center += from_bullet(p);
+    center = center * (1.0 / static_cast<double>(points.size()));
+    ConvexShape out = of_kind(ConvexShape::Kind::hull);
+    out.local.position = center;
+    for (const btVector3& p : points)
+        out.bound_m = std::max(out.bound_m, length(from_bullet(p) - center));
+    std::vector<Vec3> normals = face_normals(points, out.bound_m);
+    if (normals.size() > static_cast<size_t>(limits::kHullPlaneCapacity))
+        normals = face_normals(spread_points(points, kSpreadPointCount), out.bound_m);
+    for (const Vec3 n : normals) out.planes.push_back({n, support(n) - dot(n, center)});
+    return out;
+}
+
+Result<Shapes> hull(const btCollisionShape& shape, const std::vector<btVector3>& points,
+                    double margin_m) {
+    if (points.empty()) return Error{shape_name(shape) + ": has no points"};
+    for (const btVector3& p : points)
+        if (!is_finite(from_bullet(p)))
+            return Error{shape_name(shape) + ": has a point that is not finite"};
+    if (const Status s = check_margin(shape, margin_m); !s) return Error{s.error()};
+
+    const auto support = [&points](Vec3 n) {
+        double most = -std::numeric_limits<double>::infinity();
+        for (const btVector3& p : points) most = std::max(most, dot(n, from_bullet(p)));
+        return most;
+    };
+    ConvexShape out = touching_hull(points, support);
+    out.rounding_m = margin_m;
+    const bool is_flat =
+        std::any_of(out.planes.begin(), out.planes.end(), [&](const Plane& plane) {
+            const double width =
+                plane.offset + support(-plane.normal) + dot(plane.normal, out.local.position);
+            return width < kFlatHullFraction * out.bound_m;
+        });
+    if (out.planes.size() < 4 || is_flat)
+        return Error{shape_name(shape) + ": its points span no volume"};
+    return Shapes{out};
+}
+
+Result<Shapes> convex_hull(const btConvexHullShape& shape) {
+    std::vector<btVector3> points;
+    for (int i = 0; i < shape.getNumPoints(); ++i) points.push_back(shape.getScaledPoint(i));
+    return hull(shape, points, static_cast<double>(shape.getMargin()));
+}
+
+Result<Shapes> point_cloud(const btConvexPointCloudShape& shape) {
+    std::vector<btVector3> points;
+    for (int i = 0; i < shape.getNumPoints(); ++i) points.push_back(shape.getScaledPoint(i));
+    return hull(shape, points, static_cast<double>(shape.getMargin()));
+}
+
+/// Directions spread evenly over the sphere (a Fibonacci lattice).
+Vec3 sphere_direction(int index) {
+    const double z = 1 - (2.0 * index + 1) / kSphereDirectionCount;
+    const double r = std::sqrt(1 - z * z);
+    const double angle = index * std::numbers::pi * (3 - std::sqrt(5.0));
+    return {r * std::cos(angle), r * std::sin(angle), z};
+}
+
+Result<Shapes> multi_sphere(const btMultiSphereShape& shape) {
+    for (int i = 0; i < shape.getSphereCount(); ++i) {
+        if (!is_finite(from_bullet(shape.getSpherePosition(i))))
+            return Error{shape_name(shape) + ": has a sphere whose centre is not finite"};
+        if (const Status s =
+                check_extent(shape, "radius", static_cast<double>(shape.getSphereRadius(i)));
+            !s)
+            return Error{s.error()};
+    }
+    const auto touch = [&shape](Vec3 n) { return shape.localGetSupportingVertex(to_bullet(n)); };
+    std::vector<btVector3> points;
+    for (int i = 0; i < kSphereDirectionCount; ++i) points.push_back(touch(sphere_direction(i)));
+    return Shapes{
+        touching_hull(points, [&](Vec3 n) { return dot(n, from_bullet(touch(n))); })};
+}
+
+/// The part of the half space within reach of the grid, as a box whose top is the plane.
+Result<Shapes> static_plane(const btStaticPlaneShape& shape, const GridBall& grid) {
+    const Vec3 normal = from_bullet(shape.getPlaneNormal());
+    const double norm = length(normal);
+    const double constant = static_cast<double>(shape.getPlaneConstant());
+    if (!(std::isfinite(norm) && norm > 0 && std::isfinite(constant)))
+        return Error{shape_name(shape) + ": normal or constant is zero or not finite"};
+    const Vec3 n = normal * (1 / norm);
+    const double radius = kPlaneBoxSlack * grid.radius_m;
+    const double above = dot(n, grid.center_m) - constant;
+    // Below the plane the box reaches as deep as the ball does, and is never thinner than a tenth of it.
+    const double half_depth = 0.5 * std::max(radius - above, 0.1 * radius);
+    ConvexShape out = of_kind(ConvexShape::Kind::box);
+    out.half_extents_m = {radius, radius, half_depth};
+    out.local = {grid.center_m - (above + half_depth) * n, from_z_to(n)};
+    return Shapes{out};
+}
+
+void scale_about_origin(ConvexShape& shape, double s) {
+    shape.local.position = shape.local.position * s;
+    shape.half_extents_m = shape.half_extents_m * s;
+    shape.radius_m *= s;
+    shape.half_height_m *= s;
+    for (Plane& p : shape.planes) p.offset *= s;
+    shape.bound_m *= s;
+    shape.rounding_m *= s;
+}
+
+Result<Shapes> uniform_scaling(const btUniformScalingShape& shape, const GridBall& grid) {
+    const double s = static_cast<double>(shape.getUniformScalingFactor());
+    if (!(std::isfinite(s) && s > 0))
+        return Error{shape_name(shape) + ": scaling factor is " + std::to_string(s) +
+                     ", must be finite and above 0"};
+    Result<Shapes> child = convert_shape(*shape.getChildShape(), grid);
+    if (child)
+        for (ConvexShape& c : *child) scale_about_origin(c, s);
+    return child;
+}
+
+Result<Shapes> compound(const btCompoundShape& shape, const GridBall& grid) {
+    Shapes out;
+    for (int i = 0; i < shape.getNumChildShapes(); ++i) {
+        const Pose local = from_bullet(shape.getChildTransform(i));
+        if (!is_finite(local))
+            return Error{shape_name(shape) + ": the transform of child " + std::to_string(i) +
+                         " is not finite"};
+        const GridBall grid_in_child{transform(inverse(local), grid.center_m), grid.radius_m};
+        Result<Shapes> child = convert_shape(*shape.getChildShape(i), grid_in_child);
+        if (!child)
+            return Error{shape_name(shape) + ", child " + std::to_string(i) + ": " + child.error()};
+        for (ConvexShape& c : *child) {
+            c.local = local * c.local;
+            out.push_back(std::move(c));
+        }
+    }
+    if (out.empty()) return Error{shape_name(shape) + ": has no children"};
+    return out;
+}
+
+/// FNV-1a over 64-bit words.
+struct Fingerprint {
+    uint64_t value = 14695981039346656037ull;
+    void add(uint64_t word) { value = (value ^ word) * 1099511628211ull; }
+    void add(double x) { add(std::bit_cast<uint64_t>(x)); }
+    void add(Vec3 v) {
+        add(v.x);
+        add(v.y);
+        add(v.z);
+    }
+    void add(const btVector3& v) { add(from_bullet(v)); }
+};
+
+template <typename PointShape>
+void add_points(Fingerprint& print, const PointShape& shape) {
+    const int count = shape.getNumPoints();
+    print.add(static_cast<uint64_t>(count));
+    if (count == 0) return;
+    print.add(shape.getScaledPoint(0));
+    print.add(shape.getScaledPoint(count - 1));
+}
+
+void add_shape(Fingerprint& print, const btCollisionShape& shape, const GridBall& grid) {
+    const int type = shape.getShapeType();
+    print.add(static_cast<uint64_t>(type));
+    if (type == STATIC_PLANE_PROXYTYPE) {
+        const auto& plane = static_cast<const btStaticPlaneShape&>(shape);
+        print.add(plane.getPlaneNormal());
+        print.add(static_cast<double>(plane.getPlaneConstant()));
+        print.add(grid.center_m);
+        print.add(grid.radius_m);
+        return;
+    }
+    if (type == COMPOUND_SHAPE_PROXYTYPE) {
+        const auto& compound = static_cast<const btCompoundShape&>(shape);
+        for (int i = 0; i < compound.getNumChildShapes(); ++i) {
+            const btTransform& local = compound.getChildTransform(i);
+            print.add(local.getOrigin());
+            for (int row = 0; row < 3; ++row) print.add(local.getBasis()[row]);
+            const Vec3 center = transform(inverse(from_bullet(local)), grid.center_m);
+            add_shape(print, *compound.getChildShape(i), {center, grid.radius_m});
+        }
+        return;
+    }
+    if (type == UNIFORM_SCALING_SHAPE_PROXYTYPE) {
+        const auto& scaled = static_cast<const btUniformScalingShape&>(shape);
+        print.add(static_cast<double>(scaled.getUniformScalingFactor()));
+        add_shape(print, *scaled.getChildShape(), grid);
+        return;
+    }
+    if (!shape.isConvex()) return;  // refused whatever its dimensions are
+    btVector3 low, high;
+    shape.getAabb(btTransform::getIdentity(), low, high);
+    print.add(low);
+    print.add(high);
+    print.add(shape.getLocalScaling());
+    print.add(static_cast<double>(shape.getMargin()));
+    if (type == CONVEX_HULL_SHAPE_PROXYTYPE)
+        add_points(print, static_cast<const btConvexHullShape&>(shape));
+    if (type == CONVEX_POINT_CLOUD_SHAPE_PROXYTYPE)
+        add_points(print, static_cast<const btConvexPointCloudShape&>(shape));
+}
+
+}  // namespace
+
+Result<Shapes> convert_shape(const btCollisionShape& shape, const GridBall& grid) {
+    switch (shape.getShapeType()) {
+        case BOX_SHAPE_PROXYTYPE:
+            return box(static_cast<const btBoxShape&>(shape));
+        case SPHERE_SHAPE_PROXYTYPE:
+            return sphere(static_cast<const btSphereShape&>(shape));
+        case CAPSULE_SHAPE_PROXYTYPE:
+            return capsule(static_cast<const btCapsuleShape&>(shape));
+        case CYLINDER_SHAPE_PROXYTYPE:
+            return cylinder(static_cast<const btCylinderShape&>(shape));
+        case CONE_SHAPE_PROXYTYPE:
+            return cone(static_cast<const btConeShape&>(shape));
+        case CONVEX_HULL_SHAPE_PROXYTYPE:
+            return convex_hull(static_cast<const btConvexHullShape&>(shape));
+        case CONVEX_POINT_CLOUD_SHAPE_PROXYTYPE:
+            return point_cloud(static_cast<const btConvexPointCloudShape&>(shape));
+        case MULTI_SPHERE_SHAPE_PROXYTYPE:
+            return multi_sphere(static_cast<const btMultiSphereShape&>(shape));
+        case UNIFORM_SCALING_SHAPE_PROXYTYPE:
+            return uniform_scaling(static_cast<const btUniformScalingShape&>(shape), grid);
+        case COMPOUND_SHAPE_PROXYTYPE:
+            return compound(static_cast<const btCompoundShape&>(shape), grid);
+        case STATIC_PLANE_PROXYTYPE:
+            return static_plane(static_cast<const btStaticPlaneShape&>(shape), grid);
+        default:
+            return Error{shape_name(shape) +
+                         ": this type is not supported by the soil; use a box, sphere, capsule, cylinder, "
+                         "cone, convex hull, multi-sphere, or a compound of these"};
+    }
+}
+
+uint64_t shape_fingerprint(const btCollisionShape& shape, const GridBall& grid) {
+    Fingerprint print;
+    add_shape(print, shape, grid);
+    return print.value;
+}
+
+}  // namespace bsoil::bullet

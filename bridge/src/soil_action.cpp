@@ -1,0 +1,162 @@
+#include "bsoil/bullet/soil_action.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "body_collector.h"
+#include "bullet_types.h"
+#include "contact_coupling.h"
+#include "world_anchor.h"
+
+namespace bsoil::bullet {
+namespace {
+
+/// A substep this close to the soil's step is that step: Bullet's float 1/60 is not the double one.
+constexpr double kStepTolerance = 1e-3;
+/// Soil steps one substep may ask for. A host that hands Bullet seconds at a time gets no more: the rest of the
+/// time is dropped, as Bullet drops what exceeds its own substeps.
+constexpr int kStepsPerSubstepMax = 256;
+
+Vec3 up_of(const SoilDef& def) { return def.up == UpAxis::y ? Vec3{0, 1, 0} : Vec3{0, 0, 1}; }
+
+/// The grid's box with the world's axes.
+Aabb world_box(const GridFrame& frame) {
+    Aabb box;
+    for (int corner = 0; corner < 8; ++corner) {
+        const auto at = [&frame, corner](int axis) {
+            return (corner >> axis & 1) != 0 ? static_cast<double>(frame.size[axis]) : 0.0;
+        };
+        const Vec3 p = frame.to_world({at(0), at(1), at(2)});
+        if (corner == 0) box = {p, p};
+        box.min = {std::min(box.min.x, p.x), std::min(box.min.y, p.y), std::min(box.min.z, p.z)};
+        box.max = {std::max(box.max.x, p.x), std::max(box.max.y, p.y), std::max(box.max.z, p.z)};
+    }
+    return box;
+}
+
+std::vector<SoilStrength> strengths_of(const Soil& soil) {
+    std::vector<SoilStrength> out;
+    for (const MaterialDef& m : soil.materials())
+        out.push_back(strength_of(m, soil.def().gravity_m_s2));
+    return out;
+}
+
+Status check_fraction(const char* field, double value) {
+    if (std::isfinite(value) && value >= 0 && value <= 10) return Done{};
+    return Error{std::string("SoilActionDef::") + field + " is " + std::to_string(value) +
+                 ", must be 0..10"};
+}
+
+}  // namespace
+
+Status SoilActionDef::validate() const {
+    if (Status s = check_fraction("wake_limit_fraction", wake_limit_fraction); !s) return s;
+    return check_fraction("wake_weight_fraction", wake_weight_fraction);
+}
+
+struct SoilAction::Impl {
+    Impl(btDiscreteDynamicsWorld& bullet_world, std::unique_ptr<Soil> new_soil,
+         const SoilActionDef& options)
+        : world(&bullet_world),
+          soil(std::move(new_soil)),
+          box(world_box(soil->frame())),
+          collector(box),
+          coupling(bullet_world, up_of(soil->def()), strengths_of(*soil), options) {
+        for (const btCollisionObject* object : options.ignored) collector.ignore(*object);
+    }
+
+    void step_soil(double substep_s);
+
+    btDiscreteDynamicsWorld* world;  ///< null once the host has emptied it
+    std::unique_ptr<Soil> soil;
+    Aabb box;
+    BodyCollector collector;
+    ContactCoupling coupling;
+    std::unique_ptr<WorldAnchor> anchor;
+    double unstepped_s = 0;    ///< time that has passed and the soil has not stepped
+    double uncollected_s = 0;  ///< time since the bodies were last looked at
+    long long step_count = 0;
+    StepReport report;
+};
+
+Result<std::unique_ptr<SoilAction>> SoilAction::create_for(btDiscreteDynamicsWorld& world,
+                                                           const SoilDef& def,
+                                                           const SoilActionDef& options,
+                                                           std::size_t scalar_bytes) {
+    if (scalar_bytes != sizeof(btScalar))
+        return Error{"btScalar has " + std::to_string(scalar_bytes) + " bytes in the caller and " +
+                     std::to_string(sizeof(btScalar)) +
+                     " in BulletSoil: build both against the same Bullet precision"};
+    if (const Status s = options.validate(); !s) return Error{s.error()};
+    Result<std::unique_ptr<Soil>> soil = Soil::create(def);
+    if (!soil) return Error{soil.error()};
+    auto impl = std::make_unique<Impl>(world, std::move(*soil), options);
+    return std::unique_ptr<SoilAction>(new SoilAction(std::move(impl)));
+}
+
+SoilAction::SoilAction(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {
+    Impl& d = *impl_;
+    const auto forget_world = [this] {
+        impl_->coupling.take_rows_out();
+        impl_->world->removeAction(this);
+        impl_->world = nullptr;
+    };
+    d.anchor = std::make_unique<WorldAnchor>(
+        *d.world, to_bullet(0.5 * (d.box.min + d.box.max)), [&d] { d.coupling.open_substep(); },
+        forget_world);
+    d.world->addAction(this);
+}
+
+SoilAction::~SoilAction() {
+    if (!impl_->world || !impl_->anchor->world_exists()) return;
+    impl_->coupling.take_rows_out();
+    impl_->world->removeAction(this);
+}
+
+Soil& SoilAction::soil() { return *impl_->soil; }
+const Soil& SoilAction::soil() const { return *impl_->soil; }
+void SoilAction::ignore(const btCollisionObject& object) { impl_->collector.ignore(object); }
+const StepReport& SoilAction::last_report() const { return impl_->report; }
+long long SoilAction::step_count() const { return impl_->step_count; }
+const std::vector<RefusedBody>& SoilAction::refused() const { return impl_->collector.refused(); }
+
+BodyReport SoilAction::body_report(const btCollisionObject& object) const {
+    return impl_->coupling.report(body_id(object));
+}
+
+int SoilAction::body_id(const btCollisionObject& object) const {
+    return impl_->collector.body_id(object);
+}
+
+void SoilAction::updateAction(btCollisionWorld*, btScalar substep_s) {
+    Impl& d = *impl_;
+    d.coupling.close_substep(substep_s);
+    d.anchor->ensure_in_world();
+    const double passed_s = static_cast<double>(substep_s);
+    if (!std::isfinite(passed_s) || passed_s <= 0) return;
+    d.step_soil(passed_s);
+}
+
+void SoilAction::Impl::step_soil(double substep_s) {
+    const double step_s = soil->def().step_s;
+    unstepped_s += substep_s;
+    uncollected_s += substep_s;
+    const double due = std::floor(unstepped_s / step_s + kStepTolerance);
+    if (due < 1) return;
+    collector.collect(*world, uncollected_s);
+    uncollected_s = 0;
+    const int count = static_cast<int>(std::min<double>(due, kStepsPerSubstepMax));
+    unstepped_s -= due * step_s;
+    for (int i = 0; i < count; ++i)
+        report = soil->step(collector.soil_bodies((count - 1 - i) * step_s));
+    step_count += count;
+    coupling.set_contacts(collector.bodies(), report.contacts);
+}
+
+void SoilAction::debugDraw(btIDebugDraw*) {
+    // Drawing boxes asks the anchor for its own, which is taken for a substep.
+    impl_->coupling.take_rows_out();
+}
+
+}  // namespace bsoil::bullet

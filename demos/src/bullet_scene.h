@@ -1,0 +1,96 @@
+/// A scene as a Bullet world: bodies, joints and what drives them. No soil.
+#pragma once
+
+#include <btBulletDynamicsCommon.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "motion.h"
+#include "scene.h"
+
+namespace bsoil::scene {
+
+/// One rigid body of a scene.
+struct SceneBody {
+    std::string name;
+    btRigidBody* body = nullptr;  ///< owned by the BulletScene
+    Pose frame_to_center;  ///< Bullet's frame (centre of mass, principal axes) in the body's frame
+    const BodyItem* item = nullptr;
+
+    /// World pose of the body's frame.
+    Pose pose() const;
+};
+
+/// One joint of a scene.
+struct SceneJoint {
+    std::string name;
+    const JointItem* item = nullptr;
+    btTypedConstraint* constraint = nullptr;  ///< owned by the BulletScene
+    btRigidBody* parent = nullptr;
+    btRigidBody* child = nullptr;
+    btTransform parent_frame, child_frame;  ///< z: hinge axis; x: slider and suspension axis
+    double position = 0;                    ///< rad or m, 0 at the start; turns are counted
+};
+
+/// The world, its bodies and joints. Rebuild it to repeat a run: a reused Bullet world does not
+/// repeat.
+class BulletScene {
+  public:
+    /// The scene must outlive the world. The error names the body or joint that cannot be made.
+    static Result<std::unique_ptr<BulletScene>> create(const Scene& scene);
+    ~BulletScene();
+
+    /// One Bullet step of WorldItem::substep_s: sets motors and kinematic bodies, then steps.
+    void substep();
+
+    btDiscreteDynamicsWorld& world() { return *world_; }
+    double time_s() const { return static_cast<double>(substep_count_) * substep_s_; }
+    const std::vector<SceneBody>& bodies() const { return bodies_; }
+    const std::vector<SceneJoint>& joints() const { return joints_; }
+    const SceneBody* find_body(const std::string& name) const;
+    /// The ground plane, where the scene has one.
+    std::vector<const btCollisionObject*> ground() const;
+
+  private:
+    struct Drive {
+        Motion motion;
+        int joint = -1;
+        int body = -1;
+    };
+
+    explicit BulletScene(const Scene& scene);
+    Status build();
+    Status add_body(const BodyItem& item);
+    Status add_joint(const JointItem& item);
+    void add_ground();
+    void separate_groups();
+    void drive(const Drive& drive);
+    void update_joint_positions();
+    btVector3 up() const;
+
+    const Scene& scene_;
+    double substep_s_;
+    int64_t substep_count_ = 0;
+    btDefaultCollisionConfiguration configuration_;
+    btCollisionDispatcher dispatcher_;
+    btDbvtBroadphase broadphase_;
+    btSequentialImpulseConstraintSolver solver_;
+    std::unique_ptr<btDiscreteDynamicsWorld> world_;
+    std::vector<std::unique_ptr<btCollisionShape>> shapes_;
+    std::vector<std::unique_ptr<btMotionState>> motion_states_;
+    std::vector<std::unique_ptr<btRigidBody>> owned_bodies_;
+    const btRigidBody* ground_ = nullptr;
+    std::vector<std::unique_ptr<btTypedConstraint>> constraints_;
+    std::vector<SceneBody> bodies_;
+    std::vector<SceneJoint> joints_;
+    std::vector<Drive> drives_;
+};
+
+btVector3 to_bullet(Vec3 v);
+btTransform to_bullet(const Pose& p);
+Vec3 from_bullet(const btVector3& v);
+Pose from_bullet(const btTransform& t);
+
+}  // namespace bsoil::scene

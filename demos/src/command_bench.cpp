@@ -1,0 +1,249 @@
+/// `bsoil bench`: the numbers of docs/performance.md, here. The first two experiments are those of
+/// the thesis, section 4.2: a rigid block pushes soil along the surface of a cube of N^3 voxels,
+/// half full; phi 25 deg, c 0, 2 t/m3, alpha 4.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "bsoil/soil.h"
+#include "bsoil/surface_mesh.h"
+#include "commands.h"
+#include "opened_scene.h"
+
+namespace bsoil::command {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kSides[] = {56, 64, 72, 80, 88, 104};
+constexpr int kAlphaSide = 72;
+constexpr int kAlphas[] = {0, 2, 4, 8, 12, 16};
+constexpr int kWarmUpFrames = 20;
+constexpr double kVoxelM = 0.05;
+constexpr double kVoxelsPerStep = 0.5;
+// What the thesis measured on a Radeon R9 270: equations (36) and (38).
+constexpr double kThesisMsPerVoxel = 2.4e-5, kThesisOverheadMs = 4.3;
+constexpr double kThesisMsPerIteration = 1.17, kThesisAlphaOverheadMs = 8.95;
+
+struct BenchArguments {
+    DeviceOptions device;
+    int frame_count = 200;
+    std::string scene, out;
+};
+
+/// Milliseconds a frame: one step of the soil and the mesh of its surface.
+struct FrameTimes {
+    double mean_ms = 0, min_ms = 0, max_ms = 0, step_mean_ms = 0, mesh_mean_ms = 0;
+    double blocks_mean = 0;  ///< blocks that moved or might
+    double bytes_per_awake_voxel = 0;
+};
+
+/// The line y = slope x + offset that fits best.
+struct Line {
+    double slope = 0, offset = 0;
+};
+Line fit_line(const std::vector<double>& x, const std::vector<double>& y) {
+    const double n = static_cast<double>(x.size());
+    double sx = 0, sy = 0, sxx = 0, sxy = 0;
+    for (size_t i = 0; i < x.size(); ++i) {
+        sx += x[i];
+        sy += y[i];
+        sxx += x[i] * x[i];
+        sxy += x[i] * y[i];
+    }
+    const double slope = (n * sxy - sx * sy) / (n * sxx - sx * sx);
+    return {slope, (sy - slope * sx) / n};
+}
+
+/// A block that goes to and fro through the upper half of the soil.
+class PushingBlock {
+  public:
+    PushingBlock(double side_m, double step_s) : side_m_(side_m), step_s_(step_s) {
+        ConvexShape box;
+        box.half_extents_m = {side_m / 16, side_m / 6, side_m / 8};
+        shapes_.push_back(box);
+        body_.shapes = &shapes_;
+        body_.id = 1;
+    }
+    /// Where it is at the end of frame `frame`; its lower half is in the soil, whose surface is at
+    /// half height.
+    const SoilBody& at(int frame) {
+        const double way = side_m_ * 0.6, step = kVoxelsPerStep * kVoxelM;
+        const double along = std::fmod(frame * step, 2 * way);
+        const bool forth = along < way;
+        body_.pose.position = {(forth ? along : 2 * way - along) - way / 2, 0, side_m_ * 0.52};
+        body_.center_of_mass_m = body_.pose.position;
+        body_.linear_velocity_m_s = {(forth ? step : -step) / step_s_, 0, 0};
+        return body_;
+    }
+
+  private:
+    double side_m_, step_s_;
+    std::vector<ConvexShape> shapes_;
+    SoilBody body_;
+};
+
+Result<FrameTimes> push_block(const BenchArguments& arguments, int side, int alpha) {
+    const double side_m = side * kVoxelM;
+    SoilDef def;
+    def.material.name = "thesis";
+    def.material.density_kg_m3 = 2000;
+    def.material.friction_angle_rad = 25 * 3.14159265358979323846 / 180;
+    def.material.cohesion_pa = 0;
+    def.size_m = {side_m, side_m, side_m};
+    def.voxel_m = kVoxelM;
+    def.up = UpAxis::z;
+    def.propagation_iterations = alpha;
+    def.backend = arguments.device.chosen();
+    def.thread_count = arguments.device.thread_count;
+    auto made = Soil::create(def);
+    if (!made) return Error{made.error()};
+    Soil& soil = **made;
+    const double half = side_m / 2;
+    const Status filled = soil.fill(BoxFill{{{-half, -half, 0}, {half, half, half}}, "thesis"});
+    if (!filled) return Error{filled.error()};
+    const SoilTiles tiles(soil);
+    SurfaceMesher mesher(tiles);
+    PushingBlock block(side_m, def.step_s);
+
+    FrameTimes times;
+    times.min_ms = 1e30;
+    using Clock = std::chrono::steady_clock;
+    const auto ms = [](Clock::duration d) {
+        return std::chrono::duration<double, std::milli>(d).count();
+    };
+    for (int frame = 0; frame < kWarmUpFrames + arguments.frame_count; ++frame) {
+        const SoilBody& body = block.at(frame);
+        const auto start = Clock::now();
+        const StepReport report = soil.step({&body, 1});
+        const auto stepped = Clock::now();
+        mesher.update();
+        const auto meshed = Clock::now();
+        if (frame < kWarmUpFrames) continue;
+        const double frame_ms = ms(meshed - start);
+        times.mean_ms += frame_ms / arguments.frame_count;
+        times.step_mean_ms += ms(stepped - start) / arguments.frame_count;
+        times.mesh_mean_ms += ms(meshed - stepped) / arguments.frame_count;
+        times.min_ms = std::min(times.min_ms, frame_ms);
+        times.max_ms = std::max(times.max_ms, frame_ms);
+        times.blocks_mean += static_cast<double>(report.block_active_count) / arguments.frame_count;
+    }
+    times.bytes_per_awake_voxel = soil.memory_use().bytes_per_awake_voxel;
+    return times;
+}
+
+Json as_json(const FrameTimes& t) {
+    return {{"mean_ms", t.mean_ms},
+            {"min_ms", t.min_ms},
+            {"max_ms", t.max_ms},
+            {"step_mean_ms", t.step_mean_ms},
+            {"mesh_mean_ms", t.mesh_mean_ms},
+            {"blocks_active_mean", t.blocks_mean}};
+}
+
+Status bench_sides(const BenchArguments& arguments, Json& json) {
+    fmt::print(
+        "Block pushing soil, N^3 voxels, alpha 4: ms a frame (step + mesh)\n"
+        "    N    mean     min     max    step    mesh  blocks  thesis mean\n");
+    std::vector<double> voxels, means;
+    for (const int side : kSides) {
+        const auto times = push_block(arguments, side, 4);
+        if (!times) return Error{times.error()};
+        const double count = static_cast<double>(side) * side * side;
+        fmt::print("  {:3} {:7.2f} {:7.2f} {:7.2f} {:7.2f} {:7.2f} {:7.0f}  {:8.2f}\n", side,
+                   times->mean_ms, times->min_ms, times->max_ms, times->step_mean_ms,
+                   times->mesh_mean_ms, times->blocks_mean,
+                   kThesisMsPerVoxel * count + kThesisOverheadMs);
+        voxels.push_back(count);
+        means.push_back(times->mean_ms);
+        json["sides"][std::to_string(side)] = as_json(*times);
+    }
+    const Line line = fit_line(voxels, means);
+    fmt::print("  fit: {:.2e} ms a voxel + {:.2f} ms; thesis (36): {:.1e} + {:.1f}\n\n", line.slope,
+               line.offset, kThesisMsPerVoxel, kThesisOverheadMs);
+    json["sides_fit"] = Json{{"ms_per_voxel", line.slope}, {"overhead_ms", line.offset}};
+    return Done{};
+}
+
+Status bench_alphas(const BenchArguments& arguments, Json& json) {
+    fmt::print("The same at {0}^3, by alpha: ms a frame\n  alpha    mean   thesis mean\n",
+               kAlphaSide);
+    std::vector<double> alphas, means;
+    for (const int alpha : kAlphas) {
+        const auto times = push_block(arguments, kAlphaSide, alpha);
+        if (!times) return Error{times.error()};
+        fmt::print("  {:5} {:7.2f}   {:7.2f}\n", alpha, times->mean_ms,
+                   kThesisMsPerIteration * alpha + kThesisAlphaOverheadMs);
+        alphas.push_back(alpha);
+        means.push_back(times->mean_ms);
+        json["alphas"][std::to_string(alpha)] = as_json(*times);
+    }
+    const Line line = fit_line(alphas, means);
+    fmt::print("  fit: {:.3f} ms an iteration + {:.2f} ms; thesis (38): {:.2f} + {:.2f}\n\n",
+               line.slope, line.offset, kThesisMsPerIteration, kThesisAlphaOverheadMs);
+    json["alphas_fit"] = Json{{"ms_per_iteration", line.slope}, {"overhead_ms", line.offset}};
+    return Done{};
+}
+
+int bench_scene(const BenchArguments& arguments, Json& json) {
+    OpenedScene opened;
+    opened.path = arguments.scene;
+    opened.device = arguments.device;
+    const int exit_code = opened.open();
+    if (exit_code != kPassed) return exit_code;
+    while (!opened.run->finished()) opened.run->step();
+    json["scene"] = opened.run->summary();
+    const Json& summary = json["scene"];
+    fmt::print("{}: {} steps at {:.1f} steps/s, {:.0f} of {} voxels active in the mean\n",
+               arguments.scene, summary["steps"].get<long long>(),
+               summary["steps_per_s"].get<double>(), summary.value("voxels_active_mean", 0.0),
+               summary.value("voxels_total", 0LL));
+    if (opened.run->has_soil()) {
+        const MemoryUse memory = opened.run->soil().memory_use();
+        fmt::print("  {:.1f} bytes an awake voxel, {:.1f} bytes a sleeping column\n",
+                   memory.bytes_per_awake_voxel, memory.bytes_per_asleep_column);
+    }
+    return kPassed;
+}
+
+int bench(const BenchArguments& arguments) {
+    Json json;
+    for (const Status& status : {bench_sides(arguments, json), bench_alphas(arguments, json)}) {
+        if (status) continue;
+        fmt::print(stderr, "{}\n", status.error());
+        return kCouldNotRun;
+    }
+    if (!arguments.scene.empty()) {
+        const int exit_code = bench_scene(arguments, json);
+        if (exit_code != kPassed) return exit_code;
+    }
+    if (arguments.out.empty()) return kPassed;
+    std::ofstream file(arguments.out);
+    file << json.dump(2) << '\n';
+    if (file.flush()) return kPassed;
+    fmt::print(stderr, "{}: cannot be written\n", arguments.out);
+    return kCouldNotRun;
+}
+
+}  // namespace
+
+void add_bench(CLI::App& app, int& exit_code) {
+    auto arguments = std::make_shared<BenchArguments>();
+    CLI::App* command = app.add_subcommand(
+        "bench", "measure again what docs/performance.md says, beside the thesis's figures");
+    arguments->device.add_to(*command);
+    command->add_option("--frames", arguments->frame_count, "frames measured for each point")
+        ->check(CLI::Range(1, 100000))
+        ->capture_default_str();
+    command->add_option("--scene", arguments->scene,
+                        "a scene to time as well, such as excavator.toml");
+    command->add_option("--out", arguments->out, "write all figures as JSON");
+    command->callback([arguments, &exit_code] { exit_code = bench(*arguments); });
+}
+
+}  // namespace bsoil::command

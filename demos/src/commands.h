@@ -1,0 +1,32 @@
+/// The subcommands of `bsoil`. Each adds its options to the command line and returns its exit code
+/// through `exit_code`.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "bsoil/soil_def.h"
+
+namespace bsoil::command {
+
+/// Exit codes of all commands; ctest takes kSkipped as its SKIP_RETURN_CODE.
+inline constexpr int kPassed = 0;
+inline constexpr int kFailed = 1;       ///< a check failed, a baseline differs
+inline constexpr int kCouldNotRun = 2;  ///< bad arguments, a scene with mistakes, no device
+inline constexpr int kSkipped = 77;     ///< the scene's data is not there
+
+void add_run(CLI::App& app, int& exit_code);
+void add_check(CLI::App& app, int& exit_code);
+void add_info(CLI::App& app, int& exit_code);
+void add_bench(CLI::App& app, int& exit_code);
+void add_scene_keys(CLI::App& app, int& exit_code);
+
+/// Where the kernels run: the options --backend and --threads, which several commands have.
+struct DeviceOptions {
+    std::string backend = "auto";
+    int thread_count = 0;
+    void add_to(CLI::App& app);
+    Backend chosen() const;
+};
+
+}  // namespace bsoil::command

@@ -1,0 +1,102 @@
+#include "data_files.h"
+
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <fmt/format.h>
+
+#include <assimp/Importer.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+
+#define STB_IMAGE_STATIC
+#define STB_IMAGE_IMPLEMENTATION
+#define STBI_ONLY_PNG
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wconversion"
+#pragma GCC diagnostic ignored "-Wunused-function"
+#include <stb/stb_image.h>
+#pragma GCC diagnostic pop
+
+namespace bsoil::scene {
+namespace fs = std::filesystem;
+
+namespace {
+
+void append_node(const aiScene& file, const aiNode& node, const aiMatrix4x4& parent,
+                 TriangleMesh& mesh) {
+    const aiMatrix4x4 to_file = parent * node.mTransformation;
+    for (unsigned m = 0; m < node.mNumMeshes; ++m) {
+        const aiMesh& part = *file.mMeshes[node.mMeshes[m]];
+        const int first = static_cast<int>(mesh.vertices.size());
+        for (unsigned v = 0; v < part.mNumVertices; ++v) {
+            const aiVector3D p = to_file * part.mVertices[v];
+            mesh.vertices.push_back({p.x, p.y, p.z});
+        }
+        for (unsigned f = 0; f < part.mNumFaces; ++f) {
+            const aiFace& face = part.mFaces[f];
+            if (face.mNumIndices != 3) continue;  // points and lines of the file
+            mesh.triangles.push_back({first + static_cast<int>(face.mIndices[0]),
+                                      first + static_cast<int>(face.mIndices[1]),
+                                      first + static_cast<int>(face.mIndices[2])});
+        }
+    }
+    for (unsigned c = 0; c < node.mNumChildren; ++c)
+        append_node(file, *node.mChildren[c], to_file, mesh);
+}
+
+}  // namespace
+
+std::string find_file(const std::string& name, const std::string& scene_path) {
+    std::error_code ignored;
+    const fs::path folder = fs::absolute(scene_path, ignored).parent_path();
+    constexpr std::string_view kData = "data:";
+    if (!name.starts_with(kData)) {
+        const fs::path path = folder / name;
+        return fs::exists(path, ignored) ? path.string() : std::string();
+    }
+    const std::string inside = name.substr(kData.size());
+    if (const char* data = std::getenv("BULLETSOIL_DATA")) {
+        const fs::path path = fs::path(data) / inside;
+        return fs::exists(path, ignored) ? path.string() : std::string();
+    }
+    for (fs::path above = folder; above.has_relative_path(); above = above.parent_path()) {
+        const fs::path path = above / "shared/data" / inside;
+        if (fs::exists(path, ignored)) return path.string();
+    }
+    return {};
+}
+
+Result<TriangleMesh> read_mesh(const std::string& path) {
+    Assimp::Importer importer;
+    // Joined vertices make a closed mesh closed; without the up-axis hint a DAE is turned to y up
+    // on its own.
+    importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+    importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
+                                aiComponent_NORMALS | aiComponent_TEXCOORDS | aiComponent_COLORS |
+                                    aiComponent_TANGENTS_AND_BITANGENTS);
+    const aiScene* file = importer.ReadFile(
+        path, aiProcess_Triangulate | aiProcess_RemoveComponent | aiProcess_JoinIdenticalVertices);
+    if (!file || !file->mRootNode) return Error{path + ": " + importer.GetErrorString()};
+    TriangleMesh mesh;
+    append_node(*file, *file->mRootNode, aiMatrix4x4(), mesh);
+    if (mesh.triangles.empty()) return Error{path + ": no triangles in it"};
+    return mesh;
+}
+
+Result<HeightMapFill> read_height_map(const std::string& path, double min_height_m,
+                                      double max_height_m) {
+    HeightMapFill fill;
+    int channels = 0;
+    const std::unique_ptr<stbi_us, void (*)(void*)> pixels(
+        stbi_load_16(path.c_str(), &fill.width, &fill.height, &channels, 1), stbi_image_free);
+    if (!pixels) return Error{fmt::format("{}: {}", path, stbi_failure_reason())};
+    const int count = fill.width * fill.height;
+    fill.heights_m.reserve(static_cast<size_t>(count));
+    for (int i = 0; i < count; ++i)
+        fill.heights_m.push_back(static_cast<float>(min_height_m + (max_height_m - min_height_m) *
+                                                                       pixels.get()[i] / 65535.0));
+    return fill;
+}
+
+}  // namespace bsoil::scene

@@ -1,0 +1,20 @@
+/// `bsoil`: experiments and regression tests with deformable soil from the command line.
+#include "commands.h"
+
+int main(int argument_count, char** arguments) {
+    CLI::App app{"BulletSoil: deformable soil for the Bullet physics library", "bsoil"};
+    app.require_subcommand(1);
+    app.set_help_all_flag("--help-all", "help of all commands");
+    int exit_code = bsoil::command::kPassed;
+    bsoil::command::add_run(app, exit_code);
+    bsoil::command::add_check(app, exit_code);
+    bsoil::command::add_info(app, exit_code);
+    bsoil::command::add_bench(app, exit_code);
+    bsoil::command::add_scene_keys(app, exit_code);
+    try {
+        app.parse(argument_count, arguments);
+    } catch (const CLI::ParseError& error) {
+        return app.exit(error) == 0 ? bsoil::command::kPassed : bsoil::command::kCouldNotRun;
+    }
+    return exit_code;
+}

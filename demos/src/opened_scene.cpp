@@ -1,0 +1,74 @@
+#include "opened_scene.h"
+
+#include <fmt/format.h>
+
+#include "scene_load.h"
+
+namespace bsoil::command {
+namespace {
+
+/// Leaves the soil out, and all that measures it.
+void remove_soil(scene::Scene& scene) {
+    scene.soil.reset();
+    scene.fills.clear();
+    scene.terrains.clear();
+    scene.probes.clear();
+    std::erase_if(scene.checks, [](const scene::CheckItem& check) {
+        return check.kind != "body_at_rest" && check.kind != "distance_travelled";
+    });
+}
+
+}  // namespace
+
+void DeviceOptions::add_to(CLI::App& app) {
+    app.add_option("--backend", backend, "where the soil is computed")
+        ->check(CLI::IsMember({"auto", "cpu", "gl"}))
+        ->capture_default_str();
+    app.add_option("--threads", thread_count, "threads of the CPU backend; 0: all cores")
+        ->check(CLI::Range(0, 1024))
+        ->capture_default_str();
+}
+
+Backend DeviceOptions::chosen() const {
+    if (backend == "cpu") return Backend::cpu;
+    if (backend == "gl") return Backend::gl;
+    return Backend::automatic;
+}
+
+void OpenedScene::add_options(CLI::App& app) {
+    app.add_option("scene", path, "the scene file (TOML)")->required();
+    app.add_option("--steps", step_count, "stop after this many steps of the soil")
+        ->check(CLI::PositiveNumber);
+    app.add_option("--up", up, "turn the whole scene so that this axis points up")
+        ->check(CLI::IsMember({"y", "z"}));
+    app.add_flag("--without-soil", without_soil,
+                 "leave the soil out: shows quickly whether bodies and motions are right");
+    device.add_to(app);
+}
+
+int OpenedScene::open() {
+    auto loaded = scene::load_scene(path);
+    if (!loaded) {
+        fmt::print(stderr, "{}\n", loaded.error());
+        return kCouldNotRun;
+    }
+    scene = std::move(*loaded);
+    if (!scene.missing_data.empty()) {
+        fmt::print("SKIP {}: {} is not there; set BULLETSOIL_DATA to the folder that has it\n",
+                   path, scene.missing_data.front().substr(sizeof("data:") - 1));
+        return kSkipped;
+    }
+    if (!up.empty()) set_up_axis(scene, up == "y" ? UpAxis::y : UpAxis::z);
+    if (without_soil) remove_soil(scene);
+    auto made = scene::SceneRun::create(scene, {.backend = device.chosen(),
+                                                .thread_count = device.thread_count,
+                                                .step_count = step_count});
+    if (!made) {
+        fmt::print(stderr, "{}\n", made.error());
+        return kCouldNotRun;
+    }
+    run = std::move(*made);
+    return kPassed;
+}
+
+}  // namespace bsoil::command

@@ -1,0 +1,56 @@
+/// The checks of a scene: what a run has to show, measured while it goes on.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scene_run.h"
+
+namespace bsoil::scene {
+
+/// The verdict of one check.
+struct CheckResult {
+    enum class Verdict { pass, fail, not_reached };
+    Verdict verdict = Verdict::pass;
+    std::string name;    ///< "body_at_rest chassis"
+    std::string figure;  ///< what was measured and what was wanted
+};
+/// "PASS", "FAIL", "SKIP" (the run ended before the check's time).
+const char* verdict_text(CheckResult::Verdict verdict);
+
+/// Mean slope of a heap [rad]: the line that fits heights against distance from `center_m` best,
+/// between 15 and 85 % of the heap's height above the level of `center_m`. Nothing where no column
+/// lies between.
+std::optional<double> repose_angle_rad(const Soil& soil, Vec3 center_m);
+
+/// Watches a run. `soil_conserved` is checked whether the scene asks or not.
+class RunChecks {
+  public:
+    /// Before the first step. The run must outlive it.
+    explicit RunChecks(const SceneRun& run);
+    /// After every step.
+    void observe();
+    /// After the last one.
+    std::vector<CheckResult> results() const;
+
+  private:
+    /// What one check has seen so far.
+    struct Watch {
+        const CheckItem* item = nullptr;
+        std::optional<Vec3> start_m;  ///< position at the start of the interval
+        std::optional<double> value, reference;
+        double peak_n = 0;
+    };
+
+    Watch watch(const CheckItem& item) const;
+    void observe(Watch& w) const;
+    CheckResult result(const Watch& w) const;
+    CheckResult conserved() const;
+    bool reached(double t_s) const;
+
+    const SceneRun& run_;
+    std::vector<Watch> watches_;
+};
+
+}  // namespace bsoil::scene

@@ -1,0 +1,219 @@
+#include "run_pictures.h"
+
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "baseline.h"
+#include "bsoil/render/contact_sheet.h"
+#include "bsoil/render/primitives.h"
+#include "bsoil/render/renderer.h"
+#include "convex_hull.h"
+
+namespace bsoil::scene {
+namespace {
+
+constexpr double kFrameS = 1.0 / 30;
+constexpr float kSoilGrainM = 0.02f, kTerrainGrainM = 0.15f;
+constexpr float kBodyGloss = 0.5f;
+
+render::Color color_of(Vec3 c) {
+    return {static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z)};
+}
+
+/// From the axis the renderer's solids have, z, to the one the scene gives.
+Quat axis_turn(const std::string& axis) {
+    const double half = std::sqrt(0.5);
+    if (axis == "x") return {0, half, 0, half};
+    if (axis == "y") return {-half, 0, 0, half};
+    return {};
+}
+
+Mesh solid_mesh(const ShapeItem& s, const render::Color& color) {
+    Mesh mesh;
+    if (s.shape == "box")
+        mesh = render::box_mesh(s.size_m * 0.5, color);
+    else if (s.shape == "sphere")
+        mesh = render::sphere_mesh(s.radius_m, color);
+    else if (s.shape == "capsule")
+        mesh = render::capsule_mesh(s.radius_m, s.height_m / 2, color);
+    else if (s.shape == "cylinder")
+        mesh = render::cylinder_mesh(s.radius_m, s.height_m / 2, color);
+    else if (s.shape == "cone")
+        mesh = render::cone_mesh(s.radius_m, s.height_m / 2, color);
+    else
+        mesh = render::triangle_mesh(convex_hull(s.points_m).surface, color);
+    const bool has_axis = s.shape == "capsule" || s.shape == "cylinder" || s.shape == "cone";
+    if (has_axis) render::transform_mesh(mesh, {{}, axis_turn(s.axis)});
+    return mesh;
+}
+
+/// One layer of the soil's grid in the renderer.
+struct SurfaceLayer {
+    SurfaceMesher mesher;
+    render::SurfaceItems items;
+    SurfaceLayer(const SoilTiles& tiles, const SurfaceMeshDef& def, render::Renderer& renderer,
+                 float grain_m)
+        : mesher(tiles, def), items(renderer, mesher, grain_m) {}
+    void append_to(std::vector<render::Item>& list) {
+        mesher.update();
+        items.update();
+        items.append_to(list);
+    }
+};
+
+}  // namespace
+
+struct RunPictures::Impl {
+    const SceneRun& run;
+    RunPicturesDef def;
+    std::unique_ptr<render::Renderer> renderer;
+    std::optional<SoilTiles> tiles;
+    std::optional<SurfaceLayer> soil, terrain;
+    std::vector<render::MeshId> bodies;  // in the order of the run's bodies
+    render::View view;
+    Vec3 followed_from_m;
+    std::vector<double> moments_s;
+    render::ContactSheet sheet;
+    int frame_count = 0;
+
+    Impl(const SceneRun& r, const RunPicturesDef& d)
+        : run(r), def(d), moments_s(sample_moments_s(r)) {
+        render::ContactSheetDef layout;
+        layout.rows = (static_cast<int>(moments_s.size()) + layout.columns - 1) / layout.columns;
+        sheet = render::ContactSheet(layout);
+    }
+
+    void build() {
+        const Scene& scene = run.scene();
+        if (run.has_soil()) {
+            tiles.emplace(run.soil());
+            soil.emplace(*tiles, SurfaceMeshDef{}, *renderer, kSoilGrainM);
+            if (!scene.terrains.empty()) {
+                SurfaceMeshDef terrain_def;
+                terrain_def.layer = SurfaceMeshDef::Layer::terrain;
+                terrain.emplace(*tiles, terrain_def, *renderer, kTerrainGrainM);
+            }
+        }
+        for (const BodyItem& body : scene.bodies) {
+            Mesh all;
+            for (const ShapeItem& solid : body.solids()) {
+                Mesh mesh = solid_mesh(solid, color_of(solid.color.value_or(body.color)));
+                if (body.shape.shape == "compound") render::transform_mesh(mesh, solid.pose);
+                all.append(mesh);
+            }
+            bodies.push_back(renderer->add_mesh(all));
+        }
+        const bool y_up = scene.world.up == "y";
+        view.camera.up = y_up ? Vec3{0, 1, 0} : Vec3{0, 0, 1};
+        view.to_sun = y_up ? Vec3{0.55, 0.75, 0.35} : Vec3{0.55, -0.35, 0.75};
+        view.camera.fov_rad = scene.camera.view_angle_rad;
+        if (scene.world.ground_plane) view.floor_height_m = scene.world.ground_height_m;
+        aim(scene);
+        if (!scene.camera.follow.empty()) followed_from_m = followed_m();
+    }
+
+    /// The scene's camera, or one above a corner of the soil.
+    void aim(const Scene& scene) {
+        Vec3 center, size{4, 4, 4};
+        if (scene.soil) {
+            size = scene.soil->def.size_m;
+            center = scene.soil->def.floor_center_m;
+        }
+        const double side = std::max({size.x, size.y, size.z});
+        const Vec3 up = view.camera.up;
+        view.camera.target = scene.camera.target_m.value_or(center + up * (0.2 * side));
+        const Vec3 sideways = cross({1, 0, 0}, up);
+        view.camera.eye = scene.camera.eye_m.value_or(center + Vec3{0.9 * side, 0, 0} +
+                                                      sideways * (0.9 * side) + up * (0.8 * side));
+    }
+
+    Vec3 followed_m() const {
+        return run.bullet().find_body(run.scene().camera.follow)->pose().position;
+    }
+
+    Result<render::Image> take() {
+        view.items.clear();
+        if (soil) soil->append_to(view.items);
+        if (terrain) terrain->append_to(view.items);
+        for (size_t b = 0; b < bodies.size(); ++b)
+            view.items.push_back({bodies[b], run.bullet().bodies()[b].pose(), 0, kBodyGloss});
+        render::View moved = view;
+        if (!run.scene().camera.follow.empty()) {
+            const Vec3 way = followed_m() - followed_from_m;
+            moved.camera.eye += way;
+            moved.camera.target += way;
+        }
+        return renderer->render(moved);
+    }
+
+    bool reached(double t_s) const { return run.time_s() >= t_s - run.step_s() / 2; }
+
+    /// Runs ffmpeg over the frames.
+    Status encode() const {
+        const std::string input = def.folder + "/frames/%05d.png";
+        const std::string output = def.folder + "/video.mp4";
+        const std::vector<std::string> words{"ffmpeg", "-y", "-loglevel", "error",   "-framerate",
+                                             "30",     "-i", input,       "-c:v",    "libx264",
+                                             "-crf",   "18", "-pix_fmt",  "yuv420p", output};
+        std::vector<char*> arguments;
+        for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+        arguments.push_back(nullptr);
+        pid_t process = 0;
+        int status = 1;
+        if (posix_spawnp(&process, "ffmpeg", nullptr, nullptr, arguments.data(), environ) == 0)
+            waitpid(process, &status, 0);
+        if (status != 0) return Error{"no video: ffmpeg is not there or failed"};
+        return Done{};
+    }
+};
+
+RunPictures::RunPictures(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+RunPictures::~RunPictures() = default;
+
+Result<std::unique_ptr<RunPictures>> RunPictures::create(const SceneRun& run,
+                                                         const RunPicturesDef& def) {
+    auto renderer = render::Renderer::create();
+    if (!renderer) return Error{"no pictures: " + renderer.error()};
+    auto impl = std::make_unique<Impl>(run, def);
+    impl->renderer = std::move(*renderer);
+    impl->build();
+    std::error_code failed;
+    if (def.frames || def.video)
+        std::filesystem::create_directories(def.folder + "/frames", failed);
+    if (failed) return Error{def.folder + "/frames: " + failed.message()};
+    return std::unique_ptr<RunPictures>(new RunPictures(std::move(impl)));
+}
+
+Status RunPictures::observe() {
+    Impl& m = *impl_;
+    const bool frame = (m.def.frames || m.def.video) && m.reached(m.frame_count * kFrameS);
+    const size_t next = static_cast<size_t>(m.sheet.image_count());
+    const bool moment = next < m.moments_s.size() && m.reached(m.moments_s[next]);
+    if (!frame && !moment) return Done{};
+    const auto image = m.take();
+    if (!image) return Error{image.error()};
+    if (moment)
+        m.sheet.add(*image, render::ContactSheet::caption(m.run.time_s(), m.run.scene().title));
+    if (!frame) return Done{};
+    return render::write_png(*image,
+                             fmt::format("{}/frames/{:05}.png", m.def.folder, m.frame_count++));
+}
+
+Status RunPictures::finish() {
+    Impl& m = *impl_;
+    if (m.sheet.image_count() > 0) {
+        const Status written =
+            render::write_png(m.sheet.image(), m.def.folder + "/contact_sheet.png");
+        if (!written) return written;
+    }
+    return m.def.video ? m.encode() : Status(Done{});
+}
+
+}  // namespace bsoil::scene

@@ -1,0 +1,36 @@
+/// Pictures of a run, off screen: a contact sheet of its moments, frames and a video.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "scene_run.h"
+
+namespace bsoil::scene {
+
+/// Which pictures of a run are taken, and where they go.
+struct RunPicturesDef {
+    std::string folder;   ///< contact_sheet.png, frames/00000.png ..., video.mp4
+    bool frames = false;  ///< one PNG for every 1/30 s
+    bool video = false;   ///< the frames as a film, by ffmpeg
+};
+
+/// Takes pictures while a run goes on. Each waits for the device.
+class RunPictures {
+  public:
+    /// The run must outlive it. The error says why there can be no pictures here.
+    static Result<std::unique_ptr<RunPictures>> create(const SceneRun& run,
+                                                       const RunPicturesDef& def);
+    ~RunPictures();
+    /// Before the first step and after every one.
+    Status observe();
+    /// After the last step: writes the sheet and the film.
+    Status finish();
+
+  private:
+    struct Impl;
+    explicit RunPictures(std::unique_ptr<Impl> impl);
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace bsoil::scene

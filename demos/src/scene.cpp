@@ -1,0 +1,105 @@
+#include "scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace bsoil::scene {
+namespace {
+
+template <typename T>
+const T* find_named(const std::vector<T>& items, const std::string& name) {
+    const auto found =
+        std::find_if(items.begin(), items.end(), [&](const T& item) { return item.name == name; });
+    return found == items.end() ? nullptr : &*found;
+}
+
+/// A quarter turn about x, exact for vectors: z up becomes y up (sign -1) or the other way round
+/// (+1).
+struct QuarterTurn {
+    double sign;
+    Vec3 operator()(Vec3 v) const { return {v.x, -sign * v.z, sign * v.y}; }
+    Quat operator()(Quat q) const {
+        const double half = std::sqrt(0.5);
+        return Quat{sign * half, 0, 0, half} * q;
+    }
+    Pose operator()(const Pose& p) const { return {(*this)(p.position), (*this)(p.rotation)}; }
+    void apply(Vec3& v) const { v = (*this)(v); }
+    void apply(std::optional<Vec3>& v) const {
+        if (v) v = (*this)(*v);
+    }
+    void apply(Pose& p) const { p = (*this)(p); }
+    /// Of a box: turned corners are no longer lowest and highest.
+    void apply_box(Vec3& min, Vec3& max) const {
+        const Vec3 a = (*this)(min), b = (*this)(max);
+        min = {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)};
+        max = {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
+    }
+};
+
+}  // namespace
+
+std::vector<ShapeItem> BodyItem::solids() const {
+    return shape.shape == "compound" ? parts : std::vector<ShapeItem>{shape};
+}
+
+const BodyItem* Scene::find_body(const std::string& name) const { return find_named(bodies, name); }
+const JointItem* Scene::find_joint(const std::string& name) const {
+    return find_named(joints, name);
+}
+const ProbeItem* Scene::find_probe(const std::string& name) const {
+    return find_named(probes, name);
+}
+
+std::string Scene::message(SourcePosition at, const std::string& text) const {
+    return fmt::format("{}:{}:{}: {}", path, at.line, at.column, text);
+}
+
+void set_up_axis(Scene& scene, UpAxis up) {
+    const std::string wanted = up == UpAxis::y ? "y" : "z";
+    if (scene.world.up == wanted) return;
+    scene.world.up = wanted;
+    const QuarterTurn turn{up == UpAxis::y ? -1.0 : 1.0};
+    if (scene.soil) {
+        turn.apply(scene.soil->def.floor_center_m);
+        std::swap(scene.soil->def.size_m.y, scene.soil->def.size_m.z);
+    }
+    for (FillItem& fill : scene.fills) {
+        turn.apply_box(fill.min_m, fill.max_m);
+        turn.apply(fill.base_center_m);
+    }
+    for (TerrainItem& terrain : scene.terrains) {
+        turn.apply(terrain.pose);
+        for (Vec3& vertex : terrain.mesh.vertices) turn.apply(vertex);
+    }
+    for (BodyItem& body : scene.bodies) {
+        turn.apply(body.pose);
+        turn.apply(body.velocity_m_s);
+        turn.apply(body.angular_velocity_rad_s);
+    }
+    for (JointItem& joint : scene.joints) {
+        turn.apply(joint.point_m);
+        turn.apply(joint.axis);
+        turn.apply(joint.spring_axis);
+    }
+    for (MotionItem& motion : scene.motions) {
+        for (MotionKey& key : motion.motion_keys) {
+            turn.apply(key.position_m);
+            if (!motion.body.empty() && key.rotation) key.rotation = turn(*key.rotation);
+        }
+    }
+    for (ProbeItem& probe : scene.probes) {
+        turn.apply(probe.from_m);
+        turn.apply(probe.to_m);
+        if (probe.body.empty()) turn.apply(probe.region.pose);
+    }
+    turn.apply(scene.camera.eye_m);
+    turn.apply(scene.camera.target_m);
+    for (CheckItem& check : scene.checks) {
+        turn.apply(check.center_m);
+        turn.apply(check.at_m);
+    }
+}
+
+}  // namespace bsoil::scene

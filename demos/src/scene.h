@@ -1,0 +1,240 @@
+/// A scene file in memory: what a world is made of and what its run has to show. Plain data, no
+/// Bullet types. The keys of the file, with units, ranges and defaults, are in scene_schema.cpp and
+/// demos/scenes/README.md.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bsoil/geometry.h"
+#include "bsoil/material.h"
+#include "bsoil/result.h"
+#include "bsoil/soil_def.h"
+
+namespace bsoil::scene {
+
+/// A place in the scene file, both counted from 1; 0 where a default stands.
+struct SourcePosition {
+    int line = 0, column = 0;
+};
+
+/// What every table of a scene knows of its origin, so that errors found later still point at the
+/// file.
+struct SceneItem {
+    SourcePosition at;                           ///< of the table
+    std::map<std::string, SourcePosition> keys;  ///< of each value the file gives
+    bool has(const std::string& key) const { return keys.count(key) != 0; }
+    SourcePosition where(const std::string& key) const {
+        const auto found = keys.find(key);
+        return found == keys.end() ? at : found->second;
+    }
+};
+
+/// [world]
+struct WorldItem : SceneItem {
+    std::string up = "z";
+    double gravity_m_s2 = 9.81;
+    double substep_s = 1.0 / 240;
+    int solver_iterations = 30;
+    bool ground_plane = true;
+    double ground_height_m = 0;
+    double duration_s = 10;
+};
+
+/// [soil]
+struct SoilItem : SceneItem {
+    SoilDef def;
+    std::string material;                ///< name of a built-in or of a [[material]]
+    std::vector<std::string> materials;  ///< likewise
+};
+
+/// [[material]]
+struct MaterialItem : SceneItem {
+    std::string name;
+    std::string base = "dry_sand";
+    std::optional<double> density_kg_m3, friction_angle_rad, cohesion_pa, tool_friction;
+    std::optional<Vec3> color;
+};
+
+/// [[fill]]
+struct FillItem : SceneItem {
+    std::string kind, material;
+    Vec3 min_m, max_m;
+    Vec3 base_center_m;
+    double radius_m = 1, height_m = 1;
+    std::string file;
+    double min_height_m = 0, max_height_m = 1;
+    NoiseFill noise;
+    HeightMapFill height_map;  ///< read from `file` by load_scene
+};
+
+/// [[terrain]]
+struct TerrainItem : SceneItem {
+    std::string kind;
+    double base_m = 0.5, amplitude_m = 0.5, wavelength_m = 4;
+    int octaves = 4;
+    double persistence = 0.5;
+    int seed = 1;
+    double overhang_m = 0;
+    double cave_radius_m = 0.5, cave_spacing_m = 2;
+    std::string file;
+    double scale = 1;
+    Pose pose;
+    TriangleMesh mesh;  ///< read from `file` by load_scene, in world coordinates
+};
+
+/// A convex solid of a [[body]]; also the region of a [[probe]].
+struct ShapeItem : SceneItem {
+    std::string shape;
+    Vec3 size_m{1, 1, 1};
+    double radius_m = 0.5, height_m = 1;
+    std::string axis = "z";
+    std::vector<Vec3> points_m;
+    Pose pose;  ///< in the body's frame
+    std::optional<double>
+        mass_kg;  ///< share of a compound's mass; by volume where no part states one
+    std::optional<Vec3> color;
+};
+
+/// Mass distribution given from outside (a URDF): principal axes and moments.
+struct Inertial {
+    Pose frame;  ///< principal axes in the body's frame, origin at the centre of mass
+    Vec3 moments_kg_m2;
+};
+
+/// [[body]]
+struct BodyItem : SceneItem {
+    std::string name;
+    ShapeItem shape;
+    std::vector<ShapeItem> parts;
+    double mass_kg = 0;
+    Pose pose;
+    bool kinematic = false;
+    double friction = 0.5, restitution = 0;
+    double linear_damping = 0, angular_damping = 0;
+    Vec3 color{0.7, 0.7, 0.7};
+    Vec3 velocity_m_s, angular_velocity_rad_s;
+    std::string group;
+    std::optional<Inertial> inertial;
+
+    /// The solids that make the body up: its parts, or itself.
+    std::vector<ShapeItem> solids() const;
+};
+
+/// [[joint]]. Frames are in world coordinates at the start.
+struct JointItem : SceneItem {
+    std::string name, kind, parent, child;
+    Vec3 point_m;
+    Vec3 axis{0, 0, 1};
+    Vec3 spring_axis{0, 0, 1};
+    std::optional<double> lower_rad, upper_rad, lower_m, upper_m;
+    double motor_torque_n_m = 0, motor_force_n = 0;
+    double travel_m = 0.1, stiffness_n_m = 20e3, damping_n_s_m = 2e3;
+    bool collide = false;
+};
+
+struct LinkMassItem : SceneItem {
+    std::string link;
+    double mass_kg = 1;
+};
+struct RobotMotorItem : SceneItem {
+    std::string joint;
+    double torque_n_m = 0, force_n = 0;
+};
+/// [[robot]]: expanded into bodies `robot/link` and joints `robot/joint` by load_scene.
+struct RobotItem : SceneItem {
+    std::string name, file;
+    Pose pose;
+    bool fixed_base = false;
+    double friction = 0.5;
+    std::vector<LinkMassItem> link_masses;
+    std::vector<RobotMotorItem> motors;
+};
+
+/// [[motion.key]]
+struct MotionKey : SceneItem {
+    double t_s = 0;
+    std::optional<double> position_rad, offset_m, velocity_rad_s, velocity_m_s;
+    std::optional<Vec3> position_m;
+    std::optional<Quat> rotation;
+};
+/// [[motion]]
+struct MotionItem : SceneItem {
+    std::string joint, body;
+    std::string interpolation = "smooth";
+    double period_s = 0;
+    int repeat_count = 1;
+    std::vector<MotionKey> motion_keys;
+};
+
+/// [[probe]]
+struct ProbeItem : SceneItem {
+    std::string name, kind, body;
+    ShapeItem region;
+    Vec3 from_m, to_m;
+    int sample_count = 50;
+};
+
+/// [record]
+struct RecordItem : SceneItem {
+    std::vector<std::string> bodies;
+    double every_s = 1.0 / 30;
+    std::vector<double> moments_s;
+};
+
+/// [camera]
+struct CameraItem : SceneItem {
+    std::optional<Vec3> eye_m, target_m;
+    double view_angle_rad = 0.7;
+    std::string follow;
+};
+
+/// [[check]]
+struct CheckItem : SceneItem {
+    std::string kind, body, probe;
+    double by_s = 0, at_s = 0, reference_s = 0, from_s = 0;
+    double creep_mm_s = 1;
+    bool must_sleep = false;
+    std::optional<double> min_kg, max_kg, min_fraction, max_fraction;
+    Vec3 center_m, at_m;
+    double expected_rad = 0, tolerance_rad = 0;
+    double expected_m = 0, tolerance_m = 0;
+    std::optional<double> min_m, max_m, min_n, max_n;
+};
+
+/// A whole scene.
+struct Scene {
+    std::string path;  ///< of the file, for messages
+    std::string title;
+    std::string description;
+    WorldItem world;
+    std::optional<SoilItem> soil;
+    std::vector<MaterialItem> materials;
+    std::vector<FillItem> fills;
+    std::vector<TerrainItem> terrains;
+    std::vector<BodyItem> bodies;
+    std::vector<JointItem> joints;
+    std::vector<RobotItem> robots;
+    std::vector<MotionItem> motions;
+    std::vector<ProbeItem> probes;
+    RecordItem record;
+    CameraItem camera;
+    std::vector<CheckItem> checks;
+    /// Data files that are not there (of robots found through $BULLETSOIL_DATA): the scene is to be
+    /// skipped.
+    std::vector<std::string> missing_data;
+
+    const BodyItem* find_body(const std::string& name) const;
+    const JointItem* find_joint(const std::string& name) const;
+    const ProbeItem* find_probe(const std::string& name) const;
+    /// "file:line:column: text"
+    std::string message(SourcePosition at, const std::string& text) const;
+};
+
+/// Turns the whole scene so that the other axis points up (a quarter turn about x). Nothing where
+/// it does already.
+void set_up_axis(Scene& scene, UpAxis up);
+
+}  // namespace bsoil::scene

@@ -1,0 +1,164 @@
+#include "scene_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "scene_load.h"
+#include "soil_filling.h"
+
+namespace bsoil::scene {
+namespace {
+
+constexpr int kBlockVoxelCount = 512;
+
+nlohmann::ordered_json per_material(const Soil& soil, const std::vector<int64_t>& units) {
+    nlohmann::ordered_json json = nlohmann::ordered_json::object();
+    for (size_t i = 0; i < units.size(); ++i) json[soil.materials()[i].name] = units[i];
+    return json;
+}
+
+nlohmann::ordered_json as_json(Vec3 v) { return {v.x, v.y, v.z}; }
+nlohmann::ordered_json as_json(Quat q) { return {q.x, q.y, q.z, q.w}; }
+
+}  // namespace
+
+double surface_height_m(const Soil& soil, Vec3 at_m) {
+    const GridFrame& frame = soil.frame();
+    const Vec3 grid = frame.to_grid(at_m);
+    const int x = std::clamp(static_cast<int>(std::floor(grid.x)), 0, frame.size[0] - 1);
+    const int y = std::clamp(static_cast<int>(std::floor(grid.y)), 0, frame.size[1] - 1);
+    return soil.surface_height_m(x, y);
+}
+
+SceneRun::SceneRun(const Scene& scene, const RunDef& def)
+    : scene_(scene),
+      step_s_(scene.soil ? scene.soil->def.step_s : SoilDef{}.step_s),
+      substep_count_(std::max(1, static_cast<int>(std::lround(step_s_ / scene.world.substep_s)))) {
+    step_target_ = std::llround(scene.world.duration_s / step_s_);
+    if (def.step_count > 0) step_target_ = std::min(step_target_, def.step_count);
+}
+
+Result<std::unique_ptr<SceneRun>> SceneRun::create(const Scene& scene, const RunDef& def) {
+    std::unique_ptr<SceneRun> run(new SceneRun(scene, def));
+    const Status started = run->start(def);
+    if (!started) return Error{started.error()};
+    return run;
+}
+
+Status SceneRun::start(const RunDef& def) {
+    auto made = BulletScene::create(scene_);
+    if (!made) return Error{made.error()};
+    bullet_ = std::move(*made);
+    readings_.resize(bullet_->bodies().size());
+    peak_force_n_.resize(bullet_->bodies().size());
+    if (!scene_.soil) return Done{};
+
+    SoilDef soil = soil_def(scene_);
+    soil.backend = def.backend;
+    soil.thread_count = def.thread_count;
+    bullet::SoilActionDef options;
+    options.ignored = bullet_->ground();  // the soil has a floor of its own
+    auto action = bullet::SoilAction::create(bullet_->world(), soil, options);
+    if (!action) return Error{scene_.message(scene_.soil->at, action.error())};
+    action_ = std::move(*action);
+    const Status filled = fill_soil(scene_, action_->soil());
+    if (!filled) return filled;
+    totals_at_start_ = action_->soil().totals();
+    return Done{};
+}
+
+void SceneRun::step() {
+    const auto start = std::chrono::steady_clock::now();
+    std::fill(readings_.begin(), readings_.end(), BodyReading{});
+    for (int i = 0; i < substep_count_; ++i) {
+        bullet_->substep();
+        if (!action_) continue;
+        for (size_t b = 0; b < readings_.size(); ++b) {
+            const bullet::BodyReport report = action_->body_report(*bullet_->bodies()[b].body);
+            BodyReading& reading = readings_[b];
+            reading.force_n += report.force_n * (1.0 / substep_count_);
+            reading.torque_n_m += report.torque_n_m * (1.0 / substep_count_);
+            reading.sinkage_m = report.sinkage_m;
+            reading.peak_force_n = std::max(reading.peak_force_n, length(report.force_n));
+            peak_force_n_[b] = std::max(peak_force_n_[b], report.peak_force_n);
+        }
+    }
+    ++step_count_;
+    if (action_) {
+        const StepReport& report = action_->last_report();
+        const StageTimes& t = report.stage_ms;
+        StageTimes& sum = stage_sum_ms_;
+        sum = {sum.voxelize + t.voxelize, sum.deform + t.deform,     sum.advect + t.advect,
+               sum.slip + t.slip,         sum.contacts + t.contacts, sum.activity + t.activity};
+        block_active_sum_ += report.block_active_count;
+    }
+    wall_s_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+double SceneRun::probe_mass_kg(const ProbeItem& probe) const {
+    ConvexShape region;
+    region.half_extents_m = probe.region.size_m * 0.5;
+    Pose pose = probe.region.pose;
+    if (!probe.body.empty()) pose = bullet_->find_body(probe.body)->pose() * pose;
+    return soil().mass_inside_kg(region, pose);
+}
+
+nlohmann::ordered_json SceneRun::summary() const {
+    using Json = nlohmann::ordered_json;
+    const double steps = std::max(1.0, static_cast<double>(step_count_));
+    Json json;
+    json["scene"] = scene_.title;
+    json["up"] = scene_.world.up;
+    json["backend"] = has_soil() ? soil().backend_name() : "none";
+    json["device"] = has_soil() ? soil().device_name() : "none";
+    json["threads"] = has_soil() ? soil().thread_count() : 1;
+    json["steps"] = step_count_;
+    json["simulated_s"] = time_s();
+    json["wall_s"] = wall_s_;
+    json["steps_per_s"] = wall_s_ > 0 ? static_cast<double>(step_count_) / wall_s_ : 0.0;
+    if (has_soil()) {
+        const SoilTotals end = soil().totals();
+        const std::vector<int64_t> none(end.units.size(), 0);  // scenes have no sources or sinks
+        json["voxels_total"] = soil().voxels_total();
+        json["voxels_active_mean"] = block_active_sum_ / steps * kBlockVoxelCount;
+        json["soil_units_start"] = per_material(soil(), totals_at_start_.units);
+        json["soil_units_end"] = per_material(soil(), end.units);
+        json["soil_units_in"] = per_material(soil(), none);
+        json["soil_units_out"] = per_material(soil(), none);
+        double mass_kg = 0;
+        for (const double material_kg : end.mass_kg) mass_kg += material_kg;
+        json["soil_mass_kg"] = mass_kg;
+        json["checksum"] = fmt::format("{:016x}", soil().checksum());
+        json["status"] = status_texts(soil().status_bits());
+        json["stages_ms"] = Json{{"voxelize", stage_sum_ms_.voxelize / steps},
+                                 {"deform", stage_sum_ms_.deform / steps},
+                                 {"advect", stage_sum_ms_.advect / steps},
+                                 {"slip", stage_sum_ms_.slip / steps},
+                                 {"contacts", stage_sum_ms_.contacts / steps},
+                                 {"activity", stage_sum_ms_.activity / steps}};
+        Json refused = Json::array();
+        for (const bullet::RefusedBody& body : action_->refused()) refused.push_back(body.reason);
+        json["refused"] = refused;
+        const MemoryUse memory = soil().memory_use();
+        json["memory"] = Json{{"awake_bytes", memory.awake_bytes},
+                              {"asleep_bytes", memory.asleep_bytes},
+                              {"bytes_per_awake_voxel", memory.bytes_per_awake_voxel},
+                              {"bytes_per_asleep_column", memory.bytes_per_asleep_column}};
+    }
+    Json bodies = Json::object();
+    for (size_t b = 0; b < bullet_->bodies().size(); ++b) {
+        const SceneBody& body = bullet_->bodies()[b];
+        const Pose pose = body.pose();
+        bodies[body.name] = Json{{"position_m", as_json(pose.position)},
+                                 {"rotation", as_json(pose.rotation)},
+                                 {"asleep", !body.body->isActive()},
+                                 {"soil_force_peak_n", peak_force_n_[b]}};
+    }
+    json["bodies"] = bodies;
+    return json;
+}
+
+}  // namespace bsoil::scene

@@ -1,0 +1,597 @@
+/// The scene schema: every key a scene file may have. The README of the scenes is printed from this
+/// table.
+#include <fmt/format.h>
+
+#include "scene_load.h"
+#include "schema_table.h"
+
+namespace bsoil::scene {
+namespace {
+
+constexpr Range kPlace{-1e4, 1e4};    // [m] float positions keep a millimetre within it
+constexpr Range kLength{1e-4, 1e4};   // [m]
+constexpr Range kMass{0, 1e6};        // [kg]
+constexpr Range kTime{0, 1e5};        // [s]
+constexpr Range kForce{0, 1e8};       // [N], [N m]
+constexpr Range kAngle{-3600, 3600};  // [deg]
+constexpr Range kSpeed{-100, 100};    // [m/s]
+constexpr Range kDirection{-1, 1};
+constexpr Range kFraction{0, 1};
+
+/// The keys of a convex solid, for whatever table has one.
+template <typename T, typename P>
+void add_shape_keys(TableOf<T>& table, P place) {
+    table
+        .vector(
+            "size_m", [place](T& t) -> Vec3& { return std::invoke(place, t).size_m; }, kLength,
+            "full edge lengths of the box")
+        .only({"box"})
+        .required()
+        .number(
+            "radius_m", [place](T& t) -> double& { return std::invoke(place, t).radius_m; },
+            kLength, "radius; of a cone: of its base")
+        .only({"sphere", "capsule", "cylinder", "cone"})
+        .required()
+        .number(
+            "height_m", [place](T& t) -> double& { return std::invoke(place, t).height_m; },
+            kLength, "length along the axis; of a capsule: without the round ends")
+        .only({"capsule", "cylinder", "cone"})
+        .required()
+        .word(
+            "axis", [place](T& t) -> std::string& { return std::invoke(place, t).axis; },
+            {"x", "y", "z"},
+            "the shape's own axis in the frame of the body or part; cone: apex at its positive end")
+        .only({"capsule", "cylinder", "cone"})
+        .points(
+            "points_m",
+            [place](T& t) -> std::vector<Vec3>& { return std::invoke(place, t).points_m; }, kPlace,
+            "points whose convex hull the solid is, at least 4 and not in one plane")
+        .only({"hull"})
+        .required();
+}
+
+TableOf<WorldItem> world_table() {
+    return TableOf<WorldItem>("world", false, "The Bullet world and the length of the run.")
+        .word("up", &WorldItem::up, {"y", "z"}, "the world axis that points up")
+        .number("gravity_m_s2", &WorldItem::gravity_m_s2, {0, 30},
+                "gravity along -up, also of the soil")
+        .number("substep_s", &WorldItem::substep_s, {1e-4, 0.05},
+                "Bullet's fixed step; a step of the soil is cut into a whole number of them")
+        .integer("solver_iterations", &WorldItem::solver_iterations, {1, 1000},
+                 "iterations of Bullet's constraint solver")
+        .flag("ground_plane", &WorldItem::ground_plane,
+              "an endless static plane, on which bodies that leave the soil's box stand")
+        .number("ground_height_m", &WorldItem::ground_height_m, kPlace, "height of that plane")
+        .number("duration_s", &WorldItem::duration_s, {1e-3, 1e5}, "simulated time of a run")
+        .required();
+}
+
+TableOf<SoilItem> soil_table() {
+    using S = SoilItem;
+    return TableOf<S>("soil", false,
+                      "The soil's grid and its step; without this table there is no soil.")
+        .vector(
+            "size_m", [](S& s) -> Vec3& { return s.def.size_m; }, kLength,
+            "box of the grid along the world's axes, rounded up to whole voxels")
+        .required()
+        .vector(
+            "floor_center_m", [](S& s) -> Vec3& { return s.def.floor_center_m; }, kPlace,
+            "centre of the box's bottom face")
+        .number(
+            "yaw_deg", [](S& s) -> double& { return s.def.yaw_rad; }, {-360, 360},
+            "rotation of the grid about the up axis", kDegree)
+        .number(
+            "voxel_m", [](S& s) -> double& { return s.def.voxel_m; }, {0.001, 1}, "edge of a voxel")
+        .number(
+            "step_s", [](S& s) -> double& { return s.def.step_s; }, {1.0 / 2000, 1.0 / 20},
+            "the soil's own step; `--steps` and `steps` of the summary count these")
+        .integer(
+            "propagation_iterations", [](S& s) -> int& { return s.def.propagation_iterations; },
+            {0, 64}, "alpha: iterations of force propagation a step")
+        .integer(
+            "overflow_passes", [](S& s) -> int& { return s.def.overflow_passes; }, {0, 64},
+            "passes that spread soil which does not fit")
+        .choice("overflow", {"even", "up", "up_spread"}, "up",
+                "how soil that does not fit leaves its voxel",
+                [](S& s, size_t i) {
+                    constexpr OverflowHeuristic kOrder[] = {OverflowHeuristic::even,
+                                                            OverflowHeuristic::up,
+                                                            OverflowHeuristic::up_spread};
+                    s.def.overflow = kOrder[i];
+                })
+        .integer(
+            "substeps_max", [](S& s) -> int& { return s.def.substeps_max; }, {1, 32},
+            "sub-steps a fast step may be cut into")
+        .integer(
+            "tile_capacity", [](S& s) -> int& { return s.def.tile_capacity; }, {0, 1e6},
+            "tiles of 8 x 8 columns awake at once; 0: all that fit into 1 GiB")
+        .text("material", &S::material,
+              "name of a built-in or of a [[material]]; dry_sand where neither key is given")
+        .texts("materials", &S::materials, "several of them, up to 8, instead of `material`");
+}
+
+TableOf<MaterialItem> material_table() {
+    using M = MaterialItem;
+    return TableOf<M>("material", true, "A material: a built-in with some values replaced.")
+        .text("name", &M::name, "unique; a built-in's name replaces that built-in")
+        .required()
+        .text("base", &M::base,
+              "the built-in it starts from: dry_sand, moist_sand, sandy_loam, loam, clay, gravel")
+        .number("density_kg_m3", &M::density_kg_m3, {200, 4000}, "bulk density as placed")
+        .number("friction_angle_deg", &M::friction_angle_rad, {0, 68},
+                "angle of internal friction phi", kDegree)
+        .number("cohesion_pa", &M::cohesion_pa, {0, 200e3}, "cohesion c")
+        .number("tool_friction", &M::tool_friction, {0, 2}, "Coulomb friction with bodies")
+        .vector("color", &M::color, kFraction, "linear red, green, blue for pictures");
+}
+
+TableOf<FillItem> fill_table() {
+    using F = FillItem;
+    const auto noise = [](auto member) {
+        return [member](F & f) -> auto& { return f.noise.*member; };
+    };
+    return TableOf<F>("fill", true,
+                      "Soil put in before the first step; only room free of terrain and other soil "
+                      "is filled.")
+        .selected_by("kind")
+        .word("kind", &F::kind, {"box", "cylinder", "height_map", "noise"}, "the form of the fill")
+        .required()
+        .text("material", &F::material,
+              "one of the soil's materials; its first where the key is missing")
+        .vector("min_m", &F::min_m, kPlace, "lower corner")
+        .only({"box"})
+        .required()
+        .vector("max_m", &F::max_m, kPlace, "upper corner")
+        .only({"box"})
+        .required()
+        .vector("base_center_m", &F::base_center_m, kPlace, "centre of the base")
+        .only({"cylinder"})
+        .required()
+        .number("radius_m", &F::radius_m, kLength, "radius")
+        .only({"cylinder"})
+        .required()
+        .number("height_m", &F::height_m, kLength, "height along up")
+        .only({"cylinder"})
+        .required()
+        .text("file", &F::file,
+              "grey PNG of 8 or 16 bits, beside the scene; stretched over the grid's floor")
+        .only({"height_map"})
+        .required()
+        .number("min_height_m", &F::min_height_m, {0, 1e4},
+                "height of black above the grid's floor")
+        .only({"height_map"})
+        .number("max_height_m", &F::max_height_m, {0, 1e4},
+                "height of white above the grid's floor")
+        .only({"height_map"})
+        .required()
+        .number("base_m", noise(&NoiseFill::base_m), {0, 1e4}, "mean height above the grid's floor")
+        .only({"noise"})
+        .number("amplitude_m", noise(&NoiseFill::amplitude_m), {0, 1e4},
+                "half the range of the largest octave")
+        .only({"noise"})
+        .number("wavelength_m", noise(&NoiseFill::wavelength_m), {1e-2, 1e4},
+                "of the largest octave")
+        .only({"noise"})
+        .integer("octaves", noise(&NoiseFill::octaves), {1, 12},
+                 "each half as long as the one before")
+        .only({"noise"})
+        .number("persistence", noise(&NoiseFill::persistence), kFraction,
+                "height of an octave over that of the one before")
+        .only({"noise"})
+        .integer("seed", noise(&NoiseFill::seed), {0, 2147483647}, "another seed, another ground")
+        .only({"noise"});
+}
+
+TableOf<TerrainItem> terrain_table() {
+    using T = TerrainItem;
+    return TableOf<T>("terrain", true, "Fixed ground that soil cannot enter.")
+        .selected_by("kind")
+        .word("kind", &T::kind, {"hills", "caves", "mesh"},
+              "hills: a noise surface with overhangs; caves: hills with round hollows cut out; "
+              "mesh: a closed mesh from a file")
+        .required()
+        .number("base_m", &T::base_m, {-1e4, 1e4}, "mean height above the grid's floor")
+        .only({"hills", "caves"})
+        .number("amplitude_m", &T::amplitude_m, {0, 1e4}, "half the range of the largest octave")
+        .only({"hills", "caves"})
+        .number("wavelength_m", &T::wavelength_m, {1e-2, 1e4}, "of the largest octave")
+        .only({"hills", "caves"})
+        .integer("octaves", &T::octaves, {1, 12}, "each half as long as the one before")
+        .only({"hills", "caves"})
+        .number("persistence", &T::persistence, kFraction,
+                "height of an octave over that of the one before")
+        .only({"hills", "caves"})
+        .integer("seed", &T::seed, {0, 2147483647}, "another seed, another terrain")
+        .only({"hills", "caves"})
+        .number("overhang_m", &T::overhang_m, {0, 1e3},
+                "how far the surface is pushed sideways by a second noise")
+        .only({"hills", "caves"})
+        .number("cave_radius_m", &T::cave_radius_m, kLength, "largest radius of a hollow")
+        .only({"caves"})
+        .number("cave_spacing_m", &T::cave_spacing_m, kLength,
+                "distance between hollows, one in each cube of this edge")
+        .only({"caves"})
+        .text("file", &T::file, "OBJ, STL or DAE beside the scene, or data:PATH")
+        .only({"mesh"})
+        .required()
+        .number("scale", &T::scale, {1e-6, 1e6}, "metres per unit of the file")
+        .only({"mesh"})
+        .vector(
+            "position_m", [](T& t) -> Vec3& { return t.pose.position; }, kPlace,
+            "of the mesh's origin")
+        .only({"mesh"})
+        .rotation([](T& t) -> Quat& { return t.pose.rotation; }, "of the mesh");
+}
+
+TableOf<ShapeItem> part_table() {
+    using S = ShapeItem;
+    TableOf<S> table("body.part", true,
+                     "One convex solid of a compound body, in the body's frame.");
+    table.selected_by("shape")
+        .word("shape", &S::shape, {"box", "sphere", "capsule", "cylinder", "cone", "hull"},
+              "the solid")
+        .required();
+    add_shape_keys(table, [](S& s) -> S& { return s; });
+    table
+        .vector(
+            "position_m", [](S& s) -> Vec3& { return s.pose.position; }, kPlace,
+            "in the body's frame")
+        .rotation([](S& s) -> Quat& { return s.pose.rotation; }, "of the part in the body's frame")
+        .number("mass_kg", &S::mass_kg, kMass,
+                "share of the body's mass; give it for all parts or for none (then by volume)")
+        .vector("color", &S::color, kFraction,
+                "linear red, green, blue; the body's where it is missing");
+    return table;
+}
+
+TableOf<BodyItem> body_table() {
+    using B = BodyItem;
+    TableOf<B> table("body", true, "A rigid body.");
+    table.selected_by("shape")
+        .text("name", &B::name, "unique")
+        .required()
+        .word(
+            "shape", [](B& b) -> std::string& { return b.shape.shape; },
+            {"box", "sphere", "capsule", "cylinder", "cone", "hull", "compound"},
+            "the solid, centred on the body's frame; compound: [[body.part]] follow")
+        .required();
+    add_shape_keys(table, &B::shape);
+    table.child<ShapeItem>("part", part_table(), [](B& b) { return &b.parts.emplace_back(); })
+        .only({"compound"})
+        .number("mass_kg", &B::mass_kg, kMass, "0: static (or kinematic)")
+        .vector(
+            "position_m", [](B& b) -> Vec3& { return b.pose.position; }, kPlace,
+            "of the body's frame")
+        .rotation([](B& b) -> Quat& { return b.pose.rotation; }, "of the body")
+        .flag("kinematic", &B::kinematic,
+              "moved by a [[motion]] whatever resists; its mass is ignored")
+        .number("friction", &B::friction, {0, 10},
+                "Coulomb friction with other bodies; with soil the material's counts")
+        .number("restitution", &B::restitution, kFraction, "share of the speed that a bounce keeps")
+        .number("linear_damping", &B::linear_damping, kFraction,
+                "share of the speed lost each second")
+        .number("angular_damping", &B::angular_damping, kFraction,
+                "share of the rotation lost each second")
+        .vector("color", &B::color, kFraction, "linear red, green, blue for pictures")
+        .vector("velocity_m_s", &B::velocity_m_s, kSpeed, "at the start")
+        .vector("angular_velocity_deg_s", &B::angular_velocity_rad_s, {-36000, 36000},
+                "at the start, world axes", kDegree)
+        .text("group", &B::group, "bodies of one group do not collide with each other");
+    return table;
+}
+
+TableOf<JointItem> joint_table() {
+    using J = JointItem;
+    return TableOf<J>("joint", true,
+                      "A joint between two bodies, given in world coordinates at the start.")
+        .selected_by("kind")
+        .text("name", &J::name, "unique")
+        .required()
+        .word("kind", &J::kind, {"hinge", "slider", "fixed", "point", "suspension"},
+              "hinge: turns about the axis; slider: moves along it; point: turns freely; "
+              "suspension: a wheel that turns about the axis and springs along `spring_axis`")
+        .required()
+        .text("parent", &J::parent, "a body, or \"world\"")
+        .required()
+        .text("child", &J::child,
+              "a body; joint positions are the child's against the parent's, 0 at the start")
+        .required()
+        .vector("point_m", &J::point_m, kPlace, "a point of the joint's axis")
+        .required()
+        .vector("axis", &J::axis, kDirection,
+                "direction of the axis; positive turns follow the right-hand rule")
+        .only({"hinge", "slider", "suspension"})
+        .number("lower_deg", &J::lower_rad, {-180, 180}, "lower stop", kDegree)
+        .only({"hinge"})
+        .number("upper_deg", &J::upper_rad, {-180, 180}, "upper stop", kDegree)
+        .only({"hinge"})
+        .number("lower_m", &J::lower_m, kPlace, "lower stop")
+        .only({"slider"})
+        .number("upper_m", &J::upper_m, kPlace, "upper stop")
+        .only({"slider"})
+        .number("motor_torque_n_m", &J::motor_torque_n_m, kForce,
+                "largest torque of the motor; 0: no motor")
+        .only({"hinge", "suspension"})
+        .number("motor_force_n", &J::motor_force_n, kForce,
+                "largest force of the motor; 0: no motor")
+        .only({"slider"})
+        .vector("spring_axis", &J::spring_axis, kDirection,
+                "direction of the spring, square to the axis")
+        .only({"suspension"})
+        .number("travel_m", &J::travel_m, {0, 10}, "way from the start to either stop")
+        .only({"suspension"})
+        .number("stiffness_n_m", &J::stiffness_n_m, kForce, "of the spring, relaxed at the start")
+        .only({"suspension"})
+        .number("damping_n_s_m", &J::damping_n_s_m, kForce, "of the damper")
+        .only({"suspension"})
+        .flag("collide", &J::collide, "whether the two bodies still collide with each other");
+}
+
+TableOf<RobotItem> robot_table() {
+    using R = RobotItem;
+    const TableOf<LinkMassItem> link_mass =
+        TableOf<LinkMassItem>(
+            "robot.link_mass", true,
+            "Replaces a link's mass; its inertia is then computed from its collision solids.")
+            .text("link", &LinkMassItem::link, "name of the link in the URDF")
+            .required()
+            .number("mass_kg", &LinkMassItem::mass_kg, {1e-3, 1e6}, "the mass")
+            .required();
+    const TableOf<RobotMotorItem> motor =
+        TableOf<RobotMotorItem>("robot.motor", true, "Gives a joint of the robot a motor.")
+            .text("joint", &RobotMotorItem::joint, "name of the joint in the URDF")
+            .required()
+            .number("torque_n_m", &RobotMotorItem::torque_n_m, kForce,
+                    "largest torque, of a joint that turns")
+            .number("force_n", &RobotMotorItem::force_n, kForce,
+                    "largest force, of a joint that slides");
+    return TableOf<R>("robot", true,
+                      "A robot from a URDF: its links become bodies `robot/link`, its joints "
+                      "`robot/joint`; "
+                      "links joined by fixed joints become one body.")
+        .text("name", &R::name, "unique")
+        .required()
+        .text("file", &R::file,
+              "the URDF, beside the scene, or data:PATH for a file under $BULLETSOIL_DATA (else "
+              "`shared/data` beside the project); a scene whose data is absent is skipped")
+        .required()
+        .vector(
+            "position_m", [](R& r) -> Vec3& { return r.pose.position; }, kPlace, "of the root link")
+        .rotation([](R& r) -> Quat& { return r.pose.rotation; },
+                  "of the root link; the URDF's z is turned up first")
+        .flag("fixed_base", &R::fixed_base, "the root link does not move")
+        .number("friction", &R::friction, {0, 10}, "of all its links")
+        .child<LinkMassItem>("link_mass", link_mass,
+                             [](R& r) { return &r.link_masses.emplace_back(); })
+        .child<RobotMotorItem>("motor", motor, [](R& r) { return &r.motors.emplace_back(); });
+}
+
+TableOf<MotionItem> motion_table() {
+    using M = MotionItem;
+    using K = MotionKey;
+    const TableOf<K> key =
+        TableOf<K>("motion.key", true,
+                   "A key frame; times rise. All keys of a motion give the same quantity.")
+            .number("t_s", &K::t_s, kTime, "time since the start of the run or of the period")
+            .required()
+            .number("position_deg", &K::position_rad, kAngle, "of a hinge or wheel", kDegree)
+            .number("offset_m", &K::offset_m, kPlace, "of a slider")
+            .number("velocity_deg_s", &K::velocity_rad_s, {-36000, 36000}, "of a hinge or wheel",
+                    kDegree)
+            .number("velocity_m_s", &K::velocity_m_s, kSpeed, "of a slider")
+            .vector("position_m", &K::position_m, kPlace, "of a kinematic body, world axes")
+            .rotation(&K::rotation, "of a kinematic body");
+    return TableOf<M>("motion", true,
+                      "A scripted movement of a joint's motor or of a kinematic body.")
+        .text("joint", &M::joint, "a joint with a motor; or `body`")
+        .text("body", &M::body, "a kinematic body; or `joint`")
+        .word("interpolation", &M::interpolation, {"smooth", "linear", "step"},
+              "between keys; smooth: a cubic that does not overshoot")
+        .number("period_s", &M::period_s, kTime, "length of one round where the keys are repeated")
+        .integer("repeat_count", &M::repeat_count, {1, 10000}, "rounds")
+        .child<K>("key", key, [](M& m) { return &m.motion_keys.emplace_back(); })
+        .required();
+}
+
+TableOf<ProbeItem> probe_table() {
+    using P = ProbeItem;
+    return TableOf<P>("probe", true, "Something to measure besides the bodies.")
+        .selected_by("kind")
+        .text("name", &P::name, "unique; its column in telemetry.csv")
+        .required()
+        .word("kind", &P::kind, {"mass_inside", "profile"},
+              "mass_inside: soil in a box that moves with a body [kg]; profile: heights of the "
+              "surface along a line, in profiles.csv")
+        .required()
+        .text("body", &P::body, "the box moves with it; a box at rest where the key is missing")
+        .only({"mass_inside"})
+        .vector(
+            "size_m", [](P& p) -> Vec3& { return p.region.size_m; }, kLength,
+            "full edge lengths of the box")
+        .only({"mass_inside"})
+        .required()
+        .vector(
+            "position_m", [](P& p) -> Vec3& { return p.region.pose.position; }, kPlace,
+            "of the box in the body's frame")
+        .only({"mass_inside"})
+        .rotation([](P& p) -> Quat& { return p.region.pose.rotation; },
+                  "of the box in the body's frame")
+        .vector("from_m", &P::from_m, kPlace, "start of the line; its height does not matter")
+        .only({"profile"})
+        .required()
+        .vector("to_m", &P::to_m, kPlace, "end of the line")
+        .only({"profile"})
+        .required()
+        .integer("sample_count", &P::sample_count, {2, 10000}, "samples along the line")
+        .only({"profile"});
+}
+
+TableOf<RecordItem> record_table() {
+    using R = RecordItem;
+    return TableOf<R>("record", false, "What a run writes down.")
+        .texts("bodies", &R::bodies,
+               "bodies in telemetry.csv; all that can move where the key is missing")
+        .number("every_s", &R::every_s, {1e-4, 1e5},
+                "time between rows of telemetry.csv, rounded to whole steps")
+        .numbers("moments_s", &R::moments_s, kTime,
+                 "times of the pictures on the contact sheet and of the samples in a baseline; "
+                 "eight evenly spaced where the key is missing");
+}
+
+TableOf<CameraItem> camera_table() {
+    using C = CameraItem;
+    return TableOf<C>("camera", false, "Where pictures are taken from.")
+        .vector("eye_m", &C::eye_m, kPlace,
+                "the camera; above a corner of the soil where the key is missing")
+        .vector("target_m", &C::target_m, kPlace,
+                "what it looks at; the soil's centre where the key is missing")
+        .number("view_angle_deg", &C::view_angle_rad, {5, 120}, "vertical angle of view", kDegree)
+        .text("follow", &C::follow, "a body whose way the camera and its target go along");
+}
+
+TableOf<CheckItem> check_table() {
+    using C = CheckItem;
+    return TableOf<C>("check", true,
+                      "Something a run has to show; it prints PASS or FAIL and the figure. "
+                      "`soil_conserved` is always checked.")
+        .selected_by("kind")
+        .word("kind", &C::kind,
+              {"soil_conserved", "body_at_rest", "mass_in_region", "repose_angle", "surface_height",
+               "distance_travelled", "body_force", "no_status"},
+              "soil_conserved: units per material at the end equal those at the start; "
+              "body_at_rest: slower than `creep_mm_s` from `by_s` on; mass_in_region: a probe's "
+              "reading at a time; repose_angle: mean slope of a pile at the end; surface_height: "
+              "height at a place and time; distance_travelled: of a body between start and end; "
+              "body_force: largest force of the soil on a body; no_status: no sticky condition")
+        .required()
+        .text("body", &C::body, "the body")
+        .only({"body_at_rest", "distance_travelled", "body_force"})
+        .required()
+        .text("probe", &C::probe, "a probe of kind mass_inside")
+        .only({"mass_in_region"})
+        .required()
+        .number("by_s", &C::by_s, kTime, "at rest from this time on")
+        .only({"body_at_rest"})
+        .required()
+        .number("creep_mm_s", &C::creep_mm_s, {0, 1e4},
+                "largest mean speed from `by_s` to the end that still is rest")
+        .only({"body_at_rest"})
+        .flag("must_sleep", &C::must_sleep, "Bullet has to have put the body to sleep by the end")
+        .only({"body_at_rest"})
+        .number("at_s", &C::at_s, kTime, "time of the measurement")
+        .only({"mass_in_region", "surface_height"})
+        .required()
+        .number("reference_s", &C::reference_s, kTime,
+                "time of the reading that fractions refer to")
+        .only({"mass_in_region"})
+        .number("min_kg", &C::min_kg, kMass, "least mass")
+        .only({"mass_in_region"})
+        .number("max_kg", &C::max_kg, kMass, "largest mass")
+        .only({"mass_in_region"})
+        .number("min_fraction", &C::min_fraction, {0, 100},
+                "least share of the reading at `reference_s`")
+        .only({"mass_in_region"})
+        .number("max_fraction", &C::max_fraction, {0, 100},
+                "largest share of the reading at `reference_s`")
+        .only({"mass_in_region"})
+        .vector("center_m", &C::center_m, kPlace, "a point under the top of the pile, on its base")
+        .only({"repose_angle"})
+        .required()
+        .number("expected_deg", &C::expected_rad, {0, 90}, "the slope", kDegree)
+        .only({"repose_angle"})
+        .required()
+        .number("tolerance_deg", &C::tolerance_rad, {0, 90}, "on either side", kDegree)
+        .only({"repose_angle"})
+        .required()
+        .vector("at_m", &C::at_m, kPlace, "the place; its height does not matter")
+        .only({"surface_height"})
+        .required()
+        .number("expected_m", &C::expected_m, kPlace, "height above the grid's floor")
+        .only({"surface_height"})
+        .required()
+        .number("tolerance_m", &C::tolerance_m, {0, 1e4}, "on either side")
+        .only({"surface_height"})
+        .required()
+        .number("min_m", &C::min_m, {0, 1e5}, "least distance")
+        .only({"distance_travelled"})
+        .number("max_m", &C::max_m, {0, 1e5}, "largest distance")
+        .only({"distance_travelled"})
+        .number("from_s", &C::from_s, kTime, "count forces from this time on")
+        .only({"body_force"})
+        .number("min_n", &C::min_n, kForce, "the largest force is at least this")
+        .only({"body_force"})
+        .number("max_n", &C::max_n, kForce, "the largest force is at most this")
+        .only({"body_force"});
+}
+
+std::string joined(const std::vector<std::string>& words) {
+    std::string text;
+    for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+    return text;
+}
+
+void print_table(const TableSpec& spec, std::string& out) {
+    if (!spec.path.empty())
+        out += fmt::format("\n## {}\n\n{}\n",
+                           spec.array ? "[[" + spec.path + "]]" : '[' + spec.path + ']', spec.doc);
+    out += "\n| key | value | range | default | meaning |\n|---|---|---|---|---|\n";
+    for (const KeySpec& key : spec.keys) {
+        if (key.table) continue;
+        const std::string initial = key.required           ? "required"
+                                    : key.fallback.empty() ? "-"
+                                                           : '`' + key.fallback + '`';
+        const std::string only =
+            key.only.empty() ? "" : fmt::format(" ({}: {})", spec.selector, joined(key.only));
+        out += fmt::format("| `{}` | {} | {} | {} | {}{} |\n", key.name, key.type, key.range,
+                           initial, key.doc, only);
+    }
+    for (const KeySpec& key : spec.keys)
+        if (key.table) print_table(*key.table, out);
+}
+
+}  // namespace
+
+const TableSpec& scene_schema() {
+    static const std::shared_ptr<const TableSpec> schema = [] {
+        using S = Scene;
+        return TableOf<S>("", false, "")
+            .text("title", &S::title, "one line, for headings")
+            .text("description", &S::description, "what the scene shows and what to look at")
+            .child<WorldItem>("world", world_table(), [](S& s) { return &s.world; })
+            .required()
+            .child<SoilItem>("soil", soil_table(), [](S& s) { return &s.soil.emplace(); })
+            .child<MaterialItem>("material", material_table(),
+                                 [](S& s) { return &s.materials.emplace_back(); })
+            .child<FillItem>("fill", fill_table(), [](S& s) { return &s.fills.emplace_back(); })
+            .child<TerrainItem>("terrain", terrain_table(),
+                                [](S& s) { return &s.terrains.emplace_back(); })
+            .child<BodyItem>("body", body_table(), [](S& s) { return &s.bodies.emplace_back(); })
+            .child<JointItem>("joint", joint_table(), [](S& s) { return &s.joints.emplace_back(); })
+            .child<RobotItem>("robot", robot_table(), [](S& s) { return &s.robots.emplace_back(); })
+            .child<MotionItem>("motion", motion_table(),
+                               [](S& s) { return &s.motions.emplace_back(); })
+            .child<ProbeItem>("probe", probe_table(), [](S& s) { return &s.probes.emplace_back(); })
+            .child<RecordItem>("record", record_table(), [](S& s) { return &s.record; })
+            .child<CameraItem>("camera", camera_table(), [](S& s) { return &s.camera; })
+            .child<CheckItem>("check", check_table(), [](S& s) { return &s.checks.emplace_back(); })
+            .spec();
+    }();
+    return *schema;
+}
+
+std::string schema_markdown() {
+    std::string out =
+        "# Scenes\n\n"
+        "A scene is a TOML file that says what is in a Bullet world, what soil lies in it, what "
+        "moves and what the run\n"
+        "has to show. `bsoil run SCENE --out DIR` runs one. Every number carries its unit in its "
+        "key. An unknown key, a\n"
+        "wrong unit, a value out of range or a name that is not defined is an error with file, "
+        "line and column.\n\n"
+        "This page is printed by `bsoil scene-keys --markdown`; a test compares the two.\n\n"
+        "## Top level\n";
+    print_table(scene_schema(), out);
+    return out;
+}
+
+}  // namespace bsoil::scene

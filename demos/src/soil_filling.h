@@ -1,0 +1,17 @@
+/// Puts a scene's terrain and soil into a Soil.
+#pragma once
+
+#include "bsoil/soil.h"
+#include "scene.h"
+
+namespace bsoil::scene {
+
+/// Terrain first, then the fills in the file's order. The error names the place in the file.
+Status fill_soil(const Scene& scene, Soil& soil);
+
+/// The density function of a [[terrain]] of kind hills or caves: rock where it is positive.
+/// Thesis 2.2.2, after Geiss: a height surface whose sampling point is warped by a second noise, so
+/// that it overhangs, less round hollows.
+DensityFunction terrain_density(const TerrainItem& terrain, UpAxis up, Vec3 floor_center_m);
+
+}  // namespace bsoil::scene

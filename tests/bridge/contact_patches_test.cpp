@@ -1,0 +1,144 @@
+#include "contact_patches.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <set>
+
+namespace bsoil::bullet {
+namespace {
+
+constexpr Vec3 kUp{0, 1, 0};
+
+/// Cohesion only, the same for soles and walls: the same limit stress at every voxel of a body at rest.
+SoilStrength uniform_strength(double stress_pa) {
+    SoilStrength s;
+    s.friction = 0.5;
+    s.cohesion_sole_pa = s.cohesion_wall_pa = stress_pa;
+    return s;
+}
+
+ContactVoxel voxel(Vec3 position, Vec3 normal, double area) {
+    ContactVoxel v;
+    v.position_m = position;
+    v.normal = normal;
+    v.area_m2 = area;
+    v.fill = 1;
+    return v;
+}
+
+/// A sphere of radius 1 cut into strips of equal angle.
+std::vector<ContactVoxel> sphere_voxels() {
+    std::vector<ContactVoxel> out;
+    const int rings = 40, sectors = 80;
+    for (int i = 0; i < rings; ++i)
+        for (int j = 0; j < sectors; ++j) {
+            const double theta = std::numbers::pi * (i + 0.5) / rings;
+            const double phi = 2 * std::numbers::pi * (j + 0.5) / sectors;
+            const Vec3 n{std::sin(theta) * std::cos(phi), std::cos(theta),
+                         std::sin(theta) * std::sin(phi)};
+            out.push_back(voxel(n, n, std::sin(theta)));
+        }
+    return out;
+}
+
+Vec3 limit_force(const std::vector<ContactPatch>& patches) {
+    Vec3 sum;
+    for (const ContactPatch& p : patches) sum += p.normal_limit_n * p.normal;
+    return sum;
+}
+
+TEST(ContactPatches, uniform_pressure_on_a_closed_body_gives_no_force) {
+    std::vector<ContactPatch> patches;
+    const SoilStrength strengths[] = {uniform_strength(1000)};
+    for (const double turn : {0.0, 0.3}) {
+        BodyMotion motion;
+        motion.pose.rotation = {0, std::sin(turn), 0, std::cos(turn)};
+        group_contacts(sphere_voxels(), motion, kUp, strengths, patches);
+        EXPECT_EQ(patches.size(), 24u);
+        double sum = 0;
+        for (const ContactPatch& p : patches) sum += p.normal_limit_n;
+        EXPECT_LT(length(limit_force(patches)), 1e-9 * sum);
+    }
+}
+
+TEST(ContactPatches, patch_sums_equal_voxel_sums) {
+    std::vector<ContactVoxel> voxels = sphere_voxels();
+    voxels.resize(voxels.size() / 3);
+    std::vector<ContactPatch> patches;
+    const SoilStrength strengths[] = {uniform_strength(1000)};
+    group_contacts(voxels, {}, kUp, strengths, patches);
+    Vec3 expected;
+    for (const ContactVoxel& v : voxels) expected += 1000 * v.area_m2 * v.normal;
+    EXPECT_LT(length(limit_force(patches) - expected), 1e-9 * length(expected));
+}
+
+TEST(ContactPatches, four_quadrants_carry_a_torque) {
+    std::vector<ContactVoxel> voxels;
+    for (int i = 0; i < 10; ++i)
+        for (int j = 0; j < 10; ++j)
+            voxels.push_back(voxel({-0.45 + 0.1 * i, 0, -0.45 + 0.1 * j}, {0, -1, 0}, 0.01));
+    std::vector<ContactPatch> patches;
+    const SoilStrength strengths[] = {uniform_strength(1000)};
+    group_contacts(voxels, {}, kUp, strengths, patches);
+    ASSERT_EQ(patches.size(), 4u);
+    std::set<std::pair<bool, bool>> corners;
+    for (const ContactPatch& p : patches) {
+        EXPECT_EQ(p.bin, 3);
+        EXPECT_NEAR(std::abs(p.point_m.x), 0.25, 1e-12);
+        EXPECT_NEAR(std::abs(p.point_m.z), 0.25, 1e-12);
+        EXPECT_NEAR(p.normal_limit_n, 250, 1e-9);
+        corners.insert({p.point_m.x > 0, p.point_m.z > 0});
+    }
+    EXPECT_EQ(corners.size(), 4u);
+}
+
+TEST(ContactPatches, bins_turn_with_the_body) {
+    const SoilStrength strengths[] = {uniform_strength(1000)};
+    std::vector<ContactPatch> patches;
+    const double h = std::numbers::sqrt2 / 2;
+    BodyMotion quarter_turn_about_z;  // body x is world y
+    quarter_turn_about_z.pose.rotation = {0, 0, h, h};
+    const ContactVoxel down[] = {voxel({}, {0, -1, 0}, 1)};
+    group_contacts(down, quarter_turn_about_z, kUp, strengths, patches);
+    ASSERT_EQ(patches.size(), 1u);
+    EXPECT_EQ(patches[0].bin, 1);
+}
+
+TEST(ContactPatches, fill_and_material_enter) {
+    const SoilStrength strengths[] = {uniform_strength(1000), uniform_strength(3000)};
+    ContactVoxel v = voxel({}, {0, -1, 0}, 2);
+    v.fill = 0.25;
+    v.material = 1;
+    v.depth_m = 0.2;
+    v.compression_m = 0.01;
+    std::vector<ContactPatch> patches;
+    const BodyContact total = group_contacts({&v, 1}, {}, kUp, strengths, patches);
+    ASSERT_EQ(patches.size(), 1u);
+    EXPECT_NEAR(patches[0].normal_limit_n, 1500, 1e-9);
+    EXPECT_NEAR(total.area_m2, 0.5, 1e-12);
+    EXPECT_EQ(total.depth_m, 0.2);
+    EXPECT_EQ(total.compression_m, 0.01);
+}
+
+TEST(ContactPatches, moving_body_mobilizes_force_and_torque) {
+    const SoilStrength strengths[] = {uniform_strength(1000)};
+    const ContactVoxel v = voxel({0.5, 0, 0}, {0, -1, 0}, 1);
+    BodyMotion sinking;
+    sinking.linear_velocity_m_s = {0, -0.01, 0};
+    std::vector<ContactPatch> patches;
+    const BodyContact total = group_contacts({&v, 1}, sinking, kUp, strengths, patches);
+    EXPECT_NEAR(total.mobilized_force_n.y, 1000, 1e-9);
+    EXPECT_NEAR(total.mobilized_torque_n_m.z, 500, 1e-9);
+}
+
+TEST(ContactPatches, nothing_gives_no_patches) {
+    std::vector<ContactPatch> patches(3);
+    const BodyContact total = group_contacts({}, {}, kUp, {}, patches);
+    EXPECT_TRUE(patches.empty());
+    EXPECT_EQ(total.area_m2, 0);
+}
+
+}  // namespace
+}  // namespace bsoil::bullet

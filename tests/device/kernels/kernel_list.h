@@ -1,0 +1,6 @@
+// Kernels that test the device layer itself; built like those of shaders/kernel_list.h.
+PLAIN(probe_builtins)
+PLAIN(touch_buffers)
+PLAIN(mark_groups)
+PLAIN(count_atomically)
+SCATTER(scatter_to_neighbours)

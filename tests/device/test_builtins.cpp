@@ -1,0 +1,141 @@
+/// The kernel language means the same, bit for bit, in C++ and in GLSL.
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "device_fixture.h"
+
+namespace bsoil::device {
+namespace {
+
+constexpr int kPlanes = 8;
+enum Plane { kMul, kSqrt, kInvSqrt };
+
+constexpr int kMin = std::numeric_limits<int>::min();
+constexpr int kMax = std::numeric_limits<int>::max();
+
+/// Runs probe_builtins over pairs (padded to whole groups); plane p of pair i is at p * stride + i.
+struct Probe {
+    explicit Probe(std::vector<int32_t> pair_list) : pairs(std::move(pair_list)) {
+        const size_t pairs_per_group = 2 * kLanesPerGroup;
+        pairs.resize((pairs.size() + pairs_per_group - 1) / pairs_per_group * pairs_per_group,
+                     std::bit_cast<int32_t>(1.0f));
+        stride = static_cast<int>(pairs.size() / 2);
+    }
+
+    std::vector<int32_t> run(Device& device) const {
+        EXPECT_TRUE(device.allocate(Buffer::state, std::ssize(pairs)));
+        EXPECT_TRUE(device.allocate(Buffer::delta, int64_t{kPlanes} * stride));
+        device.write(Buffer::state, 0, pairs);
+        KernelParams params{};
+        params.plane_stride = stride;
+        device.set_params(words_of(params));
+        device.dispatch(probe_builtins, plain_work(stride / kLanesPerGroup));
+        return read_words(device, Buffer::delta, int64_t{kPlanes} * stride);
+    }
+
+    std::vector<int32_t> pairs;
+    int stride = 0;
+};
+
+std::vector<int32_t> extreme_pairs() {
+    const int values[] = {0,     1,      -1,      2,          -2,    3,        65535, 65536,
+                          65537, -65535, -65536,  -65537,     kMin,  kMin + 1, kMax,  kMax - 1,
+                          12345, -54321, 1 << 30, -(1 << 30), 46341, -46341,   32768, -32768};
+    std::vector<int32_t> pairs;
+    for (const int a : values) {
+        for (const int b : values) {
+            pairs.insert(pairs.end(), {a, b});
+        }
+    }
+    return pairs;
+}
+
+std::vector<int32_t> random_pairs(int count) {
+    std::mt19937 random(7);
+    std::vector<int32_t> pairs;
+    for (int i = 0; i < 2 * count; ++i) {
+        pairs.push_back(static_cast<int32_t>(random()));
+    }
+    return pairs;
+}
+
+/// Positive floats over the range in which the roots are promised, evenly over the exponents.
+std::vector<int32_t> random_float_pairs(int count) {
+    std::mt19937 random(11);
+    std::uniform_int_distribution<int> bits(std::bit_cast<int>(0x1p-96f),
+                                            std::bit_cast<int>(0x1p126f));
+    std::vector<int32_t> pairs;
+    for (int i = 0; i < 2 * count; ++i) {
+        pairs.push_back(bits(random));
+    }
+    return pairs;
+}
+
+TEST_P(AnyDevice, mul_q16_is_the_floor_of_the_64_bit_product) {
+    const Probe probe(extreme_pairs());
+    const auto planes = probe.run(*device_);
+    for (int i = 0; i < probe.stride; ++i) {
+        const int64_t product = int64_t{probe.pairs[2 * i]} * probe.pairs[2 * i + 1];
+        const int64_t quotient = product / 65536 - (product % 65536 < 0 ? 1 : 0);
+        // Beyond 32 bits the low word remains.
+        ASSERT_EQ(planes[i], static_cast<int32_t>(quotient))
+            << probe.pairs[2 * i] << " * " << probe.pairs[2 * i + 1];
+    }
+}
+
+TEST_P(AnyDevice, roots_are_within_2e_7_of_double_precision) {
+    const Probe probe(random_float_pairs(100'000));
+    const auto planes = probe.run(*device_);
+    // Three roundings of 6e-8 each at most.
+    constexpr double kTolerance = 2e-7;
+    for (int i = 0; i < probe.stride; ++i) {
+        const double x = std::bit_cast<float>(probe.pairs[2 * i]);
+        const double root = std::bit_cast<float>(planes[kSqrt * probe.stride + i]);
+        const double inverse = std::bit_cast<float>(planes[kInvSqrt * probe.stride + i]);
+        ASSERT_NEAR(root / std::sqrt(x), 1, kTolerance) << x;
+        ASSERT_NEAR(inverse * std::sqrt(x), 1, kTolerance) << x;
+    }
+}
+
+TEST_P(AnyDevice, roots_of_perfect_squares_are_whole) {
+    std::vector<int32_t> pairs;
+    for (int n = 1; n <= 4096; ++n) {  // up to 4096^2 = 2^24 floats hold every integer
+        pairs.insert(pairs.end(), {std::bit_cast<int32_t>(static_cast<float>(n * n)), 0});
+    }
+    const Probe probe(pairs);
+    const auto planes = probe.run(*device_);
+    for (int n = 1; n <= 4096; ++n) {
+        ASSERT_EQ(std::bit_cast<float>(planes[kSqrt * probe.stride + n - 1]),
+                  static_cast<float>(n));
+    }
+}
+
+TEST_P(AnyDevice, roots_of_zero_tiny_and_negative_numbers_are_zero) {
+    const float values[] = {0.0f, -0.0f, -1.0f, -1e30f, 1e-40f, 0x1p-97f};
+    std::vector<int32_t> pairs;
+    for (const float value : values) {
+        pairs.insert(pairs.end(), {std::bit_cast<int32_t>(value), 0});
+    }
+    const Probe probe(pairs);
+    const auto planes = probe.run(*device_);
+    for (size_t i = 0; i < std::size(values); ++i) {
+        EXPECT_EQ(std::bit_cast<float>(planes[kSqrt * probe.stride + i]), 0.0f) << values[i];
+        EXPECT_EQ(planes[kInvSqrt * probe.stride + i], 0) << values[i];
+    }
+}
+
+TEST_P(AnyDevice, every_builtin_gives_the_bits_of_the_cpu) {
+    const auto cpu = create_cpu_device(test_kernel_set(), 1);
+    for (const auto& pairs : {extreme_pairs(), random_pairs(50'000), random_float_pairs(50'000)}) {
+        const Probe probe(pairs);
+        EXPECT_EQ(probe.run(*device_), probe.run(*cpu));
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Builtins, AnyDevice, testing::Values("cpu1", "cpu2", "gl"),
+                         [](const auto& device) { return device.param; });
+
+}  // namespace
+}  // namespace bsoil::device

@@ -1,0 +1,167 @@
+/// Buffers, and dispatches with many groups, atomics and colours, on every backend.
+#include <algorithm>
+#include <numeric>
+
+#include "device_fixture.h"
+
+namespace bsoil::device {
+namespace {
+
+class Dispatch : public AnyDevice {};
+
+TEST_P(Dispatch, new_buffers_are_zero_and_keep_what_is_written) {
+    ASSERT_TRUE(device_->allocate(Buffer::spans, 1000));
+    EXPECT_EQ(read_words(*device_, Buffer::spans, 1000), std::vector<int32_t>(1000, 0));
+    const std::vector<int32_t> words{1, -2, 3};
+    device_->write(Buffer::spans, 500, words);
+    std::vector<int32_t> back(5);
+    device_->read(Buffer::spans, 499, back);
+    EXPECT_EQ(back, (std::vector<int32_t>{0, 1, -2, 3, 0}));
+    device_->fill_zero(Buffer::spans, 501, 1);
+    device_->read(Buffer::spans, 499, back);
+    EXPECT_EQ(back, (std::vector<int32_t>{0, 1, 0, 3, 0}));
+    ASSERT_TRUE(device_->allocate(Buffer::spans, 600));
+    EXPECT_EQ(read_words(*device_, Buffer::spans, 600), std::vector<int32_t>(600, 0));
+}
+
+TEST_P(Dispatch, empty_transfers_and_dispatches_do_nothing) {
+    ASSERT_TRUE(device_->allocate(Buffer::result, 0));
+    device_->write(Buffer::result, 0, {});
+    device_->read(Buffer::result, 0, {});
+    device_->fill_zero(Buffer::result, 0, 0);
+    device_->dispatch(mark_groups, WorkList{});
+    device_->finish();
+    EXPECT_EQ(device_->failure(), "");
+}
+
+TEST_P(Dispatch, memory_is_counted) {
+    const int64_t before = device_->memory_bytes();
+    ASSERT_TRUE(device_->allocate(Buffer::state, 1 << 20));
+    EXPECT_EQ(device_->memory_bytes() - before, 4 << 20);
+}
+
+TEST_P(Dispatch, buffers_have_the_names_of_the_kernels) {
+    for (int i = 0; i < kBufferCount; ++i) {
+        ASSERT_TRUE(device_->allocate(static_cast<Buffer>(i), kLanesPerGroup));
+        const std::vector<int32_t> initial(kLanesPerGroup, 100);
+        device_->write(static_cast<Buffer>(i), 0, initial);
+    }
+    device_->dispatch(touch_buffers, plain_work(1));
+    for (int i = 0; i < kBufferCount; ++i) {
+        EXPECT_EQ(read_words(*device_, static_cast<Buffer>(i), kLanesPerGroup),
+                  std::vector<int32_t>(kLanesPerGroup, 101 + i))
+            << i;
+    }
+}
+
+TEST_P(Dispatch, more_groups_than_one_row_each_run_once) {
+    constexpr int kGroups = 65535 + 777;  // a full row of work groups and part of a second one
+    constexpr int kOffset = 5;
+    std::vector<int32_t> list(kOffset + kGroups);
+    std::iota(list.begin(), list.end(), 40);
+    ASSERT_TRUE(device_->allocate(Buffer::block_list, std::ssize(list)));
+    ASSERT_TRUE(device_->allocate(Buffer::result, 2 * kGroups));
+    device_->write(Buffer::block_list, 0, list);
+    WorkList work = plain_work(kGroups, 16);
+    work.list_offset = kOffset;
+    device_->dispatch(mark_groups, work);
+    const auto result = read_words(*device_, Buffer::result, 2 * kGroups);
+    for (int group = 0; group < kGroups; ++group) {
+        ASSERT_EQ(result[2 * group], kLanesPerGroup) << group;
+        ASSERT_EQ(result[2 * group + 1], list[kOffset + group]) << group;
+    }
+}
+
+TEST_P(Dispatch, atomics_lose_nothing) {
+    constexpr int kGroups = 300;
+    constexpr int kLanes = kGroups * kLanesPerGroup;
+    ASSERT_TRUE(device_->allocate(Buffer::result, 16));
+    ASSERT_TRUE(device_->allocate(Buffer::block_flags, kLanes));
+    const std::vector<int32_t> lowest(1, -1'000'000);
+    device_->write(Buffer::result, 2, lowest);
+    device_->dispatch(count_atomically, plain_work(kGroups));
+    const auto result = read_words(*device_, Buffer::result, 5);
+    EXPECT_EQ(result[0], kLanes);
+    EXPECT_EQ(result[1], kLanes - 1);
+    EXPECT_EQ(result[2], -1);
+    EXPECT_EQ(result[3], -1);
+    EXPECT_EQ(result[4], 0);
+    EXPECT_EQ(read_words(*device_, Buffer::block_flags, kLanes), std::vector<int32_t>(kLanes, 1));
+}
+
+/// The layout the kernels read, as constants of the host.
+namespace layout {
+#define CONST_INT(name, value) inline constexpr int name = value;
+#include "soil_layout.h"
+#undef CONST_INT
+}  // namespace layout
+
+/// A square of tiles without a border beyond it, coloured like a 2 x 2 chessboard.
+struct TileGrid {
+    static constexpr int kSide = 13;
+    static constexpr int kTiles = kSide * kSide;
+    static constexpr int kGroupsPerTile = 3;
+    static constexpr int kColumns = kTiles * layout::kTileColumns;
+
+    TileGrid() : tile_table(kTiles * layout::kTileTableWords, layout::kNeighbourAbsent) {
+        for (int tile = 0; tile < kTiles; ++tile) {
+            const int x = tile % kSide, y = tile / kSide;
+            for (int side = 0; side < 9; ++side) {
+                tile_table[tile * layout::kTileTableWords + side] =
+                    tile_at(x + side % 3 - 1, y + side / 3 - 1);
+            }
+            const int first_group = static_cast<int>(tile_of_group.size());
+            tile_of_group.insert(tile_of_group.end(), kGroupsPerTile, tile);
+            work.tiles_by_colour[(y & 1) * 2 + (x & 1)].push_back({first_group, kGroupsPerTile});
+        }
+        work.group_count = static_cast<int>(tile_of_group.size());
+    }
+
+    static int tile_at(int x, int y) {
+        const bool is_inside = x >= 0 && y >= 0 && x < kSide && y < kSide;
+        return is_inside ? y * kSide + x : layout::kNeighbourAbsent;
+    }
+
+    std::vector<int32_t> tile_table, tile_of_group;
+    WorkList work;
+};
+
+TEST_P(Dispatch, scatter_over_colours_adds_up) {
+    const TileGrid grid;
+    ASSERT_TRUE(device_->allocate(Buffer::tile_table, std::ssize(grid.tile_table)));
+    ASSERT_TRUE(device_->allocate(Buffer::block_list, std::ssize(grid.tile_of_group)));
+    ASSERT_TRUE(device_->allocate(Buffer::delta, TileGrid::kColumns));
+    ASSERT_TRUE(device_->allocate(Buffer::state, TileGrid::kColumns));
+    device_->write(Buffer::tile_table, 0, grid.tile_table);
+    device_->write(Buffer::block_list, 0, grid.tile_of_group);
+    constexpr int kRepeats = 10;
+    for (int i = 0; i < kRepeats; ++i) {
+        device_->dispatch(scatter_to_neighbours, grid.work);
+    }
+
+    // The same from the receiving column's side, in coordinates of the whole grid.
+    std::vector<int32_t> sums(TileGrid::kColumns), largest(TileGrid::kColumns);
+    const int width = TileGrid::kSide * layout::kTileSide;
+    for (int y = 0; y < width; ++y) {
+        for (int x = 0; x < width; ++x) {
+            const int column = (y / 8 * TileGrid::kSide + x / 8) * 64 + y % 8 * 8 + x % 8;
+            for (int way = 0; way < 9; ++way) {
+                const int from_x = x - (way % 3 - 1) * 4, from_y = y - (way / 3 - 1) * 4;
+                if (from_x < 0 || from_y < 0 || from_x >= width || from_y >= width) {
+                    continue;
+                }
+                const int tile = TileGrid::tile_at(from_x / 8, from_y / 8);
+                sums[column] += kRepeats * TileGrid::kGroupsPerTile * (1000 * way + tile);
+                largest[column] = std::max(largest[column], 9 * tile + way);
+            }
+        }
+    }
+    EXPECT_EQ(read_words(*device_, Buffer::delta, TileGrid::kColumns), sums);
+    EXPECT_EQ(read_words(*device_, Buffer::state, TileGrid::kColumns), largest);
+}
+
+INSTANTIATE_TEST_SUITE_P(Backends, Dispatch, testing::Values("cpu1", "cpu2", "gl"),
+                         [](const auto& device) { return device.param; });
+
+}  // namespace
+}  // namespace bsoil::device

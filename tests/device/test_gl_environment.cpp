@@ -1,0 +1,72 @@
+/// Machines without OpenGL, or with too little of it: each test runs in a process of its own,
+/// started with the environment that makes this machine look like that.
+#include <cstdio>
+#include <cstdlib>
+
+#include "device_fixture.h"
+
+namespace bsoil::device {
+namespace {
+
+/// An environment variable for the child process of a death test.
+class EnvironmentVariable {
+  public:
+    EnvironmentVariable(const char* name, const char* value) : name_(name) {
+        setenv(name, value, 1);
+        // Runs the child from the start of main, with this environment.
+        testing::FLAGS_gtest_death_test_style = "threadsafe";
+    }
+    ~EnvironmentVariable() { unsetenv(name_); }
+    EnvironmentVariable(const EnvironmentVariable&) = delete;
+    EnvironmentVariable& operator=(const EnvironmentVariable&) = delete;
+
+  private:
+    const char* name_;
+};
+
+/// In the child: exits with 0 when there is no GL device, and the CPU stands in for it.
+[[noreturn]] void expect_no_gl() {
+    const auto device = create_gl_device(test_kernel_set(), true);
+    std::fputs(device.error().c_str(), stderr);
+    std::string reason;
+    const auto automatic = create_device(Backend::automatic, 1, reason);
+    const bool fell_back = automatic && (*automatic)->backend_name() == "cpu" && !reason.empty();
+    const auto devices = list_devices();
+    const bool lists_why = devices.size() >= 2 && devices[0].usable && !devices[1].usable &&
+                           !devices[1].detail.empty();
+    std::exit(!device && fell_back && lists_why ? 0 : 1);
+}
+
+TEST(GlEnvironmentDeathTest, without_a_driver_the_error_says_so) {
+    const EnvironmentVariable variable("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent");
+    EXPECT_EXIT(expect_no_gl(), testing::ExitedWithCode(0), "no EGL driver is installed");
+}
+
+TEST(GlEnvironmentDeathTest, without_compute_shaders_the_error_says_so) {
+    const EnvironmentVariable variable("MESA_GL_VERSION_OVERRIDE", "3.3");
+    EXPECT_EXIT(expect_no_gl(), testing::ExitedWithCode(0), "OpenGL 4.5");
+}
+
+TEST(GlEnvironmentDeathTest, without_egl_the_error_says_so) {
+    const EnvironmentVariable variable("LD_LIBRARY_PATH", BROKEN_EGL_DIR);
+    EXPECT_EXIT(expect_no_gl(), testing::ExitedWithCode(0), "EGL is not installed");
+}
+
+TEST(DeviceChoice, asked_for_backends_are_given) {
+    std::string reason;
+    const auto cpu = create_device(Backend::cpu, 2, reason);
+    ASSERT_TRUE(cpu);
+    EXPECT_EQ((*cpu)->backend_name(), "cpu");
+    EXPECT_EQ((*cpu)->thread_count(), 2);
+    ASSERT_TRUE((*cpu)->allocate(Buffer::state, 1));
+    EXPECT_NE((*cpu)->host_view(Buffer::state), nullptr);
+    EXPECT_EQ(reason, "the CPU backend was asked for");
+    const auto gl = create_device(Backend::gl, 0, reason);
+    if (gl) {
+        EXPECT_EQ((*gl)->backend_name(), "gl");
+        EXPECT_EQ((*gl)->host_view(Buffer::state), nullptr);
+    }
+}
+
+}  // namespace
+}  // namespace bsoil::device

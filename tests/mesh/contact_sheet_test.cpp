@@ -1,0 +1,65 @@
+#include "bsoil/render/contact_sheet.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+
+namespace bsoil::render {
+namespace {
+
+Image plain(int width, int height, uint8_t level) {
+    return {width, height, std::vector<uint8_t>(4 * static_cast<size_t>(width * height), level)};
+}
+
+TEST(ContactSheet, tiles_pictures_row_by_row) {
+    ContactSheet sheet({.columns = 2, .rows = 2, .cell_width = 32, .gap = 4});
+    EXPECT_TRUE(sheet.add(plain(64, 32, 100), ""));
+    EXPECT_TRUE(sheet.add(plain(64, 32, 150), ""));
+    EXPECT_TRUE(sheet.add(plain(48, 48, 200), ""));
+    const Image& image = sheet.image();
+    EXPECT_EQ(image.width, 2 * 32 + 3 * 4);
+    EXPECT_EQ(image.height, 2 * 16 + 3 * 4);
+    EXPECT_EQ(image.pixel(4, 4)[0], 100);
+    EXPECT_EQ(image.pixel(4 + 36 + 31, 4 + 15)[0], 150);
+    EXPECT_EQ(image.pixel(4 + 16, 4 + 20 + 8)[0], 200);
+    EXPECT_LT(image.pixel(1, 1)[0], 50);
+}
+
+TEST(ContactSheet, refuses_more_than_it_holds_and_empty_pictures) {
+    ContactSheet sheet({.columns = 1, .rows = 1, .cell_width = 16});
+    EXPECT_FALSE(sheet.add({}, ""));
+    EXPECT_TRUE(sheet.add(plain(16, 16, 9), ""));
+    EXPECT_FALSE(sheet.add(plain(16, 16, 9), ""));
+    EXPECT_EQ(sheet.image_count(), 1);
+}
+
+TEST(ContactSheet, captions_are_legible_and_clipped) {
+    EXPECT_EQ(ContactSheet::caption(1.25, "blade"), "t = 1.25 s   blade");
+    EXPECT_EQ(ContactSheet::caption(2, ""), "t = 2.00 s");
+    Image image = plain(100, 40, 120);
+    draw_caption(image, 0, 0, "t = 1.25 s   far too long a text for so small a picture", 2);
+    const auto level_count = [&](uint8_t level) {
+        int count = 0;
+        for (int y = 0; y < image.height; ++y) {
+            for (int x = 0; x < image.width; ++x) count += image.pixel(x, y)[1] == level;
+        }
+        return count;
+    };
+    EXPECT_GT(level_count(245), 100);  // letters
+    EXPECT_GT(level_count(30), 1000);  // the bar behind them
+    EXPECT_EQ(image.pixel(50, 39)[1], 120);
+}
+
+TEST(Image, png_that_cannot_be_written_is_named) {
+    const Status bad = write_png(plain(4, 4, 0), "/no/such/folder/picture.png");
+    ASSERT_FALSE(bad);
+    EXPECT_NE(bad.error().find("/no/such/folder/picture.png"), std::string::npos);
+    const std::string path = ::testing::TempDir() + "bsoil_picture.png";
+    ASSERT_TRUE(write_png(plain(4, 4, 0), path));
+    EXPECT_GT(std::filesystem::file_size(path), 50u);
+    std::filesystem::remove(path);
+}
+
+}  // namespace
+}  // namespace bsoil::render

@@ -1,0 +1,64 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "bsoil/surface_mesh.h"
+
+namespace bsoil {
+namespace {
+
+Mesh one_triangle() {
+    Mesh mesh;
+    mesh.positions = {0, 0, 0, 1, 0, 0, 0, 2, 0};
+    mesh.normals = {0, 0, 1, 0, 0, 1, 0, 0, 1};
+    mesh.colors = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    mesh.indices = {0, 1, 2};
+    return mesh;
+}
+
+std::string read_all(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::ostringstream text;
+    text << file.rdbuf();
+    return text.str();
+}
+
+TEST(MeshExport, obj_lists_vertices_normals_and_faces) {
+    const std::string path = ::testing::TempDir() + "bsoil_triangle.obj";
+    ASSERT_TRUE(write_obj(one_triangle(), path));
+    EXPECT_EQ(read_all(path),
+              "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 2 0 0 0 1\n"
+              "vn 0 0 1\nvn 0 0 1\nvn 0 0 1\nf 1//1 2//2 3//3\n");
+    std::filesystem::remove(path);
+}
+
+TEST(MeshExport, ply_has_the_size_its_header_promises) {
+    const std::string path = ::testing::TempDir() + "bsoil_triangle.ply";
+    ASSERT_TRUE(write_ply(one_triangle(), path));
+    const std::string text = read_all(path);
+    const std::string end = "end_header\n";
+    EXPECT_NE(text.find("element vertex 3\n"), std::string::npos);
+    EXPECT_EQ(text.size() - text.find(end) - end.size(), 3 * 27u + 13u);
+    std::filesystem::remove(path);
+}
+
+TEST(MeshExport, a_path_that_cannot_be_written_is_named) {
+    const std::string path = "/no/such/folder/mesh.obj";
+    const Status obj = write_obj(one_triangle(), path), ply = write_ply(one_triangle(), path);
+    ASSERT_FALSE(obj);
+    ASSERT_FALSE(ply);
+    EXPECT_NE(obj.error().find(path), std::string::npos);
+    EXPECT_NE(ply.error().find(path), std::string::npos);
+}
+
+TEST(MeshExport, append_shifts_indices) {
+    Mesh mesh = one_triangle();
+    mesh.append(one_triangle());
+    EXPECT_EQ(mesh.vertex_count(), 6u);
+    EXPECT_EQ(mesh.indices, (std::vector<uint32_t>{0, 1, 2, 3, 4, 5}));
+}
+
+}  // namespace
+}  // namespace bsoil
