@@ -30,7 +30,7 @@ void apply_flow(int group, int lane) {
             } else if (volume <= 0) {
                 set_state(kPlaneVolume, voxel, 1);
             }
-            if (volume > 8 * kVoxelFull) {
+            if (volume > kVoxelMost) {
                 ATOMIC_OR(result[kResultStatus], kStatusHeadroom);
             }
         }

@@ -3,7 +3,7 @@
 // the neighbours and are made where they are used, in slip_soil. One group per tile, a lane a column.
 // Reads: coverage, terrain, volume, support. Writes: spans.
 void build_spans(int group, int lane) {
-    int slot = block_list[params.list_offset + group];
+    int slot = block_list[params.list_offset + group] / kTileWord;
     int column = slot * params.tile_voxels + lane;
     int record = (slot * kTileColumns + lane) * kColumnWords;
     int count = 0;

@@ -3,10 +3,6 @@
 // body carries. Everything here is integers; what they mean in newtons is the host's business.
 // Reads: coverage, owner, volume, support. Writes: result.
 
-int body_coverage(int voxel) {
-    return voxel < 0 ? 0 : min(kVoxelFull, state_at(kPlaneCoverage, voxel));
-}
-
 // 64-bit sum in two words. Adding commutes, so the result does not depend on the order.
 void add_wide(int at, int value) {
     uint old = uint(ATOMIC_ADD(result[at], value));
@@ -36,32 +32,22 @@ void collect_contacts(int group, int lane) {
             add_wide(load + 4, mass * (2 * at.y + 1));
             add_wide(load + 6, mass * (2 * at.z + 1));
         }
-        int east = voxel_at(slot, x + 1, y, z);
-        int west = voxel_at(slot, x - 1, y, z);
-        int north = voxel_at(slot, x, y + 1, z);
-        int south = voxel_at(slot, x, y - 1, z);
-        int up = voxel_at(slot, x, y, z + 1);
-        int down = voxel_at(slot, x, y, z - 1);
-        ivec3 gradient = ivec3(body_coverage(east) - body_coverage(west),
-                               body_coverage(north) - body_coverage(south),
-                               body_coverage(up) - body_coverage(down));
+        ivec3 gradient = body_gradient(slot, x, y, z);
         int most = largest_component(gradient);
         if (most == 0) {
             continue;
         }
         // Outwards is where coverage falls.
-        int outer = -1;
-        int inner = -1;
+        ivec3 inwards = ivec3(0);
         if (abs(gradient.z) == most) {
-            outer = gradient.z > 0 ? down : up;
-            inner = gradient.z > 0 ? up : down;
+            inwards.z = sign(gradient.z);
         } else if (abs(gradient.x) == most) {
-            outer = gradient.x > 0 ? west : east;
-            inner = gradient.x > 0 ? east : west;
+            inwards.x = sign(gradient.x);
         } else {
-            outer = gradient.y > 0 ? south : north;
-            inner = gradient.y > 0 ? north : south;
+            inwards.y = sign(gradient.y);
         }
+        int outer = voxel_at(slot, x - inwards.x, y - inwards.y, z - inwards.z);
+        int inner = voxel_at(slot, x + inwards.x, y + inwards.y, z + inwards.z);
         int body = owner_body(state_at(kPlaneOwner, voxel));
         if (body < 0 && inner >= 0) {
             body = owner_body(state_at(kPlaneOwner, inner));

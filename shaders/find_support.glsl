@@ -2,11 +2,18 @@
 // Soil is supported when everything below it is full, down to the floor, terrain or a body.
 // Reads: coverage, owner, terrain, volume. Writes: support, top of the tile.
 void find_support(int group, int lane) {
-    int slot = block_list[params.list_offset + group];
+    int entry = block_list[params.list_offset + group];
+    int slot = entry / kTileWord;
+    int first = (entry - slot * kTileWord) * 8;
     int column = slot * params.tile_voxels + lane;
     int below = kSupportGround;
     int top = 0;
-    for (int z = 0; z < params.height; ++z) {
+    if (first > 0) {
+        top = first;  // an upper bound: what lies below is not looked at
+        first -= 1;  // its own support still holds, and tells what it hands on
+        below = state_at(kPlaneSupport, column + first * kTileColumns);
+    }
+    for (int z = first; z < params.height; ++z) {
         int voxel = column + z * kTileColumns;
         int volume = state_at(kPlaneVolume, voxel);
         int bodies = state_at(kPlaneCoverage, voxel);

@@ -136,6 +136,17 @@ void move_share(int from, int to, int fraction) {
     }
 }
 
+int body_coverage(int voxel) {
+    return voxel < 0 ? 0 : min(kVoxelFull, state_at(kPlaneCoverage, voxel));
+}
+
+// Central differences of the bodies' coverage: points into the body, as long as twice the area of its surface here.
+ivec3 body_gradient(int slot, int x, int y, int z) {
+    return ivec3(body_coverage(voxel_at(slot, x + 1, y, z)) - body_coverage(voxel_at(slot, x - 1, y, z)),
+                 body_coverage(voxel_at(slot, x, y + 1, z)) - body_coverage(voxel_at(slot, x, y - 1, z)),
+                 body_coverage(voxel_at(slot, x, y, z + 1)) - body_coverage(voxel_at(slot, x, y, z - 1)));
+}
+
 // Velocity of body `body` (index + 1 in the owner plane is not used here) at a voxel; Q16 voxels a base step.
 ivec3 body_velocity_at(int body, ivec3 voxel) {
     int base = body * kBodyWords;

@@ -40,7 +40,7 @@ void resolve_overflow(int group, int lane) {
         }
         bool pushed = state_at(kPlaneForceX, voxel) != 0 || state_at(kPlaneForceY, voxel) != 0 ||
                       state_at(kPlaneForceZ, voxel) != 0;
-        if (pushed && volume <= 2 * kVoxelFull) {
+        if (pushed && volume <= kPushedMost) {
             continue;  // a body's push is under way: propagate_force goes on with it in the next step
         }
         ivec3 at = ivec3(lane & 7, lane >> 3, z0 + z);

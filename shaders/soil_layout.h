@@ -2,8 +2,10 @@
 // GLSL sees it after the prelude that defines CONST_INT; C++ includes it inside a namespace or a struct.
 
 // --- amounts ----------------------------------------------------------------------------------------------------
-// One voxel's room is kVoxelFull volume units; 2^16 keeps volume * overflow (8 x) * Q10 velocity inside 31 bits.
+// One voxel's room is kVoxelFull volume units; 2^16 keeps volume * overflow (16 x) * Q10 velocity inside 31 bits.
 CONST_INT(kVoxelFull, 65536)
+// More soil than this in one voxel can saturate its momentum: 16 voxels, reported as amount_headroom.
+CONST_INT(kVoxelMost, 1048576)
 // A voxel at least this much covered is solid to moving soil: nothing flows in. Keeps plates of 2 voxels tight.
 CONST_INT(kSolidCoverage, 32768)
 // Room a resting voxel may lack and still carry what is above it (rounding crumbs): 1/32 voxel.
@@ -16,6 +18,8 @@ CONST_INT(kElasticExcess, 4096)
 CONST_INT(kExcessTolerance, 64)
 // A voxel with less free room than this bars the way of pushed soil: 1/8 voxel.
 CONST_INT(kPushRoom, 8192)
+// Soil under a push waits for its way to open up to this amount; beyond it overflow resolution spreads it: 2 voxels.
+CONST_INT(kPushedMost, 131072)
 // Amounts up to this are moved whole, so that soil does not thin out into dust: 1/256 voxel.
 CONST_INT(kCrumb, 256)
 // Slopes closer to stability than this do not slide: 1/256 voxel of rise per voxel of run.
@@ -34,6 +38,9 @@ CONST_INT(kTileTableWords, 16)
 CONST_INT(kTileTableX, 9)
 CONST_INT(kTileTableY, 10)
 CONST_INT(kTileTableTop, 11)
+
+// Tile lists: slot * kTileWord + the lowest block of the tile in which support may have changed.
+CONST_INT(kTileWord, 64)
 
 // --- planes of the state, each params.plane_stride words long, index = plane * plane_stride + voxel ---------------
 CONST_INT(kPlaneCoverage, 0)    // bodies in this voxel, volume units, sum over shapes (not clamped)

@@ -73,7 +73,7 @@ Status Soil::Impl::grow_slots(int wanted) {
     struct Saved {
         int tile;
         TileVoxels voxels;
-        std::vector<int32_t> coverage, owner, columns;
+        std::vector<int32_t> coverage, owner, support, columns;
     };
     std::vector<Saved> saved;
     const auto plane_words = [&](int plane, int slot) {
@@ -86,6 +86,7 @@ Status Soil::Impl::grow_slots(int wanted) {
     for (int slot = 0; slot < slot_count; ++slot) {
         if (slot_tile[slot] >= 0) {
             Saved entry{slot_tile[slot], {}, plane_words(kPlaneCoverage, slot), plane_words(kPlaneOwner, slot),
+                        plane_words(kPlaneSupport, slot),
                         std::vector<int32_t>(kTileColumns * kColumnWords)};
             read_voxels(slot_tile[slot], entry.voxels);
             device->read(device::Buffer::spans, static_cast<int64_t>(slot) * kTileColumns * kColumnWords, entry.columns);
@@ -102,8 +103,10 @@ Status Soil::Impl::grow_slots(int wanted) {
         const int slot = tiles[entry.tile]->slot;
         write_voxels(entry.tile, entry.voxels);
         const int64_t at = static_cast<int64_t>(slot) * params.tile_voxels;
-        device->write(device::Buffer::state, static_cast<int64_t>(kPlaneCoverage) * params.plane_stride + at, entry.coverage);
-        device->write(device::Buffer::state, static_cast<int64_t>(kPlaneOwner) * params.plane_stride + at, entry.owner);
+        for (const auto& [plane, words] : {std::pair{kPlaneCoverage, &entry.coverage}, std::pair{kPlaneOwner, &entry.owner},
+                                           std::pair{kPlaneSupport, &entry.support}}) {
+            device->write(device::Buffer::state, static_cast<int64_t>(plane) * params.plane_stride + at, *words);
+        }
         device->write(device::Buffer::spans, static_cast<int64_t>(slot) * kTileColumns * kColumnWords, entry.columns);
     }
     device->write(device::Buffer::spans, static_cast<int64_t>(count) * kTileColumns * kColumnWords, tops);

@@ -40,7 +40,7 @@ std::vector<std::string> status_texts(uint32_t bits) {
         {StatusBit::body_outside_grid, "body_outside_grid: a body left the grid; enlarge SoilDef::size_m"},
         {StatusBit::pose_not_finite, "pose_not_finite: a body with NaN or infinite pose or velocity was ignored"},
         {StatusBit::contact_list_full, "contact_list_full: use larger voxels; contacts were dropped"},
-        {StatusBit::amount_headroom, "amount_headroom: a voxel holds over 8 times its room; raise overflow_passes"},
+        {StatusBit::amount_headroom, "amount_headroom: a voxel holds over 16 times its room; raise overflow_passes"},
         {StatusBit::shape_refused, "shape_refused: a shape without size or with too many faces was ignored"},
         {StatusBit::span_list_full, "span_list_full: a column has more height spans than are kept; its upper ones do not slip"},
     };

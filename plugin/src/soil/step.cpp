@@ -219,12 +219,14 @@ void Soil::Impl::build_work_lists() {
             continue;
         }
         builder.begin_tile(slot_tile[slot] % tiles_x, slot_tile[slot] / tiles_x);
-        bool wanted = woken_step[slot] == step_index;
-        for (int zb = 0; zb < blocks_per_tile && !wanted; ++zb) {
-            wanted = flag_words[static_cast<size_t>(slot) * blocks_per_tile + zb] != 0;
+        // The lowest block in which support can have changed; all of them in a tile that has just woken.
+        int lowest = woken_step[slot] == step_index ? 0 : -1;
+        for (int zb = 0; zb < blocks_per_tile && lowest < 0; ++zb) {
+            const size_t block = static_cast<size_t>(slot) * blocks_per_tile + zb;
+            lowest = flag_words[block] != 0 || rebuild_step[block] == step_index ? zb : -1;
         }
-        if (wanted) {
-            builder.add(slot);
+        if (lowest >= 0) {
+            builder.add(slot * kTileWord + lowest);
             tiles[slot_tile[slot]]->last_used_step = step_index;
         }
         builder.end_tile();
@@ -473,8 +475,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     // --- bodies: who is here, who moved, how fast
     std::vector<StepBody>& step_bodies = body_scratch;
     step_bodies.clear();
-    // What falls is faster by gravity in this step than in the last.
-    double reach = speed_q16 > 0 ? static_cast<double>(speed_q16 + params.gravity_q16) / 65536 : 0;
+    double reach = 0;
     for (const SoilBody& body : input) {
         if (!accept_body(body)) {
             continue;
@@ -514,8 +515,12 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
         }
         step_bodies.push_back(entry);
     }
-    params.substep_count = std::clamp(static_cast<int>(std::ceil(reach)), 1, def.substeps_max);
-    if (std::ceil(reach) > def.substeps_max) {
+    // Bodies and soil may each cross one voxel at a time. What falls is faster by gravity in this step than in the last.
+    const double fall = speed_q16 > 0 ? static_cast<double>(speed_q16 + params.gravity_q16) / 65536 : 0;
+    const int body_substeps = std::clamp(static_cast<int>(std::ceil(reach)), 1, def.substeps_max);
+    const int fall_substeps = std::clamp(static_cast<int>(std::ceil(fall / body_substeps)), 1,
+                                         std::max(1, def.substeps_max / body_substeps));
+    if (reach > def.substeps_max || fall > body_substeps * fall_substeps) {
         status |= static_cast<uint32_t>(StatusBit::speed_clamped);
     }
 
@@ -567,10 +572,10 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
 
     // --- the step itself
     device->fill_zero(Buffer::result, 0, kResultHeader + static_cast<int64_t>(limits::kBodyCapacity) * kLoadWords);
-    for (int s = 0; s < params.substep_count; ++s) {
+    for (int s = 0; s < body_substeps; ++s) {
         mark = Clock::now();
         if (s == 0 || any_moved) {
-            upload_bodies(step_bodies, static_cast<double>(s + 1) / params.substep_count);
+            upload_bodies(step_bodies, static_cast<double>(s + 1) / body_substeps);
             build_pairs();
             dispatch(Kernel::clear_coverage, rebuild_work);
             dispatch(Kernel::voxelize_shapes, pair_work);
@@ -580,9 +585,13 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
         run_deformation();
         report.stage_ms.deform += ms_since(mark);
         mark = Clock::now();
-        run_advection();
+        params.substep_count = body_substeps * fall_substeps;
+        for (int f = 0; f < fall_substeps; ++f) {
+            run_advection();
+        }
         report.stage_ms.advect += ms_since(mark);
         mark = Clock::now();
+        params.substep_count = body_substeps;
         run_slippage();
         report.stage_ms.slip += ms_since(mark);
     }
@@ -599,7 +608,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     sleep_idle_tiles();
     report.stage_ms.activity = ms_since(mark);
 
-    report.substep_count = params.substep_count;
+    report.substep_count = body_substeps * fall_substeps;
     report.status_bits = status;
     report.block_active_count = block_active_count;
     report.block_dispatched_count = listed_work.group_count;
