@@ -1,11 +1,11 @@
 #include "body_collector.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+
+#include <algorithm>
+#include <cmath>
 
 #include "bullet_types.h"
 
@@ -127,8 +127,7 @@ void BodyCollector::convert(const btCollisionObject& object, Tracked& tracked) {
     }
 }
 
-void BodyCollector::read_link_velocity(const btMultiBody& multibody, int link,
-                                       BodyMotion& motion) {
+void BodyCollector::read_link_velocity(const btMultiBody& multibody, int link, BodyMotion& motion) {
     if (velocity_owner_ != &multibody) {
         velocity_owner_ = &multibody;
         const size_t count = static_cast<size_t>(multibody.getNumLinks()) + 1;
@@ -160,16 +159,19 @@ void BodyCollector::describe(const btDiscreteDynamicsWorld& world, btCollisionOb
         const bool is_base = link->m_link < 0;
         state.role = is_base && multibody.hasFixedBase() ? BodyRole::fixed : BodyRole::link;
         state.is_asleep = !multibody.isAwake();
-        state.weight_n = gravity * static_cast<double>(is_base ? multibody.getBaseMass()
-                                                               : multibody.getLinkMass(link->m_link));
+        state.weight_n =
+            gravity * static_cast<double>(is_base ? multibody.getBaseMass()
+                                                  : multibody.getLinkMass(link->m_link));
         if (state.role == BodyRole::link && !state.is_asleep)
             read_link_velocity(multibody, link->m_link, motion);
     } else if (rigid && !rigid->isStaticOrKinematicObject()) {
         state.role = BodyRole::rigid;
         state.is_asleep = !rigid->isActive();
         state.weight_n = gravity / static_cast<double>(rigid->getInvMass());
-        motion.linear_velocity_m_s = from_bullet(rigid->getLinearVelocity());
-        motion.angular_velocity_rad_s = from_bullet(rigid->getAngularVelocity());
+        if (!state.is_asleep) {  // Bullet clears the velocities a step later than it stops the body
+            motion.linear_velocity_m_s = from_bullet(rigid->getLinearVelocity());
+            motion.angular_velocity_rad_s = from_bullet(rigid->getAngularVelocity());
+        }
     } else if (object.isStaticObject() && !object.isKinematicObject()) {  // hosts set both flags
         state.role = BodyRole::fixed;
     } else {
@@ -205,7 +207,8 @@ void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed
         const bool is_placed = is_finite(from_bullet(object.getWorldTransform()));
         const bool is_in_grid = is_placed && touches_grid(object);
         const auto known = tracked_.find(&object);
-        // A body that has just left is shown to the soil once more; one with a NaN pose always, so that it is reported.
+        // A body that has just left is shown to the soil once more; one with a NaN pose always, so
+        // that it is reported.
         if (!is_in_grid && is_placed && (known == tracked_.end() || !known->second.was_in_grid)) {
             if (known != tracked_.end()) known->second.seen_in_scan = scan_;
             continue;

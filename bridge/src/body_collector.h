@@ -1,13 +1,13 @@
 /// BodyCollector: finds the collision objects that touch the grid and describes them to the soil.
 #pragma once
 
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
+
 #include <memory>
 #include <span>
 #include <string>
 #include <unordered_map>
 #include <vector>
-
-#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 
 #include "body_state.h"
 #include "bsoil/bullet/soil_action.h"
@@ -24,11 +24,12 @@ class BodyCollector {
     explicit BodyCollector(const Aabb& grid);
 
     void ignore(const btCollisionObject& object);
-    /// Looks through the world once. elapsed_s: since the last call; a kinematic body that Bullet knows no
-    /// velocity of is given that of its change of pose.
+    /// Looks through the world once. elapsed_s: since the last call; a kinematic body that Bullet
+    /// knows no velocity of is given that of its change of pose.
     void collect(const btDiscreteDynamicsWorld& world, double elapsed_s);
 
-    /// Bodies that touch the grid, or did at the last call (so that the soil sees them leave); in the world's order.
+    /// Bodies that touch the grid, or did at the last call (so that the soil sees them leave); in
+    /// the world's order.
     std::span<const BodyState> bodies() const { return bodies_; }
     /// The same bodies for Soil::step, moved back along their velocities to `before_s` ago.
     std::span<const SoilBody> soil_bodies(double before_s);
@@ -77,7 +78,8 @@ class BodyCollector {
     std::vector<BodyState> bodies_;
     std::vector<SoilBody> soil_bodies_;
     std::vector<RefusedBody> refused_;
-    const btMultiBody* velocity_owner_ = nullptr;  ///< whose link velocities are in the two vectors below
+    const btMultiBody* velocity_owner_ =
+        nullptr;  ///< whose link velocities are in the two vectors below
     std::vector<btVector3> link_angular_, link_linear_;
 };
 

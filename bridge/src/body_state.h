@@ -9,10 +9,10 @@ namespace bsoil::bullet {
 
 /// What carries a body's reaction.
 enum class BodyRole {
-    rigid,      ///< dynamic btRigidBody: RigidPatchConstraint
-    link,       ///< link or free base of a btMultiBody: LinkPatchConstraint
-    driven,     ///< kinematic: feels nothing, its motion is what it is
-    fixed,      ///< static: does not move
+    rigid,   ///< dynamic btRigidBody: RigidPatchConstraint
+    link,    ///< link or free base of a btMultiBody: LinkPatchConstraint
+    driven,  ///< kinematic: feels nothing, its motion is what it is
+    fixed,   ///< static: does not move
 };
 
 struct BodyState {

@@ -1,17 +1,24 @@
 #include "contact_coupling.h"
 
+#include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
+
 #include <algorithm>
 #include <cmath>
-
-#include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 
 #include "bullet_types.h"
 
 namespace bsoil::bullet {
 namespace {
 
-/// A tangential force below this fraction of the normal limit gives no direction to the tangential rows.
+/// A tangential force below this fraction of the normal limit gives no direction to the tangential
+/// rows.
 constexpr double kNoDirectionFraction = 1e-6;
+/// A row that gives this part of its limit has yielded: the solver clamps in single precision.
+constexpr double kYieldedFraction = 0.999;
+/// More drift than this is not the solver's remainder but the contact's own motion.
+constexpr double kDriftMaxM = 0.01;
+/// Part of last substep's force that is given as a preload. The whole of it rings after an impact.
+constexpr double kPreloadFraction = 0.85;
 /// Patches whose normals differ by more than this cosine are not the same contact.
 constexpr double kSamePatchCosine = 0.5;
 
@@ -88,8 +95,8 @@ void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const Contac
     }
     if (patches_.empty()) coupled.report.force_n = coupled.report.torque_n_m = {};
 
-    // A new patch takes over how much of its limit the nearest old one was using. Patches are numbered in the
-    // body's frame, so on a spinning wheel the number says nothing about the place.
+    // A new patch takes over how much of its limit the nearest old one was using. Patches are
+    // numbered in the body's frame, so on a spinning wheel the number says nothing about the place.
     previous_.swap(coupled.patches);
     coupled.patches.clear();
     double extent_m = 0;
@@ -99,7 +106,8 @@ void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const Contac
         CoupledPatch next;
         next.patch = p;
         next.offset_m = p.point_m - motion.center_of_mass_m;
-        next.friction_normal_n = p.normal_limit_n;  // where there was none: it yields while it comes in
+        next.friction_normal_n =
+            p.normal_limit_n;  // where there was none: it yields while it comes in
         double nearest = std::numeric_limits<double>::infinity();
         for (const CoupledPatch& old : previous_) {
             const double cosine = dot(old.patch.normal, p.normal);
@@ -110,6 +118,7 @@ void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const Contac
             const double scale = p.normal_limit_n / old.patch.normal_limit_n;
             next.friction_normal_n = std::min(1.0, scale) * old.friction_normal_n;
             next.applied_force_n = old.applied_force_n;
+            next.drift_m = old.drift_m;
         }
         coupled.patches.push_back(next);
     }
@@ -157,12 +166,36 @@ PatchRow ContactCoupling::row_of(const Coupled& coupled, const CoupledPatch& pat
                                  p.normal_limit_n, slide);
     PatchRow row;
     row.offset_m = to_bullet(patch.offset_m);
-    row.normal = to_bullet(p.normal);
-    row.tangent[0] = to_bullet(t);
-    row.tangent[1] = to_bullet(cross(p.normal, t));
-    row.normal_limit_n = static_cast<btScalar>(p.normal_limit_n);
-    row.tangential_limit_n = static_cast<btScalar>(p.friction * patch.friction_normal_n);
+    row.drift_m = to_bullet(patch.drift_m);
+    const Vec3 directions[PatchRow::kCount] = {-p.normal, t, cross(p.normal, t)};
+    for (int i = 0; i < PatchRow::kCount; ++i) {
+        const double most_n = i == 0 ? p.normal_limit_n : p.friction * patch.friction_normal_n;
+        const double least_n = i == 0 ? 0 : -most_n;
+        const double preload_n = dot(patch.preload_n, directions[i]);
+        row.direction[i] = to_bullet(directions[i]);
+        row.lower_n[i] = static_cast<btScalar>(least_n - preload_n);
+        row.upper_n[i] = static_cast<btScalar>(most_n - preload_n);
+    }
     return row;
+}
+
+/// Gives last substep's forces to the body before the solve, within this substep's limits; the rows
+/// then find the change. Bullet starts its joints from nothing, and ten iterations from there do
+/// not reach a heavy chassis through light wheels.
+void ContactCoupling::preload(Coupled& coupled) {
+    btRigidBody& body = *static_cast<btRigidBody*>(coupled.body.object);
+    for (CoupledPatch& patch : coupled.patches) {
+        patch.preload_n = {};
+        if (!body.isActive()) continue;
+        const ContactPatch& p = patch.patch;
+        const double normal_n =
+            std::clamp(-dot(patch.applied_force_n, p.normal), 0.0, p.normal_limit_n);
+        Vec3 along = tangential(patch.applied_force_n, p.normal);
+        const double most_n = p.friction * patch.friction_normal_n;
+        if (length(along) > most_n) along = along * (most_n / length(along));
+        patch.preload_n = kPreloadFraction * (along - normal_n * p.normal);
+        body.applyForce(to_bullet(patch.preload_n), to_bullet(patch.offset_m));
+    }
 }
 
 void ContactCoupling::open_substep() {
@@ -175,8 +208,10 @@ void ContactCoupling::open_substep() {
 }
 
 void ContactCoupling::open(Coupled& coupled) {
+    coupled.pose_at_open = from_bullet(coupled.body.object->getWorldTransform());
     if (coupled.body.role == BodyRole::rigid) {
         btRigidBody& body = *static_cast<btRigidBody*>(coupled.body.object);
+        preload(coupled);
         for (size_t i = 0; i < coupled.patches.size(); ++i) {
             if (i == coupled.rigid_rows.size())
                 coupled.rigid_rows.push_back(std::make_unique<RigidPatchConstraint>(body));
@@ -191,13 +226,15 @@ void ContactCoupling::open(Coupled& coupled) {
             coupled.link_rows->rows.push_back(row_of(coupled, patch));
         multibody_world_->addMultiBodyConstraint(coupled.link_rows.get());
     }
-    coupled.is_open = true;
 }
 
 void ContactCoupling::close(Coupled& coupled) {
-    coupled.is_open = false;
     if (coupled.body.role == BodyRole::rigid) {
-        // Last in, first out: Bullet fills a gap with its last constraint and would reorder the host's.
+        btRigidBody& body = *static_cast<btRigidBody*>(coupled.body.object);
+        for (const CoupledPatch& patch : coupled.patches)
+            body.applyForce(to_bullet(-patch.preload_n), to_bullet(patch.offset_m));
+        // Last in, first out: Bullet fills a gap with its last constraint and would reorder the
+        // host's.
         for (size_t i = coupled.patches.size(); i-- > 0;)
             world_.removeConstraint(coupled.rigid_rows[i].get());
     } else {
@@ -212,33 +249,60 @@ void ContactCoupling::take_rows_out() {
 void ContactCoupling::close_substep(btScalar substep_s) {
     for (const int id : opened_) {
         Coupled& coupled = coupled_.at(id);
-        Vec3 force, torque;
-        bool solved = true;
-        for (size_t i = 0; i < coupled.patches.size(); ++i) {
-            CoupledPatch& patch = coupled.patches[i];
-            if (coupled.body.role == BodyRole::rigid) {
-                RigidPatchConstraint& row = *coupled.rigid_rows[i];
-                solved = row.take_solved();
-                if (!solved) break;
-                patch.applied_force_n = from_bullet(row.applied_force_n());
-                torque += from_bullet(row.applied_torque_n_m());
-            } else {
-                if (i == 0) solved = coupled.link_rows->take_solved();
-                if (!solved) break;
-                patch.applied_force_n = from_bullet(
-                    coupled.link_rows->applied_force_n(static_cast<int>(i), substep_s));
-                torque += cross(patch.offset_m, patch.applied_force_n);
-            }
-            patch.friction_normal_n =
-                std::max(0.0, -dot(patch.applied_force_n, patch.patch.normal));
-            force += patch.applied_force_n;
-        }
-        if (!solved) continue;  // asleep: what held it when it fell asleep still does
+        Vec3 torque;
+        // Not solved: asleep. What held it when it fell asleep still does.
+        if (!read_forces(coupled, substep_s, torque)) continue;
+        Vec3 force;
+        for (const CoupledPatch& patch : coupled.patches) force += patch.applied_force_n;
         coupled.report.force_n = force;
         coupled.report.torque_n_m = torque;
         coupled.report.peak_force_n = std::max(coupled.report.peak_force_n, length(force));
+        add_drift(coupled);
+        for (CoupledPatch& patch : coupled.patches)
+            patch.friction_normal_n =
+                std::max(0.0, -dot(patch.applied_force_n, patch.patch.normal));
     }
     take_rows_out();
+}
+
+bool ContactCoupling::read_forces(Coupled& coupled, btScalar substep_s, Vec3& torque_n_m) {
+    if (coupled.body.role == BodyRole::link && !coupled.link_rows->take_solved()) return false;
+    for (size_t i = 0; i < coupled.patches.size(); ++i) {
+        CoupledPatch& patch = coupled.patches[i];
+        if (coupled.body.role == BodyRole::rigid) {
+            RigidPatchConstraint& rows = *coupled.rigid_rows[i];
+            if (!rows.take_solved()) return false;
+            patch.applied_force_n = patch.preload_n + from_bullet(rows.applied_force_n());
+        } else {
+            const int index = static_cast<int>(i);
+            patch.applied_force_n =
+                from_bullet(coupled.link_rows->applied_force_n(index, substep_s));
+        }
+        torque_n_m += cross(patch.offset_m, patch.applied_force_n);
+    }
+    return true;
+}
+
+/// Adds this substep's motion to the drift of each patch that did not yield.
+void ContactCoupling::add_drift(Coupled& coupled) {
+    const Pose pose = from_bullet(coupled.body.object->getWorldTransform());
+    const Quat turn = pose.rotation * conjugate(coupled.pose_at_open.rotation);
+    for (CoupledPatch& patch : coupled.patches) {
+        const Vec3 n = patch.patch.normal;
+        const Vec3 moved = pose.position + rotate(turn, patch.offset_m) -
+                           coupled.pose_at_open.position - patch.offset_m;
+        double into = dot(patch.drift_m, n);
+        const double approach = dot(moved, n);
+        const double normal_n = -dot(patch.applied_force_n, n);
+        if (approach < 0 || normal_n < kYieldedFraction * patch.patch.normal_limit_n)
+            into = std::clamp(into + approach, 0.0, kDriftMaxM);
+        const double friction_limit_n = patch.patch.friction * patch.friction_normal_n;
+        const bool slides =
+            length(tangential(patch.applied_force_n, n)) >= kYieldedFraction * friction_limit_n;
+        Vec3 along = slides ? Vec3{} : tangential(patch.drift_m, n) + tangential(moved, n);
+        if (length(along) > kDriftMaxM) along = along * (kDriftMaxM / length(along));
+        patch.drift_m = into * n + along;
+    }
 }
 
 BodyReport ContactCoupling::report(int body_id) const {

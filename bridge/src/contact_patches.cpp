@@ -23,10 +23,10 @@ int quadrant_of(Vec3 offset, int bin) {
 }
 
 struct PatchSum {
-    Vec3 limit_force_n;      ///< sum of limit times normal
-    Vec3 weighted_point;     ///< sum of limit times position
-    double limit_n = 0;      ///< sum of limits
-    double friction_n = 0;   ///< sum of limit times friction
+    Vec3 limit_force_n;     ///< sum of limit times normal
+    Vec3 weighted_point;    ///< sum of limit times position
+    double limit_n = 0;     ///< sum of limits
+    double friction_n = 0;  ///< sum of limit times friction
 };
 
 }  // namespace

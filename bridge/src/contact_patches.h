@@ -1,4 +1,5 @@
-/// Contact patches: a body's contact voxels summed up into at most 24 places where a constraint can act.
+/// Contact patches: a body's contact voxels summed up into at most 24 places where a constraint can
+/// act.
 #pragma once
 
 #include <span>
@@ -20,32 +21,33 @@ struct BodyMotion {
     }
 };
 
-inline constexpr int kNormalBinCount = 6;   ///< +x, -x, +y, -y, +z, -z of the body's frame
-inline constexpr int kQuadrantCount = 4;    ///< of a bin, about its centroid: a patch each, so torque gets through
+inline constexpr int kNormalBinCount = 6;  ///< +x, -x, +y, -y, +z, -z of the body's frame
+inline constexpr int kQuadrantCount =
+    4;  ///< of a bin, about its centroid: a patch each, so torque gets through
 inline constexpr int kPatchCapacity = kNormalBinCount * kQuadrantCount;
 
 /// Part of a body's contact with the soil. World axes.
 struct ContactPatch {
-    int bin = 0;              ///< 0..5: dominant axis of the normals in the body's frame
-    Vec3 point_m;             ///< where its force acts: mean of the voxels, weighted by their limits
-    Vec3 normal;              ///< unit, out of the body; of the sum of the voxels' limit forces
+    int bin = 0;   ///< 0..5: dominant axis of the normals in the body's frame
+    Vec3 point_m;  ///< where its force acts: mean of the voxels, weighted by their limits
+    Vec3 normal;   ///< unit, out of the body; of the sum of the voxels' limit forces
     double normal_limit_n = 0;  ///< length of that sum: the push at which the soil yields
-    double friction = 0;      ///< mean, weighted by the limits
+    double friction = 0;        ///< mean, weighted by the limits
 };
 
 /// All of a body's contact with the soil. World axes.
 struct BodyContact {
-    Vec3 mobilized_force_n;      ///< of the soil on the body, from the motion as it is
-    Vec3 mobilized_torque_n_m;   ///< about the centre of mass
-    double area_m2 = 0;          ///< in contact with soil (area times fill)
-    double depth_m = 0;          ///< of the deepest voxel
-    double compression_m = 0;    ///< largest
+    Vec3 mobilized_force_n;     ///< of the soil on the body, from the motion as it is
+    Vec3 mobilized_torque_n_m;  ///< about the centre of mass
+    double area_m2 = 0;         ///< in contact with soil (area times fill)
+    double depth_m = 0;         ///< of the deepest voxel
+    double compression_m = 0;   ///< largest
 };
 
-/// Sums the contact voxels of one body into patches: by the dominant axis of the normal in the body's frame, then by
-/// quadrant of the tangent plane about the bin's centroid. `patches` is cleared first. Sums of limit forces over
-/// patches equal those over voxels, so a closed surface under uniform pressure gives no force.
-/// `strengths` is indexed by ContactVoxel::material.
+/// Sums the contact voxels of one body into patches: by the dominant axis of the normal in the
+/// body's frame, then by quadrant of the tangent plane about the bin's centroid. `patches` is
+/// cleared first. Sums of limit forces over patches equal those over voxels, so a closed surface
+/// under uniform pressure gives no force. `strengths` is indexed by ContactVoxel::material.
 BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotion& motion, Vec3 up,
                            std::span<const SoilStrength> strengths,
                            std::vector<ContactPatch>& patches);

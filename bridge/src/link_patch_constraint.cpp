@@ -7,11 +7,7 @@
 namespace bsoil::bullet {
 namespace {
 
-constexpr int kRowsPerPatch = 3;
-
-btVector3 row_direction(const PatchRow& row, int i) {
-    return i == 0 ? -row.normal : row.tangent[i - 1];
-}
+constexpr int kRowsPerPatch = PatchRow::kCount;
 
 }  // namespace
 
@@ -27,7 +23,7 @@ LinkPatchConstraint::LinkPatchConstraint(btMultiBodyLinkCollider& collider)
 btVector3 LinkPatchConstraint::applied_force_n(int i, btScalar substep_s) {
     btVector3 impulse(0, 0, 0);
     for (int k = 0; k < kRowsPerPatch; ++k)
-        impulse += getAppliedImpulse(kRowsPerPatch * i + k) * row_direction(rows[i], k);
+        impulse += getAppliedImpulse(kRowsPerPatch * i + k) * rows[i].direction[k];
     return impulse / substep_s;
 }
 
@@ -60,10 +56,11 @@ void LinkPatchConstraint::createConstraintRows(btMultiBodyConstraintArray& const
             out.m_solverBodyIdA = data.m_fixedBodyId;
             out.m_solverBodyIdB = data.m_fixedBodyId;
             const btVector3 point = center + row.offset_m;
-            const btScalar limit =
-                (k == 0 ? row.normal_limit_n : row.tangential_limit_n) * info.m_timeStep;
-            fillMultiBodyConstraint(out, data, nullptr, nullptr, none, row_direction(row, k), point,
-                                    point, 0, info, k == 0 ? btScalar(0) : -limit, limit);
+            const btScalar substep_s = info.m_timeStep;
+            fillMultiBodyConstraint(out, data, nullptr, nullptr, none, row.direction[k], point,
+                                    point, 0, info, row.lower_n[k] * substep_s,
+                                    row.upper_n[k] * substep_s, false, 1, false,
+                                    row.target_velocity(k, substep_s));
         }
     }
 }

@@ -1,17 +1,18 @@
-/// LinkPatchConstraint: all contact patches of one multibody link as rows of Bullet's multibody solver.
+/// LinkPatchConstraint: all contact patches of one multibody link as rows of Bullet's multibody
+/// solver.
 #pragma once
-
-#include <vector>
 
 #include <BulletDynamics/Featherstone/btMultiBodyConstraint.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+
+#include <vector>
 
 #include "patch_row.h"
 
 namespace bsoil::bullet {
 
-/// As RigidPatchConstraint, for up to kPatchCapacity patches of a link (or of a multibody's base) against the fixed
-/// body.
+/// As RigidPatchConstraint, for up to kPatchCapacity patches of a link (or of a multibody's base)
+/// against the fixed body.
 class LinkPatchConstraint final : public btMultiBodyConstraint {
   public:
     BT_DECLARE_ALIGNED_ALLOCATOR();

@@ -1,17 +1,30 @@
-/// PatchRow: one contact patch as Bullet's solver sees it, the same for rigid bodies and multibody links.
+/// PatchRow: one contact patch as Bullet's solver sees it, the same for rigid bodies and multibody
+/// links.
 #pragma once
 
 #include <LinearMath/btVector3.h>
 
 namespace bsoil::bullet {
 
-/// One normal and two tangential rows at a point. Forces [N]: a row's impulse limit is its force times the substep.
+/// Part of its drift that a patch recovers in a substep; More overshoots where a light
+/// wheel carries a heavy machine, less lets the machine settle deeper before it stands.
+inline constexpr btScalar kDriftRecovery = btScalar(0.1);
+
+/// One normal and two tangential rows at a point. World axes. Forces [N]: a row's impulse limit is
+/// its force times the substep.
 struct PatchRow {
-    btVector3 offset_m{0, 0, 0};  ///< from the centre of mass to the point, world axes
-    btVector3 normal{0, 1, 0};    ///< unit, out of the body: the normal row pushes against it
-    btVector3 tangent[2] = {{1, 0, 0}, {0, 0, 1}};  ///< unit, across the normal and each other
-    btScalar normal_limit_n = 0;      ///< the normal row gives 0 up to this
-    btScalar tangential_limit_n = 0;  ///< the tangential rows give up to this either way
+    static constexpr int kCount = 3;
+    btVector3 offset_m{0, 0, 0};  ///< from the centre of mass to the point
+    btVector3 direction[kCount];  ///< unit: into the body, then across that and each other
+    btScalar lower_n[kCount] = {0, 0, 0}, upper_n[kCount] = {0, 0, 0};
+    /// Motion since the contact formed that the soil did not yield to: what the solver, which stops
+    /// short of its solution, has let through. The rows work it off.
+    btVector3 drift_m{0, 0, 0};
+
+    /// Of the point along direction[i], that the row aims at [m/s].
+    btScalar target_velocity(int i, btScalar substep_s) const {
+        return -kDriftRecovery * drift_m.dot(direction[i]) / substep_s;
+    }
 };
 
 }  // namespace bsoil::bullet

@@ -7,8 +7,9 @@ namespace {
 
 constexpr int kTermCount = 20;
 
-/// Coefficients c1, c2, c3 of the polynomials f1, f2, f3, one row a term, in the order of polynomial_terms().
-/// Agarwal, Goldman and Kamrin (2023), supporting information, table of the generic material.
+/// Coefficients c1, c2, c3 of the polynomials f1, f2, f3, one row a term, in the order of
+/// polynomial_terms(). Agarwal, Goldman and Kamrin (2023), supporting information, table of the
+/// generic material.
 constexpr double kCoefficients[kTermCount][3] = {
     {0.00212, -0.06796, -0.02634},  {-0.0232, -0.10941, -0.03436}, {-0.2089, 0.04725, 0.45256},
     {-0.43083, -0.06914, 0.00835},  {-0.00259, -0.05835, 0.02553}, {0.48872, -0.6588, -1.3129},

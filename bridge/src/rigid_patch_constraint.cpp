@@ -6,8 +6,6 @@
 namespace bsoil::bullet {
 namespace {
 
-constexpr int kRowCount = 3;
-
 void copy(const btVector3& v, btScalar* out) {
     std::copy_n(static_cast<const btScalar*>(v), 3, out);
 }
@@ -27,22 +25,20 @@ RigidPatchConstraint::RigidPatchConstraint(btRigidBody& body)
 bool RigidPatchConstraint::take_solved() { return std::exchange(solved_, false); }
 
 void RigidPatchConstraint::getInfo1(btConstraintInfo1* info) {
-    info->m_numConstraintRows = kRowCount;
+    info->m_numConstraintRows = PatchRow::kCount;
     info->nub = 0;
 }
 
 void RigidPatchConstraint::getInfo2(btConstraintInfo2* info) {
     solved_ = true;
     const btScalar substep_s = 1 / info->fps;
-    const btVector3 direction[kRowCount] = {-row.normal, row.tangent[0], row.tangent[1]};
-    for (int i = 0; i < kRowCount; ++i) {
+    for (int i = 0; i < PatchRow::kCount; ++i) {
         const int at = i * info->rowskip;
-        copy(direction[i], info->m_J1linearAxis + at);
-        copy(row.offset_m.cross(direction[i]), info->m_J1angularAxis + at);
-        info->m_constraintError[at] = 0;
-        const btScalar limit = (i == 0 ? row.normal_limit_n : row.tangential_limit_n) * substep_s;
-        info->m_lowerLimit[at] = i == 0 ? btScalar(0) : -limit;
-        info->m_upperLimit[at] = limit;
+        copy(row.direction[i], info->m_J1linearAxis + at);
+        copy(row.offset_m.cross(row.direction[i]), info->m_J1angularAxis + at);
+        info->m_constraintError[at] = row.target_velocity(i, substep_s);
+        info->m_lowerLimit[at] = row.lower_n[i] * substep_s;
+        info->m_upperLimit[at] = row.upper_n[i] * substep_s;
     }
 }
 

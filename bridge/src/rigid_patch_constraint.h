@@ -7,8 +7,9 @@
 
 namespace bsoil::bullet {
 
-/// A rigid-plastic contact against the fixed body: three rows with target velocity 0 and limited impulses. They take out
-/// the motion as far as the limits allow, so they stop a body of any mass and never make it rebound.
+/// A rigid-plastic contact against the fixed body: three rows that aim at rest, with limited
+/// impulses. They take out the motion as far as the limits allow, so they stop a body of any mass
+/// and make none rebound by more than its drift.
 class RigidPatchConstraint final : public btTypedConstraint {
   public:
     BT_DECLARE_ALIGNED_ALLOCATOR();
@@ -18,8 +19,6 @@ class RigidPatchConstraint final : public btTypedConstraint {
 
     /// Force on the body by the last solve [N].
     btVector3 applied_force_n() const { return feedback_.m_appliedForceBodyA; }
-    /// Torque about the body's centre of mass by the last solve [N m].
-    btVector3 applied_torque_n_m() const { return feedback_.m_appliedTorqueBodyA; }
     /// Whether the solver has asked for the rows since the last call.
     bool take_solved();
 

@@ -1,13 +1,5 @@
 #include "shape_conversion.h"
 
-#include <algorithm>
-#include <bit>
-#include <cmath>
-#include <limits>
-#include <numbers>
-#include <string>
-#include <utility>
-
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
@@ -21,6 +13,14 @@
 #include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
 #include <LinearMath/btConvexHullComputer.h>
 
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <utility>
+
 #include "bsoil/limits.h"
 #include "bullet_types.h"
 
@@ -31,12 +31,13 @@ namespace {
 constexpr int kSpreadPointCount = 128;
 /// Points on a multi-sphere from which those are chosen.
 constexpr int kSphereDirectionCount = 600;
-/// A face smaller than this fraction of the square of a hull's radius is a splinter without a sure normal.
+/// A face smaller than this fraction of the square of a hull's radius is a splinter without a sure
+/// normal.
 constexpr double kNoFaceFraction = 1e-12;
 /// Half the diagonal of a grid is this much longer in the ball an unbounded shape is cut to.
 constexpr double kPlaneBoxSlack = 1.01;
-/// Neighbouring faces of a hull with normals this close are one: the hull computer works on a grid of integers and
-/// can split a plane in two.
+/// Neighbouring faces of a hull with normals this close are one: the hull computer works on a grid
+/// of integers and can split a plane in two.
 constexpr double kSameNormalCosine = 1 - 1e-7;
 /// A hull thinner than this fraction of its width has no inside a voxel could find.
 constexpr double kFlatHullFraction = 1e-5;
@@ -182,9 +183,9 @@ std::vector<btVector3> spread_points(const std::vector<btVector3>& points, int c
     return out;
 }
 
-/// The hull of a solid with the given points on its surface, as half spaces that touch it: exact for a polyhedron of few
-/// faces, else an enclosing solid whose faces are those of a well-spread choice of the points.
-/// `support(n)` is the largest n . p of the solid.
+/// The hull of a solid with the given points on its surface, as half spaces that touch it: exact
+/// for a polyhedron of few faces, else an enclosing solid whose faces are those of a well-spread
+/// choice of the points. `support(n)` is the largest n . p of the solid.
 template <typename Support>
 ConvexShape touching_hull(const std::vector<btVector3>& points, const Support& support) {
     Vec3 center;
@@ -216,12 +217,11 @@ Result<Shapes> hull(const btCollisionShape& shape, const std::vector<btVector3>&
     };
     ConvexShape out = touching_hull(points, support);
     out.rounding_m = margin_m;
-    const bool is_flat =
-        std::any_of(out.planes.begin(), out.planes.end(), [&](const Plane& plane) {
-            const double width =
-                plane.offset + support(-plane.normal) + dot(plane.normal, out.local.position);
-            return width < kFlatHullFraction * out.bound_m;
-        });
+    const bool is_flat = std::any_of(out.planes.begin(), out.planes.end(), [&](const Plane& plane) {
+        const double width =
+            plane.offset + support(-plane.normal) + dot(plane.normal, out.local.position);
+        return width < kFlatHullFraction * out.bound_m;
+    });
     if (out.planes.size() < 4 || is_flat)
         return Error{shape_name(shape) + ": its points span no volume"};
     return Shapes{out};
@@ -259,8 +259,7 @@ Result<Shapes> multi_sphere(const btMultiSphereShape& shape) {
     const auto touch = [&shape](Vec3 n) { return shape.localGetSupportingVertex(to_bullet(n)); };
     std::vector<btVector3> points;
     for (int i = 0; i < kSphereDirectionCount; ++i) points.push_back(touch(sphere_direction(i)));
-    return Shapes{
-        touching_hull(points, [&](Vec3 n) { return dot(n, from_bullet(touch(n))); })};
+    return Shapes{touching_hull(points, [&](Vec3 n) { return dot(n, from_bullet(touch(n))); })};
 }
 
 /// The part of the half space within reach of the grid, as a box whose top is the plane.
@@ -273,7 +272,8 @@ Result<Shapes> static_plane(const btStaticPlaneShape& shape, const GridBall& gri
     const Vec3 n = normal * (1 / norm);
     const double radius = kPlaneBoxSlack * grid.radius_m;
     const double above = dot(n, grid.center_m) - constant;
-    // Below the plane the box reaches as deep as the ball does, and is never thinner than a tenth of it.
+    // Below the plane the box reaches as deep as the ball does, and is never thinner than a tenth
+    // of it.
     const double half_depth = 0.5 * std::max(radius - above, 0.1 * radius);
     ConvexShape out = of_kind(ConvexShape::Kind::box);
     out.half_extents_m = {radius, radius, half_depth};
@@ -412,9 +412,10 @@ Result<Shapes> convert_shape(const btCollisionShape& shape, const GridBall& grid
         case STATIC_PLANE_PROXYTYPE:
             return static_plane(static_cast<const btStaticPlaneShape&>(shape), grid);
         default:
-            return Error{shape_name(shape) +
-                         ": this type is not supported by the soil; use a box, sphere, capsule, cylinder, "
-                         "cone, convex hull, multi-sphere, or a compound of these"};
+            return Error{
+                shape_name(shape) +
+                ": this type is not supported by the soil; use a box, sphere, capsule, cylinder, "
+                "cone, convex hull, multi-sphere, or a compound of these"};
     }
 }
 

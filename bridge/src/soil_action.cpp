@@ -14,8 +14,8 @@ namespace {
 
 /// A substep this close to the soil's step is that step: Bullet's float 1/60 is not the double one.
 constexpr double kStepTolerance = 1e-3;
-/// Soil steps one substep may ask for. A host that hands Bullet seconds at a time gets no more: the rest of the
-/// time is dropped, as Bullet drops what exceeds its own substeps.
+/// Soil steps one substep may ask for. A host that hands Bullet seconds at a time gets no more: the
+/// rest of the time is dropped, as Bullet drops what exceeds its own substeps.
 constexpr int kStepsPerSubstepMax = 256;
 
 Vec3 up_of(const SoilDef& def) { return def.up == UpAxis::y ? Vec3{0, 1, 0} : Vec3{0, 0, 1}; }

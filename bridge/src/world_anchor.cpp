@@ -1,8 +1,8 @@
 #include "world_anchor.h"
 
-#include <utility>
-
 #include <BulletCollision/CollisionShapes/btEmptyShape.h>
+
+#include <utility>
 
 namespace bsoil::bullet {
 namespace {
@@ -30,8 +30,7 @@ class WorldAnchor::Object final : public btCollisionObject {
               if (anchor_ && anchor_->listening_) anchor_->on_open_();
           }) {
         setCollisionShape(&shape_);
-        setCollisionFlags(CF_STATIC_OBJECT | CF_NO_CONTACT_RESPONSE |
-                          CF_DISABLE_VISUALIZE_OBJECT);
+        setCollisionFlags(CF_STATIC_OBJECT | CF_NO_CONTACT_RESPONSE | CF_DISABLE_VISUALIZE_OBJECT);
         // Bullet may be told to update the boxes of active objects only.
         forceActivationState(DISABLE_DEACTIVATION);
         btTransform pose = btTransform::getIdentity();

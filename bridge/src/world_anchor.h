@@ -1,18 +1,19 @@
 /// WorldAnchor: tells when a Bullet world opens a substep, and whether the world still exists.
 #pragma once
 
-#include <functional>
-
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
+
+#include <functional>
 
 namespace bsoil::bullet {
 
-/// An invisible static object in a world: no contacts, no rays. Bullet asks for its box after the pre-tick callback
-/// and before it looks at constraints, in every substep; no other additive hook lies there.
+/// An invisible static object in a world: no contacts, no rays. Bullet asks for its box after the
+/// pre-tick callback and before it looks at constraints, in every substep; no other additive hook
+/// lies there.
 class WorldAnchor {
   public:
-    /// on_open is called at every request for the box; may add constraints to the world. on_deleted is called when the
-    /// host deletes the anchor's object, after taking it out of the world.
+    /// on_open is called at every request for the box; may add constraints to the world. on_deleted
+    /// is called when the host deletes the anchor's object, after taking it out of the world.
     WorldAnchor(btCollisionWorld& world, const btVector3& position, std::function<void()> on_open,
                 std::function<void()> on_deleted);
     ~WorldAnchor();

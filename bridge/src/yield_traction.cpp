@@ -31,9 +31,9 @@ SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2) {
 
 namespace {
 
-/// Cohesive part of the normal stress: a sole pushed down meets Prandtl's c Nc, a wall pushed sideways lifts a
-/// Rankine wedge; in between the two are mixed by the squares of the normal's parts. A face that looks up lifts
-/// soil as a wall does.
+/// Cohesive part of the normal stress: a sole pushed down meets Prandtl's c Nc, a wall pushed
+/// sideways lifts a Rankine wedge; in between the two are mixed by the squares of the normal's
+/// parts. A face that looks up lifts soil as a wall does.
 double cohesive_stress_pa(Vec3 normal, Vec3 up, const SoilStrength& soil) {
     const double down = std::max(0.0, -dot(normal, up));
     const double sole = down * down;
@@ -45,24 +45,26 @@ double cohesive_stress_pa(Vec3 normal, Vec3 up, const SoilStrength& soil) {
 ElementYield yield_of_element(const ContactVoxel& contact, Vec3 velocity_m_s, Vec3 up,
                               const SoilStrength& soil) {
     const Vec3 n = contact.normal;
-    const double xi_depth = soil.stiffness_pa_m * (contact.depth_m + contact.compression_m);
-    const double cohesive_pa = cohesive_stress_pa(n, up, soil);
+    const double depth_m = contact.depth_m + contact.compression_m;
+    const double xi_depth = soil.stiffness_pa_m * depth_m;
+    // A face above the surface has nothing to shear.
+    const double cohesive_pa = depth_m > 0 ? cohesive_stress_pa(n, up, soil) : 0;
     const double speed = length(velocity_m_s);
     const double approach = dot(velocity_m_s, n);
     // Momentum flux of the soil that the element sets in motion.
     const double inertial_pa = approach > 0 ? soil.density_kg_m3 * approach * approach : 0;
 
     ElementYield out;
-    // The limit answers "what if it were pushed in": a retreat is taken out of the motion, a creep along the normal
-    // is put in, so that it changes smoothly as the element comes to rest.
+    // The limit answers "what if it were pushed in": a retreat is taken out of the motion, a creep
+    // along the normal is put in, so that it changes smoothly as the element comes to rest.
     const Vec3 slide = velocity_m_s - approach * n;
     const Vec3 push = slide + (std::max(approach, 0.0) + kCreepSpeedMS) * n;
-    const Vec3 limit_stress =
-        resistive_stress(n, push * (1 / length(push)), up, soil.friction);
+    const Vec3 limit_stress = resistive_stress(n, push * (1 / length(push)), up, soil.friction);
     const double resistive_normal = std::max(0.0, -dot(limit_stress, n));
     out.normal_limit_pa = xi_depth * resistive_normal + cohesive_pa + inertial_pa;
 
-    // Sticking, the contact can carry all its friction; sliding, what resistive force theory finds along the surface.
+    // Sticking, the contact can carry all its friction; sliding, what resistive force theory finds
+    // along the surface.
     const double resistive_surface = length(limit_stress + resistive_normal * n);
     const double sliding_friction =
         resistive_normal > 0 ? std::min(soil.friction, resistive_surface / resistive_normal)

@@ -6,33 +6,38 @@
 
 namespace bsoil::bullet {
 
-/// Slower than this the direction of an element's motion says nothing about what it would do to the soil: its limit is
-/// that of a push along its normal. Larger: slow ploughs are held as if they were pressed; smaller: the
-/// solver's rest velocities of about 1e-4 m/s pick the direction of a body at rest.
+/// Slower than this the direction of an element's motion says nothing about what it would do to the
+/// soil: its limit is that of a push along its normal. Larger: slow ploughs are held as if they
+/// were pressed; smaller: the solver's rest velocities of about 1e-4 m/s pick the direction of a
+/// body at rest.
 inline constexpr double kCreepSpeedMS = 1e-3;
 
 /// What the yield of one material needs, computed once.
 struct SoilStrength {
-    double stiffness_pa_m = 0;        ///< xi of resistive force theory
+    double stiffness_pa_m = 0;  ///< xi of resistive force theory
     double density_kg_m3 = 0;
-    double friction = 0;              ///< min(tool friction, tan phi): sliding shears the weaker of contact and soil
-    double cohesion_sole_pa = 0;      ///< c Nc: of a horizontal element pushed down
-    double cohesion_wall_pa = 0;      ///< 2 c tan(45 + phi/2): of a vertical element pushed sideways
+    double friction =
+        0;  ///< min(tool friction, tan phi): sliding shears the weaker of contact and soil
+    double cohesion_sole_pa = 0;  ///< c Nc: of a horizontal element pushed down
+    double cohesion_wall_pa = 0;  ///< 2 c tan(45 + phi/2): of a vertical element pushed sideways
 };
 SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2);
 
-/// Nc of Prandtl's bearing capacity: (Nq - 1) / tan phi, Nq = exp(pi tan phi) tan^2(45 + phi/2); 2 + pi at phi = 0.
+/// Nc of Prandtl's bearing capacity: (Nq - 1) / tan phi, Nq = exp(pi tan phi) tan^2(45 + phi/2); 2
+/// + pi at phi = 0.
 double bearing_capacity_factor_nc(double friction_angle_rad);
 
 /// Stresses [Pa] at one element.
 struct ElementYield {
-    double normal_limit_pa = 0;  ///< largest normal stress the soil can give the element if it is pushed in
-    double friction = 0;         ///< shear over normal stress while sliding as it does
-    Vec3 mobilized_pa;           ///< stress on the body from the motion as it is; zero unless it moves into the soil
+    double normal_limit_pa =
+        0;  ///< largest normal stress the soil can give the element if it is pushed in
+    double friction = 0;  ///< shear over normal stress while sliding as it does
+    Vec3 mobilized_pa;  ///< stress on the body from the motion as it is; zero unless it moves into
+                        ///< the soil
 };
 
-/// velocity_m_s: of the element. up: unit. Depth is counted with the compression added, so that a surface just
-/// touching the soil has some bearing.
+/// velocity_m_s: of the element. up: unit. Depth is counted with the compression added, so that a
+/// surface just touching the soil has some bearing.
 ElementYield yield_of_element(const ContactVoxel& contact, Vec3 velocity_m_s, Vec3 up,
                               const SoilStrength& soil);
 

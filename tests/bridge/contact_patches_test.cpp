@@ -11,7 +11,8 @@ namespace {
 
 constexpr Vec3 kUp{0, 1, 0};
 
-/// Cohesion only, the same for soles and walls: the same limit stress at every voxel of a body at rest.
+/// Cohesion only, the same for soles and walls: the same limit stress at every voxel of a body at
+/// rest.
 SoilStrength uniform_strength(double stress_pa) {
     SoilStrength s;
     s.friction = 0.5;
@@ -24,6 +25,7 @@ ContactVoxel voxel(Vec3 position, Vec3 normal, double area) {
     v.position_m = position;
     v.normal = normal;
     v.area_m2 = area;
+    v.depth_m = 0.01;
     v.fill = 1;
     return v;
 }

@@ -1,12 +1,13 @@
-// A stand-in for the soil: flat, unyielding in shape, contacts from the depth of points on the bodies' surfaces.
+// A stand-in for the soil: flat, unyielding in shape, contacts from the depth of points on the
+// bodies' surfaces.
 #pragma once
+
+#include <btBulletDynamicsCommon.h>
 
 #include <cmath>
 #include <memory>
 #include <numbers>
 #include <vector>
-
-#include <btBulletDynamicsCommon.h>
 
 #include "body_collector.h"
 #include "contact_coupling.h"
@@ -14,7 +15,8 @@
 
 namespace bsoil::bullet {
 
-/// Points on the surface of a box or a cylinder, in the body's frame, with outward normals and areas.
+/// Points on the surface of a box or a cylinder, in the body's frame, with outward normals and
+/// areas.
 inline std::vector<ContactVoxel> surface_points(const ConvexShape& shape, int per_side) {
     std::vector<ContactVoxel> out;
     const auto add = [&](Vec3 p, Vec3 n, double area) {
@@ -63,7 +65,8 @@ class FlatSoil final : public btActionInterface {
           step_s_(step_s),
           collector({{-20, -2, -20}, {20, 2, 20}}),
           coupling(world, {0, 1, 0}, {strength_of(material, 9.81)}, SoilActionDef{}),
-          anchor(world, btVector3(0, 0, 0), [this] { coupling.open_substep(); }, [] {}) {
+          anchor(
+              world, btVector3(0, 0, 0), [this] { coupling.open_substep(); }, [] {}) {
         world.addAction(this);
     }
     ~FlatSoil() override { world_.removeAction(this); }

@@ -90,14 +90,16 @@ WheelForce wheel(double slip, double sinkage_m) {
     const auto add = [&](Vec3 p, Vec3 normal, double area) {
         const Vec3 v{1 + omega * p.z, 0, -omega * p.x};
         const double depth = std::max(sinkage_m - (p.z + radius), 0.0);
-        const Vec3 f = xi * depth * area * resistive_stress(normal, v * (1 / length(v)), kUp, friction);
+        const Vec3 f =
+            xi * depth * area * resistive_stress(normal, v * (1 / length(v)), kUp, friction);
         out.force_n += f;
         out.torque_n_m += cross(p, f).y;
     };
     for (int i = 0; i < n; ++i) {
         const double t = 2 * std::numbers::pi * (i + 0.5) / n;
         for (int j = 0; j < strips; ++j)
-            add({radius * std::sin(t), (j + 0.5) / strips * width - width / 2, -radius * std::cos(t)},
+            add({radius * std::sin(t), (j + 0.5) / strips * width - width / 2,
+                 -radius * std::cos(t)},
                 {std::sin(t), 0, -std::cos(t)}, 2 * std::numbers::pi * radius / n * width / strips);
         for (int j = 0; j < rings; ++j)
             for (const double side : {-1.0, 1.0}) {

@@ -1,6 +1,10 @@
 // Every converted shape against Bullet's own signed distance, at random points and poses.
 #include "shape_conversion.h"
 
+#include <BulletCollision/CollisionShapes/btConvexPointCloudShape.h>
+#include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkEpa2.h>
+#include <btBulletCollisionCommon.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,12 +12,6 @@
 #include <limits>
 #include <memory>
 #include <random>
-
-#include <BulletCollision/NarrowPhaseCollision/btGjkEpa2.h>
-#include <btBulletCollisionCommon.h>
-
-#include <BulletCollision/CollisionShapes/btConvexPointCloudShape.h>
-#include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 
 #include "bsoil/limits.h"
 #include "bullet_types.h"
@@ -23,10 +21,11 @@ namespace {
 
 constexpr int kPointCount = 4000;
 constexpr int kPoseCount = 4;
-/// Bullet's solver was seen to be off by 4e-4 at these sizes; points nearer to the surface are not judged.
+/// Bullet's solver was seen to be off by 4e-4 at these sizes; points nearer to the surface are not
+/// judged.
 constexpr double kSurfaceBand_m = 1e-3;
-/// Bullet rounds the edges of a box and a cylinder by their margin, the table does not: with this one the two
-/// differ by less than the band.
+/// Bullet rounds the edges of a box and a cylinder by their margin, the table does not: with this
+/// one the two differ by less than the band.
 constexpr btScalar kThinMargin_m = 5e-4f;
 
 const GridBall kGrid{{0, 0, 0}, 10};
@@ -34,7 +33,8 @@ const GridBall kGrid{{0, 0, 0}, 10};
 /// Distance to an intersection of half spaces, by Dykstra's alternating projections.
 double distance_to_hull(const std::vector<Plane>& planes, Vec3 p) {
     double deepest = -std::numeric_limits<double>::infinity();
-    for (const Plane& plane : planes) deepest = std::max(deepest, dot(plane.normal, p) - plane.offset);
+    for (const Plane& plane : planes)
+        deepest = std::max(deepest, dot(plane.normal, p) - plane.offset);
     if (deepest <= 0) return deepest;
     std::vector<double> push(planes.size(), 0);
     Vec3 x = p;
@@ -52,8 +52,8 @@ double distance_to_hull(const std::vector<Plane>& planes, Vec3 p) {
     return length(p - x);
 }
 
-/// Signed distance of a point to a cone or a cylinder, in the half plane (distance from the axis, height), as a
-/// polygon.
+/// Signed distance of a point to a cone or a cylinder, in the half plane (distance from the axis,
+/// height), as a polygon.
 double distance_to_profile(const std::vector<std::pair<double, double>>& edges_from_axis, double r,
                            double z) {
     double outside = std::numeric_limits<double>::infinity();
@@ -98,10 +98,9 @@ double signed_distance(const ConvexShape& s, Vec3 body_point) {
                                     r, p.z);
             break;
         case ConvexShape::Kind::cone:
-            d = distance_to_profile({{0, -s.half_height_m},
-                                     {s.radius_m, -s.half_height_m},
-                                     {0, s.half_height_m}},
-                                    r, p.z);
+            d = distance_to_profile(
+                {{0, -s.half_height_m}, {s.radius_m, -s.half_height_m}, {0, s.half_height_m}}, r,
+                p.z);
             break;
         case ConvexShape::Kind::hull:
             d = distance_to_hull(s.planes, p);
@@ -118,20 +117,23 @@ double signed_distance(const std::vector<ConvexShape>& shapes, Vec3 body_point) 
 
 btTransform random_pose(std::mt19937& random) {
     std::uniform_real_distribution<double> u(-1, 1);
-    btQuaternion q(btScalar(u(random)), btScalar(u(random)), btScalar(u(random)), btScalar(u(random) + 1.5));
+    btQuaternion q(btScalar(u(random)), btScalar(u(random)), btScalar(u(random)),
+                   btScalar(u(random) + 1.5));
     q.normalize();
     return btTransform(q, to_bullet({u(random), u(random), u(random)}));
 }
 
-/// Bullet's distance of a world point; infinity where its solver gives up. As btGjkEpaSolver2::SignedDistance, but
-/// from three starting directions: from a single one the solver stops early, centimetres too far out, at one point in a
-/// thousand. What it finds is never too near.
+/// Bullet's distance of a world point; infinity where its solver gives up. As
+/// btGjkEpaSolver2::SignedDistance, but from three starting directions: from a single one the
+/// solver stops early, centimetres too far out, at one point in a thousand. What it finds is never
+/// too near.
 double bullet_distance(const btConvexShape& shape, const btTransform& pose, Vec3 point) {
     using Solver = btGjkEpaSolver2;
     const btSphereShape dot_shape(0);
     const btTransform at(btQuaternion::getIdentity(), to_bullet(point));
     double nearest = std::numeric_limits<double>::infinity();
-    for (const btVector3& guess : {btVector3(1, 1, 1), btVector3(-1, 0.3f, 0), btVector3(0, -1, -0.7f)}) {
+    for (const btVector3& guess :
+         {btVector3(1, 1, 1), btVector3(-1, 0.3f, 0), btVector3(0, -1, -0.7f)}) {
         Solver::sResults results;
         double d = nearest;
         if (Solver::Distance(&shape, pose, &dot_shape, at, guess, results))
@@ -147,8 +149,8 @@ struct Agreement {
     int judged = 0, inside = 0, wrong = 0;
 };
 
-/// Compares the inside tests of points in and around the shape. Points that Bullet puts between the surface and
-/// `swell_m` outside of it may count as inside.
+/// Compares the inside tests of points in and around the shape. Points that Bullet puts between the
+/// surface and `swell_m` outside of it may count as inside.
 Agreement compare(const btConvexShape& shape, double swell_m = 0) {
     const auto converted = convert_shape(shape, kGrid);
     EXPECT_TRUE(converted) << converted.error();
@@ -224,7 +226,8 @@ TEST(ShapeConversion, cylinders_agree_with_bullet) {
     btCylinderShape y(btVector3(0.3f, 0.5f, 0.3f));
     btCylinderShapeX x(btVector3(0.5f, 0.3f, 0.3f));
     btCylinderShapeZ z(btVector3(0.3f, 0.3f, 0.15f));
-    for (btCylinderShape* c : {&y, static_cast<btCylinderShape*>(&x), static_cast<btCylinderShape*>(&z)}) {
+    for (btCylinderShape* c :
+         {&y, static_cast<btCylinderShape*>(&x), static_cast<btCylinderShape*>(&z)}) {
         c->setMargin(kThinMargin_m);
         expect_agreement(*c);
     }
@@ -293,7 +296,8 @@ TEST(ShapeConversion, faces_of_a_cube_are_merged) {
 
 TEST(ShapeConversion, point_cloud_agrees_with_bullet) {
     std::vector<btVector3> points = random_points(20, 5);
-    btConvexPointCloudShape cloud(points.data(), static_cast<int>(points.size()), btVector3(1, 1, 1));
+    btConvexPointCloudShape cloud(points.data(), static_cast<int>(points.size()),
+                                  btVector3(1, 1, 1));
     expect_agreement(cloud);
 }
 
@@ -344,9 +348,8 @@ TEST(ShapeConversion, nested_compound_is_the_union_of_its_children) {
     int inside_count = 0;
     for (int i = 0; i < kPointCount * 5; ++i) {
         const Vec3 p{u(random), u(random), u(random)};
-        const double expected =
-            std::min(bullet_distance(box, inner_in_outer * box_in_inner, p),
-                     bullet_distance(cone, cone_in_outer, p));
+        const double expected = std::min(bullet_distance(box, inner_in_outer * box_in_inner, p),
+                                         bullet_distance(cone, cone_in_outer, p));
         if (std::isinf(expected) || std::abs(expected) < kSurfaceBand_m) continue;
         const bool is_inside = signed_distance(*converted, p) < 0;
         inside_count += is_inside ? 1 : 0;
@@ -369,7 +372,8 @@ TEST(ShapeConversion, static_plane_fills_the_half_space_within_the_grid) {
         ASSERT_TRUE(converted);
         for (int i = 0; i < 500; ++i) {
             const Vec3 v{g(random), g(random), g(random)};
-            const Vec3 p = grid.center_m + v * (grid.radius_m * std::cbrt(std::abs(u(random))) / length(v));
+            const Vec3 p =
+                grid.center_m + v * (grid.radius_m * std::cbrt(std::abs(u(random))) / length(v));
             const double above = dot(n, p) - constant;
             if (std::abs(above) < kSurfaceBand_m) continue;
             EXPECT_EQ(signed_distance(*converted, p) < 0, above < 0);

@@ -1,0 +1,114 @@
+#include "oracle/deformation.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include "oracle/overlap.h"
+
+namespace oracle {
+namespace {
+
+constexpr int kSurfaceReach = 8;  // voxels over which pushed soil looks for the free surface
+
+double largest(Vec3 v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+
+/// Slope at which confined soil of this voxel yields towards the surface.
+double passive_slope(const Model& model, const Voxel& voxel) {
+    const double phi = model.friction_angle_rad[static_cast<size_t>(voxel.main_material())];
+    return std::tan(std::numbers::pi / 4 - phi / 2);
+}
+
+bool has_room(const Model& model, const Field& field, int x, int y, int z) {
+    return field.inside(x, y, z) && field.at(x, y, z).soil + field.at(x, y, z).psi() < 1 - model.push_room;
+}
+
+int nearest(double value) { return static_cast<int>(std::floor(value + 0.5)); }
+
+Vec3 turn_to_surface(const Model& model, const Field& field, int x, int y, int z, Vec3 way, double slope) {
+    const double level = std::max(std::abs(way.x), std::abs(way.y));
+    if (level == 0) {
+        return {0, 0, 1};
+    }
+    const Vec3 flat{way.x / level, way.y / level, 0};
+    const Vec3 rising{flat.x, flat.y, slope};
+    for (int k = 1; k <= kSurfaceReach; ++k) {
+        const int ahead_x = x + nearest(flat.x * k), ahead_y = y + nearest(flat.y * k);
+        if (has_room(model, field, ahead_x, ahead_y, z)) {
+            return flat;
+        }
+        if (has_room(model, field, ahead_x, ahead_y, z + nearest(slope * k))) {
+            return rising;
+        }
+    }
+    return rising;
+}
+
+}  // namespace
+
+Field apply_force(const Model& model, const Field& before, std::span<const Body> bodies) {
+    Field after = before;
+    before.for_each([&](int x, int y, int z) {
+        const Voxel& voxel = before.at(x, y, z);
+        Vec3& force = after.at(x, y, z).force;
+        if (excess(model, voxel) <= 0) {
+            force = {};  // (33), third case
+            return;
+        }
+        if (voxel.owner < 0) {
+            return;  // (33), second case
+        }
+        const Body& body = bodies[static_cast<size_t>(voxel.owner)];
+        Vec3 push = body.velocity_at(x, y, z);
+        if (push.z < 0 && !has_room(model, before, x, y, z - 1)) {
+            const Vec3 out{x + 0.5 - body.center.x, y + 0.5 - body.center.y, 0};
+            // Within half a voxel of its middle the body pushes less and less to the side.
+            const double reach = std::max({0.5, std::abs(out.x), std::abs(out.y)});
+            const double down = -push.z;
+            push = push + out * (down / reach);
+            push.z = down * passive_slope(model, voxel);
+        }
+        if (largest(push) > 0) {
+            force = push * (1 / largest(push));  // (33), first case, in the scale of (34)
+        }
+    });
+    return after;
+}
+
+Field propagate_force(const Model& model, const Field& before) {
+    Field after = before;
+    before.for_each([&](int x, int y, int z) { after.at(x, y, z).force = {}; });
+    before.for_each([&](int x, int y, int z) {
+        const Voxel& voxel = before.at(x, y, z);
+        const double leaving = excess(model, voxel);
+        if (leaving <= 0 || largest(voxel.force) == 0) {
+            return;
+        }
+        Vec3 way = voxel.force * (1 / largest(voxel.force));  // (34)
+        const double slope = passive_slope(model, voxel);
+        if (way.z < slope &&
+            !has_room(model, before, x + nearest(way.x), y + nearest(way.y), z + nearest(way.z))) {
+            way = turn_to_surface(model, before, x, y, z, way, slope);
+        }
+        const auto push = [&](Vec3 along, double amount) {
+            double barred = amount;
+            for (const Overlap& part : overlaps(along)) {
+                if (before.closed(model, x + part.dx, y + part.dy, z + part.dz)) {
+                    continue;
+                }
+                Voxel& target = after.at(x + part.dx, y + part.dy, z + part.dz);
+                const double moved = amount * part.share;
+                move_share(voxel, after.at(x, y, z), target, moved / voxel.soil);
+                target.force += along * moved;  // (35), as a weighted sum
+                barred -= moved;
+            }
+            return barred;
+        };
+        const double barred = push(way, leaving);
+        if (way.z > 0 && std::max(std::abs(way.x), std::abs(way.y)) == 1) {
+            push({way.x, way.y, 0}, barred);
+        }
+    });
+    return after;
+}
+
+}  // namespace oracle

@@ -1,0 +1,69 @@
+#include "oracle/spans.h"
+
+#include <algorithm>
+
+namespace oracle {
+
+std::vector<Span> height_spans(const Model& model, const Field& field, int x, int y) {
+    const auto voxel = [&](int z) -> const Voxel& { return field.at(x, y, z); };
+    const auto rigid = [&](int z) { return voxel(z).psi() >= model.solid_coverage; };
+    const auto carries = [&](int z) {
+        const bool on_body = voxel(z).soil > 0 && voxel(z).support.kind == Support::Kind::body;
+        return voxel(z).soil + voxel(z).psi() >= 1 - (on_body ? model.carry_slack : model.support_slack);
+    };
+    std::vector<Span> spans;
+    int z = 0;
+    while (z < field.nz || spans.empty()) {
+        // A piled span starts on the floor and on every rigid span (Table 2).
+        const int floor = z;
+        while (z < field.nz && !rigid(z) && carries(z)) {
+            ++z;
+        }
+        double top = z;
+        if (z < field.nz && !rigid(z)) {
+            const Voxel& last = voxel(z);
+            const bool lowest = z == floor;
+            if (lowest && (last.soil > 0 || floor == 0)) {
+                top += std::min(1.0, last.soil + last.psi());
+            } else if (!lowest) {
+                top += std::min(1.0, last.soil);
+            }
+            ++z;
+        }
+        spans.push_back({static_cast<double>(floor), top, Span::Kind::piled});
+        // Falling spans up to the next rigid one (Table 3): full voxels without anything rigid.
+        const auto falling = [&](int at) { return voxel(at).soil >= 1 && voxel(at).psi() == 0; };
+        while (z < field.nz && !rigid(z)) {
+            const int bottom = z;
+            while (z < field.nz && !rigid(z) && falling(z)) {
+                ++z;
+            }
+            if (z > bottom) {
+                spans.push_back({static_cast<double>(bottom), static_cast<double>(z), Span::Kind::falling});
+            } else {
+                ++z;
+            }
+        }
+        if (z < field.nz) {  // Table 1
+            const int bottom = z;
+            while (z < field.nz && rigid(z)) {
+                ++z;
+            }
+            spans.push_back({static_cast<double>(bottom), static_cast<double>(z), Span::Kind::rigid});
+        }
+    }
+    return spans;
+}
+
+double free_surface(const Field& field, const std::vector<Span>& spans, int x, int y) {
+    for (auto span = spans.rbegin(); span != spans.rend(); ++span) {
+        if (span->kind == Span::Kind::piled) {
+            const int z = std::min(field.nz - 1, static_cast<int>(span->top));
+            const bool covered = field.at(x, y, z).bodies > 0 || (z + 1 < field.nz && field.at(x, y, z + 1).bodies > 0);
+            return covered ? -1 : span->top;
+        }
+    }
+    return -1;
+}
+
+}  // namespace oracle

@@ -1,0 +1,56 @@
+// A warm step allocates nothing.
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "soil_fixture.h"
+
+namespace {
+std::atomic<int64_t> allocation_count{0};
+}
+
+// Counts every allocation of this program.
+void* operator new(size_t size) {
+    ++allocation_count;
+    if (void* memory = std::malloc(size)) {
+        return memory;
+    }
+    throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, size_t) noexcept { std::free(memory); }
+
+namespace bsoil {
+namespace {
+
+TEST(Allocation, none_in_a_warm_step) {
+    auto soil = make_soil(grid_def(48, 32, 16));
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {48, 32, 6})));
+    std::vector<Mover> movers;
+    movers.emplace_back(1, box_shape(Vec3{2, 4, 2} * 0.05), Vec3{24, 16, 6.5} * 0.05);
+    movers.emplace_back(2, octahedron_shape(0.15), Vec3{12, 12, 6.5} * 0.05);
+    movers.emplace_back(3, round_shape(ConvexShape::Kind::cylinder, 0.1, 0.2), Vec3{36, 24, 6} * 0.05, true);
+    std::vector<SoilBody> bodies = bodies_of(movers);
+    const auto step = [&](int i) {
+        for (size_t m = 0; m < 2; ++m) {
+            movers[m].set_velocity({0.5 * std::sin(0.2 * i + static_cast<double>(m)), 0.3 * std::cos(0.3 * i), 0}, {0, 0, 1});
+            movers[m].advance(1.0 / 60);
+            bodies[m] = movers[m].body;
+        }
+        return soil->step(bodies);
+    };
+    int i = 0;
+    while (i < 240) {
+        step(i++);
+    }
+    const int64_t before = allocation_count;
+    int64_t contact_count = 0;
+    while (i < 360) {
+        contact_count += static_cast<int64_t>(step(i++).contacts.size());
+    }
+    EXPECT_EQ(allocation_count - before, 0);
+    EXPECT_GT(contact_count, 1000);
+}
+
+}  // namespace
+}  // namespace bsoil

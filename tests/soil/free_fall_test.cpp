@@ -1,0 +1,92 @@
+// Soil in free fall.
+#include "soil_fixture.h"
+
+namespace bsoil {
+namespace {
+
+using namespace layout;
+
+struct Sums {
+    int64_t mass = 0;
+    double height = 0;       // of the centre of mass [voxels]
+    int64_t momentum[3] = {0, 0, 0};
+};
+
+Sums sums_of(Soil& soil) {
+    Soil::Impl& impl = SoilProbe::impl(soil);
+    Sums sums;
+    double moment = 0;
+    TileVoxels voxels;
+    for (size_t index = 0; index < impl.tiles.size(); ++index) {
+        if (!impl.tiles[index]) {
+            continue;
+        }
+        impl.read_voxels(static_cast<int>(index), voxels);
+        for (int z = 0; z < impl.height; ++z) {
+            for (int c = 0; c < kTileColumns; ++c) {
+                for (int m = 0; m < impl.params.material_count; ++m) {
+                    sums.mass += voxels.at(kKeptMaterial + m, z, c);
+                    moment += (z + 0.5) * voxels.at(kKeptMaterial + m, z, c);
+                }
+                for (int axis = 0; axis < 3; ++axis) {
+                    sums.momentum[axis] += voxels.at(kKeptMomentum + axis, z, c);
+                }
+            }
+        }
+    }
+    sums.height = moment / static_cast<double>(sums.mass);
+    return sums;
+}
+
+TEST(FreeFall, the_centre_of_mass_follows_g_t_squared_over_2) {
+    for (double voxel_m : {0.1, 0.05}) {
+        auto soil = make_soil(grid_def(24, 24, 64, voxel_m));
+        ASSERT_TRUE(soil->fill(voxel_box(*soil, {8.3, 8, 50}, {15, 15.6, 58.4})));
+        const double start = sums_of(*soil).height;
+        const SoilDef& def = soil->def();
+        const double g = def.gravity_m_s2 * def.step_s * def.step_s / voxel_m;
+        for (int step = 1; g * step * step / 2 < 40; ++step) {
+            soil->step({});
+            if (step % 5 == 0) {
+                EXPECT_NEAR(start - sums_of(*soil).height, g * step * step / 2, 0.01 * g * step * step / 2) << "step " << step;
+            }
+        }
+    }
+}
+
+TEST(FreeFall, momentum_grows_by_m_g_dt_to_the_unit) {
+    // Gravity of 56 momentum units a step for each mass unit, and a whole number of them in a half step: nothing is lost
+    // in rounding. The fall stays below two voxels a step, so that a step has two parts at most.
+    constexpr int kGain = 56;
+    SoilDef def = grid_def(24, 24, 64);
+    def.gravity_m_s2 = static_cast<double>(kGain) / kVelocityOne * def.voxel_m / (def.step_s * def.step_s);
+    auto soil = make_soil(def);
+    ASSERT_TRUE(soil->fill(FunctionFill{[](Vec3 at) { return 0.21 - length(at - Vec3{0.6, 0.6, 2.8}); }, {}}));
+    const int64_t mass = sums_of(*soil).mass;
+    for (int64_t step = 1; step <= 34; ++step) {
+        soil->step({});
+        const Sums sums = sums_of(*soil);
+        ASSERT_EQ(sums.momentum[2], -kGain * mass * step) << "step " << step;
+        ASSERT_EQ(sums.momentum[0], 0);
+        ASSERT_EQ(sums.momentum[1], 0);
+        ASSERT_EQ(sums.mass, mass);
+    }
+}
+
+TEST(FreeFall, ends_at_rest_on_the_floor) {
+    auto soil = make_soil(grid_def(24, 24, 32));
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {8, 8, 20}, {16, 16, 26})));
+    const SoilTotals before = soil->totals();
+    StepReport report;
+    for (int i = 0; i < 300; ++i) {
+        report = soil->step({});
+    }
+    EXPECT_EQ(report.block_active_count, 0);
+    EXPECT_EQ(soil->totals().units, before.units);
+    for (int axis = 0; axis < 3; ++axis) {
+        EXPECT_EQ(sums_of(*soil).momentum[axis], 0);
+    }
+}
+
+}  // namespace
+}  // namespace bsoil

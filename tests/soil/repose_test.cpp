@@ -1,0 +1,125 @@
+// Slopes at rest and slopes that slide.
+#include <numbers>
+
+#include "soil_fixture.h"
+
+namespace bsoil {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+struct Slope {
+    double mean_deg = 0, spread_deg = 0;
+};
+
+/// Steepness of a round heap's flank in 16 directions: a straight line through the surface between 1/4 and 3/4 of the
+/// heap's height.
+Slope flank_of(const Soil& soil) {
+    const GridFrame& frame = soil.frame();
+    const double middle = (frame.size[0] - 1) / 2.0;
+    const auto height = [&](double x, double y) {
+        const int i = static_cast<int>(x), j = static_cast<int>(y);
+        const double u = x - i, v = y - j;
+        const auto h = [&](int a, int b) { return soil.surface_height_m(a, b) / frame.voxel_m; };
+        return (h(i, j) * (1 - u) + h(i + 1, j) * u) * (1 - v) + (h(i, j + 1) * (1 - u) + h(i + 1, j + 1) * u) * v;
+    };
+    double peak = 0;
+    for (int y = 0; y < frame.size[1]; ++y) {
+        for (int x = 0; x < frame.size[0]; ++x) {
+            peak = std::max(peak, soil.surface_height_m(x, y) / frame.voxel_m);
+        }
+    }
+    constexpr int kDirections = 16;
+    double angles[kDirections], sum = 0;
+    for (int k = 0; k < kDirections; ++k) {
+        const double azimuth = 2 * std::numbers::pi * k / kDirections;
+        double n = 0, sr = 0, sh = 0, srr = 0, srh = 0;
+        for (double r = 0; r < middle - 1; r += 0.25) {
+            const double h = height(middle + r * std::cos(azimuth), middle + r * std::sin(azimuth));
+            if (h > 0.25 * peak && h < 0.75 * peak) {
+                n += 1;
+                sr += r;
+                sh += h;
+                srr += r * r;
+                srh += r * h;
+            }
+        }
+        angles[k] = std::atan(-(n * srh - sr * sh) / (n * srr - sr * sr)) / kDegree;
+        sum += angles[k];
+    }
+    const auto [low, high] = std::minmax_element(angles, angles + kDirections);
+    return {sum / kDirections, *high - *low};
+}
+
+struct ReposeCase {
+    double friction_deg, voxel_m;
+};
+void PrintTo(const ReposeCase& c, std::ostream* out) { *out << "phi_" << c.friction_deg << "_voxel_mm_" << c.voxel_m * 1000; }
+
+class Repose : public testing::TestWithParam<ReposeCase> {};
+
+// Thesis, Fig. 45. The same column, 0.6 m high, at every voxel size.
+TEST_P(Repose, a_column_falls_into_a_heap_as_steep_as_its_angle_of_friction) {
+    const auto [friction_deg, voxel_m] = GetParam();
+    const int side = static_cast<int>(std::lround(3.2 / voxel_m)), high = static_cast<int>(std::lround(0.8 / voxel_m));
+    SoilDef def = grid_def(side, side, high, voxel_m);
+    def.material = sand(friction_deg);
+    def.thread_count = 0;
+    auto soil = make_soil(def);
+    ASSERT_TRUE(soil->fill(CylinderFill{{1.6, 1.6, 0}, 0.6, 0.6, {}}));
+    StepReport report;
+    for (int i = 0; i < 3000; ++i) {
+        report = soil->step({});
+        if (report.block_active_count == 0) {
+            break;
+        }
+    }
+    EXPECT_EQ(report.block_active_count, 0) << "still moving";
+    const Slope slope = flank_of(*soil);
+    // The gates of the design: what a user sees of a heap.
+    EXPECT_NEAR(slope.mean_deg, friction_deg, 1.5);
+    EXPECT_LE(slope.spread_deg, 2.0);
+    EXPECT_EQ(soil->status_bits(), 0u);
+}
+
+std::vector<ReposeCase> repose_cases() {
+    std::vector<ReposeCase> cases;
+    for (double friction_deg : {20.0, 25.0, 30.0, 35.0, 40.0}) {
+        cases.push_back({friction_deg, 0.05});
+    }
+    for (double voxel_m : {0.1, 0.025}) {
+        cases.push_back({20, voxel_m});
+        cases.push_back({33, voxel_m});
+        cases.push_back({40, voxel_m});
+    }
+    return cases;
+}
+
+INSTANTIATE_TEST_SUITE_P(Angles, Repose, testing::ValuesIn(repose_cases()), testing::PrintToStringParamName());
+
+TEST(Stability, a_heap_below_its_angle_of_friction_never_moves) {
+    SoilDef def = grid_def(64, 64, 24);
+    def.material = sand(33);
+    auto soil = make_soil(def);
+    const double slope = std::tan(30 * kDegree);
+    ASSERT_TRUE(soil->fill(FunctionFill{
+        [&](Vec3 at) { return 0.8 - at.z - slope * std::hypot(at.x - 1.6, at.y - 1.6); }, {}}));
+    const uint64_t checksum = soil->checksum();
+    int64_t active_sum = 0;
+    for (int i = 0; i < 10000; ++i) {
+        active_sum += i >= 10 ? soil->step({}).block_active_count : 0;
+    }
+    EXPECT_EQ(soil->checksum(), checksum);
+    EXPECT_EQ(active_sum, 0);
+}
+
+TEST(Stability, a_vertical_cut_steeper_than_friction_allows_slides) {
+    auto soil = make_soil(grid_def(32, 16, 16));
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {12, 16, 10})));
+    const uint64_t checksum = soil->checksum();
+    soil->step({});
+    EXPECT_NE(soil->checksum(), checksum);
+}
+
+}  // namespace
+}  // namespace bsoil

@@ -1,0 +1,106 @@
+// Tiles asleep and awake hold the same soil.
+#include "moving_scene.h"
+
+namespace bsoil {
+namespace {
+
+void sleep_all(Soil& soil) {
+    Soil::Impl& impl = SoilProbe::impl(soil);
+    for (size_t index = 0; index < impl.tiles.size(); ++index) {
+        if (impl.tiles[index] && impl.tiles[index]->slot >= 0) {
+            impl.put_to_sleep(static_cast<int>(index));
+        }
+    }
+}
+
+void wake_all(Soil& soil) {
+    Soil::Impl& impl = SoilProbe::impl(soil);
+    for (size_t index = 0; index < impl.tiles.size(); ++index) {
+        impl.wake(static_cast<int>(index));
+    }
+}
+
+TEST(Residency, sleeping_and_waking_change_no_bit) {
+    MovingScene scene(11, MovingScene::default_def());
+    for (int i = 0; i < 5; ++i) {
+        scene.run(13);
+        const uint64_t checksum = scene.soil().checksum();
+        sleep_all(scene.soil());
+        EXPECT_EQ(scene.soil().memory_use().awake_voxels, 0);
+        EXPECT_EQ(scene.soil().checksum(), checksum);
+        wake_all(scene.soil());
+        EXPECT_EQ(scene.soil().memory_use().asleep_columns, 0);
+        EXPECT_EQ(scene.soil().checksum(), checksum);
+    }
+}
+
+// A blade cuts into a heap, leaves it alone for long enough that its tiles fall asleep, and comes back.
+TEST(Residency, soil_that_sleeps_in_between_moves_like_soil_that_stays_awake) {
+    const auto run = [](bool keep_awake) {
+        auto soil = make_soil(grid_def(72, 24, 16));
+        EXPECT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {72, 24, 5})));
+        std::vector<Mover> movers;
+        movers.emplace_back(1, box_shape(Vec3{1.2, 4.5, 3} * 0.05), Vec3{8, 12, 6} * 0.05);
+        std::vector<uint64_t> checksums;
+        int awake_least = 1000;
+        for (int s = 0; s < 260; ++s) {
+            const bool rests = s >= 60 && s < 180;
+            movers[0].set_velocity({rests ? 0.0 : (s < 60 ? 1.2 : -1.2), 0, 0});
+            movers[0].advance(1.0 / 60);
+            if (keep_awake) {
+                wake_all(*soil);
+            }
+            const StepReport report = soil->step(bodies_of(movers));
+            awake_least = std::min(awake_least, report.tile_awake_count);
+            if (s % 20 == 0) {
+                checksums.push_back(soil->checksum());
+            }
+        }
+        EXPECT_EQ(awake_least == 27, keep_awake);
+        return checksums;
+    };
+    EXPECT_EQ(run(true), run(false));
+}
+
+TEST(Residency, a_full_tile_table_is_reported_and_loses_nothing) {
+    SoilDef def = grid_def(48, 48, 16);
+    def.tile_capacity = 2;
+    auto soil = make_soil(def);
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {48, 48, 5})));
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {20, 20, 5}, {30, 30, 12})));
+    const std::vector<int64_t> units = soil->totals().units;
+    std::vector<Mover> movers;
+    movers.emplace_back(1, box_shape(Vec3{2, 6, 3} * 0.05), Vec3{6, 24, 6} * 0.05);
+    movers[0].set_velocity({1, 0, 0});
+    for (int s = 0; s < 120; ++s) {
+        movers[0].advance(1.0 / 60);
+        const StepReport report = soil->step(bodies_of(movers));
+        EXPECT_LE(report.tile_awake_count, 2);
+        ASSERT_EQ(soil->totals().units, units) << "step " << s;
+    }
+    EXPECT_TRUE(soil->status_bits() & static_cast<uint32_t>(StatusBit::tile_table_full));
+}
+
+TEST(Residency, the_tile_table_grows_without_changing_a_bit) {
+    // 9 x 9 tiles: more than the table starts with. One soil grows while it moves, the other wakes everything before.
+    const auto run = [](bool grow_first) {
+        auto soil = make_soil(grid_def(72, 72, 8));
+        EXPECT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {72, 72, 2.5})));
+        EXPECT_TRUE(soil->fill(voxel_box(*soil, {30, 30, 2.5}, {40, 40, 7})));
+        if (grow_first) {
+            wake_all(*soil);
+        }
+        for (int s = 0; s < 30; ++s) {
+            soil->step({});
+        }
+        wake_all(*soil);
+        for (int s = 0; s < 10; ++s) {
+            soil->step({});
+        }
+        return soil->checksum();
+    };
+    EXPECT_EQ(run(true), run(false));
+}
+
+}  // namespace
+}  // namespace bsoil

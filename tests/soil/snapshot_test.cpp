@@ -1,0 +1,120 @@
+// Snapshots: exact, and refused when damaged.
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "moving_scene.h"
+
+namespace bsoil {
+namespace {
+
+class Snapshot : public testing::Test {
+  protected:
+    std::string path(const char* name) const {
+        return (std::filesystem::temp_directory_path() /
+                (std::string("bsoil_") + testing::UnitTest::GetInstance()->current_test_info()->name() + "_" +
+                 std::to_string(getpid()) + name))
+            .string();
+    }
+    void TearDown() override {
+        for (const char* name : {"a", "b"}) {
+            std::filesystem::remove(path(name));
+        }
+    }
+    static std::vector<char> bytes_of(const std::string& file) {
+        std::ifstream in(file, std::ios::binary);
+        return {std::istreambuf_iterator<char>(in), {}};
+    }
+    static void write_bytes(const std::string& file, const std::vector<char>& bytes) {
+        std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    }
+};
+
+TEST_F(Snapshot, a_loaded_soil_goes_on_like_the_saved_one) {
+    for (int steps : {0, 1, 45}) {
+        MovingScene first(21, MovingScene::default_def());
+        first.run(steps);
+        ASSERT_TRUE(first.soil().save(path("a")));
+        MovingScene second(22, MovingScene::default_def());
+        second.run(7);
+        // The bodies of the second scene take the first one's courses.
+        MovingScene twin(21, MovingScene::default_def());
+        twin.replace_soil(make_soil(MovingScene::default_def()));
+        twin.skip_to(first.step_count());
+        ASSERT_TRUE(twin.soil().load(path("a")));
+        ASSERT_TRUE(second.soil().load(path("a")));
+        EXPECT_EQ(twin.soil().checksum(), first.soil().checksum());
+        EXPECT_EQ(second.soil().checksum(), first.soil().checksum());
+        EXPECT_EQ(twin.soil().totals().units, first.soil().totals().units);
+        for (int i = 0; i < 40; ++i) {
+            first.step();
+            twin.step();
+            ASSERT_EQ(twin.soil().checksum(), first.soil().checksum()) << "saved at " << steps << ", step " << i + 1 << " after";
+        }
+    }
+}
+
+TEST_F(Snapshot, goes_on_without_bodies_while_soil_slides_and_falls) {
+    auto soil = make_soil(grid_def(32, 32, 32));
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {10, 10, 2}, {22, 22, 28})));
+    for (int i = 0; i < 35; ++i) {
+        soil->step({});
+    }
+    ASSERT_TRUE(soil->save(path("a")));
+    auto other = make_soil(grid_def(32, 32, 32));
+    ASSERT_TRUE(other->load(path("a")));
+    for (int i = 0; i < 100; ++i) {
+        soil->step({});
+        other->step({});
+        ASSERT_EQ(soil->checksum(), other->checksum()) << "step " << i + 1;
+    }
+}
+
+TEST_F(Snapshot, damage_is_refused_and_changes_nothing) {
+    MovingScene scene(23, MovingScene::default_def());
+    scene.run(20);
+    ASSERT_TRUE(scene.soil().save(path("a")));
+    const std::vector<char> good = bytes_of(path("a"));
+    scene.run(5);
+    const uint64_t checksum = scene.soil().checksum();
+    std::mt19937 random(5);
+    const auto expect_refused = [&](const std::vector<char>& bytes, const std::string& what) {
+        write_bytes(path("b"), bytes);
+        const Status status = scene.soil().load(path("b"));
+        ASSERT_FALSE(status) << what;
+        EXPECT_NE(status.error().find(path("b")), std::string::npos) << status.error();
+        ASSERT_EQ(scene.soil().checksum(), checksum) << what;
+    };
+    for (size_t size : {size_t{0}, size_t{5}, size_t{12}, size_t{27}, size_t{28}, good.size() / 2, good.size() - 1}) {
+        expect_refused({good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size)}, "cut to " + std::to_string(size));
+    }
+    for (int i = 0; i < 40; ++i) {
+        std::vector<char> flipped = good;
+        const size_t at = i < 28 ? static_cast<size_t>(i) : random() % good.size();
+        flipped[at] = static_cast<char>(flipped[at] ^ (1 << random() % 8));
+        expect_refused(flipped, "bit flipped in byte " + std::to_string(at));
+    }
+    std::vector<char> longer = good;
+    longer.push_back('x');
+    expect_refused(longer, "a byte too many");
+    EXPECT_FALSE(scene.soil().load(path("missing")));
+    EXPECT_TRUE(scene.soil().load(path("a")));
+}
+
+TEST_F(Snapshot, another_grid_or_material_is_refused) {
+    auto soil = make_soil(grid_def(16, 16, 16));
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {16, 16, 4})));
+    ASSERT_TRUE(soil->save(path("a")));
+    EXPECT_FALSE(make_soil(grid_def(24, 16, 16))->load(path("a")));
+    EXPECT_FALSE(make_soil(grid_def(16, 16, 16, 0.1))->load(path("a")));
+    SoilDef def = grid_def(16, 16, 16);
+    def.material = materials::gravel();
+    EXPECT_FALSE(make_soil(def)->load(path("a")));
+    def.materials = {materials::dry_sand(), materials::gravel()};
+    EXPECT_FALSE(make_soil(def)->load(path("a")));
+    EXPECT_FALSE(soil->save("/nonexistent_directory/soil"));
+}
+
+}  // namespace
+}  // namespace bsoil

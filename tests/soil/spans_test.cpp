@@ -1,0 +1,62 @@
+// The multi-level heightfield (Tables 1 to 3) against the oracle.
+#include "oracle/spans.h"
+
+#include "stage_bench.h"
+
+namespace bsoil {
+namespace {
+
+using namespace layout;
+
+class Spans : public Stage {};
+
+TEST_P(Spans, follow_the_oracle) {
+    StageBench& bench = prepared(Backend::cpu);
+    bench.build_spans();
+    const oracle::Field field = bench.to_field(bench.read());
+    const oracle::Model model = bench.model();
+    bool lost = false;
+    for (int y = 0; y < field.ny; ++y) {
+        for (int x = 0; x < field.nx; ++x) {
+            SCOPED_TRACE(testing::Message() << "column " << x << " " << y);
+            const std::vector<oracle::Span> expected = oracle::height_spans(model, field, x, y);
+            const std::vector<int32_t> got = bench.read_column(x, y);
+            const size_t kept = std::min<size_t>(expected.size(), kSpanCapacity);
+            lost = lost || expected.size() > kept;
+            ASSERT_EQ(got[0], static_cast<int>(kept));
+            for (size_t i = 0; i < kept; ++i) {
+                // Sums of the same integers, exact in doubles too.
+                EXPECT_EQ(got[1 + i * kSpanWords], expected[i].bottom * kVoxelFull) << "span " << i;
+                EXPECT_EQ(got[2 + i * kSpanWords], expected[i].top * kVoxelFull) << "span " << i;
+                using Kind = oracle::Span::Kind;
+                EXPECT_EQ(got[3 + i * kSpanWords], expected[i].kind == Kind::rigid   ? kSpanRigid
+                                                   : expected[i].kind == Kind::piled ? kSpanPiled
+                                                                                     : kSpanFalling)
+                    << "span " << i;
+            }
+            const double surface = oracle::free_surface(field, expected, x, y);
+            EXPECT_EQ(bench.read_surface(x, y), surface < 0 ? -1 : surface * kVoxelFull);
+        }
+    }
+    EXPECT_EQ((bench.result_status() & kStatusSpansFull) != 0, lost);
+}
+
+TEST_P(Spans, have_the_same_bits_on_gl) {
+    expect_same_on_gl([](StageBench& bench) {
+        bench.build_spans();
+        std::vector<int32_t> words;
+        for (int y = 0; y < GetParam().ny; ++y) {
+            for (int x = 0; x < GetParam().nx; ++x) {
+                const std::vector<int32_t> column = bench.read_column(x, y);
+                words.insert(words.end(), column.begin(), column.begin() + 1 + column[0] * kSpanWords);
+                words.push_back(bench.read_surface(x, y));
+            }
+        }
+        return words;
+    });
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenarios, Spans, testing::ValuesIn(all_scenarios()), testing::PrintToStringParamName());
+
+}  // namespace
+}  // namespace bsoil

@@ -1,0 +1,431 @@
+#include "stage_bench.h"
+
+#include <algorithm>
+#include <cmath>
+#include <ostream>
+#include <tuple>
+
+namespace bsoil {
+
+using namespace layout;
+using device::Buffer;
+
+namespace {
+
+constexpr double kUnit = 1.0 / kVoxelFull;
+constexpr int kBodyCount = 3;
+
+/// A number in 0..1 that is smooth over `cells` voxels.
+class SmoothNoise {
+  public:
+    SmoothNoise(std::mt19937& random, int cells) : cells_(cells) {
+        for (double& value : values_) {
+            value = std::uniform_real_distribution(0.0, 1.0)(random);
+        }
+    }
+    double at(int x, int y) const {
+        const double u = static_cast<double>(x) / cells_, v = static_cast<double>(y) / cells_;
+        const int i = static_cast<int>(u), j = static_cast<int>(v);
+        const double a = u - i, b = v - j;
+        return (value(i, j) * (1 - a) + value(i + 1, j) * a) * (1 - b) +
+               (value(i, j + 1) * (1 - a) + value(i + 1, j + 1) * a) * b;
+    }
+
+  private:
+    double value(int i, int j) const { return values_[static_cast<size_t>(j % 16 * 16 + i % 16)]; }
+    int cells_;
+    std::array<double, 256> values_{};
+};
+
+}  // namespace
+
+StageBench::StageBench(const SoilDef& def) : soil_(make_soil(def)), impl_(&SoilProbe::impl(*soil_)) {
+    Soil::Impl& s = *impl_;
+    s.step_index = 1;
+    s.params.step_stamp = 2;
+    for (size_t index = 0; index < s.tiles.size(); ++index) {
+        s.wake(static_cast<int>(index));
+    }
+    for (auto* steps : {&s.listed_step, &s.rebuild_step, &s.contact_step}) {
+        std::fill(steps->begin(), steps->end(), s.step_index);
+    }
+    s.upload_tile_table();
+    for (int i = 0; i < kBodyCount; ++i) {
+        s.body_ids.push_back(i);
+        tracks_.emplace_back().index = i;
+    }
+    write(empty_planes());
+}
+
+int StageBench::slot_of(int x, int y) const { return impl_->tiles[impl_->tile_index(x / 8, y / 8)]->slot; }
+
+StatePlanes StageBench::empty_planes() const {
+    StatePlanes planes{impl_->frame.size[0], impl_->frame.size[1], impl_->height,
+                       kTransportFirst + impl_->params.transport_count, {}};
+    planes.words.assign(static_cast<size_t>(planes.nx) * planes.ny * planes.nz * planes.plane_count, 0);
+    return planes;
+}
+
+void StageBench::write(const StatePlanes& planes) {
+    const SoilParams& p = impl_->params;
+    std::vector<int32_t> words(static_cast<size_t>(p.tile_voxels));
+    for (int slot = 0; slot < impl_->slot_count; ++slot) {
+        const int tile = impl_->slot_tile[slot];
+        if (tile < 0) {
+            continue;
+        }
+        for (int plane = 0; plane < planes.plane_count; ++plane) {
+            for (int v = 0; v < p.tile_voxels; ++v) {
+                words[v] = planes.at(plane, tile % impl_->tiles_x * 8 + v % 8, tile / impl_->tiles_x * 8 + v / 8 % 8, v / 64);
+            }
+            impl_->device->write(Buffer::state, int64_t{plane} * p.plane_stride + int64_t{slot} * p.tile_voxels, words);
+        }
+    }
+    impl_->device->fill_zero(Buffer::block_flags, 0, int64_t{kFlagArrays} * (p.plane_stride / kBlockVoxels));
+    impl_->build_work_lists();
+    impl_->list_words_uploaded = 0;
+    place({});
+    write_speeds(std::vector<int32_t>(static_cast<size_t>(planes.nx) * planes.ny * kSpanCapacity, 0));
+}
+
+StatePlanes StageBench::read() const {
+    StatePlanes planes = empty_planes();
+    const SoilParams& p = impl_->params;
+    std::vector<int32_t> words(static_cast<size_t>(p.tile_voxels));
+    for (int slot = 0; slot < impl_->slot_count; ++slot) {
+        const int tile = impl_->slot_tile[slot];
+        if (tile < 0) {
+            continue;
+        }
+        for (int plane = 0; plane < planes.plane_count; ++plane) {
+            impl_->device->read(Buffer::state, int64_t{plane} * p.plane_stride + int64_t{slot} * p.tile_voxels, words);
+            for (int v = 0; v < p.tile_voxels; ++v) {
+                planes.at(plane, tile % impl_->tiles_x * 8 + v % 8, tile / impl_->tiles_x * 8 + v / 8 % 8, v / 64) = words[v];
+            }
+        }
+    }
+    return planes;
+}
+
+void StageBench::run(Kernel kernel, const device::WorkList& work) { impl_->dispatch(kernel, work); }
+
+void StageBench::place(const std::vector<Mover>& movers) {
+    std::vector<StepBody> step_bodies;
+    for (size_t i = 0; i < movers.size(); ++i) {
+        const Pose pose = impl_->world_to_grid * movers[i].body.pose;
+        step_bodies.push_back({&movers[i].body, &tracks_[i], pose, pose, true});
+    }
+    impl_->upload_bodies(step_bodies, 1);
+    impl_->build_pairs();
+    run(Kernel::clear_coverage, impl_->rebuild_work);
+    run(Kernel::voxelize_shapes, impl_->pair_work);
+}
+
+void StageBench::find_support() { run(Kernel::find_support, impl_->tile_work); }
+
+void StageBench::apply_force() {
+    ++impl_->params.pass_stamp;
+    run(Kernel::apply_force, impl_->listed_work);
+}
+
+void StageBench::propagate_force() {
+    ++impl_->params.pass_stamp;
+    run(Kernel::propagate_force, impl_->listed_work);
+    run(Kernel::apply_flow, impl_->listed_work);
+}
+
+void StageBench::advect(int substeps, int substep) {
+    impl_->params.substep_count = substeps;
+    impl_->params.substep_index = substep;
+    ++impl_->params.pass_stamp;
+    run(Kernel::advect_soil, impl_->listed_work);
+    run(Kernel::apply_flow, impl_->listed_work);
+    impl_->params.substep_count = 1;
+}
+
+void StageBench::resolve_overflow(OverflowHeuristic heuristic) {
+    // As if the pass before had found overflow in every block.
+    const int blocks = impl_->params.plane_stride / kBlockVoxels;
+    const std::vector<int32_t> found(static_cast<size_t>(blocks), impl_->params.pass_stamp);
+    impl_->device->write(Buffer::block_flags, int64_t{kFlagApplied} * blocks, found);
+    impl_->device->write(Buffer::block_flags, int64_t{kFlagOverflow} * blocks, found);
+    impl_->params.overflow_heuristic = static_cast<int>(heuristic);
+    ++impl_->params.pass_stamp;
+    run(Kernel::resolve_overflow, impl_->listed_work);
+    run(Kernel::apply_flow, impl_->listed_work);
+}
+
+void StageBench::build_spans() {
+    impl_->device->fill_zero(Buffer::result, 0, kResultHeader);
+    run(Kernel::build_spans, impl_->tile_work);
+}
+
+void StageBench::slip(int substeps) {
+    impl_->params.substep_count = substeps;
+    ++impl_->params.pass_stamp;
+    run(Kernel::slip_soil, impl_->tile_work);
+    run(Kernel::apply_flow, impl_->listed_work);
+    impl_->params.substep_count = 1;
+}
+
+std::vector<std::array<int32_t, kContactWords>> StageBench::collect_contacts() {
+    impl_->params.contact_offset = kResultHeader + limits::kBodyCapacity * kLoadWords;
+    impl_->params.contact_capacity = limits::kContactCapacity;
+    impl_->device->fill_zero(Buffer::result, 0, impl_->params.contact_offset);
+    run(Kernel::collect_contacts, impl_->contact_work);
+    int32_t header[kResultHeader];
+    impl_->device->read(Buffer::result, 0, header);
+    std::vector<std::array<int32_t, kContactWords>> contacts(static_cast<size_t>(header[kResultContacts]));
+    for (size_t i = 0; i < contacts.size(); ++i) {
+        impl_->device->read(Buffer::result, impl_->params.contact_offset + static_cast<int64_t>(i) * kContactWords, contacts[i]);
+    }
+    std::sort(contacts.begin(), contacts.end(), [](const auto& a, const auto& b) {
+        return std::tie(a[2], a[1], a[0]) < std::tie(b[2], b[1], b[0]);
+    });
+    return contacts;
+}
+
+int64_t StageBench::column_words_at(int x, int y) const {
+    return (int64_t{slot_of(x, y)} * kTileColumns + y % 8 * 8 + x % 8) * kColumnWords;
+}
+
+std::vector<int32_t> StageBench::read_column(int x, int y) const {
+    std::vector<int32_t> words(kColumnWords);
+    impl_->device->read(Buffer::spans, column_words_at(x, y), words);
+    return words;
+}
+
+int32_t StageBench::read_surface(int x, int y) const {
+    int32_t word = 0;
+    impl_->device->read(Buffer::spans,
+                        int64_t{impl_->slot_count} * kTileColumns * kColumnWords +
+                            int64_t{slot_of(x, y)} * kTileColumns + y % 8 * 8 + x % 8,
+                        {&word, 1});
+    return word;
+}
+
+void StageBench::write_speeds(const std::vector<int32_t>& speeds) {
+    impl_->params.slip_turn = 0;
+    size_t next = 0;
+    for (int y = 0; y < impl_->frame.size[1]; ++y) {
+        for (int x = 0; x < impl_->frame.size[0]; ++x, next += kSpanCapacity) {
+            impl_->device->write(Buffer::spans, column_words_at(x, y) + kColumnSpeed,
+                                 std::span(speeds).subspan(next, kSpanCapacity));
+        }
+    }
+}
+
+std::vector<int32_t> StageBench::read_speeds() const {
+    std::vector<int32_t> speeds;
+    for (int y = 0; y < impl_->frame.size[1]; ++y) {
+        for (int x = 0; x < impl_->frame.size[0]; ++x) {
+            const std::vector<int32_t> column = read_column(x, y);
+            const auto first = column.begin() + kColumnSpeed + kSpanCapacity;
+            speeds.insert(speeds.end(), first, first + kSpanCapacity);
+        }
+    }
+    return speeds;
+}
+
+uint32_t StageBench::result_status() const {
+    int32_t word = 0;
+    impl_->device->read(Buffer::result, kResultStatus, {&word, 1});
+    return static_cast<uint32_t>(word);
+}
+
+oracle::Field StageBench::to_field(const StatePlanes& planes) const {
+    oracle::Field field(planes.nx, planes.ny, planes.nz);
+    field.for_each([&](int x, int y, int z) {
+        oracle::Voxel& voxel = field.at(x, y, z);
+        const auto word = [&](int plane) { return planes.at(plane, x, y, z); };
+        voxel.soil = word(kPlaneVolume) * kUnit;
+        voxel.terrain = word(kPlaneTerrain) * kUnit;
+        voxel.bodies = word(kPlaneCoverage) * kUnit;
+        voxel.owner = (word(kPlaneOwner) & 0xffff) - 1;
+        constexpr double kMomentumUnit = kUnit / kVelocityOne;
+        voxel.momentum = Vec3{word(kPlaneMomentumX) * kMomentumUnit, word(kPlaneMomentumY) * kMomentumUnit,
+                              word(kPlaneMomentumZ) * kMomentumUnit};
+        voxel.force = {static_cast<double>(word(kPlaneForceX)), static_cast<double>(word(kPlaneForceY)),
+                       static_cast<double>(word(kPlaneForceZ))};
+        for (int m = 0; m < impl_->params.material_count; ++m) {
+            voxel.mass[static_cast<size_t>(m)] = word(kPlaneMaterial + m) * kUnit;
+        }
+        const int support = word(kPlaneSupport);
+        using Kind = oracle::Support::Kind;
+        voxel.support = support >= kSupportBody     ? oracle::Support{Kind::body, support - kSupportBody}
+                        : support == kSupportGround ? oracle::Support{Kind::ground, -1}
+                                                    : oracle::Support{};
+    });
+    return field;
+}
+
+oracle::Model StageBench::model(int substeps, int substep) const {
+    oracle::Model model{.solid_coverage = kSolidCoverage * kUnit,
+                        .support_slack = kSupportSlack * kUnit,
+                        .carry_slack = kCarrySlack * kUnit,
+                        .elastic_excess = kElasticExcess * kUnit,
+                        .excess_tolerance = kExcessTolerance * kUnit,
+                        .push_room = kPushRoom * kUnit,
+                        .crumb = kCrumb * kUnit,
+                        .speck = kSpeck * kUnit,
+                        .slip_tolerance = kSlipTolerance * kUnit,
+                        .span_capacity = kSpanCapacity,
+                        .gravity = impl_->params.gravity_q16 * kUnit,
+                        .substeps = substeps,
+                        .substep = substep,
+                        .friction_angle_rad = {}};
+    for (const MaterialDef& material : impl_->materials) {
+        model.friction_angle_rad.push_back(material.friction_angle_rad);
+    }
+    return model;
+}
+
+std::vector<oracle::Body> StageBench::oracle_bodies() const {
+    std::vector<oracle::Body> bodies;
+    for (int i = 0; i < kBodyCount; ++i) {
+        const int32_t* record = &impl_->shape_words[static_cast<size_t>(i) * kBodyWords];
+        const auto vector = [&](int at, double unit) { return Vec3{record[at] * unit, record[at + 1] * unit, record[at + 2] * unit}; };
+        bodies.push_back({vector(kBodyLinear, kUnit), vector(kBodyAngular, kUnit), vector(kBodyCenter, 0.5),
+                          record[kBodyMoving] != 0, record[kBodyFriction] / static_cast<double>(kVelocityOne)});
+    }
+    return bodies;
+}
+
+SoilDef Scenario::def() const {
+    SoilDef def = grid_def(nx, ny, nz);
+    if (material_count == 3) {
+        def.materials = {materials::dry_sand(), materials::moist_sand(), materials::gravel()};
+    }
+    return def;
+}
+
+StatePlanes Scenario::planes(const StageBench& bench) const {
+    std::mt19937 random(seed);
+    const auto uniform = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+    StatePlanes planes = bench.empty_planes();
+    const SmoothNoise ground(random, 5), soil(random, 3);
+    const auto put_soil = [&](int x, int y, int z, double amount) {
+        const int units = static_cast<int>(amount * kVoxelFull);
+        planes.at(kPlaneVolume, x, y, z) = units;
+        int mass = 0;
+        for (int m = 0; m < material_count; ++m) {
+            const int part = static_cast<int>(units * uniform(0.3, 0.95) / material_count);
+            planes.at(kPlaneMaterial + m, x, y, z) = part;
+            mass += part;
+        }
+        for (int axis = 0; axis < 3; ++axis) {
+            planes.at(kPlaneMomentumX + axis, x, y, z) = static_cast<int>(mass * uniform(-0.9, 0.9) * kVelocityOne);
+            planes.at(kPlaneForceX + axis, x, y, z) = static_cast<int>(uniform(-1021, 1021));
+        }
+        // A prime, so that no direction's quotient lies so near a half that fixed point and double round it differently.
+        planes.at(kPlaneForceX + static_cast<int>(random() % 3), x, y, z) = random() % 2 ? 1021 : -1021;
+    };
+    for (int y = 0; y < ny; ++y) {
+        for (int x = 0; x < nx; ++x) {
+            const double rock = ground.at(x, y) * 4 - 1, top = std::max(0.0, rock) + soil.at(x, y) * nz * 0.5;
+            const bool ledge = ground.at(x + 3, y + 7) > 0.7;
+            for (int z = 0; z < nz; ++z) {
+                double terrain = std::clamp(rock - z, 0.0, 1.0);
+                if (ledge && z == nz * 5 / 8) {
+                    terrain = uniform(0.2, 1);
+                }
+                planes.at(kPlaneTerrain, x, y, z) = static_cast<int>(terrain * kVoxelFull);
+                const double room = 1 - terrain;
+                double amount = std::clamp(top - z, 0.0, room);
+                if (amount == 0 && uniform(0, 1) < 0.12) {
+                    const double kind = uniform(0, 1);  // floats: full, a crumb, or anything
+                    amount = kind < 0.3 ? room : kind < 0.5 ? uniform(0, 0.004) : uniform(0, room);
+                } else if (amount > 0 && uniform(0, 1) < 0.1) {
+                    amount *= uniform(0.9, 2.5);                             // loose, or in excess
+                }
+                if (amount > 1e-4) {
+                    put_soil(x, y, z, amount);
+                }
+            }
+        }
+    }
+    return planes;
+}
+
+std::vector<Mover> Scenario::bodies(const StageBench& bench) const {
+    std::mt19937 random(seed + 1000);
+    const auto uniform = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+    const double voxel = bench.soil().frame().voxel_m, step = bench.soil().def().step_s;
+    const auto place = [&] { return Vec3{uniform(0.2, 0.8) * nx, uniform(0.2, 0.8) * ny, uniform(0.15, 0.6) * nz} * voxel; };
+    const auto axis = [&] {
+        const Vec3 v{uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)};
+        return v * (1 / length(v));
+    };
+    std::vector<Mover> movers;
+    movers.emplace_back(0, box_shape(Vec3{3.1, 2.3, 1.7} * voxel), place());
+    movers.emplace_back(1, octahedron_shape(3.4 * voxel), place());
+    movers.emplace_back(2, round_shape(ConvexShape::Kind::cylinder, 2.2 * voxel, 2.6 * voxel), place(), true);
+    for (Mover& mover : movers) {
+        mover.body.pose.rotation = turn(axis(), uniform(0, 3));
+    }
+    for (int i = 0; i < 2; ++i) {
+        movers[static_cast<size_t>(i)].set_velocity(axis() * (uniform(0.1, 0.9) * voxel / step), axis() * (uniform(0, 0.2) / step));
+    }
+    return movers;
+}
+
+void PrintTo(const Scenario& s, std::ostream* out) {
+    *out << "seed_" << s.seed << "_grid_" << s.nx << "x" << s.ny << "x" << s.nz << "_materials_" << s.material_count;
+}
+
+std::vector<Scenario> all_scenarios() {
+    std::vector<Scenario> scenarios;
+    for (unsigned seed = 1; seed <= 8; ++seed) {
+        scenarios.push_back({seed, 16, 16, 16, 1});
+        scenarios.push_back({seed + 10, 24, 16, 24, 3});
+    }
+    return scenarios;
+}
+
+StageBench& bench_of(const Scenario& scenario, Backend backend) {
+    static std::map<std::tuple<int, int, Backend>, std::unique_ptr<StageBench>> benches;
+    auto& bench = benches[{scenario.nx, scenario.material_count, backend}];
+    if (!bench) {
+        SoilDef def = scenario.def();
+        def.backend = backend;
+        bench = std::make_unique<StageBench>(def);
+    }
+    return *bench;
+}
+
+StageBench& Stage::prepared(Backend backend) const {
+    const Scenario& scenario = GetParam();
+    StageBench& bench = bench_of(scenario, backend);
+    bench.write(scenario.planes(bench));
+    bench.place(scenario.bodies(bench));
+    bench.find_support();
+    return bench;
+}
+
+void Deviation::take(double got_value, double expected_value, int px, int py, int pz) {
+    if (const double difference = std::abs(got_value - expected_value); difference > value) {
+        *this = {difference, px, py, pz, got_value, expected_value};
+    }
+}
+
+std::ostream& operator<<(std::ostream& out, const Deviation& d) {
+    return out << "off by " << d.value << " at voxel " << d.x << " " << d.y << " " << d.z << ": " << d.got << ", expected "
+               << d.expected;
+}
+
+FieldDeviation compare(const oracle::Field& got, const oracle::Field& expected, int material_count) {
+    FieldDeviation deviation;
+    got.for_each([&](int x, int y, int z) {
+        const oracle::Voxel &a = got.at(x, y, z), &b = expected.at(x, y, z);
+        deviation.soil.take(a.soil, b.soil, x, y, z);
+        for (int m = 0; m < material_count; ++m) {
+            deviation.mass.take(a.mass[static_cast<size_t>(m)], b.mass[static_cast<size_t>(m)], x, y, z);
+        }
+        deviation.momentum.take(a.momentum.x, b.momentum.x, x, y, z);
+        deviation.momentum.take(a.momentum.y, b.momentum.y, x, y, z);
+        deviation.momentum.take(a.momentum.z, b.momentum.z, x, y, z);
+    });
+    return deviation;
+}
+
+}  // namespace bsoil

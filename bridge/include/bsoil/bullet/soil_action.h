@@ -1,13 +1,14 @@
-/// SoilAction: deformable soil in a Bullet world. See bridge/README.md for the way from a collision shape to an impulse.
+/// SoilAction: deformable soil in a Bullet world. See bridge/README.md for the way from a collision
+/// shape to an impulse.
 #pragma once
+
+#include <BulletDynamics/Dynamics/btActionInterface.h>
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 
 #include <cstddef>
 #include <memory>
 #include <string>
 #include <vector>
-
-#include <BulletDynamics/Dynamics/btActionInterface.h>
-#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 
 #include "bsoil/soil.h"
 
@@ -15,17 +16,18 @@ namespace bsoil::bullet {
 
 /// How a soil is coupled to its world.
 struct SoilActionDef {
-    std::vector<const btCollisionObject*> ignored;  ///< objects the soil does not see; more with ignore()
-    /// A sleeping body is woken when the limits of its contact with the soil have changed by more than
-    /// this fraction of their sum (plus wake_weight_fraction of its weight). 0..10
+    std::vector<const btCollisionObject*>
+        ignored;  ///< objects the soil does not see; more with ignore()
+    /// A sleeping body is woken when the limits of its contact with the soil have changed by more
+    /// than this fraction of their sum (plus wake_weight_fraction of its weight). 0..10
     double wake_limit_fraction = 0.1;
     double wake_weight_fraction = 0.05;  ///< fraction of the body's weight, 0..10
     /// Names the field, its value and its range when something is wrong.
     Status validate() const;
 };
 
-/// What the soil does to one body. Force and torque are those of Bullet's last substep (for a sleeping body: of
-/// the last one it was awake in); the rest is of the last soil step. World axes.
+/// What the soil does to one body. Force and torque are those of Bullet's last substep (for a
+/// sleeping body: of the last one it was awake in); the rest is of the last soil step. World axes.
 struct BodyReport {
     Vec3 force_n;             ///< of the soil on the body
     Vec3 torque_n_m;          ///< about the body's centre of mass
@@ -33,7 +35,7 @@ struct BodyReport {
     double contact_area_m2 = 0;
     double sinkage_m = 0;      ///< depth of the deepest contact below the local surface of the soil
     double compression_m = 0;  ///< largest elastic push-in of a contact
-    int patch_count = 0;       ///< contact patches, each one normal and two tangential constraint rows
+    int patch_count = 0;  ///< contact patches, each one normal and two tangential constraint rows
 };
 
 /// An object that touches the grid and takes no part, and why.
@@ -42,19 +44,22 @@ struct RefusedBody {
     std::string reason;                         ///< names the body, its shape and what is wrong
 };
 
-/// Deformable soil as an action of a btDiscreteDynamicsWorld, or of a btMultiBodyDynamicsWorld, which is one.
+/// Deformable soil as an action of a btDiscreteDynamicsWorld, or of a btMultiBodyDynamicsWorld,
+/// which is one.
 ///
-/// It adds itself to the world, together with one invisible collision object (the anchor) whose box is asked for
-/// at the start of every substep; that is when the soil's constraint rows enter the world. They leave it in
-/// updateAction, so between two calls of stepSimulation the world holds none of them.
+/// It adds itself to the world, together with one invisible collision object (the anchor) whose box
+/// is asked for at the start of every substep; that is when the soil's constraint rows enter the
+/// world. They leave it in updateAction, so between two calls of stepSimulation the world holds
+/// none of them.
 ///
-/// Lifetime: bodies may be removed and deleted between steps without telling the soil. The world may be destroyed
-/// before the SoilAction, with the anchor in it. A host that empties a world by hand, taking out every collision
-/// object it finds, may delete the anchor with the others; one that takes it out and keeps it must destroy the
-/// SoilAction before the world. Not thread-safe.
+/// Lifetime: bodies may be removed and deleted between steps without telling the soil. The world
+/// may be destroyed before the SoilAction, with the anchor in it. A host that empties a world by
+/// hand, taking out every collision object it finds, may delete the anchor with the others; one
+/// that takes it out and keeps it must destroy the SoilAction before the world. Not thread-safe.
 class SoilAction final : public btActionInterface {
   public:
-    /// Creates the soil and couples it with the world. The error names the field, its value and its range.
+    /// Creates the soil and couples it with the world. The error names the field, its value and its
+    /// range.
     static Result<std::unique_ptr<SoilAction>> create(btDiscreteDynamicsWorld& world,
                                                       const SoilDef& def,
                                                       const SoilActionDef& options = {}) {
@@ -86,8 +91,8 @@ class SoilAction final : public btActionInterface {
     /// The object's SoilBody::id, as in last_report().contacts; -1 for one the soil has not met.
     int body_id(const btCollisionObject& object) const;
 
-    /// Called by Bullet at the end of each substep: takes the impulses of this substep's rows and steps the soil as
-    /// often as SoilDef::step_s has passed.
+    /// Called by Bullet at the end of each substep: takes the impulses of this substep's rows and
+    /// steps the soil as often as SoilDef::step_s has passed.
     void updateAction(btCollisionWorld* world, btScalar substep_s) override;
     void debugDraw(btIDebugDraw* drawer) override;
 
@@ -95,8 +100,8 @@ class SoilAction final : public btActionInterface {
 
   private:
     explicit SoilAction(std::unique_ptr<Impl> impl);
-    /// scalar_bytes is sizeof(btScalar) where create() was compiled: mixing Bullet's two precisions must not link
-    /// silently.
+    /// scalar_bytes is sizeof(btScalar) where create() was compiled: mixing Bullet's two precisions
+    /// must not link silently.
     static Result<std::unique_ptr<SoilAction>> create_for(btDiscreteDynamicsWorld& world,
                                                           const SoilDef& def,
                                                           const SoilActionDef& options,

@@ -1,0 +1,27 @@
+/// Contacts between bodies and soil: not in the thesis. The surface of a body in a voxel has the area and normal of the
+/// coverage field's gradient (central differences, nothing outside of the grid).
+///
+/// A voxel is a contact when the gradient is not zero there, a body owns the voxel or the one inwards of it, and resting
+/// soil lies in it or in the one outwards; inwards and outwards are along the gradient's largest component (z before x
+/// before y on a tie).
+#pragma once
+
+#include <vector>
+
+#include "oracle/field.h"
+
+namespace oracle {
+
+struct Contact {
+    int x = 0, y = 0, z = 0;
+    int body = 0;
+    Vec3 gradient;      ///< of coverage over two voxels: twice the area vector [voxel faces], into the body
+    double fill = 0;    ///< share of the room in the voxel and the outward one that holds soil, at most 1
+    double excess = 0;  ///< soil beyond the voxel's room
+    int material = 0;
+};
+
+/// Of all voxels, by z, then y, then x.
+std::vector<Contact> find_contacts(const Field& field);
+
+}  // namespace oracle

@@ -1,0 +1,111 @@
+/// The soil of the oracle: a plain dense array of voxels in double precision. Everything in tests/oracle is written from
+/// the thesis (Geiger 2015, chapters 2.1.2, 2.3 and 3) and the deviations that each file lists, not from the kernels.
+///
+/// Units: lengths in voxels, time in base steps, soil in voxel volumes, mass in voxels of the reference density.
+/// The vertical index grows upwards; the thesis' j grows downwards (30).
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "bsoil/body.h"
+#include "bsoil/geometry.h"
+#include "bsoil/limits.h"
+
+namespace oracle {
+
+using bsoil::Vec3;
+
+/// What a voxel's soil rests on.
+struct Support {
+    enum class Kind { falling, ground, body };
+    Kind kind = Kind::falling;
+    int body = -1;  ///< index into the bodies, for Kind::body
+};
+
+struct Voxel {
+    double soil = 0;     ///< rho of the thesis
+    double terrain = 0;  ///< fixed part of psi
+    double bodies = 0;   ///< the other part of psi, a sum over shapes (may pass 1)
+    int owner = -1;      ///< index of the body that covers most
+    Vec3 momentum;       ///< mass times u of the thesis
+    Vec3 force;          ///< f of the thesis, of any length
+    std::array<double, bsoil::limits::kMaterialCapacity> mass{};
+    Support support;
+
+    double psi() const { return std::min(1.0, terrain + bodies); }
+    double total_mass() const;
+    int main_material() const;  ///< the one there is most of; the first on a tie
+};
+
+/// A moving or fixed body.
+struct Body {
+    Vec3 velocity;          ///< of its centre of mass
+    Vec3 angular_velocity;  ///< radians a step
+    Vec3 center;            ///< of mass
+    bool moves = false;
+    double friction_speed = 0;  ///< what Coulomb friction can change a speed by in one step
+    Vec3 velocity_at(int x, int y, int z) const;  ///< v + omega x r at a voxel's middle
+};
+
+/// Numbers that the model leaves open. The tests take them from the kernels' layout, so that tuning one of them does not
+/// ask for a change here.
+struct Model {
+    double solid_coverage = 0.5;     ///< a voxel covered so far is closed to inflow
+    double support_slack = 0;        ///< room that a voxel may lack and still carry what is above it
+    double carry_slack = 0;          ///< the same on a moving body
+    double elastic_excess = 0;       ///< excess that stays under a body
+    double excess_tolerance = 0;     ///< excess not worth a pass
+    double push_room = 0;            ///< a voxel with less free room bars the way of pushed soil
+    double crumb = 0;                ///< amounts that move whole
+    double speck = 0;                ///< advected shares of a voxel's soil below this stay
+    double slip_tolerance = 0;       ///< wedges not worth a slide
+    int span_capacity = 5;           ///< height spans kept of a column
+    int slip_depth = 4;              ///< voxels of a column that may slide at once
+    double gravity = 0;              ///< voxels a step squared
+    int substeps = 1;                ///< parts this step is cut into
+    int substep = 0;                 ///< the one that runs
+    std::vector<double> friction_angle_rad;  ///< per material
+};
+
+class Field {
+  public:
+    Field(int size_x, int size_y, int size_z)
+        : nx(size_x), ny(size_y), nz(size_z), voxels_(static_cast<size_t>(size_x) * size_y * size_z) {}
+    bool inside(int x, int y, int z) const {
+        return x >= 0 && y >= 0 && z >= 0 && x < nx && y < ny && z < nz;
+    }
+    Voxel& at(int x, int y, int z) { return voxels_[(static_cast<size_t>(z) * ny + y) * nx + x]; }
+    const Voxel& at(int x, int y, int z) const {
+        return voxels_[(static_cast<size_t>(z) * ny + y) * nx + x];
+    }
+    /// Walls of the grid and voxels mostly taken by rigid things: nothing flows in.
+    bool closed(const Model& model, int x, int y, int z) const {
+        return !inside(x, y, z) || at(x, y, z).psi() >= model.solid_coverage;
+    }
+    /// Calls visit(x, y, z) for every voxel.
+    template <typename Visit>
+    void for_each(Visit&& visit) const {
+        for (int z = 0; z < nz; ++z) {
+            for (int y = 0; y < ny; ++y) {
+                for (int x = 0; x < nx; ++x) {
+                    visit(x, y, z);
+                }
+            }
+        }
+    }
+    const int nx, ny, nz;
+
+  private:
+    std::vector<Voxel> voxels_;
+};
+
+/// Soil beyond a voxel's room that has to go: none while it is within what a body may press in elastically.
+double excess(const Model& model, const Voxel& voxel);
+
+/// Moves `share` (0..1) of a voxel's soil, with its masses and momentum, from `from` as it was to `to`.
+void move_share(const Voxel& from_before, Voxel& from, Voxel& to, double share);
+
+}  // namespace oracle

@@ -1,0 +1,31 @@
+/// The projectile motion (19) of the thesis: support, advection (21) to (28) with gravity (29), overflow resolution
+/// (section 3.2.1, Fig. 30).
+///
+/// Deviations from the thesis:
+/// - resting soil (all below it full, down to the floor, terrain or a body) does not move, and its momentum is zero;
+/// - soil that rests on a moving body takes over the body's velocity as far as Coulomb friction allows;
+/// - only resting soil and voxels at least half covered lock a voxel: falling soil never does;
+/// - drift over a step is v + g dt / 2, exact for constant gravity, and the velocity after it v + g dt;
+/// - amounts up to a crumb move whole voxels: as many as the whole step's drift rounds to, spread over its parts;
+/// - of other amounts, shares below a speck stay where they are;
+/// - overflow that a body's push is moving is left to the next step's force propagation, up to twice a voxel's room;
+/// - excess that stays by field.h is not overflow.
+#pragma once
+
+#include <span>
+
+#include "oracle/field.h"
+
+namespace oracle {
+
+/// What every voxel's soil rests on.
+Field find_support(const Model& model, const Field& before, std::span<const Body> bodies);
+
+/// (21) to (29) over one of model.substeps parts of a step, from the supports in `before`.
+Field advect(const Model& model, const Field& before, std::span<const Body> bodies);
+
+enum class Heuristic { even, up, up_spread };
+/// One overflow pass.
+Field resolve_overflow(const Model& model, const Field& before, Heuristic heuristic);
+
+}  // namespace oracle
