@@ -12,6 +12,17 @@ bool is_locked(int to) {
     return support == kSupportGround && is_full(to);
 }
 
+// A crumb moves a whole voxel as often as its drift is long: on average as far as it should.
+ivec3 whole_voxels(ivec3 drift, ivec3 at) {
+    uint h = uint(at.x) * 73856093u ^ uint(at.y) * 19349663u ^ uint(at.z) * 83492791u ^
+             uint(params.pass_stamp) * 2654435761u;
+    h = (h ^ (h >> 15)) * 2246822519u;
+    int chance = int((h >> 13) & 65535u);
+    return ivec3(abs(drift.x) > chance ? sign(drift.x) : 0, abs(drift.y) > chance ? sign(drift.y) : 0,
+                 abs(drift.z) > chance ? sign(drift.z) : 0) *
+           kVoxelFull;
+}
+
 void advect_soil(int group, int lane) {
     int block = block_list[params.list_offset + group];
     int slot = block / params.blocks_per_tile;
@@ -72,7 +83,7 @@ void advect_soil(int group, int lane) {
                              mul_q16(mass, kick.z * 1024));
         int volume = state_at(kPlaneVolume, voxel);
         if (volume <= kCrumb) {
-            drift = ((drift + 32768) >> 16) * kVoxelFull;
+            drift = whole_voxels(drift, grid_voxel(slot, x, y, z0 + z));
         }
         if (drift.x == 0 && drift.y == 0 && drift.z == 0) {
             if (gained.x != 0 || gained.y != 0 || gained.z != 0) {
@@ -93,7 +104,7 @@ void advect_soil(int group, int lane) {
             int wy = pick.y == 1 ? weight.y : kVoxelFull - weight.y;
             int wz = pick.z == 1 ? weight.z : kVoxelFull - weight.z;
             int share = mul_q16(mul_q16(wx, wy), wz);  // thesis (15)
-            if (share <= 0) {
+            if (share <= 0 || (volume > kCrumb && mul_q16(volume, share) < kSpeck)) {
                 continue;
             }
             ivec3 part = ivec3(mul_q16(total.x, share), mul_q16(total.y, share),

@@ -3,19 +3,22 @@
 // the neighbours and are made where they are used, in slip_soil. One group per tile, a lane a column.
 // Reads: coverage, terrain, volume, support. Writes: spans.
 void build_spans(int group, int lane) {
-    int slot = block_list[params.list_offset + group] / kTileWord;
+    int entry = block_list[params.list_offset + group];
+    int slot = entry_slot(entry);
+    int end = entry_highest(entry) * 8;
     int column = slot * params.tile_voxels + lane;
     int record = (slot * kTileColumns + lane) * kColumnWords;
     int count = 0;
     int kind = kSpanPiled;   // a piled span starts on the floor, even an empty one: soil can slide onto it
     int bottom = 0;
     int top = 0;             // of the open span
-    int surface = 0;         // of the topmost piled span
+    bool on_body = false;    // the span stands on a body, so that its top is not the ground's surface
+    int surface = 0;         // of the topmost piled span of the ground
     bool surface_free = true;
     bool lost = false;
-    for (int z = 0; z <= params.height; ++z) {
+    for (int z = 0; z <= end; ++z) {
         int voxel = column + z * kTileColumns;
-        bool inside = z < params.height;
+        bool inside = z < end;
         int bodies = inside ? state_at(kPlaneCoverage, voxel) : 0;
         int terrain = inside ? state_at(kPlaneTerrain, voxel) : 0;
         int volume = inside ? state_at(kPlaneVolume, voxel) : 0;
@@ -47,7 +50,7 @@ void build_spans(int group, int lane) {
                 }
                 bool passes = volume + coverage >= kVoxelFull - slack;
                 top = passes ? base + kVoxelFull : base + min(kVoxelFull, reach);
-            } else if (volume >= kVoxelFull && bodies == 0) {
+            } else if (volume >= kVoxelFull && coverage == 0) {
                 ends = true;
                 next = kSpanFalling;  // Table 3
             }
@@ -57,8 +60,8 @@ void build_spans(int group, int lane) {
             } else {
                 top = base + kVoxelFull;
             }
-        } else if (volume >= kVoxelFull) {
-            next = kSpanFalling;
+        } else if (volume >= kVoxelFull && coverage == 0) {
+            next = kSpanFalling;  // Table 3
         }
         if (ends && kind != 0) {
             if (count < kSpanCapacity) {
@@ -70,7 +73,7 @@ void build_spans(int group, int lane) {
             } else {
                 lost = true;
             }
-            if (kind == kSpanPiled) {
+            if (kind == kSpanPiled && !on_body) {
                 surface = top;
                 // Free unless a body covers the voxel of the surface or the one on it.
                 int zt = min(params.height - 1, top >> 16);
@@ -80,6 +83,9 @@ void build_spans(int group, int lane) {
                                 state_at(kPlaneCoverage, at_top + kTileColumns) == 0);
             }
             kind = 0;
+        }
+        if (coverage >= kSolidCoverage) {
+            on_body = bodies > terrain;  // after the span below was closed: it stands on what is further down
         }
         if (next != 0) {
             kind = next;

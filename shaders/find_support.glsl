@@ -3,8 +3,9 @@
 // Reads: coverage, owner, terrain, volume. Writes: support, top of the tile.
 void find_support(int group, int lane) {
     int entry = block_list[params.list_offset + group];
-    int slot = entry / kTileWord;
-    int first = (entry - slot * kTileWord) * 8;
+    int slot = entry_slot(entry);
+    int first = entry_lowest(entry) * 8;
+    int end = entry_highest(entry) * 8;
     int column = slot * params.tile_voxels + lane;
     int below = kSupportGround;
     int top = 0;
@@ -13,7 +14,7 @@ void find_support(int group, int lane) {
         first -= 1;  // its own support still holds, and tells what it hands on
         below = state_at(kPlaneSupport, column + first * kTileColumns);
     }
-    for (int z = first; z < params.height; ++z) {
+    for (int z = first; z < end; ++z) {
         int voxel = column + z * kTileColumns;
         int volume = state_at(kPlaneVolume, voxel);
         int bodies = state_at(kPlaneCoverage, voxel);

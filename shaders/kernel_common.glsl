@@ -14,6 +14,11 @@ void add_delta(int plane, int voxel, int value) {
 
 int flag_index(int array, int block) { return array * (params.plane_stride >> 9) + block; }
 
+// Parts of a tile list's entry, see kTileWord.
+int entry_slot(int entry) { return entry / (kTileWord * kTileWord); }
+int entry_lowest(int entry) { return (entry / kTileWord) & (kTileWord - 1); }
+int entry_highest(int entry) { return entry & (kTileWord - 1); }
+
 // The voxel at (x, y, z) seen from tile `slot`; x and y in -8..15. -1 outside of what is resident.
 int voxel_at(int slot, int x, int y, int z) {
     if (z < 0 || z >= params.height) {
@@ -62,14 +67,16 @@ bool has_room(int voxel) {
     return voxel >= 0 && state_at(kPlaneVolume, voxel) + coverage_at(voxel) < kVoxelFull - kPushRoom;
 }
 
-// Soil beyond the voxel's room. Under a body the elastic part stays (it carries the body).
+// Soil beyond the voxel's room, 0 while it is within the tolerance: what flows then flows down to the room itself, so
+// that the last units of a push do not travel for ever. Under a body the elastic part stays (it carries the body).
 int excess_at(int voxel) {
     int bodies = state_at(kPlaneCoverage, voxel);
-    int room = kVoxelFull - min(kVoxelFull, bodies + state_at(kPlaneTerrain, voxel)) + kExcessTolerance;
+    int room = kVoxelFull - min(kVoxelFull, bodies + state_at(kPlaneTerrain, voxel));
     if (bodies > 0) {
         room += kElasticExcess;
     }
-    return state_at(kPlaneVolume, voxel) - room;
+    int excess = state_at(kPlaneVolume, voxel) - room;
+    return excess > kExcessTolerance ? excess : 0;
 }
 
 int mass_at(int voxel) {

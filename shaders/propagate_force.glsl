@@ -90,7 +90,7 @@ void propagate_force(int group, int lane) {
         if (way.z < passive && !has_room(ahead)) {
             way = way_to_free_surface(slot, at, way, passive);
         }
-        int fraction = min(65536, fraction_q16(excess, volume) + 1);  // rounded up: all of it goes
+        int fraction = fraction_q16(excess, volume);
         // The force stays with nothing: what could not leave gets a new one from apply_force or from inflow.
         int left = push_along(slot, at, voxel, way, fraction);
         if (left > 0 && way.z > 0 && max(abs(way.x), abs(way.y)) == kVoxelFull) {

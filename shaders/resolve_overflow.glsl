@@ -44,7 +44,7 @@ void resolve_overflow(int group, int lane) {
             continue;  // a body's push is under way: propagate_force goes on with it in the next step
         }
         ivec3 at = ivec3(lane & 7, lane >> 3, z0 + z);
-        int fraction = min(65536, fraction_q16(excess, volume) + 1);  // rounded up: all of it goes
+        int fraction = fraction_q16(excess, volume);
         int above = voxel_at(slot, at.x, at.y, at.z + 1);
         if (params.overflow_heuristic == 0 || is_closed(above)) {
             spread_evenly(slot, at, voxel, fraction);

@@ -103,7 +103,7 @@ int slope_length(int a, int b) {
 }
 
 void slip_soil(int group, int lane) {
-    int slot = block_list[params.list_offset + group] / kTileWord;
+    int slot = entry_slot(block_list[params.list_offset + group]);
     int x = lane & 7;
     int y = lane >> 3;
     int record = (slot * kTileColumns + lane) * kColumnWords;

@@ -14,14 +14,17 @@ CONST_INT(kSupportSlack, 2048)
 CONST_INT(kCarrySlack, 16384)
 // Excess a body may press into a voxel before the soil flows: elastic strain, 1/16 voxel.
 CONST_INT(kElasticExcess, 4096)
-// Excess too small to be worth a pass: rounding leaves some, 1/1024 voxel.
-CONST_INT(kExcessTolerance, 64)
+// Excess that soil takes up as strain instead of flowing: 1/128 voxel. Lets a push die out after some voxels of bed.
+CONST_INT(kExcessTolerance, 512)
 // A voxel with less free room than this bars the way of pushed soil: 1/8 voxel.
 CONST_INT(kPushRoom, 8192)
 // Soil under a push waits for its way to open up to this amount; beyond it overflow resolution spreads it: 2 voxels.
 CONST_INT(kPushedMost, 131072)
 // Amounts up to this are moved whole, so that soil does not thin out into dust: 1/256 voxel.
 CONST_INT(kCrumb, 256)
+// A displaced voxel's share in a neighbour below this stays: whole units of mass carry momentum in wrong proportion when
+// there are few of them, and a speck that is twice too fast costs every voxel sub-steps. 1/4096 voxel.
+CONST_INT(kSpeck, 16)
 // Slopes closer to stability than this do not slide: 1/256 voxel of rise per voxel of run.
 CONST_INT(kSlipTolerance, 256)
 // Velocities are Q10: 1024 = one voxel per base step. Displacements are Q16 voxels.
@@ -39,8 +42,9 @@ CONST_INT(kTileTableX, 9)
 CONST_INT(kTileTableY, 10)
 CONST_INT(kTileTableTop, 11)
 
-// Tile lists: slot * kTileWord + the lowest block of the tile in which support may have changed.
-CONST_INT(kTileWord, 64)
+// Tile lists: (slot * kTileWord + lowest) * kTileWord + highest: support may have changed from block `lowest` on, and
+// soil reaches at most into the block below `highest`.
+CONST_INT(kTileWord, 128)
 
 // --- planes of the state, each params.plane_stride words long, index = plane * plane_stride + voxel ---------------
 CONST_INT(kPlaneCoverage, 0)    // bodies in this voxel, volume units, sum over shapes (not clamped)

@@ -22,6 +22,43 @@ int quadrant_of(Vec3 offset, int bin) {
     return (c[(axis + 1) % 3] >= 0 ? 1 : 0) + (c[(axis + 2) % 3] >= 0 ? 2 : 0);
 }
 
+/// Size of the contact in each bin: its extents along the body's two axes across the bin's, of which a sole counts the
+/// shorter and a wall the more level one.
+std::array<FaceExtent, kNormalBinCount> face_extents(std::span<const ContactVoxel> voxels,
+                                                     Quat to_body, Vec3 up) {
+    struct Range {
+        std::array<double, 3> low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+        double depth_m = 0, down = 0, area_m2 = 0;
+    };
+    std::array<Range, kNormalBinCount> ranges{};
+    for (const ContactVoxel& v : voxels) {
+        Range& range = ranges[dominant_axis_bin(rotate(to_body, v.normal))];
+        const Vec3 p = rotate(to_body, v.position_m);
+        const std::array<double, 3> c{p.x, p.y, p.z};
+        for (int k = 0; k < 3; ++k) {
+            range.low[k] = std::min(range.low[k], c[k]);
+            range.high[k] = std::max(range.high[k], c[k]);
+        }
+        range.depth_m = std::max(range.depth_m, v.depth_m + v.compression_m);
+        range.down -= dot(v.normal, up) * v.area_m2;
+        range.area_m2 += v.area_m2;
+    }
+    const Vec3 body_up = rotate(to_body, up);
+    const std::array<double, 3> upness{std::abs(body_up.x), std::abs(body_up.y),
+                                       std::abs(body_up.z)};
+    std::array<FaceExtent, kNormalBinCount> faces{};
+    for (int bin = 0; bin < kNormalBinCount; ++bin) {
+        const Range& range = ranges[bin];
+        if (!(range.area_m2 > 0)) continue;
+        const int a = (bin / 2 + 1) % 3, b = (bin / 2 + 2) % 3;
+        const double side_a = range.high[a] - range.low[a], side_b = range.high[b] - range.low[b];
+        const bool is_sole = range.down > 0.7 * range.area_m2;
+        faces[bin] = {is_sole ? std::min(side_a, side_b) : upness[a] < upness[b] ? side_a : side_b,
+                      range.depth_m};
+    }
+    return faces;
+}
+
 struct PatchSum {
     Vec3 limit_force_n;     ///< sum of limit times normal
     Vec3 weighted_point;    ///< sum of limit times position
@@ -46,13 +83,15 @@ BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotio
     for (int bin = 0; bin < kNormalBinCount; ++bin)
         if (bin_area[bin] > 0) centroid[bin] = centroid[bin] * (1 / bin_area[bin]);
 
+    const std::array<FaceExtent, kNormalBinCount> faces = face_extents(voxels, to_body, up);
+
     BodyContact total;
     std::array<PatchSum, kPatchCapacity> sums{};
     for (const ContactVoxel& v : voxels) {
-        const ElementYield yield =
-            yield_of_element(v, motion.velocity_at(v.position_m), up, strengths[v.material]);
-        const double area = v.area_m2 * v.fill;
         const int bin = dominant_axis_bin(rotate(to_body, v.normal));
+        const ElementYield yield = yield_of_element(v, motion.velocity_at(v.position_m), up,
+                                                    strengths[v.material], faces[bin]);
+        const double area = v.area_m2 * v.fill;
         const int quadrant = quadrant_of(rotate(to_body, v.position_m - centroid[bin]), bin);
         const double limit_n = yield.normal_limit_pa * area;
         PatchSum& sum = sums[bin * kQuadrantCount + quadrant];

@@ -17,8 +17,8 @@ Vec3 Body::velocity_at(int x, int y, int z) const {
 }
 
 double excess(const Model& model, const Voxel& voxel) {
-    const double allowed = model.excess_tolerance + (voxel.bodies > 0 ? model.elastic_excess : 0);
-    return std::min(voxel.soil, voxel.soil + voxel.psi() - 1 - allowed);
+    const double over = voxel.soil + voxel.psi() - 1 - (voxel.bodies > 0 ? model.elastic_excess : 0);
+    return over > model.excess_tolerance ? std::min(voxel.soil, over) : 0;
 }
 
 void move_share(const Voxel& from_before, Voxel& from, Voxel& to, double share) {

@@ -57,16 +57,15 @@ struct Model {
     double support_slack = 0;        ///< room that a voxel may lack and still carry what is above it
     double carry_slack = 0;          ///< the same on a moving body
     double elastic_excess = 0;       ///< excess that stays under a body
-    double excess_tolerance = 0;     ///< excess not worth a pass
+    double excess_tolerance = 0;     ///< excess up to this does not flow
     double push_room = 0;            ///< a voxel with less free room bars the way of pushed soil
-    double crumb = 0;                ///< amounts that move whole
+    double pushed_most = 2;          ///< soil that waits for a push to go on before it counts as overflow
     double speck = 0;                ///< advected shares of a voxel's soil below this stay
     double slip_tolerance = 0;       ///< wedges not worth a slide
     int span_capacity = 5;           ///< height spans kept of a column
     int slip_depth = 4;              ///< voxels of a column that may slide at once
     double gravity = 0;              ///< voxels a step squared
     int substeps = 1;                ///< parts this step is cut into
-    int substep = 0;                 ///< the one that runs
     std::vector<double> friction_angle_rad;  ///< per material
 };
 
@@ -102,7 +101,8 @@ class Field {
     std::vector<Voxel> voxels_;
 };
 
-/// Soil beyond a voxel's room that has to go: none while it is within what a body may press in elastically.
+/// Soil beyond a voxel's room, and beyond what a body may press in elastically, that has to go; none while it is within
+/// the tolerance.
 double excess(const Model& model, const Voxel& voxel);
 
 /// Moves `share` (0..1) of a voxel's soil, with its masses and momentum, from `from` as it was to `to`.

@@ -67,19 +67,12 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
             accelerated.z = std::max(goal.z, velocity.z - model.gravity * dt);
             drift = accelerated;
         }
-        const auto moved = [&](double whole) {
-            if (voxel.soil > model.crumb) {
-                return std::clamp(whole * dt, -1.0, 1.0);
-            }
-            const double bounded = std::clamp(whole, -1.0 * model.substeps, 1.0 * model.substeps);
-            const auto moved_by = [&](int parts) { return std::floor(bounded * parts * dt + 0.5); };
-            return moved_by(model.substep + 1) - moved_by(model.substep);
-        };
-        drift = {moved(drift.x), moved(drift.y), moved(drift.z)};
+        const auto displacement = [&](double speed) { return std::clamp(speed * dt, -1.0, 1.0); };
+        drift = {displacement(drift.x), displacement(drift.y), displacement(drift.z)};
         const Vec3 momentum = accelerated * mass;
         origin.momentum += momentum - voxel.momentum;
         for (const Overlap& part : overlaps(drift)) {
-            if (voxel.soil > model.crumb && voxel.soil * part.share < model.speck) {
+            if (voxel.soil * part.share < model.speck) {
                 continue;
             }
             origin.momentum += -part.share * momentum;
@@ -105,7 +98,7 @@ Field resolve_overflow(const Model& model, const Field& before, Heuristic heuris
         const Voxel& voxel = before.at(x, y, z);
         const double leaving = excess(model, voxel);
         const bool pushed = length(voxel.force) > 0;
-        if (leaving <= 0 || (pushed && voxel.soil <= 2)) {
+        if (leaving <= 0 || (pushed && voxel.soil <= model.pushed_most)) {
             return;
         }
         const double share = leaving / voxel.soil;

@@ -6,9 +6,8 @@
 /// - soil that rests on a moving body takes over the body's velocity as far as Coulomb friction allows;
 /// - only resting soil and voxels at least half covered lock a voxel: falling soil never does;
 /// - drift over a step is v + g dt / 2, exact for constant gravity, and the velocity after it v + g dt;
-/// - amounts up to a crumb move whole voxels: as many as the whole step's drift rounds to, spread over its parts;
-/// - of other amounts, shares below a speck stay where they are;
-/// - overflow that a body's push is moving is left to the next step's force propagation, up to twice a voxel's room;
+/// - shares below a speck stay where they are (crumbs, which move whole by chance, are not modelled);
+/// - overflow that a body's push is moving is left to the next step's force propagation, up to an amount;
 /// - excess that stays by field.h is not overflow.
 #pragma once
 

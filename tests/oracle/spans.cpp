@@ -55,15 +55,18 @@ std::vector<Span> height_spans(const Model& model, const Field& field, int x, in
     return spans;
 }
 
-double free_surface(const Field& field, const std::vector<Span>& spans, int x, int y) {
+double free_surface(const Model& model, const Field& field, const std::vector<Span>& spans, int x, int y) {
+    const auto covered = [&](int z) { return z < field.nz && field.at(x, y, z).bodies > 0; };
     for (auto span = spans.rbegin(); span != spans.rend(); ++span) {
-        if (span->kind == Span::Kind::piled) {
+        const int below = static_cast<int>(span->bottom) - 1;
+        const bool on_body = below >= 0 && field.at(x, y, below).psi() >= model.solid_coverage &&
+                             field.at(x, y, below).bodies > field.at(x, y, below).terrain;
+        if (span->kind == Span::Kind::piled && !on_body) {
             const int z = std::min(field.nz - 1, static_cast<int>(span->top));
-            const bool covered = field.at(x, y, z).bodies > 0 || (z + 1 < field.nz && field.at(x, y, z + 1).bodies > 0);
-            return covered ? -1 : span->top;
+            return covered(z) || covered(z + 1) ? -1 : span->top;
         }
     }
-    return -1;
+    return 0;
 }
 
 }  // namespace oracle

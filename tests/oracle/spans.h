@@ -24,7 +24,7 @@ struct Span {
 /// Of one column, bottom-up. More than model.span_capacity may come back.
 std::vector<Span> height_spans(const Model& model, const Field& field, int x, int y);
 
-/// Height of the topmost piled span; -1 where a body covers the voxel at it or the one on that.
-double free_surface(const Field& field, const std::vector<Span>& spans, int x, int y);
+/// Height of the topmost piled span that does not stand on a body; -1 where a body covers the voxel at it or the next.
+double free_surface(const Model& model, const Field& field, const std::vector<Span>& spans, int x, int y);
 
 }  // namespace oracle

@@ -129,13 +129,18 @@ TEST_F(HostileFill, height_maps) {
 }
 
 TEST_F(HostileFill, noise) {
-    expect_refused(NoiseFill{.base_m = kNan}, "base_m");
-    expect_refused(NoiseFill{.amplitude_m = -1}, "amplitude_m");
-    expect_refused(NoiseFill{.wavelength_m = 0}, "wavelength_m");
-    expect_refused(NoiseFill{.wavelength_m = kInfinity}, "wavelength_m");
-    expect_refused(NoiseFill{.octaves = 0}, "octaves");
-    expect_refused(NoiseFill{.octaves = 60}, "octaves");
-    expect_refused(NoiseFill{.persistence = 1.5}, "persistence");
+    const auto refused = [&](auto NoiseFill::*field, auto value, const char* name) {
+        NoiseFill fill;
+        fill.*field = value;
+        expect_refused(fill, name);
+    };
+    refused(&NoiseFill::base_m, kNan, "base_m");
+    refused(&NoiseFill::amplitude_m, -1.0, "amplitude_m");
+    refused(&NoiseFill::wavelength_m, 0.0, "wavelength_m");
+    refused(&NoiseFill::wavelength_m, kInfinity, "wavelength_m");
+    refused(&NoiseFill::octaves, 0, "octaves");
+    refused(&NoiseFill::octaves, 60, "octaves");
+    refused(&NoiseFill::persistence, 1.5, "persistence");
 }
 
 TEST_F(HostileFill, functions) {

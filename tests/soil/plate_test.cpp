@@ -71,7 +71,7 @@ TEST_P(Plate, keeps_the_soil_on_its_side) {
         const std::array<int64_t, 2> now = sides_of(*soil, movers[0].body);
         ASSERT_EQ(now[0] + now[1], before[0] + before[1]);
         // What the plate runs over stands in its front voxels until it is pushed on, within a step or two.
-        EXPECT_LE(std::abs(now[1] - before[1]), 0.002 * before[0]) << "step " << s + 1;
+        EXPECT_LE(static_cast<double>(std::abs(now[1] - before[1])), 0.002 * static_cast<double>(before[0])) << "step " << s + 1;
     }
 }
 

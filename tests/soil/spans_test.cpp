@@ -34,7 +34,7 @@ TEST_P(Spans, follow_the_oracle) {
                                                                                      : kSpanFalling)
                     << "span " << i;
             }
-            const double surface = oracle::free_surface(field, expected, x, y);
+            const double surface = oracle::free_surface(model, field, expected, x, y);
             EXPECT_EQ(bench.read_surface(x, y), surface < 0 ? -1 : surface * kVoxelFull);
         }
     }

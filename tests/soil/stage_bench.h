@@ -43,7 +43,7 @@ class StageBench {
     void find_support();
     void apply_force();
     void propagate_force();  ///< with apply_flow
-    void advect(int substeps, int substep);  ///< with apply_flow
+    void advect(int substeps);  ///< with apply_flow
     void resolve_overflow(OverflowHeuristic heuristic);  ///< of all blocks, with apply_flow
     void build_spans();
     void slip(int substeps);  ///< with apply_flow; from the set of speeds of write_speeds
@@ -60,7 +60,7 @@ class StageBench {
 
     /// The same state and bodies for the oracle.
     oracle::Field to_field(const StatePlanes& planes) const;
-    oracle::Model model(int substeps = 1, int substep = 0) const;
+    oracle::Model model(int substeps = 1) const;
     std::vector<oracle::Body> oracle_bodies() const;
 
   private:

@@ -102,6 +102,7 @@ Status Soil::save(const std::string& path) const {
     w.put<int64_t>(s.speed_q16);
     w.put<uint32_t>(s.status);
     w.put<int32_t>(s.params.slip_turn);
+    w.put<int32_t>(s.params.pass_stamp);
     TileVoxels voxels;
     std::vector<int32_t> columns(kTileColumns * kColumnWords);
     for (size_t index = 0; index < s.tiles.size(); ++index) {
@@ -219,6 +220,7 @@ Status Soil::load(const std::string& path) {
     const auto speed = r.get<int64_t>();
     const auto status = r.get<uint32_t>();
     const auto slip_turn = r.get<int32_t>();
+    const auto pass_stamp = r.get<int32_t>();
     TileVoxels voxels;
     voxels.reset(s.height, s.kept_planes);
     for (int64_t index = r.get<int64_t>(); r.ok && index != -1; index = r.get<int64_t>()) {
@@ -264,6 +266,8 @@ Status Soil::load(const std::string& path) {
     s.speed_q16 = speed;
     s.status = status;
     s.params.slip_turn = slip_turn & 1;
+    s.params.pass_stamp = pass_stamp;
+    s.device->fill_zero(Buffer::block_flags, 0, static_cast<int64_t>(kFlagArrays) * s.slot_count * s.blocks_per_tile);
     s.active = std::move(active);
     s.bodies.clear();
     s.body_ids.clear();

@@ -19,6 +19,10 @@ constexpr int64_t kAwakeSteps = 3;
 // Stamps are kept within 20 bits because the tile tops share their word with them; see kTileTableTop.
 constexpr int64_t kStampWrap = (1 << 20) - 2;
 
+// A body counts as still until it has moved this far since its coverage was last made [voxels]: a machine that rocks by
+// micrometres on its tracks is not voxelized anew in every step. Well below what the contact forces resolve.
+constexpr double kStillVoxels = 1.0 / 512;
+
 using Clock = std::chrono::steady_clock;
 double ms_since(Clock::time_point start) {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -38,13 +42,6 @@ Pose interpolate(const Pose& a, const Pose& b, double t) {
            a.rotation.z + (q.z - a.rotation.z) * t, a.rotation.w + (q.w - a.rotation.w) * t};
     const double n = std::sqrt(r.x * r.x + r.y * r.y + r.z * r.z + r.w * r.w);
     return {a.position + (b.position - a.position) * t, {r.x / n, r.y / n, r.z / n, r.w / n}};
-}
-
-bool same_pose(const Pose& a, const Pose& b) {
-    return a.position.x == b.position.x && a.position.y == b.position.y &&
-           a.position.z == b.position.z && a.rotation.x == b.rotation.x &&
-           a.rotation.y == b.rotation.y && a.rotation.z == b.rotation.z &&
-           a.rotation.w == b.rotation.w;
 }
 
 Aabb merge(const Aabb& a, const Aabb& b) {
@@ -132,7 +129,9 @@ void Soil::Impl::find_body_blocks(const SoilBody& body, const Pose& from, const 
                 if (!tile || tile->top + 2 < box.min.z || (may_wake ? wake(index) : tile->slot) < 0) {
                     continue;
                 }
-                for (int zb = zb0; zb <= zb1; ++zb) {
+                // Above the soil's top, with one block to spare for what is thrown up, there is nothing to cover.
+                const int zb_top = std::min(zb1, tile->top / kTileSide + 1);
+                for (int zb = zb0; zb <= zb_top; ++zb) {
                     blocks.push_back(static_cast<BlockKey>(index) * blocks_per_tile + zb);
                 }
             }
@@ -226,7 +225,8 @@ void Soil::Impl::build_work_lists() {
             lowest = flag_words[block] != 0 || rebuild_step[block] == step_index ? zb : -1;
         }
         if (lowest >= 0) {
-            builder.add(slot * kTileWord + lowest);
+            const int highest = std::min(blocks_per_tile, tiles[slot_tile[slot]]->top / kTileSide + 2);
+            builder.add((slot * kTileWord + lowest) * kTileWord + highest);
             tiles[slot_tile[slot]]->last_used_step = step_index;
         }
         builder.end_tile();
@@ -494,16 +494,18 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
             track.index = take_body_index(body.id);
         } else if (track.shape_revision == body.shape_revision) {
             entry.from = track.pose;
-            entry.moved = !same_pose(track.pose, to);
-            const double move = entry.moved ? body_reach_voxels(entry) : 0;
-            if (move > def.substeps_max) {
+            const double move = body_reach_voxels(entry);
+            entry.moved = move > kStillVoxels;
+            if (!entry.moved) {
+                entry.to = entry.from;
+            } else if (move > def.substeps_max) {
                 status |= static_cast<uint32_t>(StatusBit::body_teleported);
                 entry.from = to;
             } else {
                 reach = std::max(reach, move);
             }
         }
-        track.pose = to;
+        track.pose = entry.to;
         track.shape_revision = body.shape_revision;
         track.is_static = body.is_static;
         track.last_step = step_index;
