@@ -3,24 +3,33 @@
 // body goes with the body as far as friction can take it (thesis 5.3.1 lists its absence as a defect).
 // Reads: all planes. Writes: deltas; the momentum of soil that rests.
 
-// thesis (24): a full voxel is locked, unless its soil is itself falling or carried away.
-bool is_locked(int to) {
+// thesis (24): a full voxel is locked, unless its soil is itself falling or carried away. Soil caught inside a body
+// moves with the body, within it and out of it.
+bool is_locked(int from, int to) {
+    if (to >= 0 && state_at(kPlaneCoverage, from) >= kSolidCoverage && state_at(kPlaneCoverage, to) >= kSolidCoverage &&
+        state_at(kPlaneTerrain, to) < kSolidCoverage && block_flags[flag_index(kFlagListed, to >> 9)] != 0) {
+        return false;
+    }
     if (is_closed(to)) {
         return true;
     }
-    int support = state_at(kPlaneSupport, to);
-    return support == kSupportGround && is_full(to);
+    return state_at(kPlaneSupport, to) == kSupportGround && is_full(to);
 }
 
-// A crumb moves a whole voxel as often as its drift is long: on average as far as it should.
-ivec3 whole_voxels(ivec3 drift, ivec3 at) {
-    uint h = uint(at.x) * 73856093u ^ uint(at.y) * 19349663u ^ uint(at.z) * 83492791u ^
-             uint(params.pass_stamp) * 2654435761u;
-    h = (h ^ (h >> 15)) * 2246822519u;
-    int chance = int((h >> 13) & 65535u);
+// Whole voxels as often as the drift is long: on average as far as it should. `chance` is a Q16 number spread evenly
+// over the passes.
+ivec3 whole_voxels(ivec3 drift, int chance) {
     return ivec3(abs(drift.x) > chance ? sign(drift.x) : 0, abs(drift.y) > chance ? sign(drift.y) : 0,
                  abs(drift.z) > chance ? sign(drift.z) : 0) *
            kVoxelFull;
+}
+
+// A number of each voxel's own: crumbs do not move in step.
+int voxel_chance(ivec3 at) {
+    uint h = uint(at.x) * 73856093u ^ uint(at.y) * 19349663u ^ uint(at.z) * 83492791u ^
+             uint(params.pass_stamp) * 2654435761u;
+    h = (h ^ (h >> 15)) * 2246822519u;
+    return int((h >> 13) & 65535u);
 }
 
 void advect_soil(int group, int lane) {
@@ -83,7 +92,7 @@ void advect_soil(int group, int lane) {
                              mul_q16(mass, kick.z * 1024));
         int volume = state_at(kPlaneVolume, voxel);
         if (volume <= kCrumb) {
-            drift = whole_voxels(drift, grid_voxel(slot, x, y, z0 + z));
+            drift = whole_voxels(drift, voxel_chance(grid_voxel(slot, x, y, z0 + z)));
         }
         if (drift.x == 0 && drift.y == 0 && drift.z == 0) {
             if (gained.x != 0 || gained.y != 0 || gained.z != 0) {
@@ -112,7 +121,7 @@ void advect_soil(int group, int lane) {
             lost = lost + part;
             int to = voxel_at(slot, x + pick.x * side.x, y + pick.y * side.y,
                               z0 + z + pick.z * side.z);
-            if (is_locked(to)) {
+            if (is_locked(voxel, to)) {
                 continue;  // thesis (24): backflow, with zero velocity
             }
             for (int i = 0; i < params.transport_count; ++i) {
@@ -122,7 +131,9 @@ void advect_soil(int group, int lane) {
                 }
                 int units = mul_q16(state_at(plane, voxel), share);  // thesis (23)
                 add_delta(plane, voxel, -units);
-                add_delta(plane, to, units);
+                if (plane != kPlaneBond) {
+                    add_delta(plane, to, units);
+                }
             }
             add_delta(kPlaneMomentumX, to, part.x);  // thesis (28): extensive, so the average comes by itself
             add_delta(kPlaneMomentumY, to, part.y);

@@ -24,6 +24,7 @@ void apply_flow(int group, int lane) {
             int volume = state_at(kPlaneVolume, voxel);
             if (mass == 0) {
                 set_state(kPlaneVolume, voxel, 0);
+                set_state(kPlaneBond, voxel, 0);
                 set_state(kPlaneMomentumX, voxel, 0);
                 set_state(kPlaneMomentumY, voxel, 0);
                 set_state(kPlaneMomentumZ, voxel, 0);

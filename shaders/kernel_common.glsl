@@ -45,12 +45,12 @@ int coverage_at(int voxel) {
     return min(kVoxelFull, state_at(kPlaneCoverage, voxel) + state_at(kPlaneTerrain, voxel));
 }
 
-// Nothing flows into a voxel that is outside, mostly solid, or not dispatched in this step.
+// Nothing ever flows into a voxel that is outside or mostly solid.
+bool is_solid(int voxel) { return voxel < 0 || coverage_at(voxel) >= kSolidCoverage; }
+
+// Nor, in this step, into one that is not dispatched: whoever asks has soil to put there, so it is in the next.
 bool is_closed(int voxel) {
-    if (voxel < 0) {
-        return true;
-    }
-    if (coverage_at(voxel) >= kSolidCoverage) {
+    if (is_solid(voxel)) {
         return true;
     }
     if (block_flags[flag_index(kFlagListed, voxel >> 9)] == 0) {
@@ -58,6 +58,19 @@ bool is_closed(int voxel) {
         return true;
     }
     return false;
+}
+
+// The same for soil that leaves `from`: soil caught inside a body (in a wall that swept over it) may go on through the
+// body towards where there is less of it, so that it comes out where the body goes and not behind it.
+bool is_barred(int from, int to) {
+    if (to >= 0 && state_at(kPlaneTerrain, to) < kSolidCoverage) {
+        int bodies = state_at(kPlaneCoverage, to);
+        if (bodies >= kSolidCoverage && bodies <= state_at(kPlaneCoverage, from) &&
+            block_flags[flag_index(kFlagListed, to >> 9)] != 0) {
+            return false;
+        }
+    }
+    return is_closed(to);
 }
 
 bool is_full(int voxel) { return state_at(kPlaneVolume, voxel) + coverage_at(voxel) >= kVoxelFull; }
@@ -68,14 +81,17 @@ bool has_room(int voxel) {
 }
 
 // Soil beyond the voxel's room, 0 while it is within the tolerance: what flows then flows down to the room itself, so
-// that the last units of a push do not travel for ever. Under a body the elastic part stays (it carries the body).
+// that the last units of a push do not travel for ever. Beside a body the elastic part stays (it carries the body); inside
+// one nothing may stay, or a moving wall would leave some of its load behind.
 int excess_at(int voxel) {
     int bodies = state_at(kPlaneCoverage, voxel);
-    int room = kVoxelFull - min(kVoxelFull, bodies + state_at(kPlaneTerrain, voxel));
-    if (bodies > 0) {
-        room += kElasticExcess;
+    int excess = state_at(kPlaneVolume, voxel) - kVoxelFull + min(kVoxelFull, bodies + state_at(kPlaneTerrain, voxel));
+    if (bodies >= kSolidCoverage) {
+        return max(0, excess);
     }
-    int excess = state_at(kPlaneVolume, voxel) - room;
+    if (bodies > 0) {
+        excess -= kElasticExcess;
+    }
     return excess > kExcessTolerance ? excess : 0;
 }
 
@@ -128,14 +144,17 @@ void mark_moved(int from, int to) {
     }
 }
 
-// Moves `fraction` (Q16) of everything that travels with the soil. What one voxel loses the other gets.
+// Moves `fraction` (Q16) of everything that travels with the soil. What one voxel loses the other gets, but for the bond:
+// soil that moves is loose.
 void move_share(int from, int to, int fraction) {
     int moved = 0;
     for (int i = 0; i < params.transport_count; ++i) {
         int plane = kTransportFirst + i;
         int share = mul_q16(state_at(plane, from), fraction);
         add_delta(plane, from, -share);
-        add_delta(plane, to, share);
+        if (plane != kPlaneBond) {
+            add_delta(plane, to, share);
+        }
         moved = moved | share;
     }
     if (moved != 0) {

@@ -18,7 +18,7 @@ int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction) {
         }
         int to = voxel_at(slot, at.x + pick.x * side.x, at.y + pick.y * side.y,
                           at.z + pick.z * side.z);
-        if (is_closed(to)) {
+        if (is_barred(from, to)) {
             continue;
         }
         int moved = mul_q16(state_at(kPlaneVolume, from), share) >> 4;
@@ -86,7 +86,7 @@ void propagate_force(int group, int lane) {
         ivec3 at = ivec3(lane & 7, lane >> 3, z0 + z);
         int ahead = voxel_at(slot, at.x + ((way.x + 32768) >> 16), at.y + ((way.y + 32768) >> 16),
                              at.z + ((way.z + 32768) >> 16));
-        int passive = tables[main_material(voxel) * kTableWords + kTablePassive];
+        int passive = tables[2 * main_material(voxel) * kTableWords + kTablePassive];
         if (way.z < passive && !has_room(ahead)) {
             way = way_to_free_surface(slot, at, way, passive);
         }

@@ -6,7 +6,7 @@
 // Reads: spans, volume, all transported planes. Writes: deltas, slip speed.
 
 CONST_INT(kNoDrop, -1)
-CONST_INT(kSlipDepth, 4)  // voxels of a column that may slide at once
+CONST_INT(kSlipDepth, 2)  // voxels of a column that may slide at once
 
 // Where the slip speed of a column's spans stands: two sets, one read and one written, turn by turn.
 int speed_read(int record, int span) {
@@ -56,12 +56,12 @@ int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(i
             return kNoDrop;
         }
         target = voxel_at(slot, x, y, other_top >> 16);
-        return is_closed(target) ? kNoDrop : drop;
+        return is_solid(target) ? kNoDrop : drop;
     }
     // No span beside this one. On the edge of a rigid body an edge span of no height takes the soil.
     if (on_rigid) {
         target = voxel_at(slot, x, y, bottom >> 16);
-        if (!is_closed(target) && !is_full(target)) {
+        if (!is_solid(target) && !is_full(target)) {
             return top - bottom;
         }
     }
@@ -70,9 +70,9 @@ int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(i
 }
 
 // Height of the sliding wedge (h - tan(theta) dx, Q16 voxels; negative when stable) and its acceleration over a slope.
-int table_at(int material, int table, int slope) {
+int table_at(int curve, int table, int slope) {
     int entry = min(slope >> 12, kSlipEntries - 2);
-    int start = material * kTableWords + table + entry;
+    int start = curve * kTableWords + table + entry;
     int rest = min(slope - entry * 4096, 65536);
     return tables[start] + mul_q16(tables[start + 1] - tables[start], rest * 16);
 }
@@ -135,7 +135,9 @@ void slip_soil(int group, int lane) {
             continue;
         }
         int source = voxel_at(slot, x, y, (top - 1) >> 16);
-        int material = main_material(source);
+        // Cohesion holds where most of the soil at the top is undisturbed.
+        bool bonded = 2 * state_at(kPlaneBond, source) >= state_at(kPlaneVolume, source);
+        int curve = 2 * main_material(source) + (bonded ? 0 : 1);
         int worst = 0;        // wedge height of the steepest facet
         int worst_slope = 0;
         int sum = 0;
@@ -163,7 +165,7 @@ void slip_soil(int group, int lane) {
             if (slope == 0) {
                 continue;
             }
-            int wedge = table_at(material, 0, slope);
+            int wedge = table_at(curve, 0, slope);
             if (wedge <= kSlipTolerance) {
                 continue;
             }
@@ -186,7 +188,7 @@ void slip_soil(int group, int lane) {
             speed = max(speed, column_speed(slot, x + k % 3 - 1, y + k / 3 - 1));
         }
         // thesis (9), and no more than a quarter of the wedge at once, so that nothing overshoots.
-        speed = min(speed + table_at(material, kTableAcceleration, worst_slope) / params.substep_count, 65536);
+        speed = min(speed + table_at(curve, kTableAcceleration, worst_slope) / params.substep_count, 65536);
         spans[speed_write(record, i)] = speed;
         int rate = min(max(speed / params.substep_count, 8192), 16384);
         int amount = min(mul_q16(worst, rate), kSlipDepth * kVoxelFull) + 1;  // thesis (10)
@@ -202,7 +204,7 @@ void slip_soil(int group, int lane) {
             amount -= taken;
             int fraction = fraction_q16(taken, held);
             for (int k = 0; k < 8; ++k) {
-                if (flow[k] > 0 && target[k] >= 0) {
+                if (flow[k] > 0 && !is_closed(target[k])) {
                     move_share(source, target[k], mul_q16(fraction, fraction_q16(flow[k], sum)));
                 }
             }

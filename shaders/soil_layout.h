@@ -58,7 +58,8 @@ CONST_INT(kPlaneMomentumZ, 7)
 CONST_INT(kPlaneForceX, 8)      // direction of the applied force, weighted by what it pushes
 CONST_INT(kPlaneForceY, 9)
 CONST_INT(kPlaneForceZ, 10)
-CONST_INT(kPlaneMaterial, 11)   // mass units of material 0; material m is plane kPlaneMaterial + m
+CONST_INT(kPlaneBond, 11)       // volume units that were never moved: they keep their cohesion
+CONST_INT(kPlaneMaterial, 12)   // mass units of material 0; material m is plane kPlaneMaterial + m
 CONST_INT(kTransportFirst, 4)   // planes from here on move with the soil and have a delta plane
 
 CONST_INT(kSupportNone, 0)
@@ -109,7 +110,7 @@ CONST_INT(kResultHeader, 16)    // then per body the load it carries, kLoadWords
 CONST_INT(kLoadWords, 8)        // 64-bit sums (low, high): mass units, mass * (2x+1), mass * (2y+1), mass * (2z+1)
 CONST_INT(kContactWords, 12)    // x, y, z, body index, gradient x y z, fill (Q16), excess, material, 0, 0
 
-// --- tables buffer: per material ----------------------------------------------------------------------------------
+// --- tables buffer: per material two tables, bonded then loose ----------------------------------------------------------------------------------
 CONST_INT(kSlipEntries, 257)    // slope 0..16 voxels of rise per voxel, step 1/16
 CONST_INT(kTableWords, 640)     // wedge[257], acceleration[257] at kTableAcceleration
 CONST_INT(kTableAcceleration, 320)

@@ -6,7 +6,7 @@ int blocks_per_tile;     // height / 8
 int size_x;              // grid size in voxels (tiles at the rim are cut off here)
 int size_y;
 int material_count;
-int transport_count;     // planes that move with the soil: 7 + material_count
+int transport_count;     // planes that move with the soil: 8 + material_count
 int substep_count;       // this base step is cut into so many
 int gravity_q16;         // gravity in Q16 voxels per base step squared
 int list_offset;         // where this dispatch's list starts in block_list

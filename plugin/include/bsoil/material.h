@@ -15,6 +15,7 @@ struct MaterialDef {
     double density_kg_m3 = 1600;       ///< bulk density as placed, 200..4000
     double friction_angle_rad = 0.576; ///< angle of internal friction phi, 0..1.2 rad (33 deg)
     double cohesion_pa = 0;            ///< cohesion c, 0..200e3 Pa
+    double loose_cohesion_fraction = 0;  ///< share of the cohesion that soil keeps once it has been moved, 0..1
     double tool_friction = 0.4;        ///< Coulomb friction with bodies, 0..2
     std::array<float, 3> color{0.76f, 0.66f, 0.45f};  ///< linear RGB, 0..1, for pictures only
     /// Names the field, its value and its range when something is wrong.

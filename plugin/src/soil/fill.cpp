@@ -93,6 +93,7 @@ Status Soil::Impl::fill_with(const std::string& material, const int low[3], cons
                     // Less than a crumb is not worth a voxel: it would hover until a neighbour's flow took it along.
                     if (units > kCrumb) {
                         voxels.at(kKeptVolume, z, c) += units;
+                        voxels.at(kKeptBond, z, c) += units;
                         voxels.at(kKeptMaterial + *found, z, c) +=
                             std::max(1, static_cast<int>(std::lround(units * mass_per_volume)));
                         tile_added += units;

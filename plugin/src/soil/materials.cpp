@@ -15,6 +15,7 @@ Status MaterialDef::validate() const {
          {check_range(where + "density_kg_m3", density_kg_m3, 200, 4000),
           check_range(where + "friction_angle_rad", friction_angle_rad, 0, 1.2),
           check_range(where + "cohesion_pa", cohesion_pa, 0, 200e3),
+          check_range(where + "loose_cohesion_fraction", loose_cohesion_fraction, 0, 1),
           check_range(where + "tool_friction", tool_friction, 0, 2)}) {
         if (!status) {
             return status;

@@ -119,8 +119,12 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     }
     std::vector<int32_t> tables;
     for (const MaterialDef& material : s.materials) {
-        const std::vector<int32_t> table = make_slip_table(material, def);
-        tables.insert(tables.end(), table.begin(), table.end());
+        MaterialDef loose = material;
+        loose.cohesion_pa *= material.loose_cohesion_fraction;
+        for (const MaterialDef& state : {material, loose}) {
+            const std::vector<int32_t> table = make_slip_table(state, def);
+            tables.insert(tables.end(), table.begin(), table.end());
+        }
     }
     const int64_t result_size = kResultHeader + static_cast<int64_t>(limits::kBodyCapacity) * kLoadWords +
                                 static_cast<int64_t>(limits::kContactCapacity) * kContactWords;

@@ -23,7 +23,9 @@ Status SoilDef::validate() const {
           check_range("substeps_max", substeps_max, 1, 32),
           check_range("tile_capacity", tile_capacity, 0, 1 << 22),
           check_range("thread_count", thread_count, 0, 1024),
-          check_range("yaw_rad", yaw_rad, -7, 7)}) {
+          check_range("yaw_rad", yaw_rad, -7, 7), check_range("up", static_cast<int>(up), 0, 1),
+          check_range("backend", static_cast<int>(backend), 0, 2),
+          check_range("overflow", static_cast<int>(overflow), 0, 2)}) {
         if (!status) {
             return status;
         }

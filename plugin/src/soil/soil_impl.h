@@ -21,11 +21,12 @@ namespace bsoil {
 //
 //   TileVoxels plane | state plane
 //   0                | kPlaneTerrain
-//   1 + i            | kTransportFirst + i    (volume, momentum x 3, force x 3, materials)
+//   1 + i            | kTransportFirst + i    (volume, momentum x 3, force x 3, bond, materials)
 inline constexpr int kKeptTerrain = 0;
 inline constexpr int kKeptVolume = 1;
 inline constexpr int kKeptMomentum = 2;
-inline constexpr int kKeptMaterial = 8;  // kPlaneMaterial - kTransportFirst + 1
+inline constexpr int kKeptBond = 8;
+inline constexpr int kKeptMaterial = 9;
 
 /// One tile of 8 x 8 columns.
 struct Tile {
@@ -92,6 +93,7 @@ struct Soil::Impl {
     std::vector<int64_t> woken_step;                               ///< by slot: when it woke
     std::vector<int32_t> block_words, flag_words, shape_words, result_words, tile_tops;
     std::vector<std::pair<BlockKey, int64_t>> active_scratch;
+    std::vector<std::unordered_map<BlockKey, int64_t>::node_type> active_spare;  ///< entries that fell out of `active`
     std::vector<std::pair<int32_t, int32_t>> pair_scratch;
     std::vector<std::pair<size_t, const ConvexShape*>> hull_scratch;
     std::vector<BlockKey> block_scratch, fresh_blocks;
@@ -125,7 +127,7 @@ struct Soil::Impl {
     void read_voxels(int index, TileVoxels& out) const;
     void write_voxels(int index, const TileVoxels& in);
     const TileVoxels& sampled_voxels(int index) const;
-    void activate(BlockKey block) { active[block] = step_index; }
+    void activate(BlockKey block);
 
     // --- fill.cpp, terrain.cpp
     /// Soil per voxel of a tile as a share of the voxel (0..1) at grid voxel (x, y, z).

@@ -158,12 +158,26 @@ void Soil::Impl::mark_rebuild(const std::vector<BlockKey>& blocks, bool changes_
     }
 }
 
+void Soil::Impl::activate(BlockKey block) {
+    if (const auto known = active.find(block); known != active.end()) {
+        known->second = step_index;
+    } else if (active_spare.empty()) {
+        active.emplace(block, step_index);
+    } else {
+        auto entry = std::move(active_spare.back());
+        active_spare.pop_back();
+        entry.key() = block;
+        entry.mapped() = step_index;
+        active.insert(std::move(entry));
+    }
+}
+
 void Soil::Impl::list_active_blocks() {
     std::vector<std::pair<BlockKey, int64_t>>& entries = active_scratch;
     entries.clear();
     for (auto it = active.begin(); it != active.end();) {
         if (step_index - it->second > kAwakeSteps) {
-            it = active.erase(it);
+            active_spare.push_back(active.extract(it++));
         } else {
             entries.push_back(*it);
             ++it;
@@ -424,7 +438,7 @@ bool Soil::Impl::accept_body(const SoilBody& body) {
         status |= static_cast<uint32_t>(StatusBit::pose_not_finite);
         return false;
     }
-    if (!body.shapes || body.shapes->empty() || body.id < 0 || body.id > 65533 ||
+    if (!body.shapes || body.shapes->empty() || body.id < 0 || body.id > 65534 ||
         !std::all_of(body.shapes->begin(), body.shapes->end(), is_valid_shape)) {
         status |= static_cast<uint32_t>(StatusBit::shape_refused);
         return false;
