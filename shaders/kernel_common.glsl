@@ -80,7 +80,7 @@ bool has_room(int voxel) {
     return voxel >= 0 && state_at(kPlaneVolume, voxel) + coverage_at(voxel) < kVoxelFull - kPushRoom;
 }
 
-// Soil beyond the voxel's room, 0 while it is within the tolerance: what flows then flows down to the room itself, so
+// thesis (17): soil beyond the voxel's room, 0 while it is within the tolerance: what flows then flows down to the room itself, so
 // that the last units of a push do not travel for ever. Beside a body the elastic part stays (it carries the body); inside
 // one nothing may stay, or a moving wall would leave some of its load behind.
 int excess_at(int voxel) {

@@ -321,8 +321,10 @@ Result<Scene> parse_scene(const std::string& text, const std::string& path) {
         return std::pair(a.at.line, a.at.column) < std::pair(b.at.line, b.at.column);
     });
     std::string all;
-    for (const SchemaError& e : errors)
-        all += (all.empty() ? "" : "\n") + scene.message(e.at, e.text);
+    for (const SchemaError& e : errors) {
+        if (!all.empty()) all += '\n';
+        all += scene.message(e.at, e.text);
+    }
     return Error{all};
 }
 

@@ -1,9 +1,10 @@
-/// Contacts between bodies and soil: not in the thesis. The surface of a body in a voxel has the area and normal of the
-/// coverage field's gradient (central differences, nothing outside of the grid).
+/// Contacts between bodies and soil: not in the thesis. The surface of a body in a voxel has the
+/// area and normal of the coverage field's gradient (central differences, nothing outside of the
+/// grid).
 ///
-/// A voxel is a contact when the gradient is not zero there, a body owns the voxel or the one inwards of it, and resting
-/// soil lies in it or in the one outwards; inwards and outwards are along the gradient's largest component (z before x
-/// before y on a tie).
+/// A voxel is a contact when the gradient is not zero there, a body owns the voxel or the one
+/// inwards of it, and resting soil lies in it or in the one outwards; inwards and outwards are
+/// along the gradient's largest component (z before x before y on a tie).
 #pragma once
 
 #include <vector>
@@ -15,8 +16,10 @@ namespace oracle {
 struct Contact {
     int x = 0, y = 0, z = 0;
     int body = 0;
-    Vec3 gradient;      ///< of coverage over two voxels: twice the area vector [voxel faces], into the body
-    double fill = 0;    ///< share of the room in the voxel and the outward one that holds soil, at most 1
+    Vec3 gradient;  ///< of coverage over two voxels: twice the area vector [voxel faces], into the
+                    ///< body
+    double fill =
+        0;  ///< share of the room in the voxel and the outward one that holds soil, at most 1
     double excess = 0;  ///< soil beyond the voxel's room
     int material = 0;
 };

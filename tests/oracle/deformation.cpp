@@ -19,12 +19,14 @@ double passive_slope(const Model& model, const Voxel& voxel) {
 }
 
 bool has_room(const Model& model, const Field& field, int x, int y, int z) {
-    return field.inside(x, y, z) && field.at(x, y, z).soil + field.at(x, y, z).psi() < 1 - model.push_room;
+    return field.inside(x, y, z) &&
+           field.at(x, y, z).soil + field.at(x, y, z).psi() < 1 - model.push_room;
 }
 
 int nearest(double value) { return static_cast<int>(std::floor(value + 0.5)); }
 
-Vec3 turn_to_surface(const Model& model, const Field& field, int x, int y, int z, Vec3 way, double slope) {
+Vec3 turn_to_surface(const Model& model, const Field& field, int x, int y, int z, Vec3 way,
+                     double slope) {
     const double level = std::max(std::abs(way.x), std::abs(way.y));
     if (level == 0) {
         return {0, 0, 1};
@@ -92,7 +94,7 @@ Field propagate_force(const Model& model, const Field& before) {
         const auto push = [&](Vec3 along, double amount) {
             double barred = amount;
             for (const Overlap& part : overlaps(along)) {
-                if (before.closed(model, x + part.dx, y + part.dy, z + part.dz)) {
+                if (before.closed_from(model, voxel, x + part.dx, y + part.dy, z + part.dz)) {
                     continue;
                 }
                 Voxel& target = after.at(x + part.dx, y + part.dy, z + part.dz);

@@ -1,10 +1,16 @@
-/// The deformation (18) of the thesis, section 3.2.4: force application (33) and force propagation (34), (35).
+/// The deformation (18) of the thesis, section 3.2.4: force application (33) and force propagation
+/// (34), (35).
 ///
 /// Deviations from the thesis:
-/// - the excess that a body may press in elastically stays, and so does excess not worth a pass (field.h);
-/// - voxels at least half covered are closed to inflow, and what is barred stays where it is;
-/// - a body that presses down into a full bed pushes outwards from its middle, rising at 45 deg - phi / 2;
-/// - a push barred by soil turns towards the free surface by the shorter way: level, or rising at 45 deg - phi / 2
+/// - the excess that a body may press in elastically stays, and so does excess not worth a pass
+/// (field.h);
+/// - voxels at least half covered are closed to inflow, except from inside the same body (field.h);
+/// what is barred stays
+///   where it is;
+/// - a body that presses down into a full bed pushes outwards from its middle, rising at 45 deg -
+/// phi / 2;
+/// - a push barred by soil turns towards the free surface by the shorter way: level, or rising at
+/// 45 deg - phi / 2
 ///   (Rankine's passive wedge), looked for over 8 voxels; what a body bars above then goes level;
 /// - a force is kept as a weighted sum, so only its direction is compared.
 #pragma once

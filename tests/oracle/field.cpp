@@ -17,12 +17,17 @@ Vec3 Body::velocity_at(int x, int y, int z) const {
 }
 
 double excess(const Model& model, const Voxel& voxel) {
-    const double over = voxel.soil + voxel.psi() - 1 - (voxel.bodies > 0 ? model.elastic_excess : 0);
+    if (voxel.bodies >= model.solid_coverage) {
+        return std::clamp(voxel.soil + voxel.psi() - 1, 0.0, voxel.soil);
+    }
+    const double over =
+        voxel.soil + voxel.psi() - 1 - (voxel.bodies > 0 ? model.elastic_excess : 0);
     return over > model.excess_tolerance ? std::min(voxel.soil, over) : 0;
 }
 
 void move_share(const Voxel& from_before, Voxel& from, Voxel& to, double share) {
     from.soil -= share * from_before.soil;
+    from.bond -= share * from_before.bond;
     to.soil += share * from_before.soil;
     from.momentum += -share * from_before.momentum;
     to.momentum += share * from_before.momentum;

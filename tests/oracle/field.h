@@ -1,8 +1,9 @@
-/// The soil of the oracle: a plain dense array of voxels in double precision. Everything in tests/oracle is written from
-/// the thesis (Geiger 2015, chapters 2.1.2, 2.3 and 3) and the deviations that each file lists, not from the kernels.
+/// The soil of the oracle: a plain dense array of voxels in double precision. Everything in
+/// tests/oracle is written from the thesis (Geiger 2015, chapters 2.1.2, 2.3 and 3) and the
+/// deviations that each file lists, not from the kernels.
 ///
-/// Units: lengths in voxels, time in base steps, soil in voxel volumes, mass in voxels of the reference density.
-/// The vertical index grows upwards; the thesis' j grows downwards (30).
+/// Units: lengths in voxels, time in base steps, soil in voxel volumes, mass in voxels of the
+/// reference density. The vertical index grows upwards; the thesis' j grows downwards (30).
 #pragma once
 
 #include <algorithm>
@@ -27,6 +28,7 @@ struct Support {
 
 struct Voxel {
     double soil = 0;     ///< rho of the thesis
+    double bond = 0;     ///< the part of it that never moved and keeps its cohesion
     double terrain = 0;  ///< fixed part of psi
     double bodies = 0;   ///< the other part of psi, a sum over shapes (may pass 1)
     int owner = -1;      ///< index of the body that covers most
@@ -50,29 +52,32 @@ struct Body {
     Vec3 velocity_at(int x, int y, int z) const;  ///< v + omega x r at a voxel's middle
 };
 
-/// Numbers that the model leaves open. The tests take them from the kernels' layout, so that tuning one of them does not
-/// ask for a change here.
+/// Numbers that the model leaves open. The tests take them from the kernels' layout, so that tuning
+/// one of them does not ask for a change here.
 struct Model {
-    double solid_coverage = 0.5;     ///< a voxel covered so far is closed to inflow
-    double support_slack = 0;        ///< room that a voxel may lack and still carry what is above it
-    double carry_slack = 0;          ///< the same on a moving body
-    double elastic_excess = 0;       ///< excess that stays under a body
-    double excess_tolerance = 0;     ///< excess up to this does not flow
-    double push_room = 0;            ///< a voxel with less free room bars the way of pushed soil
-    double pushed_most = 2;          ///< soil that waits for a push to go on before it counts as overflow
-    double speck = 0;                ///< advected shares of a voxel's soil below this stay
-    double slip_tolerance = 0;       ///< wedges not worth a slide
-    int span_capacity = 5;           ///< height spans kept of a column
-    int slip_depth = 4;              ///< voxels of a column that may slide at once
-    double gravity = 0;              ///< voxels a step squared
-    int substeps = 1;                ///< parts this step is cut into
+    double solid_coverage = 0.5;  ///< a voxel covered so far is closed to inflow
+    double support_slack = 0;     ///< room that a voxel may lack and still carry what is above it
+    double carry_slack = 0;       ///< the same on a moving body
+    double elastic_excess = 0;    ///< excess that stays under a body
+    double excess_tolerance = 0;  ///< excess up to this does not flow
+    double push_room = 0;         ///< a voxel with less free room bars the way of pushed soil
+    double pushed_most = 2;  ///< soil that waits for a push to go on before it counts as overflow
+    double speck = 0;        ///< advected shares of a voxel's soil below this stay
+    double slip_tolerance = 0;               ///< wedges not worth a slide
+    int span_capacity = 5;                   ///< height spans kept of a column
+    int slip_depth = 4;                      ///< voxels of a column that may slide at once
+    double gravity = 0;                      ///< voxels a step squared
+    int substeps = 1;                        ///< parts this step is cut into
     std::vector<double> friction_angle_rad;  ///< per material
 };
 
 class Field {
   public:
     Field(int size_x, int size_y, int size_z)
-        : nx(size_x), ny(size_y), nz(size_z), voxels_(static_cast<size_t>(size_x) * size_y * size_z) {}
+        : nx(size_x),
+          ny(size_y),
+          nz(size_z),
+          voxels_(static_cast<size_t>(size_x) * size_y * size_z) {}
     bool inside(int x, int y, int z) const {
         return x >= 0 && y >= 0 && z >= 0 && x < nx && y < ny && z < nz;
     }
@@ -83,6 +88,14 @@ class Field {
     /// Walls of the grid and voxels mostly taken by rigid things: nothing flows in.
     bool closed(const Model& model, int x, int y, int z) const {
         return !inside(x, y, z) || at(x, y, z).psi() >= model.solid_coverage;
+    }
+    /// The same for soil pushed out of `from`: what was caught inside a body may go on through it,
+    /// to where there is no more of it.
+    bool closed_from(const Model& model, const Voxel& from, int x, int y, int z) const {
+        const bool through_body = inside(x, y, z) && at(x, y, z).terrain < model.solid_coverage &&
+                                  at(x, y, z).bodies >= model.solid_coverage &&
+                                  at(x, y, z).bodies <= from.bodies;
+        return closed(model, x, y, z) && !through_body;
     }
     /// Calls visit(x, y, z) for every voxel.
     template <typename Visit>
@@ -101,11 +114,13 @@ class Field {
     std::vector<Voxel> voxels_;
 };
 
-/// Soil beyond a voxel's room, and beyond what a body may press in elastically, that has to go; none while it is within
-/// the tolerance.
+/// Soil beyond a voxel's room, and beyond what a body may press in elastically, that has to go;
+/// none while it is within the tolerance. Inside a body (a voxel half covered by bodies) all of the
+/// excess has to go.
 double excess(const Model& model, const Voxel& voxel);
 
-/// Moves `share` (0..1) of a voxel's soil, with its masses and momentum, from `from` as it was to `to`.
+/// Moves `share` (0..1) of a voxel's soil, with its masses and momentum, from `from` as it was to
+/// `to`, where it has no bond.
 void move_share(const Voxel& from_before, Voxel& from, Voxel& to, double share);
 
 }  // namespace oracle

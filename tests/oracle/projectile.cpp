@@ -33,12 +33,19 @@ Field find_support(const Model& model, const Field& before, std::span<const Body
 
 Field advect(const Model& model, const Field& before, std::span<const Body> bodies) {
     const double dt = 1.0 / model.substeps;
-    const auto locked = [&](int x, int y, int z) {
+    const auto locked = [&](const Voxel& from, int x, int y, int z) {
+        const bool within_bodies = before.inside(x, y, z) && from.bodies >= model.solid_coverage &&
+                                   before.at(x, y, z).bodies >= model.solid_coverage &&
+                                   before.at(x, y, z).terrain < model.solid_coverage;
+        if (within_bodies) {
+            return false;
+        }
         if (before.closed(model, x, y, z)) {
             return true;
         }
         const Voxel& voxel = before.at(x, y, z);
-        return voxel.support.kind == Support::Kind::ground && voxel.soil + voxel.psi() >= 1;  // (24)
+        return voxel.support.kind == Support::Kind::ground &&
+               voxel.soil + voxel.psi() >= 1;  // (24)
     };
     Field after = before;
     before.for_each([&](int x, int y, int z) {
@@ -76,12 +83,13 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
                 continue;
             }
             origin.momentum += -part.share * momentum;
-            if (locked(x + part.dx, y + part.dy, z + part.dz)) {
+            if (locked(voxel, x + part.dx, y + part.dy, z + part.dz)) {
                 continue;  // (24): backflow, with zero velocity
             }
             Voxel& target = after.at(x + part.dx, y + part.dy, z + part.dz);
             target.momentum += part.share * momentum;  // (28)
             origin.soil -= part.share * voxel.soil;    // (23), (27)
+            origin.bond -= part.share * voxel.bond;
             target.soil += part.share * voxel.soil;
             for (size_t m = 0; m < voxel.mass.size(); ++m) {
                 origin.mass[m] -= part.share * voxel.mass[m];
@@ -111,7 +119,8 @@ Field resolve_overflow(const Model& model, const Field& before, Heuristic heuris
             for (int dz = -1; dz <= 1; ++dz) {
                 for (int dy = -1; dy <= 1; ++dy) {
                     for (int dx = -1; dx <= 1; ++dx) {
-                        if ((dx != 0 || dy != 0 || dz != 0) && !before.closed(model, x + dx, y + dy, z + dz)) {
+                        if ((dx != 0 || dy != 0 || dz != 0) &&
+                            !before.closed(model, x + dx, y + dy, z + dz)) {
                             open.push_back({dx, dy, dz, 0});
                         }
                     }
@@ -123,8 +132,8 @@ Field resolve_overflow(const Model& model, const Field& before, Heuristic heuris
         } else if (heuristic == Heuristic::up) {
             give(0, 0, 1, share);
         } else {
-            // A tent of weights, most in the middle, over the nine voxels above; Fig. 30 shows its plane section
-            // 1 2 1. What is barred goes straight up.
+            // A tent of weights, most in the middle, over the nine voxels above; Fig. 30 shows its
+            // plane section 1 2 1. What is barred goes straight up.
             double straight = share;
             for (int dy = -1; dy <= 1; ++dy) {
                 for (int dx = -1; dx <= 1; ++dx) {

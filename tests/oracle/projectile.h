@@ -1,13 +1,21 @@
-/// The projectile motion (19) of the thesis: support, advection (21) to (28) with gravity (29), overflow resolution
-/// (section 3.2.1, Fig. 30).
+/// The projectile motion (19) of the thesis: support, advection (21) to (28) with gravity (29),
+/// overflow resolution (section 3.2.1, Fig. 30).
 ///
 /// Deviations from the thesis:
-/// - resting soil (all below it full, down to the floor, terrain or a body) does not move, and its momentum is zero;
-/// - soil that rests on a moving body takes over the body's velocity as far as Coulomb friction allows;
-/// - only resting soil and voxels at least half covered lock a voxel: falling soil never does;
-/// - drift over a step is v + g dt / 2, exact for constant gravity, and the velocity after it v + g dt;
-/// - shares below a speck stay where they are (crumbs, which move whole by chance, are not modelled);
-/// - overflow that a body's push is moving is left to the next step's force propagation, up to an amount;
+/// - resting soil (all below it full, down to the floor, terrain or a body) does not move, and its
+/// momentum is zero;
+/// - soil that rests on a moving body takes over the body's velocity as far as Coulomb friction
+/// allows;
+/// - only resting soil and voxels at least half covered lock a voxel: falling soil never does, and
+/// soil inside a body
+///   moves on within it;
+/// - soil that moves loses its bond;
+/// - drift over a step is v + g dt / 2, exact for constant gravity, and the velocity after it v + g
+/// dt;
+/// - shares below a speck stay where they are (crumbs, which move whole by chance, are not
+/// modelled);
+/// - overflow that a body's push is moving is left to the next step's force propagation, up to an
+/// amount;
 /// - excess that stays by field.h is not overflow.
 #pragma once
 

@@ -10,7 +10,8 @@ namespace {
 double surplus(const SlopeSoil& s, double h, double dx, double theta) {
     const double w = (h - std::tan(theta) * dx) * dx * s.unit_weight_n_m3 / 2;
     const double l = dx / std::cos(theta);
-    return w * std::sin(theta) - s.cohesion_pa * l - w * std::cos(theta) * std::tan(s.friction_angle_rad);
+    return w * std::sin(theta) - s.cohesion_pa * l -
+           w * std::cos(theta) * std::tan(s.friction_angle_rad);
 }
 
 struct Neighbour {
@@ -23,7 +24,8 @@ struct Facet {
     double diagonal_share = 0;
 };
 
-/// Slope and direction of the plane through a column's top and those of an axis and a diagonal neighbour.
+/// Slope and direction of the plane through a column's top and those of an axis and a diagonal
+/// neighbour.
 Facet facet_slope(double axis_drop, double diagonal_drop) {
     if (axis_drop <= 0) {
         return {diagonal_drop / std::numbers::sqrt2, diagonal_drop > 0 ? 1.0 : 0.0};
@@ -47,7 +49,8 @@ Wedge failure_wedge(const SlopeSoil& soil, double gravity, double h, double dx) 
         return {};
     }
     if (soil.cohesion_pa > 0) {
-        // surplus / cos(theta) is a parabola in tan(theta), so what fails is an interval: find its peak, then its foot.
+        // surplus / cos(theta) is a parabola in tan(theta), so what fails is an interval: find its
+        // peak, then its foot.
         double low = theta, high = steepest;
         const auto scaled = [&](double t) { return surplus(soil, h, dx, t) / std::cos(t); };
         for (int i = 0; i < 200; ++i) {
@@ -68,13 +71,16 @@ Wedge failure_wedge(const SlopeSoil& soil, double gravity, double h, double dx) 
     }
     const double t = std::tan(theta);
     const double gamma = soil.unit_weight_n_m3;
-    const double force = gamma * dx * dx / 4 * std::log((h * h + dx * dx) / (t * dx * t * dx + dx * dx)) * std::cos(theta) +
-                         gamma * dx / 2 * (h - t * dx - dx * (std::atan(h / dx) - theta)) * std::sin(theta);  // (8)
+    const double force =
+        gamma * dx * dx / 4 * std::log((h * h + dx * dx) / (t * dx * t * dx + dx * dx)) *
+            std::cos(theta) +
+        gamma * dx / 2 * (h - t * dx - dx * (std::atan(h / dx) - theta)) * std::sin(theta);  // (8)
     const double weight = (h - t * dx) * dx * gamma / 2;
     return {h - t * dx, std::max(0.0, force / weight * gravity)};  // (9)
 }
 
-Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& speeds, const WedgeLookup& wedge) {
+Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& speeds,
+                   const WedgeLookup& wedge) {
     std::vector<std::vector<Span>> columns;
     for (int y = 0; y < before.ny; ++y) {
         for (int x = 0; x < before.nx; ++x) {
@@ -101,11 +107,15 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                 std::min(span.top, other.top) - std::max(span.bottom, other.bottom) < 0) {  // (31)
                 continue;
             }
-            const double ceiling = j + 1 < others.size() ? std::min(span.top, others[j + 1].bottom) : span.top;
+            const double ceiling =
+                j + 1 < others.size() ? std::min(span.top, others[j + 1].bottom) : span.top;
             const double drop = ceiling - other.top;  // (32)
-            return drop > 0 && open(x, y, other.top) ? Neighbour{drop, x, y, static_cast<int>(other.top)} : Neighbour{};
+            return drop > 0 && open(x, y, other.top)
+                       ? Neighbour{drop, x, y, static_cast<int>(other.top)}
+                       : Neighbour{};
         }
-        // Nothing beside the span: on a rigid body's edge an edge span of no height takes the soil (Fig. 35).
+        // Nothing beside the span: on a rigid body's edge an edge span of no height takes the soil
+        // (Fig. 35).
         if (on_rigid && open(x, y, span.bottom)) {
             const int z = static_cast<int>(span.bottom);
             const Voxel& beside = before.at(x, y, z);
@@ -123,21 +133,26 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                 if (span.kind != Span::Kind::piled || span.top <= span.bottom) {
                     continue;
                 }
-                // Neighbours counter-clockwise from east: even ones along the axes, odd ones diagonal.
-                constexpr int kRing[8][2] = {{1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}};
+                // Neighbours counter-clockwise from east: even ones along the axes, odd ones
+                // diagonal.
+                constexpr int kRing[8][2] = {{1, 0},  {1, 1},   {0, 1},  {-1, 1},
+                                             {-1, 0}, {-1, -1}, {0, -1}, {1, -1}};
                 Neighbour ring[8];
                 for (int k = 0; k < 8; ++k) {
                     ring[k] = slice(span, i > 0, x + kRing[k][0], y + kRing[k][1]);
                 }
                 const int surface = static_cast<int>(std::ceil(span.top)) - 1;
-                const int material = before.at(x, y, surface).main_material();
+                const Voxel& top = before.at(x, y, surface);
+                const int material = top.main_material();
+                const bool bonded = 2 * top.bond >= top.soil;
                 double flow[8] = {}, total = 0;
                 GridWedge steepest;
                 for (int facet = 0; facet < 8; ++facet) {
                     const int axis = facet / 2 * 2;
                     const int diagonal = facet % 2 == 0 ? axis + 1 : (axis + 7) % 8;
                     const Facet plane = facet_slope(ring[axis].drop, ring[diagonal].drop);
-                    const GridWedge found = plane.slope > 0 ? wedge(material, plane.slope) : GridWedge{};
+                    const GridWedge found =
+                        plane.slope > 0 ? wedge(material, bonded, plane.slope) : GridWedge{};
                     if (found.height <= model.slip_tolerance) {
                         continue;
                     }
@@ -152,8 +167,11 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                 double speed = 0;
                 for (int ny = std::max(0, y - 1); ny <= std::min(before.ny - 1, y + 1); ++ny) {
                     for (int nx = std::max(0, x - 1); nx <= std::min(before.nx - 1, x + 1); ++nx) {
-                        const auto first = speeds.begin() + static_cast<std::ptrdiff_t>(column(nx, ny)) * model.span_capacity;
-                        speed = std::max(speed, *std::max_element(first, first + model.span_capacity));
+                        const auto first =
+                            speeds.begin() +
+                            static_cast<std::ptrdiff_t>(column(nx, ny)) * model.span_capacity;
+                        speed =
+                            std::max(speed, *std::max_element(first, first + model.span_capacity));
                     }
                 }
                 const double dt = 1.0 / model.substeps;
@@ -162,13 +180,17 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                 double amount = std::min(steepest.height * std::clamp(speed * dt, 0.125, 0.25),
                                          static_cast<double>(model.slip_depth));  // (10)
                 // From the top voxel downwards (Fig. 36).
-                for (int z = surface; z >= std::max(static_cast<int>(span.bottom), surface - model.slip_depth) && amount > 0; --z) {
+                for (int z = surface;
+                     z >= std::max(static_cast<int>(span.bottom), surface - model.slip_depth) &&
+                     amount > 0;
+                     --z) {
                     const Voxel& voxel = before.at(x, y, z);
                     const double taken = std::min(amount, voxel.soil);
                     amount -= taken;
                     for (int k = 0; k < 8 && taken > 0; ++k) {
                         if (flow[k] > 0) {
-                            move_share(voxel, after.field.at(x, y, z), after.field.at(ring[k].x, ring[k].y, ring[k].z),
+                            move_share(voxel, after.field.at(x, y, z),
+                                       after.field.at(ring[k].x, ring[k].y, ring[k].z),
                                        taken / voxel.soil * flow[k] / total);
                         }
                     }

@@ -1,11 +1,16 @@
-/// Soil slippage (20) of the thesis: slope stability of Li and Moshell (1) to (10), soil slices (31), (32), edge spans.
+/// Soil slippage (20) of the thesis: slope stability of Li and Moshell (1) to (10), soil slices
+/// (31), (32), edge spans.
 ///
 /// Deviations from the thesis:
-/// - slopes are those of the eight triangular facets between an axis neighbour and a diagonal one (Tarboton 1997,
-///   D-infinity), not of slices along x and z only; what slides on a facet is shared between its two neighbours by the
-///   tangent of its direction;
+/// - slopes are those of the eight triangular facets between an axis neighbour and a diagonal one
+/// (Tarboton 1997,
+///   D-infinity), not of slices along x and z only; what slides on a facet is shared between its
+///   two neighbours by the tangent of its direction;
+/// - cohesion is that of bonded soil where most of the soil at the top never moved, else that of
+/// loose soil;
 /// - sliding soil takes over the greatest slip speed around it;
-/// - a slide moves at least an eighth and at most a quarter of the steepest wedge, and at most slip_depth voxels;
+/// - a slide moves at least an eighth and at most a quarter of the steepest wedge, and at most
+/// slip_depth voxels;
 /// - f in (9) is a force with g in it (the thesis counts in tons-force);
 /// - wedges up to slip_tolerance do not slide.
 #pragma once
@@ -25,18 +30,19 @@ struct SlopeSoil {
 };
 
 struct Wedge {
-    double height_m = 0;          ///< h - tan(theta) dx; 0 when stable
-    double acceleration_m_s2 = 0; ///< f / mass, (8) and (9)
+    double height_m = 0;           ///< h - tan(theta) dx; 0 when stable
+    double acceleration_m_s2 = 0;  ///< f / mass, (8) and (9)
 };
 
 /// Solves (4) for the flattest failure plane of a slope of rise h over run dx.
 Wedge failure_wedge(const SlopeSoil& soil, double gravity_m_s2, double rise_m, double run_m);
 
-/// A wedge at a slope (voxels of rise per voxel of run) of a material, in voxels and voxels a step squared.
+/// A wedge at a slope (voxels of rise per voxel of run) of a material, in voxels and voxels a step
+/// squared.
 struct GridWedge {
     double height = 0, acceleration = 0;
 };
-using WedgeLookup = std::function<GridWedge(int material, double slope)>;
+using WedgeLookup = std::function<GridWedge(int material, bool bonded, double slope)>;
 
 /// Slip speeds of the spans, [(y * nx + x) * span_capacity + span].
 using SlipSpeeds = std::vector<double>;
@@ -46,6 +52,7 @@ struct Slippage {
     SlipSpeeds speeds;
 };
 /// One slip pass.
-Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& speeds, const WedgeLookup& wedge);
+Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& speeds,
+                   const WedgeLookup& wedge);
 
 }  // namespace oracle

@@ -9,7 +9,8 @@ std::vector<Span> height_spans(const Model& model, const Field& field, int x, in
     const auto rigid = [&](int z) { return voxel(z).psi() >= model.solid_coverage; };
     const auto carries = [&](int z) {
         const bool on_body = voxel(z).soil > 0 && voxel(z).support.kind == Support::Kind::body;
-        return voxel(z).soil + voxel(z).psi() >= 1 - (on_body ? model.carry_slack : model.support_slack);
+        return voxel(z).soil + voxel(z).psi() >=
+               1 - (on_body ? model.carry_slack : model.support_slack);
     };
     std::vector<Span> spans;
     int z = 0;
@@ -39,7 +40,8 @@ std::vector<Span> height_spans(const Model& model, const Field& field, int x, in
                 ++z;
             }
             if (z > bottom) {
-                spans.push_back({static_cast<double>(bottom), static_cast<double>(z), Span::Kind::falling});
+                spans.push_back(
+                    {static_cast<double>(bottom), static_cast<double>(z), Span::Kind::falling});
             } else {
                 ++z;
             }
@@ -49,13 +51,15 @@ std::vector<Span> height_spans(const Model& model, const Field& field, int x, in
             while (z < field.nz && rigid(z)) {
                 ++z;
             }
-            spans.push_back({static_cast<double>(bottom), static_cast<double>(z), Span::Kind::rigid});
+            spans.push_back(
+                {static_cast<double>(bottom), static_cast<double>(z), Span::Kind::rigid});
         }
     }
     return spans;
 }
 
-double free_surface(const Model& model, const Field& field, const std::vector<Span>& spans, int x, int y) {
+double free_surface(const Model& model, const Field& field, const std::vector<Span>& spans, int x,
+                    int y) {
     const auto covered = [&](int z) { return z < field.nz && field.at(x, y, z).bodies > 0; };
     for (auto span = spans.rbegin(); span != spans.rend(); ++span) {
         const int below = static_cast<int>(span->bottom) - 1;

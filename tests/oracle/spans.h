@@ -1,10 +1,15 @@
-/// The multi-level heightfield of the thesis, section 3.2.3, Tables 1 to 3, with the vertical index upwards.
+/// The multi-level heightfield of the thesis, section 3.2.3, Tables 1 to 3, with the vertical index
+/// upwards.
 ///
 /// Deviations from the thesis:
-/// - a voxel at least half covered is rigid from its bottom to its top (the thesis asks for full inner voxels and reads the
-///   partly covered ones beside them as part of the span): the same rule that closes voxels to inflow;
-/// - a voxel counts as full when it lacks no more than the slack that lets it carry what is above it;
-/// - partial coverage under soil adds to the height of a span only in the span's lowest voxel (Table 2, row 1), where it
+/// - a voxel at least half covered is rigid from its bottom to its top (the thesis asks for full
+/// inner voxels and reads the
+///   partly covered ones beside them as part of the span): the same rule that closes voxels to
+///   inflow;
+/// - a voxel counts as full when it lacks no more than the slack that lets it carry what is above
+/// it;
+/// - partial coverage under soil adds to the height of a span only in the span's lowest voxel
+/// (Table 2, row 1), where it
 ///   carries the soil; on the floor also without soil;
 /// - edge spans depend on two columns and are made by slip_soil (slippage.h).
 #pragma once
@@ -24,7 +29,9 @@ struct Span {
 /// Of one column, bottom-up. More than model.span_capacity may come back.
 std::vector<Span> height_spans(const Model& model, const Field& field, int x, int y);
 
-/// Height of the topmost piled span that does not stand on a body; -1 where a body covers the voxel at it or the next.
-double free_surface(const Model& model, const Field& field, const std::vector<Span>& spans, int x, int y);
+/// Height of the topmost piled span that does not stand on a body; -1 where a body covers the voxel
+/// at it or the next.
+double free_surface(const Model& model, const Field& field, const std::vector<Span>& spans, int x,
+                    int y);
 
 }  // namespace oracle

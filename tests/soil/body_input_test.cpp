@@ -41,9 +41,10 @@ TEST_F(BodyInput, poses_and_velocities_that_are_not_finite_are_ignored) {
         for (int field = 0; field < 8; ++field) {
             Mover mover = stone();
             SoilBody& body = mover.body;
-            double* const places[8] = {&body.pose.position.x,        &body.pose.position.z,         &body.pose.rotation.x,
-                                       &body.pose.rotation.w,        &body.linear_velocity_m_s.y,   &body.angular_velocity_rad_s.z,
-                                       &body.center_of_mass_m.x,     &body.linear_velocity_m_s.z};
+            double* const places[8] = {&body.pose.position.x,       &body.pose.position.z,
+                                       &body.pose.rotation.x,       &body.pose.rotation.w,
+                                       &body.linear_velocity_m_s.y, &body.angular_velocity_rad_s.z,
+                                       &body.center_of_mass_m.x,    &body.linear_velocity_m_s.z};
             *places[field] = bad;
             EXPECT_EQ(bits_after(body), bit(StatusBit::pose_not_finite)) << field;
         }
@@ -85,7 +86,8 @@ TEST_F(BodyInput, shapes_without_size_are_refused) {
     const uint64_t checksum = soil_->checksum();
     for (const ConvexShape& shape : bad) {
         const Mover mover(1, shape, Vec3{16, 12, 6} * 0.05);
-        EXPECT_EQ(bits_after(mover.body), bit(StatusBit::shape_refused)) << static_cast<int>(shape.kind);
+        EXPECT_EQ(bits_after(mover.body), bit(StatusBit::shape_refused))
+            << static_cast<int>(shape.kind);
     }
     Mover mover = stone();
     mover.body.shapes = nullptr;
@@ -108,13 +110,15 @@ TEST_F(BodyInput, every_id_in_range_is_accepted) {
 }
 
 TEST_F(BodyInput, a_body_outside_of_the_grid_is_reported_and_moves_nothing) {
-    for (Vec3 at : {Vec3{-50, 0, 0}, Vec3{0, 1e6, 0}, Vec3{0.8, 0.6, -30}, Vec3{1e300, 1e300, 1e300}}) {
+    for (Vec3 at :
+         {Vec3{-50, 0, 0}, Vec3{0, 1e6, 0}, Vec3{0.8, 0.6, -30}, Vec3{1e300, 1e300, 1e300}}) {
         const uint64_t checksum = soil_->checksum();
         const Mover mover = stone(1, at);
         EXPECT_TRUE(bits_after(mover.body) & bit(StatusBit::body_outside_grid));
         EXPECT_EQ(soil_->checksum(), checksum);
     }
-    const Mover fixed(2, box_shape({1, 1, 1}), {-50, 0, 0}, true);  // a wall beside the grid is no fault
+    const Mover fixed(2, box_shape({1, 1, 1}), {-50, 0, 0},
+                      true);  // a wall beside the grid is no fault
     EXPECT_EQ(bits_after(fixed.body), 0u);
 }
 
@@ -157,7 +161,8 @@ TEST_F(BodyInput, absurd_velocities_do_no_harm) {
 TEST_F(BodyInput, hundreds_of_bodies_come_and_go) {
     std::vector<Mover> movers;
     for (int i = 0; i < 600; ++i) {
-        movers.emplace_back(i, sphere_shape(0.04), Vec3{1.0 + i % 30, 1.0 + i / 30 % 20, 6.2 + i % 7} * 0.05);
+        movers.emplace_back(i, sphere_shape(0.04),
+                            Vec3{1.0 + i % 30, 1.0 + i / 30 % 20, 6.2 + i % 7} * 0.05);
         movers.back().set_velocity({0, 0, -0.4});
     }
     for (int s = 0; s < 12; ++s) {
@@ -169,7 +174,9 @@ TEST_F(BodyInput, hundreds_of_bodies_come_and_go) {
         const StepReport report = soil_->step(bodies);
         EXPECT_GT(report.contacts.size(), 0u);
         EXPECT_TRUE(std::all_of(report.contacts.begin(), report.contacts.end(),
-                                [&](const ContactVoxel& contact) { return contact.body >= s * 40 && contact.body < 600; }));
+                                [&](const ContactVoxel& contact) {
+                                    return contact.body >= s * 40 && contact.body < 600;
+                                }));
     }
     EXPECT_EQ(soil_->status_bits() & ~bit(StatusBit::span_list_full), 0u);
 }

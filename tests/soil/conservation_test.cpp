@@ -7,7 +7,8 @@ namespace {
 class Conservation : public testing::TestWithParam<unsigned> {};
 
 TEST_P(Conservation, every_material_keeps_its_units_while_bodies_plough_through_it) {
-    for (OverflowHeuristic heuristic : {OverflowHeuristic::even, OverflowHeuristic::up, OverflowHeuristic::up_spread}) {
+    for (OverflowHeuristic heuristic :
+         {OverflowHeuristic::even, OverflowHeuristic::up, OverflowHeuristic::up_spread}) {
         SoilDef def = MovingScene::default_def();
         def.overflow = heuristic;
         MovingScene scene(GetParam(), def);
@@ -15,10 +16,15 @@ TEST_P(Conservation, every_material_keeps_its_units_while_bodies_plough_through_
         const uint64_t checksum = scene.soil().checksum();
         for (int i = 0; i < 10; ++i) {
             scene.run(20);
-            ASSERT_EQ(scene.soil().totals().units, before) << "after " << scene.step_count() << " steps";
+            ASSERT_EQ(scene.soil().totals().units, before)
+                << "after " << scene.step_count() << " steps";
         }
         EXPECT_NE(scene.soil().checksum(), checksum);
-        EXPECT_EQ(scene.soil().status_bits(), 0u) << testing::PrintToString(status_texts(scene.soil().status_bits()));
+        // Soil thrown about makes many falling spans in a column: that is reported, and loses
+        // nothing.
+        EXPECT_EQ(scene.soil().status_bits() & ~static_cast<uint32_t>(StatusBit::span_list_full),
+                  0u)
+            << testing::PrintToString(status_texts(scene.soil().status_bits()));
     }
 }
 

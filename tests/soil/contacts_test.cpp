@@ -1,4 +1,5 @@
-// Contacts from the coverage field's gradient: against the oracle, and against what a closed surface has to add up to.
+// Contacts from the coverage field's gradient: against the oracle, and against what a closed
+// surface has to add up to.
 #include "oracle/contacts.h"
 
 #include <numbers>
@@ -15,12 +16,14 @@ class Contacts : public Stage {};
 TEST_P(Contacts, follow_the_oracle) {
     StageBench& bench = prepared(Backend::cpu);
     const auto got = bench.collect_contacts();
-    const std::vector<oracle::Contact> expected = oracle::find_contacts(bench.to_field(bench.read()));
+    const std::vector<oracle::Contact> expected =
+        oracle::find_contacts(bench.to_field(bench.read()));
     ASSERT_EQ(got.size(), expected.size());
     EXPECT_GT(got.size(), 20u);
     for (size_t i = 0; i < got.size(); ++i) {
         const oracle::Contact& contact = expected[i];
-        SCOPED_TRACE(testing::Message() << "voxel " << contact.x << " " << contact.y << " " << contact.z);
+        SCOPED_TRACE(testing::Message()
+                     << "voxel " << contact.x << " " << contact.y << " " << contact.z);
         EXPECT_EQ(got[i][0], contact.x);
         EXPECT_EQ(got[i][1], contact.y);
         EXPECT_EQ(got[i][2], contact.z);
@@ -39,10 +42,12 @@ TEST_P(Contacts, have_the_same_bits_on_gl) {
     expect_same_on_gl([](StageBench& bench) { return bench.collect_contacts(); });
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenarios, Contacts, testing::ValuesIn(all_scenarios()), testing::PrintToStringParamName());
+INSTANTIATE_TEST_SUITE_P(Scenarios, Contacts, testing::ValuesIn(all_scenarios()),
+                         testing::PrintToStringParamName());
 
 // Sums over the contacts of a ball all around which resting soil lies.
-TEST(ContactGradient, feels_nothing_from_uniform_pressure_and_its_displaced_weight_from_hydrostatic) {
+TEST(ContactGradient,
+     feels_nothing_from_uniform_pressure_and_its_displaced_weight_from_hydrostatic) {
     constexpr double kRadius = 4.3;
     StageBench& bench = bench_of({1, 16, 16, 16, 1}, Backend::cpu);
     for (Vec3 middle : {Vec3{8, 8, 8}, Vec3{8.37, 7.81, 8.13}, Vec3{7.55, 8.42, 7.9}}) {
@@ -63,7 +68,8 @@ TEST(ContactGradient, feels_nothing_from_uniform_pressure_and_its_displaced_weig
         Vec3 uniform, hydrostatic;
         double covered = 0;
         for (const auto& contact : bench.collect_contacts()) {
-            const Vec3 area = Vec3{static_cast<double>(contact[4]), static_cast<double>(contact[5]), static_cast<double>(contact[6])} *
+            const Vec3 area = Vec3{static_cast<double>(contact[4]), static_cast<double>(contact[5]),
+                                   static_cast<double>(contact[6])} *
                               (0.5 / kVoxelFull);
             uniform += area;
             hydrostatic += area * (16 - (contact[2] + 0.5));  // pressure = depth

@@ -58,8 +58,11 @@ class Coverage : public testing::TestWithParam<ShapeCase> {
   protected:
     static Mover posed(unsigned seed) {
         std::mt19937 random(seed);
-        const auto uniform = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
-        Mover mover(0, GetParam().shape, Vec3{uniform(7.5, 8.5), uniform(7.5, 8.5), uniform(7.5, 8.5)} * kVoxel);
+        const auto uniform = [&](double low, double high) {
+            return std::uniform_real_distribution(low, high)(random);
+        };
+        Mover mover(0, GetParam().shape,
+                    Vec3{uniform(7.5, 8.5), uniform(7.5, 8.5), uniform(7.5, 8.5)} * kVoxel);
         mover.shapes[0].local.position = Vec3{0.3, -0.2, 0.1} * kVoxel;
         if (seed > 0) {  // seed 0: along the grid
             const Vec3 axis{uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)};
@@ -91,7 +94,8 @@ TEST_P(Coverage, follows_the_oracle) {
         for (int z = 0; z < 16; ++z) {
             for (int y = 0; y < 16; ++y) {
                 for (int x = 0; x < 16; ++x) {
-                    const double got = planes.at(kPlaneCoverage, x, y, z) / static_cast<double>(kVoxelFull);
+                    const double got =
+                        planes.at(kPlaneCoverage, x, y, z) / static_cast<double>(kVoxelFull);
                     const double expected = oracle::coverage(shape, grid_to_shape, x, y, z);
                     worst.take(got, expected, x, y, z);
                     sum += got;
@@ -104,9 +108,10 @@ TEST_P(Coverage, follows_the_oracle) {
                 }
             }
         }
-        // A sub-cell's share is taken as 1/2 - distance, exact for faces along the grid only: at the corner of a box
-        // turned by 45 deg it is off by up to 0.1 of a sub-cell, and a voxel has 16 of them on a face. The oracle's
-        // own points resolve 1/16 of a voxel: 1/32 on a face along the grid.
+        // A sub-cell's share is taken as 1/2 - distance, exact for faces along the grid only: at
+        // the corner of a box turned by 45 deg it is off by up to 0.1 of a sub-cell, and a voxel
+        // has 16 of them on a face. The oracle's own points resolve 1/16 of a voxel: 1/32 on a face
+        // along the grid.
         EXPECT_LT(worst.value, 0.035) << GetParam().name << " seed " << seed << " " << worst;
         EXPECT_LT(std::sqrt(sum_of_squares / surface_count), 0.02);
         // Errors of single voxels have both signs; edges lose a little.
@@ -119,7 +124,8 @@ TEST_P(Coverage, has_the_same_bits_on_gl) {
         GTEST_SKIP() << gl_missing();
     }
     for (unsigned seed = 0; seed < 3; ++seed) {
-        EXPECT_TRUE(voxelized(bench_of(scenario_, Backend::cpu), seed) == voxelized(bench_of(scenario_, Backend::gl), seed));
+        EXPECT_TRUE(voxelized(bench_of(scenario_, Backend::cpu), seed) ==
+                    voxelized(bench_of(scenario_, Backend::gl), seed));
     }
 }
 

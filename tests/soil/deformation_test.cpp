@@ -15,7 +15,8 @@ double angle_between(Vec3 a, Vec3 b) { return std::atan2(length(cross(a, b)), do
 TEST_P(Deformation, force_application_follows_the_oracle) {
     StageBench& bench = prepared(Backend::cpu);
     const oracle::Field before = bench.to_field(bench.read());
-    const oracle::Field expected = oracle::apply_force(bench.model(), before, bench.oracle_bodies());
+    const oracle::Field expected =
+        oracle::apply_force(bench.model(), before, bench.oracle_bodies());
     bench.apply_force();
     const oracle::Field got = bench.to_field(bench.read());
     int pushed_count = 0;
@@ -40,8 +41,9 @@ TEST_P(Deformation, force_propagation_follows_the_oracle) {
     bench.propagate_force();
     const oracle::Field got = bench.to_field(bench.read());
     const FieldDeviation deviation = compare(got, expected, GetParam().material_count);
-    // A transfer is rounded down five times (share of the excess, three overlaps, the amount): at most 5 units of 65536
-    // for each voxel's worth of soil. A voxel sends to 7 and gets from 26; 2.5 voxels' worth in one at most.
+    // A transfer is rounded down five times (share of the excess, three overlaps, the amount): at
+    // most 5 units of 65536 for each voxel's worth of soil. A voxel sends to 7 and gets from
+    // 26; 2.5 voxels' worth in one at most.
     constexpr double kTolerance = 5.0 * 33 * 2.5 / kVoxelFull;
     EXPECT_LT(deviation.soil.value, kTolerance) << deviation.soil;
     EXPECT_LT(deviation.mass.value, kTolerance) << deviation.mass;
@@ -50,12 +52,14 @@ TEST_P(Deformation, force_propagation_follows_the_oracle) {
     before.for_each([&](int x, int y, int z) {
         const double arrived = length(expected.at(x, y, z).force);
         const double left_over = oracle::excess(model, expected.at(x, y, z));
-        // What a voxel was pushed by before stays in the sum with the weight of 1/4096 voxel (16 units): 1 % of what
-        // arrives from 1/40 on. Near the threshold of excess rounding decides whether (35) keeps the force.
+        // What a voxel was pushed by before stays in the sum with the weight of 1/4096 voxel (16
+        // units): 1 % of what arrives from 1/40 on. Near the threshold of excess rounding decides
+        // whether (35) keeps the force.
         if (arrived > 0.025 && std::abs(left_over) > kTolerance) {
             const Vec3 force = got.at(x, y, z).force;
             if (left_over > 0) {
-                EXPECT_LT(angle_between(force, expected.at(x, y, z).force), 0.02) << x << " " << y << " " << z;
+                EXPECT_LT(angle_between(force, expected.at(x, y, z).force), 0.02)
+                    << x << " " << y << " " << z;
             } else {
                 EXPECT_EQ(length(force), 0) << x << " " << y << " " << z;  // (35), second case
             }
@@ -75,7 +79,8 @@ TEST_P(Deformation, has_the_same_bits_on_gl) {
     });
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenarios, Deformation, testing::ValuesIn(all_scenarios()), testing::PrintToStringParamName());
+INSTANTIATE_TEST_SUITE_P(Scenarios, Deformation, testing::ValuesIn(all_scenarios()),
+                         testing::PrintToStringParamName());
 
 }  // namespace
 }  // namespace bsoil

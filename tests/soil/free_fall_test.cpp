@@ -8,7 +8,7 @@ using namespace layout;
 
 struct Sums {
     int64_t mass = 0;
-    double height = 0;       // of the centre of mass [voxels]
+    double height = 0;  // of the centre of mass [voxels]
     int64_t momentum[3] = {0, 0, 0};
 };
 
@@ -48,20 +48,27 @@ TEST(FreeFall, the_centre_of_mass_follows_g_t_squared_over_2) {
         for (int step = 1; g * step * step / 2 < 40; ++step) {
             soil->step({});
             if (step % 5 == 0) {
-                EXPECT_NEAR(start - sums_of(*soil).height, g * step * step / 2, 0.01 * g * step * step / 2) << "step " << step;
+                EXPECT_NEAR(start - sums_of(*soil).height, g * step * step / 2,
+                            0.01 * g * step * step / 2)
+                    << "step " << step;
             }
         }
     }
 }
 
 TEST(FreeFall, momentum_grows_by_m_g_dt_to_the_unit) {
-    // Gravity of 56 momentum units a step for each mass unit, and a whole number of them in a half step: nothing is lost
-    // in rounding. The fall stays below two voxels a step, so that a step has two parts at most.
+    // Gravity of 56 momentum units a step for each mass unit, and a whole number of them in a half
+    // step: nothing is lost in rounding. The fall stays below two voxels a step, so that a step has
+    // two parts at most.
     constexpr int kGain = 56;
     SoilDef def = grid_def(24, 24, 64);
-    def.gravity_m_s2 = static_cast<double>(kGain) / kVelocityOne * def.voxel_m / (def.step_s * def.step_s);
+    def.gravity_m_s2 =
+        static_cast<double>(kGain) / kVelocityOne * def.voxel_m / (def.step_s * def.step_s);
     auto soil = make_soil(def);
-    ASSERT_TRUE(soil->fill(FunctionFill{[](Vec3 at) { return 0.21 - length(at - Vec3{0.6, 0.6, 2.8}); }, {}}));
+    ASSERT_TRUE(soil->fill(FunctionFill{[](Vec3 at) {
+                                            return 0.21 - length(at - Vec3{0.6, 0.6, 2.8});
+                                        },
+                                        {}}));
     const int64_t mass = sums_of(*soil).mass;
     for (int64_t step = 1; step <= 34; ++step) {
         soil->step({});

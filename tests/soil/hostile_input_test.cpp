@@ -1,4 +1,5 @@
-// Definitions, fills and terrain that cannot be: each gives an error that names the field, and changes nothing.
+// Definitions, fills and terrain that cannot be: each gives an error that names the field, and
+// changes nothing.
 #include <functional>
 #include <limits>
 
@@ -19,28 +20,46 @@ TEST(SoilDefinition, every_field_out_of_range_is_named) {
     std::vector<BadField> cases;
     const auto add = [&](const char* name, auto member, std::initializer_list<double> values) {
         for (double value : values) {
-            cases.push_back({name, [=](SoilDef& def) { member(def) = static_cast<std::remove_reference_t<decltype(member(def))>>(value); }});
+            cases.push_back({name, [=](SoilDef& def) {
+                                 member(def) =
+                                     static_cast<std::remove_reference_t<decltype(member(def))>>(
+                                         value);
+                             }});
         }
     };
-    add("voxel_m", [](SoilDef& d) -> double& { return d.voxel_m; }, {0, -1, 0.0009, 1.1, kNan, kInfinity});
-    add("step_s", [](SoilDef& d) -> double& { return d.step_s; }, {0, -1, 1e-5, 0.06, kNan, kInfinity});
-    add("gravity_m_s2", [](SoilDef& d) -> double& { return d.gravity_m_s2; }, {-1, 31, kNan, kInfinity});
-    add("propagation_iterations", [](SoilDef& d) -> int& { return d.propagation_iterations; }, {-1, 65});
+    add("voxel_m", [](SoilDef& d) -> double& { return d.voxel_m; },
+        {0, -1, 0.0009, 1.1, kNan, kInfinity});
+    add("step_s", [](SoilDef& d) -> double& { return d.step_s; },
+        {0, -1, 1e-5, 0.06, kNan, kInfinity});
+    add("gravity_m_s2", [](SoilDef& d) -> double& { return d.gravity_m_s2; },
+        {-1, 31, kNan, kInfinity});
+    add("propagation_iterations", [](SoilDef& d) -> int& { return d.propagation_iterations; },
+        {-1, 65});
     add("overflow_passes", [](SoilDef& d) -> int& { return d.overflow_passes; }, {-1, 65});
     add("substeps_max", [](SoilDef& d) -> int& { return d.substeps_max; }, {0, -1, 33});
     add("tile_capacity", [](SoilDef& d) -> int& { return d.tile_capacity; }, {-1});
     add("thread_count", [](SoilDef& d) -> int& { return d.thread_count; }, {-1});
     add("yaw_rad", [](SoilDef& d) -> double& { return d.yaw_rad; }, {kNan, kInfinity, 90});
-    add("floor_center_m", [](SoilDef& d) -> double& { return d.floor_center_m.y; }, {kNan, kInfinity});
+    add("floor_center_m", [](SoilDef& d) -> double& { return d.floor_center_m.y; },
+        {kNan, kInfinity});
     add("size_m", [](SoilDef& d) -> double& { return d.size_m.x; }, {0, -1, 1e9, kNan, kInfinity});
     add("size_m", [](SoilDef& d) -> double& { return d.size_m.y; }, {0, -1, 1e9, kNan, kInfinity});
     add("size_m", [](SoilDef& d) -> double& { return d.size_m.z; }, {0, -1, 1e9, kNan, kInfinity});
-    add("density_kg_m3", [](SoilDef& d) -> double& { return d.material.density_kg_m3; }, {0, -1, 199, 4001, kNan});
-    add("friction_angle_rad", [](SoilDef& d) -> double& { return d.material.friction_angle_rad; }, {-0.1, 1.3, 33, kNan});
-    add("cohesion_pa", [](SoilDef& d) -> double& { return d.material.cohesion_pa; }, {-1, 2e6, kNan, kInfinity});
-    add("tool_friction", [](SoilDef& d) -> double& { return d.material.tool_friction; }, {-0.1, 2.1, kNan});
+    add("density_kg_m3", [](SoilDef& d) -> double& { return d.material.density_kg_m3; },
+        {0, -1, 199, 4001, kNan});
+    add("friction_angle_rad", [](SoilDef& d) -> double& { return d.material.friction_angle_rad; },
+        {-0.1, 1.3, 33, kNan});
+    add("cohesion_pa", [](SoilDef& d) -> double& { return d.material.cohesion_pa; },
+        {-1, 2e6, kNan, kInfinity});
+    add("loose_cohesion_fraction",
+        [](SoilDef& d) -> double& { return d.material.loose_cohesion_fraction; },
+        {-0.1, 1.1, kNan});
+    add("tool_friction", [](SoilDef& d) -> double& { return d.material.tool_friction; },
+        {-0.1, 2.1, kNan});
     cases.push_back({"name", [](SoilDef& d) { d.material.name.clear(); }});
-    cases.push_back({"materials", [](SoilDef& d) { d.materials = {materials::loam(), materials::loam()}; }});
+    cases.push_back({"materials", [](SoilDef& d) {
+                         d.materials = {materials::loam(), materials::loam()};
+                     }});
     cases.push_back({"materials", [](SoilDef& d) {
                          for (int i = 0; i < 9; ++i) {
                              d.materials.push_back(materials::clay());
@@ -49,13 +68,15 @@ TEST(SoilDefinition, every_field_out_of_range_is_named) {
                      }});
     cases.push_back({"backend", [](SoilDef& d) { d.backend = static_cast<Backend>(7); }});
     cases.push_back({"up", [](SoilDef& d) { d.up = static_cast<UpAxis>(7); }});
-    cases.push_back({"overflow", [](SoilDef& d) { d.overflow = static_cast<OverflowHeuristic>(7); }});
+    cases.push_back(
+        {"overflow", [](SoilDef& d) { d.overflow = static_cast<OverflowHeuristic>(7); }});
     for (const BadField& bad : cases) {
         SoilDef def = grid_def(16, 16, 16);
         bad.spoil(def);
         const auto soil = Soil::create(def);
         EXPECT_FALSE(soil) << bad.name;
-        EXPECT_NE(soil.error().find(bad.name), std::string::npos) << bad.name << ": " << soil.error();
+        EXPECT_NE(soil.error().find(bad.name), std::string::npos)
+            << bad.name << ": " << soil.error();
     }
 }
 
@@ -107,7 +128,8 @@ TEST_F(HostileFill, cylinders) {
 
 TEST_F(HostileFill, height_maps) {
     HeightMapFill good{4, 4, std::vector<float>(16, 0.3f), {}};
-    for (float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    for (float bad :
+         {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
         HeightMapFill fill = good;
         fill.heights_m[7] = bad;
         expect_refused(fill, "heights_m");
@@ -153,14 +175,18 @@ TEST_F(HostileFill, functions) {
 TEST_F(HostileFill, terrain_that_would_bury_soil) {
     expect_refused(DensityFunction([](Vec3 at) { return 0.1 - at.z; }), "bury");
     // Only the last tile looked at collides: the ones before it must not keep their rock.
-    expect_refused(DensityFunction([](Vec3 at) { return at.z > 0.5 || (at.x > 0.7 && at.y > 0.7) ? 1.0 : -1.0; }), "bury");
+    expect_refused(DensityFunction([](Vec3 at) {
+                       return at.z > 0.5 || (at.x > 0.7 && at.y > 0.7) ? 1.0 : -1.0;
+                   }),
+                   "bury");
 }
 
 /// A box as a closed mesh, outward normals.
 TriangleMesh box_mesh(Vec3 low, Vec3 high) {
     TriangleMesh mesh;
     for (int i = 0; i < 8; ++i) {
-        mesh.vertices.push_back({i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z});
+        mesh.vertices.push_back(
+            {i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z});
     }
     mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
                       {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};

@@ -1,4 +1,5 @@
-/// A scene in which much happens, built from a seed: terrain, piles of several materials, bodies that plough through them.
+/// A scene in which much happens, built from a seed: terrain, piles of several materials, bodies
+/// that plough through them.
 #pragma once
 
 #include <random>
@@ -9,8 +10,8 @@ namespace bsoil {
 
 class MovingScene {
   public:
-    /// A soil of 40 x 32 x 24 voxels with three materials. Everything is placed in the grid's own frame, so that scenes
-    /// of differently turned grids are the same scene.
+    /// A soil of 40 x 32 x 24 voxels with three materials. Everything is placed in the grid's own
+    /// frame, so that scenes of differently turned grids are the same scene.
     MovingScene(unsigned seed, SoilDef def);
     static SoilDef default_def();
 

@@ -24,11 +24,14 @@ TEST_P(Projectile, advection_follows_the_oracle) {
     for (int substeps : {1, 3}) {
         StageBench& bench = prepared(Backend::cpu);
         const oracle::Field before = bench.to_field(bench.read());
-        const oracle::Field expected = oracle::advect(bench.model(substeps), before, bench.oracle_bodies());
+        const oracle::Field expected =
+            oracle::advect(bench.model(substeps), before, bench.oracle_bodies());
         bench.advect(substeps);
-        const FieldDeviation deviation = compare(bench.to_field(bench.read()), expected, GetParam().material_count);
-        // Drift is a whole number of 1/65536 voxels, cut off twice (velocity, sub-step); overlaps and amounts are rounded
-        // down four times: at most 6 units for each voxel's worth of soil. A voxel sends to 7 and gets from 26.
+        const FieldDeviation deviation =
+            compare(bench.to_field(bench.read()), expected, GetParam().material_count);
+        // Drift is a whole number of 1/65536 voxels, cut off twice (velocity, sub-step); overlaps
+        // and amounts are rounded down four times: at most 6 units for each voxel's worth of soil.
+        // A voxel sends to 7 and gets from 26.
         constexpr double kTolerance = 6.0 * 33 / kVoxelFull;
         EXPECT_LT(deviation.soil.value, kTolerance) << deviation.soil;
         EXPECT_LT(deviation.mass.value, kTolerance) << deviation.mass;
@@ -46,17 +49,21 @@ TEST_P(Projectile, overflow_resolution_follows_the_oracle) {
         StageBench& bench = prepared(Backend::cpu);
         bench.apply_force();  // soil without a body keeps its push, soil without excess loses it
         const oracle::Field before = bench.to_field(bench.read());
-        const oracle::Field expected = oracle::resolve_overflow(bench.model(), before, oracle_heuristic);
+        const oracle::Field expected =
+            oracle::resolve_overflow(bench.model(), before, oracle_heuristic);
         bench.resolve_overflow(heuristic);
-        const FieldDeviation deviation = compare(bench.to_field(bench.read()), expected, GetParam().material_count);
-        // Share of the excess, its division among up to 26 voxels and the amount are each rounded down: 3 units for each
-        // of up to 2.5 voxels' worth of soil, with 26 voxels either way.
+        const FieldDeviation deviation =
+            compare(bench.to_field(bench.read()), expected, GetParam().material_count);
+        // Share of the excess, its division among up to 26 voxels and the amount are each rounded
+        // down: 3 units for each of up to 2.5 voxels' worth of soil, with 26 voxels either way.
         constexpr double kTolerance = 3.0 * 52 * 2.5 / kVoxelFull;
         EXPECT_LT(deviation.soil.value, kTolerance) << deviation.soil;
         EXPECT_LT(deviation.mass.value, kTolerance) << deviation.mass;
         EXPECT_LT(deviation.momentum.value, kTolerance) << deviation.momentum;
         int moved_count = 0;
-        before.for_each([&](int x, int y, int z) { moved_count += before.at(x, y, z).soil != expected.at(x, y, z).soil; });
+        before.for_each([&](int x, int y, int z) {
+            moved_count += before.at(x, y, z).soil != expected.at(x, y, z).soil;
+        });
         EXPECT_GT(moved_count, 5);
     }
 }
@@ -64,7 +71,8 @@ TEST_P(Projectile, overflow_resolution_follows_the_oracle) {
 TEST_P(Projectile, has_the_same_bits_on_gl) {
     expect_same_on_gl([](StageBench& bench) {
         bench.advect(1);
-        for (OverflowHeuristic heuristic : {OverflowHeuristic::even, OverflowHeuristic::up, OverflowHeuristic::up_spread}) {
+        for (OverflowHeuristic heuristic :
+             {OverflowHeuristic::even, OverflowHeuristic::up, OverflowHeuristic::up_spread}) {
             bench.resolve_overflow(heuristic);
         }
         bench.find_support();
@@ -73,7 +81,8 @@ TEST_P(Projectile, has_the_same_bits_on_gl) {
     });
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenarios, Projectile, testing::ValuesIn(all_scenarios()), testing::PrintToStringParamName());
+INSTANTIATE_TEST_SUITE_P(Scenarios, Projectile, testing::ValuesIn(all_scenarios()),
+                         testing::PrintToStringParamName());
 
 // Each crumb stays whole; a part of them moves, as large as the drift is long.
 TEST(Crumbs, move_whole_and_on_average_as_far_as_they_drift) {
@@ -87,7 +96,8 @@ TEST(Crumbs, move_whole_and_on_average_as_far_as_they_drift) {
                 for (int x = 0; x < 24; x += 2) {
                     planes.at(kPlaneVolume, x, y, z) = kCrumb;
                     planes.at(kPlaneMaterial, x, y, z) = kMass;
-                    planes.at(kPlaneMomentumX, x, y, z) = static_cast<int>(kMass * kDrift * substeps * kVelocityOne);
+                    planes.at(kPlaneMomentumX, x, y, z) =
+                        static_cast<int>(kMass * kDrift * substeps * kVelocityOne);
                 }
             }
         }

@@ -34,7 +34,8 @@ TEST(Residency, sleeping_and_waking_change_no_bit) {
     }
 }
 
-// A blade cuts into a heap, leaves it alone for long enough that its tiles fall asleep, and comes back.
+// A blade cuts into a heap, leaves it alone for long enough that its tiles fall asleep, and comes
+// back.
 TEST(Residency, soil_that_sleeps_in_between_moves_like_soil_that_stays_awake) {
     const auto run = [](bool keep_awake) {
         auto soil = make_soil(grid_def(72, 24, 16));
@@ -81,8 +82,81 @@ TEST(Residency, a_full_tile_table_is_reported_and_loses_nothing) {
     EXPECT_TRUE(soil->status_bits() & static_cast<uint32_t>(StatusBit::tile_table_full));
 }
 
+// Soil arrives high above the ground of a tile that held none so high.
+TEST(Residency, soil_comes_to_rest_on_a_plateau_of_bare_rock) {
+    auto soil = make_soil(grid_def(32, 16, 40));
+    const double voxel = 0.05;
+    ASSERT_TRUE(soil->add_terrain([&](Vec3 at) { return at.z < 24 * voxel ? 1.0 : -1.0; }));
+    ASSERT_TRUE(
+        soil->fill(voxel_box(*soil, {0, 0, 24}, {8, 16, 34})));  // a cliff on the edge of a tile
+    StepReport report;
+    for (int i = 0; i < 1000; ++i) {
+        report = soil->step({});
+    }
+    EXPECT_EQ(report.block_active_count, 0);
+    // 33 deg from a heap of 10 by 8 voxels reaches about 15 voxels far.
+    EXPECT_GT(soil->surface_height_m(12, 8), 25 * voxel);
+    EXPECT_LT(soil->surface_height_m(4, 8), 32 * voxel);
+}
+
+/// Mass above a height [kg].
+double mass_above_kg(const Soil& soil, double height_m) {
+    const Vec3 size = soil.def().size_m;
+    const double half = (size.z - height_m) / 2;
+    return soil.mass_inside_kg(box_shape({size.x / 2, size.y / 2, half}),
+                               {{size.x / 2, size.y / 2, size.z - half}, {}});
+}
+
+class CarriedLoad : public testing::TestWithParam<bool> {};
+
+TEST_P(CarriedLoad, stays_in_a_bucket_high_above_the_ground) {
+    const bool ground_is_active = GetParam();
+    auto soil = make_soil(grid_def(64, 16, 40));
+    const double voxel = 0.05, step = 1.0 / 60;
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {64, 16, 2})));
+    const auto wall = [&](Vec3 half, Vec3 at) {
+        ConvexShape shape = box_shape(half * voxel);
+        shape.local.position = at * voxel;
+        return shape;
+    };
+    std::vector<Mover> movers;
+    movers.emplace_back(1, wall({6, 6, 1}, {0, 0, -4}), Vec3{10, 8, 32} * voxel);
+    for (const ConvexShape& side : {wall({1, 6, 5}, {-6, 0, 0}), wall({1, 6, 5}, {6, 0, 0}),
+                                    wall({6, 1, 5}, {0, -6, 0}), wall({6, 1, 5}, {0, 6, 0})}) {
+        movers[0].shapes.push_back(side);
+    }
+    if (ground_is_active) {
+        movers.emplace_back(2, box_shape(Vec3{1, 5, 2} * voxel),
+                            Vec3{10, 8, 2} * voxel);  // ploughs below the bucket
+    }
+    soil->step(bodies_of(movers));
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {6, 4, 29.5}, {14, 12, 33})));
+    const double loaded_kg = mass_above_kg(*soil, 20 * voxel);
+    EXPECT_GT(loaded_kg, 10);
+    StepReport report;
+    for (int i = -30; i < 160; ++i) {
+        for (Mover& mover : movers) {
+            mover.set_velocity({std::clamp(0.02 * i, 0.0, 0.9), 0,
+                                0});  // within what friction with the floor can do
+            mover.advance(step);
+        }
+        report = soil->step(bodies_of(movers));
+    }
+    EXPECT_GT(movers[0].body.pose.position.x, 40 * voxel);
+    EXPECT_GT(mass_above_kg(*soil, 20 * voxel), 0.98 * loaded_kg);
+    // A little of it stands in the bucket's walls at any time and counts for none.
+    ASSERT_GE(report.loads.size(), 1u);
+    EXPECT_EQ(report.loads[0].body, 1);
+    EXPECT_NEAR(report.loads[0].mass_kg, loaded_kg, 0.1 * loaded_kg);
+}
+
+INSTANTIATE_TEST_SUITE_P(Ground, CarriedLoad, testing::Bool(), [](const auto& parameter) {
+    return parameter.param ? "active" : "asleep";
+});
+
 TEST(Residency, the_tile_table_grows_without_changing_a_bit) {
-    // 9 x 9 tiles: more than the table starts with. One soil grows while it moves, the other wakes everything before.
+    // 9 x 9 tiles: more than the table starts with. One soil grows while it moves, the other wakes
+    // everything before.
     const auto run = [](bool grow_first) {
         auto soil = make_soil(grid_def(72, 72, 8));
         EXPECT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {72, 72, 2.5})));

@@ -9,9 +9,11 @@ namespace {
 
 using namespace layout;
 
-oracle::Wedge oracle_wedge(const MaterialDef& material, double gravity, double rise_m, double run_m) {
-    return oracle::failure_wedge({material.cohesion_pa, material.friction_angle_rad, material.density_kg_m3 * gravity}, gravity,
-                                 rise_m, run_m);
+oracle::Wedge oracle_wedge(const MaterialDef& material, double gravity, double rise_m,
+                           double run_m) {
+    return oracle::failure_wedge(
+        {material.cohesion_pa, material.friction_angle_rad, material.density_kg_m3 * gravity},
+        gravity, rise_m, run_m);
 }
 
 TEST(SlipWedge, follows_the_oracle) {
@@ -21,14 +23,18 @@ TEST(SlipWedge, follows_the_oracle) {
             for (double slope = 0.05; slope < 16; slope += 0.37) {
                 const SlipWedge got = find_slip_wedge(material, kGravity, slope * run, run);
                 const oracle::Wedge expected = oracle_wedge(material, kGravity, slope * run, run);
-                // The failing planes are looked for at 400 angles: an interval of them narrower than that is missed. Its
-                // wedge is next to nothing (acceleration vanishes at both ends of the interval).
+                // The failing planes are looked for at 400 angles: an interval of them narrower
+                // than that is missed. Its wedge is next to nothing (acceleration vanishes at both
+                // ends of the interval).
                 if (got.fails != (expected.height_m > 0)) {
-                    EXPECT_LT(expected.acceleration_m_s2, 0.01 * kGravity) << material.name << " slope " << slope;
+                    EXPECT_LT(expected.acceleration_m_s2, 0.01 * kGravity)
+                        << material.name << " slope " << slope;
                     continue;
                 }
-                EXPECT_NEAR(std::max(0.0, got.height_m), expected.height_m, 1e-9 * run) << material.name << " slope " << slope;
-                EXPECT_NEAR(got.acceleration_m_s2, expected.acceleration_m_s2, 1e-6 * kGravity) << material.name;
+                EXPECT_NEAR(std::max(0.0, got.height_m), expected.height_m, 1e-9 * run)
+                    << material.name << " slope " << slope;
+                EXPECT_NEAR(got.acceleration_m_s2, expected.acceleration_m_s2, 1e-6 * kGravity)
+                    << material.name;
             }
         }
     }
@@ -38,13 +44,16 @@ class Slippage : public Stage {
   protected:
     /// The wedge as the kernels have it: between entries 1/16 apart in slope.
     static oracle::WedgeLookup tabulated(const StageBench& bench) {
-        return [&bench](int material, double slope) -> oracle::GridWedge {
+        return [&bench](int material, bool bonded, double slope) -> oracle::GridWedge {
             const SoilDef& def = bench.soil().def();
-            const MaterialDef& soil = bench.soil().materials()[static_cast<size_t>(material)];
+            MaterialDef soil = bench.soil().materials()[static_cast<size_t>(material)];
+            soil.cohesion_pa *= bonded ? 1 : soil.loose_cohesion_fraction;
             const double slope_of_phi = std::tan(soil.friction_angle_rad);
             const auto entry = [&](int i) -> oracle::GridWedge {
-                const oracle::Wedge w = oracle_wedge(soil, def.gravity_m_s2, i / 16.0 * def.voxel_m, def.voxel_m);
-                // Without cohesion the wedge is h - dx tan(phi) on both sides of zero; with it, stable counts as -1.
+                const oracle::Wedge w =
+                    oracle_wedge(soil, def.gravity_m_s2, i / 16.0 * def.voxel_m, def.voxel_m);
+                // Without cohesion the wedge is h - dx tan(phi) on both sides of zero; with it,
+                // stable counts as -1.
                 const double stable = soil.cohesion_pa > 0 ? -1 : i / 16.0 - slope_of_phi;
                 return {w.height_m > 0 ? w.height_m / def.voxel_m : stable,
                         std::min(1.0, w.acceleration_m_s2 * def.step_s * def.step_s / def.voxel_m)};
@@ -52,12 +61,14 @@ class Slippage : public Stage {
             const int i = std::min(static_cast<int>(slope * 16), 255);
             const double t = std::min(1.0, slope * 16 - i);
             const oracle::GridWedge a = entry(i), b = entry(i + 1);
-            return {a.height + t * (b.height - a.height), a.acceleration + t * (b.acceleration - a.acceleration)};
+            return {a.height + t * (b.height - a.height),
+                    a.acceleration + t * (b.acceleration - a.acceleration)};
         };
     }
     static std::vector<int32_t> random_speeds(const Scenario& scenario) {
         std::mt19937 random(scenario.seed + 2000);
-        std::vector<int32_t> speeds(static_cast<size_t>(scenario.nx) * scenario.ny * kSpanCapacity, 0);
+        std::vector<int32_t> speeds(static_cast<size_t>(scenario.nx) * scenario.ny * kSpanCapacity,
+                                    0);
         for (int32_t& speed : speeds) {
             speed = random() % 8 == 0 ? static_cast<int32_t>(random() % 20000) : 0;
         }
@@ -76,22 +87,27 @@ TEST_P(Slippage, follows_the_oracle) {
         for (double& speed : oracle_speeds) {
             speed /= kVoxelFull;
         }
-        const oracle::Slippage expected = oracle::slip_soil(bench.model(substeps), before, oracle_speeds, tabulated(bench));
+        const oracle::Slippage expected =
+            oracle::slip_soil(bench.model(substeps), before, oracle_speeds, tabulated(bench));
         bench.slip(substeps);
-        const FieldDeviation deviation = compare(bench.to_field(bench.read()), expected.field, GetParam().material_count);
-        // The slope's root is good to 2^-12 of it, slopes go up to 16 here and a quarter of the wedge slides: 1e-3 voxel
-        // from each of up to 8 columns in the worst case.
+        const FieldDeviation deviation =
+            compare(bench.to_field(bench.read()), expected.field, GetParam().material_count);
+        // The slope's root is good to 2^-12 of it, slopes go up to 16 here and a quarter of the
+        // wedge slides: 1e-3 voxel from each of up to 8 columns in the worst case.
         constexpr double kTolerance = 8 * 1e-3;
         EXPECT_LT(deviation.soil.value, kTolerance) << deviation.soil;
         EXPECT_LT(deviation.mass.value, kTolerance) << deviation.mass;
         EXPECT_LT(deviation.momentum.value, kTolerance) << deviation.momentum;
         int moved_count = 0;
-        before.for_each([&](int x, int y, int z) { moved_count += before.at(x, y, z).soil != expected.field.at(x, y, z).soil; });
+        before.for_each([&](int x, int y, int z) {
+            moved_count += before.at(x, y, z).soil != expected.field.at(x, y, z).soil;
+        });
         EXPECT_GT(moved_count, 20);
         const std::vector<int32_t> got_speeds = bench.read_speeds();
         for (size_t i = 0; i < got_speeds.size(); ++i) {
             // Whole 1/65536 voxels; the acceleration's slope is good to 2^-12.
-            EXPECT_NEAR(got_speeds[i] / static_cast<double>(kVoxelFull), expected.speeds[i], 2e-4) << "span " << i;
+            EXPECT_NEAR(got_speeds[i] / static_cast<double>(kVoxelFull), expected.speeds[i], 2e-4)
+                << "span " << i;
         }
     }
 }
@@ -105,7 +121,8 @@ TEST_P(Slippage, has_the_same_bits_on_gl) {
     });
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenarios, Slippage, testing::ValuesIn(all_scenarios()), testing::PrintToStringParamName());
+INSTANTIATE_TEST_SUITE_P(Scenarios, Slippage, testing::ValuesIn(all_scenarios()),
+                         testing::PrintToStringParamName());
 
 }  // namespace
 }  // namespace bsoil

@@ -13,7 +13,8 @@ class Snapshot : public testing::Test {
   protected:
     std::string path(const char* name) const {
         return (std::filesystem::temp_directory_path() /
-                (std::string("bsoil_") + testing::UnitTest::GetInstance()->current_test_info()->name() + "_" +
+                (std::string("bsoil_") +
+                 testing::UnitTest::GetInstance()->current_test_info()->name() + "_" +
                  std::to_string(getpid()) + name))
             .string();
     }
@@ -27,7 +28,8 @@ class Snapshot : public testing::Test {
         return {std::istreambuf_iterator<char>(in), {}};
     }
     static void write_bytes(const std::string& file, const std::vector<char>& bytes) {
-        std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+        std::ofstream(file, std::ios::binary)
+            .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     }
 };
 
@@ -50,7 +52,8 @@ TEST_F(Snapshot, a_loaded_soil_goes_on_like_the_saved_one) {
         for (int i = 0; i < 40; ++i) {
             first.step();
             twin.step();
-            ASSERT_EQ(twin.soil().checksum(), first.soil().checksum()) << "saved at " << steps << ", step " << i + 1 << " after";
+            ASSERT_EQ(twin.soil().checksum(), first.soil().checksum())
+                << "saved at " << steps << ", step " << i + 1 << " after";
         }
     }
 }
@@ -86,8 +89,10 @@ TEST_F(Snapshot, damage_is_refused_and_changes_nothing) {
         EXPECT_NE(status.error().find(path("b")), std::string::npos) << status.error();
         ASSERT_EQ(scene.soil().checksum(), checksum) << what;
     };
-    for (size_t size : {size_t{0}, size_t{5}, size_t{12}, size_t{27}, size_t{28}, good.size() / 2, good.size() - 1}) {
-        expect_refused({good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size)}, "cut to " + std::to_string(size));
+    for (size_t size : {size_t{0}, size_t{5}, size_t{12}, size_t{27}, size_t{28}, good.size() / 2,
+                        good.size() - 1}) {
+        expect_refused({good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size)},
+                       "cut to " + std::to_string(size));
     }
     for (int i = 0; i < 40; ++i) {
         std::vector<char> flipped = good;

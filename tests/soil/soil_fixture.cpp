@@ -54,7 +54,9 @@ Mover::Mover(int id, ConvexShape shape, Vec3 position, bool is_static) : shapes{
     body.shapes = &shapes;
 }
 
-Mover::Mover(Mover&& other) noexcept : body(other.body), shapes(std::move(other.shapes)) { body.shapes = &shapes; }
+Mover::Mover(Mover&& other) noexcept : body(other.body), shapes(std::move(other.shapes)) {
+    body.shapes = &shapes;
+}
 
 void Mover::set_velocity(Vec3 linear, Vec3 angular) {
     body.linear_velocity_m_s = linear;
@@ -66,7 +68,8 @@ void Mover::advance(double dt) {
     body.center_of_mass_m = body.pose.position;
     const double rate = length(body.angular_velocity_rad_s);
     if (rate > 0) {
-        body.pose.rotation = turn(body.angular_velocity_rad_s * (1 / rate), rate * dt) * body.pose.rotation;
+        body.pose.rotation =
+            turn(body.angular_velocity_rad_s * (1 / rate), rate * dt) * body.pose.rotation;
     }
 }
 
@@ -77,7 +80,9 @@ ConvexShape box_shape(Vec3 half_extents_m) {
     return shape;
 }
 
-ConvexShape sphere_shape(double radius_m) { return round_shape(ConvexShape::Kind::sphere, radius_m, 0); }
+ConvexShape sphere_shape(double radius_m) {
+    return round_shape(ConvexShape::Kind::sphere, radius_m, 0);
+}
 
 ConvexShape round_shape(ConvexShape::Kind kind, double radius_m, double half_height_m) {
     ConvexShape shape;

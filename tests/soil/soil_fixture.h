@@ -17,7 +17,8 @@ struct SoilProbe {
     static Soil::Impl& impl(Soil& soil) { return *soil.impl_; }
 };
 
-/// A grid of whole voxels of `voxel_m`, Z up, lower corner at the world's origin: world metres / voxel_m are grid voxels.
+/// A grid of whole voxels of `voxel_m`, Z up, lower corner at the world's origin: world metres /
+/// voxel_m are grid voxels.
 SoilDef grid_def(int nx, int ny, int nz, double voxel_m = 0.05);
 
 /// Dry sand of a chosen angle of friction.

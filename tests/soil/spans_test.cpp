@@ -48,7 +48,8 @@ TEST_P(Spans, have_the_same_bits_on_gl) {
         for (int y = 0; y < GetParam().ny; ++y) {
             for (int x = 0; x < GetParam().nx; ++x) {
                 const std::vector<int32_t> column = bench.read_column(x, y);
-                words.insert(words.end(), column.begin(), column.begin() + 1 + column[0] * kSpanWords);
+                words.insert(words.end(), column.begin(),
+                             column.begin() + 1 + column[0] * kSpanWords);
                 words.push_back(bench.read_surface(x, y));
             }
         }
@@ -56,7 +57,8 @@ TEST_P(Spans, have_the_same_bits_on_gl) {
     });
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenarios, Spans, testing::ValuesIn(all_scenarios()), testing::PrintToStringParamName());
+INSTANTIATE_TEST_SUITE_P(Scenarios, Spans, testing::ValuesIn(all_scenarios()),
+                         testing::PrintToStringParamName());
 
 }  // namespace
 }  // namespace bsoil

@@ -39,7 +39,8 @@ class SmoothNoise {
 
 }  // namespace
 
-StageBench::StageBench(const SoilDef& def) : soil_(make_soil(def)), impl_(&SoilProbe::impl(*soil_)) {
+StageBench::StageBench(const SoilDef& def)
+    : soil_(make_soil(def)), impl_(&SoilProbe::impl(*soil_)) {
     Soil::Impl& s = *impl_;
     s.step_index = 1;
     s.params.step_stamp = 2;
@@ -57,12 +58,18 @@ StageBench::StageBench(const SoilDef& def) : soil_(make_soil(def)), impl_(&SoilP
     write(empty_planes());
 }
 
-int StageBench::slot_of(int x, int y) const { return impl_->tiles[impl_->tile_index(x / 8, y / 8)]->slot; }
+int StageBench::slot_of(int x, int y) const {
+    return impl_->tiles[impl_->tile_index(x / 8, y / 8)]->slot;
+}
 
 StatePlanes StageBench::empty_planes() const {
-    StatePlanes planes{impl_->frame.size[0], impl_->frame.size[1], impl_->height,
-                       kTransportFirst + impl_->params.transport_count, {}};
-    planes.words.assign(static_cast<size_t>(planes.nx) * planes.ny * planes.nz * planes.plane_count, 0);
+    StatePlanes planes{impl_->frame.size[0],
+                       impl_->frame.size[1],
+                       impl_->height,
+                       kTransportFirst + impl_->params.transport_count,
+                       {}};
+    planes.words.assign(static_cast<size_t>(planes.nx) * planes.ny * planes.nz * planes.plane_count,
+                        0);
     return planes;
 }
 
@@ -76,12 +83,16 @@ void StageBench::write(const StatePlanes& planes) {
         }
         for (int plane = 0; plane < planes.plane_count; ++plane) {
             for (int v = 0; v < p.tile_voxels; ++v) {
-                words[v] = planes.at(plane, tile % impl_->tiles_x * 8 + v % 8, tile / impl_->tiles_x * 8 + v / 8 % 8, v / 64);
+                words[v] = planes.at(plane, tile % impl_->tiles_x * 8 + v % 8,
+                                     tile / impl_->tiles_x * 8 + v / 8 % 8, v / 64);
             }
-            impl_->device->write(Buffer::state, int64_t{plane} * p.plane_stride + int64_t{slot} * p.tile_voxels, words);
+            impl_->device->write(Buffer::state,
+                                 int64_t{plane} * p.plane_stride + int64_t{slot} * p.tile_voxels,
+                                 words);
         }
     }
-    impl_->device->fill_zero(Buffer::block_flags, 0, int64_t{kFlagArrays} * (p.plane_stride / kBlockVoxels));
+    impl_->device->fill_zero(Buffer::block_flags, 0,
+                             int64_t{kFlagArrays} * (p.plane_stride / kBlockVoxels));
     impl_->params.pass_stamp = 1;
     for (const auto& tile : impl_->tiles) {
         tile->top = planes.nz;
@@ -89,7 +100,8 @@ void StageBench::write(const StatePlanes& planes) {
     impl_->build_work_lists();
     impl_->list_words_uploaded = 0;
     place({});
-    write_speeds(std::vector<int32_t>(static_cast<size_t>(planes.nx) * planes.ny * kSpanCapacity, 0));
+    write_speeds(
+        std::vector<int32_t>(static_cast<size_t>(planes.nx) * planes.ny * kSpanCapacity, 0));
 }
 
 StatePlanes StageBench::read() const {
@@ -102,9 +114,12 @@ StatePlanes StageBench::read() const {
             continue;
         }
         for (int plane = 0; plane < planes.plane_count; ++plane) {
-            impl_->device->read(Buffer::state, int64_t{plane} * p.plane_stride + int64_t{slot} * p.tile_voxels, words);
+            impl_->device->read(Buffer::state,
+                                int64_t{plane} * p.plane_stride + int64_t{slot} * p.tile_voxels,
+                                words);
             for (int v = 0; v < p.tile_voxels; ++v) {
-                planes.at(plane, tile % impl_->tiles_x * 8 + v % 8, tile / impl_->tiles_x * 8 + v / 8 % 8, v / 64) = words[v];
+                planes.at(plane, tile % impl_->tiles_x * 8 + v % 8,
+                          tile / impl_->tiles_x * 8 + v / 8 % 8, v / 64) = words[v];
             }
         }
     }
@@ -178,9 +193,12 @@ std::vector<std::array<int32_t, kContactWords>> StageBench::collect_contacts() {
     run(Kernel::collect_contacts, impl_->contact_work);
     int32_t header[kResultHeader];
     impl_->device->read(Buffer::result, 0, header);
-    std::vector<std::array<int32_t, kContactWords>> contacts(static_cast<size_t>(header[kResultContacts]));
+    std::vector<std::array<int32_t, kContactWords>> contacts(
+        static_cast<size_t>(header[kResultContacts]));
     for (size_t i = 0; i < contacts.size(); ++i) {
-        impl_->device->read(Buffer::result, impl_->params.contact_offset + static_cast<int64_t>(i) * kContactWords, contacts[i]);
+        impl_->device->read(Buffer::result,
+                            impl_->params.contact_offset + static_cast<int64_t>(i) * kContactWords,
+                            contacts[i]);
     }
     std::sort(contacts.begin(), contacts.end(), [](const auto& a, const auto& b) {
         return std::tie(a[2], a[1], a[0]) < std::tie(b[2], b[1], b[0]);
@@ -242,20 +260,24 @@ oracle::Field StageBench::to_field(const StatePlanes& planes) const {
         oracle::Voxel& voxel = field.at(x, y, z);
         const auto word = [&](int plane) { return planes.at(plane, x, y, z); };
         voxel.soil = word(kPlaneVolume) * kUnit;
+        voxel.bond = word(kPlaneBond) * kUnit;
         voxel.terrain = word(kPlaneTerrain) * kUnit;
         voxel.bodies = word(kPlaneCoverage) * kUnit;
         voxel.owner = (word(kPlaneOwner) & 0xffff) - 1;
         constexpr double kMomentumUnit = kUnit / kVelocityOne;
-        voxel.momentum = Vec3{word(kPlaneMomentumX) * kMomentumUnit, word(kPlaneMomentumY) * kMomentumUnit,
-                              word(kPlaneMomentumZ) * kMomentumUnit};
-        voxel.force = {static_cast<double>(word(kPlaneForceX)), static_cast<double>(word(kPlaneForceY)),
+        voxel.momentum =
+            Vec3{word(kPlaneMomentumX) * kMomentumUnit, word(kPlaneMomentumY) * kMomentumUnit,
+                 word(kPlaneMomentumZ) * kMomentumUnit};
+        voxel.force = {static_cast<double>(word(kPlaneForceX)),
+                       static_cast<double>(word(kPlaneForceY)),
                        static_cast<double>(word(kPlaneForceZ))};
         for (int m = 0; m < impl_->params.material_count; ++m) {
             voxel.mass[static_cast<size_t>(m)] = word(kPlaneMaterial + m) * kUnit;
         }
         const int support = word(kPlaneSupport);
         using Kind = oracle::Support::Kind;
-        voxel.support = support >= kSupportBody     ? oracle::Support{Kind::body, support - kSupportBody}
+        voxel.support = support >= kSupportBody
+                            ? oracle::Support{Kind::body, support - kSupportBody}
                         : support == kSupportGround ? oracle::Support{Kind::ground, -1}
                                                     : oracle::Support{};
     });
@@ -286,9 +308,12 @@ std::vector<oracle::Body> StageBench::oracle_bodies() const {
     std::vector<oracle::Body> bodies;
     for (int i = 0; i < kBodyCount; ++i) {
         const int32_t* record = &impl_->shape_words[static_cast<size_t>(i) * kBodyWords];
-        const auto vector = [&](int at, double unit) { return Vec3{record[at] * unit, record[at + 1] * unit, record[at + 2] * unit}; };
-        bodies.push_back({vector(kBodyLinear, kUnit), vector(kBodyAngular, kUnit), vector(kBodyCenter, 0.5),
-                          record[kBodyMoving] != 0, record[kBodyFriction] / static_cast<double>(kVelocityOne)});
+        const auto vector = [&](int at, double unit) {
+            return Vec3{record[at] * unit, record[at + 1] * unit, record[at + 2] * unit};
+        };
+        bodies.push_back({vector(kBodyLinear, kUnit), vector(kBodyAngular, kUnit),
+                          vector(kBodyCenter, 0.5), record[kBodyMoving] != 0,
+                          record[kBodyFriction] / static_cast<double>(kVelocityOne)});
     }
     return bodies;
 }
@@ -297,18 +322,23 @@ SoilDef Scenario::def() const {
     SoilDef def = grid_def(nx, ny, nz);
     if (material_count == 3) {
         def.materials = {materials::dry_sand(), materials::moist_sand(), materials::gravel()};
+        def.materials[1].loose_cohesion_fraction = 0.3;
     }
     return def;
 }
 
 StatePlanes Scenario::planes(const StageBench& bench) const {
     std::mt19937 random(seed);
-    const auto uniform = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+    const auto uniform = [&](double low, double high) {
+        return std::uniform_real_distribution(low, high)(random);
+    };
     StatePlanes planes = bench.empty_planes();
     const SmoothNoise ground(random, 5), soil(random, 3);
     const auto put_soil = [&](int x, int y, int z, double amount) {
         const int units = static_cast<int>(amount * kVoxelFull);
         planes.at(kPlaneVolume, x, y, z) = units;
+        planes.at(kPlaneBond, x, y, z) =
+            random() % 2 ? units : static_cast<int>(units * uniform(0, 1));
         int mass = 0;
         for (int m = 0; m < material_count; ++m) {
             const int part = static_cast<int>(units * uniform(0.3, 0.95) / material_count);
@@ -316,15 +346,19 @@ StatePlanes Scenario::planes(const StageBench& bench) const {
             mass += part;
         }
         for (int axis = 0; axis < 3; ++axis) {
-            planes.at(kPlaneMomentumX + axis, x, y, z) = static_cast<int>(mass * uniform(-0.9, 0.9) * kVelocityOne);
+            planes.at(kPlaneMomentumX + axis, x, y, z) =
+                static_cast<int>(mass * uniform(-0.9, 0.9) * kVelocityOne);
             planes.at(kPlaneForceX + axis, x, y, z) = static_cast<int>(uniform(-1021, 1021));
         }
-        // A prime, so that no direction's quotient lies so near a half that fixed point and double round it differently.
-        planes.at(kPlaneForceX + static_cast<int>(random() % 3), x, y, z) = random() % 2 ? 1021 : -1021;
+        // A prime, so that no direction's quotient lies so near a half that fixed point and double
+        // round it differently.
+        planes.at(kPlaneForceX + static_cast<int>(random() % 3), x, y, z) =
+            random() % 2 ? 1021 : -1021;
     };
     for (int y = 0; y < ny; ++y) {
         for (int x = 0; x < nx; ++x) {
-            const double rock = ground.at(x, y) * 4 - 1, top = std::max(0.0, rock) + soil.at(x, y) * nz * 0.5;
+            const double rock = ground.at(x, y) * 4 - 1,
+                         top = std::max(0.0, rock) + soil.at(x, y) * nz * 0.5;
             const bool ledge = ground.at(x + 3, y + 7) > 0.7;
             for (int z = 0; z < nz; ++z) {
                 double terrain = std::clamp(rock - z, 0.0, 1.0);
@@ -337,7 +371,7 @@ StatePlanes Scenario::planes(const StageBench& bench) const {
                 if (amount == 0 && uniform(0, 1) < 0.12) {
                     amount = uniform(0, 1) < 0.3 ? room : uniform(0, room);  // floats
                 } else if (amount > 0 && uniform(0, 1) < 0.1) {
-                    amount *= uniform(0.9, 2.5);                             // loose, or in excess
+                    amount *= uniform(0.9, 2.5);  // loose, or in excess
                 }
                 if (amount > 0.004) {  // crumbs move by chance: they have a test of their own
                     put_soil(x, y, z, amount);
@@ -350,9 +384,14 @@ StatePlanes Scenario::planes(const StageBench& bench) const {
 
 std::vector<Mover> Scenario::bodies(const StageBench& bench) const {
     std::mt19937 random(seed + 1000);
-    const auto uniform = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+    const auto uniform = [&](double low, double high) {
+        return std::uniform_real_distribution(low, high)(random);
+    };
     const double voxel = bench.soil().frame().voxel_m, step = bench.soil().def().step_s;
-    const auto place = [&] { return Vec3{uniform(0.2, 0.8) * nx, uniform(0.2, 0.8) * ny, uniform(0.15, 0.6) * nz} * voxel; };
+    const auto place = [&] {
+        return Vec3{uniform(0.2, 0.8) * nx, uniform(0.2, 0.8) * ny, uniform(0.15, 0.6) * nz} *
+               voxel;
+    };
     const auto axis = [&] {
         const Vec3 v{uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)};
         return v * (1 / length(v));
@@ -360,18 +399,21 @@ std::vector<Mover> Scenario::bodies(const StageBench& bench) const {
     std::vector<Mover> movers;
     movers.emplace_back(0, box_shape(Vec3{3.1, 2.3, 1.7} * voxel), place());
     movers.emplace_back(1, octahedron_shape(3.4 * voxel), place());
-    movers.emplace_back(2, round_shape(ConvexShape::Kind::cylinder, 2.2 * voxel, 2.6 * voxel), place(), true);
+    movers.emplace_back(2, round_shape(ConvexShape::Kind::cylinder, 2.2 * voxel, 2.6 * voxel),
+                        place(), true);
     for (Mover& mover : movers) {
         mover.body.pose.rotation = turn(axis(), uniform(0, 3));
     }
     for (int i = 0; i < 2; ++i) {
-        movers[static_cast<size_t>(i)].set_velocity(axis() * (uniform(0.1, 0.9) * voxel / step), axis() * (uniform(0, 0.2) / step));
+        movers[static_cast<size_t>(i)].set_velocity(axis() * (uniform(0.1, 0.9) * voxel / step),
+                                                    axis() * (uniform(0, 0.2) / step));
     }
     return movers;
 }
 
 void PrintTo(const Scenario& s, std::ostream* out) {
-    *out << "seed_" << s.seed << "_grid_" << s.nx << "x" << s.ny << "x" << s.nz << "_materials_" << s.material_count;
+    *out << "seed_" << s.seed << "_grid_" << s.nx << "x" << s.ny << "x" << s.nz << "_materials_"
+         << s.material_count;
 }
 
 std::vector<Scenario> all_scenarios() {
@@ -410,17 +452,20 @@ void Deviation::take(double got_value, double expected_value, int px, int py, in
 }
 
 std::ostream& operator<<(std::ostream& out, const Deviation& d) {
-    return out << "off by " << d.value << " at voxel " << d.x << " " << d.y << " " << d.z << ": " << d.got << ", expected "
-               << d.expected;
+    return out << "off by " << d.value << " at voxel " << d.x << " " << d.y << " " << d.z << ": "
+               << d.got << ", expected " << d.expected;
 }
 
-FieldDeviation compare(const oracle::Field& got, const oracle::Field& expected, int material_count) {
+FieldDeviation compare(const oracle::Field& got, const oracle::Field& expected,
+                       int material_count) {
     FieldDeviation deviation;
     got.for_each([&](int x, int y, int z) {
         const oracle::Voxel &a = got.at(x, y, z), &b = expected.at(x, y, z);
         deviation.soil.take(a.soil, b.soil, x, y, z);
+        deviation.soil.take(a.bond, b.bond, x, y, z);
         for (int m = 0; m < material_count; ++m) {
-            deviation.mass.take(a.mass[static_cast<size_t>(m)], b.mass[static_cast<size_t>(m)], x, y, z);
+            deviation.mass.take(a.mass[static_cast<size_t>(m)], b.mass[static_cast<size_t>(m)], x,
+                                y, z);
         }
         deviation.momentum.take(a.momentum.x, b.momentum.x, x, y, z);
         deviation.momentum.take(a.momentum.y, b.momentum.y, x, y, z);

@@ -1,4 +1,5 @@
-/// Single stages of the step on a small grid, all of it awake and dispatched, with the state as dense integer planes.
+/// Single stages of the step on a small grid, all of it awake and dispatched, with the state as
+/// dense integer planes.
 #pragma once
 
 #include <functional>
@@ -42,8 +43,8 @@ class StageBench {
     /// The stages, one pass each.
     void find_support();
     void apply_force();
-    void propagate_force();  ///< with apply_flow
-    void advect(int substeps);  ///< with apply_flow
+    void propagate_force();                              ///< with apply_flow
+    void advect(int substeps);                           ///< with apply_flow
     void resolve_overflow(OverflowHeuristic heuristic);  ///< of all blocks, with apply_flow
     void build_spans();
     void slip(int substeps);  ///< with apply_flow; from the set of speeds of write_speeds
@@ -53,7 +54,8 @@ class StageBench {
     std::vector<int32_t> read_column(int x, int y) const;
     /// Height of the free surface of a column (Q16), -1 where a body stands on it.
     int32_t read_surface(int x, int y) const;
-    /// Slip speeds (Q16), [(y * nx + x) * kSpanCapacity + span]: those the next slip reads, those the last one wrote.
+    /// Slip speeds (Q16), [(y * nx + x) * kSpanCapacity + span]: those the next slip reads, those
+    /// the last one wrote.
     void write_speeds(const std::vector<int32_t>& speeds);
     std::vector<int32_t> read_speeds() const;
     uint32_t result_status() const;
@@ -116,7 +118,7 @@ struct Deviation {
 };
 std::ostream& operator<<(std::ostream& out, const Deviation& deviation);
 
-/// Soil, masses and momentum of a kernel's result against the oracle's.
+/// Soil (with its bonded part), masses and momentum of a kernel's result against the oracle's.
 struct FieldDeviation {
     Deviation soil, mass, momentum;
 };

@@ -10,7 +10,8 @@
 namespace bsoil {
 namespace {
 
-TileVoxels tile_of(int height, int planes, const std::function<int32_t(int plane, int z, int column)>& value) {
+TileVoxels tile_of(int height, int planes,
+                   const std::function<int32_t(int plane, int z, int column)>& value) {
     TileVoxels tile;
     tile.reset(height, planes);
     for (int p = 0; p < planes; ++p) {
@@ -38,11 +39,18 @@ TEST(TileCodec, gives_back_what_it_got) {
         for (int planes : {9, 16}) {
             expect_round_trip(tile_of(height, planes, [](int, int, int) { return 0; }));
             expect_round_trip(tile_of(height, planes, [](int, int, int) { return INT_MIN; }));
-            expect_round_trip(tile_of(height, planes, [](int p, int z, int c) { return (p + z + c) % 2 ? INT_MAX : INT_MIN; }));
-            expect_round_trip(tile_of(height, planes, [&](int, int, int) { return static_cast<int32_t>(random()); }));
-            expect_round_trip(tile_of(height, planes, [&](int, int, int) { return random() % 5 ? 0 : static_cast<int32_t>(random() % 9) - 4; }));
+            expect_round_trip(tile_of(height, planes, [](int p, int z, int c) {
+                return (p + z + c) % 2 ? INT_MAX : INT_MIN;
+            }));
+            expect_round_trip(tile_of(
+                height, planes, [&](int, int, int) { return static_cast<int32_t>(random()); }));
+            expect_round_trip(tile_of(height, planes, [&](int, int, int) {
+                return random() % 5 ? 0 : static_cast<int32_t>(random() % 9) - 4;
+            }));
             // Level ground of equal columns, and one column that differs in its last voxel only.
-            expect_round_trip(tile_of(height, planes, [&](int p, int z, int) { return p == 1 && z < height / 2 ? 65536 : 0; }));
+            expect_round_trip(tile_of(height, planes, [&](int p, int z, int) {
+                return p == 1 && z < height / 2 ? 65536 : 0;
+            }));
             expect_round_trip(tile_of(height, planes, [&](int p, int z, int c) {
                 return p == planes - 1 && z == height - 1 && c == 63 ? -1 : 0;
             }));
@@ -51,7 +59,8 @@ TEST(TileCodec, gives_back_what_it_got) {
 }
 
 TEST(TileCodec, packs_level_ground_into_two_bytes_a_column_or_less) {
-    const TileVoxels level = tile_of(64, 9, [](int p, int z, int) { return (p == 1 || p == 8) && z < 20 ? 65536 : 0; });
+    const TileVoxels level =
+        tile_of(64, 9, [](int p, int z, int) { return (p == 1 || p == 8) && z < 20 ? 65536 : 0; });
     EXPECT_LE(pack_tile(level).size(), 2u * 64);
 }
 
@@ -63,7 +72,8 @@ TEST(TileCodec, takes_no_bytes_as_air) {
 
 TEST(TileCodec, refuses_bytes_cut_short_or_with_more_behind) {
     std::mt19937 random(2);
-    const TileVoxels tile = tile_of(16, 9, [&](int, int, int) { return random() % 3 ? 0 : static_cast<int32_t>(random()); });
+    const TileVoxels tile = tile_of(
+        16, 9, [&](int, int, int) { return random() % 3 ? 0 : static_cast<int32_t>(random()); });
     const std::vector<uint8_t> bytes = pack_tile(tile);
     TileVoxels back;
     back.reset(16, 9);
@@ -76,10 +86,11 @@ TEST(TileCodec, refuses_bytes_cut_short_or_with_more_behind) {
 }
 
 TEST(TileCodec, survives_any_damage) {
-    // Damage that still reads as a tile cannot be told from one here; the snapshot's hash does that. No byte may make
-    // the reader leave its buffers (sanitizers watch).
+    // Damage that still reads as a tile cannot be told from one here; the snapshot's hash does
+    // that. No byte may make the reader leave its buffers (sanitizers watch).
     std::mt19937 random(3);
-    const TileVoxels tile = tile_of(16, 9, [&](int, int z, int c) { return (z + c) % 4 ? 0 : static_cast<int32_t>(random()); });
+    const TileVoxels tile = tile_of(
+        16, 9, [&](int, int z, int c) { return (z + c) % 4 ? 0 : static_cast<int32_t>(random()); });
     const std::vector<uint8_t> bytes = pack_tile(tile);
     TileVoxels back;
     back.reset(16, 9);

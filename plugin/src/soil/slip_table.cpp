@@ -53,8 +53,9 @@ SlipWedge find_slip_wedge(const MaterialDef& m, double gravity, double h, double
     wedge.height_m = h - std::tan(theta) * dx;
     const double t = std::tan(theta) * dx;
     const double force =
+        // thesis (8): the sum of the shear stresses, (5) to (7), over ever thinner segments of the wedge
         gamma * dx * dx / 4 * std::log((h * h + dx * dx) / (t * t + dx * dx)) * std::cos(theta) +
-        gamma * dx / 2 * (h - t - dx * (std::atan(h / dx) - theta)) * std::sin(theta);  // thesis (8)
+        gamma * dx / 2 * (h - t - dx * (std::atan(h / dx) - theta)) * std::sin(theta);
     const double weight = wedge.height_m * dx * gamma / 2;
     wedge.acceleration_m_s2 = weight > 0 ? std::max(0.0, force / weight * gravity) : 0;
     return wedge;

@@ -38,9 +38,11 @@ class Writer {
   public:
     template <typename T>
     void put(T value) {
-        const size_t at = bytes.size();
-        bytes.resize(at + sizeof(T));
-        std::memcpy(&bytes[at], &value, sizeof(T));
+        uint8_t raw[sizeof(T)];
+        std::memcpy(raw, &value, sizeof(T));
+        for (uint8_t byte : raw) {
+            bytes.push_back(byte);
+        }
     }
     void put_bytes(std::span<const uint8_t> data) {
         put<uint64_t>(data.size());

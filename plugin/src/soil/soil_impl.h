@@ -145,6 +145,7 @@ struct Soil::Impl {
     void find_body_blocks(const SoilBody& body, const Pose& from, const Pose& to, bool may_wake,
                           std::vector<BlockKey>& blocks);
     int device_block(BlockKey key) const;
+    int top_around(int tx, int ty) const;
     void mark_rebuild(const std::vector<BlockKey>& blocks, bool changes_soil);
     void list_active_blocks();
     void build_work_lists();

@@ -105,6 +105,19 @@ void Soil::Impl::dispatch(Kernel kernel, const device::WorkList& work) {
     device->dispatch(static_cast<int>(kernel), work);
 }
 
+// Height to which soil may reach in a tile within this step: what lies next to it, in a bucket high above the ground
+// maybe, may come over.
+int Soil::Impl::top_around(int tx, int ty) const {
+    int top = 0;
+    for (int ny = std::max(0, ty - 1); ny <= std::min(tiles_y - 1, ty + 1); ++ny) {
+        for (int nx = std::max(0, tx - 1); nx <= std::min(tiles_x - 1, tx + 1); ++nx) {
+            const Tile* tile = tiles[tile_index(nx, ny)].get();
+            top = std::max(top, tile ? tile->top : 0);
+        }
+    }
+    return top;
+}
+
 // Blocks of awake (or, for bodies that can move soil, waking) tiles that the body's shapes touch and that are near soil.
 void Soil::Impl::find_body_blocks(const SoilBody& body, const Pose& from, const Pose& to, bool may_wake,
                                   std::vector<BlockKey>& blocks) {
@@ -126,11 +139,12 @@ void Soil::Impl::find_body_blocks(const SoilBody& body, const Pose& from, const 
             for (int tx = tx0; tx <= tx1; ++tx) {
                 const int index = tile_index(tx, ty);
                 const Tile* tile = tiles[index].get();
-                if (!tile || tile->top + 2 < box.min.z || (may_wake ? wake(index) : tile->slot) < 0) {
+                const int top = top_around(tx, ty);
+                if (!tile || top + 2 < box.min.z || (may_wake ? wake(index) : tile->slot) < 0) {
                     continue;
                 }
                 // Above the soil's top, with one block to spare for what is thrown up, there is nothing to cover.
-                const int zb_top = std::min(zb1, tile->top / kTileSide + 1);
+                const int zb_top = std::min(zb1, top / kTileSide + 1);
                 for (int zb = zb0; zb <= zb_top; ++zb) {
                     blocks.push_back(static_cast<BlockKey>(index) * blocks_per_tile + zb);
                 }
@@ -239,7 +253,8 @@ void Soil::Impl::build_work_lists() {
             lowest = flag_words[block] != 0 || rebuild_step[block] == step_index ? zb : -1;
         }
         if (lowest >= 0) {
-            const int highest = std::min(blocks_per_tile, tiles[slot_tile[slot]]->top / kTileSide + 2);
+            const int top = top_around(slot_tile[slot] % tiles_x, slot_tile[slot] / tiles_x);
+            const int highest = std::min(blocks_per_tile, top / kTileSide + 2);
             builder.add((slot * kTileWord + lowest) * kTileWord + highest);
             tiles[slot_tile[slot]]->last_used_step = step_index;
         }
@@ -402,6 +417,7 @@ void Soil::Impl::build_pairs() {
     list_words_uploaded = list_words_used;
 }
 
+// thesis (18)
 void Soil::Impl::run_deformation() {
     ++params.pass_stamp;
     dispatch(Kernel::apply_force, listed_work);
@@ -412,6 +428,7 @@ void Soil::Impl::run_deformation() {
     }
 }
 
+// thesis (19)
 void Soil::Impl::run_advection() {
     dispatch(Kernel::find_support, tile_work);
     ++params.pass_stamp;
@@ -424,6 +441,7 @@ void Soil::Impl::run_advection() {
     }
 }
 
+// thesis (20)
 void Soil::Impl::run_slippage() {
     dispatch(Kernel::build_spans, tile_work);
     ++params.pass_stamp;
@@ -761,10 +779,12 @@ void Soil::Impl::read_activity() {
         }
         Tile& tile = *tiles[index];
         bool changed = false;
+        int changed_top = 0;
         for (int zb = 0; zb < blocks_per_tile; ++zb) {
             const size_t block = static_cast<size_t>(slot) * blocks_per_tile + zb;
             if (flag_words[block] == params.step_stamp) {
                 changed = true;
+                changed_top = (zb + 1) * kTileSide;
                 activate(static_cast<BlockKey>(index) * blocks_per_tile + zb);
             }
             if (flag_words[blocks + block] == params.step_stamp) {
@@ -774,7 +794,8 @@ void Soil::Impl::read_activity() {
         tile.revision += changed;
         const int32_t top = tile_table[static_cast<size_t>(slot) * kTileTableWords + kTileTableTop];
         if (top / 1024 == params.step_stamp) {
-            tile.top = top % 1024;
+            // find_support looks no higher than soil was expected to reach; where soil moved it may have come higher.
+            tile.top = std::max(top % 1024, changed_top);
         }
     }
 }

@@ -1,0 +1,78 @@
+#!/usr/bin/env bash
+# The checks that need a hardware GPU: device and soil tests on OpenGL, then the same soils on the CPU and on the GPU,
+# whose checksums have to be equal.
+#
+#   tests/gpu/run.sh [--no-build] [--software] [BUILD_DIR]
+#
+#   --no-build   take the programs that are in BUILD_DIR already (default: build/gpu)
+#   --software   accept a software OpenGL: tries this script where there is no GPU
+#
+# Exit code: 0 all equal, 1 something differs, 2 no hardware OpenGL or no build.
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+build=$root/build/gpu
+do_build=1
+software=0
+for argument in "$@"; do
+    case $argument in
+        --no-build) do_build=0 ;;
+        --software) software=1 ;;
+        -*) sed -n '2,11p' "$0" >&2; exit 2 ;;
+        *) build=$argument ;;
+    esac
+done
+
+if ((do_build)); then
+    cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release || exit 2
+    cmake --build "$build" --parallel --target test_device test_soil bsoil || exit 2
+fi
+
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+failed=0
+
+echo "== devices"
+"$build/demos/bsoil" info
+
+echo "== the kernels' language and buffers"
+"$build/tests/device/test_device" --gtest_brief=1 || failed=1
+
+echo "== the soil, stage by stage and whole"
+"$build/tests/soil/test_soil" --gtest_brief=1 --gtest_output="json:$work/soil.json" || failed=1
+# Determinism.gl_gives_the_bits_of_the_cpu records what it ran on and the checksums of its soils.
+property() { sed -n "s/^ *\"$1\": \"\(.*\)\",\{0,1\}$/\1/p" "$work/soil.json" | head -n 1; }
+device=$(property gl_device)
+if [[ -z $device ]]; then
+    echo "no OpenGL 4.5 device" >&2
+    exit 2
+fi
+echo "OpenGL device: $device"
+if ((!software)) && [[ $device =~ llvmpipe|softpipe|swrast|SwiftShader ]]; then
+    echo "that is software; --software accepts it" >&2
+    exit 2
+fi
+
+compare() { # name, CPU's checksum, GPU's
+    local verdict=equal
+    if [[ -z $2 || $2 != "$3" ]]; then
+        verdict=DIFFERENT
+        failed=1
+    fi
+    printf '%-24s cpu %s   gpu %s   %s\n' "$1" "${2:-none}" "${3:-none}" "$verdict"
+}
+
+echo "== checksums"
+for seed in 4 5 6; do
+    compare "moving scene $seed" "$(property "cpu_$seed")" "$(property "gl_$seed")"
+done
+for scene in column blocks scoop; do
+    for backend in cpu gl; do
+        # A run's own checks may fail on so few steps (exit code 1); its summary is there all the same.
+        "$build/demos/bsoil" run "$root/demos/scenes/$scene.toml" --backend $backend --steps 120 \
+            --out "$work/$scene-$backend" >"$work/$scene-$backend.log" 2>&1 || true
+    done
+    checksum() { sed -n 's/.*"checksum": *"\([0-9a-f]*\)".*/\1/p' "$work/$scene-$1/summary.json" 2>/dev/null; }
+    compare "scene $scene" "$(checksum cpu)" "$(checksum gl)"
+done
+exit $failed
