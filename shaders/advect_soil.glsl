@@ -79,6 +79,11 @@ void advect_soil(int group, int lane) {
             after.z = max(goal.z, after.z - gravity);
             drift = after;
         }
+        if (largest_component(after) > kSpeedMost) {
+            ATOMIC_OR(result[kResultStatus], kStatusSpeedClamped);
+            after = clamp(after, ivec3(-kSpeedMost), ivec3(kSpeedMost));
+            drift = clamp(drift, ivec3(-kSpeedMost), ivec3(kSpeedMost));
+        }
         int speed = largest_component(drift);
         fastest = max(fastest, speed);
         drift = drift / params.substep_count;
@@ -88,8 +93,8 @@ void advect_soil(int group, int lane) {
         }
         // Momentum after the kick, moved with the soil.
         ivec3 kick = after - velocity;
-        ivec3 gained = ivec3(mul_q16(mass, kick.x * 1024), mul_q16(mass, kick.y * 1024),
-                             mul_q16(mass, kick.z * 1024));
+        ivec3 gained = ivec3(mul_q16(mass * 512, kick.x * 2), mul_q16(mass * 512, kick.y * 2),
+                             mul_q16(mass * 512, kick.z * 2));
         int volume = state_at(kPlaneVolume, voxel);
         if (volume <= kCrumb) {
             drift = whole_voxels(drift, voxel_chance(grid_voxel(slot, x, y, z0 + z)));

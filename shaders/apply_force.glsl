@@ -29,7 +29,7 @@ void apply_force(int group, int lane) {
         }
         // thesis (33), first case
         ivec3 at = grid_voxel(slot, x, y, z0 + z);
-        ivec3 push = clamp(body_velocity_at(body, at), ivec3(-1048576), ivec3(1048576));
+        ivec3 push = clamp(body_velocity_at(body, at), ivec3(-1048575), ivec3(1048575));
         int below = voxel_at(slot, x, y, z0 + z - 1);
         if (push.z < 0 && !has_room(below)) {
             // Pressed down into a full bed: the soil gives way to the side, away from the body's middle.

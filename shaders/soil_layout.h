@@ -26,10 +26,15 @@ CONST_INT(kCrumb, 256)
 // A displaced voxel's share in a neighbour below this stays: whole units of mass carry momentum in wrong proportion when
 // there are few of them, and a speck that is twice too fast costs every voxel sub-steps. 1/4096 voxel.
 CONST_INT(kSpeck, 16)
+// Shares of falling soil below this stay behind: rounding would make their speed, momentum over mass, too wrong (3 %).
+CONST_INT(kSliver, 32)
 // Slopes closer to stability than this do not slide: 1/256 voxel of rise per voxel of run.
 CONST_INT(kSlipTolerance, 256)
 // Velocities are Q10: 1024 = one voxel per base step. Displacements are Q16 voxels.
 CONST_INT(kVelocityOne, 1024)
+// No soil gets faster than this, whatever pushes it: 16 voxels per base step (Q16), so that a full voxel's momentum stays
+// inside 31 bits.
+CONST_INT(kSpeedMost, 1048576)
 
 // --- tiles ------------------------------------------------------------------------------------------------------
 CONST_INT(kTileSide, 8)
@@ -78,10 +83,10 @@ CONST_INT(kFlagWanted, 5)       // step in which soil wanted to flow in while th
 CONST_INT(kFlagArrays, 6)
 
 // --- height spans: per column 1 count + kSpanCapacity records -----------------------------------------------------
-CONST_INT(kSpanCapacity, 5)
+CONST_INT(kSpanCapacity, 8)
 CONST_INT(kSpanWords, 3)        // bottom, top (Q16 voxels above the floor), kind
-CONST_INT(kColumnWords, 32)     // count, records, then slip speed per span, surface top
-CONST_INT(kColumnSpeed, 16)     // slip speed of span i (Q16 voxels per base step), two sets used turn by turn
+CONST_INT(kColumnWords, 48)     // count, records, then slip speed per span, surface top
+CONST_INT(kColumnSpeed, 28)     // slip speed of span i (Q16 voxels per base step), two sets used turn by turn
 // After all columns: one word a column, the height of the topmost resting soil (Q16), -1 where a body stands on it.
 CONST_INT(kSpanRigid, 1)
 CONST_INT(kSpanPiled, 2)
@@ -109,7 +114,7 @@ CONST_INT(kResultSpeed, 1)      // largest displacement a base step, Q16 voxels
 CONST_INT(kResultContacts, 2)   // number of contact records wanted
 CONST_INT(kResultHeader, 16)    // then per body the load it carries, kLoadWords each, then the contact records
 CONST_INT(kLoadWords, 8)        // 64-bit sums (low, high): mass units, mass * (2x+1), mass * (2y+1), mass * (2z+1)
-CONST_INT(kContactWords, 12)    // x, y, z, body index, gradient x y z, fill (Q16), excess, material, 0, 0
+CONST_INT(kContactWords, 12)    // x, y, z, body index, gradient x y z, fill (Q16), excess, material, reach, 0
 
 // --- tables buffer: per material two tables, bonded then loose ----------------------------------------------------------------------------------
 CONST_INT(kSlipEntries, 257)    // slope 0..16 voxels of rise per voxel, step 1/16

@@ -22,6 +22,13 @@ constexpr int64_t kStampWrap = (1 << 20) - 2;
 // A body counts as still until it has moved this far since its coverage was last made [voxels]: a machine that rocks by
 // micrometres on its tracks is not voxelized anew in every step. Well below what the contact forces resolve.
 constexpr double kStillVoxels = 1.0 / 512;
+// Whole units of mass and momentum do not go into quite equal parts: falling soil can be so much faster in a step than
+// gravity makes it [voxels a step].
+constexpr double kSpeedMargin = 1.0 / 16;
+
+// Slippage passes a step. One pass levels a slope over a voxel; a second makes a metre of loose sand come to rest in about
+// a second, as it does.
+constexpr int kSlipPasses = 2;
 
 using Clock = std::chrono::steady_clock;
 double ms_since(Clock::time_point start) {
@@ -550,7 +557,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
         step_bodies.push_back(entry);
     }
     // Bodies and soil may each cross one voxel at a time. What falls is faster by gravity in this step than in the last.
-    const double fall = speed_q16 > 0 ? static_cast<double>(speed_q16 + params.gravity_q16) / 65536 : 0;
+    const double fall = speed_q16 > 0 ? static_cast<double>(speed_q16 + params.gravity_q16) / 65536 + kSpeedMargin : 0;
     const int body_substeps = std::clamp(static_cast<int>(std::ceil(reach)), 1, def.substeps_max);
     const int fall_substeps = std::clamp(static_cast<int>(std::ceil(fall / body_substeps)), 1,
                                          std::max(1, def.substeps_max / body_substeps));
@@ -626,7 +633,9 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
         report.stage_ms.advect += ms_since(mark);
         mark = Clock::now();
         params.substep_count = body_substeps;
-        run_slippage();
+        for (int pass = 0; pass < kSlipPasses; ++pass) {
+            run_slippage();
+        }
         report.stage_ms.slip += ms_since(mark);
     }
 
@@ -693,10 +702,22 @@ void Soil::Impl::read_results() {
         const double share = steep / (2.0 * kVoxelFull);  // area of surface in this voxel / voxel face
         ContactVoxel contact;
         contact.body = body_ids[c[3]];
-        contact.position_m = frame.to_world({c[0] + 0.5, c[1] + 0.5, c[2] + 0.5});
+        // The surface crosses the line through the voxel's centre along the main axis where the coverage of the three
+        // voxels there ends.
+        const double reach = std::clamp(static_cast<double>(c[10]) / kVoxelFull - 1.5, -1.5, 1.5);
+        const Vec3 size{std::abs(gradient.x), std::abs(gradient.y), std::abs(gradient.z)};
+        Vec3 at{c[0] + 0.5, c[1] + 0.5, c[2] + 0.5};
+        if (size.z >= size.x && size.z >= size.y) {
+            at.z -= gradient.z > 0 ? reach : -reach;
+        } else if (size.x >= size.y) {
+            at.x -= gradient.x > 0 ? reach : -reach;
+        } else {
+            at.y -= gradient.y > 0 ? reach : -reach;
+        }
+        contact.position_m = frame.to_world(at);
         contact.normal = rotate(frame.grid_to_world.rotation, gradient * (-1 / steep));
         contact.area_m2 = share * voxel * voxel;
-        contact.depth_m = std::max(0.0, free_surface_at(c[0], c[1]) - (c[2] + 0.5)) * voxel;
+        contact.depth_m = std::max(0.0, free_surface_at(c[0], c[1]) - at.z) * voxel;
         contact.fill = static_cast<double>(c[7]) / kVoxelFull;
         contact.compression_m = std::min(1.0, static_cast<double>(c[8]) / kVoxelFull / share) * voxel;
         contact.material = c[9];
