@@ -84,18 +84,22 @@ void advect_soil(int group, int lane) {
             after = clamp(after, ivec3(-kSpeedMost), ivec3(kSpeedMost));
             drift = clamp(drift, ivec3(-kSpeedMost), ivec3(kSpeedMost));
         }
-        int speed = largest_component(drift);
-        fastest = max(fastest, speed);
+        // The speed of a crumb is mostly rounding: it neither asks for sub-steps nor counts as clamped.
+        int volume = state_at(kPlaneVolume, voxel);
+        if (volume > kCrumb) {
+            fastest = max(fastest, largest_component(drift));
+        }
         drift = drift / params.substep_count;
         if (largest_component(drift) > kVoxelFull) {
-            ATOMIC_OR(result[kResultStatus], kStatusSpeedClamped);
+            if (volume > kCrumb) {
+                ATOMIC_OR(result[kResultStatus], kStatusSpeedClamped);
+            }
             drift = clamp(drift, ivec3(-kVoxelFull), ivec3(kVoxelFull));
         }
         // Momentum after the kick, moved with the soil.
         ivec3 kick = after - velocity;
         ivec3 gained = ivec3(mul_q16(mass * 512, kick.x * 2), mul_q16(mass * 512, kick.y * 2),
                              mul_q16(mass * 512, kick.z * 2));
-        int volume = state_at(kPlaneVolume, voxel);
         if (volume <= kCrumb) {
             drift = whole_voxels(drift, voxel_chance(grid_voxel(slot, x, y, z0 + z)));
         }

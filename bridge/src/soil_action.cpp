@@ -6,6 +6,7 @@
 
 #include "body_collector.h"
 #include "bullet_types.h"
+#include "carried_load.h"
 #include "contact_coupling.h"
 #include "world_anchor.h"
 
@@ -122,7 +123,11 @@ long long SoilAction::step_count() const { return impl_->step_count; }
 const std::vector<RefusedBody>& SoilAction::refused() const { return impl_->collector.refused(); }
 
 BodyReport SoilAction::body_report(const btCollisionObject& object) const {
-    return impl_->coupling.report(body_id(object));
+    const int id = body_id(object);
+    BodyReport out = impl_->coupling.report(id);
+    for (const BodyLoad& load : impl_->report.loads)
+        if (load.body == id) out.load_kg = load.mass_kg;
+    return out;
 }
 
 int SoilAction::body_id(const btCollisionObject& object) const {
@@ -152,6 +157,7 @@ void SoilAction::Impl::step_soil(double substep_s) {
         report = soil->step(collector.soil_bodies((count - 1 - i) * step_s));
     step_count += count;
     coupling.set_contacts(collector.bodies(), report.contacts);
+    apply_carried_loads(collector.bodies(), report.loads, up_of(soil->def()), soil->def().gravity_m_s2, count * step_s);
 }
 
 void SoilAction::debugDraw(btIDebugDraw*) {

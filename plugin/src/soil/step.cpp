@@ -24,7 +24,7 @@ constexpr int64_t kStampWrap = (1 << 20) - 2;
 constexpr double kStillVoxels = 1.0 / 512;
 // Whole units of mass and momentum do not go into quite equal parts: falling soil can be so much faster in a step than
 // gravity makes it [voxels a step].
-constexpr double kSpeedMargin = 1.0 / 16;
+constexpr double kSpeedMargin = 1.0 / 8;
 
 // Slippage passes a step. One pass levels a slope over a voxel; a second makes a metre of loose sand come to rest in about
 // a second, as it does.
@@ -556,8 +556,10 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
         }
         step_bodies.push_back(entry);
     }
-    // Bodies and soil may each cross one voxel at a time. What falls is faster by gravity in this step than in the last.
-    const double fall = speed_q16 > 0 ? static_cast<double>(speed_q16 + params.gravity_q16) / 65536 + kSpeedMargin : 0;
+    // Bodies and soil may each cross one voxel at a time. What falls is faster by gravity in this step than in the last,
+    // and may get a body's speed.
+    const double fall =
+        speed_q16 > 0 ? std::max(reach, static_cast<double>(speed_q16 + params.gravity_q16) / 65536) + kSpeedMargin : 0;
     const int body_substeps = std::clamp(static_cast<int>(std::ceil(reach)), 1, def.substeps_max);
     const int fall_substeps = std::clamp(static_cast<int>(std::ceil(fall / body_substeps)), 1,
                                          std::max(1, def.substeps_max / body_substeps));

@@ -35,6 +35,7 @@ struct BodyReport {
     double contact_area_m2 = 0;
     double sinkage_m = 0;      ///< depth of the deepest contact below the local surface of the soil
     double compression_m = 0;  ///< largest elastic push-in of a contact
+    double load_kg = 0;        ///< soil it carries; a dynamic body bears its weight besides force_n
     int patch_count = 0;  ///< contact patches, each one normal and two tangential constraint rows
 };
 
