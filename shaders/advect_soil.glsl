@@ -84,14 +84,14 @@ void advect_soil(int group, int lane) {
             after = clamp(after, ivec3(-kSpeedMost), ivec3(kSpeedMost));
             drift = clamp(drift, ivec3(-kSpeedMost), ivec3(kSpeedMost));
         }
-        // The speed of a crumb is mostly rounding: it neither asks for sub-steps nor counts as clamped.
+        // Dust neither asks for sub-steps nor counts as clamped: rounding alone can make its speed jump.
         int volume = state_at(kPlaneVolume, voxel);
-        if (volume > kCrumb) {
+        if (volume > kDust) {
             fastest = max(fastest, largest_component(drift));
         }
         drift = drift / params.substep_count;
         if (largest_component(drift) > kVoxelFull) {
-            if (volume > kCrumb) {
+            if (volume > kDust) {
                 ATOMIC_OR(result[kResultStatus], kStatusSpeedClamped);
             }
             drift = clamp(drift, ivec3(-kVoxelFull), ivec3(kVoxelFull));

@@ -26,6 +26,8 @@ CONST_INT(kCrumb, 256)
 // A displaced voxel's share in a neighbour below this stays: whole units of mass carry momentum in wrong proportion when
 // there are few of them, and a speck that is twice too fast costs every voxel sub-steps. 1/4096 voxel.
 CONST_INT(kSpeck, 16)
+// Falling soil thinner than this does not decide how fine the step is cut: 1/16 voxel.
+CONST_INT(kDust, 4096)
 // Slopes closer to stability than this do not slide: 1/256 voxel of rise per voxel of run.
 CONST_INT(kSlipTolerance, 256)
 // Velocities are Q10: 1024 = one voxel per base step. Displacements are Q16 voxels.

@@ -164,6 +164,7 @@ CheckResult RunChecks::result(const Watch& w) const {
                 limits_text(item.min_fraction, item.max_fraction, "of it"));
         }
     } else if (item.kind == "repose_angle") {
+        if (!run_.finished_scene()) return not_reached(run_.scene().world.duration_s);
         const std::optional<double> angle = repose_angle_rad(run_.soil(), item.center_m);
         result.verdict =
             verdict(angle && std::abs(*angle - item.expected_rad) <= item.tolerance_rad);
