@@ -213,9 +213,10 @@ Status Soil::fill(const NoiseFill& fill) {
     std::vector<double> heights(static_cast<size_t>(s.frame.size[0]) * s.frame.size[1]);
     for (int y = 0; y < s.frame.size[1]; ++y) {
         for (int x = 0; x < s.frame.size[0]; ++x) {
+            // With Y up the ground is that of Z up turned, not mirrored: -z takes the place of y.
             const Vec3 w = s.frame.to_world({x + 0.5, y + 0.5, 0});
             heights[static_cast<size_t>(y) * s.frame.size[0] + x] =
-                (fill.base_m + fill.amplitude_m * fractal_noise(w.x / fill.wavelength_m, (y_up ? w.z : w.y) / fill.wavelength_m,
+                (fill.base_m + fill.amplitude_m * fractal_noise(w.x / fill.wavelength_m, (y_up ? -w.z : w.y) / fill.wavelength_m,
                                                                 fill.octaves, fill.persistence, fill.seed)) /
                 s.frame.voxel_m;
         }
