@@ -85,7 +85,7 @@ CONST_INT(kFlagArrays, 6)
 // --- height spans: per column 1 count + kSpanCapacity records -----------------------------------------------------
 CONST_INT(kSpanCapacity, 8)
 CONST_INT(kSpanWords, 3)        // bottom, top (Q16 voxels above the floor), kind
-CONST_INT(kColumnWords, 48)     // count, records, then slip speed per span, surface top
+CONST_INT(kColumnWords, 48)     // count, records, padding, then slip speeds per span, padding
 CONST_INT(kColumnSpeed, 28)     // slip speed of span i (Q16 voxels per base step), two sets used turn by turn
 // After all columns: one word a column, the height of the topmost resting soil (Q16), -1 where a body stands on it.
 CONST_INT(kSpanRigid, 1)

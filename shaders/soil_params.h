@@ -3,8 +3,6 @@ int plane_stride;        // words of one state plane: tile slots * voxels of a t
 int tile_voxels;         // voxels of a tile: 64 * height
 int height;              // voxels up, a multiple of 8
 int blocks_per_tile;     // height / 8
-int size_x;              // grid size in voxels (tiles at the rim are cut off here)
-int size_y;
 int material_count;
 int transport_count;     // planes that move with the soil: 8 + material_count
 int substep_count;       // this base step is cut into so many

@@ -19,16 +19,16 @@ void push_link(btMultiBodyLinkCollider& link, Vec3 point_m, Vec3 direction, doub
     btAlignedObjectArray<btMatrix3x3> scratch_matrices;
     jacobian.resize(size);
     change.resize(size);
-    multibody.fillContactJacobianMultiDof(link.m_link, to_bullet(point_m), to_bullet(direction), &jacobian[0],
-                                          scratch, scratch_vectors, scratch_matrices);
+    multibody.fillContactJacobianMultiDof(link.m_link, to_bullet(point_m), to_bullet(direction),
+                                          &jacobian[0], scratch, scratch_vectors, scratch_matrices);
     multibody.calcAccelerationDeltasMultiDof(&jacobian[0], &change[0], scratch, scratch_vectors);
     multibody.applyDeltaVeeMultiDof(&change[0], static_cast<btScalar>(impulse_n_s));
 }
 
 }  // namespace
 
-void apply_carried_loads(std::span<const BodyState> bodies, std::span<const BodyLoad> loads, Vec3 up,
-                         double gravity_m_s2, double duration_s) {
+void apply_carried_loads(std::span<const BodyState> bodies, std::span<const BodyLoad> loads,
+                         Vec3 up, double gravity_m_s2, double duration_s) {
     for (const BodyLoad& load : loads) {
         const auto body = std::find_if(bodies.begin(), bodies.end(),
                                        [&](const BodyState& b) { return b.id == load.body; });
@@ -39,7 +39,8 @@ void apply_carried_loads(std::span<const BodyState> bodies, std::span<const Body
             rigid.applyImpulse(to_bullet(-impulse_n_s * up),
                                to_bullet(load.center_m) - rigid.getCenterOfMassPosition());
         } else if (body->role == BodyRole::link) {
-            push_link(*btMultiBodyLinkCollider::upcast(body->object), load.center_m, -up, impulse_n_s);
+            push_link(*btMultiBodyLinkCollider::upcast(body->object), load.center_m, -up,
+                      impulse_n_s);
         }
     }
 }

@@ -22,8 +22,8 @@ int quadrant_of(Vec3 offset, int bin) {
     return (c[(axis + 1) % 3] >= 0 ? 1 : 0) + (c[(axis + 2) % 3] >= 0 ? 2 : 0);
 }
 
-/// Size of the contact in each bin: its extents along the body's two axes across the bin's, of which a sole counts the
-/// shorter and a wall the more level one.
+/// Size of the contact in each bin: its extents along the body's two axes across the bin's, of
+/// which a sole counts the shorter and a wall the more level one.
 std::array<FaceExtent, kNormalBinCount> face_extents(std::span<const ContactVoxel> voxels,
                                                      Quat to_body, Vec3 up) {
     struct Range {
@@ -53,7 +53,9 @@ std::array<FaceExtent, kNormalBinCount> face_extents(std::span<const ContactVoxe
         const int a = (bin / 2 + 1) % 3, b = (bin / 2 + 2) % 3;
         const double side_a = range.high[a] - range.low[a], side_b = range.high[b] - range.low[b];
         const bool is_sole = range.down > 0.7 * range.area_m2;
-        faces[bin] = {is_sole ? std::min(side_a, side_b) : upness[a] < upness[b] ? side_a : side_b,
+        faces[bin] = {is_sole                 ? std::min(side_a, side_b)
+                      : upness[a] < upness[b] ? side_a
+                                              : side_b,
                       range.depth_m};
     }
     return faces;

@@ -157,7 +157,8 @@ void SoilAction::Impl::step_soil(double substep_s) {
         report = soil->step(collector.soil_bodies((count - 1 - i) * step_s));
     step_count += count;
     coupling.set_contacts(collector.bodies(), report.contacts);
-    apply_carried_loads(collector.bodies(), report.loads, up_of(soil->def()), soil->def().gravity_m_s2, count * step_s);
+    apply_carried_loads(collector.bodies(), report.loads, up_of(soil->def()),
+                        soil->def().gravity_m_s2, count * step_s);
 }
 
 void SoilAction::debugDraw(btIDebugDraw*) {

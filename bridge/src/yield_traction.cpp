@@ -28,7 +28,8 @@ SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2) {
     out.density_kg_m3 = material.density_kg_m3;
     out.friction = std::min(material.tool_friction, tan_phi);
     out.weight_n_m3 = material.density_kg_m3 * gravity_m_s2;
-    out.passive_factor = passive_pressure_factor(material.friction_angle_rad, std::atan(out.friction));
+    out.passive_factor =
+        passive_pressure_factor(material.friction_angle_rad, std::atan(out.friction));
     out.wedge_spread = std::tan(std::numbers::pi / 4 + material.friction_angle_rad / 2);
     out.bearing_nq = 1 + tan_phi * bearing_capacity_factor_nc(material.friction_angle_rad);
     out.bearing_ngamma = 2 * (out.bearing_nq + 1) * tan_phi;
@@ -54,8 +55,9 @@ double cohesive_stress_pa(Vec3 normal, Vec3 up, const SoilStrength& soil) {
 
 namespace {
 
-/// What the size of its face makes of an element's frictional stress: bounds the horizontal part of a push by the wedge,
-/// raises the downward part to the bearing capacity. Returns a factor on the stress of resistive force theory.
+/// What the size of its face makes of an element's frictional stress: bounds the horizontal part of
+/// a push by the wedge, raises the downward part to the bearing capacity. Returns a factor on the
+/// stress of resistive force theory.
 double size_factor(Vec3 normal, Vec3 up, double depth_m, double stress_pa, const SoilStrength& soil,
                    const FaceExtent& face) {
     if (!(face.width_m > 0) || !(stress_pa > 0)) return 1;
@@ -67,7 +69,8 @@ double size_factor(Vec3 normal, Vec3 up, double depth_m, double stress_pa, const
     const double bearing_pa =
         mobilized * soil.weight_n_m3 *
         (depth_m * soil.bearing_nq + 0.3 * face.width_m * soil.bearing_ngamma);
-    return sole * std::max(1.0, bearing_pa / stress_pa) + (1 - sole) * std::min(1.0, wedge_pa / stress_pa);
+    return sole * std::max(1.0, bearing_pa / stress_pa) +
+           (1 - sole) * std::min(1.0, wedge_pa / stress_pa);
 }
 
 }  // namespace

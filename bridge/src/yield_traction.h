@@ -21,10 +21,10 @@ struct SoilStrength {
     double cohesion_sole_pa = 0;  ///< c Nc: of a horizontal element pushed down
     double cohesion_wall_pa = 0;  ///< 2 c tan(45 + phi/2): of a vertical element pushed sideways
     double weight_n_m3 = 0;       ///< unit weight gamma
-    double passive_factor = 0;    ///< Coulomb's passive earth pressure coefficient of a vertical wall
-    double wedge_spread = 0;      ///< tan(45 + phi/2): length of the passive wedge over its depth
-    double bearing_nq = 0;        ///< bearing capacity factors of depth
-    double bearing_ngamma = 0;    ///< ... and of width (Vesic)
+    double passive_factor = 0;  ///< Coulomb's passive earth pressure coefficient of a vertical wall
+    double wedge_spread = 0;    ///< tan(45 + phi/2): length of the passive wedge over its depth
+    double bearing_nq = 0;      ///< bearing capacity factors of depth
+    double bearing_ngamma = 0;  ///< ... and of width (Vesic)
 };
 SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2);
 
@@ -34,7 +34,8 @@ struct FaceExtent {
     double depth_m = 0;  ///< of its deepest element below the surface
 };
 
-/// Coulomb's passive coefficient for a vertical wall with friction angle `wall_rad` and level ground.
+/// Coulomb's passive coefficient for a vertical wall with friction angle `wall_rad` and level
+/// ground.
 double passive_pressure_factor(double friction_angle_rad, double wall_rad);
 
 /// Nc of Prandtl's bearing capacity: (Nq - 1) / tan phi, Nq = exp(pi tan phi) tan^2(45 + phi/2); 2
@@ -51,10 +52,10 @@ struct ElementYield {
 };
 
 /// velocity_m_s: of the element. up: unit. Depth is counted with the compression added, so that a
-/// surface just touching the soil has some bearing. Resistive force theory holds for small intruders; a wide wall meets
-/// no more than the passive wedge in front of it (with its sides: 1 + 2/3 tan(45 + phi/2) depth / width, after McKyes
-/// and Ali 1977), a wide sole no less than its bearing capacity (gamma z Nq + 0.3 gamma B Ngamma, in full from a
-/// sinkage of 0.15 B on).
+/// surface just touching the soil has some bearing. Resistive force theory holds for small
+/// intruders; a wide wall meets no more than the passive wedge in front of it (with its sides: 1 +
+/// 2/3 tan(45 + phi/2) depth / width, after McKyes and Ali 1977), a wide sole no less than its
+/// bearing capacity (gamma z Nq + 0.3 gamma B Ngamma, in full from a sinkage of 0.15 B on).
 ElementYield yield_of_element(const ContactVoxel& contact, Vec3 velocity_m_s, Vec3 up,
                               const SoilStrength& soil, const FaceExtent& face = {});
 

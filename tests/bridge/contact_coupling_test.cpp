@@ -238,8 +238,9 @@ TEST(ContactCoupling, kinematic_blade_only_reports) {
         EXPECT_EQ(scene.world->getNumConstraints(), 0);
     }
     EXPECT_NEAR(blade.getWorldTransform().getOrigin().x(), speed_m_s, 1e-5);
-    // Coulomb's passive wedge of 0.1 m of soil before 0.2 m of blade, with its sides: less than resistive force theory's
-    // 423 N, as for Obermayr's blade. Plus the momentum flux, 1600 v^2 on 0.1 m x 0.2 m.
+    // Coulomb's passive wedge of 0.1 m of soil before 0.2 m of blade, with its sides: less than
+    // resistive force theory's 423 N, as for Obermayr's blade. Plus the momentum flux, 1600 v^2 on
+    // 0.1 m x 0.2 m.
     const SoilStrength strength = strength_of(MaterialDef{}, kGravity_m_s2);
     const double sides = 1 + 2.0 / 3 * strength.wedge_spread * 0.1 / 0.2;
     const double draft = strength.passive_factor * strength.weight_n_m3 * 0.01 / 2 * 0.2 * sides +

@@ -11,44 +11,46 @@ namespace bsoil {
 struct ConvexShape {
     enum class Kind { box, sphere, capsule, cylinder, cone, hull };
     Kind kind = Kind::box;
-    Pose local;                  ///< shape frame -> body frame
-    Vec3 half_extents_m;         ///< box
-    double radius_m = 0;         ///< sphere, capsule, cylinder, cone (of its base)
-    double half_height_m = 0;    ///< capsule: half the segment; cylinder, cone: half the length. Cone: apex at +z
-    std::vector<Plane> planes;   ///< hull: 4..256 half spaces with unit normals, in the shape frame
-    double bound_m = 0;          ///< hull: largest distance of its points from the shape's origin
-    double rounding_m = 0;       ///< added all around (a collision margin outside the core shape)
+    Pose local;           ///< shape frame -> body frame
+    Vec3 half_extents_m;  ///< box
+    double radius_m = 0;  ///< sphere, capsule, cylinder, cone (of its base)
+    double half_height_m =
+        0;  ///< capsule: half the segment; cylinder, cone: half the length. Cone: apex at +z
+    std::vector<Plane> planes;  ///< hull: 4..256 half spaces with unit normals, in the shape frame
+    double bound_m = 0;         ///< hull: largest distance of its points from the shape's origin
+    double rounding_m = 0;      ///< added all around (a collision margin outside the core shape)
 };
 
 /// One body for one step. World axes.
 struct SoilBody {
-    int id = 0;                         ///< the caller's own key, 0..65534, unique in a step; comes back in contacts
-    Pose pose;                          ///< body frame -> world, at the end of the step
-    Vec3 linear_velocity_m_s;           ///< of center_of_mass_m
+    int id = 0;  ///< the caller's own key, 0..65534, unique in a step; comes back in contacts
+    Pose pose;   ///< body frame -> world, at the end of the step
+    Vec3 linear_velocity_m_s;  ///< of center_of_mass_m
     Vec3 angular_velocity_rad_s;
-    Vec3 center_of_mass_m;              ///< world
-    bool is_static = false;             ///< never moves: velocity ignored
+    Vec3 center_of_mass_m;                             ///< world
+    bool is_static = false;                            ///< never moves: velocity ignored
     const std::vector<ConvexShape>* shapes = nullptr;  ///< must outlive the call
-    unsigned shape_revision = 0;        ///< change it when *shapes changed
+    unsigned shape_revision = 0;                       ///< change it when *shapes changed
 };
 
 /// A voxel in which a body's surface and soil meet, at the end of a step. World axes, SI.
 struct ContactVoxel {
-    int body = 0;            ///< SoilBody::id
-    Vec3 position_m;         ///< a point on the surface within the voxel
-    Vec3 normal;             ///< unit, out of the body (into the soil)
-    double area_m2 = 0;      ///< of the surface in this voxel, from the gradient of the coverage field
-    double depth_m = 0;      ///< below the local free surface of the soil; >= 0
-    double fill = 0;         ///< 0..1: how much of the room beside the body holds soil
-    double compression_m = 0;///< excess soil per area: elastic push-in of the surface; >= 0
-    int material = 0;        ///< index into SoilDef::material_list()
+    int body = 0;        ///< SoilBody::id
+    Vec3 position_m;     ///< a point on the surface within the voxel
+    Vec3 normal;         ///< unit, out of the body (into the soil)
+    double area_m2 = 0;  ///< of the surface in this voxel, from the gradient of the coverage field
+    double depth_m = 0;  ///< below the local free surface of the soil; >= 0
+    double fill = 0;     ///< 0..1: how much of the room beside the body holds soil
+    double compression_m = 0;  ///< excess soil per area: elastic push-in of the surface; >= 0
+    int material = 0;          ///< index into SoilDef::material_list()
 };
 
-/// The soil a moving body carries (in a bucket, on a bed): it moves with the body, so its weight is the body's to bear.
+/// The soil a moving body carries (in a bucket, on a bed): it moves with the body, so its weight is
+/// the body's to bear.
 struct BodyLoad {
-    int body = 0;          ///< SoilBody::id
+    int body = 0;  ///< SoilBody::id
     double mass_kg = 0;
-    Vec3 center_m;         ///< centre of mass, world
+    Vec3 center_m;  ///< centre of mass, world
 };
 
 }  // namespace bsoil

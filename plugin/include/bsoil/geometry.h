@@ -1,4 +1,5 @@
-/// Plain geometry at the library's border, free of Bullet, Eigen and GL types. Host (world) axes, metres.
+/// Plain geometry at the library's border, free of Bullet, Eigen and GL types. Host (world) axes,
+/// metres.
 #pragma once
 
 #include <array>

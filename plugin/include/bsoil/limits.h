@@ -3,11 +3,14 @@
 
 namespace bsoil::limits {
 
-inline constexpr int kMaterialCapacity = 8;      ///< materials of one soil; SoilDef::validate refuses more
-inline constexpr int kGridHeightMax = 512;       ///< voxels up; SoilDef::validate refuses more
-inline constexpr int kGridSideMax = 16384;       ///< voxels along x or y; SoilDef::validate refuses more
-inline constexpr int kContactCapacity = 65536;   ///< contact voxels a step; more set contact_list_full
-inline constexpr int kBodyCapacity = 4096;       ///< bodies a step; those beyond are refused (shape_refused)
-inline constexpr int kHullPlaneCapacity = 256;   ///< faces of a convex hull; more set shape_refused
+inline constexpr int kMaterialCapacity =
+    8;  ///< materials of one soil; SoilDef::validate refuses more
+inline constexpr int kGridHeightMax = 512;  ///< voxels up; SoilDef::validate refuses more
+inline constexpr int kGridSideMax = 16384;  ///< voxels along x or y; SoilDef::validate refuses more
+inline constexpr int kContactCapacity =
+    65536;  ///< contact voxels a step; more set contact_list_full
+inline constexpr int kBodyCapacity =
+    4096;  ///< bodies a step; those beyond are refused (shape_refused)
+inline constexpr int kHullPlaneCapacity = 256;  ///< faces of a convex hull; more set shape_refused
 
 }  // namespace bsoil::limits

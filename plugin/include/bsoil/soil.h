@@ -1,4 +1,5 @@
-/// Soil: the grid, its step and everything one can ask of it. See plugin/README.md for the step and the memory map.
+/// Soil: the grid, its step and everything one can ask of it. See plugin/README.md for the step and
+/// the memory map.
 #pragma once
 
 #include <cstdint>
@@ -14,15 +15,16 @@ namespace bsoil {
 
 /// Sticky conditions: once set they stay until clear_status(). The text of each names the cure.
 enum class StatusBit : uint32_t {
-    tile_table_full = 1u << 0,      ///< more awake tiles needed than tile_capacity
-    speed_clamped = 1u << 1,        ///< soil or a body moved faster than substeps_max voxels a step
-    body_teleported = 1u << 2,      ///< a body jumped so far that it was placed, not swept
-    body_outside_grid = 1u << 3,    ///< a moving body left the grid's box
-    pose_not_finite = 1u << 4,      ///< a body with NaN or infinite pose or velocity was ignored
-    contact_list_full = 1u << 5,    ///< more contact voxels than kContactCapacity; the rest were dropped
-    amount_headroom = 1u << 6,      ///< a voxel holds so much soil that its momentum may saturate
-    shape_refused = 1u << 7,        ///< a zero-size, inverted or unbounded shape was ignored
-    span_list_full = 1u << 8,       ///< a column has more height spans than kSpanCapacity
+    tile_table_full = 1u << 0,    ///< more awake tiles needed than tile_capacity
+    speed_clamped = 1u << 1,      ///< soil or a body moved faster than substeps_max voxels a step
+    body_teleported = 1u << 2,    ///< a body jumped so far that it was placed, not swept
+    body_outside_grid = 1u << 3,  ///< a moving body left the grid's box
+    pose_not_finite = 1u << 4,    ///< a body with NaN or infinite pose or velocity was ignored
+    contact_list_full =
+        1u << 5,  ///< more contact voxels than kContactCapacity; the rest were dropped
+    amount_headroom = 1u << 6,  ///< a voxel holds so much soil that its momentum may saturate
+    shape_refused = 1u << 7,    ///< a zero-size, inverted or unbounded shape was ignored
+    span_list_full = 1u << 8,   ///< a column has more height spans than kSpanCapacity
 };
 /// "tile_table_full: raise SoilDef::tile_capacity" and so on; one entry per set bit.
 std::vector<std::string> status_texts(uint32_t status_bits);
@@ -35,9 +37,9 @@ struct StageTimes {
 /// What one step did.
 struct StepReport {
     int substep_count = 0;
-    uint32_t status_bits = 0;             ///< sticky
-    int block_active_count = 0;           ///< 8x8x8 blocks that moved or may move
-    int block_dispatched_count = 0;       ///< those and their neighbours
+    uint32_t status_bits = 0;        ///< sticky
+    int block_active_count = 0;      ///< 8x8x8 blocks that moved or may move
+    int block_dispatched_count = 0;  ///< those and their neighbours
     int tile_awake_count = 0;
     double speed_max_voxels_per_step = 0;
     StageTimes stage_ms;
@@ -47,17 +49,17 @@ struct StepReport {
 
 /// Totals that never change but by fills. Units are integers: sums are exact.
 struct SoilTotals {
-    std::vector<int64_t> units;     ///< per material
-    std::vector<double> mass_kg;    ///< per material
+    std::vector<int64_t> units;   ///< per material
+    std::vector<double> mass_kg;  ///< per material
 };
 
 /// What lies at one voxel, for meshing, tests and tools.
 struct VoxelSample {
-    double volume = 0;        ///< soil, fraction of a voxel (above 1: compressed)
-    double coverage = 0;      ///< static terrain and static part of bodies, 0..1
-    int material = 0;         ///< the one with the largest amount
-    double density_kg_m3 = 0; ///< bulk density: mass / volume
-    Vec3 velocity_m_s;        ///< world axes
+    double volume = 0;         ///< soil, fraction of a voxel (above 1: compressed)
+    double coverage = 0;       ///< static terrain and static part of bodies, 0..1
+    int material = 0;          ///< the one with the largest amount
+    double density_kg_m3 = 0;  ///< bulk density: mass / volume
+    Vec3 velocity_m_s;         ///< world axes
 };
 
 /// Memory in use [bytes].
@@ -67,22 +69,25 @@ struct MemoryUse {
     double bytes_per_awake_voxel = 0, bytes_per_asleep_column = 0;
 };
 
-/// Grid geometry. Grid axes: x and y horizontal, z up, voxel units, origin at the grid's lower corner.
+/// Grid geometry. Grid axes: x and y horizontal, z up, voxel units, origin at the grid's lower
+/// corner.
 struct GridFrame {
     int size[3] = {0, 0, 0};  ///< voxels along grid x, y, z
     double voxel_m = 0;
-    Pose grid_to_world;       ///< of metres in grid axes
+    Pose grid_to_world;  ///< of metres in grid axes
     Vec3 to_world(Vec3 grid_voxels) const;
     Vec3 to_grid(Vec3 world_m) const;
 };
 
-/// Deformable soil. Not thread-safe: one caller at a time; different soils may run in different threads.
+/// Deformable soil. Not thread-safe: one caller at a time; different soils may run in different
+/// threads.
 class Soil {
   public:
     static Result<std::unique_ptr<Soil>> create(const SoilDef& def);
     ~Soil();
 
-    /// Puts soil in. Only what is free of terrain and of other soil is filled. An error changes nothing.
+    /// Puts soil in. Only what is free of terrain and of other soil is filled. An error changes
+    /// nothing.
     Status fill(const BoxFill& fill);
     Status fill(const CylinderFill& fill);
     Status fill(const HeightMapFill& fill);
@@ -92,18 +97,19 @@ class Soil {
     Status add_terrain(const DensityFunction& density);
     Status add_terrain(const TriangleMesh& closed_mesh);
 
-    /// One step of SoilDef::step_s with these bodies. Bad bodies are skipped and reported in the status bits.
+    /// One step of SoilDef::step_s with these bodies. Bad bodies are skipped and reported in the
+    /// status bits.
     StepReport step(std::span<const SoilBody> bodies);
 
     const SoilDef& def() const;
     const std::vector<MaterialDef>& materials() const;
     const GridFrame& frame() const;
-    std::string backend_name() const;   ///< "cpu" or "gl"
+    std::string backend_name() const;  ///< "cpu" or "gl"
     std::string device_name() const;
     int thread_count() const;
 
-    SoilTotals totals() const;                 ///< costs a pass over everything; waits for the device
-    uint64_t checksum() const;                 ///< of amounts, motion and terrain; the same on every backend
+    SoilTotals totals() const;  ///< costs a pass over everything; waits for the device
+    uint64_t checksum() const;  ///< of amounts, motion and terrain; the same on every backend
     uint32_t status_bits() const;
     void clear_status();
     MemoryUse memory_use() const;
@@ -111,20 +117,23 @@ class Soil {
 
     /// Samples are read through a cache of tiles, refreshed after each step: cheap in bulk.
     VoxelSample sample(int x, int y, int z) const;
-    /// World height (along up, from the grid's floor) [m] of the topmost resting soil or terrain at a grid column.
+    /// World height (along up, from the grid's floor) [m] of the topmost resting soil or terrain at
+    /// a grid column.
     double surface_height_m(int x, int y) const;
     /// Soil inside a convex region of the world [kg]; used to weigh a bucket's load.
     double mass_inside_kg(const ConvexShape& region, const Pose& pose) const;
     /// Grows each time the soil in tile (tx, ty) of 8 x 8 columns may have changed.
     uint64_t tile_revision(int tx, int ty) const;
-    /// The whole voxel column block of tile (tx, ty) at once: fractions of a voxel, index z*64 + y*8 + x,
-    /// size 64 * size[2]. For meshing: `volume` is soil, `solid` terrain and static coverage (no moving bodies).
+    /// The whole voxel column block of tile (tx, ty) at once: fractions of a voxel, index z*64 +
+    /// y*8 + x, size 64 * size[2]. For meshing: `volume` is soil, `solid` terrain and static
+    /// coverage (no moving bodies).
     void read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
                    std::vector<uint8_t>& material) const;
 
     /// Snapshot of the whole soil: versioned, compressed, checksummed.
     Status save(const std::string& path) const;
-    /// Replaces this soil's state. The snapshot must have the same grid and materials. An error changes nothing.
+    /// Replaces this soil's state. The snapshot must have the same grid and materials. An error
+    /// changes nothing.
     Status load(const std::string& path);
 
     struct Impl;

@@ -12,7 +12,8 @@ namespace bsoil {
 
 /// Which world axis points up.
 enum class UpAxis { y, z };
-/// Where the kernels run. `automatic` takes a hardware OpenGL 4.5 device where EGL offers one, else the CPU.
+/// Where the kernels run. `automatic` takes a hardware OpenGL 4.5 device where EGL offers one, else
+/// the CPU.
 enum class Backend { automatic, cpu, gl };
 /// How soil that does not fit leaves its voxel after advection (thesis section 3.2.1, Fig. 30).
 enum class OverflowHeuristic {
@@ -23,29 +24,31 @@ enum class OverflowHeuristic {
 
 /// How a soil is made. Defaults are usable; validate() says what is wrong.
 struct SoilDef {
-    MaterialDef material = materials::dry_sand();  ///< the only material, unless `materials` has some
-    std::vector<MaterialDef> materials;            ///< 1..8 materials with unique names, or empty
-    Vec3 size_m{12, 2, 12};    ///< box of the grid along the world's axes; rounded up to whole voxels
-    Vec3 floor_center_m{};     ///< world position of the centre of the box's bottom face
-    double yaw_rad = 0;        ///< rotation of the grid about the up axis
-    double voxel_m = 0.05;     ///< edge of a voxel, 0.001..1
+    MaterialDef material =
+        materials::dry_sand();           ///< the only material, unless `materials` has some
+    std::vector<MaterialDef> materials;  ///< 1..8 materials with unique names, or empty
+    Vec3 size_m{12, 2, 12};  ///< box of the grid along the world's axes; rounded up to whole voxels
+    Vec3 floor_center_m{};   ///< world position of the centre of the box's bottom face
+    double yaw_rad = 0;      ///< rotation of the grid about the up axis
+    double voxel_m = 0.05;   ///< edge of a voxel, 0.001..1
     UpAxis up = UpAxis::y;
-    double gravity_m_s2 = 9.81;       ///< along -up, 0..30
-    double step_s = 1.0 / 60;         ///< the soil's own step, 1/2000..1/20
-    int propagation_iterations = 4;   ///< alpha of the thesis, 0..64
-    int overflow_passes = 4;          ///< 0..64
+    double gravity_m_s2 = 9.81;      ///< along -up, 0..30
+    double step_s = 1.0 / 60;        ///< the soil's own step, 1/2000..1/20
+    int propagation_iterations = 4;  ///< alpha of the thesis, 0..64
+    int overflow_passes = 4;         ///< 0..64
     OverflowHeuristic overflow = OverflowHeuristic::up;
-    int substeps_max = 8;             ///< sub-steps a fast step may be cut into, 1..32
-    int tile_capacity = 0;            ///< awake tiles at once; 0 = all that exist, within 1 GiB
+    int substeps_max = 8;   ///< sub-steps a fast step may be cut into, 1..32
+    int tile_capacity = 0;  ///< awake tiles at once; 0 = all that exist, within 1 GiB
     Backend backend = Backend::automatic;
-    int thread_count = 0;             ///< CPU backend; 0 = all cores. Results do not depend on it
+    int thread_count = 0;  ///< CPU backend; 0 = all cores. Results do not depend on it
 
     Status validate() const;
     /// `materials`, or the single `material`.
     std::vector<MaterialDef> material_list() const;
 };
 
-/// A function of world position [m]. Soil or terrain is where it is positive (thesis section 2.2.2).
+/// A function of world position [m]. Soil or terrain is where it is positive (thesis
+/// section 2.2.2).
 using DensityFunction = std::function<double(Vec3)>;
 
 /// Soil put in at the start, before the first step. `material` is a name out of the SoilDef.
@@ -67,11 +70,11 @@ struct HeightMapFill {
 };
 /// Ground whose surface is fractal value noise: gentle dunes to rough hills.
 struct NoiseFill {
-    double base_m = 0.5;        ///< mean height above the grid's floor
-    double amplitude_m = 0.2;   ///< half the range of the largest octave
-    double wavelength_m = 4;    ///< of the largest octave
-    int octaves = 4;            ///< 1..12; each half as long and `persistence` as high
-    double persistence = 0.5;   ///< 0..1
+    double base_m = 0.5;       ///< mean height above the grid's floor
+    double amplitude_m = 0.2;  ///< half the range of the largest octave
+    double wavelength_m = 4;   ///< of the largest octave
+    int octaves = 4;           ///< 1..12; each half as long and `persistence` as high
+    double persistence = 0.5;  ///< 0..1
     unsigned seed = 1;
     std::string material;
 };

@@ -1,4 +1,5 @@
-// Soil put in before the first step, and which of it must be looked at by the step because it may not stand.
+// Soil put in before the first step, and which of it must be looked at by the step because it may
+// not stand.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,7 +26,8 @@ template <typename Inside>
 double sampled_share(int x, int y, int z, Inside&& inside) {
     int count = 0;
     for (int i = 0; i < kSubCells * kSubCells * kSubCells; ++i) {
-        const Vec3 at{x + (i % kSubCells + 0.5) / kSubCells, y + (i / kSubCells % kSubCells + 0.5) / kSubCells,
+        const Vec3 at{x + (i % kSubCells + 0.5) / kSubCells,
+                      y + (i / kSubCells % kSubCells + 0.5) / kSubCells,
                       z + (i / (kSubCells * kSubCells) + 0.5) / kSubCells};
         count += inside(at);
     }
@@ -33,12 +35,13 @@ double sampled_share(int x, int y, int z, Inside&& inside) {
 }
 
 double overlap(double low, double high, int cell) {
-    return std::clamp(std::min(high, cell + 1.0) - std::max(low, static_cast<double>(cell)), 0.0, 1.0);
+    return std::clamp(std::min(high, cell + 1.0) - std::max(low, static_cast<double>(cell)), 0.0,
+                      1.0);
 }
 
 bool is_proper(const Aabb& box) {
-    return is_finite(box.min) && is_finite(box.max) && box.min.x < box.max.x && box.min.y < box.max.y &&
-           box.min.z < box.max.z;
+    return is_finite(box.min) && is_finite(box.max) && box.min.x < box.max.x &&
+           box.min.y < box.max.y && box.min.z < box.max.z;
 }
 
 }  // namespace
@@ -87,10 +90,13 @@ Status Soil::Impl::fill_with(const std::string& material, const int low[3], cons
                     continue;
                 }
                 for (int z = first[2]; z <= last[2]; ++z) {
-                    const int room = kVoxelFull - voxels.at(kKeptTerrain, z, c) - voxels.at(kKeptVolume, z, c);
-                    const int wanted = static_cast<int>(std::lround(std::clamp(fraction(x, y, z), 0.0, 1.0) * kVoxelFull));
+                    const int room =
+                        kVoxelFull - voxels.at(kKeptTerrain, z, c) - voxels.at(kKeptVolume, z, c);
+                    const int wanted = static_cast<int>(
+                        std::lround(std::clamp(fraction(x, y, z), 0.0, 1.0) * kVoxelFull));
                     const int units = std::min(room, wanted);
-                    // Less than a crumb is not worth a voxel: it would hover until a neighbour's flow took it along.
+                    // Less than a crumb is not worth a voxel: it would hover until a neighbour's
+                    // flow took it along.
                     if (units > kCrumb) {
                         voxels.at(kKeptVolume, z, c) += units;
                         voxels.at(kKeptBond, z, c) += units;
@@ -110,7 +116,8 @@ Status Soil::Impl::fill_with(const std::string& material, const int low[3], cons
         }
     }
     if (added == 0) {
-        return Error{"the fill holds no soil: it lies outside of the grid, or all its room is taken"};
+        return Error{
+            "the fill holds no soil: it lies outside of the grid, or all its room is taken"};
     }
     return Done{};
 }
@@ -122,24 +129,28 @@ Status Soil::fill(const BoxFill& fill) {
     }
     Vec3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
     for (int i = 0; i < 8; ++i) {
-        const Vec3 corner = s.to_grid({i & 1 ? fill.box.max.x : fill.box.min.x, i & 2 ? fill.box.max.y : fill.box.min.y,
+        const Vec3 corner = s.to_grid({i & 1 ? fill.box.max.x : fill.box.min.x,
+                                       i & 2 ? fill.box.max.y : fill.box.min.y,
                                        i & 4 ? fill.box.max.z : fill.box.min.z});
         low = {std::min(low.x, corner.x), std::min(low.y, corner.y), std::min(low.z, corner.z)};
         high = {std::max(high.x, corner.x), std::max(high.y, corner.y), std::max(high.z, corner.z)};
     }
-    const auto whole = [](double v) { return static_cast<int>(std::floor(std::clamp(v, -1e6, 1e6))); };
+    const auto whole = [](double v) {
+        return static_cast<int>(std::floor(std::clamp(v, -1e6, 1e6)));
+    };
     const int first[3] = {whole(low.x), whole(low.y), whole(low.z)};
     const int last[3] = {whole(high.x), whole(high.y), whole(high.z)};
     if (s.def.yaw_rad == 0) {
         return s.fill_with(fill.material, first, last, [&](int x, int y, int z) {
-            return overlap(low.x, high.x, x) * overlap(low.y, high.y, y) * overlap(low.z, high.z, z);
+            return overlap(low.x, high.x, x) * overlap(low.y, high.y, y) *
+                   overlap(low.z, high.z, z);
         });
     }
     return s.fill_with(fill.material, first, last, [&](int x, int y, int z) {
         return sampled_share(x, y, z, [&](Vec3 at) {
             const Vec3 w = s.frame.to_world(at);
-            return w.x >= fill.box.min.x && w.x <= fill.box.max.x && w.y >= fill.box.min.y && w.y <= fill.box.max.y &&
-                   w.z >= fill.box.min.z && w.z <= fill.box.max.z;
+            return w.x >= fill.box.min.x && w.x <= fill.box.max.x && w.y >= fill.box.min.y &&
+                   w.y <= fill.box.max.y && w.z >= fill.box.min.z && w.z <= fill.box.max.z;
         });
     });
 }
@@ -157,49 +168,65 @@ Status Soil::fill(const CylinderFill& fill) {
     }
     const Vec3 base = s.to_grid(fill.base_center_m);
     const double r = fill.radius_m / s.frame.voxel_m, h = fill.height_m / s.frame.voxel_m;
-    const auto whole = [](double v) { return static_cast<int>(std::floor(std::clamp(v, -1e6, 1e6))); };
+    const auto whole = [](double v) {
+        return static_cast<int>(std::floor(std::clamp(v, -1e6, 1e6)));
+    };
     const int first[3] = {whole(base.x - r), whole(base.y - r), whole(base.z)};
     const int last[3] = {whole(base.x + r), whole(base.y + r), whole(base.z + h)};
     return s.fill_with(fill.material, first, last, [&](int x, int y, int z) {
-        const double across = sampled_share(x, y, z, [&](Vec3 at) { return std::hypot(at.x - base.x, at.y - base.y) <= r; });
+        const double across = sampled_share(
+            x, y, z, [&](Vec3 at) { return std::hypot(at.x - base.x, at.y - base.y) <= r; });
         return across * overlap(base.z, base.z + h, z);
     });
 }
 
 Status Soil::fill(const HeightMapFill& fill) {
     Impl& s = *impl_;
-    for (const Status& status : {check_range("fill.width", fill.width, 2, 32768), check_range("fill.height", fill.height, 2, 32768)}) {
+    for (const Status& status : {check_range("fill.width", fill.width, 2, 32768),
+                                 check_range("fill.height", fill.height, 2, 32768)}) {
         if (!status) {
             return status;
         }
     }
-    if (fill.heights_m.size() != static_cast<size_t>(fill.width) * static_cast<size_t>(fill.height)) {
-        return Error{fmt::format("fill.heights_m has {} values, width x height is {}", fill.heights_m.size(),
+    if (fill.heights_m.size() !=
+        static_cast<size_t>(fill.width) * static_cast<size_t>(fill.height)) {
+        return Error{fmt::format("fill.heights_m has {} values, width x height is {}",
+                                 fill.heights_m.size(),
                                  static_cast<int64_t>(fill.width) * fill.height)};
     }
-    if (!std::all_of(fill.heights_m.begin(), fill.heights_m.end(), [](float h) { return std::isfinite(h); })) {
+    if (!std::all_of(fill.heights_m.begin(), fill.heights_m.end(),
+                     [](float h) { return std::isfinite(h); })) {
         return Error{"fill.heights_m has a NaN or infinite value"};
     }
-    // Image column runs with the first horizontal world axis, image row with the second, whatever the grid's own axes.
+    // Image column runs with the first horizontal world axis, image row with the second, whatever
+    // the grid's own axes.
     const bool y_up = s.def.up == UpAxis::y;
     const auto height_at = [&](int x, int y) {
-        const double across = ((y_up ? y : x) + 0.5) / s.frame.size[y_up ? 1 : 0] * (fill.width - 1);
-        const double along = ((y_up ? x : y) + 0.5) / s.frame.size[y_up ? 0 : 1] * (fill.height - 1);
-        const int i = std::min(static_cast<int>(across), fill.width - 2), j = std::min(static_cast<int>(along), fill.height - 2);
+        const double across =
+            ((y_up ? y : x) + 0.5) / s.frame.size[y_up ? 1 : 0] * (fill.width - 1);
+        const double along =
+            ((y_up ? x : y) + 0.5) / s.frame.size[y_up ? 0 : 1] * (fill.height - 1);
+        const int i = std::min(static_cast<int>(across), fill.width - 2),
+                  j = std::min(static_cast<int>(along), fill.height - 2);
         const double u = across - i, v = along - j;
-        const auto h = [&](int a, int b) { return static_cast<double>(fill.heights_m[static_cast<size_t>(b) * fill.width + a]); };
-        return ((h(i, j) * (1 - u) + h(i + 1, j) * u) * (1 - v) + (h(i, j + 1) * (1 - u) + h(i + 1, j + 1) * u) * v) /
+        const auto h = [&](int a, int b) {
+            return static_cast<double>(fill.heights_m[static_cast<size_t>(b) * fill.width + a]);
+        };
+        return ((h(i, j) * (1 - u) + h(i + 1, j) * u) * (1 - v) +
+                (h(i, j + 1) * (1 - u) + h(i + 1, j + 1) * u) * v) /
                s.frame.voxel_m;
     };
     const int first[3] = {0, 0, 0};
     const int last[3] = {s.frame.size[0] - 1, s.frame.size[1] - 1, s.height - 1};
-    return s.fill_with(fill.material, first, last,
-                       [&](int x, int y, int z) { return std::clamp(height_at(x, y) - z, 0.0, 1.0); });
+    return s.fill_with(fill.material, first, last, [&](int x, int y, int z) {
+        return std::clamp(height_at(x, y) - z, 0.0, 1.0);
+    });
 }
 
 Status Soil::fill(const NoiseFill& fill) {
     Impl& s = *impl_;
-    for (const Status& status : {check_range("fill.base_m", fill.base_m, 0, 1e4), check_range("fill.amplitude_m", fill.amplitude_m, 0, 1e4),
+    for (const Status& status : {check_range("fill.base_m", fill.base_m, 0, 1e4),
+                                 check_range("fill.amplitude_m", fill.amplitude_m, 0, 1e4),
                                  check_range("fill.wavelength_m", fill.wavelength_m, 1e-3, 1e6),
                                  check_range("fill.octaves", fill.octaves, 1, 12),
                                  check_range("fill.persistence", fill.persistence, 0, 1)}) {
@@ -216,8 +243,10 @@ Status Soil::fill(const NoiseFill& fill) {
             // With Y up the ground is that of Z up turned, not mirrored: -z takes the place of y.
             const Vec3 w = s.frame.to_world({x + 0.5, y + 0.5, 0});
             heights[static_cast<size_t>(y) * s.frame.size[0] + x] =
-                (fill.base_m + fill.amplitude_m * fractal_noise(w.x / fill.wavelength_m, (y_up ? -w.z : w.y) / fill.wavelength_m,
-                                                                fill.octaves, fill.persistence, fill.seed)) /
+                (fill.base_m +
+                 fill.amplitude_m * fractal_noise(w.x / fill.wavelength_m,
+                                                  (y_up ? -w.z : w.y) / fill.wavelength_m,
+                                                  fill.octaves, fill.persistence, fill.seed)) /
                 s.frame.voxel_m;
         }
     }
@@ -234,7 +263,8 @@ Status Soil::fill(const FunctionFill& fill) {
     const int first[3] = {0, 0, 0};
     const int last[3] = {s.frame.size[0] - 1, s.frame.size[1] - 1, s.height - 1};
     return s.fill_with(fill.material, first, last, [&](int x, int y, int z) {
-        return sampled_share(x, y, z, [&](Vec3 at) { return fill.density(s.frame.to_world(at)) > 0; });
+        return sampled_share(x, y, z,
+                             [&](Vec3 at) { return fill.density(s.frame.to_world(at)) > 0; });
     });
 }
 
@@ -248,8 +278,8 @@ Status Soil::add_terrain(const DensityFunction& density) {
     });
 }
 
-// Level ground sleeps from the start. What may move (hanging soil, and slopes steeper than the flattest angle of
-// friction) is marked active; the step then decides.
+// Level ground sleeps from the start. What may move (hanging soil, and slopes steeper than the
+// flattest angle of friction) is marked active; the step then decides.
 void Soil::Impl::wake_unstable_columns() {
     any_unchecked = false;
     double flattest = 10;
@@ -272,13 +302,15 @@ void Soil::Impl::wake_unstable_columns() {
                 profile.hanging[c] = -1;
                 bool piled = true;
                 for (int z = 0; z < height; ++z) {
-                    const int terrain = voxels.at(kKeptTerrain, z, c), volume = voxels.at(kKeptVolume, z, c);
+                    const int terrain = voxels.at(kKeptTerrain, z, c),
+                              volume = voxels.at(kKeptVolume, z, c);
                     piled = piled || terrain >= kSolidCoverage;
                     if (volume > 0 && !piled) {
                         profile.hanging[c] = z;
                     }
                     if (piled && terrain + volume > 0) {
-                        profile.top[c] = z + std::min(1.0, (terrain + volume) / static_cast<double>(kVoxelFull));
+                        profile.top[c] =
+                            z + std::min(1.0, (terrain + volume) / static_cast<double>(kVoxelFull));
                     }
                     piled = piled && terrain + volume >= kVoxelFull - kSupportSlack;
                 }
@@ -298,7 +330,9 @@ void Soil::Impl::wake_unstable_columns() {
             const int x = tx * kTileSide + c % kTileSide, y = ty * kTileSide + c / kTileSide;
             const auto activate_at = [&](int px, int py, double z) {
                 const int zb = std::clamp(static_cast<int>(z) / kTileSide, 0, blocks_per_tile - 1);
-                activate(static_cast<BlockKey>(tile_index(px / kTileSide, py / kTileSide)) * blocks_per_tile + zb);
+                activate(static_cast<BlockKey>(tile_index(px / kTileSide, py / kTileSide)) *
+                             blocks_per_tile +
+                         zb);
             };
             for (int z = 0; profile.hanging[c] >= 0 && z < blocks_per_tile; ++z) {
                 activate(static_cast<BlockKey>(index) * blocks_per_tile + z);
@@ -309,9 +343,14 @@ void Soil::Impl::wake_unstable_columns() {
                     continue;
                 }
                 const int other = tile_index(nx / kTileSide, ny / kTileSide);
-                const double other_top = tiles[other] ? profile_of(other).top[ny % kTileSide * kTileSide + nx % kTileSide] : 0;
-                const double drop = std::abs(profile.top[c] - other_top) / (n % 2 == 0 ? std::numbers::sqrt2 : 1.0);
-                // Facets between two neighbours can be steeper than either by up to 1 / cos 22.5 deg.
+                const double other_top =
+                    tiles[other]
+                        ? profile_of(other).top[ny % kTileSide * kTileSide + nx % kTileSide]
+                        : 0;
+                const double drop =
+                    std::abs(profile.top[c] - other_top) / (n % 2 == 0 ? std::numbers::sqrt2 : 1.0);
+                // Facets between two neighbours can be steeper than either by up to 1 / cos 22.5
+                // deg.
                 if (drop > 0.9 * flattest) {
                     activate_at(x, y, profile.top[c]);
                     activate_at(nx, ny, other_top);

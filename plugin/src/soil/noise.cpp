@@ -8,7 +8,8 @@ namespace {
 
 /// Uniform in -1..1 for a lattice point.
 double lattice(int64_t x, int64_t y, uint32_t seed) {
-    uint64_t h = static_cast<uint64_t>(x) * 0x9e3779b97f4a7c15ull ^ static_cast<uint64_t>(y) * 0xc2b2ae3d27d4eb4full ^
+    uint64_t h = static_cast<uint64_t>(x) * 0x9e3779b97f4a7c15ull ^
+                 static_cast<uint64_t>(y) * 0xc2b2ae3d27d4eb4full ^
                  (static_cast<uint64_t>(seed) << 32 | seed);
     h = (h ^ (h >> 31)) * 0xbf58476d1ce4e5b9ull;
     h = (h ^ (h >> 29)) * 0x94d049bb133111ebull;

@@ -8,7 +8,8 @@ namespace bsoil {
 using namespace layout;
 
 namespace {
-// A tile nobody needed for so many steps goes to sleep: long enough that a slow avalanche does not pack and unpack it.
+// A tile nobody needed for so many steps goes to sleep: long enough that a slow avalanche does not
+// pack and unpack it.
 constexpr int64_t kSleepAfterSteps = 30;
 }  // namespace
 
@@ -41,7 +42,8 @@ Status Soil::Impl::allocate_slots(int count) {
     const int64_t blocks = static_cast<int64_t>(count) * blocks_per_tile;
     for (const auto& [buffer, words] :
          {std::pair{device::Buffer::state, planes * params.plane_stride},
-          std::pair{device::Buffer::delta, static_cast<int64_t>(params.transport_count) * params.plane_stride},
+          std::pair{device::Buffer::delta,
+                    static_cast<int64_t>(params.transport_count) * params.plane_stride},
           std::pair{device::Buffer::tile_table, static_cast<int64_t>(count) * kTileTableWords},
           std::pair{device::Buffer::block_flags, kFlagArrays * blocks},
           std::pair{device::Buffer::spans, columns * (kColumnWords + 1)}}) {
@@ -64,8 +66,8 @@ Status Soil::Impl::allocate_slots(int count) {
 }
 
 Status Soil::Impl::grow_slots(int wanted) {
-    // The device's buffers are laid out by plane, so growing means moving every plane: awake tiles take the detour
-    // through the host. Happens a few times in a run, by doubling.
+    // The device's buffers are laid out by plane, so growing means moving every plane: awake tiles
+    // take the detour through the host. Happens a few times in a run, by doubling.
     const int count = std::min(slot_capacity_max, std::max(wanted, 2 * slot_count));
     if (count <= slot_count) {
         return Error{"the tile table is full"};
@@ -79,23 +81,29 @@ Status Soil::Impl::grow_slots(int wanted) {
     const auto plane_words = [&](int plane, int slot) {
         std::vector<int32_t> words(params.tile_voxels);
         device->read(device::Buffer::state,
-                     static_cast<int64_t>(plane) * params.plane_stride + static_cast<int64_t>(slot) * params.tile_voxels,
+                     static_cast<int64_t>(plane) * params.plane_stride +
+                         static_cast<int64_t>(slot) * params.tile_voxels,
                      words);
         return words;
     };
     for (int slot = 0; slot < slot_count; ++slot) {
         if (slot_tile[slot] >= 0) {
-            Saved entry{slot_tile[slot], {}, plane_words(kPlaneCoverage, slot), plane_words(kPlaneOwner, slot),
+            Saved entry{slot_tile[slot],
+                        {},
+                        plane_words(kPlaneCoverage, slot),
+                        plane_words(kPlaneOwner, slot),
                         plane_words(kPlaneSupport, slot),
                         std::vector<int32_t>(kTileColumns * kColumnWords)};
             read_voxels(slot_tile[slot], entry.voxels);
-            device->read(device::Buffer::spans, static_cast<int64_t>(slot) * kTileColumns * kColumnWords, entry.columns);
+            device->read(device::Buffer::spans,
+                         static_cast<int64_t>(slot) * kTileColumns * kColumnWords, entry.columns);
             saved.push_back(std::move(entry));
         }
     }
     std::vector<int32_t> tops(static_cast<size_t>(slot_count) * kTileColumns);
     const int old_count = slot_count;
-    device->read(device::Buffer::spans, static_cast<int64_t>(old_count) * kTileColumns * kColumnWords, tops);
+    device->read(device::Buffer::spans,
+                 static_cast<int64_t>(old_count) * kTileColumns * kColumnWords, tops);
     if (Status allocated = allocate_slots(count); !allocated) {
         return allocated;
     }
@@ -103,13 +111,17 @@ Status Soil::Impl::grow_slots(int wanted) {
         const int slot = tiles[entry.tile]->slot;
         write_voxels(entry.tile, entry.voxels);
         const int64_t at = static_cast<int64_t>(slot) * params.tile_voxels;
-        for (const auto& [plane, words] : {std::pair{kPlaneCoverage, &entry.coverage}, std::pair{kPlaneOwner, &entry.owner},
-                                           std::pair{kPlaneSupport, &entry.support}}) {
-            device->write(device::Buffer::state, static_cast<int64_t>(plane) * params.plane_stride + at, *words);
+        for (const auto& [plane, words] :
+             {std::pair{kPlaneCoverage, &entry.coverage}, std::pair{kPlaneOwner, &entry.owner},
+              std::pair{kPlaneSupport, &entry.support}}) {
+            device->write(device::Buffer::state,
+                          static_cast<int64_t>(plane) * params.plane_stride + at, *words);
         }
-        device->write(device::Buffer::spans, static_cast<int64_t>(slot) * kTileColumns * kColumnWords, entry.columns);
+        device->write(device::Buffer::spans,
+                      static_cast<int64_t>(slot) * kTileColumns * kColumnWords, entry.columns);
     }
-    device->write(device::Buffer::spans, static_cast<int64_t>(count) * kTileColumns * kColumnWords, tops);
+    device->write(device::Buffer::spans, static_cast<int64_t>(count) * kTileColumns * kColumnWords,
+                  tops);
     return Done{};
 }
 
@@ -132,9 +144,12 @@ int Soil::Impl::wake(int index) {
     write_voxels(index, scratch);
     const int64_t base = static_cast<int64_t>(tile.slot) * params.tile_voxels;
     for (int plane : {kPlaneCoverage, kPlaneOwner, kPlaneSupport}) {
-        device->fill_zero(device::Buffer::state, static_cast<int64_t>(plane) * params.plane_stride + base, params.tile_voxels);
+        device->fill_zero(device::Buffer::state,
+                          static_cast<int64_t>(plane) * params.plane_stride + base,
+                          params.tile_voxels);
     }
-    device->fill_zero(device::Buffer::spans, static_cast<int64_t>(tile.slot) * kTileColumns * kColumnWords,
+    device->fill_zero(device::Buffer::spans,
+                      static_cast<int64_t>(tile.slot) * kTileColumns * kColumnWords,
                       kTileColumns * kColumnWords);
     for (int array = 0; array < kFlagArrays; ++array) {
         device->fill_zero(device::Buffer::block_flags,
@@ -182,7 +197,8 @@ void Soil::Impl::upload_tile_table() {
         for (int dy = -1; dy <= 1; ++dy) {
             for (int dx = -1; dx <= 1; ++dx) {
                 const int nx = tx + dx, ny = ty + dy;
-                if (nx >= 0 && nx < tiles_x && ny >= 0 && ny < tiles_y && tiles[tile_index(nx, ny)]) {
+                if (nx >= 0 && nx < tiles_x && ny >= 0 && ny < tiles_y &&
+                    tiles[tile_index(nx, ny)]) {
                     entry[(dy + 1) * 3 + dx + 1] = tiles[tile_index(nx, ny)]->slot;
                 }
             }
@@ -209,7 +225,8 @@ void Soil::Impl::read_voxels(int index, TileVoxels& out) const {
     for (int p = 0; p < kept_planes; ++p) {
         const int64_t plane = p == kKeptTerrain ? kPlaneTerrain : kTransportFirst + p - 1;
         device->read(device::Buffer::state, plane * params.plane_stride + base,
-                     std::span(out.words).subspan(static_cast<size_t>(p) * params.tile_voxels, params.tile_voxels));
+                     std::span(out.words).subspan(static_cast<size_t>(p) * params.tile_voxels,
+                                                  params.tile_voxels));
     }
 }
 
@@ -222,7 +239,8 @@ void Soil::Impl::write_voxels(int index, const TileVoxels& in) {
         for (int p = 0; p < kept_planes; ++p) {
             const int64_t plane = p == kKeptTerrain ? kPlaneTerrain : kTransportFirst + p - 1;
             device->write(device::Buffer::state, plane * params.plane_stride + base,
-                          std::span(in.words).subspan(static_cast<size_t>(p) * params.tile_voxels, params.tile_voxels));
+                          std::span(in.words).subspan(static_cast<size_t>(p) * params.tile_voxels,
+                                                      params.tile_voxels));
         }
     }
     tile.top = 0;

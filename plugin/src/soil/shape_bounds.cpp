@@ -10,12 +10,17 @@ namespace {
 
 Vec3 half_box(const ConvexShape& s) {
     switch (s.kind) {
-        case ConvexShape::Kind::box: return s.half_extents_m;
-        case ConvexShape::Kind::sphere: return {s.radius_m, s.radius_m, s.radius_m};
-        case ConvexShape::Kind::capsule: return {s.radius_m, s.radius_m, s.half_height_m + s.radius_m};
+        case ConvexShape::Kind::box:
+            return s.half_extents_m;
+        case ConvexShape::Kind::sphere:
+            return {s.radius_m, s.radius_m, s.radius_m};
+        case ConvexShape::Kind::capsule:
+            return {s.radius_m, s.radius_m, s.half_height_m + s.radius_m};
         case ConvexShape::Kind::cylinder:
-        case ConvexShape::Kind::cone: return {s.radius_m, s.radius_m, s.half_height_m};
-        case ConvexShape::Kind::hull: return {s.bound_m, s.bound_m, s.bound_m};
+        case ConvexShape::Kind::cone:
+            return {s.radius_m, s.radius_m, s.half_height_m};
+        case ConvexShape::Kind::hull:
+            return {s.bound_m, s.bound_m, s.bound_m};
     }
     return {};
 }
@@ -25,7 +30,8 @@ Vec3 half_box(const ConvexShape& s) {
 Aabb shape_bounds(const ConvexShape& shape, const Pose& body_to_grid, double voxel_m) {
     const Pose pose = body_to_grid * shape.local;
     const Vec3 half = half_box(shape);
-    const Vec3 axes[3] = {rotate(pose.rotation, {half.x, 0, 0}), rotate(pose.rotation, {0, half.y, 0}),
+    const Vec3 axes[3] = {rotate(pose.rotation, {half.x, 0, 0}),
+                          rotate(pose.rotation, {0, half.y, 0}),
                           rotate(pose.rotation, {0, 0, half.z})};
     Vec3 reach{shape.rounding_m, shape.rounding_m, shape.rounding_m};
     for (const Vec3& axis : axes) {
@@ -42,16 +48,21 @@ bool is_valid_shape(const ConvexShape& s) {
     }
     switch (s.kind) {
         case ConvexShape::Kind::box:
-            return sound(s.half_extents_m.x) && sound(s.half_extents_m.y) && sound(s.half_extents_m.z);
-        case ConvexShape::Kind::sphere: return sound(s.radius_m);
+            return sound(s.half_extents_m.x) && sound(s.half_extents_m.y) &&
+                   sound(s.half_extents_m.z);
+        case ConvexShape::Kind::sphere:
+            return sound(s.radius_m);
         case ConvexShape::Kind::capsule:
             return sound(s.radius_m) && s.half_height_m >= 0 && s.half_height_m < kLargest;
         case ConvexShape::Kind::cylinder:
-        case ConvexShape::Kind::cone: return sound(s.radius_m) && sound(s.half_height_m);
+        case ConvexShape::Kind::cone:
+            return sound(s.radius_m) && sound(s.half_height_m);
         case ConvexShape::Kind::hull:
-            return s.planes.size() >= 4 && s.planes.size() <= limits::kHullPlaneCapacity && sound(s.bound_m) &&
+            return s.planes.size() >= 4 && s.planes.size() <= limits::kHullPlaneCapacity &&
+                   sound(s.bound_m) &&
                    std::all_of(s.planes.begin(), s.planes.end(), [](const Plane& p) {
-                       return is_finite(p.normal) && std::abs(length(p.normal) - 1) < 1e-3 && std::isfinite(p.offset);
+                       return is_finite(p.normal) && std::abs(length(p.normal) - 1) < 1e-3 &&
+                              std::isfinite(p.offset);
                    });
     }
     return false;
@@ -63,15 +74,20 @@ bool contains(const ConvexShape& s, Vec3 p) {
         case ConvexShape::Kind::box:
             return std::abs(p.x) <= s.half_extents_m.x && std::abs(p.y) <= s.half_extents_m.y &&
                    std::abs(p.z) <= s.half_extents_m.z;
-        case ConvexShape::Kind::sphere: return length(p) <= s.radius_m;
+        case ConvexShape::Kind::sphere:
+            return length(p) <= s.radius_m;
         case ConvexShape::Kind::capsule:
-            return std::hypot(r, p.z - std::clamp(p.z, -s.half_height_m, s.half_height_m)) <= s.radius_m;
-        case ConvexShape::Kind::cylinder: return r <= s.radius_m && std::abs(p.z) <= s.half_height_m;
+            return std::hypot(r, p.z - std::clamp(p.z, -s.half_height_m, s.half_height_m)) <=
+                   s.radius_m;
+        case ConvexShape::Kind::cylinder:
+            return r <= s.radius_m && std::abs(p.z) <= s.half_height_m;
         case ConvexShape::Kind::cone:
-            return p.z >= -s.half_height_m && r <= s.radius_m * (s.half_height_m - p.z) / (2 * s.half_height_m);
+            return p.z >= -s.half_height_m &&
+                   r <= s.radius_m * (s.half_height_m - p.z) / (2 * s.half_height_m);
         case ConvexShape::Kind::hull:
-            return std::all_of(s.planes.begin(), s.planes.end(),
-                               [&](const Plane& plane) { return dot(plane.normal, p) <= plane.offset; });
+            return std::all_of(s.planes.begin(), s.planes.end(), [&](const Plane& plane) {
+                return dot(plane.normal, p) <= plane.offset;
+            });
     }
     return false;
 }

@@ -9,9 +9,10 @@
 namespace bsoil {
 namespace {
 
-/// Driving minus resisting force on the plane at theta, per metre of thickness: positive when F < 1. Thesis (1)-(3).
+/// Driving minus resisting force on the plane at theta, per metre of thickness: positive when F
+/// < 1. Thesis (1)-(3).
 double unbalanced(const MaterialDef& m, double gamma, double h, double dx, double theta) {
-    const double weight = (h - std::tan(theta) * dx) * dx * gamma / 2;  // thesis (2)
+    const double weight = (h - std::tan(theta) * dx) * dx * gamma / 2;            // thesis (2)
     const double length = dx * std::sqrt(1 + std::tan(theta) * std::tan(theta));  // thesis (3)
     return weight * std::sin(theta) -
            (m.cohesion_pa * length + weight * std::cos(theta) * std::tan(m.friction_angle_rad));
@@ -32,7 +33,8 @@ SlipWedge find_slip_wedge(const MaterialDef& m, double gravity, double h, double
         constexpr int kScan = 400;
         double low = theta, high = -1;
         for (int i = 1; i < kScan; ++i) {
-            const double probe = m.friction_angle_rad + (steepest - m.friction_angle_rad) * i / kScan;
+            const double probe =
+                m.friction_angle_rad + (steepest - m.friction_angle_rad) * i / kScan;
             if (unbalanced(m, gamma, h, dx, probe) > 0) {
                 high = probe;
                 break;
@@ -53,7 +55,8 @@ SlipWedge find_slip_wedge(const MaterialDef& m, double gravity, double h, double
     wedge.height_m = h - std::tan(theta) * dx;
     const double t = std::tan(theta) * dx;
     const double force =
-        // thesis (8): the sum of the shear stresses, (5) to (7), over ever thinner segments of the wedge
+        // thesis (8): the sum of the shear stresses, (5) to (7), over ever thinner segments of the
+        // wedge
         gamma * dx * dx / 4 * std::log((h * h + dx * dx) / (t * t + dx * dx)) * std::cos(theta) +
         gamma * dx / 2 * (h - t - dx * (std::atan(h / dx) - theta)) * std::sin(theta);
     const double weight = wedge.height_m * dx * gamma / 2;
@@ -66,11 +69,13 @@ std::vector<int32_t> make_slip_table(const MaterialDef& m, const SoilDef& def) {
     std::vector<int32_t> table(kTableWords, 0);
     for (int i = 0; i < kSlipEntries; ++i) {
         const double slope = i / 16.0;
-        const SlipWedge wedge = find_slip_wedge(m, def.gravity_m_s2, slope * def.voxel_m, def.voxel_m);
-        // Without cohesion the wedge is linear in the slope on both sides of phi, so that the table is exact there.
-        const double height = wedge.fails              ? wedge.height_m / def.voxel_m
-                              : m.cohesion_pa > 0      ? -1.0
-                                                       : slope - std::tan(m.friction_angle_rad);
+        const SlipWedge wedge =
+            find_slip_wedge(m, def.gravity_m_s2, slope * def.voxel_m, def.voxel_m);
+        // Without cohesion the wedge is linear in the slope on both sides of phi, so that the table
+        // is exact there.
+        const double height = wedge.fails         ? wedge.height_m / def.voxel_m
+                              : m.cohesion_pa > 0 ? -1.0
+                                                  : slope - std::tan(m.friction_angle_rad);
         const double acceleration = wedge.acceleration_m_s2 * def.step_s * def.step_s / def.voxel_m;
         table[i] = static_cast<int32_t>(std::lround(height * kVoxelFull));
         table[kTableAcceleration + i] =

@@ -1,4 +1,5 @@
-/// Slope stability of Li and Moshell as tables over slope, made once per material in double precision.
+/// Slope stability of Li and Moshell as tables over slope, made once per material in double
+/// precision.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +9,9 @@
 
 namespace bsoil {
 
-/// What slides at a slope of rise h over run dx (both in metres): angle of the failure plane, height of the wedge above
-/// it (h - tan(theta) dx; negative when the slope is stable) and the wedge's acceleration.
+/// What slides at a slope of rise h over run dx (both in metres): angle of the failure plane,
+/// height of the wedge above it (h - tan(theta) dx; negative when the slope is stable) and the
+/// wedge's acceleration.
 struct SlipWedge {
     bool fails = false;
     double theta_rad = 0;
@@ -18,7 +20,8 @@ struct SlipWedge {
 };
 
 /// Thesis (1) to (4) and (8), for c [Pa], gamma [N/m3] and a slice one metre thick.
-SlipWedge find_slip_wedge(const MaterialDef& material, double gravity_m_s2, double rise_m, double run_m);
+SlipWedge find_slip_wedge(const MaterialDef& material, double gravity_m_s2, double rise_m,
+                          double run_m);
 
 /// The table of one material in the layout of the kernels (kTableWords words).
 std::vector<int32_t> make_slip_table(const MaterialDef& material, const SoilDef& def);

@@ -5,7 +5,8 @@
 //   u64      hash of the bytes that follow (before compression)
 //   u64      their count
 //   ...      zstd: header words (grid, materials, step), then per tile that ever held something:
-//            index, revision of packing, byte count, packed spans; then slip speeds of awake tiles; then active blocks.
+//            index, revision of packing, byte count, packed spans; then slip speeds of awake tiles;
+//            then active blocks.
 #include <fmt/format.h>
 #include <zstd.h>
 
@@ -24,7 +25,8 @@ namespace {
 
 constexpr char kMagic[8] = {'B', 'S', 'O', 'I', 'L', 'S', 'N', 'P'};
 constexpr uint32_t kVersion = 1;
-constexpr uint64_t kBytesMax = uint64_t{1} << 36;  // refuses sizes that only a damaged header can name
+constexpr uint64_t kBytesMax = uint64_t{1}
+                               << 36;  // refuses sizes that only a damaged header can name
 
 uint64_t hash_bytes(std::span<const uint8_t> bytes) {
     uint64_t h = 0xcbf29ce484222325ull;  // FNV-1a
@@ -121,7 +123,8 @@ Status Soil::save(const std::string& path) const {
         s.read_voxels(static_cast<int>(index), voxels);
         w.put_bytes(pack_tile(voxels));
         w.put<int64_t>(tile->last_used_step);
-        s.device->read(Buffer::spans, static_cast<int64_t>(tile->slot) * kTileColumns * kColumnWords, columns);
+        s.device->read(Buffer::spans,
+                       static_cast<int64_t>(tile->slot) * kTileColumns * kColumnWords, columns);
         for (int c = 0; c < kTileColumns; ++c) {
             for (int i = 0; i < 2 * kSpanCapacity; ++i) {
                 w.put<int32_t>(columns[c * kColumnWords + kColumnSpeed + i]);
@@ -135,7 +138,8 @@ Status Soil::save(const std::string& path) const {
         w.put<int64_t>(changed);
     }
     std::vector<uint8_t> packed(ZSTD_compressBound(w.bytes.size()));
-    const size_t size = ZSTD_compress(packed.data(), packed.size(), w.bytes.data(), w.bytes.size(), 3);
+    const size_t size =
+        ZSTD_compress(packed.data(), packed.size(), w.bytes.data(), w.bytes.size(), 3);
     if (ZSTD_isError(size)) {
         return Error{fmt::format("snapshot '{}': {}", path, ZSTD_getErrorName(size))};
     }
@@ -150,12 +154,14 @@ Status Soil::save(const std::string& path) const {
     const std::string part = path + ".part";
     bool good = false;
     if (File file{std::fopen(part.c_str(), "wb")}) {
-        good = std::fwrite(head.bytes.data(), 1, head.bytes.size(), file.get()) == head.bytes.size() &&
-               std::fwrite(packed.data(), 1, size, file.get()) == size && std::fflush(file.get()) == 0;
+        good =
+            std::fwrite(head.bytes.data(), 1, head.bytes.size(), file.get()) == head.bytes.size() &&
+            std::fwrite(packed.data(), 1, size, file.get()) == size && std::fflush(file.get()) == 0;
     }
     if (!good || std::rename(part.c_str(), path.c_str()) != 0) {
         std::remove(part.c_str());
-        return Error{fmt::format("snapshot '{}' cannot be written: {}", path, std::strerror(errno))};
+        return Error{
+            fmt::format("snapshot '{}' cannot be written: {}", path, std::strerror(errno))};
     }
     return Done{};
 }
@@ -171,7 +177,9 @@ Status Soil::load(const std::string& path) {
     while (const size_t got = std::fread(chunk, 1, sizeof(chunk), file.get())) {
         raw.insert(raw.end(), chunk, chunk + got);
     }
-    const auto refuse = [&](const std::string& why) { return Error{fmt::format("snapshot '{}': {}", path, why)}; };
+    const auto refuse = [&](const std::string& why) {
+        return Error{fmt::format("snapshot '{}': {}", path, why)};
+    };
     constexpr size_t kHead = sizeof(kMagic) + 4 + 8 + 8;
     if (raw.size() < kHead || std::memcmp(raw.data(), kMagic, sizeof(kMagic)) != 0) {
         return refuse("is not a BulletSoil snapshot");
@@ -237,7 +245,8 @@ Status Soil::load(const std::string& path) {
                 entry.speeds.push_back(r.get<int32_t>());
             }
         }
-        if (!r.ok || index < 0 || index >= static_cast<int64_t>(s.tiles.size()) || !unpack_tile(entry.packed, voxels)) {
+        if (!r.ok || index < 0 || index >= static_cast<int64_t>(s.tiles.size()) ||
+            !unpack_tile(entry.packed, voxels)) {
             return refuse("is damaged");
         }
         entries.push_back(std::move(entry));
@@ -269,7 +278,8 @@ Status Soil::load(const std::string& path) {
     s.status = status;
     s.params.slip_turn = slip_turn & 1;
     s.params.pass_stamp = pass_stamp;
-    s.device->fill_zero(Buffer::block_flags, 0, static_cast<int64_t>(kFlagArrays) * s.slot_count * s.blocks_per_tile);
+    s.device->fill_zero(Buffer::block_flags, 0,
+                        static_cast<int64_t>(kFlagArrays) * s.slot_count * s.blocks_per_tile);
     s.active = std::move(active);
     s.bodies.clear();
     s.body_ids.clear();
@@ -284,10 +294,12 @@ Status Soil::load(const std::string& path) {
             const int slot = s.wake(static_cast<int>(entry.index));
             tile.last_used_step = entry.last_used;
             for (int i = 0; slot >= 0 && i < kTileColumns * 2 * kSpanCapacity; ++i) {
-                columns[i / (2 * kSpanCapacity) * kColumnWords + kColumnSpeed + i % (2 * kSpanCapacity)] = entry.speeds[i];
+                columns[i / (2 * kSpanCapacity) * kColumnWords + kColumnSpeed +
+                        i % (2 * kSpanCapacity)] = entry.speeds[i];
             }
             if (slot >= 0) {
-                s.device->write(Buffer::spans, static_cast<int64_t>(slot) * kTileColumns * kColumnWords, columns);
+                s.device->write(Buffer::spans,
+                                static_cast<int64_t>(slot) * kTileColumns * kColumnWords, columns);
             }
         }
     }

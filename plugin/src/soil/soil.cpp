@@ -28,21 +28,31 @@ uint64_t mix(uint64_t x) {
     return x ^ (x >> 31);
 }
 
-int voxel_count(double size, double voxel) { return static_cast<int>(std::ceil(size / voxel - 1e-9)); }
+int voxel_count(double size, double voxel) {
+    return static_cast<int>(std::ceil(size / voxel - 1e-9));
+}
 
 }  // namespace
 
 std::vector<std::string> status_texts(uint32_t bits) {
     static constexpr std::pair<StatusBit, const char*> kTexts[] = {
-        {StatusBit::tile_table_full, "tile_table_full: raise SoilDef::tile_capacity; soil there stood still"},
+        {StatusBit::tile_table_full,
+         "tile_table_full: raise SoilDef::tile_capacity; soil there stood still"},
         {StatusBit::speed_clamped, "speed_clamped: raise SoilDef::substeps_max or shorten step_s"},
         {StatusBit::body_teleported, "body_teleported: a body jumped; it was placed, not swept"},
-        {StatusBit::body_outside_grid, "body_outside_grid: a body left the grid; enlarge SoilDef::size_m"},
-        {StatusBit::pose_not_finite, "pose_not_finite: a body with NaN or infinite pose or velocity was ignored"},
-        {StatusBit::contact_list_full, "contact_list_full: use larger voxels; contacts were dropped"},
-        {StatusBit::amount_headroom, "amount_headroom: a voxel holds over 16 times its room; raise overflow_passes"},
-        {StatusBit::shape_refused, "shape_refused: a shape without size or with too many faces was ignored"},
-        {StatusBit::span_list_full, "span_list_full: a column has more height spans than are kept; its upper ones do not slip"},
+        {StatusBit::body_outside_grid,
+         "body_outside_grid: a body left the grid; enlarge SoilDef::size_m"},
+        {StatusBit::pose_not_finite,
+         "pose_not_finite: a body with NaN or infinite pose or velocity was ignored"},
+        {StatusBit::contact_list_full,
+         "contact_list_full: use larger voxels; contacts were dropped"},
+        {StatusBit::amount_headroom,
+         "amount_headroom: a voxel holds over 16 times its room; raise overflow_passes"},
+        {StatusBit::shape_refused,
+         "shape_refused: a shape without size or with too many faces was ignored"},
+        {StatusBit::span_list_full,
+         "span_list_full: a column has more height spans than are kept; its upper ones do not "
+         "slip"},
     };
     std::vector<std::string> texts;
     for (const auto& [bit, text] : kTexts) {
@@ -53,8 +63,12 @@ std::vector<std::string> status_texts(uint32_t bits) {
     return texts;
 }
 
-Vec3 GridFrame::to_world(Vec3 grid_voxels) const { return transform(grid_to_world, grid_voxels * voxel_m); }
-Vec3 GridFrame::to_grid(Vec3 world) const { return transform(inverse(grid_to_world), world) * (1 / voxel_m); }
+Vec3 GridFrame::to_world(Vec3 grid_voxels) const {
+    return transform(grid_to_world, grid_voxels * voxel_m);
+}
+Vec3 GridFrame::to_grid(Vec3 world) const {
+    return transform(inverse(grid_to_world), world) * (1 / voxel_m);
+}
 
 Soil::Soil(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Soil::~Soil() = default;
@@ -79,7 +93,8 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     s.frame.voxel_m = def.voxel_m;
     const Quat turn = y_up ? Quat{-0.5, -0.5, -0.5, 0.5} : Quat{};
     const double half = def.yaw_rad / 2;
-    const Quat yaw = y_up ? Quat{0, std::sin(half), 0, std::cos(half)} : Quat{0, 0, std::sin(half), std::cos(half)};
+    const Quat yaw = y_up ? Quat{0, std::sin(half), 0, std::cos(half)}
+                          : Quat{0, 0, std::sin(half), std::cos(half)};
     const Quat rotation = yaw * turn;
     const Vec3 corner{-s.frame.size[0] * def.voxel_m / 2, -s.frame.size[1] * def.voxel_m / 2, 0};
     s.frame.grid_to_world = {def.floor_center_m + rotate(rotation, corner), rotation};
@@ -94,8 +109,6 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     p.tile_voxels = kTileColumns * s.height;
     p.height = s.height;
     p.blocks_per_tile = s.blocks_per_tile;
-    p.size_x = s.frame.size[0];
-    p.size_y = s.frame.size[1];
     p.material_count = static_cast<int>(s.materials.size());
     p.transport_count = kPlaneMaterial - kTransportFirst + p.material_count;
     p.gravity_q16 = static_cast<int>(
@@ -110,10 +123,12 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     }
     s.device = std::move(*device);
 
-    const int64_t tile_bytes = static_cast<int64_t>(p.tile_voxels) * 4 * (kTransportFirst + 2 * p.transport_count);
+    const int64_t tile_bytes =
+        static_cast<int64_t>(p.tile_voxels) * 4 * (kTransportFirst + 2 * p.transport_count);
     const int64_t tile_total = static_cast<int64_t>(s.tiles.size());
-    s.slot_capacity_max = static_cast<int>(
-        std::min(tile_total, def.tile_capacity > 0 ? def.tile_capacity : std::max<int64_t>(1, kAwakeBytesDefault / tile_bytes)));
+    s.slot_capacity_max = static_cast<int>(std::min(
+        tile_total, def.tile_capacity > 0 ? def.tile_capacity
+                                          : std::max<int64_t>(1, kAwakeBytesDefault / tile_bytes)));
     if (Status status = s.allocate_slots(std::min(kSlotsAtStart, s.slot_capacity_max)); !status) {
         return Error{status.error()};
     }
@@ -126,10 +141,12 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
             tables.insert(tables.end(), table.begin(), table.end());
         }
     }
-    const int64_t result_size = kResultHeader + static_cast<int64_t>(limits::kBodyCapacity) * kLoadWords +
+    const int64_t result_size = kResultHeader +
+                                static_cast<int64_t>(limits::kBodyCapacity) * kLoadWords +
                                 static_cast<int64_t>(limits::kContactCapacity) * kContactWords;
-    for (const auto& [buffer, words] : {std::pair{Buffer::tables, static_cast<int64_t>(tables.size())},
-                                        std::pair{Buffer::result, result_size}}) {
+    for (const auto& [buffer, words] :
+         {std::pair{Buffer::tables, static_cast<int64_t>(tables.size())},
+          std::pair{Buffer::result, result_size}}) {
         if (Status status = s.device->allocate(buffer, words); !status) {
             return Error{status.error()};
         }
@@ -177,7 +194,8 @@ SoilTotals Soil::totals() const {
     return totals;
 }
 
-// A sum over all voxels and planes of a hash of place, plane and value: independent of order and of what is awake.
+// A sum over all voxels and planes of a hash of place, plane and value: independent of order and of
+// what is awake.
 uint64_t Soil::Impl::checksum() const {
     uint64_t sum = 0;
     TileVoxels voxels;
@@ -213,7 +231,9 @@ MemoryUse Soil::memory_use() const {
     use.bytes_per_awake_voxel = 4.0 * (kTransportFirst + 2 * s.params.transport_count) +
                                 4.0 * (kColumnWords + 1) / s.height;
     use.bytes_per_asleep_column =
-        use.asleep_columns > 0 ? static_cast<double>(use.asleep_bytes) / static_cast<double>(use.asleep_columns) : 0;
+        use.asleep_columns > 0
+            ? static_cast<double>(use.asleep_bytes) / static_cast<double>(use.asleep_columns)
+            : 0;
     return use;
 }
 
@@ -239,13 +259,16 @@ VoxelSample Soil::sample(int x, int y, int z) const {
     }
     if (mass > 0) {
         const double cubic_voxel = std::pow(s.frame.voxel_m, 3);
-        sample.density_kg_m3 = static_cast<double>(mass) * s.kg_per_unit / (sample.volume * cubic_voxel);
-        const double scale = s.frame.voxel_m / s.def.step_s / kVelocityOne / static_cast<double>(mass);
-        sample.velocity_m_s = rotate(s.frame.grid_to_world.rotation,
-                                     Vec3{static_cast<double>(voxels.at(kKeptMomentum, z, column)),
-                                          static_cast<double>(voxels.at(kKeptMomentum + 1, z, column)),
-                                          static_cast<double>(voxels.at(kKeptMomentum + 2, z, column))} *
-                                         scale);
+        sample.density_kg_m3 =
+            static_cast<double>(mass) * s.kg_per_unit / (sample.volume * cubic_voxel);
+        const double scale =
+            s.frame.voxel_m / s.def.step_s / kVelocityOne / static_cast<double>(mass);
+        sample.velocity_m_s =
+            rotate(s.frame.grid_to_world.rotation,
+                   Vec3{static_cast<double>(voxels.at(kKeptMomentum, z, column)),
+                        static_cast<double>(voxels.at(kKeptMomentum + 1, z, column)),
+                        static_cast<double>(voxels.at(kKeptMomentum + 2, z, column))} *
+                       scale);
     }
     return sample;
 }
@@ -279,11 +302,14 @@ double Soil::mass_inside_kg(const ConvexShape& region, const Pose& pose) const {
     const Pose region_to_grid = s.world_to_grid * pose * region.local;
     const Pose grid_to_region = inverse(region_to_grid);
     const Aabb box = shape_bounds(region, s.world_to_grid * pose, s.frame.voxel_m);
-    const double lows[3] = {box.min.x, box.min.y, box.min.z}, highs[3] = {box.max.x, box.max.y, box.max.z};
+    const double lows[3] = {box.min.x, box.min.y, box.min.z},
+                 highs[3] = {box.max.x, box.max.y, box.max.z};
     int low[3], high[3];
     for (int axis = 0; axis < 3; ++axis) {
-        low[axis] = static_cast<int>(std::clamp(std::floor(lows[axis]), 0.0, s.frame.size[axis] - 1.0));
-        high[axis] = static_cast<int>(std::clamp(std::floor(highs[axis]), 0.0, s.frame.size[axis] - 1.0));
+        low[axis] =
+            static_cast<int>(std::clamp(std::floor(lows[axis]), 0.0, s.frame.size[axis] - 1.0));
+        high[axis] =
+            static_cast<int>(std::clamp(std::floor(highs[axis]), 0.0, s.frame.size[axis] - 1.0));
     }
     int64_t units = 0;
     TileVoxels voxels;
@@ -298,7 +324,8 @@ double Soil::mass_inside_kg(const ConvexShape& region, const Pose& pose) const {
                     if (voxels.at(kKeptVolume, z, c) == 0) {
                         continue;
                     }
-                    const Vec3 center{tx * kTileSide + c % kTileSide + 0.5, ty * kTileSide + c / kTileSide + 0.5, z + 0.5};
+                    const Vec3 center{tx * kTileSide + c % kTileSide + 0.5,
+                                      ty * kTileSide + c / kTileSide + 0.5, z + 0.5};
                     if (contains(region, transform(grid_to_region, center * s.frame.voxel_m))) {
                         for (int m = 0; m < s.params.material_count; ++m) {
                             units += voxels.at(kKeptMaterial + m, z, c);

@@ -16,7 +16,8 @@ Status SoilDef::validate() const {
     const double up_m = up == UpAxis::y ? size_m.y : size_m.z;
     const double side_a = size_m.x, side_b = up == UpAxis::y ? size_m.z : size_m.y;
     for (const Status& status :
-         {check_range("voxel_m", voxel_m, 0.001, 1), check_range("step_s", step_s, 1.0 / 2000, 0.05),
+         {check_range("voxel_m", voxel_m, 0.001, 1),
+          check_range("step_s", step_s, 1.0 / 2000, 0.05),
           check_range("gravity_m_s2", gravity_m_s2, 0, 30),
           check_range("propagation_iterations", propagation_iterations, 0, 64),
           check_range("overflow_passes", overflow_passes, 0, 64),
@@ -34,9 +35,12 @@ Status SoilDef::validate() const {
         return Error{"floor_center_m has a NaN or infinite coordinate"};
     }
     for (const Status& status :
-         {check_range("size_m across / voxel_m", std::ceil(side_a / voxel_m - 1e-9), 1, limits::kGridSideMax),
-          check_range("size_m along / voxel_m", std::ceil(side_b / voxel_m - 1e-9), 1, limits::kGridSideMax),
-          check_range("size_m up / voxel_m", std::ceil(up_m / voxel_m - 1e-9), 1, limits::kGridHeightMax)}) {
+         {check_range("size_m across / voxel_m", std::ceil(side_a / voxel_m - 1e-9), 1,
+                      limits::kGridSideMax),
+          check_range("size_m along / voxel_m", std::ceil(side_b / voxel_m - 1e-9), 1,
+                      limits::kGridSideMax),
+          check_range("size_m up / voxel_m", std::ceil(up_m / voxel_m - 1e-9), 1,
+                      limits::kGridHeightMax)}) {
         if (!status) {
             return status;
         }

@@ -1,6 +1,6 @@
 /// Soil::Impl: the state of a soil on the host's side. One file per concern implements it:
-/// soil.cpp (creation, queries), step.cpp (the step), residency.cpp (tiles asleep and awake), fill.cpp, terrain.cpp,
-/// snapshot.cpp.
+/// soil.cpp (creation, queries), step.cpp (the step), residency.cpp (tiles asleep and awake),
+/// fill.cpp, terrain.cpp, snapshot.cpp.
 #pragma once
 
 #include <array>
@@ -16,8 +16,8 @@
 
 namespace bsoil {
 
-// Planes that outlive a step, in the order of TileVoxels: terrain, then all transported planes. Coverage, owner and
-// support are made anew from the bodies.
+// Planes that outlive a step, in the order of TileVoxels: terrain, then all transported planes.
+// Coverage, owner and support are made anew from the bodies.
 //
 //   TileVoxels plane | state plane
 //   0                | kPlaneTerrain
@@ -30,12 +30,12 @@ inline constexpr int kKeptMaterial = 9;
 
 /// One tile of 8 x 8 columns.
 struct Tile {
-    int slot = -1;                  ///< in the device's buffers when awake
-    std::vector<uint8_t> packed;    ///< spans when asleep; empty: only air
-    uint64_t revision = 1;          ///< grows when its soil may have changed
-    int top = 0;                    ///< z above the highest voxel that holds soil or terrain
-    int64_t last_used_step = 0;     ///< when it was last needed awake
-    bool unchecked = false;         ///< filled since its slopes were last looked at
+    int slot = -1;                ///< in the device's buffers when awake
+    std::vector<uint8_t> packed;  ///< spans when asleep; empty: only air
+    uint64_t revision = 1;        ///< grows when its soil may have changed
+    int top = 0;                  ///< z above the highest voxel that holds soil or terrain
+    int64_t last_used_step = 0;   ///< when it was last needed awake
+    bool unchecked = false;       ///< filled since its slopes were last looked at
 };
 
 /// A block of 8 x 8 x 8 voxels by its place: index of its tile * blocks per tile + z / 8.
@@ -45,17 +45,17 @@ using BlockKey = int64_t;
 struct BodyTrack {
     Pose pose;
     unsigned shape_revision = 0;
-    int index = -1;                 ///< of its record in the shapes buffer and of its owner marks
+    int index = -1;  ///< of its record in the shapes buffer and of its owner marks
     bool is_static = false;
     int64_t last_step = -1;
-    std::vector<BlockKey> blocks;   ///< in which its coverage stands now, sorted
+    std::vector<BlockKey> blocks;  ///< in which its coverage stands now, sorted
 };
 
 /// A body that takes part in a step, in grid axes and metres.
 struct StepBody {
     const SoilBody* input = nullptr;
     BodyTrack* track = nullptr;
-    Pose from, to;           ///< body frame -> grid, at the step's start and end
+    Pose from, to;  ///< body frame -> grid, at the step's start and end
     bool moved = false;
 };
 
@@ -63,25 +63,25 @@ struct Soil::Impl {
     SoilDef def;
     std::vector<MaterialDef> materials;
     GridFrame frame;
-    Pose world_to_grid;             ///< of metres
+    Pose world_to_grid;  ///< of metres
     double kg_per_unit = 0;
     int height = 0, tiles_x = 0, tiles_y = 0, blocks_per_tile = 0, kept_planes = 0;
     std::string device_reason;
     std::unique_ptr<device::Device> device;
     layout::SoilParams params{};
 
-    std::vector<std::unique_ptr<Tile>> tiles;     ///< tiles_x * tiles_y; null: never held anything
-    std::vector<int> slot_tile;                   ///< tile index of a slot, -1 = free
+    std::vector<std::unique_ptr<Tile>> tiles;  ///< tiles_x * tiles_y; null: never held anything
+    std::vector<int> slot_tile;                ///< tile index of a slot, -1 = free
     std::vector<int> free_slots;
     int slot_count = 0, slot_capacity_max = 0;
-    bool table_dirty = false;                     ///< neighbour table has to be uploaded again
+    bool table_dirty = false;  ///< neighbour table has to be uploaded again
     std::vector<int32_t> tile_table;
 
     int64_t step_index = 0;
-    std::unordered_map<BlockKey, int64_t> active; ///< block -> step in which it last changed
-    std::unordered_map<int, BodyTrack> bodies;    ///< by SoilBody::id
-    std::vector<int> body_ids;                    ///< SoilBody::id by index; -1 = free
-    int64_t speed_q16 = 0;                        ///< fastest soil of the last step, Q16 voxels a base step
+    std::unordered_map<BlockKey, int64_t> active;  ///< block -> step in which it last changed
+    std::unordered_map<int, BodyTrack> bodies;     ///< by SoilBody::id
+    std::vector<int> body_ids;                     ///< SoilBody::id by index; -1 = free
+    int64_t speed_q16 = 0;  ///< fastest soil of the last step, Q16 voxels a base step
     uint32_t status = 0;
     bool any_unchecked = false;
 
@@ -89,11 +89,13 @@ struct Soil::Impl {
     std::vector<BodyLoad> loads;
 
     // Scratch, kept so that a step does not allocate once warm.
-    std::vector<int64_t> listed_step, rebuild_step, contact_step;  ///< by device block: the last step it was in that list
-    std::vector<int64_t> woken_step;                               ///< by slot: when it woke
+    std::vector<int64_t> listed_step, rebuild_step,
+        contact_step;                 ///< by device block: the last step it was in that list
+    std::vector<int64_t> woken_step;  ///< by slot: when it woke
     std::vector<int32_t> block_words, flag_words, shape_words, result_words, tile_tops;
     std::vector<std::pair<BlockKey, int64_t>> active_scratch;
-    std::vector<std::unordered_map<BlockKey, int64_t>::node_type> active_spare;  ///< entries that fell out of `active`
+    std::vector<std::unordered_map<BlockKey, int64_t>::node_type>
+        active_spare;  ///< entries that fell out of `active`
     std::vector<std::pair<int32_t, int32_t>> pair_scratch;
     std::vector<std::pair<size_t, const ConvexShape*>> hull_scratch;
     std::vector<BlockKey> block_scratch, fresh_blocks;
@@ -133,7 +135,8 @@ struct Soil::Impl {
     /// Soil per voxel of a tile as a share of the voxel (0..1) at grid voxel (x, y, z).
     using VoxelFraction = std::function<double(int x, int y, int z)>;
     Result<int> material_index(const std::string& name) const;
-    Status fill_with(const std::string& material, const int low[3], const int high[3], const VoxelFraction& fraction);
+    Status fill_with(const std::string& material, const int low[3], const int high[3],
+                     const VoxelFraction& fraction);
     Status terrain_with(const VoxelFraction& fraction);
     void wake_unstable_columns();
 

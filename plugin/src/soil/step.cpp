@@ -14,20 +14,23 @@ using device::Buffer;
 
 namespace {
 
-// A block that has not changed for so many steps needs no more passes: what moves marks its block every step.
+// A block that has not changed for so many steps needs no more passes: what moves marks its block
+// every step.
 constexpr int64_t kAwakeSteps = 3;
-// Stamps are kept within 20 bits because the tile tops share their word with them; see kTileTableTop.
+// Stamps are kept within 20 bits because the tile tops share their word with them; see
+// kTileTableTop.
 constexpr int64_t kStampWrap = (1 << 20) - 2;
 
-// A body counts as still until it has moved this far since its coverage was last made [voxels]: a machine that rocks by
-// micrometres on its tracks is not voxelized anew in every step. Well below what the contact forces resolve.
+// A body counts as still until it has moved this far since its coverage was last made [voxels]: a
+// machine that rocks by micrometres on its tracks is not voxelized anew in every step. Well below
+// what the contact forces resolve.
 constexpr double kStillVoxels = 1.0 / 512;
-// Whole units of mass and momentum do not go into quite equal parts: falling soil can be so much faster in a step than
-// gravity makes it [voxels a step].
+// Whole units of mass and momentum do not go into quite equal parts: falling soil can be so much
+// faster in a step than gravity makes it [voxels a step].
 constexpr double kSpeedMargin = 1.0 / 8;
 
-// Slippage passes a step. One pass levels a slope over a voxel; a second makes a metre of loose sand come to rest in about
-// a second, as it does.
+// Slippage passes a step. One pass levels a slope over a voxel; a second makes a metre of loose
+// sand come to rest in about a second, as it does.
 constexpr int kSlipPasses = 2;
 
 using Clock = std::chrono::steady_clock;
@@ -57,13 +60,15 @@ Aabb merge(const Aabb& a, const Aabb& b) {
 }
 
 int clamped_floor(double value, int low, int high) {
-    return static_cast<int>(std::floor(std::clamp(value, static_cast<double>(low), static_cast<double>(high))));
+    return static_cast<int>(
+        std::floor(std::clamp(value, static_cast<double>(low), static_cast<double>(high))));
 }
 
 /// Adds `block` to a work list being filled tile by tile.
 class WorkListBuilder {
   public:
-    WorkListBuilder(device::WorkList& list, std::vector<int32_t>& words) : list_(list), words_(words) {
+    WorkListBuilder(device::WorkList& list, std::vector<int32_t>& words)
+        : list_(list), words_(words) {
         list_.list_offset = static_cast<int>(words.size());
         list_.group_count = 0;
         for (auto& tiles : list_.tiles_by_colour) {
@@ -108,12 +113,13 @@ void Soil::Impl::dispatch(Kernel kernel, const device::WorkList& work) {
     params.list_offset = work.list_offset;
     params.pair_offset = work.list_offset;
     params.list_count = work.group_count;
-    device->set_params({reinterpret_cast<const int32_t*>(&params), sizeof(params) / sizeof(int32_t)});
+    device->set_params(
+        {reinterpret_cast<const int32_t*>(&params), sizeof(params) / sizeof(int32_t)});
     device->dispatch(static_cast<int>(kernel), work);
 }
 
-// Height to which soil may reach in a tile within this step: what lies next to it, in a bucket high above the ground
-// maybe, may come over.
+// Height to which soil may reach in a tile within this step: what lies next to it, in a bucket high
+// above the ground maybe, may come over.
 int Soil::Impl::top_around(int tx, int ty) const {
     int top = 0;
     for (int ny = std::max(0, ty - 1); ny <= std::min(tiles_y - 1, ty + 1); ++ny) {
@@ -125,12 +131,14 @@ int Soil::Impl::top_around(int tx, int ty) const {
     return top;
 }
 
-// Blocks of awake (or, for bodies that can move soil, waking) tiles that the body's shapes touch and that are near soil.
-void Soil::Impl::find_body_blocks(const SoilBody& body, const Pose& from, const Pose& to, bool may_wake,
-                                  std::vector<BlockKey>& blocks) {
+// Blocks of awake (or, for bodies that can move soil, waking) tiles that the body's shapes touch
+// and that are near soil.
+void Soil::Impl::find_body_blocks(const SoilBody& body, const Pose& from, const Pose& to,
+                                  bool may_wake, std::vector<BlockKey>& blocks) {
     blocks.clear();
     for (const ConvexShape& shape : *body.shapes) {
-        const Aabb box = merge(shape_bounds(shape, from, frame.voxel_m), shape_bounds(shape, to, frame.voxel_m));
+        const Aabb box =
+            merge(shape_bounds(shape, from, frame.voxel_m), shape_bounds(shape, to, frame.voxel_m));
         if (box.max.x < 0 || box.max.y < 0 || box.max.z < 0 || box.min.x > frame.size[0] ||
             box.min.y > frame.size[1] || box.min.z > height) {
             continue;
@@ -150,7 +158,8 @@ void Soil::Impl::find_body_blocks(const SoilBody& body, const Pose& from, const 
                 if (!tile || top + 2 < box.min.z || (may_wake ? wake(index) : tile->slot) < 0) {
                     continue;
                 }
-                // Above the soil's top, with one block to spare for what is thrown up, there is nothing to cover.
+                // Above the soil's top, with one block to spare for what is thrown up, there is
+                // nothing to cover.
                 const int zb_top = std::min(zb1, top / kTileSide + 1);
                 for (int zb = zb0; zb <= zb_top; ++zb) {
                     blocks.push_back(static_cast<BlockKey>(index) * blocks_per_tile + zb);
@@ -164,7 +173,9 @@ void Soil::Impl::find_body_blocks(const SoilBody& body, const Pose& from, const 
 
 int Soil::Impl::device_block(BlockKey key) const {
     const Tile* tile = tiles[key / blocks_per_tile].get();
-    return tile && tile->slot >= 0 ? tile->slot * blocks_per_tile + static_cast<int>(key % blocks_per_tile) : -1;
+    return tile && tile->slot >= 0
+               ? tile->slot * blocks_per_tile + static_cast<int>(key % blocks_per_tile)
+               : -1;
 }
 
 void Soil::Impl::mark_rebuild(const std::vector<BlockKey>& blocks, bool changes_soil) {
@@ -212,7 +223,8 @@ void Soil::Impl::list_active_blocks() {
         for (int ny = std::max(0, ty - 1); ny <= std::min(tiles_y - 1, ty + 1); ++ny) {
             for (int nx = std::max(0, tx - 1); nx <= std::min(tiles_x - 1, tx + 1); ++nx) {
                 const int slot = wake(tile_index(nx, ny));
-                for (int z = std::max(0, zb - 1); slot >= 0 && z <= std::min(blocks_per_tile - 1, zb + 1); ++z) {
+                for (int z = std::max(0, zb - 1);
+                     slot >= 0 && z <= std::min(blocks_per_tile - 1, zb + 1); ++z) {
                     listed_step[static_cast<size_t>(slot) * blocks_per_tile + z] = step_index;
                 }
             }
@@ -253,7 +265,8 @@ void Soil::Impl::build_work_lists() {
             continue;
         }
         builder.begin_tile(slot_tile[slot] % tiles_x, slot_tile[slot] / tiles_x);
-        // The lowest block in which support can have changed; all of them in a tile that has just woken.
+        // The lowest block in which support can have changed; all of them in a tile that has just
+        // woken.
         int lowest = woken_step[slot] == step_index ? 0 : -1;
         for (int zb = 0; zb < blocks_per_tile && lowest < 0; ++zb) {
             const size_t block = static_cast<size_t>(slot) * blocks_per_tile + zb;
@@ -268,7 +281,8 @@ void Soil::Impl::build_work_lists() {
         builder.end_tile();
     }
     list_words_used = block_words.size();
-    device->write(Buffer::block_flags, static_cast<int64_t>(kFlagListed) * flag_words.size(), flag_words);
+    device->write(Buffer::block_flags, static_cast<int64_t>(kFlagListed) * flag_words.size(),
+                  flag_words);
 }
 
 // Body and shape records for the bodies at share t of the step.
@@ -283,20 +297,22 @@ void Soil::Impl::upload_bodies(std::span<const StepBody> step_bodies, double t) 
         int32_t* record = &shape_words[static_cast<size_t>(body.track->index) * kBodyWords];
         if (!in.is_static) {
             const Vec3 linear = rotate(world_to_grid.rotation, in.linear_velocity_m_s) * per_step;
-            const Vec3 angular = rotate(world_to_grid.rotation, in.angular_velocity_rad_s) * def.step_s;
+            const Vec3 angular =
+                rotate(world_to_grid.rotation, in.angular_velocity_rad_s) * def.step_s;
             const Vec3 center = to_grid(in.center_of_mass_m) * 2;
-            const double components[9] = {linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
-                                          center.x, center.y, center.z};
+            const double components[9] = {linear.x,  linear.y, linear.z, angular.x, angular.y,
+                                          angular.z, center.x, center.y, center.z};
             for (int i = 0; i < 6; ++i) {
                 record[kBodyLinear + i] = to_q16(components[i], i < 3 ? 64 : 2);
             }
             for (int i = 6; i < 9; ++i) {
-                record[kBodyLinear + i] = static_cast<int32_t>(std::lround(std::clamp(components[i], -1e6, 1e6)));
+                record[kBodyLinear + i] =
+                    static_cast<int32_t>(std::lround(std::clamp(components[i], -1e6, 1e6)));
             }
             record[kBodyMoving] = 1;
         }
-        record[kBodyFriction] = static_cast<int32_t>(
-            std::lround(materials[0].tool_friction * def.gravity_m_s2 * def.step_s * per_step * kVelocityOne));
+        record[kBodyFriction] = static_cast<int32_t>(std::lround(
+            materials[0].tool_friction * def.gravity_m_s2 * def.step_s * per_step * kVelocityOne));
     }
     const auto put_float = [&](size_t at, double value) {
         shape_words[at] = std::bit_cast<int32_t>(static_cast<float>(value));
@@ -314,7 +330,8 @@ void Soil::Impl::upload_bodies(std::span<const StepBody> step_bodies, double t) 
             shape_words[record + kShapeBody] = body.track->index;
             const Pose to_grid_m = pose * shape.local;
             const Pose from_grid = inverse(to_grid_m);
-            const Vec3 columns[3] = {rotate(from_grid.rotation, {1, 0, 0}), rotate(from_grid.rotation, {0, 1, 0}),
+            const Vec3 columns[3] = {rotate(from_grid.rotation, {1, 0, 0}),
+                                     rotate(from_grid.rotation, {0, 1, 0}),
                                      rotate(from_grid.rotation, {0, 0, 1})};
             const Vec3 offset = from_grid.position * inverse_voxel;
             const double rows[12] = {columns[0].x, columns[1].x, columns[2].x, offset.x,
@@ -323,7 +340,8 @@ void Soil::Impl::upload_bodies(std::span<const StepBody> step_bodies, double t) 
             for (size_t i = 0; i < 12; ++i) {
                 put_float(record + kShapeRows + i, rows[i]);
             }
-            const double r = shape.radius_m * inverse_voxel, h = shape.half_height_m * inverse_voxel;
+            const double r = shape.radius_m * inverse_voxel,
+                         h = shape.half_height_m * inverse_voxel;
             const size_t size = record + kShapeSize;
             if (shape.kind == ConvexShape::Kind::box) {
                 put_float(size, shape.half_extents_m.x * inverse_voxel);
@@ -364,7 +382,8 @@ void Soil::Impl::upload_bodies(std::span<const StepBody> step_bodies, double t) 
 void Soil::Impl::ensure_capacity(Buffer buffer, size_t& capacity, size_t words) {
     if (words > capacity) {
         capacity = std::max(words, 2 * capacity);
-        // Growing a small buffer can only fail when the host is out of memory; then the next step finds it empty.
+        // Growing a small buffer can only fail when the host is out of memory; then the next step
+        // finds it empty.
         if (!device->allocate(buffer, static_cast<int64_t>(capacity))) {
             status |= static_cast<uint32_t>(StatusBit::tile_table_full);
             capacity = 0;
@@ -504,7 +523,8 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     if (stamp < params.step_stamp || params.pass_stamp > (1 << 30)) {
         params.pass_stamp = 0;
         table_dirty = true;
-        device->fill_zero(Buffer::block_flags, 0, static_cast<int64_t>(kFlagArrays) * slot_count * blocks_per_tile);
+        device->fill_zero(Buffer::block_flags, 0,
+                          static_cast<int64_t>(kFlagArrays) * slot_count * blocks_per_tile);
     }
     params.step_stamp = static_cast<int32_t>(stamp);
     if (any_unchecked) {
@@ -556,10 +576,13 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
         }
         step_bodies.push_back(entry);
     }
-    // Bodies and soil may each cross one voxel at a time. What falls is faster by gravity in this step than in the last,
-    // and may get a body's speed.
+    // Bodies and soil may each cross one voxel at a time. What falls is faster by gravity in this
+    // step than in the last, and may get a body's speed.
     const double fall =
-        speed_q16 > 0 ? std::max(reach, static_cast<double>(speed_q16 + params.gravity_q16) / 65536) + kSpeedMargin : 0;
+        speed_q16 > 0
+            ? std::max(reach, static_cast<double>(speed_q16 + params.gravity_q16) / 65536) +
+                  kSpeedMargin
+            : 0;
     const int body_substeps = std::clamp(static_cast<int>(std::ceil(reach)), 1, def.substeps_max);
     const int fall_substeps = std::clamp(static_cast<int>(std::ceil(fall / body_substeps)), 1,
                                          std::max(1, def.substeps_max / body_substeps));
@@ -595,7 +618,8 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
         body.track->blocks = blocks;
     }
     list_active_blocks();
-    // A tile that woke just now has no coverage yet, and its bodies may not have been looked up with it awake.
+    // A tile that woke just now has no coverage yet, and its bodies may not have been looked up
+    // with it awake.
     for (StepBody& body : step_bodies) {
         find_body_blocks(*body.input, body.from, body.to, false, blocks);
         body.track->blocks = blocks;
@@ -614,7 +638,8 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     list_words_uploaded = 0;
 
     // --- the step itself
-    device->fill_zero(Buffer::result, 0, kResultHeader + static_cast<int64_t>(limits::kBodyCapacity) * kLoadWords);
+    device->fill_zero(Buffer::result, 0,
+                      kResultHeader + static_cast<int64_t>(limits::kBodyCapacity) * kLoadWords);
     for (int s = 0; s < body_substeps; ++s) {
         mark = Clock::now();
         if (s == 0 || any_moved) {
@@ -691,21 +716,24 @@ void Soil::Impl::read_results() {
     }
     // The device appends in any order.
     std::sort(contact_order.begin(), contact_order.end(), [&](int a, int b) {
-        return std::lexicographical_compare(&result_words[a * kContactWords], &result_words[a * kContactWords] + 4,
-                                            &result_words[b * kContactWords], &result_words[b * kContactWords] + 4);
+        return std::lexicographical_compare(
+            &result_words[a * kContactWords], &result_words[a * kContactWords] + 4,
+            &result_words[b * kContactWords], &result_words[b * kContactWords] + 4);
     });
     contacts.clear();
     find_free_surface();
     const double voxel = frame.voxel_m;
     for (int i : contact_order) {
         const int32_t* c = &result_words[static_cast<size_t>(i) * kContactWords];
-        const Vec3 gradient{static_cast<double>(c[4]), static_cast<double>(c[5]), static_cast<double>(c[6])};
+        const Vec3 gradient{static_cast<double>(c[4]), static_cast<double>(c[5]),
+                            static_cast<double>(c[6])};
         const double steep = length(gradient);
-        const double share = steep / (2.0 * kVoxelFull);  // area of surface in this voxel / voxel face
+        const double share =
+            steep / (2.0 * kVoxelFull);  // area of surface in this voxel / voxel face
         ContactVoxel contact;
         contact.body = body_ids[c[3]];
-        // The surface crosses the line through the voxel's centre along the main axis where the coverage of the three
-        // voxels there ends.
+        // The surface crosses the line through the voxel's centre along the main axis where the
+        // coverage of the three voxels there ends.
         const double reach = std::clamp(static_cast<double>(c[10]) / kVoxelFull - 1.5, -1.5, 1.5);
         const Vec3 size{std::abs(gradient.x), std::abs(gradient.y), std::abs(gradient.z)};
         Vec3 at{c[0] + 0.5, c[1] + 0.5, c[2] + 0.5};
@@ -721,14 +749,15 @@ void Soil::Impl::read_results() {
         contact.area_m2 = share * voxel * voxel;
         contact.depth_m = std::max(0.0, free_surface_at(c[0], c[1]) - at.z) * voxel;
         contact.fill = static_cast<double>(c[7]) / kVoxelFull;
-        contact.compression_m = std::min(1.0, static_cast<double>(c[8]) / kVoxelFull / share) * voxel;
+        contact.compression_m =
+            std::min(1.0, static_cast<double>(c[8]) / kVoxelFull / share) * voxel;
         contact.material = c[9];
         contacts.push_back(contact);
     }
 }
 
-// Height of the soil's free surface around the contacts: at a column under a body that of the nearest column that is
-// not. A breadth-first walk over the columns around the contacts.
+// Height of the soil's free surface around the contacts: at a column under a body that of the
+// nearest column that is not. A breadth-first walk over the columns around the contacts.
 void Soil::Impl::find_free_surface() {
     constexpr int kMargin = 2 * kTileSide;
     surface_height.clear();
@@ -745,23 +774,29 @@ void Soil::Impl::find_free_surface() {
     }
     for (int axis = 0; axis < 2; ++axis) {
         surface_low[axis] = std::max(0, low[axis] - kMargin);
-        surface_size[axis] = std::min(frame.size[axis] - 1, high[axis] + kMargin) - surface_low[axis] + 1;
+        surface_size[axis] =
+            std::min(frame.size[axis] - 1, high[axis] + kMargin) - surface_low[axis] + 1;
     }
     surface_height.assign(static_cast<size_t>(surface_size[0]) * surface_size[1], -1);
     surface_queue.clear();
     tile_tops.resize(kTileColumns);
-    for (int ty = surface_low[1] / kTileSide; ty <= (surface_low[1] + surface_size[1] - 1) / kTileSide; ++ty) {
-        for (int tx = surface_low[0] / kTileSide; tx <= (surface_low[0] + surface_size[0] - 1) / kTileSide; ++tx) {
+    for (int ty = surface_low[1] / kTileSide;
+         ty <= (surface_low[1] + surface_size[1] - 1) / kTileSide; ++ty) {
+        for (int tx = surface_low[0] / kTileSide;
+             tx <= (surface_low[0] + surface_size[0] - 1) / kTileSide; ++tx) {
             const Tile* tile = tiles[tile_index(tx, ty)].get();
             if (!tile || tile->slot < 0) {
                 continue;
             }
-            device->read(Buffer::spans,
-                         (static_cast<int64_t>(slot_count) * kColumnWords + tile->slot) * kTileColumns, tile_tops);
+            device->read(
+                Buffer::spans,
+                (static_cast<int64_t>(slot_count) * kColumnWords + tile->slot) * kTileColumns,
+                tile_tops);
             for (int c = 0; c < kTileColumns; ++c) {
                 const int x = tx * kTileSide + c % kTileSide - surface_low[0];
                 const int y = ty * kTileSide + c / kTileSide - surface_low[1];
-                if (x >= 0 && y >= 0 && x < surface_size[0] && y < surface_size[1] && tile_tops[c] >= 0) {
+                if (x >= 0 && y >= 0 && x < surface_size[0] && y < surface_size[1] &&
+                    tile_tops[c] >= 0) {
                     surface_height[static_cast<size_t>(y) * surface_size[0] + x] = tile_tops[c];
                     surface_queue.push_back(y * surface_size[0] + x);
                 }
@@ -769,7 +804,8 @@ void Soil::Impl::find_free_surface() {
         }
     }
     for (size_t head = 0; head < surface_queue.size(); ++head) {
-        const int x = surface_queue[head] % surface_size[0], y = surface_queue[head] / surface_size[0];
+        const int x = surface_queue[head] % surface_size[0],
+                  y = surface_queue[head] / surface_size[0];
         constexpr int kStep[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
         for (const auto& step : kStep) {
             const int nx = x + step[0], ny = y + step[1];
@@ -785,7 +821,9 @@ void Soil::Impl::find_free_surface() {
 }
 
 double Soil::Impl::free_surface_at(int x, int y) const {
-    return surface_height[static_cast<size_t>(y - surface_low[1]) * surface_size[0] + x - surface_low[0]] / 65536.0;
+    return surface_height[static_cast<size_t>(y - surface_low[1]) * surface_size[0] + x -
+                          surface_low[0]] /
+           65536.0;
 }
 
 void Soil::Impl::read_activity() {
@@ -817,7 +855,8 @@ void Soil::Impl::read_activity() {
         tile.revision += changed;
         const int32_t top = tile_table[static_cast<size_t>(slot) * kTileTableWords + kTileTableTop];
         if (top / 1024 == params.step_stamp) {
-            // find_support looks no higher than soil was expected to reach; where soil moved it may have come higher.
+            // find_support looks no higher than soil was expected to reach; where soil moved it may
+            // have come higher.
             tile.top = std::max(top % 1024, changed_top);
         }
     }

@@ -3,8 +3,8 @@
 namespace bsoil {
 namespace {
 
-// A column starts with its number of runs; 0 stands for "as the column before" (a tile has at least one voxel up, so
-// no column has 0 runs).
+// A column starts with its number of runs; 0 stands for "as the column before" (a tile has at least
+// one voxel up, so no column has 0 runs).
 constexpr uint32_t kSameColumn = 0;
 
 void put(std::vector<uint8_t>& out, uint32_t value) {
@@ -15,7 +15,9 @@ void put(std::vector<uint8_t>& out, uint32_t value) {
     out.push_back(static_cast<uint8_t>(value));
 }
 
-uint32_t zigzag(int32_t v) { return (static_cast<uint32_t>(v) << 1) ^ static_cast<uint32_t>(v >> 31); }
+uint32_t zigzag(int32_t v) {
+    return (static_cast<uint32_t>(v) << 1) ^ static_cast<uint32_t>(v >> 31);
+}
 int32_t unzigzag(uint32_t v) { return static_cast<int32_t>((v >> 1) ^ (0u - (v & 1))); }
 
 struct Reader {

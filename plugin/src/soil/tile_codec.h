@@ -7,7 +7,8 @@
 
 namespace bsoil {
 
-/// The voxels of one tile that outlive a step: `plane_count` planes of 64 * height words, index z * 64 + column.
+/// The voxels of one tile that outlive a step: `plane_count` planes of 64 * height words, index z *
+/// 64 + column.
 struct TileVoxels {
     int height = 0;
     int plane_count = 0;
@@ -26,11 +27,13 @@ struct TileVoxels {
     }
 };
 
-/// Packs a tile. Per column: runs of voxels alike, each a length, a mask of the planes that are not zero and their
-/// values; a column equal to the one before is one byte. Level ground takes 1 to 2 bytes a column.
+/// Packs a tile. Per column: runs of voxels alike, each a length, a mask of the planes that are not
+/// zero and their values; a column equal to the one before is one byte. Level ground takes 1 to 2
+/// bytes a column.
 std::vector<uint8_t> pack_tile(const TileVoxels& tile);
 
-/// The inverse. `tile` has its size set already. False when the bytes are damaged (tile is then unspecified).
+/// The inverse. `tile` has its size set already. False when the bytes are damaged (tile is then
+/// unspecified).
 bool unpack_tile(std::span<const uint8_t> bytes, TileVoxels& tile);
 
 }  // namespace bsoil
