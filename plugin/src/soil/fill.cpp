@@ -286,37 +286,18 @@ void Soil::Impl::wake_unstable_columns() {
     for (const MaterialDef& material : materials) {
         flattest = std::min(flattest, std::tan(material.friction_angle_rad));
     }
-    struct Profile {
-        double top[kTileColumns];
-        int hanging[kTileColumns];  // z of soil above the piled part, -1: none
-    };
-    std::map<int, Profile> profiles;
+    using Profiles = std::array<ColumnProfile, kTileColumns>;
+    std::map<int, Profiles> profiles;
     TileVoxels voxels;
-    const auto profile_of = [&](int index) -> const Profile& {
+    const auto profiles_of = [&](int index) -> const Profiles& {
         const auto [entry, fresh] = profiles.try_emplace(index);
-        Profile& profile = entry->second;
         if (fresh) {
             read_voxels(index, voxels);
             for (int c = 0; c < kTileColumns; ++c) {
-                profile.top[c] = 0;
-                profile.hanging[c] = -1;
-                bool piled = true;
-                for (int z = 0; z < height; ++z) {
-                    const int terrain = voxels.at(kKeptTerrain, z, c),
-                              volume = voxels.at(kKeptVolume, z, c);
-                    piled = piled || terrain >= kSolidCoverage;
-                    if (volume > 0 && !piled) {
-                        profile.hanging[c] = z;
-                    }
-                    if (piled && terrain + volume > 0) {
-                        profile.top[c] =
-                            z + std::min(1.0, (terrain + volume) / static_cast<double>(kVoxelFull));
-                    }
-                    piled = piled && terrain + volume >= kVoxelFull - kSupportSlack;
-                }
+                entry->second[c] = column_profile(voxels, c);
             }
         }
-        return profile;
+        return entry->second;
     };
     for (size_t i = 0; i < tiles.size(); ++i) {
         const int index = static_cast<int>(i);
@@ -325,7 +306,7 @@ void Soil::Impl::wake_unstable_columns() {
         }
         tiles[i]->unchecked = false;
         const int tx = index % tiles_x, ty = index / tiles_x;
-        const Profile profile = profile_of(index);
+        const Profiles profile = profiles_of(index);
         for (int c = 0; c < kTileColumns; ++c) {
             const int x = tx * kTileSide + c % kTileSide, y = ty * kTileSide + c / kTileSide;
             const auto activate_at = [&](int px, int py, double z) {
@@ -334,7 +315,7 @@ void Soil::Impl::wake_unstable_columns() {
                              blocks_per_tile +
                          zb);
             };
-            for (int z = 0; profile.hanging[c] >= 0 && z < blocks_per_tile; ++z) {
+            for (int z = 0; profile[c].hanging >= 0 && z < blocks_per_tile; ++z) {
                 activate(static_cast<BlockKey>(index) * blocks_per_tile + z);
             }
             for (int n = 0; n < 9; ++n) {
@@ -345,14 +326,14 @@ void Soil::Impl::wake_unstable_columns() {
                 const int other = tile_index(nx / kTileSide, ny / kTileSide);
                 const double other_top =
                     tiles[other]
-                        ? profile_of(other).top[ny % kTileSide * kTileSide + nx % kTileSide]
+                        ? profiles_of(other)[ny % kTileSide * kTileSide + nx % kTileSide].top
                         : 0;
                 const double drop =
-                    std::abs(profile.top[c] - other_top) / (n % 2 == 0 ? std::numbers::sqrt2 : 1.0);
+                    std::abs(profile[c].top - other_top) / (n % 2 == 0 ? std::numbers::sqrt2 : 1.0);
                 // Facets between two neighbours can be steeper than either by up to 1 / cos 22.5
                 // deg.
                 if (drop > 0.9 * flattest) {
-                    activate_at(x, y, profile.top[c]);
+                    activate_at(x, y, profile[c].top);
                     activate_at(nx, ny, other_top);
                 }
             }

@@ -273,6 +273,24 @@ VoxelSample Soil::sample(int x, int y, int z) const {
     return sample;
 }
 
+ColumnProfile column_profile(const TileVoxels& voxels, int column) {
+    ColumnProfile profile;
+    bool piled = true;
+    for (int z = 0; z < voxels.height; ++z) {
+        const int terrain = voxels.at(kKeptTerrain, z, column);
+        const int volume = voxels.at(kKeptVolume, z, column);
+        piled = piled || terrain >= kSolidCoverage;
+        if (volume > 0 && !piled) {
+            profile.hanging = z;
+        }
+        if (piled && terrain + volume > 0) {
+            profile.top = z + std::min(1.0, (terrain + volume) / static_cast<double>(kVoxelFull));
+        }
+        piled = piled && terrain + volume >= kVoxelFull - kSupportSlack;
+    }
+    return profile;
+}
+
 double Soil::surface_height_m(int x, int y) const {
     const Impl& s = *impl_;
     if (x < 0 || y < 0 || x >= s.frame.size[0] || y >= s.frame.size[1]) {
@@ -280,18 +298,7 @@ double Soil::surface_height_m(int x, int y) const {
     }
     const TileVoxels& voxels = s.sampled_voxels(s.tile_index(x / kTileSide, y / kTileSide));
     const int column = y % kTileSide * kTileSide + x % kTileSide;
-    double top = 0;
-    bool piled = true;
-    for (int z = 0; z < s.height; ++z) {
-        const int terrain = voxels.at(kKeptTerrain, z, column);
-        const int volume = voxels.at(kKeptVolume, z, column);
-        piled = piled || terrain >= kSolidCoverage;
-        if (piled && terrain + volume > 0) {
-            top = z + std::min(1.0, (terrain + volume) / static_cast<double>(kVoxelFull));
-        }
-        piled = piled && terrain + volume >= kVoxelFull - kSupportSlack;
-    }
-    return top * s.frame.voxel_m;
+    return column_profile(voxels, column).top * s.frame.voxel_m;
 }
 
 double Soil::mass_inside_kg(const ConvexShape& region, const Pose& pose) const {

@@ -59,6 +59,13 @@ struct StepBody {
     bool moved = false;
 };
 
+/// What rests in a column and what hangs above it.
+struct ColumnProfile {
+    double top = 0;    ///< of the topmost resting soil or terrain [voxels above the floor]
+    int hanging = -1;  ///< z of the topmost soil that nothing carries; -1: none
+};
+ColumnProfile column_profile(const TileVoxels& voxels, int column);
+
 struct Soil::Impl {
     SoilDef def;
     std::vector<MaterialDef> materials;
