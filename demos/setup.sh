@@ -4,12 +4,13 @@ export PATH # in an empty environment bash has one of its own, which cmake has t
 project_root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 # Debian 12 names; third_party_notes/ says what each is for. Ninja, ccache and ffmpeg are used where they are found.
+# gnuplot-nox is a program that the experiments run.
 build_packages=(
     build-essential cmake pkg-config
     libbullet-dev libeigen3-dev libglm-dev libtbb-dev libzstd-dev
     libegl-dev libgl-dev libegl1 libgl1-mesa-dri libepoxy-dev
     libtomlplusplus-dev libcli11-dev libfmt-dev nlohmann-json3-dev libstb-dev
-    liburdfdom-dev libassimp-dev
+    liburdfdom-dev libassimp-dev gnuplot-nox
 )
 test_packages=(libgtest-dev)
 

@@ -133,6 +133,8 @@ void advect_soil(int group, int lane) {
             if (is_locked(voxel, to)) {
                 continue;  // thesis (24): backflow, with zero velocity
             }
+            int moved_volume = 0;
+            int moved_mass = 0;
             for (int i = 0; i < params.transport_count; ++i) {
                 int plane = kTransportFirst + i;
                 if (plane >= kPlaneMomentumX && plane <= kPlaneMomentumZ) {
@@ -140,10 +142,16 @@ void advect_soil(int group, int lane) {
                 }
                 int units = mul_q16(state_at(plane, voxel), share);  // thesis (23)
                 add_delta(plane, voxel, -units);
-                if (plane != kPlaneBond) {
+                if (plane == kPlaneVolume) {
+                    moved_volume = units;
+                } else if (plane != kPlaneBond) {
                     add_delta(plane, to, units);
                 }
+                if (plane >= kPlaneMaterial) {
+                    moved_mass += units;
+                }
             }
+            add_delta(kPlaneVolume, to, loosened(voxel, moved_volume, moved_mass));
             add_delta(kPlaneMomentumX, to, part.x);  // thesis (28): extensive, so the average comes by itself
             add_delta(kPlaneMomentumY, to, part.y);
             add_delta(kPlaneMomentumZ, to, part.z);

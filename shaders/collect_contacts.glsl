@@ -57,18 +57,43 @@ void collect_contacts(int group, int lane) {
         }
         int volume = state_at(kPlaneVolume, voxel);
         int room = kVoxelFull - coverage_at(voxel);
-        int soil_voxel = voxel;
         if (outer >= 0) {
-            int more = state_at(kPlaneVolume, outer);
-            if (more > volume) {
-                soil_voxel = outer;
-                support = state_at(kPlaneSupport, outer);
-            }
-            volume += more;
+            volume += state_at(kPlaneVolume, outer);
             room += kVoxelFull - coverage_at(outer);
+        }
+        // What the soil here rests on is told by the fullest of three voxels on the way out; soil in a voxel that is
+        // mostly body rests on the body as much as on the ground.
+        int soil_voxel = voxel;
+        support = kSupportNone;
+        int fullest = 0;
+        for (int k = 0; k <= 2; ++k) {
+            int beside = voxel_at(slot, x - k * inwards.x, y - k * inwards.y, z - k * inwards.z);
+            if (beside >= 0 && body_coverage(beside) < kSolidCoverage &&
+                state_at(kPlaneVolume, beside) > fullest) {
+                fullest = state_at(kPlaneVolume, beside);
+                soil_voxel = beside;
+                support = state_at(kPlaneSupport, beside);
+            }
         }
         if (volume == 0 || support != kSupportGround) {
             continue;
+        }
+        // Relative density of the soil along the way out, as if it were all of one kind.
+        int density = kDensityFixed;
+        int loose = material_word(soil_voxel, kTableLoose);
+        if (loose > 0) {
+            int mass = 0;
+            int held = 0;
+            for (int k = 0; k <= shapes[body * kBodyWords + kBodyReach]; ++k) {
+                int beside = voxel_at(slot, x - k * inwards.x, y - k * inwards.y, z - k * inwards.z);
+                if (beside >= 0) {
+                    mass += mass_at(beside);
+                    held += state_at(kPlaneVolume, beside);
+                }
+            }
+            int most_held = mul_q16(mass, loose);
+            int range = most_held - mul_q16(mass, material_word(soil_voxel, kTableCompacted));
+            density = fraction_q16(clamp(most_held - held, 0, range), max(1, range));
         }
         int fill = volume >= room ? kVoxelFull : fraction_q16(volume, max(1, room));
         int slot_index = ATOMIC_ADD(result[kResultContacts], 1);
@@ -90,6 +115,6 @@ void collect_contacts(int group, int lane) {
         result[at + 9] = main_material(soil_voxel);
         // How far out the surface lies along the gradient's main axis: a column of three voxels, in voxel units.
         result[at + 10] = body_coverage(inner) + body_coverage(voxel) + body_coverage(outer);
-        result[at + 11] = 0;
+        result[at + 11] = density;
     }
 }

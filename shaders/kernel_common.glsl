@@ -135,6 +135,14 @@ int signed_fraction_q16(int part, int whole) {
     return part < 0 ? -fraction_q16(-part, whole) : fraction_q16(part, whole);
 }
 
+// The word `at` of the table of the material that makes up most of a voxel.
+int material_word(int voxel, int at) { return tables[2 * main_material(voxel) * kTableWords + at]; }
+
+// Volume that `mass` out of `voxel` takes up once it has been moved: no less than as loose soil.
+int loosened(int voxel, int volume, int mass) {
+    return max(volume, mul_q16(mass, material_word(voxel, kTableLoose)));
+}
+
 void mark_moved(int from, int to) {
     ATOMIC_MAX(block_flags[flag_index(kFlagPending, from >> 9)], params.pass_stamp);
     ATOMIC_MAX(block_flags[flag_index(kFlagChanged, from >> 9)], params.step_stamp);
@@ -145,22 +153,32 @@ void mark_moved(int from, int to) {
 }
 
 // Moves `fraction` (Q16) of everything that travels with the soil. What one voxel loses the other gets, but for the bond:
-// soil that moves is loose.
-void move_share(int from, int to, int fraction) {
+// soil that moves has lost it. Soil that is pushed keeps its density, soil that moves freely loosens.
+void move_soil(int from, int to, int fraction, bool loosens) {
     int moved = 0;
+    int volume = 0;
+    int mass = 0;
     for (int i = 0; i < params.transport_count; ++i) {
         int plane = kTransportFirst + i;
         int share = mul_q16(state_at(plane, from), fraction);
         add_delta(plane, from, -share);
-        if (plane != kPlaneBond) {
+        if (plane == kPlaneVolume) {
+            volume = share;
+        } else if (plane != kPlaneBond) {
             add_delta(plane, to, share);
+        }
+        if (plane >= kPlaneMaterial) {
+            mass += share;
         }
         moved = moved | share;
     }
+    add_delta(kPlaneVolume, to, loosens ? loosened(from, volume, mass) : volume);
     if (moved != 0) {
         mark_moved(from, to);
     }
 }
+
+void move_share(int from, int to, int fraction) { move_soil(from, to, fraction, false); }
 
 int body_coverage(int voxel) {
     return voxel < 0 ? 0 : min(kVoxelFull, state_at(kPlaneCoverage, voxel));

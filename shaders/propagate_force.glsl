@@ -55,6 +55,35 @@ ivec3 way_to_free_surface(int slot, ivec3 at, ivec3 way, int passive) {
     return rising;
 }
 
+// Soil pressed by a body is compacted before it flows: up to the relative density that belongs to the body's pressure,
+// and half of that one voxel further on. Returns the volume that is gone.
+int compact(int slot, ivec3 at, int voxel, int excess, ivec3 way) {
+    int loose = material_word(voxel, kTableLoose);
+    if (loose == 0) {
+        return 0;
+    }
+    int body = owner_body(state_at(kPlaneOwner, voxel));
+    int packing = 0;
+    if (body >= 0) {
+        packing = shapes[body * kBodyWords + kBodyPacking];
+    } else {
+        int behind = voxel_at(slot, at.x - ((way.x + 32768) >> 16), at.y - ((way.y + 32768) >> 16),
+                              at.z - ((way.z + 32768) >> 16));
+        body = behind < 0 ? -1 : owner_body(state_at(kPlaneOwner, behind));
+        packing = body < 0 ? 0 : shapes[body * kBodyWords + kBodyPacking] / 2;
+    }
+    int volume = state_at(kPlaneVolume, voxel);
+    int packed = loose - mul_q16(loose - material_word(voxel, kTableCompacted), packing);
+    int gone = min(excess, volume - mul_q16(mass_at(voxel), packed));
+    if (gone <= 0) {
+        return 0;
+    }
+    add_delta(kPlaneVolume, voxel, -gone);
+    add_delta(kPlaneBond, voxel, -mul_q16(state_at(kPlaneBond, voxel), fraction_q16(gone, volume)));
+    mark_moved(voxel, voxel);
+    return gone;
+}
+
 void propagate_force(int group, int lane) {
     int block = block_list[params.list_offset + group];
     int applied = block_flags[flag_index(kFlagApplied, block)];
@@ -84,9 +113,13 @@ void propagate_force(int group, int lane) {
         ivec3 way = ivec3(signed_fraction_q16(force.x, most), signed_fraction_q16(force.y, most),
                           signed_fraction_q16(force.z, most));
         ivec3 at = ivec3(lane & 7, lane >> 3, z0 + z);
+        excess -= compact(slot, at, voxel, excess, way);
+        if (excess <= 0) {
+            continue;
+        }
         int ahead = voxel_at(slot, at.x + ((way.x + 32768) >> 16), at.y + ((way.y + 32768) >> 16),
                              at.z + ((way.z + 32768) >> 16));
-        int passive = tables[2 * main_material(voxel) * kTableWords + kTablePassive];
+        int passive = material_word(voxel, kTablePassive);
         if (way.z < passive && !has_room(ahead)) {
             way = way_to_free_surface(slot, at, way, passive);
         }

@@ -205,7 +205,7 @@ void slip_soil(int group, int lane) {
             int fraction = fraction_q16(taken, held);
             for (int k = 0; k < 8; ++k) {
                 if (flow[k] > 0 && !is_closed(target[k])) {
-                    move_share(source, target[k], mul_q16(fraction, fraction_q16(flow[k], sum)));
+                    move_soil(source, target[k], mul_q16(fraction, fraction_q16(flow[k], sum)), true);
                 }
             }
         }

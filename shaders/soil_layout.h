@@ -88,6 +88,8 @@ CONST_INT(kSpanWords, 3)        // bottom, top (Q16 voxels above the floor), kin
 CONST_INT(kColumnWords, 48)     // count, records, padding, then slip speeds per span, padding
 CONST_INT(kColumnSpeed, 28)     // slip speed of span i (Q16 voxels per base step), two sets used turn by turn
 // After all columns: one word a column, the height of the topmost resting soil (Q16), -1 where a body stands on it.
+// Relative density of a contact whose soil has a fixed density.
+CONST_INT(kDensityFixed, -1)
 CONST_INT(kSpanRigid, 1)
 CONST_INT(kSpanPiled, 2)
 CONST_INT(kSpanFalling, 3)
@@ -100,6 +102,9 @@ CONST_INT(kBodyAngular, 3)      // Q16 radians per base step, 3
 CONST_INT(kBodyCenter, 6)       // centre of mass, Q1 voxels (half voxels), 3
 CONST_INT(kBodyFriction, 9)     // tool friction times gravity: Q10 velocity change a base step
 CONST_INT(kBodyMoving, 10)
+CONST_INT(kBodyPacking, 11)     // relative density (Q16) that soil pressed on by this body takes up
+CONST_INT(kBodyReach, 12)       // voxels of soil beside this body whose density counts for its contact
+CONST_INT(kBodyReachMost, 8)    // a neighbouring tile reaches no further
 CONST_INT(kShapeWords, 32)
 CONST_INT(kShapeKind, 0)        // 0 box, 1 sphere, 2 capsule, 3 cylinder, 4 cone, 5 hull
 CONST_INT(kShapeBody, 1)
@@ -114,7 +119,7 @@ CONST_INT(kResultSpeed, 1)      // largest displacement a base step, Q16 voxels
 CONST_INT(kResultContacts, 2)   // number of contact records wanted
 CONST_INT(kResultHeader, 16)    // then per body the load it carries, kLoadWords each, then the contact records
 CONST_INT(kLoadWords, 8)        // 64-bit sums (low, high): mass units, mass * (2x+1), mass * (2y+1), mass * (2z+1)
-CONST_INT(kContactWords, 12)    // x, y, z, body index, gradient x y z, fill (Q16), excess, material, reach, 0
+CONST_INT(kContactWords, 12)    // x, y, z, body index, gradient x y z, fill (Q16), excess, material, reach, relative density
 
 // --- tables buffer: per material two tables, bonded then loose ----------------------------------------------------------------------------------
 CONST_INT(kSlipEntries, 257)    // slope 0..16 voxels of rise per voxel, step 1/16
@@ -122,6 +127,8 @@ CONST_INT(kTableWords, 640)     // wedge[257], acceleration[257] at kTableAccele
 CONST_INT(kTableAcceleration, 320)
 
 CONST_INT(kTablePassive, 600)   // tan(45 deg - phi / 2), Q16: how steeply confined soil yields towards the surface
+CONST_INT(kTableLoose, 601)     // volume of a mass unit of loose soil, Q16; 0: density is fixed
+CONST_INT(kTableCompacted, 602) // ... of compacted soil
 
 // --- status bits the kernels set (values of StatusBit) --------------------------------------------------------------
 CONST_INT(kStatusSpeedClamped, 2)

@@ -150,6 +150,8 @@ void BodyCollector::describe(const btDiscreteDynamicsWorld& world, btCollisionOb
     state.object = &object;
     state.proxy_id = tracked.proxy_id;
     state.id = tracked.id;
+    const auto surface = surfaces_.find(&object);
+    state.surface = surface == surfaces_.end() ? SurfaceFriction{} : surface->second;
     const double gravity = length(from_bullet(world.getGravity()));
 
     const auto* link = btMultiBodyLinkCollider::upcast(&object);
@@ -229,13 +231,14 @@ void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed
     }
     std::erase_if(tracked_, [this](const auto& entry) {
         const bool gone = entry.second.seen_in_scan != scan_;
+        if (gone) surfaces_.erase(entry.first);
         if (gone && entry.second.id >= 0) id_taken_[entry.second.id] = false;
         return gone;
     });
     std::erase_if(shape_cache_, [](const auto& entry) { return entry.second.expired(); });
 }
 
-std::span<const SoilBody> BodyCollector::soil_bodies(double before_s) {
+std::span<SoilBody> BodyCollector::soil_bodies(double before_s) {
     soil_bodies_.clear();
     for (const BodyState& state : bodies_) {
         const Tracked& tracked = tracked_.at(state.object);
@@ -247,6 +250,7 @@ std::span<const SoilBody> BodyCollector::soil_bodies(double before_s) {
         body.center_of_mass_m =
             state.motion.center_of_mass_m - before_s * state.motion.linear_velocity_m_s;
         body.is_static = state.role == BodyRole::fixed;
+        body.surface = state.surface;
         body.shapes = tracked.shapes.get();
         body.shape_revision = tracked.shape_revision;
     }

@@ -24,6 +24,10 @@ class BodyCollector {
     explicit BodyCollector(const Aabb& grid);
 
     void ignore(const btCollisionObject& object);
+    /// Until the object leaves the world.
+    void set_surface(const btCollisionObject& object, const SurfaceFriction& surface) {
+        surfaces_[&object] = surface;
+    }
     /// Looks through the world once. elapsed_s: since the last call; a kinematic body that Bullet
     /// knows no velocity of is given that of its change of pose.
     void collect(const btDiscreteDynamicsWorld& world, double elapsed_s);
@@ -32,7 +36,7 @@ class BodyCollector {
     /// the world's order.
     std::span<const BodyState> bodies() const { return bodies_; }
     /// The same bodies for Soil::step, moved back along their velocities to `before_s` ago.
-    std::span<const SoilBody> soil_bodies(double before_s);
+    std::span<SoilBody> soil_bodies(double before_s);
     const std::vector<RefusedBody>& refused() const { return refused_; }
     int body_id(const btCollisionObject& object) const;
 
@@ -70,6 +74,7 @@ class BodyCollector {
 
     Aabb grid_;
     std::vector<const btCollisionObject*> ignored_;
+    std::unordered_map<const btCollisionObject*, SurfaceFriction> surfaces_;
     std::unordered_map<const btCollisionObject*, Tracked> tracked_;
     std::unordered_map<ShapeKey, std::weak_ptr<const Shapes>, ShapeKeyHash> shape_cache_;
     std::vector<bool> id_taken_;

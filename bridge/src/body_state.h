@@ -2,6 +2,7 @@
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
+#include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
 
 #include "contact_patches.h"
 
@@ -23,6 +24,16 @@ struct BodyState {
     BodyMotion motion;
     bool is_asleep = false;
     double weight_n = 0;  ///< of a rigid body or a link
+    SurfaceFriction surface;
 };
+
+/// Whether the world still holds that very object: no pointer to a body is followed before.
+inline bool is_in_world(const btCollisionWorld& world, const BodyState& body) {
+    const btCollisionObjectArray& objects = world.getCollisionObjectArray();
+    const int index = objects.findLinearSearch(body.object);
+    if (index == objects.size()) return false;
+    const btBroadphaseProxy* proxy = body.object->getBroadphaseHandle();
+    return proxy && proxy->getUid() == body.proxy_id;
+}
 
 }  // namespace bsoil::bullet

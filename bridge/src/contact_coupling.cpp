@@ -19,6 +19,9 @@ constexpr double kYieldedFraction = 0.999;
 constexpr double kDriftMaxM = 0.01;
 /// Part of last substep's force that is given as a preload. The whole of it rings after an impact.
 constexpr double kPreloadFraction = 0.85;
+/// Over this time a body's motion is averaged: shorter, and a parked machine's jitter picks the
+/// direction of yield; longer, and a wheel that starts to slip meets the resistance of rolling.
+constexpr double kMotionMemoryS = 0.1;
 /// Patches whose normals differ by more than this cosine are not the same contact.
 constexpr double kSamePatchCosine = 0.5;
 
@@ -36,19 +39,21 @@ Vec3 first_tangent(Vec3 normal, Vec3 friction_n, double limit_n, Vec3 slide_m_s)
 
 }  // namespace
 
-ContactCoupling::ContactCoupling(btDiscreteDynamicsWorld& world, Vec3 up,
-                                 std::vector<SoilStrength> strengths, const SoilActionDef& options)
+ContactCoupling::ContactCoupling(btDiscreteDynamicsWorld& world, CoupledSoil soil,
+                                 const SoilActionDef& options)
     : world_(world),
       multibody_world_(dynamic_cast<btMultiBodyDynamicsWorld*>(&world)),
-      up_(up),
-      strengths_(std::move(strengths)),
+      soil_(std::move(soil)),
+      has_shear_displacement_(
+          std::any_of(soil_.materials.begin(), soil_.materials.end(),
+                      [](const MaterialDef& m) { return m.shear_displacement_m > 0; })),
       wake_limit_fraction_(options.wake_limit_fraction),
       wake_weight_fraction_(options.wake_weight_fraction) {}
 
 ContactCoupling::~ContactCoupling() = default;
 
 void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
-                                   std::span<const ContactVoxel> contacts) {
+                                   std::span<const ContactVoxel> contacts, double duration_s) {
     // The soil sorts contacts by voxel; a stable sort by body keeps that order within a body.
     by_body_.assign(contacts.begin(), contacts.end());
     std::stable_sort(by_body_.begin(), by_body_.end(),
@@ -73,15 +78,52 @@ void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
             coupled.patches.clear();
         }
         coupled.body = body;
-        set_body_contacts(coupled, voxels);
+        set_body_contacts(coupled, voxels, duration_s);
         wake_if_changed(coupled);
     }
     std::erase_if(coupled_, [](const auto& entry) { return !entry.second.seen; });
 }
 
-void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const ContactVoxel> voxels) {
+void ContactCoupling::update_strengths(Coupled& coupled) {
+    const SurfaceFriction& surface = coupled.body.surface;
+    const SurfaceFriction& known = coupled.strengths_surface;
+    if (coupled.strengths.size() == soil_.materials.size() && surface.friction == known.friction &&
+        surface.adhesion_pa == known.adhesion_pa)
+        return;
+    coupled.strengths.clear();
+    for (const MaterialDef& material : soil_.materials)
+        coupled.strengths.push_back(strength_of(material, soil_.gravity_m_s2, surface));
+    coupled.strengths_surface = surface;
+}
+
+/// The body's motion, averaged over kMotionMemoryS: what the solver leaves of a body at rest has no
+/// direction. A driven body moves as it says.
+BodyMotion ContactCoupling::steady_motion(Coupled& coupled, double duration_s) {
+    const BodyMotion& now = coupled.body.motion;
+    const bool is_solved =
+        coupled.body.role == BodyRole::rigid || coupled.body.role == BodyRole::link;
+    const double share =
+        is_solved && coupled.has_motion ? 1 - std::exp(-duration_s / kMotionMemoryS) : 1;
+    coupled.linear_m_s += share * (now.linear_velocity_m_s - coupled.linear_m_s);
+    coupled.angular_rad_s += share * (now.angular_velocity_rad_s - coupled.angular_rad_s);
+    coupled.has_motion = true;
+    BodyMotion steady = now;
+    steady.linear_velocity_m_s = coupled.linear_m_s;
+    steady.angular_velocity_rad_s = coupled.angular_rad_s;
+    return steady;
+}
+
+void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const ContactVoxel> voxels,
+                                        double duration_s) {
     const BodyMotion& motion = coupled.body.motion;
-    const BodyContact contact = group_contacts(voxels, motion, up_, strengths_, patches_);
+    update_strengths(coupled);
+    std::span<const double> sheared_m;
+    if (has_shear_displacement_)
+        sheared_m = coupled.shear.advance(voxels, motion, soil_.voxel_m, duration_s);
+    const BodyContact contact =
+        group_contacts(voxels, motion, steady_motion(coupled, duration_s), soil_.up, soil_.voxel_m,
+                       coupled.strengths, sheared_m, patches_);
+    coupled.width_m = contact.width_m;
     coupled.report.contact_area_m2 = contact.area_m2;
     coupled.report.sinkage_m = contact.depth_m;
     coupled.report.compression_m = contact.compression_m;
@@ -89,6 +131,7 @@ void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const Contac
     if (coupled.body.role == BodyRole::driven || coupled.body.role == BodyRole::fixed) {
         coupled.report.force_n = contact.mobilized_force_n;
         coupled.report.torque_n_m = contact.mobilized_torque_n_m;
+        coupled.pressure_pa = contact.mobilized_pressure_pa;
         coupled.report.peak_force_n =
             std::max(coupled.report.peak_force_n, length(contact.mobilized_force_n));
         return;
@@ -150,14 +193,6 @@ void ContactCoupling::wake_if_changed(Coupled& coupled) {
     body.object->activate();
 }
 
-bool ContactCoupling::is_in_world(const BodyState& body) const {
-    const btCollisionObjectArray& objects = world_.getCollisionObjectArray();
-    const int index = objects.findLinearSearch(body.object);
-    if (index == objects.size()) return false;
-    const btBroadphaseProxy* proxy = body.object->getBroadphaseHandle();
-    return proxy && proxy->getUid() == body.proxy_id;
-}
-
 PatchRow ContactCoupling::row_of(const Coupled& coupled, const CoupledPatch& patch) const {
     const ContactPatch& p = patch.patch;
     const BodyMotion& motion = coupled.body.motion;
@@ -169,7 +204,7 @@ PatchRow ContactCoupling::row_of(const Coupled& coupled, const CoupledPatch& pat
     row.drift_m = to_bullet(patch.drift_m);
     const Vec3 directions[PatchRow::kCount] = {-p.normal, t, cross(p.normal, t)};
     for (int i = 0; i < PatchRow::kCount; ++i) {
-        const double most_n = i == 0 ? p.normal_limit_n : p.friction * patch.friction_normal_n;
+        const double most_n = i == 0 ? p.normal_limit_n : patch.shear_limit_n();
         const double least_n = i == 0 ? 0 : -most_n;
         const double preload_n = dot(patch.preload_n, directions[i]);
         row.direction[i] = to_bullet(directions[i]);
@@ -191,7 +226,7 @@ void ContactCoupling::preload(Coupled& coupled) {
         const double normal_n =
             std::clamp(-dot(patch.applied_force_n, p.normal), 0.0, p.normal_limit_n);
         Vec3 along = tangential(patch.applied_force_n, p.normal);
-        const double most_n = p.friction * patch.friction_normal_n;
+        const double most_n = patch.shear_limit_n();
         if (length(along) > most_n) along = along * (most_n / length(along));
         patch.preload_n = kPreloadFraction * (along - normal_n * p.normal);
         body.applyForce(to_bullet(patch.preload_n), to_bullet(patch.offset_m));
@@ -201,7 +236,7 @@ void ContactCoupling::preload(Coupled& coupled) {
 void ContactCoupling::open_substep() {
     take_rows_out();
     for (auto& [id, coupled] : coupled_) {
-        if (coupled.patches.empty() || !is_in_world(coupled.body)) continue;
+        if (coupled.patches.empty() || !is_in_world(world_, coupled.body)) continue;
         open(coupled);
         opened_.push_back(id);
     }
@@ -258,9 +293,14 @@ void ContactCoupling::close_substep(btScalar substep_s) {
         coupled.report.torque_n_m = torque;
         coupled.report.peak_force_n = std::max(coupled.report.peak_force_n, length(force));
         add_drift(coupled);
-        for (CoupledPatch& patch : coupled.patches)
+        double normal_n = 0, squares = 0;
+        for (CoupledPatch& patch : coupled.patches) {
             patch.friction_normal_n =
                 std::max(0.0, -dot(patch.applied_force_n, patch.patch.normal));
+            normal_n += patch.friction_normal_n;
+            squares += patch.friction_normal_n * patch.friction_normal_n / patch.patch.area_m2;
+        }
+        coupled.pressure_pa = normal_n > 0 ? squares / normal_n : 0;
     }
     take_rows_out();
 }
@@ -296,13 +336,22 @@ void ContactCoupling::add_drift(Coupled& coupled) {
         const double normal_n = -dot(patch.applied_force_n, n);
         if (approach < 0 || normal_n < kYieldedFraction * patch.patch.normal_limit_n)
             into = std::clamp(into + approach, 0.0, kDriftMaxM);
-        const double friction_limit_n = patch.patch.friction * patch.friction_normal_n;
-        const bool slides =
-            length(tangential(patch.applied_force_n, n)) >= kYieldedFraction * friction_limit_n;
+        const bool slides = length(tangential(patch.applied_force_n, n)) >=
+                            kYieldedFraction * patch.shear_limit_n();
         Vec3 along = slides ? Vec3{} : tangential(patch.drift_m, n) + tangential(moved, n);
         if (length(along) > kDriftMaxM) along = along * (kDriftMaxM / length(along));
         patch.drift_m = into * n + along;
     }
+}
+
+double ContactCoupling::contact_pressure_pa(int body_id) const {
+    const auto found = coupled_.find(body_id);
+    return found == coupled_.end() ? 0 : found->second.pressure_pa;
+}
+
+double ContactCoupling::contact_width_m(int body_id) const {
+    const auto found = coupled_.find(body_id);
+    return found == coupled_.end() ? 0 : found->second.width_m;
 }
 
 BodyReport ContactCoupling::report(int body_id) const {

@@ -13,24 +13,33 @@
 #include "bsoil/bullet/soil_action.h"
 #include "link_patch_constraint.h"
 #include "rigid_patch_constraint.h"
+#include "shear_memory.h"
 
 class btMultiBodyDynamicsWorld;
 
 namespace bsoil::bullet {
+
+/// What the coupling needs to know of a soil.
+struct CoupledSoil {
+    Vec3 up{0, 0, 1};  ///< unit
+    double gravity_m_s2 = 9.81;
+    double voxel_m = 0.05;
+    std::vector<MaterialDef> materials;  ///< indexed by ContactVoxel::material
+};
 
 /// Contacts come in once a soil step (set_contacts); rows are in the world from open_substep to
 /// close_substep. No pointer to a body is followed before the world's own list has been seen to
 /// hold it.
 class ContactCoupling {
   public:
-    /// up: unit. `strengths` is indexed by ContactVoxel::material.
-    ContactCoupling(btDiscreteDynamicsWorld& world, Vec3 up, std::vector<SoilStrength> strengths,
-                    const SoilActionDef& options);
+    ContactCoupling(btDiscreteDynamicsWorld& world, CoupledSoil soil, const SoilActionDef& options);
     ~ContactCoupling();
 
     /// Bodies with their contacts of this soil step, in any order. Bodies that are not among them
     /// are let go.
-    void set_contacts(std::span<const BodyState> bodies, std::span<const ContactVoxel> contacts);
+    /// duration_s: time since the last call.
+    void set_contacts(std::span<const BodyState> bodies, std::span<const ContactVoxel> contacts,
+                      double duration_s);
     /// Start of a substep: puts the rows of all bodies that are still there into the world.
     void open_substep();
     /// End of a substep: reads the impulses and takes the rows out.
@@ -40,6 +49,10 @@ class ContactCoupling {
 
     /// All zero for an id without contact.
     BodyReport report(int body_id) const;
+    /// Mean normal pressure of a body's contact, weighted by force, and the width of its faces;
+    /// both 0 without contact. For SoilBody.
+    double contact_pressure_pa(int body_id) const;
+    double contact_width_m(int body_id) const;
 
   private:
     struct CoupledPatch {
@@ -49,6 +62,10 @@ class ContactCoupling {
         Vec3 applied_force_n;          ///< by the last solve
         Vec3 preload_n;                ///< of it, what was given as a force before the solve
         Vec3 drift_m;                  ///< see PatchRow
+
+        double shear_limit_n() const {
+            return patch.friction * friction_normal_n + patch.adhesion_n;
+        }
     };
     struct Coupled {
         BodyState body;
@@ -60,14 +77,22 @@ class ContactCoupling {
         bool was_asleep = false;
         std::array<double, kNormalBinCount> limits_at_sleep_n{};
         BodyReport report;
+        ShearMemory shear;
+        double pressure_pa = 0, width_m = 0;
+        std::vector<SoilStrength> strengths;  ///< with this body's surface
+        SurfaceFriction strengths_surface;
+        Vec3 linear_m_s, angular_rad_s;  ///< averaged, see steady_motion
+        bool has_motion = false;
         bool seen = false;
     };
 
-    void set_body_contacts(Coupled& coupled, std::span<const ContactVoxel> voxels);
+    void set_body_contacts(Coupled& coupled, std::span<const ContactVoxel> voxels,
+                           double duration_s);
+    void update_strengths(Coupled& coupled);
+    BodyMotion steady_motion(Coupled& coupled, double duration_s);
     void wake_if_changed(Coupled& coupled);
     PatchRow row_of(const Coupled& coupled, const CoupledPatch& patch) const;
     void preload(Coupled& coupled);
-    bool is_in_world(const BodyState& body) const;
     bool read_forces(Coupled& coupled, btScalar substep_s, Vec3& torque_n_m);
     void add_drift(Coupled& coupled);
     void open(Coupled& coupled);
@@ -75,8 +100,8 @@ class ContactCoupling {
 
     btDiscreteDynamicsWorld& world_;
     btMultiBodyDynamicsWorld* multibody_world_;  ///< world_, if it is one
-    Vec3 up_;
-    std::vector<SoilStrength> strengths_;
+    CoupledSoil soil_;
+    bool has_shear_displacement_;  ///< any material has Janosi's K
     double wake_limit_fraction_, wake_weight_fraction_;
     std::map<int, Coupled>
         coupled_;              ///< by body id: the order of rows must not depend on addresses

@@ -33,23 +33,31 @@ struct ContactPatch {
     Vec3 normal;   ///< unit, out of the body; of the sum of the voxels' limit forces
     double normal_limit_n = 0;  ///< length of that sum: the push at which the soil yields
     double friction = 0;        ///< mean, weighted by the limits
+    double adhesion_n = 0;      ///< shear force that it takes without any normal force
+    double area_m2 = 0;         ///< of its voxels (area times fill)
 };
 
 /// All of a body's contact with the soil. World axes.
 struct BodyContact {
-    Vec3 mobilized_force_n;     ///< of the soil on the body, from the motion as it is
-    Vec3 mobilized_torque_n_m;  ///< about the centre of mass
-    double area_m2 = 0;         ///< in contact with soil (area times fill)
-    double depth_m = 0;         ///< of the deepest voxel
-    double compression_m = 0;   ///< largest
+    Vec3 mobilized_force_n;            ///< of the soil on the body, from the motion as it is
+    Vec3 mobilized_torque_n_m;         ///< about the centre of mass
+    double area_m2 = 0;                ///< in contact with soil (area times fill)
+    double depth_m = 0;                ///< of the deepest voxel
+    double compression_m = 0;          ///< largest
+    double mobilized_pressure_pa = 0;  ///< mean normal stress of the mobilized force, by force
+    double width_m = 0;                ///< mean width of the faces, by their limits
 };
 
 /// Sums the contact voxels of one body into patches: by the dominant axis of the normal in the
 /// body's frame, then by quadrant of the tangent plane about the bin's centroid. `patches` is
 /// cleared first. Sums of limit forces over patches equal those over voxels, so a closed surface
 /// under uniform pressure gives no force. `strengths` is indexed by ContactVoxel::material.
-BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotion& motion, Vec3 up,
+/// steady: the body's motion without the solver's jitter, which yield depends on; motion is what it
+/// is now. shear_displacement_m: per voxel, empty where all shear stress is developed.
+BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotion& motion,
+                           const BodyMotion& steady, Vec3 up, double voxel_m,
                            std::span<const SoilStrength> strengths,
+                           std::span<const double> shear_displacement_m,
                            std::vector<ContactPatch>& patches);
 
 }  // namespace bsoil::bullet

@@ -36,11 +36,12 @@ Aabb world_box(const GridFrame& frame) {
     return box;
 }
 
-std::vector<SoilStrength> strengths_of(const Soil& soil) {
-    std::vector<SoilStrength> out;
-    for (const MaterialDef& m : soil.materials())
-        out.push_back(strength_of(m, soil.def().gravity_m_s2));
-    return out;
+CoupledSoil coupled_soil(const Soil& soil) {
+    const auto materials = soil.materials();
+    return {up_of(soil.def()),
+            soil.def().gravity_m_s2,
+            soil.def().voxel_m,
+            {materials.begin(), materials.end()}};
 }
 
 Status check_fraction(const char* field, double value) {
@@ -63,10 +64,15 @@ struct SoilAction::Impl {
           soil(std::move(new_soil)),
           box(world_box(soil->frame())),
           collector(box),
-          coupling(bullet_world, up_of(soil->def()), strengths_of(*soil), options) {
+          coupling(bullet_world, coupled_soil(*soil), options),
+          carried(bullet_world, up_of(soil->def()), soil->def().gravity_m_s2) {
         for (const btCollisionObject* object : options.ignored) collector.ignore(*object);
     }
 
+    void open_substep() {
+        carried.open_substep();
+        coupling.open_substep();
+    }
     void step_soil(double substep_s);
 
     btDiscreteDynamicsWorld* world;  ///< null once the host has emptied it
@@ -74,6 +80,7 @@ struct SoilAction::Impl {
     Aabb box;
     BodyCollector collector;
     ContactCoupling coupling;
+    CarriedLoads carried;
     std::unique_ptr<WorldAnchor> anchor;
     double unstepped_s = 0;    ///< time that has passed and the soil has not stepped
     double uncollected_s = 0;  ///< time since the bodies were last looked at
@@ -100,11 +107,12 @@ SoilAction::SoilAction(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {
     Impl& d = *impl_;
     const auto forget_world = [this] {
         impl_->coupling.take_rows_out();
+        impl_->carried.close_substep();
         impl_->world->removeAction(this);
         impl_->world = nullptr;
     };
     d.anchor = std::make_unique<WorldAnchor>(
-        *d.world, to_bullet(0.5 * (d.box.min + d.box.max)), [&d] { d.coupling.open_substep(); },
+        *d.world, to_bullet(0.5 * (d.box.min + d.box.max)), [&d] { d.open_substep(); },
         forget_world);
     d.world->addAction(this);
 }
@@ -112,12 +120,27 @@ SoilAction::SoilAction(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {
 SoilAction::~SoilAction() {
     if (!impl_->world || !impl_->anchor->world_exists()) return;
     impl_->coupling.take_rows_out();
+    impl_->carried.close_substep();
     impl_->world->removeAction(this);
 }
 
 Soil& SoilAction::soil() { return *impl_->soil; }
 const Soil& SoilAction::soil() const { return *impl_->soil; }
 void SoilAction::ignore(const btCollisionObject& object) { impl_->collector.ignore(object); }
+
+Status SoilAction::set_surface(const btCollisionObject& object, const SurfaceFriction& surface) {
+    const auto check = [](const char* field, double value, double most) -> Status {
+        if (std::isfinite(value) && value <= most) return Done{};
+        return Error{std::string("SurfaceFriction::") + field + " is " + std::to_string(value) +
+                     ", must be at most " + std::to_string(most) +
+                     ", or negative for the material's"};
+    };
+    if (Status s = check("friction", surface.friction, 2); !s) return s;
+    if (Status s = check("adhesion_pa", surface.adhesion_pa, 200e3); !s) return s;
+    impl_->collector.set_surface(object, surface);
+    return Done{};
+}
+
 const StepReport& SoilAction::last_report() const { return impl_->report; }
 long long SoilAction::step_count() const { return impl_->step_count; }
 const std::vector<RefusedBody>& SoilAction::refused() const { return impl_->collector.refused(); }
@@ -137,6 +160,7 @@ int SoilAction::body_id(const btCollisionObject& object) const {
 void SoilAction::updateAction(btCollisionWorld*, btScalar substep_s) {
     Impl& d = *impl_;
     d.coupling.close_substep(substep_s);
+    d.carried.close_substep();
     d.anchor->ensure_in_world();
     const double passed_s = static_cast<double>(substep_s);
     if (!std::isfinite(passed_s) || passed_s <= 0) return;
@@ -153,17 +177,23 @@ void SoilAction::Impl::step_soil(double substep_s) {
     uncollected_s = 0;
     const int count = static_cast<int>(std::min<double>(due, kStepsPerSubstepMax));
     unstepped_s -= due * step_s;
-    for (int i = 0; i < count; ++i)
-        report = soil->step(collector.soil_bodies((count - 1 - i) * step_s));
+    for (int i = 0; i < count; ++i) {
+        const std::span<SoilBody> bodies = collector.soil_bodies((count - 1 - i) * step_s);
+        for (SoilBody& body : bodies) {
+            body.contact_pressure_pa = coupling.contact_pressure_pa(body.id);
+            body.contact_width_m = coupling.contact_width_m(body.id);
+        }
+        report = soil->step(bodies);
+    }
     step_count += count;
-    coupling.set_contacts(collector.bodies(), report.contacts);
-    apply_carried_loads(collector.bodies(), report.loads, up_of(soil->def()),
-                        soil->def().gravity_m_s2, count * step_s);
+    coupling.set_contacts(collector.bodies(), report.contacts, count * step_s);
+    carried.set_loads(collector.bodies(), report.loads, count * step_s);
 }
 
 void SoilAction::debugDraw(btIDebugDraw*) {
     // Drawing boxes asks the anchor for its own, which is taken for a substep.
     impl_->coupling.take_rows_out();
+    impl_->carried.close_substep();
 }
 
 }  // namespace bsoil::bullet

@@ -7,6 +7,12 @@
 #include "resistive_force_theory.h"
 
 namespace bsoil::bullet {
+namespace {
+
+/// A retreat at this many creep speeds has parted from the soil.
+constexpr double kRetreatCreeps = 5;
+
+}  // namespace
 
 double bearing_capacity_factor_nc(double friction_angle_rad) {
     const double tan_phi = std::tan(friction_angle_rad);
@@ -21,22 +27,49 @@ double passive_pressure_factor(double phi, double wall) {
     return std::cos(phi) * std::cos(phi) / (std::cos(wall) * (1 - root) * (1 - root));
 }
 
-SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2) {
-    const double tan_phi = std::tan(material.friction_angle_rad);
+double peak_friction_angle(double critical_rad, double relative_density, double mean_stress_pa) {
+    constexpr double kCrushing = 10, kOffset = 1, kDilatancyMost = 4;
+    constexpr double kAngle = 5 * std::numbers::pi / 180;
+    const double stress_kpa = std::max(1e-3, mean_stress_pa / 1e3);
+    const double dilatancy = relative_density * (kCrushing - std::log(stress_kpa)) - kOffset;
+    return critical_rad + kAngle * std::clamp(dilatancy, 0.0, kDilatancyMost);
+}
+
+double developed_shear(const SoilStrength& soil, double displacement_m, double relative_density) {
+    if (!(soil.shear_displacement_m > 0)) return 1;
+    const auto stiffening = [](double density) { return 1 - 0.75 * density; };
+    const double k_m = relative_density < 0
+                           ? soil.shear_displacement_m
+                           : soil.shear_displacement_m * stiffening(relative_density) /
+                                 stiffening(soil.placed_relative_density);
+    return -std::expm1(-displacement_m / k_m);
+}
+
+SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2,
+                         const SurfaceFriction& surface) {
+    const double phi = material.friction_angle_rad;
+    const double tan_phi = std::tan(phi);
     SoilStrength out;
     out.stiffness_pa_m = resistive_stiffness_pa_m(material.density_kg_m3, gravity_m_s2, tan_phi);
+    out.friction_angle_rad = phi;
     out.density_kg_m3 = material.density_kg_m3;
-    out.friction = std::min(material.tool_friction, tan_phi);
+    out.friction =
+        std::min(surface.friction >= 0 ? surface.friction : material.tool_friction, tan_phi);
+    out.adhesion_pa =
+        std::min(surface.adhesion_pa >= 0 ? surface.adhesion_pa : material.tool_adhesion_pa,
+                 material.cohesion_pa);
     out.weight_n_m3 = material.density_kg_m3 * gravity_m_s2;
-    out.passive_factor =
-        passive_pressure_factor(material.friction_angle_rad, std::atan(out.friction));
-    out.wedge_spread = std::tan(std::numbers::pi / 4 + material.friction_angle_rad / 2);
-    out.bearing_nq = 1 + tan_phi * bearing_capacity_factor_nc(material.friction_angle_rad);
-    out.bearing_ngamma = 2 * (out.bearing_nq + 1) * tan_phi;
-    out.cohesion_sole_pa =
-        material.cohesion_pa * bearing_capacity_factor_nc(material.friction_angle_rad);
-    out.cohesion_wall_pa =
-        2 * material.cohesion_pa * std::tan(std::numbers::pi / 4 + material.friction_angle_rad / 2);
+    out.passive_factor = passive_pressure_factor(phi, std::atan(out.friction));
+    out.wedge_sides =
+        2.0 / 3 * (1 - std::sin(phi)) * std::sin(phi) / std::sin(std::numbers::pi / 4 + phi / 2);
+    out.cohesion_sole_pa = material.cohesion_pa * bearing_capacity_factor_nc(phi);
+    out.cohesion_wall_pa = 2 * material.cohesion_pa * std::tan(std::numbers::pi / 4 + phi / 2);
+    const Vec3 up{0, 0, 1}, down{0, 0, -1}, level{1, 0, 0};
+    out.sole_stress = -dot(resistive_stress(down, down, up, out.friction), down);
+    out.wall_stress = -dot(resistive_stress(level, level, up, out.friction), level);
+    out.shear_displacement_m = material.shear_displacement_m;
+    if (material.has_density_range())
+        out.placed_relative_density = material.relative_density(material.density_kg_m3);
     return out;
 }
 
@@ -55,28 +88,45 @@ double cohesive_stress_pa(Vec3 normal, Vec3 up, const SoilStrength& soil) {
 
 namespace {
 
-/// What the size of its face makes of an element's frictional stress: bounds the horizontal part of
-/// a push by the wedge, raises the downward part to the bearing capacity. Returns a factor on the
-/// stress of resistive force theory.
-double size_factor(Vec3 normal, Vec3 up, double depth_m, double stress_pa, const SoilStrength& soil,
-                   const FaceExtent& face) {
-    if (!(face.width_m > 0) || !(stress_pa > 0)) return 1;
-    const double down = std::max(0.0, -dot(normal, up));
-    const double sole = down * down;
-    const double spread = 1 + 2.0 / 3 * soil.wedge_spread * face.depth_m / face.width_m;
-    const double wedge_pa = soil.weight_n_m3 * depth_m * soil.passive_factor * spread;
-    const double mobilized = std::min(1.0, depth_m / (0.15 * face.width_m));
-    const double bearing_pa =
-        mobilized * soil.weight_n_m3 *
-        (depth_m * soil.bearing_nq + 0.3 * face.width_m * soil.bearing_ngamma);
-    return sole * std::max(1.0, bearing_pa / stress_pa) +
-           (1 - sole) * std::min(1.0, wedge_pa / stress_pa);
+/// Bearing pressure of a sole on soil of a known density, in full.
+double bearing_pressure_pa(const SoilStrength& soil, const FaceExtent& face, double depth_m,
+                           double friction_angle_rad) {
+    const double tan_phi = std::tan(friction_angle_rad);
+    const double nq = 1 + tan_phi * bearing_capacity_factor_nc(friction_angle_rad);
+    const double ngamma = 2 * (nq + 1) * tan_phi;
+    const double slimness = face.length_m > 0 ? face.width_m / face.length_m : 1;
+    return soil.weight_n_m3 * (depth_m * nq * (1 + slimness * tan_phi) +
+                               0.5 * face.width_m * ngamma * (1 - 0.4 * slimness));
 }
 
 }  // namespace
 
+FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, double depth_m) {
+    if (!(face.width_m > 0) || !(depth_m > 0) || !(soil.sole_stress > 0)) return {};
+    const bool density_known = face.relative_density >= 0;
+    const double density = std::max(0.0, face.relative_density);
+    double phi = soil.friction_angle_rad;
+    double bearing_pa = bearing_pressure_pa(soil, face, depth_m, phi);
+    // The friction angle falls with the mean stress at failure, which rises with it (De Beer's mean
+    // stress); three rounds leave less than a degree.
+    for (int round = 0; density_known && round < 3; ++round) {
+        const double mean_pa =
+            (bearing_pa + 3 * soil.weight_n_m3 * depth_m) / 4 * (1 - std::sin(phi));
+        phi = peak_friction_angle(soil.friction_angle_rad, density, mean_pa);
+        bearing_pa = bearing_pressure_pa(soil, face, depth_m, phi);
+    }
+    const double developed = std::min(1.0, depth_m / ((0.15 - 0.10 * density) * face.width_m));
+    const double resistive_pa = soil.stiffness_pa_m * depth_m;
+    const double sole = developed * bearing_pa / (resistive_pa * soil.sole_stress);
+    const double spread = 1 + soil.wedge_sides * face.depth_m / face.width_m;
+    const double wedge_pa = soil.weight_n_m3 * depth_m * soil.passive_factor * spread;
+    return {density_known ? sole : std::max(1.0, sole),
+            std::min(1.0, wedge_pa / (resistive_pa * soil.wall_stress))};
+}
+
 ElementYield yield_of_element(const ContactVoxel& contact, Vec3 velocity_m_s, Vec3 up,
-                              const SoilStrength& soil, const FaceExtent& face) {
+                              const SoilStrength& soil, const FaceExtent& face, double shear,
+                              double impact_most_m_s) {
     const Vec3 n = contact.normal;
     const double depth_m = contact.depth_m + contact.compression_m;
     // A face above the surface has nothing to shear.
@@ -84,19 +134,23 @@ ElementYield yield_of_element(const ContactVoxel& contact, Vec3 velocity_m_s, Ve
     const double speed = length(velocity_m_s);
     const double approach = dot(velocity_m_s, n);
     // Momentum flux of the soil that the element sets in motion.
-    const double inertial_pa = approach > 0 ? soil.density_kg_m3 * approach * approach : 0;
+    const double impact = std::clamp(approach, 0.0, std::max(0.0, impact_most_m_s));
+    const double inertial_pa = soil.density_kg_m3 * impact * impact;
 
     ElementYield out;
-    // The limit answers "what if it were pushed in": a retreat is taken out of the motion, a creep
-    // along the normal is put in, so that it changes smoothly as the element comes to rest.
+    // The limit answers "what if it were pushed in": a slow retreat is taken out of the motion, a
+    // creep along the normal is put in, so that it changes smoothly as the element comes to rest.
+    // An element that steadily retreats (the rear of a rolling wheel) has parted from the soil.
+    const double held = std::clamp(1 + approach / (kRetreatCreeps * kCreepSpeedMS), 0.0, 1.0);
     const Vec3 slide = velocity_m_s - approach * n;
     const Vec3 push = slide + (std::max(approach, 0.0) + kCreepSpeedMS) * n;
     const Vec3 limit_stress = resistive_stress(n, push * (1 / length(push)), up, soil.friction);
     const double resistive_normal = std::max(0.0, -dot(limit_stress, n));
-    const double xi_depth =
-        soil.stiffness_pa_m * depth_m *
-        size_factor(n, up, depth_m, soil.stiffness_pa_m * depth_m * resistive_normal, soil, face);
-    out.normal_limit_pa = xi_depth * resistive_normal + cohesive_pa + inertial_pa;
+    const double down = std::max(0.0, -dot(n, up));
+    const FaceFactors factors = face_factors(soil, face, depth_m);
+    const double xi_depth = soil.stiffness_pa_m * depth_m *
+                            (down * down * factors.sole + (1 - down * down) * factors.wall);
+    out.normal_limit_pa = held * (xi_depth * resistive_normal + cohesive_pa + inertial_pa);
 
     // Sticking, the contact can carry all its friction; sliding, what resistive force theory finds
     // along the surface.
@@ -106,12 +160,17 @@ ElementYield yield_of_element(const ContactVoxel& contact, Vec3 velocity_m_s, Ve
                              : soil.friction;
     const double slide_speed = length(slide);
     const double slid = slide_speed / (slide_speed + kCreepSpeedMS);
-    out.friction = soil.friction + slid * (sliding_friction - soil.friction);
+    out.friction = shear * (soil.friction + slid * (sliding_friction - soil.friction));
+    out.adhesion_pa = depth_m > 0 ? held * shear * soil.adhesion_pa : 0;
 
-    if (approach > 0 && speed > kCreepSpeedMS)
-        out.mobilized_pa =
-            xi_depth * resistive_stress(n, velocity_m_s * (1 / speed), up, soil.friction) -
-            (cohesive_pa + inertial_pa) * n;
+    if (approach > 0 && speed > kCreepSpeedMS) {
+        const Vec3 stress =
+            xi_depth * resistive_stress(n, velocity_m_s * (1 / speed), up, soil.friction);
+        const Vec3 normal = dot(stress, n) * n;
+        out.mobilized_pa = normal + shear * (stress - normal) - (cohesive_pa + inertial_pa) * n;
+        if (slide_speed > kCreepSpeedMS)
+            out.mobilized_pa += slide * (-out.adhesion_pa / slide_speed);
+    }
     return out;
 }
 

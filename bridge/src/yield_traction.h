@@ -1,6 +1,8 @@
 /// Yield of the soil at one element of a body's surface.
 #pragma once
 
+#include <limits>
+
 #include "bsoil/body.h"
 #include "bsoil/material.h"
 
@@ -10,29 +12,56 @@ namespace bsoil::bullet {
 /// soil: its limit is that of a push along its normal. Larger: slow ploughs are held as if they
 /// were pressed; smaller: the solver's rest velocities of about 1e-4 m/s pick the direction of a
 /// body at rest.
-inline constexpr double kCreepSpeedMS = 1e-3;
+inline constexpr double kCreepSpeedMS = 1e-4;
 
 /// What the yield of one material needs, computed once.
 struct SoilStrength {
-    double stiffness_pa_m = 0;  ///< xi of resistive force theory
-    double density_kg_m3 = 0;
+    double stiffness_pa_m = 0;      ///< xi of resistive force theory
+    double friction_angle_rad = 0;  ///< of the critical state
     double friction =
         0;  ///< min(tool friction, tan phi): sliding shears the weaker of contact and soil
+    double adhesion_pa = 0;       ///< min(tool adhesion, cohesion)
     double cohesion_sole_pa = 0;  ///< c Nc: of a horizontal element pushed down
     double cohesion_wall_pa = 0;  ///< 2 c tan(45 + phi/2): of a vertical element pushed sideways
-    double weight_n_m3 = 0;       ///< unit weight gamma
+    double density_kg_m3 = 0;
+    double weight_n_m3 = 0;     ///< unit weight gamma
     double passive_factor = 0;  ///< Coulomb's passive earth pressure coefficient of a vertical wall
-    double wedge_spread = 0;    ///< tan(45 + phi/2): length of the passive wedge over its depth
-    double bearing_nq = 0;      ///< bearing capacity factors of depth
-    double bearing_ngamma = 0;  ///< ... and of width (Vesic)
+    double wedge_sides = 0;     ///< share that the wedge's two sides add, per depth over width
+    double sole_stress = 0;     ///< stress over xi depth that resistive force theory gives a level
+                                ///< element pushed down
+    double wall_stress = 0;     ///< ... an upright element pushed along its normal
+    double shear_displacement_m = 0;  ///< Janosi's K of soil as placed
+    double placed_relative_density = 0;
 };
-SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2);
+SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2,
+                         const SurfaceFriction& surface = {});
 
-/// Size of the face an element belongs to. Zero: as small as resistive force theory takes it.
+/// Size and state of the face that an element belongs to. Zero width: as small as resistive force
+/// theory takes it.
 struct FaceExtent {
-    double width_m = 0;  ///< the shorter horizontal side of a sole; the horizontal side of a wall
-    double depth_m = 0;  ///< of its deepest element below the surface
+    double width_m = 0;            ///< the shorter side of a sole; the level side of a wall
+    double length_m = 0;           ///< the longer side of a sole
+    double depth_m = 0;            ///< of its deepest element below the surface
+    double relative_density = -1;  ///< of the soil at it; negative: not state
 };
+
+/// What a face's size and density make of resistive force theory: a factor on the frictional stress
+/// of its level and of its upright elements.
+struct FaceFactors {
+    double sole = 1, wall = 1;
+};
+
+/// A wide wall meets no more than Coulomb's passive wedge in front of it, with the friction of the
+/// wedge's two sides at rest pressure K0 = 1 - sin phi (as in the wedge of Reese, Cox and Koop
+/// 1974, without its fan): 1 + 2/3 (1 - sin phi) sin phi / sin(45 + phi/2) depth / width. A sole
+/// bears gamma z Nq sq + 1/2 gamma B Ngamma sgamma (Vesic's factors and shape factors), mobilized
+/// over a sinkage of 0.15 widths in loose soil, 0.05 in compacted: no less than resistive force
+/// theory where density is not known, that where it is. Dense soil's friction angle is Bolton's. At
+/// an element's depth.
+FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, double depth_m);
+
+/// Bolton (1986), plane strain: phi + 5 deg I_R, I_R = I_D (10 - ln p') - 1 in 0..4, p' in kPa.
+double peak_friction_angle(double critical_rad, double relative_density, double mean_stress_pa);
 
 /// Coulomb's passive coefficient for a vertical wall with friction angle `wall_rad` and level
 /// ground.
@@ -42,21 +71,27 @@ double passive_pressure_factor(double friction_angle_rad, double wall_rad);
 /// + pi at phi = 0.
 double bearing_capacity_factor_nc(double friction_angle_rad);
 
+/// Share 1 - exp(-j / K) of the shear stress that has developed after a shear displacement j
+/// (Janosi and Hanamoto 1961); K falls with density, to a quarter from loose to compacted (Wong
+/// gives 25 mm for loose and 6 mm for firm sand). 1 where the material has no K.
+double developed_shear(const SoilStrength& soil, double displacement_m, double relative_density);
+
 /// Stresses [Pa] at one element.
 struct ElementYield {
     double normal_limit_pa =
         0;  ///< largest normal stress the soil can give the element if it is pushed in
-    double friction = 0;  ///< shear over normal stress while sliding as it does
+    double friction = 0;     ///< shear over normal stress while sliding as it does
+    double adhesion_pa = 0;  ///< shear stress besides
     Vec3 mobilized_pa;  ///< stress on the body from the motion as it is; zero unless it moves into
                         ///< the soil
 };
 
 /// velocity_m_s: of the element. up: unit. Depth is counted with the compression added, so that a
-/// surface just touching the soil has some bearing. Resistive force theory holds for small
-/// intruders; a wide wall meets no more than the passive wedge in front of it (with its sides: 1 +
-/// 2/3 tan(45 + phi/2) depth / width, after McKyes and Ali 1977), a wide sole no less than its
-/// bearing capacity (gamma z Nq + 0.3 gamma B Ngamma, in full from a sinkage of 0.15 B on).
+/// surface just touching the soil has some bearing. shear: developed share of the shear stress,
+/// 0..1. impact_most_m_s: no faster approach counts for the momentum flux.
 ElementYield yield_of_element(const ContactVoxel& contact, Vec3 velocity_m_s, Vec3 up,
-                              const SoilStrength& soil, const FaceExtent& face = {});
+                              const SoilStrength& soil, const FaceExtent& face = {},
+                              double shear = 1,
+                              double impact_most_m_s = std::numeric_limits<double>::infinity());
 
 }  // namespace bsoil::bullet

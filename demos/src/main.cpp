@@ -8,6 +8,7 @@ int main(int argument_count, char** arguments) {
     int exit_code = bsoil::command::kPassed;
     bsoil::command::add_run(app, exit_code);
     bsoil::command::add_check(app, exit_code);
+    bsoil::command::add_experiments(app, exit_code);
     bsoil::command::add_info(app, exit_code);
     bsoil::command::add_bench(app, exit_code);
     bsoil::command::add_scene_keys(app, exit_code);

@@ -36,6 +36,8 @@ class SceneChecker {
         for (const CheckItem& check : scene_.checks) check_check(check);
     }
 
+    void check_soil();
+
   private:
     template <typename... Args>
     void error(SourcePosition at, fmt::format_string<Args...> text, Args&&... args) {
@@ -56,45 +58,6 @@ class SceneChecker {
     void need_body(const std::string& name, SourcePosition at) {
         if (!robots_incomplete_ && !scene_.find_body(name))
             error(at, "no [[body]] is named \"{}\"", name);
-    }
-
-    void check_soil() {
-        unique_names(scene_.materials, "material");
-        for (const MaterialItem& material : scene_.materials) {
-            const auto base = materials::find(material.base);
-            if (!base) error(material.where("base"), "{}", base.error());
-        }
-        if (!scene_.soil) {
-            if (!scene_.fills.empty()) error(scene_.fills[0].at, "[[fill]] needs a [soil]");
-            if (!scene_.terrains.empty())
-                error(scene_.terrains[0].at, "[[terrain]] needs a [soil]");
-            if (!scene_.probes.empty()) error(scene_.probes[0].at, "[[probe]] needs a [soil]");
-            return;
-        }
-        SoilItem& soil = *scene_.soil;
-        if (!soil.material.empty() && !soil.materials.empty())
-            error(soil.where("materials"), "give `material` or `materials`, not both");
-        const bool list = !soil.materials.empty();
-        const std::vector<std::string> names =
-            list ? soil.materials
-                 : std::vector<std::string>{soil.material.empty() ? "dry_sand" : soil.material};
-        for (const std::string& name : names) {
-            auto material = material_named(name);
-            if (!material) {
-                error(soil.where(list ? "materials" : "material"), "{}", material.error());
-                continue;
-            }
-            soil.def.materials.push_back(*material);
-        }
-        soil.def = soil_def(scene_);
-        if (!errors_.empty()) return;
-        const Status valid = soil.def.validate();
-        if (!valid) error(soil.at, "{}", valid.error());
-        const double ratio = soil.def.step_s / scene_.world.substep_s;
-        if (std::abs(ratio - std::round(ratio)) > 1e-3 || ratio < 0.5)
-            error(scene_.world.where("substep_s"),
-                  "`substep_s` {} does not divide the soil's `step_s` {}", scene_.world.substep_s,
-                  soil.def.step_s);
     }
 
     Result<MaterialDef> material_named(const std::string& name) {
@@ -302,7 +265,49 @@ class SceneChecker {
     bool robots_incomplete_ = false;  // bodies and joints of an absent robot cannot be looked up
 };
 
+void SceneChecker::check_soil() {
+    unique_names(scene_.materials, "material");
+    for (const MaterialItem& material : scene_.materials) {
+        const auto base = materials::find(material.base);
+        if (!base) error(material.where("base"), "{}", base.error());
+    }
+    if (!scene_.soil) {
+        if (!scene_.fills.empty()) error(scene_.fills[0].at, "[[fill]] needs a [soil]");
+        if (!scene_.terrains.empty()) error(scene_.terrains[0].at, "[[terrain]] needs a [soil]");
+        if (!scene_.probes.empty()) error(scene_.probes[0].at, "[[probe]] needs a [soil]");
+        return;
+    }
+    SoilItem& soil = *scene_.soil;
+    if (!soil.material.empty() && !soil.materials.empty())
+        error(soil.where("materials"), "give `material` or `materials`, not both");
+    const bool list = !soil.materials.empty();
+    const std::vector<std::string> names =
+        list ? soil.materials
+             : std::vector<std::string>{soil.material.empty() ? "dry_sand" : soil.material};
+    for (const std::string& name : names) {
+        auto material = material_named(name);
+        if (!material) {
+            error(soil.where(list ? "materials" : "material"), "{}", material.error());
+            continue;
+        }
+        soil.def.materials.push_back(*material);
+    }
+    soil.def = soil_def(scene_);
+    if (!errors_.empty()) return;
+    const Status valid = soil.def.validate();
+    if (!valid) error(soil.at, "{}", valid.error());
+    const double ratio = soil.def.step_s / scene_.world.substep_s;
+    if (std::abs(ratio - std::round(ratio)) > 1e-3 || ratio < 0.5)
+        error(scene_.world.where("substep_s"),
+              "`substep_s` {} does not divide the soil's `step_s` {}", scene_.world.substep_s,
+              soil.def.step_s);
+}
+
 }  // namespace
+
+void check_soil(Scene& scene, std::vector<SchemaError>& errors) {
+    SceneChecker(scene, errors).check_soil();
+}
 
 Result<Scene> parse_scene(const std::string& text, const std::string& path) {
     Scene scene;
@@ -317,15 +322,7 @@ Result<Scene> parse_scene(const std::string& text, const std::string& path) {
     read_table(parsed.table(), scene_schema(), &scene, errors);
     if (errors.empty()) SceneChecker(scene, errors).run();
     if (errors.empty()) return scene;
-    std::stable_sort(errors.begin(), errors.end(), [](const SchemaError& a, const SchemaError& b) {
-        return std::pair(a.at.line, a.at.column) < std::pair(b.at.line, b.at.column);
-    });
-    std::string all;
-    for (const SchemaError& e : errors) {
-        if (!all.empty()) all += '\n';
-        all += scene.message(e.at, e.text);
-    }
-    return Error{all};
+    return Error{error_text(std::move(errors), path)};
 }
 
 Result<Scene> load_scene(const std::string& path) {

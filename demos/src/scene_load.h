@@ -2,10 +2,13 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "scene.h"
 
 namespace bsoil::scene {
+
+struct SchemaError;
 
 /// Reads and checks a scene and all files it names; robots are expanded into bodies and joints. The
 /// error lists every mistake, one a line, as "file:line:column: text". Data files that are absent
@@ -17,6 +20,10 @@ Result<Scene> parse_scene(const std::string& text, const std::string& path);
 
 /// The keys of a scene file as a Markdown page: the content of demos/scenes/README.md.
 std::string schema_markdown();
+
+/// Looks up the soil's materials, fills them into its SoilDef and checks it against the world;
+/// errors are added to the list. load_scene has done so already.
+void check_soil(Scene& scene, std::vector<SchemaError>& errors);
 
 /// The soil a scene describes: SoilDef with materials, axis and gravity filled in. Only where
 /// scene.soil is set.

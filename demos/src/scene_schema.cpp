@@ -66,65 +66,6 @@ TableOf<WorldItem> world_table() {
         .required();
 }
 
-TableOf<SoilItem> soil_table() {
-    using S = SoilItem;
-    return TableOf<S>("soil", false,
-                      "The soil's grid and its step; without this table there is no soil.")
-        .vector(
-            "size_m", [](S& s) -> Vec3& { return s.def.size_m; }, kLength,
-            "box of the grid along the world's axes, rounded up to whole voxels")
-        .required()
-        .vector(
-            "floor_center_m", [](S& s) -> Vec3& { return s.def.floor_center_m; }, kPlace,
-            "centre of the box's bottom face")
-        .number(
-            "yaw_deg", [](S& s) -> double& { return s.def.yaw_rad; }, {-360, 360},
-            "rotation of the grid about the up axis", kDegree)
-        .number(
-            "voxel_m", [](S& s) -> double& { return s.def.voxel_m; }, {0.001, 1}, "edge of a voxel")
-        .number(
-            "step_s", [](S& s) -> double& { return s.def.step_s; }, {1.0 / 2000, 1.0 / 20},
-            "the soil's own step; `--steps` and `steps` of the summary count these")
-        .integer(
-            "propagation_iterations", [](S& s) -> int& { return s.def.propagation_iterations; },
-            {0, 64}, "alpha: iterations of force propagation a step")
-        .integer(
-            "overflow_passes", [](S& s) -> int& { return s.def.overflow_passes; }, {0, 64},
-            "passes that spread soil which does not fit")
-        .choice("overflow", {"even", "up", "up_spread"}, "up",
-                "how soil that does not fit leaves its voxel",
-                [](S& s, size_t i) {
-                    constexpr OverflowHeuristic kOrder[] = {OverflowHeuristic::even,
-                                                            OverflowHeuristic::up,
-                                                            OverflowHeuristic::up_spread};
-                    s.def.overflow = kOrder[i];
-                })
-        .integer(
-            "substeps_max", [](S& s) -> int& { return s.def.substeps_max; }, {1, 32},
-            "sub-steps a fast step may be cut into")
-        .integer(
-            "tile_capacity", [](S& s) -> int& { return s.def.tile_capacity; }, {0, 1e6},
-            "tiles of 8 x 8 columns awake at once; 0: all that fit into 1 GiB")
-        .text("material", &S::material,
-              "name of a built-in or of a [[material]]; dry_sand where neither key is given")
-        .texts("materials", &S::materials, "several of them, up to 8, instead of `material`");
-}
-
-TableOf<MaterialItem> material_table() {
-    using M = MaterialItem;
-    return TableOf<M>("material", true, "A material: a built-in with some values replaced.")
-        .text("name", &M::name, "unique; a built-in's name replaces that built-in")
-        .required()
-        .text("base", &M::base,
-              "the built-in it starts from: dry_sand, moist_sand, sandy_loam, loam, clay, gravel")
-        .number("density_kg_m3", &M::density_kg_m3, {200, 4000}, "bulk density as placed")
-        .number("friction_angle_deg", &M::friction_angle_rad, {0, 68},
-                "angle of internal friction phi", kDegree)
-        .number("cohesion_pa", &M::cohesion_pa, {0, 200e3}, "cohesion c")
-        .number("tool_friction", &M::tool_friction, {0, 2}, "Coulomb friction with bodies")
-        .vector("color", &M::color, kFraction, "linear red, green, blue for pictures");
-}
-
 TableOf<FillItem> fill_table() {
     using F = FillItem;
     const auto noise = [](auto member) {
@@ -524,32 +465,66 @@ TableOf<CheckItem> check_table() {
         .only({"body_force"});
 }
 
-std::string joined(const std::vector<std::string>& words) {
-    std::string text;
-    for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-    return text;
-}
-
-void print_table(const TableSpec& spec, std::string& out) {
-    if (!spec.path.empty())
-        out += fmt::format("\n## {}\n\n{}\n",
-                           spec.array ? "[[" + spec.path + "]]" : '[' + spec.path + ']', spec.doc);
-    out += "\n| key | value | range | default | meaning |\n|---|---|---|---|---|\n";
-    for (const KeySpec& key : spec.keys) {
-        if (key.table) continue;
-        const std::string initial = key.required           ? "required"
-                                    : key.fallback.empty() ? "-"
-                                                           : '`' + key.fallback + '`';
-        const std::string only =
-            key.only.empty() ? "" : fmt::format(" ({}: {})", spec.selector, joined(key.only));
-        out += fmt::format("| `{}` | {} | {} | {} | {}{} |\n", key.name, key.type, key.range,
-                           initial, key.doc, only);
-    }
-    for (const KeySpec& key : spec.keys)
-        if (key.table) print_table(*key.table, out);
-}
-
 }  // namespace
+
+TableOf<SoilItem> soil_table() {
+    using S = SoilItem;
+    return TableOf<S>("soil", false,
+                      "The soil's grid and its step; without this table there is no soil.")
+        .vector(
+            "size_m", [](S& s) -> Vec3& { return s.def.size_m; }, kLength,
+            "box of the grid along the world's axes, rounded up to whole voxels")
+        .required()
+        .vector(
+            "floor_center_m", [](S& s) -> Vec3& { return s.def.floor_center_m; }, kPlace,
+            "centre of the box's bottom face")
+        .number(
+            "yaw_deg", [](S& s) -> double& { return s.def.yaw_rad; }, {-360, 360},
+            "rotation of the grid about the up axis", kDegree)
+        .number(
+            "voxel_m", [](S& s) -> double& { return s.def.voxel_m; }, {0.001, 1}, "edge of a voxel")
+        .number(
+            "step_s", [](S& s) -> double& { return s.def.step_s; }, {1.0 / 2000, 1.0 / 20},
+            "the soil's own step; `--steps` and `steps` of the summary count these")
+        .integer(
+            "propagation_iterations", [](S& s) -> int& { return s.def.propagation_iterations; },
+            {0, 64}, "alpha: iterations of force propagation a step")
+        .integer(
+            "overflow_passes", [](S& s) -> int& { return s.def.overflow_passes; }, {0, 64},
+            "passes that spread soil which does not fit")
+        .choice("overflow", {"even", "up", "up_spread"}, "up",
+                "how soil that does not fit leaves its voxel",
+                [](S& s, size_t i) {
+                    constexpr OverflowHeuristic kOrder[] = {OverflowHeuristic::even,
+                                                            OverflowHeuristic::up,
+                                                            OverflowHeuristic::up_spread};
+                    s.def.overflow = kOrder[i];
+                })
+        .integer(
+            "substeps_max", [](S& s) -> int& { return s.def.substeps_max; }, {1, 32},
+            "sub-steps a fast step may be cut into")
+        .integer(
+            "tile_capacity", [](S& s) -> int& { return s.def.tile_capacity; }, {0, 1e6},
+            "tiles of 8 x 8 columns awake at once; 0: all that fit into 1 GiB")
+        .text("material", &S::material,
+              "name of a built-in or of a [[material]]; dry_sand where neither key is given")
+        .texts("materials", &S::materials, "several of them, up to 8, instead of `material`");
+}
+
+TableOf<MaterialItem> material_table() {
+    using M = MaterialItem;
+    return TableOf<M>("material", true, "A material: a built-in with some values replaced.")
+        .text("name", &M::name, "unique; a built-in's name replaces that built-in")
+        .required()
+        .text("base", &M::base,
+              "the built-in it starts from: dry_sand, moist_sand, sandy_loam, loam, clay, gravel")
+        .number("density_kg_m3", &M::density_kg_m3, {200, 4000}, "bulk density as placed")
+        .number("friction_angle_deg", &M::friction_angle_rad, {0, 68},
+                "angle of internal friction phi", kDegree)
+        .number("cohesion_pa", &M::cohesion_pa, {0, 200e3}, "cohesion c")
+        .number("tool_friction", &M::tool_friction, {0, 2}, "Coulomb friction with bodies")
+        .vector("color", &M::color, kFraction, "linear red, green, blue for pictures");
+}
 
 const TableSpec& scene_schema() {
     static const std::shared_ptr<const TableSpec> schema = [] {
@@ -580,7 +555,7 @@ const TableSpec& scene_schema() {
 }
 
 std::string schema_markdown() {
-    std::string out =
+    const std::string out =
         "# Scenes\n\n"
         "A scene is a TOML file that says what is in a Bullet world, what soil lies in it, what "
         "moves and what the run\n"
@@ -590,8 +565,7 @@ std::string schema_markdown() {
         "line and column.\n\n"
         "This page is printed by `bsoil scene-keys --markdown`; a test compares the two.\n\n"
         "## Top level\n";
-    print_table(scene_schema(), out);
-    return out;
+    return out + table_markdown(scene_schema());
 }
 
 }  // namespace bsoil::scene

@@ -57,10 +57,20 @@ bool exists_for(const KeySpec& key, const std::string& selected) {
            std::find(key.only.begin(), key.only.end(), selected) != key.only.end();
 }
 
+/// The word that decides which keys a table may have: what it says, or the default.
+std::string selected_in(const toml::table& table, const TableSpec& spec) {
+    for (const KeySpec& key : spec.keys) {
+        if (key.name != spec.selector) continue;
+        const size_t quoted = key.fallback.size();
+        return table[key.name].value_or(quoted > 2 ? key.fallback.substr(1, quoted - 2) : "");
+    }
+    return {};
+}
+
 /// Why `name` is no key of the table, with the key that was probably meant.
 std::string unknown_key_text(const std::string& name, const toml::node& value,
                              const TableSpec& spec, const std::string& selected) {
-    const std::string where = spec.path.empty() ? "a scene" : '[' + spec.path + ']';
+    const std::string where = spec.path.empty() ? spec.file : '[' + spec.path + ']';
     for (const UnitSuffix& unit : kForeignUnits) {
         const std::string suffix = std::string("_") + unit.suffix;
         if (!name.ends_with(suffix)) continue;
@@ -120,6 +130,12 @@ void read_child(const toml::node& value, const KeySpec& key, void* item,
             errors.push_back({position_of(entry), fmt::format("`{}`: expected a table, not {}",
                                                               key.name, kind_text(entry))});
     }
+}
+
+std::string joined(const std::vector<std::string>& words) {
+    std::string text;
+    for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+    return text;
 }
 
 }  // namespace
@@ -195,8 +211,7 @@ void read_table(const toml::table& table, const TableSpec& spec, void* item,
     SceneItem* scene_item = spec.item(item);
     const SourcePosition at = position_of(table);
     if (scene_item) scene_item->at = at;
-    const std::string selected =
-        spec.selector.empty() ? "" : table[spec.selector].value_or(std::string());
+    const std::string selected = selected_in(table, spec);
     for (const auto& [toml_key, value] : table) {
         const std::string name(toml_key.str());
         const toml::source_position begin = toml_key.source().begin;
@@ -227,6 +242,40 @@ void read_table(const toml::table& table, const TableSpec& spec, void* item,
         if (key.required && !table.contains(key.name) && exists_for(key, selected))
             errors.push_back(
                 {at, fmt::format("[{}] needs `{}`: {}", spec.path, key.name, key.doc)});
+}
+
+std::string error_text(std::vector<SchemaError> errors, const std::string& path) {
+    std::stable_sort(errors.begin(), errors.end(), [](const SchemaError& a, const SchemaError& b) {
+        return std::pair(a.at.line, a.at.column) < std::pair(b.at.line, b.at.column);
+    });
+    std::string all;
+    for (const SchemaError& e : errors) {
+        all += all.empty() ? "" : "\n";
+        all += e.at.line == 0 ? fmt::format("{}: {}", path, e.text)
+                              : fmt::format("{}:{}:{}: {}", path, e.at.line, e.at.column, e.text);
+    }
+    return all;
+}
+
+std::string table_markdown(const TableSpec& spec) {
+    std::string out;
+    if (!spec.path.empty())
+        out += fmt::format("\n## {}\n\n{}\n",
+                           spec.array ? "[[" + spec.path + "]]" : '[' + spec.path + ']', spec.doc);
+    out += "\n| key | value | range | default | meaning |\n|---|---|---|---|---|\n";
+    for (const KeySpec& key : spec.keys) {
+        if (key.table) continue;
+        const std::string initial = key.required           ? "required"
+                                    : key.fallback.empty() ? "-"
+                                                           : '`' + key.fallback + '`';
+        const std::string only =
+            key.only.empty() ? "" : fmt::format(" ({}: {})", spec.selector, joined(key.only));
+        out += fmt::format("| `{}` | {} | {} | {} | {}{} |\n", key.name, key.type, key.range,
+                           initial, key.doc, only);
+    }
+    for (const KeySpec& key : spec.keys)
+        if (key.table) out += table_markdown(*key.table);
+    return out;
 }
 
 }  // namespace bsoil::scene

@@ -50,7 +50,8 @@ struct KeySpec {
 
 /// A table and its keys.
 struct TableSpec {
-    std::string path;  ///< "body.part"
+    std::string path;              ///< "body.part"; empty for the file's top level
+    std::string file = "a scene";  ///< what the file is, for errors at its top level
     std::string doc;
     bool array = false;
     std::string selector;  ///< the key ("kind", "shape") that decides which others exist, or empty
@@ -213,6 +214,11 @@ class TableOf {
                        return {};
                    });
     }
+    /// A value of any form; `read(item, value)` says what is wrong with it.
+    TableOf& value(const std::string& name, const std::string& type, const std::string& doc,
+                   std::function<std::string(T&, const toml::node&)> read) {
+        return add(name, type, "", "", doc, std::move(read));
+    }
     /// A child table, or an array of them; `make(item)` gives the place of one child.
     template <typename C>
     TableOf& child(const std::string& name, const TableOf<C>& table, std::function<C*(T&)> make) {
@@ -233,6 +239,11 @@ class TableOf {
     /// The key declared last exists only for these values of the selector.
     TableOf& only(std::vector<std::string> values) {
         spec_->keys.back().only = std::move(values);
+        return *this;
+    }
+    /// What the file is, where this table is its top level.
+    TableOf& file(const std::string& name) {
+        spec_->file = name;
         return *this;
     }
     /// `key` decides which other keys exist.
@@ -308,8 +319,16 @@ TableOf<T>& TableOf<T>::rotation(P place, const std::string& of_what) {
 
 /// The whole schema: the file's top level.
 const TableSpec& scene_schema();
+/// Tables that other kinds of files share with scenes.
+TableOf<SoilItem> soil_table();
+TableOf<MaterialItem> material_table();
 /// Reads a parsed table into an item as the schema says; errors are added to the list.
 void read_table(const toml::table& table, const TableSpec& spec, void* item,
                 std::vector<SchemaError>& errors);
+/// The errors in the order of the file, one a line, as "file:line:column: text"; without
+/// the place where it is unknown.
+std::string error_text(std::vector<SchemaError> errors, const std::string& path);
+/// The keys of a table and of its children as Markdown.
+std::string table_markdown(const TableSpec& spec);
 
 }  // namespace bsoil::scene

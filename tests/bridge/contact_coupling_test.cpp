@@ -242,7 +242,7 @@ TEST(ContactCoupling, kinematic_blade_only_reports) {
     // resistive force theory's 423 N, as for Obermayr's blade. Plus the momentum flux, 1600 v^2 on
     // 0.1 m x 0.2 m.
     const SoilStrength strength = strength_of(MaterialDef{}, kGravity_m_s2);
-    const double sides = 1 + 2.0 / 3 * strength.wedge_spread * 0.1 / 0.2;
+    const double sides = 1 + strength.wedge_sides * 0.1 / 0.2;
     const double draft = strength.passive_factor * strength.weight_n_m3 * 0.01 / 2 * 0.2 * sides +
                          1600 * speed_m_s * speed_m_s * 0.02;
     // 3 %: the face's size is that between the outermost contacts.

@@ -57,7 +57,7 @@ TEST(ContactPatches, uniform_pressure_on_a_closed_body_gives_no_force) {
     for (const double turn : {0.0, 0.3}) {
         BodyMotion motion;
         motion.pose.rotation = {0, std::sin(turn), 0, std::cos(turn)};
-        group_contacts(sphere_voxels(), motion, kUp, strengths, patches);
+        group_contacts(sphere_voxels(), motion, motion, kUp, 0.1, strengths, {}, patches);
         EXPECT_EQ(patches.size(), 24u);
         double sum = 0;
         for (const ContactPatch& p : patches) sum += p.normal_limit_n;
@@ -70,7 +70,7 @@ TEST(ContactPatches, patch_sums_equal_voxel_sums) {
     voxels.resize(voxels.size() / 3);
     std::vector<ContactPatch> patches;
     const SoilStrength strengths[] = {uniform_strength(1000)};
-    group_contacts(voxels, {}, kUp, strengths, patches);
+    group_contacts(voxels, {}, {}, kUp, 0.1, strengths, {}, patches);
     Vec3 expected;
     for (const ContactVoxel& v : voxels) expected += 1000 * v.area_m2 * v.normal;
     EXPECT_LT(length(limit_force(patches) - expected), 1e-9 * length(expected));
@@ -83,7 +83,7 @@ TEST(ContactPatches, four_quadrants_carry_a_torque) {
             voxels.push_back(voxel({-0.45 + 0.1 * i, 0, -0.45 + 0.1 * j}, {0, -1, 0}, 0.01));
     std::vector<ContactPatch> patches;
     const SoilStrength strengths[] = {uniform_strength(1000)};
-    group_contacts(voxels, {}, kUp, strengths, patches);
+    group_contacts(voxels, {}, {}, kUp, 0.1, strengths, {}, patches);
     ASSERT_EQ(patches.size(), 4u);
     std::set<std::pair<bool, bool>> corners;
     for (const ContactPatch& p : patches) {
@@ -103,7 +103,8 @@ TEST(ContactPatches, bins_turn_with_the_body) {
     BodyMotion quarter_turn_about_z;  // body x is world y
     quarter_turn_about_z.pose.rotation = {0, 0, h, h};
     const ContactVoxel down[] = {voxel({}, {0, -1, 0}, 1)};
-    group_contacts(down, quarter_turn_about_z, kUp, strengths, patches);
+    group_contacts(down, quarter_turn_about_z, quarter_turn_about_z, kUp, 0.1, strengths, {},
+                   patches);
     ASSERT_EQ(patches.size(), 1u);
     EXPECT_EQ(patches[0].bin, 1);
 }
@@ -116,7 +117,7 @@ TEST(ContactPatches, fill_and_material_enter) {
     v.depth_m = 0.2;
     v.compression_m = 0.01;
     std::vector<ContactPatch> patches;
-    const BodyContact total = group_contacts({&v, 1}, {}, kUp, strengths, patches);
+    const BodyContact total = group_contacts({&v, 1}, {}, {}, kUp, 0.1, strengths, {}, patches);
     ASSERT_EQ(patches.size(), 1u);
     EXPECT_NEAR(patches[0].normal_limit_n, 1500, 1e-9);
     EXPECT_NEAR(total.area_m2, 0.5, 1e-12);
@@ -130,14 +131,15 @@ TEST(ContactPatches, moving_body_mobilizes_force_and_torque) {
     BodyMotion sinking;
     sinking.linear_velocity_m_s = {0, -0.01, 0};
     std::vector<ContactPatch> patches;
-    const BodyContact total = group_contacts({&v, 1}, sinking, kUp, strengths, patches);
+    const BodyContact total =
+        group_contacts({&v, 1}, sinking, sinking, kUp, 0.1, strengths, {}, patches);
     EXPECT_NEAR(total.mobilized_force_n.y, 1000, 1e-9);
     EXPECT_NEAR(total.mobilized_torque_n_m.z, 500, 1e-9);
 }
 
 TEST(ContactPatches, nothing_gives_no_patches) {
     std::vector<ContactPatch> patches(3);
-    const BodyContact total = group_contacts({}, {}, kUp, {}, patches);
+    const BodyContact total = group_contacts({}, {}, {}, kUp, 0.1, {}, {}, patches);
     EXPECT_TRUE(patches.empty());
     EXPECT_EQ(total.area_m2, 0);
 }

@@ -64,7 +64,7 @@ class FlatSoil final : public btActionInterface {
         : world_(world),
           step_s_(step_s),
           collector({{-20, -2, -20}, {20, 2, 20}}),
-          coupling(world, {0, 1, 0}, {strength_of(material, 9.81)}, SoilActionDef{}),
+          coupling(world, {{0, 1, 0}, 9.81, 0.1, {material}}, SoilActionDef{}),
           anchor(
               world, btVector3(0, 0, 0), [this] { coupling.open_substep(); }, [] {}) {
         world.addAction(this);
@@ -89,7 +89,7 @@ class FlatSoil final : public btActionInterface {
                     if (v.depth_m > 0) contacts.push_back(v);
                 }
         }
-        coupling.set_contacts(collector.bodies(), contacts);
+        coupling.set_contacts(collector.bodies(), contacts, step_s_);
     }
     void debugDraw(btIDebugDraw*) override { coupling.take_rows_out(); }
 

@@ -4,7 +4,32 @@
 
 namespace oracle {
 
-std::vector<Contact> find_contacts(const Field& field) {
+namespace {
+
+/// Where the soil of the voxels (x, y, z) + k (dx, dy, dz), k = 0..reach, stands between loose (0)
+/// and compacted (1).
+double relative_density(const Model& model, const Field& field, int material, int x, int y, int z,
+                        int dx, int dy, int dz, int reach) {
+    const double loose = model.loose_volume[static_cast<size_t>(material)];
+    const double compacted = model.compacted_volume[static_cast<size_t>(material)];
+    if (loose == 0) {
+        return -1;
+    }
+    double mass = 0, volume = 0;
+    for (int k = 0; k <= reach; ++k) {
+        if (field.inside(x + k * dx, y + k * dy, z + k * dz)) {
+            const Voxel& voxel = field.at(x + k * dx, y + k * dy, z + k * dz);
+            mass += voxel.total_mass();
+            volume += voxel.soil;
+        }
+    }
+    return std::clamp((loose - volume / mass) / (loose - compacted), 0.0, 1.0);
+}
+
+}  // namespace
+
+std::vector<Contact> find_contacts(const Model& model, const Field& field,
+                                   std::span<const Body> bodies) {
     const auto psi = [&](int x, int y, int z) {
         return field.inside(x, y, z) ? std::min(1.0, field.at(x, y, z).bodies) : 0.0;
     };
@@ -34,14 +59,26 @@ std::vector<Contact> find_contacts(const Field& field) {
         if (body < 0) {
             return;
         }
-        const Voxel& soil = outer && outer->soil > voxel.soil ? *outer : voxel;
+        // The fullest of three voxels on the way out that are not mostly body.
+        Voxel none;
+        const Voxel* fullest = &none;
+        for (int k = 0; k <= 2; ++k) {
+            const Voxel* beside = neighbour(-k);
+            if (beside && beside->bodies < model.solid_coverage && beside->soil > fullest->soil) {
+                fullest = beside;
+            }
+        }
+        const Voxel& soil = *fullest;
         const double held = voxel.soil + (outer ? outer->soil : 0);
         const double room = 1 - voxel.psi() + (outer ? 1 - outer->psi() : 0);
         if (held == 0 || soil.support.kind != Support::Kind::ground) {
             return;
         }
+        const int material = soil.main_material();
         contacts.push_back({x, y, z, body, g, held >= room ? 1 : held / room,
-                            std::max(0.0, voxel.soil + voxel.psi() - 1), soil.main_material()});
+                            std::max(0.0, voxel.soil + voxel.psi() - 1), material,
+                            relative_density(model, field, material, x, y, z, -in[0], -in[1],
+                                             -in[2], bodies[static_cast<size_t>(body)].reach)});
     });
     return contacts;
 }

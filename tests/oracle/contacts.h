@@ -3,10 +3,12 @@
 /// grid).
 ///
 /// A voxel is a contact when the gradient is not zero there, a body owns the voxel or the one
-/// inwards of it, and resting soil lies in it or in the one outwards; inwards and outwards are
-/// along the gradient's largest component (z before x before y on a tie).
+/// inwards of it, soil lies in it or in the one outwards, and that soil rests: so says the fullest
+/// of the voxel and the two outwards of it that are not mostly body. Inwards and outwards are along
+/// the gradient's largest component (z before x before y on a tie).
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "oracle/field.h"
@@ -22,9 +24,11 @@ struct Contact {
         0;  ///< share of the room in the voxel and the outward one that holds soil, at most 1
     double excess = 0;  ///< soil beyond the voxel's room
     int material = 0;
+    double relative_density = -1;  ///< of the soil along the way out; -1 where density is fixed
 };
 
 /// Of all voxels, by z, then y, then x.
-std::vector<Contact> find_contacts(const Field& field);
+std::vector<Contact> find_contacts(const Model& model, const Field& field,
+                                   std::span<const Body> bodies);
 
 }  // namespace oracle

@@ -45,6 +45,29 @@ Vec3 turn_to_surface(const Model& model, const Field& field, int x, int y, int z
     return rising;
 }
 
+/// Relative density to which soil in excess here is packed: by the body that covers most of the
+/// voxel, else half as far by the body of the voxel that the push comes from.
+double packing(const Field& field, int x, int y, int z, Vec3 way, std::span<const Body> bodies) {
+    const int here = field.at(x, y, z).owner;
+    if (here >= 0) {
+        return bodies[static_cast<size_t>(here)].packing;
+    }
+    const int bx = x - nearest(way.x), by = y - nearest(way.y), bz = z - nearest(way.z);
+    const int behind = field.inside(bx, by, bz) ? field.at(bx, by, bz).owner : -1;
+    return behind >= 0 ? bodies[static_cast<size_t>(behind)].packing / 2 : 0;
+}
+
+/// Volume that a voxel's soil gives up until it has this relative density.
+double compressible(const Model& model, const Voxel& voxel, double relative_density) {
+    const auto material = static_cast<size_t>(voxel.main_material());
+    const double loose = model.loose_volume[material];
+    if (loose == 0) {
+        return 0;
+    }
+    const double packed = loose - (loose - model.compacted_volume[material]) * relative_density;
+    return std::max(0.0, voxel.soil - voxel.total_mass() * packed);
+}
+
 }  // namespace
 
 Field apply_force(const Model& model, const Field& before, std::span<const Body> bodies) {
@@ -76,16 +99,21 @@ Field apply_force(const Model& model, const Field& before, std::span<const Body>
     return after;
 }
 
-Field propagate_force(const Model& model, const Field& before) {
+Field propagate_force(const Model& model, const Field& before, std::span<const Body> bodies) {
     Field after = before;
     before.for_each([&](int x, int y, int z) { after.at(x, y, z).force = {}; });
     before.for_each([&](int x, int y, int z) {
         const Voxel& voxel = before.at(x, y, z);
-        const double leaving = excess(model, voxel);
+        double leaving = excess(model, voxel);
         if (leaving <= 0 || largest(voxel.force) == 0) {
             return;
         }
         Vec3 way = voxel.force * (1 / largest(voxel.force));  // (34)
+        const double packed = packing(before, x, y, z, way, bodies);
+        const double gone = std::min(leaving, compressible(model, voxel, packed));
+        after.at(x, y, z).soil -= gone;
+        after.at(x, y, z).bond -= voxel.bond * gone / voxel.soil;
+        leaving -= gone;
         const double slope = passive_slope(model, voxel);
         if (way.z < slope &&
             !has_room(model, before, x + nearest(way.x), y + nearest(way.y), z + nearest(way.z))) {

@@ -12,7 +12,10 @@
 /// - a push barred by soil turns towards the free surface by the shorter way: level, or rising at
 /// 45 deg - phi / 2
 ///   (Rankine's passive wedge), looked for over 8 voxels; what a body bars above then goes level;
-/// - a force is kept as a weighted sum, so only its direction is compared.
+/// - a force is kept as a weighted sum, so only its direction is compared;
+/// - where density is state, excess pressed into a voxel by a body compacts the soil before it
+/// flows, to the relative density that the body packs it to; half of that in the voxel that a
+/// body's own pushes into.
 #pragma once
 
 #include <span>
@@ -25,6 +28,6 @@ namespace oracle {
 Field apply_force(const Model& model, const Field& before, std::span<const Body> bodies);
 
 /// One iteration of (34) and (35).
-Field propagate_force(const Model& model, const Field& before);
+Field propagate_force(const Model& model, const Field& before, std::span<const Body> bodies);
 
 }  // namespace oracle

@@ -37,4 +37,9 @@ void move_share(const Voxel& from_before, Voxel& from, Voxel& to, double share) 
     }
 }
 
+double swelling(const Model& model, const Voxel& voxel) {
+    const double loose = model.loose_volume[static_cast<size_t>(voxel.main_material())];
+    return std::max(0.0, voxel.total_mass() * loose - voxel.soil);
+}
+
 }  // namespace oracle

@@ -49,6 +49,8 @@ struct Body {
     Vec3 center;            ///< of mass
     bool moves = false;
     double friction_speed = 0;  ///< what Coulomb friction can change a speed by in one step
+    double packing = 0;         ///< relative density that soil pressed by it takes up
+    int reach = 0;              ///< voxels of soil beside it whose density counts for its contact
     Vec3 velocity_at(int x, int y, int z) const;  ///< v + omega x r at a voxel's middle
 };
 
@@ -69,6 +71,8 @@ struct Model {
     double gravity = 0;                      ///< voxels a step squared
     int substeps = 1;                        ///< parts this step is cut into
     std::vector<double> friction_angle_rad;  ///< per material
+    /// Per material: volume of a unit of mass of loose and of compacted soil; 0 where it is fixed.
+    std::vector<double> loose_volume, compacted_volume;
 };
 
 class Field {
@@ -122,5 +126,9 @@ double excess(const Model& model, const Voxel& voxel);
 /// Moves `share` (0..1) of a voxel's soil, with its masses and momentum, from `from` as it was to
 /// `to`, where it has no bond.
 void move_share(const Voxel& from_before, Voxel& from, Voxel& to, double share);
+
+/// How much more than its volume the soil of a voxel takes up once it moves freely (soil arrives no
+/// denser than loose; by the material that makes up most of it), in voxel volumes. >= 0
+double swelling(const Model& model, const Voxel& voxel);
 
 }  // namespace oracle

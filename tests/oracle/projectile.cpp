@@ -90,7 +90,7 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
             target.momentum += part.share * momentum;  // (28)
             origin.soil -= part.share * voxel.soil;    // (23), (27)
             origin.bond -= part.share * voxel.bond;
-            target.soil += part.share * voxel.soil;
+            target.soil += part.share * (voxel.soil + swelling(model, voxel));
             for (size_t m = 0; m < voxel.mass.size(); ++m) {
                 origin.mass[m] -= part.share * voxel.mass[m];
                 target.mass[m] += part.share * voxel.mass[m];

@@ -192,6 +192,8 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                             move_share(voxel, after.field.at(x, y, z),
                                        after.field.at(ring[k].x, ring[k].y, ring[k].z),
                                        taken / voxel.soil * flow[k] / total);
+                            after.field.at(ring[k].x, ring[k].y, ring[k].z).soil +=
+                                swelling(model, voxel) * taken / voxel.soil * flow[k] / total;
                         }
                     }
                 }

@@ -17,9 +17,10 @@ TEST_P(Contacts, follow_the_oracle) {
     StageBench& bench = prepared(Backend::cpu);
     const auto got = bench.collect_contacts();
     const std::vector<oracle::Contact> expected =
-        oracle::find_contacts(bench.to_field(bench.read()));
+        oracle::find_contacts(bench.model(), bench.to_field(bench.read()), bench.oracle_bodies());
     ASSERT_EQ(got.size(), expected.size());
     EXPECT_GT(got.size(), 20u);
+    int state_count = 0;
     for (size_t i = 0; i < got.size(); ++i) {
         const oracle::Contact& contact = expected[i];
         SCOPED_TRACE(testing::Message()
@@ -35,6 +36,17 @@ TEST_P(Contacts, follow_the_oracle) {
         EXPECT_NEAR(got[i][7], contact.fill * kVoxelFull, 1);  // one quotient, rounded down
         EXPECT_EQ(got[i][8], contact.excess * kVoxelFull);
         EXPECT_EQ(got[i][9], contact.material);
+        if (contact.relative_density < 0) {
+            EXPECT_EQ(got[i][11], kDensityFixed);
+        } else {
+            // Q16 tables of volume per mass and products rounded down, against the range between
+            // loose and compacted.
+            EXPECT_NEAR(got[i][11] * 1.0 / kVoxelFull, contact.relative_density, 1e-3);
+            ++state_count;
+        }
+    }
+    if (GetParam().material_count > 1) {
+        EXPECT_GT(state_count, 0);
     }
 }
 

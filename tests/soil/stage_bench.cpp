@@ -297,9 +297,16 @@ oracle::Model StageBench::model(int substeps) const {
                         .span_capacity = kSpanCapacity,
                         .gravity = impl_->params.gravity_q16 * kUnit,
                         .substeps = substeps,
-                        .friction_angle_rad = {}};
+                        .friction_angle_rad = {},
+                        .loose_volume = {},
+                        .compacted_volume = {}};
     for (const MaterialDef& material : impl_->materials) {
         model.friction_angle_rad.push_back(material.friction_angle_rad);
+        const auto volume = [&](double density) {
+            return material.has_density_range() ? kReferenceDensity / density : 0;
+        };
+        model.loose_volume.push_back(volume(material.loose_density_kg_m3));
+        model.compacted_volume.push_back(volume(material.compacted_density_kg_m3));
     }
     return model;
 }
@@ -313,7 +320,8 @@ std::vector<oracle::Body> StageBench::oracle_bodies() const {
         };
         bodies.push_back({vector(kBodyLinear, kUnit), vector(kBodyAngular, kUnit),
                           vector(kBodyCenter, 0.5), record[kBodyMoving] != 0,
-                          record[kBodyFriction] / static_cast<double>(kVelocityOne)});
+                          record[kBodyFriction] / static_cast<double>(kVelocityOne),
+                          record[kBodyPacking] * kUnit, record[kBodyReach]});
     }
     return bodies;
 }
@@ -323,6 +331,9 @@ SoilDef Scenario::def() const {
     if (material_count == 3) {
         def.materials = {materials::dry_sand(), materials::moist_sand(), materials::gravel()};
         def.materials[1].loose_cohesion_fraction = 0.3;
+        // So wide that part of the soil that planes() makes lies within it.
+        def.materials[1].loose_density_kg_m3 = 1000;
+        def.materials[1].compacted_density_kg_m3 = 2000;
     }
     return def;
 }
@@ -405,6 +416,8 @@ std::vector<Mover> Scenario::bodies(const StageBench& bench) const {
         mover.body.pose.rotation = turn(axis(), uniform(0, 3));
     }
     for (int i = 0; i < 2; ++i) {
+        movers[static_cast<size_t>(i)].body.contact_pressure_pa = i == 0 ? 20e3 : 1e6;
+        movers[static_cast<size_t>(i)].body.contact_width_m = i * 6 * voxel;
         movers[static_cast<size_t>(i)].set_velocity(axis() * (uniform(0.1, 0.9) * voxel / step),
                                                     axis() * (uniform(0, 0.2) / step));
     }

@@ -21,14 +21,27 @@ struct ConvexShape {
     double rounding_m = 0;      ///< added all around (a collision margin outside the core shape)
 };
 
+/// What a body's surface is to the soil; negative: as the material says.
+struct SurfaceFriction {
+    double friction = -1;     ///< Coulomb's coefficient, 0..2
+    double adhesion_pa = -1;  ///< shear stress without pressure, 0..200e3 Pa
+};
+
 /// One body for one step. World axes.
 struct SoilBody {
     int id = 0;  ///< the caller's own key, 0..65534, unique in a step; comes back in contacts
     Pose pose;   ///< body frame -> world, at the end of the step
     Vec3 linear_velocity_m_s;  ///< of center_of_mass_m
     Vec3 angular_velocity_rad_s;
-    Vec3 center_of_mass_m;                             ///< world
-    bool is_static = false;                            ///< never moves: velocity ignored
+    Vec3 center_of_mass_m;  ///< world
+    /// Mean normal pressure of its contact with the soil so far; decides how far soil that it
+    /// presses on is compacted. >= 0
+    double contact_pressure_pa = 0;
+    /// Width of its contact with the soil so far: soil counts for ContactVoxel::relative_density to
+    /// half as far from the body (1..8 voxels). >= 0
+    double contact_width_m = 0;
+    bool is_static = false;  ///< never moves: velocity ignored
+    SurfaceFriction surface;
     const std::vector<ConvexShape>* shapes = nullptr;  ///< must outlive the call
     unsigned shape_revision = 0;                       ///< change it when *shapes changed
 };
@@ -43,6 +56,9 @@ struct ContactVoxel {
     double fill = 0;     ///< 0..1: how much of the room beside the body holds soil
     double compression_m = 0;  ///< excess soil per area: elastic push-in of the surface; >= 0
     int material = 0;          ///< index into SoilDef::material_list()
+    /// Of the soil beside the body, mean along the way out: 0 loose, 1 compacted; negative where
+    /// its density is fixed.
+    double relative_density = -1;
 };
 
 /// The soil a moving body carries (in a bucket, on a bed): it moves with the body, so its weight is

@@ -11,17 +11,42 @@ namespace bsoil {
 
 /// One granular material. All values are checked by validate().
 struct MaterialDef {
-    std::string name = "dry_sand";      ///< unique within a soil, used by scenes and summaries
-    double density_kg_m3 = 1600;        ///< bulk density as placed, 200..4000
-    double friction_angle_rad = 0.576;  ///< angle of internal friction phi, 0..1.2 rad (33 deg)
-    double cohesion_pa = 0;             ///< cohesion c, 0..200e3 Pa
+    std::string name = "dry_sand";  ///< unique within a soil, used by scenes and summaries
+    double density_kg_m3 = 1600;    ///< bulk density as placed, 200..4000
+    /// Bulk density of soil that has been dug and dropped, and of soil compacted by 1 MPa; 0: the
+    /// density is not known to change, so soil neither swells nor compacts and its strength is that
+    /// of friction_angle_rad alone. Give both or none: loose <= placed <= compacted, loose at least
+    /// half of compacted
+    double loose_density_kg_m3 = 0;
+    double compacted_density_kg_m3 = 0;
+    /// angle of internal friction phi, 0..1.2 rad (33 deg). Where the densities are given: of the
+    /// critical state, that is of steady shearing
+    double friction_angle_rad = 0.576;
+    double cohesion_pa = 0;  ///< cohesion c, 0..200e3 Pa
     double loose_cohesion_fraction =
         0;  ///< share of the cohesion that soil keeps once it has been moved, 0..1
-    double tool_friction = 0.4;                       ///< Coulomb friction with bodies, 0..2
+    double tool_friction = 0.4;  ///< Coulomb friction with bodies, 0..2
+    double tool_adhesion_pa =
+        0;  ///< shear stress between soil and bodies without pressure, 0..200e3 Pa
+    /// Janosi and Hanamoto's K of soil as placed: shear displacement after which 1 - 1/e of the
+    /// shear stress has developed, 0..0.2 m. 0: it is there at once
+    double shear_displacement_m = 0;
     std::array<float, 3> color{0.76f, 0.66f, 0.45f};  ///< linear RGB, 0..1, for pictures only
+    /// Whether density is state: it changes with what happens to the soil.
+    bool has_density_range() const { return loose_density_kg_m3 > 0; }
+    /// 0 at the loose density, 1 at the compacted one, linear in the volume of a mass. Needs
+    /// has_density_range().
+    double relative_density(double at_kg_m3) const {
+        return (1 / loose_density_kg_m3 - 1 / at_kg_m3) /
+               (1 / loose_density_kg_m3 - 1 / compacted_density_kg_m3);
+    }
     /// Names the field, its value and its range when something is wrong.
     Status validate() const;
 };
+
+/// Relative density that loose soil takes up under a pressure: 0 at 1 kPa, 1 at 1 MPa, linear in
+/// the logarithm between (the straight virgin compression line of soil mechanics).
+double relative_density_under(double pressure_pa);
 
 /// Built-in materials. Angles, cohesions and weights lie in the ranges of the thesis (Table 6)
 /// where it has the soil, else in those of the usual soil mechanics tables; see docs/materials.md

@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <numbers>
 
 #include "bsoil/material.h"
@@ -13,6 +15,10 @@ Status MaterialDef::validate() const {
     const std::string where = "material '" + name + "': ";
     for (const Status& status :
          {check_range(where + "density_kg_m3", density_kg_m3, 200, 4000),
+          check_range(where + "loose_density_kg_m3", loose_density_kg_m3, 0, 4000),
+          check_range(where + "compacted_density_kg_m3", compacted_density_kg_m3, 0, 4000),
+          check_range(where + "tool_adhesion_pa", tool_adhesion_pa, 0, 200e3),
+          check_range(where + "shear_displacement_m", shear_displacement_m, 0, 0.2),
           check_range(where + "friction_angle_rad", friction_angle_rad, 0, 1.2),
           check_range(where + "cohesion_pa", cohesion_pa, 0, 200e3),
           check_range(where + "loose_cohesion_fraction", loose_cohesion_fraction, 0, 1),
@@ -21,7 +27,26 @@ Status MaterialDef::validate() const {
             return status;
         }
     }
+    if (loose_density_kg_m3 == 0 && compacted_density_kg_m3 == 0) {
+        return Done{};
+    }
+    if (loose_density_kg_m3 < 100 || loose_density_kg_m3 > density_kg_m3 ||
+        compacted_density_kg_m3 < density_kg_m3 || loose_density_kg_m3 >= compacted_density_kg_m3 ||
+        loose_density_kg_m3 < compacted_density_kg_m3 / 2) {
+        return Error{where + "densities are " + std::to_string(loose_density_kg_m3) + " loose, " +
+                     std::to_string(density_kg_m3) + " placed, " +
+                     std::to_string(compacted_density_kg_m3) +
+                     " compacted [kg/m3]: must rise in this order, loose at least half of "
+                     "compacted and at least 100; or give neither loose nor compacted"};
+    }
     return Done{};
+}
+
+double relative_density_under(double pressure_pa) {
+    constexpr double kLoosePa = 1e3, kCompactedPa = 1e6;
+    return pressure_pa > kLoosePa
+               ? std::min(1.0, std::log(pressure_pa / kLoosePa) / std::log(kCompactedPa / kLoosePa))
+               : 0;
 }
 
 namespace materials {

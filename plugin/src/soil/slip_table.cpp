@@ -83,6 +83,12 @@ std::vector<int32_t> make_slip_table(const MaterialDef& m, const SoilDef& def) {
     }
     const double passive = std::tan(std::numbers::pi / 4 - m.friction_angle_rad / 2);
     table[kTablePassive] = static_cast<int32_t>(std::lround(passive * kVoxelFull));
+    if (m.has_density_range()) {
+        table[kTableLoose] = static_cast<int32_t>(
+            std::lround(kReferenceDensity / m.loose_density_kg_m3 * kVoxelFull));
+        table[kTableCompacted] = static_cast<int32_t>(
+            std::lround(kReferenceDensity / m.compacted_density_kg_m3 * kVoxelFull));
+    }
     return table;
 }
 

@@ -23,7 +23,8 @@ struct SlipWedge {
 SlipWedge find_slip_wedge(const MaterialDef& material, double gravity_m_s2, double rise_m,
                           double run_m);
 
-/// The table of one material in the layout of the kernels (kTableWords words).
+/// The table of one material in the layout of the kernels (kTableWords words): slopes, and what
+/// else kernels need to know of it.
 std::vector<int32_t> make_slip_table(const MaterialDef& material, const SoilDef& def);
 
 }  // namespace bsoil

@@ -109,7 +109,13 @@ struct Soil::Impl {
     std::vector<StepBody> body_scratch;
     std::vector<Aabb> shape_boxes;
     std::vector<int> contact_order, surface_queue;
+    struct SurfaceSum {
+        int64_t height_q16 = 0;
+        int64_t count = 0;
+    };
     std::vector<int32_t> surface_height;
+    std::vector<SurfaceSum> surface_sums;   ///< over the free columns below and left of a corner
+    std::vector<double> body_width_voxels;  ///< of the contact, by body index
     int surface_low[2] = {0, 0}, surface_size[2] = {0, 0};
     size_t list_words_used = 0, list_words_uploaded = 0, lists_capacity = 0, shapes_capacity = 0;
     int block_active_count = 0;
@@ -169,7 +175,10 @@ struct Soil::Impl {
     void read_results();
     void read_activity();
     void find_free_surface();
-    double free_surface_at(int x, int y) const;
+    void sum_up_free_surface();
+    /// Height of the free surface [voxels] that counts for a surface element of a body at `at`
+    /// (grid voxels) in the column (x, y): the mean over the soil that would give way to it.
+    double free_surface_beside(int x, int y, Vec3 at, Vec3 outward, double width_voxels) const;
 
     uint64_t checksum() const;
 };

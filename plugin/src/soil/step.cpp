@@ -291,6 +291,7 @@ void Soil::Impl::upload_bodies(std::span<const StepBody> step_bodies, double t) 
     params.body_count = body_count;
     params.shape_offset = body_count * kBodyWords;
     shape_words.assign(static_cast<size_t>(params.shape_offset), 0);
+    body_width_voxels.assign(static_cast<size_t>(body_count), 0);
     const double per_step = def.step_s / frame.voxel_m;
     for (const StepBody& body : step_bodies) {
         const SoilBody& in = *body.input;
@@ -310,9 +311,17 @@ void Soil::Impl::upload_bodies(std::span<const StepBody> step_bodies, double t) 
                     static_cast<int32_t>(std::lround(std::clamp(components[i], -1e6, 1e6)));
             }
             record[kBodyMoving] = 1;
+            record[kBodyPacking] = static_cast<int32_t>(
+                std::lround(relative_density_under(in.contact_pressure_pa) * kVoxelFull));
         }
-        record[kBodyFriction] = static_cast<int32_t>(std::lround(
-            materials[0].tool_friction * def.gravity_m_s2 * def.step_s * per_step * kVelocityOne));
+        body_width_voxels[static_cast<size_t>(body.track->index)] =
+            std::max(0.0, in.contact_width_m) / frame.voxel_m;
+        record[kBodyReach] = static_cast<int32_t>(std::lround(
+            std::clamp(in.contact_width_m / 2 / frame.voxel_m, 1.0, 1.0 * kBodyReachMost)));
+        record[kBodyFriction] = static_cast<int32_t>(
+            std::lround((in.surface.friction >= 0 ? std::min(in.surface.friction, 2.0)
+                                                  : materials[0].tool_friction) *
+                        def.gravity_m_s2 * def.step_s * per_step * kVelocityOne));
     }
     const auto put_float = [&](size_t at, double value) {
         shape_words[at] = std::bit_cast<int32_t>(static_cast<float>(value));
@@ -478,7 +487,8 @@ void Soil::Impl::run_slippage() {
 
 bool Soil::Impl::accept_body(const SoilBody& body) {
     if (!is_finite(body.pose) || !is_finite(body.linear_velocity_m_s) ||
-        !is_finite(body.angular_velocity_rad_s) || !is_finite(body.center_of_mass_m)) {
+        !is_finite(body.angular_velocity_rad_s) || !is_finite(body.center_of_mass_m) ||
+        !std::isfinite(body.contact_pressure_pa) || !std::isfinite(body.contact_width_m)) {
         status |= static_cast<uint32_t>(StatusBit::pose_not_finite);
         return false;
     }
@@ -747,17 +757,24 @@ void Soil::Impl::read_results() {
         contact.position_m = frame.to_world(at);
         contact.normal = rotate(frame.grid_to_world.rotation, gradient * (-1 / steep));
         contact.area_m2 = share * voxel * voxel;
-        contact.depth_m = std::max(0.0, free_surface_at(c[0], c[1]) - at.z) * voxel;
+        contact.depth_m =
+            std::max(0.0, free_surface_beside(c[0], c[1], at, gradient * (-1 / steep),
+                                              body_width_voxels[static_cast<size_t>(c[3])]) -
+                              at.z) *
+            voxel;
         contact.fill = static_cast<double>(c[7]) / kVoxelFull;
         contact.compression_m =
             std::min(1.0, static_cast<double>(c[8]) / kVoxelFull / share) * voxel;
         contact.material = c[9];
+        contact.relative_density =
+            c[11] == kDensityFixed ? -1 : static_cast<double>(c[11]) / kVoxelFull;
         contacts.push_back(contact);
     }
 }
 
-// Height of the soil's free surface around the contacts: at a column under a body that of the
-// nearest column that is not. A breadth-first walk over the columns around the contacts.
+// Height of the soil's free surface around the contacts, and its sums; at a column under a body
+// that of the nearest column that is not. A breadth-first walk over the columns around the
+// contacts.
 void Soil::Impl::find_free_surface() {
     constexpr int kMargin = 2 * kTileSide;
     surface_height.clear();
@@ -803,6 +820,7 @@ void Soil::Impl::find_free_surface() {
             }
         }
     }
+    sum_up_free_surface();
     for (size_t head = 0; head < surface_queue.size(); ++head) {
         const int x = surface_queue[head] % surface_size[0],
                   y = surface_queue[head] / surface_size[0];
@@ -820,10 +838,52 @@ void Soil::Impl::find_free_surface() {
     }
 }
 
-double Soil::Impl::free_surface_at(int x, int y) const {
-    return surface_height[static_cast<size_t>(y - surface_low[1]) * surface_size[0] + x -
-                          surface_low[0]] /
-           65536.0;
+// Sums over all free columns of a rectangle are four words of these.
+void Soil::Impl::sum_up_free_surface() {
+    const int nx = surface_size[0], ny = surface_size[1];
+    surface_sums.assign(static_cast<size_t>(nx + 1) * (ny + 1), {});
+    for (int y = 0; y < ny; ++y) {
+        SurfaceSum row;
+        for (int x = 0; x < nx; ++x) {
+            const int32_t height_q16 = surface_height[static_cast<size_t>(y) * nx + x];
+            if (height_q16 >= 0) {
+                row.height_q16 += height_q16;
+                ++row.count;
+            }
+            const SurfaceSum& above = surface_sums[static_cast<size_t>(y) * (nx + 1) + x + 1];
+            surface_sums[static_cast<size_t>(y + 1) * (nx + 1) + x + 1] = {
+                above.height_q16 + row.height_q16, above.count + row.count};
+        }
+    }
+}
+
+double Soil::Impl::free_surface_beside(int x, int y, Vec3 at, Vec3 outward,
+                                       double width_voxels) const {
+    const int nx = surface_size[0], ny = surface_size[1];
+    const double nearest =
+        surface_height[static_cast<size_t>(y - surface_low[1]) * nx + x - surface_low[0]] / 65536.0;
+    // Soil pushed by a wall fails along a wedge that rises at 45 deg - phi / 2 and is as long as it
+    // is deep times 1.8; soil under a sole, as far around as the sole is wide.
+    const double level = std::hypot(outward.x, outward.y);
+    const double wedge = 1.8 * std::max(0.0, nearest - at.z);
+    const double half = std::max(1.0, level * wedge / 2 + (1 - level) * 1.5 * width_voxels);
+    const double cx = at.x + outward.x * wedge / 2, cy = at.y + outward.y * wedge / 2;
+    const auto clip = [](double v, int low, int size) {
+        return std::clamp(static_cast<int>(std::lround(v)) - low, 0, size);
+    };
+    const int x0 = clip(cx - half, surface_low[0], nx), x1 = clip(cx + half, surface_low[0], nx);
+    const int y0 = clip(cy - half, surface_low[1], ny), y1 = clip(cy + half, surface_low[1], ny);
+    const auto sum = [&](int ix, int iy) -> const SurfaceSum& {
+        return surface_sums[static_cast<size_t>(iy) * (nx + 1) + ix];
+    };
+    const int64_t count =
+        sum(x1, y1).count - sum(x0, y1).count - sum(x1, y0).count + sum(x0, y0).count;
+    if (count == 0) {
+        return nearest;
+    }
+    const int64_t height_q16 = sum(x1, y1).height_q16 - sum(x0, y1).height_q16 -
+                               sum(x1, y0).height_q16 + sum(x0, y0).height_q16;
+    return static_cast<double>(height_q16) / 65536.0 / static_cast<double>(count);
 }
 
 void Soil::Impl::read_activity() {

@@ -80,6 +80,9 @@ class SoilAction final : public btActionInterface {
 
     /// From now on the soil does not see this object.
     void ignore(const btCollisionObject& object);
+    /// The friction and adhesion between soil and this object, until it leaves the world; may come
+    /// before it enters it. Error: a value that is not finite or out of range.
+    Status set_surface(const btCollisionObject& object, const SurfaceFriction& surface);
 
     /// Report of the last soil step; its contacts are valid until the next one.
     const StepReport& last_report() const;

@@ -1,0 +1,169 @@
+/// `bsoil plate`, `bsoil blade`, `bsoil traction`, `bsoil shear`: the experiments of terramechanics
+/// as sweeps.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "commands.h"
+#include "experiment/expectation.h"
+#include "experiment/experiment_load.h"
+#include "experiment/plot.h"
+#include "experiment/sweep_run.h"
+
+namespace bsoil::command {
+namespace {
+
+struct ExperimentArguments {
+    std::string rig, path, out;
+    std::vector<std::string> settings;
+    int thread_count = 0;
+    bool series = false, no_plot = false;
+};
+
+int could_not(const std::string& text) {
+    fmt::print(stderr, "{}\n", text);
+    return kCouldNotRun;
+}
+
+std::string point_text(const experiment::Experiment& experiment, size_t point) {
+    std::string text = fmt::format("point {}", point);
+    for (const experiment::Parameter& p : experiment.points[point].parameters)
+        text += fmt::format(" {}={}", p.name, p.text);
+    return text;
+}
+
+/// A bar on a terminal, a line for each finished point elsewhere.
+experiment::SweepProgress progress_of(const experiment::Experiment& experiment) {
+    experiment::SweepProgress progress;
+    if (isatty(STDERR_FILENO) != 0) {
+        progress.advanced = [last = -1](double fraction) mutable {
+            const int percent = static_cast<int>(100 * fraction);
+            if (percent == last) return;
+            last = percent;
+            fmt::print(stderr, "\r[{:<40}] {:3}%{}",
+                       std::string(static_cast<size_t>(percent * 2 / 5), '#'), percent,
+                       percent == 100 ? "\n" : "");
+            std::fflush(stderr);
+        };
+    } else {
+        progress.finished = [&experiment](size_t point, const experiment::PointRun& run) {
+            fmt::print(stderr, "{}: {:.1f} s{}\n", point_text(experiment, point), run.wall_s,
+                       run.error.empty() ? "" : ", failed");
+        };
+    }
+    return progress;
+}
+
+void print_table(const experiment::CsvTable& table) {
+    std::vector<size_t> widths;
+    for (size_t c = 0; c < table.columns.size(); ++c) {
+        widths.push_back(table.columns[c].size());
+        for (const auto& row : table.rows) widths[c] = std::max(widths[c], row[c].size());
+    }
+    const auto print = [&](const std::vector<std::string>& cells) {
+        for (size_t c = 0; c < cells.size(); ++c)
+            fmt::print("{}{:>{}}", c ? "  " : "", cells[c], widths[c]);
+        fmt::print("\n");
+    };
+    print(table.columns);
+    for (const auto& row : table.rows) print(row);
+}
+
+int run(const ExperimentArguments& arguments) {
+    auto loaded = experiment::load_experiment(arguments.path, arguments.rig, arguments.settings);
+    if (!loaded) return could_not(loaded.error());
+    const experiment::Experiment& experiment = *loaded;
+    if (!experiment.missing_data.empty()) {
+        const std::string name = experiment.missing_data.substr(sizeof("data:") - 1);
+        if (experiment.points_are_missing) {
+            fmt::print("SKIP {}: {} is not there; set BULLETSOIL_DATA to the folder that has it\n",
+                       arguments.path, name);
+            return kSkipped;
+        }
+        fmt::print(
+            "{} is not there (set BULLETSOIL_DATA to the folder that has it): no measured "
+            "values\n",
+            name);
+    }
+    std::error_code failed;
+    std::filesystem::create_directories(arguments.out, failed);
+    if (failed) return could_not(arguments.out + ": " + failed.message());
+
+    const std::vector<experiment::PointRun> runs =
+        experiment::run_sweep(experiment, arguments.thread_count, progress_of(experiment));
+    for (size_t i = 0; i < runs.size(); ++i) {
+        if (!runs[i].error.empty())
+            return could_not(point_text(experiment, i) + ": " + runs[i].error);
+        for (const std::string& status : runs[i].output.status)
+            fmt::print(stderr, "{}: {}\n", point_text(experiment, i), status);
+        if (!arguments.series) continue;
+        const Status written =
+            experiment::write_csv(experiment::series_table(runs[i].output),
+                                  fmt::format("{}/series_{:03}.csv", arguments.out, i));
+        if (!written) return could_not(written.error());
+    }
+    const experiment::CsvTable results = experiment::result_table(experiment, runs);
+    const Status written = experiment::write_csv(results, arguments.out + "/results.csv");
+    if (!written) return could_not(written.error());
+    print_table(results);
+    if (!arguments.no_plot) {
+        const Status drawn = experiment::draw_plot(experiment, results, arguments.out);
+        if (!drawn) fmt::print(stderr, "{}\n", drawn.error());
+    }
+
+    int exit_code = kPassed;
+    for (const experiment::Verdict& verdict : experiment::check_expectations(experiment, results)) {
+        using Kind = experiment::Verdict::Kind;
+        fmt::print("{} {}\n",
+                   verdict.kind == Kind::pass   ? "PASS"
+                   : verdict.kind == Kind::fail ? "FAIL"
+                                                : "SKIP",
+                   verdict.text);
+        if (verdict.kind == Kind::fail) exit_code = kFailed;
+    }
+    fmt::print("{} points -> {}\n", runs.size(), arguments.out);
+    return exit_code;
+}
+
+void add_experiment(CLI::App& app, const std::string& rig, const std::string& help,
+                    int& exit_code) {
+    auto arguments = std::make_shared<ExperimentArguments>();
+    arguments->rig = rig;
+    CLI::App* command = app.add_subcommand(
+        rig, help +
+                 ": 0 all expectations hold, 1 one does not, 2 could not run, 77 its data is "
+                 "not there");
+    command->add_option("file", arguments->path, "the experiment (TOML)")->required();
+    command->add_option("--out", arguments->out, "folder for the results")->required();
+    command
+        ->add_option("--set", arguments->settings,
+                     "key=value instead of what the file says, as soil.voxel_m=0.01")
+        ->allow_extra_args(false);
+    command->add_option("--threads", arguments->thread_count, "points run at once; 0: all cores")
+        ->check(CLI::Range(0, 1024))
+        ->capture_default_str();
+    command->add_flag("--series", arguments->series,
+                      "OUT/series_000.csv ...: all steps of each point");
+    command->add_flag("--no-plot", arguments->no_plot, "no plot");
+    command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
+}  // namespace
+
+void add_experiments(CLI::App& app, int& exit_code) {
+    add_experiment(app, "plate", "press plates into soil", exit_code);
+    add_experiment(app, "blade", "draw blades through soil", exit_code);
+    add_experiment(app, "traction", "drive a wheel over soil", exit_code);
+    add_experiment(app, "shear", "shear soil under a normal stress", exit_code);
+    CLI::App* keys =
+        app.add_subcommand("experiment-keys", "print every key an experiment file may have");
+    keys->add_flag("--markdown")->description("as a Markdown page (the only form there is)");
+    keys->callback([&exit_code] {
+        fmt::print("{}", experiment::experiment_markdown());
+        exit_code = kPassed;
+    });
+}
+
+}  // namespace bsoil::command

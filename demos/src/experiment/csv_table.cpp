@@ -1,0 +1,98 @@
+#include "csv_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+
+namespace bsoil::experiment {
+namespace {
+
+/// The cells of the next record; quoted cells may hold commas, line ends and doubled quotes.
+std::vector<std::string> read_record(std::istream& file) {
+    std::vector<std::string> cells(1);
+    bool quoted = false;
+    for (char c; file.get(c);) {
+        if (quoted) {
+            if (c != '"')
+                cells.back() += c;
+            else if (file.peek() == '"')
+                cells.back() += static_cast<char>(file.get());
+            else
+                quoted = false;
+        } else if (c == '"') {
+            quoted = true;
+        } else if (c == ',') {
+            cells.emplace_back();
+        } else if (c == '\n') {
+            break;
+        } else if (c != '\r') {
+            cells.back() += c;
+        }
+    }
+    return cells;
+}
+
+std::string quoted(const std::string& text) {
+    if (text.find_first_of(",\"\n") == std::string::npos) return text;
+    std::string out = "\"";
+    for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+    return out + '"';
+}
+
+}  // namespace
+
+int CsvTable::column_index(const std::string& name) const {
+    const auto found = std::find(columns.begin(), columns.end(), name);
+    return found == columns.end() ? -1 : static_cast<int>(found - columns.begin());
+}
+
+std::optional<double> CsvTable::number(size_t row, const std::string& column) const {
+    const int index = column_index(column);
+    if (index < 0) return std::nullopt;
+    return number_in(rows[row][static_cast<size_t>(index)]);
+}
+
+Result<CsvTable> read_csv(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    if (!file) return Error{path + ": cannot be read"};
+    CsvTable table;
+    table.columns = read_record(file);
+    while (file.peek() != std::char_traits<char>::eof()) {
+        std::vector<std::string> cells = read_record(file);
+        if (cells.size() == 1 && cells[0].empty()) continue;  // an empty line
+        if (cells.size() > table.columns.size())
+            return Error{fmt::format("{}: row {} has {} cells, the headings are {}", path,
+                                     table.rows.size() + 2, cells.size(), table.columns.size())};
+        cells.resize(table.columns.size());
+        table.rows.push_back(std::move(cells));
+    }
+    return table;
+}
+
+Status write_csv(const CsvTable& table, const std::string& path) {
+    std::ofstream file(path, std::ios::binary);
+    const auto write = [&](const std::vector<std::string>& cells) {
+        for (size_t i = 0; i < cells.size(); ++i) file << (i ? "," : "") << quoted(cells[i]);
+        file << '\n';
+    };
+    write(table.columns);
+    for (const std::vector<std::string>& row : table.rows) write(row);
+    if (!file.flush()) return Error{path + ": cannot be written"};
+    return Done{};
+}
+
+std::string cell(double value) {
+    return std::isfinite(value) ? fmt::format("{:.6g}", value) : std::string();
+}
+
+std::optional<double> number_in(const std::string& text) {
+    char* end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    if (text.empty() || *end != '\0' || !std::isfinite(value)) return std::nullopt;
+    return value;
+}
+
+}  // namespace bsoil::experiment

@@ -1,0 +1,19 @@
+/// The plot of an experiment, drawn by gnuplot.
+#pragma once
+
+#include <string>
+
+#include "csv_table.h"
+#include "experiment.h"
+
+namespace bsoil::experiment {
+
+/// The gnuplot script for results.svg and results.png, with the data in it: a panel for each
+/// [[plot]].
+std::string plot_script(const Experiment& experiment, const CsvTable& results);
+
+/// Writes the script into `folder` as results.gnuplot and runs gnuplot there. The error says that
+/// gnuplot is missing or failed; the script is there all the same.
+Status draw_plot(const Experiment& experiment, const CsvTable& results, const std::string& folder);
+
+}  // namespace bsoil::experiment

@@ -1,0 +1,116 @@
+/// What becomes of the results of a sweep: tables, comparison with measurements, verdicts, plots.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "experiment/expectation.h"
+#include "experiment/measured_data.h"
+#include "experiment/plot.h"
+
+namespace bsoil::experiment {
+namespace {
+
+CsvTable results() {
+    return {{"point", "depth_m", "draft_n"},
+            {{"0", "0.1", "110"}, {"1", "0.2", "380"}, {"2", "0.3", "900"}}};
+}
+
+TEST(ExperimentResults, csv_is_read_as_it_was_written) {
+    const CsvTable table{{"a", "b, with comma"}, {{"1", "say \"so\""}, {"", "two\nlines"}}};
+    const std::string path = std::filesystem::temp_directory_path() / "bsoil_csv_test.csv";
+    ASSERT_TRUE(write_csv(table, path));
+    const auto read = read_csv(path);
+    ASSERT_TRUE(read) << read.error();
+    EXPECT_EQ(read->columns, table.columns);
+    EXPECT_EQ(read->rows, table.rows);
+    std::ofstream(path) << "a,b\r\n1\r\n\r\n1,2,3\n";
+    EXPECT_NE(read_csv(path).error().find("row 3 has 3 cells"), std::string::npos);
+    std::filesystem::remove(path);
+    EXPECT_FALSE(read_csv(path));
+}
+
+TEST(ExperimentResults, measured_columns_are_filtered_and_scaled) {
+    const CsvTable file{{"wheel", "slip", "z_mm"},
+                        {{"smooth", "0.10", "5"}, {"lugs", "0.1", "6"}, {"smooth", "0.2", ""}}};
+    MeasuredItem item;
+    item.columns.resize(2);
+    item.columns[0].name = "slip_ratio";
+    item.columns[0].column = "slip";
+    item.columns[1].name = "sinkage_m";
+    item.columns[1].column = "z_mm";
+    item.columns[1].factor = 0.001;
+    MeasuredFilterItem& filter = item.filters.emplace_back();
+    filter.column = "wheel";
+    filter.equals = "smooth";
+    const auto table = select_measured(file, item);
+    ASSERT_TRUE(table) << table.error();
+    EXPECT_EQ(table->columns, (std::vector<std::string>{"slip_ratio", "sinkage_m"}));
+    ASSERT_EQ(table->rows.size(), 1u);  // the row without a sinkage is no measurement
+    EXPECT_DOUBLE_EQ(table->rows[0][1], 0.005);
+    filter.column = "slip";
+    filter.equals = "0.1";  // numbers are compared as numbers
+    EXPECT_EQ(select_measured(file, item)->rows.size(), 2u);
+    filter.column = "weel";
+    EXPECT_NE(select_measured(file, item).error().find("the columns are wheel, slip, z_mm"),
+              std::string::npos);
+}
+
+TEST(ExperimentResults, result_stands_beside_the_mean_of_its_measurements) {
+    CsvTable table = results();
+    add_measured(table, {{"depth_m", "draft_n"}, {{0.1, 90}, {0.1, 110}, {0.2, 400}}}, {"depth_m"});
+    EXPECT_EQ(table.columns[3], "draft_n_measured");
+    EXPECT_EQ(table.columns[4], "draft_n_error");
+    EXPECT_DOUBLE_EQ(*table.number(0, "draft_n_measured"), 100);
+    EXPECT_DOUBLE_EQ(*table.number(0, "draft_n_error"), 0.1);
+    EXPECT_DOUBLE_EQ(*table.number(1, "draft_n_error"), -0.05);
+    EXPECT_FALSE(table.number(2, "draft_n_measured"));
+}
+
+Verdict::Kind verdict_on(const ExpectItem& expect) {
+    Experiment experiment;
+    experiment.expectations = {expect};
+    return check_expectations(experiment, results())[0].kind;
+}
+
+TEST(ExperimentResults, expectations_are_held_against_their_rows) {
+    ExpectItem expect;
+    expect.column = "draft_n";
+    expect.min = 100;
+    EXPECT_EQ(verdict_on(expect), Verdict::Kind::pass);
+    expect.min = 200;  // point 0 is below
+    EXPECT_EQ(verdict_on(expect), Verdict::Kind::fail);
+    expect.at_values = {{"depth_m", "0.2", 0.2}};
+    EXPECT_EQ(verdict_on(expect), Verdict::Kind::pass);
+    expect.at_values = {{"depth_m", "0.5", 0.5}};  // no such row
+    EXPECT_EQ(verdict_on(expect), Verdict::Kind::fail);
+    expect.at_values.clear();
+    expect.statistic = "median";
+    expect.min.reset();
+    expect.value = 380;
+    expect.tolerance = 1;
+    EXPECT_EQ(verdict_on(expect), Verdict::Kind::pass);
+    expect.column = "draft_n_error";  // nothing was measured
+    EXPECT_EQ(verdict_on(expect), Verdict::Kind::skip);
+}
+
+TEST(ExperimentResults, plot_shows_curves_and_measured_points) {
+    Experiment experiment;
+    experiment.rig = "blade";
+    experiment.title = "A \"blade\"";
+    experiment.points.resize(1);
+    experiment.points[0].parameters = {{"depth_m", "0.1", 0.1}};
+    experiment.measured_item.emplace().label = "Somebody 1970";
+    experiment.measured = {{"depth_m", "draft_n"}, {{0.1, 90}}};
+    PlotItem plot;
+    plot.x = "depth_m";
+    plot.y = "draft_n";
+    experiment.plots = {plot};
+    const std::string script = plot_script(experiment, results());
+    for (const char* part : {"0.2 380\n", "0.1 90\n", "Somebody 1970", "\"draft, N\"",
+                             "A \\\"blade\\\"", "results.svg", "results.png"})
+        EXPECT_NE(script.find(part), std::string::npos) << part;
+}
+
+}  // namespace
+}  // namespace bsoil::experiment

@@ -1,0 +1,145 @@
+/// The rigs themselves: without soil they measure what statics says, with it the results do not
+/// depend on the number of cores.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "experiment/experiment_load.h"
+#include "experiment/rig.h"
+#include "experiment/sweep_run.h"
+
+namespace bsoil::experiment {
+namespace {
+
+CsvTable results_of(const std::string& text, const std::string& rig, int thread_count = 1) {
+    const auto experiment = parse_experiment(text, "e.toml", rig);
+    EXPECT_TRUE(experiment) << experiment.error();
+    if (!experiment) return {};
+    const auto runs = run_sweep(*experiment, thread_count, {});
+    for (const PointRun& run : runs) EXPECT_EQ(run.error, "");
+    return result_table(*experiment, runs);
+}
+
+// Bullet's floats carry 7 digits of forces up to some hundred newtons.
+constexpr double kForceTolerance = 0.01;
+
+TEST(Rigs, plate_in_the_air_weighs_nothing) {
+    for (const char* shape :
+         {"circle", "rectangle", "cone",
+          "hull\"\npoints_m = [[0, 0, -0.1], [0.1, 0, 0], [-0.1, 0.1, 0], [-0.1, -0.1, 0]] #"}) {
+        const CsvTable table = results_of(
+            std::string("[plate]\nreach_m = [0.02]\nunload = true\nmass_kg = 12\nshape = \"") +
+                shape + "\"\n",
+            "plate");
+        ASSERT_EQ(table.rows.size(), 1u);
+        EXPECT_NEAR(*table.number(0, "force_n"), 0, kForceTolerance) << shape;
+        EXPECT_DOUBLE_EQ(*table.number(0, "sinkage_m"), 0.02);
+    }
+}
+
+TEST(Rigs, blade_in_the_air_has_no_draft_and_no_lift) {
+    const CsvTable table =
+        results_of("[blade]\nrake_deg = 60\ntravel_m = 0.3\nwindow_from_m = 0.1\n", "blade");
+    EXPECT_NEAR(*table.number(0, "draft_n"), 0, kForceTolerance);
+    EXPECT_NEAR(*table.number(0, "lift_n"), 0, kForceTolerance);
+}
+
+TEST(Rigs, wheel_hanging_free_measures_nothing) {
+    const CsvTable table = results_of(
+        "[traction]\nslip_ratio = 0.3\nslip_angle_deg = 20\ngrouser_count = 7\ntravel_m = 0.1\n"
+        "window_from_m = 0.05\n",
+        "traction");
+    for (const char* column : {"drawbar_pull_n", "side_force_n", "vertical_load_n", "torque_n_m"})
+        EXPECT_NEAR(*table.number(0, column), 0, kForceTolerance) << column;
+}
+
+TEST(Rigs, wheel_on_a_rigid_plane_pulls_with_coulomb_friction) {
+    // locked, spinning, and locked across the travel: 0.6 * 50 N against the motion of the rim
+    const CsvTable table = results_of(
+        "[world]\nground_plane = true\n"
+        "[traction]\nload_n = 50\nfriction = 0.6\nradius_m = 0.1\ntravel_m = 0.1\n"
+        "window_from_m = 0.05\n"
+        "[sweep]\nrow = [{slip_ratio = -1, slip_angle_deg = 0}, {slip_ratio = 0.5, "
+        "slip_angle_deg = 0}, {slip_ratio = -1, slip_angle_deg = 30}]\n",
+        "traction");
+    const double pull[] = {-30, 30, -30};
+    // the motor drives the spinning wheel and holds the locked one; a yawed one slides along
+    // its axle as well
+    const double torque[] = {-3, 3, -3 * std::cos(30 * 3.14159265 / 180)};
+    for (size_t i = 0; i < 3; ++i) {
+        EXPECT_NEAR(*table.number(i, "drawbar_pull_n"), pull[i], 0.05);
+        EXPECT_NEAR(*table.number(i, "side_force_n"), 0, 0.05);
+        EXPECT_NEAR(*table.number(i, "torque_n_m"), torque[i], 0.02);
+        EXPECT_NEAR(*table.number(i, "vertical_load_n"), 50, kForceTolerance);
+        EXPECT_NEAR(*table.number(i, "sinkage_m"), 0, 1e-4);
+    }
+    // a wheel heading to its left slides to its right: the ground pushes it left
+    EXPECT_NEAR(*table.number(2, "lateral_n"), 15, 0.05);
+    EXPECT_NEAR(*table.number(2, "tractive_n"), -30 * std::cos(30 * 3.14159265 / 180), 0.05);
+}
+
+TEST(Rigs, held_rim_speed_gives_the_same_slip) {
+    const std::string head =
+        "[world]\nground_plane = true\n[traction]\ntravel_m = 0.1\n"
+        "window_from_m = 0.05\nslip_ratio = 0.5\nload_n = 40\nheld = ";
+    const CsvTable travel = results_of(head + "\"travel\"\n", "traction");
+    const CsvTable rim = results_of(head + "\"rim\"\n", "traction");
+    EXPECT_NEAR(*travel.number(0, "drawbar_pull_n"), *rim.number(0, "drawbar_pull_n"), 0.05);
+}
+
+TEST(Rigs, shear_heads_on_a_rigid_plane_show_coulomb_friction) {
+    const std::string head =
+        "[world]\nground_plane = true\n[shear]\nfriction = 0.6\n"
+        "grouser_count = 0\nsettle_s = 0.2\ndisplacement_m = 0.02\n"
+        "normal_stress_pa = 10000\nhead = ";
+    const CsvTable box = results_of(head + "\"box\"\n", "shear");
+    EXPECT_EQ(box.rows.size(), 10u);
+    EXPECT_NEAR(*box.number(9, "shear_stress_pa"), 6000, 10);
+    EXPECT_NEAR(*box.number(9, "normal_stress_pa"), 10000, 10);
+    EXPECT_NEAR(*box.number(9, "displacement_m"), 0.02, 1e-6);
+    // Bullet keeps a few contacts of each sector, whose arms and friction directions are not
+    // those of an even stress
+    const CsvTable annulus = results_of(head + "\"annulus\"\n", "shear");
+    EXPECT_NEAR(*annulus.number(9, "shear_stress_pa"), 6000, 400);
+    EXPECT_NEAR(*annulus.number(9, "normal_stress_pa"), 10000, 10);
+}
+
+const std::string kSmallBed =
+    "[soil]\nsize_m = [0.4, 0.3, 0.3]\nvoxel_m = 0.02\nstep_s = 0.02\n"
+    "[world]\nsubstep_s = 0.005\n[bed]\ndepth_m = 0.2\n";
+
+TEST(Rigs, results_do_not_depend_on_the_number_of_cores) {
+    const std::string text = kSmallBed +
+                             "[plate]\nradius_m = 0.06\nspeed_m_s = 0.05\nreach_m = [0.02, 0.04]\n"
+                             "unload = true\n[sweep]\nsoil.voxel_m = [0.02, 0.025, 0.03]\n";
+    const CsvTable one = results_of(text, "plate", 1), two = results_of(text, "plate", 2);
+    ASSERT_EQ(one.rows.size(), 6u);
+    EXPECT_EQ(one.rows, two.rows);
+    EXPECT_GT(*one.number(0, "force_n"), 1);
+}
+
+TEST(Rigs, unloaded_plate_carries_nothing) {
+    const auto experiment = parse_experiment(
+        kSmallBed + "[plate]\nradius_m = 0.06\nspeed_m_s = 0.05\nreach_m = [0.03]\nunload = true\n",
+        "e.toml", "plate");
+    ASSERT_TRUE(experiment) << experiment.error();
+    const auto run = run_rig(experiment->points[0].setup, [](double) {});
+    ASSERT_TRUE(run) << run.error();
+    double peak_n = 0;
+    for (const auto& row : run->series) peak_n = std::max(peak_n, row[2]);
+    EXPECT_GT(peak_n, 1);
+    EXPECT_LT(run->series.back()[2], 1e-3 * peak_n);
+}
+
+TEST(Rigs, wheel_on_soil_carries_its_load) {
+    const CsvTable table = results_of(
+        kSmallBed +
+            "[traction]\nload_n = 40\nspeed_m_s = 0.05\ntravel_m = 0.15\nwindow_from_m = 0.05\n"
+            "settle_s = 0.5\n",
+        "traction");
+    EXPECT_NEAR(*table.number(0, "vertical_load_n"), 40, 2);  // what it still rises or sinks
+    EXPECT_GT(*table.number(0, "sinkage_m"), 0);
+}
+
+}  // namespace
+}  // namespace bsoil::experiment
