@@ -15,23 +15,32 @@ namespace {
 constexpr double kNoDirectionFraction = 1e-6;
 /// A row that gives this part of its limit has yielded: the solver clamps in single precision.
 constexpr double kYieldedFraction = 0.999;
+/// A patch slides when it goes this share of the way that its body goes.
+constexpr double kSliding = 0.1;
 /// More drift than this is not the solver's remainder but the contact's own motion.
 constexpr double kDriftMaxM = 0.01;
 /// Part of last substep's force that is given as a preload. The whole of it rings after an impact.
 constexpr double kPreloadFraction = 0.85;
-/// Over this time a body's motion is averaged: shorter, and a parked machine's jitter picks the
-/// direction of yield; longer, and a wheel that starts to slip meets the resistance of rolling.
-constexpr double kMotionMemoryS = 0.1;
+/// Time over which a body's motion is averaged, and the speed in voxels a second much below which
+/// it rests. Shorter or lower, and a parked machine's jitter picks the direction of yield; longer,
+/// and a wheel that starts to slip meets the resistance of rolling.
+constexpr double kYieldMemoryS = 0.1;
+constexpr double kRestVoxelsPerS = 0.5;
+/// A driven body much slower than this rests.
+constexpr double kDrivenRestMS = 1e-6;
 /// Patches whose normals differ by more than this cosine are not the same contact.
 constexpr double kSamePatchCosine = 0.5;
 
 Vec3 tangential(Vec3 v, Vec3 normal) { return v - dot(v, normal) * normal; }
 
-/// A unit vector across the normal: along the friction that acts, else along the sliding, else any.
-Vec3 first_tangent(Vec3 normal, Vec3 friction_n, double limit_n, Vec3 slide_m_s) {
-    if (length(friction_n) > kNoDirectionFraction * limit_n)
-        return friction_n * (1 / length(friction_n));
-    if (length(slide_m_s) > kCreepSpeedMS) return slide_m_s * (1 / length(slide_m_s));
+/// A unit vector across the normal: along the friction that holds, along the sliding where it has
+/// given way, else any. The rows' limits make a box: friction on its diagonal, sqrt(2) too large,
+/// would stay there if the box followed it.
+Vec3 first_tangent(Vec3 normal, Vec3 friction_n, double limit_n, Vec3 slide) {
+    const double size_n = length(friction_n);
+    if (size_n >= kYieldedFraction * limit_n && length(slide) > kSliding)
+        return slide * (1 / length(slide));
+    if (size_n > kNoDirectionFraction * limit_n) return friction_n * (1 / size_n);
     const Vec3 axis = std::abs(normal.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
     const Vec3 t = tangential(axis, normal);
     return t * (1 / length(t));
@@ -96,32 +105,40 @@ void ContactCoupling::update_strengths(Coupled& coupled) {
     coupled.strengths_surface = surface;
 }
 
-/// The body's motion, averaged over kMotionMemoryS: what the solver leaves of a body at rest has no
-/// direction. A driven body moves as it says.
-BodyMotion ContactCoupling::steady_motion(Coupled& coupled, double duration_s) {
+/// The body's motion as the soil's yield sees it: as a share of the largest speed of its contact,
+/// so that it does not depend on speed, and without what the solver leaves of a body at rest.
+BodyMotion ContactCoupling::yield_direction(Coupled& coupled, std::span<const ContactVoxel> voxels,
+                                            double duration_s) {
     const BodyMotion& now = coupled.body.motion;
     const bool is_solved =
         coupled.body.role == BodyRole::rigid || coupled.body.role == BodyRole::link;
-    const double share =
-        is_solved && coupled.has_motion ? 1 - std::exp(-duration_s / kMotionMemoryS) : 1;
+    // A body that has fallen asleep stands still at once: a limit that still crept would wake it.
+    const bool averages = is_solved && coupled.has_motion && !coupled.body.is_asleep;
+    const double share = averages ? -std::expm1(-duration_s / kYieldMemoryS) : 1;
+    coupled.has_motion = true;
     coupled.linear_m_s += share * (now.linear_velocity_m_s - coupled.linear_m_s);
     coupled.angular_rad_s += share * (now.angular_velocity_rad_s - coupled.angular_rad_s);
-    coupled.has_motion = true;
-    BodyMotion steady = now;
-    steady.linear_velocity_m_s = coupled.linear_m_s;
-    steady.angular_velocity_rad_s = coupled.angular_rad_s;
-    return steady;
+    double extent_m = 0;
+    for (const ContactVoxel& v : voxels)
+        extent_m = std::max(extent_m, length(v.position_m - now.center_of_mass_m));
+    const double speed_m_s = length(coupled.linear_m_s) + extent_m * length(coupled.angular_rad_s) +
+                             (is_solved ? kRestVoxelsPerS * soil_.voxel_m : kDrivenRestMS);
+    BodyMotion direction = now;
+    direction.linear_velocity_m_s = coupled.linear_m_s * (1 / speed_m_s);
+    direction.angular_velocity_rad_s = coupled.angular_rad_s * (1 / speed_m_s);
+    return direction;
 }
 
 void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const ContactVoxel> voxels,
                                         double duration_s) {
     const BodyMotion& motion = coupled.body.motion;
     update_strengths(coupled);
+    coupled.direction = yield_direction(coupled, voxels, duration_s);
     std::span<const double> sheared_m;
     if (has_shear_displacement_)
         sheared_m = coupled.shear.advance(voxels, motion, soil_.voxel_m, duration_s);
     const BodyContact contact =
-        group_contacts(voxels, motion, steady_motion(coupled, duration_s), soil_.up, soil_.voxel_m,
+        group_contacts(voxels, motion, coupled.direction, soil_.up, soil_.voxel_m,
                        coupled.strengths, sheared_m, patches_);
     coupled.width_m = contact.width_m;
     coupled.report.contact_area_m2 = contact.area_m2;
@@ -195,10 +212,9 @@ void ContactCoupling::wake_if_changed(Coupled& coupled) {
 
 PatchRow ContactCoupling::row_of(const Coupled& coupled, const CoupledPatch& patch) const {
     const ContactPatch& p = patch.patch;
-    const BodyMotion& motion = coupled.body.motion;
-    const Vec3 slide = tangential(motion.velocity_at(p.point_m), p.normal);
+    const Vec3 slide = tangential(coupled.direction.velocity_at(p.point_m), p.normal);
     const Vec3 t = first_tangent(p.normal, tangential(patch.applied_force_n, p.normal),
-                                 p.normal_limit_n, slide);
+                                 patch.shear_limit_n(), slide);
     PatchRow row;
     row.offset_m = to_bullet(patch.offset_m);
     row.drift_m = to_bullet(patch.drift_m);

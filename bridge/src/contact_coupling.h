@@ -81,15 +81,17 @@ class ContactCoupling {
         double pressure_pa = 0, width_m = 0;
         std::vector<SoilStrength> strengths;  ///< with this body's surface
         SurfaceFriction strengths_surface;
-        Vec3 linear_m_s, angular_rad_s;  ///< averaged, see steady_motion
+        Vec3 linear_m_s, angular_rad_s;  ///< averaged, see yield_direction
         bool has_motion = false;
+        BodyMotion direction;
         bool seen = false;
     };
 
     void set_body_contacts(Coupled& coupled, std::span<const ContactVoxel> voxels,
                            double duration_s);
     void update_strengths(Coupled& coupled);
-    BodyMotion steady_motion(Coupled& coupled, double duration_s);
+    BodyMotion yield_direction(Coupled& coupled, std::span<const ContactVoxel> voxels,
+                               double duration_s);
     void wake_if_changed(Coupled& coupled);
     PatchRow row_of(const Coupled& coupled, const CoupledPatch& patch) const;
     void preload(Coupled& coupled);

@@ -28,7 +28,7 @@ struct PatchSum {
 }  // namespace
 
 BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotion& motion,
-                           const BodyMotion& steady, Vec3 up, double voxel_m,
+                           const BodyMotion& direction, Vec3 up, double voxel_m,
                            std::span<const SoilStrength> strengths,
                            std::span<const double> shear_displacement_m,
                            std::vector<ContactPatch>& patches) {
@@ -59,9 +59,9 @@ BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotio
             shear_displacement_m.empty()
                 ? 1
                 : developed_shear(strength, shear_displacement_m[i], face.relative_density);
-        const ElementYield yield =
-            yield_of_element(v, steady.velocity_at(v.position_m), up, strength, face, shear,
-                             dot(motion.velocity_at(v.position_m), v.normal));
+        const ElementYield yield = yield_of_element(v, direction.velocity_at(v.position_m),
+                                                    dot(motion.velocity_at(v.position_m), v.normal),
+                                                    up, strength, face, shear);
         const double area = v.area_m2 * v.fill;
         const int quadrant = quadrant_of(rotate(to_body, v.position_m - centroid[bin]), bin);
         const double limit_n = yield.normal_limit_pa * area;

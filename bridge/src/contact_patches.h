@@ -52,10 +52,11 @@ struct BodyContact {
 /// body's frame, then by quadrant of the tangent plane about the bin's centroid. `patches` is
 /// cleared first. Sums of limit forces over patches equal those over voxels, so a closed surface
 /// under uniform pressure gives no force. `strengths` is indexed by ContactVoxel::material.
-/// steady: the body's motion without the solver's jitter, which yield depends on; motion is what it
-/// is now. shear_displacement_m: per voxel, empty where all shear stress is developed.
+/// direction: the body's motion as yield sees it, of contact points as a share of the body's motion
+/// (see yield_of_element); motion is what it is now. shear_displacement_m: per voxel, empty where
+/// all shear stress is developed.
 BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotion& motion,
-                           const BodyMotion& steady, Vec3 up, double voxel_m,
+                           const BodyMotion& direction, Vec3 up, double voxel_m,
                            std::span<const SoilStrength> strengths,
                            std::span<const double> shear_displacement_m,
                            std::vector<ContactPatch>& patches);

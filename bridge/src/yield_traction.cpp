@@ -9,8 +9,8 @@
 namespace bsoil::bullet {
 namespace {
 
-/// A retreat at this many creep speeds has parted from the soil.
-constexpr double kRetreatCreeps = 5;
+/// A retreat by this share of the body's motion has parted from the soil.
+constexpr double kRetreat = 0.05;
 
 }  // namespace
 
@@ -77,11 +77,11 @@ namespace {
 
 /// Cohesive part of the normal stress: a sole pushed down meets Prandtl's c Nc, a wall pushed
 /// sideways lifts a Rankine wedge; in between the two are mixed by the squares of the normal's
-/// parts. A face that looks up lifts soil as a wall does.
-double cohesive_stress_pa(Vec3 normal, Vec3 up, const SoilStrength& soil) {
-    const double down = std::max(0.0, -dot(normal, up));
+/// parts. A face that looks up lifts soil as a wall does. down: of the normal, 0..1; developed:
+/// share of a sole's bearing that its sinkage has mobilized.
+double cohesive_stress_pa(double down, double developed, const SoilStrength& soil) {
     const double sole = down * down;
-    return sole * soil.cohesion_sole_pa + (1 - sole) * soil.cohesion_wall_pa;
+    return sole * developed * soil.cohesion_sole_pa + (1 - sole) * soil.cohesion_wall_pa;
 }
 
 }  // namespace
@@ -102,7 +102,7 @@ double bearing_pressure_pa(const SoilStrength& soil, const FaceExtent& face, dou
 }  // namespace
 
 FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, double depth_m) {
-    if (!(face.width_m > 0) || !(depth_m > 0) || !(soil.sole_stress > 0)) return {};
+    if (!(face.width_m > 0) || !(depth_m > 0)) return {};
     const bool density_known = face.relative_density >= 0;
     const double density = std::max(0.0, face.relative_density);
     double phi = soil.friction_angle_rad;
@@ -117,39 +117,46 @@ FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, doubl
     }
     const double developed = std::min(1.0, depth_m / ((0.15 - 0.10 * density) * face.width_m));
     const double resistive_pa = soil.stiffness_pa_m * depth_m;
+    if (!(soil.sole_stress > 0)) return {.developed = developed};
     const double sole = developed * bearing_pa / (resistive_pa * soil.sole_stress);
     const double spread = 1 + soil.wedge_sides * face.depth_m / face.width_m;
     const double wedge_pa = soil.weight_n_m3 * depth_m * soil.passive_factor * spread;
     return {density_known ? sole : std::max(1.0, sole),
-            std::min(1.0, wedge_pa / (resistive_pa * soil.wall_stress))};
+            std::min(1.0, wedge_pa / (resistive_pa * soil.wall_stress)), developed};
 }
 
-ElementYield yield_of_element(const ContactVoxel& contact, Vec3 velocity_m_s, Vec3 up,
-                              const SoilStrength& soil, const FaceExtent& face, double shear,
-                              double impact_most_m_s) {
+ElementYield yield_of_element(const ContactVoxel& contact, Vec3 motion, double approach_m_s,
+                              Vec3 up, const SoilStrength& soil, const FaceExtent& face,
+                              double shear) {
     const Vec3 n = contact.normal;
     const double depth_m = contact.depth_m + contact.compression_m;
-    // A face above the surface has nothing to shear.
-    const double cohesive_pa = depth_m > 0 ? cohesive_stress_pa(n, up, soil) : 0;
-    const double speed = length(velocity_m_s);
-    const double approach = dot(velocity_m_s, n);
-    // Momentum flux of the soil that the element sets in motion.
-    const double impact = std::clamp(approach, 0.0, std::max(0.0, impact_most_m_s));
-    const double inertial_pa = soil.density_kg_m3 * impact * impact;
-
-    ElementYield out;
-    // The limit answers "what if it were pushed in": a slow retreat is taken out of the motion, a
+    const double approach = dot(motion, n);
+    const Vec3 slide = motion - approach * n;
+    const double sliding = length(slide);
+    // The limit answers "what if it were pushed in": a slight retreat is taken out of the motion, a
     // creep along the normal is put in, so that it changes smoothly as the element comes to rest.
     // An element that steadily retreats (the rear of a rolling wheel) has parted from the soil.
-    const double held = std::clamp(1 + approach / (kRetreatCreeps * kCreepSpeedMS), 0.0, 1.0);
-    const Vec3 slide = velocity_m_s - approach * n;
-    const Vec3 push = slide + (std::max(approach, 0.0) + kCreepSpeedMS) * n;
+    const double held = std::clamp(1 + approach / kRetreat, 0.0, 1.0);
+    const Vec3 push = slide + (std::max(approach, 0.0) + kCreep) * n;
     const Vec3 limit_stress = resistive_stress(n, push * (1 / length(push)), up, soil.friction);
     const double resistive_normal = std::max(0.0, -dot(limit_stress, n));
     const double down = std::max(0.0, -dot(n, up));
     const FaceFactors factors = face_factors(soil, face, depth_m);
     const double xi_depth = soil.stiffness_pa_m * depth_m *
                             (down * down * factors.sole + (1 - down * down) * factors.wall);
+
+    // A face above the surface has nothing to shear. Sliding takes from cohesion what it takes from
+    // friction.
+    const double pushed_normal =
+        down * down * soil.sole_stress + (1 - down * down) * soil.wall_stress;
+    const double turned = pushed_normal > 0 ? std::min(1.0, resistive_normal / pushed_normal) : 1.0;
+    const double cohesive_pa =
+        depth_m > 0 ? turned * cohesive_stress_pa(down, factors.developed, soil) : 0;
+    // Momentum flux of the soil that the element sets in motion.
+    const double impact_m_s = std::max(0.0, approach_m_s);
+    const double inertial_pa = soil.density_kg_m3 * impact_m_s * impact_m_s;
+
+    ElementYield out;
     out.normal_limit_pa = held * (xi_depth * resistive_normal + cohesive_pa + inertial_pa);
 
     // Sticking, the contact can carry all its friction; sliding, what resistive force theory finds
@@ -158,18 +165,16 @@ ElementYield yield_of_element(const ContactVoxel& contact, Vec3 velocity_m_s, Ve
     const double sliding_friction =
         resistive_normal > 0 ? std::min(soil.friction, resistive_surface / resistive_normal)
                              : soil.friction;
-    const double slide_speed = length(slide);
-    const double slid = slide_speed / (slide_speed + kCreepSpeedMS);
+    const double slid = sliding / (sliding + kCreep);
     out.friction = shear * (soil.friction + slid * (sliding_friction - soil.friction));
     out.adhesion_pa = depth_m > 0 ? held * shear * soil.adhesion_pa : 0;
 
-    if (approach > 0 && speed > kCreepSpeedMS) {
+    if (approach > kCreep) {
         const Vec3 stress =
-            xi_depth * resistive_stress(n, velocity_m_s * (1 / speed), up, soil.friction);
+            xi_depth * resistive_stress(n, motion * (1 / length(motion)), up, soil.friction);
         const Vec3 normal = dot(stress, n) * n;
         out.mobilized_pa = normal + shear * (stress - normal) - (cohesive_pa + inertial_pa) * n;
-        if (slide_speed > kCreepSpeedMS)
-            out.mobilized_pa += slide * (-out.adhesion_pa / slide_speed);
+        if (sliding > kCreep) out.mobilized_pa += slide * (-out.adhesion_pa / sliding);
     }
     return out;
 }

@@ -1,18 +1,15 @@
 /// Yield of the soil at one element of a body's surface.
 #pragma once
 
-#include <limits>
-
 #include "bsoil/body.h"
 #include "bsoil/material.h"
 
 namespace bsoil::bullet {
 
-/// Slower than this the direction of an element's motion says nothing about what it would do to the
-/// soil: its limit is that of a push along its normal. Larger: slow ploughs are held as if they
-/// were pressed; smaller: the solver's rest velocities of about 1e-4 m/s pick the direction of a
-/// body at rest.
-inline constexpr double kCreepSpeedMS = 1e-4;
+/// An element that moves less than this share of its body's motion counts as resting: its limit is
+/// that of a push along its normal, and friction holds it in any direction. Larger: a wheel that
+/// slips a little is held like one that does not; smaller: rounding picks directions.
+inline constexpr double kCreep = 0.01;
 
 /// What the yield of one material needs, computed once.
 struct SoilStrength {
@@ -49,6 +46,7 @@ struct FaceExtent {
 /// of its level and of its upright elements.
 struct FaceFactors {
     double sole = 1, wall = 1;
+    double developed = 1;  ///< share of a sole's bearing that its sinkage has mobilized
 };
 
 /// A wide wall meets no more than Coulomb's passive wedge in front of it, with the friction of the
@@ -86,12 +84,12 @@ struct ElementYield {
                         ///< the soil
 };
 
-/// velocity_m_s: of the element. up: unit. Depth is counted with the compression added, so that a
-/// surface just touching the soil has some bearing. shear: developed share of the shear stress,
-/// 0..1. impact_most_m_s: no faster approach counts for the momentum flux.
-ElementYield yield_of_element(const ContactVoxel& contact, Vec3 velocity_m_s, Vec3 up,
-                              const SoilStrength& soil, const FaceExtent& face = {},
-                              double shear = 1,
-                              double impact_most_m_s = std::numeric_limits<double>::infinity());
+/// motion: of the element, as a share of its body's motion, length 0..1; at rest it is zero, and
+/// the speed of the motion is in approach_m_s alone, along the normal: its momentum flux adds to
+/// the limit. up: unit. Depth is counted with the compression added, so that a surface just
+/// touching the soil has some bearing. shear: developed share of the shear stress, 0..1.
+ElementYield yield_of_element(const ContactVoxel& contact, Vec3 motion, double approach_m_s,
+                              Vec3 up, const SoilStrength& soil, const FaceExtent& face = {},
+                              double shear = 1);
 
 }  // namespace bsoil::bullet

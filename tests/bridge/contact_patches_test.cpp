@@ -25,7 +25,7 @@ ContactVoxel voxel(Vec3 position, Vec3 normal, double area) {
     v.position_m = position;
     v.normal = normal;
     v.area_m2 = area;
-    v.depth_m = 0.01;
+    v.depth_m = 10;  // so that all bearing is developed
     v.fill = 1;
     return v;
 }
@@ -114,14 +114,14 @@ TEST(ContactPatches, fill_and_material_enter) {
     ContactVoxel v = voxel({}, {0, -1, 0}, 2);
     v.fill = 0.25;
     v.material = 1;
-    v.depth_m = 0.2;
+    v.depth_m = 0.5;
     v.compression_m = 0.01;
     std::vector<ContactPatch> patches;
     const BodyContact total = group_contacts({&v, 1}, {}, {}, kUp, 0.1, strengths, {}, patches);
     ASSERT_EQ(patches.size(), 1u);
     EXPECT_NEAR(patches[0].normal_limit_n, 1500, 1e-9);
     EXPECT_NEAR(total.area_m2, 0.5, 1e-12);
-    EXPECT_EQ(total.depth_m, 0.2);
+    EXPECT_EQ(total.depth_m, 0.5);
     EXPECT_EQ(total.compression_m, 0.01);
 }
 
@@ -129,7 +129,7 @@ TEST(ContactPatches, moving_body_mobilizes_force_and_torque) {
     const SoilStrength strengths[] = {uniform_strength(1000)};
     const ContactVoxel v = voxel({0.5, 0, 0}, {0, -1, 0}, 1);
     BodyMotion sinking;
-    sinking.linear_velocity_m_s = {0, -0.01, 0};
+    sinking.linear_velocity_m_s = {0, -1, 0};
     std::vector<ContactPatch> patches;
     const BodyContact total =
         group_contacts({&v, 1}, sinking, sinking, kUp, 0.1, strengths, {}, patches);
