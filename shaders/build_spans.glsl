@@ -5,6 +5,9 @@
 void build_spans(int group, int lane) {
     int entry = block_list[params.list_offset + group];
     int slot = entry_slot(entry);
+    if (!slid_before(slot, false)) {
+        return;
+    }
     int end = entry_highest(entry) * 8;
     int column = slot * params.tile_voxels + lane;
     int record = (slot * kTileColumns + lane) * kColumnWords;

@@ -152,6 +152,22 @@ void mark_moved(int from, int to) {
     }
 }
 
+// Whether the slip pass before this one moved soil in the tile or, with `around`, in one beside it: elsewhere it would find
+// what the pass before found.
+bool slid_before(int slot, bool around) {
+    if (params.slip_stamp == 0) {
+        return true;
+    }
+    for (int n = 0; n < 9; ++n) {
+        int other = n == 4 ? slot : tile_table[slot * kTileTableWords + n];
+        if ((around || n == 4) && other >= 0 &&
+            ATOMIC_LOAD(tile_table[other * kTileTableWords + kTileTableSlid]) >= params.slip_stamp) {
+            return true;
+        }
+    }
+    return false;
+}
+
 // Moves `fraction` (Q16) of everything that travels with the soil. What one voxel loses the other gets, but for the bond:
 // soil that moves has lost it. Soil that is pushed keeps its density, soil that moves freely loosens.
 void move_soil(int from, int to, int fraction, bool loosens) {

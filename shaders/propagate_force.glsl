@@ -73,8 +73,8 @@ int compact(int slot, ivec3 at, int voxel, int excess, ivec3 way) {
         packing = body < 0 ? 0 : shapes[body * kBodyWords + kBodyPacking] / 2;
     }
     int volume = state_at(kPlaneVolume, voxel);
-    int packed = loose - mul_q16(loose - material_word(voxel, kTableCompacted), packing);
-    int gone = min(excess, volume - mul_q16(mass_at(voxel), packed));
+    int dense = loose - mul_q16(loose - material_word(voxel, kTableCompacted), packing);
+    int gone = min(excess, volume - mul_q16(mass_at(voxel), dense));
     if (gone <= 0) {
         return 0;
     }

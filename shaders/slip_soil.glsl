@@ -108,6 +108,12 @@ void slip_soil(int group, int lane) {
     int y = lane >> 3;
     int record = (slot * kTileColumns + lane) * kColumnWords;
     int count = spans[record];
+    if (!slid_before(slot, true)) {
+        for (int i = 0; i < count; ++i) {
+            spans[speed_write(record, i)] = 0;
+        }
+        return;
+    }
     for (int i = 0; i < count; ++i) {
         int at = record + 1 + i * kSpanWords;
         int bottom = spans[at];
@@ -182,6 +188,10 @@ void slip_soil(int group, int lane) {
         if (worst == 0) {
             continue;
         }
+        ATOMIC_MAX(result[kResultSlope], worst);
+        // Even where nothing can leave. Another tile may see this mark in this pass or in the next: where nothing fails
+        // looking changes nothing.
+        ATOMIC_MAX(tile_table[slot * kTileTableWords + kTileTableSlid], params.pass_stamp);
         // Soil that slides on into this column brings its speed along.
         int speed = spans[speed_read(record, i)];
         for (int k = 0; k < 9; ++k) {
@@ -205,6 +215,8 @@ void slip_soil(int group, int lane) {
             int fraction = fraction_q16(taken, held);
             for (int k = 0; k < 8; ++k) {
                 if (flow[k] > 0 && !is_closed(target[k])) {
+                    ATOMIC_MAX(tile_table[(target[k] / params.tile_voxels) * kTileTableWords + kTileTableSlid],
+                               params.pass_stamp);
                     move_soil(source, target[k], mul_q16(fraction, fraction_q16(flow[k], sum)), true);
                 }
             }

@@ -42,11 +42,12 @@ CONST_INT(kTileColumns, 64)
 CONST_INT(kBlockVoxels, 512)
 CONST_INT(kNeighbourAbsent, -1)
 // Per resident tile in tile_table: 9 neighbour slots (row-major, dy then dx, self in the middle), tile x, tile y,
-// then the top of the soil: step * 1024 + z of the highest voxel with soil + 1, a maximum over columns.
+// then the top of the soil: step * 1024 + z of the highest voxel with soil + 1, a maximum over columns; and kTileTableSlid.
 CONST_INT(kTileTableWords, 16)
 CONST_INT(kTileTableX, 9)
 CONST_INT(kTileTableY, 10)
 CONST_INT(kTileTableTop, 11)
+CONST_INT(kTileTableSlid, 12)   // stamp of the last slip pass that found a slope failing or moved soil here
 
 // Tile lists: (slot * kTileWord + lowest) * kTileWord + highest: support may have changed from block `lowest` on, and
 // soil reaches at most into the block below `highest`.
@@ -117,6 +118,7 @@ CONST_INT(kShapeRounding, 22)   // float
 CONST_INT(kResultStatus, 0)
 CONST_INT(kResultSpeed, 1)      // largest displacement a base step, Q16 voxels
 CONST_INT(kResultContacts, 2)   // number of contact records wanted
+CONST_INT(kResultSlope, 3)      // highest wedge that the last slip pass still found failing, Q16 voxels
 CONST_INT(kResultHeader, 16)    // then per body the load it carries, kLoadWords each, then the contact records
 CONST_INT(kLoadWords, 8)        // 64-bit sums (low, high): mass units, mass * (2x+1), mass * (2y+1), mass * (2z+1)
 CONST_INT(kContactWords, 12)    // x, y, z, body index, gradient x y z, fill (Q16), excess, material, reach, relative density

@@ -17,4 +17,5 @@ int body_count;
 int contact_offset;      // where the contact records start in result
 int pass_stamp;          // grows with every pass that moves soil
 int step_stamp;          // grows with every step
+int slip_stamp;          // pass_stamp of this step's slip pass before this one; 0 in the first: look everywhere
 int slip_turn;           // 0 or 1, changes with every slip pass: which set of slip speeds is read

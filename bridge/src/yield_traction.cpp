@@ -117,12 +117,16 @@ FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, doubl
     }
     const double developed = std::min(1.0, depth_m / ((0.15 - 0.10 * density) * face.width_m));
     const double resistive_pa = soil.stiffness_pa_m * depth_m;
-    if (!(soil.sole_stress > 0)) return {.developed = developed};
+    // Without friction there is no frictional stress to change.
+    if (!(resistive_pa * soil.sole_stress > 0)) return {.developed = developed};
     const double sole = developed * bearing_pa / (resistive_pa * soil.sole_stress);
     const double spread = 1 + soil.wedge_sides * face.depth_m / face.width_m;
     const double wedge_pa = soil.weight_n_m3 * depth_m * soil.passive_factor * spread;
     return {density_known ? sole : std::max(1.0, sole),
-            std::min(1.0, wedge_pa / (resistive_pa * soil.wall_stress)), developed};
+            wedge_pa < resistive_pa * soil.wall_stress
+                ? wedge_pa / (resistive_pa * soil.wall_stress)
+                : 1.0,
+            developed};
 }
 
 ElementYield yield_of_element(const ContactVoxel& contact, Vec3 motion, double approach_m_s,

@@ -106,6 +106,63 @@ TEST(YieldTraction, fast_intrusion_adds_momentum_flux) {
     EXPECT_NEAR(fast - slow, 1600 * 25, 1e-3 * 1600 * 25);
 }
 
+TEST(YieldTraction, soil_without_friction_bears_by_its_cohesion) {
+    MaterialDef clay = cohesive();
+    clay.friction_angle_rad = 0;
+    const SoilStrength soil = strength_of(clay, kGravity_m_s2);
+    const FaceExtent plate{0.1, 0.1, 0.1, -1};
+    EXPECT_NEAR(yield_of_element(element(kDown, 0.1), {}, 0, kUp, soil, plate).normal_limit_pa,
+                5142, 1);
+}
+
+TEST(YieldTraction, sole_of_dense_soil_bears_by_boltons_angle) {
+    // phi 28.5 deg, I_D 0.83, p' 36 kPa: I_R = 0.83 (10 - ln 36) - 1 = 4.33, taken as 4: 48.5 deg.
+    EXPECT_NEAR(
+        peak_friction_angle(28.5 * std::numbers::pi / 180, 0.83, 36e3) * 180 / std::numbers::pi,
+        48.5, 1e-9);
+    // I_D 0.35, p' 20 kPa: I_R = 0.35 * 7.004 - 1 = 1.451: 35.76 deg.
+    EXPECT_NEAR(
+        peak_friction_angle(28.5 * std::numbers::pi / 180, 0.35, 20e3) * 180 / std::numbers::pi,
+        35.76, 0.01);
+    MaterialDef m = sand();
+    m.loose_density_kg_m3 = 1300;
+    m.compacted_density_kg_m3 = 1700;
+    const SoilStrength soil = strength_of(m, kGravity_m_s2);
+    double last = 0;
+    for (double density : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+        const FaceExtent plate{0.15, 0.15, 0.05, density};
+        const double limit =
+            yield_of_element(element(kDown, 0.05), {}, 0, kUp, soil, plate).normal_limit_pa;
+        EXPECT_GT(limit, 1.3 * last) << density;
+        last = limit;
+    }
+}
+
+TEST(YieldTraction, plate_twice_the_size_at_the_same_geometry_bears_eight_times_the_force) {
+    const SoilStrength soil = strength_of(sand(), kGravity_m_s2);
+    const auto force = [&](double scale) {
+        const FaceExtent plate{0.1 * scale, 0.1 * scale, 0.02 * scale, -1};
+        return scale * scale *
+               yield_of_element(element(kDown, 0.02 * scale), {}, 0, kUp, soil, plate)
+                   .normal_limit_pa;
+    };
+    EXPECT_NEAR(force(2) / force(1), 8, 1e-9);
+}
+
+TEST(YieldTraction, shear_develops_with_displacement_and_faster_in_denser_soil) {
+    MaterialDef m = sand();
+    m.shear_displacement_m = 0.01;
+    const SoilStrength soil = strength_of(m, kGravity_m_s2);
+    EXPECT_NEAR(developed_shear(soil, 0.01, -1), 1 - std::exp(-1.0), 1e-12);
+    m.loose_density_kg_m3 = 1500;
+    m.compacted_density_kg_m3 = 1800;
+    const SoilStrength state = strength_of(m, kGravity_m_s2);
+    EXPECT_NEAR(developed_shear(state, 0.01, state.placed_relative_density), 1 - std::exp(-1.0),
+                1e-12);
+    EXPECT_GT(developed_shear(state, 0.01, 1), developed_shear(state, 0.01, 0) + 0.1);
+    EXPECT_EQ(developed_shear(strength_of(sand(), kGravity_m_s2), 0, -1), 1);
+}
+
 TEST(YieldTraction, friction_is_that_of_the_weaker_of_tool_and_soil) {
     MaterialDef m = sand();
     m.tool_friction = 2;

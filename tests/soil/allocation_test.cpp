@@ -43,14 +43,14 @@ TEST(Allocation, none_in_a_warm_step) {
         return soil->step(bodies);
     };
     int i = 0;
-    while (i < 120) {
+    while (i < 240) {
         step(i++);
     }
     // A tile that falls asleep or wakes keeps its soil in another place, so such steps do not
     // count.
     int64_t allocated = 0, contact_count = 0;
     int steady_count = 0, awake_count = -1;
-    while (i < 360) {
+    while (i < 480) {
         const int64_t before = allocation_count;
         const StepReport report = step(i++);
         const bool steady = report.tile_awake_count == awake_count;

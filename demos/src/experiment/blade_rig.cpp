@@ -8,20 +8,25 @@ namespace bsoil::experiment {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
+constexpr double kReliefRad = 30 * kPi / 180;
 
-/// A parallelogram across the travel: its face has the rake, its bottom is level at the tip, so
-/// that nothing of it lies deeper. The frame's origin is its centre.
+/// A parallelogram across the travel: its face has the rake. Behind the cutting edge its bottom
+/// rises by the relief angle, as that of a real blade does, so that it cuts and does not slide on a
+/// sole. The frame's origin is the middle of what it would be without relief.
 scene::ShapeItem solid_of(const BladeItem& blade) {
     const Vec3 along_face =
         Vec3{-std::cos(blade.rake_rad), 0, std::sin(blade.rake_rad)} * (blade.height_m / 2);
     const Vec3 through{blade.thickness_m / std::sin(blade.rake_rad) / 2, 0, 0};
+    const Vec3 relief = along_face * (2 / blade.height_m) *
+                        (2 * through.x * std::tan(kReliefRad) / std::sin(blade.rake_rad));
     scene::ShapeItem shape;
     shape.shape = "hull";
     for (const double u : {-1.0, 1.0})
         for (const double v : {-1.0, 1.0})
             for (const double w : {-1.0, 1.0})
                 shape.points_m.push_back(along_face * u + through * v +
-                                         Vec3{0, w * blade.width_m / 2, 0});
+                                         Vec3{0, w * blade.width_m / 2, 0} +
+                                         (u < 0 && v < 0 ? relief : Vec3{}));
     return shape;
 }
 

@@ -24,7 +24,7 @@ using device::Buffer;
 namespace {
 
 constexpr char kMagic[8] = {'B', 'S', 'O', 'I', 'L', 'S', 'N', 'P'};
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kVersion = 2;  // 2: slope_q16
 constexpr uint64_t kBytesMax = uint64_t{1}
                                << 36;  // refuses sizes that only a damaged header can name
 
@@ -104,6 +104,7 @@ Status Soil::save(const std::string& path) const {
     }
     w.put<int64_t>(s.step_index);
     w.put<int64_t>(s.speed_q16);
+    w.put<int32_t>(s.slope_q16);
     w.put<uint32_t>(s.status);
     w.put<int32_t>(s.params.slip_turn);
     w.put<int32_t>(s.params.pass_stamp);
@@ -228,6 +229,7 @@ Status Soil::load(const std::string& path) {
     std::vector<Entry> entries;
     const auto step_index = r.get<int64_t>();
     const auto speed = r.get<int64_t>();
+    const auto slope = r.get<int32_t>();
     const auto status = r.get<uint32_t>();
     const auto slip_turn = r.get<int32_t>();
     const auto pass_stamp = r.get<int32_t>();
@@ -275,6 +277,7 @@ Status Soil::load(const std::string& path) {
     }
     s.step_index = step_index;
     s.speed_q16 = speed;
+    s.slope_q16 = slope;
     s.status = status;
     s.params.slip_turn = slip_turn & 1;
     s.params.pass_stamp = pass_stamp;

@@ -89,6 +89,7 @@ struct Soil::Impl {
     std::unordered_map<int, BodyTrack> bodies;     ///< by SoilBody::id
     std::vector<int> body_ids;                     ///< SoilBody::id by index; -1 = free
     int64_t speed_q16 = 0;  ///< fastest soil of the last step, Q16 voxels a base step
+    int32_t slope_q16 = 0;  ///< steepest failing wedge that the last step left, Q16 voxels
     uint32_t status = 0;
     bool any_unchecked = false;
 
@@ -114,8 +115,9 @@ struct Soil::Impl {
         int64_t count = 0;
     };
     std::vector<int32_t> surface_height;
-    std::vector<SurfaceSum> surface_sums;   ///< over the free columns below and left of a corner
-    std::vector<double> body_width_voxels;  ///< of the contact, by body index
+    std::vector<SurfaceSum> surface_sums;      ///< over the free columns below and left of a corner
+    std::vector<const SoilBody*> body_inputs;  ///< by body index; of the step in progress
+    std::vector<double> body_width_voxels;     ///< of the contact, by body index
     int surface_low[2] = {0, 0}, surface_size[2] = {0, 0};
     size_t list_words_used = 0, list_words_uploaded = 0, lists_capacity = 0, shapes_capacity = 0;
     int block_active_count = 0;
@@ -172,7 +174,8 @@ struct Soil::Impl {
     void run_deformation();
     void run_advection();
     void run_slippage();
-    void read_results();
+    void read_results(std::span<const StepBody> step_bodies);
+    void add_contact(const ContactVoxel& contact, const SoilBody* body);
     void read_activity();
     void find_free_surface();
     void sum_up_free_surface();

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "soil/shape_bounds.h"
+#include "soil/shape_faces.h"
 #include "soil/soil_impl.h"
 
 namespace bsoil {
@@ -32,6 +33,14 @@ constexpr double kSpeedMargin = 1.0 / 8;
 // Slippage passes a step. One pass levels a slope over a voxel; a second makes a metre of loose
 // sand come to rest in about a second, as it does.
 constexpr int kSlipPasses = 2;
+// More of them, one for each so much (Q16 voxels) that the steepest slope stands above a stable
+// one.
+constexpr int kSlopePerPass = 8192;
+constexpr int kSlipPassesMost = 16;
+
+// Gradients turned this far (its sine) from the face next to them are of an edge: 20 deg, more than
+// a round body of three voxels radius turns within a voxel.
+constexpr double kEdgeSine = 0.34;
 
 using Clock = std::chrono::steady_clock;
 double ms_since(Clock::time_point start) {
@@ -478,11 +487,22 @@ void Soil::Impl::run_advection() {
 
 // thesis (20)
 void Soil::Impl::run_slippage() {
-    dispatch(Kernel::build_spans, tile_work);
-    ++params.pass_stamp;
-    params.slip_turn = 1 - params.slip_turn;
-    dispatch(Kernel::slip_soil, tile_work);
-    dispatch(Kernel::apply_flow, listed_work);
+    // Slopes relax by a voxel a pass, bodies build them up at so many voxels a step: the steeper
+    // the step before has left them, the more passes.
+    const int passes =
+        std::clamp(kSlipPasses + slope_q16 / kSlopePerPass, kSlipPasses, kSlipPassesMost);
+    params.slip_stamp = 0;
+    for (int pass = 0; pass < passes; ++pass) {
+        dispatch(Kernel::build_spans, tile_work);
+        ++params.pass_stamp;
+        params.slip_turn = 1 - params.slip_turn;
+        if (pass == passes - 1) {
+            device->fill_zero(Buffer::result, kResultSlope, 1);
+        }
+        dispatch(Kernel::slip_soil, tile_work);
+        params.slip_stamp = params.pass_stamp;
+        dispatch(Kernel::apply_flow, listed_work);
+    }
 }
 
 bool Soil::Impl::accept_body(const SoilBody& body) {
@@ -670,9 +690,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
         report.stage_ms.advect += ms_since(mark);
         mark = Clock::now();
         params.substep_count = body_substeps;
-        for (int pass = 0; pass < kSlipPasses; ++pass) {
-            run_slippage();
-        }
+        run_slippage();
         report.stage_ms.slip += ms_since(mark);
     }
 
@@ -680,7 +698,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     params.contact_offset = kResultHeader + limits::kBodyCapacity * kLoadWords;
     params.contact_capacity = limits::kContactCapacity;
     dispatch(Kernel::collect_contacts, contact_work);
-    read_results();
+    read_results(step_bodies);
     report.stage_ms.contacts = ms_since(mark);
 
     mark = Clock::now();
@@ -699,12 +717,13 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     return report;
 }
 
-void Soil::Impl::read_results() {
+void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
     const int head = kResultHeader + static_cast<int>(body_ids.size()) * kLoadWords;
     result_words.resize(static_cast<size_t>(head));
     device->read(Buffer::result, 0, result_words);
     status |= static_cast<uint32_t>(result_words[kResultStatus]);
     speed_q16 = result_words[kResultSpeed];
+    slope_q16 = result_words[kResultSlope];
     loads.clear();
     for (size_t b = 0; b < body_ids.size(); ++b) {
         const int32_t* sums = &result_words[kResultHeader + b * kLoadWords];
@@ -731,7 +750,14 @@ void Soil::Impl::read_results() {
             &result_words[b * kContactWords], &result_words[b * kContactWords] + 4);
     });
     contacts.clear();
+    if (contacts.capacity() < 2 * contact_order.size()) {
+        contacts.reserve(4 * contact_order.size());
+    }
     find_free_surface();
+    body_inputs.assign(body_ids.size(), nullptr);
+    for (const StepBody& body : step_bodies) {
+        body_inputs[static_cast<size_t>(body.track->index)] = body.input;
+    }
     const double voxel = frame.voxel_m;
     for (int i : contact_order) {
         const int32_t* c = &result_words[static_cast<size_t>(i) * kContactWords];
@@ -768,8 +794,30 @@ void Soil::Impl::read_results() {
         contact.material = c[9];
         contact.relative_density =
             c[11] == kDensityFixed ? -1 : static_cast<double>(c[11]) / kVoxelFull;
-        contacts.push_back(contact);
+        add_contact(contact, body_inputs[static_cast<size_t>(c[3])]);
     }
+}
+
+// At an edge the gradient of the coverage points between two faces. The soil meets the faces: the
+// area vector is parted into one along the nearest face's normal and the rest, so that its sum over
+// the body stays what it is.
+void Soil::Impl::add_contact(const ContactVoxel& contact, const SoilBody* body) {
+    contacts.push_back(contact);
+    if (!body) {
+        return;
+    }
+    const Vec3 face = face_normal_at(*body, contact.position_m);
+    const double along = dot(face, contact.normal);
+    const Vec3 rest = contact.normal - along * face;
+    const double across = length(rest);
+    if (along <= 0 || across < kEdgeSine) {
+        return;
+    }
+    contacts.back().normal = face;
+    contacts.back().area_m2 = contact.area_m2 * along;
+    contacts.push_back(contact);
+    contacts.back().normal = rest * (1 / across);
+    contacts.back().area_m2 = contact.area_m2 * across;
 }
 
 // Height of the soil's free surface around the contacts, and its sums; at a column under a body
@@ -841,6 +889,9 @@ void Soil::Impl::find_free_surface() {
 // Sums over all free columns of a rectangle are four words of these.
 void Soil::Impl::sum_up_free_surface() {
     const int nx = surface_size[0], ny = surface_size[1];
+    if (surface_sums.capacity() < static_cast<size_t>(nx + 1) * (ny + 1)) {
+        surface_sums.reserve(2 * static_cast<size_t>(nx + 1) * (ny + 1));
+    }
     surface_sums.assign(static_cast<size_t>(nx + 1) * (ny + 1), {});
     for (int y = 0; y < ny; ++y) {
         SurfaceSum row;

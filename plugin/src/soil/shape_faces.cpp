@@ -1,0 +1,83 @@
+#include "soil/shape_faces.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace bsoil {
+namespace {
+
+Vec3 unit_or(Vec3 v, Vec3 otherwise) {
+    const double size = length(v);
+    return size > 0 ? v * (1 / size) : otherwise;
+}
+
+NearestFace higher(const NearestFace& a, const NearestFace& b) {
+    return a.distance_m >= b.distance_m ? a : b;
+}
+
+NearestFace box_face(Vec3 half, Vec3 p) {
+    const auto face = [](double at, double half_extent, Vec3 axis) {
+        return NearestFace{std::abs(at) - half_extent, at < 0 ? -axis : axis};
+    };
+    return higher(face(p.x, half.x, {1, 0, 0}),
+                  higher(face(p.y, half.y, {0, 1, 0}), face(p.z, half.z, {0, 0, 1})));
+}
+
+}  // namespace
+
+NearestFace nearest_face(const ConvexShape& shape, Vec3 p) {
+    const Vec3 up{0, 0, 1};
+    const double r = shape.radius_m, h = shape.half_height_m;
+    const Vec3 radial{p.x, p.y, 0};
+    NearestFace face;
+    switch (shape.kind) {
+        case ConvexShape::Kind::box:
+            face = box_face(shape.half_extents_m, p);
+            break;
+        case ConvexShape::Kind::sphere:
+            face = {length(p) - r, unit_or(p, up)};
+            break;
+        case ConvexShape::Kind::capsule: {
+            const Vec3 off = radial + Vec3{0, 0, p.z - std::clamp(p.z, -h, h)};
+            face = {length(off) - r, unit_or(off, {1, 0, 0})};
+            break;
+        }
+        case ConvexShape::Kind::cylinder:
+            face = higher({length(radial) - r, unit_or(radial, {1, 0, 0})},
+                          {std::abs(p.z) - h, p.z < 0 ? -up : up});
+            break;
+        case ConvexShape::Kind::cone: {
+            const double slant = std::hypot(r, 2 * h);
+            const double c = 2 * h / slant, s = r / slant;
+            face = higher(
+                {length(radial) * c + (p.z - h) * s, c * unit_or(radial, {1, 0, 0}) + s * up},
+                {-h - p.z, -up});
+            break;
+        }
+        case ConvexShape::Kind::hull:
+            face.distance_m = -std::numeric_limits<double>::infinity();
+            for (const Plane& plane : shape.planes)
+                face = higher(face, {dot(plane.normal, p) - plane.offset, plane.normal});
+            break;
+    }
+    face.distance_m -= shape.rounding_m;
+    return face;
+}
+
+Vec3 face_normal_at(const SoilBody& body, Vec3 point_m) {
+    double nearest = std::numeric_limits<double>::infinity();
+    Vec3 normal{0, 0, 1};
+    for (const ConvexShape& shape : *body.shapes) {
+        const Pose to_world = body.pose * shape.local;
+        const NearestFace face = nearest_face(shape, transform(inverse(to_world), point_m));
+        if (std::abs(face.distance_m) < nearest) {
+            nearest = std::abs(face.distance_m);
+            normal = rotate(to_world.rotation, face.normal);
+        }
+    }
+    return normal;
+}
+
+}  // namespace bsoil

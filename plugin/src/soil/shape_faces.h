@@ -1,0 +1,21 @@
+/// The faces of a body's shapes: what the coverage field rounds off at its edges.
+#pragma once
+
+#include "bsoil/body.h"
+
+namespace bsoil {
+
+/// The face of a shape that a point is nearest to or deepest under.
+struct NearestFace {
+    double distance_m = 0;  ///< above the face, negative inside
+    Vec3 normal;            ///< unit, outward
+};
+
+/// point: in the shape's own frame.
+NearestFace nearest_face(const ConvexShape& shape, Vec3 point_m);
+
+/// Outward normal, world axes, of the face of a body nearest to a point of the world. Cost: the
+/// number of its shapes and of their planes.
+Vec3 face_normal_at(const SoilBody& body, Vec3 point_m);
+
+}  // namespace bsoil
