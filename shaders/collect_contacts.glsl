@@ -113,8 +113,6 @@ void collect_contacts(int group, int lane) {
         result[at + 7] = fill;
         result[at + 8] = max(0, state_at(kPlaneVolume, voxel) + coverage_at(voxel) - kVoxelFull);
         result[at + 9] = main_material(soil_voxel);
-        // How far out the surface lies along the gradient's main axis: a column of three voxels, in voxel units.
-        result[at + 10] = body_coverage(inner) + body_coverage(voxel) + body_coverage(outer);
-        result[at + 11] = density;
+        result[at + 10] = density;
     }
 }

@@ -183,9 +183,12 @@ void BulletScene::add_ground() {
     ground_ = owned_bodies_.back().get();
 }
 
-std::vector<const btCollisionObject*> BulletScene::ground() const {
-    if (!ground_) return {};
-    return {ground_};
+std::vector<const btCollisionObject*> BulletScene::apart_from_soil() const {
+    std::vector<const btCollisionObject*> objects;
+    if (ground_) objects.push_back(ground_);
+    for (const SceneBody& body : bodies_)
+        if (body.item->ignore_soil) objects.push_back(body.body);
+    return objects;
 }
 
 Status BulletScene::add_body(const BodyItem& item) {

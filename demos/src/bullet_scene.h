@@ -46,12 +46,14 @@ class BulletScene {
     void substep();
 
     btDiscreteDynamicsWorld& world() { return *world_; }
+    btVector3 gravity_m_s2() const { return world_->getGravity(); }
     double time_s() const { return static_cast<double>(substep_count_) * substep_s_; }
     const std::vector<SceneBody>& bodies() const { return bodies_; }
     const std::vector<SceneJoint>& joints() const { return joints_; }
     const SceneBody* find_body(const std::string& name) const;
-    /// The ground plane, where the scene has one.
-    std::vector<const btCollisionObject*> ground() const;
+    /// What the soil must not meet: the ground plane, since the soil has a floor of its own, and
+    /// bodies that ignore it.
+    std::vector<const btCollisionObject*> apart_from_soil() const;
 
   private:
     struct Drive {

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <set>
 
 #include "commands.h"
 #include "experiment/expectation.h"
@@ -87,6 +88,10 @@ int run(const ExperimentArguments& arguments) {
             "values\n",
             name);
     }
+    std::set<std::string> warnings;  // points that differ in their rig alone share them
+    for (const experiment::Point& point : experiment.points)
+        warnings.insert(point.setup.scene.warnings.begin(), point.setup.scene.warnings.end());
+    for (const std::string& warning : warnings) fmt::print(stderr, "{}\n", warning);
     std::error_code failed;
     std::filesystem::create_directories(arguments.out, failed);
     if (failed) return could_not(arguments.out + ": " + failed.message());

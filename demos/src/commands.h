@@ -19,8 +19,10 @@ void add_run(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
 void add_info(CLI::App& app, int& exit_code);
 void add_bench(CLI::App& app, int& exit_code);
+void add_import_bekker(CLI::App& app, int& exit_code);
 /// plate, blade, traction, shear and experiment-keys.
 void add_experiments(CLI::App& app, int& exit_code);
+void add_validate(CLI::App& app, int& exit_code);
 void add_scene_keys(CLI::App& app, int& exit_code);
 
 /// Where the kernels run: the options --backend and --threads, which several commands have.

@@ -9,8 +9,10 @@ int main(int argument_count, char** arguments) {
     bsoil::command::add_run(app, exit_code);
     bsoil::command::add_check(app, exit_code);
     bsoil::command::add_experiments(app, exit_code);
+    bsoil::command::add_validate(app, exit_code);
     bsoil::command::add_info(app, exit_code);
     bsoil::command::add_bench(app, exit_code);
+    bsoil::command::add_import_bekker(app, exit_code);
     bsoil::command::add_scene_keys(app, exit_code);
     try {
         app.parse(argument_count, arguments);

@@ -13,9 +13,7 @@ void remove_soil(scene::Scene& scene) {
     scene.fills.clear();
     scene.terrains.clear();
     scene.probes.clear();
-    std::erase_if(scene.checks, [](const scene::CheckItem& check) {
-        return check.kind != "body_at_rest" && check.kind != "distance_travelled";
-    });
+    std::erase_if(scene.checks, [](const scene::CheckItem& check) { return check.needs_soil(); });
 }
 
 }  // namespace
@@ -58,6 +56,7 @@ int OpenedScene::open() {
                    path, scene.missing_data.front().substr(sizeof("data:") - 1));
         return kSkipped;
     }
+    for (const std::string& warning : scene.warnings) fmt::print(stderr, "{}\n", warning);
     if (!up.empty()) set_up_axis(scene, up == "y" ? UpAxis::y : UpAxis::z);
     if (without_soil) remove_soil(scene);
     auto made = scene::SceneRun::create(scene, {.backend = device.chosen(),

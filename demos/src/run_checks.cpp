@@ -69,9 +69,84 @@ std::optional<double> repose_angle_rad(const Soil& soil, Vec3 center_m) {
     return std::atan(-(n * sum_rh - sum_r * sum_h) / spread);
 }
 
+Steadiness steadiness(const std::vector<double>& samples) {
+    Steadiness out;
+    if (samples.empty()) return out;
+    const double count = static_cast<double>(samples.size());
+    const double middle = (count - 1) / 2;
+    for (const double y : samples) out.mean += y / count;
+    double cross = 0, spread = 0;
+    for (size_t i = 0; i < samples.size(); ++i) {
+        const double x = static_cast<double>(i) - middle;
+        cross += x * (samples[i] - out.mean);
+        spread += x * x;
+    }
+    const double slope = spread > 0 ? cross / spread : 0;
+    double squares = 0, least = 0, most = 0;
+    for (size_t i = 0; i < samples.size(); ++i) {
+        const double off = samples[i] - out.mean - slope * (static_cast<double>(i) - middle);
+        squares += off * off;
+        least = std::min(least, off);
+        most = std::max(most, off);
+    }
+    out.deviation = std::sqrt(squares / count);
+    out.range = most - least;
+    return out;
+}
+
+double mechanical_energy_j(const btRigidBody& body, const btVector3& gravity_m_s2) {
+    const Vec3 v = from_bullet(body.getLinearVelocity());
+    const Vec3 omega = from_bullet(body.getAngularVelocity() * body.getWorldTransform().getBasis());
+    const Vec3 moments = from_bullet(body.getLocalInertia());  // omega is in the body's axes
+    const Vec3 spin{moments.x * omega.x, moments.y * omega.y, moments.z * omega.z};
+    const double mass_kg = 1 / static_cast<double>(body.getInvMass());
+    const Vec3 at_m = from_bullet(body.getWorldTransform().getOrigin());
+    return mass_kg * (dot(v, v) / 2 - dot(from_bullet(gravity_m_s2), at_m)) + dot(omega, spin) / 2;
+}
+
 RunChecks::RunChecks(const SceneRun& run) : run_(run) {
     for (const CheckItem& item : run.scene().checks)
         if (item.kind != "soil_conserved") watches_.push_back(watch(item));
+    observe();
+}
+
+bool RunChecks::in_window(const CheckItem& item) const {
+    return reached(item.from_s) && (!item.to_s || run_.time_s() <= *item.to_s + run_.step_s() / 2);
+}
+
+double RunChecks::energy_j(const CheckItem& item) const {
+    double sum_j = 0;
+    for (const SceneBody& body : run_.bullet().bodies()) {
+        const bool named =
+            std::find(item.bodies.begin(), item.bodies.end(), body.name) != item.bodies.end();
+        if (body.body->isStaticOrKinematicObject() || (!item.bodies.empty() && !named)) continue;
+        sum_j += mechanical_energy_j(*body.body, run_.bullet().gravity_m_s2());
+    }
+    return sum_j;
+}
+
+/// What a check that measures over a time sees in this step.
+std::optional<double> RunChecks::sample(const CheckItem& item) const {
+    if (!in_window(item)) return std::nullopt;
+    if (item.kind == "energy_not_rising") return energy_j(item);
+    const auto& bodies = run_.bullet().bodies();
+    const auto body = std::find_if(bodies.begin(), bodies.end(),
+                                   [&](const SceneBody& b) { return b.name == item.body; });
+    if (item.kind == "body_rise" || item.kind == "body_height") {
+        const Vec3 at_m = body->pose().position;
+        return run_.scene().world.up == "y" ? at_m.y : at_m.z;
+    }
+    Vec3 vector;
+    if (item.kind == "force_steady") {
+        if (run_.step_count() == 0) return std::nullopt;  // a reading is the mean of a step
+        vector = run_.readings()[static_cast<size_t>(body - bodies.begin())].force_n;
+    } else if (item.kind == "speed_steady") {
+        vector = from_bullet(body->body->getLinearVelocity());
+    } else {
+        return std::nullopt;
+    }
+    const double size = length(item.direction);
+    return size > 0 ? dot(vector, item.direction) / size : length(vector);
 }
 
 RunChecks::Watch RunChecks::watch(const CheckItem& item) const {
@@ -90,6 +165,7 @@ void RunChecks::observe() {
 
 void RunChecks::observe(Watch& w) const {
     const CheckItem& item = *w.item;
+    if (const std::optional<double> value = sample(item)) w.samples.push_back(*value);
     if (item.kind == "body_at_rest") {
         if (!w.start_m && reached(item.by_s))
             w.start_m = run_.bullet().find_body(item.body)->pose().position;
@@ -100,7 +176,7 @@ void RunChecks::observe(Watch& w) const {
         if (!w.value && reached(item.at_s)) w.value = run_.probe_mass_kg(probe);
     } else if (item.kind == "surface_height") {
         if (!w.value && reached(item.at_s)) w.value = surface_height_m(run_.soil(), item.at_m);
-    } else if (item.kind == "body_force" && run_.time_s() > item.from_s) {
+    } else if (item.kind == "body_force" && run_.time_s() > item.from_s && in_window(item)) {
         const auto& bodies = run_.bullet().bodies();
         for (size_t b = 0; b < bodies.size(); ++b)
             if (bodies[b].name == item.body)
@@ -125,6 +201,27 @@ CheckResult RunChecks::conserved() const {
     return result;
 }
 
+CheckResult RunChecks::steady_result(const Watch& w, CheckResult result) const {
+    const CheckItem& item = *w.item;
+    const bool force = item.kind == "force_steady";
+    const char* unit = force ? "N" : "m/s";
+    const std::optional<double>&min = force ? item.min_n : item.min_m_s,
+          &max = force ? item.max_n : item.max_m_s;
+    const Steadiness s = steadiness(w.samples);
+    result.verdict = verdict(within(s.mean, min, max));
+    result.figure = fmt::format("mean {:.4g} {}", s.mean, unit);
+    if (min || max) result.figure += ", " + limits_text(min, max, unit);
+    const auto share = [&](const char* name, double value, const std::optional<double>& most) {
+        if (!most) return;
+        if (value > *most * std::abs(s.mean)) result.verdict = Verdict::fail;
+        result.figure += fmt::format("; {} {:.3g} {}, {:.3g} of the mean, wanted at most {:g}",
+                                     name, value, unit, value / std::abs(s.mean), *most);
+    };
+    share("standard deviation", s.deviation, item.max_deviation_fraction);
+    share("range", s.range, item.max_range_fraction);
+    return result;
+}
+
 CheckResult RunChecks::result(const Watch& w) const {
     const CheckItem& item = *w.item;
     CheckResult result;
@@ -137,6 +234,8 @@ CheckResult RunChecks::result(const Watch& w) const {
         return result;
     };
 
+    const double end_s = item.to_s.value_or(run_.scene().world.duration_s);
+    const bool ended = reached(end_s) && !w.samples.empty();
     if (item.kind == "body_at_rest") {
         const double time_s = run_.time_s() - item.by_s;
         if (!w.start_m || time_s < run_.step_s()) return not_reached(item.by_s);
@@ -192,6 +291,42 @@ CheckResult RunChecks::result(const Watch& w) const {
             return not_reached(run_.scene().world.duration_s);
         result.figure =
             fmt::format("{:.0f} N at most, {}", w.peak_n, limits_text(item.min_n, item.max_n, "N"));
+    } else if (item.kind == "force_steady" || item.kind == "speed_steady") {
+        if (!ended) return not_reached(end_s);
+        return steady_result(w, std::move(result));
+    } else if (item.kind == "body_rise") {
+        if (!ended) return not_reached(end_s);
+        double lowest_m = w.samples.front(), rise_m = 0;
+        for (const double height_m : w.samples) {
+            lowest_m = std::min(lowest_m, height_m);
+            rise_m = std::max(rise_m, height_m - lowest_m);
+        }
+        result.verdict = verdict(within(rise_m, {}, item.max_m));
+        result.figure = fmt::format("{:.4f} m, {}", rise_m, limits_text({}, item.max_m, "m"));
+    } else if (item.kind == "body_height") {
+        if (!ended) return not_reached(end_s);
+        const auto [low, high] = std::minmax_element(w.samples.begin(), w.samples.end());
+        result.verdict =
+            verdict(within(*low, item.min_m, item.max_m) && within(*high, item.min_m, item.max_m));
+        result.figure = fmt::format("{:.4f} .. {:.4f} m, {}", *low, *high,
+                                    limits_text(item.min_m, item.max_m, "m"));
+    } else if (item.kind == "energy_not_rising") {
+        if (!ended) return not_reached(end_s);
+        double rise_j = 0;
+        size_t where = 0;
+        for (size_t i = 1; i < w.samples.size(); ++i) {
+            if (w.samples[i] - w.samples[i - 1] <= rise_j) continue;
+            rise_j = w.samples[i] - w.samples[i - 1];
+            where = i;
+        }
+        result.verdict = verdict(rise_j <= item.tolerance_j);
+        result.figure = fmt::format("{:.3g} J at most", rise_j);
+        if (rise_j > 0)
+            result.figure += fmt::format(
+                ", at {:.3f} s", std::ceil(item.from_s / run_.step_s() - 0.5) * run_.step_s() +
+                                     static_cast<double>(where) * run_.step_s());
+        result.figure += fmt::format(", wanted at most {:g} J; {:.4g} J lost over the time",
+                                     item.tolerance_j, w.samples.front() - w.samples.back());
     } else {  // no_status
         const std::vector<std::string> set = status_texts(run_.soil().status_bits());
         result.verdict = verdict(set.empty());

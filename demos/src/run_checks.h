@@ -24,6 +24,15 @@ const char* verdict_text(CheckResult::Verdict verdict);
 /// lies between.
 std::optional<double> repose_angle_rad(const Soil& soil, Vec3 center_m);
 
+/// Mean of evenly spaced samples and how they scatter about the straight line that fits them best.
+struct Steadiness {
+    double mean = 0, deviation = 0, range = 0;  ///< deviation: standard; range: highest less lowest
+};
+Steadiness steadiness(const std::vector<double>& samples);
+
+/// Kinetic energy of a rigid body and its potential energy above the world's origin [J].
+double mechanical_energy_j(const btRigidBody& body, const btVector3& gravity_m_s2);
+
 /// Watches a run. `soil_conserved` is checked whether the scene asks or not.
 class RunChecks {
   public:
@@ -41,12 +50,17 @@ class RunChecks {
         std::optional<Vec3> start_m;  ///< position at the start of the interval
         std::optional<double> value, reference;
         double peak_n = 0;
+        std::vector<double> samples;  ///< one a step of the time that the check measures
     };
 
     Watch watch(const CheckItem& item) const;
     void observe(Watch& w) const;
     CheckResult result(const Watch& w) const;
     CheckResult conserved() const;
+    bool in_window(const CheckItem& item) const;
+    std::optional<double> sample(const CheckItem& item) const;
+    double energy_j(const CheckItem& item) const;
+    CheckResult steady_result(const Watch& w, CheckResult result) const;
     bool reached(double t_s) const;
 
     const SceneRun& run_;

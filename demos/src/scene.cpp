@@ -44,6 +44,13 @@ std::vector<ShapeItem> BodyItem::solids() const {
     return shape.shape == "compound" ? parts : std::vector<ShapeItem>{shape};
 }
 
+bool CheckItem::needs_soil() const {
+    static constexpr std::string_view kOfBodies[] = {"body_at_rest", "distance_travelled",
+                                                     "speed_steady", "body_rise",
+                                                     "body_height",  "energy_not_rising"};
+    return std::find(std::begin(kOfBodies), std::end(kOfBodies), kind) == std::end(kOfBodies);
+}
+
 const BodyItem* Scene::find_body(const std::string& name) const { return find_named(bodies, name); }
 const JointItem* Scene::find_joint(const std::string& name) const {
     return find_named(joints, name);
@@ -99,6 +106,7 @@ void set_up_axis(Scene& scene, UpAxis up) {
     for (CheckItem& check : scene.checks) {
         turn.apply(check.center_m);
         turn.apply(check.at_m);
+        turn.apply(check.direction);
     }
 }
 

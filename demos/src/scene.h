@@ -50,11 +50,20 @@ struct SoilItem : SceneItem {
     std::vector<std::string> materials;  ///< likewise
 };
 
+/// [material.bekker]: pressure and sinkage as bevameters measure them, p = (kc / b + kphi) z^n.
+struct BekkerItem : SceneItem {
+    double kphi = 0, kc = 0, n = 1;
+    double gravity_m_s2 = 9.81;
+};
+
 /// [[material]]
 struct MaterialItem : SceneItem {
     std::string name;
     std::string base = "dry_sand";
-    std::optional<double> density_kg_m3, friction_angle_rad, cohesion_pa, tool_friction;
+    std::optional<double> density_kg_m3, loose_density_kg_m3, compacted_density_kg_m3;
+    std::optional<double> friction_angle_rad, cohesion_pa, loose_cohesion_fraction;
+    std::optional<double> tool_friction, tool_adhesion_pa, shear_displacement_m;
+    std::optional<BekkerItem> bekker;  ///< load_scene turns it into the densities
     std::optional<Vec3> color;
 };
 
@@ -113,6 +122,8 @@ struct BodyItem : SceneItem {
     Pose pose;
     bool kinematic = false;
     double friction = 0.5, restitution = 0;
+    std::optional<double> tool_friction, tool_adhesion_pa;  ///< with soil; else the material's
+    bool ignore_soil = false;
     double linear_damping = 0, angular_damping = 0;
     Vec3 color{0.7, 0.7, 0.7};
     Vec3 velocity_m_s, angular_velocity_rad_s;
@@ -198,10 +209,18 @@ struct CheckItem : SceneItem {
     double creep_mm_s = 1;
     bool must_sleep = false;
     std::optional<double> min_kg, max_kg, min_fraction, max_fraction;
+    std::optional<double> to_s, max_deviation_fraction, max_range_fraction;
+    std::optional<double> min_m_s, max_m_s;
+    double tolerance_j = 0;
+    std::vector<std::string> bodies;
+    Vec3 direction;  ///< zero: none given
     Vec3 center_m, at_m;
     double expected_rad = 0, tolerance_rad = 0;
     double expected_m = 0, tolerance_m = 0;
     std::optional<double> min_m, max_m, min_n, max_n;
+
+    /// Whether there is nothing to measure in a scene without soil.
+    bool needs_soil() const;
 };
 
 /// A whole scene.
@@ -225,6 +244,8 @@ struct Scene {
     /// Data files that are not there (of robots found through $BULLETSOIL_DATA): the scene is to be
     /// skipped.
     std::vector<std::string> missing_data;
+    /// What whoever runs the scene should know of it, each with its place in the file.
+    std::vector<std::string> warnings;
 
     const BodyItem* find_body(const std::string& name) const;
     const JointItem* find_joint(const std::string& name) const;

@@ -8,6 +8,7 @@
 #include <set>
 #include <sstream>
 
+#include "bsoil/bullet/bekker_soil.h"
 #include "data_files.h"
 #include "schema_table.h"
 #include "urdf_robot.h"
@@ -67,10 +68,20 @@ class SceneChecker {
             if (!base) return base;
             MaterialDef def = *base;
             def.name = name;
-            if (item.density_kg_m3) def.density_kg_m3 = *item.density_kg_m3;
-            if (item.friction_angle_rad) def.friction_angle_rad = *item.friction_angle_rad;
-            if (item.cohesion_pa) def.cohesion_pa = *item.cohesion_pa;
-            if (item.tool_friction) def.tool_friction = *item.tool_friction;
+            const auto replace = [](double& value, const std::optional<double>& given) {
+                if (given) value = *given;
+            };
+            // The base's range is that of its own density: another density has none of its own.
+            if (item.density_kg_m3) def.loose_density_kg_m3 = def.compacted_density_kg_m3 = 0;
+            replace(def.density_kg_m3, item.density_kg_m3);
+            replace(def.loose_density_kg_m3, item.loose_density_kg_m3);
+            replace(def.compacted_density_kg_m3, item.compacted_density_kg_m3);
+            replace(def.friction_angle_rad, item.friction_angle_rad);
+            replace(def.cohesion_pa, item.cohesion_pa);
+            replace(def.loose_cohesion_fraction, item.loose_cohesion_fraction);
+            replace(def.tool_friction, item.tool_friction);
+            replace(def.tool_adhesion_pa, item.tool_adhesion_pa);
+            replace(def.shear_displacement_m, item.shear_displacement_m);
             if (item.color)
                 def.color = {static_cast<float>(item.color->x), static_cast<float>(item.color->y),
                              static_cast<float>(item.color->z)};
@@ -81,6 +92,35 @@ class SceneChecker {
             return Error{fmt::format("no [[material]] is named \"{}\", and no built-in: {}", name,
                                      built_in.error())};
         return built_in;
+    }
+
+    /// Sets the densities of a material that is given by Bekker's parameters.
+    void translate_bekker(MaterialItem& item) {
+        for (const char* key : {"cohesion_pa", "friction_angle_deg"})
+            if (!item.has(key)) return error(item.where("bekker"), "`bekker` needs `{}`", key);
+        for (const char* key : {"loose_density_kg_m3", "compacted_density_kg_m3"})
+            if (item.has(key))
+                return error(item.where(key), "`{}` is what `bekker` is turned into", key);
+        bullet::BekkerSoil soil;
+        soil.kphi_pa_m_n = item.bekker->kphi;
+        soil.kc_pa_m_n1 = item.bekker->kc;
+        soil.n = item.bekker->n;
+        soil.cohesion_pa = *item.cohesion_pa;
+        soil.friction_angle_rad = *item.friction_angle_rad;
+        soil.shear_displacement_m = item.shear_displacement_m.value_or(0);
+        soil.density_kg_m3 = item.density_kg_m3;
+        bullet::BekkerOptions options;
+        options.gravity_m_s2 = item.bekker->gravity_m_s2;
+        const auto found = bullet::translate(soil, options);
+        if (!found) return error(item.where("bekker"), "`bekker`: {}", found.error());
+        item.density_kg_m3 = found->material.density_kg_m3;
+        item.loose_density_kg_m3 = found->material.loose_density_kg_m3;
+        item.compacted_density_kg_m3 = found->material.compacted_density_kg_m3;
+        scene_.warnings.push_back(scene_.message(
+            item.where("bekker"),
+            fmt::format("the bearing of \"{}\" differs from Bekker's by {:.0f} % (median; at most "
+                        "{:.0f} %): `bsoil import-bekker` prints where",
+                        item.name, 100 * found->median_error, 100 * found->largest_error)));
     }
 
     void check_fill(FillItem& fill) {
@@ -149,6 +189,9 @@ class SceneChecker {
                 if (solid.shape == "hull" && solid.points_m.size() < 4)
                     error(solid.where("points_m"), "a hull needs at least 4 points");
             }
+            if (body.ignore_soil && (body.tool_friction || body.tool_adhesion_pa))
+                error(body.where("ignore_soil"),
+                      "\"{}\" has a surface for soil that it does not meet", body.name);
             if (weighed != 0 && weighed != body.parts.size())
                 error(body.at, "give `mass_kg` for all parts of \"{}\" or for none", body.name);
         }
@@ -247,16 +290,27 @@ class SceneChecker {
         if (check.kind == "mass_in_region" && (check.min_fraction || check.max_fraction) &&
             !check.has("reference_s"))
             error(check.at, "fractions need a `reference_s`");
-        for (const char* key : {"by_s", "at_s", "from_s", "reference_s"}) {
-            const double t = key == std::string("by_s")     ? check.by_s
-                             : key == std::string("at_s")   ? check.at_s
-                             : key == std::string("from_s") ? check.from_s
-                                                            : check.reference_s;
+        for (const auto& [key, t] :
+             {std::pair{"by_s", check.by_s}, std::pair{"at_s", check.at_s},
+              std::pair{"from_s", check.from_s}, std::pair{"to_s", check.to_s.value_or(0)},
+              std::pair{"reference_s", check.reference_s}}) {
             if (check.has(key) && t > scene_.world.duration_s)
                 error(check.where(key), "`{}` {} lies after the end of the run, {} s", key, t,
                       scene_.world.duration_s);
         }
-        if (!scene_.soil && check.kind != "body_at_rest" && check.kind != "distance_travelled")
+        if (check.to_s && *check.to_s <= check.from_s)
+            error(check.where("to_s"), "`to_s` {} does not lie after `from_s` {}", *check.to_s,
+                  check.from_s);
+        if (check.has("direction") && length(check.direction) < 1e-6)
+            error(check.where("direction"), "the direction has no length");
+        for (const std::string& name : check.bodies) {
+            const BodyItem* body = scene_.find_body(name);
+            if (!robots_incomplete_ && !body)
+                error(check.where("bodies"), "no [[body]] is named \"{}\"", name);
+            else if (body && (body->kinematic || body->mass_kg <= 0))
+                error(check.where("bodies"), "\"{}\" has no mass and so no energy", name);
+        }
+        if (!scene_.soil && check.needs_soil())
             error(check.where("kind"), "\"{}\" needs a [soil]", check.kind);
     }
 
@@ -267,9 +321,10 @@ class SceneChecker {
 
 void SceneChecker::check_soil() {
     unique_names(scene_.materials, "material");
-    for (const MaterialItem& material : scene_.materials) {
+    for (MaterialItem& material : scene_.materials) {
         const auto base = materials::find(material.base);
         if (!base) error(material.where("base"), "{}", base.error());
+        if (material.bekker) translate_bekker(material);
     }
     if (!scene_.soil) {
         if (!scene_.fills.empty()) error(scene_.fills[0].at, "[[fill]] needs a [soil]");

@@ -60,10 +60,18 @@ Status SceneRun::start(const RunDef& def) {
     soil.backend = def.backend;
     soil.thread_count = def.thread_count;
     bullet::SoilActionDef options;
-    options.ignored = bullet_->ground();  // the soil has a floor of its own
+    options.ignored = bullet_->apart_from_soil();
     auto action = bullet::SoilAction::create(bullet_->world(), soil, options);
     if (!action) return Error{scene_.message(scene_.soil->at, action.error())};
     action_ = std::move(*action);
+    for (const SceneBody& body : bullet_->bodies()) {
+        if (!body.item->tool_friction && !body.item->tool_adhesion_pa) continue;
+        const SurfaceFriction as_material;
+        const Status set = action_->set_surface(
+            *body.body, {body.item->tool_friction.value_or(as_material.friction),
+                         body.item->tool_adhesion_pa.value_or(as_material.adhesion_pa)});
+        if (!set) return Error{scene_.message(body.item->at, set.error())};
+    }
     const Status filled = fill_soil(scene_, action_->soil());
     if (!filled) return filled;
     totals_at_start_ = action_->soil().totals();

@@ -207,7 +207,12 @@ TableOf<BodyItem> body_table() {
         .flag("kinematic", &B::kinematic,
               "moved by a [[motion]] whatever resists; its mass is ignored")
         .number("friction", &B::friction, {0, 10},
-                "Coulomb friction with other bodies; with soil the material's counts")
+                "Coulomb friction with other bodies; with soil `tool_friction` counts")
+        .number("tool_friction", &B::tool_friction, {0, 2},
+                "Coulomb friction with soil; the material's where the key is missing")
+        .number("tool_adhesion_pa", &B::tool_adhesion_pa, {0, 200e3},
+                "shear stress with soil without pressure; the material's where the key is missing")
+        .flag("ignore_soil", &B::ignore_soil, "the body passes through soil as if there were none")
         .number("restitution", &B::restitution, kFraction, "share of the speed that a bounce keeps")
         .number("linear_damping", &B::linear_damping, kFraction,
                 "share of the speed lost each second")
@@ -398,16 +403,26 @@ TableOf<CheckItem> check_table() {
         .selected_by("kind")
         .word("kind", &C::kind,
               {"soil_conserved", "body_at_rest", "mass_in_region", "repose_angle", "surface_height",
-               "distance_travelled", "body_force", "no_status"},
+               "distance_travelled", "body_force", "force_steady", "speed_steady", "body_rise",
+               "body_height", "energy_not_rising", "no_status"},
               "soil_conserved: units per material at the end equal those at the start; "
               "body_at_rest: slower than `creep_mm_s` from `by_s` on; mass_in_region: a probe's "
               "reading at a time; repose_angle: mean slope of a pile at the end; surface_height: "
               "height at a place and time; distance_travelled: of a body between start and end; "
-              "body_force: largest force of the soil on a body; no_status: no sticky condition")
+              "body_force: largest force of the soil on a body; force_steady, speed_steady: mean "
+              "and unsteadiness of the soil's force on a body and of the body's speed over a time, "
+              "steps of the soil as samples; body_rise: how far a body comes up above its lowest "
+              "place so far; body_height: lowest and highest place of a body; energy_not_rising: "
+              "largest rise, in a step of the soil, of the kinetic and potential energy of bodies "
+              "(without what they carry); no_status: no sticky condition")
         .required()
         .text("body", &C::body, "the body")
-        .only({"body_at_rest", "distance_travelled", "body_force"})
+        .only({"body_at_rest", "distance_travelled", "body_force", "force_steady", "speed_steady",
+               "body_rise", "body_height"})
         .required()
+        .texts("bodies", &C::bodies,
+               "bodies whose energies are added up; all that can move where the key is missing")
+        .only({"energy_not_rising"})
         .text("probe", &C::probe, "a probe of kind mass_inside")
         .only({"mass_in_region"})
         .required()
@@ -453,16 +468,37 @@ TableOf<CheckItem> check_table() {
         .number("tolerance_m", &C::tolerance_m, {0, 1e4}, "on either side")
         .only({"surface_height"})
         .required()
-        .number("min_m", &C::min_m, {0, 1e5}, "least distance")
-        .only({"distance_travelled"})
-        .number("max_m", &C::max_m, {0, 1e5}, "largest distance")
-        .only({"distance_travelled"})
-        .number("from_s", &C::from_s, kTime, "count forces from this time on")
-        .only({"body_force"})
-        .number("min_n", &C::min_n, kForce, "the largest force is at least this")
-        .only({"body_force"})
-        .number("max_n", &C::max_n, kForce, "the largest force is at most this")
-        .only({"body_force"});
+        .number("min_m", &C::min_m, kPlace, "least distance, height above the world's origin")
+        .only({"distance_travelled", "body_height"})
+        .number("max_m", &C::max_m, kPlace, "largest distance, rise, height")
+        .only({"distance_travelled", "body_rise", "body_height"})
+        .number("from_s", &C::from_s, kTime, "measured from this time on")
+        .only({"body_force", "force_steady", "speed_steady", "body_rise", "body_height",
+               "energy_not_rising"})
+        .number("to_s", &C::to_s, kTime, "measured until this time; to the end where it is missing")
+        .only({"body_force", "force_steady", "speed_steady", "body_rise", "body_height",
+               "energy_not_rising"})
+        .vector("direction", &C::direction, kDirection,
+                "the part of the force or velocity along it counts, by default its length")
+        .only({"force_steady", "speed_steady"})
+        .number("min_n", &C::min_n, {-1e8, 1e8}, "the largest or mean force is at least this")
+        .only({"body_force", "force_steady"})
+        .number("max_n", &C::max_n, {-1e8, 1e8}, "the largest or mean force is at most this")
+        .only({"body_force", "force_steady"})
+        .number("min_m_s", &C::min_m_s, kSpeed, "the mean speed is at least this")
+        .only({"speed_steady"})
+        .number("max_m_s", &C::max_m_s, kSpeed, "the mean speed is at most this")
+        .only({"speed_steady"})
+        .number("max_deviation_fraction", &C::max_deviation_fraction, {0, 100},
+                "largest standard deviation from the straight line that fits the time best (a heap "
+                "may grow), as a share of the mean's size")
+        .only({"force_steady", "speed_steady"})
+        .number("max_range_fraction", &C::max_range_fraction, {0, 100},
+                "largest way from the lowest to the highest deviation from that line, likewise")
+        .only({"force_steady", "speed_steady"})
+        .number("tolerance_j", &C::tolerance_j, {0, 1e9}, "rise that still counts as none")
+        .only({"energy_not_rising"})
+        .required();
 }
 
 }  // namespace
@@ -511,6 +547,25 @@ TableOf<SoilItem> soil_table() {
         .texts("materials", &S::materials, "several of them, up to 8, instead of `material`");
 }
 
+namespace {
+
+TableOf<BekkerItem> bekker_table() {
+    using B = BekkerItem;
+    return TableOf<B>("material.bekker", false,
+                      "Bekker's pressure under a plate of radius b, p = (kc / b + kphi) z^n: the "
+                      "densities of the material are chosen so that its own bearing comes nearest. "
+                      "Stands beside `cohesion_pa`, `friction_angle_deg` and, where it is known, "
+                      "`density_kg_m3`; see docs/bekker_import.md.")
+        .number("kphi", &B::kphi, {0, 1e9}, "frictional modulus [N/m^(n+2)]")
+        .required()
+        .number("kc", &B::kc, {-1e8, 1e8}, "cohesive modulus [N/m^(n+1)]")
+        .number("n", &B::n, {0, 2.5}, "exponent of sinkage")
+        .required()
+        .number("gravity_m_s2", &B::gravity_m_s2, {0.1, 30}, "where they were measured");
+}
+
+}  // namespace
+
 TableOf<MaterialItem> material_table() {
     using M = MaterialItem;
     return TableOf<M>("material", true, "A material: a built-in with some values replaced.")
@@ -519,10 +574,22 @@ TableOf<MaterialItem> material_table() {
         .text("base", &M::base,
               "the built-in it starts from: dry_sand, moist_sand, sandy_loam, loam, clay, gravel")
         .number("density_kg_m3", &M::density_kg_m3, {200, 4000}, "bulk density as placed")
+        .number("loose_density_kg_m3", &M::loose_density_kg_m3, {0, 4000},
+                "bulk density after it has been dug and dropped: with the next key, density is "
+                "state and the friction angle that of the critical state")
+        .number("compacted_density_kg_m3", &M::compacted_density_kg_m3, {0, 4000},
+                "bulk density compacted by 1 MPa; 0 for both: density does not change")
         .number("friction_angle_deg", &M::friction_angle_rad, {0, 68},
                 "angle of internal friction phi", kDegree)
         .number("cohesion_pa", &M::cohesion_pa, {0, 200e3}, "cohesion c")
+        .number("loose_cohesion_fraction", &M::loose_cohesion_fraction, kFraction,
+                "share of the cohesion that soil keeps once it has been moved")
         .number("tool_friction", &M::tool_friction, {0, 2}, "Coulomb friction with bodies")
+        .number("tool_adhesion_pa", &M::tool_adhesion_pa, {0, 200e3},
+                "shear stress between soil and bodies without pressure")
+        .number("shear_displacement_m", &M::shear_displacement_m, {0, 0.2},
+                "Janosi and Hanamoto's K as placed; 0: the shear stress is there at once")
+        .child<BekkerItem>("bekker", bekker_table(), [](M& m) { return &m.bekker.emplace(); })
         .vector("color", &M::color, kFraction, "linear red, green, blue for pictures");
 }
 

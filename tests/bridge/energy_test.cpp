@@ -63,7 +63,7 @@ class Energy : public testing::TestWithParam<double> {
         const double start_j = energy_j(body, gravity);
         const double weight_n =
             -static_cast<double>(gravity.y()) / static_cast<double>(body.getInvMass());
-        double before_j = start_j, sum_j = 0;
+        double before_j = start_j, sum_j = 0, force_n = 0;
         const int count = static_cast<int>(seconds * rate_hz());
         for (int i = 1; i <= count; ++i) {
             scene_.world->stepSimulation(static_cast<btScalar>(1 / rate_hz()), 0);
@@ -72,10 +72,11 @@ class Energy : public testing::TestWithParam<double> {
             ASSERT_LE(rise_j, kDriftOfStepM * weight_n) << "at " << i / rate_hz() << " s";
             sum_j += std::max(0.0, rise_j);
             before_j = after_j;
+            force_n = std::max(force_n, soil_->body_report(body).peak_force_n);
         }
         EXPECT_LE(sum_j, kReturnedFraction * (start_j - before_j));
-        EXPECT_GT(soil_->body_report(body).peak_force_n, 0) << "it has not met the soil";
-        EXPECT_LT(before_j, start_j / 2) << "it has not lost its energy";
+        EXPECT_GT(force_n, weight_n) << "it has not met the soil";
+        EXPECT_LT(before_j, 0.9 * start_j) << "the soil has not taken its energy";
     }
 
     BulletScene scene_;
@@ -110,7 +111,7 @@ TEST_P(Energy, of_a_rolling_wheel_never_rises) {
                    btVector3(-0.9f, 0.85f, 0));
     wheel.setLinearVelocity(btVector3(2, 0, 0));
     wheel.setAngularVelocity(btVector3(0, 0, -8));
-    expect_no_rise(wheel, 2);
+    expect_no_rise(wheel, 1);  // then it nears the end of the bed
 }
 
 TEST_P(Energy, of_a_cylinder_tumbling_down_a_slope_never_rises) {

@@ -75,6 +75,55 @@ case $case in
         expect_text 'gnuplot is not installed'
         [[ -s out/results.csv && -s out/results.gnuplot ]] || fail 'the table or the script is missing'
         ;;
+    validate)
+        mkdir own
+        cat >own/plate.toml <<'END'
+title = "A plate above its soil"
+[soil]
+size_m = [0.4, 0.4, 0.2]
+voxel_m = 0.02
+[bed]
+depth_m = 0.1
+[plate]
+reach_m = [0.01, 0.02]
+speed_m_s = 0.05
+[measured]
+file = "data:plates.csv"
+column = [{ name = "sinkage_m", column = "z_m" }, { name = "pressure_pa", column = "p_pa" }]
+[[plot]]
+x = "sinkage_m"
+y = "pressure_pa"
+[[expect]]
+title = "it bears"
+column = "pressure_pa"
+min = 1
+[validation]
+classical = "bekker"
+[[validation.compare]]
+column = "pressure_pa"
+END
+        printf 'z_m,p_pa\n0.01,1000\n0.02,2500\n' >plates.csv
+        printf '# By hand\n<!-- bsoil validate: summary -->\n<!-- end -->\n<!-- bsoil validate: plate -->\n<!-- end -->\n' >page.md
+        export BULLETSOIL_DATA=$folder
+        expect_exit 0 "$bsoil" validate --experiments own --out out --document page.md
+        expect_text 'PASS it bears'
+        cp page.md first.md
+        cp page/plate.svg first.svg
+        expect_exit 0 "$bsoil" validate --experiments own --only plate --document page.md --threads 1
+        cmp page.md first.md || fail 'a second run changes the page'
+        cmp page/plate.svg first.svg || fail 'a second run changes the picture'
+        grep -qx '# By hand' page.md || fail 'the prose is gone'
+        grep -q 'A plate above its soil' page.md || fail 'the page lacks the experiment'
+        head -n 1 out/plate.csv | grep -q 'pressure_pa_classical_error' || fail 'headings of plate.csv'
+        sed -i 's/^min = 1$/min = 1e9/' own/plate.toml
+        expect_exit 1 "$bsoil" validate --experiments own
+        expect_text 'FAIL it bears'
+        expect_exit 2 "$bsoil" validate --experiments own --only absent
+        expect_exit 2 "$bsoil" validate --experiments own --document absent.md
+        export BULLETSOIL_DATA=$folder/nowhere
+        expect_exit 77 "$bsoil" validate --experiments own
+        expect_text 'plates.csv is not there'
+        ;;
     keys)
         "$bsoil" experiment-keys --markdown | diff - "$experiments/README.md" ||
             fail 'demos/experiments/README.md is not what `bsoil experiment-keys --markdown` prints'

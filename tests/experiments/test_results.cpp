@@ -42,15 +42,21 @@ TEST(ExperimentResults, measured_columns_are_filtered_and_scaled) {
     item.columns[1].factor = 0.001;
     MeasuredFilterItem& filter = item.filters.emplace_back();
     filter.column = "wheel";
-    filter.equals = "smooth";
+    filter.equals = {"smooth"};
     const auto table = select_measured(file, item);
     ASSERT_TRUE(table) << table.error();
     EXPECT_EQ(table->columns, (std::vector<std::string>{"slip_ratio", "sinkage_m"}));
     ASSERT_EQ(table->rows.size(), 1u);  // the row without a sinkage is no measurement
     EXPECT_DOUBLE_EQ(table->rows[0][1], 0.005);
     filter.column = "slip";
-    filter.equals = "0.1";  // numbers are compared as numbers
+    filter.equals = {"0.1"};  // numbers are compared as numbers
     EXPECT_EQ(select_measured(file, item)->rows.size(), 2u);
+    filter.equals = {"0.1", "0.2"};  // the row of 0.2 has no sinkage
+    EXPECT_EQ(select_measured(file, item)->rows.size(), 2u);
+    item.columns[0].column = "wheel";
+    item.columns[0].values = {{"lugs", 10}};
+    ASSERT_EQ(select_measured(file, item)->rows.size(), 1u);
+    EXPECT_DOUBLE_EQ(select_measured(file, item)->rows[0][0], 10);
     filter.column = "weel";
     EXPECT_NE(select_measured(file, item).error().find("the columns are wheel, slip, z_mm"),
               std::string::npos);
@@ -80,9 +86,9 @@ TEST(ExperimentResults, expectations_are_held_against_their_rows) {
     EXPECT_EQ(verdict_on(expect), Verdict::Kind::pass);
     expect.min = 200;  // point 0 is below
     EXPECT_EQ(verdict_on(expect), Verdict::Kind::fail);
-    expect.at_values = {{"depth_m", "0.2", 0.2}};
+    expect.at_values = {{"depth_m", "0.2", 0.2, {}}};
     EXPECT_EQ(verdict_on(expect), Verdict::Kind::pass);
-    expect.at_values = {{"depth_m", "0.5", 0.5}};  // no such row
+    expect.at_values = {{"depth_m", "0.5", 0.5, {}}};  // no such row
     EXPECT_EQ(verdict_on(expect), Verdict::Kind::fail);
     expect.at_values.clear();
     expect.statistic = "median";

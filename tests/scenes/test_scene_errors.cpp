@@ -155,5 +155,44 @@ TEST(SceneErrors, check_after_the_end_of_the_run_is_refused) {
                  "s.toml:10:8: `by_s` 5 lies after the end of the run, 1 s");
 }
 
+TEST(SceneErrors, window_of_a_check_has_a_length) {
+    expect_error(kBox + "[[check]]\nkind = \"body_rise\"\nbody = \"a\"\nfrom_s = 0.5\nto_s = 0.5\n",
+                 "s.toml:11:8: `to_s` 0.5 does not lie after `from_s` 0.5");
+    expect_error(kBox + "[[check]]\nkind = \"speed_steady\"\nbody = \"a\"\nto_s = 5\n",
+                 "s.toml:10:8: `to_s` 5 lies after the end of the run, 1 s");
+}
+
+TEST(SceneErrors, direction_of_a_check_has_a_length) {
+    expect_error(kBox + "[[check]]\nkind = \"speed_steady\"\nbody = \"a\"\ndirection = [0, 0, 0]\n",
+                 "s.toml:10:13: the direction has no length");
+}
+
+TEST(SceneErrors, energy_is_that_of_bodies_with_mass) {
+    const std::string check =
+        "[[check]]\nkind = \"energy_not_rising\"\ntolerance_j = 0.1\nbodies = ";
+    expect_error(kBox + check + "[\"b\"]\n", "s.toml:10:10: no [[body]] is named \"b\"");
+    expect_error(kBox + check + "[\"a\"]\n", "s.toml:10:10: \"a\" has no mass and so no energy");
+    expect_error("[[check]]\nkind = \"energy_not_rising\"\n",
+                 "s.toml:3:1: [check] needs `tolerance_j`");
+}
+
+TEST(SceneErrors, force_on_a_body_needs_soil) {
+    expect_error(kBox + "[[check]]\nkind = \"force_steady\"\nbody = \"a\"\n",
+                 "s.toml:8:8: \"force_steady\" needs a [soil]");
+}
+
+TEST(SceneErrors, body_that_ignores_soil_has_no_surface_for_it) {
+    expect_error(kBox + "ignore_soil = true\ntool_friction = 0.3\n",
+                 "s.toml:7:15: \"a\" has a surface for soil that it does not meet");
+}
+
+TEST(SceneErrors, densities_of_a_material_rise) {
+    expect_error(
+        "[soil]\nsize_m = [1, 1, 1]\nmaterial = \"m\"\n"
+        "[[material]]\nname = \"m\"\ndensity_kg_m3 = 1500\nloose_density_kg_m3 = 1600\n"
+        "compacted_density_kg_m3 = 1800\n",
+        "densities are 1600");
+}
+
 }  // namespace
 }  // namespace bsoil::scene

@@ -6,8 +6,14 @@
 
 namespace bsoil {
 
+MaterialDef fixed_density(MaterialDef material) {
+    material.loose_density_kg_m3 = material.compacted_density_kg_m3 = 0;
+    return material;
+}
+
 SoilDef grid_def(int nx, int ny, int nz, double voxel_m) {
     SoilDef def;
+    def.material = fixed_density(materials::dry_sand());
     def.up = UpAxis::z;
     def.voxel_m = voxel_m;
     def.size_m = {nx * voxel_m, ny * voxel_m, nz * voxel_m};
@@ -18,7 +24,7 @@ SoilDef grid_def(int nx, int ny, int nz, double voxel_m) {
 }
 
 MaterialDef sand(double friction_deg, double cohesion_pa) {
-    MaterialDef material = materials::dry_sand();
+    MaterialDef material = fixed_density(materials::dry_sand());
     material.friction_angle_rad = friction_deg * std::numbers::pi / 180;
     material.cohesion_pa = cohesion_pa;
     return material;

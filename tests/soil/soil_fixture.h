@@ -19,6 +19,9 @@ struct SoilProbe {
 
 /// A grid of whole voxels of `voxel_m`, Z up, lower corner at the world's origin: world metres /
 /// voxel_m are grid voxels.
+/// The material without its range of densities: it neither swells nor compacts.
+MaterialDef fixed_density(MaterialDef material);
+
 SoilDef grid_def(int nx, int ny, int nz, double voxel_m = 0.05);
 
 /// Dry sand of a chosen angle of friction.

@@ -329,7 +329,8 @@ std::vector<oracle::Body> StageBench::oracle_bodies() const {
 SoilDef Scenario::def() const {
     SoilDef def = grid_def(nx, ny, nz);
     if (material_count == 3) {
-        def.materials = {materials::dry_sand(), materials::moist_sand(), materials::gravel()};
+        def.materials = {fixed_density(materials::dry_sand()), materials::moist_sand(),
+                         fixed_density(materials::gravel())};
         def.materials[1].loose_cohesion_fraction = 0.3;
         // So wide that part of the soil that planes() makes lies within it.
         def.materials[1].loose_density_kg_m3 = 1000;

@@ -3,29 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
-#include "measured_data.h"
+#include "figures.h"
 
 namespace bsoil::experiment {
 namespace {
-
-/// The figures an expectation is about: one, or each row's.
-std::vector<double> figures(const std::string& statistic, std::vector<double> values) {
-    if (statistic == "each" || values.empty()) return values;
-    if (statistic.ends_with("magnitude"))
-        for (double& value : values) value = std::abs(value);
-    if (statistic == "max_magnitude") return {*std::max_element(values.begin(), values.end())};
-    if (statistic == "mean") {
-        double sum = 0;
-        for (const double value : values) sum += value;
-        return {sum / static_cast<double>(values.size())};
-    }
-    std::sort(values.begin(), values.end());
-    const size_t half = values.size() / 2;
-    return {values.size() % 2 ? values[half] : (values[half - 1] + values[half]) / 2};
-}
 
 std::string range_of(const ExpectItem& expect) {
     std::string text;
@@ -35,32 +18,34 @@ std::string range_of(const ExpectItem& expect) {
     return text;
 }
 
+/// "peak: max shear_stress_pa at depth_m = 0.1: expected at most 3".
+std::string description_of(const ExpectItem& expect) {
+    std::string text = expect.title.empty() ? "" : expect.title + ": ";
+    if (expect.statistic != "each") text += expect.statistic + ' ';
+    text += expect.column;
+    if (!expect.over.empty()) text += " over " + expect.over;
+    const char* joint = " at ";
+    for (const RowCondition& c : expect.at_values) {
+        text += c.to ? fmt::format("{}{} = {:.6g} .. {:.6g}", joint, c.column, *c.from, *c.to)
+                     : fmt::format("{}{} = {}", joint, c.column, c.text);
+        joint = ", ";
+    }
+    return text + ": expected" + range_of(expect);
+}
+
 Verdict check(const ExpectItem& expect, const CsvTable& results) {
     Verdict verdict;
-    for (const Parameter& p : expect.at_values)
-        verdict.text +=
-            fmt::format("{}{} = {}", verdict.text.empty() ? " at " : ", ", p.name, p.text);
-    verdict.text =
-        fmt::format("{} {}{}: expected{}", expect.statistic == "each" ? "" : expect.statistic,
-                    expect.column, verdict.text, range_of(expect));
-    if (verdict.text.starts_with(' ')) verdict.text.erase(0, 1);
+    verdict.text = description_of(expect);
     if (results.column_index(expect.column) < 0) {
         verdict.kind = Verdict::Kind::skip;
         verdict.text += ", the measured data is not there";
         return verdict;
     }
     std::vector<double> values;
-    for (size_t r = 0; r < results.rows.size(); ++r) {
-        const bool at =
-            std::all_of(expect.at_values.begin(), expect.at_values.end(), [&](const Parameter& p) {
-                const auto number = results.number(r, p.name);
-                if (p.number && number) return same_value(*p.number, *number);
-                return results.rows[r][static_cast<size_t>(results.column_index(p.name))] == p.text;
-            });
-        const auto value = results.number(r, expect.column);
-        if (at && value) values.push_back(*value);
+    for (const auto& group : grouped(results, rows_at(results, expect.at_values), expect.by)) {
+        const auto found = figures(results, group, expect.column, expect.statistic, expect.over);
+        values.insert(values.end(), found.begin(), found.end());
     }
-    values = figures(expect.statistic, std::move(values));
     if (values.empty()) {
         verdict.kind = Verdict::Kind::fail;
         verdict.text += ", there is no such result";

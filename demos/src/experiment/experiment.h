@@ -102,10 +102,12 @@ struct Point {
 struct MeasuredColumnItem : scene::SceneItem {
     std::string name, column;
     double factor = 1;
+    std::map<std::string, double> values;  ///< what words of the file stand for; empty: numbers
 };
 /// [[measured.where]]
 struct MeasuredFilterItem : scene::SceneItem {
-    std::string column, equals;
+    std::string column;
+    std::vector<std::string> equals;  ///< any of these
 };
 /// [measured]
 struct MeasuredItem : scene::SceneItem {
@@ -121,12 +123,41 @@ struct PlotItem : scene::SceneItem {
     bool log_x = false, log_y = false;
 };
 
-/// [[expect]]
-struct ExpectItem : scene::SceneItem {
-    std::string column;
-    std::vector<Parameter> at_values;
+/// Holds for rows with this value in a column, or with one between `from` and `to`.
+struct RowCondition {
+    std::string column, text;
+    std::optional<double> from, to;
+};
+
+/// What [[expect]] and [[validation.compare]] share: figures taken from rows of the results.
+struct FigureItem : scene::SceneItem {
+    std::string title, column;
+    std::vector<RowCondition> at_values;
     std::string statistic = "each";
+    std::string over;             ///< the column that some statistics follow
+    std::vector<std::string> by;  ///< rows that agree in these columns give one figure
+};
+
+/// [[expect]]
+struct ExpectItem : FigureItem {
     std::optional<double> value, tolerance, min, max;
+};
+
+/// [[validation.compare]]
+struct CompareItem : FigureItem {
+    bool of_load = false;
+    std::optional<double> aim;
+};
+
+/// [validation]
+struct ValidationItem : scene::SceneItem {
+    std::string classical;       ///< "bekker", "wong_reece", "mckyes_ali", "janosi"
+    std::string classical_note;  ///< where its parameters are from
+    std::string bekker_plates;   ///< the experiment whose measured plates give Bekker's parameters
+    std::optional<double> bekker_kc_kn_m_np1, bekker_kphi_kn_m_np2, bekker_n;
+    double peak_stress_c1 = 0.18, peak_stress_c2 = 0.32;
+    double janosi_k_m = 0;  ///< of the classical model; 0: the material's
+    std::vector<CompareItem> compares;
 };
 
 /// Measured rows in the experiment's own names and units.
@@ -143,6 +174,7 @@ struct Experiment {
     MeasuredTable measured;  ///< empty where the file has none or the data is absent
     std::vector<PlotItem> plots;
     std::vector<ExpectItem> expectations;
+    std::optional<ValidationItem> validation;
     std::vector<Point> points;
     std::string missing_data;         ///< name of the measured data that is not there, or empty
     bool points_are_missing = false;  ///< the points were to be taken from that data

@@ -10,6 +10,7 @@
 
 #include "data_files.h"
 #include "experiment_schema.h"
+#include "figures.h"
 #include "measured_data.h"
 #include "rig.h"
 #include "scene_load.h"
@@ -35,6 +36,9 @@ class ExperimentReader {
     }
 
     Result<Experiment> read(toml::table root, const std::vector<std::string>& settings) {
+        if (rig_.empty())
+            for (const std::string& name : rig_names())
+                if (root.contains(name)) rig_ = experiment_.rig = name;
         for (const std::string& setting : settings) apply_setting(root, setting);
         ExperimentFile file;
         if (errors_.empty()) scene::read_table(root, experiment_schema(), &file, errors_);
@@ -44,6 +48,7 @@ class ExperimentReader {
             experiment_.description = file.description;
             experiment_.plots = file.plots;
             experiment_.expectations = file.expectations;
+            experiment_.validation = file.validation;
             read_measured(file);
             read_points(root);
         }
@@ -364,9 +369,20 @@ class ExperimentReader {
             need(plot.y, plot.where("y"));
             for (const std::string& name : plot.by) need(name, plot.where("by"));
         }
+        const auto need_figure = [&](const FigureItem& figure) {
+            need(figure.column, figure.where("column"));
+            for (const RowCondition& c : figure.at_values) need(c.column, figure.where("at"));
+            for (const std::string& name : figure.by) need(name, figure.where("by"));
+            if (!figure.over.empty()) need(figure.over, figure.where("over"));
+            if (follows_column(figure.statistic) && figure.over.empty())
+                error(figure.at, "`{}` needs `over`", figure.statistic);
+        };
+        if (file.validation) {
+            if (!file.measured) error(file.validation->at, "[validation] needs a [measured]");
+            for (const CompareItem& compare : file.validation->compares) need_figure(compare);
+        }
         for (const ExpectItem& expect : file.expectations) {
-            need(expect.column, expect.where("column"));
-            for (const Parameter& p : expect.at_values) need(p.name, expect.where("at"));
+            need_figure(expect);
             if (expect.value.has_value() != expect.tolerance.has_value())
                 error(expect.at, "`value` and `tolerance` belong together");
             if (!expect.value && !expect.min && !expect.max)
@@ -425,15 +441,19 @@ line and column. This page is printed by `bsoil experiment-keys --markdown`; a t
 | experiment here | command | what stands beside it |
 |---|---|---|
 | `pavlov_plates.toml` | plate | plates of 60 and 100 mm in loose sand |
-| `cullinan_plates.toml` | plate | a plate of 0.018 m2 in sand of two densities |
+| `cullinan_plates.toml` | plate | a plate of 0.018 m2 in sand of three densities |
 | `obermayr_blade.toml` | blade | a vertical blade at four depths |
 | `pavlov_wheel_smooth.toml`, `pavlov_wheel_grousers.toml` | traction | a small wheel from locked to slip ratio 0.9 |
-| `pavlov_wheel_slip_angles.toml` | traction | the same wheel at slip angles up to 90 deg |
+| `pavlov_wheel_slip_angles.toml` | traction | the same wheel at slip angles of 15 and 45 deg |
 | `ding_wheel.toml` | traction | a rover's wheel, smooth and with lugs |
 | `cullinan_shear.toml` | shear | annular shear in sand of two densities |
 
 The measured data is not part of the project: without it the plate, blade and shear experiments still give their
 curves, and those whose points are measured rows are skipped.
+
+`bsoil validate` runs all of them at once, sets them beside the measurements and the classical models, and with
+`--document docs/validation.md` writes that page anew: [validation](../../docs/validation.md). `--only NAME ...` takes some
+of them, `--out DIR` keeps tables and pictures. Exit codes as above, 77 where no data is there at all.
 
 ## [sweep]
 

@@ -8,9 +8,9 @@
 
 namespace bsoil::experiment {
 
-/// Reads and checks an experiment of the given rig. `settings` are "key=value" with keys as in
-/// [sweep]; they replace what the file says. The error lists every mistake, one a line, as
-/// "file:line:column: text". Measured data that is absent is no error: see
+/// Reads and checks an experiment of the given rig, or of any where it is empty. `settings` are
+/// "key=value" with keys as in [sweep]; they replace what the file says. The error lists every
+/// mistake, one a line, as "file:line:column: text". Measured data that is absent is no error: see
 /// Experiment::missing_data.
 Result<Experiment> load_experiment(const std::string& path, const std::string& rig,
                                    const std::vector<std::string>& settings = {});

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "experiment_load.h"
+#include "figures.h"
 
 namespace bsoil::experiment {
 namespace {
@@ -169,14 +172,75 @@ TableOf<ShearItem> shear_table() {
                 "Coulomb friction with a rigid plane; with soil the material's counts");
 }
 
-/// Stores a number or a text in place.
+/// Stores numbers or texts in place.
 std::function<std::string(MeasuredFilterItem&, const toml::node&)> read_filter() {
     return [](MeasuredFilterItem& item, const toml::node& value) -> std::string {
-        const auto given = parameter_of("equals", value);
-        if (!given) return "expected a number or a text, not " + scene::kind_text(value);
-        item.equals = given->text;
-        return {};
+        const auto take = [&](const toml::node& node) {
+            const auto given = parameter_of("equals", node);
+            if (given) item.equals.push_back(given->text);
+            return given.has_value();
+        };
+        const toml::array* list = value.as_array();
+        const bool taken =
+            list ? !list->empty() && std::all_of(list->begin(), list->end(), take) : take(value);
+        return taken ? "" : "expected a number, a text or a list, not " + scene::kind_text(value);
     };
+}
+
+/// Stores what the words of a column stand for.
+std::string read_words(MeasuredColumnItem& item, const toml::node& value) {
+    const toml::table* table = value.as_table();
+    if (!table) return "expected a table, not " + scene::kind_text(value);
+    for (const auto& [word, node] : *table) {
+        const auto number = node.value<double>();
+        if (!number) return "expected numbers, not " + scene::kind_text(node);
+        item.values[std::string(word.str())] = *number;
+    }
+    return {};
+}
+
+/// A value, or the two ends of a range.
+std::optional<RowCondition> condition_of(const std::string& column, const toml::node& value) {
+    if (const toml::array* ends = value.as_array()) {
+        if (ends->size() != 2 || !ends->get(0)->is_number() || !ends->get(1)->is_number())
+            return std::nullopt;
+        return RowCondition{column, "", ends->get(0)->value<double>(),
+                            ends->get(1)->value<double>()};
+    }
+    const auto given = parameter_of(column, value);
+    if (!given) return std::nullopt;
+    return RowCondition{column, given->text, given->number, std::nullopt};
+}
+
+/// The keys of figures taken from rows of the results.
+template <typename T>
+TableOf<T> figure_table(const std::string& name, const std::string& doc) {
+    return TableOf<T>(name, true, doc)
+        .text("title", &T::title, "what it is, in words")
+        .text("column", &T::column, "column of the results")
+        .required()
+        .value("at", "{name = value or [from, to], ...}",
+               "only rows with these values in these columns; all rows where the key is missing",
+               [](T& item, const toml::node& value) -> std::string {
+                   const toml::table* table = value.as_table();
+                   if (!table) return "expected a table, not " + scene::kind_text(value);
+                   std::string error;
+                   flatten(*table, "", [&](const std::string& path, const toml::node& leaf) {
+                       if (auto condition = condition_of(path, leaf))
+                           item.at_values.push_back(std::move(*condition));
+                       else
+                           error = "expected a number, a text or two numbers, not " +
+                                   scene::kind_text(leaf);
+                   });
+                   return error;
+               })
+        .word("statistic", &T::statistic, statistic_names(),
+              "of the rows. magnitude: of the absolute values; spread: largest less least; last: "
+              "of the last row; and along `over`: least_rise from one row to the next, exponent of "
+              "the power law through the rows, janosi_k: where 1 - 1/e of the largest is reached")
+        .text("over", &T::over, "the column along which these look")
+        .texts("by", &T::by,
+               "rows that agree in these columns give a figure each; without it, all rows one");
 }
 
 TableOf<MeasuredItem> measured_table() {
@@ -188,12 +252,16 @@ TableOf<MeasuredItem> measured_table() {
             .required()
             .text("column", &C::column, "its heading in the file")
             .required()
-            .number("factor", &C::factor, kAnything, "turns the file's unit into that of `name`");
+            .number("factor", &C::factor, kAnything, "turns the file's unit into that of `name`")
+            .value("values", "{word = number, ...}",
+                   "what the file's words stand for; rows with other words are left out",
+                   read_words);
     const TableOf<MeasuredFilterItem> filter =
         TableOf<MeasuredFilterItem>("measured.where", true, "Only rows where this holds are taken.")
             .text("column", &MeasuredFilterItem::column, "a heading in the file")
             .required()
-            .value("equals", "text or number", "what stands there", read_filter())
+            .value("equals", "text, number or list", "what stands there, any of a list",
+                   read_filter())
             .required();
     return TableOf<M>(
                "measured", false,
@@ -230,31 +298,49 @@ TableOf<PlotItem> plot_table() {
 
 TableOf<ExpectItem> expect_table() {
     using E = ExpectItem;
-    return TableOf<E>("expect", true,
-                      "Something the results have to show; it prints PASS or FAIL and the figure.")
-        .text("column", &E::column, "column of the results")
-        .required()
-        .value("at", "{name = value, ...}",
-               "only rows with these values in these columns; all rows where the key is missing",
-               [](E& e, const toml::node& value) -> std::string {
-                   const toml::table* table = value.as_table();
-                   if (!table) return "expected a table, not " + scene::kind_text(value);
-                   std::string error;
-                   flatten(*table, "", [&](const std::string& path, const toml::node& leaf) {
-                       if (auto parameter = parameter_of(path, leaf))
-                           e.at_values.push_back(std::move(*parameter));
-                       else
-                           error = "expected a number or a text, not " + scene::kind_text(leaf);
-                   });
-                   return error;
-               })
-        .word("statistic", &E::statistic,
-              {"each", "mean", "median", "median_magnitude", "max_magnitude"},
-              "of the rows; magnitude: of the absolute values")
+    return figure_table<E>(
+               "expect",
+               "Something the results have to show; it prints PASS or FAIL and the figure.")
         .number("value", &E::value, kAnything, "the figure expected; needs `tolerance`")
         .number("tolerance", &E::tolerance, {0, 1e30}, "on either side, in the column's unit")
         .number("min", &E::min, kAnything, "least figure")
         .number("max", &E::max, kAnything, "largest figure");
+}
+
+TableOf<ValidationItem> validation_table() {
+    using V = ValidationItem;
+    using C = CompareItem;
+    const TableOf<C> compare =
+        figure_table<C>("validation.compare",
+                        "A result that is compared with the measured and the classical one.")
+            .flag("of_load", &C::of_load,
+                  "a force that may be near zero: its error is also given as a share of the load, "
+                  "and the relative one only where the measured force exceeds 5 % of the load")
+            .number("aim", &C::aim, {0, 10}, "for the median of the relative error's magnitude");
+    return TableOf<V>("validation", false,
+                      "The experiment is part of `bsoil validate`: its results stand beside "
+                      "measurements and a classical model, in columns `NAME_classical` and "
+                      "`NAME_classical_error`. Density, friction angle, cohesion, tool friction "
+                      "and K of the classical model are those of the experiment's material.")
+        .word("classical", &V::classical, {"bekker", "wong_reece", "mckyes_ali", "janosi"},
+              "the model: of plates, wheels, blades, shear")
+        .required()
+        .text("classical_note", &V::classical_note, "where its parameters are from")
+        .number("bekker_kc_kn_m_np1", &V::bekker_kc_kn_m_np1, {-1e6, 1e6},
+                "kc in p = (kc / b + kphi) z^n, in kN/m^(n+1)")
+        .number("bekker_kphi_kn_m_np2", &V::bekker_kphi_kn_m_np2, {-1e6, 1e6},
+                "kphi, in kN/m^(n+2)")
+        .number("bekker_n", &V::bekker_n, {0, 5}, "n")
+        .text("bekker_plates", &V::bekker_plates,
+              "instead of these three: the experiment beside this one whose measured plates they "
+              "are fitted to; plates themselves are fitted to their own measurements")
+        .number("janosi_k_m", &V::janosi_k_m, {0, 0.2},
+                "Janosi's K of the classical model; 0: that of the material")
+        .number("peak_stress_c1", &V::peak_stress_c1, {0, 1},
+                "the normal stress under a wheel is largest at c1 + c2 slip of the entry angle")
+        .number("peak_stress_c2", &V::peak_stress_c2, {0, 1}, "c2")
+        .child<C>("compare", compare, [](V& v) { return &v.compares.emplace_back(); })
+        .required();
 }
 
 /// A rig's table: the rig it makes is the last one in the file, and its name is kept to find two.
@@ -313,7 +399,9 @@ const scene::TableSpec& experiment_schema() {
                                  [](F& f) { return &f.measured.emplace(); })
             .child<PlotItem>("plot", plot_table(), [](F& f) { return &f.plots.emplace_back(); })
             .child<ExpectItem>("expect", expect_table(),
-                               [](F& f) { return &f.expectations.emplace_back(); });
+                               [](F& f) { return &f.expectations.emplace_back(); })
+            .child<ValidationItem>("validation", validation_table(),
+                                   [](F& f) { return &f.validation.emplace(); });
         return file.spec();
     }();
     return *schema;

@@ -24,6 +24,7 @@ struct ExperimentFile : scene::SceneItem {
     std::optional<MeasuredItem> measured;
     std::vector<PlotItem> plots;
     std::vector<ExpectItem> expectations;
+    std::optional<ValidationItem> validation;
 };
 
 const scene::TableSpec& experiment_schema();

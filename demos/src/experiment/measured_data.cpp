@@ -14,6 +14,13 @@ bool same_cell(const std::string& a, const std::string& b) {
     return x && y ? same_value(*x, *y) : a == b;
 }
 
+/// The cell's number, or the one that its word stands for.
+std::optional<double> number_of(const std::string& text, const MeasuredColumnItem& column) {
+    if (column.values.empty()) return number_in(text);
+    const auto found = column.values.find(text);
+    return found == column.values.end() ? std::nullopt : std::optional(found->second);
+}
+
 }  // namespace
 
 bool same_value(double a, double b) {
@@ -44,10 +51,13 @@ Result<MeasuredTable> select_measured(const CsvTable& file, const MeasuredItem& 
     for (const std::vector<std::string>& cells : file.rows) {
         bool taken = true;
         for (size_t f = 0; f < filters.size(); ++f)
-            taken = taken && same_cell(cells[filters[f]], item.filters[f].equals);
+            taken = taken && std::any_of(item.filters[f].equals.begin(),
+                                         item.filters[f].equals.end(), [&](const auto& wanted) {
+                                             return same_cell(cells[filters[f]], wanted);
+                                         });
         std::vector<double> row;
         for (size_t c = 0; taken && c < columns.size(); ++c) {
-            const auto number = number_in(cells[columns[c]]);
+            const auto number = number_of(cells[columns[c]], item.columns[c]);
             taken = number.has_value();
             if (number) row.push_back(*number * item.columns[c].factor);
         }

@@ -15,16 +15,7 @@
 extern char** environ;
 
 namespace bsoil::experiment {
-namespace {
 
-constexpr int kPanelWidth = 640, kPanelHeight = 480;  // [pixels]
-
-struct Curve {
-    std::string title;
-    std::vector<std::pair<double, double>> points;
-};
-
-/// "draft_n" as gnuplot shall write it: "draft, N".
 std::string axis_title(const std::string& column) {
     struct Unit {
         const char *suffix, *text;
@@ -41,6 +32,36 @@ std::string axis_title(const std::string& column) {
     std::replace(name.begin(), name.end(), '_', ' ');
     return name + unit;
 }
+
+std::vector<std::string> curve_keys(const Experiment& experiment, const PlotItem& plot) {
+    if (plot.has("by")) return plot.by;
+    std::vector<std::string> keys;
+    if (!experiment.points.empty())
+        for (const Parameter& p : experiment.points[0].parameters)
+            if (p.name != plot.x && p.name != plot.y) keys.push_back(p.name);
+    // a sweep along measured rows changes all of its parameters from point to point
+    if (station_column(experiment.rig).empty() && experiment.measured_item &&
+        keys.size() + 1 == experiment.points[0].parameters.size() && keys.size() > 0) {
+        std::map<std::string, size_t> rows_of;
+        for (const Point& point : experiment.points) {
+            std::string text;
+            for (const Parameter& p : point.parameters)
+                if (p.name != plot.x) text += p.text + ' ';
+            ++rows_of[text];
+        }
+        if (rows_of.size() == experiment.points.size()) keys.clear();
+    }
+    return keys;
+}
+
+namespace {
+
+constexpr int kPanelWidth = 640, kPanelHeight = 480;  // [pixels]
+
+struct Curve {
+    std::string title;
+    std::vector<std::pair<double, double>> points;
+};
 
 /// In double quotes, with nothing that gnuplot would expand.
 std::string quoted(const std::string& text) {
@@ -64,28 +85,6 @@ std::vector<PlotItem> default_plots(const Experiment& experiment) {
         plot.y = y;
     }
     return plots;
-}
-
-/// The parameters that tell curves of a panel apart.
-std::vector<std::string> curve_keys(const Experiment& experiment, const PlotItem& plot) {
-    if (plot.has("by")) return plot.by;
-    std::vector<std::string> keys;
-    if (!experiment.points.empty())
-        for (const Parameter& p : experiment.points[0].parameters)
-            if (p.name != plot.x && p.name != plot.y) keys.push_back(p.name);
-    // a sweep along measured rows changes all of its parameters from point to point
-    if (station_column(experiment.rig).empty() && experiment.measured_item &&
-        keys.size() + 1 == experiment.points[0].parameters.size() && keys.size() > 0) {
-        std::map<std::string, size_t> rows_of;
-        for (const Point& point : experiment.points) {
-            std::string text;
-            for (const Parameter& p : point.parameters)
-                if (p.name != plot.x) text += p.text + ' ';
-            ++rows_of[text];
-        }
-        if (rows_of.size() == experiment.points.size()) keys.clear();
-    }
-    return keys;
 }
 
 std::vector<Curve> computed_curves(const Experiment& experiment, const PlotItem& plot,

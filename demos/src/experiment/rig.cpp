@@ -35,6 +35,11 @@ const RigKind& kind_named(const std::string& name) {
 
 }  // namespace
 
+std::vector<std::string> rig_names() {
+    std::vector<std::string> names;
+    for (const RigKind& kind : kinds()) names.push_back(kind.name);
+    return names;
+}
 const std::vector<std::string>& result_columns(const std::string& rig) {
     return kind_named(rig).results;
 }

@@ -20,6 +20,8 @@ struct RigOutput {
 /// Called with the share of the run that is done, 0..1.
 using RigProgress = std::function<void(double)>;
 
+/// "plate", "blade", "traction", "shear".
+std::vector<std::string> rig_names();
 /// Headings of RigOutput::results; `rig` is the name of a rig's table and command.
 const std::vector<std::string>& result_columns(const std::string& rig);
 /// The result that each row of a run has a given value of: "sinkage_m" of a plate; empty for a rig

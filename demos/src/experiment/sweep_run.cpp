@@ -17,9 +17,9 @@ constexpr std::chrono::milliseconds kProgressInterval{200};
 
 }  // namespace
 
-std::vector<PointRun> run_sweep(const Experiment& experiment, int thread_count,
-                                const SweepProgress& progress) {
-    const size_t point_count = experiment.points.size();
+std::vector<PointRun> run_points(const std::vector<const RigSetup*>& setups, int thread_count,
+                                 const SweepProgress& progress) {
+    const size_t point_count = setups.size();
     std::vector<PointRun> runs(point_count);
     std::vector<std::atomic<double>> fractions(point_count);
     std::atomic<size_t> next{0};
@@ -30,7 +30,7 @@ std::vector<PointRun> run_sweep(const Experiment& experiment, int thread_count,
     const auto work = [&] {
         for (size_t i = next++; i < point_count; i = next++) {
             const auto start = std::chrono::steady_clock::now();
-            auto output = run_rig(experiment.points[i].setup, [&, i](double fraction) {
+            auto output = run_rig(*setups[i], [&, i](double fraction) {
                 fractions[i].store(std::clamp(fraction, 0.0, 1.0), std::memory_order_relaxed);
             });
             if (output)
@@ -62,6 +62,13 @@ std::vector<PointRun> run_sweep(const Experiment& experiment, int thread_count,
     lock.unlock();
     for (std::thread& thread : threads) thread.join();
     return runs;
+}
+
+std::vector<PointRun> run_sweep(const Experiment& experiment, int thread_count,
+                                const SweepProgress& progress) {
+    std::vector<const RigSetup*> setups;
+    for (const Point& point : experiment.points) setups.push_back(&point.setup);
+    return run_points(setups, thread_count, progress);
 }
 
 CsvTable result_table(const Experiment& experiment, const std::vector<PointRun>& runs) {

@@ -24,8 +24,11 @@ struct SweepProgress {
     std::function<void(size_t point, const PointRun& run)> finished;
 };
 
-/// Runs every point, each on one thread, `thread_count` at a time (0: all cores). What comes out
+/// Runs every setup, each on one thread, `thread_count` at a time (0: all cores). What comes out
 /// does not depend on the number.
+std::vector<PointRun> run_points(const std::vector<const RigSetup*>& setups, int thread_count,
+                                 const SweepProgress& progress);
+/// The same for the points of an experiment.
 std::vector<PointRun> run_sweep(const Experiment& experiment, int thread_count,
                                 const SweepProgress& progress);
 

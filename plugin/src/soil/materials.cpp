@@ -52,10 +52,16 @@ double relative_density_under(double pressure_pa) {
 namespace materials {
 namespace {
 
-MaterialDef make(const char* name, double density, double friction_deg, double cohesion_pa,
+struct Densities {
+    double loose, placed, compacted;  ///< kg/m3
+};
+
+MaterialDef make(const char* name, Densities density, double friction_deg, double cohesion_pa,
                  double tool_friction, std::array<float, 3> color) {
     return {.name = name,
-            .density_kg_m3 = density,
+            .density_kg_m3 = density.placed,
+            .loose_density_kg_m3 = density.loose,
+            .compacted_density_kg_m3 = density.compacted,
             .friction_angle_rad = friction_deg * std::numbers::pi / 180,
             .cohesion_pa = cohesion_pa,
             .tool_friction = tool_friction,
@@ -65,12 +71,12 @@ MaterialDef make(const char* name, double density, double friction_deg, double c
 // Sources of the figures: docs/materials.md.
 const std::array<MaterialDef, 6>& table() {
     static const std::array<MaterialDef, 6> kTable = {
-        make("dry_sand", 1600, 33, 0, 0.40, {0.76f, 0.66f, 0.45f}),
-        make("moist_sand", 1750, 34, 1000, 0.42, {0.60f, 0.49f, 0.32f}),
-        make("sandy_loam", 1850, 26, 2000, 0.40, {0.48f, 0.35f, 0.22f}),
-        make("loam", 1900, 25, 6000, 0.38, {0.38f, 0.26f, 0.16f}),
-        make("clay", 1950, 20, 20000, 0.35, {0.52f, 0.33f, 0.24f}),
-        make("gravel", 1800, 38, 0, 0.45, {0.50f, 0.50f, 0.50f}),
+        make("dry_sand", {1430, 1600, 1750}, 33, 0, 0.40, {0.76f, 0.66f, 0.45f}),
+        make("moist_sand", {1540, 1750, 1900}, 34, 1000, 0.42, {0.60f, 0.49f, 0.32f}),
+        make("sandy_loam", {1480, 1850, 2050}, 26, 2000, 0.40, {0.48f, 0.35f, 0.22f}),
+        make("loam", {1520, 1900, 2090}, 25, 6000, 0.38, {0.38f, 0.26f, 0.16f}),
+        make("clay", {1440, 1950, 2150}, 20, 20000, 0.35, {0.52f, 0.33f, 0.24f}),
+        make("gravel", {1600, 1800, 1960}, 38, 0, 0.45, {0.50f, 0.50f, 0.50f}),
     };
     return kTable;
 }

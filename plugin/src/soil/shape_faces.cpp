@@ -66,18 +66,15 @@ NearestFace nearest_face(const ConvexShape& shape, Vec3 p) {
     return face;
 }
 
-Vec3 face_normal_at(const SoilBody& body, Vec3 point_m) {
-    double nearest = std::numeric_limits<double>::infinity();
-    Vec3 normal{0, 0, 1};
+NearestFace nearest_face(const SoilBody& body, Vec3 point_m) {
+    NearestFace nearest{std::numeric_limits<double>::infinity(), {0, 0, 1}};
     for (const ConvexShape& shape : *body.shapes) {
         const Pose to_world = body.pose * shape.local;
         const NearestFace face = nearest_face(shape, transform(inverse(to_world), point_m));
-        if (std::abs(face.distance_m) < nearest) {
-            nearest = std::abs(face.distance_m);
-            normal = rotate(to_world.rotation, face.normal);
-        }
+        if (std::abs(face.distance_m) < std::abs(nearest.distance_m))
+            nearest = {face.distance_m, rotate(to_world.rotation, face.normal)};
     }
-    return normal;
+    return nearest;
 }
 
 }  // namespace bsoil

@@ -14,8 +14,8 @@ struct NearestFace {
 /// point: in the shape's own frame.
 NearestFace nearest_face(const ConvexShape& shape, Vec3 point_m);
 
-/// Outward normal, world axes, of the face of a body nearest to a point of the world. Cost: the
-/// number of its shapes and of their planes.
-Vec3 face_normal_at(const SoilBody& body, Vec3 point_m);
+/// The face of a body, world axes, that a point of the world is nearest to. Cost: the number of the
+/// body's shapes and of their planes.
+NearestFace nearest_face(const SoilBody& body, Vec3 point_m);
 
 }  // namespace bsoil

@@ -175,7 +175,7 @@ struct Soil::Impl {
     void run_advection();
     void run_slippage();
     void read_results(std::span<const StepBody> step_bodies);
-    void add_contact(const ContactVoxel& contact, const SoilBody* body);
+    void add_contact(const ContactVoxel& contact, Vec3 face_normal);
     void read_activity();
     void find_free_surface();
     void sum_up_free_surface();

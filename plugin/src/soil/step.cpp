@@ -768,19 +768,17 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
             steep / (2.0 * kVoxelFull);  // area of surface in this voxel / voxel face
         ContactVoxel contact;
         contact.body = body_ids[c[3]];
-        // The surface crosses the line through the voxel's centre along the main axis where the
-        // coverage of the three voxels there ends.
-        const double reach = std::clamp(static_cast<double>(c[10]) / kVoxelFull - 1.5, -1.5, 1.5);
-        const Vec3 size{std::abs(gradient.x), std::abs(gradient.y), std::abs(gradient.z)};
-        Vec3 at{c[0] + 0.5, c[1] + 0.5, c[2] + 0.5};
-        if (size.z >= size.x && size.z >= size.y) {
-            at.z -= gradient.z > 0 ? reach : -reach;
-        } else if (size.x >= size.y) {
-            at.x -= gradient.x > 0 ? reach : -reach;
-        } else {
-            at.y -= gradient.y > 0 ? reach : -reach;
+        const SoilBody* body = body_inputs[static_cast<size_t>(c[3])];
+        if (!body) {
+            continue;
         }
-        contact.position_m = frame.to_world(at);
+        // The shape knows better than the coverage where its surface is: of a body smaller than a
+        // voxel the grid has hardly a trace.
+        const Vec3 middle = frame.to_world({c[0] + 0.5, c[1] + 0.5, c[2] + 0.5});
+        const NearestFace face = nearest_face(*body, middle);
+        const double above_m = std::clamp(face.distance_m, -1.5 * voxel, 1.5 * voxel);
+        contact.position_m = middle - above_m * face.normal;
+        const Vec3 at = to_grid(contact.position_m);
         contact.normal = rotate(frame.grid_to_world.rotation, gradient * (-1 / steep));
         contact.area_m2 = share * voxel * voxel;
         contact.depth_m =
@@ -793,27 +791,23 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
             std::min(1.0, static_cast<double>(c[8]) / kVoxelFull / share) * voxel;
         contact.material = c[9];
         contact.relative_density =
-            c[11] == kDensityFixed ? -1 : static_cast<double>(c[11]) / kVoxelFull;
-        add_contact(contact, body_inputs[static_cast<size_t>(c[3])]);
+            c[10] == kDensityFixed ? -1 : static_cast<double>(c[10]) / kVoxelFull;
+        add_contact(contact, face.normal);
     }
 }
 
 // At an edge the gradient of the coverage points between two faces. The soil meets the faces: the
 // area vector is parted into one along the nearest face's normal and the rest, so that its sum over
 // the body stays what it is.
-void Soil::Impl::add_contact(const ContactVoxel& contact, const SoilBody* body) {
+void Soil::Impl::add_contact(const ContactVoxel& contact, Vec3 face_normal) {
     contacts.push_back(contact);
-    if (!body) {
-        return;
-    }
-    const Vec3 face = face_normal_at(*body, contact.position_m);
-    const double along = dot(face, contact.normal);
-    const Vec3 rest = contact.normal - along * face;
+    const double along = dot(face_normal, contact.normal);
+    const Vec3 rest = contact.normal - along * face_normal;
     const double across = length(rest);
     if (along <= 0 || across < kEdgeSine) {
         return;
     }
-    contacts.back().normal = face;
+    contacts.back().normal = face_normal;
     contacts.back().area_m2 = contact.area_m2 * along;
     contacts.push_back(contact);
     contacts.back().normal = rest * (1 / across);

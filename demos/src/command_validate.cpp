@@ -1,0 +1,188 @@
+/// `bsoil validate`: all experiments that stand beside measurements, and the document of them.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <sstream>
+
+#include "commands.h"
+#include "experiment/comparison.h"
+#include "experiment/experiment_load.h"
+#include "experiment/sweep_run.h"
+#include "experiment/validation_page.h"
+
+namespace bsoil::command {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ValidateArguments {
+    std::string experiments = BSOIL_EXPERIMENTS_FOLDER, out, document;
+    std::vector<std::string> only;
+    int thread_count = 0;
+};
+
+int could_not(const std::string& text) {
+    fmt::print(stderr, "{}\n", text);
+    return kCouldNotRun;
+}
+
+/// The experiments of the folder that have a [validation], by name; with `only`, those named.
+Result<std::vector<experiment::Experiment>> load_all(const ValidateArguments& arguments) {
+    std::error_code failed;
+    std::vector<fs::path> paths;
+    for (const auto& entry : fs::directory_iterator(arguments.experiments, failed)) {
+        const bool wanted =
+            arguments.only.empty() || std::count(arguments.only.begin(), arguments.only.end(),
+                                                 entry.path().stem().string()) > 0;
+        if (entry.path().extension() == ".toml" && wanted) paths.push_back(entry.path());
+    }
+    if (failed) return Error{arguments.experiments + ": " + failed.message()};
+    std::sort(paths.begin(), paths.end());
+    for (const std::string& name : arguments.only)
+        if (std::none_of(paths.begin(), paths.end(),
+                         [&](const fs::path& path) { return path.stem() == name; }))
+            return Error{fmt::format("there is no {}.toml in {}", name, arguments.experiments)};
+    std::vector<experiment::Experiment> experiments;
+    for (const fs::path& path : paths) {
+        auto loaded = experiment::load_experiment(path.string(), "");
+        if (!loaded) return Error{loaded.error()};
+        if (loaded->validation)
+            experiments.push_back(std::move(*loaded));
+        else if (!arguments.only.empty())
+            return Error{path.string() + ": has no [validation]"};
+    }
+    return experiments;
+}
+
+/// Runs the points of all experiments at once, so that no core waits for the end of one of them.
+/// The error names the experiment of a point that could not be run.
+Result<std::vector<std::vector<experiment::PointRun>>> run_all(
+    const std::vector<experiment::Experiment>& experiments, int thread_count) {
+    struct Origin {
+        size_t experiment, point;
+    };
+    std::vector<Origin> origins;
+    std::vector<const experiment::RigSetup*> setups;
+    for (size_t e = 0; e < experiments.size(); ++e)
+        for (size_t p = 0; p < experiments[e].points.size(); ++p) {
+            origins.push_back({e, p});
+            setups.push_back(&experiments[e].points[p].setup);
+        }
+    experiment::SweepProgress progress;
+    size_t done = 0;
+    progress.finished = [&](size_t i, const experiment::PointRun& run) {
+        fmt::print(stderr, "{}/{}: {}, point {}, {:.1f} s\n", ++done, setups.size(),
+                   fs::path(experiments[origins[i].experiment].path).stem().string(),
+                   origins[i].point, run.wall_s);
+    };
+    std::vector<experiment::PointRun> runs = experiment::run_points(setups, thread_count, progress);
+    std::vector<std::vector<experiment::PointRun>> of_experiments(experiments.size());
+    for (size_t i = 0; i < runs.size(); ++i) {
+        const std::string where = fmt::format(
+            "{}: point {}: ", experiments[origins[i].experiment].path, origins[i].point);
+        if (!runs[i].error.empty()) return Error{where + runs[i].error};
+        for (const std::string& status : runs[i].output.status)
+            fmt::print(stderr, "{}{}\n", where, status);
+        of_experiments[origins[i].experiment].push_back(std::move(runs[i]));
+    }
+    return of_experiments;
+}
+
+Status write_text(const fs::path& path, const std::string& text) {
+    std::error_code failed;
+    if (path.has_parent_path()) fs::create_directories(path.parent_path(), failed);
+    std::ofstream file(path, std::ios::binary);
+    file << text;
+    file.close();
+    if (!file) return Error{path.string() + ": cannot be written"};
+    return Done{};
+}
+
+Status write_document(const fs::path& path,
+                      const std::vector<experiment::Comparison>& comparisons) {
+    std::ifstream file(path, std::ios::binary);
+    std::stringstream text;
+    text << file.rdbuf();
+    if (!file) return Error{path.string() + ": cannot be read; its prose is written by hand"};
+    const fs::path pictures = path.stem();
+    auto page = experiment::update_page(text.str(), comparisons, pictures.string());
+    if (!page) return Error{path.string() + ": " + page.error()};
+    for (const experiment::Comparison& comparison : comparisons) {
+        const Status written =
+            write_text(path.parent_path() / pictures / (comparison.name + ".svg"),
+                       experiment::comparison_picture(comparison));
+        if (!written) return written;
+    }
+    return write_text(path, *page);
+}
+
+int run(const ValidateArguments& arguments) {
+    auto loaded = load_all(arguments);
+    if (!loaded) return could_not(loaded.error());
+    std::erase_if(*loaded, [](const experiment::Experiment& e) {
+        if (e.missing_data.empty()) return false;
+        fmt::print("SKIP {}: {} is not there; set BULLETSOIL_DATA to the folder that has it\n",
+                   e.path, e.missing_data.substr(sizeof("data:") - 1));
+        return true;
+    });
+    if (loaded->empty()) {
+        fmt::print("there is no measured data: nothing to validate\n");
+        return kSkipped;
+    }
+    const auto runs = run_all(*loaded, arguments.thread_count);
+    if (!runs) return could_not(runs.error());
+
+    int exit_code = kPassed;
+    std::vector<experiment::Comparison> comparisons;
+    for (size_t e = 0; e < loaded->size(); ++e) {
+        const experiment::Experiment& experiment = (*loaded)[e];
+        auto comparison =
+            experiment::compare(experiment, experiment::result_table(experiment, (*runs)[e]));
+        if (!comparison) return could_not(comparison.error());
+        fmt::print("{}", experiment::comparison_text(*comparison));
+        if (!comparison->holds()) exit_code = kFailed;
+        comparisons.push_back(std::move(*comparison));
+    }
+    if (!arguments.out.empty()) {
+        std::error_code failed;
+        fs::create_directories(arguments.out, failed);
+        for (const experiment::Comparison& comparison : comparisons) {
+            const std::string path = arguments.out + '/' + comparison.name;
+            Status written = experiment::write_csv(comparison.results, path + ".csv");
+            if (written)
+                written = write_text(path + ".svg", experiment::comparison_picture(comparison));
+            if (!written) return could_not(written.error());
+        }
+    }
+    if (!arguments.document.empty()) {
+        const Status written = write_document(arguments.document, comparisons);
+        if (!written) return could_not(written.error());
+    }
+    return exit_code;
+}
+
+}  // namespace
+
+void add_validate(CLI::App& app, int& exit_code) {
+    auto arguments = std::make_shared<ValidateArguments>();
+    CLI::App* command = app.add_subcommand(
+        "validate",
+        "run the experiments that stand beside measurements: 0 all gates are met, 1 one is not, 2 "
+        "could not run, 77 no measured data is there");
+    command->add_option("--out", arguments->out, "folder for the tables and pictures");
+    command->add_option("--only", arguments->only, "names of experiments, without .toml");
+    command->add_option("--document", arguments->document,
+                        "page to update, as docs/validation.md; its pictures lie in a folder of "
+                        "its name beside it");
+    command->add_option("--experiments", arguments->experiments, "folder of the experiments")
+        ->capture_default_str();
+    command->add_option("--threads", arguments->thread_count, "points run at once; 0: all cores")
+        ->check(CLI::Range(0, 1024))
+        ->capture_default_str();
+    command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
+}  // namespace bsoil::command

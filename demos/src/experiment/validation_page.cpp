@@ -1,0 +1,288 @@
+#include "validation_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "classical_columns.h"
+#include "figures.h"
+#include "plot.h"
+#include "svg_figure.h"
+
+namespace bsoil::experiment {
+namespace {
+
+constexpr const char* kSoil = "BulletSoil";
+constexpr int kDigits = 3;  // of the figures in tables
+
+/// How a column is shown: kilopascals and millimetres are what plates and wheels are read in.
+struct Shown {
+    std::string title;
+    double factor = 1;
+};
+Shown shown(const std::string& column) {
+    std::string name = column.substr(column.rfind('.') + 1);  // without its table
+    Shown out{axis_title(name), 1};
+    const auto with = [&](size_t suffix, const char* unit, double factor) {
+        name.resize(name.size() - suffix);
+        std::replace(name.begin(), name.end(), '_', ' ');
+        out = {name + unit, factor};
+    };
+    if (name.ends_with("_pa")) with(3, ", kPa", 1e-3);
+    if (name.ends_with("_m") && !name.ends_with("_n_m")) with(2, ", mm", 1e3);
+    return out;
+}
+
+std::string digits(double value, int count) {
+    if (value == 0 || !std::isfinite(value)) return "0";
+    const int whole = static_cast<int>(std::floor(std::log10(std::abs(value)))) + 1;
+    return fmt::format("{:.{}f}", value, std::max(0, count - whole));
+}
+std::string figure_text(const std::optional<double>& value, double factor) {
+    return value ? digits(*value * factor, kDigits) : "-";
+}
+std::string percent(const std::optional<double>& share, bool with_sign) {
+    if (!share) return "-";
+    return with_sign ? fmt::format("{:+.0f} %", *share * 100)
+                     : fmt::format("{:.0f} %", *share * 100);
+}
+std::string key_text(const std::string& cell_text, double factor) {
+    const auto number = number_in(cell_text);
+    return number ? fmt::format("{:.5g}", *number * factor) : cell_text;
+}
+
+/// "pressure".
+std::string quantity_title(const ComparedQuantity& quantity) {
+    if (!quantity.item.title.empty()) return quantity.item.title;
+    const std::string title = shown(quantity.item.column).title;
+    return title.substr(0, title.find(','));
+}
+/// What the quantity's figures are in.
+Shown quantity_shown(const ComparedQuantity& quantity) {
+    return shown(quantity.item.statistic == "janosi_k" ? quantity.item.over : quantity.item.column);
+}
+
+std::string table_row(const std::vector<std::string>& cells) {
+    std::string out = "|";
+    for (const std::string& text : cells) out += ' ' + text + " |";
+    return out + '\n';
+}
+std::string table_head(const std::vector<std::string>& cells) {
+    std::string out = table_row(cells) + "|";
+    for (size_t i = 0; i < cells.size(); ++i) out += "---|";
+    return out + '\n';
+}
+
+std::string points_table(const Comparison& comparison, const ComparedQuantity& quantity) {
+    const bool of_load = quantity.item.of_load;
+    const Shown figure = quantity_shown(quantity);
+    const std::string classical = classical_name(comparison.experiment->validation->classical);
+    std::vector<std::string> head;
+    for (const std::string& key : quantity.key_columns) head.push_back(shown(key).title);
+    head.push_back("measured");
+    for (const std::string& model : {std::string(kSoil), classical}) {
+        head.insert(head.end(), {model, "error"});
+        if (of_load) head.push_back("of load");
+    }
+    const std::string unit = figure.title.find(',') == std::string::npos
+                                 ? ""
+                                 : figure.title.substr(figure.title.find(','));
+    std::string out = quantity_title(quantity) + unit + ":\n\n" + table_head(head);
+    for (const ComparedPoint& point : quantity.points) {
+        std::vector<std::string> row;
+        for (size_t k = 0; k < point.keys.size(); ++k)
+            row.push_back(key_text(point.keys[k], shown(quantity.key_columns[k]).factor));
+        row.push_back(figure_text(point.measured, figure.factor));
+        for (const ComparedFigure* model : {&point.soil, &point.classical}) {
+            row.push_back(figure_text(model->value, figure.factor));
+            row.push_back(percent(model->error, true));
+            if (of_load) row.push_back(percent(model->load_error, true));
+        }
+        out += table_row(row);
+    }
+    return out;
+}
+
+std::string medians_text(const ErrorMedians& model) {
+    std::string text = percent(model.relative, false);
+    if (model.of_load) text += fmt::format("; {:.1f} % of load", *model.of_load * 100);
+    return text;
+}
+
+std::string aim_text(const ComparedQuantity& quantity) {
+    if (!quantity.item.aim) return "-";
+    const bool reached = quantity.soil.relative && *quantity.soil.relative <= *quantity.item.aim;
+    return percent(quantity.item.aim, false) + (reached ? ", reached" : ", **not reached**");
+}
+
+std::string gates_text(const Comparison& comparison) {
+    const auto met = std::count_if(comparison.verdicts.begin(), comparison.verdicts.end(),
+                                   [](const Verdict& v) { return v.kind == Verdict::Kind::pass; });
+    const std::string text = fmt::format("{} of {}", met, comparison.verdicts.size());
+    return comparison.holds() ? text : "**" + text + "**";
+}
+
+/// Rows of the summary; they name the experiment, by which they are found again.
+std::string link_to(const std::string& name) { return "](#" + name + ")"; }
+std::string summary_rows(const Comparison& comparison) {
+    std::string out;
+    for (const ComparedQuantity& quantity : comparison.quantities) {
+        const bool first = &quantity == &comparison.quantities.front();
+        std::string points = std::to_string(quantity.points.size());
+        if (quantity.relative_count != quantity.points.size())
+            points += fmt::format(" ({})", quantity.relative_count);
+        out += table_row({"[" + comparison.experiment->title + link_to(comparison.name),
+                          quantity_title(quantity), points, medians_text(quantity.soil),
+                          medians_text(quantity.classical), aim_text(quantity),
+                          first ? gates_text(comparison) : ""});
+    }
+    return out;
+}
+
+std::string section(const Comparison& comparison, const std::string& pictures) {
+    const Experiment& experiment = *comparison.experiment;
+    const ValidationItem& validation = *experiment.validation;
+    std::string out = fmt::format("<a id=\"{0}\"></a>\n\n![{1}]({2}/{0}.svg)\n\n", comparison.name,
+                                  experiment.title, pictures);
+    out += "Classical model: " + classical_name(validation.classical);
+    if (!comparison.classical_parameters.empty()) out += "; " + comparison.classical_parameters;
+    out += validation.classical_note.empty() ? ".\n" : ". " + validation.classical_note + '\n';
+    if (!comparison.verdicts.empty()) {
+        out += "\nGates:\n\n";
+        for (const Verdict& verdict : comparison.verdicts)
+            out += fmt::format("- {}: {}\n",
+                               verdict.kind == Verdict::Kind::pass ? "met" : "**not met**",
+                               verdict.text);
+    }
+    out += "\n<details><summary>All points</summary>\n\n";
+    for (const ComparedQuantity& quantity : comparison.quantities)
+        out += points_table(comparison, quantity) + '\n';
+    return out + "</details>\n";
+}
+
+struct Block {
+    size_t begin = 0, end = 0;  ///< of what is between the markers
+};
+Result<Block> block_of(const std::string& page, const std::string& name) {
+    const std::string marker = "<!-- bsoil validate: " + name + " -->\n";
+    const size_t at = page.find(marker);
+    const size_t end = at == std::string::npos ? at : page.find("<!-- end -->", at);
+    if (end == std::string::npos)
+        return Error{"the page has no \"<!-- bsoil validate: " + name +
+                     " -->\" with a line \"<!-- end -->\" after it"};
+    return Block{at + marker.size(), end};
+}
+
+/// The summary's rows of an experiment, as the page has them.
+std::string rows_in(const std::string& text, const std::string& name) {
+    std::string rows;
+    for (size_t at = 0; at < text.size();) {
+        const size_t end = std::min(text.find('\n', at), text.size() - 1) + 1;
+        const std::string line = text.substr(at, end - at);
+        if (line.find(link_to(name)) != std::string::npos) rows += line;
+        at = end;
+    }
+    return rows;
+}
+
+/// The experiments a page has places for, in its order.
+std::vector<std::string> places_in(const std::string& page) {
+    const std::string before = "<!-- bsoil validate: ", after = " -->";
+    std::vector<std::string> names;
+    for (size_t at = page.find(before); at != std::string::npos; at = page.find(before, at)) {
+        at += before.size();
+        const std::string name = page.substr(at, page.find(after, at) - at);
+        if (name != "summary") names.push_back(name);
+    }
+    return names;
+}
+
+}  // namespace
+
+Result<std::string> update_page(std::string page, const std::vector<Comparison>& comparisons,
+                                const std::string& pictures) {
+    const std::vector<std::string> places = places_in(page);
+    const auto summary = block_of(page, "summary");
+    if (!summary) return Error{summary.error()};
+    const std::string before = page.substr(summary->begin, summary->end - summary->begin);
+    std::string rows = table_head({"data set", "quantity", "points", kSoil, "classical model",
+                                   "aim for BulletSoil", "gates met"});
+    for (const std::string& name : places) {
+        const auto found = std::find_if(comparisons.begin(), comparisons.end(),
+                                        [&](const Comparison& c) { return c.name == name; });
+        rows += found == comparisons.end() ? rows_in(before, name) : summary_rows(*found);
+    }
+    page.replace(summary->begin, summary->end - summary->begin, rows);
+    for (const Comparison& comparison : comparisons) {
+        const auto block = block_of(page, comparison.name);
+        if (!block) return Error{block.error()};
+        page.replace(block->begin, block->end - block->begin, section(comparison, pictures));
+    }
+    return page;
+}
+
+std::string comparison_picture(const Comparison& comparison) {
+    const Experiment& experiment = *comparison.experiment;
+    const CsvTable& results = comparison.results;
+    std::vector<SvgPanel> panels;
+    for (const PlotItem& plot : experiment.plots) {
+        const Shown x = shown(plot.x), y = shown(plot.y);
+        SvgPanel& panel = panels.emplace_back();
+        panel.title = plot.title;
+        panel.x_title = x.title;
+        panel.y_title = y.title;
+        panel.log_x = plot.log_x;
+        panel.log_y = plot.log_y;
+        const std::vector<std::string> keys = curve_keys(experiment, plot);
+        std::vector<size_t> all(results.rows.size());
+        for (size_t r = 0; r < all.size(); ++r) all[r] = r;
+        int color = 0;
+        for (const auto& rows : grouped(results, all, keys)) {
+            std::string title;
+            for (const std::string& key : keys) {
+                const Shown shown_key = shown(key);
+                const auto c = static_cast<size_t>(results.column_index(key));
+                title += (title.empty() ? "" : ", ") + shown_key.title + " = " +
+                         key_text(results.rows[rows.front()][c], shown_key.factor);
+            }
+            const auto add = [&](SvgCurve::Style style, const std::string& suffix) {
+                SvgCurve curve{style, color, title, {}};
+                for (const size_t r : rows) {
+                    const auto at = results.number(r, plot.x);
+                    const auto value = results.number(r, plot.y + suffix);
+                    if (at && value) curve.points.push_back({*at * x.factor, *value * y.factor});
+                }
+                std::sort(curve.points.begin(), curve.points.end());
+                panel.curves.push_back(std::move(curve));
+            };
+            add(SvgCurve::Style::dashes, "_classical");
+            add(SvgCurve::Style::line, "");
+            add(SvgCurve::Style::circles, "_measured");
+            ++color;
+        }
+    }
+    return svg_figure(
+        panels, {{SvgCurve::Style::circles, experiment.measured_item->label},
+                 {SvgCurve::Style::line, kSoil},
+                 {SvgCurve::Style::dashes, classical_name(experiment.validation->classical)}});
+}
+
+std::string comparison_text(const Comparison& comparison) {
+    std::string out = comparison.name + ": " + comparison.experiment->title + '\n';
+    for (const ComparedQuantity& quantity : comparison.quantities) {
+        out += fmt::format("  {}: {} points, median error {} {}, {} {}\n", quantity_title(quantity),
+                           quantity.points.size(), kSoil, medians_text(quantity.soil),
+                           classical_name(comparison.experiment->validation->classical),
+                           medians_text(quantity.classical));
+    }
+    for (const Verdict& verdict : comparison.verdicts)
+        out += fmt::format("  {} {}\n",
+                           verdict.kind == Verdict::Kind::pass   ? "PASS"
+                           : verdict.kind == Verdict::Kind::fail ? "FAIL"
+                                                                 : "SKIP",
+                           verdict.text);
+    return out;
+}
+
+}  // namespace bsoil::experiment

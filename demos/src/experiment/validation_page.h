@@ -1,0 +1,26 @@
+/// The document of a validation: generated parts between markers in a page whose prose is written
+/// by hand, and a picture for each experiment.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "comparison.h"
+
+namespace bsoil::experiment {
+
+/// Puts what was generated into the page, between
+/// `<!-- bsoil validate: NAME -->` and `<!-- end -->`: a section for each comparison, and the table
+/// of all under the name "summary", where the rows of experiments that were not run stay as they
+/// are. `pictures` is the folder of the pictures as the page names it. The error says which marker
+/// the page lacks.
+Result<std::string> update_page(std::string page, const std::vector<Comparison>& comparisons,
+                                const std::string& pictures);
+
+/// The plots of an experiment: measured, computed and classical.
+std::string comparison_picture(const Comparison& comparison);
+
+/// A comparison in a few lines of plain text.
+std::string comparison_text(const Comparison& comparison);
+
+}  // namespace bsoil::experiment

@@ -1,0 +1,151 @@
+/// Results beside measurements and classical models, and the page that shows them.
+#include <gtest/gtest.h>
+
+#include "experiment/comparison.h"
+#include "experiment/experiment_load.h"
+#include "experiment/figures.h"
+#include "experiment/svg_figure.h"
+#include "experiment/validation_page.h"
+
+namespace bsoil::experiment {
+namespace {
+
+CsvTable curves() {
+    return {{"point", "wheel", "slip", "pull"},
+            {{"0", "a", "0", "-1"},
+             {"1", "a", "0.2", "3"},
+             {"2", "a", "0.6", "2"},
+             {"3", "b", "0.2", "4"},
+             {"4", "b", "0.6", "16"}}};
+}
+
+TEST(Figures, rows_are_chosen_by_values_and_ranges) {
+    EXPECT_EQ(rows_at(curves(), {{"slip", "", 0.2, 0.6}}), (std::vector<size_t>{1, 2, 3, 4}));
+    EXPECT_EQ(rows_at(curves(), {{"slip", "0.2", 0.2, {}}, {"wheel", "b", {}, {}}}),
+              (std::vector<size_t>{3}));
+    EXPECT_EQ(grouped(curves(), {0, 1, 2, 3, 4}, {"wheel"}),
+              (std::vector<std::vector<size_t>>{{0, 1, 2}, {3, 4}}));
+}
+
+TEST(Figures, statistics_are_what_they_say) {
+    const auto of = [](const std::vector<size_t>& rows, const std::string& statistic) {
+        const auto found = figures(curves(), rows, "pull", statistic, "slip");
+        return found.empty() ? -99 : found.front();
+    };
+    EXPECT_EQ(of({0, 1, 2}, "least_rise"), -1);
+    EXPECT_EQ(of({0, 1, 2}, "spread"), 4);
+    EXPECT_EQ(of({0, 1, 2}, "last"), 2);
+    EXPECT_EQ(of({0, 1, 2}, "max"), 3);
+    EXPECT_EQ(of({0, 1, 2}, "median"), 2);
+    EXPECT_NEAR(of({3, 4}, "exponent"), std::log(4) / std::log(3), 1e-12);
+    EXPECT_EQ(of({0, 1}, "exponent"), -99);  // a slip of 0 has no logarithm
+    EXPECT_EQ(of({0}, "least_rise"), -99);
+    // from 4 at 0.2 to 16 at 0.6, 10.11 of it
+    EXPECT_NEAR(of({3, 4}, "janosi_k"), 0.2 + 0.4 * (16 * (1 - std::exp(-1)) - 4) / 12, 1e-12);
+}
+
+const std::string kSoil =
+    "[soil]\nsize_m = [2, 1, 1]\n[[material]]\nname = \"sand\"\ndensity_kg_m3 = 1500\n"
+    "friction_angle_deg = 30\ncohesion_pa = 0\n";
+
+/// A wheel of 100 N at two slip ratios, and its results as if it had been run.
+class ComparedWheel : public testing::Test {
+  protected:
+    void SetUp() override {
+        auto made = parse_experiment(
+            "title = \"Wheel\"\n" + kSoil +
+                "[traction]\nload_n = 100\n[sweep]\nslip_ratio = [0, 0.3]\n"
+                "[validation]\nclassical = \"wong_reece\"\nbekker_kc_kn_m_np1 = 1\n"
+                "bekker_kphi_kn_m_np2 = 1500\nbekker_n = 1.1\n"
+                "[[validation.compare]]\ncolumn = \"drawbar_pull_n\"\nof_load = true\naim = 0.5\n"
+                "[measured]\nfile = \"data:absent.csv\"\n"
+                "column = [{name = \"slip_ratio\", column = \"s\"}, {name = \"drawbar_pull_n\", "
+                "column = \"F\"}]\n"
+                "[[plot]]\nx = \"slip_ratio\"\ny = \"drawbar_pull_n\"\n"
+                "[[expect]]\ntitle = \"it pulls\"\ncolumn = \"drawbar_pull_n\"\nmin = 100\n",
+            "folder/wheel.toml", "");
+        ASSERT_TRUE(made) << made.error();
+        EXPECT_EQ(made->rig, "traction");
+        experiment_ = std::move(*made);
+        auto compared =
+            compare(experiment_, {{"point", "slip_ratio", "drawbar_pull_n",
+                                   "drawbar_pull_n_measured", "drawbar_pull_n_error"},
+                                  {{"0", "0", "-3", "-1", "2"}, {"1", "0.3", "30", "20", "0.5"}}});
+        ASSERT_TRUE(compared) << compared.error();
+        comparison_ = std::move(*compared);
+    }
+    Experiment experiment_;
+    Comparison comparison_;
+};
+
+TEST_F(ComparedWheel, force_near_zero_has_no_relative_error) {
+    ASSERT_EQ(comparison_.quantities.size(), 1u);
+    const ComparedQuantity& pull = comparison_.quantities[0];
+    ASSERT_EQ(pull.points.size(), 2u);
+    EXPECT_FALSE(pull.points[0].soil.error);  // 1 N of 100
+    EXPECT_DOUBLE_EQ(*pull.points[0].soil.load_error, -0.02);
+    EXPECT_DOUBLE_EQ(*pull.points[1].soil.error, 0.5);
+    EXPECT_EQ(pull.relative_count, 1u);
+    EXPECT_DOUBLE_EQ(*pull.soil.relative, 0.5);
+    EXPECT_DOUBLE_EQ(*pull.soil.of_load, 0.06);
+    EXPECT_TRUE(pull.points[1].classical.value);
+    EXPECT_FALSE(comparison_.holds());
+}
+
+TEST_F(ComparedWheel, page_keeps_what_is_written_by_hand) {
+    const std::string page =
+        "# Title\nby hand\n<!-- bsoil validate: summary -->\n| [Other](#other) | 7 |\n"
+        "| [Gone](#gone) | 8 |\n<!-- end -->\nmore by hand\n<!-- bsoil validate: other "
+        "-->\nother's\n"
+        "<!-- end -->\n<!-- bsoil validate: wheel -->\nold\n<!-- end -->\nlast by hand\n";
+    const auto made = update_page(page, {comparison_}, "pictures");
+    ASSERT_TRUE(made) << made.error();
+    for (const char* kept : {"# Title\nby hand\n", "| [Other](#other) | 7 |", "other's",
+                             "more by hand", "last by hand"})
+        EXPECT_NE(made->find(kept), std::string::npos) << kept;
+    for (const char* dropped : {"old", "Gone"})
+        EXPECT_EQ(made->find(dropped), std::string::npos) << dropped;
+    for (const char* added : {"[Wheel](#wheel)", "](pictures/wheel.svg)", "**not met**: it pulls",
+                              "| 0.3 | 20.0 | 30.0 | +50 % | +10 % |", "50 %, reached"})
+        EXPECT_NE(made->find(added), std::string::npos) << added << "\n" << *made;
+    EXPECT_EQ(*update_page(*made, {comparison_}, "pictures"), *made);
+    EXPECT_NE(update_page("no marker", {comparison_}, "p").error().find("summary"),
+              std::string::npos);
+}
+
+TEST_F(ComparedWheel, picture_shows_all_three) {
+    const std::string svg = comparison_picture(comparison_);
+    for (const char* part : {"<svg ", "measured", "BulletSoil", "Wong", "drawbar pull, N",
+                             "stroke-dasharray", "<circle", "</svg>\n"})
+        EXPECT_NE(svg.find(part), std::string::npos) << part;
+}
+
+TEST(Validation, rig_needs_its_own_model_and_measurements) {
+    const std::string validation =
+        "[validation]\nclassical = \"bekker\"\n[[validation.compare]]\ncolumn = \"draft_n\"\n";
+    const auto unmeasured = parse_experiment(kSoil + "[blade]\n" + validation, "e.toml", "blade");
+    EXPECT_NE(unmeasured.error().find("[validation] needs a [measured]"), std::string::npos);
+    const auto blade = parse_experiment(
+        kSoil +
+            "[blade]\n[measured]\nfile = \"data:absent.csv\"\ncolumn = [{name = \"draft_n\", "
+            "column = \"F\"}]\n" +
+            validation,
+        "e.toml", "blade");
+    ASSERT_TRUE(blade) << blade.error();
+    EXPECT_NE(compare(*blade, {{"point", "draft_n"}, {}}).error().find("no model of this rig"),
+              std::string::npos);
+}
+
+TEST(SvgFigure, logarithmic_axis_leaves_out_what_it_cannot_show) {
+    const SvgCurve curve{SvgCurve::Style::circles, 0, "a < b & c", {{1, 10}, {2, 1000}, {3, 0}}};
+    const std::string svg = svg_figure({{"", "x", "y", false, true, {curve}}}, {});
+    size_t circles = 0;
+    for (size_t at = svg.find("<circle"); at != std::string::npos; at = svg.find("<circle", at + 1))
+        ++circles;
+    EXPECT_EQ(circles, 2u);
+    EXPECT_NE(svg.find("a &lt; b &amp; c"), std::string::npos);
+    EXPECT_NE(svg.find(">100<"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace bsoil::experiment
