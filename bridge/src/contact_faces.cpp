@@ -152,7 +152,9 @@ void find_contact_faces(std::span<const ContactVoxel> voxels, Quat body_to_world
         out.of_voxel[cells[i].voxel] = kWallBinCount + face;
     }
     for (const FaceSums& sole : soles) {
-        const auto [width_m, length_m] = sole.area > 0 ? sole.sides() : std::array{0.0, 0.0};
+        const auto [side_m, length_m] = sole.area > 0 ? sole.sides() : std::array{0.0, 0.0};
+        // A ring or a frame has less area than the rectangle.
+        const double width_m = length_m > 0 ? std::min(side_m, sole.area / length_m) : 0;
         out.faces.push_back({width_m, length_m, sole.depth_m, sole.relative_density()});
     }
 }

@@ -17,7 +17,8 @@ struct ContactFaces {
 
 /// Soles are the connected sets of voxels that look down (by more than 45 deg); seen from above, so
 /// that neither a spinning wheel's frame nor the grid's direction matters, and the tracks of one
-/// body are two soles. Their sides are those of the rectangle with the same second moments of area.
+/// body are two soles. Their sides are those of the rectangle with the same second moments of area,
+/// the shorter no longer than its area has room for.
 /// Walls are the other voxels, one face per dominant axis of the normal in the body's frame.
 /// `faces` is overwritten. Cost: O(n log n) in the voxels.
 void find_contact_faces(std::span<const ContactVoxel> voxels, Quat body_to_world, Vec3 up,
