@@ -25,6 +25,18 @@ NearestFace box_face(Vec3 half, Vec3 p) {
                   higher(face(p.y, half.y, {0, 1, 0}), face(p.z, half.z, {0, 0, 1})));
 }
 
+/// Smallest width; of a hull no more than a guess, its bound.
+double thickness_m(const ConvexShape& shape) {
+    const Vec3 half = shape.half_extents_m;
+    const double core =
+        shape.kind == ConvexShape::Kind::box    ? std::min({half.x, half.y, half.z})
+        : shape.kind == ConvexShape::Kind::hull ? shape.bound_m
+        : shape.kind == ConvexShape::Kind::cylinder || shape.kind == ConvexShape::Kind::cone
+            ? std::min(shape.radius_m, shape.half_height_m)
+            : shape.radius_m;
+    return 2 * (core + shape.rounding_m);
+}
+
 }  // namespace
 
 NearestFace nearest_face(const ConvexShape& shape, Vec3 p) {
@@ -66,9 +78,13 @@ NearestFace nearest_face(const ConvexShape& shape, Vec3 p) {
     return face;
 }
 
-NearestFace nearest_face(const SoilBody& body, Vec3 point_m) {
+NearestFace nearest_face(const SoilBody& body, Vec3 point_m, double thin_m) {
     NearestFace nearest{std::numeric_limits<double>::infinity(), {0, 0, 1}};
+    const bool has_thick =
+        std::any_of(body.shapes->begin(), body.shapes->end(),
+                    [thin_m](const ConvexShape& s) { return thickness_m(s) >= thin_m; });
     for (const ConvexShape& shape : *body.shapes) {
+        if (has_thick && thickness_m(shape) < thin_m) continue;
         const Pose to_world = body.pose * shape.local;
         const NearestFace face = nearest_face(shape, transform(inverse(to_world), point_m));
         if (std::abs(face.distance_m) < std::abs(nearest.distance_m))

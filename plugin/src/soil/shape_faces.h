@@ -14,8 +14,10 @@ struct NearestFace {
 /// point: in the shape's own frame.
 NearestFace nearest_face(const ConvexShape& shape, Vec3 point_m);
 
-/// The face of a body, world axes, that a point of the world is nearest to. Cost: the number of the
-/// body's shapes and of their planes.
-NearestFace nearest_face(const SoilBody& body, Vec3 point_m);
+/// The face of a body, world axes, that a point of the world is nearest to. Parts thinner than
+/// thin_m (the lugs of a wheel in a coarse grid) do not count beside thicker ones: the coverage
+/// field does not tell their faces apart. Cost: the number of the body's shapes and of their
+/// planes.
+NearestFace nearest_face(const SoilBody& body, Vec3 point_m, double thin_m);
 
 }  // namespace bsoil

@@ -775,7 +775,7 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
         // The shape knows better than the coverage where its surface is: of a body smaller than a
         // voxel the grid has hardly a trace.
         const Vec3 middle = frame.to_world({c[0] + 0.5, c[1] + 0.5, c[2] + 0.5});
-        const NearestFace face = nearest_face(*body, middle);
+        const NearestFace face = nearest_face(*body, middle, voxel);
         const double above_m = std::clamp(face.distance_m, -1.5 * voxel, 1.5 * voxel);
         contact.position_m = middle - above_m * face.normal;
         const Vec3 at = to_grid(contact.position_m);
