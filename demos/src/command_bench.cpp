@@ -91,6 +91,7 @@ class PushingBlock {
 Result<FrameTimes> push_block(const BenchArguments& arguments, int side, int alpha) {
     const double side_m = side * kVoxelM;
     SoilDef def;
+    def.material = {};  // its density does not change
     def.material.name = "thesis";
     def.material.density_kg_m3 = 2000;
     def.material.friction_angle_rad = 25 * 3.14159265358979323846 / 180;
