@@ -60,7 +60,9 @@ struct FaceSums {
     int count = 0;
 
     void add(const ContactVoxel& v, double at_a, double at_b) {
-        const double w = v.area_m2;
+        // What only brushes the soil, like a wheel's rim above its rut, bears nothing.
+        const double w = v.depth_m + v.compression_m > 0 ? v.area_m2 * v.fill : 0;
+        if (!(w > 0)) return;
         area += w;
         ++count;
         a += w * at_a;

@@ -2,13 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace bsoil::bullet {
 namespace {
 
-/// A contact further than this across the normal is another piece of soil; along it, the same soil
-/// pushed on. Voxels.
-constexpr double kSameAcross = 0.75, kSameAlong = 1.75;
+/// Distances between voxels' centres, in voxels. Less than this far across the normal it is the
+/// same column of soil, less than this far along it the same soil pushed on. A neighbour beside it,
+/// on a face tilted by up to 50 degrees, is further across than that.
+constexpr double kSameAcross = 0.6, kSameAlong = 1.75;
 
 }  // namespace
 
@@ -18,30 +20,35 @@ std::span<const double> ShearMemory::advance(std::span<const ContactVoxel> voxel
     previous_.swap(entries_);
     entries_.clear();
     displacement_m_.clear();
-    const double reach_m = kSameAlong * voxel_m;
+    const double reach_m = kSameAlong * voxel_m, across_m = kSameAcross * voxel_m;
     for (const ContactVoxel& v : voxels) {
         const Vec3 velocity = motion.velocity_at(v.position_m);
-        Vec3 slid = duration_s * (velocity - dot(velocity, v.normal) * v.normal);
+        // Soil that only brushes the body, with no depth to it, is not sheared.
+        const bool is_pressed = v.depth_m + v.compression_m > 0;
+        Vec3 slid =
+            is_pressed ? duration_s * (velocity - dot(velocity, v.normal) * v.normal) : Vec3{};
         const Entry* same = nullptr;
-        double nearest = kSameAcross * kSameAcross * voxel_m * voxel_m;
-        for (auto it = std::lower_bound(
-                 previous_.begin(), previous_.end(), v.position_m.x - reach_m,
-                 [](const Entry&entry, double x) { return entry.position_m.x < x; });
-             it != previous_.end() && it->position_m.x <= v.position_m.x + reach_m; ++it) {
-            const Vec3 apart = it->position_m - v.position_m;
+        double least = std::numeric_limits<double>::infinity();
+        for (auto it =
+                 std::lower_bound(previous_.begin(), previous_.end(), v.center_m.x - reach_m,
+                                  [](const Entry&entry, double x) { return entry.center_m.x < x; });
+             it != previous_.end() && it->center_m.x <= v.center_m.x + reach_m; ++it) {
+            const Vec3 apart = it->center_m - v.center_m;
             const double along = dot(apart, v.normal);
-            const double across = dot(apart, apart) - along * along;
-            if (std::abs(along) > reach_m || across >= nearest) continue;
-            nearest = across;
+            const double square = dot(apart, apart);
+            if (std::abs(along) > reach_m || square - along * along > across_m * across_m) continue;
+            // The nearest; of an edge's two faces in one voxel the one that looks the same way.
+            const double unlike = square + (1 - dot(it->normal, v.normal)) * across_m * across_m;
+            if (unlike >= least) continue;
+            least = unlike;
             same = &*it;
         }
         if (same) slid += same->slid_m;
-        entries_.push_back({v.position_m, slid});
+        entries_.push_back({v.center_m, v.normal, slid});
         displacement_m_.push_back(length(slid));
     }
-    std::stable_sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
-        return a.position_m.x < b.position_m.x;
-    });
+    std::stable_sort(entries_.begin(), entries_.end(),
+                     [](const Entry& a, const Entry& b) { return a.center_m.x < b.center_m.x; });
     return displacement_m_;
 }
 

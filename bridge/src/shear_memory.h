@@ -22,9 +22,11 @@ class ShearMemory {
 
   private:
     struct Entry {
-        Vec3 position_m, slid_m;
+        Vec3 center_m;  ///< of the voxel
+        Vec3 normal;
+        Vec3 slid_m;
     };
-    std::vector<Entry> entries_, previous_;  ///< sorted by position.x
+    std::vector<Entry> entries_, previous_;  ///< sorted by center_m.x
     std::vector<double> displacement_m_;
 };
 

@@ -9,7 +9,8 @@
 namespace bsoil::bullet {
 namespace {
 
-/// A retreat by this share of the body's motion has parted from the soil.
+/// A retreat by kCreep and this share of the element's own motion has parted from the soil: wider,
+/// and the rear of a slipping wheel, which leaves the soil, carries a quarter of its load.
 constexpr double kRetreat = 0.05;
 
 }  // namespace
@@ -52,6 +53,7 @@ SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2,
     SoilStrength out;
     out.stiffness_pa_m = resistive_stiffness_pa_m(material.density_kg_m3, gravity_m_s2, tan_phi);
     out.friction_angle_rad = phi;
+    out.tan_phi = tan_phi;
     out.density_kg_m3 = material.density_kg_m3;
     out.friction =
         std::min(surface.friction >= 0 ? surface.friction : material.tool_friction, tan_phi);
@@ -132,7 +134,7 @@ FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, doubl
 ElementYield yield_of_element(const ContactVoxel& contact, Vec3 motion, double approach_m_s,
                               Vec3 up, const SoilStrength& soil, const FaceExtent& face,
                               double shear) {
-    const Vec3 n = contact.normal;
+    const Vec3 n = contact.face_normal;
     const double depth_m = contact.depth_m + contact.compression_m;
     const double approach = dot(motion, n);
     const Vec3 slide = motion - approach * n;
@@ -140,7 +142,7 @@ ElementYield yield_of_element(const ContactVoxel& contact, Vec3 motion, double a
     // The limit answers "what if it were pushed in": a slight retreat is taken out of the motion, a
     // creep along the normal is put in, so that it changes smoothly as the element comes to rest.
     // An element that steadily retreats (the rear of a rolling wheel) has parted from the soil.
-    const double held = std::clamp(1 + approach / kRetreat, 0.0, 1.0);
+    const double held = std::clamp(1 + approach / (kCreep + kRetreat * length(motion)), 0.0, 1.0);
     const Vec3 push = slide + (std::max(approach, 0.0) + kCreep) * n;
     const Vec3 limit_stress = resistive_stress(n, push * (1 / length(push)), up, soil.friction);
     const double resistive_normal = std::max(0.0, -dot(limit_stress, n));
@@ -170,7 +172,8 @@ ElementYield yield_of_element(const ContactVoxel& contact, Vec3 motion, double a
         resistive_normal > 0 ? std::min(soil.friction, resistive_surface / resistive_normal)
                              : soil.friction;
     const double slid = sliding / (sliding + kCreep);
-    out.friction = shear * (soil.friction + slid * (sliding_friction - soil.friction));
+    out.friction =
+        std::min(soil.friction + slid * (sliding_friction - soil.friction), shear * soil.tan_phi);
     out.adhesion_pa = depth_m > 0 ? held * shear * soil.adhesion_pa : 0;
 
     if (approach > kCreep) {

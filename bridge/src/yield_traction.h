@@ -15,6 +15,7 @@ inline constexpr double kCreep = 0.01;
 struct SoilStrength {
     double stiffness_pa_m = 0;      ///< xi of resistive force theory
     double friction_angle_rad = 0;  ///< of the critical state
+    double tan_phi = 0;             ///< its tangent
     double friction =
         0;  ///< min(tool friction, tan phi): sliding shears the weaker of contact and soil
     double adhesion_pa = 0;       ///< min(tool adhesion, cohesion)

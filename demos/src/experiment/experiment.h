@@ -55,6 +55,7 @@ struct TractionItem : scene::SceneItem {
     std::string held = "travel";
     double settle_s = 1;
     double travel_m = 0.5, window_from_m = 0.25;
+    int earlier_passes = 0;
     double friction = 0.5;
 };
 

@@ -446,6 +446,7 @@ line and column. This page is printed by `bsoil experiment-keys --markdown`; a t
 | `pavlov_wheel_smooth.toml`, `pavlov_wheel_grousers.toml` | traction | a small wheel from locked to slip ratio 0.9 |
 | `pavlov_wheel_slip_angles.toml` | traction | the same wheel at slip angles of 15 and 45 deg |
 | `ding_wheel.toml` | traction | a rover's wheel, smooth and with lugs |
+| `second_pass.toml` | traction | a wheel that rolls three times through its own rut |
 | `cullinan_shear.toml` | shear | annular shear in sand of two densities |
 
 The measured data is not part of the project: without it the plate, blade and shear experiments still give their

@@ -131,6 +131,9 @@ TableOf<TractionItem> traction_table() {
         .number("travel_m", &T::travel_m, kWay, "way covered at the speed that is held")
         .number("window_from_m", &T::window_from_m, {0, 1e3},
                 "means are taken from this way on to the end of the travel")
+        .integer("earlier_passes", &T::earlier_passes, {0, 100},
+                 "over the same bed, each like the one that is measured; the wheel is lifted back "
+                 "between them, and the sinkage is that below the free surface before the first")
         .number("friction", &T::friction, {0, 10},
                 "Coulomb friction with a rigid plane; with soil the material's counts");
 }

@@ -11,6 +11,8 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 /// The motor holds its speed against any soil [N m].
 constexpr double kMotorTorque = 1e6;
+/// Between two passes the carriage takes this long for each of its ways: up, back and down [s].
+constexpr double kReturnWayS = 1;
 
 /// Rim speed and travel speed of a slip ratio [m/s].
 struct Speeds {
@@ -22,6 +24,46 @@ Speeds speeds_of(const TractionItem& wheel) {
     if (wheel.held == "travel")
         return {wheel.speed_m_s, s >= 0 ? wheel.speed_m_s / (1 - s) : wheel.speed_m_s * (1 + s)};
     return {s >= 0 ? wheel.speed_m_s * (1 - s) : wheel.speed_m_s / (1 + s), wheel.speed_m_s};
+}
+
+/// When each pass over the bed settles, travels and ends.
+class Passes {
+  public:
+    explicit Passes(const TractionItem& wheel)
+        : settle_s_(wheel.settle_s),
+          travel_s_(wheel.travel_m / wheel.speed_m_s),
+          count_(wheel.earlier_passes + 1) {}
+
+    double start_s(int pass) const { return pass * (settle_s_ + travel_s_ + 3 * kReturnWayS); }
+    double travel_from_s(int pass) const { return start_s(pass) + settle_s_; }
+    double travel_to_s(int pass) const { return travel_from_s(pass) + travel_s_; }
+    double end_s() const { return travel_to_s(count_ - 1); }
+    int at(double time_s) const {
+        int pass = 0;
+        while (pass + 1 < count_ && time_s >= start_s(pass + 1)) ++pass;
+        return pass;
+    }
+    int count() const { return count_; }
+
+  private:
+    double settle_s_, travel_s_;
+    int count_;
+};
+
+/// Of the carriage: every pass from start to end, and back through the air.
+std::vector<WayPoint> carriage_way(const Passes& passes, Vec3 start, Vec3 end, double lift_m) {
+    const Vec3 lift{0, 0, lift_m};
+    std::vector<WayPoint> way;
+    for (int pass = 0; pass < passes.count(); ++pass) {
+        const double to_s = passes.travel_to_s(pass);
+        way.push_back({passes.start_s(pass), start});
+        way.push_back({passes.travel_from_s(pass), start});
+        way.push_back({to_s, end});
+        if (pass + 1 == passes.count()) break;
+        way.push_back({to_s + kReturnWayS, end + lift});
+        way.push_back({to_s + 2 * kReturnWayS, start + lift});
+    }
+    return way;
 }
 
 /// Rim and grousers about the y axis.
@@ -51,9 +93,9 @@ std::vector<scene::ShapeItem> solids_of(const TractionItem& wheel) {
 Result<RigOutput> run_traction(const RigSetup& setup, const TractionItem& wheel,
                                const RigProgress& progress) {
     const Speeds speeds = speeds_of(wheel);
-    const double travel_s = wheel.travel_m / wheel.speed_m_s;
-    const double end_s = wheel.settle_s + travel_s;
-    const double way_m = speeds.travel_m_s * travel_s;
+    const Passes passes(wheel);
+    const double end_s = passes.end_s();
+    const double way_m = speeds.travel_m_s * wheel.travel_m / wheel.speed_m_s;
     const double surface_m = surface_z_m(setup);
     const double grouser_m = wheel.grouser_count > 0 ? wheel.grouser_height_m : 0;
     const Vec3 center = bed_center_m(setup);
@@ -64,8 +106,9 @@ Result<RigOutput> run_traction(const RigSetup& setup, const TractionItem& wheel,
 
     scene::Scene scene = setup.scene;
     scene.bodies.push_back(carriage("carriage", start));
+    // The slider lets the wheel hang two radii below the carriage.
     scene.motions.push_back(
-        way_of("carriage", {{0, start}, {wheel.settle_s, start}, {end_s, end}}));
+        way_of("carriage", carriage_way(passes, start, end, 5 * wheel.radius_m)));
     scene::BodyItem fork;  // between slider and axle; it lies inside the wheel
     fork.name = "fork";
     fork.shape.shape = "box";
@@ -116,10 +159,13 @@ Result<RigOutput> run_traction(const RigSetup& setup, const TractionItem& wheel,
                           "vertical_load_n", "torque_n_m", "sinkage_m"};
     std::vector<Statistics> window(out.series_columns.size() - 2);
     while (world.time_s() < end_s - world.step_s() / 2) {
+        const int pass = passes.at(world.time_s());
+        const double in_pass_s = world.time_s() - passes.start_s(pass);
+        const bool is_over = world.time_s() > passes.travel_to_s(pass) - world.step_s() / 2;
         const double settled =
-            wheel.settle_s > 0 ? std::min(1.0, world.time_s() / wheel.settle_s) : 1.0;
+            is_over ? 0 : (wheel.settle_s > 0 ? std::min(1.0, in_pass_s / wheel.settle_s) : 1.0);
         world.set_force("fork", {0, 0, weight_n - settled * wheel.load_n});
-        const bool travels = world.time_s() > wheel.settle_s - world.step_s() / 2;
+        const bool travels = !is_over && in_pass_s > wheel.settle_s - world.step_s() / 2;
         motor->setMotorTargetVelocity(
             static_cast<btScalar>(travels ? speeds.rim_m_s / wheel.radius_m : 0));
         world.step();
@@ -135,7 +181,8 @@ Result<RigOutput> run_traction(const RigSetup& setup, const TractionItem& wheel,
                                          surface_m - (at.z - wheel.radius_m)};
         out.series.push_back({world.time_s(), at.x - start.x});
         out.series.back().insert(out.series.back().end(), values.begin(), values.end());
-        if ((world.time_s() - wheel.settle_s) * wheel.speed_m_s >= wheel.window_from_m)
+        const double travelled_s = world.time_s() - passes.travel_from_s(passes.count() - 1);
+        if (travelled_s * wheel.speed_m_s >= wheel.window_from_m)
             for (size_t i = 0; i < values.size(); ++i) window[i].add(values[i]);
         progress(world.time_s() / end_s);
     }

@@ -774,10 +774,10 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
         }
         // The shape knows better than the coverage where its surface is: of a body smaller than a
         // voxel the grid has hardly a trace.
-        const Vec3 middle = frame.to_world({c[0] + 0.5, c[1] + 0.5, c[2] + 0.5});
-        const NearestFace face = nearest_face(*body, middle, voxel);
+        contact.center_m = frame.to_world({c[0] + 0.5, c[1] + 0.5, c[2] + 0.5});
+        const NearestFace face = nearest_face(*body, contact.center_m, voxel);
         const double above_m = std::clamp(face.distance_m, -1.5 * voxel, 1.5 * voxel);
-        contact.position_m = middle - above_m * face.normal;
+        contact.position_m = contact.center_m - above_m * face.normal;
         const Vec3 at = to_grid(contact.position_m);
         contact.normal = rotate(frame.grid_to_world.rotation, gradient * (-1 / steep));
         contact.area_m2 = share * voxel * voxel;
@@ -792,6 +792,7 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
         contact.material = c[9];
         contact.relative_density =
             c[10] == kDensityFixed ? -1 : static_cast<double>(c[10]) / kVoxelFull;
+        contact.face_normal = face.normal;
         add_contact(contact, face.normal);
     }
 }
@@ -804,13 +805,17 @@ void Soil::Impl::add_contact(const ContactVoxel& contact, Vec3 face_normal) {
     const double along = dot(face_normal, contact.normal);
     const Vec3 rest = contact.normal - along * face_normal;
     const double across = length(rest);
-    if (along <= 0 || across < kEdgeSine) {
+    if (along <= 0) {
+        contacts.back().face_normal = contact.normal;
+        return;
+    }
+    if (across < kEdgeSine) {
         return;
     }
     contacts.back().normal = face_normal;
     contacts.back().area_m2 = contact.area_m2 * along;
     contacts.push_back(contact);
-    contacts.back().normal = rest * (1 / across);
+    contacts.back().normal = contacts.back().face_normal = rest * (1 / across);
     contacts.back().area_m2 = contact.area_m2 * across;
 }
 

@@ -1,0 +1,97 @@
+#include "carried_load.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "bullet_scene.h"
+#include "world_anchor.h"
+
+namespace bsoil::bullet {
+namespace {
+
+constexpr btScalar kStep = btScalar(1) / 60;
+constexpr double kTolerance = 1e-5;  // Bullet's floats
+
+/// Opens and closes the loads where the soil does: once Bullet has given bodies their weight, and
+/// at the end of the substep.
+class LoadAction final : public btActionInterface {
+  public:
+    LoadAction(btDiscreteDynamicsWorld& world, CarriedLoads& loads)
+        : world_(world),
+          loads_(loads),
+          anchor_(
+              world, btVector3(0, 0, 0), [&loads] { loads.open_substep(); }, [] {}) {
+        world.addAction(this);
+    }
+    ~LoadAction() override { world_.removeAction(this); }
+    void updateAction(btCollisionWorld*, btScalar) override { loads_.close_substep(); }
+    void debugDraw(btIDebugDraw*) override {}
+
+  private:
+    btDiscreteDynamicsWorld& world_;
+    CarriedLoads& loads_;
+    WorldAnchor anchor_;
+};
+
+/// A box of 2 kg that carries 6 kg.
+class CarriedLoad : public testing::Test {
+  protected:
+    BulletScene scene;
+    btRigidBody& box = scene.add_box(2, btVector3(1, 1, 1), btVector3(0, 0, 0));
+    btScalar own_inverse_mass = box.getInvMass();
+
+    void substep(double gravity_m_s2, Vec3 load_center_m) {
+        CarriedLoads carried(*scene.world, {0, 1, 0}, gravity_m_s2);
+        BodyState state;
+        state.object = &box;
+        state.proxy_id = box.getBroadphaseHandle()->getUid();
+        state.role = BodyRole::rigid;
+        carried.set_loads({&state, 1}, std::array{BodyLoad{0, 6, load_center_m}}, 1.0 / 60);
+        LoadAction action(*scene.world, carried);
+        scene.world->stepSimulation(kStep, 0);
+    }
+};
+
+TEST_F(CarriedLoad, falls_with_its_body) {
+    substep(9.81, {});
+    EXPECT_NEAR(box.getLinearVelocity().y(), -9.81 / 60, kTolerance);
+}
+
+TEST_F(CarriedLoad, is_accelerated_by_its_body) {
+    scene.world->setGravity(btVector3(0, 0, 0));
+    box.setGravity(btVector3(0, 0, 0));
+    box.applyCentralForce(btVector3(16, 0, 0));
+    substep(0, {});
+    EXPECT_NEAR(box.getLinearVelocity().x(), 16.0 / (2 + 6) / 60, kTolerance);
+}
+
+TEST_F(CarriedLoad, is_turned_with_its_body) {
+    box.setGravity(btVector3(0, 0, 0));
+    // a cube of side 2 m: 2 kg * 2^2 / 6 about each axis; the load half a metre off two of them
+    const double inertia = 2 * 4.0 / 6 + 6 * 0.5 * 0.5;
+    box.applyTorque(btVector3(3, 0, 0));
+    box.applyTorque(btVector3(0, 0, 3));
+    substep(0, {0.5, 0, 0});
+    EXPECT_NEAR(box.getAngularVelocity().z(), 3 / inertia / 60, kTolerance);
+    EXPECT_NEAR(box.getAngularVelocity().x(), 3 / (2 * 4.0 / 6) / 60, kTolerance);
+}
+
+TEST_F(CarriedLoad, weighs_at_its_own_place) {
+    box.setGravity(btVector3(0, 0, 0));
+    substep(9.81, {0.5, 0, 0});
+    const double inertia = 2 * 4.0 / 6 + 6 * 0.5 * 0.5;
+    EXPECT_NEAR(box.getAngularVelocity().z(), -6 * 9.81 * 0.5 / inertia / 60, kTolerance);
+    EXPECT_NEAR(box.getLinearVelocity().y(), -6 * 9.81 / (2 + 6) / 60, kTolerance);
+}
+
+TEST_F(CarriedLoad, leaves_the_host_its_own_mass_bit_for_bit) {
+    const btVector3 own_inertia = box.getInvInertiaDiagLocal();
+    for (int i = 0; i < 100; ++i) substep(9.81, {0.1, 0.2, 0.3});
+    EXPECT_EQ(box.getInvMass(), own_inverse_mass);
+    EXPECT_EQ(box.getInvInertiaDiagLocal(), own_inertia);
+    EXPECT_EQ(box.getTotalForce().length(), 0);
+}
+
+}  // namespace
+}  // namespace bsoil::bullet

@@ -1,0 +1,90 @@
+#include "shear_memory.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace bsoil::bullet {
+namespace {
+
+constexpr double kVoxel = 0.1;
+constexpr double kStep = 0.1;
+
+/// A contact in the voxel (x, z) of a grid with z up, pressed in by 1 cm.
+ContactVoxel contact(int x, int z, Vec3 normal = {0, 0, -1}) {
+    ContactVoxel v;
+    v.center_m = {(x + 0.5) * kVoxel, 0, (z + 0.5) * kVoxel};
+    v.position_m = v.center_m;
+    v.normal = v.face_normal = normal;
+    v.area_m2 = kVoxel * kVoxel;
+    v.fill = 1;
+    v.depth_m = 0.01;
+    return v;
+}
+
+BodyMotion moving(Vec3 velocity_m_s) {
+    BodyMotion motion;
+    motion.linear_velocity_m_s = velocity_m_s;
+    return motion;
+}
+
+std::vector<double> advanced(ShearMemory& memory, std::vector<ContactVoxel> voxels,
+                             Vec3 velocity_m_s) {
+    const auto slid = memory.advance(voxels, moving(velocity_m_s), kVoxel, kStep);
+    return {slid.begin(), slid.end()};
+}
+
+TEST(ShearMemory, adds_up_the_sliding_and_not_the_approach) {
+    ShearMemory memory;
+    double expected_m = 0;
+    for (int step = 0; step < 5; ++step) {
+        expected_m += 0.03 * kStep;
+        EXPECT_NEAR(advanced(memory, {contact(0, 0)}, {0.03, 0, -0.5})[0], expected_m, 1e-12);
+    }
+    EXPECT_NEAR(advanced(memory, {contact(0, 0)}, {-0.03, 0, 0})[0], expected_m - 0.003, 1e-12)
+        << "sliding back";
+}
+
+TEST(ShearMemory, soil_that_a_rolling_wheel_comes_to_has_not_sheared) {
+    ShearMemory memory;
+    // The contact of a wheel goes from voxel to voxel; only its normal leans forward.
+    const Vec3 leaning{std::sin(0.4), 0, -std::cos(0.4)};
+    for (int step = 0; step < 10; ++step) {
+        const auto slid =
+            advanced(memory, {contact(step, 0), contact(step + 1, 0, leaning)}, {-0.02, 0, 0});
+        EXPECT_NEAR(slid[0], (step == 0 ? 1 : 1 + std::cos(0.4)) * 0.002, 1e-4) << step;
+        EXPECT_NEAR(slid[1], 0.002 * std::cos(0.4), 1e-12) << "just met, step " << step;
+    }
+}
+
+TEST(ShearMemory, soil_pushed_on_along_the_normal_keeps_its_shear) {
+    ShearMemory memory;
+    for (int step = 0; step < 10; ++step) {
+        // a wall's contact, drawn up along itself while it moves on by a voxel a step
+        const auto slid = advanced(memory, {contact(step, 0, {1, 0, 0})}, {1, 0, 0.05});
+        EXPECT_NEAR(slid[0], 0.005 * (step + 1), 1e-12);
+    }
+}
+
+TEST(ShearMemory, what_is_not_pressed_is_not_sheared) {
+    ShearMemory memory;
+    ContactVoxel brushing = contact(0, 0);
+    brushing.depth_m = 0;
+    EXPECT_EQ(advanced(memory, {brushing}, {1, 0, 0})[0], 0);
+    brushing.compression_m = 1e-3;
+    EXPECT_NEAR(advanced(memory, {brushing}, {1, 0, 0})[0], 0.1, 1e-12);
+}
+
+TEST(ShearMemory, two_faces_in_one_voxel_are_told_apart) {
+    ShearMemory memory;
+    const Vec3 down{0, 0, -1}, ahead{1, 0, 0};
+    for (int step = 1; step <= 3; ++step) {
+        const auto slid =
+            advanced(memory, {contact(0, 0, down), contact(0, 0, ahead)}, {0.02, 0, 0});
+        EXPECT_NEAR(slid[0], 0.002 * step, 1e-12);
+        EXPECT_NEAR(slid[1], 0, 1e-12);
+    }
+}
+
+}  // namespace
+}  // namespace bsoil::bullet
