@@ -349,11 +349,13 @@ bulletsoil_result bulletsoil_fill_cylinder(bulletsoil_soil* soil, const double b
 bulletsoil_result bulletsoil_fill_height_map(bulletsoil_soil* soil, int32_t width, int32_t height,
                                              const float* heights_m, const char* material) {
     return guarded(__func__, [&] {
+        using namespace bsoil::limits;
         SoilAction& action = action_of(soil);
         for (const auto& [name, value] : {std::pair{"width", width}, std::pair{"height", height}})
-            if (value < 1 || value > bsoil::limits::kGridSideMax)
-                refuse(std::string(name) + " is " + std::to_string(value) + ", must be 1.." +
-                       std::to_string(bsoil::limits::kGridSideMax));
+            if (value < kHeightMapSideMin || value > kHeightMapSideMax)
+                refuse(std::string(name) + " is " + std::to_string(value) + ", must be " +
+                       std::to_string(kHeightMapSideMin) + ".." +
+                       std::to_string(kHeightMapSideMax));
         required(heights_m, "heights_m");
         const size_t count = static_cast<size_t>(width) * static_cast<size_t>(height);
         check(action.fill(bsoil::HeightMapFill{

@@ -195,7 +195,7 @@ static void status_names_refused_bodies(void) {
     CHECK_OK(bulletsoil_get_status_text(soil, NULL, 0, &needed));
     CHECK(needed > sizeof little && needed < sizeof text);
     CHECK_OK(bulletsoil_get_status_text(soil, text, sizeof text, NULL));
-    CHECK(strlen(text) + 1 == needed && strstr(text, "triangle mesh") != NULL);
+    CHECK(strlen(text) + 1 == needed && strstr(text, "TRIANGLEMESH") != NULL);
     CHECK_OK(bulletsoil_get_status_text(soil, little, sizeof little, NULL));
     CHECK(strlen(little) == sizeof little - 1 && strncmp(little, text, sizeof little - 1) == 0);
     CHECK_OK(bulletsoil_clear_status(soil));
@@ -309,7 +309,7 @@ static void sizes_of_structs_are_kept(void) {
 
 static void bad_arguments_are_refused(void) {
     const double nan_m[3] = {0, NAN, 0}, outside_m[3] = {50, 0, 0}, inside_m[3] = {0, 0, 0};
-    const float heights_m[1] = {0.2f}, nan_height_m[1] = {NAN};
+    const float heights_m[4] = {0.2f, 0.2f, 0.2f, 0.2f}, nan_height_m[4] = {0, 0, NAN, 0};
     double height_m = 0;
     int64_t units = 0;
     size_t count = 0;
@@ -329,11 +329,11 @@ static void bad_arguments_are_refused(void) {
     CHECK_INVALID(bulletsoil_fill_cylinder(soil, nan_m, 1, 1, NULL), "base_center_m");
     CHECK_INVALID(bulletsoil_fill_cylinder(soil, inside_m, -1, 1, NULL), "radius_m");
     CHECK_INVALID(bulletsoil_fill_cylinder(soil, inside_m, 1, NAN, NULL), "height_m");
-    CHECK_INVALID(bulletsoil_fill_height_map(soil, 1, 1, NULL, NULL), "heights_m is null");
-    CHECK_INVALID(bulletsoil_fill_height_map(soil, 0, 1, heights_m, NULL), "width is 0");
-    CHECK_INVALID(bulletsoil_fill_height_map(soil, 1, -7, heights_m, NULL), "height is -7");
-    CHECK_INVALID(bulletsoil_fill_height_map(soil, 1, 2147483647, heights_m, NULL), "height is 21");
-    CHECK_INVALID(bulletsoil_fill_height_map(soil, 1, 1, nan_height_m, NULL), "heights_m");
+    CHECK_INVALID(bulletsoil_fill_height_map(soil, 2, 2, NULL, NULL), "heights_m is null");
+    CHECK_INVALID(bulletsoil_fill_height_map(soil, 1, 2, heights_m, NULL), "width is 1");
+    CHECK_INVALID(bulletsoil_fill_height_map(soil, 2, -7, heights_m, NULL), "height is -7");
+    CHECK_INVALID(bulletsoil_fill_height_map(soil, 2, 2147483647, heights_m, NULL), "height is 21");
+    CHECK_INVALID(bulletsoil_fill_height_map(soil, 2, 2, nan_height_m, NULL), "heights_m");
 
     CHECK_INVALID(bulletsoil_ignore_body(soil, NULL), "body is null");
     CHECK_INVALID(bulletsoil_set_body_surface(soil, NULL, 0.5, 0), "body is null");
@@ -362,7 +362,7 @@ static void bad_arguments_are_refused(void) {
     do {                                                                                  \
         CHECK_INVALID(bulletsoil_fill_box(handle, bed_min_m, bed_max_m, NULL), word);     \
         CHECK_INVALID(bulletsoil_fill_cylinder(handle, inside_m, 1, 1, NULL), word);      \
-        CHECK_INVALID(bulletsoil_fill_height_map(handle, 1, 1, heights_m, NULL), word);   \
+        CHECK_INVALID(bulletsoil_fill_height_map(handle, 2, 2, heights_m, NULL), word);   \
         CHECK_INVALID(bulletsoil_ignore_body(handle, ball), word);                        \
         CHECK_INVALID(bulletsoil_set_body_surface(handle, ball, 0.5, 0), word);           \
         CHECK_INVALID(bulletsoil_get_body_report(handle, ball, &report), word);           \

@@ -134,7 +134,7 @@ bulletsoil_result bulletsoil_fill_box(bulletsoil_soil* soil, const double min_m[
 bulletsoil_result bulletsoil_fill_cylinder(bulletsoil_soil* soil, const double base_center_m[3],
                                            double radius_m, double height_m, const char* material);
 /** Ground under an image of width x height heights above the grid's floor, row by row,
- * each 1..16384; stretched over it. */
+ * each 2..32768; stretched over it. */
 bulletsoil_result bulletsoil_fill_height_map(bulletsoil_soil* soil, int32_t width, int32_t height,
                                              const float* heights_m, const char* material);
 
