@@ -3,7 +3,7 @@
 #   check_install.sh SOURCE SCRATCH prefix BUILD                installs BUILD
 #   check_install.sh SOURCE SCRATCH other_prefix BUILD OPTION...  configures and builds the libraries with the options of
 #                                                               cmake, installs them, and the command out of BUILD
-#   check_install.sh SOURCE SCRATCH CASE [BUILD]                uses what either has installed in SCRATCH
+#   check_install.sh SOURCE SCRATCH CASE BUILD                  uses what either has installed in SCRATCH
 # Programs and files are those that README.md shows. Exit codes: 0 passed, 1 failed.
 set -uo pipefail
 export LC_ALL=C
@@ -111,11 +111,18 @@ files() {
     done
 }
 
-# Every header can be included on its own, the C header from strict C99.
+# Every header can be included on its own, the C header from strict C99, and what it declares is exported by a shared
+# library, under the name of its precision.
 headers() {
     use_prefix
     enter headers
     local flags header
+    while IFS= read -r header; do
+        case $header in */result.h | */geometry.h | */limits.h | */body.h | */precision.h) continue ;; esac # inline only
+        grep -q 'visibility push(default)' "$header" || fail "$header: put visibility push(default) before its namespace"
+        [[ $header != */bsoil/bullet/* ]] || grep -q 'inline BSOIL_BULLET_PRECISION {' "$header" ||
+            fail "$header: its namespace is bsoil::bullet::inline BSOIL_BULLET_PRECISION, see bsoil/bullet/precision.h"
+    done < <(find "$prefix/include" -name '*.h')
     flags=$(pkg-config --cflags bulletsoil-bullet bulletsoil-render) || fail "pkg-config"
     while IFS= read -r header; do
         printf '#include <%s>\n' "${header#"$prefix/include/"}"
@@ -128,6 +135,24 @@ headers() {
     done <all.cpp
     printf '#include <bsoil/c/bulletsoil.h>\nint nothing;\n' >one.c
     must cc -std=c99 -fsyntax-only -Wall -Wextra -Wpedantic -Werror "-I$prefix/include" one.c
+}
+
+# What shared libraries export: the project's own names, those of a bridge with its precision, nothing of what they use.
+symbols() {
+    use_prefix
+    enter symbols
+    local library bits
+    for library in soil render bullet bullet_double; do
+        # Weak ones are inline functions and templates.
+        nm -DC --defined-only "$lib/libbulletsoil_$library.so" | sed -nE 's/^[0-9a-f]+ [TDBR] //p' >names || fail nm
+        bits=32
+        [[ $library != *double ]] || bits=64
+        case $library in
+            bullet*) grep -vE "^(bsoil::bullet::float$bits::|bulletsoil_)" names && fail "$library exports these" ;;
+            *) grep -vE '^bsoil::' names && fail "$library exports these" ;;
+        esac
+        [[ -s names ]] || fail "$library exports nothing"
+    done
 }
 
 write_host() {
@@ -170,7 +195,6 @@ readme_host() {
     must ./build/digger
     must ctest --test-dir build --output-on-failure --no-tests=error
 
-    local wrong
     # mistake SED_EXPRESSION TEXT: cmake refuses the changed project.
     mistake() {
         readme_file CMakeLists.txt | sed "$1" >CMakeLists.txt
@@ -185,6 +209,20 @@ readme_host() {
     mistake 's/TIMEOUT 60/TIMEUP 60/' 'TIMEUP;60 is not understood'
     mistake 's/TIMEOUT 60/BACKEND abacus/' 'BACKEND is abacus'
     mistake 's/bullet command/bullet/' "component 'command'"
+}
+
+# The same targets from the sources, in a project that has no use for their tests. Configured only.
+subdirectory() {
+    enter subdirectory
+    write_host
+    {
+        printf 'cmake_minimum_required(VERSION 3.25)\nproject(outer LANGUAGES C CXX)\n'
+        printf 'add_subdirectory(%s bulletsoil)\n' "$source_dir"
+        readme_file CMakeLists.txt | grep -vE '^(cmake_minimum|project|find_package)'
+    } >CMakeLists.txt
+    must cmake -S . -B build
+    must ctest --test-dir build -N
+    grep -qE 'Total Tests: 1$' log || fail "more than the project's own test: $(cat log)"
 }
 
 pkg_config_host() {
@@ -236,7 +274,7 @@ installed_command() {
     use_prefix
     unset LD_LIBRARY_PATH
     enter installed_command
-    local bsoil=$prefix/bin/bsoil scene=$source_dir/tests/scenes/sand_column.toml backend
+    local bsoil=$prefix/bin/bsoil scene=$source_dir/tests/scenes/sand_column.toml
     must "$bsoil" info
     must "$bsoil" check "$scene" --against "${scene%.toml}.json" --backend cpu
     if "$bsoil" info --backend gl >log 2>&1; then

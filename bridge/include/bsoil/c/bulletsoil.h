@@ -14,7 +14,7 @@
  * are not null. No C++ exception leaves these functions.
  *
  * ABI. Functions and struct members are only ever added, members at the end. `struct_size` tells
- * the library how much of a struct its caller knows; what he does not know gets its default. A
+ * the library how much of a struct its caller knows; what it does not know gets its default. A
  * struct larger than the library's own is refused: then the program was compiled for a newer
  * library than it runs with.
  *
