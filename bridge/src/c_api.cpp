@@ -1,6 +1,6 @@
 /// The C interface on top of SoilAction: checks what C cannot, keeps exceptions in, says why.
 #include <algorithm>
-#include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <exception>
 #include <memory>
@@ -8,6 +8,9 @@
 #include <new>
 #include <set>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "bsoil/bullet/soil_action.h"
 #include "bsoil/c/bulletsoil.h"
@@ -22,10 +25,15 @@ namespace bsoil::bullet {
 namespace {
 
 constexpr size_t kErrorBytes = 1024;
-/// Members of the first version of each struct end here; a caller knows at least these.
-constexpr size_t kMaterialBytesMin = sizeof(bulletsoil_material);
-constexpr size_t kSoilDefBytesMin = sizeof(bulletsoil_soil_def);
-constexpr size_t kBodyReportBytesMin = sizeof(bulletsoil_body_report);
+/// What a caller of the first version knows of each struct: up to its last member then. No padding
+/// follows it, where a later member would read what that caller never wrote.
+#define BSOIL_BYTES_UP_TO(Struct, member) (offsetof(Struct, member) + sizeof(Struct::member))
+constexpr size_t kMaterialBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_material, reserved);
+constexpr size_t kSoilDefBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_soil_def, propagation_iterations);
+constexpr size_t kBodyReportBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_body_report, is_in_contact);
+static_assert(kMaterialBytesMin == sizeof(bulletsoil_material));
+static_assert(kSoilDefBytesMin == sizeof(bulletsoil_soil_def));
+static_assert(kBodyReportBytesMin == sizeof(bulletsoil_body_report));
 
 /// A fixed buffer, so that saying that memory has run out needs none.
 thread_local char last_error[kErrorBytes] = "";
@@ -207,6 +215,9 @@ std::vector<MaterialDef> materials_of(const bulletsoil_soil_def& def) {
             refuse("def.materials[" + std::to_string(i) + "].struct_size is " +
                    std::to_string(material.struct_size) + ", that of the first is " +
                    std::to_string(stride));
+        if (material.reserved != 0)
+            refuse("def.materials[" + std::to_string(i) + "].reserved is " +
+                   std::to_string(material.reserved) + ", must be 0");
         out.push_back(from_c(widened(material, to_c(materials::all().front()))));
     }
     return out;
@@ -227,6 +238,7 @@ bulletsoil_soil_def default_def() {
     out.thread_count = from.thread_count;
     out.substeps_max = from.substeps_max;
     out.tile_capacity = from.tile_capacity;
+    out.propagation_iterations = from.propagation_iterations;
     return out;
 }
 
@@ -246,6 +258,7 @@ SoilDef from_c(const bulletsoil_soil_def& def) {
     out.thread_count = def.thread_count;
     out.substeps_max = def.substeps_max;
     out.tile_capacity = def.tile_capacity;
+    out.propagation_iterations = def.propagation_iterations;
     return out;
 }
 

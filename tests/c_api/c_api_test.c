@@ -260,6 +260,7 @@ static void bad_definitions_are_refused(void) {
     CHECK_MEMBER(thread_count, -1, "thread_count");
     CHECK_MEMBER(substeps_max, 0, "substeps_max");
     CHECK_MEMBER(tile_capacity, -1, "tile_capacity");
+    CHECK_MEMBER(propagation_iterations, 65, "propagation_iterations");
     CHECK_MEMBER(material_count, 1, "def.materials is null");
 
     CHECK_OK(bulletsoil_material_init(&materials[0], sizeof *materials, "clay"));
@@ -278,6 +279,9 @@ static void bad_definitions_are_refused(void) {
     materials[1].name = "clay";
     CHECK_INVALID(bulletsoil_create(world, bytes, &def, &soil), "two entries named 'clay'");
     materials[1].name = "loam";
+    materials[1].reserved = 7;
+    CHECK_INVALID(bulletsoil_create(world, bytes, &def, &soil), "materials[1].reserved is 7");
+    materials[1].reserved = 0;
     materials[1].cohesion_pa = -5;
     CHECK_INVALID(bulletsoil_create(world, bytes, &def, &soil), "cohesion_pa");
     CHECK(soil == NULL);

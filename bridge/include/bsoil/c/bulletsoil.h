@@ -77,6 +77,7 @@ typedef struct bulletsoil_material {
     double tool_adhesion_pa;        /**< with bodies, 0..200e3 */
     double shear_displacement_m;    /**< Janosi's K, 0..0.2 */
     float color[3];                 /**< linear RGB, 0..1 */
+    uint32_t reserved;              /**< 0 */
 } bulletsoil_material;
 
 /**
@@ -95,18 +96,18 @@ typedef struct bulletsoil_soil_def {
     /** 1..8 materials in an array, each with the same struct_size; null: dry_sand alone */
     const bulletsoil_material* materials;
     size_t material_count;
-    double size_m[3];         /**< box of the grid along the world's axes */
-    double floor_center_m[3]; /**< centre of the box's bottom face */
-    double yaw_rad;           /**< rotation of the grid about the up axis, -7..7 */
-    double voxel_m;           /**< edge of a voxel, 0.001..1 */
-    double gravity_m_s2;      /**< along -up, 0..30 */
-    double step_s;            /**< the soil's own step, 1/2000..1/20 */
-    int32_t up;               /**< BULLETSOIL_UP_... */
-    int32_t backend;          /**< BULLETSOIL_BACKEND_... */
-    int32_t
-        thread_count; /**< of the CPU backend, 0..1024; 0: all cores. Results do not depend on it */
-    int32_t substeps_max;  /**< sub-steps a fast step may be cut into, 1..32 */
-    int32_t tile_capacity; /**< awake tiles at once; 0: all, within 1 GiB */
+    double size_m[3];               /**< box of the grid along the world's axes */
+    double floor_center_m[3];       /**< centre of the box's bottom face */
+    double yaw_rad;                 /**< rotation of the grid about the up axis, -7..7 */
+    double voxel_m;                 /**< edge of a voxel, 0.001..1 */
+    double gravity_m_s2;            /**< along -up, 0..30 */
+    double step_s;                  /**< the soil's own step, 1/2000..1/20 */
+    int32_t up;                     /**< BULLETSOIL_UP_... */
+    int32_t backend;                /**< BULLETSOIL_BACKEND_... */
+    int32_t thread_count;           /**< CPU backend, 0..1024; 0: all cores. Same results */
+    int32_t substeps_max;           /**< sub-steps a fast step may be cut into, 1..32 */
+    int32_t tile_capacity;          /**< awake tiles at once; 0: all, within 1 GiB */
+    int32_t propagation_iterations; /**< force propagation passes a sub-step, 0..64 */
 } bulletsoil_soil_def;
 
 /** Sets `def`, of `struct_size` = sizeof *def bytes, to the defaults: 12 x 2 x 12 m, voxels of 5
