@@ -8,7 +8,7 @@
 
 #include "yield_traction.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION {
 namespace {
 
 /// Loose over compacted density. Sands have 0.78 to 0.85 between their standard least and most dry
@@ -213,4 +213,4 @@ Result<BekkerTranslation> translate(const BekkerSoil& soil, const BekkerOptions&
     return out;
 }
 
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION

@@ -88,14 +88,9 @@ struct SoilAction::Impl {
     StepReport report;
 };
 
-Result<std::unique_ptr<SoilAction>> SoilAction::create_for(btDiscreteDynamicsWorld& world,
-                                                           const SoilDef& def,
-                                                           const SoilActionDef& options,
-                                                           std::size_t scalar_bytes) {
-    if (scalar_bytes != sizeof(btScalar))
-        return Error{"btScalar has " + std::to_string(scalar_bytes) + " bytes in the caller and " +
-                     std::to_string(sizeof(btScalar)) +
-                     " in BulletSoil: build both against the same Bullet precision"};
+Result<std::unique_ptr<SoilAction>> SoilAction::create(btDiscreteDynamicsWorld& world,
+                                                       const SoilDef& def,
+                                                       const SoilActionDef& options) {
     if (const Status s = options.validate(); !s) return Error{s.error()};
     Result<std::unique_ptr<Soil>> soil = Soil::create(def);
     if (!soil) return Error{soil.error()};

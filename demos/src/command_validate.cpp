@@ -12,6 +12,7 @@
 #include "experiment/experiment_load.h"
 #include "experiment/sweep_run.h"
 #include "experiment/validation_page.h"
+#include "shared_files.h"
 
 namespace bsoil::command {
 namespace {
@@ -19,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct ValidateArguments {
-    std::string experiments = BSOIL_EXPERIMENTS_FOLDER, out, document;
+    std::string experiments = shared_folder("experiments"), out, document;
     std::vector<std::string> only;
     int thread_count = 0;
 };

@@ -1,9 +1,11 @@
 /// `bsoil`: experiments and regression tests with deformable soil from the command line.
+#include "bsoil/version.h"
 #include "commands.h"
 
 int main(int argument_count, char** arguments) {
     CLI::App app{"BulletSoil: deformable soil for the Bullet physics library", "bsoil"};
     app.require_subcommand(1);
+    app.set_version_flag("--version", bsoil::version());
     app.set_help_all_flag("--help-all", "help of all commands");
     int exit_code = bsoil::command::kPassed;
     bsoil::command::add_run(app, exit_code);

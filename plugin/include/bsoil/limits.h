@@ -7,6 +7,8 @@ inline constexpr int kMaterialCapacity =
     8;  ///< materials of one soil; SoilDef::validate refuses more
 inline constexpr int kGridHeightMax = 512;  ///< voxels up; SoilDef::validate refuses more
 inline constexpr int kGridSideMax = 16384;  ///< voxels along x or y; SoilDef::validate refuses more
+inline constexpr int kHeightMapSideMin = 2;  ///< heights along a side of a HeightMapFill; fewer ...
+inline constexpr int kHeightMapSideMax = 32768;  ///< ... and more are refused by Soil::fill
 inline constexpr int kContactCapacity =
     65536;  ///< contact voxels a step; more set contact_list_full
 inline constexpr int kBodyCapacity =

@@ -7,6 +7,7 @@
 
 #include "bsoil/result.h"
 
+#pragma GCC visibility push(default)
 namespace bsoil {
 
 /// One granular material. All values are checked by validate().
@@ -65,3 +66,4 @@ Result<MaterialDef> find(const std::string& name);
 }  // namespace materials
 
 }  // namespace bsoil
+#pragma GCC visibility pop

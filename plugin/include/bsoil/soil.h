@@ -11,6 +11,7 @@
 #include "bsoil/body.h"
 #include "bsoil/soil_def.h"
 
+#pragma GCC visibility push(default)
 namespace bsoil {
 
 /// Sticky conditions: once set they stay until clear_status(). The text of each names the cure.
@@ -145,3 +146,4 @@ class Soil {
 };
 
 }  // namespace bsoil
+#pragma GCC visibility pop

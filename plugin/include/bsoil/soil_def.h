@@ -8,6 +8,7 @@
 #include "bsoil/material.h"
 #include "bsoil/result.h"
 
+#pragma GCC visibility push(default)
 namespace bsoil {
 
 /// Which world axis points up.
@@ -91,3 +92,4 @@ struct TriangleMesh {
 };
 
 }  // namespace bsoil
+#pragma GCC visibility pop

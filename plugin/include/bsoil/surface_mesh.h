@@ -10,6 +10,7 @@
 #include "bsoil/result.h"
 #include "bsoil/soil.h"
 
+#pragma GCC visibility push(default)
 namespace bsoil {
 
 /// Indexed triangles, counter-clockwise seen from outside. World axes, metres.
@@ -111,3 +112,4 @@ class SurfaceMesher {
 };
 
 }  // namespace bsoil
+#pragma GCC visibility pop

@@ -11,6 +11,7 @@
 #include "bsoil/result.h"
 #include "bsoil/soil_def.h"
 
+#pragma GCC visibility push(default)
 namespace bsoil::device {
 
 /// The kernels' buffers, in binding order (GL: shader storage blocks 0..). Names as in
@@ -92,3 +93,4 @@ struct DeviceInfo {
 std::vector<DeviceInfo> list_devices();
 
 }  // namespace bsoil::device
+#pragma GCC visibility pop

@@ -7,6 +7,7 @@
 #include <map>
 #include <numbers>
 
+#include "bsoil/limits.h"
 #include "bsoil/soil.h"
 #include "soil/check_range.h"
 #include "soil/noise.h"
@@ -182,8 +183,10 @@ Status Soil::fill(const CylinderFill& fill) {
 
 Status Soil::fill(const HeightMapFill& fill) {
     Impl& s = *impl_;
-    for (const Status& status : {check_range("fill.width", fill.width, 2, 32768),
-                                 check_range("fill.height", fill.height, 2, 32768)}) {
+    for (const Status& status : {check_range("fill.width", fill.width, limits::kHeightMapSideMin,
+                                             limits::kHeightMapSideMax),
+                                 check_range("fill.height", fill.height, limits::kHeightMapSideMin,
+                                             limits::kHeightMapSideMax)}) {
         if (!status) {
             return status;
         }

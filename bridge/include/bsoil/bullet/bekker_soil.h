@@ -5,10 +5,12 @@
 #include <optional>
 #include <vector>
 
+#include "bsoil/bullet/precision.h"
 #include "bsoil/material.h"
 #include "bsoil/result.h"
 
-namespace bsoil::bullet {
+#pragma GCC visibility push(default)
+namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION {
 
 /// Bekker's pressure under a plate, p = (kc / b + kphi) z^n, with b the radius of a circular plate
 /// or the width of a long one, and the strength in shear, c + sigma tan phi, of which
@@ -67,4 +69,5 @@ Result<BekkerTranslation> translate(const BekkerSoil& soil, const BekkerOptions&
 double plate_bearing_pa(const MaterialDef& material, double gravity_m_s2, double plate_radius_m,
                         double sinkage_m);
 
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION
+#pragma GCC visibility pop

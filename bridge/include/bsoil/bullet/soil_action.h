@@ -5,14 +5,15 @@
 #include <BulletDynamics/Dynamics/btActionInterface.h>
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 
-#include <cstddef>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "bsoil/bullet/precision.h"
 #include "bsoil/soil.h"
 
-namespace bsoil::bullet {
+#pragma GCC visibility push(default)
+namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION {
 
 /// How a soil is coupled to its world.
 struct SoilActionDef {
@@ -63,9 +64,7 @@ class SoilAction final : public btActionInterface {
     /// range.
     static Result<std::unique_ptr<SoilAction>> create(btDiscreteDynamicsWorld& world,
                                                       const SoilDef& def,
-                                                      const SoilActionDef& options = {}) {
-        return create_for(world, def, options, sizeof(btScalar));
-    }
+                                                      const SoilActionDef& options = {});
     ~SoilAction() override;
     SoilAction(const SoilAction&) = delete;
     SoilAction& operator=(const SoilAction&) = delete;
@@ -104,13 +103,8 @@ class SoilAction final : public btActionInterface {
 
   private:
     explicit SoilAction(std::unique_ptr<Impl> impl);
-    /// scalar_bytes is sizeof(btScalar) where create() was compiled: mixing Bullet's two precisions
-    /// must not link silently.
-    static Result<std::unique_ptr<SoilAction>> create_for(btDiscreteDynamicsWorld& world,
-                                                          const SoilDef& def,
-                                                          const SoilActionDef& options,
-                                                          std::size_t scalar_bytes);
     std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION
+#pragma GCC visibility pop

@@ -5,6 +5,7 @@
 
 #include "bsoil/render/image.h"
 
+#pragma GCC visibility push(default)
 namespace bsoil::render {
 
 /// How a sheet is laid out. Pictures fill it row by row.
@@ -39,3 +40,4 @@ class ContactSheet {
 void draw_caption(Image& image, int x, int y, const std::string& text, int scale);
 
 }  // namespace bsoil::render
+#pragma GCC visibility pop

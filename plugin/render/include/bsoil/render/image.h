@@ -7,6 +7,7 @@
 
 #include "bsoil/result.h"
 
+#pragma GCC visibility push(default)
 namespace bsoil::render {
 
 /// Rows from top to bottom, four bytes a pixel: red, green, blue (sRGB), alpha (255).
@@ -24,3 +25,4 @@ struct Image {
 Status write_png(const Image& image, const std::string& path);
 
 }  // namespace bsoil::render
+#pragma GCC visibility pop

@@ -8,6 +8,7 @@
 #include "bsoil/soil_def.h"
 #include "bsoil/surface_mesh.h"
 
+#pragma GCC visibility push(default)
 namespace bsoil::render {
 
 using Color = std::array<float, 3>;  ///< linear RGB, 0..1
@@ -29,3 +30,4 @@ Mesh convex_mesh(const ConvexShape& shape, Color color);
 void transform_mesh(Mesh& mesh, const Pose& pose);
 
 }  // namespace bsoil::render
+#pragma GCC visibility pop

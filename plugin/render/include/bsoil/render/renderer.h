@@ -11,6 +11,7 @@
 #include "bsoil/render/image.h"
 #include "bsoil/surface_mesh.h"
 
+#pragma GCC visibility push(default)
 namespace bsoil::render {
 
 /// A perspective camera. World axes, metres.
@@ -105,3 +106,4 @@ class SurfaceItems {
 };
 
 }  // namespace bsoil::render
+#pragma GCC visibility pop

@@ -1,0 +1,212 @@
+/**
+ * The C interface: deformable soil in a Bullet world, for programs and languages that cannot
+ * include C++.
+ *
+ * The same header serves both libraries, bulletsoil_bullet (Bullet in float) and
+ * bulletsoil_bullet_double. The world and its bodies are passed as `void*`: a world is a
+ * btDiscreteDynamicsWorld* or one of a class derived from it, a body a btCollisionObject* or a
+ * derived one, each converted to `void*` from exactly these pointer types.
+ *
+ * Errors. Every function that can fail returns a bulletsoil_result; a failure changes nothing, and
+ * its text, which names the argument, its value and its range, is what bulletsoil_last_error()
+ * returns. Null pointers, handles that are not of a living soil, numbers out of range, structs of
+ * an unknown size are errors. Pointers to worlds, bodies, arrays and texts are trusted once they
+ * are not null. No C++ exception leaves these functions.
+ *
+ * ABI. Functions and struct members are only ever added, members at the end. `struct_size` tells
+ * the library how much of a struct its caller knows; what it does not know gets its default. A
+ * struct larger than the library's own is refused: then the program was compiled for a newer
+ * library than it runs with.
+ *
+ * Threads. One soil and its world: one thread at a time. Different worlds: any threads.
+ *
+ * Units are SI, angles radians, axes the world's.
+ */
+#ifndef BSOIL_C_BULLETSOIL_H
+#define BSOIL_C_BULLETSOIL_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(__GNUC__)
+#pragma GCC visibility push(default)
+#endif
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** A soil and its coupling to a world. */
+typedef struct bulletsoil_soil bulletsoil_soil;
+
+typedef enum bulletsoil_result {
+    BULLETSOIL_OK = 0,
+    BULLETSOIL_INVALID_ARGUMENT = 1, /**< a null pointer, a dead handle, a value out of range */
+    BULLETSOIL_WRONG_PRECISION = 2,  /**< the world is of the other one of Bullet's precisions */
+    BULLETSOIL_FAILED = 3,           /**< a device or a file cannot be used */
+    BULLETSOIL_OUT_OF_MEMORY = 4,
+    BULLETSOIL_INTERNAL_ERROR = 5 /**< a defect of the library */
+} bulletsoil_result;
+
+/* -------- versions and errors -------- */
+
+/** Version of the library that runs, as "0.1.0". Never null. */
+const char* bulletsoil_version(void);
+/** The same as major * 10000 + minor * 100 + patch. */
+int32_t bulletsoil_version_number(void);
+/** sizeof(btScalar) of the library that runs: 4 or 8. */
+size_t bulletsoil_scalar_bytes(void);
+/**
+ * Text of the last failure in this thread, in at most 1023 bytes; "" before the first. Never null;
+ * valid until the next failure in this thread.
+ */
+const char* bulletsoil_last_error(void);
+
+/* -------- definitions -------- */
+
+/** A granular material; see MaterialDef in <bsoil/material.h>. */
+typedef struct bulletsoil_material {
+    size_t struct_size;             /**< set by bulletsoil_material_init */
+    const char* name;               /**< unique within a soil; read while the soil is created */
+    double density_kg_m3;           /**< bulk density as placed, 200..4000 */
+    double loose_density_kg_m3;     /**< once dug and dropped; 0 with the next: density is fixed */
+    double compacted_density_kg_m3; /**< under 1 MPa */
+    double friction_angle_rad;      /**< 0..1.2 */
+    double cohesion_pa;             /**< 0..200e3 */
+    double loose_cohesion_fraction; /**< share of the cohesion that moved soil keeps, 0..1 */
+    double tool_friction;           /**< with bodies, 0..2 */
+    double tool_adhesion_pa;        /**< with bodies, 0..200e3 */
+    double shear_displacement_m;    /**< Janosi's K, 0..0.2 */
+    float color[3];                 /**< linear RGB, 0..1 */
+    uint32_t reserved;              /**< 0 */
+} bulletsoil_material;
+
+/**
+ * Sets `material`, of `struct_size` = sizeof *material bytes, to the built-in material of this
+ * name: dry_sand, moist_sand, sandy_loam, loam, clay, gravel.
+ */
+bulletsoil_result bulletsoil_material_init(bulletsoil_material* material, size_t struct_size,
+                                           const char* built_in_name);
+
+enum { BULLETSOIL_UP_Y = 0, BULLETSOIL_UP_Z = 1 };
+enum { BULLETSOIL_BACKEND_AUTOMATIC = 0, BULLETSOIL_BACKEND_CPU = 1, BULLETSOIL_BACKEND_GL = 2 };
+
+/** How a soil is made; see SoilDef in <bsoil/soil_def.h>. */
+typedef struct bulletsoil_soil_def {
+    size_t struct_size; /**< set by bulletsoil_soil_def_init */
+    /** 1..8 materials in an array, each with the same struct_size; null: dry_sand alone */
+    const bulletsoil_material* materials;
+    size_t material_count;
+    double size_m[3];               /**< box of the grid along the world's axes */
+    double floor_center_m[3];       /**< centre of the box's bottom face */
+    double yaw_rad;                 /**< rotation of the grid about the up axis, -7..7 */
+    double voxel_m;                 /**< edge of a voxel, 0.001..1 */
+    double gravity_m_s2;            /**< along -up, 0..30 */
+    double step_s;                  /**< the soil's own step, 1/2000..1/20 */
+    int32_t up;                     /**< BULLETSOIL_UP_... */
+    int32_t backend;                /**< BULLETSOIL_BACKEND_... */
+    int32_t thread_count;           /**< CPU backend, 0..1024; 0: all cores. Same results */
+    int32_t substeps_max;           /**< sub-steps a fast step may be cut into, 1..32 */
+    int32_t tile_capacity;          /**< awake tiles at once; 0: all, within 1 GiB */
+    int32_t propagation_iterations; /**< force propagation passes a sub-step, 0..64 */
+} bulletsoil_soil_def;
+
+/** Sets `def`, of `struct_size` = sizeof *def bytes, to the defaults: 12 x 2 x 12 m, voxels of 5
+ * cm, y up, dry sand. */
+bulletsoil_result bulletsoil_soil_def_init(bulletsoil_soil_def* def, size_t struct_size);
+
+/* -------- a soil's life -------- */
+
+/**
+ * Creates a soil and couples it with `world`, which from then on steps it in stepSimulation.
+ * `scalar_bytes` is sizeof(btScalar) where the world was made: BULLETSOIL_WRONG_PRECISION where it
+ * is not the library's. On success *soil is the new handle, else null.
+ */
+bulletsoil_result bulletsoil_create(void* world, size_t scalar_bytes,
+                                    const bulletsoil_soil_def* def, bulletsoil_soil** soil);
+/** Takes the soil out of its world, which may have been destroyed before, and frees it. Null is
+ * accepted. */
+bulletsoil_result bulletsoil_destroy(bulletsoil_soil* soil);
+
+/* -------- putting soil in; `material` is a name out of the definition, null: its first -------- */
+
+bulletsoil_result bulletsoil_fill_box(bulletsoil_soil* soil, const double min_m[3],
+                                      const double max_m[3], const char* material);
+/** A cylinder about the up axis, upwards from the centre of its base. */
+bulletsoil_result bulletsoil_fill_cylinder(bulletsoil_soil* soil, const double base_center_m[3],
+                                           double radius_m, double height_m, const char* material);
+/** Ground under an image of width x height heights above the grid's floor, row by row,
+ * each 2..32768; stretched over it. */
+bulletsoil_result bulletsoil_fill_height_map(bulletsoil_soil* soil, int32_t width, int32_t height,
+                                             const float* heights_m, const char* material);
+
+/* -------- bodies -------- */
+
+/** From now on the soil does not see this body. */
+bulletsoil_result bulletsoil_ignore_body(bulletsoil_soil* soil, const void* body);
+/**
+ * Friction (0..2) and adhesion (0..200e3 Pa) between the soil and this body, until it leaves the
+ * world; a negative value: as the material says.
+ */
+bulletsoil_result bulletsoil_set_body_surface(bulletsoil_soil* soil, const void* body,
+                                              double friction, double adhesion_pa);
+
+/** What the soil does to a body; see BodyReport in <bsoil/bullet/soil_action.h>. */
+typedef struct bulletsoil_body_report {
+    size_t struct_size;   /**< to be set by the caller to sizeof(bulletsoil_body_report) */
+    double force_n[3];    /**< of the soil on the body, in Bullet's last substep */
+    double torque_n_m[3]; /**< about its centre of mass */
+    double peak_force_n;  /**< largest force so far */
+    double contact_area_m2;
+    double sinkage_m; /**< of the deepest contact below the local surface */
+    double load_kg;   /**< soil it carries */
+    int32_t contact_patch_count;
+    int32_t is_in_contact; /**< 1: patches or a load; else 0 */
+} bulletsoil_body_report;
+
+/** All zero for a body that does not touch the soil, or is none of the world's. */
+bulletsoil_result bulletsoil_get_body_report(const bulletsoil_soil* soil, const void* body,
+                                             bulletsoil_body_report* report);
+
+/* -------- the soil's state -------- */
+
+/** Soil steps made so far. */
+bulletsoil_result bulletsoil_get_step_count(const bulletsoil_soil* soil, int64_t* count);
+/** Materials of this soil, in the order of its definition. */
+bulletsoil_result bulletsoil_get_material_count(const bulletsoil_soil* soil, size_t* count);
+/**
+ * Amount of each material: integer units, which only fills change, and mass. Either array may be
+ * null; both have room for `capacity` entries, at least as many as there are materials. Costs a
+ * pass over everything.
+ */
+bulletsoil_result bulletsoil_get_totals(const bulletsoil_soil* soil, size_t capacity,
+                                        int64_t* units, double* mass_kg);
+/** Of amounts, motion and terrain: the same on every backend with any number of threads. */
+bulletsoil_result bulletsoil_get_checksum(const bulletsoil_soil* soil, uint64_t* checksum);
+/** World coordinate along up of the soil's (or terrain's) surface in the column of `point_m`, which
+ * lies in the grid. */
+bulletsoil_result bulletsoil_get_surface_height(const bulletsoil_soil* soil,
+                                                const double point_m[3], double* height_m);
+/**
+ * Conditions the soil has run into, a line each with its cure, and the bodies that touch it and are
+ * refused, with the reason; "" where there are none. Writes at most `capacity` bytes with the final
+ * zero; `buffer` may be null where `capacity` is 0. *needed (which may be null) is the capacity for
+ * all of it.
+ */
+bulletsoil_result bulletsoil_get_status_text(const bulletsoil_soil* soil, char* buffer,
+                                             size_t capacity, size_t* needed);
+/** Conditions stay until they are cleared. */
+bulletsoil_result bulletsoil_clear_status(bulletsoil_soil* soil);
+
+/** Writes the whole soil to a file. */
+bulletsoil_result bulletsoil_save(const bulletsoil_soil* soil, const char* path);
+/** Replaces the soil's state by a file's, which must be of the same grid and materials. */
+bulletsoil_result bulletsoil_load(bulletsoil_soil* soil, const char* path);
+
+#ifdef __cplusplus
+}
+#endif
+#if defined(__GNUC__)
+#pragma GCC visibility pop
+#endif
+
+#endif

@@ -1,0 +1,490 @@
+/// The C interface on top of SoilAction: checks what C cannot, keeps exceptions in, says why.
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "bsoil/bullet/soil_action.h"
+#include "bsoil/c/bulletsoil.h"
+#include "bsoil/limits.h"
+#include "bsoil/version.h"
+
+struct bulletsoil_soil {
+    std::unique_ptr<bsoil::bullet::SoilAction> action;
+};
+
+namespace bsoil::bullet {
+namespace {
+
+constexpr size_t kErrorBytes = 1024;
+/// What a caller of the first version knows of each struct: up to its last member then. No padding
+/// follows it, where a later member would read what that caller never wrote.
+#define BSOIL_BYTES_UP_TO(Struct, member) (offsetof(Struct, member) + sizeof(Struct::member))
+constexpr size_t kMaterialBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_material, reserved);
+constexpr size_t kSoilDefBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_soil_def, propagation_iterations);
+constexpr size_t kBodyReportBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_body_report, is_in_contact);
+static_assert(kMaterialBytesMin == sizeof(bulletsoil_material));
+static_assert(kSoilDefBytesMin == sizeof(bulletsoil_soil_def));
+static_assert(kBodyReportBytesMin == sizeof(bulletsoil_body_report));
+
+/// A fixed buffer, so that saying that memory has run out needs none.
+thread_local char last_error[kErrorBytes] = "";
+
+bulletsoil_result fail(bulletsoil_result code, std::string_view text) {
+    const size_t count = std::min(text.size(), kErrorBytes - 1);
+    text.copy(last_error, count);
+    last_error[count] = '\0';
+    return code;
+}
+
+/// Ends a function with a text: thrown by the checks below, caught by guarded().
+struct Failure {
+    bulletsoil_result code;
+    std::string text;
+};
+
+[[noreturn]] void refuse(std::string text) {
+    throw Failure{BULLETSOIL_INVALID_ARGUMENT, std::move(text)};
+}
+
+template <typename Body>
+bulletsoil_result guarded(const char* function, Body&& body) noexcept {
+    try {
+        try {
+            body();
+            return BULLETSOIL_OK;
+        } catch (const Failure& failure) {
+            return fail(failure.code, std::string(function) + ": " + failure.text);
+        } catch (const std::bad_alloc&) {
+            return fail(BULLETSOIL_OUT_OF_MEMORY, "out of memory");
+        } catch (const std::exception& error) {
+            return fail(BULLETSOIL_INTERNAL_ERROR, std::string(function) + ": " + error.what());
+        } catch (...) {
+            return fail(BULLETSOIL_INTERNAL_ERROR, "an exception of unknown type");
+        }
+    } catch (...) {  // no memory for the text
+        return fail(BULLETSOIL_OUT_OF_MEMORY, "out of memory");
+    }
+}
+
+/// The soils that exist: a handle is looked up before it is followed.
+class LivingSoils {
+  public:
+    void add(const bulletsoil_soil* soil) {
+        const std::lock_guard lock(mutex_);
+        soils_.insert(soil);
+    }
+    bool contains(const bulletsoil_soil* soil) {
+        const std::lock_guard lock(mutex_);
+        return soils_.contains(soil);
+    }
+    bool remove(const bulletsoil_soil* soil) {
+        const std::lock_guard lock(mutex_);
+        return soils_.erase(soil) > 0;
+    }
+
+  private:
+    std::mutex mutex_;
+    std::set<const bulletsoil_soil*> soils_;
+};
+
+LivingSoils& living_soils() {
+    static LivingSoils soils;
+    return soils;
+}
+
+template <typename T>
+T& required(T* pointer, const char* name) {
+    if (pointer == nullptr) refuse(std::string(name) + " is null");
+    return *pointer;
+}
+
+void check_handle(const bulletsoil_soil* soil) {
+    required(soil, "soil");
+    if (!living_soils().contains(soil))
+        refuse("soil is no living soil: it was destroyed, or never created");
+}
+SoilAction& action_of(bulletsoil_soil* soil) {
+    check_handle(soil);
+    return *soil->action;
+}
+const SoilAction& action_of(const bulletsoil_soil* soil) {
+    check_handle(soil);
+    return *soil->action;
+}
+
+void check_size(const char* name, size_t struct_size, size_t least, size_t most) {
+    if (struct_size < least)
+        refuse(std::string(name) + ".struct_size is " + std::to_string(struct_size) +
+               ", must be at least " + std::to_string(least) + ": was the struct initialized?");
+    if (struct_size > most)
+        refuse(std::string(name) + ".struct_size is " + std::to_string(struct_size) +
+               ", this library (" + version() + ") knows " + std::to_string(most) +
+               " bytes: the program was compiled for a newer one");
+}
+
+/// A struct of the caller's as the library knows it: what the caller does not know keeps `known`.
+template <typename Struct>
+Struct widened(const Struct& from, Struct known) {
+    std::memcpy(&known, &from, from.struct_size);
+    return known;
+}
+/// As much of `from` as the caller knows.
+template <typename Struct>
+void narrow_into(Struct& to, Struct from, size_t struct_size) {
+    from.struct_size = struct_size;
+    std::memcpy(&to, &from, struct_size);
+}
+
+void check(const Status& status, bulletsoil_result code = BULLETSOIL_INVALID_ARGUMENT) {
+    if (!status) throw Failure{code, status.error()};
+}
+
+Vec3 point(const double* xyz, const char* name) {
+    required(xyz, name);
+    return {xyz[0], xyz[1], xyz[2]};
+}
+void copy(Vec3 from, double (&to)[3]) {
+    to[0] = from.x;
+    to[1] = from.y;
+    to[2] = from.z;
+}
+
+/// Empty for null: the soil's first material.
+std::string text_of(const char* text) { return text == nullptr ? std::string() : text; }
+
+bulletsoil_material to_c(const MaterialDef& def) {
+    bulletsoil_material out{};
+    out.struct_size = sizeof out;
+    out.name = def.name.c_str();
+    out.density_kg_m3 = def.density_kg_m3;
+    out.loose_density_kg_m3 = def.loose_density_kg_m3;
+    out.compacted_density_kg_m3 = def.compacted_density_kg_m3;
+    out.friction_angle_rad = def.friction_angle_rad;
+    out.cohesion_pa = def.cohesion_pa;
+    out.loose_cohesion_fraction = def.loose_cohesion_fraction;
+    out.tool_friction = def.tool_friction;
+    out.tool_adhesion_pa = def.tool_adhesion_pa;
+    out.shear_displacement_m = def.shear_displacement_m;
+    std::copy(def.color.begin(), def.color.end(), out.color);
+    return out;
+}
+
+MaterialDef from_c(const bulletsoil_material& material) {
+    MaterialDef out;
+    out.name = &required(material.name, "material.name");
+    out.density_kg_m3 = material.density_kg_m3;
+    out.loose_density_kg_m3 = material.loose_density_kg_m3;
+    out.compacted_density_kg_m3 = material.compacted_density_kg_m3;
+    out.friction_angle_rad = material.friction_angle_rad;
+    out.cohesion_pa = material.cohesion_pa;
+    out.loose_cohesion_fraction = material.loose_cohesion_fraction;
+    out.tool_friction = material.tool_friction;
+    out.tool_adhesion_pa = material.tool_adhesion_pa;
+    out.shear_displacement_m = material.shear_displacement_m;
+    std::copy(std::begin(material.color), std::end(material.color), out.color.begin());
+    return out;
+}
+
+/// The materials of a definition. Their distance in memory is what the caller takes for their size.
+std::vector<MaterialDef> materials_of(const bulletsoil_soil_def& def) {
+    std::vector<MaterialDef> out;
+    if (def.materials == nullptr) {
+        if (def.material_count != 0)
+            refuse("def.material_count is " + std::to_string(def.material_count) +
+                   ", and def.materials is null");
+        return out;
+    }
+    if (def.material_count < 1 || def.material_count > limits::kMaterialCapacity)
+        refuse("def.material_count is " + std::to_string(def.material_count) + ", must be 1.." +
+               std::to_string(limits::kMaterialCapacity));
+    const size_t stride = def.materials->struct_size;
+    check_size("def.materials[0]", stride, kMaterialBytesMin, sizeof(bulletsoil_material));
+    for (size_t i = 0; i < def.material_count; ++i) {
+        const auto* bytes = reinterpret_cast<const char*>(def.materials) + i * stride;
+        const auto& material = *reinterpret_cast<const bulletsoil_material*>(bytes);
+        if (material.struct_size != stride)
+            refuse("def.materials[" + std::to_string(i) + "].struct_size is " +
+                   std::to_string(material.struct_size) + ", that of the first is " +
+                   std::to_string(stride));
+        if (material.reserved != 0)
+            refuse("def.materials[" + std::to_string(i) + "].reserved is " +
+                   std::to_string(material.reserved) + ", must be 0");
+        out.push_back(from_c(widened(material, to_c(materials::all().front()))));
+    }
+    return out;
+}
+
+bulletsoil_soil_def default_def() {
+    const SoilDef from;
+    bulletsoil_soil_def out{};
+    out.struct_size = sizeof out;
+    copy(from.size_m, out.size_m);
+    copy(from.floor_center_m, out.floor_center_m);
+    out.yaw_rad = from.yaw_rad;
+    out.voxel_m = from.voxel_m;
+    out.gravity_m_s2 = from.gravity_m_s2;
+    out.step_s = from.step_s;
+    out.up = static_cast<int32_t>(from.up);
+    out.backend = static_cast<int32_t>(from.backend);
+    out.thread_count = from.thread_count;
+    out.substeps_max = from.substeps_max;
+    out.tile_capacity = from.tile_capacity;
+    out.propagation_iterations = from.propagation_iterations;
+    return out;
+}
+
+/// Values out of range, those of the enumerations among them, are left for SoilDef::validate to
+/// name.
+SoilDef from_c(const bulletsoil_soil_def& def) {
+    SoilDef out;
+    out.materials = materials_of(def);
+    out.size_m = point(def.size_m, "size_m");
+    out.floor_center_m = point(def.floor_center_m, "floor_center_m");
+    out.yaw_rad = def.yaw_rad;
+    out.voxel_m = def.voxel_m;
+    out.gravity_m_s2 = def.gravity_m_s2;
+    out.step_s = def.step_s;
+    out.up = static_cast<UpAxis>(def.up);
+    out.backend = static_cast<Backend>(def.backend);
+    out.thread_count = def.thread_count;
+    out.substeps_max = def.substeps_max;
+    out.tile_capacity = def.tile_capacity;
+    out.propagation_iterations = def.propagation_iterations;
+    return out;
+}
+
+btDiscreteDynamicsWorld& world_of(void* world) {
+    required(static_cast<char*>(world), "world");
+    auto& out = *static_cast<btDiscreteDynamicsWorld*>(world);
+    const btDynamicsWorldType type = out.getWorldType();
+    if (type != BT_DISCRETE_DYNAMICS_WORLD && type != BT_SOFT_RIGID_DYNAMICS_WORLD &&
+        type != BT_SOFT_MULTIBODY_DYNAMICS_WORLD && type != BT_DEFORMABLE_MULTIBODY_DYNAMICS_WORLD)
+        refuse("world has type " + std::to_string(type) + " and is no btDiscreteDynamicsWorld");
+    return out;
+}
+
+const btCollisionObject& body_of(const void* body) {
+    required(static_cast<const char*>(body), "body");
+    return *static_cast<const btCollisionObject*>(body);
+}
+
+}  // namespace
+}  // namespace bsoil::bullet
+
+using namespace bsoil::bullet;
+
+extern "C" {
+
+const char* bulletsoil_version(void) { return bsoil::version(); }
+int32_t bulletsoil_version_number(void) { return bsoil::version_number(); }
+size_t bulletsoil_scalar_bytes(void) { return sizeof(btScalar); }
+const char* bulletsoil_last_error(void) { return last_error; }
+
+bulletsoil_result bulletsoil_material_init(bulletsoil_material* material, size_t struct_size,
+                                           const char* built_in_name) {
+    return guarded(__func__, [&] {
+        required(material, "material");
+        check_size("material", struct_size, kMaterialBytesMin, sizeof(bulletsoil_material));
+        const std::string name = &required(built_in_name, "built_in_name");
+        // Not materials::find: the name that is handed out has to last.
+        for (const bsoil::MaterialDef& known : bsoil::materials::all())
+            if (known.name == name) return narrow_into(*material, to_c(known), struct_size);
+        refuse(bsoil::materials::find(name).error());
+    });
+}
+
+bulletsoil_result bulletsoil_soil_def_init(bulletsoil_soil_def* def, size_t struct_size) {
+    return guarded(__func__, [&] {
+        required(def, "def");
+        check_size("def", struct_size, kSoilDefBytesMin, sizeof(bulletsoil_soil_def));
+        narrow_into(*def, default_def(), struct_size);
+    });
+}
+
+bulletsoil_result bulletsoil_create(void* world, size_t scalar_bytes,
+                                    const bulletsoil_soil_def* def, bulletsoil_soil** soil) {
+    return guarded(__func__, [&] {
+        required(soil, "soil") = nullptr;
+        required(static_cast<char*>(world), "world");
+        required(def, "def");
+        if (scalar_bytes != sizeof(btScalar))  // before the world is touched
+            throw Failure{
+                BULLETSOIL_WRONG_PRECISION,
+                "btScalar has " + std::to_string(scalar_bytes) + " bytes in the program and " +
+                    std::to_string(sizeof(btScalar)) + " in this library: link " +
+                    (sizeof(btScalar) == 4 ? "bulletsoil_bullet_double" : "bulletsoil_bullet")};
+        check_size("def", def->struct_size, kSoilDefBytesMin, sizeof(bulletsoil_soil_def));
+        const bsoil::SoilDef soil_def = from_c(widened(*def, default_def()));
+        check(soil_def.validate());
+        auto action = SoilAction::create(world_of(world), soil_def);
+        if (!action) throw Failure{BULLETSOIL_FAILED, action.error()};
+        auto made = std::make_unique<bulletsoil_soil>();
+        made->action = std::move(*action);
+        living_soils().add(made.get());
+        *soil = made.release();
+    });
+}
+
+bulletsoil_result bulletsoil_destroy(bulletsoil_soil* soil) {
+    return guarded(__func__, [&] {
+        if (soil == nullptr) return;
+        check_handle(soil);
+        living_soils().remove(soil);
+        delete soil;
+    });
+}
+
+bulletsoil_result bulletsoil_fill_box(bulletsoil_soil* soil, const double min_m[3],
+                                      const double max_m[3], const char* material) {
+    return guarded(__func__, [&] {
+        check(action_of(soil).fill(
+            bsoil::BoxFill{{point(min_m, "min_m"), point(max_m, "max_m")}, text_of(material)}));
+    });
+}
+
+bulletsoil_result bulletsoil_fill_cylinder(bulletsoil_soil* soil, const double base_center_m[3],
+                                           double radius_m, double height_m, const char* material) {
+    return guarded(__func__, [&] {
+        check(action_of(soil).fill(bsoil::CylinderFill{point(base_center_m, "base_center_m"),
+                                                       radius_m, height_m, text_of(material)}));
+    });
+}
+
+bulletsoil_result bulletsoil_fill_height_map(bulletsoil_soil* soil, int32_t width, int32_t height,
+                                             const float* heights_m, const char* material) {
+    return guarded(__func__, [&] {
+        using namespace bsoil::limits;
+        SoilAction& action = action_of(soil);
+        for (const auto& [name, value] : {std::pair{"width", width}, std::pair{"height", height}})
+            if (value < kHeightMapSideMin || value > kHeightMapSideMax)
+                refuse(std::string(name) + " is " + std::to_string(value) + ", must be " +
+                       std::to_string(kHeightMapSideMin) + ".." +
+                       std::to_string(kHeightMapSideMax));
+        required(heights_m, "heights_m");
+        const size_t count = static_cast<size_t>(width) * static_cast<size_t>(height);
+        check(action.fill(bsoil::HeightMapFill{
+            width, height, {heights_m, heights_m + count}, text_of(material)}));
+    });
+}
+
+bulletsoil_result bulletsoil_ignore_body(bulletsoil_soil* soil, const void* body) {
+    return guarded(__func__, [&] { action_of(soil).ignore(body_of(body)); });
+}
+
+bulletsoil_result bulletsoil_set_body_surface(bulletsoil_soil* soil, const void* body,
+                                              double friction, double adhesion_pa) {
+    return guarded(__func__, [&] {
+        check(action_of(soil).set_surface(body_of(body), {friction, adhesion_pa}));
+    });
+}
+
+bulletsoil_result bulletsoil_get_body_report(const bulletsoil_soil* soil, const void* body,
+                                             bulletsoil_body_report* report) {
+    return guarded(__func__, [&] {
+        const SoilAction& action = action_of(soil);
+        const btCollisionObject& object = body_of(body);
+        const size_t struct_size = required(report, "report").struct_size;
+        check_size("report", struct_size, kBodyReportBytesMin, sizeof(bulletsoil_body_report));
+        const BodyReport from = action.body_report(object);
+        bulletsoil_body_report out{};
+        copy(from.force_n, out.force_n);
+        copy(from.torque_n_m, out.torque_n_m);
+        out.peak_force_n = from.peak_force_n;
+        out.contact_area_m2 = from.contact_area_m2;
+        out.sinkage_m = from.sinkage_m;
+        out.load_kg = from.load_kg;
+        out.contact_patch_count = from.patch_count;
+        out.is_in_contact = from.patch_count > 0 || from.load_kg > 0;
+        narrow_into(*report, out, struct_size);
+    });
+}
+
+bulletsoil_result bulletsoil_get_step_count(const bulletsoil_soil* soil, int64_t* count) {
+    return guarded(__func__, [&] { required(count, "count") = action_of(soil).step_count(); });
+}
+
+bulletsoil_result bulletsoil_get_material_count(const bulletsoil_soil* soil, size_t* count) {
+    return guarded(__func__,
+                   [&] { required(count, "count") = action_of(soil).soil().materials().size(); });
+}
+
+bulletsoil_result bulletsoil_get_totals(const bulletsoil_soil* soil, size_t capacity,
+                                        int64_t* units, double* mass_kg) {
+    return guarded(__func__, [&] {
+        const bsoil::SoilTotals totals = action_of(soil).soil().totals();
+        if (capacity < totals.units.size())
+            refuse("capacity is " + std::to_string(capacity) + ", this soil has " +
+                   std::to_string(totals.units.size()) + " materials");
+        if (units != nullptr) std::copy(totals.units.begin(), totals.units.end(), units);
+        if (mass_kg != nullptr) std::copy(totals.mass_kg.begin(), totals.mass_kg.end(), mass_kg);
+    });
+}
+
+bulletsoil_result bulletsoil_get_checksum(const bulletsoil_soil* soil, uint64_t* checksum) {
+    return guarded(__func__,
+                   [&] { required(checksum, "checksum") = action_of(soil).soil().checksum(); });
+}
+
+bulletsoil_result bulletsoil_get_surface_height(const bulletsoil_soil* soil,
+                                                const double point_m[3], double* height_m) {
+    return guarded(__func__, [&] {
+        const bsoil::Soil& ground = action_of(soil).soil();
+        const bsoil::Vec3 where = point(point_m, "point_m");
+        required(height_m, "height_m");
+        const bsoil::GridFrame& frame = ground.frame();
+        const bsoil::Vec3 at = frame.to_grid(where);
+        if (!(at.x >= 0 && at.x < frame.size[0] && at.y >= 0 && at.y < frame.size[1]))
+            refuse("point_m is (" + std::to_string(where.x) + ", " + std::to_string(where.y) +
+                   ", " + std::to_string(where.z) + "), not above or below the soil's grid");
+        const double above_floor_m =
+            ground.surface_height_m(static_cast<int>(at.x), static_cast<int>(at.y));
+        const bsoil::Vec3 surface = frame.to_world({at.x, at.y, above_floor_m / frame.voxel_m});
+        *height_m = ground.def().up == bsoil::UpAxis::y ? surface.y : surface.z;
+    });
+}
+
+bulletsoil_result bulletsoil_get_status_text(const bulletsoil_soil* soil, char* buffer,
+                                             size_t capacity, size_t* needed) {
+    return guarded(__func__, [&] {
+        const SoilAction& action = action_of(soil);
+        if (capacity > 0) required(buffer, "buffer");
+        std::string text;
+        const auto add_line = [&text](const std::string& line) {
+            if (!text.empty()) text += '\n';
+            text += line;
+        };
+        for (const std::string& line : bsoil::status_texts(action.soil().status_bits()))
+            add_line(line);
+        for (const RefusedBody& body : action.refused()) add_line(body.reason);
+        if (needed != nullptr) *needed = text.size() + 1;
+        if (capacity == 0) return;
+        buffer[text.copy(buffer, capacity - 1)] = '\0';
+    });
+}
+
+bulletsoil_result bulletsoil_clear_status(bulletsoil_soil* soil) {
+    return guarded(__func__, [&] { action_of(soil).soil().clear_status(); });
+}
+
+bulletsoil_result bulletsoil_save(const bulletsoil_soil* soil, const char* path) {
+    return guarded(__func__, [&] {
+        check(action_of(soil).soil().save(&required(path, "path")), BULLETSOIL_FAILED);
+    });
+}
+
+bulletsoil_result bulletsoil_load(bulletsoil_soil* soil, const char* path) {
+    return guarded(__func__, [&] {
+        check(action_of(soil).soil().load(&required(path, "path")), BULLETSOIL_FAILED);
+    });
+}
+
+}  // extern "C"
