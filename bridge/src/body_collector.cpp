@@ -75,7 +75,7 @@ BodyOptions BodyCollector::options(const btCollisionObject& object) const {
     if (found == options_.end()) return {};
     const int known = found->second.proxy_id;
     return known == kNotInWorld || known == proxy_id_of(object) ? found->second.value
-                                                               : BodyOptions{};
+                                                                : BodyOptions{};
 }
 
 /// Those of an object of the world.
@@ -236,7 +236,8 @@ void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed
     for (int i = 0; i < objects.size(); ++i) {
         btCollisionObject& object = *objects[i];
         const BodyOptions options = options_in_scan(object);
-        if (!object.getCollisionShape() || !object.hasContactResponse() || options.ignored) continue;
+        if (!object.getCollisionShape() || !object.hasContactResponse() || options.ignored)
+            continue;
         const bool is_placed = is_finite(from_bullet(object.getWorldTransform()));
         const bool is_in_grid = is_placed && touches_grid(object);
         const auto known = tracked_.find(&object);

@@ -75,8 +75,7 @@ class BodyCollector {
     Tracked& track(const btCollisionObject& object);
     void convert(const btCollisionObject& object, Tracked& tracked);
     void describe(const btDiscreteDynamicsWorld& world, btCollisionObject& object,
-                  const BodyOptions& options, Tracked& tracked, double elapsed_s,
-                  BodyState& state);
+                  const BodyOptions& options, Tracked& tracked, double elapsed_s, BodyState& state);
     void read_link_velocity(const btMultiBody& multibody, int link, BodyMotion& motion);
     void refuse(const btCollisionObject& object, const Tracked& tracked, const std::string& reason);
     int next_id();

@@ -19,9 +19,10 @@ enum class BodyRole {
 struct BodyState {
     btCollisionObject* object = nullptr;
     int proxy_id = 0;  ///< of the broadphase: tells a new object at an old one's address
-    int internal_type = 0;  ///< Bullet's: a broadphase that recycles its ids must not pass off another
-    int world_index = 0;    ///< in the world's list, where it was last seen
-    int id = 0;        ///< SoilBody::id
+    int internal_type =
+        0;  ///< Bullet's: a broadphase that recycles its ids must not pass off another
+    int world_index = 0;  ///< in the world's list, where it was last seen
+    int id = 0;           ///< SoilBody::id
     BodyRole role = BodyRole::fixed;
     BodyMotion motion;
     bool is_asleep = false;

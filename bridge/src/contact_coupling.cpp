@@ -46,9 +46,9 @@ Vec3 first_tangent(Vec3 normal, Vec3 friction_n, double limit_n, Vec3 slide) {
     return t * (1 / length(t));
 }
 
-/// Takes constraints out of the world, given in the order they were put in. Bullet looks for one from
-/// the front and fills its gap with the last: in this order each of them is found right behind the
-/// host's, however many there are, and the host's keep theirs.
+/// Takes constraints out of the world, given in the order they were put in. Bullet looks for one
+/// from the front and fills its gap with the last: in this order each of them is found right behind
+/// the host's, however many there are, and the host's keep theirs.
 template <typename Rows, typename Remove>
 void take_out(std::vector<Rows*>& rows, const Remove& remove) {
     if (rows.empty()) return;

@@ -302,8 +302,8 @@ struct Robot {
         btVector3 inertia;
         box.calculateLocalInertia(kMassKg, inertia);
         const int links = fixed_base ? 1 : 0;
-        multibody =
-            std::make_unique<btMultiBody>(links, fixed_base ? 0 : kMassKg, inertia, fixed_base, true);
+        multibody = std::make_unique<btMultiBody>(links, fixed_base ? 0 : kMassKg, inertia,
+                                                  fixed_base, true);
         multibody->setBasePos(fixed_base ? btVector3(0, 2, 0) : kAbove);
         if (fixed_base)
             multibody->setupPrismatic(0, kMassKg, inertia, -1, btQuaternion::getIdentity(),
@@ -405,9 +405,8 @@ TEST(BodyChanges, child_added_to_a_compound_in_the_soil_is_seen) {
 
 TEST(BodyChanges, teleported_into_the_soil_gets_no_kick) {
     // Near: within what is swept. Far: placed. Deep: all of it buried.
-    for (const btVector3& to :
-         {btVector3(0, 0.45f, 0), btVector3(0.15f, 0.5f, 0.15f), btVector3(0.5f, 0.3f, 0.5f),
-          btVector3(-0.6f, 0.2f, 0.6f)}) {
+    for (const btVector3& to : {btVector3(0, 0.45f, 0), btVector3(0.15f, 0.5f, 0.15f),
+                                btVector3(0.5f, 0.3f, 0.5f), btVector3(-0.6f, 0.2f, 0.6f)}) {
         BulletScene scene;
         const auto soil = sand_bed(*scene.world);
         const int64_t before = units_of(*soil);
@@ -483,8 +482,8 @@ TEST(BodyChanges, bodies_joined_by_constraints_are_carried_together) {
                            btTransform(btQuaternion::getIdentity(), btVector3(-0.25f, 0, 0)));
     scene.world->addConstraint(&weld, true);
     // A third hangs on it by a hinge, off the ground.
-    btRigidBody& c = scene.add_box(10, btVector3(0.05f, 0.05f, 0.05f),
-                                   kAbove + btVector3(0.25f, 0.4f, 0));
+    btRigidBody& c =
+        scene.add_box(10, btVector3(0.05f, 0.05f, 0.05f), kAbove + btVector3(0.25f, 0.4f, 0));
     btFixedConstraint mast(b, c, btTransform(btQuaternion::getIdentity(), btVector3(0, 0.4f, 0)),
                            btTransform::getIdentity());
     scene.world->addConstraint(&mast, true);

@@ -225,7 +225,7 @@ MemoryUse Soil::memory_use() const {
         } else if (tile) {
             use.asleep_columns += kTileColumns;
             use.asleep_bytes += static_cast<int64_t>(sizeof(Tile) + tile->packed.capacity() +
-                                                        tile->surface.capacity() * sizeof(int32_t));
+                                                     tile->surface.capacity() * sizeof(int32_t));
         }
     }
     use.awake_voxels = awake_tiles * s.params.tile_voxels;

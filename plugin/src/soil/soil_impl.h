@@ -67,7 +67,8 @@ struct ColumnProfile {
     int hanging = -1;  ///< z of the topmost soil that nothing carries; -1: none
 };
 ColumnProfile column_profile(const TileVoxels& voxels, int column);
-/// Height of a column's surface [Q16 voxels] as build_spans.glsl finds it where there are no bodies.
+/// Height of a column's surface [Q16 voxels] as build_spans.glsl finds it where there are no
+/// bodies.
 int32_t column_surface_q16(const TileVoxels& voxels, int column);
 
 struct Soil::Impl {

@@ -45,6 +45,7 @@ constexpr double kEdgeSine = 0.34;
 // Columns around a contact that can count for its free surface, and two marks in place of heights.
 constexpr int kSurfaceTiles = 2;
 constexpr int kSurfaceReach = kSurfaceTiles * kTileSide;
+constexpr double kTieSlack = 1e-6;
 constexpr int32_t kUnderBody = -1;
 constexpr int32_t kNotLookedAt = -2;
 
@@ -949,8 +950,9 @@ double Soil::Impl::free_surface_beside(int x, int y, Vec3 at, Vec3 outward,
     const double cx = at.x + outward.x * wedge / 2, cy = at.y + outward.y * wedge / 2;
     // Nothing beyond this contact's own reach counts, wherever other bodies are.
     const auto clip = [](double v, int column, int low, int size) {
-        const int near = std::clamp(static_cast<int>(std::lround(v)), column - kSurfaceReach,
-                                    column + kSurfaceReach);
+        // Elements lie in the middle of voxels: a last bit must not decide to which side of a tie.
+        const int near = std::clamp(static_cast<int>(std::floor(v + 0.5 + kTieSlack)),
+                                    column - kSurfaceReach, column + kSurfaceReach);
         return std::clamp(near - low, 0, size);
     };
     const int x0 = clip(cx - half, x, surface_low[0], nx);
