@@ -14,6 +14,8 @@ namespace {
 
 /// SoilBody::id is 0..65534.
 constexpr int kIdCount = 65535;
+/// Stands for the broadphase id of an object that is in no world.
+constexpr int kNotInWorld = -1;
 /// A kinematic body that Bullet says is slower than this may have been moved by its pose alone.
 constexpr double kNoSpeed = 1e-9;
 
@@ -47,6 +49,11 @@ bool simulates(const btDiscreteDynamicsWorld& world, const btMultiBody* multibod
     return false;
 }
 
+int proxy_id_of(const btCollisionObject& object) {
+    const btBroadphaseProxy* proxy = object.getBroadphaseHandle();
+    return proxy ? proxy->getUid() : kNotInWorld;
+}
+
 GridBall ball_around(const Aabb& box) {
     return {0.5 * (box.min + box.max), 0.5 * length(box.max - box.min)};
 }
@@ -59,7 +66,28 @@ size_t BodyCollector::ShapeKeyHash::operator()(const ShapeKey& key) const {
 
 BodyCollector::BodyCollector(const Aabb& grid) : grid_(grid), id_taken_(kIdCount, false) {}
 
-void BodyCollector::ignore(const btCollisionObject& object) { ignored_.push_back(&object); }
+void BodyCollector::set_options(const btCollisionObject& object, const BodyOptions& options) {
+    options_[&object] = {options, proxy_id_of(object), scan_};
+}
+
+BodyOptions BodyCollector::options(const btCollisionObject& object) const {
+    const auto found = options_.find(&object);
+    if (found == options_.end()) return {};
+    const int known = found->second.proxy_id;
+    return known == kNotInWorld || known == proxy_id_of(object) ? found->second.value
+                                                                : BodyOptions{};
+}
+
+/// Those of an object of the world.
+BodyOptions BodyCollector::options_in_scan(const btCollisionObject& object) {
+    const auto found = options_.find(&object);
+    if (found == options_.end()) return {};
+    Options& options = found->second;
+    if (options.proxy_id == kNotInWorld) options.proxy_id = proxy_id_of(object);
+    if (options.proxy_id != proxy_id_of(object)) return {};  // a new object at an old address
+    options.seen_in_scan = scan_;
+    return options.value;
+}
 
 int BodyCollector::body_id(const btCollisionObject& object) const {
     const auto found = tracked_.find(&object);
@@ -79,7 +107,7 @@ int BodyCollector::next_id() {
 
 BodyCollector::Tracked& BodyCollector::track(const btCollisionObject& object) {
     Tracked& tracked = tracked_[&object];
-    const int proxy_id = object.getBroadphaseHandle() ? object.getBroadphaseHandle()->getUid() : -1;
+    const int proxy_id = proxy_id_of(object);
     if (tracked.seen_in_scan == 0 || tracked.proxy_id != proxy_id) {
         if (tracked.seen_in_scan != 0 && tracked.id >= 0) id_taken_[tracked.id] = false;
         tracked = {};
@@ -143,15 +171,16 @@ void BodyCollector::read_link_velocity(const btMultiBody& multibody, int link, B
 }
 
 void BodyCollector::describe(const btDiscreteDynamicsWorld& world, btCollisionObject& object,
-                             Tracked& tracked, double elapsed_s, BodyState& state) {
+                             const BodyOptions& options, Tracked& tracked, double elapsed_s,
+                             BodyState& state) {
     BodyMotion& motion = state.motion;
     motion.pose = from_bullet(object.getWorldTransform());
     motion.center_of_mass_m = motion.pose.position;  // Bullet's body frames sit in it
     state.object = &object;
     state.proxy_id = tracked.proxy_id;
     state.id = tracked.id;
-    const auto surface = surfaces_.find(&object);
-    state.surface = surface == surfaces_.end() ? SurfaceFriction{} : surface->second;
+    state.internal_type = object.getInternalType();
+    state.surface = options.surface;
     const double gravity = length(from_bullet(world.getGravity()));
 
     const auto* link = btMultiBodyLinkCollider::upcast(&object);
@@ -192,6 +221,8 @@ void BodyCollector::describe(const btDiscreteDynamicsWorld& world, btCollisionOb
                 (1 / elapsed_s);
         }
     }
+    if (options.coverage_only && (state.role == BodyRole::rigid || state.role == BodyRole::link))
+        state.role = BodyRole::driven;
     tracked.has_pose = true;
     tracked.last_pose = motion.pose;
 }
@@ -204,8 +235,9 @@ void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed
     const btCollisionObjectArray& objects = world.getCollisionObjectArray();
     for (int i = 0; i < objects.size(); ++i) {
         btCollisionObject& object = *objects[i];
-        if (!object.getCollisionShape() || !object.hasContactResponse()) continue;
-        if (std::find(ignored_.begin(), ignored_.end(), &object) != ignored_.end()) continue;
+        const BodyOptions options = options_in_scan(object);
+        if (!object.getCollisionShape() || !object.hasContactResponse() || options.ignored)
+            continue;
         const bool is_placed = is_finite(from_bullet(object.getWorldTransform()));
         const bool is_in_grid = is_placed && touches_grid(object);
         const auto known = tracked_.find(&object);
@@ -227,15 +259,26 @@ void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed
             refuse(object, tracked, tracked.refusal);
             continue;
         }
-        describe(world, object, tracked, elapsed_s, bodies_.emplace_back());
+        BodyState& state = bodies_.emplace_back();
+        describe(world, object, options, tracked, elapsed_s, state);
+        state.world_index = i;
     }
     std::erase_if(tracked_, [this](const auto& entry) {
         const bool gone = entry.second.seen_in_scan != scan_;
-        if (gone) surfaces_.erase(entry.first);
         if (gone && entry.second.id >= 0) id_taken_[entry.second.id] = false;
         return gone;
     });
+    std::erase_if(options_, [this](const auto& entry) {
+        return entry.second.proxy_id != kNotInWorld && entry.second.seen_in_scan != scan_;
+    });
     std::erase_if(shape_cache_, [](const auto& entry) { return entry.second.expired(); });
+}
+
+void BodyCollector::let_go() {
+    bodies_.clear();
+    refused_.clear();
+    tracked_.clear();
+    id_taken_.assign(kIdCount, false);
 }
 
 std::span<SoilBody> BodyCollector::soil_bodies(double before_s) {

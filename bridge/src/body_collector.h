@@ -23,14 +23,15 @@ class BodyCollector {
     /// grid: the grid's box, world axes.
     explicit BodyCollector(const Aabb& grid);
 
-    void ignore(const btCollisionObject& object);
     /// Until the object leaves the world.
-    void set_surface(const btCollisionObject& object, const SurfaceFriction& surface) {
-        surfaces_[&object] = surface;
-    }
+    void set_options(const btCollisionObject& object, const BodyOptions& options);
+    BodyOptions options(const btCollisionObject& object) const;
     /// Looks through the world once. elapsed_s: since the last call; a kinematic body that Bullet
     /// knows no velocity of is given that of its change of pose.
     void collect(const btDiscreteDynamicsWorld& world, double elapsed_s);
+
+    /// Forgets all bodies, but not their options: the next call meets them as new ones.
+    void let_go();
 
     /// Bodies that touch the grid, or did at the last call (so that the soil sees them leave); in
     /// the world's order.
@@ -63,18 +64,24 @@ class BodyCollector {
         unsigned long long seen_in_scan = 0;
     };
 
+    struct Options {
+        BodyOptions value;
+        int proxy_id = 0;  ///< kNotInWorld: waits for the object
+        unsigned long long seen_in_scan = 0;
+    };
+
+    BodyOptions options_in_scan(const btCollisionObject& object);
     bool touches_grid(const btCollisionObject& object) const;
     Tracked& track(const btCollisionObject& object);
     void convert(const btCollisionObject& object, Tracked& tracked);
-    void describe(const btDiscreteDynamicsWorld& world, btCollisionObject& object, Tracked& tracked,
-                  double elapsed_s, BodyState& state);
+    void describe(const btDiscreteDynamicsWorld& world, btCollisionObject& object,
+                  const BodyOptions& options, Tracked& tracked, double elapsed_s, BodyState& state);
     void read_link_velocity(const btMultiBody& multibody, int link, BodyMotion& motion);
     void refuse(const btCollisionObject& object, const Tracked& tracked, const std::string& reason);
     int next_id();
 
     Aabb grid_;
-    std::vector<const btCollisionObject*> ignored_;
-    std::unordered_map<const btCollisionObject*, SurfaceFriction> surfaces_;
+    std::unordered_map<const btCollisionObject*, Options> options_;
     std::unordered_map<const btCollisionObject*, Tracked> tracked_;
     std::unordered_map<ShapeKey, std::weak_ptr<const Shapes>, ShapeKeyHash> shape_cache_;
     std::vector<bool> id_taken_;

@@ -19,7 +19,10 @@ enum class BodyRole {
 struct BodyState {
     btCollisionObject* object = nullptr;
     int proxy_id = 0;  ///< of the broadphase: tells a new object at an old one's address
-    int id = 0;        ///< SoilBody::id
+    int internal_type =
+        0;  ///< Bullet's: a broadphase that recycles its ids must not pass off another
+    int world_index = 0;  ///< in the world's list, where it was last seen
+    int id = 0;           ///< SoilBody::id
     BodyRole role = BodyRole::fixed;
     BodyMotion motion;
     bool is_asleep = false;
@@ -30,10 +33,13 @@ struct BodyState {
 /// Whether the world still holds that very object: no pointer to a body is followed before.
 inline bool is_in_world(const btCollisionWorld& world, const BodyState& body) {
     const btCollisionObjectArray& objects = world.getCollisionObjectArray();
-    const int index = objects.findLinearSearch(body.object);
+    int index = body.world_index;
+    if (index >= objects.size() || objects[index] != body.object)
+        index = objects.findLinearSearch(body.object);
     if (index == objects.size()) return false;
     const btBroadphaseProxy* proxy = body.object->getBroadphaseHandle();
-    return proxy && proxy->getUid() == body.proxy_id;
+    return proxy && proxy->getUid() == body.proxy_id &&
+           body.object->getInternalType() == body.internal_type;
 }
 
 }  // namespace bsoil::bullet

@@ -92,9 +92,18 @@ void CarriedLoads::close_substep() {
         btRigidBody& body = *btRigidBody::upcast(loaded.body.object);
         // Forces outlive a substep: what was given for it is taken back.
         body.applyForce(-loaded.weight_n, loaded.arm_m);
+        // Another soil of this world may have loaded it too, and the one that came first has taken
+        // both loads off already.
+        const btScalar mass_kg = 1 / body.getInvMass();
+        if (mass_kg < loaded.own_mass_kg + static_cast<btScalar>(loaded.load.mass_kg) / 2) continue;
         body.setMassProps(loaded.own_mass_kg, loaded.own_inertia);
         body.updateInertiaTensor();
     }
+}
+
+void CarriedLoads::let_go() {
+    close_substep();
+    loaded_.clear();
 }
 
 }  // namespace bsoil::bullet

@@ -27,6 +27,8 @@ class CarriedLoads {
                    double duration_s);
     void open_substep();
     void close_substep();
+    /// Forgets all loads. Between substeps.
+    void let_go();
 
   private:
     struct Loaded {

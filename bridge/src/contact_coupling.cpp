@@ -46,6 +46,17 @@ Vec3 first_tangent(Vec3 normal, Vec3 friction_n, double limit_n, Vec3 slide) {
     return t * (1 / length(t));
 }
 
+/// Takes constraints out of the world, given in the order they were put in. Bullet looks for one
+/// from the front and fills its gap with the last: in this order each of them is found right behind
+/// the host's, however many there are, and the host's keep theirs.
+template <typename Rows, typename Remove>
+void take_out(std::vector<Rows*>& rows, const Remove& remove) {
+    if (rows.empty()) return;
+    remove(rows.front());
+    for (size_t i = rows.size(); i-- > 1;) remove(rows[i]);
+    rows.clear();
+}
+
 }  // namespace
 
 ContactCoupling::ContactCoupling(btDiscreteDynamicsWorld& world, CoupledSoil soil,
@@ -82,6 +93,7 @@ void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
         Coupled& coupled = coupled_[body.id];
         coupled.seen = true;
         if (coupled.body.role != body.role) {  // the host has turned it kinematic or back
+            wake(coupled);
             coupled.rigid_rows.clear();
             coupled.link_rows.reset();
             coupled.patches.clear();
@@ -90,7 +102,30 @@ void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
         set_body_contacts(coupled, voxels, duration_s);
         wake_if_changed(coupled);
     }
-    std::erase_if(coupled_, [](const auto& entry) { return !entry.second.seen; });
+    for (auto it = coupled_.begin(); it != coupled_.end();) {
+        if (it->second.seen) {
+            ++it;
+            continue;
+        }
+        wake(it->second);
+        it = coupled_.erase(it);
+    }
+}
+
+void ContactCoupling::wake(Coupled& coupled) {
+    const BodyState& body = coupled.body;
+    coupled.was_asleep = false;
+    if (!is_in_world(world_, body)) return;
+    if (body.role == BodyRole::link)
+        static_cast<btMultiBodyLinkCollider*>(body.object)->m_multiBody->wakeUp();
+    body.object->activate();
+}
+
+/// A body that the soil does not hold any more must not stay asleep in the air.
+void ContactCoupling::let_go() {
+    take_rows_out();
+    for (auto& [id, coupled] : coupled_) wake(coupled);
+    coupled_.clear();
 }
 
 void ContactCoupling::update_strengths(Coupled& coupled) {
@@ -204,10 +239,7 @@ void ContactCoupling::wake_if_changed(Coupled& coupled) {
         sum_n += coupled.limits_at_sleep_n[bin];
     }
     if (change_n <= wake_limit_fraction_ * sum_n + wake_weight_fraction_ * body.weight_n) return;
-    coupled.was_asleep = false;
-    if (body.role == BodyRole::link)
-        static_cast<btMultiBodyLinkCollider*>(body.object)->m_multiBody->wakeUp();
-    body.object->activate();
+    wake(coupled);
 }
 
 PatchRow ContactCoupling::row_of(const Coupled& coupled, const CoupledPatch& patch) const {
@@ -268,6 +300,7 @@ void ContactCoupling::open(Coupled& coupled) {
                 coupled.rigid_rows.push_back(std::make_unique<RigidPatchConstraint>(body));
             coupled.rigid_rows[i]->row = row_of(coupled, coupled.patches[i]);
             world_.addConstraint(coupled.rigid_rows[i].get());
+            rigid_rows_in_.push_back(coupled.rigid_rows[i].get());
         }
     } else {
         auto& collider = *static_cast<btMultiBodyLinkCollider*>(coupled.body.object);
@@ -276,25 +309,22 @@ void ContactCoupling::open(Coupled& coupled) {
         for (const CoupledPatch& patch : coupled.patches)
             coupled.link_rows->rows.push_back(row_of(coupled, patch));
         multibody_world_->addMultiBodyConstraint(coupled.link_rows.get());
-    }
-}
-
-void ContactCoupling::close(Coupled& coupled) {
-    if (coupled.body.role == BodyRole::rigid) {
-        btRigidBody& body = *static_cast<btRigidBody*>(coupled.body.object);
-        for (const CoupledPatch& patch : coupled.patches)
-            body.applyForce(to_bullet(-patch.preload_n), to_bullet(patch.offset_m));
-        // Last in, first out: Bullet fills a gap with its last constraint and would reorder the
-        // host's.
-        for (size_t i = coupled.patches.size(); i-- > 0;)
-            world_.removeConstraint(coupled.rigid_rows[i].get());
-    } else {
-        multibody_world_->removeMultiBodyConstraint(coupled.link_rows.get());
+        link_rows_in_.push_back(coupled.link_rows.get());
     }
 }
 
 void ContactCoupling::take_rows_out() {
-    for (; !opened_.empty(); opened_.pop_back()) close(coupled_.at(opened_.back()));
+    for (const int id : opened_) {
+        const Coupled& coupled = coupled_.at(id);
+        if (coupled.body.role != BodyRole::rigid) continue;
+        btRigidBody& body = *static_cast<btRigidBody*>(coupled.body.object);
+        for (const CoupledPatch& patch : coupled.patches)
+            body.applyForce(to_bullet(-patch.preload_n), to_bullet(patch.offset_m));
+    }
+    opened_.clear();
+    take_out(rigid_rows_in_, [this](auto* rows) { world_.removeConstraint(rows); });
+    take_out(link_rows_in_,
+             [this](auto* rows) { multibody_world_->removeMultiBodyConstraint(rows); });
 }
 
 void ContactCoupling::close_substep(btScalar substep_s) {

@@ -46,6 +46,8 @@ class ContactCoupling {
     void close_substep(btScalar substep_s);
     /// Takes the rows out without reading them.
     void take_rows_out();
+    /// Lets all bodies go, and wakes those that slept on the soil. Between substeps.
+    void let_go();
 
     /// All zero for an id without contact.
     BodyReport report(int body_id) const;
@@ -92,13 +94,13 @@ class ContactCoupling {
     void update_strengths(Coupled& coupled);
     BodyMotion yield_direction(Coupled& coupled, std::span<const ContactVoxel> voxels,
                                double duration_s);
+    void wake(Coupled& coupled);
     void wake_if_changed(Coupled& coupled);
     PatchRow row_of(const Coupled& coupled, const CoupledPatch& patch) const;
     void preload(Coupled& coupled);
     bool read_forces(Coupled& coupled, btScalar substep_s, Vec3& torque_n_m);
     void add_drift(Coupled& coupled);
     void open(Coupled& coupled);
-    void close(Coupled& coupled);
 
     btDiscreteDynamicsWorld& world_;
     btMultiBodyDynamicsWorld* multibody_world_;  ///< world_, if it is one
@@ -107,7 +109,9 @@ class ContactCoupling {
     double wake_limit_fraction_, wake_weight_fraction_;
     std::map<int, Coupled>
         coupled_;              ///< by body id: the order of rows must not depend on addresses
-    std::vector<int> opened_;  ///< ids in the order their rows were put in
+    std::vector<int> opened_;  ///< ids of the bodies whose rows are in the world
+    std::vector<RigidPatchConstraint*> rigid_rows_in_;  ///< in the order they were put in
+    std::vector<LinkPatchConstraint*> link_rows_in_;
     std::vector<ContactVoxel> by_body_;
     std::vector<ContactPatch> patches_;
     std::vector<CoupledPatch> previous_;

@@ -53,8 +53,23 @@ Status check_fraction(const char* field, double value) {
 }  // namespace
 
 Status SoilActionDef::validate() const {
+    for (size_t i = 0; i < ignored.size(); ++i)
+        if (!ignored[i])
+            return Error{"SoilActionDef::ignored[" + std::to_string(i) +
+                         "] is null, must be an object"};
     if (Status s = check_fraction("wake_limit_fraction", wake_limit_fraction); !s) return s;
     return check_fraction("wake_weight_fraction", wake_weight_fraction);
+}
+
+Status BodyOptions::validate() const {
+    const auto check = [](const char* field, double value, double most) -> Status {
+        if (std::isfinite(value) && value <= most) return Done{};
+        return Error{std::string("BodyOptions::surface.") + field + " is " + std::to_string(value) +
+                     ", must be at most " + std::to_string(most) +
+                     ", or negative for the material's"};
+    };
+    if (Status s = check("friction", surface.friction, 2); !s) return s;
+    return check("adhesion_pa", surface.adhesion_pa, 200e3);
 }
 
 struct SoilAction::Impl {
@@ -66,14 +81,18 @@ struct SoilAction::Impl {
           collector(box),
           coupling(bullet_world, coupled_soil(*soil), options),
           carried(bullet_world, up_of(soil->def()), soil->def().gravity_m_s2) {
-        for (const btCollisionObject* object : options.ignored) collector.ignore(*object);
+        for (const btCollisionObject* object : options.ignored)
+            collector.set_options(*object, {.ignored = true});
     }
 
     void open_substep() {
+        if (!enabled) return;
         carried.open_substep();
         coupling.open_substep();
     }
     void step_soil(double substep_s);
+    /// Lets every body go and forgets where they were.
+    void pause();
 
     btDiscreteDynamicsWorld* world;  ///< null once the host has emptied it
     std::unique_ptr<Soil> soil;
@@ -84,6 +103,7 @@ struct SoilAction::Impl {
     std::unique_ptr<WorldAnchor> anchor;
     double unstepped_s = 0;    ///< time that has passed and the soil has not stepped
     double uncollected_s = 0;  ///< time since the bodies were last looked at
+    bool enabled = true;
     long long step_count = 0;
     StepReport report;
 };
@@ -114,27 +134,25 @@ SoilAction::SoilAction(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {
 
 SoilAction::~SoilAction() {
     if (!impl_->world || !impl_->anchor->world_exists()) return;
-    impl_->coupling.take_rows_out();
-    impl_->carried.close_substep();
+    impl_->pause();
     impl_->world->removeAction(this);
 }
 
 Soil& SoilAction::soil() { return *impl_->soil; }
 const Soil& SoilAction::soil() const { return *impl_->soil; }
-void SoilAction::ignore(const btCollisionObject& object) { impl_->collector.ignore(object); }
 
-Status SoilAction::set_surface(const btCollisionObject& object, const SurfaceFriction& surface) {
-    const auto check = [](const char* field, double value, double most) -> Status {
-        if (std::isfinite(value) && value <= most) return Done{};
-        return Error{std::string("SurfaceFriction::") + field + " is " + std::to_string(value) +
-                     ", must be at most " + std::to_string(most) +
-                     ", or negative for the material's"};
-    };
-    if (Status s = check("friction", surface.friction, 2); !s) return s;
-    if (Status s = check("adhesion_pa", surface.adhesion_pa, 200e3); !s) return s;
-    impl_->collector.set_surface(object, surface);
+Status SoilAction::set_options(const btCollisionObject& object, const BodyOptions& options) {
+    if (Status s = options.validate(); !s) return s;
+    impl_->collector.set_options(object, options);
     return Done{};
 }
+
+BodyOptions SoilAction::options(const btCollisionObject& object) const {
+    return impl_->collector.options(object);
+}
+
+void SoilAction::set_enabled(bool enabled) { impl_->enabled = enabled; }
+bool SoilAction::is_enabled() const { return impl_->enabled; }
 
 const StepReport& SoilAction::last_report() const { return impl_->report; }
 long long SoilAction::step_count() const { return impl_->step_count; }
@@ -159,7 +177,19 @@ void SoilAction::updateAction(btCollisionWorld*, btScalar substep_s) {
     d.anchor->ensure_in_world();
     const double passed_s = static_cast<double>(substep_s);
     if (!std::isfinite(passed_s) || passed_s <= 0) return;
-    d.step_soil(passed_s);
+    if (d.enabled)
+        d.step_soil(passed_s);
+    else
+        d.pause();
+}
+
+void SoilAction::Impl::pause() {
+    coupling.let_go();
+    carried.let_go();
+    collector.let_go();
+    report = {};
+    report.status_bits = soil->status_bits();
+    unstepped_s = uncollected_s = 0;
 }
 
 void SoilAction::Impl::step_soil(double substep_s) {

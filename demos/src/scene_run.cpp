@@ -67,9 +67,10 @@ Status SceneRun::start(const RunDef& def) {
     for (const SceneBody& body : bullet_->bodies()) {
         if (!body.item->tool_friction && !body.item->tool_adhesion_pa) continue;
         const SurfaceFriction as_material;
-        const Status set = action_->set_surface(
-            *body.body, {body.item->tool_friction.value_or(as_material.friction),
-                         body.item->tool_adhesion_pa.value_or(as_material.adhesion_pa)});
+        bullet::BodyOptions body_options = action_->options(*body.body);
+        body_options.surface = {body.item->tool_friction.value_or(as_material.friction),
+                                body.item->tool_adhesion_pa.value_or(as_material.adhesion_pa)};
+        const Status set = action_->set_options(*body.body, body_options);
         if (!set) return Error{scene_.message(body.item->at, set.error())};
     }
     const Status filled = fill_soil(scene_, action_->soil());

@@ -159,6 +159,7 @@ int Soil::Impl::wake(int index) {
     }
     tile.packed.clear();
     tile.packed.shrink_to_fit();
+    tile.surface = {};
     table_dirty = true;
     return tile.slot;
 }
@@ -232,6 +233,7 @@ void Soil::Impl::read_voxels(int index, TileVoxels& out) const {
 
 void Soil::Impl::write_voxels(int index, const TileVoxels& in) {
     Tile& tile = *tiles[index];
+    tile.surface = {};
     if (tile.slot < 0) {
         tile.packed = pack_tile(in);
     } else {
@@ -252,6 +254,28 @@ void Soil::Impl::write_voxels(int index, const TileVoxels& in) {
             }
         }
     }
+}
+
+std::span<const int32_t> Soil::Impl::tile_surface(int index) {
+    static constexpr int32_t kBareFloor[kTileColumns] = {};
+    if (!tiles[index]) {
+        return kBareFloor;
+    }
+    Tile& tile = *tiles[index];
+    if (tile.slot >= 0) {
+        tile_tops.resize(kTileColumns);
+        device->read(device::Buffer::spans,
+                     (static_cast<int64_t>(slot_count) * kColumnWords + tile.slot) * kTileColumns,
+                     tile_tops);
+        return tile_tops;
+    }
+    if (tile.surface.empty()) {
+        read_voxels(index, scratch);
+        for (int c = 0; c < kTileColumns; ++c) {
+            tile.surface.push_back(column_surface_q16(scratch, c));
+        }
+    }
+    return tile.surface;
 }
 
 const TileVoxels& Soil::Impl::sampled_voxels(int index) const {

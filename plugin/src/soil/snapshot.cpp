@@ -272,6 +272,7 @@ Status Soil::load(const std::string& path) {
         }
         if (s.tiles[index]) {
             s.tiles[index]->packed.clear();
+            s.tiles[index]->surface.clear();
             ++s.tiles[index]->revision;
         }
     }

@@ -224,7 +224,8 @@ MemoryUse Soil::memory_use() const {
             ++awake_tiles;
         } else if (tile) {
             use.asleep_columns += kTileColumns;
-            use.asleep_bytes += static_cast<int64_t>(sizeof(Tile) + tile->packed.capacity());
+            use.asleep_bytes += static_cast<int64_t>(sizeof(Tile) + tile->packed.capacity() +
+                                                     tile->surface.capacity() * sizeof(int32_t));
         }
     }
     use.awake_voxels = awake_tiles * s.params.tile_voxels;
@@ -289,6 +290,40 @@ ColumnProfile column_profile(const TileVoxels& voxels, int column) {
         piled = piled && terrain + volume >= kVoxelFull - kSupportSlack;
     }
     return profile;
+}
+
+int32_t column_surface_q16(const TileVoxels& voxels, int column) {
+    int surface = 0, bottom = 0, top = 0;
+    int kind = kSpanPiled;
+    for (int z = 0; z < voxels.height; ++z) {
+        const int coverage = std::min(kVoxelFull, voxels.at(kKeptTerrain, z, column));
+        const int volume = voxels.at(kKeptVolume, z, column);
+        const int base = z * kVoxelFull;
+        const auto top_with = [&](int reach) {
+            return base + (volume + coverage >= kVoxelFull - kSupportSlack
+                               ? kVoxelFull
+                               : std::min(kVoxelFull, reach));
+        };
+        const bool hangs = volume >= kVoxelFull && coverage == 0;
+        if (coverage >= kSolidCoverage) {
+            if (kind == kSpanPiled) surface = top;
+            kind = kSpanRigid;
+        } else if (kind == kSpanRigid) {
+            kind = kSpanPiled;
+            bottom = base;
+            top = top_with(volume > 0 ? volume + coverage : 0);
+        } else if (kind == kSpanPiled) {
+            if (top == base && volume + coverage > 0) {
+                top = top_with(volume + (bottom == base ? coverage : 0));
+            } else if (hangs) {
+                surface = top;
+                kind = kSpanFalling;
+            }
+        } else {
+            kind = hangs ? kSpanFalling : 0;
+        }
+    }
+    return kind == kSpanPiled ? top : surface;
 }
 
 double Soil::surface_height_m(int x, int y) const {

@@ -36,6 +36,8 @@ struct Tile {
     int top = 0;                  ///< z above the highest voxel that holds soil or terrain
     int64_t last_used_step = 0;   ///< when it was last needed awake
     bool unchecked = false;       ///< filled since its slopes were last looked at
+    /// Asleep: heights of its surface [Q16 voxels] by column, once somebody has asked; else empty.
+    std::vector<int32_t> surface;
 };
 
 /// A block of 8 x 8 x 8 voxels by its place: index of its tile * blocks per tile + z / 8.
@@ -65,6 +67,9 @@ struct ColumnProfile {
     int hanging = -1;  ///< z of the topmost soil that nothing carries; -1: none
 };
 ColumnProfile column_profile(const TileVoxels& voxels, int column);
+/// Height of a column's surface [Q16 voxels] as build_spans.glsl finds it where there are no
+/// bodies.
+int32_t column_surface_q16(const TileVoxels& voxels, int column);
 
 struct Soil::Impl {
     SoilDef def;
@@ -114,6 +119,7 @@ struct Soil::Impl {
         int64_t height_q16 = 0;
         int64_t count = 0;
     };
+    std::vector<uint8_t> surface_tiles;  ///< by tile of the rectangle: 1 with contacts, 2 near some
     std::vector<int32_t> surface_height;
     std::vector<SurfaceSum> surface_sums;      ///< over the free columns below and left of a corner
     std::vector<const SoilBody*> body_inputs;  ///< by body index; of the step in progress
@@ -144,6 +150,8 @@ struct Soil::Impl {
     void read_voxels(int index, TileVoxels& out) const;
     void write_voxels(int index, const TileVoxels& in);
     const TileVoxels& sampled_voxels(int index) const;
+    /// Surface heights of a tile's columns [Q16 voxels], awake or asleep; -1: under a body.
+    std::span<const int32_t> tile_surface(int index);
     void activate(BlockKey block);
 
     // --- fill.cpp, terrain.cpp
@@ -178,6 +186,7 @@ struct Soil::Impl {
     void add_contact(const ContactVoxel& contact, Vec3 face_normal);
     void read_activity();
     void find_free_surface();
+    void find_surface_tiles();
     void sum_up_free_surface();
     /// Height of the free surface [voxels] that counts for a surface element of a body at `at`
     /// (grid voxels) in the column (x, y): the mean over the soil that would give way to it.

@@ -42,6 +42,13 @@ constexpr int kSlipPassesMost = 16;
 // a round body of three voxels radius turns within a voxel.
 constexpr double kEdgeSine = 0.34;
 
+// Columns around a contact that can count for its free surface, and two marks in place of heights.
+constexpr int kSurfaceTiles = 2;
+constexpr int kSurfaceReach = kSurfaceTiles * kTileSide;
+constexpr double kTieSlack = 1e-6;
+constexpr int32_t kUnderBody = -1;
+constexpr int32_t kNotLookedAt = -2;
+
 using Clock = std::chrono::steady_clock;
 double ms_since(Clock::time_point start) {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -823,7 +830,6 @@ void Soil::Impl::add_contact(const ContactVoxel& contact, Vec3 face_normal) {
 // that of the nearest column that is not. A breadth-first walk over the columns around the
 // contacts.
 void Soil::Impl::find_free_surface() {
-    constexpr int kMargin = 2 * kTileSide;
     surface_height.clear();
     if (contact_order.empty()) {
         return;
@@ -837,32 +843,32 @@ void Soil::Impl::find_free_surface() {
         }
     }
     for (int axis = 0; axis < 2; ++axis) {
-        surface_low[axis] = std::max(0, low[axis] - kMargin);
+        surface_low[axis] = std::max(0, low[axis] - kSurfaceReach);
         surface_size[axis] =
-            std::min(frame.size[axis] - 1, high[axis] + kMargin) - surface_low[axis] + 1;
+            std::min(frame.size[axis] - 1, high[axis] + kSurfaceReach) - surface_low[axis] + 1;
     }
-    surface_height.assign(static_cast<size_t>(surface_size[0]) * surface_size[1], -1);
+    surface_height.assign(static_cast<size_t>(surface_size[0]) * surface_size[1], kNotLookedAt);
     surface_queue.clear();
-    tile_tops.resize(kTileColumns);
-    for (int ty = surface_low[1] / kTileSide;
-         ty <= (surface_low[1] + surface_size[1] - 1) / kTileSide; ++ty) {
-        for (int tx = surface_low[0] / kTileSide;
-             tx <= (surface_low[0] + surface_size[0] - 1) / kTileSide; ++tx) {
-            const Tile* tile = tiles[tile_index(tx, ty)].get();
-            if (!tile || tile->slot < 0) {
+    find_surface_tiles();
+    const int tx0 = surface_low[0] / kTileSide, ty0 = surface_low[1] / kTileSide;
+    const int tx1 = (surface_low[0] + surface_size[0] - 1) / kTileSide;
+    const int ty1 = (surface_low[1] + surface_size[1] - 1) / kTileSide;
+    for (int ty = ty0; ty <= ty1; ++ty) {
+        for (int tx = tx0; tx <= tx1; ++tx) {
+            if (surface_tiles[static_cast<size_t>(ty - ty0) * (tx1 - tx0 + 1) + tx - tx0] == 0) {
                 continue;
             }
-            device->read(
-                Buffer::spans,
-                (static_cast<int64_t>(slot_count) * kColumnWords + tile->slot) * kTileColumns,
-                tile_tops);
+            // Tiles asleep count as they would awake: what wakes them must not change the contacts
+            // of a body at rest.
+            const std::span<const int32_t> heights = tile_surface(tile_index(tx, ty));
             for (int c = 0; c < kTileColumns; ++c) {
                 const int x = tx * kTileSide + c % kTileSide - surface_low[0];
                 const int y = ty * kTileSide + c / kTileSide - surface_low[1];
-                if (x >= 0 && y >= 0 && x < surface_size[0] && y < surface_size[1] &&
-                    tile_tops[c] >= 0) {
-                    surface_height[static_cast<size_t>(y) * surface_size[0] + x] = tile_tops[c];
-                    surface_queue.push_back(y * surface_size[0] + x);
+                if (x >= 0 && y >= 0 && x < surface_size[0] && y < surface_size[1]) {
+                    surface_height[static_cast<size_t>(y) * surface_size[0] + x] = heights[c];
+                    if (heights[c] >= 0) {
+                        surface_queue.push_back(y * surface_size[0] + x);
+                    }
                 }
             }
         }
@@ -876,12 +882,36 @@ void Soil::Impl::find_free_surface() {
             const int nx = x + step[0], ny = y + step[1];
             if (nx >= 0 && ny >= 0 && nx < surface_size[0] && ny < surface_size[1]) {
                 int32_t& next = surface_height[static_cast<size_t>(ny) * surface_size[0] + nx];
-                if (next < 0) {
+                if (next == kUnderBody) {
                     next = surface_height[surface_queue[head]];
                     surface_queue.push_back(ny * surface_size[0] + nx);
                 }
             }
         }
+    }
+}
+
+// Marks the tiles within reach of a contact.
+void Soil::Impl::find_surface_tiles() {
+    const int low[2] = {surface_low[0] / kTileSide, surface_low[1] / kTileSide};
+    const int nx = (surface_low[0] + surface_size[0] - 1) / kTileSide - low[0] + 1;
+    const int ny = (surface_low[1] + surface_size[1] - 1) / kTileSide - low[1] + 1;
+    surface_tiles.assign(static_cast<size_t>(nx) * ny, 0);
+    for (int i : contact_order) {
+        const int32_t* at = &result_words[static_cast<size_t>(i) * kContactWords];
+        const int tx = at[0] / kTileSide - low[0], ty = at[1] / kTileSide - low[1];
+        if (surface_tiles[static_cast<size_t>(ty) * nx + tx] == 1) {
+            continue;
+        }
+        for (int y = std::max(0, ty - kSurfaceTiles); y <= std::min(ny - 1, ty + kSurfaceTiles);
+             ++y) {
+            for (int x = std::max(0, tx - kSurfaceTiles); x <= std::min(nx - 1, tx + kSurfaceTiles);
+                 ++x) {
+                uint8_t& mark = surface_tiles[static_cast<size_t>(y) * nx + x];
+                mark = mark == 1 ? 1 : 2;
+            }
+        }
+        surface_tiles[static_cast<size_t>(ty) * nx + tx] = 1;
     }
 }
 
@@ -918,11 +948,17 @@ double Soil::Impl::free_surface_beside(int x, int y, Vec3 at, Vec3 outward,
     const double wedge = 1.8 * std::max(0.0, nearest - at.z);
     const double half = std::max(1.0, level * wedge / 2 + (1 - level) * 1.5 * width_voxels);
     const double cx = at.x + outward.x * wedge / 2, cy = at.y + outward.y * wedge / 2;
-    const auto clip = [](double v, int low, int size) {
-        return std::clamp(static_cast<int>(std::lround(v)) - low, 0, size);
+    // Nothing beyond this contact's own reach counts, wherever other bodies are.
+    const auto clip = [](double v, int column, int low, int size) {
+        // Elements lie in the middle of voxels: a last bit must not decide to which side of a tie.
+        const int near = std::clamp(static_cast<int>(std::floor(v + 0.5 + kTieSlack)),
+                                    column - kSurfaceReach, column + kSurfaceReach);
+        return std::clamp(near - low, 0, size);
     };
-    const int x0 = clip(cx - half, surface_low[0], nx), x1 = clip(cx + half, surface_low[0], nx);
-    const int y0 = clip(cy - half, surface_low[1], ny), y1 = clip(cy + half, surface_low[1], ny);
+    const int x0 = clip(cx - half, x, surface_low[0], nx);
+    const int x1 = clip(cx + half, x, surface_low[0], nx);
+    const int y0 = clip(cy - half, y, surface_low[1], ny);
+    const int y1 = clip(cy + half, y, surface_low[1], ny);
     const auto sum = [&](int ix, int iy) -> const SurfaceSum& {
         return surface_sums[static_cast<size_t>(iy) * (nx + 1) + ix];
     };

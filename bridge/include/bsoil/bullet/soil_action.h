@@ -17,12 +17,22 @@ namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION {
 
 /// How a soil is coupled to its world.
 struct SoilActionDef {
-    std::vector<const btCollisionObject*>
-        ignored;  ///< objects the soil does not see; more with ignore()
+    /// Objects the soil does not see, none of them null: as BodyOptions::ignored.
+    std::vector<const btCollisionObject*> ignored;
     /// A sleeping body is woken when the limits of its contact with the soil have changed by more
     /// than this fraction of their sum (plus wake_weight_fraction of its weight). 0..10
     double wake_limit_fraction = 0.1;
     double wake_weight_fraction = 0.05;  ///< fraction of the body's weight, 0..10
+    /// Names the field, its value and its range when something is wrong.
+    Status validate() const;
+};
+
+/// How one object takes part in the coupling.
+struct BodyOptions {
+    bool ignored = false;  ///< the soil does not see it, and it does not feel the soil
+    /// The soil gives way to it, and it feels nothing: as a kinematic body, with the report of one.
+    bool coverage_only = false;
+    SurfaceFriction surface{};  ///< friction and adhesion between it and the soil
     /// Names the field, its value and its range when something is wrong.
     Status validate() const;
 };
@@ -77,11 +87,19 @@ class SoilAction final : public btActionInterface {
         return soil().fill(fill);
     }
 
-    /// From now on the soil does not see this object.
-    void ignore(const btCollisionObject& object);
-    /// The friction and adhesion between soil and this object, until it leaves the world; may come
-    /// before it enters it. Error: a value that is not finite or out of range.
-    Status set_surface(const btCollisionObject& object, const SurfaceFriction& surface);
+    /// From the next soil step on. Options may be given before the object enters the world and end
+    /// when it leaves it: one that is taken out and put back starts with the defaults. Error: as
+    /// BodyOptions::validate; then nothing changes.
+    Status set_options(const btCollisionObject& object, const BodyOptions& options);
+    /// The defaults for an object that none were set for.
+    BodyOptions options(const btCollisionObject& object) const;
+
+    /// Off: the soil is frozen, takes no time and carries nothing; bodies that slept on it wake and
+    /// fall. On again: it goes on with the bodies where they are then, as with new ones (peaks and
+    /// contacts start anew, nothing was swept). Switching back before a step has passed changes
+    /// nothing. On at first.
+    void set_enabled(bool enabled);
+    bool is_enabled() const;
 
     /// Report of the last soil step; its contacts are valid until the next one.
     const StepReport& last_report() const;

@@ -1,0 +1,183 @@
+// A thousand small bodies dropped on soil, and what bodies do to others that sleep.
+#include <cstdint>
+#include <cstring>
+#include <random>
+#include <unordered_set>
+
+#include "sand_bed.h"
+
+namespace bsoil::bullet {
+namespace {
+
+/// Boxes, spheres, hulls and compounds, 2..10 cm across, in layers over a bed of sand.
+struct Rain {
+    static constexpr int kSide = 32, kCount = 1000;
+    BulletScene scene;
+    std::unique_ptr<SoilAction> soil;
+    std::vector<btRigidBody*> bodies;
+
+    Rain() {
+        SoilDef def;
+        def.size_m = {10, 0.6, 10};
+        def.voxel_m = 0.05;
+        def.backend = Backend::cpu;
+        soil = sand_bed(*scene.world, def);
+        std::mt19937 random(1);  // its numbers are the same everywhere; a distribution's are not
+        const auto uniform = [&random](double low, double high) {
+            return static_cast<btScalar>(
+                low + (high - low) * (static_cast<uint32_t>(random()) / 4294967296.0));
+        };
+        constexpr double kGridM = 9.6 / kSide;
+        for (int i = 0; i < kCount; ++i) {
+            const int x = i % kSide, z = i / kSide % kSide, layer = i / (kSide * kSide);
+            const btScalar size = uniform(0.01, 0.05);
+            const btVector3 at(btScalar((x + 0.5) * kGridM - 4.8) + uniform(-0.02, 0.02),
+                               btScalar(kBedTopM + 0.09 + 0.12 * layer),
+                               btScalar((z + 0.5) * kGridM - 4.8) + uniform(-0.02, 0.02));
+            btCollisionShape& shape = shape_of(i % 4, size);
+            btRigidBody& body = scene.add(btScalar(1500) * 8 * size * size * size, shape, at);
+            body.setFriction(btScalar(0.6));
+            bodies.push_back(&body);
+        }
+    }
+    btCollisionShape& shape_of(int kind, btScalar size) {
+        if (kind == 0) return scene.shape<btBoxShape>(btVector3(size, size * btScalar(0.7), size));
+        if (kind == 1) return scene.shape<btSphereShape>(size);
+        if (kind == 2) {
+            auto& hull = static_cast<btConvexHullShape&>(scene.shape<btConvexHullShape>());
+            hull.setMargin(btScalar(0.1) * size);
+            for (int corner = 0; corner < 4; ++corner)
+                hull.addPoint(size * btVector3((corner & 1) ? 1 : -1, (corner & 2) ? 1 : -1,
+                                               (corner == 1 || corner == 2) ? -1 : 1));
+            return hull;
+        }
+        auto& compound = static_cast<btCompoundShape&>(scene.shape<btCompoundShape>());
+        btTransform at = btTransform::getIdentity();
+        for (const btScalar side : {btScalar(-0.6), btScalar(0.6)}) {
+            at.setOrigin(btVector3(side * size, 0, 0));
+            compound.addChildShape(
+                at, &scene.shape<btBoxShape>(size * btVector3(btScalar(0.4), btScalar(0.3), 1)));
+        }
+        return compound;
+    }
+    int asleep_count() const {
+        int count = 0;
+        for (const btRigidBody* body : bodies) count += body->isActive() ? 0 : 1;
+        return count;
+    }
+    /// Of all poses and of the soil, to the bit.
+    uint64_t state() const {
+        uint64_t hash = soil->soil().checksum();
+        for (const btRigidBody* body : bodies) {
+            const btTransform& pose = body->getWorldTransform();
+            for (int i = 0; i < 12; ++i) {
+                const auto value = static_cast<double>(i < 3 ? pose.getOrigin()[i]
+                                                             : pose.getBasis()[i / 3 - 1][i % 3]);
+                uint64_t bits = 0;
+                std::memcpy(&bits, &value, sizeof bits);
+                hash = (hash ^ bits) * 1099511628211u;
+            }
+        }
+        return hash;
+    }
+};
+
+/// Depths of a body's contacts, in the order of the voxels.
+std::vector<double> depths_of(const SoilAction& soil, const btCollisionObject& body) {
+    std::vector<double> depths;
+    for (const ContactVoxel& contact : soil.last_report().contacts)
+        if (contact.body == soil.body_id(body)) depths.push_back(contact.depth_m);
+    return depths;
+}
+
+TEST(Sleeping, nothing_changes_for_a_sleeper_when_bodies_nearby_wake_the_tiles_around_it) {
+    BulletScene scene;
+    SoilDef def = small_bed();
+    def.size_m = {4, 1, 3};
+    const auto soil = sand_bed(*scene.world, def);
+    const btVector3 half(0.15f, 0.15f, 0.15f);
+    btRigidBody& sleeper = scene.add_box(40, half, btVector3(-0.8f, 0.56f, 0));
+    scene.run(5);
+    ASSERT_FALSE(sleeper.isActive());
+    const std::vector<double> depths = depths_of(*soil, sleeper);
+    ASSERT_GT(depths.size(), 50u);
+    const int tiles_awake = soil->last_report().tile_awake_count;
+    // It comes down next to it, 0.7 m away, and stops above the soil.
+    btRigidBody& other = scene.add_box(0, half, btVector3(0.2f, 0.7f, 0));
+    other.setCollisionFlags(other.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
+    other.setActivationState(DISABLE_DEACTIVATION);
+    for (int frame = 0; frame < 40; ++frame) {
+        place(other, other.getWorldTransform().getOrigin() - btVector3(0, 0.003f, 0));
+        scene.run(1.0 / 60);
+    }
+    ASSERT_GT(soil->last_report().tile_awake_count, tiles_awake) << "else nothing is tested";
+    EXPECT_EQ(depths_of(*soil, sleeper), depths);
+}
+
+TEST(Sleeping, a_body_pressed_in_beside_wakes_nobody) {
+    BulletScene scene;
+    SoilDef def = small_bed();
+    def.size_m = {4, 1, 3};
+    const auto soil = sand_bed(*scene.world, def);
+    const btVector3 half(0.15f, 0.15f, 0.15f);
+    btRigidBody& sleeper = scene.add_box(40, half, btVector3(-0.8f, 0.56f, 0));
+    scene.run(5);
+    btRigidBody& other = scene.add_box(0, half, btVector3(0.2f, 0.56f, 0));
+    other.setCollisionFlags(other.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
+    other.setActivationState(DISABLE_DEACTIVATION);
+    for (int frame = 0; frame < 60; ++frame) {
+        place(other, other.getWorldTransform().getOrigin() - btVector3(0, 0.002f, 0));
+        scene.run(1.0 / 60);
+        ASSERT_FALSE(sleeper.isActive()) << "pressed in by " << 2 * frame - 10 << " mm";
+    }
+}
+
+TEST(Sleeping, soil_dug_away_under_a_sleeper_wakes_it) {
+    BulletScene scene;
+    const auto soil = sand_bed(*scene.world);
+    const btVector3 half(0.15f, 0.15f, 0.15f);
+    btRigidBody& sleeper = scene.add_box(40, half, btVector3(0, 0.56f, 0));
+    scene.run(5);
+    ASSERT_FALSE(sleeper.isActive());
+    const double before_m = height_of(sleeper);
+    btRigidBody& blade = scene.add_box(0, btVector3(0.1f, 0.1f, 0.4f), btVector3(-0.8f, 0.28f, 0));
+    blade.setCollisionFlags(blade.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
+    blade.setActivationState(DISABLE_DEACTIVATION);
+    for (int frame = 0; frame < 160; ++frame) {
+        place(blade, blade.getWorldTransform().getOrigin() + btVector3(0.01f, 0, 0));
+        scene.run(1.0 / 60);
+    }
+    EXPECT_LT(height_of(sleeper), before_m - 0.02);
+}
+
+TEST(ManyBodies, a_thousand_come_to_rest_on_the_soil_and_sleep) {
+    Rain rain;
+    const int64_t before = units_of(*rain.soil);
+    rain.scene.run(3);
+    EXPECT_EQ(units_of(*rain.soil), before);
+    for (const btRigidBody* body : rain.bodies) {
+        ASSERT_TRUE(is_finite(*body));
+        const btVector3& at = body->getWorldTransform().getOrigin();
+        // A pebble of 10 cm does not sink deeper than itself into sand that carries a man.
+        EXPECT_GT(at.y(), btScalar(kBedTopM - 0.1));
+        EXPECT_LT(std::max(std::abs(at.x()), std::abs(at.z())), btScalar(5));
+    }
+    // Some smaller than a voxel touch the soil in a single one and rock on it.
+    EXPECT_GE(rain.asleep_count(), 960);
+    EXPECT_TRUE(rain.soil->refused().empty());
+    EXPECT_EQ(rain.soil->soil().status_bits(), 0u);
+    EXPECT_EQ(rain.scene.world->getNumConstraints(), 0);
+}
+
+TEST(ManyBodies, a_thousand_fall_the_same_twice) {
+    uint64_t states[2];
+    for (uint64_t& state : states) {
+        Rain rain;
+        rain.scene.run(0.25);
+        state = rain.state();
+    }
+    EXPECT_EQ(states[0], states[1]);
+}
+
+}  // namespace
+}  // namespace bsoil::bullet
