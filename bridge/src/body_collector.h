@@ -20,8 +20,8 @@ namespace bsoil::bullet {
 /// Keeps an id, and the converted shapes, for every object it has met in the world.
 class BodyCollector {
   public:
-    /// grid: the grid's box, world axes.
-    explicit BodyCollector(const Aabb& grid);
+    /// grid: the grid's box, world axes; voxel_m: edge of its voxels.
+    explicit BodyCollector(const Aabb& grid, double voxel_m = 0.05);
 
     /// Until the object leaves the world.
     void set_options(const btCollisionObject& object, const BodyOptions& options);
@@ -81,6 +81,7 @@ class BodyCollector {
     int next_id();
 
     Aabb grid_;
+    double voxel_m_;
     std::unordered_map<const btCollisionObject*, Options> options_;
     std::unordered_map<const btCollisionObject*, Tracked> tracked_;
     std::unordered_map<ShapeKey, std::weak_ptr<const Shapes>, ShapeKeyHash> shape_cache_;
