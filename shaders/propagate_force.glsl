@@ -1,9 +1,10 @@
 // One iteration of force propagation, thesis (34) and (35): soil in excess leaves its voxel along the applied force.
 // Reads: coverage, volume, force, all transported planes. Writes: deltas.
 
-// Sends `fraction` (Q16 of the voxel's soil) along a displacement whose largest component is one voxel; returns what
-// could not leave.
-int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction) {
+// Sends `fraction` (Q16 of the voxel's soil) along a displacement whose largest component is one voxel, with `force` of the
+// same scale; returns what could not leave. out_way: see is_barred.
+int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction, ivec3 force, ivec3 out_way,
+               bool overrun) {
     int left = fraction;
     ivec3 weight = abs(way);
     ivec3 side = ivec3(way.x < 0 ? -1 : 1, way.y < 0 ? -1 : 1, way.z < 0 ? -1 : 1);
@@ -18,18 +19,31 @@ int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction) {
         }
         int to = voxel_at(slot, at.x + pick.x * side.x, at.y + pick.y * side.y,
                           at.z + pick.z * side.z);
-        if (is_barred(from, to)) {
+        if (is_barred(from, to, pick * side, out_way, overrun)) {
             continue;
         }
         int moved = mul_q16(state_at(kPlaneVolume, from), share) >> 4;
         move_share(from, to, share);
         // thesis (35): the force arrives weighted by what it brings; Q10 direction times volume / 16.
-        add_delta(kPlaneForceX, to, (way.x >> 6) * moved);
-        add_delta(kPlaneForceY, to, (way.y >> 6) * moved);
-        add_delta(kPlaneForceZ, to, (way.z >> 6) * moved);
+        add_delta(kPlaneForceX, to, (force.x >> 6) * moved);
+        add_delta(kPlaneForceY, to, (force.y >> 6) * moved);
+        add_delta(kPlaneForceZ, to, (force.z >> 6) * moved);
         left -= share;
     }
     return left;
+}
+
+bool is_driven(int slot, ivec3 at, int voxel) {
+    int body = owner_body(state_at(kPlaneOwner, voxel));
+    return body >= 0 && largest_component(body_velocity_at(body, grid_voxel(slot, at.x, at.y, at.z))) > kStillSpeed;
+}
+
+int dot_q16(ivec3 a, ivec3 b) { return mul_q16(a.x, b.x) + mul_q16(a.y, b.y) + mul_q16(a.z, b.z); }
+
+// Q16 directions.
+bool is_within_60_deg(ivec3 a, ivec3 b) {
+    int along = dot_q16(a, b);
+    return along > 0 && 4 * mul_q16(along, along) >= mul_q16(dot_q16(a, a), dot_q16(b, b));
 }
 
 // Confined soil yields towards the free surface by the shorter way: level, or rising at 45 deg - phi / 2 as Rankine's
@@ -99,6 +113,13 @@ void propagate_force(int group, int lane) {
             continue;
         }
         int excess = min(volume, excess_at(voxel));
+        ivec3 at = ivec3(lane & 7, lane >> 3, z0 + z);
+        ivec3 out_way = ivec3(0);
+        bool overrun = false;
+        if (is_caught(voxel)) {
+            out_way = way_out(slot, at, voxel, overrun);
+            excess = overrun ? volume : excess;
+        }
         ivec3 force = ivec3(state_at(kPlaneForceX, voxel), state_at(kPlaneForceY, voxel),
                             state_at(kPlaneForceZ, voxel));
         int most = largest_component(force);
@@ -112,23 +133,38 @@ void propagate_force(int group, int lane) {
         // thesis (34): the largest component becomes one voxel, so that the excess leaves for good.
         ivec3 way = ivec3(signed_fraction_q16(force.x, most), signed_fraction_q16(force.y, most),
                           signed_fraction_q16(force.z, most));
-        ivec3 at = ivec3(lane & 7, lane >> 3, z0 + z);
         excess -= compact(slot, at, voxel, excess, way);
         if (excess <= 0) {
             continue;
         }
+        int fraction = fraction_q16(excess, volume);
         int ahead = voxel_at(slot, at.x + ((way.x + 32768) >> 16), at.y + ((way.y + 32768) >> 16),
                              at.z + ((way.z + 32768) >> 16));
         int passive = material_word(voxel, kTablePassive);
         if (way.z < passive && !has_room(ahead)) {
             way = way_to_free_surface(slot, at, way, passive);
         }
-        int fraction = fraction_q16(excess, volume);
+        ivec3 exit = ivec3(0);
+        int steep = largest_component(out_way);
+        if (steep > 0) {
+            exit = ivec3(signed_fraction_q16(out_way.x, steep), signed_fraction_q16(out_way.y, steep),
+                         signed_fraction_q16(out_way.z, steep));
+        }
         // The force stays with nothing: what could not leave gets a new one from apply_force or from inflow.
-        int left = push_along(slot, at, voxel, way, fraction);
+        int left = fraction;
+        if (steep == 0 || is_within_60_deg(way, exit)) {
+            left = push_along(slot, at, voxel, way, fraction, way, out_way, overrun);
+        }
         if (left > 0 && way.z > 0 && max(abs(way.x), abs(way.y)) == kVoxelFull) {
             way.z = 0;  // a body above: slip out sideways
-            push_along(slot, at, voxel, way, left);
+            left = push_along(slot, at, voxel, way, left, way, out_way, overrun);
+        }
+        if (left > 0 && steep > 0 && is_driven(slot, at, voxel)) {
+            // Out of the wall by the shortest way, or straight where that is barred; the push goes on outside.
+            left = push_along(slot, at, voxel, exit, left, way, out_way, overrun);
+            if (left > 0) {
+                push_along(slot, at, voxel, sign(exit) * ((abs(exit) >> 16) << 16), left, way, out_way, overrun);
+            }
         }
     }
 }

@@ -64,6 +64,7 @@ struct Model {
     double excess_tolerance = 0;  ///< excess up to this does not flow
     double push_room = 0;         ///< a voxel with less free room bars the way of pushed soil
     double pushed_most = 2;  ///< soil that waits for a push to go on before it counts as overflow
+    double still_speed = 0;   ///< a wall slower than this drives no soil out of itself
     double speck = 0;        ///< advected shares of a voxel's soil below this stay
     double slip_tolerance = 0;               ///< wedges not worth a slide
     int span_capacity = 5;                   ///< height spans kept of a column
@@ -92,14 +93,6 @@ class Field {
     /// Walls of the grid and voxels mostly taken by rigid things: nothing flows in.
     bool closed(const Model& model, int x, int y, int z) const {
         return !inside(x, y, z) || at(x, y, z).psi() >= model.solid_coverage;
-    }
-    /// The same for soil pushed out of `from`: what was caught inside a body may go on through it,
-    /// to where there is no more of it.
-    bool closed_from(const Model& model, const Voxel& from, int x, int y, int z) const {
-        const bool through_body = inside(x, y, z) && at(x, y, z).terrain < model.solid_coverage &&
-                                  at(x, y, z).bodies >= model.solid_coverage &&
-                                  at(x, y, z).bodies <= from.bodies;
-        return closed(model, x, y, z) && !through_body;
     }
     /// Calls visit(x, y, z) for every voxel.
     template <typename Visit>
