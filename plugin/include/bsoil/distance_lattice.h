@@ -11,6 +11,7 @@
 #include "bsoil/result.h"
 #include "bsoil/soil_def.h"
 
+#pragma GCC visibility push(default)
 namespace bsoil {
 
 /// How a DistanceLattice is made.
@@ -90,3 +91,4 @@ class DistanceLattice {
 };
 
 }  // namespace bsoil
+#pragma GCC visibility pop

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bsoil/limits.h"
+
 namespace bsoil {
 namespace {
 
@@ -52,7 +54,7 @@ SheetGrowth hull_growth(const ConvexShape& hull, double wall_m) {
 }  // namespace
 
 SheetGrowth sheet_growth(const ConvexShape& shape, double voxel_m) {
-    const double wall_m = kWallVoxels * voxel_m;
+    const double wall_m = limits::kThinnestWallVoxels * voxel_m;
     switch (shape.kind) {
         case ConvexShape::Kind::box:
             return box_growth(shape, wall_m);
