@@ -277,6 +277,15 @@ const btCollisionObject& body_of(const void* body) {
     return *static_cast<const btCollisionObject*>(body);
 }
 
+template <typename Change>
+void change_options(bulletsoil_soil* soil, const void* body, const Change& change) {
+    SoilAction& action = action_of(soil);
+    const btCollisionObject& object = body_of(body);
+    BodyOptions options = action.options(object);
+    change(options);
+    check(action.set_options(object, options));
+}
+
 }  // namespace
 }  // namespace bsoil::bullet
 
@@ -376,15 +385,32 @@ bulletsoil_result bulletsoil_fill_height_map(bulletsoil_soil* soil, int32_t widt
     });
 }
 
-bulletsoil_result bulletsoil_ignore_body(bulletsoil_soil* soil, const void* body) {
-    return guarded(__func__, [&] { action_of(soil).ignore(body_of(body)); });
+bulletsoil_result bulletsoil_set_body_ignored(bulletsoil_soil* soil, const void* body,
+                                              int32_t ignored) {
+    return guarded(__func__, [&] {
+        change_options(soil, body, [&](BodyOptions& options) { options.ignored = ignored != 0; });
+    });
+}
+
+bulletsoil_result bulletsoil_set_body_coverage_only(bulletsoil_soil* soil, const void* body,
+                                                    int32_t coverage_only) {
+    return guarded(__func__, [&] {
+        change_options(soil, body,
+                       [&](BodyOptions& options) { options.coverage_only = coverage_only != 0; });
+    });
 }
 
 bulletsoil_result bulletsoil_set_body_surface(bulletsoil_soil* soil, const void* body,
                                               double friction, double adhesion_pa) {
     return guarded(__func__, [&] {
-        check(action_of(soil).set_surface(body_of(body), {friction, adhesion_pa}));
+        change_options(soil, body, [&](BodyOptions& options) {
+            options.surface = {friction, adhesion_pa};
+        });
     });
+}
+
+bulletsoil_result bulletsoil_set_enabled(bulletsoil_soil* soil, int32_t enabled) {
+    return guarded(__func__, [&] { action_of(soil).set_enabled(enabled != 0); });
 }
 
 bulletsoil_result bulletsoil_get_body_report(const bulletsoil_soil* soil, const void* body,

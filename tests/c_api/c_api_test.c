@@ -114,11 +114,28 @@ static void an_ignored_ball_falls_through(void) {
     void* ball = test_world_add_ball(world, 100, 0.85);
     bulletsoil_body_report report = {sizeof report, {0}, {0}, 0, 0, 0, 0, 0, 0};
     const uint64_t before = checksum(soil);
-    CHECK_OK(bulletsoil_ignore_body(soil, ball));
+    CHECK_OK(bulletsoil_set_body_ignored(soil, ball, 1));
     test_world_step(world, 30);
     CHECK_OK(bulletsoil_get_body_report(soil, ball, &report));
     CHECK(!report.is_in_contact);
     CHECK(checksum(soil) == before);
+    CHECK_OK(bulletsoil_destroy(soil));
+    test_world_destroy(world);
+}
+
+static void a_body_that_only_covers_feels_nothing(void) {
+    void* world = test_world_create();
+    bulletsoil_soil* soil = create_bed(world);
+    void* ball = test_world_add_ball(world, 100, 0.85);
+    const uint64_t before = checksum(soil);
+    CHECK_OK(bulletsoil_set_body_coverage_only(soil, ball, 1));
+    CHECK_OK(bulletsoil_set_enabled(soil, 0));
+    test_world_step(world, 10);
+    CHECK(checksum(soil) == before); /* frozen */
+    CHECK_OK(bulletsoil_set_enabled(soil, 1));
+    test_world_step(world, 20);
+    CHECK(checksum(soil) != before); /* it gave way */
+    CHECK(test_world_ball_y(ball) < 0.85 - 0.9 * 0.5 * 9.81 * 0.5 * 0.5); /* half a second of fall */
     CHECK_OK(bulletsoil_destroy(soil));
     test_world_destroy(world);
 }
@@ -190,12 +207,12 @@ static void status_names_refused_bodies(void) {
     bulletsoil_soil* soil = create_bed(world);
     CHECK_OK(bulletsoil_get_status_text(soil, text, sizeof text, &needed));
     CHECK(strcmp(text, "") == 0 && needed == 1);
-    test_world_add_triangles(world);
+    test_world_add_empty(world);
     test_world_step(world, 2);
     CHECK_OK(bulletsoil_get_status_text(soil, NULL, 0, &needed));
     CHECK(needed > sizeof little && needed < sizeof text);
     CHECK_OK(bulletsoil_get_status_text(soil, text, sizeof text, NULL));
-    CHECK(strlen(text) + 1 == needed && strstr(text, "TRIANGLEMESH") != NULL);
+    CHECK(strlen(text) + 1 == needed && strstr(text, "Empty") != NULL);
     CHECK_OK(bulletsoil_get_status_text(soil, little, sizeof little, NULL));
     CHECK(strlen(little) == sizeof little - 1 && strncmp(little, text, sizeof little - 1) == 0);
     CHECK_OK(bulletsoil_clear_status(soil));
@@ -339,7 +356,7 @@ static void bad_arguments_are_refused(void) {
     CHECK_INVALID(bulletsoil_fill_height_map(soil, 2, 2147483647, heights_m, NULL), "height is 21");
     CHECK_INVALID(bulletsoil_fill_height_map(soil, 2, 2, nan_height_m, NULL), "heights_m");
 
-    CHECK_INVALID(bulletsoil_ignore_body(soil, NULL), "body is null");
+    CHECK_INVALID(bulletsoil_set_body_ignored(soil, NULL, 1), "body is null");
     CHECK_INVALID(bulletsoil_set_body_surface(soil, NULL, 0.5, 0), "body is null");
     CHECK_INVALID(bulletsoil_set_body_surface(soil, ball, 2.5, 0), "friction is 2.5");
     CHECK_INVALID(bulletsoil_set_body_surface(soil, ball, NAN, 0), "friction");
@@ -367,7 +384,9 @@ static void bad_arguments_are_refused(void) {
         CHECK_INVALID(bulletsoil_fill_box(handle, bed_min_m, bed_max_m, NULL), word);     \
         CHECK_INVALID(bulletsoil_fill_cylinder(handle, inside_m, 1, 1, NULL), word);      \
         CHECK_INVALID(bulletsoil_fill_height_map(handle, 2, 2, heights_m, NULL), word);   \
-        CHECK_INVALID(bulletsoil_ignore_body(handle, ball), word);                        \
+        CHECK_INVALID(bulletsoil_set_body_ignored(handle, ball, 1), word);                \
+        CHECK_INVALID(bulletsoil_set_body_coverage_only(handle, ball, 1), word);          \
+        CHECK_INVALID(bulletsoil_set_enabled(handle, 1), word);                           \
         CHECK_INVALID(bulletsoil_set_body_surface(handle, ball, 0.5, 0), word);           \
         CHECK_INVALID(bulletsoil_get_body_report(handle, ball, &report), word);           \
         CHECK_INVALID(bulletsoil_get_step_count(handle, &units), word);                   \
@@ -403,6 +422,7 @@ static const struct {
     {"versions", versions},
     {"a_ball_rests_on_sand", a_ball_rests_on_sand},
     {"an_ignored_ball_falls_through", an_ignored_ball_falls_through},
+    {"a_body_that_only_covers_feels_nothing", a_body_that_only_covers_feels_nothing},
     {"fills_hold_what_they_should", fills_hold_what_they_should},
     {"a_snapshot_brings_the_soil_back", a_snapshot_brings_the_soil_back},
     {"status_names_refused_bodies", status_names_refused_bodies},

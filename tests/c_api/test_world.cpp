@@ -1,5 +1,6 @@
 #include "test_world.h"
 
+#include <BulletCollision/CollisionShapes/btEmptyShape.h>
 #include <BulletDynamics/Dynamics/btSimpleDynamicsWorld.h>
 #include <btBulletDynamicsCommon.h>
 
@@ -15,7 +16,6 @@ struct TestWorld {
     btCollisionDispatcher dispatcher{&configuration};
     btDbvtBroadphase broadphase;
     btSequentialImpulseConstraintSolver solver;
-    std::vector<std::unique_ptr<btStridingMeshInterface>> meshes;
     std::vector<std::unique_ptr<btCollisionShape>> shapes;
     std::vector<std::unique_ptr<btCollisionObject>> bodies;
     std::unique_ptr<btDynamicsWorld> world;
@@ -65,12 +65,14 @@ void* test_world_add_ball(void* world, double mass_kg, double height_m) {
     return object;
 }
 
-void* test_world_add_triangles(void* world) {
+double test_world_ball_y(const void* ball) {
+    const auto* object = static_cast<const btCollisionObject*>(ball);
+    return static_cast<double>(object->getWorldTransform().getOrigin().y());
+}
+
+void* test_world_add_empty(void* world) {
     TestWorld& test = *worlds().at(world);
-    auto mesh = std::make_unique<btTriangleMesh>();
-    mesh->addTriangle({-1, 0, -1}, {1, 0, -1}, {0, 0, 1});
-    test.shapes.push_back(std::make_unique<btBvhTriangleMeshShape>(mesh.get(), true));
-    test.meshes.push_back(std::move(mesh));
+    test.shapes.push_back(std::make_unique<btEmptyShape>());
     auto object = std::make_unique<btCollisionObject>();
     object->setCollisionShape(test.shapes.back().get());
     test.world->addCollisionObject(object.get());

@@ -18,8 +18,10 @@ void test_world_step(void* world, int count);
 /* A ball of 0.3 m radius at rest, its centre at this height; a btRigidBody that goes with the
  * world. */
 void* test_world_add_ball(void* world, double mass_kg, double height_m);
+/* Height of its centre now. */
+double test_world_ball_y(const void* ball);
 /* A body with a shape that the soil refuses, lying at y = 0. */
-void* test_world_add_triangles(void* world);
+void* test_world_add_empty(void* world);
 size_t test_world_scalar_bytes(void);
 
 #ifdef __cplusplus

@@ -141,14 +141,23 @@ bulletsoil_result bulletsoil_fill_height_map(bulletsoil_soil* soil, int32_t widt
 
 /* -------- bodies -------- */
 
-/** From now on the soil does not see this body. */
-bulletsoil_result bulletsoil_ignore_body(bulletsoil_soil* soil, const void* body);
+/* Options of a body count from the next soil step on and end when it leaves the world. */
+
+/** Not 0: the soil does not see this body, and it does not feel the soil. */
+bulletsoil_result bulletsoil_set_body_ignored(bulletsoil_soil* soil, const void* body,
+                                              int32_t ignored);
+/** Not 0: the soil gives way to this body, and it feels nothing. */
+bulletsoil_result bulletsoil_set_body_coverage_only(bulletsoil_soil* soil, const void* body,
+                                                    int32_t coverage_only);
 /**
- * Friction (0..2) and adhesion (0..200e3 Pa) between the soil and this body, until it leaves the
- * world; a negative value: as the material says.
+ * Friction (0..2) and adhesion (0..200e3 Pa) between the soil and this body; a negative value: as
+ * the material says.
  */
 bulletsoil_result bulletsoil_set_body_surface(bulletsoil_soil* soil, const void* body,
                                               double friction, double adhesion_pa);
+/** 0: the soil is frozen and carries nothing; not 0 again: it goes on with the bodies where they are
+ * then. On at first. */
+bulletsoil_result bulletsoil_set_enabled(bulletsoil_soil* soil, int32_t enabled);
 
 /** What the soil does to a body; see BodyReport in <bsoil/bullet/soil_action.h>. */
 typedef struct bulletsoil_body_report {
