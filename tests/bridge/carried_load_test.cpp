@@ -46,6 +46,7 @@ class CarriedLoad : public testing::Test {
         BodyState state;
         state.object = &box;
         state.proxy_id = box.getBroadphaseHandle()->getUid();
+        state.internal_type = box.getInternalType();
         state.role = BodyRole::rigid;
         carried.set_loads({&state, 1}, std::array{BodyLoad{0, 6, load_center_m}}, 1.0 / 60);
         LoadAction action(*scene.world, carried);
