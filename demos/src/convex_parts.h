@@ -8,7 +8,7 @@
 namespace bsoil::scene {
 
 /// The hull of each connected component of a mesh (vertices closer than a millionth of the mesh's
-/// size are one). Components that lie inside another one's hull, and flat ones, are left out.
+/// size are one), largest first. Components that lie inside another one's hull, and flat ones, are left out.
 std::vector<ConvexHull> component_hulls(const TriangleMesh& mesh);
 
 /// Cuts a closed mesh with planes until the hulls of the pieces hold at most 3 % more than the mesh

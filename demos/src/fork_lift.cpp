@@ -65,13 +65,13 @@ int main() {
     if (!(*soil)->fill(bsoil::BoxFill{{{-4, -1.5, 0}, {4, 1.5, kGround}}, ""})) return 2;
 
     Bodies bodies(world);
-    btRigidBody& chassis = bodies.add(box(1.8f, 0.9f, 0.5f), 1500, {-2.5f, 0, kGround + 0.75f});
+    btRigidBody& chassis = bodies.add(box(1.8f, 0.9f, 0.5f), 2500, {-2.5f, 0, kGround + 0.75f});
     std::vector<std::unique_ptr<btHingeConstraint>> axles;
     for (const float x : {-3.1f, -1.9f})
         for (const float y : {-0.65f, 0.65f}) {
             const btVector3 at(x, y, kGround + kRadius), axis(0, 1, 0);
             btRigidBody& wheel = bodies.add(
-                std::make_unique<btCylinderShape>(btVector3(kRadius, 0.15f, kRadius)), 60, at);
+                std::make_unique<btCylinderShape>(btVector3(kRadius, 0.10f, kRadius)), 60, at);
             const btTransform& base = chassis.getWorldTransform();
             axles.push_back(std::make_unique<btHingeConstraint>(
                 chassis, wheel, base.inverse() * at, btVector3(0, 0, 0), axis, axis, true));
@@ -90,9 +90,9 @@ int main() {
     lift.setPoweredLinMotor(true);
     lift.setMaxLinMotorForce(btScalar(kLiftForce));
     world.addConstraint(&lift, true);
-    // The load stands on two sleepers, so that the fork fits below it.
+    // The load stands on two fixed posts, so that the fork fits below it.
     for (const float y : {-0.55f, 0.55f})
-        bodies.add(box(0.6f, 0.2f, 0.4f), 60, {1, y, kGround + 0.2f});
+        bodies.add(box(0.6f, 0.2f, 0.4f), 0, {1, y, kGround + 0.2f});
     btRigidBody& load = bodies.add(box(0.6f, 1.3f, 0.5f), 300, {1, 0, kGround + 0.66f});
 
     double deepest_rut_m = 0;
@@ -115,10 +115,12 @@ int main() {
                 double(load.getWorldTransform().getOrigin().z()),
                 bsoil::length((*soil)->body_report(fork).force_n));
     }
-    for (int x = 20; x < 40;
-         ++x) {  // where wheels rolled, 2 to 3 m into the grid, 0.65 m off the middle
-        const int y = static_cast<int>((1.5 - 0.65) / def.voxel_m);
-        deepest_rut_m = std::max(deepest_rut_m, kGround - (*soil)->soil().surface_height_m(x, y));
+    const bsoil::Soil& sand = (*soil)->soil();
+    for (double x_m = -3; x_m < 0; x_m += def.voxel_m) {  // where the left wheels went
+        const bsoil::Vec3 column = sand.frame().to_grid({x_m, 0.65, 0});
+        const double height_m =
+            sand.surface_height_m(static_cast<int>(column.x), static_cast<int>(column.y));
+        deepest_rut_m = std::max(deepest_rut_m, kGround - height_m);
     }
     const btVector3 end = load.getWorldTransform().getOrigin();
     std::printf("ruts %.3f m deep; the load rose %.2f m and went %.2f m\n", deepest_rut_m,

@@ -19,8 +19,8 @@ namespace {
 constexpr btScalar kStep = btScalar(1.0 / 240);
 constexpr int kLinks = 3;                                          // boom, stick, scoop
 constexpr std::array<btScalar, kLinks> kLength{1.2f, 0.9f, 0.5f};  // [m] from joint to joint
-constexpr std::array<btScalar, kLinks> kMass{40, 25, 12};          // [kg]
-constexpr std::array<btScalar, kLinks> kTorque{6000, 3000, 1500};  // [N m]
+constexpr std::array<btScalar, kLinks> kMass{120, 70, 40};          // [kg]
+constexpr std::array<btScalar, kLinks> kTorque{18000, 10000, 6000};  // [N m]
 constexpr btScalar kHeight = 1.1f;                                 // [m] of the shoulder
 
 /// Joint angles over time [s; rad against the parent, positive lowers the tip].
@@ -28,9 +28,11 @@ struct Pose {
     double t_s;
     std::array<double, kLinks> angle;
 };
-constexpr std::array kDig{Pose{0, {-0.60, 1.30, 0.30}},   Pose{1.0, {-0.05, 1.25, 0.30}},
-                          Pose{2.5, {0.02, 1.65, 0.60}},  Pose{4.0, {-0.10, 1.65, 1.55}},
-                          Pose{5.0, {-0.55, 1.65, 1.75}}, Pose{6.0, {-0.55, 1.65, 1.75}}};
+constexpr std::array kDig{
+    Pose{0.0, {-0.61, 1.10, 0.74}}, Pose{1.0, {-0.47, 1.15, 0.63}},   // ready, on the ground
+    Pose{2.0, {-0.38, 1.14, 0.84}}, Pose{3.2, {-0.45, 1.55, 0.86}},   // in, dragged
+    Pose{4.2, {-0.35, 1.48, 1.49}}, Pose{5.0, {-0.37, 1.48, 2.07}},   // curled, full
+    Pose{6.0, {-0.63, 1.65, 2.33}}, Pose{7.0, {-0.63, 1.65, 2.33}}};  // lifted, held
 
 std::array<double, kLinks> angles_at(double t_s) {
     size_t i = 1;
@@ -56,22 +58,23 @@ int main() {
     bsoil::SoilDef def;
     def.up = bsoil::UpAxis::z;
     def.size_m = {3.5, 2, 1.2};
+    def.voxel_m = 0.03;
     def.floor_center_m = {1.6, 0, 0};
     auto soil = bsoil::bullet::SoilAction::create(world, def);
     if (!soil) return std::printf("%s\n", soil.error().c_str()), 2;
     if (!(*soil)->fill(bsoil::BoxFill{{{0, -1, 0}, {3.4, 1, 0.6}}, ""})) return 2;
 
-    // Bars along x, and at the end a scoop of five plates, 0.1 m thick: open towards -z.
+    // Bars along x, and at the end a scoop of four plates, 0.06 m thick: open towards -z.
     btBoxShape boom({kLength[0] / 2, 0.06f, 0.06f}), stick({kLength[1] / 2, 0.05f, 0.05f});
-    btBoxShape top({0.25f, 0.30f, 0.05f}), back({0.05f, 0.30f, 0.20f}), side({0.25f, 0.05f, 0.20f});
+    btBoxShape top({0.25f, 0.30f, 0.03f}), back({0.03f, 0.30f, 0.20f}), side({0.25f, 0.03f, 0.20f});
     btCompoundShape scoop;
     const auto at = [](float x, float y, float z) {
         return btTransform(btQuaternion::getIdentity(), btVector3(x, y, z));
     };
-    scoop.addChildShape(at(0, 0, 0.25f), &top);
-    scoop.addChildShape(at(-0.25f, 0, 0.05f), &back);
-    scoop.addChildShape(at(0, 0.25f, 0.05f), &side);
-    scoop.addChildShape(at(0, -0.25f, 0.05f), &side);
+    scoop.addChildShape(at(0, 0, 0.23f), &top);
+    scoop.addChildShape(at(-0.22f, 0, 0.06f), &back);
+    scoop.addChildShape(at(0, 0.27f, 0.06f), &side);
+    scoop.addChildShape(at(0, -0.27f, 0.06f), &side);
     const std::array<btCollisionShape*, kLinks> shapes{&boom, &stick, &scoop};
 
     btMultiBody arm(kLinks, 0, {0, 0, 0}, true, false);
@@ -102,7 +105,7 @@ int main() {
     }
 
     double peak_n = 0, carried_kg = 0;
-    for (int step = 0; step < 6 * 240; ++step) {
+    for (int step = 0; step < 7 * 240; ++step) {
         const double end_s = (step + 1) * double(kStep);
         angle = angles_at(end_s);
         for (int i = 0; i < kLinks; ++i)

@@ -445,11 +445,14 @@ class RobotBuilder {
             return Done{};
         }
         const ConvexHull whole = convex_hull(triangles->vertices);
+        const int capacity = (item ? *item : RobotLinkItem{}).part_capacity;
         std::vector<ConvexHull> hulls{whole};
-        if (mode == "components") hulls = component_hulls(*triangles);
-        if (mode == "decompose")
-            hulls = convex_parts(*triangles,
-                                 item ? item->part_capacity : RobotLinkItem{}.part_capacity);
+        if (mode == "components") {
+            hulls = component_hulls(*triangles);
+            if (hulls.size() > static_cast<size_t>(capacity))
+                hulls.resize(static_cast<size_t>(capacity));
+        }
+        if (mode == "decompose") hulls = convex_parts(*triangles, capacity);
         if (whole.volume_m3 <= 0 || hulls.empty())
             return error("link \"{}\": {}: its hull has no volume", link, *path);
         Vec3 middle;
