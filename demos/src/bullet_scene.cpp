@@ -59,6 +59,7 @@ BulletScene::BulletScene(const Scene& scene)
             &configuration_);
         multibody_world_ = world.get();
         world_ = std::move(world);
+        world_->getPairCache()->setOverlapFilterCallback(&group_filter_);
     } else {
         solver_ = std::make_unique<btSequentialImpulseConstraintSolver>();
         world_ = std::make_unique<btDiscreteDynamicsWorld>(&dispatcher_, &broadphase_,
@@ -154,6 +155,7 @@ void BulletScene::add_body(const BodyItem& item, const SceneShapes::BodyShape& s
         body->setLinearVelocity(to_bullet(item.velocity_m_s) + omega.cross(arm));
         body->setAngularVelocity(omega);
     }
+    group_filter_.add(*body, item.group);
     world_->addRigidBody(body);
     bodies_.back().body = body;
     bodies_.back().object = body;
@@ -173,7 +175,8 @@ void BulletScene::add_to_multibody(const BodyItem& item, const SceneShapes::Body
 }
 
 void BulletScene::add_multibody(const MultibodyItem& item) {
-    multibodies_.push_back(std::make_unique<SceneMultibody>(*multibody_world_, item, substep_s_));
+    multibodies_.push_back(
+        std::make_unique<SceneMultibody>(*multibody_world_, group_filter_, item, substep_s_));
     const SceneMultibody& made = *multibodies_.back();
     for (size_t i = 0; i < item.links.size(); ++i) {
         SceneBody& body = bodies_[item.links[i].body_index];

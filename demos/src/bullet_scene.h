@@ -81,6 +81,7 @@ class BulletScene {
     btDefaultCollisionConfiguration configuration_;
     btCollisionDispatcher dispatcher_;
     btDbvtBroadphase broadphase_;
+    GroupFilter group_filter_;
     std::unique_ptr<btConstraintSolver> solver_;
     std::unique_ptr<btDiscreteDynamicsWorld> world_;
     btMultiBodyDynamicsWorld* multibody_world_ = nullptr;  ///< world_, where there are multibodies

@@ -15,7 +15,7 @@ constexpr double kWeld = 1e-6;
 /// A piece whose hull holds no more than this above its own volume is convex enough.
 constexpr double kExcessFraction = 0.03;
 /// A piece smaller than this share of all of them is a splinter of a cut, and left out.
-constexpr double kSplinterFraction = 1e-3;
+constexpr double kSplinterFraction = 1e-4;
 /// The planes tried for a cut: those of the largest faces, and evenly spaced ones along each axis.
 constexpr size_t kFacePlanes = 10;
 constexpr int kAxisPlanes = 3;

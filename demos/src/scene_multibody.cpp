@@ -16,8 +16,20 @@ btTransform center_of(const MultibodyLink& link) {
 
 }  // namespace
 
-SceneMultibody::SceneMultibody(btMultiBodyDynamicsWorld& world, const MultibodyItem& item,
-                               double substep_s)
+void GroupFilter::add(const btCollisionObject& object, const std::string& group) {
+    if (!group.empty()) group_of_[&object] = group;
+}
+
+bool GroupFilter::needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const {
+    if (!(a->m_collisionFilterGroup & b->m_collisionFilterMask) ||
+        !(b->m_collisionFilterGroup & a->m_collisionFilterMask))
+        return false;
+    const auto of_a = group_of_.find(a->m_clientObject), of_b = group_of_.find(b->m_clientObject);
+    return of_a == group_of_.end() || of_b == group_of_.end() || of_a->second != of_b->second;
+}
+
+SceneMultibody::SceneMultibody(btMultiBodyDynamicsWorld& world, GroupFilter& filter,
+                               const MultibodyItem& item, double substep_s)
     : world_(world), has_base_(!item.links.front().joint), motors_(item.links.size(), nullptr) {
     const MultibodyLink& first = item.links.front();
     const bool stands = !has_base_ || first.item->mass_kg <= 0;
@@ -33,7 +45,7 @@ SceneMultibody::SceneMultibody(btMultiBodyDynamicsWorld& world, const MultibodyI
     multibody_->finalizeMultiDof();
     world_.addMultiBody(multibody_.get());
     for (size_t i = 0; i < item.links.size(); ++i) {
-        add_collider(item.links[i], i);
+        add_collider(filter, item.links[i], i);
         if (item.links[i].joint) add_limit_and_motor(*item.links[i].joint, i, substep_s);
     }
     btAlignedObjectArray<btQuaternion> rotations;
@@ -75,7 +87,7 @@ void SceneMultibody::set_up_link(const MultibodyItem& item, size_t i) {
                                 in_parent.getOrigin(), true);
 }
 
-void SceneMultibody::add_collider(const MultibodyLink& link, size_t i) {
+void SceneMultibody::add_collider(GroupFilter& filter, const MultibodyLink& link, size_t i) {
     const int index = link_index(i);
     auto collider = std::make_unique<btMultiBodyLinkCollider>(multibody_.get(), index);
     collider->setCollisionShape(link.shape.shape);
@@ -89,6 +101,7 @@ void SceneMultibody::add_collider(const MultibodyLink& link, size_t i) {
     if (stands)
         collider->setCollisionFlags(collider->getCollisionFlags() |
                                     btCollisionObject::CF_STATIC_OBJECT);
+    filter.add(*collider, link.item->group);
     world_.addCollisionObject(
         collider.get(), stands ? btBroadphaseProxy::StaticFilter : btBroadphaseProxy::DefaultFilter,
         stands ? btBroadphaseProxy::AllFilter ^ btBroadphaseProxy::StaticFilter

@@ -6,6 +6,7 @@
 #include <BulletDynamics/Featherstone/btMultiBodyJointMotor.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -29,10 +30,23 @@ struct MultibodyItem {
     std::vector<MultibodyLink> links;
 };
 
+/// Keeps the bodies of a group apart. Bullet's own list of bodies to ignore does not hold between
+/// links of different multibodies.
+class GroupFilter final : public btOverlapFilterCallback {
+  public:
+    /// Before the object enters the world. Nothing where the group has no name.
+    void add(const btCollisionObject& object, const std::string& group);
+    bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override;
+
+  private:
+    std::map<const void*, std::string> group_of_;
+};
+
 /// Owns the multibody, its colliders, limits and motors, and takes them out of the world again.
 class SceneMultibody {
   public:
-    SceneMultibody(btMultiBodyDynamicsWorld& world, const MultibodyItem& item, double substep_s);
+    SceneMultibody(btMultiBodyDynamicsWorld& world, GroupFilter& filter, const MultibodyItem& item,
+                   double substep_s);
     ~SceneMultibody();
     SceneMultibody(const SceneMultibody&) = delete;
     SceneMultibody& operator=(const SceneMultibody&) = delete;
@@ -48,7 +62,7 @@ class SceneMultibody {
 
   private:
     void set_up_link(const MultibodyItem& item, size_t i);
-    void add_collider(const MultibodyLink& link, size_t i);
+    void add_collider(GroupFilter& filter, const MultibodyLink& link, size_t i);
     void add_limit_and_motor(const JointItem& joint, size_t i, double substep_s);
 
     btMultiBodyDynamicsWorld& world_;

@@ -445,7 +445,7 @@ class RobotBuilder {
             return Done{};
         }
         const ConvexHull whole = convex_hull(triangles->vertices);
-        const int capacity = (item ? *item : RobotLinkItem{}).part_capacity;
+        const int capacity = item ? item->part_capacity : RobotLinkItem{}.part_capacity;
         std::vector<ConvexHull> hulls{whole};
         if (mode == "components") {
             hulls = component_hulls(*triangles);

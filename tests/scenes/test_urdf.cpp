@@ -103,7 +103,7 @@ class UrdfRobot : public testing::TestWithParam<const char*> {
     Scene scene_;
 };
 INSTANTIATE_TEST_SUITE_P(BothWays, UrdfRobot, testing::Values("bodies", "multibody"),
-                         [](const auto& info) { return std::string(info.param); });
+                         [](const auto& way) { return std::string(way.param); });
 
 TEST_P(UrdfRobot, arm_stands_where_the_joints_start) {
     // A quarter turn about y takes x to -z: the elbow is at (1, 0, 0), the hand 1 m below it.
@@ -405,7 +405,7 @@ TEST(UrdfErrors, broken_files_name_the_file) {
     expect_error(urdf(rod("a") + rod("a")), kWorld + kRobot, "'a' is not unique");
     expect_error(urdf(rod("a") + rod("b")), kWorld + kRobot, "wo root links found");
     expect_error(urdf(rod("a") + joint("j", "revolute", "a", "b", kLimits)), kWorld + kRobot,
-                 "'j'");
+                 "[j]");
     expect_error(urdf(rod("a") + rod("b") + joint("j", "revolute", "a", "b")), kWorld + kRobot,
                  "j");
     expect_error(urdf(rod("a") + rod("b") + joint("j", "screw", "a", "b")), kWorld + kRobot,

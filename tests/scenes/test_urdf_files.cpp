@@ -44,7 +44,7 @@ const PublishedFile kFiles[] = {
 
 class PublishedUrdf : public testing::TestWithParam<PublishedFile> {};
 INSTANTIATE_TEST_SUITE_P(Bullet3, PublishedUrdf, testing::ValuesIn(kFiles),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& file) { return std::string(file.param.name); });
 
 TEST_P(PublishedUrdf, stands_on_soil) {
     const PublishedFile& given = GetParam();
