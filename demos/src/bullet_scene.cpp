@@ -1,12 +1,11 @@
 #include "bullet_scene.h"
 
-#include <BulletCollision/CollisionShapes/btShapeHull.h>
-#include <fmt/format.h>
+#include <BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h>
+#include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
+#include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 
 #include <algorithm>
 #include <cmath>
-
-#include "convex_hull.h"
 
 namespace bsoil::scene {
 namespace {
@@ -17,67 +16,8 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr double kMotorCorrection = 0.2;
 /// A motor commanded slower than this (rad/s, m/s) lets its bodies fall asleep.
 constexpr double kMotorRest = 1e-3;
-/// Collision margin of hulls and cones [m], which Bullet adds on the outside.
-constexpr double kMargin = 0.002;
-/// Hulls with more points than this are replaced by Bullet's own simplification of them.
-constexpr int kHullPointCapacity = 100;
 
 btScalar scalar(double value) { return static_cast<btScalar>(value); }
-
-double volume_m3(const ShapeItem& s) {
-    if (s.shape == "box") return s.size_m.x * s.size_m.y * s.size_m.z;
-    const double disc = kPi * s.radius_m * s.radius_m;
-    if (s.shape == "sphere") return disc * s.radius_m * 4 / 3;
-    if (s.shape == "capsule") return disc * (s.height_m + s.radius_m * 4 / 3);
-    if (s.shape == "cylinder") return disc * s.height_m;
-    if (s.shape == "cone") return disc * s.height_m / 3;
-    return convex_hull(s.points_m).volume_m3;
-}
-
-std::unique_ptr<btConvexShape> make_hull(const ShapeItem& s) {
-    const ConvexHull hull = convex_hull(s.points_m);
-    if (hull.surface.vertices.empty()) return nullptr;
-    auto shape = std::make_unique<btConvexHullShape>();
-    for (const Vec3 p : hull.surface.vertices) shape->addPoint(to_bullet(p), false);
-    shape->recalcLocalAabb();
-    shape->setMargin(scalar(kMargin));
-    if (shape->getNumPoints() <= kHullPointCapacity) return shape;
-    btShapeHull simple(shape.get());
-    simple.buildHull(scalar(kMargin));
-    auto smaller = std::make_unique<btConvexHullShape>(&simple.getVertexPointer()->x(),
-                                                       simple.numVertices(), sizeof(btVector3));
-    smaller->setMargin(scalar(kMargin));
-    return smaller;
-}
-
-/// The Bullet shape of a solid; null where a hull has no volume.
-std::unique_ptr<btConvexShape> make_shape(const ShapeItem& s) {
-    const btScalar r = scalar(s.radius_m), h = scalar(s.height_m);
-    if (s.shape == "box") return std::make_unique<btBoxShape>(to_bullet(s.size_m * 0.5));
-    if (s.shape == "sphere") return std::make_unique<btSphereShape>(r);
-    if (s.shape == "capsule") {
-        if (s.axis == "x") return std::make_unique<btCapsuleShapeX>(r, h);
-        if (s.axis == "y") return std::make_unique<btCapsuleShape>(r, h);
-        return std::make_unique<btCapsuleShapeZ>(r, h);
-    }
-    if (s.shape == "cylinder") {
-        if (s.axis == "x") return std::make_unique<btCylinderShapeX>(btVector3(h / 2, r, r));
-        if (s.axis == "y") return std::make_unique<btCylinderShape>(btVector3(r, h / 2, r));
-        return std::make_unique<btCylinderShapeZ>(btVector3(r, r, h / 2));
-    }
-    if (s.shape == "cone") {
-        std::unique_ptr<btConvexShape> cone;
-        if (s.axis == "x")
-            cone = std::make_unique<btConeShapeX>(r, h);
-        else if (s.axis == "y")
-            cone = std::make_unique<btConeShape>(r, h);
-        else
-            cone = std::make_unique<btConeShapeZ>(r, h);
-        cone->setMargin(scalar(kMargin));
-        return cone;
-    }
-    return make_hull(s);
-}
 
 /// A frame at `point` whose column `main` (0: x, 2: z) is `axis`; the next one is near `second`,
 /// where given.
@@ -108,33 +48,29 @@ double relative_angle(const btTransform& parent, const btTransform& child, int m
 
 }  // namespace
 
-btVector3 to_bullet(Vec3 v) { return {scalar(v.x), scalar(v.y), scalar(v.z)}; }
-btTransform to_bullet(const Pose& p) {
-    const Quat q = p.rotation;
-    return btTransform(btQuaternion(scalar(q.x), scalar(q.y), scalar(q.z), scalar(q.w)),
-                       to_bullet(p.position));
-}
-Vec3 from_bullet(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
-Pose from_bullet(const btTransform& t) {
-    const btQuaternion q = t.getRotation();
-    return {from_bullet(t.getOrigin()), {q.x(), q.y(), q.z(), q.w()}};
-}
-
-Pose SceneBody::pose() const {
-    return from_bullet(body->getWorldTransform()) * inverse(frame_to_center);
-}
-
 BulletScene::BulletScene(const Scene& scene)
-    : scene_(scene),
-      substep_s_(scene.world.substep_s),
-      dispatcher_(&configuration_),
-      world_(std::make_unique<btDiscreteDynamicsWorld>(&dispatcher_, &broadphase_, &solver_,
-                                                       &configuration_)) {
+    : scene_(scene), substep_s_(scene.world.substep_s), dispatcher_(&configuration_) {
+    const bool has_multibody = std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                                           [](const BodyItem& b) { return !b.multibody.empty(); });
+    if (has_multibody) {
+        solver_ = std::make_unique<btMultiBodyConstraintSolver>();
+        auto world = std::make_unique<btMultiBodyDynamicsWorld>(
+            &dispatcher_, &broadphase_, static_cast<btMultiBodyConstraintSolver*>(solver_.get()),
+            &configuration_);
+        multibody_world_ = world.get();
+        world_ = std::move(world);
+        world_->getPairCache()->setOverlapFilterCallback(&group_filter_);
+    } else {
+        solver_ = std::make_unique<btSequentialImpulseConstraintSolver>();
+        world_ = std::make_unique<btDiscreteDynamicsWorld>(&dispatcher_, &broadphase_,
+                                                           solver_.get(), &configuration_);
+    }
     world_->setGravity(up() * scalar(-scene.world.gravity_m_s2));
     world_->getSolverInfo().m_numIterations = scene.world.solver_iterations;
 }
 
 BulletScene::~BulletScene() {
+    multibodies_.clear();
     for (const auto& constraint : constraints_) world_->removeConstraint(constraint.get());
     for (const auto& body : owned_bodies_) world_->removeRigidBody(body.get());
 }
@@ -148,16 +84,20 @@ Result<std::unique_ptr<BulletScene>> BulletScene::create(const Scene& scene) {
 
 Status BulletScene::build() {
     if (scene_.world.ground_plane) add_ground();
-    bodies_.reserve(scene_.bodies.size());
+    std::vector<MultibodyItem> multibodies;
     for (const BodyItem& item : scene_.bodies) {
-        const Status added = add_body(item);
-        if (!added) return added;
+        auto shape = shapes_.make(scene_, item);
+        if (!shape) return Error{shape.error()};
+        bodies_.push_back({item.name, &item, from_bullet(shape->center)});
+        if (item.multibody.empty())
+            add_body(item, *shape);
+        else
+            add_to_multibody(item, *shape, multibodies);
     }
+    if (shapes_.has_gimpact()) btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher_);
+    for (const MultibodyItem& item : multibodies) add_multibody(item);
     separate_groups();
-    for (const JointItem& item : scene_.joints) {
-        const Status added = add_joint(item);
-        if (!added) return added;
-    }
+    for (const JointItem& item : scene_.joints) add_joint(item);
     for (const MotionItem& item : scene_.motions) {
         Drive drive{Motion(item)};
         for (size_t i = 0; i < joints_.size(); ++i)
@@ -174,9 +114,8 @@ btVector3 BulletScene::up() const {
 }
 
 void BulletScene::add_ground() {
-    shapes_.push_back(
-        std::make_unique<btStaticPlaneShape>(up(), scalar(scene_.world.ground_height_m)));
-    btRigidBody::btRigidBodyConstructionInfo info(0, nullptr, shapes_.back().get());
+    btRigidBody::btRigidBodyConstructionInfo info(
+        0, nullptr, shapes_.make_plane(up(), scene_.world.ground_height_m));
     info.m_friction = 1;  // Bullet multiplies both bodies' friction
     owned_bodies_.push_back(std::make_unique<btRigidBody>(info));
     world_->addRigidBody(owned_bodies_.back().get());
@@ -187,88 +126,91 @@ std::vector<const btCollisionObject*> BulletScene::apart_from_soil() const {
     std::vector<const btCollisionObject*> objects;
     if (ground_) objects.push_back(ground_);
     for (const SceneBody& body : bodies_)
-        if (body.item->ignore_soil) objects.push_back(body.body);
+        if (body.item->ignore_soil) objects.push_back(body.object);
     return objects;
 }
 
-Status BulletScene::add_body(const BodyItem& item) {
-    const std::vector<ShapeItem> solids = item.solids();
+void BulletScene::add_body(const BodyItem& item, const SceneShapes::BodyShape& shape) {
     const bool moves = item.mass_kg > 0 && !item.kinematic;
-    std::vector<btConvexShape*> children;
-    std::vector<btScalar> masses;
-    for (const ShapeItem& solid : solids) {
-        std::unique_ptr<btConvexShape> shape = make_shape(solid);
-        if (!shape)
-            return Error{
-                scene_.message(solid.where("points_m"),
-                               fmt::format("the hull of body \"{}\" has no volume", item.name))};
-        children.push_back(shape.get());
-        shapes_.push_back(std::move(shape));
-        masses.push_back(scalar(solid.mass_kg.value_or(volume_m3(solid))));
-    }
-    const bool plain = item.shape.shape != "compound";
-    btTransform center = btTransform::getIdentity();  // of mass, in the body's frame
-    btVector3 inertia(0, 0, 0);
-    btCollisionShape* shape = children[0];
-    if (plain) {
-        if (moves) shape->calculateLocalInertia(scalar(item.mass_kg), inertia);
-    } else {
-        btCompoundShape unweighted;
-        for (size_t i = 0; i < children.size(); ++i)
-            unweighted.addChildShape(to_bullet(solids[i].pose), children[i]);
-        if (item.inertial) {
-            center = to_bullet(item.inertial->frame);
-            inertia = to_bullet(item.inertial->moments_kg_m2);
-        } else if (moves) {
-            btScalar total = 0;
-            for (const btScalar mass : masses) total += mass;
-            for (btScalar& mass : masses) mass *= scalar(item.mass_kg) / total;
-            unweighted.calculatePrincipalAxisTransform(masses.data(), center, inertia);
-        }
-        auto compound = std::make_unique<btCompoundShape>();
-        for (size_t i = 0; i < children.size(); ++i)
-            compound->addChildShape(center.inverse() * to_bullet(solids[i].pose), children[i]);
-        shape = compound.get();
-        shapes_.push_back(std::move(compound));
-    }
-    motion_states_.push_back(std::make_unique<btDefaultMotionState>(to_bullet(item.pose) * center));
-    btRigidBody::btRigidBodyConstructionInfo info(moves ? scalar(item.mass_kg) : 0,
-                                                  motion_states_.back().get(), shape, inertia);
+    motion_states_.push_back(
+        std::make_unique<btDefaultMotionState>(to_bullet(item.pose) * shape.center));
+    btRigidBody::btRigidBodyConstructionInfo info(
+        moves ? scalar(item.mass_kg) : 0, motion_states_.back().get(), shape.shape, shape.inertia);
     info.m_friction = scalar(item.friction);
     info.m_restitution = scalar(item.restitution);
     info.m_linearDamping = scalar(item.linear_damping);
     info.m_angularDamping = scalar(item.angular_damping);
     owned_bodies_.push_back(std::make_unique<btRigidBody>(info));
     btRigidBody* body = owned_bodies_.back().get();
+    if (item.is_ghost)
+        body->setCollisionFlags(body->getCollisionFlags() |
+                                btCollisionObject::CF_NO_CONTACT_RESPONSE);
     if (item.kinematic) {
         body->setCollisionFlags(body->getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
         body->setActivationState(DISABLE_DEACTIVATION);
     }
     if (moves) {
         const btVector3 omega = to_bullet(item.angular_velocity_rad_s);
-        const btVector3 arm = to_bullet(item.pose).getBasis() * center.getOrigin();
+        const btVector3 arm = to_bullet(item.pose).getBasis() * shape.center.getOrigin();
         body->setLinearVelocity(to_bullet(item.velocity_m_s) + omega.cross(arm));
         body->setAngularVelocity(omega);
     }
+    group_filter_.add(*body, item.group);
     world_->addRigidBody(body);
-    bodies_.push_back({item.name, body, from_bullet(center), &item});
-    return Done{};
+    bodies_.back().body = body;
+    bodies_.back().object = body;
+}
+
+void BulletScene::add_to_multibody(const BodyItem& item, const SceneShapes::BodyShape& shape,
+                                   std::vector<MultibodyItem>& multibodies) const {
+    MultibodyLink link{&item, nullptr, -1, bodies_.size() - 1, shape};
+    for (const JointItem& joint : scene_.joints)
+        if (joint.child == item.name) link.joint = &joint;
+    if (multibodies.empty() || multibodies.back().name != item.multibody)
+        multibodies.push_back({item.multibody, {}});
+    std::vector<MultibodyLink>& links = multibodies.back().links;
+    for (size_t i = 0; link.joint && i < links.size(); ++i)
+        if (links[i].item->name == link.joint->parent) link.parent = static_cast<int>(i);
+    links.push_back(link);
+}
+
+void BulletScene::add_multibody(const MultibodyItem& item) {
+    multibodies_.push_back(
+        std::make_unique<SceneMultibody>(*multibody_world_, group_filter_, item, substep_s_));
+    const SceneMultibody& made = *multibodies_.back();
+    for (size_t i = 0; i < item.links.size(); ++i) {
+        SceneBody& body = bodies_[item.links[i].body_index];
+        body.multibody = &made.multibody();
+        body.link = made.link_index(i);
+        body.object = made.collider(i);
+        if (!item.links[i].joint) continue;
+        SceneJoint joint;
+        joint.name = item.links[i].joint->name;
+        joint.item = item.links[i].joint;
+        joint.multibody = &made.multibody();
+        joint.link = body.link;
+        joint.link_motor = made.motor(i);
+        joint.position = joint.item->start;
+        joints_.push_back(joint);
+    }
 }
 
 void BulletScene::separate_groups() {
     for (const SceneBody& a : bodies_)
         for (const SceneBody& b : bodies_)
             if (&a != &b && !a.item->group.empty() && a.item->group == b.item->group)
-                a.body->setIgnoreCollisionCheck(b.body, true);
+                a.object->setIgnoreCollisionCheck(b.object, true);
 }
 
-Status BulletScene::add_joint(const JointItem& item) {
+void BulletScene::add_joint(const JointItem& item) {
     SceneJoint joint;
     joint.name = item.name;
     joint.item = &item;
+    joint.position = item.start;
     const SceneBody* parent = find_body(item.parent);
     joint.parent = parent ? parent->body : &btTypedConstraint::getFixedBody();
     joint.child = find_body(item.child)->body;
+    if (!joint.child) return;  // a joint within a multibody
     const bool suspension = item.kind == "suspension";
     const btTransform frame =
         suspension ? joint_frame(item.point_m, item.axis, 0, &item.spring_axis)
@@ -280,15 +222,18 @@ Status BulletScene::add_joint(const JointItem& item) {
     if (item.kind == "hinge") {
         auto hinge = std::make_unique<btHingeConstraint>(
             *joint.parent, *joint.child, joint.parent_frame, joint.child_frame, true);
-        if (item.lower_rad) hinge->setLimit(scalar(*item.lower_rad), scalar(*item.upper_rad));
+        if (item.lower_rad && *item.upper_rad - *item.lower_rad < 2 * kPi)
+            hinge->setLimit(scalar(*item.lower_rad - item.start),
+                            scalar(*item.upper_rad - item.start));
         if (item.motor_torque_n_m > 0)  // Bullet's limit of a hinge motor is an impulse
             hinge->enableAngularMotor(true, 0, scalar(item.motor_torque_n_m * substep_s_));
         made = std::move(hinge);
     } else if (item.kind == "slider") {
         auto slider = std::make_unique<btSliderConstraint>(
             *joint.parent, *joint.child, joint.parent_frame, joint.child_frame, true);
-        slider->setLowerLinLimit(scalar(item.lower_m.value_or(1)));
-        slider->setUpperLinLimit(scalar(item.upper_m.value_or(-1)));
+        const bool is_limited = item.lower_m.has_value();
+        slider->setLowerLinLimit(is_limited ? scalar(*item.lower_m - item.start) : 1);
+        slider->setUpperLinLimit(is_limited ? scalar(*item.upper_m - item.start) : -1);
         slider->setLowerAngLimit(0);
         slider->setUpperAngLimit(0);
         if (item.motor_force_n > 0) {
@@ -303,6 +248,14 @@ Status BulletScene::add_joint(const JointItem& item) {
         made = std::make_unique<btPoint2PointConstraint>(*joint.parent, *joint.child,
                                                          joint.parent_frame.getOrigin(),
                                                          joint.child_frame.getOrigin());
+    } else if (item.kind == "planar") {
+        auto plane = std::make_unique<btGeneric6DofSpring2Constraint>(
+            *joint.parent, *joint.child, joint.parent_frame, joint.child_frame);
+        plane->setLinearLowerLimit(btVector3(1, 1, 0));
+        plane->setLinearUpperLimit(btVector3(-1, -1, 0));
+        plane->setAngularLowerLimit(btVector3(0, 0, 1));
+        plane->setAngularUpperLimit(btVector3(0, 0, -1));
+        made = std::move(plane);
     } else {
         auto wheel = std::make_unique<btGeneric6DofSpring2Constraint>(
             *joint.parent, *joint.child, joint.parent_frame, joint.child_frame);
@@ -326,7 +279,6 @@ Status BulletScene::add_joint(const JointItem& item) {
     joint.constraint = made.get();
     constraints_.push_back(std::move(made));
     joints_.push_back(joint);
-    return Done{};
 }
 
 const SceneBody* BulletScene::find_body(const std::string& name) const {
@@ -337,15 +289,20 @@ const SceneBody* BulletScene::find_body(const std::string& name) const {
 
 void BulletScene::update_joint_positions() {
     for (SceneJoint& joint : joints_) {
+        const double start = joint.item->start;
+        if (joint.multibody) {
+            joint.position = start + joint.multibody->getJointPos(joint.link);
+            continue;
+        }
         const btTransform parent = joint.parent->getWorldTransform() * joint.parent_frame;
         const btTransform child = joint.child->getWorldTransform() * joint.child_frame;
         if (joint.item->kind == "slider") {
             joint.position =
-                parent.getBasis().getColumn(0).dot(child.getOrigin() - parent.getOrigin());
+                start + parent.getBasis().getColumn(0).dot(child.getOrigin() - parent.getOrigin());
             continue;
         }
         const double angle =
-            relative_angle(parent, child, joint.item->kind == "suspension" ? 0 : 2);
+            start + relative_angle(parent, child, joint.item->kind == "suspension" ? 0 : 2);
         joint.position += std::remainder(angle - joint.position, 2 * kPi);
     }
 }
@@ -364,6 +321,32 @@ void BulletScene::drive(const Drive& drive) {
         const double planned = (velocity - drive.motion.value(time_s())) / substep_s_;
         const double error = drive.motion.value(time_s()) - joint.position;
         velocity = planned + kMotorCorrection * error / substep_s_;
+    }
+    set_motor(joint, velocity);
+}
+
+void BulletScene::drive_mimics() {
+    for (const SceneJoint& joint : joints_) {
+        if (!joint.item->mimic) continue;
+        const JointMimic& mimic = *joint.item->mimic;
+        const auto source = std::find_if(joints_.begin(), joints_.end(), [&](const SceneJoint& j) {
+            return j.name == mimic.joint;
+        });
+        // A source that is locked stays where it was when the joint's start was reckoned.
+        const double target = source == joints_.end()
+                                  ? joint.item->start
+                                  : mimic.multiplier * source->position + mimic.offset;
+        set_motor(joint, kMotorCorrection * (target - joint.position) / substep_s_);
+    }
+}
+
+void BulletScene::set_motor(const SceneJoint& joint, double velocity) {
+    if (joint.item->max_velocity)
+        velocity = std::clamp(velocity, -*joint.item->max_velocity, *joint.item->max_velocity);
+    if (joint.multibody) {
+        if (std::abs(velocity) > kMotorRest) joint.multibody->wakeUp();
+        joint.link_motor->setVelocityTarget(scalar(velocity));
+        return;
     }
     if (std::abs(velocity) > kMotorRest) {
         joint.parent->activate();
@@ -386,6 +369,7 @@ void BulletScene::drive(const Drive& drive) {
 
 void BulletScene::substep() {
     for (const Drive& d : drives_) drive(d);
+    drive_mimics();
     world_->stepSimulation(scalar(substep_s_), 0);  // 0: one step of exactly this length
     ++substep_count_;
     update_joint_positions();

@@ -9,29 +9,26 @@
 
 #include "motion.h"
 #include "scene.h"
+#include "scene_body.h"
+#include "scene_multibody.h"
+#include "scene_shapes.h"
 
 namespace bsoil::scene {
-
-/// One rigid body of a scene.
-struct SceneBody {
-    std::string name;
-    btRigidBody* body = nullptr;  ///< owned by the BulletScene
-    Pose frame_to_center;  ///< Bullet's frame (centre of mass, principal axes) in the body's frame
-    const BodyItem* item = nullptr;
-
-    /// World pose of the body's frame.
-    Pose pose() const;
-};
 
 /// One joint of a scene.
 struct SceneJoint {
     std::string name;
     const JointItem* item = nullptr;
-    btTypedConstraint* constraint = nullptr;  ///< owned by the BulletScene
+    /// Of a joint between rigid bodies; owned by the BulletScene.
+    btTypedConstraint* constraint = nullptr;
     btRigidBody* parent = nullptr;
     btRigidBody* child = nullptr;
-    btTransform parent_frame, child_frame;  ///< z: hinge axis; x: slider and suspension axis
-    double position = 0;                    ///< rad or m, 0 at the start; turns are counted
+    btTransform parent_frame, child_frame;  ///< z: hinge and plane axis; x: slider, suspension
+    /// Of a joint within a multibody.
+    btMultiBody* multibody = nullptr;
+    int link = -1;
+    btMultiBodyJointMotor* link_motor = nullptr;
+    double position = 0;  ///< rad or m, JointItem::start at the start; turns are counted
 };
 
 /// The world, its bodies and joints. Rebuild it to repeat a run: a reused Bullet world does not
@@ -64,11 +61,17 @@ class BulletScene {
 
     explicit BulletScene(const Scene& scene);
     Status build();
-    Status add_body(const BodyItem& item);
-    Status add_joint(const JointItem& item);
+    void add_body(const BodyItem& item, const SceneShapes::BodyShape& shape);
+    void add_to_multibody(const BodyItem& item, const SceneShapes::BodyShape& shape,
+                          std::vector<MultibodyItem>& multibodies) const;
+    void add_multibody(const MultibodyItem& item);
+    void add_joint(const JointItem& item);
     void add_ground();
     void separate_groups();
     void drive(const Drive& drive);
+    void drive_mimics();
+    /// The velocity [rad/s or m/s] that a joint's motor aims at, within what it may.
+    void set_motor(const SceneJoint& joint, double velocity);
     void update_joint_positions();
     btVector3 up() const;
 
@@ -78,21 +81,19 @@ class BulletScene {
     btDefaultCollisionConfiguration configuration_;
     btCollisionDispatcher dispatcher_;
     btDbvtBroadphase broadphase_;
-    btSequentialImpulseConstraintSolver solver_;
+    GroupFilter group_filter_;
+    std::unique_ptr<btConstraintSolver> solver_;
     std::unique_ptr<btDiscreteDynamicsWorld> world_;
-    std::vector<std::unique_ptr<btCollisionShape>> shapes_;
+    btMultiBodyDynamicsWorld* multibody_world_ = nullptr;  ///< world_, where there are multibodies
+    SceneShapes shapes_;
     std::vector<std::unique_ptr<btMotionState>> motion_states_;
     std::vector<std::unique_ptr<btRigidBody>> owned_bodies_;
     const btRigidBody* ground_ = nullptr;
+    std::vector<std::unique_ptr<SceneMultibody>> multibodies_;
     std::vector<std::unique_ptr<btTypedConstraint>> constraints_;
     std::vector<SceneBody> bodies_;
     std::vector<SceneJoint> joints_;
     std::vector<Drive> drives_;
 };
-
-btVector3 to_bullet(Vec3 v);
-btTransform to_bullet(const Pose& p);
-Vec3 from_bullet(const btVector3& v);
-Pose from_bullet(const btTransform& t);
 
 }  // namespace bsoil::scene

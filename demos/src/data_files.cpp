@@ -81,6 +81,14 @@ Result<TriangleMesh> read_mesh(const std::string& path) {
     TriangleMesh mesh;
     append_node(*file, *file->mRootNode, aiMatrix4x4(), mesh);
     if (mesh.triangles.empty()) return Error{path + ": no triangles in it"};
+    for (size_t i = 0; i < mesh.vertices.size(); ++i)
+        if (!is_finite(mesh.vertices[i]))
+            return Error{fmt::format("{}: vertex {} is not finite", path, i)};
+    for (const auto& triangle : mesh.triangles)
+        for (const int v : triangle)
+            if (v < 0 || static_cast<size_t>(v) >= mesh.vertices.size())
+                return Error{fmt::format("{}: a triangle names vertex {} of {}", path, v,
+                                         mesh.vertices.size())};
     return mesh;
 }
 

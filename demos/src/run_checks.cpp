@@ -94,16 +94,6 @@ Steadiness steadiness(const std::vector<double>& samples) {
     return out;
 }
 
-double mechanical_energy_j(const btRigidBody& body, const btVector3& gravity_m_s2) {
-    const Vec3 v = from_bullet(body.getLinearVelocity());
-    const Vec3 omega = from_bullet(body.getAngularVelocity() * body.getWorldTransform().getBasis());
-    const Vec3 moments = from_bullet(body.getLocalInertia());  // omega is in the body's axes
-    const Vec3 spin{moments.x * omega.x, moments.y * omega.y, moments.z * omega.z};
-    const double mass_kg = 1 / static_cast<double>(body.getInvMass());
-    const Vec3 at_m = from_bullet(body.getWorldTransform().getOrigin());
-    return mass_kg * (dot(v, v) / 2 - dot(from_bullet(gravity_m_s2), at_m)) + dot(omega, spin) / 2;
-}
-
 RunChecks::RunChecks(const SceneRun& run) : run_(run) {
     for (const CheckItem& item : run.scene().checks)
         if (item.kind != "soil_conserved") watches_.push_back(watch(item));
@@ -119,8 +109,8 @@ double RunChecks::energy_j(const CheckItem& item) const {
     for (const SceneBody& body : run_.bullet().bodies()) {
         const bool named =
             std::find(item.bodies.begin(), item.bodies.end(), body.name) != item.bodies.end();
-        if (body.body->isStaticOrKinematicObject() || (!item.bodies.empty() && !named)) continue;
-        sum_j += mechanical_energy_j(*body.body, run_.bullet().gravity_m_s2());
+        if (item.bodies.empty() || named)
+            sum_j += body.mechanical_energy_j(run_.bullet().gravity_m_s2());
     }
     return sum_j;
 }
@@ -141,7 +131,7 @@ std::optional<double> RunChecks::sample(const CheckItem& item) const {
         if (run_.step_count() == 0) return std::nullopt;  // a reading is the mean of a step
         vector = run_.readings()[static_cast<size_t>(body - bodies.begin())].force_n;
     } else if (item.kind == "speed_steady") {
-        vector = from_bullet(body->body->getLinearVelocity());
+        vector = body->linear_velocity_m_s();
     } else {
         return std::nullopt;
     }
@@ -241,7 +231,7 @@ CheckResult RunChecks::result(const Watch& w) const {
         if (!w.start_m || time_s < run_.step_s()) return not_reached(item.by_s);
         const SceneBody& body = *run_.bullet().find_body(item.body);
         const double creep_mm_s = 1000 * length(body.pose().position - *w.start_m) / time_s;
-        const bool asleep = !body.body->isActive();
+        const bool asleep = !body.is_awake();
         result.verdict = verdict(creep_mm_s <= item.creep_mm_s && (asleep || !item.must_sleep));
         result.figure =
             fmt::format("{:.3f} mm/s from {:g} s on, wanted at most {:g}; {}", creep_mm_s,

@@ -30,9 +30,6 @@ struct Steadiness {
 };
 Steadiness steadiness(const std::vector<double>& samples);
 
-/// Kinetic energy of a rigid body and its potential energy above the world's origin [J].
-double mechanical_energy_j(const btRigidBody& body, const btVector3& gravity_m_s2);
-
 /// Watches a run. `soil_conserved` is checked whether the scene asks or not.
 class RunChecks {
   public:

@@ -48,7 +48,7 @@ Mesh solid_mesh(const ShapeItem& s, const render::Color& color) {
     else if (s.shape == "cone")
         mesh = render::cone_mesh(s.radius_m, s.height_m / 2, color);
     else
-        mesh = render::triangle_mesh(convex_hull(s.points_m).surface, color);
+        mesh = render::triangle_mesh(s.mesh ? *s.mesh : convex_hull(s.points_m).surface, color);
     const bool has_axis = s.shape == "capsule" || s.shape == "cylinder" || s.shape == "cone";
     if (has_axis) render::transform_mesh(mesh, {{}, axis_turn(s.axis)});
     return mesh;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -94,14 +95,16 @@ struct TerrainItem : SceneItem {
     TriangleMesh mesh;  ///< read from `file` by load_scene, in world coordinates
 };
 
-/// A convex solid of a [[body]]; also the region of a [[probe]].
+/// A solid of a [[body]]; also the region of a [[probe]]. All are convex but "mesh", which only
+/// robots have.
 struct ShapeItem : SceneItem {
     std::string shape;
     Vec3 size_m{1, 1, 1};
     double radius_m = 0.5, height_m = 1;
     std::string axis = "z";
     std::vector<Vec3> points_m;
-    Pose pose;  ///< in the body's frame
+    std::shared_ptr<const TriangleMesh> mesh;  ///< of shape "mesh", in the solid's frame
+    Pose pose;                                 ///< in the body's frame
     std::optional<double>
         mass_kg;  ///< share of a compound's mass; by volume where no part states one
     std::optional<Vec3> color;
@@ -129,12 +132,21 @@ struct BodyItem : SceneItem {
     Vec3 velocity_m_s, angular_velocity_rad_s;
     std::string group;
     std::optional<Inertial> inertial;
+    std::string multibody;  ///< bodies of one name are links of one btMultiBody; empty: rigid
+    bool is_ghost = false;  ///< touches nothing: a link without a solid
 
     /// The solids that make the body up: its parts, or itself.
     std::vector<ShapeItem> solids() const;
 };
 
-/// [[joint]]. Frames are in world coordinates at the start.
+/// A joint that follows another one: multiplier x the other's position + offset.
+struct JointMimic {
+    std::string joint;
+    double multiplier = 1, offset = 0;
+};
+
+/// [[joint]]. Frames are in world coordinates at the start. A "planar" joint, which only robots
+/// have, lets the child slide square to the axis and turn about it.
 struct JointItem : SceneItem {
     std::string name, kind, parent, child;
     Vec3 point_m;
@@ -142,25 +154,46 @@ struct JointItem : SceneItem {
     Vec3 spring_axis{0, 0, 1};
     std::optional<double> lower_rad, upper_rad, lower_m, upper_m;
     double motor_torque_n_m = 0, motor_force_n = 0;
+    std::optional<double> max_velocity;  ///< of the motor [rad/s or m/s]; none: as commanded
     double travel_m = 0.1, stiffness_n_m = 20e3, damping_n_s_m = 2e3;
     bool collide = false;
+    double start =
+        0;  ///< position at the start [rad or m]; positions and stops count from its zero
+    std::optional<JointMimic> mimic;
 };
 
-struct LinkMassItem : SceneItem {
+/// [[robot.link]]: what replaces the URDF's figures of a link.
+struct RobotLinkItem : SceneItem {
     std::string link;
-    double mass_kg = 1;
+    std::optional<double> mass_kg, friction, tool_friction, tool_adhesion_pa;
+    std::optional<Vec3> center_of_mass_m, moments_kg_m2;
+    bool ignore_soil = false;
+    std::string collision = "hull";  ///< the robot's where the key is missing
+    int part_capacity = 48;
+    double thickness_m = 0;
+    std::optional<Vec3> color;
 };
+/// [[robot.joint]]
+struct RobotJointItem : SceneItem {
+    std::string joint;
+    bool locked = false;
+    std::optional<double> start_rad, start_m;
+};
+/// [[robot.motor]]: the URDF's limits where a figure is missing.
 struct RobotMotorItem : SceneItem {
     std::string joint;
-    double torque_n_m = 0, force_n = 0;
+    std::optional<double> torque_n_m, force_n, max_velocity_rad_s, max_velocity_m_s;
 };
 /// [[robot]]: expanded into bodies `robot/link` and joints `robot/joint` by load_scene.
 struct RobotItem : SceneItem {
     std::string name, file;
     Pose pose;
-    bool fixed_base = false;
+    std::string build = "bodies";
+    bool fixed_base = false, self_collide = false;
     double friction = 0.5;
-    std::vector<LinkMassItem> link_masses;
+    std::string collision = "hull";
+    std::vector<RobotLinkItem> links;
+    std::vector<RobotJointItem> joints;
     std::vector<RobotMotorItem> motors;
 };
 

@@ -174,6 +174,7 @@ class SceneChecker {
             robots_incomplete_ |= path.empty();
             if (path.empty()) continue;
             const Status added = add_robot(scene_, robot, path);
+            robots_incomplete_ |= !added;
             if (!added) error(robot.where("file"), "{}", added.error());
         }
     }

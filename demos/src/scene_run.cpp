@@ -67,10 +67,10 @@ Status SceneRun::start(const RunDef& def) {
     for (const SceneBody& body : bullet_->bodies()) {
         if (!body.item->tool_friction && !body.item->tool_adhesion_pa) continue;
         const SurfaceFriction as_material;
-        bullet::BodyOptions body_options = action_->options(*body.body);
+        bullet::BodyOptions body_options = action_->options(*body.object);
         body_options.surface = {body.item->tool_friction.value_or(as_material.friction),
                                 body.item->tool_adhesion_pa.value_or(as_material.adhesion_pa)};
-        const Status set = action_->set_options(*body.body, body_options);
+        const Status set = action_->set_options(*body.object, body_options);
         if (!set) return Error{scene_.message(body.item->at, set.error())};
     }
     const Status filled = fill_soil(scene_, action_->soil());
@@ -86,7 +86,7 @@ void SceneRun::step() {
         bullet_->substep();
         if (!action_) continue;
         for (size_t b = 0; b < readings_.size(); ++b) {
-            const bullet::BodyReport report = action_->body_report(*bullet_->bodies()[b].body);
+            const bullet::BodyReport report = action_->body_report(*bullet_->bodies()[b].object);
             BodyReading& reading = readings_[b];
             reading.force_n += report.force_n * (1.0 / substep_count_);
             reading.torque_n_m += report.torque_n_m * (1.0 / substep_count_);
@@ -163,7 +163,7 @@ nlohmann::ordered_json SceneRun::summary() const {
         const Pose pose = body.pose();
         bodies[body.name] = Json{{"position_m", as_json(pose.position)},
                                  {"rotation", as_json(pose.rotation)},
-                                 {"asleep", !body.body->isActive()},
+                                 {"asleep", !body.is_awake()},
                                  {"soil_force_peak_n", peak_force_n_[b]}};
     }
     json["bodies"] = bodies;

@@ -261,6 +261,12 @@ TableOf<JointItem> joint_table() {
         .number("motor_force_n", &J::motor_force_n, kForce,
                 "largest force of the motor; 0: no motor")
         .only({"slider"})
+        .number("max_velocity_deg_s", &J::max_velocity, {1e-3, 36000},
+                "largest velocity of the motor, whatever the [[motion]] asks", kDegree)
+        .only({"hinge", "suspension"})
+        .number("max_velocity_m_s", &J::max_velocity, {1e-5, 100},
+                "largest velocity of the motor, whatever the [[motion]] asks")
+        .only({"slider"})
         .vector("spring_axis", &J::spring_axis, kDirection,
                 "direction of the spring, square to the axis")
         .only({"suspension"})
@@ -275,26 +281,61 @@ TableOf<JointItem> joint_table() {
 
 TableOf<RobotItem> robot_table() {
     using R = RobotItem;
-    const TableOf<LinkMassItem> link_mass =
-        TableOf<LinkMassItem>(
-            "robot.link_mass", true,
-            "Replaces a link's mass; its inertia is then computed from its collision solids.")
-            .text("link", &LinkMassItem::link, "name of the link in the URDF")
+    using L = RobotLinkItem;
+    using J = RobotJointItem;
+    using M = RobotMotorItem;
+    const std::vector<std::string> collisions{"hull", "components", "decompose", "mesh", "none"};
+    const TableOf<L> link =
+        TableOf<L>("robot.link", true, "Replaces what the URDF says of a link.")
+            .text("link", &L::link, "name of the link in the URDF")
             .required()
-            .number("mass_kg", &LinkMassItem::mass_kg, {1e-3, 1e6}, "the mass")
-            .required();
-    const TableOf<RobotMotorItem> motor =
-        TableOf<RobotMotorItem>("robot.motor", true, "Gives a joint of the robot a motor.")
-            .text("joint", &RobotMotorItem::joint, "name of the joint in the URDF")
+            .number("mass_kg", &L::mass_kg, {1e-3, 1e6},
+                    "its mass; centre and moments of inertia are then those of its solids, evenly "
+                    "dense, where the two keys below are missing")
+            .vector("center_of_mass_m", &L::center_of_mass_m, kPlace, "in the link's frame")
+            .vector("moments_kg_m2", &L::moments_kg_m2, {0, 1e9},
+                    "moments of inertia about the centre of mass, along the link's axes")
+            .number("friction", &L::friction, {0, 10}, "with other bodies; else the robot's")
+            .number("tool_friction", &L::tool_friction, {0, 2},
+                    "Coulomb friction with soil; the material's where the key is missing")
+            .number("tool_adhesion_pa", &L::tool_adhesion_pa, {0, 200e3},
+                    "shear stress with soil without pressure; the material's where the key is "
+                    "missing")
+            .flag("ignore_soil", &L::ignore_soil, "the link passes through soil")
+            .word("collision", &L::collision, collisions,
+                  "what becomes of its collision meshes; the robot's where the key is missing")
+            .integer("part_capacity", &L::part_capacity, {1, 500},
+                     "most solids of a mesh: the largest `components`, or what `decompose` may cut it "
+                     "into")
+            .number("thickness_m", &L::thickness_m, {0, 10},
+                    "hulls of the link that are thinner are made so thick, away from the link's "
+                    "middle: soil leaks through plates below two voxels")
+            .vector("color", &L::color, kFraction, "linear red, green, blue for pictures");
+    const TableOf<J> joint =
+        TableOf<J>("robot.joint", true, "How a joint of the robot starts.")
+            .text("joint", &J::joint, "name of the joint in the URDF")
             .required()
-            .number("torque_n_m", &RobotMotorItem::torque_n_m, kForce,
-                    "largest torque, of a joint that turns")
-            .number("force_n", &RobotMotorItem::force_n, kForce,
-                    "largest force, of a joint that slides");
+            .flag("locked", &J::locked, "taken as fixed where it starts")
+            .number("start_deg", &J::start_rad, kAngle,
+                    "position at the start, of a joint that turns; else 0 or the limit next to it",
+                    kDegree)
+            .number("start_m", &J::start_m, kPlace, "the same of a joint that slides");
+    const TableOf<M> motor =
+        TableOf<M>("robot.motor", true, "Gives a joint of the robot a motor, for a [[motion]].")
+            .text("joint", &M::joint, "name of the joint in the URDF")
+            .required()
+            .number("torque_n_m", &M::torque_n_m, kForce,
+                    "largest torque, of a joint that turns; the URDF's effort where it is missing")
+            .number("force_n", &M::force_n, kForce, "largest force, of a joint that slides")
+            .number("max_velocity_deg_s", &M::max_velocity_rad_s, {1e-3, 36000},
+                    "largest velocity; the URDF's where it is missing", kDegree)
+            .number("max_velocity_m_s", &M::max_velocity_m_s, {1e-5, 100},
+                    "largest velocity of a joint that slides");
     return TableOf<R>("robot", true,
                       "A robot from a URDF: its links become bodies `robot/link`, its joints "
-                      "`robot/joint`; "
-                      "links joined by fixed joints become one body.")
+                      "`robot/joint`, whose positions are the URDF's; links joined by fixed joints "
+                      "become one body. Mesh files are looked for beside the URDF, `package://` "
+                      "names in the folders above it.")
         .text("name", &R::name, "unique")
         .required()
         .text("file", &R::file,
@@ -305,11 +346,21 @@ TableOf<RobotItem> robot_table() {
             "position_m", [](R& r) -> Vec3& { return r.pose.position; }, kPlace, "of the root link")
         .rotation([](R& r) -> Quat& { return r.pose.rotation; },
                   "of the root link; the URDF's z is turned up first")
+        .word("build", &R::build, {"bodies", "multibody"},
+              "bodies: rigid bodies and constraints; multibody: one btMultiBody (Featherstone), "
+              "whose "
+              "joints cannot come apart, with a part of its own behind each floating joint")
         .flag("fixed_base", &R::fixed_base, "the root link does not move")
+        .flag("self_collide", &R::self_collide,
+              "links collide with each other, save those that a joint connects")
         .number("friction", &R::friction, {0, 10}, "of all its links")
-        .child<LinkMassItem>("link_mass", link_mass,
-                             [](R& r) { return &r.link_masses.emplace_back(); })
-        .child<RobotMotorItem>("motor", motor, [](R& r) { return &r.motors.emplace_back(); });
+        .word("collision", &R::collision, collisions,
+              "what becomes of collision meshes; hull: the mesh's convex hull; components: a hull "
+              "of each connected part; decompose: the parts cut into convex solids; mesh: the "
+              "triangles themselves; none: all solids of the URDF are left out")
+        .child<L>("link", link, [](R& r) { return &r.links.emplace_back(); })
+        .child<J>("joint", joint, [](R& r) { return &r.joints.emplace_back(); })
+        .child<M>("motor", motor, [](R& r) { return &r.motors.emplace_back(); });
 }
 
 TableOf<MotionItem> motion_table() {

@@ -69,11 +69,11 @@ void Telemetry::write_row() {
         const BodyReading& reading = run_->readings()[b];
         const Pose pose = body.pose();
         const Vec3 arm = rotate(pose.rotation, -body.frame_to_center.position);
-        const Vec3 omega = from_bullet(body.body->getAngularVelocity());
+        const Vec3 omega = body.angular_velocity_rad_s();
         numbers(pose.position);
         fmt::print(table_, ",{:.6g},{:.6g},{:.6g},{:.6g}", pose.rotation.x, pose.rotation.y,
                    pose.rotation.z, pose.rotation.w);
-        numbers(from_bullet(body.body->getLinearVelocity()) + cross(omega, arm));
+        numbers(body.linear_velocity_m_s() + cross(omega, arm));
         numbers(reading.force_n);
         numbers(reading.torque_n_m);
         fmt::print(table_, ",{:.6g}", reading.sinkage_m);

@@ -74,7 +74,12 @@ TEST(MechanicalEnergy, counts_motion_turning_and_height) {
     body.setLinearVelocity(btVector3(0, 4, 0));
     body.setAngularVelocity(btVector3(5, 0, 0));
     const double turning_j = 0.5 * static_cast<double>(inertia.y()) * 25;
-    EXPECT_NEAR(mechanical_energy_j(body, btVector3(0, 0, -10)), 0.5 * 3 * 16 + 60 + turning_j,
+    BodyItem item;
+    item.mass_kg = 3;
+    SceneBody in_scene;
+    in_scene.item = &item;
+    in_scene.object = in_scene.body = &body;
+    EXPECT_NEAR(in_scene.mechanical_energy_j(btVector3(0, 0, -10)), 0.5 * 3 * 16 + 60 + turning_j,
                 1e-4);
 }
 

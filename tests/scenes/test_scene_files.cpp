@@ -101,7 +101,7 @@ duration_s = 1
 name = "cart"
 file = "cart.urdf"
 position_m = [10, 0, 0]
-[[robot.link_mass]]
+[[robot.link]]
 link = "wheel"
 mass_kg = 2
 [[robot.motor]]
@@ -125,7 +125,9 @@ TEST_F(SceneFiles, links_joined_by_fixed_joints_become_one_body) {
                 1e-9);  // reduced mass 0.75 kg at 1 m, about x and y
     const BodyItem& wheel = *scene->find_body("cart/wheel");
     EXPECT_EQ(wheel.mass_kg, 2);
-    EXPECT_FALSE(wheel.inertial) << "a replaced mass takes its inertia from the solids";
+    ASSERT_TRUE(wheel.inertial);  // of its cylinder, evenly dense; moments rise
+    EXPECT_NEAR(wheel.inertial->moments_kg_m2.x, 2.0 / 12 * (3 * 0.3 * 0.3 + 0.1 * 0.1), 1e-12);
+    EXPECT_NEAR(wheel.inertial->moments_kg_m2.z, 2.0 / 2 * 0.3 * 0.3, 1e-12);
     const JointItem& axle = *scene->find_joint("cart/axle");
     EXPECT_EQ(axle.motor_torque_n_m, 5);
     EXPECT_NEAR(axle.point_m.x, 10, 1e-12);

@@ -1,0 +1,100 @@
+#include "urdf_file.h"
+
+#include <console_bridge/console.h>
+#include <fmt/format.h>
+#include <urdf_model/model.h>
+#include <urdf_parser/urdf_parser.h>
+
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <regex>
+#include <sstream>
+
+namespace bsoil::scene {
+namespace {
+
+constexpr size_t kLinkCapacity = 1000;
+constexpr size_t kFileCapacity = 16 << 20;  // [bytes]
+
+/// Collects what urdfdom says instead of printing it.
+class Messages final : public console_bridge::OutputHandler {
+  public:
+    Messages() { console_bridge::useOutputHandler(this); }
+    ~Messages() override { console_bridge::restorePreviousOutputHandler(); }
+    Messages(const Messages&) = delete;
+    Messages& operator=(const Messages&) = delete;
+    void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
+        if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR)
+            errors += (errors.empty() ? "" : "; ") + text;
+    }
+    std::string errors;
+};
+
+urdf::ModelInterfaceSharedPtr parse(const std::string& xml, std::string& errors) {
+    static std::mutex only_one;  // console_bridge has one handler for all threads
+    const std::lock_guard lock(only_one);
+    Messages messages;
+    urdf::ModelInterfaceSharedPtr model;
+    try {
+        model = urdf::parseURDF(xml);
+    } catch (const std::exception& thrown) {
+        messages.errors += (messages.errors.empty() ? "" : "; ") + std::string(thrown.what());
+    }
+    errors = messages.errors;
+    return model;
+}
+
+size_t reachable_count(const urdf::Link& link) {
+    size_t count = 1;
+    for (const auto& child : link.child_links) count += reachable_count(*child);
+    return count;
+}
+
+/// urdfdom takes a link with two parents, and then has its solids twice.
+Status check_tree(const urdf::ModelInterface& model, const std::string& path) {
+    if (model.links_.size() > kLinkCapacity)
+        return Error{
+            fmt::format("{}: {} links are more than {}", path, model.links_.size(), kLinkCapacity)};
+    std::map<std::string, std::string> joint_of;
+    for (const auto& [name, joint] : model.joints_) {
+        const auto [first, is_first] = joint_of.emplace(joint->child_link_name, name);
+        if (!is_first)
+            return Error{
+                fmt::format("{}: link \"{}\" is the child of the joints \"{}\" and "
+                            "\"{}\": links and joints have to form a tree",
+                            path, joint->child_link_name, first->second, name)};
+    }
+    const size_t reached = reachable_count(*model.getRoot());
+    if (reached != model.links_.size())
+        return Error{fmt::format(
+            "{}: {} of {} links do not hang on the root \"{}\": their joints "
+            "form a loop",
+            path, model.links_.size() - reached, model.links_.size(), model.getRoot()->name)};
+    return Done{};
+}
+
+}  // namespace
+
+Result<urdf::ModelInterfaceSharedPtr> read_urdf(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::stringstream text;
+    text << file.rdbuf();
+    if (!file) return Error{path + ": cannot be read"};
+    if (text.view().size() > kFileCapacity)
+        return Error{fmt::format("{}: larger than {} MiB", path, kFileCapacity >> 20)};
+    static const std::regex kOptionalEnvironment(R"(\$\(optenv\s+\w+\s+([^)]*)\))");
+    const std::string xml = std::regex_replace(text.str(), kOptionalEnvironment, "$1");
+    std::string errors;
+    urdf::ModelInterfaceSharedPtr model = parse(xml, errors);
+    if (!model || !model->getRoot())
+        return Error{fmt::format("{}: not a valid URDF: {}", path,
+                                 errors.empty() ? "it has no root link" : errors)};
+    // A faulty inertial or collision is reported and left out: it would be missed.
+    if (!errors.empty()) return Error{fmt::format("{}: {}", path, errors)};
+    const Status is_tree = check_tree(*model, path);
+    if (!is_tree) return Error{is_tree.error()};
+    return model;
+}
+
+}  // namespace bsoil::scene
