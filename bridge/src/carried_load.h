@@ -29,6 +29,7 @@ class CarriedLoads {
     void close_substep();
 
   private:
+    friend class CouplingSnapshot;
     struct Loaded {
         BodyState body;
         BodyLoad load;
