@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <limits>
 #include <random>
 
 #include "bsoil/bullet/world_snapshot.h"
@@ -301,6 +302,207 @@ TEST_F(WorldSnapshot, compounds_and_meshes_go_on_as_the_run_that_saved) {
 
 TEST_F(WorldSnapshot, multibody_on_soil_goes_on_bit_for_bit) {
     for (const int before : {1, 45}) expect_goes_on(build_multibody, before, 45);
+}
+
+TEST_F(WorldSnapshot, soil_and_coupling_alone_go_on_where_the_host_puts_the_bodies) {
+    // Kinematic bodies only: their poses are the host's.
+    const auto build = [] {
+        auto w = std::make_unique<TestWorld>();
+        add_soil(*w);
+        w->motion_states.push_back(std::make_unique<btDefaultMotionState>(
+            btTransform(btQuaternion::getIdentity(), btVector3(-0.9f, 0.42f, 0))));
+        BulletScene& s = w->scene;
+        s.bodies.push_back(std::make_unique<btRigidBody>(
+            0, w->motion_states.back().get(), &s.shape<btBoxShape>(btVector3(0.1f, 0.2f, 0.2f))));
+        w->driven = s.bodies.back().get();
+        w->driven->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+        w->driven->setActivationState(DISABLE_DEACTIVATION);
+        s.world->addRigidBody(w->driven);
+        return w;
+    };
+    const auto saved = build(), restored = build();
+    saved->run(30);
+    ASSERT_TRUE(saved->soil->save(path("a")));
+    restored->frame = 29;
+    restored->step();  // brings the body there
+    const Status loaded = restored->soil->load(path("a"));
+    ASSERT_TRUE(loaded) << loaded.error();
+    EXPECT_EQ(restored->soil->step_count(), saved->soil->step_count());
+    const BodyReport report = saved->soil->body_report(*saved->driven);
+    EXPECT_GT(length(report.force_n), 0);
+    EXPECT_EQ(restored->soil->body_report(*restored->driven).force_n.x, report.force_n.x);
+    EXPECT_EQ(restored->soil->body_report(*restored->driven).peak_force_n, report.peak_force_n);
+    for (int i = 0; i < 30; ++i) {
+        saved->step();
+        restored->step();
+        ASSERT_EQ(restored->soil->soil().checksum(), saved->soil->soil().checksum()) << i;
+        ASSERT_EQ(restored->soil->body_report(*restored->driven).force_n.x,
+                  saved->soil->body_report(*saved->driven).force_n.x);
+    }
+}
+
+TEST_F(WorldSnapshot, a_world_that_has_blown_up_can_be_put_back) {
+    const auto w = build_heap();
+    w->run(20);
+    ASSERT_TRUE(w->save(path("a")));
+    const uint64_t good = w->checksum();
+    const btScalar nan = std::numeric_limits<btScalar>::quiet_NaN();
+    w->scene.bodies[5]->setLinearVelocity(btVector3(nan, 0, 0));
+    const Status refused = w->save(path("b"));
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().find("finite"), std::string::npos) << refused.error();
+    const Status loaded = w->load(path("a"));
+    ASSERT_TRUE(loaded) << loaded.error();
+    EXPECT_EQ(w->checksum(), good);
+}
+
+TEST_F(WorldSnapshot, damaged_files_are_refused_and_change_nothing) {
+    const auto w = build_machine(), twin = build_machine();
+    w->run(8);
+    twin->run(8);
+    ASSERT_TRUE(w->save(path("a")));
+    const std::vector<char> good = bytes_of(path("a"));
+    w->run(2);
+    twin->run(2);
+    const uint64_t checksum = w->checksum();
+    const auto expect_refused = [&](const std::vector<char>& bytes, const std::string& what) {
+        write_bytes(path("b"), bytes);
+        for (const Status& status : {w->load(path("b")), w->soil->load(path("b"))}) {
+            ASSERT_FALSE(status) << what;
+            ASSERT_NE(status.error().find(path("b")), std::string::npos) << status.error();
+        }
+        ASSERT_EQ(w->checksum(), checksum) << what;
+    };
+    std::mt19937 random(3);
+    for (size_t i = 0; i < 400; ++i) {
+        std::vector<char> flipped = good;
+        const size_t at = i < 200 ? i : random() % good.size();
+        flipped[at] = static_cast<char>(flipped[at] ^ (1 << random() % 8));
+        expect_refused(flipped, "bit flipped in byte " + std::to_string(at));
+    }
+    for (const size_t size : {size_t{0}, size_t{7}, size_t{16}, size_t{60}, size_t{200},
+                              good.size() / 2, good.size() - 1})
+        expect_refused({good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size)},
+                       "cut to " + std::to_string(size));
+    std::vector<char> longer = good;
+    longer.push_back('x');
+    expect_refused(longer, "a byte too many");
+    expect_refused({}, "empty");
+    w->run(10);
+    twin->run(10);
+    EXPECT_EQ(w->checksum(), twin->checksum());
+}
+
+// A hash keeps accidents out, not someone who computes it anew: whatever stands in a section, the
+// world is whole after, and as it was where an error is returned.
+TEST_F(WorldSnapshot, forged_sections_are_refused_or_harmless) {
+    const auto w = build_machine();
+    w->run(8);
+    ASSERT_TRUE(w->save(path("a")));
+    const auto sections = read_snapshot_file(path("a"));
+    ASSERT_TRUE(sections);
+    std::mt19937 random(4);
+    int refused = 0;
+    for (int i = 0; i < 400; ++i) {
+        std::vector<SnapshotSection> forged = *sections;
+        std::vector<uint8_t>& bytes = forged[random() % forged.size()].bytes;
+        const size_t at = random() % bytes.size();
+        if (i % 4 == 0)
+            bytes.resize(at);
+        else if (i % 4 == 1)
+            std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(at),
+                      bytes.begin() + static_cast<std::ptrdiff_t>(std::min(at + 8, bytes.size())),
+                      static_cast<uint8_t>(0xff));
+        else
+            bytes[at] = static_cast<uint8_t>(random());
+        ASSERT_TRUE(write_snapshot_file(path("b"), forged));
+        const uint64_t before = w->checksum();
+        if (w->load(path("b"))) {
+            ASSERT_TRUE(w->load(path("a")));
+        } else {
+            ++refused;
+            ASSERT_EQ(w->checksum(), before) << i;
+        }
+        if (i % 40 == 0) w->step();
+    }
+    EXPECT_GT(refused, 200);
+    w->run(20);
+}
+
+TEST_F(WorldSnapshot, sizes_in_the_head_are_not_believed) {
+    const SnapshotSection section{"soil", std::vector<uint8_t>(1000, 7)};
+    ASSERT_TRUE(write_snapshot_file(path("a"), {&section, 1}));
+    const std::vector<char> good = bytes_of(path("a"));
+    for (const size_t at : {size_t{12}, size_t{32}, size_t{40}}) {  // sections, content, frame
+        std::vector<char> huge = good;
+        for (size_t i = 0; i < 4; ++i) huge[at + i] = static_cast<char>(0x7f);
+        if (at > 12) huge[at + 7] = static_cast<char>(0x7f);
+        // The head's own hash would catch it: make it fit.
+        const size_t head = 16 + 40;
+        uint64_t hash = 0xcbf29ce484222325ull;
+        hash = add(hash, huge.data(), head);
+        std::memcpy(huge.data() + head, &hash, sizeof(hash));
+        write_bytes(path("b"), huge);
+        const auto read = read_snapshot_file(path("b"));
+        ASSERT_FALSE(read) << at;
+        EXPECT_NE(read.error().find("damaged"), std::string::npos) << read.error();
+    }
+    std::vector<char> other = good;
+    other[8] = 2;
+    write_bytes(path("b"), other);
+    const auto read = read_snapshot_file(path("b"));
+    ASSERT_FALSE(read);
+    EXPECT_NE(read.error().find("version 2"), std::string::npos) << read.error();
+}
+
+TEST_F(WorldSnapshot, another_world_or_soil_is_refused_by_name) {
+    const auto saved = build_machine();
+    saved->run(5);
+    ASSERT_TRUE(saved->save(path("a")));
+    const auto expect = [&](TestWorld& w, const std::string& words) {
+        const uint64_t before = w.checksum();
+        const Status status = w.load(path("a"));
+        ASSERT_FALSE(status) << words;
+        EXPECT_NE(status.error().find(words), std::string::npos) << status.error();
+        EXPECT_EQ(w.checksum(), before);
+    };
+    const auto more = build_machine();
+    more->scene.add_box(1, {0.1f, 0.1f, 0.1f}, {0, 3, 0});
+    expect(*more, "collision objects");
+    const auto heavy = build_machine();
+    heavy->scene.bodies[0]->setMassProps(41, btVector3(1, 1, 1));
+    expect(*heavy, "mass_kg 41");
+    const auto indexed = build_machine();
+    indexed->scene.bodies[1]->setUserIndex(3);
+    expect(*indexed, "user index 3");
+    const auto loose = build_machine();
+    loose->world().removeConstraint(loose->constraints[0].get());
+    expect(*loose, "constraints");
+    loose->constraints.clear();
+    const auto bare = build_heap();
+    expect(*bare, "another world");
+    const auto finer = build_machine();
+    finer->soil.reset();
+    SoilDef def;
+    def.material.shear_displacement_m = 0.03;  // the only difference
+    def.size_m = {3.2, 0.9, 2.4};
+    def.voxel_m = 0.1;
+    def.backend = Backend::cpu;
+    // The soil's anchor goes to the end of the list; a world of that order is another one.
+    finer->soil = std::move(*SoilAction::create(finer->world(), def));
+    expect(*finer, "another world");
+    const Status soil = finer->soil->soil().load(path("a"));
+    ASSERT_FALSE(soil);
+    EXPECT_NE(soil.error().find("shear_displacement_m of material 'dry_sand' 0.02"),
+              std::string::npos)
+        << soil.error();
+    EXPECT_FALSE(save_world(saved->world(), {}, path("b")));  // has a soil that is not given
+    btSimpleBroadphase simple;
+    btDiscreteDynamicsWorld other(&saved->scene.dispatcher, &simple, &saved->scene.solver,
+                                  &saved->scene.configuration);
+    const Status broadphase = save_world(other, {}, path("b"));
+    ASSERT_FALSE(broadphase);
+    EXPECT_NE(broadphase.error().find("btDbvtBroadphase"), std::string::npos);
 }
 
 }  // namespace

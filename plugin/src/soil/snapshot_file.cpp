@@ -7,7 +7,7 @@
 //     16 bytes  name, filled up with zeros
 //     u64       bytes of its content
 //     u64       bytes of it in this file: one zstd frame
-//     u64       hash of its content
+//     u64       hash of the frame
 //   u64      hash of all bytes so far
 //   ...      the frames, in the order of the list, and nothing after them
 #include "bsoil/snapshot_file.h"
@@ -89,7 +89,7 @@ Status write_snapshot_file(const std::string& path, std::span<const SnapshotSect
         std::memcpy(entry.name, section.name.data(), section.name.size());
         entry.content_bytes = section.bytes.size();
         entry.frame_bytes = size;
-        entry.hash = hash_of(section.bytes);
+        entry.hash = hash_of(frame);
         if (entry.content_bytes > kContentFree + kContentPerByte * entry.frame_bytes)
             return refusal(path, fmt::format("section '{}' shrinks by more than {} times: it could "
                                              "not be told from a damaged one",
@@ -153,15 +153,16 @@ Result<std::vector<SnapshotSection>> read_snapshot_file(const std::string& path)
             return damaged;
         const std::span<const uint8_t> frame = all.subspan(at, entry.frame_bytes);
         at += entry.frame_bytes;
-        if (ZSTD_getFrameContentSize(frame.data(), frame.size()) != entry.content_bytes)
+        // Of the frame, not of what is in it: zstd does not read every bit of its own head.
+        if (hash_of(frame) != entry.hash ||
+            ZSTD_getFrameContentSize(frame.data(), frame.size()) != entry.content_bytes)
             return damaged;
         SnapshotSection section;
         section.name.assign(entry.name, strnlen(entry.name, kNameBytes));
         section.bytes.resize(entry.content_bytes);
         const size_t got =
             ZSTD_decompress(section.bytes.data(), section.bytes.size(), frame.data(), frame.size());
-        if (ZSTD_isError(got) || got != entry.content_bytes ||
-            hash_of(section.bytes) != entry.hash || find_section(sections, section.name))
+        if (ZSTD_isError(got) || got != entry.content_bytes || find_section(sections, section.name))
             return damaged;
         sections.push_back(std::move(section));
     }
