@@ -41,6 +41,12 @@ void list(StateStream& stream, btManifoldPoint& p) {
            p.m_contactMotion2, p.m_contactCFM, p.m_contactERP, p.m_frictionCFM, p.m_lifeTime);
 }
 
+/// Bullet's own leaves the count as it was.
+void clear(btDbvt& tree) {
+    tree.clear();
+    tree.m_leaves = 0;
+}
+
 /// While it lives, an object counts as awake: algorithms for two sleepers come without a manifold.
 class Awake {
   public:
@@ -241,7 +247,7 @@ void ContactCache::read_tree(btDbvt& tree, int set) {
     const auto in_set = [set](const btDbvtProxy& p) {
         return (p.stage == kStages) == (set == btDbvtBroadphase::FIXED_SET);
     };
-    tree.clear();
+    clear(tree);
     int32_t expected = 0, leaves = 0;
     for (int i = 0; i < objects_.size(); ++i) {
         if (!in_set(*proxy(i))) continue;
@@ -302,7 +308,7 @@ void ContactCache::read_tree(btDbvt& tree, int set) {
 
 /// After bytes that were refused: whole again, though in no order that counts.
 void ContactCache::repair() {
-    for (btDbvt& tree : broadphase_.m_sets) tree.clear();
+    for (btDbvt& tree : broadphase_.m_sets) clear(tree);
     for (btDbvtProxy*& root : broadphase_.m_stageRoots) root = nullptr;
     broadphase_.m_stageCurrent = 0;
     btDbvtProxy* last = nullptr;

@@ -274,6 +274,10 @@ class WorldSnapshot : public testing::Test {
         done = restored->load(path("a"));
         ASSERT_TRUE(done) << done.error();
         ASSERT_EQ(restored->checksum(), saved->checksum());
+        // Nothing that is saved got lost.
+        done = restored->save(path("b"));
+        ASSERT_TRUE(done) << done.error();
+        ASSERT_EQ(bytes_of(path("b")), bytes_of(path("a")));
         for (int i = 1; i <= after; ++i) {
             saved->step();
             restored->step();
