@@ -10,6 +10,7 @@
 #include <BulletDynamics/Vehicle/btRaycastVehicle.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "bullet_stream.h"
 #include "contact_cache.h"
@@ -37,6 +38,10 @@ EXPOSE(TotalForce, &btRigidBody::m_totalForce);
 EXPOSE(TotalTorque, &btRigidBody::m_totalTorque);
 EXPOSE(SleepTimer, &btMultiBody::m_sleepTimer);
 #undef EXPOSE
+
+/// A body's mass is part of how the world was built, but for roundings: it passes through a
+/// reciprocal whenever the body carries soil.
+constexpr btScalar kSameMass = btScalar(1e-5);
 
 struct WorldAccess : btDiscreteDynamicsWorld {
     static btScalar& local_time_s(btDiscreteDynamicsWorld& world) {
@@ -112,7 +117,11 @@ void WorldState::serialize_rigid_body(btRigidBody& body) {
     list(stream_, body.*member(GravityAcceleration{}));
     list(stream_, body.*member(TotalForce{}));
     list(stream_, body.*member(TotalTorque{}));
-    stream_(body.*member(InverseMass{}));
+    btScalar inverse_mass = body.getInvMass();
+    stream_(inverse_mass);
+    if (std::abs(inverse_mass - body.getInvMass()) > kSameMass * body.getInvMass())
+        return stream_.refuse();
+    body.*member(InverseMass{}) = inverse_mass;
     if (stream_.reads()) {
         body.setLinearVelocity(linear);
         body.setAngularVelocity(angular);
