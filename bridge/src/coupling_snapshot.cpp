@@ -105,8 +105,8 @@ void CouplingSnapshot::Memory::list_coupled(StateStream& stream,
     stream(coupled.was_asleep);
     for (double& limit_n : coupled.limits_at_sleep_n) stream(limit_n);
     list(stream, coupled.report);
-    stream.list(coupled.shear.entries_, 48,
-                [&](auto& entry) { stream(entry.position_m, entry.slid_m); });
+    stream.list(coupled.shear.entries_, 72,
+                [&](auto& entry) { stream(entry.center_m, entry.normal, entry.slid_m); });
     stream(coupled.pressure_pa, coupled.width_m, coupled.linear_m_s, coupled.angular_rad_s,
            coupled.has_motion);
     list(stream, coupled.direction);
