@@ -7,7 +7,7 @@
 #include "bsoil/bullet/soil_action.h"
 #include "bsoil/snapshot_file.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION {
 
 /// `index` counts the soils of a world.
 class SnapshotAccess {
@@ -22,4 +22,4 @@ class SnapshotAccess {
                                                  size_t index);
 };
 
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION

@@ -4,7 +4,7 @@
 #include "world_objects.h"
 #include "world_state.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION {
 namespace {
 
 constexpr char kWorld[] = "world";
@@ -69,4 +69,4 @@ Status load_world(btDiscreteDynamicsWorld& world, std::span<SoilAction* const> s
     return Done{};
 }
 
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION

@@ -15,6 +15,7 @@
 #include "bsoil/geometry.h"
 #include "bsoil/result.h"
 
+#pragma GCC visibility push(default)
 namespace bsoil {
 
 /// Writes or reads values one after the other, so that one function lists the fields of a state for
@@ -132,3 +133,4 @@ const std::vector<uint8_t>* find_section(std::span<const SnapshotSection> sectio
                                          std::string_view name);
 
 }  // namespace bsoil
+#pragma GCC visibility pop

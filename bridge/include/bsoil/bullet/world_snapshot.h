@@ -10,7 +10,8 @@
 #include "bsoil/bullet/soil_action.h"
 #include "bsoil/snapshot_file.h"
 
-namespace bsoil::bullet {
+#pragma GCC visibility push(default)
+namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION {
 
 /// Writes the state of the world, of all its soils (`soils`: in any order, the same one at load;
 /// none for a world without soil) and of the host (`host`: its own sections, whose names begin with
@@ -32,4 +33,5 @@ Status save_world(btDiscreteDynamicsWorld& world, std::span<SoilAction* const> s
 Status load_world(btDiscreteDynamicsWorld& world, std::span<SoilAction* const> soils,
                   const std::string& path);
 
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION
+#pragma GCC visibility pop
