@@ -7,7 +7,7 @@ project_root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 # gnuplot-nox is a program that the experiments run.
 build_packages=(
     build-essential cmake pkg-config
-    libbullet-dev libeigen3-dev libglm-dev libtbb-dev libzstd-dev
+    libbullet-dev libbullet-extras-dev libeigen3-dev libglm-dev libtbb-dev libzstd-dev
     libegl-dev libgl-dev libegl1 libgl1-mesa-dri libepoxy-dev
     libtomlplusplus-dev libcli11-dev libfmt-dev nlohmann-json3-dev libstb-dev
     liburdfdom-dev libassimp-dev gnuplot-nox

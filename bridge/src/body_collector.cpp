@@ -140,8 +140,8 @@ void BodyCollector::convert(const btCollisionObject& object, Tracked& tracked) {
     if (is_finite(pose)) grid.center_m = transform(inverse(pose), grid.center_m);
     const ShapeKey key{&shape, shape_fingerprint(shape, grid)};
     if (key == tracked.key && (tracked.shapes || !tracked.refusal.empty())) return;
+    if (key != tracked.key) ++tracked.shape_revision;  // not where a snapshot has left it
     tracked.key = key;
-    ++tracked.shape_revision;
     tracked.refusal.clear();
     std::weak_ptr<const Shapes>& cached = shape_cache_[key];
     tracked.shapes = cached.lock();

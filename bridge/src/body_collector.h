@@ -42,6 +42,7 @@ class BodyCollector {
     int body_id(const btCollisionObject& object) const;
 
   private:
+    friend class CouplingSnapshot;
     using Shapes = std::vector<ConvexShape>;
     struct ShapeKey {
         const btCollisionShape* shape;

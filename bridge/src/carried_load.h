@@ -31,6 +31,7 @@ class CarriedLoads {
     void let_go();
 
   private:
+    friend class CouplingSnapshot;
     struct Loaded {
         BodyState body;
         BodyLoad load;

@@ -57,6 +57,7 @@ class ContactCoupling {
     double contact_width_m(int body_id) const;
 
   private:
+    friend class CouplingSnapshot;
     struct CoupledPatch {
         ContactPatch patch;
         Vec3 offset_m;  ///< from the centre of mass: the point follows it, the directions stay

@@ -21,6 +21,7 @@ class ShearMemory {
                                     double voxel_m, double duration_s);
 
   private:
+    friend class CouplingSnapshot;
     struct Entry {
         Vec3 center_m;  ///< of the voxel
         Vec3 normal;

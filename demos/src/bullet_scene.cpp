@@ -287,6 +287,18 @@ const SceneBody* BulletScene::find_body(const std::string& name) const {
     return found == bodies_.end() ? nullptr : &*found;
 }
 
+BulletScene::Progress BulletScene::progress() const {
+    Progress progress;
+    progress.substep_count = substep_count_;
+    for (const SceneJoint& joint : joints_) progress.joint_positions.push_back(joint.position);
+    return progress;
+}
+
+void BulletScene::set_progress(const Progress& progress) {
+    substep_count_ = progress.substep_count;
+    for (size_t i = 0; i < joints_.size(); ++i) joints_[i].position = progress.joint_positions[i];
+}
+
 void BulletScene::update_joint_positions() {
     for (SceneJoint& joint : joints_) {
         const double start = joint.item->start;

@@ -47,6 +47,14 @@ class BulletScene {
     double time_s() const { return static_cast<double>(substep_count_) * substep_s_; }
     const std::vector<SceneBody>& bodies() const { return bodies_; }
     const std::vector<SceneJoint>& joints() const { return joints_; }
+    /// What a run knows besides Bullet's own state: substeps made and the joints' counted turns.
+    struct Progress {
+        int64_t substep_count = 0;
+        std::vector<double> joint_positions;
+    };
+    Progress progress() const;
+    /// Of a scene with as many joints.
+    void set_progress(const Progress& progress);
     const SceneBody* find_body(const std::string& name) const;
     /// What the soil must not meet: the ground plane, since the soil has a floor of its own, and
     /// bodies that ignore it.

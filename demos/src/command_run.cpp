@@ -18,6 +18,8 @@ namespace {
 struct RunArguments {
     OpenedScene opened;
     std::string out;
+    std::string from;
+    long long snapshot_every = 0;
     bool frames = false, video = false, no_pictures = false;
 };
 
@@ -66,10 +68,35 @@ int could_not(const std::string& text) {
     return kCouldNotRun;
 }
 
+constexpr char kChecksSection[] = "host.checks";
+
+Status save(scene::SceneRun& run, const scene::RunChecks& checks, const std::string& path) {
+    return run.save(path, {{kChecksSection, checks.state()}});
+}
+
+/// Goes on from a snapshot of the same scene.
+Status restore(scene::SceneRun& run, scene::RunChecks& checks, const std::string& path) {
+    const auto sections = read_snapshot_file(path);
+    if (!sections) return Error{sections.error()};
+    const std::vector<uint8_t>* watched = find_section(*sections, kChecksSection);
+    if (!watched) return Error{path + ": was not written by bsoil run"};
+    if (const Status known = checks.set_state(*watched); !known)
+        return Error{path + ": " + known.error()};
+    return run.load(path);
+}
+
 int run(RunArguments& arguments) {
     const int opened = arguments.opened.open();
     if (opened != kPassed) return opened;
     scene::SceneRun& run = *arguments.opened.run;
+    scene::RunChecks checks(run);
+    if (!arguments.from.empty()) {
+        const Status restored = restore(run, checks, arguments.from);
+        if (!restored) return could_not(restored.error());
+        if (run.finished())
+            return could_not(fmt::format("{}: stands at step {}, where the run ends",
+                                         arguments.from, run.step_count()));
+    }
     std::error_code failed;
     std::filesystem::create_directories(arguments.out, failed);
     if (failed) return could_not(arguments.out + ": " + failed.message());
@@ -85,7 +112,6 @@ int run(RunArguments& arguments) {
             fmt::print(stderr, "{}\n",
                        made.error());  // a run without a display is a run all the same
     }
-    scene::RunChecks checks(run);
     ProgressBar bar;
 
     const auto picture = [&] { return pictures ? pictures->observe() : Status(Done{}); };
@@ -96,6 +122,12 @@ int run(RunArguments& arguments) {
         telemetry->observe();
         checks.observe();
         pictured = picture();
+        if (arguments.snapshot_every > 0 && run.step_count() % arguments.snapshot_every == 0) {
+            const Status saved =
+                save(run, checks,
+                     fmt::format("{}/step_{:06}.snapshot", arguments.out, run.step_count()));
+            if (!saved) return could_not(saved.error());
+        }
         bar.show(run);
     }
     if (pictured && pictures) pictured = pictures->finish();
@@ -106,7 +138,7 @@ int run(RunArguments& arguments) {
     const Status written = write_text(arguments.out + "/summary.json", summary.dump(2) + '\n');
     if (!written) return could_not(written.error());
     if (run.has_soil()) {
-        const Status saved = run.soil().save(arguments.out + "/final.snapshot");
+        const Status saved = save(run, checks, arguments.out + "/final.snapshot");
         if (!saved) return could_not(saved.error());
     }
     fmt::print("{} steps, {:.2f} s in {:.2f} s ({:.1f} steps/s) -> {}\n", run.step_count(),
@@ -125,6 +157,12 @@ void add_run(CLI::App& app, int& exit_code) {
     arguments->opened.add_options(*command);
     command->add_option("--out", arguments->out, "folder for what the run leaves behind")
         ->required();
+    command
+        ->add_option("--snapshot-every", arguments->snapshot_every,
+                     "OUT/step_000120.snapshot and so on, every so many steps of the soil")
+        ->check(CLI::PositiveNumber);
+    command->add_option("--from", arguments->from,
+                        "go on from a snapshot of this scene; steps count from the scene's start");
     command->add_flag("--frames", arguments->frames, "a PNG for every 1/30 s in OUT/frames");
     command->add_flag("--video", arguments->video,
                       "the same as OUT/video.mp4, where ffmpeg is installed");

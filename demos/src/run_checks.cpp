@@ -149,6 +149,46 @@ RunChecks::Watch RunChecks::watch(const CheckItem& item) const {
 
 bool RunChecks::reached(double t_s) const { return run_.time_s() >= t_s - run_.step_s() / 2; }
 
+void RunChecks::serialize(StateStream& stream, Watch& w) {
+    const auto optional = [&](auto& value) {
+        bool has = value.has_value();
+        stream(has);
+        if (!has) return value.reset();
+        if (!value) value.emplace();
+        stream(*value);
+    };
+    optional(w.start_m);
+    optional(w.value);
+    optional(w.reference);
+    stream(w.peak_n);
+    stream.list(w.samples, 8, [&](double& sample) { stream(sample); });
+}
+
+std::vector<uint8_t> RunChecks::state() const {
+    StateStream stream;
+    std::vector<Watch> watches = watches_;
+    for (Watch& w : watches) {
+        std::string kind = w.item->kind;
+        stream(kind);
+        serialize(stream, w);
+    }
+    return stream.bytes();
+}
+
+Status RunChecks::set_state(std::span<const uint8_t> state) {
+    StateStream stream(state);
+    std::vector<Watch> watches = watches_;
+    for (Watch& w : watches) {
+        std::string kind;
+        stream(kind);
+        if (kind != w.item->kind) stream.refuse();
+        serialize(stream, w);
+    }
+    if (!stream.at_end()) return Error{"the snapshot is of a scene with other checks"};
+    watches_ = std::move(watches);
+    return Done{};
+}
+
 void RunChecks::observe() {
     for (Watch& w : watches_) observe(w);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -37,6 +38,10 @@ class RunChecks {
     explicit RunChecks(const SceneRun& run);
     /// After every step.
     void observe();
+    /// What it has seen so far, as bytes for a snapshot.
+    std::vector<uint8_t> state() const;
+    /// Goes on from another's. Error: bytes of other checks; then nothing changes.
+    Status set_state(std::span<const uint8_t> state);
     /// After the last one.
     std::vector<CheckResult> results() const;
 
@@ -50,6 +55,7 @@ class RunChecks {
         std::vector<double> samples;  ///< one a step of the time that the check measures
     };
 
+    static void serialize(StateStream& stream, Watch& watch);
     Watch watch(const CheckItem& item) const;
     void observe(Watch& w) const;
     CheckResult result(const Watch& w) const;

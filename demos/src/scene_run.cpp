@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "bsoil/bullet/world_snapshot.h"
 #include "scene_load.h"
 #include "soil_filling.h"
 
@@ -13,6 +14,7 @@ namespace bsoil::scene {
 namespace {
 
 constexpr int kBlockVoxelCount = 512;
+constexpr char kProgressSection[] = "host.run";
 
 nlohmann::ordered_json per_material(const Soil& soil, const std::vector<int64_t>& units) {
     nlohmann::ordered_json json = nlohmann::ordered_json::object();
@@ -107,6 +109,76 @@ void SceneRun::step() {
     wall_s_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
+struct SceneRun::Progress {
+    double step_s = 0;
+    int64_t step_count = 0;
+    BulletScene::Progress bullet;
+    std::vector<BodyReading> readings;
+    std::vector<double> peak_force_n;
+    SoilTotals totals_at_start;
+    double block_active_sum = 0;
+
+    void serialize(StateStream& stream) {
+        stream(step_s, step_count, bullet.substep_count, block_active_sum);
+        stream.list(bullet.joint_positions, 8, [&](double& p) { stream(p); });
+        stream.list(readings, 64, [&](BodyReading& r) {
+            stream(r.force_n, r.torque_n_m, r.sinkage_m, r.peak_force_n);
+        });
+        stream.list(peak_force_n, 8, [&](double& peak) { stream(peak); });
+        stream(totals_at_start.units);
+        stream.list(totals_at_start.mass_kg, 8, [&](double& mass) { stream(mass); });
+    }
+};
+
+SceneRun::Progress SceneRun::progress() const {
+    return {step_s_,       step_count_,      bullet_->progress(), readings_,
+            peak_force_n_, totals_at_start_, block_active_sum_};
+}
+
+std::vector<bullet::SoilAction*> SceneRun::soils() {
+    return action_ ? std::vector<bullet::SoilAction*>{action_.get()}
+                   : std::vector<bullet::SoilAction*>{};
+}
+
+Status SceneRun::save(const std::string& path, std::vector<SnapshotSection> more) {
+    StateStream stream;
+    progress().serialize(stream);
+    more.push_back({kProgressSection, stream.bytes()});
+    return bullet::save_world(bullet_->world(), soils(), path, more);
+}
+
+Status SceneRun::load(const std::string& path) {
+    const auto sections = read_snapshot_file(path);
+    if (!sections) return Error{sections.error()};
+    const auto refuse = [&](const std::string& why) {
+        return Error{fmt::format("snapshot '{}': {}", path, why)};
+    };
+    const std::vector<uint8_t>* bytes = find_section(*sections, kProgressSection);
+    if (!bytes) return refuse("was not written by a run of a scene");
+    Progress saved;
+    const Progress here = progress();
+    StateStream stream(*bytes);
+    saved.serialize(stream);
+    if (!stream.at_end() || saved.step_count < 0 || saved.bullet.substep_count < 0)
+        return refuse("is damaged");
+    if (saved.step_s != here.step_s ||
+        saved.bullet.substep_count != saved.step_count * substep_count_ ||
+        saved.bullet.joint_positions.size() != here.bullet.joint_positions.size() ||
+        saved.peak_force_n.size() != here.peak_force_n.size() ||
+        saved.readings.size() != here.readings.size() ||
+        saved.totals_at_start.units.size() != here.totals_at_start.units.size())
+        return refuse("is of another scene: its steps, bodies, joints or materials are others");
+    const Status loaded = bullet::load_world(bullet_->world(), soils(), path);
+    if (!loaded) return loaded;
+    step_count_ = loaded_step_count_ = saved.step_count;
+    bullet_->set_progress(saved.bullet);
+    readings_ = saved.readings;
+    peak_force_n_ = saved.peak_force_n;
+    totals_at_start_ = saved.totals_at_start;
+    block_active_sum_ = saved.block_active_sum;
+    return Done{};
+}
+
 double SceneRun::probe_mass_kg(const ProbeItem& probe) const {
     ConvexShape region;
     region.half_extents_m = probe.region.size_m * 0.5;
@@ -118,6 +190,9 @@ double SceneRun::probe_mass_kg(const ProbeItem& probe) const {
 nlohmann::ordered_json SceneRun::summary() const {
     using Json = nlohmann::ordered_json;
     const double steps = std::max(1.0, static_cast<double>(step_count_));
+    // Times are of the steps that this process has made.
+    const auto steps_here = static_cast<double>(step_count_ - loaded_step_count_);
+    const double timed = std::max(1.0, steps_here);
     Json json;
     json["scene"] = scene_.title;
     json["up"] = scene_.world.up;
@@ -127,7 +202,7 @@ nlohmann::ordered_json SceneRun::summary() const {
     json["steps"] = step_count_;
     json["simulated_s"] = time_s();
     json["wall_s"] = wall_s_;
-    json["steps_per_s"] = wall_s_ > 0 ? static_cast<double>(step_count_) / wall_s_ : 0.0;
+    json["steps_per_s"] = wall_s_ > 0 ? steps_here / wall_s_ : 0.0;
     if (has_soil()) {
         const SoilTotals end = soil().totals();
         const std::vector<int64_t> none(end.units.size(), 0);  // scenes have no sources or sinks
@@ -142,12 +217,12 @@ nlohmann::ordered_json SceneRun::summary() const {
         json["soil_mass_kg"] = mass_kg;
         json["checksum"] = fmt::format("{:016x}", soil().checksum());
         json["status"] = status_texts(soil().status_bits());
-        json["stages_ms"] = Json{{"voxelize", stage_sum_ms_.voxelize / steps},
-                                 {"deform", stage_sum_ms_.deform / steps},
-                                 {"advect", stage_sum_ms_.advect / steps},
-                                 {"slip", stage_sum_ms_.slip / steps},
-                                 {"contacts", stage_sum_ms_.contacts / steps},
-                                 {"activity", stage_sum_ms_.activity / steps}};
+        json["stages_ms"] = Json{{"voxelize", stage_sum_ms_.voxelize / timed},
+                                 {"deform", stage_sum_ms_.deform / timed},
+                                 {"advect", stage_sum_ms_.advect / timed},
+                                 {"slip", stage_sum_ms_.slip / timed},
+                                 {"contacts", stage_sum_ms_.contacts / timed},
+                                 {"activity", stage_sum_ms_.activity / timed}};
         Json refused = Json::array();
         for (const bullet::RefusedBody& body : action_->refused()) refused.push_back(body.reason);
         json["refused"] = refused;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bsoil/bullet/soil_action.h"
+#include "bsoil/snapshot_file.h"
 #include "bullet_scene.h"
 #include "scene.h"
 
@@ -61,12 +62,23 @@ class SceneRun {
     /// A probe of kind mass_inside [kg].
     double probe_mass_kg(const ProbeItem& probe) const;
 
+    /// Snapshot of the whole run: world, soil, what was measured so far, and `more` sections (names
+    /// begin with "host"). The error names the file and what is wrong.
+    Status save(const std::string& path, std::vector<SnapshotSection> more = {});
+    /// Goes on from a snapshot of a run of the same scene. The error names what differs and changes
+    /// nothing.
+    Status load(const std::string& path);
+
     /// The content of summary.json so far; see docs of `bsoil run`.
     nlohmann::ordered_json summary() const;
 
   private:
     SceneRun(const Scene& scene, const RunDef& def);
     Status start(const RunDef& def);
+    std::vector<bullet::SoilAction*> soils();
+    /// What save() and load() pass besides world and soil.
+    struct Progress;
+    Progress progress() const;
 
     const Scene& scene_;
     std::unique_ptr<BulletScene> bullet_;
@@ -80,6 +92,7 @@ class SceneRun {
     StageTimes stage_sum_ms_;
     double block_active_sum_ = 0;
     double wall_s_ = 0;
+    long long loaded_step_count_ = 0;  ///< steps that another process has made
 };
 
 }  // namespace bsoil::scene

@@ -2,6 +2,7 @@
 # One test of the `bsoil` command:
 #   check_scene.sh BSOIL SCRATCH passes SCENE
 #   check_scene.sh BSOIL SCRATCH same_bits SCENE STEPS GL_STEPS [VOXEL_M]
+#   check_scene.sh BSOIL SCRATCH restarts SCENE STEPS AT
 #   check_scene.sh BSOIL SCRATCH cli_CASE
 # SCRATCH is emptied first. Exit codes: 0 passed, 1 failed, 77 skipped (the scene's data or OpenGL is not there).
 set -uo pipefail
@@ -132,6 +133,36 @@ kind = "box"
 min_m = [-0.2, -0.2, 0]
 max_m = [0.2, 0.2, 0.4]
 END
+}
+
+# A run that goes on from a snapshot ends as the run that wrote it, and as one that wrote none: soil, bodies, checks,
+# telemetry.
+restarts() {
+    local scene=$1 steps=$2 at=$3 run file
+    run_scene plain --backend cpu --steps "$steps"
+    run_scene saving --backend cpu --steps "$steps" --snapshot-every "$at"
+    run_scene restored --backend cpu --threads 2 --steps "$steps" --from "$(printf 'saving/step_%06d.snapshot' "$at")"
+    for run in saving restored; do
+        expect_same_bits plain "$run"
+        # All of the summary but the device, and what is a matter of time.
+        for file in plain "$run"; do
+            grep -vE '"(threads|device|wall_s|steps_per_s|voxelize|deform|advect|slip|contacts|activity|awake_bytes|asleep_bytes|bytes_per_awake_voxel|bytes_per_asleep_column)"' \
+                "$file/summary.json" >"$file.summary"
+        done
+        diff plain.summary "$run.summary" || fail "$run: another summary"
+    done
+    diff plain/telemetry.csv saving/telemetry.csv || fail "saving: another telemetry"
+    sed 1d restored/telemetry.csv >rows
+    [[ -s rows ]] || fail "restored: no telemetry"
+    tail -n "$(wc -l <rows)" plain/telemetry.csv | diff - rows || fail "restored: another telemetry"
+
+    head -c 5000 saving/final.snapshot >cut.snapshot
+    expect 2 run "$scene" --no-pictures --out refused --from cut.snapshot
+    expect_text 'cut.snapshot.*damaged or cut short'
+    expect 2 run "$scene" --no-pictures --out refused --steps "$at" --from saving/final.snapshot
+    expect_text 'where the run ends'
+    expect 2 run "$scene" --no-pictures --out refused --up y --from saving/final.snapshot
+    expect_text 'final.snapshot'
 }
 
 cli_unknown_key() {

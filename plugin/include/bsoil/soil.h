@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -131,11 +132,19 @@ class Soil {
     void read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
                    std::vector<uint8_t>& material) const;
 
-    /// Snapshot of the whole soil: versioned, compressed, checksummed.
+    /// Snapshot of the whole soil: amounts, motion, density, what is active, what is known of the
+    /// bodies. Versioned, compressed, checksummed; see snapshot_file.h.
     Status save(const std::string& path) const;
-    /// Replaces this soil's state. The snapshot must have the same grid and materials. An error
-    /// changes nothing.
+    /// Replaces this soil's state; with the same bodies (ids, shapes, shape revisions) it then goes
+    /// on bit for bit as the saved one. Reads the soil of any snapshot. Error: the file is damaged,
+    /// or of a soil with another grid, step, gravity or material; it names what differs and changes
+    /// nothing.
     Status load(const std::string& path);
+    /// The same as bytes, for hosts that keep several states in one file.
+    std::vector<uint8_t> state() const;
+    /// Checks a state(); the function put out replaces this soil's, once, before anything else is
+    /// done with the soil. Error: as load().
+    Result<std::function<void()>> prepare(std::span<const uint8_t> state);
 
     struct Impl;
 

@@ -16,6 +16,7 @@ constexpr int64_t kSleepAfterSteps = 30;
 Tile& Soil::Impl::tile_for(int index) {
     if (!tiles[index]) {
         tiles[index] = std::make_unique<Tile>();
+        tiles[index]->revision = revision_base + 1;
         // Columns of the last tiles that lie beyond the grid's sides are rock.
         const int x0 = index % tiles_x * kTileSide, y0 = index / tiles_x * kTileSide;
         if (x0 + kTileSide > frame.size[0] || y0 + kTileSide > frame.size[1]) {
@@ -279,7 +280,7 @@ std::span<const int32_t> Soil::Impl::tile_surface(int index) {
 }
 
 const TileVoxels& Soil::Impl::sampled_voxels(int index) const {
-    const uint64_t revision = tiles[index] ? tiles[index]->revision : 0;
+    const uint64_t revision = tiles[index] ? tiles[index]->revision : revision_base;
     if (index != sampled_tile || revision != sampled_revision) {
         read_voxels(index, sampled);
         sampled_tile = index;

@@ -1,19 +1,10 @@
-// Snapshots: the whole state of a soil in a file.
-//
-//   8 bytes  "BSOILSNP"
-//   u32      version
-//   u64      hash of the bytes that follow (before compression)
-//   u64      their count
-//   ...      zstd: header words (grid, materials, step), then per tile that ever held something:
-//            index, revision of packing, byte count, packed spans; then slip speeds of awake tiles;
-//            then active blocks.
+// Snapshots: all that a soil carries from one step to the next, as bytes and back.
 #include <fmt/format.h>
-#include <zstd.h>
 
-#include <cstdio>
-#include <cstring>
-#include <memory>
+#include <algorithm>
+#include <cmath>
 
+#include "bsoil/snapshot_file.h"
 #include "soil/soil_impl.h"
 
 namespace bsoil {
@@ -23,290 +14,407 @@ using device::Buffer;
 
 namespace {
 
-constexpr char kMagic[8] = {'B', 'S', 'O', 'I', 'L', 'S', 'N', 'P'};
-constexpr uint32_t kVersion = 2;  // 2: slope_q16
-constexpr uint64_t kBytesMax = uint64_t{1}
-                               << 36;  // refuses sizes that only a damaged header can name
+constexpr char kSection[] = "soil";
+// Passes are numbered by 32 bits; step() starts again long before.
+constexpr int32_t kPassStampMost = (1 << 30) + (1 << 20);
+// More voxels a step than anything can have, Q16.
+constexpr int64_t kSpeedLimit = int64_t{1} << 31;
 
-uint64_t hash_bytes(std::span<const uint8_t> bytes) {
-    uint64_t h = 0xcbf29ce484222325ull;  // FNV-1a
-    for (uint8_t byte : bytes) {
-        h = (h ^ byte) * 0x100000001b3ull;
+// Planes that are made from the bodies, but not in every step: an awake tile keeps them.
+constexpr int kBodyPlanes[] = {kPlaneCoverage, kPlaneOwner, kPlaneSupport};
+constexpr int kBodyPlaneCount = 3;
+
+struct NamedValue {
+    std::string name;
+    double value = 0;
+};
+
+/// All of a definition that a state means something by, or that decides how it goes on.
+std::vector<NamedValue> meaning_of(const SoilDef& def, const std::vector<MaterialDef>& materials) {
+    std::vector<NamedValue> values{
+        {"size_m.x", def.size_m.x},
+        {"size_m.y", def.size_m.y},
+        {"size_m.z", def.size_m.z},
+        {"voxel_m", def.voxel_m},
+        {"floor_center_m.x", def.floor_center_m.x},
+        {"floor_center_m.y", def.floor_center_m.y},
+        {"floor_center_m.z", def.floor_center_m.z},
+        {"yaw_rad", def.yaw_rad},
+        {"up", static_cast<double>(def.up)},
+        {"gravity_m_s2", def.gravity_m_s2},
+        {"step_s", def.step_s},
+        {"propagation_iterations", static_cast<double>(def.propagation_iterations)},
+        {"overflow_passes", static_cast<double>(def.overflow_passes)},
+        {"overflow", static_cast<double>(def.overflow)},
+        {"substeps_max", static_cast<double>(def.substeps_max)},
+    };
+    for (const MaterialDef& material : materials) {
+        // All members by name: one more does not compile until it stands in the list, or is left
+        // out on purpose as the name (compared apart) and the colour are.
+        const auto& [name, density, loose, compacted, friction_angle, cohesion, loose_cohesion,
+                     tool_friction, tool_adhesion, shear_displacement, color] = material;
+        static_cast<void>(color);
+        const std::pair<const char*, double> fields[] = {
+            {"density_kg_m3", density},
+            {"loose_density_kg_m3", loose},
+            {"compacted_density_kg_m3", compacted},
+            {"friction_angle_rad", friction_angle},
+            {"cohesion_pa", cohesion},
+            {"loose_cohesion_fraction", loose_cohesion},
+            {"tool_friction", tool_friction},
+            {"tool_adhesion_pa", tool_adhesion},
+            {"shear_displacement_m", shear_displacement},
+        };
+        for (const auto& [field, value] : fields)
+            values.push_back({fmt::format("{} of material '{}'", field, name), value});
     }
-    return h;
+    return values;
 }
 
-class Writer {
-  public:
-    template <typename T>
-    void put(T value) {
-        uint8_t raw[sizeof(T)];
-        std::memcpy(raw, &value, sizeof(T));
-        for (uint8_t byte : raw) {
-            bytes.push_back(byte);
-        }
+struct SavedTile {
+    int64_t index = 0;
+    int32_t top = 0;
+    bool unchecked = false, awake = false;
+    std::vector<uint8_t> kept;  ///< packed
+    // Of an awake tile:
+    int64_t last_used_step = 0;
+    std::vector<uint8_t> bodies;            ///< packed; see kBodyPlanes
+    std::vector<int32_t> columns, surface;  ///< see Buffer::spans
+
+    void list(StateStream& stream) {
+        stream(index, top, unchecked, awake, kept);
+        if (awake) stream(last_used_step, bodies, columns, surface);
     }
-    void put_bytes(std::span<const uint8_t> data) {
-        put<uint64_t>(data.size());
-        bytes.insert(bytes.end(), data.begin(), data.end());
-    }
-    std::vector<uint8_t> bytes;
 };
 
-class Reader {
-  public:
-    explicit Reader(std::span<const uint8_t> data) : data_(data) {}
-    template <typename T>
-    T get() {
-        T value{};
-        if (data_.size() - at_ < sizeof(T)) {
-            ok = false;
-            return value;
-        }
-        std::memcpy(&value, data_.data() + at_, sizeof(T));
-        at_ += sizeof(T);
-        return value;
-    }
-    std::span<const uint8_t> get_bytes() {
-        const uint64_t count = get<uint64_t>();
-        if (!ok || count > data_.size() - at_) {
-            ok = false;
-            return {};
-        }
-        at_ += count;
-        return data_.subspan(at_ - count, count);
-    }
-    bool at_end() const { return at_ == data_.size(); }
-    bool ok = true;
+struct SavedTrack {
+    int32_t id = 0, index = 0;
+    BodyTrack track;
 
-  private:
-    std::span<const uint8_t> data_;
-    size_t at_ = 0;
+    void list(StateStream& stream) {
+        stream(id, index, track.pose, track.shape_revision, track.is_static, track.last_step,
+               track.blocks);
+    }
 };
 
-struct CloseFile {
-    void operator()(std::FILE* file) const { std::fclose(file); }
+struct SavedActive {
+    BlockKey block = 0;
+    int64_t changed = 0;
 };
-using File = std::unique_ptr<std::FILE, CloseFile>;
 
 }  // namespace
 
-Status Soil::save(const std::string& path) const {
-    const Impl& s = *impl_;
-    Writer w;
-    for (int size : s.frame.size) {
-        w.put<int32_t>(size);
+/// The state of a soil as a snapshot holds it.
+struct SavedSoil {
+    std::vector<std::string> materials;
+    std::vector<NamedValue> meaning;
+    int64_t step_index = 0, speed_q16 = 0;
+    int32_t slope_q16 = 0, slip_turn = 0, pass_stamp = 0, step_stamp = 0;
+    uint32_t status = 0;
+    bool any_unchecked = false;
+    std::vector<SavedActive> active;
+    std::vector<int32_t> body_ids;
+    std::vector<SavedTrack> tracks;
+    std::vector<SavedTile> tiles;
+
+    void list(StateStream& stream) {
+        stream.list(materials, 8, [&](std::string& name) { stream(name); });
+        stream.list(meaning, 16, [&](NamedValue& v) { stream(v.name, v.value); });
+        stream(step_index, speed_q16, slope_q16, slip_turn, pass_stamp, step_stamp, status,
+               any_unchecked);
+        stream.list(active, 16, [&](SavedActive& a) { stream(a.block, a.changed); });
+        stream(body_ids);
+        stream.list(tracks, 80, [&](SavedTrack& t) { t.list(stream); });
+        stream.list(tiles, 22, [&](SavedTile& t) { t.list(stream); });
     }
-    w.put<double>(s.frame.voxel_m);
-    w.put<int32_t>(s.params.material_count);
-    for (const MaterialDef& material : s.materials) {
-        w.put_bytes({reinterpret_cast<const uint8_t*>(material.name.data()), material.name.size()});
+};
+
+/// Takes states out of a soil, checks them and puts them in.
+class SoilSnapshot {
+  public:
+    explicit SoilSnapshot(Soil::Impl& soil) : s_(soil) {}
+
+    SavedSoil take() const;
+    Status check(const SavedSoil& saved) const;
+    void put(const SavedSoil& saved);
+
+  private:
+    Status check_meaning(const SavedSoil& saved) const;
+    bool is_sound(const SavedSoil& saved) const;
+    bool are_bodies_sound(const SavedSoil& saved) const;
+    bool is_sound(const SavedTile& tile, const SavedSoil& saved, TileVoxels& kept,
+                  TileVoxels& bodies) const;
+    bool are_blocks_sound(const std::vector<BlockKey>& blocks) const;
+    void put_awake(const SavedTile& tile);
+    TileVoxels body_planes(int slot) const;
+
+    Soil::Impl& s_;
+};
+
+TileVoxels SoilSnapshot::body_planes(int slot) const {
+    TileVoxels out;
+    out.reset(s_.height, kBodyPlaneCount);
+    const auto words = static_cast<size_t>(s_.params.tile_voxels);
+    for (size_t p = 0; p < kBodyPlaneCount; ++p) {
+        s_.device->read(Buffer::state,
+                        static_cast<int64_t>(kBodyPlanes[p]) * s_.params.plane_stride +
+                            static_cast<int64_t>(slot) * s_.params.tile_voxels,
+                        std::span(out.words).subspan(p * words, words));
     }
-    w.put<int64_t>(s.step_index);
-    w.put<int64_t>(s.speed_q16);
-    w.put<int32_t>(s.slope_q16);
-    w.put<uint32_t>(s.status);
-    w.put<int32_t>(s.params.slip_turn);
-    w.put<int32_t>(s.params.pass_stamp);
+    return out;
+}
+
+SavedSoil SoilSnapshot::take() const {
+    SavedSoil out;
+    for (const MaterialDef& material : s_.materials) out.materials.push_back(material.name);
+    out.meaning = meaning_of(s_.def, s_.materials);
+    out.step_index = s_.step_index;
+    out.speed_q16 = s_.speed_q16;
+    out.slope_q16 = s_.slope_q16;
+    out.slip_turn = s_.params.slip_turn;
+    out.pass_stamp = s_.params.pass_stamp;
+    out.step_stamp = s_.params.step_stamp;
+    out.status = s_.status;
+    out.any_unchecked = s_.any_unchecked;
+    for (const auto& [block, changed] : s_.active) out.active.push_back({block, changed});
+    std::sort(out.active.begin(), out.active.end(),
+              [](const SavedActive& a, const SavedActive& b) { return a.block < b.block; });
+    out.body_ids.assign(s_.body_ids.begin(), s_.body_ids.end());
+    for (const auto& [id, track] : s_.bodies) out.tracks.push_back({id, track.index, track});
+    std::sort(out.tracks.begin(), out.tracks.end(),
+              [](const SavedTrack& a, const SavedTrack& b) { return a.id < b.id; });
     TileVoxels voxels;
-    std::vector<int32_t> columns(kTileColumns * kColumnWords);
-    for (size_t index = 0; index < s.tiles.size(); ++index) {
-        const Tile* tile = s.tiles[index].get();
-        if (!tile) {
+    for (size_t index = 0; index < s_.tiles.size(); ++index) {
+        const Tile* tile = s_.tiles[index].get();
+        if (!tile) continue;
+        SavedTile& saved = out.tiles.emplace_back();
+        saved.index = static_cast<int64_t>(index);
+        saved.top = tile->top;
+        saved.unchecked = tile->unchecked;
+        saved.awake = tile->slot >= 0;
+        if (!saved.awake) {
+            saved.kept = tile->packed;
             continue;
         }
-        w.put<int64_t>(static_cast<int64_t>(index));
-        w.put<int32_t>(tile->slot >= 0);
-        if (tile->slot < 0) {
-            w.put_bytes(tile->packed);
-            continue;
-        }
-        s.read_voxels(static_cast<int>(index), voxels);
-        w.put_bytes(pack_tile(voxels));
-        w.put<int64_t>(tile->last_used_step);
-        s.device->read(Buffer::spans,
-                       static_cast<int64_t>(tile->slot) * kTileColumns * kColumnWords, columns);
-        for (int c = 0; c < kTileColumns; ++c) {
-            for (int i = 0; i < 2 * kSpanCapacity; ++i) {
-                w.put<int32_t>(columns[c * kColumnWords + kColumnSpeed + i]);
-            }
-        }
+        s_.read_voxels(static_cast<int>(index), voxels);
+        saved.kept = pack_tile(voxels);
+        saved.last_used_step = tile->last_used_step;
+        saved.bodies = pack_tile(body_planes(tile->slot));
+        saved.columns.resize(static_cast<size_t>(kTileColumns) * kColumnWords);
+        saved.surface.resize(kTileColumns);
+        const int64_t slot = tile->slot;
+        s_.device->read(Buffer::spans, slot * kTileColumns * kColumnWords, saved.columns);
+        s_.device->read(Buffer::spans,
+                        (static_cast<int64_t>(s_.slot_count) * kColumnWords + slot) * kTileColumns,
+                        saved.surface);
     }
-    w.put<int64_t>(-1);
-    w.put<uint64_t>(s.active.size());
-    for (const auto& [block, changed] : s.active) {
-        w.put<int64_t>(block);
-        w.put<int64_t>(changed);
-    }
-    std::vector<uint8_t> packed(ZSTD_compressBound(w.bytes.size()));
-    const size_t size =
-        ZSTD_compress(packed.data(), packed.size(), w.bytes.data(), w.bytes.size(), 3);
-    if (ZSTD_isError(size)) {
-        return Error{fmt::format("snapshot '{}': {}", path, ZSTD_getErrorName(size))};
-    }
-    Writer head;
-    for (char c : kMagic) {
-        head.put(c);
-    }
-    head.put(kVersion);
-    head.put(hash_bytes(w.bytes));
-    head.put<uint64_t>(w.bytes.size());
-    // Written beside and renamed: a crash does not leave half a snapshot under the name.
-    const std::string part = path + ".part";
-    bool good = false;
-    if (File file{std::fopen(part.c_str(), "wb")}) {
-        good =
-            std::fwrite(head.bytes.data(), 1, head.bytes.size(), file.get()) == head.bytes.size() &&
-            std::fwrite(packed.data(), 1, size, file.get()) == size && std::fflush(file.get()) == 0;
-    }
-    if (!good || std::rename(part.c_str(), path.c_str()) != 0) {
-        std::remove(part.c_str());
+    return out;
+}
+
+Status SoilSnapshot::check(const SavedSoil& saved) const {
+    if (Status same = check_meaning(saved); !same) return same;
+    if (!is_sound(saved)) return Error{"is damaged"};
+    const auto awake = std::count_if(saved.tiles.begin(), saved.tiles.end(),
+                                     [](const SavedTile& tile) { return tile.awake; });
+    if (awake > s_.slot_count && !s_.grow_slots(static_cast<int>(awake)))
         return Error{
-            fmt::format("snapshot '{}' cannot be written: {}", path, std::strerror(errno))};
-    }
+            fmt::format("has {} awake tiles, tile_capacity or memory allows fewer ({} now)", awake,
+                        s_.slot_count)};
     return Done{};
 }
 
+Status SoilSnapshot::check_meaning(const SavedSoil& saved) const {
+    std::vector<std::string> names;
+    for (const MaterialDef& material : s_.materials) names.push_back(material.name);
+    if (saved.materials != names)
+        return Error{fmt::format("is of a soil of {}, this one is of {}",
+                                 fmt::join(saved.materials, ", "), fmt::join(names, ", "))};
+    const std::vector<NamedValue> here = meaning_of(s_.def, s_.materials);
+    if (saved.meaning.size() != here.size()) return Error{"is damaged"};
+    for (size_t i = 0; i < here.size(); ++i)
+        if (saved.meaning[i].name != here[i].name || saved.meaning[i].value != here[i].value)
+            return Error{fmt::format("is of a soil with {} {:.9g}, this one has {} {:.9g}",
+                                     saved.meaning[i].name, saved.meaning[i].value, here[i].name,
+                                     here[i].value)};
+    return Done{};
+}
+
+bool SoilSnapshot::are_blocks_sound(const std::vector<BlockKey>& blocks) const {
+    const auto most = static_cast<BlockKey>(s_.tiles.size()) * s_.blocks_per_tile;
+    return std::is_sorted(blocks.begin(), blocks.end()) &&
+           (blocks.empty() || (blocks.front() >= 0 && blocks.back() < most));
+}
+
+bool SoilSnapshot::are_bodies_sound(const SavedSoil& saved) const {
+    if (saved.body_ids.size() > limits::kBodyCapacity) return false;
+    size_t taken = 0;
+    for (const int32_t id : saved.body_ids) {
+        if (id < -1 || id > 65534) return false;
+        taken += id >= 0;
+    }
+    if (taken != saved.tracks.size()) return false;
+    int32_t before = -1;
+    for (const SavedTrack& t : saved.tracks) {
+        if (t.id <= before || t.index < 0 ||
+            static_cast<size_t>(t.index) >= saved.body_ids.size() ||
+            saved.body_ids[static_cast<size_t>(t.index)] != t.id || t.track.last_step < -1 ||
+            t.track.last_step > saved.step_index || !are_blocks_sound(t.track.blocks))
+            return false;
+        before = t.id;
+    }
+    return true;
+}
+
+// What the kernels use as an index, or take for granted, must be so whatever the file says.
+bool SoilSnapshot::is_sound(const SavedTile& tile, const SavedSoil& saved, TileVoxels& kept,
+                            TileVoxels& bodies) const {
+    if (tile.top < 0 || tile.top > s_.height || !unpack_tile(tile.kept, kept)) return false;
+    const auto words = static_cast<size_t>(s_.params.tile_voxels);
+    const auto all = [words](const TileVoxels& voxels, int plane, auto&& good) {
+        const auto first = voxels.words.begin() + static_cast<std::ptrdiff_t>(words) * plane;
+        return std::all_of(first, first + static_cast<std::ptrdiff_t>(words), good);
+    };
+    const auto not_negative = [](int32_t v) { return v >= 0; };
+    if (!all(kept, kKeptTerrain, [](int32_t v) { return v >= 0 && v <= kVoxelFull; }) ||
+        !all(kept, kKeptVolume, not_negative))
+        return false;
+    for (int m = 0; m < s_.params.material_count; ++m)
+        if (!all(kept, kKeptMaterial + m, not_negative)) return false;
+    if (!tile.awake) return true;
+    const auto body_count = static_cast<int32_t>(saved.body_ids.size());
+    if (tile.last_used_step < 0 || tile.last_used_step > saved.step_index ||
+        tile.surface.size() != kTileColumns ||
+        tile.columns.size() != static_cast<size_t>(kTileColumns) * kColumnWords ||
+        !unpack_tile(tile.bodies, bodies) || !all(bodies, 0, not_negative) ||
+        !all(bodies, 1, [&](int32_t v) { return v >= 0 && (v & 0xffff) <= body_count; }) ||
+        !all(bodies, 2, [&](int32_t v) { return v >= 0 && v < kSupportBody + body_count; }))
+        return false;
+    for (size_t c = 0; c < kTileColumns; ++c) {
+        const int32_t count = tile.columns[c * kColumnWords];
+        if (count < 0 || count > kSpanCapacity) return false;
+    }
+    return true;
+}
+
+bool SoilSnapshot::is_sound(const SavedSoil& saved) const {
+    if (saved.step_index < 0 || saved.speed_q16 < 0 || saved.speed_q16 > kSpeedLimit ||
+        saved.slope_q16 < 0 || saved.slip_turn < 0 || saved.slip_turn > 1 || saved.pass_stamp < 0 ||
+        saved.pass_stamp > kPassStampMost || saved.step_stamp < 0 ||
+        saved.step_stamp > saved.step_index + 1)
+        return false;
+    std::vector<BlockKey> blocks;
+    for (const SavedActive& a : saved.active) {
+        if (a.changed < 0 || a.changed > saved.step_index) return false;
+        blocks.push_back(a.block);
+    }
+    if (!are_blocks_sound(blocks) || !are_bodies_sound(saved)) return false;
+    TileVoxels kept, bodies;
+    kept.reset(s_.height, s_.kept_planes);
+    bodies.reset(s_.height, kBodyPlaneCount);
+    int64_t before = -1;
+    for (const SavedTile& tile : saved.tiles) {
+        if (tile.index <= before || tile.index >= static_cast<int64_t>(s_.tiles.size()) ||
+            !is_sound(tile, saved, kept, bodies))
+            return false;
+        before = tile.index;
+    }
+    return true;
+}
+
+void SoilSnapshot::put(const SavedSoil& saved) {
+    // Whoever remembers a tile's revision must see that it is another tile now.
+    for (const auto& tile : s_.tiles)
+        if (tile) s_.revision_base = std::max(s_.revision_base, tile->revision);
+    ++s_.revision_base;
+    for (auto& tile : s_.tiles) tile.reset();
+    std::fill(s_.slot_tile.begin(), s_.slot_tile.end(), -1);
+    s_.free_slots.clear();
+    for (int slot = s_.slot_count - 1; slot >= 0; --slot) s_.free_slots.push_back(slot);
+    s_.sampled_tile = -1;
+    s_.table_dirty = true;
+    for (auto* steps : {&s_.listed_step, &s_.rebuild_step, &s_.contact_step, &s_.woken_step})
+        std::fill(steps->begin(), steps->end(), 0);
+    s_.device->fill_zero(Buffer::block_flags, 0,
+                         static_cast<int64_t>(kFlagArrays) * s_.slot_count * s_.blocks_per_tile);
+
+    s_.step_index = saved.step_index;
+    s_.speed_q16 = saved.speed_q16;
+    s_.slope_q16 = saved.slope_q16;
+    s_.status = saved.status;
+    s_.any_unchecked = saved.any_unchecked;
+    s_.params.slip_turn = saved.slip_turn;
+    s_.params.pass_stamp = saved.pass_stamp;
+    s_.params.step_stamp = saved.step_stamp;
+    s_.contacts.clear();
+    s_.loads.clear();
+    s_.active.clear();
+    for (const SavedActive& a : saved.active) s_.active[a.block] = a.changed;
+    s_.body_ids.assign(saved.body_ids.begin(), saved.body_ids.end());
+    s_.bodies.clear();
+    for (const SavedTrack& t : saved.tracks) {
+        s_.bodies[t.id] = t.track;
+        s_.bodies[t.id].index = t.index;
+    }
+    for (const SavedTile& tile : saved.tiles) {
+        auto made = std::make_unique<Tile>();
+        made->revision = s_.revision_base + 1;
+        made->packed = tile.kept;
+        made->unchecked = tile.unchecked;
+        s_.tiles[static_cast<size_t>(tile.index)] = std::move(made);
+        if (tile.awake) put_awake(tile);
+        s_.tiles[static_cast<size_t>(tile.index)]->top = tile.top;
+    }
+}
+
+// check() has made room for all of them.
+void SoilSnapshot::put_awake(const SavedTile& tile) {
+    const int64_t slot = s_.wake(static_cast<int>(tile.index));
+    s_.tiles[static_cast<size_t>(tile.index)]->last_used_step = tile.last_used_step;
+    TileVoxels bodies;
+    bodies.reset(s_.height, kBodyPlaneCount);
+    unpack_tile(tile.bodies, bodies);
+    const auto words = static_cast<size_t>(s_.params.tile_voxels);
+    for (size_t p = 0; p < kBodyPlaneCount; ++p) {
+        s_.device->write(Buffer::state,
+                         static_cast<int64_t>(kBodyPlanes[p]) * s_.params.plane_stride +
+                             slot * s_.params.tile_voxels,
+                         std::span<const int32_t>(bodies.words).subspan(p * words, words));
+    }
+    s_.device->write(Buffer::spans, slot * kTileColumns * kColumnWords, tile.columns);
+    s_.device->write(Buffer::spans,
+                     (static_cast<int64_t>(s_.slot_count) * kColumnWords + slot) * kTileColumns,
+                     tile.surface);
+}
+
+std::vector<uint8_t> Soil::state() const {
+    StateStream stream;
+    SoilSnapshot(*impl_).take().list(stream);
+    return stream.bytes();
+}
+
+Result<std::function<void()>> Soil::prepare(std::span<const uint8_t> state) {
+    auto saved = std::make_shared<SavedSoil>();
+    StateStream stream(state);
+    saved->list(stream);
+    if (!stream.at_end()) return Error{"is damaged"};
+    if (const Status sound = SoilSnapshot(*impl_).check(*saved); !sound)
+        return Error{sound.error()};
+    return std::function<void()>([this, saved] { SoilSnapshot(*impl_).put(*saved); });
+}
+
+Status Soil::save(const std::string& path) const {
+    const SnapshotSection section{kSection, state()};
+    return write_snapshot_file(path, {&section, 1});
+}
+
 Status Soil::load(const std::string& path) {
-    Impl& s = *impl_;
-    const File file{std::fopen(path.c_str(), "rb")};
-    if (!file) {
-        return Error{fmt::format("snapshot '{}' cannot be read: {}", path, std::strerror(errno))};
-    }
-    std::vector<uint8_t> raw;
-    uint8_t chunk[65536];
-    while (const size_t got = std::fread(chunk, 1, sizeof(chunk), file.get())) {
-        raw.insert(raw.end(), chunk, chunk + got);
-    }
-    const auto refuse = [&](const std::string& why) {
-        return Error{fmt::format("snapshot '{}': {}", path, why)};
-    };
-    constexpr size_t kHead = sizeof(kMagic) + 4 + 8 + 8;
-    if (raw.size() < kHead || std::memcmp(raw.data(), kMagic, sizeof(kMagic)) != 0) {
-        return refuse("is not a BulletSoil snapshot");
-    }
-    Reader head(std::span<const uint8_t>(raw).subspan(sizeof(kMagic)));
-    const auto version = head.get<uint32_t>();
-    const auto hash = head.get<uint64_t>();
-    const auto count = head.get<uint64_t>();
-    if (version != kVersion) {
-        return refuse(fmt::format("has version {}, this build reads {}", version, kVersion));
-    }
-    const std::span<const uint8_t> body = std::span<const uint8_t>(raw).subspan(kHead);
-    if (count > kBytesMax || ZSTD_getFrameContentSize(body.data(), body.size()) != count) {
-        return refuse("is damaged or cut short");
-    }
-    std::vector<uint8_t> bytes(count);
-    const size_t got = ZSTD_decompress(bytes.data(), bytes.size(), body.data(), body.size());
-    if (ZSTD_isError(got) || got != count || hash_bytes(bytes) != hash) {
-        return refuse("is damaged or cut short");
-    }
-    Reader r(bytes);
-    for (int size : s.frame.size) {
-        if (r.get<int32_t>() != size) {
-            return refuse("is of a grid of another size");
-        }
-    }
-    if (r.get<double>() != s.frame.voxel_m) {
-        return refuse("is of a grid with another voxel_m");
-    }
-    if (r.get<int32_t>() != s.params.material_count) {
-        return refuse("has another number of materials");
-    }
-    for (const MaterialDef& material : s.materials) {
-        const auto name = r.get_bytes();
-        if (std::string(name.begin(), name.end()) != material.name) {
-            return refuse("has other materials");
-        }
-    }
-    struct Entry {
-        int64_t index = 0;
-        bool awake = false;
-        std::vector<uint8_t> packed;
-        int64_t last_used = 0;
-        std::vector<int32_t> speeds;
-    };
-    std::vector<Entry> entries;
-    const auto step_index = r.get<int64_t>();
-    const auto speed = r.get<int64_t>();
-    const auto slope = r.get<int32_t>();
-    const auto status = r.get<uint32_t>();
-    const auto slip_turn = r.get<int32_t>();
-    const auto pass_stamp = r.get<int32_t>();
-    TileVoxels voxels;
-    voxels.reset(s.height, s.kept_planes);
-    for (int64_t index = r.get<int64_t>(); r.ok && index != -1; index = r.get<int64_t>()) {
-        Entry entry;
-        entry.index = index;
-        entry.awake = r.get<int32_t>() != 0;
-        const auto packed = r.get_bytes();
-        entry.packed.assign(packed.begin(), packed.end());
-        if (entry.awake) {
-            entry.last_used = r.get<int64_t>();
-            for (int i = 0; i < kTileColumns * 2 * kSpanCapacity; ++i) {
-                entry.speeds.push_back(r.get<int32_t>());
-            }
-        }
-        if (!r.ok || index < 0 || index >= static_cast<int64_t>(s.tiles.size()) ||
-            !unpack_tile(entry.packed, voxels)) {
-            return refuse("is damaged");
-        }
-        entries.push_back(std::move(entry));
-    }
-    std::unordered_map<BlockKey, int64_t> active;
-    const auto active_count = r.get<uint64_t>();
-    for (uint64_t i = 0; r.ok && i < active_count; ++i) {
-        const auto block = r.get<int64_t>();
-        active[block] = r.get<int64_t>();
-        if (block < 0 || block >= static_cast<int64_t>(s.tiles.size()) * s.blocks_per_tile) {
-            return refuse("is damaged");
-        }
-    }
-    if (!r.ok || !r.at_end()) {
-        return refuse("is damaged");
-    }
-    // All is sound: replace the state.
-    for (size_t index = 0; index < s.tiles.size(); ++index) {
-        if (s.tiles[index] && s.tiles[index]->slot >= 0) {
-            s.put_to_sleep(static_cast<int>(index));
-        }
-        if (s.tiles[index]) {
-            s.tiles[index]->packed.clear();
-            s.tiles[index]->surface.clear();
-            ++s.tiles[index]->revision;
-        }
-    }
-    s.step_index = step_index;
-    s.speed_q16 = speed;
-    s.slope_q16 = slope;
-    s.status = status;
-    s.params.slip_turn = slip_turn & 1;
-    s.params.pass_stamp = pass_stamp;
-    s.device->fill_zero(Buffer::block_flags, 0,
-                        static_cast<int64_t>(kFlagArrays) * s.slot_count * s.blocks_per_tile);
-    s.active = std::move(active);
-    s.bodies.clear();
-    s.body_ids.clear();
-    s.any_unchecked = false;
-    std::vector<int32_t> columns(kTileColumns * kColumnWords, 0);
-    for (Entry& entry : entries) {
-        Tile& tile = s.tile_for(static_cast<int>(entry.index));
-        unpack_tile(entry.packed, voxels);
-        s.write_voxels(static_cast<int>(entry.index), voxels);
-        tile.revision += 1;
-        if (entry.awake) {
-            const int slot = s.wake(static_cast<int>(entry.index));
-            tile.last_used_step = entry.last_used;
-            for (int i = 0; slot >= 0 && i < kTileColumns * 2 * kSpanCapacity; ++i) {
-                columns[i / (2 * kSpanCapacity) * kColumnWords + kColumnSpeed +
-                        i % (2 * kSpanCapacity)] = entry.speeds[i];
-            }
-            if (slot >= 0) {
-                s.device->write(Buffer::spans,
-                                static_cast<int64_t>(slot) * kTileColumns * kColumnWords, columns);
-            }
-        }
-    }
+    const auto sections = read_snapshot_file(path);
+    if (!sections) return Error{sections.error()};
+    const std::vector<uint8_t>* bytes = find_section(*sections, kSection);
+    if (!bytes) return Error{fmt::format("snapshot '{}': holds no soil", path)};
+    const auto put = prepare(*bytes);
+    if (!put) return Error{fmt::format("snapshot '{}': {}", path, put.error())};
+    (*put)();
     return Done{};
 }
 

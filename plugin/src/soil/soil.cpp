@@ -383,7 +383,7 @@ double Soil::mass_inside_kg(const ConvexShape& region, const Pose& pose) const {
 
 uint64_t Soil::tile_revision(int tx, int ty) const {
     const auto& tile = impl_->tiles[impl_->tile_index(tx, ty)];
-    return tile ? tile->revision : 0;
+    return tile ? tile->revision : impl_->revision_base;
 }
 
 void Soil::read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,

@@ -96,6 +96,8 @@ struct Soil::Impl {
     bool table_dirty = false;  ///< neighbour table has to be uploaded again
     std::vector<int32_t> tile_table;
 
+    uint64_t revision_base = 0;  ///< Tile::revision of a tile that does not exist; see load()
+
     int64_t step_index = 0;
     std::unordered_map<BlockKey, int64_t> active;  ///< block -> step in which it last changed
     std::unordered_map<int, BodyTrack> bodies;     ///< by SoilBody::id

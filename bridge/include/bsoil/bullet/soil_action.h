@@ -112,6 +112,19 @@ class SoilAction final : public btActionInterface {
     /// The object's SoilBody::id, as in last_report().contacts; -1 for one the soil has not met.
     int body_id(const btCollisionObject& object) const;
 
+    /// Snapshot of the soil and of all that the coupling remembers of its bodies (ids, poses, shear
+    /// displacements, averaged directions, row limits, drift, carried loads, time not stepped yet).
+    /// Bodies are named by their place in the world's list. Between calls of stepSimulation.
+    /// Bullet's own state is not in it: save_world() of world_snapshot.h has both. Error: the file
+    /// cannot be written, or a pose or velocity is not finite.
+    Status save(const std::string& path) const;
+    /// Replaces the state of the soil and the coupling. The world must hold the same objects in the
+    /// same order; their poses are the host's to put back. Options of bodies (ignore(),
+    /// set_surface()) are not touched. last_report() has no contacts until the next soil step.
+    /// Error: the file is damaged or of another soil or world; it names what differs and changes
+    /// nothing.
+    Status load(const std::string& path);
+
     /// Called by Bullet at the end of each substep: takes the impulses of this substep's rows and
     /// steps the soil as often as SoilDef::step_s has passed.
     void updateAction(btCollisionWorld* world, btScalar substep_s) override;
@@ -120,6 +133,7 @@ class SoilAction final : public btActionInterface {
     struct Impl;
 
   private:
+    friend class SnapshotAccess;
     explicit SoilAction(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> impl_;
 };

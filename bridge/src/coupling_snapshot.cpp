@@ -1,0 +1,229 @@
+#include "coupling_snapshot.h"
+
+#include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+
+#include <algorithm>
+
+#include "bullet_stream.h"
+
+namespace bsoil::bullet {
+namespace {
+
+/// SoilBody::id is 0..65534.
+constexpr int kIdLast = 65534;
+
+int proxy_id_of(const btCollisionObject& object) {
+    const btBroadphaseProxy* proxy = object.getBroadphaseHandle();
+    return proxy ? proxy->getUid() : -1;
+}
+
+/// Names an object by its place, and finds it there.
+void list_object(StateStream& stream, const btDiscreteDynamicsWorld& world,
+                 btCollisionObject*& object) {
+    const btCollisionObjectArray& objects = world.getCollisionObjectArray();
+    int32_t index = stream.reads() ? 0 : objects.findLinearSearch(object);
+    stream(index);
+    if (index < 0 || index >= objects.size()) return stream.refuse();
+    object = objects[index];
+}
+
+void list(StateStream& stream, BodyMotion& motion) {
+    stream(motion.pose, motion.center_of_mass_m, motion.linear_velocity_m_s,
+           motion.angular_velocity_rad_s);
+}
+
+/// Whether an object can play a role: the coupling casts by it.
+bool can_be(const btDiscreteDynamicsWorld& world, btCollisionObject& object, BodyRole role) {
+    if (role == BodyRole::rigid) return btRigidBody::upcast(&object) != nullptr;
+    if (role == BodyRole::link)
+        return btMultiBodyLinkCollider::upcast(&object) &&
+               dynamic_cast<const btMultiBodyDynamicsWorld*>(&world);
+    return true;
+}
+
+void list(StateStream& stream, const btDiscreteDynamicsWorld& world, BodyState& body) {
+    list_object(stream, world, body.object);
+    stream(body.id);
+    stream.choice(body.role, BodyRole::fixed);
+    list(stream, body.motion);
+    stream(body.is_asleep, body.weight_n, body.surface.friction, body.surface.adhesion_pa);
+    if (body.id < 0 || body.id > kIdLast ||
+        (stream.good() && !can_be(world, *body.object, body.role)))
+        stream.refuse();
+}
+
+void list(StateStream& stream, ContactPatch& patch) {
+    stream(patch.bin, patch.point_m, patch.normal, patch.normal_limit_n, patch.friction,
+           patch.adhesion_n, patch.area_m2);
+    if (patch.bin < 0 || patch.bin >= kNormalBinCount) stream.refuse();
+}
+
+void list(StateStream& stream, BodyReport& report) {
+    stream(report.force_n, report.torque_n_m, report.peak_force_n, report.contact_area_m2,
+           report.sinkage_m, report.compression_m, report.load_kg, report.patch_count);
+}
+
+}  // namespace
+
+struct CouplingSnapshot::Memory {
+    struct Body {
+        btCollisionObject* object = nullptr;
+        BodyCollector::Tracked tracked;
+    };
+    int last_id = -1;
+    unsigned long long scan = 0;
+    std::vector<Body> bodies;
+    std::vector<ContactCoupling::Coupled> coupled;
+    std::vector<CarriedLoads::Loaded> loaded;
+
+    void list_body(StateStream& stream, const btDiscreteDynamicsWorld& world, Body& body);
+    static void list_coupled(StateStream& stream, const btDiscreteDynamicsWorld& world,
+                             ContactCoupling::Coupled& coupled);
+    static void list_loaded(StateStream& stream, const btDiscreteDynamicsWorld& world,
+                            CarriedLoads::Loaded& loaded);
+    bool is_sound() const;
+};
+
+void CouplingSnapshot::Memory::list_body(StateStream& stream, const btDiscreteDynamicsWorld& world,
+                                         Body& body) {
+    BodyCollector::Tracked& t = body.tracked;
+    list_object(stream, world, body.object);
+    stream(t.id, t.key.fingerprint, t.shape_revision, t.has_pose, t.last_pose, t.was_in_grid);
+    if (t.id < -1 || t.id > kIdLast) stream.refuse();
+}
+
+void CouplingSnapshot::Memory::list_coupled(StateStream& stream,
+                                            const btDiscreteDynamicsWorld& world,
+                                            ContactCoupling::Coupled& coupled) {
+    list(stream, world, coupled.body);
+    stream.list(coupled.patches, 200, [&](ContactCoupling::CoupledPatch& p) {
+        list(stream, p.patch);
+        stream(p.offset_m, p.friction_normal_n, p.applied_force_n, p.preload_n, p.drift_m);
+    });
+    if (coupled.patches.size() > kPatchCapacity) stream.refuse();
+    stream(coupled.was_asleep);
+    for (double& limit_n : coupled.limits_at_sleep_n) stream(limit_n);
+    list(stream, coupled.report);
+    stream.list(coupled.shear.entries_, 72,
+                [&](auto& entry) { stream(entry.center_m, entry.normal, entry.slid_m); });
+    stream(coupled.pressure_pa, coupled.width_m, coupled.linear_m_s, coupled.angular_rad_s,
+           coupled.has_motion);
+    list(stream, coupled.direction);
+}
+
+void CouplingSnapshot::Memory::list_loaded(StateStream& stream,
+                                           const btDiscreteDynamicsWorld& world,
+                                           CarriedLoads::Loaded& loaded) {
+    list(stream, world, loaded.body);
+    stream(loaded.load.body, loaded.load.mass_kg, loaded.load.center_m, loaded.own_mass_kg);
+    list(stream, loaded.own_inertia);
+    list(stream, loaded.weight_n);
+    list(stream, loaded.arm_m);
+    if (loaded.body.role != BodyRole::rigid || loaded.load.body != loaded.body.id ||
+        loaded.load.mass_kg < 0)
+        stream.refuse();
+}
+
+/// Ids and objects stand for themselves once.
+bool CouplingSnapshot::Memory::is_sound() const {
+    if (last_id < -1 || last_id > kIdLast) return false;
+    std::vector<int> ids, coupled_ids, loaded_ids;
+    std::vector<const void*> objects;
+    for (const Body& body : bodies) {
+        if (body.tracked.id >= 0) ids.push_back(body.tracked.id);
+        objects.push_back(body.object);
+    }
+    for (const auto& c : coupled) coupled_ids.push_back(c.body.id);
+    for (const auto& l : loaded) loaded_ids.push_back(l.body.id);
+    const auto once = [](auto& values) {
+        std::sort(values.begin(), values.end());
+        return std::adjacent_find(values.begin(), values.end()) == values.end();
+    };
+    return once(ids) && once(objects) && once(coupled_ids) && once(loaded_ids);
+}
+
+CouplingSnapshot::CouplingSnapshot() : memory_(std::make_unique<Memory>()) {}
+CouplingSnapshot::CouplingSnapshot(CouplingSnapshot&&) noexcept = default;
+CouplingSnapshot::~CouplingSnapshot() = default;
+
+CouplingSnapshot CouplingSnapshot::of(const Parts& parts) {
+    CouplingSnapshot out;
+    Memory& m = *out.memory_;
+    m.last_id = parts.collector.last_id_;
+    m.scan = parts.collector.scan_;
+    const btCollisionObjectArray& objects = parts.world.getCollisionObjectArray();
+    for (int i = 0; i < objects.size(); ++i) {
+        const auto found = parts.collector.tracked_.find(objects[i]);
+        // One that is gone, or another at its address, is met anew.
+        if (found == parts.collector.tracked_.end() ||
+            found->second.proxy_id != proxy_id_of(*objects[i]))
+            continue;
+        m.bodies.push_back({objects[i], found->second});
+    }
+    for (const auto& [id, coupled] : parts.coupling.coupled_) {
+        if (!is_in_world(parts.world, coupled.body)) continue;
+        ContactCoupling::Coupled& copy = m.coupled.emplace_back();
+        copy.body = coupled.body;
+        copy.patches = coupled.patches;
+        copy.was_asleep = coupled.was_asleep;
+        copy.limits_at_sleep_n = coupled.limits_at_sleep_n;
+        copy.report = coupled.report;
+        copy.shear = coupled.shear;
+        copy.pressure_pa = coupled.pressure_pa;
+        copy.width_m = coupled.width_m;
+        copy.linear_m_s = coupled.linear_m_s;
+        copy.angular_rad_s = coupled.angular_rad_s;
+        copy.has_motion = coupled.has_motion;
+        copy.direction = coupled.direction;
+    }
+    for (const auto& [id, loaded] : parts.carried.loaded_)
+        if (is_in_world(parts.world, loaded.body)) m.loaded.push_back(loaded);
+    return out;
+}
+
+void CouplingSnapshot::serialize(StateStream& stream, const btDiscreteDynamicsWorld& world) {
+    Memory& m = *memory_;
+    stream(m.last_id, m.scan);
+    stream.list(m.bodies, 70, [&](Memory::Body& body) { m.list_body(stream, world, body); });
+    stream.list(m.coupled, 400, [&](ContactCoupling::Coupled& coupled) {
+        Memory::list_coupled(stream, world, coupled);
+    });
+    stream.list(m.loaded, 200,
+                [&](CarriedLoads::Loaded& loaded) { Memory::list_loaded(stream, world, loaded); });
+    if (stream.reads() && stream.good() && !m.is_sound()) stream.refuse();
+}
+
+void CouplingSnapshot::put_into(const Parts& parts) {
+    Memory& m = *memory_;
+    BodyCollector& collector = parts.collector;
+    collector.last_id_ = m.last_id;
+    collector.scan_ = m.scan;
+    collector.tracked_.clear();
+    collector.bodies_.clear();
+    collector.refused_.clear();
+    std::fill(collector.id_taken_.begin(), collector.id_taken_.end(), false);
+    for (Memory::Body& body : m.bodies) {
+        // Its shapes are converted again when it is next seen.
+        body.tracked.key.shape = body.object->getCollisionShape();
+        body.tracked.proxy_id = proxy_id_of(*body.object);
+        body.tracked.seen_in_scan = m.scan;
+        if (body.tracked.id >= 0) collector.id_taken_[static_cast<size_t>(body.tracked.id)] = true;
+        collector.tracked_[body.object] = std::move(body.tracked);
+    }
+    parts.coupling.take_rows_out();
+    parts.coupling.coupled_.clear();
+    for (ContactCoupling::Coupled& coupled : m.coupled) {
+        coupled.body.proxy_id = proxy_id_of(*coupled.body.object);
+        const int id = coupled.body.id;
+        parts.coupling.coupled_.emplace(id, std::move(coupled));
+    }
+    parts.carried.close_substep();
+    parts.carried.loaded_.clear();
+    for (CarriedLoads::Loaded& loaded : m.loaded) {
+        loaded.body.proxy_id = proxy_id_of(*loaded.body.object);
+        parts.carried.loaded_[loaded.body.id] = loaded;
+    }
+}
+
+}  // namespace bsoil::bullet

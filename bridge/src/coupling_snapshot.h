@@ -1,0 +1,38 @@
+/// CouplingSnapshot: what the coupling remembers of its bodies, as bytes and back.
+#pragma once
+
+#include <memory>
+
+#include "body_collector.h"
+#include "bsoil/snapshot_file.h"
+#include "carried_load.h"
+#include "contact_coupling.h"
+
+namespace bsoil::bullet {
+
+/// Objects are named by their place in the world's list.
+class CouplingSnapshot {
+  public:
+    struct Parts {
+        const btDiscreteDynamicsWorld& world;
+        BodyCollector& collector;
+        ContactCoupling& coupling;
+        CarriedLoads& carried;
+    };
+    /// What the parts remember now. Between substeps.
+    static CouplingSnapshot of(const Parts& parts);
+    CouplingSnapshot();
+    CouplingSnapshot(CouplingSnapshot&&) noexcept;
+    ~CouplingSnapshot();
+
+    /// Reads or writes; refuses what does not fit the world.
+    void serialize(StateStream& stream, const btDiscreteDynamicsWorld& world);
+    /// Replaces what the parts remember. Once, of a snapshot that has been read.
+    void put_into(const Parts& parts);
+
+  private:
+    struct Memory;
+    std::unique_ptr<Memory> memory_;
+};
+
+}  // namespace bsoil::bullet

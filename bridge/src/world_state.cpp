@@ -1,0 +1,344 @@
+#include "world_state.h"
+
+#include <BulletDynamics/ConstraintSolver/btGeneric6DofConstraint.h>
+#include <BulletDynamics/ConstraintSolver/btGeneric6DofSpring2Constraint.h>
+#include <BulletDynamics/ConstraintSolver/btHingeConstraint.h>
+#include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
+#include <BulletDynamics/ConstraintSolver/btSliderConstraint.h>
+#include <BulletDynamics/Featherstone/btMultiBodyConstraint.h>
+#include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
+#include <BulletDynamics/Vehicle/btRaycastVehicle.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bullet_stream.h"
+#include "contact_cache.h"
+
+namespace bsoil::bullet {
+namespace {
+
+// Bullet gives no way to set what it derives from its own inputs, and derives it with other
+// roundings than it keeps. An explicit instantiation may name private members; that is all this is.
+template <typename Of, auto Member>
+struct Expose {
+    friend constexpr auto member(Of) { return Member; }
+};
+#define EXPOSE(name, member_pointer)        \
+    struct name {                           \
+        friend constexpr auto member(name); \
+    };                                      \
+    template struct Expose<name, member_pointer>
+EXPOSE(InertiaTensor, &btRigidBody::m_invInertiaTensorWorld);
+EXPOSE(InverseMass, &btRigidBody::m_inverseMass);
+EXPOSE(InverseInertia, &btRigidBody::m_invInertiaLocal);
+EXPOSE(GravityForce, &btRigidBody::m_gravity);
+EXPOSE(GravityAcceleration, &btRigidBody::m_gravity_acceleration);
+EXPOSE(TotalForce, &btRigidBody::m_totalForce);
+EXPOSE(TotalTorque, &btRigidBody::m_totalTorque);
+EXPOSE(SleepTimer, &btMultiBody::m_sleepTimer);
+#undef EXPOSE
+
+/// A body's mass is part of how the world was built, but for roundings: it passes through a
+/// reciprocal whenever the body carries soil.
+constexpr btScalar kSameMass = btScalar(1e-5);
+
+struct WorldAccess : btDiscreteDynamicsWorld {
+    static btScalar& local_time_s(btDiscreteDynamicsWorld& world) {
+        return world.*(&WorldAccess::m_localTime);
+    }
+    static btAlignedObjectArray<btActionInterface*>& actions(btDiscreteDynamicsWorld& world) {
+        return world.*(&WorldAccess::m_actions);
+    }
+};
+
+/// Lists the world; in reading, right into it.
+class WorldState {
+  public:
+    WorldState(StateStream& stream, btDiscreteDynamicsWorld& world)
+        : stream_(stream), world_(world) {}
+
+    void serialize();
+    /// What is of another world; empty: nothing was found to be.
+    const std::string& mismatch() const { return mismatch_; }
+
+  private:
+    void same(const char* what, int64_t here);
+    void serialize_object(btCollisionObject& object);
+    void serialize_rigid_body(btRigidBody& body);
+    void serialize_multibody(btMultiBody& multibody);
+    void serialize_constraint(btTypedConstraint& constraint);
+    void serialize_vehicle(btRaycastVehicle& vehicle);
+
+    StateStream& stream_;
+    btDiscreteDynamicsWorld& world_;
+    std::string mismatch_;
+};
+
+/// A number that is part of how the world was built.
+void WorldState::same(const char* what, int64_t here) {
+    int64_t saved = here;
+    stream_(saved);
+    if (!stream_.good() || saved == here) return;
+    if (mismatch_.empty())
+        mismatch_ = std::string("is of another world: ") + std::to_string(saved) + " " + what +
+                    " in the snapshot, " + std::to_string(here) + " here";
+    stream_.refuse();
+}
+
+void WorldState::serialize_object(btCollisionObject& o) {
+    list(stream_, o.getWorldTransform());
+    list(stream_, o.getInterpolationWorldTransform());
+    btVector3 linear = o.getInterpolationLinearVelocity();
+    btVector3 angular = o.getInterpolationAngularVelocity();
+    btScalar rest_s = o.getDeactivationTime(), hit_fraction = o.getHitFraction();
+    int32_t activation = o.getActivationState();
+    list(stream_, linear);
+    list(stream_, angular);
+    stream_(rest_s, hit_fraction, activation);
+    if (activation < ACTIVE_TAG || activation > 6) return stream_.refuse();
+    if (stream_.reads()) {
+        o.setInterpolationLinearVelocity(linear);
+        o.setInterpolationAngularVelocity(angular);
+        o.setDeactivationTime(rest_s);
+        o.setHitFraction(hit_fraction);
+        o.forceActivationState(activation);
+    }
+    if (btRigidBody* body = btRigidBody::upcast(&o)) serialize_rigid_body(*body);
+}
+
+void WorldState::serialize_rigid_body(btRigidBody& body) {
+    btVector3 linear = body.getLinearVelocity(), angular = body.getAngularVelocity();
+    list(stream_, linear);
+    list(stream_, angular);
+    list(stream_, body.*member(InertiaTensor{}));
+    list(stream_, body.*member(InverseInertia{}));
+    list(stream_, body.*member(GravityForce{}));
+    list(stream_, body.*member(GravityAcceleration{}));
+    list(stream_, body.*member(TotalForce{}));
+    list(stream_, body.*member(TotalTorque{}));
+    btScalar inverse_mass = body.getInvMass();
+    stream_(inverse_mass);
+    if (std::abs(inverse_mass - body.getInvMass()) > kSameMass * body.getInvMass())
+        return stream_.refuse();
+    body.*member(InverseMass{}) = inverse_mass;
+    if (stream_.reads()) {
+        body.setLinearVelocity(linear);
+        body.setAngularVelocity(angular);
+        body.setLinearFactor(body.getLinearFactor());  // keeps their product
+    }
+    bool has_motion_state = body.getMotionState() != nullptr;
+    const bool had = has_motion_state;
+    stream_(has_motion_state);
+    if (!has_motion_state) return;
+    btTransform pose = btTransform::getIdentity();
+    if (had) body.getMotionState()->getWorldTransform(pose);
+    list(stream_, pose);
+    // Kinematic bodies follow theirs; with an offset in it, what is set is not quite what is read.
+    if (had && (stream_.reads() || body.isKinematicObject()))
+        body.getMotionState()->setWorldTransform(pose);
+}
+
+void WorldState::serialize_multibody(btMultiBody& m) {
+    same("links of a multibody", m.getNumLinks());
+    same("degrees of freedom of a multibody", m.getNumDofs());
+    if (!stream_.good()) return;
+    btVector3 position = m.getBasePos(), force = m.getBaseForce(), torque = m.getBaseTorque();
+    btQuaternion rotation = m.getWorldToBaseRot();
+    bool awake = m.isAwake();
+    list(stream_, position);
+    for (int i = 0; i < 4; ++i) {
+        btScalar part = rotation[i];
+        stream_(part);
+        rotation[i] = part;
+    }
+    list(stream_, force);
+    list(stream_, torque);
+    stream_(awake);
+    if (stream_.reads()) {
+        m.clearForcesAndTorques();
+        m.setBasePos(position);
+        m.setWorldToBaseRot(rotation);
+        m.addBaseForce(force);
+        m.addBaseTorque(torque);
+        awake ? m.wakeUp() : m.goToSleep();
+    }
+    stream_(m.*member(SleepTimer{}));
+    btScalar velocities[6] = {};
+    const btVector3 omega = m.getBaseOmega(), velocity = m.getBaseVel();
+    for (int i = 0; i < 3; ++i) {
+        velocities[i] = omega[i];
+        velocities[3 + i] = velocity[i];
+    }
+    for (btScalar& v : velocities) stream_(v);
+    if (stream_.reads()) {
+        m.setBaseOmega(btVector3(velocities[0], velocities[1], velocities[2]));
+        m.setBaseVel(btVector3(velocities[3], velocities[4], velocities[5]));
+    }
+    for (int i = 0; i < m.getNumLinks(); ++i) {
+        btMultibodyLink& link = m.getLink(i);
+        for (int k = 0; k < link.m_posVarCount; ++k) stream_(m.getJointPosMultiDof(i)[k]);
+        for (int k = 0; k < link.m_dofCount; ++k)
+            stream_(m.getJointVelMultiDof(i)[k], link.m_jointTorque[k]);
+        list(stream_, link.m_appliedForce);
+        list(stream_, link.m_appliedTorque);
+        if (stream_.reads()) link.updateCacheMultiDof();
+    }
+    if (!stream_.reads()) return;
+    btAlignedObjectArray<btQuaternion> rotations;
+    btAlignedObjectArray<btVector3> origins;
+    m.forwardKinematics(rotations, origins);
+    m.updateCollisionObjectWorldTransforms(rotations, origins);
+}
+
+/// What changes in a run: motors (a host may command them once), what broke, what was applied.
+void WorldState::serialize_constraint(btTypedConstraint& constraint) {
+    same("as the type of a constraint", constraint.getConstraintType());
+    if (!stream_.good()) return;
+    bool enabled = constraint.isEnabled();
+    // Bullet reads it only where the constraint is to give feedback or may break.
+    const bool reports = constraint.needsFeedback();
+    btScalar impulse = reports ? constraint.getAppliedImpulse() : 0;
+    stream_(enabled, impulse);
+    if (stream_.reads()) {
+        constraint.setEnabled(enabled);
+        if (reports) constraint.internalSetAppliedImpulse(impulse);
+    }
+    if (auto* hinge = dynamic_cast<btHingeConstraint*>(&constraint)) {
+        bool on = hinge->getEnableAngularMotor();
+        btScalar target = hinge->getMotorTargetVelocity(), most = hinge->getMaxMotorImpulse();
+        stream_(on, target, most);
+        if (stream_.reads()) hinge->enableAngularMotor(on, target, most);
+        if (auto* turns = dynamic_cast<btHingeAccumulatedAngleConstraint*>(hinge)) {
+            btScalar angle = turns->getAccumulatedHingeAngle();
+            stream_(angle);
+            if (stream_.reads()) turns->setAccumulatedHingeAngle(angle);
+        }
+    } else if (auto* slider = dynamic_cast<btSliderConstraint*>(&constraint)) {
+        bool linear_on = slider->getPoweredLinMotor(), angular_on = slider->getPoweredAngMotor();
+        btScalar values[] = {slider->getTargetLinMotorVelocity(), slider->getMaxLinMotorForce(),
+                             slider->getTargetAngMotorVelocity(), slider->getMaxAngMotorForce()};
+        stream_(linear_on, angular_on);
+        for (btScalar& v : values) stream_(v);
+        if (!stream_.reads()) return;
+        slider->setPoweredLinMotor(linear_on);
+        slider->setPoweredAngMotor(angular_on);
+        slider->setTargetLinMotorVelocity(values[0]);
+        slider->setMaxLinMotorForce(values[1]);
+        slider->setTargetAngMotorVelocity(values[2]);
+        slider->setMaxAngMotorForce(values[3]);
+    } else if (auto* spring = dynamic_cast<btGeneric6DofSpring2Constraint*>(&constraint)) {
+        btTranslationalLimitMotor2& linear = *spring->getTranslationalLimitMotor();
+        for (int i = 0; i < 3; ++i) {
+            stream_(linear.m_enableMotor[i], linear.m_servoMotor[i]);
+            btRotationalLimitMotor2& angular = *spring->getRotationalLimitMotor(i);
+            stream_(angular.m_enableMotor, angular.m_servoMotor, angular.m_targetVelocity,
+                    angular.m_maxMotorForce, angular.m_servoTarget);
+        }
+        list(stream_, linear.m_targetVelocity);
+        list(stream_, linear.m_maxMotorForce);
+        list(stream_, linear.m_servoTarget);
+    } else if (auto* six = dynamic_cast<btGeneric6DofConstraint*>(&constraint)) {
+        btTranslationalLimitMotor& linear = *six->getTranslationalLimitMotor();
+        for (int i = 0; i < 3; ++i) {
+            stream_(linear.m_enableMotor[i]);
+            btRotationalLimitMotor& angular = *six->getRotationalLimitMotor(i);
+            stream_(angular.m_enableMotor, angular.m_targetVelocity, angular.m_maxMotorForce);
+        }
+        list(stream_, linear.m_targetVelocity);
+        list(stream_, linear.m_maxMotorForce);
+    }
+}
+
+void WorldState::serialize_vehicle(btRaycastVehicle& vehicle) {
+    same("wheels of a vehicle", vehicle.getNumWheels());
+    for (int i = 0; i < vehicle.getNumWheels() && stream_.good(); ++i) {
+        btWheelInfo& wheel = vehicle.getWheelInfo(i);
+        stream_(wheel.m_rotation, wheel.m_deltaRotation, wheel.m_steering, wheel.m_engineForce,
+                wheel.m_brake, wheel.m_frictionSlip);
+    }
+}
+
+void WorldState::serialize() {
+    same("bytes of a btScalar", sizeof(btScalar));
+    same("collision objects", world_.getNumCollisionObjects());
+    same("constraints", world_.getNumConstraints());
+    stream_(WorldAccess::local_time_s(world_));
+    uint64_t seed = 0;
+    auto* solver = dynamic_cast<btSequentialImpulseConstraintSolver*>(world_.getConstraintSolver());
+    if (solver) seed = solver->getRandSeed();
+    stream_(seed);
+    if (solver && stream_.reads()) solver->setRandSeed(static_cast<unsigned long>(seed));
+
+    auto* multibody_world = dynamic_cast<btMultiBodyDynamicsWorld*>(&world_);
+    same("multibodies", multibody_world ? multibody_world->getNumMultibodies() : 0);
+    same("multibody constraints",
+         multibody_world ? multibody_world->getNumMultiBodyConstraints() : 0);
+    if (multibody_world && stream_.good()) {
+        for (int i = 0; i < multibody_world->getNumMultibodies() && stream_.good(); ++i)
+            serialize_multibody(*multibody_world->getMultiBody(i));
+        for (int i = 0; i < multibody_world->getNumMultiBodyConstraints() && stream_.good(); ++i) {
+            btMultiBodyConstraint& constraint = *multibody_world->getMultiBodyConstraint(i);
+            same("rows of a multibody constraint", constraint.getNumRows());
+            for (int row = 0; row < constraint.getNumRows() && stream_.good(); ++row) {
+                btScalar impulse = constraint.getAppliedImpulse(row);
+                stream_(impulse);
+                if (stream_.reads()) constraint.internalSetAppliedImpulse(row, impulse);
+            }
+        }
+    }
+    for (int i = 0; i < world_.getNumCollisionObjects() && stream_.good(); ++i)
+        serialize_object(*world_.getCollisionObjectArray()[i]);
+    for (int i = 0; i < world_.getNumConstraints() && stream_.good(); ++i)
+        serialize_constraint(*world_.getConstraint(i));
+    const auto& actions = WorldAccess::actions(world_);
+    for (int i = 0; i < actions.size() && stream_.good(); ++i)
+        if (auto* vehicle = dynamic_cast<btRaycastVehicle*>(actions[i]))
+            serialize_vehicle(*vehicle);
+    if (stream_.good()) serialize_contacts(stream_, world_);
+}
+
+}  // namespace
+
+Status check_world(btDiscreteDynamicsWorld& world, std::span<SoilAction* const> soils) {
+    const auto& actions = WorldAccess::actions(world);
+    size_t found = 0;
+    for (int i = 0; i < actions.size(); ++i) {
+        auto* soil = dynamic_cast<SoilAction*>(actions[i]);
+        if (!soil) continue;
+        if (std::count(soils.begin(), soils.end(), soil) != 1)
+            return Error{"the world has a soil that is not given, or given twice"};
+        ++found;
+    }
+    if (found != soils.size()) return Error{"a soil that is given is not in the world"};
+    for (int i = 0; i < world.getNumCollisionObjects(); ++i) {
+        const int type = world.getCollisionObjectArray()[i]->getInternalType();
+        if (type == btCollisionObject::CO_SOFT_BODY || type == btCollisionObject::CO_HF_FLUID)
+            return Error{"object " + std::to_string(i) +
+                         " is a soft body or a fluid, whose state is not saved"};
+    }
+    return check_contacts(world);
+}
+
+Result<std::vector<uint8_t>> world_state(btDiscreteDynamicsWorld& world) {
+    StateStream stream;
+    WorldState(stream, world).serialize();
+    if (!stream.good()) return Error{"a pose, velocity or force in the world is not finite"};
+    return stream.bytes();
+}
+
+Status set_world_state(btDiscreteDynamicsWorld& world, std::span<const uint8_t> state) {
+    StateStream before;
+    before.accept_non_finite();  // a world that has blown up may be put back, too
+    WorldState(before, world).serialize();
+    StateStream stream(state);
+    WorldState target(stream, world);
+    target.serialize();
+    if (stream.at_end()) return Done{};
+    StateStream back(before.bytes());
+    back.accept_non_finite();
+    WorldState(back, world).serialize();
+    return Error{target.mismatch().empty() ? "is damaged" : target.mismatch()};
+}
+
+}  // namespace bsoil::bullet

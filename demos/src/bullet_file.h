@@ -1,0 +1,60 @@
+/// Worlds from .bullet files, as btDynamicsWorld::serialize writes them.
+#pragma once
+
+#include <btBulletDynamicsCommon.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bsoil/result.h"
+
+class btBulletWorldImporter;
+
+namespace bsoil::scene {
+
+/// Objects of each kind, counted in the file itself.
+struct BulletFileContent {
+    int rigid_body_count = 0, collision_object_count = 0, constraint_count = 0;
+    int multibody_count = 0, link_collider_count = 0, soft_body_count = 0;
+};
+
+/// Reads a file's table of contents and checks what can be checked without Bullet: magic, byte
+/// order, that every block and the description of its structures lie within the file and fit each
+/// other. Bullet's own reader checks nothing of that and crashes. What it does not check either,
+/// and this cannot: pointers from one block to another of the wrong kind, and numbers (a NaN, a
+/// count of points). So a file made by accident is refused, one made by an adversary may still do
+/// harm: load files of people you trust. Error: names the file and what is wrong with it.
+Result<BulletFileContent> check_bullet_file(const std::string& path);
+
+/// The objects of a .bullet file in a world. Gravity and solver settings stay the world's own.
+class BulletFile {
+  public:
+    struct Body {
+        std::string name;  ///< the file's, or its number where it has none or an earlier one's
+        btRigidBody* body = nullptr;
+    };
+
+    /// Loads a file into a world that must outlive it. pose: of the file's axes in the world's.
+    /// Multibodies need a btMultiBodyDynamicsWorld. Error: as check_bullet_file, Bullet cannot read
+    /// it, or `pose` is given and a constraint holds a body to the world; then the world is as
+    /// before.
+    static Result<std::unique_ptr<BulletFile>> load(
+        const std::string& path, btDiscreteDynamicsWorld& world,
+        const btTransform& pose = btTransform::getIdentity());
+    ~BulletFile();  ///< takes its objects out of the world and deletes them
+
+    const std::vector<Body>& bodies() const { return bodies_; }
+    /// What the file has and the world has not got, one sentence each: Bullet's importer drops
+    /// bodies whose shape it does not know (heightfields, custom shapes) and reports success.
+    const std::vector<std::string>& missing() const { return missing_; }
+
+  private:
+    BulletFile();
+
+    std::unique_ptr<btBulletWorldImporter> importer_;
+    std::vector<Body> bodies_;
+    std::vector<std::string> missing_;
+};
+
+}  // namespace bsoil::scene

@@ -1,0 +1,173 @@
+// The file of a snapshot.
+//
+//   8 bytes  "BSOILSNP"
+//   u32      version
+//   u32      number of sections, 1 .. 64
+//   per section
+//     16 bytes  name, filled up with zeros
+//     u64       bytes of its content
+//     u64       bytes of it in this file: one zstd frame
+//     u64       hash of the frame
+//   u64      hash of all bytes so far
+//   ...      the frames, in the order of the list, and nothing after them
+#include "bsoil/snapshot_file.h"
+
+#include <fmt/format.h>
+#include <zstd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <memory>
+
+namespace bsoil {
+namespace {
+
+constexpr char kMagic[8] = {'B', 'S', 'O', 'I', 'L', 'S', 'N', 'P'};
+constexpr uint32_t kVersion = 3;  // 3: sections; bodies, coverage and spans of the soil
+constexpr uint32_t kSectionsMost = 64;
+constexpr size_t kNameBytes = 16;
+constexpr size_t kHeadBytes = sizeof(kMagic) + 4 + 4;
+constexpr size_t kEntryBytes = kNameBytes + 3 * 8;
+// What a section may grow to: this much, and more only in proportion to its bytes in the file, so
+// that a small file cannot ask for all memory there is. States shrink to a hundredth at best.
+constexpr uint64_t kContentFree = uint64_t{64} << 20;
+constexpr uint64_t kContentPerByte = 4096;
+
+uint64_t hash_of(std::span<const uint8_t> bytes) {
+    uint64_t h = 0xcbf29ce484222325ull;  // FNV-1a
+    for (const uint8_t byte : bytes) {
+        h = (h ^ byte) * 0x100000001b3ull;
+    }
+    return h;
+}
+
+struct CloseFile {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+};
+using File = std::unique_ptr<std::FILE, CloseFile>;
+
+/// What the head says of one section.
+struct Entry {
+    char name[kNameBytes] = {};
+    uint64_t content_bytes = 0, frame_bytes = 0, hash = 0;
+
+    void list(StateStream& stream) {
+        for (char& c : name) stream(c);
+        stream(content_bytes, frame_bytes, hash);
+    }
+};
+
+Error refusal(const std::string& path, const std::string& why) {
+    return Error{fmt::format("snapshot '{}': {}", path, why)};
+}
+
+}  // namespace
+
+const std::vector<uint8_t>* find_section(std::span<const SnapshotSection> sections,
+                                         std::string_view name) {
+    for (const SnapshotSection& section : sections)
+        if (section.name == name) return &section.bytes;
+    return nullptr;
+}
+
+Status write_snapshot_file(const std::string& path, std::span<const SnapshotSection> sections) {
+    std::vector<std::vector<uint8_t>> frames;
+    StateStream head;
+    for (char c : kMagic) head(c);
+    uint32_t version = kVersion, count = static_cast<uint32_t>(sections.size());
+    head(version, count);
+    for (const SnapshotSection& section : sections) {
+        if (section.name.empty() || section.name.size() > kNameBytes)
+            return refusal(path, fmt::format("section name '{}' must have 1 to {} characters",
+                                             section.name, kNameBytes));
+        std::vector<uint8_t> frame(ZSTD_compressBound(section.bytes.size()));
+        const size_t size = ZSTD_compress(frame.data(), frame.size(), section.bytes.data(),
+                                          section.bytes.size(), 3);
+        if (ZSTD_isError(size)) return refusal(path, ZSTD_getErrorName(size));
+        frame.resize(size);
+        Entry entry;
+        std::memcpy(entry.name, section.name.data(), section.name.size());
+        entry.content_bytes = section.bytes.size();
+        entry.frame_bytes = size;
+        entry.hash = hash_of(frame);
+        if (entry.content_bytes > kContentFree + kContentPerByte * entry.frame_bytes)
+            return refusal(path, fmt::format("section '{}' shrinks by more than {} times: it could "
+                                             "not be told from a damaged one",
+                                             section.name, kContentPerByte));
+        entry.list(head);
+        frames.push_back(std::move(frame));
+    }
+    uint64_t hash = hash_of(head.bytes());
+    head(hash);
+
+    // Written beside and renamed: a crash does not leave half a snapshot under the name.
+    const std::string part = path + ".part";
+    bool good = false;
+    if (const File file{std::fopen(part.c_str(), "wb")}) {
+        const auto put = [&](const std::vector<uint8_t>& bytes) {
+            return std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size();
+        };
+        good = put(head.bytes());
+        for (const std::vector<uint8_t>& frame : frames) good = good && put(frame);
+        good = good && std::fflush(file.get()) == 0;
+    }
+    if (!good || std::rename(part.c_str(), path.c_str()) != 0) {
+        const int why = errno;
+        std::remove(part.c_str());
+        return Error{fmt::format("snapshot '{}' cannot be written: {}", path, std::strerror(why))};
+    }
+    return Done{};
+}
+
+Result<std::vector<SnapshotSection>> read_snapshot_file(const std::string& path) {
+    const File file{std::fopen(path.c_str(), "rb")};
+    if (!file)
+        return Error{fmt::format("snapshot '{}' cannot be read: {}", path, std::strerror(errno))};
+    std::vector<uint8_t> raw;
+    uint8_t chunk[65536];
+    while (const size_t got = std::fread(chunk, 1, sizeof(chunk), file.get()))
+        raw.insert(raw.end(), chunk, chunk + got);
+
+    const Error damaged = refusal(path, "is damaged or cut short");
+    if (raw.size() < kHeadBytes || std::memcmp(raw.data(), kMagic, sizeof(kMagic)) != 0)
+        return refusal(path, "is not a BulletSoil snapshot");
+    const std::span<const uint8_t> all(raw);
+    StateStream head(all.subspan(sizeof(kMagic)));
+    uint32_t version = 0, count = 0;
+    head(version, count);
+    if (version != kVersion)
+        return refusal(path, fmt::format("has version {}, this build reads {}", version, kVersion));
+    if (count == 0 || count > kSectionsMost) return damaged;
+    std::vector<Entry> entries(count);
+    for (Entry& entry : entries) entry.list(head);
+    uint64_t hash = 0;
+    head(hash);
+    const size_t head_bytes = kHeadBytes + count * kEntryBytes;
+    if (!head.good() || hash != hash_of(all.first(head_bytes))) return damaged;
+
+    std::vector<SnapshotSection> sections;
+    size_t at = head_bytes + sizeof(hash);
+    for (const Entry& entry : entries) {
+        if (entry.frame_bytes > raw.size() - at ||
+            entry.content_bytes > kContentFree + kContentPerByte * entry.frame_bytes)
+            return damaged;
+        const std::span<const uint8_t> frame = all.subspan(at, entry.frame_bytes);
+        at += entry.frame_bytes;
+        // Of the frame, not of what is in it: zstd does not read every bit of its own head.
+        if (hash_of(frame) != entry.hash ||
+            ZSTD_getFrameContentSize(frame.data(), frame.size()) != entry.content_bytes)
+            return damaged;
+        SnapshotSection section;
+        section.name.assign(entry.name, strnlen(entry.name, kNameBytes));
+        section.bytes.resize(entry.content_bytes);
+        const size_t got =
+            ZSTD_decompress(section.bytes.data(), section.bytes.size(), frame.data(), frame.size());
+        if (ZSTD_isError(got) || got != entry.content_bytes || find_section(sections, section.name))
+            return damaged;
+        sections.push_back(std::move(section));
+    }
+    if (at != raw.size()) return damaged;
+    return sections;
+}
+
+}  // namespace bsoil

@@ -1,0 +1,515 @@
+// Snapshots of worlds: what is restored goes on bit for bit; what does not fit or is damaged is
+// refused and changes nothing.
+#include <BulletDynamics/Featherstone/btMultiBodyJointMotor.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <random>
+
+#include "bsoil/bullet/world_snapshot.h"
+#include "bullet_scene.h"
+
+namespace bsoil::bullet {
+namespace {
+
+constexpr btScalar kFrameS = btScalar(1) / 60;
+
+uint64_t add(uint64_t hash, const void* data, size_t size) {
+    for (size_t i = 0; i < size; ++i)
+        hash = (hash ^ static_cast<const unsigned char*>(data)[i]) * 0x100000001b3ull;
+    return hash;
+}
+uint64_t add(uint64_t hash, const btVector3& v) {
+    for (int i = 0; i < 3; ++i) hash = add(hash, &v[i], sizeof(btScalar));
+    return hash;
+}
+
+/// A world that can be built any number of times, always alike.
+struct TestWorld {
+    BulletScene scene;
+    std::vector<std::unique_ptr<btMotionState>> motion_states;
+    std::vector<std::unique_ptr<btTypedConstraint>> constraints;
+    std::unique_ptr<btMultiBody> multibody;
+    std::vector<std::unique_ptr<btMultiBodyLinkCollider>> colliders;
+    std::vector<std::unique_ptr<btMultiBodyConstraint>> multibody_constraints;
+    std::unique_ptr<SoilAction> soil;
+    btRigidBody* driven = nullptr;
+    int frame = 0;
+    btScalar frame_s = kFrameS, substep_s = kFrameS / 2;
+
+    ~TestWorld() {
+        soil.reset();
+        for (const auto& c : constraints) scene.world->removeConstraint(c.get());
+        for (const auto& c : multibody_constraints) scene.world->removeMultiBodyConstraint(c.get());
+        for (const auto& c : colliders) scene.world->removeCollisionObject(c.get());
+        if (multibody) scene.world->removeMultiBody(multibody.get());
+    }
+    btDiscreteDynamicsWorld& world() { return *scene.world; }
+    void step() {
+        ++frame;
+        if (driven) {
+            btTransform pose = btTransform::getIdentity();
+            const btScalar t = frame_s * btScalar(frame);
+            pose.setOrigin(btVector3(btScalar(-0.9) + btScalar(0.3) * t, btScalar(0.42), 0));
+            driven->getMotionState()->setWorldTransform(pose);
+        }
+        scene.world->stepSimulation(frame_s, 8, substep_s);
+    }
+    void run(int frames) {
+        for (int i = 0; i < frames; ++i) step();
+    }
+    std::vector<SoilAction*> soils() {
+        return soil ? std::vector<SoilAction*>{soil.get()} : std::vector<SoilAction*>{};
+    }
+    Status save(const std::string& path) { return save_world(world(), soils(), path); }
+    Status load(const std::string& path) { return load_world(world(), soils(), path); }
+    /// Of every pose and velocity and of the soil.
+    uint64_t checksum() const {
+        uint64_t hash = soil ? soil->soil().checksum() : 1;
+        const btCollisionObjectArray& objects = scene.world->getCollisionObjectArray();
+        for (int i = 0; i < objects.size(); ++i) {
+            const btTransform& pose = objects[i]->getWorldTransform();
+            hash = add(hash, pose.getOrigin());
+            for (int row = 0; row < 3; ++row) hash = add(hash, pose.getBasis()[row]);
+            const int state = objects[i]->getActivationState();
+            hash = add(hash, &state, sizeof(state));
+            if (const btRigidBody* body = btRigidBody::upcast(objects[i]))
+                hash = add(add(hash, body->getLinearVelocity()), body->getAngularVelocity());
+        }
+        if (multibody)
+            for (int i = 0; i < multibody->getNumDofs() + 6; ++i)
+                hash = add(hash, multibody->getVelocityVector() + i, sizeof(btScalar));
+        return hash;
+    }
+};
+using Build = std::function<std::unique_ptr<TestWorld>()>;
+
+void add_soil(TestWorld& w, const SoilActionDef& options = {}) {
+    SoilDef def;
+    def.material.shear_displacement_m = 0.02;
+    def.size_m = {3.2, 0.9, 2.4};
+    def.voxel_m = 0.1;
+    def.backend = Backend::cpu;
+    auto soil = SoilAction::create(w.world(), def, options);
+    ASSERT_TRUE(soil) << soil.error();
+    w.soil = std::move(*soil);
+    ASSERT_TRUE(w.soil->fill(BoxFill{{{-2, 0, -2}, {2, 0.4, 2}}, "dry_sand"}));
+}
+
+/// Soil, a wheel with a motor, a plate, a scoop of several boxes full of soil, a blade that is
+/// driven, and a stone that comes in later.
+std::unique_ptr<TestWorld> build_machine() {
+    auto w = std::make_unique<TestWorld>();
+    add_soil(*w);
+    BulletScene& s = w->scene;
+    btRigidBody& frame = s.add_box(40, {0.3f, 0.1f, 0.2f}, {0.5f, 0.9f, 0});
+    btRigidBody& wheel =
+        s.add(30, s.shape<btCylinderShapeZ>(btVector3(0.25f, 0.25f, 0.15f)), {0.5f, 0.66f, 0});
+    auto hinge = std::make_unique<btHingeConstraint>(frame, wheel, btVector3(0, -0.24f, 0),
+                                                     btVector3(0, 0, 0), btVector3(0, 0, 1),
+                                                     btVector3(0, 0, 1));
+    hinge->enableAngularMotor(true, -3, 2);
+    s.world->addConstraint(hinge.get(), true);
+    w->constraints.push_back(std::move(hinge));
+    s.add_box(60, {0.2f, 0.05f, 0.2f}, {-0.1f, 0.5f, 0.7f});
+    auto& scoop = static_cast<btCompoundShape&>(s.shape<btCompoundShape>());
+    btTransform at = btTransform::getIdentity();
+    const auto wall = [&](const btVector3& half, const btVector3& place) {
+        at.setOrigin(place);
+        scoop.addChildShape(at, &s.shape<btBoxShape>(half));
+    };
+    wall({0.3f, 0.1f, 0.3f}, {0, -0.2f, 0});
+    for (const float side : {-1.0f, 1.0f}) {
+        wall({0.1f, 0.25f, 0.3f}, {0.4f * side, 0.05f, 0});
+        wall({0.5f, 0.25f, 0.1f}, {0, 0.05f, 0.4f * side});
+    }
+    s.add(80, scoop, {-0.9f, 0.75f, -0.5f});
+    // Sand falls into the scoop.
+    EXPECT_TRUE(w->soil->fill(BoxFill{{{-1.1, 0.75, -0.7}, {-0.7, 0.88, -0.3}}, "dry_sand"}));
+    w->motion_states.push_back(std::make_unique<btDefaultMotionState>(
+        btTransform(btQuaternion::getIdentity(), btVector3(-0.9f, 0.42f, 0))));
+    s.bodies.push_back(std::make_unique<btRigidBody>(
+        0, w->motion_states.back().get(), &s.shape<btBoxShape>(btVector3(0.1f, 0.2f, 0.2f))));
+    w->driven = s.bodies.back().get();
+    w->driven->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+    w->driven->setActivationState(DISABLE_DEACTIVATION);
+    s.world->addRigidBody(w->driven);
+    s.add(25, s.shape<btSphereShape>(btScalar(0.15)), {1.1f, 2.5f, 0.6f});
+    return w;
+}
+
+/// No soil: a heap of all kinds of shapes that falls apart and goes to sleep piece by piece.
+std::unique_ptr<TestWorld> build_heap() {
+    auto w = std::make_unique<TestWorld>();
+    BulletScene& s = w->scene;
+    s.add(0, s.shape<btStaticPlaneShape>(btVector3(0, 1, 0), btScalar(0)), {0, 0, 0});
+    std::mt19937 random(7);
+    const auto uniform = [&](float low, float high) {
+        return low + (high - low) * static_cast<float>(random() % 10000) / 10000;
+    };
+    for (int i = 0; i < 40; ++i) {
+        const btVector3 place(uniform(-0.6f, 0.6f), 0.3f + 0.15f * static_cast<float>(i),
+                              uniform(-0.6f, 0.6f));
+        if (i % 4 == 0)
+            s.add_box(3, {0.15f, 0.1f, 0.2f}, place);
+        else if (i % 4 == 1)
+            s.add(2, s.shape<btSphereShape>(btScalar(0.12)), place);
+        else if (i % 4 == 2)
+            s.add(2, s.shape<btCylinderShape>(btVector3(0.1f, 0.1f, 0.1f)), place);
+        else
+            s.add(4, s.shape<btCapsuleShape>(btScalar(0.08), btScalar(0.2)), place);
+        if (i % 5 == 0)
+            s.bodies.back()->setCcdMotionThreshold(btScalar(0.05)),
+                s.bodies.back()->setCcdSweptSphereRadius(btScalar(0.05));
+    }
+    // Steps that do not divide the frame: a part of each is left over.
+    w->frame_s = btScalar(1) / 70;
+    w->substep_s = btScalar(1) / 120;
+    return w;
+}
+
+/// The same with compounds and a triangle mesh.
+std::unique_ptr<TestWorld> build_compounds() {
+    auto w = build_heap();
+    BulletScene& s = w->scene;
+    static const std::unique_ptr<btTriangleMesh> mesh = [] {
+        auto made = std::make_unique<btTriangleMesh>();
+        for (int i = -4; i < 4; ++i)
+            for (int k = -4; k < 4; ++k) {
+                const auto point = [](int x, int z) {
+                    return btVector3(btScalar(x) * 0.5f, 0.1f * btScalar((x + z) & 1),
+                                     btScalar(z) * 0.5f);
+                };
+                made->addTriangle(point(i, k), point(i, k + 1), point(i + 1, k));
+                made->addTriangle(point(i + 1, k), point(i, k + 1), point(i + 1, k + 1));
+            }
+        return made;
+    }();
+    s.add(0, s.shape<btBvhTriangleMeshShape>(mesh.get(), true), {0, 0.05f, 0});
+    for (int i = 0; i < 6; ++i) {
+        auto& shape = static_cast<btCompoundShape&>(s.shape<btCompoundShape>());
+        btTransform at = btTransform::getIdentity();
+        for (const float side : {-1.0f, 1.0f}) {
+            at.setOrigin(btVector3(0.2f * side, 0, 0));
+            shape.addChildShape(at, &s.shape<btBoxShape>(btVector3(0.1f, 0.1f, 0.1f)));
+        }
+        s.add(5, shape, {0.2f * static_cast<float>(i - 3), 1.5f + 0.4f * static_cast<float>(i), 0});
+    }
+    return w;
+}
+
+/// A multibody of three links that scratches the soil with a motor.
+std::unique_ptr<TestWorld> build_multibody() {
+    auto w = std::make_unique<TestWorld>();
+    add_soil(*w);
+    BulletScene& s = w->scene;
+    const int links = 3;
+    w->multibody =
+        std::make_unique<btMultiBody>(links, btScalar(20), btVector3(1, 1, 1), false, true);
+    btMultiBody& m = *w->multibody;
+    m.setBasePos(btVector3(0, 0.65f, 0));
+    for (int i = 0; i < links; ++i)
+        m.setupRevolute(i, 4, btVector3(0.1f, 0.1f, 0.1f), i - 1, btQuaternion::getIdentity(),
+                        btVector3(0, 0, 1), btVector3(i == 0 ? 0.25f : 0.2f, 0, 0),
+                        btVector3(0.2f, 0, 0), true);
+    m.finalizeMultiDof();
+    s.world->addMultiBody(&m);
+    for (int i = -1; i < links; ++i) {
+        auto collider = std::make_unique<btMultiBodyLinkCollider>(&m, i);
+        collider->setCollisionShape(&s.shape<btBoxShape>(i < 0 ? btVector3(0.25f, 0.15f, 0.3f)
+                                                               : btVector3(0.17f, 0.1f, 0.15f)));
+        s.world->addCollisionObject(collider.get(), btBroadphaseProxy::DefaultFilter,
+                                    btBroadphaseProxy::AllFilter);
+        (i < 0 ? m.setBaseCollider(collider.get())
+               : static_cast<void>(m.getLink(i).m_collider = collider.get()));
+        w->colliders.push_back(std::move(collider));
+    }
+    btAlignedObjectArray<btQuaternion> rotations;
+    btAlignedObjectArray<btVector3> origins;
+    m.forwardKinematics(rotations, origins);
+    m.updateCollisionObjectWorldTransforms(rotations, origins);
+    auto motor = std::make_unique<btMultiBodyJointMotor>(&m, 1, btScalar(-0.8), btScalar(2));
+    s.world->addMultiBodyConstraint(motor.get());
+    motor->finalizeMultiDof();
+    w->multibody_constraints.push_back(std::move(motor));
+    s.add_box(30, {0.2f, 0.15f, 0.2f}, {-0.8f, 0.6f, 0.5f});
+    return w;
+}
+
+class WorldSnapshot : public testing::Test {
+  protected:
+    std::string path(const std::string& name) const {
+        return (std::filesystem::temp_directory_path() /
+                ("bsoil_world_" + std::to_string(getpid()) + "_" +
+                 testing::UnitTest::GetInstance()->current_test_info()->name() + "_" + name))
+            .string();
+    }
+    void TearDown() override {
+        for (const char* name : {"a", "b"}) std::filesystem::remove(path(name));
+    }
+    static std::vector<char> bytes_of(const std::string& file) {
+        std::ifstream in(file, std::ios::binary);
+        return {std::istreambuf_iterator<char>(in), {}};
+    }
+    static void write_bytes(const std::string& file, const std::vector<char>& bytes) {
+        std::ofstream(file, std::ios::binary)
+            .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    }
+    /// Runs a world, saves it, goes on; restores another and compares every step after.
+    void expect_goes_on(const Build& build, int before, int after, bool saving_shows = false) {
+        const std::unique_ptr<TestWorld> alone = build(), saved = build(), restored = build();
+        alone->run(before);
+        saved->run(before);
+        Status done = saved->save(path("a"));
+        ASSERT_TRUE(done) << done.error();
+        ASSERT_EQ(saved->checksum(), alone->checksum());
+        restored->run(3);  // another history
+        restored->frame = saved->frame;
+        done = restored->load(path("a"));
+        ASSERT_TRUE(done) << done.error();
+        ASSERT_EQ(restored->checksum(), saved->checksum());
+        if (!saving_shows) {  // nothing that is saved got lost
+            done = restored->save(path("b"));
+            ASSERT_TRUE(done) << done.error();
+            ASSERT_EQ(bytes_of(path("b")), bytes_of(path("a")));
+        }
+        for (int i = 1; i <= after; ++i) {
+            saved->step();
+            restored->step();
+            alone->step();
+            ASSERT_EQ(restored->checksum(), saved->checksum())
+                << "saved after " << before << " frames, frame " << i << " after";
+            if (!saving_shows) {
+                ASSERT_EQ(alone->checksum(), saved->checksum())
+                    << "not saved at all, frame " << i << " after " << before;
+            }
+        }
+    }
+};
+
+TEST_F(WorldSnapshot, machine_on_soil_goes_on_bit_for_bit) {
+    for (const int before : {0, 1, 40}) expect_goes_on(build_machine, before, 40);
+}
+
+TEST_F(WorldSnapshot, heap_goes_on_bit_for_bit_while_it_falls_and_sleeps) {
+    for (const int before : {0, 25, 90, 300}) expect_goes_on(build_heap, before, 120);
+}
+
+TEST_F(WorldSnapshot, compounds_and_meshes_go_on_as_the_run_that_saved) {
+    for (const int before : {30, 120}) expect_goes_on(build_compounds, before, 120, true);
+}
+
+TEST_F(WorldSnapshot, multibody_on_soil_goes_on_bit_for_bit) {
+    for (const int before : {1, 45}) expect_goes_on(build_multibody, before, 45);
+}
+
+TEST_F(WorldSnapshot, soil_and_coupling_alone_go_on_where_the_host_puts_the_bodies) {
+    // Kinematic bodies only: their poses are the host's.
+    const auto build = [] {
+        auto w = std::make_unique<TestWorld>();
+        add_soil(*w);
+        w->motion_states.push_back(std::make_unique<btDefaultMotionState>(
+            btTransform(btQuaternion::getIdentity(), btVector3(-0.9f, 0.42f, 0))));
+        BulletScene& s = w->scene;
+        s.bodies.push_back(std::make_unique<btRigidBody>(
+            0, w->motion_states.back().get(), &s.shape<btBoxShape>(btVector3(0.1f, 0.2f, 0.2f))));
+        w->driven = s.bodies.back().get();
+        w->driven->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+        w->driven->setActivationState(DISABLE_DEACTIVATION);
+        s.world->addRigidBody(w->driven);
+        return w;
+    };
+    const auto saved = build(), restored = build();
+    saved->run(30);
+    ASSERT_TRUE(saved->soil->save(path("a")));
+    restored->frame = 29;
+    restored->step();  // brings the body there
+    const Status loaded = restored->soil->load(path("a"));
+    ASSERT_TRUE(loaded) << loaded.error();
+    EXPECT_EQ(restored->soil->step_count(), saved->soil->step_count());
+    const BodyReport report = saved->soil->body_report(*saved->driven);
+    EXPECT_GT(length(report.force_n), 0);
+    EXPECT_EQ(restored->soil->body_report(*restored->driven).force_n.x, report.force_n.x);
+    EXPECT_EQ(restored->soil->body_report(*restored->driven).peak_force_n, report.peak_force_n);
+    for (int i = 0; i < 30; ++i) {
+        saved->step();
+        restored->step();
+        ASSERT_EQ(restored->soil->soil().checksum(), saved->soil->soil().checksum()) << i;
+        ASSERT_EQ(restored->soil->body_report(*restored->driven).force_n.x,
+                  saved->soil->body_report(*saved->driven).force_n.x);
+    }
+}
+
+TEST_F(WorldSnapshot, a_world_that_has_blown_up_can_be_put_back) {
+    const auto w = build_heap();
+    w->run(20);
+    ASSERT_TRUE(w->save(path("a")));
+    const uint64_t good = w->checksum();
+    const btScalar nan = std::numeric_limits<btScalar>::quiet_NaN();
+    w->scene.bodies[5]->setLinearVelocity(btVector3(nan, 0, 0));
+    const Status refused = w->save(path("b"));
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().find("finite"), std::string::npos) << refused.error();
+    const Status loaded = w->load(path("a"));
+    ASSERT_TRUE(loaded) << loaded.error();
+    EXPECT_EQ(w->checksum(), good);
+}
+
+TEST_F(WorldSnapshot, damaged_files_are_refused_and_change_nothing) {
+    const auto w = build_machine(), twin = build_machine();
+    w->run(8);
+    twin->run(8);
+    ASSERT_TRUE(w->save(path("a")));
+    const std::vector<char> good = bytes_of(path("a"));
+    w->run(2);
+    twin->run(2);
+    const uint64_t checksum = w->checksum();
+    const auto expect_refused = [&](const std::vector<char>& bytes, const std::string& what) {
+        write_bytes(path("b"), bytes);
+        for (const Status& status : {w->load(path("b")), w->soil->load(path("b"))}) {
+            ASSERT_FALSE(status) << what;
+            ASSERT_NE(status.error().find(path("b")), std::string::npos) << status.error();
+        }
+        ASSERT_EQ(w->checksum(), checksum) << what;
+    };
+    std::mt19937 random(3);
+    for (size_t i = 0; i < 400; ++i) {
+        std::vector<char> flipped = good;
+        const size_t at = i < 200 ? i : random() % good.size();
+        flipped[at] = static_cast<char>(flipped[at] ^ (1 << random() % 8));
+        expect_refused(flipped, "bit flipped in byte " + std::to_string(at));
+    }
+    for (const size_t size : {size_t{0}, size_t{7}, size_t{16}, size_t{60}, size_t{200},
+                              good.size() / 2, good.size() - 1})
+        expect_refused({good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size)},
+                       "cut to " + std::to_string(size));
+    std::vector<char> longer = good;
+    longer.push_back('x');
+    expect_refused(longer, "a byte too many");
+    expect_refused({}, "empty");
+    w->run(10);
+    twin->run(10);
+    EXPECT_EQ(w->checksum(), twin->checksum());
+}
+
+// A hash keeps accidents out, not someone who computes it anew: whatever stands in a section, the
+// world is whole after, and as it was where an error is returned.
+TEST_F(WorldSnapshot, forged_sections_are_refused_or_harmless) {
+    const auto w = build_machine();
+    w->run(8);
+    ASSERT_TRUE(w->save(path("a")));
+    const auto sections = read_snapshot_file(path("a"));
+    ASSERT_TRUE(sections);
+    std::mt19937 random(4);
+    int refused = 0;
+    for (int i = 0; i < 400; ++i) {
+        std::vector<SnapshotSection> forged = *sections;
+        std::vector<uint8_t>& bytes = forged[random() % forged.size()].bytes;
+        const size_t at = random() % bytes.size();
+        if (i % 4 == 0)
+            bytes.resize(at);
+        else if (i % 4 == 1)
+            std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(at),
+                      bytes.begin() + static_cast<std::ptrdiff_t>(std::min(at + 8, bytes.size())),
+                      static_cast<uint8_t>(0xff));
+        else
+            bytes[at] = static_cast<uint8_t>(random());
+        ASSERT_TRUE(write_snapshot_file(path("b"), forged));
+        const uint64_t before = w->checksum();
+        if (w->load(path("b"))) {
+            const Status back = w->load(path("a"));
+            ASSERT_TRUE(back) << back.error() << i;
+        } else {
+            ++refused;
+            ASSERT_EQ(w->checksum(), before) << i;
+        }
+        if (i % 40 == 0) w->step();
+    }
+    EXPECT_GT(refused, 200);
+    w->run(20);
+}
+
+TEST_F(WorldSnapshot, sizes_in_the_head_are_not_believed) {
+    const SnapshotSection section{"soil", std::vector<uint8_t>(1000, 7)};
+    ASSERT_TRUE(write_snapshot_file(path("a"), {&section, 1}));
+    const std::vector<char> good = bytes_of(path("a"));
+    for (const size_t at : {size_t{12}, size_t{32}, size_t{40}}) {  // sections, content, frame
+        std::vector<char> huge = good;
+        for (size_t i = 0; i < 4; ++i) huge[at + i] = static_cast<char>(0x7f);
+        if (at > 12) huge[at + 7] = static_cast<char>(0x7f);
+        // The head's own hash would catch it: make it fit.
+        const size_t head = 16 + 40;
+        uint64_t hash = 0xcbf29ce484222325ull;
+        hash = add(hash, huge.data(), head);
+        std::memcpy(huge.data() + head, &hash, sizeof(hash));
+        write_bytes(path("b"), huge);
+        const auto read = read_snapshot_file(path("b"));
+        ASSERT_FALSE(read) << at;
+        EXPECT_NE(read.error().find("damaged"), std::string::npos) << read.error();
+    }
+    std::vector<char> other = good;
+    other[8] = 2;
+    write_bytes(path("b"), other);
+    const auto read = read_snapshot_file(path("b"));
+    ASSERT_FALSE(read);
+    EXPECT_NE(read.error().find("version 2"), std::string::npos) << read.error();
+}
+
+TEST_F(WorldSnapshot, another_world_or_soil_is_refused_by_name) {
+    const auto saved = build_machine();
+    saved->run(5);
+    ASSERT_TRUE(saved->save(path("a")));
+    const auto expect = [&](TestWorld& w, const std::string& words) {
+        const uint64_t before = w.checksum();
+        const Status status = w.load(path("a"));
+        ASSERT_FALSE(status) << words;
+        EXPECT_NE(status.error().find(words), std::string::npos) << status.error();
+        EXPECT_EQ(w.checksum(), before);
+    };
+    const auto more = build_machine();
+    more->scene.add_box(1, {0.1f, 0.1f, 0.1f}, {0, 3, 0});
+    expect(*more, "collision objects");
+    const auto heavy = build_machine();
+    heavy->scene.bodies[0]->setMassProps(41, btVector3(1, 1, 1));
+    expect(*heavy, "mass_kg 41");
+    const auto indexed = build_machine();
+    indexed->scene.bodies[1]->setUserIndex(3);
+    expect(*indexed, "user index 3");
+    const auto loose = build_machine();
+    loose->world().removeConstraint(loose->constraints[0].get());
+    expect(*loose, "constraints");
+    loose->constraints.clear();
+    const auto bare = build_heap();
+    expect(*bare, "another world");
+    const auto finer = build_machine();
+    finer->soil.reset();
+    SoilDef def;
+    def.material.shear_displacement_m = 0.03;  // the only difference
+    def.size_m = {3.2, 0.9, 2.4};
+    def.voxel_m = 0.1;
+    def.backend = Backend::cpu;
+    // The soil's anchor goes to the end of the list; a world of that order is another one.
+    finer->soil = std::move(*SoilAction::create(finer->world(), def));
+    expect(*finer, "another world");
+    const Status soil = finer->soil->soil().load(path("a"));
+    ASSERT_FALSE(soil);
+    EXPECT_NE(soil.error().find("shear_displacement_m of material 'dry_sand' 0.02"),
+              std::string::npos)
+        << soil.error();
+    EXPECT_FALSE(save_world(saved->world(), {}, path("b")));  // has a soil that is not given
+    btSimpleBroadphase simple;
+    btDiscreteDynamicsWorld other(&saved->scene.dispatcher, &simple, &saved->scene.solver,
+                                  &saved->scene.configuration);
+    const Status broadphase = save_world(other, {}, path("b"));
+    ASSERT_FALSE(broadphase);
+    EXPECT_NE(broadphase.error().find("btDbvtBroadphase"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace bsoil::bullet
