@@ -107,12 +107,24 @@ CONST_INT(kBodyPacking, 11)     // relative density (Q16) that soil pressed on b
 CONST_INT(kBodyReach, 12)       // voxels of soil beside this body whose density counts for its contact
 CONST_INT(kBodyReachMost, 8)    // a neighbouring tile reaches no further
 CONST_INT(kShapeWords, 32)
-CONST_INT(kShapeKind, 0)        // 0 box, 1 sphere, 2 capsule, 3 cylinder, 4 cone, 5 hull
+CONST_INT(kShapeKind, 0)        // 0 box, 1 sphere, 2 capsule, 3 cylinder, 4 cone, 5 hull, 6 lattice
 CONST_INT(kShapeBody, 1)
 CONST_INT(kShapeRows, 2)        // 12 floats: rows of the 3 x 4 transform grid voxels -> shape frame (voxel units)
 CONST_INT(kShapeSize, 14)       // 6 floats, by kind
 CONST_INT(kShapePlanes, 20)     // hull: offset of the first plane (4 floats each) in the shapes buffer, count
 CONST_INT(kShapeRounding, 22)   // float
+CONST_INT(kShapeLattice, 23)    // lattice: its place in the shapes buffer; the rows lead to its nodes, kShapeSize is the
+                                // length of a sample's unit in voxels
+// A distance lattice: bricks along x, y, z; per brick (x fastest) the place of its samples from the lattice's start, or
+// kLatticeInside or kLatticeOutside where the surface is far; the samples. A brick spans kLatticeCells cells and has the
+// 8 x 8 x 8 nodes at their corners (those on its faces are its neighbours' as well), x fastest, two 16-bit samples a
+// word, the low half first. A sample of kLatticeFar is as far as distances are known.
+CONST_INT(kLatticeCells, 7)
+CONST_INT(kLatticeIndex, 3)
+CONST_INT(kLatticeBrickWords, 256)
+CONST_INT(kLatticeOutside, -1)
+CONST_INT(kLatticeInside, -2)
+CONST_INT(kLatticeFar, 32000)
 
 // --- result buffer ------------------------------------------------------------------------------------------------
 CONST_INT(kResultStatus, 0)

@@ -8,10 +8,65 @@ vec3 shape_row(int offset) {
                 int_as_float(shapes[offset + 2]));
 }
 
+float mix_exact(float low, float high, float t) {
+    PRECISE float rise = high - low;
+    PRECISE float part = rise * t;
+    PRECISE float mixed = low + part;
+    return mixed;
+}
+
+// Two neighbouring samples of a distance lattice along x, interpolated at share t between them.
+float lattice_sample(int samples, int node, float t) {
+    int word = shapes[samples + (node >> 1)];
+    if ((node & 1) == 0) {
+        return mix_exact(float((word << 16) >> 16), float(word >> 16), t);
+    }
+    return mix_exact(float(word >> 16), float((shapes[samples + (node >> 1) + 1] << 16) >> 16), t);
+}
+
+// Signed distance [voxels] at a point given in nodes of the shape's lattice.
+float lattice_distance(int shape, float px, float py, float pz) {
+    int lattice = shapes[shape + kShapeLattice];
+    float unit = int_as_float(shapes[shape + kShapeSize]);
+    PRECISE float outside = float(kLatticeFar) * unit;
+    int bricks_x = shapes[lattice];
+    int bricks_y = shapes[lattice + 1];
+    int bricks_z = shapes[lattice + 2];
+    float floor_x = floor(px);
+    float floor_y = floor(py);
+    float floor_z = floor(pz);
+    int x = int(floor_x);
+    int y = int(floor_y);
+    int z = int(floor_z);
+    if (x < 0 || y < 0 || z < 0 || x >= bricks_x * kLatticeCells || y >= bricks_y * kLatticeCells ||
+        z >= bricks_z * kLatticeCells) {
+        return outside;
+    }
+    int bx = x / kLatticeCells;
+    int by = y / kLatticeCells;
+    int bz = z / kLatticeCells;
+    int samples = shapes[lattice + kLatticeIndex + (bz * bricks_y + by) * bricks_x + bx];
+    if (samples < 0) {
+        return samples == kLatticeInside ? -outside : outside;
+    }
+    samples += lattice;
+    int node = ((z - bz * kLatticeCells) * 8 + y - by * kLatticeCells) * 8 + x - bx * kLatticeCells;
+    PRECISE float tx = px - floor_x;
+    PRECISE float ty = py - floor_y;
+    PRECISE float tz = pz - floor_z;
+    float lower = mix_exact(lattice_sample(samples, node, tx), lattice_sample(samples, node + 8, tx), ty);
+    float upper = mix_exact(lattice_sample(samples, node + 64, tx), lattice_sample(samples, node + 72, tx), ty);
+    PRECISE float distance = mix_exact(lower, upper, tz) * unit;
+    return distance;
+}
+
 // Signed distance [voxels] of a point in the shape's frame, exact near the surface.
 float shape_distance(int shape, float px, float py, float pz) {
     int kind = shapes[shape + kShapeKind];
     PRECISE float distance = 0.0f;
+    if (kind == 6) {
+        return lattice_distance(shape, px, py, pz);
+    }
     if (kind == 5) {
         int plane = shapes[shape + kShapePlanes];
         int count = shapes[shape + kShapePlanes + 1];

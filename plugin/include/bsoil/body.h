@@ -1,15 +1,19 @@
-/// Bodies as the soil sees them: convex solids in motion.
+/// Bodies as the soil sees them: solids in motion.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "bsoil/geometry.h"
 
 namespace bsoil {
 
-/// A convex solid in its body's frame. The shape's own axis is its local z.
+class DistanceLattice;
+
+/// A solid in its body's frame: a convex one, or a lattice, which may have any form. The shape's
+/// own axis is its local z.
 struct ConvexShape {
-    enum class Kind { box, sphere, capsule, cylinder, cone, hull };
+    enum class Kind { box, sphere, capsule, cylinder, cone, hull, lattice };
     Kind kind = Kind::box;
     Pose local;           ///< shape frame -> body frame
     Vec3 half_extents_m;  ///< box
@@ -19,6 +23,9 @@ struct ConvexShape {
     std::vector<Plane> planes;  ///< hull: 4..256 half spaces with unit normals, in the shape frame
     double bound_m = 0;         ///< hull: largest distance of its points from the shape's origin
     double rounding_m = 0;      ///< added all around (a collision margin outside the core shape)
+    /// lattice: the solid; its LatticeDef::voxel_m should be the soil's. See
+    /// bsoil/distance_lattice.h.
+    std::shared_ptr<const DistanceLattice> lattice;
 };
 
 /// What a body's surface is to the soil; negative: as the material says.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "bsoil/distance_lattice.h"
+
 namespace bsoil::render {
 namespace {
 
@@ -173,6 +175,9 @@ Mesh convex_mesh(const ConvexShape& shape, Color color) {
             mesh = hull_mesh(planes, shape.bound_m + more, color);
             break;
         }
+        case ConvexShape::Kind::lattice:
+            mesh = triangle_mesh(shape.lattice->mesh(), color);
+            break;
     }
     transform_mesh(mesh, shape.local);
     return mesh;

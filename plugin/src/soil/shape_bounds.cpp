@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bsoil/distance_lattice.h"
 #include "bsoil/limits.h"
 
 namespace bsoil {
@@ -21,8 +22,17 @@ Vec3 half_box(const ConvexShape& s) {
             return {s.radius_m, s.radius_m, s.half_height_m};
         case ConvexShape::Kind::hull:
             return {s.bound_m, s.bound_m, s.bound_m};
+        case ConvexShape::Kind::lattice:
+            return 0.5 * (s.lattice->bounds().max - s.lattice->bounds().min);
     }
     return {};
+}
+
+/// Middle of the box, in the shape's frame.
+Vec3 middle_of_box(const ConvexShape& s) {
+    return s.kind == ConvexShape::Kind::lattice
+               ? 0.5 * (s.lattice->bounds().min + s.lattice->bounds().max)
+               : Vec3{};
 }
 
 }  // namespace
@@ -37,7 +47,8 @@ Aabb shape_bounds(const ConvexShape& shape, const Pose& body_to_grid, double vox
     for (const Vec3& axis : axes) {
         reach += {std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)};
     }
-    return {(pose.position - reach) * (1 / voxel_m), (pose.position + reach) * (1 / voxel_m)};
+    const Vec3 middle = transform(pose, middle_of_box(shape));
+    return {(middle - reach) * (1 / voxel_m), (middle + reach) * (1 / voxel_m)};
 }
 
 bool is_valid_shape(const ConvexShape& s) {
@@ -64,6 +75,8 @@ bool is_valid_shape(const ConvexShape& s) {
                        return is_finite(p.normal) && std::abs(length(p.normal) - 1) < 1e-3 &&
                               std::isfinite(p.offset);
                    });
+        case ConvexShape::Kind::lattice:
+            return s.lattice != nullptr;
     }
     return false;
 }
@@ -88,6 +101,8 @@ bool contains(const ConvexShape& s, Vec3 p) {
             return std::all_of(s.planes.begin(), s.planes.end(), [&](const Plane& plane) {
                 return dot(plane.normal, p) <= plane.offset;
             });
+        case ConvexShape::Kind::lattice:
+            return s.lattice->distance_m(p) <= 0;
     }
     return false;
 }

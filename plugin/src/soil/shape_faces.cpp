@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "bsoil/distance_lattice.h"
+
 namespace bsoil {
 namespace {
 
@@ -25,8 +27,12 @@ NearestFace box_face(Vec3 half, Vec3 p) {
                   higher(face(p.y, half.y, {0, 1, 0}), face(p.z, half.z, {0, 0, 1})));
 }
 
-/// Smallest width; of a hull no more than a guess, its bound.
+/// Smallest width; of a hull no more than a guess, its bound, and of a lattice that of its box.
 double thickness_m(const ConvexShape& shape) {
+    if (shape.kind == ConvexShape::Kind::lattice) {
+        const Vec3 size = shape.lattice->bounds().max - shape.lattice->bounds().min;
+        return std::min({size.x, size.y, size.z}) + 2 * shape.rounding_m;
+    }
     const Vec3 half = shape.half_extents_m;
     const double core =
         shape.kind == ConvexShape::Kind::box    ? std::min({half.x, half.y, half.z})
@@ -73,6 +79,11 @@ NearestFace nearest_face(const ConvexShape& shape, Vec3 p) {
             for (const Plane& plane : shape.planes)
                 face = higher(face, {dot(plane.normal, p) - plane.offset, plane.normal});
             break;
+        case ConvexShape::Kind::lattice: {
+            const DistanceLattice::Face nearest = shape.lattice->nearest_face(p);
+            face = {nearest.distance_m, nearest.normal};
+            break;
+        }
     }
     face.distance_m -= shape.rounding_m;
     return face;

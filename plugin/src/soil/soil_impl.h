@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "bsoil/distance_lattice.h"
 #include "bsoil/limits.h"
 #include "bsoil/soil.h"
 #include "device/device.h"
@@ -105,7 +106,7 @@ struct Soil::Impl {
     std::vector<std::unordered_map<BlockKey, int64_t>::node_type>
         active_spare;  ///< entries that fell out of `active`
     std::vector<std::pair<int32_t, int32_t>> pair_scratch;
-    std::vector<std::pair<size_t, const ConvexShape*>> hull_scratch;
+    std::vector<std::pair<size_t, const ConvexShape*>> hull_scratch, lattice_scratch;
     std::vector<BlockKey> block_scratch, fresh_blocks;
     std::vector<StepBody> body_scratch;
     std::vector<Aabb> shape_boxes;
@@ -119,7 +120,15 @@ struct Soil::Impl {
     std::vector<const SoilBody*> body_inputs;  ///< by body index; of the step in progress
     std::vector<double> body_width_voxels;     ///< of the contact, by body index
     int surface_low[2] = {0, 0}, surface_size[2] = {0, 0};
-    size_t list_words_used = 0, list_words_uploaded = 0, lists_capacity = 0, shapes_capacity = 0;
+    size_t list_words_used = 0, list_words_uploaded = 0, lists_capacity = 0;
+    // Buffer::shapes: bodies, shapes and planes of the sub-step at hand, room for more of them,
+    // then the lattices, which stay.
+    struct LatticePlace {
+        std::shared_ptr<const DistanceLattice> lattice;
+        size_t offset = 0;  ///< in Buffer::shapes [words]
+    };
+    std::vector<LatticePlace> lattices;
+    size_t shapes_capacity = 0;  ///< words before the first lattice
     int block_active_count = 0;
     device::WorkList listed_work, tile_work, rebuild_work, pair_work, contact_work;
     mutable TileVoxels scratch;
@@ -168,6 +177,9 @@ struct Soil::Impl {
     void list_active_blocks();
     void build_work_lists();
     void upload_bodies(std::span<const StepBody> step_bodies, double t);
+    void upload_shapes();
+    bool place_lattices();
+    const LatticePlace* place_of(const ConvexShape& shape) const;
     void build_pairs();
     void ensure_capacity(device::Buffer buffer, size_t& capacity, size_t words);
     void dispatch(layout::Kernel kernel, const device::WorkList& work);

@@ -339,6 +339,7 @@ void Soil::Impl::upload_bodies(std::span<const StepBody> step_bodies, double t) 
     const double inverse_voxel = 1 / frame.voxel_m;
     std::vector<std::pair<size_t, const ConvexShape*>>& hulls = hull_scratch;
     hulls.clear();
+    lattice_scratch.clear();
     for (const StepBody& body : step_bodies) {
         const Pose pose = interpolate(body.from, body.to, t);
         for (const ConvexShape& shape : *body.input->shapes) {
@@ -351,10 +352,20 @@ void Soil::Impl::upload_bodies(std::span<const StepBody> step_bodies, double t) 
             const Vec3 columns[3] = {rotate(from_grid.rotation, {1, 0, 0}),
                                      rotate(from_grid.rotation, {0, 1, 0}),
                                      rotate(from_grid.rotation, {0, 0, 1})};
-            const Vec3 offset = from_grid.position * inverse_voxel;
-            const double rows[12] = {columns[0].x, columns[1].x, columns[2].x, offset.x,
-                                     columns[0].y, columns[1].y, columns[2].y, offset.y,
-                                     columns[0].z, columns[1].z, columns[2].z, offset.z};
+            Vec3 offset = from_grid.position * inverse_voxel;
+            double per_voxel = 1;
+            if (shape.kind == ConvexShape::Kind::lattice) {
+                // The rows of a lattice lead to its nodes.
+                per_voxel = frame.voxel_m / shape.lattice->spacing_m();
+                offset = (from_grid.position - shape.lattice->origin()) *
+                         (1 / shape.lattice->spacing_m());
+            }
+            const double rows[12] = {columns[0].x * per_voxel, columns[1].x * per_voxel,
+                                     columns[2].x * per_voxel, offset.x,
+                                     columns[0].y * per_voxel, columns[1].y * per_voxel,
+                                     columns[2].y * per_voxel, offset.y,
+                                     columns[0].z * per_voxel, columns[1].z * per_voxel,
+                                     columns[2].z * per_voxel, offset.z};
             for (size_t i = 0; i < 12; ++i) {
                 put_float(record + kShapeRows + i, rows[i]);
             }
@@ -365,6 +376,9 @@ void Soil::Impl::upload_bodies(std::span<const StepBody> step_bodies, double t) 
                 put_float(size, shape.half_extents_m.x * inverse_voxel);
                 put_float(size + 1, shape.half_extents_m.y * inverse_voxel);
                 put_float(size + 2, shape.half_extents_m.z * inverse_voxel);
+            } else if (shape.kind == ConvexShape::Kind::lattice) {
+                put_float(size, shape.lattice->quantum_m() * inverse_voxel);
+                lattice_scratch.push_back({record, &shape});
             } else {
                 put_float(size, r);
                 put_float(size + 1, h);
@@ -391,6 +405,67 @@ void Soil::Impl::upload_bodies(std::span<const StepBody> step_bodies, double t) 
             put_float(at + 1, plane.normal.y);
             put_float(at + 2, plane.normal.z);
             put_float(at + 3, plane.offset * inverse_voxel);
+        }
+    }
+    upload_shapes();
+}
+
+const Soil::Impl::LatticePlace* Soil::Impl::place_of(const ConvexShape& shape) const {
+    const auto found =
+        std::find_if(lattices.begin(), lattices.end(),
+                     [&](const LatticePlace& place) { return place.lattice == shape.lattice; });
+    return found == lattices.end() ? nullptr : &*found;
+}
+
+// Makes room for the words of this sub-step and for its lattices behind them; those of former steps
+// that it does not need are dropped. False where the device has no memory for them.
+bool Soil::Impl::place_lattices() {
+    std::vector<LatticePlace> wanted;
+    size_t capacity = shapes_capacity;
+    if (shape_words.size() > capacity) {
+        capacity = std::max(shape_words.size(), 2 * capacity);
+    }
+    size_t end = capacity;
+    for (const auto& [record, shape] : lattice_scratch) {
+        const bool is_new = std::none_of(wanted.begin(), wanted.end(), [&](const auto& place) {
+            return place.lattice == shape->lattice;
+        });
+        if (is_new) {
+            wanted.push_back({shape->lattice, end});
+            end += shape->lattice->words().size();
+        }
+    }
+    lattices.clear();
+    shapes_capacity = 0;
+    if (end > INT32_MAX || !device->allocate(Buffer::shapes, static_cast<int64_t>(end))) {
+        return false;
+    }
+    shapes_capacity = capacity;
+    lattices = std::move(wanted);
+    for (const LatticePlace& place : lattices) {
+        device->write(Buffer::shapes, static_cast<int64_t>(place.offset), place.lattice->words());
+    }
+    return true;
+}
+
+void Soil::Impl::upload_shapes() {
+    const bool all_placed =
+        std::all_of(lattice_scratch.begin(), lattice_scratch.end(),
+                    [&](const auto& entry) { return place_of(*entry.second) != nullptr; });
+    bool has_lattices = true;
+    if (!all_placed || (shape_words.size() > shapes_capacity && !lattices.empty())) {
+        has_lattices = place_lattices();
+    }
+    if (!has_lattices) {
+        status |= static_cast<uint32_t>(StatusBit::shape_refused);
+        // All of them are one that holds nothing.
+        for (const auto& [record, shape] : lattice_scratch) {
+            shape_words[record + kShapeLattice] = static_cast<int32_t>(shape_words.size());
+        }
+        shape_words.resize(shape_words.size() + kLatticeIndex, 0);
+    } else {
+        for (const auto& [record, shape] : lattice_scratch) {
+            shape_words[record + kShapeLattice] = static_cast<int32_t>(place_of(*shape)->offset);
         }
     }
     ensure_capacity(Buffer::shapes, shapes_capacity, shape_words.size());
