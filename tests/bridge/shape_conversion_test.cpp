@@ -13,6 +13,7 @@
 #include <memory>
 #include <random>
 
+#include "bsoil/distance_lattice.h"
 #include "bsoil/limits.h"
 #include "bullet_types.h"
 
@@ -104,6 +105,9 @@ double signed_distance(const ConvexShape& s, Vec3 body_point) {
             break;
         case ConvexShape::Kind::hull:
             d = distance_to_hull(s.planes, p);
+            break;
+        case ConvexShape::Kind::lattice:
+            d = s.lattice->distance_m(p);
             break;
     }
     return d - s.rounding_m;

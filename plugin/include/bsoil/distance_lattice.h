@@ -43,7 +43,7 @@ class DistanceLattice {
     /// Triangles may be wound either way. A part with open edges is a plate around its triangles.
     ///
     /// A plate, and a solid where it is thinner (both its faces within) is made as thick as it
-    /// takes to stop soil: kThinnestWallVoxels, half of it to either side; its rims stay where they
+    /// takes to stop soil: limits::kThinnestWallVoxels, half of it to either side; its rims stay where they
     /// are. Thicker solids keep their surface.
     ///
     /// The error names a coordinate that is not finite or beyond 1e5 m, an index out of range, no

@@ -11,12 +11,6 @@
 
 namespace bsoil {
 
-/// A wall thinner than this many voxels lets soil through somewhere. Voxels whose centres lie
-/// within half of it of a plane are covered by half and more and so closed to flow; a thickness of
-/// |nx| + |ny| + |nz| voxels, at most the square root of 3, leaves no way between them even over
-/// corners (Reveilles' standard plane).
-inline constexpr double kThinnestWallVoxels = 1.75;
-
 /// Where a lattice's nodes are. Brick (bx, by, bz) has the nodes kLatticeCells * b ... + 7.
 struct LatticeFrame {
     Vec3 origin;
@@ -38,7 +32,10 @@ struct MeshPiece {
     Vec3 edge_out[3];                        ///< unit, in the plane, out over edge k
     double growth_m[3] = {0, 0, 0};          ///< by which the surface is moved out, at each corner
     bool is_rim[3] = {false, false, false};  ///< edge k: growth ends at it, flat
-    bool is_solid = true;                    ///< of a closed part; else of a plate
+    /// Edge k that is no rim: growth goes on beyond it as far as its height above the plane times
+    /// this, into the gap that the fold to the next face opens; there that face's own takes over.
+    double fold_slope[3] = {0, 0, 0};
+    bool is_solid = true;  ///< of a closed part; else of a plate
 };
 
 struct DistanceLattice::Data {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bsoil/limits.h"
 #include "soil/lattice_data.h"
 #include "soil/mesh_pieces.h"
 #include "soil/mesh_topology.h"
@@ -204,7 +205,7 @@ DistanceLattice::LatticeResult DistanceLattice::from_mesh(const TriangleMesh& me
         return Error{topology.error()};
     }
     const double half_growth =
-        std::max(0.0, 0.5 * kThinnestWallVoxels * def.voxel_m - def.margin_m);
+        std::max(0.0, 0.5 * limits::kThinnestWallVoxels * def.voxel_m - def.margin_m);
     auto data = std::make_unique<Data>();
     data->def = def;
     data->bounds = bounds_of(*topology, def, half_growth);
@@ -212,7 +213,11 @@ DistanceLattice::LatticeResult DistanceLattice::from_mesh(const TriangleMesh& me
         data->bounds.min.z > data->bounds.max.z) {
         return Error{"nothing of it lies in the region"};
     }
-    data->pieces = mesh_pieces(*topology, def, half_growth);
+    Result<std::vector<MeshPiece>> pieces = mesh_pieces(*topology, def, half_growth);
+    if (!pieces) {
+        return Error{pieces.error()};
+    }
+    data->pieces = std::move(*pieces);
     MeshSampler sampler(data->pieces, def.margin_m, half_growth);
     std::vector<int64_t> bricks;
     const Result<LatticeFrame> frame = lattice::choose_frame(

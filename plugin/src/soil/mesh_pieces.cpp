@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
 
 namespace bsoil {
 namespace {
@@ -22,6 +23,14 @@ constexpr double kFromCorner = 0.05;
 constexpr double kOpposedCosine = -0.3;
 /// An edge is sharp where the normals of its faces differ by more than this (cosine, 60 deg).
 constexpr double kSharpCosine = 0.5;
+/// Beyond this angle of a fold (cosine, 80 deg) its gap is taken to have no end.
+constexpr double kOpenFoldCosine = 0.17;
+/// Where several folds meet the gap is wider than that of each.
+constexpr double kFoldSlack = 2;
+/// A face in front of which there is solid in part is cut down to this [voxels].
+constexpr double kBuriedVoxels = 1;
+/// A point is beyond an edge from this share of the growth on.
+constexpr double kOnEdge = 1e-6;
 /// A face beside a sharp edge is looked at so far from it [voxels].
 constexpr double kBesideVoxels = 0.1;
 /// Faces farther than this from the region matter to none of its nodes, besides what they grow by
@@ -80,8 +89,8 @@ class Cutter {
         }
     }
 
-    std::vector<MeshPiece> cut() {
-        for (size_t f = 0; f < mesh_.faces.size(); ++f) {
+    Result<std::vector<MeshPiece>> cut() {
+        for (size_t f = 0; f < mesh_.faces.size() && !is_too_large(); ++f) {
             face_ = static_cast<int>(f);
             const MeshTopology::Face& face = mesh_.faces[f];
             if (length(face.normal) > 0) {
@@ -90,10 +99,16 @@ class Cutter {
                 cut(tree_.triangles()[f], edges);
             }
         }
+        if (is_too_large()) {
+            return Error{"it has more surface than a lattice of 64 MiB holds at voxels of " +
+                         std::to_string(def_.voxel_m) + " m; cut it into parts"};
+        }
         return std::move(pieces_);
     }
 
   private:
+    bool is_too_large() const { return pieces_.size() > mesh_.faces.size() + kMorePieces; }
+
     Triangle triangle_of(const MeshTopology::Face& face) const {
         return {{mesh_.vertices[static_cast<size_t>(face.vertex[0])],
                  mesh_.vertices[static_cast<size_t>(face.vertex[1])],
@@ -147,7 +162,7 @@ class Cutter {
     }
 
     void cut(const Triangle& t, const int edges[3]) {
-        if (apart(t, def_.region, reach_m_)) {
+        if (apart(t, def_.region, reach_m_) || is_too_large()) {
             return;
         }
         const Vec3 middle = (t.corners[0] + t.corners[1] + t.corners[2]) * (1.0 / 3);
@@ -164,21 +179,26 @@ class Cutter {
         }
         int longest = 0;
         const double size = length_of_longest(t, longest);
+        int buried_count = 0;
+        if (is_solid_ && may_be_buried_) {
+            buried_count = is_buried(middle) ? 1 : 0;
+            for (const Vec3 corner : t.corners) {
+                buried_count += is_buried(corner + kFromCorner * (middle - corner)) ? 1 : 0;
+            }
+            if (buried_count == 4 && size <= kLongestVoxels * def_.voxel_m) {
+                return;
+            }
+        }
         const bool differs = high - low > kSameGrowthVoxels * def_.voxel_m;
         if (size > kLongestVoxels * def_.voxel_m ||
-            (differs && size > kShortestVoxels * def_.voxel_m)) {
+            (differs && size > kShortestVoxels * def_.voxel_m) ||
+            (buried_count > 0 && size > kBuriedVoxels * def_.voxel_m)) {
             const int a = longest, b = (longest + 1) % 3, c = (longest + 2) % 3;
             const Vec3 half = 0.5 * (t.corners[a] + t.corners[b]);
             const int first[3] = {edges[a], kInnerEdge, edges[c]};
             const int second[3] = {edges[a], edges[b], kInnerEdge};
             cut({{t.corners[a], half, t.corners[c]}}, first);
             cut({{half, t.corners[b], t.corners[c]}}, second);
-            return;
-        }
-        if (is_solid_ && may_be_buried_ && is_buried(middle) &&
-            std::all_of(t.corners, t.corners + 3, [&](Vec3 corner) {
-                return is_buried(corner + kFromCorner * (middle - corner));
-            })) {
             return;
         }
         MeshPiece piece;
@@ -193,6 +213,7 @@ class Cutter {
             piece.edge_out[k] = norm > 0 ? out * (1 / norm) : Vec3{};
             piece.is_rim[k] = norm > 0 && high > 0 && edges[k] != kInnerEdge &&
                               is_rim(edges[k], 0.5 * (t.corners[(k + 1) % 3] + t.corners[k]));
+            piece.fold_slope[k] = edges[k] == kInnerEdge ? 0 : fold_slope(edges[k]);
         }
         pieces_.push_back(piece);
     }
@@ -220,7 +241,21 @@ class Cutter {
         return growth_at(at + share * way, across) < kNoGrowthVoxels * def_.voxel_m;
     }
 
+    double fold_slope(int edge) const {
+        const MeshTopology::Face& face = mesh_.faces[static_cast<size_t>(face_)];
+        constexpr double kNoEnd = std::numeric_limits<double>::infinity();
+        if (face.across[edge] < 0) {
+            return kNoEnd;
+        }
+        const Vec3 other = mesh_.faces[static_cast<size_t>(face.across[edge])].normal;
+        const double cosine = dot(face.normal, other);
+        return cosine < kOpenFoldCosine ? kNoEnd
+                                        : kFoldSlack * length(cross(face.normal, other)) / cosine;
+    }
+
     static constexpr int kInnerEdge = -1;
+    /// A lattice of the largest size at its coarsest has no more surface than so many pieces.
+    static constexpr size_t kMorePieces = 200'000;
     const MeshTopology& mesh_;
     const LatticeDef& def_;
     double half_growth_m_ = 0, reach_m_ = 0;
@@ -234,8 +269,8 @@ class Cutter {
 
 }  // namespace
 
-std::vector<MeshPiece> mesh_pieces(const MeshTopology& mesh, const LatticeDef& def,
-                                   double half_growth_m) {
+Result<std::vector<MeshPiece>> mesh_pieces(const MeshTopology& mesh, const LatticeDef& def,
+                                           double half_growth_m) {
     return Cutter(mesh, def, half_growth_m).cut();
 }
 
@@ -250,17 +285,20 @@ PieceDistance piece_distance(const MeshPiece& piece, Vec3 p, bool is_inside, dou
     if (growth <= 0) {
         return {distance, kNone};
     }
-    // A rim ends the grown piece with a flat face; other edges are rounded, and meet the next
-    // piece's.
+    // A rim ends the grown piece with a flat face.
+    const double above = std::abs(dot(piece.normal, off));
     double beyond_rim = -kNone;
     Vec3 beside = off;
     for (int k = 0; k < 3; ++k) {
+        const double beyond = dot(piece.edge_out[k], p - piece.triangle.corners[k]);
         if (piece.is_rim[k]) {
-            const double beyond = dot(piece.edge_out[k], p - piece.triangle.corners[k]);
             beyond_rim = std::max(beyond_rim, beyond);
             if (beyond > 0) {
                 beside = beside - dot(beside, piece.edge_out[k]) * piece.edge_out[k];
             }
+        } else if (std::isfinite(piece.fold_slope[k]) &&
+                   beyond > kOnEdge * growth + piece.fold_slope[k] * above) {
+            return {distance, kNone};
         }
     }
     if (is_inside && piece.is_solid) {

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "bsoil/result.h"
 #include "soil/lattice_data.h"
 #include "soil/mesh_topology.h"
 
@@ -11,8 +12,8 @@ namespace bsoil {
 /// The pieces of the faces that come near to the region. Faces that lie inside of other closed
 /// parts are no surface and left out. half_growth_m: half of the least thickness of a wall, less
 /// the margin.
-std::vector<MeshPiece> mesh_pieces(const MeshTopology& mesh, const LatticeDef& def,
-                                   double half_growth_m);
+Result<std::vector<MeshPiece>> mesh_pieces(const MeshTopology& mesh, const LatticeDef& def,
+                                           double half_growth_m);
 
 /// Distances of a point to a piece.
 struct PieceDistance {

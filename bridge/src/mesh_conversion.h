@@ -1,0 +1,36 @@
+/// From Bullet's triangle meshes, heightfields and distance fields to solids. What they have in
+/// common: they become lattices of distances.
+#pragma once
+
+#include "bsoil/body.h"
+#include "bsoil/result.h"
+#include "fingerprint.h"
+#include "shape_conversion.h"
+
+namespace bsoil::bullet {
+
+/// Whether convert_mesh knows the shape: btBvhTriangleMeshShape (also with materials), the scaled
+/// one, btGImpactMeshShape and its parts, btHeightfieldTerrainShape, btSdfCollisionShape.
+bool is_mesh(const btCollisionShape& shape);
+
+/// The solid of such a shape. Closed parts of a mesh are solid, open ones plates (see
+/// DistanceLattice::from_mesh); a heightfield is solid from its surface down; a distance field
+/// where it is negative, within its own box. Margins as Bullet's triangles have them; that of a
+/// distance field does not count in Bullet either. Errors say what is wrong, without the shape's
+/// name.
+Result<ConvexShape> convert_mesh(const btCollisionShape& shape, const GridBall& grid);
+
+/// A triangle, scaled about the origin, as a plate of its margin.
+Result<ConvexShape> convert_triangle(const btVector3* corners, double margin_m, double scale,
+                                     const GridBall& grid);
+
+/// The corners that a mesh's triangles use, scaled. Error: an index out of range, an unknown type.
+Result<std::vector<btVector3>> mesh_points(const btStridingMeshInterface& mesh,
+                                           const btVector3& scaling);
+
+/// Adds what the result of convert_mesh depends on: all of the corners and indices of a mesh with
+/// up to 20,000 of either, else so many of them, evenly spread.
+void add_mesh(Fingerprint& print, const btCollisionShape& shape, const GridBall& grid);
+void add_mesh(Fingerprint& print, const btStridingMeshInterface& mesh);
+
+}  // namespace bsoil::bullet
