@@ -47,8 +47,8 @@ bool simulates(const btDiscreteDynamicsWorld& world, const btMultiBody* multibod
     return false;
 }
 
-GridBall ball_around(const Aabb& box) {
-    return {0.5 * (box.min + box.max), 0.5 * length(box.max - box.min)};
+GridBall ball_around(const Aabb& box, double voxel_m) {
+    return {0.5 * (box.min + box.max), 0.5 * length(box.max - box.min), voxel_m};
 }
 
 }  // namespace
@@ -57,7 +57,8 @@ size_t BodyCollector::ShapeKeyHash::operator()(const ShapeKey& key) const {
     return std::hash<const void*>{}(key.shape) ^ static_cast<size_t>(key.fingerprint);
 }
 
-BodyCollector::BodyCollector(const Aabb& grid) : grid_(grid), id_taken_(kIdCount, false) {}
+BodyCollector::BodyCollector(const Aabb& grid, double voxel_m)
+    : grid_(grid), voxel_m_(voxel_m), id_taken_(kIdCount, false) {}
 
 void BodyCollector::ignore(const btCollisionObject& object) { ignored_.push_back(&object); }
 
@@ -107,7 +108,7 @@ void BodyCollector::refuse(const btCollisionObject& object, const Tracked& track
 void BodyCollector::convert(const btCollisionObject& object, Tracked& tracked) {
     const btCollisionShape& shape = *object.getCollisionShape();
     const Pose pose = from_bullet(object.getWorldTransform());
-    GridBall grid = ball_around(grid_);
+    GridBall grid = ball_around(grid_, voxel_m_);
     if (is_finite(pose)) grid.center_m = transform(inverse(pose), grid.center_m);
     const ShapeKey key{&shape, shape_fingerprint(shape, grid)};
     if (key == tracked.key && (tracked.shapes || !tracked.refusal.empty())) return;

@@ -20,8 +20,8 @@ namespace bsoil::bullet {
 /// Keeps an id, and the converted shapes, for every object it has met in the world.
 class BodyCollector {
   public:
-    /// grid: the grid's box, world axes.
-    explicit BodyCollector(const Aabb& grid);
+    /// grid: the grid's box, world axes; voxel_m: edge of its voxels.
+    BodyCollector(const Aabb& grid, double voxel_m);
 
     void ignore(const btCollisionObject& object);
     /// Until the object leaves the world.
@@ -73,6 +73,7 @@ class BodyCollector {
     int next_id();
 
     Aabb grid_;
+    double voxel_m_;
     std::vector<const btCollisionObject*> ignored_;
     std::unordered_map<const btCollisionObject*, SurfaceFriction> surfaces_;
     std::unordered_map<const btCollisionObject*, Tracked> tracked_;

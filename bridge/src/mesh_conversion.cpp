@@ -19,6 +19,8 @@
 namespace bsoil::bullet {
 namespace {
 
+constexpr int kAllParts = -1;
+/// Corners, and indices, of a mesh that go into its fingerprint.
 constexpr int kFingerprintCount = 20000;
 /// A solid that is cut reaches so much beyond the ball around the grid [share of it, voxels].
 constexpr double kRegionSlack = 1.01;
@@ -103,17 +105,20 @@ Status read_part(const btStridingMeshInterface& mesh, int part, Vec3 scaling, Tr
     return Done{};
 }
 
-Result<TriangleMesh> read_mesh(const btStridingMeshInterface& mesh, Vec3 scaling) {
+/// only: the part to read; all of them where it is kAllParts.
+Result<TriangleMesh> read_mesh(const btStridingMeshInterface& mesh, Vec3 scaling,
+                               int only = kAllParts) {
     TriangleMesh out;
     for (int part = 0; part < mesh.getNumSubParts(); ++part)
-        if (const Status s = read_part(mesh, part, scaling, out); !s) return Error{s.error()};
+        if (only == kAllParts || part == only)
+            if (const Status s = read_part(mesh, part, scaling, out); !s) return Error{s.error()};
     return out;
 }
 
 /// A mesh shape's triangles, how they are scaled, and how thick Bullet takes them.
 struct MeshSource {
     const btStridingMeshInterface* mesh = nullptr;
-    int part = -1;  ///< -1: all of them
+    int part = kAllParts;
     Vec3 scaling{1, 1, 1};
     double margin_m = 0;
 };
@@ -131,7 +136,9 @@ MeshSource source_of(const btCollisionShape& shape) {
             if (whole.getMeshPartCount() > 0) part = whole.getMeshPart(0);
         } else {
             part = static_cast<const btGImpactMeshShapePart*>(&gimpact);
-            out.mesh = part->getTrimeshPrimitiveManager()->m_meshInterface;
+            out.mesh = static_cast<const btGImpactMeshShapePart::TrimeshPrimitiveManager*>(
+                           part->getPrimitiveManager())
+                           ->m_meshInterface;
             out.part = part->getPart();
         }
         if (part) {
@@ -141,9 +148,9 @@ MeshSource source_of(const btCollisionShape& shape) {
         return out;
     }
     const bool is_scaled = shape.getShapeType() == SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE;
-    const auto& bvh =
-        is_scaled ? *static_cast<const btScaledBvhTriangleMeshShape&>(shape).getChildShape()
-                  : static_cast<const btBvhTriangleMeshShape&>(shape);
+    const auto& bvh = is_scaled
+                          ? *static_cast<const btScaledBvhTriangleMeshShape&>(shape).getChildShape()
+                          : static_cast<const btBvhTriangleMeshShape&>(shape);
     out.mesh = bvh.getMeshInterface();
     out.scaling = from_bullet(out.mesh->getScaling());
     if (is_scaled) out.scaling = times(out.scaling, from_bullet(shape.getLocalScaling()));
@@ -196,18 +203,42 @@ Result<ConvexShape> triangle_mesh(const btCollisionShape& shape, const GridBall&
     Result<LatticeDef> def = lattice_def(source.margin_m, grid);
     if (!def) return Error{def.error()};
     if (is_cut(shape, grid)) def->region = region_of(grid);
-    TriangleMesh part;
-    Result<TriangleMesh> mesh = part;
-    if (source.part < 0) {
-        mesh = read_mesh(*source.mesh, source.scaling);
-    } else if (const Status s = read_part(*source.mesh, source.part, source.scaling, *mesh); !s) {
-        return Error{s.error()};
-    }
+    const Result<TriangleMesh> mesh = read_mesh(*source.mesh, source.scaling, source.part);
     if (!mesh) return Error{mesh.error()};
     return lattice_shape(DistanceLattice::from_mesh(*mesh, *def));
 }
 
 double& component(Vec3& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
+
+/// Opens what Bullet keeps from the public.
+struct HeightfieldAccess : btHeightfieldTerrainShape {
+    static int width(const btHeightfieldTerrainShape& s) {
+        return s.*&HeightfieldAccess::m_heightStickWidth;
+    }
+    static int length(const btHeightfieldTerrainShape& s) {
+        return s.*&HeightfieldAccess::m_heightStickLength;
+    }
+    static uint64_t diagonals(const btHeightfieldTerrainShape& s) {
+        return (s.*&HeightfieldAccess::m_flipQuadEdges ? 1u : 0u) |
+               (s.*&HeightfieldAccess::m_useDiamondSubdivision ? 2u : 0u) |
+               (s.*&HeightfieldAccess::m_useZigzagSubdivision ? 4u : 0u);
+    }
+};
+
+void add_heights(Fingerprint& print, const btHeightfieldTerrainShape& shape) {
+    const int width = HeightfieldAccess::width(shape), length = HeightfieldAccess::length(shape);
+    print.add(static_cast<uint64_t>(width));
+    print.add(static_cast<uint64_t>(length));
+    print.add(HeightfieldAccess::diagonals(shape));
+    print.add(shape.getLocalScaling());
+    print.add(static_cast<double>(shape.getMargin()));
+    const int64_t count = static_cast<int64_t>(width) * length;
+    for (int64_t i = 0; i < count; i += 1 + count / kFingerprintCount) {
+        btVector3 vertex;
+        shape.getVertex(static_cast<int>(i % width), static_cast<int>(i / width), vertex);
+        print.add(vertex);
+    }
+}
 
 /// Triangles of a heightfield, corners in one place merged.
 class SurfaceReader : public btTriangleCallback {
@@ -255,8 +286,8 @@ void close_below(TriangleMesh& mesh, int up, double bottom) {
     }
     for (const auto& [edge, balance] : passes) {
         if (balance == 0) continue;
-        const auto [a, b] = balance > 0 ? std::pair(edge.first, edge.second)
-                                        : std::pair(edge.second, edge.first);
+        const auto [a, b] =
+            balance > 0 ? std::pair(edge.first, edge.second) : std::pair(edge.second, edge.first);
         mesh.triangles.push_back({b, a, a + count});
         mesh.triangles.push_back({b, a + count, b + count});
     }
@@ -278,10 +309,10 @@ Result<ConvexShape> heightfield(const btHeightfieldTerrainShape& shape, const Gr
     shape.processAllTriangles(&reader, to_bullet(low), to_bullet(high));
     if (!reader.all_finite) return Error{"has a height that is not finite"};
     if (reader.surface.triangles.empty()) return Error{"has no surface within the soil's grid"};
-    double bottom = component(low = def->region.min, up);
+    low = def->region.min;
+    double bottom = component(low, up);
     for (Vec3 p : reader.surface.vertices) bottom = std::min(bottom, component(p, up));
-    close_below(reader.surface, up,
-                bottom - kRegionSlackVoxels * grid.voxel_m - static_cast<double>(def->margin_m));
+    close_below(reader.surface, up, bottom - kRegionSlackVoxels * grid.voxel_m - def->margin_m);
     return lattice_shape(DistanceLattice::from_mesh(reader.surface, *def));
 }
 
@@ -382,8 +413,8 @@ void add_mesh(Fingerprint& print, const btCollisionShape& shape, const GridBall&
         print.add(grid.radius_m);
     }
     if (shape.getShapeType() == SDF_SHAPE_PROXYTYPE) {
-        auto& field = const_cast<btSdfCollisionShape&>(
-            static_cast<const btSdfCollisionShape&>(shape));
+        auto& field =
+            const_cast<btSdfCollisionShape&>(static_cast<const btSdfCollisionShape&>(shape));
         for (int i = 0; i < kFieldProbes * kFieldProbes * kFieldProbes; ++i) {
             const auto share = [](int n) { return (n % kFieldProbes + 0.5) / kFieldProbes; };
             const Vec3 size = box.max - box.min;
@@ -398,7 +429,7 @@ void add_mesh(Fingerprint& print, const btCollisionShape& shape, const GridBall&
         return;
     }
     if (shape.getShapeType() == TERRAIN_SHAPE_PROXYTYPE) {
-        add_heights(print, static_cast<const btHeightfieldTerrainShape&>(shape), grid);
+        add_heights(print, static_cast<const btHeightfieldTerrainShape&>(shape));
         return;
     }
     const MeshSource source = source_of(shape);

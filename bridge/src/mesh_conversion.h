@@ -2,6 +2,10 @@
 /// common: they become lattices of distances.
 #pragma once
 
+#include <BulletCollision/CollisionShapes/btStridingMeshInterface.h>
+
+#include <vector>
+
 #include "bsoil/body.h"
 #include "bsoil/result.h"
 #include "fingerprint.h"

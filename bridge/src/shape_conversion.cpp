@@ -6,15 +6,17 @@
 #include <BulletCollision/CollisionShapes/btConeShape.h>
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 #include <BulletCollision/CollisionShapes/btConvexPointCloudShape.h>
+#include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btCylinderShape.h>
 #include <BulletCollision/CollisionShapes/btMultiSphereShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
+#include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
+#include <BulletCollision/Gimpact/btGImpactShape.h>
 #include <LinearMath/btConvexHullComputer.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -23,6 +25,8 @@
 
 #include "bsoil/limits.h"
 #include "bullet_types.h"
+#include "fingerprint.h"
+#include "mesh_conversion.h"
 
 namespace bsoil::bullet {
 namespace {
@@ -202,6 +206,22 @@ ConvexShape touching_hull(const std::vector<btVector3>& points, const Support& s
     return out;
 }
 
+/// The same; error: the points span no volume.
+template <typename Support>
+Result<Shapes> touching_hull_or_error(const btCollisionShape& shape,
+                                      const std::vector<btVector3>& points,
+                                      const Support& support) {
+    ConvexShape out = touching_hull(points, support);
+    const bool is_flat = std::any_of(out.planes.begin(), out.planes.end(), [&](const Plane& plane) {
+        const double width =
+            plane.offset + support(-plane.normal) + dot(plane.normal, out.local.position);
+        return width < kFlatHullFraction * out.bound_m;
+    });
+    if (out.planes.size() < 4 || is_flat)
+        return Error{shape_name(shape) + ": its points span no volume"};
+    return Shapes{out};
+}
+
 Result<Shapes> hull(const btCollisionShape& shape, const std::vector<btVector3>& points,
                     double margin_m) {
     if (points.empty()) return Error{shape_name(shape) + ": has no points"};
@@ -215,16 +235,9 @@ Result<Shapes> hull(const btCollisionShape& shape, const std::vector<btVector3>&
         for (const btVector3& p : points) most = std::max(most, dot(n, from_bullet(p)));
         return most;
     };
-    ConvexShape out = touching_hull(points, support);
-    out.rounding_m = margin_m;
-    const bool is_flat = std::any_of(out.planes.begin(), out.planes.end(), [&](const Plane& plane) {
-        const double width =
-            plane.offset + support(-plane.normal) + dot(plane.normal, out.local.position);
-        return width < kFlatHullFraction * out.bound_m;
-    });
-    if (out.planes.size() < 4 || is_flat)
-        return Error{shape_name(shape) + ": its points span no volume"};
-    return Shapes{out};
+    Result<Shapes> out = touching_hull_or_error(shape, points, support);
+    if (out) out->front().rounding_m = margin_m;
+    return out;
 }
 
 Result<Shapes> convex_hull(const btConvexHullShape& shape) {
@@ -239,12 +252,50 @@ Result<Shapes> point_cloud(const btConvexPointCloudShape& shape) {
     return hull(shape, points, static_cast<double>(shape.getMargin()));
 }
 
+Result<Shapes> polyhedron(const btPolyhedralConvexShape& shape) {
+    std::vector<btVector3> points(static_cast<size_t>(shape.getNumVertices()));
+    for (size_t i = 0; i < points.size(); ++i) shape.getVertex(static_cast<int>(i), points[i]);
+    return hull(shape, points, static_cast<double>(shape.getMargin()));
+}
+
+Result<Shapes> convex_mesh(const btConvexTriangleMeshShape& shape) {
+    const Result<std::vector<btVector3>> points =
+        mesh_points(*shape.getMeshInterface(), shape.getLocalScaling());
+    if (!points) return Error{shape_name(shape) + ": " + points.error()};
+    return hull(shape, *points, static_cast<double>(shape.getMargin()));
+}
+
+Result<Shapes> named(const btCollisionShape& shape, Result<ConvexShape>&& converted) {
+    if (!converted) return Error{shape_name(shape) + ": " + converted.error()};
+    return Shapes{std::move(*converted)};
+}
+
+Result<Shapes> triangle(const btTriangleShape& shape, double scale, const GridBall& grid) {
+    return named(shape, convert_triangle(shape.m_vertices1, static_cast<double>(shape.getMargin()),
+                                         scale, grid));
+}
+
 /// Directions spread evenly over the sphere (a Fibonacci lattice).
 Vec3 sphere_direction(int index) {
     const double z = 1 - (2.0 * index + 1) / kSphereDirectionCount;
     const double r = std::sqrt(1 - z * z);
     const double angle = index * std::numbers::pi * (3 - std::sqrt(5.0));
     return {r * std::cos(angle), r * std::sin(angle), z};
+}
+
+/// Any convex shape, by what it answers for its farthest point along a direction.
+Result<Shapes> support_hull(const btConvexShape& shape) {
+    if (const Status s = check_margin(shape, static_cast<double>(shape.getMargin())); !s)
+        return Error{s.error()};
+    const auto touch = [&shape](Vec3 n) { return shape.localGetSupportingVertex(to_bullet(n)); };
+    std::vector<btVector3> points;
+    for (int i = 0; i < kSphereDirectionCount; ++i) {
+        points.push_back(touch(sphere_direction(i)));
+        if (!is_finite(from_bullet(points.back())))
+            return Error{shape_name(shape) + ": reaches infinitely far"};
+    }
+    return touching_hull_or_error(shape, points,
+                                  [&](Vec3 n) { return dot(n, from_bullet(touch(n))); });
 }
 
 Result<Shapes> multi_sphere(const btMultiSphereShape& shape) {
@@ -256,10 +307,7 @@ Result<Shapes> multi_sphere(const btMultiSphereShape& shape) {
             !s)
             return Error{s.error()};
     }
-    const auto touch = [&shape](Vec3 n) { return shape.localGetSupportingVertex(to_bullet(n)); };
-    std::vector<btVector3> points;
-    for (int i = 0; i < kSphereDirectionCount; ++i) points.push_back(touch(sphere_direction(i)));
-    return Shapes{touching_hull(points, [&](Vec3 n) { return dot(n, from_bullet(touch(n))); })};
+    return support_hull(shape);
 }
 
 /// The part of the half space within reach of the grid, as a box whose top is the plane.
@@ -296,24 +344,32 @@ Result<Shapes> uniform_scaling(const btUniformScalingShape& shape, const GridBal
     if (!(std::isfinite(s) && s > 0))
         return Error{shape_name(shape) + ": scaling factor is " + std::to_string(s) +
                      ", must be finite and above 0"};
-    Result<Shapes> child = convert_shape(*shape.getChildShape(), grid);
+    const btConvexShape& scaled = *shape.getChildShape();
+    if (scaled.getShapeType() == TRIANGLE_SHAPE_PROXYTYPE)
+        return triangle(static_cast<const btTriangleShape&>(scaled), s, grid);
+    Result<Shapes> child = convert_shape(scaled, grid);
     if (child)
         for (ConvexShape& c : *child) scale_about_origin(c, s);
     return child;
 }
 
-Result<Shapes> compound(const btCompoundShape& shape, const GridBall& grid) {
+/// Children of a compound; `child(i)` is the pose and the shape of one.
+template <typename Child>
+Result<Shapes> union_of(const btCollisionShape& shape, int count, const GridBall& grid,
+                        Child&& child) {
     Shapes out;
-    for (int i = 0; i < shape.getNumChildShapes(); ++i) {
-        const Pose local = from_bullet(shape.getChildTransform(i));
+    for (int i = 0; i < count; ++i) {
+        const auto [local, child_shape] = child(i);
         if (!is_finite(local))
             return Error{shape_name(shape) + ": the transform of child " + std::to_string(i) +
                          " is not finite"};
-        const GridBall grid_in_child{transform(inverse(local), grid.center_m), grid.radius_m};
-        Result<Shapes> child = convert_shape(*shape.getChildShape(i), grid_in_child);
-        if (!child)
-            return Error{shape_name(shape) + ", child " + std::to_string(i) + ": " + child.error()};
-        for (ConvexShape& c : *child) {
+        const GridBall grid_in_child{transform(inverse(local), grid.center_m), grid.radius_m,
+                                     grid.voxel_m};
+        Result<Shapes> converted = convert_shape(*child_shape, grid_in_child);
+        if (!converted)
+            return Error{shape_name(shape) + ", child " + std::to_string(i) + ": " +
+                         converted.error()};
+        for (ConvexShape& c : *converted) {
             c.local = local * c.local;
             out.push_back(std::move(c));
         }
@@ -322,18 +378,34 @@ Result<Shapes> compound(const btCompoundShape& shape, const GridBall& grid) {
     return out;
 }
 
-/// FNV-1a over 64-bit words.
-struct Fingerprint {
-    uint64_t value = 14695981039346656037ull;
-    void add(uint64_t word) { value = (value ^ word) * 1099511628211ull; }
-    void add(double x) { add(std::bit_cast<uint64_t>(x)); }
-    void add(Vec3 v) {
-        add(v.x);
-        add(v.y);
-        add(v.z);
-    }
-    void add(const btVector3& v) { add(from_bullet(v)); }
-};
+Result<Shapes> compound(const btCompoundShape& shape, const GridBall& grid) {
+    return union_of(shape, shape.getNumChildShapes(), grid, [&shape](int i) {
+        return std::pair(from_bullet(shape.getChildTransform(i)), shape.getChildShape(i));
+    });
+}
+
+bool is_gimpact_compound(const btCollisionShape& shape) {
+    return shape.getShapeType() == GIMPACT_SHAPE_PROXYTYPE &&
+           static_cast<const btGImpactShapeInterface&>(shape).getGImpactShapeType() ==
+               CONST_GIMPACT_COMPOUND_SHAPE;
+}
+
+Pose child_pose(const btGImpactCompoundShape& shape, int child) {
+    return shape.childrenHasTransform() ? from_bullet(shape.getChildTransform(child)) : Pose{};
+}
+
+Result<Shapes> gimpact_compound(const btGImpactCompoundShape& shape, const GridBall& grid) {
+    return union_of(shape, shape.getNumChildShapes(), grid, [&shape](int i) {
+        return std::pair(child_pose(shape, i), shape.getChildShape(i));
+    });
+}
+
+/// Convex shapes known by their support alone.
+bool is_support_shape(const btCollisionShape& shape) {
+    const int type = shape.getShapeType();
+    return type == MINKOWSKI_SUM_SHAPE_PROXYTYPE || type == MINKOWSKI_DIFFERENCE_SHAPE_PROXYTYPE ||
+           type == CUSTOM_CONVEX_SHAPE_TYPE || type == CONVEX_SHAPE_PROXYTYPE;
+}
 
 template <typename PointShape>
 void add_points(Fingerprint& print, const PointShape& shape) {
@@ -362,7 +434,7 @@ void add_shape(Fingerprint& print, const btCollisionShape& shape, const GridBall
             print.add(local.getOrigin());
             for (int row = 0; row < 3; ++row) print.add(local.getBasis()[row]);
             const Vec3 center = transform(inverse(from_bullet(local)), grid.center_m);
-            add_shape(print, *compound.getChildShape(i), {center, grid.radius_m});
+            add_shape(print, *compound.getChildShape(i), {center, grid.radius_m, grid.voxel_m});
         }
         return;
     }
@@ -372,7 +444,41 @@ void add_shape(Fingerprint& print, const btCollisionShape& shape, const GridBall
         add_shape(print, *scaled.getChildShape(), grid);
         return;
     }
+    if (is_mesh(shape)) {
+        add_mesh(print, shape, grid);
+        return;
+    }
+    if (is_gimpact_compound(shape)) {
+        const auto& compound = static_cast<const btGImpactCompoundShape&>(shape);
+        for (int i = 0; i < compound.getNumChildShapes(); ++i) {
+            const Pose local = child_pose(compound, i);
+            print.add(local.position);
+            print.add(local.rotation.x);
+            print.add(local.rotation.y);
+            print.add(local.rotation.z);
+            print.add(local.rotation.w);
+            add_shape(print, *compound.getChildShape(i), grid);
+        }
+        return;
+    }
     if (!shape.isConvex()) return;  // refused whatever its dimensions are
+    if (type == TRIANGLE_SHAPE_PROXYTYPE || type == TETRAHEDRAL_SHAPE_PROXYTYPE ||
+        type == CUSTOM_POLYHEDRAL_SHAPE_TYPE) {
+        const auto& polyhedron = static_cast<const btPolyhedralConvexShape&>(shape);
+        for (int i = 0; i < polyhedron.getNumVertices(); ++i) {
+            btVector3 vertex;
+            polyhedron.getVertex(i, vertex);
+            print.add(vertex);
+        }
+        print.add(grid.voxel_m);
+    }
+    if (type == CONVEX_TRIANGLEMESH_SHAPE_PROXYTYPE)
+        add_mesh(print, *static_cast<const btConvexTriangleMeshShape&>(shape).getMeshInterface());
+    if (is_support_shape(shape)) {
+        const auto& convex = static_cast<const btConvexShape&>(shape);
+        for (int i = 0; i < kSphereDirectionCount; i += kSphereDirectionCount / 50)
+            print.add(convex.localGetSupportingVertex(to_bullet(sphere_direction(i))));
+    }
     btVector3 low, high;
     shape.getAabb(btTransform::getIdentity(), low, high);
     print.add(low);
@@ -411,12 +517,23 @@ Result<Shapes> convert_shape(const btCollisionShape& shape, const GridBall& grid
             return compound(static_cast<const btCompoundShape&>(shape), grid);
         case STATIC_PLANE_PROXYTYPE:
             return static_plane(static_cast<const btStaticPlaneShape&>(shape), grid);
+        case CONVEX_TRIANGLEMESH_SHAPE_PROXYTYPE:
+            return convex_mesh(static_cast<const btConvexTriangleMeshShape&>(shape));
+        case TETRAHEDRAL_SHAPE_PROXYTYPE:
+        case CUSTOM_POLYHEDRAL_SHAPE_TYPE:
+            return polyhedron(static_cast<const btPolyhedralConvexShape&>(shape));
+        case TRIANGLE_SHAPE_PROXYTYPE:
+            return triangle(static_cast<const btTriangleShape&>(shape), 1, grid);
         default:
-            return Error{
-                shape_name(shape) +
-                ": this type is not supported by the soil; use a box, sphere, capsule, cylinder, "
-                "cone, convex hull, multi-sphere, or a compound of these"};
+            break;
     }
+    if (is_support_shape(shape)) return support_hull(static_cast<const btConvexShape&>(shape));
+    if (is_gimpact_compound(shape))
+        return gimpact_compound(static_cast<const btGImpactCompoundShape&>(shape), grid);
+    if (is_mesh(shape)) return named(shape, convert_mesh(shape, grid));
+    return Error{shape_name(shape) +
+                 ": this type is not supported by the soil; it has no solid, or none that Bullet "
+                 "tells"};
 }
 
 uint64_t shape_fingerprint(const btCollisionShape& shape, const GridBall& grid) {

@@ -63,7 +63,7 @@ struct SoilAction::Impl {
         : world(&bullet_world),
           soil(std::move(new_soil)),
           box(world_box(soil->frame())),
-          collector(box),
+          collector(box, soil->frame().voxel_m),
           coupling(bullet_world, coupled_soil(*soil), options),
           carried(bullet_world, up_of(soil->def()), soil->def().gravity_m_s2) {
         for (const btCollisionObject* object : options.ignored) collector.ignore(*object);
