@@ -21,7 +21,7 @@ namespace bsoil::bullet {
 class BodyCollector {
   public:
     /// grid: the grid's box, world axes; voxel_m: edge of its voxels.
-    BodyCollector(const Aabb& grid, double voxel_m);
+    explicit BodyCollector(const Aabb& grid, double voxel_m = 0.05);
 
     void ignore(const btCollisionObject& object);
     /// Until the object leaves the world.

@@ -369,7 +369,7 @@ TEST(MeshConversion, heightfields_are_solid_up_to_where_rays_hit_them) {
                                         false);
     of_shorts.setLocalScaling(scaling[1]);
     expect_same_heights(of_shorts);
-    btHeightfieldTerrainShape of_bytes(kWidth, kLength, bytes.data(), 0.02f, 0, 0.8f, 1, false);
+    btHeightfieldTerrainShape of_bytes(kWidth, kLength, bytes.data(), 0.02f, 0.f, 0.8f, 1, false);
     of_bytes.setLocalScaling(scaling[1]);
     expect_same_heights(of_bytes);
 }
@@ -490,7 +490,7 @@ TEST(MeshConversion, fingerprint_sees_a_corner_moved_and_refitted) {
     gimpact.setMargin(0.03f);
     EXPECT_NE(first_gimpact, shape_fingerprint(gimpact, kGrid));
     std::vector<float> heights(100, 0.5f);
-    btHeightfieldTerrainShape field(10, 10, heights.data(), 0, 1, 1, false);
+    btHeightfieldTerrainShape field(10, 10, heights.data(), 0.f, 1.f, 1, false);
     const uint64_t level = shape_fingerprint(field, kGrid);
     heights[44] = 0.51f;
     EXPECT_NE(level, shape_fingerprint(field, kGrid));
@@ -525,7 +525,7 @@ TEST(MeshConversion, broken_meshes_are_refused_by_what_is_wrong) {
     btTriangleShape flat({0, 0, 0}, {1, 1, 1}, {2, 2, 2});
     expect_refusal(flat, "no area");
     std::vector<float> heights(16, 0);
-    btHeightfieldTerrainShape field(4, 4, heights.data(), -1, 1, 1, false);
+    btHeightfieldTerrainShape field(4, 4, heights.data(), -1.f, 1.f, 1, false);
     heights[5] = nan;
     expect_refusal(field, "not finite");
     expect_refusal(btEmptyShape(), "not supported");
