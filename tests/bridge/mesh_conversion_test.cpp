@@ -82,9 +82,11 @@ class CrossingCounter : public btTriangleRaycastCallback {
     btScalar reportHit(const btVector3&, btScalar fraction, int, int) override {
         // A segment through an edge hits both of its triangles.
         hits.insert(std::lround(static_cast<double>(fraction) * 1e5));
+        fractions.push_back(static_cast<double>(fraction));
         return 1;  // go on to the end
     }
     std::set<long> hits;
+    std::vector<double> fractions;
 };
 
 bool is_inside_by_rays(const btConcaveShape& shape, Vec3 p) {
@@ -175,8 +177,8 @@ TEST(MeshConversion, gimpact_margin_is_that_of_its_parts) {
     const double margin = static_cast<double>(gimpact.getMeshPart(0)->getMargin());
     const auto converted = convert_shape(gimpact, kGrid);
     ASSERT_TRUE(converted);
-    // On the outer equator of the torus.
-    EXPECT_NEAR(distance_to(*converted, {0.7, 0, 0}), -margin, 0.002);
+    // A corner on the outer equator of the torus; interpolation rounds it by a few millimetres.
+    EXPECT_NEAR(distance_to(*converted, {0.7, 0, 0}), -margin, 0.004);
 }
 
 TEST(MeshConversion, index_types_and_double_corners_read_alike) {
@@ -296,25 +298,37 @@ TEST(MeshConversion, mesh_larger_than_the_grid_is_cut_to_it) {
 
 // --- heightfields
 
-/// Height of Bullet's surface over a point, by a ray down; NaN beside it.
+/// Height of a surface over a point by a vertical ray through the triangles that bodies collide
+/// with; NaN beside it.
+double triangle_height(const btHeightfieldTerrainShape& shape, Vec3 p) {
+    const int up = shape.getUpAxis();
+    btVector3 from = to_bullet(p), to = from;
+    from[up] = 8;
+    to[up] = -8;
+    CrossingCounter counter(from, to);
+    shape.processAllTriangles(&counter, to, from);
+    return counter.fractions.empty() ? std::numeric_limits<double>::quiet_NaN()
+                                     : 8 - 16 * counter.fractions.front();
+}
+
+/// The same as Bullet's ray test finds it. It knows no diamonds and zigzags.
 double ray_height(const btHeightfieldTerrainShape& shape, Vec3 p) {
     btCollisionObject object;
     object.setCollisionShape(const_cast<btHeightfieldTerrainShape*>(&shape));
     const int up = shape.getUpAxis();
     btVector3 from = to_bullet(p), to = from;
-    from[up] = 50;
-    to[up] = -50;
+    from[up] = 8;
+    to[up] = -8;
     btCollisionWorld::ClosestRayResultCallback hit(from, to);
-    const btTransform identity = btTransform::getIdentity();
     btCollisionWorld::rayTestSingle(btTransform(btQuaternion::getIdentity(), from),
                                     btTransform(btQuaternion::getIdentity(), to), &object, &shape,
-                                    identity, hit);
+                                    btTransform::getIdentity(), hit);
     return hit.hasHit() ? static_cast<double>(hit.m_hitPointWorld[up])
                         : std::numeric_limits<double>::quiet_NaN();
 }
 
-void expect_same_heights(const btHeightfieldTerrainShape& shape) {
-    const auto converted = convert_shape(shape, kGrid);
+void expect_same_heights(const btHeightfieldTerrainShape& shape, bool by_ray_test = true) {
+    const auto converted = convert_shape(shape, {{0, 0, 0}, 2, kVoxel});
     ASSERT_TRUE(converted) << converted.error();
     const int up = shape.getUpAxis();
     btVector3 low, high;
@@ -322,27 +336,29 @@ void expect_same_heights(const btHeightfieldTerrainShape& shape) {
     std::mt19937 random(7);
     std::uniform_real_distribution<double> u(-0.48, 0.48);
     int judged = 0;
-    for (int i = 0; i < 3000; ++i) {
+    for (int i = 0; i < 2000; ++i) {
         btVector3 p = 0.5f * (low + high);
         for (int k = 0; k < 3; ++k) p[k] += static_cast<btScalar>(u(random)) * (high[k] - low[k]);
-        const double height = ray_height(shape, from_bullet(p));
-        ASSERT_FALSE(std::isnan(height));
+        const double height = by_ray_test ? ray_height(shape, from_bullet(p))
+                                          : triangle_height(shape, from_bullet(p));
+        if (std::isnan(height)) continue;  // the ray slipped through between two triangles
         const double above = static_cast<double>(p[up]) - height;
-        // Ridges are rounded; a steep slope is nearer than what is straight below.
+        // Ridges and valleys are rounded, by more straight up than across where slopes are steep.
         if (std::abs(above) < 0.03) continue;
         ++judged;
         ASSERT_EQ(distance_to(*converted, from_bullet(p)) < 0, above < 0)
-            << from_bullet(p).x << " " << from_bullet(p).y << " " << from_bullet(p).z;
+            << from_bullet(p).x << " " << from_bullet(p).y << " " << from_bullet(p).z << ": "
+            << above << " m above, distance " << distance_to(*converted, from_bullet(p));
     }
-    EXPECT_GT(judged, 1500);
+    EXPECT_GT(judged, 1000);
     // And on down through the grid.
     btVector3 deep = 0.5f * (low + high);
-    deep[up] = -9;
+    deep[up] = -1.9f;
     EXPECT_LT(distance_to(*converted, from_bullet(deep)), 0);
 }
 
 TEST(MeshConversion, heightfields_are_solid_up_to_where_rays_hit_them) {
-    constexpr int kWidth = 21, kLength = 17;
+    constexpr int kWidth = 12, kLength = 10;
     std::vector<float> heights;
     std::vector<short> shorts;
     std::vector<unsigned char> bytes;
@@ -351,25 +367,26 @@ TEST(MeshConversion, heightfields_are_solid_up_to_where_rays_hit_them) {
     for (int i = 0; i < kWidth * kLength; ++i) {
         bytes.push_back(static_cast<unsigned char>(level(random)));
         shorts.push_back(static_cast<short>(bytes.back() * 10 - 200));
-        heights.push_back(static_cast<float>(shorts.back()) * 0.002f);
+        heights.push_back(static_cast<float>(shorts.back()) * 0.0004f);
     }
     const btVector3 scaling[3] = {{1, 0.2f, 0.3f}, {0.2f, 1.3f, 0.3f}, {0.25f, 0.2f, 1}};
     for (int up = 0; up < 3; ++up)
         for (int diagonal = 0; diagonal < 4; ++diagonal) {
             SCOPED_TRACE("up axis " + std::to_string(up) + ", diagonals " +
                          std::to_string(diagonal));
-            btHeightfieldTerrainShape shape(kWidth, kLength, heights.data(), -0.4f, 0.4f, up,
+            btHeightfieldTerrainShape shape(kWidth, kLength, heights.data(), -0.08f, 0.08f, up,
                                             diagonal == 1);
             shape.setUseDiamondSubdivision(diagonal == 2);
             shape.setUseZigzagSubdivision(diagonal == 3);
             shape.setLocalScaling(scaling[up]);
-            expect_same_heights(shape);
+            expect_same_heights(shape, false);
+            if (diagonal < 2) expect_same_heights(shape);
         }
-    btHeightfieldTerrainShape of_shorts(kWidth, kLength, shorts.data(), 0.002f, -0.4f, 0.4f, 1,
+    btHeightfieldTerrainShape of_shorts(kWidth, kLength, shorts.data(), 0.0004f, -0.08f, 0.08f, 1,
                                         false);
     of_shorts.setLocalScaling(scaling[1]);
     expect_same_heights(of_shorts);
-    btHeightfieldTerrainShape of_bytes(kWidth, kLength, bytes.data(), 0.02f, 0.f, 0.8f, 1, false);
+    btHeightfieldTerrainShape of_bytes(kWidth, kLength, bytes.data(), 0.004f, 0.f, 0.16f, 1, false);
     of_bytes.setLocalScaling(scaling[1]);
     expect_same_heights(of_bytes);
 }

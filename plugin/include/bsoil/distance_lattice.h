@@ -26,8 +26,9 @@ struct LatticeDef {
 
 /// A solid of any form in its own frame (metres): the signed distance to its surface, negative
 /// inside, sampled at points half a voxel apart near the surface and interpolated between them;
-/// farther away only inside or outside is known. Flat faces are exact to 1/10000 voxel; edges are
-/// rounded by up to a quarter of the spacing. Never changes; share it between bodies and soils.
+/// farther away only inside or outside is known. Flat faces are exact to 1/10000 voxel;
+/// right-angled edges are rounded by up to a quarter of the spacing, sharper ones by up to the
+/// spacing. Never changes; share it between bodies and soils.
 ///
 /// Memory: 1 KiB for each cube of 3.5 voxels that the surface passes through, and 4 bytes for each
 /// other one of the box around the solid. Where that would be more than 64 MiB the spacing is
@@ -43,8 +44,8 @@ class DistanceLattice {
     /// Triangles may be wound either way. A part with open edges is a plate around its triangles.
     ///
     /// A plate, and a solid where it is thinner (both its faces within) is made as thick as it
-    /// takes to stop soil: limits::kThinnestWallVoxels, half of it to either side; its rims stay where they
-    /// are. Thicker solids keep their surface.
+    /// takes to stop soil: limits::kThinnestWallVoxels, half of it to either side; its rims stay
+    /// where they are. Thicker solids keep their surface.
     ///
     /// The error names a coordinate that is not finite or beyond 1e5 m, an index out of range, no
     /// triangle, no area, or more memory than the limit. Cost: some 20 us a triangle and 100 us a

@@ -282,8 +282,8 @@ PieceDistance piece_distance(const MeshPiece& piece, Vec3 p, bool is_inside, dou
     const double growth = nearest.weights[0] * piece.growth_m[0] +
                           nearest.weights[1] * piece.growth_m[1] +
                           nearest.weights[2] * piece.growth_m[2];
-    if (growth <= 0) {
-        return {distance, kNone};
+    if (growth <= 0) {  // thick, or as thick as its margin makes it
+        return {distance, piece.is_solid ? kNone : distance};
     }
     // A rim ends the grown piece with a flat face.
     const double above = std::abs(dot(piece.normal, off));
