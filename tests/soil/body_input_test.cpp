@@ -80,7 +80,9 @@ TEST_F(BodyInput, shapes_without_size_are_refused) {
     endless.planes[2].offset = kInfinity;
     ConvexShape lost = sphere_shape(1);
     lost.local.position.y = kNan;
-    for (const ConvexShape& shape : {few, many, skewed, endless, lost}) {
+    ConvexShape hollow;  // without its lattice
+    hollow.kind = Kind::lattice;
+    for (const ConvexShape& shape : {few, many, skewed, endless, lost, hollow}) {
         bad.push_back(shape);
     }
     const uint64_t checksum = soil_->checksum();
