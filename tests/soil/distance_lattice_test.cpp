@@ -252,7 +252,7 @@ TEST(DistanceLattice, region_cuts_a_large_mesh) {
 
 TEST(DistanceLattice, spacing_grows_with_size_and_then_creation_fails) {
     TriangleMesh large, huge;
-    add_box(large, {0, 0, 0}, {40, 40, 20});
+    add_box(large, {0, 0, 0}, {30, 30, 10});
     add_box(huge, {0, 0, 0}, {400, 400, 400});
     const auto lattice = DistanceLattice::from_mesh(large, {kVoxel});
     ASSERT_TRUE(lattice) << lattice.error();
