@@ -16,9 +16,9 @@ inline constexpr int kBodyCapacity =
 inline constexpr int kHullPlaneCapacity = 256;  ///< faces of a convex hull; more set shape_refused
 
 /// A wall thinner than this many voxels lets soil through somewhere; a DistanceLattice has none.
-/// Voxels whose centres lie within half of it of a plane are covered by half and more, and so closed
-/// to flow; from a thickness of |nx| + |ny| + |nz| voxels on (n: the normal), at most the square
-/// root of 3, no way leads between them even over corners (Reveilles' standard plane).
+/// Voxels whose centres lie within half of it of a plane are covered by half and more, and so
+/// closed to flow; from a thickness of |nx| + |ny| + |nz| voxels on (n: the normal), at most the
+/// square root of 3, no way leads between them even over corners (Reveilles' standard plane).
 inline constexpr double kThinnestWallVoxels = 1.75;
 
 }  // namespace bsoil::limits
