@@ -171,7 +171,7 @@ TEST(SoilAction, unusable_shapes_are_refused_by_name) {
         scene.add(0, scene.shape<btBoxShape>(btVector3(0.2f, 0, 0.2f)), btVector3(0, 0.3f, 0));
     flat.setUserIndex(42);
     btTriangleMesh mesh;
-    mesh.addTriangle({-1, 0.2f, -1}, {1, 0.2f, -1}, {0, 0.2f, 1});
+    mesh.addTriangle({-1, 0.2f, 0}, {0, 0.2f, 0}, {1, 0.2f, 0});  // in a line
     btRigidBody& ground =
         scene.add(0, scene.shape<btBvhTriangleMeshShape>(&mesh, true), btVector3(0, 0, 0));
     scene.run(0.1);
@@ -181,6 +181,7 @@ TEST(SoilAction, unusable_shapes_are_refused_by_name) {
     EXPECT_NE(soil->refused()[0].reason.find("user index 42"), std::string::npos);
     EXPECT_EQ(soil->refused()[1].object, &ground);
     EXPECT_NE(soil->refused()[1].reason.find("BVHTRIANGLEMESH"), std::string::npos);
+    EXPECT_NE(soil->refused()[1].reason.find("no area"), std::string::npos);
 }
 
 TEST(SoilAction, ignored_objects_and_sensors_do_not_touch_the_soil) {
