@@ -3,14 +3,10 @@
 // body goes with the body as far as friction can take it (thesis 5.3.1 lists its absence as a defect).
 // Reads: all planes. Writes: deltas; the momentum of soil that rests.
 
-// thesis (24): a full voxel is locked, unless its soil is itself falling or carried away. Soil caught inside a body
-// moves with the body, within it and out of it.
-bool is_locked(int from, int to) {
-    if (to >= 0 && state_at(kPlaneCoverage, from) >= kSolidCoverage && state_at(kPlaneCoverage, to) >= kSolidCoverage &&
-        state_at(kPlaneTerrain, to) < kSolidCoverage && block_flags[flag_index(kFlagListed, to >> 9)] != 0) {
-        return false;
-    }
-    if (is_closed(to)) {
+// thesis (24): a full voxel is locked, unless its soil is itself falling or carried away. Soil caught in a wall moves
+// with the wall along it and out of it.
+bool is_locked(int from, int to, ivec3 step, ivec3 out_way) {
+    if (is_barred(from, to, step, out_way)) {
         return true;
     }
     return state_at(kPlaneSupport, to) == kSupportGround && is_full(to);
@@ -115,6 +111,7 @@ void advect_soil(int group, int lane) {
         ivec3 weight = abs(drift);
         ivec3 side = ivec3(drift.x < 0 ? -1 : 1, drift.y < 0 ? -1 : 1, drift.z < 0 ? -1 : 1);
         ivec3 total = momentum + gained;
+        ivec3 out_way = is_caught(voxel) ? way_out(slot, ivec3(x, y, z0 + z), voxel) : ivec3(0);
         ivec3 lost = ivec3(0);   // momentum that leaves this voxel, or that a locked voxel takes
         for (int corner = 1; corner < 8; ++corner) {
             ivec3 pick = ivec3(corner & 1, (corner >> 1) & 1, corner >> 2);
@@ -130,7 +127,7 @@ void advect_soil(int group, int lane) {
             lost = lost + part;
             int to = voxel_at(slot, x + pick.x * side.x, y + pick.y * side.y,
                               z0 + z + pick.z * side.z);
-            if (is_locked(voxel, to)) {
+            if (is_locked(voxel, to, pick * side, out_way)) {
                 continue;  // thesis (24): backflow, with zero velocity
             }
             int moved_volume = 0;

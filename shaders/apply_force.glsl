@@ -1,6 +1,7 @@
 // Force application, thesis (33): soil that no longer fits is pushed the way the body's surface moves.
 // Where the way is barred by full soil, the push turns as soil does when it fails: outwards and up, at
 // 45 deg - phi / 2 (Rankine's passive wedge), instead of running through the bed for ever.
+// Where the surface recedes soil is pushed out of the body's way instead.
 // Reads: coverage, owner, volume, bodies. Writes: force, and whether the block overflows.
 void apply_force(int group, int lane) {
     int block = block_list[params.list_offset + group];
@@ -30,8 +31,12 @@ void apply_force(int group, int lane) {
         // thesis (33), first case
         ivec3 at = grid_voxel(slot, x, y, z0 + z);
         ivec3 push = clamp(body_velocity_at(body, at), ivec3(-1048575), ivec3(1048575));
+        int speed = max(1, largest_component(push));
+        ivec3 outwards = way_out(slot, ivec3(x, y, z0 + z), voxel);
         int below = voxel_at(slot, x, y, z0 + z - 1);
-        if (push.z < 0 && !has_room(below)) {
+        if (leads_inwards(push * 1024 / speed, outwards)) {
+            push = outwards;  // a wall that recedes draws no soil into itself
+        } else if (push.z < 0 && !has_room(below)) {
             // Pressed down into a full bed: the soil gives way to the side, away from the body's middle.
             ivec3 out_way = at * 2 + 1 -
                             ivec3(shapes[body * kBodyWords + kBodyCenter],

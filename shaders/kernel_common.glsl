@@ -60,19 +60,6 @@ bool is_closed(int voxel) {
     return false;
 }
 
-// The same for soil that leaves `from`: soil caught inside a body (in a wall that swept over it) may go on through the
-// body towards where there is less of it, so that it comes out where the body goes and not behind it.
-bool is_barred(int from, int to) {
-    if (to >= 0 && state_at(kPlaneTerrain, to) < kSolidCoverage) {
-        int bodies = state_at(kPlaneCoverage, to);
-        if (bodies >= kSolidCoverage && bodies <= state_at(kPlaneCoverage, from) &&
-            block_flags[flag_index(kFlagListed, to >> 9)] != 0) {
-            return false;
-        }
-    }
-    return is_closed(to);
-}
-
 bool is_full(int voxel) { return state_at(kPlaneVolume, voxel) + coverage_at(voxel) >= kVoxelFull; }
 
 // Room for pushed soil to go to: more than what rounding leaves between resting soil.
@@ -231,3 +218,73 @@ ivec3 grid_voxel(int slot, int x, int y, int z) {
 int owner_body(int owner) { return (owner & 65535) - 1; }
 
 int largest_component(ivec3 v) { return max(abs(v.x), max(abs(v.y), abs(v.z))); }
+
+// Soil in a voxel that bodies cover by half or more is caught in a wall: it may leave it on the side it came from only.
+bool is_caught(int voxel) { return state_at(kPlaneCoverage, voxel) >= kSolidCoverage; }
+
+// Difference of the bodies' coverage along an axis. There is no way out through rock or the grid's ends: they count as
+// covered at least as much as what is on this side of them.
+int coverage_change(int voxel, int ahead, int behind) {
+    bool shut_ahead = ahead < 0 || state_at(kPlaneTerrain, ahead) >= kSolidCoverage;
+    bool shut_behind = behind < 0 || state_at(kPlaneTerrain, behind) >= kSolidCoverage;
+    if (shut_ahead) {
+        return shut_behind ? 0 : max(0, body_coverage(voxel) - body_coverage(behind));
+    }
+    if (shut_behind) {
+        return min(0, body_coverage(ahead) - body_coverage(voxel));
+    }
+    return body_coverage(ahead) - body_coverage(behind);
+}
+
+// As body_gradient, with an eye to where soil can go.
+ivec3 wall_gradient(int slot, ivec3 at) {
+    int voxel = voxel_at(slot, at.x, at.y, at.z);
+    if (voxel < 0) {
+        return ivec3(0);
+    }
+    return ivec3(coverage_change(voxel, voxel_at(slot, at.x + 1, at.y, at.z), voxel_at(slot, at.x - 1, at.y, at.z)),
+                 coverage_change(voxel, voxel_at(slot, at.x, at.y + 1, at.z), voxel_at(slot, at.x, at.y - 1, at.z)),
+                 coverage_change(voxel, voxel_at(slot, at.x, at.y, at.z + 1), voxel_at(slot, at.x, at.y, at.z - 1)));
+}
+
+// The way out of the body for the soil in a voxel that it covers: where its coverage falls, as it was before the body's
+// last move. Walls move by up to a voxel at once, and in the middle of a thin one the gradient of now may point to the
+// far side. The field of before at a voxel is the field of now as far on as the body has moved; between the two voxels
+// on either side it is interpolated. Zero where there is no way to prefer.
+ivec3 way_out(int slot, ivec3 at, int voxel) {
+    ivec3 inwards = wall_gradient(slot, at);
+    int body = owner_body(state_at(kPlaneOwner, voxel));
+    if (body >= 0 && shapes[body * kBodyWords + kBodyMoving] != 0) {
+        ivec3 move = clamp(body_velocity_at(body, grid_voxel(slot, at.x, at.y, at.z)) / params.body_substep_count,
+                           ivec3(-kVoxelFull), ivec3(kVoxelFull));
+        int most = largest_component(move);
+        if (most > 0) {
+            ivec3 ahead = at;
+            ahead.x += 2 * abs(move.x) >= most ? sign(move.x) : 0;
+            ahead.y += 2 * abs(move.y) >= most ? sign(move.y) : 0;
+            ahead.z += 2 * abs(move.z) >= most ? sign(move.z) : 0;
+            ivec3 change = wall_gradient(slot, ahead) - inwards;
+            inwards += ivec3(mul_q16(change.x, most), mul_q16(change.y, most), mul_q16(change.z, most));
+        }
+    }
+    return -inwards;
+}
+
+bool leads_inwards(ivec3 step, ivec3 out_way) {
+    return step.x * out_way.x + step.y * out_way.y + step.z * out_way.z < 0;
+}
+
+// Whether soil that leaves `from` by `step` is barred. Caught soil goes on through the wall to where there is less of it,
+// by the way out; nothing else enters a wall.
+bool is_barred(int from, int to, ivec3 step, ivec3 out_way) {
+    if (is_caught(from)) {
+        if (leads_inwards(step, out_way)) {
+            return true;
+        }
+        if (to >= 0 && is_caught(to) && state_at(kPlaneTerrain, to) < kSolidCoverage &&
+            body_coverage(to) <= body_coverage(from) && block_flags[flag_index(kFlagListed, to >> 9)] != 0) {
+            return false;
+        }
+    }
+    return is_closed(to);
+}

@@ -1,9 +1,9 @@
 // One iteration of force propagation, thesis (34) and (35): soil in excess leaves its voxel along the applied force.
 // Reads: coverage, volume, force, all transported planes. Writes: deltas.
 
-// Sends `fraction` (Q16 of the voxel's soil) along a displacement whose largest component is one voxel; returns what
-// could not leave.
-int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction) {
+// Sends `fraction` (Q16 of the voxel's soil) along a displacement whose largest component is one voxel, with `force` of the
+// same scale; returns what could not leave. out_way: see is_barred.
+int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction, ivec3 force, ivec3 out_way) {
     int left = fraction;
     ivec3 weight = abs(way);
     ivec3 side = ivec3(way.x < 0 ? -1 : 1, way.y < 0 ? -1 : 1, way.z < 0 ? -1 : 1);
@@ -18,15 +18,15 @@ int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction) {
         }
         int to = voxel_at(slot, at.x + pick.x * side.x, at.y + pick.y * side.y,
                           at.z + pick.z * side.z);
-        if (is_barred(from, to)) {
+        if (is_barred(from, to, pick * side, out_way)) {
             continue;
         }
         int moved = mul_q16(state_at(kPlaneVolume, from), share) >> 4;
         move_share(from, to, share);
         // thesis (35): the force arrives weighted by what it brings; Q10 direction times volume / 16.
-        add_delta(kPlaneForceX, to, (way.x >> 6) * moved);
-        add_delta(kPlaneForceY, to, (way.y >> 6) * moved);
-        add_delta(kPlaneForceZ, to, (way.z >> 6) * moved);
+        add_delta(kPlaneForceX, to, (force.x >> 6) * moved);
+        add_delta(kPlaneForceY, to, (force.y >> 6) * moved);
+        add_delta(kPlaneForceZ, to, (force.z >> 6) * moved);
         left -= share;
     }
     return left;
@@ -117,18 +117,30 @@ void propagate_force(int group, int lane) {
         if (excess <= 0) {
             continue;
         }
+        int fraction = fraction_q16(excess, volume);
+        ivec3 out_way = ivec3(0);
+        if (is_caught(voxel)) {
+            out_way = way_out(slot, at, voxel);
+            int steep = largest_component(out_way);
+            if (steep > 0) {
+                // Out of the wall by the shortest way; the push goes on outside.
+                ivec3 exit = ivec3(signed_fraction_q16(out_way.x, steep), signed_fraction_q16(out_way.y, steep),
+                                   signed_fraction_q16(out_way.z, steep));
+                push_along(slot, at, voxel, exit, fraction, way, out_way);
+                continue;
+            }
+        }
         int ahead = voxel_at(slot, at.x + ((way.x + 32768) >> 16), at.y + ((way.y + 32768) >> 16),
                              at.z + ((way.z + 32768) >> 16));
         int passive = material_word(voxel, kTablePassive);
         if (way.z < passive && !has_room(ahead)) {
             way = way_to_free_surface(slot, at, way, passive);
         }
-        int fraction = fraction_q16(excess, volume);
         // The force stays with nothing: what could not leave gets a new one from apply_force or from inflow.
-        int left = push_along(slot, at, voxel, way, fraction);
+        int left = push_along(slot, at, voxel, way, fraction, way, out_way);
         if (left > 0 && way.z > 0 && max(abs(way.x), abs(way.y)) == kVoxelFull) {
             way.z = 0;  // a body above: slip out sideways
-            push_along(slot, at, voxel, way, left);
+            push_along(slot, at, voxel, way, left, way, out_way);
         }
     }
 }

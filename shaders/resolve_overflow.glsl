@@ -1,11 +1,14 @@
 // Overflow resolution after advection, thesis section 3.2.1 and Fig. 30: soil in excess moves on by a heuristic.
 // Reads: coverage, volume, all transported planes. Writes: deltas.
 
-// Into the open ones of the 26 neighbours evenly.
+// Into the open ones of the 26 neighbours evenly, caught soil on its own side.
 void spread_evenly(int slot, ivec3 at, int voxel, int fraction) {
+    ivec3 out_way = is_caught(voxel) ? way_out(slot, at, voxel) : ivec3(0);
     int open_count = 0;
     for (int n = 0; n < 27; ++n) {
-        if (n != 13 && !is_closed(voxel_at(slot, at.x + n % 3 - 1, at.y + (n / 3) % 3 - 1, at.z + n / 9 - 1))) {
+        ivec3 step = ivec3(n % 3 - 1, (n / 3) % 3 - 1, n / 9 - 1);
+        if (n != 13 && !leads_inwards(step, out_way) &&
+            !is_closed(voxel_at(slot, at.x + step.x, at.y + step.y, at.z + step.z))) {
             open_count += 1;
         }
     }
@@ -13,8 +16,9 @@ void spread_evenly(int slot, ivec3 at, int voxel, int fraction) {
         return;
     }
     for (int n = 0; n < 27; ++n) {
-        int to = voxel_at(slot, at.x + n % 3 - 1, at.y + (n / 3) % 3 - 1, at.z + n / 9 - 1);
-        if (n != 13 && !is_closed(to)) {
+        ivec3 step = ivec3(n % 3 - 1, (n / 3) % 3 - 1, n / 9 - 1);
+        int to = voxel_at(slot, at.x + step.x, at.y + step.y, at.z + step.z);
+        if (n != 13 && !leads_inwards(step, out_way) && !is_closed(to)) {
             move_share(voxel, to, fraction / open_count);
         }
     }
@@ -46,7 +50,7 @@ void resolve_overflow(int group, int lane) {
         ivec3 at = ivec3(lane & 7, lane >> 3, z0 + z);
         int fraction = fraction_q16(excess, volume);
         int above = voxel_at(slot, at.x, at.y, at.z + 1);
-        if (params.overflow_heuristic == 0 || is_closed(above)) {
+        if (params.overflow_heuristic == 0 || is_caught(voxel) || is_closed(above)) {
             spread_evenly(slot, at, voxel, fraction);
         } else if (params.overflow_heuristic == 1) {
             move_share(voxel, above, fraction);

@@ -6,6 +6,7 @@ int blocks_per_tile;     // height / 8
 int material_count;
 int transport_count;     // planes that move with the soil: 8 + material_count
 int substep_count;       // this base step is cut into so many
+int body_substep_count;  // bodies move in so many parts of it: at most a voxel at once
 int gravity_q16;         // gravity in Q16 voxels per base step squared
 int list_offset;         // where this dispatch's list starts in block_list
 int list_count;

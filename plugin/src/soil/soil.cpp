@@ -115,6 +115,7 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
         std::lround(def.gravity_m_s2 * def.step_s * def.step_s / def.voxel_m * kVoxelFull));
     p.overflow_heuristic = static_cast<int>(def.overflow);
     p.substep_count = 1;
+    p.body_substep_count = 1;
     s.kept_planes = 1 + p.transport_count;
 
     auto device = device::create_device(def.backend, def.thread_count, s.device_reason);

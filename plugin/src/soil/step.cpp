@@ -670,6 +670,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     // --- the step itself
     device->fill_zero(Buffer::result, 0,
                       kResultHeader + static_cast<int64_t>(limits::kBodyCapacity) * kLoadWords);
+    params.body_substep_count = body_substeps;
     for (int s = 0; s < body_substeps; ++s) {
         mark = Clock::now();
         if (s == 0 || any_moved) {

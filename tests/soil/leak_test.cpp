@@ -1,0 +1,176 @@
+// Walls hold soil back, whatever their thickness and motion: units of soil that come out on the far side.
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "soil_fixture.h"
+
+namespace bsoil {
+namespace {
+
+using namespace layout;
+
+constexpr double kVoxel = 0.05, kStep = 1.0 / 60;
+
+/// Mass units of which `far` says that their voxel's middle (world) is on the wrong side, and of all.
+template <typename Far>
+std::array<int64_t, 2> count_units(Soil& soil, Far&& far) {
+    Soil::Impl& impl = SoilProbe::impl(soil);
+    std::array<int64_t, 2> units{0, 0};
+    TileVoxels voxels;
+    for (size_t index = 0; index < impl.tiles.size(); ++index) {
+        if (!impl.tiles[index]) {
+            continue;
+        }
+        const int tile = static_cast<int>(index);
+        impl.read_voxels(tile, voxels);
+        for (int z = 0; z < impl.height; ++z) {
+            for (int c = 0; c < kTileColumns; ++c) {
+                const int64_t mass = voxels.at(kKeptMaterial, z, c);
+                if (mass > 0) {
+                    const Vec3 at =
+                        impl.frame.to_world({tile % impl.tiles_x * kTileSide + c % kTileSide + 0.5,
+                                             tile / impl.tiles_x * kTileSide + c / kTileSide + 0.5,
+                                             z + 0.5});
+                    units[0] += far(at) ? mass : 0;
+                    units[1] += mass;
+                }
+            }
+        }
+    }
+    return units;
+}
+
+struct WallMotion {
+    const char* name;
+    Vec3 voxels_a_step;  ///< along the wall's normal, along it level, along it upwards
+    Vec3 turn_a_step;    ///< radians, world axes
+    int step_count;
+};
+
+struct WallCase {
+    double thickness;  ///< voxels
+    double yaw, pitch;  ///< radians; pitch > 0: the wall leans over the soil
+    WallMotion motion;
+};
+
+std::string name_of(const WallCase& c) {
+    const auto tenths = [](double v) { return std::to_string(std::lround(v * 10)); };
+    return std::string(c.motion.name) + "_thick_" + tenths(c.thickness) + "_yaw_" +
+           std::to_string(std::lround(c.yaw * 180 / std::numbers::pi)) + "_pitch_" +
+           (c.pitch < 0 ? "minus_" : "") + std::to_string(std::lround(std::abs(c.pitch) * 180 / std::numbers::pi));
+}
+void PrintTo(const WallCase& c, std::ostream* out) { *out << name_of(c); }
+
+/// Share of the soil that a wall across the grid lets through.
+double wall_leak(const WallCase& c) {
+    auto soil = make_soil(grid_def(56, 16, 32, kVoxel));
+    std::vector<Mover> movers;
+    movers.emplace_back(1, box_shape(Vec3{c.thickness / 2, 80, 80} * kVoxel), Vec3{24.3, 8, 8} * kVoxel);
+    SoilBody& wall = movers[0].body;
+    wall.pose.rotation = turn({0, 0, 1}, c.yaw) * turn({0, 1, 0}, c.pitch);
+    const Vec3 velocity = rotate(wall.pose.rotation, c.motion.voxels_a_step) * (kVoxel / kStep);
+    movers[0].set_velocity(velocity, c.motion.turn_a_step * (1 / kStep));
+    const auto ahead = [&](Vec3 at) {
+        return dot(at - wall.pose.position, rotate(wall.pose.rotation, {1, 0, 0})) / kVoxel;
+    };
+    EXPECT_TRUE(soil->fill(FunctionFill{
+        [&](Vec3 at) { return ahead(at) > 1.9 && at.z < 7 * kVoxel ? 1.0 : -1.0; }, {}}));
+    for (int i = 0; i < c.motion.step_count; ++i) {
+        movers[0].advance(kStep);
+        soil->step(bodies_of(movers));
+    }
+    const auto units = count_units(*soil, [&](Vec3 at) { return ahead(at) < 0; });
+    return static_cast<double>(units[0]) / static_cast<double>(units[1]);
+}
+
+class Wall : public testing::TestWithParam<WallCase> {};
+
+TEST_P(Wall, lets_no_soil_through) { EXPECT_LT(wall_leak(GetParam()), 1e-4); }
+
+std::vector<WallCase> wall_cases() {
+    const WallMotion motions[] = {
+        {"at_rest", {}, {}, 60},           {"into_slowly", {0.1, 0, 0}, {}, 60},
+        {"into", {1, 0, 0}, {}, 14},       {"away_slowly", {-0.1, 0, 0}, {}, 60},
+        {"away", {-1, 0, 0}, {}, 14},      {"along", {0, 1, 0}, {}, 24},
+        {"upwards", {0, 0, 1}, {}, 24},    {"downwards", {0, 0, -1}, {}, 24},
+        {"askew", {0.6, 0.6, 0}, {}, 20},  {"yawing", {}, {0, 0, 0.02}, 24},
+        {"tilting", {}, {0, -0.03, 0}, 20}, {"tilting_back", {}, {0, 0.03, 0}, 20},
+    };
+    std::vector<WallCase> cases;
+    for (const WallMotion& motion : motions) {
+        for (double thickness : {1.0, 1.5, 1.75, 2.0, 3.0}) {
+            for (const auto& [yaw, pitch] : {std::pair{0.0, 0.0}, {0.4, 0.0}, {0.0, std::numbers::pi / 6}, {0.3, -std::numbers::pi / 6}}) {
+                cases.push_back({thickness, yaw, pitch, motion});
+            }
+        }
+    }
+    return cases;
+}
+
+INSTANTIATE_TEST_SUITE_P(Motions, Wall, testing::ValuesIn(wall_cases()),
+                         [](const auto& test) { return name_of(test.param); });
+
+struct VesselCase {
+    double thickness;  ///< of its walls, voxels
+    Vec3 axis;
+    double turn_a_step;  ///< radians
+    int step_count;
+};
+std::string name_of(const VesselCase& c) {
+    return "thick_" + std::to_string(std::lround(c.thickness * 10)) + "_turning_" +
+           std::to_string(std::lround(c.turn_a_step * 1000)) + "_axis_" + std::to_string(std::lround(c.axis.x*10)) + std::to_string(std::lround(c.axis.y*10));
+}
+void PrintTo(const VesselCase& c, std::ostream* out) { *out << name_of(c); }
+
+/// Share of the soil that leaves a closed box, 16 voxels between the middles of its walls.
+double vessel_leak(const VesselCase& c) {
+    auto soil = make_soil(grid_def(40, 40, 40, kVoxel));
+    std::vector<Mover> movers;
+    const double half = 8, outer = half + c.thickness / 2, thin = c.thickness / 2;
+    movers.emplace_back(1, box_shape(Vec3{thin, outer, outer} * kVoxel), Vec3{20, 20, 20} * kVoxel);
+    SoilBody& box = movers[0].body;
+    movers[0].shapes.clear();
+    for (int axis = 0; axis < 3; ++axis) {
+        for (double side : {-half, half}) {
+            Vec3 extents{outer, outer, outer}, at;
+            (axis == 0 ? extents.x : axis == 1 ? extents.y : extents.z) = thin;
+            (axis == 0 ? at.x : axis == 1 ? at.y : at.z) = side;
+            movers[0].shapes.push_back(box_shape(extents * kVoxel));
+            movers[0].shapes.back().local.position = at * kVoxel;
+        }
+    }
+    movers[0].set_velocity({}, c.axis * (c.turn_a_step / kStep));
+    EXPECT_TRUE(soil->fill(voxel_box(*soil, Vec3{14, 14, 14}, Vec3{26, 26, 20})));
+    for (int i = 0; i < c.step_count; ++i) {
+        movers[0].advance(kStep);
+        soil->step(bodies_of(movers));
+    }
+    const auto units = count_units(*soil, [&](Vec3 at) {
+        const Vec3 p = transform(inverse(box.pose), at);
+        return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) > half * kVoxel;
+    });
+    return static_cast<double>(units[0]) / static_cast<double>(units[1]);
+}
+
+class Vessel : public testing::TestWithParam<VesselCase> {};
+
+TEST_P(Vessel, keeps_its_soil) { EXPECT_LT(vessel_leak(GetParam()), 1e-3); }
+
+std::vector<VesselCase> vessel_cases() {
+    constexpr double kTurn = 2 * std::numbers::pi;
+    std::vector<VesselCase> cases;
+    for (double t : {1.0, 1.5, 1.75, 2.0, 3.0}) {
+        cases.push_back({t, {0, 1, 0}, 0, 120});
+        cases.push_back({t, {0, 1, 0}, kTurn / 80, 80});
+        cases.push_back({t, {0.48, 0.64, 0.6}, kTurn / 120, 120});
+        cases.push_back({t, {0, 1, 0}, kTurn / 400, 200});
+    }
+    return cases;
+}
+INSTANTIATE_TEST_SUITE_P(Turning, Vessel, testing::ValuesIn(vessel_cases()),
+                         [](const auto& test) { return name_of(test.param); });
+
+}  // namespace
+}  // namespace bsoil
