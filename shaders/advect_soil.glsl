@@ -111,7 +111,8 @@ void advect_soil(int group, int lane) {
         ivec3 weight = abs(drift);
         ivec3 side = ivec3(drift.x < 0 ? -1 : 1, drift.y < 0 ? -1 : 1, drift.z < 0 ? -1 : 1);
         ivec3 total = momentum + gained;
-        ivec3 out_way = is_caught(voxel) ? way_out(slot, ivec3(x, y, z0 + z), voxel) : ivec3(0);
+        bool overrun = false;
+        ivec3 out_way = is_caught(voxel) ? way_out(slot, ivec3(x, y, z0 + z), voxel, overrun) : ivec3(0);
         ivec3 lost = ivec3(0);   // momentum that leaves this voxel, or that a locked voxel takes
         for (int corner = 1; corner < 8; ++corner) {
             ivec3 pick = ivec3(corner & 1, (corner >> 1) & 1, corner >> 2);

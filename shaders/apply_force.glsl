@@ -12,7 +12,14 @@ void apply_force(int group, int lane) {
     bool overflowed = false;
     for (int z = 0; z < 8; ++z) {
         int voxel = block * kBlockVoxels + z * kTileColumns + lane;
-        int excess = state_at(kPlaneVolume, voxel) > 0 ? excess_at(voxel) : 0;
+        int volume = state_at(kPlaneVolume, voxel);
+        int excess = volume > 0 ? excess_at(voxel) : 0;
+        ivec3 out_of_body = ivec3(0);
+        if (excess > 0 || (volume > 0 && is_caught(voxel))) {
+            bool overrun = false;
+            out_of_body = way_out(slot, ivec3(x, y, z0 + z), voxel, overrun);
+            excess = overrun ? volume : excess;
+        }
         if (excess <= 0) {
             // thesis (33), third case
             if (state_at(kPlaneForceX, voxel) != 0 || state_at(kPlaneForceY, voxel) != 0 ||
@@ -32,10 +39,9 @@ void apply_force(int group, int lane) {
         ivec3 at = grid_voxel(slot, x, y, z0 + z);
         ivec3 push = clamp(body_velocity_at(body, at), ivec3(-1048575), ivec3(1048575));
         int speed = max(1, largest_component(push));
-        ivec3 outwards = way_out(slot, ivec3(x, y, z0 + z), voxel);
         int below = voxel_at(slot, x, y, z0 + z - 1);
-        if (leads_inwards(push * 1024 / speed, outwards)) {
-            push = outwards;  // a wall that recedes draws no soil into itself
+        if (outwards(push * 1024 / speed, out_of_body) < 0) {
+            push = out_of_body;  // a wall that recedes draws no soil into itself
         } else if (push.z < 0 && !has_room(below)) {
             // Pressed down into a full bed: the soil gives way to the side, away from the body's middle.
             ivec3 out_way = at * 2 + 1 -

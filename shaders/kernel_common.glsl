@@ -222,11 +222,17 @@ int largest_component(ivec3 v) { return max(abs(v.x), max(abs(v.y), abs(v.z))); 
 // Soil in a voxel that bodies cover by half or more is caught in a wall: it may leave it on the side it came from only.
 bool is_caught(int voxel) { return state_at(kPlaneCoverage, voxel) >= kSolidCoverage; }
 
+// Outside of the grid or mostly fixed terrain.
+bool is_rock(int voxel) { return voxel < 0 || state_at(kPlaneTerrain, voxel) >= kSolidCoverage; }
+
+// How far a step leads out, any scale; negative: further into the wall.
+int outwards(ivec3 step, ivec3 out_way) { return step.x * out_way.x + step.y * out_way.y + step.z * out_way.z; }
+
 // Difference of the bodies' coverage along an axis. There is no way out through rock or the grid's ends: they count as
 // covered at least as much as what is on this side of them.
 int coverage_change(int voxel, int ahead, int behind) {
-    bool shut_ahead = ahead < 0 || state_at(kPlaneTerrain, ahead) >= kSolidCoverage;
-    bool shut_behind = behind < 0 || state_at(kPlaneTerrain, behind) >= kSolidCoverage;
+    bool shut_ahead = is_rock(ahead);
+    bool shut_behind = is_rock(behind);
     if (shut_ahead) {
         return shut_behind ? 0 : max(0, body_coverage(voxel) - body_coverage(behind));
     }
@@ -251,8 +257,10 @@ ivec3 wall_gradient(int slot, ivec3 at) {
 // last move. Walls move by up to a voxel at once, and in the middle of a thin one the gradient of now may point to the
 // far side. The field of before at a voxel is the field of now as far on as the body has moved; between the two voxels
 // on either side it is interpolated. Zero where there is no way to prefer.
-ivec3 way_out(int slot, ivec3 at, int voxel) {
+// overrun: the body has moved so far over the voxel that the far side is nearer now.
+ivec3 way_out(int slot, ivec3 at, int voxel, OUT(bool) overrun) {
     ivec3 inwards = wall_gradient(slot, at);
+    ivec3 now = inwards;
     int body = owner_body(state_at(kPlaneOwner, voxel));
     if (body >= 0 && shapes[body * kBodyWords + kBodyMoving] != 0) {
         ivec3 move = clamp(body_velocity_at(body, grid_voxel(slot, at.x, at.y, at.z)) / params.body_substep_count,
@@ -263,26 +271,27 @@ ivec3 way_out(int slot, ivec3 at, int voxel) {
             ahead.x += 2 * abs(move.x) >= most ? sign(move.x) : 0;
             ahead.y += 2 * abs(move.y) >= most ? sign(move.y) : 0;
             ahead.z += 2 * abs(move.z) >= most ? sign(move.z) : 0;
+            if (is_rock(voxel_at(slot, ahead.x, ahead.y, ahead.z))) {
+                ahead.z = at.z;
+            }
             ivec3 change = wall_gradient(slot, ahead) - inwards;
             inwards += ivec3(mul_q16(change.x, most), mul_q16(change.y, most), mul_q16(change.z, most));
         }
     }
+    overrun = outwards(now / 8, inwards / 8) < 0;
     return -inwards;
 }
 
-bool leads_inwards(ivec3 step, ivec3 out_way) {
-    return step.x * out_way.x + step.y * out_way.y + step.z * out_way.z < 0;
-}
-
-// Whether soil that leaves `from` by `step` is barred. Caught soil goes on through the wall to where there is less of it,
-// by the way out; nothing else enters a wall.
+// Whether soil that leaves `from` by `step` is barred. Caught soil goes on through the wall by the way out, or across it to
+// where there is no more of it; nothing else enters a wall.
 bool is_barred(int from, int to, ivec3 step, ivec3 out_way) {
     if (is_caught(from)) {
-        if (leads_inwards(step, out_way)) {
+        int gain = outwards(step, out_way);
+        if (gain < 0) {
             return true;
         }
         if (to >= 0 && is_caught(to) && state_at(kPlaneTerrain, to) < kSolidCoverage &&
-            body_coverage(to) <= body_coverage(from) && block_flags[flag_index(kFlagListed, to >> 9)] != 0) {
+            (gain > 0 || body_coverage(to) <= body_coverage(from)) && block_flags[flag_index(kFlagListed, to >> 9)] != 0) {
             return false;
         }
     }

@@ -99,6 +99,13 @@ void propagate_force(int group, int lane) {
             continue;
         }
         int excess = min(volume, excess_at(voxel));
+        ivec3 at = ivec3(lane & 7, lane >> 3, z0 + z);
+        ivec3 out_way = ivec3(0);
+        if (is_caught(voxel)) {
+            bool overrun = false;
+            out_way = way_out(slot, at, voxel, overrun);
+            excess = overrun ? volume : excess;
+        }
         ivec3 force = ivec3(state_at(kPlaneForceX, voxel), state_at(kPlaneForceY, voxel),
                             state_at(kPlaneForceZ, voxel));
         int most = largest_component(force);
@@ -112,23 +119,18 @@ void propagate_force(int group, int lane) {
         // thesis (34): the largest component becomes one voxel, so that the excess leaves for good.
         ivec3 way = ivec3(signed_fraction_q16(force.x, most), signed_fraction_q16(force.y, most),
                           signed_fraction_q16(force.z, most));
-        ivec3 at = ivec3(lane & 7, lane >> 3, z0 + z);
         excess -= compact(slot, at, voxel, excess, way);
         if (excess <= 0) {
             continue;
         }
         int fraction = fraction_q16(excess, volume);
-        ivec3 out_way = ivec3(0);
-        if (is_caught(voxel)) {
-            out_way = way_out(slot, at, voxel);
-            int steep = largest_component(out_way);
-            if (steep > 0) {
-                // Out of the wall by the shortest way; the push goes on outside.
-                ivec3 exit = ivec3(signed_fraction_q16(out_way.x, steep), signed_fraction_q16(out_way.y, steep),
-                                   signed_fraction_q16(out_way.z, steep));
-                push_along(slot, at, voxel, exit, fraction, way, out_way);
-                continue;
-            }
+        int steep = largest_component(out_way);
+        if (steep > 0) {
+            // Out of the wall by the shortest way; the push goes on outside.
+            ivec3 exit = ivec3(signed_fraction_q16(out_way.x, steep), signed_fraction_q16(out_way.y, steep),
+                               signed_fraction_q16(out_way.z, steep));
+            push_along(slot, at, voxel, exit, fraction, way, out_way);
+            continue;
         }
         int ahead = voxel_at(slot, at.x + ((way.x + 32768) >> 16), at.y + ((way.y + 32768) >> 16),
                              at.z + ((way.z + 32768) >> 16));

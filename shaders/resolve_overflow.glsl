@@ -3,11 +3,12 @@
 
 // Into the open ones of the 26 neighbours evenly, caught soil on its own side.
 void spread_evenly(int slot, ivec3 at, int voxel, int fraction) {
-    ivec3 out_way = is_caught(voxel) ? way_out(slot, at, voxel) : ivec3(0);
+    bool overrun = false;
+    ivec3 out_way = is_caught(voxel) ? way_out(slot, at, voxel, overrun) : ivec3(0);
     int open_count = 0;
     for (int n = 0; n < 27; ++n) {
         ivec3 step = ivec3(n % 3 - 1, (n / 3) % 3 - 1, n / 9 - 1);
-        if (n != 13 && !leads_inwards(step, out_way) &&
+        if (n != 13 && outwards(step, out_way) >= 0 &&
             !is_closed(voxel_at(slot, at.x + step.x, at.y + step.y, at.z + step.z))) {
             open_count += 1;
         }
@@ -18,7 +19,7 @@ void spread_evenly(int slot, ivec3 at, int voxel, int fraction) {
     for (int n = 0; n < 27; ++n) {
         ivec3 step = ivec3(n % 3 - 1, (n / 3) % 3 - 1, n / 9 - 1);
         int to = voxel_at(slot, at.x + step.x, at.y + step.y, at.z + step.z);
-        if (n != 13 && !leads_inwards(step, out_way) && !is_closed(to)) {
+        if (n != 13 && outwards(step, out_way) >= 0 && !is_closed(to)) {
             move_share(voxel, to, fraction / open_count);
         }
     }
