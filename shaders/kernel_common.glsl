@@ -245,9 +245,6 @@ int coverage_change(int voxel, int ahead, int behind) {
 // As body_gradient, with an eye to where soil can go.
 ivec3 wall_gradient(int slot, ivec3 at) {
     int voxel = voxel_at(slot, at.x, at.y, at.z);
-    if (voxel < 0) {
-        return ivec3(0);
-    }
     return ivec3(coverage_change(voxel, voxel_at(slot, at.x + 1, at.y, at.z), voxel_at(slot, at.x - 1, at.y, at.z)),
                  coverage_change(voxel, voxel_at(slot, at.x, at.y + 1, at.z), voxel_at(slot, at.x, at.y - 1, at.z)),
                  coverage_change(voxel, voxel_at(slot, at.x, at.y, at.z + 1), voxel_at(slot, at.x, at.y, at.z - 1)));
@@ -267,12 +264,14 @@ ivec3 way_out(int slot, ivec3 at, int voxel, OUT(bool) overrun) {
                            ivec3(-kVoxelFull), ivec3(kVoxelFull));
         int most = largest_component(move);
         if (most > 0) {
-            ivec3 ahead = at;
-            ahead.x += 2 * abs(move.x) >= most ? sign(move.x) : 0;
-            ahead.y += 2 * abs(move.y) >= most ? sign(move.y) : 0;
-            ahead.z += 2 * abs(move.z) >= most ? sign(move.z) : 0;
+            // The nearest of the 26 directions that does not end in rock.
+            move.x = is_rock(voxel_at(slot, at.x + sign(move.x), at.y, at.z)) ? 0 : move.x;
+            move.y = is_rock(voxel_at(slot, at.x, at.y + sign(move.y), at.z)) ? 0 : move.y;
+            move.z = is_rock(voxel_at(slot, at.x, at.y, at.z + sign(move.z))) ? 0 : move.z;
+            int longest = max(1, largest_component(move));
+            ivec3 ahead = at + (2 * move) / longest - move / longest;
             if (is_rock(voxel_at(slot, ahead.x, ahead.y, ahead.z))) {
-                ahead.z = at.z;
+                ahead = at;
             }
             ivec3 change = wall_gradient(slot, ahead) - inwards;
             inwards += ivec3(mul_q16(change.x, most), mul_q16(change.y, most), mul_q16(change.z, most));

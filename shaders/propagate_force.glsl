@@ -129,7 +129,12 @@ void propagate_force(int group, int lane) {
             // Out of the wall by the shortest way; the push goes on outside.
             ivec3 exit = ivec3(signed_fraction_q16(out_way.x, steep), signed_fraction_q16(out_way.y, steep),
                                signed_fraction_q16(out_way.z, steep));
-            push_along(slot, at, voxel, exit, fraction, way, out_way);
+            int left = push_along(slot, at, voxel, exit, fraction, way, out_way);
+            if (left > 0) {
+                // Barred on one side: straight out.
+                ivec3 straight = sign(exit) * ((abs(exit) >> 16) << 16);
+                push_along(slot, at, voxel, straight, left, way, out_way);
+            }
             continue;
         }
         int ahead = voxel_at(slot, at.x + ((way.x + 32768) >> 16), at.y + ((way.y + 32768) >> 16),

@@ -461,23 +461,14 @@ void Soil::Impl::build_pairs() {
     list_words_uploaded = list_words_used;
 }
 
-static void dbg(Soil::Impl& s, const char* what) {
-    if (!getenv("DBGV")) return;
-    int x, y, z; sscanf(getenv("DBGV"), "%d,%d,%d", &x, &y, &z);
-    const auto& t = s.tiles[s.tile_index(x/8,y/8)];
-    if (!t || t->slot < 0) return;
-    int32_t w[20];
-    for (int p = 0; p < 13; ++p) s.device->read(Buffer::state, int64_t{p} * s.params.plane_stride + int64_t{t->slot} * s.params.tile_voxels + z*64 + (y&7)*8 + (x&7), {w+p,1});
-    printf("%s %lld: vol %d cov %d sup %d force %d %d %d mom %d %d %d\n", what, (long long)s.step_index, w[4], w[0], w[3], w[8], w[9], w[10], w[5],w[6],w[7]);
-}
 // thesis (18)
 void Soil::Impl::run_deformation() {
     ++params.pass_stamp;
-    dbg(*this, "start"); dispatch(Kernel::apply_force, listed_work); dbg(*this, "applied");
+    dispatch(Kernel::apply_force, listed_work);
     for (int i = 0; i < def.propagation_iterations; ++i) {
         ++params.pass_stamp;
         dispatch(Kernel::propagate_force, listed_work);
-        dispatch(Kernel::apply_flow, listed_work); dbg(*this, "propagated");
+        dispatch(Kernel::apply_flow, listed_work);
     }
 }
 
@@ -486,11 +477,11 @@ void Soil::Impl::run_advection() {
     dispatch(Kernel::find_support, tile_work);
     ++params.pass_stamp;
     dispatch(Kernel::advect_soil, listed_work);
-    dispatch(Kernel::apply_flow, listed_work);dbg(*this, "advected");
+    dispatch(Kernel::apply_flow, listed_work);
     for (int i = 0; i < def.overflow_passes; ++i) {
         ++params.pass_stamp;
         dispatch(Kernel::resolve_overflow, listed_work);
-        dispatch(Kernel::apply_flow, listed_work);dbg(*this, "resolved");
+        dispatch(Kernel::apply_flow, listed_work);
     }
 }
 
