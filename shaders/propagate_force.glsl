@@ -124,19 +124,6 @@ void propagate_force(int group, int lane) {
             continue;
         }
         int fraction = fraction_q16(excess, volume);
-        int steep = largest_component(out_way);
-        if (steep > 0) {
-            // Out of the wall by the shortest way; the push goes on outside.
-            ivec3 exit = ivec3(signed_fraction_q16(out_way.x, steep), signed_fraction_q16(out_way.y, steep),
-                               signed_fraction_q16(out_way.z, steep));
-            int left = push_along(slot, at, voxel, exit, fraction, way, out_way);
-            if (left > 0) {
-                // Barred on one side: straight out.
-                ivec3 straight = sign(exit) * ((abs(exit) >> 16) << 16);
-                push_along(slot, at, voxel, straight, left, way, out_way);
-            }
-            continue;
-        }
         int ahead = voxel_at(slot, at.x + ((way.x + 32768) >> 16), at.y + ((way.y + 32768) >> 16),
                              at.z + ((way.z + 32768) >> 16));
         int passive = material_word(voxel, kTablePassive);
@@ -147,7 +134,17 @@ void propagate_force(int group, int lane) {
         int left = push_along(slot, at, voxel, way, fraction, way, out_way);
         if (left > 0 && way.z > 0 && max(abs(way.x), abs(way.y)) == kVoxelFull) {
             way.z = 0;  // a body above: slip out sideways
-            push_along(slot, at, voxel, way, left, way, out_way);
+            left = push_along(slot, at, voxel, way, left, way, out_way);
+        }
+        int steep = largest_component(out_way);
+        if (left > 0 && steep > 0) {
+            // Out of the wall by the shortest way, or straight where that is barred; the push goes on outside.
+            ivec3 exit = ivec3(signed_fraction_q16(out_way.x, steep), signed_fraction_q16(out_way.y, steep),
+                               signed_fraction_q16(out_way.z, steep));
+            left = push_along(slot, at, voxel, exit, left, way, out_way);
+            if (left > 0) {
+                push_along(slot, at, voxel, sign(exit) * ((abs(exit) >> 16) << 16), left, way, out_way);
+            }
         }
     }
 }
