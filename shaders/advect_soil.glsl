@@ -5,8 +5,8 @@
 
 // thesis (24): a full voxel is locked, unless its soil is itself falling or carried away. Soil caught in a wall moves
 // with the wall along it and out of it.
-bool is_locked(int from, int to, ivec3 step, ivec3 out_way) {
-    if (is_barred(from, to, step, out_way)) {
+bool is_locked(int from, int to, ivec3 step, ivec3 out_way, bool overrun) {
+    if (is_barred(from, to, step, out_way, overrun)) {
         return true;
     }
     return state_at(kPlaneSupport, to) == kSupportGround && is_full(to);
@@ -128,7 +128,7 @@ void advect_soil(int group, int lane) {
             lost = lost + part;
             int to = voxel_at(slot, x + pick.x * side.x, y + pick.y * side.y,
                               z0 + z + pick.z * side.z);
-            if (is_locked(voxel, to, pick * side, out_way)) {
+            if (is_locked(voxel, to, pick * side, out_way, overrun)) {
                 continue;  // thesis (24): backflow, with zero velocity
             }
             int moved_volume = 0;

@@ -283,14 +283,14 @@ ivec3 way_out(int slot, ivec3 at, int voxel, OUT(bool) overrun) {
 
 // Whether soil that leaves `from` by `step` is barred. Caught soil goes on through the wall by the way out, or across it to
 // where there is no more of it; nothing else enters a wall.
-bool is_barred(int from, int to, ivec3 step, ivec3 out_way) {
+bool is_barred(int from, int to, ivec3 step, ivec3 out_way, bool overrun) {
     if (is_caught(from)) {
         int gain = outwards(step, out_way);
         if (gain < 0) {
             return true;
         }
         if (to >= 0 && is_caught(to) && state_at(kPlaneTerrain, to) < kSolidCoverage &&
-            (gain > 0 || body_coverage(to) <= body_coverage(from)) && block_flags[flag_index(kFlagListed, to >> 9)] != 0) {
+            (overrun || body_coverage(to) <= body_coverage(from)) && block_flags[flag_index(kFlagListed, to >> 9)] != 0) {
             return false;
         }
     }

@@ -3,7 +3,8 @@
 
 // Sends `fraction` (Q16 of the voxel's soil) along a displacement whose largest component is one voxel, with `force` of the
 // same scale; returns what could not leave. out_way: see is_barred.
-int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction, ivec3 force, ivec3 out_way) {
+int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction, ivec3 force, ivec3 out_way,
+               bool overrun) {
     int left = fraction;
     ivec3 weight = abs(way);
     ivec3 side = ivec3(way.x < 0 ? -1 : 1, way.y < 0 ? -1 : 1, way.z < 0 ? -1 : 1);
@@ -18,7 +19,7 @@ int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction, ivec3 forc
         }
         int to = voxel_at(slot, at.x + pick.x * side.x, at.y + pick.y * side.y,
                           at.z + pick.z * side.z);
-        if (is_barred(from, to, pick * side, out_way)) {
+        if (is_barred(from, to, pick * side, out_way, overrun)) {
             continue;
         }
         int moved = mul_q16(state_at(kPlaneVolume, from), share) >> 4;
@@ -101,8 +102,8 @@ void propagate_force(int group, int lane) {
         int excess = min(volume, excess_at(voxel));
         ivec3 at = ivec3(lane & 7, lane >> 3, z0 + z);
         ivec3 out_way = ivec3(0);
+        bool overrun = false;
         if (is_caught(voxel)) {
-            bool overrun = false;
             out_way = way_out(slot, at, voxel, overrun);
             excess = overrun ? volume : excess;
         }
@@ -131,19 +132,19 @@ void propagate_force(int group, int lane) {
             way = way_to_free_surface(slot, at, way, passive);
         }
         // The force stays with nothing: what could not leave gets a new one from apply_force or from inflow.
-        int left = push_along(slot, at, voxel, way, fraction, way, out_way);
+        int left = push_along(slot, at, voxel, way, fraction, way, out_way, overrun);
         if (left > 0 && way.z > 0 && max(abs(way.x), abs(way.y)) == kVoxelFull) {
             way.z = 0;  // a body above: slip out sideways
-            left = push_along(slot, at, voxel, way, left, way, out_way);
+            left = push_along(slot, at, voxel, way, left, way, out_way, overrun);
         }
         int steep = largest_component(out_way);
         if (left > 0 && steep > 0) {
             // Out of the wall by the shortest way, or straight where that is barred; the push goes on outside.
             ivec3 exit = ivec3(signed_fraction_q16(out_way.x, steep), signed_fraction_q16(out_way.y, steep),
                                signed_fraction_q16(out_way.z, steep));
-            left = push_along(slot, at, voxel, exit, left, way, out_way);
+            left = push_along(slot, at, voxel, exit, left, way, out_way, overrun);
             if (left > 0) {
-                push_along(slot, at, voxel, sign(exit) * ((abs(exit) >> 16) << 16), left, way, out_way);
+                push_along(slot, at, voxel, sign(exit) * ((abs(exit) >> 16) << 16), left, way, out_way, overrun);
             }
         }
     }
