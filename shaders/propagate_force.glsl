@@ -33,6 +33,12 @@ int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction, ivec3 forc
     return left;
 }
 
+bool is_within_60_deg(ivec3 a, ivec3 b) {
+    int dot = a.x * b.x + a.y * b.y + a.z * b.z;
+    int lengths = (a.x * a.x + a.y * a.y + a.z * a.z) * (b.x * b.x + b.y * b.y + b.z * b.z);
+    return dot > 0 && 4 * dot * dot >= lengths;
+}
+
 // Confined soil yields towards the free surface by the shorter way: level, or rising at 45 deg - phi / 2 as Rankine's
 // passive wedge does. Looked for as far as the neighbouring tile reaches.
 ivec3 way_to_free_surface(int slot, ivec3 at, ivec3 way, int passive) {
@@ -131,17 +137,23 @@ void propagate_force(int group, int lane) {
         if (way.z < passive && !has_room(ahead)) {
             way = way_to_free_surface(slot, at, way, passive);
         }
+        ivec3 exit = ivec3(0);
+        int steep = largest_component(out_way);
+        if (steep > 0) {
+            exit = ivec3(signed_fraction_q16(out_way.x, steep), signed_fraction_q16(out_way.y, steep),
+                         signed_fraction_q16(out_way.z, steep));
+        }
         // The force stays with nothing: what could not leave gets a new one from apply_force or from inflow.
-        int left = push_along(slot, at, voxel, way, fraction, way, out_way, overrun);
+        int left = fraction;
+        if (steep == 0 || is_within_60_deg(way / 1024, exit / 1024)) {
+            left = push_along(slot, at, voxel, way, fraction, way, out_way, overrun);
+        }
         if (left > 0 && way.z > 0 && max(abs(way.x), abs(way.y)) == kVoxelFull) {
             way.z = 0;  // a body above: slip out sideways
             left = push_along(slot, at, voxel, way, left, way, out_way, overrun);
         }
-        int steep = largest_component(out_way);
         if (left > 0 && steep > 0) {
             // Out of the wall by the shortest way, or straight where that is barred; the push goes on outside.
-            ivec3 exit = ivec3(signed_fraction_q16(out_way.x, steep), signed_fraction_q16(out_way.y, steep),
-                               signed_fraction_q16(out_way.z, steep));
             left = push_along(slot, at, voxel, exit, left, way, out_way, overrun);
             if (left > 0) {
                 push_along(slot, at, voxel, sign(exit) * ((abs(exit) >> 16) << 16), left, way, out_way, overrun);
