@@ -33,10 +33,12 @@ int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction, ivec3 forc
     return left;
 }
 
+int dot_q16(ivec3 a, ivec3 b) { return mul_q16(a.x, b.x) + mul_q16(a.y, b.y) + mul_q16(a.z, b.z); }
+
+// Q16 directions.
 bool is_within_60_deg(ivec3 a, ivec3 b) {
-    int dot = a.x * b.x + a.y * b.y + a.z * b.z;
-    int lengths = (a.x * a.x + a.y * a.y + a.z * a.z) * (b.x * b.x + b.y * b.y + b.z * b.z);
-    return dot > 0 && 4 * dot * dot >= lengths;
+    int along = dot_q16(a, b);
+    return along > 0 && 4 * mul_q16(along, along) >= mul_q16(dot_q16(a, a), dot_q16(b, b));
 }
 
 // Confined soil yields towards the free surface by the shorter way: level, or rising at 45 deg - phi / 2 as Rankine's
@@ -145,7 +147,7 @@ void propagate_force(int group, int lane) {
         }
         // The force stays with nothing: what could not leave gets a new one from apply_force or from inflow.
         int left = fraction;
-        if (steep == 0 || is_within_60_deg(way / 1024, exit / 1024)) {
+        if (steep == 0 || is_within_60_deg(way, exit)) {
             left = push_along(slot, at, voxel, way, fraction, way, out_way, overrun);
         }
         if (left > 0 && way.z > 0 && max(abs(way.x), abs(way.y)) == kVoxelFull) {

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "oracle/overlap.h"
+#include "oracle/walls.h"
 
 namespace oracle {
 namespace {
@@ -45,6 +46,16 @@ Vec3 turn_to_surface(const Model& model, const Field& field, int x, int y, int z
     return rising;
 }
 
+/// Whether two directions are within 60 degrees of each other.
+bool leads_along(Vec3 a, Vec3 b) { return dot(a, b) >= 0.5 * length(a) * length(b); }
+
+/// What is left of a direction when only its largest component (or those as large) stays.
+Vec3 straight(Vec3 way) {
+    const double most = largest(way);
+    const auto kept = [&](double v) { return std::abs(v) < most ? 0 : v; };
+    return {kept(way.x), kept(way.y), kept(way.z)};
+}
+
 /// Relative density to which soil in excess here is packed: by the body that covers most of the
 /// voxel, else half as far by the body of the voxel that the push comes from.
 double packing(const Field& field, int x, int y, int z, Vec3 way, std::span<const Body> bodies) {
@@ -75,7 +86,9 @@ Field apply_force(const Model& model, const Field& before, std::span<const Body>
     before.for_each([&](int x, int y, int z) {
         const Voxel& voxel = before.at(x, y, z);
         Vec3& force = after.at(x, y, z).force;
-        if (excess(model, voxel) <= 0) {
+        const WayOut out = find_way_out(model, before, bodies, x, y, z);
+        const bool overrun = is_caught(model, voxel) && out.overrun && voxel.soil > 0;
+        if (excess(model, voxel) <= 0 && !overrun) {
             force = {};  // (33), third case
             return;
         }
@@ -84,12 +97,14 @@ Field apply_force(const Model& model, const Field& before, std::span<const Body>
         }
         const Body& body = bodies[static_cast<size_t>(voxel.owner)];
         Vec3 push = body.velocity_at(x, y, z);
-        if (push.z < 0 && !has_room(model, before, x, y, z - 1)) {
-            const Vec3 out{x + 0.5 - body.center.x, y + 0.5 - body.center.y, 0};
+        if (dot(push, out.direction) < 0) {
+            push = out.direction;  // a surface that recedes
+        } else if (push.z < 0 && !has_room(model, before, x, y, z - 1)) {
+            const Vec3 aside{x + 0.5 - body.center.x, y + 0.5 - body.center.y, 0};
             // Within half a voxel of its middle the body pushes less and less to the side.
-            const double reach = std::max({0.5, std::abs(out.x), std::abs(out.y)});
+            const double reach = std::max({0.5, std::abs(aside.x), std::abs(aside.y)});
             const double down = -push.z;
-            push = push + out * (down / reach);
+            push = push + aside * (down / reach);
             push.z = down * passive_slope(model, voxel);
         }
         if (largest(push) > 0) {
@@ -104,7 +119,9 @@ Field propagate_force(const Model& model, const Field& before, std::span<const B
     before.for_each([&](int x, int y, int z) { after.at(x, y, z).force = {}; });
     before.for_each([&](int x, int y, int z) {
         const Voxel& voxel = before.at(x, y, z);
-        double leaving = excess(model, voxel);
+        const bool caught = is_caught(model, voxel);
+        const WayOut out = caught ? find_way_out(model, before, bodies, x, y, z) : WayOut{};
+        double leaving = out.overrun ? voxel.soil : excess(model, voxel);
         if (leaving <= 0 || largest(voxel.force) == 0) {
             return;
         }
@@ -119,23 +136,34 @@ Field propagate_force(const Model& model, const Field& before, std::span<const B
             !has_room(model, before, x + nearest(way.x), y + nearest(way.y), z + nearest(way.z))) {
             way = turn_to_surface(model, before, x, y, z, way, slope);
         }
-        const auto push = [&](Vec3 along, double amount) {
+        const auto push = [&](Vec3 along, Vec3 pushed, double amount) {
             double barred = amount;
             for (const Overlap& part : overlaps(along)) {
-                if (before.closed_from(model, voxel, x + part.dx, y + part.dy, z + part.dz)) {
+                if (is_barred(model, before, out, x, y, z, part.dx, part.dy, part.dz)) {
                     continue;
                 }
                 Voxel& target = after.at(x + part.dx, y + part.dy, z + part.dz);
                 const double moved = amount * part.share;
                 move_share(voxel, after.at(x, y, z), target, moved / voxel.soil);
-                target.force += along * moved;  // (35), as a weighted sum
+                target.force += pushed * moved;  // (35), as a weighted sum
                 barred -= moved;
             }
             return barred;
         };
-        const double barred = push(way, leaving);
+        const double steep = largest(out.direction);
+        double barred = leaving;
+        if (steep == 0 || leads_along(way, out.direction)) {
+            barred = push(way, way, leaving);
+        }
         if (way.z > 0 && std::max(std::abs(way.x), std::abs(way.y)) == 1) {
-            push({way.x, way.y, 0}, barred);
+            way.z = 0;
+            barred = push(way, way, barred);
+        }
+        if (steep > 0) {
+            const Vec3 exit = {out.direction.x / steep, out.direction.y / steep,
+                               out.direction.z / steep};
+            barred = push(exit, way, barred);
+            push(straight(exit), way, barred);
         }
     });
     return after;

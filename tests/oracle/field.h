@@ -93,14 +93,6 @@ class Field {
     bool closed(const Model& model, int x, int y, int z) const {
         return !inside(x, y, z) || at(x, y, z).psi() >= model.solid_coverage;
     }
-    /// The same for soil pushed out of `from`: what was caught inside a body may go on through it,
-    /// to where there is no more of it.
-    bool closed_from(const Model& model, const Voxel& from, int x, int y, int z) const {
-        const bool through_body = inside(x, y, z) && at(x, y, z).terrain < model.solid_coverage &&
-                                  at(x, y, z).bodies >= model.solid_coverage &&
-                                  at(x, y, z).bodies <= from.bodies;
-        return closed(model, x, y, z) && !through_body;
-    }
     /// Calls visit(x, y, z) for every voxel.
     template <typename Visit>
     void for_each(Visit&& visit) const {

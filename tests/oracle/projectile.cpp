@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "oracle/overlap.h"
+#include "oracle/walls.h"
 
 namespace oracle {
 
@@ -33,17 +34,11 @@ Field find_support(const Model& model, const Field& before, std::span<const Body
 
 Field advect(const Model& model, const Field& before, std::span<const Body> bodies) {
     const double dt = 1.0 / model.substeps;
-    const auto locked = [&](const Voxel& from, int x, int y, int z) {
-        const bool within_bodies = before.inside(x, y, z) && from.bodies >= model.solid_coverage &&
-                                   before.at(x, y, z).bodies >= model.solid_coverage &&
-                                   before.at(x, y, z).terrain < model.solid_coverage;
-        if (within_bodies) {
-            return false;
-        }
-        if (before.closed(model, x, y, z)) {
+    const auto locked = [&](const WayOut& out, int x, int y, int z, const Overlap& part) {
+        if (is_barred(model, before, out, x, y, z, part.dx, part.dy, part.dz)) {
             return true;
         }
-        const Voxel& voxel = before.at(x, y, z);
+        const Voxel& voxel = before.at(x + part.dx, y + part.dy, z + part.dz);
         return voxel.support.kind == Support::Kind::ground &&
                voxel.soil + voxel.psi() >= 1;  // (24)
     };
@@ -78,12 +73,14 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
         drift = {displacement(drift.x), displacement(drift.y), displacement(drift.z)};
         const Vec3 momentum = accelerated * mass;
         origin.momentum += momentum - voxel.momentum;
+        const WayOut out =
+            is_caught(model, voxel) ? find_way_out(model, before, bodies, x, y, z) : WayOut{};
         for (const Overlap& part : overlaps(drift)) {
             if (voxel.soil * part.share < model.speck) {
                 continue;
             }
             origin.momentum += -part.share * momentum;
-            if (locked(voxel, x + part.dx, y + part.dy, z + part.dz)) {
+            if (locked(out, x, y, z, part)) {
                 continue;  // (24): backflow, with zero velocity
             }
             Voxel& target = after.at(x + part.dx, y + part.dy, z + part.dz);
@@ -100,7 +97,8 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
     return after;
 }
 
-Field resolve_overflow(const Model& model, const Field& before, Heuristic heuristic) {
+Field resolve_overflow(const Model& model, const Field& before, std::span<const Body> bodies,
+                       Heuristic heuristic) {
     Field after = before;
     before.for_each([&](int x, int y, int z) {
         const Voxel& voxel = before.at(x, y, z);
@@ -114,12 +112,16 @@ Field resolve_overflow(const Model& model, const Field& before, Heuristic heuris
             move_share(voxel, after.at(x, y, z), after.at(x + dx, y + dy, z + dz), part);
         };
         const bool shut_above = before.closed(model, x, y, z + 1);
-        if (heuristic == Heuristic::even || shut_above) {
+        const bool caught = is_caught(model, voxel);
+        if (heuristic == Heuristic::even || caught || shut_above) {
+            const WayOut out = caught ? find_way_out(model, before, bodies, x, y, z) : WayOut{};
             std::vector<Overlap> open;
             for (int dz = -1; dz <= 1; ++dz) {
                 for (int dy = -1; dy <= 1; ++dy) {
                     for (int dx = -1; dx <= 1; ++dx) {
-                        if ((dx != 0 || dy != 0 || dz != 0) &&
+                        const Vec3 step{static_cast<double>(dx), static_cast<double>(dy),
+                                        static_cast<double>(dz)};
+                        if ((dx != 0 || dy != 0 || dz != 0) && dot(step, out.direction) >= 0 &&
                             !before.closed(model, x + dx, y + dy, z + dz)) {
                             open.push_back({dx, dy, dz, 0});
                         }

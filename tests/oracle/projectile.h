@@ -7,8 +7,7 @@
 /// - soil that rests on a moving body takes over the body's velocity as far as Coulomb friction
 /// allows;
 /// - only resting soil and voxels at least half covered lock a voxel: falling soil never does, and
-/// soil inside a body
-///   moves on within it;
+/// soil caught in a wall moves on within it, but never further in (walls.h);
 /// - soil that moves loses its bond;
 /// - drift over a step is v + g dt / 2, exact for constant gravity, and the velocity after it v + g
 /// dt;
@@ -16,7 +15,8 @@
 /// modelled);
 /// - overflow that a body's push is moving is left to the next step's force propagation, up to an
 /// amount;
-/// - excess that stays by field.h is not overflow.
+/// - excess that stays by field.h is not overflow; what is caught in a wall is spread evenly, on its
+/// own side.
 #pragma once
 
 #include <span>
@@ -33,6 +33,7 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
 
 enum class Heuristic { even, up, up_spread };
 /// One overflow pass.
-Field resolve_overflow(const Model& model, const Field& before, Heuristic heuristic);
+Field resolve_overflow(const Model& model, const Field& before, std::span<const Body> bodies,
+                       Heuristic heuristic);
 
 }  // namespace oracle
