@@ -78,17 +78,24 @@ NearestFace nearest_face(const ConvexShape& shape, Vec3 p) {
     return face;
 }
 
-NearestFace nearest_face(const SoilBody& body, Vec3 point_m, double thin_m) {
+NearestFace nearest_face(const SoilBody& body, const WallShapes& walls, Vec3 point_m,
+                         double thin_m) {
     NearestFace nearest{std::numeric_limits<double>::infinity(), {0, 0, 1}};
-    const bool has_thick =
-        std::any_of(body.shapes->begin(), body.shapes->end(),
-                    [thin_m](const ConvexShape& s) { return thickness_m(s) >= thin_m; });
-    for (const ConvexShape& shape : *body.shapes) {
-        if (has_thick && thickness_m(shape) < thin_m) continue;
+    const std::vector<ConvexShape>& shapes = *body.shapes;
+    const auto is_thick = [&](size_t i) {
+        return thickness_m(shapes[i]) + walls.growth[i].growth_m >= thin_m;
+    };
+    bool has_thick = false;
+    for (size_t i = 0; i < shapes.size(); ++i) has_thick = has_thick || is_thick(i);
+    for (size_t i = 0; i < shapes.size(); ++i) {
+        const ConvexShape& shape = shapes[i];
+        if (has_thick && !is_thick(i)) continue;
         const Pose to_world = body.pose * shape.local;
         const NearestFace face = nearest_face(shape, transform(inverse(to_world), point_m));
         if (std::abs(face.distance_m) < std::abs(nearest.distance_m))
-            nearest = {face.distance_m, rotate(to_world.rotation, face.normal)};
+            nearest = {face.distance_m, rotate(to_world.rotation, face.normal),
+                       rotate(to_world.rotation, walls.growth[i].normal),
+                       walls.growth[i].is_thin() ? walls.growth[i].rim_share() : 1};
     }
     return nearest;
 }

@@ -13,6 +13,7 @@
 #include "device/device.h"
 #include "soil/layout.h"
 #include "soil/tile_codec.h"
+#include "soil/wall_thickness.h"
 
 namespace bsoil {
 
@@ -49,6 +50,7 @@ struct BodyTrack {
     bool is_static = false;
     int64_t last_step = -1;
     std::vector<BlockKey> blocks;  ///< in which its coverage stands now, sorted
+    WallShapes walls;
 };
 
 /// A body that takes part in a step, in grid axes and metres.
@@ -57,6 +59,10 @@ struct StepBody {
     BodyTrack* track = nullptr;
     Pose from, to;  ///< body frame -> grid, at the step's start and end
     bool moved = false;
+    /// Its shapes as the soil sees them.
+    const std::vector<ConvexShape>& shapes() const {
+        return track->walls.shapes.empty() ? *input->shapes : track->walls.shapes;
+    }
 };
 
 /// What rests in a column and what hangs above it.
@@ -116,7 +122,7 @@ struct Soil::Impl {
     };
     std::vector<int32_t> surface_height;
     std::vector<SurfaceSum> surface_sums;      ///< over the free columns below and left of a corner
-    std::vector<const SoilBody*> body_inputs;  ///< by body index; of the step in progress
+    std::vector<const StepBody*> body_inputs;  ///< by body index; of the step in progress
     std::vector<double> body_width_voxels;     ///< of the contact, by body index
     int surface_low[2] = {0, 0}, surface_size[2] = {0, 0};
     size_t list_words_used = 0, list_words_uploaded = 0, lists_capacity = 0, shapes_capacity = 0;
@@ -160,8 +166,7 @@ struct Soil::Impl {
     bool accept_body(const SoilBody& body);
     int take_body_index(int id);
     double body_reach_voxels(const StepBody& body) const;
-    void find_body_blocks(const SoilBody& body, const Pose& from, const Pose& to, bool may_wake,
-                          std::vector<BlockKey>& blocks);
+    void find_body_blocks(const StepBody& body, bool may_wake, std::vector<BlockKey>& blocks);
     int device_block(BlockKey key) const;
     int top_around(int tx, int ty) const;
     void mark_rebuild(const std::vector<BlockKey>& blocks, bool changes_soil);

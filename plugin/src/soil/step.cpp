@@ -142,12 +142,12 @@ int Soil::Impl::top_around(int tx, int ty) const {
 
 // Blocks of awake (or, for bodies that can move soil, waking) tiles that the body's shapes touch
 // and that are near soil.
-void Soil::Impl::find_body_blocks(const SoilBody& body, const Pose& from, const Pose& to,
-                                  bool may_wake, std::vector<BlockKey>& blocks) {
+void Soil::Impl::find_body_blocks(const StepBody& body, bool may_wake,
+                                  std::vector<BlockKey>& blocks) {
     blocks.clear();
-    for (const ConvexShape& shape : *body.shapes) {
-        const Aabb box =
-            merge(shape_bounds(shape, from, frame.voxel_m), shape_bounds(shape, to, frame.voxel_m));
+    for (const ConvexShape& shape : body.shapes()) {
+        const Aabb box = merge(shape_bounds(shape, body.from, frame.voxel_m),
+                               shape_bounds(shape, body.to, frame.voxel_m));
         if (box.max.x < 0 || box.max.y < 0 || box.max.z < 0 || box.min.x > frame.size[0] ||
             box.min.y > frame.size[1] || box.min.z > height) {
             continue;
@@ -341,7 +341,7 @@ void Soil::Impl::upload_bodies(std::span<const StepBody> step_bodies, double t) 
     hulls.clear();
     for (const StepBody& body : step_bodies) {
         const Pose pose = interpolate(body.from, body.to, t);
-        for (const ConvexShape& shape : *body.input->shapes) {
+        for (const ConvexShape& shape : body.shapes()) {
             const size_t record = shape_words.size();
             shape_words.resize(record + kShapeWords, 0);
             shape_words[record + kShapeKind] = static_cast<int32_t>(shape.kind);
@@ -533,7 +533,7 @@ int Soil::Impl::take_body_index(int id) {
 // Steps that a body's motion needs: no point of it may cross more than a voxel at once.
 double Soil::Impl::body_reach_voxels(const StepBody& body) const {
     double reach = 0;
-    for (const ConvexShape& shape : *body.input->shapes) {
+    for (const ConvexShape& shape : body.shapes()) {
         const Aabb a = shape_bounds(shape, body.from, frame.voxel_m);
         const Aabb b = shape_bounds(shape, body.to, frame.voxel_m);
         const double shifts[6] = {a.min.x - b.min.x, a.min.y - b.min.y, a.min.z - b.min.z,
@@ -579,6 +579,10 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
         }
         const Pose to = world_to_grid * body.pose;
         StepBody entry{&body, &track, to, to, true};
+        if (track.index < 0 || track.shape_revision != body.shape_revision ||
+            track.walls.growth.size() != body.shapes->size()) {
+            track.walls.make(*body.shapes, frame.voxel_m);
+        }
         if (track.index < 0) {
             track.index = take_body_index(body.id);
         } else if (track.shape_revision == body.shape_revision) {
@@ -634,7 +638,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     std::vector<BlockKey>& blocks = block_scratch;
     for (StepBody& body : step_bodies) {
         const bool is_static = body.input->is_static;
-        find_body_blocks(*body.input, body.from, body.to, body.moved || !is_static, blocks);
+        find_body_blocks(body, body.moved || !is_static, blocks);
         if (body.moved) {
             mark_rebuild(body.track->blocks, true);
             mark_rebuild(blocks, true);
@@ -651,7 +655,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     // A tile that woke just now has no coverage yet, and its bodies may not have been looked up
     // with it awake.
     for (StepBody& body : step_bodies) {
-        find_body_blocks(*body.input, body.from, body.to, false, blocks);
+        find_body_blocks(body, false, blocks);
         body.track->blocks = blocks;
         for (BlockKey key : blocks) {
             const int block = device_block(key);
@@ -757,7 +761,7 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
     find_free_surface();
     body_inputs.assign(body_ids.size(), nullptr);
     for (const StepBody& body : step_bodies) {
-        body_inputs[static_cast<size_t>(body.track->index)] = body.input;
+        body_inputs[static_cast<size_t>(body.track->index)] = &body;
     }
     const double voxel = frame.voxel_m;
     for (int i : contact_order) {
@@ -769,19 +773,27 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
             steep / (2.0 * kVoxelFull);  // area of surface in this voxel / voxel face
         ContactVoxel contact;
         contact.body = body_ids[c[3]];
-        const SoilBody* body = body_inputs[static_cast<size_t>(c[3])];
+        const StepBody* body = body_inputs[static_cast<size_t>(c[3])];
         if (!body) {
             continue;
         }
         // The shape knows better than the coverage where its surface is: of a body smaller than a
         // voxel the grid has hardly a trace.
         contact.center_m = frame.to_world({c[0] + 0.5, c[1] + 0.5, c[2] + 0.5});
-        const NearestFace face = nearest_face(*body, contact.center_m, voxel);
+        const NearestFace face =
+            nearest_face(*body->input, body->track->walls, contact.center_m, voxel);
         const double above_m = std::clamp(face.distance_m, -1.5 * voxel, 1.5 * voxel);
         contact.position_m = contact.center_m - above_m * face.normal;
         const Vec3 at = to_grid(contact.position_m);
         contact.normal = rotate(frame.grid_to_world.rotation, gradient * (-1 / steep));
         contact.area_m2 = share * voxel * voxel;
+        if (face.rim_share < 1) {
+            // The rim of a thickened sheet is wider in the grid than it is.
+            const Vec3 flat = dot(contact.normal, face.sheet_normal) * face.sheet_normal;
+            const Vec3 area = flat + face.rim_share * (contact.normal - flat);
+            contact.area_m2 *= length(area);
+            contact.normal = area * (1 / std::max(length(area), 1e-9));
+        }
         contact.depth_m =
             std::max(0.0, free_surface_beside(c[0], c[1], at, gradient * (-1 / steep),
                                               body_width_voxels[static_cast<size_t>(c[3])]) -
