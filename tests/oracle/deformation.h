@@ -6,8 +6,8 @@
 /// (field.h);
 /// - voxels at least half covered are closed to inflow, except from within walls, whose soil leaves
 /// on the side it came from, all of it where a wall has run over it (walls.h); a push that does not
-/// lead out within 60 degrees takes the way out instead, and so does what it could not move; what is
-/// barred then too stays where it is;
+/// lead out within 60 degrees takes the way out instead, and so does what it could not move; what
+/// is barred then too stays where it is;
 /// - a surface that recedes pushes out of the body, not after it;
 /// - a body that presses down into a full bed pushes outwards from its middle, rising at 45 deg -
 /// phi / 2;

@@ -15,8 +15,8 @@
 /// modelled);
 /// - overflow that a body's push is moving is left to the next step's force propagation, up to an
 /// amount;
-/// - excess that stays by field.h is not overflow; what is caught in a wall is spread evenly, on its
-/// own side.
+/// - excess that stays by field.h is not overflow; what is caught in a wall is spread evenly, on
+/// its own side.
 #pragma once
 
 #include <span>

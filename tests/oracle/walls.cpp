@@ -63,8 +63,8 @@ WayOut find_way_out(const Model& model, const Field& field, std::span<const Body
     return {-before, dot(before, now) < 0};
 }
 
-bool is_barred(const Model& model, const Field& field, const WayOut& out, int x, int y, int z, int dx,
-               int dy, int dz) {
+bool is_barred(const Model& model, const Field& field, const WayOut& out, int x, int y, int z,
+               int dx, int dy, int dz) {
     const int nx = x + dx, ny = y + dy, nz = z + dz;
     const Voxel& from = field.at(x, y, z);
     if (is_caught(model, from)) {

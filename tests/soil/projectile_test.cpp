@@ -49,8 +49,8 @@ TEST_P(Projectile, overflow_resolution_follows_the_oracle) {
         StageBench& bench = prepared(Backend::cpu);
         bench.apply_force();  // soil without a body keeps its push, soil without excess loses it
         const oracle::Field before = bench.to_field(bench.read());
-        const oracle::Field expected =
-            oracle::resolve_overflow(bench.model(), before, bench.oracle_bodies(), oracle_heuristic);
+        const oracle::Field expected = oracle::resolve_overflow(
+            bench.model(), before, bench.oracle_bodies(), oracle_heuristic);
         bench.resolve_overflow(heuristic);
         const FieldDeviation deviation =
             compare(bench.to_field(bench.read()), expected, GetParam().material_count);

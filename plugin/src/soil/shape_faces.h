@@ -8,10 +8,10 @@ namespace bsoil {
 
 /// The face of a shape that a point is nearest to or deepest under.
 struct NearestFace {
-    double distance_m = 0;  ///< above the face, negative inside
-    Vec3 normal;            ///< unit, outward
-    Vec3 sheet_normal = {}; ///< of the sheet that the face is of, when rim_share < 1
-    double rim_share = 1;   ///< SheetGrowth::rim_share of that sheet
+    double distance_m = 0;   ///< above the face, negative inside
+    Vec3 normal;             ///< unit, outward
+    Vec3 sheet_normal = {};  ///< of the sheet that the face is of, when rim_share < 1
+    double rim_share = 1;    ///< SheetGrowth::rim_share of that sheet
 };
 
 /// point: in the shape's own frame.

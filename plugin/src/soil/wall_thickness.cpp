@@ -94,7 +94,8 @@ void WallShapes::make(const std::vector<ConvexShape>& body_shapes, double voxel_
         growth.push_back(sheet_growth(shape, voxel_m));
     }
     shapes.clear();
-    if (std::any_of(growth.begin(), growth.end(), [](const SheetGrowth& g) { return g.is_thin(); })) {
+    if (std::any_of(growth.begin(), growth.end(),
+                    [](const SheetGrowth& g) { return g.is_thin(); })) {
         for (size_t i = 0; i < body_shapes.size(); ++i) {
             shapes.push_back(thickened(body_shapes[i], growth[i]));
         }

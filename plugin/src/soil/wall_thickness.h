@@ -8,26 +8,26 @@
 namespace bsoil {
 
 /// Thickness that a wall has for the soil at least [voxels]; thinner sheets are thickened to it, by
-/// as much on either face. Soil moves by up to a voxel along each axis at once, sqrt(3) voxels along
-/// a diagonal, so a wall of less can be jumped; and a wall that moves by a voxel has to tell soil it
-/// has run over from soil behind it. Measured (docs/decisions.md): 1.5 holds soil at rest and up to a
-/// third of a voxel a step, 1.75 leaks up to 0.3 % at a voxel a step, 2 less than 0.1 %. More would
-/// only take room from buckets.
+/// as much on either face. Soil moves by up to a voxel along each axis at once, sqrt(3) voxels
+/// along a diagonal, so a wall of less can be jumped; and a wall that moves by a voxel has to tell
+/// soil it has run over from soil behind it. Measured (docs/decisions.md): 1.5 holds soil at rest
+/// and up to a third of a voxel a step, 1.75 leaks up to 0.3 % at a voxel a step, 2 less than 0.1
+/// %. More would only take room from buckets.
 inline constexpr double kWallVoxels = 2;
 
 /// How a shape is thickened. A sheet is thin along one axis and at least kWallVoxels along the
 /// others: bars and pebbles stay as they are, soil goes round them.
 struct SheetGrowth {
-    Vec3 normal;            ///< unit, of its faces, in the shape's frame; zero: no thin sheet
-    double thickness_m = 0; ///< as it is
-    double growth_m = 0;    ///< what is added, half on each face
+    Vec3 normal;             ///< unit, of its faces, in the shape's frame; zero: no thin sheet
+    double thickness_m = 0;  ///< as it is
+    double growth_m = 0;     ///< what is added, half on each face
     bool is_thin() const { return growth_m > 0; }
     /// Real area of its rim over that of the thickened one: 0..1.
     double rim_share() const { return thickness_m / (thickness_m + growth_m); }
 };
 
-/// Of boxes, cylinders, and hulls whose two faces are parallel within 10 degrees. Cost: the square of
-/// a hull's planes.
+/// Of boxes, cylinders, and hulls whose two faces are parallel within 10 degrees. Cost: the square
+/// of a hull's planes.
 SheetGrowth sheet_growth(const ConvexShape& shape, double voxel_m);
 
 /// The shape with its faces moved apart.
