@@ -9,10 +9,10 @@ namespace bsoil {
 
 /// Thickness that a wall has for the soil at least [voxels]; thinner sheets are thickened to it, by
 /// as much on either face. Soil moves by up to a voxel along each axis at once, sqrt(3) voxels
-/// along a diagonal, so a wall of less can be jumped; and a wall that moves by a voxel has to tell
-/// soil it has run over from soil behind it. Measured (docs/decisions.md): 1.5 holds soil at rest
-/// and up to a third of a voxel a step, 1.75 leaks up to 0.3 % at a voxel a step, 2 less than 0.1
-/// %. More would only take room from buckets.
+/// along a diagonal, so a thinner wall can be jumped; and a wall that moves by a voxel has to tell
+/// soil it has run over from soil behind it. Measured (docs/decisions.md): walls of 1.5 voxels hold
+/// soil at rest, of 1.75 leak up to 0.5 % at a voxel a step, of 2 less than 0.1 %. More would only
+/// take room from buckets.
 inline constexpr double kWallVoxels = 2;
 
 /// How a shape is thickened. A sheet is thin along one axis and at least kWallVoxels along the
