@@ -33,6 +33,11 @@ int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction, ivec3 forc
     return left;
 }
 
+bool is_driven(int slot, ivec3 at, int voxel) {
+    int body = owner_body(state_at(kPlaneOwner, voxel));
+    return body >= 0 && largest_component(body_velocity_at(body, grid_voxel(slot, at.x, at.y, at.z))) > kStillSpeed;
+}
+
 int dot_q16(ivec3 a, ivec3 b) { return mul_q16(a.x, b.x) + mul_q16(a.y, b.y) + mul_q16(a.z, b.z); }
 
 // Q16 directions.
@@ -154,7 +159,7 @@ void propagate_force(int group, int lane) {
             way.z = 0;  // a body above: slip out sideways
             left = push_along(slot, at, voxel, way, left, way, out_way, overrun);
         }
-        if (left > 0 && steep > 0) {
+        if (left > 0 && steep > 0 && is_driven(slot, at, voxel)) {
             // Out of the wall by the shortest way, or straight where that is barred; the push goes on outside.
             left = push_along(slot, at, voxel, exit, left, way, out_way, overrun);
             if (left > 0) {

@@ -32,6 +32,9 @@ CONST_INT(kDust, 4096)
 CONST_INT(kSlipTolerance, 256)
 // Velocities are Q10: 1024 = one voxel per base step. Displacements are Q16 voxels.
 CONST_INT(kVelocityOne, 1024)
+// A wall slower than this drives no soil out of itself: what the solver leaves of a body that stands (Q16 voxels a base step).
+// 1/512 voxel, as what counts as still on the host. Without it a plate at rest on a thin layer went on squeezing it out.
+CONST_INT(kStillSpeed, 128)
 // No soil gets faster than this, whatever pushes it: 16 voxels per base step (Q16), so that a full voxel's momentum stays
 // inside 31 bits.
 CONST_INT(kSpeedMost, 1048576)

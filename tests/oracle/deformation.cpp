@@ -159,7 +159,10 @@ Field propagate_force(const Model& model, const Field& before, std::span<const B
             way.z = 0;
             barred = push(way, way, barred);
         }
-        if (steep > 0) {
+        const bool driven = voxel.owner >= 0 &&
+                            largest(bodies[static_cast<size_t>(voxel.owner)].velocity_at(x, y, z)) >
+                                model.still_speed;
+        if (steep > 0 && driven) {
             const Vec3 exit = {out.direction.x / steep, out.direction.y / steep,
                                out.direction.z / steep};
             barred = push(exit, way, barred);

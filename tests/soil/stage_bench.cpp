@@ -292,6 +292,7 @@ oracle::Model StageBench::model(int substeps) const {
                         .excess_tolerance = kExcessTolerance * kUnit,
                         .push_room = kPushRoom * kUnit,
                         .pushed_most = kPushedMost * kUnit,
+                        .still_speed = kStillSpeed * kUnit,
                         .speck = kSpeck * kUnit,
                         .slip_tolerance = kSlipTolerance * kUnit,
                         .span_capacity = kSpanCapacity,
