@@ -90,8 +90,8 @@ double wall_leak(const WallCase& c) {
 
 class Wall : public testing::TestWithParam<WallCase> {};
 
-// What is squeezed into the corner of a leaning wall, the floor and the grid's side at a voxel a
-// step loses 0.06 %; all others lose nothing at all.
+// Two cases at a voxel a step, where soil is squeezed in between a leaning wall and the grid's
+// ends, were measured to lose 0.03 and 0.06 %, the others nothing.
 TEST_P(Wall, lets_no_soil_through) { EXPECT_LT(wall_leak(GetParam()), 1e-3); }
 
 std::vector<WallCase> wall_cases() {
