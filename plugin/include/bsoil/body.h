@@ -9,6 +9,7 @@ namespace bsoil {
 
 /// A convex solid in its body's frame. The shape's own axis is its local z.
 struct ConvexShape {
+    /// Its form.
     enum class Kind { box, sphere, capsule, cylinder, cone, hull };
     Kind kind = Kind::box;
     Pose local;           ///< shape frame -> body frame
