@@ -10,9 +10,19 @@ if ! command -v doxygen >/dev/null; then
 fi
 rm -rf html warnings
 doxygen Doxyfile || exit 1
-for class in bsoil_1_1Soil bsoil_1_1bullet_1_1SoilAction bsoil_1_1render_1_1Renderer; do
-    [[ -s html/class$class.html ]] && continue
-    printf 'no page for %s\n' "$class"
-    exit 1
-done
+# page NAME TEXT...: the page is there and has these.
+page() {
+    local text name=$1
+    shift
+    for text in "$@"; do
+        grep -qsF -- "$text" "html/$name.html" && continue
+        printf '%s.html has no %s\n' "$name" "$text"
+        exit 1
+    done
+}
+page index BulletSoil structbsoil_1_1SoilDef.html
+page classbsoil_1_1Soil surface_height_m
+page classbsoil_1_1bullet_1_1SoilAction body_report
+page namespacebsoil_1_1bullet translate
+page bulletsoil_8h bulletsoil_create
 ! grep -v '(variable) of .* is not documented' warnings
