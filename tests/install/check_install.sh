@@ -4,7 +4,7 @@
 #   check_install.sh SOURCE SCRATCH other_prefix BUILD OPTION...  configures and builds the libraries with the options of
 #                                                               cmake, installs them, and the command out of BUILD
 #   check_install.sh SOURCE SCRATCH CASE BUILD                  uses what either has installed in SCRATCH
-# Programs and files are those that README.md shows. Exit codes: 0 passed, 1 failed.
+# Programs and files are those that README.md and docs/tutorial.md show. Exit codes: 0 passed, 1 failed.
 set -uo pipefail
 export LC_ALL=C
 
@@ -45,12 +45,12 @@ enter() {
     cd "$scratch/$1" || exit 1
 }
 
-# readme_file NAME: the block of README.md that is "tested as NAME".
-readme_file() {
+# page_file NAME [PAGE]: the blocks of a page, README.md by default, that are "tested as NAME", one after the other.
+page_file() {
     awk -v mark="<!-- tested as $1 -->" '
         $0 == mark { found = 1; next }
-        found && /^```/ { if (inside) exit; inside = 1; next }
-        inside' "$source_dir/README.md"
+        found && /^```/ { found = !inside; inside = !inside; next }
+        inside' "$source_dir/${2:-README.md}"
 }
 
 # The library's own path is the host's business: where to find shared ones, and pkg-config's files.
@@ -159,7 +159,7 @@ write_host() {
     cp "$hosts"/* "$source_dir/demos/src/hello_soil.cpp" .
     cp "$source_dir/tests/scenes/sand_column.toml" column.toml
     sed 's/sand_column/column/' "$source_dir/tests/scenes/sand_column.json" >column.json
-    readme_file put_sand_under.c >put_sand_under.c
+    page_file put_sand_under.c >put_sand_under.c
     cat column.toml - >no_data.toml <<<$'[[robot]]\nname = "r"\nfile = "data:not/there.urdf"'
 }
 
@@ -189,7 +189,7 @@ readme_host() {
     unset LD_LIBRARY_PATH PKG_CONFIG_PATH
     enter readme_host
     write_host
-    readme_file CMakeLists.txt >CMakeLists.txt
+    page_file CMakeLists.txt >CMakeLists.txt
     must cmake -S . -B build "-DCMAKE_PREFIX_PATH=$prefix"
     must cmake --build build
     must ./build/digger
@@ -197,7 +197,7 @@ readme_host() {
 
     # mistake SED_EXPRESSION TEXT: cmake refuses the changed project.
     mistake() {
-        readme_file CMakeLists.txt | sed "$1" >CMakeLists.txt
+        page_file CMakeLists.txt | sed "$1" >CMakeLists.txt
         must_fail "$2" cmake -S . -B wrong "-DCMAKE_PREFIX_PATH=$prefix"
         rm -rf wrong
     }
@@ -211,6 +211,28 @@ readme_host() {
     mistake 's/bullet command/bullet/' "component 'command'"
 }
 
+# The tutorial, from its first line to its last: every block but what programs print, commands in the order of the page.
+tutorial() {
+    use_prefix
+    export PATH=$prefix/bin:$PATH CMAKE_PREFIX_PATH=$prefix
+    enter tutorial
+    local page=docs/tutorial.md blocks name
+    blocks=$(grep -cE '^```[a-z]' "$source_dir/$page")
+    ((blocks - $(grep -c '^```text' "$source_dir/$page") == $(grep -c '^<!-- tested as ' "$source_dir/$page"))) ||
+        fail "$page has blocks of code that are not tested"
+    while IFS= read -r name; do
+        page_file "$name" "$page" >"$name"
+    done < <(sed -nE 's/^<!-- tested as (.*) -->$/\1/p' "$source_dir/$page" | sort -u)
+    for name in 1 2 3 4 5 6; do
+        must sh -e "./$name.sh"
+    done
+    for name in contact_sheet.png telemetry.csv summary.json final.snapshot; do
+        [[ -s out/wheel/$name ]] || fail "bsoil run left no $name"
+    done
+    [[ ! -e 7.sh ]] || fail "commands that are not run"
+    ! ./wheel | grep -E '^(status|refused)' || fail "$page says that nothing is printed"
+}
+
 # The same targets from the sources, in a project that has no use for their tests. Configured only.
 subdirectory() {
     enter subdirectory
@@ -218,7 +240,7 @@ subdirectory() {
     {
         printf 'cmake_minimum_required(VERSION 3.25)\nproject(outer LANGUAGES C CXX)\n'
         printf 'add_subdirectory(%s bulletsoil)\n' "$source_dir"
-        readme_file CMakeLists.txt | grep -vE '^(cmake_minimum|project|find_package)'
+        page_file CMakeLists.txt | grep -vE '^(cmake_minimum|project|find_package)'
     } >CMakeLists.txt
     must cmake -S . -B build
     must ctest --test-dir build -N
@@ -229,7 +251,7 @@ pkg_config_host() {
     use_prefix
     enter pkg_config_host
     write_host
-    readme_file build.sh >build.sh
+    page_file build.sh >build.sh
     local bullet
     for bullet in bullet bullet-float64; do
         sed -i "s/bulletsoil-bullet[-a-z0-9]*/bulletsoil-$bullet/" build.sh

@@ -13,6 +13,7 @@ class DistanceLattice;
 /// A solid in its body's frame: a convex one, or a lattice, which may have any form. The shape's
 /// own axis is its local z.
 struct ConvexShape {
+    /// Its form.
     enum class Kind { box, sphere, capsule, cylinder, cone, hull, lattice };
     Kind kind = Kind::box;
     Pose local;           ///< shape frame -> body frame

@@ -7,10 +7,13 @@
 
 namespace bsoil {
 
+/// A vector or a point.
 struct Vec3 {
     double x = 0, y = 0, z = 0;
 };
 
+/// Arithmetic of vectors.
+/// @{
 inline Vec3 operator+(Vec3 a, Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 inline Vec3 operator-(Vec3 a, Vec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 inline Vec3 operator-(Vec3 a) { return {-a.x, -a.y, -a.z}; }
@@ -25,12 +28,15 @@ inline double length(Vec3 a) { return std::sqrt(dot(a, a)); }
 inline bool is_finite(Vec3 a) {
     return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
 }
+/// @}
 
 /// Unit quaternion (x, y, z, w); the identity by default.
 struct Quat {
     double x = 0, y = 0, z = 0, w = 1;
 };
 
+/// Arithmetic of rotations: a product turns by the right factor first.
+/// @{
 inline Quat operator*(Quat a, Quat b) {
     return {a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
             a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
@@ -43,6 +49,7 @@ inline Vec3 rotate(Quat q, Vec3 v) {
     const Vec3 t = 2.0 * cross(u, v);
     return v + q.w * t + cross(u, t);
 }
+/// @}
 
 /// A rigid transform: rotate, then translate.
 struct Pose {
@@ -50,6 +57,8 @@ struct Pose {
     Quat rotation;
 };
 
+/// Arithmetic of transforms: a product applies the right factor first.
+/// @{
 inline Vec3 transform(const Pose& p, Vec3 v) { return p.position + rotate(p.rotation, v); }
 inline Pose operator*(const Pose& a, const Pose& b) {
     return {transform(a, b.position), a.rotation * b.rotation};
@@ -62,6 +71,7 @@ inline bool is_finite(const Pose& p) {
     return is_finite(p.position) && std::isfinite(p.rotation.x) && std::isfinite(p.rotation.y) &&
            std::isfinite(p.rotation.z) && std::isfinite(p.rotation.w);
 }
+/// @}
 
 /// Axis-aligned box.
 struct Aabb {

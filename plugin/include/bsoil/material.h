@@ -53,12 +53,15 @@ double relative_density_under(double pressure_pa);
 /// where it has the soil, else in those of the usual soil mechanics tables; see docs/materials.md
 /// for each figure's source.
 namespace materials {
+/// The built-in of that name.
+/// @{
 MaterialDef dry_sand();
 MaterialDef moist_sand();
 MaterialDef sandy_loam();
 MaterialDef loam();
 MaterialDef clay();
 MaterialDef gravel();
+/// @}
 /// All of them, in the order above.
 std::span<const MaterialDef> all();
 /// The built-in of that name, or an error that lists the names.

@@ -17,13 +17,21 @@ struct Error {
 template <typename T>
 class [[nodiscard]] Result {
   public:
+    /// A success.
     Result(T value) : value_(std::move(value)) {}
+    /// A failure.
     Result(Error error) : error_(std::move(error.text)) {}
 
+    /// Whether there is a value.
+    /// @{
     explicit operator bool() const { return value_.has_value(); }
     bool ok() const { return value_.has_value(); }
+    /// @}
+    /// What went wrong; empty where there is a value.
     const std::string& error() const { return error_; }
 
+    /// The value, which has to be there.
+    /// @{
     T& value() {
         assert(value_);
         return *value_;
@@ -36,6 +44,7 @@ class [[nodiscard]] Result {
     const T& operator*() const { return value(); }
     T* operator->() { return &value(); }
     const T* operator->() const { return &value(); }
+    /// @}
 
   private:
     std::optional<T> value_;
@@ -44,6 +53,7 @@ class [[nodiscard]] Result {
 
 /// Success without a value.
 struct Done {};
+/// The result of an operation that gives nothing back.
 using Status = Result<Done>;
 
 }  // namespace bsoil

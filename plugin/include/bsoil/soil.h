@@ -77,7 +77,9 @@ struct GridFrame {
     int size[3] = {0, 0, 0};  ///< voxels along grid x, y, z
     double voxel_m = 0;
     Pose grid_to_world;  ///< of metres in grid axes
+    /// From grid axes and voxels to world axes and metres.
     Vec3 to_world(Vec3 grid_voxels) const;
+    /// From world axes and metres to grid axes and voxels.
     Vec3 to_grid(Vec3 world_m) const;
 };
 
@@ -85,37 +87,42 @@ struct GridFrame {
 /// threads.
 class Soil {
   public:
+    /// The error names the field, its value and its range, or says what the device lacks.
     static Result<std::unique_ptr<Soil>> create(const SoilDef& def);
     ~Soil();
 
     /// Puts soil in. Only what is free of terrain and of other soil is filled. An error changes
     /// nothing.
+    /// @{
     Status fill(const BoxFill& fill);
     Status fill(const CylinderFill& fill);
     Status fill(const HeightMapFill& fill);
     Status fill(const NoiseFill& fill);
     Status fill(const FunctionFill& fill);
+    /// @}
     /// Fixed ground that soil cannot enter (thesis section 4.1.3). Refused where soil lies already.
+    /// @{
     Status add_terrain(const DensityFunction& density);
     Status add_terrain(const TriangleMesh& closed_mesh);
+    /// @}
 
     /// One step of SoilDef::step_s with these bodies. Bad bodies are skipped and reported in the
     /// status bits.
     StepReport step(std::span<const SoilBody> bodies);
 
-    const SoilDef& def() const;
-    const std::vector<MaterialDef>& materials() const;
-    const GridFrame& frame() const;
-    std::string backend_name() const;  ///< "cpu" or "gl"
-    std::string device_name() const;
-    int thread_count() const;
+    const SoilDef& def() const;                         ///< as given to create()
+    const std::vector<MaterialDef>& materials() const;  ///< SoilDef::material_list()
+    const GridFrame& frame() const;                     ///< where the grid lies
+    std::string backend_name() const;                   ///< "cpu" or "gl"
+    std::string device_name() const;  ///< of the processor, or as the GL driver calls it
+    int thread_count() const;         ///< of the CPU backend
 
-    SoilTotals totals() const;  ///< costs a pass over everything; waits for the device
-    uint64_t checksum() const;  ///< of amounts, motion and terrain; the same on every backend
-    uint32_t status_bits() const;
-    void clear_status();
-    MemoryUse memory_use() const;
-    int64_t voxels_total() const;
+    SoilTotals totals() const;     ///< costs a pass over everything; waits for the device
+    uint64_t checksum() const;     ///< of amounts, motion and terrain; the same on every backend
+    uint32_t status_bits() const;  ///< every StatusBit set since clear_status()
+    void clear_status();           ///< sets all of them back
+    MemoryUse memory_use() const;  ///< of the soil, without the meshes
+    int64_t voxels_total() const;  ///< of the whole grid, empty ones too
 
     /// Samples are read through a cache of tiles, refreshed after each step: cheap in bulk.
     VoxelSample sample(int x, int y, int z) const;

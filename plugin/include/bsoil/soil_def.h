@@ -43,6 +43,7 @@ struct SoilDef {
     Backend backend = Backend::automatic;
     int thread_count = 0;  ///< CPU backend; 0 = all cores. Results do not depend on it
 
+    /// Names the field, its value and its range when something is wrong.
     Status validate() const;
     /// `materials`, or the single `material`.
     std::vector<MaterialDef> material_list() const;

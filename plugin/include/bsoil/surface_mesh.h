@@ -20,7 +20,9 @@ struct Mesh {
     std::vector<float> colors;      ///< linear r, g, b of each vertex, 0..1
     std::vector<uint32_t> indices;  ///< three a triangle
 
+    /// Number of vertices.
     size_t vertex_count() const { return positions.size() / 3; }
+    /// Number of triangles.
     size_t triangle_count() const { return indices.size() / 3; }
     /// Empties the mesh; keeps its memory.
     void clear();
@@ -37,8 +39,8 @@ Status write_ply(const Mesh& mesh, const std::string& path);
 class TileSource {
   public:
     virtual ~TileSource() = default;
-    virtual const GridFrame& frame() const = 0;
-    virtual const std::vector<MaterialDef>& materials() const = 0;
+    virtual const GridFrame& frame() const = 0;                     ///< as Soil::frame
+    virtual const std::vector<MaterialDef>& materials() const = 0;  ///< as Soil::materials
     /// Grows each time the tile may have changed.
     virtual uint64_t tile_revision(int tx, int ty) const = 0;
     /// As Soil::read_tile.
@@ -46,9 +48,10 @@ class TileSource {
                            std::vector<uint8_t>& material) const = 0;
 };
 
-/// A Soil as a TileSource. The soil must outlive it.
+/// A Soil as a TileSource.
 class SoilTiles final : public TileSource {
   public:
+    /// The soil must outlive it.
     explicit SoilTiles(const Soil& soil) : soil_(soil) {}
     const GridFrame& frame() const override;
     const std::vector<MaterialDef>& materials() const override;
@@ -62,6 +65,7 @@ class SoilTiles final : public TileSource {
 
 /// What is meshed and how.
 struct SurfaceMeshDef {
+    /// What is meshed.
     enum class Layer {
         soil,    ///< VoxelSample::volume; dives a little into the terrain so that no crack shows
         terrain  ///< terrain and static coverage
@@ -97,8 +101,8 @@ class SurfaceMesher {
     /// it allocates nothing as long as the meshes do not grow.
     SurfaceMeshReport update();
 
-    int tile_count_x() const;
-    int tile_count_y() const;
+    int tile_count_x() const;  ///< tiles of 8 columns along grid x
+    int tile_count_y() const;  ///< and along grid y
     /// The mesh of a tile as of the last update().
     const Mesh& tile_mesh(int tx, int ty) const;
     /// Grows each time the tile's mesh was built; 0 before the first time.

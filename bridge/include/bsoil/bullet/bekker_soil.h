@@ -45,6 +45,7 @@ struct BekkerOptions {
 struct BearingComparison {
     double plate_radius_m = 0, sinkage_m = 0;
     double bekker_pa = 0, soil_pa = 0;
+    /// soil_pa over bekker_pa, less 1.
     double relative_error() const { return soil_pa / bekker_pa - 1; }
 };
 

@@ -7,8 +7,10 @@
 #include <LinearMath/btScalar.h>
 
 #ifdef BT_USE_DOUBLE_PRECISION
+/// Name of the inline namespace: float32 or float64.
 #define BSOIL_BULLET_PRECISION float64
 #else
+/// Name of the inline namespace: float32 or float64.
 #define BSOIL_BULLET_PRECISION float32
 #endif
 

@@ -79,8 +79,12 @@ class SoilAction final : public btActionInterface {
     SoilAction(const SoilAction&) = delete;
     SoilAction& operator=(const SoilAction&) = delete;
 
+    /// The soil itself: sample it, weigh it, mesh it, save it. Its step() is the SoilAction's to
+    /// call.
+    /// @{
     Soil& soil();
     const Soil& soil() const;
+    /// @}
     /// Puts soil in, see Soil::fill.
     template <typename Fill>
     Status fill(const Fill& fill) {
@@ -128,6 +132,7 @@ class SoilAction final : public btActionInterface {
     /// Called by Bullet at the end of each substep: takes the impulses of this substep's rows and
     /// steps the soil as often as SoilDef::step_s has passed.
     void updateAction(btCollisionWorld* world, btScalar substep_s) override;
+    /// Called by Bullet when it draws its world; the soil draws nothing.
     void debugDraw(btIDebugDraw* drawer) override;
 
     struct Impl;

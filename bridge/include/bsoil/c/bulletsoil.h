@@ -38,6 +38,7 @@ extern "C" {
 /** A soil and its coupling to a world. */
 typedef struct bulletsoil_soil bulletsoil_soil;
 
+/** What a call came to. */
 typedef enum bulletsoil_result {
     BULLETSOIL_OK = 0,
     BULLETSOIL_INVALID_ARGUMENT = 1, /**< a null pointer, a dead handle, a value out of range */
@@ -129,6 +130,7 @@ bulletsoil_result bulletsoil_destroy(bulletsoil_soil* soil);
 
 /* -------- putting soil in; `material` is a name out of the definition, null: its first -------- */
 
+/** A box along the world's axes. */
 bulletsoil_result bulletsoil_fill_box(bulletsoil_soil* soil, const double min_m[3],
                                       const double max_m[3], const char* material);
 /** A cylinder about the up axis, upwards from the centre of its base. */

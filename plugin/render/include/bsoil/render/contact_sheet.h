@@ -19,12 +19,14 @@ struct ContactSheetDef {
 /// Tiles pictures, scaled to the cells, with a caption in the upper left corner of each.
 class ContactSheet {
   public:
+    /// An empty sheet.
     explicit ContactSheet(const ContactSheetDef& def = {}) : def_(def) {}
 
     /// False when the sheet is full or the picture empty; nothing is added then.
     bool add(const Image& image, const std::string& caption);
     /// "t = 1.25 s  text" for add().
     static std::string caption(double time_s, const std::string& text);
+    /// Pictures added so far.
     int image_count() const { return image_count_; }
     /// The sheet so far; empty before the first picture.
     const Image& image() const { return sheet_; }

@@ -15,10 +15,13 @@ struct Image {
     int width = 0, height = 0;
     std::vector<uint8_t> rgba;
 
+    /// The four bytes of a pixel within the picture.
+    /// @{
     uint8_t* pixel(int x, int y) { return &rgba[4 * (static_cast<size_t>(y) * width + x)]; }
     const uint8_t* pixel(int x, int y) const {
         return &rgba[4 * (static_cast<size_t>(y) * width + x)];
     }
+    /// @}
 };
 
 /// Writes a PNG file. The error names the file.

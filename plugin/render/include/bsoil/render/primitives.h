@@ -14,10 +14,12 @@ namespace bsoil::render {
 using Color = std::array<float, 3>;  ///< linear RGB, 0..1
 
 /// Centred at the origin; axes as for ConvexShape: local z. Metres.
+/// @{
 Mesh box_mesh(Vec3 half_extents_m, Color color);
 Mesh sphere_mesh(double radius_m, Color color);
 Mesh capsule_mesh(double radius_m, double half_height_m, Color color);
 Mesh cylinder_mesh(double radius_m, double half_height_m, Color color);
+/// @}
 /// Apex at +z.
 Mesh cone_mesh(double radius_m, double half_height_m, Color color);
 /// Intersection of half spaces: cuts a cube of half edge `bound_m`. Empty when nothing is left.

@@ -46,6 +46,7 @@ struct View {
     std::vector<Item> items;
 };
 
+/// How pictures are made.
 struct RendererDef {
     int sample_count = 4;        ///< per pixel, 1..8; fewer where the device has no more
     int shadow_map_size = 2048;  ///< texels a side, 256..8192
@@ -61,6 +62,7 @@ class Renderer {
     static Result<std::unique_ptr<Renderer>> create(const RendererDef& def = {});
     ~Renderer();
 
+    /// Copies the triangles to the device.
     MeshId add_mesh(const Mesh& mesh);
     /// Replaces the triangles of a mesh.
     void set_mesh(MeshId id, const Mesh& mesh);
