@@ -30,6 +30,12 @@ struct BodyState {
     SurfaceFriction surface;
 };
 
+/// Of its object now, which is in the world: what is_in_world compares.
+inline void remember_identity(BodyState& body) {
+    body.proxy_id = body.object->getBroadphaseHandle()->getUid();
+    body.internal_type = body.object->getInternalType();
+}
+
 /// Whether the world still holds that very object: no pointer to a body is followed before.
 inline bool is_in_world(const btCollisionWorld& world, const BodyState& body) {
     const btCollisionObjectArray& objects = world.getCollisionObjectArray();

@@ -214,14 +214,14 @@ void CouplingSnapshot::put_into(const Parts& parts) {
     parts.coupling.take_rows_out();
     parts.coupling.coupled_.clear();
     for (ContactCoupling::Coupled& coupled : m.coupled) {
-        coupled.body.proxy_id = proxy_id_of(*coupled.body.object);
+        remember_identity(coupled.body);
         const int id = coupled.body.id;
         parts.coupling.coupled_.emplace(id, std::move(coupled));
     }
     parts.carried.close_substep();
     parts.carried.loaded_.clear();
     for (CarriedLoads::Loaded& loaded : m.loaded) {
-        loaded.body.proxy_id = proxy_id_of(*loaded.body.object);
+        remember_identity(loaded.body);
         parts.carried.loaded_[loaded.body.id] = loaded;
     }
 }
