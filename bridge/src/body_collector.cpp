@@ -4,7 +4,6 @@
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "bullet_types.h"
@@ -59,7 +58,15 @@ size_t BodyCollector::ShapeKeyHash::operator()(const ShapeKey& key) const {
 
 BodyCollector::BodyCollector(const Aabb& grid) : grid_(grid), id_taken_(kIdCount, false) {}
 
-void BodyCollector::ignore(const btCollisionObject& object) { ignored_.push_back(&object); }
+void BodyCollector::ignore(const btCollisionObject& object) { ignored_.insert(&object); }
+
+bool BodyCollector::is_coupled(const btCollisionObject& object) const {
+    if (!object.hasContactResponse() || ignored_.contains(&object)) return false;
+    const auto found = tracked_.find(&object);
+    if (found == tracked_.end()) return true;
+    const Tracked& tracked = found->second;
+    return tracked.id >= 0 && tracked.refusal.empty();
+}
 
 int BodyCollector::body_id(const btCollisionObject& object) const {
     const auto found = tracked_.find(&object);
@@ -196,7 +203,8 @@ void BodyCollector::describe(const btDiscreteDynamicsWorld& world, btCollisionOb
     tracked.last_pose = motion.pose;
 }
 
-void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed_s) {
+void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed_s,
+                            const btCollisionObject* ground) {
     ++scan_;
     bodies_.clear();
     refused_.clear();
@@ -205,7 +213,7 @@ void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed
     for (int i = 0; i < objects.size(); ++i) {
         btCollisionObject& object = *objects[i];
         if (!object.getCollisionShape() || !object.hasContactResponse()) continue;
-        if (std::find(ignored_.begin(), ignored_.end(), &object) != ignored_.end()) continue;
+        if (&object == ground || ignored_.contains(&object)) continue;
         const bool is_placed = is_finite(from_bullet(object.getWorldTransform()));
         const bool is_in_grid = is_placed && touches_grid(object);
         const auto known = tracked_.find(&object);

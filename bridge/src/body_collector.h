@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "body_state.h"
@@ -29,14 +30,18 @@ class BodyCollector {
         surfaces_[&object] = surface;
     }
     /// Looks through the world once. elapsed_s: since the last call; a kinematic body that Bullet
-    /// knows no velocity of is given that of its change of pose.
-    void collect(const btDiscreteDynamicsWorld& world, double elapsed_s);
+    /// knows no velocity of is given that of its change of pose. ground: the soil's own object in
+    /// the world, or null.
+    void collect(const btDiscreteDynamicsWorld& world, double elapsed_s,
+                 const btCollisionObject* ground = nullptr);
 
     /// Bodies that touch the grid, or did at the last call (so that the soil sees them leave); in
     /// the world's order.
     std::span<const BodyState> bodies() const { return bodies_; }
     /// The same bodies for Soil::step, moved back along their velocities to `before_s` ago.
     std::span<SoilBody> soil_bodies(double before_s);
+    /// Whether the object takes part wherever it touches the grid: neither ignored nor refused.
+    bool is_coupled(const btCollisionObject& object) const;
     const std::vector<RefusedBody>& refused() const { return refused_; }
     int body_id(const btCollisionObject& object) const;
 
@@ -73,7 +78,7 @@ class BodyCollector {
     int next_id();
 
     Aabb grid_;
-    std::vector<const btCollisionObject*> ignored_;
+    std::unordered_set<const btCollisionObject*> ignored_;
     std::unordered_map<const btCollisionObject*, SurfaceFriction> surfaces_;
     std::unordered_map<const btCollisionObject*, Tracked> tracked_;
     std::unordered_map<ShapeKey, std::weak_ptr<const Shapes>, ShapeKeyHash> shape_cache_;

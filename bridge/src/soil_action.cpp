@@ -8,6 +8,7 @@
 #include "bullet_types.h"
 #include "carried_load.h"
 #include "contact_coupling.h"
+#include "soil_ground.h"
 #include "world_anchor.h"
 
 namespace bsoil::bullet {
@@ -65,7 +66,8 @@ struct SoilAction::Impl {
           box(world_box(soil->frame())),
           collector(box),
           coupling(bullet_world, coupled_soil(*soil), options),
-          carried(bullet_world, up_of(soil->def()), soil->def().gravity_m_s2) {
+          carried(bullet_world, up_of(soil->def()), soil->def().gravity_m_s2),
+          surface(*soil) {
         for (const btCollisionObject* object : options.ignored) collector.ignore(*object);
     }
 
@@ -82,8 +84,10 @@ struct SoilAction::Impl {
     ContactCoupling coupling;
     CarriedLoads carried;
     std::unique_ptr<WorldAnchor> anchor;
-    double unstepped_s = 0;    ///< time that has passed and the soil has not stepped
-    double uncollected_s = 0;  ///< time since the bodies were last looked at
+    GroundSurface surface;
+    std::unique_ptr<SoilGround> ground;  ///< null without SoilActionDef::ground
+    double unstepped_s = 0;              ///< time that has passed and the soil has not stepped
+    double uncollected_s = 0;            ///< time since the bodies were last looked at
     long long step_count = 0;
     StepReport report;
 };
@@ -95,10 +99,11 @@ Result<std::unique_ptr<SoilAction>> SoilAction::create(btDiscreteDynamicsWorld& 
     Result<std::unique_ptr<Soil>> soil = Soil::create(def);
     if (!soil) return Error{soil.error()};
     auto impl = std::make_unique<Impl>(world, std::move(*soil), options);
-    return std::unique_ptr<SoilAction>(new SoilAction(std::move(impl)));
+    return std::unique_ptr<SoilAction>(new SoilAction(std::move(impl), options));
 }
 
-SoilAction::SoilAction(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {
+SoilAction::SoilAction(std::unique_ptr<Impl> impl, const SoilActionDef& options)
+    : impl_(std::move(impl)) {
     Impl& d = *impl_;
     const auto forget_world = [this] {
         impl_->coupling.take_rows_out();
@@ -109,6 +114,10 @@ SoilAction::SoilAction(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {
     d.anchor = std::make_unique<WorldAnchor>(
         *d.world, to_bullet(0.5 * (d.box.min + d.box.max)), [&d] { d.open_substep(); },
         forget_world);
+    if (options.ground)
+        d.ground = std::make_unique<SoilGround>(
+            *d.world, d.surface, d.soil->frame(), options,
+            [&d](const btCollisionObject& object) { return d.collector.is_coupled(object); });
     d.world->addAction(this);
 }
 
@@ -152,6 +161,20 @@ int SoilAction::body_id(const btCollisionObject& object) const {
     return impl_->collector.body_id(object);
 }
 
+std::optional<SurfacePoint> SoilAction::surface_at(Vec3 world_m) const {
+    if (!is_finite(world_m)) return {};
+    const Pose& grid_to_world = impl_->soil->frame().grid_to_world;
+    const Vec3 at_m = transform(inverse(grid_to_world), world_m);
+    std::optional<SurfacePoint> point = impl_->surface.at(at_m.x, at_m.y);
+    if (!point) return {};
+    return SurfacePoint{transform(grid_to_world, point->position_m),
+                        rotate(grid_to_world.rotation, point->normal)};
+}
+
+btRigidBody* SoilAction::ground() const {
+    return impl_->ground ? impl_->ground->object() : nullptr;
+}
+
 void SoilAction::updateAction(btCollisionWorld*, btScalar substep_s) {
     Impl& d = *impl_;
     d.coupling.close_substep(substep_s);
@@ -168,7 +191,7 @@ void SoilAction::Impl::step_soil(double substep_s) {
     uncollected_s += substep_s;
     const double due = std::floor(unstepped_s / step_s + kStepTolerance);
     if (due < 1) return;
-    collector.collect(*world, uncollected_s);
+    collector.collect(*world, uncollected_s, ground ? ground->object() : nullptr);
     uncollected_s = 0;
     const int count = static_cast<int>(std::min<double>(due, kStepsPerSubstepMax));
     unstepped_s -= due * step_s;
@@ -183,6 +206,7 @@ void SoilAction::Impl::step_soil(double substep_s) {
     step_count += count;
     coupling.set_contacts(collector.bodies(), report.contacts, count * step_s);
     carried.set_loads(collector.bodies(), report.loads, count * step_s);
+    if (ground) ground->drop_stale_contacts();
 }
 
 void SoilAction::debugDraw(btIDebugDraw*) {
