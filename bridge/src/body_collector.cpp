@@ -207,6 +207,7 @@ void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed
                             const btCollisionObject* ground) {
     ++scan_;
     bodies_.clear();
+    guests_.clear();
     refused_.clear();
     velocity_owner_ = nullptr;
     const btCollisionObjectArray& objects = world.getCollisionObjectArray();
@@ -246,10 +247,16 @@ void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed
     std::erase_if(shape_cache_, [](const auto& entry) { return entry.second.expired(); });
 }
 
+void BodyCollector::add_guest(GuestBody guest) {
+    bodies_.push_back(guest.state);
+    guests_.push_back(std::move(guest));
+}
+
 std::span<SoilBody> BodyCollector::soil_bodies(double before_s) {
     soil_bodies_.clear();
-    for (const BodyState& state : bodies_) {
-        const Tracked& tracked = tracked_.at(state.object);
+    const size_t object_count = bodies_.size() - guests_.size();
+    for (size_t i = 0; i < bodies_.size(); ++i) {
+        const BodyState& state = bodies_[i];
         SoilBody& body = soil_bodies_.emplace_back();
         body.id = state.id;
         body.pose = before_s > 0 ? moved_back(state.motion, before_s) : state.motion.pose;
@@ -259,8 +266,14 @@ std::span<SoilBody> BodyCollector::soil_bodies(double before_s) {
             state.motion.center_of_mass_m - before_s * state.motion.linear_velocity_m_s;
         body.is_static = state.role == BodyRole::fixed;
         body.surface = state.surface;
-        body.shapes = tracked.shapes.get();
-        body.shape_revision = tracked.shape_revision;
+        if (i < object_count) {
+            const Tracked& tracked = tracked_.at(state.object);
+            body.shapes = tracked.shapes.get();
+            body.shape_revision = tracked.shape_revision;
+        } else {
+            body.shapes = guests_[i - object_count].shapes.get();
+            body.shape_revision = guests_[i - object_count].shape_revision;
+        }
     }
     return soil_bodies_;
 }

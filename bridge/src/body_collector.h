@@ -18,6 +18,13 @@ class btMultiBody;
 
 namespace bsoil::bullet {
 
+/// A body that is no object of the world.
+struct GuestBody {
+    BodyState state;
+    std::shared_ptr<const std::vector<ConvexShape>> shapes;
+    unsigned shape_revision = 0;
+};
+
 /// Keeps an id, and the converted shapes, for every object it has met in the world.
 class BodyCollector {
   public:
@@ -34,6 +41,13 @@ class BodyCollector {
     /// the world, or null.
     void collect(const btDiscreteDynamicsWorld& world, double elapsed_s,
                  const btCollisionObject* ground = nullptr);
+
+    /// Adds a body to those of the last collect. Its id is one of take_id.
+    void add_guest(GuestBody guest);
+    /// An id that no object gets; -1 when there are no more.
+    int take_id() { return next_id(); }
+    void give_back_id(int id) { id_taken_[id] = false; }
+    const Aabb& grid() const { return grid_; }
 
     /// Bodies that touch the grid, or did at the last call (so that the soil sees them leave); in
     /// the world's order.
@@ -86,6 +100,7 @@ class BodyCollector {
     int last_id_ = -1;
     unsigned long long scan_ = 0;
     std::vector<BodyState> bodies_;
+    std::vector<GuestBody> guests_;  ///< the last of bodies_
     std::vector<SoilBody> soil_bodies_;
     std::vector<RefusedBody> refused_;
     const btMultiBody* velocity_owner_ =

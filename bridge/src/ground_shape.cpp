@@ -28,11 +28,16 @@ void GroundShape::process_cell(GroundSurface::Cell cell, double z_low_m, double 
                                btTriangleCallback& callback) const {
     std::array<GroundSurface::Triangle, 2> triangles;
     const int count = surface_.triangles(cell, z_low_m, z_high_m, triangles);
-    const int first = 2 * (cell.y * surface_.cell_count(0) + cell.x);
-    for (int i = 0; i < count; ++i) {
+    process(std::span(triangles).first(count), cell, callback);
+}
+
+void GroundShape::process(std::span<const GroundSurface::Triangle> triangles,
+                          GroundSurface::Cell cell, btTriangleCallback& callback) const {
+    int index = 2 * (cell.y * surface_.cell_count(0) + cell.x);
+    for (const GroundSurface::Triangle& triangle : triangles) {
         btVector3 corners[3];
-        for (int k = 0; k < 3; ++k) corners[k] = to_bullet(triangles[i].corners_m[k]);
-        callback.processTriangle(corners, 0, first + i);
+        for (int k = 0; k < 3; ++k) corners[k] = to_bullet(triangle.corners_m[k]);
+        callback.processTriangle(corners, 0, index++);
     }
 }
 
@@ -43,6 +48,10 @@ void GroundShape::processAllTriangles(btTriangleCallback* callback, const btVect
     if (!(to.x >= 0 && to.y >= 0 && from.x <= size.x && from.y <= size.y)) return;
     const GroundSurface::Cell first = surface_.cell_at(from.x, from.y);
     const GroundSurface::Cell last = surface_.cell_at(to.x, to.y);
+    // Where it is plane, a body rests on four corners of its own, not on a pick of them out of
+    // every triangle below it, which changes from step to step.
+    std::array<GroundSurface::Triangle, 2> plane;
+    if (surface_.plane_triangles(first, last, plane)) return process(plane, first, *callback);
     for (int y = first.y; y <= last.y; ++y)
         for (int x = first.x; x <= last.x; ++x) process_cell({x, y}, from.z, to.z, *callback);
 }

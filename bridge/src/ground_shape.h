@@ -3,6 +3,8 @@
 
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
 
+#include <span>
+
 #include "ground_surface.h"
 
 class btTriangleRaycastCallback;
@@ -32,6 +34,8 @@ class GroundShape final : public btConcaveShape {
   private:
     void process_cell(GroundSurface::Cell cell, double z_low_m, double z_high_m,
                       btTriangleCallback& callback) const;
+    void process(std::span<const GroundSurface::Triangle> triangles, GroundSurface::Cell cell,
+                 btTriangleCallback& callback) const;
     void process_ray(btTriangleRaycastCallback& ray) const;
 
     const GroundSurface& surface_;

@@ -8,6 +8,8 @@ namespace {
 
 /// A column that moves by less has not changed. Voxels.
 constexpr double kChangedVoxels = 0.01;
+/// Vertices nearer than this to a plane lie in it. Voxels.
+constexpr double kPlaneVoxels = 0.001;
 
 }  // namespace
 
@@ -84,6 +86,25 @@ int GroundSurface::triangles(Cell cell, double z_low_m, double z_high_m,
     add(a, b, c);
     add(a, c, d);
     return count;
+}
+
+bool GroundSurface::plane_triangles(Cell low, Cell high, std::array<Triangle, 2>& triangles) const {
+    const auto vertex = [this](int x, int y) {
+        return Vec3{vertex_m(0, x), vertex_m(1, y), height_m(x, y)};
+    };
+    const int x1 = high.x + 1, y1 = high.y + 1;
+    const Vec3 a = vertex(low.x, low.y), b = vertex(x1, low.y), d = vertex(low.x, y1);
+    const Vec3 normal = cross(b - a, d - a);
+    for (int y = low.y; y <= y1; ++y)
+        for (int x = low.x; x <= x1; ++x) {
+            const Vec3 v = vertex(x, y);
+            if (!(v.z > 0) ||
+                std::abs(dot(v - a, normal)) > kPlaneVoxels * voxel_m_ * std::abs(normal.z))
+                return false;
+        }
+    const Vec3 c = vertex(x1, y1);
+    triangles = {Triangle{{a, b, c}}, Triangle{{a, c, d}}};
+    return true;
 }
 
 std::optional<SurfacePoint> GroundSurface::at(double x_m, double y_m) const {

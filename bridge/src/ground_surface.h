@@ -35,6 +35,9 @@ class GroundSurface {
     /// that range.
     int triangles(Cell cell, double z_low_m, double z_high_m,
                   std::array<Triangle, 2>& triangles) const;
+    /// The surface of all cells from low to high (inclusive) as two triangles, if it is there
+    /// everywhere and plane to a thousandth of a voxel.
+    bool plane_triangles(Cell low, Cell high, std::array<Triangle, 2>& triangles) const;
     /// Under or over a place; empty outside the box and between empty columns.
     std::optional<SurfacePoint> at(double x_m, double y_m) const;
 

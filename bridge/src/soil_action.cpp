@@ -7,8 +7,10 @@
 #include "body_collector.h"
 #include "bullet_types.h"
 #include "carried_load.h"
+#include "check_surface.h"
 #include "contact_coupling.h"
 #include "soil_ground.h"
+#include "soil_vehicles.h"
 #include "world_anchor.h"
 
 namespace bsoil::bullet {
@@ -67,12 +69,17 @@ struct SoilAction::Impl {
           collector(box),
           coupling(bullet_world, coupled_soil(*soil), options),
           carried(bullet_world, up_of(soil->def()), soil->def().gravity_m_s2),
-          surface(*soil) {
+          surface(*soil),
+          vehicles(std::make_shared<SoilVehicles>(
+              world, collector, coupling, ground, soil->def().voxel_m,
+              [this](Vec3 world_m) { return surface_at(world_m); })) {
         for (const btCollisionObject* object : options.ignored) collector.ignore(*object);
     }
 
+    std::optional<SurfacePoint> surface_at(Vec3 world_m) const;
     void open_substep() {
         carried.open_substep();
+        vehicles->open_substep();
         coupling.open_substep();
     }
     void step_soil(double substep_s);
@@ -86,8 +93,9 @@ struct SoilAction::Impl {
     std::unique_ptr<WorldAnchor> anchor;
     GroundSurface surface;
     std::unique_ptr<SoilGround> ground;  ///< null without SoilActionDef::ground
-    double unstepped_s = 0;              ///< time that has passed and the soil has not stepped
-    double uncollected_s = 0;            ///< time since the bodies were last looked at
+    std::shared_ptr<SoilVehicles> vehicles;
+    double unstepped_s = 0;    ///< time that has passed and the soil has not stepped
+    double uncollected_s = 0;  ///< time since the bodies were last looked at
     long long step_count = 0;
     StepReport report;
 };
@@ -108,6 +116,7 @@ SoilAction::SoilAction(std::unique_ptr<Impl> impl, const SoilActionDef& options)
     const auto forget_world = [this] {
         impl_->coupling.take_rows_out();
         impl_->carried.close_substep();
+        impl_->vehicles->leave_world();
         impl_->world->removeAction(this);
         impl_->world = nullptr;
     };
@@ -125,6 +134,7 @@ SoilAction::~SoilAction() {
     if (!impl_->world || !impl_->anchor->world_exists()) return;
     impl_->coupling.take_rows_out();
     impl_->carried.close_substep();
+    impl_->vehicles->leave_world();
     impl_->world->removeAction(this);
 }
 
@@ -133,14 +143,7 @@ const Soil& SoilAction::soil() const { return *impl_->soil; }
 void SoilAction::ignore(const btCollisionObject& object) { impl_->collector.ignore(object); }
 
 Status SoilAction::set_surface(const btCollisionObject& object, const SurfaceFriction& surface) {
-    const auto check = [](const char* field, double value, double most) -> Status {
-        if (std::isfinite(value) && value <= most) return Done{};
-        return Error{std::string("SurfaceFriction::") + field + " is " + std::to_string(value) +
-                     ", must be at most " + std::to_string(most) +
-                     ", or negative for the material's"};
-    };
-    if (Status s = check("friction", surface.friction, 2); !s) return s;
-    if (Status s = check("adhesion_pa", surface.adhesion_pa, 200e3); !s) return s;
+    if (Status s = check_surface(surface); !s) return s;
     impl_->collector.set_surface(object, surface);
     return Done{};
 }
@@ -162,14 +165,20 @@ int SoilAction::body_id(const btCollisionObject& object) const {
 }
 
 std::optional<SurfacePoint> SoilAction::surface_at(Vec3 world_m) const {
+    return impl_->surface_at(world_m);
+}
+
+std::optional<SurfacePoint> SoilAction::Impl::surface_at(Vec3 world_m) const {
     if (!is_finite(world_m)) return {};
-    const Pose& grid_to_world = impl_->soil->frame().grid_to_world;
+    const Pose& grid_to_world = soil->frame().grid_to_world;
     const Vec3 at_m = transform(inverse(grid_to_world), world_m);
-    std::optional<SurfacePoint> point = impl_->surface.at(at_m.x, at_m.y);
+    std::optional<SurfacePoint> point = surface.at(at_m.x, at_m.y);
     if (!point) return {};
     return SurfacePoint{transform(grid_to_world, point->position_m),
                         rotate(grid_to_world.rotation, point->normal)};
 }
+
+std::shared_ptr<SoilVehicles> SoilAction::vehicles() { return impl_->vehicles; }
 
 btRigidBody* SoilAction::ground() const {
     return impl_->ground ? impl_->ground->object() : nullptr;
@@ -179,6 +188,7 @@ void SoilAction::updateAction(btCollisionWorld*, btScalar substep_s) {
     Impl& d = *impl_;
     d.coupling.close_substep(substep_s);
     d.carried.close_substep();
+    d.vehicles->close_substep();
     d.anchor->ensure_in_world();
     const double passed_s = static_cast<double>(substep_s);
     if (!std::isfinite(passed_s) || passed_s <= 0) return;
@@ -192,6 +202,7 @@ void SoilAction::Impl::step_soil(double substep_s) {
     const double due = std::floor(unstepped_s / step_s + kStepTolerance);
     if (due < 1) return;
     collector.collect(*world, uncollected_s, ground ? ground->object() : nullptr);
+    vehicles->show_wheels();
     uncollected_s = 0;
     const int count = static_cast<int>(std::min<double>(due, kStepsPerSubstepMax));
     unstepped_s -= due * step_s;
@@ -205,6 +216,7 @@ void SoilAction::Impl::step_soil(double substep_s) {
     }
     step_count += count;
     coupling.set_contacts(collector.bodies(), report.contacts, count * step_s);
+    vehicles->take_contacts();
     carried.set_loads(collector.bodies(), report.loads, count * step_s);
     if (ground) ground->drop_stale_contacts();
 }

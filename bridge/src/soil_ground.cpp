@@ -11,6 +11,9 @@ namespace {
 
 /// Soil further than this below a body's box does not touch it. Voxels.
 constexpr double kReachVoxels = 1;
+/// Rolling on soil is resisted by a moment of the load times this arm (times the body's friction,
+/// as Bullet has it): soft ground, and what lets debris on its bumps come to rest.
+constexpr btScalar kRollingArmM = btScalar(0.03);
 
 }  // namespace
 
@@ -23,7 +26,9 @@ class SoilGround::Object final : public btRigidBody {
         setWorldTransform(transform_to_bullet(pose));
         setInterpolationWorldTransform(getWorldTransform());
         setCollisionFlags(getCollisionFlags() | CF_STATIC_OBJECT | CF_DISABLE_VISUALIZE_OBJECT);
-        setFriction(1);             // what a pair has is the product: the other body's
+        setFriction(1);  // what a pair has is the product: the other body's
+        setRollingFriction(kRollingArmM);
+        setSpinningFriction(kRollingArmM);
         m_checkCollideWith = true;  // ask checkCollideWithOverride
     }
     ~Object() override {

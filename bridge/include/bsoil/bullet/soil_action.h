@@ -13,8 +13,14 @@
 #include "bsoil/bullet/precision.h"
 #include "bsoil/soil.h"
 
+namespace bsoil::bullet {
+class SoilVehicles;
+}
+
 #pragma GCC visibility push(default)
 namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION {
+
+class SoilRaycaster;
 
 /// How a soil is coupled to its world.
 struct SoilActionDef {
@@ -114,7 +120,8 @@ class SoilAction final : public btActionInterface {
     /// The static body that rays hit and that uncoupled bodies (ignored or refused ones) rest on;
     /// null without SoilActionDef::ground or once the host has deleted it. Coupled bodies and soft
     /// bodies have no contact with it. The host may set its friction (1: a pair's is the other
-    /// body's), restitution and user data, or take it out of the world.
+    /// body's), rolling and spinning friction (0.03 m), restitution and user data, or take it out of
+    /// the world.
     btRigidBody* ground() const;
 
     /// Called by Bullet at the end of each substep: takes the impulses of this substep's rows and
@@ -125,7 +132,9 @@ class SoilAction final : public btActionInterface {
     struct Impl;
 
   private:
+    friend class SoilRaycaster;
     SoilAction(std::unique_ptr<Impl> impl, const SoilActionDef& options);
+    std::shared_ptr<SoilVehicles> vehicles();
     std::unique_ptr<Impl> impl_;
 };
 
