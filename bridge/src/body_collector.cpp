@@ -4,7 +4,6 @@
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "bullet_types.h"
@@ -88,6 +87,14 @@ BodyOptions BodyCollector::options_in_scan(const btCollisionObject& object) {
     if (options.proxy_id != proxy_id_of(object)) return {};  // a new object at an old address
     options.seen_in_scan = scan_;
     return options.value;
+}
+
+bool BodyCollector::is_coupled(const btCollisionObject& object) const {
+    if (!object.hasContactResponse() || options(object).ignored) return false;
+    const auto found = tracked_.find(&object);
+    if (found == tracked_.end()) return true;
+    const Tracked& tracked = found->second;
+    return tracked.id >= 0 && tracked.refusal.empty();
 }
 
 int BodyCollector::body_id(const btCollisionObject& object) const {
@@ -228,14 +235,17 @@ void BodyCollector::describe(const btDiscreteDynamicsWorld& world, btCollisionOb
     tracked.last_pose = motion.pose;
 }
 
-void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed_s) {
+void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed_s,
+                            const btCollisionObject* ground) {
     ++scan_;
     bodies_.clear();
+    guests_.clear();
     refused_.clear();
     velocity_owner_ = nullptr;
     const btCollisionObjectArray& objects = world.getCollisionObjectArray();
     for (int i = 0; i < objects.size(); ++i) {
         btCollisionObject& object = *objects[i];
+        if (&object == ground) continue;
         const BodyOptions options = options_in_scan(object);
         if (!object.getCollisionShape() || !object.hasContactResponse() || options.ignored)
             continue;
@@ -277,15 +287,22 @@ void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed
 
 void BodyCollector::let_go() {
     bodies_.clear();
+    guests_.clear();
     refused_.clear();
     tracked_.clear();
     id_taken_.assign(kIdCount, false);
 }
 
+void BodyCollector::add_guest(GuestBody guest) {
+    bodies_.push_back(guest.state);
+    guests_.push_back(std::move(guest));
+}
+
 std::span<SoilBody> BodyCollector::soil_bodies(double before_s) {
     soil_bodies_.clear();
-    for (const BodyState& state : bodies_) {
-        const Tracked& tracked = tracked_.at(state.object);
+    const size_t object_count = bodies_.size() - guests_.size();
+    for (size_t i = 0; i < bodies_.size(); ++i) {
+        const BodyState& state = bodies_[i];
         SoilBody& body = soil_bodies_.emplace_back();
         body.id = state.id;
         body.pose = before_s > 0 ? moved_back(state.motion, before_s) : state.motion.pose;
@@ -295,8 +312,14 @@ std::span<SoilBody> BodyCollector::soil_bodies(double before_s) {
             state.motion.center_of_mass_m - before_s * state.motion.linear_velocity_m_s;
         body.is_static = state.role == BodyRole::fixed;
         body.surface = state.surface;
-        body.shapes = tracked.shapes.get();
-        body.shape_revision = tracked.shape_revision;
+        if (i < object_count) {
+            const Tracked& tracked = tracked_.at(state.object);
+            body.shapes = tracked.shapes.get();
+            body.shape_revision = tracked.shape_revision;
+        } else {
+            body.shapes = guests_[i - object_count].shapes.get();
+            body.shape_revision = guests_[i - object_count].shape_revision;
+        }
     }
     return soil_bodies_;
 }

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "body_state.h"
@@ -16,6 +17,13 @@
 class btMultiBody;
 
 namespace bsoil::bullet {
+
+/// A body that is no object of the world.
+struct GuestBody {
+    BodyState state;
+    std::shared_ptr<const std::vector<ConvexShape>> shapes;
+    unsigned shape_revision = 0;
+};
 
 /// Keeps an id, and the converted shapes, for every object it has met in the world.
 class BodyCollector {
@@ -27,8 +35,17 @@ class BodyCollector {
     void set_options(const btCollisionObject& object, const BodyOptions& options);
     BodyOptions options(const btCollisionObject& object) const;
     /// Looks through the world once. elapsed_s: since the last call; a kinematic body that Bullet
-    /// knows no velocity of is given that of its change of pose.
-    void collect(const btDiscreteDynamicsWorld& world, double elapsed_s);
+    /// knows no velocity of is given that of its change of pose. ground: the soil's own object in
+    /// the world, or null.
+    void collect(const btDiscreteDynamicsWorld& world, double elapsed_s,
+                 const btCollisionObject* ground = nullptr);
+
+    /// Adds a body to those of the last collect. Its id is one of take_id.
+    void add_guest(GuestBody guest);
+    /// An id that no object gets; -1 when there are no more.
+    int take_id() { return next_id(); }
+    void give_back_id(int id) { id_taken_[id] = false; }
+    const Aabb& grid() const { return grid_; }
 
     /// Forgets all bodies, but not their options: the next call meets them as new ones.
     void let_go();
@@ -38,6 +55,8 @@ class BodyCollector {
     std::span<const BodyState> bodies() const { return bodies_; }
     /// The same bodies for Soil::step, moved back along their velocities to `before_s` ago.
     std::span<SoilBody> soil_bodies(double before_s);
+    /// Whether the object takes part wherever it touches the grid: neither ignored nor refused.
+    bool is_coupled(const btCollisionObject& object) const;
     const std::vector<RefusedBody>& refused() const { return refused_; }
     int body_id(const btCollisionObject& object) const;
 
@@ -90,6 +109,7 @@ class BodyCollector {
     int last_id_ = -1;
     unsigned long long scan_ = 0;
     std::vector<BodyState> bodies_;
+    std::vector<GuestBody> guests_;  ///< the last of bodies_
     std::vector<SoilBody> soil_bodies_;
     std::vector<RefusedBody> refused_;
     const btMultiBody* velocity_owner_ =

@@ -14,10 +14,11 @@ enum class BodyRole {
     link,    ///< link or free base of a btMultiBody: LinkPatchConstraint
     driven,  ///< kinematic: feels nothing, its motion is what it is
     fixed,   ///< static: does not move
+    wheel,   ///< of a btRaycastVehicle, no object of the world: VehicleWheels
 };
 
 struct BodyState {
-    btCollisionObject* object = nullptr;
+    btCollisionObject* object = nullptr;  ///< null for a wheel
     int proxy_id = 0;  ///< of the broadphase: tells a new object at an old one's address
     int internal_type =
         0;  ///< Bullet's: a broadphase that recycles its ids must not pass off another

@@ -17,5 +17,11 @@ inline Pose from_bullet(const btTransform& t) {
 inline btVector3 to_bullet(Vec3 v) {
     return {static_cast<btScalar>(v.x), static_cast<btScalar>(v.y), static_cast<btScalar>(v.z)};
 }
+inline btTransform transform_to_bullet(const Pose& p) {
+    const Quat& q = p.rotation;
+    return btTransform(btQuaternion(static_cast<btScalar>(q.x), static_cast<btScalar>(q.y),
+                                    static_cast<btScalar>(q.z), static_cast<btScalar>(q.w)),
+                       to_bullet(p.position));
+}
 
 }  // namespace bsoil::bullet

@@ -146,7 +146,7 @@ BodyMotion ContactCoupling::yield_direction(Coupled& coupled, std::span<const Co
                                             double duration_s) {
     const BodyMotion& now = coupled.body.motion;
     const bool is_solved =
-        coupled.body.role == BodyRole::rigid || coupled.body.role == BodyRole::link;
+        coupled.body.role != BodyRole::driven && coupled.body.role != BodyRole::fixed;
     // A body that has fallen asleep stands still at once: a limit that still crept would wake it.
     const bool averages = is_solved && coupled.has_motion && !coupled.body.is_asleep;
     const double share = averages ? -std::expm1(-duration_s / kYieldMemoryS) : 1;
@@ -186,6 +186,10 @@ void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const Contac
         coupled.pressure_pa = contact.mobilized_pressure_pa;
         coupled.report.peak_force_n =
             std::max(coupled.report.peak_force_n, length(contact.mobilized_force_n));
+        return;
+    }
+    if (coupled.body.role == BodyRole::wheel) {
+        coupled.wheel_patches = patches_;
         return;
     }
     if (patches_.empty()) coupled.report.force_n = coupled.report.torque_n_m = {};
@@ -388,6 +392,24 @@ void ContactCoupling::add_drift(Coupled& coupled) {
         if (length(along) > kDriftMaxM) along = along * (kDriftMaxM / length(along));
         patch.drift_m = into * n + along;
     }
+}
+
+std::span<const ContactPatch> ContactCoupling::wheel_patches(int body_id) const {
+    const auto found = coupled_.find(body_id);
+    if (found == coupled_.end()) return {};
+    return found->second.wheel_patches;
+}
+
+void ContactCoupling::set_wheel_forces(int body_id, std::span<const double> normal_n) {
+    const auto found = coupled_.find(body_id);
+    if (found == coupled_.end()) return;
+    Coupled& coupled = found->second;
+    double sum_n = 0, squares = 0;
+    for (size_t i = 0; i < std::min(normal_n.size(), coupled.wheel_patches.size()); ++i) {
+        sum_n += normal_n[i];
+        squares += normal_n[i] * normal_n[i] / coupled.wheel_patches[i].area_m2;
+    }
+    coupled.pressure_pa = sum_n > 0 ? squares / sum_n : 0;
 }
 
 double ContactCoupling::contact_pressure_pa(int body_id) const {

@@ -49,6 +49,10 @@ class ContactCoupling {
     /// Lets all bodies go, and wakes those that slept on the soil. Between substeps.
     void let_go();
 
+    /// Patches of a wheel, as of the last set_contacts; empty for an id without contact.
+    std::span<const ContactPatch> wheel_patches(int body_id) const;
+    /// Normal forces that its vehicle has found for these patches.
+    void set_wheel_forces(int body_id, std::span<const double> normal_n);
     /// All zero for an id without contact.
     BodyReport report(int body_id) const;
     /// Mean normal pressure of a body's contact, weighted by force, and the width of its faces;
@@ -72,7 +76,8 @@ class ContactCoupling {
     };
     struct Coupled {
         BodyState body;
-        std::vector<CoupledPatch> patches;
+        std::vector<CoupledPatch> patches;        ///< none for a wheel
+        std::vector<ContactPatch> wheel_patches;  ///< only for a wheel
         std::vector<std::unique_ptr<RigidPatchConstraint>>
             rigid_rows;  ///< a pool; the first patches.size() in use
         std::unique_ptr<LinkPatchConstraint> link_rows;

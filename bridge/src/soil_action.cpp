@@ -7,9 +7,12 @@
 #include "body_collector.h"
 #include "bullet_types.h"
 #include "carried_load.h"
+#include "check_surface.h"
 #include "contact_coupling.h"
 #include "coupling_snapshot.h"
 #include "snapshot_access.h"
+#include "soil_ground.h"
+#include "soil_vehicles.h"
 #include "world_anchor.h"
 #include "world_objects.h"
 
@@ -76,16 +79,7 @@ Status SoilActionDef::validate() const {
     return check_fraction("wake_weight_fraction", wake_weight_fraction);
 }
 
-Status BodyOptions::validate() const {
-    const auto check = [](const char* field, double value, double most) -> Status {
-        if (std::isfinite(value) && value <= most) return Done{};
-        return Error{std::string("BodyOptions::surface.") + field + " is " + std::to_string(value) +
-                     ", must be at most " + std::to_string(most) +
-                     ", or negative for the material's"};
-    };
-    if (Status s = check("friction", surface.friction, 2); !s) return s;
-    return check("adhesion_pa", surface.adhesion_pa, 200e3);
-}
+Status BodyOptions::validate() const { return check_surface(surface); }
 
 struct SoilAction::Impl {
     Impl(btDiscreteDynamicsWorld& bullet_world, std::unique_ptr<Soil> new_soil,
@@ -95,14 +89,20 @@ struct SoilAction::Impl {
           box(world_box(soil->frame())),
           collector(box, soil->frame().voxel_m),
           coupling(bullet_world, coupled_soil(*soil), options),
-          carried(bullet_world, up_of(soil->def()), soil->def().gravity_m_s2) {
+          carried(bullet_world, up_of(soil->def()), soil->def().gravity_m_s2),
+          surface(*soil),
+          vehicles(std::make_shared<SoilVehicles>(
+              world, collector, coupling, ground, soil->def().voxel_m,
+              [this](Vec3 world_m) { return surface_at(world_m); })) {
         for (const btCollisionObject* object : options.ignored)
             collector.set_options(*object, {.ignored = true});
     }
 
+    std::optional<SurfacePoint> surface_at(Vec3 world_m) const;
     void open_substep() {
         if (!enabled) return;
         carried.open_substep();
+        vehicles->open_substep();
         coupling.open_substep();
     }
     void step_soil(double substep_s);
@@ -117,6 +117,9 @@ struct SoilAction::Impl {
     ContactCoupling coupling;
     CarriedLoads carried;
     std::unique_ptr<WorldAnchor> anchor;
+    GroundSurface surface;
+    std::unique_ptr<SoilGround> ground;  ///< null without SoilActionDef::ground
+    std::shared_ptr<SoilVehicles> vehicles;
     double unstepped_s = 0;    ///< time that has passed and the soil has not stepped
     double uncollected_s = 0;  ///< time since the bodies were last looked at
     bool enabled = true;
@@ -132,26 +135,33 @@ Result<std::unique_ptr<SoilAction>> SoilAction::create(btDiscreteDynamicsWorld& 
     Result<std::unique_ptr<Soil>> soil = Soil::create(def);
     if (!soil) return Error{soil.error()};
     auto impl = std::make_unique<Impl>(world, std::move(*soil), options);
-    return std::unique_ptr<SoilAction>(new SoilAction(std::move(impl)));
+    return std::unique_ptr<SoilAction>(new SoilAction(std::move(impl), options));
 }
 
-SoilAction::SoilAction(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {
+SoilAction::SoilAction(std::unique_ptr<Impl> impl, const SoilActionDef& options)
+    : impl_(std::move(impl)) {
     Impl& d = *impl_;
     const auto forget_world = [this] {
         impl_->coupling.take_rows_out();
         impl_->carried.close_substep();
+        impl_->vehicles->leave_world();
         impl_->world->removeAction(this);
         impl_->world = nullptr;
     };
     d.anchor = std::make_unique<WorldAnchor>(
         *d.world, to_bullet(0.5 * (d.box.min + d.box.max)), [&d] { d.open_substep(); },
         forget_world);
+    if (options.ground)
+        d.ground = std::make_unique<SoilGround>(
+            *d.world, d.surface, d.soil->frame(), options,
+            [&d](const btCollisionObject& object) { return d.collector.is_coupled(object); });
     d.world->addAction(this);
 }
 
 SoilAction::~SoilAction() {
     if (!impl_->world || !impl_->anchor->world_exists()) return;
     impl_->pause();
+    impl_->vehicles->leave_world();
     impl_->world->removeAction(this);
 }
 
@@ -264,10 +274,31 @@ Status SoilAction::load(const std::string& path) {
     return Done{};
 }
 
+std::optional<SurfacePoint> SoilAction::surface_at(Vec3 world_m) const {
+    return impl_->surface_at(world_m);
+}
+
+std::optional<SurfacePoint> SoilAction::Impl::surface_at(Vec3 world_m) const {
+    if (!is_finite(world_m)) return {};
+    const Pose& grid_to_world = soil->frame().grid_to_world;
+    const Vec3 at_m = transform(inverse(grid_to_world), world_m);
+    std::optional<SurfacePoint> point = surface.at(at_m.x, at_m.y);
+    if (!point) return {};
+    return SurfacePoint{transform(grid_to_world, point->position_m),
+                        rotate(grid_to_world.rotation, point->normal)};
+}
+
+std::shared_ptr<SoilVehicles> SoilAction::vehicles() { return impl_->vehicles; }
+
+btRigidBody* SoilAction::ground() const {
+    return impl_->ground ? impl_->ground->object() : nullptr;
+}
+
 void SoilAction::updateAction(btCollisionWorld*, btScalar substep_s) {
     Impl& d = *impl_;
     d.coupling.close_substep(substep_s);
     d.carried.close_substep();
+    d.vehicles->close_substep();
     d.anchor->ensure_in_world();
     const double passed_s = static_cast<double>(substep_s);
     if (!std::isfinite(passed_s) || passed_s <= 0) return;
@@ -292,7 +323,8 @@ void SoilAction::Impl::step_soil(double substep_s) {
     uncollected_s += substep_s;
     const double due = std::floor(unstepped_s / step_s + kStepTolerance);
     if (due < 1) return;
-    collector.collect(*world, uncollected_s);
+    collector.collect(*world, uncollected_s, ground ? ground->object() : nullptr);
+    vehicles->show_wheels();
     uncollected_s = 0;
     const int count = static_cast<int>(std::min<double>(due, kStepsPerSubstepMax));
     unstepped_s -= due * step_s;
@@ -306,7 +338,9 @@ void SoilAction::Impl::step_soil(double substep_s) {
     }
     step_count += count;
     coupling.set_contacts(collector.bodies(), report.contacts, count * step_s);
+    vehicles->take_contacts();
     carried.set_loads(collector.bodies(), report.loads, count * step_s);
+    if (ground) ground->drop_stale_contacts();
 }
 
 void SoilAction::debugDraw(btIDebugDraw*) {

@@ -62,6 +62,7 @@ Status SceneRun::start(const RunDef& def) {
     soil.backend = def.backend;
     soil.thread_count = def.thread_count;
     bullet::SoilActionDef options;
+    options.ground = false;  // bodies of ignore_soil pass through
     options.ignored = bullet_->apart_from_soil();
     auto action = bullet::SoilAction::create(bullet_->world(), soil, options);
     if (!action) return Error{scene_.message(scene_.soil->at, action.error())};

@@ -70,6 +70,7 @@ Status RigWorld::start(const RigSetup& setup, const std::vector<std::string>& un
     def.backend = Backend::cpu;
     def.thread_count = 1;  // a sweep keeps the cores busy with its points
     bullet::SoilActionDef options;
+    options.ground = false;  // the carriage passes through
     for (const std::string& name : unseen)
         options.ignored.push_back(bullet_->find_body(name)->body);
     auto action = bullet::SoilAction::create(bullet_->world(), def, options);

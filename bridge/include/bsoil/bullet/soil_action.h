@@ -6,14 +6,21 @@
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "bsoil/bullet/precision.h"
 #include "bsoil/soil.h"
 
+namespace bsoil::bullet {
+class SoilVehicles;
+}
+
 #pragma GCC visibility push(default)
 namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION {
+
+class SoilRaycaster;
 
 /// How a soil is coupled to its world.
 struct SoilActionDef {
@@ -23,6 +30,12 @@ struct SoilActionDef {
     /// than this fraction of their sum (plus wake_weight_fraction of its weight). 0..10
     double wake_limit_fraction = 0.1;
     double wake_weight_fraction = 0.05;  ///< fraction of the body's weight, 0..10
+    /// Whether the soil's surface is an object of the world (SoilAction::ground) that rays, sweeps
+    /// and bodies which are not coupled meet. Costs nothing but where they do.
+    bool ground = true;
+    int ground_group = btBroadphaseProxy::StaticFilter;  ///< its collision filter group
+    /// and mask
+    int ground_mask = btBroadphaseProxy::AllFilter ^ btBroadphaseProxy::StaticFilter;
     /// Names the field, its value and its range when something is wrong.
     Status validate() const;
 };
@@ -48,6 +61,12 @@ struct BodyReport {
     double compression_m = 0;  ///< largest elastic push-in of a contact
     double load_kg = 0;        ///< soil it carries; a dynamic body bears its weight besides force_n
     int patch_count = 0;  ///< contact patches, each one normal and two tangential constraint rows
+};
+
+/// A point of the soil's surface. World axes.
+struct SurfacePoint {
+    Vec3 position_m;
+    Vec3 normal;  ///< unit, upward
 };
 
 /// An object that touches the grid and takes no part, and why.
@@ -123,11 +142,22 @@ class SoilAction final : public btActionInterface {
     /// cannot be written, or a pose or velocity is not finite.
     Status save(const std::string& path) const;
     /// Replaces the state of the soil and the coupling. The world must hold the same objects in the
-    /// same order; their poses are the host's to put back. Options of bodies (ignore(),
-    /// set_surface()) are not touched. last_report() has no contacts until the next soil step.
+    /// same order; their poses are the host's to put back. Options of bodies are not
+    /// touched. last_report() has no contacts until the next soil step.
     /// Error: the file is damaged or of another soil or world; it names what differs and changes
     /// nothing.
     Status load(const std::string& path);
+
+    /// The topmost resting soil or terrain on the vertical line through a point of the world, as
+    /// the ground's triangles have it. Empty outside the grid's box and where there is neither.
+    /// Cost: columns are read once per tile of 8 x 8 and change; needs no SoilActionDef::ground.
+    std::optional<SurfacePoint> surface_at(Vec3 world_m) const;
+    /// The static body that rays hit and that uncoupled bodies (ignored or refused ones) rest on;
+    /// null without SoilActionDef::ground or once the host has deleted it. Coupled bodies and soft
+    /// bodies have no contact with it. The host may set its friction (1: a pair's is the other
+    /// body's), rolling and spinning friction (0.03 m), restitution and user data, or take it out
+    /// of the world.
+    btRigidBody* ground() const;
 
     /// Called by Bullet at the end of each substep: takes the impulses of this substep's rows and
     /// steps the soil as often as SoilDef::step_s has passed.
@@ -139,7 +169,9 @@ class SoilAction final : public btActionInterface {
 
   private:
     friend class SnapshotAccess;
-    explicit SoilAction(std::unique_ptr<Impl> impl);
+    friend class SoilRaycaster;
+    SoilAction(std::unique_ptr<Impl> impl, const SoilActionDef& options);
+    std::shared_ptr<SoilVehicles> vehicles();
     std::unique_ptr<Impl> impl_;
 };
 

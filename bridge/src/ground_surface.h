@@ -1,0 +1,76 @@
+/// GroundSurface: the soil's surface as triangles, read where someone asks.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <unordered_map>
+
+#include "bsoil/bullet/soil_action.h"
+
+namespace bsoil::bullet {
+
+/// Grid axes (x, y level, z up), metres. The surface's vertices lie over the column centres, at the
+/// topmost resting soil or terrain, and once more at the box's rim, so that it reaches to it. A
+/// column without soil and terrain is empty: beside it the surface falls to the floor within one
+/// voxel, between empty columns there is none.
+///
+/// Heights are kept per tile of 8 x 8 columns and read again when Soil::tile_revision has moved.
+class GroundSurface {
+  public:
+    explicit GroundSurface(const Soil& soil);
+
+    struct Triangle {
+        std::array<Vec3, 3> corners_m;  ///< counter-clockwise seen from above
+    };
+    /// A square of the vertex lattice: of vertices x, x + 1 and y, y + 1.
+    struct Cell {
+        int x = 0, y = 0;
+    };
+    int cell_count(int axis) const { return size_[axis] + 1; }
+    /// The cell over a place [m], clamped to the box.
+    Cell cell_at(double x_m, double y_m) const;
+    double vertex_m(int axis, int vertex) const;
+    /// Number of triangles, 0 to 2, that the cell has between z_low_m and z_high_m, or that overlap
+    /// that range.
+    int triangles(Cell cell, double z_low_m, double z_high_m,
+                  std::array<Triangle, 2>& triangles) const;
+    /// The surface of all cells from low to high (inclusive) as two triangles, if it is there
+    /// everywhere and plane to a thousandth of a voxel.
+    bool plane_triangles(Cell low, Cell high, std::array<Triangle, 2>& triangles) const;
+    /// Under or over a place; empty outside the box and between empty columns.
+    std::optional<SurfacePoint> at(double x_m, double y_m) const;
+
+    /// Whether a height between z_low_m and z_high_m in these columns (inclusive) has changed, by
+    /// more than a hundredth of a voxel, since the tile was first read or forget_changes.
+    bool has_changed(Cell low, Cell high, double z_low_m, double z_high_m) const;
+    /// From now on only changes to come count.
+    void forget_changes() { ++generation_; }
+
+    double voxel_m() const { return voxel_m_; }
+    int size(int axis) const { return size_[axis]; }
+
+  private:
+    static constexpr int kTileSide = 8;
+    static constexpr int kTileColumns = kTileSide * kTileSide;
+    struct Tile {
+        uint64_t revision = 0;
+        uint64_t generation = 0;  ///< in which `changed` was written
+        uint64_t changed = 0;     ///< a bit per column
+        std::array<float, kTileColumns> height_m{};
+        std::array<float, kTileColumns> settled_m{};  ///< what the next change is measured from
+        std::array<float, kTileColumns> before_m{};   ///< settled_m before the last change
+    };
+
+    const Tile* tile_at(int column_x, int column_y) const;
+    void refresh(Tile& tile, int tx, int ty, uint64_t revision) const;
+    double height_m(int vertex_x, int vertex_y) const;
+
+    const Soil& soil_;
+    double voxel_m_;
+    int size_[2];
+    uint64_t generation_ = 1;
+    mutable std::unordered_map<int64_t, Tile> tiles_;
+};
+
+}  // namespace bsoil::bullet

@@ -1,0 +1,93 @@
+#include "soil_ground.h"
+
+#include <LinearMath/btAabbUtil2.h>
+
+#include <utility>
+
+#include "bullet_types.h"
+
+namespace bsoil::bullet {
+namespace {
+
+/// Soil further than this below a body's box does not touch it. Voxels.
+constexpr double kReachVoxels = 1;
+/// Rolling on soil is resisted by a moment of the load times this arm (times the body's friction,
+/// as Bullet has it): soft ground, and what lets debris on its bumps come to rest.
+constexpr btScalar kRollingArmM = btScalar(0.03);
+
+}  // namespace
+
+/// A rigid body, so that a btDefaultVehicleRaycaster accepts its hits.
+class SoilGround::Object final : public btRigidBody {
+  public:
+    BT_DECLARE_ALIGNED_ALLOCATOR();
+    Object(SoilGround& ground, const Pose& pose)
+        : btRigidBody(0, nullptr, &ground.shape_), ground_(&ground) {
+        setWorldTransform(transform_to_bullet(pose));
+        setInterpolationWorldTransform(getWorldTransform());
+        setCollisionFlags(getCollisionFlags() | CF_STATIC_OBJECT | CF_DISABLE_VISUALIZE_OBJECT);
+        setFriction(1);  // what a pair has is the product: the other body's
+        setRollingFriction(kRollingArmM);
+        setSpinningFriction(kRollingArmM);
+        m_checkCollideWith = true;  // ask checkCollideWithOverride
+    }
+    ~Object() override {
+        if (ground_) ground_->object_ = nullptr;
+    }
+    void release() { ground_ = nullptr; }
+    bool checkCollideWithOverride(const btCollisionObject* other) const override {
+        // Bullet's soft bodies keep a copy of each triangle they have met: it would go stale.
+        return ground_ && other->getInternalType() != CO_SOFT_BODY && !ground_->is_coupled_(*other);
+    }
+
+  private:
+    SoilGround* ground_;
+};
+
+SoilGround::SoilGround(btDiscreteDynamicsWorld& world, GroundSurface& surface,
+                       const GridFrame& frame, const SoilActionDef& options,
+                       std::function<bool(const btCollisionObject&)> is_coupled)
+    : world_(world),
+      grid_to_world_(frame.grid_to_world),
+      surface_(surface),
+      shape_(surface_, frame.size[2] * frame.voxel_m),
+      is_coupled_(std::move(is_coupled)) {
+    object_ = new Object(*this, grid_to_world_);
+    world_.addRigidBody(object_, options.ground_group, options.ground_mask);
+}
+
+SoilGround::~SoilGround() {
+    if (!object_) return;
+    object_->release();
+    // Both the world's destructor and taking it out reset the handle.
+    if (object_->getBroadphaseHandle()) world_.removeRigidBody(object_);
+    delete object_;
+}
+
+btRigidBody* SoilGround::object() const { return object_; }
+
+void SoilGround::drop_stale_contacts() {
+    if (!object_ || !object_->getBroadphaseHandle()) return;
+    const btTransform to_grid = transform_to_bullet(grid_to_world_).inverse();
+    const double reach_m = kReachVoxels * surface_.voxel_m();
+    btDispatcher& dispatcher = *world_.getDispatcher();
+    for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+        btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+        const bool is_first = manifold.getBody0() == object_;
+        if (!is_first && manifold.getBody1() != object_) continue;
+        const auto* other = is_first ? manifold.getBody1() : manifold.getBody0();
+        const btBroadphaseProxy* proxy = other->getBroadphaseHandle();
+        if (!proxy) continue;
+        btVector3 low, high;
+        btTransformAabb(proxy->m_aabbMin, proxy->m_aabbMax, 0, to_grid, low, high);
+        const Vec3 from = from_bullet(low), to = from_bullet(high);
+        if (!surface_.has_changed(surface_.cell_at(from.x, from.y), surface_.cell_at(to.x, to.y),
+                                  from.z - reach_m, to.z))
+            continue;
+        dispatcher.clearManifold(&manifold);
+        other->activate();
+    }
+    surface_.forget_changes();
+}
+
+}  // namespace bsoil::bullet

@@ -1,0 +1,68 @@
+/// SoilVehicles: the raycast vehicles that drive on one soil.
+#pragma once
+
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "body_collector.h"
+#include "contact_coupling.h"
+#include "soil_ground.h"
+
+namespace bsoil::bullet {
+
+class VehicleWheels;
+
+/// Stands between SoilAction, whose soil sees the wheels, and the wheels, which cast rays from
+/// within their vehicles' actions.
+class SoilVehicles {
+  public:
+    /// world: null once it is gone. The references must outlive this.
+    SoilVehicles(btDiscreteDynamicsWorld*& world, BodyCollector& collector,
+                 ContactCoupling& coupling, const std::unique_ptr<SoilGround>& ground,
+                 double voxel_m, std::function<std::optional<SurfacePoint>(Vec3)> surface_at);
+    ~SoilVehicles();
+    SoilVehicles(const SoilVehicles&) = delete;
+    SoilVehicles& operator=(const SoilVehicles&) = delete;
+
+    void add(VehicleWheels& wheels) { wheels_.push_back(&wheels); }
+    void remove(VehicleWheels& wheels);
+
+    /// Called by SoilAction: at the start of a substep, in its own action, before and after the
+    /// soil's step, and when the world goes.
+    void open_substep();
+    void close_substep();
+    void show_wheels();
+    void take_contacts();
+    void leave_world();
+
+    /// Called by a vehicle's first ray in a substep: close_substep will be called once more when
+    /// the vehicle's action is through.
+    void expect_close();
+
+    btDiscreteDynamicsWorld* world() const { return world_; }
+    BodyCollector& collector() { return collector_; }
+    ContactCoupling& coupling() { return coupling_; }
+    /// The soil's surface in the world, or null.
+    const btCollisionObject* ground() const { return ground_ ? ground_->object() : nullptr; }
+    double voxel_m() const { return voxel_m_; }
+    std::optional<SurfacePoint> surface_at(Vec3 world_m) const { return surface_at_(world_m); }
+
+  private:
+    class Closer;
+    btDiscreteDynamicsWorld*& world_;
+    BodyCollector& collector_;
+    ContactCoupling& coupling_;
+    const std::unique_ptr<SoilGround>& ground_;
+    double voxel_m_;
+    std::function<std::optional<SurfacePoint>(Vec3)> surface_at_;
+    std::vector<VehicleWheels*> wheels_;
+    /// Actions behind those of vehicles which were added after the SoilAction.
+    std::vector<std::unique_ptr<Closer>> closers_;
+    bool closed_ = false;  ///< SoilAction's own action has run in this substep
+};
+
+}  // namespace bsoil::bullet

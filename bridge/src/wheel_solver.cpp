@@ -1,0 +1,169 @@
+#include "wheel_solver.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace bsoil::bullet {
+namespace {
+
+/// The four unknowns are few: this leaves less than a hundredth of the force.
+constexpr int kIterations = 40;
+
+enum Unknown { kRise, kForward, kSide, kSpin, kUnknownCount };
+using Vector4 = std::array<double, kUnknownCount>;
+
+/// A direction in the space of the unknowns along which impulses act.
+struct Row {
+    Vector4 jacobian{};
+    double target_m_s = 0;  ///< speed along it that the row aims at
+    double softness = 0;    ///< speed that an impulse leaves: 0 is rigid [m/s per N s]
+    double impulse = 0;
+    double inverse_mass = 0;
+};
+
+class Solver {
+  public:
+    Solver(Vector4 start, Vector4 mass) : speed(start), mass_(mass) {}
+
+    Row row(Vector4 jacobian, double target_m_s = 0, double softness = 0) const {
+        Row out{jacobian, target_m_s, softness};
+        for (int k = 0; k < kUnknownCount; ++k)
+            out.inverse_mass += jacobian[k] * jacobian[k] / mass_[k];
+        return out;
+    }
+    double wanted(const Row& row) const {
+        double along = -row.target_m_s + row.softness * row.impulse;
+        for (int k = 0; k < kUnknownCount; ++k) along += row.jacobian[k] * speed[k];
+        return row.impulse - along / (row.inverse_mass + row.softness);
+    }
+    void apply(Row& row, double impulse) {
+        for (int k = 0; k < kUnknownCount; ++k)
+            speed[k] += row.jacobian[k] * (impulse - row.impulse) / mass_[k];
+        row.impulse = impulse;
+    }
+    void solve(Row& row, double least, double most) {
+        apply(row, std::clamp(wanted(row), least, most));
+    }
+
+    Vector4 speed;
+
+  private:
+    Vector4 mass_;
+};
+
+struct PatchRows {
+    std::array<Row, 3> rows;  ///< normal, then two across it
+    std::array<Vec3, 3> directions;
+};
+
+/// Starts from the last substep's force, shared out by the patches' limits: what the iterations
+/// leave is then a part of the change, not of the force, and a parked wheel does not creep.
+void start_from(const WheelContact& contact, Vec3 up, double substep_s,
+                std::vector<PatchRows>& patches, Solver& solver) {
+    double bearing_n = 0;
+    for (const ContactPatch& p : contact.patches)
+        bearing_n += p.normal_limit_n * std::max(0.0, -dot(p.normal, up));
+    if (!(bearing_n > 0)) return;
+    const double normal_n = std::max(0.0, dot(contact.last_force_n, up));
+    const Vec3 across_n = contact.last_force_n - dot(contact.last_force_n, up) * up;
+    for (size_t i = 0; i < patches.size(); ++i) {
+        const ContactPatch& p = contact.patches[i];
+        if (dot(p.normal, up) >= 0) continue;
+        const double share = p.normal_limit_n / bearing_n;
+        auto& [normal, first, second] = patches[i].rows;
+        solver.apply(normal, std::min(1.0, share * normal_n / p.normal_limit_n) * p.normal_limit_n *
+                                 substep_s);
+        const double a = share * substep_s * dot(across_n, patches[i].directions[1]);
+        const double b = share * substep_s * dot(across_n, patches[i].directions[2]);
+        const double most = p.friction * normal.impulse + p.adhesion_n * substep_s;
+        const double scale = std::min(1.0, most / std::max(std::hypot(a, b), 1e-30));
+        solver.apply(first, scale * a);
+        solver.apply(second, scale * b);
+    }
+}
+
+}  // namespace
+
+WheelForces solve_wheel(const WheelState& wheel, const WheelContact& contact, double substep_s,
+                        std::vector<double>& patch_normal_n) {
+    // Along the strut: m (w - w_before) = dt (N - F), F = strut_n + stiffness dt w.
+    const bool is_elastic = wheel.strut_n > 0 && wheel.strut_n < wheel.strut_limit_n;
+    const double strut_n = std::clamp(wheel.strut_n, 0.0, wheel.strut_limit_n);
+    const double stiffness_n_m = is_elastic ? wheel.strut_stiffness_n_m : 0;
+    const double rise_mass_kg = wheel.mass_kg + stiffness_n_m * substep_s * substep_s;
+    const double free_rise_m_s =
+        (wheel.mass_kg * wheel.rise_m_s - substep_s * strut_n) / rise_mass_kg;
+    const double inertia_kg_m2 = 0.5 * wheel.mass_kg * wheel.radius_m * wheel.radius_m;
+    Solver solver({free_rise_m_s, dot(wheel.chassis_velocity_m_s, wheel.forward),
+                   dot(wheel.chassis_velocity_m_s, wheel.axle), wheel.spin_rad_s},
+                  {rise_mass_kg, wheel.forward_mass_kg, wheel.side_mass_kg, inertia_kg_m2});
+
+    // Rolling forward turns about -axle.
+    const auto jacobian = [&wheel](Vec3 offset_m, Vec3 direction) {
+        return Vector4{dot(wheel.up, direction), dot(wheel.forward, direction),
+                       dot(wheel.axle, direction), dot(cross(-wheel.axle, offset_m), direction)};
+    };
+    std::vector<PatchRows> patches;
+    patches.reserve(contact.patches.size());
+    for (const ContactPatch& p : contact.patches) {
+        const Vec3 axis = std::abs(p.normal.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+        const Vec3 across = axis - dot(axis, p.normal) * p.normal;
+        const Vec3 t = across * (1 / length(across));
+        PatchRows& rows = patches.emplace_back();
+        rows.directions = {-p.normal, t, cross(p.normal, t)};
+        for (int k = 0; k < 3; ++k)
+            rows.rows[k] = solver.row(jacobian(p.point_m - contact.center_m, rows.directions[k]));
+    }
+    start_from(contact, wheel.up, substep_s, patches, solver);
+    Row lowest = solver.row({1, 0, 0, 0}, (wheel.length_m - wheel.length_most_m) / substep_s);
+    Row highest = solver.row({-1, 0, 0, 0}, (wheel.length_least_m - wheel.length_m) / substep_s);
+    const bool stiffens = contact.stiffness_n_m > 0;
+    Row stiffening = solver.row({1, 0, 0, 0}, 0,
+                                stiffens ? 1 / (contact.stiffness_n_m * substep_s * substep_s) : 0);
+    // As in btRaycastVehicle, brakes work where the engine does not.
+    const double engine_n_m_s = wheel.engine_force_n * wheel.radius_m * substep_s;
+    Row engine = solver.row({0, 0, 0, 1}, std::copysign(wheel.engine_spin_rad_s, engine_n_m_s));
+    Row brake = solver.row({0, 0, 0, 1});
+    const double brake_n_m_s =
+        wheel.engine_force_n == 0 ? std::max(0.0, wheel.brake_n_s) * wheel.radius_m : 0;
+
+    const double infinity = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < kIterations; ++i) {
+        solver.solve(engine, std::min(0.0, engine_n_m_s), std::max(0.0, engine_n_m_s));
+        solver.solve(brake, -brake_n_m_s, brake_n_m_s);
+        for (size_t p = 0; p < patches.size(); ++p) {
+            const ContactPatch& patch = contact.patches[p];
+            auto& [normal, first, second] = patches[p].rows;
+            solver.solve(normal, 0, patch.normal_limit_n * substep_s);
+            const double most = patch.friction * normal.impulse + patch.adhesion_n * substep_s;
+            const double a = solver.wanted(first), b = solver.wanted(second);
+            const double scale = std::min(1.0, most / std::max(std::hypot(a, b), 1e-30));
+            solver.apply(first, scale * a);
+            solver.apply(second, scale * b);
+        }
+        if (stiffens) solver.solve(stiffening, 0, infinity);
+        solver.solve(lowest, 0, infinity);
+        solver.solve(highest, 0, infinity);
+    }
+
+    WheelForces out;
+    out.rise_m_s = solver.speed[kRise];
+    out.spin_rad_s = solver.speed[kSpin];
+    Vec3 force_n = stiffening.impulse / substep_s * wheel.up;
+    patch_normal_n.clear();
+    for (const PatchRows& patch : patches) {
+        for (int k = 0; k < 3; ++k)
+            force_n += patch.rows[k].impulse / substep_s * patch.directions[k];
+        patch_normal_n.push_back(patch.rows[0].impulse / substep_s);
+    }
+    out.normal_n = dot(force_n, wheel.up);
+    out.forward_n = dot(force_n, wheel.forward);
+    out.side_n = dot(force_n, wheel.axle);
+    // At the strut's end it is the soil that pushes, not the spring.
+    out.is_at_end = lowest.impulse > 0;
+    out.strut_n = strut_n + stiffness_n_m * substep_s * out.rise_m_s - lowest.impulse / substep_s;
+    return out;
+}
+
+}  // namespace bsoil::bullet
