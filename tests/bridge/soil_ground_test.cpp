@@ -246,9 +246,10 @@ TEST(SoilGround, uncoupled_debris_comes_to_rest_on_bumps) {
     ASSERT_TRUE(soil->fill(hills));
     btCollisionShape& shape = scene.shape<btBoxShape>(btVector3(0.05f, 0.05f, 0.05f));
     for (int i = 0; i < 25; ++i)
-        soil->ignore(scene.add(
-            1, shape,
-            {btScalar(0.3 * (i % 5) - 0.6), btScalar(0.75), btScalar(0.3 * (i / 5) - 0.6)}));
+        ASSERT_TRUE(soil->set_options(scene.add(1, shape,
+                                                {btScalar(0.3 * (i % 5) - 0.6), btScalar(0.75),
+                                                 btScalar(0.3 * (i / 5) - 0.6)}),
+                                      {.ignored = true}));
     scene.run(10);
     for (const auto& body : scene.bodies) {
         EXPECT_FALSE(body->isActive());
