@@ -226,6 +226,11 @@ tutorial() {
     for name in 1 2 3 4 5 6; do
         must sh -e "./$name.sh"
     done
+    # 1962 N, and no deeper than its radius.
+    ./hello_sand | tee hello.txt | awk '
+        /lowest point/ { height = $(NF - 1) }
+        /pushes/ { force = $(NF - 1) }
+        END { exit !(height > 0.2 && height < 0.49 && force > 1900 && force < 2020) }' || fail "hello_sand: $(cat hello.txt)"
     for name in contact_sheet.png telemetry.csv summary.json final.snapshot; do
         [[ -s out/wheel/$name ]] || fail "bsoil run left no $name"
     done

@@ -36,7 +36,7 @@ struct LatticeDef {
 /// doubled, up to two voxels; then creation fails.
 class DistanceLattice {
   public:
-    using LatticeResult = Result<std::shared_ptr<const DistanceLattice>>;
+    using LatticeResult = Result<std::shared_ptr<const DistanceLattice>>;  ///< of creation
 
     /// The solid of a triangle mesh. Triangles that share edges (corners at the very same place are
     /// one) are a part. A part without open edges is solid: inside is where the winding number, of

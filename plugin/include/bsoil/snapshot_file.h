@@ -28,8 +28,8 @@ class StateStream {
     /// Reads; the bytes must outlive the stream.
     explicit StateStream(std::span<const uint8_t> bytes) : reads_(true), in_(bytes) {}
 
-    bool reads() const { return reads_; }
-    bool good() const { return good_; }
+    bool reads() const { return reads_; }  ///< else it writes
+    bool good() const { return good_; }    ///< whether all was well so far
     /// Whether every byte has been read and all was well.
     bool at_end() const { return good_ && at_ == in_.size(); }
     /// From now on NaN and infinity are numbers like others.
@@ -38,7 +38,7 @@ class StateStream {
     void refuse() { good_ = false; }
     /// What was written.
     const std::vector<uint8_t>& bytes() const { return out_; }
-
+    /// Writes or reads each value: numbers, texts, vectors of integers, geometry.
     template <typename... T>
     void operator()(T&... values) {
         (value(values), ...);

@@ -122,7 +122,7 @@ class SoilAction final : public btActionInterface {
     /// contacts start anew, nothing was swept). Switching back before a step has passed changes
     /// nothing. On at first.
     void set_enabled(bool enabled);
-    bool is_enabled() const;
+    bool is_enabled() const;  ///< as set_enabled() has it
 
     /// Report of the last soil step; its contacts are valid until the next one.
     const StepReport& last_report() const;
