@@ -4,8 +4,6 @@
 #include <btBulletDynamicsCommon.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <vector>
@@ -13,10 +11,10 @@
 namespace {
 
 constexpr btScalar kStep = btScalar(1.0 / 240);
-constexpr btScalar kGround = 0.4f, kRadius = 0.35f;      // [m]
-constexpr double kDriveTorque = 900, kLiftForce = 15e3;  // [N m] of a wheel, [N] of the mast
+constexpr btScalar kGround = 0.4f, kRadius = 0.35f;  // [m]
+constexpr btScalar kDriveImpulse = 900 * kStep;      // [N m s] a step: 900 N m a wheel
+constexpr btScalar kLiftForce = 15e3f;               // [N]
 
-/// A box or wheel of the world.
 class Bodies {
   public:
     explicit Bodies(btDiscreteDynamicsWorld& world) : world_(world) {}
@@ -72,9 +70,9 @@ int main() {
             const btVector3 at(x, y, kGround + kRadius), axis(0, 1, 0);
             btRigidBody& wheel = bodies.add(
                 std::make_unique<btCylinderShape>(btVector3(kRadius, 0.10f, kRadius)), 60, at);
-            const btTransform& base = chassis.getWorldTransform();
+            const btVector3 in_chassis = chassis.getWorldTransform().inverse() * at;
             axles.push_back(std::make_unique<btHingeConstraint>(
-                chassis, wheel, base.inverse() * at, btVector3(0, 0, 0), axis, axis, true));
+                chassis, wheel, in_chassis, btVector3(0, 0, 0), axis, axis, true));
             world.addConstraint(axles.back().get(), true);
         }
     // The fork: one plate before the wheels that slides up along the chassis.
@@ -83,16 +81,13 @@ int main() {
     const btTransform mast(x_is_up, fork.getWorldTransform().getOrigin());
     btSliderConstraint lift(chassis, fork, chassis.getWorldTransform().inverse() * mast,
                             fork.getWorldTransform().inverse() * mast, true);
-    lift.setLowerLinLimit(-0.1f);
-    lift.setUpperLinLimit(1.2f);
-    lift.setLowerAngLimit(0);
-    lift.setUpperAngLimit(0);
+    lift.setLowerLinLimit(-0.1f), lift.setUpperLinLimit(1.2f);
+    lift.setLowerAngLimit(0), lift.setUpperAngLimit(0);
     lift.setPoweredLinMotor(true);
-    lift.setMaxLinMotorForce(btScalar(kLiftForce));
+    lift.setMaxLinMotorForce(kLiftForce);
     world.addConstraint(&lift, true);
     // The load stands on two fixed posts, so that the fork fits below it.
-    for (const float y : {-0.55f, 0.55f})
-        bodies.add(box(0.6f, 0.2f, 0.4f), 0, {1, y, kGround + 0.2f});
+    for (const float y : {-0.55f, 0.55f}) bodies.add(box(0.6f, 0.2f, 0.4f), 0, {1, y, 0.6f});
     btRigidBody& load = bodies.add(box(0.6f, 1.3f, 0.5f), 300, {1, 0, kGround + 0.66f});
 
     double deepest_rut_m = 0;
@@ -102,25 +97,20 @@ int main() {
         const double way_m = chassis.getWorldTransform().getOrigin().x();
         // Drive up to the load, lift it, drive back.
         const double speed_m_s = t_s < 1 ? 0 : t_s < 8 && way_m < -0.55 ? 0.5 : t_s > 10 ? -0.5 : 0;
-        for (const auto& axle : axles)  // a hinge motor's limit is an impulse
-            axle->enableAngularMotor(true, btScalar(speed_m_s / kRadius),
-                                     btScalar(kDriveTorque) * kStep);
+        const btScalar target_rad_s = btScalar(speed_m_s / kRadius);
+        for (const auto& axle : axles) axle->enableAngularMotor(true, target_rad_s, kDriveImpulse);
         lift.setTargetLinMotorVelocity(t_s > 8 && t_s < 10 ? 0.4f : 0);
         world.stepSimulation(kStep, 0);
         if (step % 480 == 479)
-            std::printf(
-                "%4.1f s: at %5.2f m, fork %.2f m up, load at %.2f m, soil's force on the fork "
-                "%.0f N\n",
-                t_s, way_m, double(lift.getLinearPos()),
-                double(load.getWorldTransform().getOrigin().z()),
-                bsoil::length((*soil)->body_report(fork).force_n));
+            std::printf("%4.1f s: at %5.2f m, fork %.2f m up, load at %.2f m\n", t_s, way_m,
+                        double(lift.getLinearPos()),
+                        double(load.getWorldTransform().getOrigin().z()));
     }
     const bsoil::Soil& sand = (*soil)->soil();
     for (double x_m = -3; x_m < 0; x_m += def.voxel_m) {  // where the left wheels went
         const bsoil::Vec3 column = sand.frame().to_grid({x_m, 0.65, 0});
-        const double height_m =
-            sand.surface_height_m(static_cast<int>(column.x), static_cast<int>(column.y));
-        deepest_rut_m = std::max(deepest_rut_m, kGround - height_m);
+        const double left_m = sand.surface_height_m(int(column.x), int(column.y));
+        deepest_rut_m = std::max(deepest_rut_m, kGround - left_m);
     }
     const btVector3 end = load.getWorldTransform().getOrigin();
     std::printf("ruts %.3f m deep; the load rose %.2f m and went %.2f m\n", deepest_rut_m,

@@ -10,18 +10,17 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdio>
-#include <vector>
+#include <deque>
 
 namespace {
 
 constexpr btScalar kStep = btScalar(1.0 / 240);
-constexpr int kLinks = 3;                                          // boom, stick, scoop
-constexpr std::array<btScalar, kLinks> kLength{1.2f, 0.9f, 0.5f};  // [m] from joint to joint
-constexpr std::array<btScalar, kLinks> kMass{120, 70, 40};          // [kg]
+constexpr int kLinks = 3;                                            // boom, stick, scoop
+constexpr std::array<btScalar, kLinks> kLength{1.2f, 0.9f, 0.5f};    // [m] from joint to joint
+constexpr std::array<btScalar, kLinks> kMass{120, 70, 40};           // [kg]
 constexpr std::array<btScalar, kLinks> kTorque{18000, 10000, 6000};  // [N m]
-constexpr btScalar kHeight = 1.1f;                                 // [m] of the shoulder
+constexpr btScalar kHeight = 1.1f;                                   // [m] of the shoulder
 
 /// Joint angles over time [s; rad against the parent, positive lowers the tip].
 struct Pose {
@@ -77,7 +76,7 @@ int main() {
     scoop.addChildShape(at(0, -0.27f, 0.06f), &side);
     const std::array<btCollisionShape*, kLinks> shapes{&boom, &stick, &scoop};
 
-    btMultiBody arm(kLinks, 0, {0, 0, 0}, true, false);
+    btMultiBody arm(kLinks, 0, {0, 0, 0}, true, false);  // fixed base, never asleep
     arm.setBaseWorldTransform(at(0, 0, kHeight));
     std::array<double, kLinks> angle = angles_at(0);
     for (int i = 0; i < kLinks; ++i) {
@@ -91,10 +90,8 @@ int main() {
     arm.finalizeMultiDof();
     arm.setHasSelfCollision(false);
     world.addMultiBody(&arm);
-    std::vector<btMultiBodyLinkCollider> colliders;
-    colliders.reserve(kLinks);
-    std::vector<btMultiBodyJointMotor> motors;
-    motors.reserve(kLinks);
+    std::deque<btMultiBodyLinkCollider> colliders;
+    std::deque<btMultiBodyJointMotor> motors;
     for (int i = 0; i < kLinks; ++i) {
         colliders.emplace_back(&arm, i);
         colliders.back().setCollisionShape(shapes[i]);
@@ -104,24 +101,23 @@ int main() {
         world.addMultiBodyConstraint(&motors.back());
     }
 
-    double peak_n = 0, carried_kg = 0;
+    bsoil::bullet::BodyReport report;
+    double peak_n = 0;
     for (int step = 0; step < 7 * 240; ++step) {
         const double end_s = (step + 1) * double(kStep);
         angle = angles_at(end_s);
         for (int i = 0; i < kLinks; ++i)
-            motors[i].setVelocityTarget(btScalar((angle[i] - arm.getJointPos(i)) * 60));
+            motors[size_t(i)].setVelocityTarget(btScalar((angle[i] - arm.getJointPos(i)) * 60));
         world.stepSimulation(kStep, 0);
-        const bsoil::bullet::BodyReport report = (*soil)->body_report(colliders[2]);
+        report = (*soil)->body_report(colliders[2]);
         peak_n = std::max(peak_n, bsoil::length(report.force_n));
-        carried_kg = report.load_kg;
         if (step % 120 == 119)
-            std::printf(
-                "%4.1f s: soil's force on the scoop (%6.0f, %4.0f, %6.0f) N, carried %5.1f kg\n",
-                end_s, report.force_n.x, report.force_n.y, report.force_n.z, carried_kg);
+            std::printf("%4.1f s: force on the scoop (%6.0f, %6.0f) N, carried %5.1f kg\n", end_s,
+                        report.force_n.x, report.force_n.z, report.load_kg);
     }
-    std::printf("largest force %.0f N, lifted %.1f kg\n", peak_n, carried_kg);
+    std::printf("largest force %.0f N, lifted %.1f kg\n", peak_n, report.load_kg);
     for (auto& motor : motors) world.removeMultiBodyConstraint(&motor);
     for (auto& collider : colliders) world.removeCollisionObject(&collider);
     world.removeMultiBody(&arm);
-    return carried_kg > 20 && peak_n > 200 ? 0 : 1;  // the scoop holds 0.07 m3, about 100 kg
+    return report.load_kg > 20 && peak_n > 200 ? 0 : 1;  // the scoop holds 0.07 m3, about 100 kg
 }
