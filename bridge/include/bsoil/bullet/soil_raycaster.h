@@ -57,6 +57,7 @@ struct SoilWheelReport {
 /// a wheel and substep.
 class SoilRaycaster final : public btVehicleRaycaster {
   public:
+    /// Rays meet this soil and its world; vehicles are attach()ed to it.
     explicit SoilRaycaster(SoilAction& soil);
     ~SoilRaycaster() override;
     SoilRaycaster(const SoilRaycaster&) = delete;
