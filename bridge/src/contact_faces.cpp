@@ -116,8 +116,9 @@ void find_contact_faces(std::span<const ContactVoxel> voxels, Quat body_to_world
     for (size_t i = 0; i < voxels.size(); ++i) {
         const ContactVoxel& v = voxels[i];
         if (-dot(v.normal, up) > down_least) {
-            cells.push_back({std::llround(dot(v.position_m, axis_a) / voxel_m),
-                             std::llround(dot(v.position_m, axis_b) / voxel_m),
+            // Whole voxels apart: rounding does not decide where the grid lies along the axes.
+            const Vec3 place = (v.center_m - voxels.front().center_m) * (1 / voxel_m);
+            cells.push_back({std::llround(dot(place, axis_a)), std::llround(dot(place, axis_b)),
                              static_cast<int>(i)});
             continue;
         }

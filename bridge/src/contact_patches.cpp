@@ -9,11 +9,12 @@
 namespace bsoil::bullet {
 namespace {
 
-/// Which side of the centroid, along the two axes across the bin's own.
-int quadrant_of(Vec3 offset, int bin) {
+/// Which side of the centroid, along the two axes across the bin's own. `nothing_m`: what is no
+/// further off lies in the middle, so that rounding does not decide.
+int quadrant_of(Vec3 offset, int bin, double nothing_m) {
     const std::array<double, 3> c{offset.x, offset.y, offset.z};
     const int axis = bin / 2;
-    return (c[(axis + 1) % 3] >= 0 ? 1 : 0) + (c[(axis + 2) % 3] >= 0 ? 2 : 0);
+    return (c[(axis + 1) % 3] >= -nothing_m ? 1 : 0) + (c[(axis + 2) % 3] >= -nothing_m ? 2 : 0);
 }
 
 struct PatchSum {
@@ -63,7 +64,8 @@ BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotio
                                                     dot(motion.velocity_at(v.position_m), v.normal),
                                                     up, strength, face, shear);
         const double area = v.area_m2 * v.fill;
-        const int quadrant = quadrant_of(rotate(to_body, v.position_m - centroid[bin]), bin);
+        const int quadrant =
+            quadrant_of(rotate(to_body, v.position_m - centroid[bin]), bin, 1e-6 * voxel_m);
         const double limit_n = yield.normal_limit_pa * area;
         PatchSum& sum = sums[bin * kQuadrantCount + quadrant];
         sum.limit_force_n += limit_n * v.normal;

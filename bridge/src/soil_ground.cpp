@@ -81,7 +81,9 @@ void SoilGround::drop_stale_contacts() {
         btVector3 low, high;
         btTransformAabb(proxy->m_aabbMin, proxy->m_aabbMax, 0, to_grid, low, high);
         const Vec3 from = from_bullet(low), to = from_bullet(high);
-        if (!surface_.has_changed(surface_.cell_at(from.x, from.y), surface_.cell_at(to.x, to.y),
+        // What the soil has begun to carry is not asked about any more, but its old contacts hold.
+        if (!is_coupled_(*other) &&
+            !surface_.has_changed(surface_.cell_at(from.x, from.y), surface_.cell_at(to.x, to.y),
                                   from.z - reach_m, to.z))
             continue;
         dispatcher.clearManifold(&manifold);

@@ -74,7 +74,9 @@ TEST(BodyOptions, defaults_are_what_an_object_has_without_any) {
 
 TEST(BodyOptions, ignored_at_run_time_falls_through_and_is_held_again) {
     BulletScene scene;
-    const auto soil = sand_bed(*scene.world);
+    SoilActionDef without_ground;
+    without_ground.ground = false;
+    const auto soil = sand_bed(*scene.world, small_bed(), without_ground);
     const int64_t before = units_of(*soil);
     btRigidBody& box = sleeping_box(scene);
     ASSERT_TRUE(soil->set_options(box, {.ignored = true}));
@@ -90,6 +92,21 @@ TEST(BodyOptions, ignored_at_run_time_falls_through_and_is_held_again) {
     scene.run(2);
     EXPECT_NEAR(mean_lift_n(scene, *soil, box), kWeightN, 0.01 * kWeightN);
     EXPECT_EQ(units_of(*soil), before);
+}
+
+TEST(BodyOptions, ignored_at_run_time_rests_on_the_ground_and_is_held_again) {
+    BulletScene scene;
+    const auto soil = sand_bed(*scene.world);
+    btRigidBody& box = sleeping_box(scene);
+    const btScalar height = box.getWorldTransform().getOrigin().y();
+    ASSERT_TRUE(soil->set_options(box, {.ignored = true}));
+    scene.run(2);
+    EXPECT_EQ(length(soil->body_report(box).force_n), 0);
+    EXPECT_NEAR(box.getWorldTransform().getOrigin().y(), height, 0.05);
+    ASSERT_TRUE(soil->set_options(box, {}));
+    box.activate();
+    scene.run(2);
+    EXPECT_NEAR(mean_lift_n(scene, *soil, box), kWeightN, 0.01 * kWeightN);
 }
 
 TEST(BodyOptions, coverage_only_moves_soil_and_feels_none) {
@@ -155,11 +172,13 @@ TEST(BodyOptions, bad_ones_are_refused_by_field_and_change_nothing) {
     for (const double bad : {nan, 2.5, std::numeric_limits<double>::infinity()}) {
         const Status refused = soil->set_options(box, {.ignored = true, .surface = {bad, 0}});
         ASSERT_FALSE(refused) << bad;
-        EXPECT_NE(refused.error().find("surface.friction"), std::string::npos) << refused.error();
+        EXPECT_NE(refused.error().find("SurfaceFriction::friction"), std::string::npos)
+            << refused.error();
     }
     const Status refused = soil->set_options(box, {.surface = {0.3, 1e6}});
     ASSERT_FALSE(refused);
-    EXPECT_NE(refused.error().find("surface.adhesion_pa"), std::string::npos) << refused.error();
+    EXPECT_NE(refused.error().find("SurfaceFriction::adhesion_pa"), std::string::npos)
+        << refused.error();
     EXPECT_EQ(soil->options(box).surface.friction, 0.3);
     EXPECT_FALSE(soil->options(box).ignored);
 }

@@ -208,7 +208,7 @@ TEST(RaycastVehicle, leaves_ruts_and_stands_lower_in_them) {
         Car car(scene, caster, 8000, above_soil(-1.6));
         ASSERT_TRUE(caster.attach(*car.vehicle, SoilWheelDef{.width_m = kWidthM}));
         scene.run(0.7);
-        fresh_m = (car.wheel_height_m(0) + car.wheel_height_m(1)) / 2;
+        for (int wheel = 0; wheel < 4; ++wheel) fresh_m += car.wheel_height_m(wheel) / 4;
         car.drive(24000);
         scene.run(1.8);
         EXPECT_GT(car.x(), 0);
@@ -229,8 +229,10 @@ TEST(RaycastVehicle, leaves_ruts_and_stands_lower_in_them) {
     EXPECT_EQ(soil->soil().totals().units[0], units);
     Car second(scene, caster, 8000, above_soil(-0.8));
     ASSERT_TRUE(caster.attach(*second.vehicle, SoilWheelDef{.width_m = kWidthM}));
-    scene.run(0.7);
-    EXPECT_LT((second.wheel_height_m(0) + second.wheel_height_m(1)) / 2, fresh_m - 0.01);
+    scene.run(1.5);
+    double second_m = 0;
+    for (int wheel = 0; wheel < 4; ++wheel) second_m += second.wheel_height_m(wheel) / 4;
+    EXPECT_LT(second_m, fresh_m - 0.005);
 }
 
 TEST(RaycastVehicle, pulls_as_hard_as_the_soil_lets_it_and_no_harder) {
@@ -402,7 +404,12 @@ TEST(RaycastVehicle, works_whatever_is_added_or_destroyed_first) {
     scene.run(1);
     EXPECT_GT(car->x(), 0.02);
     EXPECT_EQ(car->vehicle->getWheelInfo(0).m_engineForce, 500);
-    EXPECT_NEAR(car->suspension_n(), 800 * kGravity_m_s2, 0.1 * 800 * kGravity_m_s2);
+    double mean_n = 0;  // it drives over uneven soil
+    for (int frame = 0; frame < 30; ++frame) {
+        scene.run(1.0 / 60);
+        mean_n += static_cast<double>(car->suspension_n()) / 30;
+    }
+    EXPECT_NEAR(mean_n, 800 * kGravity_m_s2, 0.1 * 800 * kGravity_m_s2);
     soil.reset();
     scene.run(0.3);
     EXPECT_EQ(car->suspension_n(), 0);

@@ -19,18 +19,22 @@ TEST_P(Deformation, force_application_follows_the_oracle) {
         oracle::apply_force(bench.model(), before, bench.oracle_bodies());
     bench.apply_force();
     const oracle::Field got = bench.to_field(bench.read());
-    int pushed_count = 0;
+    int pushed_count = 0, inexact_count = 0;
     before.for_each([&](int x, int y, int z) {
         const Vec3 a = got.at(x, y, z).force, b = expected.at(x, y, z).force;
         ASSERT_EQ(length(a) > 0, length(b) > 0) << x << " " << y << " " << z;
         if (length(b) > 0) {
-            // Q10 components cut off below: 1/1024 each of a vector of length 1 or more.
-            EXPECT_LT(angle_between(a, b), 0.003 / std::min(1.0, length(b)))
-                << length(a) << " " << length(b) << " at " << x << " " << y << " " << z;
+            // Q10 components cut off below: 1/1024 each of a vector of length 1 or more. The way
+            // out of a wall is a mean over the voxels around; where they nearly cancel, it is
+            // shorter.
+            const double angle = angle_between(a, b);
+            EXPECT_LT(angle, 0.01) << x << " " << y << " " << z;
+            inexact_count += angle > 0.003;
             ++pushed_count;
         }
     });
     EXPECT_GT(pushed_count, 5);
+    EXPECT_LE(inexact_count, pushed_count / 100 + 1);
 }
 
 TEST_P(Deformation, force_propagation_follows_the_oracle) {

@@ -188,7 +188,7 @@ TEST(DistanceLattice, margin_moves_the_surface_out) {
         const Vec3 p = point_in(random, 1.4 * half);
         const double expected = box_distance(half, p) - 0.04;
         if (std::abs(expected) < 0.02) {
-            ASSERT_NEAR((*lattice)->distance_m(p), expected, 0.1 * kVoxel);
+            ASSERT_NEAR((*lattice)->distance_m(p), expected, 0.15 * kVoxel);  // corners are round
         }
     }
 }
