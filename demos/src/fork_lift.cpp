@@ -83,8 +83,7 @@ int main() {
                             fork.getWorldTransform().inverse() * mast, true);
     lift.setLowerLinLimit(-0.1f), lift.setUpperLinLimit(1.2f);
     lift.setLowerAngLimit(0), lift.setUpperAngLimit(0);
-    lift.setPoweredLinMotor(true);
-    lift.setMaxLinMotorForce(kLiftForce);
+    lift.setPoweredLinMotor(true), lift.setMaxLinMotorForce(kLiftForce);
     world.addConstraint(&lift, true);
     // The load stands on two fixed posts, so that the fork fits below it.
     for (const float y : {-0.55f, 0.55f}) bodies.add(box(0.6f, 0.2f, 0.4f), 0, {1, y, 0.6f});
@@ -106,10 +105,9 @@ int main() {
                         double(lift.getLinearPos()),
                         double(load.getWorldTransform().getOrigin().z()));
     }
-    const bsoil::Soil& sand = (*soil)->soil();
     for (double x_m = -3; x_m < 0; x_m += def.voxel_m) {  // where the left wheels went
-        const bsoil::Vec3 column = sand.frame().to_grid({x_m, 0.65, 0});
-        const double left_m = sand.surface_height_m(int(column.x), int(column.y));
+        const bsoil::Vec3 column = (*soil)->soil().frame().to_grid({x_m, 0.65, 0});
+        const double left_m = (*soil)->soil().surface_height_m(int(column.x), int(column.y));
         deepest_rut_m = std::max(deepest_rut_m, kGround - left_m);
     }
     const btVector3 end = load.getWorldTransform().getOrigin();

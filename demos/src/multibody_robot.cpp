@@ -1,6 +1,5 @@
 /// A robot arm that digs, as a host would write it: a btMultiBody with joint motors in a
 /// btMultiBodyDynamicsWorld, and soil. Prints the soil's force on the scoop and what it carries.
-#include <BulletDynamics/Featherstone/btMultiBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <BulletDynamics/Featherstone/btMultiBodyJointMotor.h>
@@ -20,7 +19,6 @@ constexpr int kLinks = 3;                                            // boom, st
 constexpr std::array<btScalar, kLinks> kLength{1.2f, 0.9f, 0.5f};    // [m] from joint to joint
 constexpr std::array<btScalar, kLinks> kMass{120, 70, 40};           // [kg]
 constexpr std::array<btScalar, kLinks> kTorque{18000, 10000, 6000};  // [N m]
-constexpr btScalar kHeight = 1.1f;                                   // [m] of the shoulder
 
 /// Joint angles over time [s; rad against the parent, positive lowers the tip].
 struct Pose {
@@ -53,7 +51,6 @@ int main() {
     btMultiBodyConstraintSolver solver;
     btMultiBodyDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
     world.setGravity({0, 0, btScalar(-9.81)});
-
     bsoil::SoilDef def;
     def.up = bsoil::UpAxis::z;
     def.size_m = {3.5, 2, 1.2};
@@ -64,8 +61,8 @@ int main() {
     if (!(*soil)->fill(bsoil::BoxFill{{{0, -1, 0}, {3.4, 1, 0.6}}, ""})) return 2;
 
     // Bars along x, and at the end a scoop of four plates, 0.06 m thick: open towards -z.
-    btBoxShape boom({kLength[0] / 2, 0.06f, 0.06f}), stick({kLength[1] / 2, 0.05f, 0.05f});
-    btBoxShape top({0.25f, 0.30f, 0.03f}), back({0.03f, 0.30f, 0.20f}), side({0.25f, 0.03f, 0.20f});
+    btBoxShape boom({kLength[0] / 2, 0.06f, 0.06f}), stick({kLength[1] / 2, 0.05f, 0.05f}),
+        top({0.25f, 0.30f, 0.03f}), back({0.03f, 0.30f, 0.20f}), side({0.25f, 0.03f, 0.20f});
     btCompoundShape scoop;
     const auto at = [](float x, float y, float z) {
         return btTransform(btQuaternion::getIdentity(), btVector3(x, y, z));
@@ -77,15 +74,14 @@ int main() {
     const std::array<btCollisionShape*, kLinks> shapes{&boom, &stick, &scoop};
 
     btMultiBody arm(kLinks, 0, {0, 0, 0}, true, false);  // fixed base, never asleep
-    arm.setBaseWorldTransform(at(0, 0, kHeight));
-    std::array<double, kLinks> angle = angles_at(0);
+    arm.setBaseWorldTransform(at(0, 0, 1.1f));
     for (int i = 0; i < kLinks; ++i) {
         btVector3 inertia;
         shapes[i]->calculateLocalInertia(kMass[i], inertia);
         const btVector3 to_joint(i ? kLength[i - 1] / 2 : 0, 0, 0), to_center(kLength[i] / 2, 0, 0);
         arm.setupRevolute(i, kMass[i], inertia, i - 1, btQuaternion::getIdentity(), {0, 1, 0},
                           to_joint, to_center, true);
-        arm.setJointPos(i, btScalar(angle[i]));
+        arm.setJointPos(i, btScalar(angles_at(0)[size_t(i)]));
     }
     arm.finalizeMultiDof();
     arm.setHasSelfCollision(false);
@@ -105,9 +101,9 @@ int main() {
     double peak_n = 0;
     for (int step = 0; step < 7 * 240; ++step) {
         const double end_s = (step + 1) * double(kStep);
-        angle = angles_at(end_s);
         for (int i = 0; i < kLinks; ++i)
-            motors[size_t(i)].setVelocityTarget(btScalar((angle[i] - arm.getJointPos(i)) * 60));
+            motors[size_t(i)].setVelocityTarget(
+                btScalar((angles_at(end_s)[size_t(i)] - arm.getJointPos(i)) * 60));
         world.stepSimulation(kStep, 0);
         report = (*soil)->body_report(colliders[2]);
         peak_n = std::max(peak_n, bsoil::length(report.force_n));
