@@ -68,6 +68,7 @@ SheetGrowth sheet_growth(const ConvexShape& shape, double voxel_m) {
         case ConvexShape::Kind::sphere:
         case ConvexShape::Kind::capsule:
         case ConvexShape::Kind::cone:
+        case ConvexShape::Kind::lattice:  // has been given its walls when it was made
             return {};
     }
     return {};
