@@ -33,6 +33,13 @@ void list(StateStream& stream, BodyMotion& motion) {
            motion.angular_velocity_rad_s);
 }
 
+/// Makes a body the one that stands in its world now.
+void rebind(BodyState& body) {
+    body.proxy_id = proxy_id_of(*body.object);
+    body.internal_type = body.object->getInternalType();
+    body.world_index = body.object->getWorldArrayIndex();
+}
+
 /// Whether an object can play a role: the coupling casts by it.
 bool can_be(const btDiscreteDynamicsWorld& world, btCollisionObject& object, BodyRole role) {
     if (role == BodyRole::rigid) return btRigidBody::upcast(&object) != nullptr;
@@ -211,17 +218,25 @@ void CouplingSnapshot::put_into(const Parts& parts) {
         if (body.tracked.id >= 0) collector.id_taken_[static_cast<size_t>(body.tracked.id)] = true;
         collector.tracked_[body.object] = std::move(body.tracked);
     }
+    // The world may have given its objects other ids.
+    const btCollisionObjectArray& objects = parts.world.getCollisionObjectArray();
+    for (int i = 0; i < objects.size(); ++i) {
+        const auto options = collector.options_.find(objects[i]);
+        if (options == collector.options_.end()) continue;
+        options->second.proxy_id = proxy_id_of(*objects[i]);
+        options->second.seen_in_scan = m.scan;
+    }
     parts.coupling.take_rows_out();
     parts.coupling.coupled_.clear();
     for (ContactCoupling::Coupled& coupled : m.coupled) {
-        coupled.body.proxy_id = proxy_id_of(*coupled.body.object);
+        rebind(coupled.body);
         const int id = coupled.body.id;
         parts.coupling.coupled_.emplace(id, std::move(coupled));
     }
     parts.carried.close_substep();
     parts.carried.loaded_.clear();
     for (CarriedLoads::Loaded& loaded : m.loaded) {
-        loaded.body.proxy_id = proxy_id_of(*loaded.body.object);
+        rebind(loaded.body);
         parts.carried.loaded_[loaded.body.id] = loaded;
     }
 }

@@ -123,8 +123,8 @@ class SoilAction final : public btActionInterface {
     /// cannot be written, or a pose or velocity is not finite.
     Status save(const std::string& path) const;
     /// Replaces the state of the soil and the coupling. The world must hold the same objects in the
-    /// same order; their poses are the host's to put back. Options of bodies (ignore(),
-    /// set_surface()) are not touched. last_report() has no contacts until the next soil step.
+    /// same order; their poses are the host's to put back. Options of bodies
+    /// (set_options()) are not touched. last_report() has no contacts until the next soil step.
     /// Error: the file is damaged or of another soil or world; it names what differs and changes
     /// nothing.
     Status load(const std::string& path);
