@@ -35,6 +35,7 @@ struct BodyState {
 inline void remember_identity(BodyState& body) {
     body.proxy_id = body.object->getBroadphaseHandle()->getUid();
     body.internal_type = body.object->getInternalType();
+    body.world_index = body.object->getWorldArrayIndex();
 }
 
 /// Whether the world still holds that very object: no pointer to a body is followed before.

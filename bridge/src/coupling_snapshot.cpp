@@ -211,6 +211,14 @@ void CouplingSnapshot::put_into(const Parts& parts) {
         if (body.tracked.id >= 0) collector.id_taken_[static_cast<size_t>(body.tracked.id)] = true;
         collector.tracked_[body.object] = std::move(body.tracked);
     }
+    // The world may have given its objects other ids.
+    const btCollisionObjectArray& objects = parts.world.getCollisionObjectArray();
+    for (int i = 0; i < objects.size(); ++i) {
+        const auto options = collector.options_.find(objects[i]);
+        if (options == collector.options_.end()) continue;
+        options->second.proxy_id = proxy_id_of(*objects[i]);
+        options->second.seen_in_scan = m.scan;
+    }
     parts.coupling.take_rows_out();
     parts.coupling.coupled_.clear();
     for (ContactCoupling::Coupled& coupled : m.coupled) {

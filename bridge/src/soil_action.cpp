@@ -209,7 +209,7 @@ Result<std::vector<SnapshotSection>> SnapshotAccess::sections(const SoilAction& 
     StateStream stream;
     std::vector<ObjectKind> kinds = object_kinds(*d.world);
     stream.list(kinds, 1, [&](ObjectKind& kind) { kind.list(stream); });
-    stream(d.unstepped_s, d.uncollected_s, d.step_count);
+    stream(d.unstepped_s, d.uncollected_s, d.step_count, d.enabled);
     std::vector<BodyLoad> loads(d.report.loads.begin(), d.report.loads.end());
     list(stream, d.report, loads);
     CouplingSnapshot::of(d.parts()).serialize(stream, *d.world);
@@ -229,6 +229,7 @@ Result<std::function<void()>> SnapshotAccess::prepare(SoilAction& action,
     struct Saved {
         double unstepped_s = 0, uncollected_s = 0;
         long long step_count = 0;
+        bool enabled = true;
         StepReport report;
         std::vector<BodyLoad> loads;
         CouplingSnapshot memory;
@@ -239,7 +240,7 @@ Result<std::function<void()>> SnapshotAccess::prepare(SoilAction& action,
     stream.list(kinds, 32, [&](ObjectKind& kind) { kind.list(stream); });
     if (!stream.good()) return Error{"is damaged"};
     if (const Status same = check_same_objects(kinds, *d.world); !same) return Error{same.error()};
-    stream(saved->unstepped_s, saved->uncollected_s, saved->step_count);
+    stream(saved->unstepped_s, saved->uncollected_s, saved->step_count, saved->enabled);
     list(stream, saved->report, saved->loads);
     saved->memory.serialize(stream, *d.world);
     const double step_s = d.soil->def().step_s;
@@ -253,6 +254,7 @@ Result<std::function<void()>> SnapshotAccess::prepare(SoilAction& action,
         d.unstepped_s = saved->unstepped_s;
         d.uncollected_s = saved->uncollected_s;
         d.step_count = saved->step_count;
+        d.enabled = saved->enabled;
         d.loaded_loads = saved->loads;
         d.report = saved->report;
         d.report.loads = d.loaded_loads;

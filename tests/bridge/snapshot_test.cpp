@@ -117,7 +117,8 @@ std::unique_ptr<TestWorld> build_machine() {
     hinge->enableAngularMotor(true, -3, 2);
     s.world->addConstraint(hinge.get(), true);
     w->constraints.push_back(std::move(hinge));
-    s.add_box(60, {0.2f, 0.05f, 0.2f}, {-0.1f, 0.5f, 0.7f});
+    btRigidBody& plate = s.add_box(60, {0.2f, 0.05f, 0.2f}, {-0.1f, 0.5f, 0.7f});
+    EXPECT_TRUE(w->soil->set_options(plate, {.surface = {0.1, 0}}));
     auto& scoop = static_cast<btCompoundShape&>(s.shape<btCompoundShape>());
     btTransform at = btTransform::getIdentity();
     const auto wall = [&](const btVector3& half, const btVector3& place) {
@@ -344,6 +345,24 @@ TEST_F(WorldSnapshot, soil_and_coupling_alone_go_on_where_the_host_puts_the_bodi
         ASSERT_EQ(restored->soil->soil().checksum(), saved->soil->soil().checksum()) << i;
         ASSERT_EQ(restored->soil->body_report(*restored->driven).force_n.x,
                   saved->soil->body_report(*saved->driven).force_n.x);
+    }
+}
+
+TEST_F(WorldSnapshot, a_soil_that_is_off_stays_off) {
+    const auto saved = build_machine(), restored = build_machine();
+    saved->run(20);
+    saved->soil->set_enabled(false);
+    saved->run(2);
+    ASSERT_TRUE(saved->save(path("a")));
+    restored->frame = saved->frame;
+    ASSERT_TRUE(restored->load(path("a")));
+    EXPECT_FALSE(restored->soil->is_enabled());
+    for (int i = 0; i < 20; ++i) {
+        if (i == 5)
+            for (TestWorld* w : {saved.get(), restored.get()}) w->soil->set_enabled(true);
+        saved->step();
+        restored->step();
+        ASSERT_EQ(restored->checksum(), saved->checksum()) << i;
     }
 }
 
