@@ -45,7 +45,7 @@ struct WheelForces {
 };
 
 /// Projected Gauss-Seidel on four unknowns: the speeds of rise, of spin and of the chassis forward
-/// and sideways. patch_normal_n: normal force per patch. Cost: some 20 us for 24 patches.
+/// and sideways. patch_normal_n: normal force per patch. Cost: some 40 us for 24 patches.
 WheelForces solve_wheel(const WheelState& wheel, const WheelContact& contact, double substep_s,
                         std::vector<double>& patch_normal_n);
 
