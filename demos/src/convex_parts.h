@@ -8,14 +8,15 @@
 namespace bsoil::scene {
 
 /// The hull of each connected component of a mesh (vertices closer than a millionth of the mesh's
-/// size are one), largest first. Components that lie inside another one's hull, and flat ones, are left out.
+/// size are one), largest first. Components that lie inside another one's hull, and flat ones, are
+/// left out.
 std::vector<ConvexHull> component_hulls(const TriangleMesh& mesh);
 
 /// Cuts a closed mesh with planes until the hulls of the pieces hold at most 3 % more than the mesh
 /// does, or there are `part_capacity` of them. The planes are those of the mesh's own faces, where
-/// they serve: a bucket falls into its plates. Splinters below a ten-thousandth of the whole are left
-/// out. A mesh with holes is cut too, with more or fewer pieces than it needs. Cost: half a second
-/// for 1000 triangles and 40 pieces.
+/// they serve: a bucket falls into its plates. Splinters below a ten-thousandth of the whole are
+/// left out. A mesh with holes is cut too, with more or fewer pieces than it needs. Cost: half a
+/// second for 1000 triangles and 40 pieces.
 std::vector<ConvexHull> convex_parts(const TriangleMesh& mesh, int part_capacity);
 
 /// Makes a solid that is thinner than `thickness_m` in some direction so thick, on the side away

@@ -304,9 +304,10 @@ TableOf<RobotItem> robot_table() {
             .flag("ignore_soil", &L::ignore_soil, "the link passes through soil")
             .word("collision", &L::collision, collisions,
                   "what becomes of its collision meshes; the robot's where the key is missing")
-            .integer("part_capacity", &L::part_capacity, {1, 500},
-                     "most solids of a mesh: the largest `components`, or what `decompose` may cut it "
-                     "into")
+            .integer(
+                "part_capacity", &L::part_capacity, {1, 500},
+                "most solids of a mesh: the largest `components`, or what `decompose` may cut it "
+                "into")
             .number("thickness_m", &L::thickness_m, {0, 10},
                     "hulls of the link that are thinner are made so thick, away from the link's "
                     "middle: soil leaks through plates below two voxels")

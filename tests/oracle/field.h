@@ -64,7 +64,7 @@ struct Model {
     double excess_tolerance = 0;  ///< excess up to this does not flow
     double push_room = 0;         ///< a voxel with less free room bars the way of pushed soil
     double pushed_most = 2;  ///< soil that waits for a push to go on before it counts as overflow
-    double still_speed = 0;   ///< a wall slower than this drives no soil out of itself
+    double still_speed = 0;  ///< a wall slower than this drives no soil out of itself
     double speck = 0;        ///< advected shares of a voxel's soil below this stay
     double slip_tolerance = 0;               ///< wedges not worth a slide
     int span_capacity = 5;                   ///< height spans kept of a column

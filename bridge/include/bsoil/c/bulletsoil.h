@@ -157,8 +157,8 @@ bulletsoil_result bulletsoil_set_body_coverage_only(bulletsoil_soil* soil, const
  */
 bulletsoil_result bulletsoil_set_body_surface(bulletsoil_soil* soil, const void* body,
                                               double friction, double adhesion_pa);
-/** 0: the soil is frozen and carries nothing; not 0 again: it goes on with the bodies where they are
- * then. On at first. */
+/** 0: the soil is frozen and carries nothing; not 0 again: it goes on with the bodies where they
+ * are then. On at first. */
 bulletsoil_result bulletsoil_set_enabled(bulletsoil_soil* soil, int32_t enabled);
 
 /** What the soil does to a body; see BodyReport in <bsoil/bullet/soil_action.h>. */
