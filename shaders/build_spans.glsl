@@ -1,3 +1,38 @@
+// Top of the topmost resting soil of a column (Q16) as if there were no bodies; column_surface_q16() says the same of
+// tiles asleep. end: voxels from here on hold no soil.
+int surface_without_bodies(int column, int end) {
+    int surface = 0;
+    int bottom = 0;
+    int top = 0;
+    int kind = kSpanPiled;
+    for (int z = 0; z < end; ++z) {
+        int voxel = column + z * kTileColumns;
+        int terrain = min(kVoxelFull, state_at(kPlaneTerrain, voxel));
+        int volume = state_at(kPlaneVolume, voxel);
+        int base = z * kVoxelFull;
+        bool hangs = volume >= kVoxelFull && terrain == 0;
+        int least = volume + terrain >= kVoxelFull - kSupportSlack ? kVoxelFull : 0;
+        if (terrain >= kSolidCoverage) {
+            surface = kind == kSpanPiled ? top : surface;
+            kind = kSpanRigid;
+        } else if (kind == kSpanRigid) {
+            kind = kSpanPiled;
+            bottom = base;
+            top = base + min(kVoxelFull, max(least, volume > 0 ? volume + terrain : 0));
+        } else if (kind == kSpanPiled) {
+            if (top == base && volume + terrain > 0) {
+                top = base + min(kVoxelFull, max(least, volume + (bottom == base ? terrain : 0)));
+            } else if (hangs) {
+                surface = top;
+                kind = kSpanFalling;
+            }
+        } else {
+            kind = hangs ? kSpanFalling : 0;
+        }
+    }
+    return kind == kSpanPiled ? top : surface;
+}
+
 // The multi-level heightfield, thesis Tables 1 to 3 and (30): the sorted height spans of every column. The vertical index
 // grows upwards here (in the thesis it grows downwards). Heights are Q16 voxels above the floor. Edge spans depend on
 // the neighbours and are made where they are used, in slip_soil. One group per tile, a lane a column.
@@ -113,7 +148,7 @@ void build_spans(int group, int lane) {
         spans[record + kColumnSpeed + kSpanCapacity + i] = 0;
     }
     int tops = (params.plane_stride / params.height) * kColumnWords;
-    spans[tops + slot * kTileColumns + lane] = surface_free ? surface : -1;
+    spans[tops + slot * kTileColumns + lane] = surface_free ? surface : kCovered - surface_without_bodies(column, end);
     if (lost) {
         ATOMIC_OR(result[kResultStatus], kStatusSpansFull);
     }

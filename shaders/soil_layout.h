@@ -91,7 +91,9 @@ CONST_INT(kSpanCapacity, 8)
 CONST_INT(kSpanWords, 3)        // bottom, top (Q16 voxels above the floor), kind
 CONST_INT(kColumnWords, 48)     // count, records, padding, then slip speeds per span, padding
 CONST_INT(kColumnSpeed, 28)     // slip speed of span i (Q16 voxels per base step), two sets used turn by turn
-// After all columns: one word a column, the height of the topmost resting soil (Q16), -1 where a body stands on it.
+// After all columns: one word a column, the height of the topmost resting soil (Q16), or kCovered less that height (as if
+// there were no bodies) where a body stands on it.
+CONST_INT(kCovered, -1)
 // Relative density of a contact whose soil has a fixed density.
 CONST_INT(kDensityFixed, -1)
 CONST_INT(kSpanRigid, 1)

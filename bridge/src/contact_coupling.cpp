@@ -16,7 +16,7 @@ constexpr double kNoDirectionFraction = 1e-6;
 /// A row that gives this part of its limit has yielded: the solver clamps in single precision.
 constexpr double kYieldedFraction = 0.999;
 /// A patch slides when it goes this share of the way that its body goes.
-constexpr double kSliding = 0.1;
+constexpr double kSliding = 0.01;
 /// More drift than this is not the solver's remainder but the contact's own motion.
 constexpr double kDriftMaxM = 0.01;
 /// Part of last substep's force that is given as a preload. The whole of it rings after an impact.
@@ -64,9 +64,6 @@ ContactCoupling::ContactCoupling(btDiscreteDynamicsWorld& world, CoupledSoil soi
     : world_(world),
       multibody_world_(dynamic_cast<btMultiBodyDynamicsWorld*>(&world)),
       soil_(std::move(soil)),
-      has_shear_displacement_(
-          std::any_of(soil_.materials.begin(), soil_.materials.end(),
-                      [](const MaterialDef& m) { return m.shear_displacement_m > 0; })),
       wake_limit_fraction_(options.wake_limit_fraction),
       wake_weight_fraction_(options.wake_weight_fraction) {}
 
@@ -169,12 +166,10 @@ void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const Contac
     const BodyMotion& motion = coupled.body.motion;
     update_strengths(coupled);
     coupled.direction = yield_direction(coupled, voxels, duration_s);
-    std::span<const double> sheared_m;
-    if (has_shear_displacement_)
-        sheared_m = coupled.shear.advance(voxels, motion, soil_.voxel_m, duration_s);
-    const BodyContact contact =
-        group_contacts(voxels, motion, coupled.direction, soil_.up, soil_.voxel_m,
-                       coupled.strengths, sheared_m, patches_);
+    const std::span<const ContactHistory> history =
+        coupled.memory.advance(voxels, motion, soil_.voxel_m, duration_s);
+    const BodyContact contact = group_contacts(voxels, motion, coupled.direction, soil_.up,
+                                               soil_.voxel_m, coupled.strengths, history, patches_);
     coupled.width_m = contact.width_m;
     coupled.report.contact_area_m2 = contact.area_m2;
     coupled.report.sinkage_m = contact.depth_m;
@@ -205,6 +200,7 @@ void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const Contac
         CoupledPatch next;
         next.patch = p;
         next.offset_m = p.point_m - motion.center_of_mass_m;
+        next.shear_offset_m = p.shear_point_m - motion.center_of_mass_m;
         next.friction_normal_n =
             p.normal_limit_n;  // where there was none: it yields while it comes in
         double nearest = std::numeric_limits<double>::infinity();
@@ -252,7 +248,6 @@ PatchRow ContactCoupling::row_of(const Coupled& coupled, const CoupledPatch& pat
     const Vec3 t = first_tangent(p.normal, tangential(patch.applied_force_n, p.normal),
                                  patch.shear_limit_n(), slide);
     PatchRow row;
-    row.offset_m = to_bullet(patch.offset_m);
     row.drift_m = to_bullet(patch.drift_m);
     const Vec3 directions[PatchRow::kCount] = {-p.normal, t, cross(p.normal, t)};
     for (int i = 0; i < PatchRow::kCount; ++i) {
@@ -260,10 +255,17 @@ PatchRow ContactCoupling::row_of(const Coupled& coupled, const CoupledPatch& pat
         const double least_n = i == 0 ? 0 : -most_n;
         const double preload_n = dot(patch.preload_n, directions[i]);
         row.direction[i] = to_bullet(directions[i]);
+        row.offset_m[i] = to_bullet(i == 0 ? patch.offset_m : patch.shear_offset_m);
         row.lower_n[i] = static_cast<btScalar>(least_n - preload_n);
         row.upper_n[i] = static_cast<btScalar>(most_n - preload_n);
     }
     return row;
+}
+
+void ContactCoupling::apply(btRigidBody& body, const CoupledPatch& patch, Vec3 force_n) {
+    const Vec3 along = tangential(force_n, patch.patch.normal);
+    body.applyForce(to_bullet(force_n - along), to_bullet(patch.offset_m));
+    body.applyForce(to_bullet(along), to_bullet(patch.shear_offset_m));
 }
 
 /// Gives last substep's forces to the body before the solve, within this substep's limits; the rows
@@ -281,7 +283,7 @@ void ContactCoupling::preload(Coupled& coupled) {
         const double most_n = patch.shear_limit_n();
         if (length(along) > most_n) along = along * (most_n / length(along));
         patch.preload_n = kPreloadFraction * (along - normal_n * p.normal);
-        body.applyForce(to_bullet(patch.preload_n), to_bullet(patch.offset_m));
+        apply(body, patch, patch.preload_n);
     }
 }
 
@@ -322,8 +324,7 @@ void ContactCoupling::take_rows_out() {
         const Coupled& coupled = coupled_.at(id);
         if (coupled.body.role != BodyRole::rigid) continue;
         btRigidBody& body = *static_cast<btRigidBody*>(coupled.body.object);
-        for (const CoupledPatch& patch : coupled.patches)
-            body.applyForce(to_bullet(-patch.preload_n), to_bullet(patch.offset_m));
+        for (const CoupledPatch& patch : coupled.patches) apply(body, patch, -patch.preload_n);
     }
     opened_.clear();
     take_out(rigid_rows_in_, [this](auto* rows) { world_.removeConstraint(rows); });
@@ -368,7 +369,7 @@ bool ContactCoupling::read_forces(Coupled& coupled, btScalar substep_s, Vec3& to
             patch.applied_force_n =
                 from_bullet(coupled.link_rows->applied_force_n(index, substep_s));
         }
-        torque_n_m += cross(patch.offset_m, patch.applied_force_n);
+        torque_n_m += patch.torque_n_m(patch.applied_force_n);
     }
     return true;
 }
@@ -379,8 +380,9 @@ void ContactCoupling::add_drift(Coupled& coupled) {
     const Quat turn = pose.rotation * conjugate(coupled.pose_at_open.rotation);
     for (CoupledPatch& patch : coupled.patches) {
         const Vec3 n = patch.patch.normal;
-        const Vec3 moved = pose.position + rotate(turn, patch.offset_m) -
-                           coupled.pose_at_open.position - patch.offset_m;
+        const Vec3 shift = pose.position - coupled.pose_at_open.position;
+        const Vec3 moved = shift + rotate(turn, patch.offset_m) - patch.offset_m;
+        const Vec3 sheared = shift + rotate(turn, patch.shear_offset_m) - patch.shear_offset_m;
         double into = dot(patch.drift_m, n);
         const double approach = dot(moved, n);
         const double normal_n = -dot(patch.applied_force_n, n);
@@ -388,7 +390,7 @@ void ContactCoupling::add_drift(Coupled& coupled) {
             into = std::clamp(into + approach, 0.0, kDriftMaxM);
         const bool slides = length(tangential(patch.applied_force_n, n)) >=
                             kYieldedFraction * patch.shear_limit_n();
-        Vec3 along = slides ? Vec3{} : tangential(patch.drift_m, n) + tangential(moved, n);
+        Vec3 along = slides ? Vec3{} : tangential(patch.drift_m, n) + tangential(sheared, n);
         if (length(along) > kDriftMaxM) along = along * (kDriftMaxM / length(along));
         patch.drift_m = into * n + along;
     }

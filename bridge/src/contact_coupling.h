@@ -11,9 +11,9 @@
 
 #include "body_state.h"
 #include "bsoil/bullet/soil_action.h"
+#include "contact_memory.h"
 #include "link_patch_constraint.h"
 #include "rigid_patch_constraint.h"
-#include "shear_memory.h"
 
 class btMultiBodyDynamicsWorld;
 
@@ -65,13 +65,19 @@ class ContactCoupling {
     struct CoupledPatch {
         ContactPatch patch;
         Vec3 offset_m;  ///< from the centre of mass: the point follows it, the directions stay
+        Vec3 shear_offset_m;           ///< the same of the point where the shear force acts
         double friction_normal_n = 0;  ///< normal force the friction is reckoned from
         Vec3 applied_force_n;          ///< by the last solve
         Vec3 preload_n;                ///< of it, what was given as a force before the solve
         Vec3 drift_m;                  ///< see PatchRow
 
+        /// Of a force [N] on it, about the centre of mass.
+        Vec3 torque_n_m(Vec3 force_n) const {
+            const Vec3 normal_n = dot(force_n, patch.normal) * patch.normal;
+            return cross(offset_m, normal_n) + cross(shear_offset_m, force_n - normal_n);
+        }
         double shear_limit_n() const {
-            return patch.friction * friction_normal_n + patch.adhesion_n;
+            return patch.shear_share * (patch.friction * friction_normal_n + patch.adhesion_n);
         }
     };
     struct Coupled {
@@ -85,7 +91,7 @@ class ContactCoupling {
         bool was_asleep = false;
         std::array<double, kNormalBinCount> limits_at_sleep_n{};
         BodyReport report;
-        ShearMemory shear;
+        ContactMemory memory;
         double pressure_pa = 0, width_m = 0;
         std::vector<SoilStrength> strengths;  ///< with this body's surface
         SurfaceFriction strengths_surface;
@@ -102,6 +108,7 @@ class ContactCoupling {
                                double duration_s);
     void wake(Coupled& coupled);
     void wake_if_changed(Coupled& coupled);
+    static void apply(btRigidBody& body, const CoupledPatch& patch, Vec3 force_n);
     PatchRow row_of(const Coupled& coupled, const CoupledPatch& patch) const;
     void preload(Coupled& coupled);
     bool read_forces(Coupled& coupled, btScalar substep_s, Vec3& torque_n_m);
@@ -111,7 +118,6 @@ class ContactCoupling {
     btDiscreteDynamicsWorld& world_;
     btMultiBodyDynamicsWorld* multibody_world_;  ///< world_, if it is one
     CoupledSoil soil_;
-    bool has_shear_displacement_;  ///< any material has Janosi's K
     double wake_limit_fraction_, wake_weight_fraction_;
     std::map<int, Coupled>
         coupled_;              ///< by body id: the order of rows must not depend on addresses

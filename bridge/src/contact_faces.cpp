@@ -61,7 +61,7 @@ struct FaceSums {
 
     void add(const ContactVoxel& v, double at_a, double at_b) {
         // What only brushes the soil, like a wheel's rim above its rut, bears nothing.
-        const double w = v.depth_m + v.compression_m > 0 ? v.area_m2 * v.fill : 0;
+        const double w = bearing_depth_m(v) > 0 ? v.area_m2 * v.fill : 0;
         if (!(w > 0)) return;
         area += w;
         ++count;
@@ -70,7 +70,7 @@ struct FaceSums {
         aa += w * at_a * at_a;
         ab += w * at_a * at_b;
         bb += w * at_b * at_b;
-        depth_m = std::max(depth_m, v.depth_m + v.compression_m);
+        depth_m = std::max(depth_m, bearing_depth_m(v));
         if (v.relative_density >= 0) {
             density += w * v.relative_density;
             density_area += w;

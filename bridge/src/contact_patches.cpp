@@ -24,14 +24,74 @@ struct PatchSum {
     double friction_n = 0;  ///< sum of limit times friction
     double adhesion_n = 0;
     double area_m2 = 0;
+    double shear_n = 0;              ///< sum of shear limits
+    Vec3 slide_n;                    ///< sum of shear limit times direction of sliding
+    Vec3 slide_n_m;                  ///< its torque about the centre of mass
+    double slide_size_n = 0;         ///< sum of its magnitudes
+    double square_n_m2 = 0;          ///< sum of limit times squared distance to the centre of mass
+    std::array<Vec3, 3> normals_n;   ///< by axis: sum of limit times normal times its component
+    std::array<Vec3, 3> twists_n_m;  ///< the same of the normal's torque
 };
+
+/// Force and torque about the centre of mass of a shear, spread over a patch.
+struct Shear {
+    Vec3 force_n, torque_n_m;
+};
+
+/// What the patch's voxels give along `tangent` where each takes it along its own surface.
+Shear spread_shear(const PatchSum& sum, Vec3 arm_m, Vec3 tangent) {
+    Shear out{sum.limit_n * tangent, sum.limit_n * cross(arm_m, tangent)};
+    const std::array<double, 3> t{tangent.x, tangent.y, tangent.z};
+    for (int k = 0; k < 3; ++k) {
+        out.force_n += -t[k] * sum.normals_n[k];
+        out.torque_n_m += -t[k] * sum.twists_n_m[k];
+    }
+    return out;
+}
+
+/// From `arm_m` to the line on which a force has the torque of `shear`.
+Vec3 shift_to_line(const Shear& shear, Vec3 arm_m) {
+    const double square = dot(shear.force_n, shear.force_n);
+    if (!(square > 0)) return {};
+    const Vec3 shift = cross(shear.force_n, shear.torque_n_m) * (1 / square) - arm_m;
+    return shift - dot(shift, shear.force_n) / square * shear.force_n;
+}
+
+/// Puts the shear force where the voxels' shear forces have their sum and torque.
+void place_shear(const PatchSum& sum, const BodyMotion& direction, ContactPatch& patch) {
+    patch.shear_point_m = patch.point_m;
+    if (!(sum.shear_n > 0)) return;
+    const Vec3 arm = patch.point_m - direction.center_of_mass_m;
+    const double spread_m = std::sqrt(std::max(0.0, sum.square_n_m2 / sum.limit_n - dot(arm, arm)));
+    const auto within = [spread_m](Vec3 shift) {
+        const double size_m = length(shift);
+        return size_m > spread_m ? shift * (spread_m / size_m) : shift;
+    };
+    const Vec3 along = sum.slide_n - dot(sum.slide_n, patch.normal) * patch.normal;
+    const double one_way_n = length(along);
+    const double slid = sum.slide_size_n / sum.shear_n;
+    // Of what does not slide all of the shear adds up.
+    patch.shear_share = 1 - slid + one_way_n / sum.shear_n;
+    // Voxels that slide against each other have a sum too small to tell its place by.
+    const double against = sum.slide_size_n > 0 ? 1 - one_way_n / sum.slide_size_n : 1;
+    const double placed = slid * (1 - against * against);
+    patch.shear_point_m += placed * within(shift_to_line({along, sum.slide_n_m}, arm));
+    // A wheel that rolls without slip turns about its rim, not about a point inside of it.
+    const Vec3 turn = cross(direction.angular_velocity_rad_s, arm);
+    const Vec3 rolling = turn - dot(turn, patch.normal) * patch.normal;
+    const double rolling_size = length(rolling);
+    if (rolling_size > kCreep)
+        patch.shear_point_m +=
+            (1 - placed) *
+            within(shift_to_line(spread_shear(sum, arm, rolling * (1 / rolling_size)), arm));
+}
 
 }  // namespace
 
 BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotion& motion,
                            const BodyMotion& direction, Vec3 up, double voxel_m,
                            std::span<const SoilStrength> strengths,
-                           std::span<const double> shear_displacement_m,
+                           std::span<const ContactHistory> history,
                            std::vector<ContactPatch>& patches) {
     patches.clear();
     const Quat to_body = conjugate(motion.pose.rotation);
@@ -56,13 +116,14 @@ BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotio
         const int bin = dominant_axis_bin(rotate(to_body, v.normal));
         const FaceExtent& face = faces.faces[faces.of_voxel[i]];
         const SoilStrength& strength = strengths[v.material];
-        const double shear =
-            shear_displacement_m.empty()
-                ? 1
-                : developed_shear(strength, shear_displacement_m[i], face.relative_density);
+        double shear = 1, held = 1;
+        if (!history.empty()) {
+            shear = developed_shear(strength, history[i].sheared_m, face.relative_density);
+            held = unloaded_share(bearing_depth_m(v), history[i].retreat_m);
+        }
         const ElementYield yield = yield_of_element(v, direction.velocity_at(v.position_m),
                                                     dot(motion.velocity_at(v.position_m), v.normal),
-                                                    up, strength, face, shear);
+                                                    up, strength, face, shear, held);
         const double area = v.area_m2 * v.fill;
         const int quadrant =
             quadrant_of(rotate(to_body, v.position_m - centroid[bin]), bin, 1e-6 * voxel_m);
@@ -74,10 +135,23 @@ BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotio
         sum.friction_n += limit_n * yield.friction;
         sum.adhesion_n += area * yield.adhesion_pa;
         sum.area_m2 += area;
+        const double shear_n = limit_n * yield.friction + area * yield.adhesion_pa;
+        const Vec3 arm = v.position_m - motion.center_of_mass_m;
+        sum.shear_n += shear_n;
+        sum.slide_n += shear_n * yield.slide;
+        sum.slide_n_m += cross(arm, shear_n * yield.slide);
+        sum.slide_size_n += shear_n * length(yield.slide);
+        sum.square_n_m2 += limit_n * dot(arm, arm);
+        const std::array<double, 3> n{v.face_normal.x, v.face_normal.y, v.face_normal.z};
+        const Vec3 twist = cross(arm, v.face_normal);
+        for (int k = 0; k < 3; ++k) {
+            sum.normals_n[k] += limit_n * n[k] * v.face_normal;
+            sum.twists_n_m[k] += limit_n * n[k] * twist;
+        }
 
         const Vec3 force = area * yield.mobilized_pa;
         total.mobilized_force_n += force;
-        total.mobilized_torque_n_m += cross(v.position_m - motion.center_of_mass_m, force);
+        total.mobilized_torque_n_m += cross(arm, force);
         const double normal_pa = std::max(0.0, -dot(yield.mobilized_pa, v.normal));
         mobilized_n += area * normal_pa;
         total.mobilized_pressure_pa += area * normal_pa * normal_pa;
@@ -100,7 +174,9 @@ BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotio
                            .normal_limit_n = limit_n,
                            .friction = sum.friction_n / sum.limit_n,
                            .adhesion_n = sum.adhesion_n,
-                           .area_m2 = sum.area_m2});
+                           .area_m2 = sum.area_m2,
+                           .shear_point_m = {}});
+        place_shear(sum, direction, patches.back());
     }
     return total;
 }

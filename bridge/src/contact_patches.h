@@ -26,6 +26,12 @@ inline constexpr int kQuadrantCount =
     4;  ///< of a bin, about its centroid: a patch each, so torque gets through
 inline constexpr int kPatchCapacity = kNormalBinCount * kQuadrantCount;
 
+/// What a voxel of soil has been through beside a body.
+struct ContactHistory {
+    double sheared_m = 0;  ///< length of the path that the body's surface has slid along it
+    double retreat_m = 0;  ///< how far the surface has drawn back since it pressed most
+};
+
 /// Part of a body's contact with the soil. World axes.
 struct ContactPatch {
     int bin = 0;   ///< 0..5: dominant axis of the normals in the body's frame
@@ -35,6 +41,11 @@ struct ContactPatch {
     double friction = 0;        ///< mean, weighted by the limits
     double adhesion_n = 0;      ///< shear force that it takes without any normal force
     double area_m2 = 0;         ///< of its voxels (area times fill)
+    /// Where its shear force acts. A wheel's patch slides along an arc and a ring's in a circle:
+    /// the force that all voxels' shear together has its line outside of the voxels' mean.
+    Vec3 shear_point_m;
+    double shear_share =
+        1;  ///< of the voxels' shear that adds up: they slide in directions of their own
 };
 
 /// All of a body's contact with the soil. World axes.
@@ -53,12 +64,12 @@ struct BodyContact {
 /// cleared first. Sums of limit forces over patches equal those over voxels, so a closed surface
 /// under uniform pressure gives no force. `strengths` is indexed by ContactVoxel::material.
 /// direction: the body's motion as yield sees it, of contact points as a share of the body's motion
-/// (see yield_of_element); motion is what it is now. shear_displacement_m: per voxel, empty where
-/// all shear stress is developed.
+/// (see yield_of_element); motion is what it is now. history: per voxel, empty where
+/// all shear stress is developed and nothing has drawn back.
 BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotion& motion,
                            const BodyMotion& direction, Vec3 up, double voxel_m,
                            std::span<const SoilStrength> strengths,
-                           std::span<const double> shear_displacement_m,
+                           std::span<const ContactHistory> history,
                            std::vector<ContactPatch>& patches);
 
 }  // namespace bsoil::bullet

@@ -55,7 +55,7 @@ void list(StateStream& stream, const btDiscreteDynamicsWorld& world, BodyState& 
 
 void list(StateStream& stream, ContactPatch& patch) {
     stream(patch.bin, patch.point_m, patch.normal, patch.normal_limit_n, patch.friction,
-           patch.adhesion_n, patch.area_m2);
+           patch.adhesion_n, patch.area_m2, patch.shear_point_m, patch.shear_share);
     if (patch.bin < 0 || patch.bin >= kNormalBinCount) stream.refuse();
 }
 
@@ -97,16 +97,18 @@ void CouplingSnapshot::Memory::list_coupled(StateStream& stream,
                                             const btDiscreteDynamicsWorld& world,
                                             ContactCoupling::Coupled& coupled) {
     list(stream, world, coupled.body);
-    stream.list(coupled.patches, 200, [&](ContactCoupling::CoupledPatch& p) {
+    stream.list(coupled.patches, 256, [&](ContactCoupling::CoupledPatch& p) {
         list(stream, p.patch);
-        stream(p.offset_m, p.friction_normal_n, p.applied_force_n, p.preload_n, p.drift_m);
+        stream(p.offset_m, p.shear_offset_m, p.friction_normal_n, p.applied_force_n, p.preload_n,
+               p.drift_m);
     });
     if (coupled.patches.size() > kPatchCapacity) stream.refuse();
     stream(coupled.was_asleep);
     for (double& limit_n : coupled.limits_at_sleep_n) stream(limit_n);
     list(stream, coupled.report);
-    stream.list(coupled.shear.entries_, 72,
-                [&](auto& entry) { stream(entry.center_m, entry.normal, entry.slid_m); });
+    stream.list(coupled.memory.entries_, 80, [&](auto& entry) {
+        stream(entry.center_m, entry.normal, entry.slid_m, entry.retreat_m);
+    });
     stream(coupled.pressure_pa, coupled.width_m, coupled.linear_m_s, coupled.angular_rad_s,
            coupled.has_motion);
     list(stream, coupled.direction);
@@ -169,7 +171,7 @@ CouplingSnapshot CouplingSnapshot::of(const Parts& parts) {
         copy.was_asleep = coupled.was_asleep;
         copy.limits_at_sleep_n = coupled.limits_at_sleep_n;
         copy.report = coupled.report;
-        copy.shear = coupled.shear;
+        copy.memory = coupled.memory;
         copy.pressure_pa = coupled.pressure_pa;
         copy.width_m = coupled.width_m;
         copy.linear_m_s = coupled.linear_m_s;

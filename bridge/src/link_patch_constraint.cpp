@@ -55,7 +55,7 @@ void LinkPatchConstraint::createConstraintRows(btMultiBodyConstraintArray& const
             out.m_angularComponentB = none;
             out.m_solverBodyIdA = data.m_fixedBodyId;
             out.m_solverBodyIdB = data.m_fixedBodyId;
-            const btVector3 point = center + row.offset_m;
+            const btVector3 point = center + row.offset_m[k];
             const btScalar substep_s = info.m_timeStep;
             fillMultiBodyConstraint(out, data, nullptr, nullptr, none, row.direction[k], point,
                                     point, 0, info, row.lower_n[k] * substep_s,

@@ -14,7 +14,7 @@ inline constexpr btScalar kDriftRecovery = btScalar(0.1);
 /// its force times the substep.
 struct PatchRow {
     static constexpr int kCount = 3;
-    btVector3 offset_m{0, 0, 0};  ///< from the centre of mass to the point
+    btVector3 offset_m[kCount];   ///< from the centre of mass to the point where a row acts
     btVector3 direction[kCount];  ///< unit: into the body, then across that and each other
     btScalar lower_n[kCount] = {0, 0, 0}, upper_n[kCount] = {0, 0, 0};
     /// Motion since the contact formed that the soil did not yield to: what the solver, which stops

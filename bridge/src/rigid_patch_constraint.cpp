@@ -35,7 +35,7 @@ void RigidPatchConstraint::getInfo2(btConstraintInfo2* info) {
     for (int i = 0; i < PatchRow::kCount; ++i) {
         const int at = i * info->rowskip;
         copy(row.direction[i], info->m_J1linearAxis + at);
-        copy(row.offset_m.cross(row.direction[i]), info->m_J1angularAxis + at);
+        copy(row.offset_m[i].cross(row.direction[i]), info->m_J1angularAxis + at);
         info->m_constraintError[at] = row.target_velocity(i, substep_s);
         info->m_lowerLimit[at] = row.lower_n[i] * substep_s;
         info->m_upperLimit[at] = row.upper_n[i] * substep_s;

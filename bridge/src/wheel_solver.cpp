@@ -76,7 +76,8 @@ void start_from(const WheelContact& contact, Vec3 up, double substep_s,
                                  substep_s);
         const double a = share * substep_s * dot(across_n, patches[i].directions[1]);
         const double b = share * substep_s * dot(across_n, patches[i].directions[2]);
-        const double most = p.friction * normal.impulse + p.adhesion_n * substep_s;
+        const double most =
+            p.shear_share * (p.friction * normal.impulse + p.adhesion_n * substep_s);
         const double scale = std::min(1.0, most / std::max(std::hypot(a, b), 1e-30));
         solver.apply(first, scale * a);
         solver.apply(second, scale * b);
@@ -113,7 +114,8 @@ WheelForces solve_wheel(const WheelState& wheel, const WheelContact& contact, do
         PatchRows& rows = patches.emplace_back();
         rows.directions = {-p.normal, t, cross(p.normal, t)};
         for (int k = 0; k < 3; ++k)
-            rows.rows[k] = solver.row(jacobian(p.point_m - contact.center_m, rows.directions[k]));
+            rows.rows[k] = solver.row(jacobian(
+                (k == 0 ? p.point_m : p.shear_point_m) - contact.center_m, rows.directions[k]));
     }
     start_from(contact, wheel.up, substep_s, patches, solver);
     Row lowest = solver.row({1, 0, 0, 0}, (wheel.length_m - wheel.length_most_m) / substep_s);
@@ -136,7 +138,8 @@ WheelForces solve_wheel(const WheelState& wheel, const WheelContact& contact, do
             const ContactPatch& patch = contact.patches[p];
             auto& [normal, first, second] = patches[p].rows;
             solver.solve(normal, 0, patch.normal_limit_n * substep_s);
-            const double most = patch.friction * normal.impulse + patch.adhesion_n * substep_s;
+            const double most = patch.shear_share *
+                                (patch.friction * normal.impulse + patch.adhesion_n * substep_s);
             const double a = solver.wanted(first), b = solver.wanted(second);
             const double scale = std::min(1.0, most / std::max(std::hypot(a, b), 1e-30));
             solver.apply(first, scale * a);

@@ -9,9 +9,9 @@
 namespace bsoil::bullet {
 namespace {
 
-/// A retreat by kCreep and this share of the element's own motion has parted from the soil: wider,
-/// and the rear of a slipping wheel, which leaves the soil, carries a quarter of its load.
-constexpr double kRetreat = 0.05;
+/// Soil unloads this much more stiffly than it was loaded: a sole of 0.1 m depth has left it after
+/// a rebound of 10 mm. Wong's LETE sand springs back by 16 mm there.
+constexpr double kUnloadingStiffness = 10;
 
 }  // namespace
 
@@ -34,6 +34,15 @@ double peak_friction_angle(double critical_rad, double relative_density, double 
     const double stress_kpa = std::max(1e-3, mean_stress_pa / 1e3);
     const double dilatancy = relative_density * (kCrushing - std::log(stress_kpa)) - kOffset;
     return critical_rad + kAngle * std::clamp(dilatancy, 0.0, kDilatancyMost);
+}
+
+double bearing_depth_m(const ContactVoxel& contact) {
+    return std::max(contact.depth_m, contact.compression_m);
+}
+
+double unloaded_share(double depth_m, double retreat_m) {
+    if (!(retreat_m > 0)) return 1;
+    return depth_m > 0 ? std::max(0.0, 1 - kUnloadingStiffness * retreat_m / depth_m) : 0;
 }
 
 double developed_shear(const SoilStrength& soil, double displacement_m, double relative_density) {
@@ -69,6 +78,9 @@ SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2,
     const Vec3 up{0, 0, 1}, down{0, 0, -1}, level{1, 0, 0};
     out.sole_stress = -dot(resistive_stress(down, down, up, out.friction), down);
     out.wall_stress = -dot(resistive_stress(level, level, up, out.friction), level);
+    const Vec3 slid = resistive_stress(down, Vec3{1, 0, -kCreep}, up, 10);
+    out.sliding_share =
+        tan_phi / (length(slid - dot(slid, down) * down) / length(dot(slid, down) * down));
     out.shear_displacement_m = material.shear_displacement_m;
     if (material.has_density_range())
         out.placed_relative_density = material.relative_density(material.density_kg_m3);
@@ -133,16 +145,14 @@ FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, doubl
 
 ElementYield yield_of_element(const ContactVoxel& contact, Vec3 motion, double approach_m_s,
                               Vec3 up, const SoilStrength& soil, const FaceExtent& face,
-                              double shear) {
+                              double shear, double held) {
     const Vec3 n = contact.face_normal;
-    const double depth_m = contact.depth_m + contact.compression_m;
+    const double depth_m = bearing_depth_m(contact);
     const double approach = dot(motion, n);
     const Vec3 slide = motion - approach * n;
     const double sliding = length(slide);
     // The limit answers "what if it were pushed in": a slight retreat is taken out of the motion, a
     // creep along the normal is put in, so that it changes smoothly as the element comes to rest.
-    // An element that steadily retreats (the rear of a rolling wheel) has parted from the soil.
-    const double held = std::clamp(1 + approach / (kCreep + kRetreat * length(motion)), 0.0, 1.0);
     const Vec3 push = slide + (std::max(approach, 0.0) + kCreep) * n;
     const Vec3 limit_stress = resistive_stress(n, push * (1 / length(push)), up, soil.friction);
     const double resistive_normal = std::max(0.0, -dot(limit_stress, n));
@@ -169,9 +179,11 @@ ElementYield yield_of_element(const ContactVoxel& contact, Vec3 motion, double a
     // along the surface.
     const double resistive_surface = length(limit_stress + resistive_normal * n);
     const double sliding_friction =
-        resistive_normal > 0 ? std::min(soil.friction, resistive_surface / resistive_normal)
-                             : soil.friction;
+        resistive_normal > 0
+            ? std::min(soil.friction, soil.sliding_share * resistive_surface / resistive_normal)
+            : soil.friction;
     const double slid = sliding / (sliding + kCreep);
+    if (sliding > 0) out.slide = slide * (slid / sliding);
     out.friction =
         std::min(soil.friction + slid * (sliding_friction - soil.friction), shear * soil.tan_phi);
     out.adhesion_pa = depth_m > 0 ? held * shear * soil.adhesion_pa : 0;

@@ -25,9 +25,11 @@ struct SoilStrength {
     double weight_n_m3 = 0;     ///< unit weight gamma
     double passive_factor = 0;  ///< Coulomb's passive earth pressure coefficient of a vertical wall
     double wedge_sides = 0;     ///< share that the wedge's two sides add, per depth over width
-    double sole_stress = 0;     ///< stress over xi depth that resistive force theory gives a level
-                                ///< element pushed down
-    double wall_stress = 0;     ///< ... an upright element pushed along its normal
+    double sliding_share =
+        1;                   ///< tan phi over what resistive force theory has along a sliding sole
+    double sole_stress = 0;  ///< stress over xi depth that resistive force theory gives a level
+                             ///< element pushed down
+    double wall_stress = 0;  ///< ... an upright element pushed along its normal
     double shear_displacement_m = 0;  ///< Janosi's K of soil as placed
     double placed_relative_density = 0;
 };
@@ -75,22 +77,32 @@ double bearing_capacity_factor_nc(double friction_angle_rad);
 /// gives 25 mm for loose and 6 mm for firm sand). 1 where the material has no K.
 double developed_shear(const SoilStrength& soil, double displacement_m, double relative_density);
 
+/// Depth [m] that an element's strength is reckoned from: below the soil's surface, at least what
+/// the soil is pressed in by.
+double bearing_depth_m(const ContactVoxel& contact);
+
+/// Share 0..1 of the yield stress that is left once an element has drawn back from the soil by
+/// retreat_m.
+double unloaded_share(double depth_m, double retreat_m);
+
 /// Stresses [Pa] at one element.
 struct ElementYield {
     double normal_limit_pa =
         0;  ///< largest normal stress the soil can give the element if it is pushed in
     double friction = 0;     ///< shear over normal stress while sliding as it does
     double adhesion_pa = 0;  ///< shear stress besides
+    Vec3 slide;  ///< direction of the sliding, shorter than 1 where the element hardly slides
     Vec3 mobilized_pa;  ///< stress on the body from the motion as it is; zero unless it moves into
                         ///< the soil
 };
 
 /// motion: of the element, as a share of its body's motion, length 0..1; at rest it is zero, and
 /// the speed of the motion is in approach_m_s alone, along the normal: its momentum flux adds to
-/// the limit. up: unit. Depth is counted with the compression added, so that a surface just
-/// touching the soil has some bearing. shear: developed share of the shear stress, 0..1.
+/// the limit. up: unit. Depth is at least the compression, so that a surface just
+/// touching the soil has some bearing. shear: developed share of the shear stress, 0..1. held:
+/// share of the limit that unloading has left, 0..1.
 ElementYield yield_of_element(const ContactVoxel& contact, Vec3 motion, double approach_m_s,
                               Vec3 up, const SoilStrength& soil, const FaceExtent& face = {},
-                              double shear = 1);
+                              double shear = 1, double held = 1);
 
 }  // namespace bsoil::bullet

@@ -67,15 +67,8 @@ Status SceneRun::start(const RunDef& def) {
     auto action = bullet::SoilAction::create(bullet_->world(), soil, options);
     if (!action) return Error{scene_.message(scene_.soil->at, action.error())};
     action_ = std::move(*action);
-    for (const SceneBody& body : bullet_->bodies()) {
-        if (!body.item->tool_friction && !body.item->tool_adhesion_pa) continue;
-        const SurfaceFriction as_material;
-        bullet::BodyOptions body_options = action_->options(*body.object);
-        body_options.surface = {body.item->tool_friction.value_or(as_material.friction),
-                                body.item->tool_adhesion_pa.value_or(as_material.adhesion_pa)};
-        const Status set = action_->set_options(*body.object, body_options);
-        if (!set) return Error{scene_.message(body.item->at, set.error())};
-    }
+    const Status surfaces = set_surfaces(scene_, *bullet_, *action_);
+    if (!surfaces) return surfaces;
     const Status filled = fill_soil(scene_, action_->soil());
     if (!filled) return filled;
     totals_at_start_ = action_->soil().totals();

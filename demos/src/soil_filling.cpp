@@ -117,4 +117,17 @@ Status fill_soil(const Scene& scene, Soil& soil) {
     return Done{};
 }
 
+Status set_surfaces(const Scene& scene, const BulletScene& world, bullet::SoilAction& action) {
+    for (const SceneBody& body : world.bodies()) {
+        if (!body.item->tool_friction && !body.item->tool_adhesion_pa) continue;
+        const SurfaceFriction as_material;
+        bullet::BodyOptions options = action.options(*body.object);
+        options.surface = {body.item->tool_friction.value_or(as_material.friction),
+                           body.item->tool_adhesion_pa.value_or(as_material.adhesion_pa)};
+        const Status set = action.set_options(*body.object, options);
+        if (!set) return Error{scene.message(body.item->at, set.error())};
+    }
+    return Done{};
+}
+
 }  // namespace bsoil::scene

@@ -1,7 +1,9 @@
-/// Puts a scene's terrain and soil into a Soil.
+/// Puts a scene's terrain and soil into a Soil, and tells it of the bodies' surfaces.
 #pragma once
 
+#include "bsoil/bullet/soil_action.h"
 #include "bsoil/soil.h"
+#include "bullet_scene.h"
 #include "scene.h"
 
 namespace bsoil::scene {
@@ -13,5 +15,9 @@ Status fill_soil(const Scene& scene, Soil& soil);
 /// Thesis 2.2.2, after Geiss: a height surface whose sampling point is warped by a second noise, so
 /// that it overhangs, less round hollows.
 DensityFunction terrain_density(const TerrainItem& terrain, UpAxis up, Vec3 floor_center_m);
+
+/// Gives the bodies in the soil the tool friction and adhesion of their items. Error: what
+/// SoilAction::set_options() says, with the place in the scene.
+Status set_surfaces(const Scene& scene, const BulletScene& world, bullet::SoilAction& action);
 
 }  // namespace bsoil::scene

@@ -137,6 +137,53 @@ TEST(ContactPatches, moving_body_mobilizes_force_and_torque) {
     EXPECT_NEAR(total.mobilized_torque_n_m.z, 500, 1e-9);
 }
 
+TEST(ContactPatches, ring_that_turns_has_the_torque_of_its_radius) {
+    SoilStrength sticky = uniform_strength(1000);
+    sticky.adhesion_pa = 200;
+    std::vector<ContactVoxel> voxels;
+    const int count = 360;
+    for (int i = 0; i < count; ++i) {
+        const double angle = 2 * std::numbers::pi * (i + 0.5) / count;
+        voxels.push_back(voxel({std::cos(angle), 0, std::sin(angle)}, {0, -1, 0}, 0.01));
+    }
+    BodyMotion turning;
+    turning.angular_velocity_rad_s = {0, 1, 0};
+    std::vector<ContactPatch> patches;
+    group_contacts(voxels, turning, turning, kUp, 0.1, {&sticky, 1}, {}, patches);
+    ASSERT_EQ(patches.size(), 4u);
+    double torque = 0;
+    for (const ContactPatch& p : patches) {
+        EXPECT_NEAR(length(p.point_m), 0.900, 1e-3) << "the mean of a quarter";
+        torque += p.shear_share * p.adhesion_n * length(p.shear_point_m);
+    }
+    EXPECT_NEAR(torque, 200 * 0.01 * count * 1.0, 0.01 * 200 * 0.01 * count);
+}
+
+TEST(ContactPatches, wheel_that_rolls_turns_about_its_rim) {
+    SoilStrength sticky = uniform_strength(1000);
+    sticky.adhesion_pa = 200;
+    std::vector<ContactVoxel> voxels;
+    for (double angle = -0.1; angle < 0.5; angle += 0.01)
+        for (double side = -0.2; side < 0.21; side += 0.1) {
+            const Vec3 n{std::sin(angle), -std::cos(angle), 0};
+            voxels.push_back(voxel(n + side * Vec3{0, 0, 1}, n, 0.001));
+        }
+    BodyMotion rolling;  // forward, its lowest point at rest
+    rolling.linear_velocity_m_s = {0.5, 0, 0};
+    rolling.angular_velocity_rad_s = {0, 0, -0.5};
+    std::vector<ContactPatch> patches;
+    group_contacts(voxels, rolling, rolling, kUp, 0.1, {&sticky, 1}, {}, patches);
+    ASSERT_EQ(patches.size(), 4u);
+    for (const ContactPatch& p : patches) {
+        // Every voxel's surface slides backwards along the soil, if it slides at all; so does the
+        // patch, whose mean point, inside of the rim, slides forwards near the bottom.
+        const Vec3 along{-p.normal.y, p.normal.x, 0};
+        EXPECT_LE(dot(rolling.velocity_at(p.shear_point_m), along), 1e-6) << p.point_m.x;
+        const Vec3 arm{p.shear_point_m.x, p.shear_point_m.y, 0};
+        EXPECT_NEAR(length(arm), 1, 0.02) << p.point_m.x;
+    }
+}
+
 TEST(ContactPatches, nothing_gives_no_patches) {
     std::vector<ContactPatch> patches(3);
     const BodyContact total = group_contacts({}, {}, {}, kUp, 0.1, {}, {}, patches);

@@ -210,7 +210,7 @@ TEST(RaycastVehicle, leaves_ruts_and_stands_lower_in_them) {
         scene.run(0.7);
         for (int wheel = 0; wheel < 4; ++wheel) fresh_m += car.wheel_height_m(wheel) / 4;
         car.drive(24000);
-        scene.run(1.8);
+        scene.run(2.8);
         EXPECT_GT(car.x(), 0);
         caster.detach();
         scene.remove(car.chassis);

@@ -42,23 +42,25 @@ TEST(YieldTraction, resting_surface_yields_as_if_pressed_along_its_normal) {
     EXPECT_EQ(length(y.mobilized_pa), 0);
 }
 
-TEST(YieldTraction, slight_retreat_keeps_part_of_the_limit_and_a_steady_one_none) {
+TEST(YieldTraction, unloads_ten_times_as_stiffly_as_it_loads) {
+    EXPECT_EQ(unloaded_share(0.1, 0), 1);
+    EXPECT_NEAR(unloaded_share(0.1, 0.005), 0.5, 1e-12);
+    EXPECT_EQ(unloaded_share(0.1, 0.02), 0);
+    EXPECT_EQ(unloaded_share(0, 0), 1);
+    EXPECT_EQ(unloaded_share(0, 1e-6), 0);
     const SoilStrength soil = strength_of(sand(), kGravity_m_s2);
-    const double at_rest = yield_of_element(element(kDown, 0.1), {}, 0, kUp, soil).normal_limit_pa;
-    double last = at_rest;
-    for (double retreat = 0.001; retreat < kCreep; retreat += 0.001) {
-        const ElementYield y = yield_of_element(element(kDown, 0.1), {0, retreat, 0}, 0, kUp, soil);
-        EXPECT_LT(y.normal_limit_pa, last);
-        EXPECT_GT(y.normal_limit_pa, last - 0.11 * at_rest);
-        EXPECT_EQ(length(y.mobilized_pa), 0);
-        last = y.normal_limit_pa;
-    }
-    EXPECT_EQ(yield_of_element(element(kDown, 0.1), {0, 0.02, 0}, 0, kUp, soil).normal_limit_pa, 0);
-    // What slides fast may retreat a little more: by a twentieth of its motion.
-    EXPECT_GT(yield_of_element(element(kDown, 0.1), {0.5, 0.02, 0}, 0, kUp, soil).normal_limit_pa,
-              0);
-    EXPECT_EQ(yield_of_element(element(kDown, 0.1), {0.5, 0.05, 0}, 0, kUp, soil).normal_limit_pa,
-              0);
+    const FaceExtent no_size;
+    const ElementYield loaded = yield_of_element(element(kDown, 0.1), {}, 0, kUp, soil, no_size);
+    const ElementYield half =
+        yield_of_element(element(kDown, 0.1), {}, 0, kUp, soil, no_size, 1, 0.5);
+    EXPECT_NEAR(half.normal_limit_pa, 0.5 * loaded.normal_limit_pa, 1e-9);
+    EXPECT_EQ(half.friction, loaded.friction);
+}
+
+TEST(YieldTraction, body_that_draws_back_meets_nothing) {
+    const SoilStrength soil = strength_of(sand(), kGravity_m_s2);
+    const ElementYield y = yield_of_element(element(kDown, 0.1), {0, 0.02, 0}, 0, kUp, soil);
+    EXPECT_EQ(length(y.mobilized_pa), 0);
 }
 
 TEST(YieldTraction, limit_changes_smoothly_as_a_body_comes_to_rest) {

@@ -57,6 +57,7 @@ struct TractionItem : scene::SceneItem {
     double travel_m = 0.5, window_from_m = 0.25;
     int earlier_passes = 0;
     double friction = 0.5;
+    std::optional<double> rim_friction;
 };
 
 /// [shear]

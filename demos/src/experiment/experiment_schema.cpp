@@ -135,7 +135,10 @@ TableOf<TractionItem> traction_table() {
                  "over the same bed, each like the one that is measured; the wheel is lifted back "
                  "between them, and the sinkage is that below the free surface before the first")
         .number("friction", &T::friction, {0, 10},
-                "Coulomb friction with a rigid plane; with soil the material's counts");
+                "Coulomb friction with a rigid plane; with soil the material's counts")
+        .number("rim_friction", &T::rim_friction, {0, 2},
+                "with soil, of a wheel without grousers; the material's where the key is missing. "
+                "Grousers hold the soil between them: it shears on itself");
 }
 
 TableOf<ShearItem> shear_table() {

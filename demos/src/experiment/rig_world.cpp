@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "scene_load.h"
+#include "soil_filling.h"
 
 namespace bsoil::experiment {
 namespace {
@@ -76,6 +77,8 @@ Status RigWorld::start(const RigSetup& setup, const std::vector<std::string>& un
     auto action = bullet::SoilAction::create(bullet_->world(), def, options);
     if (!action) return Error{scene_.message(scene_.soil->at, action.error())};
     action_ = std::move(*action);
+    const Status surfaces = scene::set_surfaces(scene_, *bullet_, *action_);
+    if (!surfaces) return surfaces;
     const Vec3 center = bed_center_m(setup);
     const double reach = length(def.size_m);  // beyond the grid's corners, however it is turned
     const BoxFill bed{{{center.x - reach, center.y - reach, center.z - setup.bed.depth_m},

@@ -123,6 +123,7 @@ Result<RigOutput> run_traction(const RigSetup& setup, const TractionItem& wheel,
     body.parts = solids_of(wheel);
     body.mass_kg = wheel.wheel_mass_kg;
     body.friction = wheel.friction;
+    if (wheel.grouser_count == 0) body.tool_friction = wheel.rim_friction;
     body.pose = {start, yaw};
     body.group = "rig";
     scene.bodies.push_back(body);

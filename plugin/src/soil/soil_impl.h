@@ -125,12 +125,20 @@ struct Soil::Impl {
     std::vector<Aabb> shape_boxes;
     std::vector<int> contact_order, surface_queue;
     struct SurfaceSum {
-        int64_t height_q16 = 0;
-        int64_t count = 0;
+        int64_t height_q16 = 0, count = 0;                  ///< of free columns
+        int64_t covered_height_q16 = 0, covered_count = 0;  ///< of columns under bodies
+        SurfaceSum operator+(const SurfaceSum& o) const {
+            return {height_q16 + o.height_q16, count + o.count,
+                    covered_height_q16 + o.covered_height_q16, covered_count + o.covered_count};
+        }
+        SurfaceSum operator-(const SurfaceSum& o) const {
+            return {height_q16 - o.height_q16, count - o.count,
+                    covered_height_q16 - o.covered_height_q16, covered_count - o.covered_count};
+        }
     };
     std::vector<uint8_t> surface_tiles;  ///< by tile of the rectangle: 1 with contacts, 2 near some
     std::vector<int32_t> surface_height;
-    std::vector<SurfaceSum> surface_sums;      ///< over the free columns below and left of a corner
+    std::vector<SurfaceSum> surface_sums;      ///< over the columns below and left of a corner
     std::vector<const StepBody*> body_inputs;  ///< by body index; of the step in progress
     std::vector<double> body_width_voxels;     ///< of the contact, by body index
     int surface_low[2] = {0, 0}, surface_size[2] = {0, 0};
@@ -202,7 +210,8 @@ struct Soil::Impl {
     void run_advection();
     void run_slippage();
     void read_results(std::span<const StepBody> step_bodies);
-    void add_contact(const ContactVoxel& contact, Vec3 face_normal);
+    void add_contact(const ContactVoxel& contact, Vec3 face_normal, const StepBody& body,
+                     double below_m);
     void read_activity();
     void find_free_surface();
     void find_surface_tiles();

@@ -41,13 +41,14 @@ constexpr int kSlipPassesMost = 16;
 // Gradients turned this far (its sine) from the face next to them are of an edge: 20 deg, more than
 // a round body of three voxels radius turns within a voxel.
 constexpr double kEdgeSine = 0.34;
+/// Faces round an edge whose normals are further apart are different ones.
+constexpr double kSameFaceCosine = 0.7;
 
-// Columns around a contact that can count for its free surface, and two marks in place of heights.
+// Columns around a contact that can count for its free surface, and a mark in place of a height.
 constexpr int kSurfaceTiles = 2;
 constexpr int kSurfaceReach = kSurfaceTiles * kTileSide;
 constexpr double kTieSlack = 1e-6;
-constexpr int32_t kUnderBody = -1;
-constexpr int32_t kNotLookedAt = -2;
+constexpr int32_t kNotLookedAt = INT32_MIN;
 
 using Clock = std::chrono::steady_clock;
 double ms_since(Clock::time_point start) {
@@ -876,11 +877,11 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
             contact.area_m2 *= length(area);
             contact.normal = area * (1 / std::max(length(area), 1e-9));
         }
-        contact.depth_m =
-            std::max(0.0, free_surface_beside(c[0], c[1], at, gradient * (-1 / steep),
-                                              body_width_voxels[static_cast<size_t>(c[3])]) -
-                              at.z) *
-            voxel;
+        const double below_m = (free_surface_beside(c[0], c[1], at, gradient * (-1 / steep),
+                                                    body_width_voxels[static_cast<size_t>(c[3])]) -
+                                at.z) *
+                               voxel;
+        contact.depth_m = std::max(0.0, below_m);
         contact.fill = static_cast<double>(c[7]) / kVoxelFull;
         contact.compression_m =
             std::min(1.0, static_cast<double>(c[8]) / kVoxelFull / share) * voxel;
@@ -888,14 +889,15 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
         contact.relative_density =
             c[10] == kDensityFixed ? -1 : static_cast<double>(c[10]) / kVoxelFull;
         contact.face_normal = face.normal;
-        add_contact(contact, face.normal);
+        add_contact(contact, face.normal, *body, below_m);
     }
 }
 
 // At an edge the gradient of the coverage points between two faces. The soil meets the faces: the
 // area vector is parted into one along the nearest face's normal and the rest, so that its sum over
 // the body stays what it is.
-void Soil::Impl::add_contact(const ContactVoxel& contact, Vec3 face_normal) {
+void Soil::Impl::add_contact(const ContactVoxel& contact, Vec3 face_normal, const StepBody& body,
+                             double below_m) {
     contacts.push_back(contact);
     const double along = dot(face_normal, contact.normal);
     const Vec3 rest = contact.normal - along * face_normal;
@@ -910,8 +912,21 @@ void Soil::Impl::add_contact(const ContactVoxel& contact, Vec3 face_normal) {
     contacts.back().normal = face_normal;
     contacts.back().area_m2 = contact.area_m2 * along;
     contacts.push_back(contact);
-    contacts.back().normal = contacts.back().face_normal = rest * (1 / across);
-    contacts.back().area_m2 = contact.area_m2 * across;
+    ContactVoxel& other = contacts.back();
+    other.normal = other.face_normal = rest * (1 / across);
+    other.area_m2 = contact.area_m2 * across;
+    // The other face is looked for round the edge; from there it lies half a voxel on.
+    const double voxel = frame.voxel_m;
+    const Vec3 beyond = contact.position_m + voxel * (other.normal - 0.5 * face_normal);
+    const NearestFace face = nearest_face(*body.input, body.track->walls, beyond, voxel);
+    if (dot(face.normal, other.normal) < kSameFaceCosine || std::abs(face.distance_m) > voxel) {
+        return;
+    }
+    const Vec3 up = rotate(frame.grid_to_world.rotation, {0, 0, 1});
+    const Vec3 position = beyond - face.distance_m * face.normal;
+    other.depth_m = std::max(0.0, below_m - dot(position - other.position_m, up));
+    other.position_m = position;
+    other.face_normal = face.normal;
 }
 
 // Height of the soil's free surface around the contacts, and its sums; at a column under a body
@@ -970,7 +985,7 @@ void Soil::Impl::find_free_surface() {
             const int nx = x + step[0], ny = y + step[1];
             if (nx >= 0 && ny >= 0 && nx < surface_size[0] && ny < surface_size[1]) {
                 int32_t& next = surface_height[static_cast<size_t>(ny) * surface_size[0] + nx];
-                if (next == kUnderBody) {
+                if (next < 0 && next != kNotLookedAt) {
                     next = surface_height[surface_queue[head]];
                     surface_queue.push_back(ny * surface_size[0] + nx);
                 }
@@ -1017,10 +1032,12 @@ void Soil::Impl::sum_up_free_surface() {
             if (height_q16 >= 0) {
                 row.height_q16 += height_q16;
                 ++row.count;
+            } else if (height_q16 != kNotLookedAt) {
+                row.covered_height_q16 += kCovered - height_q16;
+                ++row.covered_count;
             }
             const SurfaceSum& above = surface_sums[static_cast<size_t>(y) * (nx + 1) + x + 1];
-            surface_sums[static_cast<size_t>(y + 1) * (nx + 1) + x + 1] = {
-                above.height_q16 + row.height_q16, above.count + row.count};
+            surface_sums[static_cast<size_t>(y + 1) * (nx + 1) + x + 1] = above + row;
         }
     }
 }
@@ -1050,14 +1067,19 @@ double Soil::Impl::free_surface_beside(int x, int y, Vec3 at, Vec3 outward,
     const auto sum = [&](int ix, int iy) -> const SurfaceSum& {
         return surface_sums[static_cast<size_t>(iy) * (nx + 1) + ix];
     };
-    const int64_t count =
-        sum(x1, y1).count - sum(x0, y1).count - sum(x1, y0).count + sum(x0, y0).count;
-    if (count == 0) {
+    const SurfaceSum inside = sum(x1, y1) - sum(x0, y1) - sum(x1, y0) + sum(x0, y0);
+    if (inside.count == 0) {
         return nearest;
     }
-    const int64_t height_q16 = sum(x1, y1).height_q16 - sum(x0, y1).height_q16 -
-                               sum(x1, y0).height_q16 + sum(x0, y0).height_q16;
-    return static_cast<double>(height_q16) / 65536.0 / static_cast<double>(count);
+    // What a sole has pressed down stands as a rim within a width of it, and both together are as
+    // high as the soil was. Of a sole so wide that its rim lies out of reach only as much counts.
+    const double wanted = 4 * half * half;
+    const double share = std::min(1.0, static_cast<double>((x1 - x0) * (y1 - y0)) / wanted);
+    const double free = static_cast<double>(inside.count);
+    const double covered = static_cast<double>(inside.covered_count);
+    return (static_cast<double>(inside.height_q16) +
+            share * static_cast<double>(inside.covered_height_q16)) /
+           65536.0 / (free + share * covered);
 }
 
 void Soil::Impl::read_activity() {

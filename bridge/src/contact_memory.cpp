@@ -1,4 +1,4 @@
-#include "shear_memory.h"
+#include "contact_memory.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,17 +14,17 @@ constexpr double kSameAcross = 0.6, kSameAlong = 1.75;
 
 }  // namespace
 
-std::span<const double> ShearMemory::advance(std::span<const ContactVoxel> voxels,
-                                             const BodyMotion& motion, double voxel_m,
-                                             double duration_s) {
+std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVoxel> voxels,
+                                                       const BodyMotion& motion, double voxel_m,
+                                                       double duration_s) {
     previous_.swap(entries_);
     entries_.clear();
-    displacement_m_.clear();
+    history_.clear();
     const double reach_m = kSameAlong * voxel_m, across_m = kSameAcross * voxel_m;
     for (const ContactVoxel& v : voxels) {
         const Vec3 velocity = motion.velocity_at(v.position_m);
         // Soil that only brushes the body, with no depth to it, is not sheared.
-        const bool is_pressed = v.depth_m + v.compression_m > 0;
+        const bool is_pressed = bearing_depth_m(v) > 0;
         Vec3 slid =
             is_pressed ? duration_s * (velocity - dot(velocity, v.normal) * v.normal) : Vec3{};
         const Entry* same = nullptr;
@@ -43,13 +43,18 @@ std::span<const double> ShearMemory::advance(std::span<const ContactVoxel> voxel
             least = unlike;
             same = &*it;
         }
-        if (same) slid += same->slid_m;
-        entries_.push_back({v.center_m, v.normal, slid});
-        displacement_m_.push_back(length(slid));
+        double retreat_m = -duration_s * dot(velocity, v.face_normal);
+        if (same) {
+            slid += same->slid_m;
+            retreat_m += same->retreat_m;
+        }
+        retreat_m = std::clamp(retreat_m, 0.0, voxel_m);
+        entries_.push_back({v.center_m, v.normal, slid, retreat_m});
+        history_.push_back({length(slid), retreat_m});
     }
     std::stable_sort(entries_.begin(), entries_.end(),
                      [](const Entry& a, const Entry& b) { return a.center_m.x < b.center_m.x; });
-    return displacement_m_;
+    return history_;
 }
 
 }  // namespace bsoil::bullet

@@ -1,4 +1,4 @@
-#include "shear_memory.h"
+#include "contact_memory.h"
 
 #include <gtest/gtest.h>
 
@@ -28,14 +28,16 @@ BodyMotion moving(Vec3 velocity_m_s) {
     return motion;
 }
 
-std::vector<double> advanced(ShearMemory& memory, std::vector<ContactVoxel> voxels,
+std::vector<double> advanced(ContactMemory& memory, std::vector<ContactVoxel> voxels,
                              Vec3 velocity_m_s) {
-    const auto slid = memory.advance(voxels, moving(velocity_m_s), kVoxel, kStep);
-    return {slid.begin(), slid.end()};
+    std::vector<double> sheared_m;
+    for (const ContactHistory& h : memory.advance(voxels, moving(velocity_m_s), kVoxel, kStep))
+        sheared_m.push_back(h.sheared_m);
+    return sheared_m;
 }
 
-TEST(ShearMemory, adds_up_the_sliding_and_not_the_approach) {
-    ShearMemory memory;
+TEST(ContactMemory, adds_up_the_sliding_and_not_the_approach) {
+    ContactMemory memory;
     double expected_m = 0;
     for (int step = 0; step < 5; ++step) {
         expected_m += 0.03 * kStep;
@@ -45,8 +47,8 @@ TEST(ShearMemory, adds_up_the_sliding_and_not_the_approach) {
         << "sliding back";
 }
 
-TEST(ShearMemory, soil_that_a_rolling_wheel_comes_to_has_not_sheared) {
-    ShearMemory memory;
+TEST(ContactMemory, soil_that_a_rolling_wheel_comes_to_has_not_sheared) {
+    ContactMemory memory;
     // The contact of a wheel goes from voxel to voxel; only its normal leans forward.
     const Vec3 leaning{std::sin(0.4), 0, -std::cos(0.4)};
     for (int step = 0; step < 10; ++step) {
@@ -57,8 +59,8 @@ TEST(ShearMemory, soil_that_a_rolling_wheel_comes_to_has_not_sheared) {
     }
 }
 
-TEST(ShearMemory, soil_pushed_on_along_the_normal_keeps_its_shear) {
-    ShearMemory memory;
+TEST(ContactMemory, soil_pushed_on_along_the_normal_keeps_its_shear) {
+    ContactMemory memory;
     for (int step = 0; step < 10; ++step) {
         // a wall's contact, drawn up along itself while it moves on by a voxel a step
         const auto slid = advanced(memory, {contact(step, 0, {1, 0, 0})}, {1, 0, 0.05});
@@ -66,8 +68,8 @@ TEST(ShearMemory, soil_pushed_on_along_the_normal_keeps_its_shear) {
     }
 }
 
-TEST(ShearMemory, what_is_not_pressed_is_not_sheared) {
-    ShearMemory memory;
+TEST(ContactMemory, what_is_not_pressed_is_not_sheared) {
+    ContactMemory memory;
     ContactVoxel brushing = contact(0, 0);
     brushing.depth_m = 0;
     EXPECT_EQ(advanced(memory, {brushing}, {1, 0, 0})[0], 0);
@@ -75,8 +77,23 @@ TEST(ShearMemory, what_is_not_pressed_is_not_sheared) {
     EXPECT_NEAR(advanced(memory, {brushing}, {1, 0, 0})[0], 0.1, 1e-12);
 }
 
-TEST(ShearMemory, two_faces_in_one_voxel_are_told_apart) {
-    ShearMemory memory;
+TEST(ContactMemory, remembers_how_far_a_surface_has_drawn_back) {
+    ContactMemory memory;
+    const ContactVoxel sole = contact(0, 0);
+    const auto retreat_m = [&](double rise_m) {
+        return memory.advance({&sole, 1}, moving({0.3, 0, rise_m / kStep}), kVoxel, kStep)[0]
+            .retreat_m;
+    };
+    EXPECT_EQ(retreat_m(-0.005), 0) << "pressed in";
+    EXPECT_NEAR(retreat_m(0.003), 0.003, 1e-12);
+    EXPECT_NEAR(retreat_m(0.002), 0.005, 1e-12);
+    EXPECT_NEAR(retreat_m(-0.004), 0.001, 1e-12) << "comes back";
+    EXPECT_EQ(retreat_m(-0.002), 0) << "and goes on";
+    EXPECT_EQ(retreat_m(0.5), kVoxel) << "parted";
+}
+
+TEST(ContactMemory, two_faces_in_one_voxel_are_told_apart) {
+    ContactMemory memory;
     const Vec3 down{0, 0, -1}, ahead{1, 0, 0};
     for (int step = 1; step <= 3; ++step) {
         const auto slid =
