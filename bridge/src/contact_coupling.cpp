@@ -95,6 +95,7 @@ void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
         if (coupled.body.role != body.role) {  // the host has turned it kinematic or back
             wake(coupled);
             coupled.rigid_rows.clear();
+            coupled.preload.reset();
             coupled.link_rows.reset();
             coupled.patches.clear();
         }
@@ -266,11 +267,13 @@ PatchRow ContactCoupling::row_of(const Coupled& coupled, const CoupledPatch& pat
     return row;
 }
 
-/// Gives last substep's forces to the body before the solve, within this substep's limits; the rows
+/// Gives the body last substep's forces, within this substep's limits, ahead of the rows, which
 /// then find the change. Bullet starts its joints from nothing, and ten iterations from there do
 /// not reach a heavy chassis through light wheels.
 void ContactCoupling::preload(Coupled& coupled) {
     btRigidBody& body = *static_cast<btRigidBody*>(coupled.body.object);
+    if (!coupled.preload) coupled.preload = std::make_unique<PreloadConstraint>(body);
+    Vec3 force_n, torque_n_m;
     for (CoupledPatch& patch : coupled.patches) {
         patch.preload_n = {};
         if (!body.isActive()) continue;
@@ -281,8 +284,13 @@ void ContactCoupling::preload(Coupled& coupled) {
         const double most_n = patch.shear_limit_n();
         if (length(along) > most_n) along = along * (most_n / length(along));
         patch.preload_n = kPreloadFraction * (along - normal_n * p.normal);
-        body.applyForce(to_bullet(patch.preload_n), to_bullet(patch.offset_m));
+        force_n += patch.preload_n;
+        torque_n_m += cross(patch.offset_m, patch.preload_n);
     }
+    coupled.preload->force_n = to_bullet(force_n);
+    coupled.preload->torque_n_m = to_bullet(torque_n_m);
+    world_.addConstraint(coupled.preload.get());
+    rigid_rows_in_.push_back(coupled.preload.get());
 }
 
 void ContactCoupling::open_substep() {
@@ -318,13 +326,6 @@ void ContactCoupling::open(Coupled& coupled) {
 }
 
 void ContactCoupling::take_rows_out() {
-    for (const int id : opened_) {
-        const Coupled& coupled = coupled_.at(id);
-        if (coupled.body.role != BodyRole::rigid) continue;
-        btRigidBody& body = *static_cast<btRigidBody*>(coupled.body.object);
-        for (const CoupledPatch& patch : coupled.patches)
-            body.applyForce(to_bullet(-patch.preload_n), to_bullet(patch.offset_m));
-    }
     opened_.clear();
     take_out(rigid_rows_in_, [this](auto* rows) { world_.removeConstraint(rows); });
     take_out(link_rows_in_,

@@ -12,6 +12,7 @@
 #include "body_state.h"
 #include "bsoil/bullet/soil_action.h"
 #include "link_patch_constraint.h"
+#include "preload_constraint.h"
 #include "rigid_patch_constraint.h"
 #include "shear_memory.h"
 
@@ -67,7 +68,7 @@ class ContactCoupling {
         Vec3 offset_m;  ///< from the centre of mass: the point follows it, the directions stay
         double friction_normal_n = 0;  ///< normal force the friction is reckoned from
         Vec3 applied_force_n;          ///< by the last solve
-        Vec3 preload_n;                ///< of it, what was given as a force before the solve
+        Vec3 preload_n;                ///< of it, what was given before the rows were solved
         Vec3 drift_m;                  ///< see PatchRow
 
         double shear_limit_n() const {
@@ -80,6 +81,7 @@ class ContactCoupling {
         std::vector<ContactPatch> wheel_patches;  ///< only for a wheel
         std::vector<std::unique_ptr<RigidPatchConstraint>>
             rigid_rows;  ///< a pool; the first patches.size() in use
+        std::unique_ptr<PreloadConstraint> preload;  ///< of a rigid body
         std::unique_ptr<LinkPatchConstraint> link_rows;
         Pose pose_at_open;  ///< at the start of the substep
         bool was_asleep = false;
@@ -116,7 +118,7 @@ class ContactCoupling {
     std::map<int, Coupled>
         coupled_;              ///< by body id: the order of rows must not depend on addresses
     std::vector<int> opened_;  ///< ids of the bodies whose rows are in the world
-    std::vector<RigidPatchConstraint*> rigid_rows_in_;  ///< in the order they were put in
+    std::vector<btTypedConstraint*> rigid_rows_in_;  ///< in the order they were put in
     std::vector<LinkPatchConstraint*> link_rows_in_;
     std::vector<ContactVoxel> by_body_;
     std::vector<ContactPatch> patches_;

@@ -203,7 +203,7 @@ struct TrackWheelItem : SceneItem {
     Vec3 position_m;
     double radius_m = 0.2, width_m = 0.1, mass_kg = 10;
     double friction = 1;
-    double motor_torque_n_m = 0;
+    double motor_torque_n_m = 0, bearing_torque_n_m = 1;
     std::optional<double> max_velocity_rad_s;
     Vec3 color{0.3, 0.3, 0.3};
 };
@@ -217,7 +217,7 @@ struct TrackItem : SceneItem {
     double link_width_m = 0.3, link_thickness_m = 0.04, link_mass_kg = 5;
     double grouser_height_m = 0, grouser_thickness_m = 0.02;
     double guide_height_m = 0.04;
-    double friction = 1;
+    double friction = 1, pin_torque_n_m = 1;
     std::optional<double> tool_friction, tool_adhesion_pa;
     Vec3 color{0.1, 0.1, 0.1};
     std::vector<TrackWheelItem> wheels;

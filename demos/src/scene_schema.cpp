@@ -386,6 +386,8 @@ TableOf<TrackItem> track_table() {
                     "tension")
             .number("motor_torque_n_m", &W::motor_torque_n_m, kForce,
                     "largest torque of the motor; 0: the wheel runs free")
+            .number("bearing_torque_n_m", &W::bearing_torque_n_m, kForce,
+                    "dry friction of the bearing of a wheel without motor")
             .number("max_velocity_deg_s", &W::max_velocity_rad_s, {1e-3, 36000},
                     "largest velocity of the motor, whatever the [[motion]] asks", kDegree)
             .vector("color", &W::color, kFraction, "linear red, green, blue for pictures");
@@ -415,6 +417,8 @@ TableOf<TrackItem> track_table() {
         .number("grouser_thickness_m", &T::grouser_thickness_m, kLength, "of that bar")
         .number("guide_height_m", &T::guide_height_m, {0, 10},
                 "of the two guides on the inner face that keep the link on the wheels; 0: none")
+        .number("pin_torque_n_m", &T::pin_torque_n_m, kForce,
+                "dry friction of a pin; without any the upper run swings and does not sleep")
         .number("friction", &T::friction, {0, 10}, "of links with other bodies")
         .number("tool_friction", &T::tool_friction, {0, 2},
                 "Coulomb friction of links with soil; the material's where the key is missing")

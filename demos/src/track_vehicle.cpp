@@ -175,8 +175,9 @@ class TrackBuilder {
         return body;
     }
 
+    /// A motor that nothing drives holds against its torque: dry friction.
     JointItem hinge(const SceneItem& source, const std::string& name, const std::string& parent,
-                    const std::string& child, Vec3 point_in_hull) const {
+                    const std::string& child, Vec3 point_in_hull, double torque_n_m) const {
         JointItem joint;
         static_cast<SceneItem&>(joint) = source;
         joint.name = track_.name + '/' + name;
@@ -185,6 +186,7 @@ class TrackBuilder {
         joint.child = child;
         joint.point_m = transform(hull_pose_, point_in_hull);
         joint.axis = rotate(hull_pose_.rotation, axle_);
+        joint.motor_torque_n_m = torque_n_m;
         return joint;
     }
 
@@ -196,8 +198,9 @@ class TrackBuilder {
         body.mass_kg = wheel.mass_kg;
         body.friction = wheel.friction;
         body.color = wheel.color;
-        JointItem joint = hinge(wheel, wheel.name, track_.hull, body.name, wheel.position_m);
-        joint.motor_torque_n_m = wheel.motor_torque_n_m;
+        const bool is_driven = wheel.motor_torque_n_m > 0;
+        JointItem joint = hinge(wheel, wheel.name, track_.hull, body.name, wheel.position_m,
+                                is_driven ? wheel.motor_torque_n_m : wheel.bearing_torque_n_m);
         joint.max_velocity = wheel.max_velocity_rad_s;
         scene_.bodies.push_back(std::move(body));
         scene_.joints.push_back(std::move(joint));
@@ -253,7 +256,7 @@ class TrackBuilder {
             scene_.joints.push_back(
                 hinge(track_, numbered("pin", i),
                       track_.name + '/' + numbered("link", (i + count - 1) % count),
-                      track_.name + '/' + numbered("link", i), from));
+                      track_.name + '/' + numbered("link", i), from, track_.pin_torque_n_m));
         }
     }
 
