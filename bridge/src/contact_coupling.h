@@ -12,9 +12,9 @@
 #include "body_state.h"
 #include "bsoil/bullet/soil_action.h"
 #include "link_patch_constraint.h"
-#include "preload_constraint.h"
 #include "rigid_patch_constraint.h"
 #include "shear_memory.h"
+#include "torque_constraint.h"
 
 class btMultiBodyDynamicsWorld;
 
@@ -68,7 +68,7 @@ class ContactCoupling {
         Vec3 offset_m;  ///< from the centre of mass: the point follows it, the directions stay
         double friction_normal_n = 0;  ///< normal force the friction is reckoned from
         Vec3 applied_force_n;          ///< by the last solve
-        Vec3 preload_n;                ///< of it, what was given before the rows were solved
+        Vec3 preload_n;                ///< of it, what was given as a force before the solve
         Vec3 drift_m;                  ///< see PatchRow
 
         double shear_limit_n() const {
@@ -81,7 +81,8 @@ class ContactCoupling {
         std::vector<ContactPatch> wheel_patches;  ///< only for a wheel
         std::vector<std::unique_ptr<RigidPatchConstraint>>
             rigid_rows;  ///< a pool; the first patches.size() in use
-        std::unique_ptr<PreloadConstraint> preload;  ///< of a rigid body
+        std::unique_ptr<TorqueConstraint> preload_torque;  ///< where others touch a rigid body
+        bool is_touched = false;                           ///< by other bodies, in this substep
         std::unique_ptr<LinkPatchConstraint> link_rows;
         Pose pose_at_open;  ///< at the start of the substep
         bool was_asleep = false;
@@ -99,13 +100,17 @@ class ContactCoupling {
 
     void set_body_contacts(Coupled& coupled, std::span<const ContactVoxel> voxels,
                            double duration_s);
+    void gather_sheared_soil();
     void update_strengths(Coupled& coupled);
     BodyMotion yield_direction(Coupled& coupled, std::span<const ContactVoxel> voxels,
                                double duration_s);
     void wake(Coupled& coupled);
     void wake_if_changed(Coupled& coupled);
     PatchRow row_of(const Coupled& coupled, const CoupledPatch& patch) const;
+    void find_touched();
     void preload(Coupled& coupled);
+    /// sign: -1 takes it back.
+    static void apply_preload(const Coupled& coupled, const CoupledPatch& patch, double sign);
     bool read_forces(Coupled& coupled, btScalar substep_s, Vec3& torque_n_m);
     void add_drift(Coupled& coupled);
     void open(Coupled& coupled);
@@ -123,6 +128,9 @@ class ContactCoupling {
     std::vector<ContactVoxel> by_body_;
     std::vector<ContactPatch> patches_;
     std::vector<CoupledPatch> previous_;
+    std::vector<const btCollisionObject*> touched_;  ///< sorted
+    std::vector<ShearedSoil> sheared_soil_;    ///< beside all bodies, as of the last set_contacts
+    std::vector<ShearedSoil> sheared_around_;  ///< of it, what may lie beside one body
 };
 
 }  // namespace bsoil::bullet

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace bsoil::bullet {
@@ -73,6 +74,40 @@ TEST(ShearMemory, what_is_not_pressed_is_not_sheared) {
     EXPECT_EQ(advanced(memory, {brushing}, {1, 0, 0})[0], 0);
     brushing.compression_m = 1e-3;
     EXPECT_NEAR(advanced(memory, {brushing}, {1, 0, 0})[0], 0.1, 1e-12);
+}
+
+TEST(ShearMemory, soil_passes_from_link_to_link_with_its_shear) {
+    // Two links of three voxels slide on as one plate of six, a voxel every fifth step.
+    ShearMemory front, rear, plate;
+    const Vec3 velocity{kVoxel / kStep / 5, 0, 0};
+    for (int step = 0; step < 40; ++step) {
+        const int at = step / 5;
+        std::vector<ContactVoxel> behind, ahead, whole;
+        for (int i = 0; i < 6; ++i) {
+            (i < 3 ? behind : ahead).push_back(contact(at + i, 0));
+            whole.push_back(contact(at + i, 0));
+        }
+        std::vector<ShearedSoil> soil(rear.soil().begin(), rear.soil().end());
+        soil.insert(soil.end(), front.soil().begin(), front.soil().end());
+        std::sort(soil.begin(), soil.end(), lies_before);
+        std::vector<double> of_links;
+        for (ShearMemory* link : {&rear, &front}) {
+            std::vector<ShearedSoil> around;
+            const auto& voxels = link == &rear ? behind : ahead;
+            ShearMemory::near(soil, voxels, kVoxel, around);
+            const auto slid = link->advance(voxels, moving(velocity), kVoxel, kStep, around);
+            of_links.insert(of_links.end(), slid.begin(), slid.end());
+        }
+        EXPECT_EQ(of_links, advanced(plate, whole, velocity)) << "step " << step;
+    }
+}
+
+TEST(ShearMemory, another_face_in_the_same_voxel_keeps_its_own) {
+    ShearMemory sole, wall;
+    advanced(sole, {contact(0, 0)}, {0.5, 0, 0});
+    const auto slid = wall.advance(std::vector{contact(0, 0, {1, 0, 0})}, moving({0, 0.01, 0}),
+                                   kVoxel, kStep, sole.soil());
+    EXPECT_NEAR(slid[0], 0.001, 1e-12);
 }
 
 TEST(ShearMemory, two_faces_in_one_voxel_are_told_apart) {
