@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "bullet_types.h"
 
@@ -83,6 +84,7 @@ void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
         return std::span<const ContactVoxel>(first, last);
     };
 
+    gather_pressed_soil();
     for (auto& [id, coupled] : coupled_) coupled.seen = false;
     for (const BodyState& body : bodies) {
         const std::span<const ContactVoxel> voxels = voxels_of(body.id);
@@ -92,6 +94,7 @@ void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
         if (coupled.body.role != body.role) {  // the host has turned it kinematic or back
             wake(coupled);
             coupled.rigid_rows.clear();
+            coupled.preload_torque.reset();
             coupled.link_rows.reset();
             coupled.patches.clear();
         }
@@ -107,6 +110,15 @@ void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
         wake(it->second);
         it = coupled_.erase(it);
     }
+}
+
+void ContactCoupling::gather_pressed_soil() {
+    pressed_soil_.clear();
+    if (coupled_.size() < 2) return;
+    for (const auto& [id, coupled] : coupled_)
+        pressed_soil_.insert(pressed_soil_.end(), coupled.memory.soil().begin(),
+                             coupled.memory.soil().end());
+    std::stable_sort(pressed_soil_.begin(), pressed_soil_.end(), lies_before);
 }
 
 void ContactCoupling::wake(Coupled& coupled) {
@@ -166,8 +178,9 @@ void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const Contac
     const BodyMotion& motion = coupled.body.motion;
     update_strengths(coupled);
     coupled.direction = yield_direction(coupled, voxels, duration_s);
+    ContactMemory::near(pressed_soil_, voxels, soil_.voxel_m, pressed_around_);
     const std::span<const ContactHistory> history =
-        coupled.memory.advance(voxels, motion, soil_.voxel_m, duration_s);
+        coupled.memory.advance(voxels, motion, soil_.voxel_m, duration_s, pressed_around_);
     const BodyContact contact = group_contacts(voxels, motion, coupled.direction, soil_.up,
                                                soil_.voxel_m, coupled.strengths, history, patches_);
     coupled.width_m = contact.width_m;
@@ -262,17 +275,31 @@ PatchRow ContactCoupling::row_of(const Coupled& coupled, const CoupledPatch& pat
     return row;
 }
 
-void ContactCoupling::apply(btRigidBody& body, const CoupledPatch& patch, Vec3 force_n) {
-    const Vec3 along = tangential(force_n, patch.patch.normal);
-    body.applyForce(to_bullet(force_n - along), to_bullet(patch.offset_m));
-    body.applyForce(to_bullet(along), to_bullet(patch.shear_offset_m));
+/// Bodies that move count as touching where their boxes overlap: a contact that rocks comes and
+/// goes. Static ground may lie anywhere below.
+void ContactCoupling::find_touched() {
+    touched_.clear();
+    btDispatcher& dispatcher = *world_.getDispatcher();
+    for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+        const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+        const btCollisionObject *a = manifold.getBody0(), *b = manifold.getBody1();
+        if (manifold.getNumContacts() == 0 && (a->isStaticObject() || b->isStaticObject()))
+            continue;
+        touched_.push_back(a);
+        touched_.push_back(b);
+    }
+    std::sort(touched_.begin(), touched_.end(), std::less<>());
 }
 
 /// Gives last substep's forces to the body before the solve, within this substep's limits; the rows
 /// then find the change. Bullet starts its joints from nothing, and ten iterations from there do
-/// not reach a heavy chassis through light wheels.
+/// not reach a heavy chassis through light wheels. Friction with other bodies sees a torque only as
+/// a row.
 void ContactCoupling::preload(Coupled& coupled) {
     btRigidBody& body = *static_cast<btRigidBody*>(coupled.body.object);
+    coupled.is_touched =
+        std::binary_search(touched_.begin(), touched_.end(), coupled.body.object, std::less<>());
+    Vec3 torque_n_m;
     for (CoupledPatch& patch : coupled.patches) {
         patch.preload_n = {};
         if (!body.isActive()) continue;
@@ -283,12 +310,27 @@ void ContactCoupling::preload(Coupled& coupled) {
         const double most_n = patch.shear_limit_n();
         if (length(along) > most_n) along = along * (most_n / length(along));
         patch.preload_n = kPreloadFraction * (along - normal_n * p.normal);
-        apply(body, patch, patch.preload_n);
+        apply_preload(coupled, patch, 1);
+        torque_n_m += patch.torque_n_m(patch.preload_n);
     }
+    if (!coupled.is_touched) return;
+    if (!coupled.preload_torque) coupled.preload_torque = std::make_unique<TorqueConstraint>(body);
+    coupled.preload_torque->torque_n_m = to_bullet(torque_n_m);
+    world_.addConstraint(coupled.preload_torque.get());
+    rigid_rows_in_.push_back(coupled.preload_torque.get());
+}
+
+void ContactCoupling::apply_preload(const Coupled& coupled, const CoupledPatch& patch,
+                                    double sign) {
+    btRigidBody& body = *static_cast<btRigidBody*>(coupled.body.object);
+    const btVector3 force_n = to_bullet(sign * patch.preload_n);
+    body.applyCentralForce(force_n);
+    if (!coupled.is_touched) body.applyTorque(to_bullet(patch.torque_n_m(sign * patch.preload_n)));
 }
 
 void ContactCoupling::open_substep() {
     take_rows_out();
+    find_touched();
     for (auto& [id, coupled] : coupled_) {
         if (coupled.patches.empty() || !is_in_world(world_, coupled.body)) continue;
         open(coupled);
@@ -323,8 +365,7 @@ void ContactCoupling::take_rows_out() {
     for (const int id : opened_) {
         const Coupled& coupled = coupled_.at(id);
         if (coupled.body.role != BodyRole::rigid) continue;
-        btRigidBody& body = *static_cast<btRigidBody*>(coupled.body.object);
-        for (const CoupledPatch& patch : coupled.patches) apply(body, patch, -patch.preload_n);
+        for (const CoupledPatch& patch : coupled.patches) apply_preload(coupled, patch, -1);
     }
     opened_.clear();
     take_out(rigid_rows_in_, [this](auto* rows) { world_.removeConstraint(rows); });

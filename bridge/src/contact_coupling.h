@@ -14,6 +14,7 @@
 #include "contact_memory.h"
 #include "link_patch_constraint.h"
 #include "rigid_patch_constraint.h"
+#include "torque_constraint.h"
 
 class btMultiBodyDynamicsWorld;
 
@@ -86,6 +87,8 @@ class ContactCoupling {
         std::vector<ContactPatch> wheel_patches;  ///< only for a wheel
         std::vector<std::unique_ptr<RigidPatchConstraint>>
             rigid_rows;  ///< a pool; the first patches.size() in use
+        std::unique_ptr<TorqueConstraint> preload_torque;  ///< where others touch a rigid body
+        bool is_touched = false;                           ///< by other bodies, in this substep
         std::unique_ptr<LinkPatchConstraint> link_rows;
         Pose pose_at_open;  ///< at the start of the substep
         bool was_asleep = false;
@@ -103,14 +106,17 @@ class ContactCoupling {
 
     void set_body_contacts(Coupled& coupled, std::span<const ContactVoxel> voxels,
                            double duration_s);
+    void gather_pressed_soil();
     void update_strengths(Coupled& coupled);
     BodyMotion yield_direction(Coupled& coupled, std::span<const ContactVoxel> voxels,
                                double duration_s);
     void wake(Coupled& coupled);
     void wake_if_changed(Coupled& coupled);
-    static void apply(btRigidBody& body, const CoupledPatch& patch, Vec3 force_n);
     PatchRow row_of(const Coupled& coupled, const CoupledPatch& patch) const;
+    void find_touched();
     void preload(Coupled& coupled);
+    /// sign: -1 takes it back.
+    static void apply_preload(const Coupled& coupled, const CoupledPatch& patch, double sign);
     bool read_forces(Coupled& coupled, btScalar substep_s, Vec3& torque_n_m);
     void add_drift(Coupled& coupled);
     void open(Coupled& coupled);
@@ -122,11 +128,14 @@ class ContactCoupling {
     std::map<int, Coupled>
         coupled_;              ///< by body id: the order of rows must not depend on addresses
     std::vector<int> opened_;  ///< ids of the bodies whose rows are in the world
-    std::vector<RigidPatchConstraint*> rigid_rows_in_;  ///< in the order they were put in
+    std::vector<btTypedConstraint*> rigid_rows_in_;  ///< in the order they were put in
     std::vector<LinkPatchConstraint*> link_rows_in_;
     std::vector<ContactVoxel> by_body_;
     std::vector<ContactPatch> patches_;
     std::vector<CoupledPatch> previous_;
+    std::vector<const btCollisionObject*> touched_;  ///< sorted
+    std::vector<PressedSoil> pressed_soil_;    ///< beside all bodies, as of the last set_contacts
+    std::vector<PressedSoil> pressed_around_;  ///< of it, what may lie beside one body
 };
 
 }  // namespace bsoil::bullet

@@ -11,49 +11,88 @@ namespace {
 /// same column of soil, less than this far along it the same soil pushed on. A neighbour beside it,
 /// on a face tilted by up to 50 degrees, is further across than that.
 constexpr double kSameAcross = 0.6, kSameAlong = 1.75;
+/// Another body's face is the same contact where its normal is no further off than this cosine.
+constexpr double kSameFaceCosine = 0.5;
+
+/// Nothing further off than this, in voxels, is the same soil.
+constexpr double kReach = 2;
+
+/// The part of a sorted list from `x` on.
+std::span<const PressedSoil> from_x(std::span<const PressedSoil> soil, double x) {
+    const auto first =
+        std::lower_bound(soil.begin(), soil.end(), x,
+                         [](const PressedSoil& entry, double at) { return entry.center_m.x < at; });
+    return soil.subspan(static_cast<size_t>(first - soil.begin()));
+}
+
+/// The soil of a contact voxel in a list sorted by center_m.x, null where it is not there: the
+/// nearest; of an edge's two faces in one voxel the one that looks the same way.
+const PressedSoil* find(std::span<const PressedSoil> soil, const ContactVoxel& v, double voxel_m,
+                        double cosine_least) {
+    const double reach_m = kSameAlong * voxel_m, across_m = kSameAcross * voxel_m;
+    const PressedSoil* same = nullptr;
+    double least = std::numeric_limits<double>::infinity();
+    for (const PressedSoil& entry : from_x(soil, v.center_m.x - reach_m)) {
+        if (entry.center_m.x > v.center_m.x + reach_m) break;
+        const Vec3 apart = entry.center_m - v.center_m;
+        const double along = dot(apart, v.normal);
+        const double square = dot(apart, apart), cosine = dot(entry.normal, v.normal);
+        if (std::abs(along) > reach_m || square - along * along > across_m * across_m) continue;
+        const double unlike = square + (1 - cosine) * across_m * across_m;
+        if (cosine < cosine_least || unlike >= least) continue;
+        least = unlike;
+        same = &entry;
+    }
+    return same;
+}
 
 }  // namespace
 
+void ContactMemory::near(std::span<const PressedSoil> soil, std::span<const ContactVoxel> voxels,
+                         double voxel_m, std::vector<PressedSoil>& out) {
+    out.clear();
+    if (voxels.empty()) return;
+    Aabb box{voxels.front().center_m, voxels.front().center_m};
+    for (const ContactVoxel& v : voxels) {
+        box.min = {std::min(box.min.x, v.center_m.x), std::min(box.min.y, v.center_m.y),
+                   std::min(box.min.z, v.center_m.z)};
+        box.max = {std::max(box.max.x, v.center_m.x), std::max(box.max.y, v.center_m.y),
+                   std::max(box.max.z, v.center_m.z)};
+    }
+    const double reach_m = kReach * voxel_m;
+    for (const PressedSoil& entry : from_x(soil, box.min.x - reach_m)) {
+        const Vec3 c = entry.center_m;
+        if (c.x > box.max.x + reach_m) break;
+        if (c.y >= box.min.y - reach_m && c.y <= box.max.y + reach_m &&
+            c.z >= box.min.z - reach_m && c.z <= box.max.z + reach_m)
+            out.push_back(entry);
+    }
+}
+
 std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVoxel> voxels,
                                                        const BodyMotion& motion, double voxel_m,
-                                                       double duration_s) {
+                                                       double duration_s,
+                                                       std::span<const PressedSoil> around) {
     previous_.swap(entries_);
     entries_.clear();
     history_.clear();
-    const double reach_m = kSameAlong * voxel_m, across_m = kSameAcross * voxel_m;
     for (const ContactVoxel& v : voxels) {
         const Vec3 velocity = motion.velocity_at(v.position_m);
         // Soil that only brushes the body, with no depth to it, is not sheared.
         const bool is_pressed = bearing_depth_m(v) > 0;
         Vec3 slid =
             is_pressed ? duration_s * (velocity - dot(velocity, v.normal) * v.normal) : Vec3{};
-        const Entry* same = nullptr;
-        double least = std::numeric_limits<double>::infinity();
-        for (auto it =
-                 std::lower_bound(previous_.begin(), previous_.end(), v.center_m.x - reach_m,
-                                  [](const Entry&entry, double x) { return entry.center_m.x < x; });
-             it != previous_.end() && it->center_m.x <= v.center_m.x + reach_m; ++it) {
-            const Vec3 apart = it->center_m - v.center_m;
-            const double along = dot(apart, v.normal);
-            const double square = dot(apart, apart);
-            if (std::abs(along) > reach_m || square - along * along > across_m * across_m) continue;
-            // The nearest; of an edge's two faces in one voxel the one that looks the same way.
-            const double unlike = square + (1 - dot(it->normal, v.normal)) * across_m * across_m;
-            if (unlike >= least) continue;
-            least = unlike;
-            same = &*it;
-        }
         double retreat_m = -duration_s * dot(velocity, v.face_normal);
-        if (same) {
-            slid += same->slid_m;
-            retreat_m += same->retreat_m;
-        }
+        const PressedSoil* same = find(previous_, v, voxel_m, -1);
+        if (same) retreat_m += same->retreat_m;
+        const PressedSoil* others = find(around, v, voxel_m, kSameFaceCosine);
+        if (others && (!same || length(others->slid_m) > length(same->slid_m))) same = others;
+        if (same) slid += same->slid_m;
         retreat_m = std::clamp(retreat_m, 0.0, voxel_m);
         entries_.push_back({v.center_m, v.normal, slid, retreat_m});
         history_.push_back({length(slid), retreat_m});
     }
-    std::stable_sort(entries_.begin(), entries_.end(),
-                     [](const Entry& a, const Entry& b) { return a.center_m.x < b.center_m.x; });
+    std::stable_sort(entries_.begin(), entries_.end(), lies_before);
     return history_;
 }
 

@@ -10,29 +10,45 @@
 
 namespace bsoil::bullet {
 
+/// A voxel of soil beside a body, and what the body's surface has done to it.
+struct PressedSoil {
+    Vec3 center_m;  ///< of the voxel
+    Vec3 normal;    ///< out of the body
+    Vec3 slid_m;
+    double retreat_m = 0;  ///< of this body alone
+};
+
 /// Janosi and Hanamoto's shear displacement belongs to the soil: a voxel starts with none when it
-/// meets the body and keeps adding to it until the body leaves, so that the soil under the front of
-/// a track has sheared less than that under its end. So does what the surface has drawn back since
-/// it pressed on the soil most. A contact that moves on along its normal (a blade, a sinking sole)
-/// takes its soil with it.
+/// meets the first body and keeps adding to it until the last one leaves, so that the soil under
+/// the front of a track has sheared less than that under its end, whether the track is one body or
+/// many links. A contact that moves on along its normal (a blade, a sinking sole) takes its soil
+/// with it. What a surface has drawn back since it pressed on the soil most is its own.
 class ContactMemory {
   public:
-    /// Adds the motion of `duration_s`. Returns what there is per voxel, valid until the next call.
-    /// Cost: O(n log n).
+    /// The soil that may lie beside these voxels, in the same order. `soil` is sorted by
+    /// center_m.x.
+    static void near(std::span<const PressedSoil> soil, std::span<const ContactVoxel> voxels,
+                     double voxel_m, std::vector<PressedSoil>& out);
+
+    /// Adds the motion of `duration_s`. around: what other bodies knew at the last call, sorted by
+    /// center_m.x; soil that one of them has sheared further comes to this one so. Returns what
+    /// there is per voxel, valid until the next call. Cost: O(n log n).
     std::span<const ContactHistory> advance(std::span<const ContactVoxel> voxels,
                                             const BodyMotion& motion, double voxel_m,
-                                            double duration_s);
+                                            double duration_s,
+                                            std::span<const PressedSoil> around = {});
+    /// Sorted by center_m.x.
+    std::span<const PressedSoil> soil() const { return entries_; }
 
   private:
     friend class CouplingSnapshot;
-    struct Entry {
-        Vec3 center_m;  ///< of the voxel
-        Vec3 normal;
-        Vec3 slid_m;
-        double retreat_m = 0;
-    };
-    std::vector<Entry> entries_, previous_;  ///< sorted by center_m.x
+    std::vector<PressedSoil> entries_, previous_;  ///< sorted by center_m.x
     std::vector<ContactHistory> history_;
 };
+
+/// The order of ContactMemory's lists.
+inline bool lies_before(const PressedSoil& a, const PressedSoil& b) {
+    return a.center_m.x < b.center_m.x;
+}
 
 }  // namespace bsoil::bullet

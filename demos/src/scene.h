@@ -197,6 +197,32 @@ struct RobotItem : SceneItem {
     std::vector<RobotMotorItem> motors;
 };
 
+/// [[track.wheel]]. Places are in the frame of the track's hull.
+struct TrackWheelItem : SceneItem {
+    std::string name;
+    Vec3 position_m;
+    double radius_m = 0.2, width_m = 0.1, mass_kg = 10;
+    double friction = 1;
+    double motor_torque_n_m = 0, bearing_torque_n_m = 1;
+    std::optional<double> max_velocity_rad_s;
+    Vec3 color{0.3, 0.3, 0.3};
+};
+/// [[track]]: expanded into bodies `track/wheel`, `track/link_01` and joints `track/wheel`,
+/// `track/pin_01` by load_scene.
+struct TrackItem : SceneItem {
+    std::string name, hull;
+    Vec3 axis{0, 1, 0};
+    int link_count = 0;  ///< 0: by the pitch
+    std::optional<double> pitch_m;
+    double link_width_m = 0.3, link_thickness_m = 0.04, link_mass_kg = 5;
+    double grouser_height_m = 0, grouser_thickness_m = 0.02;
+    double guide_height_m = 0.04;
+    double friction = 1, pin_torque_n_m = 1;
+    std::optional<double> tool_friction, tool_adhesion_pa;
+    Vec3 color{0.1, 0.1, 0.1};
+    std::vector<TrackWheelItem> wheels;
+};
+
 /// [[motion.key]]
 struct MotionKey : SceneItem {
     double t_s = 0;
@@ -269,6 +295,7 @@ struct Scene {
     std::vector<BodyItem> bodies;
     std::vector<JointItem> joints;
     std::vector<RobotItem> robots;
+    std::vector<TrackItem> tracks;
     std::vector<MotionItem> motions;
     std::vector<ProbeItem> probes;
     RecordItem record;

@@ -11,6 +11,7 @@
 #include "bsoil/bullet/bekker_soil.h"
 #include "data_files.h"
 #include "schema_table.h"
+#include "track_vehicle.h"
 #include "urdf_robot.h"
 
 namespace bsoil::scene {
@@ -26,6 +27,7 @@ class SceneChecker {
         for (FillItem& fill : scene_.fills) check_fill(fill);
         for (TerrainItem& terrain : scene_.terrains) check_terrain(terrain);
         add_robots();
+        add_tracks();
         check_bodies();
         check_joints();
         for (const MotionItem& motion : scene_.motions) check_motion(motion);
@@ -176,6 +178,14 @@ class SceneChecker {
             const Status added = add_robot(scene_, robot, path);
             robots_incomplete_ |= !added;
             if (!added) error(robot.where("file"), "{}", added.error());
+        }
+    }
+
+    void add_tracks() {
+        unique_names(scene_.tracks, "track");
+        for (const TrackItem& track : scene_.tracks) {
+            need_body(track.hull, track.where("hull"));
+            if (scene_.find_body(track.hull)) add_track(scene_, track, errors_);
         }
     }
 

@@ -364,6 +364,71 @@ TableOf<RobotItem> robot_table() {
         .child<M>("motor", motor, [](R& r) { return &r.motors.emplace_back(); });
 }
 
+TableOf<TrackItem> track_table() {
+    using T = TrackItem;
+    using W = TrackWheelItem;
+    const TableOf<W> wheel =
+        TableOf<W>("track.wheel", true,
+                   "A wheel that the track runs round or on: a body `track/wheel` on a hinge "
+                   "`track/wheel`, which a [[motion]] drives where it has a motor.")
+            .text("name", &W::name, "unique within the track: sprocket, idler, road_wheel_1, ...")
+            .required()
+            .vector("position_m", &W::position_m, kPlace,
+                    "its centre, in the hull's frame; all wheels of a track lie in one plane")
+            .required()
+            .number("radius_m", &W::radius_m, kLength, "radius of the rim the links run on")
+            .required()
+            .number("width_m", &W::width_m, kLength, "along the axle")
+            .number("mass_kg", &W::mass_kg, {1e-3, 1e6}, "mass")
+            .number("friction", &W::friction, {0, 10},
+                    "Coulomb friction with links, multiplied by theirs; 3 for a sprocket stands "
+                    "for its teeth: round half a turn it then pulls 10000 times the slack side's "
+                    "tension")
+            .number("motor_torque_n_m", &W::motor_torque_n_m, kForce,
+                    "largest torque of the motor; 0: the wheel runs free")
+            .number("bearing_torque_n_m", &W::bearing_torque_n_m, kForce,
+                    "dry friction of the bearing of a wheel without motor")
+            .number("max_velocity_deg_s", &W::max_velocity_rad_s, {1e-3, 36000},
+                    "largest velocity of the motor, whatever the [[motion]] asks", kDegree)
+            .vector("color", &W::color, kFraction, "linear red, green, blue for pictures");
+    return TableOf<T>("track", true,
+                      "A track of rigid links round wheels on a body: links `track/link_01`, ... "
+                      "hinged to each other by `track/pin_01`, ..., laid along the taut way round "
+                      "the wheels. Links touch the wheels and everything else but each other and "
+                      "the hull's group.")
+        .text("name", &T::name, "unique")
+        .required()
+        .text("hull", &T::hull, "the body that the wheels turn on; the wheels do not touch it")
+        .required()
+        .vector(
+            "axis", &T::axis, kDirection,
+            "of the axles, in the hull's frame: with y forward is x where z is up, and positive "
+            "velocities of a motor drive forward")
+        .integer("link_count", &T::link_count, {0, 1000},
+                 "number of links, at least 3; 0: as `pitch_m` says")
+        .number("pitch_m", &T::pitch_m, kLength,
+                "length of a link from pin to pin; the nearest that closes is taken")
+        .number("link_width_m", &T::link_width_m, kLength, "along the axles")
+        .number("link_thickness_m", &T::link_thickness_m, kLength,
+                "of the plate; the pins lie in its middle")
+        .number("link_mass_kg", &T::link_mass_kg, {1e-3, 1e6}, "mass of a link")
+        .number("grouser_height_m", &T::grouser_height_m, {0, 10},
+                "of a bar across the link's outer face; 0: none")
+        .number("grouser_thickness_m", &T::grouser_thickness_m, kLength, "of that bar")
+        .number("guide_height_m", &T::guide_height_m, {0, 10},
+                "of the two guides on the inner face that keep the link on the wheels; 0: none")
+        .number("pin_torque_n_m", &T::pin_torque_n_m, kForce,
+                "dry friction of a pin; without any the upper run swings and does not sleep")
+        .number("friction", &T::friction, {0, 10}, "of links with other bodies")
+        .number("tool_friction", &T::tool_friction, {0, 2},
+                "Coulomb friction of links with soil; the material's where the key is missing")
+        .number("tool_adhesion_pa", &T::tool_adhesion_pa, {0, 200e3},
+                "shear stress of links with soil without pressure; the material's where the key is "
+                "missing")
+        .vector("color", &T::color, kFraction, "linear red, green, blue for pictures")
+        .child<W>("wheel", wheel, [](T& t) { return &t.wheels.emplace_back(); });
+}
+
 TableOf<MotionItem> motion_table() {
     using M = MotionItem;
     using K = MotionKey;
@@ -662,6 +727,7 @@ const TableSpec& scene_schema() {
             .child<BodyItem>("body", body_table(), [](S& s) { return &s.bodies.emplace_back(); })
             .child<JointItem>("joint", joint_table(), [](S& s) { return &s.joints.emplace_back(); })
             .child<RobotItem>("robot", robot_table(), [](S& s) { return &s.robots.emplace_back(); })
+            .child<TrackItem>("track", track_table(), [](S& s) { return &s.tracks.emplace_back(); })
             .child<MotionItem>("motion", motion_table(),
                                [](S& s) { return &s.motions.emplace_back(); })
             .child<ProbeItem>("probe", probe_table(), [](S& s) { return &s.probes.emplace_back(); })

@@ -177,6 +177,32 @@ TEST(ContactCoupling, vehicle_on_hinged_wheels_stays_up) {
     for (const auto& hinge : hinges) scene.world->removeConstraint(hinge.get());
 }
 
+TEST(ContactCoupling, wheel_that_rests_beside_a_plates_middle_does_not_turn) {
+    BulletScene scene;
+    btRigidBody& plate =
+        scene.add_box(4, btVector3(0.06f, 0.02f, 0.15f), btVector3(-0.02f, 0.02f, 0));
+    btRigidBody& wheel = scene.add(8, scene.shape<btCylinderShapeZ>(btVector3(0.1f, 0.1f, 0.1f)),
+                                   btVector3(0, 0.14f, 0));
+    btRigidBody& load = scene.add_box(100, btVector3(0.1f, 0.1f, 0.1f), btVector3(0, 0.5f, 0));
+    // The load moves up and down only; the wheel turns on it without friction.
+    load.setLinearFactor(btVector3(0, 1, 0));
+    load.setAngularFactor(btVector3(0, 0, 0));
+    btHingeConstraint axle(load, wheel, btVector3(0, -0.36f, 0), btVector3(0, 0, 0),
+                           btVector3(0, 0, 1), btVector3(0, 0, 1));
+    scene.world->addConstraint(&axle, true);
+    {
+        FlatSoil soil(*scene.world, MaterialDef{});
+        scene.run(1, 4);
+        for (int frame = 0; frame < 30; ++frame) {
+            scene.run(1.0 / 60, 4);
+            // The plate pushes back beside its middle: a torque, but nothing turns.
+            EXPECT_GT(std::abs(soil.report(plate).torque_n_m.z), 3);
+            EXPECT_LT(std::abs(wheel.getAngularVelocity().z()), 0.2f);
+        }
+    }
+    scene.world->removeConstraint(&axle);
+}
+
 /// A multibody of one vertical slider on a fixed base, with a box as its link.
 struct Press {
     explicit Press(BulletScene& scene, btScalar mass_kg)

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace bsoil::bullet {
@@ -90,6 +91,40 @@ TEST(ContactMemory, remembers_how_far_a_surface_has_drawn_back) {
     EXPECT_NEAR(retreat_m(-0.004), 0.001, 1e-12) << "comes back";
     EXPECT_EQ(retreat_m(-0.002), 0) << "and goes on";
     EXPECT_EQ(retreat_m(0.5), kVoxel) << "parted";
+}
+
+TEST(ContactMemory, soil_passes_from_link_to_link_with_its_shear) {
+    // Two links of three voxels slide on as one plate of six, a voxel every fifth step.
+    ContactMemory front, rear, plate;
+    const Vec3 velocity{kVoxel / kStep / 5, 0, 0};
+    for (int step = 0; step < 40; ++step) {
+        const int at = step / 5;
+        std::vector<ContactVoxel> behind, ahead, whole;
+        for (int i = 0; i < 6; ++i) {
+            (i < 3 ? behind : ahead).push_back(contact(at + i, 0));
+            whole.push_back(contact(at + i, 0));
+        }
+        std::vector<PressedSoil> soil(rear.soil().begin(), rear.soil().end());
+        soil.insert(soil.end(), front.soil().begin(), front.soil().end());
+        std::sort(soil.begin(), soil.end(), lies_before);
+        std::vector<double> of_links;
+        for (ContactMemory* link : {&rear, &front}) {
+            std::vector<PressedSoil> around;
+            const auto& voxels = link == &rear ? behind : ahead;
+            ContactMemory::near(soil, voxels, kVoxel, around);
+            const auto slid = link->advance(voxels, moving(velocity), kVoxel, kStep, around);
+            for (const ContactHistory& h : slid) of_links.push_back(h.sheared_m);
+        }
+        EXPECT_EQ(of_links, advanced(plate, whole, velocity)) << "step " << step;
+    }
+}
+
+TEST(ContactMemory, another_face_in_the_same_voxel_keeps_its_own) {
+    ContactMemory sole, wall;
+    advanced(sole, {contact(0, 0)}, {0.5, 0, 0});
+    const auto slid = wall.advance(std::vector{contact(0, 0, {1, 0, 0})}, moving({0, 0.01, 0}),
+                                   kVoxel, kStep, sole.soil());
+    EXPECT_NEAR(slid[0].sheared_m, 0.001, 1e-12);
 }
 
 TEST(ContactMemory, two_faces_in_one_voxel_are_told_apart) {

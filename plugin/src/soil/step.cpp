@@ -1072,9 +1072,11 @@ double Soil::Impl::free_surface_beside(int x, int y, Vec3 at, Vec3 outward,
         return nearest;
     }
     // What a sole has pressed down stands as a rim within a width of it, and both together are as
-    // high as the soil was. Of a sole so wide that its rim lies out of reach only as much counts.
+    // high as the soil was. Of a sole so wide that its rim lies out of reach only as much counts. A
+    // wall's soil lies before it.
     const double wanted = 4 * half * half;
-    const double share = std::min(1.0, static_cast<double>((x1 - x0) * (y1 - y0)) / wanted);
+    const double share =
+        (1 - level * level) * std::min(1.0, static_cast<double>((x1 - x0) * (y1 - y0)) / wanted);
     const double free = static_cast<double>(inside.count);
     const double covered = static_cast<double>(inside.covered_count);
     return (static_cast<double>(inside.height_q16) +
