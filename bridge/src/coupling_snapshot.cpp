@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "bullet_stream.h"
+#include "vehicle_wheels.h"
 
 namespace bsoil::bullet {
 namespace {
@@ -43,13 +44,13 @@ bool can_be(const btDiscreteDynamicsWorld& world, btCollisionObject& object, Bod
 }
 
 void list(StateStream& stream, const btDiscreteDynamicsWorld& world, BodyState& body) {
-    list_object(stream, world, body.object);
     stream(body.id);
-    stream.choice(body.role, BodyRole::fixed);
+    stream.choice(body.role, BodyRole::wheel);
+    if (body.role != BodyRole::wheel) list_object(stream, world, body.object);
     list(stream, body.motion);
     stream(body.is_asleep, body.weight_n, body.surface.friction, body.surface.adhesion_pa);
     if (body.id < 0 || body.id > kIdLast ||
-        (stream.good() && !can_be(world, *body.object, body.role)))
+        (stream.good() && body.object && !can_be(world, *body.object, body.role)))
         stream.refuse();
 }
 
@@ -64,6 +65,59 @@ void list(StateStream& stream, BodyReport& report) {
            report.sinkage_m, report.compression_m, report.load_kg, report.patch_count);
 }
 
+void list(StateStream& stream, SoilWheelReport& report) {
+    stream(report.is_on_soil, report.normal_force_n, report.traction_n, report.side_force_n,
+           report.sinkage_m, report.spin_rad_s, report.slip);
+}
+
+void list(StateStream& stream, WheelForces& forces) {
+    stream(forces.rise_m_s, forces.spin_rad_s, forces.normal_n, forces.forward_n, forces.side_n,
+           forces.strut_n, forces.is_at_end);
+}
+
+void list(StateStream& stream, WheelMemory& wheel) {
+    SoilWheelDef& def = wheel.def;
+    stream(def.width_m, def.mass_kg, def.rim_speed_max_m_s, def.surface.friction,
+           def.surface.adhesion_pa, wheel.radius_m);
+    stream(wheel.id, wheel.is_placed, wheel.has_met_soil, wheel.length_m, wheel.rise_m_s,
+           wheel.spin_rad_s);
+    list(stream, wheel.motion);
+    stream(wheel.was_cast, wheel.was_in_grid, wheel.contact_center_m, wheel.is_on_soil,
+           wheel.strut_most_n);
+    list(stream, wheel.forces);
+    list(stream, wheel.report);
+    if (wheel.id < 0 || wheel.id > kIdLast) stream.refuse();
+}
+
+void list(StateStream& stream, VehicleMemory& vehicle) {
+    stream.list(vehicle.wheels, 300, [&](WheelMemory& wheel) { list(stream, wheel); });
+    stream(vehicle.across_struts_n, vehicle.normal_n);
+    if (vehicle.wheels.empty()) stream.refuse();
+}
+
+/// How a wheel that was saved differs; empty: not at all.
+std::string difference(const WheelMemory& saved, const WheelMemory& here) {
+    const std::pair<const char*, double WheelMemory::*> own[] = {
+        {"m_wheelsRadius", &WheelMemory::radius_m}};
+    const std::pair<const char*, double SoilWheelDef::*> of_def[] = {
+        {"width_m", &SoilWheelDef::width_m},
+        {"mass_kg", &SoilWheelDef::mass_kg},
+        {"rim_speed_max_m_s", &SoilWheelDef::rim_speed_max_m_s}};
+    const std::pair<const char*, double SurfaceFriction::*> of_surface[] = {
+        {"friction", &SurfaceFriction::friction}, {"adhesion_pa", &SurfaceFriction::adhesion_pa}};
+    std::string out;
+    const auto compare = [&out](const auto& fields, const auto& a, const auto& b) {
+        for (const auto& [name, field] : fields)
+            if (out.empty() && a.*field != b.*field)
+                out = std::string(name) + " " + std::to_string(b.*field) + ", in the snapshot " +
+                      std::to_string(a.*field);
+    };
+    compare(own, saved, here);
+    compare(of_def, saved.def, here.def);
+    compare(of_surface, saved.def.surface, here.def.surface);
+    return out;
+}
+
 }  // namespace
 
 struct CouplingSnapshot::Memory {
@@ -76,6 +130,7 @@ struct CouplingSnapshot::Memory {
     std::vector<Body> bodies;
     std::vector<ContactCoupling::Coupled> coupled;
     std::vector<CarriedLoads::Loaded> loaded;
+    std::vector<VehicleMemory> vehicles;
 
     void list_body(StateStream& stream, const btDiscreteDynamicsWorld& world, Body& body);
     static void list_coupled(StateStream& stream, const btDiscreteDynamicsWorld& world,
@@ -102,7 +157,11 @@ void CouplingSnapshot::Memory::list_coupled(StateStream& stream,
         stream(p.offset_m, p.shear_offset_m, p.friction_normal_n, p.applied_force_n, p.preload_n,
                p.drift_m);
     });
-    if (coupled.patches.size() > kPatchCapacity) stream.refuse();
+    stream.list(coupled.wheel_patches, 80, [&](ContactPatch& p) { list(stream, p); });
+    const bool is_wheel = coupled.body.role == BodyRole::wheel;
+    if (coupled.patches.size() > (is_wheel ? 0 : kPatchCapacity) ||
+        coupled.wheel_patches.size() > (is_wheel ? kPatchCapacity : 0))
+        stream.refuse();
     stream(coupled.was_asleep);
     for (double& limit_n : coupled.limits_at_sleep_n) stream(limit_n);
     list(stream, coupled.report);
@@ -136,6 +195,8 @@ bool CouplingSnapshot::Memory::is_sound() const {
         if (body.tracked.id >= 0) ids.push_back(body.tracked.id);
         objects.push_back(body.object);
     }
+    for (const VehicleMemory& vehicle : vehicles)
+        for (const WheelMemory& wheel : vehicle.wheels) ids.push_back(wheel.id);
     for (const auto& c : coupled) coupled_ids.push_back(c.body.id);
     for (const auto& l : loaded) loaded_ids.push_back(l.body.id);
     const auto once = [](auto& values) {
@@ -164,10 +225,12 @@ CouplingSnapshot CouplingSnapshot::of(const Parts& parts) {
         m.bodies.push_back({objects[i], found->second});
     }
     for (const auto& [id, coupled] : parts.coupling.coupled_) {
-        if (!is_in_world(parts.world, coupled.body)) continue;
+        if (coupled.body.role != BodyRole::wheel && !is_in_world(parts.world, coupled.body))
+            continue;
         ContactCoupling::Coupled& copy = m.coupled.emplace_back();
         copy.body = coupled.body;
         copy.patches = coupled.patches;
+        copy.wheel_patches = coupled.wheel_patches;
         copy.was_asleep = coupled.was_asleep;
         copy.limits_at_sleep_n = coupled.limits_at_sleep_n;
         copy.report = coupled.report;
@@ -181,6 +244,8 @@ CouplingSnapshot CouplingSnapshot::of(const Parts& parts) {
     }
     for (const auto& [id, loaded] : parts.carried.loaded_)
         if (is_in_world(parts.world, loaded.body)) m.loaded.push_back(loaded);
+    for (const VehicleWheels* wheels : parts.vehicles.attached())
+        m.vehicles.push_back(wheels->memory());
     return out;
 }
 
@@ -193,7 +258,32 @@ void CouplingSnapshot::serialize(StateStream& stream, const btDiscreteDynamicsWo
     });
     stream.list(m.loaded, 200,
                 [&](CarriedLoads::Loaded& loaded) { Memory::list_loaded(stream, world, loaded); });
+    stream.list(m.vehicles, 300, [&](VehicleMemory& vehicle) { list(stream, vehicle); });
     if (stream.reads() && stream.good() && !m.is_sound()) stream.refuse();
+}
+
+Status CouplingSnapshot::check_same_vehicles(const SoilVehicles& here) const {
+    const std::vector<VehicleWheels*> attached = here.attached();
+    const std::vector<VehicleMemory>& saved = memory_->vehicles;
+    const auto counts = [](const std::string& what, size_t in_snapshot, size_t found) {
+        return Error{"is of another world: " + std::to_string(in_snapshot) + " " + what +
+                     " in the snapshot, " + std::to_string(found) + " here"};
+    };
+    if (saved.size() != attached.size())
+        return counts("vehicles attached to a SoilRaycaster", saved.size(), attached.size());
+    for (size_t i = 0; i < saved.size(); ++i) {
+        const VehicleMemory vehicle = attached[i]->memory();
+        const std::string name = "vehicle " + std::to_string(i);
+        if (saved[i].wheels.size() != vehicle.wheels.size())
+            return counts("wheels of " + name, saved[i].wheels.size(), vehicle.wheels.size());
+        for (size_t k = 0; k < vehicle.wheels.size(); ++k) {
+            const std::string differs = difference(saved[i].wheels[k], vehicle.wheels[k]);
+            if (!differs.empty())
+                return Error{"is of another world: wheel " + std::to_string(k) + " of " + name +
+                             " has here " + differs};
+        }
+    }
+    return Done{};
 }
 
 void CouplingSnapshot::put_into(const Parts& parts) {
@@ -213,6 +303,9 @@ void CouplingSnapshot::put_into(const Parts& parts) {
         if (body.tracked.id >= 0) collector.id_taken_[static_cast<size_t>(body.tracked.id)] = true;
         collector.tracked_[body.object] = std::move(body.tracked);
     }
+    for (const VehicleMemory& vehicle : m.vehicles)
+        for (const WheelMemory& wheel : vehicle.wheels)
+            collector.id_taken_[static_cast<size_t>(wheel.id)] = true;
     // The world may have given its objects other ids.
     const btCollisionObjectArray& objects = parts.world.getCollisionObjectArray();
     for (int i = 0; i < objects.size(); ++i) {
@@ -224,7 +317,7 @@ void CouplingSnapshot::put_into(const Parts& parts) {
     parts.coupling.take_rows_out();
     parts.coupling.coupled_.clear();
     for (ContactCoupling::Coupled& coupled : m.coupled) {
-        remember_identity(coupled.body);
+        if (coupled.body.object) remember_identity(coupled.body);
         const int id = coupled.body.id;
         parts.coupling.coupled_.emplace(id, std::move(coupled));
     }
@@ -234,6 +327,8 @@ void CouplingSnapshot::put_into(const Parts& parts) {
         remember_identity(loaded.body);
         parts.carried.loaded_[loaded.body.id] = loaded;
     }
+    const std::vector<VehicleWheels*> attached = parts.vehicles.attached();
+    for (size_t i = 0; i < attached.size(); ++i) attached[i]->set_memory(m.vehicles[i]);
 }
 
 }  // namespace bsoil::bullet

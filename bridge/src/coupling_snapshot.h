@@ -7,10 +7,11 @@
 #include "bsoil/snapshot_file.h"
 #include "carried_load.h"
 #include "contact_coupling.h"
+#include "soil_vehicles.h"
 
 namespace bsoil::bullet {
 
-/// Objects are named by their place in the world's list.
+/// Objects are named by their place in the world's list, vehicles by their raycasters' order.
 class CouplingSnapshot {
   public:
     struct Parts {
@@ -18,6 +19,7 @@ class CouplingSnapshot {
         BodyCollector& collector;
         ContactCoupling& coupling;
         CarriedLoads& carried;
+        SoilVehicles& vehicles;
     };
     /// What the parts remember now. Between substeps.
     static CouplingSnapshot of(const Parts& parts);
@@ -27,7 +29,9 @@ class CouplingSnapshot {
 
     /// Reads or writes; refuses what does not fit the world.
     void serialize(StateStream& stream, const btDiscreteDynamicsWorld& world);
-    /// Replaces what the parts remember. Once, of a snapshot that has been read.
+    /// Error: raycast vehicles are not those whose wheels the snapshot holds; it names the first.
+    Status check_same_vehicles(const SoilVehicles& here) const;
+    /// Replaces what the parts remember. Once, of a snapshot that has been read and fits.
     void put_into(const Parts& parts);
 
   private:

@@ -108,7 +108,7 @@ struct SoilAction::Impl {
     void step_soil(double substep_s);
     /// Lets every body go and forgets where they were.
     void pause();
-    CouplingSnapshot::Parts parts() { return {*world, collector, coupling, carried}; }
+    CouplingSnapshot::Parts parts() { return {*world, collector, coupling, carried, *vehicles}; }
 
     btDiscreteDynamicsWorld* world;  ///< null once the host has emptied it
     std::unique_ptr<Soil> soil;
@@ -246,6 +246,8 @@ Result<std::function<void()>> SnapshotAccess::prepare(SoilAction& action,
     const double step_s = d.soil->def().step_s;
     if (!stream.at_end() || saved->step_count < 0 || std::abs(saved->unstepped_s) > step_s)
         return Error{"is damaged"};
+    if (const Status same = saved->memory.check_same_vehicles(*d.vehicles); !same)
+        return Error{same.error()};
     auto put_soil = d.soil->prepare(*soil);
     if (!put_soil) return Error{put_soil.error()};
     return std::function<void()>([&d, saved, put = std::move(*put_soil)] {

@@ -33,6 +33,13 @@ SoilVehicles::~SoilVehicles() = default;
 
 void SoilVehicles::remove(VehicleWheels& wheels) { std::erase(wheels_, &wheels); }
 
+std::vector<VehicleWheels*> SoilVehicles::attached() const {
+    std::vector<VehicleWheels*> out;
+    for (VehicleWheels* wheels : wheels_)
+        if (wheels->is_attached()) out.push_back(wheels);
+    return out;
+}
+
 void SoilVehicles::open_substep() {
     closed_ = false;
     for (const auto& closer : closers_) closer->has_run = false;
@@ -59,7 +66,7 @@ void SoilVehicles::show_wheels() {
 }
 
 void SoilVehicles::take_contacts() {
-    for (VehicleWheels* wheels : wheels_) wheels->take_contacts(coupling_);
+    for (VehicleWheels* wheels : wheels_) wheels->take_contacts();
 }
 
 void SoilVehicles::leave_world() {

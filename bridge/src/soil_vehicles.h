@@ -39,6 +39,9 @@ class SoilVehicles {
     void take_contacts();
     void leave_world();
 
+    /// Wheels of the vehicles that are attached, in the order their raycasters were made.
+    std::vector<VehicleWheels*> attached() const;
+
     /// Called by a vehicle's first ray in a substep: close_substep will be called once more when
     /// the vehicle's action is through.
     void expect_close();

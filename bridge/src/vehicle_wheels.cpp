@@ -91,6 +91,7 @@ Status VehicleWheels::attach(btRaycastVehicle& vehicle, std::span<const SoilWhee
         shape.half_height_m = defs[i].width_m / 2;
         Wheel& wheel = wheels.emplace_back();
         wheel.def = defs[i];
+        wheel.radius_m = radius_m;
         wheel.shapes = std::make_shared<const std::vector<ConvexShape>>(1, shape);
     }
     detach();
@@ -187,14 +188,14 @@ void VehicleWheels::solve(Wheel& wheel, const btWheelInfo& info, double substep_
     const WheelState state = state_of(wheel, info, substep_s);
     const auto vehicles = soil_.lock();
     WheelContact contact;
-    if (vehicles) contact.patches = wheel.patches;
+    contact.patches = vehicles->coupling().wheel_patches(wheel.id);
     contact.center_m = wheel.contact_center_m;
     const double bearing_n = bearing_of(contact.patches, wheel.up);
     if (bearing_n > 0)
         contact.stiffness_n_m = bearing_n / (kStiffeningVoxels * vehicles->voxel_m());
     contact.last_force_n = wheel.forces.normal_n * wheel.up + share_of_last_n(wheel);
     wheel.forces = solve_wheel(state, contact, substep_s, wheel.patch_normal_n);
-    if (vehicles) vehicles->coupling().set_wheel_forces(wheel.id, wheel.patch_normal_n);
+    vehicles->coupling().set_wheel_forces(wheel.id, wheel.patch_normal_n);
     wheel.spin_rad_s = wheel.forces.spin_rad_s;
     double length_m = state.length_m - substep_s * wheel.forces.rise_m_s;
     const double fall_m = substep_s * (kFallMS2 * substep_s - std::min(0.0, state.rise_m_s));
@@ -207,7 +208,7 @@ void VehicleWheels::solve(Wheel& wheel, const btWheelInfo& info, double substep_
     else if (wheel.forces.is_at_end)
         wheel.strut_most_n = wheel.forces.strut_n;
     else
-        wheel.strut_most_n = HUGE_VAL;
+        wheel.strut_most_n = WheelMemory::kNoLimitN;
     length_m = std::min(length_m, most_m);
     wheel.length_m = std::clamp(length_m, state.length_least_m, state.length_most_m);
     wheel.rise_m_s = (state.length_m - wheel.length_m) / substep_s;
@@ -248,7 +249,8 @@ void VehicleWheels::hold(Wheel& wheel, const btWheelInfo& info, double substep_s
 
 /// A chassis that sleeps stands as it stood, until the soil below is dug away.
 void VehicleWheels::wake_if_weak(const Wheel& wheel) const {
-    if (bearing_of(wheel.patches, wheel.up) < kWakeBearing * wheel.forces.normal_n)
+    const auto patches = soil_.lock()->coupling().wheel_patches(wheel.id);
+    if (bearing_of(patches, wheel.up) < kWakeBearing * wheel.forces.normal_n)
         vehicle_->getRigidBody()->activate();
 }
 
@@ -284,7 +286,7 @@ void VehicleWheels::stand_on_rigid(Wheel& wheel, const btWheelInfo& info, double
     wheel.is_on_soil = false;
     wheel.forces = {};
     wheel.patch_normal_n.clear();
-    if (const auto vehicles = soil_.lock()) vehicles->coupling().set_wheel_forces(wheel.id, {});
+    soil_.lock()->coupling().set_wheel_forces(wheel.id, {});
 }
 
 void* VehicleWheels::cast(const btVector3& from, const btVector3& to,
@@ -409,6 +411,7 @@ void VehicleWheels::push_chassis(const Wheel& wheel, const btWheelInfo& info) {
 void VehicleWheels::close_substep() {
     const bool is_pending = std::any_of(wheels_.begin(), wheels_.end(),
                                         [](const Wheel& wheel) { return wheel.is_pending; });
+    const auto vehicles = soil_.lock();
     if (is_pending) {
         across_struts_n_ = {};
         normal_n_ = 0;
@@ -432,7 +435,7 @@ void VehicleWheels::close_substep() {
                         .normal_force_n = wheel.forces.normal_n,
                         .traction_n = wheel.forces.forward_n,
                         .side_force_n = wheel.forces.side_n,
-                        .sinkage_m = wheel.sinkage_m,
+                        .sinkage_m = vehicles ? vehicles->coupling().report(wheel.id).sinkage_m : 0,
                         .spin_rad_s = wheel.spin_rad_s,
                         .slip = slip_of(rim_m_s, speed_m_s)};
         if (!info.m_raycastInfo.m_isInContact || wheel.is_on_soil) {
@@ -471,17 +474,25 @@ void VehicleWheels::show(BodyCollector& collector) {
     }
 }
 
-void VehicleWheels::take_contacts(ContactCoupling& coupling) {
+void VehicleWheels::take_contacts() {
     for (Wheel& wheel : wheels_) {
-        wheel.patches.clear();
         if (!wheel.is_placed) continue;
         wheel.has_met_soil = true;
-        if (!wheel.was_shown) continue;
-        const auto patches = coupling.wheel_patches(wheel.id);
-        wheel.patches.assign(patches.begin(), patches.end());
-        wheel.contact_center_m = wheel.motion.center_of_mass_m;
-        wheel.sinkage_m = coupling.report(wheel.id).sinkage_m;
+        if (wheel.was_shown) wheel.contact_center_m = wheel.motion.center_of_mass_m;
     }
+}
+
+VehicleMemory VehicleWheels::memory() const {
+    return {{wheels_.begin(), wheels_.end()}, across_struts_n_, normal_n_};
+}
+
+void VehicleWheels::set_memory(const VehicleMemory& memory) {
+    for (size_t i = 0; i < wheels_.size(); ++i) {
+        static_cast<WheelMemory&>(wheels_[i]) = memory.wheels[i];
+        wheels_[i].is_pending = false;
+    }
+    across_struts_n_ = memory.across_struts_n;
+    normal_n_ = memory.normal_n;
 }
 
 }  // namespace bsoil::bullet

@@ -3,6 +3,7 @@
 
 #include <BulletDynamics/Vehicle/btRaycastVehicle.h>
 
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -11,6 +12,37 @@
 #include "wheel_solver.h"
 
 namespace bsoil::bullet {
+
+/// What a wheel remembers from one substep to the next.
+struct WheelMemory {
+    SoilWheelDef def;
+    double radius_m = 0;
+    int id = -1;                ///< SoilBody::id
+    bool is_placed = false;     ///< it has been cast before: what follows is valid
+    bool has_met_soil = false;  ///< the soil has seen it where it is
+    double length_m = 0;        ///< of the strut
+    double rise_m_s = 0, spin_rad_s = 0;
+    BodyMotion motion;
+    // The soil's side.
+    bool was_cast = false;  ///< since the soil's last step
+    bool was_in_grid = false;
+    Vec3 contact_center_m;  ///< where it was when its patches were found
+    // Of the last substep; a chassis that sleeps keeps them.
+    bool is_on_soil = false;
+    WheelForces forces;
+    double strut_most_n = kNoLimitN;  ///< that the strut can give the chassis
+    SoilWheelReport report;
+
+    static constexpr double kNoLimitN = std::numeric_limits<btScalar>::max();
+};
+
+/// What all wheels of one vehicle remember.
+struct VehicleMemory {
+    std::vector<WheelMemory> wheels;
+    /// Of the soil on all wheels in the last substep: across their struts, and along them.
+    Vec3 across_struts_n;
+    double normal_n = 0;
+};
 
 /// Answers the vehicle's rays and acts for it on chassis and soil. The vehicle is followed only
 /// from its own ray to the end of that substep's actions.
@@ -30,9 +62,13 @@ class VehicleWheels {
     /// The vehicle's action is through: forces across the strut reach the chassis, and the vehicle
     /// gets back what it was deprived of.
     void close_substep();
+    /// Between substeps. A memory that is put back is that of as many wheels, of the same defs.
+    bool is_attached() const { return !wheels_.empty(); }
+    VehicleMemory memory() const;
+    void set_memory(const VehicleMemory& memory);
     /// Before and after the soil's step.
     void show(BodyCollector& collector);
-    void take_contacts(ContactCoupling& coupling);
+    void take_contacts();
 
   private:
     /// Fields of a btWheelInfo that are the host's and are taken for a substep.
@@ -40,32 +76,16 @@ class VehicleWheels {
         btScalar engine_force = 0, brake = 0, friction_slip = 0, force_most = 0;
         btScalar force_most_given = 0;
     };
-    struct Wheel {
-        SoilWheelDef def;
-        int id = -1;  ///< SoilBody::id
+    struct Wheel : WheelMemory {
         std::shared_ptr<const std::vector<ConvexShape>> shapes;
-        bool is_placed = false;     ///< it has been cast before: the next four are valid
-        bool has_met_soil = false;  ///< the soil has seen it where it is
-        double length_m = 0;        ///< of the strut
-        double rise_m_s = 0, spin_rad_s = 0;
-        double normal_n = 0;  ///< of the soil
-        BodyMotion motion;
-        // The soil's side.
-        bool was_cast = false;  ///< since the soil's last step
-        bool was_shown = false, was_in_grid = false;
-        std::vector<ContactPatch> patches;
-        Vec3 contact_center_m;
-        double sinkage_m = 0;
+        bool was_shown = false;  ///< to the soil, in its last step
         std::vector<double> patch_normal_n;
         // From the ray to close_substep.
-        bool is_pending = false, is_on_soil = false;
+        bool is_pending = false;
         Vec3 up, forward, axle, contact_point_m;
         double substep_s = 0;
-        WheelForces forces;
-        double strut_most_n = 0;  ///< that the strut can give the chassis
         btScalar rotation_before = 0;
         Lent lent;
-        SoilWheelReport report;
     };
 
     int find(const btVector3& from, const btVector3& to) const;
@@ -88,8 +108,7 @@ class VehicleWheels {
     btRigidBody ground_;  ///< what a ray on soil has hit: a vehicle may take it for a body
     btRaycastVehicle* vehicle_ = nullptr;
     std::vector<Wheel> wheels_;
-    /// Of the soil on all wheels in the last substep: across their struts, and along them.
-    Vec3 across_struts_n_;
+    Vec3 across_struts_n_;  ///< as in VehicleMemory
     double normal_n_ = 0;
 };
 

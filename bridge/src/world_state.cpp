@@ -37,6 +37,7 @@ EXPOSE(GravityAcceleration, &btRigidBody::m_gravity_acceleration);
 EXPOSE(TotalForce, &btRigidBody::m_totalForce);
 EXPOSE(TotalTorque, &btRigidBody::m_totalTorque);
 EXPOSE(SleepTimer, &btMultiBody::m_sleepTimer);
+EXPOSE(VehicleSpeed, &btRaycastVehicle::m_currentVehicleSpeedKmHour);
 #undef EXPOSE
 
 /// A body's mass is part of how the world was built, but for roundings: it passes through a
@@ -51,6 +52,15 @@ struct WorldAccess : btDiscreteDynamicsWorld {
         return world.*(&WorldAccess::m_actions);
     }
 };
+
+std::vector<btRaycastVehicle*> vehicles_of(btDiscreteDynamicsWorld& world) {
+    std::vector<btRaycastVehicle*> vehicles;
+    const auto& actions = WorldAccess::actions(world);
+    for (int i = 0; i < actions.size(); ++i)
+        if (auto* vehicle = dynamic_cast<btRaycastVehicle*>(actions[i]))
+            vehicles.push_back(vehicle);
+    return vehicles;
+}
 
 /// Lists the world; in reading, right into it.
 class WorldState {
@@ -250,12 +260,39 @@ void WorldState::serialize_constraint(btTypedConstraint& constraint) {
     }
 }
 
+/// All of the wheels but pointers, and what follows from the chassis's pose. What the last ray
+/// found is for who reads it before the next one.
 void WorldState::serialize_vehicle(btRaycastVehicle& vehicle) {
     same("wheels of a vehicle", vehicle.getNumWheels());
+    stream_(vehicle.*member(VehicleSpeed{}));
     for (int i = 0; i < vehicle.getNumWheels() && stream_.good(); ++i) {
         btWheelInfo& wheel = vehicle.getWheelInfo(i);
+        list(stream_, wheel.m_chassisConnectionPointCS);
+        list(stream_, wheel.m_wheelDirectionCS);
+        list(stream_, wheel.m_wheelAxleCS);
+        stream_(wheel.m_wheelsRadius, wheel.m_suspensionRestLength1, wheel.m_maxSuspensionTravelCm,
+                wheel.m_suspensionStiffness, wheel.m_wheelsDampingCompression,
+                wheel.m_wheelsDampingRelaxation, wheel.m_maxSuspensionForce, wheel.m_rollInfluence,
+                wheel.m_bIsFrontWheel);
         stream_(wheel.m_rotation, wheel.m_deltaRotation, wheel.m_steering, wheel.m_engineForce,
                 wheel.m_brake, wheel.m_frictionSlip);
+        btWheelInfo::RaycastInfo& ray = wheel.m_raycastInfo;
+        bool is_in_contact = ray.m_isInContact;
+        stream_(is_in_contact);
+        if (stream_.reads()) {
+            ray.m_suspensionLength = wheel.m_suspensionRestLength1;
+            wheel.m_wheelsSuspensionForce = 0;
+            wheel.m_skidInfo = 1;
+        }
+        // Without contact Bullet may not have set them yet.
+        if (is_in_contact) {
+            stream_(ray.m_suspensionLength, wheel.m_wheelsSuspensionForce, wheel.m_skidInfo);
+            list(stream_, ray.m_contactPointWS);
+            list(stream_, ray.m_contactNormalWS);
+        }
+        if (!stream_.reads()) continue;
+        vehicle.updateWheelTransform(i, false);
+        ray.m_isInContact = is_in_contact;
     }
 }
 
@@ -291,10 +328,9 @@ void WorldState::serialize() {
         serialize_object(*world_.getCollisionObjectArray()[i]);
     for (int i = 0; i < world_.getNumConstraints() && stream_.good(); ++i)
         serialize_constraint(*world_.getConstraint(i));
-    const auto& actions = WorldAccess::actions(world_);
-    for (int i = 0; i < actions.size() && stream_.good(); ++i)
-        if (auto* vehicle = dynamic_cast<btRaycastVehicle*>(actions[i]))
-            serialize_vehicle(*vehicle);
+    const std::vector<btRaycastVehicle*> vehicles = vehicles_of(world_);
+    same("vehicles", static_cast<int64_t>(vehicles.size()));
+    for (size_t i = 0; i < vehicles.size() && stream_.good(); ++i) serialize_vehicle(*vehicles[i]);
     if (stream_.good()) serialize_contacts(stream_, world_);
 }
 

@@ -10,13 +10,14 @@
 #include "bsoil/bullet/soil_raycaster.h"
 #include "bullet_scene.h"
 #include "bullet_types.h"
+#include "raycast_car.h"
 
 namespace bsoil::bullet {
 namespace {
 
 constexpr double kGravity_m_s2 = 9.81;
 constexpr double kSurfaceM = 0.56;  // 7 voxels
-constexpr btScalar kRadiusM = 0.4f, kRestM = 0.35f;
+constexpr btScalar kRadiusM = Car::kRadiusM, kRestM = Car::kRestM;
 constexpr double kWidthM = 0.24;
 
 SoilDef bed_def() {
@@ -41,53 +42,6 @@ std::unique_ptr<SoilAction> make_bed(BulletScene& scene, double slope_rad = 0,
     EXPECT_TRUE(filled) << filled.error();
     return std::move(*soil);
 }
-
-/// A car of four wheels that heads for +x. Its wheels just touch the level soil.
-struct Car {
-    BulletScene& scene;
-    btRaycastVehicle::btVehicleTuning tuning;
-    btRigidBody& chassis;
-    std::unique_ptr<btRaycastVehicle> vehicle;
-
-    Car(BulletScene& in, btVehicleRaycaster& caster, double mass_kg, const btVector3& at)
-        : scene(in),
-          chassis(scene.add(static_cast<btScalar>(mass_kg),
-                            scene.shape<btBoxShape>(btVector3(1.2f, 0.2f, 0.5f)), at)) {
-        chassis.setActivationState(DISABLE_DEACTIVATION);
-        tuning.m_suspensionStiffness = 40;
-        tuning.m_suspensionCompression = 4.4f;
-        tuning.m_suspensionDamping = 4.6f;
-        tuning.m_maxSuspensionForce = 1e6f;
-        tuning.m_maxSuspensionTravelCm = 30;
-        tuning.m_frictionSlip = 1.5f;
-        vehicle = std::make_unique<btRaycastVehicle>(tuning, &chassis, &caster);
-        vehicle->setCoordinateSystem(2, 1, 0);
-        for (int i = 0; i < 4; ++i)
-            vehicle->addWheel({i < 2 ? 0.9f : -0.9f, -0.2f, i % 2 == 0 ? 0.6f : -0.6f}, {0, -1, 0},
-                              {0, 0, 1}, kRestM, kRadiusM, tuning, i < 2);
-        scene.world->addVehicle(vehicle.get());
-    }
-    ~Car() { scene.world->removeVehicle(vehicle.get()); }
-
-    void drive(double force_n) {
-        for (int i = 0; i < 4; ++i) vehicle->applyEngineForce(btScalar(force_n / 4), i);
-    }
-    void brake(double impulse_n_s) {
-        for (int i = 0; i < 4; ++i) vehicle->setBrake(btScalar(impulse_n_s), i);
-    }
-    double suspension_n() const {
-        double sum = 0;
-        for (int i = 0; i < 4; ++i)
-            sum += static_cast<double>(vehicle->getWheelInfo(i).m_wheelsSuspensionForce);
-        return sum;
-    }
-    double wheel_height_m(int i) const {
-        vehicle->updateWheelTransform(i, false);
-        return static_cast<double>(vehicle->getWheelTransformWS(i).getOrigin().y());
-    }
-    double x() const { return static_cast<double>(chassis.getWorldTransform().getOrigin().x()); }
-    double speed() const { return static_cast<double>(chassis.getLinearVelocity().x()); }
-};
 
 btVector3 above_soil(double x) {
     return {btScalar(x), btScalar(kSurfaceM) + kRadiusM + kRestM + 0.2f, 0};
@@ -332,6 +286,20 @@ TEST(RaycastVehicle, falls_when_the_soil_below_it_is_gone) {
         EXPECT_LT(car.chassis.getWorldTransform().getOrigin().y(), before_m - 0.9f);
         EXPECT_EQ(car.suspension_n(), 0);
     }
+}
+
+TEST(RaycastVehicle, falls_through_soil_that_is_off) {
+    BulletScene scene;
+    const auto soil = make_bed(scene);
+    SoilRaycaster caster(*soil);
+    Car car(scene, caster, 800, above_soil(0));
+    ASSERT_TRUE(caster.attach(*car.vehicle, SoilWheelDef{.width_m = kWidthM}));
+    scene.run(1);
+    soil->set_enabled(false);
+    const btScalar before_m = car.chassis.getWorldTransform().getOrigin().y();
+    scene.run(0.3);
+    EXPECT_LT(car.chassis.getWorldTransform().getOrigin().y(), before_m - 0.25f);  // g t2 / 2: 0.44
+    EXPECT_EQ(car.suspension_n(), 0);
 }
 
 TEST(RaycastVehicle, on_rigid_ground_above_the_soil_it_drives_as_with_the_default_raycaster) {

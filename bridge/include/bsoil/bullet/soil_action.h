@@ -137,9 +137,10 @@ class SoilAction final : public btActionInterface {
 
     /// Snapshot of the soil and of all that the coupling remembers of its bodies (ids, poses, shear
     /// displacements, averaged directions, row limits, drift, carried loads, time not stepped yet).
-    /// Bodies are named by their place in the world's list. Between calls of stepSimulation.
-    /// Bullet's own state is not in it: save_world() of world_snapshot.h has both. Error: the file
-    /// cannot be written, or a pose or velocity is not finite.
+    /// Bodies are named by their place in the world's list; wheels of attached raycast vehicles are
+    /// in it, what the vehicle itself holds is Bullet's. Between calls of stepSimulation. Bullet's
+    /// own state is not in it: save_world() of world_snapshot.h has both. Error: the file cannot be
+    /// written, or a pose or velocity is not finite.
     Status save(const std::string& path) const;
     /// Replaces the state of the soil and the coupling. The world must hold the same objects in the
     /// same order; their poses are the host's to put back. Options of bodies are not

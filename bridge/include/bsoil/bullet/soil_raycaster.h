@@ -53,6 +53,7 @@ struct SoilWheelReport {
 /// btDefaultVehicleRaycaster does (which does not see the soil's surface).
 ///
 /// The vehicle must be an action of the soil's world, in any order; one vehicle for each raycaster.
+/// What the wheels remember is in the soil's snapshots; attach before loading one.
 /// Raycaster, vehicle and SoilAction may be destroyed in any order between steps. Cost: some 0.1 ms
 /// a wheel and substep.
 class SoilRaycaster final : public btVehicleRaycaster {
