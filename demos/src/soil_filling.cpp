@@ -43,15 +43,25 @@ double fractal_noise(Vec3 p, const TerrainItem& t, int seed) {
     return sum;
 }
 
+/// No fractal_noise is further from 0.
+double largest_noise(const TerrainItem& t) {
+    double sum = 0, height = 1;
+    for (int octave = 0; octave < t.octaves; ++octave, height *= t.persistence) sum += height;
+    return sum;
+}
+
 /// Distance into the nearest hollow [m], positive inside: one ball in each cube of the lattice.
 double hollow(Vec3 p, const TerrainItem& t) {
     const Vec3 cell = p * (1 / t.cave_spacing_m);
+    const double reach = t.cave_radius_m / t.cave_spacing_m;
+    const auto gap = [](double at, int cube) { return std::max({0.0, cube - at, at - cube - 1}); };
     const int cx = static_cast<int>(std::floor(cell.x)), cy = static_cast<int>(std::floor(cell.y)),
               cz = static_cast<int>(std::floor(cell.z));
     double deepest = -t.cave_spacing_m;
     for (int i = cx - 1; i <= cx + 1; ++i)
         for (int j = cy - 1; j <= cy + 1; ++j)
             for (int k = cz - 1; k <= cz + 1; ++k) {
+                if (length({gap(cell.x, i), gap(cell.y, j), gap(cell.z, k)}) > reach) continue;
                 const auto random = [&](int which) {
                     return hash(i, j, k, t.seed + 100 + which) / 4294967295.0;
                 };
@@ -87,6 +97,10 @@ DensityFunction terrain_density(const TerrainItem& terrain, UpAxis up, Vec3 floo
     return [terrain, up, floor_center_m](Vec3 world) {
         const Vec3 d = world - floor_center_m;
         const Vec3 p = up == UpAxis::z ? d : Vec3{d.x, -d.z, d.y};  // z up
+        // Only the sign counts: no noise above the highest rock, no hollows where there is no rock.
+        const double highest_rock =
+            terrain.base_m + terrain.amplitude_m * largest_noise(terrain) - p.z;
+        if (highest_rock <= 0) return highest_rock;
         Vec3 warped = p;
         if (terrain.overhang_m > 0) {
             warped.x += terrain.overhang_m * fractal_noise(p, terrain, terrain.seed + 40);
@@ -96,7 +110,7 @@ DensityFunction terrain_density(const TerrainItem& terrain, UpAxis up, Vec3 floo
             terrain.base_m +
             terrain.amplitude_m * fractal_noise({warped.x, warped.y, 0}, terrain, terrain.seed);
         const double rock = surface - p.z;
-        return terrain.kind == "caves" ? std::min(rock, -hollow(p, terrain)) : rock;
+        return rock > 0 && terrain.kind == "caves" ? std::min(rock, -hollow(p, terrain)) : rock;
     };
 }
 

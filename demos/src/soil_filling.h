@@ -11,7 +11,8 @@ namespace bsoil::scene {
 /// Terrain first, then the fills in the file's order. The error names the place in the file.
 Status fill_soil(const Scene& scene, Soil& soil);
 
-/// The density function of a [[terrain]] of kind hills or caves: rock where it is positive.
+/// The density function of a [[terrain]] of kind hills or caves: rock where it is positive;
+/// its values are distances only near the surface.
 /// Thesis 2.2.2, after Geiss: a height surface whose sampling point is warped by a second noise, so
 /// that it overhangs, less round hollows.
 DensityFunction terrain_density(const TerrainItem& terrain, UpAxis up, Vec3 floor_center_m);

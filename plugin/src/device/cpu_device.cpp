@@ -1,10 +1,7 @@
 /// The CPU backend: buffers in host memory, kernels as C++ over oneTBB.
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cassert>
 #include <cstdlib>
 #include <cstring>
@@ -13,6 +10,7 @@
 
 #include "device/device_checks.h"
 #include "device/kernel_set.h"
+#include "device/parallel_ranges.h"
 
 namespace bsoil::device {
 
@@ -162,48 +160,29 @@ class CpuDevice final : public Device {
         if (tile_count == 0) {
             return;
         }
-        job_ = {info.run, tile_lists};
-        hand_over();
-        arena_.execute([this, tile_count] {
-            tbb::parallel_for(tbb::blocked_range<size_t>(0, tile_count),
-                              [this](const tbb::blocked_range<size_t>& range) {
-                                  hand_over();
-                                  for (size_t i = range.begin(); i < range.end(); ++i) {
-                                      const TileRange tile = job_.tile_at(i);
-                                      job_.run(memory_, tile.first_group, tile.group_count);
-                                  }
-                                  hand_over();
-                              });
+        arena_.execute([&] {
+            parallel_ranges(tile_count, [&](size_t first, size_t last) {
+                for (size_t i = first; i < last; ++i) {
+                    const TileRange tile = tile_at(tile_lists, i);
+                    info.run(memory_, tile.first_group, tile.group_count);
+                }
+            });
         });
-        hand_over();
     }
 
-    /// Orders what this thread did before what any thread does after its next hand_over. oneTBB
-    /// orders its tasks by itself, but inside its library, where a thread sanitizer does not see
-    /// it.
-    void hand_over() { hand_over_count_.fetch_add(1, std::memory_order_acq_rel); }
-
-    /// What the threads work on, kept here so that they reach it by nothing but `this`.
-    struct Job {
-        decltype(KernelInfo::run) run = nullptr;
-        std::span<const std::vector<TileRange>> tile_lists;
-
-        TileRange tile_at(size_t i) const {
-            size_t list = 0;
-            while (i >= tile_lists[list].size()) {
-                i -= tile_lists[list++].size();
-            }
-            return tile_lists[list][i];
+    static TileRange tile_at(std::span<const std::vector<TileRange>> tile_lists, size_t i) {
+        size_t list = 0;
+        while (i >= tile_lists[list].size()) {
+            i -= tile_lists[list++].size();
         }
-    };
+        return tile_lists[list][i];
+    }
 
     const KernelSet& kernel_set_;
     tbb::task_arena arena_;
     std::string name_;
     AlignedWords buffers_[kBufferCount];
     KernelMemory memory_;
-    Job job_;
-    std::atomic<uint32_t> hand_over_count_ = 0;
 };
 
 }  // namespace

@@ -1,11 +1,10 @@
 // DistanceLattice::from_mesh.
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "bsoil/limits.h"
+#include "device/parallel_ranges.h"
 #include "soil/lattice_data.h"
 #include "soil/mesh_pieces.h"
 #include "soil/mesh_topology.h"
@@ -113,8 +112,8 @@ class MeshSampler {
         }
         first.push_back(pairs_.size());
         std::vector<lattice::Brick> out(bricks.size());
-        tbb::parallel_for(tbb::blocked_range<size_t>(0, bricks.size()), [&](const auto& range) {
-            for (size_t b = range.begin(); b != range.end(); ++b) {
+        device::parallel_ranges(bricks.size(), [&](size_t from, size_t to) {
+            for (size_t b = from; b != to; ++b) {
                 sample_brick(frame, bricks[b], first[b], first[b + 1], winding, out[b]);
             }
         });
