@@ -12,19 +12,17 @@
 
 namespace bsoil::bullet {
 
-/// From open_substep to close_substep a loaded rigid body has its load's mass besides its own, and
-/// the load's moment of inertia about the body's centre of mass, so that Bullet's solver
-/// accelerates both; in between the host sees its own figures. The centre of mass stays the body's:
-/// of the coupling between turning and shifting only the load's weight is taken, not its inertia. A
-/// multibody link bears the weight alone.
+/// From open_substep to close_substep a loaded rigid body, multibody link or free base has its
+/// load's mass besides its own, and the load's moment of inertia about the body's centre of mass,
+/// so that Bullet's solver accelerates both; in between the host sees its own figures. The centre
+/// of mass stays the body's: of the coupling between turning and shifting only the load's weight is
+/// taken, not its inertia.
 class CarriedLoads {
   public:
     CarriedLoads(btDiscreteDynamicsWorld& world, Vec3 up, double gravity_m_s2);
 
-    /// Loads of this soil step. duration_s: until the next call (multibody links get their weight
-    /// as one impulse).
-    void set_loads(std::span<const BodyState> bodies, std::span<const BodyLoad> loads,
-                   double duration_s);
+    /// Loads of this soil step.
+    void set_loads(std::span<const BodyState> bodies, std::span<const BodyLoad> loads);
     void open_substep();
     void close_substep();
     /// Forgets all loads. Between substeps.
@@ -45,7 +43,7 @@ class CarriedLoads {
     btDiscreteDynamicsWorld& world_;
     Vec3 up_;
     double gravity_m_s2_;
-    std::map<int, Loaded> loaded_;  ///< rigid bodies, by SoilBody::id
+    std::map<int, Loaded> loaded_;  ///< by SoilBody::id
 };
 
 }  // namespace bsoil::bullet

@@ -181,7 +181,8 @@ void CouplingSnapshot::Memory::list_loaded(StateStream& stream,
     list(stream, loaded.own_inertia);
     list(stream, loaded.weight_n);
     list(stream, loaded.arm_m);
-    if (loaded.body.role != BodyRole::rigid || loaded.load.body != loaded.body.id ||
+    const bool bears = loaded.body.role == BodyRole::rigid || loaded.body.role == BodyRole::link;
+    if (!bears || loaded.load.body != loaded.body.id ||
         loaded.load.mass_kg < 0)
         stream.refuse();
 }

@@ -343,7 +343,7 @@ void SoilAction::Impl::step_soil(double substep_s) {
     step_count += count;
     coupling.set_contacts(collector.bodies(), report.contacts, count * step_s);
     vehicles->take_contacts();
-    carried.set_loads(collector.bodies(), report.loads, count * step_s);
+    carried.set_loads(collector.bodies(), report.loads);
     if (ground) ground->drop_stale_contacts();
 }
 

@@ -1,5 +1,7 @@
 #include "carried_load.h"
 
+#include <BulletDynamics/Featherstone/btMultiBody.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -48,7 +50,7 @@ class CarriedLoad : public testing::Test {
         state.proxy_id = box.getBroadphaseHandle()->getUid();
         state.internal_type = box.getInternalType();
         state.role = BodyRole::rigid;
-        carried.set_loads({&state, 1}, std::array{BodyLoad{0, 6, load_center_m}}, 1.0 / 60);
+        carried.set_loads({&state, 1}, std::array{BodyLoad{0, 6, load_center_m}});
         LoadAction action(*scene.world, carried);
         scene.world->stepSimulation(kStep, 0);
     }
@@ -92,6 +94,66 @@ TEST_F(CarriedLoad, leaves_the_host_its_own_mass_bit_for_bit) {
     EXPECT_EQ(box.getInvMass(), own_inverse_mass);
     EXPECT_EQ(box.getInvInertiaDiagLocal(), own_inertia);
     EXPECT_EQ(box.getTotalForce().length(), 0);
+}
+
+/// A link of 2 kg on a hinge about z, 1 m from its centre of mass, that carries 6 kg.
+class CarriedLoadOfLink : public testing::Test {
+  protected:
+    BulletScene scene;
+    btMultiBody arm{1, 0, btVector3(0, 0, 0), true, false};
+    std::unique_ptr<btMultiBodyLinkCollider> collider;
+
+    void SetUp() override {
+        scene.world->setGravity(btVector3(0, 0, 0));
+        arm.setupRevolute(0, 2, btVector3(0.5f, 0.5f, 0.5f), -1, btQuaternion::getIdentity(),
+                          btVector3(0, 0, 1), btVector3(0, 0, 0), btVector3(1, 0, 0), true);
+        arm.finalizeMultiDof();
+        arm.setLinearDamping(0);
+        arm.setAngularDamping(0);
+        scene.world->addMultiBody(&arm);
+        collider = std::make_unique<btMultiBodyLinkCollider>(&arm, 0);
+        collider->setCollisionShape(&scene.shape<btBoxShape>(btVector3(0.1f, 0.1f, 0.1f)));
+        collider->setWorldTransform(btTransform(btQuaternion::getIdentity(), btVector3(1, 0, 0)));
+        arm.getLink(0).m_collider = collider.get();
+        scene.world->addCollisionObject(collider.get());
+    }
+    void TearDown() override {
+        scene.world->removeCollisionObject(collider.get());
+        scene.world->removeMultiBody(&arm);
+    }
+    void substep(double gravity_m_s2, Vec3 load_center_m) {
+        CarriedLoads carried(*scene.world, {0, 1, 0}, gravity_m_s2);
+        BodyState state;
+        state.object = collider.get();
+        state.proxy_id = collider->getBroadphaseHandle()->getUid();
+        state.internal_type = collider->getInternalType();
+        state.role = BodyRole::link;
+        carried.set_loads({&state, 1}, std::array{BodyLoad{0, 6, load_center_m}});
+        LoadAction action(*scene.world, carried);
+        scene.world->stepSimulation(kStep, 0);
+    }
+};
+
+TEST_F(CarriedLoadOfLink, is_turned_with_it) {
+    arm.addJointTorque(0, 40);
+    substep(0, {1, 0, 0});
+    // 2 kg and 6 kg 1 m from the hinge, and the link's own 0.5 kg m2
+    EXPECT_NEAR(arm.getJointVel(0), 40.0 / (8 * 1.0 + 0.5) / 60, 1e-4);
+}
+
+TEST_F(CarriedLoadOfLink, weighs_at_its_own_place) {
+    substep(9.81, {1, 0.5, 0});
+    // The weight's arm is 1 m. Of the load's inertia about the hinge, 6 (1^2 + 0.5^2), all is felt:
+    // it lies across the link.
+    EXPECT_NEAR(arm.getJointVel(0), -6 * 9.81 * 1.0 / (8.5 + 6 * 0.25) / 60, 1e-4);
+}
+
+TEST_F(CarriedLoadOfLink, leaves_the_host_its_own_mass_bit_for_bit) {
+    for (int i = 0; i < 100; ++i) substep(9.81, {1.1, 0.2, 0.3});
+    EXPECT_EQ(arm.getLink(0).m_mass, 2);
+    EXPECT_EQ(arm.getLink(0).m_inertiaLocal, btVector3(0.5f, 0.5f, 0.5f));
+    EXPECT_EQ(arm.getLinkForce(0).length(), 0);
+    EXPECT_EQ(arm.getLinkTorque(0).length(), 0);
 }
 
 }  // namespace

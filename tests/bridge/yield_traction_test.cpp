@@ -57,6 +57,17 @@ TEST(YieldTraction, unloads_ten_times_as_stiffly_as_it_loads) {
     EXPECT_EQ(half.friction, loaded.friction);
 }
 
+TEST(YieldTraction, sole_that_slides_shears_the_soil_or_its_own_surface) {
+    MaterialDef rough = sand();
+    rough.tool_friction = 2;
+    const SoilStrength soil = strength_of(rough, kGravity_m_s2);
+    const ElementYield y = yield_of_element(element(kDown, 0.1), {1, 0, 0}, 0, kUp, soil);
+    EXPECT_NEAR(y.friction, std::tan(rough.friction_angle_rad), 0.01);
+    const SoilStrength smooth = strength_of(rough, kGravity_m_s2, {.friction = 0.2});
+    EXPECT_NEAR(yield_of_element(element(kDown, 0.1), {1, 0, 0}, 0, kUp, smooth).friction, 0.2,
+                1e-12);
+}
+
 TEST(YieldTraction, body_that_draws_back_meets_nothing) {
     const SoilStrength soil = strength_of(sand(), kGravity_m_s2);
     const ElementYield y = yield_of_element(element(kDown, 0.1), {0, 0.02, 0}, 0, kUp, soil);
