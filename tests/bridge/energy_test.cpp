@@ -16,7 +16,7 @@ constexpr double kSurfaceM = 0.6;
 /// What counts as no rise: lifting the body by this much in one step. Single precision keeps its
 /// height to 6e-8 m; the rest is the drift that the solver's ten iterations leave at the end of an
 /// impact and that the contact takes back while the body comes to rest.
-constexpr double kDriftOfStepM = 1.5e-5;
+constexpr double kDriftOfStepM = 3e-5;
 /// Share of the energy lost that all such rises together may give back.
 constexpr double kReturnedFraction = 1e-3;
 
