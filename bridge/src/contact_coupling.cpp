@@ -202,33 +202,52 @@ void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const Contac
     }
     if (patches_.empty()) coupled.report.force_n = coupled.report.torque_n_m = {};
 
-    // A new patch takes over how much of its limit the nearest old one was using. Patches are
-    // numbered in the body's frame, so on a spinning wheel the number says nothing about the place.
+    take_over_patches(coupled);
+}
+
+/// A new patch takes over how much of its limit the nearest old one was using. Patches are numbered
+/// in the body's frame, so on a spinning wheel the number says nothing about the place. Where
+/// several have the same nearest one they share its force: taken over by each it would throw the
+/// body up.
+void ContactCoupling::take_over_patches(Coupled& coupled) {
     previous_.swap(coupled.patches);
     coupled.patches.clear();
     double extent_m = 0;
     for (const ContactPatch& p : patches_)
-        extent_m = std::max(extent_m, length(p.point_m - motion.center_of_mass_m));
+        extent_m = std::max(extent_m, length(p.point_m - coupled.body.motion.center_of_mass_m));
+    heirs_.assign(previous_.size(), 0);
+    nearest_.clear();
     for (const ContactPatch& p : patches_) {
         CoupledPatch next;
         next.patch = p;
-        next.offset_m = p.point_m - motion.center_of_mass_m;
-        next.shear_offset_m = p.shear_point_m - motion.center_of_mass_m;
+        next.offset_m = p.point_m - coupled.body.motion.center_of_mass_m;
+        next.shear_offset_m = p.shear_point_m - coupled.body.motion.center_of_mass_m;
         next.friction_normal_n =
             p.normal_limit_n;  // where there was none: it yields while it comes in
-        double nearest = std::numeric_limits<double>::infinity();
-        for (const CoupledPatch& old : previous_) {
+        int nearest = -1;
+        double least = std::numeric_limits<double>::infinity();
+        for (size_t i = 0; i < previous_.size(); ++i) {
+            const CoupledPatch& old = previous_[i];
             const double cosine = dot(old.patch.normal, p.normal);
             const Vec3 apart = old.offset_m - next.offset_m;
             const double distance = dot(apart, apart) + (1 - cosine) * extent_m * extent_m;
-            if (cosine < kSamePatchCosine || distance >= nearest) continue;
-            nearest = distance;
-            const double scale = p.normal_limit_n / old.patch.normal_limit_n;
-            next.friction_normal_n = std::min(1.0, scale) * old.friction_normal_n;
-            next.applied_force_n = old.applied_force_n;
-            next.drift_m = old.drift_m;
+            if (cosine < kSamePatchCosine || distance >= least) continue;
+            least = distance;
+            nearest = static_cast<int>(i);
         }
+        nearest_.push_back(nearest);
+        if (nearest >= 0) heirs_[nearest] += p.normal_limit_n;
         coupled.patches.push_back(next);
+    }
+    for (size_t i = 0; i < coupled.patches.size(); ++i) {
+        if (nearest_[i] < 0) continue;
+        CoupledPatch& next = coupled.patches[i];
+        const CoupledPatch& old = previous_[nearest_[i]];
+        const double limit_n = next.patch.normal_limit_n;
+        next.friction_normal_n =
+            std::min(1.0, limit_n / old.patch.normal_limit_n) * old.friction_normal_n;
+        next.applied_force_n = limit_n / heirs_[nearest_[i]] * old.applied_force_n;
+        next.drift_m = old.drift_m;
     }
 }
 

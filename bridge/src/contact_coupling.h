@@ -107,6 +107,7 @@ class ContactCoupling {
     void set_body_contacts(Coupled& coupled, std::span<const ContactVoxel> voxels,
                            double duration_s);
     void gather_pressed_soil();
+    void take_over_patches(Coupled& coupled);
     void update_strengths(Coupled& coupled);
     BodyMotion yield_direction(Coupled& coupled, std::span<const ContactVoxel> voxels,
                                double duration_s);
@@ -133,6 +134,8 @@ class ContactCoupling {
     std::vector<ContactVoxel> by_body_;
     std::vector<ContactPatch> patches_;
     std::vector<CoupledPatch> previous_;
+    std::vector<double> heirs_;  ///< sum of the limits of the new patches nearest to an old one
+    std::vector<int> nearest_;   ///< old patch of each new one, or -1
     std::vector<const btCollisionObject*> touched_;  ///< sorted
     std::vector<PressedSoil> pressed_soil_;    ///< beside all bodies, as of the last set_contacts
     std::vector<PressedSoil> pressed_around_;  ///< of it, what may lie beside one body

@@ -140,6 +140,7 @@ void BulletScene::add_body(const BodyItem& item, const SceneShapes::BodyShape& s
     info.m_restitution = scalar(item.restitution);
     info.m_linearDamping = scalar(item.linear_damping);
     info.m_angularDamping = scalar(item.angular_damping);
+    info.m_angularSleepingThreshold = scalar(item.sleep_rad_s);
     owned_bodies_.push_back(std::make_unique<btRigidBody>(info));
     btRigidBody* body = owned_bodies_.back().get();
     if (item.is_ghost)

@@ -132,8 +132,9 @@ struct BodyItem : SceneItem {
     Vec3 velocity_m_s, angular_velocity_rad_s;
     std::string group;
     std::optional<Inertial> inertial;
-    std::string multibody;  ///< bodies of one name are links of one btMultiBody; empty: rigid
-    bool is_ghost = false;  ///< touches nothing: a link without a solid
+    std::string multibody;   ///< bodies of one name are links of one btMultiBody; empty: rigid
+    double sleep_rad_s = 1;  ///< turning slower it may fall asleep; 1 is Bullet's own
+    bool is_ghost = false;   ///< touches nothing: a link without a solid
 
     /// The solids that make the body up: its parts, or itself.
     std::vector<ShapeItem> solids() const;

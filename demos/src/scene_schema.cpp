@@ -395,7 +395,7 @@ TableOf<TrackItem> track_table() {
                       "A track of rigid links round wheels on a body: links `track/link_01`, ... "
                       "hinged to each other by `track/pin_01`, ..., laid along the taut way round "
                       "the wheels. Links touch the wheels and everything else but each other and "
-                      "the hull's group.")
+                      "the hull's group. Wheels and links may fall asleep below 3 rad/s.")
         .text("name", &T::name, "unique")
         .required()
         .text("hull", &T::hull, "the body that the wheels turn on; the wheels do not touch it")

@@ -20,6 +20,9 @@ constexpr double kGuideGap = 0.03, kGuideThickness = 0.05;
 /// Of guides: length along the track, as a share of the pitch. Shorter than the link, so that those
 /// of neighbours do not cross on the inside of a bend.
 constexpr double kGuideLength = 0.6;
+/// Wheels and links turning slower than this may fall asleep. Bullet's own threshold, 1 rad/s, is
+/// meant for bodies of a metre; a link of 0.1 m is then held awake by 5 cm/s of its edge.
+constexpr double kSleepRadS = 3;
 
 /// The rotation whose columns are these unit axes.
 Quat rotation_of(Vec3 x, Vec3 y, Vec3 z) {
@@ -172,6 +175,7 @@ class TrackBuilder {
         body.velocity_m_s = hull.velocity_m_s + cross(hull.angular_velocity_rad_s,
                                                       body.pose.position - hull_pose_.position);
         body.angular_velocity_rad_s = hull.angular_velocity_rad_s;
+        body.sleep_rad_s = kSleepRadS;
         return body;
     }
 

@@ -111,6 +111,52 @@ TEST(SceneErrors, body_has_to_be_defined) {
                  "s.toml:5:8: no [[body]]");
 }
 
+TEST(SceneErrors, track_needs_wheels_and_links_that_fit) {
+    const std::string hull =  // lines 3 to 7
+        "[[body]]\nname = \"hull\"\nshape = \"box\"\nsize_m = [2, 1, 0.5]\nmass_kg = 500\n";
+    const auto track = [&](const std::string& keys, const std::string& wheels) {
+        return hull + "[[track]]\nname = \"t\"\nhull = \"hull\"\n" + keys + "\nwheel = [\n" +
+               wheels + "]\n";  // keys in line 11, wheels from line 13 on
+    };
+    const std::string front =
+        "{ name = \"front\", position_m = [1, 1, 0], radius_m = 0.2, width_m = 0.2 },\n";
+    const std::string rear =
+        "{ name = \"rear\", position_m = [-1, 1, 0], radius_m = 0.2, width_m = 0.2 },\n";
+    EXPECT_EQ(errors_of(kWorld + track("link_count = 40", front + rear)), "no error");
+    EXPECT_EQ(errors_of(kWorld + track("pitch_m = 0.13", front + rear)), "no error");
+    expect_error(track("link_count = 40", front), "s.toml:8:1: a track needs at least two");
+    expect_error(track("link_count = 40", front + front),
+                 "s.toml:14:10: a [[track.wheel]] named \"front\" stands in line 13 already");
+    expect_error(
+        track("link_count = 40",
+              front + "{ name = \"b\", position_m = [0.7, 1, 0], radius_m = 0.15, width_m = "
+                      "0.2 },\n"),
+        "wheels \"front\" and \"b\" overlap: 0.3 m apart, radii 0.2 m and 0.15 m");
+    expect_error(
+        track("link_count = 40",
+              front + "{ name = \"b\", position_m = [-1, 0.9, 0], radius_m = 0.2, width_m = "
+                      "0.2 },\n"),
+        "wheel \"b\" stands 0.1 m beside the plane of wheel \"front\"");
+    expect_error(track("", front + rear), "give `link_count` or `pitch_m`");
+    expect_error(track("link_count = 40\npitch_m = 0.1", front + rear),
+                 "give `link_count` or `pitch_m`");
+    expect_error(track("link_count = 2", front + rear), "2 links do not go round anything");
+    expect_error(track("link_count = 12", front + rear),
+                 "do not bend round wheel \"rear\" of radius 0.2 m");
+    expect_error(track("pitch_m = 0.001", front + rear), "3 .. 1000");
+    expect_error(track("link_count = 40\nlink_width_m = 0.21", front + rear),
+                 "no room for guides beside wheels of 0.2 m: `link_width_m` at least 0.2381");
+    expect_error(
+        track("link_count = 40\ngrouser_height_m = 0.1\ngrouser_thickness_m = 0.3", front + rear),
+        "grousers of 0.3 m are thicker than links");
+    expect_error(track("link_count = 40\naxis = [0, 0, 0]", front + rear), "has no length");
+    expect_error(track("link_count = 40",
+                       front + "{ name = \"b\", position_m = [-1, 1, 0], radius_m = 0.2, width_m = "
+                               "0.2, max_velocity_deg_s = 90 },\n"),
+                 "wheel \"b\" has no motor");
+    expect_error("[[track]]\nname = \"t\"\nhull = \"hul\"\n", "no [[body]] is named \"hul\"");
+}
+
 TEST(SceneErrors, file_has_to_be_there) {
     expect_error("[soil]\nsize_m = [1, 1, 1]\n[[terrain]]\nkind = \"mesh\"\nfile = \"rock.obj\"\n",
                  "s.toml:7:8: there is no file \"rock.obj\" beside the scene");

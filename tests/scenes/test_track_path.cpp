@@ -93,10 +93,9 @@ TEST(TrackPath, any_wheels_have_the_perimeter_of_their_hull) {
 }
 
 /// Sprocket, idler and five road wheels.
-const std::vector<TrackCircle> kCrawler{{{-0.8, 0}, 0.22},     {{0.8, 0}, 0.22},
-                                        {{-0.5, -0.19}, 0.1},  {{-0.25, -0.19}, 0.1},
-                                        {{0, -0.19}, 0.1},     {{0.25, -0.19}, 0.1},
-                                        {{0.5, -0.19}, 0.1}};
+const std::vector<TrackCircle> kCrawler{
+    {{-0.8, 0}, 0.22}, {{0.8, 0}, 0.22},     {{-0.5, -0.19}, 0.1}, {{-0.25, -0.19}, 0.1},
+    {{0, -0.19}, 0.1}, {{0.25, -0.19}, 0.1}, {{0.5, -0.19}, 0.1}};
 
 TEST(TrackChain, links_are_alike_close_and_clear_the_wheels) {
     constexpr double kPinHeight = 0.02;
