@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <map>
 #include <string>
 #include <tuple>
@@ -317,13 +318,10 @@ Result<ConvexShape> heightfield(const btHeightfieldTerrainShape& shape, const Gr
 }
 
 Result<ConvexShape> distance_field(const btSdfCollisionShape& shape, const GridBall& grid) {
-    Result<LatticeDef> def = lattice_def(0, grid);
-    if (!def) return Error{def.error()};
     const Aabb box = box_of(shape);
     if (!(is_finite(box.min) && is_finite(box.max) && box.min.x < box.max.x &&
           box.min.y < box.max.y && box.min.z < box.max.z))
         return Error{"has no distance field"};
-    if (is_cut(shape, grid)) def->region = region_of(grid);
     // Bullet's query changes nothing.
     auto& field = const_cast<btSdfCollisionShape&>(shape);
     const auto distance_m = [&](Vec3 p) {
@@ -337,10 +335,19 @@ Result<ConvexShape> distance_field(const btSdfCollisionShape& shape, const GridB
         return beside > 0 ? std::max(beside, static_cast<double>(distance) + beside)
                           : static_cast<double>(distance);
     };
-    return lattice_shape(DistanceLattice::from_distance(distance_m, box, *def));
+    return convert_distance(shape, distance_m, box, grid);
 }
 
 }  // namespace
+
+Result<ConvexShape> convert_distance(const btCollisionShape& shape,
+                                     const std::function<double(Vec3)>& distance_m,
+                                     const Aabb& bounds, const GridBall& grid) {
+    Result<LatticeDef> def = lattice_def(0, grid);
+    if (!def) return Error{def.error()};
+    if (is_cut(shape, grid)) def->region = region_of(grid);
+    return lattice_shape(DistanceLattice::from_distance(distance_m, bounds, *def));
+}
 
 bool is_mesh(const btCollisionShape& shape) {
     switch (shape.getShapeType()) {
@@ -403,7 +410,7 @@ void add_mesh(Fingerprint& print, const btStridingMeshInterface& mesh) {
     }
 }
 
-void add_mesh(Fingerprint& print, const btCollisionShape& shape, const GridBall& grid) {
+void add_grid(Fingerprint& print, const btCollisionShape& shape, const GridBall& grid) {
     const Aabb box = box_of(shape);
     print.add(box.min);
     print.add(box.max);
@@ -412,6 +419,11 @@ void add_mesh(Fingerprint& print, const btCollisionShape& shape, const GridBall&
         print.add(grid.center_m);
         print.add(grid.radius_m);
     }
+}
+
+void add_mesh(Fingerprint& print, const btCollisionShape& shape, const GridBall& grid) {
+    const Aabb box = box_of(shape);
+    add_grid(print, shape, grid);
     if (shape.getShapeType() == SDF_SHAPE_PROXYTYPE) {
         auto& field =
             const_cast<btSdfCollisionShape&>(static_cast<const btSdfCollisionShape&>(shape));

@@ -4,6 +4,7 @@
 
 #include <BulletCollision/CollisionShapes/btStridingMeshInterface.h>
 
+#include <functional>
 #include <vector>
 
 #include "bsoil/body.h"
@@ -24,6 +25,12 @@ bool is_mesh(const btCollisionShape& shape);
 /// name.
 Result<ConvexShape> convert_mesh(const btCollisionShape& shape, const GridBall& grid);
 
+/// The solid where a distance is negative (see DistanceLattice::from_distance), of a shape that is
+/// cut to the grid as meshes are.
+Result<ConvexShape> convert_distance(const btCollisionShape& shape,
+                                     const std::function<double(Vec3)>& distance_m,
+                                     const Aabb& bounds, const GridBall& grid);
+
 /// A triangle, scaled about the origin, as a plate of its margin.
 Result<ConvexShape> convert_triangle(const btVector3* corners, double margin_m, double scale,
                                      const GridBall& grid);
@@ -36,5 +43,9 @@ Result<std::vector<btVector3>> mesh_points(const btStridingMeshInterface& mesh,
 /// up to 20,000 of either, else so many of them, evenly spread.
 void add_mesh(Fingerprint& print, const btCollisionShape& shape, const GridBall& grid);
 void add_mesh(Fingerprint& print, const btStridingMeshInterface& mesh);
+
+/// Adds what a lattice depends on besides the solid: its box, the voxels and, where it is cut, the
+/// grid.
+void add_grid(Fingerprint& print, const btCollisionShape& shape, const GridBall& grid);
 
 }  // namespace bsoil::bullet

@@ -14,7 +14,6 @@
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
 #include <BulletCollision/Gimpact/btGImpactShape.h>
-#include <LinearMath/btConvexHullComputer.h>
 
 #include <algorithm>
 #include <cmath>
@@ -25,6 +24,7 @@
 
 #include "bsoil/limits.h"
 #include "bullet_types.h"
+#include "convex_solid.h"
 #include "fingerprint.h"
 #include "mesh_conversion.h"
 
@@ -35,14 +35,12 @@ namespace {
 constexpr int kSpreadPointCount = 128;
 /// Points on a multi-sphere from which those are chosen.
 constexpr int kSphereDirectionCount = 600;
-/// A face smaller than this fraction of the square of a hull's radius is a splinter without a sure
-/// normal.
-constexpr double kNoFaceFraction = 1e-12;
+/// A solid that planes do not make is known to this share of its radius.
+constexpr double kSolidGap = 1e-3;
+/// Smaller than this, a lattice's spacing costs more than the 3 % of a touching hull.
+constexpr double kSmallSolidVoxels = 2;
 /// Half the diagonal of a grid is this much longer in the ball an unbounded shape is cut to.
 constexpr double kPlaneBoxSlack = 1.01;
-/// Neighbouring faces of a hull with normals this close are one: the hull computer works on a grid
-/// of integers and can split a plane in two.
-constexpr double kSameNormalCosine = 1 - 1e-7;
 /// A hull thinner than this fraction of its width has no inside a voxel could find.
 constexpr double kFlatHullFraction = 1e-5;
 
@@ -141,38 +139,6 @@ Result<Shapes> cone(const btConeShape& shape) {
     return Shapes{out};
 }
 
-/// Normal of a face by Newell's method, which a short edge cannot spoil; not normalized.
-Vec3 face_normal(const btConvexHullComputer& hull, int face) {
-    const btConvexHullComputer::Edge* first = &hull.edges[hull.faces[face]];
-    const Vec3 origin = from_bullet(hull.vertices[first->getSourceVertex()]);
-    Vec3 normal;
-    for (const btConvexHullComputer::Edge* edge = first;;) {
-        normal += cross(from_bullet(hull.vertices[edge->getSourceVertex()]) - origin,
-                        from_bullet(hull.vertices[edge->getTargetVertex()]) - origin);
-        edge = edge->getNextEdgeOfFace();
-        if (edge == first) return normal;
-    }
-}
-
-/// Unit normals of the faces of the points' hull.
-std::vector<Vec3> face_normals(const std::vector<btVector3>& points, double bound_m) {
-    btConvexHullComputer computer;
-    computer.compute(&points[0][0], static_cast<int>(sizeof(btVector3)),
-                     static_cast<int>(points.size()), 0, 0);
-    std::vector<Vec3> normals;
-    for (int f = 0; f < computer.faces.size(); ++f) {
-        const Vec3 area_vector = face_normal(computer, f);
-        const double size = length(area_vector);
-        if (size <= bound_m * bound_m * kNoFaceFraction) continue;
-        const Vec3 n = area_vector * (1 / size);
-        const bool known = std::any_of(normals.begin(), normals.end(), [n](Vec3 other) {
-            return dot(other, n) > kSameNormalCosine;
-        });
-        if (!known) normals.push_back(n);
-    }
-    return normals;
-}
-
 /// The points of a set that lie farthest from each other, greedily.
 std::vector<btVector3> spread_points(const std::vector<btVector3>& points, int count) {
     std::vector<btVector3> out{points.front()};
@@ -199,10 +165,11 @@ ConvexShape touching_hull(const std::vector<btVector3>& points, const Support& s
     out.local.position = center;
     for (const btVector3& p : points)
         out.bound_m = std::max(out.bound_m, length(from_bullet(p) - center));
-    std::vector<Vec3> normals = face_normals(points, out.bound_m);
-    if (normals.size() > static_cast<size_t>(limits::kHullPlaneCapacity))
-        normals = face_normals(spread_points(points, kSpreadPointCount), out.bound_m);
-    for (const Vec3 n : normals) out.planes.push_back({n, support(n) - dot(n, center)});
+    std::vector<Plane> faces = hull_faces(points, out.bound_m);
+    if (faces.size() > static_cast<size_t>(limits::kHullPlaneCapacity))
+        faces = hull_faces(spread_points(points, kSpreadPointCount), out.bound_m);
+    for (const Plane& face : faces)
+        out.planes.push_back({face.normal, support(face.normal) - dot(face.normal, center)});
     return out;
 }
 
@@ -284,7 +251,7 @@ Vec3 sphere_direction(int index) {
 }
 
 /// Any convex shape, by what it answers for its farthest point along a direction.
-Result<Shapes> support_hull(const btConvexShape& shape) {
+Result<Shapes> support_solid(const btConvexShape& shape, const GridBall& grid) {
     if (const Status s = check_margin(shape, static_cast<double>(shape.getMargin())); !s)
         return Error{s.error()};
     const auto touch = [&shape](Vec3 n) { return shape.localGetSupportingVertex(to_bullet(n)); };
@@ -294,11 +261,29 @@ Result<Shapes> support_hull(const btConvexShape& shape) {
         if (!is_finite(from_bullet(points.back())))
             return Error{shape_name(shape) + ": reaches infinitely far"};
     }
-    return touching_hull_or_error(shape, points,
-                                  [&](Vec3 n) { return dot(n, from_bullet(touch(n))); });
+    Result<Shapes> hull = touching_hull_or_error(
+        shape, points, [&](Vec3 n) { return dot(n, from_bullet(touch(n))); });
+    if (!hull) return hull;
+    const double bound_m = hull->front().bound_m;
+    const std::vector<Plane> faces = faces_within(kSolidGap * bound_m, points, bound_m, touch);
+    if (faces.size() <= static_cast<size_t>(limits::kHullPlaneCapacity)) {
+        ConvexShape& exact = hull->front();
+        exact.planes.clear();
+        for (const Plane& face : faces)
+            exact.planes.push_back(
+                {face.normal, face.offset - dot(face.normal, exact.local.position)});
+        return hull;
+    }
+    if (bound_m < kSmallSolidVoxels * grid.voxel_m) return hull;
+    btVector3 low, high;
+    shape.getAabb(btTransform::getIdentity(), low, high);
+    PolyhedronDistance distance_m(faces, grid.voxel_m);
+    return named(shape, convert_distance(
+                            shape, [&](Vec3 p) { return distance_m(p); },
+                            {from_bullet(low), from_bullet(high)}, grid));
 }
 
-Result<Shapes> multi_sphere(const btMultiSphereShape& shape) {
+Result<Shapes> multi_sphere(const btMultiSphereShape& shape, const GridBall& grid) {
     for (int i = 0; i < shape.getSphereCount(); ++i) {
         if (!is_finite(from_bullet(shape.getSpherePosition(i))))
             return Error{shape_name(shape) + ": has a sphere whose centre is not finite"};
@@ -307,7 +292,7 @@ Result<Shapes> multi_sphere(const btMultiSphereShape& shape) {
             !s)
             return Error{s.error()};
     }
-    return support_hull(shape);
+    return support_solid(shape, grid);
 }
 
 /// The part of the half space within reach of the grid, as a box whose top is the plane.
@@ -348,6 +333,8 @@ Result<Shapes> uniform_scaling(const btUniformScalingShape& shape, const GridBal
     if (scaled.getShapeType() == TRIANGLE_SHAPE_PROXYTYPE)
         return triangle(static_cast<const btTriangleShape&>(scaled), s, grid);
     Result<Shapes> child = convert_shape(scaled, grid);
+    if (child && child->front().kind == ConvexShape::Kind::lattice)
+        return support_solid(shape, grid);
     if (child)
         for (ConvexShape& c : *child) scale_about_origin(c, s);
     return child;
@@ -474,6 +461,8 @@ void add_shape(Fingerprint& print, const btCollisionShape& shape, const GridBall
     }
     if (type == CONVEX_TRIANGLEMESH_SHAPE_PROXYTYPE)
         add_mesh(print, *static_cast<const btConvexTriangleMeshShape&>(shape).getMeshInterface());
+    if (is_support_shape(shape) || type == MULTI_SPHERE_SHAPE_PROXYTYPE)
+        add_grid(print, shape, grid);
     if (is_support_shape(shape)) {
         const auto& convex = static_cast<const btConvexShape&>(shape);
         for (int i = 0; i < kSphereDirectionCount; i += kSphereDirectionCount / 50)
@@ -510,7 +499,7 @@ Result<Shapes> convert_shape(const btCollisionShape& shape, const GridBall& grid
         case CONVEX_POINT_CLOUD_SHAPE_PROXYTYPE:
             return point_cloud(static_cast<const btConvexPointCloudShape&>(shape));
         case MULTI_SPHERE_SHAPE_PROXYTYPE:
-            return multi_sphere(static_cast<const btMultiSphereShape&>(shape));
+            return multi_sphere(static_cast<const btMultiSphereShape&>(shape), grid);
         case UNIFORM_SCALING_SHAPE_PROXYTYPE:
             return uniform_scaling(static_cast<const btUniformScalingShape&>(shape), grid);
         case COMPOUND_SHAPE_PROXYTYPE:
@@ -527,7 +516,8 @@ Result<Shapes> convert_shape(const btCollisionShape& shape, const GridBall& grid
         default:
             break;
     }
-    if (is_support_shape(shape)) return support_hull(static_cast<const btConvexShape&>(shape));
+    if (is_support_shape(shape))
+        return support_solid(static_cast<const btConvexShape&>(shape), grid);
     if (is_gimpact_compound(shape))
         return gimpact_compound(static_cast<const btGImpactCompoundShape&>(shape), grid);
     if (is_mesh(shape)) return named(shape, convert_mesh(shape, grid));

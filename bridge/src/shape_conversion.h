@@ -22,10 +22,12 @@ struct GridBall {
 /// The solids a shape consists of. Collision margins are kept as Bullet keeps them: inside the
 /// extents of a box and a cylinder, equal to the radius of a sphere and a capsule, added outside of
 /// a cone and a convex hull (ConvexShape::rounding_m) and of triangles. A multi-sphere is, as in
-/// Bullet, the hull of its spheres; a Minkowski sum is the set {a - b}. These, custom convex
-/// shapes, and a hull with more faces than limits::kHullPlaneCapacity become a polyhedron of at
-/// most 252 faces that touch the shape: it contains the shape and exceeds it by less than 3 % of
-/// the largest sphere's radius, or of the hull's radius. Meshes, heightfields and distance fields
+/// Bullet, the hull of its spheres; a Minkowski sum is the set {a - b}. These, and custom convex
+/// shapes, are polyhedra where they have at most limits::kHullPlaneCapacity faces; else lattices
+/// (DistanceLattice) of a polyhedron within 0.05 % of their radius, whose edges the lattice rounds
+/// by up to a quarter of a voxel. Where they are smaller than two voxels, and a hull with more
+/// faces than that always, a polyhedron of at most 252 faces that touch the shape: it contains the
+/// shape and exceeds it by less than 3 % of its radius. Meshes, heightfields and distance fields
 /// become lattices, see mesh_conversion.h. The error names the shape and what is wrong: a type
 /// without a solid (empty, two-dimensional, soft), an extent that is zero, negative or not finite,
 /// a hull without volume, a broken mesh.

@@ -156,8 +156,9 @@ struct Agreement {
 
 /// Compares the inside tests of points in and around the shape. Points that Bullet puts between the
 /// surface and `swell_m` outside of it may count as inside.
-Agreement compare(const btConvexShape& shape, double swell_m = 0, double band_m = kSurfaceBand_m) {
-    const auto converted = convert_shape(shape, kGrid);
+Agreement compare(const btConvexShape& shape, double swell_m = 0, double band_m = kSurfaceBand_m,
+                  const GridBall& grid = kGrid) {
+    const auto converted = convert_shape(shape, grid);
     EXPECT_TRUE(converted) << converted.error();
     if (!converted) return {};
     std::mt19937 random(7);
@@ -186,9 +187,9 @@ Agreement compare(const btConvexShape& shape, double swell_m = 0, double band_m 
 }
 
 void expect_agreement(const btConvexShape& shape, double swell_m = 0,
-                      double band_m = kSurfaceBand_m) {
+                      double band_m = kSurfaceBand_m, const GridBall& grid = kGrid) {
     SCOPED_TRACE(shape.getName());
-    const Agreement a = compare(shape, swell_m, band_m);
+    const Agreement a = compare(shape, swell_m, band_m, grid);
     // The solver gives up on single points near the middle of a shape.
     EXPECT_GT(a.judged, kPointCount * kPoseCount * 7 / 10);
     EXPECT_GT(a.inside, kPointCount * kPoseCount / 20);
@@ -322,10 +323,25 @@ TEST(ShapeConversion, hull_with_too_many_faces_is_enclosed) {
     expect_agreement(hull, 0.03 * 0.4);
 }
 
-TEST(ShapeConversion, multi_sphere_is_enclosed_within_three_percent) {
+TEST(ShapeConversion, multi_sphere_agrees_with_bullet) {
     const btVector3 centers[3] = {{0, 0, 0}, {0.5f, 0.1f, 0}, {0.1f, 0.3f, 0.4f}};
     const btScalar radii[3] = {0.3f, 0.15f, 0.2f};
-    expect_agreement(btMultiSphereShape(centers, radii, 3), 0.03 * 0.3);
+    const btMultiSphereShape shape(centers, radii, 3);
+    // Between points s apart a sphere of radius R is off by s^2 / (4 R): 1.0 mm at half of 50 mm,
+    // 0.2 mm at half of 20 mm. The polyhedron is off by 0.3 mm.
+    expect_agreement(shape, 0, 1.5e-3);
+    expect_agreement(shape, 0, kSurfaceBand_m, {{0, 0, 0}, 10, 0.02});
+    expect_agreement(btUniformScalingShape(const_cast<btMultiSphereShape*>(&shape), 1.3f), 0,
+                     1.5e-3);
+}
+
+TEST(ShapeConversion, small_multi_sphere_is_enclosed_within_three_percent) {
+    const btVector3 centers[2] = {{0, 0, 0}, {0.5f, 0.1f, 0}};
+    const btScalar radii[2] = {0.3f, 0.15f};
+    const GridBall coarse{{0, 0, 0}, 100, 0.5};
+    const btMultiSphereShape shape(centers, radii, 2);
+    EXPECT_EQ(convert_shape(shape, coarse)->front().kind, ConvexShape::Kind::hull);
+    expect_agreement(shape, 0.03 * 0.5, kSurfaceBand_m, coarse);
 }
 
 TEST(ShapeConversion, convex_triangle_mesh_is_the_hull_of_its_corners) {
@@ -352,7 +368,22 @@ TEST(ShapeConversion, minkowski_sum_is_the_set_of_differences) {
     // The cone points down in it.
     sum.setTransformA(btTransform(btQuaternion(btVector3(1, 0, 0), 0.4f), btVector3(0.3f, 0, 0)));
     sum.setTransformB(btTransform(btQuaternion(btVector3(0, 0, 1), 0.7f), btVector3(0, 0.1f, 0)));
-    expect_agreement(sum, 0.03 * 0.7);
+    // Its edges are rounded by a quarter of a voxel.
+    expect_agreement(sum, 0, 0.0125);
+    expect_agreement(sum, 0, 5e-3, {{0, 0, 0}, 10, 0.02});
+}
+
+TEST(ShapeConversion, minkowski_sum_of_polyhedra_is_one) {
+    btBoxShape box(btVector3(0.2f, 0.15f, 0.1f)), other(btVector3(0.1f, 0.3f, 0.2f));
+    box.setMargin(0);
+    other.setMargin(0);
+    btMinkowskiSumShape sum(&box, &other);
+    sum.setTransformB(btTransform(btQuaternion(btVector3(0, 0, 1), 0.7f), btVector3(0, 0.1f, 0)));
+    const auto converted = convert_shape(sum, kGrid);
+    ASSERT_TRUE(converted);
+    EXPECT_EQ(converted->front().kind, ConvexShape::Kind::hull);
+    EXPECT_EQ(converted->front().planes.size(), 10u);  // of each, the z faces in common
+    expect_agreement(sum);
 }
 
 TEST(ShapeConversion, triangle_is_a_plate_of_its_margin) {

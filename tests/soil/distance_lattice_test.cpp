@@ -179,6 +179,45 @@ TEST(DistanceLattice, of_a_sheet_is_a_plate_with_its_rim_in_place) {
     }
 }
 
+TEST(DistanceLattice, plates_with_a_face_left_out_are_as_thick_as_whole_ones) {
+    // A shell of two faces, 20 mm apart. As an open sheet each of them would be a plate of its own.
+    const TriangleMesh whole = thick_bucket({0.4, 0.35, 0.3}, 0.02);
+    const auto expected = DistanceLattice::from_mesh(whole, {kVoxel});
+    ASSERT_TRUE(expected);
+    std::mt19937 random(13);
+    for (size_t t = 0; t < whole.triangles.size(); ++t) {
+        TriangleMesh gap = whole;
+        gap.triangles.erase(gap.triangles.begin() + static_cast<std::ptrdiff_t>(t));
+        const auto lattice = DistanceLattice::from_mesh(gap, {kVoxel});
+        ASSERT_TRUE(lattice);
+        int judged = 0, off = 0;
+        for (int i = 0; i < 2000; ++i) {
+            const Vec3 p = point_in(random, {0.5, 0.45, 0.4});
+            const double d = (*expected)->distance_m(p);
+            if (std::abs(d) > 0.02) {
+                continue;
+            }
+            ++judged;
+            off += std::abs((*lattice)->distance_m(p) - d) > 0.1 * kVoxel ? 1 : 0;
+        }
+        // Edges are round, and cut elsewhere. Plates around each face would lie 0.2 voxels off.
+        EXPECT_GT(judged, 200);
+        EXPECT_LT(off, judged / 20) << "triangle " << t;
+    }
+    // A pipe that is wider than a wall is thick stays open, however small its ends are.
+    TriangleMesh pipe;
+    const double r = 0.15;
+    const Vec3 corners[4] = {{r, r, 0}, {-r, r, 0}, {-r, -r, 0}, {r, -r, 0}};
+    for (int k = 0; k < 4; ++k) {
+        const Vec3 a = corners[k], b = corners[(k + 1) % 4];
+        add_quad(pipe, a, b, b + Vec3{0, 0, 4}, a + Vec3{0, 0, 4});
+    }
+    const auto open = DistanceLattice::from_mesh(pipe, {kVoxel});
+    ASSERT_TRUE(open);
+    EXPECT_GT((*open)->distance_m({0, 0, 2}), 0);
+    EXPECT_LT((*open)->distance_m({r, 0, 2}), 0);
+}
+
 TEST(DistanceLattice, margin_moves_the_surface_out) {
     const Vec3 half{0.31, 0.22, 0.43};
     const auto lattice = DistanceLattice::from_mesh(box_mesh(half), {kVoxel, 0.04});

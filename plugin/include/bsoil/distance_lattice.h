@@ -42,7 +42,9 @@ class DistanceLattice {
     /// one) are a part. A part without open edges is solid: inside is where the winding number, of
     /// all such parts together, is above zero (signed crossings of rays along the three axes, by
     /// majority); parts may overlap, and a part turned inside out within another is a cavity.
-    /// Triangles may be wound either way. A part with open edges is a plate around its triangles.
+    /// Triangles may be wound either way. A part with open edges is a plate around its triangles;
+    /// but one that closing its gaps (up to a tenth of its surface) makes a shell of plates thinner
+    /// than a wall on the mean, as published meshes often are, counts as closed.
     ///
     /// A plate, and a solid where it is thinner (both its faces within) is made as thick as it
     /// takes to stop soil: limits::kThinnestWallVoxels, half of it to either side; its rims stay

@@ -199,12 +199,16 @@ DistanceLattice::LatticeResult DistanceLattice::from_mesh(const TriangleMesh& me
     if (const Status valid = lattice::validate(def); !valid) {
         return Error{valid.error()};
     }
-    const Result<MeshTopology> topology = mesh_topology(mesh);
+    Result<MeshTopology> topology = mesh_topology(mesh);
     if (!topology) {
         return Error{topology.error()};
     }
-    const double half_growth =
-        std::max(0.0, 0.5 * limits::kThinnestWallVoxels * def.voxel_m - def.margin_m);
+    const double wall_m = limits::kThinnestWallVoxels * def.voxel_m;
+    if (const TriangleMesh closed = with_gaps_closed(*topology, wall_m);
+        closed.triangles.size() > topology->faces.size()) {
+        topology = mesh_topology(closed);
+    }
+    const double half_growth = std::max(0.0, 0.5 * wall_m - def.margin_m);
     auto data = std::make_unique<Data>();
     data->def = def;
     data->bounds = bounds_of(*topology, def, half_growth);

@@ -12,6 +12,9 @@ namespace {
 
 /// Beyond it floats no longer resolve a voxel.
 constexpr double kLargest_m = 1e5;
+/// Gaps are no more than so much of a part's own surface: a sheet's rim surrounds as much as it
+/// has.
+constexpr double kGapFraction = 0.1;
 /// Twice a face's area is a normal's length only above this share of its longest edge's square.
 constexpr double kNoAreaFraction = 1e-12;
 
@@ -227,7 +230,121 @@ void turn_parts_outwards(MeshTopology& mesh) {
     }
 }
 
+/// Loops of vertices around the gaps of each part, in the direction that faces in them would have;
+/// none of a part whose gaps are no simple loops.
+std::vector<std::vector<std::vector<int>>> gaps_of(const MeshTopology& mesh) {
+    struct Way {
+        int from = 0, to = 0, part = 0;
+    };
+    std::vector<Way> ways;
+    std::vector<bool> is_simple(mesh.parts.size(), true);
+    const std::vector<HalfEdge> edges = sorted_edges(mesh.faces);
+    for_each_edge(edges, [&](size_t first, size_t last) {
+        int balance = 0;
+        for (size_t i = first; i < last; ++i) {
+            balance += edges[i].is_forward ? 1 : -1;
+        }
+        const HalfEdge& edge = edges[first];
+        const int part = mesh.faces[static_cast<size_t>(edge.face)].part;
+        if (balance == 1) {
+            ways.push_back({edge.high, edge.low, part});
+        } else if (balance == -1) {
+            ways.push_back({edge.low, edge.high, part});
+        } else if (balance != 0) {
+            is_simple[static_cast<size_t>(part)] = false;
+        }
+    });
+    std::sort(ways.begin(), ways.end(), [](const Way& a, const Way& b) {
+        return a.part != b.part ? a.part < b.part : a.from < b.from;
+    });
+    const auto way_from = [&](int part, int vertex) {
+        return static_cast<size_t>(std::partition_point(ways.begin(), ways.end(),
+                                                        [&](const Way& w) {
+                                                            return w.part != part ? w.part < part
+                                                                                  : w.from < vertex;
+                                                        }) -
+                                   ways.begin());
+    };
+    std::vector<std::vector<std::vector<int>>> gaps(mesh.parts.size());
+    std::vector<bool> was_gone(ways.size(), false);
+    for (size_t start = 0; start < ways.size(); ++start) {
+        if (was_gone[start]) {
+            continue;
+        }
+        const int part = ways[start].part;
+        std::vector<int> loop;
+        for (size_t at = start; at < ways.size() && !was_gone[at] && ways[at].part == part;
+             at = way_from(part, ways[at].to)) {
+            was_gone[at] = true;
+            loop.push_back(ways[at].from);
+            if (ways[at].to == ways[start].from) {
+                gaps[static_cast<size_t>(part)].push_back(std::move(loop));
+                loop = {};
+                break;
+            }
+        }
+        if (!loop.empty()) {
+            is_simple[static_cast<size_t>(part)] = false;
+        }
+    }
+    for (size_t part = 0; part < gaps.size(); ++part) {
+        if (!is_simple[part]) {
+            gaps[part].clear();
+        }
+    }
+    return gaps;
+}
+
+/// Faces from the middle of a gap to its edges.
+void add_cap(const std::vector<int>& loop, std::vector<Vec3>& vertices,
+             std::vector<std::array<int, 3>>& triangles) {
+    Vec3 middle;
+    for (const int v : loop) {
+        middle += vertices[static_cast<size_t>(v)] * (1.0 / static_cast<double>(loop.size()));
+    }
+    const int center = static_cast<int>(vertices.size());
+    vertices.push_back(middle);
+    for (size_t i = 0; i < loop.size(); ++i) {
+        triangles.push_back({loop[i], loop[(i + 1) % loop.size()], center});
+    }
+}
+
 }  // namespace
+
+TriangleMesh with_gaps_closed(const MeshTopology& mesh, double wall_m) {
+    TriangleMesh out;
+    out.vertices = mesh.vertices;
+    std::vector<double> area_m2(mesh.parts.size()), volume_m3(mesh.parts.size());
+    const auto measure = [&](const std::array<int, 3>& triangle, size_t part) {
+        const auto at = [&](size_t k) {
+            return out.vertices[static_cast<size_t>(triangle[k])] - out.vertices.front();
+        };
+        area_m2[part] += 0.5 * length(cross(at(1) - at(0), at(2) - at(0)));
+        volume_m3[part] += dot(at(0), cross(at(1), at(2))) / 6;
+    };
+    for (const MeshTopology::Face& face : mesh.faces) {
+        out.triangles.push_back({face.vertex[0], face.vertex[1], face.vertex[2]});
+        measure(out.triangles.back(), static_cast<size_t>(face.part));
+    }
+    const auto gaps = gaps_of(mesh);
+    for (size_t part = 0; part < gaps.size(); ++part) {
+        const size_t vertex_count = out.vertices.size(), triangle_count = out.triangles.size();
+        const double own_m2 = area_m2[part];
+        for (const std::vector<int>& loop : gaps[part]) {
+            add_cap(loop, out.vertices, out.triangles);
+        }
+        for (size_t t = triangle_count; t < out.triangles.size(); ++t) {
+            measure(out.triangles[t], part);
+        }
+        // The mean thickness of plates is twice their volume over all of their surface.
+        if (area_m2[part] - own_m2 > kGapFraction * own_m2 ||
+            2 * std::abs(volume_m3[part]) >= wall_m * area_m2[part]) {
+            out.vertices.resize(vertex_count);
+            out.triangles.resize(triangle_count);
+        }
+    }
+    return out;
+}
 
 Result<MeshTopology> mesh_topology(const TriangleMesh& mesh) {
     if (mesh.triangles.empty()) {

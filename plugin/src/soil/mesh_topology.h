@@ -34,4 +34,9 @@ struct MeshTopology {
 /// coordinate that is not finite or beyond 1e5 m, no area.
 Result<MeshTopology> mesh_topology(const TriangleMesh& mesh);
 
+/// The mesh, with faces in the gaps of parts that are then closed and whose walls are thinner than
+/// wall_m on the mean: plates with a face left out here and there, as published meshes often have
+/// them. Gaps of more than a tenth of a part's surface stay: it is an open sheet.
+TriangleMesh with_gaps_closed(const MeshTopology& mesh, double wall_m);
+
 }  // namespace bsoil
