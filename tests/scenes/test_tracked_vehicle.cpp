@@ -162,6 +162,36 @@ TEST(TrackedVehicle, held_fast_it_pulls_what_the_soil_gives) {
     EXPECT_LT(std::abs(crawler.force_n().y), 0.03 * limit_n);
 }
 
+TEST(TrackedVehicle, links_in_a_row_sink_as_one_plate_of_their_length) {
+    constexpr int kLinkCount = 12;
+    constexpr double kLengthM = 1.4, kMassKg = 1400;
+    double sinkage_m[2] = {};
+    for (const int count : {1, kLinkCount}) {
+        Scene scene = crawler(1.5);
+        scene.motions.clear();
+        scene.joints.clear();
+        scene.bodies.clear();
+        scene.record.bodies.clear();
+        for (int i = 0; i < count; ++i) {
+            BodyItem plate;
+            plate.name = fmt::format("plate_{}", i);
+            plate.shape.shape = "box";
+            plate.shape.size_m = {kLengthM / count, 0.3, 0.1};
+            plate.mass_kg = kMassKg / count;
+            plate.group = "plates";
+            plate.pose.position = {kLengthM * ((i + 0.5) / count - 0.5), 0, kSurfaceM + 0.05};
+            scene.bodies.push_back(plate);
+        }
+        Measured plates(scene);
+        plates.run_to(1.5);
+        for (const SceneBody& plate : plates.run().bullet().bodies())
+            sinkage_m[count > 1] += (kSurfaceM + 0.05 - plate.pose().position.z) / count;
+    }
+    // Each bears as a sole of its own, which costs a little of its width.
+    EXPECT_GT(sinkage_m[0], 0.01);
+    EXPECT_NEAR(sinkage_m[1], sinkage_m[0], 0.15 * sinkage_m[0]);
+}
+
 TEST(TrackedVehicle, sinks_less_than_wheels_under_the_same_load) {
     const Scene scene = crawler(1);
     Measured crawler(scene);

@@ -448,6 +448,8 @@ line and column. This page is printed by `bsoil experiment-keys --markdown`; a t
 | `ding_wheel.toml` | traction | a rover's wheel, smooth and with lugs |
 | `second_pass.toml` | traction | a wheel that rolls three times through its own rut |
 | `cullinan_shear.toml` | shear | annular shear in sand of two densities |
+| `plate_unload.toml` | plate | a plate raised and pressed again |
+| `blade_invariance.toml`, `wheel_invariance.toml` | blade, traction | the same tool in turned, finer and faster grids |
 
 The measured data is not part of the project: without it the plate, blade and shear experiments still give their
 curves, and those whose points are measured rows are skipped.
