@@ -182,9 +182,7 @@ void CouplingSnapshot::Memory::list_loaded(StateStream& stream,
     list(stream, loaded.weight_n);
     list(stream, loaded.arm_m);
     const bool bears = loaded.body.role == BodyRole::rigid || loaded.body.role == BodyRole::link;
-    if (!bears || loaded.load.body != loaded.body.id ||
-        loaded.load.mass_kg < 0)
-        stream.refuse();
+    if (!bears || loaded.load.body != loaded.body.id || loaded.load.mass_kg < 0) stream.refuse();
 }
 
 /// Ids and objects stand for themselves once.
