@@ -8,6 +8,7 @@
 
 #include "bsoil/bullet/soil_action.h"
 #include "bullet_scene.h"
+#include "bullet_types.h"
 
 namespace bsoil::bullet {
 namespace {
@@ -124,6 +125,28 @@ TEST_P(Energy, of_a_cylinder_tumbling_down_a_slope_never_rises) {
     cylinder.setLinearVelocity(btVector3(1, 0, 0));
     cylinder.setAngularVelocity(btVector3(1, 0.5f, -6));
     expect_no_rise(cylinder, 2);
+}
+
+TEST_P(Energy, momentum_changes_by_what_is_reported) {
+    make_bed(level);
+    btRigidBody& box = scene_.add_box(40, btVector3(0.2f, 0.2f, 0.2f), btVector3(0, 1, 0));
+    box.setLinearVelocity(btVector3(1, -1, 0.3f));
+    box.setAngularVelocity(btVector3(2, -1, 3));
+    const double step_s = 1 / rate_hz();
+    double most_n = 0;
+    for (int i = 0; i < static_cast<int>(1.5 * rate_hz()); ++i) {
+        // What the body carries is accelerated with it.
+        const double mass_kg = 40 + soil_->body_report(box).load_kg;
+        const Vec3 before = from_bullet(box.getLinearVelocity());
+        scene_.world->stepSimulation(static_cast<btScalar>(step_s), 0);
+        const Vec3 force_n = soil_->body_report(box).force_n;
+        const Vec3 change = mass_kg * (from_bullet(box.getLinearVelocity()) - before);
+        const Vec3 impulse = step_s * (force_n + mass_kg * Vec3{0, -9.81, 0});
+        // Single precision keeps a momentum of 100 N s to 1e-5.
+        ASSERT_LT(length(change - impulse), 1e-6 * std::max(100.0, length(impulse))) << i;
+        most_n = std::max(most_n, length(force_n));
+    }
+    EXPECT_GT(most_n, 1000) << "it has met the soil";
 }
 
 INSTANTIATE_TEST_SUITE_P(BulletSteps, Energy, testing::Values(240.0, 60.0),
