@@ -1072,16 +1072,17 @@ double Soil::Impl::free_surface_beside(int x, int y, Vec3 at, Vec3 outward,
         return nearest;
     }
     // What a sole has pressed down stands as a rim within a width of it, and both together are as
-    // high as the soil was. Of a sole so wide that its rim lies out of reach only as much counts. A
-    // wall's soil lies before it.
+    // high as the soil was. Of a sole whose rim lies out of reach, or under other bodies (a track's
+    // links), only as much counts. A wall's soil lies before it.
     const double wanted = 4 * half * half;
-    const double share =
-        (1 - level * level) * std::min(1.0, static_cast<double>((x1 - x0) * (y1 - y0)) / wanted);
     const double free = static_cast<double>(inside.count);
-    const double covered = static_cast<double>(inside.covered_count);
+    const double covered = std::max(1.0, static_cast<double>(inside.covered_count));
+    const double seen = std::min(1.0, static_cast<double>((x1 - x0) * (y1 - y0)) / wanted);
+    const double apart = std::min(1.0, free / covered);
+    const double share = (1 - level * level) * seen * apart * apart;
     return (static_cast<double>(inside.height_q16) +
             share * static_cast<double>(inside.covered_height_q16)) /
-           65536.0 / (free + share * covered);
+           65536.0 / (free + share * static_cast<double>(inside.covered_count));
 }
 
 void Soil::Impl::read_activity() {
