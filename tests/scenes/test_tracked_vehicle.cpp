@@ -155,10 +155,9 @@ TEST(TrackedVehicle, held_fast_it_pulls_what_the_soil_gives) {
     crawler.run_to(2.5);
     const double limit_n =
         weight_n(scene) * std::tan(scene.soil->def.materials[0].friction_angle_rad);
-    EXPECT_LT(crawler.force_n().x, 1.05 * limit_n);
-    // A sole that slides has 0.42 of its load in resistive force theory, 0.65 of Coulomb's limit at
-    // 33 degrees; grousers bring a little more.
-    EXPECT_GT(crawler.force_n().x, 0.6 * limit_n);
+    // A little more, since soil is pushed by grousers and by the links' ends as well.
+    EXPECT_LT(crawler.force_n().x, 1.15 * limit_n);
+    EXPECT_GT(crawler.force_n().x, 0.9 * limit_n);
     EXPECT_LT(std::abs(crawler.force_n().y), 0.03 * limit_n);
 }
 
