@@ -113,6 +113,22 @@ TEST_F(ComparedWheel, page_keeps_what_is_written_by_hand) {
               std::string::npos);
 }
 
+TEST_F(ComparedWheel, page_pools_what_several_data_sets_measure) {
+    const std::string page =
+        "<!-- bsoil validate: summary -->\n<!-- end -->\n<!-- bsoil validate: pooled -->\nold\n"
+        "<!-- end -->\n<!-- bsoil validate: other -->\n<!-- end -->\n<!-- bsoil validate: wheel "
+        "-->\n<!-- end -->\n";
+    Comparison other = comparison_;
+    other.name = "other";
+    other.quantities[0].points[1].soil.error = -0.1;
+    const auto made = update_page(page, {comparison_, other}, "p");
+    ASSERT_TRUE(made) << made.error();
+    // Errors of 50 and -10 %; the forces near zero have none.
+    EXPECT_NE(made->find("| 2 | 2 | 30 % |"), std::string::npos) << *made;
+    // Some of them alone say nothing of all.
+    EXPECT_NE(update_page(page, {other}, "p")->find("pooled -->\nold\n"), std::string::npos);
+}
+
 TEST_F(ComparedWheel, picture_shows_all_three) {
     const std::string svg = comparison_picture(comparison_);
     for (const char* part : {"<svg ", "measured", "BulletSoil", "Wong", "drawbar pull, N",

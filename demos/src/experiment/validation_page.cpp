@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "classical_columns.h"
 #include "figures.h"
@@ -161,6 +162,37 @@ std::string section(const Comparison& comparison, const std::string& pictures) {
     return out + "</details>\n";
 }
 
+/// Medians over the points of all experiments of one rig, quantity by quantity; of those that more
+/// than one experiment measures.
+std::string pooled_table(const std::vector<Comparison>& comparisons) {
+    struct Pool {
+        std::vector<double> soil, classical;
+        int experiment_count = 0;
+    };
+    std::map<std::pair<std::string, std::string>, Pool> pools;
+    for (const Comparison& comparison : comparisons)
+        for (const ComparedQuantity& quantity : comparison.quantities) {
+            Pool& pool = pools[{comparison.experiment->rig, quantity_title(quantity)}];
+            ++pool.experiment_count;
+            for (const ComparedPoint& point : quantity.points) {
+                if (point.soil.error) pool.soil.push_back(std::abs(*point.soil.error));
+                if (point.classical.error)
+                    pool.classical.push_back(std::abs(*point.classical.error));
+            }
+        }
+    const auto text = [](const std::vector<double>& errors) {
+        return percent(errors.empty() ? std::nullopt : std::optional(median(errors)), false);
+    };
+    std::string out =
+        table_head({"rig", "quantity", "data sets", "points", kSoil, "classical model"});
+    for (const auto& [key, pool] : pools)
+        if (pool.experiment_count > 1)
+            out += table_row({key.first, key.second, std::to_string(pool.experiment_count),
+                              std::to_string(pool.soil.size()), text(pool.soil),
+                              text(pool.classical)});
+    return out;
+}
+
 struct Block {
     size_t begin = 0, end = 0;  ///< of what is between the markers
 };
@@ -193,7 +225,7 @@ std::vector<std::string> places_in(const std::string& page) {
     for (size_t at = page.find(before); at != std::string::npos; at = page.find(before, at)) {
         at += before.size();
         const std::string name = page.substr(at, page.find(after, at) - at);
-        if (name != "summary") names.push_back(name);
+        if (name != "summary" && name != "pooled") names.push_back(name);
     }
     return names;
 }
@@ -214,6 +246,8 @@ Result<std::string> update_page(std::string page, const std::vector<Comparison>&
         rows += found == comparisons.end() ? rows_in(before, name) : summary_rows(*found);
     }
     page.replace(summary->begin, summary->end - summary->begin, rows);
+    if (const auto pooled = block_of(page, "pooled"); pooled && comparisons.size() == places.size())
+        page.replace(pooled->begin, pooled->end - pooled->begin, pooled_table(comparisons));
     for (const Comparison& comparison : comparisons) {
         const auto block = block_of(page, comparison.name);
         if (!block) return Error{block.error()};
