@@ -29,6 +29,10 @@ constexpr double kYieldMemoryS = 0.1;
 constexpr double kRestVoxelsPerS = 0.5;
 /// A driven body much slower than this rests.
 constexpr double kDrivenRestMS = 1e-6;
+/// Soil steps over which the limits of a sleeping body are averaged before they are compared. The
+/// soil beside it settles for some steps more, and a voxel of it caught between bodies may go to
+/// and fro for good.
+constexpr int kWakeSteps = 16;
 /// Patches whose normals differ by more than this cosine are not the same contact.
 constexpr double kSamePatchCosine = 0.5;
 
@@ -123,7 +127,7 @@ void ContactCoupling::gather_pressed_soil() {
 
 void ContactCoupling::wake(Coupled& coupled) {
     const BodyState& body = coupled.body;
-    coupled.was_asleep = false;
+    coupled.asleep_step_count = 0;
     if (!is_in_world(world_, body)) return;
     if (body.role == BodyRole::link)
         static_cast<btMultiBodyLinkCollider*>(body.object)->m_multiBody->wakeUp();
@@ -255,19 +259,25 @@ void ContactCoupling::wake_if_changed(Coupled& coupled) {
     const BodyState& body = coupled.body;
     if (body.role != BodyRole::rigid && body.role != BodyRole::link) return;
     if (!body.is_asleep) {
-        coupled.was_asleep = false;
+        coupled.asleep_step_count = 0;
         return;
     }
     std::array<double, kNormalBinCount> limits_n{};
     for (const CoupledPatch& p : coupled.patches) limits_n[p.patch.bin] += p.patch.normal_limit_n;
-    if (!coupled.was_asleep) {
-        coupled.was_asleep = true;
-        coupled.limits_at_sleep_n = limits_n;
+    const int count = coupled.asleep_step_count =
+        std::min(coupled.asleep_step_count, kWakeSteps) + 1;
+    for (int bin = 0; bin < kNormalBinCount; ++bin) {
+        double& mean_n = coupled.mean_limits_n[bin];
+        if (count == 1) mean_n = 0;
+        mean_n += (limits_n[bin] - mean_n) / std::min(count, kWakeSteps);
+    }
+    if (count <= kWakeSteps) {
+        coupled.limits_at_sleep_n = coupled.mean_limits_n;
         return;
     }
     double change_n = 0, sum_n = 0;
     for (int bin = 0; bin < kNormalBinCount; ++bin) {
-        change_n += std::abs(limits_n[bin] - coupled.limits_at_sleep_n[bin]);
+        change_n += std::abs(coupled.mean_limits_n[bin] - coupled.limits_at_sleep_n[bin]);
         sum_n += coupled.limits_at_sleep_n[bin];
     }
     if (change_n <= wake_limit_fraction_ * sum_n + wake_weight_fraction_ * body.weight_n) return;

@@ -90,9 +90,10 @@ class ContactCoupling {
         std::unique_ptr<TorqueConstraint> preload_torque;  ///< where others touch a rigid body
         bool is_touched = false;                           ///< by other bodies, in this substep
         std::unique_ptr<LinkPatchConstraint> link_rows;
-        Pose pose_at_open;  ///< at the start of the substep
-        bool was_asleep = false;
-        std::array<double, kNormalBinCount> limits_at_sleep_n{};
+        Pose pose_at_open;          ///< at the start of the substep
+        int asleep_step_count = 0;  ///< soil steps since it fell asleep; 0: awake
+        /// Of its normal limits by bin: the mean while it slept, and what that was at first.
+        std::array<double, kNormalBinCount> mean_limits_n{}, limits_at_sleep_n{};
         BodyReport report;
         ContactMemory memory;
         double pressure_pa = 0, width_m = 0;

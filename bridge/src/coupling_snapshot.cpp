@@ -162,7 +162,9 @@ void CouplingSnapshot::Memory::list_coupled(StateStream& stream,
     if (coupled.patches.size() > (is_wheel ? 0 : kPatchCapacity) ||
         coupled.wheel_patches.size() > (is_wheel ? kPatchCapacity : 0))
         stream.refuse();
-    stream(coupled.was_asleep);
+    stream(coupled.asleep_step_count);
+    if (coupled.asleep_step_count < 0) stream.refuse();
+    for (double& limit_n : coupled.mean_limits_n) stream(limit_n);
     for (double& limit_n : coupled.limits_at_sleep_n) stream(limit_n);
     list(stream, coupled.report);
     stream.list(coupled.memory.entries_, 80, [&](auto& entry) {
@@ -230,7 +232,8 @@ CouplingSnapshot CouplingSnapshot::of(const Parts& parts) {
         copy.body = coupled.body;
         copy.patches = coupled.patches;
         copy.wheel_patches = coupled.wheel_patches;
-        copy.was_asleep = coupled.was_asleep;
+        copy.asleep_step_count = coupled.asleep_step_count;
+        copy.mean_limits_n = coupled.mean_limits_n;
         copy.limits_at_sleep_n = coupled.limits_at_sleep_n;
         copy.report = coupled.report;
         copy.memory = coupled.memory;

@@ -161,7 +161,7 @@ TEST(TrackedVehicle, held_fast_it_pulls_what_the_soil_gives) {
     EXPECT_LT(std::abs(crawler.force_n().y), 0.03 * limit_n);
 }
 
-TEST(TrackedVehicle, links_in_a_row_sink_little_deeper_than_one_plate) {
+TEST(TrackedVehicle, links_in_a_row_sink_as_one_plate_of_their_length) {
     constexpr int kLinkCount = 12;
     constexpr double kLengthM = 1.4, kMassKg = 1400;
     double sinkage_m[2] = {};
@@ -186,7 +186,7 @@ TEST(TrackedVehicle, links_in_a_row_sink_little_deeper_than_one_plate) {
         for (const SceneBody& plate : plates.run().bullet().bodies())
             sinkage_m[count > 1] += (kSurfaceM + 0.05 - plate.pose().position.z) / count;
     }
-    // Each bears as a sole of its own, of 12 cm and not 30 cm width: under 34 kPa a fifth deeper.
+    // Each bears as a sole of its own, of 12 cm and not 30 cm width and with its own edges.
     EXPECT_GT(sinkage_m[0], 0.01);
     EXPECT_NEAR(sinkage_m[1], sinkage_m[0], 0.3 * sinkage_m[0]);
 }
