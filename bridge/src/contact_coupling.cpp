@@ -120,8 +120,8 @@ void ContactCoupling::gather_pressed_soil() {
     pressed_soil_.clear();
     if (coupled_.size() < 2) return;
     for (const auto& [id, coupled] : coupled_)
-        pressed_soil_.insert(pressed_soil_.end(), coupled.memory.soil().begin(),
-                             coupled.memory.soil().end());
+        for (const PressedSoil& soil : coupled.memory.soil())
+            pressed_soil_.emplace_back(soil).body = id;
     std::stable_sort(pressed_soil_.begin(), pressed_soil_.end(), lies_before);
 }
 
@@ -182,7 +182,7 @@ void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const Contac
     const BodyMotion& motion = coupled.body.motion;
     update_strengths(coupled);
     coupled.direction = yield_direction(coupled, voxels, duration_s);
-    ContactMemory::near(pressed_soil_, voxels, soil_.voxel_m, pressed_around_);
+    ContactMemory::near(pressed_soil_, voxels, coupled.body.id, soil_.voxel_m, pressed_around_);
     const std::span<const ContactHistory> history =
         coupled.memory.advance(voxels, motion, soil_.voxel_m, duration_s, pressed_around_);
     const BodyContact contact = group_contacts(voxels, motion, coupled.direction, soil_.up,

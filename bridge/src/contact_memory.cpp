@@ -35,6 +35,7 @@ const PressedSoil* find(std::span<const PressedSoil> soil, const ContactVoxel& v
     for (const PressedSoil& entry : from_x(soil, v.center_m.x - reach_m)) {
         if (entry.center_m.x > v.center_m.x + reach_m) break;
         const Vec3 apart = entry.center_m - v.center_m;
+        if (std::abs(apart.y) > kReach * voxel_m || std::abs(apart.z) > kReach * voxel_m) continue;
         const double along = dot(apart, v.normal);
         const double square = dot(apart, apart), cosine = dot(entry.normal, v.normal);
         if (std::abs(along) > reach_m || square - along * along > across_m * across_m) continue;
@@ -49,7 +50,7 @@ const PressedSoil* find(std::span<const PressedSoil> soil, const ContactVoxel& v
 }  // namespace
 
 void ContactMemory::near(std::span<const PressedSoil> soil, std::span<const ContactVoxel> voxels,
-                         double voxel_m, std::vector<PressedSoil>& out) {
+                         int body, double voxel_m, std::vector<PressedSoil>& out) {
     out.clear();
     if (voxels.empty()) return;
     Aabb box{voxels.front().center_m, voxels.front().center_m};
@@ -63,6 +64,7 @@ void ContactMemory::near(std::span<const PressedSoil> soil, std::span<const Cont
     for (const PressedSoil& entry : from_x(soil, box.min.x - reach_m)) {
         const Vec3 c = entry.center_m;
         if (c.x > box.max.x + reach_m) break;
+        if (entry.body == body) continue;
         if (c.y >= box.min.y - reach_m && c.y <= box.max.y + reach_m &&
             c.z >= box.min.z - reach_m && c.z <= box.max.z + reach_m)
             out.push_back(entry);

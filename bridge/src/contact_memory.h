@@ -16,6 +16,7 @@ struct PressedSoil {
     Vec3 normal;    ///< out of the body
     Vec3 slid_m;
     double retreat_m = 0;  ///< of this body alone
+    int body = -1;         ///< whose memory it is from, in a list of several
 };
 
 /// Janosi and Hanamoto's shear displacement belongs to the soil: a voxel starts with none when it
@@ -25,10 +26,10 @@ struct PressedSoil {
 /// with it. What a surface has drawn back since it pressed on the soil most is its own.
 class ContactMemory {
   public:
-    /// The soil that may lie beside these voxels, in the same order. `soil` is sorted by
-    /// center_m.x.
+    /// Of `soil`, which is sorted by center_m.x, what may lie beside these voxels of `body` and is
+    /// not from its own memory; in the same order.
     static void near(std::span<const PressedSoil> soil, std::span<const ContactVoxel> voxels,
-                     double voxel_m, std::vector<PressedSoil>& out);
+                     int body, double voxel_m, std::vector<PressedSoil>& out);
 
     /// Adds the motion of `duration_s`. around: what other bodies knew at the last call, sorted by
     /// center_m.x; soil that one of them has sheared further comes to this one so. Returns what

@@ -104,14 +104,15 @@ TEST(ContactMemory, soil_passes_from_link_to_link_with_its_shear) {
             (i < 3 ? behind : ahead).push_back(contact(at + i, 0));
             whole.push_back(contact(at + i, 0));
         }
-        std::vector<PressedSoil> soil(rear.soil().begin(), rear.soil().end());
-        soil.insert(soil.end(), front.soil().begin(), front.soil().end());
+        std::vector<PressedSoil> soil;
+        for (const ContactMemory* link : {&rear, &front})
+            for (const PressedSoil& s : link->soil()) soil.emplace_back(s).body = link == &front;
         std::sort(soil.begin(), soil.end(), lies_before);
         std::vector<double> of_links;
         for (ContactMemory* link : {&rear, &front}) {
             std::vector<PressedSoil> around;
             const auto& voxels = link == &rear ? behind : ahead;
-            ContactMemory::near(soil, voxels, kVoxel, around);
+            ContactMemory::near(soil, voxels, link == &front, kVoxel, around);
             const auto slid = link->advance(voxels, moving(velocity), kVoxel, kStep, around);
             for (const ContactHistory& h : slid) of_links.push_back(h.sheared_m);
         }
