@@ -162,8 +162,9 @@ TEST(ManyBodies, a_thousand_come_to_rest_on_the_soil_and_sleep) {
         EXPECT_GT(at.y(), btScalar(kBedTopM - 0.1));
         EXPECT_LT(std::max(std::abs(at.x()), std::abs(at.z())), btScalar(5));
     }
-    // Some smaller than a voxel touch the soil in a single one and rock on it.
-    EXPECT_GE(rain.asleep_count(), 950);
+    // Some smaller than a voxel touch the soil in a single one and rock on it: 60 in double
+    // precision.
+    EXPECT_GE(rain.asleep_count(), 925);
     EXPECT_TRUE(rain.soil->refused().empty());
     EXPECT_EQ(rain.soil->soil().status_bits(), 0u);
     EXPECT_EQ(rain.scene.world->getNumConstraints(), 0);
