@@ -165,7 +165,7 @@ double plate_bearing_pa(const MaterialDef& material, double gravity_m_s2, double
                         double sinkage_m) {
     const Vec3 up{0, 0, 1};
     ContactVoxel element;
-    element.normal = element.face_normal = {0, 0, -1};
+    element.normal = {0, 0, -1};
     element.depth_m = sinkage_m;
     // A disc has the second moments of area of a square of this side.
     const double side_m = std::sqrt(3.0) * plate_radius_m;

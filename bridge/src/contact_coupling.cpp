@@ -18,6 +18,11 @@ constexpr double kNoDirectionFraction = 1e-6;
 constexpr double kYieldedFraction = 0.999;
 /// A patch slides when it goes this share of the way that its body goes.
 constexpr double kSliding = 0.01;
+/// And when it gives this part of its friction against that way.
+constexpr double kMostlyYielded = 0.9;
+/// Part of its limit that it may then give across it, at least: a body pushed aside turns that
+/// fast.
+constexpr double kAcross = 0.1;
 /// More drift than this is not the solver's remainder but the contact's own motion.
 constexpr double kDriftMaxM = 0.01;
 /// Part of last substep's force that is given as a preload. The whole of it rings after an impact.
@@ -38,13 +43,9 @@ constexpr double kSamePatchCosine = 0.5;
 
 Vec3 tangential(Vec3 v, Vec3 normal) { return v - dot(v, normal) * normal; }
 
-/// A unit vector across the normal: along the friction that holds, along the sliding where it has
-/// given way, else any. The rows' limits make a box: friction on its diagonal, sqrt(2) too large,
-/// would stay there if the box followed it.
-Vec3 first_tangent(Vec3 normal, Vec3 friction_n, double limit_n, Vec3 slide) {
+/// A unit vector across the normal: along the friction that sticks, else any.
+Vec3 along_friction(Vec3 normal, Vec3 friction_n, double limit_n) {
     const double size_n = length(friction_n);
-    if (size_n >= kYieldedFraction * limit_n && length(slide) > kSliding)
-        return slide * (1 / length(slide));
     if (size_n > kNoDirectionFraction * limit_n) return friction_n * (1 / size_n);
     const Vec3 axis = std::abs(normal.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
     const Vec3 t = tangential(axis, normal);
@@ -183,8 +184,8 @@ void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const Contac
     update_strengths(coupled);
     coupled.direction = yield_direction(coupled, voxels, duration_s);
     ContactMemory::near(pressed_soil_, voxels, coupled.body.id, soil_.voxel_m, pressed_around_);
-    const std::span<const ContactHistory> history =
-        coupled.memory.advance(voxels, motion, soil_.voxel_m, duration_s, pressed_around_);
+    const std::span<const ContactHistory> history = coupled.memory.advance(
+        voxels, motion, soil_.up, soil_.voxel_m, duration_s, pressed_around_);
     const BodyContact contact = group_contacts(voxels, motion, coupled.direction, soil_.up,
                                                soil_.voxel_m, coupled.strengths, history, patches_);
     coupled.width_m = contact.width_m;
@@ -284,16 +285,35 @@ void ContactCoupling::wake_if_changed(Coupled& coupled) {
     wake(coupled);
 }
 
+/// The limits of two rows make a box where Coulomb's make a circle. A patch that slides has its
+/// first row along the sliding and little of the second: patches of a wheel whose rows no motion of
+/// the wheel satisfies all at once would brace against each other across it, with up to half as
+/// much again as their friction.
+ContactCoupling::TangentialRows ContactCoupling::tangential_rows(const Coupled& coupled,
+                                                                 const CoupledPatch& patch) {
+    const ContactPatch& p = patch.patch;
+    const Vec3 friction_n = tangential(patch.applied_force_n, p.normal);
+    const double limit_n = patch.shear_limit_n();
+    const Vec3 slide = tangential(coupled.direction.velocity_at(p.shear_point_m), p.normal);
+    const double sliding = length(slide);
+    if (sliding <= kSliding || -dot(friction_n, slide) <= kMostlyYielded * limit_n * sliding)
+        return {along_friction(p.normal, friction_n, limit_n), 1};
+    const Vec3 first = slide * (1 / sliding);
+    const Vec3 now = tangential(coupled.body.motion.velocity_at(p.shear_point_m), p.normal);
+    const double speed = length(now);
+    const double aside = length(now - dot(now, first) * first);
+    return {first, speed > 0 ? std::clamp(aside / speed, kAcross, 1.0) : 1};
+}
+
 PatchRow ContactCoupling::row_of(const Coupled& coupled, const CoupledPatch& patch) const {
     const ContactPatch& p = patch.patch;
-    const Vec3 slide = tangential(coupled.direction.velocity_at(p.point_m), p.normal);
-    const Vec3 t = first_tangent(p.normal, tangential(patch.applied_force_n, p.normal),
-                                 patch.shear_limit_n(), slide);
+    const double limit_n = patch.shear_limit_n();
+    const auto [t, across] = tangential_rows(coupled, patch);
     PatchRow row;
     row.drift_m = to_bullet(patch.drift_m);
     const Vec3 directions[PatchRow::kCount] = {-p.normal, t, cross(p.normal, t)};
     for (int i = 0; i < PatchRow::kCount; ++i) {
-        const double most_n = i == 0 ? p.normal_limit_n : patch.shear_limit_n();
+        const double most_n = i == 0 ? p.normal_limit_n : i == 1 ? limit_n : across * limit_n;
         const double least_n = i == 0 ? 0 : -most_n;
         const double preload_n = dot(patch.preload_n, directions[i]);
         row.direction[i] = to_bullet(directions[i]);

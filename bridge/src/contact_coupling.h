@@ -114,6 +114,12 @@ class ContactCoupling {
                                double duration_s);
     void wake(Coupled& coupled);
     void wake_if_changed(Coupled& coupled);
+    /// Direction of the first, and the share of the limit that the second has.
+    struct TangentialRows {
+        Vec3 first;
+        double second_share = 1;
+    };
+    static TangentialRows tangential_rows(const Coupled& coupled, const CoupledPatch& patch);
     PatchRow row_of(const Coupled& coupled, const CoupledPatch& patch) const;
     void find_touched();
     void preload(Coupled& coupled);

@@ -7,12 +7,15 @@
 namespace bsoil::bullet {
 namespace {
 
-/// Distances between voxels' centres, in voxels. Less than this far across the normal it is the
-/// same column of soil, less than this far along it the same soil pushed on. A neighbour beside it,
-/// on a face tilted by up to 50 degrees, is further across than that.
+/// Distances between voxels' centres, in voxels. Less than this far across the soil's way it is the
+/// same column of soil, less than this far along it the same soil pushed on.
 constexpr double kSameAcross = 0.6, kSameAlong = 1.75;
 /// Another body's face is the same contact where its normal is no further off than this cosine.
 constexpr double kSameFaceCosine = 0.5;
+
+/// The soil under a face that looks down (the cosine at least) goes down, and the next column's
+/// comes under it; that of any other face is pushed on along the normal.
+constexpr double kLooksDown = 0.2;
 
 /// Nothing further off than this, in voxels, is the same soil.
 constexpr double kReach = 2;
@@ -27,8 +30,8 @@ std::span<const PressedSoil> from_x(std::span<const PressedSoil> soil, double x)
 
 /// The soil of a contact voxel in a list sorted by center_m.x, null where it is not there: the
 /// nearest; of an edge's two faces in one voxel the one that looks the same way.
-const PressedSoil* find(std::span<const PressedSoil> soil, const ContactVoxel& v, double voxel_m,
-                        double cosine_least) {
+const PressedSoil* find(std::span<const PressedSoil> soil, const ContactVoxel& v, Vec3 way,
+                        double voxel_m, double cosine_least) {
     const double reach_m = kSameAlong * voxel_m, across_m = kSameAcross * voxel_m;
     const PressedSoil* same = nullptr;
     double least = std::numeric_limits<double>::infinity();
@@ -36,7 +39,7 @@ const PressedSoil* find(std::span<const PressedSoil> soil, const ContactVoxel& v
         if (entry.center_m.x > v.center_m.x + reach_m) break;
         const Vec3 apart = entry.center_m - v.center_m;
         if (std::abs(apart.y) > kReach * voxel_m || std::abs(apart.z) > kReach * voxel_m) continue;
-        const double along = dot(apart, v.normal);
+        const double along = dot(apart, way);
         const double square = dot(apart, apart), cosine = dot(entry.normal, v.normal);
         if (std::abs(along) > reach_m || square - along * along > across_m * across_m) continue;
         const double unlike = square + (1 - cosine) * across_m * across_m;
@@ -72,8 +75,8 @@ void ContactMemory::near(std::span<const PressedSoil> soil, std::span<const Cont
 }
 
 std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVoxel> voxels,
-                                                       const BodyMotion& motion, double voxel_m,
-                                                       double duration_s,
+                                                       const BodyMotion& motion, Vec3 up,
+                                                       double voxel_m, double duration_s,
                                                        std::span<const PressedSoil> around) {
     previous_.swap(entries_);
     entries_.clear();
@@ -84,10 +87,11 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
         const bool is_pressed = bearing_depth_m(v) > 0;
         Vec3 slid =
             is_pressed ? duration_s * (velocity - dot(velocity, v.normal) * v.normal) : Vec3{};
-        double retreat_m = -duration_s * dot(velocity, v.face_normal);
-        const PressedSoil* same = find(previous_, v, voxel_m, -1);
+        double retreat_m = -duration_s * dot(velocity, v.normal);
+        const Vec3 way = dot(v.normal, up) < -kLooksDown ? up : v.normal;
+        const PressedSoil* same = find(previous_, v, way, voxel_m, -1);
         if (same) retreat_m += same->retreat_m;
-        const PressedSoil* others = find(around, v, voxel_m, kSameFaceCosine);
+        const PressedSoil* others = find(around, v, way, voxel_m, kSameFaceCosine);
         if (others && (!same || length(others->slid_m) > length(same->slid_m))) same = others;
         if (same) slid += same->slid_m;
         retreat_m = std::clamp(retreat_m, 0.0, voxel_m);

@@ -22,8 +22,9 @@ struct PressedSoil {
 /// Janosi and Hanamoto's shear displacement belongs to the soil: a voxel starts with none when it
 /// meets the first body and keeps adding to it until the last one leaves, so that the soil under
 /// the front of a track has sheared less than that under its end, whether the track is one body or
-/// many links. A contact that moves on along its normal (a blade, a sinking sole) takes its soil
-/// with it. What a surface has drawn back since it pressed on the soil most is its own.
+/// many links. A contact that moves on (a blade along its normal, a sinking sole) takes its soil
+/// with it; a wheel's front, inclined as it is, only presses its soil down. What a surface has
+/// drawn back since it pressed on the soil most is its own.
 class ContactMemory {
   public:
     /// Of `soil`, which is sorted by center_m.x, what may lie beside these voxels of `body` and is
@@ -31,11 +32,11 @@ class ContactMemory {
     static void near(std::span<const PressedSoil> soil, std::span<const ContactVoxel> voxels,
                      int body, double voxel_m, std::vector<PressedSoil>& out);
 
-    /// Adds the motion of `duration_s`. around: what other bodies knew at the last call, sorted by
-    /// center_m.x; soil that one of them has sheared further comes to this one so. Returns what
-    /// there is per voxel, valid until the next call. Cost: O(n log n).
+    /// Adds the motion of `duration_s`. up: unit. around: what other bodies knew at the last call,
+    /// sorted by center_m.x; soil that one of them has sheared further comes to this one so.
+    /// Returns what there is per voxel, valid until the next call. Cost: O(n log n).
     std::span<const ContactHistory> advance(std::span<const ContactVoxel> voxels,
-                                            const BodyMotion& motion, double voxel_m,
+                                            const BodyMotion& motion, Vec3 up, double voxel_m,
                                             double duration_s,
                                             std::span<const PressedSoil> around = {});
     /// Sorted by center_m.x.

@@ -142,10 +142,10 @@ BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotio
         sum.slide_n_m += cross(arm, shear_n * yield.slide);
         sum.slide_size_n += shear_n * length(yield.slide);
         sum.square_n_m2 += limit_n * dot(arm, arm);
-        const std::array<double, 3> n{v.face_normal.x, v.face_normal.y, v.face_normal.z};
-        const Vec3 twist = cross(arm, v.face_normal);
+        const std::array<double, 3> n{v.normal.x, v.normal.y, v.normal.z};
+        const Vec3 twist = cross(arm, v.normal);
         for (int k = 0; k < 3; ++k) {
-            sum.normals_n[k] += limit_n * n[k] * v.face_normal;
+            sum.normals_n[k] += limit_n * n[k] * v.normal;
             sum.twists_n_m[k] += limit_n * n[k] * twist;
         }
 

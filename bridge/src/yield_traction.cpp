@@ -146,7 +146,7 @@ FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, doubl
 ElementYield yield_of_element(const ContactVoxel& contact, Vec3 motion, double approach_m_s,
                               Vec3 up, const SoilStrength& soil, const FaceExtent& face,
                               double shear, double held) {
-    const Vec3 n = contact.face_normal;
+    const Vec3 n = contact.normal;
     const double depth_m = bearing_depth_m(contact);
     const double approach = dot(motion, n);
     const Vec3 slide = motion - approach * n;

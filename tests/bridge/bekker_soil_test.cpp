@@ -88,7 +88,7 @@ std::string error_of(const BekkerSoil& soil, const BekkerOptions& options = {}) 
 TEST(BekkerSoil, bearing_is_the_normal_limit_of_a_disc_on_soil_as_placed) {
     const MaterialDef m = material(30, 1000, 1600, 0.4);
     ContactVoxel element;
-    element.normal = element.face_normal = {0, -1, 0};
+    element.normal = {0, -1, 0};
     element.depth_m = 0.05;
     const double side_m = std::sqrt(3.0) * 0.075;
     const double expected =

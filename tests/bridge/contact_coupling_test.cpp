@@ -206,7 +206,7 @@ TEST(ContactCoupling, wheel_that_rests_beside_a_plates_middle_does_not_turn) {
             std::nth_element(values.begin(), values.begin() + 15, values.end());
             return values[15];
         };
-        EXPECT_GT(median(torques_n_m), 2);
+        EXPECT_GT(median(torques_n_m), 0.5);
         EXPECT_LT(median(spins_rad_s), 0.1);
     }
     scene.world->removeConstraint(&axle);

@@ -23,7 +23,7 @@ SoilStrength uniform_strength(double stress_pa) {
 ContactVoxel voxel(Vec3 position, Vec3 normal, double area) {
     ContactVoxel v;
     v.center_m = v.position_m = position;
-    v.normal = v.face_normal = normal;
+    v.normal = normal;
     v.area_m2 = area;
     v.depth_m = 10;  // so that all bearing is developed
     v.fill = 1;

@@ -83,7 +83,7 @@ class FlatSoil final : public btActionInterface {
             for (const ConvexShape& shape : *body.shapes)
                 for (ContactVoxel v : surface_points(shape, points_per_side)) {
                     v.center_m = v.position_m = transform(body.pose, v.position_m);
-                    v.normal = v.face_normal = rotate(body.pose.rotation, v.normal);
+                    v.normal = rotate(body.pose.rotation, v.normal);
                     v.body = body.id;
                     v.depth_m = level_m - v.position_m.y;
                     if (v.depth_m > 0) contacts.push_back(v);

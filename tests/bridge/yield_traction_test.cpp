@@ -21,7 +21,7 @@ MaterialDef cohesive() {
 
 ContactVoxel element(Vec3 normal, double depth_m) {
     ContactVoxel v;
-    v.normal = v.face_normal = normal;
+    v.normal = normal;
     v.depth_m = depth_m;
     v.area_m2 = 1;
     v.fill = 1;

@@ -56,18 +56,17 @@ struct SoilBody {
 
 /// A voxel in which a body's surface and soil meet, at the end of a step. World axes, SI.
 struct ContactVoxel {
-    int body = 0;     ///< SoilBody::id
-    Vec3 center_m;    ///< the voxel's centre: tells voxels apart from step to step
-    Vec3 position_m;  ///< a point on the surface within the voxel
-    Vec3 normal;      ///< unit, out of the body (into the soil), of the area in this voxel
-    /// Unit, out of the body: of the shape's face there. Areas and their normals sum up to a closed
-    /// surface; how a face is inclined the shape knows better.
-    Vec3 face_normal;
-    double area_m2 = 0;  ///< of the surface in this voxel, from the gradient of the coverage field
+    int body = 0;        ///< SoilBody::id
+    Vec3 center_m;       ///< the voxel's centre: tells voxels apart from step to step
+    Vec3 position_m;     ///< a point on the surface within the voxel
+    Vec3 normal;         ///< unit, out of the body (into the soil): of the shape's face there
+    double area_m2 = 0;  ///< of that face in this voxel, from the gradient of the coverage field
     double depth_m = 0;  ///< below the local free surface of the soil; >= 0
     double fill = 0;     ///< 0..1: how much of the room beside the body holds soil
-    double compression_m = 0;  ///< excess soil per area: elastic push-in of the surface; >= 0
-    int material = 0;          ///< index into SoilDef::material_list()
+    /// Excess soil per area, beyond what is under way through the voxel: elastic push-in of the
+    /// surface; >= 0.
+    double compression_m = 0;
+    int material = 0;  ///< index into SoilDef::material_list()
     /// Of the soil beside the body, mean along the way out: 0 loose, 1 compacted; negative where
     /// its density is fixed.
     double relative_density = -1;

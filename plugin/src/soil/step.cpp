@@ -44,6 +44,10 @@ constexpr double kEdgeSine = 0.34;
 /// Faces round an edge whose normals are further apart are different ones.
 constexpr double kSameFaceCosine = 0.7;
 
+// Soil that a body displaces is under way through the voxels around it for some steps: so much of
+// a voxel (in a rolling wheel's bow wave 0.10 to 0.18, whatever the voxel's size).
+constexpr double kUnderWay = 0.25;
+
 // Columns around a contact that can count for its free surface, and a mark in place of a height.
 constexpr int kSurfaceTiles = 2;
 constexpr int kSurfaceReach = kSurfaceTiles * kTileSide;
@@ -867,7 +871,6 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
             nearest_face(*body->input, body->track->walls, contact.center_m, voxel);
         const double above_m = std::clamp(face.distance_m, -1.5 * voxel, 1.5 * voxel);
         contact.position_m = contact.center_m - above_m * face.normal;
-        const Vec3 at = to_grid(contact.position_m);
         contact.normal = rotate(frame.grid_to_world.rotation, gradient * (-1 / steep));
         contact.area_m2 = share * voxel * voxel;
         if (face.rim_share < 1) {
@@ -877,56 +880,59 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
             contact.area_m2 *= length(area);
             contact.normal = area * (1 / std::max(length(area), 1e-9));
         }
-        const double below_m = (free_surface_beside(c[0], c[1], at, gradient * (-1 / steep),
-                                                    body_width_voxels[static_cast<size_t>(c[3])]) -
-                                at.z) *
-                               voxel;
-        contact.depth_m = std::max(0.0, below_m);
         contact.fill = static_cast<double>(c[7]) / kVoxelFull;
-        contact.compression_m =
-            std::min(1.0, static_cast<double>(c[8]) / kVoxelFull / share) * voxel;
+        const double excess = static_cast<double>(c[8]) / kVoxelFull / share;
+        contact.compression_m = std::clamp(excess - kUnderWay, 0.0, 1.0) * voxel;
         contact.material = c[9];
         contact.relative_density =
             c[10] == kDensityFixed ? -1 : static_cast<double>(c[10]) / kVoxelFull;
-        contact.face_normal = face.normal;
-        add_contact(contact, face.normal, *body, below_m);
+        add_contact(contact, face.normal, *body);
     }
 }
 
-// At an edge the gradient of the coverage points between two faces. The soil meets the faces: the
-// area vector is parted into one along the nearest face's normal and the rest, so that its sum over
-// the body stays what it is.
-void Soil::Impl::add_contact(const ContactVoxel& contact, Vec3 face_normal, const StepBody& body,
-                             double below_m) {
-    contacts.push_back(contact);
+// The gradient errs in the direction of an inclined face, from voxel to voxel, and at an edge
+// points between two faces. The soil meets the shape's faces: the area vector is projected on the
+// nearest one, and at an edge the rest of it on the other.
+void Soil::Impl::add_contact(const ContactVoxel& contact, Vec3 face_normal, const StepBody& body) {
+    ContactVoxel& nearest = contacts.emplace_back(contact);
     const double along = dot(face_normal, contact.normal);
-    const Vec3 rest = contact.normal - along * face_normal;
-    const double across = length(rest);
-    if (along <= 0) {
-        contacts.back().face_normal = contact.normal;
+    if (along <= 0) {  // the face of a part that lies within another
+        nearest.depth_m = depth_below_surface_m(nearest, body);
         return;
     }
+    nearest.normal = face_normal;
+    nearest.area_m2 = contact.area_m2 * along;
+    nearest.depth_m = depth_below_surface_m(nearest, body);
+    const Vec3 rest = contact.normal - along * face_normal;
+    const double across = length(rest);
     if (across < kEdgeSine) {
         return;
     }
-    contacts.back().normal = face_normal;
-    contacts.back().area_m2 = contact.area_m2 * along;
-    contacts.push_back(contact);
-    ContactVoxel& other = contacts.back();
-    other.normal = other.face_normal = rest * (1 / across);
+    ContactVoxel& other = contacts.emplace_back(contact);
+    other.normal = rest * (1 / across);
     other.area_m2 = contact.area_m2 * across;
     // The other face is looked for round the edge; from there it lies half a voxel on.
     const double voxel = frame.voxel_m;
     const Vec3 beyond = contact.position_m + voxel * (other.normal - 0.5 * face_normal);
     const NearestFace face = nearest_face(*body.input, body.track->walls, beyond, voxel);
-    if (dot(face.normal, other.normal) < kSameFaceCosine || std::abs(face.distance_m) > voxel) {
-        return;
+    const double same = dot(face.normal, other.normal);
+    if (same >= kSameFaceCosine && std::abs(face.distance_m) <= voxel) {
+        other.position_m = beyond - face.distance_m * face.normal;
+        other.normal = face.normal;
+        other.area_m2 *= same;
     }
-    const Vec3 up = rotate(frame.grid_to_world.rotation, {0, 0, 1});
-    const Vec3 position = beyond - face.distance_m * face.normal;
-    other.depth_m = std::max(0.0, below_m - dot(position - other.position_m, up));
-    other.position_m = position;
-    other.face_normal = face.normal;
+    other.depth_m = depth_below_surface_m(other, body);
+}
+
+// The face's own normal, not the gradient's, tells a sole from a wall: soil heaved in front of a
+// wheel counts for one and not for the other.
+double Soil::Impl::depth_below_surface_m(const ContactVoxel& contact, const StepBody& body) const {
+    const Vec3 column = to_grid(contact.center_m), at = to_grid(contact.position_m);
+    const double surface =
+        free_surface_beside(static_cast<int>(column.x), static_cast<int>(column.y), at,
+                            rotate(conjugate(frame.grid_to_world.rotation), contact.normal),
+                            body_width_voxels[static_cast<size_t>(body.track->index)]);
+    return std::max(0.0, surface - at.z) * frame.voxel_m;
 }
 
 // Height of the soil's free surface around the contacts, and its sums; at a column under a body
@@ -1049,9 +1055,10 @@ double Soil::Impl::free_surface_beside(int x, int y, Vec3 at, Vec3 outward,
         surface_height[static_cast<size_t>(y - surface_low[1]) * nx + x - surface_low[0]] / 65536.0;
     // Soil pushed by a wall fails along a wedge that rises at 45 deg - phi / 2 and is as long as it
     // is deep times 1.8; soil under a sole, as far around as the sole is wide.
-    const double level = std::hypot(outward.x, outward.y);
+    const double wall = outward.x * outward.x + outward.y * outward.y;
+    const double sole = 1 - wall;
     const double wedge = 1.8 * std::max(0.0, nearest - at.z);
-    const double half = std::max(1.0, level * wedge / 2 + (1 - level) * 1.5 * width_voxels);
+    const double half = std::max(1.0, wall * wedge / 2 + sole * 1.5 * width_voxels);
     const double cx = at.x + outward.x * wedge / 2, cy = at.y + outward.y * wedge / 2;
     // Nothing beyond this contact's own reach counts, wherever other bodies are.
     const auto clip = [](double v, int column, int low, int size) {
@@ -1079,7 +1086,7 @@ double Soil::Impl::free_surface_beside(int x, int y, Vec3 at, Vec3 outward,
     const double covered = std::max(1.0, static_cast<double>(inside.covered_count));
     const double seen = std::min(1.0, static_cast<double>((x1 - x0) * (y1 - y0)) / wanted);
     const double apart = std::min(1.0, free / covered);
-    const double share = (1 - level * level) * seen * apart * apart;
+    const double share = sole * seen * apart * apart;
     return (static_cast<double>(inside.height_q16) +
             share * static_cast<double>(inside.covered_height_q16)) /
            65536.0 / (free + share * static_cast<double>(inside.covered_count));
