@@ -264,12 +264,13 @@ SoilDef from_c(const bulletsoil_soil_def& def) {
 
 btDiscreteDynamicsWorld& world_of(void* world) {
     required(static_cast<char*>(world), "world");
-    auto& out = *static_cast<btDiscreteDynamicsWorld*>(world);
+    // By the base of every world, until its kind is known.
+    auto& out = *static_cast<btDynamicsWorld*>(world);
     const btDynamicsWorldType type = out.getWorldType();
     if (type != BT_DISCRETE_DYNAMICS_WORLD && type != BT_SOFT_RIGID_DYNAMICS_WORLD &&
         type != BT_SOFT_MULTIBODY_DYNAMICS_WORLD && type != BT_DEFORMABLE_MULTIBODY_DYNAMICS_WORLD)
         refuse("world has type " + std::to_string(type) + " and is no btDiscreteDynamicsWorld");
-    return out;
+    return static_cast<btDiscreteDynamicsWorld&>(out);
 }
 
 const btCollisionObject& body_of(const void* body) {

@@ -19,7 +19,7 @@ constexpr double kYieldedFraction = 0.999;
 /// A patch slides when it goes this share of the way that its body goes.
 constexpr double kSliding = 0.01;
 /// And when it gives this part of its friction against that way.
-constexpr double kMostlyYielded = 0.9;
+constexpr double kMostlyYielded = 0.95;
 /// Part of its limit that it may then give across it, at least: a body pushed aside turns that
 /// fast.
 constexpr double kAcross = 0.1;

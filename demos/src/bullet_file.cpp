@@ -1,6 +1,7 @@
 #include "bullet_file.h"
 
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 #include <BulletWorldImporter/btBulletWorldImporter.h>
 #include <BulletWorldImporter/btMultiBodyWorldImporter.h>
 #include <fmt/format.h>
@@ -139,14 +140,6 @@ Result<BulletFileContent> check_bytes(const std::string& bytes, const std::strin
     return content;
 }
 
-int link_collider_count(const btCollisionWorld& world) {
-    int count = 0;
-    for (int i = 0; i < world.getNumCollisionObjects(); ++i)
-        count += world.getCollisionObjectArray()[i]->getInternalType() ==
-                 btCollisionObject::CO_FEATHERSTONE_LINK;
-    return count;
-}
-
 /// Bullet's importer, placing bodies where they are wanted.
 template <typename Base>
 class PlacingImporter final : public Base {
@@ -185,14 +178,16 @@ Result<std::unique_ptr<BulletFile>> BulletFile::load(const std::string& path,
     std::unique_ptr<BulletFile> file(new BulletFile);
     auto* multibody_world = dynamic_cast<btMultiBodyDynamicsWorld*>(&world);
     const int multibodies_before = multibody_world ? multibody_world->getNumMultibodies() : 0;
-    const int colliders_before = link_collider_count(world);
+    file->multibody_world_ = multibody_world;
     if (multibody_world)
         file->importer_ =
             std::make_unique<PlacingImporter<btMultiBodyWorldImporter>>(*multibody_world, pose);
     else
         file->importer_ = std::make_unique<PlacingImporter<btBulletWorldImporter>>(world, pose);
-    if (!file->importer_->loadFileFromMemory(bytes->data(), static_cast<int>(bytes->size())))
-        return Error{path + ": Bullet cannot read it"};
+    const bool is_loaded =
+        file->importer_->loadFileFromMemory(bytes->data(), static_cast<int>(bytes->size()));
+    if (multibody_world) file->own_multibodies(multibodies_before);
+    if (!is_loaded) return Error{path + ": Bullet cannot read it"};
 
     btBulletWorldImporter& importer = *file->importer_;
     const bool is_moved = !(pose == btTransform::getIdentity());
@@ -224,10 +219,9 @@ Result<std::unique_ptr<BulletFile>> BulletFile::load(const std::string& path,
         "of its host's own)",
         content->rigid_body_count + content->collision_object_count, importer.getNumRigidBodies());
     compare("constraints", content->constraint_count, importer.getNumConstraints());
-    compare("multibodies", content->multibody_count,
-            multibody_world ? multibody_world->getNumMultibodies() - multibodies_before : 0);
+    compare("multibodies", content->multibody_count, static_cast<int>(file->multibodies_.size()));
     compare("colliders of multibodies", content->link_collider_count,
-            link_collider_count(world) - colliders_before);
+            static_cast<int>(file->link_colliders_.size()));
     compare("soft bodies", content->soft_body_count, 0);
     return file;
 }
@@ -235,7 +229,23 @@ Result<std::unique_ptr<BulletFile>> BulletFile::load(const std::string& path,
 BulletFile::BulletFile() = default;
 
 BulletFile::~BulletFile() {
-    if (importer_) importer_->deleteAllData();
+    for (const auto& collider : link_colliders_)
+        multibody_world_->removeCollisionObject(collider.get());
+    for (const auto& multibody : multibodies_) multibody_world_->removeMultiBody(multibody.get());
+    if (importer_) importer_->deleteAllData();  // shapes too, which the colliders have
+}
+
+void BulletFile::own_multibodies(int first) {
+    std::set<const btMultiBody*> own;
+    for (int i = first; i < multibody_world_->getNumMultibodies(); ++i) {
+        multibodies_.emplace_back(multibody_world_->getMultiBody(i));
+        own.insert(multibodies_.back().get());
+    }
+    for (int i = 0; i < multibody_world_->getNumCollisionObjects(); ++i) {
+        auto* collider =
+            btMultiBodyLinkCollider::upcast(multibody_world_->getCollisionObjectArray()[i]);
+        if (collider && own.contains(collider->m_multiBody)) link_colliders_.emplace_back(collider);
+    }
 }
 
 }  // namespace bsoil::scene

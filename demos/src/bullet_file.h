@@ -10,6 +10,9 @@
 #include "bsoil/result.h"
 
 class btBulletWorldImporter;
+class btMultiBody;
+class btMultiBodyDynamicsWorld;
+class btMultiBodyLinkCollider;
 
 namespace bsoil::scene {
 
@@ -51,8 +54,14 @@ class BulletFile {
 
   private:
     BulletFile();
+    /// Bullet's importer puts multibodies and their colliders into the world and forgets them.
+    /// first: number of multibodies in the world before those of the file.
+    void own_multibodies(int first);
 
     std::unique_ptr<btBulletWorldImporter> importer_;
+    btMultiBodyDynamicsWorld* multibody_world_ = nullptr;
+    std::vector<std::unique_ptr<btMultiBody>> multibodies_;
+    std::vector<std::unique_ptr<btMultiBodyLinkCollider>> link_colliders_;
     std::vector<Body> bodies_;
     std::vector<std::string> missing_;
 };

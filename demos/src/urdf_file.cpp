@@ -51,6 +51,11 @@ size_t reachable_count(const urdf::Link& link) {
     return count;
 }
 
+/// The links of a loop hold each other and would never be freed.
+void untie(urdf::ModelInterface& model) {
+    for (const auto& [name, link] : model.links_) link->child_links.clear();
+}
+
 /// urdfdom takes a link with two parents, and then has its solids twice.
 Status check_tree(const urdf::ModelInterface& model, const std::string& path) {
     if (model.links_.size() > kLinkCapacity)
@@ -93,7 +98,10 @@ Result<urdf::ModelInterfaceSharedPtr> read_urdf(const std::string& path) {
     // A faulty inertial or collision is reported and left out: it would be missed.
     if (!errors.empty()) return Error{fmt::format("{}: {}", path, errors)};
     const Status is_tree = check_tree(*model, path);
-    if (!is_tree) return Error{is_tree.error()};
+    if (!is_tree) {
+        untie(*model);
+        return Error{is_tree.error()};
+    }
     return model;
 }
 

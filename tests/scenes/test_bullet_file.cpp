@@ -2,6 +2,7 @@
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -102,6 +103,47 @@ TEST_F(BulletFileTest, bodies_and_constraints_come_through_and_go_again) {
     }
     EXPECT_EQ(w.world.getNumCollisionObjects(), 0);
     EXPECT_EQ(w.world.getNumConstraints(), 0);
+}
+
+TEST_F(BulletFileTest, multibodies_come_through_and_go_again) {
+    {
+        World w;
+        btBoxShape box(btVector3(0.3f, 0.2f, 0.1f));
+        btMultiBody slider(1, 0, btVector3(0, 0, 0), true, false);
+        slider.setupPrismatic(0, 10, btVector3(1, 1, 1), -1, btQuaternion::getIdentity(),
+                              btVector3(0, 0, 1), btVector3(0, 0, 0), btVector3(0, 0, 0), true);
+        slider.finalizeMultiDof();
+        w.world.addMultiBody(&slider);
+        btMultiBodyLinkCollider link(&slider, 0);
+        link.setCollisionShape(&box);
+        w.world.addCollisionObject(&link);
+        slider.getLink(0).m_collider = &link;
+        btDefaultSerializer serializer;
+        w.world.serialize(&serializer);
+        write({reinterpret_cast<const char*>(serializer.getBufferPointer()),
+               static_cast<size_t>(serializer.getCurrentBufferSize())});
+        w.world.removeCollisionObject(&link);
+        w.world.removeMultiBody(&slider);
+    }
+    World w;
+    btMultiBody own(0, 1, btVector3(1, 1, 1), false, false);
+    own.finalizeMultiDof();
+    w.world.addMultiBody(&own);
+    {
+        const auto file = BulletFile::load(path, w.world);
+        ASSERT_TRUE(file) << file.error();
+        ASSERT_EQ(w.world.getNumMultibodies(), 2);
+        EXPECT_EQ(w.world.getMultiBody(1)->getLinkMass(0), 10);
+        // Bullet 3.24 in single precision makes no colliders for links.
+        const bool makes_colliders = sizeof(btScalar) == sizeof(double);
+        EXPECT_EQ(w.world.getNumCollisionObjects(), makes_colliders ? 1 : 0);
+        EXPECT_EQ((*file)->missing().size(), makes_colliders ? 0u : 1u);
+        w.world.stepSimulation(btScalar(1) / 60);
+    }
+    EXPECT_EQ(w.world.getNumCollisionObjects(), 0);
+    ASSERT_EQ(w.world.getNumMultibodies(), 1);
+    EXPECT_EQ(w.world.getMultiBody(0), &own);
+    w.world.removeMultiBody(&own);
 }
 
 TEST_F(BulletFileTest, a_file_can_be_placed) {

@@ -420,7 +420,10 @@ TEST(UrdfErrors, loops_are_refused) {
     expect_error(
         urdf(links + joint("bc", "continuous", "b", "c") + joint("cb", "continuous", "c", "b")),
         kWorld + kRobot, "do not hang on the root \"a\"");
-    expect_error(urdf(links + joint("ab", "continuous", "a", "b") +
+}
+
+TEST(UrdfErrors, loop_without_a_root_is_refused) {
+    expect_error(urdf(rod("a") + rod("b") + rod("c") + joint("ab", "continuous", "a", "b") +
                       joint("bc", "continuous", "b", "c") + joint("ca", "continuous", "c", "a")),
                  kWorld + kRobot, "r.urdf: ");
 }
