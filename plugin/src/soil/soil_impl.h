@@ -125,16 +125,16 @@ struct Soil::Impl {
     std::vector<Aabb> shape_boxes;
     std::vector<int> contact_order, surface_queue;
     struct SurfaceSum {
-        int64_t height_q16 = 0, count = 0;                  ///< of free columns
-        int64_t covered_height_q16 = 0, covered_count = 0;  ///< of columns under bodies
+        double height = 0, count = 0;                  ///< [voxels] of free columns, and of them
+        double covered_height = 0, covered_count = 0;  ///< the same of columns under bodies
         SurfaceSum operator+(const SurfaceSum& o) const {
-            return {height_q16 + o.height_q16, count + o.count,
-                    covered_height_q16 + o.covered_height_q16, covered_count + o.covered_count};
+            return {height + o.height, count + o.count, covered_height + o.covered_height,
+                    covered_count + o.covered_count};
         }
-        SurfaceSum operator-(const SurfaceSum& o) const {
-            return {height_q16 - o.height_q16, count - o.count,
-                    covered_height_q16 - o.covered_height_q16, covered_count - o.covered_count};
+        SurfaceSum operator*(double f) const {
+            return {height * f, count * f, covered_height * f, covered_count * f};
         }
+        SurfaceSum operator-(const SurfaceSum& o) const { return *this + o * -1; }
     };
     std::vector<uint8_t> surface_tiles;  ///< by tile of the rectangle: 1 with contacts, 2 near some
     std::vector<int32_t> surface_height;
@@ -211,6 +211,7 @@ struct Soil::Impl {
     void run_slippage();
     void read_results(std::span<const StepBody> step_bodies);
     void add_contact(const ContactVoxel& contact, Vec3 face_normal, const StepBody& body);
+    SurfaceSum surface_sum(double x, double y) const;
     double depth_below_surface_m(const ContactVoxel& contact, const StepBody& body) const;
     void read_activity();
     void find_free_surface();

@@ -51,7 +51,7 @@ constexpr double kUnderWay = 0.25;
 // Columns around a contact that can count for its free surface, and a mark in place of a height.
 constexpr int kSurfaceTiles = 2;
 constexpr int kSurfaceReach = kSurfaceTiles * kTileSide;
-constexpr double kTieSlack = 1e-6;
+constexpr double kHardlyAny = 1e-6;  ///< columns
 constexpr int32_t kNotLookedAt = INT32_MIN;
 
 using Clock = std::chrono::steady_clock;
@@ -1036,16 +1036,29 @@ void Soil::Impl::sum_up_free_surface() {
         for (int x = 0; x < nx; ++x) {
             const int32_t height_q16 = surface_height[static_cast<size_t>(y) * nx + x];
             if (height_q16 >= 0) {
-                row.height_q16 += height_q16;
-                ++row.count;
+                row.height += height_q16 / 65536.0;
+                row.count += 1;
             } else if (height_q16 != kNotLookedAt) {
-                row.covered_height_q16 += kCovered - height_q16;
-                ++row.covered_count;
+                row.covered_height += (kCovered - height_q16) / 65536.0;
+                row.covered_count += 1;
             }
             const SurfaceSum& above = surface_sums[static_cast<size_t>(y) * (nx + 1) + x + 1];
             surface_sums[static_cast<size_t>(y + 1) * (nx + 1) + x + 1] = above + row;
         }
     }
+}
+
+// Over the columns below and left of a point between them: linear from corner to corner, as sums of
+// what is constant over a column are.
+Soil::Impl::SurfaceSum Soil::Impl::surface_sum(double x, double y) const {
+    const int nx = surface_size[0], ny = surface_size[1];
+    const int ix = std::min(static_cast<int>(x), nx - 1),
+              iy = std::min(static_cast<int>(y), ny - 1);
+    const double fx = x - ix, fy = y - iy;
+    const SurfaceSum* low = &surface_sums[static_cast<size_t>(iy) * (nx + 1) + ix];
+    const SurfaceSum* high = low + nx + 1;
+    return ((low[0] * (1 - fx) + low[1] * fx) * (1 - fy)) +
+           ((high[0] * (1 - fx) + high[1] * fx) * fy);
 }
 
 double Soil::Impl::free_surface_beside(int x, int y, Vec3 at, Vec3 outward,
@@ -1060,36 +1073,31 @@ double Soil::Impl::free_surface_beside(int x, int y, Vec3 at, Vec3 outward,
     const double wedge = 1.8 * std::max(0.0, nearest - at.z);
     const double half = std::max(1.0, wall * wedge / 2 + sole * 1.5 * width_voxels);
     const double cx = at.x + outward.x * wedge / 2, cy = at.y + outward.y * wedge / 2;
-    // Nothing beyond this contact's own reach counts, wherever other bodies are.
+    // Nothing beyond this contact's own reach counts, wherever other bodies are. Columns count by
+    // as much of them as lies inside: a blade that creeps on by a voxel must not feel the border.
     const auto clip = [](double v, int column, int low, int size) {
-        // Elements lie in the middle of voxels: a last bit must not decide to which side of a tie.
-        const int near = std::clamp(static_cast<int>(std::floor(v + 0.5 + kTieSlack)),
-                                    column - kSurfaceReach, column + kSurfaceReach);
-        return std::clamp(near - low, 0, size);
+        const double near = std::clamp(v, static_cast<double>(column - kSurfaceReach),
+                                       static_cast<double>(column + kSurfaceReach));
+        return std::clamp(near - low, 0.0, static_cast<double>(size));
     };
-    const int x0 = clip(cx - half, x, surface_low[0], nx);
-    const int x1 = clip(cx + half, x, surface_low[0], nx);
-    const int y0 = clip(cy - half, y, surface_low[1], ny);
-    const int y1 = clip(cy + half, y, surface_low[1], ny);
-    const auto sum = [&](int ix, int iy) -> const SurfaceSum& {
-        return surface_sums[static_cast<size_t>(iy) * (nx + 1) + ix];
-    };
-    const SurfaceSum inside = sum(x1, y1) - sum(x0, y1) - sum(x1, y0) + sum(x0, y0);
-    if (inside.count == 0) {
+    const double x0 = clip(cx - half, x, surface_low[0], nx);
+    const double x1 = clip(cx + half, x, surface_low[0], nx);
+    const double y0 = clip(cy - half, y, surface_low[1], ny);
+    const double y1 = clip(cy + half, y, surface_low[1], ny);
+    const SurfaceSum inside =
+        surface_sum(x1, y1) - surface_sum(x0, y1) - surface_sum(x1, y0) + surface_sum(x0, y0);
+    if (inside.count < kHardlyAny) {
         return nearest;
     }
     // What a sole has pressed down stands as a rim within a width of it, and both together are as
     // high as the soil was. Of a sole whose rim lies out of reach, or under other bodies (a track's
     // links), only as much counts. A wall's soil lies before it.
     const double wanted = 4 * half * half;
-    const double free = static_cast<double>(inside.count);
-    const double covered = std::max(1.0, static_cast<double>(inside.covered_count));
-    const double seen = std::min(1.0, static_cast<double>((x1 - x0) * (y1 - y0)) / wanted);
-    const double apart = std::min(1.0, free / covered);
+    const double seen = std::min(1.0, (x1 - x0) * (y1 - y0) / wanted);
+    const double apart = std::min(1.0, inside.count / std::max(1.0, inside.covered_count));
     const double share = sole * seen * apart * apart;
-    return (static_cast<double>(inside.height_q16) +
-            share * static_cast<double>(inside.covered_height_q16)) /
-           65536.0 / (free + share * static_cast<double>(inside.covered_count));
+    return (inside.height + share * inside.covered_height) /
+           (inside.count + share * inside.covered_count);
 }
 
 void Soil::Impl::read_activity() {
