@@ -285,8 +285,8 @@ std::unique_ptr<TestWorld> build_car(int substeps, const SoilWheelDef& wheel = {
         if (t.frame == 20) t.car->drive(5000);
         if (t.frame == 70)
             for (int i = 0; i < 2; ++i) t.car->vehicle->setSteeringValue(0.2f, i);
-        if (t.frame == 76) t.car->drive(0);
-        if (t.frame == 90) t.car->brake(10);
+        if (t.frame == 64) t.car->drive(0);
+        if (t.frame == 80) t.car->brake(15);
         if (t.frame == 150) t.car->chassis.forceActivationState(WANTS_DEACTIVATION);
     };
     EXPECT_TRUE(w->caster->attach(*w->car->vehicle, wheel));
@@ -419,7 +419,7 @@ TEST_F(WorldSnapshot, raycast_vehicle_goes_on_bit_for_bit) {
             restored->step();
         }
     }
-    EXPECT_EQ(tried.size(), std::size(moments));
+    for (const auto& moment : moments) EXPECT_TRUE(tried.contains(moment.first)) << moment.first;
 }
 
 TEST_F(WorldSnapshot, raycast_vehicle_goes_on_in_the_middle_of_a_soil_step) {
