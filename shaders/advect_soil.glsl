@@ -28,6 +28,63 @@ int voxel_chance(ivec3 at) {
     return int((h >> 13) & 65535u);
 }
 
+ivec3 share_of(ivec3 amount, int share) {
+    return ivec3(mul_q16(amount.x, share), mul_q16(amount.y, share), mul_q16(amount.z, share));
+}
+
+ivec3 momentum_of(int mass, ivec3 velocity) {
+    return ivec3(mul_q16(mass * 512, velocity.x * 2), mul_q16(mass * 512, velocity.y * 2),
+                 mul_q16(mass * 512, velocity.z * 2));
+}
+
+// The part of `value` from 0 to `bound`.
+int towards(int value, int bound) { return clamp(value, min(0, bound), max(0, bound)); }
+
+// Shares along the axes: the drift, but for carried soil no less than what the wall behind it has left no room for. The
+// voxel's soil lies before that wall, so that a slice as thick as the drift is more of it than the drift is of a voxel.
+ivec3 drift_weight(int slot, ivec3 at, int voxel, ivec3 drift) {
+    ivec3 weight = abs(drift);
+    int volume = state_at(kPlaneVolume, voxel);
+    int excess = min(volume, volume + body_coverage(voxel) - kVoxelFull);
+    if (excess <= 0 || !is_carried_here(voxel)) {
+        return weight;
+    }
+    ivec3 inwards = body_gradient(slot, at.x, at.y, at.z);
+    int share = fraction_q16(excess, volume);
+    int most = largest_component(drift);
+    ivec3 least = ivec3(mul_q16(share, fraction_q16(weight.x, most)), mul_q16(share, fraction_q16(weight.y, most)),
+                        mul_q16(share, fraction_q16(weight.z, most)));
+    return ivec3(sign(drift.x) * sign(inwards.x) < 0 ? max(weight.x, least.x) : weight.x,
+                 sign(drift.y) * sign(inwards.y) < 0 ? max(weight.y, least.y) : weight.y,
+                 sign(drift.z) * sign(inwards.z) < 0 ? max(weight.z, least.z) : weight.z);
+}
+
+// How much of a share of `from` may go to `to`. Carried soil follows the wall before it into the voxel that the wall's
+// face crosses, as far as there is room: if it waited until that voxel is open it would be pressed up, and fall in late.
+int free_share(int from, int to, int share, bool locked) {
+    if (!locked) {
+        return share;
+    }
+    int support = state_at(kPlaneSupport, from);
+    if (to < 0 || support < kSupportBody || is_caught(from) || !is_caught(to) ||
+        owner_body(state_at(kPlaneOwner, to)) != support - kSupportBody ||
+        block_flags[flag_index(kFlagListed, to >> 9)] == 0) {
+        return 0;
+    }
+    int volume = state_at(kPlaneVolume, from);
+    int room = clamp(kVoxelFull - coverage_at(to) - state_at(kPlaneVolume, to), 0, volume);
+    return min(share, fraction_q16(room, volume));
+}
+
+// Momentum of a mass that moves with the body in `to`; zero where none that moves bars the way there.
+ivec3 momentum_with_body(int to, ivec3 at, int mass) {
+    int body = to < 0 || !is_caught(to) ? -1 : owner_body(state_at(kPlaneOwner, to));
+    if (body < 0 || shapes[body * kBodyWords + kBodyMoving] == 0) {
+        return ivec3(0);
+    }
+    return momentum_of(mass, clamp(body_velocity_at(body, at), ivec3(-kSpeedMost), ivec3(kSpeedMost)));
+}
+
 void advect_soil(int group, int lane) {
     int block = block_list[params.list_offset + group];
     int slot = block / params.blocks_per_tile;
@@ -55,10 +112,7 @@ void advect_soil(int group, int lane) {
         if (mass == 0) {
             continue;
         }
-        // Q16 voxels a base step, from momentum / mass.
-        ivec3 whole = momentum / mass;
-        ivec3 rest = momentum - whole * mass;
-        ivec3 velocity = whole * 64 + (rest * 64) / mass;
+        ivec3 velocity = soil_velocity(voxel, mass);
         ivec3 after = velocity;
         ivec3 drift = velocity;
         int gravity = params.gravity_q16 / params.substep_count;
@@ -94,8 +148,7 @@ void advect_soil(int group, int lane) {
         }
         // Momentum after the kick, moved with the soil.
         ivec3 kick = after - velocity;
-        ivec3 gained = ivec3(mul_q16(mass * 512, kick.x * 2), mul_q16(mass * 512, kick.y * 2),
-                             mul_q16(mass * 512, kick.z * 2));
+        ivec3 gained = momentum_of(mass, kick);
         if (volume <= kCrumb) {
             drift = whole_voxels(drift, voxel_chance(grid_voxel(slot, x, y, z0 + z)));
         }
@@ -108,12 +161,12 @@ void advect_soil(int group, int lane) {
             }
             continue;
         }
-        ivec3 weight = abs(drift);
+        ivec3 weight = drift_weight(slot, ivec3(x, y, z0 + z), voxel, drift);
         ivec3 side = ivec3(drift.x < 0 ? -1 : 1, drift.y < 0 ? -1 : 1, drift.z < 0 ? -1 : 1);
         ivec3 total = momentum + gained;
         bool overrun = false;
         ivec3 out_way = is_caught(voxel) ? way_out(slot, ivec3(x, y, z0 + z), voxel, overrun) : ivec3(0);
-        ivec3 lost = ivec3(0);   // momentum that leaves this voxel, or that a locked voxel takes
+        ivec3 lost = ivec3(0);   // momentum that leaves this voxel, or that what bars the way takes
         for (int corner = 1; corner < 8; ++corner) {
             ivec3 pick = ivec3(corner & 1, (corner >> 1) & 1, corner >> 2);
             int wx = pick.x == 1 ? weight.x : kVoxelFull - weight.x;
@@ -123,14 +176,21 @@ void advect_soil(int group, int lane) {
             if (share <= 0 || (volume > kCrumb && mul_q16(volume, share) < kSpeck)) {
                 continue;
             }
-            ivec3 part = ivec3(mul_q16(total.x, share), mul_q16(total.y, share),
-                               mul_q16(total.z, share));
-            lost = lost + part;
-            int to = voxel_at(slot, x + pick.x * side.x, y + pick.y * side.y,
-                              z0 + z + pick.z * side.z);
-            if (is_locked(voxel, to, pick * side, out_way, overrun)) {
-                continue;  // thesis (24): backflow, with zero velocity
+            ivec3 step = pick * side;
+            int to = voxel_at(slot, x + step.x, y + step.y, z0 + z + step.z);
+            int barred = share;
+            share = free_share(voxel, to, share, is_locked(voxel, to, step, out_way, overrun));
+            barred -= share;
+            if (barred > 0) {  // thesis (24): backflow, with zero velocity against what bars the way
+                ivec3 held = share_of(total, barred);
+                ivec3 bound = share_of(momentum_with_body(to, grid_voxel(slot, x, y, z0 + z), mass), barred);
+                lost = lost + held - ivec3(towards(held.x, bound.x), towards(held.y, bound.y), towards(held.z, bound.z));
             }
+            if (share <= 0) {
+                continue;
+            }
+            ivec3 part = share_of(total, share);
+            lost = lost + part;
             int moved_volume = 0;
             int moved_mass = 0;
             for (int i = 0; i < params.transport_count; ++i) {

@@ -296,3 +296,33 @@ bool is_barred(int from, int to, ivec3 step, ivec3 out_way, bool overrun) {
     }
     return is_closed(to);
 }
+
+// Q16 voxels a base step. mass: of the voxel's soil, > 0
+ivec3 soil_velocity(int voxel, int mass) {
+    ivec3 momentum = ivec3(state_at(kPlaneMomentumX, voxel), state_at(kPlaneMomentumY, voxel),
+                           state_at(kPlaneMomentumZ, voxel));
+    ivec3 whole = momentum / mass;
+    ivec3 rest = momentum - whole * mass;
+    return whole * 64 + (rest * 64) / mass;
+}
+
+// Soil in a voxel that the body it rests on covers in part.
+bool is_carried_here(int voxel) {
+    int support = state_at(kPlaneSupport, voxel);
+    return support >= kSupportBody && owner_body(state_at(kPlaneOwner, voxel)) == support - kSupportBody;
+}
+
+// Excess that soil beside the body that carries it makes room for by its own motion: up to a slice as thick as it moves
+// in this step. It goes before the wall behind it and needs no push.
+int excess_carried_off(int voxel, ivec3 out_way) {
+    int mass = mass_at(voxel);
+    if (mass <= 0 || !is_carried_here(voxel)) {
+        return 0;
+    }
+    ivec3 drift = soil_velocity(voxel, mass) / params.body_substep_count;
+    int most = largest_component(drift);
+    if (most == 0 || outwards(drift * 1024 / most, out_way) <= 0) {
+        return 0;
+    }
+    return min(most, kVoxelFull);
+}

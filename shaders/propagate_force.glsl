@@ -1,5 +1,5 @@
 // One iteration of force propagation, thesis (34) and (35): soil in excess leaves its voxel along the applied force.
-// Reads: coverage, volume, force, all transported planes. Writes: deltas.
+// Reads: coverage, volume, force, support, all transported planes. Writes: deltas.
 
 // Sends `fraction` (Q16 of the voxel's soil) along a displacement whose largest component is one voxel, with `force` of the
 // same scale; returns what could not leave. out_way: see is_barred.
@@ -116,9 +116,12 @@ void propagate_force(int group, int lane) {
         ivec3 at = ivec3(lane & 7, lane >> 3, z0 + z);
         ivec3 out_way = ivec3(0);
         bool overrun = false;
-        if (is_caught(voxel)) {
-            out_way = way_out(slot, at, voxel, overrun);
-            excess = overrun ? volume : excess;
+        bool caught = is_caught(voxel);
+        if (caught || (excess > 0 && is_carried_here(voxel))) {
+            ivec3 out_of_body = way_out(slot, at, voxel, overrun);
+            overrun = caught && overrun;
+            excess = overrun ? volume : excess - excess_carried_off(voxel, out_of_body);
+            out_way = caught ? out_of_body : ivec3(0);
         }
         ivec3 force = ivec3(state_at(kPlaneForceX, voxel), state_at(kPlaneForceY, voxel),
                             state_at(kPlaneForceZ, voxel));

@@ -63,6 +63,15 @@ WayOut find_way_out(const Model& model, const Field& field, std::span<const Body
     return {-before, dot(before, now) < 0};
 }
 
+double carried_off(const Model& model, const Voxel& voxel, const WayOut& out) {
+    const double mass = voxel.total_mass();
+    if (voxel.support.kind != Support::Kind::body || voxel.owner != voxel.support.body ||
+        mass == 0 || dot(voxel.momentum, out.direction) <= 0) {
+        return 0;
+    }
+    return std::min(1.0, largest(voxel.momentum) / mass / model.substeps);
+}
+
 bool is_barred(const Model& model, const Field& field, const WayOut& out, int x, int y, int z,
                int dx, int dy, int dz) {
     const int nx = x + dx, ny = y + dy, nz = z + dz;

@@ -26,6 +26,10 @@ bool is_caught(const Model& model, const Voxel& voxel);
 WayOut find_way_out(const Model& model, const Field& field, std::span<const Body> bodies, int x,
                     int y, int z);
 
+/// Excess of a voxel that needs no push because its soil, which the body there carries, moves out
+/// of the body's way by itself.
+double carried_off(const Model& model, const Voxel& voxel, const WayOut& out);
+
 /// Whether soil of the voxel (x, y, z), whose way out is `out` if it is caught, may not go to the
 /// neighbour at (dx, dy, dz). Caught soil may go into caught voxels that are covered no more, or
 /// any when it was overrun, but never inwards. Nothing else enters a wall.
