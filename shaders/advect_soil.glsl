@@ -1,6 +1,7 @@
 // Ballistic motion, thesis (21) to (29): each voxel's soil is displaced by its velocity and shared out over the voxels it
 // then overlaps (13) to (16); locked voxels give it back without velocity (24). Supported soil rests; soil on a moving
-// body goes with the body as far as friction can take it (thesis 5.3.1 lists its absence as a defect).
+// body goes with the body as far as friction can take it (thesis 5.3.1 lists its absence as a defect), before the wall
+// behind it and after the wall before it.
 // Reads: all planes. Writes: deltas; the momentum of soil that rests.
 
 // thesis (24): a full voxel is locked, unless its soil is itself falling or carried away. Soil caught in a wall moves
@@ -59,21 +60,26 @@ ivec3 drift_weight(int slot, ivec3 at, int voxel, ivec3 drift) {
                  sign(drift.z) * sign(inwards.z) < 0 ? max(weight.z, least.z) : weight.z);
 }
 
-// How much of a share of `from` may go to `to`. Carried soil follows the wall before it into the voxel that the wall's
-// face crosses, as far as there is room: if it waited until that voxel is open it would be pressed up, and fall in late.
-int free_share(int from, int to, int share, bool locked) {
-    if (!locked) {
-        return share;
-    }
-    int support = state_at(kPlaneSupport, from);
-    if (to < 0 || support < kSupportBody || is_caught(from) || !is_caught(to) ||
-        owner_body(state_at(kPlaneOwner, to)) != support - kSupportBody ||
-        block_flags[flag_index(kFlagListed, to >> 9)] == 0) {
+// Whether the wall of a body recedes in a voxel that it covers: goes the way its coverage rises, within 60 deg.
+bool is_receding(int slot, ivec3 at, int body) {
+    ivec3 move = body_velocity_at(body, grid_voxel(slot, at.x, at.y, at.z)) / params.body_substep_count;
+    ivec3 inwards = body_gradient(slot, at.x, at.y, at.z);
+    int most = largest_component(move);
+    int steep = largest_component(inwards);
+    return most > 0 && most <= kFollowMost && steep > 0 &&
+           is_within_60_deg(direction_q16(move, most), direction_q16(inwards, steep));
+}
+
+// Room for soil of `from` in a voxel `to`, at (x, y, z) `at`, that is closed to it. Carried soil follows the wall before
+// it into the voxel that the wall's face crosses: if it waited until that voxel is open it would be pressed up, and fall
+// in late. 0 elsewhere.
+int room_at_face(int slot, ivec3 at, int from, int to) {
+    int body = state_at(kPlaneSupport, from) - kSupportBody;
+    if (to < 0 || body < 0 || is_caught(from) || !is_caught(to) || owner_body(state_at(kPlaneOwner, to)) != body ||
+        block_flags[flag_index(kFlagListed, to >> 9)] == 0 || !is_receding(slot, at, body)) {
         return 0;
     }
-    int volume = state_at(kPlaneVolume, from);
-    int room = clamp(kVoxelFull - coverage_at(to) - state_at(kPlaneVolume, to), 0, volume);
-    return min(share, fraction_q16(room, volume));
+    return max(0, kVoxelFull - coverage_at(to) - state_at(kPlaneVolume, to));
 }
 
 // Momentum of a mass that moves with the body in `to`; zero where none that moves bars the way there.
@@ -178,9 +184,12 @@ void advect_soil(int group, int lane) {
             }
             ivec3 step = pick * side;
             int to = voxel_at(slot, x + step.x, y + step.y, z0 + z + step.z);
-            int barred = share;
-            share = free_share(voxel, to, share, is_locked(voxel, to, step, out_way, overrun));
-            barred -= share;
+            int barred = 0;
+            if (is_locked(voxel, to, step, out_way, overrun)) {
+                int room = room_at_face(slot, ivec3(x, y, z0 + z) + step, voxel, to);
+                barred = share - min(share, fraction_q16(min(room, volume), volume));
+                share -= barred;
+            }
             if (barred > 0) {  // thesis (24): backflow, with zero velocity against what bars the way
                 ivec3 held = share_of(total, barred);
                 ivec3 bound = share_of(momentum_with_body(to, grid_voxel(slot, x, y, z0 + z), mass), barred);

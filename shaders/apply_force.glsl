@@ -18,7 +18,7 @@ void apply_force(int group, int lane) {
         if (excess > 0 || (volume > 0 && is_caught(voxel))) {
             bool overrun = false;
             out_of_body = way_out(slot, ivec3(x, y, z0 + z), voxel, overrun);
-            excess = overrun ? volume : excess - excess_carried_off(voxel, out_of_body);
+            excess = overrun ? volume : excess - excess_carried_off(slot, ivec3(x, y, z0 + z), voxel, out_of_body);
         }
         if (excess <= 0) {
             // thesis (33), third case

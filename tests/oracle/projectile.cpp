@@ -30,15 +30,6 @@ Vec3 spread_of(const Field& field, int x, int y, int z, Vec3 drift) {
     return {along(drift.x, 1, 0, 0), along(drift.y, 0, 1, 0), along(drift.z, 0, 0, 1)};
 }
 
-/// What a closed voxel still takes of soil whose own body covers it, the face of the wall before
-/// the soil being in it.
-double room_at_face(const Model& model, const Voxel& from, const Voxel& to) {
-    const bool follows = from.support.kind == Support::Kind::body &&
-                         to.owner == from.support.body && is_caught(model, to) &&
-                         !is_caught(model, from);
-    return follows ? std::max(0.0, 1 - to.psi() - to.soil) : 0;
-}
-
 /// The part of `value` from 0 to `bound`.
 Vec3 towards(Vec3 value, Vec3 bound) {
     const auto part = [](double v, double b) {
@@ -125,10 +116,11 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
             if (locked(out, x, y, z, part)) {
                 const int nx = x + part.dx, ny = y + part.dy, nz = z + part.dz;
                 Vec3 with_body;
-                share = 0;
+                share =
+                    std::min(part.share,
+                             room_at_face(model, before, bodies, voxel, nx, ny, nz) / voxel.soil);
                 if (before.inside(nx, ny, nz)) {
                     const Voxel& to = before.at(nx, ny, nz);
-                    share = std::min(part.share, room_at_face(model, voxel, to) / voxel.soil);
                     if (is_caught(model, to) && to.owner >= 0 &&
                         bodies[static_cast<size_t>(to.owner)].moves) {
                         with_body =
