@@ -1,6 +1,7 @@
 // Ballistic motion, thesis (21) to (29): each voxel's soil is displaced by its velocity and shared out over the voxels it
 // then overlaps (13) to (16); locked voxels give it back without velocity (24). Supported soil rests; soil on a moving
-// body goes with the body as far as friction can take it (thesis 5.3.1 lists its absence as a defect).
+// body goes with the body as far as friction can take it (thesis 5.3.1 lists its absence as a defect), before the wall
+// behind it and after the wall before it.
 // Reads: all planes. Writes: deltas; the momentum of soil that rests.
 
 // thesis (24): a full voxel is locked, unless its soil is itself falling or carried away. Soil caught in a wall moves
@@ -26,6 +27,68 @@ int voxel_chance(ivec3 at) {
              uint(params.pass_stamp) * 2654435761u;
     h = (h ^ (h >> 15)) * 2246822519u;
     return int((h >> 13) & 65535u);
+}
+
+ivec3 share_of(ivec3 amount, int share) {
+    return ivec3(mul_q16(amount.x, share), mul_q16(amount.y, share), mul_q16(amount.z, share));
+}
+
+ivec3 momentum_of(int mass, ivec3 velocity) {
+    return ivec3(mul_q16(mass * 512, velocity.x * 2), mul_q16(mass * 512, velocity.y * 2),
+                 mul_q16(mass * 512, velocity.z * 2));
+}
+
+// The part of `value` from 0 to `bound`.
+int towards(int value, int bound) { return clamp(value, min(0, bound), max(0, bound)); }
+
+// Shares along the axes: the drift, but for carried soil no less than what the wall behind it has left no room for. The
+// voxel's soil lies before that wall, so that a slice as thick as the drift is more of it than the drift is of a voxel.
+ivec3 drift_weight(int slot, ivec3 at, int voxel, ivec3 drift) {
+    ivec3 weight = abs(drift);
+    int volume = state_at(kPlaneVolume, voxel);
+    int excess = min(volume, volume + body_coverage(voxel) - kVoxelFull);
+    if (excess <= 0 || !is_carried_here(voxel)) {
+        return weight;
+    }
+    ivec3 inwards = body_gradient(slot, at.x, at.y, at.z);
+    int share = fraction_q16(excess, volume);
+    int most = largest_component(drift);
+    ivec3 least = ivec3(mul_q16(share, fraction_q16(weight.x, most)), mul_q16(share, fraction_q16(weight.y, most)),
+                        mul_q16(share, fraction_q16(weight.z, most)));
+    return ivec3(sign(drift.x) * sign(inwards.x) < 0 ? max(weight.x, least.x) : weight.x,
+                 sign(drift.y) * sign(inwards.y) < 0 ? max(weight.y, least.y) : weight.y,
+                 sign(drift.z) * sign(inwards.z) < 0 ? max(weight.z, least.z) : weight.z);
+}
+
+// Whether the wall of a body recedes in a voxel that it covers: goes the way its coverage rises, within 60 deg.
+bool is_receding(int slot, ivec3 at, int body) {
+    ivec3 move = body_velocity_at(body, grid_voxel(slot, at.x, at.y, at.z)) / params.body_substep_count;
+    ivec3 inwards = body_gradient(slot, at.x, at.y, at.z);
+    int most = largest_component(move);
+    int steep = largest_component(inwards);
+    return most > 0 && most <= kFollowMost && steep > 0 &&
+           is_within_60_deg(direction_q16(move, most), direction_q16(inwards, steep));
+}
+
+// Room for soil of `from` in a voxel `to`, at (x, y, z) `at`, that is closed to it. Carried soil follows the wall before
+// it into the voxel that the wall's face crosses: if it waited until that voxel is open it would be pressed up, and fall
+// in late. 0 elsewhere.
+int room_at_face(int slot, ivec3 at, int from, int to) {
+    int body = state_at(kPlaneSupport, from) - kSupportBody;
+    if (to < 0 || body < 0 || is_caught(from) || !is_caught(to) || owner_body(state_at(kPlaneOwner, to)) != body ||
+        block_flags[flag_index(kFlagListed, to >> 9)] == 0 || !is_receding(slot, at, body)) {
+        return 0;
+    }
+    return max(0, kVoxelFull - coverage_at(to) - state_at(kPlaneVolume, to));
+}
+
+// Momentum of a mass that moves with the body in `to`; zero where none that moves bars the way there.
+ivec3 momentum_with_body(int to, ivec3 at, int mass) {
+    int body = to < 0 || !is_caught(to) ? -1 : owner_body(state_at(kPlaneOwner, to));
+    if (body < 0 || shapes[body * kBodyWords + kBodyMoving] == 0) {
+        return ivec3(0);
+    }
+    return momentum_of(mass, clamp(body_velocity_at(body, at), ivec3(-kSpeedMost), ivec3(kSpeedMost)));
 }
 
 void advect_soil(int group, int lane) {
@@ -55,10 +118,7 @@ void advect_soil(int group, int lane) {
         if (mass == 0) {
             continue;
         }
-        // Q16 voxels a base step, from momentum / mass.
-        ivec3 whole = momentum / mass;
-        ivec3 rest = momentum - whole * mass;
-        ivec3 velocity = whole * 64 + (rest * 64) / mass;
+        ivec3 velocity = soil_velocity(voxel, mass);
         ivec3 after = velocity;
         ivec3 drift = velocity;
         int gravity = params.gravity_q16 / params.substep_count;
@@ -94,8 +154,7 @@ void advect_soil(int group, int lane) {
         }
         // Momentum after the kick, moved with the soil.
         ivec3 kick = after - velocity;
-        ivec3 gained = ivec3(mul_q16(mass * 512, kick.x * 2), mul_q16(mass * 512, kick.y * 2),
-                             mul_q16(mass * 512, kick.z * 2));
+        ivec3 gained = momentum_of(mass, kick);
         if (volume <= kCrumb) {
             drift = whole_voxels(drift, voxel_chance(grid_voxel(slot, x, y, z0 + z)));
         }
@@ -108,12 +167,12 @@ void advect_soil(int group, int lane) {
             }
             continue;
         }
-        ivec3 weight = abs(drift);
+        ivec3 weight = drift_weight(slot, ivec3(x, y, z0 + z), voxel, drift);
         ivec3 side = ivec3(drift.x < 0 ? -1 : 1, drift.y < 0 ? -1 : 1, drift.z < 0 ? -1 : 1);
         ivec3 total = momentum + gained;
         bool overrun = false;
         ivec3 out_way = is_caught(voxel) ? way_out(slot, ivec3(x, y, z0 + z), voxel, overrun) : ivec3(0);
-        ivec3 lost = ivec3(0);   // momentum that leaves this voxel, or that a locked voxel takes
+        ivec3 lost = ivec3(0);   // momentum that leaves this voxel, or that what bars the way takes
         for (int corner = 1; corner < 8; ++corner) {
             ivec3 pick = ivec3(corner & 1, (corner >> 1) & 1, corner >> 2);
             int wx = pick.x == 1 ? weight.x : kVoxelFull - weight.x;
@@ -123,14 +182,24 @@ void advect_soil(int group, int lane) {
             if (share <= 0 || (volume > kCrumb && mul_q16(volume, share) < kSpeck)) {
                 continue;
             }
-            ivec3 part = ivec3(mul_q16(total.x, share), mul_q16(total.y, share),
-                               mul_q16(total.z, share));
-            lost = lost + part;
-            int to = voxel_at(slot, x + pick.x * side.x, y + pick.y * side.y,
-                              z0 + z + pick.z * side.z);
-            if (is_locked(voxel, to, pick * side, out_way, overrun)) {
-                continue;  // thesis (24): backflow, with zero velocity
+            ivec3 step = pick * side;
+            int to = voxel_at(slot, x + step.x, y + step.y, z0 + z + step.z);
+            int barred = 0;
+            if (is_locked(voxel, to, step, out_way, overrun)) {
+                int room = room_at_face(slot, ivec3(x, y, z0 + z) + step, voxel, to);
+                barred = share - min(share, fraction_q16(min(room, volume), volume));
+                share -= barred;
             }
+            if (barred > 0) {  // thesis (24): backflow, with zero velocity against what bars the way
+                ivec3 held = share_of(total, barred);
+                ivec3 bound = share_of(momentum_with_body(to, grid_voxel(slot, x, y, z0 + z), mass), barred);
+                lost = lost + held - ivec3(towards(held.x, bound.x), towards(held.y, bound.y), towards(held.z, bound.z));
+            }
+            if (share <= 0) {
+                continue;
+            }
+            ivec3 part = share_of(total, share);
+            lost = lost + part;
             int moved_volume = 0;
             int moved_mass = 0;
             for (int i = 0; i < params.transport_count; ++i) {

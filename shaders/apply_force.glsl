@@ -1,8 +1,8 @@
 // Force application, thesis (33): soil that no longer fits is pushed the way the body's surface moves.
 // Where the way is barred by full soil, the push turns as soil does when it fails: outwards and up, at
 // 45 deg - phi / 2 (Rankine's passive wedge), instead of running through the bed for ever.
-// Where the surface recedes soil is pushed out of the body's way instead.
-// Reads: coverage, owner, volume, bodies. Writes: force, and whether the block overflows.
+// Where the surface recedes soil is pushed out of the body's way instead. Soil that goes with the body is not pushed.
+// Reads: coverage, owner, volume, momentum, support, bodies. Writes: force, and whether the block overflows.
 void apply_force(int group, int lane) {
     int block = block_list[params.list_offset + group];
     int slot = block / params.blocks_per_tile;
@@ -18,7 +18,7 @@ void apply_force(int group, int lane) {
         if (excess > 0 || (volume > 0 && is_caught(voxel))) {
             bool overrun = false;
             out_of_body = way_out(slot, ivec3(x, y, z0 + z), voxel, overrun);
-            excess = overrun ? volume : excess;
+            excess = overrun ? volume : excess - excess_carried_off(slot, ivec3(x, y, z0 + z), voxel, out_of_body);
         }
         if (excess <= 0) {
             // thesis (33), third case

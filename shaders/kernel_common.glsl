@@ -296,3 +296,51 @@ bool is_barred(int from, int to, ivec3 step, ivec3 out_way, bool overrun) {
     }
     return is_closed(to);
 }
+
+// Q16 voxels a base step. mass: of the voxel's soil, > 0
+ivec3 soil_velocity(int voxel, int mass) {
+    ivec3 momentum = ivec3(state_at(kPlaneMomentumX, voxel), state_at(kPlaneMomentumY, voxel),
+                           state_at(kPlaneMomentumZ, voxel));
+    ivec3 whole = momentum / mass;
+    ivec3 rest = momentum - whole * mass;
+    return whole * 64 + (rest * 64) / mass;
+}
+
+// Soil in a voxel that the body it rests on covers in part.
+bool is_carried_here(int voxel) {
+    int support = state_at(kPlaneSupport, voxel);
+    return support >= kSupportBody && owner_body(state_at(kPlaneOwner, voxel)) == support - kSupportBody;
+}
+
+int dot_q16(ivec3 a, ivec3 b) { return mul_q16(a.x, b.x) + mul_q16(a.y, b.y) + mul_q16(a.z, b.z); }
+
+// Q16 directions.
+bool is_within_60_deg(ivec3 a, ivec3 b) {
+    int along = dot_q16(a, b);
+    return along > 0 && 4 * mul_q16(along, along) >= mul_q16(dot_q16(a, a), dot_q16(b, b));
+}
+
+// Largest component one voxel (Q16). most: that component's size, > 0
+ivec3 direction_q16(ivec3 v, int most) {
+    return ivec3(signed_fraction_q16(v.x, most), signed_fraction_q16(v.y, most), signed_fraction_q16(v.z, most));
+}
+
+// Excess that soil beside the body that carries it makes room for by its own motion: up to a slice as thick as it moves
+// in this step. It goes before the wall behind it and needs no push, where what is ahead of it is open and carried too.
+int excess_carried_off(int slot, ivec3 at, int voxel, ivec3 out_way) {
+    int mass = mass_at(voxel);
+    if (mass <= 0 || !is_carried_here(voxel)) {
+        return 0;
+    }
+    ivec3 drift = soil_velocity(voxel, mass) / params.body_substep_count;
+    int most = largest_component(drift);
+    if (most == 0 || outwards(drift * 1024 / most, out_way) <= 0) {
+        return 0;
+    }
+    ivec3 step = (2 * drift) / most - drift / most;
+    int ahead = voxel_at(slot, at.x + step.x, at.y + step.y, at.z + step.z);
+    if (ahead < 0 || is_caught(ahead) || state_at(kPlaneSupport, ahead) != state_at(kPlaneSupport, voxel)) {
+        return 0;
+    }
+    return min(most, kVoxelFull);
+}

@@ -1,5 +1,5 @@
 // One iteration of force propagation, thesis (34) and (35): soil in excess leaves its voxel along the applied force.
-// Reads: coverage, volume, force, all transported planes. Writes: deltas.
+// Reads: coverage, volume, force, support, all transported planes. Writes: deltas.
 
 // Sends `fraction` (Q16 of the voxel's soil) along a displacement whose largest component is one voxel, with `force` of the
 // same scale; returns what could not leave. out_way: see is_barred.
@@ -36,14 +36,6 @@ int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction, ivec3 forc
 bool is_driven(int slot, ivec3 at, int voxel) {
     int body = owner_body(state_at(kPlaneOwner, voxel));
     return body >= 0 && largest_component(body_velocity_at(body, grid_voxel(slot, at.x, at.y, at.z))) > kStillSpeed;
-}
-
-int dot_q16(ivec3 a, ivec3 b) { return mul_q16(a.x, b.x) + mul_q16(a.y, b.y) + mul_q16(a.z, b.z); }
-
-// Q16 directions.
-bool is_within_60_deg(ivec3 a, ivec3 b) {
-    int along = dot_q16(a, b);
-    return along > 0 && 4 * mul_q16(along, along) >= mul_q16(dot_q16(a, a), dot_q16(b, b));
 }
 
 // Confined soil yields towards the free surface by the shorter way: level, or rising at 45 deg - phi / 2 as Rankine's
@@ -116,9 +108,12 @@ void propagate_force(int group, int lane) {
         ivec3 at = ivec3(lane & 7, lane >> 3, z0 + z);
         ivec3 out_way = ivec3(0);
         bool overrun = false;
-        if (is_caught(voxel)) {
-            out_way = way_out(slot, at, voxel, overrun);
-            excess = overrun ? volume : excess;
+        bool caught = is_caught(voxel);
+        if (caught || (excess > 0 && is_carried_here(voxel))) {
+            ivec3 out_of_body = way_out(slot, at, voxel, overrun);
+            overrun = caught && overrun;
+            excess = overrun ? volume : excess - excess_carried_off(slot, at, voxel, out_of_body);
+            out_way = caught ? out_of_body : ivec3(0);
         }
         ivec3 force = ivec3(state_at(kPlaneForceX, voxel), state_at(kPlaneForceY, voxel),
                             state_at(kPlaneForceZ, voxel));
@@ -131,8 +126,7 @@ void propagate_force(int group, int lane) {
             most = most / 2;
         }
         // thesis (34): the largest component becomes one voxel, so that the excess leaves for good.
-        ivec3 way = ivec3(signed_fraction_q16(force.x, most), signed_fraction_q16(force.y, most),
-                          signed_fraction_q16(force.z, most));
+        ivec3 way = direction_q16(force, most);
         excess -= compact(slot, at, voxel, excess, way);
         if (excess <= 0) {
             continue;
@@ -147,8 +141,7 @@ void propagate_force(int group, int lane) {
         ivec3 exit = ivec3(0);
         int steep = largest_component(out_way);
         if (steep > 0) {
-            exit = ivec3(signed_fraction_q16(out_way.x, steep), signed_fraction_q16(out_way.y, steep),
-                         signed_fraction_q16(out_way.z, steep));
+            exit = direction_q16(out_way, steep);
         }
         // The force stays with nothing: what could not leave gets a new one from apply_force or from inflow.
         int left = fraction;

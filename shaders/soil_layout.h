@@ -35,6 +35,10 @@ CONST_INT(kVelocityOne, 1024)
 // A wall slower than this drives no soil out of itself: what the solver leaves of a body that stands (Q16 voxels a base step).
 // 1/512 voxel, as what counts as still on the host. Without it a plate at rest on a thin layer went on squeezing it out.
 CONST_INT(kStillSpeed, 128)
+// Carried soil follows the wall before it into a voxel that the wall's face crosses while the wall moves no faster than this
+// (Q16 voxels at once): 0.6 voxel. Faster ones have crossed the voxel by the next step; with any speed allowed a box turning
+// at up to 0.9 voxel a step lost 0.3 % through its walls.
+CONST_INT(kFollowMost, 39322)
 // No soil gets faster than this, whatever pushes it: 16 voxels per base step (Q16), so that a full voxel's momentum stays
 // inside 31 bits.
 CONST_INT(kSpeedMost, 1048576)

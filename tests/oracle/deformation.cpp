@@ -88,7 +88,7 @@ Field apply_force(const Model& model, const Field& before, std::span<const Body>
         Vec3& force = after.at(x, y, z).force;
         const WayOut out = find_way_out(model, before, bodies, x, y, z);
         const bool overrun = is_caught(model, voxel) && out.overrun && voxel.soil > 0;
-        if (excess(model, voxel) <= 0 && !overrun) {
+        if (excess(model, voxel) <= carried_off(model, before, out, x, y, z) && !overrun) {
             force = {};  // (33), third case
             return;
         }
@@ -120,8 +120,11 @@ Field propagate_force(const Model& model, const Field& before, std::span<const B
     before.for_each([&](int x, int y, int z) {
         const Voxel& voxel = before.at(x, y, z);
         const bool caught = is_caught(model, voxel);
-        const WayOut out = caught ? find_way_out(model, before, bodies, x, y, z) : WayOut{};
-        double leaving = out.overrun ? voxel.soil : excess(model, voxel);
+        const WayOut side = find_way_out(model, before, bodies, x, y, z);
+        const WayOut out = caught ? side : WayOut{};
+        double leaving = out.overrun
+                             ? voxel.soil
+                             : excess(model, voxel) - carried_off(model, before, side, x, y, z);
         if (leaving <= 0 || largest(voxel.force) == 0) {
             return;
         }

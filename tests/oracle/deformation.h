@@ -14,6 +14,8 @@
 /// - a push barred by soil turns towards the free surface by the shorter way: level, or rising at
 /// 45 deg - phi / 2
 ///   (Rankine's passive wedge), looked for over 8 voxels; what a body bars above then goes level;
+/// - soil that goes with the body it rests on is not pushed by it for what it makes room for by
+/// itself (walls.h);
 /// - a force is kept as a weighted sum, so only its direction is compared;
 /// - where density is state, excess pressed into a voxel by a body compacts the soil before it
 /// flows, to the relative density that the body packs it to; half of that in the voxel that a

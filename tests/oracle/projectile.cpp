@@ -7,6 +7,39 @@
 
 namespace oracle {
 
+namespace {
+
+/// Shares of a voxel along the axes: the drift; for soil carried by the body that covers the voxel
+/// in part no less, along the way out of that body, than what the body has left no room for.
+Vec3 spread_of(const Field& field, int x, int y, int z, Vec3 drift) {
+    const Voxel& voxel = field.at(x, y, z);
+    const double over = voxel.soil + std::min(1.0, voxel.bodies) - 1;
+    const double fastest = std::max({std::abs(drift.x), std::abs(drift.y), std::abs(drift.z)});
+    if (voxel.support.kind != Support::Kind::body || voxel.owner != voxel.support.body ||
+        over <= 0 || fastest == 0) {
+        return drift;
+    }
+    const double swept = std::min(1.0, over / voxel.soil) / fastest;
+    const auto along = [&](double d, int dx, int dy, int dz) {
+        const auto covered = [&](int side) {
+            const int nx = x + side * dx, ny = y + side * dy, nz = z + side * dz;
+            return field.inside(nx, ny, nz) ? std::min(1.0, field.at(nx, ny, nz).bodies) : 0;
+        };
+        return d * (covered(1) - covered(-1)) < 0 ? d * std::max(1.0, swept) : d;
+    };
+    return {along(drift.x, 1, 0, 0), along(drift.y, 0, 1, 0), along(drift.z, 0, 0, 1)};
+}
+
+/// The part of `value` from 0 to `bound`.
+Vec3 towards(Vec3 value, Vec3 bound) {
+    const auto part = [](double v, double b) {
+        return std::clamp(v, std::min(0.0, b), std::max(0.0, b));
+    };
+    return {part(value.x, bound.x), part(value.y, bound.y), part(value.z, bound.z)};
+}
+
+}  // namespace
+
 Field find_support(const Model& model, const Field& before, std::span<const Body> bodies) {
     Field after = before;
     for (int y = 0; y < before.ny; ++y) {
@@ -75,22 +108,40 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
         origin.momentum += momentum - voxel.momentum;
         const WayOut out =
             is_caught(model, voxel) ? find_way_out(model, before, bodies, x, y, z) : WayOut{};
-        for (const Overlap& part : overlaps(drift)) {
+        for (const Overlap& part : overlaps(spread_of(before, x, y, z, drift))) {
             if (voxel.soil * part.share < model.speck) {
                 continue;
             }
-            origin.momentum += -part.share * momentum;
+            double share = part.share;
             if (locked(out, x, y, z, part)) {
-                continue;  // (24): backflow, with zero velocity
+                const int nx = x + part.dx, ny = y + part.dy, nz = z + part.dz;
+                Vec3 with_body;
+                share =
+                    std::min(part.share,
+                             room_at_face(model, before, bodies, voxel, nx, ny, nz) / voxel.soil);
+                if (before.inside(nx, ny, nz)) {
+                    const Voxel& to = before.at(nx, ny, nz);
+                    if (is_caught(model, to) && to.owner >= 0 &&
+                        bodies[static_cast<size_t>(to.owner)].moves) {
+                        with_body =
+                            mass * bodies[static_cast<size_t>(to.owner)].velocity_at(x, y, z);
+                    }
+                }
+                // (24): backflow, with zero velocity against the body that bars the way.
+                origin.momentum += (part.share - share) * (towards(momentum, with_body) - momentum);
+                if (share == 0) {
+                    continue;
+                }
             }
+            origin.momentum += -share * momentum;
             Voxel& target = after.at(x + part.dx, y + part.dy, z + part.dz);
-            target.momentum += part.share * momentum;  // (28)
-            origin.soil -= part.share * voxel.soil;    // (23), (27)
-            origin.bond -= part.share * voxel.bond;
-            target.soil += part.share * (voxel.soil + swelling(model, voxel));
+            target.momentum += share * momentum;  // (28)
+            origin.soil -= share * voxel.soil;    // (23), (27)
+            origin.bond -= share * voxel.bond;
+            target.soil += share * (voxel.soil + swelling(model, voxel));
             for (size_t m = 0; m < voxel.mass.size(); ++m) {
-                origin.mass[m] -= part.share * voxel.mass[m];
-                target.mass[m] += part.share * voxel.mass[m];
+                origin.mass[m] -= share * voxel.mass[m];
+                target.mass[m] += share * voxel.mass[m];
             }
         }
     });

@@ -63,6 +63,45 @@ WayOut find_way_out(const Model& model, const Field& field, std::span<const Body
     return {-before, dot(before, now) < 0};
 }
 
+double carried_off(const Model& model, const Field& field, const WayOut& out, int x, int y, int z) {
+    const Voxel& voxel = field.at(x, y, z);
+    const double mass = voxel.total_mass(), most = largest(voxel.momentum);
+    if (voxel.support.kind != Support::Kind::body || voxel.owner != voxel.support.body ||
+        mass == 0 || dot(voxel.momentum, out.direction) <= 0) {
+        return 0;
+    }
+    const auto step = [&](double v) { return std::abs(v) < most / 2 ? 0 : v > 0 ? 1 : -1; };
+    const int nx = x + step(voxel.momentum.x), ny = y + step(voxel.momentum.y),
+              nz = z + step(voxel.momentum.z);
+    const bool makes_room = field.inside(nx, ny, nz) && !is_caught(model, field.at(nx, ny, nz)) &&
+                            field.at(nx, ny, nz).support.kind == Support::Kind::body &&
+                            field.at(nx, ny, nz).support.body == voxel.support.body;
+    return makes_room ? std::min(1.0, most / mass / model.substeps) : 0;
+}
+
+double room_at_face(const Model& model, const Field& field, std::span<const Body> bodies,
+                    const Voxel& from, int x, int y, int z) {
+    if (from.support.kind != Support::Kind::body || is_caught(model, from) ||
+        !field.inside(x, y, z)) {
+        return 0;
+    }
+    const Voxel& to = field.at(x, y, z);
+    if (to.owner != from.support.body || !is_caught(model, to)) {
+        return 0;
+    }
+    const auto side = [&](int nx, int ny, int nz) {
+        return field.inside(nx, ny, nz) ? covered(field, nx, ny, nz) : 0;
+    };
+    const Vec3 inwards{side(x + 1, y, z) - side(x - 1, y, z), side(x, y + 1, z) - side(x, y - 1, z),
+                       side(x, y, z + 1) - side(x, y, z - 1)};
+    const Vec3 velocity = bodies[static_cast<size_t>(to.owner)].velocity_at(x, y, z);
+    const double along = dot(velocity, inwards);
+    const bool recedes =
+        along > 0 && along >= 0.5 * length(velocity) * length(inwards);  // within 60 degrees
+    return recedes && largest(velocity) <= model.follow_most ? std::max(0.0, 1 - to.psi() - to.soil)
+                                                             : 0;
+}
+
 bool is_barred(const Model& model, const Field& field, const WayOut& out, int x, int y, int z,
                int dx, int dy, int dz) {
     const int nx = x + dx, ny = y + dy, nz = z + dz;

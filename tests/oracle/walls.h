@@ -26,6 +26,16 @@ bool is_caught(const Model& model, const Voxel& voxel);
 WayOut find_way_out(const Model& model, const Field& field, std::span<const Body> bodies, int x,
                     int y, int z);
 
+/// Excess of a voxel that needs no push because its soil, which the body there carries, moves out
+/// of the body's way by itself: up to its way in this step, where what is ahead of it is open and
+/// carried by the same body.
+double carried_off(const Model& model, const Field& field, const WayOut& out, int x, int y, int z);
+
+/// What the closed voxel (x, y, z) still takes of soil that follows the wall of the body which
+/// carries it: where the wall recedes, within 60 degrees and no faster than model.follow_most.
+double room_at_face(const Model& model, const Field& field, std::span<const Body> bodies,
+                    const Voxel& from, int x, int y, int z);
+
 /// Whether soil of the voxel (x, y, z), whose way out is `out` if it is caught, may not go to the
 /// neighbour at (dx, dy, dz). Caught soil may go into caught voxels that are covered no more, or
 /// any when it was overrun, but never inwards. Nothing else enters a wall.

@@ -293,6 +293,7 @@ oracle::Model StageBench::model(int substeps) const {
                         .push_room = kPushRoom * kUnit,
                         .pushed_most = kPushedMost * kUnit,
                         .still_speed = kStillSpeed * kUnit,
+                        .follow_most = kFollowMost * kUnit,
                         .speck = kSpeck * kUnit,
                         .slip_tolerance = kSlipTolerance * kUnit,
                         .span_capacity = kSpanCapacity,
