@@ -102,7 +102,11 @@ double plate_sinkage_m(const BulletScene& world) {
 }
 
 TEST(TrackedVehicle, stands_on_all_its_links_and_drives_straight_without_slip) {
-    const Scene scene = crawler(4);
+    Scene scene = crawler(4);
+    // With the scene's 50 iterations the chains are not solved out: in double precision a link
+    // wedges between the idler and the road wheel behind it, and the track slips on its sprocket
+    // for half a second (18 % over the two seconds measured, 0.13 rad turned).
+    scene.world.solver_iterations = 100;
     Measured crawler(scene);
     crawler.run_to(0.5);
     crawler.reset();
