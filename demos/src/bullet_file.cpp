@@ -186,7 +186,10 @@ Result<std::unique_ptr<BulletFile>> BulletFile::load(const std::string& path,
         file->importer_ = std::make_unique<PlacingImporter<btBulletWorldImporter>>(world, pose);
     const bool is_loaded =
         file->importer_->loadFileFromMemory(bytes->data(), static_cast<int>(bytes->size()));
-    if (multibody_world) file->own_multibodies(multibodies_before);
+    if (multibody_world) {
+        file->own_multibodies(multibodies_before);
+        file->place_multibodies(pose);
+    }
     if (!is_loaded) return Error{path + ": Bullet cannot read it"};
 
     btBulletWorldImporter& importer = *file->importer_;
@@ -246,6 +249,22 @@ void BulletFile::own_multibodies(int first) {
             btMultiBodyLinkCollider::upcast(multibody_world_->getCollisionObjectArray()[i]);
         if (collider && own.contains(collider->m_multiBody)) link_colliders_.emplace_back(collider);
     }
+}
+
+void BulletFile::place_multibodies(const btTransform& pose) {
+    const btQuaternion turn = pose.getRotation();
+    btAlignedObjectArray<btQuaternion> rotations;
+    btAlignedObjectArray<btVector3> positions;
+    for (const auto& multibody : multibodies_) {
+        multibody->setBasePos(pose * multibody->getBasePos());
+        multibody->setWorldToBaseRot(multibody->getWorldToBaseRot() * turn.inverse());
+        multibody->setBaseVel(quatRotate(turn, multibody->getBaseVel()));
+        multibody->setBaseOmega(quatRotate(turn, multibody->getBaseOmega()));
+        multibody->forwardKinematics(rotations, positions);
+        multibody->updateCollisionObjectWorldTransforms(rotations, positions);
+    }
+    // For rays and contacts before the world's next step.
+    for (const auto& collider : link_colliders_) multibody_world_->updateSingleAabb(collider.get());
 }
 
 }  // namespace bsoil::scene

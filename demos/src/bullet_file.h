@@ -57,6 +57,8 @@ class BulletFile {
     /// Bullet's importer puts multibodies and their colliders into the world and forgets them.
     /// first: number of multibodies in the world before those of the file.
     void own_multibodies(int first);
+    /// Bullet's importer creates multibodies by itself, where the file has them.
+    void place_multibodies(const btTransform& pose);
 
     std::unique_ptr<btBulletWorldImporter> importer_;
     btMultiBodyDynamicsWorld* multibody_world_ = nullptr;

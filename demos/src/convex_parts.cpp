@@ -16,6 +16,10 @@ constexpr double kWeld = 1e-6;
 constexpr double kExcessFraction = 0.03;
 /// A piece smaller than this share of all of them is a splinter of a cut, and left out.
 constexpr double kSplinterFraction = 1e-4;
+/// A cut has to be better by this share of the hull than one tried before it. Bullet lays the
+/// points of a hull on a grid of 1/10216 of its size: below that, rounding would choose among equal
+/// cuts.
+constexpr double kTieFraction = 1e-4;
 /// The planes tried for a cut: those of the largest faces, and evenly spaced ones along each axis.
 constexpr size_t kFacePlanes = 10;
 constexpr int kAxisPlanes = 3;
@@ -289,7 +293,9 @@ std::vector<ConvexHull> convex_parts(const TriangleMesh& mesh, int part_capacity
             for (const Plane& plane : cutter.planes_for(piece)) {
                 std::vector<Piece> parted = cutter.cut(piece, plane);
                 if (parted.empty() || parted.size() > room) continue;
-                if (best.empty() || excess_m3(parted) < excess_m3(best)) best = std::move(parted);
+                const double least_m3 = kTieFraction * piece.hull.volume_m3;
+                if (best.empty() || excess_m3(parted) < excess_m3(best) - least_m3)
+                    best = std::move(parted);
             }
         }
         if (best.empty())

@@ -230,7 +230,9 @@ TEST(ContactCoupling, wheel_that_rests_beside_a_plates_middle_does_not_turn) {
         // The soil's torque is that of the wheel's press beside the plate's middle, 3 mm beside it
         // in double precision and 13 mm in single, but nothing turns.
         EXPECT_GT(median(torques_n_m), 1);
-        EXPECT_LT(median(errors_n_m), 0.02 * median(torques_n_m));
+        // The two act within 0.3 mm of each other (0.1 mm measured in double precision).
+        constexpr double kWeightN = (100 + 8 + 4) * 9.81;
+        EXPECT_LT(median(errors_n_m), 0.3e-3 * kWeightN);
         EXPECT_LT(median(spins_rad_s), 0.1);
     }
     scene.world->removeConstraint(&axle);

@@ -65,6 +65,33 @@ void write_world(const std::string& path, bool with_heightfield) {
     if (with_heightfield) w.world.removeRigidBody(&ground);
 }
 
+/// A multibody: a base at (0, 1, 1.2) and, 0.5 m further in x, a box that slides along z.
+std::string slider_bytes() {
+    World w;
+    btBoxShape box(btVector3(0.3f, 0.2f, 0.1f));
+    btMultiBody slider(1, 1, btVector3(1, 1, 1), false, false);
+    slider.setBasePos({0, 1, btScalar(1.2)});
+    slider.setupPrismatic(0, 10, btVector3(1, 1, 1), -1, btQuaternion::getIdentity(),
+                          btVector3(0, 0, 1), btVector3(btScalar(0.5), 0, 0), btVector3(0, 0, 0),
+                          true);
+    slider.finalizeMultiDof();
+    w.world.addMultiBody(&slider);
+    btMultiBodyLinkCollider link(&slider, 0);
+    link.setCollisionShape(&box);
+    w.world.addCollisionObject(&link);
+    slider.getLink(0).m_collider = &link;
+    btDefaultSerializer serializer;
+    w.world.serialize(&serializer);
+    std::string bytes(reinterpret_cast<const char*>(serializer.getBufferPointer()),
+                      static_cast<size_t>(serializer.getCurrentBufferSize()));
+    w.world.removeCollisionObject(&link);
+    w.world.removeMultiBody(&slider);
+    return bytes;
+}
+
+/// Bullet 3.24 in single precision makes no colliders for links.
+constexpr bool kMakesLinkColliders = sizeof(btScalar) == sizeof(double);
+
 class BulletFileTest : public testing::Test {
   protected:
     std::string path =
@@ -106,25 +133,7 @@ TEST_F(BulletFileTest, bodies_and_constraints_come_through_and_go_again) {
 }
 
 TEST_F(BulletFileTest, multibodies_come_through_and_go_again) {
-    {
-        World w;
-        btBoxShape box(btVector3(0.3f, 0.2f, 0.1f));
-        btMultiBody slider(1, 0, btVector3(0, 0, 0), true, false);
-        slider.setupPrismatic(0, 10, btVector3(1, 1, 1), -1, btQuaternion::getIdentity(),
-                              btVector3(0, 0, 1), btVector3(0, 0, 0), btVector3(0, 0, 0), true);
-        slider.finalizeMultiDof();
-        w.world.addMultiBody(&slider);
-        btMultiBodyLinkCollider link(&slider, 0);
-        link.setCollisionShape(&box);
-        w.world.addCollisionObject(&link);
-        slider.getLink(0).m_collider = &link;
-        btDefaultSerializer serializer;
-        w.world.serialize(&serializer);
-        write({reinterpret_cast<const char*>(serializer.getBufferPointer()),
-               static_cast<size_t>(serializer.getCurrentBufferSize())});
-        w.world.removeCollisionObject(&link);
-        w.world.removeMultiBody(&slider);
-    }
+    write(slider_bytes());
     World w;
     btMultiBody own(0, 1, btVector3(1, 1, 1), false, false);
     own.finalizeMultiDof();
@@ -134,10 +143,8 @@ TEST_F(BulletFileTest, multibodies_come_through_and_go_again) {
         ASSERT_TRUE(file) << file.error();
         ASSERT_EQ(w.world.getNumMultibodies(), 2);
         EXPECT_EQ(w.world.getMultiBody(1)->getLinkMass(0), 10);
-        // Bullet 3.24 in single precision makes no colliders for links.
-        const bool makes_colliders = sizeof(btScalar) == sizeof(double);
-        EXPECT_EQ(w.world.getNumCollisionObjects(), makes_colliders ? 1 : 0);
-        EXPECT_EQ((*file)->missing().size(), makes_colliders ? 0u : 1u);
+        EXPECT_EQ(w.world.getNumCollisionObjects(), kMakesLinkColliders ? 1 : 0);
+        EXPECT_EQ((*file)->missing().size(), kMakesLinkColliders ? 0u : 1u);
         w.world.stepSimulation(btScalar(1) / 60);
     }
     EXPECT_EQ(w.world.getNumCollisionObjects(), 0);
@@ -158,6 +165,29 @@ TEST_F(BulletFileTest, a_file_can_be_placed) {
     ASSERT_NE(ball, (*file)->bodies().end());
     const btVector3 at = ball->body->getWorldTransform().getOrigin();
     EXPECT_LT((at - btVector3(4, 0, 1.2f)).length(), 1e-5);
+}
+
+TEST_F(BulletFileTest, multibodies_are_placed_with_their_links_and_colliders) {
+    write(slider_bytes());
+    World w;
+    // A quarter turn takes x to y and y to -x.
+    const btTransform pose(btQuaternion(btVector3(0, 0, 1), SIMD_HALF_PI), btVector3(5, 0, 0));
+    const auto file = BulletFile::load(path, w.world, pose);
+    ASSERT_TRUE(file) << file.error();
+    ASSERT_EQ(w.world.getNumMultibodies(), 1);
+    btMultiBody& slider = *w.world.getMultiBody(0);
+    EXPECT_LT((slider.getBasePos() - btVector3(4, 0, 1.2f)).length(), 1e-5);
+    const btTransform& link = slider.getLink(0).m_cachedWorldTransform;
+    EXPECT_LT((link.getOrigin() - btVector3(4, 0.5f, 1.2f)).length(), 1e-5);
+    EXPECT_LT((link.getBasis().getColumn(0) - btVector3(0, 1, 0)).length(), 1e-5);
+    // From above through the end of the box, which reaches 0.3 m along its own x, 0.2 m along y.
+    const btVector3 from(4, 0.75f, 3), to(4, 0.75f, 0);
+    btCollisionWorld::ClosestRayResultCallback ray(from, to);
+    w.world.rayTest(from, to, ray);
+    EXPECT_EQ(ray.hasHit(), kMakesLinkColliders);
+    if (ray.hasHit()) {
+        EXPECT_NEAR(ray.m_hitPointWorld.z(), 1.3, 1e-5);  // its upper side
+    }
 }
 
 TEST_F(BulletFileTest, a_dropped_heightfield_is_said_to_be_missing) {

@@ -333,7 +333,7 @@ TEST(Urdf, mesh_becomes_hull_or_convex_parts_or_itself) {
     EXPECT_NEAR(hulls_m3(with("collision = \"components\"\n")), kBinHull, 1e-3);
     const Scene parted = with("collision = \"decompose\"\n");
     EXPECT_NEAR(hulls_m3(parted), kBinSolid, 0.03 * kBinSolid);
-    EXPECT_LE(parted.bodies[0].parts.size(), 8u);
+    EXPECT_EQ(parted.bodies[0].parts.size(), 5u);
     const Scene exact = with("[[robot.link]]\nlink = \"bin\"\ncollision = \"mesh\"\nmass_kg = 5\n");
     ASSERT_TRUE(exact.bodies[0].parts[0].mesh);
     EXPECT_NEAR(mesh_volume_m3(*exact.bodies[0].parts[0].mesh), kBinSolid, 1e-6);
@@ -563,7 +563,8 @@ TEST(ConvexParts, bin_falls_into_its_plates) {
     double sum_m3 = 0;
     for (const ConvexHull& part : parts) sum_m3 += part.volume_m3;
     EXPECT_NEAR(sum_m3, kBinSolid, 0.03 * kBinSolid);
-    EXPECT_LE(parts.size(), 8u);
+    // The floor and four walls: of equally good cuts the first is taken, whatever the rounding.
+    EXPECT_EQ(parts.size(), 5u);
     EXPECT_LE(convex_parts(bin, 3).size(), 3u);
     EXPECT_TRUE(convex_parts({}, 3).empty());
 }
