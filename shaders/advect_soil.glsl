@@ -82,13 +82,14 @@ int room_at_face(int slot, ivec3 at, int from, int to) {
     return max(0, kVoxelFull - coverage_at(to) - state_at(kPlaneVolume, to));
 }
 
-// Momentum of a mass that moves with the body in `to`; zero where none that moves bars the way there.
-ivec3 momentum_with_body(int to, ivec3 at, int mass) {
+// Momentum of a mass at `at` that moves with the receding wall in a voxel `to`, at `target`; zero where there is none.
+ivec3 momentum_with_wall(int slot, ivec3 at, int mass, ivec3 target, int to) {
     int body = to < 0 || !is_caught(to) ? -1 : owner_body(state_at(kPlaneOwner, to));
-    if (body < 0 || shapes[body * kBodyWords + kBodyMoving] == 0) {
+    if (body < 0 || shapes[body * kBodyWords + kBodyMoving] == 0 || !is_receding(slot, target, body)) {
         return ivec3(0);
     }
-    return momentum_of(mass, clamp(body_velocity_at(body, at), ivec3(-kSpeedMost), ivec3(kSpeedMost)));
+    ivec3 velocity = body_velocity_at(body, grid_voxel(slot, at.x, at.y, at.z));
+    return momentum_of(mass, clamp(velocity, ivec3(-kSpeedMost), ivec3(kSpeedMost)));
 }
 
 void advect_soil(int group, int lane) {
@@ -183,16 +184,17 @@ void advect_soil(int group, int lane) {
                 continue;
             }
             ivec3 step = pick * side;
-            int to = voxel_at(slot, x + step.x, y + step.y, z0 + z + step.z);
+            ivec3 target = ivec3(x, y, z0 + z) + step;
+            int to = voxel_at(slot, target.x, target.y, target.z);
             int barred = 0;
             if (is_locked(voxel, to, step, out_way, overrun)) {
-                int room = room_at_face(slot, ivec3(x, y, z0 + z) + step, voxel, to);
+                int room = room_at_face(slot, target, voxel, to);
                 barred = share - min(share, fraction_q16(min(room, volume), volume));
                 share -= barred;
             }
-            if (barred > 0) {  // thesis (24): backflow, with zero velocity against what bars the way
+            if (barred > 0) {  // thesis (24): backflow, with zero velocity; with the wall's where that recedes
                 ivec3 held = share_of(total, barred);
-                ivec3 bound = share_of(momentum_with_body(to, grid_voxel(slot, x, y, z0 + z), mass), barred);
+                ivec3 bound = share_of(momentum_with_wall(slot, ivec3(x, y, z0 + z), mass, target, to), barred);
                 lost = lost + held - ivec3(towards(held.x, bound.x), towards(held.y, bound.y), towards(held.z, bound.z));
             }
             if (share <= 0) {

@@ -115,20 +115,16 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
             double share = part.share;
             if (locked(out, x, y, z, part)) {
                 const int nx = x + part.dx, ny = y + part.dy, nz = z + part.dz;
-                Vec3 with_body;
+                Vec3 with_wall;
                 share =
                     std::min(part.share,
                              room_at_face(model, before, bodies, voxel, nx, ny, nz) / voxel.soil);
-                if (before.inside(nx, ny, nz)) {
-                    const Voxel& to = before.at(nx, ny, nz);
-                    if (is_caught(model, to) && to.owner >= 0 &&
-                        bodies[static_cast<size_t>(to.owner)].moves) {
-                        with_body =
-                            mass * bodies[static_cast<size_t>(to.owner)].velocity_at(x, y, z);
-                    }
+                if (recedes(model, before, bodies, nx, ny, nz)) {
+                    const int owner = before.at(nx, ny, nz).owner;
+                    with_wall = mass * bodies[static_cast<size_t>(owner)].velocity_at(x, y, z);
                 }
-                // (24): backflow, with zero velocity against the body that bars the way.
-                origin.momentum += (part.share - share) * (towards(momentum, with_body) - momentum);
+                // (24): backflow, with zero velocity; with the wall's where that recedes.
+                origin.momentum += (part.share - share) * (towards(momentum, with_wall) - momentum);
                 if (share == 0) {
                     continue;
                 }

@@ -8,7 +8,7 @@
 /// allows;
 /// - only resting soil and voxels at least half covered lock a voxel: falling soil never does, and
 /// soil caught in a wall moves on within it, but never further in (walls.h);
-/// - backflow has zero velocity against a body that bars the way, not against the grid;
+/// - backflow from a wall that recedes keeps what it has of the wall's velocity;
 /// - carried soil goes before the wall behind it, and follows the wall before it into the voxel
 /// that its face crosses, as far as there is room;
 /// - soil that moves loses its bond;

@@ -79,27 +79,31 @@ double carried_off(const Model& model, const Field& field, const WayOut& out, in
     return makes_room ? std::min(1.0, most / mass / model.substeps) : 0;
 }
 
-double room_at_face(const Model& model, const Field& field, std::span<const Body> bodies,
-                    const Voxel& from, int x, int y, int z) {
-    if (from.support.kind != Support::Kind::body || is_caught(model, from) ||
-        !field.inside(x, y, z)) {
-        return 0;
-    }
-    const Voxel& to = field.at(x, y, z);
-    if (to.owner != from.support.body || !is_caught(model, to)) {
-        return 0;
+bool recedes(const Model& model, const Field& field, std::span<const Body> bodies, int x, int y,
+             int z) {
+    if (!field.inside(x, y, z) || !is_caught(model, field.at(x, y, z)) ||
+        field.at(x, y, z).owner < 0) {
+        return false;
     }
     const auto side = [&](int nx, int ny, int nz) {
         return field.inside(nx, ny, nz) ? covered(field, nx, ny, nz) : 0;
     };
     const Vec3 inwards{side(x + 1, y, z) - side(x - 1, y, z), side(x, y + 1, z) - side(x, y - 1, z),
                        side(x, y, z + 1) - side(x, y, z - 1)};
-    const Vec3 velocity = bodies[static_cast<size_t>(to.owner)].velocity_at(x, y, z);
+    const Vec3 velocity = bodies[static_cast<size_t>(field.at(x, y, z).owner)].velocity_at(x, y, z);
     const double along = dot(velocity, inwards);
-    const bool recedes =
-        along > 0 && along >= 0.5 * length(velocity) * length(inwards);  // within 60 degrees
-    return recedes && largest(velocity) <= model.follow_most ? std::max(0.0, 1 - to.psi() - to.soil)
-                                                             : 0;
+    return along > 0 && along >= 0.5 * length(velocity) * length(inwards) &&
+           largest(velocity) <= model.follow_most;
+}
+
+double room_at_face(const Model& model, const Field& field, std::span<const Body> bodies,
+                    const Voxel& from, int x, int y, int z) {
+    if (from.support.kind != Support::Kind::body || is_caught(model, from) ||
+        !recedes(model, field, bodies, x, y, z) || field.at(x, y, z).owner != from.support.body) {
+        return 0;
+    }
+    const Voxel& to = field.at(x, y, z);
+    return std::max(0.0, 1 - to.psi() - to.soil);
 }
 
 bool is_barred(const Model& model, const Field& field, const WayOut& out, int x, int y, int z,

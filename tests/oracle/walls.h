@@ -31,8 +31,13 @@ WayOut find_way_out(const Model& model, const Field& field, std::span<const Body
 /// carried by the same body.
 double carried_off(const Model& model, const Field& field, const WayOut& out, int x, int y, int z);
 
-/// What the closed voxel (x, y, z) still takes of soil that follows the wall of the body which
-/// carries it: where the wall recedes, within 60 degrees and no faster than model.follow_most.
+/// Whether the voxel (x, y, z) is closed by a wall that recedes: within 60 degrees of the way its
+/// coverage rises, and no faster than model.follow_most.
+bool recedes(const Model& model, const Field& field, std::span<const Body> bodies, int x, int y,
+             int z);
+
+/// What the voxel (x, y, z), closed by a wall that recedes, still takes of soil `from` that the
+/// wall's body carries.
 double room_at_face(const Model& model, const Field& field, std::span<const Body> bodies,
                     const Voxel& from, int x, int y, int z);
 
