@@ -13,6 +13,18 @@ void add_wide(int at, int value) {
     }
 }
 
+// How much of the room in a voxel and in the one outwards of it holds soil, Q16.
+int fill_beside(int slot, ivec3 at, int voxel, ivec3 inwards) {
+    int volume = state_at(kPlaneVolume, voxel);
+    int room = kVoxelFull - coverage_at(voxel);
+    int outer = voxel_at(slot, at.x - inwards.x, at.y - inwards.y, at.z - inwards.z);
+    if (outer >= 0) {
+        volume += state_at(kPlaneVolume, outer);
+        room += kVoxelFull - coverage_at(outer);
+    }
+    return volume >= room ? kVoxelFull : fraction_q16(volume, max(1, room));
+}
+
 void collect_contacts(int group, int lane) {
     int block = block_list[params.list_offset + group];
     int slot = block / params.blocks_per_tile;
@@ -46,7 +58,6 @@ void collect_contacts(int group, int lane) {
         } else {
             inwards.y = sign(gradient.y);
         }
-        int outer = voxel_at(slot, x - inwards.x, y - inwards.y, z - inwards.z);
         int inner = voxel_at(slot, x + inwards.x, y + inwards.y, z + inwards.z);
         int body = owner_body(state_at(kPlaneOwner, voxel));
         if (body < 0 && inner >= 0) {
@@ -54,12 +65,6 @@ void collect_contacts(int group, int lane) {
         }
         if (body < 0) {
             continue;
-        }
-        int volume = state_at(kPlaneVolume, voxel);
-        int room = kVoxelFull - coverage_at(voxel);
-        if (outer >= 0) {
-            volume += state_at(kPlaneVolume, outer);
-            room += kVoxelFull - coverage_at(outer);
         }
         // What the soil here rests on is told by the fullest of three voxels on the way out; soil in a voxel that is
         // mostly body rests on the body as much as on the ground.
@@ -75,7 +80,9 @@ void collect_contacts(int group, int lane) {
                 support = state_at(kPlaneSupport, beside);
             }
         }
-        if (volume == 0 || support != kSupportGround) {
+        ivec3 here = ivec3(x, y, z);
+        int fill = fill_beside(slot, here, voxel, inwards);
+        if (fill == 0 || support != kSupportGround) {
             continue;
         }
         // Relative density of the soil along the way out, as if it were all of one kind.
@@ -95,7 +102,6 @@ void collect_contacts(int group, int lane) {
             int range = most_held - mul_q16(mass, material_word(soil_voxel, kTableCompacted));
             density = fraction_q16(clamp(most_held - held, 0, range), max(1, range));
         }
-        int fill = volume >= room ? kVoxelFull : fraction_q16(volume, max(1, room));
         int slot_index = ATOMIC_ADD(result[kResultContacts], 1);
         if (slot_index >= params.contact_capacity) {
             ATOMIC_OR(result[kResultStatus], kStatusContactsFull);
@@ -110,9 +116,12 @@ void collect_contacts(int group, int lane) {
         result[at + 4] = gradient.x;
         result[at + 5] = gradient.y;
         result[at + 6] = gradient.z;
-        result[at + 7] = fill;
-        result[at + 8] = max(0, state_at(kPlaneVolume, voxel) + coverage_at(voxel) - kVoxelFull);
-        result[at + 9] = main_material(soil_voxel);
-        result[at + 10] = density;
+        // At an edge the soil beside one face says nothing of that beside the other.
+        result[at + 7] = gradient.x == 0 ? fill : fill_beside(slot, here, voxel, ivec3(sign(gradient.x), 0, 0));
+        result[at + 8] = gradient.y == 0 ? fill : fill_beside(slot, here, voxel, ivec3(0, sign(gradient.y), 0));
+        result[at + 9] = gradient.z == 0 ? fill : fill_beside(slot, here, voxel, ivec3(0, 0, sign(gradient.z)));
+        result[at + 10] = max(0, state_at(kPlaneVolume, voxel) + coverage_at(voxel) - kVoxelFull);
+        result[at + 11] = main_material(soil_voxel);
+        result[at + 12] = density;
     }
 }

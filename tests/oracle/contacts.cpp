@@ -54,7 +54,7 @@ std::vector<Contact> find_contacts(const Model& model, const Field& field,
             const int nx = x + side * in[0], ny = y + side * in[1], nz = z + side * in[2];
             return field.inside(nx, ny, nz) ? &field.at(nx, ny, nz) : nullptr;
         };
-        const Voxel *inner = neighbour(1), *outer = neighbour(-1);
+        const Voxel* inner = neighbour(1);
         const int body = voxel.owner >= 0 || !inner ? voxel.owner : inner->owner;
         if (body < 0) {
             return;
@@ -69,14 +69,25 @@ std::vector<Contact> find_contacts(const Model& model, const Field& field,
             }
         }
         const Voxel& soil = *fullest;
-        const double held = voxel.soil + (outer ? outer->soil : 0);
-        const double room = 1 - voxel.psi() + (outer ? 1 - outer->psi() : 0);
-        if (held == 0 || soil.support.kind != Support::Kind::ground) {
+        const auto fill_beside = [&](int dx, int dy, int dz) {
+            double held = voxel.soil, room = 1 - voxel.psi();
+            if (field.inside(x - dx, y - dy, z - dz)) {
+                const Voxel& outer = field.at(x - dx, y - dy, z - dz);
+                held += outer.soil;
+                room += 1 - outer.psi();
+            }
+            return held >= room ? 1 : held / room;
+        };
+        const double fill = fill_beside(in[0], in[1], in[2]);
+        if (fill == 0 || soil.support.kind != Support::Kind::ground) {
             return;
         }
         const int material = soil.main_material();
-        contacts.push_back({x, y, z, body, g, held >= room ? 1 : held / room,
-                            std::max(0.0, voxel.soil + voxel.psi() - 1), material,
+        const Vec3 fills{g.x == 0 ? fill : fill_beside(g.x > 0 ? 1 : -1, 0, 0),
+                         g.y == 0 ? fill : fill_beside(0, g.y > 0 ? 1 : -1, 0),
+                         g.z == 0 ? fill : fill_beside(0, 0, g.z > 0 ? 1 : -1)};
+        contacts.push_back({x, y, z, body, g, fills, std::max(0.0, voxel.soil + voxel.psi() - 1),
+                            material,
                             relative_density(model, field, material, x, y, z, -in[0], -in[1],
                                              -in[2], bodies[static_cast<size_t>(body)].reach)});
     });

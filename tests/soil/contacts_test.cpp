@@ -33,15 +33,17 @@ TEST_P(Contacts, follow_the_oracle) {
         EXPECT_EQ(got[i][4], contact.gradient.x * kVoxelFull);
         EXPECT_EQ(got[i][5], contact.gradient.y * kVoxelFull);
         EXPECT_EQ(got[i][6], contact.gradient.z * kVoxelFull);
-        EXPECT_NEAR(got[i][7], contact.fill * kVoxelFull, 1);  // one quotient, rounded down
-        EXPECT_EQ(got[i][8], contact.excess * kVoxelFull);
-        EXPECT_EQ(got[i][9], contact.material);
+        EXPECT_NEAR(got[i][7], contact.fill.x * kVoxelFull, 1);  // one quotient, rounded down
+        EXPECT_NEAR(got[i][8], contact.fill.y * kVoxelFull, 1);
+        EXPECT_NEAR(got[i][9], contact.fill.z * kVoxelFull, 1);
+        EXPECT_EQ(got[i][10], contact.excess * kVoxelFull);
+        EXPECT_EQ(got[i][11], contact.material);
         if (contact.relative_density < 0) {
-            EXPECT_EQ(got[i][10], kDensityFixed);
+            EXPECT_EQ(got[i][12], kDensityFixed);
         } else {
             // Q16 tables of volume per mass and products rounded down, against the range between
             // loose and compacted.
-            EXPECT_NEAR(got[i][10] * 1.0 / kVoxelFull, contact.relative_density, 1e-3);
+            EXPECT_NEAR(got[i][12] * 1.0 / kVoxelFull, contact.relative_density, 1e-3);
             ++state_count;
         }
     }

@@ -210,9 +210,11 @@ struct Soil::Impl {
     void run_advection();
     void run_slippage();
     void read_results(std::span<const StepBody> step_bodies);
-    void add_contact(const ContactVoxel& contact, Vec3 face_normal, const StepBody& body);
+    void add_contact(const ContactVoxel& contact, Vec3 fill, Vec3 face_normal,
+                     const StepBody& body);
     SurfaceSum surface_sum(double x, double y) const;
-    double depth_below_surface_m(const ContactVoxel& contact, const StepBody& body) const;
+    double depth_below_surface_m(const ContactVoxel& contact, Vec3 grid_normal,
+                                 const StepBody& body) const;
     void read_activity();
     void find_free_surface();
     void find_surface_tiles();

@@ -880,57 +880,70 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
             contact.area_m2 *= length(area);
             contact.normal = area * (1 / std::max(length(area), 1e-9));
         }
-        contact.fill = static_cast<double>(c[7]) / kVoxelFull;
-        const double excess = static_cast<double>(c[8]) / kVoxelFull / share;
+        const Vec3 fill =
+            Vec3{static_cast<double>(c[7]), static_cast<double>(c[8]), static_cast<double>(c[9])} *
+            (1.0 / kVoxelFull);
+        const double excess = static_cast<double>(c[10]) / kVoxelFull / share;
         contact.compression_m = std::clamp(excess - kUnderWay, 0.0, 1.0) * voxel;
-        contact.material = c[9];
+        contact.material = c[11];
         contact.relative_density =
-            c[10] == kDensityFixed ? -1 : static_cast<double>(c[10]) / kVoxelFull;
-        add_contact(contact, face.normal, *body);
+            c[12] == kDensityFixed ? -1 : static_cast<double>(c[12]) / kVoxelFull;
+        add_contact(contact, fill, face.normal, *body);
     }
 }
 
 // The gradient errs in the direction of an inclined face, from voxel to voxel, and at an edge
 // points between two faces. The soil meets the shape's faces: the area vector is projected on the
 // nearest one, and at an edge the rest of it on the other.
-void Soil::Impl::add_contact(const ContactVoxel& contact, Vec3 face_normal, const StepBody& body) {
+void Soil::Impl::add_contact(const ContactVoxel& contact, Vec3 fill, Vec3 face_normal,
+                             const StepBody& body) {
+    // Each face has the fill and the free surface that lie along its own normal: soil heaved
+    // beside a wheel counts for its flank and not for its sole.
+    const auto finish = [&](ContactVoxel& voxel) {
+        const Vec3 n = rotate(conjugate(frame.grid_to_world.rotation), voxel.normal);
+        voxel.fill = n.x * n.x * fill.x + n.y * n.y * fill.y + n.z * n.z * fill.z;
+        voxel.depth_m = depth_below_surface_m(voxel, n, body);
+    };
     ContactVoxel& nearest = contacts.emplace_back(contact);
     const double along = dot(face_normal, contact.normal);
     if (along <= 0) {  // the face of a part that lies within another
-        nearest.depth_m = depth_below_surface_m(nearest, body);
+        finish(nearest);
         return;
     }
     nearest.normal = face_normal;
     nearest.area_m2 = contact.area_m2 * along;
-    nearest.depth_m = depth_below_surface_m(nearest, body);
+    finish(nearest);
     const Vec3 rest = contact.normal - along * face_normal;
     const double across = length(rest);
     if (across < kEdgeSine) {
         return;
     }
-    ContactVoxel& other = contacts.emplace_back(contact);
-    other.normal = rest * (1 / across);
-    other.area_m2 = contact.area_m2 * across;
-    // The other face is looked for round the edge; from there it lies half a voxel on.
+    // The other face is looked for round the edge; from there it lies half a voxel on. Where the
+    // same face goes on there is no edge, but the gradient of a curved face's staircase.
     const double voxel = frame.voxel_m;
-    const Vec3 beyond = contact.position_m + voxel * (other.normal - 0.5 * face_normal);
+    const Vec3 across_normal = rest * (1 / across);
+    const Vec3 beyond = contact.position_m + voxel * (across_normal - 0.5 * face_normal);
     const NearestFace face = nearest_face(*body.input, body.track->walls, beyond, voxel);
+    if (dot(face.normal, face_normal) >= kSameFaceCosine) {
+        return;
+    }
+    ContactVoxel& other = contacts.emplace_back(contact);
+    other.normal = across_normal;
+    other.area_m2 = contact.area_m2 * across;
     const double same = dot(face.normal, other.normal);
     if (same >= kSameFaceCosine && std::abs(face.distance_m) <= voxel) {
         other.position_m = beyond - face.distance_m * face.normal;
         other.normal = face.normal;
         other.area_m2 *= same;
     }
-    other.depth_m = depth_below_surface_m(other, body);
+    finish(other);
 }
 
-// The face's own normal, not the gradient's, tells a sole from a wall: soil heaved in front of a
-// wheel counts for one and not for the other.
-double Soil::Impl::depth_below_surface_m(const ContactVoxel& contact, const StepBody& body) const {
+double Soil::Impl::depth_below_surface_m(const ContactVoxel& contact, Vec3 grid_normal,
+                                         const StepBody& body) const {
     const Vec3 column = to_grid(contact.center_m), at = to_grid(contact.position_m);
     const double surface =
-        free_surface_beside(static_cast<int>(column.x), static_cast<int>(column.y), at,
-                            rotate(conjugate(frame.grid_to_world.rotation), contact.normal),
+        free_surface_beside(static_cast<int>(column.x), static_cast<int>(column.y), at, grid_normal,
                             body_width_voxels[static_cast<size_t>(body.track->index)]);
     return std::max(0.0, surface - at.z) * frame.voxel_m;
 }
