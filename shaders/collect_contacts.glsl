@@ -13,16 +13,14 @@ void add_wide(int at, int value) {
     }
 }
 
-// How much of the room in a voxel and in the one outwards of it holds soil, Q16.
-int fill_beside(int slot, ivec3 at, int voxel, ivec3 inwards) {
-    int volume = state_at(kPlaneVolume, voxel);
-    int room = kVoxelFull - coverage_at(voxel);
+// Room that the soil in a voxel and in the one outwards of it leaves there, Q16 voxels.
+int gap_beside(int slot, ivec3 at, int voxel, ivec3 inwards) {
+    int gap = kVoxelFull - coverage_at(voxel) - state_at(kPlaneVolume, voxel);
     int outer = voxel_at(slot, at.x - inwards.x, at.y - inwards.y, at.z - inwards.z);
     if (outer >= 0) {
-        volume += state_at(kPlaneVolume, outer);
-        room += kVoxelFull - coverage_at(outer);
+        gap += kVoxelFull - coverage_at(outer) - state_at(kPlaneVolume, outer);
     }
-    return volume >= room ? kVoxelFull : fraction_q16(volume, max(1, room));
+    return max(0, gap);
 }
 
 void collect_contacts(int group, int lane) {
@@ -58,6 +56,7 @@ void collect_contacts(int group, int lane) {
         } else {
             inwards.y = sign(gradient.y);
         }
+        int outer = voxel_at(slot, x - inwards.x, y - inwards.y, z - inwards.z);
         int inner = voxel_at(slot, x + inwards.x, y + inwards.y, z + inwards.z);
         int body = owner_body(state_at(kPlaneOwner, voxel));
         if (body < 0 && inner >= 0) {
@@ -80,9 +79,8 @@ void collect_contacts(int group, int lane) {
                 support = state_at(kPlaneSupport, beside);
             }
         }
-        ivec3 here = ivec3(x, y, z);
-        int fill = fill_beside(slot, here, voxel, inwards);
-        if (fill == 0 || support != kSupportGround) {
+        int volume = state_at(kPlaneVolume, voxel) + (outer < 0 ? 0 : state_at(kPlaneVolume, outer));
+        if (volume == 0 || support != kSupportGround) {
             continue;
         }
         // Relative density of the soil along the way out, as if it were all of one kind.
@@ -117,9 +115,11 @@ void collect_contacts(int group, int lane) {
         result[at + 5] = gradient.y;
         result[at + 6] = gradient.z;
         // At an edge the soil beside one face says nothing of that beside the other.
-        result[at + 7] = gradient.x == 0 ? fill : fill_beside(slot, here, voxel, ivec3(sign(gradient.x), 0, 0));
-        result[at + 8] = gradient.y == 0 ? fill : fill_beside(slot, here, voxel, ivec3(0, sign(gradient.y), 0));
-        result[at + 9] = gradient.z == 0 ? fill : fill_beside(slot, here, voxel, ivec3(0, 0, sign(gradient.z)));
+        ivec3 here = ivec3(x, y, z);
+        int gap = gap_beside(slot, here, voxel, inwards);
+        result[at + 7] = gradient.x == 0 ? gap : gap_beside(slot, here, voxel, ivec3(sign(gradient.x), 0, 0));
+        result[at + 8] = gradient.y == 0 ? gap : gap_beside(slot, here, voxel, ivec3(0, sign(gradient.y), 0));
+        result[at + 9] = gradient.z == 0 ? gap : gap_beside(slot, here, voxel, ivec3(0, 0, sign(gradient.z)));
         result[at + 10] = max(0, state_at(kPlaneVolume, voxel) + coverage_at(voxel) - kVoxelFull);
         result[at + 11] = main_material(soil_voxel);
         result[at + 12] = density;

@@ -142,7 +142,7 @@ CONST_INT(kResultContacts, 2)   // number of contact records wanted
 CONST_INT(kResultSlope, 3)      // highest wedge that the last slip pass still found failing, Q16 voxels
 CONST_INT(kResultHeader, 16)    // then per body the load it carries, kLoadWords each, then the contact records
 CONST_INT(kLoadWords, 8)        // 64-bit sums (low, high): mass units, mass * (2x+1), mass * (2y+1), mass * (2z+1)
-CONST_INT(kContactWords, 13)    // x, y, z, body index, gradient x y z, fill (Q16) along x y z, excess, material, relative density
+CONST_INT(kContactWords, 13)    // x, y, z, body index, gradient x y z, gap (Q16) along x y z, excess, material, relative density
 
 // --- tables buffer: per material two tables, bonded then loose ----------------------------------------------------------------------------------
 CONST_INT(kSlipEntries, 257)    // slope 0..16 voxels of rise per voxel, step 1/16

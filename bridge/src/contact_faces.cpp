@@ -59,9 +59,9 @@ struct FaceSums {
     double depth_m = 0;
     int count = 0;
 
-    void add(const ContactVoxel& v, double at_a, double at_b) {
+    void add(const ContactVoxel& v, double voxel_m, double at_a, double at_b) {
         // What only brushes the soil, like a wheel's rim above its rut, bears nothing.
-        const double w = bearing_depth_m(v) > 0 ? v.area_m2 * v.fill : 0;
+        const double w = bearing_depth_m(v) > 0 ? v.area_m2 * touching_share(v, voxel_m) : 0;
         if (!(w > 0)) return;
         area += w;
         ++count;
@@ -130,7 +130,7 @@ void find_contact_faces(std::span<const ContactVoxel> voxels, Quat body_to_world
         const Vec3 level = cross(up, normal);
         const double size = length(level);
         const Vec3 across = size > 1e-9 ? level * (1 / size) : axis_a;
-        walls[bin].add(v, dot(v.position_m, across), 0);
+        walls[bin].add(v, voxel_m, dot(v.position_m, across), 0);
     }
     for (int bin = 0; bin < kWallBinCount; ++bin) {
         if (!(walls[bin].area > 0)) continue;
@@ -151,7 +151,7 @@ void find_contact_faces(std::span<const ContactVoxel> voxels, Quat body_to_world
             soles.emplace_back();
         }
         const ContactVoxel& v = voxels[cells[i].voxel];
-        soles[face].add(v, dot(v.position_m, axis_a), dot(v.position_m, axis_b));
+        soles[face].add(v, voxel_m, dot(v.position_m, axis_a), dot(v.position_m, axis_b));
         out.of_voxel[cells[i].voxel] = kWallBinCount + face;
     }
     for (const FaceSums& sole : soles) {

@@ -83,8 +83,8 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
     history_.clear();
     for (const ContactVoxel& v : voxels) {
         const Vec3 velocity = motion.velocity_at(v.position_m);
-        // Soil that only brushes the body, with no depth to it, is not sheared.
-        const bool is_pressed = bearing_depth_m(v) > 0;
+        // Soil that only brushes the body, with no depth to it or a gap before it, is not sheared.
+        const bool is_pressed = bearing_depth_m(v) > 0 && touching_share(v, voxel_m) > 0;
         Vec3 slid =
             is_pressed ? duration_s * (velocity - dot(velocity, v.normal) * v.normal) : Vec3{};
         double retreat_m = -duration_s * dot(velocity, v.normal);

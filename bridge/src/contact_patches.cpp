@@ -124,7 +124,7 @@ BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotio
         const ElementYield yield = yield_of_element(v, direction.velocity_at(v.position_m),
                                                     dot(motion.velocity_at(v.position_m), v.normal),
                                                     up, strength, face, shear, held);
-        const double area = v.area_m2 * v.fill;
+        const double area = v.area_m2 * touching_share(v, voxel_m);
         const int quadrant =
             quadrant_of(rotate(to_body, v.position_m - centroid[bin]), bin, 1e-6 * voxel_m);
         const double limit_n = yield.normal_limit_pa * area;

@@ -13,6 +13,9 @@ namespace {
 /// a rebound of 10 mm. Wong's LETE sand springs back by 16 mm there.
 constexpr double kUnloadingStiffness = 10;
 
+/// Gap, in voxels, across which soil that the grid holds in the next voxel loses touch.
+constexpr double kOpenGap = 0.25;
+
 }  // namespace
 
 double bearing_capacity_factor_nc(double friction_angle_rad) {
@@ -38,6 +41,11 @@ double peak_friction_angle(double critical_rad, double relative_density, double 
 
 double bearing_depth_m(const ContactVoxel& contact) {
     return std::max(contact.depth_m, contact.compression_m);
+}
+
+double touching_share(const ContactVoxel& contact, double voxel_m) {
+    const double open_m = contact.gap_m - bearing_depth_m(contact) / kUnloadingStiffness;
+    return std::clamp(1 - open_m / (kOpenGap * voxel_m), 0.0, 1.0);
 }
 
 double unloaded_share(double depth_m, double retreat_m) {

@@ -81,6 +81,10 @@ double developed_shear(const SoilStrength& soil, double displacement_m, double r
 /// the soil is pressed in by.
 double bearing_depth_m(const ContactVoxel& contact);
 
+/// Share 0..1 of an element that touches its soil. Soil pressed down rebounds by a part of its
+/// depth; a gap beyond that opens within a quarter of a voxel.
+double touching_share(const ContactVoxel& contact, double voxel_m);
+
 /// Share 0..1 of the yield stress that is left once an element has drawn back from the soil by
 /// retreat_m.
 double unloaded_share(double depth_m, double retreat_m);

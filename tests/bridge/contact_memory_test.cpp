@@ -18,7 +18,6 @@ ContactVoxel contact(int x, int z, Vec3 normal = {0, 0, -1}) {
     v.position_m = v.center_m;
     v.normal = normal;
     v.area_m2 = kVoxel * kVoxel;
-    v.fill = 1;
     v.depth_m = 0.01;
     return v;
 }

@@ -26,7 +26,6 @@ ContactVoxel voxel(Vec3 position, Vec3 normal, double area) {
     v.normal = normal;
     v.area_m2 = area;
     v.depth_m = 10;  // so that all bearing is developed
-    v.fill = 1;
     return v;
 }
 
@@ -109,10 +108,11 @@ TEST(ContactPatches, bins_turn_with_the_body) {
     EXPECT_EQ(patches[0].bin, 1);
 }
 
-TEST(ContactPatches, fill_and_material_enter) {
+TEST(ContactPatches, gap_and_material_enter) {
     const SoilStrength strengths[] = {uniform_strength(1000), uniform_strength(3000)};
     ContactVoxel v = voxel({}, {0, -1, 0}, 2);
-    v.fill = 0.25;
+    // A tenth of 0.5 m rebounds; three quarters of the 25 mm beyond that are open.
+    v.gap_m = 0.05 + 0.75 * 0.025;
     v.material = 1;
     v.depth_m = 0.5;
     v.compression_m = 0.01;

@@ -24,7 +24,6 @@ inline std::vector<ContactVoxel> surface_points(const ConvexShape& shape, int pe
         v.position_m = transform(shape.local, p);
         v.normal = rotate(shape.local.rotation, n);
         v.area_m2 = area;
-        v.fill = 1;
         out.push_back(v);
     };
     const auto at = [per_side](int i) { return (2.0 * i + 1) / per_side - 1; };

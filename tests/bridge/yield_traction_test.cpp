@@ -24,8 +24,23 @@ ContactVoxel element(Vec3 normal, double depth_m) {
     v.normal = normal;
     v.depth_m = depth_m;
     v.area_m2 = 1;
-    v.fill = 1;
     return v;
+}
+
+TEST(TouchingShare, is_all_within_the_rebound_and_none_a_quarter_of_a_voxel_beyond) {
+    ContactVoxel v;
+    v.depth_m = 0.04;  // rebounds by 4 mm
+    const auto at = [&](double gap_m) {
+        v.gap_m = gap_m;
+        return touching_share(v, 0.02);
+    };
+    EXPECT_EQ(at(0), 1);
+    EXPECT_EQ(at(0.004), 1);
+    EXPECT_NEAR(at(0.0065), 0.5, 1e-12);
+    EXPECT_NEAR(at(0.009), 0, 1e-12);
+    EXPECT_EQ(at(0.03), 0);
+    v.depth_m = 0;
+    EXPECT_NEAR(at(0.0025), 0.5, 1e-12);
 }
 
 TEST(YieldTraction, bearing_capacity_factor_is_prandtls) {

@@ -69,24 +69,24 @@ std::vector<Contact> find_contacts(const Model& model, const Field& field,
             }
         }
         const Voxel& soil = *fullest;
-        const auto fill_beside = [&](int dx, int dy, int dz) {
-            double held = voxel.soil, room = 1 - voxel.psi();
-            if (field.inside(x - dx, y - dy, z - dz)) {
-                const Voxel& outer = field.at(x - dx, y - dy, z - dz);
-                held += outer.soil;
-                room += 1 - outer.psi();
-            }
-            return held >= room ? 1 : held / room;
-        };
-        const double fill = fill_beside(in[0], in[1], in[2]);
-        if (fill == 0 || soil.support.kind != Support::Kind::ground) {
+        const auto outer_soil = neighbour(-1) ? neighbour(-1)->soil : 0;
+        if (voxel.soil + outer_soil == 0 || soil.support.kind != Support::Kind::ground) {
             return;
         }
+        const auto gap_beside = [&](int dx, int dy, int dz) {
+            double gap = 1 - voxel.psi() - voxel.soil;
+            if (field.inside(x - dx, y - dy, z - dz)) {
+                const Voxel& outer = field.at(x - dx, y - dy, z - dz);
+                gap += 1 - outer.psi() - outer.soil;
+            }
+            return std::max(0.0, gap);
+        };
+        const double gap = gap_beside(in[0], in[1], in[2]);
         const int material = soil.main_material();
-        const Vec3 fills{g.x == 0 ? fill : fill_beside(g.x > 0 ? 1 : -1, 0, 0),
-                         g.y == 0 ? fill : fill_beside(0, g.y > 0 ? 1 : -1, 0),
-                         g.z == 0 ? fill : fill_beside(0, 0, g.z > 0 ? 1 : -1)};
-        contacts.push_back({x, y, z, body, g, fills, std::max(0.0, voxel.soil + voxel.psi() - 1),
+        const Vec3 gaps{g.x == 0 ? gap : gap_beside(g.x > 0 ? 1 : -1, 0, 0),
+                        g.y == 0 ? gap : gap_beside(0, g.y > 0 ? 1 : -1, 0),
+                        g.z == 0 ? gap : gap_beside(0, 0, g.z > 0 ? 1 : -1)};
+        contacts.push_back({x, y, z, body, g, gaps, std::max(0.0, voxel.soil + voxel.psi() - 1),
                             material,
                             relative_density(model, field, material, x, y, z, -in[0], -in[1],
                                              -in[2], bodies[static_cast<size_t>(body)].reach)});

@@ -20,9 +20,9 @@ struct Contact {
     int body = 0;
     Vec3 gradient;  ///< of coverage over two voxels: twice the area vector [voxel faces], into the
                     ///< body
-    /// Per axis the share of the room in the voxel and the next one down the gradient along it that
-    /// holds soil, at most 1. An axis along which there is no gradient has that of the largest one.
-    Vec3 fill;
+    /// Per axis the room that the soil in the voxel and in the next one down the gradient along it
+    /// leaves there. An axis along which there is no gradient has that of the largest one.
+    Vec3 gap;
     double excess = 0;  ///< soil beyond the voxel's room
     int material = 0;
     double relative_density = -1;  ///< of the soil along the way out; -1 where density is fixed

@@ -33,9 +33,9 @@ TEST_P(Contacts, follow_the_oracle) {
         EXPECT_EQ(got[i][4], contact.gradient.x * kVoxelFull);
         EXPECT_EQ(got[i][5], contact.gradient.y * kVoxelFull);
         EXPECT_EQ(got[i][6], contact.gradient.z * kVoxelFull);
-        EXPECT_NEAR(got[i][7], contact.fill.x * kVoxelFull, 1);  // one quotient, rounded down
-        EXPECT_NEAR(got[i][8], contact.fill.y * kVoxelFull, 1);
-        EXPECT_NEAR(got[i][9], contact.fill.z * kVoxelFull, 1);
+        EXPECT_EQ(got[i][7], contact.gap.x * kVoxelFull);
+        EXPECT_EQ(got[i][8], contact.gap.y * kVoxelFull);
+        EXPECT_EQ(got[i][9], contact.gap.z * kVoxelFull);
         EXPECT_EQ(got[i][10], contact.excess * kVoxelFull);
         EXPECT_EQ(got[i][11], contact.material);
         if (contact.relative_density < 0) {

@@ -62,7 +62,7 @@ struct ContactVoxel {
     Vec3 normal;         ///< unit, out of the body (into the soil): of the shape's face there
     double area_m2 = 0;  ///< of that face in this voxel, from the gradient of the coverage field
     double depth_m = 0;  ///< below the local free surface of the soil; >= 0
-    double fill = 0;     ///< 0..1: how much of the room beside the body holds soil
+    double gap_m = 0;    ///< to the soil beside the face, where that has drawn back; 0..2 voxels
     /// Excess soil per area, beyond what is under way through the voxel: elastic push-in of the
     /// surface; >= 0.
     double compression_m = 0;

@@ -881,28 +881,28 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
             contact.area_m2 *= length(area);
             contact.normal = area * (1 / std::max(length(area), 1e-9));
         }
-        const Vec3 fill =
+        const Vec3 gap =
             Vec3{static_cast<double>(c[7]), static_cast<double>(c[8]), static_cast<double>(c[9])} *
-            (1.0 / kVoxelFull);
+            (voxel / kVoxelFull);
         const double excess = static_cast<double>(c[10]) / kVoxelFull - kUnderWay;
         contact.compression_m = std::clamp(excess / share, 0.0, 1.0) * voxel;
         contact.material = c[11];
         contact.relative_density =
             c[12] == kDensityFixed ? -1 : static_cast<double>(c[12]) / kVoxelFull;
-        add_contact(contact, fill, face.normal, *body);
+        add_contact(contact, gap, face.normal, *body);
     }
 }
 
 // The gradient errs in the direction of an inclined face, from voxel to voxel, and at an edge
 // points between two faces. The soil meets the shape's faces: the area vector is projected on the
 // nearest one, and at an edge the rest of it on the other.
-void Soil::Impl::add_contact(const ContactVoxel& contact, Vec3 fill, Vec3 face_normal,
+void Soil::Impl::add_contact(const ContactVoxel& contact, Vec3 gap_m, Vec3 face_normal,
                              const StepBody& body) {
-    // Each face has the fill and the free surface that lie along its own normal: soil heaved
+    // Each face has the gap and the free surface that lie along its own normal: soil heaved
     // beside a wheel counts for its flank and not for its sole.
     const auto finish = [&](ContactVoxel& voxel) {
         const Vec3 n = rotate(conjugate(frame.grid_to_world.rotation), voxel.normal);
-        voxel.fill = n.x * n.x * fill.x + n.y * n.y * fill.y + n.z * n.z * fill.z;
+        voxel.gap_m = n.x * n.x * gap_m.x + n.y * n.y * gap_m.y + n.z * n.z * gap_m.z;
         voxel.depth_m = depth_below_surface_m(voxel, n, body);
     };
     ContactVoxel& nearest = contacts.emplace_back(contact);
