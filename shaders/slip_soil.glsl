@@ -69,6 +69,20 @@ int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(i
     return kNoDrop;
 }
 
+// The same over params.slip_stride columns along (dx, dy) where the ground falls all the way, as a drop per voxel: what
+// slides crosses no hollow, ridge or wall, and leaves the edge of a rigid body by single voxels only.
+int way_drop(int slot, int x, int y, int dx, int dy, int bottom, int top, bool on_rigid, OUT(int) target) {
+    int drop = 0;
+    for (int k = 1; k <= params.slip_stride; ++k) {
+        int next = slice_drop(slot, x + k * dx, y + k * dy, bottom, top, on_rigid && params.slip_stride == 1, target);
+        if (next <= drop) {
+            return kNoDrop;
+        }
+        drop = next;
+    }
+    return drop / params.slip_stride;
+}
+
 // Height of the sliding wedge (h - tan(theta) dx, Q16 voxels; negative when stable) and its acceleration over a slope.
 int table_at(int curve, int table, int slope) {
     int entry = min(slope >> 12, kSlipEntries - 2);
@@ -132,7 +146,7 @@ void slip_soil(int group, int lane) {
             int dx = k == 0 || k == 1 || k == 7 ? 1 : (k == 2 || k == 6 ? 0 : -1);
             int dy = k >= 1 && k <= 3 ? 1 : (k == 0 || k == 4 ? 0 : -1);
             int voxel = -1;
-            drop[k] = slice_drop(slot, x + dx, y + dy, bottom, top, on_rigid, voxel);
+            drop[k] = way_drop(slot, x, y, dx, dy, bottom, top, on_rigid, voxel);
             target[k] = voxel;
             flow[k] = 0;
             any_drop = any_drop || drop[k] > 0;
@@ -201,7 +215,8 @@ void slip_soil(int group, int lane) {
         speed = min(speed + table_at(curve, kTableAcceleration, worst_slope) / params.substep_count, 65536);
         spans[speed_write(record, i)] = speed;
         int rate = min(max(speed / params.substep_count, 8192), 16384);
-        int amount = min(mul_q16(worst, rate), kSlipDepth * kVoxelFull) + 1;  // thesis (10)
+        // As if columns that far apart were neighbours.
+        int amount = min(mul_q16(worst, rate) * params.slip_stride, kSlipDepth * kVoxelFull) + 1;  // thesis (10)
         // From the top down, a voxel at a time.
         int lowest = max(bottom >> 16, ((top - 1) >> 16) - kSlipDepth);
         for (int z = (top - 1) >> 16; z >= lowest && amount > 0; --z) {

@@ -69,7 +69,8 @@ struct Model {
     double speck = 0;        ///< advected shares of a voxel's soil below this stay
     double slip_tolerance = 0;               ///< wedges not worth a slide
     int span_capacity = 5;                   ///< height spans kept of a column
-    int slip_depth = 4;                      ///< voxels of a column that may slide at once
+    int slip_depth = 2;                      ///< voxels of a column that may slide at once
+    int slip_stride = 1;                     ///< voxels that soil slides at once
     double gravity = 0;                      ///< voxels a step squared
     int substeps = 1;                        ///< parts this step is cut into
     std::vector<double> friction_angle_rad;  ///< per material

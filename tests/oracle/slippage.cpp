@@ -125,6 +125,21 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
         }
         return {};
     };
+    // Over slip_stride columns along (dx, dy), each lower than the one before; a drop per voxel.
+    const auto way = [&](const Span& span, bool on_rigid, int x, int y, int dx,
+                         int dy) -> Neighbour {
+        std::vector<Neighbour> path(1);
+        for (int k = 1; k <= model.slip_stride; ++k) {
+            path.push_back(slice(span, on_rigid && model.slip_stride == 1, x + k * dx, y + k * dy));
+        }
+        const bool falls = std::adjacent_find(path.begin(), path.end(),
+                                              [](const Neighbour& a, const Neighbour& b) {
+                                                  return b.drop <= a.drop;
+                                              }) == path.end();
+        Neighbour end = falls ? path.back() : Neighbour{};
+        end.drop /= model.slip_stride;
+        return end;
+    };
     Slippage after{before, SlipSpeeds(speeds.size(), 0.0)};
     for (int y = 0; y < before.ny; ++y) {
         for (int x = 0; x < before.nx; ++x) {
@@ -139,7 +154,7 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                                              {-1, 0}, {-1, -1}, {0, -1}, {1, -1}};
                 Neighbour ring[8];
                 for (int k = 0; k < 8; ++k) {
-                    ring[k] = slice(span, i > 0, x + kRing[k][0], y + kRing[k][1]);
+                    ring[k] = way(span, i > 0, x, y, kRing[k][0], kRing[k][1]);
                 }
                 const int surface = static_cast<int>(std::ceil(span.top)) - 1;
                 const Voxel& top = before.at(x, y, surface);
@@ -177,7 +192,8 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                 const double dt = 1.0 / model.substeps;
                 speed = std::min(1.0, speed + steepest.acceleration * dt);  // (9)
                 after.speeds[column(x, y) * model.span_capacity + i] = speed;
-                double amount = std::min(steepest.height * std::clamp(speed * dt, 0.125, 0.25),
+                const double slide = steepest.height * model.slip_stride;
+                double amount = std::min(slide * std::clamp(speed * dt, 0.125, 0.25),
                                          static_cast<double>(model.slip_depth));  // (10)
                 // From the top voxel downwards (Fig. 36).
                 for (int z = surface;

@@ -11,6 +11,8 @@
 /// - sliding soil takes over the greatest slip speed around it;
 /// - a slide moves at least an eighth and at most a quarter of the steepest wedge, and at most
 /// slip_depth voxels;
+/// - soil slides slip_stride voxels at once, as if columns that far apart were neighbours, where
+/// the ground falls all along that way; by more than one voxel it leaves no edge of a rigid body;
 /// - f in (9) is a force with g in it (the thesis counts in tons-force);
 /// - wedges up to slip_tolerance do not slide.
 #pragma once

@@ -178,8 +178,9 @@ void StageBench::build_spans() {
     run(Kernel::build_spans, impl_->tile_work);
 }
 
-void StageBench::slip(int substeps) {
+void StageBench::slip(int substeps, int stride) {
     impl_->params.substep_count = substeps;
+    impl_->params.slip_stride = stride;
     ++impl_->params.pass_stamp;
     run(Kernel::slip_soil, impl_->tile_work);
     run(Kernel::apply_flow, impl_->listed_work);

@@ -47,7 +47,8 @@ class StageBench {
     void advect(int substeps);                           ///< with apply_flow
     void resolve_overflow(OverflowHeuristic heuristic);  ///< of all blocks, with apply_flow
     void build_spans();
-    void slip(int substeps);  ///< with apply_flow; from the set of speeds of write_speeds
+    /// With apply_flow; from the set of speeds of write_speeds.
+    void slip(int substeps, int stride = 1);
     std::vector<std::array<int32_t, layout::kContactWords>> collect_contacts();  ///< sorted
 
     /// Words of a column of the span buffer.

@@ -37,6 +37,11 @@ constexpr int kSlipPasses = 2;
 // one.
 constexpr int kSlopePerPass = 8192;
 constexpr int kSlipPassesMost = 16;
+// In these passes soil slides so far at once [m]. A slope carries off what is pushed onto it in
+// proportion to the square of that way: with a way of one voxel heaps were the steeper, the finer
+// the grid.
+constexpr double kSlipWay = 0.04;
+constexpr int kSlipStrideMost = kTileSide / 2;  // from opposite sides into one tile, apart
 
 // Gradients turned this far (its sine) from the face next to them are of an edge: 20 deg, more than
 // a round body of three voxels radius turns within a voxel.
@@ -575,12 +580,19 @@ void Soil::Impl::run_advection() {
 
 // thesis (20)
 void Soil::Impl::run_slippage() {
-    // Slopes relax by a voxel a pass, bodies build them up at so many voxels a step: the steeper
-    // the step before has left them, the more passes.
+    // Bodies build slopes up at so many voxels a step: the steeper the step before has left them,
+    // the more passes. The last ones go by single voxels, which smooths what the long ways left.
     const int passes =
         std::clamp(kSlipPasses + slope_q16 / kSlopePerPass, kSlipPasses, kSlipPassesMost);
+    const int stride_most =
+        std::clamp(static_cast<int>(std::lround(kSlipWay / frame.voxel_m)), 1, kSlipStrideMost);
     params.slip_stamp = 0;
     for (int pass = 0; pass < passes; ++pass) {
+        const int stride = pass < passes - kSlipPasses ? stride_most : 1;
+        if (stride != params.slip_stride) {
+            params.slip_stamp = 0;  // what stands over the one way may fail over the other
+        }
+        params.slip_stride = stride;
         dispatch(Kernel::build_spans, tile_work);
         ++params.pass_stamp;
         params.slip_turn = 1 - params.slip_turn;
