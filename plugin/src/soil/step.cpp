@@ -931,26 +931,27 @@ void Soil::Impl::add_contact(const ContactVoxel& contact, Vec3 gap_m, Vec3 face_
     if (across < kEdgeSine) {
         return;
     }
-    // The other face is looked for round the edge; from there it lies half a voxel on. Where the
-    // same face goes on, there and halfway, there is no edge but the staircase of a curved face.
+    // The other face is looked for round the edge, for parts smaller than a voxel halfway; from
+    // there it lies half as far on. Where no face has turned that way there is no edge, but the
+    // staircase of a curved face.
     const double voxel = frame.voxel_m;
     const Vec3 across_normal = rest * (1 / across);
-    const auto round_edge = [&](double reach_m) {
-        return contact.position_m + reach_m * (across_normal - 0.5 * face_normal);
-    };
-    const auto goes_on = [&](const NearestFace& face) {
-        return dot(face.normal, face_normal) >= kSameFaceCosine;
-    };
-    const Vec3 beyond = round_edge(voxel);
-    const NearestFace face = nearest_face(*body.input, body.track->walls, beyond, voxel);
-    if (goes_on(face) &&
-        goes_on(nearest_face(*body.input, body.track->walls, round_edge(voxel / 2), voxel))) {
+    Vec3 beyond;
+    NearestFace face;
+    for (double reach_m : {voxel, voxel / 2}) {
+        beyond = contact.position_m + reach_m * (across_normal - 0.5 * face_normal);
+        face = nearest_face(*body.input, body.track->walls, beyond, voxel);
+        if (dot(face.normal, across_normal) >= kEdgeSine) {
+            break;
+        }
+    }
+    const double same = dot(face.normal, across_normal);
+    if (same < kEdgeSine) {
         return;
     }
     ContactVoxel& other = contacts.emplace_back(contact);
     other.normal = across_normal;
     other.area_m2 = contact.area_m2 * across;
-    const double same = dot(face.normal, other.normal);
     if (same >= kSameFaceCosine && std::abs(face.distance_m) <= voxel) {
         other.position_m = beyond - face.distance_m * face.normal;
         other.normal = face.normal;
