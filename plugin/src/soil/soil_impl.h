@@ -141,6 +141,9 @@ struct Soil::Impl {
     std::vector<SurfaceSum> surface_sums;      ///< over the columns below and left of a corner
     std::vector<const StepBody*> body_inputs;  ///< by body index; of the step in progress
     std::vector<double> body_width_voxels;     ///< of the contact, by body index
+    std::vector<double> body_surface_reach;    ///< of its contacts, by body index [columns]
+    std::vector<std::pair<int, int>> body_contact_range;  ///< lowest and highest z, by body index
+    int surface_reach = 0;                                ///< the farthest of all bodies
     int surface_low[2] = {0, 0}, surface_size[2] = {0, 0};
     size_t list_words_used = 0, list_words_uploaded = 0, lists_capacity = 0;
     // Buffer::shapes: bodies, shapes and planes of the sub-step at hand, room for more of them,
@@ -217,11 +220,12 @@ struct Soil::Impl {
                                  const StepBody& body) const;
     void read_activity();
     void find_free_surface();
+    void find_surface_reach();
     void find_surface_tiles();
     void sum_up_free_surface();
     /// Height of the free surface [voxels] that counts for a surface element of a body at `at`
     /// (grid voxels) in the column (x, y): the mean over the soil that would give way to it.
-    double free_surface_beside(int x, int y, Vec3 at, Vec3 outward, double width_voxels) const;
+    double free_surface_beside(int x, int y, Vec3 at, Vec3 outward, size_t body) const;
 
     uint64_t checksum() const;
 };

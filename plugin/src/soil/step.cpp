@@ -54,9 +54,13 @@ constexpr double kSameFaceCosine = 0.7;
 // size).
 constexpr double kUnderWay = 0.125;
 
-// Columns around a contact that can count for its free surface, and a mark in place of a height.
-constexpr int kSurfaceTiles = 2;
-constexpr int kSurfaceReach = kSurfaceTiles * kTileSide;
+// Columns around a contact that can count for its free surface: so many in any case, and those of
+// the wedge before a wall up to a bound. And a mark in place of a height.
+constexpr int kSurfaceReach = 2 * kTileSide;
+constexpr int kSurfaceReachMost = 6 * kTileSide;
+// Soil pushed by a wall fails along a wedge that rises at 45 deg - phi / 2: so many times as long
+// as it is deep.
+constexpr double kWedgeLength = 1.8;
 constexpr double kHardlyAny = 1e-6;  ///< columns
 constexpr int32_t kNotLookedAt = INT32_MIN;
 
@@ -965,7 +969,7 @@ double Soil::Impl::depth_below_surface_m(const ContactVoxel& contact, Vec3 grid_
     const Vec3 column = to_grid(contact.center_m), at = to_grid(contact.position_m);
     const double surface =
         free_surface_beside(static_cast<int>(column.x), static_cast<int>(column.y), at, grid_normal,
-                            body_width_voxels[static_cast<size_t>(body.track->index)]);
+                            static_cast<size_t>(body.track->index));
     return std::max(0.0, surface - at.z) * frame.voxel_m;
 }
 
@@ -977,6 +981,7 @@ void Soil::Impl::find_free_surface() {
     if (contact_order.empty()) {
         return;
     }
+    find_surface_reach();
     int low[2] = {INT32_MAX, INT32_MAX}, high[2] = {-1, -1};
     for (int i : contact_order) {
         for (int axis = 0; axis < 2; ++axis) {
@@ -986,9 +991,9 @@ void Soil::Impl::find_free_surface() {
         }
     }
     for (int axis = 0; axis < 2; ++axis) {
-        surface_low[axis] = std::max(0, low[axis] - kSurfaceReach);
+        surface_low[axis] = std::max(0, low[axis] - surface_reach);
         surface_size[axis] =
-            std::min(frame.size[axis] - 1, high[axis] + kSurfaceReach) - surface_low[axis] + 1;
+            std::min(frame.size[axis] - 1, high[axis] + surface_reach) - surface_low[axis] + 1;
     }
     surface_height.assign(static_cast<size_t>(surface_size[0]) * surface_size[1], kNotLookedAt);
     surface_queue.clear();
@@ -1034,8 +1039,31 @@ void Soil::Impl::find_free_surface() {
     }
 }
 
+// How far the wedges before a body's walls can reach: the body's contacts go from the soil's
+// surface down to its lowest point.
+void Soil::Impl::find_surface_reach() {
+    constexpr int kNone = -1;
+    std::vector<std::pair<int, int>>& range = body_contact_range;
+    range.assign(body_ids.size(), {kNone, kNone});
+    for (int i : contact_order) {
+        const int32_t* c = &result_words[static_cast<size_t>(i) * kContactWords];
+        auto& [low, high] = range[static_cast<size_t>(c[3])];
+        low = low == kNone ? c[2] : std::min(low, c[2]);
+        high = std::max(high, c[2]);
+    }
+    body_surface_reach.resize(body_ids.size());
+    surface_reach = kSurfaceReach;
+    for (size_t b = 0; b < range.size(); ++b) {
+        const double wedge = kWedgeLength * (range[b].second - range[b].first + 1);
+        body_surface_reach[b] =
+            std::clamp<double>(std::ceil(wedge), kSurfaceReach, kSurfaceReachMost);
+        surface_reach = std::max(surface_reach, static_cast<int>(body_surface_reach[b]));
+    }
+}
+
 // Marks the tiles within reach of a contact.
 void Soil::Impl::find_surface_tiles() {
+    const int reach = (surface_reach + kTileSide - 1) / kTileSide;
     const int low[2] = {surface_low[0] / kTileSide, surface_low[1] / kTileSide};
     const int nx = (surface_low[0] + surface_size[0] - 1) / kTileSide - low[0] + 1;
     const int ny = (surface_low[1] + surface_size[1] - 1) / kTileSide - low[1] + 1;
@@ -1046,10 +1074,8 @@ void Soil::Impl::find_surface_tiles() {
         if (surface_tiles[static_cast<size_t>(ty) * nx + tx] == 1) {
             continue;
         }
-        for (int y = std::max(0, ty - kSurfaceTiles); y <= std::min(ny - 1, ty + kSurfaceTiles);
-             ++y) {
-            for (int x = std::max(0, tx - kSurfaceTiles); x <= std::min(nx - 1, tx + kSurfaceTiles);
-                 ++x) {
+        for (int y = std::max(0, ty - reach); y <= std::min(ny - 1, ty + reach); ++y) {
+            for (int x = std::max(0, tx - reach); x <= std::min(nx - 1, tx + reach); ++x) {
                 uint8_t& mark = surface_tiles[static_cast<size_t>(y) * nx + x];
                 mark = mark == 1 ? 1 : 2;
             }
@@ -1095,23 +1121,22 @@ Soil::Impl::SurfaceSum Soil::Impl::surface_sum(double x, double y) const {
            ((high[0] * (1 - fx) + high[1] * fx) * fy);
 }
 
-double Soil::Impl::free_surface_beside(int x, int y, Vec3 at, Vec3 outward,
-                                       double width_voxels) const {
+double Soil::Impl::free_surface_beside(int x, int y, Vec3 at, Vec3 outward, size_t body) const {
     const int nx = surface_size[0], ny = surface_size[1];
     const double nearest =
         surface_height[static_cast<size_t>(y - surface_low[1]) * nx + x - surface_low[0]] / 65536.0;
-    // Soil pushed by a wall fails along a wedge that rises at 45 deg - phi / 2 and is as long as it
-    // is deep times 1.8; soil under a sole, as far around as the sole is wide.
+    // Before a wall the wedge counts, under a sole what lies around it as far as it is wide.
     const double wall = outward.x * outward.x + outward.y * outward.y;
     const double sole = 1 - wall;
-    const double wedge = 1.8 * std::max(0.0, nearest - at.z);
-    const double half = std::max(1.0, wall * wedge / 2 + sole * 1.5 * width_voxels);
+    const double wedge = kWedgeLength * std::max(0.0, nearest - at.z);
+    const double half = std::max(1.0, wall * wedge / 2 + sole * 1.5 * body_width_voxels[body]);
     const double cx = at.x + outward.x * wedge / 2, cy = at.y + outward.y * wedge / 2;
     // Nothing beyond this contact's own reach counts, wherever other bodies are. Columns count by
     // as much of them as lies inside: a blade that creeps on by a voxel must not feel the border.
-    const auto clip = [](double v, int column, int low, int size) {
-        const double near = std::clamp(v, static_cast<double>(column - kSurfaceReach),
-                                       static_cast<double>(column + kSurfaceReach));
+    const double reach =
+        std::clamp(wall * wedge, static_cast<double>(kSurfaceReach), body_surface_reach[body]);
+    const auto clip = [&](double v, int column, int low, int size) {
+        const double near = std::clamp(v, column - reach, column + reach);
         return std::clamp(near - low, 0.0, static_cast<double>(size));
     };
     const double x0 = clip(cx - half, x, surface_low[0], nx);
