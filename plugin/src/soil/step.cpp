@@ -935,28 +935,35 @@ void Soil::Impl::add_contact(const ContactVoxel& contact, Vec3 gap_m, Vec3 face_
     if (across < kEdgeSine) {
         return;
     }
-    // The other face is looked for round the edge, for parts smaller than a voxel halfway; from
-    // there it lies half as far on. Where no face has turned that way there is no edge, but the
-    // staircase of a curved face.
+    // The other face is looked for round the edge, for small parts halfway; from there it lies half
+    // as far on. Where no face has turned that way there is no edge, but the staircase of a curved
+    // face.
     const double voxel = frame.voxel_m;
     const Vec3 across_normal = rest * (1 / across);
     Vec3 beyond;
     NearestFace face;
+    const auto has_turned = [&](double thin_m) {
+        face = nearest_face(*body.input, body.track->walls, beyond, thin_m);
+        return dot(face.normal, across_normal) >= kEdgeSine;
+    };
+    bool is_edge = false, is_thin = false;
     for (double reach_m : {voxel, voxel / 2}) {
         beyond = contact.position_m + reach_m * (across_normal - 0.5 * face_normal);
-        face = nearest_face(*body.input, body.track->walls, beyond, voxel);
-        if (dot(face.normal, across_normal) >= kEdgeSine) {
+        // Of a part thinner than a voxel, like a wheel's lug, the gradient tells what there is.
+        is_thin = !has_turned(voxel);
+        is_edge = !is_thin || has_turned(0);
+        if (is_edge) {
             break;
         }
     }
-    const double same = dot(face.normal, across_normal);
-    if (same < kEdgeSine) {
+    if (!is_edge) {
         return;
     }
     ContactVoxel& other = contacts.emplace_back(contact);
     other.normal = across_normal;
     other.area_m2 = contact.area_m2 * across;
-    if (same >= kSameFaceCosine && std::abs(face.distance_m) <= voxel) {
+    const double same = dot(face.normal, across_normal);
+    if (!is_thin && same >= kSameFaceCosine && std::abs(face.distance_m) <= voxel) {
         other.position_m = beyond - face.distance_m * face.normal;
         other.normal = face.normal;
         other.area_m2 *= same;
