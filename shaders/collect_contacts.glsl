@@ -29,6 +29,9 @@ void collect_contacts(int group, int lane) {
     int z0 = (block - slot * params.blocks_per_tile) * 8;
     int x = lane & 7;
     int y = lane >> 3;
+    if (!is_in_grid(slot, x, y)) {
+        return;
+    }
     for (int i = 0; i < 8; ++i) {
         int z = z0 + i;
         int voxel = block * kBlockVoxels + i * kTileColumns + lane;

@@ -215,6 +215,13 @@ ivec3 grid_voxel(int slot, int x, int y, int z) {
                  tile_table[slot * kTileTableWords + kTileTableY] * kTileSide + y, z);
 }
 
+// Whether the grid has the column (x, y) of tile `slot`, or it only fills up the last tile. Such columns are rock and no body
+// is ever marked in them, so that what looks at them from inside sees what it sees where there is no tile: a wall.
+bool is_in_grid(int slot, int x, int y) {
+    ivec3 at = grid_voxel(slot, x, y, 0);
+    return at.x < params.size_x && at.y < params.size_y;
+}
+
 int owner_body(int owner) { return (owner & 65535) - 1; }
 
 int largest_component(ivec3 v) { return max(abs(v.x), max(abs(v.y), abs(v.z))); }

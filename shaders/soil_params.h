@@ -2,6 +2,8 @@
 int plane_stride;        // words of one state plane: tile slots * voxels of a tile
 int tile_voxels;         // voxels of a tile: 64 * height
 int height;              // voxels up, a multiple of 8
+int size_x;              // columns of the grid along x and y: those of the last tiles beyond them are a wall
+int size_y;
 int blocks_per_tile;     // height / 8
 int material_count;
 int transport_count;     // planes that move with the soil: 8 + material_count

@@ -118,6 +118,9 @@ void voxelize_shapes(int group, int lane) {
     int z0 = (block - slot * params.blocks_per_tile) * 8;
     int x = lane & 7;
     int y = lane >> 3;
+    if (!is_in_grid(slot, x, y)) {
+        return;
+    }
     ivec3 corner = grid_voxel(slot, x, y, z0);
     vec3 column_x = shape_row(shape + kShapeRows);       // rows of the transform: grid voxels -> shape
     vec3 column_y = shape_row(shape + kShapeRows + 4);

@@ -41,7 +41,7 @@ TEST(SoilDefinition, every_field_out_of_range_is_named) {
     add("thread_count", [](SoilDef& d) -> int& { return d.thread_count; }, {-1});
     add("yaw_rad", [](SoilDef& d) -> double& { return d.yaw_rad; }, {kNan, kInfinity, 90});
     add("floor_center_m", [](SoilDef& d) -> double& { return d.floor_center_m.y; },
-        {kNan, kInfinity});
+        {kNan, kInfinity, 1.1e7, -1e300});
     add("size_m", [](SoilDef& d) -> double& { return d.size_m.x; }, {0, -1, 1e9, kNan, kInfinity});
     add("size_m", [](SoilDef& d) -> double& { return d.size_m.y; }, {0, -1, 1e9, kNan, kInfinity});
     add("size_m", [](SoilDef& d) -> double& { return d.size_m.z; }, {0, -1, 1e9, kNan, kInfinity});

@@ -7,6 +7,10 @@ inline constexpr int kMaterialCapacity =
     8;  ///< materials of one soil; SoilDef::validate refuses more
 inline constexpr int kGridHeightMax = 512;  ///< voxels up; SoilDef::validate refuses more
 inline constexpr int kGridSideMax = 16384;  ///< voxels along x or y; SoilDef::validate refuses more
+/// SoilDef::floor_center_m along each axis, either way [m]; SoilDef::validate refuses more. There a
+/// double still resolves 2 nm, a thousandth of what counts as still in the smallest voxels; a
+/// Bullet of floats resolves a metre, so keep such worlds near their origin.
+inline constexpr double kPlaceMostM = 1e7;
 inline constexpr int kHeightMapSideMin = 2;  ///< heights along a side of a HeightMapFill; fewer ...
 inline constexpr int kHeightMapSideMax = 32768;  ///< ... and more are refused by Soil::fill
 inline constexpr int kContactCapacity =

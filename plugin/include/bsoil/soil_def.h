@@ -28,8 +28,10 @@ struct SoilDef {
     MaterialDef material =
         materials::dry_sand();           ///< the only material, unless `materials` has some
     std::vector<MaterialDef> materials;  ///< 1..8 materials with unique names, or empty
-    Vec3 size_m{12, 2, 12};  ///< box of the grid along the world's axes; rounded up to whole voxels
-    Vec3 floor_center_m{};   ///< world position of the centre of the box's bottom face
+    /// Box of the grid along the world's axes. Rounded up to whole voxels across, to a multiple of 8
+    /// of them along up; what lies beyond its sides is a wall to the soil.
+    Vec3 size_m{12, 2, 12};
+    Vec3 floor_center_m{};  ///< world position of the centre of the box's bottom face; -1e7..1e7
     double yaw_rad = 0;      ///< rotation of the grid about the up axis
     double voxel_m = 0.05;   ///< edge of a voxel, 0.001..1
     UpAxis up = UpAxis::y;

@@ -312,6 +312,9 @@ void Soil::Impl::wake_unstable_columns() {
         const Profiles profile = profiles_of(index);
         for (int c = 0; c < kTileColumns; ++c) {
             const int x = tx * kTileSide + c % kTileSide, y = ty * kTileSide + c / kTileSide;
+            if (x >= frame.size[0] || y >= frame.size[1]) {
+                continue;
+            }
             const auto activate_at = [&](int px, int py, double z) {
                 const int zb = std::clamp(static_cast<int>(z) / kTileSide, 0, blocks_per_tile - 1);
                 activate(static_cast<BlockKey>(tile_index(px / kTileSide, py / kTileSide)) *

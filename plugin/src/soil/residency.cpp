@@ -17,7 +17,8 @@ Tile& Soil::Impl::tile_for(int index) {
     if (!tiles[index]) {
         tiles[index] = std::make_unique<Tile>();
         tiles[index]->revision = revision_base + 1;
-        // Columns of the last tiles that lie beyond the grid's sides are rock.
+        // Columns of the last tiles that lie beyond the grid's sides are rock; see is_in_grid() in
+        // kernel_common.glsl.
         const int x0 = index % tiles_x * kTileSide, y0 = index / tiles_x * kTileSide;
         if (x0 + kTileSide > frame.size[0] || y0 + kTileSide > frame.size[1]) {
             TileVoxels voxels;

@@ -108,6 +108,8 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     SoilParams& p = s.params;
     p.tile_voxels = kTileColumns * s.height;
     p.height = s.height;
+    p.size_x = s.frame.size[0];
+    p.size_y = s.frame.size[1];
     p.blocks_per_tile = s.blocks_per_tile;
     p.material_count = static_cast<int>(s.materials.size());
     p.transport_count = kPlaneMaterial - kTransportFirst + p.material_count;

@@ -24,15 +24,18 @@ Status SoilDef::validate() const {
           check_range("substeps_max", substeps_max, 1, 32),
           check_range("tile_capacity", tile_capacity, 0, 1 << 22),
           check_range("thread_count", thread_count, 0, 1024),
+          check_range("floor_center_m.x", floor_center_m.x, -limits::kPlaceMostM,
+                      limits::kPlaceMostM),
+          check_range("floor_center_m.y", floor_center_m.y, -limits::kPlaceMostM,
+                      limits::kPlaceMostM),
+          check_range("floor_center_m.z", floor_center_m.z, -limits::kPlaceMostM,
+                      limits::kPlaceMostM),
           check_range("yaw_rad", yaw_rad, -7, 7), check_range("up", static_cast<int>(up), 0, 1),
           check_range("backend", static_cast<int>(backend), 0, 2),
           check_range("overflow", static_cast<int>(overflow), 0, 2)}) {
         if (!status) {
             return status;
         }
-    }
-    if (!is_finite(floor_center_m)) {
-        return Error{"floor_center_m has a NaN or infinite coordinate"};
     }
     for (const Status& status :
          {check_range("size_m across / voxel_m", std::ceil(side_a / voxel_m - 1e-9), 1,

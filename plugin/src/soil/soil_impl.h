@@ -213,10 +213,13 @@ struct Soil::Impl {
     void run_advection();
     void run_slippage();
     void read_results(std::span<const StepBody> step_bodies);
-    void add_contact(const ContactVoxel& contact, Vec3 gap_m, Vec3 face_normal,
+    struct Column {
+        int x = 0, y = 0;
+    };
+    void add_contact(const ContactVoxel& contact, Column column, Vec3 gap_m, Vec3 face_normal,
                      const StepBody& body);
     SurfaceSum surface_sum(double x, double y) const;
-    double depth_below_surface_m(const ContactVoxel& contact, Vec3 grid_normal,
+    double depth_below_surface_m(const ContactVoxel& contact, Column column, Vec3 grid_normal,
                                  const StepBody& body) const;
     void read_activity();
     void find_free_surface();

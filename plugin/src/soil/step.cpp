@@ -905,21 +905,21 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
         contact.material = c[11];
         contact.relative_density =
             c[12] == kDensityFixed ? -1 : static_cast<double>(c[12]) / kVoxelFull;
-        add_contact(contact, gap, face.normal, *body);
+        add_contact(contact, {c[0], c[1]}, gap, face.normal, *body);
     }
 }
 
 // The gradient errs in the direction of an inclined face, from voxel to voxel, and at an edge
 // points between two faces. The soil meets the shape's faces: the area vector is projected on the
 // nearest one, and at an edge the rest of it on the other.
-void Soil::Impl::add_contact(const ContactVoxel& contact, Vec3 gap_m, Vec3 face_normal,
-                             const StepBody& body) {
+void Soil::Impl::add_contact(const ContactVoxel& contact, Column column, Vec3 gap_m,
+                             Vec3 face_normal, const StepBody& body) {
     // Each face has the gap and the free surface that lie along its own normal: soil heaved
     // beside a wheel counts for its flank and not for its sole.
     const auto finish = [&](ContactVoxel& voxel) {
         const Vec3 n = rotate(conjugate(frame.grid_to_world.rotation), voxel.normal);
         voxel.gap_m = n.x * n.x * gap_m.x + n.y * n.y * gap_m.y + n.z * n.z * gap_m.z;
-        voxel.depth_m = depth_below_surface_m(voxel, n, body);
+        voxel.depth_m = depth_below_surface_m(voxel, column, n, body);
     };
     ContactVoxel& nearest = contacts.emplace_back(contact);
     const double along = dot(face_normal, contact.normal);
@@ -971,12 +971,11 @@ void Soil::Impl::add_contact(const ContactVoxel& contact, Vec3 gap_m, Vec3 face_
     finish(other);
 }
 
-double Soil::Impl::depth_below_surface_m(const ContactVoxel& contact, Vec3 grid_normal,
-                                         const StepBody& body) const {
-    const Vec3 column = to_grid(contact.center_m), at = to_grid(contact.position_m);
-    const double surface =
-        free_surface_beside(static_cast<int>(column.x), static_cast<int>(column.y), at, grid_normal,
-                            static_cast<size_t>(body.track->index));
+double Soil::Impl::depth_below_surface_m(const ContactVoxel& contact, Column column,
+                                         Vec3 grid_normal, const StepBody& body) const {
+    const Vec3 at = to_grid(contact.position_m);
+    const double surface = free_surface_beside(column.x, column.y, at, grid_normal,
+                                               static_cast<size_t>(body.track->index));
     return std::max(0.0, surface - at.z) * frame.voxel_m;
 }
 

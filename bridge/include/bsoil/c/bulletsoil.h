@@ -98,7 +98,7 @@ typedef struct bulletsoil_soil_def {
     const bulletsoil_material* materials;
     size_t material_count;
     double size_m[3];               /**< box of the grid along the world's axes */
-    double floor_center_m[3];       /**< centre of the box's bottom face */
+    double floor_center_m[3];       /**< centre of the box's bottom face, each -1e7..1e7 */
     double yaw_rad;                 /**< rotation of the grid about the up axis, -7..7 */
     double voxel_m;                 /**< edge of a voxel, 0.001..1 */
     double gravity_m_s2;            /**< along -up, 0..30 */
