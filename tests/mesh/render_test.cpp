@@ -2,7 +2,10 @@
 #include <EGL/eglext.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
+#include <string>
 
 #include "bsoil/render/primitives.h"
 #include "bsoil/render/renderer.h"
@@ -134,6 +137,31 @@ TEST_F(Render, soil_is_not_blank_and_equal_from_picture_to_picture) {
     view.items.clear();
     soil.append_to(view.items);
     EXPECT_NE(draw(view).rgba, image.rgba);
+}
+
+TEST_F(Render, soil_in_a_grid_of_any_size_is_drawn) {
+    // Sides one voxel wide, just short of two tiles, and two voxels into a tile, where the mesher
+    // once read beyond its window.
+    constexpr int kSizes[][3] = {{40, 10, 20}, {10, 18, 9}, {1, 26, 40}, {15, 1, 3}, {1, 1, 1}};
+    for (const auto& [nx, ny, nz] : kSizes) {
+        SCOPED_TRACE(std::to_string(nx) + " x " + std::to_string(ny) + " x " + std::to_string(nz));
+        test::VoxelTiles tiles(nx, ny, nz);
+        const double longest = std::max({nx, ny, nz});
+        tiles.frame().voxel_m = 2 / longest;
+        const double half = std::sqrt(0.5);
+        tiles.frame().grid_to_world = {{-nx / longest, 0, ny / longest}, {-half, 0, 0, half}};
+        tiles.fill_heights([top = nz](double, double) { return 0.7 * top; });
+        SurfaceMesher mesher(tiles);
+        mesher.update();
+        SurfaceItems soil(*renderer_, mesher, 0.01f);
+        soil.update();
+        View view = front_view();
+        view.camera.eye = {0, 4, 6};
+        const Image empty = draw(view);
+        soil.append_to(view.items);
+        EXPECT_EQ(view.items.size(), static_cast<size_t>((nx + 7) / 8 * ((ny + 7) / 8)));
+        EXPECT_NE(draw(view).rgba, empty.rgba);
+    }
 }
 
 TEST_F(Render, removed_meshes_are_gone_and_their_ids_are_used_again) {

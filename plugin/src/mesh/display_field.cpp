@@ -39,7 +39,7 @@ void DisplayField::build(const GridColumns& grid, int tx, int ty) {
         cell_first_[axis] = begin == 0 ? -2 : begin;
         cell_last_[axis] = last_tile ? size_[axis] : begin + kTileSide - 1;
         first[axis] = std::max(0, begin - 1);
-        last[axis] = std::min(size_[axis] - 1, begin + kTileSide + 1);
+        last[axis] = std::min(size_[axis] - 1, origin_[axis] + kWindow - 1);
     }
     for (int j = first[1]; j <= last[1]; ++j) {
         for (int i = first[0]; i <= last[0]; ++i) {
@@ -51,7 +51,8 @@ void DisplayField::build(const GridColumns& grid, int tx, int ty) {
     // Beyond the sides along x, then along y with the columns just made, which gives the corners.
     const int nx = size_[0], ny = size_[1];
     const bool at_begin[2] = {tx == 0, ty == 0};
-    const bool at_end[2] = {last[0] == nx - 1, last[1] == ny - 1};
+    // A side that the window ends just short of is the next tile's: nothing here reads beyond it.
+    const bool at_end[2] = {nx < origin_[0] + kWindow, ny < origin_[1] + kWindow};
     for (int j = first[1]; j <= last[1]; ++j) {
         const int low[2] = {0, j}, low_next[2] = {std::min(1, nx - 1), j};
         const int high[2] = {nx - 1, j}, high_next[2] = {std::max(0, nx - 2), j};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cassert>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -63,7 +64,11 @@ class DisplayField {
     /// Material of the soil at a sample.
     uint8_t material(int i, int j, float z) const;
 
-    int column_index(int i, int j) const { return (j - origin_[1]) * kWindow + (i - origin_[0]); }
+    int column_index(int i, int j) const {
+        assert(i >= origin_[0] && i < origin_[0] + kWindow);
+        assert(j >= origin_[1] && j < origin_[1] + kWindow);
+        return (j - origin_[1]) * kWindow + (i - origin_[0]);
+    }
 
   private:
     struct Column {
