@@ -3,6 +3,7 @@
 /// half full; phi 25 deg, c 0, 2 t/m3, alpha 4.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>

@@ -1,8 +1,10 @@
 /// `bsoil check`: a scene as a regression test.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <fstream>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "baseline.h"
 #include "commands.h"

@@ -2,6 +2,7 @@
 /// [[material]] to paste into a scene, with the error of the translation.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
 #include <memory>

@@ -1,6 +1,7 @@
 /// `bsoil info` and `bsoil scene-keys`: what there is to run on, and what a scene may say.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "bsoil/limits.h"

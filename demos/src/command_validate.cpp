@@ -1,6 +1,7 @@
 /// `bsoil validate`: all experiments that stand beside measurements, and the document of them.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <fstream>

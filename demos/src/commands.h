@@ -2,10 +2,13 @@
 /// through `exit_code`.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 
 #include "bsoil/soil_def.h"
+
+namespace CLI {
+class App;
+}
 
 namespace bsoil::command {
 

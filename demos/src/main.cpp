@@ -1,4 +1,6 @@
 /// `bsoil`: experiments and regression tests with deformable soil from the command line.
+#include <CLI/CLI.hpp>
+
 #include "bsoil/version.h"
 #include "commands.h"
 

@@ -1,7 +1,6 @@
 /// What `run` and `check` have in common: a scene file and the options that shape its run.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <string>
 

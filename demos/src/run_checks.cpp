@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "schema_table.h"
+#include "rotations.h"
 
 namespace bsoil::scene {
 namespace {

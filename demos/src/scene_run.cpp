@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "bsoil/bullet/world_snapshot.h"
 #include "scene_load.h"

@@ -1,3 +1,4 @@
+#define TOML_IMPLEMENTATION
 #include "schema_table.h"
 
 #include <fmt/format.h>
@@ -196,16 +197,6 @@ std::string read_numbers(const toml::node& value, Range range, size_t min_count,
     return {};
 }
 
-Quat axis_rotation(Vec3 axis, double angle_rad) {
-    const Vec3 u = axis * (std::sin(angle_rad / 2) / length(axis));
-    return {u.x, u.y, u.z, std::cos(angle_rad / 2)};
-}
-
-Quat fixed_axes_rotation(Vec3 angles_rad) {
-    return axis_rotation({0, 0, 1}, angles_rad.z) * axis_rotation({0, 1, 0}, angles_rad.y) *
-           axis_rotation({1, 0, 0}, angles_rad.x);
-}
-
 void read_table(const toml::table& table, const TableSpec& spec, void* item,
                 std::vector<SchemaError>& errors) {
     SceneItem* scene_item = spec.item(item);
@@ -242,19 +233,6 @@ void read_table(const toml::table& table, const TableSpec& spec, void* item,
         if (key.required && !table.contains(key.name) && exists_for(key, selected))
             errors.push_back(
                 {at, fmt::format("[{}] needs `{}`: {}", spec.path, key.name, key.doc)});
-}
-
-std::string error_text(std::vector<SchemaError> errors, const std::string& path) {
-    std::stable_sort(errors.begin(), errors.end(), [](const SchemaError& a, const SchemaError& b) {
-        return std::pair(a.at.line, a.at.column) < std::pair(b.at.line, b.at.column);
-    });
-    std::string all;
-    for (const SchemaError& e : errors) {
-        all += all.empty() ? "" : "\n";
-        all += e.at.line == 0 ? fmt::format("{}: {}", path, e.text)
-                              : fmt::format("{}:{}:{}: {}", path, e.at.line, e.at.column, e.text);
-    }
-    return all;
 }
 
 std::string table_markdown(const TableSpec& spec) {

@@ -10,23 +10,20 @@
 #include <utility>
 #include <vector>
 
+// The parser itself is compiled once, in schema_table.cpp.
 #define TOML_EXCEPTIONS 0
-#define TOML_HEADER_ONLY 1
+#define TOML_HEADER_ONLY 0
 #include <toml++/toml.h>
 
+#include "rotations.h"
 #include "scene.h"
+#include "scene_error.h"
 
 namespace bsoil::scene {
 
 /// Inclusive range of a number, in the unit of the key's suffix.
 struct Range {
     double min = 0, max = 0;
-};
-
-/// An error and its place in the scene file.
-struct SchemaError {
-    SourcePosition at;
-    std::string text;
 };
 
 struct TableSpec;
@@ -286,13 +283,6 @@ class TableOf {
     std::shared_ptr<TableSpec> spec_;
 };
 
-inline constexpr double kDegree = 3.14159265358979323846 / 180;
-
-/// A turn by `angle_rad` about `axis`, which need not be a unit vector.
-Quat axis_rotation(Vec3 axis, double angle_rad);
-/// Turns about the fixed axes x, then y, then z (roll, pitch, yaw as in URDF).
-Quat fixed_axes_rotation(Vec3 angles_rad);
-
 template <typename T>
 template <typename P>
 TableOf<T>& TableOf<T>::rotation(P place, const std::string& of_what) {
@@ -325,9 +315,6 @@ TableOf<MaterialItem> material_table();
 /// Reads a parsed table into an item as the schema says; errors are added to the list.
 void read_table(const toml::table& table, const TableSpec& spec, void* item,
                 std::vector<SchemaError>& errors);
-/// The errors in the order of the file, one a line, as "file:line:column: text"; without
-/// the place where it is unknown.
-std::string error_text(std::vector<SchemaError> errors, const std::string& path);
 /// The keys of a table and of its children as Markdown.
 std::string table_markdown(const TableSpec& spec);
 

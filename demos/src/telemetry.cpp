@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "schema_table.h"
+#include "rotations.h"
 
 namespace bsoil::scene {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "scene.h"
-#include "schema_table.h"
+#include "scene_error.h"
 
 namespace bsoil::scene {
 

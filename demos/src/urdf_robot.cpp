@@ -11,7 +11,8 @@
 #include "convex_parts.h"
 #include "mesh_file.h"
 #include "robot_mass.h"
-#include "schema_table.h"
+#include "rotations.h"
+#include "scene_error.h"
 #include "urdf_file.h"
 
 namespace bsoil::scene {

@@ -5,8 +5,8 @@
 
 #include "bullet_scene.h"
 #include "convex_hull.h"
+#include "rotations.h"
 #include "scene_load.h"
-#include "schema_table.h"
 #include "soil_filling.h"
 
 namespace bsoil::scene {

@@ -10,8 +10,8 @@
 
 #include "bullet_scene.h"
 #include "convex_parts.h"
+#include "rotations.h"
 #include "scene_load.h"
-#include "schema_table.h"
 
 namespace bsoil::scene {
 namespace {

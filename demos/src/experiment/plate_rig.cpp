@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "rig_world.h"
-#include "schema_table.h"
+#include "rotations.h"
 
 namespace bsoil::experiment {
 namespace {
