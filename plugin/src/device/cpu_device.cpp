@@ -8,7 +8,7 @@
 #include <fstream>
 #include <memory>
 
-#include "device/device_checks.h"
+#include "device/allocation_error.h"
 #include "device/kernel_set.h"
 #include "device/parallel_ranges.h"
 

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "device/device_checks.h"
+#include "device/allocation_error.h"
 #include "device/egl_context.h"
 #include "device/kernel_set.h"
 

@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "device/device_checks.h"
+#include "device/allocation_error.h"
 #include "device/egl_context.h"
 #include "device/gl_objects.h"
 #include "device/gl_program.h"
