@@ -12,7 +12,7 @@ build_packages=(
     libtomlplusplus-dev libcli11-dev libfmt-dev nlohmann-json3-dev libstb-dev
     liburdfdom-dev libassimp-dev gnuplot-nox
 )
-test_packages=(libgtest-dev doxygen)
+test_packages=(libgtest-dev doxygen clang)
 
 say() { printf '%s\n' "$*" >&2; }
 

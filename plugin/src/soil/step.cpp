@@ -448,13 +448,14 @@ bool Soil::Impl::place_lattices() {
         capacity = std::max(shape_words.size(), 2 * capacity);
     }
     size_t end = capacity;
-    for (const auto& [record, shape] : lattice_scratch) {
+    for (const auto& entry : lattice_scratch) {
+        const auto& lattice = entry.second->lattice;
         const bool is_new = std::none_of(wanted.begin(), wanted.end(), [&](const auto& place) {
-            return place.lattice == shape->lattice;
+            return place.lattice == lattice;
         });
         if (is_new) {
-            wanted.push_back({shape->lattice, end});
-            end += shape->lattice->words().size();
+            wanted.push_back({lattice, end});
+            end += lattice->words().size();
         }
     }
     lattices.clear();
