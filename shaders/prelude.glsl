@@ -1,5 +1,6 @@
 #version 450
-// Head of every kernel on OpenGL: the words of the common kernel language, and the buffers.
+// Head of every kernel on OpenGL: the words of the common kernel language. The storage blocks of buffer_list.h, the
+// uniform block of soil_params.h, exact_math.glsl and soil_layout.h follow it.
 // Its C++ twin is plugin/src/device/cpu_shim.h; what one has, the other has, bit for bit.
 layout(local_size_x = 64) in;
 
@@ -8,21 +9,6 @@ layout(local_size_x = 64) in;
 #define INOUT(type) inout type
 // Marks a float whose every operation is rounded on its own, so that all devices agree on it.
 #define PRECISE precise
-
-// One member per device::Buffer, in that order.
-layout(std430, binding = 0) buffer StateBlock { int state[]; };
-layout(std430, binding = 1) buffer DeltaBlock { int delta[]; };
-layout(std430, binding = 2) buffer TileTableBlock { int tile_table[]; };
-layout(std430, binding = 3) buffer BlockListBlock { int block_list[]; };
-layout(std430, binding = 4) buffer BlockFlagsBlock { int block_flags[]; };
-layout(std430, binding = 5) buffer SpansBlock { int spans[]; };
-layout(std430, binding = 6) buffer ShapesBlock { int shapes[]; };
-layout(std430, binding = 7) buffer TablesBlock { int tables[]; };
-layout(std430, binding = 8) buffer ResultBlock { int result[]; };
-
-layout(std140, binding = 0) uniform ParamsBlock {
-#include "soil_params.h"
-} params;
 
 // Each returns the value from before. Any group may touch the same word at the same time.
 #define ATOMIC_ADD(word, value) atomicAdd(word, value)
@@ -44,6 +30,3 @@ int mul_q16(int a, int b) {
     imulExtended(a, b, high, low);
     return (high << 16) | int(uint(low) >> 16);
 }
-
-#include "exact_math.glsl"
-#include "soil_layout.h"

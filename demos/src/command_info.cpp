@@ -4,9 +4,10 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "bsoil/backend_choice.h"
+#include "bsoil/device_info.h"
 #include "bsoil/limits.h"
 #include "commands.h"
-#include "device/device.h"
 #include "scene_load.h"
 
 namespace bsoil::command {
@@ -14,17 +15,16 @@ namespace {
 
 int info(const DeviceOptions& options) {
     fmt::print("devices\n");
-    for (const device::DeviceInfo& entry : device::list_devices())
+    for (const DeviceInfo& entry : list_devices())
         fmt::print("  {} {}{}\n      {}\n", entry.usable ? "+" : "-", entry.name,
                    entry.hardware ? "" : " (software)", entry.detail);
-    std::string reason;
-    auto chosen = device::create_device(options.chosen(), options.thread_count, reason);
+    const auto chosen = choose_backend(options.chosen(), options.thread_count);
     if (!chosen) {
         fmt::print(stderr, "backend {}: {}\n", options.backend, chosen.error());
         return kCouldNotRun;
     }
-    fmt::print("backend\n  {} on {}, {} threads: {}\n", (*chosen)->backend_name(),
-               (*chosen)->device_name(), (*chosen)->thread_count(), reason);
+    fmt::print("backend\n  {} on {}, {} threads: {}\n", chosen->backend_name, chosen->device_name,
+               chosen->thread_count, chosen->reason);
     fmt::print(
         "limits\n  materials {}, grid height {} voxels, grid side {} voxels,\n"
         "  bodies a step {}, contact voxels a step {}, faces of a hull {}\n",

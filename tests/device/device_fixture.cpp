@@ -14,11 +14,15 @@ WorkList plain_work(int group_count, int groups_per_tile) {
     return work;
 }
 
-std::span<const int32_t> words_of(const KernelParams& params) {
-    return {reinterpret_cast<const int32_t*>(&params), size_t{kParamWords}};
+std::span<const int32_t> words_of(const TestParams& params) {
+    return {reinterpret_cast<const int32_t*>(&params), sizeof(params) / sizeof(int32_t)};
 }
 
-std::vector<int32_t> read_words(Device& device, Buffer buffer, int64_t count) {
+void dispatch(Device& device, TestKernel kernel, const WorkList& work, const TestParams& params) {
+    device.dispatch(kernel, words_of(params), work);
+}
+
+std::vector<int32_t> read_words(Device& device, BufferIndex buffer, int64_t count) {
     std::vector<int32_t> words(static_cast<size_t>(count));
     device.read(buffer, 0, words);
     return words;

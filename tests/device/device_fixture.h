@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "device/device.h"
 #include "device/kernel_set.h"
 
 namespace bsoil::device {
@@ -25,11 +26,31 @@ enum TestKernel {
 /// A work list of groups that all belong to tiles of `groups_per_tile`; colours alternate.
 WorkList plain_work(int group_count, int groups_per_tile = 4);
 
-/// `params` as words for Device::set_params.
-std::span<const int32_t> words_of(const KernelParams& params);
+/// The uniform block of the test kernels.
+struct TestParams {
+#include "kernels/test_params.h"
+};
+/// `params` as words for Device::dispatch.
+std::span<const int32_t> words_of(const TestParams& params);
+/// Runs a kernel over a list.
+void dispatch(Device& device, TestKernel kernel, const WorkList& work,
+              const TestParams& params = {});
+
+/// The buffers of the test kernels.
+struct Buffer {
+    enum Place {
+#define BUFFER(name) place_of_##name,
+#include "kernels/buffer_list.h"
+#undef BUFFER
+        count
+    };
+#define BUFFER(name) static constexpr BufferIndex name{place_of_##name};
+#include "kernels/buffer_list.h"
+#undef BUFFER
+};
 
 /// The whole of a buffer of known size.
-std::vector<int32_t> read_words(Device& device, Buffer buffer, int64_t count);
+std::vector<int32_t> read_words(Device& device, BufferIndex buffer, int64_t count);
 
 /// Runs each test on the CPU with one and with two threads and on OpenGL (software allowed).
 class AnyDevice : public testing::TestWithParam<const char*> {

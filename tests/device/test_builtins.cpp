@@ -25,14 +25,13 @@ struct Probe {
     }
 
     std::vector<int32_t> run(Device& device) const {
-        EXPECT_TRUE(device.allocate(Buffer::state, std::ssize(pairs)));
-        EXPECT_TRUE(device.allocate(Buffer::delta, int64_t{kPlanes} * stride));
-        device.write(Buffer::state, 0, pairs);
-        KernelParams params{};
-        params.plane_stride = stride;
-        device.set_params(words_of(params));
-        device.dispatch(probe_builtins, plain_work(stride / kLanesPerGroup));
-        return read_words(device, Buffer::delta, int64_t{kPlanes} * stride);
+        EXPECT_TRUE(device.allocate(Buffer::inputs, std::ssize(pairs)));
+        EXPECT_TRUE(device.allocate(Buffer::outputs, int64_t{kPlanes} * stride));
+        device.write(Buffer::inputs, 0, pairs);
+        TestParams params{};
+        params.stride = stride;
+        dispatch(device, probe_builtins, plain_work(stride / kLanesPerGroup), params);
+        return read_words(device, Buffer::outputs, int64_t{kPlanes} * stride);
     }
 
     std::vector<int32_t> pairs;

@@ -10,45 +10,45 @@ namespace {
 class Dispatch : public AnyDevice {};
 
 TEST_P(Dispatch, new_buffers_are_zero_and_keep_what_is_written) {
-    ASSERT_TRUE(device_->allocate(Buffer::spans, 1000));
-    EXPECT_EQ(read_words(*device_, Buffer::spans, 1000), std::vector<int32_t>(1000, 0));
+    ASSERT_TRUE(device_->allocate(Buffer::inputs, 1000));
+    EXPECT_EQ(read_words(*device_, Buffer::inputs, 1000), std::vector<int32_t>(1000, 0));
     const std::vector<int32_t> words{1, -2, 3};
-    device_->write(Buffer::spans, 500, words);
+    device_->write(Buffer::inputs, 500, words);
     std::vector<int32_t> back(5);
-    device_->read(Buffer::spans, 499, back);
+    device_->read(Buffer::inputs, 499, back);
     EXPECT_EQ(back, (std::vector<int32_t>{0, 1, -2, 3, 0}));
-    device_->fill_zero(Buffer::spans, 501, 1);
-    device_->read(Buffer::spans, 499, back);
+    device_->fill_zero(Buffer::inputs, 501, 1);
+    device_->read(Buffer::inputs, 499, back);
     EXPECT_EQ(back, (std::vector<int32_t>{0, 1, 0, 3, 0}));
-    ASSERT_TRUE(device_->allocate(Buffer::spans, 600));
-    EXPECT_EQ(read_words(*device_, Buffer::spans, 600), std::vector<int32_t>(600, 0));
+    ASSERT_TRUE(device_->allocate(Buffer::inputs, 600));
+    EXPECT_EQ(read_words(*device_, Buffer::inputs, 600), std::vector<int32_t>(600, 0));
 }
 
 TEST_P(Dispatch, empty_transfers_and_dispatches_do_nothing) {
-    ASSERT_TRUE(device_->allocate(Buffer::result, 0));
-    device_->write(Buffer::result, 0, {});
-    device_->read(Buffer::result, 0, {});
-    device_->fill_zero(Buffer::result, 0, 0);
-    device_->dispatch(mark_groups, WorkList{});
-    device_->finish();
+    ASSERT_TRUE(device_->allocate(Buffer::counts, 0));
+    device_->write(Buffer::counts, 0, {});
+    device_->read(Buffer::counts, 0, {});
+    device_->read({});
+    device_->fill_zero(Buffer::counts, 0, 0);
+    dispatch(*device_, mark_groups, WorkList{});
     EXPECT_EQ(device_->failure(), "");
 }
 
 TEST_P(Dispatch, memory_is_counted) {
     const int64_t before = device_->memory_bytes();
-    ASSERT_TRUE(device_->allocate(Buffer::state, 1 << 20));
+    ASSERT_TRUE(device_->allocate(Buffer::inputs, 1 << 20));
     EXPECT_EQ(device_->memory_bytes() - before, 4 << 20);
 }
 
 TEST_P(Dispatch, buffers_have_the_names_of_the_kernels) {
-    for (int i = 0; i < kBufferCount; ++i) {
-        ASSERT_TRUE(device_->allocate(static_cast<Buffer>(i), kLanesPerGroup));
+    for (int i = 0; i < Buffer::count; ++i) {
+        ASSERT_TRUE(device_->allocate(BufferIndex{i}, kLanesPerGroup));
         const std::vector<int32_t> initial(kLanesPerGroup, 100);
-        device_->write(static_cast<Buffer>(i), 0, initial);
+        device_->write(BufferIndex{i}, 0, initial);
     }
-    device_->dispatch(touch_buffers, plain_work(1));
-    for (int i = 0; i < kBufferCount; ++i) {
-        EXPECT_EQ(read_words(*device_, static_cast<Buffer>(i), kLanesPerGroup),
+    dispatch(*device_, touch_buffers, plain_work(1));
+    for (int i = 0; i < Buffer::count; ++i) {
+        EXPECT_EQ(read_words(*device_, BufferIndex{i}, kLanesPerGroup),
                   std::vector<int32_t>(kLanesPerGroup, 101 + i))
             << i;
     }
@@ -59,13 +59,13 @@ TEST_P(Dispatch, more_groups_than_one_row_each_run_once) {
     constexpr int kOffset = 5;
     std::vector<int32_t> list(kOffset + kGroups);
     std::iota(list.begin(), list.end(), 40);
-    ASSERT_TRUE(device_->allocate(Buffer::block_list, std::ssize(list)));
-    ASSERT_TRUE(device_->allocate(Buffer::result, 2 * kGroups));
-    device_->write(Buffer::block_list, 0, list);
-    WorkList work = plain_work(kGroups, 16);
-    work.list_offset = kOffset;
-    device_->dispatch(mark_groups, work);
-    const auto result = read_words(*device_, Buffer::result, 2 * kGroups);
+    ASSERT_TRUE(device_->allocate(Buffer::entries, std::ssize(list)));
+    ASSERT_TRUE(device_->allocate(Buffer::counts, 2 * kGroups));
+    device_->write(Buffer::entries, 0, list);
+    TestParams params{};
+    params.list_offset = kOffset;
+    dispatch(*device_, mark_groups, plain_work(kGroups, 16), params);
+    const auto result = read_words(*device_, Buffer::counts, 2 * kGroups);
     for (int group = 0; group < kGroups; ++group) {
         ASSERT_EQ(result[2 * group], kLanesPerGroup) << group;
         ASSERT_EQ(result[2 * group + 1], list[kOffset + group]) << group;
@@ -75,24 +75,24 @@ TEST_P(Dispatch, more_groups_than_one_row_each_run_once) {
 TEST_P(Dispatch, atomics_lose_nothing) {
     constexpr int kGroups = 300;
     constexpr int kLanes = kGroups * kLanesPerGroup;
-    ASSERT_TRUE(device_->allocate(Buffer::result, 16));
-    ASSERT_TRUE(device_->allocate(Buffer::block_flags, kLanes));
+    ASSERT_TRUE(device_->allocate(Buffer::counts, 16));
+    ASSERT_TRUE(device_->allocate(Buffer::tickets, kLanes));
     const std::vector<int32_t> lowest(1, -1'000'000);
-    device_->write(Buffer::result, 2, lowest);
-    device_->dispatch(count_atomically, plain_work(kGroups));
-    const auto result = read_words(*device_, Buffer::result, 5);
+    device_->write(Buffer::counts, 2, lowest);
+    dispatch(*device_, count_atomically, plain_work(kGroups));
+    const auto result = read_words(*device_, Buffer::counts, 5);
     EXPECT_EQ(result[0], kLanes);
     EXPECT_EQ(result[1], kLanes - 1);
     EXPECT_EQ(result[2], -1);
     EXPECT_EQ(result[3], -1);
     EXPECT_EQ(result[4], 0);
-    EXPECT_EQ(read_words(*device_, Buffer::block_flags, kLanes), std::vector<int32_t>(kLanes, 1));
+    EXPECT_EQ(read_words(*device_, Buffer::tickets, kLanes), std::vector<int32_t>(kLanes, 1));
 }
 
 /// The layout the kernels read, as constants of the host.
 namespace layout {
 #define CONST_INT(name, value) inline constexpr int name = value;
-#include "soil_layout.h"
+#include "kernels/test_layout.h"
 #undef CONST_INT
 }  // namespace layout
 
@@ -103,11 +103,11 @@ struct TileGrid {
     static constexpr int kGroupsPerTile = 3;
     static constexpr int kColumns = kTiles * layout::kTileColumns;
 
-    TileGrid() : tile_table(kTiles * layout::kTileTableWords, layout::kNeighbourAbsent) {
+    TileGrid() : tile_table(kTiles * layout::kTileNeighbours, layout::kAbsent) {
         for (int tile = 0; tile < kTiles; ++tile) {
             const int x = tile % kSide, y = tile / kSide;
             for (int side = 0; side < 9; ++side) {
-                tile_table[tile * layout::kTileTableWords + side] =
+                tile_table[tile * layout::kTileNeighbours + side] =
                     tile_at(x + side % 3 - 1, y + side / 3 - 1);
             }
             const int first_group = static_cast<int>(tile_of_group.size());
@@ -119,7 +119,7 @@ struct TileGrid {
 
     static int tile_at(int x, int y) {
         const bool is_inside = x >= 0 && y >= 0 && x < kSide && y < kSide;
-        return is_inside ? y * kSide + x : layout::kNeighbourAbsent;
+        return is_inside ? y * kSide + x : layout::kAbsent;
     }
 
     std::vector<int32_t> tile_table, tile_of_group;
@@ -128,15 +128,15 @@ struct TileGrid {
 
 TEST_P(Dispatch, scatter_over_colours_adds_up) {
     const TileGrid grid;
-    ASSERT_TRUE(device_->allocate(Buffer::tile_table, std::ssize(grid.tile_table)));
-    ASSERT_TRUE(device_->allocate(Buffer::block_list, std::ssize(grid.tile_of_group)));
-    ASSERT_TRUE(device_->allocate(Buffer::delta, TileGrid::kColumns));
-    ASSERT_TRUE(device_->allocate(Buffer::state, TileGrid::kColumns));
-    device_->write(Buffer::tile_table, 0, grid.tile_table);
-    device_->write(Buffer::block_list, 0, grid.tile_of_group);
+    ASSERT_TRUE(device_->allocate(Buffer::neighbours, std::ssize(grid.tile_table)));
+    ASSERT_TRUE(device_->allocate(Buffer::entries, std::ssize(grid.tile_of_group)));
+    ASSERT_TRUE(device_->allocate(Buffer::outputs, TileGrid::kColumns));
+    ASSERT_TRUE(device_->allocate(Buffer::counts, TileGrid::kColumns));
+    device_->write(Buffer::neighbours, 0, grid.tile_table);
+    device_->write(Buffer::entries, 0, grid.tile_of_group);
     constexpr int kRepeats = 10;
     for (int i = 0; i < kRepeats; ++i) {
-        device_->dispatch(scatter_to_neighbours, grid.work);
+        dispatch(*device_, scatter_to_neighbours, grid.work);
     }
 
     // The same from the receiving column's side, in coordinates of the whole grid.
@@ -156,8 +156,67 @@ TEST_P(Dispatch, scatter_over_colours_adds_up) {
             }
         }
     }
-    EXPECT_EQ(read_words(*device_, Buffer::delta, TileGrid::kColumns), sums);
-    EXPECT_EQ(read_words(*device_, Buffer::state, TileGrid::kColumns), largest);
+    EXPECT_EQ(read_words(*device_, Buffer::outputs, TileGrid::kColumns), sums);
+    EXPECT_EQ(read_words(*device_, Buffer::counts, TileGrid::kColumns), largest);
+}
+
+TEST_P(Dispatch, one_read_takes_parts_of_several_buffers) {
+    std::vector<int32_t> numbers(5000);
+    std::iota(numbers.begin(), numbers.end(), -2500);
+    ASSERT_TRUE(device_->allocate(Buffer::inputs, 5000));
+    ASSERT_TRUE(device_->allocate(Buffer::outputs, 100));
+    device_->write(Buffer::inputs, 0, numbers);
+    device_->write(Buffer::outputs, 0, std::span(numbers).first(100));
+    std::vector<int32_t> end(1000), none, middle(7), other(100);
+    const ReadRange ranges[] = {{Buffer::inputs, 4000, end},
+                                {Buffer::inputs, 0, none},
+                                {Buffer::inputs, 13, middle},
+                                {Buffer::outputs, 0, other}};
+    device_->read(ranges);
+    EXPECT_TRUE(std::ranges::equal(end, std::span(numbers).subspan(4000)));
+    EXPECT_TRUE(std::ranges::equal(middle, std::span(numbers).subspan(13, 7)));
+    EXPECT_TRUE(std::ranges::equal(other, std::span(numbers).first(100)));
+}
+
+TEST_P(Dispatch, what_is_asked_of_a_device_is_counted) {
+    ASSERT_TRUE(device_->allocate(Buffer::counts, 64));
+    ASSERT_TRUE(device_->allocate(Buffer::entries, 8));
+    const DeviceCounters before = device_->counters();
+    const std::vector<int32_t> words(8, 1);
+    device_->write(Buffer::entries, 0, words);
+    device_->write(Buffer::entries, 0, {});
+    device_->fill_zero(Buffer::counts, 0, 64);
+    dispatch(*device_, mark_groups, plain_work(8));
+    dispatch(*device_, mark_groups, WorkList{});
+    std::vector<int32_t> back(16), entries(8);
+    const ReadRange ranges[] = {{Buffer::counts, 0, back}, {Buffer::entries, 0, entries}};
+    device_->read(ranges);
+    const DeviceCounters& after = device_->counters();
+    EXPECT_EQ(after.write_count - before.write_count, 1);
+    EXPECT_EQ(after.write_bytes - before.write_bytes, 32);
+    EXPECT_EQ(after.fill_count - before.fill_count, 1);
+    EXPECT_EQ(after.dispatch_count - before.dispatch_count, 1);
+    EXPECT_EQ(after.group_count - before.group_count, 8);
+    EXPECT_EQ(after.read_count - before.read_count, 1);
+    EXPECT_EQ(after.read_bytes - before.read_bytes, 96);
+}
+
+TEST_P(Dispatch, stages_have_the_times_of_a_session_before) {
+    ASSERT_TRUE(device_->allocate(Buffer::counts, 2 * 4096));
+    ASSERT_TRUE(device_->allocate(Buffer::entries, 4096));
+    for (int i = 0; i < 3; ++i) {
+        const DeviceSession session(*device_);
+        for (int stage : {1, 3, 1}) {
+            device_->mark_stage(stage);
+            dispatch(*device_, mark_groups, plain_work(4096));
+        }
+        std::vector<int32_t> back(1);
+        device_->read(Buffer::counts, 0, back);
+    }
+    const std::span<const double> ms = device_->stage_ms();
+    for (int stage = 0; stage < Device::kStageCapacity; ++stage) {
+        EXPECT_EQ(ms[static_cast<size_t>(stage)] > 0, stage == 1 || stage == 3) << stage;
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, Dispatch, testing::Values("cpu1", "cpu2", "gl"),

@@ -10,6 +10,7 @@
 #include "device/egl_context.h"
 #include "device/gl_program.h"
 #include "device_fixture.h"
+#include "soil/soil_kernels.h"
 
 namespace bsoil::device {
 namespace {
@@ -37,7 +38,7 @@ Result<EglContext> create_host_context() {
     }
 
 TEST(GlDevice, kernels_of_the_library_compile) {
-    auto device = create_gl_device(true);
+    auto device = create_gl_device(soil_kernel_set(), true);
     SKIP_WITHOUT(find_egl_displays());
     ASSERT_TRUE(device) << device.error();
     EXPECT_EQ((*device)->backend_name(), "gl");
@@ -51,7 +52,7 @@ TEST(GlDevice, uniform_block_has_the_offsets_of_the_struct) {
     const auto program = create_program(test_kernel_set(), probe_builtins);
     ASSERT_TRUE(program) << program.error();
 
-    const auto file = std::ranges::find(test_kernel_set().files, std::string_view("soil_params.h"),
+    const auto file = std::ranges::find(test_kernel_set().files, std::string_view("test_params.h"),
                                         &ShaderFile::name);
     ASSERT_NE(file, test_kernel_set().files.end());
     const std::string text(file->text);
@@ -69,7 +70,7 @@ TEST(GlDevice, uniform_block_has_the_offsets_of_the_struct) {
         EXPECT_EQ(gl_offset, offset) << name;
         offset += static_cast<int>(sizeof(int32_t));
     }
-    EXPECT_EQ(offset, static_cast<int>(sizeof(KernelParams)));
+    EXPECT_EQ(offset, static_cast<int>(sizeof(TestParams)));
 }
 
 TEST(GlDevice, storage_blocks_are_bound_in_the_order_of_the_buffers) {
@@ -78,13 +79,11 @@ TEST(GlDevice, storage_blocks_are_bound_in_the_order_of_the_buffers) {
     const CurrentContext current(*context);
     const auto program = create_program(test_kernel_set(), touch_buffers);
     ASSERT_TRUE(program) << program.error();
-    const char* const kMembers[kBufferCount] = {"state",      "delta",       "tile_table",
-                                                "block_list", "block_flags", "spans",
-                                                "shapes",     "tables",      "result"};
-    for (int i = 0; i < kBufferCount; ++i) {
-        const GLuint variable = glGetProgramResourceIndex(
-            program->name(), GL_BUFFER_VARIABLE, fmt::format("{}[0]", kMembers[i]).c_str());
-        ASSERT_NE(variable, GL_INVALID_INDEX) << kMembers[i];
+    for (int i = 0; i < Buffer::count; ++i) {
+        const char* const member = test_kernel_set().buffers[static_cast<size_t>(i)];
+        const GLuint variable = glGetProgramResourceIndex(program->name(), GL_BUFFER_VARIABLE,
+                                                          fmt::format("{}[0]", member).c_str());
+        ASSERT_NE(variable, GL_INVALID_INDEX) << member;
         const GLenum block_and_stride[] = {GL_BLOCK_INDEX, GL_ARRAY_STRIDE};
         GLint values[2] = {};
         glGetProgramResourceiv(program->name(), GL_BUFFER_VARIABLE, variable, 2, block_and_stride,
@@ -94,7 +93,7 @@ TEST(GlDevice, storage_blocks_are_bound_in_the_order_of_the_buffers) {
         GLint binding = -1;
         glGetProgramResourceiv(program->name(), GL_SHADER_STORAGE_BLOCK,
                                static_cast<GLuint>(values[0]), 1, &kBinding, 1, nullptr, &binding);
-        EXPECT_EQ(binding, i) << kMembers[i];
+        EXPECT_EQ(binding, i) << member;
     }
 }
 
@@ -103,12 +102,12 @@ TEST(GlDevice, too_large_a_buffer_is_an_error_that_names_the_size) {
     SKIP_WITHOUT(device);
     const auto context = create_host_context();
     const int64_t bytes_max = context->capabilities().storage_block_bytes;
-    const Status status = (*device)->allocate(Buffer::state, bytes_max / 4 + 1);
+    const Status status = (*device)->allocate(Buffer::inputs, bytes_max / 4 + 1);
     ASSERT_FALSE(status);
-    EXPECT_NE(status.error().find("buffer state"), std::string::npos) << status.error();
+    EXPECT_NE(status.error().find("buffer inputs"), std::string::npos) << status.error();
     EXPECT_NE(status.error().find("MiB"), std::string::npos) << status.error();
     // The device goes on.
-    EXPECT_TRUE((*device)->allocate(Buffer::state, 64));
+    EXPECT_TRUE((*device)->allocate(Buffer::inputs, 64));
     EXPECT_EQ((*device)->failure(), "");
 }
 
@@ -200,26 +199,28 @@ void call_everything(const Check& check) {
     check("create_gl_device");
     ASSERT_TRUE(created) << created.error();
     std::unique_ptr<Device> device = std::move(*created);
-    EXPECT_TRUE(device->allocate(Buffer::result, 256));
+    EXPECT_TRUE(device->allocate(Buffer::counts, 256));
     check("allocate");
     const std::vector<int32_t> words(256, 3);
-    device->write(Buffer::result, 0, words);
+    device->write(Buffer::counts, 0, words);
     check("write");
-    device->fill_zero(Buffer::result, 0, 256);
+    device->fill_zero(Buffer::counts, 0, 256);
     check("fill_zero");
-    device->set_params(words_of(KernelParams{}));
-    check("set_params");
-    EXPECT_TRUE(device->allocate(Buffer::block_list, 4));
-    device->dispatch(mark_groups, plain_work(4));
+    EXPECT_TRUE(device->allocate(Buffer::entries, 4));
+    dispatch(*device, mark_groups, plain_work(4));
     check("dispatch");
-    EXPECT_EQ(read_words(*device, Buffer::result, 1), std::vector<int32_t>{kLanesPerGroup});
+    EXPECT_EQ(read_words(*device, Buffer::counts, 1), std::vector<int32_t>{kLanesPerGroup});
     check("read");
-    device->finish();
-    check("finish");
+    {
+        const DeviceSession session(*device);
+        device->mark_stage(0);
+        dispatch(*device, mark_groups, plain_work(4));
+    }
+    check("a session");
     EXPECT_EQ(device->failure(), "");
     device.reset();
     check("~Device");
-    list_devices();
+    list_devices(test_kernel_set());
     check("list_devices");
 }
 
@@ -253,18 +254,33 @@ TEST(GlDevice, host_without_a_context_gets_none) {
     });
 }
 
+TEST(GlDevice, a_session_makes_the_context_current_once) {
+    auto device = create_gl_device(test_kernel_set(), true);
+    SKIP_WITHOUT(device);
+    ASSERT_TRUE((*device)->allocate(Buffer::inputs, 4));
+    const int64_t before = (*device)->counters().context_count;
+    {
+        const DeviceSession session(**device);
+        for (int i = 0; i < 10; ++i) {
+            (*device)->fill_zero(Buffer::inputs, 0, 4);
+            read_words(**device, Buffer::inputs, 4);
+        }
+    }
+    EXPECT_EQ((*device)->counters().context_count - before, 1);
+}
+
 TEST(GlDevice, two_devices_do_not_meet) {
     auto first = create_gl_device(test_kernel_set(), true);
     SKIP_WITHOUT(first);
     auto second = create_gl_device(test_kernel_set(), true);
     ASSERT_TRUE(second) << second.error();
     for (Device* device : {first->get(), second->get()}) {
-        ASSERT_TRUE(device->allocate(Buffer::spans, 2));
+        ASSERT_TRUE(device->allocate(Buffer::inputs, 2));
     }
     const std::vector<int32_t> words{1, 2};
-    (*first)->write(Buffer::spans, 0, words);
+    (*first)->write(Buffer::inputs, 0, words);
     second->reset();
-    EXPECT_EQ(read_words(**first, Buffer::spans, 2), words);
+    EXPECT_EQ(read_words(**first, Buffer::inputs, 2), words);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "device_fixture.h"
+#include "soil/soil_kernels.h"
 
 namespace bsoil::device {
 namespace {
@@ -31,7 +32,7 @@ class EnvironmentVariable {
     std::string reason;
     const auto automatic = create_device(Backend::automatic, 1, reason);
     const bool fell_back = automatic && (*automatic)->backend_name() == "cpu" && !reason.empty();
-    const auto devices = list_devices();
+    const auto devices = list_devices(test_kernel_set());
     const bool lists_why = devices.size() >= 2 && devices[0].usable && !devices[1].usable &&
                            !devices[1].detail.empty();
     std::exit(!device && fell_back && lists_why ? 0 : 1);
@@ -58,13 +59,10 @@ TEST(DeviceChoice, asked_for_backends_are_given) {
     ASSERT_TRUE(cpu);
     EXPECT_EQ((*cpu)->backend_name(), "cpu");
     EXPECT_EQ((*cpu)->thread_count(), 2);
-    ASSERT_TRUE((*cpu)->allocate(Buffer::state, 1));
-    EXPECT_NE((*cpu)->host_view(Buffer::state), nullptr);
     EXPECT_EQ(reason, "the CPU backend was asked for");
     const auto gl = create_device(Backend::gl, 0, reason);
     if (gl) {
         EXPECT_EQ((*gl)->backend_name(), "gl");
-        EXPECT_EQ((*gl)->host_view(Buffer::state), nullptr);
     }
 }
 

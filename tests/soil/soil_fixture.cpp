@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-#include "device/device.h"
+#include "soil/soil_kernels.h"
 
 namespace bsoil {
 
@@ -41,7 +41,7 @@ std::unique_ptr<Soil> make_soil(const SoilDef& def) {
 
 const std::string& gl_missing() {
     static const std::string reason = [] {
-        const auto device = device::create_gl_device(true);
+        const auto device = device::create_gl_device(soil_kernel_set(), true);
         // A kernel that does not compile is a failure, not a machine without GL.
         const bool is_absent =
             !device && device.error().find("does not compile") == std::string::npos;

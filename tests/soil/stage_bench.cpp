@@ -8,7 +8,6 @@
 namespace bsoil {
 
 using namespace layout;
-using device::Buffer;
 
 namespace {
 
@@ -126,7 +125,7 @@ StatePlanes StageBench::read() const {
     return planes;
 }
 
-void StageBench::run(Kernel kernel, const device::WorkList& work) { impl_->dispatch(kernel, work); }
+void StageBench::run(Kernel kernel, const ListedWork& work) { impl_->dispatch(kernel, work); }
 
 void StageBench::place(const std::vector<Mover>& movers) {
     std::vector<StepBody> step_bodies;

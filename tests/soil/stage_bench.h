@@ -69,7 +69,7 @@ class StageBench {
   private:
     int slot_of(int x, int y) const;
     int64_t column_words_at(int x, int y) const;
-    void run(layout::Kernel kernel, const device::WorkList& work);
+    void run(layout::Kernel kernel, const ListedWork& work);
 
     std::unique_ptr<Soil> soil_;
     Soil::Impl* impl_ = nullptr;

@@ -31,7 +31,7 @@ enum class StatusBit : uint32_t {
 /// "tile_table_full: raise SoilDef::tile_capacity" and so on; one entry per set bit.
 std::vector<std::string> status_texts(uint32_t status_bits);
 
-/// Wall time of each stage of the last step [ms]; the order of the step.
+/// Time of each stage of the last step [ms]; with OpenGL by the GPU, of one or two steps before.
 struct StageTimes {
     double voxelize = 0, deform = 0, advect = 0, slip = 0, contacts = 0, activity = 0;
 };

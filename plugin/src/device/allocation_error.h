@@ -1,4 +1,4 @@
-/// What every backend checks and says alike.
+/// What every backend says alike.
 #pragma once
 
 #include <string>
@@ -7,13 +7,8 @@
 
 namespace bsoil::device {
 
-/// The buffer's name in the kernels.
-const char* buffer_name(Buffer buffer);
-
 /// "buffer state: cannot allocate 1024.0 MiB: <reason>".
-Error allocation_error(Buffer buffer, int64_t words, const std::string& reason);
-
-/// Whether the tiles of all colours together hold as many groups as the list.
-bool covers_all_groups(const WorkList& work);
+Error allocation_error(const KernelSet& kernel_set, BufferIndex buffer, int64_t words,
+                       const std::string& reason);
 
 }  // namespace bsoil::device

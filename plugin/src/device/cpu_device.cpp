@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <cassert>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <memory>
 
 #include "device/allocation_error.h"
+#include "device/cpu_name.h"
 #include "device/kernel_set.h"
 #include "device/parallel_ranges.h"
 
@@ -28,7 +30,6 @@ class AlignedWords {
     /// False when there is no memory; then it is empty.
     bool allocate(int64_t words) {
         memory_.reset();
-        count_ = 0;
         const auto size = static_cast<size_t>(words) * sizeof(int32_t) + kAlignmentBytes;
         memory_.reset(std::calloc(size, 1));
         if (!memory_) {
@@ -37,11 +38,9 @@ class AlignedWords {
         void* start = memory_.get();
         size_t space = size;
         data_ = static_cast<int32_t*>(std::align(kAlignmentBytes, 1, start, space));
-        count_ = words;
         return true;
     }
     int32_t* data() const { return memory_ ? data_ : nullptr; }
-    int64_t count() const { return count_; }
 
   private:
     struct Free {
@@ -49,24 +48,14 @@ class AlignedWords {
     };
     std::unique_ptr<void, Free> memory_;
     int32_t* data_ = nullptr;
-    int64_t count_ = 0;
 };
 
-std::string cpu_model_name() {
-    std::ifstream info("/proc/cpuinfo");
-    for (std::string line; std::getline(info, line);) {
-        const size_t colon = line.find(": ");
-        if (line.starts_with("model name") && colon != std::string::npos) {
-            return line.substr(colon + 2);
-        }
-    }
-    return "CPU";
-}
+using Clock = std::chrono::steady_clock;
 
 class CpuDevice final : public Device {
   public:
-    CpuDevice(const KernelSet& kernel_set, int thread_count)
-        : kernel_set_(kernel_set),
+    CpuDevice(const KernelSet& set, int thread_count)
+        : Device(set),
           arena_(thread_count > 0 ? thread_count : tbb::task_arena::automatic),
           name_(cpu_model_name()) {}
 
@@ -74,43 +63,43 @@ class CpuDevice final : public Device {
     std::string device_name() const override { return name_; }
     int thread_count() const override { return arena_.max_concurrency(); }
 
-    Status allocate(Buffer buffer, int64_t words) override {
-        assert(words >= 0);
+    // Kernels are done when dispatch returns, so the host's clock tells how long they took.
+    void mark_stage(int stage) override {
+        assert(session_depth_ > 0 && stage >= 0 && stage < kStageCapacity);
+        end_stage();
+        stage_ = stage;
+    }
+
+  protected:
+    Status allocate_words(BufferIndex buffer, int64_t words) override {
         AlignedWords& target = words_of(buffer);
         const bool done = target.allocate(words);
         memory_.buffers[static_cast<int>(buffer)] = target.data();
         if (!done) {
-            return allocation_error(buffer, words, "the host has not that much memory free");
+            return allocation_error(kernel_set(), buffer, words,
+                                    "the host has not that much memory free");
         }
         return Done{};
     }
 
-    void write(Buffer buffer, int64_t offset, std::span<const int32_t> words) override {
-        assert_range(buffer, offset, std::ssize(words));
+    void write_words(BufferIndex buffer, int64_t offset, std::span<const int32_t> words) override {
         std::ranges::copy(words, words_of(buffer).data() + offset);
     }
 
-    void read(Buffer buffer, int64_t offset, std::span<int32_t> words) override {
-        assert_range(buffer, offset, std::ssize(words));
-        std::copy_n(words_of(buffer).data() + offset, words.size(), words.data());
+    void read_words(std::span<const ReadRange> ranges) override {
+        for (const ReadRange& range : ranges) {
+            std::copy_n(words_of(range.buffer).data() + range.offset, range.words.size(),
+                        range.words.data());
+        }
     }
 
-    void fill_zero(Buffer buffer, int64_t offset, int64_t count) override {
-        assert_range(buffer, offset, count);
+    void clear_words(BufferIndex buffer, int64_t offset, int64_t count) override {
         std::fill_n(words_of(buffer).data() + offset, count, 0);
     }
 
-    void set_params(std::span<const int32_t> words) override {
-        assert(std::ssize(words) == kParamWords);
-        std::memcpy(&memory_.params, words.data(), words.size_bytes());
-    }
-
-    void dispatch(int kernel, const WorkList& work) override {
-        assert(kernel >= 0 && kernel < std::ssize(kernel_set_.kernels));
-        assert(covers_all_groups(work));
-        const KernelInfo& info = kernel_set_.kernels[static_cast<size_t>(kernel)];
-        memory_.params.list_offset = work.list_offset;
-        memory_.params.list_count = work.group_count;
+    void run_kernel(int kernel, std::span<const int32_t> params, const WorkList& work) override {
+        const KernelInfo& info = kernel_set().kernels[static_cast<size_t>(kernel)];
+        memory_.params = params.data();
         if (thread_count() == 1 || work.group_count < kParallelGroupsMin) {
             run_serially(info, work);
         } else if (info.is_scatter) {
@@ -122,23 +111,30 @@ class CpuDevice final : public Device {
         }
     }
 
-    void finish() override {}
-    int32_t* host_view(Buffer buffer) override { return words_of(buffer).data(); }
-
-    int64_t memory_bytes() const override {
-        int64_t bytes = 0;
-        for (const AlignedWords& words : buffers_) {
-            bytes += words.count() * static_cast<int64_t>(sizeof(int32_t));
+    void begin_session() override {
+        if (session_depth_++ == 0) {
+            std::ranges::fill(stage_ms_, 0);
+            stage_ = -1;
+            stage_start_ = Clock::now();
         }
-        return bytes;
+    }
+    void end_session() override {
+        if (--session_depth_ == 0) {
+            end_stage();
+        }
     }
 
   private:
-    AlignedWords& words_of(Buffer buffer) { return buffers_[static_cast<int>(buffer)]; }
+    AlignedWords& words_of(BufferIndex buffer) { return buffers_[static_cast<int>(buffer)]; }
 
-    void assert_range([[maybe_unused]] Buffer buffer, [[maybe_unused]] int64_t offset,
-                      [[maybe_unused]] int64_t count) {
-        assert(offset >= 0 && count >= 0 && offset + count <= words_of(buffer).count());
+    void end_stage() {
+        const Clock::time_point now = Clock::now();
+        if (stage_ >= 0) {
+            stage_ms_[stage_] +=
+                std::chrono::duration<double, std::milli>(now - stage_start_).count();
+        }
+        stage_start_ = now;
+        stage_ = -1;
     }
 
     /// The same order of colours as in parallel, so that what is wrong on one thread is wrong in
@@ -178,14 +174,29 @@ class CpuDevice final : public Device {
         return tile_lists[list][i];
     }
 
-    const KernelSet& kernel_set_;
     tbb::task_arena arena_;
     std::string name_;
-    AlignedWords buffers_[kBufferCount];
+    AlignedWords buffers_[kBufferCapacity];
     KernelMemory memory_;
+    int session_depth_ = 0;
+    int stage_ = -1;  ///< that runs; -1: none
+    Clock::time_point stage_start_;
 };
 
 }  // namespace
+
+std::string cpu_model_name() {
+    std::ifstream info("/proc/cpuinfo");
+    for (std::string line; std::getline(info, line);) {
+        const size_t colon = line.find(": ");
+        if (line.starts_with("model name") && colon != std::string::npos) {
+            return line.substr(colon + 2);
+        }
+    }
+    return "CPU";
+}
+
+int cpu_thread_count() { return tbb::task_arena(tbb::task_arena::automatic).max_concurrency(); }
 
 std::unique_ptr<Device> create_cpu_device(const KernelSet& kernel_set, int thread_count) {
     return std::make_unique<CpuDevice>(kernel_set, thread_count);

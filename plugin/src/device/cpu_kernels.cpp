@@ -5,51 +5,64 @@
 ///   BSOIL_KERNEL_SET      the function to define, e.g. soil_kernel_set
 ///   BSOIL_SHADER_FILES    the function with the embedded texts, e.g. soil_shader_files
 ///   BSOIL_KERNEL_LIST     the list: PLAIN(name) or SCATTER(name) per kernel
-///   BSOIL_KERNEL_COMMON   the name of the text of helpers that all kernels of the set share
-///   BSOIL_KERNEL_BODIES   a generated file that includes that text and the text of every kernel on
-///   the list
+///   BSOIL_KERNEL_BUFFERS  the list: BUFFER(name) per buffer, in binding order
+///   BSOIL_KERNEL_PARAMS   the members of the uniform block, 32-bit integers
+///   BSOIL_KERNEL_LAYOUT   the constants that kernels and host share
+///   BSOIL_KERNEL_COMMON   the helpers that all kernels of the set share
+///   BSOIL_KERNEL_BODIES   a generated file that includes the helpers and the text of every kernel
+///   on the list
+#include <cstring>
+#include <type_traits>
+
 #include "device/cpu_shim.h"
 #include "device/kernel_set.h"
 
 namespace bsoil::device {
 
 std::span<const ShaderFile> BSOIL_SHADER_FILES();
+#pragma GCC visibility push(default)
 const KernelSet& BSOIL_KERNEL_SET();
+#pragma GCC visibility pop
 
 namespace {
 
 using namespace shim;
 
+/// The uniform block of every kernel.
+struct KernelParams {
+#include BSOIL_KERNEL_PARAMS
+};
+static_assert(std::is_trivially_copyable_v<KernelParams> &&
+              sizeof(KernelParams) % sizeof(int32_t) == 0);
+
+KernelParams params_from(const int32_t* words) {
+    KernelParams params;
+    std::memcpy(&params, words, sizeof(params));
+    return params;
+}
+
+enum BufferPlace {
+#define BUFFER(name) place_of_##name,
+#include BSOIL_KERNEL_BUFFERS
+#undef BUFFER
+};
+
 struct Kernels {
     explicit Kernels(const KernelMemory& memory)
-        : state(buffer(memory, Buffer::state)),
-          delta(buffer(memory, Buffer::delta)),
-          tile_table(buffer(memory, Buffer::tile_table)),
-          block_list(buffer(memory, Buffer::block_list)),
-          block_flags(buffer(memory, Buffer::block_flags)),
-          spans(buffer(memory, Buffer::spans)),
-          shapes(buffer(memory, Buffer::shapes)),
-          tables(buffer(memory, Buffer::tables)),
-          result(buffer(memory, Buffer::result)),
-          params(memory.params) {}
-
-    static int32_t* buffer(const KernelMemory& memory, Buffer buffer) {
-        return memory.buffers[static_cast<int>(buffer)];
+        :
+#define BUFFER(name) name(memory.buffers[place_of_##name]),
+#include BSOIL_KERNEL_BUFFERS
+#undef BUFFER
+          params(params_from(memory.params)) {
     }
 
-    int32_t* const state;
-    int32_t* const delta;
-    int32_t* const tile_table;
-    int32_t* const block_list;
-    int32_t* const block_flags;
-    int32_t* const spans;
-    int32_t* const shapes;
-    int32_t* const tables;
-    int32_t* const result;
+#define BUFFER(name) int32_t* const name;
+#include BSOIL_KERNEL_BUFFERS
+#undef BUFFER
     const KernelParams params;
 
 #include "exact_math.glsl"
-#include "soil_layout.h"
+#include BSOIL_KERNEL_LAYOUT
 #include BSOIL_KERNEL_BODIES
 };
 
@@ -63,6 +76,11 @@ void run(const KernelMemory& memory, int first_group, int group_count) {
     }
 }
 
+/// The part of a path after its last slash.
+constexpr std::string_view file_name(std::string_view path) {
+    return path.substr(path.rfind('/') + 1);
+}
+
 }  // namespace
 
 const KernelSet& BSOIL_KERNEL_SET() {
@@ -73,7 +91,19 @@ const KernelSet& BSOIL_KERNEL_SET() {
 #undef PLAIN
 #undef SCATTER
     };
-    static const KernelSet set{kKernels, BSOIL_SHADER_FILES(), BSOIL_KERNEL_COMMON};
+    static constexpr const char* kBuffers[] = {
+#define BUFFER(name) #name,
+#include BSOIL_KERNEL_BUFFERS
+#undef BUFFER
+    };
+    static_assert(std::size(kBuffers) <= kBufferCapacity);
+    static const KernelSet set{.kernels = kKernels,
+                               .buffers = kBuffers,
+                               .param_words = sizeof(KernelParams) / sizeof(int32_t),
+                               .files = BSOIL_SHADER_FILES(),
+                               .params_file = file_name(BSOIL_KERNEL_PARAMS),
+                               .layout_file = file_name(BSOIL_KERNEL_LAYOUT),
+                               .common_file = file_name(BSOIL_KERNEL_COMMON)};
     return set;
 }
 

@@ -3,26 +3,28 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cassert>
+
 #include "device/allocation_error.h"
+#include "device/cpu_name.h"
 #include "device/egl_context.h"
 #include "device/kernel_set.h"
 
 namespace bsoil::device {
 
-const char* buffer_name(Buffer buffer) {
-    static constexpr const char* kNames[kBufferCount] = {"state",      "delta",       "tile_table",
-                                                         "block_list", "block_flags", "spans",
-                                                         "shapes",     "tables",      "result"};
-    return kNames[static_cast<int>(buffer)];
-}
-
-Error allocation_error(Buffer buffer, int64_t words, const std::string& reason) {
+Error allocation_error(const KernelSet& kernel_set, BufferIndex buffer, int64_t words,
+                       const std::string& reason) {
     constexpr double kWordsPerMebibyte = 1024.0 * 1024.0 / sizeof(int32_t);
-    return {fmt::format("buffer {}: cannot allocate {:.1f} MiB: {}", buffer_name(buffer),
+    return {fmt::format("buffer {}: cannot allocate {:.1f} MiB: {}",
+                        kernel_set.buffers[static_cast<size_t>(buffer)],
                         static_cast<double>(words) / kWordsPerMebibyte, reason)};
 }
 
-bool covers_all_groups(const WorkList& work) {
+namespace {
+
+/// Whether the tiles of all colours together hold as many groups as the list.
+[[maybe_unused]] bool covers_all_groups(const WorkList& work) {
     int group_count = 0;
     for (const auto& tiles : work.tiles_by_colour) {
         for (const TileRange& tile : tiles) {
@@ -32,37 +34,88 @@ bool covers_all_groups(const WorkList& work) {
     return group_count == work.group_count;
 }
 
-std::unique_ptr<Device> create_cpu_device(int thread_count) {
-    return create_cpu_device(soil_kernel_set(), thread_count);
+int64_t bytes_of(int64_t words) { return words * static_cast<int64_t>(sizeof(int32_t)); }
+
+}  // namespace
+
+Device::Device(const KernelSet& kernel_set)
+    : kernel_set_(kernel_set), words_(kernel_set.buffers.size(), 0) {
+    assert(kernel_set.buffers.size() <= kBufferCapacity);
 }
 
-Result<std::unique_ptr<Device>> create_gl_device(bool allow_software) {
-    return create_gl_device(soil_kernel_set(), allow_software);
+void Device::assert_range([[maybe_unused]] BufferIndex buffer, [[maybe_unused]] int64_t offset,
+                          [[maybe_unused]] int64_t count) const {
+    assert(offset >= 0 && count >= 0 && offset + count <= words_in(buffer));
 }
 
-Result<std::unique_ptr<Device>> create_device(Backend backend, int thread_count,
-                                              std::string& reason) {
-    if (backend == Backend::cpu) {
-        reason = "the CPU backend was asked for";
-        return create_cpu_device(thread_count);
-    }
-    auto gl_device = create_gl_device(backend == Backend::gl);
-    if (backend == Backend::gl) {
-        reason = "the OpenGL backend was asked for";
-        return gl_device;
-    }
-    if (gl_device) {
-        reason = fmt::format("{} offers OpenGL 4.5 compute", (*gl_device)->device_name());
-        return gl_device;
-    }
-    reason = gl_device.error();
-    return create_cpu_device(thread_count);
+Status Device::allocate(BufferIndex buffer, int64_t words) {
+    assert(words >= 0);
+    const Status status = allocate_words(buffer, words);
+    words_[static_cast<size_t>(buffer)] = status ? words : 0;
+    return status;
 }
 
-std::vector<DeviceInfo> list_devices() {
-    const auto cpu = create_cpu_device(0);
-    std::vector<DeviceInfo> devices{{.name = cpu->device_name(),
-                                     .detail = fmt::format("CPU, {} threads", cpu->thread_count()),
+void Device::write(BufferIndex buffer, int64_t offset, std::span<const int32_t> words) {
+    assert_range(buffer, offset, std::ssize(words));
+    if (words.empty()) {
+        return;
+    }
+    ++counters_.write_count;
+    counters_.write_bytes += bytes_of(std::ssize(words));
+    write_words(buffer, offset, words);
+}
+
+void Device::fill_zero(BufferIndex buffer, int64_t offset, int64_t count) {
+    assert_range(buffer, offset, count);
+    if (count == 0) {
+        return;
+    }
+    ++counters_.fill_count;
+    clear_words(buffer, offset, count);
+}
+
+void Device::read(std::span<const ReadRange> ranges) {
+    int64_t word_count = 0;
+    for (const ReadRange& range : ranges) {
+        assert_range(range.buffer, range.offset, std::ssize(range.words));
+        word_count += std::ssize(range.words);
+    }
+    if (word_count == 0) {
+        return;
+    }
+    ++counters_.read_count;
+    counters_.read_bytes += bytes_of(word_count);
+    read_words(ranges);
+}
+
+void Device::read(BufferIndex buffer, int64_t offset, std::span<int32_t> words) {
+    const ReadRange range{buffer, offset, words};
+    read({&range, 1});
+}
+
+void Device::dispatch(int kernel, std::span<const int32_t> params, const WorkList& work) {
+    assert(kernel >= 0 && kernel < std::ssize(kernel_set_.kernels));
+    assert(std::ssize(params) == kernel_set_.param_words);
+    assert(covers_all_groups(work));
+    if (work.group_count == 0) {
+        return;
+    }
+    ++counters_.dispatch_count;
+    counters_.group_count += work.group_count;
+    run_kernel(kernel, params, work);
+}
+
+int64_t Device::memory_bytes() const {
+    int64_t words = 0;
+    for (int64_t count : words_) {
+        words += count;
+    }
+    return bytes_of(words);
+}
+
+std::vector<DeviceInfo> list_devices(const KernelSet& kernel_set) {
+    std::vector<DeviceInfo> devices{{.name = cpu_model_name(),
+                                     .detail = fmt::format("CPU, {} threads", cpu_thread_count()),
                                      .usable = true,
                                      .hardware = true}};
     const auto displays = find_egl_displays();
@@ -77,7 +130,7 @@ std::vector<DeviceInfo> list_devices() {
             continue;
         }
         const GlCapabilities& gl = context->capabilities();
-        const std::string shortfall = gl.shortfall();
+        const std::string shortfall = gl.shortfall(static_cast<int>(kernel_set.buffers.size()));
         devices.push_back(
             {.name = gl.renderer,
              .detail = fmt::format("OpenGL {}, {} storage blocks of {} MiB at most{}", gl.version,

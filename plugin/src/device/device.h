@@ -1,48 +1,52 @@
 /// The device layer: integer buffers and kernels, on the CPU or on OpenGL compute. It knows no
-/// soil.
+/// soil: which buffers and kernels there are says the KernelSet that a device is made of.
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "bsoil/device_info.h"
 #include "bsoil/result.h"
-#include "bsoil/soil_def.h"
 
 #pragma GCC visibility push(default)
 namespace bsoil::device {
 
-/// The kernels' buffers, in binding order (GL: shader storage blocks 0..). Names as in
-/// shaders/soil_layout.h.
-enum class Buffer {
-    state,
-    delta,
-    tile_table,
-    block_list,
-    block_flags,
-    spans,
-    shapes,
-    tables,
-    result,
-    count
-};
-inline constexpr int kBufferCount = static_cast<int>(Buffer::count);
+struct KernelSet;
+
+/// A buffer by its place in KernelSet::buffers, which is its binding too (GL: storage block).
+enum class BufferIndex : int {};
 
 /// Work of one dispatch: group g runs kernel(g, lane 0..63). Groups are ordered by tile; on the CPU
 /// all groups of a tile run in order on one thread, and tiles of different colour never at once.
-/// With 2 x 2 colours (x and y of the tile odd or even) a kernel may so add to the voxels of its
-/// own tile, and to those of the eight around it up to half a tile away, without atomics: two tiles
-/// of one colour reach different halves of the tile between them.
+/// With 2 x 2 colours (x and y of the tile odd or even) a kernel may so add to what belongs to its
+/// own tile, and to the nearer half of each of the eight around it, without atomics: two tiles of
+/// one colour reach different halves of the tile between them.
 struct TileRange {
     int first_group = 0, group_count = 0;
 };
 struct WorkList {
-    int list_offset = 0;  ///< where in Buffer::block_list group 0's entry is; kernels see it as
-                          ///< params.list_offset
     int group_count = 0;
     std::vector<TileRange> tiles_by_colour[4];
+};
+
+/// One part of a read: `words.size()` words of a buffer from `offset` on.
+struct ReadRange {
+    BufferIndex buffer;
+    int64_t offset = 0;
+    std::span<int32_t> words;
+};
+
+/// What a device has been asked to do since it was made.
+struct DeviceCounters {
+    int64_t dispatch_count = 0, group_count = 0;
+    int64_t write_count = 0, write_bytes = 0;  ///< to the device
+    int64_t read_count = 0, read_bytes = 0;    ///< from it; each read waits for it once
+    int64_t fill_count = 0;
+    int64_t context_count = 0;  ///< times that an OpenGL context was made current
 };
 
 /// A place where kernels run. Every call is in order.
@@ -52,45 +56,88 @@ class Device {
     virtual std::string backend_name() const = 0;  ///< "cpu" or "gl"
     virtual std::string device_name() const = 0;
     virtual int thread_count() const = 0;
-    /// (Re)allocates a buffer of `words` 32-bit words, zero-filled. Old content is lost.
-    virtual Status allocate(Buffer buffer, int64_t words) = 0;
-    virtual void write(Buffer buffer, int64_t offset, std::span<const int32_t> words) = 0;
-    /// Waits for the device.
-    virtual void read(Buffer buffer, int64_t offset, std::span<int32_t> words) = 0;
-    virtual void fill_zero(Buffer buffer, int64_t offset, int64_t count) = 0;
-    /// Sets the uniform block (struct SoilParams).
-    virtual void set_params(std::span<const int32_t> words) = 0;
-    /// Runs kernel number `kernel` of shaders/kernel_list.h over the list, then makes its writes
-    /// visible to what follows. Sets params.list_offset and params.list_count itself.
-    virtual void dispatch(int kernel, const WorkList& work) = 0;
-    /// Waits for all work (for timing).
-    virtual void finish() = 0;
-    /// Direct view of a buffer where the device is the host (CPU backend), else nullptr.
-    virtual int32_t* host_view(Buffer buffer) = 0;
     /// What broke the device after its creation (context refused, GPU lost or out of memory); empty
     /// while all is well. Once set, calls do nothing and reads give zeros.
     virtual std::string failure() const { return {}; }
+
+    /// (Re)allocates a buffer of `words` 32-bit words, zero-filled. Old content is lost.
+    Status allocate(BufferIndex buffer, int64_t words);
+    void write(BufferIndex buffer, int64_t offset, std::span<const int32_t> words);
+    void fill_zero(BufferIndex buffer, int64_t offset, int64_t count);
+    /// Waits for the device, once for all ranges.
+    void read(std::span<const ReadRange> ranges);
+    void read(BufferIndex buffer, int64_t offset, std::span<int32_t> words);
+    /// Runs kernel number `kernel` of the set over the list with these words as its uniform block
+    /// (KernelSet::param_words of them), then makes its writes visible to what follows.
+    void dispatch(int kernel, std::span<const int32_t> params, const WorkList& work);
+
+    /// Work from here on counts for stage number `stage`, 0 <= stage < kStageCapacity. Between
+    /// begin_session() and end_session().
+    virtual void mark_stage(int stage) = 0;
+    /// Time of each stage [ms] of the last session whose times are known: on the CPU the last one,
+    /// by the host's clock; on OpenGL one or two before it, by the device's own clock, because
+    /// asking for them never waits.
+    std::span<const double> stage_ms() const { return stage_ms_; }
+    static constexpr int kStageCapacity = 8;
+
+    const DeviceCounters& counters() const { return counters_; }
     /// Bytes allocated on the device.
-    virtual int64_t memory_bytes() const = 0;
+    int64_t memory_bytes() const;
+
+  protected:
+    explicit Device(const KernelSet& kernel_set);
+    const KernelSet& kernel_set() const { return kernel_set_; }
+    int64_t words_in(BufferIndex buffer) const { return words_[static_cast<size_t>(buffer)]; }
+
+    // What a backend does, with arguments that have been checked: ranges lie inside of their
+    // buffers and hold at least one word, lists at least one group.
+    virtual Status allocate_words(BufferIndex buffer, int64_t words) = 0;
+    virtual void write_words(BufferIndex buffer, int64_t offset,
+                             std::span<const int32_t> words) = 0;
+    virtual void clear_words(BufferIndex buffer, int64_t offset, int64_t count) = 0;
+    virtual void read_words(std::span<const ReadRange> ranges) = 0;
+    virtual void run_kernel(int kernel, std::span<const int32_t> params, const WorkList& work) = 0;
+    virtual void begin_session() {}
+    virtual void end_session() {}
+
+    DeviceCounters counters_;
+    double stage_ms_[kStageCapacity] = {};
+
+  private:
+    friend class DeviceSession;
+    void assert_range(BufferIndex buffer, int64_t offset, int64_t count) const;
+
+    const KernelSet& kernel_set_;
+    std::vector<int64_t> words_;  ///< of each buffer
 };
 
-/// The CPU backend. `thread_count` 0 = all cores.
-std::unique_ptr<Device> create_cpu_device(int thread_count);
+/// Many calls of a device in a row: an OpenGL context is made current once for all of them, and the
+/// caller's again at the end. No other context may be made current in this thread meanwhile.
+class DeviceSession {
+  public:
+    explicit DeviceSession(Device& device) : device_(&device) { device.begin_session(); }
+    ~DeviceSession() { end(); }
+    DeviceSession(const DeviceSession&) = delete;
+    DeviceSession& operator=(const DeviceSession&) = delete;
+    /// Before its scope does.
+    void end() {
+        if (device_) {
+            std::exchange(device_, nullptr)->end_session();
+        }
+    }
+
+  private:
+    Device* device_;
+};
+
+/// The CPU backend. `thread_count` 0 = all cores. The kernel set must outlive the device.
+std::unique_ptr<Device> create_cpu_device(const KernelSet& kernel_set, int thread_count);
 /// OpenGL 4.5 compute through EGL, surfaceless; software renderers only when `allow_software`.
 /// The error says what is missing (no EGL, no 4.5, no compute). Leaves the caller's current context
 /// as it was.
-Result<std::unique_ptr<Device>> create_gl_device(bool allow_software);
-/// `automatic`: hardware GL, else CPU. `reason` says in one sentence why.
-Result<std::unique_ptr<Device>> create_device(Backend backend, int thread_count,
-                                              std::string& reason);
-
-/// One EGL device or the CPU, as `bsoil info` lists them.
-struct DeviceInfo {
-    std::string name;    ///< GL_RENDERER, or the CPU's model name
-    std::string detail;  ///< version, compute limits, or why it can't be used
-    bool usable = false, hardware = false;
-};
-std::vector<DeviceInfo> list_devices();
+Result<std::unique_ptr<Device>> create_gl_device(const KernelSet& kernel_set, bool allow_software);
+/// The CPU, and what EGL lists, as far as these kernels can run there.
+std::vector<DeviceInfo> list_devices(const KernelSet& kernel_set);
 
 }  // namespace bsoil::device
 #pragma GCC visibility pop

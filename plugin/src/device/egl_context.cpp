@@ -9,8 +9,6 @@
 #include <string_view>
 #include <utility>
 
-#include "device/device.h"
-
 namespace bsoil::device {
 
 namespace {
@@ -139,10 +137,10 @@ Result<std::vector<EglDisplay>> find_egl_displays() {
     return displays;
 }
 
-std::string GlCapabilities::shortfall() const {
-    if (storage_block_count < kBufferCount) {
+std::string GlCapabilities::shortfall(int buffer_count) const {
+    if (storage_block_count < buffer_count) {
         return fmt::format("GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS is {}, the kernels need {}",
-                           storage_block_count, kBufferCount);
+                           storage_block_count, buffer_count);
     }
     return {};
 }

@@ -12,6 +12,8 @@
 #include "device/egl_context.h"
 #include "device/gl_objects.h"
 #include "device/gl_program.h"
+#include "device/gl_read_back.h"
+#include "device/gl_stage_times.h"
 #include "device/kernel_set.h"
 
 namespace bsoil::device {
@@ -20,7 +22,7 @@ namespace {
 
 constexpr GLsizeiptr kWordBytes = sizeof(int32_t);
 /// std140 rounds blocks up to 16 bytes; a buffer must not be shorter than its block.
-constexpr GLsizeiptr kParamBytes = (sizeof(KernelParams) + 15) / 16 * 16;
+constexpr GLsizeiptr kBlockBytes = 16;
 
 std::string gl_error_name(GLenum error) {
     switch (error) {
@@ -42,8 +44,8 @@ std::string gl_error_name(GLenum error) {
 class GlDevice final : public Device {
   public:
     /// Compiles all kernels.
-    static Result<std::unique_ptr<Device>> create(const KernelSet& kernel_set, EglContext context) {
-        std::unique_ptr<GlDevice> device(new GlDevice(kernel_set, std::move(context)));
+    static Result<std::unique_ptr<Device>> create(const KernelSet& set, EglContext context) {
+        std::unique_ptr<GlDevice> device(new GlDevice(set, std::move(context)));
         const Status status = device->initialize();
         if (!status) {
             return Error{status.error()};
@@ -67,110 +69,136 @@ class GlDevice final : public Device {
     int thread_count() const override { return 1; }
     std::string failure() const override { return failure_; }
 
-    Status allocate(Buffer buffer, int64_t words) override {
-        assert(words >= 0);
-        const CurrentContext current(context_);
-        if (!check(current)) {
-            return Error{failure_};
+    void mark_stage(int stage) override {
+        assert(session_depth_ > 0 && stage >= 0 && stage < kStageCapacity);
+        const Use use(*this);
+        if (use.is_good()) {
+            objects_->times.mark(stage);
         }
-        return allocate_current(buffer, words);
     }
 
-    void write(Buffer buffer, int64_t offset, std::span<const int32_t> words) override {
-        assert_range(buffer, offset, std::ssize(words));
-        const CurrentContext current(context_);
-        if (check(current) && !words.empty()) {
-            glNamedBufferSubData(slot(buffer).object.name(), offset * kWordBytes,
+  protected:
+    Status allocate_words(BufferIndex buffer, int64_t words) override {
+        const Use use(*this);
+        return use.is_good() ? allocate_current(buffer, words) : Status(Error{failure_});
+    }
+
+    void write_words(BufferIndex buffer, int64_t offset, std::span<const int32_t> words) override {
+        const Use use(*this);
+        if (use.is_good()) {
+            glNamedBufferSubData(object(buffer).name(), offset * kWordBytes,
                                  std::ssize(words) * kWordBytes, words.data());
         }
     }
 
-    void read(Buffer buffer, int64_t offset, std::span<int32_t> words) override {
-        assert_range(buffer, offset, std::ssize(words));
-        const CurrentContext current(context_);
-        if (check(current) && !words.empty()) {
-            glGetNamedBufferSubData(slot(buffer).object.name(), offset * kWordBytes,
-                                    std::ssize(words) * kWordBytes, words.data());
-            check_errors();
+    void read_words(std::span<const ReadRange> ranges) override {
+        const Use use(*this);
+        if (use.is_good()) {
+            GlReadBack& read_back = objects_->read_back;
+            read_back.begin();
+            for (const ReadRange& range : ranges) {
+                read_back.add(object(range.buffer).name(), range.offset * kWordBytes, range.words);
+            }
+            if (const std::string error = read_back.finish(); !error.empty()) {
+                failure_ = fmt::format("{} {}", device_name(), error);
+            } else {
+                check_errors();
+            }
         }
         if (!failure_.empty()) {
-            std::ranges::fill(words, 0);
+            for (const ReadRange& range : ranges) {
+                std::ranges::fill(range.words, 0);
+            }
         }
     }
 
-    void fill_zero(Buffer buffer, int64_t offset, int64_t count) override {
-        assert_range(buffer, offset, count);
-        const CurrentContext current(context_);
-        if (check(current) && count > 0) {
-            glClearNamedBufferSubData(slot(buffer).object.name(), GL_R32I, offset * kWordBytes,
+    void clear_words(BufferIndex buffer, int64_t offset, int64_t count) override {
+        const Use use(*this);
+        if (use.is_good()) {
+            glClearNamedBufferSubData(object(buffer).name(), GL_R32I, offset * kWordBytes,
                                       count * kWordBytes, GL_RED_INTEGER, GL_INT, nullptr);
         }
     }
 
-    void set_params(std::span<const int32_t> words) override {
-        assert(std::ssize(words) == kParamWords);
-        std::memcpy(&params_, words.data(), words.size_bytes());
-        params_changed_ = true;
-    }
-
-    void dispatch(int kernel, const WorkList& work) override {
-        assert(kernel >= 0 && kernel < std::ssize(objects_->programs));
-        assert(covers_all_groups(work));
-        const CurrentContext current(context_);
-        if (!check(current) || work.group_count == 0) {
+    void run_kernel(int kernel, std::span<const int32_t> params, const WorkList& work) override {
+        const Use use(*this);
+        if (!use.is_good()) {
             return;
         }
-        upload_params(work);
+        upload_params(params);
         glUseProgram(objects_->programs[static_cast<size_t>(kernel)].name());
+        glUniform1i(kGroupCountLocation, work.group_count);
         const int columns = std::min(work.group_count, kGroupsPerRow);
         const int rows = (work.group_count + kGroupsPerRow - 1) / kGroupsPerRow;
         glDispatchCompute(static_cast<GLuint>(columns), static_cast<GLuint>(rows), 1);
-        // This kernel wrote storage blocks; the next one, and read, write and fill_zero, come after
+        // This kernel wrote storage blocks; the next one, and reads, writes and fills, come after
         // it.
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
     }
 
-    void finish() override {
-        const CurrentContext current(context_);
-        if (check(current)) {
-            glFinish();
-            check_errors();
+    void begin_session() override {
+        begin_use();
+        if (session_depth_++ == 0 && failure_.empty()) {
+            objects_->times.begin(stage_ms_);
         }
     }
-
-    int32_t* host_view(Buffer) override { return nullptr; }
-
-    int64_t memory_bytes() const override {
-        int64_t bytes = 0;
-        for (const Slot& slot : objects_->slots) {
-            bytes += slot.words * kWordBytes;
+    void end_session() override {
+        if (--session_depth_ == 0 && failure_.empty()) {
+            objects_->times.end();
         }
-        return bytes;
+        end_use();
     }
 
   private:
-    struct Slot {
-        GlBuffer object;
-        int64_t words = 0;
-    };
     struct Objects {
         std::vector<GlProgram> programs;
-        Slot slots[kBufferCount];
+        std::vector<GlBuffer> buffers;
         GlBuffer params;
+        GlReadBack read_back;
+        GlStageTimes times;
     };
 
-    GlDevice(const KernelSet& kernel_set, EglContext context)
-        : kernel_set_(kernel_set), context_(std::move(context)) {}
+    /// The device's context is current while one of these, or a session, is there.
+    class Use {
+      public:
+        explicit Use(GlDevice& device) : device_(device) { device.begin_use(); }
+        ~Use() { device_.end_use(); }
+        Use(const Use&) = delete;
+        Use& operator=(const Use&) = delete;
+        /// Whether GL may be called.
+        bool is_good() const { return device_.failure_.empty(); }
 
-    Slot& slot(Buffer buffer) { return objects_->slots[static_cast<int>(buffer)]; }
+      private:
+        GlDevice& device_;
+    };
+
+    GlDevice(const KernelSet& set, EglContext context)
+        : Device(set), context_(std::move(context)) {}
+
+    void begin_use() {
+        if (use_depth_++ == 0) {
+            current_.emplace(context_);
+            ++counters_.context_count;
+            if (failure_.empty()) {
+                failure_ = current_->error();
+            }
+        }
+    }
+    void end_use() {
+        if (--use_depth_ == 0) {
+            current_.reset();
+        }
+    }
+
+    GlBuffer& object(BufferIndex buffer) { return objects_->buffers[static_cast<size_t>(buffer)]; }
 
     Status initialize() {
-        const CurrentContext current(context_);
-        if (!check(current)) {
+        const Use use(*this);
+        if (!use.is_good()) {
             return Error{failure_};
         }
-        for (int kernel = 0; kernel < std::ssize(kernel_set_.kernels); ++kernel) {
-            auto program = create_program(kernel_set_, kernel);
+        for (int kernel = 0; kernel < std::ssize(kernel_set().kernels); ++kernel) {
+            auto program = create_program(kernel_set(), kernel);
             if (!program) {
                 return Error{fmt::format("{}: {}", device_name(), program.error())};
             }
@@ -180,67 +208,56 @@ class GlDevice final : public Device {
         glCreateBuffers(1, &name);
         objects_->params = GlBuffer(name);
         objects_->params.set_label("params");
-        glNamedBufferStorage(name, kParamBytes, nullptr, GL_DYNAMIC_STORAGE_BIT);
+        const GLsizeiptr param_bytes = kernel_set().param_words * kWordBytes;
+        glNamedBufferStorage(name, (param_bytes + kBlockBytes - 1) / kBlockBytes * kBlockBytes,
+                             nullptr, GL_DYNAMIC_STORAGE_BIT);
         glBindBufferBase(GL_UNIFORM_BUFFER, 0, name);
         // A block without a buffer behind it is undefined behaviour even in a kernel that does not
         // read it.
-        for (int i = 0; i < kBufferCount; ++i) {
-            if (Status status = allocate_current(static_cast<Buffer>(i), 0); !status) {
+        objects_->buffers.resize(kernel_set().buffers.size());
+        for (int i = 0; i < std::ssize(objects_->buffers); ++i) {
+            if (Status status = allocate_current(BufferIndex{i}, 0); !status) {
                 return status;
             }
         }
         return Done{};
     }
 
-    Status allocate_current(Buffer buffer, int64_t words) {
+    Status allocate_current(BufferIndex buffer, int64_t words) {
         const int64_t bytes_max = context_.capabilities().storage_block_bytes;
         if (words > bytes_max / kWordBytes) {
-            return allocation_error(buffer, words,
+            return allocation_error(kernel_set(), buffer, words,
                                     fmt::format("one storage block of {} has {} MiB at most "
                                                 "(GL_MAX_SHADER_STORAGE_BLOCK_SIZE)",
                                                 device_name(), bytes_max >> 20));
         }
-        Slot& target = slot(buffer);
-        target.object.reset();  // first, so that old and new are never there at once
-        target.words = 0;
-        check_errors();  // so that what glGetError says below is about this allocation
+        object(buffer).reset();  // first, so that old and new are never there at once
+        check_errors();          // so that what glGetError says below is about this allocation
         if (!failure_.empty()) {
             return Error{failure_};
         }
         GLuint name = 0;
         glCreateBuffers(1, &name);
-        GlBuffer object(name);
-        object.set_label(buffer_name(buffer));
+        GlBuffer made(name);
+        made.set_label(kernel_set().buffers[static_cast<size_t>(buffer)]);
         glNamedBufferStorage(name, std::max<int64_t>(words, 1) * kWordBytes, nullptr,
                              GL_DYNAMIC_STORAGE_BIT);
         glClearNamedBufferData(name, GL_R32I, GL_RED_INTEGER, GL_INT, nullptr);
         if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
-            return allocation_error(buffer, words,
+            return allocation_error(kernel_set(), buffer, words,
                                     fmt::format("{} from {}", gl_error_name(error), device_name()));
         }
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, static_cast<GLuint>(buffer), name);
-        target.object = std::move(object);
-        target.words = words;
+        object(buffer) = std::move(made);
         return Done{};
     }
 
-    void upload_params(const WorkList& work) {
-        params_changed_ = params_changed_ || params_.list_offset != work.list_offset ||
-                          params_.list_count != work.group_count;
-        if (params_changed_) {
-            params_.list_offset = work.list_offset;
-            params_.list_count = work.group_count;
-            glNamedBufferSubData(objects_->params.name(), 0, sizeof(params_), &params_);
-            params_changed_ = false;
+    void upload_params(std::span<const int32_t> params) {
+        if (!std::ranges::equal(params, params_)) {
+            params_.assign(params.begin(), params.end());
+            glNamedBufferSubData(objects_->params.name(), 0,
+                                 static_cast<GLsizeiptr>(params.size_bytes()), params.data());
         }
-    }
-
-    /// Whether GL may be called.
-    bool check(const CurrentContext& current) {
-        if (failure_.empty()) {
-            failure_ = current.error();
-        }
-        return failure_.empty();
     }
 
     /// Notes a lost GPU and errors of earlier calls. Only where the device is waited for anyway.
@@ -252,16 +269,11 @@ class GlDevice final : public Device {
         }
     }
 
-    void assert_range([[maybe_unused]] Buffer buffer, [[maybe_unused]] int64_t offset,
-                      [[maybe_unused]] int64_t count) {
-        assert(offset >= 0 && count >= 0 && offset + count <= slot(buffer).words);
-    }
-
-    const KernelSet& kernel_set_;
     EglContext context_;
     std::unique_ptr<Objects> objects_ = std::make_unique<Objects>();
-    KernelParams params_{};
-    bool params_changed_ = true;
+    std::optional<CurrentContext> current_;
+    int use_depth_ = 0, session_depth_ = 0;
+    std::vector<int32_t> params_;  ///< that the uniform block holds
     std::string failure_;
 };
 
@@ -288,7 +300,8 @@ Result<std::unique_ptr<Device>> create_gl_device(const KernelSet& kernel_set, bo
             continue;
         }
         const GlCapabilities& gl = context->capabilities();
-        if (const std::string shortfall = gl.shortfall(); !shortfall.empty()) {
+        if (const std::string shortfall = gl.shortfall(static_cast<int>(kernel_set.buffers.size()));
+            !shortfall.empty()) {
             refuse(fmt::format("{}: {}", gl.renderer, shortfall));
         } else if (!gl.is_software) {
             return GlDevice::create(kernel_set, std::move(*context));

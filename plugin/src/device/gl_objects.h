@@ -39,9 +39,11 @@ class GlObject {
 inline void delete_gl_buffer(GLuint name) { glDeleteBuffers(1, &name); }
 inline void delete_gl_shader(GLuint name) { glDeleteShader(name); }
 inline void delete_gl_program(GLuint name) { glDeleteProgram(name); }
+inline void delete_gl_query(GLuint name) { glDeleteQueries(1, &name); }
 
 using GlBuffer = GlObject<GL_BUFFER, delete_gl_buffer>;
 using GlShader = GlObject<GL_SHADER, delete_gl_shader>;
 using GlProgram = GlObject<GL_PROGRAM, delete_gl_program>;
+using GlQuery = GlObject<GL_QUERY, delete_gl_query>;
 
 }  // namespace bsoil::device

@@ -45,6 +45,16 @@ void append_text(std::string_view name, std::string_view text, const KernelSet& 
     }
 }
 
+/// One storage block a buffer, bound at its place in the set.
+std::string buffer_blocks(const KernelSet& kernel_set) {
+    std::string text;
+    for (size_t i = 0; i < kernel_set.buffers.size(); ++i) {
+        text += fmt::format("layout(std430, binding = {}) buffer {}_block {{ int {}[]; }};\n", i,
+                            kernel_set.buffers[i], kernel_set.buffers[i]);
+    }
+    return text;
+}
+
 /// Takes an unsigned number off the front of `text`; -1 when there is none.
 int take_number(std::string_view& text) {
     int number = -1;
@@ -88,17 +98,25 @@ KernelSource kernel_source(const KernelSet& kernel_set, int kernel) {
     const std::string_view name = kernel_set.kernels[static_cast<size_t>(kernel)].name;
     KernelSource source;
     append_file("prelude.glsl", kernel_set, source);
+    append_text("buffers", buffer_blocks(kernel_set), kernel_set, source);
+    append_text("params", "layout(std140, binding = 0) uniform ParamsBlock {\n", kernel_set,
+                source);
+    append_file(kernel_set.params_file, kernel_set, source);
+    append_text("params", "} params;\n", kernel_set, source);
+    append_file("exact_math.glsl", kernel_set, source);
+    append_file(kernel_set.layout_file, kernel_set, source);
     append_file(kernel_set.common_file, kernel_set, source);
     append_file(fmt::format("{}.glsl", name), kernel_set, source);
     append_text("main",
-                fmt::format(R"(void main() {{
+                fmt::format(R"(layout(location = {}) uniform int group_count;
+void main() {{
     int group = int(gl_WorkGroupID.y) * {} + int(gl_WorkGroupID.x);
-    if (group < params.list_count) {{
+    if (group < group_count) {{
         {}(group, int(gl_LocalInvocationIndex));
     }}
 }}
 )",
-                            kGroupsPerRow, name),
+                            kGroupCountLocation, kGroupsPerRow, name),
                 kernel_set, source);
     return source;
 }

@@ -12,6 +12,8 @@ namespace bsoil::device {
 
 /// Work groups along x of one dispatch; further ones go along y. Every GL allows this many.
 inline constexpr int kGroupsPerRow = 65535;
+/// Where a program takes how many groups there are: the last row may have more.
+inline constexpr int kGroupCountLocation = 0;
 
 /// The whole GLSL text of a kernel, and where each of its lines comes from. (#line would say so,
 /// but Mesa drops the source number.)

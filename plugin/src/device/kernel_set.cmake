@@ -1,14 +1,14 @@
-# bulletsoil_add_kernel_set(<target> <set> LIST <list file> COMMON <shared text>)
+# bulletsoil_add_kernel_set(<target> <set> LIST <kernels> BUFFERS <buffers> PARAMS <uniform block> LAYOUT <constants>
+#                           COMMON <shared text>)
 #
 # Compiles the kernels of a list into <target>, as C++ and as embedded GLSL, and with them the function
 # `const bsoil::device::KernelSet& bsoil::device::<set>_kernel_set()`. Kernel <name> is <name>.glsl beside the list.
 # One set per directory: the compile definitions of cpu_kernels.cpp belong to the directory.
 function(bulletsoil_add_kernel_set target set_name)
-  cmake_parse_arguments(PARSE_ARGV 2 arg "" "LIST;COMMON" "")
+  cmake_parse_arguments(PARSE_ARGV 2 arg "" "LIST;BUFFERS;PARAMS;LAYOUT;COMMON" "")
   set(device_dir ${CMAKE_CURRENT_FUNCTION_LIST_DIR})
   set(shader_dir ${PROJECT_SOURCE_DIR}/shaders)
   cmake_path(GET arg_LIST PARENT_PATH kernel_dir)
-  cmake_path(GET arg_COMMON FILENAME common_name)
 
   # A change of the list changes the set of files, so it configures anew.
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${arg_LIST})
@@ -23,10 +23,8 @@ function(bulletsoil_add_kernel_set target set_name)
   set(bodies_file ${CMAKE_CURRENT_BINARY_DIR}/${set_name}_kernel_bodies.inc)
   file(CONFIGURE OUTPUT ${bodies_file} CONTENT "${bodies}" @ONLY)
 
-  set(shader_files ${arg_COMMON} ${kernel_files})
-  foreach(name prelude.glsl exact_math.glsl soil_layout.h soil_params.h)
-    list(APPEND shader_files ${shader_dir}/${name})
-  endforeach()
+  set(shader_files ${arg_COMMON} ${arg_PARAMS} ${arg_LAYOUT} ${kernel_files}
+      ${shader_dir}/prelude.glsl ${shader_dir}/exact_math.glsl)
   set(embedded_file ${CMAKE_CURRENT_BINARY_DIR}/${set_name}_shader_files.cpp)
   add_custom_command(
     OUTPUT ${embedded_file}
@@ -41,7 +39,8 @@ function(bulletsoil_add_kernel_set target set_name)
     COMPILE_OPTIONS "$<$<NOT:$<CONFIG:Debug>>:-O3>;-ffp-contract=off"
     COMPILE_DEFINITIONS
     "BSOIL_KERNEL_SET=${set_name}_kernel_set;BSOIL_SHADER_FILES=${set_name}_shader_files;\
-BSOIL_KERNEL_LIST=\"${arg_LIST}\";BSOIL_KERNEL_COMMON=\"${common_name}\";BSOIL_KERNEL_BODIES=\"${bodies_file}\"")
+BSOIL_KERNEL_LIST=\"${arg_LIST}\";BSOIL_KERNEL_BUFFERS=\"${arg_BUFFERS}\";BSOIL_KERNEL_PARAMS=\"${arg_PARAMS}\";\
+BSOIL_KERNEL_LAYOUT=\"${arg_LAYOUT}\";BSOIL_KERNEL_COMMON=\"${arg_COMMON}\";BSOIL_KERNEL_BODIES=\"${bodies_file}\"")
   target_sources(${target} PRIVATE ${kernels_file} ${embedded_file})
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/plugin/src ${shader_dir})
 endfunction()

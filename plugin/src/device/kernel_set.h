@@ -1,8 +1,7 @@
-/// A set of kernels in both forms, compiled C++ and embedded GLSL, and the devices made of one.
+/// A set of kernels in both forms, compiled C++ and embedded GLSL, and the buffers they work on.
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <string_view>
 
@@ -10,17 +9,13 @@
 
 namespace bsoil::device {
 
-/// The uniform block of every kernel.
-struct KernelParams {
-#include "soil_params.h"
-};
-inline constexpr int kParamWords = sizeof(KernelParams) / sizeof(int32_t);
-inline constexpr int kLanesPerGroup = 64;  ///< local_size_x in shaders/prelude.glsl
+inline constexpr int kLanesPerGroup = 64;   ///< local_size_x in shaders/prelude.glsl
+inline constexpr int kBufferCapacity = 16;  ///< buffers of a set; GL 4.5 alone promises 8
 
 /// What a kernel reads and writes on the CPU.
 struct KernelMemory {
-    int32_t* buffers[kBufferCount] = {};
-    KernelParams params{};
+    int32_t* buffers[kBufferCapacity] = {};
+    const int32_t* params = nullptr;  ///< KernelSet::param_words of them
 };
 
 struct KernelInfo {
@@ -38,17 +33,13 @@ struct ShaderFile {
 };
 
 struct KernelSet {
-    std::span<const KernelInfo> kernels;  ///< Device::dispatch takes an index into this
-    std::span<const ShaderFile> files;    ///< everything the kernels' GLSL is put together from
-    std::string_view common_file;         ///< of `files`: helpers of all kernels of the set
+    std::span<const KernelInfo> kernels;        ///< Device::dispatch takes an index into this
+    std::span<const char* const> buffers;       ///< names in the kernels; BufferIndex is the place
+    int param_words = 0;                        ///< of the uniform block
+    std::span<const ShaderFile> files;          ///< everything the kernels' GLSL is made from
+    std::string_view params_file, layout_file;  ///< of `files`: members of the uniform block; the
+                                                ///< constants that kernels and host share
+    std::string_view common_file;               ///< of `files`: helpers of all kernels of the set
 };
-
-/// The kernels of shaders/kernel_list.h, in its order.
-const KernelSet& soil_kernel_set();
-
-/// As the functions of the same names in device.h, for any set of kernels, which must outlive the
-/// device.
-std::unique_ptr<Device> create_cpu_device(const KernelSet& kernel_set, int thread_count);
-Result<std::unique_ptr<Device>> create_gl_device(const KernelSet& kernel_set, bool allow_software);
 
 }  // namespace bsoil::device

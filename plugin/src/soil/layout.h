@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "bsoil/material.h"
+#include "device/device.h"
 
 namespace bsoil::layout {
 
@@ -23,6 +24,18 @@ enum class Kernel {
 #include "kernel_list.h"
 #undef PLAIN
 #undef SCATTER
+};
+
+/// The kernels' buffers, in the order of buffer_list.h.
+struct Buffer {
+    enum Place {
+#define BUFFER(name) place_of_##name,
+#include "buffer_list.h"
+#undef BUFFER
+    };
+#define BUFFER(name) static constexpr device::BufferIndex name{place_of_##name};
+#include "buffer_list.h"
+#undef BUFFER
 };
 
 /// Kilograms of one mass unit: a full voxel of this density has exactly kVoxelFull units.

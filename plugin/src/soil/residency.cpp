@@ -43,12 +43,12 @@ Status Soil::Impl::allocate_slots(int count) {
     const int64_t columns = static_cast<int64_t>(count) * kTileColumns;
     const int64_t blocks = static_cast<int64_t>(count) * blocks_per_tile;
     for (const auto& [buffer, words] :
-         {std::pair{device::Buffer::state, planes * params.plane_stride},
-          std::pair{device::Buffer::delta,
+         {std::pair{Buffer::state, planes * params.plane_stride},
+          std::pair{Buffer::delta,
                     static_cast<int64_t>(params.transport_count) * params.plane_stride},
-          std::pair{device::Buffer::tile_table, static_cast<int64_t>(count) * kTileTableWords},
-          std::pair{device::Buffer::block_flags, kFlagArrays * blocks},
-          std::pair{device::Buffer::spans, columns * (kColumnWords + 1)}}) {
+          std::pair{Buffer::tile_table, static_cast<int64_t>(count) * kTileTableWords},
+          std::pair{Buffer::block_flags, kFlagArrays * blocks},
+          std::pair{Buffer::spans, columns * (kColumnWords + 1)}}) {
         if (Status allocated = device->allocate(buffer, words); !allocated) {
             return allocated;
         }
@@ -80,32 +80,30 @@ Status Soil::Impl::grow_slots(int wanted) {
         std::vector<int32_t> coverage, owner, support, columns;
     };
     std::vector<Saved> saved;
-    const auto plane_words = [&](int plane, int slot) {
-        std::vector<int32_t> words(params.tile_voxels);
-        device->read(device::Buffer::state,
-                     static_cast<int64_t>(plane) * params.plane_stride +
-                         static_cast<int64_t>(slot) * params.tile_voxels,
-                     words);
-        return words;
-    };
+    const auto plane_words = static_cast<size_t>(params.tile_voxels);
     for (int slot = 0; slot < slot_count; ++slot) {
         if (slot_tile[slot] >= 0) {
             Saved entry{slot_tile[slot],
                         {},
-                        plane_words(kPlaneCoverage, slot),
-                        plane_words(kPlaneOwner, slot),
-                        plane_words(kPlaneSupport, slot),
+                        std::vector<int32_t>(plane_words),
+                        std::vector<int32_t>(plane_words),
+                        std::vector<int32_t>(plane_words),
                         std::vector<int32_t>(kTileColumns * kColumnWords)};
             read_voxels(slot_tile[slot], entry.voxels);
-            device->read(device::Buffer::spans,
-                         static_cast<int64_t>(slot) * kTileColumns * kColumnWords, entry.columns);
+            read_scratch.clear();
+            want_plane(kPlaneCoverage, slot, entry.coverage);
+            want_plane(kPlaneOwner, slot, entry.owner);
+            want_plane(kPlaneSupport, slot, entry.support);
+            read_scratch.push_back({Buffer::spans,
+                                    static_cast<int64_t>(slot) * kTileColumns * kColumnWords,
+                                    entry.columns});
+            device->read(read_scratch);
             saved.push_back(std::move(entry));
         }
     }
     std::vector<int32_t> tops(static_cast<size_t>(slot_count) * kTileColumns);
-    const int old_count = slot_count;
-    device->read(device::Buffer::spans,
-                 static_cast<int64_t>(old_count) * kTileColumns * kColumnWords, tops);
+    device->read(Buffer::spans, static_cast<int64_t>(slot_count) * kTileColumns * kColumnWords,
+                 tops);
     if (Status allocated = allocate_slots(count); !allocated) {
         return allocated;
     }
@@ -116,14 +114,13 @@ Status Soil::Impl::grow_slots(int wanted) {
         for (const auto& [plane, words] :
              {std::pair{kPlaneCoverage, &entry.coverage}, std::pair{kPlaneOwner, &entry.owner},
               std::pair{kPlaneSupport, &entry.support}}) {
-            device->write(device::Buffer::state,
-                          static_cast<int64_t>(plane) * params.plane_stride + at, *words);
+            device->write(Buffer::state, static_cast<int64_t>(plane) * params.plane_stride + at,
+                          *words);
         }
-        device->write(device::Buffer::spans,
-                      static_cast<int64_t>(slot) * kTileColumns * kColumnWords, entry.columns);
+        device->write(Buffer::spans, static_cast<int64_t>(slot) * kTileColumns * kColumnWords,
+                      entry.columns);
     }
-    device->write(device::Buffer::spans, static_cast<int64_t>(count) * kTileColumns * kColumnWords,
-                  tops);
+    device->write(Buffer::spans, static_cast<int64_t>(count) * kTileColumns * kColumnWords, tops);
     return Done{};
 }
 
@@ -146,15 +143,13 @@ int Soil::Impl::wake(int index) {
     write_voxels(index, scratch);
     const int64_t base = static_cast<int64_t>(tile.slot) * params.tile_voxels;
     for (int plane : {kPlaneCoverage, kPlaneOwner, kPlaneSupport}) {
-        device->fill_zero(device::Buffer::state,
-                          static_cast<int64_t>(plane) * params.plane_stride + base,
+        device->fill_zero(Buffer::state, static_cast<int64_t>(plane) * params.plane_stride + base,
                           params.tile_voxels);
     }
-    device->fill_zero(device::Buffer::spans,
-                      static_cast<int64_t>(tile.slot) * kTileColumns * kColumnWords,
+    device->fill_zero(Buffer::spans, static_cast<int64_t>(tile.slot) * kTileColumns * kColumnWords,
                       kTileColumns * kColumnWords);
     for (int array = 0; array < kFlagArrays; ++array) {
-        device->fill_zero(device::Buffer::block_flags,
+        device->fill_zero(Buffer::block_flags,
                           static_cast<int64_t>(array) * slot_count * blocks_per_tile +
                               static_cast<int64_t>(tile.slot) * blocks_per_tile,
                           blocks_per_tile);
@@ -210,7 +205,7 @@ void Soil::Impl::upload_tile_table() {
         entry[kTileTableY] = ty;
         entry[kTileTableTop] = 0;
     }
-    device->write(device::Buffer::tile_table, 0, tile_table);
+    device->write(Buffer::tile_table, 0, tile_table);
     table_dirty = false;
 }
 
@@ -224,13 +219,19 @@ void Soil::Impl::read_voxels(int index, TileVoxels& out) const {
         unpack_tile(tile->packed, out);
         return;
     }
-    const int64_t base = static_cast<int64_t>(tile->slot) * params.tile_voxels;
+    read_scratch.clear();
+    const auto words = static_cast<size_t>(params.tile_voxels);
     for (int p = 0; p < kept_planes; ++p) {
-        const int64_t plane = p == kKeptTerrain ? kPlaneTerrain : kTransportFirst + p - 1;
-        device->read(device::Buffer::state, plane * params.plane_stride + base,
-                     std::span(out.words).subspan(static_cast<size_t>(p) * params.tile_voxels,
-                                                  params.tile_voxels));
+        want_plane(p == kKeptTerrain ? kPlaneTerrain : kTransportFirst + p - 1, tile->slot,
+                   std::span(out.words).subspan(static_cast<size_t>(p) * words, words));
     }
+    device->read(read_scratch);
+}
+
+void Soil::Impl::want_plane(int plane, int slot, std::span<int32_t> words) const {
+    const int64_t offset = static_cast<int64_t>(plane) * params.plane_stride +
+                           static_cast<int64_t>(slot) * params.tile_voxels;
+    read_scratch.push_back({Buffer::state, offset, words});
 }
 
 void Soil::Impl::write_voxels(int index, const TileVoxels& in) {
@@ -242,7 +243,7 @@ void Soil::Impl::write_voxels(int index, const TileVoxels& in) {
         const int64_t base = static_cast<int64_t>(tile.slot) * params.tile_voxels;
         for (int p = 0; p < kept_planes; ++p) {
             const int64_t plane = p == kKeptTerrain ? kPlaneTerrain : kTransportFirst + p - 1;
-            device->write(device::Buffer::state, plane * params.plane_stride + base,
+            device->write(Buffer::state, plane * params.plane_stride + base,
                           std::span(in.words).subspan(static_cast<size_t>(p) * params.tile_voxels,
                                                       params.tile_voxels));
         }
@@ -265,11 +266,8 @@ std::span<const int32_t> Soil::Impl::tile_surface(int index) {
     }
     Tile& tile = *tiles[index];
     if (tile.slot >= 0) {
-        tile_tops.resize(kTileColumns);
-        device->read(device::Buffer::spans,
-                     (static_cast<int64_t>(slot_count) * kColumnWords + tile.slot) * kTileColumns,
-                     tile_tops);
-        return tile_tops;
+        return std::span(tile_tops).subspan(static_cast<size_t>(tile.slot) * kTileColumns,
+                                            kTileColumns);
     }
     if (tile.surface.empty()) {
         read_voxels(index, scratch);

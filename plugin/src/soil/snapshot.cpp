@@ -10,7 +10,6 @@
 namespace bsoil {
 
 using namespace layout;
-using device::Buffer;
 
 namespace {
 

@@ -8,11 +8,11 @@
 #include "soil/shape_bounds.h"
 #include "soil/slip_table.h"
 #include "soil/soil_impl.h"
+#include "soil/soil_kernels.h"
 
 namespace bsoil {
 
 using namespace layout;
-using device::Buffer;
 
 namespace {
 
@@ -120,7 +120,7 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     p.body_substep_count = 1;
     s.kept_planes = 1 + p.transport_count;
 
-    auto device = device::create_device(def.backend, def.thread_count, s.device_reason);
+    auto device = create_device(def.backend, def.thread_count, s.device_reason);
     if (!device) {
         return Error{device.error()};
     }

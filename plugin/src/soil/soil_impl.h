@@ -78,6 +78,11 @@ ColumnProfile column_profile(const TileVoxels& voxels, int column);
 /// bodies.
 int32_t column_surface_q16(const TileVoxels& voxels, int column);
 
+/// A work list whose entries lie in Buffer::block_list.
+struct ListedWork : device::WorkList {
+    int list_offset = 0;  ///< of group 0's entry, SoilParams::list_offset
+};
+
 struct Soil::Impl {
     SoilDef def;
     std::vector<MaterialDef> materials;
@@ -114,7 +119,7 @@ struct Soil::Impl {
     std::vector<int64_t> listed_step, rebuild_step,
         contact_step;                 ///< by device block: the last step it was in that list
     std::vector<int64_t> woken_step;  ///< by slot: when it woke
-    std::vector<int32_t> block_words, flag_words, shape_words, result_words, tile_tops;
+    std::vector<int32_t> block_words, flag_words, shape_words, result_head, result_words, tile_tops;
     std::vector<std::pair<BlockKey, int64_t>> active_scratch;
     std::vector<std::unordered_map<BlockKey, int64_t>::node_type>
         active_spare;  ///< entries that fell out of `active`
@@ -123,6 +128,8 @@ struct Soil::Impl {
     std::vector<BlockKey> block_scratch, fresh_blocks;
     std::vector<StepBody> body_scratch;
     std::vector<Aabb> shape_boxes;
+    int contacts_expected = 0;  ///< contact records that read_back() asks for
+    mutable std::vector<device::ReadRange> read_scratch;
     std::vector<int> contact_order, surface_queue;
     struct SurfaceSum {
         double height = 0, count = 0;                  ///< [voxels] of free columns, and of them
@@ -155,7 +162,7 @@ struct Soil::Impl {
     std::vector<LatticePlace> lattices;
     size_t shapes_capacity = 0;  ///< words before the first lattice
     int block_active_count = 0;
-    device::WorkList listed_work, tile_work, rebuild_work, pair_work, contact_work;
+    ListedWork listed_work, tile_work, rebuild_work, pair_work, contact_work;
     mutable TileVoxels scratch;
     mutable TileVoxels sampled;
     mutable int sampled_tile = -1;
@@ -176,9 +183,12 @@ struct Soil::Impl {
     void upload_tile_table();
     /// Reads a tile, awake or asleep, into `out`.
     void read_voxels(int index, TileVoxels& out) const;
+    /// Adds a tile's words of a plane of the state to read_scratch.
+    void want_plane(int plane, int slot, std::span<int32_t> words) const;
     void write_voxels(int index, const TileVoxels& in);
     const TileVoxels& sampled_voxels(int index) const;
-    /// Surface heights of a tile's columns [Q16 voxels], awake or asleep; -1: under a body.
+    /// Surface heights of a tile's columns [Q16 voxels], awake (as read_back() found them) or
+    /// asleep; under a body see kCovered.
     std::span<const int32_t> tile_surface(int index);
     void activate(BlockKey block);
 
@@ -207,11 +217,12 @@ struct Soil::Impl {
     bool place_lattices();
     const LatticePlace* place_of(const ConvexShape& shape) const;
     void build_pairs();
-    void ensure_capacity(device::Buffer buffer, size_t& capacity, size_t words);
-    void dispatch(layout::Kernel kernel, const device::WorkList& work);
+    void ensure_capacity(device::BufferIndex buffer, size_t& capacity, size_t words);
+    void dispatch(layout::Kernel kernel, const ListedWork& work);
     void run_deformation();
     void run_advection();
     void run_slippage();
+    void read_back();
     void read_results(std::span<const StepBody> step_bodies);
     struct Column {
         int x = 0, y = 0;

@@ -1,17 +1,16 @@
 // The step on the host's side: which bodies, which blocks, which kernels in which order.
 #include <algorithm>
 #include <bit>
-#include <chrono>
 #include <cmath>
 
 #include "soil/shape_bounds.h"
 #include "soil/shape_faces.h"
 #include "soil/soil_impl.h"
+#include "soil/soil_kernels.h"
 
 namespace bsoil {
 
 using namespace layout;
-using device::Buffer;
 
 namespace {
 
@@ -64,9 +63,15 @@ constexpr double kWedgeLength = 1.8;
 constexpr double kHardlyAny = 1e-6;  ///< columns
 constexpr int32_t kNotLookedAt = INT32_MIN;
 
-using Clock = std::chrono::steady_clock;
-double ms_since(Clock::time_point start) {
-    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+// Contact records read with everything else are those of the step before and so many more: a
+// second read is for the step in which a body lands.
+constexpr int kContactsMore = 64;
+
+/// Stages as StageTimes has them.
+enum Stage { kVoxelize, kDeform, kAdvect, kSlip, kContacts, kActivity };
+
+StageTimes stage_times(std::span<const double> ms) {
+    return {ms[kVoxelize], ms[kDeform], ms[kAdvect], ms[kSlip], ms[kContacts], ms[kActivity]};
 }
 
 int32_t to_q16(double value, double limit) {
@@ -98,8 +103,7 @@ int clamped_floor(double value, int low, int high) {
 /// Adds `block` to a work list being filled tile by tile.
 class WorkListBuilder {
   public:
-    WorkListBuilder(device::WorkList& list, std::vector<int32_t>& words)
-        : list_(list), words_(words) {
+    WorkListBuilder(ListedWork& list, std::vector<int32_t>& words) : list_(list), words_(words) {
         list_.list_offset = static_cast<int>(words.size());
         list_.group_count = 0;
         for (auto& tiles : list_.tiles_by_colour) {
@@ -125,7 +129,7 @@ class WorkListBuilder {
     }
 
   private:
-    device::WorkList& list_;
+    ListedWork& list_;
     std::vector<int32_t>& words_;
     int colour_ = 0, first_ = 0;
 };
@@ -137,16 +141,13 @@ int64_t wide_sum(const int32_t* words) {
 
 }  // namespace
 
-void Soil::Impl::dispatch(Kernel kernel, const device::WorkList& work) {
+void Soil::Impl::dispatch(Kernel kernel, const ListedWork& work) {
     if (work.group_count == 0) {
         return;
     }
     params.list_offset = work.list_offset;
     params.pair_offset = work.list_offset;
-    params.list_count = work.group_count;
-    device->set_params(
-        {reinterpret_cast<const int32_t*>(&params), sizeof(params) / sizeof(int32_t)});
-    device->dispatch(static_cast<int>(kernel), work);
+    device->dispatch(static_cast<int>(kernel), words_of(params), work);
 }
 
 // Height to which soil may reach in a tile within this step: what lies next to it, in a bucket high
@@ -267,7 +268,7 @@ void Soil::Impl::list_active_blocks() {
 void Soil::Impl::build_work_lists() {
     block_words.clear();
     flag_words.assign(static_cast<size_t>(slot_count) * blocks_per_tile, 0);
-    const auto build = [&](device::WorkList& list, auto&& wanted) {
+    const auto build = [&](ListedWork& list, auto&& wanted) {
         WorkListBuilder builder(list, block_words);
         for (int slot = 0; slot < slot_count; ++slot) {
             if (slot_tile[slot] < 0) {
@@ -495,7 +496,7 @@ void Soil::Impl::upload_shapes() {
     device->write(Buffer::shapes, 0, shape_words);
 }
 
-void Soil::Impl::ensure_capacity(Buffer buffer, size_t& capacity, size_t words) {
+void Soil::Impl::ensure_capacity(device::BufferIndex buffer, size_t& capacity, size_t words) {
     if (words > capacity) {
         capacity = std::max(words, 2 * capacity);
         // Growing a small buffer can only fail when the host is out of memory; then the next step
@@ -652,7 +653,7 @@ double Soil::Impl::body_reach_voxels(const StepBody& body) const {
 
 StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     StepReport report;
-    Clock::time_point mark = Clock::now();
+    device::DeviceSession session(*device);
     ++step_index;
     const int64_t stamp = step_index % kStampWrap + 1;
     if (stamp < params.step_stamp || params.pass_stamp > (1 << 30)) {
@@ -781,40 +782,37 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
                       kResultHeader + static_cast<int64_t>(limits::kBodyCapacity) * kLoadWords);
     params.body_substep_count = body_substeps;
     for (int s = 0; s < body_substeps; ++s) {
-        mark = Clock::now();
+        device->mark_stage(kVoxelize);
         if (s == 0 || any_moved) {
             upload_bodies(step_bodies, static_cast<double>(s + 1) / body_substeps);
             build_pairs();
             dispatch(Kernel::clear_coverage, rebuild_work);
             dispatch(Kernel::voxelize_shapes, pair_work);
         }
-        report.stage_ms.voxelize += ms_since(mark);
-        mark = Clock::now();
+        device->mark_stage(kDeform);
         run_deformation();
-        report.stage_ms.deform += ms_since(mark);
-        mark = Clock::now();
+        device->mark_stage(kAdvect);
         params.substep_count = body_substeps * fall_substeps;
         for (int f = 0; f < fall_substeps; ++f) {
             run_advection();
         }
-        report.stage_ms.advect += ms_since(mark);
-        mark = Clock::now();
+        device->mark_stage(kSlip);
         params.substep_count = body_substeps;
         run_slippage();
-        report.stage_ms.slip += ms_since(mark);
     }
 
-    mark = Clock::now();
+    device->mark_stage(kContacts);
     params.contact_offset = kResultHeader + limits::kBodyCapacity * kLoadWords;
     params.contact_capacity = limits::kContactCapacity;
     dispatch(Kernel::collect_contacts, contact_work);
+    read_back();
     read_results(step_bodies);
-    report.stage_ms.contacts = ms_since(mark);
 
-    mark = Clock::now();
+    device->mark_stage(kActivity);
     read_activity();
     sleep_idle_tiles();
-    report.stage_ms.activity = ms_since(mark);
+    session.end();
+    report.stage_ms = stage_times(device->stage_ms());
 
     report.substep_count = body_substeps * fall_substeps;
     report.status_bits = status;
@@ -827,16 +825,46 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     return report;
 }
 
+// All that the host asks about a step, at the cost of one wait.
+void Soil::Impl::read_back() {
+    const size_t blocks = static_cast<size_t>(slot_count) * blocks_per_tile;
+    const int expected =
+        contact_work.group_count > 0 ? std::min(contacts_expected, limits::kContactCapacity) : 0;
+    result_head.resize(kResultHeader + body_ids.size() * kLoadWords);
+    result_words.resize(static_cast<size_t>(expected) * kContactWords);
+    static_assert(kFlagWanted == kFlagChanged + 1);
+    flag_words.resize(2 * blocks);
+    tile_table.resize(static_cast<size_t>(slot_count) * kTileTableWords);
+    tile_tops.resize(contact_work.group_count > 0 ? static_cast<size_t>(slot_count) * kTileColumns
+                                                  : 0);
+    const device::ReadRange ranges[] = {
+        {Buffer::result, 0, result_head},
+        {Buffer::result, params.contact_offset, result_words},
+        {Buffer::block_flags, static_cast<int64_t>(kFlagChanged * blocks), flag_words},
+        {Buffer::tile_table, 0, tile_table},
+        {Buffer::spans, static_cast<int64_t>(slot_count) * kTileColumns * kColumnWords, tile_tops}};
+    device->read(ranges);
+    const int count = std::min(result_head[kResultContacts], limits::kContactCapacity);
+    if (const size_t words = static_cast<size_t>(count) * kContactWords;
+        words > result_words.capacity()) {
+        result_words.reserve(2 * words);
+    }
+    result_words.resize(static_cast<size_t>(count) * kContactWords);
+    if (count > expected) {
+        const int64_t known = static_cast<int64_t>(expected) * kContactWords;
+        device->read(Buffer::result, params.contact_offset + known,
+                     std::span(result_words).subspan(static_cast<size_t>(known)));
+    }
+    contacts_expected = count + count / 4 + kContactsMore;
+}
+
 void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
-    const int head = kResultHeader + static_cast<int>(body_ids.size()) * kLoadWords;
-    result_words.resize(static_cast<size_t>(head));
-    device->read(Buffer::result, 0, result_words);
-    status |= static_cast<uint32_t>(result_words[kResultStatus]);
-    speed_q16 = result_words[kResultSpeed];
-    slope_q16 = result_words[kResultSlope];
+    status |= static_cast<uint32_t>(result_head[kResultStatus]);
+    speed_q16 = result_head[kResultSpeed];
+    slope_q16 = result_head[kResultSlope];
     loads.clear();
     for (size_t b = 0; b < body_ids.size(); ++b) {
-        const int32_t* sums = &result_words[kResultHeader + b * kLoadWords];
+        const int32_t* sums = &result_head[kResultHeader + b * kLoadWords];
         const double units = static_cast<double>(wide_sum(sums));
         if (units > 0 && body_ids[b] >= 0) {
             const Vec3 center{static_cast<double>(wide_sum(sums + 2)) / units / 2,
@@ -846,9 +874,7 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
             loads.push_back({body_ids[b], units * 16 * kg_per_unit, frame.to_world(center)});
         }
     }
-    const int count = std::min(result_words[kResultContacts], limits::kContactCapacity);
-    result_words.resize(static_cast<size_t>(count) * kContactWords);
-    device->read(Buffer::result, params.contact_offset, result_words);
+    const int count = static_cast<int>(result_words.size() / kContactWords);
     contact_order.resize(static_cast<size_t>(count));
     for (int i = 0; i < count; ++i) {
         contact_order[i] = i;
@@ -1168,11 +1194,6 @@ double Soil::Impl::free_surface_beside(int x, int y, Vec3 at, Vec3 outward, size
 
 void Soil::Impl::read_activity() {
     const size_t blocks = static_cast<size_t>(slot_count) * blocks_per_tile;
-    flag_words.resize(2 * blocks);
-    static_assert(kFlagWanted == kFlagChanged + 1);
-    device->read(Buffer::block_flags, static_cast<int64_t>(kFlagChanged * blocks), flag_words);
-    tile_table.resize(static_cast<size_t>(slot_count) * kTileTableWords);
-    device->read(Buffer::tile_table, 0, tile_table);
     for (int slot = 0; slot < slot_count; ++slot) {
         const int index = slot_tile[slot];
         if (index < 0) {

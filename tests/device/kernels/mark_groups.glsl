@@ -1,8 +1,8 @@
-// Each group counts its lanes and notes its entry of block_list.
+// Each group counts its lanes and notes its entry of entries.
 
 void mark_groups(int group, int lane) {
-    ATOMIC_ADD(result[2 * group], 1);
+    ATOMIC_ADD(counts[2 * group], 1);
     if (lane == 63) {
-        result[2 * group + 1] = block_list[params.list_offset + group];
+        counts[2 * group + 1] = entries[params.list_offset + group];
     }
 }

@@ -1,5 +1,5 @@
-// Every word of the kernel language on a pair of integers. Reads state (pairs); writes delta
-// (planes of plane_stride).
+// Every word of the kernel language on a pair of integers. Reads inputs (pairs); writes outputs
+// (planes of params.stride).
 
 void split_halves(int value, OUT(int) low, INOUT(int) sum) {
     low = value & 65535;
@@ -8,28 +8,28 @@ void split_halves(int value, OUT(int) low, INOUT(int) sum) {
 
 void probe_builtins(int group, int lane) {
     int i = lane_index(group, lane);
-    int a = state[2 * i];
-    int b = state[2 * i + 1];
+    int a = inputs[2 * i];
+    int b = inputs[2 * i + 1];
     float x = int_as_float(a);
     float y = int_as_float(b);
-    int stride = params.plane_stride;
-    delta[i] = mul_q16(a, b);
-    delta[stride + i] = float_as_int(sqrt_exact(x));
-    delta[2 * stride + i] = float_as_int(inv_sqrt_exact(x));
+    int stride = params.stride;
+    outputs[i] = mul_q16(a, b);
+    outputs[stride + i] = float_as_int(sqrt_exact(x));
+    outputs[2 * stride + i] = float_as_int(inv_sqrt_exact(x));
     // Bounded, so that no device meets an infinite or denormal number.
     PRECISE float u = float(a >> 12) * 0.001f;
     PRECISE float v = float(b >> 12) * 0.37f;
     PRECISE float fused = u * v + u;
     fused = fused - v * v;
-    delta[3 * stride + i] = float_as_int(fused);
+    outputs[3 * stride + i] = float_as_int(fused);
     vec3 offset = vec3(u, v, fused) * 0.5f;
-    delta[4 * stride + i] = int(floor(clamp(offset.x + offset.y, -1000.0f, 1000.0f)));
+    outputs[4 * stride + i] = int(floor(clamp(offset.x + offset.y, -1000.0f, 1000.0f)));
     ivec3 whole = clamp(ivec3(a >> 8, b >> 8, i), ivec3(-5000), ivec3(5000));
     int spread = min(whole.y, whole.z) - max(whole.x, whole.z);
-    delta[5 * stride + i] = abs(whole.x) + spread + sign(whole.y);
+    outputs[5 * stride + i] = abs(whole.x) + spread + sign(whole.y);
     int low = 0;
     int sum = b >> 16;
     split_halves(a, low, sum);
-    delta[6 * stride + i] = low + sum;
-    delta[7 * stride + i] = x < y ? 1 : 0;
+    outputs[6 * stride + i] = low + sum;
+    outputs[7 * stride + i] = x < y ? 1 : 0;
 }

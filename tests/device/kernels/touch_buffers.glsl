@@ -2,13 +2,10 @@
 // agree.
 
 void touch_buffers(int group, int lane) {
-    state[lane] += 1;
-    delta[lane] += 2;
-    tile_table[lane] += 3;
-    block_list[lane] += 4;
-    block_flags[lane] += 5;
-    spans[lane] += 6;
-    shapes[lane] += 7;
-    tables[lane] += 8;
-    result[lane] += 9 + group;
+    inputs[lane] += 1;
+    outputs[lane] += 2;
+    entries[lane] += 3;
+    neighbours[lane] += 4;
+    tickets[lane] += 5;
+    counts[lane] += 6 + group;
 }

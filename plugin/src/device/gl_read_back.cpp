@@ -1,0 +1,82 @@
+#include "device/gl_read_back.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+
+namespace bsoil::device {
+
+namespace {
+
+/// So long a single wait lasts before the GPU is asked whether it is still there.
+constexpr GLuint64 kPatienceNs = 1'000'000'000;
+
+/// Waits until all commands so far are done.
+std::string wait_for_gpu() {
+    const GLsync fence = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+    GLenum answer = GL_TIMEOUT_EXPIRED;
+    while (answer == GL_TIMEOUT_EXPIRED && glGetGraphicsResetStatus() == GL_NO_ERROR) {
+        answer = glClientWaitSync(fence, GL_SYNC_FLUSH_COMMANDS_BIT, kPatienceNs);
+    }
+    glDeleteSync(fence);
+    const bool done = answer == GL_ALREADY_SIGNALED || answer == GL_CONDITION_SATISFIED;
+    return done ? std::string() : "was reset or cannot be waited for; its buffers are lost";
+}
+
+}  // namespace
+
+void GlReadBack::begin() {
+    parts_.clear();
+    part_bytes_ = 0;
+}
+
+void GlReadBack::add(GLuint buffer, int64_t offset_bytes, std::span<int32_t> words) {
+    parts_.push_back({buffer, offset_bytes, words});
+    part_bytes_ += static_cast<int64_t>(words.size_bytes());
+}
+
+std::string GlReadBack::finish() {
+    if (std::string error = reserve(part_bytes_); !error.empty()) {
+        return error;
+    }
+    GLintptr at = 0;
+    for (const Part& part : parts_) {
+        const auto bytes = static_cast<GLsizeiptr>(part.words.size_bytes());
+        glCopyNamedBufferSubData(part.buffer, buffer_.name(), part.offset_bytes, at, bytes);
+        at += bytes;
+    }
+    if (std::string error = wait_for_gpu(); !error.empty()) {
+        return error;
+    }
+    const std::byte* from = memory_;
+    for (const Part& part : parts_) {
+        std::memcpy(part.words.data(), from, part.words.size_bytes());
+        from += part.words.size_bytes();
+    }
+    return {};
+}
+
+std::string GlReadBack::reserve(int64_t bytes) {
+    if (bytes <= capacity_bytes_) {
+        return {};
+    }
+    const int64_t capacity = std::max(bytes, 2 * capacity_bytes_);
+    capacity_bytes_ = 0;
+    memory_ = nullptr;
+    GLuint name = 0;
+    glCreateBuffers(1, &name);
+    buffer_ = GlBuffer(name);
+    buffer_.set_label("read back");
+    // Coherent: what the GPU has copied is visible once the fence behind it has been passed.
+    constexpr GLbitfield kAccess = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
+    glNamedBufferStorage(name, capacity, nullptr, kAccess | GL_CLIENT_STORAGE_BIT);
+    memory_ = static_cast<const std::byte*>(glMapNamedBufferRange(name, 0, capacity, kAccess));
+    if (!memory_) {
+        return fmt::format("has no {} bytes for what is read back", capacity);
+    }
+    capacity_bytes_ = capacity;
+    return {};
+}
+
+}  // namespace bsoil::device

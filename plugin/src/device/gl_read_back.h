@@ -1,0 +1,41 @@
+/// Reads from GL buffers, many parts at the cost of one wait.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "device/gl_objects.h"
+
+namespace bsoil::device {
+
+/// Memory that the GPU writes and the host sees: the GPU copies parts of its buffers there, then
+/// one fence says that all of them have arrived. A context must be current in every call.
+class GlReadBack {
+  public:
+    /// Forgets the parts of the read before.
+    void begin();
+    /// Adds words of a buffer from `offset_bytes` on to the read at hand; `words` is where they go.
+    void add(GLuint buffer, int64_t offset_bytes, std::span<int32_t> words);
+    /// Reads all of them. The error of a GPU that does not answer or has no memory for it; empty
+    /// when all is well.
+    std::string finish();
+
+  private:
+    struct Part {
+        GLuint buffer = 0;
+        int64_t offset_bytes = 0;
+        std::span<int32_t> words;
+    };
+    std::string reserve(int64_t bytes);
+
+    std::vector<Part> parts_;
+    int64_t part_bytes_ = 0;
+    GlBuffer buffer_;
+    int64_t capacity_bytes_ = 0;
+    const std::byte* memory_ = nullptr;  ///< of the buffer, as the host sees it
+};
+
+}  // namespace bsoil::device

@@ -1,0 +1,10 @@
+// The kernels' buffers of 32-bit integers in binding order. What each holds: soil_layout.h.
+BUFFER(state)
+BUFFER(delta)
+BUFFER(tile_table)
+BUFFER(block_list)
+BUFFER(block_flags)
+BUFFER(spans)
+BUFFER(shapes)
+BUFFER(tables)
+BUFFER(result)

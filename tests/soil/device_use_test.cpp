@@ -1,0 +1,97 @@
+// What a step asks of the device: waits, dispatches, bytes.
+#include "moving_scene.h"
+
+namespace bsoil {
+namespace {
+
+const device::DeviceCounters& counters_of(Soil& soil) {
+    return SoilProbe::impl(soil).device->counters();
+}
+
+class DeviceUse : public testing::TestWithParam<Backend> {
+  protected:
+    void SetUp() override {
+        if (GetParam() == Backend::gl && !gl_missing().empty()) {
+            GTEST_SKIP() << gl_missing();
+        }
+    }
+};
+
+TEST_P(DeviceUse, a_warm_step_waits_for_the_device_once) {
+    SoilDef def = MovingScene::default_def();
+    def.backend = GetParam();
+    MovingScene scene(4, def);
+    scene.run(20);
+    // More contacts than the step before had and a quarter more would take a second read, and so
+    // would a tile that goes to sleep: bodies here move slowly, and tiles stay awake.
+    int contact_count = 0;
+    for (int i = 0; i < 20; ++i) {
+        const device::DeviceCounters before = counters_of(scene.soil());
+        const StepReport report = scene.step();
+        contact_count += static_cast<int>(report.contacts.size());
+        const device::DeviceCounters& after = counters_of(scene.soil());
+        EXPECT_EQ(after.read_count - before.read_count, 1) << i;
+        EXPECT_EQ(after.context_count - before.context_count, GetParam() == Backend::gl ? 1 : 0);
+        EXPECT_GT(after.dispatch_count, before.dispatch_count);
+    }
+    EXPECT_GT(contact_count, 1000);
+}
+
+TEST_P(DeviceUse, a_step_in_which_a_body_lands_reads_all_of_its_contacts) {
+    SoilDef def = grid_def(48, 48, 24);
+    def.backend = GetParam();
+    const auto soil = make_soil(def);
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {48, 48, 8})));
+    std::vector<Mover> movers;
+    // Not a contact, then those of a plate of 40 x 40 voxels at once.
+    movers.emplace_back(1, box_shape(Vec3{20, 20, 2} * 0.05), Vec3{24, 24, 18} * 0.05);
+    soil->step(bodies_of(movers));
+    movers[0].body.pose.position.z = 9.5 * 0.05;
+    const device::DeviceCounters before = counters_of(*soil);
+    const size_t landed = soil->step(bodies_of(movers)).contacts.size();
+    EXPECT_EQ(counters_of(*soil).read_count - before.read_count, 2);
+    const size_t resting = soil->step(bodies_of(movers)).contacts.size();
+    EXPECT_GT(landed, 1600u);
+    EXPECT_GT(resting, 1600u);
+}
+
+// Flags, tile table and surface heights of awake tiles, the contacts and the head: nothing else.
+TEST_P(DeviceUse, a_step_reads_a_few_words_a_block_and_no_voxel) {
+    SoilDef def = MovingScene::default_def();
+    def.backend = GetParam();
+    MovingScene scene(4, def);
+    scene.run(20);
+    const Soil::Impl& impl = SoilProbe::impl(scene.soil());
+    const device::DeviceCounters before = counters_of(scene.soil());
+    const StepReport report = scene.step();
+    const int64_t words = (counters_of(scene.soil()).read_bytes - before.read_bytes) / 4;
+    const int64_t slot_words =
+        2 * impl.blocks_per_tile + layout::kTileTableWords + layout::kTileColumns;
+    const int64_t head =
+        layout::kResultHeader + static_cast<int64_t>(impl.body_ids.size()) * layout::kLoadWords;
+    const int64_t records = words - impl.slot_count * slot_words - head;
+    EXPECT_EQ(records % layout::kContactWords, 0);
+    EXPECT_LE(records / layout::kContactWords, 2 * static_cast<int64_t>(report.contacts.size()));
+}
+
+INSTANTIATE_TEST_SUITE_P(Backends, DeviceUse, testing::Values(Backend::cpu, Backend::gl),
+                         [](const auto& backend) {
+                             return backend.param == Backend::gl ? "gl" : "cpu";
+                         });
+
+TEST(DeviceTimes, gl_tells_the_stages_times_by_its_own_clock) {
+    if (!gl_missing().empty()) {
+        GTEST_SKIP() << gl_missing();
+    }
+    SoilDef def = MovingScene::default_def();
+    def.backend = Backend::gl;
+    MovingScene scene(4, def);
+    scene.run(10);
+    const StageTimes ms = scene.step().stage_ms;
+    for (double stage : {ms.voxelize, ms.deform, ms.advect, ms.slip, ms.contacts}) {
+        EXPECT_GT(stage, 0);
+    }
+}
+
+}  // namespace
+}  // namespace bsoil
