@@ -1,0 +1,572 @@
+#include "built_world.h"
+
+#include <BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h>
+#include <BulletDynamics/Featherstone/btMultiBodyJointMotor.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bullet_types.h"
+
+namespace bsoil::random_worlds {
+
+using bullet::from_bullet;
+using bullet::SoilAction;
+using bullet::to_bullet;
+
+namespace {
+
+btScalar scalar(double value) { return static_cast<btScalar>(value); }
+
+btTransform transform_of(const Pose& pose) { return bullet::transform_to_bullet(pose); }
+
+uint64_t add(uint64_t hash, const void* data, size_t size) {
+    for (size_t i = 0; i < size; ++i)
+        hash = (hash ^ static_cast<const unsigned char*>(data)[i]) * 0x100000001b3ull;
+    return hash;
+}
+uint64_t add(uint64_t hash, const btVector3& v) { return add(hash, &v[0], 3 * sizeof(btScalar)); }
+
+/// Frames of a variable world, as shares of the longest.
+constexpr double kFrameShares[] = {1, 0.4, 0.75, 1, 1.0 / 3, 0.9, 0.5};
+/// Below the lowest soil by so many grid heights lies a floor.
+constexpr double kFloorBelow = 0.5;
+
+}  // namespace
+
+BuiltWorld::BuiltWorld(const WorldPlan& plan, const BuildOptions& options, int start_step)
+    : plan_(plan), up_(plan.soils[0].def.up == UpAxis::y ? Vec3{0, 1, 0} : Vec3{0, 0, 1}) {
+    btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher_);
+    world_ = std::make_unique<btMultiBodyDynamicsWorld>(&dispatcher_, &broadphase_, &solver_,
+                                                        &configuration_);
+    world_->setGravity(to_bullet(-gravity_m_s2() * up_));
+    for (const SoilPlan& soil : plan_.soils) {
+        add_soil(soil, options);
+        if (!error_.empty()) return;
+    }
+    filled_.resize(soils_.size());
+    add_floor();
+    build_bodies();
+    for (const JointPlan& joint : plan_.joints)
+        if (!joint.dropped) add_joint(joint);
+    for (const ChainPlan& chain : plan_.chains)
+        if (!chain.dropped) add_chain(chain);
+    for (const CarPlan& car : plan_.cars)
+        if (!car.dropped) add_car(car);
+    for (; step_ < start_step; ++step_) apply_step(step_, true);
+}
+
+BuiltWorld::~BuiltWorld() {
+    cars_.clear();
+    soils_.clear();
+    for (const Joint& joint : joints_) world_->removeConstraint(joint.bullet.get());
+    for (const Chain& chain : chains_) {
+        if (chain.motor) world_->removeMultiBodyConstraint(chain.motor.get());
+        for (const auto& collider : chain.colliders) world_->removeCollisionObject(collider.get());
+        world_->removeMultiBody(chain.multibody.get());
+    }
+    for (const auto& chassis : chassis_) world_->removeRigidBody(chassis.get());
+    for (const Body& body : bodies_)
+        if (body.is_in) world_->removeRigidBody(body.bullet.get());
+    if (floor_) world_->removeRigidBody(floor_.get());
+}
+
+Pose BuiltWorld::to_world(int soil, const Pose& pose) const {
+    return soils_[static_cast<size_t>(soil)]->soil().frame().grid_to_world * pose;
+}
+
+std::vector<SoilAction*> BuiltWorld::soils() const {
+    std::vector<SoilAction*> out;
+    for (const auto& soil : soils_) out.push_back(soil.get());
+    return out;
+}
+
+btRigidBody* BuiltWorld::body(int index) const {
+    const Body& body = bodies_[static_cast<size_t>(index)];
+    return body.is_in ? body.bullet.get() : nullptr;
+}
+
+// --- soils
+
+void BuiltWorld::add_soil(const SoilPlan& plan, const BuildOptions& options) {
+    SoilDef def = plan.def;
+    def.backend = options.backend;
+    def.thread_count = options.thread_count;
+    // Grid x and y run along the world's Z and X where Y is up.
+    const Vec3 s = plan.def.size_m;
+    if (def.up == UpAxis::y) def.size_m = {s.y, s.z, s.x};
+    auto made = SoilAction::create(*world_, def);
+    if (!made) {
+        error_ = "soil: " + made.error();
+        return;
+    }
+    soils_.push_back(std::move(*made));
+    Soil& soil = soils_.back()->soil();
+    const GridFrame& frame = soil.frame();
+    const double voxel_m = def.voxel_m;
+    if (plan.terrain_m > 0) {
+        const Status done = soil.add_terrain([&](Vec3 world_m) {
+            const Vec3 at = frame.to_grid(world_m) * voxel_m;
+            return plan.terrain_m + plan.terrain_slope * (at.x - s.x / 2) - at.z;
+        });
+        if (!done) error_ = "terrain: " + done.error();
+    }
+    for (const FillPlan& f : plan.fills) {
+        if (f.dropped) continue;
+        if (const Status done = fill(static_cast<int>(soils_.size()) - 1, f); !done) {
+            error_ = "fill: " + done.error();
+            return;
+        }
+    }
+}
+
+Status BuiltWorld::fill(int index, const FillPlan& f) {
+    Soil& soil = soils_[static_cast<size_t>(index)]->soil();
+    const GridFrame& frame = soil.frame();
+    const double voxel_m = frame.voxel_m;
+    const std::string& material = soil.materials()[static_cast<size_t>(f.material)].name;
+    if (f.kind == FillPlan::Kind::noise) {
+        NoiseFill noise;
+        noise.base_m = 0.75 * f.high_m.z;
+        noise.amplitude_m = 0.2 * f.high_m.z;
+        noise.wavelength_m = 0.5 * f.high_m.x;
+        noise.seed = static_cast<unsigned>(f.seed);
+        noise.material = material;
+        return soil.fill(noise);
+    }
+    const Vec3 middle = 0.5 * (f.low_m + f.high_m), half = 0.5 * (f.high_m - f.low_m);
+    return soil.fill(
+        FunctionFill{[&](Vec3 world_m) {
+                         const Vec3 at = frame.to_grid(world_m) * voxel_m;
+                         const Vec3 d{(at.x - middle.x) / half.x, (at.y - middle.y) / half.y, 0};
+                         const double out = f.kind == FillPlan::Kind::box
+                                                ? std::max(std::abs(d.x), std::abs(d.y))
+                                                : std::hypot(d.x, d.y);
+                         const double top = f.kind == FillPlan::Kind::hill
+                                                ? f.low_m.z + (1 - out) * (f.high_m.z - f.low_m.z)
+                                                : f.high_m.z;
+                         return std::min({1 - out, at.z - f.low_m.z, top - at.z});
+                     },
+                     material});
+}
+
+// --- bodies
+
+/// For what leaves the grid; the soil does not see it.
+void BuiltWorld::add_floor() {
+    double lowest = std::numeric_limits<double>::infinity(), reach = 0;
+    for (const auto& soil : soils_) {
+        const GridFrame& frame = soil->soil().frame();
+        lowest = std::min(lowest, dot(frame.to_world({0, 0, 0}), up_));
+        reach = std::max(reach, frame.voxel_m * frame.size[2]);
+    }
+    ShapePlan plane;
+    plane.kind = ShapePlan::Kind::plane;
+    plane.half_m = up_;
+    floor_ = std::make_unique<btRigidBody>(scalar(0), nullptr, &shapes_.make(plane));
+    floor_->setWorldTransform(transform_of({(lowest - kFloorBelow * reach) * up_, Quat{}}));
+    // What has left rolls no farther than soil would let it.
+    floor_->setFriction(1);
+    floor_->setRollingFriction(scalar(reach));
+    floor_->setSpinningFriction(scalar(reach));
+    world_->addRigidBody(floor_.get());
+    for (const auto& soil : soils_)
+        if (const Status done = soil->set_options(*floor_, {.ignored = true}); !done)
+            error_ = done.error();
+}
+
+void BuiltWorld::build_bodies() {
+    bodies_.resize(plan_.bodies.size());
+    for (size_t i = 0; i < bodies_.size(); ++i) {
+        const BodyPlan& plan = plan_.bodies[i];
+        if (plan.dropped) continue;
+        btCollisionShape& shape = shapes_.make(plan.shape);
+        btVector3 inertia(0, 0, 0);
+        if (plan.kind == BodyPlan::Kind::moving)
+            shape.calculateLocalInertia(scalar(plan.mass_kg), inertia);
+        const btTransform pose = transform_of(to_world(plan.soil, plan.pose));
+        Body& body = bodies_[i];
+        body.motion = std::make_unique<btDefaultMotionState>(pose);
+        btRigidBody::btRigidBodyConstructionInfo info(
+            scalar(plan.kind == BodyPlan::Kind::moving ? plan.mass_kg : 0), body.motion.get(),
+            &shape, inertia);
+        info.m_friction = scalar(plan.friction);
+        body.bullet = std::make_unique<btRigidBody>(info);
+        body.bullet->setUserIndex(static_cast<int>(i));
+        if (plan.kind == BodyPlan::Kind::driven) {
+            body.bullet->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+            body.bullet->setActivationState(DISABLE_DEACTIVATION);
+        }
+        const Quat frame =
+            soils_[static_cast<size_t>(plan.soil)]->soil().frame().grid_to_world.rotation;
+        if (plan.kind == BodyPlan::Kind::moving) {
+            body.bullet->setLinearVelocity(to_bullet(rotate(frame, plan.velocity_m_s)));
+            body.bullet->setAngularVelocity(to_bullet(rotate(frame, plan.spin_rad_s)));
+        }
+        if (plan.enters_step == 0) enter(static_cast<int>(i));
+    }
+}
+
+void BuiltWorld::enter(int index) {
+    Body& body = bodies_[static_cast<size_t>(index)];
+    const BodyPlan& plan = plan_.bodies[static_cast<size_t>(index)];
+    if (!body.bullet || body.is_in) return;
+    body.is_in = true;
+    world_->addRigidBody(body.bullet.get());
+    const bullet::BodyOptions options{.ignored = plan.is_ignored,
+                                      .coverage_only = plan.is_coverage_only,
+                                      .surface = {.friction = plan.surface_friction}};
+    for (const auto& soil : soils_)
+        if (const Status done = soil->set_options(*body.bullet, options); !done)
+            error_ = done.error();
+}
+
+void BuiltWorld::leave(int index) {
+    Body& body = bodies_[static_cast<size_t>(index)];
+    if (!body.is_in) return;
+    body.is_in = false;
+    world_->removeRigidBody(body.bullet.get());
+}
+
+// --- machines
+
+void BuiltWorld::add_joint(const JointPlan& joint) {
+    btRigidBody *a = body(joint.a), *b = body(joint.b);
+    if (!a || !b) return;
+    const btVector3 middle =
+        (a->getWorldTransform().getOrigin() + b->getWorldTransform().getOrigin()) / 2;
+    btVector3 axis = to_bullet(joint.axis).normalized();
+    btVector3 first, second;
+    btPlaneSpace1(axis, first, second);
+    // The joint's own axis is its frame's x (slider) or z (hinge).
+    const bool is_slider = joint.kind == JointPlan::Kind::slider;
+    btMatrix3x3 basis(axis.x(), first.x(), second.x(), axis.y(), first.y(), second.y(), axis.z(),
+                      first.z(), second.z());
+    if (!is_slider)
+        basis = btMatrix3x3(first.x(), second.x(), axis.x(), first.y(), second.y(), axis.y(),
+                            first.z(), second.z(), axis.z());
+    const btTransform frame(basis, middle);
+    const btTransform in_a = a->getWorldTransform().inverse() * frame;
+    const btTransform in_b = b->getWorldTransform().inverse() * frame;
+    std::unique_ptr<btTypedConstraint> made;
+    const double reach = static_cast<double>(
+        (a->getWorldTransform().getOrigin() - b->getWorldTransform().getOrigin()).length());
+    const auto slack = scalar(0.2 * reach);
+    switch (joint.kind) {
+        case JointPlan::Kind::hinge: {
+            auto hinge = std::make_unique<btHingeConstraint>(*a, *b, in_a, in_b, true);
+            if (joint.motor_most > 0)
+                hinge->enableAngularMotor(true, scalar(joint.motor_speed),
+                                          scalar(joint.motor_most * plan_.frame_s));
+            made = std::move(hinge);
+            break;
+        }
+        case JointPlan::Kind::slider: {
+            auto slider = std::make_unique<btSliderConstraint>(*a, *b, in_a, in_b, true);
+            slider->setLowerLinLimit(-slack);
+            slider->setUpperLinLimit(slack);
+            slider->setLowerAngLimit(0);
+            slider->setUpperAngLimit(0);
+            if (joint.motor_most > 0) {
+                slider->setPoweredLinMotor(true);
+                slider->setTargetLinMotorVelocity(scalar(joint.motor_speed * reach));
+                slider->setMaxLinMotorForce(scalar(joint.motor_most / reach));
+            }
+            made = std::move(slider);
+            break;
+        }
+        case JointPlan::Kind::point:
+            made = std::make_unique<btPoint2PointConstraint>(*a, *b, in_a.getOrigin(),
+                                                             in_b.getOrigin());
+            break;
+        case JointPlan::Kind::six_dof: {
+            auto six = std::make_unique<btGeneric6DofConstraint>(*a, *b, in_a, in_b, true);
+            six->setLinearLowerLimit({-slack, 0, 0});
+            six->setLinearUpperLimit({slack, 0, 0});
+            six->setAngularLowerLimit({scalar(-0.3), 0, 0});
+            six->setAngularUpperLimit({scalar(0.3), 0, 0});
+            made = std::move(six);
+            break;
+        }
+    }
+    world_->addConstraint(made.get(), true);
+    joints_.push_back({std::move(made), joint});
+}
+
+void BuiltWorld::add_chain(const ChainPlan& plan) {
+    Chain chain;
+    const double h = plan.half_m;
+    const auto half = scalar(h);
+    const auto box = [&](btScalar x, btScalar y, btScalar z) {
+        return &shapes_.make(box_plan(from_bullet(btVector3(x, y, z))));
+    };
+    btCollisionShape* base_shape = box(half, half, half);
+    btCollisionShape* link_shape = box(half, half * scalar(0.6), half * scalar(0.6));
+    const auto mass = scalar(plan.link_mass_kg);
+    btVector3 base_inertia, link_inertia;
+    base_shape->calculateLocalInertia(2 * mass, base_inertia);
+    link_shape->calculateLocalInertia(mass, link_inertia);
+    chain.multibody = std::make_unique<btMultiBody>(plan.link_count, 2 * mass, base_inertia,
+                                                    plan.has_fixed_base, true);
+    btMultiBody& m = *chain.multibody;
+    const Pose pose = to_world(plan.soil, plan.pose);
+    m.setBasePos(to_bullet(pose.position));
+    // Bullet's multibody turns from the world's axes to its own.
+    m.setWorldToBaseRot(transform_of(pose).getRotation().inverse());
+    m.setLinearDamping(0);
+    m.setAngularDamping(0);
+    for (int i = 0; i < plan.link_count; ++i)
+        m.setupRevolute(i, mass, link_inertia, i - 1, btQuaternion::getIdentity(),
+                        btVector3(0, 1, 0), btVector3(half * scalar(1.2), 0, 0),
+                        btVector3(half * scalar(1.2), 0, 0), true);
+    m.finalizeMultiDof();
+    world_->addMultiBody(&m);
+    for (int i = -1; i < plan.link_count; ++i) {
+        auto collider = std::make_unique<btMultiBodyLinkCollider>(&m, i);
+        collider->setCollisionShape(i < 0 ? base_shape : link_shape);
+        const bool is_fixed = i < 0 && plan.has_fixed_base;
+        world_->addCollisionObject(
+            collider.get(),
+            is_fixed ? btBroadphaseProxy::StaticFilter : btBroadphaseProxy::DefaultFilter,
+            is_fixed ? btBroadphaseProxy::AllFilter ^ btBroadphaseProxy::StaticFilter
+                     : btBroadphaseProxy::AllFilter);
+        if (i < 0)
+            m.setBaseCollider(collider.get());
+        else
+            m.getLink(i).m_collider = collider.get();
+        chain.colliders.push_back(std::move(collider));
+    }
+    btAlignedObjectArray<btQuaternion> rotations;
+    btAlignedObjectArray<btVector3> origins;
+    m.forwardKinematics(rotations, origins);
+    m.updateCollisionObjectWorldTransforms(rotations, origins);
+    if (plan.motor_most > 0) {
+        chain.motor = std::make_unique<btMultiBodyJointMotor>(
+            &m, plan.link_count - 1, scalar(plan.motor_speed),
+            scalar(plan.motor_most * plan_.frame_s / plan_.substep_count));
+        world_->addMultiBodyConstraint(chain.motor.get());
+        chain.motor->finalizeMultiDof();
+    }
+    chains_.push_back(std::move(chain));
+}
+
+void BuiltWorld::add_car(const CarPlan& plan) {
+    Car car;
+    const double r = plan.radius_m;
+    const auto radius = scalar(r);
+    // Bullet's vehicle looks along its chassis's axes: x forward, the soil's up up, z or y aside.
+    const Pose frame = to_world(plan.soil, plan.pose);
+    btCollisionShape& shape = shapes_.make(box_plan(Vec3{3, 1.25, 0.5} * r));
+    btVector3 inertia;
+    shape.calculateLocalInertia(scalar(plan.mass_kg), inertia);
+    auto chassis = std::make_unique<btRigidBody>(scalar(plan.mass_kg), nullptr, &shape, inertia);
+    chassis->setWorldTransform(transform_of(frame));
+    chassis->setInterpolationWorldTransform(transform_of(frame));
+    world_->addRigidBody(chassis.get());
+    car.chassis = chassis.get();
+    chassis_.push_back(std::move(chassis));
+    car.caster = std::make_unique<bullet::SoilRaycaster>(*soils_[static_cast<size_t>(plan.soil)]);
+    btRaycastVehicle::btVehicleTuning tuning;
+    // A suspension that sags by a tenth of a wheel's radius under the chassis.
+    tuning.m_suspensionStiffness = scalar(gravity_m_s2() / (4 * 0.1 * r));
+    tuning.m_suspensionCompression = scalar(0.7 * std::sqrt(gravity_m_s2() / (4 * 0.1 * r)));
+    tuning.m_suspensionDamping = tuning.m_suspensionCompression;
+    tuning.m_maxSuspensionForce = scalar(1e9);
+    tuning.m_maxSuspensionTravelCm = scalar(60 * r);
+    tuning.m_frictionSlip = scalar(1.2);
+    car.vehicle = std::make_unique<btRaycastVehicle>(tuning, car.chassis, car.caster.get());
+    car.vehicle->setCoordinateSystem(1, 2, 0);
+    for (int i = 0; i < 4; ++i)
+        car.vehicle->addWheel(
+            btVector3(scalar(i < 2 ? 2.2 : -2.2) * radius, scalar(i % 2 == 0 ? 1.5 : -1.5) * radius,
+                      scalar(-0.4) * radius),
+            btVector3(0, 0, -1), btVector3(0, -1, 0), radius * scalar(0.6), radius, tuning, i < 2);
+    world_->addVehicle(car.vehicle.get());
+    const bullet::SoilWheelDef wheel{.width_m = plan.width_m,
+                                     .mass_kg = std::max(0.1, plan.mass_kg * 0.02),
+                                     .rim_speed_max_m_s = std::max(0.1, 20 * r)};
+    if (const Status done = car.caster->attach(*car.vehicle, wheel); !done)
+        error_ = "car: " + done.error();
+    for (int i = 0; i < 4; ++i) {
+        car.vehicle->applyEngineForce(scalar(plan.engine_n / 4), i);
+        if (i < 2) car.vehicle->setSteeringValue(scalar(plan.steering_rad), i);
+    }
+    cars_.push_back(std::move(car));
+}
+
+// --- time
+
+void BuiltWorld::happen(const EventPlan& event, bool only_structure) {
+    const auto index = static_cast<size_t>(event.body);
+    switch (event.kind) {
+        case EventPlan::Kind::teleport:
+        case EventPlan::Kind::push: {
+            btRigidBody* moved = body(event.body);
+            if (!moved || only_structure) return;
+            const int soil = plan_.bodies[index].soil;
+            if (event.kind == EventPlan::Kind::teleport) {
+                btTransform pose = moved->getWorldTransform();
+                pose.setOrigin(to_bullet(to_world(soil, {event.vector, Quat{}}).position));
+                moved->setWorldTransform(pose);
+                moved->setInterpolationWorldTransform(pose);
+            } else {
+                const Quat frame = to_world(soil, {}).rotation;
+                moved->setLinearVelocity(moved->getLinearVelocity() +
+                                         to_bullet(rotate(frame, event.vector)));
+            }
+            moved->activate();
+            return;
+        }
+        case EventPlan::Kind::set_ignored:
+        case EventPlan::Kind::set_coupled:
+            if (btRigidBody* object = body(event.body))
+                for (const auto& soil : soils_) {
+                    bullet::BodyOptions options = soil->options(*object);
+                    options.ignored = event.kind == EventPlan::Kind::set_ignored;
+                    if (const Status done = soil->set_options(*object, options); !done)
+                        error_ = done.error();
+                }
+            return;
+        case EventPlan::Kind::fill: {
+            if (only_structure) return;
+            const double v = plan_.soils[index].def.voxel_m;
+            const Vec3 half{3 * v, 3 * v, 2 * v};
+            std::vector<int64_t> before = soils_[index]->soil().totals().units;
+            if (const Status done =
+                    fill(event.body, {.low_m = event.vector - half, .high_m = event.vector + half});
+                !done)
+                error_ = "fill: " + done.error();
+            filled_[index] = soils_[index]->soil().totals().units;
+            for (size_t m = 0; m < before.size(); ++m) filled_[index][m] -= before[m];
+            return;
+        }
+        case EventPlan::Kind::disable:
+        case EventPlan::Kind::enable:
+            if (!only_structure) soils_[index]->set_enabled(event.kind == EventPlan::Kind::enable);
+            return;
+    }
+}
+
+void BuiltWorld::apply_step(int step, bool only_structure) {
+    for (auto& units : filled_) units.clear();
+    touched_ = false;
+    for (size_t i = 0; i < plan_.bodies.size(); ++i) {
+        const BodyPlan& plan = plan_.bodies[i];
+        if (plan.dropped || step == 0) continue;
+        if (plan.enters_step == step) enter(static_cast<int>(i)), touched_ = true;
+        if (plan.leaves_step == step) leave(static_cast<int>(i)), touched_ = true;
+    }
+    for (const EventPlan& event : plan_.events) {
+        if (event.dropped || event.step != step) continue;
+        happen(event, only_structure);
+        touched_ = true;
+    }
+    const double share =
+        plan_.is_variable ? kFrameShares[static_cast<size_t>(step) % std::size(kFrameShares)] : 1;
+    frame_s_ = plan_.frame_s * share;
+    if (step < plan_.action_steps) driven_s_ += frame_s_;
+    if (only_structure) time_s_ += frame_s_;
+    if (step == plan_.action_steps) end_action();
+}
+
+void BuiltWorld::drive() {
+    for (size_t i = 0; i < bodies_.size(); ++i) {
+        const BodyPlan& plan = plan_.bodies[i];
+        if (plan.kind != BodyPlan::Kind::driven || !bodies_[i].is_in) continue;
+        const double rate = length(plan.spin_rad_s);
+        Pose pose = plan.pose;
+        pose.position += driven_s_ * plan.velocity_m_s;
+        if (rate > 0) {
+            const Vec3 axis = plan.spin_rad_s * (1 / rate),
+                       v = axis * std::sin(rate * driven_s_ / 2);
+            pose.rotation = Quat{v.x, v.y, v.z, std::cos(rate * driven_s_ / 2)} * pose.rotation;
+        }
+        bodies_[i].motion->setWorldTransform(transform_of(to_world(plan.soil, pose)));
+    }
+}
+
+/// Motors are left, brakes are put on.
+void BuiltWorld::end_action() {
+    for (const Joint& joint : joints_) {
+        if (joint.plan.motor_most <= 0) continue;
+        if (joint.plan.kind == JointPlan::Kind::hinge)
+            static_cast<btHingeConstraint&>(*joint.bullet).enableMotor(false);
+        if (joint.plan.kind == JointPlan::Kind::slider)
+            static_cast<btSliderConstraint&>(*joint.bullet).setPoweredLinMotor(false);
+    }
+    for (const Chain& chain : chains_)
+        if (chain.motor) static_cast<btMultiBodyJointMotor&>(*chain.motor).setVelocityTarget(0);
+    for (const Car& car : cars_)
+        for (int i = 0; i < 4; ++i) {
+            car.vehicle->applyEngineForce(0, i);
+            const btScalar mass = 1 / car.chassis->getInvMass();
+            car.vehicle->setBrake(mass * scalar(gravity_m_s2() * plan_.frame_s), i);
+        }
+}
+
+void BuiltWorld::step() {
+    apply_step(step_, false);
+    drive();
+    if (plan_.is_variable) {
+        world_->stepSimulation(scalar(frame_s_), 0);
+    } else {
+        const double substep_s = plan_.frame_s / plan_.substep_count;
+        world_->stepSimulation(scalar(frame_s_), plan_.substep_count, scalar(substep_s));
+    }
+    time_s_ += frame_s_;
+    ++step_;
+}
+
+// --- questions
+
+std::string BuiltWorld::name_of_object(const btCollisionObject& object) const {
+    for (size_t i = 0; i < bodies_.size(); ++i)
+        if (bodies_[i].bullet.get() == &object)
+            return fmt::format("body {} ({})", i,
+                               random_worlds::name_of(plan_.bodies[i].shape.kind));
+    for (size_t i = 0; i < cars_.size(); ++i)
+        if (cars_[i].chassis == &object) return fmt::format("car {}", i);
+    for (size_t i = 0; i < chains_.size(); ++i)
+        for (size_t k = 0; k < chains_[i].colliders.size(); ++k)
+            if (chains_[i].colliders[k].get() == &object)
+                return fmt::format("chain {} link {}", i, static_cast<int>(k) - 1);
+    if (floor_.get() == &object) return "the floor below";
+    return "an object of the soil";
+}
+
+uint64_t BuiltWorld::checksum() const {
+    uint64_t hash = 0xcbf29ce484222325ull;
+    for (const auto& soil : soils_) {
+        const uint64_t of_soil = soil->soil().checksum();
+        hash = add(hash, &of_soil, sizeof(of_soil));
+    }
+    const btCollisionObjectArray& objects = world_->getCollisionObjectArray();
+    for (int i = 0; i < objects.size(); ++i) {
+        const btTransform& pose = objects[i]->getWorldTransform();
+        hash = add(hash, pose.getOrigin());
+        for (int row = 0; row < 3; ++row) hash = add(hash, pose.getBasis()[row]);
+        const int state = objects[i]->getActivationState();
+        hash = add(hash, &state, sizeof(state));
+        if (const btRigidBody* rigid = btRigidBody::upcast(objects[i]))
+            hash = add(add(hash, rigid->getLinearVelocity()), rigid->getAngularVelocity());
+    }
+    for (const Chain& chain : chains_)
+        for (int i = 0; i < chain.multibody->getNumDofs() + 6; ++i)
+            hash = add(hash, chain.multibody->getVelocityVector() + i, sizeof(btScalar));
+    return hash;
+}
+
+bool BuiltWorld::is_all_asleep() const {
+    const btCollisionObjectArray& objects = world_->getCollisionObjectArray();
+    for (int i = 0; i < objects.size(); ++i)
+        if (!objects[i]->isStaticOrKinematicObject() && objects[i]->isActive() &&
+            objects[i]->hasContactResponse())
+            return false;
+    for (const auto& soil : soils_)
+        if (soil->last_report().block_active_count > 0) return false;
+    return true;
+}
+
+}  // namespace bsoil::random_worlds

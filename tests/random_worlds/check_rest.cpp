@@ -1,0 +1,242 @@
+// Once a world has been left alone: all sleeps, what rests weighs what it weighs and lies on the
+// surface that the soil reports.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <map>
+#include <numbers>
+
+#include "bsoil/bullet/bekker_soil.h"
+#include "bullet_types.h"
+#include "check.h"
+#include "mechanics.h"
+
+namespace bsoil::random_worlds {
+
+using bullet::from_bullet;
+
+namespace {
+
+/// Soil force and contacts against weight, as means over the last frames before a body slept.
+constexpr double kWeightFraction = 0.02;
+constexpr size_t kMeanFrames = 30;
+/// The surface under a body is known to a column's height [voxels].
+constexpr double kHoverVoxels = 1;
+/// A body lies no deeper than a plate of this part of its own size does that has fallen as far,
+/// times this (soils differ), and this many voxels.
+constexpr double kPlateFraction = 1.0 / 3, kSinkageFactor = 1.5, kSinkageVoxels = 2;
+
+/// How deep a plate sinks that falls from a height onto soil which bears its weight at rest_m, if
+/// it bears in proportion to the depth: the work of the soil is that of the weight.
+double sinkage_after_fall_m(double rest_m, double fall_m) {
+    return rest_m * (1 + std::sqrt(1 + 2 * fall_m / rest_m));
+}
+
+/// Impulses of Bullet's contacts in the last substep that each was solved in, by object [N s].
+std::map<const btCollisionObject*, Vec3> contact_impulses(btDispatcher& dispatcher) {
+    std::map<const btCollisionObject*, Vec3> sums;
+    for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+        const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+        for (int k = 0; k < manifold.getNumContacts(); ++k) {
+            const btManifoldPoint& p = manifold.getContactPoint(k);
+            Vec3 impulse =
+                static_cast<double>(p.m_appliedImpulse) * from_bullet(p.m_normalWorldOnB);
+            impulse += static_cast<double>(p.m_appliedImpulseLateral1) *
+                       from_bullet(p.m_lateralFrictionDir1);
+            impulse += static_cast<double>(p.m_appliedImpulseLateral2) *
+                       from_bullet(p.m_lateralFrictionDir2);
+            sums[manifold.getBody0()] += impulse;
+            sums[manifold.getBody1()] += -impulse;
+        }
+    }
+    return sums;
+}
+
+/// Whether it touches anything but soil.
+bool touches_others(btDispatcher& dispatcher, const btCollisionObject& object) {
+    for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+        const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+        if (manifold.getNumContacts() > 0 &&
+            (manifold.getBody0() == &object || manifold.getBody1() == &object))
+            return true;
+    }
+    return false;
+}
+
+class RestCheck final : public Check {
+  public:
+    void after_step(BuiltWorld& world, Failures&) override {
+        const std::vector<MovingPart> parts = moving_parts(world);
+        for (const MovingPart& part : parts) {
+            const double now_m =
+                height_m(world, part.pose.position) +
+                dot(part.velocity_m_s, part.velocity_m_s) / (2 * world.gravity_m_s2());
+            const auto [it, is_new] = energy_heights_m_.emplace(part.object, now_m);
+            it->second = std::max(it->second, now_m);
+        }
+        if (world.step_count() > world.plan().action_steps) record_forces(world, parts);
+    }
+
+    void at_end(BuiltWorld& world, bool rests, Failures& failures) override {
+        if (rests) expect_sleep(world, failures);
+        if (!world.is_all_asleep()) return;
+        expect_weights(world, failures);
+        for (const MovingPart& part : moving_parts(world)) expect_held(world, part, failures);
+    }
+
+  private:
+    static void expect_sleep(BuiltWorld& world, Failures& failures) {
+        bool are_asleep = true;
+        for (const MovingPart& part : moving_parts(world)) {
+            // What has left the soil may roll on.
+            if (part.is_asleep || soil_below(world, part.pose.position, 0) < 0) continue;
+            are_asleep = false;
+            failures.add("bodies sleep", world.name_of_object(*part.object), world.time_s(),
+                         "asleep",
+                         fmt::format("{:.3g} m/s, {:.3g} rad/s", length(part.velocity_m_s),
+                                     length(part.spin_rad_s)));
+        }
+        if (!are_asleep) return;  // they keep the soil beside them awake
+        for (size_t i = 0; i < world.soils().size(); ++i) {
+            const StepReport& report = world.soil(static_cast<int>(i)).last_report();
+            if (report.block_active_count > 0)
+                failures.add("soil sleeps", fmt::format("soil {}", i), world.time_s(),
+                             "no active block", fmt::format("{}", report.block_active_count));
+        }
+    }
+
+    /// The upward force on each body that is awake: of the soil and of other bodies.
+    void record_forces(BuiltWorld& world, const std::vector<MovingPart>& parts) {
+        const double substep_s = world.plan().frame_s / world.plan().substep_count;
+        const auto impulses = contact_impulses(*world.world().getDispatcher());
+        for (const MovingPart& part : parts) {
+            std::deque<double>& forces = forces_n_[part.object];
+            if (part.is_asleep && !forces.empty()) continue;
+            double up_n = dot(soil_force_n(world, *part.object), world.up());
+            if (const auto it = impulses.find(part.object); it != impulses.end())
+                up_n += dot(it->second, world.up()) / substep_s;
+            forces.push_back(up_n);
+            if (forces.size() > kMeanFrames) forces.pop_front();
+        }
+    }
+
+    /// Bodies that joints hold together weigh together.
+    void expect_weights(BuiltWorld& world, Failures& failures) {
+        const WorldPlan& plan = world.plan();
+        if (plan.is_variable) return;  // impulses are of steps of different lengths
+        std::map<const btCollisionObject*, const btCollisionObject*> group;
+        for (const JointPlan& joint : plan.joints) {
+            const btRigidBody *a = world.body(joint.a), *b = world.body(joint.b);
+            if (joint.dropped || !a || !b) continue;
+            const btCollisionObject* of_a = group.contains(a) ? group[a] : a;
+            group[a] = of_a;
+            group[b] = of_a;
+        }
+        for (const BuiltWorld::Chain& chain : world.chains())
+            for (const auto& collider : chain.colliders)
+                group[collider.get()] =
+                    chain.multibody->hasFixedBase() ? nullptr : chain.colliders[0].get();
+        struct Sum {
+            double weight_n = 0, up_n = 0;
+        };
+        std::map<const btCollisionObject*, Sum> sums;
+        for (const MovingPart& part : moving_parts(world)) {
+            const auto found = group.find(part.object);
+            const btCollisionObject* key = found == group.end() ? part.object : found->second;
+            const auto forces = forces_n_.find(part.object);
+            if (!key || forces == forces_n_.end()) continue;
+            Sum& sum = sums[key];
+            sum.weight_n += part.mass_kg * world.gravity_m_s2();
+            for (const double force_n : forces->second)
+                sum.up_n += force_n / static_cast<double>(forces->second.size());
+        }
+        for (const auto& [object, sum] : sums) {
+            if (std::abs(sum.up_n - sum.weight_n) > kWeightFraction * sum.weight_n)
+                failures.add("weight", world.name_of_object(*object), world.time_s(),
+                             fmt::format("{:.5g} N", sum.weight_n),
+                             fmt::format("{:.5g} N", sum.up_n));
+        }
+    }
+
+    void expect_held(BuiltWorld& world, const MovingPart& part, Failures& failures) {
+        const btCollisionShape& shape = *part.object->getCollisionShape();
+        btVector3 low, high, middle;
+        btScalar bullet_radius = 0;
+        shape.getAabb(part.object->getWorldTransform(), low, high);
+        shape.getBoundingSphere(middle, bullet_radius);
+        const auto radius = static_cast<double>(bullet_radius);
+        const int index = soil_below(world, part.pose.position, radius);
+        if (index < 0 || part.is_of_chain || is_jointed(world, part.object) ||
+            touches_others(*world.world().getDispatcher(), *part.object))
+            return;
+        bullet::SoilAction& soil = world.soil(index);
+        if (soil.options(*part.object).coverage_only) return;
+        const double voxel_m = soil.soil().frame().voxel_m;
+        const double bottom_m = height_m(world, from_bullet(low));
+        const std::string name = world.name_of_object(*part.object);
+        double highest = -std::numeric_limits<double>::infinity();
+        const Quat axes = soil.soil().frame().grid_to_world.rotation;
+        for (int y = -4; y <= 4; ++y)
+            for (int x = -4; x <= 4; ++x) {
+                const Vec3 aside = rotate(axes, Vec3{x * radius / 4, y * radius / 4, 0});
+                if (const auto at = soil.surface_at(part.pose.position + aside))
+                    highest = std::max(highest, height_m(world, at->position_m));
+            }
+        if (bottom_m > highest + kHoverVoxels * voxel_m)
+            failures.add("held", name, world.time_s(),
+                         fmt::format("its bottom no higher than the surface, {:.5g} m", highest),
+                         fmt::format("{:.5g} m", bottom_m));
+        const double weight_n = part.mass_kg * world.gravity_m_s2();
+        const double fall_m = std::max(0.0, energy_heights_m_.at(part.object) - highest);
+        const double rest_m = sinkage_m(soil.soil(), radius, weight_n);
+        const double bound_m =
+            kSinkageFactor * sinkage_after_fall_m(rest_m, fall_m) + kSinkageVoxels * voxel_m;
+        if (bottom_m < highest - bound_m)
+            failures.add("sinkage", name, world.time_s(),
+                         fmt::format("its bottom no more than {:.3g} m below the surface, {:.5g} m",
+                                     bound_m, highest),
+                         fmt::format("{:.3g} m below it", highest - bottom_m));
+    }
+
+    static bool is_jointed(const BuiltWorld& world, const btCollisionObject* object) {
+        for (const JointPlan& joint : world.plan().joints)
+            if (!joint.dropped && (world.body(joint.a) == object || world.body(joint.b) == object))
+                return true;
+        for (const BuiltWorld::Car& car : world.cars())
+            if (car.chassis == object) return true;
+        return false;
+    }
+
+    /// Of a plate of that part of the body's size under its weight, in the weakest of the soils;
+    /// at most the grid's height.
+    static double sinkage_m(const Soil& soil, double radius_m, double weight_n) {
+        const double plate_m = std::clamp(kPlateFraction * radius_m, 1e-3, 10.0);
+        const double pressure_pa = weight_n / (std::numbers::pi * plate_m * plate_m);
+        const double most_m = soil.frame().size[2] * soil.frame().voxel_m;
+        double worst_m = 0;
+        for (const MaterialDef& material : soil.materials()) {
+            double low = 1e-4 * most_m, high = most_m;
+            for (int i = 0; i < 30; ++i) {
+                const double at = (low + high) / 2;
+                const bool bears = bullet::plate_bearing_pa(material, soil.def().gravity_m_s2,
+                                                            plate_m, at) >= pressure_pa;
+                (bears ? high : low) = at;
+            }
+            worst_m = std::max(worst_m, high);
+        }
+        return worst_m;
+    }
+
+    std::map<const btCollisionObject*, std::deque<double>> forces_n_;  ///< upward, the last frames
+    /// The highest that each body has been, its speed reckoned in.
+    std::map<const btCollisionObject*, double> energy_heights_m_;
+};
+
+}  // namespace
+
+std::unique_ptr<Check> make_rest_check(const BuiltWorld&) { return std::make_unique<RestCheck>(); }
+
+}  // namespace bsoil::random_worlds

@@ -1,0 +1,108 @@
+// No status and no refusal without a cause: each cause is looked for apart from the soil.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "check.h"
+#include "mechanics.h"
+
+namespace bsoil::random_worlds {
+namespace {
+
+/// Substeps end between what is seen here, and sinking soil pushes what stands on it: a cause is
+/// one from half the limit on.
+constexpr double kSpeedMargin = 0.5;
+
+class StatusCheck final : public Check {
+  public:
+    explicit StatusCheck(const BuiltWorld& world)
+        : has_left_(world.soils().size()), was_fast_(world.soils().size()) {
+        watch(const_cast<BuiltWorld&>(world));
+    }
+
+    void after_step(BuiltWorld& world, Failures& failures) override {
+        watch(world);
+        const std::vector<bullet::SoilAction*> soils = world.soils();
+        for (size_t i = 0; i < soils.size(); ++i) {
+            const uint32_t bits = soils[i]->soil().status_bits();
+            const std::string name = fmt::format("soil {}", i);
+            for (uint32_t bit = 1; bit != 0 && bit <= bits; bit <<= 1)
+                if ((bits & bit) != 0 && !has_cause(world, i, static_cast<StatusBit>(bit)))
+                    failures.add("status", name, world.time_s(), "no status without its cause",
+                                 status_texts(bit)[0]);
+            for (const bullet::RefusedBody& refused : soils[i]->refused())
+                failures.add("refused", name, world.time_s(), "every body takes part",
+                             refused.reason);
+        }
+    }
+
+  private:
+    void watch(BuiltWorld& world) {
+        const std::vector<bullet::SoilAction*> soils = world.soils();
+        for (const EventPlan& event : world.plan().events)
+            has_teleport_ |= !event.dropped && event.kind == EventPlan::Kind::teleport;
+        const auto look = [&](Vec3 at_m, double speed_m_s) {
+            for (size_t i = 0; i < soils.size(); ++i) {
+                const SoilDef& def = soils[i]->soil().def();
+                const GridFrame& frame = soils[i]->soil().frame();
+                const Vec3 at = frame.to_grid(at_m);
+                // It may have been there in a substep.
+                const double slack = speed_m_s * world.frame_s() / def.voxel_m;
+                has_left_[i] = has_left_[i] || at.x < slack || at.y < slack || at.z < slack ||
+                               at.x > frame.size[0] - slack || at.y > frame.size[1] - slack;
+                was_fast_[i] = was_fast_[i] || speed_m_s * def.step_s / def.voxel_m >
+                                                   kSpeedMargin * def.substeps_max;
+            }
+        };
+        for (const MovingPart& part : moving_parts(world)) {
+            btVector3 middle;
+            btScalar radius = 0;
+            part.object->getCollisionShape()->getBoundingSphere(middle, radius);
+            look(part.pose.position,
+                 length(part.velocity_m_s) +
+                     length(part.spin_rad_s) * static_cast<double>(radius + middle.length()));
+        }
+        for (size_t i = 0; i < world.plan().bodies.size(); ++i) {
+            const BodyPlan& plan = world.plan().bodies[i];
+            const btRigidBody* body = world.body(static_cast<int>(i));
+            if (!body || plan.kind != BodyPlan::Kind::driven) continue;
+            const btVector3& at = body->getWorldTransform().getOrigin();
+            look({static_cast<double>(at.x()), static_cast<double>(at.y()),
+                  static_cast<double>(at.z())},
+                 length(plan.velocity_m_s) + length(plan.spin_rad_s) * bound_m(plan.shape));
+        }
+        // Wheels hang below the chassis and turn by themselves.
+        if (!world.cars().empty()) was_fast_.assign(soils.size(), true);
+    }
+
+    bool has_cause(const BuiltWorld& world, size_t soil, StatusBit bit) const {
+        const SoilDef& def = world.soil(static_cast<int>(soil)).soil().def();
+        // Soil may fall from the grid's top.
+        const double height_m = world.plan().soils[soil].def.size_m.z;
+        const double fall_voxels =
+            std::sqrt(2 * def.gravity_m_s2 * height_m) * def.step_s / def.voxel_m;
+        switch (bit) {
+            case StatusBit::speed_clamped:
+                return was_fast_[soil] || has_teleport_ ||
+                       fall_voxels > kSpeedMargin * def.substeps_max;
+            case StatusBit::body_teleported:
+                return was_fast_[soil] || has_teleport_;
+            case StatusBit::body_outside_grid:
+                return has_left_[soil];
+            default:
+                return false;
+        }
+    }
+
+    std::vector<bool> has_left_, was_fast_;
+    bool has_teleport_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Check> make_status_check(const BuiltWorld& world) {
+    return std::make_unique<StatusCheck>(world);
+}
+
+}  // namespace bsoil::random_worlds

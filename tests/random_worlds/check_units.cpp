@@ -1,0 +1,97 @@
+// Soil is conserved to the unit, and what lies in a voxel is possible.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "check.h"
+#include "soil/layout.h"
+#include "soil/soil_impl.h"
+
+namespace bsoil {
+
+/// The friend through which tests look into a soil.
+struct SoilProbe {
+    static const Soil::Impl& impl(const Soil& soil) { return *soil.impl_; }
+};
+
+namespace random_worlds {
+namespace {
+
+/// Every so many steps all voxels are looked at.
+constexpr int kLookEvery = 20;
+
+class UnitsCheck final : public Check {
+  public:
+    explicit UnitsCheck(const BuiltWorld& world) {
+        for (const bullet::SoilAction* soil : world.soils())
+            units_.push_back(soil->soil().totals().units);
+    }
+
+    void after_step(BuiltWorld& world, Failures& failures) override {
+        for (size_t i = 0; i < units_.size(); ++i) {
+            const std::vector<int64_t>& filled = world.filled_units()[i];
+            for (size_t m = 0; m < filled.size(); ++m) units_[i][m] += filled[m];
+        }
+        if (world.step_count() % kLookEvery == 0) look(world, failures);
+    }
+    void at_end(BuiltWorld& world, bool, Failures& failures) override { look(world, failures); }
+
+  private:
+    void look(BuiltWorld& world, Failures& failures) {
+        for (size_t i = 0; i < units_.size(); ++i) {
+            const Soil& soil = world.soil(static_cast<int>(i)).soil();
+            const std::string name = fmt::format("soil {}", i);
+            const std::vector<int64_t> now = soil.totals().units;
+            if (now != units_[i])
+                failures.add("units", name, world.time_s(), fmt::format("{}", units_[i]),
+                             fmt::format("{}", now));
+            look_at_voxels(soil, name, world.time_s(), failures);
+        }
+    }
+    static void look_at_voxels(const Soil& soil, const std::string& name, double time_s,
+                               Failures& failures) {
+        const Soil::Impl& s = SoilProbe::impl(soil);
+        TileVoxels voxels;
+        const int materials = static_cast<int>(soil.materials().size());
+        for (int tile = 0; tile < s.tiles_x * s.tiles_y; ++tile) {
+            if (!s.tiles[static_cast<size_t>(tile)]) continue;
+            s.read_voxels(tile, voxels);
+            for (int z = 0; z < voxels.height; ++z)
+                for (int column = 0; column < 64; ++column) {
+                    const int32_t terrain = voxels.at(kKeptTerrain, z, column);
+                    const int32_t volume = voxels.at(kKeptVolume, z, column);
+                    const int32_t bond = voxels.at(kKeptBond, z, column);
+                    int64_t mass = 0;
+                    bool is_negative = terrain < 0 || volume < 0 || bond < 0;
+                    for (int m = 0; m < materials; ++m) {
+                        const int32_t amount = voxels.at(kKeptMaterial + m, z, column);
+                        is_negative |= amount < 0;
+                        mass += amount;
+                    }
+                    const int x = tile % s.tiles_x * 8 + column % 8,
+                              y = tile / s.tiles_x * 8 + column / 8;
+                    const auto found = [&] {
+                        return fmt::format("voxel ({} {} {}): terrain {} volume {} bond {} mass {}",
+                                           x, y, z, terrain, volume, bond, mass);
+                    };
+                    if (is_negative)
+                        failures.add("amounts", name, time_s, "no amount below 0", found());
+                    if ((volume == 0) != (mass == 0))
+                        failures.add("mass without volume", name, time_s, "both or none", found());
+                    if ((volume > 0 || mass > 0) &&
+                        (x >= s.frame.size[0] || y >= s.frame.size[1] || z >= s.frame.size[2]))
+                        failures.add("outside", name, time_s, "soil within the grid", found());
+                }
+        }
+    }
+
+    std::vector<std::vector<int64_t>> units_;
+};
+
+}  // namespace
+
+std::unique_ptr<Check> make_units_check(const BuiltWorld& world) {
+    return std::make_unique<UnitsCheck>(world);
+}
+
+}  // namespace random_worlds
+}  // namespace bsoil

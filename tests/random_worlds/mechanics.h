@@ -1,0 +1,31 @@
+/// Mechanics of the bodies of a world, reckoned from what Bullet shows of them.
+#pragma once
+
+#include "built_world.h"
+
+namespace bsoil::random_worlds {
+
+/// One solid that moves: a rigid body or a part of a multibody.
+struct MovingPart {
+    const btCollisionObject* object = nullptr;
+    double mass_kg = 0;
+    Vec3 inertia_kg_m2;  ///< about its own axes
+    Pose pose;           ///< of its centre of mass
+    Vec3 velocity_m_s, spin_rad_s;
+    bool is_asleep = false;
+    bool is_of_chain = false;
+};
+/// All of them that are in the world now; fixed bases and driven bodies are not.
+std::vector<MovingPart> moving_parts(const BuiltWorld& world);
+
+/// Kinetic energy, and potential energy above the lowest soil's floor [J].
+double energy_j(const BuiltWorld& world, std::span<const MovingPart> parts);
+/// Distance along up [m].
+double height_m(const BuiltWorld& world, Vec3 world_m);
+/// Force of all soils on the body, less the weight of what it carries: what bears it [N].
+Vec3 soil_force_n(const BuiltWorld& world, const btCollisionObject& object);
+double load_kg(const BuiltWorld& world, const btCollisionObject& object);
+/// The index of the soil over whose grid a point lies, -1: none. `margin_m` within its sides.
+int soil_below(const BuiltWorld& world, Vec3 world_m, double margin_m);
+
+}  // namespace bsoil::random_worlds

@@ -1,0 +1,167 @@
+// Worlds that nobody designed: fixed seeds, seconds in all. tests/random_worlds/run.sh runs them by
+// the thousand.
+#include <gtest/gtest.h>
+
+#include "known_faults.h"
+#include "make_plan.h"
+#include "minimize.h"
+#include "run_plan.h"
+
+namespace bsoil::random_worlds {
+namespace {
+
+void expect_all_holds(uint64_t first, uint64_t last, Run run, PlanKind kind) {
+    for (uint64_t seed = first; seed <= last; ++seed) {
+        const WorldPlan plan = make_plan(seed, kind);
+        for (const Failure& failure : run_plan(plan, run))
+            if (!known_fault(plan, failure)) ADD_FAILURE() << text_of(failure);
+    }
+}
+
+TEST(RandomWorlds, keep_every_promise_until_they_rest) {
+    expect_all_holds(2, 3, Run::watched, PlanKind::any);
+}
+
+TEST(RandomWorlds, lose_energy_where_nothing_does_work) {
+    expect_all_holds(102, 103, Run::watched, PlanKind::calm);
+}
+
+TEST(RandomWorlds, repeat_to_the_bit_with_one_thread_and_two) {
+    expect_all_holds(201, 202, Run::repeated, PlanKind::any);
+}
+
+TEST(RandomWorlds, go_on_to_the_bit_from_a_snapshot) {
+    expect_all_holds(301, 302, Run::restored, PlanKind::any);
+}
+
+TEST(RandomWorlds, are_the_same_on_gl) {
+    const WorldPlan plan = make_plan(401, PlanKind::small);
+    SoilDef def = plan.soils[0].def;
+    def.backend = Backend::gl;
+    if (const auto soil = Soil::create(def); !soil) GTEST_SKIP() << soil.error();
+    expect_all_holds(401, 401, Run::on_gl, PlanKind::small);
+}
+
+// --- the tests themselves: what finds nothing is not looking
+
+TEST(RandomWorlds, are_the_same_for_the_same_seed_alone) {
+    EXPECT_EQ(describe(make_plan(7, PlanKind::any)), describe(make_plan(7, PlanKind::any)));
+    EXPECT_NE(describe(make_plan(7, PlanKind::any)), describe(make_plan(8, PlanKind::any)));
+}
+
+TEST(RandomWorlds, have_everything_in_them) {
+    int fixed = 0, driven = 0, joints = 0, cars = 0, chains = 0, events = 0, soils = 0;
+    std::vector<int> shapes(19, 0);
+    for (uint64_t seed = 1; seed <= 400; ++seed) {
+        const WorldPlan plan = make_plan(seed, PlanKind::any);
+        for (const BodyPlan& body : plan.bodies) {
+            ++shapes[static_cast<size_t>(body.shape.kind)];
+            fixed += body.kind == BodyPlan::Kind::fixed;
+            driven += body.kind == BodyPlan::Kind::driven;
+        }
+        joints += static_cast<int>(plan.joints.size());
+        cars += static_cast<int>(plan.cars.size());
+        chains += static_cast<int>(plan.chains.size());
+        events += static_cast<int>(plan.events.size());
+        soils += static_cast<int>(plan.soils.size());
+    }
+    for (const int count : {fixed, driven, joints, cars, chains, events}) EXPECT_GT(count, 10);
+    EXPECT_GT(soils, 420);
+    for (size_t kind = 0; kind < static_cast<size_t>(ShapePlan::Kind::none); ++kind)
+        EXPECT_GT(shapes[kind], 5) << name_of(static_cast<ShapePlan::Kind>(kind));
+}
+
+/// A bed with one box on it.
+WorldPlan box_on_bed() {
+    WorldPlan plan;
+    SoilPlan soil;
+    soil.def.size_m = {1, 1, 1};
+    soil.def.backend = Backend::cpu;
+    soil.def.materials = {materials::dry_sand()};
+    soil.fills.push_back({.low_m = {}, .high_m = {1, 1, 0.3}});
+    plan.soils.push_back(soil);
+    BodyPlan box;
+    box.shape = box_plan({0.15, 0.15, 0.15});
+    box.mass_kg = 40;
+    box.pose.position = {0.5, 0.5, 0.47};
+    plan.bodies.push_back(box);
+    plan.action_steps = 30;
+    return plan;
+}
+
+/// What a check makes of a world that is tampered with once, half a second in.
+std::vector<Failure> failures_of(std::unique_ptr<Check> (*make)(const BuiltWorld&),
+                                 void (*tamper)(BuiltWorld&)) {
+    BuiltWorld world(box_on_bed());
+    EXPECT_EQ(world.error(), "");
+    const std::unique_ptr<Check> check = make(world);
+    Failures failures(0);
+    for (int i = 0; i < 300; ++i) {
+        world.step();
+        if (i == 30) tamper(world);
+        check->after_step(world, failures);
+    }
+    check->at_end(world, true, failures);
+    return failures.list();
+}
+
+TEST(Checks, find_nothing_in_a_sound_world) {
+    for (const auto make :
+         {make_units_check, make_energy_check, make_status_check, make_mesh_check, make_rest_check})
+        for (const Failure& failure : failures_of(make, [](BuiltWorld&) {}))
+            ADD_FAILURE() << text_of(failure);
+}
+
+TEST(Checks, find_soil_that_comes_from_nowhere) {
+    const auto failures = failures_of(make_units_check, [](BuiltWorld& world) {
+        EXPECT_TRUE(world.soil(0).fill(BoxFill{{{-0.1, 0.5, -0.1}, {0.1, 0.6, 0.1}}, "dry_sand"}));
+    });
+    ASSERT_EQ(failures.size(), 1u);
+    EXPECT_EQ(failures[0].invariant, "units");
+}
+
+TEST(Checks, find_energy_that_comes_from_nowhere) {
+    const auto failures = failures_of(make_energy_check, [](BuiltWorld& world) {
+        world.body(0)->setLinearVelocity({0, 1, 0});
+    });
+    ASSERT_EQ(failures.size(), 1u);
+    EXPECT_EQ(failures[0].invariant, "energy");
+}
+
+TEST(Checks, find_a_body_asleep_in_the_air) {
+    const auto failures = failures_of(make_rest_check, [](BuiltWorld& world) {
+        world.world().setGravity({0, 0, 0});
+        world.body(0)->setGravity({0, 0, 0});
+        btTransform pose = world.body(0)->getWorldTransform();
+        pose.getOrigin().setY(pose.getOrigin().y() + btScalar(0.3));
+        world.body(0)->setWorldTransform(pose);
+        world.body(0)->setLinearVelocity({0, 0, 0});
+    });
+    std::string found;
+    for (const Failure& failure : failures) found += failure.invariant + ' ';
+    EXPECT_EQ(found, "weight held ");
+}
+
+TEST(Checks, find_a_status_without_a_cause) {
+    const auto failures = failures_of(make_status_check, [](BuiltWorld& world) {
+        btTransform pose = world.body(0)->getWorldTransform();
+        pose.getOrigin().setX(std::numeric_limits<btScalar>::quiet_NaN());
+        world.body(0)->setWorldTransform(pose);
+        world.step();
+    });
+    ASSERT_FALSE(failures.empty());
+    EXPECT_EQ(failures[0].invariant, "status");
+}
+
+TEST(Minimizer, leaves_what_the_failure_needs) {
+    // Either body wakes the one tile too many; a plan has no cause for that.
+    WorldPlan plan = box_on_bed();
+    plan.bodies.push_back(plan.bodies[0]);
+    plan.bodies[1].pose.position = {0.2, 0.2, 0.47};
+    plan.soils[0].def.tile_capacity = 1;
+    const WorldPlan least = minimize(plan, Run::watched, "status");
+    EXPECT_NE(least.bodies[0].dropped, least.bodies[1].dropped);
+}
+
+}  // namespace
+}  // namespace bsoil::random_worlds

@@ -1,0 +1,131 @@
+#include "run_plan.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "bsoil/bullet/world_snapshot.h"
+
+namespace bsoil::random_worlds {
+namespace {
+
+/// Everything rests and sleeps within this time after it was left alone.
+constexpr double kRestS = 15;
+constexpr int kRepeatedSteps = 60;
+constexpr int kStepsOnGl = 12;
+/// Frames that a restored world is compared for.
+constexpr int kStepsRestored = 40;
+
+std::string hex(uint64_t number) { return fmt::format("{:016x}", number); }
+
+bool is_built(const BuiltWorld& world, Failures& failures) {
+    if (!world.error().empty())
+        failures.add("builds", "world", world.time_s(), "no error", world.error());
+    return world.error().empty();
+}
+
+void run_watched(const WorldPlan& plan, Failures& failures) {
+    BuiltWorld world(plan);
+    if (!is_built(world, failures)) return;
+    std::vector<std::unique_ptr<Check>> checks;
+    checks.push_back(make_finite_check());
+    checks.push_back(make_units_check(world));
+    checks.push_back(make_mesh_check(world));
+    checks.push_back(make_energy_check(world));
+    checks.push_back(make_status_check(world));
+    checks.push_back(make_rest_check(world));
+    double left_alone_s = 0;
+    while (left_alone_s < kRestS) {
+        world.step();
+        for (const auto& check : checks) check->after_step(world, failures);
+        if (world.step_count() <= plan.action_steps) continue;
+        left_alone_s += world.frame_s();
+        if (world.is_all_asleep()) break;
+    }
+    const bool rests = true;
+    for (const auto& check : checks) check->at_end(world, rests, failures);
+    is_built(world, failures);
+}
+
+void run_repeated(const WorldPlan& plan, Failures& failures) {
+    BuiltWorld once(plan), again(plan), with_two(plan, {.thread_count = 2});
+    for (int i = 0; i < kRepeatedSteps; ++i) {
+        for (BuiltWorld* world : {&once, &again, &with_two}) world->step();
+        const uint64_t expected = once.checksum();
+        if (again.checksum() != expected)
+            return failures.add("repeated", "world", once.time_s(), hex(expected),
+                                hex(again.checksum()));
+        if (with_two.checksum() != expected)
+            return failures.add("threads", "world", once.time_s(), hex(expected),
+                                hex(with_two.checksum()));
+    }
+}
+
+void run_on_gl(const WorldPlan& plan, Failures& failures) {
+    BuiltWorld on_cpu(plan), on_gl(plan, {.backend = Backend::gl});
+    if (!is_built(on_gl, failures)) return;
+    for (int i = 0; i < kStepsOnGl; ++i) {
+        on_cpu.step();
+        on_gl.step();
+        if (on_cpu.checksum() != on_gl.checksum())
+            return failures.add("gl", "world", on_cpu.time_s(), hex(on_cpu.checksum()),
+                                hex(on_gl.checksum()));
+    }
+}
+
+/// Takes a snapshot in the middle of the action, loads it into a world built anew and compares what
+/// follows.
+void run_restored(const WorldPlan& plan, Failures& failures) {
+    const std::string path = (std::filesystem::temp_directory_path() /
+                              fmt::format("bsoil_random_{}_{}.snapshot", getpid(), plan.seed))
+                                 .string();
+    const int at_step = plan.action_steps / 2;
+    BuiltWorld saved(plan);
+    if (!is_built(saved, failures)) return;
+    while (saved.step_count() < at_step) saved.step();
+    std::vector<bullet::SoilAction*> soils = saved.soils();
+    Status done = bullet::save_world(saved.world(), soils, path);
+    if (!done) return failures.add("saved", "world", saved.time_s(), "a snapshot", done.error());
+    BuiltWorld restored(plan, {}, at_step);
+    soils = restored.soils();
+    done = bullet::load_world(restored.world(), soils, path);
+    std::filesystem::remove(path);
+    if (!done) return failures.add("restored", "world", saved.time_s(), "a world", done.error());
+    for (int i = 0; i <= kStepsRestored; ++i) {
+        const uint64_t expected = saved.checksum(), found = restored.checksum();
+        if (found != expected)
+            return failures.add("goes on", "world", saved.time_s(),
+                                fmt::format("{} {} steps on", hex(expected), i), hex(found));
+        saved.step();
+        restored.step();
+    }
+}
+
+}  // namespace
+
+const char* name_of(Run run) {
+    constexpr const char* kNames[] = {"watched", "repeated", "restored", "gl"};
+    return kNames[static_cast<int>(run)];
+}
+
+std::vector<Failure> run_plan(const WorldPlan& plan, Run run) {
+    Failures failures(plan.seed);
+    switch (run) {
+        case Run::watched:
+            run_watched(plan, failures);
+            break;
+        case Run::repeated:
+            run_repeated(plan, failures);
+            break;
+        case Run::restored:
+            run_restored(plan, failures);
+            break;
+        case Run::on_gl:
+            run_on_gl(plan, failures);
+            break;
+    }
+    return failures.list();
+}
+
+}  // namespace bsoil::random_worlds

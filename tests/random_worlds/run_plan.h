@@ -1,0 +1,21 @@
+/// Runs the world of a plan and checks everything about it.
+#pragma once
+
+#include <vector>
+
+#include "check.h"
+#include "world_plan.h"
+
+namespace bsoil::random_worlds {
+
+enum class Run {
+    watched,   ///< until it rests, with every check of check.h
+    repeated,  ///< twice with one thread, once with two: equal bit for bit
+    restored,  ///< from a snapshot of the world: goes on bit for bit
+    on_gl,     ///< software GL against the CPU, some steps
+};
+const char* name_of(Run run);
+
+std::vector<Failure> run_plan(const WorldPlan& plan, Run run);
+
+}  // namespace bsoil::random_worlds
