@@ -13,6 +13,12 @@ void add_wide(int at, int value) {
     }
 }
 
+// mass * (2 at + 1), each half of it within 31 bits.
+void add_mass_moment(int sum, int mass, int at) {
+    add_wide(sum, mass * at);
+    add_wide(sum, mass * (at + 1));
+}
+
 // Room that the soil in a voxel and in the one outwards of it leaves there, Q16 voxels.
 int gap_beside(int slot, ivec3 at, int voxel, ivec3 inwards) {
     int gap = kVoxelFull - coverage_at(voxel) - state_at(kPlaneVolume, voxel);
@@ -38,12 +44,12 @@ void collect_contacts(int group, int lane) {
         int support = state_at(kPlaneSupport, voxel);
         if (support >= kSupportBody && state_at(kPlaneVolume, voxel) > 0) {
             int load = kResultHeader + (support - kSupportBody) * kLoadWords;
-            int mass = mass_at(voxel) >> 4;  // a 16th, so that mass * (2 * 16384) stays in 31 bits
+            int mass = mass_at(voxel) >> 4;  // a 16th, so that mass * (16384 + 1) stays in 31 bits
             ivec3 at = grid_voxel(slot, x, y, z);
             add_wide(load, mass);
-            add_wide(load + 2, mass * (2 * at.x + 1));
-            add_wide(load + 4, mass * (2 * at.y + 1));
-            add_wide(load + 6, mass * (2 * at.z + 1));
+            add_mass_moment(load + 2, mass, at.x);
+            add_mass_moment(load + 4, mass, at.y);
+            add_mass_moment(load + 6, mass, at.z);
         }
         ivec3 gradient = body_gradient(slot, x, y, z);
         int most = largest_component(gradient);
@@ -100,8 +106,13 @@ void collect_contacts(int group, int lane) {
                 }
             }
             int most_held = mul_q16(mass, loose);
-            int range = most_held - mul_q16(mass, material_word(soil_voxel, kTableCompacted));
-            density = fraction_q16(clamp(most_held - held, 0, range), max(1, range));
+            int range = max(0, most_held - mul_q16(mass, material_word(soil_voxel, kTableCompacted)));
+            int gone = clamp(most_held - held, 0, range);
+            while (range >= 67108864) {  // keep the quotient in range
+                range = range / 2;
+                gone = gone / 2;
+            }
+            density = fraction_q16(gone, max(1, range));
         }
         int slot_index = ATOMIC_ADD(result[kResultContacts], 1);
         if (slot_index >= params.contact_capacity) {

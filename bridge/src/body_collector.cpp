@@ -4,9 +4,12 @@
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "bullet_types.h"
+#include "soil_ground.h"
+#include "world_anchor.h"
 
 namespace bsoil::bullet {
 namespace {
@@ -235,17 +238,18 @@ void BodyCollector::describe(const btDiscreteDynamicsWorld& world, btCollisionOb
     tracked.last_pose = motion.pose;
 }
 
-void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed_s,
-                            const btCollisionObject* ground) {
+void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed_s) {
     ++scan_;
     bodies_.clear();
     guests_.clear();
     refused_.clear();
+    grids_.clear();
     velocity_owner_ = nullptr;
     const btCollisionObjectArray& objects = world.getCollisionObjectArray();
     for (int i = 0; i < objects.size(); ++i) {
         btCollisionObject& object = *objects[i];
-        if (&object == ground) continue;
+        if (const GridFrame* grid = WorldAnchor::grid_of(object)) grids_.push_back(grid);
+        if (SoilGround::is_ground(object)) continue;
         const BodyOptions options = options_in_scan(object);
         if (!object.getCollisionShape() || !object.hasContactResponse() || options.ignored)
             continue;
@@ -289,6 +293,7 @@ void BodyCollector::let_go() {
     bodies_.clear();
     guests_.clear();
     refused_.clear();
+    grids_.clear();
     tracked_.clear();
     id_taken_.assign(kIdCount, false);
 }
@@ -312,6 +317,9 @@ std::span<SoilBody> BodyCollector::soil_bodies(double before_s) {
             state.motion.center_of_mass_m - before_s * state.motion.linear_velocity_m_s;
         body.is_static = state.role == BodyRole::fixed;
         body.surface = state.surface;
+        body.may_leave = std::any_of(grids_.begin(), grids_.end(), [&](const GridFrame* grid) {
+            return grid->is_above(body.center_of_mass_m);
+        });
         if (i < object_count) {
             const Tracked& tracked = tracked_.at(state.object);
             body.shapes = tracked.shapes.get();

@@ -35,10 +35,8 @@ class BodyCollector {
     void set_options(const btCollisionObject& object, const BodyOptions& options);
     BodyOptions options(const btCollisionObject& object) const;
     /// Looks through the world once. elapsed_s: since the last call; a kinematic body that Bullet
-    /// knows no velocity of is given that of its change of pose. ground: the soil's own object in
-    /// the world, or null.
-    void collect(const btDiscreteDynamicsWorld& world, double elapsed_s,
-                 const btCollisionObject* ground = nullptr);
+    /// knows no velocity of is given that of its change of pose. Soils do not see one another.
+    void collect(const btDiscreteDynamicsWorld& world, double elapsed_s);
 
     /// Adds a body to those of the last collect. Its id is one of take_id.
     void add_guest(GuestBody guest);
@@ -112,6 +110,7 @@ class BodyCollector {
     std::vector<GuestBody> guests_;  ///< the last of bodies_
     std::vector<SoilBody> soil_bodies_;
     std::vector<RefusedBody> refused_;
+    std::vector<const GridFrame*> grids_;  ///< of all soils of the world, as of the last collect
     const btMultiBody* velocity_owner_ =
         nullptr;  ///< whose link velocities are in the two vectors below
     std::vector<btVector3> link_angular_, link_linear_;

@@ -16,6 +16,7 @@
 #include "bsoil/c/bulletsoil.h"
 #include "bsoil/limits.h"
 #include "bsoil/version.h"
+#include "world_gravity.h"
 
 struct bulletsoil_soil {
     std::unique_ptr<bsoil::bullet::SoilAction> action;
@@ -31,6 +32,9 @@ constexpr size_t kErrorBytes = 1024;
 constexpr size_t kMaterialBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_material, reserved);
 constexpr size_t kSoilDefBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_soil_def, propagation_iterations);
 constexpr size_t kBodyReportBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_body_report, is_in_contact);
+constexpr size_t kSettleReportBytesMin =
+    BSOIL_BYTES_UP_TO(bulletsoil_settle_report, tile_awake_count);
+static_assert(kSettleReportBytesMin == sizeof(bulletsoil_settle_report));
 static_assert(kMaterialBytesMin == sizeof(bulletsoil_material));
 static_assert(kSoilDefBytesMin == sizeof(bulletsoil_soil_def));
 static_assert(kBodyReportBytesMin == sizeof(bulletsoil_body_report));
@@ -335,7 +339,9 @@ bulletsoil_result bulletsoil_create(void* world, size_t scalar_bytes,
         check_size("def", def->struct_size, kSoilDefBytesMin, sizeof(bulletsoil_soil_def));
         const bsoil::SoilDef soil_def = from_c(widened(*def, default_def()));
         check(soil_def.validate());
-        auto action = SoilAction::create(world_of(world), soil_def);
+        btDiscreteDynamicsWorld& bullet_world = world_of(world);
+        check(check_gravity(bullet_world, soil_def));
+        auto action = SoilAction::create(bullet_world, soil_def);
         if (!action) throw Failure{BULLETSOIL_FAILED, action.error()};
         auto made = std::make_unique<bulletsoil_soil>();
         made->action = std::move(*action);
@@ -383,6 +389,24 @@ bulletsoil_result bulletsoil_fill_height_map(bulletsoil_soil* soil, int32_t widt
         const size_t count = static_cast<size_t>(width) * static_cast<size_t>(height);
         check(action.fill(bsoil::HeightMapFill{
             width, height, {heights_m, heights_m + count}, text_of(material)}));
+    });
+}
+
+bulletsoil_result bulletsoil_settle(bulletsoil_soil* soil, int32_t steps_max,
+                                    bulletsoil_settle_report* report) {
+    return guarded(__func__, [&] {
+        SoilAction& action = action_of(soil);
+        const size_t struct_size = report ? report->struct_size : sizeof(bulletsoil_settle_report);
+        check_size("report", struct_size, kSettleReportBytesMin, sizeof(bulletsoil_settle_report));
+        const auto settled = action.settle(steps_max);
+        if (!settled) refuse(settled.error());
+        if (report == nullptr) return;
+        bulletsoil_settle_report out{};
+        out.is_at_rest = settled->is_at_rest ? 1 : 0;
+        out.step_count = settled->step_count;
+        out.block_active_count = settled->block_active_count;
+        out.tile_awake_count = settled->tile_awake_count;
+        narrow_into(*report, out, struct_size);
     });
 }
 

@@ -14,6 +14,7 @@
 #include "soil_ground.h"
 #include "soil_vehicles.h"
 #include "world_anchor.h"
+#include "world_gravity.h"
 #include "world_objects.h"
 
 namespace bsoil::bullet {
@@ -106,6 +107,10 @@ struct SoilAction::Impl {
         coupling.open_substep();
     }
     void step_soil(double substep_s);
+    Result<SettleReport> settle(int steps_max);
+    void look_at_world();
+    std::span<SoilBody> soil_bodies(double before_s);
+    void take_report(int count);
     /// Lets every body go and forgets where they were.
     void pause();
     CouplingSnapshot::Parts parts() { return {*world, collector, coupling, carried, *vehicles}; }
@@ -132,6 +137,8 @@ Result<std::unique_ptr<SoilAction>> SoilAction::create(btDiscreteDynamicsWorld& 
                                                        const SoilDef& def,
                                                        const SoilActionDef& options) {
     if (const Status s = options.validate(); !s) return Error{s.error()};
+    if (const Status s = def.validate(); !s) return Error{s.error()};
+    if (const Status s = check_gravity(world, def); !s) return Error{s.error()};
     Result<std::unique_ptr<Soil>> soil = Soil::create(def);
     if (!soil) return Error{soil.error()};
     auto impl = std::make_unique<Impl>(world, std::move(*soil), options);
@@ -150,7 +157,7 @@ SoilAction::SoilAction(std::unique_ptr<Impl> impl, const SoilActionDef& options)
     };
     d.anchor = std::make_unique<WorldAnchor>(
         *d.world, to_bullet(0.5 * (d.box.min + d.box.max)), [&d] { d.open_substep(); },
-        forget_world);
+        forget_world, d.soil->frame());
     if (options.ground)
         d.ground = std::make_unique<SoilGround>(
             *d.world, d.surface, d.soil->frame(), options,
@@ -327,24 +334,59 @@ void SoilAction::Impl::step_soil(double substep_s) {
     uncollected_s += substep_s;
     const double due = std::floor(unstepped_s / step_s + kStepTolerance);
     if (due < 1) return;
-    collector.collect(*world, uncollected_s, ground ? ground->object() : nullptr);
-    vehicles->show_wheels();
-    uncollected_s = 0;
+    look_at_world();
     const int count = static_cast<int>(std::min<double>(due, kStepsPerSubstepMax));
     unstepped_s -= due * step_s;
-    for (int i = 0; i < count; ++i) {
-        const std::span<SoilBody> bodies = collector.soil_bodies((count - 1 - i) * step_s);
-        for (SoilBody& body : bodies) {
-            body.contact_pressure_pa = coupling.contact_pressure_pa(body.id);
-            body.contact_width_m = coupling.contact_width_m(body.id);
-        }
-        report = soil->step(bodies);
+    for (int i = 0; i < count; ++i) report = soil->step(soil_bodies((count - 1 - i) * step_s));
+    take_report(count);
+}
+
+/// Finds the bodies, and whether they weigh as the soil does.
+void SoilAction::Impl::look_at_world() {
+    collector.collect(*world, uncollected_s);
+    vehicles->show_wheels();
+    uncollected_s = 0;
+    if (!has_gravity_of(*world, soil->def())) soil->set_status(StatusBit::gravity_differs);
+}
+
+/// The bodies as the soil is to see them, `before_s` ago.
+std::span<SoilBody> SoilAction::Impl::soil_bodies(double before_s) {
+    const std::span<SoilBody> bodies = collector.soil_bodies(before_s);
+    for (SoilBody& body : bodies) {
+        body.contact_pressure_pa = coupling.contact_pressure_pa(body.id);
+        body.contact_width_m = coupling.contact_width_m(body.id);
     }
+    return bodies;
+}
+
+/// What the last soil steps found goes to the bodies.
+void SoilAction::Impl::take_report(int count) {
+    const double step_s = soil->def().step_s;
     step_count += count;
     coupling.set_contacts(collector.bodies(), report.contacts, count * step_s);
     vehicles->take_contacts();
     carried.set_loads(collector.bodies(), report.loads);
     if (ground) ground->drop_stale_contacts();
+}
+
+Result<SettleReport> SoilAction::settle(int steps_max) {
+    Impl& d = *impl_;
+    if (!d.world || !d.anchor->world_exists())
+        return Error{"the world of the soil has been emptied"};
+    if (!d.enabled) return Error{"the soil is switched off: set_enabled(true) before settle()"};
+    return d.settle(steps_max);
+}
+
+Result<SettleReport> SoilAction::Impl::settle(int steps_max) {
+    look_at_world();
+    Result<SettleReport> settled = soil->settle(steps_max, soil_bodies(0));
+    if (settled && settled->step_count > 0) {
+        report = settled->last_step;
+        // No time has passed for the bodies: their contacts are those of one step.
+        take_report(1);
+        step_count += settled->step_count - 1;
+    }
+    return settled;
 }
 
 void SoilAction::debugDraw(btIDebugDraw*) {

@@ -66,6 +66,12 @@ SoilGround::~SoilGround() {
 
 btRigidBody* SoilGround::object() const { return object_; }
 
+bool SoilGround::is_ground(const btCollisionObject& object) {
+    const btCollisionShape* shape = object.getCollisionShape();
+    return shape && shape->getShapeType() == FAST_CONCAVE_MESH_PROXYTYPE &&
+           dynamic_cast<const GroundShape*>(shape);
+}
+
 void SoilGround::drop_stale_contacts() {
     if (!object_ || !object_->getBroadphaseHandle()) return;
     const btTransform to_grid = transform_to_bullet(grid_to_world_).inverse();

@@ -24,6 +24,8 @@ class SoilGround {
 
     /// Null once the host has deleted it.
     btRigidBody* object() const;
+    /// Whether the object is the ground of any soil.
+    static bool is_ground(const btCollisionObject& object);
 
     /// To be called after each soil step: where the surface under a body has changed, its cached
     /// contacts go and it is woken. Cost: a look at each contact manifold of the world.

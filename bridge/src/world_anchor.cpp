@@ -44,6 +44,7 @@ class WorldAnchor::Object final : public btCollisionObject {
         anchor_->on_deleted_();
     }
     void release() { anchor_ = nullptr; }
+    const GridFrame* grid() const { return anchor_ ? &anchor_->grid_ : nullptr; }
 
   private:
     WorldAnchor* anchor_;
@@ -51,9 +52,11 @@ class WorldAnchor::Object final : public btCollisionObject {
 };
 
 WorldAnchor::WorldAnchor(btCollisionWorld& world, const btVector3& position,
-                         std::function<void()> on_open, std::function<void()> on_deleted)
+                         std::function<void()> on_open, std::function<void()> on_deleted,
+                         const GridFrame& grid)
     : world_(world),
       position_(position),
+      grid_(grid),
       on_open_(std::move(on_open)),
       on_deleted_(std::move(on_deleted)) {
     ensure_in_world();
@@ -80,5 +83,12 @@ void WorldAnchor::ensure_in_world() {
 }
 
 const btCollisionObject* WorldAnchor::object() const { return object_; }
+
+const GridFrame* WorldAnchor::grid_of(const btCollisionObject& object) {
+    const btCollisionShape* shape = object.getCollisionShape();
+    if (!shape || shape->getShapeType() != EMPTY_SHAPE_PROXYTYPE) return nullptr;
+    const auto* anchor = dynamic_cast<const Object*>(&object);
+    return anchor ? anchor->grid() : nullptr;
+}
 
 }  // namespace bsoil::bullet

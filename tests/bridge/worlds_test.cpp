@@ -235,6 +235,119 @@ TEST(Host, its_gl_context_stays_current_and_its_state_untouched) {
     glDeleteBuffers(2, buffers);
 }
 
+// --- the world's gravity and the soil's
+
+TEST(Gravity, another_than_the_worlds_is_refused_by_the_name_of_its_field) {
+    BulletScene scene;
+    const auto expect_refused = [&](const SoilDef& def, const std::string& start) {
+        const auto soil = SoilAction::create(*scene.world, def);
+        ASSERT_FALSE(soil) << start;
+        EXPECT_EQ(soil.error().rfind(start, 0), 0u) << soil.error();
+        EXPECT_EQ(scene.world->getNumCollisionObjects(), 0);
+    };
+    SoilDef def = small_bed();
+    def.up = UpAxis::z;
+    expect_refused(def, "up is z");
+    def = small_bed();
+    def.gravity_m_s2 = 1.62;
+    expect_refused(def, "gravity_m_s2 is 1.62");
+    scene.world->setGravity(btVector3(0, btScalar(9.81), 0));
+    expect_refused(small_bed(), "up is y");
+    // Bullet's own default is near enough, and a world without gravity says nothing.
+    for (const btScalar g : {btScalar(10), btScalar(0)}) {
+        scene.world->setGravity(btVector3(0, -g, 0));
+        EXPECT_TRUE(SoilAction::create(*scene.world, small_bed())) << g;
+    }
+}
+
+TEST(Gravity, changed_after_the_soil_was_made_is_reported) {
+    constexpr auto kDiffers = static_cast<uint32_t>(StatusBit::gravity_differs);
+    BulletScene scene;
+    scene.world->setGravity(btVector3(0, 0, 0));
+    const auto soil = sand_bed(*scene.world);
+    scene.run(0.1);
+    EXPECT_EQ(soil->soil().status_bits(), 0u);
+    scene.world->setGravity(btVector3(0, btScalar(-kGravity_m_s2), 0));
+    scene.run(0.1);
+    EXPECT_EQ(soil->soil().status_bits(), 0u);
+    scene.world->setGravity(btVector3(0, 0, btScalar(-kGravity_m_s2)));
+    scene.run(0.1);
+    EXPECT_EQ(soil->soil().status_bits(), kDiffers);
+    EXPECT_EQ(soil->last_report().status_bits, kDiffers);
+    EXPECT_EQ(status_texts(kDiffers).at(0).rfind("gravity_differs", 0), 0u);
+    scene.world->setGravity(btVector3(0, btScalar(-kGravity_m_s2), 0));
+    soil->soil().clear_status();
+    scene.run(0.1);
+    EXPECT_EQ(soil->soil().status_bits(), 0u);
+}
+
+// --- settling
+
+TEST(Settling, takes_no_time_in_the_world_and_leaves_soil_at_rest) {
+    BulletScene scene;
+    const auto soil = sand_bed(*scene.world);
+    ASSERT_TRUE(soil->fill(BoxFill{{{-0.3, kBedTopM, -0.3}, {0.3, 0.8, 0.3}}, {}}));
+    btRigidBody& box = scene.add_box(kMassKg, kHalfBox, btVector3(0.7f, 0.55f, 0.7f));
+    box.setLinearVelocity(btVector3(0, 0, 1));
+    const int64_t units = units_of(*soil);
+    const auto settled = soil->settle(3000);
+    ASSERT_TRUE(settled) << settled.error();
+    EXPECT_TRUE(settled->is_at_rest);
+    EXPECT_GT(settled->step_count, 10);
+    EXPECT_EQ(soil->step_count(), settled->step_count);
+    EXPECT_EQ(units_of(*soil), units);
+    EXPECT_LT(soil->surface_at({0, 0, 0})->position_m.y, 0.78);
+    EXPECT_EQ(box.getWorldTransform().getOrigin().z(), btScalar(0.7f));
+    EXPECT_EQ(box.getLinearVelocity().z(), btScalar(1));
+    // Nothing of the heap moves in the world's own steps.
+    scene.remove(box);
+    const uint64_t checksum = soil->soil().checksum();
+    EXPECT_EQ(soil->settle()->step_count, 0);
+    EXPECT_EQ(soil->soil().checksum(), checksum);
+}
+
+TEST(Settling, a_body_in_its_place_bears_from_the_first_substep) {
+    BulletScene scene;
+    const auto soil = sand_bed(*scene.world);
+    // 2 cm deep: more than enough for its weight.
+    btRigidBody& box =
+        scene.add_box(kMassKg, kHalfBox, btVector3(0, btScalar(kBedTopM) + btScalar(0.18), 0));
+    ASSERT_TRUE(soil->settle(10));
+    EXPECT_GT(soil->body_report(box).patch_count, 0);
+    scene.run(1.0 / 60);
+    EXPECT_GT(soil->body_report(box).force_n.y, 0.2 * kWeightN);
+}
+
+TEST(Settling, says_why_it_cannot) {
+    BulletScene scene;
+    const auto soil = sand_bed(*scene.world);
+    const auto refused = soil->settle(-1);
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().find("steps_max"), std::string::npos) << refused.error();
+    soil->set_enabled(false);
+    const auto off = soil->settle();
+    ASSERT_FALSE(off);
+    EXPECT_NE(off.error().find("set_enabled"), std::string::npos) << off.error();
+    EXPECT_EQ(soil->step_count(), 0);
+}
+
+// A playground of 62500 tiles: level ground costs no tile but those that something touches.
+TEST(Settling, a_hundred_metres_of_level_ground_stay_asleep) {
+    BulletScene scene;
+    SoilDef def = small_bed();
+    def.size_m = {100, 2, 100};
+    const auto soil = sand_bed(*scene.world, def);
+    EXPECT_LT(soil->soil().memory_use().asleep_bytes, 8'000'000);
+    const auto settled = soil->settle();
+    ASSERT_TRUE(settled);
+    EXPECT_TRUE(settled->is_at_rest);
+    EXPECT_EQ(settled->tile_awake_count, 0);
+    btRigidBody& box = scene.add_box(kMassKg, kHalfBox, kAbove + btVector3(31, 0, 17));
+    scene.run(0.2);
+    EXPECT_LE(soil->last_report().tile_awake_count, 36);
+    EXPECT_GT(soil->body_report(box).force_n.y, 0.2 * kWeightN);
+}
+
 // --- several soils, several worlds
 
 TEST(SeveralSoils, side_by_side_each_carries_what_stands_on_it) {
@@ -259,6 +372,29 @@ TEST(SeveralSoils, side_by_side_each_carries_what_stands_on_it) {
     scene.run(0.3);
     EXPECT_LT(height_of(on_a), kBedTopM - 0.1);
     EXPECT_NEAR(b->body_report(on_b).force_n.y, kWeightN, 0.05 * kWeightN);
+}
+
+TEST(SeveralSoils, do_not_see_one_another) {
+    constexpr auto kOutside = static_cast<uint32_t>(StatusBit::body_outside_grid);
+    BulletScene scene;
+    SoilDef left = small_bed(), right = small_bed();
+    left.floor_center_m = {-1, 0, 0};
+    right.floor_center_m = {1, 0, 0};
+    const auto a = sand_bed(*scene.world, left);
+    auto b = sand_bed(*scene.world, right);
+    // Its middle is in the right soil, a part of it in the left one.
+    btRigidBody& seam = scene.add_box(kMassKg, kHalfBox, kAbove + btVector3(0.1f, 0, 0));
+    scene.run(1);
+    for (const auto* soil : {a.get(), b.get()}) {
+        EXPECT_TRUE(soil->refused().empty()) << soil->refused()[0].reason;
+        EXPECT_EQ(soil->soil().status_bits(), 0u);
+    }
+    // Where there is no other soil it is outside.
+    b.reset();
+    scene.run(0.1);
+    EXPECT_EQ(a->soil().status_bits(), kOutside);
+    EXPECT_TRUE(a->refused().empty());
+    EXPECT_GE(a->body_id(seam), 0);
 }
 
 TEST(SeveralSoils, load_of_both_leaves_the_body_its_own_mass) {

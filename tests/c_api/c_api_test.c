@@ -406,6 +406,47 @@ static void bad_arguments_are_refused(void) {
     test_world_destroy(world);
 }
 
+static void settling_brings_a_heap_to_rest(void) {
+    const double heap_min_m[3] = {-0.2, 0.5, -0.2}, heap_max_m[3] = {0.2, 0.8, 0.2};
+    void* world = test_world_create();
+    bulletsoil_soil* soil = create_bed(world);
+    bulletsoil_settle_report report = {sizeof report, -1, -1, -1, -1};
+    int64_t steps = -1, units_before = 0, units_after = 0;
+
+    CHECK_OK(bulletsoil_fill_box(soil, heap_min_m, heap_max_m, NULL));
+    CHECK_OK(bulletsoil_get_totals(soil, 1, &units_before, NULL));
+    CHECK_OK(bulletsoil_settle(soil, 0, &report));
+    CHECK(!report.is_at_rest && report.step_count == 0 && report.block_active_count > 0);
+    CHECK_OK(bulletsoil_settle(soil, 3000, NULL));
+    CHECK_OK(bulletsoil_settle(soil, 1, &report));
+    CHECK(report.is_at_rest && report.step_count == 0 && report.block_active_count == 0);
+    CHECK(report.tile_awake_count == 0);
+    CHECK_OK(bulletsoil_get_step_count(soil, &steps));
+    CHECK(steps > 10);
+    CHECK_OK(bulletsoil_get_totals(soil, 1, &units_after, NULL));
+    CHECK(units_after == units_before);
+    CHECK_INVALID(bulletsoil_settle(NULL, 0, NULL), "soil is null");
+    CHECK_INVALID(bulletsoil_settle(soil, -1, NULL), "steps_max is -1");
+    report.struct_size = 3;
+    CHECK_INVALID(bulletsoil_settle(soil, 1, &report), "report.struct_size is 3");
+    CHECK_OK(bulletsoil_destroy(soil));
+    test_world_destroy(world);
+}
+
+static void another_gravity_than_the_worlds_is_refused(void) {
+    void* world = test_world_create();
+    bulletsoil_soil_def def;
+    bulletsoil_soil* soil = NULL;
+    CHECK_OK(bulletsoil_soil_def_init(&def, sizeof def));
+    def.up = BULLETSOIL_UP_Z;
+    CHECK_INVALID(bulletsoil_create(world, test_world_scalar_bytes(), &def, &soil), "up is z");
+    def.up = BULLETSOIL_UP_Y;
+    def.gravity_m_s2 = 3.7;
+    CHECK_INVALID(bulletsoil_create(world, test_world_scalar_bytes(), &def, &soil),
+                  "gravity_m_s2 is 3.7");
+    test_world_destroy(world);
+}
+
 static void the_world_may_go_first(void) {
     void* world = test_world_create();
     bulletsoil_soil* soil = create_bed(world);
@@ -431,6 +472,8 @@ static const struct {
     {"sizes_of_structs_are_kept", sizes_of_structs_are_kept},
     {"bad_arguments_are_refused", bad_arguments_are_refused},
     {"the_world_may_go_first", the_world_may_go_first},
+    {"settling_brings_a_heap_to_rest", settling_brings_a_heap_to_rest},
+    {"another_gravity_than_the_worlds_is_refused", another_gravity_than_the_worlds_is_refused},
 };
 
 int main(int argument_count, char** arguments) {

@@ -58,6 +58,21 @@ TEST(TileCodec, gives_back_what_it_got) {
     }
 }
 
+TEST(TileCodec, gives_the_same_bytes_from_runs) {
+    std::mt19937 random(4);
+    for (const auto& value : std::vector<std::function<int32_t(int, int, int)>>{
+             [](int, int, int) { return 0; }, [](int p, int z, int) { return p == 1 && z < 9; },
+             [](int p, int, int c) { return p * c; },
+             [&](int, int, int) { return static_cast<int32_t>(random() % 3); }}) {
+        const std::vector<uint8_t> bytes = pack_tile(tile_of(24, 10, value));
+        TileRuns runs;
+        runs.height = 24;
+        runs.plane_count = 10;
+        ASSERT_TRUE(unpack_runs(bytes, runs));
+        EXPECT_EQ(pack_runs(runs), bytes);
+    }
+}
+
 TEST(TileCodec, packs_level_ground_into_two_bytes_a_column_or_less) {
     const TileVoxels level =
         tile_of(64, 9, [](int p, int z, int) { return (p == 1 || p == 8) && z < 20 ? 65536 : 0; });

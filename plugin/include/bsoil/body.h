@@ -49,6 +49,7 @@ struct SoilBody {
     /// half as far from the body (1..8 voxels). >= 0
     double contact_width_m = 0;
     bool is_static = false;  ///< never moves: velocity ignored
+    bool may_leave = false;  ///< that it is out of the grid is not reported: another soil has it
     SurfaceFriction surface;
     const std::vector<ConvexShape>* shapes = nullptr;  ///< must outlive the call
     unsigned shape_revision = 0;                       ///< change it when *shapes changed

@@ -11,6 +11,7 @@ inline constexpr int kGridSideMax = 16384;  ///< voxels along x or y; SoilDef::v
 /// double still resolves 2 nm, a thousandth of what counts as still in the smallest voxels; a
 /// Bullet of floats resolves a metre, so keep such worlds near their origin.
 inline constexpr double kPlaceMostM = 1e7;
+inline constexpr int kSettleStepsMax = 100000;  ///< steps of one Soil::settle; more are refused
 inline constexpr int kHeightMapSideMin = 2;  ///< heights along a side of a HeightMapFill; fewer ...
 inline constexpr int kHeightMapSideMax = 32768;  ///< ... and more are refused by Soil::fill
 inline constexpr int kContactCapacity =

@@ -27,6 +27,7 @@ enum class StatusBit : uint32_t {
     amount_headroom = 1u << 6,  ///< a voxel holds so much soil that its momentum may saturate
     shape_refused = 1u << 7,    ///< a zero-size, inverted or unbounded shape was ignored
     span_list_full = 1u << 8,   ///< a column has more height spans than kSpanCapacity
+    gravity_differs = 1u << 9,  ///< the bodies' world has another gravity than the soil
 };
 /// "tile_table_full: raise SoilDef::tile_capacity" and so on; one entry per set bit.
 std::vector<std::string> status_texts(uint32_t status_bits);
@@ -47,6 +48,16 @@ struct StepReport {
     StageTimes stage_ms;
     std::span<const ContactVoxel> contacts;  ///< sorted by voxel; valid until the next step
     std::span<const BodyLoad> loads;         ///< bodies that carry soil; valid until the next step
+};
+
+/// What Soil::settle did, and what it left.
+struct SettleReport {
+    bool is_at_rest = false;     ///< nothing moves, nothing may start to
+    int step_count = 0;          ///< steps it made
+    int block_active_count = 0;  ///< 8x8x8 blocks that still move or may move
+    int tile_awake_count = 0;
+    uint32_t status_bits = 0;  ///< sticky, as StepReport's
+    StepReport last_step;      ///< of the last step it made; as new where it made none
 };
 
 /// Totals that never change but by fills. Units are integers: sums are exact.
@@ -81,6 +92,8 @@ struct GridFrame {
     Vec3 to_world(Vec3 grid_voxels) const;
     /// From world axes and metres to grid axes and voxels.
     Vec3 to_grid(Vec3 world_m) const;
+    /// Whether a point of the world is above the grid's floor and between its sides.
+    bool is_above(Vec3 world_m) const;
 };
 
 /// Deformable soil. Not thread-safe: one caller at a time; different soils may run in different
@@ -110,6 +123,15 @@ class Soil {
     /// status bits.
     StepReport step(std::span<const SoilBody> bodies);
 
+    /// What a host does behind its loading screen, after the fills and before the first step. Looks
+    /// at all that was filled since the last step for slopes that may not stand, which the first
+    /// step would do. Then makes steps, up to steps_max, until nothing moves: as step() with
+    /// `bodies` standing still where they are. Tiles that have come to rest go to sleep. The same
+    /// bits as step() gives, on every backend. Cost: 1 us a tile of 8 x 8 columns that shares its
+    /// content with others (level ground), 10 us one that does not, and the steps.
+    /// Error: steps_max is not 0..kSettleStepsMax; then nothing changes.
+    Result<SettleReport> settle(int steps_max = 0, std::span<const SoilBody> bodies = {});
+
     const SoilDef& def() const;                         ///< as given to create()
     const std::vector<MaterialDef>& materials() const;  ///< SoilDef::material_list()
     const GridFrame& frame() const;                     ///< where the grid lies
@@ -117,12 +139,13 @@ class Soil {
     std::string device_name() const;  ///< of the processor, or as the GL driver calls it
     int thread_count() const;         ///< of the CPU backend
 
-    SoilTotals totals() const;     ///< costs a pass over everything; waits for the device
-    uint64_t checksum() const;     ///< of amounts, motion and terrain; the same on every backend
-    uint32_t status_bits() const;  ///< every StatusBit set since clear_status()
-    void clear_status();           ///< sets all of them back
-    MemoryUse memory_use() const;  ///< of the soil, without the meshes
-    int64_t voxels_total() const;  ///< of the whole grid, empty ones too
+    SoilTotals totals() const;       ///< costs a pass over everything; waits for the device
+    uint64_t checksum() const;       ///< of amounts, motion and terrain; the same on every backend
+    uint32_t status_bits() const;    ///< every StatusBit set since clear_status()
+    void clear_status();             ///< sets all of them back
+    void set_status(StatusBit bit);  ///< for whoever couples the soil with bodies
+    MemoryUse memory_use() const;    ///< of the soil, without the meshes
+    int64_t voxels_total() const;    ///< of the whole grid, empty ones too
 
     /// Samples are read through a cache of tiles, refreshed after each step: cheap in bulk.
     VoxelSample sample(int x, int y, int z) const;

@@ -1,11 +1,9 @@
-// Soil put in before the first step, and which of it must be looked at by the step because it may
-// not stand.
+// Soil put in before the first step.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "bsoil/limits.h"
 #include "bsoil/soil.h"
@@ -35,6 +33,17 @@ double sampled_share(int x, int y, int z, Inside&& inside) {
     return static_cast<double>(count) / (kSubCells * kSubCells * kSubCells);
 }
 
+/// Share of a column's sub-cells across in which `inside` holds at their middles.
+template <typename Inside>
+double share_across(int x, int y, Inside&& inside) {
+    int count = 0;
+    for (int i = 0; i < kSubCells * kSubCells; ++i) {
+        count +=
+            inside(x + (i % kSubCells + 0.5) / kSubCells, y + (i / kSubCells + 0.5) / kSubCells);
+    }
+    return static_cast<double>(count) / (kSubCells * kSubCells);
+}
+
 double overlap(double low, double high, int cell) {
     return std::clamp(std::min(high, cell + 1.0) - std::max(low, static_cast<double>(cell)), 0.0,
                       1.0);
@@ -62,55 +71,87 @@ Result<int> Soil::Impl::material_index(const std::string& name) const {
 }
 
 Status Soil::Impl::fill_with(const std::string& material, const int low[3], const int high[3],
-                             const VoxelFraction& fraction) {
+                             const FillShape& shape) {
     const Result<int> found = material_index(material);
     if (!found) {
         return Error{found.error()};
     }
     // A full voxel of a lighter material has fewer mass units; volume units are the same for all.
-    const double mass_per_volume = materials[*found].density_kg_m3 / kReferenceDensity;
-    int first[3], last[3];
+    const FillMaterial what{static_cast<size_t>(kKeptMaterial + *found),
+                            materials[*found].density_kg_m3 / kReferenceDensity};
+    int first[2], last[2];
     for (int axis = 0; axis < 3; ++axis) {
-        first[axis] = std::max(0, low[axis]);
-        last[axis] = std::min(frame.size[axis] - 1, high[axis]);
-        if (first[axis] > last[axis]) {
+        const int from = std::max(0, low[axis]), to = std::min(frame.size[axis] - 1, high[axis]);
+        if (from > to) {
             return Error{"the fill lies outside of the grid"};
+        }
+        if (axis < 2) {
+            first[axis] = from;
+            last[axis] = to;
         }
     }
     int64_t added = 0;
-    TileVoxels voxels;
+    // Whole tiles that held the same and get the same in every column hold the same thereafter.
+    struct LevelTile {
+        std::shared_ptr<const PackedTile> before,
+            after;  // `before` is kept, so that no other takes its address
+        int64_t added = 0;
+    };
+    std::map<std::pair<const PackedTile*, FillRuns>, LevelTile> level_tiles;
+    std::array<FillRuns, kTileColumns> runs;
+    std::array<const FillRuns*, kTileColumns> wanted;
     for (int ty = first[1] / kTileSide; ty <= last[1] / kTileSide; ++ty) {
         for (int tx = first[0] / kTileSide; tx <= last[0] / kTileSide; ++tx) {
-            const int index = tile_index(tx, ty);
-            Tile& tile = tile_for(index);
-            read_voxels(index, voxels);
-            int64_t tile_added = 0;
-            for (int c = 0; c < kTileColumns; ++c) {
-                const int x = tx * kTileSide + c % kTileSide, y = ty * kTileSide + c / kTileSide;
-                if (x < first[0] || y < first[1] || x > last[0] || y > last[1]) {
-                    continue;
-                }
-                for (int z = first[2]; z <= last[2]; ++z) {
-                    const int room =
-                        kVoxelFull - voxels.at(kKeptTerrain, z, c) - voxels.at(kKeptVolume, z, c);
-                    const int wanted = static_cast<int>(
-                        std::lround(std::clamp(fraction(x, y, z), 0.0, 1.0) * kVoxelFull));
-                    const int units = std::min(room, wanted);
-                    // Less than a crumb is not worth a voxel: it would hover until a neighbour's
-                    // flow took it along.
-                    if (units > kCrumb) {
-                        voxels.at(kKeptVolume, z, c) += units;
-                        voxels.at(kKeptBond, z, c) += units;
-                        voxels.at(kKeptMaterial + *found, z, c) +=
-                            std::max(1, static_cast<int>(std::lround(units * mass_per_volume)));
-                        tile_added += units;
+            const int x0 = std::max(first[0], tx * kTileSide),
+                      y0 = std::max(first[1], ty * kTileSide);
+            const int x1 = std::min(last[0], tx * kTileSide + kTileSide - 1),
+                      y1 = std::min(last[1], ty * kTileSide + kTileSide - 1);
+            const bool is_known_level = shape.is_level && shape.is_level(x0, y0, x1, y1);
+            bool is_level = (x1 - x0 + 1) * (y1 - y0 + 1) == kTileColumns;
+            wanted.fill(nullptr);
+            const FillRuns* some = nullptr;
+            for (int y = y0; y <= y1; ++y) {
+                for (int x = x0; x <= x1; ++x) {
+                    const int c = y % kTileSide * kTileSide + x % kTileSide;
+                    if (!some || !is_known_level) {
+                        runs[c].clear();
+                        shape.column(x, y, runs[c]);
+                        is_level = is_level && (!some || runs[c] == *some);
+                        some = &runs[c];
                     }
+                    wanted[c] = some;
+                }
+            }
+            const int index = tile_index(tx, ty);
+            const bool is_asleep = !tiles[index] || tiles[index]->slot < 0;
+            LevelTile* level = nullptr;
+            if (is_level && is_asleep) {
+                const std::shared_ptr<const PackedTile> before =
+                    tiles[index] ? tiles[index]->packed : nullptr;
+                const auto [entry, fresh] = level_tiles.try_emplace({before.get(), *some});
+                level = &entry->second;
+                if (fresh) {
+                    level->before = before;
+                }
+            }
+            int64_t tile_added = 0;
+            std::shared_ptr<const PackedTile> after;
+            if (level && level->after) {
+                after = level->after;
+                tile_added = level->added;
+            } else {
+                TileRuns filled;
+                tile_added = fill_columns(read_runs(index), wanted, what, filled);
+                after = make_packed(filled);
+                if (level) {
+                    level->after = after;
+                    level->added = tile_added;
                 }
             }
             if (tile_added > 0) {
-                write_voxels(index, voxels);
-                ++tile.revision;
-                tile.unchecked = true;
+                write_packed(index, after);
+                ++tiles[index]->revision;
+                tiles[index]->unchecked = true;
                 any_unchecked = true;
                 added += tile_added;
             }
@@ -141,19 +182,38 @@ Status Soil::fill(const BoxFill& fill) {
     };
     const int first[3] = {whole(low.x), whole(low.y), whole(low.z)};
     const int last[3] = {whole(high.x), whole(high.y), whole(high.z)};
+    // From the bottom up: only the voxels at both ends are not whole.
+    const auto add_column = [&](double across, FillRuns& runs) {
+        const int from = std::max(0, first[2]), to = std::min(s.height - 1, last[2]);
+        for (int z = from; z <= to; ++z) {
+            add_voxel(runs, z, across * overlap(low.z, high.z, z));
+        }
+    };
     if (s.def.yaw_rad == 0) {
-        return s.fill_with(fill.material, first, last, [&](int x, int y, int z) {
-            return overlap(low.x, high.x, x) * overlap(low.y, high.y, y) *
-                   overlap(low.z, high.z, z);
-        });
+        return s.fill_with(
+            fill.material, first, last,
+            {[&](int x, int y, FillRuns& runs) {
+                 add_column(overlap(low.x, high.x, x) * overlap(low.y, high.y, y), runs);
+             },
+             [&](int x0, int y0, int x1, int y1) {
+                 return x0 >= low.x && y0 >= low.y && x1 + 1 <= high.x && y1 + 1 <= high.y;
+             }});
     }
-    return s.fill_with(fill.material, first, last, [&](int x, int y, int z) {
-        return sampled_share(x, y, z, [&](Vec3 at) {
-            const Vec3 w = s.frame.to_world(at);
-            return w.x >= fill.box.min.x && w.x <= fill.box.max.x && w.y >= fill.box.min.y &&
-                   w.y <= fill.box.max.y && w.z >= fill.box.min.z && w.z <= fill.box.max.z;
-        });
-    });
+    const auto is_across = [&](double x, double y) {
+        // Up or not, the box's ends are told by add_column.
+        const Vec3 w = s.frame.to_world({x, y, 0});
+        const bool y_up = s.def.up == UpAxis::y;
+        return w.x >= fill.box.min.x && w.x <= fill.box.max.x &&
+               (y_up ? w.z >= fill.box.min.z && w.z <= fill.box.max.z
+                     : w.y >= fill.box.min.y && w.y <= fill.box.max.y);
+    };
+    return s.fill_with(
+        fill.material, first, last,
+        {[&](int x, int y, FillRuns& runs) { add_column(share_across(x, y, is_across), runs); },
+         [&](int x0, int y0, int x1, int y1) {
+             return is_across(x0, y0) && is_across(x1 + 1, y0) && is_across(x0, y1 + 1) &&
+                    is_across(x1 + 1, y1 + 1);
+         }});
 }
 
 Status Soil::fill(const CylinderFill& fill) {
@@ -174,11 +234,38 @@ Status Soil::fill(const CylinderFill& fill) {
     };
     const int first[3] = {whole(base.x - r), whole(base.y - r), whole(base.z)};
     const int last[3] = {whole(base.x + r), whole(base.y + r), whole(base.z + h)};
-    return s.fill_with(fill.material, first, last, [&](int x, int y, int z) {
-        const double across = sampled_share(
-            x, y, z, [&](Vec3 at) { return std::hypot(at.x - base.x, at.y - base.y) <= r; });
-        return across * overlap(base.z, base.z + h, z);
-    });
+    const auto is_across = [&](double x, double y) {
+        return std::hypot(x - base.x, y - base.y) <= r;
+    };
+    return s.fill_with(fill.material, first, last,
+                       {[&](int x, int y, FillRuns& runs) {
+                            const double across = share_across(x, y, is_across);
+                            const int to = std::min(s.height - 1, last[2]);
+                            for (int z = std::max(0, first[2]); z <= to; ++z) {
+                                add_voxel(runs, z, across * overlap(base.z, base.z + h, z));
+                            }
+                        },
+                        [&](int x0, int y0, int x1, int y1) {
+                            return is_across(x0, y0) && is_across(x1 + 1, y0) &&
+                                   is_across(x0, y1 + 1) && is_across(x1 + 1, y1 + 1);
+                        }});
+}
+
+/// Ground whose surface is so high over each column [voxels].
+Status Soil::Impl::fill_ground(const std::string& material,
+                               const std::function<double(int x, int y)>& height_at) {
+    const int first[3] = {0, 0, 0};
+    const int last[3] = {frame.size[0] - 1, frame.size[1] - 1, height - 1};
+    return fill_with(material, first, last,
+                     {[&](int x, int y, FillRuns& runs) {
+                          const double top = std::clamp(height_at(x, y), 0.0, 1.0 * height);
+                          const int whole = static_cast<int>(top);
+                          if (whole > 0) {
+                              runs.push_back({0, whole, kVoxelFull});
+                          }
+                          add_voxel(runs, whole, top - whole);
+                      },
+                      {}});
 }
 
 Status Soil::fill(const HeightMapFill& fill) {
@@ -219,11 +306,7 @@ Status Soil::fill(const HeightMapFill& fill) {
                 (h(i, j + 1) * (1 - u) + h(i + 1, j + 1) * u) * v) /
                s.frame.voxel_m;
     };
-    const int first[3] = {0, 0, 0};
-    const int last[3] = {s.frame.size[0] - 1, s.frame.size[1] - 1, s.height - 1};
-    return s.fill_with(fill.material, first, last, [&](int x, int y, int z) {
-        return std::clamp(height_at(x, y) - z, 0.0, 1.0);
-    });
+    return s.fill_ground(fill.material, height_at);
 }
 
 Status Soil::fill(const NoiseFill& fill) {
@@ -237,8 +320,6 @@ Status Soil::fill(const NoiseFill& fill) {
             return status;
         }
     }
-    const int first[3] = {0, 0, 0};
-    const int last[3] = {s.frame.size[0] - 1, s.frame.size[1] - 1, s.height - 1};
     const bool y_up = s.def.up == UpAxis::y;
     std::vector<double> heights(static_cast<size_t>(s.frame.size[0]) * s.frame.size[1]);
     for (int y = 0; y < s.frame.size[1]; ++y) {
@@ -253,8 +334,8 @@ Status Soil::fill(const NoiseFill& fill) {
                 s.frame.voxel_m;
         }
     }
-    return s.fill_with(fill.material, first, last, [&](int x, int y, int z) {
-        return std::clamp(heights[static_cast<size_t>(y) * s.frame.size[0] + x] - z, 0.0, 1.0);
+    return s.fill_ground(fill.material, [&](int x, int y) {
+        return heights[static_cast<size_t>(y) * s.frame.size[0] + x];
     });
 }
 
@@ -265,10 +346,15 @@ Status Soil::fill(const FunctionFill& fill) {
     }
     const int first[3] = {0, 0, 0};
     const int last[3] = {s.frame.size[0] - 1, s.frame.size[1] - 1, s.height - 1};
-    return s.fill_with(fill.material, first, last, [&](int x, int y, int z) {
-        return sampled_share(x, y, z,
-                             [&](Vec3 at) { return fill.density(s.frame.to_world(at)) > 0; });
-    });
+    return s.fill_with(fill.material, first, last,
+                       {[&](int x, int y, FillRuns& runs) {
+                            for (int z = 0; z < s.height; ++z) {
+                                add_voxel(runs, z, sampled_share(x, y, z, [&](Vec3 at) {
+                                              return fill.density(s.frame.to_world(at)) > 0;
+                                          }));
+                            }
+                        },
+                        {}});
 }
 
 Status Soil::add_terrain(const DensityFunction& density) {
@@ -279,72 +365,6 @@ Status Soil::add_terrain(const DensityFunction& density) {
     return s.terrain_with([&](int x, int y, int z) {
         return sampled_share(x, y, z, [&](Vec3 at) { return density(s.frame.to_world(at)) > 0; });
     });
-}
-
-// Level ground sleeps from the start. What may move (hanging soil, and slopes steeper than the
-// flattest angle of friction) is marked active; the step then decides.
-void Soil::Impl::wake_unstable_columns() {
-    any_unchecked = false;
-    double flattest = 10;
-    for (const MaterialDef& material : materials) {
-        flattest = std::min(flattest, std::tan(material.friction_angle_rad));
-    }
-    using Profiles = std::array<ColumnProfile, kTileColumns>;
-    std::map<int, Profiles> profiles;
-    TileVoxels voxels;
-    const auto profiles_of = [&](int index) -> const Profiles& {
-        const auto [entry, fresh] = profiles.try_emplace(index);
-        if (fresh) {
-            read_voxels(index, voxels);
-            for (int c = 0; c < kTileColumns; ++c) {
-                entry->second[c] = column_profile(voxels, c);
-            }
-        }
-        return entry->second;
-    };
-    for (size_t i = 0; i < tiles.size(); ++i) {
-        const int index = static_cast<int>(i);
-        if (!tiles[i] || !tiles[i]->unchecked) {
-            continue;
-        }
-        tiles[i]->unchecked = false;
-        const int tx = index % tiles_x, ty = index / tiles_x;
-        const Profiles profile = profiles_of(index);
-        for (int c = 0; c < kTileColumns; ++c) {
-            const int x = tx * kTileSide + c % kTileSide, y = ty * kTileSide + c / kTileSide;
-            if (x >= frame.size[0] || y >= frame.size[1]) {
-                continue;
-            }
-            const auto activate_at = [&](int px, int py, double z) {
-                const int zb = std::clamp(static_cast<int>(z) / kTileSide, 0, blocks_per_tile - 1);
-                activate(static_cast<BlockKey>(tile_index(px / kTileSide, py / kTileSide)) *
-                             blocks_per_tile +
-                         zb);
-            };
-            for (int z = 0; profile[c].hanging >= 0 && z < blocks_per_tile; ++z) {
-                activate(static_cast<BlockKey>(index) * blocks_per_tile + z);
-            }
-            for (int n = 0; n < 9; ++n) {
-                const int nx = x + n % 3 - 1, ny = y + n / 3 - 1;
-                if (n == 4 || nx < 0 || ny < 0 || nx >= frame.size[0] || ny >= frame.size[1]) {
-                    continue;
-                }
-                const int other = tile_index(nx / kTileSide, ny / kTileSide);
-                const double other_top =
-                    tiles[other]
-                        ? profiles_of(other)[ny % kTileSide * kTileSide + nx % kTileSide].top
-                        : 0;
-                const double drop =
-                    std::abs(profile[c].top - other_top) / (n % 2 == 0 ? std::numbers::sqrt2 : 1.0);
-                // Facets between two neighbours can be steeper than either by up to 1 / cos 22.5
-                // deg.
-                if (drop > 0.9 * flattest) {
-                    activate_at(x, y, profile[c].top);
-                    activate_at(nx, ny, other_top);
-                }
-            }
-        }
-    }
 }
 
 }  // namespace bsoil

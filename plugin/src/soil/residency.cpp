@@ -11,7 +11,46 @@ namespace {
 // A tile nobody needed for so many steps goes to sleep: long enough that a slow avalanche does not
 // pack and unpack it.
 constexpr int64_t kSleepAfterSteps = 30;
+
+/// Tile::top of these voxels.
+int top_of(const TileVoxels& voxels) {
+    for (int z = voxels.height - 1; z >= 0; --z) {
+        for (int c = 0; c < kTileColumns; ++c) {
+            if (voxels.at(kKeptVolume, z, c) != 0) {
+                return z + 1;
+            }
+        }
+    }
+    return 0;
+}
+
+int top_of(const TileRuns& tile) {
+    int top = 0;
+    for (int c = 0; c < kTileColumns; ++c) {
+        int z = 0;
+        for (const ColumnRun& run : tile.column(c)) {
+            z += run.length;
+            top = run.values[kKeptVolume] != 0 ? std::max(top, z) : top;
+        }
+    }
+    return top;
+}
+
+template <typename Soil>
+std::shared_ptr<const PackedTile> packed_of(std::vector<uint8_t> bytes, const Soil& soil) {
+    auto packed = std::make_shared<PackedTile>();
+    packed->bytes = std::move(bytes);
+    packed->top = top_of(soil);
+    return packed;
+}
 }  // namespace
+
+std::shared_ptr<const PackedTile> make_packed(const TileRuns& runs) {
+    return packed_of(pack_runs(runs), runs);
+}
+std::shared_ptr<const PackedTile> make_packed(const TileVoxels& voxels) {
+    return packed_of(pack_tile(voxels), voxels);
+}
 
 Tile& Soil::Impl::tile_for(int index) {
     if (!tiles[index]) {
@@ -30,7 +69,7 @@ Tile& Soil::Impl::tile_for(int index) {
                     }
                 }
             }
-            tiles[index]->packed = pack_tile(voxels);
+            tiles[index]->packed = make_packed(voxels);
         }
     }
     return *tiles[index];
@@ -135,7 +174,7 @@ int Soil::Impl::wake(int index) {
         return -1;
     }
     scratch.reset(height, kept_planes);
-    unpack_tile(tile.packed, scratch);
+    unpack_tile(tile.bytes(), scratch);
     tile.slot = free_slots.back();
     free_slots.pop_back();
     slot_tile[tile.slot] = index;
@@ -154,9 +193,7 @@ int Soil::Impl::wake(int index) {
                               static_cast<int64_t>(tile.slot) * blocks_per_tile,
                           blocks_per_tile);
     }
-    tile.packed.clear();
-    tile.packed.shrink_to_fit();
-    tile.surface = {};
+    tile.packed.reset();
     table_dirty = true;
     return tile.slot;
 }
@@ -164,17 +201,19 @@ int Soil::Impl::wake(int index) {
 void Soil::Impl::put_to_sleep(int index) {
     Tile& tile = *tiles[index];
     read_voxels(index, scratch);
-    tile.packed = pack_tile(scratch);
+    tile.packed = make_packed(scratch);
     slot_tile[tile.slot] = -1;
     free_slots.push_back(tile.slot);
     tile.slot = -1;
     table_dirty = true;
 }
 
-void Soil::Impl::sleep_idle_tiles() {
+void Soil::Impl::sleep_idle_tiles() { sleep_tiles_unused_since(step_index - kSleepAfterSteps); }
+
+void Soil::Impl::sleep_tiles_unused_since(int64_t step) {
     for (int slot = 0; slot < slot_count; ++slot) {
         const int index = slot_tile[slot];
-        if (index >= 0 && step_index - tiles[index]->last_used_step > kSleepAfterSteps) {
+        if (index >= 0 && tiles[index]->last_used_step < step) {
             put_to_sleep(index);
         }
     }
@@ -216,7 +255,7 @@ void Soil::Impl::read_voxels(int index, TileVoxels& out) const {
         return;
     }
     if (tile->slot < 0) {
-        unpack_tile(tile->packed, out);
+        unpack_tile(tile->bytes(), out);
         return;
     }
     read_scratch.clear();
@@ -236,9 +275,8 @@ void Soil::Impl::want_plane(int plane, int slot, std::span<int32_t> words) const
 
 void Soil::Impl::write_voxels(int index, const TileVoxels& in) {
     Tile& tile = *tiles[index];
-    tile.surface = {};
     if (tile.slot < 0) {
-        tile.packed = pack_tile(in);
+        tile.packed = make_packed(in);
     } else {
         const int64_t base = static_cast<int64_t>(tile.slot) * params.tile_voxels;
         for (int p = 0; p < kept_planes; ++p) {
@@ -248,18 +286,36 @@ void Soil::Impl::write_voxels(int index, const TileVoxels& in) {
                                                       params.tile_voxels));
         }
     }
-    tile.top = 0;
-    for (int z = height - 1; z >= 0 && tile.top == 0; --z) {
-        for (int c = 0; c < kTileColumns; ++c) {
-            if (in.at(kKeptVolume, z, c) != 0) {
-                tile.top = z + 1;
-                break;
-            }
-        }
+    tile.top = top_of(in);
+}
+
+TileRuns Soil::Impl::read_runs(int index) {
+    const Tile& tile = tile_for(index);
+    TileRuns runs;
+    runs.height = height;
+    runs.plane_count = kept_planes;
+    if (tile.slot < 0) {
+        unpack_runs(tile.bytes(), runs);
+    } else {
+        read_voxels(index, scratch);
+        unpack_runs(pack_tile(scratch), runs);
+    }
+    return runs;
+}
+
+void Soil::Impl::write_packed(int index, std::shared_ptr<const PackedTile> in) {
+    Tile& tile = tile_for(index);
+    if (tile.slot < 0) {
+        tile.top = in->top;
+        tile.packed = std::move(in);
+    } else {
+        scratch.reset(height, kept_planes);
+        unpack_tile(in->bytes, scratch);
+        write_voxels(index, scratch);
     }
 }
 
-std::span<const int32_t> Soil::Impl::tile_surface(int index) {
+std::span<const int32_t> Soil::Impl::surface_heights(int index) {
     static constexpr int32_t kBareFloor[kTileColumns] = {};
     if (!tiles[index]) {
         return kBareFloor;
@@ -269,13 +325,13 @@ std::span<const int32_t> Soil::Impl::tile_surface(int index) {
         return std::span(tile_tops).subspan(static_cast<size_t>(tile.slot) * kTileColumns,
                                             kTileColumns);
     }
-    if (tile.surface.empty()) {
-        read_voxels(index, scratch);
-        for (int c = 0; c < kTileColumns; ++c) {
-            tile.surface.push_back(column_surface_q16(scratch, c));
-        }
+    if (!tile.packed) {
+        return kBareFloor;
     }
-    return tile.surface;
+    if (tile.packed->surface.empty()) {
+        tile.packed->surface = surface_heights_q16(read_runs(index));
+    }
+    return tile.packed->surface;
 }
 
 const TileVoxels& Soil::Impl::sampled_voxels(int index) const {

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
+#include <unordered_map>
+#include <unordered_set>
 
 #include "bsoil/snapshot_file.h"
 #include "soil/soil_impl.h"
@@ -16,12 +19,34 @@ namespace {
 constexpr char kSection[] = "soil";
 // Passes are numbered by 32 bits; step() starts again long before.
 constexpr int32_t kPassStampMost = (1 << 30) + (1 << 20);
-// More voxels a step than anything can have, Q16.
-constexpr int64_t kSpeedLimit = int64_t{1} << 31;
+// Steps of a million years.
+constexpr int64_t kStepsMost = int64_t{1} << 53;
+// What a voxel may hold: the headroom of the kernels' integers (plugin/README.md). Of a soil that
+// has left it (amount_headroom) a snapshot is refused.
+constexpr int64_t kMassMost = 2 * kVoxelMost - 1;  // 16 voxels of 4000 kg/m3
+constexpr int64_t kMomentumMost = 1 << 30;
+constexpr int64_t kForceMost = 1 << 30;
+// Bodies in a voxel: 16384 shapes that cover all of it.
+constexpr int64_t kCoverageMost = 1 << 30;
+// Whole units of mass and momentum do not go into quite equal parts: a unit of mass can come with
+// the momentum of this many, at twice the speed (Q10 voxels a step) that any soil gets.
+constexpr int64_t kMassSlack = 256;
+constexpr int64_t kSpeedSlack = 2 * (kSpeedMost / 64);
+constexpr int64_t kStatusAll = 2 * static_cast<int64_t>(StatusBit::gravity_differs) - 1;
+
+template <typename... T>
+Status damaged(fmt::format_string<T...> text, T&&... values) {
+    return Error{"is damaged: " + fmt::format(text, std::forward<T>(values)...)};
+}
 
 // Planes that are made from the bodies, but not in every step: an awake tile keeps them.
 constexpr int kBodyPlanes[] = {kPlaneCoverage, kPlaneOwner, kPlaneSupport};
 constexpr int kBodyPlaneCount = 3;
+
+/// To find the bytes of a tile among others.
+std::string_view key_of(const std::vector<uint8_t>& bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
 
 struct NamedValue {
     std::string name;
@@ -139,10 +164,15 @@ class SoilSnapshot {
 
   private:
     Status check_meaning(const SavedSoil& saved) const;
-    bool is_sound(const SavedSoil& saved) const;
-    bool are_bodies_sound(const SavedSoil& saved) const;
-    bool is_sound(const SavedTile& tile, const SavedSoil& saved, TileVoxels& kept,
-                  TileVoxels& bodies) const;
+    Status check_state(const SavedSoil& saved) const;
+    Status check_bodies(const SavedSoil& saved) const;
+    Status check_soil(const SavedTile& tile, const TileVoxels& kept) const;
+    Status check_fill_up(const SavedTile& tile, const TileVoxels& kept,
+                         const TileVoxels* bodies) const;
+    Status check_awake(const SavedTile& tile, const SavedSoil& saved, TileVoxels& bodies) const;
+    Status check_columns(const SavedTile& tile) const;
+    Status check_words(const SavedTile& tile, const char* plane, std::span<const int32_t> words,
+                       int64_t low, int64_t high) const;
     bool are_blocks_sound(const std::vector<BlockKey>& blocks) const;
     void put_awake(const SavedTile& tile);
     TileVoxels body_planes(int slot) const;
@@ -192,7 +222,7 @@ SavedSoil SoilSnapshot::take() const {
         saved.unchecked = tile->unchecked;
         saved.awake = tile->slot >= 0;
         if (!saved.awake) {
-            saved.kept = tile->packed;
+            saved.kept.assign(tile->bytes().begin(), tile->bytes().end());
             continue;
         }
         s_.read_voxels(static_cast<int>(index), voxels);
@@ -212,7 +242,7 @@ SavedSoil SoilSnapshot::take() const {
 
 Status SoilSnapshot::check(const SavedSoil& saved) const {
     if (Status same = check_meaning(saved); !same) return same;
-    if (!is_sound(saved)) return Error{"is damaged"};
+    if (Status sound = check_state(saved); !sound) return sound;
     const auto awake = std::count_if(saved.tiles.begin(), saved.tiles.end(),
                                      [](const SavedTile& tile) { return tile.awake; });
     if (awake > s_.slot_count && !s_.grow_slots(static_cast<int>(awake)))
@@ -244,80 +274,201 @@ bool SoilSnapshot::are_blocks_sound(const std::vector<BlockKey>& blocks) const {
            (blocks.empty() || (blocks.front() >= 0 && blocks.back() < most));
 }
 
-bool SoilSnapshot::are_bodies_sound(const SavedSoil& saved) const {
-    if (saved.body_ids.size() > limits::kBodyCapacity) return false;
+Status SoilSnapshot::check_bodies(const SavedSoil& saved) const {
+    if (saved.body_ids.size() > limits::kBodyCapacity)
+        return damaged("{} bodies, at most {} are possible", saved.body_ids.size(),
+                       limits::kBodyCapacity);
     size_t taken = 0;
     for (const int32_t id : saved.body_ids) {
-        if (id < -1 || id > 65534) return false;
+        if (id < -1 || id > 65534) return damaged("a body has the id {}", id);
         taken += id >= 0;
     }
-    if (taken != saved.tracks.size()) return false;
+    if (taken != saved.tracks.size())
+        return damaged("{} bodies have {} records", taken, saved.tracks.size());
     int32_t before = -1;
     for (const SavedTrack& t : saved.tracks) {
         if (t.id <= before || t.index < 0 ||
             static_cast<size_t>(t.index) >= saved.body_ids.size() ||
-            saved.body_ids[static_cast<size_t>(t.index)] != t.id || t.track.last_step < -1 ||
-            t.track.last_step > saved.step_index || !are_blocks_sound(t.track.blocks))
-            return false;
+            saved.body_ids[static_cast<size_t>(t.index)] != t.id)
+            return damaged("body {} is not where it should be in the list", t.id);
+        if (t.track.last_step < -1 || t.track.last_step > saved.step_index)
+            return damaged("body {} was last seen in step {} of {}", t.id, t.track.last_step,
+                           saved.step_index);
+        if (!are_blocks_sound(t.track.blocks))
+            return damaged("body {} stands in blocks outside of the grid", t.id);
         before = t.id;
     }
-    return true;
+    return Done{};
 }
 
-// What the kernels use as an index, or take for granted, must be so whatever the file says.
-bool SoilSnapshot::is_sound(const SavedTile& tile, const SavedSoil& saved, TileVoxels& kept,
-                            TileVoxels& bodies) const {
-    if (tile.top < 0 || tile.top > s_.height || !unpack_tile(tile.kept, kept)) return false;
+// Every word in its range: the kernels' integers hold what these can come to, and nothing else.
+Status SoilSnapshot::check_words(const SavedTile& tile, const char* plane,
+                                 std::span<const int32_t> words, int64_t low, int64_t high) const {
+    for (const int32_t word : words)
+        if (word < low || word > high)
+            return damaged("{} of a voxel in tile {} is {}, must be {} to {}", plane, tile.index,
+                           word, low, high);
+    return Done{};
+}
+
+Status SoilSnapshot::check_soil(const SavedTile& tile, const TileVoxels& kept) const {
     const auto words = static_cast<size_t>(s_.params.tile_voxels);
-    const auto all = [words](const TileVoxels& voxels, int plane, auto&& good) {
-        const auto first = voxels.words.begin() + static_cast<std::ptrdiff_t>(words) * plane;
-        return std::all_of(first, first + static_cast<std::ptrdiff_t>(words), good);
+    const auto plane = [&](int p) {
+        return std::span(kept.words).subspan(static_cast<size_t>(p) * words, words);
     };
-    const auto not_negative = [](int32_t v) { return v >= 0; };
-    if (!all(kept, kKeptTerrain, [](int32_t v) { return v >= 0 && v <= kVoxelFull; }) ||
-        !all(kept, kKeptVolume, not_negative))
-        return false;
-    for (int m = 0; m < s_.params.material_count; ++m)
-        if (!all(kept, kKeptMaterial + m, not_negative)) return false;
-    if (!tile.awake) return true;
-    const auto body_count = static_cast<int32_t>(saved.body_ids.size());
-    if (tile.last_used_step < 0 || tile.last_used_step > saved.step_index ||
-        tile.surface.size() != kTileColumns ||
-        tile.columns.size() != static_cast<size_t>(kTileColumns) * kColumnWords ||
-        !unpack_tile(tile.bodies, bodies) || !all(bodies, 0, not_negative) ||
-        !all(bodies, 1, [&](int32_t v) { return v >= 0 && (v & 0xffff) <= body_count; }) ||
-        !all(bodies, 2, [&](int32_t v) { return v >= 0 && v < kSupportBody + body_count; }))
-        return false;
-    for (size_t c = 0; c < kTileColumns; ++c) {
-        const int32_t count = tile.columns[c * kColumnWords];
-        if (count < 0 || count > kSpanCapacity) return false;
+    const auto check = [&](const char* name, int p, int64_t low, int64_t high) {
+        return check_words(tile, name, plane(p), low, high);
+    };
+    for (const Status& status :
+         {check("terrain", kKeptTerrain, 0, kVoxelFull),
+          check("volume", kKeptVolume, 0, kVoxelMost),
+          check("momentum", kKeptMomentum, -kMomentumMost, kMomentumMost),
+          check("momentum", kKeptMomentum + 1, -kMomentumMost, kMomentumMost),
+          check("momentum", kKeptMomentum + 2, -kMomentumMost, kMomentumMost),
+          check("force", kKeptForce, -kForceMost, kForceMost),
+          check("force", kKeptForce + 1, -kForceMost, kForceMost),
+          check("force", kKeptForce + 2, -kForceMost, kForceMost),
+          check("bond", kKeptBond, -kVoxelMost, kVoxelMost)})
+        if (!status) return status;
+    std::vector<int64_t> mass(words, 0);
+    for (int m = 0; m < s_.params.material_count; ++m) {
+        if (Status status = check("mass", kKeptMaterial + m, 0, kMassMost); !status) return status;
+        const std::span<const int32_t> of_material = plane(kKeptMaterial + m);
+        for (size_t v = 0; v < words; ++v) mass[v] += of_material[v];
     }
-    return true;
+    for (size_t v = 0; v < words; ++v) {
+        if (mass[v] > kMassMost)
+            return damaged("mass of a voxel in tile {} is {}, must be 0 to {}", tile.index, mass[v],
+                           kMassMost);
+        for (int axis = 0; axis < 3; ++axis) {
+            const int64_t momentum = plane(kKeptMomentum + axis)[v];
+            if (std::abs(momentum) > (mass[v] + kMassSlack) * kSpeedSlack)
+                return damaged("momentum of a voxel in tile {} is {}, too much for its mass of {}",
+                               tile.index, momentum, mass[v]);
+        }
+    }
+    return Done{};
 }
 
-bool SoilSnapshot::is_sound(const SavedSoil& saved) const {
-    if (saved.step_index < 0 || saved.speed_q16 < 0 || saved.speed_q16 > kSpeedLimit ||
-        saved.slope_q16 < 0 || saved.slip_turn < 0 || saved.slip_turn > 1 || saved.pass_stamp < 0 ||
-        saved.pass_stamp > kPassStampMost || saved.step_stamp < 0 ||
-        saved.step_stamp > saved.step_index + 1)
-        return false;
+// Columns that only fill up a last tile are a wall, without soil or bodies.
+Status SoilSnapshot::check_fill_up(const SavedTile& tile, const TileVoxels& kept,
+                                   const TileVoxels* bodies) const {
+    const int x0 = static_cast<int>(tile.index % s_.tiles_x) * kTileSide;
+    const int y0 = static_cast<int>(tile.index / s_.tiles_x) * kTileSide;
+    for (int c = 0; c < kTileColumns; ++c) {
+        if (x0 + c % kTileSide < s_.frame.size[0] && y0 + c / kTileSide < s_.frame.size[1])
+            continue;
+        for (int z = 0; z < s_.height; ++z) {
+            bool is_wall = kept.at(kKeptTerrain, z, c) == kVoxelFull;
+            for (int p = 1; p < kept.plane_count; ++p) is_wall &= kept.at(p, z, c) == 0;
+            for (int p = 0; bodies && p < kBodyPlaneCount; ++p) is_wall &= bodies->at(p, z, c) == 0;
+            if (!is_wall)
+                return damaged("tile {} has something beyond the sides of the grid", tile.index);
+        }
+    }
+    return Done{};
+}
+
+Status SoilSnapshot::check_columns(const SavedTile& tile) const {
+    const int64_t top = int64_t{s_.height} * kVoxelFull;
+    if (tile.surface.size() != kTileColumns ||
+        tile.columns.size() != static_cast<size_t>(kTileColumns) * kColumnWords)
+        return damaged("tile {} has no height spans", tile.index);
+    const auto check = [&](const char* name, int64_t value, int64_t low, int64_t high) {
+        if (value >= low && value <= high) return Status{Done{}};
+        return damaged("{} of a height span in tile {} is {}, must be {} to {}", name, tile.index,
+                       value, low, high);
+    };
+    for (size_t c = 0; c < kTileColumns; ++c) {
+        const int32_t* column = &tile.columns[c * kColumnWords];
+        Status status = check("count", column[0], 0, kSpanCapacity);
+        if (status) status = check("surface", tile.surface[c], kCovered - top, top);
+        for (int i = 0; i < kSpanCapacity && status; ++i) {
+            const int32_t* span = column + 1 + i * kSpanWords;
+            status = check("bottom", span[0], 0, top);
+            if (status) status = check("top", span[1], span[0], top);
+            if (status) status = check("kind", span[2], 0, kSpanFalling);
+            for (int turn = 0; turn < 2 && status; ++turn)
+                status =
+                    check("speed", column[kColumnSpeed + turn * kSpanCapacity + i], 0, kVoxelFull);
+        }
+        if (!status) return status;
+    }
+    return Done{};
+}
+
+Status SoilSnapshot::check_awake(const SavedTile& tile, const SavedSoil& saved,
+                                 TileVoxels& bodies) const {
+    if (tile.last_used_step < 0 || tile.last_used_step > saved.step_index)
+        return damaged("tile {} was last used in step {} of {}", tile.index, tile.last_used_step,
+                       saved.step_index);
+    if (!unpack_tile(tile.bodies, bodies))
+        return damaged("bytes of the bodies in tile {} are no voxels", tile.index);
+    const auto words = static_cast<size_t>(s_.params.tile_voxels);
+    const auto plane = [&](size_t p) { return std::span(bodies.words).subspan(p * words, words); };
+    const auto body_count = static_cast<int64_t>(saved.body_ids.size());
+    if (Status status = check_words(tile, "coverage", plane(0), 0, kCoverageMost); !status)
+        return status;
+    for (const int32_t owner : plane(1))
+        if (owner < 0 || (owner & 0xffff) > body_count)
+            return damaged("owner of a voxel in tile {} is {}, there are {} bodies", tile.index,
+                           owner, body_count);
+    if (Status status = check_words(tile, "support", plane(2), 0, kSupportBody + body_count - 1);
+        !status)
+        return status;
+    return check_columns(tile);
+}
+
+Status SoilSnapshot::check_state(const SavedSoil& saved) const {
+    const auto check = [](const char* name, int64_t value, int64_t low, int64_t high) {
+        if (value >= low && value <= high) return Status{Done{}};
+        return damaged("{} is {}, must be {} to {}", name, value, low, high);
+    };
+    const int64_t stamp = saved.step_index > 0 ? step_stamp_of(saved.step_index) : 0;
+    for (const Status& status :
+         {check("step_index", saved.step_index, 0, kStepsMost),
+          check("step_stamp", saved.step_stamp, stamp, stamp),
+          check("speed", saved.speed_q16, 0, INT32_MAX),
+          check("slope", saved.slope_q16, 0, int64_t{s_.height} * kVoxelFull),
+          check("slip_turn", saved.slip_turn, 0, 1),
+          check("pass_stamp", saved.pass_stamp, 0, kPassStampMost),
+          check("status", saved.status, 0, kStatusAll)})
+        if (!status) return status;
     std::vector<BlockKey> blocks;
     for (const SavedActive& a : saved.active) {
-        if (a.changed < 0 || a.changed > saved.step_index) return false;
+        if (Status status = check("step of an active block", a.changed, 0, saved.step_index);
+            !status)
+            return status;
         blocks.push_back(a.block);
     }
-    if (!are_blocks_sound(blocks) || !are_bodies_sound(saved)) return false;
+    if (!are_blocks_sound(blocks)) return damaged("an active block is outside of the grid");
+    if (Status status = check_bodies(saved); !status) return status;
     TileVoxels kept, bodies;
     kept.reset(s_.height, s_.kept_planes);
     bodies.reset(s_.height, kBodyPlaneCount);
+    std::unordered_set<std::string_view> sound;  // contents that have been looked at
     int64_t before = -1;
     for (const SavedTile& tile : saved.tiles) {
-        if (tile.index <= before || tile.index >= static_cast<int64_t>(s_.tiles.size()) ||
-            !is_sound(tile, saved, kept, bodies))
-            return false;
+        if (tile.index <= before || tile.index >= static_cast<int64_t>(s_.tiles.size()))
+            return damaged("tile {} follows tile {} of {}", tile.index, before, s_.tiles.size());
         before = tile.index;
+        if (Status status = check("top of a tile", tile.top, 0, s_.height); !status) return status;
+        const bool is_last = (tile.index % s_.tiles_x + 1) * kTileSide > s_.frame.size[0] ||
+                             (tile.index / s_.tiles_x + 1) * kTileSide > s_.frame.size[1];
+        if (sound.contains(key_of(tile.kept)) && !tile.awake && !is_last) continue;
+        if (!unpack_tile(tile.kept, kept))
+            return damaged("bytes of tile {} are no voxels", tile.index);
+        if (Status status = check_soil(tile, kept); !status) return status;
+        if (tile.awake) {
+            if (Status status = check_awake(tile, saved, bodies); !status) return status;
+        }
+        if (is_last) {
+            if (Status status = check_fill_up(tile, kept, tile.awake ? &bodies : nullptr); !status)
+                return status;
+        }
+        if (!tile.awake) sound.insert(key_of(tile.kept));
     }
-    return true;
+    return Done{};
 }
 
 void SoilSnapshot::put(const SavedSoil& saved) {
@@ -354,10 +505,16 @@ void SoilSnapshot::put(const SavedSoil& saved) {
         s_.bodies[t.id] = t.track;
         s_.bodies[t.id].index = t.index;
     }
+    // Tiles that held the same share it again.
+    std::unordered_map<std::string_view, std::shared_ptr<const PackedTile>> known;
     for (const SavedTile& tile : saved.tiles) {
         auto made = std::make_unique<Tile>();
         made->revision = s_.revision_base + 1;
-        made->packed = tile.kept;
+        auto& packed = known[key_of(tile.kept)];
+        if (!packed && !tile.kept.empty()) {
+            packed = std::make_shared<PackedTile>(PackedTile{tile.kept, tile.top, {}});
+        }
+        made->packed = packed;
         made->unchecked = tile.unchecked;
         s_.tiles[static_cast<size_t>(tile.index)] = std::move(made);
         if (tile.awake) put_awake(tile);

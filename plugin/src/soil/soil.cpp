@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <unordered_set>
 
 #include "soil/shape_bounds.h"
 #include "soil/slip_table.h"
@@ -53,6 +54,9 @@ std::vector<std::string> status_texts(uint32_t bits) {
         {StatusBit::span_list_full,
          "span_list_full: a column has more height spans than are kept; its upper ones do not "
          "slip"},
+        {StatusBit::gravity_differs,
+         "gravity_differs: give the world the gravity of SoilDef::gravity_m_s2 along -SoilDef::up; "
+         "soil and bodies weigh by different ones"},
     };
     std::vector<std::string> texts;
     for (const auto& [bit, text] : kTexts) {
@@ -68,6 +72,11 @@ Vec3 GridFrame::to_world(Vec3 grid_voxels) const {
 }
 Vec3 GridFrame::to_grid(Vec3 world) const {
     return transform(inverse(grid_to_world), world) * (1 / voxel_m);
+}
+
+bool GridFrame::is_above(Vec3 world) const {
+    const Vec3 at = to_grid(world);
+    return at.x >= 0 && at.y >= 0 && at.z >= 0 && at.x <= size[0] && at.y <= size[1];
 }
 
 Soil::Soil(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -161,6 +170,9 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
 }
 
 StepReport Soil::step(std::span<const SoilBody> bodies) { return impl_->step(bodies); }
+Result<SettleReport> Soil::settle(int steps_max, std::span<const SoilBody> bodies) {
+    return impl_->settle(steps_max, bodies);
+}
 const SoilDef& Soil::def() const { return impl_->def; }
 const std::vector<MaterialDef>& Soil::materials() const { return impl_->materials; }
 const GridFrame& Soil::frame() const { return impl_->frame; }
@@ -169,6 +181,7 @@ std::string Soil::device_name() const { return impl_->device->device_name(); }
 int Soil::thread_count() const { return impl_->device->thread_count(); }
 uint32_t Soil::status_bits() const { return impl_->status; }
 void Soil::clear_status() { impl_->status = 0; }
+void Soil::set_status(StatusBit bit) { impl_->status |= static_cast<uint32_t>(bit); }
 int64_t Soil::voxels_total() const {
     return int64_t{impl_->frame.size[0]} * impl_->frame.size[1] * impl_->frame.size[2];
 }
@@ -222,13 +235,18 @@ MemoryUse Soil::memory_use() const {
     MemoryUse use;
     use.awake_bytes = s.device->memory_bytes();
     int64_t awake_tiles = 0;
+    std::unordered_set<const PackedTile*> counted;
     for (const auto& tile : s.tiles) {
         if (tile && tile->slot >= 0) {
             ++awake_tiles;
         } else if (tile) {
             use.asleep_columns += kTileColumns;
-            use.asleep_bytes += static_cast<int64_t>(sizeof(Tile) + tile->packed.capacity() +
-                                                     tile->surface.capacity() * sizeof(int32_t));
+            use.asleep_bytes += static_cast<int64_t>(sizeof(Tile));
+            if (tile->packed && counted.insert(tile->packed.get()).second) {
+                use.asleep_bytes +=
+                    static_cast<int64_t>(sizeof(PackedTile) + tile->packed->bytes.capacity() +
+                                         tile->packed->surface.capacity() * sizeof(int32_t));
+            }
         }
     }
     use.awake_voxels = awake_tiles * s.params.tile_voxels;
@@ -277,58 +295,6 @@ VoxelSample Soil::sample(int x, int y, int z) const {
     return sample;
 }
 
-ColumnProfile column_profile(const TileVoxels& voxels, int column) {
-    ColumnProfile profile;
-    bool piled = true;
-    for (int z = 0; z < voxels.height; ++z) {
-        const int terrain = voxels.at(kKeptTerrain, z, column);
-        const int volume = voxels.at(kKeptVolume, z, column);
-        piled = piled || terrain >= kSolidCoverage;
-        if (volume > 0 && !piled) {
-            profile.hanging = z;
-        }
-        if (piled && terrain + volume > 0) {
-            profile.top = z + std::min(1.0, (terrain + volume) / static_cast<double>(kVoxelFull));
-        }
-        piled = piled && terrain + volume >= kVoxelFull - kSupportSlack;
-    }
-    return profile;
-}
-
-int32_t column_surface_q16(const TileVoxels& voxels, int column) {
-    int surface = 0, bottom = 0, top = 0;
-    int kind = kSpanPiled;
-    for (int z = 0; z < voxels.height; ++z) {
-        const int coverage = std::min(kVoxelFull, voxels.at(kKeptTerrain, z, column));
-        const int volume = voxels.at(kKeptVolume, z, column);
-        const int base = z * kVoxelFull;
-        const auto top_with = [&](int reach) {
-            return base + (volume + coverage >= kVoxelFull - kSupportSlack
-                               ? kVoxelFull
-                               : std::min(kVoxelFull, reach));
-        };
-        const bool hangs = volume >= kVoxelFull && coverage == 0;
-        if (coverage >= kSolidCoverage) {
-            if (kind == kSpanPiled) surface = top;
-            kind = kSpanRigid;
-        } else if (kind == kSpanRigid) {
-            kind = kSpanPiled;
-            bottom = base;
-            top = top_with(volume > 0 ? volume + coverage : 0);
-        } else if (kind == kSpanPiled) {
-            if (top == base && volume + coverage > 0) {
-                top = top_with(volume + (bottom == base ? coverage : 0));
-            } else if (hangs) {
-                surface = top;
-                kind = kSpanFalling;
-            }
-        } else {
-            kind = hangs ? kSpanFalling : 0;
-        }
-    }
-    return kind == kSpanPiled ? top : surface;
-}
-
 double Soil::surface_height_m(int x, int y) const {
     const Impl& s = *impl_;
     if (x < 0 || y < 0 || x >= s.frame.size[0] || y >= s.frame.size[1]) {
@@ -336,7 +302,7 @@ double Soil::surface_height_m(int x, int y) const {
     }
     const TileVoxels& voxels = s.sampled_voxels(s.tile_index(x / kTileSide, y / kTileSide));
     const int column = y % kTileSide * kTileSide + x % kTileSide;
-    return column_profile(voxels, column).top * s.frame.voxel_m;
+    return column_profile(column_of(voxels, column)).top_q16 / 65536.0 * s.frame.voxel_m;
 }
 
 double Soil::mass_inside_kg(const ConvexShape& region, const Pose& pose) const {

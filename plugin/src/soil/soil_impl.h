@@ -12,6 +12,8 @@
 #include "bsoil/limits.h"
 #include "bsoil/soil.h"
 #include "device/device.h"
+#include "soil/column_surface.h"
+#include "soil/fill_columns.h"
 #include "soil/layout.h"
 #include "soil/tile_codec.h"
 #include "soil/wall_thickness.h"
@@ -27,19 +29,41 @@ namespace bsoil {
 inline constexpr int kKeptTerrain = 0;
 inline constexpr int kKeptVolume = 1;
 inline constexpr int kKeptMomentum = 2;
+inline constexpr int kKeptForce = 5;
 inline constexpr int kKeptBond = 8;
 inline constexpr int kKeptMaterial = 9;
 
+/// Stamps are kept within 20 bits because the tile tops share their word with them; see
+/// kTileTableTop.
+inline constexpr int64_t kStampWrap = (1 << 20) - 2;
+/// SoilParams::step_stamp in a step.
+constexpr int32_t step_stamp_of(int64_t step_index) {
+    return static_cast<int32_t>(step_index % kStampWrap + 1);
+}
+
+/// The soil of a tile asleep. Tiles that hold the same share one: it never changes.
+struct PackedTile {
+    std::vector<uint8_t> bytes;  ///< see pack_tile()
+    int top = 0;                 ///< Tile::top
+    /// Heights of its surface [Q16 voxels] by column, once somebody has asked; else empty.
+    mutable std::vector<int32_t> surface;
+};
+
+std::shared_ptr<const PackedTile> make_packed(const TileRuns& runs);
+std::shared_ptr<const PackedTile> make_packed(const TileVoxels& voxels);
+
 /// One tile of 8 x 8 columns.
 struct Tile {
-    int slot = -1;                ///< in the device's buffers when awake
-    std::vector<uint8_t> packed;  ///< spans when asleep; empty: only air
-    uint64_t revision = 1;        ///< grows when its soil may have changed
-    int top = 0;                  ///< z above the highest voxel that holds soil or terrain
-    int64_t last_used_step = 0;   ///< when it was last needed awake
-    bool unchecked = false;       ///< filled since its slopes were last looked at
-    /// Asleep: heights of its surface [Q16 voxels] by column, once somebody has asked; else empty.
-    std::vector<int32_t> surface;
+    int slot = -1;                             ///< in the device's buffers when awake
+    std::shared_ptr<const PackedTile> packed;  ///< when asleep; null: nothing but air
+    uint64_t revision = 1;                     ///< grows when its soil may have changed
+    int top = 0;                 ///< z above the highest voxel that holds soil or terrain
+    int64_t last_used_step = 0;  ///< when it was last needed awake
+    bool unchecked = false;      ///< filled since its slopes were last looked at
+
+    std::span<const uint8_t> bytes() const {
+        return packed ? std::span<const uint8_t>(packed->bytes) : std::span<const uint8_t>();
+    }
 };
 
 /// A block of 8 x 8 x 8 voxels by its place: index of its tile * blocks per tile + z / 8.
@@ -67,16 +91,6 @@ struct StepBody {
         return track->walls.shapes.empty() ? *input->shapes : track->walls.shapes;
     }
 };
-
-/// What rests in a column and what hangs above it.
-struct ColumnProfile {
-    double top = 0;    ///< of the topmost resting soil or terrain [voxels above the floor]
-    int hanging = -1;  ///< z of the topmost soil that nothing carries; -1: none
-};
-ColumnProfile column_profile(const TileVoxels& voxels, int column);
-/// Height of a column's surface [Q16 voxels] as build_spans.glsl finds it where there are no
-/// bodies.
-int32_t column_surface_q16(const TileVoxels& voxels, int column);
 
 /// A work list whose entries lie in Buffer::block_list.
 struct ListedWork : device::WorkList {
@@ -178,6 +192,7 @@ struct Soil::Impl {
     int wake(int index);
     void put_to_sleep(int index);
     void sleep_idle_tiles();
+    void sleep_tiles_unused_since(int64_t step);
     Status grow_slots(int wanted);
     Status allocate_slots(int count);
     void upload_tile_table();
@@ -186,20 +201,29 @@ struct Soil::Impl {
     /// Adds a tile's words of a plane of the state to read_scratch.
     void want_plane(int plane, int slot, std::span<int32_t> words) const;
     void write_voxels(int index, const TileVoxels& in);
+    /// The same as runs; a tile that does not exist is made.
+    TileRuns read_runs(int index);
+    /// Puts the soil of a packed tile into a tile, awake or asleep.
+    void write_packed(int index, std::shared_ptr<const PackedTile> in);
     const TileVoxels& sampled_voxels(int index) const;
     /// Surface heights of a tile's columns [Q16 voxels], awake (as read_back() found them) or
     /// asleep; under a body see kCovered.
-    std::span<const int32_t> tile_surface(int index);
+    std::span<const int32_t> surface_heights(int index);
     void activate(BlockKey block);
 
     // --- fill.cpp, terrain.cpp
-    /// Soil per voxel of a tile as a share of the voxel (0..1) at grid voxel (x, y, z).
-    using VoxelFraction = std::function<double(int x, int y, int z)>;
     Result<int> material_index(const std::string& name) const;
     Status fill_with(const std::string& material, const int low[3], const int high[3],
-                     const VoxelFraction& fraction);
+                     const FillShape& shape);
+    Status fill_ground(const std::string& material,
+                       const std::function<double(int x, int y)>& height_at);
+    /// Share of the grid voxel (x, y, z), 0..1.
+    using VoxelFraction = std::function<double(int x, int y, int z)>;
     Status terrain_with(const VoxelFraction& fraction);
     void wake_unstable_columns();
+
+    // --- settle.cpp
+    Result<SettleReport> settle(int steps_max, std::span<const SoilBody> input);
 
     // --- step.cpp
     StepReport step(std::span<const SoilBody> input);

@@ -17,9 +17,6 @@ namespace {
 // A block that has not changed for so many steps needs no more passes: what moves marks its block
 // every step.
 constexpr int64_t kAwakeSteps = 3;
-// Stamps are kept within 20 bits because the tile tops share their word with them; see
-// kTileTableTop.
-constexpr int64_t kStampWrap = (1 << 20) - 2;
 
 // A body counts as still until it has moved this far since its coverage was last made [voxels]: a
 // machine that rocks by micrometres on its tracks is not voxelized anew in every step. Well below
@@ -655,14 +652,14 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     StepReport report;
     device::DeviceSession session(*device);
     ++step_index;
-    const int64_t stamp = step_index % kStampWrap + 1;
+    const int32_t stamp = step_stamp_of(step_index);
     if (stamp < params.step_stamp || params.pass_stamp > (1 << 30)) {
         params.pass_stamp = 0;
         table_dirty = true;
         device->fill_zero(Buffer::block_flags, 0,
                           static_cast<int64_t>(kFlagArrays) * slot_count * blocks_per_tile);
     }
-    params.step_stamp = static_cast<int32_t>(stamp);
+    params.step_stamp = stamp;
     if (any_unchecked) {
         wake_unstable_columns();
     }
@@ -708,11 +705,8 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
         track.shape_revision = body.shape_revision;
         track.is_static = body.is_static;
         track.last_step = step_index;
-        if (!body.is_static) {
-            const Vec3 at = to_grid(body.center_of_mass_m);
-            if (at.x < 0 || at.y < 0 || at.z < 0 || at.x > frame.size[0] || at.y > frame.size[1]) {
-                status |= static_cast<uint32_t>(StatusBit::body_outside_grid);
-            }
+        if (!body.is_static && !body.may_leave && !frame.is_above(body.center_of_mass_m)) {
+            status |= static_cast<uint32_t>(StatusBit::body_outside_grid);
         }
         step_bodies.push_back(entry);
     }
@@ -1041,7 +1035,7 @@ void Soil::Impl::find_free_surface() {
             }
             // Tiles asleep count as they would awake: what wakes them must not change the contacts
             // of a body at rest.
-            const std::span<const int32_t> heights = tile_surface(tile_index(tx, ty));
+            const std::span<const int32_t> heights = surface_heights(tile_index(tx, ty));
             for (int c = 0; c < kTileColumns; ++c) {
                 const int x = tx * kTileSide + c % kTileSide - surface_low[0];
                 const int y = ty * kTileSide + c / kTileSide - surface_low[1];

@@ -14,7 +14,7 @@ using namespace layout;
 
 Status Soil::Impl::terrain_with(const VoxelFraction& fraction) {
     // All tiles first, then all writes: an error leaves nothing half done.
-    std::vector<std::pair<int, TileVoxels>> changed;
+    std::vector<std::pair<int, std::shared_ptr<const PackedTile>>> changed;
     TileVoxels voxels;
     for (int index = 0; index < tiles_x * tiles_y; ++index) {
         const int x0 = index % tiles_x * kTileSide, y0 = index / tiles_x * kTileSide;
@@ -45,14 +45,14 @@ Status Soil::Impl::terrain_with(const VoxelFraction& fraction) {
             }
         }
         if (any) {
-            changed.emplace_back(index, voxels);
+            changed.emplace_back(index, make_packed(voxels));
         }
     }
     if (changed.empty()) {
         return Error{"the terrain lies outside of the grid"};
     }
-    for (const auto& [index, tile_voxels] : changed) {
-        write_voxels(index, tile_voxels);
+    for (const auto& [index, packed] : changed) {
+        write_packed(index, packed);
         ++tiles[index]->revision;
     }
     return Done{};

@@ -1,5 +1,7 @@
 #include "soil/tile_codec.h"
 
+#include <algorithm>
+
 namespace bsoil {
 namespace {
 
@@ -52,6 +54,66 @@ bool same_voxel(const TileVoxels& t, int column, int z, int other_column, int ot
     return true;
 }
 
+void put_run(std::vector<uint8_t>& out, const ColumnRun& run, int plane_count) {
+    put(out, static_cast<uint32_t>(run.length));
+    uint32_t mask = 0;
+    for (int p = 0; p < plane_count; ++p) {
+        mask |= run.values[static_cast<size_t>(p)] != 0 ? 1u << p : 0u;
+    }
+    put(out, mask);
+    for (int p = 0; p < plane_count; ++p) {
+        if (mask & (1u << p)) {
+            put(out, zigzag(run.values[static_cast<size_t>(p)]));
+        }
+    }
+}
+
+/// Calls same(column) for a column that is as the one before, else run(column, z, ...) for each of
+/// its runs. False when the bytes are damaged.
+template <typename Same, typename Run>
+bool read_columns(std::span<const uint8_t> bytes, int height, int plane_count, Same&& same,
+                  Run&& run_found) {
+    if (bytes.empty()) {
+        return true;  // a tile of nothing but air
+    }
+    Reader in{bytes};
+    for (int column = 0; column < 64; ++column) {
+        const uint32_t run_count = in.get();
+        if (!in.ok || (run_count == kSameColumn && column == 0)) {
+            return false;
+        }
+        if (run_count == kSameColumn) {
+            same(column);
+            continue;
+        }
+        int z = 0;
+        for (uint32_t i = 0; i < run_count; ++i) {
+            const uint32_t length = in.get();
+            const uint32_t mask = in.get();
+            if (!in.ok || length == 0 || length > static_cast<uint32_t>(height - z) ||
+                (mask >> plane_count) != 0) {
+                return false;
+            }
+            ColumnRun run;
+            run.length = static_cast<int>(length);
+            for (int p = 0; p < plane_count; ++p) {
+                if (mask & (1u << p)) {
+                    run.values[static_cast<size_t>(p)] = unzigzag(in.get());
+                }
+            }
+            if (!in.ok) {
+                return false;
+            }
+            run_found(column, z, run);
+            z += run.length;
+        }
+        if (z != height) {
+            return false;
+        }
+    }
+    return in.at == bytes.size();
+}
+
 }  // namespace
 
 std::vector<uint8_t> pack_tile(const TileVoxels& tile) {
@@ -75,17 +137,12 @@ std::vector<uint8_t> pack_tile(const TileVoxels& tile) {
             while (end < tile.height && same_voxel(tile, column, end, column, z)) {
                 ++end;
             }
-            put(out, static_cast<uint32_t>(end - z));
-            uint32_t mask = 0;
+            ColumnRun run;
+            run.length = end - z;
             for (int p = 0; p < tile.plane_count; ++p) {
-                mask |= tile.at(p, z, column) != 0 ? 1u << p : 0u;
+                run.values[static_cast<size_t>(p)] = tile.at(p, z, column);
             }
-            put(out, mask);
-            for (int p = 0; p < tile.plane_count; ++p) {
-                if (mask & (1u << p)) {
-                    put(out, zigzag(tile.at(p, z, column)));
-                }
-            }
+            put_run(out, run, tile.plane_count);
             z = end;
         }
     }
@@ -95,46 +152,76 @@ std::vector<uint8_t> pack_tile(const TileVoxels& tile) {
 
 bool unpack_tile(std::span<const uint8_t> bytes, TileVoxels& tile) {
     std::fill(tile.words.begin(), tile.words.end(), 0);
-    if (bytes.empty()) {
-        return true;  // a tile of nothing but air
-    }
-    Reader in{bytes};
-    for (int column = 0; column < 64; ++column) {
-        const uint32_t run_count = in.get();
-        if (!in.ok || (run_count == kSameColumn && column == 0)) {
-            return false;
-        }
-        if (run_count == kSameColumn) {
+    return read_columns(
+        bytes, tile.height, tile.plane_count,
+        [&](int column) {
             for (int p = 0; p < tile.plane_count; ++p) {
                 for (int z = 0; z < tile.height; ++z) {
                     tile.at(p, z, column) = tile.at(p, z, column - 1);
                 }
             }
-            continue;
-        }
-        int z = 0;
-        for (uint32_t run = 0; run < run_count; ++run) {
-            const uint32_t length = in.get();
-            const uint32_t mask = in.get();
-            if (!in.ok || length == 0 || length > static_cast<uint32_t>(tile.height - z) ||
-                (mask >> tile.plane_count) != 0) {
-                return false;
-            }
+        },
+        [&](int column, int z, const ColumnRun& run) {
             for (int p = 0; p < tile.plane_count; ++p) {
-                if (mask & (1u << p)) {
-                    const int32_t value = unzigzag(in.get());
-                    for (uint32_t i = 0; i < length; ++i) {
-                        tile.at(p, z + static_cast<int>(i), column) = value;
-                    }
+                const int32_t value = run.values[static_cast<size_t>(p)];
+                for (int i = 0; value != 0 && i < run.length; ++i) {
+                    tile.at(p, z + i, column) = value;
                 }
             }
-            z += static_cast<int>(length);
+        });
+}
+
+void TileRuns::append(int first, const ColumnRun& run) {
+    if (static_cast<size_t>(first) < runs.size() && runs.back().values == run.values) {
+        runs.back().length += run.length;
+    } else {
+        runs.push_back(run);
+    }
+}
+
+std::vector<uint8_t> pack_runs(const TileRuns& tile) {
+    std::vector<uint8_t> out;
+    for (int c = 0; c < 64; ++c) {
+        const std::span<const ColumnRun> column = tile.column(c);
+        const auto alike = [](const ColumnRun& a, const ColumnRun& b) {
+            return a.length == b.length && a.values == b.values;
+        };
+        if (c > 0 && std::ranges::equal(column, tile.column(c - 1), alike)) {
+            put(out, kSameColumn);
+            continue;
         }
-        if (!in.ok || z != tile.height) {
-            return false;
+        put(out, static_cast<uint32_t>(column.size()));
+        for (const ColumnRun& run : column) {
+            put_run(out, run, tile.plane_count);
         }
     }
-    return in.at == bytes.size();
+    out.shrink_to_fit();
+    return out;
+}
+
+bool unpack_runs(std::span<const uint8_t> bytes, TileRuns& tile) {
+    tile.runs.clear();
+    if (bytes.empty()) {
+        ColumnRun air;
+        air.length = tile.height;
+        tile.runs.push_back(air);
+        tile.columns.fill({0, 1});
+        return true;
+    }
+    return read_columns(
+        bytes, tile.height, tile.plane_count,
+        [&](int column) {
+            tile.columns[static_cast<size_t>(column)] =
+                tile.columns[static_cast<size_t>(column) - 1];
+        },
+        [&](int column, int z, const ColumnRun& run) {
+            TileRuns::Range& range = tile.columns[static_cast<size_t>(column)];
+            if (z == 0) {
+                range = {static_cast<int>(tile.runs.size()), 0};
+            }
+            tile.runs.push_back(run);
+            ++range.count;
+        });
 }
 
 }  // namespace bsoil

@@ -1,6 +1,7 @@
 /// Tiles asleep: the height spans of each column as bytes, exact both ways.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -27,6 +28,35 @@ struct TileVoxels {
     }
 };
 
+/// More planes than a tile has with any number of materials.
+inline constexpr int kTilePlanesMost = 20;
+
+/// Voxels on top of each other that are alike.
+struct ColumnRun {
+    int length = 0;
+    std::array<int32_t, kTilePlanesMost> values{};  ///< by plane; 0 beyond the tile's planes
+};
+
+/// The same tile as runs, from the floor up. Columns alike share theirs.
+struct TileRuns {
+    struct Range {
+        int first = 0, count = 0;
+        bool operator==(const Range&) const = default;
+    };
+    int height = 0;
+    int plane_count = 0;
+    std::vector<ColumnRun> runs;
+    std::array<Range, 64> columns{};
+
+    std::span<const ColumnRun> column(int c) const {
+        return std::span(runs).subspan(static_cast<size_t>(columns[static_cast<size_t>(c)].first),
+                                       static_cast<size_t>(columns[static_cast<size_t>(c)].count));
+    }
+    /// Puts a run on top of those from `first` on; it becomes part of the last one where it is
+    /// alike.
+    void append(int first, const ColumnRun& run);
+};
+
 /// Packs a tile. Per column: runs of voxels alike, each a length, a mask of the planes that are not
 /// zero and their values; a column equal to the one before is one byte. Level ground takes 1 to 2
 /// bytes a column.
@@ -35,5 +65,11 @@ std::vector<uint8_t> pack_tile(const TileVoxels& tile);
 /// The inverse. `tile` has its size set already. False when the bytes are damaged (tile is then
 /// unspecified).
 bool unpack_tile(std::span<const uint8_t> bytes, TileVoxels& tile);
+
+/// The same bytes from runs and back; no two neighbouring runs of a column are alike.
+/// @{
+std::vector<uint8_t> pack_runs(const TileRuns& tile);
+bool unpack_runs(std::span<const uint8_t> bytes, TileRuns& tile);
+/// @}
 
 }  // namespace bsoil

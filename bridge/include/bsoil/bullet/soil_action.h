@@ -90,7 +90,9 @@ struct RefusedBody {
 class SoilAction final : public btActionInterface {
   public:
     /// Creates the soil and couples it with the world. The error names the field, its value and its
-    /// range.
+    /// range. SoilDef::up and gravity_m_s2 have to be the world's gravity, to a twentieth, unless
+    /// the world has none yet; a world whose gravity is changed later sets
+    /// StatusBit::gravity_differs while it is another.
     static Result<std::unique_ptr<SoilAction>> create(btDiscreteDynamicsWorld& world,
                                                       const SoilDef& def,
                                                       const SoilActionDef& options = {});
@@ -109,6 +111,12 @@ class SoilAction final : public btActionInterface {
     Status fill(const Fill& fill) {
         return soil().fill(fill);
     }
+
+    /// Behind a loading screen, with all soil and bodies in place and between calls of
+    /// stepSimulation: Soil::settle with the world's bodies, which stand still and feel nothing. No
+    /// time passes in the world. The steps count in step_count(). Error: as Soil::settle, or the
+    /// soil is switched off, or its world is gone.
+    Result<SettleReport> settle(int steps_max = 0);
 
     /// From the next soil step on. Options may be given before the object enters the world and end
     /// when it leaves it: one that is taken out and put back starts with the defaults. Error: as

@@ -118,7 +118,8 @@ bulletsoil_result bulletsoil_soil_def_init(bulletsoil_soil_def* def, size_t stru
 /* -------- a soil's life -------- */
 
 /**
- * Creates a soil and couples it with `world`, which from then on steps it in stepSimulation.
+ * Creates a soil and couples it with `world`, which from then on steps it in stepSimulation. `up`
+ * and `gravity_m_s2` have to be the world's gravity, to a twentieth, unless the world has none yet.
  * `scalar_bytes` is sizeof(btScalar) where the world was made: BULLETSOIL_WRONG_PRECISION where it
  * is not the library's. On success *soil is the new handle, else null.
  */
@@ -140,6 +141,24 @@ bulletsoil_result bulletsoil_fill_cylinder(bulletsoil_soil* soil, const double b
  * each 2..32768; stretched over it. */
 bulletsoil_result bulletsoil_fill_height_map(bulletsoil_soil* soil, int32_t width, int32_t height,
                                              const float* heights_m, const char* material);
+
+/** What bulletsoil_settle did, and what it left. */
+typedef struct bulletsoil_settle_report {
+    size_t struct_size;         /**< to be set by the caller to sizeof(bulletsoil_settle_report) */
+    int32_t is_at_rest;         /**< 1: nothing moves, nothing may start to; else 0 */
+    int32_t step_count;         /**< steps it made */
+    int32_t block_active_count; /**< blocks of 8 x 8 x 8 voxels that still move or may move */
+    int32_t tile_awake_count;   /**< tiles of 8 x 8 columns that are awake */
+} bulletsoil_settle_report;
+
+/**
+ * Behind a loading screen, with all soil and bodies in place and between calls of stepSimulation:
+ * looks at what was filled for slopes that may not stand, which the first step would do, then makes
+ * up to `steps_max` (0..100000) soil steps until nothing moves. The world's bodies stand still and
+ * feel nothing; no time passes in the world. `report` may be null.
+ */
+bulletsoil_result bulletsoil_settle(bulletsoil_soil* soil, int32_t steps_max,
+                                    bulletsoil_settle_report* report);
 
 /* -------- bodies -------- */
 

@@ -1,0 +1,153 @@
+// Which of what was filled may not stand, and letting it come to rest before anything depends on
+// it.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <unordered_map>
+
+#include "bsoil/limits.h"
+#include "soil/check_range.h"
+#include "soil/soil_impl.h"
+
+namespace bsoil {
+
+using namespace layout;
+
+namespace {
+
+constexpr int kNotRead = -1;
+
+/// Tops of the tiles' columns, each packed tile looked at once however many share it.
+class TopsOfTiles {
+  public:
+    explicit TopsOfTiles(Soil::Impl& soil) : soil_(soil), known_(soil.tiles.size(), kNotRead) {
+        tops_.emplace_back();  // of bare floor
+    }
+    const TileTops& of(int index) {
+        int& known = known_[static_cast<size_t>(index)];
+        if (known == kNotRead) {
+            known = find(index);
+        }
+        return tops_[static_cast<size_t>(known)];
+    }
+
+  private:
+    int find(int index) {
+        const Tile* tile = soil_.tiles[static_cast<size_t>(index)].get();
+        if (!tile || (tile->slot < 0 && !tile->packed)) {
+            return 0;
+        }
+        if (tile->slot < 0) {
+            const auto [entry, fresh] = by_content_.try_emplace(tile->packed.get(), 0);
+            if (!fresh) {
+                return entry->second;
+            }
+            entry->second = static_cast<int>(tops_.size());
+        }
+        tops_.push_back(tile_tops(soil_.read_runs(index)));
+        return static_cast<int>(tops_.size()) - 1;
+    }
+
+    Soil::Impl& soil_;
+    std::vector<int> known_;  ///< by tile: its place in tops_
+    std::vector<TileTops> tops_;
+    std::unordered_map<const PackedTile*, int> by_content_;
+};
+
+}  // namespace
+
+// Level ground sleeps from the start. What may move (hanging soil, and slopes steeper than the
+// flattest angle of friction) is marked active; the step then decides.
+void Soil::Impl::wake_unstable_columns() {
+    any_unchecked = false;
+    double flattest = 10;
+    for (const MaterialDef& material : materials) {
+        flattest = std::min(flattest, std::tan(material.friction_angle_rad));
+    }
+    // Facets between two neighbours can be steeper than either by up to 1 / cos 22.5 deg.
+    const double steep_q16 = 0.9 * flattest * kVoxelFull;
+    TopsOfTiles tops(*this);
+    const auto activate_at = [&](int x, int y, int32_t z_q16) {
+        const int zb = std::clamp(z_q16 / kVoxelFull / kTileSide, 0, blocks_per_tile - 1);
+        activate(static_cast<BlockKey>(tile_index(x / kTileSide, y / kTileSide)) * blocks_per_tile +
+                 zb);
+    };
+    for (size_t i = 0; i < tiles.size(); ++i) {
+        const int index = static_cast<int>(i);
+        if (!tiles[i] || !tiles[i]->unchecked) {
+            continue;
+        }
+        tiles[i]->unchecked = false;
+        const int tx = index % tiles_x, ty = index / tiles_x;
+        const TileTops own = tops.of(index);
+        for (int zb = 0; own.hangs && zb < blocks_per_tile; ++zb) {
+            activate(static_cast<BlockKey>(index) * blocks_per_tile + zb);
+        }
+        int32_t lowest = own.lowest_q16, highest = own.highest_q16;
+        for (int ny = std::max(0, ty - 1); ny <= std::min(tiles_y - 1, ty + 1); ++ny) {
+            for (int nx = std::max(0, tx - 1); nx <= std::min(tiles_x - 1, tx + 1); ++nx) {
+                const TileTops& other = tops.of(tile_index(nx, ny));
+                lowest = std::min(lowest, other.lowest_q16);
+                highest = std::max(highest, other.highest_q16);
+            }
+        }
+        if (highest - lowest <= steep_q16) {
+            continue;  // nowhere among these tiles is a step that could be too high
+        }
+        for (int c = 0; c < kTileColumns; ++c) {
+            const int x = tx * kTileSide + c % kTileSide, y = ty * kTileSide + c / kTileSide;
+            if (x >= frame.size[0] || y >= frame.size[1]) {
+                continue;
+            }
+            for (int n = 0; n < 9; ++n) {
+                const int nx = x + n % 3 - 1, ny = y + n / 3 - 1;
+                if (n == 4 || nx < 0 || ny < 0 || nx >= frame.size[0] || ny >= frame.size[1]) {
+                    continue;
+                }
+                const int32_t top = own.top_q16[static_cast<size_t>(c)];
+                const int32_t other_top =
+                    tops.of(tile_index(nx / kTileSide, ny / kTileSide))
+                        .top_q16[static_cast<size_t>(ny % kTileSide * kTileSide + nx % kTileSide)];
+                const double drop =
+                    std::abs(top - other_top) / (n % 2 == 0 ? std::numbers::sqrt2 : 1.0);
+                if (drop > steep_q16) {
+                    activate_at(x, y, top);
+                    activate_at(nx, ny, other_top);
+                }
+            }
+        }
+    }
+}
+
+Result<SettleReport> Soil::Impl::settle(int steps_max, std::span<const SoilBody> input) {
+    if (const Status in_range = check_range("steps_max", steps_max, 0, limits::kSettleStepsMax);
+        !in_range) {
+        return Error{in_range.error()};
+    }
+    if (any_unchecked) {
+        wake_unstable_columns();
+    }
+    std::vector<SoilBody> standing(input.begin(), input.end());
+    for (SoilBody& body : standing) {
+        body.linear_velocity_m_s = body.angular_velocity_rad_s = {};
+    }
+    SettleReport report;
+    // Bodies that the soil has not met displace what they stand in.
+    report.is_at_rest = active.empty() && standing.empty();
+    while (!report.is_at_rest && report.step_count < steps_max) {
+        report.last_step = step(standing);
+        ++report.step_count;
+        report.is_at_rest = active.empty();
+    }
+    if (report.is_at_rest) {
+        // What has come to rest need not wait for its time: hundreds of tiles would fall asleep in
+        // one step.
+        sleep_tiles_unused_since(step_index);
+    }
+    report.tile_awake_count = slot_count - static_cast<int>(free_slots.size());
+    report.block_active_count = static_cast<int>(active.size());
+    report.status_bits = status;
+    return report;
+}
+
+}  // namespace bsoil

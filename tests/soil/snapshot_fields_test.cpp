@@ -1,0 +1,199 @@
+// States made by hand: every field out of its range is refused by name, and changes nothing.
+#include <functional>
+
+#include "soil_fixture.h"
+
+namespace bsoil {
+namespace {
+
+using namespace layout;
+
+constexpr double kVoxel = 0.05;
+
+/// A heap that slides beside a moving box, in a grid with tiles that are awake, asleep and cut by
+/// its sides.
+std::unique_ptr<Soil> living_soil() {
+    auto soil = make_soil(grid_def(60, 21, 16));
+    EXPECT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {60, 21, 4})));
+    EXPECT_TRUE(soil->fill(voxel_box(*soil, {4, 4, 4}, {12, 12, 12})));
+    Mover box(5, box_shape(Vec3{2.2, 2.2, 2.2} * kVoxel), Vec3{9, 14, 5} * kVoxel);
+    box.set_velocity({0.4, 0, 0});
+    for (int i = 0; i < 12; ++i) {
+        box.advance(1.0 / 60);
+        std::vector<SoilBody> bodies{box.body};
+        soil->step(bodies);
+    }
+    return soil;
+}
+
+struct BadField {
+    const char* text;  ///< in the error
+    std::function<void(Soil::Impl&)> spoil;
+};
+
+/// Sets a word of a voxel (3 up, column 9) of tile 0, which is awake.
+auto word(int plane, int32_t value) {
+    return [=](Soil::Impl& soil) {
+        const int64_t at = int64_t{plane} * soil.params.plane_stride +
+                           int64_t{soil.tiles[0]->slot} * soil.params.tile_voxels +
+                           3 * kTileColumns + 9;
+        soil.device->write(Buffer::state, at, std::span(&value, 1));
+    };
+}
+
+auto span_word(int at, int32_t value) {
+    return [=](Soil::Impl& soil) {
+        const int64_t column = int64_t{soil.tiles[0]->slot} * kTileColumns + 9;
+        soil.device->write(Buffer::spans, column * kColumnWords + at, std::span(&value, 1));
+    };
+}
+
+auto surface_word(int32_t value) {
+    return [=](Soil::Impl& soil) {
+        const int64_t tops = int64_t{soil.slot_count} * kTileColumns * kColumnWords;
+        soil.device->write(Buffer::spans, tops + int64_t{soil.tiles[0]->slot} * kTileColumns + 9,
+                           std::span(&value, 1));
+    };
+}
+
+std::vector<BadField> bad_fields() {
+    std::vector<BadField> bad;
+    for (const auto& [plane, text, low, high] :
+         {std::tuple{kPlaneTerrain, "terrain", -1, kVoxelFull + 1},
+          {kPlaneVolume, "volume", -1, kVoxelMost + 1},
+          {kPlaneMomentumX, "momentum", INT32_MIN, INT32_MAX},
+          {kPlaneMomentumY, "momentum", INT32_MIN, INT32_MAX},
+          {kPlaneMomentumZ, "momentum", -(1 << 30) - 1, (1 << 30) + 1},
+          {kPlaneForceX, "force", INT32_MIN, INT32_MAX},
+          {kPlaneForceY, "force", INT32_MIN, INT32_MAX},
+          {kPlaneForceZ, "force", -(1 << 30) - 1, (1 << 30) + 1},
+          {kPlaneBond, "bond", INT32_MIN, kVoxelMost + 1},
+          {kPlaneMaterial, "mass", -1, 2 * kVoxelMost},
+          {kPlaneCoverage, "coverage", -1, INT32_MAX},
+          {kPlaneOwner, "owner", -1, 2},
+          {kPlaneSupport, "support", -1, kSupportBody + 1}}) {
+        bad.push_back({text, word(plane, low)});
+        bad.push_back({text, word(plane, high)});
+    }
+    // Within the range of momentum, beyond what any speed gives a mass.
+    bad.push_back({"momentum", [](Soil::Impl& soil) {
+                       word(kPlaneMaterial, 5)(soil);
+                       word(kPlaneMomentumX, 1 << 29)(soil);
+                   }});
+    for (const auto& [at, text, low, high] :
+         {std::tuple{0, "count", -1, kSpanCapacity + 1},
+          {1, "bottom", -1, INT32_MAX},
+          {2, "top", -1, INT32_MAX},
+          {3, "kind", -1, kSpanFalling + 1},
+          {kColumnSpeed, "speed", -1, kVoxelFull + 1},
+          {kColumnSpeed + kSpanCapacity, "speed", INT32_MIN, INT32_MAX}}) {
+        bad.push_back({text, span_word(at, low)});
+        bad.push_back({text, span_word(at, high)});
+    }
+    for (int32_t value : {INT32_MIN, INT32_MAX}) bad.push_back({"surface", surface_word(value)});
+    const auto add = [&](const char* text, auto spoil) { bad.push_back({text, spoil}); };
+    add("step_index", [](Soil::Impl& s) { s.step_index = -1; });
+    add("step_index", [](Soil::Impl& s) { s.step_index = INT64_MAX; });
+    add("step_stamp", [](Soil::Impl& s) { s.params.step_stamp = 1 << 20; });
+    add("step_stamp", [](Soil::Impl& s) { s.params.step_stamp = -1; });
+    add("pass_stamp", [](Soil::Impl& s) { s.params.pass_stamp = -1; });
+    add("pass_stamp", [](Soil::Impl& s) { s.params.pass_stamp = INT32_MAX; });
+    add("slip_turn", [](Soil::Impl& s) { s.params.slip_turn = 2; });
+    add("speed", [](Soil::Impl& s) { s.speed_q16 = -1; });
+    add("speed", [](Soil::Impl& s) { s.speed_q16 = int64_t{1} << 31; });
+    add("slope", [](Soil::Impl& s) { s.slope_q16 = -1; });
+    add("slope", [](Soil::Impl& s) { s.slope_q16 = INT32_MAX; });
+    add("status", [](Soil::Impl& s) { s.status = 1u << 31; });
+    add("active block", [](Soil::Impl& s) { s.active[-1] = 1; });
+    add("active block", [](Soil::Impl& s) { s.active[int64_t{1} << 40] = 1; });
+    add("active block", [](Soil::Impl& s) { s.active[0] = s.step_index + 1; });
+    add("id", [](Soil::Impl& s) { s.body_ids.push_back(-2); });
+    add("id", [](Soil::Impl& s) { s.body_ids.push_back(65535); });
+    add("bodies", [](Soil::Impl& s) { s.body_ids.resize(limits::kBodyCapacity + 1, -1); });
+    add("records", [](Soil::Impl& s) { s.body_ids.push_back(9); });
+    add("body 5", [](Soil::Impl& s) { s.bodies[5].index = 1; });
+    add("body 5", [](Soil::Impl& s) { s.bodies[5].index = -1; });
+    add("body 5", [](Soil::Impl& s) { s.bodies[5].last_step = s.step_index + 1; });
+    add("body 5", [](Soil::Impl& s) { s.bodies[5].blocks.assign(1, -1); });
+    add("body 5", [](Soil::Impl& s) { s.bodies[5].blocks.assign(1, int64_t{1} << 40); });
+    add("body 5", [](Soil::Impl& s) { s.bodies[5].blocks = {1, 0}; });
+    add("damaged", [](Soil::Impl& s) { s.bodies[5].pose.position.x = NAN; });
+    add("top of a tile", [](Soil::Impl& s) { s.tiles[0]->top = -1; });
+    add("top of a tile", [](Soil::Impl& s) { s.tiles[0]->top = 17; });
+    add("last used", [](Soil::Impl& s) { s.tiles[0]->last_used_step = s.step_index + 1; });
+    // Tiles asleep, one of which the grid's sides cut.
+    const auto in_last_tile = [](int plane, int z, int column, int32_t value) {
+        return [=](Soil::Impl& soil) {
+            TileVoxels voxels;
+            const int index = static_cast<int>(soil.tiles.size()) - 1;
+            EXPECT_LT(soil.tiles[static_cast<size_t>(index)]->slot, 0);
+            soil.read_voxels(index, voxels);
+            voxels.at(plane, z, column) = value;
+            soil.write_voxels(index, voxels);
+        };
+    };
+    add("volume", in_last_tile(kKeptVolume, 2, 0, kVoxelMost + 1));
+    add("bond", in_last_tile(kKeptBond, 2, 0, INT32_MAX));
+    add("sides", in_last_tile(kKeptTerrain, 9, 63, 0));
+    add("sides", in_last_tile(kKeptVolume, 2, 63, 5));
+    add("no voxels", [](Soil::Impl& s) {
+        s.tiles.back()->packed = std::make_shared<PackedTile>(PackedTile{{1, 2, 3}, 0, {}});
+    });
+    return bad;
+}
+
+TEST(SnapshotFields, each_out_of_its_range_is_refused_by_name) {
+    const auto good = living_soil();
+    const auto other = living_soil();
+    const uint64_t checksum = other->checksum();
+    int i = 0;
+    for (const BadField& bad : bad_fields()) {
+        const auto spoilt = make_soil(grid_def(60, 21, 16));
+        const auto copy = spoilt->prepare(good->state());
+        ASSERT_TRUE(copy) << copy.error();
+        (*copy)();
+        bad.spoil(SoilProbe::impl(*spoilt));
+        const auto put = other->prepare(spoilt->state());
+        EXPECT_FALSE(put) << bad.text << ", field " << i;
+        if (!put) {
+            EXPECT_NE(put.error().find(bad.text), std::string::npos)
+                << bad.text << ": " << put.error();
+        }
+        ASSERT_EQ(other->checksum(), checksum) << bad.text;
+        ++i;
+    }
+}
+
+// Sanitizers watch: at the ends of the ranges the kernels' integers hold.
+TEST(SnapshotFields, those_at_the_ends_of_their_ranges_step) {
+    for (int end : {-1, 1}) {
+        const auto soil = living_soil();
+        Soil::Impl& impl = SoilProbe::impl(*soil);
+        word(kPlaneVolume, kVoxelMost)(impl);
+        word(kPlaneMaterial, 2 * kVoxelMost - 1)(impl);
+        word(kPlaneForceX, end * (1 << 30))(impl);
+        word(kPlaneForceZ, end * (1 << 30))(impl);
+        word(kPlaneBond, kVoxelMost)(impl);
+        word(kPlaneMomentumX, end * (1 << 28))(impl);
+        const auto twin = make_soil(grid_def(60, 21, 16));
+        const auto put = twin->prepare(soil->state());
+        ASSERT_TRUE(put) << put.error();
+        (*put)();
+        const std::vector<int64_t> units = twin->totals().units;
+        for (int i = 0; i < 20; ++i) twin->step({});
+        EXPECT_EQ(twin->totals().units, units);
+    }
+}
+
+TEST(SnapshotFields, tiles_that_held_the_same_share_it_again) {
+    const auto soil = make_soil(grid_def(400, 400, 16)), twin = make_soil(grid_def(400, 400, 16));
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {400, 400, 5})));
+    const auto put = twin->prepare(soil->state());
+    ASSERT_TRUE(put) << put.error();
+    (*put)();
+    EXPECT_EQ(twin->memory_use().asleep_bytes, soil->memory_use().asleep_bytes);
+    EXPECT_EQ(twin->checksum(), soil->checksum());
+}
+
+}  // namespace
+}  // namespace bsoil
