@@ -1,3 +1,17 @@
+// Whether no body covers the voxel of a span's top or the one on it.
+bool is_top_free(int column, int top) {
+    int zt = min(params.height - 1, top >> 16);
+    int at_top = column + zt * kTileColumns;
+    return state_at(kPlaneCoverage, at_top) == 0 &&
+           (zt + 1 >= params.height || state_at(kPlaneCoverage, at_top + kTileColumns) == 0);
+}
+
+// Notes what span `index` of a column stands on: index + 1 of a body, 0 for the ground.
+void note_base(int record, int index, int base) {
+    int at = record + kColumnBase + (index >> 1);
+    spans[at] = (index & 1) == 0 ? base : spans[at] | (base << 16);
+}
+
 // Top of the topmost resting soil of a column (Q16) as if there were no bodies; column_surface_q16() says the same of
 // tiles asleep. end: voxels from here on hold no soil.
 int surface_without_bodies(int column, int end) {
@@ -36,7 +50,7 @@ int surface_without_bodies(int column, int end) {
 // The multi-level heightfield, thesis Tables 1 to 3 and (30): the sorted height spans of every column. The vertical index
 // grows upwards here (in the thesis it grows downwards). Heights are Q16 voxels above the floor. Edge spans depend on
 // the neighbours and are made where they are used, in slip_soil. One group per tile, a lane a column.
-// Reads: coverage, terrain, volume, support. Writes: spans.
+// Reads: coverage, owner, terrain, volume, support, shapes. Writes: spans.
 void build_spans(int group, int lane) {
     int entry = block_list[params.list_offset + group];
     int slot = entry_slot(entry);
@@ -51,6 +65,7 @@ void build_spans(int group, int lane) {
     int bottom = 0;
     int top = 0;             // of the open span
     bool on_body = false;    // the span stands on a body, so that its top is not the ground's surface
+    int carrier = 0;         // index + 1 of that body if it may move
     int surface = 0;         // of the topmost piled span of the ground
     bool surface_free = true;
     bool lost = false;
@@ -107,23 +122,22 @@ void build_spans(int group, int lane) {
                 spans[at] = bottom;
                 spans[at + 1] = top;
                 spans[at + 2] = kind;
+                bool carried = kind == kSpanPiled && carrier > 0;
+                note_base(record, count, !carried ? 0 : is_top_free(column, top) ? carrier | kBaseFree : carrier);
                 count += 1;
             } else {
                 lost = true;
             }
             if (kind == kSpanPiled && !on_body) {
                 surface = top;
-                // Free unless a body covers the voxel of the surface or the one on it.
-                int zt = min(params.height - 1, top >> 16);
-                int at_top = column + zt * kTileColumns;
-                surface_free = state_at(kPlaneCoverage, at_top) == 0 &&
-                               (zt + 1 >= params.height ||
-                                state_at(kPlaneCoverage, at_top + kTileColumns) == 0);
+                surface_free = is_top_free(column, top);
             }
             kind = 0;
         }
         if (coverage >= kSolidCoverage) {
             on_body = bodies > terrain;  // after the span below was closed: it stands on what is further down
+            int body = on_body ? owner_body(state_at(kPlaneOwner, voxel)) : -1;
+            carrier = body >= 0 && shapes[body * kBodyWords + kBodyMoving] != 0 ? body + 1 : 0;
         }
         if (next != 0) {
             kind = next;

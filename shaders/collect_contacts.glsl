@@ -89,7 +89,8 @@ void collect_contacts(int group, int lane) {
             }
         }
         int volume = state_at(kPlaneVolume, voxel) + (outer < 0 ? 0 : state_at(kPlaneVolume, outer));
-        if (volume == 0 || support != kSupportGround) {
+        // Soil that falls bears nothing, and what lies on a body moves with it.
+        if (volume == 0 || support == kSupportNone || support == kSupportBody + body) {
             continue;
         }
         // Relative density of the soil along the way out, as if it were all of one kind.
@@ -137,5 +138,6 @@ void collect_contacts(int group, int lane) {
         result[at + 10] = max(0, state_at(kPlaneVolume, voxel) + coverage_at(voxel) - kVoxelFull);
         result[at + 11] = main_material(soil_voxel);
         result[at + 12] = density;
+        result[at + kContactCarrier] = support == kSupportGround ? kOnGround : support - kSupportBody;
     }
 }

@@ -93,8 +93,13 @@ CONST_INT(kFlagArrays, 6)
 // --- height spans: per column 1 count + kSpanCapacity records -----------------------------------------------------
 CONST_INT(kSpanCapacity, 8)
 CONST_INT(kSpanWords, 3)        // bottom, top (Q16 voxels above the floor), kind
-CONST_INT(kColumnWords, 48)     // count, records, padding, then slip speeds per span, padding
+CONST_INT(kColumnWords, 48)     // count, records, padding, then slip speeds per span, then bases
 CONST_INT(kColumnSpeed, 28)     // slip speed of span i (Q16 voxels per base step), two sets used turn by turn
+// What the spans stand on, 16 bits each, two a word: index + 1 of a body that may move, 0 elsewhere; kBaseFree where no
+// body covers the span's top.
+CONST_INT(kColumnBase, 44)
+CONST_INT(kBaseFree, 32768)
+CONST_INT(kBaseBody, 32767)
 // After all columns: one word a column, the height of the topmost resting soil (Q16), or kCovered less that height (as if
 // there were no bodies) where a body stands on it.
 CONST_INT(kCovered, -1)
@@ -142,7 +147,9 @@ CONST_INT(kResultContacts, 2)   // number of contact records wanted
 CONST_INT(kResultSlope, 3)      // highest wedge that the last slip pass still found failing, Q16 voxels
 CONST_INT(kResultHeader, 16)    // then per body the load it carries, kLoadWords each, then the contact records
 CONST_INT(kLoadWords, 8)        // 64-bit sums (low, high): mass units, mass * (2x+1), mass * (2y+1), mass * (2z+1)
-CONST_INT(kContactWords, 13)    // x, y, z, body index, gradient x y z, gap (Q16) along x y z, excess, material, relative density
+CONST_INT(kContactWords, 14)    // x, y, z, body index, gradient x y z, gap (Q16) along x y z, excess, material, relative density, carrier
+CONST_INT(kContactCarrier, 13)  // body index of what the soil rests on, or kOnGround
+CONST_INT(kOnGround, -1)
 
 // --- tables buffer: per material two tables, bonded then loose ----------------------------------------------------------------------------------
 CONST_INT(kSlipEntries, 257)    // slope 0..16 voxels of rise per voxel, step 1/16

@@ -38,6 +38,11 @@ inline void remember_identity(BodyState& body) {
     body.world_index = body.object->getWorldArrayIndex();
 }
 
+/// Whether both are of the same object, or of none.
+inline bool is_same_object(const BodyState& a, const BodyState& b) {
+    return a.object == b.object && a.proxy_id == b.proxy_id && a.internal_type == b.internal_type;
+}
+
 /// Whether the world still holds that very object: no pointer to a body is followed before.
 inline bool is_in_world(const btCollisionWorld& world, const BodyState& body) {
     const btCollisionObjectArray& objects = world.getCollisionObjectArray();

@@ -90,6 +90,10 @@ void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
     };
 
     gather_pressed_soil();
+    by_id_.clear();
+    for (const BodyState& body : bodies) by_id_.push_back(&body);
+    std::sort(by_id_.begin(), by_id_.end(),
+              [](const BodyState* a, const BodyState* b) { return a->id < b->id; });
     for (auto& [id, coupled] : coupled_) coupled.seen = false;
     for (const BodyState& body : bodies) {
         const std::span<const ContactVoxel> voxels = voxels_of(body.id);
@@ -99,13 +103,14 @@ void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
         if (coupled.body.role != body.role) {  // the host has turned it kinematic or back
             wake(coupled);
             coupled.rigid_rows.clear();
-            coupled.preload_torque.reset();
-            coupled.link_rows.reset();
+            coupled.carriers.clear();
+            coupled.motions.clear();
             coupled.patches.clear();
         }
         coupled.body = body;
         set_body_contacts(coupled, voxels, duration_s);
         wake_if_changed(coupled);
+        keep_awake_with_carriers(coupled);
     }
     for (auto it = coupled_.begin(); it != coupled_.end();) {
         if (it->second.seen) {
@@ -127,8 +132,11 @@ void ContactCoupling::gather_pressed_soil() {
 }
 
 void ContactCoupling::wake(Coupled& coupled) {
-    const BodyState& body = coupled.body;
     coupled.asleep_step_count = 0;
+    wake(coupled.body);
+}
+
+void ContactCoupling::wake(const BodyState& body) {
     if (!is_in_world(world_, body)) return;
     if (body.role == BodyRole::link)
         static_cast<btMultiBodyLinkCollider*>(body.object)->m_multiBody->wakeUp();
@@ -154,40 +162,101 @@ void ContactCoupling::update_strengths(Coupled& coupled) {
     coupled.strengths_surface = surface;
 }
 
-/// The body's motion as the soil's yield sees it: as a share of the largest speed of its contact,
-/// so that it does not depend on speed, and without what the solver leaves of a body at rest.
-BodyMotion ContactCoupling::yield_direction(Coupled& coupled, std::span<const ContactVoxel> voxels,
-                                            double duration_s) {
-    const BodyMotion& now = coupled.body.motion;
+void ContactCoupling::update_carriers(Coupled& coupled, std::span<const ContactVoxel> voxels) {
+    carrier_ids_.assign(1, -1);
+    for (const ContactVoxel& v : voxels)
+        if (v.carrier != carrier_ids_.back()) carrier_ids_.push_back(v.carrier);
+    std::sort(carrier_ids_.begin(), carrier_ids_.end());
+    carrier_ids_.erase(std::unique(carrier_ids_.begin(), carrier_ids_.end()), carrier_ids_.end());
+    previous_carriers_.swap(coupled.carriers);
+    previous_motions_.swap(coupled.motions);
+    coupled.carriers.clear();
+    coupled.motions.clear();
+    for (const int id : carrier_ids_) {
+        BodyState body;
+        const auto state =
+            std::lower_bound(by_id_.begin(), by_id_.end(), id,
+                             [](const BodyState* a, int wanted) { return a->id < wanted; });
+        if (id >= 0 && state != by_id_.end() && (*state)->id == id) body = **state;
+        Carrier& carrier = coupled.carriers.emplace_back();
+        ContactMotion& motion = coupled.motions.emplace_back();
+        motion.carrier = carrier.id = id;
+        for (size_t i = 0; i < previous_carriers_.size(); ++i) {
+            if (previous_carriers_[i].id != id) continue;
+            carrier = std::move(previous_carriers_[i]);
+            motion = previous_motions_[i];
+            if (!is_same_object(carrier.body, body)) carrier.link_rows.reset();
+        }
+        carrier.body = body;
+    }
+}
+
+/// The body's motion as the soil's yield sees it: relative to what carries the soil, as a share of
+/// the largest speed of their contact, so that it does not depend on speed, and without what the
+/// solver leaves of a body at rest.
+void ContactCoupling::update_motion(const Coupled& coupled, const Carrier& carrier,
+                                    ContactMotion& motion, std::span<const ContactVoxel> voxels,
+                                    double duration_s, bool is_new) const {
+    BodyMotion& now = motion.motion = coupled.body.motion;
+    if (carrier.id >= 0) {
+        const BodyMotion& under = carrier.body.motion;
+        now.linear_velocity_m_s = now.linear_velocity_m_s - under.velocity_at(now.center_of_mass_m);
+        now.angular_velocity_rad_s = now.angular_velocity_rad_s - under.angular_velocity_rad_s;
+    }
     const bool is_solved =
         coupled.body.role != BodyRole::driven && coupled.body.role != BodyRole::fixed;
     // A body that has fallen asleep stands still at once: a limit that still crept would wake it.
-    const bool averages = is_solved && coupled.has_motion && !coupled.body.is_asleep;
+    const bool averages = is_solved && !is_new && !coupled.body.is_asleep;
     const double share = averages ? -std::expm1(-duration_s / kYieldMemoryS) : 1;
-    coupled.has_motion = true;
-    coupled.linear_m_s += share * (now.linear_velocity_m_s - coupled.linear_m_s);
-    coupled.angular_rad_s += share * (now.angular_velocity_rad_s - coupled.angular_rad_s);
+    motion.linear_m_s += share * (now.linear_velocity_m_s - motion.linear_m_s);
+    motion.angular_rad_s += share * (now.angular_velocity_rad_s - motion.angular_rad_s);
     double extent_m = 0;
     for (const ContactVoxel& v : voxels)
-        extent_m = std::max(extent_m, length(v.position_m - now.center_of_mass_m));
-    const double speed_m_s = length(coupled.linear_m_s) + extent_m * length(coupled.angular_rad_s) +
+        if (v.carrier == carrier.id)
+            extent_m = std::max(extent_m, length(v.position_m - now.center_of_mass_m));
+    const double speed_m_s = length(motion.linear_m_s) + extent_m * length(motion.angular_rad_s) +
                              (is_solved ? kRestVoxelsPerS * soil_.voxel_m : kDrivenRestMS);
-    BodyMotion direction = now;
-    direction.linear_velocity_m_s = coupled.linear_m_s * (1 / speed_m_s);
-    direction.angular_velocity_rad_s = coupled.angular_rad_s * (1 / speed_m_s);
-    return direction;
+    motion.direction = now;
+    motion.direction.linear_velocity_m_s = motion.linear_m_s * (1 / speed_m_s);
+    motion.direction.angular_velocity_rad_s = motion.angular_rad_s * (1 / speed_m_s);
+}
+
+/// Bullet's islands wake rigid bodies with each other, but neither what rests on a driven body nor
+/// a multibody.
+void ContactCoupling::keep_awake_with_carriers(Coupled& coupled) {
+    if (coupled.patches.empty()) return;
+    const bool is_link = coupled.body.role == BodyRole::link;
+    for (Carrier& carrier : coupled.carriers) {
+        if (carrier.id < 0) continue;
+        const BodyMotion& motion = carrier.body.motion;
+        const bool moves = length(motion.linear_velocity_m_s) > kDrivenRestMS ||
+                           length(motion.angular_velocity_rad_s) > kDrivenRestMS;
+        if (!carrier.feels()) {
+            if (moves && coupled.body.is_asleep) wake(coupled.body);
+        } else if ((is_link || carrier.is_link()) && carrier.body.is_asleep &&
+                   is_in_world(world_, coupled.body) &&
+                   coupled.body.object->getActivationState() == ACTIVE_TAG) {
+            wake(carrier.body);
+        }
+    }
 }
 
 void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const ContactVoxel> voxels,
                                         double duration_s) {
     const BodyMotion& motion = coupled.body.motion;
     update_strengths(coupled);
-    coupled.direction = yield_direction(coupled, voxels, duration_s);
+    update_carriers(coupled, voxels);
+    for (size_t i = 0; i < coupled.carriers.size(); ++i) {
+        const int id = coupled.carriers[i].id;
+        const bool is_new = std::none_of(previous_motions_.begin(), previous_motions_.end(),
+                                         [id](const ContactMotion& m) { return m.carrier == id; });
+        update_motion(coupled, coupled.carriers[i], coupled.motions[i], voxels, duration_s, is_new);
+    }
     ContactMemory::near(pressed_soil_, voxels, coupled.body.id, soil_.voxel_m, pressed_around_);
     const std::span<const ContactHistory> history = coupled.memory.advance(
-        voxels, motion, soil_.up, soil_.voxel_m, duration_s, pressed_around_);
-    const BodyContact contact = group_contacts(voxels, motion, coupled.direction, soil_.up,
-                                               soil_.voxel_m, coupled.strengths, history, patches_);
+        voxels, motion, soil_.up, soil_.voxel_m, duration_s, pressed_around_, coupled.motions);
+    const BodyContact contact = group_contacts(voxels, coupled.motions, soil_.up, soil_.voxel_m,
+                                               coupled.strengths, history, patches_);
     coupled.width_m = contact.width_m;
     coupled.report.contact_area_m2 = contact.area_m2;
     coupled.report.sinkage_m = contact.depth_m;
@@ -227,6 +296,11 @@ void ContactCoupling::take_over_patches(Coupled& coupled) {
         next.patch = p;
         next.offset_m = p.point_m - coupled.body.motion.center_of_mass_m;
         next.shear_offset_m = p.shear_point_m - coupled.body.motion.center_of_mass_m;
+        if (p.carrier >= 0) {
+            const Vec3 under_m = coupled.carrier_of(next).body.motion.center_of_mass_m;
+            next.carrier_offset_m = p.point_m - under_m;
+            next.carrier_shear_offset_m = p.shear_point_m - under_m;
+        }
         next.friction_normal_n =
             p.normal_limit_n;  // where there was none: it yields while it comes in
         int nearest = -1;
@@ -236,7 +310,8 @@ void ContactCoupling::take_over_patches(Coupled& coupled) {
             const double cosine = dot(old.patch.normal, p.normal);
             const Vec3 apart = old.offset_m - next.offset_m;
             const double distance = dot(apart, apart) + (1 - cosine) * extent_m * extent_m;
-            if (cosine < kSamePatchCosine || distance >= least) continue;
+            if (cosine < kSamePatchCosine || distance >= least || old.patch.carrier != p.carrier)
+                continue;
             least = distance;
             nearest = static_cast<int>(i);
         }
@@ -289,17 +364,17 @@ void ContactCoupling::wake_if_changed(Coupled& coupled) {
 /// first row along the sliding and little of the second: patches of a wheel whose rows no motion of
 /// the wheel satisfies all at once would brace against each other across it, with up to half as
 /// much again as their friction.
-ContactCoupling::TangentialRows ContactCoupling::tangential_rows(const Coupled& coupled,
+ContactCoupling::TangentialRows ContactCoupling::tangential_rows(const ContactMotion& motion,
                                                                  const CoupledPatch& patch) {
     const ContactPatch& p = patch.patch;
     const Vec3 friction_n = tangential(patch.applied_force_n, p.normal);
     const double limit_n = patch.shear_limit_n();
-    const Vec3 slide = tangential(coupled.direction.velocity_at(p.shear_point_m), p.normal);
+    const Vec3 slide = tangential(motion.direction.velocity_at(p.shear_point_m), p.normal);
     const double sliding = length(slide);
     if (sliding <= kSliding || -dot(friction_n, slide) <= kMostlyYielded * limit_n * sliding)
         return {along_friction(p.normal, friction_n, limit_n), 1};
     const Vec3 first = slide * (1 / sliding);
-    const Vec3 now = tangential(coupled.body.motion.velocity_at(p.shear_point_m), p.normal);
+    const Vec3 now = tangential(motion.motion.velocity_at(p.shear_point_m), p.normal);
     const double speed = length(now);
     const double aside = length(now - dot(now, first) * first);
     return {first, speed > 0 ? std::clamp(aside / speed, kAcross, 1.0) : 1};
@@ -308,7 +383,9 @@ ContactCoupling::TangentialRows ContactCoupling::tangential_rows(const Coupled& 
 PatchRow ContactCoupling::row_of(const Coupled& coupled, const CoupledPatch& patch) const {
     const ContactPatch& p = patch.patch;
     const double limit_n = patch.shear_limit_n();
-    const auto [t, across] = tangential_rows(coupled, patch);
+    const auto [t, across] = tangential_rows(motion_for(coupled.motions, p.carrier), patch);
+    const Carrier& carrier = coupled.carrier_of(patch);
+    const bool is_driven = p.carrier >= 0 && !carrier.feels();
     PatchRow row;
     row.drift_m = to_bullet(patch.drift_m);
     const Vec3 directions[PatchRow::kCount] = {-p.normal, t, cross(p.normal, t)};
@@ -318,6 +395,12 @@ PatchRow ContactCoupling::row_of(const Coupled& coupled, const CoupledPatch& pat
         const double preload_n = dot(patch.preload_n, directions[i]);
         row.direction[i] = to_bullet(directions[i]);
         row.offset_m[i] = to_bullet(i == 0 ? patch.offset_m : patch.shear_offset_m);
+        row.carrier_offset_m[i] =
+            to_bullet(i == 0 ? patch.carrier_offset_m : patch.carrier_shear_offset_m);
+        if (is_driven)
+            row.carrier_velocity_m_s[i] = static_cast<btScalar>(
+                dot(carrier.body.motion.velocity_at(i == 0 ? p.point_m : p.shear_point_m),
+                    directions[i]));
         row.lower_n[i] = static_cast<btScalar>(least_n - preload_n);
         row.upper_n[i] = static_cast<btScalar>(most_n - preload_n);
     }
@@ -340,18 +423,25 @@ void ContactCoupling::find_touched() {
     std::sort(touched_.begin(), touched_.end(), std::less<>());
 }
 
-/// Gives last substep's forces to the body before the solve, within this substep's limits; the rows
-/// then find the change. Bullet starts its joints from nothing, and ten iterations from there do
-/// not reach a heavy chassis through light wheels. Friction with other bodies sees a torque only as
-/// a row.
+bool ContactCoupling::is_touched(const btCollisionObject* object) const {
+    return std::binary_search(touched_.begin(), touched_.end(), object, std::less<>());
+}
+
+/// Gives last substep's forces to the body before the solve, within this substep's limits, and
+/// their opposites to the carrier; the rows then find the change. Bullet starts its joints from
+/// nothing, and ten iterations from there do not reach a heavy chassis through light wheels.
+/// Friction with other bodies sees a torque only as a row.
 void ContactCoupling::preload(Coupled& coupled) {
     btRigidBody& body = *static_cast<btRigidBody*>(coupled.body.object);
-    coupled.is_touched =
-        std::binary_search(touched_.begin(), touched_.end(), coupled.body.object, std::less<>());
+    coupled.is_touched = is_touched(&body);
+    for (Carrier& carrier : coupled.carriers)
+        carrier.is_touched = carrier.is_rigid() && is_touched(carrier.body.object);
     Vec3 torque_n_m;
     for (CoupledPatch& patch : coupled.patches) {
         patch.preload_n = {};
-        if (!body.isActive()) continue;
+        const Carrier& carrier = coupled.carrier_of(patch);
+        if (!body.isActive() || carrier.is_link()) continue;
+        if (carrier.is_rigid() && !carrier.body.object->isActive()) continue;
         const ContactPatch& p = patch.patch;
         const double normal_n =
             std::clamp(-dot(patch.applied_force_n, p.normal), 0.0, p.normal_limit_n);
@@ -361,20 +451,42 @@ void ContactCoupling::preload(Coupled& coupled) {
         patch.preload_n = kPreloadFraction * (along - normal_n * p.normal);
         apply_preload(coupled, patch, 1);
         torque_n_m += patch.torque_n_m(patch.preload_n);
+        if (carrier.is_touched)
+            add_preload_torque(carrier.body, patch.carrier_torque_n_m(patch.preload_n));
     }
-    if (!coupled.is_touched) return;
-    if (!coupled.preload_torque) coupled.preload_torque = std::make_unique<TorqueConstraint>(body);
-    coupled.preload_torque->torque_n_m = to_bullet(torque_n_m);
-    world_.addConstraint(coupled.preload_torque.get());
-    rigid_rows_in_.push_back(coupled.preload_torque.get());
+    if (coupled.is_touched) add_preload_torque(coupled.body, torque_n_m);
 }
 
-void ContactCoupling::apply_preload(const Coupled& coupled, const CoupledPatch& patch,
-                                    double sign) {
+void ContactCoupling::add_preload_torque(const BodyState& body, Vec3 torque_n_m) {
+    PreloadTorque& sum = preload_torques_[body.id];
+    auto* rigid = static_cast<btRigidBody*>(body.object);
+    if (!sum.row || sum.body != rigid) {
+        sum.body = rigid;
+        sum.row = std::make_unique<TorqueConstraint>(*rigid);
+    }
+    if (!sum.is_used) sum.torque_n_m = {};
+    sum.is_used = true;
+    sum.torque_n_m += torque_n_m;
+}
+
+void ContactCoupling::put_in_preload_torque(PreloadTorque& torque) {
+    if (!torque.is_used || torque.is_in) return;
+    torque.is_in = true;
+    torque.row->torque_n_m = to_bullet(torque.torque_n_m);
+    world_.addConstraint(torque.row.get());
+    rigid_rows_in_.push_back(torque.row.get());
+}
+
+void ContactCoupling::apply_preload(Coupled& coupled, const CoupledPatch& patch, double sign) {
     btRigidBody& body = *static_cast<btRigidBody*>(coupled.body.object);
-    const btVector3 force_n = to_bullet(sign * patch.preload_n);
-    body.applyCentralForce(force_n);
-    if (!coupled.is_touched) body.applyTorque(to_bullet(patch.torque_n_m(sign * patch.preload_n)));
+    const Vec3 force_n = sign * patch.preload_n;
+    body.applyCentralForce(to_bullet(force_n));
+    if (!coupled.is_touched) body.applyTorque(to_bullet(patch.torque_n_m(force_n)));
+    const Carrier& carrier = coupled.carrier_of(patch);
+    if (!carrier.is_rigid()) return;
+    btRigidBody& under = *static_cast<btRigidBody*>(carrier.body.object);
+    under.applyCentralForce(to_bullet(-1.0 * force_n));
+    if (!carrier.is_touched) under.applyTorque(to_bullet(patch.carrier_torque_n_m(force_n)));
 }
 
 void ContactCoupling::open_substep() {
@@ -382,41 +494,73 @@ void ContactCoupling::open_substep() {
     find_touched();
     for (auto& [id, coupled] : coupled_) {
         if (coupled.patches.empty() || !is_in_world(world_, coupled.body)) continue;
-        open(coupled);
+        // Until the soil has stepped without it, soil on a body that has gone stands where it was.
+        for (Carrier& carrier : coupled.carriers) {
+            if (!carrier.feels() || is_in_world(world_, carrier.body)) continue;
+            carrier.body = {};
+            carrier.link_rows.reset();
+        }
         opened_.push_back(id);
+        if (coupled.body.role == BodyRole::rigid) preload(coupled);
+    }
+    for (const int id : opened_) open(coupled_.at(id));
+    for (auto it = preload_torques_.begin(); it != preload_torques_.end();) {
+        put_in_preload_torque(it->second);
+        it = it->second.is_used ? std::next(it) : preload_torques_.erase(it);
     }
 }
 
 void ContactCoupling::open(Coupled& coupled) {
     coupled.pose_at_open = from_bullet(coupled.body.object->getWorldTransform());
-    if (coupled.body.role == BodyRole::rigid) {
-        btRigidBody& body = *static_cast<btRigidBody*>(coupled.body.object);
-        preload(coupled);
-        for (size_t i = 0; i < coupled.patches.size(); ++i) {
-            if (i == coupled.rigid_rows.size())
-                coupled.rigid_rows.push_back(std::make_unique<RigidPatchConstraint>(body));
-            coupled.rigid_rows[i]->row = row_of(coupled, coupled.patches[i]);
-            world_.addConstraint(coupled.rigid_rows[i].get());
-            rigid_rows_in_.push_back(coupled.rigid_rows[i].get());
-        }
-    } else {
-        auto& collider = *static_cast<btMultiBodyLinkCollider*>(coupled.body.object);
-        if (!coupled.link_rows) coupled.link_rows = std::make_unique<LinkPatchConstraint>(collider);
-        coupled.link_rows->rows.clear();
-        for (const CoupledPatch& patch : coupled.patches)
-            coupled.link_rows->rows.push_back(row_of(coupled, patch));
-        multibody_world_->addMultiBodyConstraint(coupled.link_rows.get());
-        link_rows_in_.push_back(coupled.link_rows.get());
+    for (Carrier& carrier : coupled.carriers)
+        if (carrier.feels())
+            carrier.pose_at_open = from_bullet(carrier.body.object->getWorldTransform());
+    if (const auto torque = preload_torques_.find(coupled.body.id);
+        torque != preload_torques_.end())
+        put_in_preload_torque(torque->second);
+    for (size_t i = 0; i < coupled.patches.size(); ++i)
+        if (!coupled.is_link_row(coupled.patches[i])) open_rigid_row(coupled, i);
+    for (Carrier& carrier : coupled.carriers) open_link_rows(coupled, carrier);
+}
+
+void ContactCoupling::open_rigid_row(Coupled& coupled, size_t index) {
+    const CoupledPatch& patch = coupled.patches[index];
+    const Carrier& carrier = coupled.carrier_of(patch);
+    auto* under = carrier.is_rigid() ? static_cast<btRigidBody*>(carrier.body.object) : nullptr;
+    if (index >= coupled.rigid_rows.size()) coupled.rigid_rows.resize(index + 1);
+    std::unique_ptr<RigidPatchConstraint>& rows = coupled.rigid_rows[index];
+    if (!rows || !rows->acts_on(under))
+        rows = std::make_unique<RigidPatchConstraint>(
+            *static_cast<btRigidBody*>(coupled.body.object), under);
+    rows->set(row_of(coupled, patch));
+    world_.addConstraint(rows.get());
+    rigid_rows_in_.push_back(rows.get());
+}
+
+void ContactCoupling::open_link_rows(Coupled& coupled, Carrier& carrier) {
+    bool is_any = false;
+    for (const CoupledPatch& patch : coupled.patches) {
+        if (patch.patch.carrier != carrier.id || !coupled.is_link_row(patch)) continue;
+        if (!carrier.link_rows)
+            carrier.link_rows = std::make_unique<LinkPatchConstraint>(
+                *coupled.body.object, carrier.feels() ? carrier.body.object : nullptr);
+        if (!is_any) carrier.link_rows->clear();
+        carrier.link_rows->add(row_of(coupled, patch));
+        is_any = true;
     }
+    if (!is_any) return;
+    multibody_world_->addMultiBodyConstraint(carrier.link_rows.get());
+    link_rows_in_.push_back(carrier.link_rows.get());
 }
 
 void ContactCoupling::take_rows_out() {
     for (const int id : opened_) {
-        const Coupled& coupled = coupled_.at(id);
+        Coupled& coupled = coupled_.at(id);
         if (coupled.body.role != BodyRole::rigid) continue;
         for (const CoupledPatch& patch : coupled.patches) apply_preload(coupled, patch, -1);
     }
     opened_.clear();
+    for (auto& [id, torque] : preload_torques_) torque.is_used = torque.is_in = false;
     take_out(rigid_rows_in_, [this](auto* rows) { world_.removeConstraint(rows); });
     take_out(link_rows_in_,
              [this](auto* rows) { multibody_world_->removeMultiBodyConstraint(rows); });
@@ -433,7 +577,7 @@ void ContactCoupling::close_substep(btScalar substep_s) {
         coupled.report.force_n = force;
         coupled.report.torque_n_m = torque;
         coupled.report.peak_force_n = std::max(coupled.report.peak_force_n, length(force));
-        add_drift(coupled);
+        add_drift(coupled, static_cast<double>(substep_s));
         double normal_n = 0, squares = 0;
         for (CoupledPatch& patch : coupled.patches) {
             patch.friction_normal_n =
@@ -447,32 +591,51 @@ void ContactCoupling::close_substep(btScalar substep_s) {
 }
 
 bool ContactCoupling::read_forces(Coupled& coupled, btScalar substep_s, Vec3& torque_n_m) {
-    if (coupled.body.role == BodyRole::link && !coupled.link_rows->take_solved()) return false;
+    for (const CoupledPatch& patch : coupled.patches)
+        if (coupled.is_link_row(patch)) {
+            if (!coupled.carrier_of(patch).link_rows->is_solved()) return false;
+        } else if (!coupled.rigid_rows[&patch - coupled.patches.data()]->is_solved()) {
+            return false;
+        }
+    int in_carrier = 0;
     for (size_t i = 0; i < coupled.patches.size(); ++i) {
         CoupledPatch& patch = coupled.patches[i];
-        if (coupled.body.role == BodyRole::rigid) {
-            RigidPatchConstraint& rows = *coupled.rigid_rows[i];
-            if (!rows.take_solved()) return false;
-            patch.applied_force_n = patch.preload_n + from_bullet(rows.applied_force_n());
+        const bool is_first = i == 0 || coupled.patches[i - 1].patch.carrier != patch.patch.carrier;
+        in_carrier = is_first ? 0 : in_carrier + 1;
+        if (coupled.is_link_row(patch)) {
+            patch.applied_force_n = from_bullet(
+                coupled.carrier_of(patch).link_rows->applied_force_n(in_carrier, substep_s));
         } else {
-            const int index = static_cast<int>(i);
             patch.applied_force_n =
-                from_bullet(coupled.link_rows->applied_force_n(index, substep_s));
+                patch.preload_n + from_bullet(coupled.rigid_rows[i]->applied_force_n());
         }
         torque_n_m += patch.torque_n_m(patch.applied_force_n);
     }
     return true;
 }
 
+Vec3 ContactCoupling::Carrier::motion_in(double substep_s, Vec3 offset_m) const {
+    if (!feels())
+        return substep_s * body.motion.velocity_at(body.motion.center_of_mass_m + offset_m);
+    const Pose pose = from_bullet(body.object->getWorldTransform());
+    const Quat turn = pose.rotation * conjugate(pose_at_open.rotation);
+    return pose.position - pose_at_open.position + rotate(turn, offset_m) - offset_m;
+}
+
 /// Adds this substep's motion to the drift of each patch that did not yield.
-void ContactCoupling::add_drift(Coupled& coupled) {
+void ContactCoupling::add_drift(Coupled& coupled, double substep_s) {
     const Pose pose = from_bullet(coupled.body.object->getWorldTransform());
     const Quat turn = pose.rotation * conjugate(coupled.pose_at_open.rotation);
     for (CoupledPatch& patch : coupled.patches) {
         const Vec3 n = patch.patch.normal;
         const Vec3 shift = pose.position - coupled.pose_at_open.position;
-        const Vec3 moved = shift + rotate(turn, patch.offset_m) - patch.offset_m;
-        const Vec3 sheared = shift + rotate(turn, patch.shear_offset_m) - patch.shear_offset_m;
+        Vec3 moved = shift + rotate(turn, patch.offset_m) - patch.offset_m;
+        Vec3 sheared = shift + rotate(turn, patch.shear_offset_m) - patch.shear_offset_m;
+        if (patch.patch.carrier >= 0) {
+            const Carrier& carrier = coupled.carrier_of(patch);
+            moved = moved - carrier.motion_in(substep_s, patch.carrier_offset_m);
+            sheared = sheared - carrier.motion_in(substep_s, patch.carrier_shear_offset_m);
+        }
         double into = dot(patch.drift_m, n);
         const double approach = dot(moved, n);
         const double normal_n = -dot(patch.applied_force_n, n);

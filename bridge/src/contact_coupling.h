@@ -4,6 +4,7 @@
 
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <span>
@@ -66,7 +67,8 @@ class ContactCoupling {
     struct CoupledPatch {
         ContactPatch patch;
         Vec3 offset_m;  ///< from the centre of mass: the point follows it, the directions stay
-        Vec3 shear_offset_m;           ///< the same of the point where the shear force acts
+        Vec3 shear_offset_m;  ///< the same of the point where the shear force acts
+        Vec3 carrier_offset_m, carrier_shear_offset_m;  ///< of both, from the carrier's
         double friction_normal_n = 0;  ///< normal force the friction is reckoned from
         Vec3 applied_force_n;          ///< by the last solve
         Vec3 preload_n;                ///< of it, what was given as a force before the solve
@@ -77,9 +79,30 @@ class ContactCoupling {
             const Vec3 normal_n = dot(force_n, patch.normal) * patch.normal;
             return cross(offset_m, normal_n) + cross(shear_offset_m, force_n - normal_n);
         }
+        /// Of the force on the carrier, about its centre of mass.
+        Vec3 carrier_torque_n_m(Vec3 force_n) const {
+            const Vec3 normal_n = dot(force_n, patch.normal) * patch.normal;
+            return -1.0 * (cross(carrier_offset_m, normal_n) +
+                           cross(carrier_shear_offset_m, force_n - normal_n));
+        }
         double shear_limit_n() const {
             return patch.shear_share * (patch.friction * friction_normal_n + patch.adhesion_n);
         }
+    };
+    /// What carries soil that a body touches: the ground, or another body.
+    struct Carrier {
+        int id = -1;
+        BodyState body;  ///< of the ground: fixed
+        Pose pose_at_open;
+        bool is_touched = false;  ///< by other bodies, in this substep
+        /// With it or with the body a link.
+        std::unique_ptr<LinkPatchConstraint> link_rows;
+
+        bool is_rigid() const { return body.role == BodyRole::rigid; }
+        bool is_link() const { return body.role == BodyRole::link; }
+        bool feels() const { return is_rigid() || is_link(); }
+        /// Of a point of it since the substep was opened.
+        Vec3 motion_in(double substep_s, Vec3 offset_m) const;
     };
     struct Coupled {
         BodyState body;
@@ -87,9 +110,10 @@ class ContactCoupling {
         std::vector<ContactPatch> wheel_patches;  ///< only for a wheel
         std::vector<std::unique_ptr<RigidPatchConstraint>>
             rigid_rows;  ///< a pool; the first patches.size() in use
-        std::unique_ptr<TorqueConstraint> preload_torque;  ///< where others touch a rigid body
-        bool is_touched = false;                           ///< by other bodies, in this substep
-        std::unique_ptr<LinkPatchConstraint> link_rows;
+        /// By id, so the ground first; always there. And the body's motion relative to each.
+        std::vector<Carrier> carriers;
+        std::vector<ContactMotion> motions;
+        bool is_touched = false;    ///< by other bodies, in this substep
         Pose pose_at_open;          ///< at the start of the substep
         int asleep_step_count = 0;  ///< soil steps since it fell asleep; 0: awake
         /// Of its normal limits by bin: the mean while it slept, and what that was at first.
@@ -99,10 +123,26 @@ class ContactCoupling {
         double pressure_pa = 0, width_m = 0;
         std::vector<SoilStrength> strengths;  ///< with this body's surface
         SurfaceFriction strengths_surface;
-        Vec3 linear_m_s, angular_rad_s;  ///< averaged, see yield_direction
-        bool has_motion = false;
-        BodyMotion direction;
         bool seen = false;
+
+        Carrier& carrier_of(const CoupledPatch& p) {
+            return *std::find_if(carriers.begin(), carriers.end(),
+                                 [&p](const Carrier& c) { return c.id == p.patch.carrier; });
+        }
+        const Carrier& carrier_of(const CoupledPatch& p) const {
+            return const_cast<Coupled*>(this)->carrier_of(p);
+        }
+        /// Whether a patch's row is one of a LinkPatchConstraint.
+        bool is_link_row(const CoupledPatch& p) const {
+            return body.role == BodyRole::link || carrier_of(p).is_link();
+        }
+    };
+    /// Torque of preloads on a rigid body that others touch.
+    struct PreloadTorque {
+        btRigidBody* body = nullptr;
+        Vec3 torque_n_m;
+        std::unique_ptr<TorqueConstraint> row;
+        bool is_used = false, is_in = false;
     };
 
     void set_body_contacts(Coupled& coupled, std::span<const ContactVoxel> voxels,
@@ -110,24 +150,33 @@ class ContactCoupling {
     void gather_pressed_soil();
     void take_over_patches(Coupled& coupled);
     void update_strengths(Coupled& coupled);
-    BodyMotion yield_direction(Coupled& coupled, std::span<const ContactVoxel> voxels,
-                               double duration_s);
+    /// Keeps what is known of carriers that were there before.
+    void update_carriers(Coupled& coupled, std::span<const ContactVoxel> voxels);
+    void update_motion(const Coupled& coupled, const Carrier& carrier, ContactMotion& motion,
+                       std::span<const ContactVoxel> voxels, double duration_s, bool is_new) const;
+    void keep_awake_with_carriers(Coupled& coupled);
     void wake(Coupled& coupled);
+    void wake(const BodyState& body);
     void wake_if_changed(Coupled& coupled);
     /// Direction of the first, and the share of the limit that the second has.
     struct TangentialRows {
         Vec3 first;
         double second_share = 1;
     };
-    static TangentialRows tangential_rows(const Coupled& coupled, const CoupledPatch& patch);
+    static TangentialRows tangential_rows(const ContactMotion& motion, const CoupledPatch& patch);
     PatchRow row_of(const Coupled& coupled, const CoupledPatch& patch) const;
     void find_touched();
+    bool is_touched(const btCollisionObject* object) const;
     void preload(Coupled& coupled);
+    void add_preload_torque(const BodyState& body, Vec3 torque_n_m);
+    void put_in_preload_torque(PreloadTorque& torque);
     /// sign: -1 takes it back.
-    static void apply_preload(const Coupled& coupled, const CoupledPatch& patch, double sign);
+    static void apply_preload(Coupled& coupled, const CoupledPatch& patch, double sign);
     bool read_forces(Coupled& coupled, btScalar substep_s, Vec3& torque_n_m);
-    void add_drift(Coupled& coupled);
+    void add_drift(Coupled& coupled, double substep_s);
     void open(Coupled& coupled);
+    void open_rigid_row(Coupled& coupled, size_t index);
+    void open_link_rows(Coupled& coupled, Carrier& carrier);
 
     btDiscreteDynamicsWorld& world_;
     btMultiBodyDynamicsWorld* multibody_world_;  ///< world_, if it is one
@@ -144,6 +193,11 @@ class ContactCoupling {
     std::vector<double> heirs_;  ///< sum of the limits of the new patches nearest to an old one
     std::vector<int> nearest_;   ///< old patch of each new one, or -1
     std::vector<const btCollisionObject*> touched_;  ///< sorted
+    std::map<int, PreloadTorque> preload_torques_;   ///< by body id; of this substep
+    std::vector<const BodyState*> by_id_;            ///< the bodies of set_contacts, sorted by id
+    std::vector<int> carrier_ids_;
+    std::vector<Carrier> previous_carriers_;
+    std::vector<ContactMotion> previous_motions_;
     std::vector<PressedSoil> pressed_soil_;    ///< beside all bodies, as of the last set_contacts
     std::vector<PressedSoil> pressed_around_;  ///< of it, what may lie beside one body
 };

@@ -77,12 +77,16 @@ void ContactMemory::near(std::span<const PressedSoil> soil, std::span<const Cont
 std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVoxel> voxels,
                                                        const BodyMotion& motion, Vec3 up,
                                                        double voxel_m, double duration_s,
-                                                       std::span<const PressedSoil> around) {
+                                                       std::span<const PressedSoil> around,
+                                                       std::span<const ContactMotion> relative) {
     previous_.swap(entries_);
     entries_.clear();
     history_.clear();
     for (const ContactVoxel& v : voxels) {
-        const Vec3 velocity = motion.velocity_at(v.position_m);
+        const Vec3 own = motion.velocity_at(v.position_m);
+        const Vec3 velocity =
+            relative.empty() ? own
+                             : motion_for(relative, v.carrier).motion.velocity_at(v.position_m);
         // Soil that only brushes the body, with no depth to it or a gap before it, is not sheared.
         const bool is_pressed = bearing_depth_m(v) > 0 && touching_share(v, voxel_m) > 0;
         Vec3 slid =
@@ -95,7 +99,7 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
         if (others && (!same || length(others->slid_m) > length(same->slid_m))) same = others;
         if (same) slid += same->slid_m;
         retreat_m = std::clamp(retreat_m, 0.0, voxel_m);
-        entries_.push_back({v.center_m, v.normal, slid, retreat_m});
+        entries_.push_back({v.center_m + duration_s * (own - velocity), v.normal, slid, retreat_m});
         history_.push_back({length(slid), retreat_m});
     }
     std::stable_sort(entries_.begin(), entries_.end(), lies_before);

@@ -12,7 +12,8 @@ namespace bsoil::bullet {
 
 /// A voxel of soil beside a body, and what the body's surface has done to it.
 struct PressedSoil {
-    Vec3 center_m;  ///< of the voxel
+    Vec3 center_m;  ///< of the voxel; where a body carries it, as far on as that goes until the
+                    ///< next call
     Vec3 normal;    ///< out of the body
     Vec3 slid_m;
     double retreat_m = 0;  ///< of this body alone
@@ -32,13 +33,15 @@ class ContactMemory {
     static void near(std::span<const PressedSoil> soil, std::span<const ContactVoxel> voxels,
                      int body, double voxel_m, std::vector<PressedSoil>& out);
 
-    /// Adds the motion of `duration_s`. up: unit. around: what other bodies knew at the last call,
+    /// Adds the motion of `duration_s`, relative to each voxel's carrier (of the list `relative`;
+    /// empty: all lie on the ground). up: unit. around: what other bodies knew at the last call,
     /// sorted by center_m.x; soil that one of them has sheared further comes to this one so.
     /// Returns what there is per voxel, valid until the next call. Cost: O(n log n).
     std::span<const ContactHistory> advance(std::span<const ContactVoxel> voxels,
                                             const BodyMotion& motion, Vec3 up, double voxel_m,
                                             double duration_s,
-                                            std::span<const PressedSoil> around = {});
+                                            std::span<const PressedSoil> around = {},
+                                            std::span<const ContactMotion> relative = {});
     /// Sorted by center_m.x.
     std::span<const PressedSoil> soil() const { return entries_; }
 

@@ -86,57 +86,40 @@ void place_shear(const PatchSum& sum, const BodyMotion& direction, ContactPatch&
             within(shift_to_line(spread_shear(sum, arm, rolling * (1 / rolling_size)), arm));
 }
 
-}  // namespace
+/// The voxels whose soil one carrier carries.
+class CarrierPatches {
+  public:
+    CarrierPatches(const ContactMotion& motion, double voxel_m)
+        : motion_(motion),
+          to_body_(conjugate(motion.motion.pose.rotation)),
+          no_distance_m_(1e-6 * voxel_m) {}
 
-BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotion& motion,
-                           const BodyMotion& direction, Vec3 up, double voxel_m,
-                           std::span<const SoilStrength> strengths,
-                           std::span<const ContactHistory> history,
-                           std::vector<ContactPatch>& patches) {
-    patches.clear();
-    const Quat to_body = conjugate(motion.pose.rotation);
-    std::array<Vec3, kNormalBinCount> centroid{};
-    std::array<double, kNormalBinCount> bin_area{};
-    for (const ContactVoxel& v : voxels) {
-        const int bin = dominant_axis_bin(rotate(to_body, v.normal));
-        centroid[bin] += v.area_m2 * v.position_m;
-        bin_area[bin] += v.area_m2;
-    }
-    for (int bin = 0; bin < kNormalBinCount; ++bin)
-        if (bin_area[bin] > 0) centroid[bin] = centroid[bin] * (1 / bin_area[bin]);
-
-    ContactFaces faces;
-    find_contact_faces(voxels, motion.pose.rotation, up, voxel_m, faces);
-
-    BodyContact total;
-    double mobilized_n = 0, limit_n_sum = 0;
-    std::array<PatchSum, kPatchCapacity> sums{};
-    for (size_t i = 0; i < voxels.size(); ++i) {
-        const ContactVoxel& v = voxels[i];
-        const int bin = dominant_axis_bin(rotate(to_body, v.normal));
-        const FaceExtent& face = faces.faces[faces.of_voxel[i]];
-        const SoilStrength& strength = strengths[v.material];
-        double shear = 1, held = 1;
-        if (!history.empty()) {
-            shear = developed_shear(strength, history[i].sheared_m, face.relative_density);
-            held = unloaded_share(bearing_depth_m(v), history[i].retreat_m);
+    void find_centroids(std::span<const ContactVoxel> voxels) {
+        std::array<double, kNormalBinCount> bin_area{};
+        for (const ContactVoxel& v : voxels) {
+            if (v.carrier != motion_.carrier) continue;
+            const int bin = dominant_axis_bin(rotate(to_body_, v.normal));
+            centroid_[bin] += v.area_m2 * v.position_m;
+            bin_area[bin] += v.area_m2;
         }
-        const ElementYield yield = yield_of_element(v, direction.velocity_at(v.position_m),
-                                                    dot(motion.velocity_at(v.position_m), v.normal),
-                                                    up, strength, face, shear, held);
-        const double area = v.area_m2 * touching_share(v, voxel_m);
+        for (int bin = 0; bin < kNormalBinCount; ++bin)
+            if (bin_area[bin] > 0) centroid_[bin] = centroid_[bin] * (1 / bin_area[bin]);
+    }
+    /// area_m2: of the voxel's that touches soil.
+    void add(const ContactVoxel& v, const ElementYield& yield, double area_m2) {
+        const int bin = dominant_axis_bin(rotate(to_body_, v.normal));
         const int quadrant =
-            quadrant_of(rotate(to_body, v.position_m - centroid[bin]), bin, 1e-6 * voxel_m);
-        const double limit_n = yield.normal_limit_pa * area;
-        PatchSum& sum = sums[bin * kQuadrantCount + quadrant];
+            quadrant_of(rotate(to_body_, v.position_m - centroid_[bin]), bin, no_distance_m_);
+        const double limit_n = yield.normal_limit_pa * area_m2;
+        PatchSum& sum = sums_[bin * kQuadrantCount + quadrant];
         sum.limit_force_n += limit_n * v.normal;
         sum.weighted_point += limit_n * v.position_m;
         sum.limit_n += limit_n;
         sum.friction_n += limit_n * yield.friction;
-        sum.adhesion_n += area * yield.adhesion_pa;
-        sum.area_m2 += area;
-        const double shear_n = limit_n * yield.friction + area * yield.adhesion_pa;
-        const Vec3 arm = v.position_m - motion.center_of_mass_m;
+        sum.adhesion_n += area_m2 * yield.adhesion_pa;
+        sum.area_m2 += area_m2;
+        const double shear_n = limit_n * yield.friction + area_m2 * yield.adhesion_pa;
+        const Vec3 arm = v.position_m - motion_.motion.center_of_mass_m;
         sum.shear_n += shear_n;
         sum.slide_n += shear_n * yield.slide;
         sum.slide_n_m += cross(arm, shear_n * yield.slide);
@@ -148,37 +131,95 @@ BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotio
             sum.normals_n[k] += limit_n * n[k] * v.normal;
             sum.twists_n_m[k] += limit_n * n[k] * twist;
         }
+    }
+    void append_to(std::vector<ContactPatch>& patches) const {
+        for (int i = 0; i < kPatchCapacity; ++i) {
+            const PatchSum& sum = sums_[i];
+            const double limit_n = length(sum.limit_force_n);
+            if (!(limit_n > 0)) continue;
+            patches.push_back({.bin = i / kQuadrantCount,
+                               .carrier = motion_.carrier,
+                               .point_m = sum.weighted_point * (1 / sum.limit_n),
+                               .normal = sum.limit_force_n * (1 / limit_n),
+                               .normal_limit_n = limit_n,
+                               .friction = sum.friction_n / sum.limit_n,
+                               .adhesion_n = sum.adhesion_n,
+                               .area_m2 = sum.area_m2,
+                               .shear_point_m = {}});
+            place_shear(sum, motion_.direction, patches.back());
+        }
+    }
 
-        const Vec3 force = area * yield.mobilized_pa;
-        total.mobilized_force_n += force;
-        total.mobilized_torque_n_m += cross(arm, force);
-        const double normal_pa = std::max(0.0, -dot(yield.mobilized_pa, v.normal));
-        mobilized_n += area * normal_pa;
-        total.mobilized_pressure_pa += area * normal_pa * normal_pa;
-        limit_n_sum += limit_n;
-        total.width_m += limit_n * face.width_m;
-        total.area_m2 += area;
-        total.depth_m = std::max(total.depth_m, v.depth_m);
-        total.compression_m = std::max(total.compression_m, v.compression_m);
+  private:
+    const ContactMotion& motion_;
+    Quat to_body_;
+    double no_distance_m_;
+    std::array<Vec3, kNormalBinCount> centroid_{};
+    std::array<PatchSum, kPatchCapacity> sums_{};
+};
+
+}  // namespace
+
+BodyContact group_contacts(std::span<const ContactVoxel> voxels,
+                           std::span<const ContactMotion> motions, Vec3 up, double voxel_m,
+                           std::span<const SoilStrength> strengths,
+                           std::span<const ContactHistory> history,
+                           std::vector<ContactPatch>& patches) {
+    patches.clear();
+    // A face is one whatever carries the soil beside its parts.
+    ContactFaces faces;
+    find_contact_faces(voxels, motions.front().motion.pose.rotation, up, voxel_m, faces);
+
+    BodyContact total;
+    double mobilized_n = 0, limit_n_sum = 0;
+    for (const ContactMotion& relative : motions) {
+        CarrierPatches sums(relative, voxel_m);
+        sums.find_centroids(voxels);
+        for (size_t i = 0; i < voxels.size(); ++i) {
+            const ContactVoxel& v = voxels[i];
+            if (v.carrier != relative.carrier) continue;
+            const FaceExtent& face = faces.faces[faces.of_voxel[i]];
+            const SoilStrength& strength = strengths[v.material];
+            double shear = 1, held = 1;
+            if (!history.empty()) {
+                shear = developed_shear(strength, history[i].sheared_m, face.relative_density);
+                held = unloaded_share(bearing_depth_m(v), history[i].retreat_m);
+            }
+            const ElementYield yield =
+                yield_of_element(v, relative.direction.velocity_at(v.position_m),
+                                 dot(relative.motion.velocity_at(v.position_m), v.normal), up,
+                                 strength, face, shear, held);
+            const double area = v.area_m2 * touching_share(v, voxel_m);
+            sums.add(v, yield, area);
+
+            const Vec3 force = area * yield.mobilized_pa;
+            total.mobilized_force_n += force;
+            total.mobilized_torque_n_m +=
+                cross(v.position_m - relative.motion.center_of_mass_m, force);
+            const double normal_pa = std::max(0.0, -dot(yield.mobilized_pa, v.normal));
+            mobilized_n += area * normal_pa;
+            total.mobilized_pressure_pa += area * normal_pa * normal_pa;
+            const double limit_n = yield.normal_limit_pa * area;
+            limit_n_sum += limit_n;
+            total.width_m += limit_n * face.width_m;
+            total.area_m2 += area;
+            total.depth_m = std::max(total.depth_m, v.depth_m);
+            total.compression_m = std::max(total.compression_m, v.compression_m);
+        }
+        sums.append_to(patches);
     }
     total.mobilized_pressure_pa = mobilized_n > 0 ? total.mobilized_pressure_pa / mobilized_n : 0;
     total.width_m = limit_n_sum > 0 ? total.width_m / limit_n_sum : 0;
-
-    for (int i = 0; i < kPatchCapacity; ++i) {
-        const PatchSum& sum = sums[i];
-        const double limit_n = length(sum.limit_force_n);
-        if (!(limit_n > 0)) continue;
-        patches.push_back({.bin = i / kQuadrantCount,
-                           .point_m = sum.weighted_point * (1 / sum.limit_n),
-                           .normal = sum.limit_force_n * (1 / limit_n),
-                           .normal_limit_n = limit_n,
-                           .friction = sum.friction_n / sum.limit_n,
-                           .adhesion_n = sum.adhesion_n,
-                           .area_m2 = sum.area_m2,
-                           .shear_point_m = {}});
-        place_shear(sum, direction, patches.back());
-    }
     return total;
+}
+
+BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotion& motion,
+                           const BodyMotion& direction, Vec3 up, double voxel_m,
+                           std::span<const SoilStrength> strengths,
+                           std::span<const ContactHistory> history,
+                           std::vector<ContactPatch>& patches) {
+    const ContactMotion on_ground{-1, motion, direction, {}, {}};
+    return group_contacts(voxels, {&on_ground, 1}, up, voxel_m, strengths, history, patches);
 }
 
 }  // namespace bsoil::bullet

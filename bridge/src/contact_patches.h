@@ -1,5 +1,5 @@
-/// Contact patches: a body's contact voxels summed up into at most 24 places where a constraint can
-/// act.
+/// Contact patches: a body's contact voxels summed up into at most 24 places, for each body that
+/// carries the soil, where a constraint can act.
 #pragma once
 
 #include <span>
@@ -21,10 +21,26 @@ struct BodyMotion {
     }
 };
 
+/// A body's motion relative to what carries the soil that it touches. Points of both move alike, so
+/// the difference is that of a rigid body too.
+struct ContactMotion {
+    int carrier = -1;      ///< ContactVoxel::carrier
+    BodyMotion motion;     ///< as it is now
+    BodyMotion direction;  ///< as yield sees it, of contact points as a share of the body's motion
+                           ///< (see yield_of_element)
+    Vec3 linear_m_s, angular_rad_s;  ///< averaged: what direction is made of
+};
+/// The one of a voxel's or a patch's carrier; the first where there is none of its own.
+inline const ContactMotion& motion_for(std::span<const ContactMotion> motions, int carrier) {
+    for (const ContactMotion& m : motions)
+        if (m.carrier == carrier) return m;
+    return motions.front();
+}
+
 inline constexpr int kNormalBinCount = 6;  ///< +x, -x, +y, -y, +z, -z of the body's frame
 inline constexpr int kQuadrantCount =
     4;  ///< of a bin, about its centroid: a patch each, so torque gets through
-inline constexpr int kPatchCapacity = kNormalBinCount * kQuadrantCount;
+inline constexpr int kPatchCapacity = kNormalBinCount * kQuadrantCount;  ///< for each carrier
 
 /// What a voxel of soil has been through beside a body.
 struct ContactHistory {
@@ -34,9 +50,10 @@ struct ContactHistory {
 
 /// Part of a body's contact with the soil. World axes.
 struct ContactPatch {
-    int bin = 0;   ///< 0..5: dominant axis of the normals in the body's frame
-    Vec3 point_m;  ///< where its force acts: mean of the voxels, weighted by their limits
-    Vec3 normal;   ///< unit, out of the body; of the sum of the voxels' limit forces
+    int bin = 0;       ///< 0..5: dominant axis of the normals in the body's frame
+    int carrier = -1;  ///< ContactVoxel::carrier of its voxels: the body that its reaction acts on
+    Vec3 point_m;      ///< where its force acts: mean of the voxels, weighted by their limits
+    Vec3 normal;       ///< unit, out of the body; of the sum of the voxels' limit forces
     double normal_limit_n = 0;  ///< length of that sum: the push at which the soil yields
     double friction = 0;        ///< mean, weighted by the limits
     double adhesion_n = 0;      ///< shear force that it takes without any normal force
@@ -59,13 +76,19 @@ struct BodyContact {
     double width_m = 0;                ///< mean width of the faces, by their limits
 };
 
-/// Sums the contact voxels of one body into patches: by the dominant axis of the normal in the
-/// body's frame, then by quadrant of the tangent plane about the bin's centroid. `patches` is
-/// cleared first. Sums of limit forces over patches equal those over voxels, so a closed surface
-/// under uniform pressure gives no force. `strengths` is indexed by ContactVoxel::material.
-/// direction: the body's motion as yield sees it, of contact points as a share of the body's motion
-/// (see yield_of_element); motion is what it is now. history: per voxel, empty where
-/// all shear stress is developed and nothing has drawn back.
+/// Sums the contact voxels of one body into patches: by what carries the soil, by the dominant axis
+/// of the normal in the body's frame, then by quadrant of the tangent plane about the bin's
+/// centroid. `patches` is cleared first. Sums of limit forces over patches equal those over voxels,
+/// so a closed surface under uniform pressure gives no force. `strengths` is indexed by
+/// ContactVoxel::material. motions: one for each carrier among the voxels, in the order the patches
+/// come in. history: per voxel, empty where all shear stress is developed and nothing has drawn
+/// back.
+BodyContact group_contacts(std::span<const ContactVoxel> voxels,
+                           std::span<const ContactMotion> motions, Vec3 up, double voxel_m,
+                           std::span<const SoilStrength> strengths,
+                           std::span<const ContactHistory> history,
+                           std::vector<ContactPatch>& patches);
+/// The same of a body on the ground alone.
 BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotion& motion,
                            const BodyMotion& direction, Vec3 up, double voxel_m,
                            std::span<const SoilStrength> strengths,

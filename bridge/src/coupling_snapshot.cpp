@@ -55,8 +55,8 @@ void list(StateStream& stream, const btDiscreteDynamicsWorld& world, BodyState& 
 }
 
 void list(StateStream& stream, ContactPatch& patch) {
-    stream(patch.bin, patch.point_m, patch.normal, patch.normal_limit_n, patch.friction,
-           patch.adhesion_n, patch.area_m2, patch.shear_point_m, patch.shear_share);
+    stream(patch.bin, patch.carrier, patch.point_m, patch.normal, patch.normal_limit_n,
+           patch.friction, patch.adhesion_n, patch.area_m2, patch.shear_point_m, patch.shear_share);
     if (patch.bin < 0 || patch.bin >= kNormalBinCount) stream.refuse();
 }
 
@@ -133,6 +133,7 @@ struct CouplingSnapshot::Memory {
     std::vector<VehicleMemory> vehicles;
 
     void list_body(StateStream& stream, const btDiscreteDynamicsWorld& world, Body& body);
+    static bool are_carriers_sound(const ContactCoupling::Coupled& coupled);
     static void list_coupled(StateStream& stream, const btDiscreteDynamicsWorld& world,
                              ContactCoupling::Coupled& coupled);
     static void list_loaded(StateStream& stream, const btDiscreteDynamicsWorld& world,
@@ -148,19 +149,51 @@ void CouplingSnapshot::Memory::list_body(StateStream& stream, const btDiscreteDy
     if (t.id < -1 || t.id > kIdLast) stream.refuse();
 }
 
+/// By id, the ground first, each with its motion, and of every patch.
+bool CouplingSnapshot::Memory::are_carriers_sound(const ContactCoupling::Coupled& coupled) {
+    const auto& carriers = coupled.carriers;
+    if (coupled.motions.size() != carriers.size()) return false;
+    if (!coupled.patches.empty() && carriers.empty()) return false;
+    for (size_t i = 0; i < carriers.size(); ++i) {
+        if (i == 0 ? carriers[i].id != -1 : carriers[i].id <= carriers[i - 1].id) return false;
+        if (coupled.motions[i].carrier != carriers[i].id) return false;
+        if (carriers[i].body.object && carriers[i].body.id != carriers[i].id) return false;
+    }
+    return std::all_of(coupled.patches.begin(), coupled.patches.end(), [&](const auto& p) {
+        return std::any_of(carriers.begin(), carriers.end(),
+                           [&](const auto& carrier) { return carrier.id == p.patch.carrier; });
+    });
+}
+
 void CouplingSnapshot::Memory::list_coupled(StateStream& stream,
                                             const btDiscreteDynamicsWorld& world,
                                             ContactCoupling::Coupled& coupled) {
     list(stream, world, coupled.body);
     stream.list(coupled.patches, 256, [&](ContactCoupling::CoupledPatch& p) {
         list(stream, p.patch);
-        stream(p.offset_m, p.shear_offset_m, p.friction_normal_n, p.applied_force_n, p.preload_n,
-               p.drift_m);
+        stream(p.offset_m, p.shear_offset_m, p.carrier_offset_m, p.carrier_shear_offset_m,
+               p.friction_normal_n, p.applied_force_n, p.preload_n, p.drift_m);
     });
+    stream.list(coupled.carriers, 4, [&](ContactCoupling::Carrier& carrier) {
+        stream(carrier.id);
+        bool is_object = carrier.body.object != nullptr;
+        stream(is_object);
+        if (is_object)
+            list(stream, world, carrier.body);
+        else
+            list(stream, carrier.body.motion);
+    });
+    stream.list(coupled.motions, 200, [&](ContactMotion& motion) {
+        stream(motion.carrier, motion.linear_m_s, motion.angular_rad_s);
+        list(stream, motion.motion);
+        list(stream, motion.direction);
+    });
+    if (stream.good() && !are_carriers_sound(coupled)) stream.refuse();
     stream.list(coupled.wheel_patches, 80, [&](ContactPatch& p) { list(stream, p); });
     const bool is_wheel = coupled.body.role == BodyRole::wheel;
-    if (coupled.patches.size() > (is_wheel ? 0 : kPatchCapacity) ||
-        coupled.wheel_patches.size() > (is_wheel ? kPatchCapacity : 0))
+    const size_t most = kPatchCapacity * std::max<size_t>(1, coupled.carriers.size());
+    if (coupled.patches.size() > (is_wheel ? 0 : most) ||
+        coupled.wheel_patches.size() > (is_wheel ? most : 0))
         stream.refuse();
     stream(coupled.asleep_step_count);
     if (coupled.asleep_step_count < 0) stream.refuse();
@@ -170,9 +203,7 @@ void CouplingSnapshot::Memory::list_coupled(StateStream& stream,
     stream.list(coupled.memory.entries_, 80, [&](auto& entry) {
         stream(entry.center_m, entry.normal, entry.slid_m, entry.retreat_m);
     });
-    stream(coupled.pressure_pa, coupled.width_m, coupled.linear_m_s, coupled.angular_rad_s,
-           coupled.has_motion);
-    list(stream, coupled.direction);
+    stream(coupled.pressure_pa, coupled.width_m);
 }
 
 void CouplingSnapshot::Memory::list_loaded(StateStream& stream,
@@ -239,10 +270,15 @@ CouplingSnapshot CouplingSnapshot::of(const Parts& parts) {
         copy.memory = coupled.memory;
         copy.pressure_pa = coupled.pressure_pa;
         copy.width_m = coupled.width_m;
-        copy.linear_m_s = coupled.linear_m_s;
-        copy.angular_rad_s = coupled.angular_rad_s;
-        copy.has_motion = coupled.has_motion;
-        copy.direction = coupled.direction;
+        copy.motions = coupled.motions;
+        for (const ContactCoupling::Carrier& carrier : coupled.carriers) {
+            ContactCoupling::Carrier& own = copy.carriers.emplace_back();
+            own.id = carrier.id;
+            if (carrier.body.object && is_in_world(parts.world, carrier.body))
+                own.body = carrier.body;
+            else if (!carrier.feels())
+                own.body.motion = carrier.body.motion;
+        }
     }
     for (const auto& [id, loaded] : parts.carried.loaded_)
         if (is_in_world(parts.world, loaded.body)) m.loaded.push_back(loaded);
@@ -320,6 +356,8 @@ void CouplingSnapshot::put_into(const Parts& parts) {
     parts.coupling.coupled_.clear();
     for (ContactCoupling::Coupled& coupled : m.coupled) {
         if (coupled.body.object) remember_identity(coupled.body);
+        for (ContactCoupling::Carrier& carrier : coupled.carriers)
+            if (carrier.body.object) remember_identity(carrier.body);
         const int id = coupled.body.id;
         parts.coupling.coupled_.emplace(id, std::move(coupled));
     }

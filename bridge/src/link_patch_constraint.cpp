@@ -1,6 +1,6 @@
 #include "link_patch_constraint.h"
 
-#include <utility>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
 
 #include "contact_patches.h"
 
@@ -9,13 +9,41 @@ namespace {
 
 constexpr int kRowsPerPatch = PatchRow::kCount;
 
+btMultiBody* multibody_of(const btCollisionObject* object) {
+    const auto* link = object ? btMultiBodyLinkCollider::upcast(object) : nullptr;
+    return link ? link->m_multiBody : nullptr;
+}
+
+int link_of(const btCollisionObject* object) {
+    const auto* link = object ? btMultiBodyLinkCollider::upcast(object) : nullptr;
+    return link ? link->m_link : -1;
+}
+
+/// Velocity of a row's rigid body that Bullet's forces of this substep will have made: its
+/// multibodies have theirs already, and a row with both does not ask a rigid body for it.
+btScalar velocity_to_come(const btSolverBody& body, const btVector3& direction,
+                          const btVector3& arm_m) {
+    return body.m_externalForceImpulse.dot(direction) +
+           body.m_externalTorqueImpulse.dot(arm_m.cross(direction));
+}
+
 }  // namespace
 
-LinkPatchConstraint::LinkPatchConstraint(btMultiBodyLinkCollider& collider)
-    : btMultiBodyConstraint(collider.m_multiBody, nullptr, collider.m_link, -1,
+LinkPatchConstraint::LinkPatchConstraint(btCollisionObject& body, btCollisionObject* carrier)
+    : LinkPatchConstraint(body, carrier,
+                          *btMultiBodyLinkCollider::upcast(
+                              btMultiBodyLinkCollider::upcast(&body) ? &body : carrier),
+                          btMultiBodyLinkCollider::upcast(&body) ? carrier : &body) {}
+
+LinkPatchConstraint::LinkPatchConstraint(btCollisionObject& body, btCollisionObject* carrier,
+                                         btMultiBodyLinkCollider& first, btCollisionObject* second)
+    : btMultiBodyConstraint(first.m_multiBody, multibody_of(second), first.m_link, link_of(second),
                             kRowsPerPatch * kPatchCapacity, false, MAX_MULTIBODY_CONSTRAINT_TYPE),
-      collider_(collider) {
-    rows.reserve(kPatchCapacity);
+      body_(body),
+      carrier_(carrier),
+      second_(second),
+      sign_(second == &body ? btScalar(-1) : btScalar(1)) {
+    rows_.reserve(kPatchCapacity);
     finalizeMultiDof();
     for (int dof = 0; dof < getNumRows(); ++dof) internalSetAppliedImpulse(dof, 0);
 }
@@ -23,11 +51,16 @@ LinkPatchConstraint::LinkPatchConstraint(btMultiBodyLinkCollider& collider)
 btVector3 LinkPatchConstraint::applied_force_n(int i, btScalar substep_s) {
     btVector3 impulse(0, 0, 0);
     for (int k = 0; k < kRowsPerPatch; ++k)
-        impulse += getAppliedImpulse(kRowsPerPatch * i + k) * rows[i].direction[k];
+        impulse += getAppliedImpulse(kRowsPerPatch * i + k) * rows_[i].direction[k];
     return impulse / substep_s;
 }
 
-bool LinkPatchConstraint::take_solved() { return std::exchange(solved_, false); }
+void LinkPatchConstraint::clear() {
+    rows_.clear();
+    solved_ = false;
+}
+
+void LinkPatchConstraint::add(const PatchRow& row) { rows_.push_back(row); }
 
 void LinkPatchConstraint::finalizeMultiDof() {
     allocateJacobiansMultiDof();
@@ -40,9 +73,14 @@ void LinkPatchConstraint::createConstraintRows(btMultiBodyConstraintArray& const
     if (m_numDofsFinalized != m_jacSizeBoth) finalizeMultiDof();
     solved_ = true;
     const btVector3 none(0, 0, 0);
-    const btVector3 center = collider_.getWorldTransform().getOrigin();
-    for (int i = 0; i < static_cast<int>(rows.size()); ++i) {
-        const PatchRow& row = rows[i];
+    const btVector3 center = body_.getWorldTransform().getOrigin();
+    const btRigidBody* rigid = second_ ? btRigidBody::upcast(second_) : nullptr;
+    // Asleep, and so not among the solver's: it stands.
+    const bool is_solved = rigid && rigid->getCompanionId() >= 0 && rigid->isActive();
+    const int second_id = is_solved ? rigid->getCompanionId() : data.m_fixedBodyId;
+    const btScalar substep_s = info.m_timeStep;
+    for (int i = 0; i < static_cast<int>(rows_.size()); ++i) {
+        const PatchRow& row = rows_[i];
         for (int k = 0; k < kRowsPerPatch; ++k) {
             btMultiBodySolverConstraint& out = constraint_rows.expandNonInitializing();
             out.m_orgConstraint = this;
@@ -54,13 +92,18 @@ void LinkPatchConstraint::createConstraintRows(btMultiBodyConstraintArray& const
             out.m_angularComponentA = none;
             out.m_angularComponentB = none;
             out.m_solverBodyIdA = data.m_fixedBodyId;
-            out.m_solverBodyIdB = data.m_fixedBodyId;
+            out.m_solverBodyIdB = second_id;
             const btVector3 point = center + row.offset_m[k];
-            const btScalar substep_s = info.m_timeStep;
-            fillMultiBodyConstraint(out, data, nullptr, nullptr, none, row.direction[k], point,
-                                    point, 0, info, row.lower_n[k] * substep_s,
-                                    row.upper_n[k] * substep_s, false, 1, false,
-                                    row.target_velocity(k, substep_s));
+            const btVector3 direction = sign_ * row.direction[k];
+            btScalar target = row.target_velocity(k, substep_s);
+            if (is_solved) {
+                const btSolverBody& solved = data.m_solverBodyPool->at(second_id);
+                target += velocity_to_come(solved, direction,
+                                           point - solved.getWorldTransform().getOrigin());
+            }
+            fillMultiBodyConstraint(out, data, nullptr, nullptr, none, direction, point, point, 0,
+                                    info, row.lower_n[k] * substep_s, row.upper_n[k] * substep_s,
+                                    false, 1, false, target);
         }
     }
 }

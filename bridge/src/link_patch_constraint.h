@@ -1,5 +1,4 @@
-/// LinkPatchConstraint: all contact patches of one multibody link as rows of Bullet's multibody
-/// solver.
+/// LinkPatchConstraint: contact patches with a multibody link as rows of Bullet's multibody solver.
 #pragma once
 
 #include <BulletDynamics/Featherstone/btMultiBodyConstraint.h>
@@ -11,30 +10,41 @@
 
 namespace bsoil::bullet {
 
-/// As RigidPatchConstraint, for up to kPatchCapacity patches of a link (or of a multibody's base)
-/// against the fixed body.
+/// As RigidPatchConstraint, for up to kPatchCapacity patches of a body with the soil that one
+/// carrier carries, where the body, the carrier or both are a link (or a multibody's base).
 class LinkPatchConstraint final : public btMultiBodyConstraint {
   public:
     BT_DECLARE_ALIGNED_ALLOCATOR();
-    explicit LinkPatchConstraint(btMultiBodyLinkCollider& collider);
+    /// carrier: null for the fixed body, else a rigid body or a link.
+    LinkPatchConstraint(btCollisionObject& body, btCollisionObject* carrier);
 
-    std::vector<PatchRow> rows;  ///< at most kPatchCapacity
-
-    /// Force on the link by the last solve of rows[i] [N]; substep_s is that solve's.
+    /// Force on the body by the last solve of row i [N]; substep_s is that solve's.
     btVector3 applied_force_n(int i, btScalar substep_s);
-    /// Whether the solver has asked for the rows since the last call.
-    bool take_solved();
+    /// For the next solve.
+    void clear();
+    void add(const PatchRow& row);  ///< at most kPatchCapacity
+    /// Whether the solver has asked for the rows since they were cleared.
+    bool is_solved() const { return solved_; }
 
     void finalizeMultiDof() override;
-    int getIslandIdA() const override { return collider_.getIslandTag(); }
-    int getIslandIdB() const override { return -1; }
+    int getIslandIdA() const override { return body_.getIslandTag(); }
+    int getIslandIdB() const override { return carrier_ ? carrier_->getIslandTag() : -1; }
     void createConstraintRows(btMultiBodyConstraintArray& constraint_rows,
                               btMultiBodyJacobianData& data,
                               const btContactSolverInfo& info) override;
     void debugDraw(btIDebugDraw*) override {}
 
   private:
-    btMultiBodyLinkCollider& collider_;
+    LinkPatchConstraint(btCollisionObject& body, btCollisionObject* carrier,
+                        btMultiBodyLinkCollider& first, btCollisionObject* second);
+
+    btCollisionObject& body_;
+    btCollisionObject* carrier_;
+    /// Bullet's first body is a link: the body, or the carrier of a rigid body. Null, a rigid body
+    /// or a link.
+    btCollisionObject* second_;
+    btScalar sign_;  ///< -1 where the first one is the carrier
+    std::vector<PatchRow> rows_;
     bool solved_ = false;
 };
 

@@ -14,16 +14,20 @@ inline constexpr btScalar kDriftRecovery = btScalar(0.1);
 /// its force times the substep.
 struct PatchRow {
     static constexpr int kCount = 3;
-    btVector3 offset_m[kCount];   ///< from the centre of mass to the point where a row acts
-    btVector3 direction[kCount];  ///< unit: into the body, then across that and each other
+    btVector3 offset_m[kCount];          ///< from the centre of mass to the point where a row acts
+    btVector3 direction[kCount];         ///< unit: into the body, then across that and each other
+    btVector3 carrier_offset_m[kCount];  ///< the same from that of the body that carries the soil
     btScalar lower_n[kCount] = {0, 0, 0}, upper_n[kCount] = {0, 0, 0};
+    /// Along direction[i], of soil on a body that no force moves.
+    btScalar carrier_velocity_m_s[kCount] = {0, 0, 0};
     /// Motion since the contact formed that the soil did not yield to: what the solver, which stops
     /// short of its solution, has let through. The rows work it off.
     btVector3 drift_m{0, 0, 0};
 
-    /// Of the point along direction[i], that the row aims at [m/s].
+    /// Of the point along direction[i], relative to the carrier where the row acts on that too,
+    /// that the row aims at [m/s].
     btScalar target_velocity(int i, btScalar substep_s) const {
-        return -kDriftRecovery * drift_m.dot(direction[i]) / substep_s;
+        return carrier_velocity_m_s[i] - kDriftRecovery * drift_m.dot(direction[i]) / substep_s;
     }
 };
 

@@ -1,7 +1,6 @@
 #include "rigid_patch_constraint.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace bsoil::bullet {
 namespace {
@@ -13,8 +12,9 @@ void copy(const btVector3& v, btScalar* out) {
 }  // namespace
 
 // Any value serves as a type; the largest of Bullet's own names none of its constraints.
-RigidPatchConstraint::RigidPatchConstraint(btRigidBody& body)
-    : btTypedConstraint(MAX_CONSTRAINT_TYPE, body) {
+RigidPatchConstraint::RigidPatchConstraint(btRigidBody& body, btRigidBody* carrier)
+    : btTypedConstraint(MAX_CONSTRAINT_TYPE, body, carrier ? *carrier : getFixedBody()),
+      carrier_(carrier) {
     feedback_.m_appliedForceBodyA.setZero();
     feedback_.m_appliedTorqueBodyA.setZero();
     feedback_.m_appliedForceBodyB.setZero();
@@ -22,7 +22,10 @@ RigidPatchConstraint::RigidPatchConstraint(btRigidBody& body)
     setJointFeedback(&feedback_);
 }
 
-bool RigidPatchConstraint::take_solved() { return std::exchange(solved_, false); }
+void RigidPatchConstraint::set(const PatchRow& row) {
+    row_ = row;
+    solved_ = false;
+}
 
 void RigidPatchConstraint::getInfo1(btConstraintInfo1* info) {
     info->m_numConstraintRows = PatchRow::kCount;
@@ -34,11 +37,15 @@ void RigidPatchConstraint::getInfo2(btConstraintInfo2* info) {
     const btScalar substep_s = 1 / info->fps;
     for (int i = 0; i < PatchRow::kCount; ++i) {
         const int at = i * info->rowskip;
-        copy(row.direction[i], info->m_J1linearAxis + at);
-        copy(row.offset_m[i].cross(row.direction[i]), info->m_J1angularAxis + at);
-        info->m_constraintError[at] = row.target_velocity(i, substep_s);
-        info->m_lowerLimit[at] = row.lower_n[i] * substep_s;
-        info->m_upperLimit[at] = row.upper_n[i] * substep_s;
+        copy(row_.direction[i], info->m_J1linearAxis + at);
+        copy(row_.offset_m[i].cross(row_.direction[i]), info->m_J1angularAxis + at);
+        if (carrier_) {
+            copy(-row_.direction[i], info->m_J2linearAxis + at);
+            copy(row_.direction[i].cross(row_.carrier_offset_m[i]), info->m_J2angularAxis + at);
+        }
+        info->m_constraintError[at] = row_.target_velocity(i, substep_s);
+        info->m_lowerLimit[at] = row_.lower_n[i] * substep_s;
+        info->m_upperLimit[at] = row_.upper_n[i] * substep_s;
     }
 }
 

@@ -7,20 +7,23 @@
 
 namespace bsoil::bullet {
 
-/// A rigid-plastic contact against the fixed body: three rows that aim at rest, with limited
+/// A rigid-plastic contact against the fixed body, or against the body that carries the soil: three
+/// rows that aim at rest, with limited
 /// impulses. They take out the motion as far as the limits allow, so they stop a body of any mass
 /// and make none rebound by more than its drift.
 class RigidPatchConstraint final : public btTypedConstraint {
   public:
     BT_DECLARE_ALIGNED_ALLOCATOR();
-    explicit RigidPatchConstraint(btRigidBody& body);
-
-    PatchRow row;
+    /// carrier: null for the fixed body.
+    RigidPatchConstraint(btRigidBody& body, btRigidBody* carrier);
+    bool acts_on(const btRigidBody* carrier) const { return carrier_ == carrier; }
 
     /// Force on the body by the last solve [N].
     btVector3 applied_force_n() const { return feedback_.m_appliedForceBodyA; }
-    /// Whether the solver has asked for the rows since the last call.
-    bool take_solved();
+    /// For the next solve.
+    void set(const PatchRow& row);
+    /// Whether the solver has asked for the row since it was set.
+    bool is_solved() const { return solved_; }
 
     void getInfo1(btConstraintInfo1* info) override;
     void getInfo2(btConstraintInfo2* info) override;
@@ -29,6 +32,8 @@ class RigidPatchConstraint final : public btTypedConstraint {
     btScalar getParam(int, int) const override { return 0; }
 
   private:
+    const btRigidBody* carrier_;
+    PatchRow row_;
     btJointFeedback feedback_{};
     bool solved_ = false;
 };

@@ -70,7 +70,9 @@ std::vector<Contact> find_contacts(const Model& model, const Field& field,
         }
         const Voxel& soil = *fullest;
         const auto outer_soil = neighbour(-1) ? neighbour(-1)->soil : 0;
-        if (voxel.soil + outer_soil == 0 || soil.support.kind != Support::Kind::ground) {
+        const bool on_body = soil.support.kind == Support::Kind::body;
+        if (voxel.soil + outer_soil == 0 || soil.support.kind == Support::Kind::falling ||
+            (on_body && soil.support.body == body)) {
             return;
         }
         const auto gap_beside = [&](int dx, int dy, int dz) {
@@ -89,7 +91,8 @@ std::vector<Contact> find_contacts(const Model& model, const Field& field,
         contacts.push_back({x, y, z, body, g, gaps, std::max(0.0, voxel.soil + voxel.psi() - 1),
                             material,
                             relative_density(model, field, material, x, y, z, -in[0], -in[1],
-                                             -in[2], bodies[static_cast<size_t>(body)].reach)});
+                                             -in[2], bodies[static_cast<size_t>(body)].reach),
+                            on_body ? soil.support.body : -1});
     });
     return contacts;
 }

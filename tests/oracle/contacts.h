@@ -3,8 +3,9 @@
 /// grid).
 ///
 /// A voxel is a contact when the gradient is not zero there, a body owns the voxel or the one
-/// inwards of it, soil lies in it or in the one outwards, and that soil rests: so says the fullest
-/// of the voxel and the two outwards of it that are not mostly body. Inwards and outwards are along
+/// inwards of it, soil lies in it or in the one outwards, and that soil rests, on the ground or on
+/// another body: so says the fullest of the voxel and the two outwards of it that are not mostly
+/// body. Inwards and outwards are along
 /// the gradient's largest component (z before x before y on a tie).
 #pragma once
 
@@ -26,6 +27,7 @@ struct Contact {
     double excess = 0;  ///< soil beyond the voxel's room
     int material = 0;
     double relative_density = -1;  ///< of the soil along the way out; -1 where density is fixed
+    int carrier = -1;              ///< body that the soil rests on; -1: the ground
 };
 
 /// Of all voxels, by z, then y, then x.

@@ -58,6 +58,22 @@ std::vector<Span> height_spans(const Model& model, const Field& field, int x, in
     return spans;
 }
 
+int base_of(const Model& model, const Field& field, std::span<const Body> bodies, const Span& span,
+            int x, int y) {
+    const int below = static_cast<int>(span.bottom) - 1;
+    if (span.kind != Span::Kind::piled || below < 0) return -1;
+    const Voxel& voxel = field.at(x, y, below);
+    if (voxel.psi() < model.solid_coverage || voxel.bodies <= voxel.terrain || voxel.owner < 0)
+        return -1;
+    return bodies[static_cast<size_t>(voxel.owner)].moves ? voxel.owner : -1;
+}
+
+bool is_top_free(const Field& field, const Span& span, int x, int y) {
+    const int z = std::min(field.nz - 1, static_cast<int>(span.top));
+    return !(field.at(x, y, z).bodies > 0) &&
+           (z + 1 >= field.nz || !(field.at(x, y, z + 1).bodies > 0));
+}
+
 double free_surface(const Model& model, const Field& field, const std::vector<Span>& spans, int x,
                     int y) {
     const auto covered = [&](int z) { return z < field.nz && field.at(x, y, z).bodies > 0; };

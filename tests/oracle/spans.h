@@ -14,6 +14,7 @@
 /// - edge spans depend on two columns and are made by slip_soil (slippage.h).
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "oracle/field.h"
@@ -33,5 +34,12 @@ std::vector<Span> height_spans(const Model& model, const Field& field, int x, in
 /// at it or the next.
 double free_surface(const Model& model, const Field& field, const std::vector<Span>& spans, int x,
                     int y);
+
+/// What a piled span stands on: a body that may move, by its index; -1: anything else.
+int base_of(const Model& model, const Field& field, std::span<const Body> bodies, const Span& span,
+            int x, int y);
+
+/// Whether no body covers the voxel of a span's top or the next.
+bool is_top_free(const Field& field, const Span& span, int x, int y);
 
 }  // namespace oracle

@@ -20,7 +20,9 @@ TEST_P(Spans, follow_the_oracle) {
         bare.at(x, y, z).bodies = 0;
         bare.at(x, y, z).support = {};
     });
+    const std::vector<oracle::Body> bodies = bench.oracle_bodies();
     bool lost = false;
+    int carried_count = 0;
     for (int y = 0; y < field.ny; ++y) {
         for (int x = 0; x < field.nx; ++x) {
             SCOPED_TRACE(testing::Message() << "column " << x << " " << y);
@@ -38,6 +40,12 @@ TEST_P(Spans, follow_the_oracle) {
                                                    : expected[i].kind == Kind::piled ? kSpanPiled
                                                                                      : kSpanFalling)
                     << "span " << i;
+                const int base = oracle::base_of(model, field, bodies, expected[i], x, y);
+                const bool is_free = base >= 0 && oracle::is_top_free(field, expected[i], x, y);
+                EXPECT_EQ(got[kColumnBase + i / 2] >> (i % 2 * 16) & 0xffff,
+                          base + 1 + (is_free ? kBaseFree : 0))
+                    << "span " << i;
+                carried_count += base >= 0;
             }
             const double surface = oracle::free_surface(model, field, expected, x, y);
             const double covered =
@@ -47,6 +55,7 @@ TEST_P(Spans, follow_the_oracle) {
         }
     }
     EXPECT_EQ((bench.result_status() & kStatusSpansFull) != 0, lost);
+    EXPECT_GT(carried_count, 0);
 }
 
 TEST_P(Spans, have_the_same_bits_on_gl) {
@@ -58,6 +67,8 @@ TEST_P(Spans, have_the_same_bits_on_gl) {
                 const std::vector<int32_t> column = bench.read_column(x, y);
                 words.insert(words.end(), column.begin(),
                              column.begin() + 1 + column[0] * kSpanWords);
+                for (int i = 0; i < column[0]; ++i)
+                    words.push_back(column[kColumnBase + i / 2] >> (i % 2 * 16) & 0xffff);
                 words.push_back(bench.read_surface(x, y));
             }
         }

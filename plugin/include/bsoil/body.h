@@ -58,12 +58,14 @@ struct SoilBody {
 /// A voxel in which a body's surface and soil meet, at the end of a step. World axes, SI.
 struct ContactVoxel {
     int body = 0;        ///< SoilBody::id
+    int carrier = -1;    ///< SoilBody::id of the body that its soil rests on; -1: the ground
     Vec3 center_m;       ///< the voxel's centre: tells voxels apart from step to step
     Vec3 position_m;     ///< a point on the surface within the voxel
     Vec3 normal;         ///< unit, out of the body (into the soil): of the shape's face there
     double area_m2 = 0;  ///< of that face in this voxel, from the gradient of the coverage field
-    double depth_m = 0;  ///< below the local free surface of the soil; >= 0
-    double gap_m = 0;    ///< to the soil beside the face, where that has drawn back; 0..2 voxels
+    /// Below the local free surface of the soil, of the same carrier's where one carries it; >= 0.
+    double depth_m = 0;
+    double gap_m = 0;  ///< to the soil beside the face, where that has drawn back; 0..2 voxels
     /// Excess soil per area, beyond what is under way through the voxel: elastic push-in of the
     /// surface; >= 0.
     double compression_m = 0;

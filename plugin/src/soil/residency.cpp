@@ -334,6 +334,32 @@ std::span<const int32_t> Soil::Impl::surface_heights(int index) {
     return tile.packed->surface;
 }
 
+std::span<const int32_t> Soil::Impl::carried_surface(int index, int carrier) {
+    carried_tops.assign(kTileColumns, kBare);
+    // Bodies that may move keep the tiles with their soil awake.
+    if (!tiles[index] || tiles[index]->slot < 0) {
+        return carried_tops;
+    }
+    const size_t first = static_cast<size_t>(tiles[index]->slot) * kTileColumns;
+    for (int c = 0; c < kTileColumns; ++c) {
+        const int32_t* column = &tile_spans[(first + c) * kColumnWords];
+        for (int i = 0; i < column[0]; ++i) {
+            const auto pair = static_cast<uint32_t>(column[kColumnBase + i / 2]);
+            const int base = static_cast<int>(pair >> (i % 2 * 16) & 0xffff);
+            if ((base & kBaseBody) != carrier + 1) {
+                continue;
+            }
+            const int32_t bottom = column[1 + i * kSpanWords], top = column[2 + i * kSpanWords];
+            if (top > bottom) {
+                carried_tops[c] = (base & kBaseFree) != 0 ? top : kCovered - top;
+            } else if (carried_tops[c] == kBare && (base & kBaseFree) != 0) {
+                carried_tops[c] = kBareTop - top;
+            }
+        }
+    }
+    return carried_tops;
+}
+
 const TileVoxels& Soil::Impl::sampled_voxels(int index) const {
     const uint64_t revision = tiles[index] ? tiles[index]->revision : revision_base;
     if (index != sampled_tile || revision != sampled_revision) {

@@ -92,6 +92,10 @@ struct StepBody {
     }
 };
 
+/// In place of a column's height where the soil that a body carries has none: nothing of it there,
+/// or only the body's own top (kBareTop less its height).
+inline constexpr int32_t kBare = INT32_MIN + 1, kBareTop = -(1 << 30);
+
 /// A work list whose entries lie in Buffer::block_list.
 struct ListedWork : device::WorkList {
     int list_offset = 0;  ///< of group 0's entry, SoilParams::list_offset
@@ -134,6 +138,7 @@ struct Soil::Impl {
         contact_step;                 ///< by device block: the last step it was in that list
     std::vector<int64_t> woken_step;  ///< by slot: when it woke
     std::vector<int32_t> block_words, flag_words, shape_words, result_head, result_words, tile_tops;
+    std::vector<int32_t> tile_spans, carried_tops;
     std::vector<std::pair<BlockKey, int64_t>> active_scratch;
     std::vector<std::unordered_map<BlockKey, int64_t>::node_type>
         active_spare;  ///< entries that fell out of `active`
@@ -142,7 +147,8 @@ struct Soil::Impl {
     std::vector<BlockKey> block_scratch, fresh_blocks;
     std::vector<StepBody> body_scratch;
     std::vector<Aabb> shape_boxes;
-    int contacts_expected = 0;  ///< contact records that read_back() asks for
+    int contacts_expected = 0;    ///< contact records that read_back() asks for
+    bool spans_expected = false;  ///< whether it asks for the spans: some soil lies on bodies
     mutable std::vector<device::ReadRange> read_scratch;
     std::vector<int> contact_order, surface_queue;
     struct SurfaceSum {
@@ -209,6 +215,8 @@ struct Soil::Impl {
     /// Surface heights of a tile's columns [Q16 voxels], awake (as read_back() found them) or
     /// asleep; under a body see kCovered.
     std::span<const int32_t> surface_heights(int index);
+    /// The same of the soil that a body (by its index) carries; kBare or kBareTop without any.
+    std::span<const int32_t> carried_surface(int index, int carrier);
     void activate(BlockKey block);
 
     // --- fill.cpp, terrain.cpp
@@ -257,9 +265,11 @@ struct Soil::Impl {
     double depth_below_surface_m(const ContactVoxel& contact, Column column, Vec3 grid_normal,
                                  const StepBody& body) const;
     void read_activity();
-    void find_free_surface();
-    void find_surface_reach();
-    void find_surface_tiles();
+    void add_contacts(std::span<const int> order, int carrier);
+    void find_free_surface(std::span<const int> order, int carrier);
+    void find_surface_reach(std::span<const int> order);
+    void lay_bare_tops();
+    void find_surface_tiles(std::span<const int> order);
     void sum_up_free_surface();
     /// Height of the free surface [voxels] that counts for a surface element of a body at `at`
     /// (grid voxels) in the column (x, y): the mean over the soil that would give way to it.

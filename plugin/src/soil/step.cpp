@@ -831,7 +831,10 @@ void Soil::Impl::read_back() {
     tile_table.resize(static_cast<size_t>(slot_count) * kTileTableWords);
     tile_tops.resize(contact_work.group_count > 0 ? static_cast<size_t>(slot_count) * kTileColumns
                                                   : 0);
+    const size_t span_words = static_cast<size_t>(slot_count) * kTileColumns * kColumnWords;
+    tile_spans.resize(spans_expected && contact_work.group_count > 0 ? span_words : 0);
     const device::ReadRange ranges[] = {
+        {Buffer::spans, 0, tile_spans},
         {Buffer::result, 0, result_head},
         {Buffer::result, params.contact_offset, result_words},
         {Buffer::block_flags, static_cast<int64_t>(kFlagChanged * blocks), flag_words},
@@ -850,6 +853,15 @@ void Soil::Impl::read_back() {
                      std::span(result_words).subspan(static_cast<size_t>(known)));
     }
     contacts_expected = count + count / 4 + kContactsMore;
+    spans_expected = false;
+    for (int i = 0; i < count && !spans_expected; ++i) {
+        spans_expected =
+            result_words[static_cast<size_t>(i) * kContactWords + kContactCarrier] != kOnGround;
+    }
+    if (spans_expected && tile_spans.size() < span_words) {
+        tile_spans.resize(span_words);
+        device->read(Buffer::spans, 0, tile_spans);
+    }
 }
 
 void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
@@ -873,8 +885,14 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
     for (int i = 0; i < count; ++i) {
         contact_order[i] = i;
     }
-    // The device appends in any order.
+    // The device appends in any order. Those of soil on the ground first, then body by body.
+    const auto carrier_of = [&](int i) {
+        return result_words[static_cast<size_t>(i) * kContactWords + kContactCarrier];
+    };
     std::sort(contact_order.begin(), contact_order.end(), [&](int a, int b) {
+        if (carrier_of(a) != carrier_of(b)) {
+            return carrier_of(a) < carrier_of(b);
+        }
         return std::lexicographical_compare(
             &result_words[a * kContactWords], &result_words[a * kContactWords] + 4,
             &result_words[b * kContactWords], &result_words[b * kContactWords] + 4);
@@ -883,13 +901,26 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
     if (contacts.capacity() < 2 * contact_order.size()) {
         contacts.reserve(4 * contact_order.size());
     }
-    find_free_surface();
     body_inputs.assign(body_ids.size(), nullptr);
     for (const StepBody& body : step_bodies) {
         body_inputs[static_cast<size_t>(body.track->index)] = &body;
     }
+    const std::span<const int> all = contact_order;
+    for (size_t first = 0; first < all.size();) {
+        size_t end = first + 1;
+        while (end < all.size() && carrier_of(all[end]) == carrier_of(all[first])) {
+            ++end;
+        }
+        add_contacts(all.subspan(first, end - first), carrier_of(all[first]));
+        first = end;
+    }
+}
+
+// Those of the soil that one body carries, or the ground.
+void Soil::Impl::add_contacts(std::span<const int> order, int carrier) {
+    find_free_surface(order, carrier);
     const double voxel = frame.voxel_m;
-    for (int i : contact_order) {
+    for (int i : order) {
         const int32_t* c = &result_words[static_cast<size_t>(i) * kContactWords];
         const Vec3 gradient{static_cast<double>(c[4]), static_cast<double>(c[5]),
                             static_cast<double>(c[6])};
@@ -898,6 +929,7 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
             steep / (2.0 * kVoxelFull);  // area of surface in this voxel / voxel face
         ContactVoxel contact;
         contact.body = body_ids[c[3]];
+        contact.carrier = carrier == kOnGround ? -1 : body_ids[carrier];
         const StepBody* body = body_inputs[static_cast<size_t>(c[3])];
         if (!body) {
             continue;
@@ -1000,17 +1032,13 @@ double Soil::Impl::depth_below_surface_m(const ContactVoxel& contact, Column col
     return std::max(0.0, surface - at.z) * frame.voxel_m;
 }
 
-// Height of the soil's free surface around the contacts, and its sums; at a column under a body
-// that of the nearest column that is not. A breadth-first walk over the columns around the
-// contacts.
-void Soil::Impl::find_free_surface() {
-    surface_height.clear();
-    if (contact_order.empty()) {
-        return;
-    }
-    find_surface_reach();
+// Height of the free surface of the soil that `carrier` carries around its contacts, and its sums;
+// at a column under a body that of the nearest column that is not. A breadth-first walk over the
+// columns around the contacts.
+void Soil::Impl::find_free_surface(std::span<const int> order, int carrier) {
+    find_surface_reach(order);
     int low[2] = {INT32_MAX, INT32_MAX}, high[2] = {-1, -1};
-    for (int i : contact_order) {
+    for (int i : order) {
         for (int axis = 0; axis < 2; ++axis) {
             const int at = result_words[static_cast<size_t>(i) * kContactWords + axis];
             low[axis] = std::min(low[axis], at);
@@ -1024,7 +1052,7 @@ void Soil::Impl::find_free_surface() {
     }
     surface_height.assign(static_cast<size_t>(surface_size[0]) * surface_size[1], kNotLookedAt);
     surface_queue.clear();
-    find_surface_tiles();
+    find_surface_tiles(order);
     const int tx0 = surface_low[0] / kTileSide, ty0 = surface_low[1] / kTileSide;
     const int tx1 = (surface_low[0] + surface_size[0] - 1) / kTileSide;
     const int ty1 = (surface_low[1] + surface_size[1] - 1) / kTileSide;
@@ -1035,7 +1063,9 @@ void Soil::Impl::find_free_surface() {
             }
             // Tiles asleep count as they would awake: what wakes them must not change the contacts
             // of a body at rest.
-            const std::span<const int32_t> heights = surface_heights(tile_index(tx, ty));
+            const std::span<const int32_t> heights =
+                carrier == kOnGround ? surface_heights(tile_index(tx, ty))
+                                     : carried_surface(tile_index(tx, ty), carrier);
             for (int c = 0; c < kTileColumns; ++c) {
                 const int x = tx * kTileSide + c % kTileSide - surface_low[0];
                 const int y = ty * kTileSide + c / kTileSide - surface_low[1];
@@ -1047,6 +1077,9 @@ void Soil::Impl::find_free_surface() {
                 }
             }
         }
+    }
+    if (carrier != kOnGround) {
+        lay_bare_tops();
     }
     sum_up_free_surface();
     for (size_t head = 0; head < surface_queue.size(); ++head) {
@@ -1066,13 +1099,32 @@ void Soil::Impl::find_free_surface() {
     }
 }
 
+// A carrier's own top is where its soil ends, as the bed around a heap is; not so what stands above
+// all of that soil, as a bed's walls.
+void Soil::Impl::lay_bare_tops() {
+    int32_t highest = 0;
+    for (const int32_t height_q16 : surface_height) {
+        highest = std::max(highest, height_q16);
+    }
+    for (size_t i = 0; i < surface_height.size(); ++i) {
+        int32_t& at = surface_height[i];
+        if (at > kBareTop || at <= kBare) {
+            continue;
+        }
+        at = kBareTop - at < highest ? kBareTop - at : kBare;
+        if (at >= 0) {
+            surface_queue.push_back(static_cast<int>(i));
+        }
+    }
+}
+
 // How far the wedges before a body's walls can reach: the body's contacts go from the soil's
 // surface down to its lowest point.
-void Soil::Impl::find_surface_reach() {
+void Soil::Impl::find_surface_reach(std::span<const int> order) {
     constexpr int kNone = -1;
     std::vector<std::pair<int, int>>& range = body_contact_range;
     range.assign(body_ids.size(), {kNone, kNone});
-    for (int i : contact_order) {
+    for (int i : order) {
         const int32_t* c = &result_words[static_cast<size_t>(i) * kContactWords];
         auto& [low, high] = range[static_cast<size_t>(c[3])];
         low = low == kNone ? c[2] : std::min(low, c[2]);
@@ -1089,13 +1141,13 @@ void Soil::Impl::find_surface_reach() {
 }
 
 // Marks the tiles within reach of a contact.
-void Soil::Impl::find_surface_tiles() {
+void Soil::Impl::find_surface_tiles(std::span<const int> order) {
     const int reach = (surface_reach + kTileSide - 1) / kTileSide;
     const int low[2] = {surface_low[0] / kTileSide, surface_low[1] / kTileSide};
     const int nx = (surface_low[0] + surface_size[0] - 1) / kTileSide - low[0] + 1;
     const int ny = (surface_low[1] + surface_size[1] - 1) / kTileSide - low[1] + 1;
     surface_tiles.assign(static_cast<size_t>(nx) * ny, 0);
-    for (int i : contact_order) {
+    for (int i : order) {
         const int32_t* at = &result_words[static_cast<size_t>(i) * kContactWords];
         const int tx = at[0] / kTileSide - low[0], ty = at[1] / kTileSide - low[1];
         if (surface_tiles[static_cast<size_t>(ty) * nx + tx] == 1) {
@@ -1125,7 +1177,7 @@ void Soil::Impl::sum_up_free_surface() {
             if (height_q16 >= 0) {
                 row.height += height_q16 / 65536.0;
                 row.count += 1;
-            } else if (height_q16 != kNotLookedAt) {
+            } else if (height_q16 > kBareTop) {
                 row.covered_height += (kCovered - height_q16) / 65536.0;
                 row.covered_count += 1;
             }
@@ -1150,8 +1202,10 @@ Soil::Impl::SurfaceSum Soil::Impl::surface_sum(double x, double y) const {
 
 double Soil::Impl::free_surface_beside(int x, int y, Vec3 at, Vec3 outward, size_t body) const {
     const int nx = surface_size[0], ny = surface_size[1];
-    const double nearest =
-        surface_height[static_cast<size_t>(y - surface_low[1]) * nx + x - surface_low[0]] / 65536.0;
+    const int32_t here =
+        surface_height[static_cast<size_t>(y - surface_low[1]) * nx + x - surface_low[0]];
+    // Where all of it lies under bodies there is no free surface.
+    const double nearest = here < 0 ? at.z : here / 65536.0;
     // Before a wall the wedge counts, under a sole what lies around it as far as it is wide.
     const double wall = outward.x * outward.x + outward.y * outward.y;
     const double sole = 1 - wall;
