@@ -1,0 +1,54 @@
+// Soil's rows in each of Bullet's solvers.
+#include <BulletDynamics/MLCPSolvers/btDantzigSolver.h>
+#include <BulletDynamics/MLCPSolvers/btMLCPSolver.h>
+#include <BulletDynamics/MLCPSolvers/btSolveProjectedGaussSeidel.h>
+
+#include "sand_bed.h"
+
+namespace bsoil::bullet {
+namespace {
+
+/// Height at which a box of 20 kg comes to rest on sand.
+struct Rest {
+    double height_m = 0;
+    bool is_asleep = false;
+};
+
+Rest rest_of_a_box(btConstraintSolver& solver) {
+    btDefaultCollisionConfiguration configuration;
+    btCollisionDispatcher dispatcher(&configuration);
+    btDbvtBroadphase broadphase;
+    btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
+    world.setGravity(btVector3(0, btScalar(-kGravity_m_s2), 0));
+    const auto soil = sand_bed(world);
+    btBoxShape shape(btVector3(btScalar(0.2), btScalar(0.2), btScalar(0.2)));
+    btVector3 inertia;
+    shape.calculateLocalInertia(20, inertia);
+    btRigidBody box(20, nullptr, &shape, inertia);
+    place(box, btVector3(0, btScalar(kBedTopM + 0.25), 0));
+    world.addRigidBody(&box);
+    for (int i = 0; i < 240; ++i) world.stepSimulation(btScalar(1) / 60, 0);
+    const Rest rest{height_of(box), !box.isActive()};
+    world.removeRigidBody(&box);
+    return rest;
+}
+
+TEST(Solvers, let_a_box_rest_at_one_height) {
+    btSequentialImpulseConstraintSolver sequential;
+    const Rest expected = rest_of_a_box(sequential);
+    EXPECT_TRUE(expected.is_asleep);
+    btDantzigSolver dantzig;
+    btMLCPSolver direct(&dantzig);
+    btSolveProjectedGaussSeidel gauss_seidel;
+    btMLCPSolver iterative(&gauss_seidel);
+    for (btMLCPSolver* solver : {&direct, &iterative}) {
+        const Rest rest = rest_of_a_box(*solver);
+        EXPECT_TRUE(rest.is_asleep);
+        // The solvers differ in how far they get in the first touch.
+        EXPECT_NEAR(rest.height_m, expected.height_m, 1e-3);
+    }
+    EXPECT_EQ(iterative.getNumFallbacks(), 0);
+}
+
+}  // namespace
+}  // namespace bsoil::bullet
