@@ -12,10 +12,20 @@ void note_base(int record, int index, int base) {
     spans[at] = (index & 1) == 0 ? base : spans[at] | (base << 16);
 }
 
-// Top of the topmost resting soil of a column (Q16) as if there were no bodies; column_surface_q16() says the same of
-// tiles asleep. end: voxels from here on hold no soil.
+CONST_INT(kNotBare, -1)
+
+// Whether a piled span's top can be the ground's surface: bare terrain is none, the bare floor is.
+bool is_surface(int bottom, int top) { return top > bottom || bottom == 0; }
+
+// Whether terrain that begins in voxel z covers the soil below it: there is no room for a body between them.
+bool is_on_top(int z, int top) { return z <= (top >> 16) + 1; }
+
+// Surface word of a column (see kCovered) as if there were no bodies; column_surface_q16() says the same of tiles asleep.
+// end: voxels from here on hold no soil.
 int surface_without_bodies(int column, int end) {
     int surface = 0;
+    int bare = kNotBare;     // top of the terrain that covers that surface
+    bool climbs = false;     // going up in it
     int bottom = 0;
     int top = 0;
     int kind = kSpanPiled;
@@ -26,8 +36,14 @@ int surface_without_bodies(int column, int end) {
         int base = z * kVoxelFull;
         bool hangs = volume >= kVoxelFull && terrain == 0;
         int least = volume + terrain >= kVoxelFull - kSupportSlack ? kVoxelFull : 0;
+        bare = climbs && terrain > 0 ? base + terrain : bare;
+        climbs = climbs && terrain >= kSolidCoverage;
         if (terrain >= kSolidCoverage) {
-            surface = kind == kSpanPiled ? top : surface;
+            if (kind == kSpanPiled && is_surface(bottom, top)) {
+                surface = top;
+                climbs = is_on_top(z, top);
+                bare = climbs ? base + terrain : kNotBare;
+            }
             kind = kSpanRigid;
         } else if (kind == kSpanRigid) {
             kind = kSpanPiled;
@@ -37,14 +53,20 @@ int surface_without_bodies(int column, int end) {
             if (top == base && volume + terrain > 0) {
                 top = base + min(kVoxelFull, max(least, volume + (bottom == base ? terrain : 0)));
             } else if (hangs) {
-                surface = top;
+                if (is_surface(bottom, top)) {
+                    surface = top;
+                    bare = kNotBare;
+                }
                 kind = kSpanFalling;
             }
         } else {
             kind = hangs ? kSpanFalling : 0;
         }
     }
-    return kind == kSpanPiled ? top : surface;
+    if (kind == kSpanPiled && is_surface(bottom, top)) {
+        return top;
+    }
+    return bare == kNotBare ? surface : kTerrainTop - bare;
 }
 
 // The multi-level heightfield, thesis Tables 1 to 3 and (30): the sorted height spans of every column. The vertical index
@@ -68,6 +90,8 @@ void build_spans(int group, int lane) {
     int carrier = 0;         // index + 1 of that body if it may move
     int surface = 0;         // of the topmost piled span of the ground
     bool surface_free = true;
+    int bare = kNotBare;     // see surface_without_bodies()
+    bool climbs = false;
     bool lost = false;
     for (int z = 0; z <= end; ++z) {
         int voxel = column + z * kTileColumns;
@@ -79,6 +103,8 @@ void build_spans(int group, int lane) {
         int base = z * kVoxelFull;
         int next = 0;        // kind of span that starts with this voxel; 0 = none
         bool ends = false;
+        bare = climbs && terrain > 0 ? base + min(kVoxelFull, terrain) : bare;
+        climbs = climbs && terrain >= kSolidCoverage;
         if (!inside) {
             ends = true;
         } else if (coverage >= kSolidCoverage) {
@@ -128,8 +154,10 @@ void build_spans(int group, int lane) {
             } else {
                 lost = true;
             }
-            if (kind == kSpanPiled && !on_body) {
+            if (kind == kSpanPiled && !on_body && is_surface(bottom, top)) {
                 surface = top;
+                climbs = terrain >= kSolidCoverage && is_on_top(z, top);
+                bare = climbs ? base + min(kVoxelFull, terrain) : kNotBare;
                 surface_free = is_top_free(column, top);
             }
             kind = 0;
@@ -162,7 +190,14 @@ void build_spans(int group, int lane) {
         spans[record + kColumnSpeed + kSpanCapacity + i] = 0;
     }
     int tops = (params.plane_stride / params.height) * kColumnWords;
-    spans[tops + slot * kTileColumns + lane] = surface_free ? surface : kCovered - surface_without_bodies(column, end);
+    int word = surface;
+    if (bare != kNotBare) {
+        word = kTerrainTop - bare;
+    } else if (!surface_free) {
+        word = surface_without_bodies(column, end);
+        word = word < 0 ? word : kCovered - word;
+    }
+    spans[tops + slot * kTileColumns + lane] = word;
     if (lost) {
         ATOMIC_OR(result[kResultStatus], kStatusSpansFull);
     }

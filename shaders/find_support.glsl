@@ -1,5 +1,6 @@
 // What each voxel's soil rests on: nothing, the ground, or a body that may move. One group per tile, a lane a column.
-// Soil is supported when everything below it is full, down to the floor, terrain or a body.
+// Soil is supported when everything below it is full, down to the floor, terrain or a body. What is mostly solid carries
+// whether or not there is soil in the rest of it: nothing can fall into it.
 // Reads: coverage, owner, terrain, volume. Writes: support, top of the tile.
 void find_support(int group, int lane) {
     int entry = block_list[params.list_offset + group];
@@ -22,7 +23,8 @@ void find_support(int group, int lane) {
         if (volume > 0) {
             top = z + 1;
         }
-        if (bodies + terrain >= kSolidCoverage) {
+        bool solid = bodies + terrain >= kSolidCoverage;
+        if (solid) {
             below = kSupportGround;
             if (bodies > terrain) {
                 int body = owner_body(state_at(kPlaneOwner, voxel));
@@ -36,7 +38,7 @@ void find_support(int group, int lane) {
             set_state(kPlaneSupport, voxel, support);
         }
         int slack = below >= kSupportBody ? kCarrySlack : kSupportSlack;
-        if (volume + min(kVoxelFull, bodies + terrain) < kVoxelFull - slack) {
+        if (!solid && volume + bodies + terrain < kVoxelFull - slack) {
             below = kSupportNone;
         }
     }

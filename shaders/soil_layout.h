@@ -101,8 +101,9 @@ CONST_INT(kColumnBase, 44)
 CONST_INT(kBaseFree, 32768)
 CONST_INT(kBaseBody, 32767)
 // After all columns: one word a column, the height of the topmost resting soil (Q16), or kCovered less that height (as if
-// there were no bodies) where a body stands on it.
+// there were no bodies) where a body stands on it, or kTerrainTop less the height of the terrain where that covers the soil.
 CONST_INT(kCovered, -1)
+CONST_INT(kTerrainTop, -268435456)    // below every height: 4096 voxels
 // Relative density of a contact whose soil has a fixed density.
 CONST_INT(kDensityFixed, -1)
 CONST_INT(kSpanRigid, 1)

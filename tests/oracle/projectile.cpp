@@ -56,7 +56,8 @@ Field find_support(const Model& model, const Field& before, std::span<const Body
                 after.at(x, y, z).support = voxel.soil > 0 ? below : Support{};
                 const double slack =
                     below.kind == Support::Kind::body ? model.carry_slack : model.support_slack;
-                if (voxel.soil + voxel.psi() < 1 - slack) {
+                const bool solid = voxel.psi() >= model.solid_coverage;
+                if (!solid && voxel.soil + voxel.psi() < 1 - slack) {
                     below = {};
                 }
             }

@@ -74,19 +74,32 @@ bool is_top_free(const Field& field, const Span& span, int x, int y) {
            (z + 1 >= field.nz || !(field.at(x, y, z + 1).bodies > 0));
 }
 
-double free_surface(const Model& model, const Field& field, const std::vector<Span>& spans, int x,
-                    int y) {
+FreeSurface free_surface(const Model& model, const Field& field, const std::vector<Span>& spans,
+                         int x, int y) {
     const auto covered = [&](int z) { return z < field.nz && field.at(x, y, z).bodies > 0; };
+    const auto rock = [&](int z) {
+        return z < field.nz && field.at(x, y, z).terrain >= model.solid_coverage;
+    };
     for (auto span = spans.rbegin(); span != spans.rend(); ++span) {
         const int below = static_cast<int>(span->bottom) - 1;
         const bool on_body = below >= 0 && field.at(x, y, below).psi() >= model.solid_coverage &&
                              field.at(x, y, below).bodies > field.at(x, y, below).terrain;
-        if (span->kind == Span::Kind::piled && !on_body) {
-            const int z = std::min(field.nz - 1, static_cast<int>(span->top));
-            return covered(z) || covered(z + 1) ? -1 : span->top;
+        const bool empty = below >= 0 && span->top == span->bottom;
+        if (span->kind != Span::Kind::piled || on_body || empty) continue;
+        const int z = static_cast<int>(span->top);
+        // Rock on it, or with no more than a voxel's room between them.
+        const bool at_top = z < field.nz && field.at(x, y, z).psi() >= model.solid_coverage;
+        int high = at_top ? z : z + 1;
+        if (!rock(high)) {
+            const bool hidden = covered(std::min(field.nz - 1, z)) || covered(z + 1);
+            return {hidden ? FreeSurface::Kind::covered : FreeSurface::Kind::free, span->top};
         }
+        while (rock(high)) ++high;
+        const double last = field.at(x, y, high - 1).terrain;
+        const double part = high < field.nz ? field.at(x, y, high).terrain : 0;
+        return {FreeSurface::Kind::bare, part > 0 ? high + part : high - 1 + last};
     }
-    return 0;
+    return {};
 }
 
 }  // namespace oracle

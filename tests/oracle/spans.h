@@ -30,10 +30,17 @@ struct Span {
 /// Of one column, bottom-up. More than model.span_capacity may come back.
 std::vector<Span> height_spans(const Model& model, const Field& field, int x, int y);
 
-/// Height of the topmost piled span that does not stand on a body; -1 where a body covers the voxel
-/// at it or the next.
-double free_surface(const Model& model, const Field& field, const std::vector<Span>& spans, int x,
-                    int y);
+struct FreeSurface {
+    /// covered: a body covers the voxel at it or the next. bare: terrain does, and the height is
+    /// the terrain's.
+    enum class Kind { free, covered, bare };
+    Kind kind = Kind::free;
+    double height = 0;
+};
+
+/// Top of the topmost piled span that does not stand on a body and is not bare terrain.
+FreeSurface free_surface(const Model& model, const Field& field, const std::vector<Span>& spans,
+                         int x, int y);
 
 /// What a piled span stands on: a body that may move, by its index; -1: anything else.
 int base_of(const Model& model, const Field& field, std::span<const Body> bodies, const Span& span,

@@ -22,7 +22,7 @@ TEST_P(Spans, follow_the_oracle) {
     });
     const std::vector<oracle::Body> bodies = bench.oracle_bodies();
     bool lost = false;
-    int carried_count = 0;
+    int carried_count = 0, bare_count = 0, covered_count = 0;
     for (int y = 0; y < field.ny; ++y) {
         for (int x = 0; x < field.nx; ++x) {
             SCOPED_TRACE(testing::Message() << "column " << x << " " << y);
@@ -47,15 +47,25 @@ TEST_P(Spans, follow_the_oracle) {
                     << "span " << i;
                 carried_count += base >= 0;
             }
-            const double surface = oracle::free_surface(model, field, expected, x, y);
-            const double covered =
-                oracle::free_surface(model, bare, oracle::height_spans(model, bare, x, y), x, y);
-            EXPECT_EQ(bench.read_surface(x, y),
-                      surface < 0 ? kCovered - covered * kVoxelFull : surface * kVoxelFull);
+            using Kind = oracle::FreeSurface::Kind;
+            oracle::FreeSurface surface = oracle::free_surface(model, field, expected, x, y);
+            const bool covered = surface.kind == Kind::covered;
+            if (covered) {
+                surface = oracle::free_surface(model, bare, oracle::height_spans(model, bare, x, y),
+                                               x, y);
+            }
+            const double height = surface.height * kVoxelFull;
+            EXPECT_EQ(bench.read_surface(x, y), surface.kind == Kind::bare ? kTerrainTop - height
+                                                : covered                  ? kCovered - height
+                                                                           : height);
+            bare_count += surface.kind == Kind::bare;
+            covered_count += covered;
         }
     }
     EXPECT_EQ((bench.result_status() & kStatusSpansFull) != 0, lost);
     EXPECT_GT(carried_count, 0);
+    EXPECT_GT(bare_count, 0);
+    EXPECT_GT(covered_count, 0);
 }
 
 TEST_P(Spans, have_the_same_bits_on_gl) {

@@ -393,6 +393,18 @@ StatePlanes Scenario::planes(const StageBench& bench) const {
             }
         }
     }
+    // Pillars of rock that stick out of the soil and end within a voxel.
+    for (int column = 7; column < nx * ny; column += 41) {
+        const int x = column % nx, y = column / nx;
+        const double top = nz * 0.5 + 0.3 * (column % 13);
+        for (int z = 0; z < nz; ++z) {
+            const double terrain = std::clamp(top - z, 0.0, 1.0);
+            for (int plane = 0; terrain > 0 && plane < planes.plane_count; ++plane) {
+                planes.at(plane, x, y, z) =
+                    plane == kPlaneTerrain ? static_cast<int>(terrain * kVoxelFull) : 0;
+            }
+        }
+    }
     return planes;
 }
 

@@ -48,7 +48,12 @@ struct SoilBody {
     /// Width of its contact with the soil so far: soil counts for ContactVoxel::relative_density to
     /// half as far from the body (1..8 voxels). >= 0
     double contact_width_m = 0;
-    bool is_static = false;  ///< never moves: velocity ignored
+    /// Never moves: velocity ignored. At rest it is a *ground body*: the soil treats it as terrain,
+    /// wakes no tile for it, and gives it no contacts. Soil that lies where it is put is buried: it
+    /// is counted by Soil::totals() and comes back when the body goes. If its pose changes after
+    /// all, it pushes soil like a body without velocity until it has stood still for 30 steps; a
+    /// jump of more than SoilDef::substeps_max voxels puts it down anew.
+    bool is_static = false;
     bool may_leave = false;  ///< that it is out of the grid is not reported: another soil has it
     SurfaceFriction surface;
     const std::vector<ConvexShape>* shapes = nullptr;  ///< must outlive the call

@@ -60,7 +60,8 @@ struct SettleReport {
     StepReport last_step;      ///< of the last step it made; as new where it made none
 };
 
-/// Totals that never change but by fills. Units are integers: sums are exact.
+/// Totals that never change but by fills, with the soil that lies buried in ground bodies (see
+/// SoilBody::is_static). Units are integers: sums are exact.
 struct SoilTotals {
     std::vector<int64_t> units;   ///< per material
     std::vector<double> mass_kg;  ///< per material
@@ -69,7 +70,7 @@ struct SoilTotals {
 /// What lies at one voxel, for meshing, tests and tools.
 struct VoxelSample {
     double volume = 0;         ///< soil, fraction of a voxel (above 1: compressed)
-    double coverage = 0;       ///< static terrain and static part of bodies, 0..1
+    double coverage = 0;       ///< terrain and ground bodies, 0..1
     int material = 0;          ///< the one with the largest amount
     double density_kg_m3 = 0;  ///< bulk density: mass / volume
     Vec3 velocity_m_s;         ///< world axes
@@ -150,17 +151,20 @@ class Soil {
     /// Samples are read through a cache of tiles, refreshed after each step: cheap in bulk.
     VoxelSample sample(int x, int y, int z) const;
     /// World height (along up, from the grid's floor) [m] of the topmost resting soil or terrain at
-    /// a grid column.
+    /// a grid column. Soil on a ground body rests, the body itself is no surface of the soil.
     double surface_height_m(int x, int y) const;
-    /// Soil inside a convex region of the world [kg]; used to weigh a bucket's load.
+    /// Soil inside a convex region of the world [kg], without what is buried in ground bodies; used
+    /// to weigh a bucket's load.
     double mass_inside_kg(const ConvexShape& region, const Pose& pose) const;
     /// Grows each time the soil in tile (tx, ty) of 8 x 8 columns may have changed.
     uint64_t tile_revision(int tx, int ty) const;
     /// The whole voxel column block of tile (tx, ty) at once: fractions of a voxel, index z*64 +
-    /// y*8 + x, size 64 * size[2]. For meshing: `volume` is soil, `solid` terrain and static
-    /// coverage (no moving bodies).
+    /// y*8 + x, size 64 * size[2]. For meshing: `volume` is soil, `solid` terrain and ground bodies
+    /// (no moving bodies).
     void read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
                    std::vector<uint8_t>& material) const;
+    /// The same of the terrain alone, without ground bodies.
+    void read_terrain(int tx, int ty, std::vector<float>& terrain) const;
 
     /// Snapshot of the whole soil: amounts, motion, density, what is active, what is known of the
     /// bodies. Versioned, compressed, checksummed; see snapshot_file.h.

@@ -46,6 +46,8 @@ class TileSource {
     /// As Soil::read_tile.
     virtual void read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
                            std::vector<uint8_t>& material) const = 0;
+    /// As Soil::read_terrain. Unless it is overridden, what read_tile calls solid.
+    virtual void read_terrain(int tx, int ty, std::vector<float>& terrain) const;
 };
 
 /// A Soil as a TileSource.
@@ -58,6 +60,7 @@ class SoilTiles final : public TileSource {
     uint64_t tile_revision(int tx, int ty) const override;
     void read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
                    std::vector<uint8_t>& material) const override;
+    void read_terrain(int tx, int ty, std::vector<float>& terrain) const override;
 
   private:
     const Soil& soil_;
@@ -68,7 +71,7 @@ struct SurfaceMeshDef {
     /// What is meshed.
     enum class Layer {
         soil,    ///< VoxelSample::volume; dives a little into the terrain so that no crack shows
-        terrain  ///< terrain and static coverage
+        terrain  ///< terrain; static bodies are the host's own to draw
     };
     Layer layer = Layer::soil;
     /// Also the faces on the grid's floor, which no one sees from above. With them the mesh is

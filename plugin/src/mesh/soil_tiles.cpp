@@ -13,4 +13,14 @@ void SoilTiles::read_tile(int tx, int ty, std::vector<float>& volume, std::vecto
     soil_.read_tile(tx, ty, volume, solid, material);
 }
 
+void SoilTiles::read_terrain(int tx, int ty, std::vector<float>& terrain) const {
+    soil_.read_terrain(tx, ty, terrain);
+}
+
+void TileSource::read_terrain(int tx, int ty, std::vector<float>& terrain) const {
+    std::vector<float> volume;
+    std::vector<uint8_t> material;
+    read_tile(tx, ty, volume, terrain, material);
+}
+
 }  // namespace bsoil

@@ -282,10 +282,11 @@ struct SurfaceMesher::Impl {
 
     /// True when the tile's runs are not what they were.
     bool read_columns(int tx, int ty) {
-        source.read_tile(tx, ty, volume, solid, material);
         if (def.layer == SurfaceMeshDef::Layer::terrain) {
+            source.read_terrain(tx, ty, solid);
             mesh::find_terrain_runs(solid, grid.size[2], columns);
         } else {
+            source.read_tile(tx, ty, volume, solid, material);
             mesh::find_soil_runs(volume, solid, material, grid.size[2], columns);
         }
         mesh::TileColumns& known = grid.tiles[tile_index(tx, ty)];

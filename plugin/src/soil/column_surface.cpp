@@ -8,18 +8,19 @@ namespace bsoil {
 
 using namespace layout;
 
-ColumnVoxels column_of(const TileVoxels& voxels, int column) {
+ColumnVoxels column_of(const TileVoxels& voxels, const TileVoxels& ground, int column) {
     const auto plane = [&](int p) {
         return &voxels.words[static_cast<size_t>(p) * kTileColumns *
                                  static_cast<size_t>(voxels.height) +
                              static_cast<size_t>(column)];
     };
-    return {plane(kKeptTerrain), plane(kKeptVolume), voxels.height, kTileColumns};
+    return {plane(kKeptTerrain), plane(kKeptVolume), voxels.height, kTileColumns,
+            ground.words.empty() ? nullptr : &ground.words[static_cast<size_t>(column)]};
 }
 
 ColumnProfile column_profile(const ColumnVoxels& column) {
     ColumnProfile profile;
-    bool piled = true;
+    bool piled = true, stands = true;
     for (int z = 0; z < column.height; ++z) {
         const int terrain = column.terrain_at(z);
         const int volume = column.volume_at(z);
@@ -27,17 +28,31 @@ ColumnProfile column_profile(const ColumnVoxels& column) {
         if (volume > 0 && !piled) {
             profile.hanging = z;
         }
-        if (piled && terrain + volume > 0) {
-            profile.top_q16 = z * kVoxelFull + std::min<int>(kVoxelFull, terrain + volume);
+        const int reach = z * kVoxelFull + std::min<int>(kVoxelFull, terrain + volume);
+        if (piled && terrain - column.ground_at(z) + volume > 0) {
+            profile.top_q16 = reach;
         }
-        piled = piled && terrain + volume >= kVoxelFull - kSupportSlack;
+        if (piled && volume > 0) {
+            profile.soil_q16 = reach;
+        }
+        if (stands && terrain + volume > 0) {
+            profile.stop_q16 = reach;
+        }
+        const bool carries =
+            terrain >= kSolidCoverage || terrain + volume >= kVoxelFull - kSupportSlack;
+        stands = stands && carries;
+        piled = piled && carries;
     }
+    profile.stop_q16 = std::max(profile.stop_q16, profile.soil_q16);
     return profile;
 }
 
 int32_t column_surface_q16(const ColumnVoxels& column) {
-    int surface = 0, bottom = 0, top = 0;
+    constexpr int kNotBare = -1;
+    int surface = 0, bare = kNotBare, bottom = 0, top = 0;
+    bool climbs = false;
     int kind = kSpanPiled;
+    const auto is_surface = [&] { return top > bottom || bottom == 0; };
     for (int z = 0; z < column.height; ++z) {
         const int coverage = std::min(kVoxelFull, column.terrain_at(z));
         const int volume = column.volume_at(z);
@@ -48,8 +63,14 @@ int32_t column_surface_q16(const ColumnVoxels& column) {
                                : std::min(kVoxelFull, reach));
         };
         const bool hangs = volume >= kVoxelFull && coverage == 0;
+        if (climbs && coverage > 0) bare = base + coverage;
+        climbs = climbs && coverage >= kSolidCoverage;
         if (coverage >= kSolidCoverage) {
-            if (kind == kSpanPiled) surface = top;
+            if (kind == kSpanPiled && is_surface()) {
+                surface = top;
+                climbs = z <= top / kVoxelFull + 1;
+                bare = climbs ? base + coverage : kNotBare;
+            }
             kind = kSpanRigid;
         } else if (kind == kSpanRigid) {
             kind = kSpanPiled;
@@ -59,14 +80,18 @@ int32_t column_surface_q16(const ColumnVoxels& column) {
             if (top == base && volume + coverage > 0) {
                 top = top_with(volume + (bottom == base ? coverage : 0));
             } else if (hangs) {
-                surface = top;
+                if (is_surface()) {
+                    surface = top;
+                    bare = kNotBare;
+                }
                 kind = kSpanFalling;
             }
         } else {
             kind = hangs ? kSpanFalling : 0;
         }
     }
-    return kind == kSpanPiled ? top : surface;
+    if (kind == kSpanPiled && is_surface()) return top;
+    return bare == kNotBare ? surface : kTerrainTop - bare;
 }
 
 namespace {
@@ -88,7 +113,7 @@ void for_each_column(const TileRuns& tile, Visit&& visit, Same&& same) {
                 volume[z] = run.values[kKeptVolume];
             }
         }
-        visit(c, ColumnVoxels{terrain.data(), volume.data(), tile.height});
+        visit(c, ColumnVoxels{terrain.data(), volume.data(), tile.height, 1, nullptr});
     }
 }
 
@@ -100,13 +125,16 @@ TileTops tile_tops(const TileRuns& tile) {
         tile,
         [&](size_t c, const ColumnVoxels& column) {
             const ColumnProfile profile = column_profile(column);
-            out.top_q16[c] = profile.top_q16;
+            out.soil_q16[c] = profile.soil_q16;
+            out.stop_q16[c] = profile.stop_q16;
             out.hangs = out.hangs || profile.hanging >= 0;
         },
-        [&](size_t c) { out.top_q16[c] = out.top_q16[c - 1]; });
-    const auto [lowest, highest] = std::ranges::minmax(out.top_q16);
-    out.lowest_q16 = lowest;
-    out.highest_q16 = highest;
+        [&](size_t c) {
+            out.soil_q16[c] = out.soil_q16[c - 1];
+            out.stop_q16[c] = out.stop_q16[c - 1];
+        });
+    out.lowest_q16 = std::ranges::min(out.stop_q16);
+    out.highest_q16 = std::ranges::max(out.soil_q16);
     return out;
 }
 

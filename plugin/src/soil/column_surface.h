@@ -11,26 +11,34 @@ struct ColumnVoxels {
     const int32_t* volume = nullptr;
     int height = 0;
     size_t stride = 1;  ///< words from a voxel to the one above
+    const int32_t* ground =
+        nullptr;  ///< the part of the terrain that belongs to bodies; may be null
     int32_t terrain_at(int z) const { return terrain[static_cast<size_t>(z) * stride]; }
     int32_t volume_at(int z) const { return volume[static_cast<size_t>(z) * stride]; }
+    int32_t ground_at(int z) const { return ground ? ground[static_cast<size_t>(z) * stride] : 0; }
 };
-ColumnVoxels column_of(const TileVoxels& voxels, int column);
+/// ground: see Soil::Impl::read_ground().
+ColumnVoxels column_of(const TileVoxels& voxels, const TileVoxels& ground, int column);
 
 /// What rests in a column and what hangs above it.
 struct ColumnProfile {
-    int32_t top_q16 = 0;  ///< of the topmost resting soil or terrain [Q16 voxels above the floor]
-    int hanging = -1;     ///< z of the topmost soil that nothing carries; -1: none
+    /// Of the topmost resting soil or terrain [Q16 voxels above the floor]. Ground bodies without
+    /// soil on them do not count.
+    int32_t top_q16 = 0;
+    int32_t soil_q16 = 0;  ///< of the topmost resting soil; 0: none
+    int32_t stop_q16 = 0;  ///< up to here soil beside the column cannot slide into it
+    int hanging = -1;      ///< z of the topmost soil that nothing carries; -1: none
 };
 ColumnProfile column_profile(const ColumnVoxels& column);
 
-/// Height of a column's surface [Q16 voxels] as build_spans.glsl finds it where there are no
-/// bodies.
+/// A column's surface word as build_spans.glsl finds it where there are no bodies: a height [Q16
+/// voxels], or kTerrainTop less that of the terrain.
 int32_t column_surface_q16(const ColumnVoxels& column);
 
 /// Tops of a tile's columns, as ColumnProfile has them.
 struct TileTops {
-    std::array<int32_t, 64> top_q16{};
-    int32_t lowest_q16 = 0, highest_q16 = 0;  ///< of them
+    std::array<int32_t, 64> soil_q16{}, stop_q16{};
+    int32_t lowest_q16 = 0, highest_q16 = 0;  ///< lowest stop, highest soil
     bool hangs = false;                       ///< there is soil that nothing carries
 };
 TileTops tile_tops(const TileRuns& tile);

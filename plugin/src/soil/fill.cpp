@@ -123,6 +123,9 @@ Status Soil::Impl::fill_with(const std::string& material, const int low[3], cons
                 }
             }
             const int index = tile_index(tx, ty);
+            if (!tiles[index] && is_over_ground(index)) {
+                tile_for(index);
+            }
             const bool is_asleep = !tiles[index] || tiles[index]->slot < 0;
             LevelTile* level = nullptr;
             if (is_level && is_asleep) {

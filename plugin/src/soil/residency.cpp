@@ -71,6 +71,7 @@ Tile& Soil::Impl::tile_for(int index) {
             }
             tiles[index]->packed = make_packed(voxels);
         }
+        stamp_new_tile(index);
     }
     return *tiles[index];
 }
@@ -317,10 +318,10 @@ void Soil::Impl::write_packed(int index, std::shared_ptr<const PackedTile> in) {
 
 std::span<const int32_t> Soil::Impl::surface_heights(int index) {
     static constexpr int32_t kBareFloor[kTileColumns] = {};
-    if (!tiles[index]) {
+    if (!tiles[index] && !is_over_ground(index)) {
         return kBareFloor;
     }
-    Tile& tile = *tiles[index];
+    Tile& tile = tile_for(index);
     if (tile.slot >= 0) {
         return std::span(tile_tops).subspan(static_cast<size_t>(tile.slot) * kTileColumns,
                                             kTileColumns);
@@ -364,6 +365,7 @@ const TileVoxels& Soil::Impl::sampled_voxels(int index) const {
     const uint64_t revision = tiles[index] ? tiles[index]->revision : revision_base;
     if (index != sampled_tile || revision != sampled_revision) {
         read_voxels(index, sampled);
+        read_ground(index, sampled_ground);
         sampled_tile = index;
         sampled_revision = revision;
     }

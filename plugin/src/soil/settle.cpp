@@ -33,6 +33,9 @@ class TopsOfTiles {
 
   private:
     int find(int index) {
+        if (!soil_.tiles[static_cast<size_t>(index)] && soil_.is_over_ground(index)) {
+            soil_.tile_for(index);
+        }
         const Tile* tile = soil_.tiles[static_cast<size_t>(index)].get();
         if (!tile || (tile->slot < 0 && !tile->packed)) {
             return 0;
@@ -104,15 +107,15 @@ void Soil::Impl::wake_unstable_columns() {
                 if (n == 4 || nx < 0 || ny < 0 || nx >= frame.size[0] || ny >= frame.size[1]) {
                     continue;
                 }
-                const int32_t top = own.top_q16[static_cast<size_t>(c)];
-                const int32_t other_top =
-                    tops.of(tile_index(nx / kTileSide, ny / kTileSide))
-                        .top_q16[static_cast<size_t>(ny % kTileSide * kTileSide + nx % kTileSide)];
-                const double drop =
-                    std::abs(top - other_top) / (n % 2 == 0 ? std::numbers::sqrt2 : 1.0);
+                const TileTops& beside = tops.of(tile_index(nx / kTileSide, ny / kTileSide));
+                const auto own_at = static_cast<size_t>(c);
+                const auto at = static_cast<size_t>(ny % kTileSide * kTileSide + nx % kTileSide);
+                const double drop = std::max(own.soil_q16[own_at] - beside.stop_q16[at],
+                                             beside.soil_q16[at] - own.stop_q16[own_at]) /
+                                    (n % 2 == 0 ? std::numbers::sqrt2 : 1.0);
                 if (drop > steep_q16) {
-                    activate_at(x, y, top);
-                    activate_at(nx, ny, other_top);
+                    activate_at(x, y, own.stop_q16[own_at]);
+                    activate_at(nx, ny, beside.stop_q16[at]);
                 }
             }
         }
@@ -124,6 +127,7 @@ Result<SettleReport> Soil::Impl::settle(int steps_max, std::span<const SoilBody>
         !in_range) {
         return Error{in_range.error()};
     }
+    meet_ground(input);
     if (any_unchecked) {
         wake_unstable_columns();
     }
@@ -132,8 +136,11 @@ Result<SettleReport> Soil::Impl::settle(int steps_max, std::span<const SoilBody>
         body.linear_velocity_m_s = body.angular_velocity_rad_s = {};
     }
     SettleReport report;
-    // Bodies that the soil has not met displace what they stand in.
-    report.is_at_rest = active.empty() && standing.empty();
+    // Bodies that the soil has not met displace what they stand in; the ground it has met.
+    report.is_at_rest = active.empty() && std::ranges::all_of(standing, [&](const SoilBody& body) {
+                            const auto known = bodies.find(body.id);
+                            return known != bodies.end() && known->second.is_ground;
+                        });
     while (!report.is_at_rest && report.step_count < steps_max) {
         report.last_step = step(standing);
         ++report.step_count;

@@ -2,10 +2,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <set>
 #include <string_view>
 #include <unordered_map>
-#include <unordered_set>
 
 #include "bsoil/snapshot_file.h"
 #include "soil/soil_impl.h"
@@ -99,14 +100,15 @@ struct SavedTile {
     int64_t index = 0;
     int32_t top = 0;
     bool unchecked = false, awake = false;
-    std::vector<uint8_t> kept;  ///< packed
+    std::vector<uint8_t> kept;            ///< packed
+    std::vector<uint8_t> ground, buried;  ///< packed; see Tile
     // Of an awake tile:
     int64_t last_used_step = 0;
     std::vector<uint8_t> bodies;            ///< packed; see kBodyPlanes
     std::vector<int32_t> columns, surface;  ///< see Buffer::spans
 
     void list(StateStream& stream) {
-        stream(index, top, unchecked, awake, kept);
+        stream(index, top, unchecked, awake, kept, ground, buried);
         if (awake) stream(last_used_step, bodies, columns, surface);
     }
 };
@@ -117,7 +119,7 @@ struct SavedTrack {
 
     void list(StateStream& stream) {
         stream(id, index, track.pose, track.shape_revision, track.is_static, track.last_step,
-               track.blocks);
+               track.blocks, track.last_moved_step, track.is_ground, track.ground_pose);
     }
 };
 
@@ -148,8 +150,8 @@ struct SavedSoil {
                any_unchecked);
         stream.list(active, 16, [&](SavedActive& a) { stream(a.block, a.changed); });
         stream(body_ids);
-        stream.list(tracks, 80, [&](SavedTrack& t) { t.list(stream); });
-        stream.list(tiles, 22, [&](SavedTile& t) { t.list(stream); });
+        stream.list(tracks, 140, [&](SavedTrack& t) { t.list(stream); });
+        stream.list(tiles, 38, [&](SavedTile& t) { t.list(stream); });
     }
 };
 
@@ -169,6 +171,7 @@ class SoilSnapshot {
     Status check_soil(const SavedTile& tile, const TileVoxels& kept) const;
     Status check_fill_up(const SavedTile& tile, const TileVoxels& kept,
                          const TileVoxels* bodies) const;
+    Status check_ground(const SavedTile& tile, const TileVoxels& kept) const;
     Status check_awake(const SavedTile& tile, const SavedSoil& saved, TileVoxels& bodies) const;
     Status check_columns(const SavedTile& tile) const;
     Status check_words(const SavedTile& tile, const char* plane, std::span<const int32_t> words,
@@ -220,6 +223,8 @@ SavedSoil SoilSnapshot::take() const {
         saved.index = static_cast<int64_t>(index);
         saved.top = tile->top;
         saved.unchecked = tile->unchecked;
+        if (tile->ground) saved.ground = *tile->ground;
+        if (tile->buried) saved.buried = *tile->buried;
         saved.awake = tile->slot >= 0;
         if (!saved.awake) {
             saved.kept.assign(tile->bytes().begin(), tile->bytes().end());
@@ -350,6 +355,35 @@ Status SoilSnapshot::check_soil(const SavedTile& tile, const TileVoxels& kept) c
     return Done{};
 }
 
+// What ground bodies add to the terrain, and the soil that lies buried in them.
+Status SoilSnapshot::check_ground(const SavedTile& tile, const TileVoxels& kept) const {
+    const auto words = static_cast<size_t>(s_.params.tile_voxels);
+    TileVoxels voxels;
+    if (!tile.ground.empty()) {
+        voxels.reset(s_.height, 1);
+        if (!unpack_tile(tile.ground, voxels))
+            return damaged("bytes of the ground in tile {} are no voxels", tile.index);
+        for (size_t v = 0; v < words; ++v)
+            if (voxels.words[v] < 0 || voxels.words[v] > kept.words[v])
+                return damaged("ground of a voxel in tile {} is {}, its terrain is {}", tile.index,
+                               voxels.words[v], kept.words[v]);
+    }
+    if (!tile.buried.empty()) {
+        voxels.reset(s_.height, s_.kept_planes);
+        if (!unpack_tile(tile.buried, voxels))
+            return damaged("bytes of the buried soil in tile {} are no voxels", tile.index);
+        if (Status status = check_soil(tile, voxels); !status) return status;
+        for (const int p : {kKeptTerrain, kKeptMomentum, kKeptMomentum + 1, kKeptMomentum + 2,
+                            kKeptForce, kKeptForce + 1, kKeptForce + 2}) {
+            const auto plane =
+                std::span(voxels.words).subspan(static_cast<size_t>(p) * words, words);
+            if (Status status = check_words(tile, "motion of buried soil", plane, 0, 0); !status)
+                return status;
+        }
+    }
+    return Done{};
+}
+
 // Columns that only fill up a last tile are a wall, without soil or bodies.
 Status SoilSnapshot::check_fill_up(const SavedTile& tile, const TileVoxels& kept,
                                    const TileVoxels* bodies) const {
@@ -382,7 +416,11 @@ Status SoilSnapshot::check_columns(const SavedTile& tile) const {
     for (size_t c = 0; c < kTileColumns; ++c) {
         const int32_t* column = &tile.columns[c * kColumnWords];
         Status status = check("count", column[0], 0, kSpanCapacity);
-        if (status) status = check("surface", tile.surface[c], kCovered - top, top);
+        const int32_t surface = tile.surface[c];
+        if (status)
+            status = surface <= kTerrainTop
+                         ? check("bare surface", surface, kTerrainTop - top, kTerrainTop)
+                         : check("surface", surface, kCovered - top, top);
         for (int i = 0; i < kSpanCapacity && status; ++i) {
             const int32_t* span = column + 1 + i * kSpanWords;
             status = check("bottom", span[0], 0, top);
@@ -446,7 +484,7 @@ Status SoilSnapshot::check_state(const SavedSoil& saved) const {
     TileVoxels kept, bodies;
     kept.reset(s_.height, s_.kept_planes);
     bodies.reset(s_.height, kBodyPlaneCount);
-    std::unordered_set<std::string_view> sound;  // contents that have been looked at
+    std::set<std::array<std::string_view, 3>> sound;  // contents that have been looked at
     int64_t before = -1;
     for (const SavedTile& tile : saved.tiles) {
         if (tile.index <= before || tile.index >= static_cast<int64_t>(s_.tiles.size()))
@@ -455,10 +493,13 @@ Status SoilSnapshot::check_state(const SavedSoil& saved) const {
         if (Status status = check("top of a tile", tile.top, 0, s_.height); !status) return status;
         const bool is_last = (tile.index % s_.tiles_x + 1) * kTileSide > s_.frame.size[0] ||
                              (tile.index / s_.tiles_x + 1) * kTileSide > s_.frame.size[1];
-        if (sound.contains(key_of(tile.kept)) && !tile.awake && !is_last) continue;
+        const std::array<std::string_view, 3> content{key_of(tile.kept), key_of(tile.ground),
+                                                      key_of(tile.buried)};
+        if (sound.contains(content) && !tile.awake && !is_last) continue;
         if (!unpack_tile(tile.kept, kept))
             return damaged("bytes of tile {} are no voxels", tile.index);
         if (Status status = check_soil(tile, kept); !status) return status;
+        if (Status status = check_ground(tile, kept); !status) return status;
         if (tile.awake) {
             if (Status status = check_awake(tile, saved, bodies); !status) return status;
         }
@@ -466,7 +507,7 @@ Status SoilSnapshot::check_state(const SavedSoil& saved) const {
             if (Status status = check_fill_up(tile, kept, tile.awake ? &bodies : nullptr); !status)
                 return status;
         }
-        if (!tile.awake) sound.insert(key_of(tile.kept));
+        if (!tile.awake) sound.insert(content);
     }
     return Done{};
 }
@@ -501,12 +542,21 @@ void SoilSnapshot::put(const SavedSoil& saved) {
     for (const SavedActive& a : saved.active) s_.active[a.block] = a.changed;
     s_.body_ids.assign(saved.body_ids.begin(), saved.body_ids.end());
     s_.bodies.clear();
+    s_.ground_shapes.clear();
+    s_.ground_listed = false;
     for (const SavedTrack& t : saved.tracks) {
         s_.bodies[t.id] = t.track;
         s_.bodies[t.id].index = t.index;
     }
     // Tiles that held the same share it again.
     std::unordered_map<std::string_view, std::shared_ptr<const PackedTile>> known;
+    std::unordered_map<std::string_view, TileBytes> known_bytes;
+    const auto shared = [&](const std::vector<uint8_t>& bytes) {
+        if (bytes.empty()) return TileBytes{};
+        TileBytes& entry = known_bytes[key_of(bytes)];
+        if (!entry) entry = std::make_shared<const std::vector<uint8_t>>(bytes);
+        return entry;
+    };
     for (const SavedTile& tile : saved.tiles) {
         auto made = std::make_unique<Tile>();
         made->revision = s_.revision_base + 1;
@@ -516,6 +566,8 @@ void SoilSnapshot::put(const SavedSoil& saved) {
         }
         made->packed = packed;
         made->unchecked = tile.unchecked;
+        made->ground = shared(tile.ground);
+        made->buried = shared(tile.buried);
         s_.tiles[static_cast<size_t>(tile.index)] = std::move(made);
         if (tile.awake) put_awake(tile);
         s_.tiles[static_cast<size_t>(tile.index)]->top = tile.top;

@@ -29,6 +29,8 @@ uint64_t mix(uint64_t x) {
     return x ^ (x >> 31);
 }
 
+constexpr float kUnit = 1.0f / kVoxelFull;  ///< of volume, in voxels
+
 int voxel_count(double size, double voxel) {
     return static_cast<int>(std::ceil(size / voxel - 1e-9));
 }
@@ -192,16 +194,22 @@ SoilTotals Soil::totals() const {
     SoilTotals totals;
     totals.units.assign(s.materials.size(), 0);
     TileVoxels voxels;
-    for (size_t index = 0; index < s.tiles.size(); ++index) {
-        if (!s.tiles[index]) {
-            continue;
-        }
-        s.read_voxels(static_cast<int>(index), voxels);
+    const auto count = [&] {
         for (size_t m = 0; m < s.materials.size(); ++m) {
             const size_t plane = (kKeptMaterial + m) * s.params.tile_voxels;
             for (int v = 0; v < s.params.tile_voxels; ++v) {
                 totals.units[m] += voxels.words[plane + v];
             }
+        }
+    };
+    for (size_t index = 0; index < s.tiles.size(); ++index) {
+        if (!s.tiles[index]) {
+            continue;
+        }
+        s.read_voxels(static_cast<int>(index), voxels);
+        count();
+        if (s.read_buried(static_cast<int>(index), voxels)) {
+            count();
         }
     }
     for (int64_t units : totals.units) {
@@ -215,16 +223,22 @@ SoilTotals Soil::totals() const {
 uint64_t Soil::Impl::checksum() const {
     uint64_t sum = 0;
     TileVoxels voxels;
-    for (size_t index = 0; index < tiles.size(); ++index) {
-        if (!tiles[index]) {
-            continue;
-        }
-        read_voxels(static_cast<int>(index), voxels);
+    const auto add = [&](size_t index) {
         for (size_t i = 0; i < voxels.words.size(); ++i) {
             if (voxels.words[i] != 0) {
                 const uint64_t place = index * voxels.words.size() + i;
                 sum += mix(mix(place + 1) ^ static_cast<uint32_t>(voxels.words[i]));
             }
+        }
+    };
+    for (size_t index = 0; index < tiles.size(); ++index) {
+        if (!tiles[index]) {
+            continue;
+        }
+        read_voxels(static_cast<int>(index), voxels);
+        add(index);
+        if (read_buried(static_cast<int>(index), voxels)) {
+            add(tiles.size() + index);
         }
     }
     return sum;
@@ -235,7 +249,7 @@ MemoryUse Soil::memory_use() const {
     MemoryUse use;
     use.awake_bytes = s.device->memory_bytes();
     int64_t awake_tiles = 0;
-    std::unordered_set<const PackedTile*> counted;
+    std::unordered_set<const void*> counted;
     for (const auto& tile : s.tiles) {
         if (tile && tile->slot >= 0) {
             ++awake_tiles;
@@ -246,6 +260,11 @@ MemoryUse Soil::memory_use() const {
                 use.asleep_bytes +=
                     static_cast<int64_t>(sizeof(PackedTile) + tile->packed->bytes.capacity() +
                                          tile->packed->surface.capacity() * sizeof(int32_t));
+            }
+            for (const TileBytes& bytes : {tile->ground, tile->buried}) {
+                if (bytes && counted.insert(bytes.get()).second) {
+                    use.asleep_bytes += static_cast<int64_t>(bytes->capacity());
+                }
             }
         }
     }
@@ -302,7 +321,8 @@ double Soil::surface_height_m(int x, int y) const {
     }
     const TileVoxels& voxels = s.sampled_voxels(s.tile_index(x / kTileSide, y / kTileSide));
     const int column = y % kTileSide * kTileSide + x % kTileSide;
-    return column_profile(column_of(voxels, column)).top_q16 / 65536.0 * s.frame.voxel_m;
+    return column_profile(column_of(voxels, s.sampled_ground, column)).top_q16 / 65536.0 *
+           s.frame.voxel_m;
 }
 
 double Soil::mass_inside_kg(const ConvexShape& region, const Pose& pose) const {
@@ -362,7 +382,6 @@ void Soil::read_tile(int tx, int ty, std::vector<float>& volume, std::vector<flo
     volume.resize(count);
     solid.resize(count);
     material.assign(count, 0);
-    constexpr float kUnit = 1.0f / kVoxelFull;
     for (size_t v = 0; v < count; ++v) {
         solid[v] = static_cast<float>(voxels.words[v]) * kUnit;
         volume[v] = static_cast<float>(voxels.words[count + v]) * kUnit;
@@ -378,6 +397,17 @@ void Soil::read_tile(int tx, int ty, std::vector<float>& volume, std::vector<flo
                 }
             }
         }
+    }
+}
+
+void Soil::read_terrain(int tx, int ty, std::vector<float>& terrain) const {
+    const Impl& s = *impl_;
+    const TileVoxels& voxels = s.sampled_voxels(s.tile_index(tx, ty));
+    const std::vector<int32_t>& ground = s.sampled_ground.words;
+    terrain.resize(static_cast<size_t>(s.params.tile_voxels));
+    for (size_t v = 0; v < terrain.size(); ++v) {
+        const int of_bodies = ground.empty() ? 0 : ground[v];
+        terrain[v] = static_cast<float>(voxels.words[v] - of_bodies) * kUnit;
     }
 }
 

@@ -1,10 +1,12 @@
 /// Soil::Impl: the state of a soil on the host's side. One file per concern implements it:
 /// soil.cpp (creation, queries), step.cpp (the step), residency.cpp (tiles asleep and awake),
-/// fill.cpp, terrain.cpp, snapshot.cpp.
+/// ground_bodies.cpp, fill.cpp, terrain.cpp, snapshot.cpp.
 #pragma once
 
 #include <array>
+#include <map>
 #include <memory>
+#include <tuple>
 #include <unordered_map>
 #include <vector>
 
@@ -52,6 +54,9 @@ struct PackedTile {
 std::shared_ptr<const PackedTile> make_packed(const TileRuns& runs);
 std::shared_ptr<const PackedTile> make_packed(const TileVoxels& voxels);
 
+/// Voxels as pack_tile() packs them, never changed.
+using TileBytes = std::shared_ptr<const std::vector<uint8_t>>;
+
 /// One tile of 8 x 8 columns.
 struct Tile {
     int slot = -1;                             ///< in the device's buffers when awake
@@ -60,6 +65,10 @@ struct Tile {
     int top = 0;                 ///< z above the highest voxel that holds soil or terrain
     int64_t last_used_step = 0;  ///< when it was last needed awake
     bool unchecked = false;      ///< filled since its slopes were last looked at
+    bool ground_due = false;     ///< a ground body came or went here in this step
+    /// Ground bodies: their part of its terrain (one plane, packed), and the soil that lies buried
+    /// in them (kept planes, packed). Null: none. Tiles that hold the same may share them.
+    TileBytes ground, buried;
 
     std::span<const uint8_t> bytes() const {
         return packed ? std::span<const uint8_t>(packed->bytes) : std::span<const uint8_t>();
@@ -78,6 +87,10 @@ struct BodyTrack {
     int64_t last_step = -1;
     std::vector<BlockKey> blocks;  ///< in which its coverage stands now, sorted
     WallShapes walls;
+    int64_t last_moved_step = INT64_MIN / 2;
+    bool is_ground = false;  ///< part of the terrain: see ground_bodies.cpp
+    Pose ground_pose;
+    std::vector<ConvexShape> ground_shapes;  ///< of ground; empty after load(), until it is seen
 };
 
 /// A body that takes part in a step, in grid axes and metres.
@@ -86,6 +99,7 @@ struct StepBody {
     BodyTrack* track = nullptr;
     Pose from, to;  ///< body frame -> grid, at the step's start and end
     bool moved = false;
+    bool placed = false;  ///< not there before, not so, or not within reach
     /// Its shapes as the soil sees them.
     const std::vector<ConvexShape>& shapes() const {
         return track->walls.shapes.empty() ? *input->shapes : track->walls.shapes;
@@ -152,7 +166,8 @@ struct Soil::Impl {
     mutable std::vector<device::ReadRange> read_scratch;
     std::vector<int> contact_order, surface_queue;
     struct SurfaceSum {
-        double height = 0, count = 0;                  ///< [voxels] of free columns, and of them
+        /// [voxels] of free columns, and of them
+        double height = 0, count = 0;
         double covered_height = 0, covered_count = 0;  ///< the same of columns under bodies
         SurfaceSum operator+(const SurfaceSum& o) const {
             return {height + o.height, count + o.count, covered_height + o.covered_height,
@@ -164,8 +179,9 @@ struct Soil::Impl {
         SurfaceSum operator-(const SurfaceSum& o) const { return *this + o * -1; }
     };
     std::vector<uint8_t> surface_tiles;  ///< by tile of the rectangle: 1 with contacts, 2 near some
-    std::vector<int32_t> surface_height;
-    std::vector<SurfaceSum> surface_sums;      ///< over the columns below and left of a corner
+    std::vector<int32_t> surface_height;   ///< surface words, see kCovered in soil_layout.h
+    std::vector<int32_t> surface_nearest;  ///< of the nearest column with soil on top [Q16 voxels]
+    std::vector<SurfaceSum> surface_sums;  ///< over the columns below and left of a corner
     std::vector<const StepBody*> body_inputs;  ///< by body index; of the step in progress
     std::vector<double> body_width_voxels;     ///< of the contact, by body index
     std::vector<double> body_surface_reach;    ///< of its contacts, by body index [columns]
@@ -184,7 +200,7 @@ struct Soil::Impl {
     int block_active_count = 0;
     ListedWork listed_work, tile_work, rebuild_work, pair_work, contact_work;
     mutable TileVoxels scratch;
-    mutable TileVoxels sampled;
+    mutable TileVoxels sampled, sampled_ground;
     mutable int sampled_tile = -1;
     mutable uint64_t sampled_revision = 0;
 
@@ -218,6 +234,45 @@ struct Soil::Impl {
     /// The same of the soil that a body (by its index) carries; kBare or kBareTop without any.
     std::span<const int32_t> carried_surface(int index, int carrier);
     void activate(BlockKey block);
+
+    // --- ground_bodies.cpp
+    /// A shape of a ground body.
+    struct GroundShape {
+        const ConvexShape* shape = nullptr;
+        Pose pose;  ///< body -> grid, metres
+        Aabb box;   ///< voxels
+        bool is_over(int tx, int ty) const;
+    };
+    /// What tiles asleep that held the same became under the same cover.
+    struct GroundMemo {
+        using Content = std::tuple<std::shared_ptr<const PackedTile>, TileBytes, TileBytes>;
+        struct Entry {
+            std::vector<int32_t> cover;
+            Content after;
+            bool unchecked = false;
+        };
+        std::map<Content, std::vector<Entry>> entries;
+    };
+    std::vector<GroundShape> ground_shapes;
+    bool ground_listed = true;  ///< ground_shapes are those of `bodies`
+    bool any_ground_due = false;
+    void update_ground(std::vector<StepBody>& step_bodies);
+    void meet_ground(std::span<const SoilBody> input);
+    void keep_ground_shapes(const StepBody& body);
+    void mark_ground(const BodyTrack& track);
+    const std::vector<GroundShape>& ground_list();
+    void stamp_ground();
+    void stamp_new_tile(int index);
+    void add_ground(const GroundShape& shape, int index, std::vector<int32_t>& cover) const;
+    /// rock_changed: look for buried soil even where the ground is as before.
+    void put_ground(int index, const std::vector<int32_t>& cover, bool rock_changed = false,
+                    GroundMemo* memo = nullptr);
+    void change_ground(int index, const std::vector<int32_t>& cover, bool rock_changed);
+    bool is_over_ground(int index);
+    /// The soil that ground bodies have buried in a tile; false: none.
+    bool read_buried(int index, TileVoxels& out) const;
+    /// The ground bodies' part of a tile's terrain, one plane; no words: none.
+    void read_ground(int index, TileVoxels& out) const;
 
     // --- fill.cpp, terrain.cpp
     Result<int> material_index(const std::string& name) const;

@@ -60,6 +60,9 @@ constexpr double kWedgeLength = 1.8;
 constexpr double kHardlyAny = 1e-6;  ///< columns
 constexpr int32_t kNotLookedAt = INT32_MIN;
 
+/// Whether a surface word is that of bare terrain.
+constexpr bool is_terrain_top(int32_t word) { return word <= kTerrainTop && word > kBareTop; }
+
 // Contact records read with everything else are those of the step before and so many more: a
 // second read is for the step in which a body lands.
 constexpr int kContactsMore = 64;
@@ -660,9 +663,6 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
                           static_cast<int64_t>(kFlagArrays) * slot_count * blocks_per_tile);
     }
     params.step_stamp = stamp;
-    if (any_unchecked) {
-        wake_unstable_columns();
-    }
 
     // --- bodies: who is here, who moved, how fast
     std::vector<StepBody>& step_bodies = body_scratch;
@@ -681,7 +681,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
             continue;  // the same id twice in one step: the first counts
         }
         const Pose to = world_to_grid * body.pose;
-        StepBody entry{&body, &track, to, to, true};
+        StepBody entry{&body, &track, to, to, true, true};
         if (track.index < 0 || track.shape_revision != body.shape_revision ||
             track.walls.growth.size() != body.shapes->size()) {
             track.walls.make(*body.shapes, frame.voxel_m);
@@ -692,6 +692,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
             entry.from = track.pose;
             const double move = body_reach_voxels(entry);
             entry.moved = move > kStillVoxels;
+            entry.placed = move > def.substeps_max;
             if (!entry.moved) {
                 entry.to = entry.from;
             } else if (move > def.substeps_max) {
@@ -729,10 +730,17 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
         if (it->second.last_step != step_index) {  // gone: its room is free again
             mark_rebuild(it->second.blocks, true);
             body_ids[it->second.index] = -1;
+            if (it->second.is_ground) {
+                mark_ground(it->second);
+            }
             it = bodies.erase(it);
         } else {
             ++it;
         }
+    }
+    update_ground(step_bodies);
+    if (any_unchecked) {
+        wake_unstable_columns();
     }
     bool any_moved = false;
     std::vector<BlockKey>& blocks = block_scratch;
@@ -1033,8 +1041,9 @@ double Soil::Impl::depth_below_surface_m(const ContactVoxel& contact, Column col
 }
 
 // Height of the free surface of the soil that `carrier` carries around its contacts, and its sums;
-// at a column under a body that of the nearest column that is not. A breadth-first walk over the
-// columns around the contacts.
+// at a column under a body that of the nearest column that is not, and of bare terrain no more than
+// that: soil cannot rise against a wall, nor a wall be soil. A breadth-first walk over the columns
+// around the contacts.
 void Soil::Impl::find_free_surface(std::span<const int> order, int carrier) {
     find_surface_reach(order);
     int low[2] = {INT32_MAX, INT32_MAX}, high[2] = {-1, -1};
@@ -1051,6 +1060,7 @@ void Soil::Impl::find_free_surface(std::span<const int> order, int carrier) {
             std::min(frame.size[axis] - 1, high[axis] + surface_reach) - surface_low[axis] + 1;
     }
     surface_height.assign(static_cast<size_t>(surface_size[0]) * surface_size[1], kNotLookedAt);
+    surface_nearest.assign(surface_height.size(), kNotLookedAt);
     surface_queue.clear();
     find_surface_tiles(order);
     const int tx0 = surface_low[0] / kTileSide, ty0 = surface_low[1] / kTileSide;
@@ -1070,9 +1080,11 @@ void Soil::Impl::find_free_surface(std::span<const int> order, int carrier) {
                 const int x = tx * kTileSide + c % kTileSide - surface_low[0];
                 const int y = ty * kTileSide + c / kTileSide - surface_low[1];
                 if (x >= 0 && y >= 0 && x < surface_size[0] && y < surface_size[1]) {
-                    surface_height[static_cast<size_t>(y) * surface_size[0] + x] = heights[c];
+                    const int at = y * surface_size[0] + x;
+                    surface_height[at] = heights[c];
                     if (heights[c] >= 0) {
-                        surface_queue.push_back(y * surface_size[0] + x);
+                        surface_nearest[at] = heights[c];
+                        surface_queue.push_back(at);
                     }
                 }
             }
@@ -1081,7 +1093,6 @@ void Soil::Impl::find_free_surface(std::span<const int> order, int carrier) {
     if (carrier != kOnGround) {
         lay_bare_tops();
     }
-    sum_up_free_surface();
     for (size_t head = 0; head < surface_queue.size(); ++head) {
         const int x = surface_queue[head] % surface_size[0],
                   y = surface_queue[head] / surface_size[0];
@@ -1089,14 +1100,22 @@ void Soil::Impl::find_free_surface(std::span<const int> order, int carrier) {
         for (const auto& step : kStep) {
             const int nx = x + step[0], ny = y + step[1];
             if (nx >= 0 && ny >= 0 && nx < surface_size[0] && ny < surface_size[1]) {
-                int32_t& next = surface_height[static_cast<size_t>(ny) * surface_size[0] + nx];
-                if (next < 0 && next != kNotLookedAt) {
-                    next = surface_height[surface_queue[head]];
-                    surface_queue.push_back(ny * surface_size[0] + nx);
+                const int next = ny * surface_size[0] + nx;
+                if (surface_height[next] != kNotLookedAt && surface_nearest[next] == kNotLookedAt) {
+                    surface_nearest[next] = surface_nearest[surface_queue[head]];
+                    surface_queue.push_back(next);
                 }
             }
         }
     }
+    for (size_t i = 0; i < surface_height.size(); ++i) {
+        if (const int32_t word = surface_height[i]; is_terrain_top(word)) {
+            const int32_t own = kTerrainTop - word;
+            surface_nearest[i] =
+                surface_nearest[i] == kNotLookedAt ? own : std::min(own, surface_nearest[i]);
+        }
+    }
+    sum_up_free_surface();
 }
 
 // A carrier's own top is where its soil ends, as the bed around a heap is; not so what stands above
@@ -1113,6 +1132,7 @@ void Soil::Impl::lay_bare_tops() {
         }
         at = kBareTop - at < highest ? kBareTop - at : kBare;
         if (at >= 0) {
+            surface_nearest[i] = at;
             surface_queue.push_back(static_cast<int>(i));
         }
     }
@@ -1173,12 +1193,12 @@ void Soil::Impl::sum_up_free_surface() {
     for (int y = 0; y < ny; ++y) {
         SurfaceSum row;
         for (int x = 0; x < nx; ++x) {
-            const int32_t height_q16 = surface_height[static_cast<size_t>(y) * nx + x];
-            if (height_q16 >= 0) {
-                row.height += height_q16 / 65536.0;
+            const int32_t word = surface_height[static_cast<size_t>(y) * nx + x];
+            if (word >= 0 || is_terrain_top(word)) {
+                row.height += surface_nearest[static_cast<size_t>(y) * nx + x] / 65536.0;
                 row.count += 1;
-            } else if (height_q16 > kBareTop) {
-                row.covered_height += (kCovered - height_q16) / 65536.0;
+            } else if (word > kBareTop) {
+                row.covered_height += (kCovered - word) / 65536.0;
                 row.covered_count += 1;
             }
             const SurfaceSum& above = surface_sums[static_cast<size_t>(y) * (nx + 1) + x + 1];
@@ -1203,7 +1223,7 @@ Soil::Impl::SurfaceSum Soil::Impl::surface_sum(double x, double y) const {
 double Soil::Impl::free_surface_beside(int x, int y, Vec3 at, Vec3 outward, size_t body) const {
     const int nx = surface_size[0], ny = surface_size[1];
     const int32_t here =
-        surface_height[static_cast<size_t>(y - surface_low[1]) * nx + x - surface_low[0]];
+        surface_nearest[static_cast<size_t>(y - surface_low[1]) * nx + x - surface_low[0]];
     // Where all of it lies under bodies there is no free surface.
     const double nearest = here < 0 ? at.z : here / 65536.0;
     // Before a wall the wedge counts, under a sole what lies around it as far as it is wide.

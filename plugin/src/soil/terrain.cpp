@@ -15,11 +15,14 @@ using namespace layout;
 Status Soil::Impl::terrain_with(const VoxelFraction& fraction) {
     // All tiles first, then all writes: an error leaves nothing half done.
     std::vector<std::pair<int, std::shared_ptr<const PackedTile>>> changed;
-    TileVoxels voxels;
+    TileVoxels voxels, ground, buried;
     for (int index = 0; index < tiles_x * tiles_y; ++index) {
         const int x0 = index % tiles_x * kTileSide, y0 = index / tiles_x * kTileSide;
         tile_for(index);
         read_voxels(index, voxels);
+        read_ground(index, ground);
+        const bool any_ground = !ground.words.empty();
+        const bool any_buried = read_buried(index, buried);
         bool any = false;
         for (int c = 0; c < kTileColumns; ++c) {
             const int x = x0 + c % kTileSide, y = y0 + c / kTileSide;
@@ -30,17 +33,19 @@ Status Soil::Impl::terrain_with(const VoxelFraction& fraction) {
                 const int units = static_cast<int>(
                     std::lround(std::clamp(fraction(x, y, z), 0.0, 1.0) * kVoxelFull));
                 int32_t& terrain = voxels.at(kKeptTerrain, z, c);
-                if (units <= terrain) {
+                const int of_bodies = any_ground ? ground.at(0, z, c) : 0;
+                const int below = any_buried ? buried.at(kKeptVolume, z, c) : 0;
+                if (units <= terrain - of_bodies) {
                     continue;
                 }
-                if (units + voxels.at(kKeptVolume, z, c) > kVoxelFull) {
+                if (units + voxels.at(kKeptVolume, z, c) + below > kVoxelFull) {
                     const Vec3 at = frame.to_world({x + 0.5, y + 0.5, z + 0.5});
                     return Error{
                         fmt::format("terrain would bury soil at ({:.3g}, {:.3g}, {:.3g}) m: add "
                                     "terrain before soil",
                                     at.x, at.y, at.z)};
                 }
-                terrain = units;
+                terrain = units + of_bodies;  // put_ground() takes what is too much
                 any = true;
             }
         }
@@ -53,6 +58,10 @@ Status Soil::Impl::terrain_with(const VoxelFraction& fraction) {
     }
     for (const auto& [index, packed] : changed) {
         write_packed(index, packed);
+        read_ground(index, ground);
+        if (!ground.words.empty()) {
+            put_ground(index, ground.words, true);
+        }
         ++tiles[index]->revision;
     }
     return Done{};
