@@ -26,6 +26,8 @@ SoilDef small_def(UpAxis up = UpAxis::y) {
 
 std::unique_ptr<SoilAction> make_soil(BulletScene& scene, const SoilDef& def,
                                       const SoilActionDef& options = {}) {
+    const auto g = btScalar(-def.gravity_m_s2);
+    scene.world->setGravity(def.up == UpAxis::y ? btVector3(0, g, 0) : btVector3(0, 0, g));
     auto soil = SoilAction::create(*scene.world, def, options);
     EXPECT_TRUE(soil) << soil.error();
     return soil ? std::move(*soil) : nullptr;

@@ -9,6 +9,7 @@
 #pragma GCC visibility push(default)
 namespace bsoil {
 
+/// The backend, device and number of threads that a soil would get.
 struct BackendChoice {
     std::string backend_name;  ///< "cpu" or "gl"
     std::string device_name;   ///< of the processor, or as the GL driver calls it
