@@ -11,7 +11,9 @@
 ///   BSOIL_KERNEL_COMMON   the helpers that all kernels of the set share
 ///   BSOIL_KERNEL_BODIES   a generated file that includes the helpers and the text of every kernel
 ///   on the list
+#include <array>
 #include <cstring>
+#include <string_view>
 #include <type_traits>
 
 #include "device/cpu_shim.h"
@@ -76,14 +78,31 @@ void run(const KernelMemory& memory, int first_group, int group_count) {
     }
 }
 
-/// The part of a path after its last slash.
-constexpr std::string_view file_name(std::string_view path) {
-    return path.substr(path.rfind('/') + 1);
-}
+/// The name at the end of a path. Only the name gets into the program, not the folder it was built
+/// in.
+template <size_t kSize>
+struct FileName {
+    std::array<char, kSize> text{};
+    size_t length = 0;
+    explicit constexpr FileName(const char (&path)[kSize]) {
+        for (const char c : path) {
+            if (c == '/') {
+                text = {};
+                length = 0;
+            } else if (c != 0) {
+                text[length++] = c;
+            }
+        }
+    }
+    constexpr std::string_view view() const { return {text.data(), length}; }
+};
 
 }  // namespace
 
 const KernelSet& BSOIL_KERNEL_SET() {
+    static constexpr FileName kParams(BSOIL_KERNEL_PARAMS);
+    static constexpr FileName kLayout(BSOIL_KERNEL_LAYOUT);
+    static constexpr FileName kCommon(BSOIL_KERNEL_COMMON);
     static constexpr KernelInfo kKernels[] = {
 #define PLAIN(name) {#name, false, &run<&Kernels::name>},
 #define SCATTER(name) {#name, true, &run<&Kernels::name>},
@@ -101,9 +120,9 @@ const KernelSet& BSOIL_KERNEL_SET() {
                                .buffers = kBuffers,
                                .param_words = sizeof(KernelParams) / sizeof(int32_t),
                                .files = BSOIL_SHADER_FILES(),
-                               .params_file = file_name(BSOIL_KERNEL_PARAMS),
-                               .layout_file = file_name(BSOIL_KERNEL_LAYOUT),
-                               .common_file = file_name(BSOIL_KERNEL_COMMON)};
+                               .params_file = kParams.view(),
+                               .layout_file = kLayout.view(),
+                               .common_file = kCommon.view()};
     return set;
 }
 
