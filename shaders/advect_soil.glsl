@@ -143,12 +143,12 @@ void advect_soil(int group, int lane) {
         }
         // Dust neither asks for sub-steps nor counts as clamped: rounding alone can make its speed jump.
         int volume = state_at(kPlaneVolume, voxel);
-        if (volume > kDust) {
+        if (volume > kPacingLeast) {
             fastest = max(fastest, largest_component(drift));
         }
         drift = drift / params.substep_count;
         if (largest_component(drift) > kVoxelFull) {
-            if (volume > kDust) {
+            if (volume > kPacingLeast) {
                 ATOMIC_OR(result[kResultStatus], kStatusSpeedClamped);
             }
             drift = clamp(drift, ivec3(-kVoxelFull), ivec3(kVoxelFull));
@@ -156,7 +156,7 @@ void advect_soil(int group, int lane) {
         // Momentum after the kick, moved with the soil.
         ivec3 kick = after - velocity;
         ivec3 gained = momentum_of(mass, kick);
-        if (volume <= kCrumb) {
+        if (volume <= kWholeMost) {
             drift = whole_voxels(drift, voxel_chance(grid_voxel(slot, x, y, z0 + z)));
         }
         if (drift.x == 0 && drift.y == 0 && drift.z == 0) {
@@ -180,7 +180,7 @@ void advect_soil(int group, int lane) {
             int wy = pick.y == 1 ? weight.y : kVoxelFull - weight.y;
             int wz = pick.z == 1 ? weight.z : kVoxelFull - weight.z;
             int share = mul_q16(mul_q16(wx, wy), wz);  // thesis (15)
-            if (share <= 0 || (volume > kCrumb && mul_q16(volume, share) < kSpeck)) {
+            if (share <= 0 || (volume > kWholeMost && mul_q16(volume, share) < kShareLeast)) {
                 continue;
             }
             ivec3 step = pick * side;
@@ -216,7 +216,7 @@ void advect_soil(int group, int lane) {
                 } else if (plane != kPlaneBond) {
                     add_delta(plane, to, units);
                 }
-                if (plane >= kPlaneMaterial) {
+                if (is_mass(plane)) {
                     moved_mass += units;
                 }
             }

@@ -37,10 +37,10 @@ void apply_force(int group, int lane) {
         }
         // thesis (33), first case
         ivec3 at = grid_voxel(slot, x, y, z0 + z);
-        ivec3 push = clamp(body_velocity_at(body, at), ivec3(-1048575), ivec3(1048575));
+        ivec3 push = clamp(body_velocity_at(body, at), ivec3(-kPushMost), ivec3(kPushMost));
         int speed = max(1, largest_component(push));
         int below = voxel_at(slot, x, y, z0 + z - 1);
-        if (outwards(push * 1024 / speed, out_of_body) < 0) {
+        if (outwards(push * kForceOne / speed, out_of_body) < 0) {
             push = out_of_body;  // a wall that recedes draws no soil into itself
         } else if (push.z < 0 && !has_room(below)) {
             // Pressed down into a full bed: the soil gives way to the side, away from the body's middle.
@@ -55,9 +55,9 @@ void apply_force(int group, int lane) {
         }
         int most = largest_component(push);
         if (most > 0) {
-            set_state(kPlaneForceX, voxel, push.x * 1024 / most);
-            set_state(kPlaneForceY, voxel, push.y * 1024 / most);
-            set_state(kPlaneForceZ, voxel, push.z * 1024 / most);
+            set_state(kPlaneForceX, voxel, push.x * kForceOne / most);
+            set_state(kPlaneForceY, voxel, push.y * kForceOne / most);
+            set_state(kPlaneForceZ, voxel, push.z * kForceOne / most);
         }
     }
     ATOMIC_MAX(block_flags[flag_index(kFlagApplied, block)], params.pass_stamp);

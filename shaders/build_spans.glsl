@@ -144,10 +144,10 @@ void build_spans(int group, int lane) {
         }
         if (ends && kind != 0) {
             if (count < kSpanCapacity) {
-                int at = record + 1 + count * kSpanWords;
-                spans[at] = bottom;
-                spans[at + 1] = top;
-                spans[at + 2] = kind;
+                int at = record + kColumnSpans + count * kSpanWords;
+                spans[at + kSpanBottom] = bottom;
+                spans[at + kSpanTop] = top;
+                spans[at + kSpanKind] = kind;
                 bool carried = kind == kSpanPiled && carrier > 0;
                 note_base(record, count, !carried ? 0 : is_top_free(column, top) ? carrier | kBaseFree : carrier);
                 count += 1;
@@ -184,7 +184,7 @@ void build_spans(int group, int lane) {
             }
         }
     }
-    spans[record] = count;
+    spans[record + kColumnCount] = count;
     for (int i = count; i < kSpanCapacity; ++i) {
         spans[record + kColumnSpeed + i] = 0;
         spans[record + kColumnSpeed + kSpanCapacity + i] = 0;

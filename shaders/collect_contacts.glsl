@@ -44,12 +44,12 @@ void collect_contacts(int group, int lane) {
         int support = state_at(kPlaneSupport, voxel);
         if (support >= kSupportBody && state_at(kPlaneVolume, voxel) > 0) {
             int load = kResultHeader + (support - kSupportBody) * kLoadWords;
-            int mass = mass_at(voxel) >> 4;  // a 16th, so that mass * (16384 + 1) stays in 31 bits
+            int mass = mass_at(voxel) / kLoadPart;
             ivec3 at = grid_voxel(slot, x, y, z);
-            add_wide(load, mass);
-            add_mass_moment(load + 2, mass, at.x);
-            add_mass_moment(load + 4, mass, at.y);
-            add_mass_moment(load + 6, mass, at.z);
+            add_wide(load + kLoadMass, mass);
+            add_mass_moment(load + kLoadMoment, mass, at.x);
+            add_mass_moment(load + kLoadMoment + 2, mass, at.y);
+            add_mass_moment(load + kLoadMoment + 4, mass, at.z);
         }
         ivec3 gradient = body_gradient(slot, x, y, z);
         int most = largest_component(gradient);
@@ -122,22 +122,22 @@ void collect_contacts(int group, int lane) {
         }
         int at = params.contact_offset + slot_index * kContactWords;
         ivec3 where = grid_voxel(slot, x, y, z);
-        result[at] = where.x;
-        result[at + 1] = where.y;
-        result[at + 2] = where.z;
-        result[at + 3] = body;
-        result[at + 4] = gradient.x;
-        result[at + 5] = gradient.y;
-        result[at + 6] = gradient.z;
+        result[at + kContactAt] = where.x;
+        result[at + kContactAt + 1] = where.y;
+        result[at + kContactAt + 2] = where.z;
+        result[at + kContactBody] = body;
+        result[at + kContactGradient] = gradient.x;
+        result[at + kContactGradient + 1] = gradient.y;
+        result[at + kContactGradient + 2] = gradient.z;
         // At an edge the soil beside one face says nothing of that beside the other.
         ivec3 here = ivec3(x, y, z);
         int gap = gap_beside(slot, here, voxel, inwards);
-        result[at + 7] = gradient.x == 0 ? gap : gap_beside(slot, here, voxel, ivec3(sign(gradient.x), 0, 0));
-        result[at + 8] = gradient.y == 0 ? gap : gap_beside(slot, here, voxel, ivec3(0, sign(gradient.y), 0));
-        result[at + 9] = gradient.z == 0 ? gap : gap_beside(slot, here, voxel, ivec3(0, 0, sign(gradient.z)));
-        result[at + 10] = max(0, state_at(kPlaneVolume, voxel) + coverage_at(voxel) - kVoxelFull);
-        result[at + 11] = main_material(soil_voxel);
-        result[at + 12] = density;
+        result[at + kContactGap] = gradient.x == 0 ? gap : gap_beside(slot, here, voxel, ivec3(sign(gradient.x), 0, 0));
+        result[at + kContactGap + 1] = gradient.y == 0 ? gap : gap_beside(slot, here, voxel, ivec3(0, sign(gradient.y), 0));
+        result[at + kContactGap + 2] = gradient.z == 0 ? gap : gap_beside(slot, here, voxel, ivec3(0, 0, sign(gradient.z)));
+        result[at + kContactExcess] = max(0, state_at(kPlaneVolume, voxel) + coverage_at(voxel) - kVoxelFull);
+        result[at + kContactMaterial] = main_material(soil_voxel);
+        result[at + kContactDensity] = density;
         result[at + kContactCarrier] = support == kSupportGround ? kOnGround : support - kSupportBody;
     }
 }

@@ -42,5 +42,5 @@ void find_support(int group, int lane) {
             below = kSupportNone;
         }
     }
-    ATOMIC_MAX(tile_table[slot * kTileTableWords + kTileTableTop], params.step_stamp * 1024 + top);
+    ATOMIC_MAX(tile_table[slot * kTileTableWords + kTileTableTop], params.step_stamp * kTileTopStep + top);
 }

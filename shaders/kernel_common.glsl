@@ -82,6 +82,9 @@ int excess_at(int voxel) {
     return excess > kExcessTolerance ? excess : 0;
 }
 
+// Whether a plane is of mass: those behind the materials may hold something else that travels with the soil.
+bool is_mass(int plane) { return plane >= kPlaneMaterial && plane < kPlaneMaterial + params.material_count; }
+
 int mass_at(int voxel) {
     int mass = 0;
     for (int m = 0; m < params.material_count; ++m) {
@@ -116,6 +119,10 @@ int fraction_q16(int part, int whole) {
     }
     return quotient;
 }
+
+// The nearest whole number.
+int round_q16(int value) { return (value + 32768) >> 16; }
+ivec3 round_q16(ivec3 value) { return (value + 32768) >> 16; }
 
 // Q16 quotient of a signed number of up to 27 bits.
 int signed_fraction_q16(int part, int whole) {
@@ -170,7 +177,7 @@ void move_soil(int from, int to, int fraction, bool loosens) {
         } else if (plane != kPlaneBond) {
             add_delta(plane, to, share);
         }
-        if (plane >= kPlaneMaterial) {
+        if (is_mass(plane)) {
             mass += share;
         }
         moved = moved | share;
@@ -199,8 +206,7 @@ ivec3 body_velocity_at(int body, ivec3 voxel) {
     int base = body * kBodyWords;
     ivec3 center = ivec3(shapes[base + kBodyCenter], shapes[base + kBodyCenter + 1],
                          shapes[base + kBodyCenter + 2]);
-    // Half voxels, bounded so that the products below stay in 31 bits.
-    ivec3 arm = clamp(voxel * 2 + 1 - center, ivec3(-8191), ivec3(8191));
+    ivec3 arm = clamp(voxel * 2 + 1 - center, ivec3(-kArmMost), ivec3(kArmMost));
     ivec3 angular = ivec3(shapes[base + kBodyAngular], shapes[base + kBodyAngular + 1],
                           shapes[base + kBodyAngular + 2]);
     ivec3 turn = ivec3(angular.y * arm.z - angular.z * arm.y, angular.z * arm.x - angular.x * arm.z,
@@ -222,7 +228,7 @@ bool is_in_grid(int slot, int x, int y) {
     return at.x < params.size_x && at.y < params.size_y;
 }
 
-int owner_body(int owner) { return (owner & 65535) - 1; }
+int owner_body(int owner) { return (owner & (kOwnerRank - 1)) - 1; }
 
 int largest_component(ivec3 v) { return max(abs(v.x), max(abs(v.y), abs(v.z))); }
 
@@ -341,7 +347,7 @@ int excess_carried_off(int slot, ivec3 at, int voxel, ivec3 out_way) {
     }
     ivec3 drift = soil_velocity(voxel, mass) / params.body_substep_count;
     int most = largest_component(drift);
-    if (most == 0 || outwards(drift * 1024 / most, out_way) <= 0) {
+    if (most == 0 || outwards(drift * kForceOne / most, out_way) <= 0) {
         return 0;
     }
     ivec3 step = (2 * drift) / most - drift / most;

@@ -22,12 +22,13 @@ int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction, ivec3 forc
         if (is_barred(from, to, pick * side, out_way, overrun)) {
             continue;
         }
-        int moved = mul_q16(state_at(kPlaneVolume, from), share) >> 4;
+        int moved = mul_q16(state_at(kPlaneVolume, from), share) / kForceShare;
         move_share(from, to, share);
-        // thesis (35): the force arrives weighted by what it brings; Q10 direction times volume / 16.
-        add_delta(kPlaneForceX, to, (force.x >> 6) * moved);
-        add_delta(kPlaneForceY, to, (force.y >> 6) * moved);
-        add_delta(kPlaneForceZ, to, (force.z >> 6) * moved);
+        // thesis (35): the force arrives weighted by what it brings; Q10 direction times sixteenths of the volume.
+        ivec3 direction = force >> 6;  // Q16 to Q10
+        add_delta(kPlaneForceX, to, direction.x * moved);
+        add_delta(kPlaneForceY, to, direction.y * moved);
+        add_delta(kPlaneForceZ, to, direction.z * moved);
         left -= share;
     }
     return left;
@@ -47,13 +48,13 @@ ivec3 way_to_free_surface(int slot, ivec3 at, ivec3 way, int passive) {
     }
     ivec3 level = ivec3(signed_fraction_q16(way.x, most), signed_fraction_q16(way.y, most), 0);
     ivec3 rising = ivec3(level.x, level.y, passive);
-    for (int k = 1; k <= 8; ++k) {
-        ivec3 ahead = (level * k + 32768) >> 16;
+    for (int k = 1; k <= kFreeSurfaceReach; ++k) {
+        ivec3 ahead = round_q16(level * k);
         int flat_voxel = voxel_at(slot, at.x + ahead.x, at.y + ahead.y, at.z);
         if (has_room(flat_voxel)) {
             return level;
         }
-        int high_voxel = voxel_at(slot, at.x + ahead.x, at.y + ahead.y, at.z + ((passive * k + 32768) >> 16));
+        int high_voxel = voxel_at(slot, at.x + ahead.x, at.y + ahead.y, at.z + round_q16(passive * k));
         if (has_room(high_voxel)) {
             return rising;
         }
@@ -73,8 +74,8 @@ int compact(int slot, ivec3 at, int voxel, int excess, ivec3 way) {
     if (body >= 0) {
         packing = shapes[body * kBodyWords + kBodyPacking];
     } else {
-        int behind = voxel_at(slot, at.x - ((way.x + 32768) >> 16), at.y - ((way.y + 32768) >> 16),
-                              at.z - ((way.z + 32768) >> 16));
+        ivec3 from = at - round_q16(way);
+        int behind = voxel_at(slot, from.x, from.y, from.z);
         body = behind < 0 ? -1 : owner_body(state_at(kPlaneOwner, behind));
         packing = body < 0 ? 0 : shapes[body * kBodyWords + kBodyPacking] / 2;
     }
@@ -121,7 +122,7 @@ void propagate_force(int group, int lane) {
         if (excess <= 0 || most == 0) {
             continue;
         }
-        while (most >= 67108864) {  // keep the quotients below in range
+        while (most >= kForceHalved) {
             force = force / 2;
             most = most / 2;
         }
@@ -132,8 +133,8 @@ void propagate_force(int group, int lane) {
             continue;
         }
         int fraction = fraction_q16(excess, volume);
-        int ahead = voxel_at(slot, at.x + ((way.x + 32768) >> 16), at.y + ((way.y + 32768) >> 16),
-                             at.z + ((way.z + 32768) >> 16));
+        ivec3 next = at + round_q16(way);
+        int ahead = voxel_at(slot, next.x, next.y, next.z);
         int passive = material_word(voxel, kTablePassive);
         if (way.z < passive && !has_room(ahead)) {
             way = way_to_free_surface(slot, at, way, passive);

@@ -51,9 +51,9 @@ void resolve_overflow(int group, int lane) {
         ivec3 at = ivec3(lane & 7, lane >> 3, z0 + z);
         int fraction = fraction_q16(excess, volume);
         int above = voxel_at(slot, at.x, at.y, at.z + 1);
-        if (params.overflow_heuristic == 0 || is_caught(voxel) || is_closed(above)) {
+        if (params.overflow_heuristic == kOverflowEven || is_caught(voxel) || is_closed(above)) {
             spread_evenly(slot, at, voxel, fraction);
-        } else if (params.overflow_heuristic == 1) {
+        } else if (params.overflow_heuristic == kOverflowUp) {
             move_share(voxel, above, fraction);
         } else {
             // Weights 1 2 1 / 2 4 2 / 1 2 1 of 16; what is barred goes straight up.

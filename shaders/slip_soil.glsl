@@ -36,20 +36,20 @@ int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(i
         return kNoDrop;
     }
     int record = column * kColumnWords;
-    int count = spans[record];
+    int count = spans[record + kColumnCount];
     for (int i = count - 1; i >= 0; --i) {
-        int at = record + 1 + i * kSpanWords;
-        if (spans[at + 2] != kSpanPiled) {
+        int at = record + kColumnSpans + i * kSpanWords;
+        if (spans[at + kSpanKind] != kSpanPiled) {
             continue;
         }
-        int other_bottom = spans[at];
-        int other_top = spans[at + 1];
+        int other_bottom = spans[at + kSpanBottom];
+        int other_top = spans[at + kSpanTop];
         if (min(top, other_top) - max(bottom, other_bottom) < 0) {  // thesis (31)
             continue;
         }
         int ceiling = top;
         if (i + 1 < count) {
-            ceiling = min(top, spans[at + kSpanWords]);
+            ceiling = min(top, spans[at + kSpanWords + kSpanBottom]);
         }
         int drop = ceiling - other_top;  // thesis (32)
         if (drop <= 0) {
@@ -121,7 +121,7 @@ void slip_soil(int group, int lane) {
     int x = lane & 7;
     int y = lane >> 3;
     int record = (slot * kTileColumns + lane) * kColumnWords;
-    int count = spans[record];
+    int count = spans[record + kColumnCount];
     if (!slid_before(slot, true)) {
         for (int i = 0; i < count; ++i) {
             spans[speed_write(record, i)] = 0;
@@ -129,11 +129,11 @@ void slip_soil(int group, int lane) {
         return;
     }
     for (int i = 0; i < count; ++i) {
-        int at = record + 1 + i * kSpanWords;
-        int bottom = spans[at];
-        int top = spans[at + 1];
+        int at = record + kColumnSpans + i * kSpanWords;
+        int bottom = spans[at + kSpanBottom];
+        int top = spans[at + kSpanTop];
         spans[speed_write(record, i)] = 0;
-        if (spans[at + 2] != kSpanPiled || top <= bottom) {
+        if (spans[at + kSpanKind] != kSpanPiled || top <= bottom) {
             continue;
         }
         bool on_rigid = i > 0;
@@ -214,7 +214,7 @@ void slip_soil(int group, int lane) {
         // thesis (9), and no more than a quarter of the wedge at once, so that nothing overshoots.
         speed = min(speed + table_at(curve, kTableAcceleration, worst_slope) / params.substep_count, 65536);
         spans[speed_write(record, i)] = speed;
-        int rate = min(max(speed / params.substep_count, 8192), 16384);
+        int rate = min(max(speed / params.substep_count, kSlipRateLeast), kSlipRateMost);
         // As if columns that far apart were neighbours.
         int amount = min(mul_q16(worst, rate) * params.slip_stride, kSlipDepth * kVoxelFull) + 1;  // thesis (10)
         // From the top down, a voxel at a time.

@@ -22,16 +22,30 @@ CONST_INT(kPushRoom, 8192)
 // Soil under a push waits for its way to open up to this amount; beyond it overflow resolution spreads it: 2 voxels.
 CONST_INT(kPushedMost, 131072)
 // Amounts up to this are moved whole, so that soil does not thin out into dust: 1/256 voxel.
-CONST_INT(kCrumb, 256)
+CONST_INT(kWholeMost, 256)
 // A displaced voxel's share in a neighbour below this stays: whole units of mass carry momentum in wrong proportion when
 // there are few of them, and a speck that is twice too fast costs every voxel sub-steps. 1/4096 voxel.
-CONST_INT(kSpeck, 16)
+CONST_INT(kShareLeast, 16)
 // Falling soil thinner than this does not decide how fine the step is cut: 1/16 voxel.
-CONST_INT(kDust, 4096)
+CONST_INT(kPacingLeast, 4096)
 // Slopes closer to stability than this do not slide: 1/256 voxel of rise per voxel of run.
 CONST_INT(kSlipTolerance, 256)
+// Share of a failing wedge that slides in a pass (Q16): an eighth even of soil that has just begun to, so that a slope is
+// done in some passes; no more than a quarter however fast, because both columns of a slice may give and take.
+CONST_INT(kSlipRateLeast, 8192)
+CONST_INT(kSlipRateMost, 16384)
+// Soil that is pushed looks so many voxels ahead for the free surface: a neighbouring tile reaches no further.
+CONST_INT(kFreeSurfaceReach, 8)
 // Velocities are Q10: 1024 = one voxel per base step. Displacements are Q16 voxels.
 CONST_INT(kVelocityOne, 1024)
+// Directions of forces are Q10 too, and weighted by sixteenths of the volume they push: with 16 voxels of soil (kVoxelMost)
+// 2^10 * 2^16 stays inside 31 bits, and so does a sum of 31 of them.
+CONST_INT(kForceOne, 1024)
+CONST_INT(kForceShare, 16)
+// Forces beyond this are halved before they are divided: fraction_q16 takes numbers below 2^27.
+CONST_INT(kForceHalved, 67108864)
+// A push before it becomes a direction (Q16 voxels a base step): times kForceOne it stays inside 31 bits.
+CONST_INT(kPushMost, 1048575)
 // A wall slower than this drives no soil out of itself: what the solver leaves of a body that stands (Q16 voxels a base step).
 // 1/512 voxel, as what counts as still on the host. Without it a plate at rest on a thin layer went on squeezing it out.
 CONST_INT(kStillSpeed, 128)
@@ -49,11 +63,13 @@ CONST_INT(kTileColumns, 64)
 CONST_INT(kBlockVoxels, 512)
 CONST_INT(kNeighbourAbsent, -1)
 // Per resident tile in tile_table: 9 neighbour slots (row-major, dy then dx, self in the middle), tile x, tile y,
-// then the top of the soil: step * 1024 + z of the highest voxel with soil + 1, a maximum over columns; and kTileTableSlid.
+// then the top of the soil: step * kTileTopStep + z of the highest voxel with soil + 1, a maximum over columns; and
+// kTileTableSlid.
 CONST_INT(kTileTableWords, 16)
 CONST_INT(kTileTableX, 9)
 CONST_INT(kTileTableY, 10)
 CONST_INT(kTileTableTop, 11)
+CONST_INT(kTileTopStep, 1024)   // twice the highest grid (512 voxels), so that z + 1 fits
 CONST_INT(kTileTableSlid, 12)   // stamp of the last slip pass that found a slope failing or moved soil here
 
 // Tile lists: (slot * kTileWord + lowest) * kTileWord + highest: support may have changed from block `lowest` on, and
@@ -62,7 +78,7 @@ CONST_INT(kTileWord, 128)
 
 // --- planes of the state, each params.plane_stride words long, index = plane * plane_stride + voxel ---------------
 CONST_INT(kPlaneCoverage, 0)    // bodies in this voxel, volume units, sum over shapes (not clamped)
-CONST_INT(kPlaneOwner, 1)       // body that covers most: min(coverage, 65535) >> 1 << 16 | body index + 1; 0 = none
+CONST_INT(kPlaneOwner, 1)       // body that covers most: half its coverage * kOwnerRank + body index + 1; 0 = none
 CONST_INT(kPlaneTerrain, 2)     // fixed terrain in this voxel, volume units, 0..kVoxelFull
 CONST_INT(kPlaneSupport, 3)     // 0 falling, 1 resting on ground, 2 + b carried by body index b
 CONST_INT(kPlaneVolume, 4)      // soil volume units; first transported plane
@@ -75,6 +91,8 @@ CONST_INT(kPlaneForceZ, 10)
 CONST_INT(kPlaneBond, 11)       // volume units that were never moved: they keep their cohesion
 CONST_INT(kPlaneMaterial, 12)   // mass units of material 0; material m is plane kPlaneMaterial + m
 CONST_INT(kTransportFirst, 4)   // planes from here on move with the soil and have a delta plane
+
+CONST_INT(kOwnerRank, 65536)    // body indices are below it; half of kVoxelFull - 1 times it stays inside 31 bits
 
 CONST_INT(kSupportNone, 0)
 CONST_INT(kSupportGround, 1)
@@ -92,8 +110,13 @@ CONST_INT(kFlagArrays, 6)
 
 // --- height spans: per column 1 count + kSpanCapacity records -----------------------------------------------------
 CONST_INT(kSpanCapacity, 8)
-CONST_INT(kSpanWords, 3)        // bottom, top (Q16 voxels above the floor), kind
-CONST_INT(kColumnWords, 48)     // count, records, padding, then slip speeds per span, then bases
+CONST_INT(kSpanWords, 3)
+CONST_INT(kSpanBottom, 0)       // Q16 voxels above the floor
+CONST_INT(kSpanTop, 1)
+CONST_INT(kSpanKind, 2)         // kSpanRigid ...
+CONST_INT(kColumnWords, 48)
+CONST_INT(kColumnCount, 0)      // spans of the column
+CONST_INT(kColumnSpans, 1)      // their records from the floor up, then padding up to kColumnSpeed and kColumnBase
 CONST_INT(kColumnSpeed, 28)     // slip speed of span i (Q16 voxels per base step), two sets used turn by turn
 // What the spans stand on, 16 bits each, two a word: index + 1 of a body that may move, 0 elsewhere; kBaseFree where no
 // body covers the span's top.
@@ -116,13 +139,14 @@ CONST_INT(kBodyWords, 16)
 CONST_INT(kBodyLinear, 0)       // velocity of the centre of mass, Q16 voxels per base step, 3
 CONST_INT(kBodyAngular, 3)      // Q16 radians per base step, 3
 CONST_INT(kBodyCenter, 6)       // centre of mass, Q1 voxels (half voxels), 3
+CONST_INT(kArmMost, 8191)       // of a body's rotation, half voxels: times 2 rad a base step (Q16), twice, stays in 31 bits
 CONST_INT(kBodyFriction, 9)     // tool friction times gravity: Q10 velocity change a base step
 CONST_INT(kBodyMoving, 10)
 CONST_INT(kBodyPacking, 11)     // relative density (Q16) that soil pressed on by this body takes up
 CONST_INT(kBodyReach, 12)       // voxels of soil beside this body whose density counts for its contact
 CONST_INT(kBodyReachMost, 8)    // a neighbouring tile reaches no further
 CONST_INT(kShapeWords, 32)
-CONST_INT(kShapeKind, 0)        // 0 box, 1 sphere, 2 capsule, 3 cylinder, 4 cone, 5 hull, 6 lattice
+CONST_INT(kShapeKind, 0)        // kKindBox ...
 CONST_INT(kShapeBody, 1)
 CONST_INT(kShapeRows, 2)        // 12 floats: rows of the 3 x 4 transform grid voxels -> shape frame (voxel units)
 CONST_INT(kShapeSize, 14)       // 6 floats, by kind
@@ -130,6 +154,14 @@ CONST_INT(kShapePlanes, 20)     // hull: offset of the first plane (4 floats eac
 CONST_INT(kShapeRounding, 22)   // float
 CONST_INT(kShapeLattice, 23)    // lattice: its place in the shapes buffer; the rows lead to its nodes, kShapeSize is the
                                 // length of a sample's unit in voxels
+CONST_INT(kKindBox, 0)          // ConvexShape::Kind
+CONST_INT(kKindSphere, 1)
+CONST_INT(kKindCapsule, 2)
+CONST_INT(kKindCylinder, 3)
+CONST_INT(kKindCone, 4)
+CONST_INT(kKindHull, 5)
+CONST_INT(kKindLattice, 6)
+CONST_INT(kFaceWords, 4)        // of a hull's face: normal x y z, offset; floats
 // A distance lattice: bricks along x, y, z; per brick (x fastest) the place of its samples from the lattice's start, or
 // kLatticeInside or kLatticeOutside where the surface is far; the samples. A brick spans kLatticeCells cells and has the
 // 8 x 8 x 8 nodes at their corners (those on its faces are its neighbours' as well), x fastest, two 16-bit samples a
@@ -147,8 +179,19 @@ CONST_INT(kResultSpeed, 1)      // largest displacement a base step, Q16 voxels
 CONST_INT(kResultContacts, 2)   // number of contact records wanted
 CONST_INT(kResultSlope, 3)      // highest wedge that the last slip pass still found failing, Q16 voxels
 CONST_INT(kResultHeader, 16)    // then per body the load it carries, kLoadWords each, then the contact records
-CONST_INT(kLoadWords, 8)        // 64-bit sums (low, high): mass units, mass * (2x+1), mass * (2y+1), mass * (2z+1)
-CONST_INT(kContactWords, 14)    // x, y, z, body index, gradient x y z, gap (Q16) along x y z, excess, material, relative density, carrier
+CONST_INT(kLoadWords, 8)        // 64-bit sums (low, high)
+CONST_INT(kLoadMass, 0)         // parts of mass units
+CONST_INT(kLoadMoment, 2)       // the same times 2x + 1, then 2y + 1, then 2z + 1: the middle of a voxel in half voxels
+CONST_INT(kLoadPart, 16)        // parts are 16ths, rounded down, so that a part times 16385 voxels stays in 31 bits
+CONST_INT(kContactWords, 14)
+CONST_INT(kContactAt, 0)        // voxel x, y, z
+CONST_INT(kContactBody, 3)      // index
+CONST_INT(kContactKey, 4)       // words up to here tell a record from all others of a step
+CONST_INT(kContactGradient, 4)  // of the bodies' coverage x, y, z: see body_gradient
+CONST_INT(kContactGap, 7)       // room that the soil leaves along x, y, z, Q16 voxels
+CONST_INT(kContactExcess, 10)   // soil and bodies beyond the voxel's room, volume units
+CONST_INT(kContactMaterial, 11)
+CONST_INT(kContactDensity, 12)  // relative density, Q16; or kDensityFixed
 CONST_INT(kContactCarrier, 13)  // body index of what the soil rests on, or kOnGround
 CONST_INT(kOnGround, -1)
 
@@ -160,6 +203,11 @@ CONST_INT(kTableAcceleration, 320)
 CONST_INT(kTablePassive, 600)   // tan(45 deg - phi / 2), Q16: how steeply confined soil yields towards the surface
 CONST_INT(kTableLoose, 601)     // volume of a mass unit of loose soil, Q16; 0: density is fixed
 CONST_INT(kTableCompacted, 602) // ... of compacted soil
+
+// --- ways of overflow (values of OverflowHeuristic) ------------------------------------------------------------------
+CONST_INT(kOverflowEven, 0)
+CONST_INT(kOverflowUp, 1)
+CONST_INT(kOverflowUpSpread, 2)
 
 // --- status bits the kernels set (values of StatusBit) --------------------------------------------------------------
 CONST_INT(kStatusSpeedClamped, 2)

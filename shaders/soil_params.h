@@ -11,7 +11,7 @@ int substep_count;       // this base step is cut into so many
 int body_substep_count;  // bodies move in so many parts of it: at most a voxel at once
 int gravity_q16;         // gravity in Q16 voxels per base step squared
 int list_offset;         // where this dispatch's list starts in block_list
-int overflow_heuristic;  // 0 even, 1 up, 2 up_spread
+int overflow_heuristic;  // kOverflowEven ...
 int shape_offset;        // word offset of the shape records
 int contact_capacity;
 int pair_offset;         // voxelize_shapes: where its (block, shape) pairs start in block_list

@@ -64,15 +64,15 @@ float lattice_distance(int shape, float px, float py, float pz) {
 float shape_distance(int shape, float px, float py, float pz) {
     int kind = shapes[shape + kShapeKind];
     PRECISE float distance = 0.0f;
-    if (kind == 6) {
+    if (kind == kKindLattice) {
         return lattice_distance(shape, px, py, pz);
     }
-    if (kind == 5) {
+    if (kind == kKindHull) {
         int plane = shapes[shape + kShapePlanes];
         int count = shapes[shape + kShapePlanes + 1];
         distance = -1.0e9f;
         for (int i = 0; i < count; ++i) {
-            int p = plane + 4 * i;
+            int p = plane + kFaceWords * i;
             PRECISE float side = px * int_as_float(shapes[p]) + py * int_as_float(shapes[p + 1]);
             side = side + pz * int_as_float(shapes[p + 2]);
             side = side - int_as_float(shapes[p + 3]);
@@ -83,16 +83,16 @@ float shape_distance(int shape, float px, float py, float pz) {
     float a = int_as_float(shapes[shape + kShapeSize]);
     float b = int_as_float(shapes[shape + kShapeSize + 1]);
     float c = int_as_float(shapes[shape + kShapeSize + 2]);
-    if (kind == 0) {  // box: half extents a, b, c
+    if (kind == kKindBox) {  // box: half extents a, b, c
         return max(abs(px) - a, max(abs(py) - b, abs(pz) - c));
     }
-    if (kind == 1) {  // sphere: radius a
+    if (kind == kKindSphere) {  // sphere: radius a
         PRECISE float square = px * px + py * py;
         square = square + pz * pz;
         distance = sqrt_exact(square) - a;
         return distance;
     }
-    if (kind == 2) {  // capsule: radius a, half segment b
+    if (kind == kKindCapsule) {  // capsule: radius a, half segment b
         PRECISE float along = pz - clamp(pz, -b, b);
         PRECISE float square = px * px + py * py;
         square = square + along * along;
@@ -101,7 +101,7 @@ float shape_distance(int shape, float px, float py, float pz) {
     }
     PRECISE float radial_square = px * px + py * py;
     float radial = sqrt_exact(radial_square);
-    if (kind == 3) {  // cylinder: radius a, half height b
+    if (kind == kKindCylinder) {  // cylinder: radius a, half height b
         return max(radial - a, abs(pz) - b);
     }
     // cone: half height b, apex at +b; c and d are cosine and sine of its half angle
@@ -174,7 +174,7 @@ void voxelize_shapes(int group, int lane) {
         if (covered > 0) {
             int voxel = block * kBlockVoxels + z * kTileColumns + lane;
             ATOMIC_ADD_OWNED(state[kPlaneCoverage * params.plane_stride + voxel], covered);
-            int key = (min(covered, 65535) >> 1) * 65536 + body + 1;
+            int key = min(covered, kVoxelFull - 1) / 2 * kOwnerRank + body + 1;
             ATOMIC_MAX_OWNED(state[kPlaneOwner * params.plane_stride + voxel], key);
         }
     }

@@ -24,7 +24,7 @@ void expect_shares(Soil& soil, const std::function<double(int x, int y, int z)>&
             for (int x = 0; x < size[0]; ++x) {
                 const double wanted = share(x, y, z);
                 // A crumb is not put in; else to half a unit.
-                const double expected = wanted * 65536 > layout::kCrumb ? wanted : 0;
+                const double expected = wanted * 65536 > layout::kWholeMost ? wanted : 0;
                 ASSERT_NEAR(soil.sample(x, y, z).volume, expected, 0.6 / 65536)
                     << x << " " << y << " " << z;
             }

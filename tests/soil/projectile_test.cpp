@@ -94,7 +94,7 @@ TEST(Crumbs, move_whole_and_on_average_as_far_as_they_drift) {
         for (int z = 1; z < 24; z += 3) {
             for (int y = 0; y < 16; y += 2) {
                 for (int x = 0; x < 24; x += 2) {
-                    planes.at(kPlaneVolume, x, y, z) = kCrumb;
+                    planes.at(kPlaneVolume, x, y, z) = kWholeMost;
                     planes.at(kPlaneMaterial, x, y, z) = kMass;
                     planes.at(kPlaneMomentumX, x, y, z) =
                         static_cast<int>(kMass * kDrift * substeps * kVelocityOne);

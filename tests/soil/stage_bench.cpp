@@ -201,7 +201,8 @@ std::vector<std::array<int32_t, kContactWords>> StageBench::collect_contacts() {
                             contacts[i]);
     }
     std::sort(contacts.begin(), contacts.end(), [](const auto& a, const auto& b) {
-        return std::tie(a[2], a[1], a[0]) < std::tie(b[2], b[1], b[0]);
+        constexpr int kAt = kContactAt;
+        return std::tie(a[kAt + 2], a[kAt + 1], a[kAt]) < std::tie(b[kAt + 2], b[kAt + 1], b[kAt]);
     });
     return contacts;
 }
@@ -294,7 +295,7 @@ oracle::Model StageBench::model(int substeps) const {
                         .pushed_most = kPushedMost * kUnit,
                         .still_speed = kStillSpeed * kUnit,
                         .follow_most = kFollowMost * kUnit,
-                        .speck = kSpeck * kUnit,
+                        .speck = kShareLeast * kUnit,
                         .slip_tolerance = kSlipTolerance * kUnit,
                         .span_capacity = kSpanCapacity,
                         .gravity = impl_->params.gravity_q16 * kUnit,

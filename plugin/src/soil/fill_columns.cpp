@@ -17,7 +17,7 @@ ColumnRun filled(ColumnRun run, int units, const FillMaterial& material, int64_t
     units = std::min(room, units);
     // Less than a crumb is not worth a voxel: it would hover until a neighbour's flow took it
     // along.
-    if (units > kCrumb) {
+    if (units > kWholeMost) {
         run.values[kKeptVolume] += units;
         run.values[kKeptBond] += units;
         run.values[material.plane] +=

@@ -283,7 +283,7 @@ void Soil::Impl::change_ground(int index, const std::vector<int32_t>& cover, boo
             continue;
         }
         if (buried.words.empty()) buried.reset(height, kept_planes);
-        move_soil(voxels, buried, v, room > kCrumb ? volume - room : volume, volume);
+        move_soil(voxels, buried, v, room > kWholeMost ? volume - room : volume, volume);
     }
     const auto bytes_of = [](const TileVoxels& packed) {
         return std::make_shared<const std::vector<uint8_t>>(pack_tile(packed));

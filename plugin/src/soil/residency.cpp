@@ -344,13 +344,14 @@ std::span<const int32_t> Soil::Impl::carried_surface(int index, int carrier) {
     const size_t first = static_cast<size_t>(tiles[index]->slot) * kTileColumns;
     for (int c = 0; c < kTileColumns; ++c) {
         const int32_t* column = &tile_spans[(first + c) * kColumnWords];
-        for (int i = 0; i < column[0]; ++i) {
+        for (int i = 0; i < column[kColumnCount]; ++i) {
             const auto pair = static_cast<uint32_t>(column[kColumnBase + i / 2]);
             const int base = static_cast<int>(pair >> (i % 2 * 16) & 0xffff);
             if ((base & kBaseBody) != carrier + 1) {
                 continue;
             }
-            const int32_t bottom = column[1 + i * kSpanWords], top = column[2 + i * kSpanWords];
+            const int32_t* span = column + kColumnSpans + i * kSpanWords;
+            const int32_t bottom = span[kSpanBottom], top = span[kSpanTop];
             if (top > bottom) {
                 carried_tops[c] = (base & kBaseFree) != 0 ? top : kCovered - top;
             } else if (carried_tops[c] == kBare && (base & kBaseFree) != 0) {

@@ -423,7 +423,7 @@ void Soil::Impl::upload_bodies(std::span<const StepBody> step_bodies, double t) 
         shape_words[record + kShapePlanes + 1] = static_cast<int32_t>(shape->planes.size());
         for (const Plane& plane : shape->planes) {
             const size_t at = shape_words.size();
-            shape_words.resize(at + 4);
+            shape_words.resize(at + kFaceWords);
             put_float(at, plane.normal.x);
             put_float(at + 1, plane.normal.y);
             put_float(at + 2, plane.normal.z);
@@ -879,13 +879,12 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
     loads.clear();
     for (size_t b = 0; b < body_ids.size(); ++b) {
         const int32_t* sums = &result_head[kResultHeader + b * kLoadWords];
-        const double units = static_cast<double>(wide_sum(sums));
+        const double units = static_cast<double>(wide_sum(sums + kLoadMass));
         if (units > 0 && body_ids[b] >= 0) {
-            const Vec3 center{static_cast<double>(wide_sum(sums + 2)) / units / 2,
-                              static_cast<double>(wide_sum(sums + 4)) / units / 2,
-                              static_cast<double>(wide_sum(sums + 6)) / units / 2};
-            // collect_contacts sums sixteenths of units.
-            loads.push_back({body_ids[b], units * 16 * kg_per_unit, frame.to_world(center)});
+            const Vec3 center{static_cast<double>(wide_sum(sums + kLoadMoment)) / units / 2,
+                              static_cast<double>(wide_sum(sums + kLoadMoment + 2)) / units / 2,
+                              static_cast<double>(wide_sum(sums + kLoadMoment + 4)) / units / 2};
+            loads.push_back({body_ids[b], units * kLoadPart * kg_per_unit, frame.to_world(center)});
         }
     }
     const int count = static_cast<int>(result_words.size() / kContactWords);
@@ -902,8 +901,8 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
             return carrier_of(a) < carrier_of(b);
         }
         return std::lexicographical_compare(
-            &result_words[a * kContactWords], &result_words[a * kContactWords] + 4,
-            &result_words[b * kContactWords], &result_words[b * kContactWords] + 4);
+            &result_words[a * kContactWords], &result_words[a * kContactWords] + kContactKey,
+            &result_words[b * kContactWords], &result_words[b * kContactWords] + kContactKey);
     });
     contacts.clear();
     if (contacts.capacity() < 2 * contact_order.size()) {
@@ -930,21 +929,23 @@ void Soil::Impl::add_contacts(std::span<const int> order, int carrier) {
     const double voxel = frame.voxel_m;
     for (int i : order) {
         const int32_t* c = &result_words[static_cast<size_t>(i) * kContactWords];
-        const Vec3 gradient{static_cast<double>(c[4]), static_cast<double>(c[5]),
-                            static_cast<double>(c[6])};
+        const Vec3 gradient{static_cast<double>(c[kContactGradient]),
+                            static_cast<double>(c[kContactGradient + 1]),
+                            static_cast<double>(c[kContactGradient + 2])};
         const double steep = length(gradient);
         const double share =
             steep / (2.0 * kVoxelFull);  // area of surface in this voxel / voxel face
         ContactVoxel contact;
-        contact.body = body_ids[c[3]];
+        contact.body = body_ids[c[kContactBody]];
         contact.carrier = carrier == kOnGround ? -1 : body_ids[carrier];
-        const StepBody* body = body_inputs[static_cast<size_t>(c[3])];
+        const StepBody* body = body_inputs[static_cast<size_t>(c[kContactBody])];
         if (!body) {
             continue;
         }
         // The shape knows better than the coverage where its surface is: of a body smaller than a
         // voxel the grid has hardly a trace.
-        contact.center_m = frame.to_world({c[0] + 0.5, c[1] + 0.5, c[2] + 0.5});
+        contact.center_m =
+            frame.to_world({c[kContactAt] + 0.5, c[kContactAt + 1] + 0.5, c[kContactAt + 2] + 0.5});
         const NearestFace face =
             nearest_face(*body->input, body->track->walls, contact.center_m, voxel);
         const double above_m = std::clamp(face.distance_m, -1.5 * voxel, 1.5 * voxel);
@@ -959,13 +960,15 @@ void Soil::Impl::add_contacts(std::span<const int> order, int carrier) {
             contact.normal = area * (1 / std::max(length(area), 1e-9));
         }
         const Vec3 gap =
-            Vec3{static_cast<double>(c[7]), static_cast<double>(c[8]), static_cast<double>(c[9])} *
+            Vec3{static_cast<double>(c[kContactGap]), static_cast<double>(c[kContactGap + 1]),
+                 static_cast<double>(c[kContactGap + 2])} *
             (voxel / kVoxelFull);
-        const double excess = static_cast<double>(c[10]) / kVoxelFull - kUnderWay;
+        const double excess = static_cast<double>(c[kContactExcess]) / kVoxelFull - kUnderWay;
         contact.compression_m = std::clamp(excess / share, 0.0, 1.0) * voxel;
-        contact.material = c[11];
-        contact.relative_density =
-            c[12] == kDensityFixed ? -1 : static_cast<double>(c[12]) / kVoxelFull;
+        contact.material = c[kContactMaterial];
+        contact.relative_density = c[kContactDensity] == kDensityFixed
+                                       ? -1
+                                       : static_cast<double>(c[kContactDensity]) / kVoxelFull;
         add_contact(contact, {c[0], c[1]}, gap, face.normal, *body);
     }
 }
@@ -1049,7 +1052,7 @@ void Soil::Impl::find_free_surface(std::span<const int> order, int carrier) {
     int low[2] = {INT32_MAX, INT32_MAX}, high[2] = {-1, -1};
     for (int i : order) {
         for (int axis = 0; axis < 2; ++axis) {
-            const int at = result_words[static_cast<size_t>(i) * kContactWords + axis];
+            const int at = result_words[static_cast<size_t>(i) * kContactWords + kContactAt + axis];
             low[axis] = std::min(low[axis], at);
             high[axis] = std::max(high[axis], at);
         }
@@ -1146,9 +1149,9 @@ void Soil::Impl::find_surface_reach(std::span<const int> order) {
     range.assign(body_ids.size(), {kNone, kNone});
     for (int i : order) {
         const int32_t* c = &result_words[static_cast<size_t>(i) * kContactWords];
-        auto& [low, high] = range[static_cast<size_t>(c[3])];
-        low = low == kNone ? c[2] : std::min(low, c[2]);
-        high = std::max(high, c[2]);
+        auto& [low, high] = range[static_cast<size_t>(c[kContactBody])];
+        low = low == kNone ? c[kContactAt + 2] : std::min(low, c[kContactAt + 2]);
+        high = std::max(high, c[kContactAt + 2]);
     }
     body_surface_reach.resize(body_ids.size());
     surface_reach = kSurfaceReach;
@@ -1168,7 +1171,7 @@ void Soil::Impl::find_surface_tiles(std::span<const int> order) {
     const int ny = (surface_low[1] + surface_size[1] - 1) / kTileSide - low[1] + 1;
     surface_tiles.assign(static_cast<size_t>(nx) * ny, 0);
     for (int i : order) {
-        const int32_t* at = &result_words[static_cast<size_t>(i) * kContactWords];
+        const int32_t* at = &result_words[static_cast<size_t>(i) * kContactWords + kContactAt];
         const int tx = at[0] / kTileSide - low[0], ty = at[1] / kTileSide - low[1];
         if (surface_tiles[static_cast<size_t>(ty) * nx + tx] == 1) {
             continue;
@@ -1283,10 +1286,10 @@ void Soil::Impl::read_activity() {
         }
         tile.revision += changed;
         const int32_t top = tile_table[static_cast<size_t>(slot) * kTileTableWords + kTileTableTop];
-        if (top / 1024 == params.step_stamp) {
+        if (top / kTileTopStep == params.step_stamp) {
             // find_support looks no higher than soil was expected to reach; where soil moved it may
             // have come higher.
-            tile.top = std::max(top % 1024, changed_top);
+            tile.top = std::max(top % kTileTopStep, changed_top);
         }
     }
 }

@@ -1,0 +1,54 @@
+// What stands both in the kernels' layout and in a public header says the same in both.
+#include <cstdint>
+
+#include "bsoil/body.h"
+#include "bsoil/limits.h"
+#include "bsoil/soil.h"
+#include "bsoil/soil_def.h"
+#include "soil/layout.h"
+
+namespace bsoil::layout {
+
+template <typename Enum>
+constexpr bool same(int number, Enum value) {
+    return number == static_cast<int>(value);
+}
+
+static_assert(same(kKindBox, ConvexShape::Kind::box));
+static_assert(same(kKindSphere, ConvexShape::Kind::sphere));
+static_assert(same(kKindCapsule, ConvexShape::Kind::capsule));
+static_assert(same(kKindCylinder, ConvexShape::Kind::cylinder));
+static_assert(same(kKindCone, ConvexShape::Kind::cone));
+static_assert(same(kKindHull, ConvexShape::Kind::hull));
+static_assert(same(kKindLattice, ConvexShape::Kind::lattice));
+
+static_assert(same(kOverflowEven, OverflowHeuristic::even));
+static_assert(same(kOverflowUp, OverflowHeuristic::up));
+static_assert(same(kOverflowUpSpread, OverflowHeuristic::up_spread));
+
+static_assert(same(kStatusSpeedClamped, StatusBit::speed_clamped));
+static_assert(same(kStatusContactsFull, StatusBit::contact_list_full));
+static_assert(same(kStatusHeadroom, StatusBit::amount_headroom));
+static_assert(same(kStatusSpansFull, StatusBit::span_list_full));
+
+// Records lie in their strides without gaps or overlaps.
+static_assert(kColumnSpans + kSpanCapacity * kSpanWords <= kColumnSpeed &&
+              kColumnSpeed + 2 * kSpanCapacity <= kColumnBase &&
+              kColumnBase + kSpanCapacity / 2 <= kColumnWords);
+static_assert(kLoadMoment + 6 == kLoadWords);
+static_assert(kContactAt + 3 == kContactBody && kContactBody + 1 == kContactKey &&
+              kContactGradient + 3 == kContactGap && kContactGap + 3 == kContactExcess &&
+              kContactDensity + 1 == kContactCarrier && kContactCarrier + 1 == kContactWords);
+static_assert(kShapeRows + 12 == kShapeSize && kShapeSize + 6 == kShapePlanes &&
+              kShapePlanes + 2 == kShapeRounding && kShapeLattice < kShapeWords);
+static_assert(kSlipEntries <= kTableAcceleration &&
+              kTableAcceleration + kSlipEntries <= kTablePassive && kTableCompacted < kTableWords);
+
+// Headroom: what the comments of soil_layout.h promise.
+static_assert(limits::kGridHeightMax < kTileTopStep);
+static_assert(limits::kBodyCapacity < kOwnerRank);
+static_assert(int64_t{kVoxelFull - 1} / 2 * kOwnerRank + limits::kBodyCapacity <= INT32_MAX);
+static_assert(int64_t{kVoxelMost} / kLoadPart * (limits::kGridSideMax + 1) <= INT32_MAX);
+static_assert(int64_t{kPushMost} * kForceOne <= INT32_MAX);
+
+}  // namespace bsoil::layout
