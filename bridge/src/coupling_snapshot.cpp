@@ -4,6 +4,7 @@
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "bullet_stream.h"
 #include "vehicle_wheels.h"
@@ -131,6 +132,11 @@ struct CouplingSnapshot::Memory {
     std::vector<ContactCoupling::Coupled> coupled;
     std::vector<CarriedLoads::Loaded> loaded;
     std::vector<VehicleMemory> vehicles;
+    struct MetTile {
+        int64_t tile = 0;
+        GroundSurface::Met met;
+    };
+    std::vector<MetTile> surface;  ///< by tile
 
     void list_body(StateStream& stream, const btDiscreteDynamicsWorld& world, Body& body);
     static bool are_carriers_sound(const ContactCoupling::Coupled& coupled);
@@ -138,6 +144,7 @@ struct CouplingSnapshot::Memory {
                              ContactCoupling::Coupled& coupled);
     static void list_loaded(StateStream& stream, const btDiscreteDynamicsWorld& world,
                             CarriedLoads::Loaded& loaded);
+    static void list_surface(StateStream& stream, MetTile& tile);
     bool is_sound() const;
 };
 
@@ -218,6 +225,15 @@ void CouplingSnapshot::Memory::list_loaded(StateStream& stream,
     if (!bears || loaded.load.body != loaded.body.id || loaded.load.mass_kg < 0) stream.refuse();
 }
 
+void CouplingSnapshot::Memory::list_surface(StateStream& stream, MetTile& tile) {
+    stream(tile.tile, tile.met.changed);
+    for (auto* heights_m : {&tile.met.settled_m, &tile.met.before_m})
+        for (float& height_m : *heights_m) {
+            stream(height_m);
+            if (!std::isfinite(height_m)) stream.refuse();
+        }
+}
+
 /// Ids and objects stand for themselves once.
 bool CouplingSnapshot::Memory::is_sound() const {
     if (last_id < -1 || last_id > kIdLast) return false;
@@ -284,6 +300,12 @@ CouplingSnapshot CouplingSnapshot::of(const Parts& parts) {
         if (is_in_world(parts.world, loaded.body)) m.loaded.push_back(loaded);
     for (const VehicleWheels* wheels : parts.vehicles.attached())
         m.vehicles.push_back(wheels->memory());
+    for (const auto& [tile, met] : parts.surface.met_) {
+        m.surface.push_back({tile, met});
+        if (met.generation != parts.surface.generation_) m.surface.back().met.changed = 0;
+    }
+    std::sort(m.surface.begin(), m.surface.end(),
+              [](const auto& a, const auto& b) { return a.tile < b.tile; });
     return out;
 }
 
@@ -297,6 +319,7 @@ void CouplingSnapshot::serialize(StateStream& stream, const btDiscreteDynamicsWo
     stream.list(m.loaded, 200,
                 [&](CarriedLoads::Loaded& loaded) { Memory::list_loaded(stream, world, loaded); });
     stream.list(m.vehicles, 300, [&](VehicleMemory& vehicle) { list(stream, vehicle); });
+    stream.list(m.surface, 528, [&](Memory::MetTile& tile) { Memory::list_surface(stream, tile); });
     if (stream.reads() && stream.good() && !m.is_sound()) stream.refuse();
 }
 
@@ -369,6 +392,14 @@ void CouplingSnapshot::put_into(const Parts& parts) {
     }
     const std::vector<VehicleWheels*> attached = parts.vehicles.attached();
     for (size_t i = 0; i < attached.size(); ++i) attached[i]->set_memory(m.vehicles[i]);
+    GroundSurface& surface = parts.surface;
+    // What stands for a tile that is not there is never asked for.
+    surface.met_.clear();
+    for (Memory::MetTile& tile : m.surface) {
+        tile.met.revision = 0;  // compared again with what is there when it is next met
+        tile.met.generation = surface.generation_;
+        surface.met_[tile.tile] = tile.met;
+    }
 }
 
 }  // namespace bsoil::bullet

@@ -7,6 +7,7 @@
 #include "bsoil/snapshot_file.h"
 #include "carried_load.h"
 #include "contact_coupling.h"
+#include "ground_surface.h"
 #include "soil_vehicles.h"
 
 namespace bsoil::bullet {
@@ -20,6 +21,7 @@ class CouplingSnapshot {
         ContactCoupling& coupling;
         CarriedLoads& carried;
         SoilVehicles& vehicles;
+        GroundSurface& surface;
     };
     /// What the parts remember now. Between substeps.
     static CouplingSnapshot of(const Parts& parts);

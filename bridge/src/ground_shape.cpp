@@ -11,7 +11,7 @@
 
 namespace bsoil::bullet {
 
-GroundShape::GroundShape(const GroundSurface& surface, double height_m)
+GroundShape::GroundShape(GroundSurface& surface, double height_m)
     : surface_(surface),
       size_m_(to_bullet(Vec3{surface.size(0) * surface.voxel_m(),
                              surface.size(1) * surface.voxel_m(), height_m})) {
@@ -48,6 +48,8 @@ void GroundShape::processAllTriangles(btTriangleCallback* callback, const btVect
     if (!(to.x >= 0 && to.y >= 0 && from.x <= size.x && from.y <= size.y)) return;
     const GroundSurface::Cell first = surface_.cell_at(from.x, from.y);
     const GroundSurface::Cell last = surface_.cell_at(to.x, to.y);
+    // Sweeps ask and go; what is left makes contacts.
+    if (!dynamic_cast<btTriangleConvexcastCallback*>(callback)) surface_.meet(first, last);
     // Where it is plane, a body rests on four corners of its own, not on a pick of them out of
     // every triangle below it, which changes from step to step.
     std::array<GroundSurface::Triangle, 2> plane;

@@ -17,7 +17,7 @@ class GroundShape final : public btConcaveShape {
   public:
     BT_DECLARE_ALIGNED_ALLOCATOR();
     /// height_m: of the grid's box.
-    GroundShape(const GroundSurface& surface, double height_m);
+    GroundShape(GroundSurface& surface, double height_m);
 
     void processAllTriangles(btTriangleCallback* callback, const btVector3& low,
                              const btVector3& high) const override;
@@ -38,7 +38,7 @@ class GroundShape final : public btConcaveShape {
                  btTriangleCallback& callback) const;
     void process_ray(btTriangleRaycastCallback& ray) const;
 
-    const GroundSurface& surface_;
+    GroundSurface& surface_;
     btVector3 size_m_;
     btVector3 scaling_{1, 1, 1};
 };

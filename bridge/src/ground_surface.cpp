@@ -30,36 +30,17 @@ GroundSurface::Cell GroundSurface::cell_at(double x_m, double y_m) const {
     return {index(x_m, 0), index(y_m, 1)};
 }
 
-void GroundSurface::refresh(Tile& tile, int tx, int ty, uint64_t revision) const {
-    const bool is_new = tile.revision == 0;
-    if (tile.generation != generation_) {
-        tile.generation = generation_;
-        tile.changed = 0;
-    }
-    tile.revision = revision;
-    for (int c = 0; c < kTileColumns; ++c) {
-        const auto height = static_cast<float>(
-            soil_.surface_height_m(tx * kTileSide + c % kTileSide, ty * kTileSide + c / kTileSide));
-        tile.height_m[c] = height;
-        if (is_new) {
-            tile.settled_m[c] = height;
-        } else if (std::abs(static_cast<double>(height - tile.settled_m[c])) >
-                   kChangedVoxels * voxel_m_) {
-            tile.before_m[c] = tile.settled_m[c];
-            tile.settled_m[c] = height;
-            tile.changed |= uint64_t{1} << c;
-        }
-    }
-}
-
 /// Null: nothing has ever been there.
 const GroundSurface::Tile* GroundSurface::tile_at(int column_x, int column_y) const {
     const int tx = column_x / kTileSide, ty = column_y / kTileSide;
     const uint64_t revision = soil_.tile_revision(tx, ty);
     if (revision == 0) return nullptr;
-    const int64_t tiles_x = (size_[0] + kTileSide - 1) / kTileSide;
-    Tile& tile = tiles_[ty * tiles_x + tx];
-    if (tile.revision != revision) refresh(tile, tx, ty, revision);
+    Tile& tile = tiles_[ty * tiles_x() + tx];
+    if (tile.revision == revision) return &tile;
+    tile.revision = revision;
+    for (int c = 0; c < kTileColumns; ++c)
+        tile.height_m[c] = static_cast<float>(
+            soil_.surface_height_m(tx * kTileSide + c % kTileSide, ty * kTileSide + c / kTileSide));
     return &tile;
 }
 
@@ -129,20 +110,54 @@ std::optional<SurfacePoint> GroundSurface::at(double x_m, double y_m) const {
     return {};
 }
 
-bool GroundSurface::has_changed(Cell low, Cell high, double z_low_m, double z_high_m) const {
-    // Vertex v belongs to column v - 1; a cell to its four vertices.
-    const int x0 = std::clamp(low.x - 1, 0, size_[0] - 1);
-    const int y0 = std::clamp(low.y - 1, 0, size_[1] - 1);
-    const int x1 = std::clamp(high.x, 0, size_[0] - 1), y1 = std::clamp(high.y, 0, size_[1] - 1);
+/// Vertex v belongs to column v - 1; a cell to its four vertices.
+GroundSurface::Columns GroundSurface::columns_of(Cell low, Cell high) const {
+    return {std::clamp(low.x - 1, 0, size_[0] - 1), std::clamp(low.y - 1, 0, size_[1] - 1),
+            std::clamp(high.x, 0, size_[0] - 1), std::clamp(high.y, 0, size_[1] - 1)};
+}
+
+void GroundSurface::compare(Met& met, const Tile& tile, bool is_new) const {
+    if (met.generation != generation_) {
+        met.generation = generation_;
+        met.changed = 0;
+    }
+    if (is_new) met.settled_m = tile.height_m;
+    if (met.revision == tile.revision) return;
+    met.revision = tile.revision;
+    for (int c = 0; c < kTileColumns; ++c) {
+        const float height_m = tile.height_m[c];
+        if (std::abs(static_cast<double>(height_m - met.settled_m[c])) <= kChangedVoxels * voxel_m_)
+            continue;
+        met.before_m[c] = met.settled_m[c];
+        met.settled_m[c] = height_m;
+        met.changed |= uint64_t{1} << c;
+    }
+}
+
+void GroundSurface::meet(Cell low, Cell high) {
+    const Columns columns = columns_of(low, high);
+    for (int ty = columns.y0 / kTileSide; ty <= columns.y1 / kTileSide; ++ty)
+        for (int tx = columns.x0 / kTileSide; tx <= columns.x1 / kTileSide; ++tx) {
+            const Tile* tile = tile_at(tx * kTileSide, ty * kTileSide);
+            if (!tile) continue;
+            const auto [met, is_new] = met_.try_emplace(ty * tiles_x() + tx);
+            compare(met->second, *tile, is_new);
+        }
+}
+
+bool GroundSurface::has_changed(Cell low, Cell high, double z_low_m, double z_high_m) {
+    meet(low, high);
+    const auto [x0, y0, x1, y1] = columns_of(low, high);
     for (int ty = y0 / kTileSide; ty <= y1 / kTileSide; ++ty) {
         for (int tx = x0 / kTileSide; tx <= x1 / kTileSide; ++tx) {
-            const Tile* tile = tile_at(tx * kTileSide, ty * kTileSide);
-            if (!tile || tile->generation != generation_ || tile->changed == 0) continue;
+            const auto found = met_.find(ty * tiles_x() + tx);
+            if (found == met_.end() || found->second.changed == 0) continue;
+            const Met& met = found->second;
             for (int c = 0; c < kTileColumns; ++c) {
                 const int x = tx * kTileSide + c % kTileSide, y = ty * kTileSide + c / kTileSide;
-                if ((tile->changed >> c & 1) == 0 || x < x0 || x > x1 || y < y0 || y > y1) continue;
-                const auto now = static_cast<double>(tile->settled_m[c]);
-                const auto before = static_cast<double>(tile->before_m[c]);
+                if ((met.changed >> c & 1) == 0 || x < x0 || x > x1 || y < y0 || y > y1) continue;
+                const auto now = static_cast<double>(met.settled_m[c]);
+                const auto before = static_cast<double>(met.before_m[c]);
                 if (std::max(now, before) >= z_low_m && std::min(now, before) <= z_high_m)
                     return true;
             }

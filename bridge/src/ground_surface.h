@@ -16,6 +16,8 @@ namespace bsoil::bullet {
 /// voxel, between empty columns there is none.
 ///
 /// Heights are kept per tile of 8 x 8 columns and read again when Soil::tile_revision has moved.
+/// Apart from them stands what bodies' contacts have met: from that changes are measured, whoever
+/// else has asked in between.
 class GroundSurface {
   public:
     explicit GroundSurface(const Soil& soil);
@@ -41,9 +43,12 @@ class GroundSurface {
     /// Under or over a place; empty outside the box and between empty columns.
     std::optional<SurfacePoint> at(double x_m, double y_m) const;
 
-    /// Whether a height between z_low_m and z_high_m in these columns (inclusive) has changed, by
-    /// more than a hundredth of a voxel, since the tile was first read or forget_changes.
-    bool has_changed(Cell low, Cell high, double z_low_m, double z_high_m) const;
+    /// Bodies meet the surface of all cells from low to high (inclusive): changes are measured from
+    /// what it is now, or from what they met there before.
+    void meet(Cell low, Cell high);
+    /// Meets the surface, and says whether a height between z_low_m and z_high_m in these columns
+    /// has changed, by more than a hundredth of a voxel, since it was first met or forget_changes.
+    bool has_changed(Cell low, Cell high, double z_low_m, double z_high_m);
     /// From now on only changes to come count.
     void forget_changes() { ++generation_; }
 
@@ -53,17 +58,27 @@ class GroundSurface {
   private:
     static constexpr int kTileSide = 8;
     static constexpr int kTileColumns = kTileSide * kTileSide;
+    friend class CouplingSnapshot;
     struct Tile {
         uint64_t revision = 0;
-        uint64_t generation = 0;  ///< in which `changed` was written
-        uint64_t changed = 0;     ///< a bit per column
         std::array<float, kTileColumns> height_m{};
+    };
+    /// What contacts have met of a tile. A run restored from a snapshot goes on with it.
+    struct Met {
+        uint64_t revision = 0;                        ///< of the tile, when it was last compared
+        uint64_t generation = 0;                      ///< in which `changed` was written
+        uint64_t changed = 0;                         ///< a bit per column
         std::array<float, kTileColumns> settled_m{};  ///< what the next change is measured from
         std::array<float, kTileColumns> before_m{};   ///< settled_m before the last change
     };
+    struct Columns {
+        int x0, y0, x1, y1;  ///< inclusive
+    };
 
     const Tile* tile_at(int column_x, int column_y) const;
-    void refresh(Tile& tile, int tx, int ty, uint64_t revision) const;
+    Columns columns_of(Cell low, Cell high) const;
+    void compare(Met& met, const Tile& tile, bool is_new) const;
+    int64_t tiles_x() const { return (size_[0] + kTileSide - 1) / kTileSide; }
     double height_m(int vertex_x, int vertex_y) const;
 
     const Soil& soil_;
@@ -71,6 +86,7 @@ class GroundSurface {
     int size_[2];
     uint64_t generation_ = 1;
     mutable std::unordered_map<int64_t, Tile> tiles_;
+    std::unordered_map<int64_t, Met> met_;
 };
 
 }  // namespace bsoil::bullet

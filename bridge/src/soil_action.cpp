@@ -113,7 +113,9 @@ struct SoilAction::Impl {
     void take_report(int count);
     /// Lets every body go and forgets where they were.
     void pause();
-    CouplingSnapshot::Parts parts() { return {*world, collector, coupling, carried, *vehicles}; }
+    CouplingSnapshot::Parts parts() {
+        return {*world, collector, coupling, carried, *vehicles, surface};
+    }
 
     btDiscreteDynamicsWorld* world;  ///< null once the host has emptied it
     std::unique_ptr<Soil> soil;

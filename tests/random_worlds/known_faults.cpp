@@ -33,16 +33,6 @@ constexpr KnownFault kKnownFaults[] = {
          });
      },
      "bodies of a few voxels rock and keep what lies beside them awake"},
-    {"goes on",
-     [](const WorldPlan& plan) {
-         const auto uses_ground = [](const EventPlan& event) {
-             return !event.dropped && event.kind == EventPlan::Kind::set_ignored;
-         };
-         const auto is_ignored = [](const BodyPlan& b) { return !b.dropped && b.is_ignored; };
-         return std::any_of(plan.events.begin(), plan.events.end(), uses_ground) ||
-                std::any_of(plan.bodies.begin(), plan.bodies.end(), is_ignored);
-     },
-     "snapshots hold nothing of the surface that bodies on the ground have met"},
 };
 
 }  // namespace
