@@ -1,28 +1,6 @@
 // A warm step allocates nothing.
-#include <atomic>
-#include <cstdlib>
-#include <new>
-
+#include "allocation_count.h"
 #include "soil_fixture.h"
-
-namespace {
-std::atomic<int64_t> allocation_count{0};
-}
-
-// Counts every allocation of this program.
-void* operator new(size_t size) {
-    ++allocation_count;
-    if (void* memory = std::malloc(size)) {
-        return memory;
-    }
-    throw std::bad_alloc();
-}
-void* operator new(size_t size, const std::nothrow_t&) noexcept {
-    ++allocation_count;
-    return std::malloc(size);
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, size_t) noexcept { std::free(memory); }
 
 namespace bsoil {
 namespace {
@@ -55,12 +33,12 @@ TEST(Allocation, none_in_a_warm_step) {
     int64_t allocated = 0, contact_count = 0;
     int steady_count = 0, awake_count = -1;
     while (i < 480) {
-        const int64_t before = allocation_count;
+        const int64_t before = allocation_count();
         const StepReport report = step(i++);
         const bool steady = report.tile_awake_count == awake_count;
         awake_count = report.tile_awake_count;
         steady_count += steady;
-        allocated += steady ? allocation_count - before : 0;
+        allocated += steady ? allocation_count() - before : 0;
         contact_count += static_cast<int64_t>(report.contacts.size());
     }
     EXPECT_EQ(allocated, 0);
