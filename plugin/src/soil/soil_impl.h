@@ -1,6 +1,6 @@
 /// Soil::Impl: the state of a soil on the host's side. One file per concern implements it:
 /// soil.cpp (creation, queries), step.cpp (the step), residency.cpp (tiles asleep and awake),
-/// ground_bodies.cpp, fill.cpp, terrain.cpp, snapshot.cpp.
+/// ground_bodies.cpp, fill.cpp, terrain.cpp, snapshot.cpp. What meets bodies is in src/contact/.
 #pragma once
 
 #include <array>
@@ -13,6 +13,7 @@
 #include "bsoil/distance_lattice.h"
 #include "bsoil/limits.h"
 #include "bsoil/soil.h"
+#include "contact/contact_voxels.h"
 #include "device/device.h"
 #include "soil/column_surface.h"
 #include "soil/fill_columns.h"
@@ -106,10 +107,6 @@ struct StepBody {
     }
 };
 
-/// In place of a column's height where the soil that a body carries has none: nothing of it there,
-/// or only the body's own top (kBareTop less its height).
-inline constexpr int32_t kBare = INT32_MIN + 1, kBareTop = -(1 << 30);
-
 /// A work list whose entries lie in Buffer::block_list.
 struct ListedWork : device::WorkList {
     int list_offset = 0;  ///< of group 0's entry, SoilParams::list_offset
@@ -164,30 +161,9 @@ struct Soil::Impl {
     int contacts_expected = 0;    ///< contact records that read_back() asks for
     bool spans_expected = false;  ///< whether it asks for the spans: some soil lies on bodies
     mutable std::vector<device::ReadRange> read_scratch;
-    std::vector<int> contact_order, surface_queue;
-    struct SurfaceSum {
-        /// [voxels] of free columns, and of them
-        double height = 0, count = 0;
-        double covered_height = 0, covered_count = 0;  ///< the same of columns under bodies
-        SurfaceSum operator+(const SurfaceSum& o) const {
-            return {height + o.height, count + o.count, covered_height + o.covered_height,
-                    covered_count + o.covered_count};
-        }
-        SurfaceSum operator*(double f) const {
-            return {height * f, count * f, covered_height * f, covered_count * f};
-        }
-        SurfaceSum operator-(const SurfaceSum& o) const { return *this + o * -1; }
-    };
-    std::vector<uint8_t> surface_tiles;  ///< by tile of the rectangle: 1 with contacts, 2 near some
-    std::vector<int32_t> surface_height;   ///< surface words, see kCovered in soil_layout.h
-    std::vector<int32_t> surface_nearest;  ///< of the nearest column with soil on top [Q16 voxels]
-    std::vector<SurfaceSum> surface_sums;  ///< over the columns below and left of a corner
-    std::vector<const StepBody*> body_inputs;  ///< by body index; of the step in progress
-    std::vector<double> body_width_voxels;     ///< of the contact, by body index
-    std::vector<double> body_surface_reach;    ///< of its contacts, by body index [columns]
-    std::vector<std::pair<int, int>> body_contact_range;  ///< lowest and highest z, by body index
-    int surface_reach = 0;                                ///< the farthest of all bodies
-    int surface_low[2] = {0, 0}, surface_size[2] = {0, 0};
+    ContactVoxels contact_voxels;
+    std::vector<ContactBody> contact_bodies;  ///< by body index; of the step in progress
+    std::vector<double> body_width_voxels;    ///< of the contact, by body index
     size_t list_words_used = 0, list_words_uploaded = 0, lists_capacity = 0;
     // Buffer::shapes: bodies, shapes and planes of the sub-step at hand, room for more of them,
     // then the lattices, which stay.
@@ -311,24 +287,7 @@ struct Soil::Impl {
     void run_slippage();
     void read_back();
     void read_results(std::span<const StepBody> step_bodies);
-    struct Column {
-        int x = 0, y = 0;
-    };
-    void add_contact(const ContactVoxel& contact, Column column, Vec3 gap_m, Vec3 face_normal,
-                     const StepBody& body);
-    SurfaceSum surface_sum(double x, double y) const;
-    double depth_below_surface_m(const ContactVoxel& contact, Column column, Vec3 grid_normal,
-                                 const StepBody& body) const;
     void read_activity();
-    void add_contacts(std::span<const int> order, int carrier);
-    void find_free_surface(std::span<const int> order, int carrier);
-    void find_surface_reach(std::span<const int> order);
-    void lay_bare_tops();
-    void find_surface_tiles(std::span<const int> order);
-    void sum_up_free_surface();
-    /// Height of the free surface [voxels] that counts for a surface element of a body at `at`
-    /// (grid voxels) in the column (x, y): the mean over the soil that would give way to it.
-    double free_surface_beside(int x, int y, Vec3 at, Vec3 outward, size_t body) const;
 
     uint64_t checksum() const;
 };

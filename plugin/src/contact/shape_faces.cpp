@@ -1,4 +1,4 @@
-#include "soil/shape_faces.h"
+#include "contact/shape_faces.h"
 
 #include <algorithm>
 #include <array>

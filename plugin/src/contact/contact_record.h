@@ -1,0 +1,30 @@
+/// What the kernel collect_contacts finds in a voxel where a body meets soil, in words and decoded.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "bsoil/geometry.h"
+
+namespace bsoil {
+
+/// A voxel that a body's surface goes through, with soil beside it. Amounts and lengths as the
+/// kernel counts them: kVoxelFull units are a voxel, or a voxel's side.
+struct ContactRecord {
+    int voxel[3] = {};
+    int body = 0;         ///< index of its record in Buffer::shapes
+    int carrier = -1;     ///< the same of the body that the soil rests on; kOnGround
+    Vec3 gradient;        ///< of the bodies' coverage, over two voxels [units]
+    Vec3 gap;             ///< room that the soil leaves along x, y, z [units]
+    double excess = 0;    ///< soil and bodies beyond the voxel's room [units]
+    int material = 0;     ///< of most of the soil
+    double density = -1;  ///< relative density of the soil [units]; kDensityFixed
+};
+
+/// Decodes words of Buffer::result, kContactWords a contact. The device appends in any order; here
+/// those of soil on the ground come first, then carrier by carrier, each by place and body.
+/// order: scratch.
+void decode_contacts(std::span<const int32_t> words, std::vector<int>& order,
+                     std::vector<ContactRecord>& out);
+
+}  // namespace bsoil

@@ -1,0 +1,167 @@
+#include "contact/contact_voxels.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "soil/layout.h"
+
+namespace bsoil {
+
+using namespace layout;
+
+namespace {
+
+// Gradients turned this far (its sine) from the face next to them are of an edge: 20 deg, more than
+// a round body of three voxels radius turns within a voxel.
+constexpr double kEdgeSine = 0.34;
+/// Faces round an edge whose normals are further apart are different ones.
+constexpr double kSameFaceCosine = 0.7;
+
+// Soil that a body displaces is under way through the voxels around it for some steps: so much of
+// a voxel's room (before a rolling wheel nine in ten have less than 0.08, whatever the voxel's
+// size).
+constexpr double kUnderWay = 0.125;
+
+/// A shape's surface is no further than this from the middle of a voxel that it goes through.
+constexpr double kFaceReachVoxels = 1.5;
+
+}  // namespace
+
+/// A voxel's contact before it is told which faces it is of.
+struct ContactVoxels::Element {
+    const Request& request;
+    const ContactRecord& record;
+    const ContactBody& body;
+    ContactVoxel contact;  ///< normal and area of the coverage's gradient
+};
+
+void ContactVoxels::make(const Request& request, const TileWords& words,
+                         std::vector<ContactVoxel>& out) {
+    decode_contacts(request.words, order_, records_);
+    out.clear();
+    if (out.capacity() < 2 * records_.size()) {
+        out.reserve(4 * records_.size());
+    }
+    for (auto first = records_.begin(); first != records_.end();) {
+        const int carrier = first->carrier;
+        const auto last = std::find_if(first, records_.end(), [&](const ContactRecord& record) {
+            return record.carrier != carrier;
+        });
+        surface_.find({{first, last}, request.body_width_voxels, request.frame},
+                      [&](int tx, int ty) { return words(tx, ty, carrier); });
+        for (; first != last; ++first) {
+            add(request, *first, out);
+        }
+    }
+}
+
+void ContactVoxels::add(const Request& request, const ContactRecord& record,
+                        std::vector<ContactVoxel>& out) {
+    const ContactBody& body = request.bodies[static_cast<size_t>(record.body)];
+    if (!body.input) {
+        return;
+    }
+    const GridFrame& frame = *request.frame;
+    const double voxel = frame.voxel_m;
+    Element element{request, record, body, {}};
+    ContactVoxel& contact = element.contact;
+    contact.body = request.body_ids[static_cast<size_t>(record.body)];
+    contact.carrier =
+        record.carrier == kOnGround ? -1 : request.body_ids[static_cast<size_t>(record.carrier)];
+    // The shape knows better than the coverage where its surface is: of a body smaller than a
+    // voxel the grid has hardly a trace.
+    contact.center_m =
+        frame.to_world({record.voxel[0] + 0.5, record.voxel[1] + 0.5, record.voxel[2] + 0.5});
+    const NearestFace face = nearest_face(*body.input, *body.walls, contact.center_m, voxel);
+    const double above_m =
+        std::clamp(face.distance_m, -kFaceReachVoxels * voxel, kFaceReachVoxels * voxel);
+    contact.position_m = contact.center_m - above_m * face.normal;
+    const double steep = length(record.gradient);
+    const double share = steep / (2.0 * kVoxelFull);  // area of surface in this voxel / voxel face
+    contact.normal = rotate(frame.grid_to_world.rotation, record.gradient * (-1 / steep));
+    contact.area_m2 = share * voxel * voxel;
+    if (face.rim_share < 1) {
+        // The rim of a thickened sheet is wider in the grid than it is.
+        const Vec3 flat = dot(contact.normal, face.sheet_normal) * face.sheet_normal;
+        const Vec3 area = flat + face.rim_share * (contact.normal - flat);
+        contact.area_m2 *= length(area);
+        contact.normal = area * (1 / std::max(length(area), 1e-9));
+    }
+    const double excess = record.excess / kVoxelFull - kUnderWay;
+    contact.compression_m = std::clamp(excess / share, 0.0, 1.0) * voxel;
+    contact.material = record.material;
+    contact.relative_density = record.density == kDensityFixed ? -1 : record.density / kVoxelFull;
+    add_faces(element, face.normal, out);
+}
+
+// The gradient errs in the direction of an inclined face, from voxel to voxel, and at an edge
+// points between two faces. The soil meets the shape's faces: the area vector is projected on the
+// nearest one, and at an edge the rest of it on the other.
+void ContactVoxels::add_faces(const Element& element, Vec3 face_normal,
+                              std::vector<ContactVoxel>& out) const {
+    const ContactVoxel& contact = element.contact;
+    ContactVoxel& nearest = out.emplace_back(contact);
+    const double along = dot(face_normal, contact.normal);
+    if (along <= 0) {  // the face of a part that lies within another
+        finish(element, nearest);
+        return;
+    }
+    nearest.normal = face_normal;
+    nearest.area_m2 = contact.area_m2 * along;
+    finish(element, nearest);
+    const Vec3 rest = contact.normal - along * face_normal;
+    const double across = length(rest);
+    if (across < kEdgeSine) {
+        return;
+    }
+    // The other face is looked for round the edge, for small parts halfway; from there it lies half
+    // as far on. Where no face has turned that way there is no edge, but the staircase of a curved
+    // face.
+    const double voxel = element.request.frame->voxel_m;
+    const Vec3 across_normal = rest * (1 / across);
+    Vec3 beyond;
+    NearestFace face;
+    const auto has_turned = [&](double thin_m) {
+        face = nearest_face(*element.body.input, *element.body.walls, beyond, thin_m);
+        return dot(face.normal, across_normal) >= kEdgeSine;
+    };
+    bool is_edge = false, is_thin = false;
+    for (double reach_m : {voxel, voxel / 2}) {
+        beyond = contact.position_m + reach_m * (across_normal - 0.5 * face_normal);
+        // Of a part thinner than a voxel, like a wheel's lug, the gradient tells what there is.
+        is_thin = !has_turned(voxel);
+        is_edge = !is_thin || has_turned(0);
+        if (is_edge) {
+            break;
+        }
+    }
+    if (!is_edge) {
+        return;
+    }
+    ContactVoxel& other = out.emplace_back(contact);
+    other.normal = across_normal;
+    other.area_m2 = contact.area_m2 * across;
+    const double same = dot(face.normal, across_normal);
+    if (!is_thin && same >= kSameFaceCosine && std::abs(face.distance_m) <= voxel) {
+        other.position_m = beyond - face.distance_m * face.normal;
+        other.normal = face.normal;
+        other.area_m2 *= same;
+    }
+    finish(element, other);
+}
+
+// Each face has the gap and the free surface that lie along its own normal: soil heaved beside a
+// wheel counts for its flank and not for its sole.
+void ContactVoxels::finish(const Element& element, ContactVoxel& contact) const {
+    const GridFrame& frame = *element.request.frame;
+    const ContactRecord& record = element.record;
+    const Vec3 n = rotate(conjugate(frame.grid_to_world.rotation), contact.normal);
+    const Vec3 gap_m = record.gap * (frame.voxel_m / kVoxelFull);
+    contact.gap_m = n.x * n.x * gap_m.x + n.y * n.y * gap_m.y + n.z * n.z * gap_m.z;
+    const Vec3 at =
+        transform(*element.request.world_to_grid, contact.position_m) * (1 / frame.voxel_m);
+    const double surface = surface_.height_beside(record.voxel, at, n, record.body);
+    contact.depth_m = std::max(0.0, surface - at.z) * frame.voxel_m;
+}
+
+}  // namespace bsoil

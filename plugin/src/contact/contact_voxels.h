@@ -1,0 +1,44 @@
+/// Surface elements of bodies against soil, from what the kernels found in voxels.
+#pragma once
+
+#include "contact/free_surface.h"
+#include "contact/shape_faces.h"
+
+namespace bsoil {
+
+/// A body whose contacts are looked at.
+struct ContactBody {
+    const SoilBody* input = nullptr;
+    const WallShapes* walls = nullptr;
+};
+
+/// Makes one ContactVoxel of each face that meets soil in a voxel. Keeps its memory from one step
+/// to the next.
+class ContactVoxels {
+  public:
+    struct Request {
+        std::span<const int32_t> words;             ///< of Buffer::result: see decode_contacts()
+        std::span<const ContactBody> bodies;        ///< by index; without input: left out
+        std::span<const int> body_ids;              ///< SoilBody::id by index
+        std::span<const double> body_width_voxels;  ///< of each body's contact, by index
+        const GridFrame* frame = nullptr;
+        const Pose* world_to_grid = nullptr;  ///< of metres
+    };
+    /// Surface words of the soil that a carrier holds (a body's index, or kOnGround).
+    using TileWords = std::function<std::span<const int32_t>(int tile_x, int tile_y, int carrier)>;
+
+    /// In an order that does not depend on the device.
+    void make(const Request& request, const TileWords& words, std::vector<ContactVoxel>& out);
+
+  private:
+    struct Element;
+    void add(const Request& request, const ContactRecord& record, std::vector<ContactVoxel>& out);
+    void add_faces(const Element& element, Vec3 face_normal, std::vector<ContactVoxel>& out) const;
+    void finish(const Element& element, ContactVoxel& contact) const;
+
+    std::vector<int> order_;
+    std::vector<ContactRecord> records_;
+    FreeSurface surface_;
+};
+
+}  // namespace bsoil

@@ -1,0 +1,255 @@
+#include "contact/free_surface.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "soil/layout.h"
+
+namespace bsoil {
+
+using namespace layout;
+
+namespace {
+
+// Columns around a contact that can count for its free surface: so many in any case, and those of
+// the wedge before a wall up to a bound. And a mark in place of a height.
+constexpr int kReach = 2 * kTileSide;
+constexpr int kReachMost = 6 * kTileSide;
+// Soil pushed by a wall fails along a wedge that rises at 45 deg - phi / 2: so many times as long
+// as it is deep.
+constexpr double kWedgeLength = 1.8;
+constexpr double kHardlyAny = 1e-6;  ///< columns
+constexpr int32_t kNotLookedAt = INT32_MIN;
+
+/// Marks of tiles.
+enum : uint8_t { kFar, kWithContacts, kNear };
+
+/// Whether a surface word is that of bare terrain.
+constexpr bool is_terrain_top(int32_t word) { return word <= kTerrainTop && word > kBareTop; }
+
+}  // namespace
+
+void FreeSurface::find(const Request& request, const TileWords& words) {
+    body_width_.assign(request.body_width_voxels.begin(), request.body_width_voxels.end());
+    find_reach(request);
+    find_rectangle(request);
+    find_tiles(request.contacts);
+    read_heights(words);
+    if (request.contacts.front().carrier != kOnGround) {
+        lay_bare_tops();
+    }
+    spread_nearest();
+    sum_up();
+}
+
+// How far the wedges before a body's walls can reach: the body's contacts go from the soil's
+// surface down to its lowest point.
+void FreeSurface::find_reach(const Request& request) {
+    constexpr int kNone = -1;
+    contact_range_.assign(body_width_.size(), {kNone, kNone});
+    for (const ContactRecord& contact : request.contacts) {
+        auto& [low, high] = contact_range_[static_cast<size_t>(contact.body)];
+        low = low == kNone ? contact.voxel[2] : std::min(low, contact.voxel[2]);
+        high = std::max(high, contact.voxel[2]);
+    }
+    body_reach_.resize(contact_range_.size());
+    reach_ = kReach;
+    for (size_t b = 0; b < contact_range_.size(); ++b) {
+        const double wedge =
+            kWedgeLength * (contact_range_[b].second - contact_range_[b].first + 1);
+        body_reach_[b] = std::clamp<double>(std::ceil(wedge), kReach, kReachMost);
+        reach_ = std::max(reach_, static_cast<int>(body_reach_[b]));
+    }
+}
+
+void FreeSurface::find_rectangle(const Request& request) {
+    int low[2] = {INT32_MAX, INT32_MAX}, high[2] = {-1, -1};
+    for (const ContactRecord& contact : request.contacts) {
+        for (int axis = 0; axis < 2; ++axis) {
+            low[axis] = std::min(low[axis], contact.voxel[axis]);
+            high[axis] = std::max(high[axis], contact.voxel[axis]);
+        }
+    }
+    for (int axis = 0; axis < 2; ++axis) {
+        low_[axis] = std::max(0, low[axis] - reach_);
+        size_[axis] = std::min(request.frame->size[axis] - 1, high[axis] + reach_) - low_[axis] + 1;
+    }
+}
+
+// Marks the tiles within reach of a contact.
+void FreeSurface::find_tiles(std::span<const ContactRecord> contacts) {
+    const int reach = (reach_ + kTileSide - 1) / kTileSide;
+    const int low[2] = {low_[0] / kTileSide, low_[1] / kTileSide};
+    const int nx = (low_[0] + size_[0] - 1) / kTileSide - low[0] + 1;
+    const int ny = (low_[1] + size_[1] - 1) / kTileSide - low[1] + 1;
+    tiles_.assign(static_cast<size_t>(nx) * ny, kFar);
+    for (const ContactRecord& contact : contacts) {
+        const int tx = contact.voxel[0] / kTileSide - low[0];
+        const int ty = contact.voxel[1] / kTileSide - low[1];
+        if (tiles_[static_cast<size_t>(ty) * nx + tx] == kWithContacts) {
+            continue;
+        }
+        for (int y = std::max(0, ty - reach); y <= std::min(ny - 1, ty + reach); ++y) {
+            for (int x = std::max(0, tx - reach); x <= std::min(nx - 1, tx + reach); ++x) {
+                uint8_t& mark = tiles_[static_cast<size_t>(y) * nx + x];
+                mark = mark == kWithContacts ? kWithContacts : kNear;
+            }
+        }
+        tiles_[static_cast<size_t>(ty) * nx + tx] = kWithContacts;
+    }
+}
+
+void FreeSurface::read_heights(const TileWords& words) {
+    words_.assign(static_cast<size_t>(size_[0]) * size_[1], kNotLookedAt);
+    nearest_.assign(words_.size(), kNotLookedAt);
+    queue_.clear();
+    const int tx0 = low_[0] / kTileSide, ty0 = low_[1] / kTileSide;
+    const int tx1 = (low_[0] + size_[0] - 1) / kTileSide;
+    const int ty1 = (low_[1] + size_[1] - 1) / kTileSide;
+    for (int ty = ty0; ty <= ty1; ++ty) {
+        for (int tx = tx0; tx <= tx1; ++tx) {
+            if (tiles_[static_cast<size_t>(ty - ty0) * (tx1 - tx0 + 1) + tx - tx0] == kFar) {
+                continue;
+            }
+            const std::span<const int32_t> heights = words(tx, ty);
+            for (int c = 0; c < kTileColumns; ++c) {
+                const int x = tx * kTileSide + c % kTileSide - low_[0];
+                const int y = ty * kTileSide + c / kTileSide - low_[1];
+                if (x < 0 || y < 0 || x >= size_[0] || y >= size_[1]) {
+                    continue;
+                }
+                const int at = y * size_[0] + x;
+                words_[at] = heights[c];
+                if (heights[c] >= 0) {
+                    nearest_[at] = heights[c];
+                    queue_.push_back(at);
+                }
+            }
+        }
+    }
+}
+
+// A carrier's own top is where its soil ends, as the bed around a heap is; not so what stands above
+// all of that soil, as a bed's walls.
+void FreeSurface::lay_bare_tops() {
+    int32_t highest = 0;
+    for (const int32_t word : words_) {
+        highest = std::max(highest, word);
+    }
+    for (size_t i = 0; i < words_.size(); ++i) {
+        int32_t& word = words_[i];
+        if (word > kBareTop || word <= kBare) {
+            continue;
+        }
+        word = kBareTop - word < highest ? kBareTop - word : kBare;
+        if (word >= 0) {
+            nearest_[i] = word;
+            queue_.push_back(static_cast<int>(i));
+        }
+    }
+}
+
+// A breadth-first walk from the columns with soil on top over all others.
+void FreeSurface::spread_nearest() {
+    for (size_t head = 0; head < queue_.size(); ++head) {
+        const int x = queue_[head] % size_[0], y = queue_[head] / size_[0];
+        constexpr int kStep[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
+        for (const auto& step : kStep) {
+            const int nx = x + step[0], ny = y + step[1];
+            if (nx < 0 || ny < 0 || nx >= size_[0] || ny >= size_[1]) {
+                continue;
+            }
+            const int next = ny * size_[0] + nx;
+            if (words_[next] != kNotLookedAt && nearest_[next] == kNotLookedAt) {
+                nearest_[next] = nearest_[queue_[head]];
+                queue_.push_back(next);
+            }
+        }
+    }
+    for (size_t i = 0; i < words_.size(); ++i) {
+        if (const int32_t word = words_[i]; is_terrain_top(word)) {
+            const int32_t own = kTerrainTop - word;
+            nearest_[i] = nearest_[i] == kNotLookedAt ? own : std::min(own, nearest_[i]);
+        }
+    }
+}
+
+// Sums over all free columns of a rectangle are four words of these.
+void FreeSurface::sum_up() {
+    const int nx = size_[0], ny = size_[1];
+    if (sums_.capacity() < static_cast<size_t>(nx + 1) * (ny + 1)) {
+        sums_.reserve(2 * static_cast<size_t>(nx + 1) * (ny + 1));
+    }
+    sums_.assign(static_cast<size_t>(nx + 1) * (ny + 1), {});
+    for (int y = 0; y < ny; ++y) {
+        Sum row;
+        for (int x = 0; x < nx; ++x) {
+            const int32_t word = words_[static_cast<size_t>(y) * nx + x];
+            if (word >= 0 || is_terrain_top(word)) {
+                row.height += nearest_[static_cast<size_t>(y) * nx + x] / 65536.0;
+                row.count += 1;
+            } else if (word > kBareTop) {
+                row.covered_height += (kCovered - word) / 65536.0;
+                row.covered_count += 1;
+            }
+            const Sum& above = sums_[static_cast<size_t>(y) * (nx + 1) + x + 1];
+            sums_[static_cast<size_t>(y + 1) * (nx + 1) + x + 1] = above + row;
+        }
+    }
+}
+
+// Over the columns below and left of a point between them: linear from corner to corner, as sums of
+// what is constant over a column are.
+FreeSurface::Sum FreeSurface::sum_below(double x, double y) const {
+    const int nx = size_[0], ny = size_[1];
+    const int ix = std::min(static_cast<int>(x), nx - 1),
+              iy = std::min(static_cast<int>(y), ny - 1);
+    const double fx = x - ix, fy = y - iy;
+    const Sum* low = &sums_[static_cast<size_t>(iy) * (nx + 1) + ix];
+    const Sum* high = low + nx + 1;
+    return ((low[0] * (1 - fx) + low[1] * fx) * (1 - fy)) +
+           ((high[0] * (1 - fx) + high[1] * fx) * fy);
+}
+
+double FreeSurface::height_beside(const int voxel[3], Vec3 at, Vec3 outward, int body) const {
+    const int x = voxel[0], y = voxel[1];
+    const int nx = size_[0], ny = size_[1];
+    const int32_t here = nearest_[static_cast<size_t>(y - low_[1]) * nx + x - low_[0]];
+    // Where all of it lies under bodies there is no free surface.
+    const double nearest = here < 0 ? at.z : here / 65536.0;
+    // Before a wall the wedge counts, under a sole what lies around it as far as it is wide.
+    const double wall = outward.x * outward.x + outward.y * outward.y;
+    const double sole = 1 - wall;
+    const double wedge = kWedgeLength * std::max(0.0, nearest - at.z);
+    const double half =
+        std::max(1.0, wall * wedge / 2 + sole * 1.5 * body_width_[static_cast<size_t>(body)]);
+    const double cx = at.x + outward.x * wedge / 2, cy = at.y + outward.y * wedge / 2;
+    // Nothing beyond this contact's own reach counts, wherever other bodies are. Columns count by
+    // as much of them as lies inside: a blade that creeps on by a voxel must not feel the border.
+    const double reach = std::clamp(wall * wedge, static_cast<double>(kReach),
+                                    body_reach_[static_cast<size_t>(body)]);
+    const auto clip = [&](double v, int column, int low, int size) {
+        const double near = std::clamp(v, column - reach, column + reach);
+        return std::clamp(near - low, 0.0, static_cast<double>(size));
+    };
+    const double x0 = clip(cx - half, x, low_[0], nx);
+    const double x1 = clip(cx + half, x, low_[0], nx);
+    const double y0 = clip(cy - half, y, low_[1], ny);
+    const double y1 = clip(cy + half, y, low_[1], ny);
+    const Sum inside =
+        sum_below(x1, y1) - sum_below(x0, y1) - sum_below(x1, y0) + sum_below(x0, y0);
+    if (inside.count < kHardlyAny) {
+        return nearest;
+    }
+    // What a sole has pressed down stands as a rim within a width of it, and both together are as
+    // high as the soil was. Of a sole whose rim lies out of reach, or under other bodies (a track's
+    // links), only as much counts. A wall's soil lies before it.
+    const double wanted = 4 * half * half;
+    const double seen = std::min(1.0, (x1 - x0) * (y1 - y0) / wanted);
+    const double apart = std::min(1.0, inside.count / std::max(1.0, inside.covered_count));
+    const double share = sole * seen * apart * apart;
+    return (inside.height + share * inside.covered_height) /
+           (inside.count + share * inside.covered_count);
+}
+
+}  // namespace bsoil
