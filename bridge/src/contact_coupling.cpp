@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "bullet_types.h"
+#include "lowest_point.h"
 
 namespace bsoil::bullet {
 namespace {
@@ -241,6 +242,16 @@ void ContactCoupling::keep_awake_with_carriers(Coupled& coupled) {
     }
 }
 
+/// Elements sample a body's surface once a voxel: its lowest point may lie between them, below the
+/// deepest by no more than a voxel (further down it is not what stands in the soil).
+double ContactCoupling::sinkage_m(const BodyState& body, const BodyContact& contact) const {
+    if (!(contact.depth_m > 0) || !body.object) return contact.depth_m;
+    const std::optional<double> lowest_m = lowest_height_m(
+        *body.object->getCollisionShape(), body.object->getWorldTransform(), soil_.up);
+    if (!lowest_m) return contact.depth_m;
+    return contact.depth_m + std::clamp(contact.deepest_height_m - *lowest_m, 0.0, soil_.voxel_m);
+}
+
 void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const ContactVoxel> voxels,
                                         double duration_s) {
     const BodyMotion& motion = coupled.body.motion;
@@ -259,7 +270,7 @@ void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const Contac
                                                coupled.strengths, history, patches_);
     coupled.width_m = contact.width_m;
     coupled.report.contact_area_m2 = contact.area_m2;
-    coupled.report.sinkage_m = contact.depth_m;
+    coupled.report.sinkage_m = sinkage_m(coupled.body, contact);
     coupled.report.compression_m = contact.compression_m;
     coupled.report.patch_count = static_cast<int>(patches_.size());
     if (coupled.body.role == BodyRole::driven || coupled.body.role == BodyRole::fixed) {

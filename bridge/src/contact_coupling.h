@@ -147,6 +147,7 @@ class ContactCoupling {
 
     void set_body_contacts(Coupled& coupled, std::span<const ContactVoxel> voxels,
                            double duration_s);
+    double sinkage_m(const BodyState& body, const BodyContact& contact) const;
     void gather_pressed_soil();
     void take_over_patches(Coupled& coupled);
     void update_strengths(Coupled& coupled);

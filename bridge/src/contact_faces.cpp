@@ -112,10 +112,9 @@ void find_contact_faces(std::span<const ContactVoxel> voxels, Quat body_to_world
 
     std::array<FaceSums, kWallBinCount> walls;
     std::vector<Cell> cells;
-    const double down_least = std::numbers::sqrt2 / 2;
     for (size_t i = 0; i < voxels.size(); ++i) {
         const ContactVoxel& v = voxels[i];
-        if (-dot(v.normal, up) > down_least) {
+        if (-dot(v.normal, up) > kSoleCosine) {
             // Whole voxels apart: rounding does not decide where the grid lies along the axes.
             const Vec3 place = (v.center_m - voxels.front().center_m) * (1 / voxel_m);
             cells.push_back({std::llround(dot(place, axis_a)), std::llround(dot(place, axis_b)),

@@ -1,6 +1,7 @@
 /// Faces of a contact: connected parts of a body's contact with the soil whose size the soil feels.
 #pragma once
 
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -8,6 +9,10 @@
 #include "yield_traction.h"
 
 namespace bsoil::bullet {
+
+/// A face whose normal is no further off straight down than this cosine is a sole, any other a
+/// wall.
+inline constexpr double kSoleCosine = std::numbers::sqrt2 / 2;
 
 /// The faces of one body's contact.
 struct ContactFaces {

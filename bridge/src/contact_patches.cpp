@@ -172,6 +172,7 @@ BodyContact group_contacts(std::span<const ContactVoxel> voxels,
 
     BodyContact total;
     double mobilized_n = 0, limit_n_sum = 0;
+    bool has_sole = false;
     for (const ContactMotion& relative : motions) {
         CarrierPatches sums(relative, voxel_m);
         sums.find_centroids(voxels);
@@ -203,7 +204,13 @@ BodyContact group_contacts(std::span<const ContactVoxel> voxels,
             limit_n_sum += limit_n;
             total.width_m += limit_n * face.width_m;
             total.area_m2 += area;
-            total.depth_m = std::max(total.depth_m, v.depth_m);
+            // A wall's level has the rim in it that came out from under the sole.
+            const bool is_sole = -dot(v.normal, up) > kSoleCosine;
+            if (v.depth_m > 0 && (is_sole == has_sole ? v.depth_m > total.depth_m : is_sole)) {
+                has_sole = is_sole;
+                total.depth_m = v.depth_m;
+                total.deepest_height_m = dot(v.position_m, up);
+            }
             total.compression_m = std::max(total.compression_m, v.compression_m);
         }
         sums.append_to(patches);

@@ -67,10 +67,11 @@ struct ContactPatch {
 
 /// All of a body's contact with the soil. World axes.
 struct BodyContact {
-    Vec3 mobilized_force_n;            ///< of the soil on the body, from the motion as it is
-    Vec3 mobilized_torque_n_m;         ///< about the centre of mass
-    double area_m2 = 0;                ///< in contact with soil (area times fill)
-    double depth_m = 0;                ///< of the deepest voxel
+    Vec3 mobilized_force_n;     ///< of the soil on the body, from the motion as it is
+    Vec3 mobilized_torque_n_m;  ///< about the centre of mass
+    double area_m2 = 0;         ///< in contact with soil (area times fill)
+    double depth_m = 0;  ///< of the deepest element that looks down, or of any where none does
+    double deepest_height_m = 0;       ///< along up, where that is
     double compression_m = 0;          ///< largest
     double mobilized_pressure_pa = 0;  ///< mean normal stress of the mobilized force, by force
     double width_m = 0;                ///< mean width of the faces, by their limits

@@ -22,8 +22,24 @@ constexpr double kSameFaceCosine = 0.7;
 // size).
 constexpr double kUnderWay = 0.125;
 
+/// A point no further above a face is on it [voxels].
+constexpr double kOnFace = 1e-3;
+
 /// A shape's surface is no further than this from the middle of a voxel that it goes through.
 constexpr double kFaceReachVoxels = 1.5;
+
+// A face's plane goes on beyond its edges, the face does not: a voxel under the edge of a box 1 mm
+// deep would give its flank a depth of half a voxel. One step for each face that may meet there.
+Vec3 onto_body(Vec3 point_m, const ContactBody& body, double voxel_m) {
+    for (int face_index = 0; face_index < 3; ++face_index) {
+        const NearestFace face = nearest_face(*body.input, *body.walls, point_m, voxel_m);
+        if (!(face.distance_m > kOnFace * voxel_m)) {
+            break;
+        }
+        point_m = point_m - face.distance_m * face.normal;
+    }
+    return point_m;
+}
 
 }  // namespace
 
@@ -155,6 +171,7 @@ void ContactVoxels::add_faces(const Element& element, Vec3 face_normal,
 void ContactVoxels::finish(const Element& element, ContactVoxel& contact) const {
     const GridFrame& frame = *element.request.frame;
     const ContactRecord& record = element.record;
+    contact.position_m = onto_body(contact.position_m, element.body, frame.voxel_m);
     const Vec3 n = rotate(conjugate(frame.grid_to_world.rotation), contact.normal);
     const Vec3 gap_m = record.gap * (frame.voxel_m / kVoxelFull);
     contact.gap_m = n.x * n.x * gap_m.x + n.y * n.y * gap_m.y + n.z * n.z * gap_m.z;

@@ -12,12 +12,15 @@ using namespace layout;
 namespace {
 
 // Columns around a contact that can count for its free surface: so many in any case, and those of
-// the wedge before a wall up to a bound. And a mark in place of a height.
+// the wedge before a wall and of the rim around a sole up to a bound. And a mark in place of a
+// height.
 constexpr int kReach = 2 * kTileSide;
-constexpr int kReachMost = 6 * kTileSide;
+constexpr int kReachMost = 32 * kTileSide;
 // Soil pushed by a wall fails along a wedge that rises at 45 deg - phi / 2: so many times as long
 // as it is deep.
 constexpr double kWedgeLength = 1.8;
+// What a sole has pressed down stands as a rim within a width of it: seen from its middle.
+constexpr double kRimWidths = 1.5;
 constexpr double kHardlyAny = 1e-6;  ///< columns
 constexpr int32_t kNotLookedAt = INT32_MIN;
 
@@ -42,8 +45,8 @@ void FreeSurface::find(const Request& request, const TileWords& words) {
     sum_up();
 }
 
-// How far the wedges before a body's walls can reach: the body's contacts go from the soil's
-// surface down to its lowest point.
+// How far the wedges before a body's walls can reach, whose contacts go from the soil's surface
+// down to its lowest point, and the rim around its soles.
 void FreeSurface::find_reach(const Request& request) {
     constexpr int kNone = -1;
     contact_range_.assign(body_width_.size(), {kNone, kNone});
@@ -57,7 +60,8 @@ void FreeSurface::find_reach(const Request& request) {
     for (size_t b = 0; b < contact_range_.size(); ++b) {
         const double wedge =
             kWedgeLength * (contact_range_[b].second - contact_range_[b].first + 1);
-        body_reach_[b] = std::clamp<double>(std::ceil(wedge), kReach, kReachMost);
+        const double rim = contact_range_[b].first == kNone ? 0 : kRimWidths * body_width_[b];
+        body_reach_[b] = std::clamp<double>(std::ceil(std::max(wedge, rim)), kReach, kReachMost);
         reach_ = std::max(reach_, static_cast<int>(body_reach_[b]));
     }
 }
@@ -221,12 +225,12 @@ double FreeSurface::height_beside(const int voxel[3], Vec3 at, Vec3 outward, int
     const double wall = outward.x * outward.x + outward.y * outward.y;
     const double sole = 1 - wall;
     const double wedge = kWedgeLength * std::max(0.0, nearest - at.z);
-    const double half =
-        std::max(1.0, wall * wedge / 2 + sole * 1.5 * body_width_[static_cast<size_t>(body)]);
+    const double rim = kRimWidths * body_width_[static_cast<size_t>(body)];
+    const double half = std::max(1.0, wall * wedge / 2 + sole * rim);
     const double cx = at.x + outward.x * wedge / 2, cy = at.y + outward.y * wedge / 2;
     // Nothing beyond this contact's own reach counts, wherever other bodies are. Columns count by
     // as much of them as lies inside: a blade that creeps on by a voxel must not feel the border.
-    const double reach = std::clamp(wall * wedge, static_cast<double>(kReach),
+    const double reach = std::clamp(wall * wedge + sole * rim, static_cast<double>(kReach),
                                     body_reach_[static_cast<size_t>(body)]);
     const auto clip = [&](double v, int column, int low, int size) {
         const double near = std::clamp(v, column - reach, column + reach);

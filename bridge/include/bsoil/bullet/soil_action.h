@@ -57,7 +57,9 @@ struct BodyReport {
     Vec3 torque_n_m;          ///< about the body's centre of mass
     double peak_force_n = 0;  ///< largest length of force_n since the body met the soil
     double contact_area_m2 = 0;
-    double sinkage_m = 0;      ///< depth of the deepest contact below the local surface of the soil
+    /// How far its lowest point lies below the soil's surface beside it (a mesh: the deepest
+    /// contact).
+    double sinkage_m = 0;
     double compression_m = 0;  ///< largest elastic push-in of a contact
     double load_kg = 0;        ///< soil it carries; a dynamic body bears its weight besides force_n
     int patch_count = 0;  ///< contact patches, each one normal and two tangential constraint rows
