@@ -4,7 +4,7 @@
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
 
-#include "contact_patches.h"
+#include "bsoil/contact/contact_patches.h"
 
 namespace bsoil::bullet {
 

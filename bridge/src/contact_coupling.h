@@ -12,7 +12,7 @@
 
 #include "body_state.h"
 #include "bsoil/bullet/soil_action.h"
-#include "contact_memory.h"
+#include "bsoil/contact/contact_memory.h"
 #include "link_patch_constraint.h"
 #include "rigid_patch_constraint.h"
 #include "torque_constraint.h"

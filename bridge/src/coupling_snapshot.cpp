@@ -207,9 +207,11 @@ void CouplingSnapshot::Memory::list_coupled(StateStream& stream,
     for (double& limit_n : coupled.mean_limits_n) stream(limit_n);
     for (double& limit_n : coupled.limits_at_sleep_n) stream(limit_n);
     list(stream, coupled.report);
-    stream.list(coupled.memory.entries_, 80, [&](auto& entry) {
-        stream(entry.center_m, entry.normal, entry.slid_m, entry.retreat_m);
+    std::vector<PressedSoil> pressed(coupled.memory.soil().begin(), coupled.memory.soil().end());
+    stream.list(pressed, 80, [&](PressedSoil& soil) {
+        stream(soil.center_m, soil.normal, soil.slid_m, soil.retreat_m);
     });
+    coupled.memory.set_soil(pressed);
     stream(coupled.pressure_pa, coupled.width_m);
 }
 

@@ -2,7 +2,7 @@
 
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 
-#include "contact_patches.h"
+#include "bsoil/contact/contact_patches.h"
 
 namespace bsoil::bullet {
 namespace {

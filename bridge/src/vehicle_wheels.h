@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "bsoil/bullet/soil_raycaster.h"
+#include "bsoil/contact/wheel_solver.h"
 #include "soil_vehicles.h"
-#include "wheel_solver.h"
 
 namespace bsoil::bullet {
 

@@ -8,7 +8,7 @@
 #include <memory>
 #include <numbers>
 
-#include "bsoil/bullet/bekker_soil.h"
+#include "bsoil/contact/bekker_soil.h"
 #include "commands.h"
 
 namespace bsoil::command {
@@ -18,8 +18,8 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kFrictionMost_deg = 68;  // as in scenes
 
 struct ImportArguments {
-    bullet::BekkerSoil soil;
-    bullet::BekkerOptions options;
+    BekkerSoil soil;
+    BekkerOptions options;
     double friction_deg = 33;
     std::vector<double> scm;
     std::string name = "bekker_soil";
@@ -30,7 +30,7 @@ struct ImportArguments {
 void take_scm_order(ImportArguments& arguments) {
     const std::vector<double>& scm = arguments.scm;
     if (scm.empty()) return;
-    bullet::BekkerSoil& soil = arguments.soil;
+    BekkerSoil& soil = arguments.soil;
     soil.kphi_pa_m_n = scm[0];
     soil.kc_pa_m_n1 = scm[1];
     soil.n = scm[2];
@@ -42,9 +42,9 @@ void take_scm_order(ImportArguments& arguments) {
 std::string percent(double share) { return fmt::format("{:+.0f} %", 100 * share); }
 
 /// TOML as a whole: what is not the material is a comment.
-std::string toml_text(const ImportArguments& arguments, const bullet::BekkerTranslation& found) {
-    const bullet::BekkerSoil& soil = arguments.soil;
-    const bullet::BekkerOptions& options = arguments.options;
+std::string toml_text(const ImportArguments& arguments, const BekkerTranslation& found) {
+    const BekkerSoil& soil = arguments.soil;
+    const BekkerOptions& options = arguments.options;
     const MaterialDef& material = found.material;
     std::string out = fmt::format(
         "[[material]]\n"
@@ -73,7 +73,7 @@ std::string toml_text(const ImportArguments& arguments, const bullet::BekkerTran
                     100 * found.median_error, 100 * found.largest_error);
     out += fmt::format("#\n# {:>8}  {:>9}  {:>10}  {:>10}  {:>7}\n", "radius m", "sinkage m",
                        "Bekker kPa", "soil kPa", "error");
-    for (const bullet::BearingComparison& c : found.comparisons)
+    for (const BearingComparison& c : found.comparisons)
         out += fmt::format("# {:8.3f}  {:9.3f}  {:10.2f}  {:10.2f}  {:>7}\n", c.plate_radius_m,
                            c.sinkage_m, c.bekker_pa / 1e3, c.soil_pa / 1e3,
                            percent(c.relative_error()));
@@ -89,7 +89,7 @@ int import_bekker(ImportArguments& arguments) {
         return kCouldNotRun;
     }
     arguments.soil.friction_angle_rad = arguments.friction_deg * kDegree;
-    const auto found = bullet::translate(arguments.soil, arguments.options);
+    const auto found = translate(arguments.soil, arguments.options);
     if (!found) {
         fmt::print(stderr, "{}\n", found.error());
         return kCouldNotRun;
@@ -115,7 +115,7 @@ void add_import_bekker(CLI::App& app, int& exit_code) {
     const auto parameter = [&](const char* name, double& place, const char* help) {
         return command->add_option(name, place, help)->excludes(scm);
     };
-    bullet::BekkerSoil& soil = arguments->soil;
+    BekkerSoil& soil = arguments->soil;
     parameter("--kphi", soil.kphi_pa_m_n, "frictional modulus [N/m^(n+2)]");
     parameter("--kc", soil.kc_pa_m_n1, "cohesive modulus [N/m^(n+1)]");
     parameter("--n", soil.n, "exponent of sinkage")->capture_default_str();

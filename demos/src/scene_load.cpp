@@ -8,7 +8,7 @@
 #include <set>
 #include <sstream>
 
-#include "bsoil/bullet/bekker_soil.h"
+#include "bsoil/contact/bekker_soil.h"
 #include "data_files.h"
 #include "schema_table.h"
 #include "track_vehicle.h"
@@ -103,7 +103,7 @@ class SceneChecker {
         for (const char* key : {"loose_density_kg_m3", "compacted_density_kg_m3"})
             if (item.has(key))
                 return error(item.where(key), "`{}` is what `bekker` is turned into", key);
-        bullet::BekkerSoil soil;
+        BekkerSoil soil;
         soil.kphi_pa_m_n = item.bekker->kphi;
         soil.kc_pa_m_n1 = item.bekker->kc;
         soil.n = item.bekker->n;
@@ -111,9 +111,9 @@ class SceneChecker {
         soil.friction_angle_rad = *item.friction_angle_rad;
         soil.shear_displacement_m = item.shear_displacement_m.value_or(0);
         soil.density_kg_m3 = item.density_kg_m3;
-        bullet::BekkerOptions options;
+        BekkerOptions options;
         options.gravity_m_s2 = item.bekker->gravity_m_s2;
-        const auto found = bullet::translate(soil, options);
+        const auto found = translate(soil, options);
         if (!found) return error(item.where("bekker"), "`bekker`: {}", found.error());
         item.density_kg_m3 = found->material.density_kg_m3;
         item.loose_density_kg_m3 = found->material.loose_density_kg_m3;

@@ -23,6 +23,6 @@ page() {
 page index BulletSoil structbsoil_1_1SoilDef.html
 page classbsoil_1_1Soil surface_height_m
 page classbsoil_1_1bullet_1_1SoilAction body_report
-page namespacebsoil_1_1bullet translate
+page namespacebsoil translate
 page bulletsoil_8h bulletsoil_create
 ! grep -v '(variable) of .* is not documented' warnings

@@ -9,7 +9,7 @@
 #include <map>
 #include <numbers>
 
-#include "bsoil/bullet/bekker_soil.h"
+#include "bsoil/contact/bekker_soil.h"
 #include "bullet_types.h"
 #include "check.h"
 #include "mechanics.h"
@@ -221,8 +221,8 @@ class RestCheck final : public Check {
             double low = 1e-4 * most_m, high = most_m;
             for (int i = 0; i < 30; ++i) {
                 const double at = (low + high) / 2;
-                const bool bears = bullet::plate_bearing_pa(material, soil.def().gravity_m_s2,
-                                                            plate_m, at) >= pressure_pa;
+                const bool bears =
+                    plate_bearing_pa(material, soil.def().gravity_m_s2, plate_m, at) >= pressure_pa;
                 (bears ? high : low) = at;
             }
             worst_m = std::max(worst_m, high);

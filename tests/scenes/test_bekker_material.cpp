@@ -1,7 +1,7 @@
 /// Materials given by Bekker's parameters in scene files.
 #include <gtest/gtest.h>
 
-#include "bsoil/bullet/bekker_soil.h"
+#include "bsoil/contact/bekker_soil.h"
 #include "scene_load.h"
 
 namespace bsoil::scene {
@@ -31,14 +31,14 @@ TEST(BekkerMaterial, is_the_translated_material) {
         "shear_displacement_m = 0.01\ntool_friction = 0.3\nbekker = { kphi = 752e3, kc = 6900, n "
         "= 0.66 }\n");
     ASSERT_TRUE(scene) << scene.error();
-    bullet::BekkerSoil soil;
+    BekkerSoil soil;
     soil.kphi_pa_m_n = 752e3;
     soil.kc_pa_m_n1 = 6900;
     soil.n = 0.66;
     soil.cohesion_pa = 3700;
     soil.friction_angle_rad = 29.8 * 3.14159265358979323846 / 180;
     soil.shear_displacement_m = 0.01;
-    const auto found = bullet::translate(soil);
+    const auto found = translate(soil);
     ASSERT_TRUE(found) << found.error();
     const MaterialDef& m = scene->soil->def.materials.at(0);
     EXPECT_EQ(m.density_kg_m3, found->material.density_kg_m3);

@@ -6,9 +6,10 @@
 #include <vector>
 
 #include "bsoil/body.h"
-#include "contact_patches.h"
+#include "bsoil/contact/contact_patches.h"
 
-namespace bsoil::bullet {
+#pragma GCC visibility push(default)
+namespace bsoil {
 
 /// A voxel of soil beside a body, and what the body's surface has done to it.
 struct PressedSoil {
@@ -44,9 +45,10 @@ class ContactMemory {
                                             std::span<const ContactMotion> relative = {});
     /// Sorted by center_m.x.
     std::span<const PressedSoil> soil() const { return entries_; }
+    /// What soil() gave, of this memory at another time.
+    void set_soil(std::span<const PressedSoil> soil);
 
   private:
-    friend class CouplingSnapshot;
     std::vector<PressedSoil> entries_, previous_;  ///< sorted by center_m.x
     std::vector<ContactHistory> history_;
 };
@@ -56,4 +58,5 @@ inline bool lies_before(const PressedSoil& a, const PressedSoil& b) {
     return a.center_m.x < b.center_m.x;
 }
 
-}  // namespace bsoil::bullet
+}  // namespace bsoil
+#pragma GCC visibility pop

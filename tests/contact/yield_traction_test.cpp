@@ -1,11 +1,11 @@
-#include "yield_traction.h"
+#include "bsoil/contact/yield_traction.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-namespace bsoil::bullet {
+namespace bsoil {
 namespace {
 
 constexpr Vec3 kUp{0, 1, 0};
@@ -205,4 +205,4 @@ TEST(YieldTraction, friction_is_that_of_the_weaker_of_tool_and_soil) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil

@@ -1,8 +1,8 @@
-#include "resistive_force_theory.h"
+#include "bsoil/contact/resistive_force_theory.h"
 
 #include <algorithm>
 
-namespace bsoil::bullet {
+namespace bsoil {
 namespace {
 
 constexpr int kTermCount = 20;
@@ -95,4 +95,4 @@ double resistive_stiffness_pa_m(double density_kg_m3, double gravity_m_s2, doubl
     return density_kg_m3 * gravity_m_s2 * (894 * m * m * m - 386 * m * m + 89 * m);
 }
 
-}  // namespace bsoil::bullet
+}  // namespace bsoil

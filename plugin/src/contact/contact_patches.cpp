@@ -1,12 +1,12 @@
-#include "contact_patches.h"
+#include "bsoil/contact/contact_patches.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "contact_faces.h"
+#include "bsoil/contact/contact_faces.h"
 
-namespace bsoil::bullet {
+namespace bsoil {
 namespace {
 
 /// Which side of the centroid, along the two axes across the bin's own. `nothing_m`: what is no
@@ -229,4 +229,4 @@ BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotio
     return group_contacts(voxels, {&on_ground, 1}, up, voxel_m, strengths, history, patches);
 }
 
-}  // namespace bsoil::bullet
+}  // namespace bsoil

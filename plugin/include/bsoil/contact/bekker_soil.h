@@ -5,12 +5,11 @@
 #include <optional>
 #include <vector>
 
-#include "bsoil/bullet/precision.h"
 #include "bsoil/material.h"
 #include "bsoil/result.h"
 
 #pragma GCC visibility push(default)
-namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION {
+namespace bsoil {
 
 /// Bekker's pressure under a plate, p = (kc / b + kphi) z^n, with b the radius of a circular plate
 /// or the width of a long one, and the strength in shear, c + sigma tan phi, of which
@@ -70,5 +69,5 @@ Result<BekkerTranslation> translate(const BekkerSoil& soil, const BekkerOptions&
 double plate_bearing_pa(const MaterialDef& material, double gravity_m_s2, double plate_radius_m,
                         double sinkage_m);
 
-}  // namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION
+}  // namespace bsoil
 #pragma GCC visibility pop

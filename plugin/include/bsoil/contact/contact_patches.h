@@ -6,9 +6,10 @@
 #include <vector>
 
 #include "bsoil/body.h"
-#include "yield_traction.h"
+#include "bsoil/contact/yield_traction.h"
 
-namespace bsoil::bullet {
+#pragma GCC visibility push(default)
+namespace bsoil {
 
 /// How a body moves. World axes.
 struct BodyMotion {
@@ -16,6 +17,7 @@ struct BodyMotion {
     Vec3 center_of_mass_m;
     Vec3 linear_velocity_m_s;  ///< of the centre of mass
     Vec3 angular_velocity_rad_s;
+    /// Of a point that moves with it [m/s].
     Vec3 velocity_at(Vec3 point_m) const {
         return linear_velocity_m_s + cross(angular_velocity_rad_s, point_m - center_of_mass_m);
     }
@@ -96,4 +98,5 @@ BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotio
                            std::span<const ContactHistory> history,
                            std::vector<ContactPatch>& patches);
 
-}  // namespace bsoil::bullet
+}  // namespace bsoil
+#pragma GCC visibility pop

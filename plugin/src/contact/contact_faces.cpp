@@ -1,4 +1,4 @@
-#include "contact_faces.h"
+#include "bsoil/contact/contact_faces.h"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <numeric>
 
-namespace bsoil::bullet {
+namespace bsoil {
 namespace {
 
 constexpr int kWallBinCount = 6;
@@ -161,4 +161,4 @@ void find_contact_faces(std::span<const ContactVoxel> voxels, Quat body_to_world
     }
 }
 
-}  // namespace bsoil::bullet
+}  // namespace bsoil

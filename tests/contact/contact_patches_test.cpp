@@ -1,4 +1,4 @@
-#include "contact_patches.h"
+#include "bsoil/contact/contact_patches.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <numbers>
 #include <set>
 
-namespace bsoil::bullet {
+namespace bsoil {
 namespace {
 
 constexpr Vec3 kUp{0, 1, 0};
@@ -192,4 +192,4 @@ TEST(ContactPatches, nothing_gives_no_patches) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil

@@ -6,9 +6,10 @@
 #include <vector>
 
 #include "bsoil/body.h"
-#include "yield_traction.h"
+#include "bsoil/contact/yield_traction.h"
 
-namespace bsoil::bullet {
+#pragma GCC visibility push(default)
+namespace bsoil {
 
 /// A face whose normal is no further off straight down than this cosine is a sole, any other a
 /// wall.
@@ -32,4 +33,5 @@ void find_contact_faces(std::span<const ContactVoxel> voxels, Quat body_to_world
 /// Index 0..5 of the axis +x, -x, +y, -y, +z, -z that a vector points along most.
 int dominant_axis_bin(Vec3 direction);
 
-}  // namespace bsoil::bullet
+}  // namespace bsoil
+#pragma GCC visibility pop

@@ -1,10 +1,10 @@
-#include "wheel_solver.h"
+#include "bsoil/contact/wheel_solver.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-namespace bsoil::bullet {
+namespace bsoil {
 namespace {
 
 /// The four unknowns are few: this leaves less than a hundredth of the force.
@@ -169,4 +169,4 @@ WheelForces solve_wheel(const WheelState& wheel, const WheelContact& contact, do
     return out;
 }
 
-}  // namespace bsoil::bullet
+}  // namespace bsoil

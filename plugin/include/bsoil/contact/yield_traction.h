@@ -4,7 +4,8 @@
 #include "bsoil/body.h"
 #include "bsoil/material.h"
 
-namespace bsoil::bullet {
+#pragma GCC visibility push(default)
+namespace bsoil {
 
 /// An element that moves less than this share of its body's motion counts as resting: its limit is
 /// that of a push along its normal, and friction holds it in any direction. Larger: a wheel that
@@ -33,6 +34,7 @@ struct SoilStrength {
     double shear_displacement_m = 0;  ///< Janosi's K of soil as placed
     double placed_relative_density = 0;
 };
+/// Of a material against a body with this surface. gravity_m_s2: > 0.
 SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2,
                          const SurfaceFriction& surface = {});
 
@@ -109,4 +111,5 @@ ElementYield yield_of_element(const ContactVoxel& contact, Vec3 motion, double a
                               Vec3 up, const SoilStrength& soil, const FaceExtent& face = {},
                               double shear = 1, double held = 1);
 
-}  // namespace bsoil::bullet
+}  // namespace bsoil
+#pragma GCC visibility pop

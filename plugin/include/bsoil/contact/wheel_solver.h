@@ -4,9 +4,10 @@
 #include <span>
 #include <vector>
 
-#include "contact_patches.h"
+#include "bsoil/contact/contact_patches.h"
 
-namespace bsoil::bullet {
+#pragma GCC visibility push(default)
+namespace bsoil {
 
 /// A wheel on its strut. The soil's patches hold the wheel as they hold a rigid body: each takes
 /// out the motion of its point as far as its limits allow.
@@ -37,6 +38,7 @@ struct WheelContact {
     Vec3 last_force_n;  ///< of the soil on the wheel in the last substep: where the solver starts
 };
 
+/// What solve_wheel() finds, at the end of the substep.
 struct WheelForces {
     double rise_m_s = 0, spin_rad_s = 0;
     double normal_n = 0, forward_n = 0, side_n = 0;  ///< of the soil on the wheel
@@ -49,4 +51,5 @@ struct WheelForces {
 WheelForces solve_wheel(const WheelState& wheel, const WheelContact& contact, double substep_s,
                         std::vector<double>& patch_normal_n);
 
-}  // namespace bsoil::bullet
+}  // namespace bsoil
+#pragma GCC visibility pop

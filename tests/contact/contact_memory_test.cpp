@@ -1,11 +1,11 @@
-#include "contact_memory.h"
+#include "bsoil/contact/contact_memory.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-namespace bsoil::bullet {
+namespace bsoil {
 namespace {
 
 constexpr double kVoxel = 0.1;
@@ -158,4 +158,4 @@ TEST(ContactMemory, two_faces_in_one_voxel_are_told_apart) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil

@@ -3,7 +3,8 @@
 
 #include "bsoil/geometry.h"
 
-namespace bsoil::bullet {
+#pragma GCC visibility push(default)
+namespace bsoil {
 
 /// Stress on an element per (xi times depth): a vector that resists the motion. Three-dimensional
 /// resistive force theory of Agarwal, Goldman and Kamrin, "Mechanistic framework for reduced-order
@@ -17,4 +18,5 @@ Vec3 resistive_stress(Vec3 normal, Vec3 direction, Vec3 up, double surface_frict
 /// of 0.1 to 0.9.
 double resistive_stiffness_pa_m(double density_kg_m3, double gravity_m_s2, double tan_phi);
 
-}  // namespace bsoil::bullet
+}  // namespace bsoil
+#pragma GCC visibility pop

@@ -1,12 +1,12 @@
-#include "yield_traction.h"
+#include "bsoil/contact/yield_traction.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "resistive_force_theory.h"
+#include "bsoil/contact/resistive_force_theory.h"
 
-namespace bsoil::bullet {
+namespace bsoil {
 namespace {
 
 /// Soil unloads this much more stiffly than it was loaded: a sole of 0.1 m depth has left it after
@@ -206,4 +206,4 @@ ElementYield yield_of_element(const ContactVoxel& contact, Vec3 motion, double a
     return out;
 }
 
-}  // namespace bsoil::bullet
+}  // namespace bsoil

@@ -1,4 +1,4 @@
-#include "bsoil/bullet/bekker_soil.h"
+#include "bsoil/contact/bekker_soil.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,9 +6,9 @@
 #include <sstream>
 #include <string>
 
-#include "yield_traction.h"
+#include "bsoil/contact/yield_traction.h"
 
-namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION {
+namespace bsoil {
 namespace {
 
 /// Loose over compacted density. Sands have 0.78 to 0.85 between their standard least and most dry
@@ -213,4 +213,4 @@ Result<BekkerTranslation> translate(const BekkerSoil& soil, const BekkerOptions&
     return out;
 }
 
-}  // namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION
+}  // namespace bsoil

@@ -1,10 +1,10 @@
-#include "contact_memory.h"
+#include "bsoil/contact/contact_memory.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-namespace bsoil::bullet {
+namespace bsoil {
 namespace {
 
 /// Distances between voxels' centres, in voxels. Less than this far across the soil's way it is the
@@ -106,4 +106,8 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
     return history_;
 }
 
-}  // namespace bsoil::bullet
+void ContactMemory::set_soil(std::span<const PressedSoil> soil) {
+    entries_.assign(soil.begin(), soil.end());
+}
+
+}  // namespace bsoil

@@ -1,4 +1,4 @@
-#include "bsoil/bullet/bekker_soil.h"
+#include "bsoil/contact/bekker_soil.h"
 
 #include <gtest/gtest.h>
 
@@ -10,9 +10,9 @@
 #include <numbers>
 #include <sstream>
 
-#include "yield_traction.h"
+#include "bsoil/contact/yield_traction.h"
 
-namespace bsoil::bullet {
+namespace bsoil {
 namespace {
 
 constexpr double kGravity_m_s2 = 9.81;
@@ -387,4 +387,4 @@ TEST(BekkerSoil, scm_presets_translate) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil

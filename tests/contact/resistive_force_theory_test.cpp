@@ -1,4 +1,4 @@
-#include "resistive_force_theory.h"
+#include "bsoil/contact/resistive_force_theory.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace bsoil::bullet {
+namespace bsoil {
 namespace {
 
 constexpr Vec3 kUp{0, 0, 1};
@@ -128,4 +128,4 @@ TEST(ResistiveForceTheory, wheel_equals_the_reference_script) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil
