@@ -137,7 +137,7 @@ void advect_soil(int group, int lane) {
             drift = after;
         }
         if (largest_component(after) > kSpeedMost) {
-            ATOMIC_OR(result[kResultStatus], kStatusSpeedClamped);
+            note_condition(kStatusSpeedClamped, kResultSpeedPlace, grid_voxel(slot, x, y, z0 + z));
             after = clamp(after, ivec3(-kSpeedMost), ivec3(kSpeedMost));
             drift = clamp(drift, ivec3(-kSpeedMost), ivec3(kSpeedMost));
         }
@@ -149,7 +149,7 @@ void advect_soil(int group, int lane) {
         drift = drift / params.substep_count;
         if (largest_component(drift) > kVoxelFull) {
             if (volume > kPacingLeast) {
-                ATOMIC_OR(result[kResultStatus], kStatusSpeedClamped);
+                note_condition(kStatusSpeedClamped, kResultSpeedPlace, grid_voxel(slot, x, y, z0 + z));
             }
             drift = clamp(drift, ivec3(-kVoxelFull), ivec3(kVoxelFull));
         }

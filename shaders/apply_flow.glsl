@@ -32,7 +32,10 @@ void apply_flow(int group, int lane) {
                 set_state(kPlaneVolume, voxel, 1);
             }
             if (volume > kVoxelMost) {
-                ATOMIC_OR(result[kResultStatus], kStatusHeadroom);
+                int slot = block / params.blocks_per_tile;
+                note_condition(kStatusHeadroom, kResultHeadroomPlace,
+                               grid_voxel(slot, lane & 7, lane >> 3,
+                                          (block % params.blocks_per_tile) * 8 + z));
             }
         }
         if (state_at(kPlaneVolume, voxel) > 0 && excess_at(voxel) > 0) {

@@ -93,6 +93,7 @@ void build_spans(int group, int lane) {
     int bare = kNotBare;     // see surface_without_bodies()
     bool climbs = false;
     bool lost = false;
+    int lost_at = 0;         // where the last span that does not fit starts
     for (int z = 0; z <= end; ++z) {
         int voxel = column + z * kTileColumns;
         bool inside = z < end;
@@ -153,6 +154,7 @@ void build_spans(int group, int lane) {
                 count += 1;
             } else {
                 lost = true;
+                lost_at = min(bottom >> 16, params.height - 1);
             }
             if (kind == kSpanPiled && !on_body && is_surface(bottom, top)) {
                 surface = top;
@@ -184,8 +186,9 @@ void build_spans(int group, int lane) {
             }
         }
     }
+    int known = spans[record + kColumnCount];  // beyond these all speeds are 0
     spans[record + kColumnCount] = count;
-    for (int i = count; i < kSpanCapacity; ++i) {
+    for (int i = count; i < known; ++i) {
         spans[record + kColumnSpeed + i] = 0;
         spans[record + kColumnSpeed + kSpanCapacity + i] = 0;
     }
@@ -199,6 +202,7 @@ void build_spans(int group, int lane) {
     }
     spans[tops + slot * kTileColumns + lane] = word;
     if (lost) {
-        ATOMIC_OR(result[kResultStatus], kStatusSpansFull);
+        note_condition(kStatusSpansFull, kResultSpansPlace,
+                       grid_voxel(slot, lane & 7, lane >> 3, lost_at));
     }
 }

@@ -228,6 +228,18 @@ bool is_in_grid(int slot, int x, int y) {
     return at.x < params.size_x && at.y < params.size_y;
 }
 
+// A voxel's place in one word, above 0, which grows along x, then y, then z.
+int place_code(ivec3 at) {
+    int levels = ((params.height - 1) >> params.place_shift) + 1;
+    return (at.x * params.place_rows + at.y) * levels + (at.z >> params.place_shift) + 1;
+}
+
+// Sets a status bit and leaves the last place of this step where that was so.
+void note_condition(int bit, int place_word, ivec3 at) {
+    ATOMIC_OR(result[kResultStatus], bit);
+    ATOMIC_MAX(result[place_word], place_code(at));
+}
+
 int owner_body(int owner) { return (owner & (kOwnerRank - 1)) - 1; }
 
 int largest_component(ivec3 v) { return max(abs(v.x), max(abs(v.y), abs(v.z))); }

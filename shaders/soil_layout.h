@@ -109,18 +109,19 @@ CONST_INT(kFlagWanted, 5)       // step in which soil wanted to flow in while th
 CONST_INT(kFlagArrays, 6)
 
 // --- height spans: per column 1 count + kSpanCapacity records -----------------------------------------------------
-CONST_INT(kSpanCapacity, 8)
+// A machine over soil has a track, its wheel, the track again, the hull and the arm above one another: two spans a solid.
+CONST_INT(kSpanCapacity, 16)
 CONST_INT(kSpanWords, 3)
 CONST_INT(kSpanBottom, 0)       // Q16 voxels above the floor
 CONST_INT(kSpanTop, 1)
 CONST_INT(kSpanKind, 2)         // kSpanRigid ...
-CONST_INT(kColumnWords, 48)
+CONST_INT(kColumnWords, 92)
 CONST_INT(kColumnCount, 0)      // spans of the column
 CONST_INT(kColumnSpans, 1)      // their records from the floor up, then padding up to kColumnSpeed and kColumnBase
-CONST_INT(kColumnSpeed, 28)     // slip speed of span i (Q16 voxels per base step), two sets used turn by turn
+CONST_INT(kColumnSpeed, 52)     // slip speed of span i (Q16 voxels per base step), two sets used turn by turn
 // What the spans stand on, 16 bits each, two a word: index + 1 of a body that may move, 0 elsewhere; kBaseFree where no
 // body covers the span's top.
-CONST_INT(kColumnBase, 44)
+CONST_INT(kColumnBase, 84)
 CONST_INT(kBaseFree, 32768)
 CONST_INT(kBaseBody, 32767)
 // After all columns: one word a column, the height of the topmost resting soil (Q16), or kCovered less that height (as if
@@ -178,6 +179,10 @@ CONST_INT(kResultStatus, 0)
 CONST_INT(kResultSpeed, 1)      // largest displacement a base step, Q16 voxels
 CONST_INT(kResultContacts, 2)   // number of contact records wanted
 CONST_INT(kResultSlope, 3)      // highest wedge that the last slip pass still found failing, Q16 voxels
+// Where a condition was met: the largest place_code() of this step, 0 = nowhere.
+CONST_INT(kResultSpeedPlace, 4)
+CONST_INT(kResultHeadroomPlace, 5)
+CONST_INT(kResultSpansPlace, 6)
 CONST_INT(kResultHeader, 16)    // then per body the load it carries, kLoadWords each, then the contact records
 CONST_INT(kLoadWords, 8)        // 64-bit sums (low, high)
 CONST_INT(kLoadMass, 0)         // parts of mass units

@@ -22,3 +22,5 @@ int step_stamp;          // grows with every step
 int slip_stamp;          // pass_stamp of this step's slip pass before this one; 0 in the first: look everywhere
 int slip_turn;           // 0 or 1, changes with every slip pass: which set of slip speeds is read
 int slip_stride;         // voxels that soil slides at once in this slip pass, 1..4: tiles of one colour are two apart
+int place_rows;          // columns along y of the grid, whole tiles
+int place_shift;         // by so many bits place_code() cuts a voxel's height

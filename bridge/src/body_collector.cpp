@@ -105,6 +105,12 @@ int BodyCollector::body_id(const btCollisionObject& object) const {
     return found == tracked_.end() ? -1 : found->second.id;
 }
 
+const btCollisionObject* BodyCollector::object_of(int id) const {
+    for (const auto& [object, tracked] : tracked_)
+        if (id >= 0 && tracked.id == id) return object;
+    return nullptr;
+}
+
 int BodyCollector::next_id() {
     for (int tried = 0; tried < kIdCount; ++tried) {
         last_id_ = (last_id_ + 1) % kIdCount;

@@ -57,6 +57,8 @@ class BodyCollector {
     bool is_coupled(const btCollisionObject& object) const;
     const std::vector<RefusedBody>& refused() const { return refused_; }
     int body_id(const btCollisionObject& object) const;
+    /// The object of an id; null: none has it now.
+    const btCollisionObject* object_of(int id) const;
 
   private:
     friend class CouplingSnapshot;

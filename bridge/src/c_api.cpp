@@ -35,6 +35,7 @@ constexpr size_t kBodyReportBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_body_report,
 constexpr size_t kSettleReportBytesMin =
     BSOIL_BYTES_UP_TO(bulletsoil_settle_report, tile_awake_count);
 static_assert(kSettleReportBytesMin == sizeof(bulletsoil_settle_report));
+constexpr size_t kConditionBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_condition, step_count);
 static_assert(kMaterialBytesMin == sizeof(bulletsoil_material));
 static_assert(kSoilDefBytesMin == sizeof(bulletsoil_soil_def));
 static_assert(kBodyReportBytesMin == sizeof(bulletsoil_body_report));
@@ -513,12 +514,41 @@ bulletsoil_result bulletsoil_get_status_text(const bulletsoil_soil* soil, char* 
             if (!text.empty()) text += '\n';
             text += line;
         };
-        for (const std::string& line : bsoil::status_texts(action.soil().status_bits()))
-            add_line(line);
+        for (const bsoil::Condition& condition : action.soil().conditions())
+            add_line(bsoil::condition_text(condition));
         for (const RefusedBody& body : action.refused()) add_line(body.reason);
         if (needed != nullptr) *needed = text.size() + 1;
         if (capacity == 0) return;
         buffer[text.copy(buffer, capacity - 1)] = '\0';
+    });
+}
+
+bulletsoil_result bulletsoil_get_condition_count(const bulletsoil_soil* soil, size_t* count) {
+    return guarded(__func__,
+                   [&] { required(count, "count") = action_of(soil).soil().conditions().size(); });
+}
+
+bulletsoil_result bulletsoil_get_condition(const bulletsoil_soil* soil, size_t index,
+                                           bulletsoil_condition* condition) {
+    return guarded(__func__, [&] {
+        const auto all = action_of(soil).conditions();
+        const size_t struct_size = required(condition, "condition").struct_size;
+        check_size("condition", struct_size, kConditionBytesMin, sizeof *condition);
+        if (index >= all.size())
+            refuse("index is " + std::to_string(index) + ", there are " +
+                   std::to_string(all.size()) + " conditions");
+        const bsoil::Condition& known = all[index].condition;
+        bulletsoil_condition out{};
+        out.text = bsoil::text_of(known.bit);
+        out.status_bit = static_cast<uint32_t>(known.bit);
+        out.has_position = known.position_m ? 1 : 0;
+        out.body = all[index].object;
+        copy(known.position_m.value_or(bsoil::Vec3{}), out.position_m);
+        out.first_step = known.first_step;
+        out.first_time_s = known.first_time_s;
+        out.last_step = known.last_step;
+        out.step_count = known.step_count;
+        narrow_into(*condition, out, struct_size);
     });
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "body_collector.h"
+#include "bsoil/limits.h"
 #include "bullet_types.h"
 #include "carried_load.h"
 #include "check_surface.h"
@@ -95,6 +96,7 @@ struct SoilAction::Impl {
           vehicles(std::make_shared<SoilVehicles>(
               world, collector, coupling, ground, soil->def().voxel_m,
               [this](Vec3 world_m) { return surface_at(world_m); })) {
+        named_conditions.reserve(limits::kConditionCapacity + 32);
         for (const btCollisionObject* object : options.ignored)
             collector.set_options(*object, {.ignored = true});
     }
@@ -111,6 +113,8 @@ struct SoilAction::Impl {
     void look_at_world();
     std::span<SoilBody> soil_bodies(double before_s);
     void take_report(int count);
+    /// Takes down whose the new conditions are.
+    void name_conditions();
     /// Lets every body go and forgets where they were.
     void pause();
     CouplingSnapshot::Parts parts() {
@@ -133,6 +137,13 @@ struct SoilAction::Impl {
     long long step_count = 0;
     StepReport report;
     std::vector<BodyLoad> loaded_loads;  ///< of a report that came from a snapshot
+    struct NamedCondition {
+        const btCollisionObject* object = nullptr;
+        int body = -1;
+        int64_t first_step = -1;
+    };
+    /// In the order of the soil's conditions: whose each is.
+    std::vector<NamedCondition> named_conditions;
 };
 
 Result<std::unique_ptr<SoilAction>> SoilAction::create(btDiscreteDynamicsWorld& world,
@@ -193,6 +204,20 @@ bool SoilAction::is_enabled() const { return impl_->enabled; }
 const StepReport& SoilAction::last_report() const { return impl_->report; }
 long long SoilAction::step_count() const { return impl_->step_count; }
 const std::vector<RefusedBody>& SoilAction::refused() const { return impl_->collector.refused(); }
+
+std::vector<ObjectCondition> SoilAction::conditions() const {
+    std::vector<ObjectCondition> out;
+    for (const Condition& condition : impl_->soil->conditions()) {
+        Impl::NamedCondition named;
+        if (out.size() < impl_->named_conditions.size())
+            named = impl_->named_conditions[out.size()];
+        // The soil may have been given another state behind our back.
+        const bool is_same =
+            named.body == condition.body && named.first_step == condition.first_step;
+        out.push_back({condition, is_same ? named.object : nullptr});
+    }
+    return out;
+}
 
 BodyReport SoilAction::body_report(const btCollisionObject& object) const {
     const int id = body_id(object);
@@ -269,6 +294,11 @@ Result<std::function<void()>> SnapshotAccess::prepare(SoilAction& action,
         d.loaded_loads = saved->loads;
         d.report = saved->report;
         d.report.loads = d.loaded_loads;
+        d.report.conditions = d.soil->conditions();
+        d.named_conditions.clear();
+        for (const Condition& condition : d.report.conditions)
+            d.named_conditions.push_back(
+                {d.collector.object_of(condition.body), condition.body, condition.first_step});
     });
 }
 
@@ -327,6 +357,7 @@ void SoilAction::Impl::pause() {
     collector.let_go();
     report = {};
     report.status_bits = soil->status_bits();
+    report.conditions = soil->conditions();
     unstepped_s = uncollected_s = 0;
 }
 
@@ -339,7 +370,10 @@ void SoilAction::Impl::step_soil(double substep_s) {
     look_at_world();
     const int count = static_cast<int>(std::min<double>(due, kStepsPerSubstepMax));
     unstepped_s -= due * step_s;
-    for (int i = 0; i < count; ++i) report = soil->step(soil_bodies((count - 1 - i) * step_s));
+    for (int i = 0; i < count; ++i) {
+        report = soil->step(soil_bodies((count - 1 - i) * step_s));
+        if (report.condition_new_count > 0) name_conditions();
+    }
     take_report(count);
 }
 
@@ -382,6 +416,7 @@ Result<SettleReport> SoilAction::settle(int steps_max) {
 Result<SettleReport> SoilAction::Impl::settle(int steps_max) {
     look_at_world();
     Result<SettleReport> settled = soil->settle(steps_max, soil_bodies(0));
+    if (settled) name_conditions();
     if (settled && settled->step_count > 0) {
         report = settled->last_step;
         // No time has passed for the bodies: their contacts are those of one step.
@@ -389,6 +424,25 @@ Result<SettleReport> SoilAction::Impl::settle(int steps_max) {
         step_count += settled->step_count - 1;
     }
     return settled;
+}
+
+/// The conditions that are not named yet are of bodies that the soil has just seen.
+void SoilAction::Impl::name_conditions() {
+    const std::span<const Condition> all = soil->conditions();
+    const auto is_known = [&](size_t i) {
+        return i < all.size() && named_conditions[i].body == all[i].body &&
+               named_conditions[i].first_step == all[i].first_step;
+    };
+    while (!named_conditions.empty() && !is_known(named_conditions.size() - 1))
+        named_conditions.pop_back();  // cleared since
+    for (const Condition& condition : all.subspan(named_conditions.size())) {
+        const auto bodies = collector.bodies();
+        const auto whose = std::find_if(bodies.begin(), bodies.end(), [&](const BodyState& body) {
+            return body.id == condition.body;
+        });
+        named_conditions.push_back({whose == bodies.end() ? nullptr : whose->object, condition.body,
+                                    condition.first_step});
+    }
 }
 
 void SoilAction::debugDraw(btIDebugDraw*) {

@@ -1,8 +1,10 @@
 #include "world_gravity.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <string>
+#include <utility>
 
 #include "bullet_types.h"
 
@@ -13,6 +15,17 @@ namespace {
 constexpr double kSameGravity = 0.05;
 /// Cosine of an angle from -up beyond which it is another axis that points up: 45 deg.
 constexpr double kSameAxis = 0.7071;
+
+/// What a gravity of another size says of the world's unit of length; empty: nothing.
+std::string unit_hint(double ratio) {
+    constexpr std::pair<double, const char*> kUnits[] = {{100, "centimetres"},
+                                                         {1000, "millimetres"}};
+    for (const auto& [per_metre, unit] : kUnits)
+        if (std::abs(ratio / per_metre - 1) <= kSameGravity)
+            return std::string(": a world in ") + unit +
+                   "? The soil's units are SI; give the world metres and kilograms";
+    return "";
+}
 
 Vec3 gravity_of(const SoilDef& def) {
     return def.up == UpAxis::y ? Vec3{0, -def.gravity_m_s2, 0} : Vec3{0, 0, -def.gravity_m_s2};
@@ -41,8 +54,10 @@ Status check_gravity(const btDiscreteDynamicsWorld& world, const SoilDef& def) {
     if (along < kSameAxis * length(here))
         return Error{std::string("up is ") + (y_up ? "y" : "z") + ", but the world's gravity is " +
                      text_of(here) + cure};
+    const std::string hint = unit_hint(length(here) / std::max(def.gravity_m_s2, 1e-3));
     return Error{"gravity_m_s2 is " + std::to_string(def.gravity_m_s2) +
-                 " along -up, but the world's gravity is " + text_of(here) + cure};
+                 " along -up, but the world's gravity is " + text_of(here) +
+                 (hint.empty() ? cure : hint)};
 }
 
 }  // namespace bsoil::bullet

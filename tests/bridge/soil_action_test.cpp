@@ -136,6 +136,11 @@ TEST(SoilAction, nan_pose_is_reported_and_harms_nothing) {
     EXPECT_NE(soil->soil().status_bits() & static_cast<uint32_t>(StatusBit::pose_not_finite), 0u);
     ASSERT_EQ(soil->refused().size(), 1u);
     EXPECT_EQ(soil->refused()[0].object, &bad);
+    const std::vector<ObjectCondition> conditions = soil->conditions();
+    ASSERT_EQ(conditions.size(), 1u);
+    EXPECT_EQ(conditions[0].object, &bad);
+    EXPECT_EQ(conditions[0].condition.bit, StatusBit::pose_not_finite);
+    EXPECT_EQ(conditions[0].condition.first_step, 1);
     EXPECT_NE(soil->refused()[0].reason.find("not finite"), std::string::npos);
     EXPECT_NEAR(soil->body_report(box).force_n.y, 50 * kGravity_m_s2, 50);
 }

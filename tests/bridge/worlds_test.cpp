@@ -253,6 +253,18 @@ TEST(Gravity, another_than_the_worlds_is_refused_by_the_name_of_its_field) {
     expect_refused(def, "gravity_m_s2 is 1.62");
     scene.world->setGravity(btVector3(0, btScalar(9.81), 0));
     expect_refused(small_bed(), "up is y");
+    // In another unit of length gravity has another size.
+    const std::pair<btScalar, const char*> units[] = {{btScalar(981), "centimetres"},
+                                                      {btScalar(9810), "millimetres"}};
+    for (const auto& [g, unit] : units) {
+        scene.world->setGravity(btVector3(0, -g, 0));
+        const auto soil = SoilAction::create(*scene.world, small_bed());
+        ASSERT_FALSE(soil) << unit;
+        EXPECT_NE(soil.error().find(std::string("a world in ") + unit +
+                                    "? The soil's units are SI; give the world metres"),
+                  std::string::npos)
+            << soil.error();
+    }
     // Bullet's own default is near enough, and a world without gravity says nothing.
     for (const btScalar g : {btScalar(10), btScalar(0)}) {
         scene.world->setGravity(btVector3(0, -g, 0));

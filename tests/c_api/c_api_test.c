@@ -220,6 +220,40 @@ static void status_names_refused_bodies(void) {
     test_world_destroy(world);
 }
 
+static void conditions_name_body_place_and_step(void) {
+    char text[512];
+    size_t count = 99;
+    bulletsoil_condition condition;
+    void* world = test_world_create();
+    bulletsoil_soil* soil = create_bed(world);
+    void* ball;
+    CHECK_OK(bulletsoil_get_condition_count(soil, &count));
+    CHECK(count == 0);
+    condition.struct_size = sizeof condition;
+    CHECK_INVALID(bulletsoil_get_condition(soil, 0, &condition), "index is 0, there are 0");
+    ball = test_world_add_ball(world, 10, 0.8);
+    test_world_step(world, 2);
+    test_world_move_ball(ball, 0.6, 0.0); /* 12 voxels: more than substeps_max */
+    test_world_step(world, 1);
+    CHECK_OK(bulletsoil_get_condition_count(soil, &count));
+    CHECK(count == 1);
+    CHECK_OK(bulletsoil_get_condition(soil, 0, &condition));
+    CHECK(condition.struct_size == sizeof condition);
+    CHECK(condition.body == ball && condition.status_bit == 4 && condition.has_position == 1);
+    CHECK(condition.position_m[0] > 0.59 && condition.position_m[0] < 0.61);
+    CHECK(condition.first_step == 3 && condition.last_step == 3 && condition.step_count == 1);
+    CHECK(strncmp(condition.text, "body_teleported: ", 17) == 0);
+    CHECK_OK(bulletsoil_get_status_text(soil, text, sizeof text, NULL));
+    CHECK(strstr(text, "step 3") != NULL);
+    condition.struct_size = 4;
+    CHECK_INVALID(bulletsoil_get_condition(soil, 0, &condition), "struct_size is 4");
+    CHECK_OK(bulletsoil_clear_status(soil));
+    CHECK_OK(bulletsoil_get_condition_count(soil, &count));
+    CHECK(count == 0);
+    CHECK_OK(bulletsoil_destroy(soil));
+    test_world_destroy(world);
+}
+
 static void the_other_precision_is_refused(void) {
     const bulletsoil_soil_def def = small_def();
     bulletsoil_soil* soil = NULL;
@@ -373,6 +407,8 @@ static void bad_arguments_are_refused(void) {
     CHECK_INVALID(bulletsoil_get_surface_height(soil, inside_m, NULL), "height_m is null");
     CHECK_INVALID(bulletsoil_get_surface_height(soil, outside_m, &height_m), "point_m is (50");
     CHECK_INVALID(bulletsoil_get_status_text(soil, NULL, 4, NULL), "buffer is null");
+    CHECK_INVALID(bulletsoil_get_condition_count(soil, NULL), "count is null");
+    CHECK_INVALID(bulletsoil_get_condition(soil, 0, NULL), "condition is null");
     CHECK_INVALID(bulletsoil_save(soil, NULL), "path is null");
     CHECK_INVALID(bulletsoil_load(soil, NULL), "path is null");
     CHECK(checksum(soil) == before);
@@ -467,6 +503,7 @@ static const struct {
     {"fills_hold_what_they_should", fills_hold_what_they_should},
     {"a_snapshot_brings_the_soil_back", a_snapshot_brings_the_soil_back},
     {"status_names_refused_bodies", status_names_refused_bodies},
+    {"conditions_name_body_place_and_step", conditions_name_body_place_and_step},
     {"the_other_precision_is_refused", the_other_precision_is_refused},
     {"bad_definitions_are_refused", bad_definitions_are_refused},
     {"sizes_of_structs_are_kept", sizes_of_structs_are_kept},

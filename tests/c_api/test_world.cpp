@@ -70,6 +70,15 @@ double test_world_ball_y(const void* ball) {
     return static_cast<double>(object->getWorldTransform().getOrigin().y());
 }
 
+void test_world_move_ball(void* ball, double x, double z) {
+    auto* body = static_cast<btRigidBody*>(static_cast<btCollisionObject*>(ball));
+    btTransform pose = body->getWorldTransform();
+    pose.setOrigin({btScalar(x), pose.getOrigin().y(), btScalar(z)});
+    body->setWorldTransform(pose);
+    body->setInterpolationWorldTransform(pose);
+    body->setLinearVelocity({0, 0, 0});
+}
+
 void* test_world_add_empty(void* world) {
     TestWorld& test = *worlds().at(world);
     test.shapes.push_back(std::make_unique<btEmptyShape>());

@@ -20,6 +20,8 @@ void test_world_step(void* world, int count);
 void* test_world_add_ball(void* world, double mass_kg, double height_m);
 /* Height of its centre now. */
 double test_world_ball_y(const void* ball);
+/* Puts it somewhere else at its height, at rest. */
+void test_world_move_ball(void* ball, double x, double z);
 /* A body with a shape that the soil refuses, lying at y = 0. */
 void* test_world_add_empty(void* world);
 size_t test_world_scalar_bytes(void);

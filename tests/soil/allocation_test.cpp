@@ -46,5 +46,23 @@ TEST(Allocation, none_in_a_warm_step) {
     EXPECT_GT(contact_count, 1000);
 }
 
+// A condition that goes on in every step, and one that comes anew.
+TEST(Allocation, none_for_a_condition) {
+    auto soil = make_soil(grid_def(32, 24, 16));
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {32, 24, 6})));
+    std::vector<Mover> movers;
+    movers.emplace_back(1, sphere_shape(0.1), Vec3{-2, 0, 0});
+    std::vector<SoilBody> bodies = bodies_of(movers);
+    for (int i = 0; i < 60; ++i) {
+        soil->step(bodies);
+    }
+    soil->clear_status();
+    const int64_t before = allocation_count();
+    const StepReport report = soil->step(bodies);
+    EXPECT_EQ(report.condition_new_count, 1);
+    EXPECT_EQ(soil->step(bodies).condition_new_count, 0);
+    EXPECT_EQ(allocation_count() - before, 0);
+}
+
 }  // namespace
 }  // namespace bsoil

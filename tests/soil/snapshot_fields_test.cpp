@@ -103,7 +103,24 @@ std::vector<BadField> bad_fields() {
     add("speed", [](Soil::Impl& s) { s.speed_q16 = int64_t{1} << 31; });
     add("slope", [](Soil::Impl& s) { s.slope_q16 = -1; });
     add("slope", [](Soil::Impl& s) { s.slope_q16 = INT32_MAX; });
-    add("status", [](Soil::Impl& s) { s.status = 1u << 31; });
+    const auto add_condition = [&](const char* text, auto spoil) {
+        add(text, [spoil](Soil::Impl& s) {
+            Condition condition{.bit = StatusBit::speed_clamped, .step_count = 1};
+            spoil(condition, s);
+            s.conditions.replace({&condition, 1});
+        });
+    };
+    add_condition("status bit",
+                  [](Condition& c, Soil::Impl&) { c.bit = static_cast<StatusBit>(1u << 31); });
+    add_condition("condition", [](Condition& c, Soil::Impl&) { c.body = -2; });
+    add_condition("condition", [](Condition& c, Soil::Impl&) { c.step_count = 0; });
+    add_condition("condition", [](Condition& c, Soil::Impl&) { c.first_step = 1; });
+    add_condition("condition", [](Condition& c, Soil::Impl& s) { c.last_step = s.step_index + 1; });
+    add("conditions", [](Soil::Impl& s) {
+        const std::vector<Condition> many(
+            1000, Condition{.bit = StatusBit::speed_clamped, .step_count = 1});
+        s.conditions.replace(many);
+    });
     add("active block", [](Soil::Impl& s) { s.active[-1] = 1; });
     add("active block", [](Soil::Impl& s) { s.active[int64_t{1} << 40] = 1; });
     add("active block", [](Soil::Impl& s) { s.active[0] = s.step_index + 1; });

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "bsoil/cxx20.h"
+
 #pragma GCC visibility push(default)
 namespace bsoil {
 

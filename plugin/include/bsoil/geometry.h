@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "bsoil/cxx20.h"
+
 namespace bsoil {
 
 /// A vector or a point.

@@ -18,6 +18,8 @@ inline constexpr int kContactCapacity =
     65536;  ///< contact voxels a step; more set contact_list_full
 inline constexpr int kBodyCapacity =
     4096;  ///< bodies a step; those beyond are refused (shape_refused)
+inline constexpr int kConditionCapacity =
+    256;  ///< conditions of single bodies that are kept; further ones are counted together
 inline constexpr int kHullPlaneCapacity = 256;  ///< faces of a convex hull; more set shape_refused
 
 /// Thickness that a wall has for the soil at least [voxels]: thinner sheets are thickened to it, by

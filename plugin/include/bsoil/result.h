@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "bsoil/cxx20.h"
+
 namespace bsoil {
 
 /// What went wrong: names the field, its value and the accepted range.

@@ -10,27 +10,11 @@
 #include <vector>
 
 #include "bsoil/body.h"
+#include "bsoil/condition.h"
 #include "bsoil/soil_def.h"
 
 #pragma GCC visibility push(default)
 namespace bsoil {
-
-/// Sticky conditions: once set they stay until clear_status(). The text of each names the cure.
-enum class StatusBit : uint32_t {
-    tile_table_full = 1u << 0,    ///< more awake tiles needed than tile_capacity
-    speed_clamped = 1u << 1,      ///< soil or a body moved faster than substeps_max voxels a step
-    body_teleported = 1u << 2,    ///< a body jumped so far that it was placed, not swept
-    body_outside_grid = 1u << 3,  ///< a moving body left the grid's box
-    pose_not_finite = 1u << 4,    ///< a body with NaN or infinite pose or velocity was ignored
-    contact_list_full =
-        1u << 5,  ///< more contact voxels than kContactCapacity; the rest were dropped
-    amount_headroom = 1u << 6,  ///< a voxel holds so much soil that its momentum may saturate
-    shape_refused = 1u << 7,    ///< a zero-size, inverted or unbounded shape was ignored
-    span_list_full = 1u << 8,   ///< a column has more height spans than kSpanCapacity
-    gravity_differs = 1u << 9,  ///< the bodies' world has another gravity than the soil
-};
-/// "tile_table_full: raise SoilDef::tile_capacity" and so on; one entry per set bit.
-std::vector<std::string> status_texts(uint32_t status_bits);
 
 /// Time of each stage of the last step [ms]; with OpenGL by the GPU, of one or two steps before.
 struct StageTimes {
@@ -40,9 +24,11 @@ struct StageTimes {
 /// What one step did.
 struct StepReport {
     int substep_count = 0;
-    uint32_t status_bits = 0;        ///< sticky
-    int block_active_count = 0;      ///< 8x8x8 blocks that moved or may move
-    int block_dispatched_count = 0;  ///< those and their neighbours
+    uint32_t status_bits = 0;     ///< sticky
+    int condition_new_count = 0;  ///< conditions first met in this step, the last of these:
+    std::span<const Condition> conditions;  ///< Soil::conditions(); valid until the next step
+    int block_active_count = 0;             ///< 8x8x8 blocks that moved or may move
+    int block_dispatched_count = 0;         ///< those and their neighbours
     int tile_awake_count = 0;
     double speed_max_voxels_per_step = 0;
     StageTimes stage_ms;
@@ -140,13 +126,18 @@ class Soil {
     std::string device_name() const;  ///< of the processor, or as the GL driver calls it
     int thread_count() const;         ///< of the CPU backend
 
-    SoilTotals totals() const;       ///< costs a pass over everything; waits for the device
-    uint64_t checksum() const;       ///< of amounts, motion and terrain; the same on every backend
-    uint32_t status_bits() const;    ///< every StatusBit set since clear_status()
-    void clear_status();             ///< sets all of them back
-    void set_status(StatusBit bit);  ///< for whoever couples the soil with bodies
-    MemoryUse memory_use() const;    ///< of the soil, without the meshes
-    int64_t voxels_total() const;    ///< of the whole grid, empty ones too
+    SoilTotals totals() const;     ///< costs a pass over everything; waits for the device
+    uint64_t checksum() const;     ///< of amounts, motion and terrain; the same on every backend
+    uint32_t status_bits() const;  ///< every StatusBit set since clear_status()
+    /// What is known of each status bit, oldest first: one entry for each bit and body, at most
+    /// kConditionCapacity; those of further bodies are counted in one without a body. Valid until
+    /// the next step.
+    std::span<const Condition> conditions() const;
+    void clear_status();  ///< forgets all of them
+    /// Notes a condition that no body has, for whoever couples the soil with bodies.
+    void set_status(StatusBit bit);
+    MemoryUse memory_use() const;  ///< of the soil, without the meshes
+    int64_t voxels_total() const;  ///< of the whole grid, empty ones too
 
     /// Samples are read through a cache of tiles, refreshed after each step: cheap in bulk.
     VoxelSample sample(int x, int y, int z) const;

@@ -171,7 +171,10 @@ int Soil::Impl::wake(int index) {
         return tile.slot;
     }
     if (free_slots.empty() && !grow_slots(slot_count + 1)) {
-        status |= static_cast<uint32_t>(StatusBit::tile_table_full);
+        conditions.note(
+            StatusBit::tile_table_full, -1,
+            frame.to_world({(index % tiles_x + 0.5) * kTileSide,
+                            (index / tiles_x + 0.5) * kTileSide, static_cast<double>(tile.top)}));
         return -1;
     }
     scratch.reset(height, kept_planes);

@@ -153,7 +153,7 @@ Result<SettleReport> Soil::Impl::settle(int steps_max, std::span<const SoilBody>
     }
     report.tile_awake_count = slot_count - static_cast<int>(free_slots.size());
     report.block_active_count = static_cast<int>(active.size());
-    report.status_bits = status;
+    report.status_bits = conditions.bits();
     return report;
 }
 

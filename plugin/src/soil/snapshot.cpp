@@ -33,7 +33,6 @@ constexpr int64_t kCoverageMost = 1 << 30;
 // the momentum of this many, at twice the speed (Q10 voxels a step) that any soil gets.
 constexpr int64_t kMassSlack = 256;
 constexpr int64_t kSpeedSlack = 2 * (kSpeedMost / 64);
-constexpr int64_t kStatusAll = 2 * static_cast<int64_t>(StatusBit::gravity_differs) - 1;
 
 template <typename... T>
 Status damaged(fmt::format_string<T...> text, T&&... values) {
@@ -136,8 +135,8 @@ struct SavedSoil {
     std::vector<NamedValue> meaning;
     int64_t step_index = 0, speed_q16 = 0;
     int32_t slope_q16 = 0, slip_turn = 0, pass_stamp = 0, step_stamp = 0;
-    uint32_t status = 0;
     bool any_unchecked = false;
+    std::vector<Condition> conditions;
     std::vector<SavedActive> active;
     std::vector<int32_t> body_ids;
     std::vector<SavedTrack> tracks;
@@ -146,8 +145,8 @@ struct SavedSoil {
     void list(StateStream& stream) {
         stream.list(materials, 8, [&](std::string& name) { stream(name); });
         stream.list(meaning, 16, [&](NamedValue& v) { stream(v.name, v.value); });
-        stream(step_index, speed_q16, slope_q16, slip_turn, pass_stamp, step_stamp, status,
-               any_unchecked);
+        stream(step_index, speed_q16, slope_q16, slip_turn, pass_stamp, step_stamp, any_unchecked);
+        stream.list(conditions, 61, [&](Condition& c) { bsoil::list(stream, c); });
         stream.list(active, 16, [&](SavedActive& a) { stream(a.block, a.changed); });
         stream(body_ids);
         stream.list(tracks, 140, [&](SavedTrack& t) { t.list(stream); });
@@ -206,7 +205,7 @@ SavedSoil SoilSnapshot::take() const {
     out.slip_turn = s_.params.slip_turn;
     out.pass_stamp = s_.params.pass_stamp;
     out.step_stamp = s_.params.step_stamp;
-    out.status = s_.status;
+    out.conditions.assign(s_.conditions.all().begin(), s_.conditions.all().end());
     out.any_unchecked = s_.any_unchecked;
     for (const auto& [block, changed] : s_.active) out.active.push_back({block, changed});
     std::sort(out.active.begin(), out.active.end(),
@@ -469,9 +468,10 @@ Status SoilSnapshot::check_state(const SavedSoil& saved) const {
           check("speed", saved.speed_q16, 0, INT32_MAX),
           check("slope", saved.slope_q16, 0, int64_t{s_.height} * kVoxelFull),
           check("slip_turn", saved.slip_turn, 0, 1),
-          check("pass_stamp", saved.pass_stamp, 0, kPassStampMost),
-          check("status", saved.status, 0, kStatusAll)})
+          check("pass_stamp", saved.pass_stamp, 0, kPassStampMost)})
         if (!status) return status;
+    if (Status sound = ConditionLog::check(saved.conditions, saved.step_index); !sound)
+        return damaged("{}", sound.error());
     std::vector<BlockKey> blocks;
     for (const SavedActive& a : saved.active) {
         if (Status status = check("step of an active block", a.changed, 0, saved.step_index);
@@ -531,7 +531,8 @@ void SoilSnapshot::put(const SavedSoil& saved) {
     s_.step_index = saved.step_index;
     s_.speed_q16 = saved.speed_q16;
     s_.slope_q16 = saved.slope_q16;
-    s_.status = saved.status;
+    s_.conditions.begin_step(saved.step_index, s_.def.step_s);
+    s_.conditions.replace(saved.conditions);
     s_.any_unchecked = saved.any_unchecked;
     s_.params.slip_turn = saved.slip_turn;
     s_.params.pass_stamp = saved.pass_stamp;

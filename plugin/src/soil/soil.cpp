@@ -31,43 +31,20 @@ uint64_t mix(uint64_t x) {
 
 constexpr float kUnit = 1.0f / kVoxelFull;  ///< of volume, in voxels
 
+/// By how many bits a voxel's height is cut so that places fit into 31 bits; see place_code() of
+/// kernel_common.glsl.
+int place_shift(int tiles_x, int tiles_y, int height) {
+    const int64_t columns = static_cast<int64_t>(tiles_x) * tiles_y * kTileColumns;
+    int shift = 0;
+    while (columns * (((height - 1) >> shift) + 1) >= INT32_MAX) ++shift;
+    return shift;
+}
+
 int voxel_count(double size, double voxel) {
     return static_cast<int>(std::ceil(size / voxel - 1e-9));
 }
 
 }  // namespace
-
-std::vector<std::string> status_texts(uint32_t bits) {
-    static constexpr std::pair<StatusBit, const char*> kTexts[] = {
-        {StatusBit::tile_table_full,
-         "tile_table_full: raise SoilDef::tile_capacity; soil there stood still"},
-        {StatusBit::speed_clamped, "speed_clamped: raise SoilDef::substeps_max or shorten step_s"},
-        {StatusBit::body_teleported, "body_teleported: a body jumped; it was placed, not swept"},
-        {StatusBit::body_outside_grid,
-         "body_outside_grid: a body left the grid; enlarge SoilDef::size_m"},
-        {StatusBit::pose_not_finite,
-         "pose_not_finite: a body with NaN or infinite pose or velocity was ignored"},
-        {StatusBit::contact_list_full,
-         "contact_list_full: use larger voxels; contacts were dropped"},
-        {StatusBit::amount_headroom,
-         "amount_headroom: a voxel holds over 16 times its room; raise overflow_passes"},
-        {StatusBit::shape_refused,
-         "shape_refused: a shape without size or with too many faces was ignored"},
-        {StatusBit::span_list_full,
-         "span_list_full: a column has more height spans than are kept; its upper ones do not "
-         "slip"},
-        {StatusBit::gravity_differs,
-         "gravity_differs: give the world the gravity of SoilDef::gravity_m_s2 along -SoilDef::up; "
-         "soil and bodies weigh by different ones"},
-    };
-    std::vector<std::string> texts;
-    for (const auto& [bit, text] : kTexts) {
-        if (bits & static_cast<uint32_t>(bit)) {
-            texts.push_back(text);
-        }
-    }
-    return texts;
-}
 
 Vec3 GridFrame::to_world(Vec3 grid_voxels) const {
     return transform(grid_to_world, grid_voxels * voxel_m);
@@ -127,6 +104,8 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     p.gravity_q16 = static_cast<int>(
         std::lround(def.gravity_m_s2 * def.step_s * def.step_s / def.voxel_m * kVoxelFull));
     p.overflow_heuristic = static_cast<int>(def.overflow);
+    p.place_rows = s.tiles_y * kTileSide;
+    p.place_shift = place_shift(s.tiles_x, s.tiles_y, s.height);
     p.substep_count = 1;
     p.body_substep_count = 1;
     s.kept_planes = 1 + p.transport_count;
@@ -181,9 +160,10 @@ const GridFrame& Soil::frame() const { return impl_->frame; }
 std::string Soil::backend_name() const { return impl_->device->backend_name(); }
 std::string Soil::device_name() const { return impl_->device->device_name(); }
 int Soil::thread_count() const { return impl_->device->thread_count(); }
-uint32_t Soil::status_bits() const { return impl_->status; }
-void Soil::clear_status() { impl_->status = 0; }
-void Soil::set_status(StatusBit bit) { impl_->status |= static_cast<uint32_t>(bit); }
+uint32_t Soil::status_bits() const { return impl_->conditions.bits(); }
+std::span<const Condition> Soil::conditions() const { return impl_->conditions.all(); }
+void Soil::clear_status() { impl_->conditions.clear(); }
+void Soil::set_status(StatusBit bit) { impl_->conditions.note(bit); }
 int64_t Soil::voxels_total() const {
     return int64_t{impl_->frame.size[0]} * impl_->frame.size[1] * impl_->frame.size[2];
 }

@@ -16,6 +16,7 @@
 #include "contact/contact_voxels.h"
 #include "device/device.h"
 #include "soil/column_surface.h"
+#include "soil/condition_log.h"
 #include "soil/fill_columns.h"
 #include "soil/layout.h"
 #include "soil/tile_codec.h"
@@ -138,7 +139,7 @@ struct Soil::Impl {
     std::vector<int> body_ids;                     ///< SoilBody::id by index; -1 = free
     int64_t speed_q16 = 0;  ///< fastest soil of the last step, Q16 voxels a base step
     int32_t slope_q16 = 0;  ///< steepest failing wedge that the last step left, Q16 voxels
-    uint32_t status = 0;
+    ConditionLog conditions;
     bool any_unchecked = false;
 
     std::vector<ContactVoxel> contacts;
@@ -287,6 +288,7 @@ struct Soil::Impl {
     void run_slippage();
     void read_back();
     void read_results(std::span<const StepBody> step_bodies);
+    void note_kernel_conditions();
     void read_activity();
 
     uint64_t checksum() const;

@@ -456,9 +456,10 @@ void Soil::Impl::upload_shapes() {
         has_lattices = place_lattices();
     }
     if (!has_lattices) {
-        status |= static_cast<uint32_t>(StatusBit::shape_refused);
         // All of them are one that holds nothing.
         for (const auto& [record, shape] : lattice_scratch) {
+            conditions.note(StatusBit::shape_refused,
+                            body_ids[static_cast<size_t>(shape_words[record + kShapeBody])]);
             shape_words[record + kShapeLattice] = static_cast<int32_t>(shape_words.size());
         }
         shape_words.resize(shape_words.size() + kLatticeIndex, 0);
@@ -477,7 +478,7 @@ void Soil::Impl::ensure_capacity(device::BufferIndex buffer, size_t& capacity, s
         // Growing a small buffer can only fail when the host is out of memory; then the next step
         // finds it empty.
         if (!device->allocate(buffer, static_cast<int64_t>(capacity))) {
-            status |= static_cast<uint32_t>(StatusBit::tile_table_full);
+            conditions.note(StatusBit::tile_table_full);
             capacity = 0;
         }
     }
@@ -590,12 +591,14 @@ bool Soil::Impl::accept_body(const SoilBody& body) {
     if (!is_finite(body.pose) || !is_finite(body.linear_velocity_m_s) ||
         !is_finite(body.angular_velocity_rad_s) || !is_finite(body.center_of_mass_m) ||
         !std::isfinite(body.contact_pressure_pa) || !std::isfinite(body.contact_width_m)) {
-        status |= static_cast<uint32_t>(StatusBit::pose_not_finite);
+        conditions.note(
+            StatusBit::pose_not_finite, body.id,
+            is_finite(body.center_of_mass_m) ? std::optional(body.center_of_mass_m) : std::nullopt);
         return false;
     }
     if (!body.shapes || body.shapes->empty() || body.id < 0 || body.id > 65534 ||
         !std::all_of(body.shapes->begin(), body.shapes->end(), is_valid_shape)) {
-        status |= static_cast<uint32_t>(StatusBit::shape_refused);
+        conditions.note(StatusBit::shape_refused, std::max(-1, body.id), body.center_of_mass_m);
         return false;
     }
     return true;
@@ -631,6 +634,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     device::DeviceSession session(*device);
     ++step_index;
     const int32_t stamp = step_stamp_of(step_index);
+    conditions.begin_step(step_index, def.step_s);
     if (stamp < params.step_stamp || params.pass_stamp > (1 << 30)) {
         params.pass_stamp = 0;
         table_dirty = true;
@@ -643,12 +647,13 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     std::vector<StepBody>& step_bodies = body_scratch;
     step_bodies.clear();
     double reach = 0;
+    const SoilBody* fastest = nullptr;  // the one with this reach
     for (const SoilBody& body : input) {
         if (!accept_body(body)) {
             continue;
         }
         if (static_cast<int>(step_bodies.size()) >= limits::kBodyCapacity) {
-            status |= static_cast<uint32_t>(StatusBit::shape_refused);
+            conditions.note(StatusBit::shape_refused, body.id, body.center_of_mass_m);
             break;
         }
         BodyTrack& track = bodies[body.id];
@@ -671,9 +676,10 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
             if (!entry.moved) {
                 entry.to = entry.from;
             } else if (move > def.substeps_max) {
-                status |= static_cast<uint32_t>(StatusBit::body_teleported);
+                conditions.note(StatusBit::body_teleported, body.id, body.center_of_mass_m);
                 entry.from = to;
             } else {
+                fastest = move > reach ? &body : fastest;
                 reach = std::max(reach, move);
             }
         }
@@ -682,7 +688,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
         track.is_static = body.is_static;
         track.last_step = step_index;
         if (!body.is_static && !body.may_leave && !frame.is_above(body.center_of_mass_m)) {
-            status |= static_cast<uint32_t>(StatusBit::body_outside_grid);
+            conditions.note(StatusBit::body_outside_grid, body.id, body.center_of_mass_m);
         }
         step_bodies.push_back(entry);
     }
@@ -696,8 +702,9 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     const int body_substeps = std::clamp(static_cast<int>(std::ceil(reach)), 1, def.substeps_max);
     const int fall_substeps = std::clamp(static_cast<int>(std::ceil(fall / body_substeps)), 1,
                                          std::max(1, def.substeps_max / body_substeps));
-    if (reach > def.substeps_max || fall > body_substeps * fall_substeps) {
-        status |= static_cast<uint32_t>(StatusBit::speed_clamped);
+    if (fall > body_substeps * fall_substeps) {
+        const bool by_body = fastest && reach * 65536 > static_cast<double>(speed_q16);
+        conditions.note(StatusBit::speed_clamped, by_body ? fastest->id : -1);
     }
 
     // --- blocks: where coverage changes, what is active, what to dispatch
@@ -792,7 +799,9 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     report.stage_ms = stage_times(device->stage_ms());
 
     report.substep_count = body_substeps * fall_substeps;
-    report.status_bits = status;
+    report.status_bits = conditions.bits();
+    report.condition_new_count = conditions.take_new_count();
+    report.conditions = conditions.all();
     report.block_active_count = block_active_count;
     report.block_dispatched_count = listed_work.group_count;
     report.tile_awake_count = slot_count - static_cast<int>(free_slots.size());
@@ -847,8 +856,31 @@ void Soil::Impl::read_back() {
     }
 }
 
+// The kernels keep, of each condition, the place that comes last in the grid's order.
+void Soil::Impl::note_kernel_conditions() {
+    const auto bits = static_cast<uint32_t>(result_head[kResultStatus]);
+    for (const auto& [bit, word] : {std::pair{StatusBit::speed_clamped, kResultSpeedPlace},
+                                    std::pair{StatusBit::amount_headroom, kResultHeadroomPlace},
+                                    std::pair{StatusBit::span_list_full, kResultSpansPlace}}) {
+        if ((bits & static_cast<uint32_t>(bit)) == 0) {
+            continue;
+        }
+        const int levels = ((height - 1) >> params.place_shift) + 1;
+        const int code = result_head[word] - 1;
+        const int column = code / levels;
+        const double half = 0.5 * (1 << params.place_shift);
+        conditions.note(
+            bit, -1,
+            frame.to_world({column / params.place_rows + 0.5, column % params.place_rows + 0.5,
+                            (code % levels << params.place_shift) + half}));
+    }
+    if (bits & kStatusContactsFull) {
+        conditions.note(StatusBit::contact_list_full);
+    }
+}
+
 void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
-    status |= static_cast<uint32_t>(result_head[kResultStatus]);
+    note_kernel_conditions();
     speed_q16 = result_head[kResultSpeed];
     slope_q16 = result_head[kResultSlope];
     loads.clear();

@@ -6,6 +6,8 @@
 
 #include <LinearMath/btScalar.h>
 
+#include "bsoil/cxx20.h"
+
 #ifdef BT_USE_DOUBLE_PRECISION
 /// Name of the inline namespace: float32 or float64.
 #define BSOIL_BULLET_PRECISION float64

@@ -71,6 +71,14 @@ struct SurfacePoint {
     Vec3 normal;  ///< unit, upward
 };
 
+/// A condition that the soil ran into, with the object it is of.
+struct ObjectCondition {
+    Condition condition;
+    /// Compare only: the object may be gone. Null: no single object's doing, or one that was gone
+    /// before a snapshot was written.
+    const btCollisionObject* object = nullptr;
+};
+
 /// An object that touches the grid and takes no part, and why.
 struct RefusedBody {
     const btCollisionObject* object = nullptr;  ///< compare only: the object may be gone
@@ -138,6 +146,10 @@ class SoilAction final : public btActionInterface {
     const StepReport& last_report() const;
     /// Soil steps made so far.
     long long step_count() const;
+    /// What the soil has run into since Soil::clear_status(), by which object, where and when;
+    /// oldest first. To be told of new ones look at StepReport::condition_new_count of
+    /// last_report(), which allocates nothing.
+    std::vector<ObjectCondition> conditions() const;
     /// Objects that touch the grid and take no part, as of the last soil step.
     const std::vector<RefusedBody>& refused() const;
     /// All zero for an object that does not touch the soil.

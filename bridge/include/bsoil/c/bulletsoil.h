@@ -224,6 +224,27 @@ bulletsoil_result bulletsoil_get_surface_height(const bulletsoil_soil* soil,
  */
 bulletsoil_result bulletsoil_get_status_text(const bulletsoil_soil* soil, char* buffer,
                                              size_t capacity, size_t* needed);
+/** Number of conditions the soil has run into since they were cleared; one for each kind and body.
+ */
+bulletsoil_result bulletsoil_get_condition_count(const bulletsoil_soil* soil, size_t* count);
+
+/** A condition; see Condition in <bsoil/condition.h>. */
+typedef struct bulletsoil_condition {
+    size_t struct_size;   /**< to be set by the caller to sizeof(bulletsoil_condition) */
+    const char* text;     /**< "body_teleported: a body jumped; ..." and the cure; lasts for ever */
+    uint32_t status_bit;  /**< its value in docs/questions/status_bits.md */
+    int32_t has_position; /**< 1: position_m is set; else 0 */
+    const void* body;     /**< whose it is; compare only, it may be gone. Null: no single body's */
+    double position_m[3]; /**< where it was first met */
+    int64_t first_step;   /**< soil step in which it was first met; the first of all is 1 */
+    double first_time_s;  /**< the end of that step */
+    int64_t last_step;    /**< in which it was last met */
+    int64_t step_count;   /**< steps in which it was met */
+} bulletsoil_condition;
+
+/** Condition number `index`, below the count; the oldest is 0. */
+bulletsoil_result bulletsoil_get_condition(const bulletsoil_soil* soil, size_t index,
+                                           bulletsoil_condition* condition);
 /** Conditions stay until they are cleared. */
 bulletsoil_result bulletsoil_clear_status(bulletsoil_soil* soil);
 
