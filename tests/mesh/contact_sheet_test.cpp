@@ -51,6 +51,17 @@ TEST(ContactSheet, captions_are_legible_and_clipped) {
     EXPECT_EQ(image.pixel(50, 39)[1], 120);
 }
 
+TEST(ContactSheet, a_legend_has_a_swatch_and_a_name_for_each_entry) {
+    Image image = plain(200, 100, 120);
+    const LegendEntry entries[] = {{"sand", {1, 1, 1}}, {"loam", {0, 0, 0}}};
+    draw_legend(image, entries, 2);
+    // Two rows of 15 dots at the bottom, the swatch as wide as it is high.
+    EXPECT_EQ(image.pixel(5, 45)[0], 255);
+    EXPECT_EQ(image.pixel(5, 75)[0], 0);
+    EXPECT_EQ(image.pixel(5, 35)[0], 120);  // above them nothing
+    EXPECT_EQ(image.pixel(32, 42)[0], 30);  // the bar behind a name
+}
+
 TEST(Image, png_that_cannot_be_written_is_named) {
     const Status bad = write_png(plain(4, 4, 0), "/no/such/folder/picture.png");
     ASSERT_FALSE(bad);

@@ -48,9 +48,10 @@ void main() {
         vec3 at = world * grain_scale + grain_origin;
         vec4 fine = texture(grains, at) - 0.5;
         vec4 coarse = texture(grains, at * 0.125) - 0.5;
-        vec3 tilt = 0.26 * fine.xyz + 0.30 * coarse.xyz;
+        // Shapes are to be seen by their shading: the coarse pattern is no more than a hint.
+        vec3 tilt = 0.20 * fine.xyz + 0.08 * coarse.xyz;
         normal = normalize(normal + tilt - dot(tilt, normal) * normal);
-        base *= 1.0 + 0.45 * fine.w + 0.40 * coarse.w;
+        base *= 1.0 + 0.30 * fine.w + 0.12 * coarse.w;
         cavity = 1.0 + 0.5 * fine.w;
         // Steep faces are freshly cut or sheared: a little darker and moister than the crust on top.
         base *= mix(0.78, 1.0, smoothstep(0.2, 0.85, dot(normalize(world_normal), up)));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 
 #pragma GCC diagnostic push
@@ -76,6 +77,23 @@ void draw_caption(Image& image, int x, int y, const std::string& text, int scale
         paint_rectangle(image, left + dot_x * scale, top + dot_y * scale, dots_wide * scale,
                         dots_high * scale, [](uint8_t* pixel) { std::fill_n(pixel, 3, 245); });
     });
+}
+
+void draw_legend(Image& image, std::span<const LegendEntry> entries, int scale) {
+    constexpr double kScreenGamma = 2.2;
+    const int row = (kLineHeight + 2 * kCaptionMargin) * scale;
+    int y = image.height - row * static_cast<int>(entries.size());
+    for (const LegendEntry& entry : entries) {
+        std::array<uint8_t, 3> color{};
+        for (size_t c = 0; c < 3; ++c) {
+            const double share = std::clamp<double>(entry.color[c], 0, 1);
+            color[c] = static_cast<uint8_t>(255 * std::pow(share, 1 / kScreenGamma) + 0.5);
+        }
+        paint_rectangle(image, 0, y, row, row,
+                        [&](uint8_t* pixel) { std::copy(color.begin(), color.end(), pixel); });
+        draw_caption(image, row, y, entry.name, scale);
+        y += row;
+    }
 }
 
 std::string ContactSheet::caption(double time_s, const std::string& text) {

@@ -68,15 +68,16 @@ MaterialDef make(const char* name, Densities density, double friction_deg, doubl
             .color = color};
 }
 
-// Sources of the figures: docs/materials.md.
+// Sources of the figures: docs/materials.md. Colours are linear, and as far apart as dry, moist and
+// loamy soils are to the eye.
 const std::array<MaterialDef, 6>& table() {
     static const std::array<MaterialDef, 6> kTable = {
-        make("dry_sand", {1430, 1600, 1750}, 33, 0, 0.40, {0.76f, 0.66f, 0.45f}),
-        make("moist_sand", {1540, 1750, 1900}, 34, 1000, 0.42, {0.60f, 0.49f, 0.32f}),
-        make("sandy_loam", {1480, 1850, 2050}, 26, 2000, 0.40, {0.48f, 0.35f, 0.22f}),
-        make("loam", {1520, 1900, 2090}, 25, 6000, 0.38, {0.38f, 0.26f, 0.16f}),
-        make("clay", {1440, 1950, 2150}, 20, 20000, 0.35, {0.52f, 0.33f, 0.24f}),
-        make("gravel", {1600, 1800, 1960}, 38, 0, 0.45, {0.50f, 0.50f, 0.50f}),
+        make("dry_sand", {1430, 1600, 1750}, 33, 0, 0.40, {0.70f, 0.57f, 0.34f}),
+        make("moist_sand", {1540, 1750, 1900}, 34, 1000, 0.42, {0.42f, 0.31f, 0.17f}),
+        make("sandy_loam", {1480, 1850, 2050}, 26, 2000, 0.40, {0.26f, 0.15f, 0.075f}),
+        make("loam", {1520, 1900, 2090}, 25, 6000, 0.38, {0.115f, 0.07f, 0.04f}),
+        make("clay", {1440, 1950, 2150}, 20, 20000, 0.35, {0.38f, 0.15f, 0.08f}),
+        make("gravel", {1600, 1800, 1960}, 38, 0, 0.45, {0.42f, 0.42f, 0.42f}),
     };
     return kTable;
 }

@@ -1,6 +1,8 @@
 /// Several pictures with captions on one sheet.
 #pragma once
 
+#include <array>
+#include <span>
 #include <string>
 
 #include "bsoil/render/image.h"
@@ -11,7 +13,7 @@ namespace bsoil::render {
 /// How a sheet is laid out. Pictures fill it row by row.
 struct ContactSheetDef {
     int columns = 4, rows = 2;
-    int cell_width = 480;   ///< pixels; the height follows from the first picture
+    int cell_width = 640;   ///< pixels; the height follows from the first picture
     int gap = 6;            ///< pixels between pictures and around them
     int caption_scale = 2;  ///< size of a dot of the font [pixels]
 };
@@ -37,6 +39,15 @@ class ContactSheet {
     int cell_height_ = 0;
     Image sheet_;
 };
+
+/// A name and its colour (linear red, green, blue).
+struct LegendEntry {
+    std::string name;
+    std::array<float, 3> color{};
+};
+
+/// Draws a swatch and a name for each entry, one below the other, in the lower left corner.
+void draw_legend(Image& image, std::span<const LegendEntry> entries, int scale);
 
 /// Draws ASCII text in white on a dark bar, upper left corner at (x, y); clipped to the image.
 void draw_caption(Image& image, int x, int y, const std::string& text, int scale);
