@@ -1,5 +1,7 @@
 #include "bullet_file.h"
 
+#include <BulletCollision/CollisionShapes/btShapeHull.h>
+#include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 #include <BulletWorldImporter/btBulletWorldImporter.h>
@@ -11,6 +13,8 @@
 #include <fstream>
 #include <set>
 #include <string_view>
+
+#include "scene_shapes.h"
 
 namespace bsoil::scene {
 namespace {
@@ -227,6 +231,70 @@ Result<std::unique_ptr<BulletFile>> BulletFile::load(const std::string& path,
             static_cast<int>(file->link_colliders_.size()));
     compare("soft bodies", content->soft_body_count, 0);
     return file;
+}
+
+namespace {
+
+/// Appends a shape's surface. What is endless or has no triangles is left out.
+void append_surface(const btCollisionShape& shape, const btTransform& pose, TriangleMesh& mesh) {
+    const auto add = [&](const btVector3& point) {
+        mesh.vertices.push_back(from_bullet(pose * point));
+        return static_cast<int>(mesh.vertices.size()) - 1;
+    };
+    if (shape.isCompound()) {
+        const auto& parts = static_cast<const btCompoundShape&>(shape);
+        for (int i = 0; i < parts.getNumChildShapes(); ++i)
+            append_surface(*parts.getChildShape(i), pose * parts.getChildTransform(i), mesh);
+    } else if (shape.isConvex()) {
+        btShapeHull hull(static_cast<const btConvexShape*>(&shape));
+        if (!hull.buildHull(0)) return;
+        const int first = static_cast<int>(mesh.vertices.size());
+        for (int i = 0; i < hull.numVertices(); ++i) add(hull.getVertexPointer()[i]);
+        const unsigned* corner = hull.getIndexPointer();
+        for (int t = 0; t < hull.numTriangles(); ++t, corner += 3)
+            mesh.triangles.push_back({first + static_cast<int>(corner[0]),
+                                      first + static_cast<int>(corner[1]),
+                                      first + static_cast<int>(corner[2])});
+    } else if (shape.isConcave() && !shape.isInfinite()) {
+        struct Collector final : btTriangleCallback {
+            std::vector<btVector3> corners;
+            void processTriangle(btVector3* triangle, int, int) override {
+                corners.insert(corners.end(), triangle, triangle + 3);
+            }
+        } found;
+        btVector3 low, high;
+        shape.getAabb(btTransform::getIdentity(), low, high);
+        static_cast<const btConcaveShape&>(shape).processAllTriangles(&found, low, high);
+        for (size_t i = 0; i + 2 < found.corners.size(); i += 3) {
+            const int a = add(found.corners[i]);
+            const int b = add(found.corners[i + 1]);
+            mesh.triangles.push_back({a, b, add(found.corners[i + 2])});
+        }
+    }
+}
+
+}  // namespace
+
+Result<BulletFileSurvey> survey_bullet_file(const std::string& path) {
+    btDefaultCollisionConfiguration configuration;
+    btCollisionDispatcher dispatcher(&configuration);
+    btDbvtBroadphase broadphase;
+    btMultiBodyConstraintSolver solver;
+    btMultiBodyDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
+    const auto file = BulletFile::load(path, world);
+    if (!file) return Error{file.error()};
+    BulletFileSurvey survey;
+    survey.has_multibodies = world.getNumMultibodies() > 0;
+    survey.missing = (*file)->missing();
+    for (const BulletFile::Body& body : (*file)->bodies()) {
+        BulletFileBody& found = survey.bodies.emplace_back();
+        found.name = body.name;
+        const btScalar inverse_mass = body.body->getInvMass();
+        if (inverse_mass > 0) found.mass_kg = 1 / static_cast<double>(inverse_mass);
+        found.pose = from_bullet(body.body->getWorldTransform());
+        append_surface(*body.body->getCollisionShape(), btTransform::getIdentity(), found.surface);
+    }
+    return survey;
 }
 
 BulletFile::BulletFile() = default;

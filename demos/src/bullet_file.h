@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "bsoil/geometry.h"
 #include "bsoil/result.h"
+#include "bsoil/soil_def.h"
 
 class btBulletWorldImporter;
 class btMultiBody;
@@ -29,6 +31,22 @@ struct BulletFileContent {
 /// count of points). So a file made by accident is refused, one made by an adversary may still do
 /// harm: load files of people you trust. Error: names the file and what is wrong with it.
 Result<BulletFileContent> check_bullet_file(const std::string& path);
+
+/// A rigid body of a file, for who only wants to know of it.
+struct BulletFileBody {
+    std::string name;      ///< as BulletFile::Body has it
+    double mass_kg = 0;    ///< 0: it does not move
+    Pose pose;             ///< of its centre of mass, in the file's axes
+    TriangleMesh surface;  ///< of its shape, in its own axes; empty: endless or unknown
+};
+struct BulletFileSurvey {
+    std::vector<BulletFileBody> bodies;
+    bool has_multibodies = false;
+    std::vector<std::string> missing;  ///< as BulletFile::missing
+};
+
+/// Loads a file into a world of its own and looks round. Error: as BulletFile::load.
+Result<BulletFileSurvey> survey_bullet_file(const std::string& path);
 
 /// The objects of a .bullet file in a world. Gravity and solver settings stay the world's own.
 class BulletFile {

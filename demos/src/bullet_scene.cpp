@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "joint_resistance.h"
+
 namespace bsoil::scene {
 namespace {
 
@@ -52,7 +54,10 @@ BulletScene::BulletScene(const Scene& scene)
     : scene_(scene), substep_s_(scene.world.substep_s), dispatcher_(&configuration_) {
     const bool has_multibody = std::any_of(scene.bodies.begin(), scene.bodies.end(),
                                            [](const BodyItem& b) { return !b.multibody.empty(); });
-    if (has_multibody) {
+    const bool has_files_multibody =
+        std::any_of(scene.bullet_files.begin(), scene.bullet_files.end(),
+                    [](const BulletFileItem& f) { return f.has_multibodies; });
+    if (has_multibody || has_files_multibody) {
         solver_ = std::make_unique<btMultiBodyConstraintSolver>();
         auto world = std::make_unique<btMultiBodyDynamicsWorld>(
             &dispatcher_, &broadphase_, static_cast<btMultiBodyConstraintSolver*>(solver_.get()),
@@ -72,6 +77,7 @@ BulletScene::BulletScene(const Scene& scene)
 BulletScene::~BulletScene() {
     multibodies_.clear();
     for (const auto& constraint : constraints_) world_->removeConstraint(constraint.get());
+    bullet_files_.clear();
     for (const auto& body : owned_bodies_) world_->removeRigidBody(body.get());
 }
 
@@ -86,6 +92,10 @@ Status BulletScene::build() {
     if (scene_.world.ground_plane) add_ground();
     std::vector<MultibodyItem> multibodies;
     for (const BodyItem& item : scene_.bodies) {
+        if (!item.bullet_file.empty()) {
+            bodies_.push_back({item.name, &item, Pose{}});
+            continue;
+        }
         auto shape = shapes_.make(scene_, item);
         if (!shape) return Error{shape.error()};
         bodies_.push_back({item.name, &item, from_bullet(shape->center)});
@@ -95,6 +105,10 @@ Status BulletScene::build() {
             add_to_multibody(item, *shape, multibodies);
     }
     if (shapes_.has_gimpact()) btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher_);
+    for (const BulletFileItem& item : scene_.bullet_files) {
+        const Status added = add_bullet_file(item);
+        if (!added) return added;
+    }
     for (const MultibodyItem& item : multibodies) add_multibody(item);
     separate_groups();
     for (const JointItem& item : scene_.joints) add_joint(item);
@@ -120,6 +134,20 @@ void BulletScene::add_ground() {
     owned_bodies_.push_back(std::make_unique<btRigidBody>(info));
     world_->addRigidBody(owned_bodies_.back().get());
     ground_ = owned_bodies_.back().get();
+}
+
+Status BulletScene::add_bullet_file(const BulletFileItem& item) {
+    auto file = BulletFile::load(item.path, *world_, to_bullet(item.pose));
+    if (!file) return Error{scene_.message(item.where("file"), file.error())};
+    for (SceneBody& body : bodies_) {
+        if (body.item->bullet_file != item.name) continue;
+        for (const BulletFile::Body& found : (*file)->bodies())
+            if (item.name + '/' + found.name == body.name) body.object = body.body = found.body;
+        if (!body.object)
+            return Error{scene_.message(item.where("file"), "the file has changed meanwhile")};
+    }
+    bullet_files_.push_back(std::move(*file));
+    return Done{};
 }
 
 std::vector<const btCollisionObject*> BulletScene::apart_from_soil() const {
@@ -279,6 +307,16 @@ void BulletScene::add_joint(const JointItem& item) {
     world_->addConstraint(made.get(), !item.collide);
     joint.constraint = made.get();
     constraints_.push_back(std::move(made));
+    if (item.resisting_friction > 0 || item.resisting_damping > 0) {
+        const bool slides = item.kind == "slider";
+        auto resistance =
+            std::make_unique<JointResistance>(*joint.parent, *joint.child, joint.parent_frame,
+                                              joint.child_frame, slides ? 0 : 2, slides);
+        resistance->friction = scalar(item.resisting_friction);
+        resistance->damping = scalar(item.resisting_damping);
+        world_->addConstraint(resistance.get());
+        constraints_.push_back(std::move(resistance));
+    }
     joints_.push_back(joint);
 }
 
@@ -383,6 +421,7 @@ void BulletScene::set_motor(const SceneJoint& joint, double velocity) {
 void BulletScene::substep() {
     for (const Drive& d : drives_) drive(d);
     drive_mimics();
+    for (const auto& multibody : multibodies_) multibody->resist(substep_s_);
     world_->stepSimulation(scalar(substep_s_), 0);  // 0: one step of exactly this length
     ++substep_count_;
     update_joint_positions();

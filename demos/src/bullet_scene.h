@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "bullet_file.h"
 #include "motion.h"
 #include "scene.h"
 #include "scene_body.h"
@@ -75,6 +76,7 @@ class BulletScene {
     void add_multibody(const MultibodyItem& item);
     void add_joint(const JointItem& item);
     void add_ground();
+    Status add_bullet_file(const BulletFileItem& item);
     void separate_groups();
     void drive(const Drive& drive);
     void drive_mimics();
@@ -98,6 +100,7 @@ class BulletScene {
     std::vector<std::unique_ptr<btRigidBody>> owned_bodies_;
     const btRigidBody* ground_ = nullptr;
     std::vector<std::unique_ptr<SceneMultibody>> multibodies_;
+    std::vector<std::unique_ptr<BulletFile>> bullet_files_;
     std::vector<std::unique_ptr<btTypedConstraint>> constraints_;
     std::vector<SceneBody> bodies_;
     std::vector<SceneJoint> joints_;

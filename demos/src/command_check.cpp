@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "baseline.h"
+#include "command_line.h"
 #include "commands.h"
 #include "opened_scene.h"
 
@@ -81,7 +82,7 @@ void add_check(CLI::App& app, int& exit_code) {
         ->add_option(
             "--tolerance", arguments->tolerance,
             "accept numbers off by this share of max(1, value); checksums are then not compared")
-        ->check(CLI::NonNegativeNumber)
+        ->check(at_least(0))
         ->capture_default_str();
     command->add_flag("--update", arguments->update, "write the baseline instead of comparing");
     command->callback([arguments, &exit_code] { exit_code = check(*arguments); });

@@ -3,15 +3,19 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "command_line.h"
 #include "commands.h"
+#include "interruption.h"
 #include "opened_scene.h"
 #include "run_checks.h"
 #include "run_pictures.h"
+#include "run_progress.h"
 #include "telemetry.h"
 
 namespace bsoil::command {
@@ -25,29 +29,54 @@ struct RunArguments {
     bool frames = false, video = false, no_pictures = false;
 };
 
-/// A bar on a terminal, nothing elsewhere.
-class ProgressBar {
+/// A bar on a terminal, a line now and then elsewhere.
+class ProgressReport {
   public:
-    void show(const scene::SceneRun& run) {
-        if (!terminal_) return;
-        const int percent = static_cast<int>(100 * run.step_count() / run.step_target());
-        if (percent == percent_) return;
+    explicit ProgressReport(const scene::SceneRun& run)
+        : run_(run), first_(run.step_count()), start_(std::chrono::steady_clock::now()) {}
+
+    void show() {
+        scene::Progress at{run_.step_count(), run_.step_target(), first_, run_.time_s(), 0};
+        const auto passed = std::chrono::steady_clock::now() - start_;
+        at.wall_s = std::chrono::duration<double>(passed).count();
+        if (!is_terminal_) {
+            if (cadence_.is_due(at)) fmt::print(stderr, "{}\n", scene::progress_text(at));
+            return;
+        }
+        const int percent = scene::percent_of(at);
+        if (percent == percent_ && at.wall_s < shown_s_ + kRefreshS) return;
         percent_ = percent;
-        fmt::print(stderr, "\r[{:<40}] {:3}%  {:.1f} s",
-                   std::string(static_cast<size_t>(percent * 2 / 5), '#'), percent, run.time_s());
-        if (percent == 100) fmt::print(stderr, "\n");
+        shown_s_ = at.wall_s;
+        fmt::print(stderr, "\r\033[K[{:<40}] {}",
+                   std::string(static_cast<size_t>(percent * 2 / 5), '#'),
+                   scene::progress_text(at));
         std::fflush(stderr);
+        is_open_ = true;
+    }
+    /// What is printed next begins on a line of its own.
+    void end_line() {
+        if (is_open_) fmt::print(stderr, "\n");
+        is_open_ = false;
     }
 
   private:
-    const bool terminal_ = isatty(STDERR_FILENO) != 0;
+    static constexpr double kRefreshS = 1;
+
+    const scene::SceneRun& run_;
+    const long long first_;
+    const std::chrono::steady_clock::time_point start_;
+    const bool is_terminal_ = isatty(STDERR_FILENO) != 0;
+    scene::LogCadence cadence_;
     int percent_ = -1;
+    double shown_s_ = 0;
+    bool is_open_ = false;
 };
 
 Status write_text(const std::string& path, const std::string& text) {
     std::ofstream file(path);
     file << text;
-    if (!file.flush()) return Error{path + ": cannot be written"};
+    file.close();
+    if (!file) return Error{path + ": cannot be written whole; is the disk full?"};
     return Done{};
 }
 
@@ -87,7 +116,60 @@ Status restore(scene::SceneRun& run, scene::RunChecks& checks, const std::string
     return run.load(path);
 }
 
+/// What goes wrong with the run's files is said once and remembered; the run goes on, so that the
+/// other files are written.
+class Mishaps {
+  public:
+    explicit Mishaps(ProgressReport& progress) : progress_(progress) {}
+    /// Whether all is well.
+    bool take(const Status& status) {
+        if (status) return true;
+        progress_.end_line();
+        fmt::print(stderr, "{}\n", status.error());
+        any_ = true;
+        return false;
+    }
+    bool any() const { return any_; }
+
+  private:
+    ProgressReport& progress_;
+    bool any_ = false;
+};
+
+/// Says each condition of the soil when it is first met.
+class ConditionReport {
+  public:
+    explicit ConditionReport(const scene::SceneRun& run)
+        : run_(run), known_(run.condition_texts().size()) {}
+    void observe(ProgressReport& progress) {
+        if (!run_.has_soil() || run_.action().last_report().condition_new_count == 0) return;
+        for (const std::string& text : run_.condition_texts(known_)) {
+            progress.end_line();
+            fmt::print(stderr, "{}\n", text);
+            ++known_;
+        }
+    }
+
+  private:
+    const scene::SceneRun& run_;
+    size_t known_;
+};
+
+/// Pictures, or null where there can be none and nobody asked for frames. Error: somebody did.
+Result<std::unique_ptr<scene::RunPictures>> make_pictures(const scene::SceneRun& run,
+                                                          const RunArguments& arguments) {
+    if (arguments.no_pictures) return std::unique_ptr<scene::RunPictures>();
+    auto made = scene::RunPictures::create(run, {arguments.out, arguments.frames, arguments.video});
+    if (made || arguments.frames || arguments.video) return made;
+    fmt::print(stderr, "{}\n", made.error());  // a run without a display is a run all the same
+    return std::unique_ptr<scene::RunPictures>();
+}
+
 int run(RunArguments& arguments) {
+    if (arguments.video && !scene::has_film_maker())
+        return could_not(
+            "--video needs ffmpeg, which is not in PATH; install it (apt-get install "
+            "ffmpeg), or take --frames, which leaves the pictures alone");
     const int opened = arguments.opened.open();
     if (opened != kPassed) return opened;
     scene::SceneRun& run = *arguments.opened.run;
@@ -99,76 +181,78 @@ int run(RunArguments& arguments) {
             return could_not(fmt::format("{}: stands at step {}, where the run ends",
                                          arguments.from, run.step_count()));
     }
+    const Interruption interruption;
     std::error_code failed;
     std::filesystem::create_directories(arguments.out, failed);
     if (failed) return could_not(arguments.out + ": " + failed.message());
     auto telemetry = scene::Telemetry::create(run, arguments.out);
     if (!telemetry) return could_not(telemetry.error());
-    std::unique_ptr<scene::RunPictures> pictures;
-    if (!arguments.no_pictures) {
-        auto made =
-            scene::RunPictures::create(run, {arguments.out, arguments.frames, arguments.video});
-        if (made)
-            pictures = std::move(*made);
-        else
-            fmt::print(stderr, "{}\n",
-                       made.error());  // a run without a display is a run all the same
-    }
-    ProgressBar bar;
+    auto pictures = make_pictures(run, arguments);
+    if (!pictures) return could_not(pictures.error());
 
-    const auto picture = [&] { return pictures ? pictures->observe() : Status(Done{}); };
+    ProgressReport progress(run);
+    ConditionReport conditions(run);
+    Mishaps mishaps(progress);
+    const auto picture = [&] {
+        if (*pictures && !mishaps.take((*pictures)->observe())) pictures->reset();
+    };
     telemetry->observe();
-    Status pictured = picture();
-    while (pictured && !run.finished()) {
+    picture();
+    while (!run.finished() && !interruption.is_asked()) {
         run.step();
         telemetry->observe();
         checks.observe();
-        pictured = picture();
-        if (arguments.snapshot_every > 0 && run.step_count() % arguments.snapshot_every == 0) {
-            const Status saved =
+        picture();
+        conditions.observe(progress);
+        if (arguments.snapshot_every > 0 && run.step_count() % arguments.snapshot_every == 0)
+            mishaps.take(
                 save(run, checks,
-                     fmt::format("{}/step_{:06}.snapshot", arguments.out, run.step_count()));
-            if (!saved) return could_not(saved.error());
-        }
-        bar.show(run);
+                     fmt::format("{}/step_{:06}.snapshot", arguments.out, run.step_count())));
+        progress.show();
     }
-    if (pictured && pictures) pictured = pictures->finish();
-    if (!pictured) return could_not(pictured.error());
+    progress.end_line();
+    const bool is_cut_short = !run.finished();
+    if (is_cut_short)
+        fmt::print(stderr, "interrupted at step {}; what there is is written to {}\n",
+                   run.step_count(), arguments.out);
 
     nlohmann::ordered_json summary = run.summary();
+    summary["interrupted"] = is_cut_short;
     const int exit_code = report(checks.results(), summary);
-    const Status written = write_text(arguments.out + "/summary.json", summary.dump(2) + '\n');
-    if (!written) return could_not(written.error());
-    if (run.has_soil()) {
-        const Status saved = save(run, checks, arguments.out + "/final.snapshot");
-        if (!saved) return could_not(saved.error());
-    }
+    mishaps.take(write_text(arguments.out + "/summary.json", summary.dump(2) + '\n'));
+    mishaps.take(telemetry->finish());
+    if (run.has_soil()) mishaps.take(save(run, checks, arguments.out + "/final.snapshot"));
+    if (*pictures) mishaps.take((*pictures)->finish());
     fmt::print("{} steps, {:.2f} s in {:.2f} s ({:.1f} steps/s) -> {}\n", run.step_count(),
                run.time_s(), summary["wall_s"].get<double>(), summary["steps_per_s"].get<double>(),
                arguments.out);
-    return exit_code;
+    if (mishaps.any()) return kCouldNotRun;
+    return is_cut_short ? kInterrupted : exit_code;
 }
 
 }  // namespace
 
 void add_run(CLI::App& app, int& exit_code) {
     auto arguments = std::make_shared<RunArguments>();
-    CLI::App* command = app.add_subcommand(
-        "run",
-        "run a scene: 0 all checks pass, 1 one fails, 2 could not run, 77 its data is not there");
+    CLI::App* command = app.add_subcommand("run",
+                                           "run a scene: 0 all checks pass, 1 one fails, 2 could "
+                                           "not run or could not write a file, 77 "
+                                           "its data is not there, 130 interrupted by Ctrl-C");
     arguments->opened.add_options(*command);
     command->add_option("--out", arguments->out, "folder for what the run leaves behind")
         ->required();
     command
         ->add_option("--snapshot-every", arguments->snapshot_every,
                      "OUT/step_000120.snapshot and so on, every so many steps of the soil")
-        ->check(CLI::PositiveNumber);
+        ->check(at_least(1));
     command->add_option("--from", arguments->from,
                         "go on from a snapshot of this scene; steps count from the scene's start");
-    command->add_flag("--frames", arguments->frames, "a PNG for every 1/30 s in OUT/frames");
-    command->add_flag("--video", arguments->video,
-                      "the same as OUT/video.mp4, where ffmpeg is installed");
-    command->add_flag("--no-pictures", arguments->no_pictures, "no pictures at all");
+    CLI::Option* none =
+        command->add_flag("--no-pictures", arguments->no_pictures, "no pictures at all");
+    command->add_flag("--frames", arguments->frames, "a PNG for every 1/30 s in OUT/frames")
+        ->excludes(none);
+    command->add_flag("--video", arguments->video, "the same as OUT/video.mp4; needs ffmpeg")
+        ->excludes(none);
     command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 

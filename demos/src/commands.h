@@ -14,9 +14,10 @@ namespace bsoil::command {
 
 /// Exit codes of all commands; ctest takes kSkipped as its SKIP_RETURN_CODE.
 inline constexpr int kPassed = 0;
-inline constexpr int kFailed = 1;       ///< a check failed, a baseline differs
-inline constexpr int kCouldNotRun = 2;  ///< bad arguments, a scene with mistakes, no device
-inline constexpr int kSkipped = 77;     ///< the scene's data is not there
+inline constexpr int kFailed = 1;         ///< a check failed, a baseline differs
+inline constexpr int kCouldNotRun = 2;    ///< bad arguments, a scene with mistakes, no device
+inline constexpr int kInterrupted = 130;  ///< Ctrl-C: what there was is written
+inline constexpr int kSkipped = 77;       ///< the scene's data is not there
 
 void add_run(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);

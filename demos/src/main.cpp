@@ -1,7 +1,9 @@
 /// `bsoil`: experiments and regression tests with deformable soil from the command line.
 #include <CLI/CLI.hpp>
+#include <iostream>
 
 #include "bsoil/version.h"
+#include "command_line.h"
 #include "commands.h"
 
 int main(int argument_count, char** arguments) {
@@ -18,6 +20,11 @@ int main(int argument_count, char** arguments) {
     bsoil::command::add_bench(app, exit_code);
     bsoil::command::add_import_bekker(app, exit_code);
     bsoil::command::add_scene_keys(app, exit_code);
+    const std::string unknown = bsoil::command::unknown_word(app, argument_count, arguments);
+    if (!unknown.empty()) {
+        std::cerr << unknown << '\n';
+        return bsoil::command::kCouldNotRun;
+    }
     try {
         app.parse(argument_count, arguments);
     } catch (const CLI::ParseError& error) {

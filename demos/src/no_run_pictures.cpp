@@ -5,6 +5,8 @@ namespace bsoil::scene {
 
 struct RunPictures::Impl {};
 
+bool has_film_maker() { return false; }
+
 RunPictures::RunPictures(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 RunPictures::~RunPictures() = default;
 

@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 
+#include "bsoil/device_info.h"
+#include "command_line.h"
 #include "scene_load.h"
 
 namespace bsoil::command {
@@ -16,6 +19,12 @@ void remove_soil(scene::Scene& scene) {
     scene.terrains.clear();
     scene.probes.clear();
     std::erase_if(scene.checks, [](const scene::CheckItem& check) { return check.needs_soil(); });
+}
+
+bool has_gpu() {
+    const std::vector<DeviceInfo> all = list_devices();
+    return std::any_of(all.begin() + 1, all.end(),  // the first one is the processor
+                       [](const auto& entry) { return entry.usable && entry.hardware; });
 }
 
 }  // namespace
@@ -38,7 +47,7 @@ Backend DeviceOptions::chosen() const {
 void OpenedScene::add_options(CLI::App& app) {
     app.add_option("scene", path, "the scene file (TOML)")->required();
     app.add_option("--steps", step_count, "stop after this many steps of the soil")
-        ->check(CLI::PositiveNumber);
+        ->check(at_least(1));
     app.add_option("--up", up, "turn the whole scene so that this axis points up")
         ->check(CLI::IsMember({"y", "z"}));
     app.add_flag("--without-soil", without_soil,
@@ -69,6 +78,13 @@ int OpenedScene::open() {
         return kCouldNotRun;
     }
     run = std::move(*made);
+    for (const std::string& warning : run->warnings()) fmt::print(stderr, "{}\n", warning);
+    if (run->has_soil() && run->soil().backend_name() == "gl" && !has_gpu())
+        fmt::print(
+            stderr,
+            "no GPU here: OpenGL runs in software ({}), seconds a step. The CPU backend gives "
+            "the same bits sooner: --backend cpu\n",
+            run->soil().device_name());
     return kPassed;
 }
 

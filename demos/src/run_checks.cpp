@@ -358,7 +358,7 @@ CheckResult RunChecks::result(const Watch& w) const {
         result.figure += fmt::format(", wanted at most {:g} J; {:.4g} J lost over the time",
                                      item.tolerance_j, w.samples.front() - w.samples.back());
     } else {  // no_status
-        const std::vector<std::string> set = status_texts(run_.soil().status_bits());
+        const std::vector<std::string> set = run_.condition_texts();
         result.verdict = verdict(set.empty());
         result.figure = set.empty() ? "no condition set" : fmt::format("{}", fmt::join(set, "; "));
     }

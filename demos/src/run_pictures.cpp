@@ -6,8 +6,10 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <optional>
+#include <sstream>
 #include <vector>
 
 #include "baseline.h"
@@ -15,6 +17,7 @@
 #include "bsoil/render/primitives.h"
 #include "bsoil/render/renderer.h"
 #include "convex_hull.h"
+#include "mesh_file.h"
 
 namespace bsoil::scene {
 namespace {
@@ -22,6 +25,7 @@ namespace {
 constexpr double kFrameS = 1.0 / 30;
 constexpr float kSoilGrainM = 0.02f, kTerrainGrainM = 0.15f;
 constexpr float kBodyGloss = 0.5f;
+constexpr int kLegendScale = 4;  ///< legible on the contact sheet as well
 
 render::Color color_of(Vec3 c) {
     return {static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z)};
@@ -54,6 +58,43 @@ Mesh solid_mesh(const ShapeItem& s, const render::Color& color) {
     return mesh;
 }
 
+/// What a body looks like: what is drawn of it, else its solids.
+Mesh body_mesh(const BodyItem& body) {
+    Mesh all;
+    const auto append = [&all](Mesh mesh, const Pose& pose) {
+        render::transform_mesh(mesh, pose);
+        all.append(mesh);
+    };
+    for (const DrawnItem& item : body.drawn) {
+        const render::Color color = color_of(item.solid.color.value_or(body.color));
+        if (item.mesh_file.empty()) {
+            append(solid_mesh(item.solid, color), item.solid.pose);
+        } else if (const auto triangles = read_robot_mesh(item.mesh_file, item.mesh_scale)) {
+            append(render::triangle_mesh(*triangles, color), item.solid.pose);
+        } else {
+            all = {};  // a file that cannot be read after all
+            break;
+        }
+    }
+    if (!all.indices.empty()) return all;
+    for (const ShapeItem& solid : body.solids()) {
+        const render::Color color = color_of(solid.color.value_or(body.color));
+        append(solid_mesh(solid, color), body.shape.shape == "compound" ? solid.pose : Pose{});
+    }
+    return all;
+}
+
+/// Where the sun stands: low, on the camera's right and beyond what it looks at. So a rut of a few
+/// centimetres has a bright and a dark flank, whether it runs across the picture or into it.
+Vec3 sun_beside(const render::Camera& camera) {
+    constexpr double kBeside = 0.7, kBeyond = 0.4, kUp = 0.4;
+    Vec3 back = camera.eye - camera.target;
+    back = back - camera.up * dot(back, camera.up);
+    if (length(back) < 1e-6) back = cross(camera.up, Vec3{0.6, 0.64, 0.48});  // looks straight down
+    back = back * (1 / length(back));
+    return cross(camera.up, back) * kBeside - back * kBeyond + camera.up * kUp;
+}
+
 /// One layer of the soil's grid in the renderer.
 struct SurfaceLayer {
     SurfaceMesher mesher;
@@ -81,6 +122,7 @@ struct RunPictures::Impl {
     Vec3 followed_from_m;
     std::vector<double> moments_s;
     render::ContactSheet sheet;
+    std::vector<render::LegendEntry> legend;  ///< the soil's materials
     int frame_count = 0;
 
     Impl(const SceneRun& r, const RunPicturesDef& d)
@@ -94,6 +136,8 @@ struct RunPictures::Impl {
         const Scene& scene = run.scene();
         if (run.has_soil()) {
             tiles.emplace(run.soil());
+            for (const MaterialDef& material : run.soil().materials())
+                legend.push_back({material.name, material.color});
             soil.emplace(*tiles, SurfaceMeshDef{}, *renderer, kSoilGrainM);
             if (!scene.terrains.empty()) {
                 SurfaceMeshDef terrain_def;
@@ -102,20 +146,14 @@ struct RunPictures::Impl {
             }
         }
         for (const BodyItem& body : scene.bodies) {
-            Mesh all;
-            for (const ShapeItem& solid : body.solids()) {
-                Mesh mesh = solid_mesh(solid, color_of(solid.color.value_or(body.color)));
-                if (body.shape.shape == "compound") render::transform_mesh(mesh, solid.pose);
-                all.append(mesh);
-            }
-            bodies.push_back(renderer->add_mesh(all));
+            bodies.push_back(renderer->add_mesh(body_mesh(body)));
         }
         const bool y_up = scene.world.up == "y";
         view.camera.up = y_up ? Vec3{0, 1, 0} : Vec3{0, 0, 1};
-        view.to_sun = y_up ? Vec3{0.55, 0.75, 0.35} : Vec3{0.55, -0.35, 0.75};
         view.camera.fov_rad = scene.camera.view_angle_rad;
         if (scene.world.ground_plane) view.floor_height_m = scene.world.ground_height_m;
         aim(scene);
+        view.to_sun = sun_beside(view.camera);
         if (!scene.camera.follow.empty()) followed_from_m = followed_m();
     }
 
@@ -150,7 +188,9 @@ struct RunPictures::Impl {
             moved.camera.eye += way;
             moved.camera.target += way;
         }
-        return renderer->render(moved);
+        auto image = renderer->render(moved);
+        if (image && legend.size() > 1) render::draw_legend(*image, legend, kLegendScale);
+        return image;
     }
 
     bool reached(double t_s) const { return run.time_s() >= t_s - run.step_s() / 2; }
@@ -169,10 +209,20 @@ struct RunPictures::Impl {
         int status = 1;
         if (posix_spawnp(&process, "ffmpeg", nullptr, nullptr, arguments.data(), environ) == 0)
             waitpid(process, &status, 0);
-        if (status != 0) return Error{"no video: ffmpeg is not there or failed"};
+        if (status != 0)
+            return Error{output + ": ffmpeg failed, its own words are above; the pictures are in " +
+                         def.folder + "/frames"};
         return Done{};
     }
 };
+
+bool has_film_maker() {
+    const char* path = std::getenv("PATH");
+    std::stringstream folders(path ? path : "");
+    for (std::string folder; std::getline(folders, folder, ':');)
+        if (access((folder + "/ffmpeg").c_str(), X_OK) == 0) return true;
+    return false;
+}
 
 RunPictures::RunPictures(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 RunPictures::~RunPictures() = default;
@@ -208,6 +258,12 @@ Status RunPictures::observe() {
 
 Status RunPictures::finish() {
     Impl& m = *impl_;
+    // Of a run that was cut short the sheet ends with how it stands then.
+    if (static_cast<size_t>(m.sheet.image_count()) < m.moments_s.size()) {
+        const auto image = m.take();
+        if (!image) return Error{image.error()};
+        m.sheet.add(*image, render::ContactSheet::caption(m.run.time_s(), m.run.scene().title));
+    }
     if (m.sheet.image_count() > 0) {
         const Status written =
             render::write_png(m.sheet.image(), m.def.folder + "/contact_sheet.png");

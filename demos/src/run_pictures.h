@@ -15,6 +15,9 @@ struct RunPicturesDef {
     bool video = false;   ///< the frames as a film, by ffmpeg
 };
 
+/// Whether ffmpeg, which makes the film, is in PATH.
+bool has_film_maker();
+
 /// Takes pictures while a run goes on. Each waits for the device.
 class RunPictures {
   public:

@@ -85,6 +85,7 @@ void set_up_axis(Scene& scene, UpAxis up) {
         turn.apply(body.velocity_m_s);
         turn.apply(body.angular_velocity_rad_s);
     }
+    for (BulletFileItem& file : scene.bullet_files) turn.apply(file.pose);
     for (JointItem& joint : scene.joints) {
         turn.apply(joint.point_m);
         turn.apply(joint.axis);

@@ -110,6 +110,13 @@ struct ShapeItem : SceneItem {
     std::optional<Vec3> color;
 };
 
+/// What a picture shows in place of a solid: the same forms, or a mesh file, read when it is drawn.
+struct DrawnItem {
+    ShapeItem solid;        ///< in the body's frame
+    std::string mesh_file;  ///< where it is given: the triangles, in the solid's frame
+    Vec3 mesh_scale{1, 1, 1};
+};
+
 /// Mass distribution given from outside (a URDF): principal axes and moments.
 struct Inertial {
     Pose frame;  ///< principal axes in the body's frame, origin at the centre of mass
@@ -135,6 +142,8 @@ struct BodyItem : SceneItem {
     std::string multibody;   ///< bodies of one name are links of one btMultiBody; empty: rigid
     double sleep_rad_s = 1;  ///< turning slower it may fall asleep; 1 is Bullet's own
     bool is_ghost = false;   ///< touches nothing: a link without a solid
+    std::vector<DrawnItem> drawn;  ///< in pictures; empty: the solids
+    std::string bullet_file;       ///< name of the [[bullet_file]] that it comes out of
 
     /// The solids that make the body up: its parts, or itself.
     std::vector<ShapeItem> solids() const;
@@ -161,6 +170,9 @@ struct JointItem : SceneItem {
     double start =
         0;  ///< position at the start [rad or m]; positions and stops count from its zero
     std::optional<JointMimic> mimic;
+    /// What resists every motion of a hinge or slider: a dry friction [N m or N] and a damping
+    /// [N m s/rad or N s/m].
+    double resisting_friction = 0, resisting_damping = 0;
 };
 
 /// [[robot.link]]: what replaces the URDF's figures of a link.
@@ -196,6 +208,16 @@ struct RobotItem : SceneItem {
     std::vector<RobotLinkItem> links;
     std::vector<RobotJointItem> joints;
     std::vector<RobotMotorItem> motors;
+};
+
+/// [[bullet_file]]: its rigid bodies become bodies `name/body` by load_scene; the world gets all
+/// that is in it.
+struct BulletFileItem : SceneItem {
+    std::string name, file;
+    Pose pose;
+    bool ignore_soil = false;
+    std::string path;  ///< of the file, found by load_scene
+    bool has_multibodies = false;
 };
 
 /// [[track.wheel]]. Places are in the frame of the track's hull.
@@ -296,6 +318,7 @@ struct Scene {
     std::vector<BodyItem> bodies;
     std::vector<JointItem> joints;
     std::vector<RobotItem> robots;
+    std::vector<BulletFileItem> bullet_files;
     std::vector<TrackItem> tracks;
     std::vector<MotionItem> motions;
     std::vector<ProbeItem> probes;

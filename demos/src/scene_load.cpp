@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "bsoil/contact/bekker_soil.h"
+#include "bullet_file.h"
 #include "data_files.h"
 #include "schema_table.h"
 #include "track_vehicle.h"
@@ -27,6 +28,7 @@ class SceneChecker {
         for (FillItem& fill : scene_.fills) check_fill(fill);
         for (TerrainItem& terrain : scene_.terrains) check_terrain(terrain);
         add_robots();
+        add_bullet_files();
         add_tracks();
         check_bodies();
         check_joints();
@@ -178,6 +180,35 @@ class SceneChecker {
             const Status added = add_robot(scene_, robot, path);
             robots_incomplete_ |= !added;
             if (!added) error(robot.where("file"), "{}", added.error());
+        }
+    }
+
+    void add_bullet_files() {
+        unique_names(scene_.bullet_files, "bullet_file");
+        for (BulletFileItem& item : scene_.bullet_files) {
+            item.path = existing(item.file, item.where("file"));
+            robots_incomplete_ |= item.path.empty();
+            if (item.path.empty()) continue;
+            auto survey = survey_bullet_file(item.path);
+            robots_incomplete_ |= !survey;
+            if (!survey) {
+                error(item.where("file"), "{}", survey.error());
+                continue;
+            }
+            item.has_multibodies = survey->has_multibodies;
+            for (const std::string& missing : survey->missing)
+                scene_.warnings.push_back(scene_.message(item.at, missing));
+            for (BulletFileBody& found : survey->bodies) {
+                BodyItem& body = scene_.bodies.emplace_back();
+                body.at = item.at;
+                body.name = item.name + '/' + found.name;
+                body.bullet_file = item.name;
+                body.mass_kg = found.mass_kg;
+                body.pose = item.pose * found.pose;
+                body.ignore_soil = item.ignore_soil;
+                body.shape.shape = "mesh";
+                body.shape.mesh = std::make_shared<const TriangleMesh>(std::move(found.surface));
+            }
         }
     }
 

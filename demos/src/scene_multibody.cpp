@@ -3,6 +3,7 @@
 #include <BulletDynamics/Featherstone/btMultiBodyJointLimitConstraint.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace bsoil::scene {
 namespace {
@@ -113,6 +114,13 @@ void SceneMultibody::add_collider(GroupFilter& filter, const MultibodyLink& link
     colliders_.push_back(std::move(collider));
 }
 
+void SceneMultibody::resist(double substep_s) {
+    for (const Resistance& r : resistances_) {
+        const double speed = std::abs(static_cast<double>(multibody_->getJointVel(r.link)));
+        r.brake->setMaxAppliedImpulse(scalar((r.friction + r.damping * speed) * substep_s));
+    }
+}
+
 void SceneMultibody::add_limit_and_motor(const JointItem& joint, size_t i, double substep_s) {
     const int index = link_index(i);
     const auto add = [this](std::unique_ptr<btMultiBodyConstraint> constraint) {
@@ -125,6 +133,13 @@ void SceneMultibody::add_limit_and_motor(const JointItem& joint, size_t i, doubl
     if (lower && upper)
         add(std::make_unique<btMultiBodyJointLimitConstraint>(
             multibody_.get(), index, scalar(*lower - joint.start), scalar(*upper - joint.start)));
+    if (joint.resisting_friction > 0 || joint.resisting_damping > 0) {
+        auto brake = std::make_unique<btMultiBodyJointMotor>(multibody_.get(), index, btScalar(0),
+                                                             btScalar(0));
+        resistances_.push_back(
+            {brake.get(), index, joint.resisting_friction, joint.resisting_damping});
+        add(std::move(brake));
+    }
     const double effort = std::max(joint.motor_torque_n_m, joint.motor_force_n);
     if (effort <= 0) return;
     auto motor = std::make_unique<btMultiBodyJointMotor>(multibody_.get(), index, btScalar(0),

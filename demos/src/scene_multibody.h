@@ -59,6 +59,8 @@ class SceneMultibody {
     btMultiBodyLinkCollider* collider(size_t i) const { return colliders_[i].get(); }
     /// Of the joint the i-th body hangs on; null where it has no motor.
     btMultiBodyJointMotor* motor(size_t i) const { return motors_[i]; }
+    /// Before each substep: as much as friction and damping of the joints can do in it.
+    void resist(double substep_s);
 
   private:
     void set_up_link(const MultibodyItem& item, size_t i);
@@ -71,6 +73,13 @@ class SceneMultibody {
     std::vector<std::unique_ptr<btMultiBodyLinkCollider>> colliders_;
     std::vector<std::unique_ptr<btMultiBodyConstraint>> constraints_;
     std::vector<btMultiBodyJointMotor*> motors_;
+    /// Stops a joint with no more than its friction and damping; see JointResistance.
+    struct Resistance {
+        btMultiBodyJointMotor* brake = nullptr;
+        int link = -1;
+        double friction = 0, damping = 0;
+    };
+    std::vector<Resistance> resistances_;
 };
 
 }  // namespace bsoil::scene

@@ -9,6 +9,7 @@
 
 #include "bsoil/bullet/world_snapshot.h"
 #include "scene_load.h"
+#include "scene_shapes.h"
 #include "soil_filling.h"
 
 namespace bsoil::scene {
@@ -73,7 +74,42 @@ Status SceneRun::start(const RunDef& def) {
     const Status filled = fill_soil(scene_, action_->soil());
     if (!filled) return filled;
     totals_at_start_ = action_->soil().totals();
+    warn_of_bodies_outside();
     return Done{};
+}
+
+void SceneRun::warn_of_bodies_outside() {
+    const std::vector<const btCollisionObject*> apart = bullet_->apart_from_soil();
+    const GridFrame& frame = soil().frame();
+    for (const SceneBody& body : bullet_->bodies()) {
+        const bool moves = body.item->mass_kg > 0 || body.item->kinematic;
+        if (!moves || std::find(apart.begin(), apart.end(), body.object) != apart.end()) continue;
+        const Vec3 at = frame.to_grid(from_bullet(body.object->getWorldTransform().getOrigin()));
+        if (at.x >= 0 && at.x <= frame.size[0] && at.y >= 0 && at.y <= frame.size[1] && at.z >= 0)
+            continue;
+        warnings_.push_back(scene_.message(
+            body.item->at,
+            fmt::format("body `{}` starts outside the soil's box, where it meets no soil; move it, "
+                        "or enlarge `size_m` of [soil]",
+                        body.name)));
+    }
+}
+
+std::string SceneRun::name_of(const btCollisionObject* object) const {
+    for (const SceneBody& body : bullet_->bodies())
+        if (object && body.object == object) return body.name;
+    return {};
+}
+
+std::vector<std::string> SceneRun::condition_texts(size_t first) const {
+    std::vector<std::string> texts;
+    if (!action_) return texts;
+    const std::vector<bullet::ObjectCondition> all = action_->conditions();
+    for (size_t i = first; i < all.size(); ++i) {
+        const std::string name = name_of(all[i].object);
+        texts.push_back(condition_text(all[i].condition, name.empty() ? "" : "body " + name));
+    }
+    return texts;
 }
 
 void SceneRun::step() {
@@ -212,6 +248,20 @@ nlohmann::ordered_json SceneRun::summary() const {
         json["soil_mass_kg"] = mass_kg;
         json["checksum"] = fmt::format("{:016x}", soil().checksum());
         json["status"] = status_texts(soil().status_bits());
+        Json conditions = Json::array();
+        for (const bullet::ObjectCondition& met : action_->conditions()) {
+            const Condition& c = met.condition;
+            const std::string name = name_of(met.object);
+            conditions.push_back(
+                Json{{"name", bsoil::name_of(c.bit)},
+                     {"body", name.empty() ? Json(nullptr) : Json(name)},
+                     {"position_m", c.position_m ? as_json(*c.position_m) : Json(nullptr)},
+                     {"first_step", c.first_step},
+                     {"first_time_s", c.first_time_s},
+                     {"last_step", c.last_step},
+                     {"steps", c.step_count}});
+        }
+        json["conditions"] = conditions;
         json["stages_ms"] = Json{{"voxelize", stage_sum_ms_.voxelize / timed},
                                  {"deform", stage_sum_ms_.deform / timed},
                                  {"advect", stage_sum_ms_.advect / timed},

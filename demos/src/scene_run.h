@@ -69,12 +69,21 @@ class SceneRun {
     /// nothing.
     Status load(const std::string& path);
 
+    /// What the soil has run into, a sentence each with body, place and time; from number `first`
+    /// on.
+    std::vector<std::string> condition_texts(size_t first = 0) const;
+    /// What is odd about the scene as it starts: bodies that the soil will not meet, a slow device.
+    const std::vector<std::string>& warnings() const { return warnings_; }
+
     /// The content of summary.json so far; see docs of `bsoil run`.
     nlohmann::ordered_json summary() const;
 
   private:
     SceneRun(const Scene& scene, const RunDef& def);
     Status start(const RunDef& def);
+    void warn_of_bodies_outside();
+    /// The scene's name of an object; empty: none of its bodies.
+    std::string name_of(const btCollisionObject* object) const;
     std::vector<bullet::SoilAction*> soils();
     /// What save() and load() pass besides world and soil.
     struct Progress;
@@ -86,6 +95,7 @@ class SceneRun {
     double step_s_;
     int substep_count_;
     long long step_count_ = 0, step_target_ = 0;
+    std::vector<std::string> warnings_;
     std::vector<BodyReading> readings_;
     std::vector<double> peak_force_n_;
     SoilTotals totals_at_start_;

@@ -364,6 +364,24 @@ TableOf<RobotItem> robot_table() {
         .child<M>("motor", motor, [](R& r) { return &r.motors.emplace_back(); });
 }
 
+TableOf<BulletFileItem> bullet_file_table() {
+    using F = BulletFileItem;
+    return TableOf<F>("bullet_file", true,
+                      "What is in a .bullet file, as btDynamicsWorld::serialize writes it: its "
+                      "rigid bodies become bodies `name/body`, where those without a name in the "
+                      "file are numbered from 0. Its gravity and solver settings are left out.")
+        .text("name", &F::name, "unique")
+        .required()
+        .text("file", &F::file, "beside the scene, or data:PATH as for a robot")
+        .required()
+        .vector(
+            "position_m", [](F& f) -> Vec3& { return f.pose.position; }, kPlace,
+            "of the file's origin")
+        .rotation([](F& f) -> Quat& { return f.pose.rotation; },
+                  "of the file's axes, which are not turned where the scene's `up` is another")
+        .flag("ignore_soil", &F::ignore_soil, "its rigid bodies pass through soil");
+}
+
 TableOf<TrackItem> track_table() {
     using T = TrackItem;
     using W = TrackWheelItem;
@@ -727,6 +745,8 @@ const TableSpec& scene_schema() {
             .child<BodyItem>("body", body_table(), [](S& s) { return &s.bodies.emplace_back(); })
             .child<JointItem>("joint", joint_table(), [](S& s) { return &s.joints.emplace_back(); })
             .child<RobotItem>("robot", robot_table(), [](S& s) { return &s.robots.emplace_back(); })
+            .child<BulletFileItem>("bullet_file", bullet_file_table(),
+                                   [](S& s) { return &s.bullet_files.emplace_back(); })
             .child<TrackItem>("track", track_table(), [](S& s) { return &s.tracks.emplace_back(); })
             .child<MotionItem>("motion", motion_table(),
                                [](S& s) { return &s.motions.emplace_back(); })

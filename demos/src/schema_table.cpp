@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 
+#include "spelling.h"
+
 namespace bsoil::scene {
 namespace {
 
@@ -35,22 +37,6 @@ std::string without_unit(const std::string& name) {
     for (const char* unit : kUnits)
         if (name.ends_with(unit)) return name.substr(0, name.size() - std::string(unit).size());
     return name;
-}
-
-size_t edit_distance(const std::string& a, const std::string& b) {
-    std::vector<size_t> row(b.size() + 1);
-    for (size_t j = 0; j <= b.size(); ++j) row[j] = j;
-    for (size_t i = 1; i <= a.size(); ++i) {
-        size_t diagonal = row[0];
-        row[0] = i;
-        for (size_t j = 1; j <= b.size(); ++j) {
-            const size_t above = row[j];
-            const size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-            row[j] = std::min({above + 1, row[j - 1] + 1, replaced});
-            diagonal = above;
-        }
-    }
-    return row[b.size()];
 }
 
 bool exists_for(const KeySpec& key, const std::string& selected) {
@@ -88,19 +74,11 @@ std::string unknown_key_text(const std::string& name, const toml::node& value,
         if (key.name != name && exists_for(key, selected) &&
             without_unit(key.name) == without_unit(name))
             return fmt::format("wrong unit in `{}`: the key is `{}`", name, key.name);
-    const KeySpec* nearest = nullptr;
-    size_t nearest_distance =
-        name.size() / 3 + 1;  // a third of the letters wrong is still a typing error
-    for (const KeySpec& key : spec.keys) {
-        const size_t distance = edit_distance(name, key.name);
-        if (exists_for(key, selected) && distance <= nearest_distance) {
-            nearest = &key;
-            nearest_distance = distance;
-        }
-    }
-    if (nearest)
-        return fmt::format("unknown key `{}` in {}; did you mean `{}`?", name, where,
-                           nearest->name);
+    std::vector<std::string> names;
+    for (const KeySpec& key : spec.keys)
+        if (exists_for(key, selected)) names.push_back(key.name);
+    if (const std::string meant = nearest_word(name, names); !meant.empty())
+        return fmt::format("unknown key `{}` in {}; did you mean `{}`?", name, where, meant);
     std::string known;
     for (const KeySpec& key : spec.keys)
         if (exists_for(key, selected)) known += (known.empty() ? "" : ", ") + key.name;
@@ -232,7 +210,11 @@ void read_table(const toml::table& table, const TableSpec& spec, void* item,
     for (const KeySpec& key : spec.keys)
         if (key.required && !table.contains(key.name) && exists_for(key, selected))
             errors.push_back(
-                {at, fmt::format("[{}] needs `{}`: {}", spec.path, key.name, key.doc)});
+                {at, spec.path.empty()
+                         ? fmt::format("{} needs {}: {}", spec.file,
+                                       key.table ? '[' + key.name + ']' : '`' + key.name + '`',
+                                       key.table ? key.table->doc : key.doc)
+                         : fmt::format("[{}] needs `{}`: {}", spec.path, key.name, key.doc)});
 }
 
 std::string table_markdown(const TableSpec& spec) {

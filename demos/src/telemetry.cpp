@@ -25,6 +25,7 @@ Telemetry::Telemetry(const SceneRun& run)
 Result<Telemetry> Telemetry::create(const SceneRun& run, const std::string& folder) {
     Telemetry telemetry(run);
     const std::string path = folder + "/telemetry.csv";
+    telemetry.folder_ = folder;
     telemetry.table_.open(path);
     telemetry.table_ << "time_s";
     for (const size_t b : telemetry.bodies_)
@@ -57,6 +58,19 @@ void Telemetry::observe() {
     if (run_->step_count() % every_steps_ != 0) return;
     write_row();
     if (profiles_.is_open()) write_profiles();
+}
+
+Status Telemetry::finish() {
+    const auto close = [&](std::ofstream& file, const char* name) -> Status {
+        if (!file.is_open()) return Done{};
+        file.close();
+        if (file) return Done{};
+        return Error{
+            fmt::format("{}/{}: cannot be written whole; is the disk full?", folder_, name)};
+    };
+    const Status table = close(table_, "telemetry.csv");
+    const Status profiles = close(profiles_, "profiles.csv");
+    return table ? profiles : table;
 }
 
 void Telemetry::write_row() {

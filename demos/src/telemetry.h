@@ -20,6 +20,8 @@ class Telemetry {
     static Result<Telemetry> create(const SceneRun& run, const std::string& folder);
     /// After every step, and once before the first.
     void observe();
+    /// After the last one. Error: a file that could not be written whole, as on a full disk.
+    Status finish();
 
   private:
     explicit Telemetry(const SceneRun& run);
@@ -29,6 +31,7 @@ class Telemetry {
     const SceneRun* run_;
     long long every_steps_;
     std::vector<size_t> bodies_;
+    std::string folder_;
     std::ofstream table_, profiles_;
 };
 

@@ -9,7 +9,10 @@
 #include <map>
 #include <mutex>
 #include <regex>
+#include <set>
 #include <sstream>
+
+#include "xml_tags.h"
 
 namespace bsoil::scene {
 namespace {
@@ -43,6 +46,37 @@ urdf::ModelInterfaceSharedPtr parse(const std::string& xml, std::string& errors)
     }
     errors = messages.errors;
     return model;
+}
+
+/// An expanded file may still name xacro, in comments and as a namespace, but has no element of it.
+bool is_xacro(const std::string& xml) {
+    XmlTagReader tags(xml);
+    for (XmlTagReader::Tag tag; tags.next(tag);)
+        if (tag.text.starts_with("xacro:")) return true;
+    return false;
+}
+
+/// Leaves out each <material> of the robot's own whose name an earlier one has. urdfdom refuses the
+/// file for it; Bullet and ROS load it, and it only concerns colours.
+std::string without_repeated_materials(const std::string& xml) {
+    std::set<std::string> known;
+    std::string out;
+    size_t copied = 0, drop_from = std::string::npos;
+    int depth = 0;  // of the tag's parent: the robot's own elements lie at 1
+    XmlTagReader tags(xml);
+    for (XmlTagReader::Tag tag; tags.next(tag);) {
+        if (!tag.opens) --depth;
+        if (depth == 1 && tag.opens && is_element(tag.text, "material") &&
+            !known.insert(attribute(tag.text, "name")).second)
+            drop_from = tag.begin;
+        if (depth == 1 && tag.closes && drop_from != std::string::npos) {
+            out.append(xml, copied, drop_from - copied);
+            copied = tag.end;
+            drop_from = std::string::npos;
+        }
+        if (!tag.closes) ++depth;
+    }
+    return out.append(xml, copied);
 }
 
 size_t reachable_count(const urdf::Link& link) {
@@ -89,7 +123,14 @@ Result<urdf::ModelInterfaceSharedPtr> read_urdf(const std::string& path) {
     if (text.view().size() > kFileCapacity)
         return Error{fmt::format("{}: larger than {} MiB", path, kFileCapacity >> 20)};
     static const std::regex kOptionalEnvironment(R"(\$\(optenv\s+\w+\s+([^)]*)\))");
-    const std::string xml = std::regex_replace(text.str(), kOptionalEnvironment, "$1");
+    if (is_xacro(text.str()))
+        return Error{
+            fmt::format("{}: is a xacro file, which has to be expanded into a URDF first: xacro {} "
+                        "> robot.urdf "
+                        "(xacro comes with ROS; pip install xacro has it too)",
+                        path, path)};
+    const std::string xml =
+        without_repeated_materials(std::regex_replace(text.str(), kOptionalEnvironment, "$1"));
     std::string errors;
     urdf::ModelInterfaceSharedPtr model = parse(xml, errors);
     if (!model || !model->getRoot())

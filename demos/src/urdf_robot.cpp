@@ -38,6 +38,13 @@ const T* find_item(const std::vector<T>& items, std::string T::*name, const std:
     return found == items.end() ? nullptr : &*found;
 }
 
+/// A URDF's colours are those of the screen.
+Vec3 linear_color(const urdf::Color& c) {
+    constexpr double kScreenGamma = 2.2;
+    const auto linear = [](float v) { return std::pow(std::clamp<double>(v, 0, 1), kScreenGamma); };
+    return {linear(c.r), linear(c.g), linear(c.b)};
+}
+
 bool turns(const urdf::Joint& joint) {
     return joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::CONTINUOUS;
 }
@@ -70,6 +77,7 @@ class RobotBuilder {
         BodyItem body;
         MassSum mass;
         bool has_mass = false;  // any link with a mass of its own, be it 0
+        bool has_visual = false;
         std::vector<std::pair<const urdf::Joint*, Pose>> moving;  // joints that hang on it
     };
 
@@ -158,8 +166,14 @@ class RobotBuilder {
         if (is_limited(joint) && joint.limits->lower > joint.limits->upper)
             return error("joint \"{}\": the lower limit {} lies above the upper one, {}",
                          joint.name, joint.limits->lower, joint.limits->upper);
-        if (joint.dynamics && (joint.dynamics->damping != 0 || joint.dynamics->friction != 0))
-            warn("joint \"{}\": its damping and friction are left out", joint.name);
+        if (joint.dynamics) {
+            const double damping = joint.dynamics->damping, friction = joint.dynamics->friction;
+            if (!(damping >= 0 && friction >= 0 && std::isfinite(damping + friction)))
+                return error("joint \"{}\": damping {} and friction {} must be 0 or more",
+                             joint.name, damping, friction);
+            if (joint.type == urdf::Joint::PLANAR && damping + friction > 0)
+                warn("joint \"{}\" is planar: its damping and friction are left out", joint.name);
+        }
         return check_mimic(joint);
     }
 
@@ -233,6 +247,7 @@ class RobotBuilder {
             return add_children(merged.moving, world, "world");
         }
         BodyItem& body = merged.body;
+        if (!merged.has_visual) body.drawn.clear();
         if (!joint || joint->type == urdf::Joint::FLOATING) root_ = body.name;
         body.name = robot_.name + '/' + body.name;
         if (robot_.build == "multibody") body.multibody = robot_.name + '/' + root_;
@@ -293,6 +308,15 @@ class RobotBuilder {
         }
         if (body.name.empty() && (link.inertial || (item && item->mass_kg) || !solids.empty()))
             body.name = link.name;
+        std::vector<DrawnItem> drawn = visuals_of(link);
+        merged.has_visual |= !drawn.empty();
+        if (drawn.empty())
+            for (const ShapeItem& solid : solids) drawn.push_back({solid, {}, {1, 1, 1}});
+        for (DrawnItem& visual : drawn) {
+            visual.solid.pose = in_body * visual.solid.pose;
+            if (item && item->color) visual.solid.color = item->color;
+            body.drawn.push_back(std::move(visual));
+        }
         for (ShapeItem& solid : solids) {
             solid.pose = in_body * solid.pose;
             if (item) solid.color = item->color;
@@ -387,15 +411,37 @@ class RobotBuilder {
             item && item->has("collision") ? item->collision : robot_.collision;
         if (!collision.geometry || mode == "none") return Done{};
         ShapeItem solid;
+        if (collision.geometry->type == urdf::Geometry::MESH) {
+            const Status placed = place(collision.origin, link, "collision", solid);
+            if (!placed) return placed;
+            return add_mesh(static_cast<const urdf::Mesh&>(*collision.geometry), solid, mode, link,
+                            item, solids);
+        }
+        const Status made = make_primitive(*collision.geometry, collision.origin, link, solid);
+        if (!made) return made;
+        solids.push_back(std::move(solid));
+        return Done{};
+    }
+
+    Status place(const urdf::Pose& origin, const std::string& link, const char* what,
+                 ShapeItem& solid) const {
         solid.at = robot_.at;
-        solid.pose = to_pose(collision.origin);
+        solid.pose = to_pose(origin);
         if (!is_finite(solid.pose) || length(solid.pose.position) > kLargestLength)
-            return error("link \"{}\": its collision has no place", link);
+            return error("link \"{}\": its {} has no place", link, what);
+        return Done{};
+    }
+
+    /// A box, sphere or cylinder in the link's frame.
+    Status make_primitive(const urdf::Geometry& geometry, const urdf::Pose& origin,
+                          const std::string& link, ShapeItem& solid) const {
+        const Status placed = place(origin, link, "collision", solid);
+        if (!placed) return placed;
         const auto size_is_wrong = [](double x) { return !(x >= 1e-5 && x <= kLargestLength); };
-        switch (collision.geometry->type) {
+        switch (geometry.type) {
             case urdf::Geometry::BOX: {
                 solid.shape = "box";
-                solid.size_m = to_vec3(static_cast<const urdf::Box&>(*collision.geometry).dim);
+                solid.size_m = to_vec3(static_cast<const urdf::Box&>(geometry).dim);
                 const Vec3 s = solid.size_m;
                 if (size_is_wrong(s.x) || size_is_wrong(s.y) || size_is_wrong(s.z))
                     return error("link \"{}\": the box {} x {} x {} m is no solid", link, s.x, s.y,
@@ -404,12 +450,12 @@ class RobotBuilder {
             }
             case urdf::Geometry::SPHERE:
                 solid.shape = "sphere";
-                solid.radius_m = static_cast<const urdf::Sphere&>(*collision.geometry).radius;
+                solid.radius_m = static_cast<const urdf::Sphere&>(geometry).radius;
                 if (size_is_wrong(solid.radius_m))
                     return error("link \"{}\": the radius {} m is none", link, solid.radius_m);
                 break;
             case urdf::Geometry::CYLINDER: {
-                const auto& cylinder = static_cast<const urdf::Cylinder&>(*collision.geometry);
+                const auto& cylinder = static_cast<const urdf::Cylinder&>(geometry);
                 solid.shape = "cylinder";
                 solid.radius_m = cylinder.radius;
                 solid.height_m = cylinder.length;
@@ -421,11 +467,36 @@ class RobotBuilder {
                 break;
             }
             default:
-                return add_mesh(static_cast<const urdf::Mesh&>(*collision.geometry), solid, mode,
-                                link, item, solids);
+                return error("link \"{}\": a solid of no known kind", link);
         }
-        solids.push_back(std::move(solid));
         return Done{};
+    }
+
+    /// What pictures show of a link, in its frame: its <visual>s, without what cannot be drawn.
+    std::vector<DrawnItem> visuals_of(const urdf::Link& link) {
+        std::vector<DrawnItem> drawn;
+        for (const auto& visual : link.visual_array) {
+            if (!visual || !visual->geometry) continue;
+            DrawnItem item;
+            Status made = Done{};
+            if (visual->geometry->type == urdf::Geometry::MESH) {
+                const auto& mesh = static_cast<const urdf::Mesh&>(*visual->geometry);
+                made = place(visual->origin, link.name, "visual", item.solid);
+                const auto path = find_robot_mesh(mesh.filename, path_);
+                if (made && !path) made = Error{path.error()};
+                if (path) item.mesh_file = *path;
+                item.mesh_scale = to_vec3(mesh.scale);
+            } else {
+                made = make_primitive(*visual->geometry, visual->origin, link.name, item.solid);
+            }
+            if (!made) {
+                warn("link \"{}\": a visual is not drawn: {}", link.name, made.error());
+                continue;
+            }
+            if (visual->material) item.solid.color = linear_color(visual->material->color);
+            drawn.push_back(std::move(item));
+        }
+        return drawn;
     }
 
     Status add_mesh(const urdf::Mesh& mesh, ShapeItem solid, const std::string& mode,
@@ -490,6 +561,10 @@ class RobotBuilder {
                                             joint.name, item.start, lower, upper));
             (turns(joint) ? item.lower_rad : item.lower_m) = lower;
             (turns(joint) ? item.upper_rad : item.upper_m) = upper;
+        }
+        if (joint.dynamics) {
+            item.resisting_friction = joint.dynamics->friction;
+            item.resisting_damping = joint.dynamics->damping;
         }
         if (joint.mimic)
             item.mimic = JointMimic{robot_.name + '/' + joint.mimic->joint_name,

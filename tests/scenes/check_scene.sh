@@ -231,4 +231,131 @@ cli_frames() {
     done
 }
 
+cli_empty_scene() {
+    : >scene.toml
+    expect 2 run scene.toml --out out
+    expect_text '^scene\.toml.*a scene needs \[world\]: '
+}
+
+cli_mistyped_words() {
+    write_scene
+    expect 2 rum scene.toml --out out
+    expect_text '^unknown command `rum`; did you mean `run`\?$'
+    expect 2 run scene.toml --ot out
+    expect_text '^bsoil run: unknown option `--ot`; did you mean `--out`\?$'
+    expect 2 --verison
+    expect_text '^bsoil: unknown option `--verison`; did you mean `--version`\?$'
+    expect 2 xyzzy
+    expect_text '^unknown command `xyzzy`; see bsoil --help$'
+}
+
+cli_steps_zero() {
+    write_scene
+    expect 2 run scene.toml --out out --steps 0
+    expect_text '^--steps: 0 is too small, must be 1 or more$'
+}
+
+# Before the run, and not after it.
+cli_no_ffmpeg() {
+    write_scene
+    local without=$PWD/empty
+    mkdir empty
+    PATH=$without "$bsoil" run scene.toml --out out --video >log 2>&1
+    [[ $? == 2 ]] || fail 'a film without ffmpeg is not refused'
+    expect_text '^--video needs ffmpeg, .*--frames'
+    [[ ! -e out ]] || fail 'the run began'
+    # An ffmpeg that fails costs the film alone.
+    has_gl || return 0
+    printf '#!/bin/sh\nexit 1\n' >empty/ffmpeg
+    chmod +x empty/ffmpeg
+    PATH=$without:$PATH "$bsoil" run scene.toml --out out --backend cpu --video --steps 2 >log 2>&1
+    [[ $? == 2 ]] || fail 'a film that failed is not reported'
+    expect_text 'video\.mp4: ffmpeg failed'
+    local file
+    for file in summary.json telemetry.csv final.snapshot contact_sheet.png frames/00000.png; do
+        [[ -s out/$file ]] || fail "no $file"
+    done
+}
+
+cli_interrupted() {
+    write_scene
+    sed -i 's/duration_s = .*/duration_s = 36000/' scene.toml
+    "$bsoil" run scene.toml --backend cpu --out out >log 2>&1 &
+    local process=$! code=0
+    for ((i = 0; i < 300; ++i)); do # until it steps
+        [[ -e out/telemetry.csv ]] && break
+        sleep 0.1
+    done
+    kill -INT "$process"
+    wait "$process" || code=$?
+    [[ $code == 130 ]] || fail "exit code $code, wanted 130"
+    expect_text '^interrupted at step [0-9]+; what there is is written to out$'
+    grep -q '"interrupted": true' out/summary.json || fail 'the summary does not say so'
+    [[ -s out/final.snapshot ]] || fail 'no snapshot'
+    if has_gl; then [[ -s out/contact_sheet.png ]] || fail 'no picture'; fi
+}
+
+# What does not fit on the disk is named, and the rest is written.
+cli_full_disk() {
+    write_scene
+    local file
+    for file in telemetry.csv summary.json; do
+        rm -rf out
+        mkdir out
+        ln -s /dev/full "out/$file"
+        expect 2 run scene.toml --out out --no-pictures
+        expect_text "^out/$file: cannot be written whole"
+        [[ -s out/final.snapshot ]] || fail "$file: no snapshot"
+    done
+    has_gl || return 0
+    rm -rf out
+    mkdir out
+    ln -s /dev/full out/contact_sheet.png
+    expect 2 run scene.toml --backend cpu --out out --steps 2
+    expect_text '^out/contact_sheet\.png: cannot be written whole'
+    [[ -s out/summary.json ]] || fail 'no summary'
+}
+
+# write_ball X LINE: a ball over the block of sand, at x.
+write_ball() {
+    write_scene
+    cat >>scene.toml <<END
+
+[[body]]
+name = "ball"
+shape = "sphere"
+radius_m = 0.1
+mass_kg = 1
+position_m = [$1, 0, 0.6]
+$2
+END
+}
+
+cli_starts_outside() {
+    write_ball 5 ''
+    expect 0 run scene.toml --out out --no-pictures
+    expect_text '^scene\.toml:14:1: body `ball` starts outside the soil.s box'
+    write_ball 0 ''
+    expect 0 run scene.toml --out out --no-pictures
+    ! grep -q 'starts outside' log || fail 'a body inside is said to start outside'
+}
+
+# Which body, where and when, once.
+cli_conditions() {
+    write_ball 0 'velocity_m_s = [5, 0, 0]'
+    expect 0 run scene.toml --out out --no-pictures
+    expect_text '^body_outside_grid: .* \[body ball, at \(0\.[0-9]+, 0\.00, 0\.[0-9]+\) m, step [0-9]+, 0\.[0-9]+ s\]$'
+    (($(grep -c body_outside_grid log) == 1)) || fail 'more than once'
+    grep -A4 '"name": "body_outside_grid"' out/summary.json | grep -q '"body": "ball"' || fail 'not in the summary'
+}
+
+cli_software_gl() {
+    has_gl || skip 'no OpenGL'
+    "$bsoil" info | grep -q '^  + .*(software)' || skip 'no software OpenGL'
+    ! "$bsoil" info | grep '^  + ' | sed 1d | grep -qv '(software)' || skip 'a GPU is there' # the first is the CPU
+    write_scene
+    expect 0 run scene.toml --out out --no-pictures --backend gl --steps 1
+    expect_text '^no GPU here: OpenGL runs in software .*--backend cpu'
+}
+
 "$test_case" "$@"

@@ -12,6 +12,8 @@
 
 #include "bullet_file.h"
 #include "data_files.h"
+#include "scene_load.h"
+#include "scene_run.h"
 
 namespace bsoil::scene {
 namespace {
@@ -130,6 +132,38 @@ TEST_F(BulletFileTest, bodies_and_constraints_come_through_and_go_again) {
     }
     EXPECT_EQ(w.world.getNumCollisionObjects(), 0);
     EXPECT_EQ(w.world.getNumConstraints(), 0);
+}
+
+TEST_F(BulletFileTest, a_scene_takes_one_with_its_bodies_by_name) {
+    write_world(path, false);
+    const auto scene = parse_scene(
+        "[world]\nduration_s = 1\n"
+        "[soil]\nsize_m = [3, 3, 1.5]\nvoxel_m = 0.1\n"
+        "[[fill]]\nkind = \"box\"\nmin_m = [-1.5, -1.5, 0]\nmax_m = [1.5, 1.5, 0.4]\n"
+        "[[bullet_file]]\nname = \"yard\"\nfile = \"" +
+            path +
+            "\"\nposition_m = [0.1, 0, -0.3]\n"
+            "[[check]]\nkind = \"body_at_rest\"\nbody = \"yard/ball\"\nby_s = 0.9\n",
+        "s.toml");
+    ASSERT_TRUE(scene) << scene.error();
+    ASSERT_EQ(scene->bodies.size(), 3u);
+    const BodyItem* ball = scene->find_body("yard/ball");
+    ASSERT_TRUE(ball);
+    EXPECT_NEAR(ball->mass_kg, 5, 1e-6);
+    EXPECT_NEAR(length(ball->pose.position - Vec3{0.1, 1, 0.9}), 0, 1e-6);
+    double reach_m = 0;  // of the picture's surface
+    for (const Vec3 p : ball->shape.mesh->vertices) reach_m = std::max(reach_m, length(p));
+    EXPECT_NEAR(reach_m, 0.2, 0.02);
+
+    auto run = SceneRun::create(*scene, {.backend = Backend::cpu});
+    ASSERT_TRUE(run) << run.error();
+    const SceneBody* body = (*run)->bullet().find_body("yard/ball");
+    ASSERT_TRUE(body && body->body);
+    EXPECT_NEAR(length(body->pose().position - ball->pose.position), 0, 1e-6);
+    while (!(*run)->finished()) (*run)->step();
+    // It fell onto the sand, a few centimetres into it, and not through it onto the plane.
+    EXPECT_LT(body->pose().position.z, 0.62);
+    EXPECT_GT(body->pose().position.z, 0.45);
 }
 
 TEST_F(BulletFileTest, multibodies_come_through_and_go_again) {

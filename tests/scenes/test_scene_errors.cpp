@@ -68,7 +68,7 @@ TEST(SceneErrors, number_out_of_range_gives_the_range) {
 TEST(SceneErrors, missing_key_names_it) {
     EXPECT_NE(errors_of("[world]\n").find("s.toml:1:1: [world] needs `duration_s`"),
               std::string::npos);
-    EXPECT_NE(errors_of("title = \"x\"\n").find("needs `world`"), std::string::npos);
+    EXPECT_NE(errors_of("title = \"x\"\n").find("a scene needs [world]: "), std::string::npos);
     expect_error("[[body]]\nname = \"a\"\nshape = \"sphere\"\n",
                  "s.toml:3:1: [body] needs `radius_m`");
 }

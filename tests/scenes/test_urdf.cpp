@@ -138,6 +138,48 @@ TEST_P(UrdfRobot, pendulum_swings_with_its_period) {
     EXPECT_NEAR(w->joints()[0].position / kDegree, 85, 0.3);
 }
 
+TEST_P(UrdfRobot, damping_of_a_joint_slows_a_falling_rod) {
+    const auto w = world(urdf(link("world", "") + rod("arm", "2") +
+                              joint("pivot", "continuous", "world", "arm",
+                                    "<dynamics damping=\"50\" friction=\"0\"/>")),
+                         kWorld + robot());
+    ASSERT_TRUE(w);
+    EXPECT_TRUE(scene_.warnings.empty());
+    run_to(*w, 1);
+    // c theta' = m g d cos(theta), inertia aside: theta = 2 atan(tanh(m g d t / 2 c)). The inertia,
+    // 1.5 kg m2, costs about its time constant, 0.03 s, of the way.
+    const double way = 2 * std::atan(std::tanh(2 * 9.81 * 0.5 / (2 * 50)));
+    EXPECT_NEAR(w->joints()[0].position, way * (1 - 0.03), 0.01 * way);
+}
+
+TEST_P(UrdfRobot, friction_of_a_joint_holds_or_slows_a_rod) {
+    const auto angle_after = [&](const char* friction) {
+        const auto w = world(urdf(link("world", "") + rod("arm", "2") +
+                                  joint("pivot", "continuous", "world", "arm",
+                                        std::string("<dynamics friction=\"") + friction + "\"/>")),
+                             kWorld + robot());
+        run_to(*w, 0.2);
+        return w->joints()[0].position;
+    };
+    EXPECT_NEAR(angle_after("12"), 0, 1e-4);  // the weight's moment is 9.81 N m
+    // I theta'' = 9.81 - 4.9 N m while the rod is about level: I = 1 + 2 * 0.5^2 kg m2. Substeps of
+    // 1/240 s add 2 %.
+    EXPECT_NEAR(angle_after("4.905"), 0.5 * 4.905 / 1.5 * 0.2 * 0.2, 0.03 * 0.0654);
+}
+
+TEST_P(UrdfRobot, damping_of_a_slider_gives_a_falling_speed) {
+    const auto w =
+        world(urdf(link("world", "") + rod("box", "2") +
+                   "<joint name=\"rail\" type=\"prismatic\"><parent link=\"world\"/><child "
+                   "link=\"box\"/><axis xyz=\"0 0 1\"/><limit lower=\"-9\" upper=\"9\" "
+                   "effort=\"1\" velocity=\"1\"/><dynamics damping=\"100\"/></joint>"),
+              kWorld + robot());
+    ASSERT_TRUE(w);
+    run_to(*w, 1);
+    // m g / c, reached with the time constant m / c.
+    EXPECT_NEAR(w->joints()[0].position, -2 * 9.81 / 100 * (1 - 0.02), 0.002);
+}
+
 TEST_P(UrdfRobot, motor_follows_positions_within_its_velocity_and_stops_at_the_limit) {
     const auto w =
         world(urdf(rod("base") + rod("arm") + joint("j", "revolute", "base", "arm", kLimits)),
@@ -410,6 +452,75 @@ TEST(UrdfErrors, broken_files_name_the_file) {
                  "j");
     expect_error(urdf(rod("a") + rod("b") + joint("j", "screw", "a", "b")), kWorld + kRobot,
                  "screw");
+}
+
+TEST(UrdfErrors, a_xacro_file_is_told_apart) {
+    expect_error("<robot name=\"r\" xmlns:xacro=\"http://ros.org/wiki/xacro\"><xacro:a/></robot>",
+                 kWorld + kRobot,
+                 "is a xacro file, which has to be expanded into a URDF first: xacro ");
+}
+
+TEST(Urdf, a_file_that_xacro_has_expanded_is_a_urdf) {
+    const Folder folder;
+    const auto scene = scene_of(folder,
+                                "<!-- <xacro:include filename='a'/> -->"
+                                "<robot name=\"r\" xmlns:xacro=\"http://ros.org/wiki/xacro\">" +
+                                    rod("a") + "</robot>",
+                                kWorld + kRobot);
+    EXPECT_TRUE(scene) << scene.error();
+}
+
+TEST(UrdfErrors, damping_and_friction_are_not_negative) {
+    for (const char* dynamics : {"<dynamics damping=\"-1\"/>", "<dynamics friction=\"-1\"/>"})
+        expect_error(
+            urdf(rod("a") + rod("b") + joint("j", "revolute", "a", "b", kLimits + dynamics)),
+            kWorld + kRobot, "joint \"j\": damping ");
+}
+
+TEST(Urdf, the_same_material_twice_is_no_fault) {
+    const std::string red = "<material name=\"red\"><color rgba=\"1 0 0 1\"/></material>\n";
+    const std::string visual =
+        "<visual><geometry><sphere radius=\"0.5\"/></geometry><material name=\"red\"/></visual>";
+    for (const std::string& again : {red, std::string("<!-- <material name='red'> -->") + red,
+                                     std::string("<material name='red'/>")}) {
+        const Folder folder;
+        const auto scene = scene_of(
+            folder, urdf(red + again + link("a", inertial("1") + kBox + visual)), kWorld + kRobot);
+        ASSERT_TRUE(scene) << scene.error();
+        ASSERT_EQ(scene->bodies.size(), 1u);
+        ASSERT_EQ(scene->bodies[0].drawn.size(), 1u);
+        EXPECT_EQ(scene->bodies[0].drawn[0].solid.color->x, 1);
+        EXPECT_EQ(scene->bodies[0].drawn[0].solid.color->y, 0);
+    }
+}
+
+TEST(Urdf, pictures_show_the_visuals_and_else_the_solids) {
+    const Folder folder;
+    folder.write("shell.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    const auto scene = scene_of(
+        folder,
+        urdf(rod("a") +
+             link("b", inertial("1") + kBox +
+                           "<visual><origin xyz=\"0 0 2\"/><geometry><mesh "
+                           "filename=\"shell.obj\" scale=\"2 2 2\"/></geometry></visual>") +
+             link("c", inertial("1") + kBox +
+                           "<visual><geometry><mesh filename=\"gone.obj\"/></geometry></visual>") +
+             joint("ab", "fixed", "a", "b") + joint("ac", "revolute", "a", "c", kLimits)),
+        kWorld + kRobot);
+    ASSERT_TRUE(scene) << scene.error();
+    ASSERT_EQ(scene->bodies.size(), 2u);
+    // Of the links that became one body the first shows its solid, the second its visual.
+    const std::vector<DrawnItem>& drawn = scene->bodies[0].drawn;
+    ASSERT_EQ(drawn.size(), 2u);
+    EXPECT_EQ(drawn[0].solid.shape, "box");
+    EXPECT_TRUE(drawn[1].mesh_file.ends_with("shell.obj"));
+    EXPECT_EQ(drawn[1].mesh_scale.x, 2);
+    EXPECT_NEAR(length(drawn[1].solid.pose.position - Vec3{1, 0, 2}), 0, 1e-12);
+    EXPECT_TRUE(scene->bodies[1].drawn.empty());
+    ASSERT_EQ(scene->warnings.size(), 1u);
+    EXPECT_NE(scene->warnings[0].find("a visual is not drawn: the mesh \"gone.obj\" is not there"),
+              std::string::npos)
+        << scene->warnings[0];
 }
 
 TEST(UrdfErrors, loops_are_refused) {

@@ -1,0 +1,16 @@
+/// What a command line says that no command knows, and ranges of numbers in plain words.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+namespace bsoil::command {
+
+/// Names the first word that is no command, or no option of the command before it, with what was
+/// probably meant. Empty where every word is known.
+std::string unknown_word(const CLI::App& app, int argument_count, const char* const* arguments);
+
+/// Accepts numbers of at least `least`: "0 is too small, must be 1 or more".
+CLI::Validator at_least(double least);
+
+}  // namespace bsoil::command
