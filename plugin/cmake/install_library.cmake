@@ -38,6 +38,29 @@ function(bulletsoil_install_library target name)
   install(EXPORT BulletSoil_${name} NAMESPACE BulletSoil:: DESTINATION ${BULLETSOIL_CMAKE_DIR} COMPONENT development)
 endfunction()
 
+# bulletsoil_check_built_before_install(<component> TARGETS <names>... [SHARED_TARGETS <names>...])
+#
+# To be called before anything is installed: where one of the targets (that exist; `soil` stands for bulletsoil_soil) has not
+# been built, as after demos/run.sh, the installation ends with a sentence instead of half-way.
+function(bulletsoil_check_built_before_install component)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "TARGETS;SHARED_TARGETS")
+  if(BUILD_SHARED_LIBS)
+    list(APPEND arg_TARGETS ${arg_SHARED_TARGETS})
+  endif()
+  set(files "")
+  foreach(name IN LISTS arg_TARGETS)
+    foreach(target ${name} bulletsoil_${name})
+      string(APPEND files " \"$<$<TARGET_EXISTS:${target}>:$<TARGET_FILE:${target}>>\"")
+    endforeach()
+  endforeach()
+  install(CODE "
+foreach(file IN ITEMS${files})
+  if(file AND NOT EXISTS \"\${file}\")
+    message(FATAL_ERROR \"\${file} is not built, so nothing was installed; build everything first: cmake --build ${PROJECT_BINARY_DIR}\")
+  endif()
+endforeach()" COMPONENT ${component})
+endfunction()
+
 # bulletsoil_install_headers(<folder>): what lies in it goes to include/.
 function(bulletsoil_install_headers folder)
   install(DIRECTORY ${folder}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development FILES_MATCHING PATTERN "*.h")

@@ -118,7 +118,7 @@ headers() {
     enter headers
     local flags header
     while IFS= read -r header; do
-        case $header in */result.h | */geometry.h | */limits.h | */body.h | */precision.h) continue ;; esac # inline only
+        case $header in */result.h | */geometry.h | */limits.h | */cxx20.h | */body.h | */precision.h) continue ;; esac # inline only
         grep -q 'visibility push(default)' "$header" || fail "$header: put visibility push(default) before its namespace"
         [[ $header != */bsoil/bullet/* ]] || grep -q 'inline BSOIL_BULLET_PRECISION {' "$header" ||
             fail "$header: its namespace is bsoil::bullet::inline BSOIL_BULLET_PRECISION, see bsoil/bullet/precision.h"
@@ -135,6 +135,31 @@ headers() {
     done <all.cpp
     printf '#include <bsoil/c/bulletsoil.h>\nint nothing;\n' >one.c
     must cc -std=c99 -fsyntax-only -Wall -Wextra -Wpedantic -Werror "-I$prefix/include" one.c
+}
+
+# What is not built is not half installed.
+unbuilt() {
+    enter unbuilt
+    must cmake -S "$source_dir" -B build -DBULLETSOIL_TESTS=OFF
+    must_fail 'is not built, so nothing was installed; build everything first: cmake --build' \
+        cmake --install build --prefix "$PWD/installed"
+    [[ -z $(find installed -type f 2>/dev/null) ]] || fail "installed: $(find installed -type f)"
+}
+
+# A host that compiles for an older C++ reads one sentence, whatever it includes first.
+old_standard() {
+    use_prefix
+    enter old_standard
+    local flags header
+    flags=$(pkg-config --cflags bulletsoil-bullet bulletsoil-render) || fail "pkg-config"
+    while IFS= read -r header; do
+        header=${header#"$prefix/include/"}
+        case $header in bsoil/c/* | bsoil/limits.h | bsoil/version.h) continue ;; esac # any C++
+        printf '#include <%s>\n' "$header" >one.cpp
+        # shellcheck disable=SC2086
+        must_fail 'BulletSoil needs C\+\+20: compile with -std=c\+\+20' c++ -std=c++17 -fsyntax-only $flags one.cpp
+        (($(grep -c 'error:' log) == 2)) || fail "$header: more than the sentence and the end: $(cat log)"
+    done < <(find "$prefix/include" -name '*.h')
 }
 
 # What shared libraries export: the project's own names, those of a bridge with its precision, nothing of what they use.
@@ -216,7 +241,8 @@ tutorial() {
     use_prefix
     export PATH=$prefix/bin:$PATH CMAKE_PREFIX_PATH=$prefix
     enter tutorial
-    local page=docs/tutorial.md blocks name
+    local page=docs/tutorial.md blocks name mode=compare
+    [[ ${1:-} == update ]] && mode=update # writes what programs print into the page
     blocks=$(grep -cE '^```[a-z]' "$source_dir/$page")
     ((blocks - $(grep -c '^```text' "$source_dir/$page") == $(grep -c '^<!-- tested as ' "$source_dir/$page"))) ||
         fail "$page has blocks of code that are not tested"
@@ -235,6 +261,8 @@ tutorial() {
         [[ -s out/wheel/$name ]] || fail "bsoil run left no $name"
     done
     [[ ! -e 7.sh ]] || fail "commands that are not run"
+    "$source_dir/tests/install/printed_blocks.sh" "$source_dir/$page" "$mode" || fail "$page says otherwise; write it
+anew: tests/install/check_install.sh SOURCE SCRATCH tutorial update, once SCRATCH holds what \`prefix\` installs"
     ! ./wheel | grep -E '^(status|refused)' || fail "$page says that nothing is printed"
 }
 
