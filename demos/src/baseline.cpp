@@ -6,6 +6,8 @@
 #include <cmath>
 #include <filesystem>
 
+#include "text_file.h"
+
 namespace bsoil::scene {
 namespace {
 
@@ -43,7 +45,32 @@ void compare(const std::string& where, const Json& expected, const Json& found, 
     }
 }
 
+/// Of a baseline file: bytes, and values inside each other. One of ours is 4 deep.
+constexpr size_t kFileCapacity = size_t{64} << 20;
+constexpr int kDepthCapacity = 16;
+
 }  // namespace
+
+Result<Json> read_baseline(const std::string& path) {
+    std::error_code ignored;
+    if (!std::filesystem::exists(path, ignored)) return Error{path + ": not there"};
+    const auto text = read_file(path, kFileCapacity);
+    if (!text) return Error{text.error()};
+    bool is_deep = false;
+    const auto stay_flat = [&](int depth, Json::parse_event_t, Json&) {
+        is_deep |= depth > kDepthCapacity;
+        return !is_deep;
+    };
+    Json json = Json::parse(*text, stay_flat, false);
+    if (is_deep)
+        return Error{
+            fmt::format("{}: values inside each other more than {} deep", path, kDepthCapacity)};
+    if (!json.is_object()) return Error{path + ": is no baseline"};
+    if (json.contains("steps") &&
+        (!json["steps"].is_number_integer() || json["steps"].get<int64_t>() < 0))
+        return Error{path + ": its \"steps\" are no number of steps"};
+    return json;
+}
 
 std::vector<double> sample_moments_s(const SceneRun& run) {
     const double end_s = static_cast<double>(run.step_target()) * run.step_s();

@@ -31,6 +31,10 @@ class BaselineRecorder {
     nlohmann::ordered_json trajectory_;
 };
 
+/// A baseline's file. Error: it cannot be read, is none, or holds values inside each other deeper
+/// than any baseline does.
+Result<nlohmann::ordered_json> read_baseline(const std::string& path);
+
 /// Every difference, one a line: where it is, both values and by how much. Numbers may differ by
 /// `tolerance` times the larger of 1 and the expected value; with a tolerance above 0 checksums are
 /// not compared.

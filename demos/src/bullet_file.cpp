@@ -9,140 +9,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
-#include <fstream>
 #include <set>
-#include <string_view>
 
 #include "scene_shapes.h"
+#include "text_file.h"
 
 namespace bsoil::scene {
 namespace {
 
-// The file: 12 bytes "BULLETf-v324" (f or d: precision; - or _: pointers of 8 or 4 bytes; v: little
-// endian), then blocks of code, size, old address, structure, count and content; the block DNA1
-// describes the structures.
-constexpr size_t kHeadBytes = 12;
-constexpr std::string_view kMagic = "BULLET";
-
-/// Reads on in a part of a file, never beyond it.
-class Cursor {
-  public:
-    explicit Cursor(std::string_view bytes) : bytes_(bytes) {}
-    bool good() const { return good_; }
-    bool at_end() const { return at_ == bytes_.size(); }
-    template <typename T>
-    T get() {
-        T value{};
-        const std::string_view raw = get(sizeof(T));
-        if (good_) std::memcpy(&value, raw.data(), sizeof(T));
-        return value;
-    }
-    std::string_view get(size_t size) {
-        if (size > bytes_.size() - at_) {
-            good_ = false;
-            return {};
-        }
-        at_ += size;
-        return bytes_.substr(at_ - size, size);
-    }
-    void expect(std::string_view tag) { good_ = get(tag.size()) == tag && good_; }
-    void skip_string() {
-        const size_t end = bytes_.find('\0', at_);
-        good_ = good_ && end != std::string_view::npos;
-        if (good_) at_ = end + 1;
-    }
-    void align() { get((4 - at_ % 4) % 4); }
-
-  private:
-    std::string_view bytes_;
-    size_t at_ = 0;
-    bool good_ = true;
-};
-
-/// Sizes of the structures that a DNA block describes, by number; empty when it is damaged.
-std::vector<size_t> structure_sizes(std::string_view dna) {
-    Cursor in(dna);
-    in.expect("SDNA");
-    in.expect("NAME");
-    const auto name_count = in.get<uint32_t>();
-    for (uint32_t i = 0; i < name_count && in.good(); ++i) in.skip_string();
-    in.align();
-    in.expect("TYPE");
-    const auto type_count = in.get<uint32_t>();
-    for (uint32_t i = 0; i < type_count && in.good(); ++i) in.skip_string();
-    in.align();
-    in.expect("TLEN");
-    std::vector<size_t> lengths;
-    for (uint32_t i = 0; i < type_count && in.good(); ++i) lengths.push_back(in.get<uint16_t>());
-    in.align();
-    in.expect("STRC");
-    const auto structure_count = in.get<uint32_t>();
-    std::vector<size_t> sizes;
-    for (uint32_t i = 0; i < structure_count && in.good(); ++i) {
-        const auto type = in.get<uint16_t>(), fields = in.get<uint16_t>();
-        if (!in.good() || type >= lengths.size()) return {};
-        sizes.push_back(lengths[type]);
-        for (uint16_t f = 0; f < fields && in.good(); ++f) {
-            const auto field_type = in.get<uint16_t>(), field_name = in.get<uint16_t>();
-            if (field_type >= type_count || field_name >= name_count) return {};
-        }
-    }
-    return in.good() ? sizes : std::vector<size_t>{};
-}
-
-struct Block {
-    std::string_view code, content;
-    int32_t structure = 0, count = 0;
-};
-
-Result<std::string> read_file(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    std::string bytes{std::istreambuf_iterator<char>(file), {}};
-    if (!file) return Error{path + ": cannot be read"};
-    return bytes;
-}
-
-Result<BulletFileContent> check_bytes(const std::string& bytes, const std::string& path) {
-    const Error damaged{path + ": is damaged or cut short"};
-    if (bytes.size() < kHeadBytes || !std::string_view(bytes).starts_with(kMagic))
-        return Error{path + ": is not a .bullet file"};
-    if (bytes[8] != 'v') return Error{path + ": is big endian, which is not supported"};
-    if ((bytes[6] != 'f' && bytes[6] != 'd') || (bytes[7] != '-' && bytes[7] != '_'))
-        return damaged;
-    std::vector<Block> blocks;
-    std::string_view dna;
-    Cursor in(std::string_view(bytes).substr(kHeadBytes));
-    while (!in.at_end() && in.good() && dna.empty()) {
-        Block block;
-        block.code = in.get(4);
-        const auto size = in.get<int32_t>();
-        in.get(bytes[7] == '-' ? 8 : 4);
-        block.structure = in.get<int32_t>();
-        block.count = in.get<int32_t>();
-        if (!in.good() || size < 0) return damaged;
-        block.content = in.get(static_cast<size_t>(size));
-        (block.code == "DNA1" ? dna = block.content : (blocks.push_back(block), dna));
-    }
-    const std::vector<size_t> sizes = structure_sizes(dna);
-    if (!in.good() || sizes.empty()) return damaged;
-    BulletFileContent content;
-    for (const Block& block : blocks) {
-        // Names are of no structure; Bullet leaves them alone.
-        if (block.structure < (block.code == "ARAY" ? -1 : 0) || block.count < 0 ||
-            block.structure >= static_cast<int32_t>(sizes.size()))
-            return damaged;
-        const size_t item = block.structure < 0 ? 0 : sizes[static_cast<size_t>(block.structure)];
-        if (static_cast<size_t>(block.count) * item > block.content.size()) return damaged;
-        if (block.code == "RBDY") ++content.rigid_body_count;
-        if (block.code == "COBJ") ++content.collision_object_count;
-        if (block.code == "CONS") ++content.constraint_count;
-        if (block.code == "MBDY") ++content.multibody_count;
-        if (block.code == "MBLC") ++content.link_collider_count;
-        if (block.code == "SBDY") ++content.soft_body_count;
-    }
-    return content;
-}
+/// Bytes of a file.
+constexpr size_t kFileCapacity = size_t{256} << 20;
 
 /// Bullet's importer, placing bodies where they are wanted.
 template <typename Base>
@@ -167,18 +43,20 @@ class PlacingImporter final : public Base {
 }  // namespace
 
 Result<BulletFileContent> check_bullet_file(const std::string& path) {
-    const auto bytes = read_file(path);
+    auto bytes = read_file(path, kFileCapacity);
     if (!bytes) return Error{bytes.error()};
-    return check_bytes(*bytes, path);
+    auto content = check_bullet_bytes(*bytes);
+    if (!content) return Error{path + ": " + content.error()};
+    return content;
 }
 
 Result<std::unique_ptr<BulletFile>> BulletFile::load(const std::string& path,
                                                      btDiscreteDynamicsWorld& world,
                                                      const btTransform& pose) {
-    auto bytes = read_file(path);
+    auto bytes = read_file(path, kFileCapacity);
     if (!bytes) return Error{bytes.error()};
-    const auto content = check_bytes(*bytes, path);
-    if (!content) return Error{content.error()};
+    const auto content = check_bullet_bytes(*bytes);
+    if (!content) return Error{path + ": " + content.error()};
     std::unique_ptr<BulletFile> file(new BulletFile);
     auto* multibody_world = dynamic_cast<btMultiBodyDynamicsWorld*>(&world);
     const int multibodies_before = multibody_world ? multibody_world->getNumMultibodies() : 0;

@@ -10,6 +10,7 @@
 #include "bsoil/geometry.h"
 #include "bsoil/result.h"
 #include "bsoil/soil_def.h"
+#include "bullet_file_check.h"
 
 class btBulletWorldImporter;
 class btMultiBody;
@@ -18,18 +19,8 @@ class btMultiBodyLinkCollider;
 
 namespace bsoil::scene {
 
-/// Objects of each kind, counted in the file itself.
-struct BulletFileContent {
-    int rigid_body_count = 0, collision_object_count = 0, constraint_count = 0;
-    int multibody_count = 0, link_collider_count = 0, soft_body_count = 0;
-};
-
-/// Reads a file's table of contents and checks what can be checked without Bullet: magic, byte
-/// order, that every block and the description of its structures lie within the file and fit each
-/// other. Bullet's own reader checks nothing of that and crashes. What it does not check either,
-/// and this cannot: pointers from one block to another of the wrong kind, and numbers (a NaN, a
-/// count of points). So a file made by accident is refused, one made by an adversary may still do
-/// harm: load files of people you trust. Error: names the file and what is wrong with it.
+/// Checks a file and says what is in it; see check_bullet_bytes(). Error: names the file and what
+/// is wrong with it.
 Result<BulletFileContent> check_bullet_file(const std::string& path);
 
 /// A rigid body of a file, for who only wants to know of it.

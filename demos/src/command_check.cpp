@@ -37,13 +37,12 @@ int write_baseline(const std::string& path, const nlohmann::ordered_json& json) 
 int check(CheckArguments& arguments) {
     nlohmann::ordered_json expected;
     if (!arguments.update) {
-        std::ifstream file(arguments.baseline);
-        expected = nlohmann::ordered_json::parse(file, nullptr, false);
-        if (expected.is_discarded()) {
-            fmt::print(stderr, "{}: not there or not JSON; --update writes it\n",
-                       arguments.baseline);
+        auto read = scene::read_baseline(arguments.baseline);
+        if (!read) {
+            fmt::print(stderr, "{}; --update writes one\n", read.error());
             return kCouldNotRun;
         }
+        expected = std::move(*read);
         if (expected.contains("steps") && arguments.opened.step_count == 0)
             arguments.opened.step_count = expected["steps"].get<long long>();
     }

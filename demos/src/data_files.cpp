@@ -1,14 +1,42 @@
 #include "data_files.h"
 
+#include <assimp/BaseImporter.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <assimp/Importer.hpp>
+#include <cctype>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
 
+#include "bsoil/limits.h"
+#include "text_file.h"
+#include "xml_check.h"
+
+namespace bsoil::scene {
+namespace {
+
+/// Bytes of one buffer of a picture's reader: the pixels of the largest picture, as bytes, twice
+/// over. Compressed data can stand for a thousand times its own size.
+constexpr size_t kPictureBytes = size_t{512} << 20;
+
+void* allocate_picture(size_t bytes) {
+    return bytes > kPictureBytes ? nullptr : std::malloc(bytes);
+}
+void* reallocate_picture(void* old, size_t bytes) {
+    return bytes > kPictureBytes ? nullptr : std::realloc(old, bytes);
+}
+
+}  // namespace
+}  // namespace bsoil::scene
+
+#define STBI_MALLOC(bytes) bsoil::scene::allocate_picture(bytes)
+#define STBI_REALLOC(old, bytes) bsoil::scene::reallocate_picture(old, bytes)
+#define STBI_FREE(old) std::free(old)
 #define STB_IMAGE_STATIC
 #define STB_IMAGE_IMPLEMENTATION
 #define STBI_ONLY_PNG
@@ -23,11 +51,38 @@ namespace fs = std::filesystem;
 
 namespace {
 
-void append_node(const aiScene& file, const aiNode& node, const aiMatrix4x4& parent,
+/// Bytes of a mesh file.
+constexpr size_t kMeshCapacity = size_t{256} << 20;
+/// Of all meshes of a file as often as its nodes show them: a part of a small file can be shown
+/// over and over.
+constexpr size_t kVertexCapacity = 20'000'000;
+/// Pixels along a side and altogether, and bytes of a picture once unpacked.
+constexpr int kPictureSideMax = limits::kHeightMapSideMax;
+constexpr int64_t kPixelCapacity = int64_t{8193} * 8193;
+
+/// Leaves an importer the format of one extension: assimp has dozens, and takes a file for what it
+/// looks like, whatever its name.
+void leave_only(Assimp::Importer& importer, const std::string& extension) {
+    std::vector<Assimp::BaseImporter*> others;
+    for (size_t i = 0; i < importer.GetImporterCount(); ++i)
+        if (Assimp::BaseImporter* one = importer.GetImporter(i);
+            one != importer.GetImporter(extension.c_str()))
+            others.push_back(one);
+    for (Assimp::BaseImporter* one : others) {
+        importer.UnregisterLoader(one);
+        delete one;  // which the importer has let go of
+    }
+}
+
+/// False where there would be too many vertices.
+bool append_node(const aiScene& file, const aiNode& node, const aiMatrix4x4& parent,
                  TriangleMesh& mesh) {
     const aiMatrix4x4 to_file = parent * node.mTransformation;
     for (unsigned m = 0; m < node.mNumMeshes; ++m) {
         const aiMesh& part = *file.mMeshes[node.mMeshes[m]];
+        if (part.mNumVertices > kVertexCapacity - mesh.vertices.size() ||
+            part.mNumFaces > kVertexCapacity - mesh.triangles.size())
+            return false;
         const int first = static_cast<int>(mesh.vertices.size());
         for (unsigned v = 0; v < part.mNumVertices; ++v) {
             const aiVector3D p = to_file * part.mVertices[v];
@@ -42,7 +97,8 @@ void append_node(const aiScene& file, const aiNode& node, const aiMatrix4x4& par
         }
     }
     for (unsigned c = 0; c < node.mNumChildren; ++c)
-        append_node(file, *node.mChildren[c], to_file, mesh);
+        if (!append_node(file, *node.mChildren[c], to_file, mesh)) return false;
+    return true;
 }
 
 }  // namespace
@@ -68,7 +124,19 @@ std::string find_file(const std::string& name, const std::string& scene_path) {
 }
 
 Result<TriangleMesh> read_mesh(const std::string& path) {
+    std::string extension = fs::path(path).extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (extension != ".obj" && extension != ".stl" && extension != ".dae")
+        return Error{path + ": is none of OBJ, STL and DAE by its name"};
+    const auto bytes = read_file(path, kMeshCapacity);
+    if (!bytes) return Error{bytes.error()};
+    if (extension == ".dae") {
+        for (const Status& status : {check_xml_depth(*bytes), check_node_instances(*bytes)})
+            if (!status) return Error{path + ": " + status.error()};
+    }
     Assimp::Importer importer;
+    leave_only(importer, extension);
     // Joined vertices make a closed mesh closed; without the up-axis hint a DAE is turned to y up
     // on its own.
     importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
@@ -79,7 +147,8 @@ Result<TriangleMesh> read_mesh(const std::string& path) {
         path, aiProcess_Triangulate | aiProcess_RemoveComponent | aiProcess_JoinIdenticalVertices);
     if (!file || !file->mRootNode) return Error{path + ": " + importer.GetErrorString()};
     TriangleMesh mesh;
-    append_node(*file, *file->mRootNode, aiMatrix4x4(), mesh);
+    if (!append_node(*file, *file->mRootNode, aiMatrix4x4(), mesh))
+        return Error{fmt::format("{}: more than {} vertices", path, kVertexCapacity)};
     if (mesh.triangles.empty()) return Error{path + ": no triangles in it"};
     for (size_t i = 0; i < mesh.vertices.size(); ++i)
         if (!is_finite(mesh.vertices[i]))
@@ -96,6 +165,14 @@ Result<HeightMapFill> read_height_map(const std::string& path, double min_height
                                       double max_height_m) {
     HeightMapFill fill;
     int channels = 0;
+    if (!stbi_info(path.c_str(), &fill.width, &fill.height, &channels))
+        return Error{fmt::format("{}: {}", path, stbi_failure_reason())};
+    if (fill.width > kPictureSideMax || fill.height > kPictureSideMax ||
+        int64_t{fill.width} * fill.height > kPixelCapacity)
+        return Error{
+            fmt::format("{}: {} x {} pixels; a side may have {}, both together 8193 x 8193: scale "
+                        "the picture down",
+                        path, fill.width, fill.height, kPictureSideMax)};
     const std::unique_ptr<stbi_us, void (*)(void*)> pixels(
         stbi_load_16(path.c_str(), &fill.width, &fill.height, &channels, 1), stbi_image_free);
     if (!pixels) return Error{fmt::format("{}: {}", path, stbi_failure_reason())};

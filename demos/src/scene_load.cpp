@@ -4,14 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <set>
-#include <sstream>
 
 #include "bsoil/contact/bekker_soil.h"
 #include "bullet_file.h"
 #include "data_files.h"
 #include "schema_table.h"
+#include "soil_filling.h"
+#include "text_file.h"
+#include "toml_file.h"
 #include "track_vehicle.h"
 #include "urdf_robot.h"
 
@@ -150,7 +151,12 @@ class SceneChecker {
     }
 
     void check_terrain(TerrainItem& terrain) {
-        if (terrain.kind != "mesh") return;
+        if (terrain.kind != "mesh") {
+            const Status cheap =
+                scene_.soil ? check_terrain_cost(terrain, soil_def(scene_)) : Done{};
+            if (!cheap) error(terrain.at, "{}", cheap.error());
+            return;
+        }
         const std::string path = existing(terrain.file, terrain.where("file"));
         if (path.empty()) return;
         auto mesh = read_mesh(path);
@@ -409,25 +415,19 @@ void check_soil(Scene& scene, std::vector<SchemaError>& errors) {
 Result<Scene> parse_scene(const std::string& text, const std::string& path) {
     Scene scene;
     scene.path = path;
-    const toml::parse_result parsed = toml::parse(text, path);
-    if (!parsed) {
-        const toml::source_position at = parsed.error().source().begin;
-        return Error{scene.message({static_cast<int>(at.line), static_cast<int>(at.column)},
-                                   std::string(parsed.error().description()))};
-    }
+    auto parsed = parse_toml(text, path);
+    if (!parsed) return Error{parsed.error()};
     std::vector<SchemaError> errors;
-    read_table(parsed.table(), scene_schema(), &scene, errors);
+    read_table(*parsed, scene_schema(), &scene, errors);
     if (errors.empty()) SceneChecker(scene, errors).run();
     if (errors.empty()) return scene;
     return Error{error_text(std::move(errors), path)};
 }
 
 Result<Scene> load_scene(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    std::stringstream text;
-    text << file.rdbuf();
-    if (!file) return Error{path + ": cannot be read"};
-    return parse_scene(text.str(), path);
+    const auto text = read_file(path, kTomlCapacity);
+    if (!text) return Error{text.error()};
+    return parse_scene(*text, path);
 }
 
 SoilDef soil_def(const Scene& scene) {

@@ -94,8 +94,10 @@ TableOf<FillItem> fill_table() {
         .number("height_m", &F::height_m, kLength, "height along up")
         .only({"cylinder"})
         .required()
-        .text("file", &F::file,
-              "grey PNG of 8 or 16 bits, beside the scene; stretched over the grid's floor")
+        .text(
+            "file", &F::file,
+            "grey PNG of 8 or 16 bits, beside the scene; stretched over the grid's floor; at most "
+            "8193 x 8193 pixels")
         .only({"height_map"})
         .required()
         .number("min_height_m", &F::min_height_m, {0, 1e4},
@@ -127,9 +129,11 @@ TableOf<TerrainItem> terrain_table() {
     using T = TerrainItem;
     return TableOf<T>("terrain", true, "Fixed ground that soil cannot enter.")
         .selected_by("kind")
-        .word("kind", &T::kind, {"hills", "caves", "mesh"},
-              "hills: a noise surface with overhangs; caves: hills with round hollows cut out; "
-              "mesh: a closed mesh from a file")
+        .word(
+            "kind", &T::kind, {"hills", "caves", "mesh"},
+            "hills: a noise surface with overhangs; caves: hills with round hollows cut out; "
+            "mesh: a closed mesh from a file. Hills and caves may take 2e10 octaves of noise (27 a "
+            "voxel near their surface, three times with overhangs), 15 minutes")
         .required()
         .number("base_m", &T::base_m, {-1e4, 1e4}, "mean height above the grid's floor")
         .only({"hills", "caves"})
@@ -152,7 +156,7 @@ TableOf<TerrainItem> terrain_table() {
         .number("cave_spacing_m", &T::cave_spacing_m, kLength,
                 "distance between hollows, one in each cube of this edge")
         .only({"caves"})
-        .text("file", &T::file, "OBJ, STL or DAE beside the scene, or data:PATH")
+        .text("file", &T::file, "OBJ, STL or DAE beside the scene, or data:PATH; at most 256 MiB")
         .only({"mesh"})
         .required()
         .number("scale", &T::scale, {1e-6, 1e6}, "metres per unit of the file")
@@ -644,7 +648,8 @@ TableOf<SoilItem> soil_table() {
                       "The soil's grid and its step; without this table there is no soil.")
         .vector(
             "size_m", [](S& s) -> Vec3& { return s.def.size_m; }, kLength,
-            "box of the grid along the world's axes, rounded up to whole voxels")
+            "box of the grid along the world's axes, rounded up to whole voxels: at most 16384 to "
+            "either side, 6.7e7 columns (8192 x 8192), 512 up")
         .required()
         .vector(
             "floor_center_m", [](S& s) -> Vec3& { return s.def.floor_center_m; }, kPlace,
@@ -768,6 +773,9 @@ std::string schema_markdown() {
         "key. An unknown key, a\n"
         "wrong unit, a value out of range or a name that is not defined is an error with file, "
         "line and column.\n\n"
+        "A scene has at most 8 MiB, a dotted key at most 16 parts. A URDF has at most 16 MiB, 1000 "
+        "links and elements 100\n"
+        "deep.\n\n"
         "This page is printed by `bsoil scene-keys --markdown`; a test compares the two.\n\n"
         "## Top level\n";
     return out + table_markdown(scene_schema());

@@ -17,6 +17,10 @@ Status fill_soil(const Scene& scene, Soil& soil);
 /// that it overhangs, less round hollows.
 DensityFunction terrain_density(const TerrainItem& terrain, UpAxis up, Vec3 floor_center_m);
 
+/// Whether the noise of a terrain over such a soil takes no longer than somebody waits for it. The
+/// error says what to change.
+Status check_terrain_cost(const TerrainItem& terrain, const SoilDef& soil);
+
 /// Gives the bodies in the soil the tool friction and adhesion of their items. Error: what
 /// SoilAction::set_options() says, with the place in the scene.
 Status set_surfaces(const Scene& scene, const BulletScene& world, bullet::SoilAction& action);

@@ -5,13 +5,14 @@
 #include <urdf_model/model.h>
 #include <urdf_parser/urdf_parser.h>
 
-#include <fstream>
+#include <cctype>
 #include <map>
 #include <mutex>
-#include <regex>
 #include <set>
-#include <sstream>
+#include <string_view>
 
+#include "text_file.h"
+#include "xml_check.h"
 #include "xml_tags.h"
 
 namespace bsoil::scene {
@@ -79,6 +80,33 @@ std::string without_repeated_materials(const std::string& xml) {
     return out.append(xml, copied);
 }
 
+/// xacro's `$(optenv NAME DEFAULT)` replaced by DEFAULT, once from left to right.
+std::string with_defaults(const std::string& text) {
+    constexpr std::string_view kBegin = "$(optenv";
+    const auto is_space = [](char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; };
+    const auto is_name = [](char c) {
+        return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
+    };
+    std::string out;
+    size_t copied = 0;
+    for (size_t begin = text.find(kBegin); begin != std::string::npos;
+         begin = text.find(kBegin, begin + 1)) {
+        if (begin < copied) continue;  // inside the default of the one before
+        size_t at = begin + kBegin.size();
+        const auto skip = [&](const auto& is_one) {
+            const size_t from = at;
+            while (at < text.size() && is_one(text[at])) ++at;
+            return at > from;
+        };
+        if (!skip(is_space) || !skip(is_name) || !skip(is_space)) continue;
+        const size_t end = text.find(')', at);
+        if (end == std::string::npos) break;
+        out.append(text, copied, begin - copied).append(text, at, end - at);
+        copied = end + 1;
+    }
+    return out.append(text, copied);
+}
+
 size_t reachable_count(const urdf::Link& link) {
     size_t count = 1;
     for (const auto& child : link.child_links) count += reachable_count(*child);
@@ -116,21 +144,17 @@ Status check_tree(const urdf::ModelInterface& model, const std::string& path) {
 }  // namespace
 
 Result<urdf::ModelInterfaceSharedPtr> read_urdf(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    std::stringstream text;
-    text << file.rdbuf();
-    if (!file) return Error{path + ": cannot be read"};
-    if (text.view().size() > kFileCapacity)
-        return Error{fmt::format("{}: larger than {} MiB", path, kFileCapacity >> 20)};
-    static const std::regex kOptionalEnvironment(R"(\$\(optenv\s+\w+\s+([^)]*)\))");
-    if (is_xacro(text.str()))
+    const auto text = read_file(path, kFileCapacity);
+    if (!text) return Error{text.error()};
+    if (is_xacro(*text))
         return Error{
             fmt::format("{}: is a xacro file, which has to be expanded into a URDF first: xacro {} "
-                        "> robot.urdf "
-                        "(xacro comes with ROS; pip install xacro has it too)",
+                        "> robot.urdf (xacro comes with ROS; pip install xacro has it too)",
                         path, path)};
-    const std::string xml =
-        without_repeated_materials(std::regex_replace(text.str(), kOptionalEnvironment, "$1"));
+    std::string xml = with_defaults(*text);
+    if (const Status flat = check_xml_depth(xml); !flat)
+        return Error{fmt::format("{}: not a valid URDF: {}", path, flat.error())};
+    xml = without_repeated_materials(xml);
     std::string errors;
     urdf::ModelInterfaceSharedPtr model = parse(xml, errors);
     if (!model || !model->getRoot())

@@ -214,6 +214,34 @@ TEST_F(HostileFill, meshes) {
     expect_refused(box_mesh({0.1, 0.1, 0.0}, {0.5, 0.5, 0.6}), "bury");
 }
 
+TEST(HostileGrid, work_that_never_ends_is_refused_with_the_cure) {
+    // 8192 x 8192 columns: the most there may be; what is put in has to be shallow.
+    SoilDef def = grid_def(8192, 8192, 512);
+    auto soil = make_soil(def);
+    const auto expect_refused = [](const Status& status, const std::string& text) {
+        EXPECT_FALSE(status);
+        EXPECT_NE(status.error().find(text), std::string::npos) << status.error();
+    };
+    const DensityFunction density = [](Vec3) { return 1.0; };
+    expect_refused(soil->fill(FunctionFill{density, {}}), "another kind of ground");
+    expect_refused(soil->add_terrain(density), "another kind of ground");
+    expect_refused(soil->add_terrain(box_mesh({-200, -200, -1}, {200, 200, 20})),
+                   "take larger voxels or a smaller box");
+    TriangleMesh pile;
+    for (int i = 0; i < 1000; ++i) {
+        const TriangleMesh box = box_mesh({-200, -200, -1}, {200, 200, 1e-3 * i});
+        const int first = static_cast<int>(pile.vertices.size());
+        pile.vertices.insert(pile.vertices.end(), box.vertices.begin(), box.vertices.end());
+        for (const auto& t : box.triangles)
+            pile.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    }
+    expect_refused(soil->add_terrain(pile), "too many triangles over each other");
+    EXPECT_EQ(soil->totals().units, std::vector<int64_t>{0});
+    def.size_m.x *= 1.01;
+    EXPECT_NE(def.validate().error().find("take larger voxels or a smaller box"),
+              std::string::npos);
+}
+
 TEST(Terrain, a_closed_mesh_has_its_volume) {
     auto soil = make_soil(grid_def(16, 16, 16));
     ASSERT_TRUE(soil->add_terrain(box_mesh({0.12, 0.13, 0.41}, {0.52, 0.51, 0.63})));

@@ -4,9 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <set>
-#include <sstream>
 
 #include "data_files.h"
 #include "experiment_schema.h"
@@ -14,6 +12,8 @@
 #include "measured_data.h"
 #include "rig.h"
 #include "scene_load.h"
+#include "text_file.h"
+#include "toml_file.h"
 
 namespace bsoil::experiment {
 namespace {
@@ -27,6 +27,9 @@ struct PlacedParameter {
     SourcePosition at;
 };
 using Combination = std::vector<PlacedParameter>;
+
+/// Points of a sweep: a handful of short lists could stand for more than any memory holds.
+constexpr size_t kPointCapacity = 100'000;
 
 class ExperimentReader {
   public:
@@ -159,8 +162,12 @@ class ExperimentReader {
         }
     }
 
-    static void combine(std::vector<Combination>& combinations,
-                        const std::vector<Combination>& with) {
+    void combine(std::vector<Combination>& combinations, const std::vector<Combination>& with) {
+        if (!with.empty() && combinations.size() > kPointCapacity / with.size()) {
+            error(with.front().empty() ? SourcePosition{} : with.front().front().at,
+                  "the sweep has more than {} points", kPointCapacity);
+            combinations.clear();
+        }
         std::vector<Combination> product;
         for (const Combination& a : combinations)
             for (const Combination& b : with) {
@@ -400,21 +407,16 @@ class ExperimentReader {
 Result<Experiment> parse_experiment(const std::string& text, const std::string& path,
                                     const std::string& rig,
                                     const std::vector<std::string>& settings) {
-    toml::parse_result parsed = toml::parse(text, path);
-    // moved, because a copy of a table forgets where its values stand
-    if (parsed) return ExperimentReader(path, rig).read(std::move(parsed).table(), settings);
-    const scene::SourcePosition at{static_cast<int>(parsed.error().source().begin.line),
-                                   static_cast<int>(parsed.error().source().begin.column)};
-    return Error{scene::error_text({{at, std::string(parsed.error().description())}}, path)};
+    auto parsed = scene::parse_toml(text, path);
+    if (!parsed) return Error{parsed.error()};
+    return ExperimentReader(path, rig).read(std::move(*parsed), settings);
 }
 
 Result<Experiment> load_experiment(const std::string& path, const std::string& rig,
                                    const std::vector<std::string>& settings) {
-    std::ifstream file(path, std::ios::binary);
-    std::stringstream text;
-    text << file.rdbuf();
-    if (!file) return Error{path + ": cannot be read"};
-    return parse_experiment(text.str(), path, rig, settings);
+    const auto text = scene::read_file(path, scene::kTomlCapacity);
+    if (!text) return Error{text.error()};
+    return parse_experiment(*text, path, rig, settings);
 }
 
 std::string experiment_markdown() {
@@ -467,8 +469,8 @@ of them, `--out DIR` keeps tables and pictures. Exit codes as above, 77 where no
 | `row` | tables | [[sweep.row]]: explicit points, each gives the same keys |
 | `from_measured` | [text, ...] | names of [[measured.column]]: each measured row is a point |
 
-Lists, rows and measured rows are combined with each other, every one with every other. Without a sweep the experiment
-is one point.
+Lists, rows and measured rows are combined with each other, every one with every other: at most 100000 points. Without a
+sweep the experiment is one point.
 
 ## Top level
 )" + scene::table_markdown(experiment_schema());

@@ -1,6 +1,8 @@
 /// Every fixed limit of the soil, with its meaning and what running into it does.
 #pragma once
 
+#include <cstdint>
+
 namespace bsoil::limits {
 
 inline constexpr int kMaterialCapacity =
@@ -12,6 +14,19 @@ inline constexpr int kGridSideMax = 16384;  ///< voxels along x or y; SoilDef::v
 /// Bullet of floats resolves a metre, so keep such worlds near their origin.
 inline constexpr double kPlaceMostM = 1e7;
 inline constexpr int kSettleStepsMax = 100000;  ///< steps of one Soil::settle; more are refused
+/// Columns of a grid, 8192 x 8192: ground that sleeps takes up to 40 bytes a column.
+/// SoilDef::validate refuses more.
+inline constexpr int64_t kGridColumnsMax = int64_t{1} << 26;
+/// Voxels of a grid whose terrain or soil is a density function, which is asked 27 times a voxel.
+/// More are refused by Soil::fill and Soil::add_terrain.
+inline constexpr int64_t kDensityVoxelsMax = int64_t{1} << 28;
+/// Voxels of a grid below the top of a terrain mesh. Half a minute; more are refused by
+/// Soil::add_terrain.
+inline constexpr int64_t kTerrainVoxelsMax = int64_t{1} << 32;
+/// Tests of a line up through the grid (four a column) against a triangle that a terrain mesh may
+/// take: all lines of all tiles that each triangle's box touches. Half a minute; more are refused
+/// by Soil::add_terrain.
+inline constexpr int64_t kTerrainTestsMax = int64_t{1} << 33;
 inline constexpr int kHeightMapSideMin = 2;  ///< heights along a side of a HeightMapFill; fewer ...
 inline constexpr int kHeightMapSideMax = 32768;  ///< ... and more are refused by Soil::fill
 inline constexpr int kContactCapacity =

@@ -167,6 +167,15 @@ Status Soil::Impl::fill_with(const std::string& material, const int low[3], cons
     return Done{};
 }
 
+Status Soil::Impl::check_density_grid() const {
+    const int64_t voxel_count = int64_t{frame.size[0]} * frame.size[1] * height;
+    if (voxel_count <= limits::kDensityVoxelsMax) return Done{};
+    return Error{fmt::format(
+        "a density function would be asked in {:.3g} voxels, at most {:.3g} are possible: take "
+        "larger voxels, a smaller box or another kind of ground",
+        static_cast<double>(voxel_count), static_cast<double>(limits::kDensityVoxelsMax))};
+}
+
 Status Soil::fill(const BoxFill& fill) {
     Impl& s = *impl_;
     if (!is_proper(fill.box)) {
@@ -324,21 +333,14 @@ Status Soil::fill(const NoiseFill& fill) {
         }
     }
     const bool y_up = s.def.up == UpAxis::y;
-    std::vector<double> heights(static_cast<size_t>(s.frame.size[0]) * s.frame.size[1]);
-    for (int y = 0; y < s.frame.size[1]; ++y) {
-        for (int x = 0; x < s.frame.size[0]; ++x) {
-            // With Y up the ground is that of Z up turned, not mirrored: -z takes the place of y.
-            const Vec3 w = s.frame.to_world({x + 0.5, y + 0.5, 0});
-            heights[static_cast<size_t>(y) * s.frame.size[0] + x] =
-                (fill.base_m +
-                 fill.amplitude_m * fractal_noise(w.x / fill.wavelength_m,
-                                                  (y_up ? -w.z : w.y) / fill.wavelength_m,
-                                                  fill.octaves, fill.persistence, fill.seed)) /
-                s.frame.voxel_m;
-        }
-    }
     return s.fill_ground(fill.material, [&](int x, int y) {
-        return heights[static_cast<size_t>(y) * s.frame.size[0] + x];
+        // With Y up the ground is that of Z up turned, not mirrored: -z takes the place of y.
+        const Vec3 w = s.frame.to_world({x + 0.5, y + 0.5, 0});
+        return (fill.base_m +
+                fill.amplitude_m * fractal_noise(w.x / fill.wavelength_m,
+                                                 (y_up ? -w.z : w.y) / fill.wavelength_m,
+                                                 fill.octaves, fill.persistence, fill.seed)) /
+               s.frame.voxel_m;
     });
 }
 
@@ -346,6 +348,9 @@ Status Soil::fill(const FunctionFill& fill) {
     Impl& s = *impl_;
     if (!fill.density) {
         return Error{"fill.density is empty"};
+    }
+    if (Status small = s.check_density_grid(); !small) {
+        return small;
     }
     const int first[3] = {0, 0, 0};
     const int last[3] = {s.frame.size[0] - 1, s.frame.size[1] - 1, s.height - 1};
@@ -365,9 +370,15 @@ Status Soil::add_terrain(const DensityFunction& density) {
     if (!density) {
         return Error{"terrain.density is empty"};
     }
-    return s.terrain_with([&](int x, int y, int z) {
-        return sampled_share(x, y, z, [&](Vec3 at) { return density(s.frame.to_world(at)) > 0; });
-    });
+    if (Status small = s.check_density_grid(); !small) {
+        return small;
+    }
+    return s.terrain_with(
+        [&](int x, int y, int z) {
+            return sampled_share(x, y, z,
+                                 [&](Vec3 at) { return density(s.frame.to_world(at)) > 0; });
+        },
+        s.height);
 }
 
 }  // namespace bsoil

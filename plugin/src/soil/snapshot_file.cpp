@@ -28,8 +28,9 @@ constexpr uint32_t kSectionsMost = 64;
 constexpr size_t kNameBytes = 16;
 constexpr size_t kHeadBytes = sizeof(kMagic) + 4 + 4;
 constexpr size_t kEntryBytes = kNameBytes + 3 * 8;
-// What a section may grow to: this much, and more only in proportion to its bytes in the file, so
-// that a small file cannot ask for all memory there is. States shrink to a hundredth at best.
+// What all sections together may grow to: this much, and more only in proportion to their bytes in
+// the file, so that a small file cannot ask for all memory there is. States shrink to a hundredth
+// at best.
 constexpr uint64_t kContentFree = uint64_t{64} << 20;
 constexpr uint64_t kContentPerByte = 4096;
 
@@ -76,6 +77,7 @@ Status write_snapshot_file(const std::string& path, std::span<const SnapshotSect
     for (char c : kMagic) head(c);
     uint32_t version = kVersion, count = static_cast<uint32_t>(sections.size());
     head(version, count);
+    uint64_t content_bytes = 0, frame_bytes = 0;
     for (const SnapshotSection& section : sections) {
         if (section.name.empty() || section.name.size() > kNameBytes)
             return refusal(path, fmt::format("section name '{}' must have 1 to {} characters",
@@ -90,13 +92,15 @@ Status write_snapshot_file(const std::string& path, std::span<const SnapshotSect
         entry.content_bytes = section.bytes.size();
         entry.frame_bytes = size;
         entry.hash = hash_of(frame);
-        if (entry.content_bytes > kContentFree + kContentPerByte * entry.frame_bytes)
-            return refusal(path, fmt::format("section '{}' shrinks by more than {} times: it could "
-                                             "not be told from a damaged one",
-                                             section.name, kContentPerByte));
+        content_bytes += entry.content_bytes;
+        frame_bytes += entry.frame_bytes;
         entry.list(head);
         frames.push_back(std::move(frame));
     }
+    if (content_bytes > kContentFree + kContentPerByte * frame_bytes)
+        return refusal(path, fmt::format("its {} bytes shrink by more than {} times: they could "
+                                         "not be told from damaged ones",
+                                         content_bytes, kContentPerByte));
     uint64_t hash = hash_of(head.bytes());
     head(hash);
 
@@ -147,10 +151,11 @@ Result<std::vector<SnapshotSection>> read_snapshot_file(const std::string& path)
 
     std::vector<SnapshotSection> sections;
     size_t at = head_bytes + sizeof(hash);
+    uint64_t content_left = kContentFree + kContentPerByte * raw.size();
     for (const Entry& entry : entries) {
-        if (entry.frame_bytes > raw.size() - at ||
-            entry.content_bytes > kContentFree + kContentPerByte * entry.frame_bytes)
+        if (entry.frame_bytes > raw.size() - at || entry.content_bytes > content_left)
             return damaged;
+        content_left -= entry.content_bytes;
         const std::span<const uint8_t> frame = all.subspan(at, entry.frame_bytes);
         at += entry.frame_bytes;
         // Of the frame, not of what is in it: zstd does not read every bit of its own head.

@@ -1,5 +1,6 @@
 #include "bsoil/soil_def.h"
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -48,6 +49,14 @@ Status SoilDef::validate() const {
             return status;
         }
     }
+    const auto across = static_cast<int64_t>(std::ceil(side_a / voxel_m - 1e-9)),
+               along = static_cast<int64_t>(std::ceil(side_b / voxel_m - 1e-9));
+    if (across * along > limits::kGridColumnsMax)
+        return Error{fmt::format(
+            "size_m / voxel_m is {} x {} columns, {:.3g} together; must be at most {:.3g}: take "
+            "larger voxels or a smaller box",
+            across, along, static_cast<double>(across * along),
+            static_cast<double>(limits::kGridColumnsMax))};
     const std::vector<MaterialDef> list = material_list();
     if (list.size() > limits::kMaterialCapacity) {
         return Error{fmt::format("materials has {} entries, at most {} are possible", list.size(),

@@ -259,7 +259,10 @@ struct Soil::Impl {
                        const std::function<double(int x, int y)>& height_at);
     /// Share of the grid voxel (x, y, z), 0..1.
     using VoxelFraction = std::function<double(int x, int y, int z)>;
-    Status terrain_with(const VoxelFraction& fraction);
+    /// Terrain below `z_end`; the fraction is asked for tile by tile, column by column.
+    Status terrain_with(const VoxelFraction& fraction, int z_end);
+    /// Whether a density function can be asked in every voxel.
+    Status check_density_grid() const;
     void wake_unstable_columns();
 
     // --- settle.cpp

@@ -1,0 +1,30 @@
+#include "text_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <memory>
+
+namespace bsoil::scene {
+
+Result<std::string> read_file(const std::string& path, size_t capacity) {
+    struct Close {
+        void operator()(std::FILE* file) const { std::fclose(file); }
+    };
+    const std::unique_ptr<std::FILE, Close> file(std::fopen(path.c_str(), "rb"));
+    std::string bytes;
+    std::array<char, 65536> part;
+    while (file && bytes.size() <= capacity) {
+        const size_t count = std::fread(part.data(), 1, part.size(), file.get());
+        if (count == 0) break;
+        bytes.append(part.data(), count);
+    }
+    if (!file || std::ferror(file.get())) return Error{path + ": cannot be read"};
+    if (bytes.size() > capacity)
+        return Error{fmt::format("{}: larger than {} MiB", path, capacity >> 20)};
+    return bytes;
+}
+
+}  // namespace bsoil::scene

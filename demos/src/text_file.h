@@ -1,0 +1,15 @@
+/// Files as a whole, read up to a capacity.
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include "bsoil/result.h"
+
+namespace bsoil::scene {
+
+/// The bytes of a file. Error: it cannot be read, or holds more than `capacity` bytes; no more than
+/// that is read, so that endless files (devices, pipes) end too.
+Result<std::string> read_file(const std::string& path, size_t capacity);
+
+}  // namespace bsoil::scene
