@@ -13,6 +13,7 @@ build_packages=(
     liburdfdom-dev libassimp-dev gnuplot-nox
 )
 test_packages=(libgtest-dev doxygen clang)
+fuzz_packages=(clang libclang-rt-14-dev)
 
 say() { printf '%s\n' "$*" >&2; }
 

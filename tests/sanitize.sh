@@ -13,6 +13,7 @@ shift || true
 # Of whole scenes those run that stop and go on from a snapshot: the reader of scenes, the bridge and the soil together.
 left_out='ManyBodies|Stability|Repose|Allocation|^scene\..*\.(passes.*|first_cut|same_bits)$|^demo[._](fork_lift|multibody_robot|raycast_vehicle)$'
 left_out+='|^experiment\.(plate_unload|second_pass)$'
+labels='device|soil|mesh|bridge|c_api|scenes|experiments'
 targets=(test_device test_soil test_mesh test_bridge test_c_api_bullet test_scenes test_experiments bsoil)
 case $kind in
     thread)
@@ -26,7 +27,8 @@ case $kind in
         list=address,undefined
         render=ON
         left_out+='|^UrdfErrors\.loop_without_a_root' # urdfdom itself never frees such links
-        targets+=(test_c_api_bullet_double hello_soil world_from_file)
+        labels+='|fuzz'
+        targets+=(fuzz_replay test_c_api_bullet_double hello_soil world_from_file)
         ;;
     *)
         say "usage: tests/sanitize.sh thread|address [ARGUMENT OF ctest...]"
@@ -40,4 +42,4 @@ configure "$folder" BULLETSOIL_TESTS=ON "BULLETSOIL_RENDER=$render" "BULLETSOIL_
     CMAKE_BUILD_TYPE?=RelWithDebInfo "CMAKE_CXX_FLAGS_RELWITHDEBINFO?=-O1 -g1" # lines are all that reports need
 build "$folder" "${targets[@]}"
 exec ctest --test-dir "$folder" --output-on-failure --no-tests=error -j "${CTEST_PARALLEL_LEVEL:-2}" \
-    -L 'device|soil|mesh|bridge|c_api|scenes|experiments' -E "$left_out" --timeout 1200 "$@"
+    -L "$labels" -E "$left_out" --timeout 1200 "$@"
