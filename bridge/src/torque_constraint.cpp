@@ -8,7 +8,7 @@ TorqueConstraint::TorqueConstraint(btRigidBody& body)
     : btTypedConstraint(MAX_CONSTRAINT_TYPE, body) {}
 
 void TorqueConstraint::getInfo1(btConstraintInfo1* info) {
-    info->m_numConstraintRows = torque_n_m.length() > SIMD_EPSILON ? 1 : 0;
+    info->m_numConstraintRows = torque_n_m.length() > 0 ? 1 : 0;
     info->nub = 0;
 }
 

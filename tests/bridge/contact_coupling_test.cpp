@@ -12,6 +12,7 @@
 #include "bullet_scene.h"
 #include "bullet_types.h"
 #include "flat_soil.h"
+#include "torque_constraint.h"
 
 namespace bsoil::bullet {
 namespace {
@@ -50,6 +51,21 @@ TEST_P(BodyAtRest, settles_without_jitter_and_sleeps) {
     // It sleeps on, whatever else happens in the world.
     scene.run(2, substeps);
     EXPECT_FALSE(body.isActive());
+}
+
+TEST(TorqueConstraint, turns_the_smallest_body_as_it_should) {
+    BulletScene scene;
+    scene.world->setGravity(btVector3(0, 0, 0));
+    const auto h = btScalar(0.005);
+    btRigidBody& pebble = scene.add_box(btScalar(0.0025), btVector3(h, h, h), btVector3(0, 0, 0));
+    TorqueConstraint torque(pebble);
+    torque.torque_n_m = btVector3(0, btScalar(2e-8), 0);
+    scene.world->addConstraint(&torque);
+    scene.run(1.0 / 60);
+    scene.world->removeConstraint(&torque);
+    // 2.5 g of 1 cm: 4.2e-8 kg m2.
+    EXPECT_NEAR(static_cast<double>(pebble.getAngularVelocity().y()), 2e-8 / 60 / (0.0025e-4 / 6),
+                1e-5);
 }
 
 INSTANTIATE_TEST_SUITE_P(Masses, BodyAtRest,
