@@ -295,6 +295,22 @@ void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed
     std::erase_if(shape_cache_, [](const auto& entry) { return entry.second.expired(); });
 }
 
+const BodyState* BodyCollector::meet(const btDiscreteDynamicsWorld& world, btRigidBody& body) {
+    const BodyOptions options = this->options(body);
+    if (!body.getCollisionShape() || !body.hasContactResponse() || options.ignored ||
+        options.coverage_only || !is_finite(from_bullet(body.getWorldTransform())) ||
+        !touches_grid(body))
+        return nullptr;
+    Tracked& tracked = track(body);
+    if (tracked.id < 0) return nullptr;
+    convert(body, tracked);
+    if (!tracked.shapes) return nullptr;
+    met_ = {};
+    describe(world, body, options, tracked, 0, met_);
+    met_.world_index = body.getWorldArrayIndex();
+    return &met_;
+}
+
 void BodyCollector::let_go() {
     bodies_.clear();
     guests_.clear();
@@ -307,6 +323,10 @@ void BodyCollector::let_go() {
 void BodyCollector::add_guest(GuestBody guest) {
     bodies_.push_back(guest.state);
     guests_.push_back(std::move(guest));
+}
+
+std::span<const ConvexShape> BodyCollector::shapes_of(const BodyState& body) const {
+    return *tracked_.at(body.object).shapes;
 }
 
 std::span<SoilBody> BodyCollector::soil_bodies(double before_s) {

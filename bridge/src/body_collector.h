@@ -38,6 +38,9 @@ class BodyCollector {
     /// knows no velocity of is given that of its change of pose. Soils do not see one another.
     void collect(const btDiscreteDynamicsWorld& world, double elapsed_s);
 
+    /// A dynamic rigid body now, between two collects; null where it takes no part or is outside of
+    /// the grid. Valid until the next call.
+    const BodyState* meet(const btDiscreteDynamicsWorld& world, btRigidBody& body);
     /// Adds a body to those of the last collect. Its id is one of take_id.
     void add_guest(GuestBody guest);
     /// An id that no object gets; -1 when there are no more.
@@ -51,6 +54,8 @@ class BodyCollector {
     /// Bodies that touch the grid, or did at the last call (so that the soil sees them leave); in
     /// the world's order.
     std::span<const BodyState> bodies() const { return bodies_; }
+    /// Of a body of the last collect, in its own frame.
+    std::span<const ConvexShape> shapes_of(const BodyState& body) const;
     /// The same bodies for Soil::step, moved back along their velocities to `before_s` ago.
     std::span<SoilBody> soil_bodies(double before_s);
     /// Whether the object takes part wherever it touches the grid: neither ignored nor refused.
@@ -107,8 +112,9 @@ class BodyCollector {
     std::unordered_map<ShapeKey, std::weak_ptr<const Shapes>, ShapeKeyHash> shape_cache_;
     std::vector<bool> id_taken_;
     int last_id_ = -1;
-    unsigned long long scan_ = 0;
+    unsigned long long scan_ = 1;  ///< 0: an object that none has met
     std::vector<BodyState> bodies_;
+    BodyState met_;
     std::vector<GuestBody> guests_;  ///< the last of bodies_
     std::vector<SoilBody> soil_bodies_;
     std::vector<RefusedBody> refused_;

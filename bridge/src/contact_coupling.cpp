@@ -290,6 +290,35 @@ void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const Contac
     take_over_patches(coupled);
 }
 
+void ContactCoupling::set_patches(const BodyState& body, const BodyMotion& direction,
+                                  std::span<const ContactPatch> patches) {
+    Coupled& coupled = coupled_[body.id];
+    coupled.body = body;
+    update_carriers(coupled, {});
+    ContactMotion& on_ground = coupled.motions.front();
+    on_ground.motion = body.motion;
+    on_ground.direction = direction;
+    on_ground.linear_m_s = body.motion.linear_velocity_m_s;
+    on_ground.angular_rad_s = body.motion.angular_velocity_rad_s;
+    patches_.assign(patches.begin(), patches.end());
+    take_over_patches(coupled);
+}
+
+const std::vector<SoilStrength>& ContactCoupling::strengths_for(const BodyState& body) {
+    Coupled& coupled = coupled_[body.id];
+    coupled.body = body;
+    update_strengths(coupled);
+    return coupled.strengths;
+}
+
+void ContactCoupling::as_direction(BodyMotion& motion, double extent_m) const {
+    const double speed_m_s = length(motion.linear_velocity_m_s) +
+                             extent_m * length(motion.angular_velocity_rad_s) +
+                             kRestVoxelsPerS * soil_.voxel_m;
+    motion.linear_velocity_m_s = motion.linear_velocity_m_s * (1 / speed_m_s);
+    motion.angular_velocity_rad_s = motion.angular_velocity_rad_s * (1 / speed_m_s);
+}
+
 /// A new patch takes over how much of its limit the nearest old one was using. Patches are numbered
 /// in the body's frame, so on a spinning wheel the number says nothing about the place. Where
 /// several have the same nearest one they share its force: taken over by each it would throw the

@@ -42,6 +42,19 @@ class ContactCoupling {
     /// duration_s: time since the last call.
     void set_contacts(std::span<const BodyState> bodies, std::span<const ContactVoxel> contacts,
                       double duration_s);
+    /// For FirstContacts: puts patches of its own in the place of a body's, until the next
+    /// set_contacts.
+    void set_patches(const BodyState& body, const BodyMotion& direction,
+                     std::span<const ContactPatch> patches);
+    /// By material, with the body's surface; valid until the body is let go.
+    const std::vector<SoilStrength>& strengths_for(const BodyState& body);
+    /// A motion as yield sees it: as a share of the speed of a contact `extent_m` off the centre of
+    /// mass, zero at rest.
+    void as_direction(BodyMotion& motion, double extent_m) const;
+    double voxel_m() const { return soil_.voxel_m; }
+    /// Bodies that touched others in the last substep, and whether one did.
+    void find_touched();
+    bool is_touched(const btCollisionObject* object) const;
     /// Start of a substep: puts the rows of all bodies that are still there into the world.
     void open_substep();
     /// End of a substep: reads the impulses and takes the rows out.
@@ -166,8 +179,6 @@ class ContactCoupling {
     };
     static TangentialRows tangential_rows(const ContactMotion& motion, const CoupledPatch& patch);
     PatchRow row_of(const Coupled& coupled, const CoupledPatch& patch) const;
-    void find_touched();
-    bool is_touched(const btCollisionObject* object) const;
     void preload(Coupled& coupled);
     void add_preload_torque(const BodyState& body, Vec3 torque_n_m);
     void put_in_preload_torque(PreloadTorque& torque);

@@ -131,6 +131,7 @@ struct CouplingSnapshot::Memory {
     std::vector<Body> bodies;
     std::vector<ContactCoupling::Coupled> coupled;
     std::vector<CarriedLoads::Loaded> loaded;
+    std::vector<std::pair<int, FirstContacts::Falling>> falling;
     std::vector<VehicleMemory> vehicles;
     struct MetTile {
         int64_t tile = 0;
@@ -142,6 +143,7 @@ struct CouplingSnapshot::Memory {
     static bool are_carriers_sound(const ContactCoupling::Coupled& coupled);
     static void list_coupled(StateStream& stream, const btDiscreteDynamicsWorld& world,
                              ContactCoupling::Coupled& coupled);
+    static void list_falling(StateStream& stream, std::pair<int, FirstContacts::Falling>& entry);
     static void list_loaded(StateStream& stream, const btDiscreteDynamicsWorld& world,
                             CarriedLoads::Loaded& loaded);
     static void list_surface(StateStream& stream, MetTile& tile);
@@ -236,10 +238,25 @@ void CouplingSnapshot::Memory::list_surface(StateStream& stream, MetTile& tile) 
         }
 }
 
+void CouplingSnapshot::Memory::list_falling(StateStream& stream,
+                                            std::pair<int, FirstContacts::Falling>& entry) {
+    FirstContacts::Falling& falling = entry.second;
+    stream(entry.first, falling.surface.plane.position_m, falling.surface.plane.normal,
+           falling.surface.material, falling.surface.relative_density, falling.lead_m_s,
+           falling.speed_m_s, falling.age_s);
+    const SurfaceSoil& surface = falling.surface;
+    const bool is_direction = std::abs(length(surface.plane.normal) - 1) < 1e-6;
+    const bool is_soil =
+        surface.material >= 0 && surface.relative_density >= -1 && surface.relative_density <= 1;
+    if (entry.first < 0 || entry.first > kIdLast || !is_direction || !is_soil ||
+        falling.speed_m_s < 0 || falling.age_s < 0)
+        stream.refuse();
+}
+
 /// Ids and objects stand for themselves once.
 bool CouplingSnapshot::Memory::is_sound() const {
     if (last_id < -1 || last_id > kIdLast) return false;
-    std::vector<int> ids, coupled_ids, loaded_ids;
+    std::vector<int> ids, coupled_ids, loaded_ids, falling_ids;
     std::vector<const void*> objects;
     for (const Body& body : bodies) {
         if (body.tracked.id >= 0) ids.push_back(body.tracked.id);
@@ -249,11 +266,12 @@ bool CouplingSnapshot::Memory::is_sound() const {
         for (const WheelMemory& wheel : vehicle.wheels) ids.push_back(wheel.id);
     for (const auto& c : coupled) coupled_ids.push_back(c.body.id);
     for (const auto& l : loaded) loaded_ids.push_back(l.body.id);
+    for (const auto& [id, falls] : falling) falling_ids.push_back(id);
     const auto once = [](auto& values) {
         std::sort(values.begin(), values.end());
         return std::adjacent_find(values.begin(), values.end()) == values.end();
     };
-    return once(ids) && once(objects) && once(coupled_ids) && once(loaded_ids);
+    return once(ids) && once(objects) && once(coupled_ids) && once(loaded_ids) && once(falling_ids);
 }
 
 CouplingSnapshot::CouplingSnapshot() : memory_(std::make_unique<Memory>()) {}
@@ -300,6 +318,7 @@ CouplingSnapshot CouplingSnapshot::of(const Parts& parts) {
     }
     for (const auto& [id, loaded] : parts.carried.loaded_)
         if (is_in_world(parts.world, loaded.body)) m.loaded.push_back(loaded);
+    m.falling.assign(parts.first_contacts.bodies_.begin(), parts.first_contacts.bodies_.end());
     for (const VehicleWheels* wheels : parts.vehicles.attached())
         m.vehicles.push_back(wheels->memory());
     for (const auto& [tile, met] : parts.surface.met_) {
@@ -320,6 +339,7 @@ void CouplingSnapshot::serialize(StateStream& stream, const btDiscreteDynamicsWo
     });
     stream.list(m.loaded, 200,
                 [&](CarriedLoads::Loaded& loaded) { Memory::list_loaded(stream, world, loaded); });
+    stream.list(m.falling, 100, [&](auto& entry) { Memory::list_falling(stream, entry); });
     stream.list(m.vehicles, 300, [&](VehicleMemory& vehicle) { list(stream, vehicle); });
     stream.list(m.surface, 528, [&](Memory::MetTile& tile) { Memory::list_surface(stream, tile); });
     if (stream.reads() && stream.good() && !m.is_sound()) stream.refuse();
@@ -392,6 +412,7 @@ void CouplingSnapshot::put_into(const Parts& parts) {
         remember_identity(loaded.body);
         parts.carried.loaded_[loaded.body.id] = loaded;
     }
+    parts.first_contacts.bodies_ = {m.falling.begin(), m.falling.end()};
     const std::vector<VehicleWheels*> attached = parts.vehicles.attached();
     for (size_t i = 0; i < attached.size(); ++i) attached[i]->set_memory(m.vehicles[i]);
     GroundSurface& surface = parts.surface;

@@ -7,6 +7,7 @@
 #include "bsoil/snapshot_file.h"
 #include "carried_load.h"
 #include "contact_coupling.h"
+#include "first_contact.h"
 #include "ground_surface.h"
 #include "soil_vehicles.h"
 
@@ -20,6 +21,7 @@ class CouplingSnapshot {
         BodyCollector& collector;
         ContactCoupling& coupling;
         CarriedLoads& carried;
+        FirstContacts& first_contacts;
         SoilVehicles& vehicles;
         GroundSurface& surface;
     };

@@ -11,6 +11,7 @@
 #include "check_surface.h"
 #include "contact_coupling.h"
 #include "coupling_snapshot.h"
+#include "first_contact.h"
 #include "snapshot_access.h"
 #include "soil_ground.h"
 #include "soil_vehicles.h"
@@ -93,6 +94,8 @@ struct SoilAction::Impl {
           coupling(bullet_world, coupled_soil(*soil), options),
           carried(bullet_world, up_of(soil->def()), soil->def().gravity_m_s2),
           surface(*soil),
+          soil_below(*soil, surface, up_of(soil->def())),
+          first_contacts(collector, coupling, soil_below, up_of(soil->def())),
           vehicles(std::make_shared<SoilVehicles>(
               world, collector, coupling, ground, soil->def().voxel_m,
               [this](Vec3 world_m) { return surface_at(world_m); })) {
@@ -106,6 +109,8 @@ struct SoilAction::Impl {
         if (!enabled) return;
         carried.open_substep();
         vehicles->open_substep();
+        // Before the soil has stepped nobody knows what carries it.
+        if (report.substep_count > 0) first_contacts.open_substep(*world, report.loads);
         coupling.open_substep();
     }
     void step_soil(double substep_s);
@@ -118,7 +123,7 @@ struct SoilAction::Impl {
     /// Lets every body go and forgets where they were.
     void pause();
     CouplingSnapshot::Parts parts() {
-        return {*world, collector, coupling, carried, *vehicles, surface};
+        return {*world, collector, coupling, carried, first_contacts, *vehicles, surface};
     }
 
     btDiscreteDynamicsWorld* world;  ///< null once the host has emptied it
@@ -129,6 +134,8 @@ struct SoilAction::Impl {
     CarriedLoads carried;
     std::unique_ptr<WorldAnchor> anchor;
     GroundSurface surface;
+    SoilBelow soil_below;
+    FirstContacts first_contacts;
     std::unique_ptr<SoilGround> ground;  ///< null without SoilActionDef::ground
     std::shared_ptr<SoilVehicles> vehicles;
     double unstepped_s = 0;    ///< time that has passed and the soil has not stepped
@@ -340,6 +347,7 @@ btRigidBody* SoilAction::ground() const {
 void SoilAction::updateAction(btCollisionWorld*, btScalar substep_s) {
     Impl& d = *impl_;
     d.coupling.close_substep(substep_s);
+    d.first_contacts.close_substep();
     d.carried.close_substep();
     d.vehicles->close_substep();
     d.anchor->ensure_in_world();
@@ -355,6 +363,7 @@ void SoilAction::Impl::pause() {
     coupling.let_go();
     carried.let_go();
     collector.let_go();
+    first_contacts.let_go();
     report = {};
     report.status_bits = soil->status_bits();
     report.conditions = soil->conditions();
@@ -400,6 +409,7 @@ void SoilAction::Impl::take_report(int count) {
     const double step_s = soil->def().step_s;
     step_count += count;
     coupling.set_contacts(collector.bodies(), report.contacts, count * step_s);
+    first_contacts.soil_has_stepped(step_s);
     vehicles->take_contacts();
     carried.set_loads(collector.bodies(), report.loads);
     if (ground) ground->drop_stale_contacts();

@@ -76,5 +76,52 @@ std::vector<Resting> from_pebble_to_machine() {
 INSTANTIATE_TEST_SUITE_P(FromFineToCoarse, RestingBody,
                          testing::ValuesIn(from_pebble_to_machine()));
 
+struct Drop {
+    double voxel_m = 0.05, radius_m = 0.3, mass_kg = 200, height_m = 0.7;
+};
+
+/// Deepest point of a ball's fall, with substeps of this length or, for 0, of 1 to 33 ms.
+double impact_depth_m(const Drop& drop, double substep_s) {
+    BulletScene scene;
+    SoilDef def = small_bed();
+    def.voxel_m = drop.voxel_m;
+    def.size_m = {5 * drop.radius_m, 1, 5 * drop.radius_m};
+    const auto soil = sand_bed(*scene.world, def);
+    btRigidBody& ball = scene.add(
+        btScalar(drop.mass_kg), scene.shape<btSphereShape>(btScalar(drop.radius_m)),
+        btVector3(btScalar(0.015), btScalar(kBedTopM + drop.radius_m + drop.height_m), 0));
+    uint32_t random = 7;
+    double deepest_m = 0;
+    for (double time_s = 0; time_s < 0.8;) {
+        random = random * 1664525u + 1013904223u;
+        const double step_s = substep_s > 0 ? substep_s : (1 + 31 * (random / 4294967296.0)) / 960;
+        scene.world->stepSimulation(btScalar(step_s), 0);
+        time_s += step_s;
+        deepest_m = std::max(deepest_m, kBedTopM + drop.radius_m - height_of(ball));
+    }
+    return deepest_m;
+}
+
+TEST(Impact, depth_does_not_hang_on_bullets_substep) {
+    // By hand: m g (h + D) is the work of the bearing force, which grows with D^2: 62 mm; a tenth
+    // for what is sampled.
+    constexpr double kByHandM = 0.062;
+    for (const double substep_s : {1.0 / 60, 1.0 / 240, 1.0 / 960, 0.0})
+        EXPECT_NEAR(impact_depth_m({}, substep_s), kByHandM, 0.1 * kByHandM) << substep_s;
+}
+
+TEST(Impact, depth_does_not_hang_on_the_voxel) {
+    const double coarse_m = impact_depth_m({.voxel_m = 0.1}, 1.0 / 120);
+    EXPECT_NEAR(impact_depth_m({.voxel_m = 0.03}, 1.0 / 120), coarse_m, 0.1 * coarse_m);
+}
+
+TEST(Impact, depth_does_not_hang_on_where_the_substep_ends) {
+    // At 60 Hz the ball falls by 62 mm a step.
+    for (int i = 0; i < 4; ++i) {
+        const double depth_m = impact_depth_m({.height_m = 0.7 + 0.015 * i}, 1.0 / 60);
+        EXPECT_NEAR(depth_m, 0.062, 0.1 * 0.062) << i;
+    }
+}
+
 }  // namespace
 }  // namespace bsoil::bullet

@@ -119,34 +119,36 @@ TEST(RaycastVehicle, sinks_as_deep_as_coupled_wheels_of_its_load) {
             scene.world->stepSimulation(btScalar(1) / 60, 1);
         }
     };
+    // Sinkage scatters with where in the grid the wheels stand: 11.7 to 13.4 mm, on rays 12.1 to
+    // 15.4 mm.
     double coupled_m = 0, ray_m = 0;
-    {
+    for (const btScalar x_m : {0.0f, 0.013f, 0.025f, 0.038f}) {
         BulletScene scene;
         const auto soil = make_bed(scene);
         btCollisionShape& shape =
             scene.shape<btCylinderShapeZ>(btVector3(kRadiusM, kRadiusM, btScalar(kWidthM / 2)));
         for (int i = 0; i < 4; ++i)
-            scene.add(
-                btScalar(mass_kg / 4), shape,
-                {i < 2 ? 0.9f : -0.9f, btScalar(kSurfaceM) + kRadiusM, i % 2 == 0 ? 0.6f : -0.6f});
+            scene.add(btScalar(mass_kg / 4), shape,
+                      {x_m + (i < 2 ? 0.9f : -0.9f), btScalar(kSurfaceM) + kRadiusM,
+                       i % 2 == 0 ? 0.6f : -0.6f});
         settle(scene);
         for (const auto& body : scene.bodies)
             coupled_m += kSurfaceM +
                          static_cast<double>(kRadiusM - body->getWorldTransform().getOrigin().y());
     }
-    {
+    for (const double x_m : {0.0, 0.013, 0.025, 0.038}) {
         BulletScene scene;
         const auto soil = make_bed(scene);
         SoilRaycaster caster(*soil);
-        Car car(scene, caster, mass_kg, above_soil(0));
+        Car car(scene, caster, mass_kg, above_soil(x_m));
         ASSERT_TRUE(caster.attach(*car.vehicle, SoilWheelDef{.width_m = kWidthM}));
         car.brake(500);
         settle(scene);
         for (int i = 0; i < 4; ++i)
             ray_m += kSurfaceM + static_cast<double>(kRadiusM) - car.wheel_height_m(i);
     }
-    EXPECT_GT(coupled_m / 4, 0.005);
-    EXPECT_NEAR(ray_m, coupled_m, 0.25 * coupled_m);
+    EXPECT_GT(coupled_m / 16, 0.005);
+    EXPECT_NEAR(ray_m, coupled_m, 0.15 * coupled_m);
 }
 
 TEST(RaycastVehicle, leaves_ruts_and_stands_lower_in_them) {

@@ -371,6 +371,23 @@ TEST_F(WorldSnapshot, bodies_on_the_ground_go_on_bit_for_bit_while_it_slumps) {
         expect_goes_on(build_bodies_on_ground, before, 60, true);
 }
 
+TEST_F(WorldSnapshot, a_ball_goes_on_bit_for_bit_from_anywhere_in_its_impact) {
+    const auto dropped = [] {
+        auto world = std::make_unique<TestWorld>();
+        SoilDef def;
+        def.size_m = {2, 1, 2};
+        def.backend = Backend::cpu;
+        auto soil = SoilAction::create(world->world(), def);
+        EXPECT_TRUE(soil) << soil.error();
+        world->soil = std::move(*soil);
+        EXPECT_TRUE(world->soil->fill(BoxFill{{{-1, 0, -1}, {1, 0.4, 1}}, "dry_sand"}));
+        world->scene.add(200, world->scene.shape<btSphereShape>(btScalar(0.3)),
+                         {0, btScalar(1.4), 0});
+        return world;
+    };
+    for (const int before : {21, 22, 23, 24, 26, 40}) expect_goes_on(dropped, before, 30);
+}
+
 TEST_F(WorldSnapshot, heap_goes_on_bit_for_bit_while_it_falls_and_sleeps) {
     for (const int before : {0, 25, 90, 300}) expect_goes_on(build_heap, before, 120);
 }

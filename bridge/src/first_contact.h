@@ -1,0 +1,75 @@
+/// FirstContacts: free bodies that come down onto soil, from the substep in which they meet it
+/// until they have stopped.
+#pragma once
+
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
+
+#include <map>
+#include <vector>
+
+#include "body_collector.h"
+#include "contact_coupling.h"
+#include "soil_below.h"
+
+namespace bsoil::bullet {
+
+/// How a body is stopped within a time.
+struct Stopping {
+    double way_m = 0, speed_m_s = 0;
+};
+
+/// The soil's contacts are as old as its last step, and a body that falls moves by more than the
+/// depth of its impact in that time. So a body that comes from above is held by what its underside
+/// will meet during Bullet's substep: its motion through that is solved, and the limits of its rows
+/// are such that Bullet takes it where the solution ends. After that the soil's contacts hold it.
+/// A body on joints is not free, and soil that a body carries gives way with it: they meet in the
+/// soil's own step.
+class FirstContacts {
+  public:
+    /// The references must outlive this.
+    FirstContacts(BodyCollector& collector, ContactCoupling& coupling, const SoilBelow& soil_below,
+                  Vec3 up)
+        : collector_(collector), coupling_(coupling), soil_below_(soil_below), up_(up) {}
+
+    /// Start of a substep of the world's dispatch time, before the coupling's; may be called again
+    /// within it. loads: as of the last soil step. Cost: lines through the shapes
+    /// of each body in impact, 150 or one for each voxel of its underside.
+    void open_substep(btDiscreteDynamicsWorld& world, std::span<const BodyLoad> loads);
+    /// End of a substep.
+    void close_substep();
+    /// After a step of the soil: lets go bodies that its contacts hold.
+    void soil_has_stepped(double step_s);
+    void let_go() { bodies_.clear(); }
+
+  private:
+    friend class CouplingSnapshot;
+    struct Falling {
+        SurfaceSoil surface;
+        /// Bullet's speed into the soil is that of the substep's middle; at its end the body is so
+        /// much faster.
+        double lead_m_s = 0;
+        double next_lead_m_s = 0;  ///< once the substep is through
+        double speed_m_s = 0;      ///< into the soil, at its end
+        double age_s = 0;          ///< since it met the surface
+        bool is_open = false;      ///< met the soil in this substep
+    };
+    bool has_stopped(double speed_m_s, double duration_s) const;
+    void find_jointed(btDiscreteDynamicsWorld& world);
+    void find_carriers(const btDiscreteDynamicsWorld& world, std::span<const BodyLoad> loads);
+    bool is_over_carrier(const Aabb& box) const;
+    void open(btDiscreteDynamicsWorld& world, btRigidBody& body, double substep_s);
+    bool meet(const BodyState& body, std::span<const ConvexShape> shapes, Vec3 acceleration_m_s2,
+              double substep_s, Falling& falling);
+
+    BodyCollector& collector_;
+    ContactCoupling& coupling_;
+    const SoilBelow& soil_below_;
+    Vec3 up_;
+    std::map<int, Falling> bodies_;                  ///< by body id
+    std::vector<const btCollisionObject*> jointed_;  ///< sorted
+    std::vector<Aabb> carriers_;                     ///< boxes of bodies that carry soil
+    std::vector<ContactVoxel> elements_, lifted_;
+    std::vector<ContactPatch> patches_;
+};
+
+}  // namespace bsoil::bullet
