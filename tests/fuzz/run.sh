@@ -32,18 +32,23 @@ configure "$folder" CMAKE_C_COMPILER=clang CMAKE_CXX_COMPILER=clang++ BULLETSOIL
 build "$folder" bulletsoil_fuzz
 
 export ASAN_OPTIONS=${ASAN_OPTIONS:-detect_stack_use_after_return=0} UBSAN_OPTIONS=print_stacktrace=1
+export LSAN_OPTIONS=suppressions=$here/leaks.supp:print_suppressions=0
 mkdir -p "$folder/findings"
+
+# words PAGE: the tables and keys that a page of keys names, as libFuzzer takes words.
+words() { sed -nE 's/^## (\[.*\])$/"\1"/p; s/^\| `([a-z_0-9]+)` .*/"\1 = "/p' "$1" | sort -u; }
+words "$project_root/demos/scenes/README.md" >"$folder/scene.dict"
+words "$project_root/demos/experiments/README.md" >"$folder/experiment.dict"
+cp "$here/urdf.dict" "$folder/urdf.dict"
 
 # fuzz TARGET: 1 where something is found.
 fuzz() {
     local target=$1 log=$folder/$1.log
     local options=(-max_total_time=$((60 * minutes)) -timeout=60 -rss_limit_mb=3000 -max_len=65536 -print_final_stats=1
         -close_fd_mask=1 -artifact_prefix="$folder/findings/$target-")
-    [[ -f $here/dictionaries/$target.dict ]] && options+=(-dict="$here/dictionaries/$target.dict")
-    # urdfdom itself never frees the links of a loop.
-    [[ $target == urdf || $target == scene ]] && options+=(-detect_leaks=0)
+    [[ -f $folder/$target.dict ]] && options+=(-dict="$folder/$target.dict")
     mkdir -p "$folder/corpus/$target"
-    if BSOIL_FUZZ_TARGET=$target nice -n 19 "$folder/tests/fuzz/bulletsoil_fuzz" "${options[@]}" \
+    if BSOIL_FUZZ_TARGET=$target "$folder/tests/fuzz/bulletsoil_fuzz" "${options[@]}" \
         "$folder/corpus/$target" "$here/seeds/$target" >"$log" 2>&1; then
         say "$target: nothing found in $(sed -nE 's/^stat::number_of_executed_units: *//p' "$log") runs," \
             "$(sed -nE 's/^stat::peak_rss_mb: *//p' "$log") MB"
