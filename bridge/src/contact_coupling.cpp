@@ -66,11 +66,11 @@ void take_out(std::vector<Rows*>& rows, const Remove& remove) {
 
 }  // namespace
 
-ContactCoupling::ContactCoupling(btDiscreteDynamicsWorld& world, CoupledSoil soil,
+ContactCoupling::ContactCoupling(btDiscreteDynamicsWorld& world, ContactSoil soil,
                                  const SoilActionDef& options)
     : world_(world),
       multibody_world_(dynamic_cast<btMultiBodyDynamicsWorld*>(&world)),
-      soil_(std::move(soil)),
+      soil_(std::make_shared<const ContactSoil>(std::move(soil))),
       wake_limit_fraction_(options.wake_limit_fraction),
       wake_weight_fraction_(options.wake_weight_fraction) {}
 
@@ -151,16 +151,14 @@ void ContactCoupling::let_go() {
     coupled_.clear();
 }
 
-void ContactCoupling::update_strengths(Coupled& coupled) {
+void ContactCoupling::update_law(Coupled& coupled) {
     const SurfaceFriction& surface = coupled.body.surface;
-    const SurfaceFriction& known = coupled.strengths_surface;
-    if (coupled.strengths.size() == soil_.materials.size() && surface.friction == known.friction &&
+    const SurfaceFriction& known = coupled.law_surface;
+    if (coupled.law && surface.friction == known.friction &&
         surface.adhesion_pa == known.adhesion_pa)
         return;
-    coupled.strengths.clear();
-    for (const MaterialDef& material : soil_.materials)
-        coupled.strengths.push_back(strength_of(material, soil_.gravity_m_s2, surface));
-    coupled.strengths_surface = surface;
+    coupled.law = ContactLaw::make(soil_, surface);
+    coupled.law_surface = surface;
 }
 
 void ContactCoupling::update_carriers(Coupled& coupled, std::span<const ContactVoxel> voxels) {
@@ -216,7 +214,7 @@ void ContactCoupling::update_motion(const Coupled& coupled, const Carrier& carri
         if (v.carrier == carrier.id)
             extent_m = std::max(extent_m, length(v.position_m - now.center_of_mass_m));
     const double speed_m_s = length(motion.linear_m_s) + extent_m * length(motion.angular_rad_s) +
-                             (is_solved ? kRestVoxelsPerS * soil_.voxel_m : kDrivenRestMS);
+                             (is_solved ? kRestVoxelsPerS * soil_->voxel_m : kDrivenRestMS);
     motion.direction = now;
     motion.direction.linear_velocity_m_s = motion.linear_m_s * (1 / speed_m_s);
     motion.direction.angular_velocity_rad_s = motion.angular_rad_s * (1 / speed_m_s);
@@ -247,15 +245,15 @@ void ContactCoupling::keep_awake_with_carriers(Coupled& coupled) {
 double ContactCoupling::sinkage_m(const BodyState& body, const BodyContact& contact) const {
     if (!(contact.depth_m > 0) || !body.object) return contact.depth_m;
     const std::optional<double> lowest_m = lowest_height_m(
-        *body.object->getCollisionShape(), body.object->getWorldTransform(), soil_.up);
+        *body.object->getCollisionShape(), body.object->getWorldTransform(), soil_->up);
     if (!lowest_m) return contact.depth_m;
-    return contact.depth_m + std::clamp(contact.deepest_height_m - *lowest_m, 0.0, soil_.voxel_m);
+    return contact.depth_m + std::clamp(contact.deepest_height_m - *lowest_m, 0.0, soil_->voxel_m);
 }
 
 void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const ContactVoxel> voxels,
                                         double duration_s) {
     const BodyMotion& motion = coupled.body.motion;
-    update_strengths(coupled);
+    update_law(coupled);
     update_carriers(coupled, voxels);
     for (size_t i = 0; i < coupled.carriers.size(); ++i) {
         const int id = coupled.carriers[i].id;
@@ -263,11 +261,11 @@ void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const Contac
                                          [id](const ContactMotion& m) { return m.carrier == id; });
         update_motion(coupled, coupled.carriers[i], coupled.motions[i], voxels, duration_s, is_new);
     }
-    ContactMemory::near(pressed_soil_, voxels, coupled.body.id, soil_.voxel_m, pressed_around_);
+    ContactMemory::near(pressed_soil_, voxels, coupled.body.id, *coupled.law, pressed_around_);
     const std::span<const ContactHistory> history = coupled.memory.advance(
-        voxels, motion, soil_.up, soil_.voxel_m, duration_s, pressed_around_, coupled.motions);
-    const BodyContact contact = group_contacts(voxels, coupled.motions, soil_.up, soil_.voxel_m,
-                                               coupled.strengths, history, patches_);
+        voxels, motion, *coupled.law, duration_s, pressed_around_, coupled.motions);
+    const BodyContact contact =
+        group_contacts(voxels, coupled.motions, *coupled.law, history, patches_);
     coupled.width_m = contact.width_m;
     coupled.report.contact_area_m2 = contact.area_m2;
     coupled.report.sinkage_m = sinkage_m(coupled.body, contact);
@@ -304,17 +302,17 @@ void ContactCoupling::set_patches(const BodyState& body, const BodyMotion& direc
     take_over_patches(coupled);
 }
 
-const std::vector<SoilStrength>& ContactCoupling::strengths_for(const BodyState& body) {
+const ContactLaw& ContactCoupling::law_for(const BodyState& body) {
     Coupled& coupled = coupled_[body.id];
     coupled.body = body;
-    update_strengths(coupled);
-    return coupled.strengths;
+    update_law(coupled);
+    return *coupled.law;
 }
 
 void ContactCoupling::as_direction(BodyMotion& motion, double extent_m) const {
     const double speed_m_s = length(motion.linear_velocity_m_s) +
                              extent_m * length(motion.angular_velocity_rad_s) +
-                             kRestVoxelsPerS * soil_.voxel_m;
+                             kRestVoxelsPerS * soil_->voxel_m;
     motion.linear_velocity_m_s = motion.linear_velocity_m_s * (1 / speed_m_s);
     motion.angular_velocity_rad_s = motion.angular_velocity_rad_s * (1 / speed_m_s);
 }

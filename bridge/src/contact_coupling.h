@@ -21,20 +21,12 @@ class btMultiBodyDynamicsWorld;
 
 namespace bsoil::bullet {
 
-/// What the coupling needs to know of a soil.
-struct CoupledSoil {
-    Vec3 up{0, 0, 1};  ///< unit
-    double gravity_m_s2 = 9.81;
-    double voxel_m = 0.05;
-    std::vector<MaterialDef> materials;  ///< indexed by ContactVoxel::material
-};
-
 /// Contacts come in once a soil step (set_contacts); rows are in the world from open_substep to
 /// close_substep. No pointer to a body is followed before the world's own list has been seen to
 /// hold it.
 class ContactCoupling {
   public:
-    ContactCoupling(btDiscreteDynamicsWorld& world, CoupledSoil soil, const SoilActionDef& options);
+    ContactCoupling(btDiscreteDynamicsWorld& world, ContactSoil soil, const SoilActionDef& options);
     ~ContactCoupling();
 
     /// Bodies with their contacts of this soil step, in any order. Bodies that are not among them
@@ -46,12 +38,12 @@ class ContactCoupling {
     /// set_contacts.
     void set_patches(const BodyState& body, const BodyMotion& direction,
                      std::span<const ContactPatch> patches);
-    /// By material, with the body's surface; valid until the body is let go.
-    const std::vector<SoilStrength>& strengths_for(const BodyState& body);
+    /// Against the body's surface; valid until the body is let go.
+    const ContactLaw& law_for(const BodyState& body);
     /// A motion as yield sees it: as a share of the speed of a contact `extent_m` off the centre of
     /// mass, zero at rest.
     void as_direction(BodyMotion& motion, double extent_m) const;
-    double voxel_m() const { return soil_.voxel_m; }
+    double voxel_m() const { return soil_->voxel_m; }
     /// Bodies that touched others in the last substep, and whether one did.
     void find_touched();
     bool is_touched(const btCollisionObject* object) const;
@@ -134,8 +126,8 @@ class ContactCoupling {
         BodyReport report;
         ContactMemory memory;
         double pressure_pa = 0, width_m = 0;
-        std::vector<SoilStrength> strengths;  ///< with this body's surface
-        SurfaceFriction strengths_surface;
+        std::unique_ptr<const ContactLaw> law;  ///< against this body's surface
+        SurfaceFriction law_surface;
         bool seen = false;
 
         Carrier& carrier_of(const CoupledPatch& p) {
@@ -163,7 +155,7 @@ class ContactCoupling {
     double sinkage_m(const BodyState& body, const BodyContact& contact) const;
     void gather_pressed_soil();
     void take_over_patches(Coupled& coupled);
-    void update_strengths(Coupled& coupled);
+    void update_law(Coupled& coupled);
     /// Keeps what is known of carriers that were there before.
     void update_carriers(Coupled& coupled, std::span<const ContactVoxel> voxels);
     void update_motion(const Coupled& coupled, const Carrier& carrier, ContactMotion& motion,
@@ -192,7 +184,7 @@ class ContactCoupling {
 
     btDiscreteDynamicsWorld& world_;
     btMultiBodyDynamicsWorld* multibody_world_;  ///< world_, if it is one
-    CoupledSoil soil_;
+    std::shared_ptr<const ContactSoil> soil_;
     double wake_limit_fraction_, wake_weight_fraction_;
     std::map<int, Coupled>
         coupled_;              ///< by body id: the order of rows must not depend on addresses

@@ -184,10 +184,10 @@ bool FirstContacts::meet(const BodyState& state, std::span<const ConvexShape> sh
     const double bullet_m_s = -dot(motion.velocity_at(center), n);
     const double speed_m_s = std::max(0.0, bullet_m_s + falling.lead_m_s);
 
-    const std::vector<SoilStrength>& strengths = coupling_.strengths_for(state);
+    const ContactLaw& law = coupling_.law_for(state);
     const auto material = static_cast<size_t>(falling.surface.material);
-    if (material >= strengths.size()) return false;
-    const double density_kg_m3 = strengths[material].density_kg_m3;
+    if (material >= law.soil().materials.size()) return false;
+    const double density_kg_m3 = law.soil().materials[material].density_kg_m3;
     BodyMotion still = motion, direction = motion;
     still.linear_velocity_m_s = still.angular_velocity_rad_s = {};
     coupling_.as_direction(direction, length(center - motion.center_of_mass_m));
@@ -204,8 +204,7 @@ bool FirstContacts::meet(const BodyState& state, std::span<const ConvexShape> sh
             const double facing = std::max(0.0, -dot(element.normal, n));
             out.drag_kg_m += density_kg_m3 * element.area_m2 * facing * facing * facing;
         }
-        group_contacts(lifted_, still, direction, up_, std::max(apart_m, coupling_.voxel_m()),
-                       strengths, {}, patches_);
+        group_contacts(lifted_, still, direction, law, {}, patches_, apart_m);
         for (const ContactPatch& patch : patches_)
             out.force_n -= patch.normal_limit_n * dot(patch.normal, n);
         return out;

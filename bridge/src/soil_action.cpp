@@ -45,12 +45,13 @@ Aabb world_box(const GridFrame& frame) {
     return box;
 }
 
-CoupledSoil coupled_soil(const Soil& soil) {
+ContactSoil contact_soil(const Soil& soil) {
     const auto materials = soil.materials();
     return {up_of(soil.def()),
             soil.def().gravity_m_s2,
             soil.def().voxel_m,
-            {materials.begin(), materials.end()}};
+            {materials.begin(), materials.end()},
+            soil.def().contact_law};
 }
 
 /// A section's name; the first soil of a world has no number.
@@ -91,7 +92,7 @@ struct SoilAction::Impl {
           soil(std::move(new_soil)),
           box(world_box(soil->frame())),
           collector(box, soil->frame().voxel_m),
-          coupling(bullet_world, coupled_soil(*soil), options),
+          coupling(bullet_world, contact_soil(*soil), options),
           carried(bullet_world, up_of(soil->def()), soil->def().gravity_m_s2),
           surface(*soil),
           soil_below(*soil, surface, up_of(soil->def())),

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "bsoil/contact/bekker_soil.h"
 #include "bsoil/geometry.h"
 #include "bsoil/material.h"
 #include "bsoil/result.h"
@@ -64,7 +65,8 @@ struct MaterialItem : SceneItem {
     std::optional<double> density_kg_m3, loose_density_kg_m3, compacted_density_kg_m3;
     std::optional<double> friction_angle_rad, cohesion_pa, loose_cohesion_fraction;
     std::optional<double> tool_friction, tool_adhesion_pa, shear_displacement_m;
-    std::optional<BekkerItem> bekker;  ///< load_scene turns it into the densities
+    std::optional<BekkerItem> bekker;       ///< load_scene turns it into the densities
+    std::optional<BekkerSoil> bekker_soil;  ///< made of it by load_scene
     std::optional<Vec3> color;
 };
 

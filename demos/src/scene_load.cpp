@@ -116,6 +116,7 @@ class SceneChecker {
         soil.density_kg_m3 = item.density_kg_m3;
         BekkerOptions options;
         options.gravity_m_s2 = item.bekker->gravity_m_s2;
+        item.bekker_soil = soil;
         const auto found = translate(soil, options);
         if (!found) return error(item.where("bekker"), "`bekker`: {}", found.error());
         item.density_kg_m3 = found->material.density_kg_m3;
@@ -126,6 +127,16 @@ class SceneChecker {
             fmt::format("the bearing of \"{}\" differs from Bekker's by {:.0f} % (median; at most "
                         "{:.0f} %): `bsoil import-bekker` prints where",
                         item.name, 100 * found->median_error, 100 * found->largest_error)));
+    }
+
+    /// Of a soil whose law takes a material's own Bekker parameters.
+    void add_bekker(SoilItem& soil, const std::string& name) {
+        const auto item = std::find_if(scene_.materials.begin(), scene_.materials.end(),
+                                       [&name](const MaterialItem& m) { return m.name == name; });
+        if (item == scene_.materials.end() || !item->bekker_soil)
+            return error(soil.where("contact_law"),
+                         "`contact_law` \"bekker\" needs [material.bekker] of \"{}\"", name);
+        soil.def.contact_law.bekker.push_back(*item->bekker_soil);
     }
 
     void check_fill(FillItem& fill) {
@@ -394,6 +405,7 @@ void SceneChecker::check_soil() {
             continue;
         }
         soil.def.materials.push_back(*material);
+        if (soil.def.contact_law.kind == ContactLawDef::Kind::bekker) add_bekker(soil, name);
     }
     soil.def = soil_def(scene_);
     if (!errors_.empty()) return;

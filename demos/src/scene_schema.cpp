@@ -668,6 +668,14 @@ TableOf<SoilItem> soil_table() {
         .integer(
             "overflow_passes", [](S& s) -> int& { return s.def.overflow_passes; }, {0, 64},
             "passes that spread soil which does not fit")
+        .choice("contact_law", {"granular", "bekker"}, "granular",
+                "what soil does to bodies: by the stress at each element of their surface, or by "
+                "Bekker's and Janosi's parameters; each material then needs `[material.bekker]`",
+                [](S& s, size_t i) {
+                    constexpr ContactLawDef::Kind kOrder[] = {ContactLawDef::Kind::granular,
+                                                              ContactLawDef::Kind::bekker};
+                    s.def.contact_law.kind = kOrder[i];
+                })
         .choice("overflow", {"even", "up", "up_spread"}, "up",
                 "how soil that does not fit leaves its voxel",
                 [](S& s, size_t i) {

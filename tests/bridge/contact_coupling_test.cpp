@@ -11,6 +11,7 @@
 
 #include "bullet_scene.h"
 #include "bullet_types.h"
+#include "bsoil/contact/granular_law.h"
 #include "flat_soil.h"
 #include "torque_constraint.h"
 

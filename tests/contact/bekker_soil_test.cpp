@@ -10,7 +10,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "bsoil/contact/yield_traction.h"
+#include "bsoil/contact/granular_law.h"
 
 namespace bsoil {
 namespace {
@@ -87,14 +87,16 @@ std::string error_of(const BekkerSoil& soil, const BekkerOptions& options = {}) 
 
 TEST(BekkerSoil, bearing_is_the_normal_limit_of_a_disc_on_soil_as_placed) {
     const MaterialDef m = material(30, 1000, 1600, 0.4);
-    ContactVoxel element;
-    element.normal = {0, -1, 0};
-    element.depth_m = 0.05;
+    ContactVoxel contact;
+    contact.normal = {0, -1, 0};
+    contact.depth_m = 0.05;
     const double side_m = std::sqrt(3.0) * 0.075;
-    const double expected =
-        yield_of_element(element, {}, 0, {0, 1, 0}, strength_of(m, kGravity_m_s2),
-                         {side_m, side_m, 0.05, 0.4})
-            .normal_limit_pa;
+    const auto soil = std::make_shared<ContactSoil>();
+    soil->up = {0, 1, 0};
+    soil->materials = {m};
+    const double expected = ContactLaw::make(soil)
+                                ->yield({contact, {side_m, side_m, 0.05, 0.4}}, {}, {})
+                                .normal_limit_pa;
     EXPECT_NEAR(plate_bearing_pa(m, kGravity_m_s2, 0.075, 0.05), expected, 1e-9 * expected);
 }
 

@@ -11,6 +11,16 @@ namespace {
 constexpr double kVoxel = 0.1;
 constexpr double kStep = 0.1;
 
+/// Soil with z up; no material: nothing yields.
+const ContactLaw& law() {
+    static const auto made = [] {
+        auto soil = std::make_shared<ContactSoil>();
+        soil->voxel_m = kVoxel;
+        return ContactLaw::make(std::move(soil));
+    }();
+    return *made;
+}
+
 /// A contact in the voxel (x, z) of a grid with z up, pressed in by 1 cm.
 ContactVoxel contact(int x, int z, Vec3 normal = {0, 0, -1}) {
     ContactVoxel v;
@@ -31,8 +41,7 @@ BodyMotion moving(Vec3 velocity_m_s) {
 std::vector<double> advanced(ContactMemory& memory, std::vector<ContactVoxel> voxels,
                              Vec3 velocity_m_s) {
     std::vector<double> sheared_m;
-    for (const ContactHistory& h :
-         memory.advance(voxels, moving(velocity_m_s), {0, 0, 1}, kVoxel, kStep))
+    for (const ContactHistory& h : memory.advance(voxels, moving(velocity_m_s), law(), kStep))
         sheared_m.push_back(h.sheared_m);
     return sheared_m;
 }
@@ -98,8 +107,7 @@ TEST(ContactMemory, remembers_how_far_a_surface_has_drawn_back) {
     ContactMemory memory;
     const ContactVoxel sole = contact(0, 0);
     const auto retreat_m = [&](double rise_m) {
-        return memory
-            .advance({&sole, 1}, moving({0.3, 0, rise_m / kStep}), {0, 0, 1}, kVoxel, kStep)[0]
+        return memory.advance({&sole, 1}, moving({0.3, 0, rise_m / kStep}), law(), kStep)[0]
             .retreat_m;
     };
     EXPECT_EQ(retreat_m(-0.005), 0) << "pressed in";
@@ -129,9 +137,8 @@ TEST(ContactMemory, soil_passes_from_link_to_link_with_its_shear) {
         for (ContactMemory* link : {&rear, &front}) {
             std::vector<PressedSoil> around;
             const auto& voxels = link == &rear ? behind : ahead;
-            ContactMemory::near(soil, voxels, link == &front, kVoxel, around);
-            const auto slid =
-                link->advance(voxels, moving(velocity), {0, 0, 1}, kVoxel, kStep, around);
+            ContactMemory::near(soil, voxels, link == &front, law(), around);
+            const auto slid = link->advance(voxels, moving(velocity), law(), kStep, around);
             for (const ContactHistory& h : slid) of_links.push_back(h.sheared_m);
         }
         EXPECT_EQ(of_links, advanced(plate, whole, velocity)) << "step " << step;
@@ -142,7 +149,7 @@ TEST(ContactMemory, another_face_in_the_same_voxel_keeps_its_own) {
     ContactMemory sole, wall;
     advanced(sole, {contact(0, 0)}, {0.5, 0, 0});
     const auto slid = wall.advance(std::vector{contact(0, 0, {1, 0, 0})}, moving({0, 0.01, 0}),
-                                   {0, 0, 1}, kVoxel, kStep, sole.soil());
+                                   law(), kStep, sole.soil());
     EXPECT_NEAR(slid[0].sheared_m, 0.001, 1e-12);
 }
 

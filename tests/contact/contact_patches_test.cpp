@@ -6,6 +6,8 @@
 #include <numbers>
 #include <set>
 
+#include "bsoil/contact/granular_law.h"
+
 namespace bsoil {
 namespace {
 
@@ -18,6 +20,14 @@ SoilStrength uniform_strength(double stress_pa) {
     s.friction = 0.5;
     s.cohesion_sole_pa = s.cohesion_wall_pa = stress_pa;
     return s;
+}
+
+/// The law of soils with these strengths, in voxels of 0.1 m.
+GranularLaw law_of(std::vector<SoilStrength> strengths) {
+    auto soil = std::make_shared<ContactSoil>();
+    soil->up = kUp;
+    soil->voxel_m = 0.1;
+    return GranularLaw(std::move(soil), std::move(strengths));
 }
 
 ContactVoxel voxel(Vec3 position, Vec3 normal, double area) {
@@ -52,11 +62,11 @@ Vec3 limit_force(const std::vector<ContactPatch>& patches) {
 
 TEST(ContactPatches, uniform_pressure_on_a_closed_body_gives_no_force) {
     std::vector<ContactPatch> patches;
-    const SoilStrength strengths[] = {uniform_strength(1000)};
+    const GranularLaw law = law_of({uniform_strength(1000)});
     for (const double turn : {0.0, 0.3}) {
         BodyMotion motion;
         motion.pose.rotation = {0, std::sin(turn), 0, std::cos(turn)};
-        group_contacts(sphere_voxels(), motion, motion, kUp, 0.1, strengths, {}, patches);
+        group_contacts(sphere_voxels(), motion, motion, law, {}, patches);
         EXPECT_EQ(patches.size(), 24u);
         double sum = 0;
         for (const ContactPatch& p : patches) sum += p.normal_limit_n;
@@ -68,8 +78,8 @@ TEST(ContactPatches, patch_sums_equal_voxel_sums) {
     std::vector<ContactVoxel> voxels = sphere_voxels();
     voxels.resize(voxels.size() / 3);
     std::vector<ContactPatch> patches;
-    const SoilStrength strengths[] = {uniform_strength(1000)};
-    group_contacts(voxels, {}, {}, kUp, 0.1, strengths, {}, patches);
+    const GranularLaw law = law_of({uniform_strength(1000)});
+    group_contacts(voxels, {}, {}, law, {}, patches);
     Vec3 expected;
     for (const ContactVoxel& v : voxels) expected += 1000 * v.area_m2 * v.normal;
     EXPECT_LT(length(limit_force(patches) - expected), 1e-9 * length(expected));
@@ -81,8 +91,8 @@ TEST(ContactPatches, four_quadrants_carry_a_torque) {
         for (int j = 0; j < 10; ++j)
             voxels.push_back(voxel({-0.45 + 0.1 * i, 0, -0.45 + 0.1 * j}, {0, -1, 0}, 0.01));
     std::vector<ContactPatch> patches;
-    const SoilStrength strengths[] = {uniform_strength(1000)};
-    group_contacts(voxels, {}, {}, kUp, 0.1, strengths, {}, patches);
+    const GranularLaw law = law_of({uniform_strength(1000)});
+    group_contacts(voxels, {}, {}, law, {}, patches);
     ASSERT_EQ(patches.size(), 4u);
     std::set<std::pair<bool, bool>> corners;
     for (const ContactPatch& p : patches) {
@@ -96,20 +106,19 @@ TEST(ContactPatches, four_quadrants_carry_a_torque) {
 }
 
 TEST(ContactPatches, bins_turn_with_the_body) {
-    const SoilStrength strengths[] = {uniform_strength(1000)};
+    const GranularLaw law = law_of({uniform_strength(1000)});
     std::vector<ContactPatch> patches;
     const double h = std::numbers::sqrt2 / 2;
     BodyMotion quarter_turn_about_z;  // body x is world y
     quarter_turn_about_z.pose.rotation = {0, 0, h, h};
     const ContactVoxel down[] = {voxel({}, {0, -1, 0}, 1)};
-    group_contacts(down, quarter_turn_about_z, quarter_turn_about_z, kUp, 0.1, strengths, {},
-                   patches);
+    group_contacts(down, quarter_turn_about_z, quarter_turn_about_z, law, {}, patches);
     ASSERT_EQ(patches.size(), 1u);
     EXPECT_EQ(patches[0].bin, 1);
 }
 
 TEST(ContactPatches, gap_and_material_enter) {
-    const SoilStrength strengths[] = {uniform_strength(1000), uniform_strength(3000)};
+    const GranularLaw law = law_of({uniform_strength(1000), uniform_strength(3000)});
     ContactVoxel v = voxel({}, {0, -1, 0}, 2);
     // A tenth of 0.5 m rebounds; three quarters of the 25 mm beyond that are open.
     v.gap_m = 0.05 + 0.75 * 0.025;
@@ -117,7 +126,7 @@ TEST(ContactPatches, gap_and_material_enter) {
     v.depth_m = 0.5;
     v.compression_m = 0.01;
     std::vector<ContactPatch> patches;
-    const BodyContact total = group_contacts({&v, 1}, {}, {}, kUp, 0.1, strengths, {}, patches);
+    const BodyContact total = group_contacts({&v, 1}, {}, {}, law, {}, patches);
     ASSERT_EQ(patches.size(), 1u);
     EXPECT_NEAR(patches[0].normal_limit_n, 1500, 1e-9);
     EXPECT_NEAR(total.area_m2, 0.5, 1e-12);
@@ -126,13 +135,12 @@ TEST(ContactPatches, gap_and_material_enter) {
 }
 
 TEST(ContactPatches, moving_body_mobilizes_force_and_torque) {
-    const SoilStrength strengths[] = {uniform_strength(1000)};
+    const GranularLaw law = law_of({uniform_strength(1000)});
     const ContactVoxel v = voxel({0.5, 0, 0}, {0, -1, 0}, 1);
     BodyMotion sinking;
     sinking.linear_velocity_m_s = {0, -1, 0};
     std::vector<ContactPatch> patches;
-    const BodyContact total =
-        group_contacts({&v, 1}, sinking, sinking, kUp, 0.1, strengths, {}, patches);
+    const BodyContact total = group_contacts({&v, 1}, sinking, sinking, law, {}, patches);
     EXPECT_NEAR(total.mobilized_force_n.y, 1000, 1e-9);
     EXPECT_NEAR(total.mobilized_torque_n_m.z, 500, 1e-9);
 }
@@ -149,7 +157,7 @@ TEST(ContactPatches, ring_that_turns_has_the_torque_of_its_radius) {
     BodyMotion turning;
     turning.angular_velocity_rad_s = {0, 1, 0};
     std::vector<ContactPatch> patches;
-    group_contacts(voxels, turning, turning, kUp, 0.1, {&sticky, 1}, {}, patches);
+    group_contacts(voxels, turning, turning, law_of({sticky}), {}, patches);
     ASSERT_EQ(patches.size(), 4u);
     double torque = 0;
     for (const ContactPatch& p : patches) {
@@ -172,7 +180,7 @@ TEST(ContactPatches, wheel_that_rolls_turns_about_its_rim) {
     rolling.linear_velocity_m_s = {0.5, 0, 0};
     rolling.angular_velocity_rad_s = {0, 0, -0.5};
     std::vector<ContactPatch> patches;
-    group_contacts(voxels, rolling, rolling, kUp, 0.1, {&sticky, 1}, {}, patches);
+    group_contacts(voxels, rolling, rolling, law_of({sticky}), {}, patches);
     ASSERT_EQ(patches.size(), 4u);
     for (const ContactPatch& p : patches) {
         // Every voxel's surface slides backwards along the soil, if it slides at all; so does the
@@ -186,7 +194,7 @@ TEST(ContactPatches, wheel_that_rolls_turns_about_its_rim) {
 
 TEST(ContactPatches, nothing_gives_no_patches) {
     std::vector<ContactPatch> patches(3);
-    const BodyContact total = group_contacts({}, {}, {}, kUp, 0.1, {}, {}, patches);
+    const BodyContact total = group_contacts({}, {}, {}, law_of({}), {}, patches);
     EXPECT_TRUE(patches.empty());
     EXPECT_EQ(total.area_m2, 0);
 }

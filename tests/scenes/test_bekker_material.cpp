@@ -99,5 +99,28 @@ TEST(BekkerMaterial, mistakes_are_reported_with_their_place) {
                  "s.toml:10:23: `loose_density_kg_m3` is what `bekker` is turned into");
 }
 
+TEST(BekkerMaterial, gives_its_parameters_to_a_law_that_wants_them) {
+    const auto text = [](const std::string& material, const std::string& bekker) {
+        return "[world]\nduration_s = 1.0\n[soil]\nsize_m = [1, 1, 1]\ncontact_law = \"bekker\"\n"
+               "material = \"" +
+               material + "\"\n[[material]]\nname = \"loam\"\n" + kStrength + bekker;
+    };
+    const std::string bekker = "bekker = { kphi = 752e3, kc = 6900, n = 0.66 }\n";
+    const auto scene = parse_scene(text("loam", bekker), "s.toml");
+    ASSERT_TRUE(scene) << scene.error();
+    const ContactLawDef& law = scene->soil->def.contact_law;
+    EXPECT_EQ(law.kind, ContactLawDef::Kind::bekker);
+    ASSERT_EQ(law.bekker.size(), 1u);
+    EXPECT_EQ(law.bekker[0].n, 0.66);
+    EXPECT_EQ(law.bekker[0].cohesion_pa, 3700);
+    for (const auto& [material, keys] :
+         {std::pair{"loam", std::string()}, std::pair{"clay", bekker}}) {
+        const auto refused = parse_scene(text(material, keys), "s.toml");
+        ASSERT_FALSE(refused);
+        EXPECT_NE(refused.error().find("s.toml:5:1"), std::string::npos) << refused.error();
+        EXPECT_NE(refused.error().find("needs [material.bekker] of"), std::string::npos);
+    }
+}
+
 }  // namespace
 }  // namespace bsoil::scene

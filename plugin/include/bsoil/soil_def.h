@@ -4,6 +4,7 @@
 #include <functional>
 #include <vector>
 
+#include "bsoil/contact/contact_law_def.h"
 #include "bsoil/geometry.h"
 #include "bsoil/material.h"
 #include "bsoil/result.h"
@@ -28,12 +29,12 @@ struct SoilDef {
     MaterialDef material =
         materials::dry_sand();           ///< the only material, unless `materials` has some
     std::vector<MaterialDef> materials;  ///< 1..8 materials with unique names, or empty
-    /// Box of the grid along the world's axes. Rounded up to whole voxels across, to a multiple of 8
-    /// of them along up; what lies beyond its sides is a wall to the soil.
+    /// Box of the grid along the world's axes. Rounded up to whole voxels across, to a multiple of
+    /// 8 of them along up; what lies beyond its sides is a wall to the soil.
     Vec3 size_m{12, 2, 12};
     Vec3 floor_center_m{};  ///< world position of the centre of the box's bottom face; -1e7..1e7
-    double yaw_rad = 0;      ///< rotation of the grid about the up axis
-    double voxel_m = 0.05;   ///< edge of a voxel, 0.001..1
+    double yaw_rad = 0;     ///< rotation of the grid about the up axis
+    double voxel_m = 0.05;  ///< edge of a voxel, 0.001..1
     UpAxis up = UpAxis::y;
     double gravity_m_s2 = 9.81;      ///< along -up, 0..30
     double step_s = 1.0 / 60;        ///< the soil's own step, 1/2000..1/20
@@ -43,7 +44,8 @@ struct SoilDef {
     int substeps_max = 8;   ///< sub-steps a fast step may be cut into, 1..32
     int tile_capacity = 0;  ///< awake tiles at once; 0 = all that exist, within 1 GiB
     Backend backend = Backend::automatic;
-    int thread_count = 0;  ///< CPU backend; 0 = all cores. Results do not depend on it
+    int thread_count = 0;       ///< CPU backend; 0 = all cores. Results do not depend on it
+    ContactLawDef contact_law;  ///< what soil does to bodies that press on it
 
     /// Names the field, its value and its range when something is wrong.
     Status validate() const;

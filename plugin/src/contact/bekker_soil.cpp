@@ -6,7 +6,7 @@
 #include <sstream>
 #include <string>
 
-#include "bsoil/contact/yield_traction.h"
+#include "bsoil/contact/granular_law.h"
 
 namespace bsoil {
 namespace {
@@ -49,19 +49,7 @@ double bekker_modulus(const BekkerSoil& soil, double plate_radius_m) {
 }
 
 Status check_soil(const BekkerSoil& soil, const BekkerOptions& options) {
-    for (const Status& status :
-         {check("kphi", soil.kphi_pa_m_n, 0, 1e9), check("kc", soil.kc_pa_m_n1, -1e8, 1e8),
-          check("n", soil.n, 0, 2.5), check("cohesion_pa", soil.cohesion_pa, 0, 200e3),
-          check("friction_angle_rad", soil.friction_angle_rad, 0, 1.2),
-          check("shear_displacement_m", soil.shear_displacement_m, 0, 0.2)})
-        if (!status) return status;
-    if (soil.density_kg_m3) {
-        const Status s =
-            check("density_kg_m3", *soil.density_kg_m3, kDensityLeast_kg_m3, kDensityMost_kg_m3);
-        if (!s) return s;
-    }
-    if (soil.kphi_pa_m_n == 0 && soil.kc_pa_m_n1 == 0)
-        return Error{"kphi and kc are 0: one of them must be positive"};
+    if (Status s = soil.validate(); !s) return s;
     for (const double radius_m : options.plate_radii_m)
         if (!(bekker_modulus(soil, radius_m) > 0))
             return Error{"kc is " + text(soil.kc_pa_m_n1) + ", must exceed " +
@@ -149,6 +137,23 @@ double mean_square_log_ratio(const std::vector<BearingComparison>& comparisons) 
 
 }  // namespace
 
+Status BekkerSoil::validate() const {
+    for (const Status& status :
+         {check("kphi", kphi_pa_m_n, 0, 1e9), check("kc", kc_pa_m_n1, -1e8, 1e8),
+          check("n", n, 0, 2.5), check("cohesion_pa", cohesion_pa, 0, 200e3),
+          check("friction_angle_rad", friction_angle_rad, 0, 1.2),
+          check("shear_displacement_m", shear_displacement_m, 0, 0.2)})
+        if (!status) return status;
+    if (density_kg_m3) {
+        const Status s =
+            check("density_kg_m3", *density_kg_m3, kDensityLeast_kg_m3, kDensityMost_kg_m3);
+        if (!s) return s;
+    }
+    if (kphi_pa_m_n == 0 && kc_pa_m_n1 == 0)
+        return Error{"kphi and kc are 0: one of them must be positive"};
+    return Done{};
+}
+
 Status BekkerOptions::validate() const {
     for (const Status& status :
          {check("gravity_m_s2", gravity_m_s2, 0.1, 30),
@@ -163,17 +168,18 @@ Status BekkerOptions::validate() const {
 
 double plate_bearing_pa(const MaterialDef& material, double gravity_m_s2, double plate_radius_m,
                         double sinkage_m) {
-    const Vec3 up{0, 0, 1};
-    ContactVoxel element;
-    element.normal = {0, 0, -1};
-    element.depth_m = sinkage_m;
+    ContactVoxel contact;
+    contact.normal = {0, 0, -1};
+    contact.depth_m = sinkage_m;
     // A disc has the second moments of area of a square of this side.
     const double side_m = std::sqrt(3.0) * plate_radius_m;
     const FaceExtent plate{
         side_m, side_m, sinkage_m,
         material.has_density_range() ? material.relative_density(material.density_kg_m3) : -1};
-    return yield_of_element(element, {}, 0, up, strength_of(material, gravity_m_s2), plate)
-        .normal_limit_pa;
+    const auto soil = std::make_shared<ContactSoil>();
+    soil->gravity_m_s2 = gravity_m_s2;
+    soil->materials = {material};
+    return GranularLaw(soil, SurfaceFriction{}).yield({contact, plate}, {}, {}).normal_limit_pa;
 }
 
 Result<BekkerTranslation> translate(const BekkerSoil& soil, const BekkerOptions& options) {

@@ -10,10 +10,6 @@ namespace bsoil {
 namespace {
 
 constexpr int kWallBinCount = 6;
-/// Sole voxels no further apart than this, seen from above, belong to one sole: a lug's gap or an
-/// empty voxel does not part them. Voxels.
-constexpr int kSoleGap = 2;
-
 /// Two unit vectors across `up` that do not depend on the body.
 std::array<Vec3, 2> level_axes(Vec3 up) {
     const Vec3 first = std::abs(up.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
@@ -34,14 +30,14 @@ int root_of(std::vector<int>& parent, int i) {
 }
 
 /// Joins cells that are near each other; returns each cell's root.
-std::vector<int> join_cells(const std::vector<Cell>& cells) {
+std::vector<int> join_cells(const std::vector<Cell>& cells, int gap) {
     std::vector<int> parent(cells.size());
     std::iota(parent.begin(), parent.end(), 0);
     for (size_t i = 0; i < cells.size(); ++i) {
-        for (int64_t dx = 0; dx <= kSoleGap; ++dx) {
-            const Cell low{cells[i].x + dx, cells[i].y - kSoleGap, 0};
+        for (int64_t dx = 0; dx <= gap; ++dx) {
+            const Cell low{cells[i].x + dx, cells[i].y - gap, 0};
             for (auto it = std::lower_bound(cells.begin(), cells.end(), low);
-                 it != cells.end() && it->x == low.x && it->y <= cells[i].y + kSoleGap; ++it) {
+                 it != cells.end() && it->x == low.x && it->y <= cells[i].y + gap; ++it) {
                 const int a = root_of(parent, static_cast<int>(i));
                 const int b = root_of(parent, static_cast<int>(it - cells.begin()));
                 parent[std::max(a, b)] = std::min(a, b);
@@ -59,9 +55,9 @@ struct FaceSums {
     double depth_m = 0;
     int count = 0;
 
-    void add(const ContactVoxel& v, double voxel_m, double at_a, double at_b) {
+    void add(const ContactVoxel& v, const ContactLaw& law, double at_a, double at_b) {
         // What only brushes the soil, like a wheel's rim above its rut, bears nothing.
-        const double w = bearing_depth_m(v) > 0 ? v.area_m2 * touching_share(v, voxel_m) : 0;
+        const double w = bearing_depth_m(v) > 0 ? v.area_m2 * law.touching_share(v) : 0;
         if (!(w > 0)) return;
         area += w;
         ++count;
@@ -103,8 +99,9 @@ int dominant_axis_bin(Vec3 n) {
     return 2 * axis + (c[axis] < 0 ? 1 : 0);
 }
 
-void find_contact_faces(std::span<const ContactVoxel> voxels, Quat body_to_world, Vec3 up,
-                        double voxel_m, ContactFaces& out) {
+void find_contact_faces(std::span<const ContactVoxel> voxels, Quat body_to_world,
+                        const ContactLaw& law, double element_m, ContactFaces& out) {
+    const Vec3 up = law.up();
     out.faces.assign(kWallBinCount, {});
     out.of_voxel.resize(voxels.size());
     const Quat to_body = conjugate(body_to_world);
@@ -116,7 +113,7 @@ void find_contact_faces(std::span<const ContactVoxel> voxels, Quat body_to_world
         const ContactVoxel& v = voxels[i];
         if (-dot(v.normal, up) > kSoleCosine) {
             // Whole voxels apart: rounding does not decide where the grid lies along the axes.
-            const Vec3 place = (v.center_m - voxels.front().center_m) * (1 / voxel_m);
+            const Vec3 place = (v.center_m - voxels.front().center_m) * (1 / element_m);
             cells.push_back({std::llround(dot(place, axis_a)), std::llround(dot(place, axis_b)),
                              static_cast<int>(i)});
             continue;
@@ -129,7 +126,7 @@ void find_contact_faces(std::span<const ContactVoxel> voxels, Quat body_to_world
         const Vec3 level = cross(up, normal);
         const double size = length(level);
         const Vec3 across = size > 1e-9 ? level * (1 / size) : axis_a;
-        walls[bin].add(v, voxel_m, dot(v.position_m, across), 0);
+        walls[bin].add(v, law, dot(v.position_m, across), 0);
     }
     for (int bin = 0; bin < kWallBinCount; ++bin) {
         if (!(walls[bin].area > 0)) continue;
@@ -140,7 +137,7 @@ void find_contact_faces(std::span<const ContactVoxel> voxels, Quat body_to_world
     std::sort(cells.begin(), cells.end(), [](const Cell& a, const Cell& b) {
         return a < b || (!(b < a) && a.voxel < b.voxel);
     });
-    const std::vector<int> roots = join_cells(cells);
+    const std::vector<int> roots = join_cells(cells, law.def().sole_gap_voxels);
     std::vector<int> face_of(cells.size(), -1);
     std::vector<FaceSums> soles;
     for (size_t i = 0; i < cells.size(); ++i) {
@@ -150,7 +147,7 @@ void find_contact_faces(std::span<const ContactVoxel> voxels, Quat body_to_world
             soles.emplace_back();
         }
         const ContactVoxel& v = voxels[cells[i].voxel];
-        soles[face].add(v, voxel_m, dot(v.position_m, axis_a), dot(v.position_m, axis_b));
+        soles[face].add(v, law, dot(v.position_m, axis_a), dot(v.position_m, axis_b));
         out.of_voxel[cells[i].voxel] = kWallBinCount + face;
     }
     for (const FaceSums& sole : soles) {

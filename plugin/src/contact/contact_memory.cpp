@@ -7,19 +7,6 @@
 namespace bsoil {
 namespace {
 
-/// Distances between voxels' centres, in voxels. Less than this far across the soil's way it is the
-/// same column of soil, less than this far along it the same soil pushed on.
-constexpr double kSameAcross = 0.6, kSameAlong = 1.75;
-/// Another body's face is the same contact where its normal is no further off than this cosine.
-constexpr double kSameFaceCosine = 0.5;
-
-/// The soil under a face that looks down (the cosine at least) goes down, and the next column's
-/// comes under it; that of any other face is pushed on along the normal.
-constexpr double kLooksDown = 0.2;
-
-/// Nothing further off than this, in voxels, is the same soil.
-constexpr double kReach = 2;
-
 /// The part of a sorted list from `x` on.
 std::span<const PressedSoil> from_x(std::span<const PressedSoil> soil, double x) {
     const auto first =
@@ -31,14 +18,16 @@ std::span<const PressedSoil> from_x(std::span<const PressedSoil> soil, double x)
 /// The soil of a contact voxel in a list sorted by center_m.x, null where it is not there: the
 /// nearest; of an edge's two faces in one voxel the one that looks the same way.
 const PressedSoil* find(std::span<const PressedSoil> soil, const ContactVoxel& v, Vec3 way,
-                        double voxel_m, double cosine_least) {
-    const double reach_m = kSameAlong * voxel_m, across_m = kSameAcross * voxel_m;
+                        const ContactLaw& law, double cosine_least) {
+    const double voxel_m = law.voxel_m(), far_m = law.def().memory_reach_voxels * voxel_m;
+    const double reach_m = law.def().same_along_voxels * voxel_m;
+    const double across_m = law.def().same_across_voxels * voxel_m;
     const PressedSoil* same = nullptr;
     double least = std::numeric_limits<double>::infinity();
     for (const PressedSoil& entry : from_x(soil, v.center_m.x - reach_m)) {
         if (entry.center_m.x > v.center_m.x + reach_m) break;
         const Vec3 apart = entry.center_m - v.center_m;
-        if (std::abs(apart.y) > kReach * voxel_m || std::abs(apart.z) > kReach * voxel_m) continue;
+        if (std::abs(apart.y) > far_m || std::abs(apart.z) > far_m) continue;
         const double along = dot(apart, way);
         const double square = dot(apart, apart), cosine = dot(entry.normal, v.normal);
         if (std::abs(along) > reach_m || square - along * along > across_m * across_m) continue;
@@ -53,7 +42,7 @@ const PressedSoil* find(std::span<const PressedSoil> soil, const ContactVoxel& v
 }  // namespace
 
 void ContactMemory::near(std::span<const PressedSoil> soil, std::span<const ContactVoxel> voxels,
-                         int body, double voxel_m, std::vector<PressedSoil>& out) {
+                         int body, const ContactLaw& law, std::vector<PressedSoil>& out) {
     out.clear();
     if (voxels.empty()) return;
     Aabb box{voxels.front().center_m, voxels.front().center_m};
@@ -63,7 +52,7 @@ void ContactMemory::near(std::span<const PressedSoil> soil, std::span<const Cont
         box.max = {std::max(box.max.x, v.center_m.x), std::max(box.max.y, v.center_m.y),
                    std::max(box.max.z, v.center_m.z)};
     }
-    const double reach_m = kReach * voxel_m;
+    const double reach_m = law.def().memory_reach_voxels * law.voxel_m();
     for (const PressedSoil& entry : from_x(soil, box.min.x - reach_m)) {
         const Vec3 c = entry.center_m;
         if (c.x > box.max.x + reach_m) break;
@@ -75,10 +64,12 @@ void ContactMemory::near(std::span<const PressedSoil> soil, std::span<const Cont
 }
 
 std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVoxel> voxels,
-                                                       const BodyMotion& motion, Vec3 up,
-                                                       double voxel_m, double duration_s,
+                                                       const BodyMotion& motion,
+                                                       const ContactLaw& law, double duration_s,
                                                        std::span<const PressedSoil> around,
                                                        std::span<const ContactMotion> relative) {
+    const Vec3 up = law.up();
+    const double voxel_m = law.voxel_m();
     previous_.swap(entries_);
     entries_.clear();
     history_.clear();
@@ -88,14 +79,14 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
             relative.empty() ? own
                              : motion_for(relative, v.carrier).motion.velocity_at(v.position_m);
         // Soil that only brushes the body, with no depth to it or a gap before it, is not sheared.
-        const bool is_pressed = bearing_depth_m(v) > 0 && touching_share(v, voxel_m) > 0;
+        const bool is_pressed = bearing_depth_m(v) > 0 && law.touching_share(v) > 0;
         Vec3 slid =
             is_pressed ? duration_s * (velocity - dot(velocity, v.normal) * v.normal) : Vec3{};
         double retreat_m = -duration_s * dot(velocity, v.normal);
-        const Vec3 way = dot(v.normal, up) < -kLooksDown ? up : v.normal;
-        const PressedSoil* same = find(previous_, v, way, voxel_m, -1);
+        const Vec3 way = dot(v.normal, up) < -law.def().looks_down_cosine ? up : v.normal;
+        const PressedSoil* same = find(previous_, v, way, law, -1);
         if (same) retreat_m += same->retreat_m;
-        const PressedSoil* others = find(around, v, way, voxel_m, kSameFaceCosine);
+        const PressedSoil* others = find(around, v, way, law, law.def().same_contact_cosine);
         if (others && (!same || length(others->slid_m) > length(same->slid_m))) same = others;
         if (same) slid += same->slid_m;
         retreat_m = std::clamp(retreat_m, 0.0, voxel_m);

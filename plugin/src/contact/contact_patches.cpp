@@ -3,11 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "bsoil/contact/contact_faces.h"
 
 namespace bsoil {
 namespace {
+
+/// Of soil that has sheared as far as it matters, and that nothing has drawn back from.
+constexpr ContactHistory kAllDeveloped{std::numeric_limits<double>::infinity(), 0};
 
 /// Which side of the centroid, along the two axes across the bin's own. `nothing_m`: what is no
 /// further off lies in the middle, so that rounding does not decide.
@@ -58,7 +62,8 @@ Vec3 shift_to_line(const Shear& shear, Vec3 arm_m) {
 }
 
 /// Puts the shear force where the voxels' shear forces have their sum and torque.
-void place_shear(const PatchSum& sum, const BodyMotion& direction, ContactPatch& patch) {
+void place_shear(const PatchSum& sum, const BodyMotion& direction, double creep,
+                 ContactPatch& patch) {
     patch.shear_point_m = patch.point_m;
     if (!(sum.shear_n > 0)) return;
     const Vec3 arm = patch.point_m - direction.center_of_mass_m;
@@ -80,7 +85,7 @@ void place_shear(const PatchSum& sum, const BodyMotion& direction, ContactPatch&
     const Vec3 turn = cross(direction.angular_velocity_rad_s, arm);
     const Vec3 rolling = turn - dot(turn, patch.normal) * patch.normal;
     const double rolling_size = length(rolling);
-    if (rolling_size > kCreep)
+    if (rolling_size > creep)
         patch.shear_point_m +=
             (1 - placed) *
             within(shift_to_line(spread_shear(sum, arm, rolling * (1 / rolling_size)), arm));
@@ -89,10 +94,11 @@ void place_shear(const PatchSum& sum, const BodyMotion& direction, ContactPatch&
 /// The voxels whose soil one carrier carries.
 class CarrierPatches {
   public:
-    CarrierPatches(const ContactMotion& motion, double voxel_m)
+    CarrierPatches(const ContactMotion& motion, const ContactLaw& law, double element_m)
         : motion_(motion),
           to_body_(conjugate(motion.motion.pose.rotation)),
-          no_distance_m_(1e-6 * voxel_m) {}
+          no_distance_m_(1e-6 * element_m),
+          creep_(law.def().creep) {}
 
     void find_centroids(std::span<const ContactVoxel> voxels) {
         std::array<double, kNormalBinCount> bin_area{};
@@ -146,7 +152,7 @@ class CarrierPatches {
                                .adhesion_n = sum.adhesion_n,
                                .area_m2 = sum.area_m2,
                                .shear_point_m = {}});
-            place_shear(sum, motion_.direction, patches.back());
+            place_shear(sum, motion_.direction, creep_, patches.back());
         }
     }
 
@@ -154,6 +160,7 @@ class CarrierPatches {
     const ContactMotion& motion_;
     Quat to_body_;
     double no_distance_m_;
+    double creep_;
     std::array<Vec3, kNormalBinCount> centroid_{};
     std::array<PatchSum, kPatchCapacity> sums_{};
 };
@@ -161,36 +168,31 @@ class CarrierPatches {
 }  // namespace
 
 BodyContact group_contacts(std::span<const ContactVoxel> voxels,
-                           std::span<const ContactMotion> motions, Vec3 up, double voxel_m,
-                           std::span<const SoilStrength> strengths,
+                           std::span<const ContactMotion> motions, const ContactLaw& law,
                            std::span<const ContactHistory> history,
-                           std::vector<ContactPatch>& patches) {
+                           std::vector<ContactPatch>& patches, double apart_m) {
     patches.clear();
     // A face is one whatever carries the soil beside its parts.
     ContactFaces faces;
-    find_contact_faces(voxels, motions.front().motion.pose.rotation, up, voxel_m, faces);
+    const double element_m = std::max(law.voxel_m(), apart_m);
+    find_contact_faces(voxels, motions.front().motion.pose.rotation, law, element_m, faces);
 
     BodyContact total;
     double mobilized_n = 0, limit_n_sum = 0;
     bool has_sole = false;
     for (const ContactMotion& relative : motions) {
-        CarrierPatches sums(relative, voxel_m);
+        CarrierPatches sums(relative, law, element_m);
         sums.find_centroids(voxels);
         for (size_t i = 0; i < voxels.size(); ++i) {
             const ContactVoxel& v = voxels[i];
             if (v.carrier != relative.carrier) continue;
             const FaceExtent& face = faces.faces[faces.of_voxel[i]];
-            const SoilStrength& strength = strengths[v.material];
-            double shear = 1, held = 1;
-            if (!history.empty()) {
-                shear = developed_shear(strength, history[i].sheared_m, face.relative_density);
-                held = unloaded_share(bearing_depth_m(v), history[i].retreat_m);
-            }
             const ElementYield yield =
-                yield_of_element(v, relative.direction.velocity_at(v.position_m),
-                                 dot(relative.motion.velocity_at(v.position_m), v.normal), up,
-                                 strength, face, shear, held);
-            const double area = v.area_m2 * touching_share(v, voxel_m);
+                law.yield({v, face},
+                          {relative.direction.velocity_at(v.position_m),
+                           dot(relative.motion.velocity_at(v.position_m), v.normal)},
+                          history.empty() ? kAllDeveloped : history[i]);
+            const double area = v.area_m2 * law.touching_share(v);
             sums.add(v, yield, area);
 
             const Vec3 force = area * yield.mobilized_pa;
@@ -205,11 +207,11 @@ BodyContact group_contacts(std::span<const ContactVoxel> voxels,
             total.width_m += limit_n * face.width_m;
             total.area_m2 += area;
             // A wall's level has the rim in it that came out from under the sole.
-            const bool is_sole = -dot(v.normal, up) > kSoleCosine;
+            const bool is_sole = -dot(v.normal, law.up()) > kSoleCosine;
             if (v.depth_m > 0 && (is_sole == has_sole ? v.depth_m > total.depth_m : is_sole)) {
                 has_sole = is_sole;
                 total.depth_m = v.depth_m;
-                total.deepest_height_m = dot(v.position_m, up);
+                total.deepest_height_m = dot(v.position_m, law.up());
             }
             total.compression_m = std::max(total.compression_m, v.compression_m);
         }
@@ -221,12 +223,11 @@ BodyContact group_contacts(std::span<const ContactVoxel> voxels,
 }
 
 BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotion& motion,
-                           const BodyMotion& direction, Vec3 up, double voxel_m,
-                           std::span<const SoilStrength> strengths,
+                           const BodyMotion& direction, const ContactLaw& law,
                            std::span<const ContactHistory> history,
-                           std::vector<ContactPatch>& patches) {
+                           std::vector<ContactPatch>& patches, double apart_m) {
     const ContactMotion on_ground{-1, motion, direction, {}, {}};
-    return group_contacts(voxels, {&on_ground, 1}, up, voxel_m, strengths, history, patches);
+    return group_contacts(voxels, {&on_ground, 1}, law, history, patches, apart_m);
 }
 
 }  // namespace bsoil

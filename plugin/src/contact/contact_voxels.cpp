@@ -11,20 +11,8 @@ using namespace layout;
 
 namespace {
 
-// Gradients turned this far (its sine) from the face next to them are of an edge: 20 deg, more than
-// a round body of three voxels radius turns within a voxel.
-constexpr double kEdgeSine = 0.34;
-/// Faces round an edge whose normals are further apart are different ones.
-constexpr double kSameFaceCosine = 0.7;
-
-// Soil that a body displaces is under way through the voxels around it for some steps: so much of
-// a voxel's room (before a rolling wheel nine in ten have less than 0.08, whatever the voxel's
-// size).
-constexpr double kUnderWay = 0.125;
-
 /// A point no further above a face is on it [voxels].
 constexpr double kOnFace = 1e-3;
-
 /// A shape's surface is no further than this from the middle of a voxel that it goes through.
 constexpr double kFaceReachVoxels = 1.5;
 
@@ -63,7 +51,7 @@ void ContactVoxels::make(const Request& request, const TileWords& words,
         const auto last = std::find_if(first, records_.end(), [&](const ContactRecord& record) {
             return record.carrier != carrier;
         });
-        surface_.find({{first, last}, request.body_width_voxels, request.frame},
+        surface_.find({{first, last}, request.body_width_voxels, request.frame, request.law},
                       [&](int tx, int ty) { return words(tx, ty, carrier); });
         for (; first != last; ++first) {
             add(request, *first, out);
@@ -103,7 +91,7 @@ void ContactVoxels::add(const Request& request, const ContactRecord& record,
         contact.area_m2 *= length(area);
         contact.normal = area * (1 / std::max(length(area), 1e-9));
     }
-    const double excess = record.excess / kVoxelFull - kUnderWay;
+    const double excess = record.excess / kVoxelFull - request.law->under_way_share;
     contact.compression_m = std::clamp(excess / share, 0.0, 1.0) * voxel;
     contact.material = record.material;
     contact.relative_density = record.density == kDensityFixed ? -1 : record.density / kVoxelFull;
@@ -115,6 +103,7 @@ void ContactVoxels::add(const Request& request, const ContactRecord& record,
 // nearest one, and at an edge the rest of it on the other.
 void ContactVoxels::add_faces(const Element& element, Vec3 face_normal,
                               std::vector<ContactVoxel>& out) const {
+    const ContactLawDef& law = *element.request.law;
     const ContactVoxel& contact = element.contact;
     ContactVoxel& nearest = out.emplace_back(contact);
     const double along = dot(face_normal, contact.normal);
@@ -127,7 +116,7 @@ void ContactVoxels::add_faces(const Element& element, Vec3 face_normal,
     finish(element, nearest);
     const Vec3 rest = contact.normal - along * face_normal;
     const double across = length(rest);
-    if (across < kEdgeSine) {
+    if (across < law.edge_sine) {
         return;
     }
     // The other face is looked for round the edge, for small parts halfway; from there it lies half
@@ -139,7 +128,7 @@ void ContactVoxels::add_faces(const Element& element, Vec3 face_normal,
     NearestFace face;
     const auto has_turned = [&](double thin_m) {
         face = nearest_face(*element.body.input, *element.body.walls, beyond, thin_m);
-        return dot(face.normal, across_normal) >= kEdgeSine;
+        return dot(face.normal, across_normal) >= law.edge_sine;
     };
     bool is_edge = false, is_thin = false;
     for (double reach_m : {voxel, voxel / 2}) {
@@ -158,7 +147,7 @@ void ContactVoxels::add_faces(const Element& element, Vec3 face_normal,
     other.normal = across_normal;
     other.area_m2 = contact.area_m2 * across;
     const double same = dot(face.normal, across_normal);
-    if (!is_thin && same >= kSameFaceCosine && std::abs(face.distance_m) <= voxel) {
+    if (!is_thin && same >= law.edge_face_cosine && std::abs(face.distance_m) <= voxel) {
         other.position_m = beyond - face.distance_m * face.normal;
         other.normal = face.normal;
         other.area_m2 *= same;

@@ -23,6 +23,7 @@ class ContactVoxels {
         std::span<const double> body_width_voxels;  ///< of each body's contact, by index
         const GridFrame* frame = nullptr;
         const Pose* world_to_grid = nullptr;  ///< of metres
+        const ContactLawDef* law = nullptr;
     };
     /// Surface words of the soil that a carrier holds (a body's index, or kOnGround).
     using TileWords = std::function<std::span<const int32_t>(int tile_x, int tile_y, int carrier)>;

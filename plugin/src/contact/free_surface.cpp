@@ -16,9 +16,6 @@ namespace {
 // height.
 constexpr int kReach = 2 * kTileSide;
 constexpr int kReachMost = 32 * kTileSide;
-// Soil pushed by a wall fails along a wedge that rises at 45 deg - phi / 2: so many times as long
-// as it is deep.
-constexpr double kWedgeLength = 1.8;
 // What a sole has pressed down stands as a rim within a width of it: seen from its middle.
 constexpr double kRimWidths = 1.5;
 constexpr double kHardlyAny = 1e-6;  ///< columns
@@ -33,6 +30,7 @@ constexpr bool is_terrain_top(int32_t word) { return word <= kTerrainTop && word
 }  // namespace
 
 void FreeSurface::find(const Request& request, const TileWords& words) {
+    law_ = request.law;
     body_width_.assign(request.body_width_voxels.begin(), request.body_width_voxels.end());
     find_reach(request);
     find_rectangle(request);
@@ -59,7 +57,7 @@ void FreeSurface::find_reach(const Request& request) {
     reach_ = kReach;
     for (size_t b = 0; b < contact_range_.size(); ++b) {
         const double wedge =
-            kWedgeLength * (contact_range_[b].second - contact_range_[b].first + 1);
+            law_->wedge_length * (contact_range_[b].second - contact_range_[b].first + 1);
         const double rim = contact_range_[b].first == kNone ? 0 : kRimWidths * body_width_[b];
         body_reach_[b] = std::clamp<double>(std::ceil(std::max(wedge, rim)), kReach, kReachMost);
         reach_ = std::max(reach_, static_cast<int>(body_reach_[b]));
@@ -224,7 +222,7 @@ double FreeSurface::height_beside(const int voxel[3], Vec3 at, Vec3 outward, int
     // Before a wall the wedge counts, under a sole what lies around it as far as it is wide.
     const double wall = outward.x * outward.x + outward.y * outward.y;
     const double sole = 1 - wall;
-    const double wedge = kWedgeLength * std::max(0.0, nearest - at.z);
+    const double wedge = law_->wedge_length * std::max(0.0, nearest - at.z);
     const double rim = kRimWidths * body_width_[static_cast<size_t>(body)];
     const double half = std::max(1.0, wall * wedge / 2 + sole * rim);
     const double cx = at.x + outward.x * wedge / 2, cy = at.y + outward.y * wedge / 2;

@@ -30,6 +30,7 @@ class FreeSurface {
         std::span<const ContactRecord> contacts;    ///< not empty, of one carrier
         std::span<const double> body_width_voxels;  ///< of each body's contact, by index
         const GridFrame* frame = nullptr;
+        const ContactLawDef* law = nullptr;  ///< outlives the calls of height_beside()
     };
     /// Cost: the columns around the contacts.
     void find(const Request& request, const TileWords& words);
@@ -65,6 +66,7 @@ class FreeSurface {
 
     int reach_ = 0;                           ///< the farthest of all bodies [columns]
     int low_[2] = {0, 0}, size_[2] = {0, 0};  ///< of the rectangle [columns]
+    const ContactLawDef* law_ = nullptr;
     std::vector<double> body_width_;
     std::vector<double> body_reach_;                  ///< by body index [columns]
     std::vector<std::pair<int, int>> contact_range_;  ///< lowest and highest z, by body index

@@ -9,6 +9,7 @@
 #include <unordered_map>
 
 #include "bsoil/snapshot_file.h"
+#include "contact/law_fields.h"
 #include "soil/soil_impl.h"
 
 namespace bsoil {
@@ -71,7 +72,11 @@ std::vector<NamedValue> meaning_of(const SoilDef& def, const std::vector<Materia
         {"overflow_passes", static_cast<double>(def.overflow_passes)},
         {"overflow", static_cast<double>(def.overflow)},
         {"substeps_max", static_cast<double>(def.substeps_max)},
+        {"contact_law.kind", static_cast<double>(def.contact_law.kind)},
     };
+    for_each_constant(def.contact_law, [&](const char* name, double value, double, double) {
+        values.push_back({std::string("contact_law.") + name, value});
+    });
     for (const MaterialDef& material : materials) {
         // All members by name: one more does not compile until it stands in the list, or is left
         // out on purpose as the name (compared apart) and the colour are.

@@ -62,6 +62,9 @@ Status SoilDef::validate() const {
         return Error{fmt::format("materials has {} entries, at most {} are possible", list.size(),
                                  limits::kMaterialCapacity)};
     }
+    if (Status status = contact_law.validate(static_cast<int>(list.size())); !status) {
+        return status;
+    }
     std::set<std::string> names;
     for (const MaterialDef& entry : list) {
         if (Status status = entry.validate(); !status) {

@@ -901,7 +901,8 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
     // Tiles asleep count as they would awake: what wakes them must not change the contacts of a
     // body at rest.
     contact_voxels.make(
-        {result_words, contact_bodies, body_ids, body_width_voxels, &frame, &world_to_grid},
+        {result_words, contact_bodies, body_ids, body_width_voxels, &frame, &world_to_grid,
+         &def.contact_law},
         [this](int tx, int ty, int carrier) {
             return carrier == kOnGround ? surface_heights(tile_index(tx, ty))
                                         : carried_surface(tile_index(tx, ty), carrier);

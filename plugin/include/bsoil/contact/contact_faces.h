@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "bsoil/body.h"
-#include "bsoil/contact/yield_traction.h"
+#include "bsoil/contact/contact_law.h"
 
 #pragma GCC visibility push(default)
 namespace bsoil {
@@ -26,9 +26,10 @@ struct ContactFaces {
 /// body are two soles. Their sides are those of the rectangle with the same second moments of area,
 /// the shorter no longer than its area has room for.
 /// Walls are the other voxels, one face per dominant axis of the normal in the body's frame.
-/// `faces` is overwritten. Cost: O(n log n) in the voxels.
-void find_contact_faces(std::span<const ContactVoxel> voxels, Quat body_to_world, Vec3 up,
-                        double voxel_m, ContactFaces& faces);
+/// element_m: how far the voxels' middles are apart. `faces` is overwritten. Cost: O(n log n) in
+/// the voxels.
+void find_contact_faces(std::span<const ContactVoxel> voxels, Quat body_to_world,
+                        const ContactLaw& law, double element_m, ContactFaces& faces);
 
 /// Index 0..5 of the axis +x, -x, +y, -y, +z, -z that a vector points along most.
 int dominant_axis_bin(Vec3 direction);

@@ -32,14 +32,14 @@ class ContactMemory {
     /// Of `soil`, which is sorted by center_m.x, what may lie beside these voxels of `body` and is
     /// not from its own memory; in the same order.
     static void near(std::span<const PressedSoil> soil, std::span<const ContactVoxel> voxels,
-                     int body, double voxel_m, std::vector<PressedSoil>& out);
+                     int body, const ContactLaw& law, std::vector<PressedSoil>& out);
 
     /// Adds the motion of `duration_s`, relative to each voxel's carrier (of the list `relative`;
-    /// empty: all lie on the ground). up: unit. around: what other bodies knew at the last call,
+    /// empty: all lie on the ground). around: what other bodies knew at the last call,
     /// sorted by center_m.x; soil that one of them has sheared further comes to this one so.
     /// Returns what there is per voxel, valid until the next call. Cost: O(n log n).
     std::span<const ContactHistory> advance(std::span<const ContactVoxel> voxels,
-                                            const BodyMotion& motion, Vec3 up, double voxel_m,
+                                            const BodyMotion& motion, const ContactLaw& law,
                                             double duration_s,
                                             std::span<const PressedSoil> around = {},
                                             std::span<const ContactMotion> relative = {});

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "bsoil/body.h"
-#include "bsoil/contact/yield_traction.h"
+#include "bsoil/contact/contact_law.h"
 
 #pragma GCC visibility push(default)
 namespace bsoil {
@@ -29,7 +29,7 @@ struct ContactMotion {
     int carrier = -1;      ///< ContactVoxel::carrier
     BodyMotion motion;     ///< as it is now
     BodyMotion direction;  ///< as yield sees it, of contact points as a share of the body's motion
-                           ///< (see yield_of_element)
+                           ///< (see ElementMotion)
     Vec3 linear_m_s, angular_rad_s;  ///< averaged: what direction is made of
 };
 /// The one of a voxel's or a patch's carrier; the first where there is none of its own.
@@ -43,12 +43,6 @@ inline constexpr int kNormalBinCount = 6;  ///< +x, -x, +y, -y, +z, -z of the bo
 inline constexpr int kQuadrantCount =
     4;  ///< of a bin, about its centroid: a patch each, so torque gets through
 inline constexpr int kPatchCapacity = kNormalBinCount * kQuadrantCount;  ///< for each carrier
-
-/// What a voxel of soil has been through beside a body.
-struct ContactHistory {
-    double sheared_m = 0;  ///< length of the path that the body's surface has slid along it
-    double retreat_m = 0;  ///< how far the surface has drawn back since it pressed most
-};
 
 /// Part of a body's contact with the soil. World axes.
 struct ContactPatch {
@@ -82,21 +76,19 @@ struct BodyContact {
 /// Sums the contact voxels of one body into patches: by what carries the soil, by the dominant axis
 /// of the normal in the body's frame, then by quadrant of the tangent plane about the bin's
 /// centroid. `patches` is cleared first. Sums of limit forces over patches equal those over voxels,
-/// so a closed surface under uniform pressure gives no force. `strengths` is indexed by
-/// ContactVoxel::material. motions: one for each carrier among the voxels, in the order the patches
-/// come in. history: per voxel, empty where all shear stress is developed and nothing has drawn
-/// back.
+/// so a closed surface under uniform pressure gives no force. law: against the body's surface.
+/// motions: one for each carrier among the voxels, in the order the patches
+/// come in. apart_m: how far elements are apart, where that is more than a voxel. history: per
+/// voxel, empty where all shear stress is developed and nothing has drawn back.
 BodyContact group_contacts(std::span<const ContactVoxel> voxels,
-                           std::span<const ContactMotion> motions, Vec3 up, double voxel_m,
-                           std::span<const SoilStrength> strengths,
+                           std::span<const ContactMotion> motions, const ContactLaw& law,
                            std::span<const ContactHistory> history,
-                           std::vector<ContactPatch>& patches);
+                           std::vector<ContactPatch>& patches, double apart_m = 0);
 /// The same of a body on the ground alone.
 BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotion& motion,
-                           const BodyMotion& direction, Vec3 up, double voxel_m,
-                           std::span<const SoilStrength> strengths,
+                           const BodyMotion& direction, const ContactLaw& law,
                            std::span<const ContactHistory> history,
-                           std::vector<ContactPatch>& patches);
+                           std::vector<ContactPatch>& patches, double apart_m = 0);
 
 }  // namespace bsoil
 #pragma GCC visibility pop

@@ -1,8 +1,9 @@
-#include "bsoil/contact/yield_traction.h"
+#include "bsoil/contact/granular_law.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace bsoil {
@@ -27,6 +28,17 @@ ContactVoxel element(Vec3 normal, double depth_m) {
     return v;
 }
 
+/// What the law finds for one strength, all shear developed.
+ElementYield yield_of_element(const ContactVoxel& voxel, Vec3 share, double approach_m_s, Vec3 up,
+                              const SoilStrength& strength, const FaceExtent& face = {},
+                              double retreat_m = 0) {
+    const auto soil = std::make_shared<ContactSoil>();
+    soil->up = up;
+    return GranularLaw(soil, std::vector{strength})
+        .yield({voxel, face}, {share, approach_m_s},
+               {std::numeric_limits<double>::infinity(), retreat_m});
+}
+
 TEST(TouchingShare, is_all_within_the_rebound_and_none_a_quarter_of_a_voxel_beyond) {
     ContactVoxel v;
     v.depth_m = 0.04;  // rebounds by 4 mm
@@ -43,13 +55,13 @@ TEST(TouchingShare, is_all_within_the_rebound_and_none_a_quarter_of_a_voxel_beyo
     EXPECT_NEAR(at(0.0025), 0.5, 1e-12);
 }
 
-TEST(YieldTraction, bearing_capacity_factor_is_prandtls) {
+TEST(GranularLaw, bearing_capacity_factor_is_prandtls) {
     EXPECT_NEAR(bearing_capacity_factor_nc(0), 5.142, 1e-3);
     EXPECT_NEAR(bearing_capacity_factor_nc(30 * std::numbers::pi / 180), 30.14, 1e-2);
     EXPECT_NEAR(bearing_capacity_factor_nc(2e-4), bearing_capacity_factor_nc(0), 5e-3);
 }
 
-TEST(YieldTraction, resting_surface_yields_as_if_pressed_along_its_normal) {
+TEST(GranularLaw, resting_surface_yields_as_if_pressed_along_its_normal) {
     const SoilStrength soil = strength_of(sand(), kGravity_m_s2);
     const ElementYield y = yield_of_element(element(kDown, 0.1), {}, 0, kUp, soil);
     EXPECT_NEAR(y.normal_limit_pa, 0.875 * soil.stiffness_pa_m * 0.1, 1e-3 * y.normal_limit_pa);
@@ -57,7 +69,7 @@ TEST(YieldTraction, resting_surface_yields_as_if_pressed_along_its_normal) {
     EXPECT_EQ(length(y.mobilized_pa), 0);
 }
 
-TEST(YieldTraction, unloads_ten_times_as_stiffly_as_it_loads) {
+TEST(GranularLaw, unloads_ten_times_as_stiffly_as_it_loads) {
     EXPECT_EQ(unloaded_share(0.1, 0), 1);
     EXPECT_NEAR(unloaded_share(0.1, 0.005), 0.5, 1e-12);
     EXPECT_EQ(unloaded_share(0.1, 0.02), 0);
@@ -67,12 +79,12 @@ TEST(YieldTraction, unloads_ten_times_as_stiffly_as_it_loads) {
     const FaceExtent no_size;
     const ElementYield loaded = yield_of_element(element(kDown, 0.1), {}, 0, kUp, soil, no_size);
     const ElementYield half =
-        yield_of_element(element(kDown, 0.1), {}, 0, kUp, soil, no_size, 1, 0.5);
+        yield_of_element(element(kDown, 0.1), {}, 0, kUp, soil, no_size, 0.005);
     EXPECT_NEAR(half.normal_limit_pa, 0.5 * loaded.normal_limit_pa, 1e-9);
     EXPECT_EQ(half.friction, loaded.friction);
 }
 
-TEST(YieldTraction, sole_that_slides_shears_the_soil_or_its_own_surface) {
+TEST(GranularLaw, sole_that_slides_shears_the_soil_or_its_own_surface) {
     MaterialDef rough = sand();
     rough.tool_friction = 2;
     const SoilStrength soil = strength_of(rough, kGravity_m_s2);
@@ -83,13 +95,13 @@ TEST(YieldTraction, sole_that_slides_shears_the_soil_or_its_own_surface) {
                 1e-12);
 }
 
-TEST(YieldTraction, body_that_draws_back_meets_nothing) {
+TEST(GranularLaw, body_that_draws_back_meets_nothing) {
     const SoilStrength soil = strength_of(sand(), kGravity_m_s2);
     const ElementYield y = yield_of_element(element(kDown, 0.1), {0, 0.02, 0}, 0, kUp, soil);
     EXPECT_EQ(length(y.mobilized_pa), 0);
 }
 
-TEST(YieldTraction, limit_changes_smoothly_as_a_body_comes_to_rest) {
+TEST(GranularLaw, limit_changes_smoothly_as_a_body_comes_to_rest) {
     const SoilStrength soil = strength_of(sand(), kGravity_m_s2);
     const Vec3 way{0.6, -0.8, 0};
     double last = yield_of_element(element(kDown, 0.1), way, 0, kUp, soil).normal_limit_pa;
@@ -101,7 +113,7 @@ TEST(YieldTraction, limit_changes_smoothly_as_a_body_comes_to_rest) {
     }
 }
 
-TEST(YieldTraction, sliding_sole_loses_bearing) {
+TEST(GranularLaw, sliding_sole_loses_bearing) {
     const SoilStrength soil = strength_of(sand(), kGravity_m_s2);
     const double at_rest = yield_of_element(element(kDown, 0.1), {}, 0, kUp, soil).normal_limit_pa;
     const double sliding =
@@ -110,7 +122,7 @@ TEST(YieldTraction, sliding_sole_loses_bearing) {
     EXPECT_NEAR(sliding / at_rest, 0.126, 0.02);
 }
 
-TEST(YieldTraction, compression_counts_as_depth) {
+TEST(GranularLaw, compression_counts_as_depth) {
     const SoilStrength soil = strength_of(sand(), kGravity_m_s2);
     ContactVoxel v = element(kDown, 0);
     v.compression_m = 0.1;
@@ -118,7 +130,7 @@ TEST(YieldTraction, compression_counts_as_depth) {
                 yield_of_element(element(kDown, 0.1), {}, 0, kUp, soil).normal_limit_pa, 1e-9);
 }
 
-TEST(YieldTraction, cohesion_bears_soles_by_prandtl_and_walls_by_rankine) {
+TEST(GranularLaw, cohesion_bears_soles_by_prandtl_and_walls_by_rankine) {
     const MaterialDef m = cohesive();
     const SoilStrength soil = strength_of(m, kGravity_m_s2);
     const double sole = yield_of_element(element(kDown, 1e-12), {}, 0, kUp, soil).normal_limit_pa;
@@ -130,7 +142,7 @@ TEST(YieldTraction, cohesion_bears_soles_by_prandtl_and_walls_by_rankine) {
     EXPECT_EQ(yield_of_element(element(kDown, 0), {}, 0, kUp, soil).normal_limit_pa, 0);
 }
 
-TEST(YieldTraction, fast_intrusion_adds_momentum_flux) {
+TEST(GranularLaw, fast_intrusion_adds_momentum_flux) {
     const SoilStrength soil = strength_of(sand(), kGravity_m_s2);
     const double slow =
         yield_of_element(element(kDown, 0.1), {0, -1, 0}, 0.01, kUp, soil).normal_limit_pa;
@@ -139,7 +151,7 @@ TEST(YieldTraction, fast_intrusion_adds_momentum_flux) {
     EXPECT_NEAR(fast - slow, 1600 * 25, 1e-3 * 1600 * 25);
 }
 
-TEST(YieldTraction, soil_without_friction_bears_by_its_cohesion) {
+TEST(GranularLaw, soil_without_friction_bears_by_its_cohesion) {
     MaterialDef clay = cohesive();
     clay.friction_angle_rad = 0;
     const SoilStrength soil = strength_of(clay, kGravity_m_s2);
@@ -148,7 +160,7 @@ TEST(YieldTraction, soil_without_friction_bears_by_its_cohesion) {
                 5142, 1);
 }
 
-TEST(YieldTraction, sole_of_dense_soil_bears_by_boltons_angle) {
+TEST(GranularLaw, sole_of_dense_soil_bears_by_boltons_angle) {
     // phi 28.5 deg, I_D 0.83, p' 36 kPa: I_R = 0.83 (10 - ln 36) - 1 = 4.33, taken as 4: 48.5 deg.
     EXPECT_NEAR(
         peak_friction_angle(28.5 * std::numbers::pi / 180, 0.83, 36e3) * 180 / std::numbers::pi,
@@ -171,7 +183,7 @@ TEST(YieldTraction, sole_of_dense_soil_bears_by_boltons_angle) {
     }
 }
 
-TEST(YieldTraction, plate_twice_the_size_at_the_same_geometry_bears_eight_times_the_force) {
+TEST(GranularLaw, plate_twice_the_size_at_the_same_geometry_bears_eight_times_the_force) {
     const SoilStrength soil = strength_of(sand(), kGravity_m_s2);
     const auto force = [&](double scale) {
         const FaceExtent plate{0.1 * scale, 0.1 * scale, 0.02 * scale, -1};
@@ -182,7 +194,7 @@ TEST(YieldTraction, plate_twice_the_size_at_the_same_geometry_bears_eight_times_
     EXPECT_NEAR(force(2) / force(1), 8, 1e-9);
 }
 
-TEST(YieldTraction, shear_develops_with_displacement_and_faster_in_denser_soil) {
+TEST(GranularLaw, shear_develops_with_displacement_and_faster_in_denser_soil) {
     MaterialDef m = sand();
     m.shear_displacement_m = 0.01;
     const SoilStrength soil = strength_of(m, kGravity_m_s2);
@@ -196,7 +208,7 @@ TEST(YieldTraction, shear_develops_with_displacement_and_faster_in_denser_soil) 
     EXPECT_EQ(developed_shear(strength_of(sand(), kGravity_m_s2), 0, -1), 1);
 }
 
-TEST(YieldTraction, friction_is_that_of_the_weaker_of_tool_and_soil) {
+TEST(GranularLaw, friction_is_that_of_the_weaker_of_tool_and_soil) {
     MaterialDef m = sand();
     m.tool_friction = 2;
     EXPECT_NEAR(strength_of(m, kGravity_m_s2).friction, std::tan(m.friction_angle_rad), 1e-12);

@@ -1,16 +1,13 @@
-/// Yield of the soil at one element of a body's surface.
+/// GranularLaw: soil that yields by resistive force theory, with the size effect of faces, density
+/// and the shear that soil remembers.
 #pragma once
 
-#include "bsoil/body.h"
-#include "bsoil/material.h"
+#include <vector>
+
+#include "bsoil/contact/contact_law.h"
 
 #pragma GCC visibility push(default)
 namespace bsoil {
-
-/// An element that moves less than this share of its body's motion counts as resting: its limit is
-/// that of a push along its normal, and friction holds it in any direction. Larger: a wheel that
-/// slips a little is held like one that does not; smaller: rounding picks directions.
-inline constexpr double kCreep = 0.01;
 
 /// What the yield of one material needs, computed once.
 struct SoilStrength {
@@ -36,16 +33,7 @@ struct SoilStrength {
 };
 /// Of a material against a body with this surface. gravity_m_s2: > 0.
 SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2,
-                         const SurfaceFriction& surface = {});
-
-/// Size and state of the face that an element belongs to. Zero width: as small as resistive force
-/// theory takes it.
-struct FaceExtent {
-    double width_m = 0;            ///< the shorter side of a sole; the level side of a wall
-    double length_m = 0;           ///< the longer side of a sole
-    double depth_m = 0;            ///< of its deepest element below the surface
-    double relative_density = -1;  ///< of the soil at it; negative: not state
-};
+                         const SurfaceFriction& surface = {}, const ContactLawDef& law = {});
 
 /// What a face's size and density make of resistive force theory: a factor on the frictional stress
 /// of its level and of its upright elements.
@@ -61,7 +49,8 @@ struct FaceFactors {
 /// over a sinkage of 0.15 widths in loose soil, 0.05 in compacted: no less than resistive force
 /// theory where density is not known, that where it is. Dense soil's friction angle is Bolton's. At
 /// an element's depth.
-FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, double depth_m);
+FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, double depth_m,
+                         const ContactLawDef& law = {});
 
 /// Bolton (1986), plane strain: phi + 5 deg I_R, I_R = I_D (10 - ln p') - 1 in 0..4, p' in kPa.
 double peak_friction_angle(double critical_rad, double relative_density, double mean_stress_pa);
@@ -77,39 +66,24 @@ double bearing_capacity_factor_nc(double friction_angle_rad);
 /// Share 1 - exp(-j / K) of the shear stress that has developed after a shear displacement j
 /// (Janosi and Hanamoto 1961); K falls with density, to a quarter from loose to compacted (Wong
 /// gives 25 mm for loose and 6 mm for firm sand). 1 where the material has no K.
-double developed_shear(const SoilStrength& soil, double displacement_m, double relative_density);
+double developed_shear(const SoilStrength& soil, double displacement_m, double relative_density,
+                       const ContactLawDef& law = {});
 
-/// Depth [m] that an element's strength is reckoned from: below the soil's surface, at least what
-/// the soil is pressed in by.
-double bearing_depth_m(const ContactVoxel& contact);
+/// The law. Depth is at least the compression, so that a surface just touching the soil has some
+/// bearing; the momentum flux of an approach adds to the limit.
+class GranularLaw final : public ContactLaw {
+  public:
+    /// soil: not null.
+    GranularLaw(std::shared_ptr<const ContactSoil> soil, const SurfaceFriction& surface);
+    /// With strengths of its own, indexed by ContactVoxel::material.
+    GranularLaw(std::shared_ptr<const ContactSoil> soil, std::vector<SoilStrength> strengths);
+    /// See ContactLaw::yield().
+    ElementYield yield(const ContactElement& element, const ElementMotion& motion,
+                       const ContactHistory& memory) const override;
 
-/// Share 0..1 of an element that touches its soil. Soil pressed down rebounds by a part of its
-/// depth; a gap beyond that opens within a quarter of a voxel.
-double touching_share(const ContactVoxel& contact, double voxel_m);
-
-/// Share 0..1 of the yield stress that is left once an element has drawn back from the soil by
-/// retreat_m.
-double unloaded_share(double depth_m, double retreat_m);
-
-/// Stresses [Pa] at one element.
-struct ElementYield {
-    double normal_limit_pa =
-        0;  ///< largest normal stress the soil can give the element if it is pushed in
-    double friction = 0;     ///< shear over normal stress while sliding as it does
-    double adhesion_pa = 0;  ///< shear stress besides
-    Vec3 slide;  ///< direction of the sliding, shorter than 1 where the element hardly slides
-    Vec3 mobilized_pa;  ///< stress on the body from the motion as it is; zero unless it moves into
-                        ///< the soil
+  private:
+    std::vector<SoilStrength> strengths_;
 };
-
-/// motion: of the element, as a share of its body's motion, length 0..1; at rest it is zero, and
-/// the speed of the motion is in approach_m_s alone, along the normal: its momentum flux adds to
-/// the limit. up: unit. Depth is at least the compression, so that a surface just
-/// touching the soil has some bearing. shear: developed share of the shear stress, 0..1. held:
-/// share of the limit that unloading has left, 0..1.
-ElementYield yield_of_element(const ContactVoxel& contact, Vec3 motion, double approach_m_s,
-                              Vec3 up, const SoilStrength& soil, const FaceExtent& face = {},
-                              double shear = 1, double held = 1);
 
 }  // namespace bsoil
 #pragma GCC visibility pop

@@ -1,4 +1,4 @@
-#include "bsoil/contact/yield_traction.h"
+#include "bsoil/contact/granular_law.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,17 +7,6 @@
 #include "bsoil/contact/resistive_force_theory.h"
 
 namespace bsoil {
-namespace {
-
-/// Soil unloads this much more stiffly than it was loaded: a sole of 0.1 m depth has left it after
-/// a rebound of 10 mm. Wong's LETE sand springs back by 16 mm there.
-constexpr double kUnloadingStiffness = 10;
-
-/// Gap, in voxels, across which soil that the grid holds in the next voxel loses touch.
-constexpr double kOpenGap = 0.25;
-
-}  // namespace
-
 double bearing_capacity_factor_nc(double friction_angle_rad) {
     const double tan_phi = std::tan(friction_angle_rad);
     // The quotient loses its digits near phi = 0, where it tends to 2 + pi.
@@ -39,23 +28,12 @@ double peak_friction_angle(double critical_rad, double relative_density, double 
     return critical_rad + kAngle * std::clamp(dilatancy, 0.0, kDilatancyMost);
 }
 
-double bearing_depth_m(const ContactVoxel& contact) {
-    return std::max(contact.depth_m, contact.compression_m);
-}
-
-double touching_share(const ContactVoxel& contact, double voxel_m) {
-    const double open_m = contact.gap_m - bearing_depth_m(contact) / kUnloadingStiffness;
-    return std::clamp(1 - open_m / (kOpenGap * voxel_m), 0.0, 1.0);
-}
-
-double unloaded_share(double depth_m, double retreat_m) {
-    if (!(retreat_m > 0)) return 1;
-    return depth_m > 0 ? std::max(0.0, 1 - kUnloadingStiffness * retreat_m / depth_m) : 0;
-}
-
-double developed_shear(const SoilStrength& soil, double displacement_m, double relative_density) {
+double developed_shear(const SoilStrength& soil, double displacement_m, double relative_density,
+                       const ContactLawDef& law) {
     if (!(soil.shear_displacement_m > 0)) return 1;
-    const auto stiffening = [](double density) { return 1 - 0.75 * density; };
+    const auto stiffening = [&law](double density) {
+        return 1 - (1 - law.dense_shear_share) * density;
+    };
     const double k_m = relative_density < 0
                            ? soil.shear_displacement_m
                            : soil.shear_displacement_m * stiffening(relative_density) /
@@ -64,7 +42,7 @@ double developed_shear(const SoilStrength& soil, double displacement_m, double r
 }
 
 SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2,
-                         const SurfaceFriction& surface) {
+                         const SurfaceFriction& surface, const ContactLawDef& law) {
     const double phi = material.friction_angle_rad;
     const double tan_phi = std::tan(phi);
     SoilStrength out;
@@ -86,7 +64,7 @@ SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2,
     const Vec3 up{0, 0, 1}, down{0, 0, -1}, level{1, 0, 0};
     out.sole_stress = -dot(resistive_stress(down, down, up, out.friction), down);
     out.wall_stress = -dot(resistive_stress(level, level, up, out.friction), level);
-    const Vec3 slid = resistive_stress(down, Vec3{1, 0, -kCreep}, up, 10);
+    const Vec3 slid = resistive_stress(down, Vec3{1, 0, -law.creep}, up, 10);
     out.sliding_share =
         tan_phi / (length(slid - dot(slid, down) * down) / length(dot(slid, down) * down));
     out.shear_displacement_m = material.shear_displacement_m;
@@ -123,7 +101,8 @@ double bearing_pressure_pa(const SoilStrength& soil, const FaceExtent& face, dou
 
 }  // namespace
 
-FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, double depth_m) {
+FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, double depth_m,
+                         const ContactLawDef& law) {
     if (!(face.width_m > 0) || !(depth_m > 0)) return {};
     const bool density_known = face.relative_density >= 0;
     const double density = std::max(0.0, face.relative_density);
@@ -137,7 +116,9 @@ FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, doubl
         phi = peak_friction_angle(soil.friction_angle_rad, density, mean_pa);
         bearing_pa = bearing_pressure_pa(soil, face, depth_m, phi);
     }
-    const double developed = std::min(1.0, depth_m / ((0.15 - 0.10 * density) * face.width_m));
+    const double developed = std::min(
+        1.0, depth_m / ((law.mobilization_widths - law.mobilization_fall_widths * density) *
+                        face.width_m));
     const double resistive_pa = soil.stiffness_pa_m * depth_m;
     // Without friction there is no frictional stress to change.
     if (!(resistive_pa * soil.sole_stress > 0)) return {.developed = developed};
@@ -151,9 +132,25 @@ FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, doubl
             developed};
 }
 
-ElementYield yield_of_element(const ContactVoxel& contact, Vec3 motion, double approach_m_s,
-                              Vec3 up, const SoilStrength& soil, const FaceExtent& face,
-                              double shear, double held) {
+GranularLaw::GranularLaw(std::shared_ptr<const ContactSoil> soil, const SurfaceFriction& surface)
+    : ContactLaw(std::move(soil)) {
+    for (const MaterialDef& material : this->soil().materials)
+        strengths_.push_back(strength_of(material, this->soil().gravity_m_s2, surface, def()));
+}
+
+GranularLaw::GranularLaw(std::shared_ptr<const ContactSoil> soil,
+                         std::vector<SoilStrength> strengths)
+    : ContactLaw(std::move(soil)), strengths_(std::move(strengths)) {}
+
+ElementYield GranularLaw::yield(const ContactElement& element, const ElementMotion& along,
+                                const ContactHistory& memory) const {
+    const ContactVoxel& contact = element.voxel;
+    const FaceExtent& face = element.face;
+    const SoilStrength& soil = strengths_[static_cast<size_t>(contact.material)];
+    const Vec3 motion = along.share, up = this->up();
+    const double creep = def().creep;
+    const double shear = developed_shear(soil, memory.sheared_m, face.relative_density, def());
+    const double held = unloaded_share(bearing_depth_m(contact), memory.retreat_m, def());
     const Vec3 n = contact.normal;
     const double depth_m = bearing_depth_m(contact);
     const double approach = dot(motion, n);
@@ -161,11 +158,11 @@ ElementYield yield_of_element(const ContactVoxel& contact, Vec3 motion, double a
     const double sliding = length(slide);
     // The limit answers "what if it were pushed in": a slight retreat is taken out of the motion, a
     // creep along the normal is put in, so that it changes smoothly as the element comes to rest.
-    const Vec3 push = slide + (std::max(approach, 0.0) + kCreep) * n;
+    const Vec3 push = slide + (std::max(approach, 0.0) + creep) * n;
     const Vec3 limit_stress = resistive_stress(n, push * (1 / length(push)), up, soil.friction);
     const double resistive_normal = std::max(0.0, -dot(limit_stress, n));
     const double down = std::max(0.0, -dot(n, up));
-    const FaceFactors factors = face_factors(soil, face, depth_m);
+    const FaceFactors factors = face_factors(soil, face, depth_m, def());
     const double xi_depth = soil.stiffness_pa_m * depth_m *
                             (down * down * factors.sole + (1 - down * down) * factors.wall);
 
@@ -177,7 +174,7 @@ ElementYield yield_of_element(const ContactVoxel& contact, Vec3 motion, double a
     const double cohesive_pa =
         depth_m > 0 ? turned * cohesive_stress_pa(down, factors.developed, soil) : 0;
     // Momentum flux of the soil that the element sets in motion.
-    const double impact_m_s = std::max(0.0, approach_m_s);
+    const double impact_m_s = std::max(0.0, along.approach_m_s);
     const double inertial_pa = soil.density_kg_m3 * impact_m_s * impact_m_s;
 
     ElementYield out;
@@ -190,18 +187,18 @@ ElementYield yield_of_element(const ContactVoxel& contact, Vec3 motion, double a
         resistive_normal > 0
             ? std::min(soil.friction, soil.sliding_share * resistive_surface / resistive_normal)
             : soil.friction;
-    const double slid = sliding / (sliding + kCreep);
+    const double slid = sliding / (sliding + creep);
     if (sliding > 0) out.slide = slide * (slid / sliding);
     out.friction =
         std::min(soil.friction + slid * (sliding_friction - soil.friction), shear * soil.tan_phi);
     out.adhesion_pa = depth_m > 0 ? held * shear * soil.adhesion_pa : 0;
 
-    if (approach > kCreep) {
+    if (approach > creep) {
         const Vec3 stress =
             xi_depth * resistive_stress(n, motion * (1 / length(motion)), up, soil.friction);
         const Vec3 normal = dot(stress, n) * n;
         out.mobilized_pa = normal + shear * (stress - normal) - (cohesive_pa + inertial_pa) * n;
-        if (sliding > kCreep) out.mobilized_pa += slide * (-out.adhesion_pa / sliding);
+        if (sliding > creep) out.mobilized_pa += slide * (-out.adhesion_pa / sliding);
     }
     return out;
 }

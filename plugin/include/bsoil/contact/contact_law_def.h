@@ -1,0 +1,102 @@
+/// ContactLawDef: which law soil answers bodies by, and every constant of it.
+#pragma once
+
+#include <vector>
+
+#include "bsoil/contact/bekker_soil.h"
+#include "bsoil/result.h"
+
+#pragma GCC visibility push(default)
+namespace bsoil {
+
+/// What soil does to bodies that press on it. Each constant says where it is from and what changes
+/// with it. "Ours" is a choice of this project that no measurement gives directly.
+struct ContactLawDef {
+    enum class Kind {
+        /// Resistive force theory at each element, its size effect by bearing capacity and passive
+        /// wedges, density by Bolton, shear by Janosi: see granular_law.h
+        granular,
+        /// Bekker's pressure on what looks down, Mohr, Coulomb and Janosi's shear: see bekker_law.h
+        bekker,
+    };
+    Kind kind = Kind::granular;
+    /// Of each material, in the order of SoilDef::material_list(); for Kind::bekker, else unused.
+    std::vector<BekkerSoil> bekker;
+
+    /// @name Yield of an element
+    /// @{
+    /// An element that moves less than this share of its body's motion counts as resting: its limit
+    /// is that of a push along its normal, and friction holds it in any direction. 0.001..0.2.
+    /// Ours. Larger: a wheel that slips a little is held like one that does not; smaller: rounding
+    /// picks directions.
+    double creep = 0.01;
+    /// Soil unloads so many times as stiffly as it was loaded: a sole of 0.1 m depth has left it
+    /// after a rebound of 10 mm. 1..1000. Ours; LETE sand springs back by 16 mm there (Wong 2010).
+    /// Larger: less hysteresis in a rut, and gaps open sooner.
+    double unloading_stiffness = 10;
+    /// Gap [voxels] across which soil that the grid holds in the next voxel loses touch. 0.01..2.
+    /// Ours: a contact must not end at once where a voxel fills or empties. Larger: bodies bear on
+    /// soil that has left them.
+    double open_gap_voxels = 0.25;
+    /// K of compacted soil over that of loose soil. 0.01..1. Wong gives 25 mm for loose and 6 mm
+    /// for firm sand. Larger: dense soil shears later.
+    double dense_shear_share = 0.25;
+    /// A sole's bearing is developed over a sinkage of so many widths in loose soil, and over so
+    /// many less in compacted soil. 0.01..1, less than that. Vesic (1973) gives a settlement at
+    /// failure of 3 to 7 % of the width in dense sand and 5 to 25 % in loose sand. Larger: plates
+    /// sink further before they bear.
+    double mobilization_widths = 0.15, mobilization_fall_widths = 0.10;
+    /// @}
+
+    /// @name Free surface
+    /// @{
+    /// Length of the wedge before a wall over its depth. 0.5..5. Rankine's tan(45 deg + phi / 2)
+    /// for phi 32 deg. Larger: soil further ahead counts for a blade's depth.
+    double wedge_length = 1.8;
+    /// Soil counts so many widths around a sole's middle. 0.5..5. Ours: Prandtl's failure ends
+    /// about two widths from the middle, and most of what is pressed up stands nearer. Larger: ruts
+    /// and rims further away count.
+    double sole_surroundings_widths = 1.5;
+    /// @}
+
+    /// @name What the grid makes of a body's surface
+    /// @{
+    /// Share of a voxel's room that soil under way may take without being a compression. 0..0.5.
+    /// Ours: nine in ten voxels before a rolling wheel have less than 0.08, whatever their size.
+    /// Larger: soft contacts sink in first.
+    double under_way_share = 0.125;
+    /// Sine of the angle from which a gradient beside a face is of an edge. 0.1..0.9. Ours: 20 deg,
+    /// more than a round body of three voxels radius turns within a voxel. Larger: edges lose their
+    /// second face; smaller: round bodies get walls.
+    double edge_sine = 0.34;
+    /// Faces round an edge whose normals are further apart than this cosine are different ones.
+    /// 0..1. Ours. Larger: an edge's second face keeps the gradient's place.
+    double edge_face_cosine = 0.7;
+    /// Parts of a sole no further apart than this [voxels] are one. 0..8. Ours: a lug's gap or an
+    /// empty voxel does not part them. Larger: two tracks become one sole.
+    int sole_gap_voxels = 2;
+    /// @}
+
+    /// @name What soil remembers
+    /// Lengths between the centres of voxels [voxels]. All are ours.
+    /// @{
+    /// Less than this far across the soil's way it is the same column, less than this far along it
+    /// the same soil pushed on; nothing further off than the reach is. 0.1..4. Larger: soil beside
+    /// a contact passes for sheared; smaller: it forgets.
+    double same_across_voxels = 0.6, same_along_voxels = 1.75, memory_reach_voxels = 2;
+    /// Another body's face is the same contact where its normal is no further off than this cosine.
+    /// 0..1. Larger: links of a track start anew.
+    double same_contact_cosine = 0.5;
+    /// The soil under a face that looks down by this cosine at least goes down with it; that of any
+    /// other face is pushed on along the normal. 0..1. Larger: a wheel's steep front takes its soil
+    /// along.
+    double looks_down_cosine = 0.2;
+    /// @}
+
+    /// Names the field, its value and its range when something is wrong. material_count: of the
+    /// soil.
+    Status validate(int material_count) const;
+};
+
+}  // namespace bsoil
+#pragma GCC visibility pop

@@ -1,0 +1,50 @@
+#include "bsoil/contact/contact_law.h"
+
+#include <algorithm>
+
+#include "bsoil/contact/bekker_law.h"
+#include "bsoil/contact/granular_law.h"
+#include "contact/law_fields.h"
+#include "soil/check_range.h"
+
+namespace bsoil {
+
+Status ContactLawDef::validate(int material_count) const {
+    Status status = check_range("contact_law.kind", static_cast<int>(kind), 0, 1);
+    for_each_constant(*this, [&](const char* name, double value, double low, double high) {
+        if (status) status = check_range(std::string("contact_law.") + name, value, low, high);
+    });
+    if (!status) return status;
+    if (kind != Kind::bekker) return Done{};
+    if (bekker.size() != static_cast<size_t>(material_count))
+        return Error{
+            fmt::format("contact_law.bekker has {} entries for {} materials, needs one each",
+                        bekker.size(), material_count)};
+    for (size_t i = 0; i < bekker.size(); ++i)
+        if (Status s = bekker[i].validate(); !s)
+            return Error{fmt::format("contact_law.bekker[{}].{}", i, s.error())};
+    return Done{};
+}
+
+double bearing_depth_m(const ContactVoxel& contact) {
+    return std::max(contact.depth_m, contact.compression_m);
+}
+
+double touching_share(const ContactVoxel& contact, double voxel_m, const ContactLawDef& law) {
+    const double open_m = contact.gap_m - bearing_depth_m(contact) / law.unloading_stiffness;
+    return std::clamp(1 - open_m / (law.open_gap_voxels * voxel_m), 0.0, 1.0);
+}
+
+double unloaded_share(double depth_m, double retreat_m, const ContactLawDef& law) {
+    if (!(retreat_m > 0)) return 1;
+    return depth_m > 0 ? std::max(0.0, 1 - law.unloading_stiffness * retreat_m / depth_m) : 0;
+}
+
+std::unique_ptr<const ContactLaw> ContactLaw::make(std::shared_ptr<const ContactSoil> soil,
+                                                   const SurfaceFriction& surface) {
+    if (soil->law.kind == ContactLawDef::Kind::bekker)
+        return std::make_unique<BekkerLaw>(std::move(soil), surface);
+    return std::make_unique<GranularLaw>(std::move(soil), surface);
+}
+
+}  // namespace bsoil
