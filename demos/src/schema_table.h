@@ -10,14 +10,10 @@
 #include <utility>
 #include <vector>
 
-// The parser itself is compiled once, in schema_table.cpp.
-#define TOML_EXCEPTIONS 0
-#define TOML_HEADER_ONLY 0
-#include <toml++/toml.h>
-
 #include "rotations.h"
 #include "scene.h"
 #include "scene_error.h"
+#include "toml_plus_plus.h"
 
 namespace bsoil::scene {
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <optional>
 #include <string_view>
 
@@ -12,9 +11,8 @@
 namespace bsoil::scene {
 namespace {
 
-/// Walks through a text as TOML reads it, as far as it takes to tell a key's dots from others, a
-/// table's header from a list, and what is quoted. Where the syntax is wrong it may lose its way:
-/// the parser stops there.
+/// Walks through a text as TOML reads it, as far as it takes to tell a key's dots from others, and
+/// what is quoted. Where the syntax is wrong it may lose its way: the parser stops there.
 class KeyScanner {
   public:
     explicit KeyScanner(std::string_view text) : text_(text) {}
@@ -26,92 +24,48 @@ class KeyScanner {
 
     /// The first place that the parser must not get to; none in most files.
     std::optional<Fault> find_fault() {
-        int dots = 0, depth = 0;  // depth: brackets that are open in a value
-        bool begins_line = true;
+        int dots = 0;
         if (text_.starts_with("\xef\xbb\xbf")) at_ = 3;  // the mark of the byte order
         while (at_ < text_.size()) {
-            const char c = text_[at_];
-            const bool is_header = c == '[' && begins_line && depth == 0;
-            begins_line = c == '\n' || (begins_line && (is_blank(c) || c == '\r'));
-            if (!is_ascii(c))
+            // toml++ asks whether it is a blank, with undefined behaviour for most of them.
+            if (!is_ascii(text_[at_]))
                 return Fault{at_, "only quotes and comments may hold characters beyond ASCII"};
-            switch (c) {
+            switch (text_[at_]) {
                 case '#':
                     at_ = std::min(text_.find('\n', at_), text_.size());
-                    continue;
+                    break;
                 case '"':
                 case '\'':
                     if (const auto at = skip_string())
                         return Fault{*at, "behind a \\ this has to be written as \\uXXXX"};
-                    continue;
+                    break;
                 case '.':
                     if (++dots >= kKeyPartCapacity)
                         return Fault{at_, fmt::format("a key has more than {} parts with dots "
                                                       "between them",
                                                       kKeyPartCapacity)};
+                    ++at_;
                     break;
-                case '[':
-                    if (is_header && !is_table_name())
-                        return Fault{at_,
-                                     "a table's name is made of letters, digits, - and _, or "
-                                     "stands in quotes"};
-                    [[fallthrough]];
-                case '{':
-                    if (!is_header) ++depth;
-                    dots = 0;
-                    break;
-                case ']':
-                case '}':
-                    depth = std::max(0, depth - 1);
-                    [[fallthrough]];
                 // Whatever stands between two keys or values.
                 case '=':
                 case ',':
+                case '[':
+                case ']':
+                case '{':
+                case '}':
                 case '\n':
                     dots = 0;
+                    ++at_;
                     break;
                 default:
-                    if (is_date()) return Fault{at_, "a date is no value of this file; quote it"};
+                    ++at_;
             }
-            ++at_;
         }
         return {};
     }
 
   private:
-    static bool is_blank(char c) { return c == ' ' || c == '\t'; }
-    /// Whether a date begins here. No key takes one, and toml++ takes it for granted that its time
-    /// begins with a digit.
-    bool is_date() const {
-        constexpr std::string_view kForm = "0000-00-00";
-        for (size_t i = 0; i < kForm.size(); ++i) {
-            const char c = at_ + i < text_.size() ? text_[at_ + i] : ' ';
-            if (kForm[i] == '-' ? c != '-' : c < '0' || c > '9') return false;
-        }
-        return true;
-    }
     static bool is_ascii(char c) { return (c & 128) == 0; }
-
-    /// Whether the header that begins here goes on as one may; toml++ takes it for granted. Leaves
-    /// the place at the header's last '[', or where it does not.
-    bool is_table_name() {
-        const auto skip_blanks = [&](size_t at) {
-            while (at < text_.size() && is_blank(text_[at])) ++at;
-            return at;
-        };
-        size_t name = skip_blanks(at_ + 1);
-        if (name < text_.size() && text_[name] == '[') {
-            at_ = name;
-            name = skip_blanks(name + 1);
-        }
-        if (name >= text_.size()) return true;
-        const auto c = static_cast<unsigned char>(text_[name]);
-        if (std::isalnum(c) || c > 127 ||
-            std::string_view("-_\"']").find(text_[name]) != std::string_view::npos)
-            return true;
-        at_ = name;
-        return false;
-    }
 
     /// To behind the string that begins here. One that does not end is an error of syntax to come:
     /// nothing behind it matters. Returns the place of what toml++ must not get: it asks whether
