@@ -60,6 +60,7 @@ class ContactCoupling {
     std::span<const ContactPatch> wheel_patches(int body_id) const;
     /// Normal forces that its vehicle has found for these patches.
     void set_wheel_forces(int body_id, std::span<const double> normal_n);
+    const ContactSoil& soil() const { return *soil_; }
     /// All zero for an id without contact.
     BodyReport report(int body_id) const;
     /// Mean normal pressure of a body's contact, weighted by force, and the width of its faces;

@@ -13,9 +13,6 @@ namespace {
 constexpr double kWakeBearing = 0.9;
 /// A strut this near to its full length is at its end.
 constexpr double kFullLengthM = 1e-4;
-/// A strut pushes its wheel into soil no faster than the wheel of a rigid machine falls: what the
-/// soil bears is known only after its next step, and a light wheel would be deep in it by then.
-constexpr double kFallMS2 = 9.81;
 /// Sinkage that doubles the limits of a wheel's contact. More, and a wheel whose limits have just
 /// fallen below its load drops past the depth that carries it; less slows its sinking.
 constexpr double kStiffeningVoxels = 0.05;
@@ -198,13 +195,17 @@ void VehicleWheels::solve(Wheel& wheel, const btWheelInfo& info, double substep_
     vehicles->coupling().set_wheel_forces(wheel.id, wheel.patch_normal_n);
     wheel.spin_rad_s = wheel.forces.spin_rad_s;
     double length_m = state.length_m - substep_s * wheel.forces.rise_m_s;
-    const double fall_m = substep_s * (kFallMS2 * substep_s - std::min(0.0, state.rise_m_s));
+    // A strut pushes its wheel into soil no faster than the wheel of a rigid machine falls: what
+    // the soil bears is known only after its next step, and a light wheel would be deep in it by
+    // then.
+    const double gravity_m_s2 = vehicles->coupling().soil().gravity_m_s2;
+    const double fall_m = substep_s * (gravity_m_s2 * substep_s - std::min(0.0, state.rise_m_s));
     double most_m = state.length_m + fall_m;
     if (contact.patches.empty() && length_m > most_m)
         most_m = std::max(most_m, touching_length_m(wheel, info));
     // What does not speed up the wheel does not hold up the chassis.
     if (length_m > most_m)
-        wheel.strut_most_n = wheel.forces.normal_n + state.mass_kg * kFallMS2;
+        wheel.strut_most_n = wheel.forces.normal_n + state.mass_kg * gravity_m_s2;
     else if (wheel.forces.is_at_end)
         wheel.strut_most_n = wheel.forces.strut_n;
     else

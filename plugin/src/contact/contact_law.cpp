@@ -1,6 +1,8 @@
 #include "bsoil/contact/contact_law.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "bsoil/contact/bekker_law.h"
 #include "bsoil/contact/granular_law.h"
@@ -24,6 +26,11 @@ Status ContactLawDef::validate(int material_count) const {
         if (Status s = bekker[i].validate(); !s)
             return Error{fmt::format("contact_law.bekker[{}].{}", i, s.error())};
     return Done{};
+}
+
+double ContactLawDef::wedge_length_of(double friction_angle_rad) const {
+    return wedge_length > 0 ? wedge_length
+                            : std::tan(std::numbers::pi / 4 + friction_angle_rad / 2);
 }
 
 double bearing_depth_m(const ContactVoxel& contact) {

@@ -51,7 +51,11 @@ void ContactVoxels::make(const Request& request, const TileWords& words,
         const auto last = std::find_if(first, records_.end(), [&](const ContactRecord& record) {
             return record.carrier != carrier;
         });
-        surface_.find({{first, last}, request.body_width_voxels, request.frame, request.law},
+        surface_.find({{first, last},
+                       request.body_width_voxels,
+                       request.frame,
+                       request.law,
+                       request.wedge_length},
                       [&](int tx, int ty) { return words(tx, ty, carrier); });
         for (; first != last; ++first) {
             add(request, *first, out);
@@ -166,7 +170,7 @@ void ContactVoxels::finish(const Element& element, ContactVoxel& contact) const 
     contact.gap_m = n.x * n.x * gap_m.x + n.y * n.y * gap_m.y + n.z * n.z * gap_m.z;
     const Vec3 at =
         transform(*element.request.world_to_grid, contact.position_m) * (1 / frame.voxel_m);
-    const double surface = surface_.height_beside(record.voxel, at, n, record.body);
+    const double surface = surface_.height_beside(record, at, n);
     contact.depth_m = std::max(0.0, surface - at.z) * frame.voxel_m;
 }
 

@@ -24,6 +24,7 @@ class ContactVoxels {
         const GridFrame* frame = nullptr;
         const Pose* world_to_grid = nullptr;  ///< of metres
         const ContactLawDef* law = nullptr;
+        std::span<const double> wedge_length;  ///< see FreeSurface::Request
     };
     /// Surface words of the soil that a carrier holds (a body's index, or kOnGround).
     using TileWords = std::function<std::span<const int32_t>(int tile_x, int tile_y, int carrier)>;

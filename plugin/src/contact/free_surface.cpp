@@ -31,6 +31,7 @@ constexpr bool is_terrain_top(int32_t word) { return word <= kTerrainTop && word
 
 void FreeSurface::find(const Request& request, const TileWords& words) {
     law_ = request.law;
+    wedge_length_.assign(request.wedge_length.begin(), request.wedge_length.end());
     body_width_.assign(request.body_width_voxels.begin(), request.body_width_voxels.end());
     find_reach(request);
     find_rectangle(request);
@@ -53,11 +54,12 @@ void FreeSurface::find_reach(const Request& request) {
         low = low == kNone ? contact.voxel[2] : std::min(low, contact.voxel[2]);
         high = std::max(high, contact.voxel[2]);
     }
+    const double wedge_length = *std::max_element(wedge_length_.begin(), wedge_length_.end());
     body_reach_.resize(contact_range_.size());
     reach_ = kReach;
     for (size_t b = 0; b < contact_range_.size(); ++b) {
         const double wedge =
-            law_->wedge_length * (contact_range_[b].second - contact_range_[b].first + 1);
+            wedge_length * (contact_range_[b].second - contact_range_[b].first + 1);
         const double rim = contact_range_[b].first == kNone ? 0 : kRimWidths * body_width_[b];
         body_reach_[b] = std::clamp<double>(std::ceil(std::max(wedge, rim)), kReach, kReachMost);
         reach_ = std::max(reach_, static_cast<int>(body_reach_[b]));
@@ -213,8 +215,9 @@ FreeSurface::Sum FreeSurface::sum_below(double x, double y) const {
            ((high[0] * (1 - fx) + high[1] * fx) * fy);
 }
 
-double FreeSurface::height_beside(const int voxel[3], Vec3 at, Vec3 outward, int body) const {
-    const int x = voxel[0], y = voxel[1];
+double FreeSurface::height_beside(const ContactRecord& contact, Vec3 at, Vec3 outward) const {
+    const int x = contact.voxel[0], y = contact.voxel[1];
+    const auto body = static_cast<size_t>(contact.body);
     const int nx = size_[0], ny = size_[1];
     const int32_t here = nearest_[static_cast<size_t>(y - low_[1]) * nx + x - low_[0]];
     // Where all of it lies under bodies there is no free surface.
@@ -222,14 +225,15 @@ double FreeSurface::height_beside(const int voxel[3], Vec3 at, Vec3 outward, int
     // Before a wall the wedge counts, under a sole what lies around it as far as it is wide.
     const double wall = outward.x * outward.x + outward.y * outward.y;
     const double sole = 1 - wall;
-    const double wedge = law_->wedge_length * std::max(0.0, nearest - at.z);
-    const double rim = kRimWidths * body_width_[static_cast<size_t>(body)];
+    const double wedge =
+        wedge_length_[static_cast<size_t>(contact.material)] * std::max(0.0, nearest - at.z);
+    const double rim = kRimWidths * body_width_[body];
     const double half = std::max(1.0, wall * wedge / 2 + sole * rim);
     const double cx = at.x + outward.x * wedge / 2, cy = at.y + outward.y * wedge / 2;
     // Nothing beyond this contact's own reach counts, wherever other bodies are. Columns count by
     // as much of them as lies inside: a blade that creeps on by a voxel must not feel the border.
-    const double reach = std::clamp(wall * wedge + sole * rim, static_cast<double>(kReach),
-                                    body_reach_[static_cast<size_t>(body)]);
+    const double reach =
+        std::clamp(wall * wedge + sole * rim, static_cast<double>(kReach), body_reach_[body]);
     const auto clip = [&](double v, int column, int low, int size) {
         const double near = std::clamp(v, column - reach, column + reach);
         return std::clamp(near - low, 0.0, static_cast<double>(size));

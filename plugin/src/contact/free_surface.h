@@ -30,15 +30,16 @@ class FreeSurface {
         std::span<const ContactRecord> contacts;    ///< not empty, of one carrier
         std::span<const double> body_width_voxels;  ///< of each body's contact, by index
         const GridFrame* frame = nullptr;
-        const ContactLawDef* law = nullptr;  ///< outlives the calls of height_beside()
+        const ContactLawDef* law = nullptr;    ///< outlives the calls of height_beside()
+        std::span<const double> wedge_length;  ///< of each material, over its depth
     };
     /// Cost: the columns around the contacts.
     void find(const Request& request, const TileWords& words);
 
     /// Height of the free surface that counts for a surface element of a body: the mean over the
-    /// soil that would give way to it. voxel: of the request's contact; at: on the element;
-    /// outward: its unit normal, into the soil.
-    double height_beside(const int voxel[3], Vec3 at, Vec3 outward, int body) const;
+    /// soil that would give way to it. contact: one of the request's; at: on the element; outward:
+    /// its unit normal, into the soil.
+    double height_beside(const ContactRecord& contact, Vec3 at, Vec3 outward) const;
 
   private:
     /// Sums over columns.
@@ -67,6 +68,7 @@ class FreeSurface {
     int reach_ = 0;                           ///< the farthest of all bodies [columns]
     int low_[2] = {0, 0}, size_[2] = {0, 0};  ///< of the rectangle [columns]
     const ContactLawDef* law_ = nullptr;
+    std::vector<double> wedge_length_;  ///< by material
     std::vector<double> body_width_;
     std::vector<double> body_reach_;                  ///< by body index [columns]
     std::vector<std::pair<int, int>> contact_range_;  ///< lowest and highest z, by body index

@@ -21,7 +21,7 @@ void for_each_constant(const ContactLawDef& law, Visit&& visit) {
     visit("dense_shear_share", dense_shear, 0.01, 1.0);
     visit("mobilization_widths", mobilization, 0.01, 1.0);
     visit("mobilization_fall_widths", mobilization_fall, 0.0, 0.99 * mobilization);
-    visit("wedge_length", wedge_length, 0.5, 5.0);
+    visit("wedge_length", wedge_length, wedge_length == 0 ? 0.0 : 0.5, 5.0);
     visit("sole_surroundings_widths", sole_surroundings, 0.5, 5.0);
     visit("under_way_share", under_way, 0.0, 0.5);
     visit("edge_sine", edge_sine, 0.1, 0.9);

@@ -69,6 +69,9 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     Impl& s = *impl;
     s.def = def;
     s.materials = def.material_list();
+    for (const MaterialDef& material : s.materials) {
+        s.wedge_length.push_back(def.contact_law.wedge_length_of(material.friction_angle_rad));
+    }
     const bool y_up = def.up == UpAxis::y;
     // Grid x, y, z are world Z, X, Y when Y is up: a turn, not a mirror.
     const double sizes[3] = {y_up ? def.size_m.z : def.size_m.x, y_up ? def.size_m.x : def.size_m.y,

@@ -116,6 +116,7 @@ struct ListedWork : device::WorkList {
 struct Soil::Impl {
     SoilDef def;
     std::vector<MaterialDef> materials;
+    std::vector<double> wedge_length;  ///< ContactLawDef::wedge_length_of each material
     GridFrame frame;
     Pose world_to_grid;  ///< of metres
     double kg_per_unit = 0;

@@ -12,6 +12,7 @@ namespace bsoil {
 /// What soil does to bodies that press on it. Each constant says where it is from and what changes
 /// with it. "Ours" is a choice of this project that no measurement gives directly.
 struct ContactLawDef {
+    /// Which law.
     enum class Kind {
         /// Resistive force theory at each element, its size effect by bearing capacity and passive
         /// wedges, density by Bolton, shear by Janosi: see granular_law.h
@@ -50,9 +51,11 @@ struct ContactLawDef {
 
     /// @name Free surface
     /// @{
-    /// Length of the wedge before a wall over its depth. 0.5..5. Rankine's tan(45 deg + phi / 2)
-    /// for phi 32 deg. Larger: soil further ahead counts for a blade's depth.
-    double wedge_length = 1.8;
+    /// Length of the wedge before a wall over its depth. 0.5..5; 0: Rankine's tan(45 deg + phi / 2)
+    /// with each material's own phi. Larger: soil further ahead counts for a blade's depth.
+    double wedge_length = 0;
+    /// That of a material.
+    double wedge_length_of(double friction_angle_rad) const;
     /// Soil counts so many widths around a sole's middle. 0.5..5. Ours: Prandtl's failure ends
     /// about two widths from the middle, and most of what is pressed up stands nearer. Larger: ruts
     /// and rims further away count.
