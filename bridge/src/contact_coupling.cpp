@@ -283,7 +283,10 @@ void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const Contac
         coupled.wheel_patches = patches_;
         return;
     }
-    if (patches_.empty()) coupled.report.force_n = coupled.report.torque_n_m = {};
+    // What holds a body that the grid has no contact of, its report says.
+    if (patches_.empty() && !coupled.is_met_first)
+        coupled.report.force_n = coupled.report.torque_n_m = {};
+    coupled.is_met_first = false;
 
     take_over_patches(coupled);
 }
@@ -299,6 +302,7 @@ void ContactCoupling::set_patches(const BodyState& body, const BodyMotion& direc
     on_ground.linear_m_s = body.motion.linear_velocity_m_s;
     on_ground.angular_rad_s = body.motion.angular_velocity_rad_s;
     patches_.assign(patches.begin(), patches.end());
+    coupled.is_met_first = true;
     take_over_patches(coupled);
 }
 
