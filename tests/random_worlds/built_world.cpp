@@ -115,7 +115,9 @@ void BuiltWorld::add_soil(const SoilPlan& plan, const BuildOptions& options) {
     }
     for (const FillPlan& f : plan.fills) {
         if (f.dropped) continue;
-        if (const Status done = fill(static_cast<int>(soils_.size()) - 1, f); !done) {
+        const Status done = fill(static_cast<int>(soils_.size()) - 1, f);
+        // All of its room may be another fill's or the terrain's.
+        if (!done && done.error().find("holds no soil") == std::string::npos) {
             error_ = "fill: " + done.error();
             return;
         }

@@ -50,6 +50,7 @@ void run_watched(const WorldPlan& plan, Failures& failures) {
 
 void run_repeated(const WorldPlan& plan, Failures& failures) {
     BuiltWorld once(plan), again(plan), with_two(plan, {.thread_count = 2});
+    if (!is_built(once, failures)) return;
     for (int i = 0; i < kRepeatedSteps; ++i) {
         for (BuiltWorld* world : {&once, &again, &with_two}) world->step();
         const uint64_t expected = once.checksum();
