@@ -339,7 +339,7 @@ void CouplingSnapshot::serialize(StateStream& stream, const btDiscreteDynamicsWo
     });
     stream.list(m.loaded, 200,
                 [&](CarriedLoads::Loaded& loaded) { Memory::list_loaded(stream, world, loaded); });
-    stream.list(m.falling, 100, [&](auto& entry) { Memory::list_falling(stream, entry); });
+    stream.list(m.falling, 88, [&](auto& entry) { Memory::list_falling(stream, entry); });
     stream.list(m.vehicles, 300, [&](VehicleMemory& vehicle) { list(stream, vehicle); });
     stream.list(m.surface, 528, [&](Memory::MetTile& tile) { Memory::list_surface(stream, tile); });
     if (stream.reads() && stream.good() && !m.is_sound()) stream.refuse();

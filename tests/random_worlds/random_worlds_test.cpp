@@ -34,6 +34,10 @@ TEST(RandomWorlds, go_on_to_the_bit_from_a_snapshot) {
     expect_all_holds(301, 302, Run::restored, PlanKind::any);
 }
 
+TEST(RandomWorlds, go_on_where_falls_are_the_last_thing_saved) {
+    expect_all_holds(2082, 2082, Run::restored, PlanKind::calm);
+}
+
 TEST(RandomWorlds, are_the_same_on_gl) {
     const WorldPlan plan = make_plan(401, PlanKind::small);
     SoilDef def = plan.soils[0].def;
