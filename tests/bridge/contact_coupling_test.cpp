@@ -9,9 +9,9 @@
 #include <numbers>
 #include <tuple>
 
+#include "bsoil/contact/granular_law.h"
 #include "bullet_scene.h"
 #include "bullet_types.h"
-#include "bsoil/contact/granular_law.h"
 #include "flat_soil.h"
 #include "torque_constraint.h"
 
