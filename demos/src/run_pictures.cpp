@@ -90,8 +90,13 @@ struct RunPictures::Impl {
         view.items.clear();
         if (soil) soil->append_to(view.items);
         if (terrain) terrain->append_to(view.items);
-        for (size_t b = 0; b < bodies.size(); ++b)
-            view.items.push_back({bodies[b], run.bullet().bodies()[b].pose(), 0, kBodyGloss});
+        for (size_t b = 0; b < bodies.size(); ++b) {
+            render::Item item;
+            item.mesh = bodies[b];
+            item.pose = run.bullet().bodies()[b].pose();
+            item.gloss = kBodyGloss;
+            view.items.push_back(item);
+        }
         render::View moved = view;
         if (!run.scene().camera.follow.empty()) {
             const Vec3 way = followed_m() - followed_from_m;

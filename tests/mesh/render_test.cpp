@@ -1,5 +1,5 @@
-#include <EGL/egl.h>
-#include <EGL/eglext.h>
+#include <epoxy/egl.h>
+#include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -44,6 +44,13 @@ double mean_brightness(const Image& image, int x0, int y0, int x1, int y1) {
     return sum / ((x1 - x0) * (y1 - y0));
 }
 
+Item item_of(MeshId mesh, const Pose& pose) {
+    Item item;
+    item.mesh = mesh;
+    item.pose = pose;
+    return item;
+}
+
 /// Looks along -z at the origin; 1 m is 80 pixels there.
 View front_view() {
     View view;
@@ -56,7 +63,7 @@ View front_view() {
 
 TEST_F(Render, the_side_towards_the_sun_is_brighter) {
     View view = front_view();
-    view.items = {{renderer_->add_mesh(sphere_mesh(1, {0.5f, 0.5f, 0.5f})), {}, 0, 0}};
+    view.items = {item_of(renderer_->add_mesh(sphere_mesh(1, {0.5f, 0.5f, 0.5f})), {})};
     const Image image = draw(view);
     ASSERT_EQ(image.width, 320);
     ASSERT_EQ(image.height, 200);
@@ -73,7 +80,7 @@ TEST_F(Render, rows_run_from_top_to_bottom) {
     View view = front_view();
     Pose above;
     above.position = {0, 0.8, 0};
-    view.items = {{renderer_->add_mesh(sphere_mesh(0.2, {1, 0, 0})), above, 0, 0}};
+    view.items = {item_of(renderer_->add_mesh(sphere_mesh(0.2, {1, 0, 0})), above)};
     const Image image = draw(view);
     const uint8_t* upper = image.pixel(160, 100 - 64);
     const uint8_t* lower = image.pixel(160, 100 + 64);
@@ -89,9 +96,9 @@ TEST_F(Render, bodies_cast_shadows) {
     const MeshId ball = renderer_->add_mesh(sphere_mesh(0.4, {0.6f, 0.6f, 0.6f}));
     Pose high;
     high.position = {0, 1.5, 1.5};
-    view.items = {{ground, {}, 0, 0}};
+    view.items = {item_of(ground, {})};
     const Image bare = draw(view);
-    view.items.push_back({ball, high, 0, 0});
+    view.items.push_back(item_of(ball, high));
     const Image image = draw(view);
     // The shadow lies about 0.3 m towards -z of the ball, near z = 1.2; the ball hides less than
     // it.
@@ -119,7 +126,7 @@ TEST_F(Render, soil_is_not_blank_and_equal_from_picture_to_picture) {
     view.camera.target = {0, 1, 0};
     view.floor_height_m = 0;
     soil.append_to(view.items);
-    EXPECT_EQ(view.items.size(), 16u);
+    EXPECT_EQ(view.items.size(), 1u);  // 4 x 4 tiles are one patch
     const Image image = draw(view);
     const double sky = mean_brightness(image, 0, 0, 320, 5);
     int unlike_sky = 0;
@@ -159,7 +166,7 @@ TEST_F(Render, soil_in_a_grid_of_any_size_is_drawn) {
         view.camera.eye = {0, 4, 6};
         const Image empty = draw(view);
         soil.append_to(view.items);
-        EXPECT_EQ(view.items.size(), static_cast<size_t>((nx + 7) / 8 * ((ny + 7) / 8)));
+        EXPECT_EQ(view.items.size(), static_cast<size_t>((nx + 31) / 32 * ((ny + 31) / 32)));
         EXPECT_NE(draw(view).rgba, empty.rgba);
     }
 }
@@ -168,11 +175,85 @@ TEST_F(Render, removed_meshes_are_gone_and_their_ids_are_used_again) {
     View view = front_view();
     const Image empty = draw(view);
     const MeshId ball = renderer_->add_mesh(sphere_mesh(1, {1, 0, 0}));
-    view.items = {{ball, {}, 0, 0}};
+    view.items = {item_of(ball, {})};
     EXPECT_NE(draw(view).rgba, empty.rgba);
     renderer_->remove_mesh(ball);
     EXPECT_EQ(draw(view).rgba, empty.rgba);
     EXPECT_EQ(renderer_->add_mesh(box_mesh({1, 1, 1}, {1, 0, 0})).value, ball.value);
+}
+
+TEST_F(Render, buffers_hold_depth_normal_and_label) {
+    View view = front_view();
+    view.floor_height_m = -1;
+    Item ball = item_of(renderer_->add_mesh(sphere_mesh(0.8, {1, 0, 0})), {});
+    ball.label = 7;
+    Item box = item_of(renderer_->add_mesh(box_mesh({0.2, 0.2, 0.2}, {1, 0, 0})), {});
+    box.pose.position = {1.4, 0, 0};
+    box.label = 9;
+    view.items = {ball, box};
+    const Result<Buffers> buffers = renderer_->buffers(view);
+    ASSERT_TRUE(buffers) << buffers.error();
+    const auto at = [](int x, int y) { return static_cast<size_t>(y * 320 + x); };
+    // The middle of the picture sees the sphere's front, 0.8 m before the target at 10 m; its
+    // facets lie up to a hundredth of the radius inside of it.
+    EXPECT_NEAR(buffers->depths_m[at(160, 100)], 9.2, 0.01);
+    EXPECT_NEAR(buffers->normals[3 * at(160, 100) + 2], 1, 0.01);
+    EXPECT_EQ(buffers->labels[at(160, 100)], 7u);
+    // The box's front is 0.2 m before the target, whatever its place across.
+    EXPECT_NEAR(buffers->depths_m[at(160 + 112, 100)], 9.8, 1e-3);
+    EXPECT_EQ(buffers->labels[at(160 + 112, 100)], 9u);
+    // The upper half of the sphere looks up, rows run from the top.
+    EXPECT_GT(buffers->normals[3 * at(160, 60) + 1], 0.5f);
+    EXPECT_EQ(buffers->labels[at(160, 2)], 0u);
+    EXPECT_EQ(buffers->depths_m[at(160, 2)], 0);  // sky
+    EXPECT_GT(buffers->depths_m[at(2, 198)], 0);  // floor
+    EXPECT_EQ(buffers->labels[at(2, 198)], 0u);
+}
+
+TEST_F(Render, lines_are_hidden_by_what_is_nearer_unless_they_are_in_front) {
+    View view = front_view();
+    view.line_width = 4;
+    view.items = {item_of(renderer_->add_mesh(box_mesh({0.5, 0.5, 0.5}, {0.2f, 0.2f, 0.2f})), {})};
+    const Line behind{{-1.5, 0, -1}, {1.5, 0, -1}, {1, 0, 0}};
+    view.lines = {behind};
+    const auto is_red = [](const Image& image, int x, int y) {
+        const uint8_t* p = image.pixel(x, y);
+        return p[0] > 200 && p[1] < 60;
+    };
+    const Image hidden = draw(view);
+    EXPECT_TRUE(is_red(hidden, 60, 100));
+    EXPECT_FALSE(is_red(hidden, 160, 100));
+    view.front_lines = {behind};
+    EXPECT_TRUE(is_red(draw(view), 160, 100));
+    // A line that ends behind the eye is seen as far as it is before it.
+    view.lines = {{{0, 0.8, 0}, {0, 0.8, 30}, {1, 0, 0}}};
+    view.front_lines.clear();
+    EXPECT_TRUE(is_red(draw(view), 160, 100 - 66));
+    view.line_width = 0;
+    EXPECT_NE(renderer_->render(view).error().find("View::line_width"), std::string::npos);
+}
+
+TEST_F(Render, an_item_that_emits_shows_its_own_colour) {
+    View view = front_view();
+    Item box = item_of(renderer_->add_mesh(box_mesh({1, 1, 1}, {0.5f, 0.25f, 1.0f})), {});
+    box.emission = 1;
+    view.items = {box};
+    view.to_sun = {0, 0, -1};  // its front is in shadow
+    const Image image = draw(view);
+    const uint8_t* p = image.pixel(160, 100);
+    // 255 c^(1/2.2), to a grey level of rounding.
+    EXPECT_NEAR(p[0], 186, 1);
+    EXPECT_NEAR(p[1], 136, 1);
+    EXPECT_NEAR(p[2], 255, 1);
+}
+
+TEST_F(Render, the_time_of_each_pass_is_measured) {
+    View view = front_view();
+    view.items = {item_of(renderer_->add_mesh(sphere_mesh(1, {1, 1, 1})), {})};
+    draw(view);
+    const PassTimes times = renderer_->pass_times();
+    EXPECT_GT(times.sum(), 0);
+    EXPECT_GE(times.sum(), times.surface);
 }
 
 TEST_F(Render, bad_views_are_refused_with_the_field_named) {
@@ -198,12 +279,12 @@ TEST_F(Render, the_callers_context_is_current_again) {
     // Without a context before, none is left behind.
     ASSERT_EQ(eglGetCurrentContext(), EGL_NO_CONTEXT);
     View view = front_view();
-    view.items = {{renderer_->add_mesh(sphere_mesh(1, {1, 1, 1})), {}, 0, 0}};
+    view.items = {item_of(renderer_->add_mesh(sphere_mesh(1, {1, 1, 1})), {})};
     draw(view);
     EXPECT_EQ(eglGetCurrentContext(), EGL_NO_CONTEXT);
 
     const EGLDisplay display =
-        eglGetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
+        eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
     if (display == EGL_NO_DISPLAY || !eglInitialize(display, nullptr, nullptr)) {
         GTEST_SKIP() << "no surfaceless EGL display for a caller's context";
     }
@@ -220,6 +301,7 @@ TEST_F(Render, the_callers_context_is_current_again) {
     const EGLContext context = eglCreateContext(display, config, EGL_NO_CONTEXT, version);
     ASSERT_NE(context, EGL_NO_CONTEXT);
     ASSERT_TRUE(eglMakeCurrent(display, surface, surface, context));
+    EXPECT_FALSE(renderer_->draw(view, 0));  // the caller's framebuffer is another context's
     draw(view);
     renderer_->remove_mesh(view.items[0].mesh);
     EXPECT_TRUE(Renderer::create());
@@ -231,6 +313,81 @@ TEST_F(Render, the_callers_context_is_current_again) {
     eglBindAPI(EGL_OPENGL_API);
     eglDestroyContext(display, context);
     eglDestroySurface(display, surface);
+}
+
+/// An OpenGL core context with a small surface, current while it lives; null without one.
+class CallersContext {
+  public:
+    CallersContext() {
+        display_ =
+            eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
+        if (display_ == EGL_NO_DISPLAY || !eglInitialize(display_, nullptr, nullptr)) return;
+        const EGLint attributes[] = {EGL_SURFACE_TYPE,
+                                     EGL_PBUFFER_BIT,
+                                     EGL_RENDERABLE_TYPE,
+                                     EGL_OPENGL_BIT,
+                                     EGL_RED_SIZE,
+                                     8,
+                                     EGL_DEPTH_SIZE,
+                                     24,
+                                     EGL_NONE};
+        EGLConfig config = nullptr;
+        EGLint count = 0;
+        if (!eglChooseConfig(display_, attributes, &config, 1, &count) || count != 1) return;
+        const EGLint size[] = {EGL_WIDTH, 320, EGL_HEIGHT, 200, EGL_NONE};
+        surface_ = eglCreatePbufferSurface(display_, config, size);
+        eglBindAPI(EGL_OPENGL_API);
+        const EGLint version[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                  3,
+                                  EGL_CONTEXT_MINOR_VERSION,
+                                  3,
+                                  EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                  EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                  EGL_NONE};
+        context_ = eglCreateContext(display_, config, EGL_NO_CONTEXT, version);
+        is_current_ = surface_ != EGL_NO_SURFACE && context_ != EGL_NO_CONTEXT &&
+                      eglMakeCurrent(display_, surface_, surface_, context_);
+    }
+    ~CallersContext() {
+        if (display_ == EGL_NO_DISPLAY) return;
+        eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+        if (context_ != EGL_NO_CONTEXT) eglDestroyContext(display_, context_);
+        if (surface_ != EGL_NO_SURFACE) eglDestroySurface(display_, surface_);
+    }
+    bool is_current() const { return is_current_; }
+
+  private:
+    EGLDisplay display_ = EGL_NO_DISPLAY;
+    EGLSurface surface_ = EGL_NO_SURFACE;
+    EGLContext context_ = EGL_NO_CONTEXT;
+    bool is_current_ = false;
+};
+
+TEST_F(Render, a_hosts_window_gets_the_same_picture) {
+    View view = front_view();
+    const Mesh ball = sphere_mesh(1, {0.8f, 0.3f, 0.1f});
+    view.items = {item_of(renderer_->add_mesh(ball), {})};
+    view.floor_height_m = -1;
+    const Image off_screen = draw(view);
+    const CallersContext window;
+    if (!window.is_current()) GTEST_SKIP() << "no EGL surface that could be a host's window";
+    auto in_window = Renderer::create({.callers_context = true});
+    ASSERT_TRUE(in_window) << in_window.error();
+    view.items = {item_of((*in_window)->add_mesh(ball), {})};
+    const Status drawn = (*in_window)->draw(view, 0);
+    ASSERT_TRUE(drawn) << drawn.error();
+    std::vector<uint8_t> pixels(4 * 320 * 200);
+    glReadPixels(0, 0, 320, 200, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
+    // A window may have more bits a colour than 8: each is rounded once more.
+    int farthest = 0;
+    for (int y = 0; y < 200; ++y)
+        for (int x = 0; x < 320; ++x)
+            for (int c = 0; c < 3; ++c)
+                farthest = std::max(farthest, std::abs(pixels[4 * ((199 - y) * 320 + x) + c] -
+                                                       off_screen.pixel(x, y)[c]));
+    EXPECT_LE(farthest, 1);
+    EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
+    EXPECT_FALSE(glIsEnabled(GL_DEPTH_TEST));
 }
 
 }  // namespace

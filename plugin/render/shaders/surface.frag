@@ -17,6 +17,7 @@ uniform sampler3D grains;     // xyz: a direction, w: a brightness, both about 0
 uniform float grain_scale;    // periods of the grain volume per metre; 0: smooth
 uniform vec3 grain_origin;    // of the eye, in periods
 uniform float gloss;
+uniform float emission;         // 0: lit .. 1: its own colour whatever the light
 uniform float fade_begin_m, fade_end_m;  // floor: distance from its centre where it goes over into the sky
 uniform vec3 fade_center;                // about the eye; fade_end_m = 0: no fading
 
@@ -71,7 +72,7 @@ void main() {
         float rim = pow(1.0 - max(dot(normal, to_eye), 0.0), 5.0);
         shaded += gloss * (0.5 * highlight * sun * kSun + 0.5 * rim * kSky * open_share);
     }
-    shaded = filmic(0.66 * shaded);
+    shaded = mix(filmic(0.66 * shaded), albedo, emission);
     if (fade_end_m > 0.0) {
         float fade = smoothstep(fade_begin_m, fade_end_m, length(world - fade_center));
         shaded = mix(shaded, horizon_color, fade);

@@ -94,12 +94,24 @@ struct ProgramTraits {
     static void destroy(GLuint name) { glDeleteProgram(name); }
 };
 
+struct QueryTraits {
+    static constexpr GLenum kIdentifier = 0;  // a query takes a label only once it has begun
+    static GLuint create() {
+        GLuint name = 0;
+        glGenQueries(1, &name);
+        return name;
+    }
+    static void bind(GLuint) {}
+    static void destroy(GLuint name) { glDeleteQueries(1, &name); }
+};
+
 using GlBuffer = GlObject<BufferTraits>;
 using GlVertexArray = GlObject<VertexArrayTraits>;
 using GlFramebuffer = GlObject<FramebufferTraits>;
 using GlRenderbuffer = GlObject<RenderbufferTraits>;
 using GlTexture2D = GlObject<TextureTraits<GL_TEXTURE_2D>>;
 using GlTexture3D = GlObject<TextureTraits<GL_TEXTURE_3D>>;
+using GlQuery = GlObject<QueryTraits>;
 using GlProgram = GlObject<ProgramTraits>;
 
 /// Compiles and links. The error holds the label and the compiler's text.

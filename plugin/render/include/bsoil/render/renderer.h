@@ -1,6 +1,8 @@
-/// Off-screen pictures of meshes: sun with shadows, sky, ambient occlusion. Through EGL, no window.
+/// Pictures of meshes: sun with shadows, sky, ambient occlusion. Off screen through EGL, or in the
+/// window of a host that has an OpenGL context.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -33,6 +35,15 @@ struct Item {
     Pose pose;          ///< mesh -> world
     float grain_m = 0;  ///< size of the grains the surface is patterned with [m]; 0: smooth
     float gloss = 0;    ///< 0: matt .. 1: painted metal
+    /// 0: lit by sun and sky .. 1: its own colours whatever the light, as a diagram has them.
+    float emission = 0;
+    uint32_t label = 0;  ///< what Buffers::labels has where the item is seen
+};
+
+/// A straight line in the picture.
+struct Line {
+    Vec3 from, to;                        ///< world [m]
+    std::array<float, 3> color{1, 1, 1};  ///< linear RGB, 0..1
 };
 
 /// One picture.
@@ -44,18 +55,43 @@ struct View {
     /// default.
     std::optional<double> floor_height_m;
     std::vector<Item> items;
+    std::vector<Line> lines;        ///< hidden by what is nearer
+    std::vector<Line> front_lines;  ///< hidden by nothing
+    float line_width = 1.5f;        ///< pixels, 0.5..16
 };
 
 /// How pictures are made.
 struct RendererDef {
     int sample_count = 4;        ///< per pixel, 1..8; fewer where the device has no more
     int shadow_map_size = 2048;  ///< texels a side, 256..8192
+    bool occlusion = true;       ///< ambient occlusion: what is near a pixel takes its sky away
+    /// Draw with the OpenGL 3.3 core context that is current when create() is called, instead of
+    /// one of its own. The host keeps it current in every later call and at destruction.
+    bool callers_context = false;
     /// Names the field, its value and its range when something is wrong.
     Status validate() const;
 };
 
+/// How long the parts of a picture took the device [ms].
+struct PassTimes {
+    double shadow = 0;     ///< depth seen from the sun
+    double occlusion = 0;  ///< depth seen from the eye, and the ambient occlusion from it
+    double surface = 0;    ///< the lit picture: items and sky
+    double lines = 0;      ///< lines, and the way into the target
+    double sum() const { return shadow + occlusion + surface + lines; }  ///< [ms]
+};
+
+/// What a picture shows, pixel by pixel, for programs that learn to see. Rows from top to bottom.
+struct Buffers {
+    int width = 0, height = 0;
+    std::vector<float> depths_m;   ///< along the line of sight of the camera; 0: sky
+    std::vector<float> normals;    ///< unit, world axes, three a pixel; 0, 0, 0: sky
+    std::vector<uint32_t> labels;  ///< Item::label; 0: sky, floor, or an item without one
+};
+
 /// Draws pictures. Has a GL context of its own, which it makes current inside each call only: the
-/// caller's is current again afterwards. One thread at a time.
+/// caller's is current again afterwards. One thread at a time. See RendererDef::callers_context for
+/// the other case.
 class Renderer {
   public:
     /// The error says what is missing: no EGL, no OpenGL 3.3, the text of a shader's compiler.
@@ -71,6 +107,15 @@ class Renderer {
 
     /// Draws a picture and waits for it. Items without a mesh are left out.
     Result<Image> render(const View& view);
+    /// Draws a picture into the lower left corner of a framebuffer of the context (0: the window's)
+    /// and does not wait for it. Only with RendererDef::callers_context. Afterwards the framebuffer
+    /// is bound, its viewport is the picture, and of the state that was changed (depth, blending,
+    /// culling, textures, vertex arrays, program) everything is as GL has it at first.
+    Status draw(const View& view, uint32_t framebuffer);
+    /// Depths, normals and labels of what a picture of this view shows. Waits for the device.
+    Result<Buffers> buffers(const View& view);
+    /// Of the last picture that the device has finished.
+    PassTimes pass_times() const;
 
     /// As the GL driver calls it.
     const std::string& device_name() const;
@@ -81,7 +126,8 @@ class Renderer {
     std::unique_ptr<Impl> impl_;
 };
 
-/// The meshes of a SurfaceMesher in a Renderer, kept up to date tile by tile.
+/// The meshes of a SurfaceMesher in a Renderer, kept up to date tile by tile. Tiles share a mesh of
+/// the renderer by the patch: few calls draw them all.
 class SurfaceItems {
   public:
     /// Both must outlive it.
@@ -90,21 +136,24 @@ class SurfaceItems {
     SurfaceItems(const SurfaceItems&) = delete;
     SurfaceItems& operator=(const SurfaceItems&) = delete;
 
-    /// Uploads the tiles meshed since the last call.
+    /// Uploads the patches with tiles meshed since the last call.
     void update();
-    /// Adds the tiles that have triangles.
+    /// Adds the patches that have triangles.
     void append_to(std::vector<Item>& items) const;
 
   private:
-    struct Tile {
+    static constexpr int kPatchSide = 4;  ///< tiles of a patch along each axis
+    struct Patch {
         MeshId mesh;
-        uint64_t revision = 0;
+        uint64_t revision_sum = 0;
         bool empty = true;
     };
     Renderer& renderer_;
     const SurfaceMesher& mesher_;
     float grain_m_;
-    std::vector<Tile> tiles_;
+    int patch_count_x_;
+    std::vector<Patch> patches_;
+    Mesh gathered_;
 };
 
 }  // namespace bsoil::render
