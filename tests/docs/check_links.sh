@@ -17,5 +17,5 @@ while IFS= read -r program; do
     grep -qF "](${program#"$root"/})" "$root/README.md" && continue
     printf 'README.md does not link %s\n' "${program#"$root"/}"
     failed=1
-done < <(grep -l '^int main' "$root"/demos/src/*.cpp)
+done < <(grep -l '^int main' "$root"/demos/src/*/*.cpp)
 exit "$failed"

@@ -1,4 +1,4 @@
-#include "baseline.h"
+#include "run/baseline.h"
 #include "targets.h"
 
 namespace bsoil::fuzz {

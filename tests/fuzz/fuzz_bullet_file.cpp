@@ -1,5 +1,5 @@
 #include "../bridge/bullet_scene.h"
-#include "bullet_file.h"
+#include "robots/bullet_file.h"
 #include "targets.h"
 
 namespace bsoil::fuzz {

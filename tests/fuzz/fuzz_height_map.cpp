@@ -1,7 +1,7 @@
 #include <cmath>
 
 #include "bsoil/soil.h"
-#include "data_files.h"
+#include "files/data_files.h"
 #include "targets.h"
 
 namespace bsoil::fuzz {

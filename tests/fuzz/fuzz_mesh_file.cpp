@@ -1,7 +1,7 @@
 #include "bsoil/distance_lattice.h"
 #include "bsoil/soil.h"
-#include "convex_parts.h"
-#include "data_files.h"
+#include "files/data_files.h"
+#include "robots/convex_parts.h"
 #include "targets.h"
 
 namespace bsoil::fuzz {

@@ -1,4 +1,4 @@
-#include "scene_load.h"
+#include "reading/scene_load.h"
 #include "small_run.h"
 #include "targets.h"
 

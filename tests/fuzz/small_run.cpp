@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "fuzz_target.h"
-#include "scene_load.h"
-#include "scene_run.h"
+#include "reading/scene_load.h"
+#include "run/scene_run.h"
 
 namespace bsoil::fuzz {
 

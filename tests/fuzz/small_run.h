@@ -1,7 +1,7 @@
 /// A few steps of a scene.
 #pragma once
 
-#include "scene.h"
+#include "scene/scene.h"
 
 namespace bsoil::fuzz {
 

@@ -181,7 +181,7 @@ symbols() {
 }
 
 write_host() {
-    cp "$hosts"/* "$source_dir/demos/src/hello_soil.cpp" .
+    cp "$hosts"/* "$source_dir/demos/src/hosts/hello_soil.cpp" .
     cp "$source_dir/tests/scenes/sand_column.toml" column.toml
     sed 's/sand_column/column/' "$source_dir/tests/scenes/sand_column.json" >column.json
     page_file put_sand_under.c >put_sand_under.c

@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-#include "scene.h"
+#include "scene/scene.h"
 
 namespace bsoil::experiment {
 

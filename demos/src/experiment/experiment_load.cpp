@@ -6,14 +6,14 @@
 #include <cmath>
 #include <set>
 
-#include "data_files.h"
 #include "experiment_schema.h"
 #include "figures.h"
+#include "files/data_files.h"
+#include "files/text_file.h"
 #include "measured_data.h"
+#include "reading/scene_load.h"
+#include "reading/toml_file.h"
 #include "rig.h"
-#include "scene_load.h"
-#include "text_file.h"
-#include "toml_file.h"
 
 namespace bsoil::experiment {
 namespace {

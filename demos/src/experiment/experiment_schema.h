@@ -2,7 +2,7 @@
 #pragma once
 
 #include "experiment.h"
-#include "schema_table.h"
+#include "reading/schema_table.h"
 
 namespace bsoil::experiment {
 

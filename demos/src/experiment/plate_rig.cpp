@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "rig_world.h"
-#include "rotations.h"
+#include "scene/rotations.h"
 
 namespace bsoil::experiment {
 namespace {

@@ -5,8 +5,8 @@
 #include <limits>
 #include <mutex>
 
-#include "scene_load.h"
-#include "soil_filling.h"
+#include "reading/scene_load.h"
+#include "world/soil_filling.h"
 
 namespace bsoil::experiment {
 namespace {

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "bsoil/bullet/soil_action.h"
-#include "bullet_scene.h"
 #include "experiment.h"
 #include "rig.h"
+#include "world/bullet_scene.h"
 
 namespace bsoil::experiment {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "rig_world.h"
-#include "rotations.h"
+#include "scene/rotations.h"
 
 namespace bsoil::experiment {
 namespace {

@@ -1,0 +1,67 @@
+#include "command_line.h"
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <vector>
+
+#include "scene/spelling.h"
+
+namespace bsoil::command {
+namespace {
+
+std::string meant_text(const std::string& word, const std::vector<std::string>& known,
+                       const std::string& help) {
+    const std::string meant = scene::nearest_word(word, known);
+    return meant.empty() ? "; see " + help : "; did you mean `" + meant + "`?";
+}
+
+}  // namespace
+
+std::string unknown_word(const CLI::App& app, int argument_count, const char* const* arguments) {
+    const CLI::App* command = nullptr;
+    for (int i = 1; i < argument_count; ++i) {
+        const std::string word = arguments[i];
+        if (word == "--") return {};  // what follows is no option
+        if (!word.starts_with("--")) {
+            if (command || word.starts_with("-")) continue;
+            std::vector<std::string> names;
+            for (const CLI::App* known : app.get_subcommands({})) {
+                names.push_back(known->get_name());
+                if (known->get_name() == word) command = known;
+            }
+            if (!command)
+                return fmt::format("unknown command `{}`{}", word,
+                                   meant_text(word, names, "bsoil --help"));
+            continue;
+        }
+        const std::string name = word.substr(2, word.find('=') - 2);
+        const CLI::App& owner = command ? *command : app;
+        bool is_known = false;
+        std::vector<std::string> names;
+        for (const CLI::Option* option : owner.get_options()) {
+            is_known |= option->check_lname(name);
+            for (const std::string& known : option->get_lnames()) names.push_back("--" + known);
+        }
+        if (is_known) continue;
+        const std::string whose = command ? "bsoil " + command->get_name() : "bsoil";
+        return fmt::format("{}: unknown option `--{}`{}", whose, name,
+                           meant_text("--" + name, names, whose + " --help"));
+    }
+    return {};
+}
+
+CLI::Validator at_least(double least) {
+    return CLI::Validator(
+        [least](std::string& text) {
+            char* end = nullptr;
+            const double number = std::strtod(text.c_str(), &end);
+            if (text.empty() || *end != '\0') return fmt::format("`{}` is no number", text);
+            if (!(number >= least))
+                return fmt::format("{} is too small, must be {:g} or more", text, least);
+            return std::string();
+        },
+        fmt::format("{:g} or more", least));
+}
+
+}  // namespace bsoil::command

@@ -1,0 +1,32 @@
+/// Reading scenes: from a TOML file to a checked Scene.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "scene/scene.h"
+
+namespace bsoil::scene {
+
+struct SchemaError;
+
+/// Reads and checks a scene and all files it names; robots are expanded into bodies and joints. The
+/// error lists every mistake, one a line, as "file:line:column: text". Data files that are absent
+/// are no error: see Scene::missing_data.
+Result<Scene> load_scene(const std::string& path);
+
+/// The same for a text in memory; files are looked for beside `path`.
+Result<Scene> parse_scene(const std::string& text, const std::string& path);
+
+/// The keys of a scene file as a Markdown page: the content of demos/scenes/README.md.
+std::string schema_markdown();
+
+/// Looks up the soil's materials, fills them into its SoilDef and checks it against the world;
+/// errors are added to the list. load_scene has done so already.
+void check_soil(Scene& scene, std::vector<SchemaError>& errors);
+
+/// The soil a scene describes: SoilDef with materials, axis and gravity filled in. Only where
+/// scene.soil is set.
+SoilDef soil_def(const Scene& scene);
+
+}  // namespace bsoil::scene

@@ -1,0 +1,368 @@
+#include "run_checks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "scene/rotations.h"
+
+namespace bsoil::scene {
+namespace {
+
+using Verdict = CheckResult::Verdict;
+
+Verdict verdict(bool pass) { return pass ? Verdict::pass : Verdict::fail; }
+
+/// Whether a value lies within limits of which either may be missing.
+bool within(double value, const std::optional<double>& min, const std::optional<double>& max) {
+    return (!min || value >= *min) && (!max || value <= *max);
+}
+
+std::string limits_text(const std::optional<double>& min, const std::optional<double>& max,
+                        const char* unit) {
+    if (min && max) return fmt::format("wanted {:g} .. {:g} {}", *min, *max, unit);
+    if (min) return fmt::format("wanted at least {:g} {}", *min, unit);
+    if (max) return fmt::format("wanted at most {:g} {}", *max, unit);
+    return "no limit given";
+}
+
+}  // namespace
+
+const char* verdict_text(Verdict verdict) {
+    switch (verdict) {
+        case Verdict::pass:
+            return "PASS";
+        case Verdict::fail:
+            return "FAIL";
+        case Verdict::not_reached:
+            break;
+    }
+    return "SKIP";
+}
+
+std::optional<double> repose_angle_rad(const Soil& soil, Vec3 center_m) {
+    const GridFrame& frame = soil.frame();
+    const Vec3 center = frame.to_grid(center_m);
+    const double base_m = center.z * frame.voxel_m;
+    double top_m = 0;
+    for (int y = 0; y < frame.size[1]; ++y)
+        for (int x = 0; x < frame.size[0]; ++x)
+            top_m = std::max(top_m, soil.surface_height_m(x, y) - base_m);
+    double n = 0, sum_r = 0, sum_h = 0, sum_rr = 0, sum_rh = 0;
+    for (int y = 0; y < frame.size[1]; ++y) {
+        for (int x = 0; x < frame.size[0]; ++x) {
+            const double h = soil.surface_height_m(x, y) - base_m;
+            if (h < 0.15 * top_m || h > 0.85 * top_m) continue;  // the toe and the tip are rounded
+            const double r = frame.voxel_m * std::hypot(x + 0.5 - center.x, y + 0.5 - center.y);
+            // weighed by 1/r: rings count alike, however many columns they have
+            const double weight = 1 / std::max(r, frame.voxel_m);
+            n += weight;
+            sum_r += weight * r;
+            sum_h += weight * h;
+            sum_rr += weight * r * r;
+            sum_rh += weight * r * h;
+        }
+    }
+    const double spread = n * sum_rr - sum_r * sum_r;
+    if (spread <= 0) return std::nullopt;
+    return std::atan(-(n * sum_rh - sum_r * sum_h) / spread);
+}
+
+Steadiness steadiness(const std::vector<double>& samples) {
+    Steadiness out;
+    if (samples.empty()) return out;
+    const double count = static_cast<double>(samples.size());
+    const double middle = (count - 1) / 2;
+    for (const double y : samples) out.mean += y / count;
+    double cross = 0, spread = 0;
+    for (size_t i = 0; i < samples.size(); ++i) {
+        const double x = static_cast<double>(i) - middle;
+        cross += x * (samples[i] - out.mean);
+        spread += x * x;
+    }
+    const double slope = spread > 0 ? cross / spread : 0;
+    double squares = 0, least = 0, most = 0;
+    for (size_t i = 0; i < samples.size(); ++i) {
+        const double off = samples[i] - out.mean - slope * (static_cast<double>(i) - middle);
+        squares += off * off;
+        least = std::min(least, off);
+        most = std::max(most, off);
+    }
+    out.deviation = std::sqrt(squares / count);
+    out.range = most - least;
+    return out;
+}
+
+RunChecks::RunChecks(const SceneRun& run) : run_(run) {
+    for (const CheckItem& item : run.scene().checks)
+        if (item.kind != "soil_conserved") watches_.push_back(watch(item));
+    observe();
+}
+
+bool RunChecks::in_window(const CheckItem& item) const {
+    return reached(item.from_s) && (!item.to_s || run_.time_s() <= *item.to_s + run_.step_s() / 2);
+}
+
+double RunChecks::energy_j(const CheckItem& item) const {
+    double sum_j = 0;
+    for (const SceneBody& body : run_.bullet().bodies()) {
+        const bool named =
+            std::find(item.bodies.begin(), item.bodies.end(), body.name) != item.bodies.end();
+        if (item.bodies.empty() || named)
+            sum_j += body.mechanical_energy_j(run_.bullet().gravity_m_s2());
+    }
+    return sum_j;
+}
+
+/// What a check that measures over a time sees in this step.
+std::optional<double> RunChecks::sample(const CheckItem& item) const {
+    if (!in_window(item)) return std::nullopt;
+    if (item.kind == "energy_not_rising") return energy_j(item);
+    const auto& bodies = run_.bullet().bodies();
+    const auto body = std::find_if(bodies.begin(), bodies.end(),
+                                   [&](const SceneBody& b) { return b.name == item.body; });
+    if (item.kind == "body_rise" || item.kind == "body_height") {
+        const Vec3 at_m = body->pose().position;
+        return run_.scene().world.up == "y" ? at_m.y : at_m.z;
+    }
+    Vec3 vector;
+    if (item.kind == "force_steady") {
+        if (run_.step_count() == 0) return std::nullopt;  // a reading is the mean of a step
+        vector = run_.readings()[static_cast<size_t>(body - bodies.begin())].force_n;
+    } else if (item.kind == "speed_steady") {
+        vector = body->linear_velocity_m_s();
+    } else {
+        return std::nullopt;
+    }
+    const double size = length(item.direction);
+    return size > 0 ? dot(vector, item.direction) / size : length(vector);
+}
+
+RunChecks::Watch RunChecks::watch(const CheckItem& item) const {
+    Watch w;
+    w.item = &item;
+    if (item.kind == "distance_travelled")
+        w.start_m = run_.bullet().find_body(item.body)->pose().position;
+    return w;
+}
+
+bool RunChecks::reached(double t_s) const { return run_.time_s() >= t_s - run_.step_s() / 2; }
+
+void RunChecks::serialize(StateStream& stream, Watch& w) {
+    const auto optional = [&](auto& value) {
+        bool has = value.has_value();
+        stream(has);
+        if (!has) return value.reset();
+        if (!value) value.emplace();
+        stream(*value);
+    };
+    optional(w.start_m);
+    optional(w.value);
+    optional(w.reference);
+    stream(w.peak_n);
+    stream.list(w.samples, 8, [&](double& sample) { stream(sample); });
+}
+
+std::vector<uint8_t> RunChecks::state() const {
+    StateStream stream;
+    std::vector<Watch> watches = watches_;
+    for (Watch& w : watches) {
+        std::string kind = w.item->kind;
+        stream(kind);
+        serialize(stream, w);
+    }
+    return stream.bytes();
+}
+
+Status RunChecks::set_state(std::span<const uint8_t> state) {
+    StateStream stream(state);
+    std::vector<Watch> watches = watches_;
+    for (Watch& w : watches) {
+        std::string kind;
+        stream(kind);
+        if (kind != w.item->kind) stream.refuse();
+        serialize(stream, w);
+    }
+    if (!stream.at_end()) return Error{"the snapshot is of a scene with other checks"};
+    watches_ = std::move(watches);
+    return Done{};
+}
+
+void RunChecks::observe() {
+    for (Watch& w : watches_) observe(w);
+}
+
+void RunChecks::observe(Watch& w) const {
+    const CheckItem& item = *w.item;
+    if (const std::optional<double> value = sample(item)) w.samples.push_back(*value);
+    if (item.kind == "body_at_rest") {
+        if (!w.start_m && reached(item.by_s))
+            w.start_m = run_.bullet().find_body(item.body)->pose().position;
+    } else if (item.kind == "mass_in_region") {
+        const ProbeItem& probe = *run_.scene().find_probe(item.probe);
+        if (!w.reference && item.has("reference_s") && reached(item.reference_s))
+            w.reference = run_.probe_mass_kg(probe);
+        if (!w.value && reached(item.at_s)) w.value = run_.probe_mass_kg(probe);
+    } else if (item.kind == "surface_height") {
+        if (!w.value && reached(item.at_s)) w.value = surface_height_m(run_.soil(), item.at_m);
+    } else if (item.kind == "body_force" && run_.time_s() > item.from_s && in_window(item)) {
+        const auto& bodies = run_.bullet().bodies();
+        for (size_t b = 0; b < bodies.size(); ++b)
+            if (bodies[b].name == item.body)
+                w.peak_n = std::max(w.peak_n, run_.readings()[b].peak_force_n);
+    }
+}
+
+std::vector<CheckResult> RunChecks::results() const {
+    std::vector<CheckResult> results;
+    if (run_.has_soil()) results.push_back(conserved());
+    for (const Watch& w : watches_) results.push_back(result(w));
+    return results;
+}
+
+CheckResult RunChecks::conserved() const {
+    const std::vector<int64_t>& start = run_.totals_at_start().units;
+    const std::vector<int64_t> end = run_.soil().totals().units;
+    CheckResult result{verdict(start == end), "soil_conserved", ""};
+    for (size_t i = 0; i < start.size(); ++i)
+        result.figure += fmt::format("{}{}: {} units, {:+} since the start", i ? "; " : "",
+                                     run_.soil().materials()[i].name, end[i], end[i] - start[i]);
+    return result;
+}
+
+CheckResult RunChecks::steady_result(const Watch& w, CheckResult result) const {
+    const CheckItem& item = *w.item;
+    const bool force = item.kind == "force_steady";
+    const char* unit = force ? "N" : "m/s";
+    const std::optional<double>&min = force ? item.min_n : item.min_m_s,
+          &max = force ? item.max_n : item.max_m_s;
+    const Steadiness s = steadiness(w.samples);
+    result.verdict = verdict(within(s.mean, min, max));
+    result.figure = fmt::format("mean {:.4g} {}", s.mean, unit);
+    if (min || max) result.figure += ", " + limits_text(min, max, unit);
+    const auto share = [&](const char* name, double value, const std::optional<double>& most) {
+        if (!most) return;
+        if (value > *most * std::abs(s.mean)) result.verdict = Verdict::fail;
+        result.figure += fmt::format("; {} {:.3g} {}, {:.3g} of the mean, wanted at most {:g}",
+                                     name, value, unit, value / std::abs(s.mean), *most);
+    };
+    share("standard deviation", s.deviation, item.max_deviation_fraction);
+    share("range", s.range, item.max_range_fraction);
+    return result;
+}
+
+CheckResult RunChecks::result(const Watch& w) const {
+    const CheckItem& item = *w.item;
+    CheckResult result;
+    result.name = item.kind;
+    const std::string& subject = item.body.empty() ? item.probe : item.body;
+    if (!subject.empty()) result.name += ' ' + subject;
+    const auto not_reached = [&](double t_s) {
+        result.verdict = Verdict::not_reached;
+        result.figure = fmt::format("the run ended before {:g} s", t_s);
+        return result;
+    };
+
+    const double end_s = item.to_s.value_or(run_.scene().world.duration_s);
+    const bool ended = reached(end_s) && !w.samples.empty();
+    if (item.kind == "body_at_rest") {
+        const double time_s = run_.time_s() - item.by_s;
+        if (!w.start_m || time_s < run_.step_s()) return not_reached(item.by_s);
+        const SceneBody& body = *run_.bullet().find_body(item.body);
+        const double creep_mm_s = 1000 * length(body.pose().position - *w.start_m) / time_s;
+        const bool asleep = !body.is_awake();
+        result.verdict = verdict(creep_mm_s <= item.creep_mm_s && (asleep || !item.must_sleep));
+        result.figure =
+            fmt::format("{:.3f} mm/s from {:g} s on, wanted at most {:g}; {}", creep_mm_s,
+                        item.by_s, item.creep_mm_s, asleep ? "asleep" : "awake");
+        if (item.must_sleep) result.figure += ", wanted asleep";
+    } else if (item.kind == "mass_in_region") {
+        if (!w.value) return not_reached(item.at_s);
+        result.verdict = verdict(within(*w.value, item.min_kg, item.max_kg));
+        result.figure = fmt::format("{:.1f} kg at {:g} s", *w.value, item.at_s);
+        if (item.min_kg || item.max_kg)
+            result.figure += ", " + limits_text(item.min_kg, item.max_kg, "kg");
+        if (item.min_fraction || item.max_fraction) {
+            if (!w.reference) return not_reached(item.reference_s);
+            const double fraction = *w.reference > 0 ? *w.value / *w.reference : 0;
+            if (!within(fraction, item.min_fraction, item.max_fraction))
+                result.verdict = Verdict::fail;
+            result.figure += fmt::format(
+                ", {:.3f} of the {:.1f} kg at {:g} s, {}", fraction, *w.reference, item.reference_s,
+                limits_text(item.min_fraction, item.max_fraction, "of it"));
+        }
+    } else if (item.kind == "repose_angle") {
+        if (!run_.finished_scene()) return not_reached(run_.scene().world.duration_s);
+        const std::optional<double> angle = repose_angle_rad(run_.soil(), item.center_m);
+        result.verdict =
+            verdict(angle && std::abs(*angle - item.expected_rad) <= item.tolerance_rad);
+        result.figure =
+            fmt::format("{}, wanted {:g} +- {:g} deg",
+                        angle ? fmt::format("{:.2f} deg", *angle / kDegree) : "no slope",
+                        item.expected_rad / kDegree, item.tolerance_rad / kDegree);
+    } else if (item.kind == "surface_height") {
+        if (!w.value) return not_reached(item.at_s);
+        result.verdict = verdict(std::abs(*w.value - item.expected_m) <= item.tolerance_m);
+        result.figure = fmt::format("{:.3f} m at {:g} s, wanted {:g} +- {:g}", *w.value, item.at_s,
+                                    item.expected_m, item.tolerance_m);
+    } else if (item.kind == "distance_travelled") {
+        const double way_m =
+            length(run_.bullet().find_body(item.body)->pose().position - *w.start_m);
+        if (!run_.finished_scene()) return not_reached(run_.scene().world.duration_s);
+        result.verdict = verdict(within(way_m, item.min_m, item.max_m));
+        result.figure =
+            fmt::format("{:.3f} m, {}", way_m, limits_text(item.min_m, item.max_m, "m"));
+    } else if (item.kind == "body_force") {
+        if (!run_.finished_scene() && run_.time_s() <= item.from_s) return not_reached(item.from_s);
+        result.verdict = verdict(within(w.peak_n, item.min_n, item.max_n));
+        if (!run_.finished_scene() && result.verdict == Verdict::fail && item.min_n &&
+            w.peak_n < *item.min_n)
+            return not_reached(run_.scene().world.duration_s);
+        result.figure =
+            fmt::format("{:.0f} N at most, {}", w.peak_n, limits_text(item.min_n, item.max_n, "N"));
+    } else if (item.kind == "force_steady" || item.kind == "speed_steady") {
+        if (!ended) return not_reached(end_s);
+        return steady_result(w, std::move(result));
+    } else if (item.kind == "body_rise") {
+        if (!ended) return not_reached(end_s);
+        double lowest_m = w.samples.front(), rise_m = 0;
+        for (const double height_m : w.samples) {
+            lowest_m = std::min(lowest_m, height_m);
+            rise_m = std::max(rise_m, height_m - lowest_m);
+        }
+        result.verdict = verdict(within(rise_m, {}, item.max_m));
+        result.figure = fmt::format("{:.4f} m, {}", rise_m, limits_text({}, item.max_m, "m"));
+    } else if (item.kind == "body_height") {
+        if (!ended) return not_reached(end_s);
+        const auto [low, high] = std::minmax_element(w.samples.begin(), w.samples.end());
+        result.verdict =
+            verdict(within(*low, item.min_m, item.max_m) && within(*high, item.min_m, item.max_m));
+        result.figure = fmt::format("{:.4f} .. {:.4f} m, {}", *low, *high,
+                                    limits_text(item.min_m, item.max_m, "m"));
+    } else if (item.kind == "energy_not_rising") {
+        if (!ended) return not_reached(end_s);
+        double rise_j = 0;
+        size_t where = 0;
+        for (size_t i = 1; i < w.samples.size(); ++i) {
+            if (w.samples[i] - w.samples[i - 1] <= rise_j) continue;
+            rise_j = w.samples[i] - w.samples[i - 1];
+            where = i;
+        }
+        result.verdict = verdict(rise_j <= item.tolerance_j);
+        result.figure = fmt::format("{:.3g} J at most", rise_j);
+        if (rise_j > 0)
+            result.figure += fmt::format(
+                ", at {:.3f} s", std::ceil(item.from_s / run_.step_s() - 0.5) * run_.step_s() +
+                                     static_cast<double>(where) * run_.step_s());
+        result.figure += fmt::format(", wanted at most {:g} J; {:.4g} J lost over the time",
+                                     item.tolerance_j, w.samples.front() - w.samples.back());
+    } else {  // no_status
+        const std::vector<std::string> set = run_.condition_texts();
+        result.verdict = verdict(set.empty());
+        result.figure = set.empty() ? "no condition set" : fmt::format("{}", fmt::join(set, "; "));
+    }
+    return result;
+}
+
+}  // namespace bsoil::scene

@@ -1,0 +1,293 @@
+#include "scene_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "bsoil/bullet/world_snapshot.h"
+#include "reading/scene_load.h"
+#include "world/scene_shapes.h"
+#include "world/soil_filling.h"
+
+namespace bsoil::scene {
+namespace {
+
+constexpr int kBlockVoxelCount = 512;
+constexpr char kProgressSection[] = "host.run";
+
+nlohmann::ordered_json per_material(const Soil& soil, const std::vector<int64_t>& units) {
+    nlohmann::ordered_json json = nlohmann::ordered_json::object();
+    for (size_t i = 0; i < units.size(); ++i) json[soil.materials()[i].name] = units[i];
+    return json;
+}
+
+nlohmann::ordered_json as_json(Vec3 v) { return {v.x, v.y, v.z}; }
+nlohmann::ordered_json as_json(Quat q) { return {q.x, q.y, q.z, q.w}; }
+
+}  // namespace
+
+double surface_height_m(const Soil& soil, Vec3 at_m) {
+    const GridFrame& frame = soil.frame();
+    const Vec3 grid = frame.to_grid(at_m);
+    const int x = std::clamp(static_cast<int>(std::floor(grid.x)), 0, frame.size[0] - 1);
+    const int y = std::clamp(static_cast<int>(std::floor(grid.y)), 0, frame.size[1] - 1);
+    return soil.surface_height_m(x, y);
+}
+
+SceneRun::SceneRun(const Scene& scene, const RunDef& def)
+    : scene_(scene),
+      step_s_(scene.soil ? scene.soil->def.step_s : SoilDef{}.step_s),
+      substep_count_(std::max(1, static_cast<int>(std::lround(step_s_ / scene.world.substep_s)))) {
+    step_target_ = std::llround(scene.world.duration_s / step_s_);
+    if (def.step_count > 0) step_target_ = std::min(step_target_, def.step_count);
+}
+
+Result<std::unique_ptr<SceneRun>> SceneRun::create(const Scene& scene, const RunDef& def) {
+    std::unique_ptr<SceneRun> run(new SceneRun(scene, def));
+    const Status started = run->start(def);
+    if (!started) return Error{started.error()};
+    return run;
+}
+
+Status SceneRun::start(const RunDef& def) {
+    auto made = BulletScene::create(scene_);
+    if (!made) return Error{made.error()};
+    bullet_ = std::move(*made);
+    readings_.resize(bullet_->bodies().size());
+    peak_force_n_.resize(bullet_->bodies().size());
+    if (!scene_.soil) return Done{};
+
+    SoilDef soil = soil_def(scene_);
+    soil.backend = def.backend;
+    soil.thread_count = def.thread_count;
+    bullet::SoilActionDef options;
+    options.ground = false;  // bodies of ignore_soil pass through
+    options.ignored = bullet_->apart_from_soil();
+    auto action = bullet::SoilAction::create(bullet_->world(), soil, options);
+    if (!action) return Error{scene_.message(scene_.soil->at, action.error())};
+    action_ = std::move(*action);
+    const Status surfaces = set_surfaces(scene_, *bullet_, *action_);
+    if (!surfaces) return surfaces;
+    const Status filled = fill_soil(scene_, action_->soil());
+    if (!filled) return filled;
+    totals_at_start_ = action_->soil().totals();
+    warn_of_bodies_outside();
+    return Done{};
+}
+
+void SceneRun::warn_of_bodies_outside() {
+    const std::vector<const btCollisionObject*> apart = bullet_->apart_from_soil();
+    const GridFrame& frame = soil().frame();
+    for (const SceneBody& body : bullet_->bodies()) {
+        const bool moves = body.item->mass_kg > 0 || body.item->kinematic;
+        if (!moves || std::find(apart.begin(), apart.end(), body.object) != apart.end()) continue;
+        const Vec3 at = frame.to_grid(from_bullet(body.object->getWorldTransform().getOrigin()));
+        if (at.x >= 0 && at.x <= frame.size[0] && at.y >= 0 && at.y <= frame.size[1] && at.z >= 0)
+            continue;
+        warnings_.push_back(scene_.message(
+            body.item->at,
+            fmt::format("body `{}` starts outside the soil's box, where it meets no soil; move it, "
+                        "or enlarge `size_m` of [soil]",
+                        body.name)));
+    }
+}
+
+std::string SceneRun::name_of(const btCollisionObject* object) const {
+    for (const SceneBody& body : bullet_->bodies())
+        if (object && body.object == object) return body.name;
+    return {};
+}
+
+std::vector<std::string> SceneRun::condition_texts(size_t first) const {
+    std::vector<std::string> texts;
+    if (!action_) return texts;
+    const std::vector<bullet::ObjectCondition> all = action_->conditions();
+    for (size_t i = first; i < all.size(); ++i) {
+        const std::string name = name_of(all[i].object);
+        texts.push_back(condition_text(all[i].condition, name.empty() ? "" : "body " + name));
+    }
+    return texts;
+}
+
+void SceneRun::step() {
+    const auto start = std::chrono::steady_clock::now();
+    std::fill(readings_.begin(), readings_.end(), BodyReading{});
+    for (int i = 0; i < substep_count_; ++i) {
+        bullet_->substep();
+        if (!action_) continue;
+        for (size_t b = 0; b < readings_.size(); ++b) {
+            const bullet::BodyReport report = action_->body_report(*bullet_->bodies()[b].object);
+            BodyReading& reading = readings_[b];
+            reading.force_n += report.force_n * (1.0 / substep_count_);
+            reading.torque_n_m += report.torque_n_m * (1.0 / substep_count_);
+            reading.sinkage_m = report.sinkage_m;
+            reading.peak_force_n = std::max(reading.peak_force_n, length(report.force_n));
+            peak_force_n_[b] = std::max(peak_force_n_[b], report.peak_force_n);
+        }
+    }
+    ++step_count_;
+    if (action_) {
+        const StepReport& report = action_->last_report();
+        const StageTimes& t = report.stage_ms;
+        StageTimes& sum = stage_sum_ms_;
+        sum = {sum.voxelize + t.voxelize, sum.deform + t.deform,     sum.advect + t.advect,
+               sum.slip + t.slip,         sum.contacts + t.contacts, sum.activity + t.activity};
+        block_active_sum_ += report.block_active_count;
+    }
+    wall_s_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+struct SceneRun::Progress {
+    double step_s = 0;
+    int64_t step_count = 0;
+    BulletScene::Progress bullet;
+    std::vector<BodyReading> readings;
+    std::vector<double> peak_force_n;
+    SoilTotals totals_at_start;
+    double block_active_sum = 0;
+
+    void serialize(StateStream& stream) {
+        stream(step_s, step_count, bullet.substep_count, block_active_sum);
+        stream.list(bullet.joint_positions, 8, [&](double& p) { stream(p); });
+        stream.list(readings, 64, [&](BodyReading& r) {
+            stream(r.force_n, r.torque_n_m, r.sinkage_m, r.peak_force_n);
+        });
+        stream.list(peak_force_n, 8, [&](double& peak) { stream(peak); });
+        stream(totals_at_start.units);
+        stream.list(totals_at_start.mass_kg, 8, [&](double& mass) { stream(mass); });
+    }
+};
+
+SceneRun::Progress SceneRun::progress() const {
+    return {step_s_,       step_count_,      bullet_->progress(), readings_,
+            peak_force_n_, totals_at_start_, block_active_sum_};
+}
+
+std::vector<bullet::SoilAction*> SceneRun::soils() {
+    return action_ ? std::vector<bullet::SoilAction*>{action_.get()}
+                   : std::vector<bullet::SoilAction*>{};
+}
+
+Status SceneRun::save(const std::string& path, std::vector<SnapshotSection> more) {
+    StateStream stream;
+    progress().serialize(stream);
+    more.push_back({kProgressSection, stream.bytes()});
+    return bullet::save_world(bullet_->world(), soils(), path, more);
+}
+
+Status SceneRun::load(const std::string& path) {
+    const auto sections = read_snapshot_file(path);
+    if (!sections) return Error{sections.error()};
+    const auto refuse = [&](const std::string& why) {
+        return Error{fmt::format("snapshot '{}': {}", path, why)};
+    };
+    const std::vector<uint8_t>* bytes = find_section(*sections, kProgressSection);
+    if (!bytes) return refuse("was not written by a run of a scene");
+    Progress saved;
+    const Progress here = progress();
+    StateStream stream(*bytes);
+    saved.serialize(stream);
+    if (!stream.at_end() || saved.step_count < 0 || saved.bullet.substep_count < 0)
+        return refuse("is damaged");
+    if (saved.step_s != here.step_s ||
+        saved.bullet.substep_count != saved.step_count * substep_count_ ||
+        saved.bullet.joint_positions.size() != here.bullet.joint_positions.size() ||
+        saved.peak_force_n.size() != here.peak_force_n.size() ||
+        saved.readings.size() != here.readings.size() ||
+        saved.totals_at_start.units.size() != here.totals_at_start.units.size())
+        return refuse("is of another scene: its steps, bodies, joints or materials are others");
+    const Status loaded = bullet::load_world(bullet_->world(), soils(), path);
+    if (!loaded) return loaded;
+    step_count_ = loaded_step_count_ = saved.step_count;
+    bullet_->set_progress(saved.bullet);
+    readings_ = saved.readings;
+    peak_force_n_ = saved.peak_force_n;
+    totals_at_start_ = saved.totals_at_start;
+    block_active_sum_ = saved.block_active_sum;
+    return Done{};
+}
+
+double SceneRun::probe_mass_kg(const ProbeItem& probe) const {
+    ConvexShape region;
+    region.half_extents_m = probe.region.size_m * 0.5;
+    Pose pose = probe.region.pose;
+    if (!probe.body.empty()) pose = bullet_->find_body(probe.body)->pose() * pose;
+    return soil().mass_inside_kg(region, pose);
+}
+
+nlohmann::ordered_json SceneRun::summary() const {
+    using Json = nlohmann::ordered_json;
+    const double steps = std::max(1.0, static_cast<double>(step_count_));
+    // Times are of the steps that this process has made.
+    const auto steps_here = static_cast<double>(step_count_ - loaded_step_count_);
+    const double timed = std::max(1.0, steps_here);
+    Json json;
+    json["scene"] = scene_.title;
+    json["up"] = scene_.world.up;
+    json["backend"] = has_soil() ? soil().backend_name() : "none";
+    json["device"] = has_soil() ? soil().device_name() : "none";
+    json["threads"] = has_soil() ? soil().thread_count() : 1;
+    json["steps"] = step_count_;
+    json["simulated_s"] = time_s();
+    json["wall_s"] = wall_s_;
+    json["steps_per_s"] = wall_s_ > 0 ? steps_here / wall_s_ : 0.0;
+    if (has_soil()) {
+        const SoilTotals end = soil().totals();
+        const std::vector<int64_t> none(end.units.size(), 0);  // scenes have no sources or sinks
+        json["voxels_total"] = soil().voxels_total();
+        json["voxels_active_mean"] = block_active_sum_ / steps * kBlockVoxelCount;
+        json["soil_units_start"] = per_material(soil(), totals_at_start_.units);
+        json["soil_units_end"] = per_material(soil(), end.units);
+        json["soil_units_in"] = per_material(soil(), none);
+        json["soil_units_out"] = per_material(soil(), none);
+        double mass_kg = 0;
+        for (const double material_kg : end.mass_kg) mass_kg += material_kg;
+        json["soil_mass_kg"] = mass_kg;
+        json["checksum"] = fmt::format("{:016x}", soil().checksum());
+        json["status"] = status_texts(soil().status_bits());
+        Json conditions = Json::array();
+        for (const bullet::ObjectCondition& met : action_->conditions()) {
+            const Condition& c = met.condition;
+            const std::string name = name_of(met.object);
+            conditions.push_back(
+                Json{{"name", bsoil::name_of(c.bit)},
+                     {"body", name.empty() ? Json(nullptr) : Json(name)},
+                     {"position_m", c.position_m ? as_json(*c.position_m) : Json(nullptr)},
+                     {"first_step", c.first_step},
+                     {"first_time_s", c.first_time_s},
+                     {"last_step", c.last_step},
+                     {"steps", c.step_count}});
+        }
+        json["conditions"] = conditions;
+        json["stages_ms"] = Json{{"voxelize", stage_sum_ms_.voxelize / timed},
+                                 {"deform", stage_sum_ms_.deform / timed},
+                                 {"advect", stage_sum_ms_.advect / timed},
+                                 {"slip", stage_sum_ms_.slip / timed},
+                                 {"contacts", stage_sum_ms_.contacts / timed},
+                                 {"activity", stage_sum_ms_.activity / timed}};
+        Json refused = Json::array();
+        for (const bullet::RefusedBody& body : action_->refused()) refused.push_back(body.reason);
+        json["refused"] = refused;
+        const MemoryUse memory = soil().memory_use();
+        json["memory"] = Json{{"awake_bytes", memory.awake_bytes},
+                              {"asleep_bytes", memory.asleep_bytes},
+                              {"bytes_per_awake_voxel", memory.bytes_per_awake_voxel},
+                              {"bytes_per_asleep_column", memory.bytes_per_asleep_column}};
+    }
+    Json bodies = Json::object();
+    for (size_t b = 0; b < bullet_->bodies().size(); ++b) {
+        const SceneBody& body = bullet_->bodies()[b];
+        const Pose pose = body.pose();
+        bodies[body.name] = Json{{"position_m", as_json(pose.position)},
+                                 {"rotation", as_json(pose.rotation)},
+                                 {"asleep", !body.is_awake()},
+                                 {"soil_force_peak_n", peak_force_n_[b]}};
+    }
+    json["bodies"] = bodies;
+    return json;
+}
+
+}  // namespace bsoil::scene

@@ -1,0 +1,275 @@
+/// Small files that stand for far more than they hold: each gets an error that says what to change,
+/// in a time and a memory that go with its bytes.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+
+#include "files/data_files.h"
+#include "reading/scene_load.h"
+#include "robots/urdf_file.h"
+#include "run/baseline.h"
+
+namespace bsoil::scene {
+namespace {
+
+namespace fs = std::filesystem;
+
+class HostileFiles : public testing::Test {
+  protected:
+    void SetUp() override {
+        fs::remove_all(folder_);
+        fs::create_directories(folder_);
+    }
+    void TearDown() override { fs::remove_all(folder_); }
+    std::string write(const std::string& name, const std::string& bytes) const {
+        const std::string path = (folder_ / name).string();
+        std::ofstream(path, std::ios::binary) << bytes;
+        return path;
+    }
+    static void expect_error(const std::string& found, const std::string& expected) {
+        EXPECT_NE(found.find(expected), std::string::npos)
+            << "expected: " << expected << "\nfound:    " << found.substr(0, 1000);
+    }
+    void expect_scene_error(const std::string& text, const std::string& expected) const {
+        const auto scene = parse_scene(text, (folder_ / "s.toml").string());
+        expect_error(scene ? "no error" : scene.error(), expected);
+    }
+
+    const fs::path folder_ =
+        fs::temp_directory_path() / (std::string("bsoil_hostile_") +
+                                     testing::UnitTest::GetInstance()->current_test_info()->name());
+};
+
+std::string repeated(const std::string& text, int count) {
+    std::string out;
+    for (int i = 0; i < count; ++i) out += text;
+    return out;
+}
+
+const std::string kWorld = "[world]\nduration_s = 1.0\n";  // lines 1 and 2
+
+TEST_F(HostileFiles, keys_of_many_parts_are_refused_with_their_place) {
+    const std::string expected = "s.toml:3:32: a key has more than 16 parts with dots between them";
+    expect_scene_error(kWorld + repeated("a.", 131'000) + "a = 1\n", expected);
+    expect_scene_error(kWorld + repeated("a.", 16) + "a = 1\n", expected);
+    expect_scene_error(kWorld + repeated("a.", 15) + "a = 1\n", "unknown key `a`");
+    expect_scene_error(kWorld + "[" + repeated("a.", 100'000) + "a]\n", "more than 16 parts");
+    expect_scene_error(kWorld + "[[" + repeated("a . ", 100'000) + "a]]\n", "more than 16 parts");
+    expect_scene_error(kWorld + "x = {y = {" + repeated("\"a\".'b'.", 50'000) + "a = 1}}\n",
+                       "more than 16 parts");
+    expect_scene_error(kWorld + "x = \"\\\"\"\n" + repeated("a.", 100'000) + "a = 1\n",
+                       "more than 16 parts");
+    expect_scene_error(
+        kWorld + "x = \"\"\"\n\\\"\"\" \"\"\"\"\"\n" + repeated("a.", 100'000) + "a = 1\n",
+        "more than 16 parts");
+}
+
+TEST_F(HostileFiles, dots_that_are_no_part_of_a_key_are_not_counted) {
+    const std::string dots = repeated("a.", 1000);
+    for (const std::string& text :
+         {"title = \"" + dots + "\"\n" + kWorld, "title = '" + dots + "'\n" + kWorld,
+          "title = \"\"\"\n" + dots + "\n\"quoted\" \\\"\"\" end\"\"\"\"\n" + kWorld,
+          "title = '''\n" + dots + "'' \n'''\n" + kWorld, kWorld + "# " + dots + "\n",
+          kWorld + "[record]\nmoments_s = [" + repeated("0.5, ", 1000) + "]\n"}) {
+        const auto scene = parse_scene(text, "s.toml");
+        EXPECT_TRUE(scene) << scene.error();
+    }
+}
+
+TEST_F(HostileFiles, what_toml_takes_for_granted_is_an_error_with_its_place) {
+    for (const char* text : {"[[=a]]", "[^a]", "[[ .a]]", "x = 1979-05-27T\x01", "x = [0.2,} 0.3]"})
+        expect_scene_error("title = 'a'\n" + std::string(text) + "\n", "s.toml:2:");
+}
+
+// toml++ has undefined behaviour where it asks whether such a character is a blank.
+TEST_F(HostileFiles, characters_beyond_ascii_belong_in_quotes_and_comments) {
+    const std::string umlaut = "\xc3\xa4";
+    for (const std::string& text :
+         {umlaut, "x = " + umlaut, "x = 1" + umlaut, "x = [1 " + umlaut + "]", "[" + umlaut + "]",
+          "x" + umlaut + " = 1"})
+        expect_scene_error("# a\n" + text, "only quotes and comments may hold characters beyond");
+    for (const char* start : {"x = \"\"\"a\\\n", "x = \"\"\"\\ \n \r\n\t", "x = \"\"\"\\"})
+        expect_scene_error(start + umlaut + "\"\"\"\n", "has to be written as \\uXXXX");
+    for (const std::string& text :
+         {"title = \"" + umlaut + "\"\n", "title = '" + umlaut + "'\n",
+          "title = \"\"\"\n" + umlaut + " \\\n a\\n" + umlaut + "\"\"\"\n",
+          "\xef\xbb\xbf# " + umlaut + "\n"}) {
+        const auto scene = parse_scene(text + kWorld, "s.toml");
+        EXPECT_TRUE(scene) << scene.error();
+    }
+}
+
+TEST_F(HostileFiles, values_inside_each_other_are_refused) {
+    for (const int depth : {1000, 100'000}) {
+        expect_scene_error(kWorld + "x = " + repeated("[", depth) + "\n", "s.toml:3:");
+        expect_scene_error(kWorld + "x = " + repeated("{a = ", depth) + "\n", "s.toml:3:");
+        expect_scene_error(kWorld + "x = " + repeated("[{a.b.c = ", depth) + "\n", "s.toml:3:");
+    }
+}
+
+TEST_F(HostileFiles, endless_and_huge_files_are_refused) {
+    for (const char* file : {"/dev/zero", "/", "/nonexistent"}) {
+        EXPECT_FALSE(load_scene(file));
+        EXPECT_FALSE(read_urdf(file));
+        EXPECT_FALSE(read_mesh(file));
+    }
+    expect_error(load_scene(write("s.toml", repeated("#\n", 5 << 20))).error(),
+                 "larger than 8 MiB");
+}
+
+TEST_F(HostileFiles, optenv_is_replaced_however_long_its_default) {
+    const std::string robot =
+        "<robot name=\"r\"><link name=\"$(optenv A b)\"/><link name=\"c\"/>"
+        "<joint name=\"j\" type=\"fixed\"><parent link=\"$(optenv  B_2\tb)\"/>"
+        "<child link=\"c\"/></joint></robot>";
+    const auto model = read_urdf(write("r.urdf", robot));
+    ASSERT_TRUE(model) << model.error();
+    // Its end is far away, or not there at all.
+    for (const std::string& end : {std::string(")-->"), std::string("-->")}) {
+        const auto far =
+            read_urdf(write("r.urdf", "<!--$(optenv A " + std::string(1 << 20, 'x') + end +
+                                          "<robot name=\"r\"><link name=\"b\"/></robot>"));
+        EXPECT_TRUE(far) << far.error().substr(0, 1000);
+    }
+    EXPECT_FALSE(read_urdf(write("r.urdf", repeated("$(optenv A ", 1 << 20))));
+    EXPECT_FALSE(read_urdf(write("r.urdf", repeated("$(optenv A )", 1 << 20))));
+    EXPECT_FALSE(read_urdf(write("r.urdf", "$(optenv" + std::string(1 << 20, ' '))));
+}
+
+TEST_F(HostileFiles, elements_inside_each_other_are_refused) {
+    const auto nested = [](int depth) {
+        return "<robot name=\"r\"><link name=\"a\"/>" + repeated("<b c=\"/>\">", depth) +
+               repeated("</b>", depth) + "</robot>";
+    };
+    EXPECT_TRUE(read_urdf(write("r.urdf", nested(99))));
+    expect_error(read_urdf(write("r.urdf", nested(100))).error(),
+                 "elements lie inside each other more than 100 deep");
+    expect_error(read_urdf(write("r.urdf", repeated("<b>", 1 << 20))).error(),
+                 "more than 100 deep");
+    // What looks like an end and is none.
+    expect_error(
+        read_urdf(write("r.urdf", "<!-- </b></b> --><robot name=\"r\">" +
+                                      repeated("<b c='</b>'><!--</b>--><![CDATA[</b>]]>", 10'000)))
+            .error(),
+        "more than 100 deep");
+    // What is a comment's end once a default has taken the place of its $(optenv).
+    expect_error(
+        read_urdf(write("r.urdf", "<!-- $(optenv A --)>" + repeated("<b>", 10'000))).error(),
+        "more than 100 deep");
+    expect_error(
+        read_mesh(write("m.dae", "<COLLADA version=\"1.4.1\">" + repeated("<node>", 100'000)))
+            .error(),
+        "more than 100 deep");
+}
+
+/// A COLLADA file of one triangle and these nodes, the first of which is shown.
+std::string collada(const std::string& nodes) {
+    return R"(<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<library_geometries><geometry id="g"><mesh>
+<source id="p"><float_array id="pa" count="9">0 0 0 1 0 0 0 1 0</float_array><technique_common>
+<accessor source="#pa" count="3" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
+<param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s">)" +
+           nodes +
+           R"(</visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>)";
+}
+
+TEST_F(HostileFiles, nodes_that_stand_for_billions_are_refused) {
+    const std::string leaf = "<node id=\"n0\"><instance_geometry url=\"#g\"/></node>";
+    const auto doubled = [&](int levels) {
+        std::string nodes = leaf;
+        for (int i = 1; i <= levels; ++i) {
+            const std::string twice = "<instance_node url=\"#n" + std::to_string(i - 1) + "\"/>";
+            nodes += "<node id=\"n" + std::to_string(i) + "\">" + twice + twice + "</node>";
+        }
+        return collada(nodes);
+    };
+    const auto few = read_mesh(write("m.dae", doubled(3)));
+    ASSERT_TRUE(few) << few.error();
+    EXPECT_EQ(few->triangles.size(), 1u + 2 + 4 + 8);
+    expect_error(read_mesh(write("m.dae", doubled(40))).error(), "write the nodes out");
+    const std::string loop =
+        "<node id=\"a\"><instance_node url=\"#b\"/></node>"
+        "<node id=\"b\"><instance_node url=\"#a\"/></node>";
+    expect_error(read_mesh(write("m.dae", collada(loop))).error(), "for themselves");
+}
+
+TEST_F(HostileFiles, meshes_are_of_the_three_formats) {
+    expect_error(read_mesh(write("m.x", "xof 0303txt 0032\n")).error(),
+                 "is none of OBJ, STL and DAE");
+    EXPECT_FALSE(read_mesh(write("m.obj", collada(""))));
+}
+
+/// A PNG of so many grey pixels, with `data` for its pixels; the checks of its parts are not read.
+std::string png(uint32_t width, uint32_t height, const std::string& data) {
+    const auto big_endian = [](uint32_t v) {
+        std::string bytes;
+        for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(v >> shift & 255);
+        return bytes;
+    };
+    const auto part = [&](const std::string& name, const std::string& content) {
+        return big_endian(static_cast<uint32_t>(content.size())) + name + content + big_endian(0);
+    };
+    return std::string("\x89PNG\r\n\x1a\n", 8) +
+           part("IHDR", big_endian(width) + big_endian(height) + std::string("\x08\0\0\0\0", 5)) +
+           part("IDAT", data) + part("IEND", "");
+}
+
+TEST_F(HostileFiles, pictures_of_too_many_pixels_are_refused_before_they_are_read) {
+    const std::array<std::array<uint32_t, 2>, 4> sizes{
+        {{32767, 32767}, {8194, 8193}, {40000, 10}, {16'777'215, 2}}};
+    for (const auto& [width, height] : sizes) {
+        const auto map = read_height_map(write("m.png", png(width, height, "x")), 0, 1);
+        const std::string size = std::to_string(width) + " x " + std::to_string(height);
+        expect_error(map.error(),
+                     size + " pixels; a side may have 32768, both together 8193 x 8193");
+    }
+    EXPECT_FALSE(read_height_map(write("m.png", png(100, 100, "x")), 0, 1));
+}
+
+TEST_F(HostileFiles, baselines_are_json_of_a_few_levels) {
+    expect_error(read_baseline(write("b.json", repeated("[", 1 << 20))).error(),
+                 "more than 16 deep");
+    expect_error(read_baseline(write("b.json", "{\"end\": " + repeated("{\"a\": ", 17))).error(),
+                 "more than 16 deep");
+    for (const char* text : {"", "{", "[]", "7", "\"steps\"", "{\"steps\": \"many\"}",
+                             "{\"steps\": -1}", "{\"steps\": 1e300}", "{\"steps\": [1]}"})
+        EXPECT_FALSE(read_baseline(write("b.json", text))) << text;
+    EXPECT_TRUE(read_baseline(write("b.json", "{\"steps\": 20, \"end\": {}}")));
+    EXPECT_FALSE(read_baseline((folder_ / "missing").string()));
+}
+
+std::string soil(const std::string& size_m, const std::string& voxel_m) {
+    return "[soil]\nsize_m = " + size_m + "\nvoxel_m = " + voxel_m + "\n";  // lines 3 to 5
+}
+
+TEST_F(HostileFiles, grids_of_too_many_columns_name_the_cure) {
+    expect_scene_error(kWorld + soil("[9999, 9999, 512]", "1"),
+                       "s.toml:3:1: size_m / voxel_m is 9999 x 9999 columns, 1e+08 together; must "
+                       "be at most 6.71e+07: take larger voxels or a smaller box");
+}
+
+TEST_F(HostileFiles, terrain_of_too_much_noise_names_the_cure) {
+    const std::string rough = "amplitude_m = 100\noctaves = 12\noverhang_m = 1\n";
+    expect_scene_error(
+        kWorld + soil("[2000, 2000, 50]", "1") + "[[terrain]]\nkind = \"hills\"\n" + rough,
+        "s.toml:6:1: its noise would be computed");
+    expect_scene_error(kWorld + soil("[2000, 2000, 50]", "1") + "[[terrain]]\nkind = \"caves\"\n",
+                       "s.toml:6:1: its noise would be computed");
+    // Level enough for its size.
+    const auto level = parse_scene(kWorld + soil("[2000, 2000, 50]", "1") +
+                                       "[[terrain]]\nkind = \"hills\"\namplitude_m = 0.5\n",
+                                   "s.toml");
+    EXPECT_TRUE(level) << level.error();
+}
+
+}  // namespace
+}  // namespace bsoil::scene

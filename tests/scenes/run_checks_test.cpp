@@ -1,0 +1,182 @@
+/// What a run's checks measure, and the keys of bodies and materials that concern the soil.
+#include <gtest/gtest.h>
+
+#include "reading/scene_load.h"
+#include "run/run_checks.h"
+
+namespace bsoil::scene {
+namespace {
+
+/// A bed of dry sand 0.2 m deep, and what else the text says.
+Scene sand_scene(const std::string& more) {
+    auto scene = parse_scene(
+        "[world]\nduration_s = 1\nground_plane = false\n"
+        "[soil]\nsize_m = [1.2, 1.2, 0.6]\nvoxel_m = 0.05\nmaterial = \"sand\"\n"
+        "[[fill]]\nkind = \"box\"\nmin_m = [-0.6, -0.6, 0]\nmax_m = [0.6, 0.6, 0.2]\n" +
+            more,
+        "s.toml");
+    EXPECT_TRUE(scene) << scene.error();
+    return *scene;
+}
+const std::string kSand = "[[material]]\nname = \"sand\"\n";
+const std::string kBlock =
+    "[[body]]\nname = \"a\"\nshape = \"box\"\nsize_m = [0.3, 0.3, 0.2]\nmass_kg = 20\n"
+    "position_m = [0, 0, 0.3]\n";
+
+std::vector<CheckResult> results_of(const Scene& scene) {
+    auto run = SceneRun::create(scene, {.backend = Backend::cpu, .thread_count = 1});
+    EXPECT_TRUE(run) << run.error();
+    if (!run) return {};
+    RunChecks checks(**run);
+    while (!(*run)->finished()) {
+        (*run)->step();
+        checks.observe();
+    }
+    return checks.results();
+}
+
+/// The verdict on the scene's only check; `soil_conserved` comes first.
+CheckResult result_of(const std::string& scene) {
+    const std::vector<CheckResult> results = results_of(sand_scene(scene));
+    EXPECT_EQ(results.size(), 2u);
+    return results.empty() ? CheckResult{} : results.back();
+}
+bool passes(const std::string& scene) {
+    const CheckResult result = result_of(scene);
+    EXPECT_NE(result.verdict, CheckResult::Verdict::not_reached) << result.figure;
+    return result.verdict == CheckResult::Verdict::pass;
+}
+
+TEST(Steadiness, straight_line_is_steady) {
+    const Steadiness s = steadiness({1, 2, 3, 4, 5});
+    EXPECT_DOUBLE_EQ(s.mean, 3);
+    EXPECT_NEAR(s.deviation, 0, 1e-12);
+    EXPECT_NEAR(s.range, 0, 1e-12);
+}
+
+TEST(Steadiness, saw_has_its_deviation_and_range) {
+    std::vector<double> saw;
+    for (int i = 0; i < 1000; ++i) saw.push_back(10 + (i % 2 ? 1 : -1));
+    const Steadiness s = steadiness(saw);
+    EXPECT_NEAR(s.mean, 10, 1e-9);
+    EXPECT_NEAR(s.deviation, 1, 1e-5);
+    EXPECT_NEAR(s.range, 2, 1e-2);
+}
+
+TEST(MechanicalEnergy, counts_motion_turning_and_height) {
+    btBoxShape box(btVector3(1, 0.5f, 0.25f));
+    btVector3 inertia;
+    box.calculateLocalInertia(3, inertia);
+    btRigidBody body(3, nullptr, &box, inertia);
+    // a quarter turn about z brings the body's y axis to -x of the world
+    body.setWorldTransform(
+        btTransform(btQuaternion(btVector3(0, 0, 1), btScalar(SIMD_HALF_PI)), btVector3(0, 0, 2)));
+    body.setLinearVelocity(btVector3(0, 4, 0));
+    body.setAngularVelocity(btVector3(5, 0, 0));
+    const double turning_j = 0.5 * static_cast<double>(inertia.y()) * 25;
+    BodyItem item;
+    item.mass_kg = 3;
+    SceneBody in_scene;
+    in_scene.item = &item;
+    in_scene.object = in_scene.body = &body;
+    EXPECT_NEAR(in_scene.mechanical_energy_j(btVector3(0, 0, -10)), 0.5 * 3 * 16 + 60 + turning_j,
+                1e-4);
+}
+
+TEST(RunChecks, force_of_a_block_at_rest_is_its_weight) {
+    const std::string check = kSand + kBlock +
+                              "[[check]]\nkind = \"force_steady\"\nbody = \"a\"\nfrom_s = 0.7\n"
+                              "max_deviation_fraction = 0.01\nmax_range_fraction = 0.05\n";
+    EXPECT_TRUE(passes(check + "direction = [0, 0, 1]\nmin_n = 190\nmax_n = 202\n"));
+    EXPECT_FALSE(passes(check + "direction = [0, 0, 1]\nmin_n = 220\n"));
+    EXPECT_FALSE(passes(check + "direction = [0, 0, -1]\nmin_n = 190\n"));
+}
+
+TEST(RunChecks, rise_and_energy_see_a_body_come_up) {
+    const std::string thrown = kSand + kBlock + "velocity_m_s = [0, 0, 1]\n";  // 51 mm up
+    for (const bool enough : {true, false}) {
+        const std::string most = enough ? "0.06" : "0.04";
+        EXPECT_EQ(passes(thrown + "[[check]]\nkind = \"body_rise\"\nbody = \"a\"\nmax_m = " + most),
+                  enough);
+        EXPECT_EQ(passes(thrown +
+                         "[[check]]\nkind = \"body_height\"\nbody = \"a\"\nto_s = 0.3\n"
+                         "min_m = 0.2\nmax_m = 0." +
+                         (enough ? "36" : "34")),
+                  enough);
+    }
+    // in flight nothing rises; the motor lifts 20 kg at 0.5 m/s, 1.6 J a step of 1/60 s
+    EXPECT_TRUE(passes(thrown + "[[check]]\nkind = \"energy_not_rising\"\ntolerance_j = 0.01\n"));
+    const std::string lifted =
+        kSand + kBlock +
+        "[[joint]]\nname = \"j\"\nkind = \"slider\"\nparent = \"world\"\nchild = \"a\"\n"
+        "point_m = [0, 0, 0.3]\nmotor_force_n = 1000\n"
+        "[[motion]]\njoint = \"j\"\nkey = [{ t_s = 0, velocity_m_s = 0.5 }]\n"
+        "[[check]]\nkind = \"energy_not_rising\"\nbodies = [\"a\"]\nfrom_s = 0.5\ntolerance_j = ";
+    EXPECT_TRUE(passes(lifted + "1.8"));
+    EXPECT_FALSE(passes(lifted + "1.5"));
+}
+
+TEST(RunChecks, speed_of_a_driven_body_is_steady) {
+    const std::string driven =
+        kSand +
+        "[[body]]\nname = \"a\"\nshape = \"box\"\nsize_m = [0.1, 0.1, 0.1]\nmass_kg = 20\n"
+        "position_m = [0, 0, 0.5]\n"
+        "[[joint]]\nname = \"j\"\nkind = \"slider\"\nparent = \"world\"\nchild = \"a\"\n"
+        "point_m = [0, 0, 0.5]\naxis = [1, 0, 0]\nmotor_force_n = 1000\n"
+        "[[motion]]\njoint = \"j\"\nkey = [{ t_s = 0, velocity_m_s = 0.1 }]\n"
+        "[[check]]\nkind = \"speed_steady\"\nbody = \"a\"\nmax_range_fraction = 0.01\n"
+        "min_m_s = 0.099\nmax_m_s = 0.101\nfrom_s = ";
+    EXPECT_TRUE(passes(driven + "0.1"));
+    EXPECT_FALSE(passes(driven + "0")) << "it starts from rest";
+}
+
+TEST(RunChecks, check_that_the_run_does_not_reach_says_so) {
+    const Scene scene =
+        sand_scene(kSand + kBlock + "[[check]]\nkind = \"body_rise\"\nbody = \"a\"\nmax_m = 1\n");
+    auto run =
+        SceneRun::create(scene, {.backend = Backend::cpu, .thread_count = 1, .step_count = 10});
+    ASSERT_TRUE(run) << run.error();
+    RunChecks checks(**run);
+    while (!(*run)->finished()) {
+        (*run)->step();
+        checks.observe();
+    }
+    EXPECT_EQ(checks.results().back().verdict, CheckResult::Verdict::not_reached);
+}
+
+TEST(SoilKeys, body_that_ignores_soil_falls_through_it) {
+    const std::string check =
+        "[[check]]\nkind = \"body_height\"\nbody = \"a\"\nfrom_s = 0.9\nmax_m = -1\n";
+    EXPECT_TRUE(passes(kSand + kBlock + "ignore_soil = true\n" + check));
+    EXPECT_FALSE(passes(kSand + kBlock + check));
+}
+
+TEST(SoilKeys, smooth_body_slides_on_where_a_rough_one_stops) {
+    const std::string shoved = kBlock + "velocity_m_s = [0.5, 0, 0]\n";
+    const std::string check =
+        "[[check]]\nkind = \"distance_travelled\"\nbody = \"a\"\nmin_m = 0.12\n";
+    // 0.4 g of friction stop it within 0.03 m; the sand's own strength bounds adhesion
+    EXPECT_FALSE(passes(kSand + shoved + check));
+    EXPECT_TRUE(passes(kSand + shoved + "tool_friction = 0.05\n" + check));
+    EXPECT_TRUE(passes(kSand + "tool_friction = 0.05\n" + shoved + check));
+    EXPECT_FALSE(passes(kSand + "cohesion_pa = 2000\ntool_friction = 0.05\n" + shoved +
+                        "tool_adhesion_pa = 2000\n" + check));
+}
+
+TEST(SoilKeys, material_takes_what_its_table_gives) {
+    const Scene scene = sand_scene(
+        "[[material]]\nname = \"sand\"\ndensity_kg_m3 = 1500\nloose_density_kg_m3 = 1400\n"
+        "compacted_density_kg_m3 = 1700\ntool_adhesion_pa = 100\nshear_displacement_m = 0.02\n"
+        "loose_cohesion_fraction = 0.3\ncohesion_pa = 500\n");
+    const MaterialDef& def = scene.soil->def.materials.front();
+    EXPECT_EQ(def.density_kg_m3, 1500);
+    EXPECT_EQ(def.loose_density_kg_m3, 1400);
+    EXPECT_EQ(def.compacted_density_kg_m3, 1700);
+    EXPECT_EQ(def.cohesion_pa, 500);
+    EXPECT_EQ(def.loose_cohesion_fraction, 0.3);
+    EXPECT_EQ(def.tool_adhesion_pa, 100);
+    EXPECT_EQ(def.shear_displacement_m, 0.02);
+}
+
+}  // namespace
+}  // namespace bsoil::scene

@@ -1,0 +1,217 @@
+/// The scenes of the project, their documentation, and the files scenes read.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "files/data_files.h"
+#include "reading/scene_load.h"
+#include "run/baseline.h"
+
+namespace bsoil::scene {
+namespace {
+namespace fs = std::filesystem;
+
+std::string content(const fs::path& path) {
+    std::ifstream file(path);
+    std::stringstream text;
+    text << file.rdbuf();
+    return text.str();
+}
+
+void write(const fs::path& path, const std::string& text) {
+    std::ofstream(path, std::ios::binary) << text;
+}
+
+/// A folder that goes when the test ends.
+class SceneFiles : public testing::Test {
+  protected:
+    void SetUp() override {
+        const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+        folder_ = fs::path(testing::TempDir()) / (std::string("bsoil_") + test->name());
+        fs::create_directories(folder_);
+    }
+    void TearDown() override { fs::remove_all(folder_); }
+    fs::path folder_;
+};
+
+TEST(Scenes, every_scene_of_the_project_is_valid_both_ways_up) {
+    int count = 0;
+    for (const auto& entry : fs::directory_iterator(BSOIL_SCENES_DIR)) {
+        if (entry.path().extension() != ".toml") continue;
+        auto scene = load_scene(entry.path().string());
+        ASSERT_TRUE(scene) << scene.error();
+        ++count;
+        if (!scene->missing_data.empty()) continue;
+        for (const UpAxis up : {UpAxis::y, UpAxis::z}) {
+            set_up_axis(*scene, up);
+            if (!scene->soil) continue;
+            const Status valid = soil_def(*scene).validate();
+            EXPECT_TRUE(valid) << entry.path() << ": " << valid.error();
+        }
+        EXPECT_FALSE(scene->title.empty()) << entry.path();
+        EXPECT_FALSE(scene->description.empty()) << entry.path();
+    }
+    EXPECT_GE(count, 8);
+}
+
+TEST(Scenes, readme_is_what_scene_keys_prints) {
+    EXPECT_EQ(content(fs::path(BSOIL_SCENES_DIR) / "README.md"), schema_markdown())
+        << "write it again: bsoil scene-keys --markdown > demos/scenes/README.md";
+}
+
+TEST_F(SceneFiles, turning_up_there_and_back_changes_nothing) {
+    auto scene = load_scene(std::string(BSOIL_SCENES_DIR) + "/excavator.toml");
+    ASSERT_TRUE(scene) << scene.error();
+    const Scene before = *scene;
+    set_up_axis(*scene, UpAxis::y);
+    EXPECT_EQ(scene->soil->def.size_m.y, before.soil->def.size_m.z);
+    EXPECT_EQ(scene->fills[0].max_m.y, before.fills[0].max_m.z);
+    EXPECT_EQ(scene->bodies[0].pose.position.y, before.bodies[0].pose.position.z);
+    set_up_axis(*scene, UpAxis::z);
+    for (size_t b = 0; b < before.bodies.size(); ++b) {
+        const Vec3 off = scene->bodies[b].pose.position - before.bodies[b].pose.position;
+        EXPECT_EQ(length(off), 0) << before.bodies[b].name;
+        const Quat turned =
+            scene->bodies[b].pose.rotation * conjugate(before.bodies[b].pose.rotation);
+        EXPECT_NEAR(std::abs(turned.w), 1, 1e-12) << before.bodies[b].name;
+    }
+}
+
+// A box of 1 kg, a plate of 3 kg fixed to it one metre above, and a wheel on a joint. The optenv is
+// left over from xacro.
+constexpr const char* kUrdf = R"urdf(<robot name="cart">
+<link name="root"/>
+<joint name="to_base" type="fixed"><parent link="root"/><child link="base"/>
+  <origin xyz="0 0 0.5" rpy="$(optenv CART_RPY 0 0 0)"/></joint>
+<link name="base"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+  <collision><geometry><box size="1 1 0.2"/></geometry></collision></link>
+<joint name="to_plate" type="fixed"><parent link="base"/><child link="plate"/><origin xyz="0 0 1"/></joint>
+<link name="plate"><inertial><mass value="3"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+<joint name="axle" type="continuous"><parent link="base"/><child link="wheel"/>
+  <origin xyz="0 0.6 0"/><axis xyz="0 1 0"/></joint>
+<link name="wheel"><inertial><mass value="0.01"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+  <collision><geometry><cylinder radius="0.3" length="0.1"/></geometry></collision></link>
+</robot>)urdf";
+constexpr const char* kCartScene = R"([world]
+duration_s = 1
+[[robot]]
+name = "cart"
+file = "cart.urdf"
+position_m = [10, 0, 0]
+[[robot.link]]
+link = "wheel"
+mass_kg = 2
+[[robot.motor]]
+joint = "axle"
+torque_n_m = 5
+)";
+
+TEST_F(SceneFiles, links_joined_by_fixed_joints_become_one_body) {
+    write(folder_ / "cart.urdf", kUrdf);
+    write(folder_ / "cart.toml", kCartScene);
+    const auto scene = load_scene((folder_ / "cart.toml").string());
+    ASSERT_TRUE(scene) << scene.error();
+    ASSERT_EQ(scene->bodies.size(), 2u);
+    const BodyItem& base = *scene->find_body("cart/base");
+    EXPECT_EQ(base.mass_kg, 4);
+    ASSERT_TRUE(base.inertial);
+    EXPECT_NEAR(base.inertial->frame.position.z, 0.5 + 0.75,
+                1e-12);  // 3 of 4 kg are 1 m above the rest
+    const Vec3 moments = base.inertial->moments_kg_m2;
+    EXPECT_NEAR(moments.x + moments.y + moments.z, 6 + 2 * 0.75,
+                1e-9);  // reduced mass 0.75 kg at 1 m, about x and y
+    const BodyItem& wheel = *scene->find_body("cart/wheel");
+    EXPECT_EQ(wheel.mass_kg, 2);
+    ASSERT_TRUE(wheel.inertial);  // of its cylinder, evenly dense; moments rise
+    EXPECT_NEAR(wheel.inertial->moments_kg_m2.x, 2.0 / 12 * (3 * 0.3 * 0.3 + 0.1 * 0.1), 1e-12);
+    EXPECT_NEAR(wheel.inertial->moments_kg_m2.z, 2.0 / 2 * 0.3 * 0.3, 1e-12);
+    const JointItem& axle = *scene->find_joint("cart/axle");
+    EXPECT_EQ(axle.motor_torque_n_m, 5);
+    EXPECT_NEAR(axle.point_m.x, 10, 1e-12);
+    EXPECT_NEAR(axle.point_m.y, 0.6, 1e-12);
+    EXPECT_NEAR(axle.axis.y, 1, 1e-12);
+}
+
+TEST_F(SceneFiles, unknown_link_of_a_robot_is_an_error) {
+    write(folder_ / "cart.urdf", kUrdf);
+    std::string scene = kCartScene;
+    scene.replace(scene.find("\"wheel\""), 7, "\"whele\"");
+    write(folder_ / "cart.toml", scene);
+    const auto loaded = load_scene((folder_ / "cart.toml").string());
+    ASSERT_FALSE(loaded);
+    EXPECT_NE(loaded.error().find("cart.toml:8:8: the robot has no link \"whele\""),
+              std::string::npos)
+        << loaded.error();
+}
+
+TEST_F(SceneFiles, broken_urdf_is_an_error) {
+    write(folder_ / "cart.urdf", "<robot name='r'><link");
+    write(folder_ / "cart.toml", kCartScene);
+    const auto loaded = load_scene((folder_ / "cart.toml").string());
+    ASSERT_FALSE(loaded);
+    EXPECT_NE(loaded.error().find("not a valid URDF"), std::string::npos) << loaded.error();
+}
+
+TEST_F(SceneFiles, data_is_looked_for_where_the_environment_says) {
+    write(folder_ / "cart.urdf", kUrdf);
+    setenv("BULLETSOIL_DATA", folder_.c_str(), 1);
+    EXPECT_EQ(find_file("data:cart.urdf", "elsewhere/s.toml"), (folder_ / "cart.urdf").string());
+    EXPECT_EQ(find_file("data:none.urdf", "elsewhere/s.toml"), "");
+    unsetenv("BULLETSOIL_DATA");
+}
+
+TEST_F(SceneFiles, mesh_keeps_its_triangles_and_axes) {
+    write(folder_ / "corner.obj",
+          "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+    const auto mesh = read_mesh((folder_ / "corner.obj").string());
+    ASSERT_TRUE(mesh) << mesh.error();
+    EXPECT_EQ(mesh->triangles.size(), 4u);
+    EXPECT_EQ(mesh->vertices.size(), 4u);
+    double height_m = 0;
+    for (const Vec3 v : mesh->vertices) height_m = std::max(height_m, v.z);
+    EXPECT_EQ(height_m, 3);
+    EXPECT_FALSE(read_mesh((folder_ / "none.obj").string()));
+}
+
+TEST_F(SceneFiles, height_map_spans_black_to_white) {
+    // a grey PNG of 2 x 1 pixels, black and white, 8 bits: signature, header, data (stored
+    // deflate), end
+    static constexpr unsigned char kPng[] = {
+        0x89, 'P',  'N',  'G', 0x0d, 0x0a, 0x1a, 0x0a, 0,    0,    0,   13,   'I',  'H',  'D',
+        'R',  0,    0,    0,   2,    0,    0,    0,    1,    8,    0,   0,    0,    0,    0xd1,
+        0x49, 0x20, 0x56, 0,   0,    0,    14,   'I',  'D',  'A',  'T', 0x78, 0x01, 0x01, 0x03,
+        0,    0xfc, 0xff, 0,   0x00, 0xff, 0x01, 0x02, 0x01, 0x00, 0,   0,    0,    0,    0,
+        0,    0,    0,    'I', 'E',  'N',  'D',  0xae, 0x42, 0x60, 0x82};
+    write(folder_ / "map.png", std::string(reinterpret_cast<const char*>(kPng), sizeof kPng));
+    const auto map = read_height_map((folder_ / "map.png").string(), 0.5, 2.5);
+    ASSERT_TRUE(map) << map.error();
+    ASSERT_EQ(map->heights_m.size(), 2u);
+    EXPECT_FLOAT_EQ(map->heights_m[0], 0.5f);
+    EXPECT_FLOAT_EQ(map->heights_m[1], 2.5f);
+    write(folder_ / "map.png", "no picture");
+    EXPECT_FALSE(read_height_map((folder_ / "map.png").string(), 0, 1));
+}
+
+TEST(Baseline, differences_say_where_and_by_how_much) {
+    using Json = nlohmann::ordered_json;
+    const Json expected{{"checksum", "aa"}, {"steps", 10}, {"end", {{"x", {1.0, 2.0}}}}};
+    Json found = expected;
+    EXPECT_TRUE(compare_baselines(expected, found, 0).empty());
+    found["end"]["x"][1] = 2.5;
+    found["checksum"] = "bb";
+    const std::vector<std::string> exact = compare_baselines(expected, found, 0);
+    ASSERT_EQ(exact.size(), 2u);
+    EXPECT_EQ(exact[0], "checksum: expected \"aa\", found \"bb\"");
+    EXPECT_EQ(exact[1], "end.x[1]: expected 2.0, found 2.5, off by +0.5");
+    EXPECT_TRUE(compare_baselines(expected, found, 0.3).empty()) << "0.5 is less than 0.3 of 2";
+    found.erase("steps");
+    EXPECT_EQ(compare_baselines(expected, found, 0.3),
+              std::vector<std::string>{"steps: expected, but not there"});
+}
+
+}  // namespace
+}  // namespace bsoil::scene
