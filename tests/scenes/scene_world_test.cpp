@@ -51,6 +51,23 @@ TEST(SceneWorld, hinge_turns_right_handed_and_follows_its_keys) {
     EXPECT_NEAR(at.y, -0.5, 5e-3);
 }
 
+TEST(SceneWorld, a_lever_overrules_the_keys_until_it_is_let_go) {
+    const Scene scene =
+        parsed(kNoGravity + kArm +
+               "[[joint]]\nname = \"j\"\nkind = \"hinge\"\nparent = \"world\"\nchild = \"arm\"\n"
+               "point_m = [0, 0, 0]\naxis = [0, 0, 1]\nmotor_torque_n_m = 1000\n"
+               "[[motion]]\njoint = \"j\"\nkey = [{ t_s = 0, velocity_deg_s = 10 }]\n");
+    const auto world = world_of(scene);
+    world->set_lever(0, -90 * kDegree);
+    run_to(*world, 1);
+    EXPECT_NEAR(world->joints()[0].position / kDegree, -90, 0.5);
+    world->set_lever(0, {});
+    run_to(*world, 2);
+    EXPECT_NEAR(world->joints()[0].position / kDegree, -80, 0.5);
+    world->set_lever(7, 1);  // no such joint
+    EXPECT_TRUE(world->joints()[0].has_motor());
+}
+
 TEST(SceneWorld, hinge_stops_at_its_limit) {
     const Scene scene =
         parsed(kNoGravity + kArm +

@@ -326,6 +326,12 @@ const SceneBody* BulletScene::find_body(const std::string& name) const {
     return found == bodies_.end() ? nullptr : &*found;
 }
 
+void BulletScene::set_lever(size_t joint, std::optional<double> velocity) {
+    if (joint >= joints_.size() || !joints_[joint].has_motor()) return;
+    levers_.resize(joints_.size());
+    levers_[joint] = velocity;
+}
+
 BulletScene::Progress BulletScene::progress() const {
     Progress progress;
     progress.substep_count = substep_count_;
@@ -419,7 +425,13 @@ void BulletScene::set_motor(const SceneJoint& joint, double velocity) {
 }
 
 void BulletScene::substep() {
-    for (const Drive& d : drives_) drive(d);
+    const auto lever_of = [this](size_t joint) {
+        return joint < levers_.size() ? levers_[joint] : std::optional<double>();
+    };
+    for (const Drive& d : drives_)
+        if (d.joint < 0 || !lever_of(static_cast<size_t>(d.joint))) drive(d);
+    for (size_t j = 0; j < levers_.size(); ++j)
+        if (levers_[j]) set_motor(joints_[j], *levers_[j]);
     drive_mimics();
     for (const auto& multibody : multibodies_) multibody->resist(substep_s_);
     world_->stepSimulation(scalar(substep_s_), 0);  // 0: one step of exactly this length

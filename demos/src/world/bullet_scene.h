@@ -4,6 +4,7 @@
 #include <btBulletDynamicsCommon.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,11 @@ struct SceneJoint {
     int link = -1;
     btMultiBodyJointMotor* link_motor = nullptr;
     double position = 0;  ///< rad or m, JointItem::start at the start; turns are counted
+
+    bool has_motor() const {
+        return (link_motor || constraint) &&
+               (item->motor_torque_n_m > 0 || item->motor_force_n > 0);
+    }
 };
 
 /// The world, its bodies and joints. Rebuild it to repeat a run: a reused Bullet world does not
@@ -57,6 +63,10 @@ class BulletScene {
     /// Of a scene with as many joints.
     void set_progress(const Progress& progress);
     const SceneBody* find_body(const std::string& name) const;
+    /// From the next substep on a joint's motor aims at this velocity [rad/s or m/s], whatever the
+    /// scene's motions say; none: they do again. Nothing for a joint without a motor. Not part of
+    /// the state: a lever stays where it is when another state is put in.
+    void set_lever(size_t joint, std::optional<double> velocity);
     /// What the soil must not meet: the ground plane, since the soil has a floor of its own, and
     /// bodies that ignore it.
     std::vector<const btCollisionObject*> apart_from_soil() const;
@@ -105,6 +115,7 @@ class BulletScene {
     std::vector<SceneBody> bodies_;
     std::vector<SceneJoint> joints_;
     std::vector<Drive> drives_;
+    std::vector<std::optional<double>> levers_;  ///< by joint
 };
 
 }  // namespace bsoil::scene

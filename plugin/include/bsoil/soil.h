@@ -60,6 +60,12 @@ struct VoxelSample {
     int material = 0;          ///< the one with the largest amount
     double density_kg_m3 = 0;  ///< bulk density: mass / volume
     Vec3 velocity_m_s;         ///< world axes
+    /// Where bodies push the soil, world axes; as long as the volume they push is a fraction of a
+    /// voxel.
+    Vec3 push;
+    double undisturbed = 0;    ///< share of the soil that was never moved, 0..1
+    double body_coverage = 0;  ///< moving bodies, 0..1; more where they overlap
+    bool is_active = false;    ///< its block of 8 x 8 x 8 moved or may move
 };
 
 /// Memory in use [bytes].
@@ -105,6 +111,13 @@ class Soil {
     Status add_terrain(const DensityFunction& density);
     Status add_terrain(const TriangleMesh& closed_mesh);
     /// @}
+
+    /// Takes out all soil, at rest or not, of the voxels whose centres are inside a convex region
+    /// of the world; soil buried in ground bodies stays. What loses its hold slides from the next
+    /// step on. Cost: the tiles under the region are read and written once; a tool for people, not
+    /// for every step. Returns the units taken out, per material: totals() has as many less. Error:
+    /// the region or pose is not valid.
+    Result<std::vector<int64_t>> take_out(const ConvexShape& region, const Pose& pose);
 
     /// One step of SoilDef::step_s with these bodies. Bad bodies are skipped and reported in the
     /// status bits.

@@ -372,8 +372,22 @@ const TileVoxels& Soil::Impl::sampled_voxels(int index) const {
         read_ground(index, sampled_ground);
         sampled_tile = index;
         sampled_revision = revision;
+        coverage_step = -1;
     }
     return sampled;
+}
+
+std::span<const int32_t> Soil::Impl::body_coverage_of_sampled() const {
+    if (coverage_step == step_index) return sampled_coverage;
+    coverage_step = step_index;
+    sampled_coverage.clear();
+    const Tile* tile = tiles[sampled_tile].get();
+    if (!tile || tile->slot < 0) return sampled_coverage;
+    sampled_coverage.resize(static_cast<size_t>(params.tile_voxels));
+    read_scratch.clear();
+    want_plane(kPlaneCoverage, tile->slot, sampled_coverage);
+    device->read(read_scratch);
+    return sampled_coverage;
 }
 
 }  // namespace bsoil

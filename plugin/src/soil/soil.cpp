@@ -270,7 +270,28 @@ VoxelSample Soil::sample(int x, int y, int z) const {
     const TileVoxels& voxels = s.sampled_voxels(s.tile_index(x / kTileSide, y / kTileSide));
     const int column = y % kTileSide * kTileSide + x % kTileSide;
     sample.coverage = voxels.at(kKeptTerrain, z, column) / static_cast<double>(kVoxelFull);
-    sample.volume = voxels.at(kKeptVolume, z, column) / static_cast<double>(kVoxelFull);
+    const int volume = voxels.at(kKeptVolume, z, column);
+    sample.volume = volume / static_cast<double>(kVoxelFull);
+    const std::span<const int32_t> covered = s.body_coverage_of_sampled();
+    if (!covered.empty()) {
+        sample.body_coverage = covered[static_cast<size_t>(z) * kTileColumns + column] /
+                               static_cast<double>(kVoxelFull);
+    }
+    const BlockKey block =
+        BlockKey{s.tile_index(x / kTileSide, y / kTileSide)} * s.blocks_per_tile + z / kTileSide;
+    sample.is_active = s.active.count(block) != 0;
+    const auto world_vector = [&](int plane, double scale) {
+        return rotate(s.frame.grid_to_world.rotation,
+                      Vec3{static_cast<double>(voxels.at(plane, z, column)),
+                           static_cast<double>(voxels.at(plane + 1, z, column)),
+                           static_cast<double>(voxels.at(plane + 2, z, column))} *
+                          scale);
+    };
+    if (volume > 0) {
+        sample.undisturbed = voxels.at(kKeptBond, z, column) / static_cast<double>(volume);
+        sample.push =
+            world_vector(kKeptForce, static_cast<double>(kForceShare) / kForceOne / kVoxelFull);
+    }
     int64_t mass = 0;
     int most = 0;
     for (int m = 0; m < s.params.material_count; ++m) {
@@ -285,14 +306,9 @@ VoxelSample Soil::sample(int x, int y, int z) const {
         const double cubic_voxel = std::pow(s.frame.voxel_m, 3);
         sample.density_kg_m3 =
             static_cast<double>(mass) * s.kg_per_unit / (sample.volume * cubic_voxel);
-        const double scale =
-            s.frame.voxel_m / s.def.step_s / kVelocityOne / static_cast<double>(mass);
         sample.velocity_m_s =
-            rotate(s.frame.grid_to_world.rotation,
-                   Vec3{static_cast<double>(voxels.at(kKeptMomentum, z, column)),
-                        static_cast<double>(voxels.at(kKeptMomentum + 1, z, column)),
-                        static_cast<double>(voxels.at(kKeptMomentum + 2, z, column))} *
-                       scale);
+            world_vector(kKeptMomentum,
+                         s.frame.voxel_m / s.def.step_s / kVelocityOne / static_cast<double>(mass));
     }
     return sample;
 }
@@ -306,50 +322,6 @@ double Soil::surface_height_m(int x, int y) const {
     const int column = y % kTileSide * kTileSide + x % kTileSide;
     return column_profile(column_of(voxels, s.sampled_ground, column)).top_q16 / 65536.0 *
            s.frame.voxel_m;
-}
-
-double Soil::mass_inside_kg(const ConvexShape& region, const Pose& pose) const {
-    const Impl& s = *impl_;
-    if (!is_valid_shape(region) || !is_finite(pose)) {
-        return 0;
-    }
-    const Pose region_to_grid = s.world_to_grid * pose * region.local;
-    const Pose grid_to_region = inverse(region_to_grid);
-    const Aabb box = shape_bounds(region, s.world_to_grid * pose, s.frame.voxel_m);
-    const double lows[3] = {box.min.x, box.min.y, box.min.z},
-                 highs[3] = {box.max.x, box.max.y, box.max.z};
-    int low[3], high[3];
-    for (int axis = 0; axis < 3; ++axis) {
-        low[axis] =
-            static_cast<int>(std::clamp(std::floor(lows[axis]), 0.0, s.frame.size[axis] - 1.0));
-        high[axis] =
-            static_cast<int>(std::clamp(std::floor(highs[axis]), 0.0, s.frame.size[axis] - 1.0));
-    }
-    int64_t units = 0;
-    TileVoxels voxels;
-    for (int ty = low[1] / kTileSide; ty <= high[1] / kTileSide; ++ty) {
-        for (int tx = low[0] / kTileSide; tx <= high[0] / kTileSide; ++tx) {
-            if (!s.tiles[s.tile_index(tx, ty)]) {
-                continue;
-            }
-            s.read_voxels(s.tile_index(tx, ty), voxels);
-            for (int z = low[2]; z <= high[2]; ++z) {
-                for (int c = 0; c < kTileColumns; ++c) {
-                    if (voxels.at(kKeptVolume, z, c) == 0) {
-                        continue;
-                    }
-                    const Vec3 center{tx * kTileSide + c % kTileSide + 0.5,
-                                      ty * kTileSide + c / kTileSide + 0.5, z + 0.5};
-                    if (contains(region, transform(grid_to_region, center * s.frame.voxel_m))) {
-                        for (int m = 0; m < s.params.material_count; ++m) {
-                            units += voxels.at(kKeptMaterial + m, z, c);
-                        }
-                    }
-                }
-            }
-        }
-    }
-    return static_cast<double>(units) * s.kg_per_unit;
 }
 
 uint64_t Soil::tile_revision(int tx, int ty) const {

@@ -181,6 +181,8 @@ struct Soil::Impl {
     mutable TileVoxels sampled, sampled_ground;
     mutable int sampled_tile = -1;
     mutable uint64_t sampled_revision = 0;
+    mutable std::vector<int32_t> sampled_coverage;  ///< of the bodies; empty: not read, or asleep
+    mutable int64_t coverage_step = -1;  ///< step_index when it was read; -1: not of this tile
 
     // --- geometry
     int tile_index(int tx, int ty) const { return ty * tiles_x + tx; }
@@ -206,6 +208,8 @@ struct Soil::Impl {
     /// Puts the soil of a packed tile into a tile, awake or asleep.
     void write_packed(int index, std::shared_ptr<const PackedTile> in);
     const TileVoxels& sampled_voxels(int index) const;
+    /// Of that tile, by voxel; empty where no body covers any.
+    std::span<const int32_t> body_coverage_of_sampled() const;
     /// Surface heights of a tile's columns [Q16 voxels], awake (as read_back() found them) or
     /// asleep; under a body see kCovered.
     std::span<const int32_t> surface_heights(int index);
