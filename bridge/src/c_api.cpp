@@ -9,6 +9,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -36,8 +37,8 @@ constexpr size_t kSettleReportBytesMin =
     BSOIL_BYTES_UP_TO(bulletsoil_settle_report, tile_awake_count);
 static_assert(kSettleReportBytesMin == sizeof(bulletsoil_settle_report));
 constexpr size_t kConditionBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_condition, step_count);
-static_assert(kMaterialBytesMin == sizeof(bulletsoil_material));
-static_assert(kSoilDefBytesMin == sizeof(bulletsoil_soil_def));
+static_assert(kMaterialBytesMin % alignof(bulletsoil_material) == 0);
+static_assert(kSoilDefBytesMin % alignof(bulletsoil_soil_def) == 0);
 static_assert(kBodyReportBytesMin == sizeof(bulletsoil_body_report));
 
 /// A fixed buffer, so that saying that memory has run out needs none.
@@ -166,19 +167,25 @@ void copy(Vec3 from, double (&to)[3]) {
 /// Empty for null: the soil's first material.
 std::string text_of(const char* text) { return text == nullptr ? std::string() : text; }
 
+// A field of a definition and its namesake in the C struct, either way.
+void assign(double from, double& to) { to = from; }
+void assign(int from, int32_t& to) { to = from; }
+template <typename Enum>
+requires std::is_enum_v<Enum>
+void assign(Enum from, int32_t& to) { to = static_cast<int32_t>(from); }
+template <typename Enum>
+requires std::is_enum_v<Enum>
+void assign(int32_t from, Enum& to) { to = static_cast<Enum>(from); }
+void assign(Vec3 from, double (&to)[3]) { copy(from, to); }
+void assign(const double (&from)[3], Vec3& to) { to = {from[0], from[1], from[2]}; }
+
 bulletsoil_material to_c(const MaterialDef& def) {
     bulletsoil_material out{};
     out.struct_size = sizeof out;
     out.name = def.name.c_str();
-    out.density_kg_m3 = def.density_kg_m3;
-    out.loose_density_kg_m3 = def.loose_density_kg_m3;
-    out.compacted_density_kg_m3 = def.compacted_density_kg_m3;
-    out.friction_angle_rad = def.friction_angle_rad;
-    out.cohesion_pa = def.cohesion_pa;
-    out.loose_cohesion_fraction = def.loose_cohesion_fraction;
-    out.tool_friction = def.tool_friction;
-    out.tool_adhesion_pa = def.tool_adhesion_pa;
-    out.shear_displacement_m = def.shear_displacement_m;
+#define BSOIL_ASSIGN(field, ...) assign(def.field, out.field);
+    BSOIL_MATERIAL_FIELDS(BSOIL_ASSIGN)
+#undef BSOIL_ASSIGN
     std::copy(def.color.begin(), def.color.end(), out.color);
     return out;
 }
@@ -186,15 +193,9 @@ bulletsoil_material to_c(const MaterialDef& def) {
 MaterialDef from_c(const bulletsoil_material& material) {
     MaterialDef out;
     out.name = &required(material.name, "material.name");
-    out.density_kg_m3 = material.density_kg_m3;
-    out.loose_density_kg_m3 = material.loose_density_kg_m3;
-    out.compacted_density_kg_m3 = material.compacted_density_kg_m3;
-    out.friction_angle_rad = material.friction_angle_rad;
-    out.cohesion_pa = material.cohesion_pa;
-    out.loose_cohesion_fraction = material.loose_cohesion_fraction;
-    out.tool_friction = material.tool_friction;
-    out.tool_adhesion_pa = material.tool_adhesion_pa;
-    out.shear_displacement_m = material.shear_displacement_m;
+#define BSOIL_ASSIGN(field, ...) assign(material.field, out.field);
+    BSOIL_MATERIAL_FIELDS(BSOIL_ASSIGN)
+#undef BSOIL_ASSIGN
     std::copy(std::begin(material.color), std::end(material.color), out.color.begin());
     return out;
 }
@@ -232,18 +233,9 @@ bulletsoil_soil_def default_def() {
     const SoilDef from;
     bulletsoil_soil_def out{};
     out.struct_size = sizeof out;
-    copy(from.size_m, out.size_m);
-    copy(from.floor_center_m, out.floor_center_m);
-    out.yaw_rad = from.yaw_rad;
-    out.voxel_m = from.voxel_m;
-    out.gravity_m_s2 = from.gravity_m_s2;
-    out.step_s = from.step_s;
-    out.up = static_cast<int32_t>(from.up);
-    out.backend = static_cast<int32_t>(from.backend);
-    out.thread_count = from.thread_count;
-    out.substeps_max = from.substeps_max;
-    out.tile_capacity = from.tile_capacity;
-    out.propagation_iterations = from.propagation_iterations;
+#define BSOIL_ASSIGN(field, ...) assign(from.field, out.field);
+    BSOIL_SOIL_FIELDS(BSOIL_ASSIGN)
+#undef BSOIL_ASSIGN
     return out;
 }
 
@@ -252,18 +244,9 @@ bulletsoil_soil_def default_def() {
 SoilDef from_c(const bulletsoil_soil_def& def) {
     SoilDef out;
     out.materials = materials_of(def);
-    out.size_m = point(def.size_m, "size_m");
-    out.floor_center_m = point(def.floor_center_m, "floor_center_m");
-    out.yaw_rad = def.yaw_rad;
-    out.voxel_m = def.voxel_m;
-    out.gravity_m_s2 = def.gravity_m_s2;
-    out.step_s = def.step_s;
-    out.up = static_cast<UpAxis>(def.up);
-    out.backend = static_cast<Backend>(def.backend);
-    out.thread_count = def.thread_count;
-    out.substeps_max = def.substeps_max;
-    out.tile_capacity = def.tile_capacity;
-    out.propagation_iterations = def.propagation_iterations;
+#define BSOIL_ASSIGN(field, ...) assign(def.field, out.field);
+    BSOIL_SOIL_FIELDS(BSOIL_ASSIGN)
+#undef BSOIL_ASSIGN
     return out;
 }
 

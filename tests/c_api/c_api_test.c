@@ -1,6 +1,7 @@
 /* The C interface, from C: c_api_test CASE runs one of the functions named at the end. */
 #include <bsoil/c/bulletsoil.h>
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -135,7 +136,8 @@ static void a_body_that_only_covers_feels_nothing(void) {
     CHECK_OK(bulletsoil_set_enabled(soil, 1));
     test_world_step(world, 20);
     CHECK(checksum(soil) != before); /* it gave way */
-    CHECK(test_world_ball_y(ball) < 0.85 - 0.9 * 0.5 * 9.81 * 0.5 * 0.5); /* half a second of fall */
+    CHECK(test_world_ball_y(ball) <
+          0.85 - 0.9 * 0.5 * 9.81 * 0.5 * 0.5); /* half a second of fall */
     CHECK_OK(bulletsoil_destroy(soil));
     test_world_destroy(world);
 }
@@ -312,6 +314,8 @@ static void bad_definitions_are_refused(void) {
     CHECK_MEMBER(substeps_max, 0, "substeps_max");
     CHECK_MEMBER(tile_capacity, -1, "tile_capacity");
     CHECK_MEMBER(propagation_iterations, 65, "propagation_iterations");
+    CHECK_MEMBER(overflow, BULLETSOIL_OVERFLOW_UP_SPREAD + 1, "overflow is 3, must be 0 to 2");
+    CHECK_MEMBER(overflow_passes, 65, "overflow_passes is 65, must be 0 to 64");
     CHECK_MEMBER(material_count, 1, "def.materials is null");
 
     CHECK_OK(bulletsoil_material_init(&materials[0], sizeof *materials, "clay"));
@@ -359,6 +363,26 @@ static void sizes_of_structs_are_kept(void) {
     CHECK(out.report.struct_size == sizeof out.report);
     CHECK(out.canary[0] == 0x5a && out.canary[15] == 0x5a);
     CHECK_OK(bulletsoil_destroy(soil));
+    test_world_destroy(world);
+}
+
+/* A program of before `overflow` was a member: nothing behind the struct it knows is read or
+ * written. */
+static void shorter_definitions_get_defaults(void) {
+    const size_t known = offsetof(bulletsoil_soil_def, overflow);
+    void* world = test_world_create();
+    bulletsoil_soil_def def = small_def(), full = small_def();
+    CHECK(full.overflow == BULLETSOIL_OVERFLOW_UP);
+    CHECK(full.overflow_passes == 4);
+    def.overflow = def.overflow_passes = -7;
+    CHECK_OK(bulletsoil_soil_def_init(&def, known));
+    CHECK(def.struct_size == known);
+    CHECK(def.overflow == -7 && def.overflow_passes == -7);
+    def.backend = BULLETSOIL_BACKEND_CPU;
+    CHECK_OK(bulletsoil_destroy(create(world, &def)));
+    full.overflow = BULLETSOIL_OVERFLOW_EVEN;
+    full.overflow_passes = 0;
+    CHECK_OK(bulletsoil_destroy(create(world, &full)));
     test_world_destroy(world);
 }
 
@@ -507,6 +531,7 @@ static const struct {
     {"the_other_precision_is_refused", the_other_precision_is_refused},
     {"bad_definitions_are_refused", bad_definitions_are_refused},
     {"sizes_of_structs_are_kept", sizes_of_structs_are_kept},
+    {"shorter_definitions_get_defaults", shorter_definitions_get_defaults},
     {"bad_arguments_are_refused", bad_arguments_are_refused},
     {"the_world_may_go_first", the_world_may_go_first},
     {"settling_brings_a_heap_to_rest", settling_brings_a_heap_to_rest},

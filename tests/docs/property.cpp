@@ -1,7 +1,8 @@
 /// The worked example of docs/adding_a_property.md: a box of soil falls and a blade goes through
-/// it. Prints the water before, the water after and a hash of everything else. Built with the
-/// sources as they are and with the example's changes.
+/// it. Prints the water before, the water after, a hash of everything else and what the material's
+/// new parameter is good for. Built with the sources as they are and with the example's changes.
 #include <cstdio>
+#include <string>
 
 #include "bsoil/soil.h"
 #include "soil/soil_impl.h"
@@ -42,12 +43,50 @@ Sums sums_of(Soil& soil) {
     return sums;
 }
 
+SoilDef cpu_def(Vec3 size_m) {
+    SoilDef def;
+    def.size_m = size_m;
+    def.up = UpAxis::z;
+    def.backend = Backend::cpu;
+    return def;
+}
+
+/// Whether the parameter is checked and saved, and decides how much water a fill brings: "checked
+/// saved used", or what of it is missing.
+template <typename Material>
+std::string parameter_report(Material material) {
+    if constexpr (requires { material.water_fraction; }) {
+        SoilDef def = cpu_def({1, 1, 1});
+        int64_t water[2] = {0, 0};
+        bool is_saved = false;
+        for (int i = 0; i < 2; ++i) {
+            material.water_fraction = 0.125 * (1 + i);
+            def.material = material;
+            auto soil = Soil::create(def);
+            if (!soil || !(*soil)->fill(BoxFill{{{-0.4, -0.4, 0}, {0.4, 0.4, 0.4}}, {}}))
+                return "could_not";
+            water[i] = sums_of(**soil).water;
+            const std::vector<uint8_t> state = (*soil)->state();
+            is_saved = std::string(state.begin(), state.end()).find("water_fraction of") !=
+                       std::string::npos;
+        }
+        material.water_fraction = 0.6;
+        const Status status = material.validate();
+        const bool is_checked =
+            !status &&
+            status.error().find("water_fraction is 0.6, must be 0 to 0.5") != std::string::npos;
+        const bool is_used = water[0] > 0 && water[1] == 2 * water[0];
+        return std::string(is_checked ? "checked" : "unchecked") +
+               (is_saved ? "_saved" : "_unsaved") + (is_used ? "_used" : "_unused");
+    } else {
+        return "none";
+    }
+}
+
 int run() {
     // Sand whose density is state: dug soil swells by its mass.
-    SoilDef def{.material = materials::dry_sand(),
-                .size_m = {2, 1.2, 0.8},
-                .up = UpAxis::z,
-                .backend = Backend::cpu};
+    SoilDef def = cpu_def({2, 1.2, 0.8});
+    def.material = materials::dry_sand();
     auto made = Soil::create(def);
     if (!made) {
         std::fprintf(stderr, "%s\n", made.error().c_str());
@@ -72,8 +111,9 @@ int run() {
         soil.step({&body, 1});
     }
     const Sums after = sums_of(soil);
-    std::printf("%lld %lld %016llx\n", static_cast<long long>(water),
-                static_cast<long long>(after.water), static_cast<unsigned long long>(after.others));
+    std::printf("%lld %lld %016llx %s\n", static_cast<long long>(water),
+                static_cast<long long>(after.water), static_cast<unsigned long long>(after.others),
+                parameter_report(def.material).c_str());
     return 0;
 }
 

@@ -73,20 +73,11 @@ class SceneChecker {
             if (!base) return base;
             MaterialDef def = *base;
             def.name = name;
-            const auto replace = [](double& value, const std::optional<double>& given) {
-                if (given) value = *given;
-            };
             // The base's range is that of its own density: another density has none of its own.
             if (item.density_kg_m3) def.loose_density_kg_m3 = def.compacted_density_kg_m3 = 0;
-            replace(def.density_kg_m3, item.density_kg_m3);
-            replace(def.loose_density_kg_m3, item.loose_density_kg_m3);
-            replace(def.compacted_density_kg_m3, item.compacted_density_kg_m3);
-            replace(def.friction_angle_rad, item.friction_angle_rad);
-            replace(def.cohesion_pa, item.cohesion_pa);
-            replace(def.loose_cohesion_fraction, item.loose_cohesion_fraction);
-            replace(def.tool_friction, item.tool_friction);
-            replace(def.tool_adhesion_pa, item.tool_adhesion_pa);
-            replace(def.shear_displacement_m, item.shear_displacement_m);
+#define BSOIL_REPLACE(field, ...) def.field = item.field.value_or(def.field);
+            BSOIL_MATERIAL_FIELDS(BSOIL_REPLACE)
+#undef BSOIL_REPLACE
             if (item.color)
                 def.color = {static_cast<float>(item.color->x), static_cast<float>(item.color->y),
                              static_cast<float>(item.color->z)};

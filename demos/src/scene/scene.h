@@ -62,9 +62,10 @@ struct BekkerItem : SceneItem {
 struct MaterialItem : SceneItem {
     std::string name;
     std::string base = "dry_sand";
-    std::optional<double> density_kg_m3, loose_density_kg_m3, compacted_density_kg_m3;
-    std::optional<double> friction_angle_rad, cohesion_pa, loose_cohesion_fraction;
-    std::optional<double> tool_friction, tool_adhesion_pa, shear_displacement_m;
+    // Each number of a MaterialDef by its name, where it replaces the base's.
+#define BSOIL_OPTIONAL(field, ...) std::optional<double> field;
+    BSOIL_MATERIAL_FIELDS(BSOIL_OPTIONAL)
+#undef BSOIL_OPTIONAL
     std::optional<BekkerItem> bekker;       ///< load_scene turns it into the densities
     std::optional<BekkerSoil> bekker_soil;  ///< made of it by load_scene
     std::optional<Vec3> color;

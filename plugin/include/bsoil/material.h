@@ -10,27 +10,28 @@
 #pragma GCC visibility push(default)
 namespace bsoil {
 
-/// One granular material. All values are checked by validate().
+/// One granular material. All values are checked by validate(). Its numbers stand once more in
+/// BSOIL_MATERIAL_FIELDS below, which is what reads, checks, saves and documents them.
 struct MaterialDef {
     std::string name = "dry_sand";  ///< unique within a soil, used by scenes and summaries
     double density_kg_m3 = 1600;    ///< bulk density as placed, 200..4000
-    /// Bulk density of soil that has been dug and dropped, and of soil compacted by 1 MPa; 0: the
-    /// density is not known to change, so soil neither swells nor compacts and its strength is that
-    /// of friction_angle_rad alone. Give both or none: loose <= placed <= compacted, loose at least
+    /// bulk density once it has been dug and dropped, 0..4000; 0 here and in the next: the density
+    /// does not change. Then soil neither swells nor compacts, and its strength is that of
+    /// friction_angle_rad alone. Give both or none: loose <= placed <= compacted, loose at least
     /// half of compacted
     double loose_density_kg_m3 = 0;
-    double compacted_density_kg_m3 = 0;
-    /// angle of internal friction phi, 0..1.2 rad (33 deg). Where the densities are given: of the
+    double compacted_density_kg_m3 = 0;  ///< bulk density compacted by 1 MPa, 0..4000
+    /// angle of internal friction phi, 0..1.2 (33 deg); where the densities are given: of the
     /// critical state, that is of steady shearing
     double friction_angle_rad = 0.576;
-    double cohesion_pa = 0;  ///< cohesion c, 0..200e3 Pa
-    double loose_cohesion_fraction =
-        0;  ///< share of the cohesion that soil keeps once it has been moved, 0..1
+    double cohesion_pa = 0;  ///< cohesion c, 0..200e3
+    /// share of the cohesion that soil keeps once it has been moved, 0..1
+    double loose_cohesion_fraction = 0;
     double tool_friction = 0.4;  ///< Coulomb friction with bodies, 0..2
-    double tool_adhesion_pa =
-        0;  ///< shear stress between soil and bodies without pressure, 0..200e3 Pa
-    /// Janosi and Hanamoto's K of soil as placed: shear displacement after which 1 - 1/e of the
-    /// shear stress has developed, 0..0.2 m. 0: it is there at once
+    /// shear stress between soil and bodies without pressure, 0..200e3
+    double tool_adhesion_pa = 0;
+    /// Janosi and Hanamoto's K of soil as placed, 0..0.2; 0: the shear stress is there at once.
+    /// K is the shear displacement after which 1 - 1/e of the shear stress has developed
     double shear_displacement_m = 0;
     std::array<float, 3> color{0.76f, 0.66f, 0.45f};  ///< linear RGB, 0..1, for pictures only
     /// Whether density is state: it changes with what happens to the soil.
@@ -44,6 +45,26 @@ struct MaterialDef {
     /// Names the field, its value and its range when something is wrong.
     Status validate() const;
 };
+
+// clang-format off
+/// The numbers of a MaterialDef: FIELD(name, least, most, what it is, what else to know or ""). The
+/// name's ending is the unit; the default is the member's. One row makes a field of validate(), of
+/// snapshots, of bulletsoil_material in C and of [[material]] in scenes and their page.
+#define BSOIL_MATERIAL_FIELDS(FIELD)                                                               \
+    FIELD(density_kg_m3, 200, 4000, "bulk density as placed", "")                                  \
+    FIELD(loose_density_kg_m3, 0, 4000, "bulk density once it has been dug and dropped",           \
+          "0 here and in the next: the density does not change")                                   \
+    FIELD(compacted_density_kg_m3, 0, 4000, "bulk density compacted by 1 MPa", "")                 \
+    FIELD(friction_angle_rad, 0, 1.2, "angle of internal friction phi",                            \
+          "where the densities are given: of the critical state")                                  \
+    FIELD(cohesion_pa, 0, 200e3, "cohesion c", "")                                                 \
+    FIELD(loose_cohesion_fraction, 0, 1,                                                           \
+          "share of the cohesion that soil keeps once it has been moved", "")                      \
+    FIELD(tool_friction, 0, 2, "Coulomb friction with bodies", "")                                 \
+    FIELD(tool_adhesion_pa, 0, 200e3, "shear stress between soil and bodies without pressure", "") \
+    FIELD(shear_displacement_m, 0, 0.2, "Janosi and Hanamoto's K of soil as placed",               \
+          "0: the shear stress is there at once")
+// clang-format on
 
 /// Relative density that loose soil takes up under a pressure: 0 at 1 kPa, 1 at 1 MPa, linear in
 /// the logarithm between (the straight virgin compression line of soil mechanics).

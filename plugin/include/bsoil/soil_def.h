@@ -6,6 +6,7 @@
 
 #include "bsoil/contact/contact_law_def.h"
 #include "bsoil/geometry.h"
+#include "bsoil/limits.h"
 #include "bsoil/material.h"
 #include "bsoil/result.h"
 
@@ -24,27 +25,33 @@ enum class OverflowHeuristic {
     up_spread,  ///< into the nine voxels above, the middle one most
 };
 
-/// How a soil is made. Defaults are usable; validate() says what is wrong.
+/// How a soil is made. Defaults are usable; validate() says what is wrong. Its fields stand once
+/// more in BSOIL_SOIL_FIELDS below, which is what reads, checks, saves and documents them.
 struct SoilDef {
     MaterialDef material =
         materials::dry_sand();           ///< the only material, unless `materials` has some
     std::vector<MaterialDef> materials;  ///< 1..8 materials with unique names, or empty
-    /// Box of the grid along the world's axes. Rounded up to whole voxels across, to a multiple of
-    /// 8 of them along up; what lies beyond its sides is a wall to the soil.
+    /// box of the grid along the world's axes; rounded up to whole voxels: at most 16384 to either
+    /// side, 6.7e7 columns (8192 x 8192), 512 up. Along up it is rounded to a multiple of 8 voxels;
+    /// what lies beyond its sides is a wall to the soil.
     Vec3 size_m{12, 2, 12};
-    Vec3 floor_center_m{};  ///< world position of the centre of the box's bottom face; -1e7..1e7
-    double yaw_rad = 0;     ///< rotation of the grid about the up axis
-    double voxel_m = 0.05;  ///< edge of a voxel, 0.001..1
-    UpAxis up = UpAxis::y;
-    double gravity_m_s2 = 9.81;      ///< along -up, 0..30
-    double step_s = 1.0 / 60;        ///< the soil's own step, 1/2000..1/20
-    int propagation_iterations = 4;  ///< alpha of the thesis, 0..64
-    int overflow_passes = 4;         ///< 0..64
+    Vec3 floor_center_m{};       ///< centre of the box's bottom face, -1e7..1e7
+    double yaw_rad = 0;          ///< rotation of the grid about the up axis, -7..7
+    double voxel_m = 0.05;       ///< edge of a voxel, 0.001..1
+    UpAxis up = UpAxis::y;       ///< world axis that points up
+    double gravity_m_s2 = 9.81;  ///< gravity along -up, 0..30
+    double step_s = 1.0 / 60;    ///< the soil's own step, 1/2000..1/20
+    /// alpha of the thesis: iterations of force propagation a step, 0..64
+    int propagation_iterations = 4;
+    int overflow_passes = 4;  ///< passes that spread soil which does not fit, 0..64
+    /// how soil that does not fit leaves its voxel
     OverflowHeuristic overflow = OverflowHeuristic::up;
-    int substeps_max = 8;   ///< sub-steps a fast step may be cut into, 1..32
-    int tile_capacity = 0;  ///< awake tiles at once; 0 = all that exist, within 1 GiB
-    Backend backend = Backend::automatic;
-    int thread_count = 0;       ///< CPU backend; 0 = all cores. Results do not depend on it
+    int substeps_max = 8;  ///< sub-steps a fast step may be cut into, 1..32
+    /// tiles of 8 x 8 columns awake at the same time, 0..4194304; 0: all that fit into 1 GiB
+    int tile_capacity = 0;
+    Backend backend = Backend::automatic;  ///< where the kernels run
+    /// threads of the CPU backend, 0..1024; 0: all cores. Results do not depend on it
+    int thread_count = 0;
     ContactLawDef contact_law;  ///< what soil does to bodies that press on it
 
     /// Names the field, its value and its range when something is wrong.
@@ -52,6 +59,34 @@ struct SoilDef {
     /// `materials`, or the single `material`.
     std::vector<MaterialDef> material_list() const;
 };
+
+// clang-format off
+/// The fields of a SoilDef besides its materials and its contact law: FIELD(name, least, most, use,
+/// what it is, what else to know or ""). use: `state` where a snapshot means something by it, `run`
+/// where results do not depend on it. An enumeration goes from 0 to its last value. Where least is
+/// most, validate() checks the field together with others.
+#define BSOIL_SOIL_FIELDS(FIELD)                                                                   \
+    FIELD(size_m, 0, 0, state, "box of the grid along the world's axes",                           \
+          "rounded up to whole voxels: at most 16384 to either side, 6.7e7 columns (8192 x 8192), " \
+          "512 up")                                                                                \
+    FIELD(voxel_m, 0.001, 1, state, "edge of a voxel", "")                                         \
+    FIELD(floor_center_m, -limits::kPlaceMostM, limits::kPlaceMostM, state,                        \
+          "centre of the box's bottom face", "")                                                   \
+    FIELD(yaw_rad, -7, 7, state, "rotation of the grid about the up axis", "")                     \
+    FIELD(up, 0, 1, state, "world axis that points up", "")                                        \
+    FIELD(gravity_m_s2, 0, 30, state, "gravity along -up", "")                                     \
+    FIELD(step_s, 1.0 / 2000, 1.0 / 20, state, "the soil's own step", "")                          \
+    FIELD(propagation_iterations, 0, 64, state,                                                    \
+          "alpha of the thesis: iterations of force propagation a step", "")                       \
+    FIELD(overflow_passes, 0, 64, state, "passes that spread soil which does not fit", "")         \
+    FIELD(overflow, 0, 2, state, "how soil that does not fit leaves its voxel", "")                \
+    FIELD(substeps_max, 1, 32, state, "sub-steps a fast step may be cut into", "")                 \
+    FIELD(tile_capacity, 0, 1 << 22, run, "tiles of 8 x 8 columns awake at the same time",         \
+          "0: all that fit into 1 GiB")                                                            \
+    FIELD(backend, 0, 2, run, "where the kernels run", "")                                         \
+    FIELD(thread_count, 0, 1024, run, "threads of the CPU backend",                                \
+          "0: all cores. Results do not depend on it")
+// clang-format on
 
 /// A function of world position [m]. Soil or terrain is where it is positive (thesis
 /// section 2.2.2).

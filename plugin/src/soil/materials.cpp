@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "bsoil/material.h"
-#include "soil/check_range.h"
+#include "soil/def_fields.h"
 
 namespace bsoil {
 
@@ -13,19 +13,8 @@ Status MaterialDef::validate() const {
         return Error{"material name is empty: give it one"};
     }
     const std::string where = "material '" + name + "': ";
-    for (const Status& status :
-         {check_range(where + "density_kg_m3", density_kg_m3, 200, 4000),
-          check_range(where + "loose_density_kg_m3", loose_density_kg_m3, 0, 4000),
-          check_range(where + "compacted_density_kg_m3", compacted_density_kg_m3, 0, 4000),
-          check_range(where + "tool_adhesion_pa", tool_adhesion_pa, 0, 200e3),
-          check_range(where + "shear_displacement_m", shear_displacement_m, 0, 0.2),
-          check_range(where + "friction_angle_rad", friction_angle_rad, 0, 1.2),
-          check_range(where + "cohesion_pa", cohesion_pa, 0, 200e3),
-          check_range(where + "loose_cohesion_fraction", loose_cohesion_fraction, 0, 1),
-          check_range(where + "tool_friction", tool_friction, 0, 2)}) {
-        if (!status) {
-            return status;
-        }
+    if (Status status = check_numbers(*this, where); !status) {
+        return status;
     }
     if (loose_density_kg_m3 == 0 && compacted_density_kg_m3 == 0) {
         return Done{};

@@ -10,6 +10,7 @@
 
 #include "bsoil/snapshot_file.h"
 #include "contact/law_fields.h"
+#include "soil/def_fields.h"
 #include "soil/soil_impl.h"
 
 namespace bsoil {
@@ -56,48 +57,51 @@ struct NamedValue {
 
 /// All of a definition that a state means something by, or that decides how it goes on.
 std::vector<NamedValue> meaning_of(const SoilDef& def, const std::vector<MaterialDef>& materials) {
-    std::vector<NamedValue> values{
-        {"size_m.x", def.size_m.x},
-        {"size_m.y", def.size_m.y},
-        {"size_m.z", def.size_m.z},
-        {"voxel_m", def.voxel_m},
-        {"floor_center_m.x", def.floor_center_m.x},
-        {"floor_center_m.y", def.floor_center_m.y},
-        {"floor_center_m.z", def.floor_center_m.z},
-        {"yaw_rad", def.yaw_rad},
-        {"up", static_cast<double>(def.up)},
-        {"gravity_m_s2", def.gravity_m_s2},
-        {"step_s", def.step_s},
-        {"propagation_iterations", static_cast<double>(def.propagation_iterations)},
-        {"overflow_passes", static_cast<double>(def.overflow_passes)},
-        {"overflow", static_cast<double>(def.overflow)},
-        {"substeps_max", static_cast<double>(def.substeps_max)},
-        {"contact_law.kind", static_cast<double>(def.contact_law.kind)},
-    };
+    std::vector<NamedValue> values;
+    for_each_number(def, [&](const FieldNumber& field) {
+        if (field.use == FieldUse::state) values.push_back({field.name, field.value});
+    });
+    values.push_back({"contact_law.kind", static_cast<double>(def.contact_law.kind)});
     for_each_constant(def.contact_law, [&](const char* name, double value, double, double) {
         values.push_back({std::string("contact_law.") + name, value});
     });
     for (const MaterialDef& material : materials) {
-        // All members by name: one more does not compile until it stands in the list, or is left
-        // out on purpose as the name (compared apart) and the colour are.
-        const auto& [name, density, loose, compacted, friction_angle, cohesion, loose_cohesion,
-                     tool_friction, tool_adhesion, shear_displacement, color] = material;
-        static_cast<void>(color);
-        const std::pair<const char*, double> fields[] = {
-            {"density_kg_m3", density},
-            {"loose_density_kg_m3", loose},
-            {"compacted_density_kg_m3", compacted},
-            {"friction_angle_rad", friction_angle},
-            {"cohesion_pa", cohesion},
-            {"loose_cohesion_fraction", loose_cohesion},
-            {"tool_friction", tool_friction},
-            {"tool_adhesion_pa", tool_adhesion},
-            {"shear_displacement_m", shear_displacement},
-        };
-        for (const auto& [field, value] : fields)
-            values.push_back({fmt::format("{} of material '{}'", field, name), value});
+        for_each_number(material, [&](const FieldNumber& field) {
+            values.push_back(
+                {fmt::format("{} of material '{}'", field.name, material.name), field.value});
+        });
     }
     return values;
+}
+
+/// Whether a snapshot's values are those of a soil. What a snapshot does not name was a default
+/// when it was written: there was no such field.
+Status compare_meaning(const std::vector<NamedValue>& saved, const SoilDef& def,
+                       const std::vector<MaterialDef>& materials) {
+    SoilDef default_def;
+    default_def.contact_law.kind = def.contact_law.kind;
+    std::vector<MaterialDef> default_materials(materials.size());
+    for (size_t i = 0; i < materials.size(); ++i) default_materials[i].name = materials[i].name;
+    const std::vector<NamedValue> here = meaning_of(def, materials),
+                                  fallbacks = meaning_of(default_def, default_materials);
+    size_t found = 0;
+    for (size_t i = 0; i < here.size(); ++i) {
+        const auto same = std::find_if(saved.begin(), saved.end(),
+                                       [&](const NamedValue& v) { return v.name == here[i].name; });
+        found += same != saved.end();
+        const double value = same == saved.end() ? fallbacks[i].value : same->value;
+        if (value != here[i].value)
+            return Error{fmt::format("is of a soil with {} {:.9g}, this one has {} {:.9g}",
+                                     here[i].name, value, here[i].name, here[i].value)};
+    }
+    if (found == saved.size()) return Done{};
+    const auto unknown = std::find_if(saved.begin(), saved.end(), [&](const NamedValue& v) {
+        return std::none_of(here.begin(), here.end(),
+                            [&](const NamedValue& known) { return known.name == v.name; });
+    });
+    if (unknown == saved.end()) return Error{"is damaged"};
+    return Error{fmt::format("is of a soil with {} {:.9g}, which this version does not know",
+                             unknown->name, unknown->value)};
 }
 
 struct SavedTile {
@@ -267,14 +271,7 @@ Status SoilSnapshot::check_meaning(const SavedSoil& saved) const {
     if (saved.materials != names)
         return Error{fmt::format("is of a soil of {}, this one is of {}",
                                  fmt::join(saved.materials, ", "), fmt::join(names, ", "))};
-    const std::vector<NamedValue> here = meaning_of(s_.def, s_.materials);
-    if (saved.meaning.size() != here.size()) return Error{"is damaged"};
-    for (size_t i = 0; i < here.size(); ++i)
-        if (saved.meaning[i].name != here[i].name || saved.meaning[i].value != here[i].value)
-            return Error{fmt::format("is of a soil with {} {:.9g}, this one has {} {:.9g}",
-                                     saved.meaning[i].name, saved.meaning[i].value, here[i].name,
-                                     here[i].value)};
-    return Done{};
+    return compare_meaning(saved.meaning, s_.def, s_.materials);
 }
 
 bool SoilSnapshot::are_blocks_sound(const std::vector<BlockKey>& blocks) const {

@@ -5,7 +5,7 @@
 #include <set>
 
 #include "bsoil/limits.h"
-#include "soil/check_range.h"
+#include "soil/def_fields.h"
 
 namespace bsoil {
 
@@ -16,27 +16,8 @@ std::vector<MaterialDef> SoilDef::material_list() const {
 Status SoilDef::validate() const {
     const double up_m = up == UpAxis::y ? size_m.y : size_m.z;
     const double side_a = size_m.x, side_b = up == UpAxis::y ? size_m.z : size_m.y;
-    for (const Status& status :
-         {check_range("voxel_m", voxel_m, 0.001, 1),
-          check_range("step_s", step_s, 1.0 / 2000, 0.05),
-          check_range("gravity_m_s2", gravity_m_s2, 0, 30),
-          check_range("propagation_iterations", propagation_iterations, 0, 64),
-          check_range("overflow_passes", overflow_passes, 0, 64),
-          check_range("substeps_max", substeps_max, 1, 32),
-          check_range("tile_capacity", tile_capacity, 0, 1 << 22),
-          check_range("thread_count", thread_count, 0, 1024),
-          check_range("floor_center_m.x", floor_center_m.x, -limits::kPlaceMostM,
-                      limits::kPlaceMostM),
-          check_range("floor_center_m.y", floor_center_m.y, -limits::kPlaceMostM,
-                      limits::kPlaceMostM),
-          check_range("floor_center_m.z", floor_center_m.z, -limits::kPlaceMostM,
-                      limits::kPlaceMostM),
-          check_range("yaw_rad", yaw_rad, -7, 7), check_range("up", static_cast<int>(up), 0, 1),
-          check_range("backend", static_cast<int>(backend), 0, 2),
-          check_range("overflow", static_cast<int>(overflow), 0, 2)}) {
-        if (!status) {
-            return status;
-        }
+    if (Status status = check_numbers(*this); !status) {
+        return status;
     }
     for (const Status& status :
          {check_range("size_m across / voxel_m", std::ceil(side_a / voxel_m - 1e-9), 1,

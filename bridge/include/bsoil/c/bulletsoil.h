@@ -66,19 +66,26 @@ const char* bulletsoil_last_error(void);
 
 /** A granular material; see MaterialDef in <bsoil/material.h>. */
 typedef struct bulletsoil_material {
-    size_t struct_size;             /**< set by bulletsoil_material_init */
-    const char* name;               /**< unique within a soil; read while the soil is created */
-    double density_kg_m3;           /**< bulk density as placed, 200..4000 */
-    double loose_density_kg_m3;     /**< once dug and dropped; 0 with the next: density is fixed */
-    double compacted_density_kg_m3; /**< under 1 MPa */
-    double friction_angle_rad;      /**< 0..1.2 */
-    double cohesion_pa;             /**< 0..200e3 */
-    double loose_cohesion_fraction; /**< share of the cohesion that moved soil keeps, 0..1 */
-    double tool_friction;           /**< with bodies, 0..2 */
-    double tool_adhesion_pa;        /**< with bodies, 0..200e3 */
-    double shear_displacement_m;    /**< Janosi's K, 0..0.2 */
-    float color[3];                 /**< linear RGB, 0..1 */
-    uint32_t reserved;              /**< 0 */
+    size_t struct_size;   /**< set by bulletsoil_material_init */
+    const char* name;     /**< unique within a soil; read while the soil is created */
+    double density_kg_m3; /**< bulk density as placed, 200..4000 */
+    /** bulk density once it has been dug and dropped, 0..4000; 0 here and in the next: the density
+     * does not change */
+    double loose_density_kg_m3;
+    double compacted_density_kg_m3; /**< bulk density compacted by 1 MPa, 0..4000 */
+    /** angle of internal friction phi, 0..1.2; where the densities are given: of the critical
+     * state */
+    double friction_angle_rad;
+    double cohesion_pa; /**< cohesion c, 0..200e3 */
+    /** share of the cohesion that soil keeps once it has been moved, 0..1 */
+    double loose_cohesion_fraction;
+    double tool_friction; /**< Coulomb friction with bodies, 0..2 */
+    /** shear stress between soil and bodies without pressure, 0..200e3 */
+    double tool_adhesion_pa;
+    /** Janosi and Hanamoto's K of soil as placed, 0..0.2; 0: the shear stress is there at once */
+    double shear_displacement_m;
+    float color[3];    /**< linear RGB, 0..1 */
+    uint32_t reserved; /**< 0 */
 } bulletsoil_material;
 
 /**
@@ -91,24 +98,35 @@ bulletsoil_result bulletsoil_material_init(bulletsoil_material* material, size_t
 enum { BULLETSOIL_UP_Y = 0, BULLETSOIL_UP_Z = 1 };
 enum { BULLETSOIL_BACKEND_AUTOMATIC = 0, BULLETSOIL_BACKEND_CPU = 1, BULLETSOIL_BACKEND_GL = 2 };
 
+enum {
+    BULLETSOIL_OVERFLOW_EVEN = 0,     /**< into all neighbours evenly */
+    BULLETSOIL_OVERFLOW_UP = 1,       /**< one voxel up */
+    BULLETSOIL_OVERFLOW_UP_SPREAD = 2 /**< into the nine voxels above, the middle one most */
+};
+
 /** How a soil is made; see SoilDef in <bsoil/soil_def.h>. */
 typedef struct bulletsoil_soil_def {
     size_t struct_size; /**< set by bulletsoil_soil_def_init */
     /** 1..8 materials in an array, each with the same struct_size; null: dry_sand alone */
     const bulletsoil_material* materials;
     size_t material_count;
-    double size_m[3];               /**< box of the grid along the world's axes */
-    double floor_center_m[3];       /**< centre of the box's bottom face, each -1e7..1e7 */
-    double yaw_rad;                 /**< rotation of the grid about the up axis, -7..7 */
-    double voxel_m;                 /**< edge of a voxel, 0.001..1 */
-    double gravity_m_s2;            /**< along -up, 0..30 */
-    double step_s;                  /**< the soil's own step, 1/2000..1/20 */
-    int32_t up;                     /**< BULLETSOIL_UP_... */
-    int32_t backend;                /**< BULLETSOIL_BACKEND_... */
-    int32_t thread_count;           /**< CPU backend, 0..1024; 0: all cores. Same results */
-    int32_t substeps_max;           /**< sub-steps a fast step may be cut into, 1..32 */
-    int32_t tile_capacity;          /**< awake tiles at once; 0: all, within 1 GiB */
-    int32_t propagation_iterations; /**< force propagation passes a sub-step, 0..64 */
+    double size_m[3];         /**< box of the grid along the world's axes */
+    double floor_center_m[3]; /**< centre of the box's bottom face, -1e7..1e7 */
+    double yaw_rad;           /**< rotation of the grid about the up axis, -7..7 */
+    double voxel_m;           /**< edge of a voxel, 0.001..1 */
+    double gravity_m_s2;      /**< gravity along -up, 0..30 */
+    double step_s;            /**< the soil's own step, 1/2000..1/20 */
+    int32_t up;               /**< world axis that points up: BULLETSOIL_UP_... */
+    int32_t backend;          /**< where the kernels run: BULLETSOIL_BACKEND_... */
+    /** threads of the CPU backend, 0..1024; 0: all cores. Results do not depend on it */
+    int32_t thread_count;
+    int32_t substeps_max; /**< sub-steps a fast step may be cut into, 1..32 */
+    /** tiles of 8 x 8 columns awake at the same time, 0..4194304; 0: all that fit into 1 GiB */
+    int32_t tile_capacity;
+    /** alpha of the thesis: iterations of force propagation a step, 0..64 */
+    int32_t propagation_iterations;
+    int32_t overflow; /**< how soil that does not fit leaves its voxel: BULLETSOIL_OVERFLOW_... */
+    int32_t overflow_passes; /**< passes that spread soil which does not fit, 0..64 */
 } bulletsoil_soil_def;
 
 /** Sets `def`, of `struct_size` = sizeof *def bytes, to the defaults: 12 x 2 x 12 m, voxels of 5

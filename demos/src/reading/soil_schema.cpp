@@ -1,0 +1,134 @@
+/// The tables of a scene that become a SoilDef and its materials. Names, ranges and meanings come
+/// from BSOIL_SOIL_FIELDS and BSOIL_MATERIAL_FIELDS.
+#include <cmath>
+#include <string_view>
+
+#include "schema_table.h"
+
+namespace bsoil::scene {
+namespace {
+
+constexpr Range kFraction{0, 1};
+
+/// What a scene allows where that is less than SoilDef does.
+struct NarrowerRange {
+    std::string_view field;
+    Range range;  ///< in the key's unit
+};
+constexpr NarrowerRange kNarrower[] = {
+    {"size_m", {1e-4, 1e4}},
+    {"floor_center_m", {-1e4, 1e4}},  // float positions keep a millimetre within it
+    {"yaw_rad", {-360, 360}},
+    {"tile_capacity", {0, 1e6}},
+};
+/// What the command or [world] gives to every soil.
+constexpr std::string_view kGivenElsewhere[] = {"up", "gravity_m_s2", "backend", "thread_count"};
+
+/// A field of a definition as a key: angles are written in degrees, their limits as whole ones.
+struct FieldKey {
+    std::string name, doc;
+    Range range;
+    double scale = 1;
+
+    FieldKey(std::string_view field, Range of_def, std::string_view what, std::string_view more)
+        : name(field), doc(what), range(of_def) {
+        if (!more.empty()) doc += "; " + std::string(more);
+        if (field.ends_with("_rad")) {
+            name.replace(name.size() - 4, 4, "_deg");
+            scale = kDegree;
+            range = {std::ceil(of_def.min / kDegree), std::floor(of_def.max / kDegree)};
+        }
+        for (const NarrowerRange& narrower : kNarrower)
+            if (narrower.field == field) range = narrower.range;
+    }
+};
+
+template <typename Place>
+void add_field(TableOf<SoilItem>& table, const FieldKey& key, Place place) {
+    using Value = std::remove_reference_t<std::invoke_result_t<Place, SoilItem&>>;
+    for (const std::string_view other : kGivenElsewhere)
+        if (key.name == other) return;
+    if constexpr (std::is_same_v<Value, double>)
+        table.number(key.name, place, key.range, key.doc, key.scale);
+    else if constexpr (std::is_same_v<Value, int>)
+        table.integer(key.name, place, key.range, key.doc);
+    else if constexpr (std::is_same_v<Value, Vec3>)
+        table.vector(key.name, place, key.range, key.doc);
+    else if constexpr (std::is_same_v<Value, OverflowHeuristic>)
+        table.choice(
+            key.name, {"even", "up", "up_spread"}, "up", key.doc, [place](SoilItem& s, size_t i) {
+                constexpr OverflowHeuristic kOrder[] = {
+                    OverflowHeuristic::even, OverflowHeuristic::up, OverflowHeuristic::up_spread};
+                place(s) = kOrder[i];
+            });
+    else
+        static_assert(std::is_same_v<Value, UpAxis> || std::is_same_v<Value, Backend>,
+                      "a field of a new type needs a key of its own kind");
+    if (key.name == "size_m") table.required();
+}
+
+TableOf<BekkerItem> bekker_table() {
+    using B = BekkerItem;
+    return TableOf<B>("material.bekker", false,
+                      "Bekker's pressure under a plate of radius b, p = (kc / b + kphi) z^n: the "
+                      "densities of the material are chosen so that its own bearing comes nearest. "
+                      "Stands beside `cohesion_pa`, `friction_angle_deg` and, where it is known, "
+                      "`density_kg_m3`; see docs/bekker_import.md.")
+        .number("kphi", &B::kphi, {0, 1e9}, "frictional modulus [N/m^(n+2)]")
+        .required()
+        .number("kc", &B::kc, {-1e8, 1e8}, "cohesive modulus [N/m^(n+1)]")
+        .number("n", &B::n, {0, 2.5}, "exponent of sinkage")
+        .required()
+        .number("gravity_m_s2", &B::gravity_m_s2, {0.1, 30}, "where they were measured");
+}
+
+}  // namespace
+
+TableOf<SoilItem> soil_table() {
+    using S = SoilItem;
+    TableOf<S> table("soil", false,
+                     "The soil's grid and its step; without this table there is no soil. `--steps` "
+                     "and `steps` of the summary count steps of the soil.");
+#define BSOIL_KEY(field, least, most, use, what, more)      \
+    add_field(                                              \
+        table, FieldKey(#field, {least, most}, what, more), \
+        [](S & s) -> auto& { return s.def.field; });
+    BSOIL_SOIL_FIELDS(BSOIL_KEY)
+#undef BSOIL_KEY
+    return table
+        .choice("contact_law", {"granular", "bekker"}, "granular",
+                "what soil does to bodies: by the stress at each element of their surface, or by "
+                "Bekker's and Janosi's parameters; each material then needs `[material.bekker]`",
+                [](S& s, size_t i) {
+                    constexpr ContactLawDef::Kind kOrder[] = {ContactLawDef::Kind::granular,
+                                                              ContactLawDef::Kind::bekker};
+                    s.def.contact_law.kind = kOrder[i];
+                })
+        .text("material", &S::material,
+              "name of a built-in or of a [[material]]; dry_sand where neither key is given")
+        .texts("materials", &S::materials, "several of them, up to 8, instead of `material`");
+}
+
+TableOf<MaterialItem> material_table() {
+    using M = MaterialItem;
+    TableOf<M> table(
+        "material", true,
+        "A material: a built-in with some values replaced. With both the loose and the "
+        "compacted density, the density is state.");
+    table.text("name", &M::name, "unique; a built-in's name replaces that built-in")
+        .required()
+        .text("base", &M::base,
+              "the built-in it starts from: dry_sand, moist_sand, sandy_loam, loam, clay, gravel");
+    const auto add = [&table](const FieldKey& key, std::optional<double> M::*place) {
+        table.number(key.name, place, key.range, key.doc, key.scale);
+    };
+#define BSOIL_KEY(field, least, most, what, more) \
+    add(FieldKey(#field, {least, most}, what, more), &M::field);
+    BSOIL_MATERIAL_FIELDS(BSOIL_KEY)
+#undef BSOIL_KEY
+    return table
+        .child<BekkerItem>("bekker", bekker_table(), [](M& m) { return &m.bekker.emplace(); })
+        .vector("color", &M::color, kFraction, "linear red, green, blue for pictures");
+}
+
+}  // namespace bsoil::scene

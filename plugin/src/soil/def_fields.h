@@ -1,0 +1,96 @@
+/// Going through the fields of MaterialDef and SoilDef: BSOIL_MATERIAL_FIELDS and BSOIL_SOIL_FIELDS
+/// as a visitor.
+#pragma once
+
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "bsoil/soil_def.h"
+#include "soil/check_range.h"
+
+namespace bsoil {
+
+/// Whether a snapshot means something by a field, or only how a run is made depends on it.
+enum class FieldUse { state, run };
+
+/// One number of a definition. Of a Vec3 there are three.
+struct FieldNumber {
+    std::string name;  ///< "size_m.x"
+    double value = 0;
+    double least = 0, most = 0;  ///< alike: no range of its own
+    FieldUse use = FieldUse::state;
+};
+
+namespace fields {
+
+template <typename Value, typename Visit>
+void visit_numbers(const FieldNumber& field, const Value& value, Visit& visit) {
+    const auto number = [&](const char* axis, double axis_value) {
+        visit(FieldNumber{field.name + axis, axis_value, field.least, field.most, field.use});
+    };
+    if constexpr (std::is_same_v<Value, Vec3>) {
+        number(".x", value.x);
+        number(".y", value.y);
+        number(".z", value.z);
+    } else {
+        number("", static_cast<double>(value));
+    }
+}
+
+/// Converts to whatever a member is of.
+struct Anything {
+    template <typename T>
+    operator T() const;
+};
+template <typename Def, size_t... I>
+constexpr bool has_members(std::index_sequence<I...>) {
+    return requires { Def{(static_cast<void>(I), Anything{})...}; };
+}
+/// Members of a definition.
+template <typename Def, size_t count = 40>
+constexpr size_t member_count() {
+    if constexpr (has_members<Def>(std::make_index_sequence<count>{}))
+        return count;
+    else
+        return member_count<Def, count - 1>();
+}
+
+#define BSOIL_COUNT(...) +1
+static_assert(member_count<MaterialDef>() == 2 BSOIL_MATERIAL_FIELDS(BSOIL_COUNT),
+              "a member of MaterialDef besides name and color has no row in BSOIL_MATERIAL_FIELDS");
+static_assert(member_count<SoilDef>() == 3 BSOIL_SOIL_FIELDS(BSOIL_COUNT),
+              "a member of SoilDef besides its materials and its law has no row in "
+              "BSOIL_SOIL_FIELDS");
+#undef BSOIL_COUNT
+
+}  // namespace fields
+
+/// Calls visit(FieldNumber) for each number of the definition, in the table's order.
+template <typename Visit>
+void for_each_number(const MaterialDef& def, Visit&& visit) {
+#define BSOIL_VISIT(name, least, most, what, more) \
+    fields::visit_numbers({#name, 0, least, most, FieldUse::state}, def.name, visit);
+    BSOIL_MATERIAL_FIELDS(BSOIL_VISIT)
+#undef BSOIL_VISIT
+}
+template <typename Visit>
+void for_each_number(const SoilDef& def, Visit&& visit) {
+#define BSOIL_VISIT(name, least, most, use, what, more) \
+    fields::visit_numbers({#name, 0, least, most, FieldUse::use}, def.name, visit);
+    BSOIL_SOIL_FIELDS(BSOIL_VISIT)
+#undef BSOIL_VISIT
+}
+
+/// The first number that is out of its range; `where` comes before its name.
+template <typename Def>
+Status check_numbers(const Def& def, const std::string& where = {}) {
+    Status status = Done{};
+    for_each_number(def, [&](const FieldNumber& field) {
+        if (status && field.least < field.most)
+            status = check_range(where + field.name, field.value, field.least, field.most);
+    });
+    return status;
+}
+
+}  // namespace bsoil
