@@ -1,13 +1,25 @@
 #!/usr/bin/env bash
-# Checks that every link between the project's own pages and files leads somewhere, and that README.md links every program
-# that is there to be read.
+# Checks that every link between the project's own pages and files leads somewhere, to a heading where it names one, and that
+# README.md links every program that is there to be read.
 set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 failed=0
+
+# The places of a page that a link can name: its headings as GitHub spells them, and anchors put in by hand.
+places() {
+    sed '/^```/,/^```/d' "$1" | sed -nE 's/^#+ +//p' | tr 'A-Z' 'a-z' | sed -E 's/\]\([^)]*\)//g; s/[^a-z0-9 _-]//g; s/ /-/g'
+    grep -oE '<a (id|name)="[^"]+"' "$1" | sed -E 's/.*"(.*)"/\1/'
+}
+
 while IFS= read -r page; do
     while IFS= read -r link; do
-        target=${link%%#*}
-        [[ -z $target || $target == *://* || -e $(dirname "$page")/$target ]] && continue
+        target=${link%%#*} place=${link#"${link%%#*}"} file=$(dirname "$page")/${link%%#*}
+        [[ $target == *://* ]] && continue
+        [[ -n $target ]] || file=$page
+        if [[ -e $file ]]; then
+            [[ -z $place || $file != *.md ]] && continue
+            grep -qxF -- "${place#\#}" < <(places "$file") && continue
+        fi
         printf '%s: %s is not there\n' "${page#"$root"/}" "$link"
         failed=1
     done < <(grep -oE '\]\([^) ]+\)' "$page" | sed -E 's/^\]\((.*)\)$/\1/')

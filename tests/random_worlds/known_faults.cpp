@@ -17,7 +17,7 @@ constexpr KnownFault kKnownFaults[] = {
     {"sinkage", [](const WorldPlan&) { return true; },
      "bodies of a few voxels sink deeper than plates of their size"},
     {"soil sleeps", [](const WorldPlan&) { return true; },
-     "a voxel of soil caught beside a body goes to and fro for good (bridge/README.md, Sleep)"},
+     "a voxel of soil caught beside a body goes to and fro for good (docs/contact_law.md, Sleep)"},
     {"weight",
      [](const WorldPlan& plan) {
          return std::any_of(plan.bodies.begin(), plan.bodies.end(), [](const BodyPlan& b) {

@@ -41,8 +41,8 @@ inline constexpr int kHullPlaneCapacity = 256;  ///< faces of a convex hull; mor
 /// as much on either face. From |nx| + |ny| + |nz| voxels on (n: the normal), at most the square
 /// root of 3, no way leads through it even over corners (Reveilles' standard plane); and a wall
 /// that moves by a voxel has to tell soil it has run over from soil behind it. Measured
-/// (docs/decisions.md): walls of 1.5 voxels hold soil at rest, of 1.75 leak up to 0.5 % at a voxel
-/// a step, of 2 less than 0.1 %. More would only take room from buckets.
+/// (docs/decisions/walls.md): walls of 1.5 voxels hold soil at rest, of 1.75 leak up to 0.5 % at a
+/// voxel a step, of 2 less than 0.1 %. More would only take room from buckets.
 inline constexpr double kThinnestWallVoxels = 2;
 
 }  // namespace bsoil::limits

@@ -1,5 +1,5 @@
-/// SoilAction: deformable soil in a Bullet world. See bridge/README.md for the way from a collision
-/// shape to an impulse.
+/// SoilAction: deformable soil in a Bullet world. See docs/contact_law.md for how a collision shape
+/// becomes an impulse.
 #pragma once
 
 #include <BulletDynamics/Dynamics/btActionInterface.h>

@@ -1,4 +1,4 @@
-/// SoilRaycaster: lets a btRaycastVehicle drive on soil. See bridge/README.md, "Raycast vehicles".
+/// SoilRaycaster: lets a btRaycastVehicle drive on soil. See docs/vehicles.md.
 #pragma once
 
 #include <BulletDynamics/Vehicle/btRaycastVehicle.h>

@@ -1,5 +1,5 @@
 /// Snapshots of a whole Bullet world with its soils: a run restored from one goes on bit for bit as
-/// the run that wrote it. See bridge/README.md for what is in it and what is not.
+/// the run that wrote it. See docs/snapshots.md for what is in it and what is not.
 #pragma once
 
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
