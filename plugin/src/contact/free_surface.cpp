@@ -16,8 +16,6 @@ namespace {
 // height.
 constexpr int kReach = 2 * kTileSide;
 constexpr int kReachMost = 32 * kTileSide;
-// What a sole has pressed down stands as a rim within a width of it: seen from its middle.
-constexpr double kRimWidths = 1.5;
 constexpr double kHardlyAny = 1e-6;  ///< columns
 constexpr int32_t kNotLookedAt = INT32_MIN;
 
@@ -60,7 +58,8 @@ void FreeSurface::find_reach(const Request& request) {
     for (size_t b = 0; b < contact_range_.size(); ++b) {
         const double wedge =
             wedge_length * (contact_range_[b].second - contact_range_[b].first + 1);
-        const double rim = contact_range_[b].first == kNone ? 0 : kRimWidths * body_width_[b];
+        const double rim =
+            contact_range_[b].first == kNone ? 0 : law_->sole_surroundings_widths * body_width_[b];
         body_reach_[b] = std::clamp<double>(std::ceil(std::max(wedge, rim)), kReach, kReachMost);
         reach_ = std::max(reach_, static_cast<int>(body_reach_[b]));
     }
@@ -227,7 +226,7 @@ double FreeSurface::height_beside(const ContactRecord& contact, Vec3 at, Vec3 ou
     const double sole = 1 - wall;
     const double wedge =
         wedge_length_[static_cast<size_t>(contact.material)] * std::max(0.0, nearest - at.z);
-    const double rim = kRimWidths * body_width_[body];
+    const double rim = law_->sole_surroundings_widths * body_width_[body];
     const double half = std::max(1.0, wall * wedge / 2 + sole * rim);
     const double cx = at.x + outward.x * wedge / 2, cy = at.y + outward.y * wedge / 2;
     // Nothing beyond this contact's own reach counts, wherever other bodies are. Columns count by

@@ -1,0 +1,222 @@
+// Where depths are measured from: beds drawn by hand with depths in metres, and random ones against
+// the oracle.
+#include "contact/free_surface.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <random>
+
+#include "oracle/free_surface.h"
+#include "soil/layout.h"
+
+namespace bsoil {
+namespace {
+
+using namespace layout;
+using oracle::SurfaceColumn;
+using Top = SurfaceColumn::Top;
+
+constexpr double kVoxelM = 0.05;
+constexpr int kSide = 64;  // columns
+
+/// A bed, column by column, and the free surface that the soil's code finds over it.
+class Bed {
+  public:
+    explicit Bed(const std::function<SurfaceColumn(int x, int y)>& column) {
+        map_.nx = map_.ny = kSide;
+        for (int y = 0; y < kSide; ++y)
+            for (int x = 0; x < kSide; ++x) map_.columns.push_back(column(x, y));
+        frame_.size[0] = frame_.size[1] = kSide;
+        frame_.size[2] = 64;
+        frame_.voxel_m = kVoxelM;
+    }
+    const oracle::SurfaceMap& map() const { return map_; }
+
+    double sole_width = 4;    ///< of the body [voxels]
+    double wedge_length = 2;  ///< over its depth
+    /// Other contacts of the body may lie as deep as this: they decide how far it looks.
+    int lowest = 10;
+    ContactLawDef law;
+
+    /// Height [voxels] that counts at a place.
+    double height(Vec3 at, Vec3 outward) {
+        ContactRecord contact;
+        contact.voxel[0] = static_cast<int>(at.x);
+        contact.voxel[1] = static_cast<int>(at.y);
+        contact.voxel[2] = static_cast<int>(at.z);
+        contact.carrier = kOnGround;
+        ContactRecord deepest = contact;
+        deepest.voxel[2] = lowest;
+        const ContactRecord contacts[] = {contact, deepest};
+        surface_.find({contacts, {&sole_width, 1}, &frame_, &law, {&wedge_length, 1}},
+                      [this](int tx, int ty) { return words_of(tx, ty); });
+        return surface_.height_beside(contact, at, outward);
+    }
+    double depth_m(Vec3 at, Vec3 outward) { return (height(at, outward) - at.z) * kVoxelM; }
+
+  private:
+    std::span<const int32_t> words_of(int tx, int ty) {
+        for (int c = 0; c < kTileColumns; ++c) {
+            const SurfaceColumn& column =
+                map_.at(tx * kTileSide + c % kTileSide, ty * kTileSide + c / kTileSide);
+            const auto q16 = static_cast<int32_t>(std::lround(column.height * 65536));
+            words_[static_cast<size_t>(c)] = column.top == Top::soil   ? q16
+                                             : column.top == Top::body ? kCovered - q16
+                                                                       : kTerrainTop - q16;
+        }
+        return words_;
+    }
+
+    oracle::SurfaceMap map_;
+    GridFrame frame_;
+    FreeSurface surface_;
+    std::array<int32_t, kTileColumns> words_{};
+};
+
+constexpr Vec3 kAhead{1, 0, 0}, kBehind{-1, 0, 0}, kAside{0, 1, 0}, kDown{0, 0, -1};
+
+TEST(FreeSurface, flat_bed_has_one_depth_for_every_face) {
+    Bed bed([](int, int) { return SurfaceColumn{Top::soil, 20}; });
+    for (const Vec3 outward : {kAhead, kBehind, kAside, kDown, Vec3{0.6, 0, -0.8}})
+        EXPECT_NEAR(bed.depth_m({32.3, 31.8, 14}, outward), 0.30, 1e-9);
+}
+
+TEST(FreeSurface, on_a_slope_a_wall_has_the_depth_at_the_middle_of_its_wedge) {
+    // Rises by 0.2 voxels a column along x; 20 at x = 32.
+    Bed bed([](int x, int) { return SurfaceColumn{Top::soil, 20 + 0.2 * (x + 0.5 - 32)}; });
+    // Columns are steps of 0.2 voxels; half of one is 5 mm.
+    const double step_m = 0.1 * kVoxelM;
+    // Soil above the wall's foot: 4 voxels, so a wedge of 8; its middle is 4 columns ahead.
+    EXPECT_NEAR(bed.depth_m({32, 32, 16}, kAhead), (4 + 0.8) * kVoxelM, step_m);
+    EXPECT_NEAR(bed.depth_m({32, 32, 16}, kBehind), (4 - 0.8) * kVoxelM, step_m);
+    EXPECT_NEAR(bed.depth_m({32, 32, 16}, kAside), 4 * kVoxelM, step_m);
+    EXPECT_NEAR(bed.depth_m({32, 32, 16}, kDown), 4 * kVoxelM, 1e-9);
+}
+
+TEST(FreeSurface, a_heap_counts_for_the_wall_that_pushes_it) {
+    // 4 voxels of heap from 4 columns ahead on.
+    Bed bed([](int x, int) { return SurfaceColumn{Top::soil, x < 36 ? 20.0 : 24.0}; });
+    EXPECT_NEAR(bed.depth_m({32, 32, 16}, kAhead), 0.30, 1e-9);  // half of the wedge lies in it
+    EXPECT_NEAR(bed.depth_m({32, 32, 16}, kBehind), 0.20, 1e-9);
+    EXPECT_NEAR(bed.depth_m({32, 32, 16}, kAside), 0.20, 1e-9);
+    // A wedge half as long ends where the heap begins.
+    bed.wedge_length = 1;
+    EXPECT_NEAR(bed.depth_m({32, 32, 16}, kAhead), 0.20, 1e-9);
+}
+
+TEST(FreeSurface, a_rut_and_its_rims_have_the_level_that_the_soil_had) {
+    // Pressed down by 2 voxels over 4 columns; as much stands on the 4 beside them.
+    Bed bed([](int x, int) {
+        const bool is_hollow = x >= 30 && x < 34, is_rim = x >= 28 && x < 36;
+        return is_hollow ? SurfaceColumn{Top::body, 18}
+                         : SurfaceColumn{Top::soil, is_rim ? 22.0 : 20.0};
+    });
+    EXPECT_NEAR(bed.depth_m({32, 32, 18}, kDown), 0.10, 1e-9);
+    // A wall beside the rut has its rim and not its hollow: 2 columns of 22 and 6 of 20.
+    EXPECT_NEAR(bed.depth_m({34, 32, 18}, kAhead), 2.5 * kVoxelM, 1e-9);
+    // A sole that looks no further than its own rim measures from that.
+    bed.sole_width = 8.0 / 3;  // 1.5 of it: 4 columns either way
+    EXPECT_NEAR(bed.depth_m({32, 32, 18}, kDown), 0.10, 1e-9);
+    // One that sees twice as much hollow as rim counts a quarter of the hollow.
+    bed.sole_width = 2;
+    EXPECT_NEAR(bed.depth_m({32, 32, 18}, kDown), ((2 * 22 + 4 * 18 / 4.0) / 3 - 18) * kVoxelM,
+                1e-9);
+}
+
+TEST(FreeSurface, a_sole_looks_as_far_around_as_the_law_says) {
+    // A ditch runs 5 columns beside the middle of a sole that is 4 wide.
+    Bed bed([](int x, int) { return SurfaceColumn{Top::soil, x < 37 ? 20.0 : 16.0}; });
+    bed.law.sole_surroundings_widths = 1.25;
+    EXPECT_NEAR(bed.depth_m({32, 32, 15}, kDown), 0.25, 1e-9);
+    bed.law.sole_surroundings_widths = 2.5;  // 10 columns either way, 5 of 20 lie in the ditch
+    EXPECT_NEAR(bed.depth_m({32, 32, 15}, kDown), 0.20, 1e-9);
+}
+
+TEST(FreeSurface, a_slabs_edge_is_no_overburden) {
+    Bed high([](int x, int) {
+        return x < 34 ? SurfaceColumn{Top::soil, 20} : SurfaceColumn{Top::terrain, 30};
+    });
+    EXPECT_NEAR(high.depth_m({32, 32, 16}, kAhead), 0.20, 1e-9);
+    EXPECT_NEAR(high.depth_m({32, 32, 16}, kDown), 0.20, 1e-9);
+    // Where the slab lies lower than the bed, the bed ends there: 2 columns of 20 and 6 of 17.
+    Bed low([](int x, int) {
+        return x < 34 ? SurfaceColumn{Top::soil, 20} : SurfaceColumn{Top::terrain, 17};
+    });
+    EXPECT_NEAR(low.depth_m({32, 32, 16}, kAhead), 1.75 * kVoxelM, 1e-9);
+    EXPECT_NEAR(low.depth_m({32, 32, 16}, kBehind), 0.20, 1e-9);
+}
+
+TEST(FreeSurface, a_lug_under_a_wheel_has_the_soil_on_its_own_side) {
+    // The wheel stands over 12 columns; soil is 22 high before it and 20 behind it.
+    Bed bed([](int x, int) {
+        if (x >= 26 && x < 38) return SurfaceColumn{Top::body, 15};
+        return SurfaceColumn{Top::soil, x < 26 ? 22.0 : 20.0};
+    });
+    EXPECT_NEAR(bed.depth_m({28, 32, 18}, kBehind), 0.20, 1e-9);
+    EXPECT_NEAR(bed.depth_m({36, 32, 18}, kAhead), 0.10, 1e-9);
+}
+
+TEST(FreeSurface, a_body_under_which_all_lies_has_the_nearest_soil) {
+    Bed bed([](int x, int) {
+        return x < 2 ? SurfaceColumn{Top::soil, 21} : SurfaceColumn{Top::body, 3};
+    });
+    bed.wedge_length = 0.5;
+    EXPECT_NEAR(bed.depth_m({14, 32, 17}, kAhead), 0.20, 1e-9);
+}
+
+TEST(FreeSurface, random_beds_as_the_oracle_has_them) {
+    int looked_at = 0, open = 0;
+    for (unsigned seed = 1; seed <= 60; ++seed) {
+        std::mt19937 random(seed);
+        const auto uniform = [&random](double low, double high) {
+            return low + (high - low) * static_cast<double>(random()) / 4294967296.0;
+        };
+        // Heights in whole 1/65536 voxel. Terrain is low: which of several nearest soils bounds it
+        // is left open.
+        Bed bed([&](int, int) {
+            const double what = uniform(0, 1);
+            SurfaceColumn column{what < 0.6 ? Top::soil : what < 0.9 ? Top::body : Top::terrain, 0};
+            column.height = column.top == Top::terrain ? uniform(0, 10) : uniform(12, 30);
+            column.height = std::floor(column.height * 65536) / 65536;
+            return column;
+        });
+        bed.sole_width = uniform(0.5, 14);
+        bed.wedge_length = uniform(1.2, 2.2);
+        bed.lowest = 4;
+        for (int k = 0; k < 10; ++k) {
+            const double turn = uniform(0, 2 * std::numbers::pi), rise = uniform(-1, 0.3);
+            const double level = std::sqrt(1 - rise * rise);
+            const Vec3 outward{level * std::cos(turn), level * std::sin(turn), rise};
+            const Vec3 at{uniform(0.1, kSide - 0.1), uniform(0.1, kSide - 0.1), uniform(5, 25)};
+            oracle::SurfacePiece piece;
+            piece.x = static_cast<int>(at.x);
+            piece.y = static_cast<int>(at.y);
+            piece.at = at;
+            piece.outward = outward;
+            piece.body_width = bed.sole_width;
+            piece.wedge_length = bed.wedge_length;
+            // As far as the wedge over all of the body's contacts, or its rim.
+            const int range = std::abs(static_cast<int>(at.z) - bed.lowest) + 1;
+            piece.reach_most = std::clamp(
+                std::ceil(std::max(bed.wedge_length * range, 1.5 * bed.sole_width)), 16.0, 256.0);
+            const std::vector<double> expected = oracle::free_surface(bed.map(), piece);
+            const double found = bed.height(at, outward);
+            double nearest_error = 1e9;
+            for (const double height : expected)
+                nearest_error = std::min(nearest_error, std::abs(height - found));
+            // Sums over 4,096 columns of heights up to 30, in double precision.
+            EXPECT_LT(nearest_error, 1e-9) << "seed " << seed << ", piece " << k;
+            ++looked_at;
+            open += expected.size() > 1 ? 1 : 0;
+        }
+    }
+    EXPECT_EQ(looked_at, 600);
+    EXPECT_LT(open, 300);  // most are decided
+}
+
+}  // namespace
+}  // namespace bsoil
