@@ -12,7 +12,9 @@ build_packages=(
     libtomlplusplus-dev libcli11-dev libfmt-dev nlohmann-json3-dev libstb-dev
     liburdfdom-dev libassimp-dev gnuplot-nox
 )
-test_packages=(libgtest-dev doxygen clang)
+# For the window of `bsoil view`: a build without them says that it has none.
+viewer_packages=(libsdl2-dev libimgui-dev fonts-dejavu-core)
+test_packages=(libgtest-dev doxygen clang xvfb xauth)
 fuzz_packages=(clang libclang-rt-14-dev)
 
 say() { printf '%s\n' "$*" >&2; }

@@ -4,7 +4,7 @@ set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 source "$root/demos/setup.sh"
 failed=0
-for package in "${build_packages[@]}" "${test_packages[@]}" "${fuzz_packages[@]}"; do
+for package in "${build_packages[@]}" "${viewer_packages[@]}" "${test_packages[@]}" "${fuzz_packages[@]}"; do
     case $package in build-essential | cmake | pkg-config) continue ;; esac # tools, not dependencies
     grep -rqF "\`$package\`" "$root/third_party_notes" && continue
     printf '%s: no page of third_party_notes names it\n' "$package"

@@ -182,6 +182,20 @@ TEST_F(Render, removed_meshes_are_gone_and_their_ids_are_used_again) {
     EXPECT_EQ(renderer_->add_mesh(box_mesh({1, 1, 1}, {1, 0, 0})).value, ball.value);
 }
 
+TEST_F(Render, a_shifted_camera_sees_its_target_beside_the_middle) {
+    View view = front_view();
+    Item ball = item_of(renderer_->add_mesh(sphere_mesh(0.1, {1, 0, 0})), {});
+    ball.label = 3;
+    view.items = {ball};
+    view.camera.shift = 0.5;
+    const Result<Buffers> buffers = renderer_->buffers(view);
+    ASSERT_TRUE(buffers) << buffers.error();
+    EXPECT_EQ(buffers->labels[100 * 320 + 240], 3u);
+    EXPECT_EQ(buffers->labels[100 * 320 + 160], 0u);
+    view.camera.shift = 2;
+    EXPECT_NE(renderer_->buffers(view).error().find("Camera::shift"), std::string::npos);
+}
+
 TEST_F(Render, buffers_hold_depth_normal_and_label) {
     View view = front_view();
     view.floor_height_m = -1;

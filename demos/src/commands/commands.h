@@ -21,6 +21,7 @@ inline constexpr int kSkipped = 77;       ///< the scene's data is not there
 
 void add_run(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
+void add_view(CLI::App& app, int& exit_code);
 void add_info(CLI::App& app, int& exit_code);
 void add_bench(CLI::App& app, int& exit_code);
 void add_import_bekker(CLI::App& app, int& exit_code);

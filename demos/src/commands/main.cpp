@@ -13,6 +13,7 @@ int main(int argument_count, char** arguments) {
     app.set_help_all_flag("--help-all", "help of all commands");
     int exit_code = bsoil::command::kPassed;
     bsoil::command::add_run(app, exit_code);
+    bsoil::command::add_view(app, exit_code);
     bsoil::command::add_check(app, exit_code);
     bsoil::command::add_experiments(app, exit_code);
     bsoil::command::add_validate(app, exit_code);

@@ -55,6 +55,7 @@ class SceneRun {
     Soil& soil() { return action_->soil(); }
     const Soil& soil() const { return action_->soil(); }
     const bullet::SoilAction& action() const { return *action_; }
+    bullet::SoilAction& action() { return *action_; }
     const SoilTotals& totals_at_start() const { return totals_at_start_; }
 
     /// Of the last step, in the order of bullet().bodies().

@@ -337,6 +337,7 @@ Picture::Frame Picture::prepare(const View& view) {
     const double aspect = static_cast<double>(view.width) / view.height;
     f.look = glm::lookAt(glm::dvec3(0), target, f.up);
     f.projection = glm::perspective(view.camera.fov_rad, aspect, near_m, far_m);
+    f.projection[2][0] = -view.camera.shift;  // clip x = ... + shift * distance
     f.clip = glm::mat4(f.projection * f.look);
     // Sun: the whole scene, or its part around the target when it is much larger than the view.
     const bool whole = radius < 2.0 * f.sight_m;

@@ -1,6 +1,7 @@
 #include "bsoil/render/renderer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "gl_context.h"
@@ -25,6 +26,9 @@ Status validate_view(const View& view) {
     const Camera& camera = view.camera;
     if (!(camera.fov_rad >= 0.05 && camera.fov_rad <= 2.5)) {
         return out_of_range("Camera::fov_rad", camera.fov_rad, "in 0.05..2.5 rad");
+    }
+    if (!(std::abs(camera.shift) <= 0.9)) {
+        return out_of_range("Camera::shift", camera.shift, "in -0.9..0.9 half widths");
     }
     const Vec3 sight = camera.target - camera.eye;
     if (!is_finite(camera.eye) || !is_finite(sight) || !is_finite(camera.up) ||

@@ -22,6 +22,9 @@ struct Camera {
     Vec3 target;
     Vec3 up{0, 1, 0};      ///< also what is up for sky and light
     double fov_rad = 0.7;  ///< vertical field of view, 0.05..2.5
+    /// How far right of the picture's middle the target is seen, -0.9..0.9 half widths: for a
+    /// picture that panels lie on.
+    double shift = 0;
 };
 
 /// A mesh of the renderer.

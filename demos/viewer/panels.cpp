@@ -1,0 +1,349 @@
+#include "panels.h"
+
+#include <LinearMath/btIDebugDraw.h>
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace bsoil::viewer {
+namespace {
+
+constexpr float kMargin = 10;
+constexpr const char* kLeverKeys[] = {"A / Q", "S / W", "D / E", "F / R",
+                                      "G / T", "H / Y", "J / U"};
+
+void row(const char* name, const std::string& value) {
+    ImGui::TextDisabled("%s", name);
+    ImGui::SameLine(150);
+    ImGui::TextUnformatted(value.c_str());
+}
+
+void heading(const char* text) {
+    ImGui::Spacing();
+    ImGui::TextColored({0.93f, 0.60f, 0.16f, 1}, "%s", text);
+}
+
+void lay_out_transport(ViewState& state, Simulation& simulation, Widgets& widgets,
+                       ViewOrders& orders) {
+    const RunStatus& s = state.status;
+    const float third = (kPanelWidth - 24 - 16) / 3;
+    orders.toggle_pause |= widgets.button(s.is_paused ? "Run" : "Pause", {third, 0});
+    ImGui::SameLine();
+    orders.step |= widgets.button("Step", {third, 0});
+    ImGui::SameLine();
+    orders.reset |= widgets.button("Reset", {third, 0});
+    orders.save |= widgets.button("Save", {third, 0});
+    ImGui::SameLine();
+    orders.load |= widgets.button("Load", {third, 0});
+    ImGui::SameLine();
+    orders.camera_reset |= widgets.button("Home", {third, 0});
+    ImGui::SetNextItemWidth(-90);
+    if (widgets.slider("Pace", &state.pace, 0.05f, 4, "%.2fx", ImGuiSliderFlags_Logarithmic))
+        simulation.set_pace(static_cast<double>(state.pace));
+    row("time", fmt::format("{:.2f} s   step {}", s.time_s, s.step_count));
+    if (state.show_times) {
+        const double real = s.steps_per_s * s.step_s;
+        row("speed", fmt::format("{:.1f} steps/s   {:.2f}x", s.steps_per_s, real));
+    }
+}
+
+void lay_out_camera(ViewState& state, Widgets& widgets) {
+    heading("Camera");
+    constexpr const char* kModes[] = {"Orbit", "Follow", "Cab"};
+    for (int m = 0; m < 3; ++m) {
+        if (m > 0) ImGui::SameLine();
+        if (widgets.radio(kModes[m], static_cast<int>(state.camera_mode) == m))
+            state.camera_mode = static_cast<CameraMode>(m);
+    }
+    if (state.bodies.empty()) return;
+    ImGui::SetNextItemWidth(-90);
+    const auto current = static_cast<size_t>(state.body);
+    if (widgets.combo("Body", state.bodies[current].c_str())) {
+        for (size_t b = 0; b < state.bodies.size(); ++b)
+            if (ImGui::Selectable(state.bodies[b].c_str(), b == current))
+                state.body = static_cast<int>(b);
+        ImGui::EndCombo();
+    }
+    if (state.camera_mode == CameraMode::cab)
+        ImGui::DragFloat3("Eye [m]", state.cab_eye_m.data(), 0.02f, -10, 10, "%.2f");
+}
+
+void lay_out_tools(ViewState& state, Widgets& widgets) {
+    heading("Left button of the mouse");
+    constexpr const char* kTools[] = {"Look", "Hand", "Dig", "Heap"};
+    for (int t = 0; t < 4; ++t) {
+        if (t > 0) ImGui::SameLine();
+        if (widgets.radio(kTools[t], static_cast<int>(state.tool) == t))
+            state.tool = static_cast<Tool>(t);
+    }
+    if (state.tool == Tool::dig || state.tool == Tool::heap) {
+        ImGui::SetNextItemWidth(-90);
+        widgets.slider("Radius", &state.brush_radius_m, 0.05f, 2, "%.2f m",
+                       ImGuiSliderFlags_Logarithmic);
+    }
+    if (!state.status.hand_text.empty()) row("in hand", state.status.hand_text);
+    if (state.has_soil) {
+        ImGui::TextDisabled("soil units");
+        ImGui::TextWrapped("%s", state.status.units_text.c_str());
+    }
+}
+
+void lay_out_drive(ViewState& state, Widgets& widgets) {
+    if (state.levers.empty()) {
+        ImGui::TextWrapped("No joint of this scene has a motor.");
+        return;
+    }
+    widgets.checkbox("I drive", &state.is_driving);
+    ImGui::SameLine();
+    if (widgets.button("All to zero")) {
+        std::fill(state.lever_values.begin(), state.lever_values.end(), 0.0f);
+        state.throttle = state.steering = 0;
+    }
+    const bool has_wheels = std::any_of(state.levers.begin(), state.levers.end(),
+                                        [](const Lever& lever) { return lever.is_wheel(); });
+    if (has_wheels) {
+        heading("Wheels");
+        ImGui::SetNextItemWidth(-120);
+        bool used = widgets.slider("Throttle", &state.throttle, -1, 1, "%.2f");
+        ImGui::SetNextItemWidth(-120);
+        used |= widgets.slider("Steering", &state.steering, -1, 1, "%.2f");
+        state.is_driving |= used;
+        ImGui::TextDisabled("arrow keys; left stick and triggers");
+    }
+    heading("Levers");
+    size_t arm = 0;
+    for (size_t l = 0; l < state.levers.size(); ++l) {
+        const Lever& lever = state.levers[l];
+        if (lever.is_wheel() && state.levers.size() > 12) continue;  // tracks have dozens
+        ImGui::PushID(static_cast<int>(l));
+        ImGui::SetNextItemWidth(-120);
+        state.is_driving |=
+            widgets.slider(lever.name.c_str(), &state.lever_values[l], -1, 1, "%.2f");
+        const double position = static_cast<size_t>(lever.joint) < state.status.levers.size()
+                                    ? state.status.levers[static_cast<size_t>(lever.joint)].position
+                                    : 0.0;
+        std::string text = lever.slides ? fmt::format("{:.3f} m", position)
+                                        : fmt::format("{:.1f} deg", position * 57.29577951308232);
+        if (!lever.is_wheel()) {
+            if (arm < std::size(kLeverKeys)) text += fmt::format("   keys {}", kLeverKeys[arm]);
+            ++arm;
+        }
+        ImGui::TextDisabled("%s", text.c_str());
+        ImGui::PopID();
+    }
+}
+
+void lay_out_soil(ViewState& state, Simulation& simulation, Widgets& widgets) {
+    if (!state.has_soil) {
+        ImGui::TextWrapped("This scene has no soil.");
+        return;
+    }
+    heading("Soil on tools");
+    bool changed = widgets.checkbox("My own figures", &state.own_surface);
+    ImGui::SetNextItemWidth(-120);
+    changed |= widgets.slider("Friction", &state.friction, 0, 1.5f, "%.2f");
+    ImGui::SetNextItemWidth(-120);
+    changed |= widgets.slider("Adhesion", &state.adhesion_kpa, 0, 20, "%.1f kPa");
+    if (changed) {
+        SurfaceFriction surface;
+        if (state.own_surface) {
+            surface.friction = static_cast<double>(state.friction);
+            surface.adhesion_pa = 1e3 * static_cast<double>(state.adhesion_kpa);
+        }
+        simulation.set_tool_surface(surface);
+    }
+}
+
+void lay_out_show(ViewState& state, Simulation& simulation, Widgets& widgets) {
+    if (state.has_soil) {
+        heading("Field of the soil");
+        OverlayDef overlay = state.overlay;
+        for (int f = 0; f < kFieldCount; ++f) {
+            if (f % 3 != 0) ImGui::SameLine(static_cast<float>(f % 3) * 100 + 12);
+            const auto field = static_cast<Field>(f);
+            if (widgets.radio(field_name(field), overlay.field == field)) {
+                overlay.field = field;
+                overlay.low = overlay.high = 0;
+            }
+        }
+        if (overlay.field != Field::none) {
+            widgets.checkbox("On the surface", &overlay.on_surface);
+            ImGui::SameLine();
+            widgets.checkbox("Slice", &overlay.slice);
+            if (overlay.slice) {
+                constexpr const char* kAxes[] = {"across x", "across y", "level"};
+                for (int a = 0; a < 3; ++a) {
+                    if (a > 0) ImGui::SameLine();
+                    if (widgets.radio(kAxes[a], overlay.slice_axis == a)) overlay.slice_axis = a;
+                }
+                auto at = static_cast<float>(overlay.slice_at);
+                ImGui::SetNextItemWidth(-90);
+                if (widgets.slider("At", &at, 0, 1, "%.2f"))
+                    overlay.slice_at = static_cast<double>(at);
+            }
+        }
+        if (!(overlay == state.overlay)) {
+            state.overlay = overlay;
+            simulation.set_overlay(overlay);
+        }
+    }
+    heading("Bullet's lines");
+    bool changed = widgets.checkbox("Forces and grid of the soil", &state.show_wireframe);
+    changed |= widgets.checkbox("Boxes", &state.show_boxes);
+    ImGui::SameLine();
+    changed |= widgets.checkbox("Contacts", &state.show_contacts);
+    ImGui::SameLine();
+    changed |= widgets.checkbox("Joints", &state.show_joints);
+    if (!changed) return;
+    int mode = 0;
+    if (state.show_wireframe) mode |= btIDebugDraw::DBG_DrawNormals;
+    if (state.show_boxes) mode |= btIDebugDraw::DBG_DrawAabb;
+    if (state.show_contacts) mode |= btIDebugDraw::DBG_DrawContactPoints;
+    if (state.show_joints)
+        mode |= btIDebugDraw::DBG_DrawConstraints | btIDebugDraw::DBG_DrawConstraintLimits;
+    simulation.set_debug_mode(mode);
+}
+
+void lay_out_plots(const ViewState& state) {
+    for (const History& history : state.histories) {
+        if (history.values.empty()) continue;
+        const auto [low, high] = std::minmax_element(history.values.begin(), history.values.end());
+        ImGui::TextDisabled("%s", history.name.c_str());
+        const std::string now =
+            fmt::format("{:.4g} {}", static_cast<double>(history.values.back()), history.unit);
+        ImGui::SameLine(kPanelWidth - 24 - ImGui::CalcTextSize(now.c_str()).x);
+        ImGui::TextUnformatted(now.c_str());
+        const float room = 0.1f * std::max(1e-6f, *high - *low);
+        ImGui::PushID(&history);
+        ImGui::PlotLines("", history.values.data(), static_cast<int>(history.values.size()), 0,
+                         nullptr, *low - room, *high + room, {kPanelWidth - 24, 54});
+        ImGui::PopID();
+    }
+}
+
+void lay_out_times(const ViewState& state) {
+    const RunStatus& s = state.status;
+    if (state.show_times) {
+        const auto ms = [](double value) { return fmt::format("{:7.2f} ms", value); };
+        heading("A step");
+        row("Bullet", ms(s.bullet_ms));
+        row("voxelize", ms(s.stage_ms.voxelize));
+        row("deform", ms(s.stage_ms.deform));
+        row("advect", ms(s.stage_ms.advect));
+        row("slip", ms(s.stage_ms.slip));
+        row("contacts", ms(s.stage_ms.contacts));
+        row("activity", ms(s.stage_ms.activity));
+        row("meshes", ms(s.mesh_ms));
+        heading("A picture");
+        row("shadows", ms(state.pass_times.shadow));
+        row("occlusion", ms(state.pass_times.occlusion));
+        row("surfaces", ms(state.pass_times.surface));
+        row("lines", ms(state.pass_times.lines));
+        row("whole frame", ms(state.frame_ms));
+    }
+    heading("Work");
+    row("active blocks", fmt::format("{}", s.block_active_count));
+    row("tiles awake", fmt::format("{}", s.tile_awake_count));
+    row("contact voxels", fmt::format("{}", s.contact_count));
+}
+
+void lay_out_bar(const ColorBar& bar) {
+    if (bar.title.empty() || bar.title == "material") return;
+    const ImVec2 screen = ImGui::GetIO().DisplaySize;
+    constexpr float kWidth = 320, kHeight = 62;
+    ImGui::SetNextWindowPos({screen.x - kWidth - kMargin, kMargin});
+    ImGui::SetNextWindowSize({kWidth, kHeight});
+    ImGui::Begin("##bar", nullptr, ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs);
+    const std::string title =
+        bar.unit.empty() ? bar.title : fmt::format("{} [{}]", bar.title, bar.unit);
+    ImGui::TextUnformatted(title.c_str());
+    const ImVec2 at = ImGui::GetCursorScreenPos();
+    constexpr int kSteps = 64;
+    constexpr float kBar = (kWidth - 24) / kSteps;
+    for (int i = 0; i < kSteps; ++i) {
+        const std::array<float, 3> linear = ramp_color((i + 0.5) / kSteps);
+        const auto screen_level = [](float v) {
+            return static_cast<int>(255 * std::pow(v, 1 / 2.2f));
+        };
+        ImGui::GetWindowDrawList()->AddRectFilled(
+            {at.x + static_cast<float>(i) * kBar, at.y},
+            {at.x + static_cast<float>(i + 1) * kBar, at.y + 9},
+            IM_COL32(screen_level(linear[0]), screen_level(linear[1]), screen_level(linear[2]),
+                     255));
+    }
+    ImGui::Dummy({0, 9});
+    ImGui::Text("%g", bar.low);
+    const std::string high = fmt::format("{:g}", bar.high);
+    ImGui::SameLine(kWidth - 12 - ImGui::CalcTextSize(high.c_str()).x);
+    ImGui::TextUnformatted(high.c_str());
+    ImGui::End();
+}
+
+void lay_out_conditions(const RunStatus& status) {
+    if (status.conditions.empty()) return;
+    const ImVec2 screen = ImGui::GetIO().DisplaySize;
+    ImGui::SetNextWindowPos({screen.x - kMargin, screen.y - kMargin}, 0, {1, 1});
+    ImGui::SetNextWindowSizeConstraints({200, 0}, {screen.x - kPanelWidth - 4 * kMargin, 140});
+    ImGui::Begin("##conditions", nullptr,
+                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize |
+                     ImGuiWindowFlags_NoFocusOnAppearing);
+    const size_t first = status.conditions.size() > 5 ? status.conditions.size() - 5 : 0;
+    for (size_t c = first; c < status.conditions.size(); ++c)
+        ImGui::TextUnformatted(status.conditions[c].c_str());
+    ImGui::End();
+}
+
+}  // namespace
+
+ViewOrders lay_out_panels(const std::string& title, ViewState& state, Simulation& simulation,
+                          Widgets& widgets) {
+    ViewOrders orders;
+    widgets.begin();
+    lay_out_bar(state.status.bar);
+    if (!state.show_panels) return orders;
+    lay_out_conditions(state.status);
+    const ImVec2 screen = ImGui::GetIO().DisplaySize;
+    ImGui::SetNextWindowPos({kMargin, kMargin});
+    ImGui::SetNextWindowSize({kPanelWidth, screen.y - 2 * kMargin});
+    ImGui::Begin("##panel", nullptr,
+                 ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove);
+    ImGui::TextColored({0.93f, 0.60f, 0.16f, 1}, "BulletSoil");
+    ImGui::SameLine();
+    ImGui::TextUnformatted(title.c_str());
+    lay_out_transport(state, simulation, widgets, orders);
+    ImGui::Separator();
+    if (ImGui::BeginTabBar("tabs")) {
+        if (widgets.tab("View")) {
+            lay_out_camera(state, widgets);
+            lay_out_tools(state, widgets);
+            ImGui::EndTabItem();
+        }
+        if (widgets.tab("Drive")) {
+            lay_out_drive(state, widgets);
+            ImGui::EndTabItem();
+        }
+        if (widgets.tab("Soil")) {
+            lay_out_soil(state, simulation, widgets);
+            ImGui::EndTabItem();
+        }
+        if (widgets.tab("Show")) {
+            lay_out_show(state, simulation, widgets);
+            ImGui::EndTabItem();
+        }
+        if (widgets.tab("Plots")) {
+            lay_out_plots(state);
+            ImGui::EndTabItem();
+        }
+        if (widgets.tab("Times")) {
+            lay_out_times(state);
+            ImGui::EndTabItem();
+        }
+        ImGui::EndTabBar();
+    }
+    ImGui::End();
+    return orders;
+}
+
+}  // namespace bsoil::viewer

@@ -1,0 +1,27 @@
+/// The meshes of a SurfaceMesher by the patch, and which of them have changed.
+#pragma once
+
+#include <functional>
+
+#include "bsoil/surface_mesh.h"
+#include "world_picture.h"
+
+namespace bsoil::viewer {
+
+class SurfacePatches {
+  public:
+    SurfacePatches(const TileSource& source, SurfaceKind kind);
+    /// Meshes what has changed and adds the patches concerned; `color` is called for each.
+    void collect(std::vector<SurfacePatch>& patches, const std::function<void(Mesh&)>& color);
+    /// The next collect() adds all patches.
+    void touch_all();
+
+  private:
+    static constexpr int kSide = 4;  ///< tiles of a patch along each axis
+    SurfaceKind kind_;
+    SurfaceMesher mesher_;
+    int count_x_, count_y_;
+    std::vector<uint64_t> revision_sums_;
+};
+
+}  // namespace bsoil::viewer

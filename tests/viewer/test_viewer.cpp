@@ -1,0 +1,272 @@
+/// The window, under a virtual display: a script goes through every control, and what the window
+/// shows is compared with pictures of how it has to look.
+#include <gtest/gtest.h>
+#include <stb/stb_image.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <sstream>
+
+#include "camera_rig.h"
+#include "field_overlay.h"
+#include "levers.h"
+#include "reading/scene_load.h"
+
+namespace bsoil::viewer {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Pixels {
+    int width = 0, height = 0;
+    std::vector<uint8_t> rgb;
+};
+
+Pixels read_png(const fs::path& path) {
+    Pixels pixels;
+    int channels = 0;
+    uint8_t* data = stbi_load(path.c_str(), &pixels.width, &pixels.height, &channels, 3);
+    EXPECT_NE(data, nullptr) << path << " cannot be read";
+    if (!data) return pixels;
+    pixels.rgb.assign(
+        data, data + 3 * static_cast<size_t>(pixels.width) * static_cast<size_t>(pixels.height));
+    stbi_image_free(data);
+    return pixels;
+}
+
+/// Of two pictures of a size: the mean difference [grey levels] and the share of pixels that differ
+/// by more than a tenth of the range.
+struct Difference {
+    double mean = 255, share = 1;
+};
+Difference difference(const Pixels& a, const Pixels& b) {
+    if (a.width != b.width || a.height != b.height || a.rgb.empty()) return {};
+    double sum = 0;
+    size_t far = 0;
+    for (size_t p = 0; p < a.rgb.size(); p += 3) {
+        int most = 0;
+        for (size_t c = 0; c < 3; ++c) most = std::max(most, std::abs(a.rgb[p + c] - b.rgb[p + c]));
+        sum += most;
+        far += most > 25;
+    }
+    const double count = static_cast<double>(a.rgb.size() / 3);
+    return {sum / count, static_cast<double>(far) / count};
+}
+
+/// Runs the script once for all tests; the folder with its pictures, or why there is none.
+struct Played {
+    fs::path folder;
+    std::string skipped;
+    int exit_code = -1;
+    Played() {
+        if (std::system("command -v xvfb-run >/dev/null") != 0) {
+            skipped = "xvfb-run is not installed (Debian: xvfb, xauth)";
+            return;
+        }
+        folder = fs::path(BSOIL_VIEWER_OUT);
+        fs::remove_all(folder);
+        fs::create_directories(folder);
+        std::ifstream source(fs::path(BSOIL_VIEWER_TESTS) / "play.txt");
+        std::stringstream text;
+        text << source.rdbuf();
+        std::ofstream(folder / "play.txt")
+            << std::regex_replace(text.str(), std::regex("FOLDER"), folder.string());
+        // llvmpipe on any machine: what the reference pictures were made with.
+        const std::string command =
+            "cd '" + folder.string() +
+            "' && LIBGL_ALWAYS_SOFTWARE=1 xvfb-run -a -s '-screen 0 1280x1024x24' '" BSOIL_COMMAND
+            "' view '" BSOIL_VIEWER_TESTS
+            "/play.toml' --script play.txt --backend cpu --width 800 --height 560 > log.txt 2>&1";
+        exit_code = std::system(command.c_str());
+    }
+    std::string log() const {
+        std::ifstream file(folder / "log.txt");
+        std::stringstream text;
+        text << file.rdbuf();
+        return text.str();
+    }
+};
+
+class ViewerWindow : public testing::Test {
+  protected:
+    void SetUp() override {
+        static const Played once;
+        played_ = &once;
+        if (!once.skipped.empty()) GTEST_SKIP() << once.skipped;
+        ASSERT_EQ(once.exit_code, 0) << once.log();
+    }
+    Pixels picture(const std::string& name) const {
+        return read_png(played_->folder / (name + ".png"));
+    }
+    const Played* played_ = nullptr;
+};
+
+// Other versions of Mesa round edges, shadows and letters otherwise: measured between 22.3 with 256
+// and with 128 bit vectors, a mean of 0.1 grey levels and 0.1 % of the pixels. A control that does
+// nothing, a body or a field that is missing changes whole percents.
+constexpr double kMeanMost = 1.0, kShareMost = 0.01;
+
+TEST_F(ViewerWindow, looks_as_the_reference_pictures) {
+    for (const char* name : {"pushed", "disturbed", "slice", "lines", "cab", "dug", "plots"}) {
+        SCOPED_TRACE(name);
+        const fs::path reference =
+            fs::path(BSOIL_VIEWER_TESTS) / "reference" / (std::string(name) + ".png");
+        if (std::getenv("BSOIL_WRITE_REFERENCES")) {
+            fs::copy_file(played_->folder / (std::string(name) + ".png"), reference,
+                          fs::copy_options::overwrite_existing);
+            continue;
+        }
+        const Difference d = difference(picture(name), read_png(reference));
+        EXPECT_LT(d.mean, kMeanMost);
+        EXPECT_LT(d.share, kShareMost);
+    }
+}
+
+TEST_F(ViewerWindow, every_control_changes_the_picture) {
+    const std::pair<const char*, const char*> unlike[] = {
+        {"start", "settled"},   {"settled", "pushed"}, {"pushed", "pulled_back"},
+        {"disturbed", "slice"}, {"slice", "lines"},    {"lines", "cab"},
+        {"cab", "orbit"},       {"orbit", "dug"},      {"dug", "plots"},
+        {"plots", "times"},     {"loaded", "reset"},   {"reset", "bare"}};
+    for (const auto& [before, after] : unlike)
+        EXPECT_GT(difference(picture(before), picture(after)).share, 0.001)
+            << before << " and " << after;
+}
+
+TEST_F(ViewerWindow, reset_begins_again_with_the_same_bits) {
+    // The panel is at the same tab, the pointer is nowhere: every pixel has to be the same.
+    EXPECT_EQ(picture("start").rgb, picture("reset").rgb);
+}
+
+TEST_F(ViewerWindow, load_brings_back_what_save_wrote) {
+    // Only the line that says so, and the plots, differ: a corner of the window.
+    const Difference d = difference(picture("loaded"), picture("pulled_back"));
+    EXPECT_LT(d.share, 0.05);
+}
+
+TEST(ViewScripts, mistakes_are_named_with_their_line) {
+    // By the command: what a person sees.
+    if (std::system("command -v xvfb-run >/dev/null") != 0) GTEST_SKIP() << "no xvfb-run";
+    const fs::path folder = fs::path(BSOIL_VIEWER_OUT) / "mistakes";
+    fs::create_directories(folder);
+    const auto run = [&](const std::string& script) {
+        std::ofstream(folder / "script.txt") << script;
+        const std::string command =
+            "LIBGL_ALWAYS_SOFTWARE=1 xvfb-run -a '" BSOIL_COMMAND "' view '" BSOIL_VIEWER_TESTS
+            "/play.toml' --backend cpu --script '" +
+            (folder / "script.txt").string() + "' > '" + (folder / "log.txt").string() + "' 2>&1";
+        const int exit_code = WEXITSTATUS(std::system(command.c_str()));
+        std::ifstream file(folder / "log.txt");
+        std::stringstream text;
+        text << file.rdbuf();
+        return std::pair(exit_code, text.str());
+    };
+    const auto [bad_verb, verb_text] = run("frames 1\npush Run\n");
+    EXPECT_EQ(bad_verb, 2);
+    EXPECT_NE(verb_text.find("script.txt:2: no action `push`"), std::string::npos) << verb_text;
+    const auto [bad_name, name_text] = run("frames 2\nclick Fly\n");
+    EXPECT_EQ(bad_name, 2);
+    EXPECT_NE(name_text.find("script.txt:2: no widget `Fly` is shown"), std::string::npos)
+        << name_text;
+}
+
+TEST(ViewCommand, says_that_there_is_no_display) {
+    const std::string command =
+        "env -u DISPLAY -u WAYLAND_DISPLAY SDL_VIDEODRIVER=x11 '" BSOIL_COMMAND
+        "' view '" BSOIL_VIEWER_TESTS "/play.toml' > '" BSOIL_VIEWER_OUT ".log' 2>&1";
+    EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 2);
+    std::ifstream file(BSOIL_VIEWER_OUT ".log");
+    std::string line;
+    std::getline(file, line);
+    EXPECT_EQ(line.rfind("a window needs a display", 0), 0u) << line;
+}
+
+scene::Scene parsed(const std::string& text) {
+    auto scene = scene::parse_scene(text, "s.toml");
+    EXPECT_TRUE(scene) << scene.error();
+    return scene ? *scene : scene::Scene{};
+}
+
+std::string wheel(const std::string& name, double x, double y, const std::string& axis) {
+    std::ostringstream text;
+    text << "[[body]]\nname = \"" << name
+         << "\"\nshape = \"cylinder\"\nradius_m = 0.3\nheight_m = 0.2\naxis = \"y\"\nmass_kg = 10\n"
+         << "position_m = [" << x << ", " << y << ", 0.3]\n"
+         << "[[joint]]\nname = \"" << name << "\"\nkind = \"hinge\"\nparent = \"frame\"\nchild = \""
+         << name << "\"\npoint_m = [" << x << ", " << y << ", 0.3]\naxis = " << axis
+         << "\nmotor_torque_n_m = 100\n";
+    return text.str();
+}
+
+TEST(Levers, wheels_roll_forward_together_and_turn_by_their_sides) {
+    const scene::Scene scene = parsed(
+        "[world]\nduration_s = 1\n[[body]]\nname = \"frame\"\nshape = \"box\"\nsize_m = [1, 1, "
+        "0.2]\nmass_kg = 50\nposition_m = [0, 0, 0.5]\n" +
+        wheel("left", 0, 0.6, "[0, 1, 0]") + wheel("right", 0, -0.6, "[0, -1, 0]") +
+        wheel("third", 1, 0.6, "[0, 1, 0]"));
+    const std::vector<Lever> levers = find_levers(scene);
+    ASSERT_EQ(levers.size(), 3u);
+    for (const Lever& lever : levers) EXPECT_TRUE(lever.is_wheel());
+    // Axes point against each other: so do the speeds of one throttle.
+    EXPECT_DOUBLE_EQ(wheel_speed(levers[0], 1, 0), -wheel_speed(levers[1], 1, 0));
+    EXPECT_DOUBLE_EQ(wheel_speed(levers[0], 1, 0), wheel_speed(levers[2], 1, 0));
+    // To the left: the left side stands, at half of each, and the right one runs.
+    EXPECT_DOUBLE_EQ(wheel_speed(levers[0], 0.5, 0.5), 0);
+    EXPECT_DOUBLE_EQ(std::abs(wheel_speed(levers[1], 0.5, 0.5)), levers[1].speed);
+}
+
+TEST(Levers, an_arm_is_as_fast_as_its_scene_drives_it) {
+    const scene::Scene scene = parsed(
+        "[world]\nduration_s = 9\n[[body]]\nname = \"arm\"\nshape = \"box\"\nsize_m = [1, 0.1, "
+        "0.1]\nmass_kg = 10\n[[joint]]\nname = \"j\"\nkind = \"hinge\"\nparent = \"world\"\nchild "
+        "= "
+        "\"arm\"\npoint_m = [0, 0, 0]\naxis = [0, 0, 1]\nlower_deg = -90\nupper_deg = 90\n"
+        "motor_torque_n_m = 10\n[[motion]]\njoint = \"j\"\ninterpolation = \"linear\"\nkey = [{ "
+        "t_s "
+        "= 0, position_deg = 0 }, { t_s = 2, position_deg = 60 }]\n");
+    const std::vector<Lever> levers = find_levers(scene);
+    ASSERT_EQ(levers.size(), 1u);
+    EXPECT_FALSE(levers[0].is_wheel());
+    EXPECT_NEAR(levers[0].speed, 60 * 3.14159265 / 180 / 2, 1e-6);
+}
+
+TEST(CameraRig, orbit_begins_with_the_scenes_camera_and_follow_goes_along) {
+    render::Camera start;
+    start.eye = {4, -3, 2};
+    start.target = {1, 1, 0.5};
+    start.up = {0, 0, 1};
+    CameraRig rig(start);
+    const render::Camera first = rig.camera({});
+    EXPECT_NEAR(length(first.eye - start.eye), 0, 1e-12);
+    EXPECT_NEAR(length(first.target - start.target), 0, 1e-12);
+    rig.turn(0.5, 0.1);
+    rig.zoom(0.5);
+    EXPECT_NEAR(length(rig.camera({}).eye - start.target), 0.5 * length(start.eye - start.target),
+                1e-12);
+    rig.reset();
+    Pose body;
+    rig.set_mode(CameraMode::follow, body);
+    body.position = {2, 0, 1};
+    EXPECT_NEAR(length(rig.camera(body).eye - (start.eye + body.position)), 0, 1e-12);
+    rig.set_mode(CameraMode::orbit, body);  // stays where it has got to
+    EXPECT_NEAR(length(rig.camera({}).target - (start.target + body.position)), 0, 1e-12);
+    rig.set_mode(CameraMode::cab, body);
+    EXPECT_NEAR(length(rig.camera(body).eye - (body.position + rig.cab_eye_m())), 0, 1e-12);
+}
+
+TEST(Overlay, the_ramp_grows_brighter_all_the_way) {
+    double before = -1;
+    for (int i = 0; i <= 20; ++i) {
+        const auto c = ramp_color(i / 20.0);
+        const double luminance = 0.2126 * static_cast<double>(c[0]) +
+                                 0.7152 * static_cast<double>(c[1]) +
+                                 0.0722 * static_cast<double>(c[2]);
+        EXPECT_GT(luminance, before);
+        before = luminance;
+    }
+}
+
+}  // namespace
+}  // namespace bsoil::viewer
