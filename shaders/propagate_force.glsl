@@ -19,7 +19,8 @@ int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction, ivec3 forc
         }
         int to = voxel_at(slot, at.x + pick.x * side.x, at.y + pick.y * side.y,
                           at.z + pick.z * side.z);
-        if (is_barred(from, to, pick * side, out_way, overrun)) {
+        if (is_barred(from, to, pick * side, out_way, overrun) ||
+            (!is_caught(from) && state_at(kPlaneVolume, to) > kCrowdedLeast)) {
             continue;
         }
         int moved = mul_q16(state_at(kPlaneVolume, from), share) / kForceShare;

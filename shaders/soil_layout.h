@@ -21,6 +21,9 @@ CONST_INT(kExcessTolerance, 512)
 CONST_INT(kPushRoom, 8192)
 // Soil under a push waits for its way to open up to this amount; beyond it overflow resolution spreads it: 2 voxels.
 CONST_INT(kPushedMost, 131072)
+// A voxel with more soil than this takes none from a push: pushes that meet, as in the corner of a tipping bucket, would
+// pile it up beyond kVoxelMost. 4 voxels. Soil caught in a wall goes on all the same: it has to get out of there.
+CONST_INT(kCrowdedLeast, 262144)
 // Amounts up to this are moved whole, so that soil does not thin out into dust: 1/256 voxel.
 CONST_INT(kWholeMost, 256)
 // A displaced voxel's share in a neighbour below this stays: whole units of mass carry momentum in wrong proportion when

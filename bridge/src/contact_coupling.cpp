@@ -77,11 +77,16 @@ ContactCoupling::ContactCoupling(btDiscreteDynamicsWorld& world, ContactSoil soi
 ContactCoupling::~ContactCoupling() = default;
 
 void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
-                                   std::span<const ContactVoxel> contacts, double duration_s) {
-    // The soil sorts contacts by voxel; a stable sort by body keeps that order within a body.
-    by_body_.assign(contacts.begin(), contacts.end());
-    std::stable_sort(by_body_.begin(), by_body_.end(),
-                     [](const ContactVoxel& a, const ContactVoxel& b) { return a.body < b.body; });
+                                   std::span<const ContactVoxel> contacts, double duration_s,
+                                   bool are_unchanged) {
+    are_unchanged = are_unchanged && by_body_.size() == contacts.size();
+    if (!are_unchanged) {
+        // The soil sorts contacts by voxel; a stable sort by body keeps that order within a body.
+        by_body_.assign(contacts.begin(), contacts.end());
+        std::stable_sort(
+            by_body_.begin(), by_body_.end(),
+            [](const ContactVoxel& a, const ContactVoxel& b) { return a.body < b.body; });
+    }
     const auto voxels_of = [this](int id) {
         const auto first = std::partition_point(
             by_body_.begin(), by_body_.end(), [id](const ContactVoxel& v) { return v.body < id; });
@@ -109,7 +114,12 @@ void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
             coupled.patches.clear();
         }
         coupled.body = body;
-        set_body_contacts(coupled, voxels, duration_s);
+        const bool is_sleeper =
+            body.is_asleep && coupled.asleep_step_count > 0 && !coupled.carriers.empty();
+        if (is_sleeper)
+            set_sleeper_contacts(coupled, voxels, are_unchanged);
+        else
+            set_body_contacts(coupled, voxels, duration_s);
         wake_if_changed(coupled);
         keep_awake_with_carriers(coupled);
     }
@@ -161,6 +171,39 @@ void ContactCoupling::update_law(Coupled& coupled) {
     coupled.law_surface = surface;
 }
 
+const BodyState* ContactCoupling::state_of(int id) const {
+    const auto found =
+        std::lower_bound(by_id_.begin(), by_id_.end(), id,
+                         [](const BodyState* a, int wanted) { return a->id < wanted; });
+    return found != by_id_.end() && (*found)->id == id ? *found : nullptr;
+}
+
+/// What holds a sleeper up stays as it was when it fell asleep; looked at is only whether the soil
+/// beside it could still give as much. Its width stays too: depth and width of a contact follow
+/// from each other, and their last bits may go round for good.
+void ContactCoupling::set_sleeper_contacts(Coupled& coupled, std::span<const ContactVoxel> voxels,
+                                           bool are_unchanged) {
+    for (Carrier& carrier : coupled.carriers)
+        if (const BodyState* state = state_of(carrier.id);
+            state && is_same_object(*state, carrier.body))
+            carrier.body = *state;
+    if (are_unchanged && coupled.has_limits) return;
+    update_law(coupled);
+    const std::span<const ContactHistory> history = coupled.memory.recall(voxels, *coupled.law);
+    report_contact(coupled,
+                   group_contacts(voxels, coupled.motions, *coupled.law, history, patches_));
+}
+
+void ContactCoupling::report_contact(Coupled& coupled, const BodyContact& contact) {
+    coupled.report.contact_area_m2 = contact.area_m2;
+    coupled.report.sinkage_m = sinkage_m(coupled.body, contact);
+    coupled.report.compression_m = contact.compression_m;
+    coupled.report.patch_count = static_cast<int>(patches_.size());
+    coupled.has_limits = true;
+    coupled.limits_n = {};
+    for (const ContactPatch& p : patches_) coupled.limits_n[p.bin] += p.normal_limit_n;
+}
+
 void ContactCoupling::update_carriers(Coupled& coupled, std::span<const ContactVoxel> voxels) {
     carrier_ids_.assign(1, -1);
     for (const ContactVoxel& v : voxels)
@@ -172,11 +215,8 @@ void ContactCoupling::update_carriers(Coupled& coupled, std::span<const ContactV
     coupled.carriers.clear();
     coupled.motions.clear();
     for (const int id : carrier_ids_) {
-        BodyState body;
-        const auto state =
-            std::lower_bound(by_id_.begin(), by_id_.end(), id,
-                             [](const BodyState* a, int wanted) { return a->id < wanted; });
-        if (id >= 0 && state != by_id_.end() && (*state)->id == id) body = **state;
+        const BodyState* state = state_of(id);
+        const BodyState body = state ? *state : BodyState{};
         Carrier& carrier = coupled.carriers.emplace_back();
         ContactMotion& motion = coupled.motions.emplace_back();
         motion.carrier = carrier.id = id;
@@ -267,10 +307,7 @@ void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const Contac
     const BodyContact contact =
         group_contacts(voxels, coupled.motions, *coupled.law, history, patches_);
     coupled.width_m = contact.width_m;
-    coupled.report.contact_area_m2 = contact.area_m2;
-    coupled.report.sinkage_m = sinkage_m(coupled.body, contact);
-    coupled.report.compression_m = contact.compression_m;
-    coupled.report.patch_count = static_cast<int>(patches_.size());
+    report_contact(coupled, contact);
     if (coupled.body.role == BodyRole::driven || coupled.body.role == BodyRole::fixed) {
         coupled.report.force_n = contact.mobilized_force_n;
         coupled.report.torque_n_m = contact.mobilized_torque_n_m;
@@ -380,8 +417,7 @@ void ContactCoupling::wake_if_changed(Coupled& coupled) {
         coupled.asleep_step_count = 0;
         return;
     }
-    std::array<double, kNormalBinCount> limits_n{};
-    for (const CoupledPatch& p : coupled.patches) limits_n[p.patch.bin] += p.patch.normal_limit_n;
+    const std::array<double, kNormalBinCount>& limits_n = coupled.limits_n;
     const int count = coupled.asleep_step_count =
         std::min(coupled.asleep_step_count, kWakeSteps) + 1;
     for (int bin = 0; bin < kNormalBinCount; ++bin) {

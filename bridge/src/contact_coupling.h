@@ -31,9 +31,10 @@ class ContactCoupling {
 
     /// Bodies with their contacts of this soil step, in any order. Bodies that are not among them
     /// are let go.
-    /// duration_s: time since the last call.
+    /// duration_s: time since the last call. are_unchanged: the contacts are those of the last
+    /// call, to the bit.
     void set_contacts(std::span<const BodyState> bodies, std::span<const ContactVoxel> contacts,
-                      double duration_s);
+                      double duration_s, bool are_unchanged = false);
     /// For FirstContacts: puts patches of its own in the place of a body's, until the next
     /// set_contacts.
     void set_patches(const BodyState& body, const BodyMotion& direction,
@@ -122,6 +123,9 @@ class ContactCoupling {
         bool is_touched = false;    ///< by other bodies, in this substep
         Pose pose_at_open;          ///< at the start of the substep
         int asleep_step_count = 0;  ///< soil steps since it fell asleep; 0: awake
+        /// Normal limits by bin, now; not known of one that comes from a snapshot.
+        std::array<double, kNormalBinCount> limits_n{};
+        bool has_limits = false;
         /// Of its normal limits by bin: the mean while it slept, and what that was at first.
         std::array<double, kNormalBinCount> mean_limits_n{}, limits_at_sleep_n{};
         BodyReport report;
@@ -154,6 +158,13 @@ class ContactCoupling {
 
     void set_body_contacts(Coupled& coupled, std::span<const ContactVoxel> voxels,
                            double duration_s);
+    /// Of a body that slept in the last step as well.
+    void set_sleeper_contacts(Coupled& coupled, std::span<const ContactVoxel> voxels,
+                              bool are_unchanged);
+    /// What group_contacts has left in patches_.
+    void report_contact(Coupled& coupled, const BodyContact& contact);
+    /// Of set_contacts; null for an id that is not among them.
+    const BodyState* state_of(int id) const;
     double sinkage_m(const BodyState& body, const BodyContact& contact) const;
     void gather_pressed_soil();
     void take_over_patches(Coupled& coupled);

@@ -118,7 +118,7 @@ struct SoilAction::Impl {
     Result<SettleReport> settle(int steps_max);
     void look_at_world();
     std::span<SoilBody> soil_bodies(double before_s);
-    void take_report(int count);
+    void take_report(int count, bool are_contacts_unchanged);
     /// Takes down whose the new conditions are.
     void name_conditions();
     /// Lets every body go and forgets where they were.
@@ -380,11 +380,13 @@ void SoilAction::Impl::step_soil(double substep_s) {
     look_at_world();
     const int count = static_cast<int>(std::min<double>(due, kStepsPerSubstepMax));
     unstepped_s -= due * step_s;
+    bool are_unchanged = true;
     for (int i = 0; i < count; ++i) {
         report = soil->step(soil_bodies((count - 1 - i) * step_s));
+        are_unchanged = are_unchanged && report.contacts_unchanged;
         if (report.condition_new_count > 0) name_conditions();
     }
-    take_report(count);
+    take_report(count, are_unchanged);
 }
 
 /// Finds the bodies, and whether they weigh as the soil does.
@@ -406,10 +408,11 @@ std::span<SoilBody> SoilAction::Impl::soil_bodies(double before_s) {
 }
 
 /// What the last soil steps found goes to the bodies.
-void SoilAction::Impl::take_report(int count) {
+void SoilAction::Impl::take_report(int count, bool are_contacts_unchanged) {
     const double step_s = soil->def().step_s;
     step_count += count;
-    coupling.set_contacts(collector.bodies(), report.contacts, count * step_s);
+    coupling.set_contacts(collector.bodies(), report.contacts, count * step_s,
+                          are_contacts_unchanged);
     first_contacts.soil_has_stepped(step_s);
     vehicles->take_contacts();
     carried.set_loads(collector.bodies(), report.loads);
@@ -431,7 +434,7 @@ Result<SettleReport> SoilAction::Impl::settle(int steps_max) {
     if (settled && settled->step_count > 0) {
         report = settled->last_step;
         // No time has passed for the bodies: their contacts are those of one step.
-        take_report(1);
+        take_report(1, false);
         step_count += settled->step_count - 1;
     }
     return settled;

@@ -26,7 +26,7 @@ constexpr double kSteepest = 0.1;
 /// Below or equal to the distance of a point from a solid, and zero on it; negative inside.
 double solid_distance_m(const ConvexShape& shape, Vec3 p) {
     const double r = shape.radius_m, h = shape.half_height_m;
-    const double radial = std::hypot(p.x, p.y);
+    const auto radial = [p] { return std::hypot(p.x, p.y); };
     double distance_m = 0;
     switch (shape.kind) {
         case ConvexShape::Kind::box: {
@@ -39,14 +39,14 @@ double solid_distance_m(const ConvexShape& shape, Vec3 p) {
             distance_m = length(p) - r;
             break;
         case ConvexShape::Kind::capsule:
-            distance_m = std::hypot(radial, p.z - std::clamp(p.z, -h, h)) - r;
+            distance_m = std::hypot(radial(), p.z - std::clamp(p.z, -h, h)) - r;
             break;
         case ConvexShape::Kind::cylinder:
-            distance_m = std::max(radial - r, std::abs(p.z) - h);
+            distance_m = std::max(radial() - r, std::abs(p.z) - h);
             break;
         case ConvexShape::Kind::cone: {
             const double slant = std::hypot(r, 2 * h);
-            distance_m = std::max((radial * 2 * h + (p.z - h) * r) / slant, -h - p.z);
+            distance_m = std::max((radial() * 2 * h + (p.z - h) * r) / slant, -h - p.z);
             break;
         }
         case ConvexShape::Kind::hull:
@@ -113,6 +113,14 @@ double sample_underside(std::span<const ConvexShape> shapes, const Pose& pose, c
                    {box.max.x, y_up ? box.max.z : box.max.y}};
     double apart_m = 0;
     if (!(rise > 0) || !(area.area() > 0)) return apart_m;
+    // From a column's foot up to the plane.
+    const auto room_m = [&](double a, double b) {
+        return dot(plane - make(a, b, bottom_m), normal) / rise;
+    };
+    // Most bodies of a heap lie above the soil.
+    if (std::max({room_m(area.low[0], area.low[1]), room_m(area.high[0], area.low[1]),
+                  room_m(area.low[0], area.high[1]), room_m(area.high[0], area.high[1])}) <= 0)
+        return apart_m;
     for (int round = 0; round < kRounds; ++round) {
         out.clear();
         std::array<int, 2> count{};
@@ -137,7 +145,6 @@ double sample_underside(std::span<const ConvexShape> shapes, const Pose& pose, c
             const std::array<double, 2> at{area.low[0] + (i % count[0] + 0.5) * cell[0],
                                            area.low[1] + (i / count[0] + 0.5) * cell[1]};
             const Vec3 foot = make(at[0], at[1], bottom_m);
-            const double room_m = dot(plane - foot, normal) / rise;  // up to the plane
             double risen_m = 0, distance_m = HUGE_VAL;
             for (int step = 0; step < kStepsMost && risen_m < height_m; ++step) {
                 distance_m = solids.distance_m(foot + risen_m * up);
@@ -145,7 +152,7 @@ double sample_underside(std::span<const ConvexShape> shapes, const Pose& pose, c
                 risen_m += distance_m;
             }
             if (distance_m > kNear * size_m) continue;
-            const double depth_m = room_m - risen_m;
+            const double depth_m = room_m(at[0], at[1]) - risen_m;
             if (depth_m > deepest_m) {
                 deepest_m = depth_m;
                 deepest = at;

@@ -1,7 +1,9 @@
 // A thousand small bodies dropped on soil, and what bodies do to others that sleep.
+#include <array>
 #include <cstdint>
 #include <cstring>
 #include <random>
+#include <tuple>
 #include <unordered_set>
 
 #include "sand_bed.h"
@@ -115,6 +117,64 @@ TEST(Sleeping, nothing_changes_for_a_sleeper_when_bodies_nearby_wake_the_tiles_a
     ASSERT_EQ(now.size(), depths.size());
     // The depths and the width of the contact follow from each other, so last bits may go round.
     for (size_t i = 0; i < depths.size(); ++i) EXPECT_NEAR(now[i], depths[i], 1e-12);
+}
+
+/// All that a contact says.
+auto words_of(const ContactVoxel& v) {
+    const auto of = [](Vec3 a) { return std::array{a.x, a.y, a.z}; };
+    return std::tuple{v.body,          v.carrier,  of(v.center_m),    of(v.position_m),
+                      of(v.normal),    v.area_m2,  v.depth_m,         v.gap_m,
+                      v.compression_m, v.material, v.relative_density};
+}
+
+TEST(Sleeping, bodies_keep_their_contacts_without_a_step_of_the_soil) {
+    BulletScene scene;
+    const auto soil = sand_bed(*scene.world);
+    const btVector3 half(0.1f, 0.1f, 0.1f);
+    for (const btScalar x : {btScalar(-0.4), btScalar(0), btScalar(0.4)})
+        scene.add_box(20, half, btVector3(x, 0.51f, 0));
+    scene.run(4);
+    for (const auto& body : scene.bodies) ASSERT_FALSE(body->isActive());
+    ASSERT_TRUE(soil->last_report().contacts_unchanged);
+    const auto kept = soil->last_report().contacts;
+    std::vector<decltype(words_of({}))> before, after;
+    for (const ContactVoxel& contact : kept) before.push_back(words_of(contact));
+    ASSERT_GT(before.size(), 100u);
+    const BodyReport report = soil->body_report(*scene.bodies.front());
+    const std::string path = testing::TempDir() + "sleeping_contacts.snapshot";
+    ASSERT_TRUE(soil->save(path));
+    ASSERT_TRUE(soil->load(path));
+    scene.run(1.0 / 60);
+    EXPECT_FALSE(soil->last_report().contacts_unchanged) << "after load() all is looked at anew";
+    for (const ContactVoxel& contact : soil->last_report().contacts)
+        after.push_back(words_of(contact));
+    EXPECT_TRUE(before == after);
+    EXPECT_EQ(soil->body_report(*scene.bodies.front()).sinkage_m, report.sinkage_m);
+    EXPECT_EQ(soil->body_report(*scene.bodies.front()).force_n.y, report.force_n.y);
+}
+
+TEST(Sleeping, soil_that_comes_or_goes_beside_is_seen) {
+    BulletScene scene;
+    const auto soil = sand_bed(*scene.world);
+    btRigidBody& box =
+        scene.add_box(20, btVector3(0.1f, 0.1f, 0.1f), btVector3(0.01f, 0.51f, 0.02f));
+    scene.run(4);
+    ASSERT_FALSE(box.isActive());
+    ASSERT_TRUE(soil->last_report().contacts_unchanged);
+    const size_t count = soil->last_report().contacts.size();
+    ASSERT_TRUE(soil->fill(BoxFill{{{0.11, 0, -0.2}, {0.4, 0.5, 0.2}}, "dry_sand"}));
+    scene.run(1.0 / 60);
+    EXPECT_FALSE(soil->last_report().contacts_unchanged);
+    EXPECT_GT(soil->last_report().contacts.size(), count);
+    scene.run(10);
+    ASSERT_TRUE(soil->last_report().contacts_unchanged);
+    // A layer that leaves level ground, so that nothing slides.
+    ConvexShape layer;
+    layer.kind = ConvexShape::Kind::box;
+    layer.half_extents_m = {3, 0.5, 3};
+    ASSERT_TRUE(soil->soil().take_out(layer, {{0, kBedTopM + 0.45, 0}, {}}));
+    scene.run(1.0 / 60);
+    EXPECT_FALSE(soil->last_report().contacts_unchanged);
 }
 
 TEST(Sleeping, a_body_pressed_in_beside_wakes_nobody) {

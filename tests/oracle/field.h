@@ -63,10 +63,11 @@ struct Model {
     double elastic_excess = 0;    ///< excess that stays under a body
     double excess_tolerance = 0;  ///< excess up to this does not flow
     double push_room = 0;         ///< a voxel with less free room bars the way of pushed soil
-    double pushed_most = 2;  ///< soil that waits for a push to go on before it counts as overflow
-    double still_speed = 0;  ///< a wall slower than this drives no soil out of itself
-    double follow_most = 0;  ///< carried soil follows walls up to this speed [voxels a step]
-    double speck = 0;        ///< advected shares of a voxel's soil below this stay
+    double pushed_most = 2;    ///< soil that waits for a push to go on before it counts as overflow
+    double crowded_least = 4;  ///< a voxel with more soil takes none from a push
+    double still_speed = 0;    ///< a wall slower than this drives no soil out of itself
+    double follow_most = 0;    ///< carried soil follows walls up to this speed [voxels a step]
+    double speck = 0;          ///< advected shares of a voxel's soil below this stay
     double slip_tolerance = 0;               ///< wedges not worth a slide
     int span_capacity = 5;                   ///< height spans kept of a column
     int slip_depth = 2;                      ///< voxels of a column that may slide at once

@@ -293,6 +293,7 @@ oracle::Model StageBench::model(int substeps) const {
                         .excess_tolerance = kExcessTolerance * kUnit,
                         .push_room = kPushRoom * kUnit,
                         .pushed_most = kPushedMost * kUnit,
+                        .crowded_least = kCrowdedLeast * kUnit,
                         .still_speed = kStillSpeed * kUnit,
                         .follow_most = kFollowMost * kUnit,
                         .speck = kShareLeast * kUnit,

@@ -33,6 +33,8 @@ struct StepReport {
     double speed_max_voxels_per_step = 0;
     StageTimes stage_ms;
     std::span<const ContactVoxel> contacts;  ///< sorted by voxel; valid until the next step
+    /// Whether contacts and loads are those of the step before: nothing moved, no body, no soil.
+    bool contacts_unchanged = false;
     std::span<const BodyLoad> loads;         ///< bodies that carry soil; valid until the next step
 };
 

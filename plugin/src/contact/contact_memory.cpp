@@ -39,6 +39,11 @@ const PressedSoil* find(std::span<const PressedSoil> soil, const ContactVoxel& v
     return same;
 }
 
+/// The direction in which the soil beside a contact goes with it.
+Vec3 way_of(const ContactVoxel& v, const ContactLaw& law) {
+    return dot(v.normal, law.up()) < -law.def().looks_down_cosine ? law.up() : v.normal;
+}
+
 }  // namespace
 
 void ContactMemory::near(std::span<const PressedSoil> soil, std::span<const ContactVoxel> voxels,
@@ -68,7 +73,6 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
                                                        const ContactLaw& law, double duration_s,
                                                        std::span<const PressedSoil> around,
                                                        std::span<const ContactMotion> relative) {
-    const Vec3 up = law.up();
     const double voxel_m = law.voxel_m();
     previous_.swap(entries_);
     entries_.clear();
@@ -83,7 +87,7 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
         Vec3 slid =
             is_pressed ? duration_s * (velocity - dot(velocity, v.normal) * v.normal) : Vec3{};
         double retreat_m = -duration_s * dot(velocity, v.normal);
-        const Vec3 way = dot(v.normal, up) < -law.def().looks_down_cosine ? up : v.normal;
+        const Vec3 way = way_of(v, law);
         const PressedSoil* same = find(previous_, v, way, law, -1);
         if (same) retreat_m += same->retreat_m;
         const PressedSoil* others = find(around, v, way, law, law.def().same_contact_cosine);
@@ -94,6 +98,17 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
         history_.push_back({length(slid), retreat_m});
     }
     std::stable_sort(entries_.begin(), entries_.end(), lies_before);
+    return history_;
+}
+
+std::span<const ContactHistory> ContactMemory::recall(std::span<const ContactVoxel> voxels,
+                                                      const ContactLaw& law) {
+    history_.clear();
+    for (const ContactVoxel& v : voxels) {
+        const PressedSoil* same = find(entries_, v, way_of(v, law), law, -1);
+        history_.push_back(same ? ContactHistory{length(same->slid_m), same->retreat_m}
+                                : ContactHistory{});
+    }
     return history_;
 }
 

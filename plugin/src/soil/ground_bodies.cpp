@@ -75,7 +75,7 @@ void Soil::Impl::update_ground(std::vector<StepBody>& step_bodies) {
         }
         track.is_ground = is_ground;
     }
-    if (any_changed) ground_listed = false;
+    if (any_changed) ground_listed = contacts_known = false;
     std::erase_if(step_bodies, [](const StepBody& body) { return body.track->is_ground; });
     stamp_ground();
 }

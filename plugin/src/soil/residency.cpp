@@ -199,6 +199,7 @@ int Soil::Impl::wake(int index) {
     }
     tile.packed.reset();
     table_dirty = true;
+    contacts_known = false;
     return tile.slot;
 }
 
@@ -210,6 +211,7 @@ void Soil::Impl::put_to_sleep(int index) {
     free_slots.push_back(tile.slot);
     tile.slot = -1;
     table_dirty = true;
+    contacts_known = false;  // a mean density leaves out what sleeps
 }
 
 void Soil::Impl::sleep_idle_tiles() { sleep_tiles_unused_since(step_index - kSleepAfterSteps); }
@@ -278,6 +280,7 @@ void Soil::Impl::want_plane(int plane, int slot, std::span<int32_t> words) const
 }
 
 void Soil::Impl::write_voxels(int index, const TileVoxels& in) {
+    contacts_known = false;
     Tile& tile = *tiles[index];
     if (tile.slot < 0) {
         tile.packed = make_packed(in);
@@ -308,6 +311,7 @@ TileRuns Soil::Impl::read_runs(int index) {
 }
 
 void Soil::Impl::write_packed(int index, std::shared_ptr<const PackedTile> in) {
+    contacts_known = false;
     Tile& tile = tile_for(index);
     if (tile.slot < 0) {
         tile.top = in->top;

@@ -519,6 +519,7 @@ void SoilSnapshot::put(const SavedSoil& saved) {
     for (const auto& tile : s_.tiles)
         if (tile) s_.revision_base = std::max(s_.revision_base, tile->revision);
     ++s_.revision_base;
+    s_.contacts_known = false;
     for (auto& tile : s_.tiles) tile.reset();
     std::fill(s_.slot_tile.begin(), s_.slot_tile.end(), -1);
     s_.free_slots.clear();

@@ -80,6 +80,14 @@ struct Tile {
 /// A block of 8 x 8 x 8 voxels by its place: index of its tile * blocks per tile + z / 8.
 using BlockKey = int64_t;
 
+/// What a body's contacts hang on, as it was given.
+struct GivenBody {
+    Pose pose;
+    Vec3 linear_velocity_m_s, angular_velocity_rad_s, center_of_mass_m;
+    double contact_width_m = 0;
+    bool operator==(const GivenBody& o) const;
+};
+
 /// What is known of a body from one step to the next.
 struct BodyTrack {
     Pose pose;
@@ -87,6 +95,7 @@ struct BodyTrack {
     int index = -1;  ///< of its record in the shapes buffer and of its owner marks
     bool is_static = false;
     int64_t last_step = -1;
+    GivenBody given;  ///< in the last step
     std::vector<BlockKey> blocks;  ///< in which its coverage stands now, sorted
     WallShapes walls;
     int64_t last_moved_step = INT64_MIN / 2;
@@ -144,6 +153,7 @@ struct Soil::Impl {
     bool any_unchecked = false;
 
     std::vector<ContactVoxel> contacts;
+    bool contacts_known = false;  ///< contacts and loads are of the last step; no edit came after
     std::vector<BodyLoad> loads;
 
     // Scratch, kept so that a step does not allocate once warm.

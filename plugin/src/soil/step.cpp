@@ -116,6 +116,15 @@ int64_t wide_sum(const int32_t* words) {
 
 }  // namespace
 
+bool GivenBody::operator==(const GivenBody& o) const {
+    const auto same = [](Vec3 a, Vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; };
+    const Quat &a = pose.rotation, &b = o.pose.rotation;
+    return same(pose.position, o.pose.position) && a.x == b.x && a.y == b.y && a.z == b.z &&
+           a.w == b.w && same(linear_velocity_m_s, o.linear_velocity_m_s) &&
+           same(angular_velocity_rad_s, o.angular_velocity_rad_s) &&
+           same(center_of_mass_m, o.center_of_mass_m) && contact_width_m == o.contact_width_m;
+}
+
 void Soil::Impl::dispatch(Kernel kernel, const ListedWork& work) {
     if (work.group_count == 0) {
         return;
@@ -648,6 +657,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     step_bodies.clear();
     double reach = 0;
     const SoilBody* fastest = nullptr;  // the one with this reach
+    bool same_bodies = true;
     for (const SoilBody& body : input) {
         if (!accept_body(body)) {
             continue;
@@ -683,6 +693,10 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
                 reach = std::max(reach, move);
             }
         }
+        const GivenBody given{body.pose, body.linear_velocity_m_s, body.angular_velocity_rad_s,
+                              body.center_of_mass_m, body.contact_width_m};
+        same_bodies = same_bodies && !entry.moved && given == track.given;
+        track.given = given;
         track.pose = entry.to;
         track.shape_revision = body.shape_revision;
         track.is_static = body.is_static;
@@ -710,6 +724,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     // --- blocks: where coverage changes, what is active, what to dispatch
     for (auto it = bodies.begin(); it != bodies.end();) {
         if (it->second.last_step != step_index) {  // gone: its room is free again
+            same_bodies = false;
             mark_rebuild(it->second.blocks, true);
             body_ids[it->second.index] = -1;
             if (it->second.is_ground) {
@@ -760,6 +775,9 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     upload_tile_table();
     build_work_lists();
     list_words_uploaded = 0;
+    // No body has moved and no soil may move: all there is to find out is known.
+    const bool is_quiet = same_bodies && contacts_known && listed_work.group_count == 0 &&
+                          rebuild_work.group_count == 0 && tile_work.group_count == 0;
 
     // --- the step itself
     device->fill_zero(Buffer::result, 0,
@@ -767,7 +785,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     params.body_substep_count = body_substeps;
     for (int s = 0; s < body_substeps; ++s) {
         device->mark_stage(kVoxelize);
-        if (s == 0 || any_moved) {
+        if ((s == 0 && !is_quiet) || any_moved) {
             upload_bodies(step_bodies, static_cast<double>(s + 1) / body_substeps);
             build_pairs();
             dispatch(Kernel::clear_coverage, rebuild_work);
@@ -786,14 +804,21 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     }
 
     device->mark_stage(kContacts);
-    params.contact_offset = kResultHeader + limits::kBodyCapacity * kLoadWords;
-    params.contact_capacity = limits::kContactCapacity;
-    dispatch(Kernel::collect_contacts, contact_work);
-    read_back();
-    read_results(step_bodies);
+    if (is_quiet) {
+        speed_q16 = slope_q16 = 0;
+    } else {
+        params.contact_offset = kResultHeader + limits::kBodyCapacity * kLoadWords;
+        params.contact_capacity = limits::kContactCapacity;
+        dispatch(Kernel::collect_contacts, contact_work);
+        read_back();
+        read_results(step_bodies);
+        contacts_known = (result_head[kResultStatus] & kStatusContactsFull) == 0;
+    }
 
     device->mark_stage(kActivity);
-    read_activity();
+    if (!is_quiet) {
+        read_activity();
+    }
     sleep_idle_tiles();
     session.end();
     report.stage_ms = stage_times(device->stage_ms());
@@ -807,6 +832,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     report.tile_awake_count = slot_count - static_cast<int>(free_slots.size());
     report.speed_max_voxels_per_step = static_cast<double>(speed_q16) / 65536;
     report.contacts = contacts;
+    report.contacts_unchanged = is_quiet;
     report.loads = loads;
     return report;
 }

@@ -43,6 +43,9 @@ class ContactMemory {
                                             double duration_s,
                                             std::span<const PressedSoil> around = {},
                                             std::span<const ContactMotion> relative = {});
+    /// The same for a body that stands still; nothing is added.
+    std::span<const ContactHistory> recall(std::span<const ContactVoxel> voxels,
+                                           const ContactLaw& law);
     /// Sorted by center_m.x.
     std::span<const PressedSoil> soil() const { return entries_; }
     /// What soil() gave, of this memory at another time.
