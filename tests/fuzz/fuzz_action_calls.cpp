@@ -195,9 +195,6 @@ class Caller {
 
 }  // namespace
 
-void fuzz_action_calls(Bytes bytes) {
-    Choices choices(bytes);
-    Caller(choices).run();
-}
+void fuzz_action_calls(Bytes bytes) { run_calls<Caller>(bytes); }
 
 }  // namespace bsoil::fuzz

@@ -199,9 +199,6 @@ class Caller {
 
 }  // namespace
 
-void fuzz_c_calls(Bytes bytes) {
-    Choices choices(bytes);
-    Caller(choices).run();
-}
+void fuzz_c_calls(Bytes bytes) { run_calls<Caller>(bytes); }
 
 }  // namespace bsoil::fuzz

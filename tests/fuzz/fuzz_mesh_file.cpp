@@ -1,7 +1,7 @@
 #include "bsoil/distance_lattice.h"
-#include "bsoil/soil.h"
 #include "files/data_files.h"
 #include "robots/convex_parts.h"
+#include "small_run.h"
 #include "targets.h"
 
 namespace bsoil::fuzz {
@@ -14,14 +14,7 @@ void fuzz_mesh_file(Bytes bytes) {
     if (!mesh || mesh->triangles.size() > 500) return;
     const int use = how / 3 % 4;
     if (use == 0) {
-        SoilDef def;
-        def.size_m = {1, 1, 1};
-        def.voxel_m = 0.1;
-        def.backend = Backend::cpu;
-        def.thread_count = 1;
-        const auto soil = Soil::create(def);
-        require(soil.ok(), "no soil");
-        static_cast<void>((*soil)->add_terrain(*mesh));
+        static_cast<void>(small_soil()->add_terrain(*mesh));
     } else if (use == 1) {
         scene::convex_hull(mesh->vertices);
         scene::component_hulls(*mesh);

@@ -246,9 +246,6 @@ class Caller {
 
 }  // namespace
 
-void fuzz_soil_calls(Bytes bytes) {
-    Choices choices(bytes);
-    Caller(choices).run();
-}
+void fuzz_soil_calls(Bytes bytes) { run_calls<Caller>(bytes); }
 
 }  // namespace bsoil::fuzz

@@ -46,6 +46,13 @@ class Choices {
     size_t at_ = 0;
 };
 
+/// Calls an interface as the bytes choose.
+template <typename Caller>
+void run_calls(Bytes bytes) {
+    Choices choices(bytes);
+    Caller(choices).run();
+}
+
 /// Makes a few changes to bytes, as the choices say: numbers overwritten, bytes put in, left out,
 /// repeated.
 void edit(std::vector<uint8_t>& bytes, Choices& choices);

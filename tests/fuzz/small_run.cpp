@@ -28,4 +28,15 @@ void run_if_small(const scene::Scene& scene) {
     (*run)->summary();
 }
 
+std::unique_ptr<Soil> small_soil() {
+    SoilDef def;
+    def.size_m = {1, 1, 1};
+    def.voxel_m = 0.1;
+    def.backend = Backend::cpu;
+    def.thread_count = 1;
+    auto soil = Soil::create(def);
+    require(soil.ok(), "no soil");
+    return std::move(*soil);
+}
+
 }  // namespace bsoil::fuzz
