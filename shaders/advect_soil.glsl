@@ -92,6 +92,10 @@ ivec3 momentum_with_wall(int slot, ivec3 at, int mass, ivec3 target, int to) {
     return momentum_of(mass, clamp(velocity, ivec3(-kSpeedMost), ivec3(kSpeedMost)));
 }
 
+int advect_soil_lanes(int group, int half_at) {
+    return mask_half(block_list[params.list_offset + group], kMaskMoving, half_at);
+}
+
 void advect_soil(int group, int lane) {
     int block = block_list[params.list_offset + group];
     int slot = block / params.blocks_per_tile;
@@ -99,6 +103,7 @@ void advect_soil(int group, int lane) {
     int x = lane & 7;
     int y = lane >> 3;
     int fastest = 0;
+    bool is_moving = false;
     for (int z = 0; z < 8; ++z) {
         int voxel = block * kBlockVoxels + z * kTileColumns + lane;
         if (state_at(kPlaneVolume, voxel) == 0) {
@@ -106,6 +111,7 @@ void advect_soil(int group, int lane) {
         }
         int mass = mass_at(voxel);
         int support = state_at(kPlaneSupport, voxel);
+        is_moving = is_moving || support != kSupportGround;
         ivec3 momentum = ivec3(state_at(kPlaneMomentumX, voxel), state_at(kPlaneMomentumY, voxel),
                                state_at(kPlaneMomentumZ, voxel));
         if (support == kSupportGround) {
@@ -231,6 +237,7 @@ void advect_soil(int group, int lane) {
         add_delta(kPlaneMomentumZ, voxel, gained.z - lost.z);
         mark_moved(voxel, voxel);
     }
+    set_in_mask(block, kMaskMoving, lane, is_moving);
     if (fastest > 0) {
         ATOMIC_MAX(result[kResultSpeed], fastest);
     }

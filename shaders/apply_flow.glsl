@@ -1,13 +1,31 @@
-// Adds the deltas of the pass before to the state and empties them. Only blocks that got some.
-// Reads: deltas. Writes: all transported planes, and whether the block overflows.
-void apply_flow(int group, int lane) {
+// Adds the deltas of the pass before to the state and empties them. Only voxels that got some; which of the others in their
+// block overflow is known.
+// Reads: deltas, masks. Writes: all transported planes, masks, stamps.
+int apply_flow_lanes(int group, int half_at) {
     int block = block_list[params.list_offset + group];
     if (block_flags[flag_index(kFlagPending, block)] != params.pass_stamp) {
-        return;
+        return 0;
     }
+    return arrived_half(block, half_at) | mask_half(block, kMaskExcess, half_at) |
+           mask_half(block, kMaskOverflow, half_at);
+}
+
+void apply_flow(int group, int lane) {
+    int block = block_list[params.list_offset + group];
+    int slot = block / params.blocks_per_tile;
+    int z0 = (block - slot * params.blocks_per_tile) * 8;
     bool overflowed = false;
+    bool pressed = false;
+    int lowest = -1;
+    int highest = -1;
     for (int z = 0; z < 8; ++z) {
         int voxel = block * kBlockVoxels + z * kTileColumns + lane;
+        if (!is_in_mask(block, kMaskArrived + 2 * z, lane)) {
+            continue;
+        }
+        set_in_mask(block, kMaskArrived + 2 * z, lane, false);
+        highest = z;
+        lowest = lowest < 0 ? z : lowest;
         int arrived = 0;
         for (int i = 0; i < params.transport_count; ++i) {
             int at = i * params.plane_stride + voxel;
@@ -32,22 +50,34 @@ void apply_flow(int group, int lane) {
                 set_state(kPlaneVolume, voxel, 1);
             }
             if (volume > kVoxelMost) {
-                int slot = block / params.blocks_per_tile;
-                note_condition(kStatusHeadroom, kResultHeadroomPlace,
-                               grid_voxel(slot, lane & 7, lane >> 3,
-                                          (block % params.blocks_per_tile) * 8 + z));
+                note_condition(kStatusHeadroom, kResultHeadroomPlace, grid_voxel(slot, lane & 7, lane >> 3, z0 + z));
             }
         }
-        if (state_at(kPlaneVolume, voxel) > 0 && excess_at(voxel) > 0) {
+        if (is_overflowing(voxel)) {
             overflowed = true;
-        } else if (arrived == 1) {
+            continue;
+        }
+        pressed = pressed || (state_at(kPlaneVolume, voxel) > 0 && is_caught(voxel));
+        if (arrived == 1) {
             set_state(kPlaneForceX, voxel, 0);  // thesis (35), second case
             set_state(kPlaneForceY, voxel, 0);
             set_state(kPlaneForceZ, voxel, 0);
         }
     }
-    ATOMIC_MAX(block_flags[flag_index(kFlagApplied, block)], params.pass_stamp);
-    if (overflowed) {
-        ATOMIC_MAX(block_flags[flag_index(kFlagOverflow, block)], params.pass_stamp);
+    bool was_overflowing = is_in_mask(block, kMaskExcess, lane);
+    if (highest >= 0) {
+        note_change(slot, lane, z0 + lowest, z0 + highest);
+        ATOMIC_MAX_OWNED(spans[column_word(kColumnSoilTop, slot * kTileColumns + lane)], z0 + highest + 1);
+        set_in_mask(block, kMaskMoving, lane, true);
+        for (int z = 0; z < 8 && was_overflowing && !overflowed; ++z) {
+            overflowed = is_overflowing(block * kBlockVoxels + z * kTileColumns + lane);
+        }
+        set_in_mask(block, kMaskExcess, lane, overflowed);
+    } else {
+        overflowed = was_overflowing;
     }
+    if (pressed || overflowed) {
+        set_in_mask(block, kMaskPressed, lane, true);
+    }
+    set_in_mask(block, kMaskOverflow, lane, overflowed);
 }

@@ -2,7 +2,11 @@
 // Where the way is barred by full soil, the push turns as soil does when it fails: outwards and up, at
 // 45 deg - phi / 2 (Rankine's passive wedge), instead of running through the bed for ever.
 // Where the surface recedes soil is pushed out of the body's way instead. Soil that goes with the body is not pushed.
-// Reads: coverage, owner, volume, momentum, support, bodies. Writes: force, and whether the block overflows.
+// Reads: coverage, owner, volume, momentum, support, bodies. Writes: force, masks.
+int apply_force_lanes(int group, int half_at) {
+    return mask_half(block_list[params.list_offset + group], kMaskPressed, half_at);
+}
+
 void apply_force(int group, int lane) {
     int block = block_list[params.list_offset + group];
     int slot = block / params.blocks_per_tile;
@@ -10,10 +14,14 @@ void apply_force(int group, int lane) {
     int x = lane & 7;
     int y = lane >> 3;
     bool overflowed = false;
+    bool exceeded = false;
+    bool pressed = false;
     for (int z = 0; z < 8; ++z) {
         int voxel = block * kBlockVoxels + z * kTileColumns + lane;
         int volume = state_at(kPlaneVolume, voxel);
         int excess = volume > 0 ? excess_at(voxel) : 0;
+        exceeded = exceeded || excess > 0;
+        pressed = pressed || excess > 0 || (volume > 0 && is_caught(voxel));
         ivec3 out_of_body = ivec3(0);
         if (excess > 0 || (volume > 0 && is_caught(voxel))) {
             bool overrun = false;
@@ -60,8 +68,7 @@ void apply_force(int group, int lane) {
             set_state(kPlaneForceZ, voxel, push.z * kForceOne / most);
         }
     }
-    ATOMIC_MAX(block_flags[flag_index(kFlagApplied, block)], params.pass_stamp);
-    if (overflowed) {
-        ATOMIC_MAX(block_flags[flag_index(kFlagOverflow, block)], params.pass_stamp);
-    }
+    set_in_mask(block, kMaskPressed, lane, pressed);
+    set_in_mask(block, kMaskExcess, lane, exceeded);
+    set_in_mask(block, kMaskOverflow, lane, overflowed);
 }

@@ -21,15 +21,15 @@ bool is_surface(int bottom, int top) { return top > bottom || bottom == 0; }
 bool is_on_top(int z, int top) { return z <= (top >> 16) + 1; }
 
 // Surface word of a column (see kCovered) as if there were no bodies; column_surface_q16() says the same of tiles asleep.
-// end: voxels from here on hold no soil.
-int surface_without_bodies(int column, int end) {
+// full: voxels below are full; end: voxels from here on hold no soil.
+int surface_without_bodies(int column, int full, int end) {
     int surface = 0;
     int bare = kNotBare;     // top of the terrain that covers that surface
     bool climbs = false;     // going up in it
     int bottom = 0;
-    int top = 0;
+    int top = full * kVoxelFull;
     int kind = kSpanPiled;
-    for (int z = 0; z < end; ++z) {
+    for (int z = full; z < end; ++z) {
         int voxel = column + z * kTileColumns;
         int terrain = min(kVoxelFull, state_at(kPlaneTerrain, voxel));
         int volume = state_at(kPlaneVolume, voxel);
@@ -72,20 +72,24 @@ int surface_without_bodies(int column, int end) {
 // The multi-level heightfield, thesis Tables 1 to 3 and (30): the sorted height spans of every column. The vertical index
 // grows upwards here (in the thesis it grows downwards). Heights are Q16 voxels above the floor. Edge spans depend on
 // the neighbours and are made where they are used, in slip_soil. One group per tile, a lane a column.
-// Reads: coverage, owner, terrain, volume, support, shapes. Writes: spans.
+// Columns that have not changed since the pass before have the same spans.
+// Reads: coverage, owner, terrain, volume, support, shapes, stamps. Writes: spans.
+int build_spans_lanes(int group, int half_at) {
+    return changed_half(entry_slot(block_list[params.list_offset + group]), half_at, params.spans_stamp);
+}
+
 void build_spans(int group, int lane) {
     int entry = block_list[params.list_offset + group];
     int slot = entry_slot(entry);
-    if (!slid_before(slot, false)) {
-        return;
-    }
-    int end = entry_highest(entry) * 8;
+    int full = spans[column_word(kColumnFull, slot * kTileColumns + lane)];
+    // One voxel of air tells what lies below apart from what may come above.
+    int end = min(entry_highest(entry) * 8, spans[column_word(kColumnEnd, slot * kTileColumns + lane)] + 1);
     int column = slot * params.tile_voxels + lane;
     int record = (slot * kTileColumns + lane) * kColumnWords;
     int count = 0;
     int kind = kSpanPiled;   // a piled span starts on the floor, even an empty one: soil can slide onto it
     int bottom = 0;
-    int top = 0;             // of the open span
+    int top = full * kVoxelFull;  // of the open span
     bool on_body = false;    // the span stands on a body, so that its top is not the ground's surface
     int carrier = 0;         // index + 1 of that body if it may move
     int surface = 0;         // of the topmost piled span of the ground
@@ -94,7 +98,7 @@ void build_spans(int group, int lane) {
     bool climbs = false;
     bool lost = false;
     int lost_at = 0;         // where the last span that does not fit starts
-    for (int z = 0; z <= end; ++z) {
+    for (int z = full; z <= end; ++z) {
         int voxel = column + z * kTileColumns;
         bool inside = z < end;
         int bodies = inside ? state_at(kPlaneCoverage, voxel) : 0;
@@ -192,15 +196,18 @@ void build_spans(int group, int lane) {
         spans[record + kColumnSpeed + i] = 0;
         spans[record + kColumnSpeed + kSpanCapacity + i] = 0;
     }
-    int tops = (params.plane_stride / params.height) * kColumnWords;
     int word = surface;
     if (bare != kNotBare) {
         word = kTerrainTop - bare;
     } else if (!surface_free) {
-        word = surface_without_bodies(column, end);
+        word = surface_without_bodies(column, full, end);
         word = word < 0 ? word : kCovered - word;
     }
-    spans[tops + slot * kTileColumns + lane] = word;
+    bool is_single = count == 1 && spans[record + kColumnSpans + kSpanKind] == kSpanPiled &&
+                     spans[record + kColumnSpans + kSpanBottom] == 0;
+    spans[column_word(kColumnSingle, slot * kTileColumns + lane)] =
+        is_single ? spans[record + kColumnSpans + kSpanTop] : kNotSingle;
+    spans[column_word(kColumnSurface, slot * kTileColumns + lane)] = word;
     if (lost) {
         note_condition(kStatusSpansFull, kResultSpansPlace,
                        grid_voxel(slot, lane & 7, lane >> 3, lost_at));

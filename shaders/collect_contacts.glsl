@@ -29,6 +29,36 @@ int gap_beside(int slot, ivec3 at, int voxel, ivec3 inwards) {
     return max(0, gap);
 }
 
+// Columns of half a block that bodies may cover, in the tile that many tiles on along x and y. None outside of what is resident.
+int body_half(int slot, int dx, int dy, int level, int half_at) {
+    int other = tile_table[slot * kTileTableWords + (dy + 1) * 3 + dx + 1];
+    return other < 0 ? 0 : mask_half(other * params.blocks_per_tile + level, kMaskBody, half_at);
+}
+
+// Where there is a body in the voxel or in one of the six beside it, or soil that a body may carry.
+int collect_contacts_lanes(int group, int half_at) {
+    int block = block_list[params.list_offset + group];
+    int slot = block / params.blocks_per_tile;
+    int level = block - slot * params.blocks_per_tile;
+    int here = mask_half(block, kMaskBody, half_at);
+    int lanes = here | mask_half(block, kMaskMoving, half_at);
+    if (level > 0) {
+        lanes = lanes | mask_half(block - 1, kMaskBody, half_at);
+    }
+    if (level + 1 < params.blocks_per_tile) {
+        lanes = lanes | mask_half(block + 1, kMaskBody, half_at);
+    }
+    // Bit 8 y + x of a half: its neighbours along x, then along y.
+    lanes = lanes | ((here & 0x7f7f7f7f) << 1) | ((here >> 1) & 0x7f7f7f7f);
+    lanes = lanes | ((body_half(slot, -1, 0, level, half_at) >> 7) & 0x01010101);
+    lanes = lanes | ((body_half(slot, 1, 0, level, half_at) & 0x01010101) << 7);
+    int before = half_at == 1 ? mask_half(block, kMaskBody, 0) : body_half(slot, 0, -1, level, 1);
+    int behind = half_at == 0 ? mask_half(block, kMaskBody, 1) : body_half(slot, 0, 1, level, 0);
+    lanes = lanes | (here << 8) | ((before >> 24) & 255);
+    lanes = lanes | ((here >> 8) & 0x00ffffff) | (behind << 24);
+    return lanes;
+}
+
 void collect_contacts(int group, int lane) {
     int block = block_list[params.list_offset + group];
     int slot = block / params.blocks_per_tile;
@@ -38,7 +68,13 @@ void collect_contacts(int group, int lane) {
     if (!is_in_grid(slot, x, y)) {
         return;
     }
-    for (int i = 0; i < 8; ++i) {
+    // Above all soil here and beside there is nothing to touch.
+    int top = -1;
+    for (int n = 0; n < 5; ++n) {
+        int beside = column_at(slot, x + (n == 1 ? 1 : n == 2 ? -1 : 0), y + (n == 3 ? 1 : n == 4 ? -1 : 0));
+        top = max(top, beside < 0 ? -1 : spans[column_word(kColumnSoilTop, beside)]);
+    }
+    for (int i = 0; i < 8 && z0 + i <= top; ++i) {
         int z = z0 + i;
         int voxel = block * kBlockVoxels + i * kTileColumns + lane;
         int support = state_at(kPlaneSupport, voxel);

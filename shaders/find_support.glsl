@@ -1,20 +1,42 @@
 // What each voxel's soil rests on: nothing, the ground, or a body that may move. One group per tile, a lane a column.
 // Soil is supported when everything below it is full, down to the floor, terrain or a body. What is mostly solid carries
 // whether or not there is soil in the rest of it: nothing can fall into it.
-// Reads: coverage, owner, terrain, volume. Writes: support, top of the tile.
+// Columns that have not changed since the pass before are as they were.
+// Reads: coverage, owner, terrain, volume, stamps. Writes: support, masks, top of the tile.
+int find_support_lanes(int group, int half_at) { return kAllLanes; }
+
+void note_top(int slot, int top) {
+    ATOMIC_MAX(tile_table[slot * kTileTableWords + kTileTableTop], params.step_stamp * kTileTopStep + top);
+}
+
 void find_support(int group, int lane) {
     int entry = block_list[params.list_offset + group];
     int slot = entry_slot(entry);
     int first = entry_lowest(entry) * 8;
     int end = entry_highest(entry) * 8;
     int column = slot * params.tile_voxels + lane;
+    int soil_top = column_word(kColumnSoilTop, slot * kTileColumns + lane);
+    // An upper bound: what lies below is not looked at.
+    int least = first;
+    if (spans[column_word(kColumnStamp, slot * kTileColumns + lane)] <= params.support_stamp) {
+        note_top(slot, max(least, spans[soil_top]));
+        return;
+    }
     int below = kSupportGround;
     int top = 0;
-    if (first > 0) {
-        top = first;  // an upper bound: what lies below is not looked at
+    bool is_moving = false;
+    int full_word = column_word(kColumnFull, slot * kTileColumns + lane);
+    int end_word = column_word(kColumnEnd, slot * kTileColumns + lane);
+    int full = spans[full_word];
+    bool sees_all = spans[end_word] <= end;
+    end = min(end, spans[end_word]);
+    if (full >= first) {
+        first = full;
+    } else if (first > 0) {
         first -= 1;  // its own support still holds, and tells what it hands on
         below = state_at(kPlaneSupport, column + first * kTileColumns);
     }
+    int filled = first;  // z above the highest voxel that is not empty
     for (int z = first; z < end; ++z) {
         int voxel = column + z * kTileColumns;
         int volume = state_at(kPlaneVolume, voxel);
@@ -22,6 +44,12 @@ void find_support(int group, int lane) {
         int terrain = state_at(kPlaneTerrain, voxel);
         if (volume > 0) {
             top = z + 1;
+        }
+        if (volume > 0 || bodies > 0 || terrain > 0) {
+            filled = z + 1;
+        }
+        if (z == full && below == kSupportGround && bodies == 0 && terrain == 0 && volume >= kVoxelFull - kSupportSlack) {
+            full = z + 1;
         }
         bool solid = bodies + terrain >= kSolidCoverage;
         if (solid) {
@@ -37,10 +65,23 @@ void find_support(int group, int lane) {
         if (support != state_at(kPlaneSupport, voxel)) {
             set_state(kPlaneSupport, voxel, support);
         }
+        is_moving = is_moving || (volume > 0 && support != kSupportGround);
+        if (is_moving && ((z & 7) == 7 || z == end - 1)) {
+            set_in_mask(slot * params.blocks_per_tile + (z >> 3), kMaskMoving, lane, true);
+            is_moving = false;
+        }
         int slack = below >= kSupportBody ? kCarrySlack : kSupportSlack;
         if (!solid && volume + bodies + terrain < kVoxelFull - slack) {
             below = kSupportNone;
         }
     }
-    ATOMIC_MAX(tile_table[slot * kTileTableWords + kTileTableTop], params.step_stamp * kTileTopStep + top);
+    spans[full_word] = full;
+    if (sees_all) {
+        spans[end_word] = filled;
+    }
+    for (int z = first; top == 0 && z > 0; --z) {
+        top = state_at(kPlaneVolume, column + (z - 1) * kTileColumns) > 0 ? z : 0;
+    }
+    spans[soil_top] = top;
+    note_top(slot, max(least, top));
 }

@@ -14,6 +14,77 @@ void add_delta(int plane, int voxel, int value) {
 
 int flag_index(int array, int block) { return array * (params.plane_stride >> 9) + block; }
 
+// A block's masks: see kMaskWords. Of two words the second is that of lanes 32 to 63.
+int mask_index(int block, int word) { return kFlagArrays * (params.plane_stride >> 9) + block * kMaskWords + word; }
+
+int mask_half(int block, int mask, int half_at) { return block_flags[mask_index(block, mask + half_at)]; }
+
+bool is_in_mask(int block, int mask, int lane) {
+    return ((mask_half(block, mask, lane >> 5) >> (lane & 31)) & 1) != 0;
+}
+
+// For masks that only a block's own group changes.
+void set_in_mask(int block, int mask, int lane, bool is_in) {
+    int at = mask_index(block, mask + (lane >> 5));
+    int bit = 1 << (lane & 31);
+    bool was_in = (block_flags[at] & bit) != 0;
+    if (is_in && !was_in) {
+        ATOMIC_OR_OWNED(block_flags[at], bit);
+    } else if (!is_in && was_in) {
+        ATOMIC_AND_OWNED(block_flags[at], ~bit);
+    }
+}
+
+// Columns of half a block in which a voxel got deltas.
+int arrived_half(int block, int half_at) {
+    int columns = 0;
+    for (int z = 0; z < 8; ++z) {
+        columns = columns | mask_half(block, kMaskArrived + 2 * z, half_at);
+    }
+    return columns;
+}
+
+bool has_overflow(int block) {
+    return (mask_half(block, kMaskOverflow, 0) | mask_half(block, kMaskOverflow, 1)) != 0;
+}
+
+// Place in the span buffer of a column's word in one of the arrays behind all columns, and of a tile's stamp.
+int column_word(int array, int column) {
+    return (params.plane_stride / params.height) * (kColumnWords + array) + column;
+}
+int tile_stamp(int slot) { return column_word(kColumnArrays, slot); }
+
+// A column is to be looked at again by those who look at changed columns only.
+void stamp_column(int slot, int lane) {
+    int at = column_word(kColumnStamp, slot * kTileColumns + lane);
+    if (ATOMIC_LOAD(spans[at]) != params.pass_stamp) {
+        ATOMIC_MAX(spans[at], params.pass_stamp);
+        ATOMIC_MAX(spans[tile_stamp(slot)], params.pass_stamp);
+    }
+}
+
+// Soil or coverage is not what it was in voxels low..high of a column.
+void note_change(int slot, int lane, int low, int high) {
+    stamp_column(slot, lane);
+    ATOMIC_MIN_OWNED(spans[column_word(kColumnFull, slot * kTileColumns + lane)], low);
+    ATOMIC_MAX_OWNED(spans[column_word(kColumnEnd, slot * kTileColumns + lane)], high + 1);
+}
+
+// Columns of half a tile that have changed since the pass `stamp`.
+int changed_half(int slot, int half_at, int stamp) {
+    if (spans[tile_stamp(slot)] <= stamp) {
+        return 0;
+    }
+    int first = column_word(kColumnStamp, slot * kTileColumns + half_at * 32);
+    int columns = 0;
+    for (int i = 0; i < 32; ++i) {
+        if (spans[first + i] > stamp) {
+            columns = columns | (1 << i);
+        }
+    }
+    return columns;
+}
+
 // Parts of a tile list's entry, see kTileWord.
 int entry_slot(int entry) { return entry / (kTileWord * kTileWord); }
 int entry_lowest(int entry) { return (entry / kTileWord) & (kTileWord - 1); }
@@ -82,6 +153,8 @@ int excess_at(int voxel) {
     return excess > kExcessTolerance ? excess : 0;
 }
 
+bool is_overflowing(int voxel) { return state_at(kPlaneVolume, voxel) > 0 && excess_at(voxel) > 0; }
+
 // Whether a plane is of mass: those behind the materials may hold something else that travels with the soil.
 bool is_mass(int plane) { return plane >= kPlaneMaterial && plane < kPlaneMaterial + params.material_count; }
 
@@ -137,29 +210,22 @@ int loosened(int voxel, int volume, int mass) {
     return max(volume, mul_q16(mass, material_word(voxel, kTableLoose)));
 }
 
-void mark_moved(int from, int to) {
-    ATOMIC_MAX(block_flags[flag_index(kFlagPending, from >> 9)], params.pass_stamp);
-    ATOMIC_MAX(block_flags[flag_index(kFlagChanged, from >> 9)], params.step_stamp);
-    if ((from >> 9) != (to >> 9)) {
-        ATOMIC_MAX(block_flags[flag_index(kFlagPending, to >> 9)], params.pass_stamp);
-        ATOMIC_MAX(block_flags[flag_index(kFlagChanged, to >> 9)], params.step_stamp);
+void mark_arrived(int voxel) {
+    int at = mask_index(voxel >> 9, kMaskArrived + ((voxel >> 5) & 15));
+    int bit = 1 << (voxel & 31);
+    if ((ATOMIC_LOAD(block_flags[at]) & bit) == 0) {
+        ATOMIC_OR(block_flags[at], bit);
     }
+    ATOMIC_MAX(block_flags[flag_index(kFlagPending, voxel >> 9)], params.pass_stamp);
+    ATOMIC_MAX(block_flags[flag_index(kFlagChanged, voxel >> 9)], params.step_stamp);
 }
 
-// Whether the slip pass before this one moved soil in the tile or, with `around`, in one beside it: elsewhere it would find
-// what the pass before found.
-bool slid_before(int slot, bool around) {
-    if (params.slip_stamp == 0) {
-        return true;
+// Notes for apply_flow() that there are deltas in these voxels.
+void mark_moved(int from, int to) {
+    mark_arrived(from);
+    if (from != to) {
+        mark_arrived(to);
     }
-    for (int n = 0; n < 9; ++n) {
-        int other = n == 4 ? slot : tile_table[slot * kTileTableWords + n];
-        if ((around || n == 4) && other >= 0 &&
-            ATOMIC_LOAD(tile_table[other * kTileTableWords + kTileTableSlid]) >= params.slip_stamp) {
-            return true;
-        }
-    }
-    return false;
 }
 
 // Moves `fraction` (Q16) of everything that travels with the soil. What one voxel loses the other gets, but for the bond:
@@ -196,6 +262,12 @@ int body_coverage(int voxel) {
 
 // Central differences of the bodies' coverage: points into the body, as long as twice the area of its surface here.
 ivec3 body_gradient(int slot, int x, int y, int z) {
+    if (x > 0 && x < 7 && y > 0 && y < 7 && z > 0 && z < params.height - 1) {  // all in this tile
+        int voxel = slot * params.tile_voxels + z * kTileColumns + y * kTileSide + x;
+        return ivec3(body_coverage(voxel + 1) - body_coverage(voxel - 1),
+                     body_coverage(voxel + kTileSide) - body_coverage(voxel - kTileSide),
+                     body_coverage(voxel + kTileColumns) - body_coverage(voxel - kTileColumns));
+    }
     return ivec3(body_coverage(voxel_at(slot, x + 1, y, z)) - body_coverage(voxel_at(slot, x - 1, y, z)),
                  body_coverage(voxel_at(slot, x, y + 1, z)) - body_coverage(voxel_at(slot, x, y - 1, z)),
                  body_coverage(voxel_at(slot, x, y, z + 1)) - body_coverage(voxel_at(slot, x, y, z - 1)));

@@ -20,6 +20,12 @@ layout(local_size_x = 64) in;
 // tile reaches): atomic here, plain there.
 #define ATOMIC_ADD_OWNED(word, value) atomicAdd(word, value)
 #define ATOMIC_MAX_OWNED(word, value) atomicMax(word, value)
+#define ATOMIC_MIN_OWNED(word, value) atomicMin(word, value)
+#define ATOMIC_OR_OWNED(word, value) atomicOr(word, value)
+#define ATOMIC_AND_OWNED(word, value) atomicAnd(word, value)
+
+// Of <kernel>_lanes(group, half): 32 lanes, all of which have work.
+CONST_INT(kAllLanes, -1)
 
 int float_as_int(float x) { return floatBitsToInt(x); }
 float int_as_float(int bits) { return intBitsToFloat(bits); }

@@ -25,12 +25,13 @@ void spread_evenly(int slot, ivec3 at, int voxel, int fraction) {
     }
 }
 
+int resolve_overflow_lanes(int group, int half_at) {
+    int block = block_list[params.list_offset + group];
+    return has_overflow(block) ? mask_half(block, kMaskExcess, half_at) : 0;
+}
+
 void resolve_overflow(int group, int lane) {
     int block = block_list[params.list_offset + group];
-    int applied = block_flags[flag_index(kFlagApplied, block)];
-    if (applied == 0 || block_flags[flag_index(kFlagOverflow, block)] < applied) {
-        return;
-    }
     int slot = block / params.blocks_per_tile;
     int z0 = (block - slot * params.blocks_per_tile) * 8;
     for (int z = 0; z < 8; ++z) {

@@ -3,7 +3,7 @@
 // and a diagonal one (as in Tarboton's D-infinity flow), so that a pile stands equally steep in every direction;
 // with one slope per neighbour it would be too steep between them. Wedge height and acceleration against slope come
 // from tables made on the host in double precision: (4) and (8).
-// Reads: spans, volume, all transported planes. Writes: deltas, slip speed.
+// Reads: spans, stamps, volume, all transported planes. Writes: deltas, slip speed, stamps.
 
 CONST_INT(kNoDrop, -1)
 CONST_INT(kSlipDepth, 2)  // voxels of a column that may slide at once
@@ -20,7 +20,7 @@ int speed_write(int record, int span) {
 int column_speed(int slot, int x, int y) {
     int column = column_at(slot, x, y);
     int fastest = 0;
-    if (column >= 0) {
+    if (column >= 0 && spans[column_word(kColumnSlides, column)] != 0) {
         for (int i = 0; i < kSpanCapacity; ++i) {
             fastest = max(fastest, spans[speed_read(column * kColumnWords, i)]);
         }
@@ -35,8 +35,16 @@ int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(i
     if (column < 0) {
         return kNoDrop;
     }
+    int single = spans[column_word(kColumnSingle, column)];
+    if (single != kNotSingle && min(top, single) >= bottom) {
+        if (top <= single) {
+            return kNoDrop;
+        }
+        target = voxel_at(slot, x, y, single >> 16);
+        return is_solid(target) ? kNoDrop : top - single;
+    }
     int record = column * kColumnWords;
-    int count = spans[record + kColumnCount];
+    int count = single != kNotSingle ? 0 : spans[record + kColumnCount];
     for (int i = count - 1; i >= 0; --i) {
         int at = record + kColumnSpans + i * kSpanWords;
         if (spans[at + kSpanKind] != kSpanPiled) {
@@ -116,24 +124,75 @@ int slope_length(int a, int b) {
     return root << shift;
 }
 
+// Columns that have changed since `stamp` in row y (-8..15) of tile `slot` and of those beside it: bit 8 + x, x from -8 to 15.
+int changed_row(int slot, int y, int stamp) {
+    int row = 0;
+    for (int n = 0; n < 3; ++n) {
+        int other = tile_table[slot * kTileTableWords + ((y >> 3) + 1) * 3 + n];
+        if (other < 0 || ATOMIC_LOAD(spans[tile_stamp(other)]) <= stamp) {
+            continue;
+        }
+        int first = column_word(kColumnStamp, other * kTileColumns + (y & 7) * kTileSide);
+        for (int x = 0; x < kTileSide; ++x) {
+            row = row | (ATOMIC_LOAD(spans[first + x]) > stamp ? 1 << (n * kTileSide + x) : 0);
+        }
+    }
+    return row;
+}
+
+// A slope fails or stands by its own column and those it could slide to. Where none of them has changed since a pass looked over
+// the same way, and it stood, it stands.
+int slip_soil_lanes(int group, int half_at) {
+    int slot = entry_slot(block_list[params.list_offset + group]);
+    bool any_changed = false;
+    for (int n = 0; n < 9; ++n) {
+        int other = tile_table[slot * kTileTableWords + n];
+        any_changed = any_changed || (other >= 0 && ATOMIC_LOAD(spans[tile_stamp(other)]) > params.slip_stamp);
+    }
+    if (!any_changed) {
+        return 0;
+    }
+    int lanes = 0;
+    int first = half_at * 4 - params.slip_stride;
+    int last = half_at * 4 + 3 + params.slip_stride;
+    for (int y = first; y <= last; ++y) {
+        int row = changed_row(slot, y, params.slip_stamp);
+        for (int i = 0; i < params.slip_stride; ++i) {
+            row = row | (row << 1) | (row >> 1);
+        }
+        row = (row >> kTileSide) & 255;
+        for (int r = max(0, y - params.slip_stride - half_at * 4); r <= min(3, y + params.slip_stride - half_at * 4); ++r) {
+            lanes = lanes | (row << (r * kTileSide));
+        }
+    }
+    return lanes;
+}
+
 void slip_soil(int group, int lane) {
     int slot = entry_slot(block_list[params.list_offset + group]);
     int x = lane & 7;
     int y = lane >> 3;
     int record = (slot * kTileColumns + lane) * kColumnWords;
-    int count = spans[record + kColumnCount];
-    if (!slid_before(slot, true)) {
-        for (int i = 0; i < count; ++i) {
-            spans[speed_write(record, i)] = 0;
-        }
-        return;
+    int single = spans[column_word(kColumnSingle, slot * kTileColumns + lane)];
+    int slides_at = column_word(kColumnSlides, slot * kTileColumns + lane);
+    bool slid = spans[slides_at] != 0;
+    bool slides = false;
+    // Others read these speeds in this pass: as long as one is not 0 the column slides. The next pass has to end it.
+    for (int i = 0; slid && i < kSpanCapacity; ++i) {
+        slides = slides || spans[speed_read(record, i)] != 0;
     }
+    if (slides) {
+        stamp_column(slot, lane);
+    }
+    int count = single != kNotSingle ? 1 : spans[record + kColumnCount];
     for (int i = 0; i < count; ++i) {
         int at = record + kColumnSpans + i * kSpanWords;
-        int bottom = spans[at + kSpanBottom];
-        int top = spans[at + kSpanTop];
-        spans[speed_write(record, i)] = 0;
-        if (spans[at + kSpanKind] != kSpanPiled || top <= bottom) {
+        int bottom = single != kNotSingle ? 0 : spans[at + kSpanBottom];
+        int top = single != kNotSingle ? single : spans[at + kSpanTop];
+        if (slid) {
+            spans[speed_write(record, i)] = 0;
+        }
+        if ((single == kNotSingle && spans[at + kSpanKind] != kSpanPiled) || top <= bottom) {
             continue;
         }
         bool on_rigid = i > 0;
@@ -203,17 +262,18 @@ void slip_soil(int group, int lane) {
             continue;
         }
         ATOMIC_MAX(result[kResultSlope], worst);
-        // Even where nothing can leave. Another tile may see this mark in this pass or in the next: where nothing fails
-        // looking changes nothing.
-        ATOMIC_MAX(tile_table[slot * kTileTableWords + kTileTableSlid], params.pass_stamp);
+        // Even where nothing can leave. Others may see this mark in this pass or in the next: where nothing fails looking
+        // changes nothing.
+        stamp_column(slot, lane);
         // Soil that slides on into this column brings its speed along.
-        int speed = spans[speed_read(record, i)];
+        int speed = slid ? spans[speed_read(record, i)] : 0;
         for (int k = 0; k < 9; ++k) {
             speed = max(speed, column_speed(slot, x + k % 3 - 1, y + k / 3 - 1));
         }
         // thesis (9), and no more than a quarter of the wedge at once, so that nothing overshoots.
         speed = min(speed + table_at(curve, kTableAcceleration, worst_slope) / params.substep_count, 65536);
         spans[speed_write(record, i)] = speed;
+        slides = slides || speed != 0;
         int rate = min(max(speed / params.substep_count, kSlipRateLeast), kSlipRateMost);
         // As if columns that far apart were neighbours.
         int amount = min(mul_q16(worst, rate) * params.slip_stride, kSlipDepth * kVoxelFull) + 1;  // thesis (10)
@@ -230,11 +290,12 @@ void slip_soil(int group, int lane) {
             int fraction = fraction_q16(taken, held);
             for (int k = 0; k < 8; ++k) {
                 if (flow[k] > 0 && !is_closed(target[k])) {
-                    ATOMIC_MAX(tile_table[(target[k] / params.tile_voxels) * kTileTableWords + kTileTableSlid],
-                               params.pass_stamp);
                     move_soil(source, target[k], mul_q16(fraction, fraction_q16(flow[k], sum)), true);
                 }
             }
         }
+    }
+    if (slides != slid) {
+        spans[slides_at] = slides ? 1 : 0;
     }
 }

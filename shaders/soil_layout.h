@@ -66,14 +66,12 @@ CONST_INT(kTileColumns, 64)
 CONST_INT(kBlockVoxels, 512)
 CONST_INT(kNeighbourAbsent, -1)
 // Per resident tile in tile_table: 9 neighbour slots (row-major, dy then dx, self in the middle), tile x, tile y,
-// then the top of the soil: step * kTileTopStep + z of the highest voxel with soil + 1, a maximum over columns; and
-// kTileTableSlid.
+// then the top of the soil: step * kTileTopStep + z of the highest voxel with soil + 1, a maximum over columns.
 CONST_INT(kTileTableWords, 16)
 CONST_INT(kTileTableX, 9)
 CONST_INT(kTileTableY, 10)
 CONST_INT(kTileTableTop, 11)
 CONST_INT(kTileTopStep, 1024)   // twice the highest grid (512 voxels), so that z + 1 fits
-CONST_INT(kTileTableSlid, 12)   // stamp of the last slip pass that found a slope failing or moved soil here
 
 // Tile lists: (slot * kTileWord + lowest) * kTileWord + highest: support may have changed from block `lowest` on, and
 // soil reaches at most into the block below `highest`.
@@ -102,14 +100,21 @@ CONST_INT(kSupportGround, 1)
 CONST_INT(kSupportBody, 2)
 
 // --- block flags: arrays of one word a block (8 x 8 x 8 voxels), array * block count + block ------------------------
-// Stamps grow by one a pass (or a step), so nothing has to be cleared between passes.
 CONST_INT(kFlagListed, 0)       // 1: dispatched this step, soil may flow in. Written by the host only
-CONST_INT(kFlagPending, 1)      // stamp of the last pass that left deltas here
-CONST_INT(kFlagApplied, 2)      // stamp of the last pass that looked for overflow here
-CONST_INT(kFlagOverflow, 3)     // stamp of the last such pass that found some
-CONST_INT(kFlagChanged, 4)      // step in which soil last moved here
-CONST_INT(kFlagWanted, 5)       // step in which soil wanted to flow in while the block was not listed
-CONST_INT(kFlagArrays, 6)
+CONST_INT(kFlagChanged, 1)      // step in which soil last moved here
+CONST_INT(kFlagWanted, 2)       // step in which soil wanted to flow in while the block was not listed
+CONST_INT(kFlagPending, 3)      // stamp of the last pass that left deltas here
+CONST_INT(kFlagArrays, 4)
+// After all of them kMaskWords words a block: masks of what there is to do in it, a bit a column (two words) or a voxel. A
+// pass looks at the columns of its mask and at no others, so that it costs what moves and not what is near. "May": a bit that
+// is set for nothing costs a look and changes no result.
+CONST_INT(kMaskWords, 32)
+CONST_INT(kMaskArrived, 0)      // voxels with deltas to apply, bit z * 64 + column: 16 words
+CONST_INT(kMaskPressed, 16)     // columns that may hold soil in excess, soil caught in a body, or a force
+CONST_INT(kMaskExcess, 18)      // columns with soil in excess, since apply_force looked
+CONST_INT(kMaskOverflow, 20)    // columns that overflowed when their block was last looked at
+CONST_INT(kMaskMoving, 22)      // columns that may hold soil that does not rest, or rests with momentum
+CONST_INT(kMaskBody, 24)        // columns that may be covered by bodies
 
 // --- height spans: per column 1 count + kSpanCapacity records -----------------------------------------------------
 // A machine over soil has a track, its wheel, the track again, the hull and the arm above one another: two spans a solid.
@@ -127,7 +132,21 @@ CONST_INT(kColumnSpeed, 52)     // slip speed of span i (Q16 voxels per base ste
 CONST_INT(kColumnBase, 84)
 CONST_INT(kBaseFree, 32768)
 CONST_INT(kBaseBody, 32767)
-// After all columns: one word a column, the height of the topmost resting soil (Q16), or kCovered less that height (as if
+// After all columns, kColumnArrays arrays of one word a column, array * columns + column.
+CONST_INT(kColumnSurface, 0)    // see kCovered
+CONST_INT(kColumnStamp, 1)      // pass that last changed soil or coverage here, or found a slope failing
+CONST_INT(kColumnSoilTop, 2)    // z of the highest voxel with soil + 1, or above it until find_support looks again
+// Below kColumnFull voxels are full and uncovered and rest on the ground, from kColumnEnd on all are empty: whoever looks at a
+// column looks at what lies between. find_support moves them together, what changes moves them apart.
+CONST_INT(kColumnFull, 3)
+CONST_INT(kColumnEnd, 4)
+// Most columns are one pile from the floor up. Its top, or kNotSingle; and whether a slip speed of the column is not 0.
+CONST_INT(kColumnSingle, 5)
+CONST_INT(kColumnSlides, 6)
+CONST_INT(kColumnArrays, 7)
+CONST_INT(kNotSingle, -1)
+// After those one word a tile: the largest kColumnStamp of its columns.
+// kColumnSurface: the height of the topmost resting soil (Q16), or kCovered less that height (as if
 // there were no bodies) where a body stands on it, or kTerrainTop less the height of the terrain where that covers the soil.
 CONST_INT(kCovered, -1)
 CONST_INT(kTerrainTop, -268435456)    // below every height: 4096 voxels
@@ -158,6 +177,8 @@ CONST_INT(kShapePlanes, 20)     // hull: offset of the first plane (4 floats eac
 CONST_INT(kShapeRounding, 22)   // float
 CONST_INT(kShapeLattice, 23)    // lattice: its place in the shapes buffer; the rows lead to its nodes, kShapeSize is the
                                 // length of a sample's unit in voxels
+CONST_INT(kShapeLow, 24)        // grid voxels that it may cover: the lowest x, y, z, then the highest
+CONST_INT(kShapeHigh, 27)
 CONST_INT(kKindBox, 0)          // ConvexShape::Kind
 CONST_INT(kKindSphere, 1)
 CONST_INT(kKindCapsule, 2)

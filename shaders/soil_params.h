@@ -19,7 +19,9 @@ int body_count;
 int contact_offset;      // where the contact records start in result
 int pass_stamp;          // grows with every pass that moves soil
 int step_stamp;          // grows with every step
-int slip_stamp;          // pass_stamp of this step's slip pass before this one; 0 in the first: look everywhere
+int support_stamp;       // find_support, build_spans and slip_soil look at columns with a kColumnStamp above these: that of
+int spans_stamp;         // the pass before their last run
+int slip_stamp;          // ... over this slip_stride
 int slip_turn;           // 0 or 1, changes with every slip pass: which set of slip speeds is read
 int slip_stride;         // voxels that soil slides at once in this slip pass, 1..4: tiles of one colour are two apart
 int place_rows;          // columns along y of the grid, whole tiles

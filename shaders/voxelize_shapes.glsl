@@ -1,7 +1,7 @@
 // Step 1 of the thesis' Algorithm 1: bodies into the coverage field psi. One group per (block, shape) pair.
 // The share of a voxel that a shape covers is the mean over 4 x 4 x 4 sub-cells of clamp(1/2 - distance), which moves
 // smoothly with the body. Only + - * on floats, all `precise`: the same bits on every backend.
-// Reads: shapes. Writes: coverage (sum), owner (the shape that covers most).
+// Reads: shapes, volume. Writes: coverage (sum), owner (the shape that covers most), masks, stamps.
 
 vec3 shape_row(int offset) {
     return vec3(int_as_float(shapes[offset]), int_as_float(shapes[offset + 1]),
@@ -110,6 +110,79 @@ float shape_distance(int shape, float px, float py, float pz) {
     return max(slant, -b - pz);
 }
 
+// A sub-cell's middle is up to 0.65 voxels from the voxel's. A face that is by twice as much the highest in the voxel's middle
+// is so in all of them.
+#define kFaceApart 1.3125f
+
+// Share of a sub-cell in a shape at this distance [voxels].
+float sub_cell_share(float distance) {
+    PRECISE float share = 0.5f - distance * 4.0f;
+    return clamp(share, 0.0f, 1.0f);
+}
+
+// Sum over 4 x 4 x 4 sub-cells beside one of a box's three pairs of faces, far from the others: the distance to them alone tells.
+// p: where the voxel's middle is along their normal; rise: how p grows along the grid's axes.
+float slab_sum(float p, vec3 rise, float half_extent, float rounding) {
+    PRECISE float sum = 0.0f;
+    for (int sz = 0; sz < 4; ++sz) {
+        PRECISE float z_part = rise.z * (float(sz) * 0.25f - 0.375f);
+        for (int sy = 0; sy < 4; ++sy) {
+            PRECISE float y_part = rise.y * (float(sy) * 0.25f - 0.375f);
+            for (int sx = 0; sx < 4; ++sx) {
+                PRECISE float x_part = rise.x * (float(sx) * 0.25f - 0.375f);
+                PRECISE float q = p + x_part;
+                q = q + y_part;
+                q = q + z_part;
+                PRECISE float distance = abs(q) - half_extent;
+                distance = distance - rounding;
+                sum = sum + sub_cell_share(distance);
+            }
+        }
+    }
+    return sum;
+}
+
+// The same near a box's edges. rise_x: how the first coordinate of p grows along the grid's axes.
+float box_sum(vec3 p, vec3 rise_x, vec3 rise_y, vec3 rise_z, vec3 half_extents, float rounding) {
+    PRECISE float sum = 0.0f;
+    for (int sz = 0; sz < 4; ++sz) {
+        float at_z = float(sz) * 0.25f - 0.375f;
+        PRECISE vec3 z_part = vec3(rise_x.z * at_z, rise_y.z * at_z, rise_z.z * at_z);
+        for (int sy = 0; sy < 4; ++sy) {
+            float at_y = float(sy) * 0.25f - 0.375f;
+            PRECISE vec3 y_part = vec3(rise_x.y * at_y, rise_y.y * at_y, rise_z.y * at_y);
+            for (int sx = 0; sx < 4; ++sx) {
+                float at_x = float(sx) * 0.25f - 0.375f;
+                PRECISE vec3 q = p + vec3(rise_x.x * at_x, rise_y.x * at_x, rise_z.x * at_x);
+                q = q + y_part;
+                q = q + z_part;
+                PRECISE vec3 beyond = abs(q) - half_extents;
+                PRECISE float distance = max(beyond.x, max(beyond.y, beyond.z)) - rounding;
+                sum = sum + sub_cell_share(distance);
+            }
+        }
+    }
+    return sum;
+}
+
+// Columns of half a block within the shape's bounds.
+int voxelize_shapes_lanes(int group, int half_at) {
+    int pair = params.pair_offset + 2 * group;
+    int slot = block_list[pair] / params.blocks_per_tile;
+    int shape = params.shape_offset + block_list[pair + 1] * kShapeWords;
+    ivec3 corner = grid_voxel(slot, 0, half_at * 4, 0);
+    int x0 = clamp(shapes[shape + kShapeLow] - corner.x, 0, 8);
+    int x1 = clamp(shapes[shape + kShapeHigh] - corner.x, -1, 7);
+    int y0 = clamp(shapes[shape + kShapeLow + 1] - corner.y, 0, 4);
+    int y1 = clamp(shapes[shape + kShapeHigh + 1] - corner.y, -1, 3);
+    int row = x1 < x0 ? 0 : ((1 << (x1 + 1)) - 1) & ~((1 << x0) - 1);
+    int lanes = 0;
+    for (int y = y0; y <= y1; ++y) {
+        lanes = lanes | (row << (y * 8));
+    }
+    return lanes;
+}
+
 void voxelize_shapes(int group, int lane) {
     int pair = params.pair_offset + 2 * group;
     int block = block_list[pair];
@@ -130,10 +203,27 @@ void voxelize_shapes(int group, int lane) {
     float offset_z = int_as_float(shapes[shape + kShapeRows + 11]);
     float rounding = int_as_float(shapes[shape + kShapeRounding]);
     int body = shapes[shape + kShapeBody];
+    int lowest = -1;
+    int highest = -1;
+    bool has_soil = false;
 
-    for (int z = 0; z < 8; ++z) {
-        PRECISE float gx = float(corner.x) + 0.5f;
-        PRECISE float gy = float(corner.y) + 0.5f;
+    bool is_box = shapes[shape + kShapeKind] == kKindBox;
+    int low = max(0, shapes[shape + kShapeLow + 2] - z0);
+    int high = min(7, shapes[shape + kShapeHigh + 2] - z0);
+    PRECISE float gx = float(corner.x) + 0.5f;
+    PRECISE float gy = float(corner.y) + 0.5f;
+    // Half a column is 3.5 voxels long between the middles of its ends: a shape further off than that and a sub-cell's reach
+    // is not in it. Lattices know distances only so far.
+    if (high > low && shapes[shape + kShapeKind] != kKindLattice) {
+        PRECISE float middle_z = float(corner.z) + 4.0f;
+        PRECISE float mx = column_x.x * gx + column_x.y * gy + column_x.z * middle_z + offset_x;
+        PRECISE float my = column_y.x * gx + column_y.y * gy + column_y.z * middle_z + offset_y;
+        PRECISE float mz = column_z.x * gx + column_z.y * gy + column_z.z * middle_z + offset_z;
+        if (shape_distance(shape, mx, my, mz) - rounding > 4.375f) {
+            return;
+        }
+    }
+    for (int z = low; z <= high; ++z) {
         PRECISE float gz = float(corner.z + z) + 0.5f;
         PRECISE float px = column_x.x * gx + column_x.y * gy;
         px = px + column_x.z * gz;
@@ -151,7 +241,18 @@ void voxelize_shapes(int group, int lane) {
             covered = kVoxelFull;
         } else if (middle < 0.8125f) {
             PRECISE float sum = 0.0f;
-            for (int s = 0; s < 64; ++s) {
+            vec3 size = shape_row(shape + kShapeSize);
+            vec3 beyond = abs(vec3(px, py, pz)) - size;
+            if (is_box && beyond.x > max(beyond.y, beyond.z) + kFaceApart) {
+                sum = slab_sum(px, column_x, size.x, rounding);
+            } else if (is_box && beyond.y > max(beyond.x, beyond.z) + kFaceApart) {
+                sum = slab_sum(py, column_y, size.y, rounding);
+            } else if (is_box && beyond.z > max(beyond.x, beyond.y) + kFaceApart) {
+                sum = slab_sum(pz, column_z, size.z, rounding);
+            } else if (is_box) {
+                sum = box_sum(vec3(px, py, pz), column_x, column_y, column_z, size, rounding);
+            }
+            for (int s = 0; s < 64 && !is_box; ++s) {
                 PRECISE float sx = float(s & 3) * 0.25f - 0.375f;
                 PRECISE float sy = float((s >> 2) & 3) * 0.25f - 0.375f;
                 PRECISE float sz = float(s >> 4) * 0.25f - 0.375f;
@@ -164,9 +265,8 @@ void voxelize_shapes(int group, int lane) {
                 PRECISE float qz = pz + column_z.x * sx;
                 qz = qz + column_z.y * sy;
                 qz = qz + column_z.z * sz;
-                PRECISE float inside = shape_distance(shape, qx, qy, qz) - rounding;
-                inside = 0.5f - inside * 4.0f;
-                sum = sum + clamp(inside, 0.0f, 1.0f);
+                PRECISE float distance = shape_distance(shape, qx, qy, qz) - rounding;
+                sum = sum + sub_cell_share(distance);
             }
             PRECISE float units = sum * 1024.0f + 0.5f;
             covered = int(units);
@@ -176,6 +276,16 @@ void voxelize_shapes(int group, int lane) {
             ATOMIC_ADD_OWNED(state[kPlaneCoverage * params.plane_stride + voxel], covered);
             int key = min(covered, kVoxelFull - 1) / 2 * kOwnerRank + body + 1;
             ATOMIC_MAX_OWNED(state[kPlaneOwner * params.plane_stride + voxel], key);
+            highest = z;
+            lowest = lowest < 0 ? z : lowest;
+            has_soil = has_soil || state_at(kPlaneVolume, voxel) > 0;
         }
+    }
+    if (highest >= 0) {
+        set_in_mask(block, kMaskBody, lane, true);
+        note_change(slot, lane, z0 + lowest, z0 + highest);
+    }
+    if (has_soil) {
+        set_in_mask(block, kMaskPressed, lane, true);
     }
 }

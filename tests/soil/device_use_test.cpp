@@ -69,10 +69,10 @@ TEST_P(DeviceUse, a_step_reads_a_few_words_a_block_and_no_voxel) {
         2 * impl.blocks_per_tile + layout::kTileTableWords + layout::kTileColumns;
     const int64_t head =
         layout::kResultHeader + static_cast<int64_t>(impl.body_ids.size()) * layout::kLoadWords;
-    // Where a body carries the soil under another one, the height spans of all awake tiles as well.
+    // Where a body carries the soil under another one, the height spans of the tiles around as
+    // well.
     const auto spans = static_cast<int64_t>(impl.tile_spans.size());
-    EXPECT_TRUE(spans == 0 ||
-                spans == impl.slot_count * layout::kTileColumns * layout::kColumnWords);
+    EXPECT_LT(spans, impl.slot_count * layout::kTileColumns * layout::kColumnWords);
     const int64_t records = words - impl.slot_count * slot_words - head - spans;
     EXPECT_EQ(records % layout::kContactWords, 0);
     EXPECT_LE(records / layout::kContactWords, 2 * static_cast<int64_t>(report.contacts.size()));

@@ -93,6 +93,11 @@ void StageBench::write(const StatePlanes& planes) {
     impl_->device->fill_zero(Buffer::block_flags, 0,
                              int64_t{kFlagArrays} * (p.plane_stride / kBlockVoxels));
     impl_->params.pass_stamp = 1;
+    impl_->forget_stamps();
+    for (int slot = 0; slot < impl_->slot_count; ++slot) {
+        impl_->note_stale(slot, true);
+        impl_->stamp_columns(slot);
+    }
     for (const auto& tile : impl_->tiles) {
         tile->top = planes.nz;
     }
@@ -125,7 +130,24 @@ StatePlanes StageBench::read() const {
     return planes;
 }
 
-void StageBench::run(Kernel kernel, const ListedWork& work) { impl_->dispatch(kernel, work); }
+// Looks at every column, whatever was looked at before.
+void StageBench::run(Kernel kernel, const ListedWork& work) {
+    SoilParams& p = impl_->params;
+    p.support_stamp = p.spans_stamp = p.slip_stamp = -1;
+    impl_->dispatch(kernel, work);
+}
+
+// As if every column of every block were in these masks.
+void StageBench::fill_masks(std::initializer_list<int> masks) {
+    const int64_t blocks = impl_->params.plane_stride / kBlockVoxels;
+    const int32_t all[2] = {-1, -1};
+    for (int64_t block = 0; block < blocks; ++block) {
+        for (int mask : masks) {
+            impl_->device->write(Buffer::block_flags,
+                                 kFlagArrays * blocks + block * kMaskWords + mask, all);
+        }
+    }
+}
 
 void StageBench::place(const std::vector<Mover>& movers) {
     std::vector<StepBody> step_bodies;
@@ -161,11 +183,7 @@ void StageBench::advect(int substeps) {
 }
 
 void StageBench::resolve_overflow(OverflowHeuristic heuristic) {
-    // As if the pass before had found overflow in every block.
-    const int blocks = impl_->params.plane_stride / kBlockVoxels;
-    const std::vector<int32_t> found(static_cast<size_t>(blocks), impl_->params.pass_stamp);
-    impl_->device->write(Buffer::block_flags, int64_t{kFlagApplied} * blocks, found);
-    impl_->device->write(Buffer::block_flags, int64_t{kFlagOverflow} * blocks, found);
+    fill_masks({kMaskExcess, kMaskOverflow});
     impl_->params.overflow_heuristic = static_cast<int>(heuristic);
     ++impl_->params.pass_stamp;
     run(Kernel::resolve_overflow, impl_->listed_work);
@@ -228,6 +246,9 @@ int32_t StageBench::read_surface(int x, int y) const {
 
 void StageBench::write_speeds(const std::vector<int32_t>& speeds) {
     impl_->params.slip_turn = 0;
+    for (int slot = 0; slot < impl_->slot_count; ++slot) {
+        impl_->write_columns(slot, kColumnSlides, 1);
+    }
     size_t next = 0;
     for (int y = 0; y < impl_->frame.size[1]; ++y) {
         for (int x = 0; x < impl_->frame.size[0]; ++x, next += kSpanCapacity) {

@@ -70,6 +70,7 @@ class StageBench {
     int slot_of(int x, int y) const;
     int64_t column_words_at(int x, int y) const;
     void run(layout::Kernel kernel, const ListedWork& work);
+    void fill_masks(std::initializer_list<int> masks);
 
     std::unique_ptr<Soil> soil_;
     Soil::Impl* impl_ = nullptr;

@@ -33,13 +33,16 @@ int root_of(std::vector<int>& parent, int i) {
 std::vector<int> join_cells(const std::vector<Cell>& cells, int gap) {
     std::vector<int> parent(cells.size());
     std::iota(parent.begin(), parent.end(), 0);
-    for (size_t i = 0; i < cells.size(); ++i) {
-        for (int64_t dx = 0; dx <= gap; ++dx) {
+    for (int64_t dx = 0; dx <= gap; ++dx) {
+        // What is near the next cell begins no earlier than what is near this one.
+        size_t first = 0;
+        for (size_t i = 0; i < cells.size(); ++i) {
             const Cell low{cells[i].x + dx, cells[i].y - gap, 0};
-            for (auto it = std::lower_bound(cells.begin(), cells.end(), low);
-                 it != cells.end() && it->x == low.x && it->y <= cells[i].y + gap; ++it) {
+            while (first < cells.size() && cells[first] < low) ++first;
+            for (size_t j = std::max(first, i);
+                 j < cells.size() && cells[j].x == low.x && cells[j].y <= cells[i].y + gap; ++j) {
                 const int a = root_of(parent, static_cast<int>(i));
-                const int b = root_of(parent, static_cast<int>(it - cells.begin()));
+                const int b = root_of(parent, static_cast<int>(j));
                 parent[std::max(a, b)] = std::min(a, b);
             }
         }

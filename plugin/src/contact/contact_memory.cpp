@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace bsoil {
 namespace {
@@ -15,27 +16,87 @@ std::span<const PressedSoil> from_x(std::span<const PressedSoil> soil, double x)
     return soil.subspan(static_cast<size_t>(first - soil.begin()));
 }
 
-/// The soil of a contact voxel in a list sorted by center_m.x, null where it is not there: the
-/// nearest; of an edge's two faces in one voxel the one that looks the same way.
-const PressedSoil* find(std::span<const PressedSoil> soil, const ContactVoxel& v, Vec3 way,
-                        const ContactLaw& law, double cosine_least) {
+}  // namespace
+
+void PressedSoilIndex::make(std::span<const PressedSoil> soil, double width_m) {
+    soil_ = soil;
+    if (soil.empty()) return;
+    const auto [low, high] = std::minmax_element(
+        soil.begin(), soil.end(),
+        [](const auto& a, const auto& b) { return a.center_m.y < b.center_m.y; });
+    const double range_m = high->center_m.y - low->center_m.y;
+    low_y_ = low->center_m.y;
+    width_m_ = std::max(width_m, range_m / static_cast<double>(soil.size()));
+    starts_.assign(static_cast<size_t>(range_m / width_m_) + 2, 0);
+    for (const PressedSoil& entry : soil)
+        ++starts_[static_cast<size_t>(strip_at(entry.center_m.y))];
+    int before = 0;
+    for (int& start : starts_) before += std::exchange(start, before);
+    order_.resize(soil.size());
+    for (size_t i = 0; i < soil.size(); ++i) {
+        int& next = starts_[static_cast<size_t>(strip_at(soil[i].center_m.y))];
+        order_[static_cast<size_t>(next++)] = static_cast<int>(i);
+    }
+    // Each start has moved on to the next one.
+    std::rotate(starts_.begin(), starts_.end() - 1, starts_.end());
+    starts_.front() = 0;
+}
+
+int PressedSoilIndex::strip_at(double y) const {
+    const double strip = std::floor((y - low_y_) / width_m_);
+    return static_cast<int>(std::clamp(strip, 0.0, static_cast<double>(starts_.size() - 2)));
+}
+
+template <typename Visit>
+void PressedSoilIndex::visit_near(Vec3 place_m, double reach_x_m, double reach_y_m,
+                                  Visit&& visit) const {
+    if (soil_.empty()) return;
+    const double x0 = place_m.x - reach_x_m, x1 = place_m.x + reach_x_m;
+    const int first = strip_at(place_m.y - reach_y_m), last = strip_at(place_m.y + reach_y_m);
+    for (int strip = first; strip <= last; ++strip) {
+        const auto begin = order_.begin() + starts_[static_cast<size_t>(strip)];
+        const auto end = order_.begin() + starts_[static_cast<size_t>(strip) + 1];
+        for (auto it = std::lower_bound(begin, end, x0,
+                                        [this](int i, double at) {
+                                            return soil_[static_cast<size_t>(i)].center_m.x < at;
+                                        });
+             it != end && !(soil_[static_cast<size_t>(*it)].center_m.x > x1); ++it)
+            visit(*it);
+    }
+}
+
+namespace {
+
+/// The soil of a contact voxel, null where it is not there: the nearest; of an edge's two faces in
+/// one voxel the one that looks the same way.
+const PressedSoil* find(std::span<const PressedSoil> soil, const PressedSoilIndex& index,
+                        const ContactVoxel& v, Vec3 way, const ContactLaw& law,
+                        double cosine_least) {
     const double voxel_m = law.voxel_m(), far_m = law.def().memory_reach_voxels * voxel_m;
     const double reach_m = law.def().same_along_voxels * voxel_m;
     const double across_m = law.def().same_across_voxels * voxel_m;
     const PressedSoil* same = nullptr;
     double least = std::numeric_limits<double>::infinity();
-    for (const PressedSoil& entry : from_x(soil, v.center_m.x - reach_m)) {
-        if (entry.center_m.x > v.center_m.x + reach_m) break;
+    // What is far along the way and far off it: no more than that along an axis, but for rounding.
+    const auto reach_along = [&](double way_part) {
+        const double off_part = std::sqrt(std::max(0.0, 1 - way_part * way_part));
+        return (reach_m * std::abs(way_part) + across_m * off_part) * (1 + 1e-6);
+    };
+    index.visit_near(v.center_m, reach_along(way.x), reach_along(way.y), [&](int i) {
+        const PressedSoil& entry = soil[static_cast<size_t>(i)];
         const Vec3 apart = entry.center_m - v.center_m;
-        if (std::abs(apart.y) > far_m || std::abs(apart.z) > far_m) continue;
+        if (std::abs(apart.y) > far_m || std::abs(apart.z) > far_m) return;
         const double along = dot(apart, way);
         const double square = dot(apart, apart), cosine = dot(entry.normal, v.normal);
-        if (std::abs(along) > reach_m || square - along * along > across_m * across_m) continue;
+        if (std::abs(along) > reach_m || square - along * along > across_m * across_m) return;
         const double unlike = square + (1 - cosine) * across_m * across_m;
-        if (cosine < cosine_least || unlike >= least) continue;
-        least = unlike;
-        same = &entry;
-    }
+        if (cosine < cosine_least) return;
+        // Of two that are as near the first in the list.
+        if (unlike < least || (unlike == least && &entry < same)) {
+            least = unlike;
+            same = &entry;
+        }
+    });
     return same;
 }
 
@@ -77,6 +138,8 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
     previous_.swap(entries_);
     entries_.clear();
     history_.clear();
+    own_index_.make(previous_, voxel_m);
+    around_index_.make(around, voxel_m);
     for (const ContactVoxel& v : voxels) {
         const Vec3 own = motion.velocity_at(v.position_m);
         const Vec3 velocity =
@@ -88,9 +151,10 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
             is_pressed ? duration_s * (velocity - dot(velocity, v.normal) * v.normal) : Vec3{};
         double retreat_m = -duration_s * dot(velocity, v.normal);
         const Vec3 way = way_of(v, law);
-        const PressedSoil* same = find(previous_, v, way, law, -1);
+        const PressedSoil* same = find(previous_, own_index_, v, way, law, -1);
         if (same) retreat_m += same->retreat_m;
-        const PressedSoil* others = find(around, v, way, law, law.def().same_contact_cosine);
+        const PressedSoil* others =
+            find(around, around_index_, v, way, law, law.def().same_contact_cosine);
         if (others && (!same || length(others->slid_m) > length(same->slid_m))) same = others;
         if (same) slid += same->slid_m;
         retreat_m = std::clamp(retreat_m, 0.0, voxel_m);
@@ -103,9 +167,10 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
 
 std::span<const ContactHistory> ContactMemory::recall(std::span<const ContactVoxel> voxels,
                                                       const ContactLaw& law) {
+    own_index_.make(entries_, law.voxel_m());
     history_.clear();
     for (const ContactVoxel& v : voxels) {
-        const PressedSoil* same = find(entries_, v, way_of(v, law), law, -1);
+        const PressedSoil* same = find(entries_, own_index_, v, way_of(v, law), law, -1);
         history_.push_back(same ? ContactHistory{length(same->slid_m), same->retreat_m}
                                 : ContactHistory{});
     }

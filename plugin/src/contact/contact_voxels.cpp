@@ -13,6 +13,8 @@ namespace {
 
 /// A point no further above a face is on it [voxels].
 constexpr double kOnFace = 1e-3;
+/// Contacts that one thread takes at a time.
+constexpr size_t kChunkRecords = 128;
 /// A shape's surface is no further than this from the middle of a voxel that it goes through.
 constexpr double kFaceReachVoxels = 1.5;
 
@@ -20,7 +22,7 @@ constexpr double kFaceReachVoxels = 1.5;
 // deep would give its flank a depth of half a voxel. One step for each face that may meet there.
 Vec3 onto_body(Vec3 point_m, const ContactBody& body, double voxel_m) {
     for (int face_index = 0; face_index < 3; ++face_index) {
-        const NearestFace face = nearest_face(*body.input, *body.walls, point_m, voxel_m);
+        const NearestFace face = body.faces.nearest(point_m, voxel_m);
         if (!(face.distance_m > kOnFace * voxel_m)) {
             break;
         }
@@ -57,14 +59,32 @@ void ContactVoxels::make(const Request& request, const TileWords& words,
                        request.law,
                        request.wedge_length},
                       [&](int tx, int ty) { return words(tx, ty, carrier); });
-        for (; first != last; ++first) {
-            add(request, *first, out);
+        add_all(request, {first, last}, out);
+        first = last;
+    }
+}
+
+// In chunks, each with a list of its own, joined in order.
+void ContactVoxels::add_all(const Request& request, std::span<const ContactRecord> records,
+                            std::vector<ContactVoxel>& out) {
+    const size_t chunk_count = (records.size() + kChunkRecords - 1) / kChunkRecords;
+    chunks_.resize(std::max(chunks_.size(), chunk_count));
+    request.threads->run(chunk_count, [&](size_t chunk) {
+        chunks_[chunk].clear();
+        // Two faces a voxel at most.
+        chunks_[chunk].reserve(2 * kChunkRecords);
+        const size_t first = chunk * kChunkRecords;
+        for (size_t i = first; i < std::min(first + kChunkRecords, records.size()); ++i) {
+            add(request, records[i], chunks_[chunk]);
         }
+    });
+    for (size_t chunk = 0; chunk < chunk_count; ++chunk) {
+        out.insert(out.end(), chunks_[chunk].begin(), chunks_[chunk].end());
     }
 }
 
 void ContactVoxels::add(const Request& request, const ContactRecord& record,
-                        std::vector<ContactVoxel>& out) {
+                        std::vector<ContactVoxel>& out) const {
     const ContactBody& body = request.bodies[static_cast<size_t>(record.body)];
     if (!body.input) {
         return;
@@ -80,7 +100,7 @@ void ContactVoxels::add(const Request& request, const ContactRecord& record,
     // voxel the grid has hardly a trace.
     contact.center_m =
         frame.to_world({record.voxel[0] + 0.5, record.voxel[1] + 0.5, record.voxel[2] + 0.5});
-    const NearestFace face = nearest_face(*body.input, *body.walls, contact.center_m, voxel);
+    const NearestFace face = body.faces.nearest(contact.center_m, voxel);
     const double above_m =
         std::clamp(face.distance_m, -kFaceReachVoxels * voxel, kFaceReachVoxels * voxel);
     contact.position_m = contact.center_m - above_m * face.normal;
@@ -131,7 +151,7 @@ void ContactVoxels::add_faces(const Element& element, Vec3 face_normal,
     Vec3 beyond;
     NearestFace face;
     const auto has_turned = [&](double thin_m) {
-        face = nearest_face(*element.body.input, *element.body.walls, beyond, thin_m);
+        face = element.body.faces.nearest(beyond, thin_m);
         return dot(face.normal, across_normal) >= law.edge_sine;
     };
     bool is_edge = false, is_thin = false;

@@ -3,13 +3,14 @@
 
 #include "contact/free_surface.h"
 #include "contact/shape_faces.h"
+#include "device/host_threads.h"
 
 namespace bsoil {
 
 /// A body whose contacts are looked at.
 struct ContactBody {
     const SoilBody* input = nullptr;
-    const WallShapes* walls = nullptr;
+    BodyFaces faces;
 };
 
 /// Makes one ContactVoxel of each face that meets soil in a voxel. Keeps its memory from one step
@@ -25,21 +26,26 @@ class ContactVoxels {
         const Pose* world_to_grid = nullptr;  ///< of metres
         const ContactLawDef* law = nullptr;
         std::span<const double> wedge_length;  ///< see FreeSurface::Request
+        device::HostThreads* threads = nullptr;
     };
     /// Surface words of the soil that a carrier holds (a body's index, or kOnGround).
     using TileWords = std::function<std::span<const int32_t>(int tile_x, int tile_y, int carrier)>;
 
-    /// In an order that does not depend on the device.
+    /// In an order that does not depend on the device or on threads.
     void make(const Request& request, const TileWords& words, std::vector<ContactVoxel>& out);
 
   private:
     struct Element;
-    void add(const Request& request, const ContactRecord& record, std::vector<ContactVoxel>& out);
+    void add_all(const Request& request, std::span<const ContactRecord> records,
+                 std::vector<ContactVoxel>& out);
+    void add(const Request& request, const ContactRecord& record,
+             std::vector<ContactVoxel>& out) const;
     void add_faces(const Element& element, Vec3 face_normal, std::vector<ContactVoxel>& out) const;
     void finish(const Element& element, ContactVoxel& contact) const;
 
     std::vector<int> order_;
     std::vector<ContactRecord> records_;
+    std::vector<std::vector<ContactVoxel>> chunks_;
     FreeSurface surface_;
 };
 

@@ -89,24 +89,27 @@ NearestFace nearest_face(const ConvexShape& shape, Vec3 p) {
     return face;
 }
 
-NearestFace nearest_face(const SoilBody& body, const WallShapes& walls, Vec3 point_m,
-                         double thin_m) {
-    NearestFace nearest{std::numeric_limits<double>::infinity(), {0, 0, 1}};
-    const std::vector<ConvexShape>& shapes = *body.shapes;
-    const auto is_thick = [&](size_t i) {
-        return thickness_m(shapes[i]) + walls.growth[i].growth_m >= thin_m;
-    };
-    bool has_thick = false;
-    for (size_t i = 0; i < shapes.size(); ++i) has_thick = has_thick || is_thick(i);
-    for (size_t i = 0; i < shapes.size(); ++i) {
-        const ConvexShape& shape = shapes[i];
-        if (has_thick && !is_thick(i)) continue;
+void BodyFaces::place(const SoilBody& body, const WallShapes& walls) {
+    parts_.clear();
+    thickest_m_ = 0;
+    for (size_t i = 0; i < body.shapes->size(); ++i) {
+        const ConvexShape& shape = (*body.shapes)[i];
         const Pose to_world = body.pose * shape.local;
-        const NearestFace face = nearest_face(shape, transform(inverse(to_world), point_m));
+        const double thick_m = thickness_m(shape) + walls.growth[i].growth_m;
+        parts_.push_back({&shape, &walls.growth[i], to_world, inverse(to_world), thick_m});
+        thickest_m_ = std::max(thickest_m_, thick_m);
+    }
+}
+
+NearestFace BodyFaces::nearest(Vec3 point_m, double thin_m) const {
+    NearestFace nearest{std::numeric_limits<double>::infinity(), {0, 0, 1}};
+    for (const Part& part : parts_) {
+        if (part.thickness_m < thin_m && thickest_m_ >= thin_m) continue;
+        const NearestFace face = nearest_face(*part.shape, transform(part.to_shape, point_m));
         if (std::abs(face.distance_m) < std::abs(nearest.distance_m))
-            nearest = {face.distance_m, rotate(to_world.rotation, face.normal),
-                       rotate(to_world.rotation, walls.growth[i].normal),
-                       walls.growth[i].is_thin() ? walls.growth[i].rim_share() : 1};
+            nearest = {face.distance_m, rotate(part.to_world.rotation, face.normal),
+                       rotate(part.to_world.rotation, part.growth->normal),
+                       part.growth->is_thin() ? part.growth->rim_share() : 1};
     }
     return nearest;
 }

@@ -17,11 +17,26 @@ struct NearestFace {
 /// point: in the shape's own frame.
 NearestFace nearest_face(const ConvexShape& shape, Vec3 point_m);
 
-/// The face of a body, world axes, that a point of the world is nearest to. Parts thinner than
-/// thin_m (the lugs of a wheel in a coarse grid) do not count beside thicker ones: the coverage
-/// field does not tell their faces apart. Thickened sheets count as thick. walls: of the body's
-/// shapes. Cost: the number of the body's shapes and of their planes.
-NearestFace nearest_face(const SoilBody& body, const WallShapes& walls, Vec3 point_m,
-                         double thin_m);
+/// A body's shapes where they stand.
+class BodyFaces {
+  public:
+    /// walls: of the body's shapes. Both must outlive the questions.
+    void place(const SoilBody& body, const WallShapes& walls);
+    /// The face, world axes, that a point of the world is nearest to. Parts thinner than thin_m
+    /// (the lugs of a wheel in a coarse grid) do not count beside thicker ones: the coverage field
+    /// does not tell their faces apart. Thickened sheets count as thick. Cost: the number of shapes
+    /// and of their planes.
+    NearestFace nearest(Vec3 point_m, double thin_m) const;
+
+  private:
+    struct Part {
+        const ConvexShape* shape;
+        const SheetGrowth* growth;
+        Pose to_world, to_shape;
+        double thickness_m;
+    };
+    std::vector<Part> parts_;
+    double thickest_m_ = 0;
+};
 
 }  // namespace bsoil

@@ -2,6 +2,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <chrono>
 #include <cstdlib>
@@ -100,6 +101,7 @@ class CpuDevice final : public Device {
     void run_kernel(int kernel, std::span<const int32_t> params, const WorkList& work) override {
         const KernelInfo& info = kernel_set().kernels[static_cast<size_t>(kernel)];
         memory_.params = params.data();
+        lane_count_ = 0;
         if (thread_count() == 1 || work.group_count < kParallelGroupsMin) {
             run_serially(info, work);
         } else if (info.is_scatter) {
@@ -109,6 +111,8 @@ class CpuDevice final : public Device {
         } else {
             run_parallel(info, work.tiles_by_colour);
         }
+        counters_.lane_counts.resize(kernel_set().kernels.size());
+        counters_.lane_counts[static_cast<size_t>(kernel)] += lane_count_;
     }
 
     void begin_session() override {
@@ -142,7 +146,7 @@ class CpuDevice final : public Device {
     void run_serially(const KernelInfo& info, const WorkList& work) {
         for (const auto& tiles : work.tiles_by_colour) {
             for (const TileRange& tile : tiles) {
-                info.run(memory_, tile.first_group, tile.group_count);
+                lane_count_ += info.run(memory_, tile.first_group, tile.group_count);
             }
         }
     }
@@ -158,10 +162,12 @@ class CpuDevice final : public Device {
         }
         arena_.execute([&] {
             parallel_ranges(tile_count, [&](size_t first, size_t last) {
+                int64_t lane_count = 0;
                 for (size_t i = first; i < last; ++i) {
                     const TileRange tile = tile_at(tile_lists, i);
-                    info.run(memory_, tile.first_group, tile.group_count);
+                    lane_count += info.run(memory_, tile.first_group, tile.group_count);
                 }
+                lane_count_ += lane_count;
             });
         });
     }
@@ -178,6 +184,7 @@ class CpuDevice final : public Device {
     std::string name_;
     AlignedWords buffers_[kBufferCapacity];
     KernelMemory memory_;
+    std::atomic<int64_t> lane_count_ = 0;  ///< of the dispatch in progress
     int session_depth_ = 0;
     int stage_ = -1;  ///< that runs; -1: none
     Clock::time_point stage_start_;

@@ -12,6 +12,7 @@
 ///   BSOIL_KERNEL_BODIES   a generated file that includes the helpers and the text of every kernel
 ///   on the list
 #include <array>
+#include <bit>
 #include <cstring>
 #include <string_view>
 #include <type_traits>
@@ -65,17 +66,27 @@ struct Kernels {
 
 #include "exact_math.glsl"
 #include BSOIL_KERNEL_LAYOUT
+// Lanes that always have work need no group, and GLSL has no word for that.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-parameter"
 #include BSOIL_KERNEL_BODIES
+#pragma GCC diagnostic pop
 };
 
-template <void (Kernels::*kernel)(int group, int lane)>
-void run(const KernelMemory& memory, int first_group, int group_count) {
+template <void (Kernels::*kernel)(int group, int lane), int (Kernels::*lanes)(int group, int half)>
+int64_t run(const KernelMemory& memory, int first_group, int group_count) {
     Kernels kernels(memory);
+    int64_t lane_count = 0;
     for (int group = first_group; group < first_group + group_count; ++group) {
-        for (int lane = 0; lane < kLanesPerGroup; ++lane) {
-            (kernels.*kernel)(group, lane);
+        const auto low = static_cast<uint32_t>((kernels.*lanes)(group, 0));
+        const auto high = static_cast<uint32_t>((kernels.*lanes)(group, 1));
+        const uint64_t all = low | uint64_t{high} << 32;
+        lane_count += std::popcount(all);
+        for (uint64_t rest = all; rest != 0; rest &= rest - 1) {
+            (kernels.*kernel)(group, std::countr_zero(rest));
         }
     }
+    return lane_count;
 }
 
 /// The name at the end of a path. Only the name gets into the program, not the folder it was built
@@ -104,8 +115,8 @@ const KernelSet& BSOIL_KERNEL_SET() {
     static constexpr FileName kLayout(BSOIL_KERNEL_LAYOUT);
     static constexpr FileName kCommon(BSOIL_KERNEL_COMMON);
     static constexpr KernelInfo kKernels[] = {
-#define PLAIN(name) {#name, false, &run<&Kernels::name>},
-#define SCATTER(name) {#name, true, &run<&Kernels::name>},
+#define PLAIN(name) {#name, false, &run<&Kernels::name, &Kernels::name##_lanes>},
+#define SCATTER(name) {#name, true, &run<&Kernels::name, &Kernels::name##_lanes>},
 #include BSOIL_KERNEL_LIST
 #undef PLAIN
 #undef SCATTER

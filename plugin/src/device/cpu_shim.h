@@ -22,6 +22,9 @@
 #define ATOMIC_LOAD(word) bsoil::device::shim::atomic_load(word)
 #define ATOMIC_ADD_OWNED(word, value) bsoil::device::shim::add_owned(word, value)
 #define ATOMIC_MAX_OWNED(word, value) bsoil::device::shim::max_owned(word, value)
+#define ATOMIC_MIN_OWNED(word, value) bsoil::device::shim::min_owned(word, value)
+#define ATOMIC_OR_OWNED(word, value) ((word) |= (value))
+#define ATOMIC_AND_OWNED(word, value) ((word) &= (value))
 
 namespace bsoil::device::shim {
 
@@ -38,6 +41,7 @@ using glm::vec2;
 using glm::vec3;
 using glm::vec4;
 using uint = uint32_t;
+inline constexpr int kAllLanes = -1;  // of <kernel>_lanes(group, half)
 
 // Relaxed: groups exchange nothing but these words themselves, and a dispatch ends with a full
 // synchronisation.
@@ -66,6 +70,11 @@ inline int add_owned(int32_t& word, int value) {
 inline int max_owned(int32_t& word, int value) {
     const int old = word;
     word = old < value ? value : old;
+    return old;
+}
+inline int min_owned(int32_t& word, int value) {
+    const int old = word;
+    word = old < value ? old : value;
     return old;
 }
 

@@ -47,6 +47,8 @@ struct DeviceCounters {
     int64_t read_count = 0, read_bytes = 0;    ///< from it; each read waits for it once
     int64_t fill_count = 0;
     int64_t context_count = 0;  ///< times that an OpenGL context was made current
+    /// By kernel: lanes that had work. OpenGL does not count them; they are the same as on the CPU.
+    std::vector<int64_t> lane_counts;
 };
 
 /// A place where kernels run. Every call is in order.

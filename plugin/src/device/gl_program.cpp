@@ -111,12 +111,13 @@ KernelSource kernel_source(const KernelSet& kernel_set, int kernel) {
                 fmt::format(R"(layout(location = {}) uniform int group_count;
 void main() {{
     int group = int(gl_WorkGroupID.y) * {} + int(gl_WorkGroupID.x);
-    if (group < group_count) {{
-        {}(group, int(gl_LocalInvocationIndex));
+    int lane = int(gl_LocalInvocationIndex);
+    if (group < group_count && (({}_lanes(group, lane >> 5) >> (lane & 31)) & 1) != 0) {{
+        {}(group, lane);
     }}
 }}
 )",
-                            kGroupCountLocation, kGroupsPerRow, name),
+                            kGroupCountLocation, kGroupsPerRow, name, name),
                 kernel_set, source);
     return source;
 }

@@ -23,8 +23,8 @@ struct KernelInfo {
     bool is_scatter;  ///< adds to neighbouring tiles: the colours of a WorkList run one after the
                       ///< other
     /// The compiled kernel: all lanes of the groups first_group .. first_group + group_count - 1,
-    /// in order.
-    void (*run)(const KernelMemory& memory, int first_group, int group_count);
+    /// in order. Returns how many lanes had work.
+    int64_t (*run)(const KernelMemory& memory, int first_group, int group_count);
 };
 
 /// A shader text as it was when the library was built.

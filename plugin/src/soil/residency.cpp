@@ -87,8 +87,8 @@ Status Soil::Impl::allocate_slots(int count) {
           std::pair{Buffer::delta,
                     static_cast<int64_t>(params.transport_count) * params.plane_stride},
           std::pair{Buffer::tile_table, static_cast<int64_t>(count) * kTileTableWords},
-          std::pair{Buffer::block_flags, kFlagArrays * blocks},
-          std::pair{Buffer::spans, columns * (kColumnWords + 1)}}) {
+          std::pair{Buffer::block_flags, (kFlagArrays + kMaskWords) * blocks},
+          std::pair{Buffer::spans, columns * (kColumnWords + kColumnArrays) + count}}) {
         if (Status allocated = device->allocate(buffer, words); !allocated) {
             return allocated;
         }
@@ -98,12 +98,15 @@ Status Soil::Impl::allocate_slots(int count) {
     }
     slot_tile.resize(count, -1);
     woken_step.resize(count, 0);
+    looked_step.assign(count, -1);
+    looked_blocks.resize(count, 0);
     for (auto* steps : {&listed_step, &rebuild_step, &contact_step}) {
         steps->resize(blocks, 0);
     }
     slot_count = count;
     tile_table.assign(static_cast<size_t>(count) * kTileTableWords, kNeighbourAbsent);
     table_dirty = true;
+    forget_stamps();
     return Done{};
 }
 
@@ -197,10 +200,59 @@ int Soil::Impl::wake(int index) {
                               static_cast<int64_t>(tile.slot) * blocks_per_tile,
                           blocks_per_tile);
     }
+    note_stale(tile.slot, false);  // again: the flags above are new, and no body covers it yet
     tile.packed.reset();
     table_dirty = true;
     contacts_known = false;
     return tile.slot;
+}
+
+void Soil::Impl::note_stale(int slot, bool may_be_covered) {
+    looked_step[slot] = -1;
+    mask_scratch.assign(static_cast<size_t>(blocks_per_tile) * kMaskWords, 0);
+    for (size_t first = 0; first < mask_scratch.size(); first += kMaskWords) {
+        for (int mask : {kMaskPressed, kMaskMoving}) {
+            mask_scratch[first + mask] = mask_scratch[first + mask + 1] = -1;
+        }
+        if (may_be_covered) {
+            mask_scratch[first + kMaskBody] = mask_scratch[first + kMaskBody + 1] = -1;
+        }
+    }
+    device->write(
+        Buffer::block_flags,
+        (static_cast<int64_t>(kFlagArrays) * slot_count + static_cast<int64_t>(kMaskWords) * slot) *
+            blocks_per_tile,
+        mask_scratch);
+    write_columns(slot, kColumnSoilTop, height);
+    write_columns(slot, kColumnFull, 0);
+    write_columns(slot, kColumnEnd, height);
+    write_columns(slot, kColumnSingle, kNotSingle);
+    write_columns(slot, kColumnSlides, 1);
+}
+
+// As if all of its columns had changed in the last pass.
+void Soil::Impl::stamp_columns(int slot) {
+    write_columns(slot, kColumnStamp, params.pass_stamp);
+    device->write(
+        Buffer::spans,
+        static_cast<int64_t>(kColumnWords + kColumnArrays) * slot_count * kTileColumns + slot,
+        {&params.pass_stamp, 1});
+}
+
+void Soil::Impl::write_columns(int slot, int array, int32_t word) {
+    mask_scratch.assign(kTileColumns, word);
+    const int64_t columns = static_cast<int64_t>(slot_count) * kTileColumns;
+    device->write(Buffer::spans,
+                  (kColumnWords + array) * columns + static_cast<int64_t>(slot) * kTileColumns,
+                  mask_scratch);
+}
+
+void Soil::Impl::forget_stamps() {
+    const int64_t columns = static_cast<int64_t>(slot_count) * kTileColumns;
+    device->fill_zero(Buffer::spans, (kColumnWords + kColumnStamp) * columns, columns);
+    device->fill_zero(Buffer::spans, (kColumnWords + kColumnArrays) * columns, slot_count);
+    std::ranges::fill(looked_step, -1);
+    params.support_stamp = params.spans_stamp = slip_stamps[0] = slip_stamps[1] = -1;
 }
 
 void Soil::Impl::put_to_sleep(int index) {
@@ -294,6 +346,9 @@ void Soil::Impl::write_voxels(int index, const TileVoxels& in) {
         }
     }
     tile.top = top_of(in);
+    if (tile.slot >= 0) {
+        note_stale(tile.slot, true);
+    }
 }
 
 TileRuns Soil::Impl::read_runs(int index) {
@@ -342,15 +397,32 @@ std::span<const int32_t> Soil::Impl::surface_heights(int index) {
     return tile.packed->surface;
 }
 
+// The records of a tile's columns as they are after this step.
+const int32_t* Soil::Impl::spans_of(int slot) {
+    constexpr size_t kTileSpanWords = static_cast<size_t>(kTileColumns) * kColumnWords;
+    if (std::ranges::find(span_asked, slot) == span_asked.end()) {
+        span_asked.push_back(slot);
+    }
+    int& place = span_place[static_cast<size_t>(slot)];
+    if (place < 0) {
+        place = static_cast<int>(span_slots.size());
+        span_slots.push_back(slot);
+        tile_spans.resize(span_slots.size() * kTileSpanWords);
+        device->read(Buffer::spans, static_cast<int64_t>(slot) * kTileSpanWords,
+                     std::span(tile_spans).last(kTileSpanWords));
+    }
+    return &tile_spans[static_cast<size_t>(place) * kTileSpanWords];
+}
+
 std::span<const int32_t> Soil::Impl::carried_surface(int index, int carrier) {
     carried_tops.assign(kTileColumns, kBare);
     // Bodies that may move keep the tiles with their soil awake.
     if (!tiles[index] || tiles[index]->slot < 0) {
         return carried_tops;
     }
-    const size_t first = static_cast<size_t>(tiles[index]->slot) * kTileColumns;
+    const int32_t* spans = spans_of(tiles[index]->slot);
     for (int c = 0; c < kTileColumns; ++c) {
-        const int32_t* column = &tile_spans[(first + c) * kColumnWords];
+        const int32_t* column = spans + static_cast<size_t>(c) * kColumnWords;
         for (int i = 0; i < column[kColumnCount]; ++i) {
             const auto pair = static_cast<uint32_t>(column[kColumnBase + i / 2]);
             const int base = static_cast<int>(pair >> (i % 2 * 16) & 0xffff);

@@ -530,6 +530,7 @@ void SoilSnapshot::put(const SavedSoil& saved) {
         std::fill(steps->begin(), steps->end(), 0);
     s_.device->fill_zero(Buffer::block_flags, 0,
                          static_cast<int64_t>(kFlagArrays) * s_.slot_count * s_.blocks_per_tile);
+    s_.forget_stamps();
 
     s_.step_index = saved.step_index;
     s_.speed_q16 = saved.speed_q16;
@@ -596,6 +597,7 @@ void SoilSnapshot::put_awake(const SavedTile& tile) {
     s_.device->write(Buffer::spans,
                      (static_cast<int64_t>(s_.slot_count) * kColumnWords + slot) * kTileColumns,
                      tile.surface);
+    s_.note_stale(static_cast<int>(slot), true);
 }
 
 std::vector<uint8_t> Soil::state() const {

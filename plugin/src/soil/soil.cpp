@@ -118,6 +118,7 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
         return Error{device.error()};
     }
     s.device = std::move(*device);
+    s.host_threads = std::make_unique<device::HostThreads>(def.thread_count);
 
     const int64_t tile_bytes =
         static_cast<int64_t>(p.tile_voxels) * 4 * (kTransportFirst + 2 * p.transport_count);

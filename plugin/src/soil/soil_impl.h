@@ -95,7 +95,7 @@ struct BodyTrack {
     int index = -1;  ///< of its record in the shapes buffer and of its owner marks
     bool is_static = false;
     int64_t last_step = -1;
-    GivenBody given;  ///< in the last step
+    GivenBody given;               ///< in the last step
     std::vector<BlockKey> blocks;  ///< in which its coverage stands now, sorted
     WallShapes walls;
     int64_t last_moved_step = INT64_MIN / 2;
@@ -110,7 +110,8 @@ struct StepBody {
     BodyTrack* track = nullptr;
     Pose from, to;  ///< body frame -> grid, at the step's start and end
     bool moved = false;
-    bool placed = false;  ///< not there before, not so, or not within reach
+    bool placed = false;         ///< not there before, not so, or not within reach
+    bool turned_static = false;  ///< or movable: what rests on it rests on something else
     /// Its shapes as the soil sees them.
     const std::vector<ConvexShape>& shapes() const {
         return track->walls.shapes.empty() ? *input->shapes : track->walls.shapes;
@@ -132,6 +133,7 @@ struct Soil::Impl {
     int height = 0, tiles_x = 0, tiles_y = 0, blocks_per_tile = 0, kept_planes = 0;
     std::string device_reason;
     std::unique_ptr<device::Device> device;
+    std::unique_ptr<device::HostThreads> host_threads;
     layout::SoilParams params{};
 
     std::vector<std::unique_ptr<Tile>> tiles;  ///< tiles_x * tiles_y; null: never held anything
@@ -139,6 +141,8 @@ struct Soil::Impl {
     std::vector<int> free_slots;
     int slot_count = 0, slot_capacity_max = 0;
     bool table_dirty = false;  ///< neighbour table has to be uploaded again
+    /// Of the pass before the last slip pass over single voxels, and over several at once.
+    int32_t slip_stamps[2] = {-1, -1};
     std::vector<int32_t> tile_table;
 
     uint64_t revision_base = 0;  ///< Tile::revision of a tile that does not exist; see load()
@@ -160,8 +164,13 @@ struct Soil::Impl {
     std::vector<int64_t> listed_step, rebuild_step,
         contact_step;                 ///< by device block: the last step it was in that list
     std::vector<int64_t> woken_step;  ///< by slot: when it woke
+    // By slot: the last step that looked at its columns, -1 when nothing is known of them, and how
+    // many blocks up; see note_stale().
+    std::vector<int64_t> looked_step;
+    std::vector<int> looked_blocks;
     std::vector<int32_t> block_words, flag_words, shape_words, result_head, result_words, tile_tops;
     std::vector<int32_t> tile_spans, carried_tops;
+    std::vector<int32_t> mask_scratch;
     std::vector<std::pair<BlockKey, int64_t>> active_scratch;
     std::vector<std::unordered_map<BlockKey, int64_t>::node_type>
         active_spare;  ///< entries that fell out of `active`
@@ -170,8 +179,12 @@ struct Soil::Impl {
     std::vector<BlockKey> block_scratch, fresh_blocks;
     std::vector<StepBody> body_scratch;
     std::vector<Aabb> shape_boxes;
-    int contacts_expected = 0;    ///< contact records that read_back() asks for
-    bool spans_expected = false;  ///< whether it asks for the spans: some soil lies on bodies
+    int contacts_expected = 0;  ///< contact records that read_back() asks for
+    // Tiles whose height spans the contacts need because a body carries the soil under another one:
+    // those that were asked for in the last step are read with everything else.
+    std::vector<int> span_slots;  ///< of tile_spans, tile by tile
+    std::vector<int> span_asked;  ///< slots asked for in this step
+    std::vector<int> span_place;  ///< by slot: its place in span_slots, -1 where it is not read
     mutable std::vector<device::ReadRange> read_scratch;
     ContactVoxels contact_voxels;
     std::vector<ContactBody> contact_bodies;  ///< by body index; of the step in progress
@@ -211,6 +224,13 @@ struct Soil::Impl {
     /// Reads a tile, awake or asleep, into `out`.
     void read_voxels(int index, TileVoxels& out) const;
     /// Adds a tile's words of a plane of the state to read_scratch.
+    /// Nothing is known of what a tile's columns hold: they are to be looked at anew.
+    void note_stale(int slot, bool may_be_covered);
+    void stamp_columns(int slot);
+    /// One word for all columns of a tile in one of the arrays kColumnSurface ...
+    void write_columns(int slot, int array, int32_t word);
+    /// Columns have no stamps any more: all are to be looked at anew.
+    void forget_stamps();
     void want_plane(int plane, int slot, std::span<int32_t> words) const;
     void write_voxels(int index, const TileVoxels& in);
     /// The same as runs; a tile that does not exist is made.
@@ -225,6 +245,7 @@ struct Soil::Impl {
     std::span<const int32_t> surface_heights(int index);
     /// The same of the soil that a body (by its index) carries; kBare or kBareTop without any.
     std::span<const int32_t> carried_surface(int index, int carrier);
+    const int32_t* spans_of(int slot);
     void activate(BlockKey block);
 
     // --- ground_bodies.cpp

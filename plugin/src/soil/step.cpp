@@ -75,6 +75,25 @@ int clamped_floor(double value, int low, int high) {
         std::floor(std::clamp(value, static_cast<double>(low), static_cast<double>(high))));
 }
 
+/// Which voxels the shape may cover. A distance counts up to 1/8 voxel beyond its sub-cell's
+/// middle, which is 3/8 from the voxel's along each axis. What is sharp is further off its corner
+/// than off its faces: there all voxels count.
+void put_voxel_bounds(const ConvexShape& shape, const Aabb& box, int32_t* record) {
+    using Kind = ConvexShape::Kind;
+    constexpr double kReach = 1.5;
+    constexpr int kFar = 1 << 20;
+    const bool is_blunt = shape.kind == Kind::box || shape.kind == Kind::sphere ||
+                          shape.kind == Kind::capsule || shape.kind == Kind::cylinder;
+    const double low[3] = {box.min.x, box.min.y, box.min.z};
+    const double high[3] = {box.max.x, box.max.y, box.max.z};
+    for (int axis = 0; axis < 3; ++axis) {
+        record[kShapeLow + axis] =
+            is_blunt ? clamped_floor(low[axis] - kReach, -kFar, kFar) : -kFar;
+        record[kShapeHigh + axis] =
+            is_blunt ? clamped_floor(high[axis] + kReach, -kFar, kFar) : kFar;
+    }
+}
+
 /// Adds `block` to a work list being filled tile by tile.
 class WorkListBuilder {
   public:
@@ -292,6 +311,11 @@ void Soil::Impl::build_work_lists() {
             const int top = top_around(slot_tile[slot] % tiles_x, slot_tile[slot] / tiles_x);
             const int highest = std::min(blocks_per_tile, top / kTileSide + 2);
             builder.add((slot * kTileWord + lowest) * kTileWord + highest);
+            if (looked_step[slot] != step_index - 1 || looked_blocks[slot] != highest) {
+                stamp_columns(slot);
+            }
+            looked_step[slot] = step_index;
+            looked_blocks[slot] = highest;
             tiles[slot_tile[slot]]->last_used_step = step_index;
         }
         builder.end_tile();
@@ -400,6 +424,7 @@ void Soil::Impl::upload_bodies(std::span<const StepBody> step_bodies, double t) 
                 hulls.push_back({record, &shape});
             }
             shape_boxes.push_back({shape_bounds(shape, pose, frame.voxel_m)});
+            put_voxel_bounds(shape, shape_boxes.back(), &shape_words[record]);
         }
     }
     for (const auto& [record, shape] : hulls) {
@@ -559,6 +584,7 @@ void Soil::Impl::run_deformation() {
 // thesis (19)
 void Soil::Impl::run_advection() {
     dispatch(Kernel::find_support, tile_work);
+    params.support_stamp = params.pass_stamp;
     ++params.pass_stamp;
     dispatch(Kernel::advect_soil, listed_work);
     dispatch(Kernel::apply_flow, listed_work);
@@ -577,21 +603,20 @@ void Soil::Impl::run_slippage() {
         std::clamp(kSlipPasses + slope_q16 / kSlopePerPass, kSlipPasses, kSlipPassesMost);
     const int stride_most =
         std::clamp(static_cast<int>(std::lround(kSlipWay / frame.voxel_m)), 1, kSlipStrideMost);
-    params.slip_stamp = 0;
     for (int pass = 0; pass < passes; ++pass) {
         const int stride = pass < passes - kSlipPasses ? stride_most : 1;
-        if (stride != params.slip_stride) {
-            params.slip_stamp = 0;  // what stands over the one way may fail over the other
-        }
+        int32_t& slip_stamp = slip_stamps[stride > 1];
         params.slip_stride = stride;
+        params.slip_stamp = slip_stamp;
         dispatch(Kernel::build_spans, tile_work);
+        params.spans_stamp = params.pass_stamp;
+        slip_stamp = params.pass_stamp;
         ++params.pass_stamp;
         params.slip_turn = 1 - params.slip_turn;
         if (pass == passes - 1) {
             device->fill_zero(Buffer::result, kResultSlope, 1);
         }
         dispatch(Kernel::slip_soil, tile_work);
-        params.slip_stamp = params.pass_stamp;
         dispatch(Kernel::apply_flow, listed_work);
     }
 }
@@ -649,6 +674,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
         table_dirty = true;
         device->fill_zero(Buffer::block_flags, 0,
                           static_cast<int64_t>(kFlagArrays) * slot_count * blocks_per_tile);
+        forget_stamps();
     }
     params.step_stamp = stamp;
 
@@ -697,6 +723,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
                               body.center_of_mass_m, body.contact_width_m};
         same_bodies = same_bodies && !entry.moved && given == track.given;
         track.given = given;
+        entry.turned_static = track.is_static != body.is_static;
         track.pose = entry.to;
         track.shape_revision = body.shape_revision;
         track.is_static = body.is_static;
@@ -752,7 +779,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
             fresh_blocks.clear();
             std::set_difference(blocks.begin(), blocks.end(), body.track->blocks.begin(),
                                 body.track->blocks.end(), std::back_inserter(fresh_blocks));
-            mark_rebuild(fresh_blocks, false);
+            mark_rebuild(body.turned_static ? blocks : fresh_blocks, false);
         }
         body.track->blocks = blocks;
     }
@@ -849,16 +876,31 @@ void Soil::Impl::read_back() {
     tile_table.resize(static_cast<size_t>(slot_count) * kTileTableWords);
     tile_tops.resize(contact_work.group_count > 0 ? static_cast<size_t>(slot_count) * kTileColumns
                                                   : 0);
-    const size_t span_words = static_cast<size_t>(slot_count) * kTileColumns * kColumnWords;
-    tile_spans.resize(spans_expected && contact_work.group_count > 0 ? span_words : 0);
+    constexpr size_t kTileSpanWords = static_cast<size_t>(kTileColumns) * kColumnWords;
+    span_slots.swap(span_asked);
+    span_asked.clear();
+    std::erase_if(span_slots, [&](int slot) {
+        return slot >= slot_count || slot_tile[static_cast<size_t>(slot)] < 0 ||
+               contact_work.group_count == 0;
+    });
+    tile_spans.resize(span_slots.size() * kTileSpanWords);
+    span_place.assign(static_cast<size_t>(slot_count), -1);
+    read_scratch.clear();
+    for (size_t i = 0; i < span_slots.size(); ++i) {
+        span_place[static_cast<size_t>(span_slots[i])] = static_cast<int>(i);
+        read_scratch.push_back(
+            {Buffer::spans,
+             static_cast<int64_t>(span_slots[i]) * static_cast<int64_t>(kTileSpanWords),
+             std::span(tile_spans).subspan(i * kTileSpanWords, kTileSpanWords)});
+    }
     const device::ReadRange ranges[] = {
-        {Buffer::spans, 0, tile_spans},
         {Buffer::result, 0, result_head},
         {Buffer::result, params.contact_offset, result_words},
         {Buffer::block_flags, static_cast<int64_t>(kFlagChanged * blocks), flag_words},
         {Buffer::tile_table, 0, tile_table},
         {Buffer::spans, static_cast<int64_t>(slot_count) * kTileColumns * kColumnWords, tile_tops}};
-    device->read(ranges);
+    read_scratch.insert(read_scratch.end(), std::begin(ranges), std::end(ranges));
+    device->read(read_scratch);
     const int count = std::min(result_head[kResultContacts], limits::kContactCapacity);
     if (const size_t words = static_cast<size_t>(count) * kContactWords;
         words > result_words.capacity()) {
@@ -871,15 +913,6 @@ void Soil::Impl::read_back() {
                      std::span(result_words).subspan(static_cast<size_t>(known)));
     }
     contacts_expected = count + count / 4 + kContactsMore;
-    spans_expected = false;
-    for (int i = 0; i < count && !spans_expected; ++i) {
-        spans_expected =
-            result_words[static_cast<size_t>(i) * kContactWords + kContactCarrier] != kOnGround;
-    }
-    if (spans_expected && tile_spans.size() < span_words) {
-        tile_spans.resize(span_words);
-        device->read(Buffer::spans, 0, tile_spans);
-    }
 }
 
 // The kernels keep, of each condition, the place that comes last in the grid's order.
@@ -920,15 +953,20 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
             loads.push_back({body_ids[b], units * kLoadPart * kg_per_unit, frame.to_world(center)});
         }
     }
-    contact_bodies.assign(body_ids.size(), {});
+    contact_bodies.resize(body_ids.size());
+    for (ContactBody& body : contact_bodies) {
+        body.input = nullptr;
+    }
     for (const StepBody& body : step_bodies) {
-        contact_bodies[static_cast<size_t>(body.track->index)] = {body.input, &body.track->walls};
+        ContactBody& placed = contact_bodies[static_cast<size_t>(body.track->index)];
+        placed.input = body.input;
+        placed.faces.place(*body.input, body.track->walls);
     }
     // Tiles asleep count as they would awake: what wakes them must not change the contacts of a
     // body at rest.
     contact_voxels.make(
         {result_words, contact_bodies, body_ids, body_width_voxels, &frame, &world_to_grid,
-         &def.contact_law, wedge_length},
+         &def.contact_law, wedge_length, host_threads.get()},
         [this](int tx, int ty, int carrier) {
             return carrier == kOnGround ? surface_heights(tile_index(tx, ty))
                                         : carried_surface(tile_index(tx, ty), carrier);

@@ -6,3 +6,5 @@ void mark_groups(int group, int lane) {
         counts[2 * group + 1] = entries[params.list_offset + group];
     }
 }
+
+int mark_groups_lanes(int group, int half_at) { return kAllLanes; }

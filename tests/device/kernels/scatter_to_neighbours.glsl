@@ -14,3 +14,5 @@ void scatter_to_neighbours(int group, int lane) {
         }
     }
 }
+
+int scatter_to_neighbours_lanes(int group, int half_at) { return kAllLanes; }

@@ -1,0 +1,79 @@
+// How much the passes look at: counts, the same on every machine.
+#include "device/kernel_set.h"
+#include "moving_scene.h"
+#include "soil/soil_kernels.h"
+
+namespace bsoil {
+namespace {
+
+using layout::Kernel;
+
+std::vector<int64_t> lanes_of(Soil& soil) {
+    return SoilProbe::impl(soil).device->counters().lane_counts;
+}
+
+/// Lanes with work, by kernel, that `work` asks for.
+template <typename Work>
+std::vector<int64_t> lanes_in(Soil& soil, Work&& work) {
+    std::vector<int64_t> before = lanes_of(soil);
+    work();
+    std::vector<int64_t> after = lanes_of(soil);
+    before.resize(after.size());
+    for (size_t i = 0; i < after.size(); ++i) {
+        after[i] -= before[i];
+    }
+    return after;
+}
+
+SoilDef cpu_def(SoilDef def) {
+    def.backend = Backend::cpu;
+    return def;
+}
+
+TEST(Work, a_bed_at_rest_under_a_standing_body_is_not_looked_at) {
+    const auto soil = make_soil(cpu_def(grid_def(64, 64, 32)));
+    ASSERT_TRUE(soil);
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {64, 64, 16})));
+    std::vector<Mover> movers;
+    movers.emplace_back(1, box_shape(Vec3{5, 5, 2} * 0.05), Vec3{32, 32, 17.9} * 0.05);
+    for (int i = 0; i < 120; ++i) {
+        soil->step(bodies_of(movers));
+    }
+    const std::vector<int64_t> lanes = lanes_in(*soil, [&] { soil->step(bodies_of(movers)); });
+    for (size_t kernel = 0; kernel < lanes.size(); ++kernel) {
+        if (kernel != static_cast<size_t>(Kernel::collect_contacts)) {
+            EXPECT_EQ(lanes[kernel], 0) << soil_kernel_set().kernels[kernel].name;
+        }
+    }
+    // Two blocks of air above the sole's corners are as much as it may waste.
+    EXPECT_LE(lanes[static_cast<size_t>(Kernel::collect_contacts)], 2 * 12 * 12 + 64);
+}
+
+/// Bounds are 5 % above what was counted when they were written down: a pass that looks at more has
+/// lost what it gained.
+TEST(Work, passes_look_at_little_more_than_what_moves) {
+    MovingScene scene(4, cpu_def(MovingScene::default_def()));
+    scene.run(20);
+    int64_t listed = 0;
+    const std::vector<int64_t> lanes = lanes_in(scene.soil(), [&] {
+        for (int i = 0; i < 20; ++i) {
+            listed += 64 * scene.step().block_dispatched_count;
+        }
+    });
+    struct Bound {
+        Kernel kernel;
+        int64_t lane_count;
+    };
+    for (const auto& [kernel, most] :
+         {Bound{Kernel::apply_force, 15900}, Bound{Kernel::propagate_force, 48400},
+          Bound{Kernel::apply_flow, 186800}, Bound{Kernel::advect_soil, 28100},
+          Bound{Kernel::resolve_overflow, 40200}, Bound{Kernel::build_spans, 69200},
+          Bound{Kernel::slip_soil, 103100}, Bound{Kernel::voxelize_shapes, 22200},
+          Bound{Kernel::collect_contacts, 15200}}) {
+        EXPECT_LE(lanes[static_cast<size_t>(kernel)], most)
+            << soil_kernel_set().kernels[static_cast<size_t>(kernel)].name << " of " << listed;
+    }
+}
+
+}  // namespace
+}  // namespace bsoil
