@@ -64,6 +64,13 @@ class ContactCoupling {
     const ContactSoil& soil() const { return *soil_; }
     /// All zero for an id without contact.
     BodyReport report(int body_id) const;
+    /// Calls visit(point_m, force_n) for each force that the last solve found between the soil and
+    /// a body: for drawing.
+    template <typename Visit>
+    void for_each_force(Visit visit) const {
+        for (const auto& [id, coupled] : coupled_)
+            for (const CoupledPatch& p : coupled.patches) visit(p.patch.point_m, p.applied_force_n);
+    }
     /// Mean normal pressure of a body's contact, weighted by force, and the width of its faces;
     /// both 0 without contact. For SoilBody.
     double contact_pressure_pa(int body_id) const;

@@ -13,6 +13,7 @@
 #include "coupling_snapshot.h"
 #include "first_contact.h"
 #include "snapshot_access.h"
+#include "soil_debug_draw.h"
 #include "soil_ground.h"
 #include "soil_vehicles.h"
 #include "world_anchor.h"
@@ -459,10 +460,17 @@ void SoilAction::Impl::name_conditions() {
     }
 }
 
-void SoilAction::debugDraw(btIDebugDraw*) {
+void SoilAction::debugDraw(btIDebugDraw* drawer) {
+    Impl& d = *impl_;
     // Drawing boxes asks the anchor for its own, which is taken for a substep.
-    impl_->coupling.take_rows_out();
-    impl_->carried.close_substep();
+    d.coupling.take_rows_out();
+    d.carried.close_substep();
+    if (!drawer || !d.enabled) return;
+    std::vector<DrawnForce> forces;
+    d.coupling.for_each_force([&forces](Vec3 point_m, Vec3 force_n) {
+        forces.push_back({point_m, force_n});
+    });
+    draw_soil(*drawer, *d.soil, d.report.contacts, forces);
 }
 
 }  // namespace bsoil::bullet

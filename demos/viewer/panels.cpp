@@ -190,7 +190,9 @@ void lay_out_show(ViewState& state, Simulation& simulation, Widgets& widgets) {
         }
     }
     heading("Bullet's lines");
-    bool changed = widgets.checkbox("Forces and grid of the soil", &state.show_wireframe);
+    bool changed = widgets.checkbox("Forces of the soil", &state.show_forces);
+    ImGui::SameLine();
+    changed |= widgets.checkbox("Columns", &state.show_wireframe);
     changed |= widgets.checkbox("Boxes", &state.show_boxes);
     ImGui::SameLine();
     changed |= widgets.checkbox("Contacts", &state.show_contacts);
@@ -198,7 +200,8 @@ void lay_out_show(ViewState& state, Simulation& simulation, Widgets& widgets) {
     changed |= widgets.checkbox("Joints", &state.show_joints);
     if (!changed) return;
     int mode = 0;
-    if (state.show_wireframe) mode |= btIDebugDraw::DBG_DrawNormals;
+    if (state.show_forces) mode |= btIDebugDraw::DBG_DrawNormals;
+    if (state.show_wireframe) mode |= btIDebugDraw::DBG_DrawWireframe;
     if (state.show_boxes) mode |= btIDebugDraw::DBG_DrawAabb;
     if (state.show_contacts) mode |= btIDebugDraw::DBG_DrawContactPoints;
     if (state.show_joints)

@@ -307,7 +307,7 @@ render::View Viewer::view() const {
         item.label = static_cast<uint32_t>(b) + 1;
         view.items.push_back(item);
     }
-    view.lines = picture_.lines;
+    view.front_lines = picture_.lines;  // columns and forces lie inside of soil and bodies
     return view;
 }
 

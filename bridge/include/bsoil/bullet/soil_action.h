@@ -185,7 +185,10 @@ class SoilAction final : public btActionInterface {
     /// Called by Bullet at the end of each substep: takes the impulses of this substep's rows and
     /// steps the soil as often as SoilDef::step_s has passed.
     void updateAction(btCollisionWorld* world, btScalar substep_s) override;
-    /// Called by Bullet when it draws its world; the soil draws nothing.
+    /// Called by Bullet when it draws its world. The drawer's mode says what: DBG_DrawAabb the
+    /// grid's box, DBG_DrawWireframe the height spans of columns in tiles that bodies touch,
+    /// DBG_DrawNormals the contact voxels with their normals and the forces on bodies as arrows,
+    /// the largest ten voxels long.
     void debugDraw(btIDebugDraw* drawer) override;
 
     struct Impl;
