@@ -1,11 +1,13 @@
 /// The classical models against published closed-form figures.
+#include "experiment/classical_models.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 #include <vector>
 
-#include "experiment/classical_models.h"
+#include "experiment/line_fit.h"
 
 namespace bsoil::experiment {
 namespace {
@@ -18,6 +20,28 @@ constexpr double kTableShare = 1e-4;
 const BekkerSoil kDrySand{990, 1528430, 1.1};  // Land Locomotion Laboratory
 const BekkerSoil kLeteSand{102e3, 5301e3, 0.793};
 const BekkerSoil kHitSimulant{15.6e3, 2407.4e3, 1.1};  // Ding et al. 2011
+
+TEST(LineFit, is_the_line_of_least_weighted_squares) {
+    const Eigen::VectorXd x = Eigen::Vector4d(1, 2, 3, 10), y = Eigen::Vector4d(3, 5, 7, -4);
+    // The first three lie on y = 2 x + 1; the last one does not count.
+    const auto line = fit_line(x, y, Eigen::Vector4d(1, 2, 3, 0));
+    ASSERT_TRUE(line);
+    EXPECT_NEAR(line->slope, 2, 1e-12);
+    EXPECT_NEAR(line->offset, 1, 1e-12);
+    // With it no other line misses them by less.
+    const Eigen::VectorXd w = Eigen::Vector4d(1, 2, 3, 0.5);
+    const auto best = fit_line(x, y, w);
+    ASSERT_TRUE(best);
+    const auto missed = [&](double slope, double offset) {
+        return w.dot((y.array() - slope * x.array() - offset).square().matrix());
+    };
+    const double least = missed(best->slope, best->offset);
+    for (const double d : {-1e-3, 1e-3}) {
+        EXPECT_GT(missed(best->slope + d, best->offset), least);
+        EXPECT_GT(missed(best->slope, best->offset + d), least);
+    }
+    EXPECT_FALSE(fit_line(Eigen::Vector2d(4, 4), Eigen::Vector2d(1, 2), Eigen::Vector2d(1, 1)));
+}
 
 TEST(ClassicalModels, bekker_gives_the_tabulated_pressures) {
     EXPECT_NEAR(bekker_pressure_pa(kDrySand, 0.03, 0.01), 9851.96, 9852 * kTableShare);

@@ -1,9 +1,13 @@
 #include "classical_models.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <vector>
+
+#include "line_fit.h"
 
 namespace bsoil::experiment {
 namespace {
@@ -76,36 +80,41 @@ double bekker_pressure_pa(const BekkerSoil& soil, double b_m, double sinkage_m) 
 }
 
 BekkerSoil fit_bekker(std::span<const PlateReading> readings) {
-    struct Sums {
-        double w = 0, x = 0, y = 0, xx = 0, xy = 0;
+    // Logarithms of sinkage and pressure, and weights, by plate.
+    struct Plate {
+        std::vector<double> x, y, w;
     };
-    std::map<double, Sums> plates;
+    std::map<double, Plate> plates;
     for (const PlateReading& r : readings) {
         if (!(r.sinkage_m > 0) || !(r.pressure_pa > 0)) continue;
-        const double w = r.pressure_pa * r.pressure_pa;
-        const double x = std::log(r.sinkage_m), y = std::log(r.pressure_pa);
-        Sums& plate = plates[r.b_m];
-        plate.w += w, plate.x += w * x, plate.y += w * y;
-        plate.xx += w * x * x, plate.xy += w * x * y;
+        Plate& plate = plates[r.b_m];
+        plate.x.push_back(std::log(r.sinkage_m));
+        plate.y.push_back(std::log(r.pressure_pa));
+        plate.w.push_back(r.pressure_pa * r.pressure_pa);
     }
-    double xy = 0, xx = 0;  // about each plate's own mean
+    // One exponent for all plates: about each plate's own mean.
+    const auto count = static_cast<Eigen::Index>(plates.size());
+    Eigen::VectorXd x_mean(count), y_mean(count), inverse_b(count);
+    double xy = 0, xx = 0;
+    Eigen::Index i = 0;
     for (const auto& [b_m, plate] : plates) {
-        xy += plate.xy - plate.x * plate.y / plate.w;
-        xx += plate.xx - plate.x * plate.x / plate.w;
+        const auto size = static_cast<Eigen::Index>(plate.x.size());
+        const Eigen::Map<const Eigen::ArrayXd> x(plate.x.data(), size), y(plate.y.data(), size),
+            w(plate.w.data(), size);
+        x_mean[i] = (w * x).sum() / w.sum();
+        y_mean[i] = (w * y).sum() / w.sum();
+        xy += (w * (x - x_mean[i]) * (y - y_mean[i])).sum();
+        xx += (w * (x - x_mean[i]).square()).sum();
+        inverse_b[i++] = 1 / b_m;
     }
     BekkerSoil soil;
     if (!(xx > 0)) return soil;
     soil.n = xy / xx;
-    // k of each plate against 1 / b: a line
-    double count = 0, u = 0, k = 0, uu = 0, uk = 0;
-    for (const auto& [b_m, plate] : plates) {
-        const double stiffness = std::exp((plate.y - soil.n * plate.x) / plate.w);
-        count += 1, u += 1 / b_m, k += stiffness;
-        uu += 1 / (b_m * b_m), uk += stiffness / b_m;
-    }
-    const double spread = count * uu - u * u;
-    if (plates.size() > 1) soil.kc = (count * uk - u * k) / spread;
-    soil.kphi = (k - soil.kc * u) / count;
+    // The stiffness of each plate is kc / b + kphi.
+    const Eigen::VectorXd stiffness = (y_mean - soil.n * x_mean).array().exp();
+    const auto line = fit_line(inverse_b, stiffness, Eigen::VectorXd::Ones(count));
+    soil.kc = line ? line->slope : 0;
+    soil.kphi = line ? line->offset : stiffness.mean();
     return soil;
 }
 

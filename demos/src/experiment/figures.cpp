@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
+#include "line_fit.h"
 #include "measured_data.h"
 
 namespace bsoil::experiment {
@@ -45,15 +47,14 @@ std::vector<double> least_rise(const Curve& curve) {
 
 /// Slope of the least squares line through the logarithms.
 std::vector<double> exponent(const Curve& curve) {
-    double count = 0, x_sum = 0, y_sum = 0, xx_sum = 0, xy_sum = 0;
-    for (const auto& [x, y] : curve) {
-        if (!(x > 0) || !(y > 0)) return {};
-        const double u = std::log(x), v = std::log(y);
-        count += 1, x_sum += u, y_sum += v, xx_sum += u * u, xy_sum += u * v;
+    const auto size = static_cast<Eigen::Index>(curve.size());
+    Eigen::VectorXd x(size), y(size);
+    for (Eigen::Index i = 0; i < size; ++i) {
+        std::tie(x[i], y[i]) = curve[static_cast<size_t>(i)];
+        if (!(x[i] > 0) || !(y[i] > 0)) return {};
     }
-    const double spread = count * xx_sum - x_sum * x_sum;
-    if (!(spread > 0)) return {};
-    return {(count * xy_sum - x_sum * y_sum) / spread};
+    const auto line = fit_line(x.array().log(), y.array().log(), Eigen::VectorXd::Ones(size));
+    return line ? std::vector{line->slope} : std::vector<double>{};
 }
 
 /// Where a curve that starts at 0 first reaches 1 - 1/e of its largest value.

@@ -1,5 +1,6 @@
 #include "bsoil/contact/wheel_solver.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,11 +12,11 @@ namespace {
 constexpr int kIterations = 40;
 
 enum Unknown { kRise, kForward, kSide, kSpin, kUnknownCount };
-using Vector4 = std::array<double, kUnknownCount>;
+using Unknowns = Eigen::Matrix<double, kUnknownCount, 1>;
 
 /// A direction in the space of the unknowns along which impulses act.
 struct Row {
-    Vector4 jacobian{};
+    Unknowns jacobian = Unknowns::Zero();
     double target_m_s = 0;  ///< speed along it that the row aims at
     double softness = 0;    ///< speed that an impulse leaves: 0 is rigid [m/s per N s]
     double impulse = 0;
@@ -24,32 +25,28 @@ struct Row {
 
 class Solver {
   public:
-    Solver(Vector4 start, Vector4 mass) : speed(start), mass_(mass) {}
+    Solver(const Unknowns& start, const Unknowns& mass)
+        : speed(start), inverse_mass_(mass.cwiseInverse()) {}
 
-    Row row(Vector4 jacobian, double target_m_s = 0, double softness = 0) const {
-        Row out{jacobian, target_m_s, softness};
-        for (int k = 0; k < kUnknownCount; ++k)
-            out.inverse_mass += jacobian[k] * jacobian[k] / mass_[k];
-        return out;
+    Row row(const Unknowns& jacobian, double target_m_s = 0, double softness = 0) const {
+        return {jacobian, target_m_s, softness, 0, jacobian.dot(inverse_mass_ * jacobian)};
     }
     double wanted(const Row& row) const {
-        double along = -row.target_m_s + row.softness * row.impulse;
-        for (int k = 0; k < kUnknownCount; ++k) along += row.jacobian[k] * speed[k];
+        const double along = row.jacobian.dot(speed) - row.target_m_s + row.softness * row.impulse;
         return row.impulse - along / (row.inverse_mass + row.softness);
     }
     void apply(Row& row, double impulse) {
-        for (int k = 0; k < kUnknownCount; ++k)
-            speed[k] += row.jacobian[k] * (impulse - row.impulse) / mass_[k];
+        speed += (impulse - row.impulse) * (inverse_mass_ * row.jacobian);
         row.impulse = impulse;
     }
     void solve(Row& row, double least, double most) {
         apply(row, std::clamp(wanted(row), least, most));
     }
 
-    Vector4 speed;
+    Unknowns speed;
 
   private:
-    Vector4 mass_;
+    Eigen::DiagonalMatrix<double, kUnknownCount> inverse_mass_;
 };
 
 struct PatchRows {
@@ -102,8 +99,8 @@ WheelForces solve_wheel(const WheelState& wheel, const WheelContact& contact, do
 
     // Rolling forward turns about -axle.
     const auto jacobian = [&wheel](Vec3 offset_m, Vec3 direction) {
-        return Vector4{dot(wheel.up, direction), dot(wheel.forward, direction),
-                       dot(wheel.axle, direction), dot(cross(-wheel.axle, offset_m), direction)};
+        return Unknowns{dot(wheel.up, direction), dot(wheel.forward, direction),
+                        dot(wheel.axle, direction), dot(cross(-wheel.axle, offset_m), direction)};
     };
     std::vector<PatchRows> patches;
     patches.reserve(contact.patches.size());
