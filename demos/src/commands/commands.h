@@ -22,6 +22,8 @@ inline constexpr int kSkipped = 77;       ///< the scene's data is not there
 void add_run(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
 void add_view(CLI::App& app, int& exit_code);
+void add_render(CLI::App& app, int& exit_code);
+void add_export(CLI::App& app, int& exit_code);
 void add_info(CLI::App& app, int& exit_code);
 void add_bench(CLI::App& app, int& exit_code);
 void add_import_bekker(CLI::App& app, int& exit_code);

@@ -14,6 +14,8 @@ int main(int argument_count, char** arguments) {
     int exit_code = bsoil::command::kPassed;
     bsoil::command::add_run(app, exit_code);
     bsoil::command::add_view(app, exit_code);
+    bsoil::command::add_render(app, exit_code);
+    bsoil::command::add_export(app, exit_code);
     bsoil::command::add_check(app, exit_code);
     bsoil::command::add_experiments(app, exit_code);
     bsoil::command::add_validate(app, exit_code);

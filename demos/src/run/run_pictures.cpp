@@ -15,7 +15,7 @@
 #include "baseline.h"
 #include "bsoil/render/contact_sheet.h"
 #include "bsoil/render/renderer.h"
-#include "scene_models.h"
+#include "scene_picture.h"
 
 namespace bsoil::scene {
 namespace {
@@ -23,31 +23,13 @@ namespace {
 constexpr double kFrameS = 1.0 / 30;
 constexpr int kLegendScale = 4;  ///< legible on the contact sheet as well
 
-/// One layer of the soil's grid in the renderer.
-struct SurfaceLayer {
-    SurfaceMesher mesher;
-    render::SurfaceItems items;
-    SurfaceLayer(const SoilTiles& tiles, const SurfaceMeshDef& def, render::Renderer& renderer,
-                 float grain_m)
-        : mesher(tiles, def), items(renderer, mesher, grain_m) {}
-    void append_to(std::vector<render::Item>& list) {
-        mesher.update();
-        items.update();
-        items.append_to(list);
-    }
-};
-
 }  // namespace
 
 struct RunPictures::Impl {
     const SceneRun& run;
     RunPicturesDef def;
     std::unique_ptr<render::Renderer> renderer;
-    std::optional<SoilTiles> tiles;
-    std::optional<SurfaceLayer> soil, terrain;
-    std::vector<render::MeshId> bodies;  // in the order of the run's bodies
-    render::View view;
-    Vec3 followed_from_m;
+    std::optional<ScenePicture> picture;
     std::vector<double> moments_s;
     render::ContactSheet sheet;
     std::vector<render::LegendEntry> legend;  ///< the soil's materials
@@ -61,49 +43,14 @@ struct RunPictures::Impl {
     }
 
     void build() {
-        const Scene& scene = run.scene();
-        if (run.has_soil()) {
-            tiles.emplace(run.soil());
-            for (const MaterialDef& material : run.soil().materials())
-                legend.push_back({material.name, material.color});
-            soil.emplace(*tiles, SurfaceMeshDef{}, *renderer, kSoilGrainM);
-            if (!scene.terrains.empty()) {
-                SurfaceMeshDef terrain_def;
-                terrain_def.layer = SurfaceMeshDef::Layer::terrain;
-                terrain.emplace(*tiles, terrain_def, *renderer, kTerrainGrainM);
-            }
-        }
-        for (const BodyItem& body : scene.bodies) {
-            bodies.push_back(renderer->add_mesh(body_mesh(body)));
-        }
-        view.camera = scene_camera(scene);
-        if (scene.world.ground_plane) view.floor_height_m = scene.world.ground_height_m;
-        view.to_sun = sun_beside(view.camera);
-        if (!scene.camera.follow.empty()) followed_from_m = followed_m();
-    }
-
-    Vec3 followed_m() const {
-        return run.bullet().find_body(run.scene().camera.follow)->pose().position;
+        picture.emplace(run, *renderer);
+        if (!run.has_soil()) return;
+        for (const MaterialDef& material : run.soil().materials())
+            legend.push_back({material.name, material.color});
     }
 
     Result<render::Image> take() {
-        view.items.clear();
-        if (soil) soil->append_to(view.items);
-        if (terrain) terrain->append_to(view.items);
-        for (size_t b = 0; b < bodies.size(); ++b) {
-            render::Item item;
-            item.mesh = bodies[b];
-            item.pose = run.bullet().bodies()[b].pose();
-            item.gloss = kBodyGloss;
-            view.items.push_back(item);
-        }
-        render::View moved = view;
-        if (!run.scene().camera.follow.empty()) {
-            const Vec3 way = followed_m() - followed_from_m;
-            moved.camera.eye += way;
-            moved.camera.target += way;
-        }
-        auto image = renderer->render(moved);
+        auto image = renderer->render(picture->view());
         if (image && legend.size() > 1) render::draw_legend(*image, legend, kLegendScale);
         return image;
     }

@@ -32,4 +32,60 @@ Status write_png(const Image& image, const std::string& path) {
     return Done{};
 }
 
+namespace {
+
+void append_big_endian(std::vector<uint8_t>& bytes, uint32_t value) {
+    for (int shift = 24; shift >= 0; shift -= 8)
+        bytes.push_back(static_cast<uint8_t>(value >> shift));
+}
+
+/// A chunk of a PNG file: length, name, content, checksum of name and content.
+void append_chunk(std::vector<uint8_t>& bytes, const char (&name)[5],
+                  std::span<const uint8_t> content) {
+    append_big_endian(bytes, static_cast<uint32_t>(content.size()));
+    const size_t first = bytes.size();
+    bytes.insert(bytes.end(), name, name + 4);
+    bytes.insert(bytes.end(), content.begin(), content.end());
+    append_big_endian(bytes,
+                      stbiw__crc32(bytes.data() + first, static_cast<int>(bytes.size() - first)));
+}
+
+}  // namespace
+
+Status write_grey_png(int width, int height, std::span<const uint16_t> levels,
+                      const std::string& path) {
+    if (width <= 0 || height <= 0 ||
+        levels.size() != static_cast<size_t>(width) * static_cast<size_t>(height))
+        return Error{path + ": the levels must be width x height, both above zero"};
+    std::vector<uint8_t> header;
+    append_big_endian(header, static_cast<uint32_t>(width));
+    append_big_endian(header, static_cast<uint32_t>(height));
+    header.insert(header.end(), {16, 0, 0, 0, 0});  // 16 bits of grey
+    std::vector<uint8_t> rows;
+    rows.reserve(levels.size() * 2 + static_cast<size_t>(height));
+    for (int y = 0; y < height; ++y) {
+        rows.push_back(0);  // no filter
+        for (int x = 0; x < width; ++x) {
+            const uint16_t level = levels[static_cast<size_t>(y) * width + x];
+            rows.push_back(static_cast<uint8_t>(level >> 8));
+            rows.push_back(static_cast<uint8_t>(level));
+        }
+    }
+    int packed_size = 0;
+    unsigned char* packed =
+        stbi_zlib_compress(rows.data(), static_cast<int>(rows.size()), &packed_size, 8);
+    if (!packed) return Error{"no memory for the picture " + path};
+    std::vector<uint8_t> bytes{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+    append_chunk(bytes, "IHDR", header);
+    append_chunk(bytes, "IDAT", {packed, static_cast<size_t>(packed_size)});
+    append_chunk(bytes, "IEND", {});
+    STBIW_FREE(packed);
+    std::ofstream file(path, std::ios::binary);
+    file.write(reinterpret_cast<const char*>(bytes.data()),
+               static_cast<std::streamsize>(bytes.size()));
+    file.close();
+    if (!file) return Error{path + ": cannot be written whole; is the disk full?"};
+    return Done{};
+}
+
 }  // namespace bsoil::render

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,11 @@ struct Image {
 
 /// Writes a PNG file. The error names the file.
 Status write_png(const Image& image, const std::string& path);
+
+/// Writes a PNG file of 16 bits of grey: heights, depths, labels. Levels row by row from the top.
+/// The error names the file.
+Status write_grey_png(int width, int height, std::span<const uint16_t> levels,
+                      const std::string& path);
 
 }  // namespace bsoil::render
 #pragma GCC visibility pop

@@ -1,0 +1,180 @@
+/// `bsoil render` and `bsoil export`: a moment of a scene as pictures, and as files for other
+/// tools.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands.h"
+#include "opened_scene.h"
+#include "run/exports.h"
+#include "run/scene_picture.h"
+
+namespace bsoil::command {
+namespace {
+
+/// Which moment of a scene: its start, or a snapshot; and so many steps more.
+struct Moment {
+    OpenedScene opened;
+    std::string from;
+    long long advance = 0;
+
+    void add_options(CLI::App& app) {
+        app.add_option("scene", opened.path, "the scene file (TOML)")->required();
+        app.add_option("--from", from,
+                       "the moment: a snapshot of this scene (bsoil run writes them)");
+        app.add_option("--advance", advance, "make so many steps of the soil first");
+        opened.device.add_to(app);
+    }
+    /// Goes to the moment. The exit code.
+    int go() {
+        scene::SceneRun& run = *opened.run;
+        if (!from.empty())
+            if (const Status loaded = run.load(from); !loaded) return fail(loaded.error());
+        for (long long s = 0; s < advance; ++s) run.step();
+        return kPassed;
+    }
+    static int fail(const std::string& text) {
+        fmt::print(stderr, "{}\n", text);
+        return kCouldNotRun;
+    }
+};
+
+struct RenderArguments {
+    Moment moment;
+    std::string picture, depth, normals, labels;
+    int width = 1280, height = 720;
+    std::vector<double> eye, target;
+};
+
+Status write_depth(const render::Buffers& buffers, const std::string& path) {
+    std::vector<uint16_t> levels;
+    for (const float depth_m : buffers.depths_m)
+        levels.push_back(static_cast<uint16_t>(
+            std::clamp(std::lround(1e3 * static_cast<double>(depth_m)), 0l, 65535l)));
+    return render::write_grey_png(buffers.width, buffers.height, levels, path);
+}
+
+Status write_normals(const render::Buffers& buffers, const std::string& path) {
+    render::Image image{buffers.width, buffers.height, {}};
+    for (size_t p = 0; p < buffers.depths_m.size(); ++p) {
+        for (size_t c = 0; c < 3; ++c) {
+            const double share = 0.5 + 0.5 * static_cast<double>(buffers.normals[3 * p + c]);
+            image.rgba.push_back(static_cast<uint8_t>(std::lround(255 * share)));
+        }
+        image.rgba.push_back(255);
+    }
+    return render::write_png(image, path);
+}
+
+/// A picture of the labels and, beside it, their names.
+Status write_labels(const render::Buffers& buffers, const scene::SceneRun& run,
+                    const std::string& path) {
+    const std::vector<uint16_t> levels(buffers.labels.begin(), buffers.labels.end());
+    const Status written = render::write_grey_png(buffers.width, buffers.height, levels, path);
+    if (!written) return written;
+    nlohmann::ordered_json names;
+    names["0"] = "background";
+    names[std::to_string(scene::kSoilLabel)] = "soil";
+    names[std::to_string(scene::kTerrainLabel)] = "terrain";
+    for (size_t b = 0; b < run.bullet().bodies().size(); ++b)
+        names[std::to_string(scene::kFirstBodyLabel + b)] = run.bullet().bodies()[b].name;
+    std::ofstream file(path + ".json");
+    file << names.dump(2) << '\n';
+    file.close();
+    if (!file) return Error{path + ".json: cannot be written whole; is the disk full?"};
+    return Done{};
+}
+
+int render(RenderArguments& arguments) {
+    const int opened = arguments.moment.opened.open();
+    if (opened != kPassed) return opened;
+    const scene::SceneRun& run = *arguments.moment.opened.run;
+    auto renderer = render::Renderer::create();
+    if (!renderer) return Moment::fail("no pictures: " + renderer.error());
+    scene::ScenePicture picture(run, **renderer);  // before the moment: a camera that follows
+    if (const int gone = arguments.moment.go(); gone != kPassed) return gone;
+    render::View view = picture.view();
+    view.width = arguments.width;
+    view.height = arguments.height;
+    const auto vector = [](const std::vector<double>& v) { return Vec3{v[0], v[1], v[2]}; };
+    if (!arguments.eye.empty()) view.camera.eye = vector(arguments.eye);
+    if (!arguments.target.empty()) view.camera.target = vector(arguments.target);
+    std::vector<Status> written;
+    if (!arguments.picture.empty()) {
+        const auto image = (*renderer)->render(view);
+        if (!image) return Moment::fail(image.error());
+        written.push_back(render::write_png(*image, arguments.picture));
+    }
+    if (!arguments.depth.empty() || !arguments.normals.empty() || !arguments.labels.empty()) {
+        const auto buffers = (*renderer)->buffers(view);
+        if (!buffers) return Moment::fail(buffers.error());
+        if (!arguments.depth.empty()) written.push_back(write_depth(*buffers, arguments.depth));
+        if (!arguments.normals.empty())
+            written.push_back(write_normals(*buffers, arguments.normals));
+        if (!arguments.labels.empty())
+            written.push_back(write_labels(*buffers, run, arguments.labels));
+    }
+    if (written.empty()) return Moment::fail("render: say what to write: --out, --depth, ...");
+    for (const Status& status : written)
+        if (!status) return Moment::fail(status.error());
+    return kPassed;
+}
+
+int export_moment(Moment& moment, const std::vector<std::string>& files) {
+    const int opened = moment.opened.open();
+    if (opened != kPassed) return opened;
+    if (const int gone = moment.go(); gone != kPassed) return gone;
+    for (const std::string& file : files) {
+        const auto written = scene::export_run(*moment.opened.run, file);
+        if (!written) return Moment::fail(written.error());
+        if (!written->empty()) fmt::print("{}: {}\n", file, *written);
+    }
+    return kPassed;
+}
+
+}  // namespace
+
+void add_render(CLI::App& app, int& exit_code) {
+    auto arguments = std::make_shared<RenderArguments>();
+    CLI::App* command = app.add_subcommand("render", "pictures of a moment of a scene");
+    arguments->moment.add_options(*command);
+    command->add_option("--out", arguments->picture, "the picture (PNG)");
+    command->add_option("--depth", arguments->depth,
+                        "16-bit PNG: millimetres along the line of sight, 0 the sky");
+    command->add_option("--normals", arguments->normals,
+                        "PNG: x, y, z of the world's normals as red, green, blue; 128 is 0");
+    command->add_option("--labels", arguments->labels,
+                        "16-bit PNG: what is seen, by number; the names in FILE.json");
+    command->add_option("--width", arguments->width, "pixels")->capture_default_str();
+    command->add_option("--height", arguments->height, "pixels")->capture_default_str();
+    command->add_option("--eye", arguments->eye, "x y z [m] in place of the scene's camera")
+        ->expected(3);
+    command->add_option("--target", arguments->target, "x y z [m]")->expected(3);
+    command->callback([arguments, &exit_code] { exit_code = render(*arguments); });
+}
+
+void add_export(CLI::App& app, int& exit_code) {
+    struct Arguments {
+        Moment moment;
+        std::vector<std::string> files;
+    };
+    auto arguments = std::make_shared<Arguments>();
+    CLI::App* command = app.add_subcommand(
+        "export", "a moment of a scene for other tools: glTF, OBJ, PLY, ESRI ASCII, PNG, VTK");
+    arguments->moment.add_options(*command);
+    command
+        ->add_option("--out", arguments->files,
+                     "files whose endings say the format: .glb .obj .ply (meshes), .asc .png "
+                     "(heights), .vti (voxels)")
+        ->required();
+    command->callback([arguments, &exit_code] {
+        exit_code = export_moment(arguments->moment, arguments->files);
+    });
+}
+
+}  // namespace bsoil::command

@@ -1,0 +1,316 @@
+#include "exports.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "bsoil/render/image.h"
+#include "bsoil/render/primitives.h"
+#include "bsoil/surface_mesh.h"
+#include "scene_models.h"
+
+namespace bsoil::scene {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "the binary formats are little-endian");
+
+Status write_file(const std::string& path, const std::string& bytes) {
+    std::ofstream file(path, std::ios::binary);
+    file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    file.close();
+    if (!file) return Error{path + ": cannot be written whole; is the disk full?"};
+    return Done{};
+}
+
+template <typename T>
+void append(std::string& bytes, const std::vector<T>& values) {
+    bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+}
+
+/// A mesh with a name and a place.
+struct NamedMesh {
+    std::string name;
+    Mesh mesh;
+    Pose pose;
+    double roughness = 1;
+};
+
+std::vector<NamedMesh> meshes_of(const SceneRun& run) {
+    std::vector<NamedMesh> meshes;
+    if (run.has_soil()) {
+        const SoilTiles tiles(run.soil());
+        const auto add = [&](const char* name, SurfaceMeshDef::Layer layer) {
+            SurfaceMeshDef def;
+            def.layer = layer;
+            SurfaceMesher mesher(tiles, def);
+            mesher.update();
+            NamedMesh named{name, {}, {}, 1};
+            mesher.gather(named.mesh);
+            meshes.push_back(std::move(named));
+        };
+        add("soil", SurfaceMeshDef::Layer::soil);
+        if (!run.scene().terrains.empty()) add("terrain", SurfaceMeshDef::Layer::terrain);
+    }
+    for (const SceneBody& body : run.bullet().bodies())
+        meshes.push_back({body.name, body_mesh(*body.item), body.pose(), 0.5});
+    std::erase_if(meshes, [](const NamedMesh& named) { return named.mesh.indices.empty(); });
+    return meshes;
+}
+
+Mesh one_mesh(const SceneRun& run) {
+    Mesh all;
+    for (NamedMesh& named : meshes_of(run)) {
+        render::transform_mesh(named.mesh, named.pose);
+        all.append(named.mesh);
+    }
+    return all;
+}
+
+/// Binary glTF 2.0 (Khronos, 2021): a header, a chunk of JSON and one of numbers.
+std::string glb(const std::vector<NamedMesh>& meshes, bool z_up) {
+    using Json = nlohmann::ordered_json;
+    constexpr int kFloat = 5126, kUnsigned = 5125, kVertices = 34962, kIndices = 34963;
+    Json json;
+    json["asset"] = {{"version", "2.0"}, {"generator", "BulletSoil"}};
+    json["scene"] = 0;
+    std::string numbers;
+    const auto add_view = [&](const void* data, size_t size, int target) {
+        json["bufferViews"].push_back({{"buffer", 0},
+                                       {"byteOffset", numbers.size()},
+                                       {"byteLength", size},
+                                       {"target", target}});
+        numbers.append(static_cast<const char*>(data), size);
+        return json["bufferViews"].size() - 1;
+    };
+    const auto add_vectors = [&](const std::vector<float>& values, bool bounds) {
+        Json accessor{{"bufferView", add_view(values.data(), 4 * values.size(), kVertices)},
+                      {"componentType", kFloat},
+                      {"count", values.size() / 3},
+                      {"type", "VEC3"}};
+        if (bounds) {
+            std::array<float, 3> low, high;
+            low.fill(std::numeric_limits<float>::max());
+            high.fill(-std::numeric_limits<float>::max());
+            for (size_t i = 0; i < values.size(); ++i) {
+                low[i % 3] = std::min(low[i % 3], values[i]);
+                high[i % 3] = std::max(high[i % 3], values[i]);
+            }
+            accessor["min"] = low;
+            accessor["max"] = high;
+        }
+        json["accessors"].push_back(accessor);
+        return json["accessors"].size() - 1;
+    };
+    Json children = Json::array();
+    for (size_t m = 0; m < meshes.size(); ++m) {
+        const NamedMesh& named = meshes[m];
+        Json attributes;
+        attributes["POSITION"] = add_vectors(named.mesh.positions, true);
+        attributes["NORMAL"] = add_vectors(named.mesh.normals, false);
+        attributes["COLOR_0"] = add_vectors(named.mesh.colors, false);
+        const std::vector<uint32_t>& indices = named.mesh.indices;
+        json["accessors"].push_back(
+            {{"bufferView", add_view(indices.data(), 4 * indices.size(), kIndices)},
+             {"componentType", kUnsigned},
+             {"count", indices.size()},
+             {"type", "SCALAR"}});
+        json["materials"].push_back(
+            {{"name", named.name},
+             {"doubleSided", true},
+             {"pbrMetallicRoughness",
+              {{"metallicFactor", 0}, {"roughnessFactor", named.roughness}}}});
+        json["meshes"].push_back({{"name", named.name},
+                                  {"primitives",
+                                   {{{"attributes", attributes},
+                                     {"indices", json["accessors"].size() - 1},
+                                     {"material", m}}}}});
+        const Vec3 p = named.pose.position;
+        const Quat q = named.pose.rotation;
+        json["nodes"].push_back({{"name", named.name},
+                                 {"mesh", m},
+                                 {"translation", {p.x, p.y, p.z}},
+                                 {"rotation", {q.x, q.y, q.z, q.w}}});
+        children.push_back(m);
+    }
+    Json root{{"name", "world"}, {"children", children}};
+    const double half = std::sqrt(0.5);
+    if (z_up) root["rotation"] = {-half, 0, 0, half};  // z up becomes y up
+    json["nodes"].push_back(root);
+    json["scenes"].push_back({{"nodes", {meshes.size()}}});
+    json["buffers"].push_back({{"byteLength", numbers.size()}});
+
+    std::string text = json.dump();
+    text.resize((text.size() + 3) / 4 * 4, ' ');
+    numbers.resize((numbers.size() + 3) / 4 * 4, '\0');
+    std::string file;
+    const auto word = [&file](uint32_t value) {
+        file.append(reinterpret_cast<const char*>(&value), 4);
+    };
+    word(0x46546C67);  // "glTF"
+    word(2);
+    word(static_cast<uint32_t>(12 + 8 + text.size() + 8 + numbers.size()));
+    word(static_cast<uint32_t>(text.size()));
+    word(0x4E4F534A);  // "JSON"
+    file += text;
+    word(static_cast<uint32_t>(numbers.size()));
+    word(0x004E4942);  // "BIN"
+    file += numbers;
+    return file;
+}
+
+/// Heights of the surface above the grid's floor by column, x the fastest.
+std::vector<double> heights_of(const Soil& soil) {
+    const GridFrame& frame = soil.frame();
+    std::vector<double> heights;
+    for (int y = 0; y < frame.size[1]; ++y)
+        for (int x = 0; x < frame.size[0]; ++x) heights.push_back(soil.surface_height_m(x, y));
+    return heights;
+}
+
+/// ESRI's ASCII grid: a head of six lines, then rows from north to south.
+std::string ascii_grid(const Soil& soil) {
+    const GridFrame& frame = soil.frame();
+    const Vec3 corner = frame.to_world({0, 0, 0});
+    const bool y_up = soil.def().up == UpAxis::y;
+    const std::vector<double> heights = heights_of(soil);
+    // With y up the grid's y runs along the world's -z.
+    std::string text = fmt::format(
+        "ncols {}\nnrows {}\nxllcorner {:.6f}\nyllcorner {:.6f}\ncellsize {}\nNODATA_value "
+        "-9999\n",
+        frame.size[0], frame.size[1], corner.x, y_up ? -corner.z : corner.y, frame.voxel_m);
+    const double floor_m = y_up ? corner.y : corner.z;
+    for (int y = frame.size[1] - 1; y >= 0; --y) {
+        for (int x = 0; x < frame.size[0]; ++x)
+            text += fmt::format("{}{:.5f}", x > 0 ? " " : "",
+                                floor_m + heights[static_cast<size_t>(y) * frame.size[0] + x]);
+        text += '\n';
+    }
+    return text;
+}
+
+/// Heights as a picture; what it has to be read with.
+Result<std::string> height_picture(const Soil& soil, const std::string& path) {
+    const GridFrame& frame = soil.frame();
+    const std::vector<double> heights = heights_of(soil);
+    const auto [low, high] = std::minmax_element(heights.begin(), heights.end());
+    const double range = std::max(1e-9, *high - *low);
+    // Columns along the first horizontal world axis, rows along the second: as a [[fill]] of kind
+    // height_map reads them.
+    const bool y_up = soil.def().up == UpAxis::y;
+    const int width = frame.size[y_up ? 1 : 0], height = frame.size[y_up ? 0 : 1];
+    std::vector<uint16_t> levels;
+    for (int row = 0; row < height; ++row)
+        for (int column = 0; column < width; ++column) {
+            const int x = y_up ? row : column, y = y_up ? column : row;
+            const double share =
+                (heights[static_cast<size_t>(y) * frame.size[0] + x] - *low) / range;
+            levels.push_back(static_cast<uint16_t>(std::lround(65535 * share)));
+        }
+    if (const Status written = render::write_grey_png(width, height, levels, path); !written)
+        return Error{written.error()};
+    return fmt::format("min_height_m = {:.6f}, max_height_m = {:.6f}", *low, *high);
+}
+
+/// VTK's XML image: cell data in one block of raw numbers behind the XML.
+std::string vtk_image(const Soil& soil) {
+    const GridFrame& frame = soil.frame();
+    const size_t count = static_cast<size_t>(frame.size[0]) * static_cast<size_t>(frame.size[1]) *
+                         static_cast<size_t>(frame.size[2]);
+    std::vector<float> volume(count), density(count), velocity(3 * count), undisturbed(count),
+        terrain(count);
+    std::vector<uint8_t> material(count);
+    constexpr int kTileSide = 8;  // tile by tile: that is how the soil's cache reads
+    for (int ty = 0; ty < frame.size[1]; ty += kTileSide)
+        for (int tx = 0; tx < frame.size[0]; tx += kTileSide)
+            for (int z = 0; z < frame.size[2]; ++z)
+                for (int y = ty; y < std::min(frame.size[1], ty + kTileSide); ++y)
+                    for (int x = tx; x < std::min(frame.size[0], tx + kTileSide); ++x) {
+                        const VoxelSample s = soil.sample(x, y, z);
+                        const size_t v = (static_cast<size_t>(z) * frame.size[1] + y) *
+                                             static_cast<size_t>(frame.size[0]) +
+                                         static_cast<size_t>(x);
+                        volume[v] = static_cast<float>(s.volume);
+                        density[v] = static_cast<float>(s.density_kg_m3);
+                        velocity[3 * v] = static_cast<float>(s.velocity_m_s.x);
+                        velocity[3 * v + 1] = static_cast<float>(s.velocity_m_s.y);
+                        velocity[3 * v + 2] = static_cast<float>(s.velocity_m_s.z);
+                        undisturbed[v] = static_cast<float>(s.undisturbed);
+                        terrain[v] = static_cast<float>(s.coverage);
+                        material[v] = static_cast<uint8_t>(s.material);
+                    }
+    std::string raw, arrays;
+    const auto add = [&](const char* name, const char* type, int parts, const auto& values) {
+        arrays += fmt::format(
+            "        <DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" "
+            "format=\"appended\" offset=\"{}\"/>\n",
+            type, name, parts, raw.size());
+        const uint64_t size = values.size() * sizeof(values[0]);
+        raw.append(reinterpret_cast<const char*>(&size), 8);
+        append(raw, values);
+    };
+    add("volume", "Float32", 1, volume);
+    add("density_kg_m3", "Float32", 1, density);
+    add("velocity_m_s", "Float32", 3, velocity);
+    add("undisturbed", "Float32", 1, undisturbed);
+    add("terrain", "Float32", 1, terrain);
+    add("material", "UInt8", 1, material);
+    const Vec3 origin = frame.to_world({0, 0, 0});
+    const Quat turn = frame.grid_to_world.rotation;
+    const Vec3 x = rotate(turn, {1, 0, 0}), y = rotate(turn, {0, 1, 0}),
+               z = rotate(turn, {0, 0, 1});
+    const std::string extent =
+        fmt::format("0 {} 0 {} 0 {}", frame.size[0], frame.size[1], frame.size[2]);
+    return fmt::format(
+               "<?xml version=\"1.0\"?>\n<VTKFile type=\"ImageData\" version=\"1.0\" "
+               "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n"
+               "  <ImageData WholeExtent=\"{0}\" Origin=\"{1} {2} {3}\" Spacing=\"{4} {4} {4}\" "
+               "Direction=\"{5} {6} {7} {8} {9} {10} {11} {12} {13}\">\n"
+               "    <Piece Extent=\"{0}\">\n      <CellData Scalars=\"volume\">\n{14}      "
+               "</CellData>\n    </Piece>\n  </ImageData>\n  <AppendedData "
+               "encoding=\"raw\">\n_",
+               extent, origin.x, origin.y, origin.z, frame.voxel_m, x.x, y.x, z.x, x.y, y.y, z.y,
+               x.z, y.z, z.z, arrays) +
+           raw + "\n  </AppendedData>\n</VTKFile>\n";
+}
+
+}  // namespace
+
+const std::vector<std::string>& export_endings() {
+    static const std::vector<std::string> endings{".glb", ".obj", ".ply", ".asc", ".png", ".vti"};
+    return endings;
+}
+
+Result<std::string> export_run(const SceneRun& run, const std::string& path) {
+    const std::string ending = std::filesystem::path(path).extension().string();
+    const auto& known = export_endings();
+    if (std::find(known.begin(), known.end(), ending) == known.end())
+        return Error{
+            fmt::format("{}: the name has to end in one of {}", path, fmt::join(known, ", "))};
+    const bool needs_soil = ending == ".asc" || ending == ".png" || ending == ".vti";
+    if (needs_soil && !run.has_soil())
+        return Error{fmt::format("{}: this scene has no soil to export", path)};
+    Status written = Done{};
+    if (ending == ".glb")
+        written = write_file(path, glb(meshes_of(run), run.scene().world.up == "z"));
+    else if (ending == ".obj")
+        written = write_obj(one_mesh(run), path);
+    else if (ending == ".ply")
+        written = write_ply(one_mesh(run), path);
+    else if (ending == ".asc")
+        written = write_file(path, ascii_grid(run.soil()));
+    else if (ending == ".vti")
+        written = write_file(path, vtk_image(run.soil()));
+    else
+        return height_picture(run.soil(), path);
+    if (!written) return Error{written.error()};
+    return std::string();
+}
+
+}  // namespace bsoil::scene

@@ -1,0 +1,92 @@
+#include "scene_picture.h"
+
+#include <optional>
+#include <vector>
+
+#include "scene_models.h"
+
+namespace bsoil::scene {
+namespace {
+
+/// One layer of the soil's grid in the renderer.
+struct SurfaceLayer {
+    SurfaceMesher mesher;
+    render::SurfaceItems items;
+    SurfaceLayer(const SoilTiles& tiles, const SurfaceMeshDef& def, render::Renderer& renderer,
+                 float grain_m)
+        : mesher(tiles, def), items(renderer, mesher, grain_m) {}
+    void append_to(std::vector<render::Item>& list) {
+        mesher.update();
+        items.update();
+        items.append_to(list);
+    }
+};
+
+}  // namespace
+
+struct ScenePicture::Impl {
+    const SceneRun& run;
+    std::optional<SoilTiles> tiles;
+    std::optional<SurfaceLayer> soil, terrain;
+    std::vector<render::MeshId> bodies;  // in the order of the run's bodies
+    render::View view;
+    Vec3 followed_from_m;
+
+    explicit Impl(const SceneRun& shown) : run(shown) {}
+
+    Vec3 followed_m() const {
+        return run.bullet().find_body(run.scene().camera.follow)->pose().position;
+    }
+};
+
+ScenePicture::ScenePicture(const SceneRun& run, render::Renderer& renderer)
+    : impl_(std::make_unique<Impl>(run)) {
+    Impl& m = *impl_;
+    const Scene& scene = run.scene();
+    if (run.has_soil()) {
+        m.tiles.emplace(run.soil());
+        m.soil.emplace(*m.tiles, SurfaceMeshDef{}, renderer, kSoilGrainM);
+        if (!scene.terrains.empty()) {
+            SurfaceMeshDef terrain_def;
+            terrain_def.layer = SurfaceMeshDef::Layer::terrain;
+            m.terrain.emplace(*m.tiles, terrain_def, renderer, kTerrainGrainM);
+        }
+    }
+    for (const BodyItem& body : scene.bodies)
+        m.bodies.push_back(renderer.add_mesh(body_mesh(body)));
+    m.view.camera = scene_camera(scene);
+    if (scene.world.ground_plane) m.view.floor_height_m = scene.world.ground_height_m;
+    m.view.to_sun = sun_beside(m.view.camera);
+    if (!scene.camera.follow.empty()) m.followed_from_m = m.followed_m();
+}
+
+ScenePicture::~ScenePicture() = default;
+
+render::View ScenePicture::view() {
+    Impl& m = *impl_;
+    render::View view = m.view;
+    const auto label_from = [&view](size_t first, uint32_t label) {
+        for (size_t i = first; i < view.items.size(); ++i) view.items[i].label = label;
+    };
+    if (m.soil) m.soil->append_to(view.items);
+    label_from(0, kSoilLabel);
+    const size_t soil_count = view.items.size();
+    if (m.terrain) m.terrain->append_to(view.items);
+    label_from(soil_count, kTerrainLabel);
+    for (size_t b = 0; b < m.bodies.size(); ++b) {
+        render::Item item;
+        item.mesh = m.bodies[b];
+        item.pose = m.run.bullet().bodies()[b].pose();
+        item.gloss = kBodyGloss;
+        item.label = kFirstBodyLabel + static_cast<uint32_t>(b);
+        view.items.push_back(item);
+    }
+    if (!m.run.scene().camera.follow.empty()) {
+        const Vec3 way = m.followed_m() - m.followed_from_m;
+        view.camera.eye += way;
+        view.camera.target += way;
+    }
+    return view;
+}
+
+}  // namespace bsoil::scene
