@@ -50,7 +50,7 @@ bool has_overflow(int block) {
 
 // Place in the span buffer of a column's word in one of the arrays behind all columns, and of a tile's stamp.
 int column_word(int array, int column) {
-    return (params.plane_stride / params.height) * (kColumnWords + array) + column;
+    return params.column_count * (kColumnWords + array) + column;
 }
 int tile_stamp(int slot) { return column_word(kColumnArrays, slot); }
 
@@ -178,19 +178,6 @@ int main_material(int voxel) {
         }
     }
     return best;
-}
-
-// floor(65536 part / whole) for 0 <= part <= whole < 2^27, by long division in 4-bit digits.
-int fraction_q16(int part, int whole) {
-    int quotient = part / whole;
-    int rest = part - quotient * whole;
-    for (int digit = 0; digit < 4; ++digit) {
-        rest = rest * 16;
-        int d = rest / whole;
-        rest = rest - d * whole;
-        quotient = quotient * 16 + d;
-    }
-    return quotient;
 }
 
 // The nearest whole number.

@@ -36,3 +36,16 @@ int mul_q16(int a, int b) {
     imulExtended(a, b, high, low);
     return (high << 16) | int(uint(low) >> 16);
 }
+
+// floor(65536 part / whole) for 0 <= part <= whole < 2^27, by long division in 4-bit digits.
+int fraction_q16(int part, int whole) {
+    int quotient = part / whole;
+    int rest = part - quotient * whole;
+    for (int digit = 0; digit < 4; ++digit) {
+        rest = rest * 16;
+        int d = rest / whole;
+        rest = rest - d * whole;
+        quotient = quotient * 16 + d;
+    }
+    return quotient;
+}

@@ -6,6 +6,7 @@
 // Reads: spans, stamps, volume, all transported planes. Writes: deltas, slip speed, stamps.
 
 CONST_INT(kNoDrop, -1)
+CONST_INT(kAnyDrop, 268435456)  // more than a grid is high
 CONST_INT(kSlipDepth, 2)  // voxels of a column that may slide at once
 
 // Where the slip speed of a column's spans stands: two sets, one read and one written, turn by turn.
@@ -110,10 +111,10 @@ int slope_length(int a, int b) {
         high = high >> 1;
         shift += 1;
     }
-    int x = a >> shift;
-    int y = b >> shift;
+    int x = abs(a) >> shift;
+    int y = abs(b) >> shift;
     int square = x * x + y * y;
-    int root = 46340;  // Newton's method from above
+    int root = max(x, y) + min(x, y) / 2 + 1;  // Newton's method from above
     for (int i = 0; i < 20; ++i) {
         int better = (root + square / root) / 2;
         if (better >= root) {
@@ -122,6 +123,20 @@ int slope_length(int a, int b) {
         root = better;
     }
     return root << shift;
+}
+
+// No facet around a column of one pile is steeper than this, whatever bars the way: the deepest drop to one of its eight
+// neighbours, where those are one pile as well.
+int steepest_drop(int slot, int x, int y, int top) {
+    int deepest = 0;
+    for (int n = 0; n < 9; ++n) {
+        int column = column_at(slot, x + n % 3 - 1, y + n / 3 - 1);
+        if (column >= 0) {
+            int single = spans[column_word(kColumnSingle, column)];
+            deepest = max(deepest, single == kNotSingle ? kAnyDrop : top - single);
+        }
+    }
+    return deepest;
 }
 
 // Columns that have changed since `stamp` in row y (-8..15) of tile `slot` and of those beside it: bit 8 + x, x from -8 to 15.
@@ -195,6 +210,17 @@ void slip_soil(int group, int lane) {
         if ((single == kNotSingle && spans[at + kSpanKind] != kSpanPiled) || top <= bottom) {
             continue;
         }
+        int steepest = single != kNotSingle && params.slip_stride == 1 ? steepest_drop(slot, x, y, top) : kAnyDrop;
+        if (steepest <= 0) {
+            continue;
+        }
+        int source = voxel_at(slot, x, y, (top - 1) >> 16);
+        // Cohesion holds where most of the soil at the top is undisturbed.
+        bool bonded = 2 * state_at(kPlaneBond, source) >= state_at(kPlaneVolume, source);
+        int curve = 2 * main_material(source) + (bonded ? 0 : 1);
+        if (table_at(curve, 0, steepest) <= kSlipTolerance) {
+            continue;  // the steeper a slope, the higher its wedge
+        }
         bool on_rigid = i > 0;
         int drop[8];
         int target[8];
@@ -213,10 +239,6 @@ void slip_soil(int group, int lane) {
         if (!any_drop) {
             continue;
         }
-        int source = voxel_at(slot, x, y, (top - 1) >> 16);
-        // Cohesion holds where most of the soil at the top is undisturbed.
-        bool bonded = 2 * state_at(kPlaneBond, source) >= state_at(kPlaneVolume, source);
-        int curve = 2 * main_material(source) + (bonded ? 0 : 1);
         int worst = 0;        // wedge height of the steepest facet
         int worst_slope = 0;
         int sum = 0;

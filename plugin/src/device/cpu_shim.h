@@ -81,5 +81,9 @@ inline int min_owned(int32_t& word, int value) {
 inline int float_as_int(float x) { return std::bit_cast<int>(x); }
 inline float int_as_float(int bits) { return std::bit_cast<float>(bits); }
 inline int mul_q16(int a, int b) { return static_cast<int>((int64_t{a} * b) >> 16); }
+// floor(65536 part / whole) for 0 <= part <= whole < 2^27.
+inline int fraction_q16(int part, int whole) {
+    return static_cast<int>((int64_t{part} << 16) / whole);
+}
 
 }  // namespace bsoil::device::shim

@@ -81,6 +81,7 @@ Status Soil::Impl::allocate_slots(int count) {
     const int64_t planes = kTransportFirst + params.transport_count;
     params.plane_stride = static_cast<int32_t>(tile_voxels * count);
     const int64_t columns = static_cast<int64_t>(count) * kTileColumns;
+    params.column_count = static_cast<int32_t>(columns);
     const int64_t blocks = static_cast<int64_t>(count) * blocks_per_tile;
     for (const auto& [buffer, words] :
          {std::pair{Buffer::state, planes * params.plane_stride},
