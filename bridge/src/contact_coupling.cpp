@@ -320,11 +320,6 @@ void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const Contac
         coupled.wheel_patches = patches_;
         return;
     }
-    // What holds a body that the grid has no contact of, its report says.
-    if (patches_.empty() && !coupled.is_met_first)
-        coupled.report.force_n = coupled.report.torque_n_m = {};
-    coupled.is_met_first = false;
-
     take_over_patches(coupled);
 }
 
@@ -339,7 +334,6 @@ void ContactCoupling::set_patches(const BodyState& body, const BodyMotion& direc
     on_ground.linear_m_s = body.motion.linear_velocity_m_s;
     on_ground.angular_rad_s = body.motion.angular_velocity_rad_s;
     patches_.assign(patches.begin(), patches.end());
-    coupled.is_met_first = true;
     take_over_patches(coupled);
 }
 
@@ -571,6 +565,11 @@ void ContactCoupling::open_substep() {
     take_rows_out();
     find_touched();
     for (auto& [id, coupled] : coupled_) {
+        const bool feels =
+            coupled.body.role == BodyRole::rigid || coupled.body.role == BodyRole::link;
+        // Only now: what held it in the last substep its report has said until here.
+        if (coupled.patches.empty() && feels)
+            coupled.report.force_n = coupled.report.torque_n_m = {};
         if (coupled.patches.empty() || !is_in_world(world_, coupled.body)) continue;
         // Until the soil has stepped without it, soil on a body that has gone stands where it was.
         for (Carrier& carrier : coupled.carriers) {

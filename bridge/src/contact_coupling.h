@@ -141,7 +141,6 @@ class ContactCoupling {
         std::unique_ptr<const ContactLaw> law;  ///< against this body's surface
         SurfaceFriction law_surface;
         bool seen = false;
-        bool is_met_first = false;  ///< by set_patches, since the last set_contacts
 
         Carrier& carrier_of(const CoupledPatch& p) {
             return *std::find_if(carriers.begin(), carriers.end(),

@@ -1,0 +1,219 @@
+/// What the examples share: the ground they stand on, sand or Bullet's box, and how they are
+/// watched until they rest.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "bsoil/bullet/soil_action.h"
+#include "bullet_scene.h"
+
+namespace bsoil::bullet {
+
+/// Bullet alone says how far an example can be trusted: how much energy its solver makes, whether
+/// and how soon its bodies sleep.
+enum class Ground { rigid, sand };
+
+constexpr double kGravity_m_s2 = 9.81;
+constexpr int kFramesPerS = 60;
+
+/// What was seen of an example over a time.
+struct Course {
+    double slept_s = 0;  ///< when the last body fell asleep; as long as it was watched: never
+    double risen_j = 0;  ///< most energy above the least there was before
+    /// Most, as a mean over a second in which all were awake, of soil force less weight that the
+    /// momentum of the bodies does not explain.
+    double unbalanced_n = 0;
+    double top_speed_m_s = 0;
+};
+
+/// A world of Bullet's examples, y up, whose ground ends at y = 0.
+class Example {
+  public:
+    struct Bed {
+        double side_m = 4, depth_m = 0.5, voxel_m = 0.05;
+    };
+    Example(Ground ground, const Bed& bed) {
+        if (ground == Ground::rigid) {
+            // Of the examples' own size.
+            scene_.add_box(0, btVector3(50, 50, 50), btVector3(0, -50, 0));
+            return;
+        }
+        SoilDef def;
+        def.size_m = {bed.side_m, bed.depth_m + 1, bed.side_m};
+        def.floor_center_m = {0, -bed.depth_m, 0};
+        def.voxel_m = bed.voxel_m;
+        def.backend = Backend::cpu;
+        auto made = SoilAction::create(*scene_.world, def);
+        if (!made) {
+            ADD_FAILURE() << made.error();
+            return;
+        }
+        soil_ = std::move(*made);
+        const double far = bed.side_m;
+        fill(BoxFill{{{-far, -far, -far}, {far, 0, far}}, "dry_sand"});
+    }
+    virtual ~Example() {
+        if (soil_) {
+            EXPECT_EQ(soil_->soil().totals().units, units_);
+            EXPECT_EQ(soil_->soil().status_bits(), 0u);
+            EXPECT_TRUE(soil_->refused().empty());
+        }
+        for (const auto& joint : joints_) scene_.world->removeConstraint(joint.get());
+    }
+    Example(const Example&) = delete;
+    Example& operator=(const Example&) = delete;
+
+    /// One frame of 1/60 s.
+    void step() {
+        scene_.world->stepSimulation(btScalar(1) / kFramesPerS, 0);
+        ++frame_;
+    }
+    void run(double seconds) {
+        for (int i = 0; i < std::lround(seconds * kFramesPerS); ++i) step();
+    }
+    /// Runs until all sleep, at most so long. `before_step` drives it.
+    Course watch(
+        double most_s, const std::function<void()>& before_step = [] {}) {
+        Course out;
+        const int first = frame_, count = static_cast<int>(std::lround(most_s * kFramesPerS));
+        const int all = awake_count();
+        bool were_awake = true;  // all of them, in this second: what falls asleep stops dead
+        double least_j = energy_j(), impulse_n_s = 0, momentum_n_s = this->momentum_n_s();
+        while (frame_ - first < count && awake_count() > 0) {
+            before_step();
+            step();
+            were_awake = were_awake && awake_count() == all;
+            const double now_j = energy_j();
+            out.risen_j = std::max(out.risen_j, now_j - least_j);
+            least_j = std::min(least_j, now_j);
+            out.top_speed_m_s = std::max(out.top_speed_m_s, top_speed_m_s());
+            if (has_soil())
+                impulse_n_s += (soil_force_n() - weight_n() - damping_n()) / kFramesPerS;
+            if ((frame_ - first) % kFramesPerS == 0) {
+                const double now_n_s = this->momentum_n_s();
+                const double change_n_s = now_n_s - momentum_n_s;
+                if (were_awake)
+                    out.unbalanced_n =
+                        std::max(out.unbalanced_n, std::abs(impulse_n_s - change_n_s));
+                momentum_n_s = now_n_s;
+                impulse_n_s = 0;
+                were_awake = true;
+            }
+        }
+        out.slept_s = static_cast<double>(frame_ - first) / kFramesPerS;
+        return out;
+    }
+    double time_s() const { return static_cast<double>(frame_) / kFramesPerS; }
+    int awake_count() const {
+        int count = 0;
+        for (const auto& body : scene_.bodies)
+            count += !body->isStaticOrKinematicObject() && body->isActive() ? 1 : 0;
+        return count;
+    }
+    /// Kinetic and potential energy of all bodies above y = 0 [J].
+    double energy_j() const {
+        double sum = 0;
+        for (const auto& body : scene_.bodies) {
+            if (body->isStaticOrKinematicObject()) continue;
+            const double mass_kg = 1 / static_cast<double>(body->getInvMass());
+            const btVector3 spin =
+                body->getAngularVelocity() * body->getWorldTransform().getBasis();
+            sum += 0.5 * mass_kg * static_cast<double>(body->getLinearVelocity().length2()) +
+                   0.5 * static_cast<double>(spin.dot(body->getLocalInertia() * spin)) +
+                   mass_kg * kGravity_m_s2 * height_m(*body);
+        }
+        return sum;
+    }
+    double mass_kg() const {
+        double sum = 0;
+        for (const auto& body : scene_.bodies)
+            if (!body->isStaticOrKinematicObject())
+                sum += 1 / static_cast<double>(body->getInvMass());
+        return sum;
+    }
+    /// Of all bodies and of the soil they carry [N].
+    double weight_n() const {
+        double sum_kg = mass_kg();
+        for (const auto& body : scene_.bodies)
+            if (soil_) sum_kg += soil_->body_report(*body).load_kg;
+        return kGravity_m_s2 * sum_kg;
+    }
+    /// Upward momentum of all bodies [N s].
+    double momentum_n_s() const {
+        double sum = 0;
+        for (const auto& body : scene_.bodies)
+            if (!body->isStaticOrKinematicObject())
+                sum += static_cast<double>(body->getLinearVelocity().y() / body->getInvMass());
+        return sum;
+    }
+    /// What the bodies' own linear damping takes [N]: Bullet's is a share of the speed left after a
+    /// second.
+    double damping_n() const {
+        double sum = 0;
+        for (const auto& body : scene_.bodies)
+            if (!body->isStaticOrKinematicObject())
+                sum -= std::log1p(-static_cast<double>(body->getLinearDamping())) *
+                       static_cast<double>(body->getLinearVelocity().y() / body->getInvMass());
+        return sum;
+    }
+    /// Upward force of the soil on all bodies [N].
+    double soil_force_n() const {
+        double sum = 0;
+        for (const auto& body : scene_.bodies) sum += soil_->body_report(*body).force_n.y;
+        return sum;
+    }
+    double top_speed_m_s() const {
+        double most = 0;
+        for (const auto& body : scene_.bodies)
+            most = std::max(most, static_cast<double>(body->getLinearVelocity().length()));
+        return most;
+    }
+    static double height_m(const btRigidBody& body) {
+        return static_cast<double>(body.getWorldTransform().getOrigin().y());
+    }
+    /// How far a joint's two ends are apart [m].
+    static double gap_m(const btHingeConstraint& hinge) {
+        const btVector3 a =
+            hinge.getRigidBodyA().getWorldTransform() * hinge.getAFrame().getOrigin();
+        const btVector3 b =
+            hinge.getRigidBodyB().getWorldTransform() * hinge.getBFrame().getOrigin();
+        return static_cast<double>((a - b).length());
+    }
+    const std::vector<std::unique_ptr<btRigidBody>>& bodies() const { return scene_.bodies; }
+    const SoilAction& soil() const { return *soil_; }
+    bool has_soil() const { return soil_ != nullptr; }
+
+  protected:
+    template <typename Fill>
+    void fill(const Fill& what) {
+        const Status filled = soil_->fill(what);
+        EXPECT_TRUE(filled) << filled.error();
+        units_ = soil_->soil().totals().units;
+    }
+    btRigidBody& add(double mass_kg, btCollisionShape& shape, const btTransform& pose) {
+        btRigidBody& body = scene_.add(static_cast<btScalar>(mass_kg), shape, pose.getOrigin());
+        body.setWorldTransform(pose);
+        body.setInterpolationWorldTransform(pose);
+        return body;
+    }
+    template <typename Joint>
+    Joint& join(std::unique_ptr<Joint> joint, bool without_collision = true) {
+        Joint& out = *joint;
+        scene_.world->addConstraint(joint.get(), without_collision);
+        joints_.push_back(std::move(joint));
+        return out;
+    }
+
+    BulletScene scene_;
+    std::vector<std::unique_ptr<btTypedConstraint>> joints_;
+    std::unique_ptr<SoilAction> soil_;
+    std::vector<int64_t> units_;
+    int frame_ = 0;
+};
+
+}  // namespace bsoil::bullet
