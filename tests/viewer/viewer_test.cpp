@@ -103,9 +103,9 @@ class ViewerWindow : public testing::Test {
     const Played* played_ = nullptr;
 };
 
-// Other versions of Mesa round edges, shadows and letters otherwise: measured between 22.3 with 256
-// and with 128 bit vectors, a mean of 0.1 grey levels and 0.1 % of the pixels. A control that does
-// nothing, a body or a field that is missing changes whole percents.
+// Other versions of Mesa may round edges, shadows and letters otherwise: one grey level in the mean
+// and one pixel in a hundred are left for that. A control that does nothing, a body or a field that
+// is missing changes whole percents.
 constexpr double kMeanMost = 1.0, kShareMost = 0.01;
 
 TEST_F(ViewerWindow, looks_as_the_reference_pictures) {
