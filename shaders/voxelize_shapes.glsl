@@ -165,6 +165,31 @@ float box_sum(vec3 p, vec3 rise_x, vec3 rise_y, vec3 rise_z, vec3 half_extents, 
     return sum;
 }
 
+// The same of any shape. p: the voxel's middle in the shape's frame.
+float shape_sum(int shape, vec3 p, vec3 rise_x, vec3 rise_y, vec3 rise_z, float rounding) {
+    PRECISE float sum = 0.0f;
+    for (int s = 0; s < 64; ++s) {
+        float at_x = float(s & 3) * 0.25f - 0.375f;
+        float at_y = float((s >> 2) & 3) * 0.25f - 0.375f;
+        float at_z = float(s >> 4) * 0.25f - 0.375f;
+        PRECISE vec3 q = p + vec3(rise_x.x * at_x, rise_y.x * at_x, rise_z.x * at_x);
+        q = q + vec3(rise_x.y * at_y, rise_y.y * at_y, rise_z.y * at_y);
+        q = q + vec3(rise_x.z * at_z, rise_y.z * at_z, rise_z.z * at_z);
+        PRECISE float distance = shape_distance(shape, q.x, q.y, q.z) - rounding;
+        sum = sum + sub_cell_share(distance);
+    }
+    return sum;
+}
+
+// A place of the grid in the shape's frame.
+vec3 place_in_shape(vec3 rise_x, vec3 rise_y, vec3 rise_z, vec3 offset, vec3 at) {
+    PRECISE vec3 p = vec3(rise_x.x * at.x, rise_y.x * at.x, rise_z.x * at.x) +
+                     vec3(rise_x.y * at.y, rise_y.y * at.y, rise_z.y * at.y);
+    p = p + vec3(rise_x.z * at.z, rise_y.z * at.z, rise_z.z * at.z);
+    p = p + offset;
+    return p;
+}
+
 // Columns of half a block within the shape's bounds.
 int voxelize_shapes_lanes(int group, int half_at) {
     int pair = params.pair_offset + 2 * group;
@@ -198,9 +223,8 @@ void voxelize_shapes(int group, int lane) {
     vec3 column_x = shape_row(shape + kShapeRows);       // rows of the transform: grid voxels -> shape
     vec3 column_y = shape_row(shape + kShapeRows + 4);
     vec3 column_z = shape_row(shape + kShapeRows + 8);
-    float offset_x = int_as_float(shapes[shape + kShapeRows + 3]);
-    float offset_y = int_as_float(shapes[shape + kShapeRows + 7]);
-    float offset_z = int_as_float(shapes[shape + kShapeRows + 11]);
+    vec3 offset = vec3(int_as_float(shapes[shape + kShapeRows + 3]), int_as_float(shapes[shape + kShapeRows + 7]),
+                       int_as_float(shapes[shape + kShapeRows + 11]));
     float rounding = int_as_float(shapes[shape + kShapeRounding]);
     int body = shapes[shape + kShapeBody];
     int lowest = -1;
@@ -210,31 +234,19 @@ void voxelize_shapes(int group, int lane) {
     bool is_box = shapes[shape + kShapeKind] == kKindBox;
     int low = max(0, shapes[shape + kShapeLow + 2] - z0);
     int high = min(7, shapes[shape + kShapeHigh + 2] - z0);
-    PRECISE float gx = float(corner.x) + 0.5f;
-    PRECISE float gy = float(corner.y) + 0.5f;
     // Half a column is 3.5 voxels long between the middles of its ends: a shape further off than that and a sub-cell's reach
     // is not in it. Lattices know distances only so far.
     if (high > low && shapes[shape + kShapeKind] != kKindLattice) {
-        PRECISE float middle_z = float(corner.z) + 4.0f;
-        PRECISE float mx = column_x.x * gx + column_x.y * gy + column_x.z * middle_z + offset_x;
-        PRECISE float my = column_y.x * gx + column_y.y * gy + column_y.z * middle_z + offset_y;
-        PRECISE float mz = column_z.x * gx + column_z.y * gy + column_z.z * middle_z + offset_z;
-        if (shape_distance(shape, mx, my, mz) - rounding > 4.375f) {
+        vec3 at = vec3(float(corner.x) + 0.5f, float(corner.y) + 0.5f, float(corner.z) + 4.0f);
+        vec3 p = place_in_shape(column_x, column_y, column_z, offset, at);
+        if (shape_distance(shape, p.x, p.y, p.z) - rounding > 4.375f) {
             return;
         }
     }
     for (int z = low; z <= high; ++z) {
-        PRECISE float gz = float(corner.z + z) + 0.5f;
-        PRECISE float px = column_x.x * gx + column_x.y * gy;
-        px = px + column_x.z * gz;
-        px = px + offset_x;
-        PRECISE float py = column_y.x * gx + column_y.y * gy;
-        py = py + column_y.z * gz;
-        py = py + offset_y;
-        PRECISE float pz = column_z.x * gx + column_z.y * gy;
-        pz = pz + column_z.z * gz;
-        pz = pz + offset_z;
-        PRECISE float middle = shape_distance(shape, px, py, pz) - rounding;
+        vec3 at = vec3(float(corner.x) + 0.5f, float(corner.y) + 0.5f, float(corner.z + z) + 0.5f);
+        vec3 p = place_in_shape(column_x, column_y, column_z, offset, at);
+        PRECISE float middle = shape_distance(shape, p.x, p.y, p.z) - rounding;
         int covered = 0;
         // The outermost sub-cells' middles are 0.65 voxels away and end 1/8 further on: beyond 0.775 all are in or all out.
         if (middle <= -0.8125f) {
@@ -242,31 +254,17 @@ void voxelize_shapes(int group, int lane) {
         } else if (middle < 0.8125f) {
             PRECISE float sum = 0.0f;
             vec3 size = shape_row(shape + kShapeSize);
-            vec3 beyond = abs(vec3(px, py, pz)) - size;
-            if (is_box && beyond.x > max(beyond.y, beyond.z) + kFaceApart) {
-                sum = slab_sum(px, column_x, size.x, rounding);
-            } else if (is_box && beyond.y > max(beyond.x, beyond.z) + kFaceApart) {
-                sum = slab_sum(py, column_y, size.y, rounding);
-            } else if (is_box && beyond.z > max(beyond.x, beyond.y) + kFaceApart) {
-                sum = slab_sum(pz, column_z, size.z, rounding);
-            } else if (is_box) {
-                sum = box_sum(vec3(px, py, pz), column_x, column_y, column_z, size, rounding);
-            }
-            for (int s = 0; s < 64 && !is_box; ++s) {
-                PRECISE float sx = float(s & 3) * 0.25f - 0.375f;
-                PRECISE float sy = float((s >> 2) & 3) * 0.25f - 0.375f;
-                PRECISE float sz = float(s >> 4) * 0.25f - 0.375f;
-                PRECISE float qx = px + column_x.x * sx;
-                qx = qx + column_x.y * sy;
-                qx = qx + column_x.z * sz;
-                PRECISE float qy = py + column_y.x * sx;
-                qy = qy + column_y.y * sy;
-                qy = qy + column_y.z * sz;
-                PRECISE float qz = pz + column_z.x * sx;
-                qz = qz + column_z.y * sy;
-                qz = qz + column_z.z * sz;
-                PRECISE float distance = shape_distance(shape, qx, qy, qz) - rounding;
-                sum = sum + sub_cell_share(distance);
+            vec3 beyond = abs(p) - size;
+            if (!is_box) {
+                sum = shape_sum(shape, p, column_x, column_y, column_z, rounding);
+            } else if (beyond.x > max(beyond.y, beyond.z) + kFaceApart) {
+                sum = slab_sum(p.x, column_x, size.x, rounding);
+            } else if (beyond.y > max(beyond.x, beyond.z) + kFaceApart) {
+                sum = slab_sum(p.y, column_y, size.y, rounding);
+            } else if (beyond.z > max(beyond.x, beyond.y) + kFaceApart) {
+                sum = slab_sum(p.z, column_z, size.z, rounding);
+            } else {
+                sum = box_sum(p, column_x, column_y, column_z, size, rounding);
             }
             PRECISE float units = sum * 1024.0f + 0.5f;
             covered = int(units);

@@ -44,7 +44,8 @@ struct ViewState {
     float throttle = 0, steering = 0;
 
     OverlayDef overlay;
-    bool show_forces = false, show_boxes = false, show_wireframe = false, show_contacts = false, show_joints = false;
+    bool show_forces = false, show_boxes = false, show_wireframe = false, show_contacts = false,
+         show_joints = false;
     bool show_panels = true;
 
     bool own_surface = false;  ///< friction and adhesion of the sliders, not of the scene

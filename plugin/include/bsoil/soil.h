@@ -35,7 +35,7 @@ struct StepReport {
     std::span<const ContactVoxel> contacts;  ///< sorted by voxel; valid until the next step
     /// Whether contacts and loads are those of the step before: nothing moved, no body, no soil.
     bool contacts_unchanged = false;
-    std::span<const BodyLoad> loads;         ///< bodies that carry soil; valid until the next step
+    std::span<const BodyLoad> loads;  ///< bodies that carry soil; valid until the next step
 };
 
 /// What Soil::settle did, and what it left.

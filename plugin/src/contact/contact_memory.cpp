@@ -16,9 +16,14 @@ std::span<const PressedSoil> from_x(std::span<const PressedSoil> soil, double x)
     return soil.subspan(static_cast<size_t>(first - soil.begin()));
 }
 
+/// The direction in which the soil beside a contact goes with it.
+Vec3 way_of(const ContactVoxel& v, const ContactLaw& law) {
+    return dot(v.normal, law.up()) < -law.def().looks_down_cosine ? law.up() : v.normal;
+}
+
 }  // namespace
 
-void PressedSoilIndex::make(std::span<const PressedSoil> soil, double width_m) {
+void ContactMemory::Index::make(std::span<const PressedSoil> soil, double width_m) {
     soil_ = soil;
     if (soil.empty()) return;
     const auto [low, high] = std::minmax_element(
@@ -42,70 +47,52 @@ void PressedSoilIndex::make(std::span<const PressedSoil> soil, double width_m) {
     starts_.front() = 0;
 }
 
-int PressedSoilIndex::strip_at(double y) const {
+int ContactMemory::Index::strip_at(double y) const {
     const double strip = std::floor((y - low_y_) / width_m_);
     return static_cast<int>(std::clamp(strip, 0.0, static_cast<double>(starts_.size() - 2)));
 }
 
-template <typename Visit>
-void PressedSoilIndex::visit_near(Vec3 place_m, double reach_x_m, double reach_y_m,
-                                  Visit&& visit) const {
-    if (soil_.empty()) return;
-    const double x0 = place_m.x - reach_x_m, x1 = place_m.x + reach_x_m;
-    const int first = strip_at(place_m.y - reach_y_m), last = strip_at(place_m.y + reach_y_m);
-    for (int strip = first; strip <= last; ++strip) {
-        const auto begin = order_.begin() + starts_[static_cast<size_t>(strip)];
-        const auto end = order_.begin() + starts_[static_cast<size_t>(strip) + 1];
-        for (auto it = std::lower_bound(begin, end, x0,
-                                        [this](int i, double at) {
-                                            return soil_[static_cast<size_t>(i)].center_m.x < at;
-                                        });
-             it != end && !(soil_[static_cast<size_t>(*it)].center_m.x > x1); ++it)
-            visit(*it);
-    }
-}
-
-namespace {
-
-/// The soil of a contact voxel, null where it is not there: the nearest; of an edge's two faces in
-/// one voxel the one that looks the same way.
-const PressedSoil* find(std::span<const PressedSoil> soil, const PressedSoilIndex& index,
-                        const ContactVoxel& v, Vec3 way, const ContactLaw& law,
-                        double cosine_least) {
+const PressedSoil* ContactMemory::Index::find(const ContactVoxel& v, const ContactLaw& law,
+                                              double cosine_least) const {
+    if (soil_.empty()) return nullptr;
     const double voxel_m = law.voxel_m(), far_m = law.def().memory_reach_voxels * voxel_m;
     const double reach_m = law.def().same_along_voxels * voxel_m;
     const double across_m = law.def().same_across_voxels * voxel_m;
-    const PressedSoil* same = nullptr;
-    double least = std::numeric_limits<double>::infinity();
+    const Vec3 way = way_of(v, law);
     // What is far along the way and far off it: no more than that along an axis, but for rounding.
     const auto reach_along = [&](double way_part) {
         const double off_part = std::sqrt(std::max(0.0, 1 - way_part * way_part));
         return (reach_m * std::abs(way_part) + across_m * off_part) * (1 + 1e-6);
     };
-    index.visit_near(v.center_m, reach_along(way.x), reach_along(way.y), [&](int i) {
-        const PressedSoil& entry = soil[static_cast<size_t>(i)];
-        const Vec3 apart = entry.center_m - v.center_m;
-        if (std::abs(apart.y) > far_m || std::abs(apart.z) > far_m) return;
-        const double along = dot(apart, way);
-        const double square = dot(apart, apart), cosine = dot(entry.normal, v.normal);
-        if (std::abs(along) > reach_m || square - along * along > across_m * across_m) return;
-        const double unlike = square + (1 - cosine) * across_m * across_m;
-        if (cosine < cosine_least) return;
-        // Of two that are as near the first in the list.
-        if (unlike < least || (unlike == least && &entry < same)) {
-            least = unlike;
-            same = &entry;
+    const double x0 = v.center_m.x - reach_along(way.x), x1 = v.center_m.x + reach_along(way.x);
+    const PressedSoil* same = nullptr;
+    double least = std::numeric_limits<double>::infinity();
+    const int last = strip_at(v.center_m.y + reach_along(way.y));
+    for (int strip = strip_at(v.center_m.y - reach_along(way.y)); strip <= last; ++strip) {
+        const auto begin = order_.begin() + starts_[static_cast<size_t>(strip)];
+        const auto end = order_.begin() + starts_[static_cast<size_t>(strip) + 1];
+        const auto first = std::lower_bound(begin, end, x0, [this](int i, double at) {
+            return soil_[static_cast<size_t>(i)].center_m.x < at;
+        });
+        for (auto it = first; it != end; ++it) {
+            const PressedSoil& entry = soil_[static_cast<size_t>(*it)];
+            if (entry.center_m.x > x1) break;
+            const Vec3 apart = entry.center_m - v.center_m;
+            if (std::abs(apart.y) > far_m || std::abs(apart.z) > far_m) continue;
+            const double along = dot(apart, way);
+            const double square = dot(apart, apart), cosine = dot(entry.normal, v.normal);
+            if (std::abs(along) > reach_m || square - along * along > across_m * across_m) continue;
+            if (cosine < cosine_least) continue;
+            const double unlike = square + (1 - cosine) * across_m * across_m;
+            // Of two that are as near the first in the list.
+            if (unlike < least || (unlike == least && &entry < same)) {
+                least = unlike;
+                same = &entry;
+            }
         }
-    });
+    }
     return same;
 }
-
-/// The direction in which the soil beside a contact goes with it.
-Vec3 way_of(const ContactVoxel& v, const ContactLaw& law) {
-    return dot(v.normal, law.up()) < -law.def().looks_down_cosine ? law.up() : v.normal;
-}
-
-}  // namespace
 
 void ContactMemory::near(std::span<const PressedSoil> soil, std::span<const ContactVoxel> voxels,
                          int body, const ContactLaw& law, std::vector<PressedSoil>& out) {
@@ -150,11 +137,9 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
         Vec3 slid =
             is_pressed ? duration_s * (velocity - dot(velocity, v.normal) * v.normal) : Vec3{};
         double retreat_m = -duration_s * dot(velocity, v.normal);
-        const Vec3 way = way_of(v, law);
-        const PressedSoil* same = find(previous_, own_index_, v, way, law, -1);
+        const PressedSoil* same = own_index_.find(v, law, -1);
         if (same) retreat_m += same->retreat_m;
-        const PressedSoil* others =
-            find(around, around_index_, v, way, law, law.def().same_contact_cosine);
+        const PressedSoil* others = around_index_.find(v, law, law.def().same_contact_cosine);
         if (others && (!same || length(others->slid_m) > length(same->slid_m))) same = others;
         if (same) slid += same->slid_m;
         retreat_m = std::clamp(retreat_m, 0.0, voxel_m);
@@ -170,7 +155,7 @@ std::span<const ContactHistory> ContactMemory::recall(std::span<const ContactVox
     own_index_.make(entries_, law.voxel_m());
     history_.clear();
     for (const ContactVoxel& v : voxels) {
-        const PressedSoil* same = find(entries_, own_index_, v, way_of(v, law), law, -1);
+        const PressedSoil* same = own_index_.find(v, law, -1);
         history_.push_back(same ? ContactHistory{length(same->slid_m), same->retreat_m}
                                 : ContactHistory{});
     }

@@ -21,27 +21,6 @@ struct PressedSoil {
     int body = -1;         ///< whose memory it is from, in a list of several
 };
 
-/// Finds the soil near a place in a list sorted by center_m.x: strips of equal width along y, each
-/// with its part of the list in order.
-class PressedSoilIndex {
-  public:
-    /// width_m: of a strip, but no more strips than entries. `soil` must outlive the looks. Cost:
-    /// O(n).
-    void make(std::span<const PressedSoil> soil, double width_m);
-    /// Calls visit(place in the list) for all that lie within reach of a place along x and along y,
-    /// and for some that lie further off along y.
-    template <typename Visit>
-    void visit_near(Vec3 place_m, double reach_x_m, double reach_y_m, Visit&& visit) const;
-
-  private:
-    int strip_at(double y) const;
-
-    std::span<const PressedSoil> soil_;
-    double low_y_ = 0, width_m_ = 1;
-    std::vector<int> starts_;  ///< of a strip in order_; one more for the end
-    std::vector<int> order_;   ///< places in the list by strip
-};
-
 /// Janosi and Hanamoto's shear displacement belongs to the soil: a voxel starts with none when it
 /// meets the first body and keeps adding to it until the last one leaves, so that the soil under
 /// the front of a track has sheared less than that under its end, whether the track is one body or
@@ -73,9 +52,29 @@ class ContactMemory {
     void set_soil(std::span<const PressedSoil> soil);
 
   private:
+    /// Finds the soil near a place in a list sorted by center_m.x: strips of equal width along y,
+    /// each with its part of the list in order.
+    class Index {
+      public:
+        /// width_m: of a strip, but no more strips than entries. `soil` must outlive the looks.
+        void make(std::span<const PressedSoil> soil, double width_m);
+        /// The soil of a contact voxel, null where it is not there: the nearest; of an edge's two
+        /// faces in one voxel the one that looks the same way.
+        const PressedSoil* find(const ContactVoxel& v, const ContactLaw& law,
+                                double cosine_least) const;
+
+      private:
+        int strip_at(double y) const;
+
+        std::span<const PressedSoil> soil_;
+        double low_y_ = 0, width_m_ = 1;
+        std::vector<int> starts_;  ///< of a strip in order_; one more for the end
+        std::vector<int> order_;   ///< places in the list by strip
+    };
+
     std::vector<PressedSoil> entries_, previous_;  ///< sorted by center_m.x
     std::vector<ContactHistory> history_;
-    PressedSoilIndex own_index_, around_index_;
+    Index own_index_, around_index_;
 };
 
 /// The order of ContactMemory's lists.
