@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numeric>
 
 #include "bullet_types.h"
 #include "lowest_point.h"
@@ -67,10 +68,11 @@ void take_out(std::vector<Rows*>& rows, const Remove& remove) {
 }  // namespace
 
 ContactCoupling::ContactCoupling(btDiscreteDynamicsWorld& world, ContactSoil soil,
-                                 const SoilActionDef& options)
+                                 const SoilActionDef& options, const WorkThreads& threads)
     : world_(world),
       multibody_world_(dynamic_cast<btMultiBodyDynamicsWorld*>(&world)),
       soil_(std::make_shared<const ContactSoil>(std::move(soil))),
+      threads_(threads),
       wake_limit_fraction_(options.wake_limit_fraction),
       wake_weight_fraction_(options.wake_weight_fraction) {}
 
@@ -79,27 +81,18 @@ ContactCoupling::~ContactCoupling() = default;
 void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
                                    std::span<const ContactVoxel> contacts, double duration_s,
                                    bool are_unchanged) {
-    are_unchanged = are_unchanged && by_body_.size() == contacts.size();
-    if (!are_unchanged) {
-        // The soil sorts contacts by voxel; a stable sort by body keeps that order within a body.
-        by_body_.assign(contacts.begin(), contacts.end());
-        std::stable_sort(
-            by_body_.begin(), by_body_.end(),
-            [](const ContactVoxel& a, const ContactVoxel& b) { return a.body < b.body; });
-    }
-    const auto voxels_of = [this](int id) {
-        const auto first = std::partition_point(
-            by_body_.begin(), by_body_.end(), [id](const ContactVoxel& v) { return v.body < id; });
-        const auto last = std::partition_point(
-            first, by_body_.end(), [id](const ContactVoxel& v) { return v.body == id; });
-        return std::span<const ContactVoxel>(first, last);
-    };
-
     gather_pressed_soil();
+    // Contacts that stay stay sorted, by bodies that stay.
     by_id_.clear();
     for (const BodyState& body : bodies) by_id_.push_back(&body);
     std::sort(by_id_.begin(), by_id_.end(),
               [](const BodyState* a, const BodyState* b) { return a->id < b->id; });
+    are_unchanged = are_unchanged && contact_count_ == contacts.size();
+    sort_by_body(contacts);
+    const auto voxels_of = [this](int id) {
+        const auto rank = static_cast<size_t>(rank_of(id));
+        return std::span(by_body_).subspan(starts_[rank], starts_[rank + 1] - starts_[rank]);
+    };
     for (auto& [id, coupled] : coupled_) coupled.seen = false;
     for (const BodyState& body : bodies) {
         const std::span<const ContactVoxel> voxels = voxels_of(body.id);
@@ -131,6 +124,23 @@ void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
         wake(it->second);
         it = coupled_.erase(it);
     }
+}
+
+/// The soil sorts contacts by voxel; within a body they keep that order.
+void ContactCoupling::sort_by_body(std::span<const ContactVoxel> contacts) {
+    contact_count_ = contacts.size();
+    starts_.assign(by_id_.size() + 1, 0);
+    ranks_.resize(contacts.size());
+    for (size_t i = 0; i < contacts.size(); ++i) {
+        const bool is_same = i > 0 && contacts[i].body == contacts[i - 1].body;
+        ranks_[i] = is_same ? ranks_[i - 1] : rank_of(contacts[i].body);
+        if (ranks_[i] >= 0) ++starts_[static_cast<size_t>(ranks_[i]) + 1];
+    }
+    std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
+    by_body_.resize(starts_.back());
+    next_.assign(starts_.begin(), starts_.end());
+    for (size_t i = 0; i < contacts.size(); ++i)
+        if (ranks_[i] >= 0) by_body_[next_[static_cast<size_t>(ranks_[i])]++] = contacts[i];
 }
 
 void ContactCoupling::gather_pressed_soil() {
@@ -171,11 +181,17 @@ void ContactCoupling::update_law(Coupled& coupled) {
     coupled.law_surface = surface;
 }
 
-const BodyState* ContactCoupling::state_of(int id) const {
+int ContactCoupling::rank_of(int id) const {
     const auto found =
         std::lower_bound(by_id_.begin(), by_id_.end(), id,
                          [](const BodyState* a, int wanted) { return a->id < wanted; });
-    return found != by_id_.end() && (*found)->id == id ? *found : nullptr;
+    return found != by_id_.end() && (*found)->id == id ? static_cast<int>(found - by_id_.begin())
+                                                       : -1;
+}
+
+const BodyState* ContactCoupling::state_of(int id) const {
+    const int rank = rank_of(id);
+    return rank < 0 ? nullptr : by_id_[static_cast<size_t>(rank)];
 }
 
 /// What holds a sleeper up stays as it was when it fell asleep; looked at is only whether the soil
@@ -189,19 +205,19 @@ void ContactCoupling::set_sleeper_contacts(Coupled& coupled, std::span<const Con
             carrier.body = *state;
     if (are_unchanged && coupled.has_limits) return;
     update_law(coupled);
-    const std::span<const ContactHistory> history = coupled.memory.recall(voxels, *coupled.law);
-    report_contact(coupled,
-                   group_contacts(voxels, coupled.motions, *coupled.law, history, patches_));
+    const std::span<const ContactHistory> history =
+        coupled.memory.recall(voxels, *coupled.law, &threads_);
+    report_contact(coupled, found_.find(voxels, coupled.motions, *coupled.law, history, &threads_));
 }
 
 void ContactCoupling::report_contact(Coupled& coupled, const BodyContact& contact) {
     coupled.report.contact_area_m2 = contact.area_m2;
     coupled.report.sinkage_m = sinkage_m(coupled.body, contact);
     coupled.report.compression_m = contact.compression_m;
-    coupled.report.patch_count = static_cast<int>(patches_.size());
+    coupled.report.patch_count = static_cast<int>(found_.patches().size());
     coupled.has_limits = true;
     coupled.limits_n = {};
-    for (const ContactPatch& p : patches_) coupled.limits_n[p.bin] += p.normal_limit_n;
+    for (const ContactPatch& p : found_.patches()) coupled.limits_n[p.bin] += p.normal_limit_n;
 }
 
 void ContactCoupling::update_carriers(Coupled& coupled, std::span<const ContactVoxel> voxels) {
@@ -303,9 +319,9 @@ void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const Contac
     }
     ContactMemory::near(pressed_soil_, voxels, coupled.body.id, *coupled.law, pressed_around_);
     const std::span<const ContactHistory> history = coupled.memory.advance(
-        voxels, motion, *coupled.law, duration_s, pressed_around_, coupled.motions);
+        voxels, motion, *coupled.law, duration_s, pressed_around_, coupled.motions, &threads_);
     const BodyContact contact =
-        group_contacts(voxels, coupled.motions, *coupled.law, history, patches_);
+        found_.find(voxels, coupled.motions, *coupled.law, history, &threads_);
     coupled.width_m = contact.width_m;
     report_contact(coupled, contact);
     if (coupled.body.role == BodyRole::driven || coupled.body.role == BodyRole::fixed) {
@@ -317,10 +333,10 @@ void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const Contac
         return;
     }
     if (coupled.body.role == BodyRole::wheel) {
-        coupled.wheel_patches = patches_;
+        coupled.wheel_patches.assign(found_.patches().begin(), found_.patches().end());
         return;
     }
-    take_over_patches(coupled);
+    take_over_patches(coupled, found_.patches());
 }
 
 void ContactCoupling::set_patches(const BodyState& body, const BodyMotion& direction,
@@ -333,8 +349,7 @@ void ContactCoupling::set_patches(const BodyState& body, const BodyMotion& direc
     on_ground.direction = direction;
     on_ground.linear_m_s = body.motion.linear_velocity_m_s;
     on_ground.angular_rad_s = body.motion.angular_velocity_rad_s;
-    patches_.assign(patches.begin(), patches.end());
-    take_over_patches(coupled);
+    take_over_patches(coupled, patches);
 }
 
 const ContactLaw& ContactCoupling::law_for(const BodyState& body) {
@@ -356,15 +371,15 @@ void ContactCoupling::as_direction(BodyMotion& motion, double extent_m) const {
 /// in the body's frame, so on a spinning wheel the number says nothing about the place. Where
 /// several have the same nearest one they share its force: taken over by each it would throw the
 /// body up.
-void ContactCoupling::take_over_patches(Coupled& coupled) {
+void ContactCoupling::take_over_patches(Coupled& coupled, std::span<const ContactPatch> patches) {
     previous_.swap(coupled.patches);
     coupled.patches.clear();
     double extent_m = 0;
-    for (const ContactPatch& p : patches_)
+    for (const ContactPatch& p : patches)
         extent_m = std::max(extent_m, length(p.point_m - coupled.body.motion.center_of_mass_m));
     heirs_.assign(previous_.size(), 0);
     nearest_.clear();
-    for (const ContactPatch& p : patches_) {
+    for (const ContactPatch& p : patches) {
         CoupledPatch next;
         next.patch = p;
         next.offset_m = p.point_m - coupled.body.motion.center_of_mass_m;

@@ -26,7 +26,9 @@ namespace bsoil::bullet {
 /// hold it.
 class ContactCoupling {
   public:
-    ContactCoupling(btDiscreteDynamicsWorld& world, ContactSoil soil, const SoilActionDef& options);
+    /// threads: they share the work on large contacts; must outlive this.
+    ContactCoupling(btDiscreteDynamicsWorld& world, ContactSoil soil, const SoilActionDef& options,
+                    const WorkThreads& threads);
     ~ContactCoupling();
 
     /// Bodies with their contacts of this soil step, in any order. Bodies that are not among them
@@ -167,13 +169,16 @@ class ContactCoupling {
     /// Of a body that slept in the last step as well.
     void set_sleeper_contacts(Coupled& coupled, std::span<const ContactVoxel> voxels,
                               bool are_unchanged);
-    /// What group_contacts has left in patches_.
+    /// What found_ has found.
     void report_contact(Coupled& coupled, const BodyContact& contact);
     /// Of set_contacts; null for an id that is not among them.
     const BodyState* state_of(int id) const;
     double sinkage_m(const BodyState& body, const BodyContact& contact) const;
+    void sort_by_body(std::span<const ContactVoxel> contacts);
+    /// The place of a body of set_contacts in by_id_; -1: not among them.
+    int rank_of(int id) const;
     void gather_pressed_soil();
-    void take_over_patches(Coupled& coupled);
+    void take_over_patches(Coupled& coupled, std::span<const ContactPatch> patches);
     void update_law(Coupled& coupled);
     /// Keeps what is known of carriers that were there before.
     void update_carriers(Coupled& coupled, std::span<const ContactVoxel> voxels);
@@ -204,14 +209,19 @@ class ContactCoupling {
     btDiscreteDynamicsWorld& world_;
     btMultiBodyDynamicsWorld* multibody_world_;  ///< world_, if it is one
     std::shared_ptr<const ContactSoil> soil_;
+    const WorkThreads& threads_;
     double wake_limit_fraction_, wake_weight_fraction_;
     std::map<int, Coupled>
         coupled_;              ///< by body id: the order of rows must not depend on addresses
     std::vector<int> opened_;  ///< ids of the bodies whose rows are in the world
     std::vector<btTypedConstraint*> rigid_rows_in_;  ///< in the order they were put in
     std::vector<LinkPatchConstraint*> link_rows_in_;
+    /// The contacts of set_contacts by body, in the order of by_id_; where each body's begin.
     std::vector<ContactVoxel> by_body_;
-    std::vector<ContactPatch> patches_;
+    std::vector<size_t> starts_, next_;
+    std::vector<int> ranks_;    ///< the place of each contact's body in by_id_, or -1
+    size_t contact_count_ = 0;  ///< of the last set_contacts
+    ContactPatches found_;      ///< of one body after the other
     std::vector<CoupledPatch> previous_;
     std::vector<double> heirs_;  ///< sum of the limits of the new patches nearest to an old one
     std::vector<int> nearest_;   ///< old patch of each new one, or -1

@@ -191,7 +191,7 @@ bool FirstContacts::meet(const BodyState& state, std::span<const ConvexShape> sh
     BodyMotion still = motion, direction = motion;
     still.linear_velocity_m_s = still.angular_velocity_rad_s = {};
     coupling_.as_direction(direction, length(center - motion.center_of_mass_m));
-    /// The body on its way down: patches_ and what they resist.
+    /// The body on its way down: its patches, and what they resist.
     const auto resistance_at = [&](double way_m) {
         lifted_.clear();
         Resistance out;
@@ -204,8 +204,9 @@ bool FirstContacts::meet(const BodyState& state, std::span<const ConvexShape> sh
             const double facing = std::max(0.0, -dot(element.normal, n));
             out.drag_kg_m += density_kg_m3 * element.area_m2 * facing * facing * facing;
         }
-        group_contacts(lifted_, still, direction, law, {}, patches_, apart_m);
-        for (const ContactPatch& patch : patches_)
+        const ContactMotion on_ground{-1, still, direction, {}, {}};
+        found_.find(lifted_, {&on_ground, 1}, law, {}, nullptr, apart_m);
+        for (const ContactPatch& patch : found_.patches())
             out.force_n -= patch.normal_limit_n * dot(patch.normal, n);
         return out;
     };
@@ -242,6 +243,7 @@ bool FirstContacts::meet(const BodyState& state, std::span<const ConvexShape> sh
     const double way_m = std::max(stopping.way_m, met_m + first_m);
     const double force_n = resistance_at(way_m).force_n;
     if (!(force_n > 0) || !(limit_n > 0)) return true;
+    patches_.assign(found_.patches().begin(), found_.patches().end());
     for (ContactPatch& patch : patches_) patch.normal_limit_n *= limit_n / force_n;
     coupling_.set_patches(state, direction, patches_);
     return true;

@@ -69,6 +69,7 @@ class FirstContacts {
     std::vector<const btCollisionObject*> jointed_;  ///< sorted
     std::vector<Aabb> carriers_;                     ///< boxes of bodies that carry soil
     std::vector<ContactVoxel> elements_, lifted_;
+    ContactPatches found_;
     std::vector<ContactPatch> patches_;
 };
 

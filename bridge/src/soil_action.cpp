@@ -93,7 +93,7 @@ struct SoilAction::Impl {
           soil(std::move(new_soil)),
           box(world_box(soil->frame())),
           collector(box, soil->frame().voxel_m),
-          coupling(bullet_world, contact_soil(*soil), options),
+          coupling(bullet_world, contact_soil(*soil), options, soil->threads()),
           carried(bullet_world, up_of(soil->def()), soil->def().gravity_m_s2),
           surface(*soil),
           soil_below(*soil, surface, up_of(soil->def())),

@@ -63,7 +63,7 @@ class FlatSoil final : public btActionInterface {
         : world_(world),
           step_s_(step_s),
           collector({{-20, -2, -20}, {20, 2, 20}}),
-          coupling(world, {{0, 1, 0}, 9.81, 0.1, {material}, {}}, SoilActionDef{}),
+          coupling(world, {{0, 1, 0}, 9.81, 0.1, {material}, {}}, SoilActionDef{}, threads),
           anchor(
               world, btVector3(0, 0, 0), [this] { coupling.open_substep(); }, [] {}) {
         world.addAction(this);
@@ -105,6 +105,7 @@ class FlatSoil final : public btActionInterface {
     int points_per_side = 12;
     std::vector<ContactVoxel> contacts;
     BodyCollector collector;
+    WorkThreads threads{1};
     ContactCoupling coupling;
     WorldAnchor anchor;
 };

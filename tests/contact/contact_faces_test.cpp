@@ -56,10 +56,10 @@ struct Contact {
         }
         body_to_world = q;
     }
-    /// The soles, by what find_contact_faces() says.
+    /// The soles, by what ContactFaces finds.
     std::vector<FaceExtent> soles() {
-        find_contact_faces(voxels, body_to_world, law_in_small_voxels(), kVoxel, found);
-        return {found.faces.begin() + 6, found.faces.end()};
+        found.find(voxels, body_to_world, law_in_small_voxels(), kVoxel);
+        return {found.faces().begin() + 6, found.faces().end()};
     }
 };
 
@@ -157,8 +157,7 @@ TEST(FindContactFaces, two_tracks_are_two_soles) {
         EXPECT_NEAR(std::abs(soles[0].depth_m - soles[1].depth_m), 0.1, 1e-12);
         // And each voxel its own track.
         for (size_t i = 0; i < tracks.voxels.size(); ++i) {
-            const auto face = static_cast<size_t>(tracks.found.of_voxel[i]);
-            EXPECT_EQ(tracks.found.faces[face].depth_m, tracks.voxels[i].depth_m);
+            EXPECT_EQ(tracks.found.of_voxel(i).depth_m, tracks.voxels[i].depth_m);
         }
     }
 }
@@ -232,7 +231,7 @@ TEST(FindContactFaces, walls_are_as_wide_as_they_are_level) {
         }
         blade.turn(angle);
         EXPECT_TRUE(blade.soles().empty());
-        const std::vector<FaceExtent>& walls = blade.found.faces;
+        const std::span<const FaceExtent> walls = blade.found.faces();
         for (const int front : {0, 1}) EXPECT_NEAR(walls[front].width_m, 2, 1e-9) << angle;
         for (const int end : {2, 3}) EXPECT_NEAR(walls[end].width_m, 0.1, 1e-9) << angle;
         for (const int face : {0, 1, 2, 3}) EXPECT_NEAR(walls[face].depth_m, 0.47, 1e-9);
@@ -247,8 +246,8 @@ TEST(FindContactFaces, a_sole_looks_down_by_more_than_45_degrees) {
         inclined.add({degrees, 0, 0}, {std::sin(angle), 0, -std::cos(angle)});
     }
     EXPECT_EQ(inclined.soles().size(), 1u);
-    EXPECT_EQ(inclined.found.of_voxel[0], 6);
-    EXPECT_EQ(inclined.found.of_voxel[1], 0);  // along +x
+    EXPECT_EQ(inclined.found.index_of_voxel(0), 6);
+    EXPECT_EQ(inclined.found.index_of_voxel(1), 0);  // along +x
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "bsoil/body.h"
 #include "bsoil/condition.h"
 #include "bsoil/soil_def.h"
+#include "bsoil/work_threads.h"
 
 #pragma GCC visibility push(default)
 namespace bsoil {
@@ -138,6 +139,9 @@ class Soil {
     const std::vector<MaterialDef>& materials() const;  ///< SoilDef::material_list()
     const GridFrame& frame() const;                     ///< where the grid lies
     std::string backend_name() const;                   ///< "cpu" or "gl"
+    /// The SoilDef::thread_count threads of its host's part: for what else a caller does with it
+    /// between steps. Valid as long as the soil.
+    const WorkThreads& threads() const;
     std::string device_name() const;  ///< of the processor, or as the GL driver calls it
     int thread_count() const;         ///< of the CPU backend
 

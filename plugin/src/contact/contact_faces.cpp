@@ -10,45 +10,15 @@ namespace bsoil {
 namespace {
 
 constexpr int kWallBinCount = 6;
+/// Voxels that one thread takes at least.
+constexpr size_t kRangeVoxels = 256;
+
 /// Two unit vectors across `up` that do not depend on the body.
 std::array<Vec3, 2> level_axes(Vec3 up) {
     const Vec3 first = std::abs(up.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
     const Vec3 a = first - dot(first, up) * up;
     const Vec3 unit = a * (1 / length(a));
     return {unit, cross(up, unit)};
-}
-
-struct Cell {
-    int64_t x = 0, y = 0;
-    int voxel = 0;
-    bool operator<(const Cell& o) const { return x != o.x ? x < o.x : y < o.y; }
-};
-
-int root_of(std::vector<int>& parent, int i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-}
-
-/// Joins cells that are near each other; returns each cell's root.
-std::vector<int> join_cells(const std::vector<Cell>& cells, int gap) {
-    std::vector<int> parent(cells.size());
-    std::iota(parent.begin(), parent.end(), 0);
-    for (int64_t dx = 0; dx <= gap; ++dx) {
-        // What is near the next cell begins no earlier than what is near this one.
-        size_t first = 0;
-        for (size_t i = 0; i < cells.size(); ++i) {
-            const Cell low{cells[i].x + dx, cells[i].y - gap, 0};
-            while (first < cells.size() && cells[first] < low) ++first;
-            for (size_t j = std::max(first, i);
-                 j < cells.size() && cells[j].x == low.x && cells[j].y <= cells[i].y + gap; ++j) {
-                const int a = root_of(parent, static_cast<int>(i));
-                const int b = root_of(parent, static_cast<int>(j));
-                parent[std::max(a, b)] = std::min(a, b);
-            }
-        }
-    }
-    for (size_t i = 0; i < cells.size(); ++i) parent[i] = root_of(parent, static_cast<int>(i));
-    return parent;
 }
 
 /// What is summed up of a face.
@@ -102,62 +72,102 @@ int dominant_axis_bin(Vec3 n) {
     return 2 * axis + (c[axis] < 0 ? 1 : 0);
 }
 
-void find_contact_faces(std::span<const ContactVoxel> voxels, Quat body_to_world,
-                        const ContactLaw& law, double element_m, ContactFaces& out) {
+int ContactFaces::root_of(int cell) {
+    while (roots_[cell] != cell) cell = roots_[cell] = roots_[roots_[cell]];
+    return cell;
+}
+
+void ContactFaces::join_cells(int gap) {
+    roots_.resize(cells_.size());
+    std::iota(roots_.begin(), roots_.end(), 0);
+    for (int64_t dx = 0; dx <= gap; ++dx) {
+        // What is near the next cell begins no earlier than what is near this one.
+        size_t first = 0;
+        for (size_t i = 0; i < cells_.size(); ++i) {
+            const Cell low{cells_[i].x + dx, cells_[i].y - gap, 0};
+            while (first < cells_.size() && cells_[first] < low) ++first;
+            for (size_t j = std::max(first, i);
+                 j < cells_.size() && cells_[j].x == low.x && cells_[j].y <= cells_[i].y + gap;
+                 ++j) {
+                const int a = root_of(static_cast<int>(i));
+                const int b = root_of(static_cast<int>(j));
+                roots_[std::max(a, b)] = std::min(a, b);
+            }
+        }
+    }
+    for (size_t i = 0; i < cells_.size(); ++i) roots_[i] = root_of(static_cast<int>(i));
+}
+
+void ContactFaces::find(std::span<const ContactVoxel> voxels, Quat body_to_world,
+                        const ContactLaw& law, double element_m, const WorkThreads* threads) {
     const Vec3 up = law.up();
-    out.faces.assign(kWallBinCount, {});
-    out.of_voxel.resize(voxels.size());
+    faces_.assign(kWallBinCount, {});
+    face_of_voxel_.resize(voxels.size());
     const Quat to_body = conjugate(body_to_world);
     const auto [axis_a, axis_b] = level_axes(up);
-
-    std::array<FaceSums, kWallBinCount> walls;
-    std::vector<Cell> cells;
-    for (size_t i = 0; i < voxels.size(); ++i) {
-        const ContactVoxel& v = voxels[i];
-        if (-dot(v.normal, up) > kSoleCosine) {
-            // Whole voxels apart: rounding does not decide where the grid lies along the axes.
-            const Vec3 place = (v.center_m - voxels.front().center_m) * (1 / element_m);
-            cells.push_back({std::llround(dot(place, axis_a)), std::llround(dot(place, axis_b)),
-                             static_cast<int>(i)});
-            continue;
-        }
-        const int bin = dominant_axis_bin(rotate(to_body, v.normal));
-        out.of_voxel[i] = bin;
-        // A wall is as wide as it is level: along the up axis and the one across its normal.
+    // A wall is as wide as it is level: along the up axis and the one across its normal.
+    std::array<Vec3, kWallBinCount> across;
+    for (int bin = 0; bin < kWallBinCount; ++bin) {
         const Vec3 normal = rotate(body_to_world, {bin / 2 == 0 ? 1.0 : 0, bin / 2 == 1 ? 1.0 : 0,
                                                    bin / 2 == 2 ? 1.0 : 0});
         const Vec3 level = cross(up, normal);
         const double size = length(level);
-        const Vec3 across = size > 1e-9 ? level * (1 / size) : axis_a;
-        walls[bin].add(v, law, dot(v.position_m, across), 0);
+        across[bin] = size > 1e-9 ? level * (1 / size) : axis_a;
+    }
+
+    places_.resize(voxels.size());
+    const auto place_of = [&, axis_a = axis_a, axis_b = axis_b](const ContactVoxel& v) {
+        if (-dot(v.normal, up) > kSoleCosine) {
+            // Whole voxels apart: rounding does not decide where the grid lies along the axes.
+            const Vec3 place = (v.center_m - voxels.front().center_m) * (1 / element_m);
+            return Place{.x = std::llround(dot(place, axis_a)),
+                         .y = std::llround(dot(place, axis_b))};
+        }
+        const int bin = dominant_axis_bin(rotate(to_body, v.normal));
+        return Place{.wall = bin, .across_m = dot(v.position_m, across[bin])};
+    };
+    for_ranges(threads, voxels.size(), kRangeVoxels, [&](size_t first, size_t last) {
+        for (size_t i = first; i < last; ++i) places_[i] = place_of(voxels[i]);
+    });
+
+    std::array<FaceSums, kWallBinCount> walls;
+    cells_.clear();
+    for (size_t i = 0; i < voxels.size(); ++i) {
+        const Place& place = places_[i];
+        if (place.wall < 0) {
+            cells_.push_back({place.x, place.y, static_cast<int>(i)});
+            continue;
+        }
+        face_of_voxel_[i] = place.wall;
+        walls[place.wall].add(voxels[i], law, place.across_m, 0);
     }
     for (int bin = 0; bin < kWallBinCount; ++bin) {
         if (!(walls[bin].area > 0)) continue;
         const double width_m = walls[bin].sides()[1];
-        out.faces[bin] = {width_m, width_m, walls[bin].depth_m, walls[bin].relative_density()};
+        faces_[bin] = {width_m, width_m, walls[bin].depth_m, walls[bin].relative_density()};
     }
 
-    std::sort(cells.begin(), cells.end(), [](const Cell& a, const Cell& b) {
+    std::sort(cells_.begin(), cells_.end(), [](const Cell& a, const Cell& b) {
         return a < b || (!(b < a) && a.voxel < b.voxel);
     });
-    const std::vector<int> roots = join_cells(cells, law.def().sole_gap_voxels);
-    std::vector<int> face_of(cells.size(), -1);
+    join_cells(law.def().sole_gap_voxels);
+    face_of_root_.assign(cells_.size(), -1);
     std::vector<FaceSums> soles;
-    for (size_t i = 0; i < cells.size(); ++i) {
-        int& face = face_of[roots[i]];
+    for (size_t i = 0; i < cells_.size(); ++i) {
+        int& face = face_of_root_[roots_[i]];
         if (face < 0) {
             face = static_cast<int>(soles.size());
             soles.emplace_back();
         }
-        const ContactVoxel& v = voxels[cells[i].voxel];
+        const ContactVoxel& v = voxels[cells_[i].voxel];
         soles[face].add(v, law, dot(v.position_m, axis_a), dot(v.position_m, axis_b));
-        out.of_voxel[cells[i].voxel] = kWallBinCount + face;
+        face_of_voxel_[cells_[i].voxel] = kWallBinCount + face;
     }
     for (const FaceSums& sole : soles) {
         const auto [side_m, length_m] = sole.area > 0 ? sole.sides() : std::array{0.0, 0.0};
         // A ring or a frame has less area than the rectangle.
         const double width_m = length_m > 0 ? std::min(side_m, sole.area / length_m) : 0;
-        out.faces.push_back({width_m, length_m, sole.depth_m, sole.relative_density()});
+        faces_.push_back({width_m, length_m, sole.depth_m, sole.relative_density()});
     }
 }
 

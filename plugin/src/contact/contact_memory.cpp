@@ -120,14 +120,16 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
                                                        const BodyMotion& motion,
                                                        const ContactLaw& law, double duration_s,
                                                        std::span<const PressedSoil> around,
-                                                       std::span<const ContactMotion> relative) {
+                                                       std::span<const ContactMotion> relative,
+                                                       const WorkThreads* threads) {
     const double voxel_m = law.voxel_m();
     previous_.swap(entries_);
-    entries_.clear();
-    history_.clear();
+    entries_.resize(voxels.size());
+    history_.resize(voxels.size());
     own_index_.make(previous_, voxel_m);
     around_index_.make(around, voxel_m);
-    for (const ContactVoxel& v : voxels) {
+    const auto advance_one = [&](size_t i) {
+        const ContactVoxel& v = voxels[i];
         const Vec3 own = motion.velocity_at(v.position_m);
         const Vec3 velocity =
             relative.empty() ? own
@@ -143,22 +145,28 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
         if (others && (!same || length(others->slid_m) > length(same->slid_m))) same = others;
         if (same) slid += same->slid_m;
         retreat_m = std::clamp(retreat_m, 0.0, voxel_m);
-        entries_.push_back({v.center_m + duration_s * (own - velocity), v.normal, slid, retreat_m});
-        history_.push_back({length(slid), retreat_m});
-    }
+        entries_[i] = {v.center_m + duration_s * (own - velocity), v.normal, slid, retreat_m};
+        history_[i] = {length(slid), retreat_m};
+    };
+    for_ranges(threads, voxels.size(), kRangeVoxels, [&](size_t first, size_t last) {
+        for (size_t i = first; i < last; ++i) advance_one(i);
+    });
     std::stable_sort(entries_.begin(), entries_.end(), lies_before);
     return history_;
 }
 
 std::span<const ContactHistory> ContactMemory::recall(std::span<const ContactVoxel> voxels,
-                                                      const ContactLaw& law) {
+                                                      const ContactLaw& law,
+                                                      const WorkThreads* threads) {
     own_index_.make(entries_, law.voxel_m());
-    history_.clear();
-    for (const ContactVoxel& v : voxels) {
-        const PressedSoil* same = own_index_.find(v, law, -1);
-        history_.push_back(same ? ContactHistory{length(same->slid_m), same->retreat_m}
-                                : ContactHistory{});
-    }
+    history_.resize(voxels.size());
+    for_ranges(threads, voxels.size(), kRangeVoxels, [&](size_t first, size_t last) {
+        for (size_t i = first; i < last; ++i) {
+            const PressedSoil* same = own_index_.find(voxels[i], law, -1);
+            history_[i] =
+                same ? ContactHistory{length(same->slid_m), same->retreat_m} : ContactHistory{};
+        }
+    });
     return history_;
 }
 

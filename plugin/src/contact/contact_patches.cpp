@@ -5,11 +5,11 @@
 #include <cmath>
 #include <limits>
 
-#include "bsoil/contact/contact_faces.h"
-
 namespace bsoil {
 namespace {
 
+/// Voxels that one thread takes at least.
+constexpr size_t kRangeVoxels = 64;
 /// Of soil that has sheared as far as it matters, and that nothing has drawn back from.
 constexpr ContactHistory kAllDeveloped{std::numeric_limits<double>::infinity(), 0};
 
@@ -167,15 +167,28 @@ class CarrierPatches {
 
 }  // namespace
 
-BodyContact group_contacts(std::span<const ContactVoxel> voxels,
-                           std::span<const ContactMotion> motions, const ContactLaw& law,
-                           std::span<const ContactHistory> history,
-                           std::vector<ContactPatch>& patches, double apart_m) {
-    patches.clear();
+BodyContact ContactPatches::find(std::span<const ContactVoxel> voxels,
+                                 std::span<const ContactMotion> motions, const ContactLaw& law,
+                                 std::span<const ContactHistory> history,
+                                 const WorkThreads* threads, double apart_m) {
+    patches_.clear();
     // A face is one whatever carries the soil beside its parts.
-    ContactFaces faces;
     const double element_m = std::max(law.voxel_m(), apart_m);
-    find_contact_faces(voxels, motions.front().motion.pose.rotation, law, element_m, faces);
+    faces_.find(voxels, motions.front().motion.pose.rotation, law, element_m, threads);
+
+    // Elements by themselves on any thread, their sums in order on this one.
+    elements_.resize(voxels.size());
+    for_ranges(threads, voxels.size(), kRangeVoxels, [&](size_t first, size_t last) {
+        for (size_t i = first; i < last; ++i) {
+            const ContactVoxel& v = voxels[i];
+            const ContactMotion& relative = motion_for(motions, v.carrier);
+            elements_[i] = {law.yield({v, faces_.of_voxel(i)},
+                                      {relative.direction.velocity_at(v.position_m),
+                                       dot(relative.motion.velocity_at(v.position_m), v.normal)},
+                                      history.empty() ? kAllDeveloped : history[i]),
+                            v.area_m2 * law.touching_share(v)};
+        }
+    });
 
     BodyContact total;
     double mobilized_n = 0, limit_n_sum = 0;
@@ -186,13 +199,7 @@ BodyContact group_contacts(std::span<const ContactVoxel> voxels,
         for (size_t i = 0; i < voxels.size(); ++i) {
             const ContactVoxel& v = voxels[i];
             if (v.carrier != relative.carrier) continue;
-            const FaceExtent& face = faces.faces[faces.of_voxel[i]];
-            const ElementYield yield =
-                law.yield({v, face},
-                          {relative.direction.velocity_at(v.position_m),
-                           dot(relative.motion.velocity_at(v.position_m), v.normal)},
-                          history.empty() ? kAllDeveloped : history[i]);
-            const double area = v.area_m2 * law.touching_share(v);
+            const auto& [yield, area] = elements_[i];
             sums.add(v, yield, area);
 
             const Vec3 force = area * yield.mobilized_pa;
@@ -204,7 +211,7 @@ BodyContact group_contacts(std::span<const ContactVoxel> voxels,
             total.mobilized_pressure_pa += area * normal_pa * normal_pa;
             const double limit_n = yield.normal_limit_pa * area;
             limit_n_sum += limit_n;
-            total.width_m += limit_n * face.width_m;
+            total.width_m += limit_n * faces_.of_voxel(i).width_m;
             total.area_m2 += area;
             // A wall's level has the rim in it that came out from under the sole.
             const bool is_sole = -dot(v.normal, law.up()) > kSoleCosine;
@@ -215,7 +222,7 @@ BodyContact group_contacts(std::span<const ContactVoxel> voxels,
             }
             total.compression_m = std::max(total.compression_m, v.compression_m);
         }
-        sums.append_to(patches);
+        sums.append_to(patches_);
     }
     total.mobilized_pressure_pa = mobilized_n > 0 ? total.mobilized_pressure_pa / mobilized_n : 0;
     total.width_m = limit_n_sum > 0 ? total.width_m / limit_n_sum : 0;
@@ -225,9 +232,12 @@ BodyContact group_contacts(std::span<const ContactVoxel> voxels,
 BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotion& motion,
                            const BodyMotion& direction, const ContactLaw& law,
                            std::span<const ContactHistory> history,
-                           std::vector<ContactPatch>& patches, double apart_m) {
+                           std::vector<ContactPatch>& patches) {
     const ContactMotion on_ground{-1, motion, direction, {}, {}};
-    return group_contacts(voxels, {&on_ground, 1}, law, history, patches, apart_m);
+    ContactPatches found;
+    const BodyContact total = found.find(voxels, {&on_ground, 1}, law, history);
+    patches.assign(found.patches().begin(), found.patches().end());
+    return total;
 }
 
 }  // namespace bsoil

@@ -69,13 +69,15 @@ void ContactVoxels::add_all(const Request& request, std::span<const ContactRecor
                             std::vector<ContactVoxel>& out) {
     const size_t chunk_count = (records.size() + kChunkRecords - 1) / kChunkRecords;
     chunks_.resize(std::max(chunks_.size(), chunk_count));
-    request.threads->run(chunk_count, [&](size_t chunk) {
-        chunks_[chunk].clear();
-        // Two faces a voxel at most.
-        chunks_[chunk].reserve(2 * kChunkRecords);
-        const size_t first = chunk * kChunkRecords;
-        for (size_t i = first; i < std::min(first + kChunkRecords, records.size()); ++i) {
-            add(request, records[i], chunks_[chunk]);
+    for_ranges(request.threads, chunk_count, 1, [&](size_t first_chunk, size_t last_chunk) {
+        for (size_t chunk = first_chunk; chunk < last_chunk; ++chunk) {
+            chunks_[chunk].clear();
+            // Two faces a voxel at most.
+            chunks_[chunk].reserve(2 * kChunkRecords);
+            const size_t first = chunk * kChunkRecords;
+            for (size_t i = first; i < std::min(first + kChunkRecords, records.size()); ++i) {
+                add(request, records[i], chunks_[chunk]);
+            }
         }
     });
     for (size_t chunk = 0; chunk < chunk_count; ++chunk) {

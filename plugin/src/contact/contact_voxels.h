@@ -1,9 +1,9 @@
 /// Surface elements of bodies against soil, from what the kernels found in voxels.
 #pragma once
 
+#include "bsoil/work_threads.h"
 #include "contact/free_surface.h"
 #include "contact/shape_faces.h"
-#include "device/host_threads.h"
 
 namespace bsoil {
 
@@ -26,7 +26,7 @@ class ContactVoxels {
         const Pose* world_to_grid = nullptr;  ///< of metres
         const ContactLawDef* law = nullptr;
         std::span<const double> wedge_length;  ///< see FreeSurface::Request
-        device::HostThreads* threads = nullptr;
+        const WorkThreads* threads = nullptr;
     };
     /// Surface words of the soil that a carrier holds (a body's index, or kOnGround).
     using TileWords = std::function<std::span<const int32_t>(int tile_x, int tile_y, int carrier)>;

@@ -18,16 +18,16 @@ namespace bsoil::device {
 }
 
 /// Calls body(first, last) for ranges that make up 0..count, in any order and at the same time, and
-/// waits for all of them.
+/// waits for all of them. least: a range that is no longer is not divided.
 template <typename Body>
-void parallel_ranges(size_t count, const Body& body) {
+void parallel_ranges(size_t count, const Body& body, size_t least = 1) {
     // Threads reach all of it by one pointer, which oneTBB copies.
     struct Job {
         const Body& body;
         std::atomic<uint32_t> hand_overs = 0;
     } job{body};
     hand_over(job.hand_overs);
-    tbb::parallel_for(tbb::blocked_range<size_t>(0, count),
+    tbb::parallel_for(tbb::blocked_range<size_t>(0, count, least),
                       [at = &job](const tbb::blocked_range<size_t>& range) {
                           hand_over(at->hand_overs);
                           at->body(range.begin(), range.end());

@@ -118,7 +118,7 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
         return Error{device.error()};
     }
     s.device = std::move(*device);
-    s.host_threads = std::make_unique<device::HostThreads>(def.thread_count);
+    s.work_threads = std::make_unique<WorkThreads>(def.thread_count);
 
     const int64_t tile_bytes =
         static_cast<int64_t>(p.tile_voxels) * 4 * (kTransportFirst + 2 * p.transport_count);
@@ -161,6 +161,7 @@ Result<SettleReport> Soil::settle(int steps_max, std::span<const SoilBody> bodie
 const SoilDef& Soil::def() const { return impl_->def; }
 const std::vector<MaterialDef>& Soil::materials() const { return impl_->materials; }
 const GridFrame& Soil::frame() const { return impl_->frame; }
+const WorkThreads& Soil::threads() const { return *impl_->work_threads; }
 std::string Soil::backend_name() const { return impl_->device->backend_name(); }
 std::string Soil::device_name() const { return impl_->device->device_name(); }
 int Soil::thread_count() const { return impl_->device->thread_count(); }

@@ -13,6 +13,7 @@
 #include "bsoil/distance_lattice.h"
 #include "bsoil/limits.h"
 #include "bsoil/soil.h"
+#include "bsoil/work_threads.h"
 #include "contact/contact_voxels.h"
 #include "device/device.h"
 #include "soil/column_surface.h"
@@ -133,7 +134,7 @@ struct Soil::Impl {
     int height = 0, tiles_x = 0, tiles_y = 0, blocks_per_tile = 0, kept_planes = 0;
     std::string device_reason;
     std::unique_ptr<device::Device> device;
-    std::unique_ptr<device::HostThreads> host_threads;
+    std::unique_ptr<WorkThreads> work_threads;
     layout::SoilParams params{};
 
     std::vector<std::unique_ptr<Tile>> tiles;  ///< tiles_x * tiles_y; null: never held anything

@@ -966,7 +966,7 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
     // body at rest.
     contact_voxels.make(
         {result_words, contact_bodies, body_ids, body_width_voxels, &frame, &world_to_grid,
-         &def.contact_law, wedge_length, host_threads.get()},
+         &def.contact_law, wedge_length, work_threads.get()},
         [this](int tx, int ty, int carrier) {
             return carrier == kOnGround ? surface_heights(tile_index(tx, ty))
                                         : carried_surface(tile_index(tx, ty), carrier);

@@ -1,12 +1,14 @@
 /// Faces of a contact: connected parts of a body's contact with the soil whose size the soil feels.
 #pragma once
 
+#include <cstdint>
 #include <numbers>
 #include <span>
 #include <vector>
 
 #include "bsoil/body.h"
 #include "bsoil/contact/contact_law.h"
+#include "bsoil/work_threads.h"
 
 #pragma GCC visibility push(default)
 namespace bsoil {
@@ -16,20 +18,47 @@ namespace bsoil {
 inline constexpr double kSoleCosine = std::numbers::sqrt2 / 2;
 
 /// The faces of one body's contact.
-struct ContactFaces {
-    std::vector<FaceExtent> faces;
-    std::vector<int> of_voxel;  ///< index into faces, per contact voxel
-};
-
 /// Soles are the connected sets of voxels that look down (by more than 45 deg); seen from above, so
 /// that neither a spinning wheel's frame nor the grid's direction matters, and the tracks of one
 /// body are two soles. Their sides are those of the rectangle with the same second moments of area,
 /// the shorter no longer than its area has room for.
 /// Walls are the other voxels, one face per dominant axis of the normal in the body's frame.
-/// element_m: how far the voxels' middles are apart. `faces` is overwritten. Cost: O(n log n) in
-/// the voxels.
-void find_contact_faces(std::span<const ContactVoxel> voxels, Quat body_to_world,
-                        const ContactLaw& law, double element_m, ContactFaces& faces);
+class ContactFaces {
+  public:
+    /// Overwrites what there was. element_m: how far the voxels' middles are apart. threads: to
+    /// share the work, or null. Cost: O(n log n) in the voxels.
+    void find(std::span<const ContactVoxel> voxels, Quat body_to_world, const ContactLaw& law,
+              double element_m, const WorkThreads* threads = nullptr);
+
+    std::span<const FaceExtent> faces() const { return faces_; }
+    /// The one of a voxel of find().
+    const FaceExtent& of_voxel(size_t voxel) const {
+        return faces_[static_cast<size_t>(face_of_voxel_[voxel])];
+    }
+    int index_of_voxel(size_t voxel) const { return face_of_voxel_[voxel]; }
+
+  private:
+    /// Where a voxel lies on its face.
+    struct Place {
+        int wall = -1;         ///< its axis; -1: on a sole
+        double across_m = 0;   ///< of a wall: along its level side
+        int64_t x = 0, y = 0;  ///< of a sole: element seen from above
+    };
+    struct Cell {
+        int64_t x = 0, y = 0;
+        int voxel = 0;
+        bool operator<(const Cell& o) const { return x != o.x ? x < o.x : y < o.y; }
+    };
+    /// Joins cells that are near each other: roots_ has each cell's root.
+    void join_cells(int gap);
+    int root_of(int cell);
+
+    std::vector<FaceExtent> faces_;
+    std::vector<int> face_of_voxel_;
+    std::vector<Place> places_;  ///< per voxel
+    std::vector<Cell> cells_;
+    std::vector<int> roots_, face_of_root_;
+};
 
 /// Index 0..5 of the axis +x, -x, +y, -y, +z, -z that a vector points along most.
 int dominant_axis_bin(Vec3 direction);

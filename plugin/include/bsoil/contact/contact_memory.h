@@ -7,6 +7,7 @@
 
 #include "bsoil/body.h"
 #include "bsoil/contact/contact_patches.h"
+#include "bsoil/work_threads.h"
 
 #pragma GCC visibility push(default)
 namespace bsoil {
@@ -37,21 +38,26 @@ class ContactMemory {
     /// Adds the motion of `duration_s`, relative to each voxel's carrier (of the list `relative`;
     /// empty: all lie on the ground). around: what other bodies knew at the last call,
     /// sorted by center_m.x; soil that one of them has sheared further comes to this one so.
-    /// Returns what there is per voxel, valid until the next call. Cost: O(n log n).
+    /// Returns what there is per voxel, valid until the next call. Cost: O(n log n). threads: to
+    /// share the work, or null.
     std::span<const ContactHistory> advance(std::span<const ContactVoxel> voxels,
                                             const BodyMotion& motion, const ContactLaw& law,
                                             double duration_s,
                                             std::span<const PressedSoil> around = {},
-                                            std::span<const ContactMotion> relative = {});
+                                            std::span<const ContactMotion> relative = {},
+                                            const WorkThreads* threads = nullptr);
     /// The same for a body that stands still; nothing is added.
     std::span<const ContactHistory> recall(std::span<const ContactVoxel> voxels,
-                                           const ContactLaw& law);
+                                           const ContactLaw& law,
+                                           const WorkThreads* threads = nullptr);
     /// Sorted by center_m.x.
     std::span<const PressedSoil> soil() const { return entries_; }
     /// What soil() gave, of this memory at another time.
     void set_soil(std::span<const PressedSoil> soil);
 
   private:
+    static constexpr size_t kRangeVoxels = 128;  ///< that one thread takes at least
+
     /// Finds the soil near a place in a list sorted by center_m.x: strips of equal width along y,
     /// each with its part of the list in order.
     class Index {

@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "bsoil/body.h"
+#include "bsoil/contact/contact_faces.h"
 #include "bsoil/contact/contact_law.h"
+#include "bsoil/work_threads.h"
 
 #pragma GCC visibility push(default)
 namespace bsoil {
@@ -75,20 +77,36 @@ struct BodyContact {
 
 /// Sums the contact voxels of one body into patches: by what carries the soil, by the dominant axis
 /// of the normal in the body's frame, then by quadrant of the tangent plane about the bin's
-/// centroid. `patches` is cleared first. Sums of limit forces over patches equal those over voxels,
-/// so a closed surface under uniform pressure gives no force. law: against the body's surface.
-/// motions: one for each carrier among the voxels, in the order the patches
-/// come in. apart_m: how far elements are apart, where that is more than a voxel. history: per
-/// voxel, empty where all shear stress is developed and nothing has drawn back.
-BodyContact group_contacts(std::span<const ContactVoxel> voxels,
-                           std::span<const ContactMotion> motions, const ContactLaw& law,
-                           std::span<const ContactHistory> history,
-                           std::vector<ContactPatch>& patches, double apart_m = 0);
-/// The same of a body on the ground alone.
+/// centroid. Sums of limit forces over patches equal those over voxels, so a closed surface under
+/// uniform pressure gives no force. It keeps its room to work in from call to call.
+class ContactPatches {
+  public:
+    /// law: against the body's surface. motions: one for each carrier among the voxels, in the
+    /// order the patches come in. history: per voxel, empty where all shear stress is developed and
+    /// nothing has drawn back. threads: to share the work, or null. apart_m: how far elements are
+    /// apart, where that is more than a voxel.
+    BodyContact find(std::span<const ContactVoxel> voxels, std::span<const ContactMotion> motions,
+                     const ContactLaw& law, std::span<const ContactHistory> history,
+                     const WorkThreads* threads = nullptr, double apart_m = 0);
+    /// Of the last find().
+    std::span<const ContactPatch> patches() const { return patches_; }
+
+  private:
+    /// What an element gives, and on which part of its area.
+    struct Element {
+        ElementYield yield;
+        double area_m2 = 0;
+    };
+    ContactFaces faces_;
+    std::vector<Element> elements_;  ///< per voxel
+    std::vector<ContactPatch> patches_;
+};
+
+/// The same of a body on the ground alone, once. `patches` is overwritten.
 BodyContact group_contacts(std::span<const ContactVoxel> voxels, const BodyMotion& motion,
                            const BodyMotion& direction, const ContactLaw& law,
                            std::span<const ContactHistory> history,
-                           std::vector<ContactPatch>& patches, double apart_m = 0);
+                           std::vector<ContactPatch>& patches);
 
 }  // namespace bsoil
 #pragma GCC visibility pop
