@@ -94,27 +94,22 @@ void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
         return std::span(by_body_).subspan(starts_[rank], starts_[rank + 1] - starts_[rank]);
     };
     for (auto& [id, coupled] : coupled_) coupled.seen = false;
+    size_t count = 0;
     for (const BodyState& body : bodies) {
         const std::span<const ContactVoxel> voxels = voxels_of(body.id);
         if (voxels.empty() && !coupled_.contains(body.id)) continue;
-        Coupled& coupled = coupled_[body.id];
-        coupled.seen = true;
-        if (coupled.body.role != body.role) {  // the host has turned it kinematic or back
-            wake(coupled);
-            coupled.rigid_rows.clear();
-            coupled.carriers.clear();
-            coupled.motions.clear();
-            coupled.patches.clear();
-        }
-        coupled.body = body;
-        const bool is_sleeper =
-            body.is_asleep && coupled.asleep_step_count > 0 && !coupled.carriers.empty();
-        if (is_sleeper)
-            set_sleeper_contacts(coupled, voxels, are_unchanged);
-        else
-            set_body_contacts(coupled, voxels, duration_s);
-        wake_if_changed(coupled);
-        keep_awake_with_carriers(coupled);
+        if (count == works_.size()) works_.emplace_back();
+        prepare(works_[count++], body, voxels, duration_s, are_unchanged);
+    }
+    const std::span works = std::span(works_).first(count);
+    for_ranges(&threads_, count, 1, [&](size_t first, size_t last) {
+        for (BodyWork& work : works.subspan(first, last - first)) find_contact(work, duration_s);
+    });
+    for (const BodyWork& work : works) {
+        if (work.kind != BodyWork::Kind::kept) report_contact(work);
+        if (work.kind == BodyWork::Kind::moved) act(work);
+        wake_if_changed(*work.coupled);
+        keep_awake_with_carriers(*work.coupled);
     }
     for (auto it = coupled_.begin(); it != coupled_.end();) {
         if (it->second.seen) {
@@ -124,6 +119,57 @@ void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
         wake(it->second);
         it = coupled_.erase(it);
     }
+}
+
+void ContactCoupling::prepare(BodyWork& work, const BodyState& body,
+                              std::span<const ContactVoxel> voxels, double duration_s,
+                              bool are_unchanged) {
+    Coupled& coupled = coupled_[body.id];
+    coupled.seen = true;
+    if (coupled.body.role != body.role) {  // the host has turned it kinematic or back
+        wake(coupled);
+        coupled.rigid_rows.clear();
+        coupled.carriers.clear();
+        coupled.motions.clear();
+        coupled.patches.clear();
+    }
+    coupled.body = body;
+    work.coupled = &coupled;
+    work.voxels = voxels;
+    const bool is_sleeper =
+        body.is_asleep && coupled.asleep_step_count > 0 && !coupled.carriers.empty();
+    if (!is_sleeper) {
+        work.kind = BodyWork::Kind::moved;
+        update_law(coupled);
+        update_carriers(coupled, voxels);
+        update_motions(coupled, voxels, duration_s);
+        return;
+    }
+    for (Carrier& carrier : coupled.carriers)
+        if (const BodyState* state = state_of(carrier.id);
+            state && is_same_object(*state, carrier.body))
+            carrier.body = *state;
+    if (are_unchanged && coupled.has_limits) {
+        work.kind = BodyWork::Kind::kept;
+        return;
+    }
+    work.kind = BodyWork::Kind::slept;
+    update_law(coupled);
+}
+
+void ContactCoupling::find_contact(BodyWork& work, double duration_s) const {
+    if (work.kind == BodyWork::Kind::kept) return;
+    Coupled& coupled = *work.coupled;
+    const ContactLaw& law = *coupled.law;
+    std::span<const ContactHistory> history;
+    if (work.kind == BodyWork::Kind::slept) {
+        history = coupled.memory.recall(work.voxels, law, &threads_);
+    } else {
+        ContactMemory::near(pressed_soil_, work.voxels, coupled.body.id, law, work.pressed_around);
+        history = coupled.memory.advance(work.voxels, coupled.body.motion, law, duration_s,
+                                         work.pressed_around, coupled.motions, &threads_);
+    }
+    work.contact = work.found.find(work.voxels, coupled.motions, law, history, &threads_);
 }
 
 /// The soil sorts contacts by voxel; within a body they keep that order.
@@ -194,30 +240,15 @@ const BodyState* ContactCoupling::state_of(int id) const {
     return rank < 0 ? nullptr : by_id_[static_cast<size_t>(rank)];
 }
 
-/// What holds a sleeper up stays as it was when it fell asleep; looked at is only whether the soil
-/// beside it could still give as much. Its width stays too: depth and width of a contact follow
-/// from each other, and their last bits may go round for good.
-void ContactCoupling::set_sleeper_contacts(Coupled& coupled, std::span<const ContactVoxel> voxels,
-                                           bool are_unchanged) {
-    for (Carrier& carrier : coupled.carriers)
-        if (const BodyState* state = state_of(carrier.id);
-            state && is_same_object(*state, carrier.body))
-            carrier.body = *state;
-    if (are_unchanged && coupled.has_limits) return;
-    update_law(coupled);
-    const std::span<const ContactHistory> history =
-        coupled.memory.recall(voxels, *coupled.law, &threads_);
-    report_contact(coupled, found_.find(voxels, coupled.motions, *coupled.law, history, &threads_));
-}
-
-void ContactCoupling::report_contact(Coupled& coupled, const BodyContact& contact) {
-    coupled.report.contact_area_m2 = contact.area_m2;
-    coupled.report.sinkage_m = sinkage_m(coupled.body, contact);
-    coupled.report.compression_m = contact.compression_m;
-    coupled.report.patch_count = static_cast<int>(found_.patches().size());
+void ContactCoupling::report_contact(const BodyWork& work) {
+    Coupled& coupled = *work.coupled;
+    coupled.report.contact_area_m2 = work.contact.area_m2;
+    coupled.report.sinkage_m = sinkage_m(coupled.body, work.contact);
+    coupled.report.compression_m = work.contact.compression_m;
+    coupled.report.patch_count = static_cast<int>(work.found.patches().size());
     coupled.has_limits = true;
     coupled.limits_n = {};
-    for (const ContactPatch& p : found_.patches()) coupled.limits_n[p.bin] += p.normal_limit_n;
+    for (const ContactPatch& p : work.found.patches()) coupled.limits_n[p.bin] += p.normal_limit_n;
 }
 
 void ContactCoupling::update_carriers(Coupled& coupled, std::span<const ContactVoxel> voxels) {
@@ -243,6 +274,16 @@ void ContactCoupling::update_carriers(Coupled& coupled, std::span<const ContactV
             if (!is_same_object(carrier.body, body)) carrier.link_rows.reset();
         }
         carrier.body = body;
+    }
+}
+
+void ContactCoupling::update_motions(Coupled& coupled, std::span<const ContactVoxel> voxels,
+                                     double duration_s) const {
+    for (size_t i = 0; i < coupled.carriers.size(); ++i) {
+        const int id = coupled.carriers[i].id;
+        const bool is_new = std::none_of(previous_motions_.begin(), previous_motions_.end(),
+                                         [id](const ContactMotion& m) { return m.carrier == id; });
+        update_motion(coupled, coupled.carriers[i], coupled.motions[i], voxels, duration_s, is_new);
     }
 }
 
@@ -306,24 +347,10 @@ double ContactCoupling::sinkage_m(const BodyState& body, const BodyContact& cont
     return contact.depth_m + std::clamp(contact.deepest_height_m - *lowest_m, 0.0, soil_->voxel_m);
 }
 
-void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const ContactVoxel> voxels,
-                                        double duration_s) {
-    const BodyMotion& motion = coupled.body.motion;
-    update_law(coupled);
-    update_carriers(coupled, voxels);
-    for (size_t i = 0; i < coupled.carriers.size(); ++i) {
-        const int id = coupled.carriers[i].id;
-        const bool is_new = std::none_of(previous_motions_.begin(), previous_motions_.end(),
-                                         [id](const ContactMotion& m) { return m.carrier == id; });
-        update_motion(coupled, coupled.carriers[i], coupled.motions[i], voxels, duration_s, is_new);
-    }
-    ContactMemory::near(pressed_soil_, voxels, coupled.body.id, *coupled.law, pressed_around_);
-    const std::span<const ContactHistory> history = coupled.memory.advance(
-        voxels, motion, *coupled.law, duration_s, pressed_around_, coupled.motions, &threads_);
-    const BodyContact contact =
-        found_.find(voxels, coupled.motions, *coupled.law, history, &threads_);
+void ContactCoupling::act(const BodyWork& work) {
+    Coupled& coupled = *work.coupled;
+    const BodyContact& contact = work.contact;
     coupled.width_m = contact.width_m;
-    report_contact(coupled, contact);
     if (coupled.body.role == BodyRole::driven || coupled.body.role == BodyRole::fixed) {
         coupled.report.force_n = contact.mobilized_force_n;
         coupled.report.torque_n_m = contact.mobilized_torque_n_m;
@@ -333,10 +360,10 @@ void ContactCoupling::set_body_contacts(Coupled& coupled, std::span<const Contac
         return;
     }
     if (coupled.body.role == BodyRole::wheel) {
-        coupled.wheel_patches.assign(found_.patches().begin(), found_.patches().end());
+        coupled.wheel_patches.assign(work.found.patches().begin(), work.found.patches().end());
         return;
     }
-    take_over_patches(coupled, found_.patches());
+    take_over_patches(coupled, work.found.patches());
 }
 
 void ContactCoupling::set_patches(const BodyState& body, const BodyMotion& direction,

@@ -164,13 +164,32 @@ class ContactCoupling {
         bool is_used = false, is_in = false;
     };
 
-    void set_body_contacts(Coupled& coupled, std::span<const ContactVoxel> voxels,
-                           double duration_s);
-    /// Of a body that slept in the last step as well.
-    void set_sleeper_contacts(Coupled& coupled, std::span<const ContactVoxel> voxels,
-                              bool are_unchanged);
-    /// What found_ has found.
-    void report_contact(Coupled& coupled, const BodyContact& contact);
+    /// A body's part of set_contacts. What it takes from the contacts is found for many bodies at
+    /// the same time; before and after that they are looked at one by one.
+    struct BodyWork {
+        enum class Kind {
+            moved,
+            /// It slept in the last step as well. What holds it up stays as it was when it fell
+            /// asleep; looked at is only whether the soil beside it could still give as much. Its
+            /// width stays too: depth and width of a contact follow from each other, and their last
+            /// bits may go round for good.
+            slept,
+            kept,  ///< it slept, and its contacts are those of the last step
+        };
+        Kind kind = Kind::moved;
+        Coupled* coupled = nullptr;
+        std::span<const ContactVoxel> voxels;
+        std::vector<PressedSoil> pressed_around;  ///< of pressed_soil_, what may lie beside it
+        ContactPatches found;
+        BodyContact contact;
+    };
+    void prepare(BodyWork& work, const BodyState& body, std::span<const ContactVoxel> voxels,
+                 double duration_s, bool are_unchanged);
+    /// Changes nothing but the body's memory and `work`.
+    void find_contact(BodyWork& work, double duration_s) const;
+    void report_contact(const BodyWork& work);
+    /// Gives the contact of a body that moved to who acts on it: the solver, a vehicle or nobody.
+    void act(const BodyWork& work);
     /// Of set_contacts; null for an id that is not among them.
     const BodyState* state_of(int id) const;
     double sinkage_m(const BodyState& body, const BodyContact& contact) const;
@@ -182,6 +201,9 @@ class ContactCoupling {
     void update_law(Coupled& coupled);
     /// Keeps what is known of carriers that were there before.
     void update_carriers(Coupled& coupled, std::span<const ContactVoxel> voxels);
+    /// After update_carriers.
+    void update_motions(Coupled& coupled, std::span<const ContactVoxel> voxels,
+                        double duration_s) const;
     void update_motion(const Coupled& coupled, const Carrier& carrier, ContactMotion& motion,
                        std::span<const ContactVoxel> voxels, double duration_s, bool is_new) const;
     void keep_awake_with_carriers(Coupled& coupled);
@@ -219,9 +241,9 @@ class ContactCoupling {
     /// The contacts of set_contacts by body, in the order of by_id_; where each body's begin.
     std::vector<ContactVoxel> by_body_;
     std::vector<size_t> starts_, next_;
-    std::vector<int> ranks_;    ///< the place of each contact's body in by_id_, or -1
-    size_t contact_count_ = 0;  ///< of the last set_contacts
-    ContactPatches found_;      ///< of one body after the other
+    std::vector<int> ranks_;       ///< the place of each contact's body in by_id_, or -1
+    size_t contact_count_ = 0;     ///< of the last set_contacts
+    std::vector<BodyWork> works_;  ///< a pool
     std::vector<CoupledPatch> previous_;
     std::vector<double> heirs_;  ///< sum of the limits of the new patches nearest to an old one
     std::vector<int> nearest_;   ///< old patch of each new one, or -1
@@ -231,8 +253,7 @@ class ContactCoupling {
     std::vector<int> carrier_ids_;
     std::vector<Carrier> previous_carriers_;
     std::vector<ContactMotion> previous_motions_;
-    std::vector<PressedSoil> pressed_soil_;    ///< beside all bodies, as of the last set_contacts
-    std::vector<PressedSoil> pressed_around_;  ///< of it, what may lie beside one body
+    std::vector<PressedSoil> pressed_soil_;  ///< beside all bodies, as of the last set_contacts
 };
 
 }  // namespace bsoil::bullet
