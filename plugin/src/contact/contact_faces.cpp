@@ -80,19 +80,25 @@ int ContactFaces::root_of(int cell) {
 void ContactFaces::join_cells(int gap) {
     roots_.resize(cells_.size());
     std::iota(roots_.begin(), roots_.end(), 0);
-    for (int64_t dx = 0; dx <= gap; ++dx) {
+    const auto join = [this](size_t i, size_t j) {
+        const int a = root_of(static_cast<int>(i)), b = root_of(static_cast<int>(j));
+        roots_[std::max(a, b)] = std::min(a, b);
+    };
+    const auto follows_in_row = [&](size_t i) {
+        return i > 0 && cells_[i - 1].x == cells_[i].x && cells_[i].y <= cells_[i - 1].y + gap;
+    };
+    for (size_t i = 0; i < cells_.size(); ++i)
+        if (follows_in_row(i)) join(i - 1, i);
+    for (int64_t dx = 1; dx <= gap; ++dx) {
         // What is near the next cell begins no earlier than what is near this one.
         size_t first = 0;
         for (size_t i = 0; i < cells_.size(); ++i) {
             const Cell low{cells_[i].x + dx, cells_[i].y - gap, 0};
             while (first < cells_.size() && cells_[first] < low) ++first;
-            for (size_t j = std::max(first, i);
-                 j < cells_.size() && cells_[j].x == low.x && cells_[j].y <= cells_[i].y + gap;
-                 ++j) {
-                const int a = root_of(static_cast<int>(i));
-                const int b = root_of(static_cast<int>(j));
-                roots_[std::max(a, b)] = std::min(a, b);
-            }
+            for (size_t j = first;
+                 j < cells_.size() && cells_[j].x == low.x && cells_[j].y <= cells_[i].y + gap; ++j)
+                // What follows in its row has been joined to the one before.
+                if (j == first || !follows_in_row(j)) join(i, j);
         }
     }
     for (size_t i = 0; i < cells_.size(); ++i) roots_[i] = root_of(static_cast<int>(i));

@@ -37,10 +37,10 @@ void ContactMemory::Index::make(std::span<const PressedSoil> soil, double width_
         ++starts_[static_cast<size_t>(strip_at(entry.center_m.y))];
     int before = 0;
     for (int& start : starts_) before += std::exchange(start, before);
-    order_.resize(soil.size());
+    spots_.resize(soil.size());
     for (size_t i = 0; i < soil.size(); ++i) {
         int& next = starts_[static_cast<size_t>(strip_at(soil[i].center_m.y))];
-        order_[static_cast<size_t>(next++)] = static_cast<int>(i);
+        spots_[static_cast<size_t>(next++)] = {soil[i].center_m, i};
     }
     // Each start has moved on to the next one.
     std::rotate(starts_.begin(), starts_.end() - 1, starts_.end());
@@ -69,19 +69,19 @@ const PressedSoil* ContactMemory::Index::find(const ContactVoxel& v, const Conta
     double least = std::numeric_limits<double>::infinity();
     const int last = strip_at(v.center_m.y + reach_along(way.y));
     for (int strip = strip_at(v.center_m.y - reach_along(way.y)); strip <= last; ++strip) {
-        const auto begin = order_.begin() + starts_[static_cast<size_t>(strip)];
-        const auto end = order_.begin() + starts_[static_cast<size_t>(strip) + 1];
-        const auto first = std::lower_bound(begin, end, x0, [this](int i, double at) {
-            return soil_[static_cast<size_t>(i)].center_m.x < at;
-        });
-        for (auto it = first; it != end; ++it) {
-            const PressedSoil& entry = soil_[static_cast<size_t>(*it)];
-            if (entry.center_m.x > x1) break;
-            const Vec3 apart = entry.center_m - v.center_m;
+        const auto begin = spots_.begin() + starts_[static_cast<size_t>(strip)];
+        const auto end = spots_.begin() + starts_[static_cast<size_t>(strip) + 1];
+        const auto first = std::lower_bound(
+            begin, end, x0, [](const Spot& spot, double at) { return spot.center_m.x < at; });
+        for (auto spot = first; spot != end; ++spot) {
+            if (spot->center_m.x > x1) break;
+            const Vec3 apart = spot->center_m - v.center_m;
             if (std::abs(apart.y) > far_m || std::abs(apart.z) > far_m) continue;
             const double along = dot(apart, way);
-            const double square = dot(apart, apart), cosine = dot(entry.normal, v.normal);
+            const double square = dot(apart, apart);
             if (std::abs(along) > reach_m || square - along * along > across_m * across_m) continue;
+            const PressedSoil& entry = soil_[spot->place];
+            const double cosine = dot(entry.normal, v.normal);
             if (cosine < cosine_least) continue;
             const double unlike = square + (1 - cosine) * across_m * across_m;
             // Of two that are as near the first in the list.

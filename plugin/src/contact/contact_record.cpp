@@ -1,8 +1,8 @@
 #include "contact/contact_record.h"
 
 #include <algorithm>
-#include <numeric>
 
+#include "bsoil/limits.h"
 #include "soil/layout.h"
 
 namespace bsoil {
@@ -18,22 +18,24 @@ Vec3 vector_at(const int32_t* words) {
 
 }  // namespace
 
-void decode_contacts(std::span<const int32_t> words, std::vector<int>& order,
+void decode_contacts(std::span<const int32_t> words, std::vector<ContactOrder>& order,
                      std::vector<ContactRecord>& out) {
-    const auto record = [&](int i) { return &words[static_cast<size_t>(i) * kContactWords]; };
+    constexpr int kBits = 21;  // of a place or a body's index
+    static_assert(limits::kGridSideMax < 1 << kBits && limits::kBodyCapacity < 1 << kBits);
+    static_assert(kOnGround == -1 && kContactAt == 0 && kContactBody == 3 && kContactKey == 4);
     order.resize(words.size() / kContactWords);
-    std::iota(order.begin(), order.end(), 0);
-    std::sort(order.begin(), order.end(), [&](int a, int b) {
-        const int32_t *first = record(a), *second = record(b);
-        if (first[kContactCarrier] != second[kContactCarrier]) {
-            return first[kContactCarrier] < second[kContactCarrier];
-        }
-        return std::lexicographical_compare(first, first + kContactKey, second,
-                                            second + kContactKey);
+    for (size_t i = 0; i < order.size(); ++i) {
+        const int32_t* c = &words[i * kContactWords];
+        const auto word = [c](int at) { return static_cast<uint64_t>(c[at]); };
+        order[i] = {(word(kContactCarrier) + 1) << 32 | word(0),
+                    (word(1) << kBits | word(2)) << kBits | word(kContactBody), i};
+    }
+    std::sort(order.begin(), order.end(), [](const ContactOrder& a, const ContactOrder& b) {
+        return a.carrier_x != b.carrier_x ? a.carrier_x < b.carrier_x : a.y_z_body < b.y_z_body;
     });
     out.clear();
-    for (int i : order) {
-        const int32_t* c = record(i);
+    for (const ContactOrder& next : order) {
+        const int32_t* c = &words[next.contact * kContactWords];
         ContactRecord contact;
         std::copy_n(c + kContactAt, 3, contact.voxel);
         contact.body = c[kContactBody];

@@ -1,6 +1,7 @@
 /// What the kernel collect_contacts finds in a voxel where a body meets soil, in words and decoded.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -21,10 +22,16 @@ struct ContactRecord {
     double density = -1;  ///< relative density of the soil [units]; kDensityFixed
 };
 
+/// What the words of a contact are sorted by, put together so that two comparisons tell.
+struct ContactOrder {
+    uint64_t carrier_x = 0, y_z_body = 0;
+    size_t contact = 0;  ///< where its words are
+};
+
 /// Decodes words of Buffer::result, kContactWords a contact. The device appends in any order; here
 /// those of soil on the ground come first, then carrier by carrier, each by place and body.
-/// order: scratch.
-void decode_contacts(std::span<const int32_t> words, std::vector<int>& order,
+/// order: room to work in.
+void decode_contacts(std::span<const int32_t> words, std::vector<ContactOrder>& order,
                      std::vector<ContactRecord>& out);
 
 }  // namespace bsoil

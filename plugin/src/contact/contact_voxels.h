@@ -43,7 +43,7 @@ class ContactVoxels {
     void add_faces(const Element& element, Vec3 face_normal, std::vector<ContactVoxel>& out) const;
     void finish(const Element& element, ContactVoxel& contact) const;
 
-    std::vector<int> order_;
+    std::vector<ContactOrder> order_;
     std::vector<ContactRecord> records_;
     std::vector<std::vector<ContactVoxel>> chunks_;
     FreeSurface surface_;

@@ -74,8 +74,13 @@ class ContactMemory {
 
         std::span<const PressedSoil> soil_;
         double low_y_ = 0, width_m_ = 1;
-        std::vector<int> starts_;  ///< of a strip in order_; one more for the end
-        std::vector<int> order_;   ///< places in the list by strip
+        /// An entry's middle, and its place in the list.
+        struct Spot {
+            Vec3 center_m;
+            size_t place = 0;
+        };
+        std::vector<int> starts_;  ///< of a strip in spots_; one more for the end
+        std::vector<Spot> spots_;  ///< by strip
     };
 
     std::vector<PressedSoil> entries_, previous_;  ///< sorted by center_m.x
