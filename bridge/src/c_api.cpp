@@ -236,6 +236,7 @@ bulletsoil_soil_def default_def() {
 #define BSOIL_ASSIGN(field, ...) assign(from.field, out.field);
     BSOIL_SOIL_FIELDS(BSOIL_ASSIGN)
 #undef BSOIL_ASSIGN
+    assign(from.contact_law.kind, out.contact_law);
     return out;
 }
 
@@ -247,6 +248,9 @@ SoilDef from_c(const bulletsoil_soil_def& def) {
 #define BSOIL_ASSIGN(field, ...) assign(def.field, out.field);
     BSOIL_SOIL_FIELDS(BSOIL_ASSIGN)
 #undef BSOIL_ASSIGN
+    assign(def.contact_law, out.contact_law.kind);
+    if (def.reserved != 0)
+        refuse("def.reserved is " + std::to_string(def.reserved) + ", must be 0");
     return out;
 }
 

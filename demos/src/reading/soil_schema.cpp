@@ -96,12 +96,14 @@ TableOf<SoilItem> soil_table() {
     BSOIL_SOIL_FIELDS(BSOIL_KEY)
 #undef BSOIL_KEY
     return table
-        .choice("contact_law", {"granular", "bekker"}, "granular",
-                "what soil does to bodies: by the stress at each element of their surface, or by "
-                "Bekker's and Janosi's parameters; each material then needs `[material.bekker]`",
+        .choice("contact_law", {"granular", "bekker", "plain"}, "granular",
+                "what soil does to bodies: by the stress at each element of their surface, by "
+                "Bekker's and Janosi's parameters (each material then needs `[material.bekker]`), "
+                "or by resistive force theory alone",
                 [](S& s, size_t i) {
                     constexpr ContactLawDef::Kind kOrder[] = {ContactLawDef::Kind::granular,
-                                                              ContactLawDef::Kind::bekker};
+                                                              ContactLawDef::Kind::bekker,
+                                                              ContactLawDef::Kind::plain};
                     s.def.contact_law.kind = kOrder[i];
                 })
         .text("material", &S::material,

@@ -6,13 +6,14 @@
 
 #include "bsoil/contact/bekker_law.h"
 #include "bsoil/contact/granular_law.h"
+#include "bsoil/contact/plain_law.h"
 #include "contact/law_fields.h"
 #include "soil/check_range.h"
 
 namespace bsoil {
 
 Status ContactLawDef::validate(int material_count) const {
-    Status status = check_range("contact_law.kind", static_cast<int>(kind), 0, 1);
+    Status status = check_range("contact_law.kind", static_cast<int>(kind), 0, 2);
     for_each_constant(*this, [&](const char* name, double value, double low, double high) {
         if (status) status = check_range(std::string("contact_law.") + name, value, low, high);
     });
@@ -51,6 +52,8 @@ std::unique_ptr<const ContactLaw> ContactLaw::make(std::shared_ptr<const Contact
                                                    const SurfaceFriction& surface) {
     if (soil->law.kind == ContactLawDef::Kind::bekker)
         return std::make_unique<BekkerLaw>(std::move(soil), surface);
+    if (soil->law.kind == ContactLawDef::Kind::plain)
+        return std::make_unique<PlainLaw>(std::move(soil), surface);
     return std::make_unique<GranularLaw>(std::move(soil), surface);
 }
 

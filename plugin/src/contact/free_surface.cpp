@@ -252,7 +252,7 @@ double FreeSurface::height_beside(const ContactRecord& contact, Vec3 at, Vec3 ou
     const double wanted = 4 * half * half;
     const double seen = std::min(1.0, (x1 - x0) * (y1 - y0) / wanted);
     const double apart = std::min(1.0, inside.count / std::max(1.0, inside.covered_count));
-    const double share = sole * seen * apart * apart;
+    const double share = law_->hollow_share * sole * seen * apart * apart;
     return (inside.height + share * inside.covered_height) /
            (inside.count + share * inside.covered_count);
 }

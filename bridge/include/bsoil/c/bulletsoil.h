@@ -104,6 +104,13 @@ enum {
     BULLETSOIL_OVERFLOW_UP_SPREAD = 2 /**< into the nine voxels above, the middle one most */
 };
 
+enum {
+    /** by the stress at each element of a body's surface */
+    BULLETSOIL_CONTACT_GRANULAR = 0,
+    /** by resistive force theory alone */
+    BULLETSOIL_CONTACT_PLAIN = 2
+};
+
 /** How a soil is made; see SoilDef in <bsoil/soil_def.h>. */
 typedef struct bulletsoil_soil_def {
     size_t struct_size; /**< set by bulletsoil_soil_def_init */
@@ -127,6 +134,8 @@ typedef struct bulletsoil_soil_def {
     int32_t propagation_iterations;
     int32_t overflow; /**< how soil that does not fit leaves its voxel: BULLETSOIL_OVERFLOW_... */
     int32_t overflow_passes; /**< passes that spread soil which does not fit, 0..64 */
+    int32_t contact_law;     /**< what soil does to bodies: BULLETSOIL_CONTACT_... */
+    uint32_t reserved;       /**< 0 */
 } bulletsoil_soil_def;
 
 /** Sets `def`, of `struct_size` = sizeof *def bytes, to the defaults: 12 x 2 x 12 m, voxels of 5

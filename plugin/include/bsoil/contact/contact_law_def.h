@@ -19,6 +19,9 @@ struct ContactLawDef {
         granular,
         /// Bekker's pressure on what looks down, Mohr, Coulomb and Janosi's shear: see bekker_law.h
         bekker,
+        /// Three-dimensional resistive force theory alone: density and friction angle, nothing
+        /// fitted, no size, no memory of shear: see plain_law.h
+        plain,
     };
     Kind kind = Kind::granular;
     /// Of each material, in the order of SoilDef::material_list(); for Kind::bekker, else unused.
@@ -60,6 +63,11 @@ struct ContactLawDef {
     /// about two widths from the middle, and most of what is pressed up stands nearer. Larger: ruts
     /// and rims further away count.
     double sole_surroundings_widths = 1.5;
+    /// Share of the hollow under a sole that counts with the rim around it. 0..1. Ours: what was
+    /// pressed out of the one stands in the other, so both together are as high as the soil was. 0:
+    /// depth counts from the soil around alone, as for a bed that a body was put into without
+    /// pressing anything out.
+    double hollow_share = 1;
     /// @}
 
     /// @name What the grid makes of a body's surface

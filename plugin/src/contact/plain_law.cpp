@@ -1,0 +1,48 @@
+#include "bsoil/contact/plain_law.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bsoil/contact/resistive_force_theory.h"
+
+namespace bsoil {
+
+PlainLaw::PlainLaw(std::shared_ptr<const ContactSoil> soil, const SurfaceFriction& surface)
+    : ContactLaw(std::move(soil)) {
+    for (const MaterialDef& material : this->soil().materials) {
+        const double tan_phi = std::tan(material.friction_angle_rad);
+        strengths_.push_back(
+            {resistive_stiffness_pa_m(material.density_kg_m3, this->soil().gravity_m_s2, tan_phi),
+             std::min(surface.friction >= 0 ? surface.friction : material.tool_friction, tan_phi)});
+    }
+}
+
+ElementYield PlainLaw::yield(const ContactElement& element, const ElementMotion& along,
+                             const ContactHistory& memory) const {
+    const ContactVoxel& contact = element.voxel;
+    const Strength& soil = strengths_[static_cast<size_t>(contact.material)];
+    const double depth_m = bearing_depth_m(contact), creep = def().creep;
+    const double xi_depth = soil.stiffness_pa_m * depth_m;
+    const Vec3 n = contact.normal, motion = along.share;
+    const double approach = dot(motion, n);
+    const Vec3 slide = motion - approach * n;
+    const double sliding = length(slide);
+
+    ElementYield out;
+    const Vec3 push = slide + (std::max(approach, 0.0) + creep) * n;
+    const Vec3 pushed = resistive_stress(n, push * (1 / length(push)), up(), soil.friction);
+    const double normal = std::max(0.0, -dot(pushed, n));
+    out.normal_limit_pa = unloaded_share(depth_m, memory.retreat_m, def()) * xi_depth * normal;
+    const double slid = sliding / (sliding + creep);
+    const double sliding_friction =
+        normal > 0 ? length(pushed + normal * n) / normal : soil.friction;
+    out.friction = soil.friction + slid * (sliding_friction - soil.friction);
+    if (sliding > 0) out.slide = slide * (slid / sliding);
+    if (approach > 0) {
+        const Vec3 stress = resistive_stress(n, motion * (1 / length(motion)), up(), soil.friction);
+        if (dot(stress, n) < 0) out.mobilized_pa = xi_depth * stress;
+    }
+    return out;
+}
+
+}  // namespace bsoil
