@@ -39,6 +39,13 @@ ConvexShape cylinder(double radius_m, double width_m, Quat rotation = {}) {
     return shape;
 }
 
+ConvexShape box(Vec3 size_m, Vec3 at_m = {}, Quat rotation = {}) {
+    ConvexShape shape;
+    shape.half_extents_m = 0.5 * size_m;
+    shape.local = {at_m, rotation};
+    return shape;
+}
+
 constexpr double kRadiusM = 0.25, kWidthM = 0.2;
 /// Rolls along x, its axle along y turned by the slip angle.
 Tool wheel(double slip, double sinkage_m, double slip_angle_rad = 0, double radius_m = kRadiusM) {
@@ -52,11 +59,33 @@ Tool wheel(double slip, double sinkage_m, double slip_angle_rad = 0, double radi
     tool.angular_rad_s = rotate(tool.rotation, {0, rim / radius_m, 0});
     return tool;
 }
+/// The same with lugs as boxes across the rim, the first of them `phase` of a pitch from the top.
+Tool lugged_wheel(double slip, double sinkage_m, int count, double height_m, double thickness_m,
+                  double phase = 0.5) {
+    Tool tool = wheel(slip, sinkage_m);
+    const double root_m = 0.9 * kRadiusM, top_m = kRadiusM + height_m;
+    for (int i = 0; i < count; ++i) {
+        const Quat turn = about({0, 1, 0}, 2 * kPi * (i + phase) / count);
+        tool.solids.push_back(box({thickness_m, kWidthM, top_m - root_m},
+                                  rotate(turn, {0, 0, (root_m + top_m) / 2}), turn));
+    }
+    return tool;
+}
 Tool plate(double radius_m, double sinkage_m) {
     Tool tool;
     tool.solids = {cylinder(radius_m, 0.2)};
     tool.height_m = 0.1 - sinkage_m;
     tool.velocity_m_s = {0, 0, -1};
+    return tool;
+}
+Tool blade(double depth_m, double rake_rad, double thickness_m = 0.1) {
+    Tool tool;
+    tool.solids = {box({thickness_m, 0.4, 0.5})};
+    tool.rotation = about({0, 1, 0}, rake_rad - kPi / 2);
+    // of its lowest edge
+    tool.height_m =
+        0.25 * std::sin(rake_rad) + thickness_m / 2 * std::abs(std::cos(rake_rad)) - depth_m;
+    tool.velocity_m_s = {1, 0, 0};
     return tool;
 }
 Tool ball(double radius_m, double sinkage_m, Vec3 velocity_m_s) {
@@ -87,14 +116,20 @@ struct Place {
     double yaw_rad = 0;
 };
 
-oracle::Wrench exact(const Tool& tool) {
+/// Sums over exact surfaces, for a bed whose surface lies higher by `raised_m`.
+oracle::Wrench exact(const Tool& tool, double raised_m = 0) {
     return oracle::resistive_force(
         oracle::surface_of(tool.solids, 0.002),
-        {{{0, 0, tool.height_m}, tool.rotation}, tool.velocity_m_s, tool.angular_rad_s},
+        {{{0, 0, tool.height_m - raised_m}, tool.rotation}, tool.velocity_m_s, tool.angular_rad_s},
         {1600, 33 * kPi / 180, 0.5});
 }
 
-oracle::Wrench in_the_grid(const Tool& tool, const Place& place) {
+struct Found {
+    oracle::Wrench wrench;
+    double raised_m = 0;  ///< of the bed: fills count points of a voxel
+};
+
+Found in_the_grid(const Tool& tool, const Place& place) {
     SoilDef def;
     def.size_m = {0.8, 0.7, 0.4};
     def.up = UpAxis::z;
@@ -108,6 +143,7 @@ oracle::Wrench in_the_grid(const Tool& tool, const Place& place) {
     def.material = sand();
     def.contact_law.kind = ContactLawDef::Kind::plain;
     def.contact_law.hollow_share = 0;
+    def.contact_law.faces_by_shape = true;
     auto soil = std::move(*Soil::create(def));
 
     SoilBody body;
@@ -120,10 +156,13 @@ oracle::Wrench in_the_grid(const Tool& tool, const Place& place) {
     body.linear_velocity_m_s = slow * tool.velocity_m_s;
     body.angular_velocity_rad_s = slow * tool.angular_rad_s;
     const Pose to_body = inverse(body.pose);
+    // Fills count points of a voxel: the hole is a tenth of a voxel tight, so that no gap is left.
+    // An eighth of a voxel too much is no compression (ContactLawDef::under_way_share).
+    std::vector<ConvexShape> hole = tool.solids;
+    for (ConvexShape& solid : hole) solid.rounding_m = -0.1 * place.voxel_m;
     EXPECT_TRUE(soil->fill(FunctionFill{
         [&](Vec3 p) {
-            return p.z < kBedM && !oracle::is_inside(tool.solids, transform(to_body, p)) ? 1.0
-                                                                                         : -1.0;
+            return p.z < kBedM && !oracle::is_inside(hole, transform(to_body, p)) ? 1.0 : -1.0;
         },
         ""}));
     const StepReport report = soil->step({&body, 1});
@@ -137,29 +176,30 @@ oracle::Wrench in_the_grid(const Tool& tool, const Place& place) {
     std::vector<ContactPatch> patches;
     const BodyContact contact = group_contacts(report.contacts, motion, motion,
                                                *ContactLaw::make(contact_soil), {}, patches);
-    return {contact.mobilized_force_n, contact.mobilized_torque_n_m};
+    return {{contact.mobilized_force_n, contact.mobilized_torque_n_m},
+            def.floor_center_m.z + soil->surface_height_m(1, 1) - kBedM};
 }
 
-/// Where errors of the grid differ: faces on its planes, beside them, and across them.
-const Place kPlaces[] = {
+/// In voxels of a tenth of the radius: faces on the grid's planes, beside them, and across them.
+const std::vector<Place> kPlaces{
     {.voxel_m = kRadiusM / 10},
     {.voxel_m = kRadiusM / 10, .shift_voxels = {0.3, 0.45, 0.37}},
     {.voxel_m = kRadiusM / 10, .shift_voxels = {0.8, 0.15, 0.7}, .yaw_rad = 0.4},
 };
 
-/// In voxels of a tenth of the radius each place is within `tolerance` of the exact integral, force
-/// and moment about the frame's origin; the moment counts as a share of the force at `arm_m`.
-void expect_exact(const std::string& name, const Tool& tool, double arm_m, double tolerance) {
-    const oracle::Wrench want = exact(tool);
-    const double force_n = length(want.force_n);
-    for (const Place& place : kPlaces) {
-        const oracle::Wrench found = in_the_grid(tool, place);
+/// Each place is within `tolerance` of the exact integral, force and moment about the frame's
+/// origin; the moment counts as a share of the force at `arm_m`.
+void expect_exact(const std::string& name, const Tool& tool, double arm_m, double tolerance,
+                  const std::vector<Place>& places = kPlaces) {
+    for (const Place& place : places) {
+        const auto [found, raised_m] = in_the_grid(tool, place);
+        const oracle::Wrench want = exact(tool, raised_m);
+        const double force_n = length(want.force_n);
         const double force = length(found.force_n - want.force_n) / force_n;
         const double moment = length(found.moment_n_m - want.moment_n_m) / (force_n * arm_m);
         const std::string where = name + (place.yaw_rad != 0          ? ", turned"
                                           : place.shift_voxels.x != 0 ? ", shifted"
                                                                       : "");
-        testing::Test::RecordProperty(where, std::to_string(force) + " " + std::to_string(moment));
         EXPECT_LT(force, tolerance)
             << where << ": " << found.force_n.x << " " << found.force_n.y << " " << found.force_n.z
             << " N, exactly " << want.force_n.x << " " << want.force_n.y << " " << want.force_n.z;
@@ -167,22 +207,59 @@ void expect_exact(const std::string& name, const Tool& tool, double arm_m, doubl
     }
 }
 
-// Measured: 3.0 % at most.
+// Measured: 2.3 %.
 TEST(PlainLawInTheGrid, smooth_wheel_at_any_slip) {
     for (const double slip : {-1.0, 0.2, 0.6})
         expect_exact("slip " + std::to_string(slip), wheel(slip, 0.08), kRadiusM, 0.05);
     expect_exact("shallow", wheel(0.2, 0.03), kRadiusM, 0.05);
 }
 
-// Measured: 2.9 %.
-TEST(PlainLawInTheGrid, plate_pressed_down) {
-    expect_exact("plate", plate(kRadiusM, 0.1), kRadiusM, 0.05);
+// Measured: 2.2 % at 30 deg; 5.3 % at 90 deg, in a grid that is shifted along the flank.
+TEST(PlainLawInTheGrid, wheel_at_slip_angles) {
+    expect_exact("30 deg", wheel(0.2, 0.08, kPi / 6), kRadiusM, 0.05);
+    expect_exact("90 deg", wheel(0.2, 0.08, kPi / 2 - 1e-6), kRadiusM, 0.06);
 }
 
-// Measured: 0.6 %.
+// Measured: 4.5 %, with lugs as thick as 0.8 voxels, and 0.9 %, as thick as 0.4 voxels.
+TEST(PlainLawInTheGrid, wheel_with_lugs) {
+    expect_exact("high", lugged_wheel(0.3, 0.06, 12, 0.03, 0.02), kRadiusM, 0.05);
+    expect_exact("low", lugged_wheel(0.3, 0.06, 24, 0.015, 0.01), kRadiusM, 0.05);
+}
+
+// Measured: 2.3 %. The small one is four voxels in radius, and its 5 mm are a fifth of a voxel.
+TEST(PlainLawInTheGrid, plate_pressed_down) {
+    expect_exact("plate", plate(kRadiusM, 0.1), kRadiusM, 0.05);
+    expect_exact("small", plate(0.1, 0.02), 0.1, 0.05);
+    expect_exact("small, shallow", plate(0.1, 0.005), 0.1, 0.05);
+}
+
+// Measured: 1.9 %. The thin one has 0.8 voxels.
+TEST(PlainLawInTheGrid, blade_drawn) {
+    expect_exact("upright", blade(0.15, kPi / 2), 0.25, 0.05);
+    expect_exact("leaning back", blade(0.15, kPi / 3), 0.25, 0.05);
+    expect_exact("thin", blade(0.15, kPi / 2, 0.02), 0.25, 0.05);
+}
+
+// Measured: 0.8 %.
 TEST(PlainLawInTheGrid, sphere_pushed_down_and_aside) {
     expect_exact("down", ball(kRadiusM, 0.15, {0, 0, -1}), kRadiusM, 0.05);
     expect_exact("aside", ball(kRadiusM, 0.15, {1, 0, -0.3}), kRadiusM, 0.05);
+}
+
+// In half the voxel. Measured: 0.9 %.
+TEST(PlainLawInTheGrid, converges_with_the_voxel) {
+    const Place finer{.voxel_m = kRadiusM / 20, .shift_voxels = {0.3, 0.45, 0.37}, .yaw_rad = 0.7};
+    for (const Tool& tool :
+         {wheel(0.2, 0.08), wheel(0.2, 0.08, kPi / 2 - 1e-6),
+          lugged_wheel(0.3, 0.06, 12, 0.03, 0.02), plate(0.1, 0.005), blade(0.15, kPi / 2, 0.02)})
+        expect_exact("finer", tool, kRadiusM, 0.015, {finer});
+}
+
+// From a tenth of a voxel to 1.6. Measured: 3.0 %.
+TEST(PlainLawInTheGrid, thin_lugs_feel_what_thick_ones_do) {
+    for (const double thickness_m : {0.0025, 0.005, 0.01, 0.02, 0.04})
+        expect_exact("lugs of " + std::to_string(thickness_m),
+                     lugged_wheel(0.3, 0.06, 12, 0.02, thickness_m), kRadiusM, 0.05);
 }
 
 /// The reference that others wrote: 3D resistive force theory of a wheel 0.5 m high and 0.2 m wide,

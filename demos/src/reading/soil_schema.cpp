@@ -106,6 +106,10 @@ TableOf<SoilItem> soil_table() {
                                                               ContactLawDef::Kind::plain};
                     s.def.contact_law.kind = kOrder[i];
                 })
+        .choice("contact_faces", {"coverage", "shape"}, "coverage",
+                "where the area of a body's surface in a voxel comes from: the coverage field, or "
+                "the body's shapes with their edges and thin parts",
+                [](S& s, size_t i) { s.def.contact_law.faces_by_shape = i == 1; })
         .text("material", &S::material,
               "name of a built-in or of a [[material]]; dry_sand where neither key is given")
         .texts("materials", &S::materials, "several of them, up to 8, instead of `material`");

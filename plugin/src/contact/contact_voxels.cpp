@@ -31,6 +31,14 @@ Vec3 onto_body(Vec3 point_m, const ContactBody& body, double voxel_m) {
     return point_m;
 }
 
+// What is too much for a voxel has been pressed in along the surface in it. area_share: of that
+// surface, over a voxel's face.
+double compression_m(const ContactVoxels::Request& request, const ContactRecord& record,
+                     double area_share) {
+    const double excess = record.excess / kVoxelFull - request.law->under_way_share;
+    return std::clamp(excess / area_share, 0.0, 1.0) * request.frame->voxel_m;
+}
+
 }  // namespace
 
 /// A voxel's contact before it is told which faces it is of.
@@ -44,6 +52,7 @@ struct ContactVoxels::Element {
 void ContactVoxels::make(const Request& request, const TileWords& words,
                          std::vector<ContactVoxel>& out) {
     decode_contacts(request.words, order_, records_);
+    gather_pieces(request);
     out.clear();
     if (out.capacity() < 2 * records_.size()) {
         out.reserve(4 * records_.size());
@@ -64,6 +73,17 @@ void ContactVoxels::make(const Request& request, const TileWords& words,
     }
 }
 
+void ContactVoxels::gather_pieces(const Request& request) {
+    sampled_.assign(request.bodies.size(), {});
+    for (size_t b = 0; b < sampled_.size(); ++b) {
+        const ContactBody& body = request.bodies[b];
+        if (body.input && body.surface) {
+            sampled_[b] = {body.surface, *request.world_to_grid * body.input->pose};
+        }
+    }
+    pieces_.gather(records_, sampled_, request.frame->voxel_m, request.law->edge_face_cosine);
+}
+
 // In chunks, each with a list of its own, joined in order.
 void ContactVoxels::add_all(const Request& request, std::span<const ContactRecord> records,
                             std::vector<ContactVoxel>& out) {
@@ -72,7 +92,7 @@ void ContactVoxels::add_all(const Request& request, std::span<const ContactRecor
     for_ranges(request.threads, chunk_count, 1, [&](size_t first_chunk, size_t last_chunk) {
         for (size_t chunk = first_chunk; chunk < last_chunk; ++chunk) {
             chunks_[chunk].clear();
-            // Two faces a voxel at most.
+            // Few voxels have more than two faces.
             chunks_[chunk].reserve(2 * kChunkRecords);
             const size_t first = chunk * kChunkRecords;
             for (size_t i = first; i < std::min(first + kChunkRecords, records.size()); ++i) {
@@ -98,6 +118,12 @@ void ContactVoxels::add(const Request& request, const ContactRecord& record,
     contact.body = request.body_ids[static_cast<size_t>(record.body)];
     contact.carrier =
         record.carrier == kOnGround ? -1 : request.body_ids[static_cast<size_t>(record.carrier)];
+    contact.material = record.material;
+    contact.relative_density = record.density == kDensityFixed ? -1 : record.density / kVoxelFull;
+    if (body.surface) {
+        add_pieces(element, out);
+        return;
+    }
     // The shape knows better than the coverage where its surface is: of a body smaller than a
     // voxel the grid has hardly a trace.
     contact.center_m =
@@ -108,6 +134,7 @@ void ContactVoxels::add(const Request& request, const ContactRecord& record,
     contact.position_m = contact.center_m - above_m * face.normal;
     const double steep = length(record.gradient);
     const double share = steep / (2.0 * kVoxelFull);  // area of surface in this voxel / voxel face
+    contact.compression_m = compression_m(request, record, share);
     contact.normal = rotate(frame.grid_to_world.rotation, record.gradient * (-1 / steep));
     contact.area_m2 = share * voxel * voxel;
     if (face.rim_share < 1) {
@@ -117,11 +144,25 @@ void ContactVoxels::add(const Request& request, const ContactRecord& record,
         contact.area_m2 *= length(area);
         contact.normal = area * (1 / std::max(length(area), 1e-9));
     }
-    const double excess = record.excess / kVoxelFull - request.law->under_way_share;
-    contact.compression_m = std::clamp(excess / share, 0.0, 1.0) * voxel;
-    contact.material = record.material;
-    contact.relative_density = record.density == kDensityFixed ? -1 : record.density / kVoxelFull;
     add_faces(element, face.normal, out);
+}
+
+void ContactVoxels::add_pieces(const Element& element, std::vector<ContactVoxel>& out) const {
+    const Pose& grid_to_world = element.request.frame->grid_to_world;
+    const auto record = static_cast<size_t>(&element.record - records_.data());
+    const double voxel = element.request.frame->voxel_m;
+    double area_m2 = 0;
+    pieces_.for_each(record, [&](const SurfacePiece& piece) { area_m2 += piece.area_m2; });
+    const double pressed_m =
+        compression_m(element.request, element.record, area_m2 / (voxel * voxel));
+    pieces_.for_each(record, [&](const SurfacePiece& piece) {
+        ContactVoxel& contact = out.emplace_back(element.contact);
+        contact.compression_m = pressed_m;
+        contact.area_m2 = length(piece.area);
+        contact.normal = rotate(grid_to_world.rotation, piece.area * (1 / contact.area_m2));
+        contact.position_m = transform(grid_to_world, piece.moment * (1 / piece.area_m2));
+        finish(element, contact);
+    });
 }
 
 // The gradient errs in the direction of an inclined face, from voxel to voxel, and at an edge
@@ -186,7 +227,9 @@ void ContactVoxels::add_faces(const Element& element, Vec3 face_normal,
 void ContactVoxels::finish(const Element& element, ContactVoxel& contact) const {
     const GridFrame& frame = *element.request.frame;
     const ContactRecord& record = element.record;
-    contact.position_m = onto_body(contact.position_m, element.body, frame.voxel_m);
+    if (!element.body.surface) {
+        contact.position_m = onto_body(contact.position_m, element.body, frame.voxel_m);
+    }
     const Vec3 n = rotate(conjugate(frame.grid_to_world.rotation), contact.normal);
     const Vec3 gap_m = record.gap * (frame.voxel_m / kVoxelFull);
     contact.gap_m = n.x * n.x * gap_m.x + n.y * n.y * gap_m.y + n.z * n.z * gap_m.z;

@@ -4,6 +4,7 @@
 #include "bsoil/work_threads.h"
 #include "contact/free_surface.h"
 #include "contact/shape_faces.h"
+#include "contact/surface_pieces.h"
 
 namespace bsoil {
 
@@ -11,6 +12,7 @@ namespace bsoil {
 struct ContactBody {
     const SoilBody* input = nullptr;
     BodyFaces faces;
+    const SurfaceSamples* surface = nullptr;  ///< null: area and place by the coverage field
 };
 
 /// Makes one ContactVoxel of each face that meets soil in a voxel. Keeps its memory from one step
@@ -38,14 +40,18 @@ class ContactVoxels {
     struct Element;
     void add_all(const Request& request, std::span<const ContactRecord> records,
                  std::vector<ContactVoxel>& out);
+    void gather_pieces(const Request& request);
     void add(const Request& request, const ContactRecord& record,
              std::vector<ContactVoxel>& out) const;
+    void add_pieces(const Element& element, std::vector<ContactVoxel>& out) const;
     void add_faces(const Element& element, Vec3 face_normal, std::vector<ContactVoxel>& out) const;
     void finish(const Element& element, ContactVoxel& contact) const;
 
     std::vector<ContactOrder> order_;
     std::vector<ContactRecord> records_;
     std::vector<std::vector<ContactVoxel>> chunks_;
+    std::vector<SampledBody> sampled_;  ///< by body's index
+    SurfacePieces pieces_;
     FreeSurface surface_;
 };
 

@@ -10,8 +10,8 @@ template <typename Visit>
 void for_each_constant(const ContactLawDef& law, Visit&& visit) {
     // All members by name: one more does not compile until it stands in the list.
     const auto& [kind, bekker, creep, unloading_stiffness, open_gap, dense_shear, mobilization,
-                 mobilization_fall, wedge_length, sole_surroundings, hollow_share, under_way,
-                 edge_sine, edge_face, sole_gap, same_across, same_along, memory_reach,
+                 mobilization_fall, wedge_length, sole_surroundings, hollow_share, by_shape,
+                 under_way, edge_sine, edge_face, sole_gap, same_across, same_along, memory_reach,
                  same_contact, looks_down] = law;
     static_cast<void>(kind);
     static_cast<void>(bekker);
@@ -24,6 +24,7 @@ void for_each_constant(const ContactLawDef& law, Visit&& visit) {
     visit("wedge_length", wedge_length, wedge_length == 0 ? 0.0 : 0.5, 5.0);
     visit("sole_surroundings_widths", sole_surroundings, 0.5, 5.0);
     visit("hollow_share", hollow_share, 0.0, 1.0);
+    visit("faces_by_shape", static_cast<double>(by_shape), 0.0, 1.0);
     visit("under_way_share", under_way, 0.0, 0.5);
     visit("edge_sine", edge_sine, 0.1, 0.9);
     visit("edge_face_cosine", edge_face, 0.0, 1.0);

@@ -27,8 +27,9 @@ NearestFace box_face(Vec3 half, Vec3 p) {
                   higher(face(p.y, half.y, {0, 1, 0}), face(p.z, half.z, {0, 0, 1})));
 }
 
-/// Smallest width; of a hull no more than a guess, its bound, and of a lattice that of its box.
-double thickness_m(const ConvexShape& shape) {
+}  // namespace
+
+double shape_thickness_m(const ConvexShape& shape) {
     if (shape.kind == ConvexShape::Kind::lattice) {
         const Vec3 size = shape.lattice->bounds().max - shape.lattice->bounds().min;
         return std::min({size.x, size.y, size.z}) + 2 * shape.rounding_m;
@@ -42,8 +43,6 @@ double thickness_m(const ConvexShape& shape) {
             : shape.radius_m;
     return 2 * (core + shape.rounding_m);
 }
-
-}  // namespace
 
 NearestFace nearest_face(const ConvexShape& shape, Vec3 p) {
     const Vec3 up{0, 0, 1};
@@ -95,7 +94,7 @@ void BodyFaces::place(const SoilBody& body, const WallShapes& walls) {
     for (size_t i = 0; i < body.shapes->size(); ++i) {
         const ConvexShape& shape = (*body.shapes)[i];
         const Pose to_world = body.pose * shape.local;
-        const double thick_m = thickness_m(shape) + walls.growth[i].growth_m;
+        const double thick_m = shape_thickness_m(shape) + walls.growth[i].growth_m;
         parts_.push_back({&shape, &walls.growth[i], to_world, inverse(to_world), thick_m});
         thickest_m_ = std::max(thickest_m_, thick_m);
     }

@@ -17,6 +17,9 @@ struct NearestFace {
 /// point: in the shape's own frame.
 NearestFace nearest_face(const ConvexShape& shape, Vec3 point_m);
 
+/// Smallest width; of a hull no more than a guess, its bound, and of a lattice that of its box.
+double shape_thickness_m(const ConvexShape& shape);
+
 /// A body's shapes where they stand.
 class BodyFaces {
   public:

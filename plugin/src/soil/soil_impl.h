@@ -99,6 +99,7 @@ struct BodyTrack {
     GivenBody given;               ///< in the last step
     std::vector<BlockKey> blocks;  ///< in which its coverage stands now, sorted
     WallShapes walls;
+    SurfaceSamples surface;  ///< empty where the contact law goes by the coverage field
     int64_t last_moved_step = INT64_MIN / 2;
     bool is_ground = false;  ///< part of the terrain: see ground_bodies.cpp
     Pose ground_pose;

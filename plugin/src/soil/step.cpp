@@ -701,6 +701,10 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
         if (track.index < 0 || track.shape_revision != body.shape_revision ||
             track.walls.growth.size() != body.shapes->size()) {
             track.walls.make(*body.shapes, frame.voxel_m);
+            track.surface = {};
+        }
+        if (def.contact_law.faces_by_shape && !body.is_static && !track.surface.is_made) {
+            track.surface.make(*body.shapes, track.walls.growth, frame.voxel_m);
         }
         if (track.index < 0) {
             track.index = take_body_index(body.id);
@@ -961,6 +965,7 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
         ContactBody& placed = contact_bodies[static_cast<size_t>(body.track->index)];
         placed.input = body.input;
         placed.faces.place(*body.input, body.track->walls);
+        placed.surface = body.track->surface.is_whole ? &body.track->surface : nullptr;
     }
     // Tiles asleep count as they would awake: what wakes them must not change the contacts of a
     // body at rest.

@@ -72,6 +72,10 @@ struct ContactLawDef {
 
     /// @name What the grid makes of a body's surface
     /// @{
+    /// Whether area, place and direction of an element come from the body's shapes; else they come
+    /// from the coverage field, which rounds off edges and hardly knows what is thinner than a
+    /// voxel. Meshes go by the coverage field in any case. See docs/verification.md.
+    bool faces_by_shape = false;
     /// Share of a voxel's room that soil under way may take without being a compression. 0..0.5.
     /// Ours: nine in ten voxels before a rolling wheel have less than 0.08, whatever their size.
     /// Larger: soft contacts sink in first.

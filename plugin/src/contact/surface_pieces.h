@@ -1,0 +1,68 @@
+/// What a body's surface samples add up to in the voxels where the body meets soil.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "bsoil/soil.h"
+#include "contact/contact_record.h"
+#include "contact/surface_samples.h"
+
+namespace bsoil {
+
+/// A body and its surface where it stands.
+struct SampledBody {
+    const SurfaceSamples* surface = nullptr;  ///< null: none to be gathered
+    Pose to_grid;                             ///< body frame -> grid, metres
+};
+
+/// The part of a body's surface that one voxel's soil answers and that looks one way. Grid axes,
+/// metres.
+struct SurfacePiece {
+    Vec3 area;    ///< sum of normal times area
+    Vec3 moment;  ///< sum of place times area
+    double area_m2 = 0;
+    int next = -1;  ///< of the same record
+};
+
+/// Shares out each sample over the records of its body. A face that lies at the share f of its way
+/// through a voxel belongs to that one by half, to the one before it by (1 - f) / 2 and to the one
+/// beyond by f / 2: the shares of the coverage's gradient, which do not jump as the body moves. Of
+/// these three only records count whose gradient agrees with the face; in a corner, where there is
+/// none, the one beside that agrees most. The sample's area does not
+/// depend on how many there are; without any there is no soil at it.
+class SurfacePieces {
+  public:
+    /// bodies: by index, as in the records. same_cosine: samples of a voxel whose normals are no
+    /// further apart are one piece.
+    void gather(std::span<const ContactRecord> records, std::span<const SampledBody> bodies,
+                double voxel_m, double same_cosine);
+    /// Of a record: calls visit(piece), in an order that does not depend on threads.
+    template <typename Visit>
+    void for_each(size_t record, Visit&& visit) const {
+        for (int i = heads_[record]; i >= 0; i = pieces_[static_cast<size_t>(i)].next)
+            visit(pieces_[static_cast<size_t>(i)]);
+    }
+
+  private:
+    struct Box {
+        int low[3] = {INT32_MAX, INT32_MAX, INT32_MAX}, high[3] = {-1, -1, -1};
+    };
+    void fill_table(std::span<const ContactRecord> records);
+    /// -1: none.
+    int find(const int voxel[3], int body) const;
+    int find_around(std::span<const ContactRecord> records, const int voxel[3], int body,
+                    Vec3 normal) const;
+    void add_sample(std::span<const ContactRecord> records, int body, const SurfaceSample& sample,
+                    Vec3 at, Vec3 normal);
+    void add_to(int record, Vec3 at_m, Vec3 normal, double area_m2);
+
+    std::vector<int> heads_;  ///< per record, into pieces_
+    std::vector<SurfacePiece> pieces_;
+    std::vector<uint64_t> keys_;  ///< open addressing
+    std::vector<int> found_;
+    std::vector<Box> boxes_;
+    double voxel_m_ = 1, same_cosine_ = 0;
+};
+
+}  // namespace bsoil

@@ -1,0 +1,337 @@
+#include "contact/surface_samples.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "contact/shape_faces.h"
+
+namespace bsoil {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kSpacingVoxels = 0.75;
+/// A body with more has as many from the grid.
+constexpr size_t kSamplesMost = 1 << 18;
+constexpr size_t kClusterSamples = 32;
+/// A piece that another shape cuts is looked at in so many parts along each side.
+constexpr int kCutParts = 8;
+/// Faces no further apart than this [voxels] lie on each other.
+constexpr double kSameFaceVoxels = 1e-6;
+
+using Polygon = std::vector<Vec3>;
+
+/// The part of a convex polygon where dot(normal, p) <= offset.
+Polygon clipped(const Polygon& polygon, Vec3 normal, double offset) {
+    Polygon out;
+    for (size_t i = 0; i < polygon.size(); ++i) {
+        const Vec3 p = polygon[i], q = polygon[(i + 1) % polygon.size()];
+        const double a = dot(normal, p) - offset, b = dot(normal, q) - offset;
+        if (a <= 0) out.push_back(p);
+        if ((a < 0 && b > 0) || (a > 0 && b < 0)) out.push_back(p + a / (a - b) * (q - p));
+    }
+    return out;
+}
+
+double bound_m(const ConvexShape& shape) {
+    switch (shape.kind) {
+        case ConvexShape::Kind::box:
+            return length(shape.half_extents_m) + 2 * shape.rounding_m;
+        case ConvexShape::Kind::hull:
+            return shape.bound_m + 2 * shape.rounding_m;
+        case ConvexShape::Kind::lattice:
+            return 0;
+        default:
+            return shape.radius_m + shape.half_height_m + 2 * shape.rounding_m;
+    }
+}
+
+class Sampler {
+  public:
+    Sampler(const std::vector<ConvexShape>& shapes, const std::vector<SheetGrowth>& growth,
+            double voxel_m, std::vector<SurfaceSample>& out)
+        : shapes_(shapes),
+          growth_(growth),
+          voxel_m_(voxel_m),
+          spacing_m_(kSpacingVoxels * voxel_m),
+          out_(out) {
+        for (const ConvexShape& shape : shapes) {
+            to_shape_.push_back(inverse(shape.local));
+            thickest_m_ = std::max(thickest_m_, shape_thickness_m(shape));
+        }
+    }
+
+    /// False where the shape has no faces to go by, or too many pieces come out.
+    bool add(size_t index) {
+        part_ = index;
+        const ConvexShape& shape = shapes_[index];
+        is_thin_ = shape_thickness_m(shape) + growth_[index].growth_m < voxel_m_ &&
+                   thickest_m_ >= voxel_m_;
+        const double r = shape.radius_m + shape.rounding_m;
+        const double h = shape.half_height_m + shape.rounding_m;
+        switch (shape.kind) {
+            case ConvexShape::Kind::box: {
+                const double g = shape.rounding_m;
+                add_box(shape.half_extents_m + Vec3{g, g, g});
+                break;
+            }
+            case ConvexShape::Kind::sphere:
+                add_ball(r, 0);
+                break;
+            case ConvexShape::Kind::capsule:
+                add_mantle(r, r, shape.half_height_m, -shape.half_height_m);
+                add_ball(r, shape.half_height_m);
+                break;
+            case ConvexShape::Kind::cylinder:
+                add_mantle(r, r, h, -h);
+                add_disc(r, h, 1);
+                add_disc(r, -h, -1);
+                break;
+            case ConvexShape::Kind::cone: {
+                // Every face moved out by the rounding.
+                const double slant = std::hypot(shape.radius_m, 2 * shape.half_height_m);
+                const double c = 2 * shape.half_height_m / slant, s = shape.radius_m / slant;
+                const double top = shape.half_height_m + shape.rounding_m / s;
+                const double base = (shape.rounding_m + (h + shape.half_height_m) * s) / c;
+                add_mantle(base, 0, -h, top);
+                add_disc(base, -h, -1);
+                break;
+            }
+            case ConvexShape::Kind::hull:
+                add_hull(shape);
+                break;
+            case ConvexShape::Kind::lattice:
+                return false;
+        }
+        return out_.size() <= kSamplesMost;
+    }
+
+  private:
+    int parts(double length_m) const {
+        return std::max(1, static_cast<int>(std::ceil(length_m / spacing_m_ - 1e-9)));
+    }
+
+    void add_rectangle(Vec3 middle, Vec3 a, Vec3 b, Vec3 normal) {
+        const int na = parts(length(a)), nb = parts(length(b));
+        const Vec3 da = a * (1.0 / na), db = b * (1.0 / nb);
+        for (int i = 0; i < na; ++i)
+            for (int j = 0; j < nb; ++j)
+                add_piece(middle + (i + 0.5 - na / 2.0) * da + (j + 0.5 - nb / 2.0) * db, da, db,
+                          normal, length(da) * length(db));
+    }
+
+    void add_box(Vec3 h) {
+        const Vec3 x{2 * h.x, 0, 0}, y{0, 2 * h.y, 0}, z{0, 0, 2 * h.z};
+        for (const double s : {-1.0, 1.0}) {
+            add_rectangle({s * h.x, 0, 0}, y, z, {s, 0, 0});
+            add_rectangle({0, s * h.y, 0}, x, z, {0, s, 0});
+            add_rectangle({0, 0, s * h.z}, x, y, {0, 0, s});
+        }
+    }
+
+    /// About z, from radius r0 at height z0 to r1 at z1.
+    void add_mantle(double r0, double r1, double z0, double z1) {
+        const double slant = std::hypot(r1 - r0, z1 - z0);
+        const int rows = parts(slant);
+        const double up = (r0 - r1) / slant * (z1 > z0 ? 1 : -1);
+        const double out = std::sqrt(std::max(0.0, 1 - up * up));
+        for (int j = 0; j < rows; ++j) {
+            const double t = (j + 0.5) / rows, r = r0 + t * (r1 - r0), z = z0 + t * (z1 - z0);
+            const int around = std::max(8, parts(2 * kPi * r));
+            for (int i = 0; i < around; ++i) {
+                const double angle = 2 * kPi * (i + 0.5) / around;
+                const Vec3 radial{std::cos(angle), std::sin(angle), 0};
+                const Vec3 along = Vec3{-radial.y, radial.x, 0} * (2 * kPi * r / around);
+                const Vec3 rise = ((r1 - r0) * radial + Vec3{0, 0, z1 - z0}) * (1.0 / rows);
+                add_piece(r * radial + Vec3{0, 0, z}, along, rise, out * radial + Vec3{0, 0, up},
+                          length(along) * slant / rows);
+            }
+        }
+    }
+
+    void add_disc(double radius, double z, double side) {
+        const int rings = parts(radius);
+        for (int j = 0; j < rings; ++j) {
+            // The middle of a ring's piece, by area.
+            const double inner = radius * j / rings, outer = radius * (j + 1) / rings;
+            const double r = 2.0 / 3 * (outer * outer * outer - inner * inner * inner) /
+                             (outer * outer - inner * inner);
+            const int around = std::max(4, parts(2 * kPi * r));
+            for (int i = 0; i < around; ++i) {
+                const double angle = 2 * kPi * (i + 0.5) / around;
+                const Vec3 radial{std::cos(angle), std::sin(angle), 0};
+                add_piece(r * radial + Vec3{0, 0, z},
+                          Vec3{-radial.y, radial.x, 0} * (2 * kPi * r / around),
+                          radial * (radius / rings), {0, 0, side},
+                          kPi * (outer * outer - inner * inner) / around);
+            }
+        }
+    }
+
+    /// A ball cut at its middle, its halves moved apart by `apart` each.
+    void add_ball(double radius, double apart) {
+        const int bands = 2 * std::max(2, parts(kPi / 2 * radius));
+        for (int j = 0; j < bands; ++j) {
+            const double low = -kPi / 2 + kPi * j / bands, high = low + kPi / bands;
+            const double share = std::sin(high) - std::sin(low),
+                         z = (std::sin(high) + std::sin(low)) / 2;
+            const double out = std::sqrt(1 - z * z);
+            const int around = std::max(4, parts(2 * kPi * radius * out));
+            for (int i = 0; i < around; ++i) {
+                const double angle = 2 * kPi * (i + 0.5) / around;
+                const Vec3 normal{out * std::cos(angle), out * std::sin(angle), z};
+                const Vec3 along =
+                    Vec3{-std::sin(angle), std::cos(angle), 0} * (2 * kPi * radius * out / around);
+                const Vec3 rise = cross(normal, Vec3{-std::sin(angle), std::cos(angle), 0}) *
+                                  (kPi * radius / bands);
+                add_piece(radius * normal + Vec3{0, 0, z > 0 ? apart : -apart}, along, rise, normal,
+                          2 * kPi * radius * radius * share / around);
+            }
+        }
+    }
+
+    void add_hull(const ConvexShape& hull) {
+        const double far = 4 * bound_m(hull);
+        for (size_t i = 0; i < hull.planes.size(); ++i) {
+            const Vec3 n = hull.planes[i].normal;
+            const Vec3 axis = std::abs(n.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+            const Vec3 level = axis - dot(axis, n) * n;
+            const Vec3 a = level * (1 / length(level)), b = cross(n, a);
+            const Vec3 at = (hull.planes[i].offset + hull.rounding_m) * n;
+            Polygon face{at - far * a - far * b, at + far * a - far * b, at + far * a + far * b,
+                         at - far * a + far * b};
+            for (size_t j = 0; j < hull.planes.size() && !face.empty(); ++j)
+                if (j != i)
+                    face = clipped(face, hull.planes[j].normal,
+                                   hull.planes[j].offset + hull.rounding_m);
+            add_polygon(face, a, b, n);
+        }
+    }
+
+    void add_polygon(const Polygon& face, Vec3 a, Vec3 b, Vec3 n) {
+        if (face.size() < 3) return;
+        double low[2] = {1e300, 1e300}, high[2] = {-1e300, -1e300};
+        for (const Vec3& p : face) {
+            const double at[2] = {dot(p, a), dot(p, b)};
+            for (int k = 0; k < 2; ++k) {
+                low[k] = std::min(low[k], at[k]);
+                high[k] = std::max(high[k], at[k]);
+            }
+        }
+        const int na = parts(high[0] - low[0]), nb = parts(high[1] - low[1]);
+        const double da = (high[0] - low[0]) / na, db = (high[1] - low[1]) / nb;
+        for (int i = 0; i < na; ++i) {
+            Polygon strip = clipped(face, a, low[0] + (i + 1) * da);
+            strip = clipped(strip, -a, -(low[0] + i * da));
+            for (int j = 0; j < nb && strip.size() > 2; ++j) {
+                Polygon cell = clipped(strip, b, low[1] + (j + 1) * db);
+                cell = clipped(cell, -b, -(low[1] + j * db));
+                add_cell(cell, da * a, db * b, n);
+            }
+        }
+    }
+
+    void add_cell(const Polygon& cell, Vec3 a, Vec3 b, Vec3 n) {
+        Vec3 sum;
+        double area = 0;
+        for (size_t i = 2; i < cell.size(); ++i) {
+            const double part = dot(cross(cell[i - 1] - cell[0], cell[i] - cell[0]), n) / 2;
+            area += part;
+            sum += part / 3 * (cell[0] + cell[i - 1] + cell[i]);
+        }
+        const double whole = length(a) * length(b);
+        if (!(std::abs(area) > 1e-9 * whole)) return;
+        const double size = std::sqrt(std::min(1.0, std::abs(area) / whole));
+        add_piece(sum * (1 / area), size * a, size * b, n, std::abs(area));
+    }
+
+    /// In the shape's frame; a, b: its sides.
+    void add_piece(Vec3 at, Vec3 a, Vec3 b, Vec3 normal, double area_m2) {
+        const ConvexShape& shape = shapes_[part_];
+        SurfaceSample piece{transform(shape.local, at), rotate(shape.local.rotation, normal),
+                            area_m2, 0, is_thin_};
+        const SheetGrowth& growth = growth_[part_];
+        if (growth.is_thin())
+            piece.out_m = std::abs(dot(growth.normal, normal)) * growth.growth_m / 2;
+        if (is_cut(piece.at, (length(a) + length(b)) / 2)) {
+            const Vec3 da = rotate(shape.local.rotation, a) * (1.0 / kCutParts);
+            const Vec3 db = rotate(shape.local.rotation, b) * (1.0 / kCutParts);
+            Vec3 sum;
+            int seen = 0;
+            for (int i = 0; i < kCutParts; ++i)
+                for (int j = 0; j < kCutParts; ++j) {
+                    const Vec3 p = piece.at + (i + 0.5 - kCutParts / 2.0) * da +
+                                   (j + 0.5 - kCutParts / 2.0) * db;
+                    if (is_hidden(p, piece.normal)) continue;
+                    sum += p;
+                    ++seen;
+                }
+            if (seen == 0) return;
+            piece.at = sum * (1.0 / seen);
+            piece.area_m2 *= static_cast<double>(seen) / (kCutParts * kCutParts);
+        }
+        out_.push_back(piece);
+    }
+
+    /// Whether another shape's surface comes that near, or it lies inside of one.
+    bool is_cut(Vec3 at, double reach_m) const {
+        for (size_t j = 0; j < shapes_.size(); ++j) {
+            if (j == part_ ||
+                length(at - shapes_[j].local.position) > bound_m(shapes_[j]) + reach_m)
+                continue;
+            if (nearest_face(shapes_[j], transform(to_shape_[j], at)).distance_m < reach_m)
+                return true;
+        }
+        return false;
+    }
+
+    /// Inside another shape, or on its face: faces that meet are hidden, of two in one plane the
+    /// later is.
+    bool is_hidden(Vec3 at, Vec3 normal) const {
+        const double same_m = kSameFaceVoxels * voxel_m_;
+        for (size_t j = 0; j < shapes_.size(); ++j) {
+            if (j == part_ || length(at - shapes_[j].local.position) > bound_m(shapes_[j]) + same_m)
+                continue;
+            const NearestFace face = nearest_face(shapes_[j], transform(to_shape_[j], at));
+            if (face.distance_m > same_m) continue;
+            if (face.distance_m < -same_m) return true;
+            const double along = dot(rotate(shapes_[j].local.rotation, face.normal), normal);
+            if (along < 0 || j < part_) return true;
+        }
+        return false;
+    }
+
+    const std::vector<ConvexShape>& shapes_;
+    const std::vector<SheetGrowth>& growth_;
+    double voxel_m_, spacing_m_, thickest_m_ = 0;
+    std::vector<SurfaceSample>& out_;
+    std::vector<Pose> to_shape_;
+    size_t part_ = 0;
+    bool is_thin_ = false;
+};
+
+}  // namespace
+
+void SurfaceSamples::make(const std::vector<ConvexShape>& shapes,
+                          const std::vector<SheetGrowth>& growth, double voxel_m) {
+    samples.clear();
+    clusters.clear();
+    Sampler sampler(shapes, growth, voxel_m, samples);
+    is_whole = is_made = true;
+    for (size_t i = 0; i < shapes.size() && is_whole; ++i) is_whole = sampler.add(i);
+    if (!is_whole) {
+        samples.clear();
+        return;
+    }
+    for (size_t first = 0; first < samples.size(); first += kClusterSamples) {
+        SampleCluster cluster{{}, 0, first, std::min(first + kClusterSamples, samples.size())};
+        for (size_t i = first; i < cluster.last; ++i) cluster.center += samples[i].at;
+        cluster.center = cluster.center * (1.0 / static_cast<double>(cluster.last - first));
+        for (size_t i = first; i < cluster.last; ++i)
+            cluster.radius_m = std::max(cluster.radius_m, length(samples[i].at - cluster.center));
+        clusters.push_back(cluster);
+    }
+}
+
+}  // namespace bsoil
