@@ -41,6 +41,12 @@ BuiltWorld::BuiltWorld(const WorldPlan& plan, const BuildOptions& options, int s
     btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher_);
     world_ = std::make_unique<btMultiBodyDynamicsWorld>(&dispatcher_, &broadphase_, &solver_,
                                                         &configuration_);
+    world_->setInternalTickCallback(
+        [](btDynamicsWorld* world, btScalar) {
+            const auto& of = *static_cast<BuiltWorld*>(world->getWorldUserInfo());
+            if (of.on_substep) of.on_substep();
+        },
+        this);
     world_->setGravity(to_bullet(-gravity_m_s2() * up_));
     for (const SoilPlan& soil : plan_.soils) {
         add_soil(soil, options);
@@ -216,6 +222,12 @@ void BuiltWorld::enter(int index) {
     const BodyPlan& plan = plan_.bodies[static_cast<size_t>(index)];
     if (!body.bullet || body.is_in) return;
     body.is_in = true;
+    if (plan.kind == BodyPlan::Kind::driven) {  // it comes in where it is, it does not jump there
+        const btTransform here = transform_of(driven_pose(plan));
+        body.motion->setWorldTransform(here);
+        body.bullet->setWorldTransform(here);
+        body.bullet->setInterpolationWorldTransform(here);
+    }
     world_->addRigidBody(body.bullet.get());
     const bullet::BodyOptions options{.ignored = plan.is_ignored,
                                       .coverage_only = plan.is_coverage_only,
@@ -438,7 +450,7 @@ void BuiltWorld::happen(const EventPlan& event, bool only_structure) {
             std::vector<int64_t> before = soils_[index]->soil().totals().units;
             if (const Status done =
                     fill(event.body, {.low_m = event.vector - half, .high_m = event.vector + half});
-                !done)
+                !done && done.error().find("all its room is taken") == std::string::npos)
                 error_ = "fill: " + done.error();
             filled_[index] = soils_[index]->soil().totals().units;
             for (size_t m = 0; m < before.size(); ++m) filled_[index][m] -= before[m];
@@ -473,19 +485,22 @@ void BuiltWorld::apply_step(int step, bool only_structure) {
     if (step == plan_.action_steps) end_action();
 }
 
+Pose BuiltWorld::driven_pose(const BodyPlan& plan) const {
+    const double rate = length(plan.spin_rad_s);
+    Pose pose = plan.pose;
+    pose.position += driven_s_ * plan.velocity_m_s;
+    if (rate > 0) {
+        const Vec3 axis = plan.spin_rad_s * (1 / rate), v = axis * std::sin(rate * driven_s_ / 2);
+        pose.rotation = Quat{v.x, v.y, v.z, std::cos(rate * driven_s_ / 2)} * pose.rotation;
+    }
+    return to_world(plan.soil, pose);
+}
+
 void BuiltWorld::drive() {
     for (size_t i = 0; i < bodies_.size(); ++i) {
         const BodyPlan& plan = plan_.bodies[i];
-        if (plan.kind != BodyPlan::Kind::driven || !bodies_[i].is_in) continue;
-        const double rate = length(plan.spin_rad_s);
-        Pose pose = plan.pose;
-        pose.position += driven_s_ * plan.velocity_m_s;
-        if (rate > 0) {
-            const Vec3 axis = plan.spin_rad_s * (1 / rate),
-                       v = axis * std::sin(rate * driven_s_ / 2);
-            pose.rotation = Quat{v.x, v.y, v.z, std::cos(rate * driven_s_ / 2)} * pose.rotation;
-        }
-        bodies_[i].motion->setWorldTransform(transform_of(to_world(plan.soil, pose)));
+        if (plan.kind == BodyPlan::Kind::driven && bodies_[i].is_in)
+            bodies_[i].motion->setWorldTransform(transform_of(driven_pose(plan)));
     }
 }
 

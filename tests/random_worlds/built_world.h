@@ -7,6 +7,7 @@
 #include <BulletDynamics/Vehicle/btRaycastVehicle.h>
 #include <btBulletDynamicsCommon.h>
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -38,6 +39,8 @@ class BuiltWorld {
     const std::string& error() const { return error_; }
     /// One frame: what the plan has for it, then Bullet.
     void step();
+    /// Called after each of Bullet's steps, if set.
+    std::function<void()> on_substep;
 
     const WorldPlan& plan() const { return plan_; }
     int step_count() const { return step_; }
@@ -87,6 +90,8 @@ class BuiltWorld {
     void happen(const EventPlan& event, bool only_structure);
     void apply_step(int step, bool only_structure);
     void drive();
+    /// In the world, now.
+    Pose driven_pose(const BodyPlan& plan) const;
     void end_action();
     Pose to_world(int soil, const Pose& pose) const;
 

@@ -38,6 +38,8 @@ class Check {
   public:
     virtual ~Check() = default;
     virtual void after_step(BuiltWorld& world, Failures& failures) = 0;
+    /// From within the step, after each of Bullet's.
+    virtual void after_substep(BuiltWorld&) {}
     /// Once, at the end. `rests`: everything has been left alone for as long as it may take to come
     /// to rest.
     virtual void at_end(BuiltWorld&, bool /*rests*/, Failures&) {}

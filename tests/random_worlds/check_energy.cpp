@@ -11,13 +11,27 @@ namespace bsoil::random_worlds {
 namespace {
 
 /// What counts as no rise: lifting all bodies by this part of a voxel. Bullet pushes bodies that
-/// overlap apart, and joints back into place, by as much.
+/// overlap apart, and joints back into place, by as much. Where they overlap by more, having been
+/// put into each other or gone through a plane in one step, it lifts them out: that is its work.
 constexpr double kLiftVoxels = 0.2;
 /// And this part of the energy that was lost since the start: Bullet's contacts and joints give
 /// some of an impact back.
 constexpr double kReturned = 0.02;
 /// Bodies that carry more soil than this part of their mass are moved by its weight.
 constexpr double kLoad = 0.05;
+
+/// Of two bodies of Bullet's in the step that has just been made [m].
+double deepest_overlap_m(BuiltWorld& world) {
+    btDispatcher& dispatcher = *world.world().getDispatcher();
+    double deepest_m = 0;
+    for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+        const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+        for (int k = 0; k < manifold.getNumContacts(); ++k)
+            deepest_m = std::max(deepest_m,
+                                 -static_cast<double>(manifold.getContactPoint(k).getDistance()));
+    }
+    return deepest_m;
+}
 
 class EnergyCheck final : public Check {
   public:
@@ -26,7 +40,9 @@ class EnergyCheck final : public Check {
     }
     void after_step(BuiltWorld& world, Failures& failures) override {
         if (!is_on_) return;
-        if (world.was_touched()) return start(world);
+        const double voxel_m = world.plan().soils[0].def.voxel_m;
+        if (world.was_touched() || deepest_overlap_m(world) > kLiftVoxels * voxel_m)
+            return start(world);
         const std::vector<MovingPart> parts = moving_parts(world);
         double mass_kg = 0, carried_kg = 0;
         for (const MovingPart& part : parts) {
@@ -38,7 +54,6 @@ class EnergyCheck final : public Check {
             return;
         }
         const double now_j = energy_j(world, parts);
-        const double voxel_m = world.plan().soils[0].def.voxel_m;
         const double slack_j = kLiftVoxels * voxel_m * mass_kg * world.gravity_m_s2() +
                                kReturned * std::max(0.0, start_j_ - least_j_);
         if (now_j > least_j_ + slack_j)

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bullet_types.h"
 #include "check.h"
 #include "mechanics.h"
 
@@ -72,8 +73,12 @@ class StatusCheck final : public Check {
                   static_cast<double>(at.z())},
                  length(plan.velocity_m_s) + length(plan.spin_rad_s) * bound_m(plan.shape));
         }
-        // Wheels hang below the chassis and turn by themselves.
+        // Wheels hang below the chassis and beside it, and turn by themselves.
         if (!world.cars().empty()) was_fast_.assign(soils.size(), true);
+        for (const BuiltWorld::Car& car : world.cars())
+            for (int i = 0; i < car.vehicle->getNumWheels(); ++i)
+                look(bullet::from_bullet(car.vehicle->getWheelInfo(i).m_worldTransform.getOrigin()),
+                     static_cast<double>(car.chassis->getLinearVelocity().length()));
     }
 
     bool has_cause(const BuiltWorld& world, size_t soil, StatusBit bit) const {

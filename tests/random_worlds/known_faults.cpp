@@ -18,13 +18,6 @@ constexpr KnownFault kKnownFaults[] = {
      "bodies of a few voxels sink deeper than plates of their size"},
     {"soil sleeps", [](const WorldPlan&) { return true; },
      "a voxel of soil caught beside a body goes to and fro for good (docs/contact_law.md, Sleep)"},
-    {"weight",
-     [](const WorldPlan& plan) {
-         return std::any_of(plan.bodies.begin(), plan.bodies.end(), [](const BodyPlan& b) {
-             return !b.dropped && b.kind == BodyPlan::Kind::driven;
-         });
-     },
-     "buried beside driven bodies a body bears 4 % more than its weight (seed 2), not explained"},
     {"bodies sleep",
      [](const WorldPlan& plan) {
          return std::any_of(plan.bodies.begin(), plan.bodies.end(), [&plan](const BodyPlan& b) {

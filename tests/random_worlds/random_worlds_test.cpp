@@ -99,6 +99,7 @@ std::vector<Failure> failures_of(std::unique_ptr<Check> (*make)(const BuiltWorld
     BuiltWorld world(box_on_bed());
     EXPECT_EQ(world.error(), "");
     const std::unique_ptr<Check> check = make(world);
+    world.on_substep = [&] { check->after_substep(world); };
     Failures failures(0);
     for (int i = 0; i < 300; ++i) {
         world.step();

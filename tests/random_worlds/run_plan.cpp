@@ -35,6 +35,9 @@ void run_watched(const WorldPlan& plan, Failures& failures) {
     checks.push_back(make_energy_check(world));
     checks.push_back(make_status_check(world));
     checks.push_back(make_rest_check(world));
+    world.on_substep = [&] {
+        for (const auto& check : checks) check->after_substep(world);
+    };
     double left_alone_s = 0;
     while (left_alone_s < kRestS) {
         world.step();
