@@ -17,6 +17,7 @@ void apply_flow(int group, int lane) {
     bool overflowed = false;
     bool pressed = false;
     int lowest = -1;
+    int weakest = -1;  // the lowest that is not intact
     int highest = -1;
     for (int z = 0; z < 8; ++z) {
         int voxel = block * kBlockVoxels + z * kTileColumns + lane;
@@ -49,6 +50,9 @@ void apply_flow(int group, int lane) {
             } else if (volume <= 0) {
                 set_state(kPlaneVolume, voxel, 1);
             }
+            if (params.bank_strength > 0 && weakest < 0 && !is_intact(voxel)) {
+                weakest = z;
+            }
             if (volume > kVoxelMost) {
                 note_condition(kStatusHeadroom, kResultHeadroomPlace, grid_voxel(slot, lane & 7, lane >> 3, z0 + z));
             }
@@ -67,6 +71,9 @@ void apply_flow(int group, int lane) {
     bool was_overflowing = is_in_mask(block, kMaskExcess, lane);
     if (highest >= 0) {
         note_change(slot, lane, z0 + lowest, z0 + highest);
+        if (weakest >= 0) {
+            ATOMIC_MIN_OWNED(spans[column_word(kColumnIntact, slot * kTileColumns + lane)], z0 + weakest);
+        }
         ATOMIC_MAX_OWNED(spans[column_word(kColumnSoilTop, slot * kTileColumns + lane)], z0 + highest + 1);
         set_in_mask(block, kMaskMoving, lane, true);
         for (int z = 0; z < 8 && was_overflowing && !overflowed; ++z) {

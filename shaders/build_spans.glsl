@@ -190,6 +190,14 @@ void build_spans(int group, int lane) {
             }
         }
     }
+    int intact = column_word(kColumnIntact, slot * kTileColumns + lane);
+    if (spans[intact] == kIntactUnknown && params.bank_strength > 0) {
+        int z = 0;
+        while (z < params.height && is_intact(column + z * kTileColumns)) {
+            z += 1;
+        }
+        spans[intact] = z;
+    }
     int known = spans[record + kColumnCount];  // beyond these all speeds are 0
     spans[record + kColumnCount] = count;
     for (int i = count; i < known; ++i) {

@@ -52,7 +52,10 @@ bool has_overflow(int block) {
 int column_word(int array, int column) {
     return params.column_count * (kColumnWords + array) + column;
 }
-int tile_stamp(int slot) { return column_word(kColumnArrays, slot); }
+int tile_word(int array, int slot) {
+    return column_word(kColumnArrays, 0) + array * (params.column_count / kTileColumns) + slot;
+}
+int tile_stamp(int slot) { return tile_word(kTileStamp, slot); }
 
 // A column is to be looked at again by those who look at changed columns only.
 void stamp_column(int slot, int lane) {
@@ -83,6 +86,46 @@ int changed_half(int slot, int half_at, int stamp) {
         }
     }
     return columns;
+}
+
+// Columns that have changed since `stamp` in row y (-8..15) of tile `slot` and of those beside it: bit 8 + x, x from -8 to 15.
+int changed_row(int slot, int y, int stamp) {
+    int row = 0;
+    for (int n = 0; n < 3; ++n) {
+        int other = tile_table[slot * kTileTableWords + ((y >> 3) + 1) * 3 + n];
+        if (other < 0 || ATOMIC_LOAD(spans[tile_stamp(other)]) <= stamp) {
+            continue;
+        }
+        int first = column_word(kColumnStamp, other * kTileColumns + (y & 7) * kTileSide);
+        for (int x = 0; x < kTileSide; ++x) {
+            row = row | (ATOMIC_LOAD(spans[first + x]) > stamp ? 1 << (n * kTileSide + x) : 0);
+        }
+    }
+    return row;
+}
+
+// Columns of half a tile that have changed since the pass `stamp`, or from which one lies up to `reach` columns away.
+int changed_around(int slot, int half_at, int reach, int stamp) {
+    bool any_changed = false;
+    for (int n = 0; n < 9; ++n) {
+        int other = tile_table[slot * kTileTableWords + n];
+        any_changed = any_changed || (other >= 0 && ATOMIC_LOAD(spans[tile_stamp(other)]) > stamp);
+    }
+    if (!any_changed) {
+        return 0;
+    }
+    int lanes = 0;
+    for (int y = half_at * 4 - reach; y <= half_at * 4 + 3 + reach; ++y) {
+        int row = changed_row(slot, y, stamp);
+        for (int i = 0; i < reach; ++i) {
+            row = row | (row << 1) | (row >> 1);
+        }
+        row = (row >> kTileSide) & 255;
+        for (int r = max(0, y - reach - half_at * 4); r <= min(3, y + reach - half_at * 4); ++r) {
+            lanes = lanes | (row << (r * kTileSide));
+        }
+    }
+    return lanes;
 }
 
 // Parts of a tile list's entry, see kTileWord.
@@ -178,6 +221,25 @@ int main_material(int voxel) {
         }
     }
     return best;
+}
+
+// Whether most of a voxel's soil was never moved.
+bool is_bonded(int voxel) { return 2 * state_at(kPlaneBond, voxel) >= state_at(kPlaneVolume, voxel); }
+
+// Whether find_failures may take a voxel for soil as strong as params.bank_strength.
+bool is_intact(int voxel) {
+    if (state_at(kPlaneTerrain, voxel) >= kSolidCoverage) {
+        return true;
+    }
+    int volume = state_at(kPlaneVolume, voxel);
+    return volume > 0 && state_at(kPlaneBond, voxel) >= volume - kIntactSlack &&
+           tables[2 * main_material(voxel) * kTableWords + kTableStrength] >= params.bank_strength;
+}
+
+// Height of a column's ground, Q16: its soil's, or that of terrain on top of it.
+int ground_height(int column) {
+    int word = spans[column_word(kColumnSurface, column)];
+    return word >= 0 ? word : (word <= kTerrainTop ? kTerrainTop - word : kCovered - word);
 }
 
 // The nearest whole number.

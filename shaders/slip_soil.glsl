@@ -100,6 +100,9 @@ int table_at(int curve, int table, int slope) {
     return tables[start] + mul_q16(tables[start + 1] - tables[start], rest * 16);
 }
 
+// The curve of a voxel's soil. Cohesion holds where most of it is undisturbed.
+int curve_of(int voxel) { return 2 * main_material(voxel) + (is_bonded(voxel) ? 0 : 1); }
+
 // Whole square root of a sum of squares of numbers below 2^26, to within 2^-12 of itself.
 int slope_length(int a, int b) {
     int high = max(abs(a), abs(b));
@@ -139,48 +142,10 @@ int steepest_drop(int slot, int x, int y, int top) {
     return deepest;
 }
 
-// Columns that have changed since `stamp` in row y (-8..15) of tile `slot` and of those beside it: bit 8 + x, x from -8 to 15.
-int changed_row(int slot, int y, int stamp) {
-    int row = 0;
-    for (int n = 0; n < 3; ++n) {
-        int other = tile_table[slot * kTileTableWords + ((y >> 3) + 1) * 3 + n];
-        if (other < 0 || ATOMIC_LOAD(spans[tile_stamp(other)]) <= stamp) {
-            continue;
-        }
-        int first = column_word(kColumnStamp, other * kTileColumns + (y & 7) * kTileSide);
-        for (int x = 0; x < kTileSide; ++x) {
-            row = row | (ATOMIC_LOAD(spans[first + x]) > stamp ? 1 << (n * kTileSide + x) : 0);
-        }
-    }
-    return row;
-}
-
 // A slope fails or stands by its own column and those it could slide to. Where none of them has changed since a pass looked over
 // the same way, and it stood, it stands.
 int slip_soil_lanes(int group, int half_at) {
-    int slot = entry_slot(block_list[params.list_offset + group]);
-    bool any_changed = false;
-    for (int n = 0; n < 9; ++n) {
-        int other = tile_table[slot * kTileTableWords + n];
-        any_changed = any_changed || (other >= 0 && ATOMIC_LOAD(spans[tile_stamp(other)]) > params.slip_stamp);
-    }
-    if (!any_changed) {
-        return 0;
-    }
-    int lanes = 0;
-    int first = half_at * 4 - params.slip_stride;
-    int last = half_at * 4 + 3 + params.slip_stride;
-    for (int y = first; y <= last; ++y) {
-        int row = changed_row(slot, y, params.slip_stamp);
-        for (int i = 0; i < params.slip_stride; ++i) {
-            row = row | (row << 1) | (row >> 1);
-        }
-        row = (row >> kTileSide) & 255;
-        for (int r = max(0, y - params.slip_stride - half_at * 4); r <= min(3, y + params.slip_stride - half_at * 4); ++r) {
-            lanes = lanes | (row << (r * kTileSide));
-        }
-    }
-    return lanes;
+    return changed_around(entry_slot(block_list[params.list_offset + group]), half_at, params.slip_stride, params.slip_stamp);
 }
 
 void slip_soil(int group, int lane) {
@@ -215,9 +180,7 @@ void slip_soil(int group, int lane) {
             continue;
         }
         int source = voxel_at(slot, x, y, (top - 1) >> 16);
-        // Cohesion holds where most of the soil at the top is undisturbed.
-        bool bonded = 2 * state_at(kPlaneBond, source) >= state_at(kPlaneVolume, source);
-        int curve = 2 * main_material(source) + (bonded ? 0 : 1);
+        int curve = curve_of(source);
         if (table_at(curve, 0, steepest) <= kSlipTolerance) {
             continue;  // the steeper a slope, the higher its wedge
         }
@@ -307,6 +270,10 @@ void slip_soil(int group, int lane) {
             int taken = min(amount, held);
             if (taken <= 0) {
                 continue;
+            }
+            int below = curve_of(source);
+            if (below != curve && table_at(below, 0, worst_slope) <= kSlipTolerance) {
+                break;  // what lies on top slides off it
             }
             amount -= taken;
             int fraction = fraction_q16(taken, held);

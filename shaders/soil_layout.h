@@ -71,6 +71,7 @@ CONST_INT(kTileTableWords, 16)
 CONST_INT(kTileTableX, 9)
 CONST_INT(kTileTableY, 10)
 CONST_INT(kTileTableTop, 11)
+CONST_INT(kTileTableAsked, 12)  // places of neighbours, a bit each, that are asleep and asked for by find_failures
 CONST_INT(kTileTopStep, 1024)   // twice the highest grid (512 voxels), so that z + 1 fits
 
 // Tile lists: (slot * kTileWord + lowest) * kTileWord + highest: support may have changed from block `lowest` on, and
@@ -143,9 +144,20 @@ CONST_INT(kColumnEnd, 4)
 // Most columns are one pile from the floor up. Its top, or kNotSingle; and whether a slip speed of the column is not 0.
 CONST_INT(kColumnSingle, 5)
 CONST_INT(kColumnSlides, 6)
-CONST_INT(kColumnArrays, 7)
+// Below this voxel all soil is bonded and of a cohesive material, or there is terrain. kIntactUnknown: build_spans looks.
+CONST_INT(kColumnIntact, 7)
+// kCutNone less the height (Q16) of the lowest plane on which the column's soil has just failed, 0 where none.
+CONST_INT(kColumnCut, 8)
+CONST_INT(kColumnArrays, 9)
 CONST_INT(kNotSingle, -1)
-// After those one word a tile: the largest kColumnStamp of its columns.
+CONST_INT(kIntactUnknown, -1)
+CONST_INT(kIntactSlack, 64)     // of a voxel's bond, for rounding: 1/1024 voxel
+CONST_INT(kCutNone, 268435456)
+// After those kTileArrays arrays of one word a tile slot.
+CONST_INT(kTileStamp, 0)        // the largest kColumnStamp of its columns
+CONST_INT(kTileToes, 1)         // two words, a bit a column: the ground rises steeply beside it, see find_failures
+CONST_INT(kTileCut, 3)          // step that last set a kColumnCut
+CONST_INT(kTileArrays, 4)
 // kColumnSurface: the height of the topmost resting soil (Q16), or kCovered less that height (as if
 // there were no bodies) where a body stands on it, or kTerrainTop less the height of the terrain where that covers the soil.
 CONST_INT(kCovered, -1)
@@ -232,6 +244,10 @@ CONST_INT(kTableAcceleration, 320)
 CONST_INT(kTablePassive, 600)   // tan(45 deg - phi / 2), Q16: how steeply confined soil yields towards the surface
 CONST_INT(kTableLoose, 601)     // volume of a mass unit of loose soil, Q16; 0: density is fixed
 CONST_INT(kTableCompacted, 602) // ... of compacted soil
+CONST_INT(kTableFriction, 603)  // tan(phi), Q16
+CONST_INT(kTableStrength, 604)  // cohesion over unit weight, Q16 voxels; kStrengthLeast to kStrengthMost, or 0
+CONST_INT(kStrengthLeast, 256)      // 1/256 voxel: the rounding of sums over a bank's columns is no hundredth of it
+CONST_INT(kStrengthMost, 8388608)   // 128 voxels: a wall of 512, the highest grid, stands
 
 // --- ways of overflow (values of OverflowHeuristic) ------------------------------------------------------------------
 CONST_INT(kOverflowEven, 0)

@@ -25,5 +25,7 @@ int spans_stamp;         // the pass before their last run
 int slip_stamp;          // ... over this slip_stride
 int slip_turn;           // 0 or 1, changes with every slip pass: which set of slip speeds is read
 int slip_stride;         // voxels that soil slides at once in this slip pass, 1..4: tiles of one colour are two apart
+int bank_friction;       // the least kTableFriction of a material, and of those with cohesion the least kTableStrength of bonded
+int bank_strength;       // soil; 0 where none has any
 int place_rows;          // columns along y of the grid, whole tiles
 int place_shift;         // by so many bits place_code() cuts a voxel's height

@@ -162,6 +162,7 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                 const bool bonded = 2 * top.bond >= top.soil;
                 double flow[8] = {}, total = 0;
                 GridWedge steepest;
+                double worst_slope = 0;
                 for (int facet = 0; facet < 8; ++facet) {
                     const int axis = facet / 2 * 2;
                     const int diagonal = facet % 2 == 0 ? axis + 1 : (axis + 7) % 8;
@@ -171,7 +172,10 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                     if (found.height <= model.slip_tolerance) {
                         continue;
                     }
-                    steepest = found.height > steepest.height ? found : steepest;
+                    if (found.height > steepest.height) {
+                        steepest = found;
+                        worst_slope = plane.slope;
+                    }
                     flow[diagonal] += found.height * plane.diagonal_share;
                     flow[axis] += found.height * (1 - plane.diagonal_share);
                     total += found.height;
@@ -202,6 +206,12 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                      --z) {
                     const Voxel& voxel = before.at(x, y, z);
                     const double taken = std::min(amount, voxel.soil);
+                    const int below = voxel.main_material();
+                    const bool below_bonded = 2 * voxel.bond >= voxel.soil;
+                    if (taken > 0 && (below != material || below_bonded != bonded) &&
+                        wedge(below, below_bonded, worst_slope).height <= model.slip_tolerance) {
+                        break;
+                    }
                     amount -= taken;
                     for (int k = 0; k < 8 && taken > 0; ++k) {
                         if (flow[k] > 0) {

@@ -13,6 +13,7 @@
 /// slip_depth voxels;
 /// - soil slides slip_stride voxels at once, as if columns that far apart were neighbours, where
 /// the ground falls all along that way; by more than one voxel it leaves no edge of a rigid body;
+/// - what slides takes soil below it along only where that soil would not stand at this slope;
 /// - f in (9) is a force with g in it (the thesis counts in tons-force);
 /// - wedges up to slip_tolerance do not slide.
 #pragma once

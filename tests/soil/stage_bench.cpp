@@ -195,6 +195,12 @@ void StageBench::build_spans() {
     run(Kernel::build_spans, impl_->tile_work);
 }
 
+void StageBench::find_failures() {
+    ++impl_->params.pass_stamp;
+    run(Kernel::find_failures, impl_->tile_work);
+    run(Kernel::break_bonds, impl_->tile_work);
+}
+
 void StageBench::slip(int substeps, int stride) {
     impl_->params.substep_count = substeps;
     impl_->params.slip_stride = stride;

@@ -47,6 +47,7 @@ class StageBench {
     void advect(int substeps);                           ///< with apply_flow
     void resolve_overflow(OverflowHeuristic heuristic);  ///< of all blocks, with apply_flow
     void build_spans();
+    void find_failures();  ///< with break_bonds, after build_spans
     /// With apply_flow; from the set of speeds of write_speeds.
     void slip(int substeps, int stride = 1);
     std::vector<std::array<int32_t, layout::kContactWords>> collect_contacts();  ///< sorted

@@ -89,7 +89,8 @@ Status Soil::Impl::allocate_slots(int count) {
                     static_cast<int64_t>(params.transport_count) * params.plane_stride},
           std::pair{Buffer::tile_table, static_cast<int64_t>(count) * kTileTableWords},
           std::pair{Buffer::block_flags, (kFlagArrays + kMaskWords) * blocks},
-          std::pair{Buffer::spans, columns * (kColumnWords + kColumnArrays) + count}}) {
+          std::pair{Buffer::spans, columns * (kColumnWords + kColumnArrays) +
+                                       static_cast<int64_t>(kTileArrays) * count}}) {
         if (Status allocated = device->allocate(buffer, words); !allocated) {
             return allocated;
         }
@@ -229,6 +230,8 @@ void Soil::Impl::note_stale(int slot, bool may_be_covered) {
     write_columns(slot, kColumnEnd, height);
     write_columns(slot, kColumnSingle, kNotSingle);
     write_columns(slot, kColumnSlides, 1);
+    write_columns(slot, kColumnIntact, kIntactUnknown);
+    write_columns(slot, kColumnCut, 0);
 }
 
 // As if all of its columns had changed in the last pass.
@@ -253,7 +256,8 @@ void Soil::Impl::forget_stamps() {
     device->fill_zero(Buffer::spans, (kColumnWords + kColumnStamp) * columns, columns);
     device->fill_zero(Buffer::spans, (kColumnWords + kColumnArrays) * columns, slot_count);
     std::ranges::fill(looked_step, -1);
-    params.support_stamp = params.spans_stamp = slip_stamps[0] = slip_stamps[1] = -1;
+    params.support_stamp = params.spans_stamp = slip_stamps[0] = slip_stamps[1] = failure_stamp =
+        -1;
 }
 
 void Soil::Impl::put_to_sleep(int index) {
@@ -301,7 +305,7 @@ void Soil::Impl::upload_tile_table() {
         }
         entry[kTileTableX] = tx;
         entry[kTileTableY] = ty;
-        entry[kTileTableTop] = 0;
+        entry[kTileTableTop] = entry[kTileTableAsked] = 0;
     }
     device->write(Buffer::tile_table, 0, tile_table);
     table_dirty = false;

@@ -83,6 +83,13 @@ std::vector<int32_t> make_slip_table(const MaterialDef& m, const SoilDef& def) {
         table[kTableAcceleration + i] =
             static_cast<int32_t>(std::lround(std::min(acceleration, 1.0) * kVoxelFull));
     }
+    table[kTableFriction] =
+        static_cast<int32_t>(std::lround(std::tan(m.friction_angle_rad) * kVoxelFull));
+    const double weight = m.density_kg_m3 * def.gravity_m_s2 * def.voxel_m;
+    const double strength =
+        weight > 0 ? std::min(m.cohesion_pa / weight * kVoxelFull, 1.0 * kStrengthMost) : 0;
+    table[kTableStrength] =
+        strength < kStrengthLeast ? 0 : static_cast<int32_t>(std::lround(strength));
     const double passive = std::tan(std::numbers::pi / 4 - m.friction_angle_rad / 2);
     table[kTablePassive] = static_cast<int32_t>(std::lround(passive * kVoxelFull));
     if (m.has_density_range()) {

@@ -130,12 +130,19 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
         return Error{status.error()};
     }
     std::vector<int32_t> tables;
+    p.bank_friction = INT32_MAX;
+    p.bank_strength = 0;
     for (const MaterialDef& material : s.materials) {
         MaterialDef loose = material;
         loose.cohesion_pa *= material.loose_cohesion_fraction;
         for (const MaterialDef& state : {material, loose}) {
             const std::vector<int32_t> table = make_slip_table(state, def);
             tables.insert(tables.end(), table.begin(), table.end());
+        }
+        const int32_t* bonded = &tables[tables.size() - 2 * static_cast<size_t>(kTableWords)];
+        p.bank_friction = std::min(p.bank_friction, bonded[kTableFriction]);
+        if (const int32_t strength = bonded[kTableStrength]; strength > 0) {
+            p.bank_strength = p.bank_strength > 0 ? std::min(p.bank_strength, strength) : strength;
         }
     }
     const int64_t result_size = kResultHeader +

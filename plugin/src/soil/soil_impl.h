@@ -145,6 +145,7 @@ struct Soil::Impl {
     bool table_dirty = false;  ///< neighbour table has to be uploaded again
     /// Of the pass before the last slip pass over single voxels, and over several at once.
     int32_t slip_stamps[2] = {-1, -1};
+    int32_t failure_stamp = -1;  ///< the same for find_failures
     std::vector<int32_t> tile_table;
 
     uint64_t revision_base = 0;  ///< Tile::revision of a tile that does not exist; see load()
@@ -326,11 +327,13 @@ struct Soil::Impl {
     void dispatch(layout::Kernel kernel, const ListedWork& work);
     void run_deformation();
     void run_advection();
+    void run_failures();
     void run_slippage();
     void read_back();
     void read_results(std::span<const StepBody> step_bodies);
     void note_kernel_conditions();
     void read_activity();
+    void wake_neighbours(int index, int32_t asked);
 
     uint64_t checksum() const;
 };

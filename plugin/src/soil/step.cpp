@@ -595,6 +595,17 @@ void Soil::Impl::run_advection() {
     }
 }
 
+// Which banks fail as a whole. What falls apart slides in the passes that follow.
+void Soil::Impl::run_failures() {
+    dispatch(Kernel::build_spans, tile_work);
+    params.spans_stamp = params.pass_stamp;
+    params.slip_stamp = failure_stamp;
+    failure_stamp = params.pass_stamp;
+    ++params.pass_stamp;
+    dispatch(Kernel::find_failures, tile_work);
+    dispatch(Kernel::break_bonds, tile_work);
+}
+
 // thesis (20)
 void Soil::Impl::run_slippage() {
     // Bodies build slopes up at so many voxels a step: the steeper the step before has left them,
@@ -831,6 +842,9 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
         }
         device->mark_stage(kSlip);
         params.substep_count = body_substeps;
+        if (s == 0 && params.bank_strength > 0) {
+            run_failures();
+        }
         run_slippage();
     }
 
@@ -979,6 +993,17 @@ void Soil::Impl::read_results(std::span<const StepBody> step_bodies) {
         contacts);
 }
 
+// Those that a plane of find_failures runs on into; see kTileTableAsked.
+void Soil::Impl::wake_neighbours(int index, int32_t asked) {
+    table_dirty = true;  // takes back what was asked
+    for (int n = 0; n < 9; ++n) {
+        const int tx = index % tiles_x + n % 3 - 1, ty = index / tiles_x + n / 3 - 1;
+        if ((asked >> n & 1) != 0 && tx >= 0 && ty >= 0 && tx < tiles_x && ty < tiles_y) {
+            activate(static_cast<BlockKey>(tile_index(tx, ty)) * blocks_per_tile);
+        }
+    }
+}
+
 void Soil::Impl::read_activity() {
     const size_t blocks = static_cast<size_t>(slot_count) * blocks_per_tile;
     for (int slot = 0; slot < slot_count; ++slot) {
@@ -1001,6 +1026,11 @@ void Soil::Impl::read_activity() {
             }
         }
         tile.revision += changed;
+        if (const int32_t asked =
+                tile_table[static_cast<size_t>(slot) * kTileTableWords + kTileTableAsked];
+            asked > 0) {
+            wake_neighbours(index, asked);
+        }
         const int32_t top = tile_table[static_cast<size_t>(slot) * kTileTableWords + kTileTableTop];
         if (top / kTileTopStep == params.step_stamp) {
             // find_support looks no higher than soil was expected to reach; where soil moved it may

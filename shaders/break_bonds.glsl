@@ -1,0 +1,38 @@
+// Soil above a failing plane falls apart: it loses its bond, and with that the cohesion of soil that was never moved.
+// Reads: cuts, bond. Writes: bond, cuts, intact heights, stamps, block flags.
+int break_bonds_lanes(int group, int half_at) {
+    int slot = entry_slot(block_list[params.list_offset + group]);
+    if (spans[tile_word(kTileCut, slot)] != params.step_stamp) {
+        return 0;
+    }
+    int lanes = 0;
+    for (int i = 0; i < 32; ++i) {
+        lanes = lanes | (spans[column_word(kColumnCut, slot * kTileColumns + half_at * 32 + i)] != 0 ? 1 << i : 0);
+    }
+    return lanes;
+}
+
+void break_bonds(int group, int lane) {
+    int slot = entry_slot(block_list[params.list_offset + group]);
+    int cut_at = column_word(kColumnCut, slot * kTileColumns + lane);
+    int cut = kCutNone - spans[cut_at];
+    spans[cut_at] = 0;
+    int column = slot * params.tile_voxels + lane;
+    int end = min(params.height, spans[column_word(kColumnEnd, slot * kTileColumns + lane)]);
+    int first = cut >> 16;
+    bool breaks = false;
+    for (int z = first; z < end; ++z) {
+        int voxel = column + z * kTileColumns;
+        int kept = z == first ? max(0, (cut & 65535) - state_at(kPlaneTerrain, voxel)) : 0;
+        if (state_at(kPlaneBond, voxel) > kept) {
+            set_state(kPlaneBond, voxel, kept);
+            int block = slot * params.blocks_per_tile + (z >> 3);
+            ATOMIC_MAX_OWNED(block_flags[flag_index(kFlagChanged, block)], params.step_stamp);
+            breaks = true;
+        }
+    }
+    if (breaks) {
+        ATOMIC_MIN_OWNED(spans[column_word(kColumnIntact, slot * kTileColumns + lane)], first);
+        stamp_column(slot, lane);
+    }
+}

@@ -1,0 +1,228 @@
+// Banks of cohesive soil that fail as a whole. From a toe, a column beside which the ground rises more steeply than friction
+// holds it, planes rise through the soil in 16 directions and come out at the surface n columns on. What lies above one
+// slides where its weight drives it harder than friction and cohesion along the plane hold it, thesis (1) to (3) for a wedge
+// of any width; over its columns, with w the height of soil above the plane and t the plane's slope:
+//     sum w (t - tan phi) > (1 + t^2) sum c / gamma
+// For a level top that is Culmann's bank, and with a vertical face 4 c / gamma tan(45 deg + phi / 2). Of the planes that fail
+// the flattest counts, thesis (4). The soil above it loses its bond: see break_bonds and slip_soil.
+// Reads: surfaces, intact heights, stamps, volume, bond, materials, coverage, terrain, tables. Writes: cuts, toes, wanted
+// blocks, tiles asked for.
+
+CONST_INT(kPlaneSteepest, 12288)  // slope 3, Q12: the first plane to fail is no steeper than 45 deg + phi / 2
+CONST_INT(kPlaneStepsMost, 256)   // sums over a plane stay in 31 bits
+CONST_INT(kNoBound, 2147483647)
+
+// Length of a step by (dx, dy) out of -2..2, Q16, and one over it.
+int step_length(ivec2 way) {
+    int square = way.x * way.x + way.y * way.y;
+    return square == 1 ? 65536 : (square == 2 ? 92682 : 146543);
+}
+int step_inverse(ivec2 way) {
+    int square = way.x * way.x + way.y * way.y;
+    return square == 1 ? 65536 : (square == 2 ? 46341 : 29309);
+}
+
+// A Q8 and a Q12 number, or two of Q12: the product as the first.
+int mul_q12(int a, int b) { return mul_q16(a * 4, b * 4); }
+
+int column_of(int slot, ivec2 at) { return slot * kTileColumns + at.y * kTileSide + at.x; }
+
+// Place of the tile beside `slot` over which (x, y) lies, in its record.
+int beside(ivec2 at) { return ((at.y >> 3) + 1) * 3 + (at.x >> 3) + 1; }
+
+// A step over the ground; false where there is no tile awake, and nothing has changed then.
+bool step_on(INOUT(int) slot, INOUT(ivec2) at, ivec2 way) {
+    ivec2 next = at + way;
+    int to = tile_table[slot * kTileTableWords + beside(next)];
+    if (to < 0) {
+        return false;
+    }
+    slot = to;
+    at = ivec2(next.x & 7, next.y & 7);
+    return true;
+}
+
+int height_over(int slot, ivec2 at, int toe) { return (ground_height(column_of(slot, at)) - toe) >> 8; }
+
+// One step on, or here where the way ends.
+int height_beyond(int slot, ivec2 at, ivec2 way, int toe) {
+    step_on(slot, at, way);
+    return height_over(slot, at, toe);
+}
+
+void want_tile(int slot, int z) {
+    ATOMIC_MAX(block_flags[flag_index(kFlagWanted, slot * params.blocks_per_tile + z)], params.step_stamp);
+}
+
+// Has the tiles under a plane dispatched in the next step, and the first that is asleep woken.
+void ask_for(int slot, ivec2 at, ivec2 way, int count, int toe) {
+    int z = min(toe >> 19, params.blocks_per_tile - 1);
+    want_tile(slot, z);
+    for (int n = 0; n < count; ++n) {
+        ivec2 next = at + way;
+        if (!step_on(slot, at, way)) {
+            ATOMIC_OR(tile_table[slot * kTileTableWords + kTileTableAsked], 1 << beside(next));
+            return;
+        }
+        want_tile(slot, z);
+    }
+}
+
+// Whether the soil above a plane that rises by `climb` a step (Q12 voxels) slides, by what the plane passes in each of
+// `count` columns. start: of the plane, columns before the first (Q8). Where it passes no bonded soil there is nothing to
+// fall apart, and slip_soil sees to it.
+bool slides_on(int slot, ivec2 at, ivec2 way, int toe, int count, int climb, int start) {
+    int slope = mul_q16(climb, step_inverse(way));  // Q12
+    int stretch = 4096 + mul_q12(slope, slope);
+    int balance = 0;  // Q12 voxels
+    bool any_bonded = false;
+    for (int n = 1; n <= count; ++n) {
+        if (!step_on(slot, at, way)) {
+            return false;
+        }
+        int plane = mul_q12(256 * n - 128 + start, climb);
+        int height = toe + plane * 256 - 1;
+        int z = min(height >> 16, params.height - 1);
+        int voxel = slot * params.tile_voxels + z * kTileColumns + at.y * kTileSide + at.x;
+        if (is_solid(voxel)) {
+            return false;
+        }
+        // A voxel's bonded soil lies below the rest of it.
+        bool bonded = (height & 65535) < state_at(kPlaneTerrain, voxel) + state_at(kPlaneBond, voxel);
+        int table = (2 * main_material(voxel) + (bonded ? 0 : 1)) * kTableWords;
+        bool is_soil = state_at(kPlaneVolume, voxel) > 0;
+        int hold = is_soil ? mul_q16(tables[table + kTableStrength], stretch) : 0;
+        int friction = is_soil ? tables[table + kTableFriction] : 0;
+        int above = 0;
+        if (n == count) {
+            hold = hold / 2;  // it comes out in the middle of this one
+        } else {
+            above = max(0, height_over(slot, at, toe) - plane);
+            any_bonded = any_bonded || (is_soil && bonded && hold > 0);
+        }
+        if (n == 1) {
+            hold += mul_q16(hold, start * 256);
+        }
+        balance += mul_q16(above * 16, slope * 16 - friction) - hold;
+    }
+    return any_bonded && balance > 0;
+}
+
+// The flattest plane on which soil slides down to a toe against the direction `way`: its columns, 0 where none fails. climb,
+// start: see slides_on. passed: columns on the way up to where it ends at a tile asleep, else 0.
+int find_plane(int slot, ivec2 at, ivec2 way, int toe, OUT(int) climb, OUT(int) start, OUT(int) passed) {
+    climb = 0;
+    start = 0;
+    passed = 0;
+    int toe_slot = slot;
+    ivec2 toe_at = at;
+    int length = step_length(way);
+    int friction = mul_q16(params.bank_friction, length);
+    int found = 0;
+    int flattest = kNoBound;  // climb of the planes so far that come out of the ground
+    int intact = kNoBound;    // planes that climb by less pass no soil but what was never moved
+    int sum = 0;              // of the heights over the toe
+    for (int n = 1; n <= kPlaneStepsMost; ++n) {
+        ivec2 next = at + way;
+        if (!step_on(slot, at, way)) {
+            // Beyond the grid there is a wall. It holds what leans on it.
+            ivec3 beyond = grid_voxel(slot, next.x, next.y, 0);
+            bool is_inside = beyond.x >= 0 && beyond.y >= 0 && beyond.x < params.size_x && beyond.y < params.size_y;
+            passed = is_inside ? n : 0;
+            return found;
+        }
+        int rise = height_over(slot, at, toe);
+        if (n == 1) {
+            // Half a column before the first where the ground goes on rising like that, 0 where it is a wall.
+            int further = height_beyond(slot, at, way, toe) - rise;
+            start = further <= 0 ? 0 : (further >= rise ? 128 : further * 128 / rise);
+        }
+        int run = 256 * n - 128 + start;  // steps, Q8
+        int steep = rise > 0 ? rise * 4096 / run : 0;
+        if (steep * 16 <= friction) {
+            return found;
+        }
+        if (steep <= flattest) {
+            flattest = steep;
+            int slope = mul_q16(steep, step_inverse(way));
+            if (n > 1 && slope <= kPlaneSteepest) {
+                // As one wedge of the weakest soil: its mean height above the plane, what drives and what holds it. That is
+                // no less and no more than slides_on finds where all is intact, but for rounding.
+                int mean = (sum * 32 + rise * 16) / (run / 8) - rise / 2;
+                int drive = mul_q16(mean * 256, rise - mul_q16(mul_q16(run, length), params.bank_friction));
+                int hold = mul_q16(params.bank_strength, mul_q16(run, length) + mul_q12(rise, slope));
+                if ((steep > intact || drive > hold - hold / 16) &&
+                    slides_on(toe_slot, toe_at, way, toe, n, steep, start)) {
+                    found = n;
+                    climb = steep;
+                }
+            }
+        }
+        sum += rise;
+        int whole = spans[column_word(kColumnIntact, column_of(slot, at))] * 256 - (toe >> 8);
+        intact = min(intact, whole > 0 ? min(whole, 131072) * 4096 / run : 0);
+    }
+    return found;
+}
+
+bool are_dispatched(int slot, ivec2 at, ivec2 way, int count) {
+    bool all = true;
+    for (int n = 1; n < count; ++n) {
+        step_on(slot, at, way);
+        all = all && tile_table[slot * kTileTableWords + kTileTableTop] / kTileTopStep == params.step_stamp;
+    }
+    return all;
+}
+
+int find_failures_lanes(int group, int half_at) {
+    int slot = entry_slot(block_list[params.list_offset + group]);
+    return changed_around(slot, half_at, 2, params.slip_stamp) | spans[tile_word(kTileToes + half_at, slot)];
+}
+
+void find_failures(int group, int lane) {
+    int slot = entry_slot(block_list[params.list_offset + group]);
+    ivec2 here = ivec2(lane & 7, lane >> 3);
+    int toe = ground_height(slot * kTileColumns + lane);
+    int open = voxel_at(slot, here.x, here.y, toe >> 16);
+    bool is_toe = false;
+    for (int k = 0; k < 25; ++k) {
+        ivec2 way = ivec2(k % 5 - 2, k / 5 - 2);
+        int square = way.x * way.x + way.y * way.y;
+        if (square != 1 && square != 2 && square != 5) {
+            continue;
+        }
+        int climb = 0;
+        int start = 0;
+        int passed = 0;
+        int first = column_at(slot, here.x + way.x, here.y + way.y);
+        if (first < 0 || ground_height(first) - toe <= mul_q16(params.bank_friction, step_length(way))) {
+            continue;
+        }
+        is_toe = true;
+        if (is_solid(open)) {
+            break;  // nothing slides out there
+        }
+        int count = find_plane(slot, here, way, toe, climb, start, passed);
+        if (passed > 0) {
+            ask_for(slot, here, way, passed, toe);
+        }
+        if (!are_dispatched(slot, here, way, count)) {
+            ask_for(slot, here, way, count, toe);
+            continue;
+        }
+        int at_slot = slot;
+        ivec2 at = here;
+        for (int n = 1; n < count && step_on(at_slot, at, way); ++n) {
+            int cut = toe + mul_q12(256 * n - 128 + start, climb) * 256 - 1;
+            ATOMIC_MAX(spans[column_word(kColumnCut, column_of(at_slot, at))], kCutNone - cut);
+            ATOMIC_MAX(spans[tile_word(kTileCut, at_slot)], params.step_stamp);
+        }
+    }
+    int word = tile_word(kTileToes + (lane >> 5), slot);
+    int bit = 1 << (lane & 31);
+    if (is_toe) {
+        ATOMIC_OR_OWNED(spans[word], bit);
+    } else {
+        ATOMIC_AND_OWNED(spans[word], ~bit);
+    }
+}

@@ -1,0 +1,118 @@
+#include "oracle/banks.h"
+
+#include <limits>
+#include <optional>
+
+#include "oracle/spans.h"
+
+namespace oracle {
+namespace {
+
+constexpr int kStepsMost = 256;
+constexpr double kSteepest = 3;  // slope
+
+struct Plane {
+    double start = 0;  ///< steps before the first column
+    double climb = 0;  ///< a step
+    int count = 0;     ///< steps to where it comes out
+    double height(int n) const { return (n - 0.5 + start) * climb; }
+};
+
+}  // namespace
+
+std::vector<double> failing_planes(const Model& model, const Field& field,
+                                   const BankSoilLookup& soil, double least_friction,
+                                   double strength, double blur) {
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    const auto column = [&](int x, int y) { return static_cast<size_t>(y) * field.nx + x; };
+    std::vector<double> ground, lowest(static_cast<size_t>(field.nx) * field.ny, kNone);
+    for (int y = 0; y < field.ny; ++y) {
+        for (int x = 0; x < field.nx; ++x) {
+            ground.push_back(
+                free_surface(model, field, height_spans(model, field, x, y), x, y).height);
+        }
+    }
+    // Within `blur` of a height the strongest soil, or the weakest; no end of cohesion in what is
+    // rigid.
+    const auto soil_at = [&](int x, int y, double height) {
+        std::optional<BankSoil> found;
+        for (double z : {height - blur, height, height + blur}) {
+            const int at = std::clamp(static_cast<int>(std::ceil(z)) - 1, 0, field.nz - 1);
+            const Voxel& voxel = field.at(x, y, at);
+            const bool bonded = z - at - 1e-4 < voxel.terrain + voxel.bond;
+            BankSoil here = voxel.soil > 0 ? soil(voxel.main_material(), bonded) : BankSoil{};
+            here.is_bonded = voxel.soil > 0 && bonded;
+            if (field.closed(model, x, y, at)) here.cohesion_height = kNone;
+            if (!found || (here.cohesion_height > found->cohesion_height) == (strength > 1))
+                found = here;
+        }
+        return *found;
+    };
+    const auto search = [&](int x, int y, int dx, int dy) -> std::optional<Plane> {
+        const double length = std::hypot(dx, dy), toe = ground[column(x, y)];
+        const auto inside = [&](int n) { return field.inside(x + n * dx, y + n * dy, 0); };
+        const auto rise = [&](int n) { return ground[column(x + n * dx, y + n * dy)] - toe; };
+        if (!inside(1) || rise(1) <= least_friction * length ||
+            field.closed(model, x, y, static_cast<int>(toe))) {
+            return {};
+        }
+        const auto fails = [&](const Plane& plane) {
+            const double slope = plane.climb / length;
+            double balance = 0;
+            bool any_bonded = false;
+            for (int n = 1; n <= plane.count; ++n) {
+                const BankSoil held = soil_at(x + n * dx, y + n * dy, toe + plane.height(n));
+                if (held.cohesion_height == kNone) return false;
+                const double stretch =
+                    n == plane.count ? 0.5 : (n == 1 ? 1 + plane.start : 1);  // of the plane, steps
+                balance -= strength * held.cohesion_height * (1 + slope * slope) * stretch;
+                if (n < plane.count) {
+                    balance += std::max(0.0, rise(n) - plane.height(n)) * (slope - held.friction);
+                    any_bonded |= held.is_bonded && held.cohesion_height > 0;
+                }
+            }
+            return any_bonded && balance > 0;
+        };
+        const double second = inside(2) ? rise(2) - rise(1) : 0;
+        Plane plane{0.5 * std::clamp(second / rise(1), 0.0, 1.0), kNone, 0};
+        std::optional<Plane> flattest;
+        for (int n = 1; n <= kStepsMost && inside(n); ++n) {
+            const double climb = rise(n) / (n - 0.5 + plane.start);
+            if (climb <= least_friction * length) break;
+            if (climb > plane.climb) continue;  // it has come out of the ground before
+            plane.climb = climb;
+            plane.count = n;
+            if (n > 1 && climb <= kSteepest * length && fails(plane)) flattest = plane;
+        }
+        return flattest;
+    };
+    for (int y = 0; y < field.ny; ++y) {
+        for (int x = 0; x < field.nx; ++x) {
+            for (const auto& [dx, dy] : {std::pair{1, 0},
+                                         {2, 1},
+                                         {1, 1},
+                                         {1, 2},
+                                         {0, 1},
+                                         {-1, 2},
+                                         {-1, 1},
+                                         {-2, 1},
+                                         {-1, 0},
+                                         {-2, -1},
+                                         {-1, -1},
+                                         {-1, -2},
+                                         {0, -1},
+                                         {1, -2},
+                                         {1, -1},
+                                         {2, -1}}) {
+                const std::optional<Plane> plane = search(x, y, dx, dy);
+                for (int n = 1; plane && n < plane->count; ++n) {
+                    double& low = lowest[column(x + n * dx, y + n * dy)];
+                    low = std::min(low, ground[column(x, y)] + plane->height(n));
+                }
+            }
+        }
+    }
+    return lowest;
+}
+
+}  // namespace oracle

@@ -1,0 +1,31 @@
+/// Banks of cohesive soil that fail as a whole: the slope stability (1) to (4) of the thesis for
+/// plane wedges of any width, where the thesis has wedges between neighbouring columns only (its
+/// section 2.1.2).
+///
+/// A plane starts at a toe and comes out at the surface in the middle of a column further on. It
+/// starts half a column before the first where the ground goes on rising as it begins to, at the
+/// first where it rises as a wall, in between by the second rise over the first. Of the planes that
+/// fail the flattest counts. A voxel's bonded soil lies below the rest of it.
+#pragma once
+
+#include <functional>
+
+#include "oracle/field.h"
+
+namespace oracle {
+
+struct BankSoil {
+    double cohesion_height = 0;  ///< cohesion over unit weight [voxels]
+    double friction = 0;         ///< tan(phi)
+    bool is_bonded = false;      ///< set by failing_planes
+};
+using BankSoilLookup = std::function<BankSoil(int material, bool bonded)>;
+
+/// Per column [y * nx + x] the height of the lowest failing plane; infinity where none fails.
+/// Cohesion counts times `strength`, as that of the strongest soil within `blur` of the plane
+/// where `strength` is above 1, else of the weakest. least_friction: of all materials.
+std::vector<double> failing_planes(const Model& model, const Field& field,
+                                   const BankSoilLookup& soil, double least_friction,
+                                   double strength, double blur);
+
+}  // namespace oracle
