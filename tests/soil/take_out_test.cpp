@@ -64,6 +64,29 @@ TEST(TakeOut, soil_that_hung_over_the_hole_falls) {
     for (int z = 0; z < 11; ++z) EXPECT_GT(soil->sample(16, 16, z).volume, 0.9) << z;
 }
 
+/// Beside a body that pushes soil: the tile is awake, but nothing in it moves by itself.
+TEST(TakeOut, what_lies_over_a_hole_in_soil_that_is_awake_falls) {
+    const auto soil = half_full();
+    std::vector<Mover> movers;
+    movers.emplace_back(1, box_shape({0.1, 0.1, 0.1}), Vec3{0.6, 0.6, 0.65});
+    movers[0].set_velocity({0.05, 0, 0});
+    for (int i = 0; i < 10; ++i) {
+        movers[0].advance(1.0 / 60);
+        soil->step(bodies_of(movers));
+    }
+    ASSERT_EQ(soil->sample(18, 18, 11).volume, 1);
+    // A flat hole: only the one beneath it tells the soil on top that it has lost its hold.
+    ASSERT_TRUE(soil->take_out(box_shape({0.06, 0.06, 0.11}), at(18, 18, 2)));
+    ASSERT_EQ(soil->sample(18, 18, 2).volume, 0);
+    ASSERT_EQ(soil->sample(18, 18, 11).volume, 1);
+    for (int i = 0; i < 60; ++i) {
+        movers[0].advance(1.0 / 60);
+        soil->step(bodies_of(movers));
+    }
+    for (int z = 0; z < 8; ++z) EXPECT_GT(soil->sample(18, 18, z).volume, 0.9) << z;
+    EXPECT_LT(soil->sample(18, 18, 11).volume, 0.9);
+}
+
 TEST(TakeOut, nothing_changes_where_there_is_no_soil_or_the_region_is_bad) {
     const auto soil = half_full();
     const uint64_t before = soil->checksum();

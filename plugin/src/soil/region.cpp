@@ -112,9 +112,6 @@ Result<std::vector<int64_t>> Soil::take_out(const ConvexShape& shape, const Pose
         s.write_voxels(index, voxels);
         Tile& tile = *s.tiles[index];
         ++tile.revision;
-        if (tile.slot >= 0) {
-            s.woken_step[tile.slot] = s.step_index;  // supports and spans are no longer true
-        }
         tile.unchecked = s.any_unchecked = true;  // soil may have lost what it rested on
     });
     return units;
