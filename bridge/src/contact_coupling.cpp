@@ -1,10 +1,7 @@
 #include "contact_coupling.h"
 
-#include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
-
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <numeric>
 
 #include "bullet_types.h"
@@ -13,22 +10,6 @@
 namespace bsoil::bullet {
 namespace {
 
-/// A tangential force below this fraction of the normal limit gives no direction to the tangential
-/// rows.
-constexpr double kNoDirectionFraction = 1e-6;
-/// A row that gives this part of its limit has yielded: the solver clamps in single precision.
-constexpr double kYieldedFraction = 0.999;
-/// A patch slides when it goes this share of the way that its body goes.
-constexpr double kSliding = 0.01;
-/// And when it gives this part of its friction against that way.
-constexpr double kMostlyYielded = 0.95;
-/// Part of its limit that it may then give across it, at least: a body pushed aside turns that
-/// fast.
-constexpr double kAcross = 0.1;
-/// More drift than this is not the solver's remainder but the contact's own motion.
-constexpr double kDriftMaxM = 0.01;
-/// Part of last substep's force that is given as a preload. The whole of it rings after an impact.
-constexpr double kPreloadFraction = 0.85;
 /// Time over which a body's motion is averaged, and the speed in voxels a second much below which
 /// it rests. Shorter or lower, and a parked machine's jitter picks the direction of yield; longer,
 /// and a wheel that starts to slip meets the resistance of rolling.
@@ -43,38 +24,16 @@ constexpr int kWakeSteps = 16;
 /// Patches whose normals differ by more than this cosine are not the same contact.
 constexpr double kSamePatchCosine = 0.5;
 
-Vec3 tangential(Vec3 v, Vec3 normal) { return v - dot(v, normal) * normal; }
-
-/// A unit vector across the normal: along the friction that sticks, else any.
-Vec3 along_friction(Vec3 normal, Vec3 friction_n, double limit_n) {
-    const double size_n = length(friction_n);
-    if (size_n > kNoDirectionFraction * limit_n) return friction_n * (1 / size_n);
-    const Vec3 axis = std::abs(normal.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-    const Vec3 t = tangential(axis, normal);
-    return t * (1 / length(t));
-}
-
-/// Takes constraints out of the world, given in the order they were put in. Bullet looks for one
-/// from the front and fills its gap with the last: in this order each of them is found right behind
-/// the host's, however many there are, and the host's keep theirs.
-template <typename Rows, typename Remove>
-void take_out(std::vector<Rows*>& rows, const Remove& remove) {
-    if (rows.empty()) return;
-    remove(rows.front());
-    for (size_t i = rows.size(); i-- > 1;) remove(rows[i]);
-    rows.clear();
-}
-
 }  // namespace
 
 ContactCoupling::ContactCoupling(btDiscreteDynamicsWorld& world, ContactSoil soil,
                                  const SoilActionDef& options, const WorkThreads& threads)
     : world_(world),
-      multibody_world_(dynamic_cast<btMultiBodyDynamicsWorld*>(&world)),
       soil_(std::make_shared<const ContactSoil>(std::move(soil))),
       threads_(threads),
       wake_limit_fraction_(options.wake_limit_fraction),
-      wake_weight_fraction_(options.wake_weight_fraction) {}
+      wake_weight_fraction_(options.wake_weight_fraction),
+      rows_(world, coupled_) {}
 
 ContactCoupling::~ContactCoupling() = default;
 
@@ -124,7 +83,7 @@ void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
 void ContactCoupling::prepare(BodyWork& work, const BodyState& body,
                               std::span<const ContactVoxel> voxels, double duration_s,
                               bool are_unchanged) {
-    Coupled& coupled = coupled_[body.id];
+    CoupledBody& coupled = coupled_[body.id];
     coupled.seen = true;
     if (coupled.body.role != body.role) {  // the host has turned it kinematic or back
         wake(coupled);
@@ -159,7 +118,7 @@ void ContactCoupling::prepare(BodyWork& work, const BodyState& body,
 
 void ContactCoupling::find_contact(BodyWork& work, double duration_s) const {
     if (work.kind == BodyWork::Kind::kept) return;
-    Coupled& coupled = *work.coupled;
+    CoupledBody& coupled = *work.coupled;
     const ContactLaw& law = *coupled.law;
     std::span<const ContactHistory> history;
     if (work.kind == BodyWork::Kind::slept) {
@@ -198,7 +157,7 @@ void ContactCoupling::gather_pressed_soil() {
     std::stable_sort(pressed_soil_.begin(), pressed_soil_.end(), lies_before);
 }
 
-void ContactCoupling::wake(Coupled& coupled) {
+void ContactCoupling::wake(CoupledBody& coupled) {
     coupled.asleep_step_count = 0;
     wake(coupled.body);
 }
@@ -217,7 +176,7 @@ void ContactCoupling::let_go() {
     coupled_.clear();
 }
 
-void ContactCoupling::update_law(Coupled& coupled) {
+void ContactCoupling::update_law(CoupledBody& coupled) {
     const SurfaceFriction& surface = coupled.body.surface;
     const SurfaceFriction& known = coupled.law_surface;
     if (coupled.law && surface.friction == known.friction &&
@@ -241,7 +200,7 @@ const BodyState* ContactCoupling::state_of(int id) const {
 }
 
 void ContactCoupling::report_contact(const BodyWork& work) {
-    Coupled& coupled = *work.coupled;
+    CoupledBody& coupled = *work.coupled;
     coupled.report.contact_area_m2 = work.contact.area_m2;
     coupled.report.sinkage_m = sinkage_m(coupled.body, work.contact);
     coupled.report.compression_m = work.contact.compression_m;
@@ -251,7 +210,7 @@ void ContactCoupling::report_contact(const BodyWork& work) {
     for (const ContactPatch& p : work.found.patches()) coupled.limits_n[p.bin] += p.normal_limit_n;
 }
 
-void ContactCoupling::update_carriers(Coupled& coupled, std::span<const ContactVoxel> voxels) {
+void ContactCoupling::update_carriers(CoupledBody& coupled, std::span<const ContactVoxel> voxels) {
     carrier_ids_.assign(1, -1);
     for (const ContactVoxel& v : voxels)
         if (v.carrier != carrier_ids_.back()) carrier_ids_.push_back(v.carrier);
@@ -277,7 +236,7 @@ void ContactCoupling::update_carriers(Coupled& coupled, std::span<const ContactV
     }
 }
 
-void ContactCoupling::update_motions(Coupled& coupled, std::span<const ContactVoxel> voxels,
+void ContactCoupling::update_motions(CoupledBody& coupled, std::span<const ContactVoxel> voxels,
                                      double duration_s) const {
     for (size_t i = 0; i < coupled.carriers.size(); ++i) {
         const int id = coupled.carriers[i].id;
@@ -290,7 +249,7 @@ void ContactCoupling::update_motions(Coupled& coupled, std::span<const ContactVo
 /// The body's motion as the soil's yield sees it: relative to what carries the soil, as a share of
 /// the largest speed of their contact, so that it does not depend on speed, and without what the
 /// solver leaves of a body at rest.
-void ContactCoupling::update_motion(const Coupled& coupled, const Carrier& carrier,
+void ContactCoupling::update_motion(const CoupledBody& coupled, const Carrier& carrier,
                                     ContactMotion& motion, std::span<const ContactVoxel> voxels,
                                     double duration_s, bool is_new) const {
     BodyMotion& now = motion.motion = coupled.body.motion;
@@ -319,7 +278,7 @@ void ContactCoupling::update_motion(const Coupled& coupled, const Carrier& carri
 
 /// Bullet's islands wake rigid bodies with each other, but neither what rests on a driven body nor
 /// a multibody.
-void ContactCoupling::keep_awake_with_carriers(Coupled& coupled) {
+void ContactCoupling::keep_awake_with_carriers(CoupledBody& coupled) {
     if (coupled.patches.empty()) return;
     const bool is_link = coupled.body.role == BodyRole::link;
     for (Carrier& carrier : coupled.carriers) {
@@ -348,7 +307,7 @@ double ContactCoupling::sinkage_m(const BodyState& body, const BodyContact& cont
 }
 
 void ContactCoupling::act(const BodyWork& work) {
-    Coupled& coupled = *work.coupled;
+    CoupledBody& coupled = *work.coupled;
     const BodyContact& contact = work.contact;
     coupled.width_m = contact.width_m;
     if (coupled.body.role == BodyRole::driven || coupled.body.role == BodyRole::fixed) {
@@ -368,7 +327,7 @@ void ContactCoupling::act(const BodyWork& work) {
 
 void ContactCoupling::set_patches(const BodyState& body, const BodyMotion& direction,
                                   std::span<const ContactPatch> patches) {
-    Coupled& coupled = coupled_[body.id];
+    CoupledBody& coupled = coupled_[body.id];
     coupled.body = body;
     update_carriers(coupled, {});
     ContactMotion& on_ground = coupled.motions.front();
@@ -380,7 +339,7 @@ void ContactCoupling::set_patches(const BodyState& body, const BodyMotion& direc
 }
 
 const ContactLaw& ContactCoupling::law_for(const BodyState& body) {
-    Coupled& coupled = coupled_[body.id];
+    CoupledBody& coupled = coupled_[body.id];
     coupled.body = body;
     update_law(coupled);
     return *coupled.law;
@@ -398,7 +357,8 @@ void ContactCoupling::as_direction(BodyMotion& motion, double extent_m) const {
 /// in the body's frame, so on a spinning wheel the number says nothing about the place. Where
 /// several have the same nearest one they share its force: taken over by each it would throw the
 /// body up.
-void ContactCoupling::take_over_patches(Coupled& coupled, std::span<const ContactPatch> patches) {
+void ContactCoupling::take_over_patches(CoupledBody& coupled,
+                                        std::span<const ContactPatch> patches) {
     previous_.swap(coupled.patches);
     coupled.patches.clear();
     double extent_m = 0;
@@ -446,7 +406,7 @@ void ContactCoupling::take_over_patches(Coupled& coupled, std::span<const Contac
     }
 }
 
-void ContactCoupling::wake_if_changed(Coupled& coupled) {
+void ContactCoupling::wake_if_changed(CoupledBody& coupled) {
     const BodyState& body = coupled.body;
     if (body.role != BodyRole::rigid && body.role != BodyRole::link) return;
     if (!body.is_asleep) {
@@ -474,300 +434,6 @@ void ContactCoupling::wake_if_changed(Coupled& coupled) {
     wake(coupled);
 }
 
-/// The limits of two rows make a box where Coulomb's make a circle. A patch that slides has its
-/// first row along the sliding and little of the second: patches of a wheel whose rows no motion of
-/// the wheel satisfies all at once would brace against each other across it, with up to half as
-/// much again as their friction.
-ContactCoupling::TangentialRows ContactCoupling::tangential_rows(const ContactMotion& motion,
-                                                                 const CoupledPatch& patch) {
-    const ContactPatch& p = patch.patch;
-    const Vec3 friction_n = tangential(patch.applied_force_n, p.normal);
-    const double limit_n = patch.shear_limit_n();
-    const Vec3 slide = tangential(motion.direction.velocity_at(p.shear_point_m), p.normal);
-    const double sliding = length(slide);
-    if (sliding <= kSliding || -dot(friction_n, slide) <= kMostlyYielded * limit_n * sliding)
-        return {along_friction(p.normal, friction_n, limit_n), 1};
-    const Vec3 first = slide * (1 / sliding);
-    const Vec3 now = tangential(motion.motion.velocity_at(p.shear_point_m), p.normal);
-    const double speed = length(now);
-    const double aside = length(now - dot(now, first) * first);
-    return {first, speed > 0 ? std::clamp(aside / speed, kAcross, 1.0) : 1};
-}
-
-PatchRow ContactCoupling::row_of(const Coupled& coupled, const CoupledPatch& patch) const {
-    const ContactPatch& p = patch.patch;
-    const double limit_n = patch.shear_limit_n();
-    const auto [t, across] = tangential_rows(motion_for(coupled.motions, p.carrier), patch);
-    const Carrier& carrier = coupled.carrier_of(patch);
-    const bool is_driven = p.carrier >= 0 && !carrier.feels();
-    PatchRow row;
-    row.drift_m = to_bullet(patch.drift_m);
-    const Vec3 directions[PatchRow::kCount] = {-p.normal, t, cross(p.normal, t)};
-    for (int i = 0; i < PatchRow::kCount; ++i) {
-        const double most_n = i == 0 ? p.normal_limit_n : i == 1 ? limit_n : across * limit_n;
-        const double least_n = i == 0 ? 0 : -most_n;
-        const double preload_n = dot(patch.preload_n, directions[i]);
-        row.direction[i] = to_bullet(directions[i]);
-        row.offset_m[i] = to_bullet(i == 0 ? patch.offset_m : patch.shear_offset_m);
-        row.carrier_offset_m[i] =
-            to_bullet(i == 0 ? patch.carrier_offset_m : patch.carrier_shear_offset_m);
-        if (is_driven)
-            row.carrier_velocity_m_s[i] = static_cast<btScalar>(
-                dot(carrier.body.motion.velocity_at(i == 0 ? p.point_m : p.shear_point_m),
-                    directions[i]));
-        row.lower_n[i] = static_cast<btScalar>(least_n - preload_n);
-        row.upper_n[i] = static_cast<btScalar>(most_n - preload_n);
-    }
-    return row;
-}
-
-/// Bodies that move count as touching where their boxes overlap: a contact that rocks comes and
-/// goes. Static ground may lie anywhere below.
-void ContactCoupling::find_touched() {
-    touched_.clear();
-    btDispatcher& dispatcher = *world_.getDispatcher();
-    for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
-        const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
-        const btCollisionObject *a = manifold.getBody0(), *b = manifold.getBody1();
-        if (manifold.getNumContacts() == 0 && (a->isStaticObject() || b->isStaticObject()))
-            continue;
-        touched_.push_back(a);
-        touched_.push_back(b);
-    }
-    std::sort(touched_.begin(), touched_.end(), std::less<>());
-}
-
-bool ContactCoupling::is_touched(const btCollisionObject* object) const {
-    return std::binary_search(touched_.begin(), touched_.end(), object, std::less<>());
-}
-
-/// Gives last substep's forces to the body before the solve, within this substep's limits, and
-/// their opposites to the carrier; the rows then find the change. Bullet starts its joints from
-/// nothing, and ten iterations from there do not reach a heavy chassis through light wheels.
-/// Friction with other bodies sees a torque only as a row.
-void ContactCoupling::preload(Coupled& coupled) {
-    btRigidBody& body = *static_cast<btRigidBody*>(coupled.body.object);
-    coupled.is_touched = is_touched(&body);
-    for (Carrier& carrier : coupled.carriers)
-        carrier.is_touched = carrier.is_rigid() && is_touched(carrier.body.object);
-    Vec3 torque_n_m;
-    for (CoupledPatch& patch : coupled.patches) {
-        patch.preload_n = {};
-        const Carrier& carrier = coupled.carrier_of(patch);
-        if (!body.isActive() || carrier.is_link()) continue;
-        if (carrier.is_rigid() && !carrier.body.object->isActive()) continue;
-        const ContactPatch& p = patch.patch;
-        const double normal_n =
-            std::clamp(-dot(patch.applied_force_n, p.normal), 0.0, p.normal_limit_n);
-        Vec3 along = tangential(patch.applied_force_n, p.normal);
-        const double most_n = patch.shear_limit_n();
-        if (length(along) > most_n) along = along * (most_n / length(along));
-        patch.preload_n = kPreloadFraction * (along - normal_n * p.normal);
-        apply_preload(coupled, patch, 1);
-        torque_n_m += patch.torque_n_m(patch.preload_n);
-        if (carrier.is_touched)
-            add_preload_torque(carrier.body, patch.carrier_torque_n_m(patch.preload_n));
-    }
-    if (coupled.is_touched) add_preload_torque(coupled.body, torque_n_m);
-}
-
-void ContactCoupling::add_preload_torque(const BodyState& body, Vec3 torque_n_m) {
-    PreloadTorque& sum = preload_torques_[body.id];
-    auto* rigid = static_cast<btRigidBody*>(body.object);
-    if (!sum.row || sum.body != rigid) {
-        sum.body = rigid;
-        sum.row = std::make_unique<TorqueConstraint>(*rigid);
-    }
-    if (!sum.is_used) sum.torque_n_m = {};
-    sum.is_used = true;
-    sum.torque_n_m += torque_n_m;
-}
-
-void ContactCoupling::put_in_preload_torque(PreloadTorque& torque) {
-    if (!torque.is_used || torque.is_in) return;
-    torque.is_in = true;
-    torque.row->torque_n_m = to_bullet(torque.torque_n_m);
-    world_.addConstraint(torque.row.get());
-    rigid_rows_in_.push_back(torque.row.get());
-}
-
-void ContactCoupling::apply_preload(Coupled& coupled, const CoupledPatch& patch, double sign) {
-    btRigidBody& body = *static_cast<btRigidBody*>(coupled.body.object);
-    const Vec3 force_n = sign * patch.preload_n;
-    body.applyCentralForce(to_bullet(force_n));
-    if (!coupled.is_touched) body.applyTorque(to_bullet(patch.torque_n_m(force_n)));
-    const Carrier& carrier = coupled.carrier_of(patch);
-    if (!carrier.is_rigid()) return;
-    btRigidBody& under = *static_cast<btRigidBody*>(carrier.body.object);
-    under.applyCentralForce(to_bullet(-1.0 * force_n));
-    if (!carrier.is_touched) under.applyTorque(to_bullet(patch.carrier_torque_n_m(force_n)));
-}
-
-void ContactCoupling::open_substep() {
-    take_rows_out();
-    find_touched();
-    for (auto& [id, coupled] : coupled_) {
-        const bool feels =
-            coupled.body.role == BodyRole::rigid || coupled.body.role == BodyRole::link;
-        // Only now: what held it in the last substep its report has said until here.
-        if (coupled.patches.empty() && feels)
-            coupled.report.force_n = coupled.report.torque_n_m = {};
-        if (coupled.patches.empty() || !is_in_world(world_, coupled.body)) continue;
-        // Until the soil has stepped without it, soil on a body that has gone stands where it was.
-        for (Carrier& carrier : coupled.carriers) {
-            if (!carrier.feels() || is_in_world(world_, carrier.body)) continue;
-            carrier.body = {};
-            carrier.link_rows.reset();
-        }
-        opened_.push_back(id);
-        if (coupled.body.role == BodyRole::rigid) preload(coupled);
-    }
-    for (const int id : opened_) open(coupled_.at(id));
-    for (auto it = preload_torques_.begin(); it != preload_torques_.end();) {
-        put_in_preload_torque(it->second);
-        it = it->second.is_used ? std::next(it) : preload_torques_.erase(it);
-    }
-}
-
-void ContactCoupling::open(Coupled& coupled) {
-    coupled.pose_at_open = from_bullet(coupled.body.object->getWorldTransform());
-    for (Carrier& carrier : coupled.carriers)
-        if (carrier.feels())
-            carrier.pose_at_open = from_bullet(carrier.body.object->getWorldTransform());
-    if (const auto torque = preload_torques_.find(coupled.body.id);
-        torque != preload_torques_.end())
-        put_in_preload_torque(torque->second);
-    for (size_t i = 0; i < coupled.patches.size(); ++i)
-        if (!coupled.is_link_row(coupled.patches[i])) open_rigid_row(coupled, i);
-    for (Carrier& carrier : coupled.carriers) open_link_rows(coupled, carrier);
-}
-
-void ContactCoupling::open_rigid_row(Coupled& coupled, size_t index) {
-    const CoupledPatch& patch = coupled.patches[index];
-    const Carrier& carrier = coupled.carrier_of(patch);
-    auto* under = carrier.is_rigid() ? static_cast<btRigidBody*>(carrier.body.object) : nullptr;
-    if (index >= coupled.rigid_rows.size()) coupled.rigid_rows.resize(index + 1);
-    std::unique_ptr<RigidPatchConstraint>& rows = coupled.rigid_rows[index];
-    if (!rows || !rows->acts_on(under))
-        rows = std::make_unique<RigidPatchConstraint>(
-            *static_cast<btRigidBody*>(coupled.body.object), under);
-    rows->set(row_of(coupled, patch));
-    world_.addConstraint(rows.get());
-    rigid_rows_in_.push_back(rows.get());
-}
-
-void ContactCoupling::open_link_rows(Coupled& coupled, Carrier& carrier) {
-    bool is_any = false;
-    for (const CoupledPatch& patch : coupled.patches) {
-        if (patch.patch.carrier != carrier.id || !coupled.is_link_row(patch)) continue;
-        if (!carrier.link_rows)
-            carrier.link_rows = std::make_unique<LinkPatchConstraint>(
-                *coupled.body.object, carrier.feels() ? carrier.body.object : nullptr);
-        if (!is_any) carrier.link_rows->clear();
-        carrier.link_rows->add(row_of(coupled, patch));
-        is_any = true;
-    }
-    if (!is_any) return;
-    multibody_world_->addMultiBodyConstraint(carrier.link_rows.get());
-    link_rows_in_.push_back(carrier.link_rows.get());
-}
-
-void ContactCoupling::take_rows_out() {
-    for (const int id : opened_) {
-        Coupled& coupled = coupled_.at(id);
-        if (coupled.body.role != BodyRole::rigid) continue;
-        for (const CoupledPatch& patch : coupled.patches) apply_preload(coupled, patch, -1);
-    }
-    opened_.clear();
-    for (auto& [id, torque] : preload_torques_) torque.is_used = torque.is_in = false;
-    take_out(rigid_rows_in_, [this](auto* rows) { world_.removeConstraint(rows); });
-    take_out(link_rows_in_,
-             [this](auto* rows) { multibody_world_->removeMultiBodyConstraint(rows); });
-}
-
-void ContactCoupling::close_substep(btScalar substep_s) {
-    for (const int id : opened_) {
-        Coupled& coupled = coupled_.at(id);
-        Vec3 torque;
-        // Not solved: asleep. What held it when it fell asleep still does.
-        if (!read_forces(coupled, substep_s, torque)) continue;
-        Vec3 force;
-        for (const CoupledPatch& patch : coupled.patches) force += patch.applied_force_n;
-        coupled.report.force_n = force;
-        coupled.report.torque_n_m = torque;
-        coupled.report.peak_force_n = std::max(coupled.report.peak_force_n, length(force));
-        add_drift(coupled, static_cast<double>(substep_s));
-        double normal_n = 0, squares = 0;
-        for (CoupledPatch& patch : coupled.patches) {
-            patch.friction_normal_n =
-                std::max(0.0, -dot(patch.applied_force_n, patch.patch.normal));
-            normal_n += patch.friction_normal_n;
-            squares += patch.friction_normal_n * patch.friction_normal_n / patch.patch.area_m2;
-        }
-        coupled.pressure_pa = normal_n > 0 ? squares / normal_n : 0;
-    }
-    take_rows_out();
-}
-
-bool ContactCoupling::read_forces(Coupled& coupled, btScalar substep_s, Vec3& torque_n_m) {
-    for (const CoupledPatch& patch : coupled.patches)
-        if (coupled.is_link_row(patch)) {
-            if (!coupled.carrier_of(patch).link_rows->is_solved()) return false;
-        } else if (!coupled.rigid_rows[&patch - coupled.patches.data()]->is_solved()) {
-            return false;
-        }
-    int in_carrier = 0;
-    for (size_t i = 0; i < coupled.patches.size(); ++i) {
-        CoupledPatch& patch = coupled.patches[i];
-        const bool is_first = i == 0 || coupled.patches[i - 1].patch.carrier != patch.patch.carrier;
-        in_carrier = is_first ? 0 : in_carrier + 1;
-        if (coupled.is_link_row(patch)) {
-            patch.applied_force_n = from_bullet(
-                coupled.carrier_of(patch).link_rows->applied_force_n(in_carrier, substep_s));
-        } else {
-            patch.applied_force_n =
-                patch.preload_n + from_bullet(coupled.rigid_rows[i]->applied_force_n());
-        }
-        torque_n_m += patch.torque_n_m(patch.applied_force_n);
-    }
-    return true;
-}
-
-Vec3 ContactCoupling::Carrier::motion_in(double substep_s, Vec3 offset_m) const {
-    if (!feels())
-        return substep_s * body.motion.velocity_at(body.motion.center_of_mass_m + offset_m);
-    const Pose pose = from_bullet(body.object->getWorldTransform());
-    const Quat turn = pose.rotation * conjugate(pose_at_open.rotation);
-    return pose.position - pose_at_open.position + rotate(turn, offset_m) - offset_m;
-}
-
-/// Adds this substep's motion to the drift of each patch that did not yield.
-void ContactCoupling::add_drift(Coupled& coupled, double substep_s) {
-    const Pose pose = from_bullet(coupled.body.object->getWorldTransform());
-    const Quat turn = pose.rotation * conjugate(coupled.pose_at_open.rotation);
-    for (CoupledPatch& patch : coupled.patches) {
-        const Vec3 n = patch.patch.normal;
-        const Vec3 shift = pose.position - coupled.pose_at_open.position;
-        Vec3 moved = shift + rotate(turn, patch.offset_m) - patch.offset_m;
-        Vec3 sheared = shift + rotate(turn, patch.shear_offset_m) - patch.shear_offset_m;
-        if (patch.patch.carrier >= 0) {
-            const Carrier& carrier = coupled.carrier_of(patch);
-            moved = moved - carrier.motion_in(substep_s, patch.carrier_offset_m);
-            sheared = sheared - carrier.motion_in(substep_s, patch.carrier_shear_offset_m);
-        }
-        double into = dot(patch.drift_m, n);
-        const double approach = dot(moved, n);
-        const double normal_n = -dot(patch.applied_force_n, n);
-        if (approach < 0 || normal_n < kYieldedFraction * patch.patch.normal_limit_n)
-            into = std::clamp(into + approach, 0.0, kDriftMaxM);
-        const bool slides = length(tangential(patch.applied_force_n, n)) >=
-                            kYieldedFraction * patch.shear_limit_n();
-        Vec3 along = slides ? Vec3{} : tangential(patch.drift_m, n) + tangential(sheared, n);
-        if (length(along) > kDriftMaxM) along = along * (kDriftMaxM / length(along));
-        patch.drift_m = into * n + along;
-    }
-}
-
 std::span<const ContactPatch> ContactCoupling::wheel_patches(int body_id) const {
     const auto found = coupled_.find(body_id);
     if (found == coupled_.end()) return {};
@@ -777,7 +443,7 @@ std::span<const ContactPatch> ContactCoupling::wheel_patches(int body_id) const 
 void ContactCoupling::set_wheel_forces(int body_id, std::span<const double> normal_n) {
     const auto found = coupled_.find(body_id);
     if (found == coupled_.end()) return;
-    Coupled& coupled = found->second;
+    CoupledBody& coupled = found->second;
     double sum_n = 0, squares = 0;
     for (size_t i = 0; i < std::min(normal_n.size(), coupled.wheel_patches.size()); ++i) {
         sum_n += normal_n[i];

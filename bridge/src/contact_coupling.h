@@ -13,11 +13,7 @@
 #include "body_state.h"
 #include "bsoil/bullet/soil_action.h"
 #include "bsoil/contact/contact_memory.h"
-#include "link_patch_constraint.h"
-#include "rigid_patch_constraint.h"
-#include "torque_constraint.h"
-
-class btMultiBodyDynamicsWorld;
+#include "substep_rows.h"
 
 namespace bsoil::bullet {
 
@@ -48,14 +44,14 @@ class ContactCoupling {
     void as_direction(BodyMotion& motion, double extent_m) const;
     double voxel_m() const { return soil_->voxel_m; }
     /// Bodies that touched others in the last substep, and whether one did.
-    void find_touched();
-    bool is_touched(const btCollisionObject* object) const;
+    void find_touched() { rows_.find_touched(); }
+    bool is_touched(const btCollisionObject* object) const { return rows_.is_touched(object); }
     /// Start of a substep: puts the rows of all bodies that are still there into the world.
-    void open_substep();
+    void open_substep() { rows_.open(); }
     /// End of a substep: reads the impulses and takes the rows out.
-    void close_substep(btScalar substep_s);
+    void close_substep(btScalar substep_s) { rows_.close(substep_s); }
     /// Takes the rows out without reading them.
-    void take_rows_out();
+    void take_rows_out() { rows_.take_out(); }
     /// Lets all bodies go, and wakes those that slept on the soil. Between substeps.
     void let_go();
 
@@ -80,90 +76,6 @@ class ContactCoupling {
 
   private:
     friend class CouplingSnapshot;
-    struct CoupledPatch {
-        ContactPatch patch;
-        Vec3 offset_m;  ///< from the centre of mass: the point follows it, the directions stay
-        Vec3 shear_offset_m;  ///< the same of the point where the shear force acts
-        Vec3 carrier_offset_m, carrier_shear_offset_m;  ///< of both, from the carrier's
-        double friction_normal_n = 0;  ///< normal force the friction is reckoned from
-        Vec3 applied_force_n;          ///< by the last solve
-        Vec3 preload_n;                ///< of it, what was given as a force before the solve
-        Vec3 drift_m;                  ///< see PatchRow
-
-        /// Of a force [N] on it, about the centre of mass.
-        Vec3 torque_n_m(Vec3 force_n) const {
-            const Vec3 normal_n = dot(force_n, patch.normal) * patch.normal;
-            return cross(offset_m, normal_n) + cross(shear_offset_m, force_n - normal_n);
-        }
-        /// Of the force on the carrier, about its centre of mass.
-        Vec3 carrier_torque_n_m(Vec3 force_n) const {
-            const Vec3 normal_n = dot(force_n, patch.normal) * patch.normal;
-            return -1.0 * (cross(carrier_offset_m, normal_n) +
-                           cross(carrier_shear_offset_m, force_n - normal_n));
-        }
-        double shear_limit_n() const {
-            return patch.shear_share * (patch.friction * friction_normal_n + patch.adhesion_n);
-        }
-    };
-    /// What carries soil that a body touches: the ground, or another body.
-    struct Carrier {
-        int id = -1;
-        BodyState body;  ///< of the ground: fixed
-        Pose pose_at_open;
-        bool is_touched = false;  ///< by other bodies, in this substep
-        /// With it or with the body a link.
-        std::unique_ptr<LinkPatchConstraint> link_rows;
-
-        bool is_rigid() const { return body.role == BodyRole::rigid; }
-        bool is_link() const { return body.role == BodyRole::link; }
-        bool feels() const { return is_rigid() || is_link(); }
-        /// Of a point of it since the substep was opened.
-        Vec3 motion_in(double substep_s, Vec3 offset_m) const;
-    };
-    struct Coupled {
-        BodyState body;
-        std::vector<CoupledPatch> patches;        ///< none for a wheel
-        std::vector<ContactPatch> wheel_patches;  ///< only for a wheel
-        std::vector<std::unique_ptr<RigidPatchConstraint>>
-            rigid_rows;  ///< a pool; the first patches.size() in use
-        /// By id, so the ground first; always there. And the body's motion relative to each.
-        std::vector<Carrier> carriers;
-        std::vector<ContactMotion> motions;
-        bool is_touched = false;    ///< by other bodies, in this substep
-        Pose pose_at_open;          ///< at the start of the substep
-        int asleep_step_count = 0;  ///< soil steps since it fell asleep; 0: awake
-        /// Normal limits by bin, now; not known of one that comes from a snapshot.
-        std::array<double, kNormalBinCount> limits_n{};
-        bool has_limits = false;
-        /// Of its normal limits by bin: the mean while it slept, and what that was at first.
-        std::array<double, kNormalBinCount> mean_limits_n{}, limits_at_sleep_n{};
-        BodyReport report;
-        ContactMemory memory;
-        double pressure_pa = 0, width_m = 0;
-        std::unique_ptr<const ContactLaw> law;  ///< against this body's surface
-        SurfaceFriction law_surface;
-        bool seen = false;
-
-        Carrier& carrier_of(const CoupledPatch& p) {
-            return *std::find_if(carriers.begin(), carriers.end(),
-                                 [&p](const Carrier& c) { return c.id == p.patch.carrier; });
-        }
-        const Carrier& carrier_of(const CoupledPatch& p) const {
-            return const_cast<Coupled*>(this)->carrier_of(p);
-        }
-        /// Whether a patch's row is one of a LinkPatchConstraint.
-        bool is_link_row(const CoupledPatch& p) const {
-            return body.role == BodyRole::link || carrier_of(p).is_link();
-        }
-    };
-    /// Torque of preloads on a rigid body that others touch.
-    struct PreloadTorque {
-        btRigidBody* body = nullptr;
-        Vec3 torque_n_m;
-        std::unique_ptr<TorqueConstraint> row;
-        bool is_used = false, is_in = false;
-    };
-
     /// A body's part of set_contacts. What it takes from the contacts is found for many bodies at
     /// the same time; before and after that they are looked at one by one.
     struct BodyWork {
@@ -177,7 +89,7 @@ class ContactCoupling {
             kept,  ///< it slept, and its contacts are those of the last step
         };
         Kind kind = Kind::moved;
-        Coupled* coupled = nullptr;
+        CoupledBody* coupled = nullptr;
         std::span<const ContactVoxel> voxels;
         std::vector<PressedSoil> pressed_around;  ///< of pressed_soil_, what may lie beside it
         ContactPatches found;
@@ -197,47 +109,26 @@ class ContactCoupling {
     /// The place of a body of set_contacts in by_id_; -1: not among them.
     int rank_of(int id) const;
     void gather_pressed_soil();
-    void take_over_patches(Coupled& coupled, std::span<const ContactPatch> patches);
-    void update_law(Coupled& coupled);
+    void take_over_patches(CoupledBody& coupled, std::span<const ContactPatch> patches);
+    void update_law(CoupledBody& coupled);
     /// Keeps what is known of carriers that were there before.
-    void update_carriers(Coupled& coupled, std::span<const ContactVoxel> voxels);
+    void update_carriers(CoupledBody& coupled, std::span<const ContactVoxel> voxels);
     /// After update_carriers.
-    void update_motions(Coupled& coupled, std::span<const ContactVoxel> voxels,
+    void update_motions(CoupledBody& coupled, std::span<const ContactVoxel> voxels,
                         double duration_s) const;
-    void update_motion(const Coupled& coupled, const Carrier& carrier, ContactMotion& motion,
+    void update_motion(const CoupledBody& coupled, const Carrier& carrier, ContactMotion& motion,
                        std::span<const ContactVoxel> voxels, double duration_s, bool is_new) const;
-    void keep_awake_with_carriers(Coupled& coupled);
-    void wake(Coupled& coupled);
+    void keep_awake_with_carriers(CoupledBody& coupled);
+    void wake(CoupledBody& coupled);
     void wake(const BodyState& body);
-    void wake_if_changed(Coupled& coupled);
-    /// Direction of the first, and the share of the limit that the second has.
-    struct TangentialRows {
-        Vec3 first;
-        double second_share = 1;
-    };
-    static TangentialRows tangential_rows(const ContactMotion& motion, const CoupledPatch& patch);
-    PatchRow row_of(const Coupled& coupled, const CoupledPatch& patch) const;
-    void preload(Coupled& coupled);
-    void add_preload_torque(const BodyState& body, Vec3 torque_n_m);
-    void put_in_preload_torque(PreloadTorque& torque);
-    /// sign: -1 takes it back.
-    static void apply_preload(Coupled& coupled, const CoupledPatch& patch, double sign);
-    bool read_forces(Coupled& coupled, btScalar substep_s, Vec3& torque_n_m);
-    void add_drift(Coupled& coupled, double substep_s);
-    void open(Coupled& coupled);
-    void open_rigid_row(Coupled& coupled, size_t index);
-    void open_link_rows(Coupled& coupled, Carrier& carrier);
-
+    void wake_if_changed(CoupledBody& coupled);
     btDiscreteDynamicsWorld& world_;
-    btMultiBodyDynamicsWorld* multibody_world_;  ///< world_, if it is one
     std::shared_ptr<const ContactSoil> soil_;
     const WorkThreads& threads_;
     double wake_limit_fraction_, wake_weight_fraction_;
-    std::map<int, Coupled>
-        coupled_;              ///< by body id: the order of rows must not depend on addresses
-    std::vector<int> opened_;  ///< ids of the bodies whose rows are in the world
-    std::vector<btTypedConstraint*> rigid_rows_in_;  ///< in the order they were put in
-    std::vector<LinkPatchConstraint*> link_rows_in_;
+    std::map<int, CoupledBody>
+        coupled_;  ///< by body id: the order of rows must not depend on addresses
+    SubstepRows rows_;
     /// The contacts of set_contacts by body, in the order of by_id_; where each body's begin.
     std::vector<ContactVoxel> by_body_;
     std::vector<size_t> starts_, next_;
@@ -247,9 +138,7 @@ class ContactCoupling {
     std::vector<CoupledPatch> previous_;
     std::vector<double> heirs_;  ///< sum of the limits of the new patches nearest to an old one
     std::vector<int> nearest_;   ///< old patch of each new one, or -1
-    std::vector<const btCollisionObject*> touched_;  ///< sorted
-    std::map<int, PreloadTorque> preload_torques_;   ///< by body id; of this substep
-    std::vector<const BodyState*> by_id_;            ///< the bodies of set_contacts, sorted by id
+    std::vector<const BodyState*> by_id_;  ///< the bodies of set_contacts, sorted by id
     std::vector<int> carrier_ids_;
     std::vector<Carrier> previous_carriers_;
     std::vector<ContactMotion> previous_motions_;

@@ -129,7 +129,7 @@ struct CouplingSnapshot::Memory {
     int last_id = -1;
     unsigned long long scan = 0;
     std::vector<Body> bodies;
-    std::vector<ContactCoupling::Coupled> coupled;
+    std::vector<CoupledBody> coupled;
     std::vector<CarriedLoads::Loaded> loaded;
     std::vector<std::pair<int, FirstContacts::Falling>> falling;
     std::vector<VehicleMemory> vehicles;
@@ -140,9 +140,9 @@ struct CouplingSnapshot::Memory {
     std::vector<MetTile> surface;  ///< by tile
 
     void list_body(StateStream& stream, const btDiscreteDynamicsWorld& world, Body& body);
-    static bool are_carriers_sound(const ContactCoupling::Coupled& coupled);
+    static bool are_carriers_sound(const CoupledBody& coupled);
     static void list_coupled(StateStream& stream, const btDiscreteDynamicsWorld& world,
-                             ContactCoupling::Coupled& coupled);
+                             CoupledBody& coupled);
     static void list_falling(StateStream& stream, std::pair<int, FirstContacts::Falling>& entry);
     static void list_loaded(StateStream& stream, const btDiscreteDynamicsWorld& world,
                             CarriedLoads::Loaded& loaded);
@@ -159,7 +159,7 @@ void CouplingSnapshot::Memory::list_body(StateStream& stream, const btDiscreteDy
 }
 
 /// By id, the ground first, each with its motion, and of every patch.
-bool CouplingSnapshot::Memory::are_carriers_sound(const ContactCoupling::Coupled& coupled) {
+bool CouplingSnapshot::Memory::are_carriers_sound(const CoupledBody& coupled) {
     const auto& carriers = coupled.carriers;
     if (coupled.motions.size() != carriers.size()) return false;
     if (!coupled.patches.empty() && carriers.empty()) return false;
@@ -176,14 +176,14 @@ bool CouplingSnapshot::Memory::are_carriers_sound(const ContactCoupling::Coupled
 
 void CouplingSnapshot::Memory::list_coupled(StateStream& stream,
                                             const btDiscreteDynamicsWorld& world,
-                                            ContactCoupling::Coupled& coupled) {
+                                            CoupledBody& coupled) {
     list(stream, world, coupled.body);
-    stream.list(coupled.patches, 256, [&](ContactCoupling::CoupledPatch& p) {
+    stream.list(coupled.patches, 256, [&](CoupledPatch& p) {
         list(stream, p.patch);
         stream(p.offset_m, p.shear_offset_m, p.carrier_offset_m, p.carrier_shear_offset_m,
                p.friction_normal_n, p.applied_force_n, p.preload_n, p.drift_m);
     });
-    stream.list(coupled.carriers, 4, [&](ContactCoupling::Carrier& carrier) {
+    stream.list(coupled.carriers, 4, [&](Carrier& carrier) {
         stream(carrier.id);
         bool is_object = carrier.body.object != nullptr;
         stream(is_object);
@@ -295,7 +295,7 @@ CouplingSnapshot CouplingSnapshot::of(const Parts& parts) {
     for (const auto& [id, coupled] : parts.coupling.coupled_) {
         if (coupled.body.role != BodyRole::wheel && !is_in_world(parts.world, coupled.body))
             continue;
-        ContactCoupling::Coupled& copy = m.coupled.emplace_back();
+        CoupledBody& copy = m.coupled.emplace_back();
         copy.body = coupled.body;
         copy.patches = coupled.patches;
         copy.wheel_patches = coupled.wheel_patches;
@@ -307,8 +307,8 @@ CouplingSnapshot CouplingSnapshot::of(const Parts& parts) {
         copy.pressure_pa = coupled.pressure_pa;
         copy.width_m = coupled.width_m;
         copy.motions = coupled.motions;
-        for (const ContactCoupling::Carrier& carrier : coupled.carriers) {
-            ContactCoupling::Carrier& own = copy.carriers.emplace_back();
+        for (const Carrier& carrier : coupled.carriers) {
+            Carrier& own = copy.carriers.emplace_back();
             own.id = carrier.id;
             if (carrier.body.object && is_in_world(parts.world, carrier.body))
                 own.body = carrier.body;
@@ -334,9 +334,8 @@ void CouplingSnapshot::serialize(StateStream& stream, const btDiscreteDynamicsWo
     Memory& m = *memory_;
     stream(m.last_id, m.scan);
     stream.list(m.bodies, 70, [&](Memory::Body& body) { m.list_body(stream, world, body); });
-    stream.list(m.coupled, 400, [&](ContactCoupling::Coupled& coupled) {
-        Memory::list_coupled(stream, world, coupled);
-    });
+    stream.list(m.coupled, 400,
+                [&](CoupledBody& coupled) { Memory::list_coupled(stream, world, coupled); });
     stream.list(m.loaded, 200,
                 [&](CarriedLoads::Loaded& loaded) { Memory::list_loaded(stream, world, loaded); });
     stream.list(m.falling, 88, [&](auto& entry) { Memory::list_falling(stream, entry); });
@@ -399,9 +398,9 @@ void CouplingSnapshot::put_into(const Parts& parts) {
     }
     parts.coupling.take_rows_out();
     parts.coupling.coupled_.clear();
-    for (ContactCoupling::Coupled& coupled : m.coupled) {
+    for (CoupledBody& coupled : m.coupled) {
         if (coupled.body.object) remember_identity(coupled.body);
-        for (ContactCoupling::Carrier& carrier : coupled.carriers)
+        for (Carrier& carrier : coupled.carriers)
             if (carrier.body.object) remember_identity(carrier.body);
         const int id = coupled.body.id;
         parts.coupling.coupled_.emplace(id, std::move(coupled));
