@@ -107,4 +107,14 @@ bool contains(const ConvexShape& s, Vec3 p) {
     return false;
 }
 
+Aabb merge(const Aabb& a, const Aabb& b) {
+    return {{std::min(a.min.x, b.min.x), std::min(a.min.y, b.min.y), std::min(a.min.z, b.min.z)},
+            {std::max(a.max.x, b.max.x), std::max(a.max.y, b.max.y), std::max(a.max.z, b.max.z)}};
+}
+
+int clamped_floor(double value, int low, int high) {
+    return static_cast<int>(
+        std::floor(std::clamp(value, static_cast<double>(low), static_cast<double>(high))));
+}
+
 }  // namespace bsoil

@@ -14,4 +14,10 @@ bool is_valid_shape(const ConvexShape& shape);
 /// Whether a point of the shape's frame lies inside.
 bool contains(const ConvexShape& shape, Vec3 point);
 
+/// The box around both.
+Aabb merge(const Aabb& a, const Aabb& b);
+
+/// The whole number below a value, within low..high.
+int clamped_floor(double value, int low, int high);
+
 }  // namespace bsoil
