@@ -34,8 +34,11 @@ ElementYield PlainLaw::yield(const ContactElement& element, const ElementMotion&
     const double normal = std::max(0.0, -dot(pushed, n));
     out.normal_limit_pa = unloaded_share(depth_m, memory.retreat_m, def()) * xi_depth * normal;
     const double slid = sliding / (sliding + creep);
+    // What a row along the sliding can give: the shear against it, not all of the shear. In front
+    // of a wheel that rolls resistive force theory drags the rim along with its sliding.
+    const double against = sliding > 0 ? -dot(pushed, slide) / sliding : 0;
     const double sliding_friction =
-        normal > 0 ? length(pushed + normal * n) / normal : soil.friction;
+        normal > 0 ? std::clamp(against / normal, 0.0, soil.friction) : soil.friction;
     out.friction = soil.friction + slid * (sliding_friction - soil.friction);
     if (sliding > 0) out.slide = slide * (slid / sliding);
     if (approach > 0) {
