@@ -1,4 +1,6 @@
 // Worlds from .bullet files: what comes through, what is said to be missing, what is refused.
+#include "robots/bullet_file.h"
+
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
@@ -12,7 +14,6 @@
 
 #include "files/data_files.h"
 #include "reading/scene_load.h"
-#include "robots/bullet_file.h"
 #include "run/scene_run.h"
 
 namespace bsoil::scene {

@@ -1,9 +1,9 @@
 /// Key frames and what lies between them.
+#include "world/motion.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
-
-#include "world/motion.h"
 
 namespace bsoil::scene {
 namespace {

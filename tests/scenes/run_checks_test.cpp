@@ -1,8 +1,9 @@
 /// What a run's checks measure, and the keys of bodies and materials that concern the soil.
+#include "run/run_checks.h"
+
 #include <gtest/gtest.h>
 
 #include "reading/scene_load.h"
-#include "run/run_checks.h"
 
 namespace bsoil::scene {
 namespace {

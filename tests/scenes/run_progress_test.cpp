@@ -1,7 +1,7 @@
 // Progress in words, and when a log gets a line.
-#include <gtest/gtest.h>
-
 #include "run/run_progress.h"
+
+#include <gtest/gtest.h>
 
 namespace bsoil::scene {
 namespace {

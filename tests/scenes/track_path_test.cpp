@@ -1,12 +1,12 @@
 /// The belt round wheels and the links along it, against pulley formulas and Cauchy's.
+#include "robots/track_path.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
-
-#include "robots/track_path.h"
 
 namespace bsoil::scene {
 namespace {

@@ -75,5 +75,24 @@ TEST(Work, passes_look_at_little_more_than_what_moves) {
     }
 }
 
+TEST(Work, is_told_by_pass) {
+    MovingScene scene(4, cpu_def(MovingScene::default_def()));
+    const WorkCounts before = scene.soil().work_counts();
+    EXPECT_EQ(before.passes.size(), soil_kernel_set().kernels.size());
+    const std::vector<int64_t> lanes = lanes_in(scene.soil(), [&] { scene.run(3); });
+    const WorkCounts after = scene.soil().work_counts();
+    int64_t dispatches = 0;
+    for (size_t i = 0; i < after.passes.size(); ++i) {
+        const PassWork &was = before.passes[i], &is = after.passes[i];
+        EXPECT_EQ(is.name, soil_kernel_set().kernels[i].name);
+        EXPECT_EQ(is.column_count - was.column_count, lanes[i]) << is.name;
+        EXPECT_EQ(is.dispatch_count > was.dispatch_count, is.time_ms > was.time_ms) << is.name;
+        dispatches += is.dispatch_count - was.dispatch_count;
+    }
+    EXPECT_GT(dispatches, 30);
+    EXPECT_EQ(dispatches, after.dispatch_count - before.dispatch_count);
+    EXPECT_GT(after.read_bytes, before.read_bytes);
+}
+
 }  // namespace
 }  // namespace bsoil

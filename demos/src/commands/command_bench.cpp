@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -34,7 +35,10 @@ constexpr double kThesisMsPerIteration = 1.17, kThesisAlphaOverheadMs = 8.95;
 struct BenchArguments {
     DeviceOptions device;
     int frame_count = 200;
-    std::string scene, out;
+    std::vector<std::string> scenes;
+    long long step_count = 0;  ///< of a scene; 0: all
+    bool is_thesis = true;
+    std::string out;
 };
 
 /// Milliseconds a frame: one step of the soil and the mesh of its surface.
@@ -192,36 +196,109 @@ Status bench_alphas(const BenchArguments& arguments, Json& json) {
     return Done{};
 }
 
-int bench_scene(const BenchArguments& arguments, Json& json) {
+/// Bytes a second that a copy of much more than the caches moves here, read and written.
+double copy_bytes_per_s() {
+    constexpr size_t kWords = size_t{32} << 20;
+    const std::vector<uint64_t> from(kWords, 1);
+    std::vector<uint64_t> to(kWords);
+    double best = 0;
+    for (int round = 0; round < 5; ++round) {
+        const auto start = std::chrono::steady_clock::now();
+        std::copy(from.begin(), from.end(), to.begin());
+        const double took_s =
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        best = std::max(best, 2 * static_cast<double>(kWords * sizeof(uint64_t)) / took_s);
+    }
+    return best;
+}
+
+/// What the passes looked at in a step of the scene, and how long they took.
+Json print_work(const WorkCounts& before, const WorkCounts& after, double steps) {
+    Json json;
+    fmt::print("  {:18} {:>8} {:>10} {:>10} {:>12}\n", "pass", "a step", "columns", "us a step",
+               "ns a column");
+    for (size_t i = 0; i < after.passes.size(); ++i) {
+        const PassWork &was = before.passes[i], &is = after.passes[i];
+        const double dispatches = static_cast<double>(is.dispatch_count - was.dispatch_count);
+        if (dispatches == 0) continue;
+        const double columns = static_cast<double>(is.column_count - was.column_count);
+        const double us = (is.time_ms - was.time_ms) * 1e3;
+        fmt::print("  {:18} {:8.1f} {:10.0f} {:10.0f} {:>12}\n", is.name, dispatches / steps,
+                   columns / steps, us / steps,
+                   columns > 0 ? fmt::format("{:.0f}", us * 1e3 / columns) : "-");
+        json["passes"][is.name] = Json{{"dispatches_a_step", dispatches / steps},
+                                       {"columns_a_step", columns / steps},
+                                       {"us_a_step", us / steps}};
+    }
+    const auto each = [steps](int64_t first, int64_t last) {
+        return static_cast<double>(last - first) / steps;
+    };
+    json["dispatches_a_step"] = each(before.dispatch_count, after.dispatch_count);
+    json["reads_a_step"] = each(before.read_count, after.read_count);
+    json["read_bytes_a_step"] = each(before.read_bytes, after.read_bytes);
+    json["write_bytes_a_step"] = each(before.write_bytes, after.write_bytes);
+    fmt::print("  a step: {:.1f} dispatches; {:.1f} reads of {:.0f} kB, {:.0f} kB written\n",
+               each(before.dispatch_count, after.dispatch_count),
+               each(before.read_count, after.read_count),
+               each(before.read_bytes, after.read_bytes) / 1e3,
+               each(before.write_bytes, after.write_bytes) / 1e3);
+    return json;
+}
+
+int bench_scene(const BenchArguments& arguments, const std::string& path, Json& json) {
     OpenedScene opened;
-    opened.path = arguments.scene;
+    opened.path = path;
     opened.device = arguments.device;
     const int exit_code = opened.open();
     if (exit_code != kPassed) return exit_code;
-    while (!opened.run->finished()) opened.run->step();
-    json["scene"] = opened.run->summary();
-    const Json& summary = json["scene"];
-    fmt::print("{}: {} steps at {:.1f} steps/s, {:.0f} of {} voxels active in the mean\n",
-               arguments.scene, summary["steps"].get<long long>(),
-               summary["steps_per_s"].get<double>(), summary.value("voxels_active_mean", 0.0),
-               summary.value("voxels_total", 0LL));
-    if (opened.run->has_soil()) {
-        const MemoryUse memory = opened.run->soil().memory_use();
-        fmt::print("  {:.1f} bytes an awake voxel, {:.1f} bytes a sleeping column\n",
-                   memory.bytes_per_awake_voxel, memory.bytes_per_asleep_column);
+    scene::SceneRun& run = *opened.run;
+    const WorkCounts before = run.has_soil() ? run.soil().work_counts() : WorkCounts{};
+    const std::clock_t cpu_start = std::clock();
+    long long steps = 0;
+    while (!run.finished() && (arguments.step_count == 0 || steps < arguments.step_count)) {
+        run.step();
+        ++steps;
     }
+    const double cpu_s = static_cast<double>(std::clock() - cpu_start) / CLOCKS_PER_SEC;
+    Json& of_scene = json["scenes"][path] = run.summary();
+    const double wall_s = of_scene["wall_s"].get<double>();
+    const double step_ms = steps > 0 ? wall_s * 1e3 / static_cast<double>(steps) : 0;
+    of_scene["ms_a_step"] = step_ms;
+    of_scene["cores_busy"] = wall_s > 0 ? cpu_s / wall_s : 0.0;
+    fmt::print("{}: {} steps at {:.1f} steps/s, {:.2f} cores busy, {:.0f} of {} voxels active\n",
+               path, steps, of_scene["steps_per_s"].get<double>(),
+               of_scene["cores_busy"].get<double>(), of_scene.value("voxels_active_mean", 0.0),
+               of_scene.value("voxels_total", 0LL));
+    if (!run.has_soil() || steps == 0) return kPassed;
+    double stages_ms = 0;
+    fmt::print("  {:.2f} ms a step:", step_ms);
+    for (const auto& [name, ms] : of_scene["stages_ms"].items()) {
+        fmt::print(" {} {:.2f},", name, ms.get<double>());
+        stages_ms += ms.get<double>();
+    }
+    fmt::print(" Bullet, bridge and scene {:.2f}\n", step_ms - stages_ms);
+    of_scene["work"] = print_work(before, run.soil().work_counts(), static_cast<double>(steps));
+    const MemoryUse memory = run.soil().memory_use();
+    fmt::print("  {:.1f} bytes an awake voxel, {:.1f} bytes a sleeping column\n\n",
+               memory.bytes_per_awake_voxel, memory.bytes_per_asleep_column);
     return kPassed;
 }
 
 int bench(const BenchArguments& arguments) {
     Json json;
-    for (const Status& status : {bench_sides(arguments, json), bench_alphas(arguments, json)}) {
-        if (status) continue;
-        fmt::print(stderr, "{}\n", status.error());
-        return kCouldNotRun;
+    const double copy_gb_s = copy_bytes_per_s() / 1e9;
+    json["copy_gb_per_s"] = copy_gb_s;
+    fmt::print("A copy of 256 MB on one thread, here and now: {:.1f} GB/s read and written\n\n",
+               copy_gb_s);
+    if (arguments.is_thesis) {
+        for (const Status& status : {bench_sides(arguments, json), bench_alphas(arguments, json)}) {
+            if (status) continue;
+            fmt::print(stderr, "{}\n", status.error());
+            return kCouldNotRun;
+        }
     }
-    if (!arguments.scene.empty()) {
-        const int exit_code = bench_scene(arguments, json);
+    for (const std::string& scene : arguments.scenes) {
+        const int exit_code = bench_scene(arguments, scene, json);
         if (exit_code != kPassed) return exit_code;
     }
     if (arguments.out.empty()) return kPassed;
@@ -242,8 +319,12 @@ void add_bench(CLI::App& app, int& exit_code) {
     command->add_option("--frames", arguments->frame_count, "frames measured for each point")
         ->check(CLI::Range(1, 100000))
         ->capture_default_str();
-    command->add_option("--scene", arguments->scene,
-                        "a scene to time as well, such as excavator.toml");
+    command->add_option("--scene", arguments->scenes,
+                        "scenes to time as well, such as excavator.toml, pass by pass");
+    command->add_option("--steps", arguments->step_count, "of each scene; 0: all")
+        ->check(CLI::Range(0, 100000000))
+        ->capture_default_str();
+    command->add_flag("!--no-thesis", arguments->is_thesis, "the scenes alone");
     command->add_option("--out", arguments->out, "write all figures as JSON");
     command->callback([arguments, &exit_code] { exit_code = bench(*arguments); });
 }

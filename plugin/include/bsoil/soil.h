@@ -12,6 +12,7 @@
 #include "bsoil/body.h"
 #include "bsoil/condition.h"
 #include "bsoil/soil_def.h"
+#include "bsoil/work_counts.h"
 #include "bsoil/work_threads.h"
 
 #pragma GCC visibility push(default)
@@ -155,7 +156,8 @@ class Soil {
     void clear_status();  ///< forgets all of them
     /// Notes a condition that no body has, for whoever couples the soil with bodies.
     void set_status(StatusBit bit);
-    MemoryUse memory_use() const;  ///< of the soil, without the meshes
+    MemoryUse memory_use() const;
+    WorkCounts work_counts() const;  ///< since it was created  ///< of the soil, without the meshes
     int64_t voxels_total() const;  ///< of the whole grid, empty ones too
 
     /// Samples are read through a cache of tiles, refreshed after each step: cheap in bulk.

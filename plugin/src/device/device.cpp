@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <chrono>
 
 #include "device/allocation_error.h"
 #include "device/cpu_name.h"
@@ -41,6 +42,8 @@ int64_t bytes_of(int64_t words) { return words * static_cast<int64_t>(sizeof(int
 Device::Device(const KernelSet& kernel_set)
     : kernel_set_(kernel_set), words_(kernel_set.buffers.size(), 0) {
     assert(kernel_set.buffers.size() <= kBufferCapacity);
+    counters_.kernel_dispatch_counts.resize(kernel_set.kernels.size());
+    counters_.kernel_ms.resize(kernel_set.kernels.size());
 }
 
 void Device::assert_range([[maybe_unused]] BufferIndex buffer, [[maybe_unused]] int64_t offset,
@@ -102,7 +105,12 @@ void Device::dispatch(int kernel, std::span<const int32_t> params, const WorkLis
     }
     ++counters_.dispatch_count;
     counters_.group_count += work.group_count;
+    const auto index = static_cast<size_t>(kernel);
+    ++counters_.kernel_dispatch_counts[index];
+    const auto start = std::chrono::steady_clock::now();
     run_kernel(kernel, params, work);
+    counters_.kernel_ms[index] +=
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
 int64_t Device::memory_bytes() const {

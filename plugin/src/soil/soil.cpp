@@ -168,6 +168,19 @@ Result<SettleReport> Soil::settle(int steps_max, std::span<const SoilBody> bodie
 const SoilDef& Soil::def() const { return impl_->def; }
 const std::vector<MaterialDef>& Soil::materials() const { return impl_->materials; }
 const GridFrame& Soil::frame() const { return impl_->frame; }
+WorkCounts Soil::work_counts() const {
+    const device::DeviceCounters& counted = impl_->device->counters();
+    WorkCounts out{counted.dispatch_count, counted.read_count,  counted.read_bytes,
+                   counted.write_count,    counted.write_bytes, {}};
+    const auto& kernels = soil_kernel_set().kernels;
+    for (size_t i = 0; i < kernels.size(); ++i) {
+        const bool is_counted = i < counted.lane_counts.size();
+        out.passes.push_back({kernels[i].name, counted.kernel_dispatch_counts[i],
+                              is_counted ? counted.lane_counts[i] : 0, counted.kernel_ms[i]});
+    }
+    return out;
+}
+
 const WorkThreads& Soil::threads() const { return *impl_->work_threads; }
 std::string Soil::backend_name() const { return impl_->device->backend_name(); }
 std::string Soil::device_name() const { return impl_->device->device_name(); }
