@@ -35,18 +35,20 @@ class Region {
         for (int ty = low_[1] / kTileSide; ty <= high_[1] / kTileSide; ++ty)
             for (int tx = low_[0] / kTileSide; tx <= high_[0] / kTileSide; ++tx) visit(tx, ty);
     }
-    /// Calls visit(z, column) for each voxel of a tile that is inside and holds soil.
-    template <typename Visit>
-    void for_each_voxel(int tx, int ty, const TileVoxels& voxels, Visit visit) const {
+    /// Calls visit(z, column) for each voxel of a tile that is inside and has_soil(z, column).
+    template <typename HasSoil, typename Visit>
+    void for_each_voxel(int tx, int ty, HasSoil has_soil, Visit visit) const {
         for (int z = low_[2]; z <= high_[2]; ++z) {
             for (int c = 0; c < kTileColumns; ++c) {
-                if (voxels.at(kKeptVolume, z, c) == 0) continue;
+                if (!has_soil(z, c)) continue;
                 const Vec3 center{tx * kTileSide + c % kTileSide + 0.5,
                                   ty * kTileSide + c / kTileSide + 0.5, z + 0.5};
                 if (contains(shape_, transform(grid_to_region_, center * voxel_m_))) visit(z, c);
             }
         }
     }
+    int lowest_layer() const { return low_[2]; }
+    int layer_count() const { return high_[2] - low_[2] + 1; }
 
   private:
     const ConvexShape& shape_;
@@ -63,19 +65,60 @@ double Soil::mass_inside_kg(const ConvexShape& shape, const Pose& pose) const {
         return 0;
     }
     const Region region(shape, pose, s.world_to_grid, s.frame);
+    const int material_count = s.params.material_count;
     int64_t units = 0;
     TileVoxels voxels;
+    struct AwakeTile {
+        int tx, ty, slot;
+    };
+    std::vector<AwakeTile> awake;
     region.for_each_tile([&](int tx, int ty) {
-        if (!s.tiles[s.tile_index(tx, ty)]) {
+        const Tile* tile = s.tiles[s.tile_index(tx, ty)].get();
+        if (!tile) {
+            return;
+        }
+        if (tile->slot >= 0) {
+            awake.push_back({tx, ty, tile->slot});
             return;
         }
         s.read_voxels(s.tile_index(tx, ty), voxels);
-        region.for_each_voxel(tx, ty, voxels, [&](int z, int c) {
-            for (int m = 0; m < s.params.material_count; ++m) {
-                units += voxels.at(kKeptMaterial + m, z, c);
-            }
-        });
+        region.for_each_voxel(
+            tx, ty, [&](int z, int c) { return voxels.at(kKeptVolume, z, c) != 0; },
+            [&](int z, int c) {
+                for (int m = 0; m < material_count; ++m) {
+                    units += voxels.at(kKeptMaterial + m, z, c);
+                }
+            });
     });
+    // Of tiles that are awake only what tells, no higher than the region, and all of them at once.
+    const auto layer_words = static_cast<size_t>(region.layer_count()) * kTileColumns;
+    const auto plane_count = static_cast<size_t>(1 + material_count);
+    std::vector<int32_t> words(awake.size() * plane_count * layer_words);
+    s.read_scratch.clear();
+    for (size_t i = 0; i < awake.size() * plane_count; ++i) {
+        const auto kept = static_cast<int>(i % plane_count);
+        const int plane =
+            kTransportFirst - 1 + (kept == 0 ? kKeptVolume : kKeptMaterial + kept - 1);
+        s.read_scratch.push_back({Buffer::state,
+                                  plane * s.params.plane_stride +
+                                      int64_t{awake[i / plane_count].slot} * s.params.tile_voxels +
+                                      region.lowest_layer() * kTileColumns,
+                                  std::span(words).subspan(i * layer_words, layer_words)});
+    }
+    s.device->read(s.read_scratch);
+    for (size_t i = 0; i < awake.size(); ++i) {
+        const auto at = [&, first = i * plane_count * layer_words](size_t kept, int z, int c) {
+            return words[first + kept * layer_words +
+                         static_cast<size_t>((z - region.lowest_layer()) * kTileColumns + c)];
+        };
+        region.for_each_voxel(
+            awake[i].tx, awake[i].ty, [&](int z, int c) { return at(0, z, c) != 0; },
+            [&](int z, int c) {
+                for (size_t kept = 1; kept < plane_count; ++kept) {
+                    units += at(kept, z, c);
+                }
+            });
+    }
     return static_cast<double>(units) * s.kg_per_unit;
 }
 
@@ -97,7 +140,8 @@ Result<std::vector<int64_t>> Soil::take_out(const ConvexShape& shape, const Pose
         }
         s.read_voxels(index, voxels);
         bool changed = false;
-        region.for_each_voxel(tx, ty, voxels, [&](int z, int c) {
+        const auto has_soil = [&](int z, int c) { return voxels.at(kKeptVolume, z, c) != 0; };
+        region.for_each_voxel(tx, ty, has_soil, [&](int z, int c) {
             for (int m = 0; m < s.params.material_count; ++m) {
                 units[m] += voxels.at(kKeptMaterial + m, z, c);
             }
