@@ -1,0 +1,148 @@
+// A body's surface cut into pieces: what they add up to is the surface, whatever the shape.
+#include "contact/surface_samples.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "bsoil/soil.h"
+
+namespace bsoil {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+/// Area, the sum of normal times area, and a third of the sum of place times normal times area: the
+/// volume.
+struct Sums {
+    double area_m2 = 0, volume_m3 = 0;
+    Vec3 closed_m2;
+};
+Sums sums_of(const std::vector<ConvexShape>& shapes, double voxel_m) {
+    WallShapes walls;
+    walls.make(shapes, voxel_m);
+    SurfaceSamples surface;
+    surface.make(shapes, walls.growth, voxel_m);
+    EXPECT_TRUE(surface.is_whole);
+    Sums sums;
+    for (const SurfaceSample& s : surface.samples) {
+        EXPECT_NEAR(length(s.normal), 1, 1e-9);
+        sums.area_m2 += s.area_m2;
+        sums.closed_m2 += s.area_m2 * s.normal;
+        sums.volume_m3 += s.area_m2 * dot(s.at, s.normal) / 3;
+    }
+    // Every sample is in a cluster's ball.
+    size_t counted = 0;
+    for (const SampleCluster& cluster : surface.clusters) {
+        for (size_t i = cluster.first; i < cluster.last; ++i)
+            EXPECT_LE(length(surface.samples[i].at - cluster.center), cluster.radius_m + 1e-12);
+        counted += cluster.last - cluster.first;
+    }
+    EXPECT_EQ(counted, surface.samples.size());
+    return sums;
+}
+
+ConvexShape shape(ConvexShape::Kind kind, double radius_m, double half_height_m) {
+    ConvexShape out;
+    out.kind = kind;
+    out.radius_m = radius_m;
+    out.half_height_m = half_height_m;
+    out.local = {{0.3, -0.2, 0.1}, {0.5, 0.5, 0.5, 0.5}};
+    return out;
+}
+ConvexShape box(Vec3 half_m, Vec3 at_m = {}) {
+    ConvexShape out;
+    out.half_extents_m = half_m;
+    out.local.position = at_m;
+    return out;
+}
+
+void expect_surface(const ConvexShape& shape, double area_m2, double volume_m3) {
+    // Curved faces are flat in each piece: within the square of a piece's angle.
+    const Sums found = sums_of({shape}, 0.02);
+    EXPECT_NEAR(found.area_m2, area_m2, 0.003 * area_m2);
+    EXPECT_NEAR(found.volume_m3, volume_m3, 0.003 * volume_m3);
+    EXPECT_LT(length(found.closed_m2), 0.002 * area_m2);
+}
+
+TEST(SurfaceSamples, add_up_to_the_surface_of_every_shape) {
+    using Kind = ConvexShape::Kind;
+    const double r = 0.15, h = 0.2;
+    expect_surface(box({0.1, 0.2, 0.3}), 8 * (0.02 + 0.06 + 0.03), 8 * 0.006);
+    expect_surface(shape(Kind::sphere, r, 0), 4 * kPi * r * r, 4 * kPi / 3 * r * r * r);
+    expect_surface(shape(Kind::cylinder, r, h), 2 * kPi * r * (2 * h + r), kPi * r * r * 2 * h);
+    expect_surface(shape(Kind::capsule, r, h), 2 * kPi * r * (2 * h + 2 * r),
+                   kPi * r * r * (2 * h + 4 * r / 3));
+    expect_surface(shape(Kind::cone, r, h), kPi * r * (r + std::hypot(r, 2 * h)),
+                   kPi * r * r * 2 * h / 3);
+    // An octahedron, its corners 0.2 m out.
+    ConvexShape hull;
+    hull.kind = Kind::hull;
+    hull.bound_m = 0.2;
+    const double n = 1 / std::sqrt(3.0);
+    for (int i = 0; i < 8; ++i)
+        hull.planes.push_back(
+            {{i & 1 ? n : -n, i & 2 ? n : -n, i & 4 ? n : -n}, 0.2 / std::sqrt(3.0)});
+    expect_surface(hull, 4 * std::sqrt(3.0) * 0.04, 4.0 / 3 * 0.008);
+}
+
+TEST(SurfaceSamples, leave_out_what_lies_inside_another_part) {
+    // Two boxes overlap by half: a box of 0.3 x 0.2 x 0.2.
+    const Sums overlap = sums_of({box({0.1, 0.1, 0.1}), box({0.1, 0.1, 0.1}, {0.1, 0, 0})}, 0.02);
+    EXPECT_NEAR(overlap.area_m2, 4 * 0.06 + 2 * 0.04, 1e-9);
+    EXPECT_NEAR(overlap.volume_m3, 0.012, 1e-9);
+    // Two that touch: the faces between them are gone.
+    const Sums touching = sums_of({box({0.1, 0.1, 0.1}), box({0.1, 0.1, 0.1}, {0.2, 0, 0})}, 0.02);
+    EXPECT_NEAR(touching.area_m2, 4 * 0.08 + 2 * 0.04, 1e-9);
+    // A lug on a rim: part of its sides and a strip of the rim are hidden. Pieces that are cut are
+    // told by 64 points.
+    const Sums lug = sums_of({box({0.2, 0.1, 0.1}), box({0.005, 0.1, 0.03}, {0, 0, 0.12})}, 0.02);
+    const double sides = 2 * 0.05 * (0.2 + 0.01), base = 0.8 * 0.2 + 0.8 * 0.2;
+    EXPECT_NEAR(lug.area_m2, base + 2 * 0.04 + sides, 0.02 * sides + 0.001);
+}
+
+/// Contacts of a turning wheel with lugs after some steps.
+std::vector<ContactVoxel> contacts(int thread_count) {
+    SoilDef def;
+    def.size_m = {1.2, 0.8, 0.64};
+    def.up = UpAxis::z;
+    def.voxel_m = 0.02;
+    def.backend = Backend::cpu;
+    def.thread_count = thread_count;
+    def.contact_law.faces_by_shape = true;
+    auto soil = std::move(*Soil::create(def));
+    EXPECT_TRUE(soil->fill(BoxFill{{{-1, -1, 0}, {1, 1, 0.3}}, ""}));
+    std::vector<ConvexShape> shapes{shape(ConvexShape::Kind::cylinder, 0.15, 0.1)};
+    shapes[0].local = {{}, {std::sin(kPi / 4), 0, 0, std::cos(kPi / 4)}};
+    shapes.push_back(box({0.005, 0.1, 0.03}, {0, 0, 0.15}));
+    shapes.push_back(box({0.03, 0.1, 0.005}, {-0.15, 0, 0}));
+    SoilBody wheel;
+    wheel.shapes = &shapes;
+    std::vector<ContactVoxel> out;
+    for (int i = 0; i < 20; ++i) {
+        const double angle = 0.03 * i;
+        wheel.pose = {{0.003 * i, 0, 0.42}, {0, std::sin(angle / 2), 0, std::cos(angle / 2)}};
+        wheel.center_of_mass_m = wheel.pose.position;
+        wheel.linear_velocity_m_s = {0.18, 0, 0};
+        wheel.angular_velocity_rad_s = {0, 1.8, 0};
+        const StepReport report = soil->step({&wheel, 1});
+        out.assign(report.contacts.begin(), report.contacts.end());
+    }
+    return out;
+}
+
+TEST(SurfaceSamples, contacts_are_the_same_on_any_number_of_threads) {
+    const std::vector<ContactVoxel> one = contacts(1), four = contacts(4);
+    ASSERT_GT(one.size(), 50u);
+    ASSERT_EQ(one.size(), four.size());
+    for (size_t i = 0; i < one.size(); ++i) {
+        EXPECT_EQ(one[i].area_m2, four[i].area_m2);
+        EXPECT_EQ(length(one[i].position_m - four[i].position_m), 0);
+        EXPECT_EQ(length(one[i].normal - four[i].normal), 0);
+        EXPECT_EQ(one[i].depth_m, four[i].depth_m);
+    }
+}
+
+}  // namespace
+}  // namespace bsoil
