@@ -118,6 +118,8 @@ void ContactVoxels::add(const Request& request, const ContactRecord& record,
     contact.body = request.body_ids[static_cast<size_t>(record.body)];
     contact.carrier =
         record.carrier == kOnGround ? -1 : request.body_ids[static_cast<size_t>(record.carrier)];
+    contact.center_m =
+        frame.to_world({record.voxel[0] + 0.5, record.voxel[1] + 0.5, record.voxel[2] + 0.5});
     contact.material = record.material;
     contact.relative_density = record.density == kDensityFixed ? -1 : record.density / kVoxelFull;
     if (body.surface) {
@@ -126,8 +128,6 @@ void ContactVoxels::add(const Request& request, const ContactRecord& record,
     }
     // The shape knows better than the coverage where its surface is: of a body smaller than a
     // voxel the grid has hardly a trace.
-    contact.center_m =
-        frame.to_world({record.voxel[0] + 0.5, record.voxel[1] + 0.5, record.voxel[2] + 0.5});
     const NearestFace face = body.faces.nearest(contact.center_m, voxel);
     const double above_m =
         std::clamp(face.distance_m, -kFaceReachVoxels * voxel, kFaceReachVoxels * voxel);
