@@ -446,12 +446,13 @@ line and column. This page is printed by `bsoil experiment-keys --markdown`; a t
 | `cullinan_plates.toml` | plate | a plate of 0.018 m2 in sand of three densities |
 | `obermayr_blade.toml` | blade | a vertical blade at four depths |
 | `pavlov_wheel_smooth.toml`, `pavlov_wheel_grousers.toml` | traction | a small wheel from locked to slip ratio 0.9 |
-| `pavlov_wheel_slip_angles.toml` | traction | the same wheel at slip angles of 15 and 45 deg |
+| `pavlov_wheel_slip_angles.toml` | traction | the same wheel at slip angles of 15, 45 and 90 deg |
 | `ding_wheel.toml` | traction | a rover's wheel, smooth and with lugs |
 | `second_pass.toml` | traction | a wheel that rolls three times through its own rut |
 | `cullinan_shear.toml` | shear | annular shear in sand of two densities |
 | `plate_unload.toml` | plate | a plate raised and pressed again |
 | `blade_invariance.toml`, `wheel_invariance.toml` | blade, traction | the same tool in turned, finer and faster grids |
+| `lug_invariance.toml` | traction | a wheel with lugs in turned and finer grids |
 
 The measured data is not part of the project: without it the plate, blade and shear experiments still give their
 curves, and those whose points are measured rows are skipped.
