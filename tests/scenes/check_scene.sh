@@ -175,6 +175,15 @@ restarts() {
     expect_text 'where the run ends'
     expect 2 run "$scene" --no-pictures --out refused --up y --from saving/final.snapshot
     expect_text 'final.snapshot'
+
+    # A snapshot knows its scene.
+    expect 0 export saving/final.snapshot --out heights.asc
+    expect 0 export "$scene" --from saving/final.snapshot --out the_same.asc
+    cmp heights.asc the_same.asc || fail "export: another moment"
+    expect 2 export cut.snapshot --out refused.asc
+    expect_text 'cut.snapshot.*damaged or cut short'
+    expect 2 export saving/final.snapshot --from saving/final.snapshot --out refused.asc
+    expect_text 'is a snapshot itself'
 }
 
 cli_unknown_key() {

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -24,11 +25,29 @@ struct Moment {
     long long advance = 0;
 
     void add_options(CLI::App& app) {
-        app.add_option("scene", opened.path, "the scene file (TOML)")->required();
+        app.add_option("scene", opened.path,
+                       "the scene file (TOML), or a snapshot, which knows its scene")
+            ->required();
         app.add_option("--from", from,
                        "the moment: a snapshot of this scene (bsoil run writes them)");
         app.add_option("--advance", advance, "make so many steps of the soil first");
         opened.device.add_to(app);
+    }
+    /// Opens the scene, or that of the snapshot. The exit code.
+    int open() {
+        if (!opened.path.ends_with(".snapshot")) return opened.open();
+        if (!from.empty()) return fail("--from: " + opened.path + " is a snapshot itself");
+        from = opened.path;
+        const auto scene = scene::scene_of_snapshot(from);
+        if (!scene) return fail(scene.error());
+        opened.path = scene->path;
+        opened.up = scene->up;
+        if (!std::filesystem::exists(opened.path))
+            return fail(
+                fmt::format("{}: its scene {} is not there; say where it is now: "
+                            "SCENE --from {}",
+                            from, opened.path, from));
+        return opened.open();
     }
     /// Goes to the moment. The exit code.
     int go() {
@@ -91,7 +110,7 @@ Status write_labels(const render::Buffers& buffers, const scene::SceneRun& run,
 }
 
 int render(RenderArguments& arguments) {
-    const int opened = arguments.moment.opened.open();
+    const int opened = arguments.moment.open();
     if (opened != kPassed) return opened;
     const scene::SceneRun& run = *arguments.moment.opened.run;
     auto renderer = render::Renderer::create();
@@ -126,7 +145,7 @@ int render(RenderArguments& arguments) {
 }
 
 int export_moment(Moment& moment, const std::vector<std::string>& files) {
-    const int opened = moment.opened.open();
+    const int opened = moment.open();
     if (opened != kPassed) return opened;
     if (const int gone = moment.go(); gone != kPassed) return gone;
     for (const std::string& file : files) {

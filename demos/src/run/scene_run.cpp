@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "bsoil/bullet/world_snapshot.h"
@@ -17,6 +18,7 @@ namespace {
 
 constexpr int kBlockVoxelCount = 512;
 constexpr char kProgressSection[] = "host.run";
+constexpr char kSceneSection[] = "host.scene";  ///< "<up axis> <path of the scene file>"
 
 nlohmann::ordered_json per_material(const Soil& soil, const std::vector<int64_t>& units) {
     nlohmann::ordered_json json = nlohmann::ordered_json::object();
@@ -175,7 +177,19 @@ Status SceneRun::save(const std::string& path, std::vector<SnapshotSection> more
     StateStream stream;
     progress().serialize(stream);
     more.push_back({kProgressSection, stream.bytes()});
+    const std::string scene =
+        scene_.world.up + " " + std::filesystem::absolute(scene_.path).lexically_normal().string();
+    more.push_back({kSceneSection, {scene.begin(), scene.end()}});
     return bullet::save_world(bullet_->world(), soils(), path, more);
+}
+
+Result<SnapshotScene> scene_of_snapshot(const std::string& path) {
+    const auto sections = read_snapshot_file(path);
+    if (!sections) return Error{sections.error()};
+    const std::vector<uint8_t>* bytes = find_section(*sections, kSceneSection);
+    if (!bytes || bytes->size() < 3 || (*bytes)[1] != ' ')
+        return Error{fmt::format("snapshot '{}' does not say which scene it is of", path)};
+    return SnapshotScene{{bytes->begin(), bytes->begin() + 1}, {bytes->begin() + 2, bytes->end()}};
 }
 
 Status SceneRun::load(const std::string& path) {

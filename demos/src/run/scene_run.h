@@ -106,4 +106,12 @@ class SceneRun {
     long long loaded_step_count_ = 0;  ///< steps that another process has made
 };
 
+/// The scene that a run's snapshot is of.
+struct SnapshotScene {
+    std::string up;    ///< "y" or "z": the axis that pointed up
+    std::string path;  ///< of its file, absolute, when the snapshot was written
+};
+/// Error: the file is no snapshot, is damaged, or was not written by a run of a scene.
+Result<SnapshotScene> scene_of_snapshot(const std::string& path);
+
 }  // namespace bsoil::scene
