@@ -156,9 +156,9 @@ class Soil {
     void clear_status();  ///< forgets all of them
     /// Notes a condition that no body has, for whoever couples the soil with bodies.
     void set_status(StatusBit bit);
-    MemoryUse memory_use() const;
-    WorkCounts work_counts() const;  ///< since it was created  ///< of the soil, without the meshes
-    int64_t voxels_total() const;  ///< of the whole grid, empty ones too
+    MemoryUse memory_use() const;    ///< of the soil, without the meshes
+    WorkCounts work_counts() const;  ///< since it was created
+    int64_t voxels_total() const;    ///< of the whole grid, empty ones too
 
     /// Samples are read through a cache of tiles, refreshed after each step: cheap in bulk.
     VoxelSample sample(int x, int y, int z) const;

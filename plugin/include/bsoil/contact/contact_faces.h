@@ -30,11 +30,12 @@ class ContactFaces {
     void find(std::span<const ContactVoxel> voxels, Quat body_to_world, const ContactLaw& law,
               double element_m, const WorkThreads* threads = nullptr);
 
-    std::span<const FaceExtent> faces() const { return faces_; }
+    std::span<const FaceExtent> faces() const { return faces_; }  ///< six walls, then soles
     /// The one of a voxel of find().
     const FaceExtent& of_voxel(size_t voxel) const {
         return faces_[static_cast<size_t>(face_of_voxel_[voxel])];
     }
+    /// Its place in faces().
     int index_of_voxel(size_t voxel) const { return face_of_voxel_[voxel]; }
 
   private:
