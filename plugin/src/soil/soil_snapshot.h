@@ -1,0 +1,117 @@
+/// SoilSnapshot: the state of a soil as a snapshot holds it, taken, checked and put in.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bsoil/snapshot_file.h"
+#include "soil/soil_impl.h"
+
+namespace bsoil {
+
+/// Planes that are made from the bodies, but not in every step: an awake tile keeps them.
+inline constexpr int kBodyPlanes[] = {layout::kPlaneCoverage, layout::kPlaneOwner,
+                                      layout::kPlaneSupport};
+inline constexpr int kBodyPlaneCount = 3;
+
+/// To find the bytes of a tile among others.
+inline std::string_view key_of(const std::vector<uint8_t>& bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// A number of a soil's definition.
+struct NamedValue {
+    std::string name;
+    double value = 0;
+};
+
+/// All of a definition that a state means something by, or that decides how it goes on.
+std::vector<NamedValue> meaning_of(const SoilDef& def, const std::vector<MaterialDef>& materials);
+
+struct SavedTile {
+    int64_t index = 0;
+    int32_t top = 0;
+    bool unchecked = false, awake = false;
+    std::vector<uint8_t> kept;            ///< packed
+    std::vector<uint8_t> ground, buried;  ///< packed; see Tile
+    // Of an awake tile:
+    int64_t last_used_step = 0;
+    std::vector<uint8_t> bodies;            ///< packed; see kBodyPlanes
+    std::vector<int32_t> columns, surface;  ///< see Buffer::spans
+
+    void list(StateStream& stream) {
+        stream(index, top, unchecked, awake, kept, ground, buried);
+        if (awake) stream(last_used_step, bodies, columns, surface);
+    }
+};
+
+struct SavedTrack {
+    int32_t id = 0, index = 0;
+    BodyTrack track;
+
+    void list(StateStream& stream) {
+        stream(id, index, track.pose, track.shape_revision, track.is_static, track.last_step,
+               track.blocks, track.last_moved_step, track.is_ground, track.ground_pose);
+    }
+};
+
+struct SavedActive {
+    BlockKey block = 0;
+    int64_t changed = 0;
+};
+
+/// The state of a soil as a snapshot holds it.
+struct SavedSoil {
+    std::vector<std::string> materials;
+    std::vector<NamedValue> meaning;
+    int64_t step_index = 0, speed_q16 = 0;
+    int32_t slope_q16 = 0, slip_turn = 0, pass_stamp = 0, step_stamp = 0;
+    bool any_unchecked = false;
+    std::vector<Condition> conditions;
+    std::vector<SavedActive> active;
+    std::vector<int32_t> body_ids;
+    std::vector<SavedTrack> tracks;
+    std::vector<SavedTile> tiles;
+
+    void list(StateStream& stream) {
+        stream.list(materials, 8, [&](std::string& name) { stream(name); });
+        stream.list(meaning, 16, [&](NamedValue& v) { stream(v.name, v.value); });
+        stream(step_index, speed_q16, slope_q16, slip_turn, pass_stamp, step_stamp, any_unchecked);
+        stream.list(conditions, 61, [&](Condition& c) { bsoil::list(stream, c); });
+        stream.list(active, 16, [&](SavedActive& a) { stream(a.block, a.changed); });
+        stream(body_ids);
+        stream.list(tracks, 140, [&](SavedTrack& t) { t.list(stream); });
+        stream.list(tiles, 38, [&](SavedTile& t) { t.list(stream); });
+    }
+};
+
+/// Takes states out of a soil, checks them and puts them in.
+class SoilSnapshot {
+  public:
+    explicit SoilSnapshot(Soil::Impl& soil) : s_(soil) {}
+
+    SavedSoil take() const;
+    Status check(const SavedSoil& saved) const;
+    void put(const SavedSoil& saved);
+
+  private:
+    Status check_meaning(const SavedSoil& saved) const;
+    Status check_state(const SavedSoil& saved) const;
+    Status check_bodies(const SavedSoil& saved) const;
+    Status check_soil(const SavedTile& tile, const TileVoxels& kept) const;
+    Status check_fill_up(const SavedTile& tile, const TileVoxels& kept,
+                         const TileVoxels* bodies) const;
+    Status check_ground(const SavedTile& tile, const TileVoxels& kept) const;
+    Status check_awake(const SavedTile& tile, const SavedSoil& saved, TileVoxels& bodies) const;
+    Status check_columns(const SavedTile& tile) const;
+    Status check_words(const SavedTile& tile, const char* plane, std::span<const int32_t> words,
+                       int64_t low, int64_t high) const;
+    bool are_blocks_sound(const std::vector<BlockKey>& blocks) const;
+    void put_awake(const SavedTile& tile);
+    TileVoxels body_planes(int slot) const;
+
+    Soil::Impl& s_;
+};
+
+}  // namespace bsoil
