@@ -5,6 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "bsoil/cxx20.h"
+
+#pragma GCC visibility push(default)
 namespace bsoil {
 
 /// Work of one pass (a kernel) in all steps.
@@ -28,3 +31,4 @@ struct WorkCounts {
 };
 
 }  // namespace bsoil
+#pragma GCC visibility pop

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <memory>
 
+#include "bsoil/cxx20.h"
+
 #pragma GCC visibility push(default)
 namespace bsoil {
 
