@@ -41,13 +41,15 @@ void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
                                    std::span<const ContactVoxel> contacts, double duration_s,
                                    bool are_unchanged) {
     gather_pressed_soil();
-    // Contacts that stay stay sorted, by bodies that stay.
     by_id_.clear();
     for (const BodyState& body : bodies) by_id_.push_back(&body);
     std::sort(by_id_.begin(), by_id_.end(),
               [](const BodyState* a, const BodyState* b) { return a->id < b->id; });
     are_unchanged = are_unchanged && contact_count_ == contacts.size();
-    sort_by_body(contacts);
+    const bool are_same_bodies =
+        std::equal(by_id_.begin(), by_id_.end(), sorted_ids_.begin(), sorted_ids_.end(),
+                   [](const BodyState* body, int id) { return body->id == id; });
+    if (!are_unchanged || !are_same_bodies) sort_by_body(contacts);
     const auto voxels_of = [this](int id) {
         const auto rank = static_cast<size_t>(rank_of(id));
         return std::span(by_body_).subspan(starts_[rank], starts_[rank + 1] - starts_[rank]);
@@ -134,6 +136,8 @@ void ContactCoupling::find_contact(BodyWork& work, double duration_s) const {
 /// The soil sorts contacts by voxel; within a body they keep that order.
 void ContactCoupling::sort_by_body(std::span<const ContactVoxel> contacts) {
     contact_count_ = contacts.size();
+    sorted_ids_.clear();
+    for (const BodyState* body : by_id_) sorted_ids_.push_back(body->id);
     starts_.assign(by_id_.size() + 1, 0);
     ranks_.resize(contacts.size());
     for (size_t i = 0; i < contacts.size(); ++i) {

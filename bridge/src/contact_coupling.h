@@ -132,6 +132,7 @@ class ContactCoupling {
     /// The contacts of set_contacts by body, in the order of by_id_; where each body's begin.
     std::vector<ContactVoxel> by_body_;
     std::vector<size_t> starts_, next_;
+    std::vector<int> sorted_ids_;  ///< of by_id_, when they were sorted
     std::vector<int> ranks_;       ///< the place of each contact's body in by_id_, or -1
     size_t contact_count_ = 0;     ///< of the last set_contacts
     std::vector<BodyWork> works_;  ///< a pool
