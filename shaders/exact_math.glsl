@@ -13,9 +13,6 @@ CONST_INT(kInvSqrtSteps, 3)
 // a zero vector by it gives a zero vector.
 float inv_sqrt_exact(float x) {
     int bits = float_as_int(x);
-    if (bits < kExactRootMinBits) {
-        return 0.0f;
-    }
     PRECISE float y = int_as_float(kInvSqrtGuessBits - (bits >> 1));
     for (int i = 0; i < kInvSqrtSteps; ++i) {
         // y += y (1 - x y^2) / 2, in an order in which nothing leaves the range of a float.
@@ -26,7 +23,7 @@ float inv_sqrt_exact(float x) {
         PRECISE float correction = y * remainder;
         y = y + correction;
     }
-    return y;
+    return bits < kExactRootMinBits ? 0.0f : y;  // at the end: loops over roots become vectors
 }
 
 // sqrt(x), 2e-7 relative, for x in 2^-96 .. 2^126; 0 for smaller or negative x.

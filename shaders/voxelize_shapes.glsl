@@ -60,59 +60,97 @@ float lattice_distance(int shape, float px, float py, float pz) {
     return distance;
 }
 
+// How far a point is beyond a plane.
+float plane_distance(vec3 p, vec3 normal, float offset) {
+    PRECISE float side = p.x * normal.x + p.y * normal.y;
+    side = side + p.z * normal.z;
+    side = side - offset;
+    return side;
+}
+
+// The same of a face of a hull.
+float face_distance(int face, vec3 p) {
+    return plane_distance(p, shape_row(face), int_as_float(shapes[face + 3]));
+}
+
+float hull_distance(int shape, vec3 p) {
+    int first = shapes[shape + kShapePlanes];
+    int count = shapes[shape + kShapePlanes + 1];
+    float distance = -1.0e9f;
+    for (int i = 0; i < count; ++i) {
+        distance = max(distance, face_distance(first + kFaceWords * i, p));
+    }
+    return distance;
+}
+
+float box_distance(vec3 p, vec3 half_extents) {
+    PRECISE vec3 beyond = abs(p) - half_extents;
+    return max(beyond.x, max(beyond.y, beyond.z));
+}
+
+float sphere_distance(vec3 p, float radius) {
+    PRECISE float square = p.x * p.x + p.y * p.y;
+    square = square + p.z * p.z;
+    PRECISE float distance = sqrt_exact(square) - radius;
+    return distance;
+}
+
+float capsule_distance(vec3 p, float radius, float half_segment) {
+    PRECISE float along = p.z - clamp(p.z, -half_segment, half_segment);
+    PRECISE float square = p.x * p.x + p.y * p.y;
+    square = square + along * along;
+    PRECISE float distance = sqrt_exact(square) - radius;
+    return distance;
+}
+
+float cylinder_distance(vec3 p, float radius, float half_height) {
+    PRECISE float square = p.x * p.x + p.y * p.y;
+    PRECISE float beside = sqrt_exact(square) - radius;
+    PRECISE float above = abs(p.z) - half_height;
+    return max(beside, above);
+}
+
+// Apex at +half_height.
+float cone_distance(vec3 p, float half_height, float cosine, float sine) {
+    PRECISE float square = p.x * p.x + p.y * p.y;
+    float radial = sqrt_exact(square);
+    PRECISE float slant = radial * cosine + (p.z - half_height) * sine;
+    PRECISE float below = -half_height - p.z;
+    return max(slant, below);
+}
+
 // Signed distance [voxels] of a point in the shape's frame, exact near the surface.
-float shape_distance(int shape, float px, float py, float pz) {
+float shape_distance(int shape, vec3 p) {
     int kind = shapes[shape + kShapeKind];
-    PRECISE float distance = 0.0f;
     if (kind == kKindLattice) {
-        return lattice_distance(shape, px, py, pz);
+        return lattice_distance(shape, p.x, p.y, p.z);
     }
     if (kind == kKindHull) {
-        int plane = shapes[shape + kShapePlanes];
-        int count = shapes[shape + kShapePlanes + 1];
-        distance = -1.0e9f;
-        for (int i = 0; i < count; ++i) {
-            int p = plane + kFaceWords * i;
-            PRECISE float side = px * int_as_float(shapes[p]) + py * int_as_float(shapes[p + 1]);
-            side = side + pz * int_as_float(shapes[p + 2]);
-            side = side - int_as_float(shapes[p + 3]);
-            distance = max(distance, side);
-        }
-        return distance;
+        return hull_distance(shape, p);
     }
-    float a = int_as_float(shapes[shape + kShapeSize]);
-    float b = int_as_float(shapes[shape + kShapeSize + 1]);
-    float c = int_as_float(shapes[shape + kShapeSize + 2]);
-    if (kind == kKindBox) {  // box: half extents a, b, c
-        return max(abs(px) - a, max(abs(py) - b, abs(pz) - c));
+    vec3 size = shape_row(shape + kShapeSize);
+    if (kind == kKindBox) {
+        return box_distance(p, size);
     }
-    if (kind == kKindSphere) {  // sphere: radius a
-        PRECISE float square = px * px + py * py;
-        square = square + pz * pz;
-        distance = sqrt_exact(square) - a;
-        return distance;
+    if (kind == kKindSphere) {
+        return sphere_distance(p, size.x);
     }
-    if (kind == kKindCapsule) {  // capsule: radius a, half segment b
-        PRECISE float along = pz - clamp(pz, -b, b);
-        PRECISE float square = px * px + py * py;
-        square = square + along * along;
-        distance = sqrt_exact(square) - a;
-        return distance;
+    if (kind == kKindCapsule) {
+        return capsule_distance(p, size.x, size.y);
     }
-    PRECISE float radial_square = px * px + py * py;
-    float radial = sqrt_exact(radial_square);
-    if (kind == kKindCylinder) {  // cylinder: radius a, half height b
-        return max(radial - a, abs(pz) - b);
+    if (kind == kKindCylinder) {
+        return cylinder_distance(p, size.x, size.y);
     }
-    // cone: half height b, apex at +b; c and d are cosine and sine of its half angle
-    float d = int_as_float(shapes[shape + kShapeSize + 3]);
-    PRECISE float slant = radial * c + (pz - b) * d;
-    return max(slant, -b - pz);
+    return cone_distance(p, size.y, size.z, int_as_float(shapes[shape + kShapeSize + 3]));
 }
 
 // A sub-cell's middle is up to 0.65 voxels from the voxel's. A face that is by twice as much the highest in the voxel's middle
 // is so in all of them.
 #define kFaceApart 1.3125f
+// The outermost sub-cells' middles are 0.65 voxels from the voxel's and end 1/8 further on: beyond 0.775 all are in or all out.
+#define kSubCellReach 0.8125f
+// Between the middle of 8 voxels above each other and those of the lowest and the highest.
+#define kColumnReach 3.5f
 
 // Share of a sub-cell in a shape at this distance [voxels].
 float sub_cell_share(float distance) {
@@ -142,41 +180,81 @@ float slab_sum(float p, vec3 rise, float half_extent, float rounding) {
     return sum;
 }
 
-// The same near a box's edges. rise_x: how the first coordinate of p grows along the grid's axes.
-float box_sum(vec3 p, vec3 rise_x, vec3 rise_y, vec3 rise_z, vec3 half_extents, float rounding) {
-    PRECISE float sum = 0.0f;
-    for (int sz = 0; sz < 4; ++sz) {
-        float at_z = float(sz) * 0.25f - 0.375f;
-        PRECISE vec3 z_part = vec3(rise_x.z * at_z, rise_y.z * at_z, rise_z.z * at_z);
-        for (int sy = 0; sy < 4; ++sy) {
-            float at_y = float(sy) * 0.25f - 0.375f;
-            PRECISE vec3 y_part = vec3(rise_x.y * at_y, rise_y.y * at_y, rise_z.y * at_y);
-            for (int sx = 0; sx < 4; ++sx) {
-                float at_x = float(sx) * 0.25f - 0.375f;
-                PRECISE vec3 q = p + vec3(rise_x.x * at_x, rise_y.x * at_x, rise_z.x * at_x);
-                q = q + y_part;
-                q = q + z_part;
-                PRECISE vec3 beyond = abs(q) - half_extents;
-                PRECISE float distance = max(beyond.x, max(beyond.y, beyond.z)) - rounding;
-                sum = sum + sub_cell_share(distance);
-            }
+// The same of any shape, whose distance at a sub-cell's middle q is DISTANCE_AT_Q. A loop of its own for each kind of shape: the
+// compiler can make vectors of it.
+#define ADD_SUB_CELLS(DISTANCE_AT_Q)                                                     \
+    for (int sz = 0; sz < 4; ++sz) {                                                     \
+        float at_z = float(sz) * 0.25f - 0.375f;                                         \
+        PRECISE vec3 z_part = vec3(rise_x.z * at_z, rise_y.z * at_z, rise_z.z * at_z);   \
+        for (int sy = 0; sy < 4; ++sy) {                                                 \
+            float at_y = float(sy) * 0.25f - 0.375f;                                     \
+            PRECISE vec3 y_part = vec3(rise_x.y * at_y, rise_y.y * at_y, rise_z.y * at_y); \
+            for (int sx = 0; sx < 4; ++sx) {                                             \
+                float at_x = float(sx) * 0.25f - 0.375f;                                 \
+                PRECISE vec3 q = p + vec3(rise_x.x * at_x, rise_y.x * at_x, rise_z.x * at_x); \
+                q = q + y_part;                                                          \
+                q = q + z_part;                                                          \
+                PRECISE float distance = (DISTANCE_AT_Q) - rounding;                     \
+                sum = sum + sub_cell_share(distance);                                    \
+            }                                                                            \
+        }                                                                                \
+    }
+
+// p: the voxel's middle in the shape's frame; rise_x: how its first coordinate grows along the grid's axes.
+float hull_sum(int shape, vec3 p, vec3 rise_x, vec3 rise_y, vec3 rise_z, float rounding) {
+    int first = shapes[shape + kShapePlanes];
+    int count = shapes[shape + kShapePlanes + 1];
+    float highest = -1.0e9f;
+    int nearest = first;
+    for (int i = 0; i < count; ++i) {
+        float side = face_distance(first + kFaceWords * i, p);
+        if (side > highest) {
+            highest = side;
+            nearest = first + kFaceWords * i;
         }
+    }
+    int others = 0;  // faces that are the highest somewhere in the voxel, maybe
+    int next = nearest;
+    for (int i = 0; i < count; ++i) {
+        int face = first + kFaceWords * i;
+        if (face != nearest && face_distance(face, p) > highest - kFaceApart) {
+            others += 1;
+            next = face;
+        }
+    }
+    PRECISE float sum = 0.0f;
+    if (others <= 1) {
+        vec3 normal = shape_row(nearest);
+        vec3 next_normal = shape_row(next);
+        float offset = int_as_float(shapes[nearest + 3]);
+        float next_offset = int_as_float(shapes[next + 3]);
+        ADD_SUB_CELLS(max(plane_distance(q, normal, offset), plane_distance(q, next_normal, next_offset)))
+    } else {
+        ADD_SUB_CELLS(hull_distance(shape, q))
     }
     return sum;
 }
 
-// The same of any shape. p: the voxel's middle in the shape's frame.
 float shape_sum(int shape, vec3 p, vec3 rise_x, vec3 rise_y, vec3 rise_z, float rounding) {
+    int kind = shapes[shape + kShapeKind];
+    if (kind == kKindHull) {
+        return hull_sum(shape, p, rise_x, rise_y, rise_z, rounding);
+    }
+    vec3 size = shape_row(shape + kShapeSize);
     PRECISE float sum = 0.0f;
-    for (int s = 0; s < 64; ++s) {
-        float at_x = float(s & 3) * 0.25f - 0.375f;
-        float at_y = float((s >> 2) & 3) * 0.25f - 0.375f;
-        float at_z = float(s >> 4) * 0.25f - 0.375f;
-        PRECISE vec3 q = p + vec3(rise_x.x * at_x, rise_y.x * at_x, rise_z.x * at_x);
-        q = q + vec3(rise_x.y * at_y, rise_y.y * at_y, rise_z.y * at_y);
-        q = q + vec3(rise_x.z * at_z, rise_y.z * at_z, rise_z.z * at_z);
-        PRECISE float distance = shape_distance(shape, q.x, q.y, q.z) - rounding;
-        sum = sum + sub_cell_share(distance);
+    if (kind == kKindBox) {
+        ADD_SUB_CELLS(box_distance(q, size))
+    } else if (kind == kKindSphere) {
+        ADD_SUB_CELLS(sphere_distance(q, size.x))
+    } else if (kind == kKindCapsule) {
+        ADD_SUB_CELLS(capsule_distance(q, size.x, size.y))
+    } else if (kind == kKindCylinder) {
+        ADD_SUB_CELLS(cylinder_distance(q, size.x, size.y))
+    } else if (kind == kKindCone) {
+        float sine = int_as_float(shapes[shape + kShapeSize + 3]);
+        ADD_SUB_CELLS(cone_distance(q, size.y, size.z, sine))
+    } else {
+        ADD_SUB_CELLS(shape_distance(shape, q))
     }
     return sum;
 }
@@ -188,6 +266,31 @@ vec3 place_in_shape(vec3 rise_x, vec3 rise_y, vec3 rise_z, vec3 offset, vec3 at)
     p = p + vec3(rise_x.z * at.z, rise_y.z * at.z, rise_z.z * at.z);
     p = p + offset;
     return p;
+}
+
+// Whether half a column's voxels, whose middle is at p, are all further off the shape than a sub-cell's reach.
+// rise: how a place in the shape's frame moves up the column.
+bool is_column_beside(int shape, vec3 p, vec3 rise, float rounding) {
+    int kind = shapes[shape + kShapeKind];
+    if (kind == kKindLattice) {
+        return false;  // they know distances only so far
+    }
+    if (kind == kKindBox) {
+        vec3 beyond = abs(p) - shape_row(shape + kShapeSize) - abs(rise) * kColumnReach;
+        return max(beyond.x, max(beyond.y, beyond.z)) - rounding > kSubCellReach;
+    }
+    if (kind == kKindHull) {
+        int first = shapes[shape + kShapePlanes];
+        int count = shapes[shape + kShapePlanes + 1];
+        float furthest = -1.0e9f;
+        for (int i = 0; i < count; ++i) {
+            int face = first + kFaceWords * i;
+            PRECISE float along = abs(plane_distance(rise, shape_row(face), 0.0f)) * kColumnReach;
+            furthest = max(furthest, face_distance(face, p) - along);
+        }
+        return furthest - rounding > kSubCellReach;
+    }
+    return shape_distance(shape, p) - rounding > kColumnReach + kSubCellReach;
 }
 
 // Columns of half a block within the shape's bounds.
@@ -231,31 +334,26 @@ void voxelize_shapes(int group, int lane) {
     int highest = -1;
     bool has_soil = false;
 
-    bool is_box = shapes[shape + kShapeKind] == kKindBox;
+    int kind = shapes[shape + kShapeKind];
     int low = max(0, shapes[shape + kShapeLow + 2] - z0);
     int high = min(7, shapes[shape + kShapeHigh + 2] - z0);
-    // Half a column is 3.5 voxels long between the middles of its ends: a shape further off than that and a sub-cell's reach
-    // is not in it. Lattices know distances only so far.
-    if (high > low && shapes[shape + kShapeKind] != kKindLattice) {
-        vec3 at = vec3(float(corner.x) + 0.5f, float(corner.y) + 0.5f, float(corner.z) + 4.0f);
-        vec3 p = place_in_shape(column_x, column_y, column_z, offset, at);
-        if (shape_distance(shape, p.x, p.y, p.z) - rounding > 4.375f) {
-            return;
-        }
+    vec3 column_middle = vec3(float(corner.x) + 0.5f, float(corner.y) + 0.5f, float(corner.z) + 4.0f);
+    vec3 rise = vec3(column_x.z, column_y.z, column_z.z);
+    if (high > low && is_column_beside(shape, place_in_shape(column_x, column_y, column_z, offset, column_middle), rise, rounding)) {
+        return;
     }
     for (int z = low; z <= high; ++z) {
         vec3 at = vec3(float(corner.x) + 0.5f, float(corner.y) + 0.5f, float(corner.z + z) + 0.5f);
         vec3 p = place_in_shape(column_x, column_y, column_z, offset, at);
-        PRECISE float middle = shape_distance(shape, p.x, p.y, p.z) - rounding;
+        PRECISE float middle = shape_distance(shape, p) - rounding;
         int covered = 0;
-        // The outermost sub-cells' middles are 0.65 voxels away and end 1/8 further on: beyond 0.775 all are in or all out.
-        if (middle <= -0.8125f) {
+        if (middle <= -kSubCellReach) {
             covered = kVoxelFull;
-        } else if (middle < 0.8125f) {
+        } else if (middle < kSubCellReach) {
             PRECISE float sum = 0.0f;
             vec3 size = shape_row(shape + kShapeSize);
             vec3 beyond = abs(p) - size;
-            if (!is_box) {
+            if (kind != kKindBox) {
                 sum = shape_sum(shape, p, column_x, column_y, column_z, rounding);
             } else if (beyond.x > max(beyond.y, beyond.z) + kFaceApart) {
                 sum = slab_sum(p.x, column_x, size.x, rounding);
@@ -264,7 +362,7 @@ void voxelize_shapes(int group, int lane) {
             } else if (beyond.z > max(beyond.x, beyond.y) + kFaceApart) {
                 sum = slab_sum(p.z, column_z, size.z, rounding);
             } else {
-                sum = box_sum(p, column_x, column_y, column_z, size, rounding);
+                sum = shape_sum(shape, p, column_x, column_y, column_z, rounding);
             }
             PRECISE float units = sum * 1024.0f + 0.5f;
             covered = int(units);

@@ -75,6 +75,25 @@ TEST(Work, passes_look_at_little_more_than_what_moves) {
     }
 }
 
+/// A bar of 2 x 2 x 60 voxels stands aslant: the box around it along the grid's axes holds 32 x 32
+/// columns, 8 voxels of each in 6 blocks. Its middle passes through 18 blocks, and with its reach
+/// it touches about 30 of 150.
+TEST(Work, a_long_body_aslant_is_looked_at_where_it_is) {
+    const auto soil = make_soil(cpu_def(grid_def(64, 64, 64)));
+    ASSERT_TRUE(soil);
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {64, 64, 50})));
+    constexpr double kQuarter = 3.14159265358979 / 4;
+    std::vector<Mover> movers;
+    movers.emplace_back(1, box_shape(Vec3{30, 1, 1} * 0.05), Vec3{32, 32, 32} * 0.05);
+    movers.back().body.pose.rotation = turn({0, 0, 1}, kQuarter) * turn({0, 1, 0}, -kQuarter);
+    soil->step(bodies_of(movers));
+    movers.back().body.pose.position.x += 0.01;
+    const std::vector<int64_t> lanes = lanes_in(*soil, [&] { soil->step(bodies_of(movers)); });
+    const int64_t around = 32 * 32 * 6;
+    EXPECT_GT(lanes[static_cast<size_t>(Kernel::voxelize_shapes)], 300);
+    EXPECT_LT(lanes[static_cast<size_t>(Kernel::voxelize_shapes)], around / 2);
+}
+
 TEST(Work, is_told_by_pass) {
     MovingScene scene(4, cpu_def(MovingScene::default_def()));
     const WorkCounts before = scene.soil().work_counts();

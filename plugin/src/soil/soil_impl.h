@@ -322,6 +322,7 @@ struct Soil::Impl {
     void upload_shapes();
     bool place_lattices();
     const LatticePlace* place_of(const ConvexShape& shape) const;
+    bool may_cover(size_t shape, const Vec3& block_middle) const;
     void build_pairs();
     void ensure_capacity(device::BufferIndex buffer, size_t& capacity, size_t words);
     void dispatch(layout::Kernel kernel, const ListedWork& work);

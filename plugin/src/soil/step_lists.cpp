@@ -1,6 +1,7 @@
 // The lists of a step: blocks that bodies touch, blocks that may move, and the groups that kernels
 // run over.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "soil/shape_bounds.h"
@@ -225,6 +226,63 @@ void Soil::Impl::build_work_lists() {
                   flag_words);
 }
 
+// Whether a shape may cover voxels of the block whose middle this is [voxels]. It stands in a box
+// of its own frame, and a hull behind its faces; a lattice is not asked.
+bool Soil::Impl::may_cover(size_t shape, const Vec3& block_middle) const {
+    constexpr double kReach = 1;  // of a distance beyond a shape's surface: 0.775 in the kernel
+    const int32_t* record =
+        &shape_words[static_cast<size_t>(params.shape_offset) + shape * kShapeWords];
+    const auto kind = static_cast<ConvexShape::Kind>(record[kShapeKind]);
+    const auto number = [&](int at) { return double{std::bit_cast<float>(record[at])}; };
+    const double size[3] = {number(kShapeSize), number(kShapeSize + 1), number(kShapeSize + 2)};
+    const double reach = number(kShapeRounding) + kReach;
+    using Kind = ConvexShape::Kind;
+    if (kind == Kind::lattice) {
+        return true;
+    }
+    double middle[3];
+    double half[3];  // the block's half extents along the shape's axes
+    for (int i = 0; i < 3; ++i) {
+        const int row = kShapeRows + 4 * i;
+        const Vec3 axis{number(row), number(row + 1), number(row + 2)};
+        middle[i] = dot(axis, block_middle) + number(row + 3);
+        half[i] = kTileSide / 2.0 * (std::abs(axis.x) + std::abs(axis.y) + std::abs(axis.z));
+    }
+    if (kind == Kind::hull) {
+        // The block's corners along a face's normal, in the shape's frame.
+        const Vec3 columns[3] = {
+            {number(kShapeRows), number(kShapeRows + 4), number(kShapeRows + 8)},
+            {number(kShapeRows + 1), number(kShapeRows + 5), number(kShapeRows + 9)},
+            {number(kShapeRows + 2), number(kShapeRows + 6), number(kShapeRows + 10)}};
+        for (int i = 0; i < record[kShapePlanes + 1]; ++i) {
+            const int32_t* face =
+                &shape_words[static_cast<size_t>(record[kShapePlanes] + kFaceWords * i)];
+            const auto word = [&](int at) { return double{std::bit_cast<float>(face[at])}; };
+            const Vec3 normal{word(0), word(1), word(2)};
+            const double side = dot(normal, Vec3{middle[0], middle[1], middle[2]}) - word(3);
+            const double width = std::abs(dot(normal, columns[0])) +
+                                 std::abs(dot(normal, columns[1])) +
+                                 std::abs(dot(normal, columns[2]));
+            if (side - kTileSide / 2.0 * width > reach) {
+                return false;
+            }
+        }
+        return true;
+    }
+    const bool is_box = kind == Kind::box;
+    const double top = is_box                  ? size[2]
+                       : kind == Kind::sphere  ? size[0]
+                       : kind == Kind::capsule ? size[0] + size[1]
+                                               : size[1];
+    const double extents[3] = {size[0], is_box ? size[1] : size[0], top};
+    for (int i = 0; i < 3; ++i) {
+        if (std::abs(middle[i]) - half[i] - extents[i] > reach) {
+            return false;
+        }
+    }
+    return true;
+}
+
 // (block, shape) pairs of the blocks whose coverage is made anew.
 void Soil::Impl::build_pairs() {
     block_words.resize(list_words_used);
@@ -250,7 +308,8 @@ void Soil::Impl::build_pairs() {
                 }
                 for (int zb = zb0; zb <= zb1; ++zb) {
                     const int block = tile->slot * blocks_per_tile + zb;
-                    if (rebuild_step[block] == step_index) {
+                    const Vec3 middle = Vec3{tx + 0.5, ty + 0.5, zb + 0.5} * kTileSide;
+                    if (rebuild_step[block] == step_index && may_cover(s, middle)) {
                         pairs.push_back({block, static_cast<int32_t>(s)});
                     }
                 }
