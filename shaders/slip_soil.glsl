@@ -259,7 +259,7 @@ void slip_soil(int group, int lane) {
         speed = min(speed + table_at(curve, kTableAcceleration, worst_slope) / params.substep_count, 65536);
         spans[speed_write(record, i)] = speed;
         slides = slides || speed != 0;
-        int rate = min(max(speed / params.substep_count, kSlipRateLeast), kSlipRateMost);
+        int rate = min(max(speed / params.substep_count, params.slip_rate_least), params.slip_rate_most);
         // As if columns that far apart were neighbours.
         int amount = min(mul_q16(worst, rate) * params.slip_stride, kSlipDepth * kVoxelFull) + 1;  // thesis (10)
         // From the top down, a voxel at a time.

@@ -33,8 +33,9 @@ CONST_INT(kShareLeast, 16)
 CONST_INT(kPacingLeast, 4096)
 // Slopes closer to stability than this do not slide: 1/256 voxel of rise per voxel of run.
 CONST_INT(kSlipTolerance, 256)
-// Share of a failing wedge that slides in a pass (Q16): an eighth even of soil that has just begun to, so that a slope is
-// done in some passes; no more than a quarter however fast, because both columns of a slice may give and take.
+// Share of a failing wedge that slides in a pass (Q16) where a step of 1/60 s has two: an eighth even of soil that has just
+// begun to, so that a slope is done in some passes; no more than a quarter however fast, because both columns of a slice
+// may give and take. With other steps: SoilParams.
 CONST_INT(kSlipRateLeast, 8192)
 CONST_INT(kSlipRateMost, 16384)
 // Soil that is pushed looks so many voxels ahead for the free surface: a neighbouring tile reaches no further.

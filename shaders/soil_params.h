@@ -27,5 +27,7 @@ int slip_turn;           // 0 or 1, changes with every slip pass: which set of s
 int slip_stride;         // voxels that soil slides at once in this slip pass, 1..4: tiles of one colour are two apart
 int bank_friction;       // the least kTableFriction of a material, and of those with cohesion the least kTableStrength of bonded
 int bank_strength;       // soil; 0 where none has any
+int slip_rate_least;     // share of a failing wedge that slides in a pass, Q16: kSlipRateLeast and kSlipRateMost by the length of
+int slip_rate_most;      // the step
 int place_rows;          // columns along y of the grid, whole tiles
 int place_shift;         // by so many bits place_code() cuts a voxel's height

@@ -214,10 +214,14 @@ TEST(PlainLawInTheGrid, smooth_wheel_at_any_slip) {
     expect_exact("shallow", wheel(0.2, 0.03), kRadiusM, 0.05);
 }
 
-// Measured: 2.2 % at 30 deg; 5.3 % at 90 deg, in a grid that is shifted along the flank.
+// Measured: 4.0 %, at 60 deg. Not at 90 deg: a rim that moves along its axle slides along all of
+// itself. The theory loads the half that approaches, however slowly, and not the other. The piece
+// of surface across the lowest line then counts whole or not at all, half of which is 8 % of the
+// force.
 TEST(PlainLawInTheGrid, wheel_at_slip_angles) {
-    expect_exact("30 deg", wheel(0.2, 0.08, kPi / 6), kRadiusM, 0.05);
-    expect_exact("90 deg", wheel(0.2, 0.08, kPi / 2 - 1e-6), kRadiusM, 0.06);
+    for (const int angle_deg : {30, 60, 75, 85})
+        expect_exact(std::to_string(angle_deg) + " deg", wheel(0.2, 0.08, angle_deg * kPi / 180),
+                     kRadiusM, 0.05);
 }
 
 // Measured: 4.5 %, with lugs as thick as 0.8 voxels, and 0.9 %, as thick as 0.4 voxels.

@@ -68,9 +68,11 @@ struct Model {
     double still_speed = 0;    ///< a wall slower than this drives no soil out of itself
     double follow_most = 0;    ///< carried soil follows walls up to this speed [voxels a step]
     double speck = 0;          ///< advected shares of a voxel's soil below this stay
-    double slip_tolerance = 0;               ///< wedges not worth a slide
-    int span_capacity = 5;                   ///< height spans kept of a column
-    int slip_depth = 2;                      ///< voxels of a column that may slide at once
+    double slip_tolerance = 0;  ///< wedges not worth a slide
+    int span_capacity = 5;      ///< height spans kept of a column
+    int slip_depth = 2;         ///< voxels of a column that may slide at once
+    double slip_rate_least = 0.125,
+           slip_rate_most = 0.25;            ///< share of a wedge that slides at once
     int slip_stride = 1;                     ///< voxels that soil slides at once
     double gravity = 0;                      ///< voxels a step squared
     int substeps = 1;                        ///< parts this step is cut into

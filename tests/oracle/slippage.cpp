@@ -197,8 +197,9 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                 speed = std::min(1.0, speed + steepest.acceleration * dt);  // (9)
                 after.speeds[column(x, y) * model.span_capacity + i] = speed;
                 const double slide = steepest.height * model.slip_stride;
-                double amount = std::min(slide * std::clamp(speed * dt, 0.125, 0.25),
-                                         static_cast<double>(model.slip_depth));  // (10)
+                double amount = std::min(
+                    slide * std::clamp(speed * dt, model.slip_rate_least, model.slip_rate_most),
+                    static_cast<double>(model.slip_depth));  // (10)
                 // From the top voxel downwards (Fig. 36).
                 for (int z = surface;
                      z >= std::max(static_cast<int>(span.bottom), surface - model.slip_depth) &&

@@ -151,6 +151,34 @@ TEST_P(Bank, runs_out_within_a_second_in_any_grid) {
     EXPECT_NEAR(beyond_m2, at_rest_m2, 0.15 * at_rest_m2);
 }
 
+class Spreading : public testing::TestWithParam<double> {};
+
+// Half the step must not make a heap spread twice as fast. Against a bank at 60 Hz, a third of its
+// way down: 10 %.
+TEST_P(Spreading, takes_the_same_time_with_any_step) {
+    const auto beyond_m2 = [](double step_s) {
+        constexpr double kHeight = 0.6, kCut = 0.4, kVoxel = 0.04, kWidth = 8 * kVoxel;
+        SoilDef def = grid_def(40, 8, 16, kVoxel);
+        def.material = sand(33);
+        def.step_s = step_s;
+        auto soil = make_soil(def);
+        EXPECT_TRUE(soil->fill(BoxFill{{{}, {kCut, kWidth, kHeight}}, {}}));
+        for (int i = 0; i < std::lround(0.4 / step_s); ++i) {
+            soil->step({});
+        }
+        double area = 0;
+        for (int x = 10; x < soil->frame().size[0]; ++x) {
+            area += soil->surface_height_m(x, 4) * kVoxel;
+        }
+        return area;
+    };
+    const double at_60_hz = beyond_m2(1.0 / 60);
+    EXPECT_NEAR(beyond_m2(GetParam()), at_60_hz, 0.1 * at_60_hz);
+}
+
+INSTANTIATE_TEST_SUITE_P(Steps, Spreading,
+                         testing::Values(1.0 / 30, 1.0 / 100, 1.0 / 120, 1.0 / 240));
+
 INSTANTIATE_TEST_SUITE_P(Voxels, Bank, testing::Values(0.04, 0.02, 0.01));
 
 struct Collapse {

@@ -156,6 +156,7 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
         }
     }
     s.device->write(Buffer::tables, 0, tables);
+    s.set_slip_rates();
     s.ensure_capacity(Buffer::shapes, s.shapes_capacity, 4096);
     s.ensure_capacity(Buffer::block_list, s.lists_capacity, 16384);
     return std::unique_ptr<Soil>(new Soil(std::move(impl)));

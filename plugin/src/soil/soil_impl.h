@@ -329,6 +329,7 @@ struct Soil::Impl {
     void run_deformation();
     void run_advection();
     void run_failures();
+    void set_slip_rates();
     void run_slippage();
     void read_back();
     void read_results(std::span<const StepBody> step_bodies);

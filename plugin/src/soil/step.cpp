@@ -19,9 +19,11 @@ constexpr double kStillVoxels = 1.0 / 512;
 // faster in a step than gravity makes it [voxels a step].
 constexpr double kSpeedMargin = 1.0 / 8;
 
-// Slippage passes a step. One pass levels a slope over a voxel; a second makes a metre of loose
-// sand come to rest in about a second, as it does.
+// Slippage passes in a step of 1/60 s. One pass levels a slope over a voxel; a second makes a metre
+// of loose sand come to rest in about a second, as it does. Longer steps have more of them; in
+// shorter ones each moves less, so that slopes relax by as much in a second.
 constexpr int kSlipPasses = 2;
+constexpr double kSlipPassesPerSecond = kSlipPasses * 60.0;
 // More of them, one for each so much (Q16 voxels) that the steepest slope stands above a stable
 // one.
 constexpr int kSlopePerPass = 8192;
@@ -37,6 +39,11 @@ enum Stage { kVoxelize, kDeform, kAdvect, kSlip, kContacts, kActivity };
 
 StageTimes stage_times(std::span<const double> ms) {
     return {ms[kVoxelize], ms[kDeform], ms[kAdvect], ms[kSlip], ms[kContacts], ms[kActivity]};
+}
+
+int slip_passes_least(double step_s) {
+    const double wanted = std::ceil(step_s * kSlipPassesPerSecond - 1e-9);
+    return std::max(kSlipPasses, static_cast<int>(wanted));
 }
 
 }  // namespace
@@ -95,16 +102,23 @@ void Soil::Impl::run_failures() {
     dispatch(Kernel::break_bonds, tile_work);
 }
 
+void Soil::Impl::set_slip_rates() {
+    const double share = def.step_s * kSlipPassesPerSecond / slip_passes_least(def.step_s);
+    params.slip_rate_least = static_cast<int>(std::lround(kSlipRateLeast * share));
+    params.slip_rate_most = static_cast<int>(std::lround(kSlipRateMost * share));
+}
+
 // thesis (20)
 void Soil::Impl::run_slippage() {
     // Bodies build slopes up at so many voxels a step: the steeper the step before has left them,
     // the more passes. The last ones go by single voxels, which smooths what the long ways left.
+    const int least = slip_passes_least(def.step_s);
     const int passes =
-        std::clamp(kSlipPasses + slope_q16 / kSlopePerPass, kSlipPasses, kSlipPassesMost);
+        std::min(kSlipPasses + slope_q16 / kSlopePerPass, kSlipPassesMost) * least / kSlipPasses;
     const int stride_most =
         std::clamp(static_cast<int>(std::lround(kSlipWay / frame.voxel_m)), 1, kSlipStrideMost);
     for (int pass = 0; pass < passes; ++pass) {
-        const int stride = pass < passes - kSlipPasses ? stride_most : 1;
+        const int stride = pass < passes - least ? stride_most : 1;
         int32_t& slip_stamp = slip_stamps[stride > 1];
         params.slip_stride = stride;
         params.slip_stamp = slip_stamp;
