@@ -27,7 +27,7 @@ Sums sums_of(Soil& soil) {
     Sums sums{0, 0xcbf29ce484222325ull};
     TileVoxels voxels;
     for (size_t tile = 0; tile < s.tiles.size(); ++tile) {
-        s.read_voxels(static_cast<int>(tile), voxels);
+        s.tiles.read_voxels(static_cast<int>(tile), voxels);
         for (int plane = 0; plane < s.kept_planes; ++plane) {
             for (int v = 0; v < s.params.tile_voxels; ++v) {
                 const int32_t word =

@@ -54,7 +54,7 @@ class UnitsCheck final : public Check {
         const int materials = static_cast<int>(soil.materials().size());
         for (int tile = 0; tile < s.tiles_x * s.tiles_y; ++tile) {
             if (!s.tiles[static_cast<size_t>(tile)]) continue;
-            s.read_voxels(tile, voxels);
+            s.tiles.read_voxels(tile, voxels);
             for (int z = 0; z < voxels.height; ++z)
                 for (int column = 0; column < 64; ++column) {
                     const int32_t terrain = voxels.at(kKeptTerrain, z, column);

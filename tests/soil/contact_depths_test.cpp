@@ -56,7 +56,7 @@ class ContactDepths : public testing::Test {
         map.columns.resize(kSide * kSide);
         for (int ty = 0; ty < kSide / kTileSide; ++ty)
             for (int tx = 0; tx < kSide / kTileSide; ++tx) {
-                const auto words = impl.surface_heights(impl.tile_index(tx, ty));
+                const auto words = impl.contacts.surface().of_ground(impl.tile_index(tx, ty));
                 for (int c = 0; c < kTileColumns; ++c) {
                     auto& column = map.columns[(ty * kTileSide + c / kTileSide) * kSide +
                                                tx * kTileSide + c % kTileSide];

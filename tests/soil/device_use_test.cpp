@@ -61,19 +61,19 @@ TEST_P(DeviceUse, a_step_reads_a_few_words_a_block_and_no_voxel) {
     def.backend = GetParam();
     MovingScene scene(4, def);
     scene.run(20);
-    const Soil::Impl& impl = SoilProbe::impl(scene.soil());
+    Soil::Impl& impl = SoilProbe::impl(scene.soil());
     const device::DeviceCounters before = counters_of(scene.soil());
     const StepReport report = scene.step();
     const int64_t words = (counters_of(scene.soil()).read_bytes - before.read_bytes) / 4;
     const int64_t slot_words =
         2 * impl.blocks_per_tile + layout::kTileTableWords + layout::kTileColumns;
     const int64_t head =
-        layout::kResultHeader + static_cast<int64_t>(impl.body_ids.size()) * layout::kLoadWords;
+        layout::kResultHeader + static_cast<int64_t>(impl.bodies.ids().size()) * layout::kLoadWords;
     // Where a body carries the soil under another one, the height spans of the tiles around as
     // well.
-    const auto spans = static_cast<int64_t>(impl.tile_spans.size());
-    EXPECT_LT(spans, impl.slot_count * layout::kTileColumns * layout::kColumnWords);
-    const int64_t records = words - impl.slot_count * slot_words - head - spans;
+    const auto spans = static_cast<int64_t>(impl.contacts.surface().span_words());
+    EXPECT_LT(spans, impl.tiles.slot_count() * layout::kTileColumns * layout::kColumnWords);
+    const int64_t records = words - impl.tiles.slot_count() * slot_words - head - spans;
     EXPECT_EQ(records % layout::kContactWords, 0);
     EXPECT_LE(records / layout::kContactWords, 2 * static_cast<int64_t>(report.contacts.size()));
 }

@@ -93,8 +93,8 @@ TEST(Fill, one_of_the_tiles_that_share_changes_alone) {
     EXPECT_EQ(soil->surface_height_m(29, 21), 4 * kVoxel);
     EXPECT_EQ(soil->surface_height_m(13, 21), 4 * kVoxel);
     Soil::Impl& impl = SoilProbe::impl(*soil);
-    impl.wake(3);
-    impl.put_to_sleep(3);
+    impl.tiles.wake(3);
+    impl.tiles.put_to_sleep(3);
     EXPECT_EQ(soil->surface_height_m(29, 3), 4 * kVoxel);
 }
 
@@ -112,7 +112,7 @@ TEST(Fill, a_box_in_pieces_is_the_same_box) {
     // Into tiles that are awake, too.
     const auto awake = make_soil(grid_def(45, 37, 16));
     Soil::Impl& impl = SoilProbe::impl(*awake);
-    for (size_t i = 0; i < impl.tiles.size(); ++i) impl.wake(static_cast<int>(i));
+    for (size_t i = 0; i < impl.tiles.size(); ++i) impl.tiles.wake(static_cast<int>(i));
     ASSERT_TRUE(awake->fill(voxel_box(*awake, {0, 0, 0}, {45, 37, 6})));
     EXPECT_EQ(awake->checksum(), whole->checksum());
 }

@@ -21,7 +21,7 @@ Sums sums_of(Soil& soil) {
         if (!impl.tiles[index]) {
             continue;
         }
-        impl.read_voxels(static_cast<int>(index), voxels);
+        impl.tiles.read_voxels(static_cast<int>(index), voxels);
         for (int z = 0; z < impl.height; ++z) {
             for (int c = 0; c < kTileColumns; ++c) {
                 for (int m = 0; m < impl.params.material_count; ++m) {

@@ -195,11 +195,11 @@ TEST(GroundBodies, surface_of_a_tile_asleep_is_that_of_it_awake) {
     const auto surfaces = [&](std::vector<int32_t>& out) {
         for (size_t index = 0; index < impl.tiles.size(); ++index) {
             std::vector<int32_t> words(kTileColumns);
-            if (const int64_t slot = impl.tiles[index]->slot; slot >= 0) {
+            if (const int slot = impl.tiles[index]->slot; slot >= 0) {
                 impl.device->read(Buffer::spans,
-                                  (impl.slot_count * kColumnWords + slot) * kTileColumns, words);
+                                  impl.tiles.column_array_offset(kColumnSurface, slot), words);
             } else {
-                const auto kept = impl.surface_heights(static_cast<int>(index));
+                const auto kept = impl.contacts.surface().of_ground(static_cast<int>(index));
                 words.assign(kept.begin(), kept.end());
             }
             out.insert(out.end(), words.begin(), words.end());
@@ -207,9 +207,11 @@ TEST(GroundBodies, surface_of_a_tile_asleep_is_that_of_it_awake) {
     };
     surfaces(asleep);
     for (size_t index = 0; index < impl.tiles.size(); ++index) {
-        impl.wake(static_cast<int>(index));
-        impl.woken_step.assign(impl.woken_step.size(), impl.step_index + 1);
+        impl.tiles.wake(static_cast<int>(index));
     }
+    ++impl.step_index;  // as if they woke in the next step
+    for (int slot = 0; slot < impl.tiles.slot_count(); ++slot) impl.tiles.look_anew(slot);
+    --impl.step_index;
     soil->step(bodies_of(movers));
     surfaces(awake);
     EXPECT_EQ(asleep, awake);
@@ -249,16 +251,16 @@ TEST(GroundBodies, static_lift_raises_soil_and_becomes_ground_again) {
     std::vector<Mover> movers;
     movers.push_back(box_at(1, {16, 8, 1}, {32, 24, 4}));
     soil->step(bodies_of(movers));
-    EXPECT_TRUE(SoilProbe::impl(*soil).bodies.at(1).is_ground);
+    EXPECT_TRUE(SoilProbe::impl(*soil).bodies.tracks().at(1).is_ground);
     for (int i = 0; i < 60; ++i) {
         movers[0].body.pose.position.z += 0.05 * kVoxel;
         soil->step(bodies_of(movers));
         ASSERT_EQ(units_of(*soil), units) << i;
     }
-    EXPECT_FALSE(SoilProbe::impl(*soil).bodies.at(1).is_ground);
+    EXPECT_FALSE(SoilProbe::impl(*soil).bodies.tracks().at(1).is_ground);
     const StepReport report = settle(*soil, movers);
     for (int i = 0; i < 40; ++i) soil->step(bodies_of(movers));
-    EXPECT_TRUE(SoilProbe::impl(*soil).bodies.at(1).is_ground);
+    EXPECT_TRUE(SoilProbe::impl(*soil).bodies.tracks().at(1).is_ground);
     EXPECT_EQ(soil->step(bodies_of(movers)).block_active_count, 0);
     EXPECT_EQ(report.status_bits, 0u);
     EXPECT_EQ(units_of(*soil), units);

@@ -27,7 +27,7 @@ std::array<int64_t, 2> count_units(Soil& soil, Far&& far) {
             continue;
         }
         const int tile = static_cast<int>(index);
-        impl.read_voxels(tile, voxels);
+        impl.tiles.read_voxels(tile, voxels);
         for (int z = 0; z < impl.height; ++z) {
             for (int c = 0; c < kTileColumns; ++c) {
                 const int64_t mass = voxels.at(kKeptMaterial, z, c);

@@ -18,7 +18,7 @@ std::array<int64_t, 2> sides_of(Soil& soil, const SoilBody& plate) {
         if (!impl.tiles[index]) {
             continue;
         }
-        impl.read_voxels(static_cast<int>(index), voxels);
+        impl.tiles.read_voxels(static_cast<int>(index), voxels);
         for (int z = 0; z < impl.height; ++z) {
             for (int c = 0; c < kTileColumns; ++c) {
                 const Vec3 at = impl.frame.to_world(

@@ -8,7 +8,7 @@ void sleep_all(Soil& soil) {
     Soil::Impl& impl = SoilProbe::impl(soil);
     for (size_t index = 0; index < impl.tiles.size(); ++index) {
         if (impl.tiles[index] && impl.tiles[index]->slot >= 0) {
-            impl.put_to_sleep(static_cast<int>(index));
+            impl.tiles.put_to_sleep(static_cast<int>(index));
         }
     }
 }
@@ -16,7 +16,7 @@ void sleep_all(Soil& soil) {
 void wake_all(Soil& soil) {
     Soil::Impl& impl = SoilProbe::impl(soil);
     for (size_t index = 0; index < impl.tiles.size(); ++index) {
-        impl.wake(static_cast<int>(index));
+        impl.tiles.wake(static_cast<int>(index));
     }
 }
 

@@ -50,9 +50,29 @@ auto span_word(int at, int32_t value) {
 
 auto surface_word(int32_t value) {
     return [=](Soil::Impl& soil) {
-        const int64_t tops = int64_t{soil.slot_count} * kTileColumns * kColumnWords;
+        const int64_t tops = int64_t{soil.tiles.slot_count()} * kTileColumns * kColumnWords;
         soil.device->write(Buffer::spans, tops + int64_t{soil.tiles[0]->slot} * kTileColumns + 9,
                            std::span(&value, 1));
+    };
+}
+
+/// Changes SoilBody::id by index.
+template <typename Change>
+auto with_ids(Change change) {
+    return [change](Soil::Impl& soil) {
+        std::vector<int> ids(soil.bodies.ids().begin(), soil.bodies.ids().end());
+        change(ids);
+        soil.bodies.restart(soil.bodies.tracks(), ids);
+    };
+}
+
+/// Changes what is known of body 5.
+template <typename Change>
+auto with_body_5(Change change) {
+    return [change](Soil::Impl& soil) {
+        auto tracks = soil.bodies.tracks();
+        change(tracks.at(5), soil);
+        soil.bodies.restart(tracks, {soil.bodies.ids().begin(), soil.bodies.ids().end()});
     };
 }
 
@@ -121,20 +141,22 @@ std::vector<BadField> bad_fields() {
             1000, Condition{.bit = StatusBit::speed_clamped, .step_count = 1});
         s.conditions.replace(many);
     });
-    add("active block", [](Soil::Impl& s) { s.active[-1] = 1; });
-    add("active block", [](Soil::Impl& s) { s.active[int64_t{1} << 40] = 1; });
-    add("active block", [](Soil::Impl& s) { s.active[0] = s.step_index + 1; });
-    add("id", [](Soil::Impl& s) { s.body_ids.push_back(-2); });
-    add("id", [](Soil::Impl& s) { s.body_ids.push_back(65535); });
-    add("bodies", [](Soil::Impl& s) { s.body_ids.resize(limits::kBodyCapacity + 1, -1); });
-    add("records", [](Soil::Impl& s) { s.body_ids.push_back(9); });
-    add("body 5", [](Soil::Impl& s) { s.bodies[5].index = 1; });
-    add("body 5", [](Soil::Impl& s) { s.bodies[5].index = -1; });
-    add("body 5", [](Soil::Impl& s) { s.bodies[5].last_step = s.step_index + 1; });
-    add("body 5", [](Soil::Impl& s) { s.bodies[5].blocks.assign(1, -1); });
-    add("body 5", [](Soil::Impl& s) { s.bodies[5].blocks.assign(1, int64_t{1} << 40); });
-    add("body 5", [](Soil::Impl& s) { s.bodies[5].blocks = {1, 0}; });
-    add("damaged", [](Soil::Impl& s) { s.bodies[5].pose.position.x = NAN; });
+    add("active block", [](Soil::Impl& s) { s.lists.restart({{-1, 1}}); });
+    add("active block", [](Soil::Impl& s) { s.lists.restart({{int64_t{1} << 40, 1}}); });
+    add("active block", [](Soil::Impl& s) { s.lists.restart({{0, s.step_index + 1}}); });
+    add("id", with_ids([](std::vector<int>& ids) { ids.push_back(-2); }));
+    add("id", with_ids([](std::vector<int>& ids) { ids.push_back(65535); }));
+    add("bodies",
+        with_ids([](std::vector<int>& ids) { ids.resize(limits::kBodyCapacity + 1, -1); }));
+    add("records", with_ids([](std::vector<int>& ids) { ids.push_back(9); }));
+    add("body 5", with_body_5([](BodyTrack& b, Soil::Impl&) { b.index = 1; }));
+    add("body 5", with_body_5([](BodyTrack& b, Soil::Impl&) { b.index = -1; }));
+    add("body 5", with_body_5([](BodyTrack& b, Soil::Impl& s) { b.last_step = s.step_index + 1; }));
+    add("body 5", with_body_5([](BodyTrack& b, Soil::Impl&) { b.blocks.assign(1, -1); }));
+    add("body 5",
+        with_body_5([](BodyTrack& b, Soil::Impl&) { b.blocks.assign(1, int64_t{1} << 40); }));
+    add("body 5", with_body_5([](BodyTrack& b, Soil::Impl&) { b.blocks = {1, 0}; }));
+    add("damaged", with_body_5([](BodyTrack& b, Soil::Impl&) { b.pose.position.x = NAN; }));
     add("top of a tile", [](Soil::Impl& s) { s.tiles[0]->top = -1; });
     add("top of a tile", [](Soil::Impl& s) { s.tiles[0]->top = 17; });
     add("last used", [](Soil::Impl& s) { s.tiles[0]->last_used_step = s.step_index + 1; });
@@ -144,9 +166,9 @@ std::vector<BadField> bad_fields() {
             TileVoxels voxels;
             const int index = static_cast<int>(soil.tiles.size()) - 1;
             EXPECT_LT(soil.tiles[static_cast<size_t>(index)]->slot, 0);
-            soil.read_voxels(index, voxels);
+            soil.tiles.read_voxels(index, voxels);
             voxels.at(plane, z, column) = value;
-            soil.write_voxels(index, voxels);
+            soil.tiles.write_voxels(index, voxels);
         };
     };
     add("volume", in_last_tile(kKeptVolume, 2, 0, kVoxelMost + 1));
@@ -154,7 +176,8 @@ std::vector<BadField> bad_fields() {
     add("sides", in_last_tile(kKeptTerrain, 9, 63, 0));
     add("sides", in_last_tile(kKeptVolume, 2, 63, 5));
     add("no voxels", [](Soil::Impl& s) {
-        s.tiles.back()->packed = std::make_shared<PackedTile>(PackedTile{{1, 2, 3}, 0, {}});
+        s.tiles[s.tiles.size() - 1]->packed =
+            std::make_shared<PackedTile>(PackedTile{{1, 2, 3}, 0, {}});
     });
     return bad;
 }

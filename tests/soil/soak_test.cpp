@@ -101,9 +101,9 @@ TEST(Soak, neither_work_nor_memory_of_a_step_grows) {
             // A tile that wakes or falls asleep keeps its soil in another place, and is read there
             // by the step after.
             const int64_t made = allocation_count() - before;
-            const std::vector<int>& now = SoilProbe::impl(dig.soil()).slot_tile;
-            steps_alike = now == awake_tiles ? steps_alike + 1 : 0;
-            awake_tiles = now;
+            const std::span<const int> now = SoilProbe::impl(dig.soil()).tiles.slot_tiles();
+            steps_alike = std::ranges::equal(now, awake_tiles) ? steps_alike + 1 : 0;
+            awake_tiles.assign(now.begin(), now.end());
             if (round >= kWarmRounds && steps_alike > 1) allocated += made;
             sum += report.block_dispatched_count;
         }

@@ -44,16 +44,16 @@ StageBench::StageBench(const SoilDef& def)
     s.step_index = 1;
     s.params.step_stamp = 2;
     for (size_t index = 0; index < s.tiles.size(); ++index) {
-        s.wake(static_cast<int>(index));
+        s.tiles.wake(static_cast<int>(index));
     }
-    for (auto* steps : {&s.listed_step, &s.rebuild_step, &s.contact_step}) {
-        std::fill(steps->begin(), steps->end(), s.step_index);
-    }
-    s.upload_tile_table();
+    s.lists.mark_all();
+    s.tiles.upload();
+    std::vector<int> ids;
     for (int i = 0; i < kBodyCount; ++i) {
-        s.body_ids.push_back(i);
+        ids.push_back(i);
         tracks_.emplace_back().index = i;
     }
+    s.bodies.restart({}, ids);
     write(empty_planes());
 }
 
@@ -75,8 +75,8 @@ StatePlanes StageBench::empty_planes() const {
 void StageBench::write(const StatePlanes& planes) {
     const SoilParams& p = impl_->params;
     std::vector<int32_t> words(static_cast<size_t>(p.tile_voxels));
-    for (int slot = 0; slot < impl_->slot_count; ++slot) {
-        const int tile = impl_->slot_tile[slot];
+    for (int slot = 0; slot < impl_->tiles.slot_count(); ++slot) {
+        const int tile = impl_->tiles.slot_tiles()[slot];
         if (tile < 0) {
             continue;
         }
@@ -93,16 +93,15 @@ void StageBench::write(const StatePlanes& planes) {
     impl_->device->fill_zero(Buffer::block_flags, 0,
                              int64_t{kFlagArrays} * (p.plane_stride / kBlockVoxels));
     impl_->params.pass_stamp = 1;
-    impl_->forget_stamps();
-    for (int slot = 0; slot < impl_->slot_count; ++slot) {
-        impl_->note_stale(slot, true);
-        impl_->stamp_columns(slot);
+    impl_->tiles.forget_stamps();
+    for (int slot = 0; slot < impl_->tiles.slot_count(); ++slot) {
+        impl_->tiles.note_stale(slot, true);
+        impl_->tiles.stamp_columns(slot);
     }
     for (const auto& tile : impl_->tiles) {
         tile->top = planes.nz;
     }
-    impl_->build_work_lists();
-    impl_->list_words_uploaded = 0;
+    impl_->lists.build();
     place({});
     write_speeds(
         std::vector<int32_t>(static_cast<size_t>(planes.nx) * planes.ny * kSpanCapacity, 0));
@@ -112,8 +111,8 @@ StatePlanes StageBench::read() const {
     StatePlanes planes = empty_planes();
     const SoilParams& p = impl_->params;
     std::vector<int32_t> words(static_cast<size_t>(p.tile_voxels));
-    for (int slot = 0; slot < impl_->slot_count; ++slot) {
-        const int tile = impl_->slot_tile[slot];
+    for (int slot = 0; slot < impl_->tiles.slot_count(); ++slot) {
+        const int tile = impl_->tiles.slot_tiles()[slot];
         if (tile < 0) {
             continue;
         }
@@ -134,7 +133,7 @@ StatePlanes StageBench::read() const {
 void StageBench::run(Kernel kernel, const ListedWork& work) {
     SoilParams& p = impl_->params;
     p.support_stamp = p.spans_stamp = p.slip_stamp = -1;
-    impl_->dispatch(kernel, work);
+    impl_->passes.run(kernel, work);
 }
 
 // As if every column of every block were in these masks.
@@ -155,30 +154,30 @@ void StageBench::place(const std::vector<Mover>& movers) {
         const Pose pose = impl_->world_to_grid * movers[i].body.pose;
         step_bodies.push_back({&movers[i].body, &tracks_[i], pose, pose, true});
     }
-    impl_->upload_bodies(step_bodies, 1);
-    impl_->build_pairs();
-    run(Kernel::clear_coverage, impl_->rebuild_work);
-    run(Kernel::voxelize_shapes, impl_->pair_work);
+    impl_->shapes.upload(step_bodies, impl_->bodies.ids(), 1);
+    impl_->lists.build_pairs(impl_->shapes);
+    run(Kernel::clear_coverage, impl_->lists.rebuild());
+    run(Kernel::voxelize_shapes, impl_->lists.pairs());
 }
 
-void StageBench::find_support() { run(Kernel::find_support, impl_->tile_work); }
+void StageBench::find_support() { run(Kernel::find_support, impl_->lists.tiles()); }
 
 void StageBench::apply_force() {
     ++impl_->params.pass_stamp;
-    run(Kernel::apply_force, impl_->listed_work);
+    run(Kernel::apply_force, impl_->lists.listed());
 }
 
 void StageBench::propagate_force() {
     ++impl_->params.pass_stamp;
-    run(Kernel::propagate_force, impl_->listed_work);
-    run(Kernel::apply_flow, impl_->listed_work);
+    run(Kernel::propagate_force, impl_->lists.listed());
+    run(Kernel::apply_flow, impl_->lists.listed());
 }
 
 void StageBench::advect(int substeps) {
     impl_->params.substep_count = substeps;
     ++impl_->params.pass_stamp;
-    run(Kernel::advect_soil, impl_->listed_work);
-    run(Kernel::apply_flow, impl_->listed_work);
+    run(Kernel::advect_soil, impl_->lists.listed());
+    run(Kernel::apply_flow, impl_->lists.listed());
     impl_->params.substep_count = 1;
 }
 
@@ -186,27 +185,27 @@ void StageBench::resolve_overflow(OverflowHeuristic heuristic) {
     fill_masks({kMaskExcess, kMaskOverflow});
     impl_->params.overflow_heuristic = static_cast<int>(heuristic);
     ++impl_->params.pass_stamp;
-    run(Kernel::resolve_overflow, impl_->listed_work);
-    run(Kernel::apply_flow, impl_->listed_work);
+    run(Kernel::resolve_overflow, impl_->lists.listed());
+    run(Kernel::apply_flow, impl_->lists.listed());
 }
 
 void StageBench::build_spans() {
     impl_->device->fill_zero(Buffer::result, 0, kResultHeader);
-    run(Kernel::build_spans, impl_->tile_work);
+    run(Kernel::build_spans, impl_->lists.tiles());
 }
 
 void StageBench::find_failures() {
     ++impl_->params.pass_stamp;
-    run(Kernel::find_failures, impl_->tile_work);
-    run(Kernel::break_bonds, impl_->tile_work);
+    run(Kernel::find_failures, impl_->lists.tiles());
+    run(Kernel::break_bonds, impl_->lists.tiles());
 }
 
 void StageBench::slip(int substeps, int stride) {
     impl_->params.substep_count = substeps;
     impl_->params.slip_stride = stride;
     ++impl_->params.pass_stamp;
-    run(Kernel::slip_soil, impl_->tile_work);
-    run(Kernel::apply_flow, impl_->listed_work);
+    run(Kernel::slip_soil, impl_->lists.tiles());
+    run(Kernel::apply_flow, impl_->lists.listed());
     impl_->params.substep_count = 1;
 }
 
@@ -214,7 +213,7 @@ std::vector<std::array<int32_t, kContactWords>> StageBench::collect_contacts() {
     impl_->params.contact_offset = kResultHeader + limits::kBodyCapacity * kLoadWords;
     impl_->params.contact_capacity = limits::kContactCapacity;
     impl_->device->fill_zero(Buffer::result, 0, impl_->params.contact_offset);
-    run(Kernel::collect_contacts, impl_->contact_work);
+    run(Kernel::collect_contacts, impl_->lists.contacts());
     int32_t header[kResultHeader];
     impl_->device->read(Buffer::result, 0, header);
     std::vector<std::array<int32_t, kContactWords>> contacts(
@@ -244,7 +243,7 @@ std::vector<int32_t> StageBench::read_column(int x, int y) const {
 int32_t StageBench::read_surface(int x, int y) const {
     int32_t word = 0;
     impl_->device->read(Buffer::spans,
-                        int64_t{impl_->slot_count} * kTileColumns * kColumnWords +
+                        int64_t{impl_->tiles.slot_count()} * kTileColumns * kColumnWords +
                             int64_t{slot_of(x, y)} * kTileColumns + y % 8 * 8 + x % 8,
                         {&word, 1});
     return word;
@@ -252,8 +251,8 @@ int32_t StageBench::read_surface(int x, int y) const {
 
 void StageBench::write_speeds(const std::vector<int32_t>& speeds) {
     impl_->params.slip_turn = 0;
-    for (int slot = 0; slot < impl_->slot_count; ++slot) {
-        impl_->write_columns(slot, kColumnSlides, 1);
+    for (int slot = 0; slot < impl_->tiles.slot_count(); ++slot) {
+        impl_->tiles.write_columns(slot, kColumnSlides, 1);
     }
     size_t next = 0;
     for (int y = 0; y < impl_->frame.size[1]; ++y) {
@@ -345,7 +344,7 @@ oracle::Model StageBench::model(int substeps) const {
 std::vector<oracle::Body> StageBench::oracle_bodies() const {
     std::vector<oracle::Body> bodies;
     for (int i = 0; i < kBodyCount; ++i) {
-        const int32_t* record = &impl_->shape_words[static_cast<size_t>(i) * kBodyWords];
+        const int32_t* record = &impl_->shapes.words()[static_cast<size_t>(i) * kBodyWords];
         const auto vector = [&](int at, double unit) {
             return Vec3{record[at] * unit, record[at + 1] * unit, record[at + 2] * unit};
         };

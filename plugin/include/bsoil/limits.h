@@ -33,6 +33,8 @@ inline constexpr int kContactCapacity =
     65536;  ///< contact voxels a step; more set contact_list_full
 inline constexpr int kBodyCapacity =
     4096;  ///< bodies a step; those beyond are refused (shape_refused)
+inline constexpr int kBodyIdMost =
+    65534;  ///< SoilBody::id; larger and negative ones are refused (shape_refused)
 inline constexpr int kConditionCapacity =
     256;  ///< conditions of single bodies that are kept; further ones are counted together
 inline constexpr int kHullPlaneCapacity = 256;  ///< faces of a convex hull; more set shape_refused

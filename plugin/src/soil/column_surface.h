@@ -17,7 +17,7 @@ struct ColumnVoxels {
     int32_t volume_at(int z) const { return volume[static_cast<size_t>(z) * stride]; }
     int32_t ground_at(int z) const { return ground ? ground[static_cast<size_t>(z) * stride] : 0; }
 };
-/// ground: see Soil::Impl::read_ground().
+/// ground: see TileTable::read_ground().
 ColumnVoxels column_of(const TileVoxels& voxels, const TileVoxels& ground, int column);
 
 /// What rests in a column and what hangs above it.

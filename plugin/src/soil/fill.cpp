@@ -123,8 +123,8 @@ Status Soil::Impl::fill_with(const std::string& material, const int low[3], cons
                 }
             }
             const int index = tile_index(tx, ty);
-            if (!tiles[index] && is_over_ground(index)) {
-                tile_for(index);
+            if (!tiles[index] && ground.is_over(index)) {
+                tiles.make(index);
             }
             const bool is_asleep = !tiles[index] || tiles[index]->slot < 0;
             LevelTile* level = nullptr;
@@ -144,7 +144,7 @@ Status Soil::Impl::fill_with(const std::string& material, const int low[3], cons
                 tile_added = level->added;
             } else {
                 TileRuns filled;
-                tile_added = fill_columns(read_runs(index), wanted, what, filled);
+                tile_added = fill_columns(tiles.read_runs(index), wanted, what, filled);
                 after = make_packed(filled);
                 if (level) {
                     level->after = after;
@@ -152,10 +152,10 @@ Status Soil::Impl::fill_with(const std::string& material, const int low[3], cons
                 }
             }
             if (tile_added > 0) {
-                write_packed(index, after);
+                tiles.write_packed(index, after);
                 ++tiles[index]->revision;
                 tiles[index]->unchecked = true;
-                any_unchecked = true;
+                tiles.any_unchecked = true;
                 added += tile_added;
             }
         }

@@ -1,14 +1,11 @@
-// Ground bodies: bodies that never move, which are to the soil what its terrain is.
-//
-// What they cover is part of the terrain of each tile, awake or asleep, so that kernels, surface
-// heights and fills know it without a tile having to wake. Soil that lies where such a body appears
-// is buried: it leaves the voxels, is kept with its tile, and comes back when the body goes.
+#include "soil/ground_bodies.h"
+
 #include <algorithm>
 #include <cmath>
 
+#include "bsoil/limits.h"
 #include "soil/ground_coverage.h"
 #include "soil/shape_bounds.h"
-#include "soil/soil_impl.h"
 
 namespace bsoil {
 
@@ -19,10 +16,6 @@ namespace {
 // A static body that its host moves pushes soil out of its way like any other body; so many steps
 // after its last move it is ground again.
 constexpr int64_t kGroundAfterSteps = 30;
-
-int clamped_tile(double voxel, int tile_count) {
-    return static_cast<int>(std::clamp(std::floor(voxel / kTileSide), 0.0, tile_count - 1.0));
-}
 
 /// Takes `part` of `whole` parts of a voxel's soil out of `from`.
 void move_soil(TileVoxels& from, TileVoxels& to, size_t voxel, int part, int whole) {
@@ -38,193 +31,173 @@ void move_soil(TileVoxels& from, TileVoxels& to, size_t voxel, int part, int who
 
 }  // namespace
 
-bool Soil::Impl::GroundShape::is_over(int tx, int ty) const {
+bool GroundBodies::Shape::is_over(int tx, int ty) const {
     return box.max.x > tx * kTileSide && box.max.y > ty * kTileSide &&
            box.min.x < (tx + 1) * kTileSide && box.min.y < (ty + 1) * kTileSide;
 }
 
-// Decides which of the step's bodies are ground, and brings the tiles up to date. A body that has
-// been ground and now moves gives its place free, and is a body like others from this step on.
-void Soil::Impl::update_ground(std::vector<StepBody>& step_bodies) {
+void GroundBodies::update(std::vector<StepBody>& step_bodies) {
     bool any_changed = false;
     for (StepBody& body : step_bodies) {
         BodyTrack& track = *body.track;
-        if (body.moved && !body.placed) track.last_moved_step = step_index;
+        if (body.moved && !body.placed) track.last_moved_step = core_.step_index;
         const bool rests =
             body.placed ||
-            (!body.moved && step_index - track.last_moved_step > kGroundAfterSteps) ||
+            (!body.moved && core_.step_index - track.last_moved_step > kGroundAfterSteps) ||
             (!body.moved && track.is_ground);
         const bool is_ground = body.input->is_static && rests;
         if (is_ground == track.is_ground && !(is_ground && body.placed)) {
             if (is_ground && track.ground_shapes.empty()) {  // after load(): the tiles know it
-                keep_ground_shapes(body);
+                keep_shapes(body);
             }
             continue;
         }
         any_changed = true;
         if (track.is_ground) {
-            mark_ground(track);
+            mark(track);
             track.ground_shapes.clear();
             body.moved = true;  // soil that was buried in it has to make room
         }
         if (is_ground) {
-            mark_rebuild(track.blocks, false);  // no coverage of its own any more
+            lists_.mark_rebuild(track.blocks, false);  // no coverage of its own any more
             track.blocks.clear();
-            keep_ground_shapes(body);
-            mark_ground(track);
+            keep_shapes(body);
+            mark(track);
         }
         track.is_ground = is_ground;
     }
-    if (any_changed) ground_listed = contacts_known = false;
+    if (any_changed) {
+        is_listed_ = false;
+        tiles_.note_edit();
+    }
     std::erase_if(step_bodies, [](const StepBody& body) { return body.track->is_ground; });
-    stamp_ground();
+    stamp();
 }
 
-// Before the first step: bodies that will be ground in it, so that what was filled rests on them.
-void Soil::Impl::meet_ground(std::span<const SoilBody> input) {
+void GroundBodies::meet(std::span<const SoilBody> input) {
     std::vector<StepBody> fresh;
     for (const SoilBody& body : input) {
-        if (!body.is_static || bodies.contains(body.id) || !accept_body(body) ||
-            bodies.size() >= limits::kBodyCapacity) {
+        if (!body.is_static || bodies_.knows(body.id) || !bodies_.accept(body) ||
+            bodies_.tracks().size() >= limits::kBodyCapacity) {
             continue;
         }
-        BodyTrack& track = bodies[body.id];
-        track.walls.make(*body.shapes, frame.voxel_m);
-        track.index = take_body_index(body.id);
-        track.pose = world_to_grid * body.pose;
-        track.shape_revision = body.shape_revision;
-        track.is_static = true;
-        track.last_step = step_index;
+        BodyTrack& track = bodies_.add(body);
         fresh.push_back({&body, &track, track.pose, track.pose, true, true});
     }
-    update_ground(fresh);
+    update(fresh);
 }
 
-void Soil::Impl::keep_ground_shapes(const StepBody& body) {
+void GroundBodies::keep_shapes(const StepBody& body) {
     BodyTrack& track = *body.track;
     track.ground_pose = body.to;
     track.ground_shapes = body.shapes();
-    ground_listed = false;
+    is_listed_ = false;
 }
 
 // Tiles under a body that becomes ground, or was it, have to look again.
-void Soil::Impl::mark_ground(const BodyTrack& track) {
-    ground_listed = false;
-    any_ground_due = true;
+void GroundBodies::mark(const BodyTrack& track) {
+    is_listed_ = false;
+    any_due_ = true;
     if (track.ground_shapes.empty()) {  // it went before load() could see it again
-        for (const auto& tile : tiles) {
+        for (const auto& tile : tiles_) {
             if (tile) tile->ground_due = true;
         }
         return;
     }
     for (const ConvexShape& shape : track.ground_shapes) {
-        const Aabb box = shape_bounds(shape, track.ground_pose, frame.voxel_m);
-        if (box.max.x < 0 || box.max.y < 0 || box.max.z < 0 || box.min.x > frame.size[0] ||
-            box.min.y > frame.size[1] || box.min.z > height) {
-            continue;
-        }
-        for (int ty = clamped_tile(box.min.y, tiles_y); ty <= clamped_tile(box.max.y, tiles_y);
-             ++ty) {
-            for (int tx = clamped_tile(box.min.x, tiles_x); tx <= clamped_tile(box.max.x, tiles_x);
-                 ++tx) {
-                if (Tile* tile = tiles[tile_index(tx, ty)].get()) tile->ground_due = true;
-            }
-        }
+        core_.blocks_at(shape_bounds(shape, track.ground_pose, core_.frame.voxel_m))
+            .for_each_tile([&](int tx, int ty) {
+                if (Tile* tile = tiles_[core_.tile_index(tx, ty)].get()) tile->ground_due = true;
+            });
     }
 }
 
-const std::vector<Soil::Impl::GroundShape>& Soil::Impl::ground_list() {
-    if (!ground_listed) {
-        ground_shapes.clear();
-        for (const auto& [id, track] : bodies) {
+const std::vector<GroundBodies::Shape>& GroundBodies::shapes() {
+    if (!is_listed_) {
+        shapes_.clear();
+        for (const auto& [id, track] : bodies_.tracks()) {
             for (const ConvexShape& shape : track.ground_shapes) {
-                const Aabb box = shape_bounds(shape, track.ground_pose, frame.voxel_m);
-                if (box.max.z > 0 && box.min.z < height) {
-                    ground_shapes.push_back({&shape, track.ground_pose, box});
+                const Aabb box = shape_bounds(shape, track.ground_pose, core_.frame.voxel_m);
+                if (box.max.z > 0 && box.min.z < core_.height) {
+                    shapes_.push_back({&shape, track.ground_pose, box});
                 }
             }
         }
-        ground_listed = true;
+        is_listed_ = true;
     }
-    return ground_shapes;
+    return shapes_;
 }
 
-void Soil::Impl::stamp_ground() {
-    if (!any_ground_due) {
+void GroundBodies::stamp() {
+    if (!any_due_) {
         return;
     }
-    any_ground_due = false;
+    any_due_ = false;
     // Few shapes over many tiles or many shapes over few of them: pairs serve both.
     std::vector<std::pair<int, int>> pairs;  // tile, shape; shape -1: none
-    const std::vector<GroundShape>& list = ground_list();
-    for (size_t i = 0; i < tiles.size(); ++i) {
-        if (tiles[i] && tiles[i]->ground_due) pairs.emplace_back(static_cast<int>(i), -1);
+    const std::vector<Shape>& list = shapes();
+    for (size_t i = 0; i < tiles_.size(); ++i) {
+        if (tiles_[i] && tiles_[i]->ground_due) pairs.emplace_back(static_cast<int>(i), -1);
     }
     for (size_t s = 0; s < list.size(); ++s) {
-        const Aabb& box = list[s].box;
-        for (int ty = clamped_tile(box.min.y, tiles_y); ty <= clamped_tile(box.max.y, tiles_y);
-             ++ty) {
-            for (int tx = clamped_tile(box.min.x, tiles_x); tx <= clamped_tile(box.max.x, tiles_x);
-                 ++tx) {
-                const Tile* tile = tiles[tile_index(tx, ty)].get();
-                if (tile && tile->ground_due && list[s].is_over(tx, ty)) {
-                    pairs.emplace_back(tile_index(tx, ty), static_cast<int>(s));
-                }
+        core_.blocks_at(list[s].box).for_each_tile([&](int tx, int ty) {
+            const int index = core_.tile_index(tx, ty);
+            const Tile* tile = tiles_[index].get();
+            if (tile && tile->ground_due && list[s].is_over(tx, ty)) {
+                pairs.emplace_back(index, static_cast<int>(s));
             }
-        }
+        });
     }
     std::sort(pairs.begin(), pairs.end());
-    GroundMemo memo;
+    Memo memo;
     std::vector<int32_t> cover;
     for (size_t i = 0; i < pairs.size();) {
         const int index = pairs[i].first;
-        cover.assign(static_cast<size_t>(params.tile_voxels), 0);
+        cover.assign(static_cast<size_t>(core_.params.tile_voxels), 0);
         for (++i; i < pairs.size() && pairs[i].first == index; ++i) {
-            add_ground(list[static_cast<size_t>(pairs[i].second)], index, cover);
+            add(list[static_cast<size_t>(pairs[i].second)], index, cover);
         }
-        put_ground(index, cover, false, &memo);
+        put(index, cover, false, &memo);
     }
 }
 
-void Soil::Impl::add_ground(const GroundShape& shape, int index,
-                            std::vector<int32_t>& cover) const {
-    add_coverage(*shape.shape, shape.pose, frame.voxel_m,
-                 {index % tiles_x * kTileSide, index / tiles_x * kTileSide, height}, cover);
+void GroundBodies::add(const Shape& shape, int index, std::vector<int32_t>& cover) const {
+    add_coverage(
+        *shape.shape, shape.pose, core_.frame.voxel_m,
+        {index % core_.tiles_x * kTileSide, index / core_.tiles_x * kTileSide, core_.height},
+        cover);
 }
 
-// Of a tile that has just been made: what has been ground before it was.
-void Soil::Impl::stamp_new_tile(int index) {
+void GroundBodies::stamp_new_tile(int index) {
     std::vector<int32_t> cover;
-    for (const GroundShape& shape : ground_list()) {
-        if (shape.is_over(index % tiles_x, index / tiles_x)) {
-            cover.resize(static_cast<size_t>(params.tile_voxels));
-            add_ground(shape, index, cover);
+    for (const Shape& shape : shapes()) {
+        if (shape.is_over(index % core_.tiles_x, index / core_.tiles_x)) {
+            cover.resize(static_cast<size_t>(core_.params.tile_voxels));
+            add(shape, index, cover);
         }
     }
     if (!cover.empty()) {
-        put_ground(index, cover);
+        put(index, cover);
     }
 }
 
-bool Soil::Impl::is_over_ground(int index) {
-    return std::any_of(ground_list().begin(), ground_list().end(), [&](const GroundShape& shape) {
-        return shape.is_over(index % tiles_x, index / tiles_x);
+bool GroundBodies::is_over(int index) {
+    return std::any_of(shapes().begin(), shapes().end(), [&](const Shape& shape) {
+        return shape.is_over(index % core_.tiles_x, index / core_.tiles_x);
     });
 }
 
-// The ground part of a tile's terrain becomes `cover` (may exceed a voxel). Soil buried by what was
-// there comes back, soil that has no room now is buried.
-void Soil::Impl::put_ground(int index, const std::vector<int32_t>& cover, bool rock_changed,
-                            GroundMemo* memo) {
-    Tile& tile = *tiles[index];
+void GroundBodies::put(int index, const std::vector<int32_t>& cover, bool rock_changed,
+                       Memo* memo) {
+    Tile& tile = *tiles_[index];
     if (!memo || tile.slot >= 0) {
-        change_ground(index, cover, rock_changed);
+        change(index, cover, rock_changed);
         return;
     }
     // Level ground under level soil is the same in every tile.
-    const GroundMemo::Content before{tile.packed, tile.ground, tile.buried};
-    std::vector<GroundMemo::Entry>& known = memo->entries[before];
-    for (const GroundMemo::Entry& entry : known) {
+    const Memo::Content before{tile.packed, tile.ground, tile.buried};
+    std::vector<Memo::Entry>& known = memo->entries[before];
+    for (const Memo::Entry& entry : known) {
         if (entry.cover != cover) continue;
         tile.ground_due = false;
         if (entry.after != before) {
@@ -237,24 +210,24 @@ void Soil::Impl::put_ground(int index, const std::vector<int32_t>& cover, bool r
     }
     const bool was_unchecked = tile.unchecked;
     tile.unchecked = false;
-    change_ground(index, cover, rock_changed);
+    change(index, cover, rock_changed);
     known.push_back({cover, {tile.packed, tile.ground, tile.buried}, tile.unchecked});
     tile.unchecked = tile.unchecked || was_unchecked;
 }
 
-void Soil::Impl::change_ground(int index, const std::vector<int32_t>& cover, bool rock_changed) {
-    Tile& tile = *tiles[index];
+void GroundBodies::change(int index, const std::vector<int32_t>& cover, bool rock_changed) {
+    Tile& tile = *tiles_[index];
     tile.ground_due = false;
-    const auto count = static_cast<size_t>(params.tile_voxels);
+    const auto count = static_cast<size_t>(core_.params.tile_voxels);
     const bool none = std::all_of(cover.begin(), cover.end(), [](int32_t c) { return c == 0; });
     if (none && !tile.ground) {
         return;
     }
     TileVoxels voxels;
-    read_voxels(index, voxels);
+    tiles_.read_voxels(index, voxels);
     TileVoxels ground;
-    read_ground(index, ground);
-    if (ground.words.empty()) ground.reset(height, 1);
+    tiles_.read_ground(index, ground);
+    if (ground.words.empty()) ground.reset(core_.height, 1);
     bool changed = rock_changed, less = false;
     for (size_t v = 0; v < count; ++v) {
         int32_t& terrain = voxels.words[v];
@@ -269,7 +242,7 @@ void Soil::Impl::change_ground(int index, const std::vector<int32_t>& cover, boo
     if (!changed) {
         return;
     }
-    if (TileVoxels back; read_buried(index, back)) {
+    if (TileVoxels back; tiles_.read_buried(index, back)) {
         for (size_t w = kKeptVolume * count; w < voxels.words.size(); ++w) {
             voxels.words[w] += back.words[w];
         }
@@ -282,7 +255,7 @@ void Soil::Impl::change_ground(int index, const std::vector<int32_t>& cover, boo
         if (ground.words[v] == 0 || volume <= room) {
             continue;
         }
-        if (buried.words.empty()) buried.reset(height, kept_planes);
+        if (buried.words.empty()) buried.reset(core_.height, core_.kept_planes);
         move_soil(voxels, buried, v, room > kWholeMost ? volume - room : volume, volume);
     }
     const auto bytes_of = [](const TileVoxels& packed) {
@@ -290,31 +263,19 @@ void Soil::Impl::change_ground(int index, const std::vector<int32_t>& cover, boo
     };
     if (!buried.words.empty()) tile.buried = bytes_of(buried);
     tile.ground = none ? nullptr : bytes_of(ground);
-    write_voxels(index, voxels);
+    tiles_.write_voxels(index, voxels);
     ++tile.revision;
     if (tile.slot >= 0) {
-        woken_step[tile.slot] = step_index;  // supports and spans are no longer true
+        tiles_.look_anew(tile.slot);  // supports and spans are no longer true
     }
     if (less) {
-        tile.unchecked = any_unchecked = true;  // soil may have lost what it rested on
+        tile.unchecked = tiles_.any_unchecked = true;  // soil may have lost what it rested on
     }
 }
 
-bool Soil::Impl::read_buried(int index, TileVoxels& out) const {
-    if (!tiles[index] || !tiles[index]->buried) {
-        return false;
-    }
-    out.reset(height, kept_planes);
-    unpack_tile(*tiles[index]->buried, out);
-    return true;
-}
-
-void Soil::Impl::read_ground(int index, TileVoxels& out) const {
-    out.words.clear();
-    if (tiles[index] && tiles[index]->ground) {
-        out.reset(height, 1);
-        unpack_tile(*tiles[index]->ground, out);
-    }
+void GroundBodies::restart() {
+    shapes_.clear();
+    is_listed_ = false;
 }
 
 }  // namespace bsoil

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "bsoil/limits.h"
 #include "bsoil/material.h"
 #include "device/device.h"
 
@@ -37,6 +38,9 @@ struct Buffer {
 #include "buffer_list.h"
 #undef BUFFER
 };
+
+/// Buffer::result: the header and the loads of all bodies, then the contact records.
+inline constexpr int kContactsFirst = kResultHeader + limits::kBodyCapacity * kLoadWords;
 
 /// Kilograms of one mass unit: a full voxel of this density has exactly kVoxelFull units.
 inline constexpr double kReferenceDensity = 2000;

@@ -81,7 +81,7 @@ double Soil::mass_inside_kg(const ConvexShape& shape, const Pose& pose) const {
             awake.push_back({tx, ty, tile->slot});
             return;
         }
-        s.read_voxels(s.tile_index(tx, ty), voxels);
+        s.tiles.read_voxels(s.tile_index(tx, ty), voxels);
         region.for_each_voxel(
             tx, ty, [&](int z, int c) { return voxels.at(kKeptVolume, z, c) != 0; },
             [&](int z, int c) {
@@ -94,18 +94,16 @@ double Soil::mass_inside_kg(const ConvexShape& shape, const Pose& pose) const {
     const auto layer_words = static_cast<size_t>(region.layer_count()) * kTileColumns;
     const auto plane_count = static_cast<size_t>(1 + material_count);
     std::vector<int32_t> words(awake.size() * plane_count * layer_words);
-    s.read_scratch.clear();
+    std::vector<device::ReadRange> ranges;
     for (size_t i = 0; i < awake.size() * plane_count; ++i) {
         const auto kept = static_cast<int>(i % plane_count);
-        const int plane =
-            kTransportFirst - 1 + (kept == 0 ? kKeptVolume : kKeptMaterial + kept - 1);
-        s.read_scratch.push_back({Buffer::state,
-                                  plane * s.params.plane_stride +
-                                      int64_t{awake[i / plane_count].slot} * s.params.tile_voxels +
-                                      region.lowest_layer() * kTileColumns,
-                                  std::span(words).subspan(i * layer_words, layer_words)});
+        const int plane = state_plane_of(kept == 0 ? kKeptVolume : kKeptMaterial + kept - 1);
+        ranges.push_back({Buffer::state,
+                          s.tiles.plane_offset(plane, awake[i / plane_count].slot) +
+                              region.lowest_layer() * kTileColumns,
+                          std::span(words).subspan(i * layer_words, layer_words)});
     }
-    s.device->read(s.read_scratch);
+    s.device->read(ranges);
     for (size_t i = 0; i < awake.size(); ++i) {
         const auto at = [&, first = i * plane_count * layer_words](size_t kept, int z, int c) {
             return words[first + kept * layer_words +
@@ -138,7 +136,7 @@ Result<std::vector<int64_t>> Soil::take_out(const ConvexShape& shape, const Pose
         if (!s.tiles[index]) {
             return;
         }
-        s.read_voxels(index, voxels);
+        s.tiles.read_voxels(index, voxels);
         bool changed = false;
         const auto has_soil = [&](int z, int c) { return voxels.at(kKeptVolume, z, c) != 0; };
         region.for_each_voxel(tx, ty, has_soil, [&](int z, int c) {
@@ -153,10 +151,10 @@ Result<std::vector<int64_t>> Soil::take_out(const ConvexShape& shape, const Pose
         if (!changed) {
             return;
         }
-        s.write_voxels(index, voxels);
+        s.tiles.write_voxels(index, voxels);
         Tile& tile = *s.tiles[index];
         ++tile.revision;
-        tile.unchecked = s.any_unchecked = true;  // soil may have lost what it rested on
+        tile.unchecked = s.tiles.any_unchecked = true;  // soil may have lost what it rested on
     });
     return units;
 }

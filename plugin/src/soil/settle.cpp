@@ -7,6 +7,7 @@
 
 #include "bsoil/limits.h"
 #include "soil/check_range.h"
+#include "soil/column_surface.h"
 #include "soil/soil_impl.h"
 
 namespace bsoil {
@@ -33,8 +34,8 @@ class TopsOfTiles {
 
   private:
     int find(int index) {
-        if (!soil_.tiles[static_cast<size_t>(index)] && soil_.is_over_ground(index)) {
-            soil_.tile_for(index);
+        if (!soil_.tiles[static_cast<size_t>(index)] && soil_.ground.is_over(index)) {
+            soil_.tiles.make(index);
         }
         const Tile* tile = soil_.tiles[static_cast<size_t>(index)].get();
         if (!tile || (tile->slot < 0 && !tile->packed)) {
@@ -47,7 +48,7 @@ class TopsOfTiles {
             }
             entry->second = static_cast<int>(tops_.size());
         }
-        tops_.push_back(tile_tops(soil_.read_runs(index)));
+        tops_.push_back(tile_tops(soil_.tiles.read_runs(index)));
         return static_cast<int>(tops_.size()) - 1;
     }
 
@@ -62,7 +63,7 @@ class TopsOfTiles {
 // Level ground sleeps from the start. What may move (hanging soil, and slopes steeper than the
 // flattest angle of friction) is marked active; the step then decides.
 void Soil::Impl::wake_unstable_columns() {
-    any_unchecked = false;
+    tiles.any_unchecked = false;
     double flattest = 10;
     for (const MaterialDef& material : materials) {
         flattest = std::min(flattest, std::tan(material.friction_angle_rad));
@@ -72,8 +73,7 @@ void Soil::Impl::wake_unstable_columns() {
     TopsOfTiles tops(*this);
     const auto activate_at = [&](int x, int y, int32_t z_q16) {
         const int zb = std::clamp(z_q16 / kVoxelFull / kTileSide, 0, blocks_per_tile - 1);
-        activate(static_cast<BlockKey>(tile_index(x / kTileSide, y / kTileSide)) * blocks_per_tile +
-                 zb);
+        lists.activate(block_key(tile_index(x / kTileSide, y / kTileSide), zb));
     };
     for (size_t i = 0; i < tiles.size(); ++i) {
         const int index = static_cast<int>(i);
@@ -84,7 +84,7 @@ void Soil::Impl::wake_unstable_columns() {
         const int tx = index % tiles_x, ty = index / tiles_x;
         const TileTops own = tops.of(index);
         for (int zb = 0; own.hangs && zb < blocks_per_tile; ++zb) {
-            activate(static_cast<BlockKey>(index) * blocks_per_tile + zb);
+            lists.activate(block_key(index, zb));
         }
         int32_t lowest = own.lowest_q16, highest = own.highest_q16;
         for (int ny = std::max(0, ty - 1); ny <= std::min(tiles_y - 1, ty + 1); ++ny) {
@@ -127,8 +127,8 @@ Result<SettleReport> Soil::Impl::settle(int steps_max, std::span<const SoilBody>
         !in_range) {
         return Error{in_range.error()};
     }
-    meet_ground(input);
-    if (any_unchecked) {
+    ground.meet(input);
+    if (tiles.any_unchecked) {
         wake_unstable_columns();
     }
     std::vector<SoilBody> standing(input.begin(), input.end());
@@ -137,22 +137,23 @@ Result<SettleReport> Soil::Impl::settle(int steps_max, std::span<const SoilBody>
     }
     SettleReport report;
     // Bodies that the soil has not met displace what they stand in; the ground it has met.
-    report.is_at_rest = active.empty() && std::ranges::all_of(standing, [&](const SoilBody& body) {
-                            const auto known = bodies.find(body.id);
-                            return known != bodies.end() && known->second.is_ground;
-                        });
+    report.is_at_rest =
+        lists.active().empty() && std::ranges::all_of(standing, [&](const SoilBody& body) {
+            const auto known = bodies.tracks().find(body.id);
+            return known != bodies.tracks().end() && known->second.is_ground;
+        });
     while (!report.is_at_rest && report.step_count < steps_max) {
         report.last_step = step(standing);
         ++report.step_count;
-        report.is_at_rest = active.empty();
+        report.is_at_rest = lists.active().empty();
     }
     if (report.is_at_rest) {
         // What has come to rest need not wait for its time: hundreds of tiles would fall asleep in
         // one step.
-        sleep_tiles_unused_since(step_index);
+        tiles.sleep_unused_since(step_index);
     }
-    report.tile_awake_count = slot_count - static_cast<int>(free_slots.size());
-    report.block_active_count = static_cast<int>(active.size());
+    report.tile_awake_count = tiles.awake_count();
+    report.block_active_count = static_cast<int>(lists.active().size());
     report.status_bits = conditions.bits();
     return report;
 }

@@ -21,9 +21,7 @@ TileVoxels SoilSnapshot::body_planes(int slot) const {
     out.reset(s_.height, kBodyPlaneCount);
     const auto words = static_cast<size_t>(s_.params.tile_voxels);
     for (size_t p = 0; p < kBodyPlaneCount; ++p) {
-        s_.device->read(Buffer::state,
-                        static_cast<int64_t>(kBodyPlanes[p]) * s_.params.plane_stride +
-                            static_cast<int64_t>(slot) * s_.params.tile_voxels,
+        s_.device->read(Buffer::state, s_.tiles.plane_offset(kBodyPlanes[p], slot),
                         std::span(out.words).subspan(p * words, words));
     }
     return out;
@@ -40,12 +38,13 @@ SavedSoil SoilSnapshot::take() const {
     out.pass_stamp = s_.params.pass_stamp;
     out.step_stamp = s_.params.step_stamp;
     out.conditions.assign(s_.conditions.all().begin(), s_.conditions.all().end());
-    out.any_unchecked = s_.any_unchecked;
-    for (const auto& [block, changed] : s_.active) out.active.push_back({block, changed});
+    out.any_unchecked = s_.tiles.any_unchecked;
+    for (const auto& [block, changed] : s_.lists.active()) out.active.push_back({block, changed});
     std::sort(out.active.begin(), out.active.end(),
               [](const SavedActive& a, const SavedActive& b) { return a.block < b.block; });
-    out.body_ids.assign(s_.body_ids.begin(), s_.body_ids.end());
-    for (const auto& [id, track] : s_.bodies) out.tracks.push_back({id, track.index, track});
+    out.body_ids.assign(s_.bodies.ids().begin(), s_.bodies.ids().end());
+    for (const auto& [id, track] : s_.bodies.tracks())
+        out.tracks.push_back({id, track.index, track});
     std::sort(out.tracks.begin(), out.tracks.end(),
               [](const SavedTrack& a, const SavedTrack& b) { return a.id < b.id; });
     TileVoxels voxels;
@@ -63,60 +62,43 @@ SavedSoil SoilSnapshot::take() const {
             saved.kept.assign(tile->bytes().begin(), tile->bytes().end());
             continue;
         }
-        s_.read_voxels(static_cast<int>(index), voxels);
+        s_.tiles.read_voxels(static_cast<int>(index), voxels);
         saved.kept = pack_tile(voxels);
         saved.last_used_step = tile->last_used_step;
         saved.bodies = pack_tile(body_planes(tile->slot));
         saved.columns.resize(static_cast<size_t>(kTileColumns) * kColumnWords);
         saved.surface.resize(kTileColumns);
-        const int64_t slot = tile->slot;
-        s_.device->read(Buffer::spans, slot * kTileColumns * kColumnWords, saved.columns);
-        s_.device->read(Buffer::spans,
-                        (static_cast<int64_t>(s_.slot_count) * kColumnWords + slot) * kTileColumns,
+        s_.device->read(Buffer::spans, s_.tiles.spans_offset(tile->slot), saved.columns);
+        s_.device->read(Buffer::spans, s_.tiles.column_array_offset(kColumnSurface, tile->slot),
                         saved.surface);
     }
     return out;
 }
 
 void SoilSnapshot::put(const SavedSoil& saved) {
-    // Whoever remembers a tile's revision must see that it is another tile now.
-    for (const auto& tile : s_.tiles)
-        if (tile) s_.revision_base = std::max(s_.revision_base, tile->revision);
-    ++s_.revision_base;
-    s_.contacts_known = false;
-    for (auto& tile : s_.tiles) tile.reset();
-    std::fill(s_.slot_tile.begin(), s_.slot_tile.end(), -1);
-    s_.free_slots.clear();
-    for (int slot = s_.slot_count - 1; slot >= 0; --slot) s_.free_slots.push_back(slot);
-    s_.sampled_tile = -1;
-    s_.table_dirty = true;
-    for (auto* steps : {&s_.listed_step, &s_.rebuild_step, &s_.contact_step, &s_.woken_step})
-        std::fill(steps->begin(), steps->end(), 0);
-    s_.device->fill_zero(Buffer::block_flags, 0,
-                         static_cast<int64_t>(kFlagArrays) * s_.slot_count * s_.blocks_per_tile);
-    s_.forget_stamps();
+    s_.tiles.clear();
+    s_.sampler.forget();
+    s_.contacts.clear();
 
     s_.step_index = saved.step_index;
     s_.speed_q16 = saved.speed_q16;
     s_.slope_q16 = saved.slope_q16;
     s_.conditions.begin_step(saved.step_index, s_.def.step_s);
     s_.conditions.replace(saved.conditions);
-    s_.any_unchecked = saved.any_unchecked;
+    s_.tiles.any_unchecked = saved.any_unchecked;
     s_.params.slip_turn = saved.slip_turn;
     s_.params.pass_stamp = saved.pass_stamp;
     s_.params.step_stamp = saved.step_stamp;
-    s_.contacts.clear();
-    s_.loads.clear();
-    s_.active.clear();
-    for (const SavedActive& a : saved.active) s_.active[a.block] = a.changed;
-    s_.body_ids.assign(saved.body_ids.begin(), saved.body_ids.end());
-    s_.bodies.clear();
-    s_.ground_shapes.clear();
-    s_.ground_listed = false;
+    std::unordered_map<BlockKey, int64_t> active;
+    for (const SavedActive& a : saved.active) active[a.block] = a.changed;
+    s_.lists.restart(std::move(active));
+    std::unordered_map<int, BodyTrack> tracks;
     for (const SavedTrack& t : saved.tracks) {
-        s_.bodies[t.id] = t.track;
-        s_.bodies[t.id].index = t.index;
+        tracks[t.id] = t.track;
+        tracks[t.id].index = t.index;
     }
+    s_.bodies.restart(std::move(tracks), saved.body_ids);
+    s_.ground.restart();
     // Tiles that held the same share it again.
     std::unordered_map<std::string_view, std::shared_ptr<const PackedTile>> known;
     std::unordered_map<std::string_view, TileBytes> known_bytes;
@@ -128,7 +110,7 @@ void SoilSnapshot::put(const SavedSoil& saved) {
     };
     for (const SavedTile& tile : saved.tiles) {
         auto made = std::make_unique<Tile>();
-        made->revision = s_.revision_base + 1;
+        made->revision = s_.tiles.revision_base() + 1;
         auto& packed = known[key_of(tile.kept)];
         if (!packed && !tile.kept.empty()) {
             packed = std::make_shared<PackedTile>(PackedTile{tile.kept, tile.top, {}});
@@ -145,23 +127,20 @@ void SoilSnapshot::put(const SavedSoil& saved) {
 
 // check() has made room for all of them.
 void SoilSnapshot::put_awake(const SavedTile& tile) {
-    const int64_t slot = s_.wake(static_cast<int>(tile.index));
+    const int slot = s_.tiles.wake(static_cast<int>(tile.index));
     s_.tiles[static_cast<size_t>(tile.index)]->last_used_step = tile.last_used_step;
     TileVoxels bodies;
     bodies.reset(s_.height, kBodyPlaneCount);
     unpack_tile(tile.bodies, bodies);
     const auto words = static_cast<size_t>(s_.params.tile_voxels);
     for (size_t p = 0; p < kBodyPlaneCount; ++p) {
-        s_.device->write(Buffer::state,
-                         static_cast<int64_t>(kBodyPlanes[p]) * s_.params.plane_stride +
-                             slot * s_.params.tile_voxels,
+        s_.device->write(Buffer::state, s_.tiles.plane_offset(kBodyPlanes[p], slot),
                          std::span<const int32_t>(bodies.words).subspan(p * words, words));
     }
-    s_.device->write(Buffer::spans, slot * kTileColumns * kColumnWords, tile.columns);
-    s_.device->write(Buffer::spans,
-                     (static_cast<int64_t>(s_.slot_count) * kColumnWords + slot) * kTileColumns,
+    s_.device->write(Buffer::spans, s_.tiles.spans_offset(slot), tile.columns);
+    s_.device->write(Buffer::spans, s_.tiles.column_array_offset(kColumnSurface, slot),
                      tile.surface);
-    s_.note_stale(static_cast<int>(slot), true);
+    s_.tiles.note_stale(slot, true);
 }
 
 std::vector<uint8_t> Soil::state() const {

@@ -92,10 +92,10 @@ Status SoilSnapshot::check(const SavedSoil& saved) const {
     if (Status sound = check_state(saved); !sound) return sound;
     const auto awake = std::count_if(saved.tiles.begin(), saved.tiles.end(),
                                      [](const SavedTile& tile) { return tile.awake; });
-    if (awake > s_.slot_count && !s_.grow_slots(static_cast<int>(awake)))
+    if (awake > s_.tiles.slot_count() && !s_.tiles.grow_slots(static_cast<int>(awake)))
         return Error{
             fmt::format("has {} awake tiles, tile_capacity or memory allows fewer ({} now)", awake,
-                        s_.slot_count)};
+                        s_.tiles.slot_count())};
     return Done{};
 }
 
@@ -120,7 +120,7 @@ Status SoilSnapshot::check_bodies(const SavedSoil& saved) const {
                        limits::kBodyCapacity);
     size_t taken = 0;
     for (const int32_t id : saved.body_ids) {
-        if (id < -1 || id > 65534) return damaged("a body has the id {}", id);
+        if (id < -1 || id > limits::kBodyIdMost) return damaged("a body has the id {}", id);
         taken += id >= 0;
     }
     if (taken != saved.tracks.size())

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <unordered_set>
 
+#include "soil/column_surface.h"
 #include "soil/shape_bounds.h"
 #include "soil/slip_table.h"
 #include "soil/soil_impl.h"
@@ -16,11 +17,6 @@ namespace bsoil {
 using namespace layout;
 
 namespace {
-
-// Memory that SoilDef::tile_capacity = 0 allows awake tiles to take.
-constexpr int64_t kAwakeBytesDefault = int64_t{1} << 30;
-// Awake tiles that a soil starts with; the table doubles when it needs more.
-constexpr int kSlotsAtStart = 64;
 
 /// splitmix64's finisher: spreads a word over 64 bits.
 uint64_t mix(uint64_t x) {
@@ -67,11 +63,10 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     }
     auto impl = std::make_unique<Impl>();
     Impl& s = *impl;
+    s.tiles.on_new_tile = [&s](int index) { s.ground.stamp_new_tile(index); };
     s.def = def;
     s.materials = def.material_list();
-    for (const MaterialDef& material : s.materials) {
-        s.wedge_length.push_back(def.contact_law.wedge_length_of(material.friction_angle_rad));
-    }
+    s.contacts.start();
     const bool y_up = def.up == UpAxis::y;
     // Grid x, y, z are world Z, X, Y when Y is up: a turn, not a mirror.
     const double sizes[3] = {y_up ? def.size_m.z : def.size_m.x, y_up ? def.size_m.x : def.size_m.y,
@@ -94,7 +89,6 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     s.tiles_x = (s.frame.size[0] + kTileSide - 1) / kTileSide;
     s.tiles_y = (s.frame.size[1] + kTileSide - 1) / kTileSide;
     s.blocks_per_tile = s.height / kTileSide;
-    s.tiles.resize(static_cast<size_t>(s.tiles_x) * s.tiles_y);
 
     SoilParams& p = s.params;
     p.tile_voxels = kTileColumns * s.height;
@@ -120,13 +114,7 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     s.device = std::move(*device);
     s.work_threads = std::make_unique<WorkThreads>(def.thread_count);
 
-    const int64_t tile_bytes =
-        static_cast<int64_t>(p.tile_voxels) * 4 * (kTransportFirst + 2 * p.transport_count);
-    const int64_t tile_total = static_cast<int64_t>(s.tiles.size());
-    s.slot_capacity_max = static_cast<int>(std::min(
-        tile_total, def.tile_capacity > 0 ? def.tile_capacity
-                                          : std::max<int64_t>(1, kAwakeBytesDefault / tile_bytes)));
-    if (Status status = s.allocate_slots(std::min(kSlotsAtStart, s.slot_capacity_max)); !status) {
+    if (Status status = s.tiles.start(); !status) {
         return Error{status.error()};
     }
     std::vector<int32_t> tables;
@@ -145,9 +133,9 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
             p.bank_strength = p.bank_strength > 0 ? std::min(p.bank_strength, strength) : strength;
         }
     }
-    const int64_t result_size = kResultHeader +
-                                static_cast<int64_t>(limits::kBodyCapacity) * kLoadWords +
-                                static_cast<int64_t>(limits::kContactCapacity) * kContactWords;
+    p.contact_offset = kContactsFirst;
+    p.contact_capacity = limits::kContactCapacity;
+    const int64_t result_size = kContactsFirst + int64_t{limits::kContactCapacity} * kContactWords;
     for (const auto& [buffer, words] :
          {std::pair{Buffer::tables, static_cast<int64_t>(tables.size())},
           std::pair{Buffer::result, result_size}}) {
@@ -156,9 +144,9 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
         }
     }
     s.device->write(Buffer::tables, 0, tables);
-    s.set_slip_rates();
-    s.ensure_capacity(Buffer::shapes, s.shapes_capacity, 4096);
-    s.ensure_capacity(Buffer::block_list, s.lists_capacity, 16384);
+    s.passes.start();
+    s.shapes.start();
+    s.lists.start();
     return std::unique_ptr<Soil>(new Soil(std::move(impl)));
 }
 
@@ -212,9 +200,9 @@ SoilTotals Soil::totals() const {
         if (!s.tiles[index]) {
             continue;
         }
-        s.read_voxels(static_cast<int>(index), voxels);
+        s.tiles.read_voxels(static_cast<int>(index), voxels);
         count();
-        if (s.read_buried(static_cast<int>(index), voxels)) {
+        if (s.tiles.read_buried(static_cast<int>(index), voxels)) {
             count();
         }
     }
@@ -241,9 +229,9 @@ uint64_t Soil::Impl::checksum() const {
         if (!tiles[index]) {
             continue;
         }
-        read_voxels(static_cast<int>(index), voxels);
+        tiles.read_voxels(static_cast<int>(index), voxels);
         add(index);
-        if (read_buried(static_cast<int>(index), voxels)) {
+        if (tiles.read_buried(static_cast<int>(index), voxels)) {
             add(tiles.size() + index);
         }
     }
@@ -285,24 +273,24 @@ MemoryUse Soil::memory_use() const {
 }
 
 VoxelSample Soil::sample(int x, int y, int z) const {
-    const Impl& s = *impl_;
+    Impl& s = *impl_;
     VoxelSample sample;
     if (x < 0 || y < 0 || z < 0 || x >= s.frame.size[0] || y >= s.frame.size[1] || z >= s.height) {
         return sample;
     }
-    const TileVoxels& voxels = s.sampled_voxels(s.tile_index(x / kTileSide, y / kTileSide));
+    const TileVoxels& voxels = s.sampler.voxels(s.tile_index(x / kTileSide, y / kTileSide));
     const int column = y % kTileSide * kTileSide + x % kTileSide;
     sample.coverage = voxels.at(kKeptTerrain, z, column) / static_cast<double>(kVoxelFull);
     const int volume = voxels.at(kKeptVolume, z, column);
     sample.volume = volume / static_cast<double>(kVoxelFull);
-    const std::span<const int32_t> covered = s.body_coverage_of_sampled();
+    const std::span<const int32_t> covered = s.sampler.body_coverage();
     if (!covered.empty()) {
         sample.body_coverage = covered[static_cast<size_t>(z) * kTileColumns + column] /
                                static_cast<double>(kVoxelFull);
     }
     const BlockKey block =
         BlockKey{s.tile_index(x / kTileSide, y / kTileSide)} * s.blocks_per_tile + z / kTileSide;
-    sample.is_active = s.active.count(block) != 0;
+    sample.is_active = s.lists.is_active(block);
     const auto world_vector = [&](int plane, double scale) {
         return rotate(s.frame.grid_to_world.rotation,
                       Vec3{static_cast<double>(voxels.at(plane, z, column)),
@@ -341,21 +329,21 @@ double Soil::surface_height_m(int x, int y) const {
     if (x < 0 || y < 0 || x >= s.frame.size[0] || y >= s.frame.size[1]) {
         return 0;
     }
-    const TileVoxels& voxels = s.sampled_voxels(s.tile_index(x / kTileSide, y / kTileSide));
+    const TileVoxels& voxels = s.sampler.voxels(s.tile_index(x / kTileSide, y / kTileSide));
     const int column = y % kTileSide * kTileSide + x % kTileSide;
-    return column_profile(column_of(voxels, s.sampled_ground, column)).top_q16 / 65536.0 *
+    return column_profile(column_of(voxels, s.sampler.ground(), column)).top_q16 / 65536.0 *
            s.frame.voxel_m;
 }
 
 uint64_t Soil::tile_revision(int tx, int ty) const {
     const auto& tile = impl_->tiles[impl_->tile_index(tx, ty)];
-    return tile ? tile->revision : impl_->revision_base;
+    return tile ? tile->revision : impl_->tiles.revision_base();
 }
 
 void Soil::read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
                      std::vector<uint8_t>& material) const {
     const Impl& s = *impl_;
-    const TileVoxels& voxels = s.sampled_voxels(s.tile_index(tx, ty));
+    const TileVoxels& voxels = s.sampler.voxels(s.tile_index(tx, ty));
     const size_t count = static_cast<size_t>(s.params.tile_voxels);
     volume.resize(count);
     solid.resize(count);
@@ -380,8 +368,8 @@ void Soil::read_tile(int tx, int ty, std::vector<float>& volume, std::vector<flo
 
 void Soil::read_terrain(int tx, int ty, std::vector<float>& terrain) const {
     const Impl& s = *impl_;
-    const TileVoxels& voxels = s.sampled_voxels(s.tile_index(tx, ty));
-    const std::vector<int32_t>& ground = s.sampled_ground.words;
+    const TileVoxels& voxels = s.sampler.voxels(s.tile_index(tx, ty));
+    const std::vector<int32_t>& ground = s.sampler.ground().words;
     terrain.resize(static_cast<size_t>(s.params.tile_voxels));
     for (size_t v = 0; v < terrain.size(); ++v) {
         const int of_bodies = ground.empty() ? 0 : ground[v];

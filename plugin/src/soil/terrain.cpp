@@ -195,7 +195,7 @@ class MeshCoverage {
 Status Soil::Impl::terrain_with(const VoxelFraction& fraction, int z_end) {
     // All tiles first, then all writes: an error leaves nothing half done.
     std::vector<std::pair<int, std::shared_ptr<const PackedTile>>> changed;
-    TileVoxels voxels, ground, buried;
+    TileVoxels voxels, of_ground, buried;
     for (int index = 0; index < tiles_x * tiles_y; ++index) {
         const int x0 = index % tiles_x * kTileSide, y0 = index / tiles_x * kTileSide;
         bool is_read = false, any = false, any_ground = false, any_buried = false;
@@ -211,15 +211,15 @@ Status Soil::Impl::terrain_with(const VoxelFraction& fraction, int z_end) {
                     continue;
                 }
                 if (!is_read) {
-                    tile_for(index);
-                    read_voxels(index, voxels);
-                    read_ground(index, ground);
-                    any_ground = !ground.words.empty();
-                    any_buried = read_buried(index, buried);
+                    tiles.make(index);
+                    tiles.read_voxels(index, voxels);
+                    tiles.read_ground(index, of_ground);
+                    any_ground = !of_ground.words.empty();
+                    any_buried = tiles.read_buried(index, buried);
                     is_read = true;
                 }
                 int32_t& terrain = voxels.at(kKeptTerrain, z, c);
-                const int of_bodies = any_ground ? ground.at(0, z, c) : 0;
+                const int of_bodies = any_ground ? of_ground.at(0, z, c) : 0;
                 const int below = any_buried ? buried.at(kKeptVolume, z, c) : 0;
                 if (units <= terrain - of_bodies) {
                     continue;
@@ -231,7 +231,7 @@ Status Soil::Impl::terrain_with(const VoxelFraction& fraction, int z_end) {
                                     "terrain before soil",
                                     at.x, at.y, at.z)};
                 }
-                terrain = units + of_bodies;  // put_ground() takes what is too much
+                terrain = units + of_bodies;  // GroundBodies::put() takes what is too much
                 any = true;
             }
         }
@@ -243,10 +243,10 @@ Status Soil::Impl::terrain_with(const VoxelFraction& fraction, int z_end) {
         return Error{"the terrain lies outside of the grid"};
     }
     for (const auto& [index, packed] : changed) {
-        write_packed(index, packed);
-        read_ground(index, ground);
-        if (!ground.words.empty()) {
-            put_ground(index, ground.words, true);
+        tiles.write_packed(index, packed);
+        tiles.read_ground(index, of_ground);
+        if (!of_ground.words.empty()) {
+            ground.put(index, of_ground.words, true);
         }
         ++tiles[index]->revision;
     }

@@ -1,0 +1,157 @@
+#include "soil/body_table.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bsoil/limits.h"
+#include "soil/shape_bounds.h"
+
+namespace bsoil {
+
+namespace {
+
+// A body counts as still until it has moved this far since its coverage was last made [voxels]: a
+// machine that rocks by micrometres on its tracks is not voxelized anew in every step. Well below
+// what the contact forces resolve.
+constexpr double kStillVoxels = 1.0 / 512;
+
+}  // namespace
+
+bool GivenBody::operator==(const GivenBody& o) const {
+    const auto same = [](Vec3 a, Vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; };
+    const Quat &a = pose.rotation, &b = o.pose.rotation;
+    return same(pose.position, o.pose.position) && a.x == b.x && a.y == b.y && a.z == b.z &&
+           a.w == b.w && same(linear_velocity_m_s, o.linear_velocity_m_s) &&
+           same(angular_velocity_rad_s, o.angular_velocity_rad_s) &&
+           same(center_of_mass_m, o.center_of_mass_m) && contact_width_m == o.contact_width_m;
+}
+
+void BodyTable::meet(std::span<const SoilBody> input) {
+    in_step_.clear();
+    reach_voxels_ = 0;
+    fastest_ = nullptr;
+    are_same_ = true;
+    for (const SoilBody& body : input) {
+        if (!accept(body)) {
+            continue;
+        }
+        if (static_cast<int>(in_step_.size()) >= limits::kBodyCapacity) {
+            core_.conditions.note(StatusBit::shape_refused, body.id, body.center_of_mass_m);
+            break;
+        }
+        BodyTrack& track = tracks_[body.id];
+        if (track.last_step == core_.step_index) {
+            continue;  // the same id twice in one step: the first counts
+        }
+        const Pose to = core_.world_to_grid * body.pose;
+        StepBody entry{&body, &track, to, to, true, true};
+        make_shapes(track, body);
+        if (track.index < 0) {
+            track.index = take_index(body.id);
+        } else if (track.shape_revision == body.shape_revision) {
+            entry.from = track.pose;
+            const double move = reach_of(entry);
+            entry.moved = move > kStillVoxels;
+            entry.placed = move > core_.def.substeps_max;
+            if (!entry.moved) {
+                entry.to = entry.from;
+            } else if (move > core_.def.substeps_max) {
+                core_.conditions.note(StatusBit::body_teleported, body.id, body.center_of_mass_m);
+                entry.from = to;
+            } else {
+                fastest_ = move > reach_voxels_ ? &body : fastest_;
+                reach_voxels_ = std::max(reach_voxels_, move);
+            }
+        }
+        const GivenBody given{body.pose, body.linear_velocity_m_s, body.angular_velocity_rad_s,
+                              body.center_of_mass_m, body.contact_width_m};
+        are_same_ = are_same_ && !entry.moved && given == track.given;
+        track.given = given;
+        entry.turned_static = track.is_static != body.is_static;
+        track.pose = entry.to;
+        track.shape_revision = body.shape_revision;
+        track.is_static = body.is_static;
+        track.last_step = core_.step_index;
+        if (!body.is_static && !body.may_leave && !core_.frame.is_above(body.center_of_mass_m)) {
+            core_.conditions.note(StatusBit::body_outside_grid, body.id, body.center_of_mass_m);
+        }
+        in_step_.push_back(entry);
+    }
+}
+
+bool BodyTable::any_moved() const {
+    return std::ranges::any_of(in_step_, [](const StepBody& body) { return body.moved; });
+}
+
+BodyTrack& BodyTable::add(const SoilBody& body) {
+    BodyTrack& track = tracks_[body.id];
+    make_shapes(track, body);
+    track.index = take_index(body.id);
+    track.pose = core_.world_to_grid * body.pose;
+    track.shape_revision = body.shape_revision;
+    track.is_static = body.is_static;
+    track.last_step = core_.step_index;
+    return track;
+}
+
+// Of a body that is new, or whose shapes are.
+void BodyTable::make_shapes(BodyTrack& track, const SoilBody& body) const {
+    if (track.index < 0 || track.shape_revision != body.shape_revision ||
+        track.walls.growth.size() != body.shapes->size()) {
+        track.walls.make(*body.shapes, core_.frame.voxel_m);
+        track.surface = {};
+    }
+    if (core_.def.contact_law.faces_by_shape && !body.is_static && !track.surface.is_made) {
+        track.surface.make(*body.shapes, track.walls.growth, core_.frame.voxel_m);
+    }
+}
+
+bool BodyTable::accept(const SoilBody& body) {
+    if (!is_finite(body.pose) || !is_finite(body.linear_velocity_m_s) ||
+        !is_finite(body.angular_velocity_rad_s) || !is_finite(body.center_of_mass_m) ||
+        !std::isfinite(body.contact_pressure_pa) || !std::isfinite(body.contact_width_m)) {
+        core_.conditions.note(
+            StatusBit::pose_not_finite, body.id,
+            is_finite(body.center_of_mass_m) ? std::optional(body.center_of_mass_m) : std::nullopt);
+        return false;
+    }
+    if (!body.shapes || body.shapes->empty() || body.id < 0 || body.id > limits::kBodyIdMost ||
+        !std::all_of(body.shapes->begin(), body.shapes->end(), is_valid_shape)) {
+        core_.conditions.note(StatusBit::shape_refused, std::max(-1, body.id),
+                              body.center_of_mass_m);
+        return false;
+    }
+    return true;
+}
+
+int BodyTable::take_index(int id) {
+    const auto free = std::find(ids_.begin(), ids_.end(), -1);
+    if (free != ids_.end()) {
+        *free = id;
+        return static_cast<int>(free - ids_.begin());
+    }
+    ids_.push_back(id);
+    return static_cast<int>(ids_.size()) - 1;
+}
+
+// Steps that a body's motion needs: no point of it may cross more than a voxel at once.
+double BodyTable::reach_of(const StepBody& body) const {
+    double reach = 0;
+    for (const ConvexShape& shape : body.shapes()) {
+        const Aabb a = shape_bounds(shape, body.from, core_.frame.voxel_m);
+        const Aabb b = shape_bounds(shape, body.to, core_.frame.voxel_m);
+        const double shifts[6] = {a.min.x - b.min.x, a.min.y - b.min.y, a.min.z - b.min.z,
+                                  a.max.x - b.max.x, a.max.y - b.max.y, a.max.z - b.max.z};
+        for (double shift : shifts) {
+            reach = std::max(reach, std::abs(shift));
+        }
+    }
+    return reach;
+}
+
+void BodyTable::restart(std::unordered_map<int, BodyTrack> tracks, std::vector<int> ids) {
+    tracks_ = std::move(tracks);
+    ids_ = std::move(ids);
+}
+
+}  // namespace bsoil

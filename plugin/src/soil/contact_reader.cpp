@@ -1,0 +1,188 @@
+#include "soil/contact_reader.h"
+
+#include <algorithm>
+
+#include "bsoil/limits.h"
+#include "soil/column_surface.h"
+
+namespace bsoil {
+
+using namespace layout;
+
+namespace {
+
+// Contact records read with everything else are those of the step before and so many more: a
+// second read is for the step in which a body lands.
+constexpr int kContactsMore = 64;
+constexpr size_t kTileSpanWords = static_cast<size_t>(kTileColumns) * kColumnWords;
+
+int64_t wide_sum(const int32_t* words) {
+    return static_cast<int64_t>(static_cast<uint64_t>(static_cast<uint32_t>(words[1])) << 32 |
+                                static_cast<uint32_t>(words[0]));
+}
+
+}  // namespace
+
+void SurfaceReader::want(bool has_contacts, std::vector<device::ReadRange>& ranges) {
+    const auto slot_count = static_cast<size_t>(tiles_.slot_count());
+    slots_.swap(asked_);
+    asked_.clear();
+    std::erase_if(slots_, [&](int slot) {
+        return !has_contacts || slot >= tiles_.slot_count() ||
+               tiles_.slot_tiles()[static_cast<size_t>(slot)] < 0;
+    });
+    tops_.resize(has_contacts ? slot_count * kTileColumns : 0);
+    spans_.resize(slots_.size() * kTileSpanWords);
+    place_.assign(slot_count, -1);
+    for (size_t i = 0; i < slots_.size(); ++i) {
+        place_[static_cast<size_t>(slots_[i])] = static_cast<int>(i);
+        ranges.push_back({Buffer::spans, tiles_.spans_offset(slots_[i]),
+                          std::span(spans_).subspan(i * kTileSpanWords, kTileSpanWords)});
+    }
+    ranges.push_back({Buffer::spans, tiles_.column_array_offset(kColumnSurface, 0), tops_});
+}
+
+std::span<const int32_t> SurfaceReader::of_ground(int index) {
+    static constexpr int32_t kBareFloor[kTileColumns] = {};
+    if (!tiles_[index] && !ground_.is_over(index)) {
+        return kBareFloor;
+    }
+    const Tile& tile = tiles_.make(index);
+    if (tile.is_awake()) {
+        return std::span(tops_).subspan(static_cast<size_t>(tile.slot) * kTileColumns,
+                                        kTileColumns);
+    }
+    if (!tile.packed) {
+        return kBareFloor;
+    }
+    if (tile.packed->surface.empty()) {
+        tile.packed->surface = surface_heights_q16(tiles_.read_runs(index));
+    }
+    return tile.packed->surface;
+}
+
+// The records of a tile's columns as they are after this step.
+const int32_t* SurfaceReader::spans_of(int slot) {
+    if (std::ranges::find(asked_, slot) == asked_.end()) {
+        asked_.push_back(slot);
+    }
+    int& place = place_[static_cast<size_t>(slot)];
+    if (place < 0) {
+        place = static_cast<int>(slots_.size());
+        slots_.push_back(slot);
+        spans_.resize(slots_.size() * kTileSpanWords);
+        core_.device->read(Buffer::spans, tiles_.spans_offset(slot),
+                           std::span(spans_).last(kTileSpanWords));
+    }
+    return &spans_[static_cast<size_t>(place) * kTileSpanWords];
+}
+
+std::span<const int32_t> SurfaceReader::of_carried(int index, int carrier) {
+    carried_.assign(kTileColumns, kBare);
+    // Bodies that may move keep the tiles with their soil awake.
+    if (!tiles_[index] || !tiles_[index]->is_awake()) {
+        return carried_;
+    }
+    const int32_t* spans = spans_of(tiles_[index]->slot);
+    for (size_t c = 0; c < kTileColumns; ++c) {
+        const int32_t* column = spans + c * kColumnWords;
+        for (int i = 0; i < column[kColumnCount]; ++i) {
+            const auto pair = static_cast<uint32_t>(column[kColumnBase + i / 2]);
+            const int base = static_cast<int>(pair >> (i % 2 * 16) & 0xffff);
+            if ((base & kBaseBody) != carrier + 1) {
+                continue;
+            }
+            const int32_t* span = column + kColumnSpans + i * kSpanWords;
+            const int32_t bottom = span[kSpanBottom], top = span[kSpanTop];
+            if (top > bottom) {
+                carried_[c] = (base & kBaseFree) != 0 ? top : kCovered - top;
+            } else if (carried_[c] == kBare && (base & kBaseFree) != 0) {
+                carried_[c] = kBareTop - top;
+            }
+        }
+    }
+    return carried_;
+}
+
+void ContactReader::start() {
+    for (const MaterialDef& material : core_.materials) {
+        wedge_length_.push_back(core_.def.contact_law.wedge_length_of(material.friction_angle_rad));
+    }
+}
+
+void ContactReader::want(bool has_contacts, std::vector<device::ReadRange>& ranges) {
+    const int records = has_contacts ? std::min(expected_, limits::kContactCapacity) : 0;
+    record_words_.resize(static_cast<size_t>(records) * kContactWords);
+    ranges.push_back({Buffer::result, core_.params.contact_offset, record_words_});
+    surface_.want(has_contacts, ranges);
+}
+
+void ContactReader::read(std::span<const int32_t> header) {
+    const int count = std::min(header[kResultContacts], limits::kContactCapacity);
+    const size_t words = static_cast<size_t>(count) * kContactWords;
+    const size_t known = record_words_.size();
+    if (words > record_words_.capacity()) {
+        record_words_.reserve(2 * words);
+    }
+    record_words_.resize(words);
+    if (words > known) {
+        core_.device->read(Buffer::result,
+                           core_.params.contact_offset + static_cast<int64_t>(known),
+                           std::span(record_words_).subspan(known));
+    }
+    expected_ = count + count / 4 + kContactsMore;
+    read_loads(header);
+    make_contacts();
+    are_whole_ = (header[kResultStatus] & kStatusContactsFull) == 0;
+    known_edit_ = tiles_.edit_count();
+}
+
+void ContactReader::read_loads(std::span<const int32_t> header) {
+    const std::span<const int> ids = bodies_.ids();
+    loads_.clear();
+    for (size_t b = 0; b < ids.size(); ++b) {
+        const int32_t* sums = &header[kResultHeader + b * kLoadWords];
+        const double units = static_cast<double>(wide_sum(sums + kLoadMass));
+        if (units > 0 && ids[b] >= 0) {
+            const Vec3 center{static_cast<double>(wide_sum(sums + kLoadMoment)) / units / 2,
+                              static_cast<double>(wide_sum(sums + kLoadMoment + 2)) / units / 2,
+                              static_cast<double>(wide_sum(sums + kLoadMoment + 4)) / units / 2};
+            loads_.push_back(
+                {ids[b], units * kLoadPart * core_.kg_per_unit, core_.frame.to_world(center)});
+        }
+    }
+}
+
+void ContactReader::make_contacts() {
+    const std::span<const int> ids = bodies_.ids();
+    placed_.resize(ids.size());
+    width_voxels_.assign(ids.size(), 0);
+    for (ContactBody& body : placed_) {
+        body.input = nullptr;
+    }
+    for (const StepBody& body : bodies_.in_step()) {
+        const auto at = static_cast<size_t>(body.track->index);
+        ContactBody& placed = placed_[at];
+        placed.input = body.input;
+        placed.faces.place(*body.input, body.track->walls);
+        placed.surface = body.track->surface.is_whole ? &body.track->surface : nullptr;
+        width_voxels_[at] = std::max(0.0, body.input->contact_width_m) / core_.frame.voxel_m;
+    }
+    voxels_.make(
+        {record_words_, placed_, ids, width_voxels_, &core_.frame, &core_.world_to_grid,
+         &core_.def.contact_law, wedge_length_, core_.work_threads.get()},
+        [this](int tx, int ty, int carrier) {
+            const int tile = core_.tile_index(tx, ty);
+            return carrier == kOnGround ? surface_.of_ground(tile)
+                                        : surface_.of_carried(tile, carrier);
+        },
+        contacts_);
+}
+
+void ContactReader::clear() {
+    contacts_.clear();
+    loads_.clear();
+    are_whole_ = false;
+}
+
+}  // namespace bsoil

@@ -1,0 +1,123 @@
+#include "soil/passes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bsoil/limits.h"
+#include "soil/soil_kernels.h"
+
+namespace bsoil {
+
+using namespace layout;
+using Looker = PassStamps::Looker;
+
+namespace {
+
+// Slippage passes in a step of 1/60 s. One pass levels a slope over a voxel; a second makes a metre
+// of loose sand come to rest in about a second, as it does. Longer steps have more of them; in
+// shorter ones each moves less, so that slopes relax by as much in a second.
+constexpr int kSlipPasses = 2;
+constexpr double kSlipPassesPerSecond = kSlipPasses * 60.0;
+// More of them, one for each so much (Q16 voxels) that the steepest slope stands above a stable
+// one.
+constexpr int kSlopePerPass = 8192;
+constexpr int kSlipPassesMost = 16;
+// In these passes soil slides so far at once [m]. A slope carries off what is pushed onto it in
+// proportion to the square of that way: with a way of one voxel heaps were the steeper, the finer
+// the grid.
+constexpr double kSlipWay = 0.04;
+constexpr int kSlipStrideMost = kTileSide / 2;  // from opposite sides into one tile, apart
+
+int slip_passes_least(double step_s) {
+    const double wanted = std::ceil(step_s * kSlipPassesPerSecond - 1e-9);
+    return std::max(kSlipPasses, static_cast<int>(wanted));
+}
+
+}  // namespace
+
+void Passes::start() {
+    const double step_s = core_.def.step_s;
+    const double share = step_s * kSlipPassesPerSecond / slip_passes_least(step_s);
+    core_.params.slip_rate_least = static_cast<int>(std::lround(kSlipRateLeast * share));
+    core_.params.slip_rate_most = static_cast<int>(std::lround(kSlipRateMost * share));
+}
+
+void Passes::run(Kernel kernel, const ListedWork& work) {
+    if (work.group_count == 0) {
+        return;
+    }
+    core_.params.list_offset = work.list_offset;
+    core_.params.pair_offset = work.list_offset;
+    core_.device->dispatch(static_cast<int>(kernel), words_of(core_.params), work);
+}
+
+// A kernel that leaves out the columns that have not changed since it last ran.
+void Passes::look(Kernel kernel, Looker looker, const ListedWork& work) {
+    core_.stamps.begin_look(looker);
+    run(kernel, work);
+}
+
+// A kernel that writes deltas, and what adds them to the state.
+void Passes::move(Kernel kernel, const ListedWork& work) {
+    core_.stamps.begin_pass();
+    run(kernel, work);
+    run(Kernel::apply_flow, lists_.listed());
+}
+
+void Passes::voxelize() {
+    run(Kernel::clear_coverage, lists_.rebuild());
+    run(Kernel::voxelize_shapes, lists_.pairs());
+}
+
+// thesis (18)
+void Passes::deform() {
+    core_.stamps.begin_pass();
+    run(Kernel::apply_force, lists_.listed());
+    for (int i = 0; i < core_.def.propagation_iterations; ++i) {
+        move(Kernel::propagate_force, lists_.listed());
+    }
+}
+
+// thesis (19)
+void Passes::advect() {
+    look(Kernel::find_support, Looker::support, lists_.tiles());
+    move(Kernel::advect_soil, lists_.listed());
+    for (int i = 0; i < core_.def.overflow_passes; ++i) {
+        move(Kernel::resolve_overflow, lists_.listed());
+    }
+}
+
+// What falls apart slides in the passes that follow.
+void Passes::fail_banks() {
+    look(Kernel::build_spans, Looker::spans, lists_.tiles());
+    core_.stamps.begin_look(Looker::failures);
+    core_.stamps.begin_pass();
+    run(Kernel::find_failures, lists_.tiles());
+    run(Kernel::break_bonds, lists_.tiles());
+}
+
+// thesis (20)
+void Passes::slip() {
+    // Bodies build slopes up at so many voxels a step: the steeper the step before has left them,
+    // the more passes. The last ones go by single voxels, which smooths what the long ways left.
+    const int least = slip_passes_least(core_.def.step_s);
+    const int passes = std::min(kSlipPasses + core_.slope_q16 / kSlopePerPass, kSlipPassesMost) *
+                       least / kSlipPasses;
+    const int stride_most = std::clamp(
+        static_cast<int>(std::lround(kSlipWay / core_.frame.voxel_m)), 1, kSlipStrideMost);
+    for (int pass = 0; pass < passes; ++pass) {
+        const int stride = pass < passes - least ? stride_most : 1;
+        look(Kernel::build_spans, Looker::spans, lists_.tiles());
+        core_.params.slip_stride = stride;
+        core_.params.slip_turn = 1 - core_.params.slip_turn;
+        if (pass == passes - 1) {
+            core_.device->fill_zero(Buffer::result, kResultSlope, 1);
+        }
+        core_.stamps.begin_look(stride > 1 ? Looker::slip_far : Looker::slip);
+        move(Kernel::slip_soil, lists_.tiles());
+    }
+}
+
+void Passes::collect_contacts() { run(Kernel::collect_contacts, lists_.contacts()); }
+
+}  // namespace bsoil

@@ -1,0 +1,37 @@
+/// StepReader: the results of a step, read back with one wait for the device.
+#pragma once
+
+#include <vector>
+
+#include "soil/contact_reader.h"
+#include "soil/work_lists.h"
+
+namespace bsoil {
+
+class StepReader {
+  public:
+    StepReader(SoilCore& core, TileTable& tiles, BodyTable& bodies, WorkLists& lists,
+               ContactReader& contacts)
+        : core_(core), tiles_(tiles), bodies_(bodies), lists_(lists), contacts_(contacts) {}
+
+    /// Waits for the device. After it: conditions that the kernels noted, the speed and slope that
+    /// the step left, contacts and loads.
+    void read();
+    /// What of the soil has changed in the step read: active blocks, revisions and tops of tiles.
+    void note_activity();
+
+  private:
+    void note_kernel_conditions();
+    void wake_neighbours(int index, int32_t asked);
+
+    SoilCore& core_;
+    TileTable& tiles_;
+    BodyTable& bodies_;
+    WorkLists& lists_;
+    ContactReader& contacts_;
+    // Scratch, kept so that a step does not allocate once warm.
+    std::vector<int32_t> header_, flag_words_, table_words_;
+    std::vector<device::ReadRange> ranges_;
+};
+
+}  // namespace bsoil

@@ -1,0 +1,456 @@
+// Tiles asleep and awake: cost follows what moves.
+#include "soil/tile_table.h"
+
+#include <algorithm>
+
+namespace bsoil {
+
+using namespace layout;
+
+namespace {
+// A tile nobody needed for so many steps goes to sleep: long enough that a slow avalanche does not
+// pack and unpack it.
+constexpr int64_t kSleepAfterSteps = 30;
+
+// Memory that SoilDef::tile_capacity = 0 allows awake tiles to take.
+constexpr int64_t kAwakeBytesDefault = int64_t{1} << 30;
+// Awake tiles that a soil starts with; the table doubles when it needs more.
+constexpr int kSlotsAtStart = 64;
+
+/// Tile::top of these voxels.
+int top_of(const TileVoxels& voxels) {
+    for (int z = voxels.height - 1; z >= 0; --z) {
+        for (int c = 0; c < kTileColumns; ++c) {
+            if (voxels.at(kKeptVolume, z, c) != 0) {
+                return z + 1;
+            }
+        }
+    }
+    return 0;
+}
+
+int top_of(const TileRuns& tile) {
+    int top = 0;
+    for (int c = 0; c < kTileColumns; ++c) {
+        int z = 0;
+        for (const ColumnRun& run : tile.column(c)) {
+            z += run.length;
+            top = run.values[kKeptVolume] != 0 ? std::max(top, z) : top;
+        }
+    }
+    return top;
+}
+
+template <typename Soil>
+std::shared_ptr<const PackedTile> packed_of(std::vector<uint8_t> bytes, const Soil& soil) {
+    auto packed = std::make_shared<PackedTile>();
+    packed->bytes = std::move(bytes);
+    packed->top = top_of(soil);
+    return packed;
+}
+}  // namespace
+
+std::shared_ptr<const PackedTile> make_packed(const TileRuns& runs) {
+    return packed_of(pack_runs(runs), runs);
+}
+std::shared_ptr<const PackedTile> make_packed(const TileVoxels& voxels) {
+    return packed_of(pack_tile(voxels), voxels);
+}
+
+Tile& TileTable::make(int index) {
+    if (!tiles_[index]) {
+        tiles_[index] = std::make_unique<Tile>();
+        tiles_[index]->revision = revision_base_ + 1;
+        // Columns of the last tiles_ that lie beyond the grid's sides are rock; see is_in_grid() in
+        // kernel_common.glsl.
+        const int x0 = index % core_.tiles_x * kTileSide, y0 = index / core_.tiles_x * kTileSide;
+        if (x0 + kTileSide > core_.frame.size[0] || y0 + kTileSide > core_.frame.size[1]) {
+            TileVoxels voxels;
+            voxels.reset(core_.height, core_.kept_planes);
+            for (int c = 0; c < kTileColumns; ++c) {
+                if (x0 + c % kTileSide >= core_.frame.size[0] ||
+                    y0 + c / kTileSide >= core_.frame.size[1]) {
+                    for (int z = 0; z < core_.height; ++z) {
+                        voxels.at(kKeptTerrain, z, c) = kVoxelFull;
+                    }
+                }
+            }
+            tiles_[index]->packed = make_packed(voxels);
+        }
+        if (on_new_tile) {
+            on_new_tile(index);
+        }
+    }
+    return *tiles_[index];
+}
+
+int TileTable::top_around(int tx, int ty) const {
+    int top = 0;
+    core_.tiles_around(tx, ty).for_each_tile([&](int nx, int ny) {
+        const Tile* tile = tiles_[core_.tile_index(nx, ny)].get();
+        top = std::max(top, tile ? tile->top : 0);
+    });
+    return top;
+}
+
+Status TileTable::start() {
+    tiles_.resize(static_cast<size_t>(core_.tile_count()));
+    const SoilParams& p = core_.params;
+    const int64_t tile_bytes =
+        int64_t{p.tile_voxels} * 4 * (kTransportFirst + 2 * p.transport_count);
+    slot_capacity_ = static_cast<int>(std::min<int64_t>(
+        core_.tile_count(), core_.def.tile_capacity > 0
+                                ? core_.def.tile_capacity
+                                : std::max<int64_t>(1, kAwakeBytesDefault / tile_bytes)));
+    return allocate_slots(std::min(kSlotsAtStart, slot_capacity_));
+}
+
+Status TileTable::allocate_slots(int count) {
+    const int64_t tile_voxels = core_.params.tile_voxels;
+    const int64_t planes = kTransportFirst + core_.params.transport_count;
+    core_.params.plane_stride = static_cast<int32_t>(tile_voxels * count);
+    const int64_t columns = static_cast<int64_t>(count) * kTileColumns;
+    core_.params.column_count = static_cast<int32_t>(columns);
+    const int64_t blocks = static_cast<int64_t>(count) * core_.blocks_per_tile;
+    for (const auto& [buffer, words] :
+         {std::pair{Buffer::state, planes * core_.params.plane_stride},
+          std::pair{Buffer::delta,
+                    static_cast<int64_t>(core_.params.transport_count) * core_.params.plane_stride},
+          std::pair{Buffer::tile_table, static_cast<int64_t>(count) * kTileTableWords},
+          std::pair{Buffer::block_flags, (kFlagArrays + kMaskWords) * blocks},
+          std::pair{Buffer::spans, columns * (kColumnWords + kColumnArrays) +
+                                       static_cast<int64_t>(kTileArrays) * count}}) {
+        if (Status allocated = core_.device->allocate(buffer, words); !allocated) {
+            return allocated;
+        }
+    }
+    for (int slot = count - 1; slot >= slot_count_; --slot) {
+        free_slots_.push_back(slot);
+    }
+    slot_tile_.resize(count, -1);
+    woken_step_.resize(count, 0);
+    looked_step_.assign(count, -1);
+    looked_blocks_.resize(count, 0);
+    slot_count_ = count;
+    neighbour_words_.assign(static_cast<size_t>(count) * kTileTableWords, kNeighbourAbsent);
+    is_dirty_ = true;
+    forget_stamps();
+    return Done{};
+}
+
+Status TileTable::grow_slots(int wanted) {
+    // The device's buffers are laid out by plane, so growing means moving every plane: awake tiles
+    // take the detour through the host. Happens a few times in a run, by doubling.
+    const int count = std::min(slot_capacity_, std::max(wanted, 2 * slot_count_));
+    if (count <= slot_count_) {
+        return Error{"the tile table is full"};
+    }
+    struct Saved {
+        int tile;
+        TileVoxels voxels;
+        std::vector<int32_t> coverage, owner, support, columns;
+    };
+    std::vector<Saved> saved;
+    const auto plane_words = static_cast<size_t>(core_.params.tile_voxels);
+    for (int slot = 0; slot < slot_count_; ++slot) {
+        if (slot_tile_[slot] >= 0) {
+            Saved entry{slot_tile_[slot],
+                        {},
+                        std::vector<int32_t>(plane_words),
+                        std::vector<int32_t>(plane_words),
+                        std::vector<int32_t>(plane_words),
+                        std::vector<int32_t>(kTileColumns * kColumnWords)};
+            read_voxels(slot_tile_[slot], entry.voxels);
+            ranges_ = {plane_range(kPlaneCoverage, slot, entry.coverage),
+                       plane_range(kPlaneOwner, slot, entry.owner),
+                       plane_range(kPlaneSupport, slot, entry.support),
+                       {Buffer::spans, spans_offset(slot), entry.columns}};
+            core_.device->read(ranges_);
+            saved.push_back(std::move(entry));
+        }
+    }
+    std::vector<int32_t> tops(static_cast<size_t>(slot_count_) * kTileColumns);
+    core_.device->read(Buffer::spans, column_array_offset(kColumnSurface, 0), tops);
+    if (Status allocated = allocate_slots(count); !allocated) {
+        return allocated;
+    }
+    for (const Saved& entry : saved) {
+        const int slot = tiles_[entry.tile]->slot;
+        write_voxels(entry.tile, entry.voxels);
+        for (const auto& [plane, words] :
+             {std::pair{kPlaneCoverage, &entry.coverage}, std::pair{kPlaneOwner, &entry.owner},
+              std::pair{kPlaneSupport, &entry.support}}) {
+            core_.device->write(Buffer::state, plane_offset(plane, slot), *words);
+        }
+        core_.device->write(Buffer::spans, spans_offset(slot), entry.columns);
+    }
+    core_.device->write(Buffer::spans, column_array_offset(kColumnSurface, 0), tops);
+    return Done{};
+}
+
+int TileTable::wake(int index) {
+    Tile& tile = make(index);
+    tile.last_used_step = core_.step_index;
+    if (tile.slot >= 0) {
+        return tile.slot;
+    }
+    if (free_slots_.empty() && !grow_slots(slot_count_ + 1)) {
+        core_.conditions.note(StatusBit::tile_table_full, -1,
+                              core_.frame.to_world({(index % core_.tiles_x + 0.5) * kTileSide,
+                                                    (index / core_.tiles_x + 0.5) * kTileSide,
+                                                    static_cast<double>(tile.top)}));
+        return -1;
+    }
+    voxels_.reset(core_.height, core_.kept_planes);
+    unpack_tile(tile.bytes(), voxels_);
+    tile.slot = free_slots_.back();
+    free_slots_.pop_back();
+    slot_tile_[tile.slot] = index;
+    woken_step_[tile.slot] = core_.step_index;
+    write_voxels(index, voxels_);
+    for (int plane : {kPlaneCoverage, kPlaneOwner, kPlaneSupport}) {
+        core_.device->fill_zero(Buffer::state, plane_offset(plane, tile.slot),
+                                core_.params.tile_voxels);
+    }
+    core_.device->fill_zero(Buffer::spans, spans_offset(tile.slot), kTileColumns * kColumnWords);
+    for (int array = 0; array < kFlagArrays; ++array) {
+        core_.device->fill_zero(Buffer::block_flags,
+                                array * block_count() + int64_t{tile.slot} * core_.blocks_per_tile,
+                                core_.blocks_per_tile);
+    }
+    note_stale(tile.slot, false);  // again: the flags above are new, and no body covers it yet
+    tile.packed.reset();
+    is_dirty_ = true;
+    note_edit();
+    return tile.slot;
+}
+
+void TileTable::note_stale(int slot, bool may_be_covered) {
+    looked_step_[slot] = -1;
+    column_words_.assign(static_cast<size_t>(core_.blocks_per_tile) * kMaskWords, 0);
+    for (size_t first = 0; first < column_words_.size(); first += kMaskWords) {
+        for (int mask : {kMaskPressed, kMaskMoving}) {
+            column_words_[first + mask] = column_words_[first + mask + 1] = -1;
+        }
+        if (may_be_covered) {
+            column_words_[first + kMaskBody] = column_words_[first + kMaskBody + 1] = -1;
+        }
+    }
+    core_.device->write(
+        Buffer::block_flags,
+        kFlagArrays * block_count() + int64_t{kMaskWords} * slot * core_.blocks_per_tile,
+        column_words_);
+    write_columns(slot, kColumnSoilTop, core_.height);
+    write_columns(slot, kColumnFull, 0);
+    write_columns(slot, kColumnEnd, core_.height);
+    write_columns(slot, kColumnSingle, kNotSingle);
+    write_columns(slot, kColumnSlides, 1);
+    write_columns(slot, kColumnIntact, kIntactUnknown);
+    write_columns(slot, kColumnCut, 0);
+}
+
+void TileTable::stamp_columns(int slot) {
+    write_columns(slot, kColumnStamp, core_.params.pass_stamp);
+    core_.device->write(Buffer::spans, tile_array_offset(kTileStamp, slot),
+                        {&core_.params.pass_stamp, 1});
+}
+
+void TileTable::note_look(int slot, int blocks_up) {
+    int64_t& step = looked_step_[static_cast<size_t>(slot)];
+    int& blocks = looked_blocks_[static_cast<size_t>(slot)];
+    if (step != core_.step_index - 1 || blocks != blocks_up) {
+        stamp_columns(slot);
+    }
+    step = core_.step_index;
+    blocks = blocks_up;
+}
+
+void TileTable::write_columns(int slot, int array, int32_t word) {
+    column_words_.assign(kTileColumns, word);
+    core_.device->write(Buffer::spans, column_array_offset(array, slot), column_words_);
+}
+
+void TileTable::forget_stamps() {
+    core_.device->fill_zero(Buffer::spans, column_array_offset(kColumnStamp, 0),
+                            int64_t{slot_count_} * kTileColumns);
+    core_.device->fill_zero(Buffer::spans, tile_array_offset(kTileStamp, 0), slot_count_);
+    std::ranges::fill(looked_step_, -1);
+    core_.stamps.forget();
+}
+
+void TileTable::put_to_sleep(int index) {
+    Tile& tile = *tiles_[index];
+    read_voxels(index, voxels_);
+    tile.packed = make_packed(voxels_);
+    slot_tile_[tile.slot] = -1;
+    free_slots_.push_back(tile.slot);
+    tile.slot = -1;
+    is_dirty_ = true;
+    note_edit();  // a mean density leaves out what sleeps
+}
+
+void TileTable::sleep_idle() { sleep_unused_since(core_.step_index - kSleepAfterSteps); }
+
+void TileTable::sleep_unused_since(int64_t step) {
+    for (int slot = 0; slot < slot_count_; ++slot) {
+        const int index = slot_tile_[slot];
+        if (index >= 0 && tiles_[index]->last_used_step < step) {
+            put_to_sleep(index);
+        }
+    }
+}
+
+void TileTable::upload() {
+    if (!is_dirty_) {
+        return;
+    }
+    for (int slot = 0; slot < slot_count_; ++slot) {
+        int32_t* entry = &neighbour_words_[static_cast<size_t>(slot) * kTileTableWords];
+        const int index = slot_tile_[slot];
+        std::fill(entry, entry + kTileTableWords, kNeighbourAbsent);
+        if (index < 0) {
+            continue;
+        }
+        const int tx = index % core_.tiles_x, ty = index / core_.tiles_x;
+        for (int dy = -1; dy <= 1; ++dy) {
+            for (int dx = -1; dx <= 1; ++dx) {
+                const int nx = tx + dx, ny = ty + dy;
+                if (nx >= 0 && nx < core_.tiles_x && ny >= 0 && ny < core_.tiles_y &&
+                    tiles_[core_.tile_index(nx, ny)]) {
+                    entry[(dy + 1) * 3 + dx + 1] = tiles_[core_.tile_index(nx, ny)]->slot;
+                }
+            }
+        }
+        entry[kTileTableX] = tx;
+        entry[kTileTableY] = ty;
+        entry[kTileTableTop] = entry[kTileTableAsked] = 0;
+    }
+    core_.device->write(Buffer::tile_table, 0, neighbour_words_);
+    is_dirty_ = false;
+}
+
+void TileTable::read_voxels(int index, TileVoxels& out) const {
+    out.reset(core_.height, core_.kept_planes);
+    const Tile* tile = tiles_[index].get();
+    if (!tile) {
+        return;
+    }
+    if (tile->slot < 0) {
+        unpack_tile(tile->bytes(), out);
+        return;
+    }
+    ranges_.clear();
+    const auto words = static_cast<size_t>(core_.params.tile_voxels);
+    for (int p = 0; p < core_.kept_planes; ++p) {
+        ranges_.push_back(
+            plane_range(state_plane_of(p), tile->slot,
+                        std::span(out.words).subspan(static_cast<size_t>(p) * words, words)));
+    }
+    core_.device->read(ranges_);
+}
+
+void TileTable::write_voxels(int index, const TileVoxels& in) {
+    note_edit();
+    Tile& tile = *tiles_[index];
+    if (tile.slot < 0) {
+        tile.packed = make_packed(in);
+    } else {
+        const auto words = static_cast<size_t>(core_.params.tile_voxels);
+        for (int p = 0; p < core_.kept_planes; ++p) {
+            core_.device->write(Buffer::state, plane_offset(state_plane_of(p), tile.slot),
+                                std::span(in.words).subspan(static_cast<size_t>(p) * words, words));
+        }
+    }
+    tile.top = top_of(in);
+    if (tile.slot >= 0) {
+        note_stale(tile.slot, true);
+    }
+}
+
+TileRuns TileTable::read_runs(int index) {
+    const Tile& tile = make(index);
+    TileRuns runs;
+    runs.height = core_.height;
+    runs.plane_count = core_.kept_planes;
+    if (tile.slot < 0) {
+        unpack_runs(tile.bytes(), runs);
+    } else {
+        read_voxels(index, voxels_);
+        unpack_runs(pack_tile(voxels_), runs);
+    }
+    return runs;
+}
+
+void TileTable::write_packed(int index, std::shared_ptr<const PackedTile> in) {
+    note_edit();
+    Tile& tile = make(index);
+    if (tile.slot < 0) {
+        tile.top = in->top;
+        tile.packed = std::move(in);
+    } else {
+        voxels_.reset(core_.height, core_.kept_planes);
+        unpack_tile(in->bytes, voxels_);
+        write_voxels(index, voxels_);
+    }
+}
+
+bool TileTable::read_buried(int index, TileVoxels& out) const {
+    if (!tiles_[index] || !tiles_[index]->buried) {
+        return false;
+    }
+    out.reset(core_.height, core_.kept_planes);
+    unpack_tile(*tiles_[index]->buried, out);
+    return true;
+}
+
+void TileTable::read_ground(int index, TileVoxels& out) const {
+    out.words.clear();
+    if (tiles_[index] && tiles_[index]->ground) {
+        out.reset(core_.height, 1);
+        unpack_tile(*tiles_[index]->ground, out);
+    }
+}
+
+void TileTable::clear() {
+    // Whoever remembers a tile's revision must see that it is another tile now.
+    for (const auto& tile : tiles_) {
+        if (tile) revision_base_ = std::max(revision_base_, tile->revision);
+    }
+    ++revision_base_;
+    note_edit();
+    for (auto& tile : tiles_) tile.reset();
+    std::ranges::fill(slot_tile_, -1);
+    free_slots_.clear();
+    for (int slot = slot_count_ - 1; slot >= 0; --slot) free_slots_.push_back(slot);
+    std::ranges::fill(woken_step_, 0);
+    is_dirty_ = true;
+    core_.device->fill_zero(Buffer::block_flags, 0, kFlagArrays * block_count());
+    forget_stamps();
+}
+
+const TileVoxels& TileSampler::voxels(int index) {
+    const auto& tile = tiles_[static_cast<size_t>(index)];
+    const uint64_t revision = tile ? tile->revision : tiles_.revision_base();
+    if (index != index_ || revision != revision_) {
+        tiles_.read_voxels(index, voxels_);
+        tiles_.read_ground(index, ground_);
+        index_ = index;
+        revision_ = revision;
+        coverage_step_ = -1;
+    }
+    return voxels_;
+}
+
+std::span<const int32_t> TileSampler::body_coverage() {
+    if (coverage_step_ == core_.step_index) return coverage_;
+    coverage_step_ = core_.step_index;
+    coverage_.clear();
+    const Tile* tile = tiles_[static_cast<size_t>(index_)].get();
+    if (!tile || !tile->is_awake()) return coverage_;
+    coverage_.resize(static_cast<size_t>(core_.params.tile_voxels));
+    const device::ReadRange range = tiles_.plane_range(kPlaneCoverage, tile->slot, coverage_);
+    core_.device->read({&range, 1});
+    return coverage_;
+}
+
+}  // namespace bsoil

@@ -1,0 +1,204 @@
+/// TileTable: the tiles of a soil, asleep on the host and awake on the device.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "soil/soil_core.h"
+#include "soil/tile_codec.h"
+
+namespace bsoil {
+
+// Planes that outlive a step, in the order of TileVoxels: terrain, then all transported planes.
+// Coverage, owner and support are made anew from the bodies.
+//
+//   TileVoxels plane | state plane
+//   0                | kPlaneTerrain
+//   1 + i            | kTransportFirst + i    (volume, momentum x 3, force x 3, bond, materials)
+inline constexpr int kKeptTerrain = 0;
+inline constexpr int kKeptVolume = 1;
+inline constexpr int kKeptMomentum = 2;
+inline constexpr int kKeptForce = 5;
+inline constexpr int kKeptBond = 8;
+inline constexpr int kKeptMaterial = 9;
+
+/// The plane of the state that a kept plane is.
+constexpr int state_plane_of(int kept) {
+    return kept == kKeptTerrain ? layout::kPlaneTerrain : layout::kTransportFirst + kept - 1;
+}
+
+/// The soil of a tile asleep. Tiles that hold the same share one: it never changes.
+struct PackedTile {
+    std::vector<uint8_t> bytes;  ///< see pack_tile()
+    int top = 0;                 ///< Tile::top
+    /// Heights of its surface [Q16 voxels] by column, once somebody has asked; else empty.
+    mutable std::vector<int32_t> surface;
+};
+
+std::shared_ptr<const PackedTile> make_packed(const TileRuns& runs);
+std::shared_ptr<const PackedTile> make_packed(const TileVoxels& voxels);
+
+/// Voxels as pack_tile() packs them, never changed.
+using TileBytes = std::shared_ptr<const std::vector<uint8_t>>;
+
+/// One tile of 8 x 8 columns.
+struct Tile {
+    int slot = -1;                             ///< in the device's buffers when awake
+    std::shared_ptr<const PackedTile> packed;  ///< when asleep; null: nothing but air
+    uint64_t revision = 1;                     ///< grows when its soil may have changed
+    int top = 0;                 ///< z above the highest voxel that holds soil or terrain
+    int64_t last_used_step = 0;  ///< when it was last needed awake
+    bool unchecked = false;      ///< filled since its slopes were last looked at
+    bool ground_due = false;     ///< a ground body came or went here in this step
+    /// Ground bodies: their part of its terrain (one plane, packed), and the soil that lies buried
+    /// in them (kept planes, packed). Null: none. Tiles that hold the same may share them.
+    TileBytes ground, buried;
+
+    bool is_awake() const { return slot >= 0; }
+    std::span<const uint8_t> bytes() const {
+        return packed ? std::span<const uint8_t>(packed->bytes) : std::span<const uint8_t>();
+    }
+};
+
+/// Tiles by index, row by row; null where nothing has ever been. Awake ones have a slot in the
+/// device's buffers. Asks the device for more slots when they run out.
+class TileTable {
+  public:
+    explicit TileTable(SoilCore& core) : core_(core) {}
+    /// Once the grid and the device are there: no tiles, room for the first awake ones.
+    Status start();
+    /// Called with the index of each tile that make() has made of nothing.
+    std::function<void(int index)> on_new_tile;
+
+    size_t size() const { return tiles_.size(); }
+    std::unique_ptr<Tile>& operator[](size_t index) { return tiles_[index]; }
+    const std::unique_ptr<Tile>& operator[](size_t index) const { return tiles_[index]; }
+    auto begin() const { return tiles_.begin(); }
+    auto end() const { return tiles_.end(); }
+    /// The tile, made if need be.
+    Tile& make(int index);
+    /// Height to which soil may reach in a tile within this step: what lies next to it, in a bucket
+    /// high above the ground maybe, may come over.
+    int top_around(int tx, int ty) const;
+
+    // --- awake
+    int slot_count() const { return slot_count_; }
+    int awake_count() const { return slot_count_ - static_cast<int>(free_slots_.size()); }
+    /// Tile index of each slot, -1 = free.
+    std::span<const int> slot_tiles() const { return slot_tile_; }
+    int64_t block_count() const { return int64_t{slot_count_} * core_.blocks_per_tile; }
+    /// Slot of a tile, waking it if need be; -1 and a condition when the table is full.
+    int wake(int index);
+    bool woke_in_this_step(int slot) const {
+        return woken_step_[static_cast<size_t>(slot)] == core_.step_index;
+    }
+    /// As if it had woken in this step: what is known of supports and spans is no longer true.
+    void look_anew(int slot) { woken_step_[static_cast<size_t>(slot)] = core_.step_index; }
+    void put_to_sleep(int index);
+    void sleep_idle();
+    void sleep_unused_since(int64_t step);
+    Status grow_slots(int wanted);
+    /// The neighbours of each awake tile, for the kernels; where any has woken or fallen asleep.
+    void upload();
+    /// upload() has to write the table again.
+    void note_dirty() { is_dirty_ = true; }
+
+    // --- what tiles hold
+    /// Reads a tile, awake or asleep, into `out`.
+    void read_voxels(int index, TileVoxels& out) const;
+    void write_voxels(int index, const TileVoxels& in);
+    /// The same as runs; a tile that does not exist is made.
+    TileRuns read_runs(int index);
+    /// Puts the soil of a packed tile into a tile, awake or asleep.
+    void write_packed(int index, std::shared_ptr<const PackedTile> in);
+    /// The words of a plane of the state in a slot, to be read or written.
+    device::ReadRange plane_range(int plane, int slot, std::span<int32_t> words) const {
+        return {layout::Buffer::state, plane_offset(plane, slot), words};
+    }
+    int64_t plane_offset(int plane, int slot) const {
+        return int64_t{plane} * core_.params.plane_stride +
+               int64_t{slot} * core_.params.tile_voxels;
+    }
+    /// Words of Buffer::spans: the records of a slot's columns; one of the arrays kColumnSurface
+    /// ... from a slot on; a word of the slot itself out of kTileStamp ...
+    int64_t spans_offset(int slot) const {
+        return int64_t{slot} * layout::kTileColumns * layout::kColumnWords;
+    }
+    int64_t column_array_offset(int array, int slot) const {
+        return (int64_t{layout::kColumnWords + array} * slot_count_ + slot) * layout::kTileColumns;
+    }
+    int64_t tile_array_offset(int array, int slot) const {
+        return int64_t{layout::kColumnWords + layout::kColumnArrays} * slot_count_ *
+                   layout::kTileColumns +
+               int64_t{array} * slot_count_ + slot;
+    }
+    /// The soil that ground bodies have buried in a tile; false: none.
+    bool read_buried(int index, TileVoxels& out) const;
+    /// The ground bodies' part of a tile's terrain, one plane; no words: none.
+    void read_ground(int index, TileVoxels& out) const;
+    /// Grows with everything that changes what a contact hangs on, outside of the kernels.
+    uint64_t edit_count() const { return edit_count_; }
+    void note_edit() { ++edit_count_; }
+    /// Tile::revision of a tile that does not exist.
+    uint64_t revision_base() const { return revision_base_; }
+    /// Some tile is Tile::unchecked.
+    bool any_unchecked = false;
+
+    // --- what kernels remember of columns
+    /// Nothing is known of what a tile's columns hold: they are to be looked at anew.
+    void note_stale(int slot, bool may_be_covered);
+    /// As if all of its columns had changed in the last pass.
+    void stamp_columns(int slot);
+    /// This step looks at a tile up to a block; at all of its columns where the last step did not.
+    void note_look(int slot, int blocks_up);
+    /// One word for all columns of a tile in one of the arrays kColumnSurface ...
+    void write_columns(int slot, int array, int32_t word);
+    /// No column has a stamp any more, and no kernel has looked.
+    void forget_stamps();
+    /// No tiles, all slots free, revisions beyond all that there were.
+    void clear();
+
+  private:
+    Status allocate_slots(int count);
+
+    SoilCore& core_;
+    std::vector<std::unique_ptr<Tile>> tiles_;
+    uint64_t revision_base_ = 0, edit_count_ = 0;
+    std::vector<int> slot_tile_, free_slots_;
+    int slot_count_ = 0, slot_capacity_ = 0;
+    bool is_dirty_ = false;
+    std::vector<int64_t> woken_step_;  ///< by slot: when it woke
+    /// By slot: the last step that looked at its columns, -1 when nothing is known of them, and how
+    /// many blocks up; see note_stale().
+    std::vector<int64_t> looked_step_;
+    std::vector<int> looked_blocks_;
+    // Scratch, kept so that a step does not allocate once warm.
+    std::vector<int32_t> neighbour_words_, column_words_;
+    TileVoxels voxels_;
+    mutable std::vector<device::ReadRange> ranges_;
+};
+
+/// The last tile that somebody asked about, read once for many questions.
+class TileSampler {
+  public:
+    TileSampler(const SoilCore& core, const TileTable& tiles) : core_(core), tiles_(tiles) {}
+    const TileVoxels& voxels(int index);
+    /// Of that tile: the part of its terrain that belongs to ground bodies; no words: none.
+    const TileVoxels& ground() const { return ground_; }
+    /// Of that tile, by voxel, what movable bodies cover; empty where none does.
+    std::span<const int32_t> body_coverage();
+    void forget() { index_ = -1; }
+
+  private:
+    const SoilCore& core_;
+    const TileTable& tiles_;
+    TileVoxels voxels_, ground_;
+    int index_ = -1;
+    uint64_t revision_ = 0;
+    std::vector<int32_t> coverage_;
+    int64_t coverage_step_ = -1;  ///< step_index when it was read; -1: not of this tile
+};
+
+}  // namespace bsoil

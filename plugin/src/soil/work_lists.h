@@ -1,0 +1,90 @@
+/// WorkLists: which blocks a step looks at, and the lists that kernels run over.
+#pragma once
+
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "soil/shape_upload.h"
+#include "soil/tile_table.h"
+
+namespace bsoil {
+
+/// A work list whose entries lie in Buffer::block_list.
+struct ListedWork : device::WorkList {
+    int list_offset = 0;  ///< of group 0's entry, SoilParams::list_offset
+};
+
+/// Blocks become active where soil moves, and are listed with their neighbours in the next steps.
+class WorkLists {
+  public:
+    WorkLists(SoilCore& core, TileTable& tiles) : core_(core), tiles_(tiles) {}
+    /// Once the device is there.
+    void start();
+
+    // --- what is active
+    void activate(BlockKey block);
+    bool is_active(BlockKey block) const { return active_.count(block) != 0; }
+    /// Active blocks, and the step in which each last changed.
+    const std::unordered_map<BlockKey, int64_t>& active() const { return active_; }
+    /// Of the step in progress, before its kernels ran.
+    int active_count() const { return active_count_; }
+
+    // --- of the step in progress
+    /// Blocks of awake (or, for bodies that can move soil, waking) tiles that the body's shapes
+    /// touch and that are near soil.
+    void find_body_blocks(const StepBody& body, bool may_wake, std::vector<BlockKey>& blocks);
+    /// Coverage is made anew in these; where that moves soil, they are active.
+    void mark_rebuild(const std::vector<BlockKey>& blocks, bool changes_soil);
+    /// Marks where bodies make a new coverage necessary; wakes the tiles of those that can move
+    /// soil.
+    void mark_bodies(std::span<StepBody> bodies);
+    /// Wakes and lists what is active and the blocks around it.
+    void wake_active();
+    /// Marks the bodies' blocks once more, now that all tiles are awake: those that woke in this
+    /// step, and those with contacts.
+    void mark_woken(std::span<StepBody> bodies);
+    /// Marks all blocks of awake tiles, for all lists.
+    void mark_all();
+    /// The lists out of all that was marked.
+    void build();
+    /// (block, shape) pairs of the blocks whose coverage is made anew. Uploads the lists.
+    void build_pairs(const ShapeUpload& shapes);
+
+    const ListedWork& listed() const { return listed_; }     ///< soil may move
+    const ListedWork& tiles() const { return tile_; }        ///< tiles with a listed block
+    const ListedWork& rebuild() const { return rebuild_; }   ///< coverage is made anew
+    const ListedWork& pairs() const { return pair_; }        ///< these with a shape each
+    const ListedWork& contacts() const { return contact_; }  ///< at bodies that move
+
+    /// A kernel has something to do.
+    bool any_work() const {
+        return listed_.group_count + rebuild_.group_count + tile_.group_count > 0;
+    }
+
+    /// Forgets all marks; these are the active blocks.
+    void restart(std::unordered_map<BlockKey, int64_t> active);
+
+  private:
+    int device_block(BlockKey key) const;
+    void fit();
+
+    SoilCore& core_;
+    TileTable& tiles_;
+    std::unordered_map<BlockKey, int64_t> active_;
+    int active_count_ = 0;
+    ListedWork listed_, tile_, rebuild_, pair_, contact_;
+    /// By device block: the last step it was in that list.
+    std::vector<int64_t> listed_step_, rebuild_step_, contact_step_;
+    size_t capacity_ = 0;  ///< of Buffer::block_list
+    /// Words of all lists but the pairs, and how many of them the device has.
+    size_t used_ = 0, uploaded_ = 0;
+    // Scratch, kept so that a step does not allocate once warm.
+    std::vector<int32_t> words_, listed_flags_;
+    std::vector<BlockKey> body_blocks_, fresh_blocks_;
+    std::vector<std::pair<BlockKey, int64_t>> sorted_active_;
+    std::vector<std::unordered_map<BlockKey, int64_t>::node_type> spare_;  ///< out of active_
+    std::vector<std::pair<int32_t, int32_t>> block_shapes_;
+};
+
+}  // namespace bsoil
