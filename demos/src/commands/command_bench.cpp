@@ -16,6 +16,7 @@
 #include "bsoil/surface_mesh.h"
 #include "commands.h"
 #include "opened_scene.h"
+#include "picture_times.h"
 
 namespace bsoil::command {
 namespace {
@@ -37,6 +38,7 @@ struct BenchArguments {
     int frame_count = 200;
     std::vector<std::string> scenes;
     long long step_count = 0;  ///< of a scene; 0: all
+    int picture_count = 0;     ///< of a scene
     bool is_thesis = true;
     std::string out;
 };
@@ -245,13 +247,8 @@ Json print_work(const WorkCounts& before, const WorkCounts& after, double steps)
     return json;
 }
 
-int bench_scene(const BenchArguments& arguments, const std::string& path, Json& json) {
-    OpenedScene opened;
-    opened.path = path;
-    opened.device = arguments.device;
-    const int exit_code = opened.open();
-    if (exit_code != kPassed) return exit_code;
-    scene::SceneRun& run = *opened.run;
+int time_steps(const BenchArguments& arguments, scene::SceneRun& run, const std::string& path,
+               Json& json) {
     const WorkCounts before = run.has_soil() ? run.soil().work_counts() : WorkCounts{};
     const std::clock_t cpu_start = std::clock();
     long long steps = 0;
@@ -281,6 +278,23 @@ int bench_scene(const BenchArguments& arguments, const std::string& path, Json& 
     const MemoryUse memory = run.soil().memory_use();
     fmt::print("  {:.1f} bytes an awake voxel, {:.1f} bytes a sleeping column\n\n",
                memory.bytes_per_awake_voxel, memory.bytes_per_asleep_column);
+    return kPassed;
+}
+
+int bench_scene(const BenchArguments& arguments, const std::string& path, Json& json) {
+    OpenedScene opened;
+    opened.path = path;
+    opened.device = arguments.device;
+    const int exit_code = opened.open();
+    if (exit_code != kPassed) return exit_code;
+    const int timed = time_steps(arguments, *opened.run, path, json);
+    if (timed != kPassed || arguments.picture_count == 0) return timed;
+    const auto pictures = time_pictures(*opened.run, arguments.picture_count);
+    if (!pictures) {
+        fmt::print(stderr, "{}\n", pictures.error());
+        return kCouldNotRun;
+    }
+    json["scenes"][path]["pictures"] = *pictures;
     return kPassed;
 }
 
@@ -323,6 +337,11 @@ void add_bench(CLI::App& app, int& exit_code) {
                         "scenes to time as well, such as excavator.toml, pass by pass");
     command->add_option("--steps", arguments->step_count, "of each scene; 0: all")
         ->check(CLI::Range(0, 100000000))
+        ->capture_default_str();
+    command
+        ->add_option("--pictures", arguments->picture_count,
+                     "of each scene, each after a step more than those")
+        ->check(CLI::Range(0, 100000))
         ->capture_default_str();
     command->add_flag("!--no-thesis", arguments->is_thesis, "the scenes alone");
     command->add_option("--out", arguments->out, "write all figures as JSON");

@@ -1,0 +1,69 @@
+#include "picture_times.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+#include <vector>
+
+#include "run/scene_picture.h"
+
+namespace bsoil::command {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double ms_since(Clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+/// The middle one: a machine with other work makes some pictures slow.
+double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+}  // namespace
+
+Result<nlohmann::ordered_json> time_pictures(scene::SceneRun& run, int count) {
+    auto renderer = render::Renderer::create();
+    if (!renderer) return Error{"no pictures: " + renderer.error()};
+    scene::ScenePicture picture(run, **renderer);
+    if (const auto first = (*renderer)->render(picture.view()); !first) return Error{first.error()};
+    struct Part {
+        const char* name;
+        std::vector<double> ms;
+    };
+    Part mesh{"mesh and upload", {}}, whole{"picture", {}}, cpu{"processor time of it", {}};
+    Part shadow{"shadow map", {}}, occlusion{"occlusion", {}}, surface{"surface", {}},
+        lines{"lines", {}};
+    for (int i = 0; i < count; ++i) {
+        run.step();
+        const Clock::time_point meshed_from = Clock::now();
+        const render::View view = picture.view();
+        mesh.ms.push_back(ms_since(meshed_from));
+        const Clock::time_point start = Clock::now();
+        const std::clock_t cpu_start = std::clock();
+        if (const auto image = (*renderer)->render(view); !image) return Error{image.error()};
+        whole.ms.push_back(ms_since(start));
+        cpu.ms.push_back(1e3 * static_cast<double>(std::clock() - cpu_start) / CLOCKS_PER_SEC);
+        const render::PassTimes times = (*renderer)->pass_times();
+        shadow.ms.push_back(times.shadow);
+        occlusion.ms.push_back(times.occlusion);
+        surface.ms.push_back(times.surface);
+        lines.ms.push_back(times.lines);
+    }
+    nlohmann::ordered_json json;
+    json["device"] = (*renderer)->device_name();
+    fmt::print("  {} pictures of 1280 x 720 by {}, medians:", count, (*renderer)->device_name());
+    for (const Part* part : {&mesh, &whole, &shadow, &occlusion, &surface, &lines, &cpu}) {
+        json["ms"][part->name] = median(part->ms);
+        fmt::print("{} {} {:.1f} ms", part == &mesh ? "" : ",", part->name, median(part->ms));
+    }
+    fmt::print("\n");
+    return json;
+}
+
+}  // namespace bsoil::command
