@@ -241,9 +241,10 @@ void lay_out_times(const ViewState& state) {
         row("meshes", ms(s.mesh_ms));
         heading("A picture");
         row("shadows", ms(state.pass_times.shadow));
-        row("occlusion", ms(state.pass_times.occlusion));
         row("surfaces", ms(state.pass_times.surface));
-        row("lines", ms(state.pass_times.lines));
+        row("occlusion", ms(state.pass_times.occlusion));
+        row("light", ms(state.pass_times.light));
+        row("finish", ms(state.pass_times.finish));
         row("whole frame", ms(state.frame_ms));
     }
     heading("Work");

@@ -152,7 +152,7 @@ Status Viewer::open() {
     const bool software = is_software(name ? reinterpret_cast<const char*>(name) : "");
     render::RendererDef renderer_def;
     renderer_def.callers_context = true;
-    renderer_def.sample_count = def_.sample_count > 0 ? def_.sample_count : software ? 1 : 4;
+    renderer_def.sample_count = def_.sample_count > 0 ? def_.sample_count : software ? 2 : 4;
     auto renderer = render::Renderer::create(renderer_def);
     if (!renderer) return Error{renderer.error()};
     renderer_ = std::move(*renderer);
@@ -286,6 +286,7 @@ render::View Viewer::view() const {
     for (const auto& [key, mesh] : patches_) {
         render::Item item;
         item.mesh = mesh;
+        item.is_closed = key.first == SurfaceKind::soil || key.first == SurfaceKind::terrain;
         const bool is_colored = state_.overlay.field != Field::none && state_.overlay.on_surface;
         if (key.first == SurfaceKind::soil) {
             item.grain_m = is_colored ? 0 : scene::kSoilGrainM;

@@ -2,19 +2,15 @@
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 color;
-uniform mat4 model;       // mesh -> world axes about the eye
-uniform mat4 clip;        // those -> clip space
-uniform mat4 shadow_clip; // those -> the shadow map, 0..1
-out vec3 world;           // about the eye [m]
+uniform mat4 model;  // mesh -> world axes about the eye
+uniform mat4 clip;   // those -> clip space
+out vec3 world;      // about the eye [m]
 out vec3 world_normal;
 out vec3 albedo;
-out vec3 shadow_place;
-uniform float shadow_bias_m;  // along the normal: keeps a surface out of its own shadow
 void main() {
     vec4 p = model * vec4(position, 1.0);
     world = p.xyz;
     world_normal = mat3(model) * normal;
     albedo = color;
-    shadow_place = (shadow_clip * vec4(p.xyz + shadow_bias_m * world_normal, 1.0)).xyz;
     gl_Position = clip * p;
 }

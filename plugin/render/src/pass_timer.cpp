@@ -31,8 +31,9 @@ void PassTimer::poll() {
         const auto between_ms = [&](Mark from, Mark to) {
             return ns[to] > ns[from] ? static_cast<double>(ns[to] - ns[from]) * 1e-6 : 0.0;
         };
-        times_ = {between_ms(kBegin, kShadow), between_ms(kShadow, kOcclusion),
-                  between_ms(kOcclusion, kSurface), between_ms(kSurface, kLines)};
+        times_ = {between_ms(kBegin, kShadow), between_ms(kShadow, kSurface),
+                  between_ms(kSurface, kOcclusion), between_ms(kOcclusion, kLight),
+                  between_ms(kLight, kFinish)};
         is_out_[oldest_] = false;
         oldest_ = (oldest_ + 1) % kInFlight;
     }

@@ -8,29 +8,15 @@
 #include <vector>
 
 #include "bsoil/render/renderer.h"
-#include "gl_objects.h"
+#include "frame.h"
+#include "targets.h"
 
 namespace bsoil::render {
-
-struct GpuMesh {
-    GlVertexArray layout;
-    GlBuffer positions, normals, colors, indices;
-    GLsizei index_count = 0;
-    glm::dvec3 low{0}, high{0};  ///< bounds in the mesh's frame
-    bool used = false;
-};
-
-/// One target of a size: depth, and colour where wanted.
-struct Target {
-    GlFramebuffer framebuffer;
-    GlTexture2D color, depth;
-    int width = 0, height = 0;
-};
 
 /// Times of the device at the borders between passes; read once the device is past them.
 class PassTimer {
   public:
-    enum Mark { kBegin, kShadow, kOcclusion, kSurface, kLines, kMarkCount };
+    enum Mark { kBegin, kShadow, kSurface, kOcclusion, kLight, kFinish, kMarkCount };
     void create();
     void mark(Mark at);
     /// Takes the times of the pictures that are finished.
@@ -56,7 +42,6 @@ class Picture {
 
     GpuMesh& mesh(size_t index) { return meshes_[index]; }
     std::vector<GpuMesh>& meshes() { return meshes_; }
-    void fill(GpuMesh& mesh, const Mesh& source, const char* label);
 
     /// Draws the view into the lower left corner of a framebuffer.
     Status draw(const View& view, GLuint framebuffer);
@@ -66,27 +51,29 @@ class Picture {
     PassTimer& timer() { return timer_; }
 
   private:
-    struct Placed;
-    struct Frame;
-    Frame prepare(const View& view);
     void create_targets(int width, int height);
     void draw_shadows(const Frame& frame);
+    void draw_surface(const Frame& frame);
     void draw_occlusion(const Frame& frame);
-    void draw_surface(const View& view, const Frame& frame);
-    void draw_sky(const Frame& frame);
+    void light(const Frame& frame);
     void draw_lines(const View& view, const std::vector<Line>& lines, const Frame& frame);
+    void finish() const;
     void draw_screen() const;
     void restore_state(const View& view, GLuint framebuffer) const;
+    Frame make_frame(const View& view) {
+        return Frame(view, def_.shadow_map_size, meshes_, floor_);
+    }
 
     RendererDef def_;
-    GlProgram surface_, depth_, sky_, occlusion_, smooth_, buffers_, line_;
+    GlProgram depth_, surface_, occlusion_, smooth_, light_, line_, finish_, buffers_;
     GlVertexArray no_vertices_, line_layout_;
     GlBuffer line_ends_;
     std::vector<float> line_floats_;
     GlTexture3D grains_;
-    Target shadow_, view_depth_, rough_occlusion_, smooth_occlusion_;
-    GlFramebuffer samples_, picture_;
-    GlRenderbuffer samples_color_, samples_depth_, picture_color_;
+    GlTexture2D materials_;
+    Target shadow_, seen_, rough_occlusion_, smooth_occlusion_, lit_, picture_;
+    GlFramebuffer lit_with_depth_;
+    int samples_aside_ = 1;  ///< each way: a pixel is lit so many times squared
     int width_ = 0, height_ = 0;
     std::vector<GpuMesh> meshes_;
     GpuMesh floor_;

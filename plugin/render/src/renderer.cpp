@@ -122,7 +122,7 @@ void Renderer::set_mesh(MeshId id, const Mesh& mesh) {
     auto& meshes = impl_->picture->meshes();
     if (id.value == 0 || id.value > meshes.size()) return;
     const Impl::Use use(*impl_);
-    if (use.ok()) impl_->picture->fill(meshes[id.value - 1], mesh, "mesh");
+    if (use.ok()) meshes[id.value - 1].fill(mesh, "mesh");
 }
 
 void Renderer::remove_mesh(MeshId id) {

@@ -54,6 +54,7 @@ void SurfaceItems::append_to(std::vector<Item>& items) const {
         Item item;
         item.mesh = patch.mesh;
         item.grain_m = grain_m_;
+        item.is_closed = true;
         items.push_back(item);
     }
 }

@@ -40,6 +40,9 @@ struct Item {
     float gloss = 0;    ///< 0: matt .. 1: painted metal
     /// 0: lit by sun and sky .. 1: its own colours whatever the light, as a diagram has them.
     float emission = 0;
+    /// Closed, with triangles counter-clockwise from outside: those that look away are left out,
+    /// which is faster. The soil's meshes are.
+    bool is_closed = false;
     uint32_t label = 0;  ///< what Buffers::labels has where the item is seen
 };
 
@@ -65,7 +68,9 @@ struct View {
 
 /// How pictures are made.
 struct RendererDef {
-    int sample_count = 4;        ///< per pixel, 1..8; fewer where the device has no more
+    /// Per pixel, 1..8. From 4 on each pixel is lit in 2 x 2 places; with 2 and 3 in one, and where
+    /// one thing ends and another begins they are mixed; with 1 nothing is smoothed.
+    int sample_count = 4;
     int shadow_map_size = 2048;  ///< texels a side, 256..8192
     bool occlusion = true;       ///< ambient occlusion: what is near a pixel takes its sky away
     /// Draw with the OpenGL 3.3 core context that is current when create() is called, instead of
@@ -78,10 +83,11 @@ struct RendererDef {
 /// How long the parts of a picture took the device [ms].
 struct PassTimes {
     double shadow = 0;     ///< depth seen from the sun
-    double occlusion = 0;  ///< depth seen from the eye, and the ambient occlusion from it
-    double surface = 0;    ///< the lit picture: items and sky
-    double lines = 0;      ///< lines, and the way into the target
-    double sum() const { return shadow + occlusion + surface + lines; }  ///< [ms]
+    double surface = 0;    ///< what the eye sees: colours, normals, depth
+    double occlusion = 0;  ///< ambient occlusion from that depth
+    double light = 0;      ///< the light on it, and the sky
+    double finish = 0;     ///< lines, smooth edges, and the way into the target
+    double sum() const { return shadow + surface + occlusion + light + finish; }  ///< [ms]
 };
 
 /// What a picture shows, pixel by pixel, for programs that learn to see. Rows from top to bottom.

@@ -1,0 +1,141 @@
+#include "frame.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "bsoil/render/primitives.h"
+
+namespace bsoil::render {
+namespace {
+
+constexpr double kCoarsePeriods = 8;  ///< fine periods in one of the coarse grain pattern
+constexpr double kFadeBegin = 0.9;    ///< where the floor starts to fade, of the scene's radius
+constexpr double kFadeEnd = 1.5;      ///< and is gone, at the distance to the target further out
+constexpr Color kFloorColor{0.50f, 0.52f, 0.55f};
+
+glm::dvec3 to_glm(Vec3 v) { return {v.x, v.y, v.z}; }
+
+glm::mat4 model_of(const Pose& pose, glm::dvec3 eye) {
+    const glm::dvec3 columns[3] = {to_glm(rotate(pose.rotation, {1, 0, 0})),
+                                   to_glm(rotate(pose.rotation, {0, 1, 0})),
+                                   to_glm(rotate(pose.rotation, {0, 0, 1}))};
+    const glm::dvec3 origin = to_glm(pose.position) - eye;
+    return glm::mat4(glm::dmat4(glm::dvec4(columns[0], 0), glm::dvec4(columns[1], 0),
+                                glm::dvec4(columns[2], 0), glm::dvec4(origin, 1)));
+}
+
+/// A square, two units wide, with its normal along `up`.
+Mesh floor_mesh(Vec3 up) {
+    const Vec3 aside = std::abs(up.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+    Vec3 u = cross(aside, up);
+    u = (1 / length(u)) * u;
+    const Vec3 v = cross(up, u);
+    return triangle_mesh({{-u - v, u - v, u + v, v - u}, {{0, 1, 2}, {0, 2, 3}}}, kFloorColor);
+}
+
+/// The six planes of a clip space, pointing inward.
+std::array<glm::vec4, 6> clip_planes(const glm::mat4& clip) {
+    const glm::mat4 rows = glm::transpose(clip);
+    return {rows[3] + rows[0], rows[3] - rows[0], rows[3] + rows[1],
+            rows[3] - rows[1], rows[3] + rows[2], rows[3] - rows[2]};
+}
+
+}  // namespace
+
+Frame::Frame(const View& view, int shadow_map_size, std::span<const GpuMesh> meshes,
+             GpuMesh& floor) {
+    eye = to_glm(view.camera.eye);
+    const glm::dvec3 target = to_glm(view.camera.target) - eye;
+    up = glm::normalize(to_glm(view.camera.up));
+    to_sun = glm::normalize(to_glm(view.to_sun));
+    sight_m = glm::length(target);
+
+    glm::dvec3 low(1e300), high(-1e300);
+    for (const Item& item : view.items) {
+        if (item.mesh.value == 0 || item.mesh.value > meshes.size()) continue;
+        const GpuMesh& mesh = meshes[item.mesh.value - 1];
+        if (!mesh.used || mesh.index_count == 0) continue;
+        items.push_back({&mesh, &item, model_of(item.pose, eye), material_of(&item)});
+        for (int c = 0; c < 8; ++c) {
+            const glm::dvec3 p(items.back().corner(c));
+            low = glm::min(low, p);
+            high = glm::max(high, p);
+        }
+    }
+    const bool is_empty = items.empty();
+    const glm::dvec3 center = is_empty ? glm::dvec3(0) : 0.5 * (low + high);
+    const double radius = is_empty ? 1.0 : std::max(1e-3, 0.5 * glm::length(high - low));
+    casters = items;  // the floor, which is added next, casts no shadow
+    fade_begin_m = kFadeBegin * radius;
+    fade_end_m = kFadeEnd * radius + sight_m;
+    floor_center = center;
+    if (view.floor_height_m) {
+        floor.fill(floor_mesh({up.x, up.y, up.z}), "floor");
+        floor_center += (*view.floor_height_m - glm::dot(eye + center, up)) * up;
+        const glm::dmat4 model =
+            glm::scale(glm::translate(glm::dmat4(1), floor_center), glm::dvec3(fade_end_m));
+        items.push_back({&floor, nullptr, glm::mat4(model), material_of(nullptr)});
+    }
+
+    // View. The near plane is far enough out for 24 bits of depth.
+    const double far_m = glm::length(center) + radius + 2 * fade_end_m;
+    const double near_m = std::max(1e-3 * far_m, 0.02 * sight_m) * 0.5;
+    const double aspect = static_cast<double>(view.width) / view.height;
+    look = glm::lookAt(glm::dvec3(0), target, up);
+    projection = glm::perspective(view.camera.fov_rad, aspect, near_m, far_m);
+    projection[2][0] = -view.camera.shift;  // clip x = ... + shift * distance
+    clip = glm::mat4(projection * look);
+    // Sun: the whole scene, or its part around the target when it is much larger than the view.
+    const bool whole = radius < 2.0 * sight_m;
+    const double shadow_radius = whole ? radius : 2.0 * sight_m;
+    const glm::dvec3 shadow_center = whole ? center : target;
+    const double depth_radius = radius + glm::length(center - shadow_center);
+    const glm::dvec3 sun_up =
+        std::abs(glm::dot(to_sun, up)) < 0.99 ? up : glm::dvec3(up.y, up.z, up.x);
+    const glm::dmat4 sun_look =
+        glm::lookAt(shadow_center + depth_radius * to_sun, shadow_center, sun_up);
+    sun_clip = glm::mat4(glm::ortho(-shadow_radius, shadow_radius, -shadow_radius, shadow_radius,
+                                    0.0, 2 * depth_radius) *
+                         sun_look);
+    shadow_texel_m = 2 * shadow_radius / shadow_map_size;
+
+    // Near items first: what they hide is not shaded. What is out of the picture is not drawn.
+    const auto eye_planes = clip_planes(clip), sun_planes = clip_planes(sun_clip);
+    std::erase_if(items, [&](const Placed& placed) { return !placed.is_seen(eye_planes); });
+    std::erase_if(casters, [&](const Placed& placed) { return !placed.is_seen(sun_planes); });
+    std::stable_sort(items.begin(), items.end(), [](const Placed& a, const Placed& b) {
+        if (!a.item || !b.item) return a.item != nullptr && !b.item;  // the floor last
+        return a.distance() < b.distance();
+    });
+}
+
+int Frame::material_of(const Item* item) {
+    SurfaceMaterial material;
+    if (!item) {
+        material.look.w = 1;
+    } else {
+        // A period has kGrainPeriod grains. Origins are reduced to one period in double precision.
+        const double scale = item->grain_m > 0 ? 1.0 / (kGrainPeriod * item->grain_m) : 0;
+        const glm::dvec3 periods = eye * scale;
+        material.look = {scale, item->gloss, item->emission, 0};
+        material.origin =
+            glm::vec4(periods - kCoarsePeriods * glm::floor(periods / kCoarsePeriods), 0);
+    }
+    const auto known =
+        std::find_if(materials.begin(), materials.end(), [&](const SurfaceMaterial& other) {
+            return other.look == material.look && other.origin == material.origin;
+        });
+    const auto index = static_cast<size_t>(known - materials.begin());
+    if (known == materials.end() && index < kMaterialCapacity) materials.push_back(material);
+    return static_cast<int>(std::min(index, kMaterialCapacity - 1));
+}
+
+glm::vec2 Frame::depth_to_distance() const { return glm::vec2(projection[2][2], projection[3][2]); }
+
+glm::vec4 Frame::to_view() const {
+    return glm::vec4(1 / projection[0][0], 1 / projection[1][1],
+                     projection[2][0] / projection[0][0], projection[2][1] / projection[1][1]);
+}
+
+}  // namespace bsoil::render

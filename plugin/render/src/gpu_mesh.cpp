@@ -1,0 +1,52 @@
+#include "gpu_mesh.h"
+
+namespace bsoil::render {
+namespace {
+
+void upload(GLenum target, const GlBuffer& buffer, size_t bytes, const void* data) {
+    glBindBuffer(target, buffer.name());
+    glBufferData(target, static_cast<GLsizeiptr>(bytes), data, GL_STATIC_DRAW);
+}
+
+}  // namespace
+
+void GpuMesh::fill(const Mesh& source, const char* label) {
+    if (layout.name() == 0) {
+        layout = GlVertexArray(label);
+        positions = GlBuffer(label);
+        normals = GlBuffer(label);
+        colors = GlBuffer(label);
+        indices = GlBuffer(label);
+    }
+    used = true;
+    index_count = static_cast<GLsizei>(source.indices.size());
+    glBindVertexArray(layout.name());
+    const struct {
+        const GlBuffer& buffer;
+        const std::vector<float>& values;
+    } attributes[3] = {
+        {positions, source.positions}, {normals, source.normals}, {colors, source.colors}};
+    for (GLuint a = 0; a < 3; ++a) {
+        const auto& values = attributes[a].values;
+        upload(GL_ARRAY_BUFFER, attributes[a].buffer, values.size() * sizeof(float), values.data());
+        glEnableVertexAttribArray(a);
+        glVertexAttribPointer(a, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
+    }
+    upload(GL_ELEMENT_ARRAY_BUFFER, indices, source.indices.size() * sizeof(uint32_t),
+           source.indices.data());
+    glBindVertexArray(0);
+    low = glm::dvec3(1e300);
+    high = glm::dvec3(-1e300);
+    for (size_t i = 0; i + 2 < source.positions.size(); i += 3) {
+        const glm::dvec3 p{source.positions[i], source.positions[i + 1], source.positions[i + 2]};
+        low = glm::min(low, p);
+        high = glm::max(high, p);
+    }
+}
+
+void GpuMesh::draw() const {
+    glBindVertexArray(layout.name());
+    glDrawElements(GL_TRIANGLES, index_count, GL_UNSIGNED_INT, nullptr);
+}
+
+}  // namespace bsoil::render

@@ -1,0 +1,25 @@
+/// A mesh on the device.
+#pragma once
+
+#include <epoxy/gl.h>
+
+#include <glm/glm.hpp>
+
+#include "bsoil/render/renderer.h"
+#include "gl_objects.h"
+
+namespace bsoil::render {
+
+struct GpuMesh {
+    GlVertexArray layout;
+    GlBuffer positions, normals, colors, indices;
+    GLsizei index_count = 0;
+    glm::dvec3 low{0}, high{0};  ///< bounds in the mesh's frame
+    bool used = false;
+
+    /// Copies the triangles to the device.
+    void fill(const Mesh& source, const char* label);
+    void draw() const;
+};
+
+}  // namespace bsoil::render

@@ -1,0 +1,40 @@
+/// Textures and framebuffers that passes draw into or read.
+#pragma once
+
+#include <epoxy/gl.h>
+
+#include <span>
+
+#include "gl_objects.h"
+
+namespace bsoil::render {
+
+/// A framebuffer with the textures that are drawn into.
+struct Target {
+    GlFramebuffer framebuffer;
+    GlTexture2D color, more, depth;
+    int width = 0, height = 0;
+
+    /// Binds it, with a viewport of its size.
+    void bind() const;
+};
+
+/// A depth texture without colour.
+Target create_depth_target(const char* label, int width, int height);
+Target create_color_target(const char* label, int width, int height, GLint format);
+/// What is seen in each pixel: colour RGBA8, more RG16, depth.
+Target create_surface_target(const char* label, int width, int height);
+/// A framebuffer of two textures that others own.
+GlFramebuffer join_targets(const char* label, const GlTexture2D& color, const GlTexture2D& depth);
+
+/// A volume of grains: smooth random values that repeat; mip levels let far grains fade to their
+/// mean.
+GlTexture3D create_grains();
+
+/// Filter and wrap of the bound texture.
+void set_filter(GLenum target, GLint filter, GLint wrap);
+
+/// Replaces the texels of the bound table, `width` wide, four floats a texel.
+void fill_table(GLsizei width, std::span<const float> values);
+
+}  // namespace bsoil::render

@@ -1,0 +1,62 @@
+/// Uniforms by name, and which texture unit holds what.
+#pragma once
+
+#include <epoxy/gl.h>
+
+#include <glm/glm.hpp>
+#include <glm/gtc/type_ptr.hpp>
+
+#include "frame.h"
+#include "gl_objects.h"
+
+namespace bsoil::render {
+
+/// Texture units, the same in all shaders.
+enum Unit {
+    kShadowUnit,
+    kOcclusionUnit,
+    kGrainUnit,
+    kDepthUnit,
+    kColorUnit,
+    kNormalUnit,
+    kMaterialUnit,
+    kUnitCount
+};
+
+/// Uniforms of the program in use, by name.
+struct Uniforms {
+    GLuint program;
+    explicit Uniforms(const GlProgram& used) : program(used.name()) { glUseProgram(program); }
+    GLint at(const char* name) const { return glGetUniformLocation(program, name); }
+    void set(const char* name, const glm::mat4& value) const {
+        glUniformMatrix4fv(at(name), 1, GL_FALSE, glm::value_ptr(value));
+    }
+    void set(const char* name, const glm::vec3& value) const {
+        glUniform3fv(at(name), 1, glm::value_ptr(value));
+    }
+    void set(const char* name, const glm::vec2& value) const {
+        glUniform2fv(at(name), 1, glm::value_ptr(value));
+    }
+    void set(const char* name, const glm::vec4& value) const {
+        glUniform4fv(at(name), 1, glm::value_ptr(value));
+    }
+    void set(const char* name, float value) const { glUniform1f(at(name), value); }
+    void set(const char* name, bool value) const { glUniform1i(at(name), value ? 1 : 0); }
+    void set_unit(const char* name, Unit unit) const { glUniform1i(at(name), unit); }
+    /// Draws meshes, each with its `model`.
+    void draw(std::span<const Placed> list) const {
+        const GLint model = at("model");
+        for (const Placed& placed : list) {
+            glUniformMatrix4fv(model, 1, GL_FALSE, glm::value_ptr(placed.model));
+            placed.draw();
+        }
+    }
+};
+
+template <typename Texture>
+void bind_texture(Unit unit, GLenum target, const Texture& texture) {
+    glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
+    glBindTexture(target, texture.name());
+}
+
+}  // namespace bsoil::render
