@@ -119,13 +119,26 @@ void FieldOverlay::color(Mesh& mesh) const {
     }
 }
 
+int FieldOverlay::slice_layer() const {
+    const int size = soil_.frame().size[def_.slice_axis];
+    return std::clamp(static_cast<int>(def_.slice_at * size), 0, size - 1);
+}
+
+Plane FieldOverlay::slice_plane() const {
+    const GridFrame& frame = soil_.frame();
+    double along[3] = {0, 0, 0};
+    along[def_.slice_axis] = 1;
+    const Vec3 axis{along[0], along[1], along[2]};
+    const Vec3 normal = rotate(frame.grid_to_world.rotation, axis);
+    return {normal, dot(normal, frame.to_world((slice_layer() + 0.5) * axis))};
+}
+
 Mesh FieldOverlay::slice() const {
     Mesh mesh;
     const GridFrame& frame = soil_.frame();
     const int axis = def_.slice_axis;
     const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-    const int layer =
-        std::clamp(static_cast<int>(def_.slice_at * frame.size[axis]), 0, frame.size[axis] - 1);
+    const int layer = slice_layer();
     const auto corner = [&](int i, int j) {
         double at[3];
         at[axis] = layer + 0.5;
@@ -133,9 +146,7 @@ Mesh FieldOverlay::slice() const {
         at[v] = j;
         return frame.to_world({at[0], at[1], at[2]});
     };
-    double along[3] = {0, 0, 0};
-    along[axis] = 1;
-    const Vec3 normal = rotate(frame.grid_to_world.rotation, Vec3{along[0], along[1], along[2]});
+    const Vec3 normal = slice_plane().normal;
     const auto add_voxel = [&](int i, int j) {
         int at[3];
         at[axis] = layer;

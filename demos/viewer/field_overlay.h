@@ -36,8 +36,10 @@ class FieldOverlay {
     void color(Mesh& mesh) const;
     /// The soil's cut through the grid, coloured; bare voxels are left out.
     Mesh slice() const;
+    Plane slice_plane() const;
 
   private:
+    int slice_layer() const;
     std::optional<double> value(const VoxelSample& sample) const;
     std::array<float, 3> color_of(double value, const VoxelSample& sample) const;
 

@@ -182,6 +182,7 @@ void Simulation::publish() {
             picture.patches.push_back(
                 {SurfaceKind::slice, 0, has_slice ? overlay.slice() : Mesh{}});
         had_slice_ = has_slice;
+        if (has_slice) picture.slice = overlay.slice_plane();
         overlay_changed_ = false;
         if (overlay_.field != Field::none) picture.status.bar = overlay.bar();
     }

@@ -243,6 +243,7 @@ void Viewer::take_picture() {
         upload(picture);
         picture_.bodies = std::move(picture.bodies);
         picture_.lines = std::move(picture.lines);
+        picture_.slice = picture.slice;
         state_.status = std::move(picture.status);
         must_draw_ = true;
         if (state_.status.step_count != before) {
@@ -283,6 +284,12 @@ render::View Viewer::view() const {
     view.camera = shown_camera();
     view.to_sun = scene::sun_beside(scene::scene_camera(scene_));
     if (scene_.world.ground_plane) view.floor_height_m = scene_.world.ground_height_m;
+    if (picture_.slice) {
+        // Open towards the eye: the slice is seen.
+        const Plane& slice = *picture_.slice;
+        const double side = dot(slice.normal, view.camera.eye) < slice.offset ? -1 : 1;
+        view.cut = Plane{slice.normal * side, slice.offset * side};
+    }
     for (const auto& [key, mesh] : patches_) {
         render::Item item;
         item.mesh = mesh;
@@ -291,6 +298,7 @@ render::View Viewer::view() const {
         if (key.first == SurfaceKind::soil) {
             item.grain_m = is_colored ? 0 : scene::kSoilGrainM;
             item.emission = is_colored ? 0.5f : 0;
+            item.is_cut = true;
         } else if (key.first == SurfaceKind::terrain) {
             item.grain_m = scene::kTerrainGrainM;
         } else {

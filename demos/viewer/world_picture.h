@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -60,6 +61,7 @@ struct WorldPicture {
     std::vector<Pose> bodies;
     std::vector<SurfacePatch> patches;
     std::vector<render::Line> lines;
+    std::optional<Plane> slice;  ///< where the slice through the soil lies
     uint64_t world = 0;  ///< grows when the world was built anew: all patches before are void
 };
 

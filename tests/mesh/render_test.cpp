@@ -171,6 +171,49 @@ TEST_F(Render, soil_in_a_grid_of_any_size_is_drawn) {
     }
 }
 
+TEST_F(Render, a_cut_opens_what_is_cut_and_nothing_else) {
+    View view = front_view();
+    const MeshId ball = renderer_->add_mesh(sphere_mesh(1, {1, 0, 0}));
+    Item inner = item_of(renderer_->add_mesh(sphere_mesh(0.3, {0, 1, 0})), {});
+    inner.label = 2;
+    Item outer = item_of(ball, {});
+    outer.label = 1;
+    outer.is_closed = true;
+    view.items = {outer, inner};
+    const size_t middle = 100 * 320 + 160;
+    const auto label_in_the_middle = [&] {
+        const Result<Buffers> buffers = renderer_->buffers(view);
+        EXPECT_TRUE(buffers) << buffers.error();
+        return buffers->labels[middle];
+    };
+    EXPECT_EQ(label_in_the_middle(), 1u);
+    view.cut = Plane{{0, 0, 1}, 0};  // what lies towards the eye goes
+    EXPECT_EQ(label_in_the_middle(), 1u);
+    view.items[0].is_cut = true;
+    EXPECT_EQ(label_in_the_middle(), 2u);
+    const Image open = draw(view);
+    EXPECT_GT(open.pixel(160, 100)[1], 2 * open.pixel(160, 100)[0]);
+    view.cut->offset = 2;
+    EXPECT_EQ(label_in_the_middle(), 1u);
+    view.cut->offset = std::nan("");
+    EXPECT_NE(renderer_->render(view).error().find("View::cut"), std::string::npos);
+}
+
+TEST_F(Render, closed_items_are_the_same_from_outside) {
+    View view = front_view();
+    view.items = {item_of(renderer_->add_mesh(sphere_mesh(1, {1, 0, 0})), {}),
+                  item_of(renderer_->add_mesh(box_mesh({0.3, 0.3, 0.3}, {0, 1, 0})), {})};
+    view.items[1].pose.position = {1.5, 0.3, 0.2};
+    const Image image = draw(view);
+    for (Item& item : view.items) item.is_closed = true;
+    const Image closed = draw(view);
+    // Shadows may differ where a back face was the nearer one in the map, by its bias.
+    int other = 0;
+    for (size_t i = 0; i < image.rgba.size(); ++i)
+        other += std::abs(image.rgba[i] - closed.rgba[i]) > 8;
+    EXPECT_LT(other, 200);
+}
+
 TEST_F(Render, removed_meshes_are_gone_and_their_ids_are_used_again) {
     View view = front_view();
     const Image empty = draw(view);

@@ -4,6 +4,7 @@ layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 color;
 uniform mat4 model;  // mesh -> world axes about the eye
 uniform mat4 clip;   // those -> clip space
+uniform vec4 cut;    // what is above 0 is left out; 0 of an item that is not cut: some drivers clip unasked
 out vec3 world;      // about the eye [m]
 out vec3 world_normal;
 out vec3 albedo;
@@ -13,4 +14,5 @@ void main() {
     world_normal = mat3(model) * normal;
     albedo = color;
     gl_Position = clip * p;
+    gl_ClipDistance[0] = -dot(cut, p);
 }

@@ -78,6 +78,11 @@ Frame::Frame(const View& view, int shadow_map_size, std::span<const GpuMesh> mes
         items.push_back({&floor, nullptr, glm::mat4(model), material_of(nullptr)});
     }
 
+    if (view.cut) {
+        const glm::dvec3 normal = to_glm(view.cut->normal);
+        cut = glm::vec4(normal, glm::dot(normal, eye) - view.cut->offset);
+    }
+
     // View. The near plane is far enough out for 24 bits of depth.
     const double far_m = glm::length(center) + radius + 2 * fade_end_m;
     const double near_m = std::max(1e-3 * far_m, 0.02 * sight_m) * 0.5;

@@ -64,6 +64,7 @@ struct Frame {
     std::vector<SurfaceMaterial> materials;
     glm::dmat4 projection{1}, look{1};
     glm::mat4 clip{1}, sun_clip{1};
+    glm::vec4 cut{0};  ///< above 0: left out of what is cut
     double shadow_texel_m = 0;
     glm::dvec3 floor_center{0};
     double fade_begin_m = 0, fade_end_m = 0;

@@ -111,11 +111,10 @@ void Picture::draw_surface(const Frame& f) {
     glClear(GL_DEPTH_BUFFER_BIT);
     const Uniforms uniforms(surface_);
     uniforms.set("clip", f.clip);
-    const GLint model = uniforms.at("model"), material = uniforms.at("material");
+    const GLint material = uniforms.at("material");
     for (const Placed& placed : f.items) {
         glUniform1f(material, static_cast<float>(placed.material) / 255);
-        glUniformMatrix4fv(model, 1, GL_FALSE, glm::value_ptr(placed.model));
-        placed.draw();
+        uniforms.draw_seen(placed, f.cut);
     }
 }
 

@@ -65,11 +65,10 @@ Result<Buffers> Picture::take_buffers(const View& view) {
     const Uniforms uniforms(buffers_);
     uniforms.set("clip", f.clip);
     uniforms.set("sight", glm::normalize(glm::vec3(glm::transpose(f.look)[2]) * -1.0f));
-    const GLint model = uniforms.at("model"), label = uniforms.at("item_label");
+    const GLint label = uniforms.at("item_label");
     for (const Placed& placed : f.items) {
         glUniform1ui(label, placed.item ? placed.item->label : 0);
-        glUniformMatrix4fv(model, 1, GL_FALSE, glm::value_ptr(placed.model));
-        placed.draw();
+        uniforms.draw_seen(placed, f.cut);
     }
     Buffers out;
     out.width = view.width;

@@ -41,6 +41,9 @@ Status validate_view(const View& view) {
     if (!(view.line_width >= 0.5f && view.line_width <= 16)) {
         return out_of_range("View::line_width", view.line_width, "in 0.5..16 pixels");
     }
+    if (view.cut && !(is_finite(view.cut->normal) && std::isfinite(view.cut->offset))) {
+        return Error{"View::cut must be finite"};
+    }
     return Done{};
 }
 

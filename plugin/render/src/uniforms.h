@@ -43,6 +43,14 @@ struct Uniforms {
     void set(const char* name, float value) const { glUniform1f(at(name), value); }
     void set(const char* name, bool value) const { glUniform1i(at(name), value ? 1 : 0); }
     void set_unit(const char* name, Unit unit) const { glUniform1i(at(name), unit); }
+    /// Draws what the eye sees of an item, with its `model` and its `cut`.
+    void draw_seen(const Placed& placed, const glm::vec4& cut) const {
+        const bool is_cut = placed.item && placed.item->is_cut;
+        set("cut", is_cut ? cut : glm::vec4(0));
+        if (is_cut) glEnable(GL_CLIP_DISTANCE0);
+        draw({&placed, 1});
+        if (is_cut) glDisable(GL_CLIP_DISTANCE0);
+    }
     /// Draws meshes, each with its `model`.
     void draw(std::span<const Placed> list) const {
         const GLint model = at("model");

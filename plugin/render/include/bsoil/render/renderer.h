@@ -43,6 +43,7 @@ struct Item {
     /// Closed, with triangles counter-clockwise from outside: those that look away are left out,
     /// which is faster. The soil's meshes are.
     bool is_closed = false;
+    bool is_cut = false;  ///< what lies beyond View::cut is left out
     uint32_t label = 0;  ///< what Buffers::labels has where the item is seen
 };
 
@@ -61,6 +62,8 @@ struct View {
     /// default.
     std::optional<double> floor_height_m;
     std::vector<Item> items;
+    /// Items that say so are seen only within this half space, as if cut open. Their shadows stay.
+    std::optional<Plane> cut;
     std::vector<Line> lines;        ///< hidden by what is nearer
     std::vector<Line> front_lines;  ///< hidden by nothing
     float line_width = 1.5f;        ///< pixels, 0.5..16
