@@ -116,12 +116,17 @@ struct Place {
     double yaw_rad = 0;
 };
 
+/// Rules on top of resistive force theory.
+struct Rules {
+    bool wedge = false;
+};
+
 /// Sums over exact surfaces, for a bed whose surface lies higher by `raised_m`.
-oracle::Wrench exact(const Tool& tool, double raised_m = 0) {
+oracle::Wrench exact(const Tool& tool, double raised_m = 0, Rules rules = {}) {
     return oracle::resistive_force(
         oracle::surface_of(tool.solids, 0.002),
         {{{0, 0, tool.height_m - raised_m}, tool.rotation}, tool.velocity_m_s, tool.angular_rad_s},
-        {1600, 33 * kPi / 180, 0.5});
+        {1600, 33 * kPi / 180, 0.5, rules.wedge});
 }
 
 struct Found {
@@ -129,7 +134,7 @@ struct Found {
     double raised_m = 0;  ///< of the bed: fills count points of a voxel
 };
 
-Found in_the_grid(const Tool& tool, const Place& place) {
+Found in_the_grid(const Tool& tool, const Place& place, Rules rules) {
     SoilDef def;
     def.size_m = {0.8, 0.7, 0.4};
     def.up = UpAxis::z;
@@ -142,6 +147,7 @@ Found in_the_grid(const Tool& tool, const Place& place) {
     def.propagation_iterations = def.overflow_passes = 0;
     def.material = sand();
     def.contact_law.kind = ContactLawDef::Kind::plain;
+    def.contact_law.passive_wedge = rules.wedge;
     def.contact_law.hollow_share = 0;
     def.contact_law.faces_by_shape = true;
     auto soil = std::move(*Soil::create(def));
@@ -190,10 +196,10 @@ const std::vector<Place> kPlaces{
 /// Each place is within `tolerance` of the exact integral, force and moment about the frame's
 /// origin; the moment counts as a share of the force at `arm_m`.
 void expect_exact(const std::string& name, const Tool& tool, double arm_m, double tolerance,
-                  const std::vector<Place>& places = kPlaces) {
+                  const std::vector<Place>& places = kPlaces, Rules rules = {}) {
     for (const Place& place : places) {
-        const auto [found, raised_m] = in_the_grid(tool, place);
-        const oracle::Wrench want = exact(tool, raised_m);
+        const auto [found, raised_m] = in_the_grid(tool, place, rules);
+        const oracle::Wrench want = exact(tool, raised_m, rules);
         const double force_n = length(want.force_n);
         const double force = length(found.force_n - want.force_n) / force_n;
         const double moment = length(found.moment_n_m - want.moment_n_m) / (force_n * arm_m);
@@ -266,6 +272,20 @@ TEST(PlainLawInTheGrid, thin_lugs_feel_what_thick_ones_do) {
                      lugged_wheel(0.3, 0.06, 12, 0.02, thickness_m), kRadiusM, 0.05);
 }
 
+TEST(PlainLawInTheGrid, walls_meet_their_wedge) {
+    const Rules wedge{.wedge = true};
+    expect_exact("blade", blade(0.15, kPi / 2), 0.25, 0.05, kPlaces, wedge);
+    expect_exact("leaning back", blade(0.15, kPi / 3), 0.25, 0.05, kPlaces, wedge);
+    expect_exact("thin", blade(0.15, kPi / 2, 0.02), 0.25, 0.05, kPlaces, wedge);
+    expect_exact("lugs", lugged_wheel(0.3, 0.06, 12, 0.03, 0.02), kRadiusM, 0.05, kPlaces, wedge);
+    expect_exact("30 deg", wheel(0.2, 0.08, kPi / 6), kRadiusM, 0.05, kPlaces, wedge);
+    const Place finer{.voxel_m = kRadiusM / 20, .shift_voxels = {0.3, 0.45, 0.37}, .yaw_rad = 0.7};
+    expect_exact("finer", blade(0.15, kPi / 2), 0.25, 0.015, {finer}, wedge);
+    EXPECT_LT(length(exact(blade(0.15, kPi / 2), 0, wedge).force_n),
+              0.8 * length(exact(blade(0.15, kPi / 2)).force_n))
+        << "the rule has something to do";
+}
+
 /// The reference that others wrote: 3D resistive force theory of a wheel 0.5 m high and 0.2 m wide,
 /// 80 mm deep in sand of 1600 kg/m3 and 33 deg, in another program. The oracle has its own sums.
 TEST(PlainLawInTheGrid, oracle_equals_another_program) {
@@ -277,8 +297,9 @@ TEST(PlainLawInTheGrid, oracle_equals_another_program) {
     EXPECT_NEAR(locked.force_n.z, 1156.1, 0.005 * 1156.1);
 }
 
-std::unique_ptr<const ContactLaw> plain_law(MaterialDef material) {
+std::unique_ptr<const ContactLaw> plain_law(MaterialDef material, Rules rules = {}) {
     auto soil = std::make_shared<ContactSoil>();
+    soil->law.passive_wedge = rules.wedge;
     soil->materials = {std::move(material)};
     soil->law.kind = ContactLawDef::Kind::plain;
     return ContactLaw::make(std::move(soil));
@@ -327,11 +348,28 @@ TEST(PlainLaw, size_density_speed_and_shear_do_not_enter) {
     const ElementMotion slow{{0.5, 0.2, -0.5}, 0.01}, fast{{0.5, 0.2, -0.5}, 5};
     const ElementYield small = plain_law(sand())->yield({voxel, {}}, slow, {});
     const ElementYield large =
-        plain_law(other)->yield({voxel, {1.0, 2.0, 0.1, 0.9}}, fast, {0.001, 0});
+        plain_law(other)->yield({voxel, {1.0, 2.0, 0.1, 0.9, 0.1}}, fast, {0.001, 0});
     EXPECT_EQ(small.normal_limit_pa, large.normal_limit_pa);
     EXPECT_EQ(small.friction, large.friction);
     EXPECT_EQ(large.adhesion_pa, 0);
     EXPECT_EQ(length(small.mobilized_pa - large.mobilized_pa), 0);
+}
+
+// By hand: Kp 7.70 of 33 deg and a wall of 26.57 deg, its normal part 6.89; Ka 0.295; twice as wide
+// as deep: 1 + 3.80 1.6 / 11 = 1.553. At 0.1 m: 1600 9.81 0.1 6.89 1.553 = 16.8 kPa.
+TEST(PlainLaw, wide_wall_meets_its_wedge_and_a_sole_all_it_met) {
+    ContactVoxel voxel;
+    voxel.depth_m = 0.1;
+    voxel.normal = {1, 0, 0};
+    const FaceExtent face{0.4, 0.4, 0.19, -1, 0.2};
+    const auto yield_of = [&](Rules rules) {
+        return plain_law(sand(), rules)->yield({voxel, face}, {{0.9, 0, 0}, 0.1}, {});
+    };
+    EXPECT_NEAR(yield_of({.wedge = true}).normal_limit_pa, 16.8e3, 0.005 * 16.8e3);
+    EXPECT_NEAR(-yield_of({.wedge = true}).mobilized_pa.x, 16.8e3, 0.005 * 16.8e3);
+    EXPECT_GT(yield_of({}).normal_limit_pa, 18e3);
+    voxel.normal = {0, 0, -1};
+    EXPECT_EQ(yield_of({.wedge = true}).normal_limit_pa, yield_of({}).normal_limit_pa);
 }
 
 TEST(PlainLaw, element_at_rest_holds_a_push_along_its_normal_and_all_friction) {

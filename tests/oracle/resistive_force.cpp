@@ -1,6 +1,7 @@
 #include "oracle/resistive_force.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -30,6 +31,19 @@ constexpr Term kTerms[] = {
     {0, 2, 1, -0.09269, 0.18589, 0.10911},   {2, 0, 1, 0.01892, 0.04934, -0.04097},
     {1, 0, 2, 0.01033, 0.13527, 0.07881},    {1, 1, 1, 0.1512, -0.33207, -0.27519},
 };
+
+/// Which side of a body a normal of its frame belongs to, and the way it looks.
+size_t side_of(Vec3 n) {
+    const double size[3] = {std::abs(n.x), std::abs(n.y), std::abs(n.z)};
+    size_t axis = 0;
+    for (size_t k = 1; k < 3; ++k)
+        if (size[k] > size[axis]) axis = k;
+    return 2 * axis + ((axis == 0 ? n.x : axis == 1 ? n.y : n.z) < 0 ? 1 : 0);
+}
+Vec3 axis_of(size_t side) {
+    const double sign = side % 2 == 0 ? 1 : -1;
+    return {side / 2 == 0 ? sign : 0, side / 2 == 1 ? sign : 0, side / 2 == 2 ? sign : 0};
+}
 
 /// A flat patch spanned by two edges, cut into facets.
 void add_patch(std::vector<Facet>& out, Vec3 corner, Vec3 a, Vec3 b, Vec3 normal, double edge_m) {
@@ -143,10 +157,91 @@ Vec3 resistive_stress(Vec3 normal, Vec3 direction, double surface_friction) {
     return -pressure * normal + std::min(1.0, most / std::max(length(shear), 1e-300)) * shear;
 }
 
+double passive_factor(double phi, double wall) {
+    constexpr int kSlices = 100;
+    const auto of = [&](double foot, double top) {
+        const double radius =
+            1 / (std::sin(foot) - std::exp((foot - top) * std::tan(phi)) * std::sin(top));
+        if (!(radius > 0)) return 1e300;
+        const double pole_x = -radius * std::cos(foot), pole_z = radius * std::sin(foot) - 1;
+        // Slices from the wall on; on their left and right the spiral's depth. The weight is one.
+        double moment = 0, x0 = 0, z0 = -1;
+        for (int i = 1; i <= kSlices; ++i) {
+            const double angle = foot + (top - foot) * i / kSlices;
+            const double r = radius * std::exp((foot - angle) * std::tan(phi));
+            const double x1 = pole_x + r * std::cos(angle), z1 = pole_z - r * std::sin(angle);
+            moment += (x1 - x0) * (-(z0 + z1) / 2) * ((x0 + x1) / 2 - pole_x);
+            x0 = x1;
+            z0 = z1;
+        }
+        const double arm = (pole_z + 2.0 / 3) * std::cos(wall) + pole_x * std::sin(wall);
+        return arm > 0 && moment > 0 ? 2 * moment / arm : 1e300;
+    };
+    double least = 1e300, foot = 1.2, top = 0.2, step = 0.4;
+    while (step > 1e-4) {
+        double best_foot = foot, best_top = top;
+        for (int i = -2; i <= 2; ++i)
+            for (int j = -2; j <= 2; ++j)
+                if (const double k = of(foot + i * step, top + j * step);
+                    top + j * step < foot + i * step && k < least) {
+                    least = k;
+                    best_foot = foot + i * step;
+                    best_top = top + j * step;
+                }
+        if (best_foot == foot && best_top == top) step /= 2;
+        foot = best_foot;
+        top = best_top;
+    }
+    return least;
+}
+
+namespace {
+
+/// Least of one and what a wall's wedge leaves of resistive force theory, by the side of the body
+/// that it is on: +x, -x, +y, -y, +z, -z. The last is of what looks down by more than 45 degrees,
+/// as if it were endless.
+std::array<double, 7> wedge_shares(const std::vector<Facet>& surface, const Intruder& intruder,
+                                   const Sand& sand, double xi) {
+    std::array<double, 6> low, high, deep{};
+    std::array<double, 7> shares;
+    low.fill(1e300);
+    high.fill(-1e300);
+    for (const Facet& facet : surface) {
+        const Vec3 arm = rotate(intruder.pose.rotation, facet.at);
+        const double depth_m = -(intruder.pose.position.z + arm.z);
+        if (depth_m <= 0) continue;
+        const size_t side = side_of(facet.normal);
+        const Vec3 out = rotate(intruder.pose.rotation, axis_of(side));
+        const Vec3 level = cross({0, 0, 1}, out);
+        if (-rotate(intruder.pose.rotation, facet.normal).z > std::sqrt(0.5)) continue;
+        const double across = length(level) > 1e-9 ? dot(arm, level) / length(level) : arm.x;
+        low[side] = std::min(low[side], across);
+        high[side] = std::max(high[side], across);
+        deep[side] = std::max(deep[side], depth_m);
+    }
+    const double phi = sand.friction_angle_rad, wall = std::atan(sand.surface_friction);
+    const double kp = passive_factor(phi, wall), sine = std::sin(phi);
+    const double resistive = -resistive_stress({1, 0, 0}, {1, 0, 0}, sand.surface_friction).x;
+    const double endless = sand.density_kg_m3 * 9.81 * kp * std::cos(wall) / (xi * resistive);
+    shares[6] = std::min(1.0, endless);
+    const double apart = std::pow(kp - (1 - sine) / (1 + sine), 2.0 / 3);
+    for (size_t side = 0; side < 6; ++side) {
+        const double slim = deep[side] > 0 ? (high[side] - low[side]) / deep[side] : 0;
+        const double wide = std::min(2.0, 1 + 1.6 * apart / (1 + 5 * slim));
+        shares[side] = std::min(1.0, endless * wide);
+    }
+    return shares;
+}
+
+}  // namespace
+
 Wrench resistive_force(const std::vector<Facet>& surface, const Intruder& intruder,
                        const Sand& sand) {
     const double m = std::tan(sand.friction_angle_rad);
     const double xi = sand.density_kg_m3 * 9.81 * (894 * m * m * m - 386 * m * m + 89 * m);
+    std::array<double, 7> shares;
+    shares.fill(1);
+    if (sand.has_wedge) shares = wedge_shares(surface, intruder, sand, xi);
     Wrench sum;
     for (const Facet& facet : surface) {
         const Vec3 arm = rotate(intruder.pose.rotation, facet.at);
@@ -155,9 +250,12 @@ Wrench resistive_force(const std::vector<Facet>& surface, const Intruder& intrud
         const Vec3 velocity = intruder.velocity_m_s + cross(intruder.angular_velocity_rad_s, arm);
         const double speed = length(velocity);
         if (!(speed > 0)) continue;
-        const Vec3 force = xi * depth_m * facet.area_m2 *
-                           resistive_stress(rotate(intruder.pose.rotation, facet.normal),
-                                            velocity * (1 / speed), sand.surface_friction);
+        const Vec3 normal = rotate(intruder.pose.rotation, facet.normal);
+        const double down = std::max(0.0, -normal.z) * std::max(0.0, -normal.z);
+        const double size =
+            down + (1 - down) * shares[-normal.z > std::sqrt(0.5) ? 6 : side_of(facet.normal)];
+        const Vec3 force = xi * depth_m * facet.area_m2 * size *
+                           resistive_stress(normal, velocity * (1 / speed), sand.surface_friction);
         sum.force_n += force;
         sum.moment_n_m += cross(arm, force);
     }

@@ -29,7 +29,12 @@ bool is_inside(const std::vector<bsoil::ConvexShape>& solids, Vec3 at);
 struct Sand {
     double density_kg_m3 = 0, friction_angle_rad = 0;
     double surface_friction = 0;  ///< of the body on it
+    bool has_wedge = false;       ///< walls meet no more than their passive wedge
 };
+
+/// Passive coefficient of a vertical wall by the moments of a log spiral about its pole, the slices
+/// of which are summed one by one.
+double passive_factor(double friction_angle_rad, double wall_rad);
 
 /// A body in it. The bed's surface is level at z = 0, up is z, gravity 9.81 m/s2.
 struct Intruder {

@@ -110,6 +110,9 @@ TableOf<SoilItem> soil_table() {
                 "where the area of a body's surface in a voxel comes from: the coverage field, or "
                 "the body's shapes with their edges and thin parts",
                 [](S& s, size_t i) { s.def.contact_law.faces_by_shape = i == 1; })
+        .flag(
+            "passive_wedge", [](S & s) -> auto& { return s.def.contact_law.passive_wedge; },
+            "with the plain law: a wall meets no more than its passive wedge")
         .text("material", &S::material,
               "name of a built-in or of a [[material]]; dry_sand where neither key is given")
         .texts("materials", &S::materials, "several of them, up to 8, instead of `material`");

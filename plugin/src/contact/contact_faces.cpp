@@ -25,10 +25,12 @@ std::array<Vec3, 2> level_axes(Vec3 up) {
 struct FaceSums {
     double area = 0, a = 0, b = 0, aa = 0, ab = 0, bb = 0;  ///< area and its moments
     double density = 0, density_area = 0;
-    double depth_m = 0;
+    double depth_m = 0, foot_m = 0;
     int count = 0;
 
-    void add(const ContactVoxel& v, const ContactLaw& law, double at_a, double at_b) {
+    /// upright: sine between the normal and straight down.
+    void add(const ContactVoxel& v, const ContactLaw& law, double at_a, double at_b,
+             double upright) {
         // What only brushes the soil, like a wheel's rim above its rut, bears nothing.
         const double w = bearing_depth_m(v) > 0 ? v.area_m2 * law.touching_share(v) : 0;
         if (!(w > 0)) return;
@@ -40,6 +42,7 @@ struct FaceSums {
         ab += w * at_a * at_b;
         bb += w * at_b * at_b;
         depth_m = std::max(depth_m, bearing_depth_m(v));
+        foot_m = std::max(foot_m, bearing_depth_m(v) + upright / 2 * std::sqrt(v.area_m2));
         if (v.relative_density >= 0) {
             density += w * v.relative_density;
             density_area += w;
@@ -145,12 +148,15 @@ void ContactFaces::find(std::span<const ContactVoxel> voxels, Quat body_to_world
             continue;
         }
         face_of_voxel_[i] = place.wall;
-        walls[place.wall].add(voxels[i], law, place.across_m, 0);
+        const double rise = dot(voxels[i].normal, up);
+        walls[place.wall].add(voxels[i], law, place.across_m, 0,
+                              std::sqrt(std::max(0.0, 1 - rise * rise)));
     }
     for (int bin = 0; bin < kWallBinCount; ++bin) {
         if (!(walls[bin].area > 0)) continue;
         const double width_m = walls[bin].sides()[1];
-        faces_[bin] = {width_m, width_m, walls[bin].depth_m, walls[bin].relative_density()};
+        faces_[bin] = {width_m, width_m, walls[bin].depth_m, walls[bin].relative_density(),
+                       walls[bin].foot_m};
     }
 
     std::sort(cells_.begin(), cells_.end(), [](const Cell& a, const Cell& b) {
@@ -166,14 +172,14 @@ void ContactFaces::find(std::span<const ContactVoxel> voxels, Quat body_to_world
             soles.emplace_back();
         }
         const ContactVoxel& v = voxels[cells_[i].voxel];
-        soles[face].add(v, law, dot(v.position_m, axis_a), dot(v.position_m, axis_b));
+        soles[face].add(v, law, dot(v.position_m, axis_a), dot(v.position_m, axis_b), 0);
         face_of_voxel_[cells_[i].voxel] = kWallBinCount + face;
     }
     for (const FaceSums& sole : soles) {
         const auto [side_m, length_m] = sole.area > 0 ? sole.sides() : std::array{0.0, 0.0};
         // A ring or a frame has less area than the rectangle.
         const double width_m = length_m > 0 ? std::min(side_m, sole.area / length_m) : 0;
-        faces_.push_back({width_m, length_m, sole.depth_m, sole.relative_density()});
+        faces_.push_back({width_m, length_m, sole.depth_m, sole.relative_density(), 0});
     }
 }
 

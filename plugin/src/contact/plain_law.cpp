@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bsoil/contact/passive_wedge.h"
 #include "bsoil/contact/resistive_force_theory.h"
 
 namespace bsoil {
@@ -10,11 +11,34 @@ namespace bsoil {
 PlainLaw::PlainLaw(std::shared_ptr<const ContactSoil> soil, const SurfaceFriction& surface)
     : ContactLaw(std::move(soil)) {
     for (const MaterialDef& material : this->soil().materials) {
-        const double tan_phi = std::tan(material.friction_angle_rad);
-        strengths_.push_back(
-            {resistive_stiffness_pa_m(material.density_kg_m3, this->soil().gravity_m_s2, tan_phi),
-             std::min(surface.friction >= 0 ? surface.friction : material.tool_friction, tan_phi)});
+        const double phi = material.friction_angle_rad, tan_phi = std::tan(phi);
+        const double gravity_m_s2 = this->soil().gravity_m_s2;
+        Strength& strength = strengths_.emplace_back();
+        strength.stiffness_pa_m =
+            resistive_stiffness_pa_m(material.density_kg_m3, gravity_m_s2, tan_phi);
+        strength.friction =
+            std::min(surface.friction >= 0 ? surface.friction : material.tool_friction, tan_phi);
+        strength.friction_angle_rad = phi;
+        if (!def().passive_wedge) continue;
+        const double wall_rad = std::atan(strength.friction);
+        strength.passive_factor = log_spiral_passive_factor(phi, wall_rad);
+        const Vec3 level{1, 0, 0};
+        const double wall_stress =
+            -dot(resistive_stress(level, level, Vec3{0, 0, 1}, strength.friction), level);
+        if (!(strength.stiffness_pa_m * wall_stress > 0)) continue;
+        strength.wedge_share = material.density_kg_m3 * gravity_m_s2 * strength.passive_factor *
+                               std::cos(wall_rad) / (strength.stiffness_pa_m * wall_stress);
     }
+}
+
+// Between wall and sole an element takes both, by the squares of its normal's parts.
+double PlainLaw::size_factor(const Strength& soil, const FaceExtent& face, Vec3 normal) const {
+    if (!def().passive_wedge) return 1;
+    const double down = std::max(0.0, -dot(normal, up())), sole = down * down;
+    const double wedge =
+        soil.wedge_share * passive_width_factor(soil.passive_factor, soil.friction_angle_rad,
+                                                face.width_m, face.foot_m);
+    return sole + (1 - sole) * std::min(1.0, wedge);
 }
 
 ElementYield PlainLaw::yield(const ContactElement& element, const ElementMotion& along,
@@ -22,8 +46,8 @@ ElementYield PlainLaw::yield(const ContactElement& element, const ElementMotion&
     const ContactVoxel& contact = element.voxel;
     const Strength& soil = strengths_[static_cast<size_t>(contact.material)];
     const double depth_m = bearing_depth_m(contact), creep = def().creep;
-    const double xi_depth = soil.stiffness_pa_m * depth_m;
     const Vec3 n = contact.normal, motion = along.share;
+    const double xi_depth = soil.stiffness_pa_m * depth_m * size_factor(soil, element.face, n);
     const double approach = dot(motion, n);
     const Vec3 slide = motion - approach * n;
     const double sliding = length(slide);

@@ -26,6 +26,7 @@ struct FaceExtent {
     double length_m = 0;           ///< the longer side of a sole
     double depth_m = 0;            ///< of its deepest element below the surface
     double relative_density = -1;  ///< of the soil at it; negative: not state
+    double foot_m = 0;             ///< depth of a wall's lower edge: half an element further down
 };
 
 /// An element of a body's surface beside soil.

@@ -27,6 +27,14 @@ struct ContactLawDef {
     /// Of each material, in the order of SoilDef::material_list(); for Kind::bekker, else unused.
     std::vector<BekkerSoil> bekker;
 
+    /// @name Rules that Kind::plain takes besides resistive force theory
+    /// @{
+    /// A wall meets no more than its passive wedge (passive_wedge.h). Resistive force theory has no
+    /// size: a wide blade would be met as its narrow strips are. The wedge of a sole's inclined
+    /// part is that of an endless wall.
+    bool passive_wedge = false;
+    /// @}
+
     /// @name Yield of an element
     /// @{
     /// An element that moves less than this share of its body's motion counts as resting: its limit

@@ -13,7 +13,8 @@ namespace bsoil {
 /// (Agarwal, Goldman, Kamrin 2023). A material enters by its density and its angle of friction, a
 /// surface by its friction. Nothing is fitted, and nothing has a size: a large face bears what its
 /// small parts bear. Cohesion, density as state, the speed and Janosi's K do not enter, so it is a
-/// law of dry sand that moves slowly. It is here to be held against: what the grid makes of it is
+/// law of dry sand that moves slowly. Rules come on one by one: ContactLawDef::passive_wedge.
+/// It is here to be held against: what the grid makes of it is
 /// verified against exact integrals (docs/verification.md), and each rule of another law has to do
 /// better.
 ///
@@ -33,7 +34,15 @@ class PlainLaw final : public ContactLaw {
     struct Strength {
         double stiffness_pa_m = 0;  ///< xi
         double friction = 0;        ///< min(tool friction, tan phi)
+        double friction_angle_rad = 0;
+        double passive_factor = 0;  ///< Kp of a wall with this friction
+        /// Normal stress on an endless upright wall by its wedge over that by resistive force
+        /// theory: both grow with depth alone.
+        double wedge_share = 0;
     };
+    /// What the size of its face leaves of an element's stress: 0..1.
+    double size_factor(const Strength& soil, const FaceExtent& face, Vec3 normal) const;
+
     std::vector<Strength> strengths_;  ///< indexed by ContactVoxel::material
 };
 

@@ -1,0 +1,25 @@
+/// The wedge of soil that a wall pushes up before it: what bounds its resistance.
+#pragma once
+
+#pragma GCC visibility push(default)
+namespace bsoil {
+
+/// Passive earth pressure coefficient of a vertical wall and level ground: the resultant, inclined
+/// by the wall's friction angle, over half the soil's weight times the height squared.
+/// Soil turns as one about the pole of a logarithmic spiral from the wall's foot to the surface.
+/// Reactions on the spiral pass through its pole, so the moments of wall and weight about it
+/// balance. The pole counts that asks for the least force (Terzaghi 1943; Soubra and Macuh 2002).
+/// Coulomb's plane is as good for a smooth wall and has no bound for a rough one; the lesser of the
+/// two is taken. friction_angle_rad: 0..1.2; wall_rad: 0..friction_angle_rad. Cost: some thousand
+/// moments.
+double log_spiral_passive_factor(double friction_angle_rad, double wall_rad);
+
+/// What a wall of finite width meets over what the same stretch of an endless one does: 1 +
+/// (Kp - Ka)^(2/3) 1.6 / (1 + 5 width / depth), no more than 2. Ovesen's tests on anchor slabs in
+/// Brinch Hansen's form, for a wall that reaches the surface, with the limit that Duncan and Mokwa
+/// (2001) set. Ka: Rankine's.
+double passive_width_factor(double passive_factor, double friction_angle_rad, double width_m,
+                            double depth_m);
+
+}  // namespace bsoil
+#pragma GCC visibility pop

@@ -1,0 +1,95 @@
+#include "bsoil/contact/passive_wedge.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace bsoil {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+/// A pole further off, in heights of the wall, takes the digits of what is summed up.
+constexpr double kFarthest = 1000;
+constexpr double kNone = std::numeric_limits<double>::infinity();
+
+struct Point {
+    double x, y;
+};
+
+/// Twice the area of the triangle from the origin over p to q.
+double turn(Point p, Point q) { return p.x * q.y - p.y * q.x; }
+
+/// First moment about the y axis of the triangle origin, p, q.
+double moment_of(Point p, Point q) { return turn(p, q) / 2 * (p.x + q.x) / 3; }
+
+/// Coefficient that one spiral asks for. The wall is one unit high, its top is (0, 0). The spiral's
+/// radius is at foot_rad below the horizontal where it leaves the wall's foot, and at top_rad where
+/// it meets the surface: r = r0 exp((foot - angle) tan phi).
+double factor_of_spiral(double phi, double wall, double foot_rad, double top_rad) {
+    const double t = std::tan(phi);
+    const double growth = std::exp((foot_rad - top_rad) * t);
+    const double rise = std::sin(foot_rad) - growth * std::sin(top_rad);
+    if (!(rise * kFarthest > 1)) return kNone;
+    const double foot_radius = 1 / rise, top_radius = growth * foot_radius;
+    // From the pole to the wall's top, its foot, and the spiral's end.
+    const Point foot{foot_radius * std::cos(foot_rad), -foot_radius * std::sin(foot_rad)};
+    const Point top{foot.x, foot.y + 1};
+    const Point end{top_radius * std::cos(top_rad), -top_radius * std::sin(top_rad)};
+    // Of the sector between foot and end: the integral of r^3 / 3 cos(angle).
+    const double k = -3 * t;
+    const auto integral = [&](double angle) {
+        return (k * std::cos(angle) + std::sin(angle)) * std::exp(k * (angle - foot_rad)) /
+               (k * k + 1);
+    };
+    const double sector =
+        foot_radius * foot_radius * foot_radius / 3 * (integral(foot_rad) - integral(top_rad));
+    const double weight_moment = sector + moment_of(end, top) + moment_of(top, foot);
+    // The wall's force acts two thirds down, and the soil that rises drags on the wall.
+    const double force_moment = -foot.x * std::sin(wall) - (top.y - 2.0 / 3) * std::cos(wall);
+    return force_moment > 1e-9 && weight_moment > 0 ? 2 * weight_moment / force_moment : kNone;
+}
+
+double coulomb_factor(double phi, double wall) {
+    const double root = std::sqrt(std::sin(phi + wall) * std::sin(phi) / std::cos(wall));
+    if (!(root < 1)) return kNone;
+    return std::cos(phi) * std::cos(phi) / (std::cos(wall) * (1 - root) * (1 - root));
+}
+
+}  // namespace
+
+double log_spiral_passive_factor(double phi, double wall) {
+    // A table over the two angles, then steps that halve.
+    constexpr int kTable = 48;
+    constexpr double kFootLow = 0, kTopLow = -1, kRange = kPi;
+    double least = kNone, foot_rad = 0, top_rad = 0;
+    const auto look = [&](double foot, double top) {
+        if (!(top < foot)) return;
+        const double found = factor_of_spiral(phi, wall, foot, top);
+        if (!(found < least)) return;
+        least = found;
+        foot_rad = foot;
+        top_rad = top;
+    };
+    for (int i = 0; i < kTable; ++i)
+        for (int j = 0; j < kTable; ++j)
+            look(kFootLow + kRange * i / kTable, kTopLow + kRange * j / kTable);
+    for (double step = kRange / kTable; step > 1e-6;) {
+        const double before = least, foot = foot_rad, top = top_rad;
+        for (const double a : {-step, 0.0, step})
+            for (const double b : {-step, 0.0, step}) look(foot + a, top + b);
+        if (!(least < before)) step /= 2;
+    }
+    return std::min(least, coulomb_factor(phi, wall));
+}
+
+double passive_width_factor(double passive_factor, double friction_angle_rad, double width_m,
+                            double depth_m) {
+    constexpr double kMost = 2;
+    if (!(depth_m > 0)) return 1;
+    const double active_root = std::tan(kPi / 4 - friction_angle_rad / 2);
+    const double apart = std::max(0.0, passive_factor - active_root * active_root);
+    return std::min(kMost, 1 + std::pow(apart, 2.0 / 3) * 1.6 / (1 + 5 * width_m / depth_m));
+}
+
+}  // namespace bsoil
