@@ -28,6 +28,8 @@ struct Tool {
     double height_m = 0;  ///< of its frame's origin above the bed
     Quat rotation;
     Vec3 velocity_m_s, angular_rad_s;
+    int lug_count = 0;
+    double lug_height_m = 0, lug_thickness_m = 0;
 };
 
 ConvexShape cylinder(double radius_m, double width_m, Quat rotation = {}) {
@@ -63,6 +65,9 @@ Tool wheel(double slip, double sinkage_m, double slip_angle_rad = 0, double radi
 Tool lugged_wheel(double slip, double sinkage_m, int count, double height_m, double thickness_m,
                   double phase = 0.5) {
     Tool tool = wheel(slip, sinkage_m);
+    tool.lug_count = count;
+    tool.lug_height_m = height_m;
+    tool.lug_thickness_m = thickness_m;
     const double root_m = 0.9 * kRadiusM, top_m = kRadiusM + height_m;
     for (int i = 0; i < count; ++i) {
         const Quat turn = about({0, 1, 0}, 2 * kPi * (i + phase) / count);
@@ -118,13 +123,44 @@ struct Place {
 
 /// Rules on top of resistive force theory.
 struct Rules {
-    bool wedge = false;
+    bool wedge = false, trapped = false;
 };
+
+constexpr double kPhi = 33 * kPi / 180;
+/// Rim and lugs by the share of the soil between them that is free, and what is over the tips by
+/// the rest: of a wheel about y, whose middle is `axle_m` above the bed.
+std::vector<oracle::Facet> surface_with_trapped_soil(const Tool& tool, double axle_m) {
+    const double pitch = 2 * kPi * kRadiusM / tool.lug_count, h = tool.lug_height_m;
+    const double wedge = h * std::tan(kPi / 4 + kPhi / 2);
+    const double most = std::min(1.0, (wedge + tool.lug_thickness_m) / pitch);
+    // Of the radius between rim and tips, the part below the surface.
+    const auto trapped = [&](Vec3 at) {
+        constexpr int kParts = 100;
+        int below = 0;
+        for (int i = 0; i < kParts; ++i)
+            below +=
+                axle_m + at.z / std::hypot(at.x, at.z) * (kRadiusM + (i + 0.5) / kParts * h) < 0;
+        return most * below / kParts;
+    };
+    std::vector<oracle::Facet> out = oracle::surface_of(tool.solids, 0.002);
+    for (oracle::Facet& facet : out)
+        if (std::abs(facet.normal.y) < 0.5 || std::hypot(facet.at.x, facet.at.z) > kRadiusM)
+            facet.share = 1 - trapped(facet.at);
+    for (oracle::Facet facet :
+         oracle::surface_of({cylinder(kRadiusM + h, kWidthM, about({1, 0, 0}, kPi / 2))}, 0.002)) {
+        if (std::hypot(facet.at.x, facet.at.z) < kRadiusM) continue;
+        facet.share = trapped(facet.at);
+        facet.friction = std::tan(kPhi);
+        out.push_back(facet);
+    }
+    return out;
+}
 
 /// Sums over exact surfaces, for a bed whose surface lies higher by `raised_m`.
 oracle::Wrench exact(const Tool& tool, double raised_m = 0, Rules rules = {}) {
     return oracle::resistive_force(
-        oracle::surface_of(tool.solids, 0.002),
+        rules.trapped ? surface_with_trapped_soil(tool, tool.height_m - raised_m)
+                      : oracle::surface_of(tool.solids, 0.002),
         {{{0, 0, tool.height_m - raised_m}, tool.rotation}, tool.velocity_m_s, tool.angular_rad_s},
         {1600, 33 * kPi / 180, 0.5, rules.wedge});
 }
@@ -148,6 +184,7 @@ Found in_the_grid(const Tool& tool, const Place& place, Rules rules) {
     def.material = sand();
     def.contact_law.kind = ContactLawDef::Kind::plain;
     def.contact_law.passive_wedge = rules.wedge;
+    def.contact_law.trapped_soil = rules.trapped;
     def.contact_law.hollow_share = 0;
     def.contact_law.faces_by_shape = true;
     auto soil = std::move(*Soil::create(def));
@@ -286,6 +323,26 @@ TEST(PlainLawInTheGrid, walls_meet_their_wedge) {
         << "the rule has something to do";
 }
 
+TEST(PlainLawInTheGrid, soil_between_lugs_goes_with_the_wheel) {
+    for (const Rules rules : {Rules{.trapped = true}, Rules{.wedge = true, .trapped = true}}) {
+        const std::string more = rules.wedge ? ", wedge" : "";
+        const Tool high = lugged_wheel(0.3, 0.06, 12, 0.03, 0.02);
+        expect_exact("high" + more, high, kRadiusM, 0.05, kPlaces, rules);
+        const Tool low = lugged_wheel(0.3, 0.06, 24, 0.015, 0.01);
+        expect_exact("low" + more, low, kRadiusM, 0.05, kPlaces, rules);
+        expect_exact("locked" + more, lugged_wheel(-1, 0.06, 24, 0.015, 0.01), kRadiusM, 0.05,
+                     kPlaces, rules);
+        expect_exact("thin" + more, lugged_wheel(0.3, 0.06, 24, 0.015, 0.003), kRadiusM, 0.05,
+                     kPlaces, rules);
+        const Place finer{
+            .voxel_m = kRadiusM / 20, .shift_voxels = {0.3, 0.45, 0.37}, .yaw_rad = 0.7};
+        expect_exact("finer" + more, high, kRadiusM, 0.015, {finer}, rules);
+    }
+    const Tool high = lugged_wheel(0.3, 0.06, 12, 0.03, 0.02);
+    EXPECT_LT(exact(high, 0, {.trapped = true}).force_n.x, 0.8 * exact(high).force_n.x)
+        << "the rule has something to do";
+}
+
 /// The reference that others wrote: 3D resistive force theory of a wheel 0.5 m high and 0.2 m wide,
 /// 80 mm deep in sand of 1600 kg/m3 and 33 deg, in another program. The oracle has its own sums.
 TEST(PlainLawInTheGrid, oracle_equals_another_program) {
@@ -300,6 +357,7 @@ TEST(PlainLawInTheGrid, oracle_equals_another_program) {
 std::unique_ptr<const ContactLaw> plain_law(MaterialDef material, Rules rules = {}) {
     auto soil = std::make_shared<ContactSoil>();
     soil->law.passive_wedge = rules.wedge;
+    soil->law.trapped_soil = rules.trapped;
     soil->materials = {std::move(material)};
     soil->law.kind = ContactLawDef::Kind::plain;
     return ContactLaw::make(std::move(soil));
@@ -370,6 +428,35 @@ TEST(PlainLaw, wide_wall_meets_its_wedge_and_a_sole_all_it_met) {
     EXPECT_GT(yield_of({}).normal_limit_pa, 18e3);
     voxel.normal = {0, 0, -1};
     EXPECT_EQ(yield_of({.wedge = true}).normal_limit_pa, yield_of({}).normal_limit_pa);
+}
+
+// By hand, 33 deg: h tan(61.5 deg) = 1.842 h. Lugs 10 mm high, 5 mm thick, 30 of them round
+// 157.35 mm: pitch 32.95 mm, share (18.42 + 5) / 32.95 = 0.711.
+TEST(PlainLaw, soil_between_teeth_shares_an_element_with_the_surface_over_the_tips) {
+    ContactVoxel voxel;
+    voxel.depth_m = 0.05;
+    voxel.normal = {0, 0, -1};
+    voxel.teeth = {0.010, 0.005, 0.03295, 0, {0, 0, -1}, false};
+    const ElementMotion slides{{0.9, 0, -0.3}, 0.1};
+    const auto law = plain_law(sand(), {.trapped = true});
+    const ElementYield bare = plain_law(sand())->yield({voxel, {}}, slides, {});
+    const ElementYield rim = law->yield({voxel, {}}, slides, {});
+    EXPECT_NEAR(rim.area_share, 1 - 0.711, 0.001);
+    EXPECT_EQ(rim.normal_limit_pa, bare.normal_limit_pa);
+    EXPECT_EQ(rim.friction, bare.friction);
+    voxel.teeth.is_over_tips = true;
+    voxel.teeth.above_m = 0.010;
+    const ElementYield tips = law->yield({voxel, {}}, slides, {});
+    EXPECT_NEAR(tips.area_share, 0.711, 0.001);
+    EXPECT_NEAR(law->yield({voxel, {}}, {}, {}).friction, std::tan(kPhi), 1e-12)
+        << "soil on soil, where the rim has 0.5";
+    // The tips 4 mm deep: four tenths of the space are filled.
+    voxel.depth_m = 0.004;
+    EXPECT_NEAR(law->yield({voxel, {}}, slides, {}).area_share, 0.4 * 0.711, 0.001);
+    // Close teeth carry all of it.
+    voxel.teeth.pitch_m = 0.02;
+    voxel.depth_m = 0.05;
+    EXPECT_EQ(law->yield({voxel, {}}, slides, {}).area_share, 1);
 }
 
 TEST(PlainLaw, element_at_rest_holds_a_push_along_its_normal_and_all_friction) {

@@ -254,8 +254,9 @@ Wrench resistive_force(const std::vector<Facet>& surface, const Intruder& intrud
         const double down = std::max(0.0, -normal.z) * std::max(0.0, -normal.z);
         const double size =
             down + (1 - down) * shares[-normal.z > std::sqrt(0.5) ? 6 : side_of(facet.normal)];
-        const Vec3 force = xi * depth_m * facet.area_m2 * size *
-                           resistive_stress(normal, velocity * (1 / speed), sand.surface_friction);
+        const double friction = facet.friction >= 0 ? facet.friction : sand.surface_friction;
+        const Vec3 force = xi * depth_m * facet.share * facet.area_m2 * size *
+                           resistive_stress(normal, velocity * (1 / speed), friction);
         sum.force_n += force;
         sum.moment_n_m += cross(arm, force);
     }

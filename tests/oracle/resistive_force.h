@@ -16,6 +16,8 @@ using bsoil::Vec3;
 struct Facet {
     Vec3 at, normal;  ///< normal: unit, outward
     double area_m2 = 0;
+    double share = 1;      ///< of it that is there
+    double friction = -1;  ///< of this facet; negative: Sand::surface_friction
 };
 
 /// The outer surface of solids that may overlap, cut into facets no longer than `edge_m`: what lies

@@ -113,6 +113,10 @@ TableOf<SoilItem> soil_table() {
         .flag(
             "passive_wedge", [](S & s) -> auto& { return s.def.contact_law.passive_wedge; },
             "with the plain law: a wall meets no more than its passive wedge")
+        .flag(
+            "trapped_soil", [](S & s) -> auto& { return s.def.contact_law.trapped_soil; },
+            "with the plain law and faces by shape: soil between lugs or grousers goes with them, "
+            "as far as the passive wedge before each reaches")
         .text("material", &S::material,
               "name of a built-in or of a [[material]]; dry_sand where neither key is given")
         .texts("materials", &S::materials, "several of them, up to 8, instead of `material`");

@@ -60,6 +60,16 @@ struct SoilBody {
     unsigned shape_revision = 0;                       ///< change it when *shapes changed
 };
 
+/// The row of teeth (a wheel's lugs, a track's grousers) that an element of a surface belongs to.
+struct ToothRow {
+    double height_m = 0, thickness_m = 0, pitch_m = 0;  ///< pitch: 0 where there is no row
+    double above_m = 0;  ///< how far the element is above what the teeth stand on
+    Vec3 outward;        ///< unit, from there to the tips; world axes
+    /// Of the surface over the tips, which is there as far as soil between the teeth goes with
+    /// them.
+    bool is_over_tips = false;
+};
+
 /// A voxel in which a body's surface and soil meet, at the end of a step. World axes, SI.
 struct ContactVoxel {
     int body = 0;        ///< SoilBody::id
@@ -78,6 +88,7 @@ struct ContactVoxel {
     /// Of the soil beside the body, mean along the way out: 0 loose, 1 compacted; negative where
     /// its density is fixed.
     double relative_density = -1;
+    ToothRow teeth;  ///< with ContactLawDef::trapped_soil
 };
 
 /// The soil a moving body carries (in a bucket, on a bed): it moves with the body, so its weight is

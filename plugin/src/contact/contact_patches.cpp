@@ -182,11 +182,12 @@ BodyContact ContactPatches::find(std::span<const ContactVoxel> voxels,
         for (size_t i = first; i < last; ++i) {
             const ContactVoxel& v = voxels[i];
             const ContactMotion& relative = motion_for(motions, v.carrier);
-            elements_[i] = {law.yield({v, faces_.of_voxel(i)},
-                                      {relative.direction.velocity_at(v.position_m),
-                                       dot(relative.motion.velocity_at(v.position_m), v.normal)},
-                                      history.empty() ? kAllDeveloped : history[i]),
-                            v.area_m2 * law.touching_share(v)};
+            const ElementYield yield =
+                law.yield({v, faces_.of_voxel(i)},
+                          {relative.direction.velocity_at(v.position_m),
+                           dot(relative.motion.velocity_at(v.position_m), v.normal)},
+                          history.empty() ? kAllDeveloped : history[i]);
+            elements_[i] = {yield, v.area_m2 * law.touching_share(v) * yield.area_share};
         }
     });
 

@@ -152,17 +152,33 @@ void ContactVoxels::add_pieces(const Element& element, std::vector<ContactVoxel>
     const auto record = static_cast<size_t>(&element.record - records_.data());
     const double voxel = element.request.frame->voxel_m;
     double area_m2 = 0;
-    pieces_.for_each(record, [&](const SurfacePiece& piece) { area_m2 += piece.area_m2; });
+    pieces_.for_each(record, [&](const SurfacePiece& piece) {
+        area_m2 += piece.is_over_tips ? 0 : piece.area_m2;
+    });
     const double pressed_m =
-        compression_m(element.request, element.record, area_m2 / (voxel * voxel));
+        area_m2 > 0 ? compression_m(element.request, element.record, area_m2 / (voxel * voxel)) : 0;
     pieces_.for_each(record, [&](const SurfacePiece& piece) {
         ContactVoxel& contact = out.emplace_back(element.contact);
         contact.compression_m = pressed_m;
         contact.area_m2 = length(piece.area);
         contact.normal = rotate(grid_to_world.rotation, piece.area * (1 / contact.area_m2));
         contact.position_m = transform(grid_to_world, piece.moment * (1 / piece.area_m2));
+        if (piece.row >= 0) set_teeth(element.body, piece, contact);
         finish(element, contact);
     });
+}
+
+void ContactVoxels::set_teeth(const ContactBody& body, const SurfacePiece& piece,
+                              ContactVoxel& contact) const {
+    const ToothedFace& row = body.surface->rows[static_cast<size_t>(piece.row)];
+    const Pose to_world = body.input->pose * row.to_body;
+    const ToothedFace::Above above = row.above(transform(inverse(to_world), contact.position_m));
+    contact.teeth = {row.height_m,
+                     row.thickness_m,
+                     row.pitch_m,
+                     above.height_m,
+                     rotate(to_world.rotation, above.outward),
+                     piece.is_over_tips};
 }
 
 // The gradient errs in the direction of an inclined face, from voxel to voxel, and at an edge

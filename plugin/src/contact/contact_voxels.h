@@ -44,6 +44,7 @@ class ContactVoxels {
     void add(const Request& request, const ContactRecord& record,
              std::vector<ContactVoxel>& out) const;
     void add_pieces(const Element& element, std::vector<ContactVoxel>& out) const;
+    void set_teeth(const ContactBody& body, const SurfacePiece& piece, ContactVoxel& contact) const;
     void add_faces(const Element& element, Vec3 face_normal, std::vector<ContactVoxel>& out) const;
     void finish(const Element& element, ContactVoxel& contact) const;
 

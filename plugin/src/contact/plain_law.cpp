@@ -2,11 +2,26 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "bsoil/contact/passive_wedge.h"
 #include "bsoil/contact/resistive_force_theory.h"
 
 namespace bsoil {
+
+double trapped_share(const ToothRow& teeth, double friction_angle_rad) {
+    if (!(teeth.pitch_m > 0)) return 0;
+    const double wedge_m = teeth.height_m * std::tan(std::numbers::pi / 4 + friction_angle_rad / 2);
+    return std::min(1.0, (wedge_m + teeth.thickness_m) / teeth.pitch_m);
+}
+
+double filled_share(const ToothRow& teeth, double depth_m, Vec3 up) {
+    const double rise = dot(teeth.outward, up);
+    const double root_m = depth_m + teeth.above_m * rise, tip_m = root_m - teeth.height_m * rise;
+    const double low_m = std::min(root_m, tip_m), high_m = std::max(root_m, tip_m);
+    if (low_m >= 0) return 1;
+    return high_m > 0 ? high_m / (high_m - low_m) : 0;
+}
 
 PlainLaw::PlainLaw(std::shared_ptr<const ContactSoil> soil, const SurfaceFriction& surface)
     : ContactLaw(std::move(soil)) {
@@ -19,6 +34,7 @@ PlainLaw::PlainLaw(std::shared_ptr<const ContactSoil> soil, const SurfaceFrictio
         strength.friction =
             std::min(surface.friction >= 0 ? surface.friction : material.tool_friction, tan_phi);
         strength.friction_angle_rad = phi;
+        strength.tan_phi = tan_phi;
         if (!def().passive_wedge) continue;
         const double wall_rad = std::atan(strength.friction);
         strength.passive_factor = log_spiral_passive_factor(phi, wall_rad);
@@ -52,9 +68,17 @@ ElementYield PlainLaw::yield(const ContactElement& element, const ElementMotion&
     const Vec3 slide = motion - approach * n;
     const double sliding = length(slide);
 
+    const bool is_soil = contact.teeth.is_over_tips;
+    const double friction = is_soil ? soil.tan_phi : soil.friction;
+
     ElementYield out;
+    if (contact.teeth.pitch_m > 0) {
+        const double trapped = trapped_share(contact.teeth, soil.friction_angle_rad) *
+                               filled_share(contact.teeth, contact.depth_m, up());
+        out.area_share = is_soil ? trapped : 1 - trapped;
+    }
     const Vec3 push = slide + (std::max(approach, 0.0) + creep) * n;
-    const Vec3 pushed = resistive_stress(n, push * (1 / length(push)), up(), soil.friction);
+    const Vec3 pushed = resistive_stress(n, push * (1 / length(push)), up(), friction);
     const double normal = std::max(0.0, -dot(pushed, n));
     out.normal_limit_pa = unloaded_share(depth_m, memory.retreat_m, def()) * xi_depth * normal;
     const double slid = sliding / (sliding + creep);
@@ -62,11 +86,11 @@ ElementYield PlainLaw::yield(const ContactElement& element, const ElementMotion&
     // of a wheel that rolls resistive force theory drags the rim along with its sliding.
     const double against = sliding > 0 ? -dot(pushed, slide) / sliding : 0;
     const double sliding_friction =
-        normal > 0 ? std::clamp(against / normal, 0.0, soil.friction) : soil.friction;
-    out.friction = soil.friction + slid * (sliding_friction - soil.friction);
+        normal > 0 ? std::clamp(against / normal, 0.0, friction) : friction;
+    out.friction = friction + slid * (sliding_friction - friction);
     if (sliding > 0) out.slide = slide * (slid / sliding);
     if (approach > 0) {
-        const Vec3 stress = resistive_stress(n, motion * (1 / length(motion)), up(), soil.friction);
+        const Vec3 stress = resistive_stress(n, motion * (1 / length(motion)), up(), friction);
         if (dot(stress, n) < 0) out.mobilized_pa = xi_depth * stress;
     }
     return out;

@@ -72,6 +72,12 @@ void SurfacePieces::gather(std::span<const ContactRecord> records,
                                rotate(body.to_grid.rotation, sample.normal));
             }
         }
+        for (const OverTips& sample : body.surface->over_tips) {
+            const Vec3 tip = transform(body.to_grid, sample.tip);
+            const double high = length(sample.tip - sample.root) * per_voxel;
+            if (is_near(tip * per_voxel, high + 1.5))
+                add_over_tips(static_cast<int>(b), sample, body.to_grid);
+        }
     }
 }
 
@@ -146,19 +152,42 @@ void SurfacePieces::add_sample(std::span<const ContactRecord> records, int body,
     }
     if (!(sum > 0)) {
         const int corner = find_around(records, voxel, body, normal);
-        if (corner >= 0) add_to(corner, at_m, normal, sample.area_m2);
+        if (corner >= 0) add_to(corner, at_m, normal, sample.area_m2, sample.row);
         return;
     }
     for (int step = 0; step < 3; ++step)
         if (record[step] >= 0)
-            add_to(record[step], at_m, normal, sample.area_m2 * shares[step] / sum);
+            add_to(record[step], at_m, normal, sample.area_m2 * shares[step] / sum, sample.row);
 }
 
-void SurfacePieces::add_to(int record, Vec3 at_m, Vec3 normal, double area_m2) {
+// What soil is there the body's own surface near it knows: the voxel that the piece is in, or those
+// on the way down to the root, or that of the nearest tip.
+void SurfacePieces::add_over_tips(int body, const OverTips& sample, const Pose& to_grid) {
+    const Vec3 at = transform(to_grid, sample.piece.at) * (1 / voxel_m_);
+    const Vec3 down = transform(to_grid, sample.root) * (1 / voxel_m_) - at;
+    const int steps = 1 + static_cast<int>(std::ceil(length(down)));
+    const auto record_at = [&](Vec3 p) {
+        const int voxel[3] = {static_cast<int>(std::floor(p.x)), static_cast<int>(std::floor(p.y)),
+                              static_cast<int>(std::floor(p.z))};
+        return find(voxel, body);
+    };
+    int record = -1;
+    for (int i = 0; i <= steps && record < 0; ++i)
+        record = record_at(at + (static_cast<double>(i) / steps) * down);
+    if (record < 0) record = record_at(transform(to_grid, sample.tip) * (1 / voxel_m_));
+    if (record < 0) return;
+    add_to(record, transform(to_grid, sample.piece.at),
+           rotate(to_grid.rotation, sample.piece.normal), sample.piece.area_m2, sample.piece.row,
+           true);
+}
+
+void SurfacePieces::add_to(int record, Vec3 at_m, Vec3 normal, double area_m2, int row,
+                           bool is_over_tips) {
     int* link = &heads_[static_cast<size_t>(record)];
     while (*link >= 0) {
         SurfacePiece& piece = pieces_[static_cast<size_t>(*link)];
-        if (dot(piece.area, normal) >= same_cosine_ * length(piece.area)) {
+        if (piece.row == row && piece.is_over_tips == is_over_tips &&
+            dot(piece.area, normal) >= same_cosine_ * length(piece.area)) {
             piece.area += area_m2 * normal;
             piece.moment += area_m2 * at_m;
             piece.area_m2 += area_m2;
@@ -169,7 +198,7 @@ void SurfacePieces::add_to(int record, Vec3 at_m, Vec3 normal, double area_m2) {
     // The link may lie in a piece, and pieces may move as they get more.
     const int made = static_cast<int>(pieces_.size());
     *link = made;
-    pieces_.push_back({area_m2 * normal, area_m2 * at_m, area_m2, -1});
+    pieces_.push_back({area_m2 * normal, area_m2 * at_m, area_m2, -1, row, is_over_tips});
 }
 
 }  // namespace bsoil

@@ -23,6 +23,8 @@ struct SurfacePiece {
     Vec3 moment;  ///< sum of place times area
     double area_m2 = 0;
     int next = -1;  ///< of the same record
+    int row = -1;   ///< SurfaceSample::row
+    bool is_over_tips = false;
 };
 
 /// Shares out each sample over the records of its body. A face that lies at the share f of its way
@@ -55,7 +57,9 @@ class SurfacePieces {
                     Vec3 normal) const;
     void add_sample(std::span<const ContactRecord> records, int body, const SurfaceSample& sample,
                     Vec3 at, Vec3 normal);
-    void add_to(int record, Vec3 at_m, Vec3 normal, double area_m2);
+    void add_over_tips(int body, const OverTips& sample, const Pose& to_grid);
+    void add_to(int record, Vec3 at_m, Vec3 normal, double area_m2, int row,
+                bool is_over_tips = false);
 
     std::vector<int> heads_;  ///< per record, into pieces_
     std::vector<SurfacePiece> pieces_;

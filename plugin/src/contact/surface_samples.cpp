@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 #include "contact/shape_faces.h"
 
@@ -314,16 +315,23 @@ class Sampler {
 }  // namespace
 
 void SurfaceSamples::make(const std::vector<ConvexShape>& shapes,
-                          const std::vector<SheetGrowth>& growth, double voxel_m) {
+                          const std::vector<SheetGrowth>& growth, double voxel_m, bool with_teeth) {
     samples.clear();
     clusters.clear();
+    rows.clear();
+    over_tips.clear();
     Sampler sampler(shapes, growth, voxel_m, samples);
     is_whole = is_made = true;
-    for (size_t i = 0; i < shapes.size() && is_whole; ++i) is_whole = sampler.add(i);
+    std::vector<size_t> ends;  // of each shape's samples
+    for (size_t i = 0; i < shapes.size() && is_whole; ++i) {
+        is_whole = sampler.add(i);
+        ends.push_back(samples.size());
+    }
     if (!is_whole) {
         samples.clear();
         return;
     }
+    if (with_teeth) add_rows(shapes, voxel_m, ends);
     for (size_t first = 0; first < samples.size(); first += kClusterSamples) {
         SampleCluster cluster{{}, 0, first, std::min(first + kClusterSamples, samples.size())};
         for (size_t i = first; i < cluster.last; ++i) cluster.center += samples[i].at;
@@ -331,6 +339,74 @@ void SurfaceSamples::make(const std::vector<ConvexShape>& shapes,
         for (size_t i = first; i < cluster.last; ++i)
             cluster.radius_m = std::max(cluster.radius_m, length(samples[i].at - cluster.center));
         clusters.push_back(cluster);
+    }
+}
+
+void SurfaceSamples::add_rows(const std::vector<ConvexShape>& shapes, double voxel_m,
+                              const std::vector<size_t>& ends) {
+    rows = find_toothed_faces(shapes);
+    const auto samples_of = [&](size_t shape) {
+        const size_t first = shape > 0 ? ends[shape - 1] : 0;
+        return std::span(samples).subspan(first, ends[shape] - first);
+    };
+    const double spacing_m = kSpacingVoxels * voxel_m;
+    const auto parts = [&](double length_m) {
+        return std::max(1, static_cast<int>(std::ceil(length_m / spacing_m - 1e-9)));
+    };
+    for (size_t r = 0; r < rows.size(); ++r) {
+        const ToothedFace& row = rows[r];
+        const Pose to_base = inverse(row.to_body);
+        for (const size_t tooth : row.shapes)
+            for (SurfaceSample& sample : samples_of(tooth)) sample.row = static_cast<int>(r);
+        for (SurfaceSample& sample : samples_of(row.base))
+            if (row.has(transform(to_base, sample.at), rotate(to_base.rotation, sample.normal)))
+                sample.row = static_cast<int>(r);
+        const auto add = [&](Vec3 at, Vec3 normal, double area_m2) {
+            OverTips& made = over_tips.emplace_back();
+            made.piece = {transform(row.to_body, at), rotate(row.to_body.rotation, normal),
+                          area_m2};
+            made.piece.row = static_cast<int>(r);
+            made.root = transform(row.to_body, row.root(at));
+            made.tip = transform(row.to_body, row.nearest_tip(at));
+        };
+        const double wide_m = row.to_m - row.from_m, top_m = row.level_m + row.height_m;
+        const int across = parts(wide_m), up = parts(row.height_m);
+        const auto at_height = [&](int i) { return row.level_m + (i + 0.5) / up * row.height_m; };
+        const auto at_place = [&](int j) { return row.from_m + (j + 0.5) / across * wide_m; };
+        if (row.is_mantle) {
+            const int around = std::max(8, parts(2 * kPi * top_m));
+            for (int i = 0; i < around; ++i) {
+                const double turn = 2 * kPi / around, angle = (i + 0.5) * turn;
+                const Vec3 radial{std::cos(angle), std::sin(angle), 0};
+                for (int j = 0; j < across; ++j)
+                    add(top_m * radial + Vec3{0, 0, at_place(j)}, radial,
+                        turn * top_m * wide_m / across);
+                for (int j = 0; j < up; ++j)
+                    for (const double side : {-1.0, 1.0})
+                        add(at_height(j) * radial + Vec3{0, 0, side < 0 ? row.from_m : row.to_m},
+                            {0, 0, side}, turn * at_height(j) * row.height_m / up);
+            }
+            continue;
+        }
+        const int along = parts(2 * row.half_m);
+        const double step_m = 2 * row.half_m / along;
+        for (int i = 0; i < along; ++i) {
+            const Vec3 at = ((i + 0.5) * step_m - row.half_m) * row.along;
+            for (int j = 0; j < across; ++j)
+                add(top_m * row.out + at + at_place(j) * row.across, row.out,
+                    step_m * wide_m / across);
+            for (int j = 0; j < up; ++j)
+                for (const double side : {-1.0, 1.0})
+                    add(at_height(j) * row.out + at +
+                            (side < 0 ? row.from_m : row.to_m) * row.across,
+                        side * row.across, step_m * row.height_m / up);
+        }
+        for (int i = 0; i < across; ++i)
+            for (int j = 0; j < up; ++j)
+                for (const double side : {-1.0, 1.0})
+                    add(at_height(j) * row.out + side * row.half_m * row.along +
+                            at_place(i) * row.across,
+                        side * row.along, wide_m / across * row.height_m / up);
     }
 }
 

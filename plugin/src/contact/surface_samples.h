@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "bsoil/body.h"
+#include "contact/tooth_rows.h"
 #include "soil/wall_thickness.h"
 
 namespace bsoil {
@@ -14,6 +15,14 @@ struct SurfaceSample {
     double area_m2 = 0;
     double out_m = 0;      ///< how far the soil sees the face moved out: half a sheet's growth
     bool is_thin = false;  ///< of a part that the coverage field hardly knows beside thicker ones
+    int row = -1;          ///< of SurfaceSamples::rows: a tooth, or what is between teeth
+};
+
+/// A piece of the surface over the tips of a row of teeth, and the places on the body whose soil
+/// tells what soil is there.
+struct OverTips {
+    SurfaceSample piece;
+    Vec3 root, tip;  ///< what the teeth stand on below it, and the nearest tooth's tip
 };
 
 /// Samples beside each other, in a ball.
@@ -28,12 +37,18 @@ struct SampleCluster {
 struct SurfaceSamples {
     std::vector<SurfaceSample> samples;
     std::vector<SampleCluster> clusters;
+    std::vector<ToothedFace> rows;    ///< empty where not asked for
+    std::vector<OverTips> over_tips;  ///< of all rows
     /// Whether they are all of the surface: not of a lattice, nor of a body too large for them.
     bool is_whole = false;
     bool is_made = false;  ///< make() was called
     /// Cost: the pieces, and where shapes meet 64 times those times the shapes.
     void make(const std::vector<ConvexShape>& shapes, const std::vector<SheetGrowth>& growth,
-              double voxel_m);
+              double voxel_m, bool with_teeth = false);
+
+  private:
+    void add_rows(const std::vector<ConvexShape>& shapes, double voxel_m,
+                  const std::vector<size_t>& ends);
 };
 
 }  // namespace bsoil

@@ -33,6 +33,12 @@ struct ContactLawDef {
     /// size: a wide blade would be met as its narrow strips are. The wedge of a sole's inclined
     /// part is that of an endless wall.
     bool passive_wedge = false;
+    /// Soil between the teeth of a row (lugs, grousers) goes with them: the share (h tan(45 deg +
+    /// phi / 2) + thickness) / pitch of it, no more than all, of teeth h high, and of that what is
+    /// filled with soil. There the surface is the one over the teeth's tips, and soil slides on
+    /// soil; on the rest each tooth meets the soil by itself. Of shapes with faces_by_shape: the
+    /// coverage field has no teeth.
+    bool trapped_soil = false;
     /// @}
 
     /// @name Yield of an element

@@ -8,12 +8,19 @@
 #pragma GCC visibility push(default)
 namespace bsoil {
 
+/// Share 0..1 of the soil between teeth that goes with them.
+double trapped_share(const ToothRow& teeth, double friction_angle_rad);
+/// Share 0..1 of the height of an element's teeth that lies below the soil's surface. depth_m: of
+/// the element.
+double filled_share(const ToothRow& teeth, double depth_m, Vec3 up);
+
 /// Each element meets xi D t(n, v): D its depth, t the stress of resistive_stress() for its normal
 /// and the direction of its motion, xi = rho g (894 m^3 - 386 m^2 + 89 m) with m = tan phi
 /// (Agarwal, Goldman, Kamrin 2023). A material enters by its density and its angle of friction, a
 /// surface by its friction. Nothing is fitted, and nothing has a size: a large face bears what its
 /// small parts bear. Cohesion, density as state, the speed and Janosi's K do not enter, so it is a
-/// law of dry sand that moves slowly. Rules come on one by one: ContactLawDef::passive_wedge.
+/// law of dry sand that moves slowly. Rules come on one by one: ContactLawDef::passive_wedge
+/// and trapped_soil.
 /// It is here to be held against: what the grid makes of it is
 /// verified against exact integrals (docs/verification.md), and each rule of another law has to do
 /// better.
@@ -34,7 +41,7 @@ class PlainLaw final : public ContactLaw {
     struct Strength {
         double stiffness_pa_m = 0;  ///< xi
         double friction = 0;        ///< min(tool friction, tan phi)
-        double friction_angle_rad = 0;
+        double friction_angle_rad = 0, tan_phi = 0;
         double passive_factor = 0;  ///< Kp of a wall with this friction
         /// Normal stress on an endless upright wall by its wedge over that by resistive force
         /// theory: both grow with depth alone.
