@@ -73,8 +73,10 @@ ElementYield PlainLaw::yield(const ContactElement& element, const ElementMotion&
 
     ElementYield out;
     if (contact.teeth.pitch_m > 0) {
-        const double trapped = trapped_share(contact.teeth, soil.friction_angle_rad) *
-                               filled_share(contact.teeth, contact.depth_m, up());
+        const double trapped = def().trapped_soil
+                                   ? trapped_share(contact.teeth, soil.friction_angle_rad) *
+                                         filled_share(contact.teeth, contact.depth_m, up())
+                                   : 0;
         out.area_share = is_soil ? trapped : 1 - trapped;
     }
     const Vec3 push = slide + (std::max(approach, 0.0) + creep) * n;

@@ -1,0 +1,174 @@
+// What a wheel can pull: no more than the sand under it can shear. On exact surfaces in a flat bed,
+// each element at its limit with its friction against the sliding, as a row of the coupling at
+// yield.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "bsoil/contact/contact_faces.h"
+#include "bsoil/contact/plain_law.h"
+#include "oracle/resistive_force.h"
+
+namespace bsoil {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kRadiusM = 0.2, kWidthM = 0.15, kThicknessM = 0.005, kLoadN = 200;
+
+struct Lugs {
+    int count;
+    double height_m;
+};
+
+struct Element {
+    oracle::Facet facet;
+    ToothRow teeth;
+};
+
+ConvexShape cylinder(double radius_m) {
+    ConvexShape shape;
+    shape.kind = ConvexShape::Kind::cylinder;
+    shape.radius_m = radius_m;
+    shape.half_height_m = kWidthM / 2;
+    shape.local.rotation = {std::sin(kPi / 4), 0, 0, std::cos(kPi / 4)};
+    return shape;
+}
+
+/// Rim and lugs, and the surface over the tips.
+std::vector<Element> wheel_with(Lugs lugs) {
+    std::vector<ConvexShape> solids{cylinder(kRadiusM)};
+    for (int i = 0; i < lugs.count; ++i) {
+        const double a = 2 * kPi * (i + 0.5) / lugs.count;
+        const double root = 0.9 * kRadiusM, top = kRadiusM + lugs.height_m;
+        ConvexShape& lug = solids.emplace_back();
+        lug.half_extents_m = {kThicknessM / 2, kWidthM / 2, (top - root) / 2};
+        lug.local.rotation = {0, std::sin(a / 2), 0, std::cos(a / 2)};
+        lug.local.position = rotate(lug.local.rotation, {0, 0, (root + top) / 2});
+    }
+    constexpr double kEdgeM = kRadiusM / 20;
+    std::vector<Element> out;
+    const auto add = [&](const oracle::Facet& facet, bool is_over_tips) {
+        Element& element = out.emplace_back(Element{facet, {}});
+        const double r = std::hypot(facet.at.x, facet.at.z);
+        if (lugs.count == 0 || (std::abs(facet.normal.y) > 0.5 && r <= kRadiusM)) return;
+        element.teeth = {lugs.height_m,
+                         kThicknessM,
+                         2 * kPi * kRadiusM / lugs.count,
+                         r - kRadiusM,
+                         Vec3{facet.at.x, 0, facet.at.z} * (1 / r),
+                         is_over_tips};
+    };
+    for (const oracle::Facet& facet : oracle::surface_of(solids, kEdgeM)) add(facet, false);
+    if (lugs.count > 0)
+        for (const oracle::Facet& facet :
+             oracle::surface_of({cylinder(kRadiusM + lugs.height_m)}, kEdgeM))
+            if (std::hypot(facet.at.x, facet.at.z) > kRadiusM) add(facet, true);
+    return out;
+}
+
+/// Along x and up, of a wheel that rolls along x.
+Vec3 force_of(const std::vector<Element>& wheel, const ContactLaw& law, double slip,
+              double sinkage_m) {
+    const double axle_m = kRadiusM - sinkage_m;
+    const Vec3 spin{0, 1 / (1 - slip) / kRadiusM, 0};
+    std::vector<ContactVoxel> voxels;
+    for (const Element& element : wheel) {
+        if (axle_m + element.facet.at.z >= 0) continue;
+        ContactVoxel& v = voxels.emplace_back();
+        v.center_m = v.position_m = element.facet.at;
+        v.normal = element.facet.normal;
+        v.area_m2 = element.facet.area_m2;
+        v.depth_m = -(axle_m + element.facet.at.z);
+        v.teeth = element.teeth;
+    }
+    if (voxels.empty()) return {};
+    ContactFaces faces;
+    faces.find(voxels, {}, law, law.voxel_m());
+    Vec3 sum;
+    for (size_t i = 0; i < voxels.size(); ++i) {
+        const Vec3 velocity = Vec3{1, 0, 0} + cross(spin, voxels[i].position_m);
+        const Vec3 share = velocity * (1 / (2 + kRadiusM * spin.y));
+        const double approach = dot(share, voxels[i].normal);
+        if (approach <= 0) continue;
+        const ElementYield yield = law.yield({voxels[i], faces.of_voxel(i)}, {share, 0}, {});
+        const Vec3 slide = share - approach * voxels[i].normal;
+        Vec3 stress = -yield.normal_limit_pa * voxels[i].normal;
+        if (length(slide) > 0)
+            stress += slide * (-yield.friction * yield.normal_limit_pa / length(slide));
+        sum += voxels[i].area_m2 * yield.area_share * stress;
+    }
+    return sum;
+}
+
+/// Pull over load, the wheel as deep as its load has it.
+double pull_share(const std::vector<Element>& wheel, const ContactLaw& law, double slip,
+                  double lug_height_m) {
+    double low = -lug_height_m, high = 1.2 * kRadiusM;
+    for (int i = 0; i < 14; ++i) {
+        const double middle = (low + high) / 2;
+        (force_of(wheel, law, slip, middle).z < kLoadN ? low : high) = middle;
+    }
+    const Vec3 force = force_of(wheel, law, slip, high);
+    return force.x / kLoadN;
+}
+
+std::unique_ptr<const ContactLaw> law_of(double friction_angle_rad, bool with_rules) {
+    MaterialDef sand;
+    sand.density_kg_m3 = 1500;
+    sand.loose_density_kg_m3 = sand.compacted_density_kg_m3 = 0;
+    sand.friction_angle_rad = friction_angle_rad;
+    sand.cohesion_pa = 0;
+    sand.tool_friction = std::tan(friction_angle_rad);  // a rim as rough as the sand
+    auto soil = std::make_shared<ContactSoil>();
+    soil->materials = {sand};
+    soil->voxel_m = kRadiusM / 20;
+    soil->law.kind = ContactLawDef::Kind::plain;
+    soil->law.passive_wedge = soil->law.trapped_soil = with_rules;
+    return ContactLaw::make(soil);
+}
+
+// 0.1 is for what the soil before the lugs adds to its own friction.
+TEST(ThrustBound, no_wheel_pulls_more_than_its_sand_can_shear) {
+    double most_without = 0;
+    for (const Lugs lugs : {Lugs{0, 0},
+                            {8, 0.02},
+                            {12, 0.01},
+                            {24, 0.01},
+                            {12, 0.03},
+                            {24, 0.03},
+                            {40, 0.03},
+                            {16, 0.06}}) {
+        const std::vector<Element> wheel = wheel_with(lugs);
+        for (const double phi : {25.0, 29.0, 33.0, 38.0, 42.0}) {
+            const double tan_phi = std::tan(phi * kPi / 180);
+            const auto law = law_of(phi * kPi / 180, true);
+            for (const double slip : {0.02, 0.1, 0.3, 0.6, 0.9}) {
+                const double share = pull_share(wheel, *law, slip, lugs.height_m);
+                EXPECT_LE(share, tan_phi + 0.1) << phi << " deg, " << lugs.count << " lugs of "
+                                                << lugs.height_m << " m, slip " << slip;
+            }
+            if (lugs.count == 24)
+                most_without = std::max(
+                    most_without,
+                    pull_share(wheel, *law_of(phi * kPi / 180, false), 0.6, lugs.height_m) -
+                        tan_phi);
+        }
+    }
+    EXPECT_GT(most_without, 0.3) << "resistive force theory alone has no such bound";
+}
+
+// Lugs are there to pull.
+TEST(ThrustBound, lugs_raise_the_pull_of_a_slipping_wheel) {
+    for (const double phi : {29.0, 33.0, 38.0}) {
+        const auto law = law_of(phi * kPi / 180, true);
+        const double smooth = pull_share(wheel_with({0, 0}), *law, 0.1, 0);
+        for (const Lugs lugs : {Lugs{12, 0.01}, {24, 0.01}, {24, 0.03}})
+            EXPECT_GT(pull_share(wheel_with(lugs), *law, 0.1, lugs.height_m), smooth)
+                << phi << " deg, " << lugs.count << " of " << lugs.height_m;
+    }
+}
+
+}  // namespace
+}  // namespace bsoil
