@@ -48,12 +48,13 @@ double number(const Row& row, const std::string& column) { return std::stod(row.
 
 /// What a law is changed by. Each is tried alone and with others.
 struct Rules {
-    bool wedge = false;    ///< a wall meets no more than its passive wedge with its sides
+    bool wedge = false;    ///< a wall meets no more than its passive wedge: the library's rule
     bool bearing = false;  ///< a sole bears no less than its bearing capacity
     bool bow = false;      ///< what moves forward is pushed by a force within phi of its motion
     double shear_k_m = 0;  ///< Janosi's K; 0: shear is there at once
     bool smooth_metal = false;  ///< rims have two thirds of the soil's angle, else all of it
-    enum class Lugs { apart, cylinder, trapped } lugs = Lugs::apart;
+    /// trapped: the library's rule; full: the same, the space between lugs taken as filled
+    enum class Lugs { apart, cylinder, full, trapped } lugs = Lugs::apart;
 };
 
 struct Law {
@@ -73,6 +74,7 @@ struct Case {
     Soil soil;
     double friction = 0;
     const std::vector<oracle::Facet>* surface = nullptr;
+    const std::vector<ToothRow>* teeth = nullptr;  ///< of each facet, in the body's frame
     oracle::Intruder motion;
     double radius_m = 0;  ///< of a wheel about its y axis, for the shear displacement; else 0
     double edge_m = 0.01;
@@ -115,13 +117,16 @@ oracle::Wrench force_of(const Law& law, const Case& c, double sinkage_m) {
     soil->materials = {material};
     soil->voxel_m = c.edge_m;
     soil->law.kind = law.is_granular ? ContactLawDef::Kind::granular : ContactLawDef::Kind::plain;
+    soil->law.passive_wedge = law.rules.wedge;
+    soil->law.trapped_soil = law.rules.lugs == Rules::Lugs::trapped;
     const auto contact_law = ContactLaw::make(soil);
     const SoilStrength strength = strength_of(material, 9.81);
     const double tan_phi = std::tan(material.friction_angle_rad);
 
     std::vector<ContactVoxel> voxels;
     std::vector<Vec3> arms;
-    for (const oracle::Facet& facet : *c.surface) {
+    for (size_t i = 0; i < c.surface->size(); ++i) {
+        const oracle::Facet& facet = (*c.surface)[i];
         const Vec3 arm = rotate(c.motion.pose.rotation, facet.at);
         const double depth_m = -(c.motion.pose.position.z + arm.z);
         if (depth_m <= 0) continue;
@@ -131,6 +136,10 @@ oracle::Wrench force_of(const Law& law, const Case& c, double sinkage_m) {
         v.area_m2 = facet.area_m2;
         v.depth_m = depth_m;
         v.relative_density = -1;
+        if (c.teeth) {
+            v.teeth = (*c.teeth)[i];
+            v.teeth.outward = rotate(c.motion.pose.rotation, v.teeth.outward);
+        }
         arms.push_back(arm);
     }
     oracle::Wrench sum;
@@ -155,11 +164,8 @@ oracle::Wrench force_of(const Law& law, const Case& c, double sinkage_m) {
             contact_law->yield({v, face}, {share, 0}, {j_m < 0 ? 1e9 : j_m, 0});
         double normal_pa = yield.normal_limit_pa, friction = yield.friction;
         const double down = std::max(0.0, -v.normal.z), sole = down * down;
-        if (law.rules.wedge || law.rules.bearing) {
-            const FaceFactors factors = face_factors(strength, face, v.depth_m);
-            normal_pa *= sole * (law.rules.bearing ? factors.sole : 1) +
-                         (1 - sole) * (law.rules.wedge ? factors.wall : 1);
-        }
+        if (law.rules.bearing)
+            normal_pa *= sole * face_factors(strength, face, v.depth_m).sole + 1 - sole;
         if (law.rules.shear_k_m > 0)
             friction = std::min(friction, tan_phi * -std::expm1(-j_m / law.rules.shear_k_m));
         const Vec3 slide = share - approach * v.normal;
@@ -176,7 +182,7 @@ oracle::Wrench force_of(const Law& law, const Case& c, double sinkage_m) {
                 stress = size * (cos_phi * back +
                                  std::sqrt(1 - cos_phi * cos_phi) / length(across) * across);
         }
-        const Vec3 force = v.area_m2 * stress;
+        const Vec3 force = v.area_m2 * yield.area_share * stress;
         sum.force_n += force;
         sum.moment_n_m += cross(arms[i], force);
     }
@@ -234,6 +240,32 @@ const std::vector<oracle::Facet>& surface_of(const Wheel& wheel, bool as_cylinde
     return out = oracle::surface_of(solids, edge_m);
 }
 
+/// Rim and lugs as above, then the surface over the tips; and the row that each facet is of.
+struct ToothedSurface {
+    std::vector<oracle::Facet> facets;
+    std::vector<ToothRow> teeth;
+};
+const ToothedSurface& toothed_surface_of(const Wheel& wheel, int phase, double edge_m) {
+    static std::map<std::vector<double>, ToothedSurface> made;
+    ToothedSurface& out = made[{wheel.radius_m, wheel.width_m, wheel.lug_count + 0.0,
+                                wheel.lug_height_m, wheel.lug_thickness_m, phase + 0.0}];
+    if (!out.facets.empty()) return out;
+    const auto add = [&](const oracle::Facet& facet, bool is_over_tips) {
+        const double r = std::hypot(facet.at.x, facet.at.z);
+        const bool is_disc = std::abs(facet.normal.y) > 0.5 && r <= wheel.radius_m;
+        if (is_disc && is_over_tips) return;
+        out.facets.push_back(facet);
+        out.teeth.push_back(
+            is_disc ? ToothRow{}
+                    : ToothRow{wheel.lug_height_m, wheel.lug_thickness_m,
+                               2 * kPi * wheel.radius_m / wheel.lug_count, r - wheel.radius_m,
+                               Vec3{facet.at.x, 0, facet.at.z} * (1 / r), is_over_tips});
+    };
+    for (const oracle::Facet& facet : surface_of(wheel, false, phase, edge_m)) add(facet, false);
+    for (const oracle::Facet& facet : surface_of(wheel, true, phase, edge_m)) add(facet, true);
+    return out;
+}
+
 oracle::Wrench wheel_at(const Law& law, const Wheel& wheel, double slip, double angle_rad,
                         double sinkage_m, bool as_cylinder, bool today_smooth) {
     const double tip_m = wheel.lug_count > 0 ? wheel.lug_height_m : 0;
@@ -248,7 +280,13 @@ oracle::Wrench wheel_at(const Law& law, const Wheel& wheel, double slip, double 
     oracle::Wrench mean;
     const int phases = wheel.lug_count > 0 && !as_cylinder ? 3 : 1;
     for (int phase = 0; phase < phases; ++phase) {
-        c.surface = &surface_of(wheel, as_cylinder, phase, c.edge_m);
+        if (wheel.lug_count > 0 && law.rules.lugs == Rules::Lugs::trapped) {
+            const ToothedSurface& surface = toothed_surface_of(wheel, phase, c.edge_m);
+            c.surface = &surface.facets;
+            c.teeth = &surface.teeth;
+        } else {
+            c.surface = &surface_of(wheel, as_cylinder, phase, c.edge_m);
+        }
         c.motion.pose = {{0, 0, wheel.radius_m - sinkage_m}, yaw};
         c.motion.velocity_m_s = {1, 0, 0};
         c.motion.angular_velocity_rad_s = rotate(yaw, {0, rim / wheel.radius_m, 0});
@@ -271,7 +309,8 @@ double trapped_share(const Wheel& wheel) {
 WheelForce wheel_under_load(const Law& law, const Wheel& wheel, double slip, double angle_rad,
                             double load_n, bool today_smooth) {
     const auto at = [&](double sinkage_m) {
-        if (wheel.lug_count == 0 || law.rules.lugs == Rules::Lugs::apart || law.is_granular)
+        if (wheel.lug_count == 0 || law.rules.lugs == Rules::Lugs::apart ||
+            law.rules.lugs == Rules::Lugs::trapped || law.is_granular)
             return wheel_at(law, wheel, slip, angle_rad, sinkage_m, false, today_smooth);
         oracle::Wrench plug = wheel_at(law, wheel, slip, angle_rad, sinkage_m, true, today_smooth);
         if (law.rules.lugs == Rules::Lugs::cylinder) return plug;
@@ -397,6 +436,7 @@ const std::vector<Law>& laws() {
         {"+ wedge", false, {.wedge = true}},
         {"+ K 3 mm", false, {.shear_k_m = 0.003}},
         {"+ r + h", false, {.lugs = L::cylinder}},
+        {"+ trapped, full", false, {.lugs = L::full}},
         {"+ trapped", false, {.lugs = L::trapped}},
         {"+ bow", false, {.bow = true}},
         {"wedge, trapped", false, {.wedge = true, .lugs = L::trapped}},
