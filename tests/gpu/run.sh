@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # The checks that need a hardware GPU: device and soil tests on OpenGL, then the same soils on the CPU and on the GPU,
-# whose checksums have to be equal.
+# whose checksums have to be equal; then the figures of `bsoil bench` on the GPU, as a page.
 #
-#   tests/gpu/run.sh [--no-build] [--software] [BUILD_DIR]
+#   tests/gpu/run.sh [--no-build] [--software] [--page FILE] [BUILD_DIR]
 #
 #   --no-build   take the programs that are in BUILD_DIR already (default: build/gpu)
-#   --software   accept a software OpenGL: tries this script where there is no GPU
+#   --software   accept a software OpenGL: tries this script where there is no GPU, with few frames and small soils
+#   --page FILE  where the page goes (default: BUILD_DIR/figures.md, and figures.json beside it)
 #
 # Exit code: 0 all equal, 1 something differs, 2 no hardware OpenGL or no build.
 set -euo pipefail
@@ -14,14 +15,24 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 build=$root/build/gpu
 do_build=1
 software=0
-for argument in "$@"; do
-    case $argument in
+page=
+while (($#)); do
+    case $1 in
         --no-build) do_build=0 ;;
         --software) software=1 ;;
-        -*) sed -n '2,11p' "$0" >&2; exit 2 ;;
-        *) build=$argument ;;
+        --page)
+            page=${2:?--page needs a file}
+            shift
+            ;;
+        -*)
+            sed -n '2,12p' "$0" >&2
+            exit 2
+            ;;
+        *) build=$1 ;;
     esac
+    shift
 done
+page=${page:-$build/figures.md}
 
 if ((do_build)); then
     cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release || exit 2
@@ -66,7 +77,8 @@ echo "== checksums"
 for seed in 4 5 6; do
     compare "moving scene $seed" "$(property "cpu_$seed")" "$(property "gl_$seed")"
 done
-for scene in column blocks scoop; do
+# Short forms of all kinds of scenes: a column that falls, bodies that dig, drive and push.
+for scene in column blocks scoop four_wheels excavator bulldozer; do
     for backend in cpu gl; do
         # A run's own checks may fail on so few steps (exit code 1); its summary is there all the same.
         "$build/demos/bsoil" run "$root/demos/scenes/$scene.toml" --backend $backend --steps 120 \
@@ -75,4 +87,15 @@ for scene in column blocks scoop; do
     checksum() { sed -n 's/.*"checksum": *"\([0-9a-f]*\)".*/\1/p' "$work/$scene-$1/summary.json" 2>/dev/null; }
     compare "scene $scene" "$(checksum cpu)" "$(checksum gl)"
 done
+
+echo "== figures"
+if ((software)); then
+    bench=(--backend gl --frames 3 --sides 16 --sides 24 --steps 5 --scene "$root/demos/scenes/blocks.toml")
+else
+    # 464^3 voxels are 10^8.
+    bench=(--gpu --frames 60 --sides 56 64 72 80 88 104 128 256 464 --pictures 20 --scene "$root/demos/scenes/excavator.toml"
+        --scene "$root/demos/scenes/four_wheels.toml")
+fi
+"$build/demos/bsoil" bench "${bench[@]}" --page "$page" --out "${page%.md}.json" || failed=1
+echo "the page: $page"
 exit $failed

@@ -367,4 +367,22 @@ cli_software_gl() {
     expect_text '^no GPU here: OpenGL runs in software .*--backend cpu'
 }
 
+# The same figures in a file and on a page; the checksum is that of a run.
+cli_bench() {
+    write_scene
+    expect 0 run scene.toml --out out --no-pictures --steps 3
+    local checksum
+    checksum=$(sed -n 's/.*"checksum": *"\([0-9a-f]*\)".*/\1/p' out/summary.json)
+    expect 0 bench --no-thesis --steps 3 --scene scene.toml --out bench.json --page bench.md
+    grep -q "\"checksum\": \"$checksum\"" bench.json || fail "bench.json lacks the checksum $checksum"
+    grep -q "^3 steps, .* Checksum $checksum\.\$" bench.md || fail "bench.md lacks the checksum $checksum"
+    grep -q '^| apply_force | 1.0 |' bench.md || fail 'bench.md lacks the passes'
+    expect 2 bench --no-thesis --page no/such/folder/bench.md
+    expect_text '^no/such/folder/bench.md: cannot be written'
+    if ! "$bsoil" info | grep '^  + ' | sed 1d | grep -qv '(software)'; then
+        expect 2 bench --gpu
+        expect_text '^--gpu: no hardware OpenGL'
+    fi
+}
+
 "$test_case" "$@"

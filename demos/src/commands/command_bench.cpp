@@ -12,6 +12,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "bench_page.h"
+#include "bsoil/device_info.h"
 #include "bsoil/soil.h"
 #include "bsoil/surface_mesh.h"
 #include "commands.h"
@@ -23,7 +25,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kSides[] = {56, 64, 72, 80, 88, 104};
+const std::vector<int> kThesisSides = {56, 64, 72, 80, 88, 104};
 constexpr int kAlphaSide = 72;
 constexpr int kAlphas[] = {0, 2, 4, 8, 12, 16};
 constexpr int kWarmUpFrames = 20;
@@ -40,7 +42,9 @@ struct BenchArguments {
     long long step_count = 0;  ///< of a scene; 0: all
     int picture_count = 0;     ///< of a scene
     bool is_thesis = true;
-    std::string out;
+    bool on_gpu = false;
+    std::vector<int> sides = kThesisSides;
+    std::string out, page;
 };
 
 /// Milliseconds a frame: one step of the soil and the mesh of its surface.
@@ -48,6 +52,8 @@ struct FrameTimes {
     double mean_ms = 0, min_ms = 0, max_ms = 0, step_mean_ms = 0, mesh_mean_ms = 0;
     double blocks_mean = 0;  ///< blocks that moved or might
     double bytes_per_awake_voxel = 0;
+    uint64_t checksum = 0;  ///< of the soil at the end
+    std::string backend, device;
 };
 
 /// The line y = slope x + offset that fits best.
@@ -142,11 +148,16 @@ Result<FrameTimes> push_block(const BenchArguments& arguments, int side, int alp
         times.blocks_mean += static_cast<double>(report.block_active_count) / arguments.frame_count;
     }
     times.bytes_per_awake_voxel = soil.memory_use().bytes_per_awake_voxel;
+    times.checksum = soil.checksum();
+    times.backend = soil.backend_name();
+    times.device = soil.device_name();
     return times;
 }
 
-Json as_json(const FrameTimes& t) {
+Json as_json(const FrameTimes& t, double thesis_ms) {
     return {{"mean_ms", t.mean_ms},
+            {"thesis_ms", thesis_ms},
+            {"checksum", fmt::format("{:016x}", t.checksum)},
             {"min_ms", t.min_ms},
             {"max_ms", t.max_ms},
             {"step_mean_ms", t.step_mean_ms},
@@ -159,18 +170,21 @@ Status bench_sides(const BenchArguments& arguments, Json& json) {
         "Block pushing soil, N^3 voxels, alpha 4: ms a frame (step + mesh)\n"
         "    N    mean     min     max    step    mesh  blocks  thesis mean\n");
     std::vector<double> voxels, means;
-    for (const int side : kSides) {
+    for (const int side : arguments.sides) {
         const auto times = push_block(arguments, side, 4);
         if (!times) return Error{times.error()};
         const double count = static_cast<double>(side) * side * side;
+        const double thesis_ms = kThesisMsPerVoxel * count + kThesisOverheadMs;
         fmt::print("  {:3} {:7.2f} {:7.2f} {:7.2f} {:7.2f} {:7.2f} {:7.0f}  {:8.2f}\n", side,
                    times->mean_ms, times->min_ms, times->max_ms, times->step_mean_ms,
-                   times->mesh_mean_ms, times->blocks_mean,
-                   kThesisMsPerVoxel * count + kThesisOverheadMs);
+                   times->mesh_mean_ms, times->blocks_mean, thesis_ms);
         voxels.push_back(count);
         means.push_back(times->mean_ms);
-        json["sides"][std::to_string(side)] = as_json(*times);
+        json["sides"][std::to_string(side)] = as_json(*times, thesis_ms);
+        json["backend"] = times->backend;
+        json["device"] = times->device;
     }
+    if (arguments.sides.size() < 2) return Done{};  // no line through one point
     const Line line = fit_line(voxels, means);
     fmt::print("  fit: {:.2e} ms a voxel + {:.2f} ms; thesis (36): {:.1e} + {:.1f}\n\n", line.slope,
                line.offset, kThesisMsPerVoxel, kThesisOverheadMs);
@@ -185,11 +199,11 @@ Status bench_alphas(const BenchArguments& arguments, Json& json) {
     for (const int alpha : kAlphas) {
         const auto times = push_block(arguments, kAlphaSide, alpha);
         if (!times) return Error{times.error()};
-        fmt::print("  {:5} {:7.2f}   {:7.2f}\n", alpha, times->mean_ms,
-                   kThesisMsPerIteration * alpha + kThesisAlphaOverheadMs);
+        const double thesis_ms = kThesisMsPerIteration * alpha + kThesisAlphaOverheadMs;
+        fmt::print("  {:5} {:7.2f}   {:7.2f}\n", alpha, times->mean_ms, thesis_ms);
         alphas.push_back(alpha);
         means.push_back(times->mean_ms);
-        json["alphas"][std::to_string(alpha)] = as_json(*times);
+        json["alphas"][std::to_string(alpha)] = as_json(*times, thesis_ms);
     }
     const Line line = fit_line(alphas, means);
     fmt::print("  fit: {:.3f} ms an iteration + {:.2f} ms; thesis (38): {:.2f} + {:.2f}\n\n",
@@ -257,7 +271,9 @@ int time_steps(const BenchArguments& arguments, scene::SceneRun& run, const std:
         ++steps;
     }
     const double cpu_s = static_cast<double>(std::clock() - cpu_start) / CLOCKS_PER_SEC;
-    Json& of_scene = json["scenes"][path] = run.summary();
+    Json of_scene = run.summary();
+    for (const char* key : {"backend", "device"})
+        if (run.has_soil()) json[key] = of_scene[key];
     const double wall_s = of_scene["wall_s"].get<double>();
     const double step_ms = steps > 0 ? wall_s * 1e3 / static_cast<double>(steps) : 0;
     of_scene["ms_a_step"] = step_ms;
@@ -266,7 +282,10 @@ int time_steps(const BenchArguments& arguments, scene::SceneRun& run, const std:
                path, steps, of_scene["steps_per_s"].get<double>(),
                of_scene["cores_busy"].get<double>(), of_scene.value("voxels_active_mean", 0.0),
                of_scene.value("voxels_total", 0LL));
-    if (!run.has_soil() || steps == 0) return kPassed;
+    if (!run.has_soil() || steps == 0) {
+        json["scenes"][path] = of_scene;
+        return kPassed;
+    }
     double stages_ms = 0;
     fmt::print("  {:.2f} ms a step:", step_ms);
     for (const auto& [name, ms] : of_scene["stages_ms"].items()) {
@@ -278,6 +297,7 @@ int time_steps(const BenchArguments& arguments, scene::SceneRun& run, const std:
     const MemoryUse memory = run.soil().memory_use();
     fmt::print("  {:.1f} bytes an awake voxel, {:.1f} bytes a sleeping column\n\n",
                memory.bytes_per_awake_voxel, memory.bytes_per_asleep_column);
+    json["scenes"][path] = of_scene;
     return kPassed;
 }
 
@@ -298,7 +318,31 @@ int bench_scene(const BenchArguments& arguments, const std::string& path, Json& 
     return kPassed;
 }
 
-int bench(const BenchArguments& arguments) {
+/// True where a file was to be written and could not.
+bool fails_to_write(const std::string& path, const std::string& text) {
+    if (path.empty()) return false;
+    std::ofstream file(path);
+    file << text;
+    if (file.flush()) return false;
+    fmt::print(stderr, "{}: cannot be written\n", path);
+    return true;
+}
+
+/// The exit code where there is no OpenGL device but software, or none.
+int find_gpu(DeviceOptions& options) {
+    const std::vector<DeviceInfo> devices = list_devices();  // the CPU first
+    const bool found =
+        std::any_of(devices.begin() + 1, devices.end(),
+                    [](const DeviceInfo& device) { return device.usable && device.hardware; });
+    options.backend = "gl";
+    if (found) return kPassed;
+    fmt::print(stderr, "--gpu: no hardware OpenGL 4.5 device; bsoil info says what there is\n");
+    return kCouldNotRun;
+}
+
+int bench(BenchArguments& arguments) {
+    if (arguments.on_gpu)
+        if (const int found = find_gpu(arguments.device); found != kPassed) return found;
     Json json;
     const double copy_gb_s = copy_bytes_per_s() / 1e9;
     json["copy_gb_per_s"] = copy_gb_s;
@@ -315,12 +359,9 @@ int bench(const BenchArguments& arguments) {
         const int exit_code = bench_scene(arguments, scene, json);
         if (exit_code != kPassed) return exit_code;
     }
-    if (arguments.out.empty()) return kPassed;
-    std::ofstream file(arguments.out);
-    file << json.dump(2) << '\n';
-    if (file.flush()) return kPassed;
-    fmt::print(stderr, "{}: cannot be written\n", arguments.out);
-    return kCouldNotRun;
+    const bool failed = fails_to_write(arguments.out, json.dump(2) + "\n") ||
+                        fails_to_write(arguments.page, bench_page(json));
+    return failed ? kCouldNotRun : kPassed;
 }
 
 }  // namespace
@@ -344,7 +385,11 @@ void add_bench(CLI::App& app, int& exit_code) {
         ->check(CLI::Range(0, 100000))
         ->capture_default_str();
     command->add_flag("!--no-thesis", arguments->is_thesis, "the scenes alone");
+    command->add_flag("--gpu", arguments->on_gpu, "on a hardware OpenGL device; none is an error");
+    command->add_option("--sides", arguments->sides, "voxels along the cube's side, each a point")
+        ->check(CLI::Range(16, 512));
     command->add_option("--out", arguments->out, "write all figures as JSON");
+    command->add_option("--page", arguments->page, "write them as a page (Markdown)");
     command->callback([arguments, &exit_code] { exit_code = bench(*arguments); });
 }
 
