@@ -171,6 +171,8 @@ oracle::Wrench force_of(const Law& law, const Case& c, double sinkage_m) {
         const Vec3 slide = share - approach * v.normal;
         const double sliding = length(slide);
         Vec3 stress = -normal_pa * v.normal;
+        if (yield.normal_limit_pa > 0)
+            stress += (normal_pa / yield.normal_limit_pa) * yield.drag_pa;
         if (sliding > 0) stress += slide * (-(friction * normal_pa + yield.adhesion_pa) / sliding);
         if (law.rules.bow && velocity.x > 0 && length(stress) > 0) {
             // Turned towards -v until within phi of it, at the same size.

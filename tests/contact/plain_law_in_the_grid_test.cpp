@@ -393,6 +393,58 @@ TEST(PlainLaw, moving_element_meets_the_oracles_stress) {
     EXPECT_GT(pushed, 40);
 }
 
+// A row along the normal, one along the sliding: both at their limits give the stress of the
+// theory, also where that drags the surface along or aside. The creep of 0.01 turns a push of 0.6.
+TEST(PlainLaw, rows_at_yield_give_the_oracles_stress) {
+    ContactVoxel voxel;
+    voxel.depth_m = 0.07;
+    const double m = std::tan(kPhi);
+    const double xi_depth = 1600 * 9.81 * (894 * m * m * m - 386 * m * m + 89 * m) * 0.07;
+    int dragged = 0;
+    for (int i = 0; i < 200; ++i) {
+        const auto spread = [](int k) {
+            const double z = 1 - (k + 0.5) / 100, around = std::sqrt(1 - z * z), t = 2.39996 * k;
+            return Vec3{around * std::cos(t), around * std::sin(t), z};
+        };
+        voxel.normal = spread(i);
+        const Vec3 direction = spread((i * 73 + 11) % 200);
+        const double approach = dot(voxel.normal, direction);
+        if (approach < 0.1) continue;
+        const ElementYield yield =
+            plain_law(sand())->yield({voxel, {}}, {0.6 * direction, 0.3}, {});
+        const Vec3 want = xi_depth * oracle::resistive_stress(voxel.normal, direction, 0.5);
+        const Vec3 slide = direction - approach * voxel.normal;
+        const Vec3 rows = yield.drag_pa - yield.normal_limit_pa * voxel.normal -
+                          (yield.friction * yield.normal_limit_pa / length(slide)) * slide;
+        EXPECT_LT(length(rows - want), 0.03 * xi_depth) << i;
+        dragged += length(yield.drag_pa) > 0.05 * length(want);
+    }
+    EXPECT_GT(dragged, 10) << "there is something to drag";
+}
+
+TEST(PlainLaw, shear_that_comes_with_the_normal_force_leans_a_patch) {
+    ContactVoxel voxel;
+    voxel.depth_m = 0.07;
+    voxel.area_m2 = 0.01;
+    voxel.normal = {std::sin(0.3), 0, -std::cos(0.3)};
+    voxel.relative_density = -1;
+    // Soil that is pushed aside by an inclined face bears on it across the sliding too.
+    BodyMotion motion;
+    motion.linear_velocity_m_s = {0.25, 0.6, -0.5};
+    const auto law = plain_law(sand());
+    const ElementYield yield = law->yield({voxel, {}}, {motion.linear_velocity_m_s, 1}, {});
+    ASSERT_GT(length(yield.drag_pa), 0.02 * yield.normal_limit_pa);
+    std::vector<ContactPatch> patches;
+    group_contacts({&voxel, 1}, motion, motion, *law, {}, patches);
+    ASSERT_EQ(patches.size(), 1u);
+    const Vec3 push = -patches[0].normal_limit_n * patches[0].normal;
+    EXPECT_LT(length(push - 0.01 * (yield.drag_pa - yield.normal_limit_pa * voxel.normal)),
+              1e-9 * length(push));
+    // At rest it leans on nothing.
+    group_contacts({&voxel, 1}, {}, {}, *law, {}, patches);
+    EXPECT_LT(length(patches[0].normal - voxel.normal), 1e-12);
+}
+
 TEST(PlainLaw, size_density_speed_and_shear_do_not_enter) {
     MaterialDef other = sand();
     other.loose_density_kg_m3 = 1400;

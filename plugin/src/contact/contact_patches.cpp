@@ -22,7 +22,7 @@ int quadrant_of(Vec3 offset, int bin, double nothing_m) {
 }
 
 struct PatchSum {
-    Vec3 limit_force_n;     ///< sum of limit times normal
+    Vec3 limit_force_n;     ///< sum of limit times normal, less the shear that comes with it
     Vec3 weighted_point;    ///< sum of limit times position
     double limit_n = 0;     ///< sum of limits
     double friction_n = 0;  ///< sum of limit times friction
@@ -118,7 +118,7 @@ class CarrierPatches {
             quadrant_of(rotate(to_body_, v.position_m - centroid_[bin]), bin, no_distance_m_);
         const double limit_n = yield.normal_limit_pa * area_m2;
         PatchSum& sum = sums_[bin * kQuadrantCount + quadrant];
-        sum.limit_force_n += limit_n * v.normal;
+        sum.limit_force_n += limit_n * v.normal - area_m2 * yield.drag_pa;
         sum.weighted_point += limit_n * v.position_m;
         sum.limit_n += limit_n;
         sum.friction_n += limit_n * yield.friction;

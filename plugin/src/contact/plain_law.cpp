@@ -84,12 +84,18 @@ ElementYield PlainLaw::yield(const ContactElement& element, const ElementMotion&
     const double normal = std::max(0.0, -dot(pushed, n));
     out.normal_limit_pa = unloaded_share(depth_m, memory.retreat_m, def()) * xi_depth * normal;
     const double slid = sliding / (sliding + creep);
-    // What a row along the sliding can give: the shear against it, not all of the shear. In front
-    // of a wheel that rolls resistive force theory drags the rim along with its sliding.
-    const double against = sliding > 0 ? -dot(pushed, slide) / sliding : 0;
-    const double sliding_friction =
-        normal > 0 ? std::clamp(against / normal, 0.0, friction) : friction;
-    out.friction = friction + slid * (sliding_friction - friction);
+    // What a row along the sliding can give is the shear against it. The rest comes with the normal
+    // force: in front of a wheel that rolls resistive force theory drags the rim along with its
+    // sliding.
+    const Vec3 shear = pushed - dot(pushed, n) * n;
+    const double against = sliding > 0 ? std::max(0.0, -dot(shear, slide) / sliding) : 0;
+    // What moves into the soil yields whichever way it slides, and is at rest as it stops.
+    const double moving = length(motion) / (length(motion) + creep);
+    if (sliding > 0 && normal > 0)
+        out.drag_pa =
+            (out.normal_limit_pa / normal * moving) * (shear + slide * (against / sliding));
+    const double sliding_friction = normal > 0 ? std::min(against / normal, friction) : friction;
+    out.friction = friction + moving * (sliding_friction - friction);
     if (sliding > 0) out.slide = slide * (slid / sliding);
     if (approach > 0) {
         const Vec3 stress = resistive_stress(n, motion * (1 / length(motion)), up(), friction);

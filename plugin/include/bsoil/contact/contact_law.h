@@ -55,7 +55,10 @@ struct ElementYield {
         0;  ///< largest normal stress the soil can give the element if it is pushed in
     double friction = 0;     ///< shear over normal stress while sliding as it does
     double adhesion_pa = 0;  ///< shear stress besides
-    double area_share = 1;   ///< of the element that is there: see ContactLawDef::trapped_soil
+    /// Shear that comes with the normal stress and no friction against the sliding can give: it
+    /// acts along the sliding, or across it. On the body, at the limit.
+    Vec3 drag_pa;
+    double area_share = 1;  ///< of the element that is there: see ContactLawDef::trapped_soil
     Vec3 slide;  ///< direction of the sliding, shorter than 1 where the element hardly slides
     Vec3 mobilized_pa;  ///< stress on the body from the motion as it is; zero unless it moves into
                         ///< the soil
