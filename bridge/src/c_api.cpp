@@ -14,9 +14,8 @@
 #include <vector>
 
 #include "bsoil/bullet/soil_action.h"
-#include "bsoil/c/bulletsoil.h"
-#include "bsoil/limits.h"
 #include "bsoil/version.h"
+#include "c_structs.h"
 #include "world_gravity.h"
 
 struct bulletsoil_soil {
@@ -27,20 +26,6 @@ namespace bsoil::bullet {
 namespace {
 
 constexpr size_t kErrorBytes = 1024;
-/// What a caller of the first version knows of each struct: up to its last member then. No padding
-/// follows it, where a later member would read what that caller never wrote.
-#define BSOIL_BYTES_UP_TO(Struct, member) (offsetof(Struct, member) + sizeof(Struct::member))
-constexpr size_t kMaterialBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_material, reserved);
-constexpr size_t kSoilDefBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_soil_def, propagation_iterations);
-constexpr size_t kBodyReportBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_body_report, is_in_contact);
-constexpr size_t kSettleReportBytesMin =
-    BSOIL_BYTES_UP_TO(bulletsoil_settle_report, tile_awake_count);
-static_assert(kSettleReportBytesMin == sizeof(bulletsoil_settle_report));
-constexpr size_t kConditionBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_condition, step_count);
-static_assert(kMaterialBytesMin % alignof(bulletsoil_material) == 0);
-static_assert(kSoilDefBytesMin % alignof(bulletsoil_soil_def) == 0);
-static_assert(kBodyReportBytesMin == sizeof(bulletsoil_body_report));
-
 /// A fixed buffer, so that saying that memory has run out needs none.
 thread_local char last_error[kErrorBytes] = "";
 
@@ -49,16 +34,6 @@ bulletsoil_result fail(bulletsoil_result code, std::string_view text) {
     text.copy(last_error, count);
     last_error[count] = '\0';
     return code;
-}
-
-/// Ends a function with a text: thrown by the checks below, caught by guarded().
-struct Failure {
-    bulletsoil_result code;
-    std::string text;
-};
-
-[[noreturn]] void refuse(std::string text) {
-    throw Failure{BULLETSOIL_INVALID_ARGUMENT, std::move(text)};
 }
 
 template <typename Body>
@@ -107,12 +82,6 @@ LivingSoils& living_soils() {
     return soils;
 }
 
-template <typename T>
-T& required(T* pointer, const char* name) {
-    if (pointer == nullptr) refuse(std::string(name) + " is null");
-    return *pointer;
-}
-
 void check_handle(const bulletsoil_soil* soil) {
     required(soil, "soil");
     if (!living_soils().contains(soil))
@@ -125,133 +94,6 @@ SoilAction& action_of(bulletsoil_soil* soil) {
 const SoilAction& action_of(const bulletsoil_soil* soil) {
     check_handle(soil);
     return *soil->action;
-}
-
-void check_size(const char* name, size_t struct_size, size_t least, size_t most) {
-    if (struct_size < least)
-        refuse(std::string(name) + ".struct_size is " + std::to_string(struct_size) +
-               ", must be at least " + std::to_string(least) + ": was the struct initialized?");
-    if (struct_size > most)
-        refuse(std::string(name) + ".struct_size is " + std::to_string(struct_size) +
-               ", this library (" + version() + ") knows " + std::to_string(most) +
-               " bytes: the program was compiled for a newer one");
-}
-
-/// A struct of the caller's as the library knows it: what the caller does not know keeps `known`.
-template <typename Struct>
-Struct widened(const Struct& from, Struct known) {
-    std::memcpy(&known, &from, from.struct_size);
-    return known;
-}
-/// As much of `from` as the caller knows.
-template <typename Struct>
-void narrow_into(Struct& to, Struct from, size_t struct_size) {
-    from.struct_size = struct_size;
-    std::memcpy(&to, &from, struct_size);
-}
-
-void check(const Status& status, bulletsoil_result code = BULLETSOIL_INVALID_ARGUMENT) {
-    if (!status) throw Failure{code, status.error()};
-}
-
-Vec3 point(const double* xyz, const char* name) {
-    required(xyz, name);
-    return {xyz[0], xyz[1], xyz[2]};
-}
-void copy(Vec3 from, double (&to)[3]) {
-    to[0] = from.x;
-    to[1] = from.y;
-    to[2] = from.z;
-}
-
-/// Empty for null: the soil's first material.
-std::string text_of(const char* text) { return text == nullptr ? std::string() : text; }
-
-// A field of a definition and its namesake in the C struct, either way.
-void assign(double from, double& to) { to = from; }
-void assign(int from, int32_t& to) { to = from; }
-template <typename Enum>
-requires std::is_enum_v<Enum>
-void assign(Enum from, int32_t& to) { to = static_cast<int32_t>(from); }
-template <typename Enum>
-requires std::is_enum_v<Enum>
-void assign(int32_t from, Enum& to) { to = static_cast<Enum>(from); }
-void assign(Vec3 from, double (&to)[3]) { copy(from, to); }
-void assign(const double (&from)[3], Vec3& to) { to = {from[0], from[1], from[2]}; }
-
-bulletsoil_material to_c(const MaterialDef& def) {
-    bulletsoil_material out{};
-    out.struct_size = sizeof out;
-    out.name = def.name.c_str();
-#define BSOIL_ASSIGN(field, ...) assign(def.field, out.field);
-    BSOIL_MATERIAL_FIELDS(BSOIL_ASSIGN)
-#undef BSOIL_ASSIGN
-    std::copy(def.color.begin(), def.color.end(), out.color);
-    return out;
-}
-
-MaterialDef from_c(const bulletsoil_material& material) {
-    MaterialDef out;
-    out.name = &required(material.name, "material.name");
-#define BSOIL_ASSIGN(field, ...) assign(material.field, out.field);
-    BSOIL_MATERIAL_FIELDS(BSOIL_ASSIGN)
-#undef BSOIL_ASSIGN
-    std::copy(std::begin(material.color), std::end(material.color), out.color.begin());
-    return out;
-}
-
-/// The materials of a definition. Their distance in memory is what the caller takes for their size.
-std::vector<MaterialDef> materials_of(const bulletsoil_soil_def& def) {
-    std::vector<MaterialDef> out;
-    if (def.materials == nullptr) {
-        if (def.material_count != 0)
-            refuse("def.material_count is " + std::to_string(def.material_count) +
-                   ", and def.materials is null");
-        return out;
-    }
-    if (def.material_count < 1 || def.material_count > limits::kMaterialCapacity)
-        refuse("def.material_count is " + std::to_string(def.material_count) + ", must be 1.." +
-               std::to_string(limits::kMaterialCapacity));
-    const size_t stride = def.materials->struct_size;
-    check_size("def.materials[0]", stride, kMaterialBytesMin, sizeof(bulletsoil_material));
-    for (size_t i = 0; i < def.material_count; ++i) {
-        const auto* bytes = reinterpret_cast<const char*>(def.materials) + i * stride;
-        const auto& material = *reinterpret_cast<const bulletsoil_material*>(bytes);
-        if (material.struct_size != stride)
-            refuse("def.materials[" + std::to_string(i) + "].struct_size is " +
-                   std::to_string(material.struct_size) + ", that of the first is " +
-                   std::to_string(stride));
-        if (material.reserved != 0)
-            refuse("def.materials[" + std::to_string(i) + "].reserved is " +
-                   std::to_string(material.reserved) + ", must be 0");
-        out.push_back(from_c(widened(material, to_c(materials::all().front()))));
-    }
-    return out;
-}
-
-bulletsoil_soil_def default_def() {
-    const SoilDef from;
-    bulletsoil_soil_def out{};
-    out.struct_size = sizeof out;
-#define BSOIL_ASSIGN(field, ...) assign(from.field, out.field);
-    BSOIL_SOIL_FIELDS(BSOIL_ASSIGN)
-#undef BSOIL_ASSIGN
-    assign(from.contact_law.kind, out.contact_law);
-    return out;
-}
-
-/// Values out of range, those of the enumerations among them, are left for SoilDef::validate to
-/// name.
-SoilDef from_c(const bulletsoil_soil_def& def) {
-    SoilDef out;
-    out.materials = materials_of(def);
-#define BSOIL_ASSIGN(field, ...) assign(def.field, out.field);
-    BSOIL_SOIL_FIELDS(BSOIL_ASSIGN)
-#undef BSOIL_ASSIGN
-    assign(def.contact_law, out.contact_law.kind);
-    if (def.reserved != 0)
-        refuse("def.reserved is " + std::to_string(def.reserved) + ", must be 0");
-    return out;
 }
 
 btDiscreteDynamicsWorld& world_of(void* world) {

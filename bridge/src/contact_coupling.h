@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "body_state.h"
-#include "bsoil/bullet/soil_action.h"
+#include "bsoil/bullet/soil_action_types.h"
 #include "bsoil/contact/contact_memory.h"
 #include "substep_rows.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "body_state.h"
-#include "bsoil/bullet/soil_action.h"
+#include "bsoil/bullet/soil_action_types.h"
 #include "bsoil/contact/contact_memory.h"
 #include "link_patch_constraint.h"
 #include "rigid_patch_constraint.h"

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "bullet_stream.h"
-#include "vehicle_wheels.h"
 
 namespace bsoil::bullet {
 namespace {
@@ -319,7 +318,7 @@ CouplingSnapshot CouplingSnapshot::of(const Parts& parts) {
     for (const auto& [id, loaded] : parts.carried.loaded_)
         if (is_in_world(parts.world, loaded.body)) m.loaded.push_back(loaded);
     m.falling.assign(parts.first_contacts.bodies_.begin(), parts.first_contacts.bodies_.end());
-    for (const VehicleWheels* wheels : parts.vehicles.attached())
+    for (const VehicleOnSoil* wheels : parts.vehicles.attached())
         m.vehicles.push_back(wheels->memory());
     for (const auto& [tile, met] : parts.surface.met_) {
         m.surface.push_back({tile, met});
@@ -345,7 +344,7 @@ void CouplingSnapshot::serialize(StateStream& stream, const btDiscreteDynamicsWo
 }
 
 Status CouplingSnapshot::check_same_vehicles(const SoilVehicles& here) const {
-    const std::vector<VehicleWheels*> attached = here.attached();
+    const std::vector<VehicleOnSoil*> attached = here.attached();
     const std::vector<VehicleMemory>& saved = memory_->vehicles;
     const auto counts = [](const std::string& what, size_t in_snapshot, size_t found) {
         return Error{"is of another world: " + std::to_string(in_snapshot) + " " + what +
@@ -412,7 +411,7 @@ void CouplingSnapshot::put_into(const Parts& parts) {
         parts.carried.loaded_[loaded.body.id] = loaded;
     }
     parts.first_contacts.bodies_ = {m.falling.begin(), m.falling.end()};
-    const std::vector<VehicleWheels*> attached = parts.vehicles.attached();
+    const std::vector<VehicleOnSoil*> attached = parts.vehicles.attached();
     for (size_t i = 0; i < attached.size(); ++i) attached[i]->set_memory(m.vehicles[i]);
     GroundSurface& surface = parts.surface;
     // What stands for a tile that is not there is never asked for.

@@ -6,7 +6,7 @@
 #include <optional>
 #include <unordered_map>
 
-#include "bsoil/bullet/soil_action.h"
+#include "bsoil/bullet/soil_action_types.h"
 
 namespace bsoil::bullet {
 

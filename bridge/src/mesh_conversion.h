@@ -2,6 +2,7 @@
 /// common: they become lattices of distances.
 #pragma once
 
+#include <BulletCollision/CollisionShapes/btCollisionShape.h>
 #include <BulletCollision/CollisionShapes/btStridingMeshInterface.h>
 
 #include <functional>
@@ -10,7 +11,7 @@
 #include "bsoil/body.h"
 #include "bsoil/result.h"
 #include "fingerprint.h"
-#include "shape_conversion.h"
+#include "grid_ball.h"
 
 namespace bsoil::bullet {
 

@@ -8,16 +8,9 @@
 
 #include "bsoil/body.h"
 #include "bsoil/result.h"
+#include "grid_ball.h"
 
 namespace bsoil::bullet {
-
-/// A ball in the body's frame that holds the soil's whole grid, and the edge of the grid's voxels.
-/// A shape without bounds, or larger than the ball, is cut to it.
-struct GridBall {
-    Vec3 center_m;
-    double radius_m = 1;
-    double voxel_m = 0.05;
-};
 
 /// The solids a shape consists of. Collision margins are kept as Bullet keeps them: inside the
 /// extents of a box and a cylinder, equal to the radius of a sphere and a capsule, added outside of

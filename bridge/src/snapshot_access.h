@@ -4,10 +4,12 @@
 #include <functional>
 #include <span>
 
-#include "bsoil/bullet/soil_action.h"
+#include "bsoil/bullet/precision.h"
 #include "bsoil/snapshot_file.h"
 
 namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION {
+
+class SoilAction;
 
 /// `index` counts the soils of a world.
 class SnapshotAccess {

@@ -1,5 +1,6 @@
 #include "soil_ground.h"
 
+#include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <LinearMath/btAabbUtil2.h>
 
 #include <utility>

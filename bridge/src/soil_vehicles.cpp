@@ -1,7 +1,5 @@
 #include "soil_vehicles.h"
 
-#include "vehicle_wheels.h"
-
 namespace bsoil::bullet {
 
 class SoilVehicles::Closer final : public btActionInterface {
@@ -9,7 +7,7 @@ class SoilVehicles::Closer final : public btActionInterface {
     explicit Closer(SoilVehicles& vehicles) : vehicles_(vehicles) {}
     void updateAction(btCollisionWorld*, btScalar) override {
         has_run = true;
-        for (VehicleWheels* wheels : vehicles_.wheels_) wheels->close_substep();
+        for (VehicleOnSoil* wheels : vehicles_.wheels_) wheels->close_substep();
     }
     void debugDraw(btIDebugDraw*) override {}
     bool has_run = false;
@@ -31,11 +29,11 @@ SoilVehicles::SoilVehicles(btDiscreteDynamicsWorld*& world, BodyCollector& colle
 
 SoilVehicles::~SoilVehicles() = default;
 
-void SoilVehicles::remove(VehicleWheels& wheels) { std::erase(wheels_, &wheels); }
+void SoilVehicles::remove(VehicleOnSoil& wheels) { std::erase(wheels_, &wheels); }
 
-std::vector<VehicleWheels*> SoilVehicles::attached() const {
-    std::vector<VehicleWheels*> out;
-    for (VehicleWheels* wheels : wheels_)
+std::vector<VehicleOnSoil*> SoilVehicles::attached() const {
+    std::vector<VehicleOnSoil*> out;
+    for (VehicleOnSoil* wheels : wheels_)
         if (wheels->is_attached()) out.push_back(wheels);
     return out;
 }
@@ -47,7 +45,7 @@ void SoilVehicles::open_substep() {
 
 void SoilVehicles::close_substep() {
     closed_ = true;
-    for (VehicleWheels* wheels : wheels_) wheels->close_substep();
+    for (VehicleOnSoil* wheels : wheels_) wheels->close_substep();
 }
 
 // Bullet goes through its actions by index, so one that is added meanwhile still runs. Closers stay
@@ -62,11 +60,11 @@ void SoilVehicles::expect_close() {
 }
 
 void SoilVehicles::show_wheels() {
-    for (VehicleWheels* wheels : wheels_) wheels->show(collector_);
+    for (VehicleOnSoil* wheels : wheels_) wheels->show(collector_);
 }
 
 void SoilVehicles::take_contacts() {
-    for (VehicleWheels* wheels : wheels_) wheels->take_contacts();
+    for (VehicleOnSoil* wheels : wheels_) wheels->take_contacts();
 }
 
 void SoilVehicles::leave_world() {

@@ -1,6 +1,7 @@
 /// SoilVehicles: the raycast vehicles that drive on one soil.
 #pragma once
 
+#include <BulletDynamics/Dynamics/btActionInterface.h>
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 
 #include <functional>
@@ -11,10 +12,25 @@
 #include "body_collector.h"
 #include "contact_coupling.h"
 #include "soil_ground.h"
+#include "wheel_memory.h"
 
 namespace bsoil::bullet {
 
-class VehicleWheels;
+/// The wheels of one vehicle, as the soil knows them.
+class VehicleOnSoil {
+  public:
+    virtual ~VehicleOnSoil() = default;
+    virtual bool is_attached() const = 0;
+    /// The vehicle's action is through: forces across the strut reach the chassis, and the vehicle
+    /// gets back what it was deprived of.
+    virtual void close_substep() = 0;
+    /// Before and after the soil's step.
+    virtual void show(BodyCollector& collector) = 0;
+    virtual void take_contacts() = 0;
+    /// Between substeps. A memory that is put back is that of as many wheels, of the same defs.
+    virtual VehicleMemory memory() const = 0;
+    virtual void set_memory(const VehicleMemory& memory) = 0;
+};
 
 /// Stands between SoilAction, whose soil sees the wheels, and the wheels, which cast rays from
 /// within their vehicles' actions.
@@ -28,8 +44,8 @@ class SoilVehicles {
     SoilVehicles(const SoilVehicles&) = delete;
     SoilVehicles& operator=(const SoilVehicles&) = delete;
 
-    void add(VehicleWheels& wheels) { wheels_.push_back(&wheels); }
-    void remove(VehicleWheels& wheels);
+    void add(VehicleOnSoil& wheels) { wheels_.push_back(&wheels); }
+    void remove(VehicleOnSoil& wheels);
 
     /// Called by SoilAction: at the start of a substep, in its own action, before and after the
     /// soil's step, and when the world goes.
@@ -40,7 +56,7 @@ class SoilVehicles {
     void leave_world();
 
     /// Wheels of the vehicles that are attached, in the order their raycasters were made.
-    std::vector<VehicleWheels*> attached() const;
+    std::vector<VehicleOnSoil*> attached() const;
 
     /// Called by a vehicle's first ray in a substep: close_substep will be called once more when
     /// the vehicle's action is through.
@@ -62,7 +78,7 @@ class SoilVehicles {
     const std::unique_ptr<SoilGround>& ground_;
     double voxel_m_;
     std::function<std::optional<SurfacePoint>(Vec3)> surface_at_;
-    std::vector<VehicleWheels*> wheels_;
+    std::vector<VehicleOnSoil*> wheels_;
     /// Actions behind those of vehicles which were added after the SoilAction.
     std::vector<std::unique_ptr<Closer>> closers_;
     bool closed_ = false;  ///< SoilAction's own action has run in this substep

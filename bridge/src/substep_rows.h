@@ -1,6 +1,8 @@
 /// SubstepRows: the rows by which coupled bodies meet the soil in one of Bullet's substeps.
 #pragma once
 
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
+
 #include <map>
 #include <memory>
 #include <vector>

@@ -3,53 +3,19 @@
 
 #include <BulletDynamics/Vehicle/btRaycastVehicle.h>
 
-#include <limits>
 #include <memory>
 #include <vector>
 
-#include "bsoil/bullet/soil_raycaster.h"
-#include "bsoil/contact/wheel_solver.h"
 #include "soil_vehicles.h"
 
 namespace bsoil::bullet {
 
-/// What a wheel remembers from one substep to the next.
-struct WheelMemory {
-    SoilWheelDef def;
-    double radius_m = 0;
-    int id = -1;                ///< SoilBody::id
-    bool is_placed = false;     ///< it has been cast before: what follows is valid
-    bool has_met_soil = false;  ///< the soil has seen it where it is
-    double length_m = 0;        ///< of the strut
-    double rise_m_s = 0, spin_rad_s = 0;
-    BodyMotion motion;
-    // The soil's side.
-    bool was_cast = false;  ///< since the soil's last step
-    bool was_in_grid = false;
-    Vec3 contact_center_m;  ///< where it was when its patches were found
-    // Of the last substep; a chassis that sleeps keeps them.
-    bool is_on_soil = false;
-    WheelForces forces;
-    double strut_most_n = kNoLimitN;  ///< that the strut can give the chassis
-    SoilWheelReport report;
-
-    static constexpr double kNoLimitN = std::numeric_limits<btScalar>::max();
-};
-
-/// What all wheels of one vehicle remember.
-struct VehicleMemory {
-    std::vector<WheelMemory> wheels;
-    /// Of the soil on all wheels in the last substep: across their struts, and along them.
-    Vec3 across_struts_n;
-    double normal_n = 0;
-};
-
 /// Answers the vehicle's rays and acts for it on chassis and soil. The vehicle is followed only
 /// from its own ray to the end of that substep's actions.
-class VehicleWheels {
+class VehicleWheels final : public VehicleOnSoil {
   public:
     explicit VehicleWheels(const std::shared_ptr<SoilVehicles>& soil);
-    ~VehicleWheels();
+    ~VehicleWheels() override;
     VehicleWheels(const VehicleWheels&) = delete;
     VehicleWheels& operator=(const VehicleWheels&) = delete;
 
@@ -59,16 +25,12 @@ class VehicleWheels {
     void* cast(const btVector3& from, const btVector3& to,
                btVehicleRaycaster::btVehicleRaycasterResult& result);
 
-    /// The vehicle's action is through: forces across the strut reach the chassis, and the vehicle
-    /// gets back what it was deprived of.
-    void close_substep();
-    /// Between substeps. A memory that is put back is that of as many wheels, of the same defs.
-    bool is_attached() const { return !wheels_.empty(); }
-    VehicleMemory memory() const;
-    void set_memory(const VehicleMemory& memory);
-    /// Before and after the soil's step.
-    void show(BodyCollector& collector);
-    void take_contacts();
+    void close_substep() override;
+    bool is_attached() const override { return !wheels_.empty(); }
+    VehicleMemory memory() const override;
+    void set_memory(const VehicleMemory& memory) override;
+    void show(BodyCollector& collector) override;
+    void take_contacts() override;
 
   private:
     /// Fields of a btWheelInfo that are the host's and are taken for a substep.

@@ -1,0 +1,115 @@
+#include "c_structs.h"
+
+#include <algorithm>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "bsoil/limits.h"
+#include "bsoil/version.h"
+
+namespace bsoil::bullet {
+namespace {
+
+// A field of a definition and its namesake in the C struct, either way.
+void assign(double from, double& to) { to = from; }
+void assign(int from, int32_t& to) { to = from; }
+template <typename Enum>
+requires std::is_enum_v<Enum>
+void assign(Enum from, int32_t& to) { to = static_cast<int32_t>(from); }
+template <typename Enum>
+requires std::is_enum_v<Enum>
+void assign(int32_t from, Enum& to) { to = static_cast<Enum>(from); }
+void assign(Vec3 from, double (&to)[3]) { copy(from, to); }
+void assign(const double (&from)[3], Vec3& to) { to = {from[0], from[1], from[2]}; }
+
+}  // namespace
+
+void check_size(const char* name, size_t struct_size, size_t least, size_t most) {
+    if (struct_size < least)
+        refuse(std::string(name) + ".struct_size is " + std::to_string(struct_size) +
+               ", must be at least " + std::to_string(least) + ": was the struct initialized?");
+    if (struct_size > most)
+        refuse(std::string(name) + ".struct_size is " + std::to_string(struct_size) +
+               ", this library (" + version() + ") knows " + std::to_string(most) +
+               " bytes: the program was compiled for a newer one");
+}
+
+bulletsoil_material to_c(const MaterialDef& def) {
+    bulletsoil_material out{};
+    out.struct_size = sizeof out;
+    out.name = def.name.c_str();
+#define BSOIL_ASSIGN(field, ...) assign(def.field, out.field);
+    BSOIL_MATERIAL_FIELDS(BSOIL_ASSIGN)
+#undef BSOIL_ASSIGN
+    std::copy(def.color.begin(), def.color.end(), out.color);
+    return out;
+}
+
+namespace {
+
+MaterialDef from_c(const bulletsoil_material& material) {
+    MaterialDef out;
+    out.name = &required(material.name, "material.name");
+#define BSOIL_ASSIGN(field, ...) assign(material.field, out.field);
+    BSOIL_MATERIAL_FIELDS(BSOIL_ASSIGN)
+#undef BSOIL_ASSIGN
+    std::copy(std::begin(material.color), std::end(material.color), out.color.begin());
+    return out;
+}
+
+/// The materials of a definition. Their distance in memory is what the caller takes for their size.
+std::vector<MaterialDef> materials_of(const bulletsoil_soil_def& def) {
+    std::vector<MaterialDef> out;
+    if (def.materials == nullptr) {
+        if (def.material_count != 0)
+            refuse("def.material_count is " + std::to_string(def.material_count) +
+                   ", and def.materials is null");
+        return out;
+    }
+    if (def.material_count < 1 || def.material_count > limits::kMaterialCapacity)
+        refuse("def.material_count is " + std::to_string(def.material_count) + ", must be 1.." +
+               std::to_string(limits::kMaterialCapacity));
+    const size_t stride = def.materials->struct_size;
+    check_size("def.materials[0]", stride, kMaterialBytesMin, sizeof(bulletsoil_material));
+    for (size_t i = 0; i < def.material_count; ++i) {
+        const auto* bytes = reinterpret_cast<const char*>(def.materials) + i * stride;
+        const auto& material = *reinterpret_cast<const bulletsoil_material*>(bytes);
+        if (material.struct_size != stride)
+            refuse("def.materials[" + std::to_string(i) + "].struct_size is " +
+                   std::to_string(material.struct_size) + ", that of the first is " +
+                   std::to_string(stride));
+        if (material.reserved != 0)
+            refuse("def.materials[" + std::to_string(i) + "].reserved is " +
+                   std::to_string(material.reserved) + ", must be 0");
+        out.push_back(from_c(widened(material, to_c(materials::all().front()))));
+    }
+    return out;
+}
+
+}  // namespace
+
+bulletsoil_soil_def default_def() {
+    const SoilDef from;
+    bulletsoil_soil_def out{};
+    out.struct_size = sizeof out;
+#define BSOIL_ASSIGN(field, ...) assign(from.field, out.field);
+    BSOIL_SOIL_FIELDS(BSOIL_ASSIGN)
+#undef BSOIL_ASSIGN
+    assign(from.contact_law.kind, out.contact_law);
+    return out;
+}
+
+SoilDef from_c(const bulletsoil_soil_def& def) {
+    SoilDef out;
+    out.materials = materials_of(def);
+#define BSOIL_ASSIGN(field, ...) assign(def.field, out.field);
+    BSOIL_SOIL_FIELDS(BSOIL_ASSIGN)
+#undef BSOIL_ASSIGN
+    assign(def.contact_law, out.contact_law.kind);
+    if (def.reserved != 0)
+        refuse("def.reserved is " + std::to_string(def.reserved) + ", must be 0");
+    return out;
+}
+
+}  // namespace bsoil::bullet

@@ -1,0 +1,48 @@
+#!/usr/bin/env bash
+# Checks that includes run one way only. Between folders: demos, tests -> bridge -> plugin -> shaders, and within plugin/src
+# soil -> contact -> device. Within bridge/ no file includes one that needs it: a topological order of its headers and sources
+# exists, and none but the top ones includes the top class (bsoil/bullet/soil_action.h). Prints each arrow that runs back up.
+set -uo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.." || exit 1
+failed=0
+fail() {
+    printf '%s\n' "$*"
+    failed=1
+}
+
+# not_in FOLDER PATTERN WHY: no file of the folder includes what matches.
+not_in() {
+    local found
+    found=$(grep -rnE "^#include [\"<]$2" "$1" --include='*.h' --include='*.cpp' --include='*.glsl')
+    [[ -z $found ]] || fail "$3:"$'\n'"$found"
+}
+not_in plugin '(bsoil/bullet|bsoil/c/|bt[A-Z]|Bullet|LinearMath)' "the plugin knows no Bullet"
+not_in plugin/src/device '(soil/|contact/|mesh/|bsoil/(soil|body|material|contact|render))' "the device layer knows no soil"
+not_in plugin/src/contact '(soil/soil_impl|soil/(tile|work|step|passes|ground_bodies|contact_reader))' \
+    "the contact wing knows no tiles and no step"
+not_in plugin/src/soil '(epoxy|EGL|GL)/' "the soil layer knows no GL"
+not_in bridge '(scene|files|robots|reading|world|run|experiment|commands)/' "the bridge knows no demos"
+
+# Who may know the top class: itself, what is built on it, and its own snapshot.
+top='bsoil/bullet/soil_action.h'
+may_know=(bridge/include/bsoil/bullet/{soil_raycaster,world_snapshot}.h
+    bridge/src/{soil_action,c_api,world_snapshot,world_state,soil_raycaster}.cpp bridge/src/world_state.h)
+while IFS= read -r file; do
+    [[ " ${may_know[*]} " == *" $file "* ]] || fail "$file includes the top class"
+done < <(grep -rlE "^#include \"$top\"" bridge)
+
+# Arrows file -> header within the bridge; a header and its source count as one room.
+room() { sed -E 's:^(.*/)?([a-z_]+)\.(h|cpp)$:\2:' <<<"$1"; }
+arrows=$(grep -rnoE '^#include "[^"]+"' bridge/src bridge/include --include='*.h' --include='*.cpp' |
+    sed -E 's/^([^:]+):[0-9]+:#include "([^"]+)"$/\1 \2/' | while read -r from to; do
+    case $to in
+        bsoil/bullet/* | bsoil/c/*) ;;
+        bsoil/*) continue ;;
+    esac
+    a=$(room "$from") b=$(room "$to")
+    [[ $a == "$b" ]] || echo "$a $b"
+done | sort -u)
+if ! circles=$(tsort <<<"$arrows" 2>&1 >/dev/null); then
+    fail "includes of bridge/ run in a circle:"$'\n'"$circles"
+fi
+exit "$failed"
