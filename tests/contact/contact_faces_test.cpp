@@ -197,8 +197,10 @@ TEST(FindContactFaces, soil_that_has_drawn_back_makes_no_face_wider) {
     plate.add_sole([](double x, double y) { return std::abs(x) < 0.5 && std::abs(y) < 0.3; });
     // Across half of it the soil stands half a voxel off: further than rebound (a tenth of the
     // depth) and open_gap_voxels, a quarter, reach.
-    for (ContactVoxel& v : plate.voxels)
-        if (v.center_m.x > 0) v.gap_m = 0.5 * kVoxel;
+    for (ContactVoxel& v : plate.voxels) {
+        v.gap_m = v.center_m.x > 0 ? 0.5 * kVoxel : 0;
+        v.touching = touching_share(v, kVoxel);
+    }
     const auto soles = plate.soles();
     ASSERT_EQ(soles.size(), 1u);
     EXPECT_NEAR(soles[0].width_m, 0.5, 1e-9);

@@ -125,6 +125,7 @@ TEST(ContactPatches, gap_and_material_enter) {
     v.material = 1;
     v.depth_m = 0.5;
     v.compression_m = 0.01;
+    v.touching = touching_share(v, law.voxel_m(), law.def());
     std::vector<ContactPatch> patches;
     const BodyContact total = group_contacts({&v, 1}, {}, {}, law, {}, patches);
     ASSERT_EQ(patches.size(), 1u);

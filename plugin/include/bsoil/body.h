@@ -80,7 +80,8 @@ struct ContactVoxel {
     double area_m2 = 0;  ///< of that face in this voxel, from the gradient of the coverage field
     /// Below the local free surface of the soil, of the same carrier's where one carries it; >= 0.
     double depth_m = 0;
-    double gap_m = 0;  ///< to the soil beside the face, where that has drawn back; 0..2 voxels
+    double gap_m = 0;     ///< to the soil beside the face, where that has drawn back; 0..2 voxels
+    double touching = 1;  ///< share 0..1 of area_m2 that touches the soil: touching_share()
     /// Excess soil per area, beyond what is under way through the voxel: elastic push-in of the
     /// surface; >= 0.
     double compression_m = 0;

@@ -29,10 +29,9 @@ struct FaceSums {
     int count = 0;
 
     /// upright: sine between the normal and straight down.
-    void add(const ContactVoxel& v, const ContactLaw& law, double at_a, double at_b,
-             double upright) {
+    void add(const ContactVoxel& v, double at_a, double at_b, double upright) {
         // What only brushes the soil, like a wheel's rim above its rut, bears nothing.
-        const double w = bearing_depth_m(v) > 0 ? v.area_m2 * law.touching_share(v) : 0;
+        const double w = bearing_depth_m(v) > 0 ? v.area_m2 * v.touching : 0;
         if (!(w > 0)) return;
         area += w;
         ++count;
@@ -149,7 +148,7 @@ void ContactFaces::find(std::span<const ContactVoxel> voxels, Quat body_to_world
         }
         face_of_voxel_[i] = place.wall;
         const double rise = dot(voxels[i].normal, up);
-        walls[place.wall].add(voxels[i], law, place.across_m, 0,
+        walls[place.wall].add(voxels[i], place.across_m, 0,
                               std::sqrt(std::max(0.0, 1 - rise * rise)));
     }
     for (int bin = 0; bin < kWallBinCount; ++bin) {
@@ -172,7 +171,7 @@ void ContactFaces::find(std::span<const ContactVoxel> voxels, Quat body_to_world
             soles.emplace_back();
         }
         const ContactVoxel& v = voxels[cells_[i].voxel];
-        soles[face].add(v, law, dot(v.position_m, axis_a), dot(v.position_m, axis_b), 0);
+        soles[face].add(v, dot(v.position_m, axis_a), dot(v.position_m, axis_b), 0);
         face_of_voxel_[cells_[i].voxel] = kWallBinCount + face;
     }
     for (const FaceSums& sole : soles) {

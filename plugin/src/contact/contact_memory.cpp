@@ -135,7 +135,7 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
             relative.empty() ? own
                              : motion_for(relative, v.carrier).motion.velocity_at(v.position_m);
         // Soil that only brushes the body, with no depth to it or a gap before it, is not sheared.
-        const bool is_pressed = bearing_depth_m(v) > 0 && law.touching_share(v) > 0;
+        const bool is_pressed = bearing_depth_m(v) > 0 && v.touching > 0;
         Vec3 slid =
             is_pressed ? duration_s * (velocity - dot(velocity, v.normal) * v.normal) : Vec3{};
         double retreat_m = -duration_s * dot(velocity, v.normal);

@@ -187,7 +187,7 @@ BodyContact ContactPatches::find(std::span<const ContactVoxel> voxels,
                           {relative.direction.velocity_at(v.position_m),
                            dot(relative.motion.velocity_at(v.position_m), v.normal)},
                           history.empty() ? kAllDeveloped : history[i]);
-            elements_[i] = {yield, v.area_m2 * law.touching_share(v) * yield.area_share};
+            elements_[i] = {yield, v.area_m2 * v.touching * yield.area_share};
         }
     });
 

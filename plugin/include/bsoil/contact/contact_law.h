@@ -69,7 +69,8 @@ struct ElementYield {
 double bearing_depth_m(const ContactVoxel& contact);
 
 /// Share 0..1 of an element that touches its soil. Soil pressed down rebounds by a part of its
-/// depth; a gap beyond that opens within ContactLawDef::open_gap_voxels.
+/// depth; a gap beyond that opens within ContactLawDef::open_gap_voxels. The soil asks once, when
+/// the element is made: ContactVoxel::touching.
 double touching_share(const ContactVoxel& contact, double voxel_m, const ContactLawDef& law = {});
 
 /// Share 0..1 of the yield stress that is left once an element has drawn back from the soil by
@@ -88,10 +89,6 @@ class ContactLaw {
     virtual ElementYield yield(const ContactElement& element, const ElementMotion& motion,
                                const ContactHistory& memory) const = 0;
 
-    /// Of the element's area, the share that touches its soil.
-    double touching_share(const ContactVoxel& contact) const {
-        return bsoil::touching_share(contact, voxel_m(), def());
-    }
     const ContactLawDef& def() const { return soil_->law; }  ///< its constants
     const ContactSoil& soil() const { return *soil_; }       ///< what it is a law of
     Vec3 up() const { return soil_->up; }                    ///< unit, world axes
