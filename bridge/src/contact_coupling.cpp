@@ -5,27 +5,10 @@
 #include <numeric>
 
 #include "bullet_types.h"
+#include "coupling_def.h"
 #include "lowest_point.h"
 
 namespace bsoil::bullet {
-namespace {
-
-/// Time over which a body's motion is averaged, and the speed in voxels a second much below which
-/// it rests. Shorter or lower, and a parked machine's jitter picks the direction of yield; longer,
-/// and a wheel that starts to slip meets the resistance of rolling.
-constexpr double kYieldMemoryS = 0.1;
-constexpr double kRestVoxelsPerS = 0.5;
-/// A driven body much slower than this rests.
-constexpr double kDrivenRestMS = 1e-6;
-/// Soil steps over which the limits of a sleeping body are averaged before they are compared. The
-/// soil beside it settles for some steps more, and a voxel of it caught between bodies may go to
-/// and fro for good.
-constexpr int kWakeSteps = 16;
-/// Patches whose normals differ by more than this cosine are not the same contact.
-constexpr double kSamePatchCosine = 0.5;
-
-}  // namespace
-
 ContactCoupling::ContactCoupling(btDiscreteDynamicsWorld& world, ContactSoil soil,
                                  const SoilActionDef& options, const WorkThreads& threads)
     : world_(world),
@@ -266,15 +249,16 @@ void ContactCoupling::update_motion(const CoupledBody& coupled, const Carrier& c
         coupled.body.role != BodyRole::driven && coupled.body.role != BodyRole::fixed;
     // A body that has fallen asleep stands still at once: a limit that still crept would wake it.
     const bool averages = is_solved && !is_new && !coupled.body.is_asleep;
-    const double share = averages ? -std::expm1(-duration_s / kYieldMemoryS) : 1;
+    const double share = averages ? -std::expm1(-duration_s / kCoupling.yield_memory_s) : 1;
     motion.linear_m_s += share * (now.linear_velocity_m_s - motion.linear_m_s);
     motion.angular_rad_s += share * (now.angular_velocity_rad_s - motion.angular_rad_s);
     double extent_m = 0;
     for (const ContactVoxel& v : voxels)
         if (v.carrier == carrier.id)
             extent_m = std::max(extent_m, length(v.position_m - now.center_of_mass_m));
-    const double speed_m_s = length(motion.linear_m_s) + extent_m * length(motion.angular_rad_s) +
-                             (is_solved ? kRestVoxelsPerS * soil_->voxel_m : kDrivenRestMS);
+    const double speed_m_s =
+        length(motion.linear_m_s) + extent_m * length(motion.angular_rad_s) +
+        (is_solved ? kCoupling.rest_voxels_per_s * soil_->voxel_m : kCoupling.driven_rest_m_s);
     motion.direction = now;
     motion.direction.linear_velocity_m_s = motion.linear_m_s * (1 / speed_m_s);
     motion.direction.angular_velocity_rad_s = motion.angular_rad_s * (1 / speed_m_s);
@@ -288,8 +272,8 @@ void ContactCoupling::keep_awake_with_carriers(CoupledBody& coupled) {
     for (Carrier& carrier : coupled.carriers) {
         if (carrier.id < 0) continue;
         const BodyMotion& motion = carrier.body.motion;
-        const bool moves = length(motion.linear_velocity_m_s) > kDrivenRestMS ||
-                           length(motion.angular_velocity_rad_s) > kDrivenRestMS;
+        const bool moves = length(motion.linear_velocity_m_s) > kCoupling.driven_rest_m_s ||
+                           length(motion.angular_velocity_rad_s) > kCoupling.driven_rest_m_s;
         if (!carrier.feels()) {
             if (moves && coupled.body.is_asleep) wake(coupled.body);
         } else if ((is_link || carrier.is_link()) && carrier.body.is_asleep &&
@@ -352,7 +336,7 @@ const ContactLaw& ContactCoupling::law_for(const BodyState& body) {
 void ContactCoupling::as_direction(BodyMotion& motion, double extent_m) const {
     const double speed_m_s = length(motion.linear_velocity_m_s) +
                              extent_m * length(motion.angular_velocity_rad_s) +
-                             kRestVoxelsPerS * soil_->voxel_m;
+                             kCoupling.rest_voxels_per_s * soil_->voxel_m;
     motion.linear_velocity_m_s = motion.linear_velocity_m_s * (1 / speed_m_s);
     motion.angular_velocity_rad_s = motion.angular_velocity_rad_s * (1 / speed_m_s);
 }
@@ -389,7 +373,8 @@ void ContactCoupling::take_over_patches(CoupledBody& coupled,
             const double cosine = dot(old.patch.normal, p.normal);
             const Vec3 apart = old.offset_m - next.offset_m;
             const double distance = dot(apart, apart) + (1 - cosine) * extent_m * extent_m;
-            if (cosine < kSamePatchCosine || distance >= least || old.patch.carrier != p.carrier)
+            if (cosine < kCoupling.same_patch_cosine || distance >= least ||
+                old.patch.carrier != p.carrier)
                 continue;
             least = distance;
             nearest = static_cast<int>(i);
@@ -419,13 +404,13 @@ void ContactCoupling::wake_if_changed(CoupledBody& coupled) {
     }
     const std::array<double, kNormalBinCount>& limits_n = coupled.limits_n;
     const int count = coupled.asleep_step_count =
-        std::min(coupled.asleep_step_count, kWakeSteps) + 1;
+        std::min(coupled.asleep_step_count, kCoupling.wake_steps) + 1;
     for (int bin = 0; bin < kNormalBinCount; ++bin) {
         double& mean_n = coupled.mean_limits_n[bin];
         if (count == 1) mean_n = 0;
-        mean_n += (limits_n[bin] - mean_n) / std::min(count, kWakeSteps);
+        mean_n += (limits_n[bin] - mean_n) / std::min(count, kCoupling.wake_steps);
     }
-    if (count <= kWakeSteps) {
+    if (count <= kCoupling.wake_steps) {
         coupled.limits_at_sleep_n = coupled.mean_limits_n;
         return;
     }

@@ -7,32 +7,17 @@
 #include <functional>
 
 #include "bullet_types.h"
+#include "coupling_def.h"
 
 namespace bsoil::bullet {
 namespace {
 
-/// A tangential force below this fraction of the normal limit gives no direction to the tangential
-/// rows.
-constexpr double kNoDirectionFraction = 1e-6;
-/// A row that gives this part of its limit has yielded: the solver clamps in single precision.
-constexpr double kYieldedFraction = 0.999;
-/// A patch slides when it goes this share of the way that its body goes.
-constexpr double kSliding = 0.01;
-/// And when it gives this part of its friction against that way.
-constexpr double kMostlyYielded = 0.95;
-/// Part of its limit that it may then give across it, at least: a body pushed aside turns that
-/// fast.
-constexpr double kAcross = 0.1;
-/// More drift than this is not the solver's remainder but the contact's own motion.
-constexpr double kDriftMaxM = 0.01;
-/// Part of last substep's force that is given as a preload. The whole of it rings after an impact.
-constexpr double kPreloadFraction = 0.85;
 Vec3 tangential(Vec3 v, Vec3 normal) { return v - dot(v, normal) * normal; }
 
 /// A unit vector across the normal: along the friction that sticks, else any.
 Vec3 along_friction(Vec3 normal, Vec3 friction_n, double limit_n) {
     const double size_n = length(friction_n);
-    if (size_n > kNoDirectionFraction * limit_n) return friction_n * (1 / size_n);
+    if (size_n > kCoupling.no_direction_share * limit_n) return friction_n * (1 / size_n);
     const Vec3 axis = std::abs(normal.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
     const Vec3 t = tangential(axis, normal);
     return t * (1 / length(t));
@@ -67,13 +52,14 @@ SubstepRows::TangentialRows SubstepRows::tangential_rows(const ContactMotion& mo
     const double limit_n = patch.shear_limit_n();
     const Vec3 slide = tangential(motion.direction.velocity_at(p.shear_point_m), p.normal);
     const double sliding = length(slide);
-    if (sliding <= kSliding || -dot(friction_n, slide) <= kMostlyYielded * limit_n * sliding)
+    if (sliding <= kCoupling.sliding_share ||
+        -dot(friction_n, slide) <= kCoupling.mostly_yielded_share * limit_n * sliding)
         return {along_friction(p.normal, friction_n, limit_n), 1};
     const Vec3 first = slide * (1 / sliding);
     const Vec3 now = tangential(motion.motion.velocity_at(p.shear_point_m), p.normal);
     const double speed = length(now);
     const double aside = length(now - dot(now, first) * first);
-    return {first, speed > 0 ? std::clamp(aside / speed, kAcross, 1.0) : 1};
+    return {first, speed > 0 ? std::clamp(aside / speed, kCoupling.across_share, 1.0) : 1};
 }
 
 PatchRow SubstepRows::row_of(const CoupledBody& coupled, const CoupledPatch& patch) const {
@@ -144,7 +130,7 @@ void SubstepRows::preload(CoupledBody& coupled) {
         Vec3 along = tangential(patch.applied_force_n, p.normal);
         const double most_n = patch.shear_limit_n();
         if (length(along) > most_n) along = along * (most_n / length(along));
-        patch.preload_n = kPreloadFraction * (along - normal_n * p.normal);
+        patch.preload_n = kCoupling.preload_share * (along - normal_n * p.normal);
         apply_preload(coupled, patch, 1);
         torque_n_m += patch.torque_n_m(patch.preload_n);
         if (carrier.is_touched)
@@ -340,12 +326,13 @@ void SubstepRows::add_drift(CoupledBody& coupled, double substep_s) {
         double into = dot(patch.drift_m, n);
         const double approach = dot(moved, n);
         const double normal_n = -dot(patch.applied_force_n, n);
-        if (approach < 0 || normal_n < kYieldedFraction * patch.patch.normal_limit_n)
-            into = std::clamp(into + approach, 0.0, kDriftMaxM);
+        if (approach < 0 || normal_n < kCoupling.yielded_share * patch.patch.normal_limit_n)
+            into = std::clamp(into + approach, 0.0, kCoupling.drift_most_m);
         const bool slides = length(tangential(patch.applied_force_n, n)) >=
-                            kYieldedFraction * patch.shear_limit_n();
+                            kCoupling.yielded_share * patch.shear_limit_n();
         Vec3 along = slides ? Vec3{} : tangential(patch.drift_m, n) + tangential(sheared, n);
-        if (length(along) > kDriftMaxM) along = along * (kDriftMaxM / length(along));
+        if (length(along) > kCoupling.drift_most_m)
+            along = along * (kCoupling.drift_most_m / length(along));
         patch.drift_m = into * n + along;
     }
 }
