@@ -12,7 +12,9 @@
 #include <map>
 #include <set>
 
+#include "lever_keys.h"
 #include "panels.h"
+#include "picture_cache.h"
 #include "run/scene_models.h"
 #include "view_script.h"
 #include "window.h"
@@ -27,17 +29,6 @@ constexpr double kSightM = 400;      ///< how far the pointer reaches
 constexpr float kStickDead = 0.15f;  ///< deflection of a game pad's stick that counts as none
 constexpr int kBrushFrames = 6;      ///< a brush held down acts once in so many frames
 
-/// Keys of the levers, in their order: backward and forward.
-constexpr SDL_Scancode kLeverKeys[][2] = {
-    {SDL_SCANCODE_A, SDL_SCANCODE_Q}, {SDL_SCANCODE_S, SDL_SCANCODE_W},
-    {SDL_SCANCODE_D, SDL_SCANCODE_E}, {SDL_SCANCODE_F, SDL_SCANCODE_R},
-    {SDL_SCANCODE_G, SDL_SCANCODE_T}, {SDL_SCANCODE_H, SDL_SCANCODE_Y},
-    {SDL_SCANCODE_J, SDL_SCANCODE_U}};
-/// Sticks of the levers, in their order, as an excavator has them: swing, boom, stick, bucket.
-constexpr SDL_GameControllerAxis kLeverSticks[] = {
-    SDL_CONTROLLER_AXIS_LEFTX, SDL_CONTROLLER_AXIS_RIGHTY, SDL_CONTROLLER_AXIS_LEFTY,
-    SDL_CONTROLLER_AXIS_RIGHTX};
-
 double now_s() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
         .count();
@@ -48,41 +39,6 @@ bool is_software(const std::string& device) {
            device.find("softpipe") != std::string::npos ||
            device.find("SwiftShader") != std::string::npos;
 }
-
-/// The picture as it was last drawn: panels change without it.
-class PictureCache {
-  public:
-    ~PictureCache() { clear(); }
-    void resize(int width, int height) {
-        if (width == width_ && height == height_) return;
-        clear();
-        width_ = width;
-        height_ = height;
-        glGenRenderbuffers(1, &color_);
-        glBindRenderbuffer(GL_RENDERBUFFER, color_);
-        glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width, height);
-        glGenFramebuffers(1, &framebuffer_);
-        glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
-        glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, color_);
-    }
-    bool has_size(int width, int height) const { return width == width_ && height == height_; }
-    GLuint framebuffer() const { return framebuffer_; }
-    void show() const {
-        glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_);
-        glBindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
-        glBlitFramebuffer(0, 0, width_, height_, 0, 0, width_, height_, GL_COLOR_BUFFER_BIT,
-                          GL_NEAREST);
-    }
-
-  private:
-    void clear() {
-        if (framebuffer_ != 0) glDeleteFramebuffers(1, &framebuffer_);
-        if (color_ != 0) glDeleteRenderbuffers(1, &color_);
-        framebuffer_ = color_ = 0;
-    }
-    int width_ = 0, height_ = 0;
-    GLuint framebuffer_ = 0, color_ = 0;
-};
 
 /// What a pointer at a place of the window looks along.
 struct Sight {
