@@ -237,7 +237,7 @@ CONST_INT(kContactDensity, 12)  // relative density, Q16; or kDensityFixed
 CONST_INT(kContactCarrier, 13)  // body index of what the soil rests on, or kOnGround
 CONST_INT(kOnGround, -1)
 
-// --- tables buffer: per material two tables, bonded then loose ----------------------------------------------------------------------------------
+// --- tables buffer: per material two tables, bonded then loose ----------------------------------------------------
 CONST_INT(kSlipEntries, 257)    // slope 0..16 voxels of rise per voxel, step 1/16
 CONST_INT(kTableWords, 640)     // wedge[257], acceleration[257] at kTableAcceleration
 CONST_INT(kTableAcceleration, 320)

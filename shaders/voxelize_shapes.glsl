@@ -339,7 +339,8 @@ void voxelize_shapes(int group, int lane) {
     int high = min(7, shapes[shape + kShapeHigh + 2] - z0);
     vec3 column_middle = vec3(float(corner.x) + 0.5f, float(corner.y) + 0.5f, float(corner.z) + 4.0f);
     vec3 rise = vec3(column_x.z, column_y.z, column_z.z);
-    if (high > low && is_column_beside(shape, place_in_shape(column_x, column_y, column_z, offset, column_middle), rise, rounding)) {
+    if (high > low &&
+        is_column_beside(shape, place_in_shape(column_x, column_y, column_z, offset, column_middle), rise, rounding)) {
         return;
     }
     for (int z = low; z <= high; ++z) {

@@ -1,7 +1,8 @@
 #version 330 core
-// The lit picture in its last size. Lit with four samples a pixel: their mean. With one, edges between faces are smoothed by their shape
-// (as in Reshetov, Morphological antialiasing, 2009): a stair of pixels is taken for a straight line from the middle of one step
-// to the middle of the next, and a pixel is mixed with the one beyond by the share that lies beyond that line.
+// The lit picture in its last size. Lit with four samples a pixel: their mean. With one, edges between faces are smoothed by
+// their shape (as in Reshetov, Morphological antialiasing, 2009): a stair of pixels is taken for a straight line from the
+// middle of one step to the middle of the next, and a pixel is mixed with the one beyond by the share that lies beyond that
+// line.
 in vec2 screen;
 out vec4 color;
 uniform sampler2D lit;  // alpha: a number for each face
