@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 
 namespace bsoil::render {
 namespace {
@@ -69,6 +70,18 @@ TEST(Image, png_that_cannot_be_written_is_named) {
     const std::string path = ::testing::TempDir() + "bsoil_picture.png";
     ASSERT_TRUE(write_png(plain(4, 4, 0), path));
     EXPECT_GT(std::filesystem::file_size(path), 50u);
+    std::filesystem::remove(path);
+}
+
+TEST(Image, jpeg_is_small_and_begins_as_one) {
+    EXPECT_FALSE(write_jpeg(plain(4, 4, 0), "/no/such/folder/picture.jpg"));
+    EXPECT_FALSE(write_jpeg(Image{}, ::testing::TempDir() + "bsoil_empty.jpg"));
+    const std::string path = ::testing::TempDir() + "bsoil_picture.jpg";
+    ASSERT_TRUE(write_jpeg(plain(64, 64, 90), path));
+    EXPECT_LT(std::filesystem::file_size(path), 2000u);
+    std::ifstream file(path, std::ios::binary);
+    EXPECT_EQ(file.get(), 0xff);  // start of image
+    EXPECT_EQ(file.get(), 0xd8);
     std::filesystem::remove(path);
 }
 

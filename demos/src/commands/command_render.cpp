@@ -127,7 +127,10 @@ int render(RenderArguments& arguments) {
     if (!arguments.picture.empty()) {
         const auto image = (*renderer)->render(view);
         if (!image) return Moment::fail(image.error());
-        written.push_back(render::write_png(*image, arguments.picture));
+        const bool is_jpeg =
+            arguments.picture.ends_with(".jpg") || arguments.picture.ends_with(".jpeg");
+        written.push_back(
+            (is_jpeg ? render::write_jpeg : render::write_png)(*image, arguments.picture));
     }
     if (!arguments.depth.empty() || !arguments.normals.empty() || !arguments.labels.empty()) {
         const auto buffers = (*renderer)->buffers(view);
@@ -162,7 +165,7 @@ void add_render(CLI::App& app, int& exit_code) {
     auto arguments = std::make_shared<RenderArguments>();
     CLI::App* command = app.add_subcommand("render", "pictures of a moment of a scene");
     arguments->moment.add_options(*command);
-    command->add_option("--out", arguments->picture, "the picture (PNG)");
+    command->add_option("--out", arguments->picture, "the picture: PNG, or JPEG where the file's ending is .jpg or .jpeg");
     command->add_option("--depth", arguments->depth,
                         "16-bit PNG: millimetres along the line of sight, 0 the sky");
     command->add_option("--normals", arguments->normals,

@@ -12,24 +12,45 @@
 
 namespace bsoil::render {
 
-Status write_png(const Image& image, const std::string& path) {
-    if (image.width <= 0 || image.height <= 0) return Error{"no picture to write to " + path};
-    std::vector<char> bytes;
-    const auto append = [](void* to, void* data, int size) {
-        auto& all = *static_cast<std::vector<char>*>(to);
-        const char* first = static_cast<const char*>(data);
-        all.insert(all.end(), first, first + size);
-    };
-    // Written by us and not by stb, which does not look whether the disk took it all.
+namespace {
+
+constexpr int kJpegQuality = 90;
+
+void append(void* to, void* data, int size) {
+    auto& all = *static_cast<std::vector<char>*>(to);
+    const char* first = static_cast<const char*>(data);
+    all.insert(all.end(), first, first + size);
+}
+
+// Written by us and not by stb, which does not look whether the disk took it all.
+Status write_bytes(std::span<const char> bytes, const std::string& path) {
     std::ofstream file(path, std::ios::binary);
-    if (stbi_write_png_to_func(append, &bytes, image.width, image.height, 4, image.rgba.data(),
-                               4 * image.width) == 0) {
-        return Error{"no memory for the picture " + path};
-    }
     file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     file.close();
     if (!file) return Error{path + ": cannot be written whole; is the disk full?"};
     return Done{};
+}
+
+}  // namespace
+
+Status write_png(const Image& image, const std::string& path) {
+    if (image.width <= 0 || image.height <= 0) return Error{"no picture to write to " + path};
+    std::vector<char> bytes;
+    if (stbi_write_png_to_func(append, &bytes, image.width, image.height, 4, image.rgba.data(),
+                               4 * image.width) == 0) {
+        return Error{"no memory for the picture " + path};
+    }
+    return write_bytes(bytes, path);
+}
+
+Status write_jpeg(const Image& image, const std::string& path) {
+    if (image.width <= 0 || image.height <= 0) return Error{"no picture to write to " + path};
+    std::vector<char> bytes;
+    if (stbi_write_jpg_to_func(append, &bytes, image.width, image.height, 4, image.rgba.data(),
+                               kJpegQuality) == 0) {
+        return Error{"no memory for the picture " + path};
+    }
+    return write_bytes(bytes, path);
 }
 
 namespace {
@@ -80,12 +101,7 @@ Status write_grey_png(int width, int height, std::span<const uint16_t> levels,
     append_chunk(bytes, "IDAT", {packed, static_cast<size_t>(packed_size)});
     append_chunk(bytes, "IEND", {});
     STBIW_FREE(packed);
-    std::ofstream file(path, std::ios::binary);
-    file.write(reinterpret_cast<const char*>(bytes.data()),
-               static_cast<std::streamsize>(bytes.size()));
-    file.close();
-    if (!file) return Error{path + ": cannot be written whole; is the disk full?"};
-    return Done{};
+    return write_bytes({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, path);
 }
 
 }  // namespace bsoil::render

@@ -1,0 +1,54 @@
+#!/usr/bin/env bash
+# Makes the pictures of docs/gallery.md again, and the page: demos/gallery.sh [--films] [NAME...]
+#   --films  a film of each as well, out/gallery/NAME.mp4 (needs ffmpeg)
+#   NAME     only these pictures
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
+
+films=0
+if [[ ${1:-} == --films ]]; then
+    films=1
+    shift
+fi
+
+# name | scene | steps of the soil until the picture | options of bsoil render | what one sees
+pictures=(
+    "trench|excavator|2532||An excavator at its cuts: the walls of undisturbed soil stand steep, what was dumped lies loose behind."
+    "scoop|scoop|500||A bucket comes up out of moist sand: a heap on it, soil that runs off its rim, the hole it left and what it pushed aside."
+    "tracks|tracked|800||Each shoe of a track is a body. Lugs leave their marks, and the vehicle's weight its two ruts."
+    "ruts|four_wheels|800|--eye -0.6 -4.4 2.2 --target -1.4 0 0.4|Four wheels on loose sand: ruts with berms on both sides, the rear wheels in those of the front."
+    "berm|bulldozer|600||A blade pushes a heap ahead; windrows lie beside its path, a ridge where it began."
+    "heap|column|400||A column of dry sand has come down: a cone at the angle of repose, equally steep in every direction."
+    "terrain|terrain|400||Soil on terrain out of noise."
+)
+
+folder=$project_root/docs/images/gallery
+bsoil=$project_root/build/demos/bsoil
+install_packages "${build_packages[@]}" || exit 2
+configure "$project_root/build" CMAKE_BUILD_TYPE?=Release BULLETSOIL_TESTS?=OFF || exit 2
+build "$project_root/build" bsoil || exit 2
+mkdir -p "$folder"
+
+page=$project_root/docs/gallery.md
+{
+    echo '# Gallery'
+    echo
+    echo 'Made by `demos/gallery.sh`, scene by scene out of `demos/scenes/`; with `--films` each is a film, too.'
+} >"$page"
+for entry in "${pictures[@]}"; do
+    IFS='|' read -r name scene steps options text <<<"$entry"
+    printf '\n## %s\n\n![%s](images/gallery/%s.jpg)\n\n%s `demos/run.sh %s`, step %s.\n' \
+        "${name^}" "$text" "$name" "$text" "$scene" "$steps" >>"$page"
+    if (($#)) && [[ " $* " != *" $name "* ]]; then
+        continue
+    fi
+    say "$name"
+    # shellcheck disable=SC2086 # options are words
+    "$bsoil" render "$project_root/demos/scenes/$scene.toml" --advance "$steps" --width 960 --height 540 $options \
+        --out "$folder/$name.jpg"
+    if ((films)); then
+        # A run's own checks may fail on so few steps.
+        "$bsoil" run "$project_root/demos/scenes/$scene.toml" --steps "$steps" --video --out "$project_root/out/gallery/$name" || (($? == 1))
+        mv "$project_root/out/gallery/$name/video.mp4" "$project_root/out/gallery/$name.mp4"
+    fi
+done
