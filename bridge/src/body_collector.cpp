@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bsoil/limits.h"
 #include "bullet_types.h"
 #include "soil_ground.h"
 #include "world_anchor.h"
@@ -14,8 +15,7 @@
 namespace bsoil::bullet {
 namespace {
 
-/// SoilBody::id is 0..65534.
-constexpr int kIdCount = 65535;
+constexpr int kIdCount = limits::kBodyIdMost + 1;
 /// Stands for the broadphase id of an object that is in no world.
 constexpr int kNotInWorld = -1;
 /// A kinematic body that Bullet says is slower than this may have been moved by its pose alone.

@@ -6,13 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bsoil/limits.h"
 #include "bullet_stream.h"
 
 namespace bsoil::bullet {
 namespace {
-
-/// SoilBody::id is 0..65534.
-constexpr int kIdLast = 65534;
 
 int proxy_id_of(const btCollisionObject& object) {
     const btBroadphaseProxy* proxy = object.getBroadphaseHandle();
@@ -49,7 +47,7 @@ void list(StateStream& stream, const btDiscreteDynamicsWorld& world, BodyState& 
     if (body.role != BodyRole::wheel) list_object(stream, world, body.object);
     list(stream, body.motion);
     stream(body.is_asleep, body.weight_n, body.surface.friction, body.surface.adhesion_pa);
-    if (body.id < 0 || body.id > kIdLast ||
+    if (body.id < 0 || body.id > limits::kBodyIdMost ||
         (stream.good() && body.object && !can_be(world, *body.object, body.role)))
         stream.refuse();
 }
@@ -86,7 +84,7 @@ void list(StateStream& stream, WheelMemory& wheel) {
            wheel.strut_most_n);
     list(stream, wheel.forces);
     list(stream, wheel.report);
-    if (wheel.id < 0 || wheel.id > kIdLast) stream.refuse();
+    if (wheel.id < 0 || wheel.id > limits::kBodyIdMost) stream.refuse();
 }
 
 void list(StateStream& stream, VehicleMemory& vehicle) {
@@ -154,7 +152,7 @@ void CouplingSnapshot::Memory::list_body(StateStream& stream, const btDiscreteDy
     BodyCollector::Tracked& t = body.tracked;
     list_object(stream, world, body.object);
     stream(t.id, t.key.fingerprint, t.shape_revision, t.has_pose, t.last_pose, t.was_in_grid);
-    if (t.id < -1 || t.id > kIdLast) stream.refuse();
+    if (t.id < -1 || t.id > limits::kBodyIdMost) stream.refuse();
 }
 
 /// By id, the ground first, each with its motion, and of every patch.
@@ -247,14 +245,14 @@ void CouplingSnapshot::Memory::list_falling(StateStream& stream,
     const bool is_direction = std::abs(length(surface.plane.normal) - 1) < 1e-6;
     const bool is_soil =
         surface.material >= 0 && surface.relative_density >= -1 && surface.relative_density <= 1;
-    if (entry.first < 0 || entry.first > kIdLast || !is_direction || !is_soil ||
+    if (entry.first < 0 || entry.first > limits::kBodyIdMost || !is_direction || !is_soil ||
         falling.speed_m_s < 0 || falling.age_s < 0)
         stream.refuse();
 }
 
 /// Ids and objects stand for themselves once.
 bool CouplingSnapshot::Memory::is_sound() const {
-    if (last_id < -1 || last_id > kIdLast) return false;
+    if (last_id < -1 || last_id > limits::kBodyIdMost) return false;
     std::vector<int> ids, coupled_ids, loaded_ids, falling_ids;
     std::vector<const void*> objects;
     for (const Body& body : bodies) {
