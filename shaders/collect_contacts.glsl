@@ -3,16 +3,6 @@
 // body carries. Everything here is integers; what they mean in newtons is the host's business.
 // Reads: coverage, owner, volume, support. Writes: result.
 
-// 64-bit sum in two words. Adding commutes, so the result does not depend on the order.
-void add_wide(int at, int value) {
-    uint old = uint(ATOMIC_ADD(result[at], value));
-    int carry = old + uint(value) < old ? 1 : 0;
-    int sign = value < 0 ? -1 : 0;
-    if (carry + sign != 0) {
-        ATOMIC_ADD(result[at + 1], carry + sign);
-    }
-}
-
 // mass * (2 at + 1), each half of it within 31 bits.
 void add_mass_moment(int sum, int mass, int at) {
     add_wide(sum, mass * at);

@@ -1,7 +1,6 @@
 // What the kernels share: addresses, the room in a voxel, moving a share of a voxel's soil. Integers throughout.
 
 int state_at(int plane, int voxel) { return state[plane * params.plane_stride + voxel]; }
-
 void set_state(int plane, int voxel, int value) {
     state[plane * params.plane_stride + voxel] = value;
 }
@@ -489,4 +488,13 @@ int excess_carried_off(int slot, ivec3 at, int voxel, ivec3 out_way) {
         return 0;
     }
     return min(most, kVoxelFull);
+}
+
+// 64-bit sum in two words. Adding commutes, so the result does not depend on the order.
+void add_wide(int at, int value) {
+    uint old = uint(ATOMIC_ADD(result[at], value));
+    int carry = (old + uint(value) < old ? 1 : 0) - (value < 0 ? 1 : 0);
+    if (carry != 0) {
+        ATOMIC_ADD(result[at + 1], carry);
+    }
 }

@@ -5,6 +5,7 @@
 // SCATTER kernels add to the voxels of neighbouring tiles; PLAIN ones write only their own group's tile.
 PLAIN(clear_coverage)
 PLAIN(voxelize_shapes)
+PLAIN(pour_soil)
 PLAIN(apply_force)
 SCATTER(propagate_force)
 PLAIN(apply_flow)
@@ -15,4 +16,5 @@ PLAIN(build_spans)
 PLAIN(find_failures)
 PLAIN(break_bonds)
 SCATTER(slip_soil)
+PLAIN(take_soil)
 PLAIN(collect_contacts)

@@ -211,6 +211,32 @@ CONST_INT(kLatticeOutside, -1)
 CONST_INT(kLatticeInside, -2)
 CONST_INT(kLatticeFar, 32000)
 
+// --- sources and sinks: behind the materials' tables, from params.flow_offset on, kFlowWords each; then their parts -----
+CONST_INT(kFlowCapacity, 64)    // sources, sinks and open sides together
+CONST_INT(kFlowWords, 20)
+CONST_INT(kFlowPlane, 0)        // source: plane of its material
+CONST_INT(kFlowCount, 1)        // voxels of its region
+CONST_INT(kFlowLumps, 2)        // of these it pours into so many in this step,
+CONST_INT(kFlowUnits, 3)        // so many mass units each,
+CONST_INT(kFlowRest, 4)         // and one more into so many of them
+CONST_INT(kFlowTurn, 5)         // voxel i gets lump number (i * kFlowStride + kFlowTurn) modulo kFlowCount, where there is one
+CONST_INT(kFlowStride, 6)
+CONST_INT(kFlowVolume, 7)       // volume of a mass unit, Q16
+CONST_INT(kFlowVelocity, 8)     // Q10 voxels per base step, 3
+CONST_INT(kFlowAside, 11)       // largest velocity aside of it, two vectors, 6
+CONST_INT(kFlowShare, 17)       // sink: share (Q16) of the soil in its region that it takes
+CONST_INT(kFlowVoxelsMost, 65536)    // of a source: i * kFlowStride stays within 32 bits
+CONST_INT(kFlowSpeedMost, 8192)      // of a source: a full voxel's momentum stays within 31 bits
+// A part is what of a region lies in one tile: which of them, by column its voxels low | high << 16 (low..high - 1), and by
+// column the number of the first of them.
+CONST_INT(kFlowPartWords, 129)
+CONST_INT(kFlowColumns, 1)
+CONST_INT(kFlowFirst, 65)
+// In the result buffer from params.flow_result on: 64-bit sums of the mass units that each has moved, by material, and of
+// what a sink has left in its region.
+CONST_INT(kFlowResultWords, 18)
+CONST_INT(kFlowHeld, 16)
+
 // --- result buffer ------------------------------------------------------------------------------------------------
 CONST_INT(kResultStatus, 0)
 CONST_INT(kResultSpeed, 1)      // largest displacement a base step, Q16 voxels

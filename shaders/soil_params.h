@@ -29,5 +29,7 @@ int bank_friction;       // the least kTableFriction of a material, and of those
 int bank_strength;       // soil; 0 where none has any
 int slip_rate_least;     // share of a failing wedge that slides in a pass, Q16: kSlipRateLeast and kSlipRateMost by the length of
 int slip_rate_most;      // the step
+int flow_offset;         // where the words of sources and sinks start in tables, see kFlowWords
+int flow_result;         // where their results start in result
 int place_rows;          // columns along y of the grid, whole tiles
 int place_shift;         // by so many bits place_code() cuts a voxel's height

@@ -298,6 +298,73 @@ bulletsoil_result bulletsoil_get_material_count(const bulletsoil_soil* soil, siz
                    [&] { required(count, "count") = action_of(soil).soil().materials().size(); });
 }
 
+bulletsoil_result bulletsoil_source_init(bulletsoil_source* source, size_t struct_size) {
+    return guarded(__func__, [&] {
+        required(source, "source");
+        check_size("source", struct_size, kSourceBytesMin, sizeof(bulletsoil_source));
+        narrow_into(*source, default_source(), struct_size);
+    });
+}
+
+bulletsoil_result bulletsoil_sink_init(bulletsoil_sink* sink, size_t struct_size) {
+    return guarded(__func__, [&] {
+        required(sink, "sink");
+        check_size("sink", struct_size, kSinkBytesMin, sizeof(bulletsoil_sink));
+        narrow_into(*sink, default_sink(), struct_size);
+    });
+}
+
+bulletsoil_result bulletsoil_add_source(bulletsoil_soil* soil, const bulletsoil_source* source,
+                                        int32_t* id) {
+    return guarded(__func__, [&] {
+        SoilAction& action = action_of(soil);
+        required(source, "source");
+        check_size("source", source->struct_size, kSourceBytesMin, sizeof(bulletsoil_source));
+        const auto added = action.soil().add_source(from_c(widened(*source, default_source())));
+        if (!added) refuse(added.error());
+        if (id != nullptr) *id = *added;
+    });
+}
+
+bulletsoil_result bulletsoil_add_sink(bulletsoil_soil* soil, const bulletsoil_sink* sink,
+                                      int32_t* id) {
+    return guarded(__func__, [&] {
+        SoilAction& action = action_of(soil);
+        required(sink, "sink");
+        check_size("sink", sink->struct_size, kSinkBytesMin, sizeof(bulletsoil_sink));
+        const auto added = action.soil().add_sink(from_c(widened(*sink, default_sink())));
+        if (!added) refuse(added.error());
+        if (id != nullptr) *id = *added;
+    });
+}
+
+bulletsoil_result bulletsoil_remove_flow(bulletsoil_soil* soil, int32_t id) {
+    return guarded(__func__, [&] { check(action_of(soil).soil().remove_flow(id)); });
+}
+
+bulletsoil_result bulletsoil_get_flow_mass(const bulletsoil_soil* soil, int32_t id,
+                                           double* mass_kg) {
+    return guarded(__func__, [&] {
+        const auto state = action_of(soil).soil().flow_state(id);
+        if (!state) refuse(state.error());
+        required(mass_kg, "mass_kg") = state->mass_kg;
+    });
+}
+
+bulletsoil_result bulletsoil_get_flow_totals(const bulletsoil_soil* soil, size_t capacity,
+                                             int64_t* units_in, int64_t* units_out) {
+    return guarded(__func__, [&] {
+        const bsoil::SoilTotals totals = action_of(soil).soil().totals();
+        if (capacity < totals.units.size())
+            refuse("capacity is " + std::to_string(capacity) + ", this soil has " +
+                   std::to_string(totals.units.size()) + " materials");
+        if (units_in != nullptr)
+            std::copy(totals.units_in.begin(), totals.units_in.end(), units_in);
+        if (units_out != nullptr)
+            std::copy(totals.units_out.begin(), totals.units_out.end(), units_out);
+    });
+}
+
 bulletsoil_result bulletsoil_get_totals(const bulletsoil_soil* soil, size_t capacity,
                                         int64_t* units, double* mass_kg) {
     return guarded(__func__, [&] {

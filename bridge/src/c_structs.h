@@ -7,6 +7,7 @@
 
 #include "bsoil/c/bulletsoil.h"
 #include "bsoil/soil_def.h"
+#include "bsoil/soil_flow.h"
 
 namespace bsoil::bullet {
 
@@ -39,6 +40,11 @@ constexpr size_t kConditionBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_condition, st
 static_assert(kMaterialBytesMin % alignof(bulletsoil_material) == 0);
 static_assert(kSoilDefBytesMin % alignof(bulletsoil_soil_def) == 0);
 static_assert(kBodyReportBytesMin == sizeof(bulletsoil_body_report));
+
+constexpr size_t kSourceBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_source, reserved);
+constexpr size_t kSinkBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_sink, reserved);
+static_assert(kSourceBytesMin == sizeof(bulletsoil_source));
+static_assert(kSinkBytesMin == sizeof(bulletsoil_sink));
 
 void check_size(const char* name, size_t struct_size, size_t least, size_t most);
 
@@ -77,5 +83,9 @@ bulletsoil_soil_def default_def();
 /// Values out of range, those of the enumerations among them, are left for SoilDef::validate to
 /// name.
 SoilDef from_c(const bulletsoil_soil_def& def);
+bulletsoil_source default_source();
+bulletsoil_sink default_sink();
+SourceDef from_c(const bulletsoil_source& source);
+SinkDef from_c(const bulletsoil_sink& sink);
 
 }  // namespace bsoil::bullet

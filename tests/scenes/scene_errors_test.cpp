@@ -98,6 +98,18 @@ TEST(SceneErrors, material_has_to_be_defined) {
 const std::string kBox =
     "[[body]]\nname = \"a\"\nshape = \"box\"\nsize_m = [1, 1, 1]\n";  // lines 3 to 6
 
+TEST(SceneErrors, sources_sinks_and_open_sides_are_checked) {
+    const std::string soil = "[soil]\nsize_m = [1, 1, 1]\n";
+    expect_error(soil + "open_sides = [\"east\"]\n", "\"east\" is not one of -x, +x");
+    expect_error(soil + "open_sides = 3\n", "expected a list of texts, not the integer 3");
+    expect_error("[[source]]\nshape = \"disc\"\ncenter_m = [0, 0, 1]\n",
+                 "[source] needs `radius_m`");
+    expect_error("[[source]]\nshape = \"cone\"\n", "\"cone\" is not one of disc, rectangle");
+    expect_error("[[source]]\nshape = \"disc\"\nrate_kg_s = -1\n", "-1 is out of range");
+    expect_error("[[sink]]\nshape = \"box\"\nposition_m = [0, 0, 0]\n", "[sink] needs `size_m`");
+    expect_error("[[sink]]\nshape = \"sphere\"\nrate_kg_s = nan\n", "out of range");
+}
+
 TEST(SceneErrors, body_names_are_unique) {
     expect_error(kBox + kBox, "s.toml:8:8: a [[body]] named \"a\" stands in line 4 already");
 }

@@ -125,6 +125,97 @@ TableOf<FillItem> fill_table() {
         .only({"noise"});
 }
 
+/// From when to when a source or sink works.
+template <typename T, typename P>
+void add_times(TableOf<T>& table, P place) {
+    table
+        .number(
+            "start_s", [place](T& t) -> double& { return std::invoke(place, t).start_s; }, kTime,
+            "works from this time on")
+        .number(
+            "end_s", [place](T& t) -> double& { return std::invoke(place, t).end_s; }, {0, 1e9},
+            "until this time");
+}
+
+TableOf<SourceItem> source_table() {
+    using S = SourceItem;
+    TableOf<S> table("source", true,
+                     "A flat region out of which soil comes while the scene runs: the end of a "
+                     "pipe, a belt or a hopper, rain. One of the two rates is given.");
+    table.selected_by("shape")
+        .choice("shape", {"disc", "rectangle"}, "", "the region",
+                [](S& s, size_t i) {
+                    s.def.shape = i == 0 ? SourceDef::Shape::disc : SourceDef::Shape::rectangle;
+                })
+        .required()
+        .vector(
+            "center_m", [](S& s) -> Vec3& { return s.def.center_m; }, kPlace, "its middle")
+        .required()
+        .vector(
+            "direction", [](S& s) -> Vec3& { return s.def.direction; }, kDirection,
+            "the soil leaves along it, square to the region; down where it is zero")
+        .number(
+            "radius_m", [](S& s) -> double& { return s.def.radius_m; }, kLength, "radius")
+        .only({"disc"})
+        .required()
+        .number(
+            "length_m", [](S& s) -> double& { return s.def.length_m; }, kLength,
+            "along x, as far as that is square to the direction; else along up")
+        .only({"rectangle"})
+        .required()
+        .number(
+            "width_m", [](S& s) -> double& { return s.def.width_m; }, kLength, "across the length")
+        .only({"rectangle"})
+        .required()
+        .number(
+            "turn_deg", [](S& s) -> double& { return s.def.turn_rad; }, {-360, 360},
+            "turns the rectangle about the direction", kDegree)
+        .only({"rectangle"})
+        .number(
+            "speed_m_s", [](S& s) -> double& { return s.def.speed_m_s; }, {0, 100},
+            "with which it leaves; at most 8 voxels a step of the soil")
+        .number(
+            "spread_deg", [](S& s) -> double& { return s.def.spread_rad; }, {0, 57},
+            "half the angle of the jet's cone", kDegree)
+        .number(
+            "rate_kg_s", [](S& s) -> double& { return s.def.rate_kg_s; }, {0, 1e9}, "mass a second")
+        .number(
+            "rate_m3_s", [](S& s) -> double& { return s.def.rate_m3_s; }, {0, 1e6},
+            "volume of loose soil a second")
+        .text(
+            "material", [](S& s) -> std::string& { return s.def.material; },
+            "one of the soil's materials; its first where the key is missing");
+    add_times(table, &S::def);
+    return table;
+}
+
+TableOf<SinkItem> sink_table() {
+    using S = SinkItem;
+    TableOf<S> table("sink", true,
+                     "A region that takes soil away while the scene runs: a pit, the end of a "
+                     "belt, the mouth of a suction pipe.");
+    table.selected_by("shape")
+        .word("shape", &S::shape, {"box", "sphere", "cylinder"}, "the region")
+        .required()
+        .vector("size_m", &S::size_m, kLength, "full edge lengths of the box")
+        .only({"box"})
+        .required()
+        .number("radius_m", &S::radius_m, kLength, "radius")
+        .only({"sphere", "cylinder"})
+        .required()
+        .number("height_m", &S::height_m, kLength, "length along its axis, its own z")
+        .only({"cylinder"})
+        .required()
+        .vector(
+            "position_m", [](S& s) -> Vec3& { return s.pose.position; }, kPlace, "its middle")
+        .required()
+        .rotation([](S& s) -> Quat& { return s.pose.rotation; }, "of the region")
+        .number("rate_kg_s", &S::rate_kg_s, {0, 1e9},
+                "what it takes, as far as there is soil; all of it in every step where it is 0");
+    add_times(table, [](S& s) -> S& { return s; });
+    return table;
+}
+
 TableOf<TerrainItem> terrain_table() {
     using T = TerrainItem;
     return TableOf<T>("terrain", true, "Fixed ground that soil cannot enter.")
@@ -543,8 +634,9 @@ TableOf<CheckItem> check_table() {
         .word("kind", &C::kind,
               {"soil_conserved", "body_at_rest", "mass_in_region", "repose_angle", "surface_height",
                "distance_travelled", "body_force", "force_steady", "speed_steady", "body_rise",
-               "body_height", "energy_not_rising", "no_status"},
-              "soil_conserved: units per material at the end equal those at the start; "
+               "body_height", "energy_not_rising", "no_status", "mass_in", "mass_out"},
+              "soil_conserved: units per material at the end are those at the start, and what came "
+              "in, without what went out; "
               "body_at_rest: slower than `creep_mm_s` from `by_s` on; mass_in_region: a probe's "
               "reading at a time; repose_angle: mean slope of a pile at the end; surface_height: "
               "height at a place and time; distance_travelled: of a body between start and end; "
@@ -553,7 +645,8 @@ TableOf<CheckItem> check_table() {
               "steps of the soil as samples; body_rise: how far a body comes up above its lowest "
               "place so far; body_height: lowest and highest place of a body; energy_not_rising: "
               "largest rise, in a step of the soil, of the kinetic and potential energy of bodies "
-              "(without what they carry); no_status: no sticky condition")
+              "(without what they carry); no_status: no sticky condition; mass_in, mass_out: what "
+              "sources have poured in, what sinks and open sides have taken out by a time")
         .required()
         .text("body", &C::body, "the body")
         .only({"body_at_rest", "distance_travelled", "body_force", "force_steady", "speed_steady",
@@ -574,15 +667,15 @@ TableOf<CheckItem> check_table() {
         .flag("must_sleep", &C::must_sleep, "Bullet has to have put the body to sleep by the end")
         .only({"body_at_rest"})
         .number("at_s", &C::at_s, kTime, "time of the measurement")
-        .only({"mass_in_region", "surface_height"})
+        .only({"mass_in_region", "surface_height", "mass_in", "mass_out"})
         .required()
         .number("reference_s", &C::reference_s, kTime,
                 "time of the reading that fractions refer to")
         .only({"mass_in_region"})
         .number("min_kg", &C::min_kg, kMass, "least mass")
-        .only({"mass_in_region"})
+        .only({"mass_in_region", "mass_in", "mass_out"})
         .number("max_kg", &C::max_kg, kMass, "largest mass")
-        .only({"mass_in_region"})
+        .only({"mass_in_region", "mass_in", "mass_out"})
         .number("min_fraction", &C::min_fraction, {0, 100},
                 "least share of the reading at `reference_s`")
         .only({"mass_in_region"})
@@ -654,6 +747,9 @@ const TableSpec& scene_schema() {
             .child<MaterialItem>("material", material_table(),
                                  [](S& s) { return &s.materials.emplace_back(); })
             .child<FillItem>("fill", fill_table(), [](S& s) { return &s.fills.emplace_back(); })
+            .child<SourceItem>("source", source_table(),
+                               [](S& s) { return &s.sources.emplace_back(); })
+            .child<SinkItem>("sink", sink_table(), [](S& s) { return &s.sinks.emplace_back(); })
             .child<TerrainItem>("terrain", terrain_table(),
                                 [](S& s) { return &s.terrains.emplace_back(); })
             .child<BodyItem>("body", body_table(), [](S& s) { return &s.bodies.emplace_back(); })

@@ -1,5 +1,6 @@
 /// The tables of a scene that become a SoilDef and its materials. Names, ranges and meanings come
 /// from BSOIL_SOIL_FIELDS and BSOIL_MATERIAL_FIELDS.
+#include <algorithm>
 #include <cmath>
 #include <string_view>
 
@@ -23,6 +24,8 @@ constexpr NarrowerRange kNarrower[] = {
 };
 /// What the command or [world] gives to every soil.
 constexpr std::string_view kGivenElsewhere[] = {"up", "gravity_m_s2", "backend", "thread_count"};
+/// Keys that are no number.
+constexpr std::string_view kWrittenApart[] = {"open_sides"};
 
 /// A field of a definition as a key: angles are written in degrees, their limits as whole ones.
 struct FieldKey {
@@ -48,6 +51,8 @@ void add_field(TableOf<SoilItem>& table, const FieldKey& key, Place place) {
     using Value = std::remove_reference_t<std::invoke_result_t<Place, SoilItem&>>;
     for (const std::string_view other : kGivenElsewhere)
         if (key.name == other) return;
+    for (const std::string_view other : kWrittenApart)
+        if (key.name == other) return;
     if constexpr (std::is_same_v<Value, double>)
         table.number(key.name, place, key.range, key.doc, key.scale);
     else if constexpr (std::is_same_v<Value, int>)
@@ -65,6 +70,21 @@ void add_field(TableOf<SoilItem>& table, const FieldKey& key, Place place) {
         static_assert(std::is_same_v<Value, UpAxis> || std::is_same_v<Value, Backend>,
                       "a field of a new type needs a key of its own kind");
     if (key.name == "size_m") table.required();
+}
+
+std::string read_sides(const toml::node& value, int& sides) {
+    constexpr std::string_view kNames[] = {"-x", "+x", "-y", "+y", "-z", "+z"};
+    const toml::array* array = value.as_array();
+    if (!array) return "expected a list of texts, not " + kind_text(value);
+    for (const toml::node& entry : *array) {
+        if (!entry.is_string()) return "expected texts in the list, not " + kind_text(entry);
+        const std::string& given = entry.as_string()->get();
+        const auto found = std::find(std::begin(kNames), std::end(kNames), given);
+        if (found == std::end(kNames))
+            return '"' + given + "\" is not one of -x, +x, -y, +y, -z, +z";
+        sides |= 1 << (found - std::begin(kNames));
+    }
+    return {};
 }
 
 TableOf<BekkerItem> bekker_table() {
@@ -117,6 +137,10 @@ TableOf<SoilItem> soil_table() {
             "trapped_soil", [](S & s) -> auto& { return s.def.contact_law.trapped_soil; },
             "with the plain law and faces by shape: soil between lugs or grousers goes with them, "
             "as far as the passive wedge before each reaches")
+        .value("open_sides", "[text, ...]",
+               "sides of the box, before it is turned, over whose edge soil falls out of it: "
+               "\"-x\", \"+x\" and so on along the world's axes; the others are walls",
+               [](S& s, const toml::node& value) { return read_sides(value, s.def.open_sides); })
         .text("material", &S::material,
               "name of a built-in or of a [[material]]; dry_sand where neither key is given")
         .texts("materials", &S::materials, "several of them, up to 8, instead of `material`");

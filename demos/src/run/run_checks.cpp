@@ -204,6 +204,9 @@ void RunChecks::observe(Watch& w) const {
         if (!w.reference && item.has("reference_s") && reached(item.reference_s))
             w.reference = run_.probe_mass_kg(probe);
         if (!w.value && reached(item.at_s)) w.value = run_.probe_mass_kg(probe);
+    } else if (item.kind == "mass_in" || item.kind == "mass_out") {
+        if (!w.value && reached(item.at_s))
+            w.value = run_.soil().moved_kg(item.kind == "mass_in" ? FlowWay::in : FlowWay::out);
     } else if (item.kind == "surface_height") {
         if (!w.value && reached(item.at_s)) w.value = surface_height_m(run_.soil(), item.at_m);
     } else if (item.kind == "body_force" && run_.time_s() > item.from_s && in_window(item)) {
@@ -223,11 +226,16 @@ std::vector<CheckResult> RunChecks::results() const {
 
 CheckResult RunChecks::conserved() const {
     const std::vector<int64_t>& start = run_.totals_at_start().units;
-    const std::vector<int64_t> end = run_.soil().totals().units;
-    CheckResult result{verdict(start == end), "soil_conserved", ""};
-    for (size_t i = 0; i < start.size(); ++i)
+    const SoilTotals now = run_.soil().totals();
+    CheckResult result{Verdict::pass, "soil_conserved", ""};
+    for (size_t i = 0; i < start.size(); ++i) {
+        const int64_t change = now.units[i] - start[i];
+        if (change != now.units_in[i] - now.units_out[i]) result.verdict = Verdict::fail;
         result.figure += fmt::format("{}{}: {} units, {:+} since the start", i ? "; " : "",
-                                     run_.soil().materials()[i].name, end[i], end[i] - start[i]);
+                                     run_.soil().materials()[i].name, now.units[i], change);
+        if (now.units_in[i] != 0 || now.units_out[i] != 0)
+            result.figure += fmt::format(", {} in, {} out", now.units_in[i], now.units_out[i]);
+    }
     return result;
 }
 
@@ -292,6 +300,11 @@ CheckResult RunChecks::result(const Watch& w) const {
                 ", {:.3f} of the {:.1f} kg at {:g} s, {}", fraction, *w.reference, item.reference_s,
                 limits_text(item.min_fraction, item.max_fraction, "of it"));
         }
+    } else if (item.kind == "mass_in" || item.kind == "mass_out") {
+        if (!w.value) return not_reached(item.at_s);
+        result.verdict = verdict(within(*w.value, item.min_kg, item.max_kg));
+        result.figure = fmt::format("{:.2f} kg at {:g} s, {}", *w.value, item.at_s,
+                                    limits_text(item.min_kg, item.max_kg, "kg"));
     } else if (item.kind == "repose_angle") {
         if (!run_.finished_scene()) return not_reached(run_.scene().world.duration_s);
         const std::optional<double> angle = repose_angle_rad(run_.soil(), item.center_m);

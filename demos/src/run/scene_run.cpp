@@ -250,13 +250,12 @@ nlohmann::ordered_json SceneRun::summary() const {
     json["steps_per_s"] = wall_s_ > 0 ? steps_here / wall_s_ : 0.0;
     if (has_soil()) {
         const SoilTotals end = soil().totals();
-        const std::vector<int64_t> none(end.units.size(), 0);  // scenes have no sources or sinks
         json["voxels_total"] = soil().voxels_total();
         json["voxels_active_mean"] = block_active_sum_ / steps * kBlockVoxelCount;
         json["soil_units_start"] = per_material(soil(), totals_at_start_.units);
         json["soil_units_end"] = per_material(soil(), end.units);
-        json["soil_units_in"] = per_material(soil(), none);
-        json["soil_units_out"] = per_material(soil(), none);
+        json["soil_units_in"] = per_material(soil(), end.units_in);
+        json["soil_units_out"] = per_material(soil(), end.units_out);
         double mass_kg = 0;
         for (const double material_kg : end.mass_kg) mass_kg += material_kg;
         json["soil_mass_kg"] = mass_kg;

@@ -38,7 +38,38 @@ struct QuarterTurn {
     }
 };
 
+/// Open sides of a soil whose scene is turned.
+int turned_sides(int sides, const QuarterTurn& turn) {
+    int out = 0;
+    for (int bit = 1; bit <= kOpenSideLast; bit <<= 1) {
+        if ((sides & bit) == 0) continue;
+        const bool is_high = (bit & (kOpenHighX | kOpenHighY | kOpenHighZ)) != 0;
+        const double s = is_high ? 1 : -1;
+        const Vec3 to =
+            turn(Vec3{bit <= kOpenHighX ? s : 0, bit > kOpenHighX && bit <= kOpenHighY ? s : 0,
+                      bit > kOpenHighY ? s : 0});
+        out |= to.x < 0 ? kOpenLowX : to.x > 0 ? kOpenHighX : 0;
+        out |= to.y < 0 ? kOpenLowY : to.y > 0 ? kOpenHighY : 0;
+        out |= to.z < 0 ? kOpenLowZ : to.z > 0 ? kOpenHighZ : 0;
+    }
+    return out;
+}
+
 }  // namespace
+
+SinkDef SinkItem::def() const {
+    SinkDef out;
+    if (shape == "sphere") out.region.kind = ConvexShape::Kind::sphere;
+    if (shape == "cylinder") out.region.kind = ConvexShape::Kind::cylinder;
+    out.region.half_extents_m = 0.5 * size_m;
+    out.region.radius_m = radius_m;
+    out.region.half_height_m = height_m / 2;
+    out.pose = pose;
+    out.rate_kg_s = rate_kg_s;
+    out.start_s = start_s;
+    out.end_s = end_s;
+    return out;
+}
 
 std::vector<ShapeItem> BodyItem::solids() const {
     return shape.shape == "compound" ? parts : std::vector<ShapeItem>{shape};
@@ -71,7 +102,13 @@ void set_up_axis(Scene& scene, UpAxis up) {
     if (scene.soil) {
         turn.apply(scene.soil->def.floor_center_m);
         std::swap(scene.soil->def.size_m.y, scene.soil->def.size_m.z);
+        scene.soil->def.open_sides = turned_sides(scene.soil->def.open_sides, turn);
     }
+    for (SourceItem& source : scene.sources) {
+        turn.apply(source.def.center_m);
+        turn.apply(source.def.direction);
+    }
+    for (SinkItem& sink : scene.sinks) turn.apply(sink.pose);
     for (FillItem& fill : scene.fills) {
         turn.apply_box(fill.min_m, fill.max_m);
         turn.apply(fill.base_center_m);

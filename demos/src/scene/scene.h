@@ -14,6 +14,7 @@
 #include "bsoil/material.h"
 #include "bsoil/result.h"
 #include "bsoil/soil_def.h"
+#include "bsoil/soil_flow.h"
 
 namespace bsoil::scene {
 
@@ -81,6 +82,22 @@ struct FillItem : SceneItem {
     double min_height_m = 0, max_height_m = 1;
     NoiseFill noise;
     HeightMapFill height_map;  ///< read from `file` by load_scene
+};
+
+/// [[source]]
+struct SourceItem : SceneItem {
+    SourceDef def;
+};
+
+/// [[sink]]
+struct SinkItem : SceneItem {
+    std::string shape;
+    Vec3 size_m{1, 1, 1};
+    double radius_m = 0.5, height_m = 1;
+    Pose pose;
+    double rate_kg_s = 0, start_s = 0, end_s = kFlowForever;
+
+    SinkDef def() const;
 };
 
 /// [[terrain]]
@@ -317,6 +334,8 @@ struct Scene {
     std::optional<SoilItem> soil;
     std::vector<MaterialItem> materials;
     std::vector<FillItem> fills;
+    std::vector<SourceItem> sources;
+    std::vector<SinkItem> sinks;
     std::vector<TerrainItem> terrains;
     std::vector<BodyItem> bodies;
     std::vector<JointItem> joints;

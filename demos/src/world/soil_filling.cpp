@@ -40,6 +40,14 @@ Status fill_soil(const Scene& scene, Soil& soil) {
         const Status filled = put_in(fill, material, soil);
         if (!filled) return at(scene, fill, filled);
     }
+    for (const SourceItem& source : scene.sources) {
+        const auto added = soil.add_source(source.def);
+        if (!added) return at(scene, source, Error{added.error()});
+    }
+    for (const SinkItem& sink : scene.sinks) {
+        const auto added = soil.add_sink(sink.def());
+        if (!added) return at(scene, sink, Error{added.error()});
+    }
     return Done{};
 }
 

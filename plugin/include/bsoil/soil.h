@@ -12,6 +12,7 @@
 #include "bsoil/body.h"
 #include "bsoil/condition.h"
 #include "bsoil/soil_def.h"
+#include "bsoil/soil_flow.h"
 #include "bsoil/work_counts.h"
 #include "bsoil/work_threads.h"
 
@@ -50,11 +51,14 @@ struct SettleReport {
     StepReport last_step;      ///< of the last step it made; as new where it made none
 };
 
-/// Totals that never change but by fills, with the soil that lies buried in ground bodies (see
-/// SoilBody::is_static). Units are integers: sums are exact.
+/// Totals that never change but by fills, sources and sinks, with the soil that lies buried in
+/// ground bodies (see SoilBody::is_static). Units are integers: sums are exact.
 struct SoilTotals {
     std::vector<int64_t> units;   ///< per material
     std::vector<double> mass_kg;  ///< per material
+    /// Per material, since the soil was created: what sources have poured in, what sinks and open
+    /// sides have taken out. Not what fill() and take_out() put in and took.
+    std::vector<int64_t> units_in, units_out;
 };
 
 /// What lies at one voxel, for meshing, tests and tools.
@@ -122,6 +126,25 @@ class Soil {
     /// for every step. Returns the units taken out, per material: totals() has as many less. Error:
     /// the region or pose is not valid.
     Result<std::vector<int64_t>> take_out(const ConvexShape& region, const Pose& pose);
+
+    /// Sources and sinks, at most 64 with the open sides. They work in every step from now on; what
+    /// a snapshot holds are they too. Each call between steps costs a write of all their regions.
+    /// The id is unique in this soil. Error: the definition is not valid, its region has no voxel
+    /// of the grid, or too many.
+    /// @{
+    Result<int> add_source(const SourceDef& source);
+    Result<int> add_sink(const SinkDef& sink);
+    /// @}
+    /// Puts one somewhere else; its rate goes on. Error: as above; nothing changes.
+    /// @{
+    Status move_source(int id, Vec3 center_m, Vec3 direction);
+    Status move_sink(int id, const Pose& pose);
+    /// @}
+    Status remove_flow(int id);  ///< a source or sink
+    /// Mass that all sources have poured in, or all sinks and open sides have taken out. Costs
+    /// nothing.
+    double moved_kg(FlowWay way) const;
+    Result<FlowState> flow_state(int id) const;  ///< what a source or sink has done
 
     /// One step of SoilDef::step_s with these bodies. Bad bodies are skipped and reported in the
     /// status bits.

@@ -18,6 +18,16 @@ enum class UpAxis { y, z };
 /// Where the kernels run. `automatic` takes a hardware OpenGL 4.5 device where EGL offers one, else
 /// the CPU.
 enum class Backend { automatic, cpu, gl };
+/// A bit for each side of the grid's box along the world's axes, before SoilDef::yaw_rad turns it.
+enum OpenSide : int {
+    kOpenLowX = 1,
+    kOpenHighX = 2,
+    kOpenLowY = 4,
+    kOpenHighY = 8,
+    kOpenLowZ = 16,
+    kOpenHighZ = 32,
+    kOpenSideLast = kOpenHighZ
+};
 /// How soil that does not fit leaves its voxel after advection (thesis section 3.2.1, Fig. 30).
 enum class OverflowHeuristic {
     even,       ///< into all neighbours evenly
@@ -46,6 +56,8 @@ struct SoilDef {
     int overflow_passes = 4;  ///< passes that spread soil which does not fit, 0..64
     /// how soil that does not fit leaves its voxel
     OverflowHeuristic overflow = OverflowHeuristic::up;
+    /// sides of the grid, OpenSide bits, over whose edge soil falls out of it, 0..63
+    int open_sides = 0;
     int substeps_max = 8;  ///< sub-steps a fast step may be cut into, 1..32
     /// tiles of 8 x 8 columns awake at the same time, 0..4194304; 0: all that fit into 1 GiB
     int tile_capacity = 0;
@@ -80,6 +92,8 @@ struct SoilDef {
           "alpha of the thesis: iterations of force propagation a step", "")                       \
     FIELD(overflow_passes, 0, 64, state, "passes that spread soil which does not fit", "")         \
     FIELD(overflow, 0, 2, state, "how soil that does not fit leaves its voxel", "")                \
+    FIELD(open_sides, 0, 63, state,                                                                \
+          "sides of the grid, OpenSide bits, over whose edge soil falls out of it", "")            \
     FIELD(substeps_max, 1, 32, state, "sub-steps a fast step may be cut into", "")                 \
     FIELD(tile_capacity, 0, 1 << 22, run, "tiles of 8 x 8 columns awake at the same time",         \
           "0: all that fit into 1 GiB")                                                            \

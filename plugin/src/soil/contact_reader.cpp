@@ -16,11 +16,6 @@ namespace {
 constexpr int kContactsMore = 64;
 constexpr size_t kTileSpanWords = static_cast<size_t>(kTileColumns) * kColumnWords;
 
-int64_t wide_sum(const int32_t* words) {
-    return static_cast<int64_t>(static_cast<uint64_t>(static_cast<uint32_t>(words[1])) << 32 |
-                                static_cast<uint32_t>(words[0]));
-}
-
 }  // namespace
 
 void SurfaceReader::want(bool has_contacts, std::vector<device::ReadRange>& ranges) {

@@ -42,6 +42,12 @@ struct Buffer {
 /// Buffer::result: the header and the loads of all bodies, then the contact records.
 inline constexpr int kContactsFirst = kResultHeader + limits::kBodyCapacity * kLoadWords;
 
+/// A 64-bit sum of the kernels, see add_wide().
+inline int64_t wide_sum(const int32_t* words) {
+    return static_cast<int64_t>(static_cast<uint64_t>(static_cast<uint32_t>(words[1])) << 32 |
+                                static_cast<uint32_t>(words[0]));
+}
+
 /// Kilograms of one mass unit: a full voxel of this density has exactly kVoxelFull units.
 inline constexpr double kReferenceDensity = 2000;
 

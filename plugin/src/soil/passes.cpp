@@ -57,7 +57,6 @@ void Passes::look(Kernel kernel, Looker looker, const ListedWork& work) {
     run(kernel, work);
 }
 
-// A kernel that writes deltas, and what adds them to the state.
 void Passes::move(Kernel kernel, const ListedWork& work) {
     core_.stamps.begin_pass();
     run(kernel, work);

@@ -21,10 +21,11 @@ class Passes {
     void collect_contacts();  ///< into Buffer::result
     /// One kernel over one list.
     void run(layout::Kernel kernel, const ListedWork& work);
+    /// A kernel that writes deltas, and what adds them to the state.
+    void move(layout::Kernel kernel, const ListedWork& work);
 
   private:
     void look(layout::Kernel kernel, PassStamps::Looker looker, const ListedWork& work);
-    void move(layout::Kernel kernel, const ListedWork& work);
 
     SoilCore& core_;
     const WorkLists& lists_;

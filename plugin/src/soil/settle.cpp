@@ -64,6 +64,7 @@ class TopsOfTiles {
 // flattest angle of friction) is marked active; the step then decides.
 void Soil::Impl::wake_unstable_columns() {
     tiles.any_unchecked = false;
+    flows.look_anew();  // soil may have been put into a sink
     double flattest = 10;
     for (const MaterialDef& material : materials) {
         flattest = std::min(flattest, std::tan(material.friction_angle_rad));
@@ -137,11 +138,11 @@ Result<SettleReport> Soil::Impl::settle(int steps_max, std::span<const SoilBody>
     }
     SettleReport report;
     // Bodies that the soil has not met displace what they stand in; the ground it has met.
-    report.is_at_rest =
-        lists.active().empty() && std::ranges::all_of(standing, [&](const SoilBody& body) {
-            const auto known = bodies.tracks().find(body.id);
-            return known != bodies.tracks().end() && known->second.is_ground;
-        });
+    report.is_at_rest = lists.active().empty() && !flows.may_work() &&
+                        std::ranges::all_of(standing, [&](const SoilBody& body) {
+                            const auto known = bodies.tracks().find(body.id);
+                            return known != bodies.tracks().end() && known->second.is_ground;
+                        });
     while (!report.is_at_rest && report.step_count < steps_max) {
         report.last_step = step(standing);
         ++report.step_count;

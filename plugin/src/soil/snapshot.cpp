@@ -47,6 +47,14 @@ SavedSoil SoilSnapshot::take() const {
         out.tracks.push_back({id, track.index, track});
     std::sort(out.tracks.begin(), out.tracks.end(),
               [](const SavedTrack& a, const SavedTrack& b) { return a.id < b.id; });
+    for (const Flow& flow : s_.flows.all()) {
+        Flow kept = flow;
+        kept.region = {};
+        out.flows.push_back({std::move(kept)});
+    }
+    out.next_flow = s_.flows.next_id();
+    out.units_in = s_.flows.units_in();
+    out.units_out = s_.flows.units_out();
     TileVoxels voxels;
     for (size_t index = 0; index < s_.tiles.size(); ++index) {
         const Tile* tile = s_.tiles[index].get();
@@ -99,6 +107,9 @@ void SoilSnapshot::put(const SavedSoil& saved) {
     }
     s_.bodies.restart(std::move(tracks), saved.body_ids);
     s_.ground.restart();
+    std::vector<Flow> flows;
+    for (const SavedFlow& f : saved.flows) flows.push_back(f.flow);
+    s_.flows.restart(std::move(flows), saved.next_flow, saved.units_in, saved.units_out);
     // Tiles that held the same share it again.
     std::unordered_map<std::string_view, std::shared_ptr<const PackedTile>> known;
     std::unordered_map<std::string_view, TileBytes> known_bytes;

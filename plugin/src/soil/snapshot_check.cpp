@@ -28,6 +28,8 @@ constexpr int64_t kForceMost = 1 << 30;
 constexpr int64_t kCoverageMost = 1 << 30;
 // Whole units of mass and momentum do not go into quite equal parts: a unit of mass can come with
 // the momentum of this many, at twice the speed (Q10 voxels a step) that any soil gets.
+// Of what sources and sinks have moved: a full grid for a thousand years.
+constexpr int64_t kFlowUnitsMost = int64_t{1} << 62;
 constexpr int64_t kMassSlack = 256;
 constexpr int64_t kSpeedSlack = 2 * (kSpeedMost / 64);
 
@@ -138,6 +140,45 @@ Status SoilSnapshot::check_bodies(const SavedSoil& saved) const {
             return damaged("body {} stands in blocks outside of the grid", t.id);
         before = t.id;
     }
+    return Done{};
+}
+
+// Definitions as add_source() and add_sink() take them, counts that a run can come to.
+Status SoilSnapshot::check_flows(const SavedSoil& saved) const {
+    if (saved.flows.size() > kFlowCapacity)
+        return damaged("{} sources and sinks, at most {} are possible", saved.flows.size(),
+                       kFlowCapacity);
+    const auto materials = s_.materials.size();
+    if (saved.units_in.size() != materials || saved.units_out.size() != materials)
+        return damaged("{} and {} sums of what came and went, there are {} materials",
+                       saved.units_in.size(), saved.units_out.size(), materials);
+    const auto is_count = [](int64_t units) { return units >= 0 && units <= kFlowUnitsMost; };
+    if (!std::ranges::all_of(saved.units_in, is_count) ||
+        !std::ranges::all_of(saved.units_out, is_count))
+        return damaged("what came or went is less than nothing");
+    const auto side_count = std::ranges::count_if(
+        s_.flows.all(), [](const Flow& flow) { return flow.kind == FlowKind::open_side; });
+    int32_t before = 0;
+    for (size_t i = 0; i < saved.flows.size(); ++i) {
+        Flow flow = saved.flows[i].flow;
+        if (!is_count(flow.units) || !is_count(flow.missed_units) || !is_count(flow.held_units) ||
+            !is_count(flow.lump_count) ||
+            !(flow.since_s >= 0 && flow.since_s <= static_cast<double>(kStepsMost)))
+            return damaged("source or sink {} has moved {} units, missed {}, left {}", flow.id,
+                           flow.units, flow.missed_units, flow.held_units);
+        const bool is_side = flow.kind == FlowKind::open_side;
+        if (is_side != (static_cast<int64_t>(i) < side_count) ||
+            (is_side && flow.id != s_.flows.all()[i].id))
+            return damaged("its open sides are not those of the soil");
+        if (is_side) continue;
+        if (flow.id <= before || flow.id >= saved.next_flow)
+            return damaged("source or sink {} follows {}, the next is {}", flow.id, before,
+                           saved.next_flow);
+        before = flow.id;
+        if (Status placed = s_.flows.place(flow); !placed) return damaged("{}", placed.error());
+    }
+    if (static_cast<int64_t>(saved.flows.size()) < side_count)
+        return damaged("its open sides are not those of the soil");
     return Done{};
 }
 
@@ -317,6 +358,7 @@ Status SoilSnapshot::check_state(const SavedSoil& saved) const {
     }
     if (!are_blocks_sound(blocks)) return damaged("an active block is outside of the grid");
     if (Status status = check_bodies(saved); !status) return status;
+    if (Status status = check_flows(saved); !status) return status;
     TileVoxels kept, bodies;
     kept.reset(s_.height, s_.kept_planes);
     bodies.reset(s_.height, kBodyPlaneCount);

@@ -136,9 +136,10 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     p.contact_offset = kContactsFirst;
     p.contact_capacity = limits::kContactCapacity;
     const int64_t result_size = kContactsFirst + int64_t{limits::kContactCapacity} * kContactWords;
+    p.flow_result = static_cast<int32_t>(result_size);
     for (const auto& [buffer, words] :
          {std::pair{Buffer::tables, static_cast<int64_t>(tables.size())},
-          std::pair{Buffer::result, result_size}}) {
+          std::pair{Buffer::result, result_size + kFlowCapacity * kFlowResultWords}}) {
         if (Status status = s.device->allocate(buffer, words); !status) {
             return Error{status.error()};
         }
@@ -147,6 +148,7 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     s.passes.start();
     s.shapes.start();
     s.lists.start();
+    s.flows.start(std::move(tables));
     return std::unique_ptr<Soil>(new Soil(std::move(impl)));
 }
 
@@ -206,6 +208,8 @@ SoilTotals Soil::totals() const {
             count();
         }
     }
+    totals.units_in = s.flows.units_in();
+    totals.units_out = s.flows.units_out();
     for (int64_t units : totals.units) {
         totals.mass_kg.push_back(static_cast<double>(units) * s.kg_per_unit);
     }

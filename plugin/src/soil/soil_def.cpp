@@ -38,6 +38,12 @@ Status SoilDef::validate() const {
             "larger voxels or a smaller box",
             across, along, static_cast<double>(across * along),
             static_cast<double>(limits::kGridColumnsMax))};
+    const int along_up = up == UpAxis::y ? kOpenLowY | kOpenHighY : kOpenLowZ | kOpenHighZ;
+    if ((open_sides & along_up) != 0)
+        return Error{
+            fmt::format("open_sides is {}, which opens the grid's bottom or top: must be "
+                        "made of the bits of its four sides",
+                        open_sides)};
     const std::vector<MaterialDef> list = material_list();
     if (list.size() > limits::kMaterialCapacity) {
         return Error{fmt::format("materials has {} entries, at most {} are possible", list.size(),

@@ -7,6 +7,7 @@
 ///   GroundBodies   bodies that are terrain
 ///   ShapeUpload    what the device is told of shapes
 ///   Passes         which kernels run in which order
+///   Flows          sources, sinks, open sides
 ///   ContactReader  contacts and loads; what meets bodies is in src/contact/
 ///   StepReader     what a step has changed
 ///   TileSampler    questions about single voxels
@@ -20,6 +21,7 @@
 
 #include "soil/contact_reader.h"
 #include "soil/fill_columns.h"
+#include "soil/flows.h"
 #include "soil/ground_bodies.h"
 #include "soil/passes.h"
 #include "soil/shape_upload.h"
@@ -34,8 +36,9 @@ struct Soil::Impl : SoilCore {
     GroundBodies ground{*this, tiles, bodies, lists};
     ShapeUpload shapes{*this};
     Passes passes{*this, lists};
+    Flows flows{*this, tiles, lists, passes};
     ContactReader contacts{*this, tiles, bodies, ground};
-    StepReader results{*this, tiles, bodies, lists, contacts};
+    StepReader results{*this, tiles, bodies, lists, contacts, flows};
     mutable TileSampler sampler{*this, tiles};
     std::string device_reason;
 

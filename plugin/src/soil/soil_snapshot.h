@@ -56,6 +56,30 @@ struct SavedTrack {
     }
 };
 
+/// A source, sink or open side. What follows from its definition is made anew.
+struct SavedFlow {
+    Flow flow;
+
+    void list(StateStream& stream) {
+        SourceDef& in = flow.source;
+        SinkDef& out = flow.sink;
+        stream.choice(flow.kind, FlowKind::open_side);
+        stream(flow.id, flow.units, flow.missed_units, flow.held_units, flow.lump_count,
+               flow.is_fresh, flow.since_s);
+        if (flow.kind == FlowKind::source) {
+            stream.choice(in.shape, SourceDef::Shape::rectangle);
+            stream(in.center_m, in.direction, in.radius_m, in.length_m, in.width_m, in.turn_rad,
+                   in.speed_m_s, in.spread_rad, in.rate_kg_s, in.rate_m3_s, in.start_s, in.end_s,
+                   in.material);
+        } else if (flow.kind == FlowKind::sink) {
+            stream.choice(out.region.kind, ConvexShape::Kind::cone);
+            stream(out.region.local, out.region.half_extents_m, out.region.radius_m,
+                   out.region.half_height_m, out.region.rounding_m, out.pose, out.rate_kg_s,
+                   out.start_s, out.end_s);
+        }
+    }
+};
+
 struct SavedActive {
     BlockKey block = 0;
     int64_t changed = 0;
@@ -73,6 +97,9 @@ struct SavedSoil {
     std::vector<int32_t> body_ids;
     std::vector<SavedTrack> tracks;
     std::vector<SavedTile> tiles;
+    std::vector<SavedFlow> flows;
+    int32_t next_flow = 1;
+    std::vector<int64_t> units_in, units_out;
 
     void list(StateStream& stream) {
         stream.list(materials, 8, [&](std::string& name) { stream(name); });
@@ -83,6 +110,8 @@ struct SavedSoil {
         stream(body_ids);
         stream.list(tracks, 140, [&](SavedTrack& t) { t.list(stream); });
         stream.list(tiles, 38, [&](SavedTile& t) { t.list(stream); });
+        stream.list(flows, 49, [&](SavedFlow& f) { f.list(stream); });
+        stream(next_flow, units_in, units_out);
     }
 };
 
@@ -99,6 +128,7 @@ class SoilSnapshot {
     Status check_meaning(const SavedSoil& saved) const;
     Status check_state(const SavedSoil& saved) const;
     Status check_bodies(const SavedSoil& saved) const;
+    Status check_flows(const SavedSoil& saved) const;
     Status check_soil(const SavedTile& tile, const TileVoxels& kept) const;
     Status check_fill_up(const SavedTile& tile, const TileVoxels& kept,
                          const TileVoxels* bodies) const;

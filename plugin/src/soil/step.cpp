@@ -30,15 +30,13 @@ struct Substeps {
 };
 
 // What falls is faster by gravity in this step than in the last, and may get a body's speed.
-Substeps cut_step(SoilCore& core, const BodyTable& bodies) {
+Substeps cut_step(SoilCore& core, const BodyTable& bodies, double pouring_speed_voxels) {
     const int most = core.def.substeps_max;
     const double reach = bodies.reach_voxels();
+    const double speed =
+        std::max(static_cast<double>(core.speed_q16) / 65536, pouring_speed_voxels);
     const double fall =
-        core.speed_q16 > 0
-            ? std::max(reach,
-                       static_cast<double>(core.speed_q16 + core.params.gravity_q16) / 65536) +
-                  kSpeedMargin
-            : 0;
+        speed > 0 ? std::max(reach, speed + core.params.gravity_q16 / 65536.0) + kSpeedMargin : 0;
     Substeps cut;
     cut.of_bodies = std::clamp(static_cast<int>(std::ceil(reach)), 1, most);
     cut.of_falls = std::clamp(static_cast<int>(std::ceil(fall / cut.of_bodies)), 1,
@@ -78,23 +76,26 @@ void Soil::Impl::list_work() {
     if (tiles.any_unchecked) {
         wake_unstable_columns();
     }
+    flows.begin_step();
     lists.mark_bodies(bodies.in_step());
     lists.wake_active();
     lists.mark_woken(bodies.in_step());
     tiles.upload();
     lists.build();
+    flows.list();
 }
 
 StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     device::DeviceSession session(*device);
     begin_step();
     bodies.meet(input);
-    const Substeps substeps = cut_step(*this, bodies);
+    const Substeps substeps = cut_step(*this, bodies, flows.pouring_speed_voxels());
     list_work();
     // No body has moved and no soil may move: all there is to find out is known.
     const bool is_quiet = bodies.are_same() && contacts.are_known() && !lists.any_work();
 
     device->fill_zero(Buffer::result, 0, kContactsFirst);
+    flows.clear_results();
     params.body_substep_count = substeps.of_bodies;
     for (int s = 0; s < substeps.of_bodies; ++s) {
         device->mark_stage(kVoxelize);
@@ -103,6 +104,9 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
                           static_cast<double>(s + 1) / substeps.of_bodies);
             lists.build_pairs(shapes);
             passes.voxelize();
+        }
+        if (s == 0) {
+            flows.pour();
         }
         device->mark_stage(kDeform);
         passes.deform();
@@ -119,6 +123,8 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
         passes.slip();
     }
 
+    flows.take();
+
     device->mark_stage(kContacts);
     if (is_quiet) {
         speed_q16 = slope_q16 = 0;
@@ -130,6 +136,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     if (!is_quiet) {
         results.note_activity();
     }
+    flows.note_results(is_quiet);
     tiles.sleep_idle();
     session.end();
     return report(substeps.count(), is_quiet);

@@ -18,6 +18,7 @@ void StepReader::read() {
     ranges_.push_back({Buffer::block_flags, kFlagChanged * tiles_.block_count(), flag_words_});
     ranges_.push_back({Buffer::tile_table, 0, table_words_});
     contacts_.want(lists_.contacts().group_count > 0, ranges_);
+    flows_.want(ranges_);
     core_.device->read(ranges_);
     note_kernel_conditions();
     core_.speed_q16 = header_[kResultSpeed];

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "soil/contact_reader.h"
+#include "soil/flows.h"
 #include "soil/work_lists.h"
 
 namespace bsoil {
@@ -11,8 +12,13 @@ namespace bsoil {
 class StepReader {
   public:
     StepReader(SoilCore& core, TileTable& tiles, BodyTable& bodies, WorkLists& lists,
-               ContactReader& contacts)
-        : core_(core), tiles_(tiles), bodies_(bodies), lists_(lists), contacts_(contacts) {}
+               ContactReader& contacts, Flows& flows)
+        : core_(core),
+          tiles_(tiles),
+          bodies_(bodies),
+          lists_(lists),
+          contacts_(contacts),
+          flows_(flows) {}
 
     /// Waits for the device. After it: conditions that the kernels noted, the speed and slope that
     /// the step left, contacts and loads.
@@ -29,6 +35,7 @@ class StepReader {
     BodyTable& bodies_;
     WorkLists& lists_;
     ContactReader& contacts_;
+    Flows& flows_;
     // Scratch, kept so that a step does not allocate once warm.
     std::vector<int32_t> header_, flag_words_, table_words_;
     std::vector<device::ReadRange> ranges_;

@@ -255,6 +255,20 @@ void WorkLists::build() {
                         static_cast<int64_t>(kFlagListed) * listed_flags_.size(), listed_flags_);
 }
 
+void WorkLists::add_list(ListedWork& list, std::span<const std::pair<int32_t, int32_t>> groups) {
+    const std::span<const int> slot_tile = tiles_.slot_tiles();
+    WorkListBuilder builder(list, words_);
+    for (size_t i = 0; i < groups.size();) {
+        const int slot = groups[i].first;
+        builder.begin_tile(slot_tile[slot] % core_.tiles_x, slot_tile[slot] / core_.tiles_x);
+        for (; i < groups.size() && groups[i].first == slot; ++i) {
+            builder.add(groups[i].first, groups[i].second);
+        }
+        builder.end_tile();
+    }
+    used_ = words_.size();
+}
+
 // (block, shape) pairs of the blocks whose coverage is made anew.
 void WorkLists::build_pairs(const ShapeUpload& shapes) {
     const std::span<const int> slot_tile = tiles_.slot_tiles();

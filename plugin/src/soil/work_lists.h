@@ -48,9 +48,17 @@ class WorkLists {
     void mark_all();
     /// The lists out of all that was marked.
     void build();
+    /// One more, of pairs of words, the first of which is a slot; in the order of the slots.
+    /// Between build() and build_pairs().
+    void add_list(ListedWork& list, std::span<const std::pair<int32_t, int32_t>> groups);
     /// (block, shape) pairs of the blocks whose coverage is made anew. Uploads the lists.
     void build_pairs(const ShapeUpload& shapes);
 
+    bool is_listed(int slot, int zb) const {
+        const auto block = static_cast<size_t>(slot) * static_cast<size_t>(core_.blocks_per_tile) +
+                           static_cast<size_t>(zb);
+        return listed_step_[block] == core_.step_index;
+    }
     const ListedWork& listed() const { return listed_; }     ///< soil may move
     const ListedWork& tiles() const { return tile_; }        ///< tiles with a listed block
     const ListedWork& rebuild() const { return rebuild_; }   ///< coverage is made anew

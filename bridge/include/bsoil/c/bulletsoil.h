@@ -136,6 +136,9 @@ typedef struct bulletsoil_soil_def {
     int32_t overflow_passes; /**< passes that spread soil which does not fit, 0..64 */
     int32_t contact_law;     /**< what soil does to bodies: BULLETSOIL_CONTACT_... */
     uint32_t reserved;       /**< 0 */
+    /** sides of the grid, OpenSide bits, over whose edge soil falls out of it, 0..63 */
+    int32_t open_sides;
+    uint32_t reserved_2; /**< 0 */
 } bulletsoil_soil_def;
 
 /** Sets `def`, of `struct_size` = sizeof *def bytes, to the defaults: 12 x 2 x 12 m, voxels of 5
@@ -168,6 +171,68 @@ bulletsoil_result bulletsoil_fill_cylinder(bulletsoil_soil* soil, const double b
  * each 2..32768; stretched over it. */
 bulletsoil_result bulletsoil_fill_height_map(bulletsoil_soil* soil, int32_t width, int32_t height,
                                              const float* heights_m, const char* material);
+
+/* -------- soil that comes and goes -------- */
+
+enum { BULLETSOIL_SOURCE_DISC = 0, BULLETSOIL_SOURCE_RECTANGLE = 1 };
+
+/** A region out of which soil comes; see SourceDef in <bsoil/soil_flow.h>. */
+typedef struct bulletsoil_source {
+    size_t struct_size;   /**< set by bulletsoil_source_init */
+    double center_m[3];   /**< world */
+    double direction[3];  /**< the soil leaves along it, square to the region; zero: down */
+    double radius_m;      /**< of a disc, 1e-4..1e4 */
+    double length_m;      /**< of a rectangle, 1e-4..1e4 */
+    double width_m;       /**< across its length, 1e-4..1e4 */
+    double turn_rad;      /**< of the rectangle about its direction, -7..7 */
+    double speed_m_s;     /**< with which the soil leaves, 0..100; at most 8 voxels a step */
+    double spread_rad;    /**< half the angle of a jet's cone, 0..1 */
+    double rate_kg_s;     /**< one of the two rates is above 0 */
+    double rate_m3_s;     /**< of loose soil */
+    double start_s;       /**< simulated time of the soil, 0..1e9 */
+    double end_s;         /**< likewise; 1e9 by default */
+    const char* material; /**< a name out of the definition; null: its first */
+    int32_t shape;        /**< BULLETSOIL_SOURCE_... */
+    uint32_t reserved;    /**< 0 */
+} bulletsoil_source;
+
+enum { BULLETSOIL_SINK_BOX = 0, BULLETSOIL_SINK_SPHERE = 1, BULLETSOIL_SINK_CYLINDER = 3 };
+
+/** A region that takes soil away; see SinkDef in <bsoil/soil_flow.h>. */
+typedef struct bulletsoil_sink {
+    size_t struct_size;    /**< set by bulletsoil_sink_init */
+    double center_m[3];    /**< world */
+    double rotation[4];    /**< unit quaternion x, y, z, w; the region's frame -> world */
+    double size_m[3];      /**< full edge lengths of a box */
+    double radius_m;       /**< of a sphere or cylinder */
+    double height_m;       /**< of a cylinder, along its z */
+    double rate_kg_s;      /**< what it takes, as far as there is soil; 0: all, in every step */
+    double start_s, end_s; /**< simulated time of the soil, 0..1e9 */
+    int32_t shape;         /**< BULLETSOIL_SINK_... */
+    uint32_t reserved;     /**< 0 */
+} bulletsoil_sink;
+
+/** Sets `source`, of `struct_size` = sizeof *source bytes, to a disc that pours nothing yet. */
+bulletsoil_result bulletsoil_source_init(bulletsoil_source* source, size_t struct_size);
+/** Sets `sink`, of `struct_size` = sizeof *sink bytes, to a box of 1 m that takes all. */
+bulletsoil_result bulletsoil_sink_init(bulletsoil_sink* sink, size_t struct_size);
+/** Works from the next soil step on. *id, which may be null, names it in the calls below. */
+bulletsoil_result bulletsoil_add_source(bulletsoil_soil* soil, const bulletsoil_source* source,
+                                        int32_t* id);
+bulletsoil_result bulletsoil_add_sink(bulletsoil_soil* soil, const bulletsoil_sink* sink,
+                                      int32_t* id);
+/** Ends a source or sink. */
+bulletsoil_result bulletsoil_remove_flow(bulletsoil_soil* soil, int32_t id);
+/** Mass that it has moved so far. */
+bulletsoil_result bulletsoil_get_flow_mass(const bulletsoil_soil* soil, int32_t id,
+                                           double* mass_kg);
+/**
+ * Integer units of each material that sources have poured in, and that sinks and open sides have
+ * taken out. Either array may be null; both have room for `capacity` entries, at least as many as
+ * there are materials. Costs a pass over everything.
+ */
+bulletsoil_result bulletsoil_get_flow_totals(const bulletsoil_soil* soil, size_t capacity,
+                                             int64_t* units_in, int64_t* units_out);
 
 /** What bulletsoil_settle did, and what it left. */
 typedef struct bulletsoil_settle_report {
@@ -231,7 +296,8 @@ bulletsoil_result bulletsoil_get_step_count(const bulletsoil_soil* soil, int64_t
 /** Materials of this soil, in the order of its definition. */
 bulletsoil_result bulletsoil_get_material_count(const bulletsoil_soil* soil, size_t* count);
 /**
- * Amount of each material: integer units, which only fills change, and mass. Either array may be
+ * Amount of each material: integer units, which only fills, sources and sinks
+ * change, and mass. Either array may be
  * null; both have room for `capacity` entries, at least as many as there are materials. Costs a
  * pass over everything.
  */
