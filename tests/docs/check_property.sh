@@ -43,7 +43,7 @@ target_link_libraries(property_keys PRIVATE BulletSoil::soil fmt::fmt)
 # And of the C interface.
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(BULLET REQUIRED IMPORTED_TARGET bullet)
-add_library(property_c OBJECT sources/bridge/src/c_api.cpp)
+add_library(property_c OBJECT sources/bridge/src/c_structs.cpp)
 target_include_directories(property_c PRIVATE sources/bridge/include sources/bridge/src)
 target_link_libraries(property_c PRIVATE BulletSoil::soil PkgConfig::BULLET)
 target_compile_definitions(property_c PRIVATE BULLETSOIL_SCALAR_BITS=32)

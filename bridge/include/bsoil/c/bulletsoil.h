@@ -219,6 +219,7 @@ bulletsoil_result bulletsoil_sink_init(bulletsoil_sink* sink, size_t struct_size
 /** Works from the next soil step on. *id, which may be null, names it in the calls below. */
 bulletsoil_result bulletsoil_add_source(bulletsoil_soil* soil, const bulletsoil_source* source,
                                         int32_t* id);
+/** As bulletsoil_add_source. */
 bulletsoil_result bulletsoil_add_sink(bulletsoil_soil* soil, const bulletsoil_sink* sink,
                                       int32_t* id);
 /** Ends a source or sink. */

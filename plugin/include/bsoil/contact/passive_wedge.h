@@ -1,6 +1,8 @@
 /// The wedge of soil that a wall pushes up before it: what bounds its resistance.
 #pragma once
 
+#include "bsoil/cxx20.h"
+
 #pragma GCC visibility push(default)
 namespace bsoil {
 
