@@ -29,6 +29,13 @@ Mesh mesh_of(const TileSource& source, const SurfaceMeshDef& def = {}) {
     return mesh;
 }
 
+size_t floor_triangle_count(const Mesh& mesh) {
+    size_t count = 0;
+    for (size_t t = 0; t < mesh.triangle_count(); ++t)
+        count += normal(mesh, mesh.indices[3 * t]).z < -0.5;
+    return count;
+}
+
 /// Bumps of several wavelengths; some slopes steep, some columns empty.
 double hills(double x, double y) {
     return 6 + 4 * std::sin(0.37 * x) * std::cos(0.29 * y) + 3 * std::sin(0.11 * x * y * 0.1) -
@@ -356,10 +363,46 @@ TEST(SurfaceMesh, mesh_is_in_world_axes_and_metres) {
 TEST(SurfaceMesh, open_floor_leaves_out_only_the_floor) {
     VoxelTiles tiles(16, 16, 16);
     tiles.fill_heights([](double, double) { return 6.5; });
-    const size_t closed = mesh_of(tiles).triangle_count();
-    const Mesh open = mesh_of(tiles, {.close_floor = false});
-    // 16 sample columns and two on the sides: 17 x 17 squares of two triangles.
-    EXPECT_EQ(open.triangle_count(), closed - 2 * 17 * 17);
+    const Mesh closed = mesh_of(tiles), open = mesh_of(tiles, {.close_floor = false});
+    EXPECT_EQ(open_edge_count(closed), 0);
+    EXPECT_GT(floor_triangle_count(closed), 0);
+    EXPECT_EQ(floor_triangle_count(open), 0);
+    EXPECT_EQ(open.triangle_count(), closed.triangle_count() - floor_triangle_count(closed));
+}
+
+TEST(SurfaceMesh, most_triangles_are_the_grounds_top) {
+    VoxelTiles tiles(64, 64, 48);
+    tiles.fill_heights(
+        [](double x, double y) { return 30 + std::sin(0.3 * x) + std::cos(0.2 * y); });
+    const Mesh mesh = mesh_of(tiles);
+    EXPECT_EQ(open_edge_count(mesh), 0);
+    size_t top_count = 0;
+    for (size_t t = 0; t < mesh.triangle_count(); ++t)
+        top_count += normal(mesh, mesh.indices[3 * t]).z > 0.5;
+    EXPECT_GE(top_count, 2 * 65 * 65u);
+    // Square by square the floor has as many again, and the sides as many as the ground is deep.
+    EXPECT_LT(mesh.triangle_count() - top_count, top_count / 3);
+}
+
+TEST(SurfaceMesh, layers_of_materials_end_where_they_end_on_the_sides) {
+    VoxelTiles tiles(24, 24, 24);
+    tiles.fill_heights([](double, double) { return 20.0; });
+    const auto border = [](int x) { return 5 + x / 3; };
+    tiles.for_each_voxel(
+        [&](int x, int y, int z) { tiles.material(x, y, z) = z < border(x) ? 0 : 1; });
+    const Mesh mesh = mesh_of(tiles);
+    const auto& lower = tiles.materials()[0].color;
+    int lower_count = 0, upper_count = 0;
+    for (size_t v = 0; v < mesh.vertex_count(); ++v) {
+        const Vec3 p = vertex(mesh, v);
+        if (p.y > 0 || p.z <= 0 || p.z > 19 || p.x < 1 || p.x > 23) continue;
+        const bool is_lower = mesh.colors[3 * v] == lower[0];
+        (is_lower ? lower_count : upper_count)++;
+        EXPECT_EQ(is_lower, p.z < border(static_cast<int>(p.x))) << p.x << ", " << p.z;
+    }
+    EXPECT_GE(lower_count,
+              22);  // each column has kept its last of the one and its first of the other
+    EXPECT_GE(upper_count, 22);
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 #version 330 core
 // Lights what surface.frag has seen: sun with soft-edged shadows, sky and bounce light by the normal's height, ambient occlusion;
-// grains of soil from a volume of noise. The sky where nothing is seen. Writes the picture's own sRGB colours, and in alpha
-// a number by which smooth.frag tells one face from the next.
+// grains of soil from a volume of noise. Writes the picture's own sRGB colours, and in alpha a number by which edges.frag tells
+// one face from the next. Drawn at the far plane where the depth is less: a software GL then leaves out blocks of pixels.
 in vec2 screen;
 out vec4 color;
 
@@ -15,7 +15,6 @@ uniform float pixel_m;              // width of a pixel at 1 m
 uniform vec3 up;
 uniform vec3 to_sun;
 uniform vec3 horizon_color;
-uniform vec3 zenith_color;
 uniform sampler2DShadow shadow_map;
 uniform mat4 shadow_clip;      // world axes about the eye -> the shadow map, 0..1
 uniform float shadow_bias_m;   // along the normal: keeps a surface out of its own shadow
@@ -43,20 +42,15 @@ float sun_share(vec3 place) {
 // Filmic curve, fit by Krzysztof Narkowicz (2015).
 vec3 filmic(vec3 x) { return clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0); }
 
-vec3 sky(vec3 direction) {
-    float height = max(0.0, dot(direction, up));
-    vec3 clear = mix(horizon_color, zenith_color, 1.0 - exp(-3.0 * height));
-    return clear + 0.25 * pow(max(0.0, dot(direction, to_sun)), 24.0) * vec3(1.0, 0.85, 0.6);
+float to_the_60th(float x) {
+    float x4 = x * x * x * x, x8 = x4 * x4, x16 = x8 * x8;
+    return x16 * x16 * x16 * x8 * x4;
 }
 
 void main() {
     ivec2 here = ivec2(gl_FragCoord.xy);
-    vec3 sight = ray + screen.x * ray_x + screen.y * ray_y;
     float depth_here = texelFetch(depth, here, 0).r;
-    if (depth_here >= 1.0) {
-        color = vec4(pow(sky(normalize(sight)), vec3(1.0 / 2.2)), 1.0);
-        return;
-    }
+    vec3 sight = ray + screen.x * ray_x + screen.y * ray_y;
     vec4 seen = texelFetch(albedo_material, here, 0);
     vec3 albedo = seen.rgb * seen.rgb;
     int row = int(255.0 * seen.a + 0.5);
@@ -102,8 +96,8 @@ void main() {
     vec3 shaded = base * light;
     if (material.y > 0.0) {
         vec3 to_eye = -normalize(sight);
-        float highlight = pow(max(dot(normal, normalize(to_sun + to_eye)), 0.0), 60.0);
-        float rim = pow(1.0 - max(dot(normal, to_eye), 0.0), 5.0);
+        float highlight = to_the_60th(max(dot(normal, normalize(to_sun + to_eye)), 0.0));
+        float off = 1.0 - max(dot(normal, to_eye), 0.0), rim = off * off * off * off * off;
         shaded += material.y * (0.5 * highlight * sun * kSun + 0.5 * rim * kSky * open_share);
     }
     shaded = mix(filmic(0.66 * shaded), albedo, material.z);

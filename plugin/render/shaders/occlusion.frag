@@ -1,9 +1,9 @@
 #version 330 core
-// Reads the depth of the view; writes the share of the sky that near surfaces leave open.
+// Reads the depth of the view; writes the share of the sky that near surfaces leave open, and the distance for smooth.frag.
 // Horizon-free variant: points of a spiral disc around the pixel are placed in view space, and each
 // occludes by its angle above the tangent plane, less with distance.
 in vec2 screen;
-out float open_share;
+out vec2 open_distance;
 uniform sampler2D depth;
 uniform vec2 depth_to_distance;  // distance = y / (x + 2 depth - 1)
 uniform vec4 to_view;            // a point 1 m deep: xy * screen + zw
@@ -26,10 +26,7 @@ vec3 view_position(vec2 uv) {
 
 void main() {
     vec2 uv = 0.5 * screen + 0.5;
-    if (texture(depth, uv).r >= 1.0) {
-        open_share = 1.0;
-        return;
-    }
+    if (texture(depth, uv).r >= 1.0) discard;
     vec3 p = view_position(uv);
     // The flatter of the two differences each way is the one that stays on the surface.
     vec3 right = view_position(uv + vec2(texel.x, 0)) - p, left = p - view_position(uv - vec2(texel.x, 0));
@@ -50,5 +47,5 @@ void main() {
         float rise = dot(d, normal) / distance_m - kBias;
         sum += max(rise, 0.0) * max(0.0, 1.0 - distance_m / (1.5 * radius_m));
     }
-    open_share = clamp(1.0 - 2.2 * sum / float(kTapCount), 0.0, 1.0);
+    open_distance = vec2(clamp(1.0 - 2.2 * sum / float(kTapCount), 0.0, 1.0), -p.z);
 }

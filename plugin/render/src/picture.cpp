@@ -21,6 +21,15 @@ glm::vec2 texel_of(const Target& target) {
     return {1.0f / static_cast<float>(target.width), 1.0f / static_cast<float>(target.height)};
 }
 
+/// The line of sight through each place of the screen.
+void set_rays(const Uniforms& uniforms, const Frame& f) {
+    const glm::vec4 to_view = f.to_view();
+    const glm::mat3 to_world = glm::transpose(glm::mat3(f.look));
+    uniforms.set("ray", to_world * glm::vec3(to_view.z, to_view.w, -1));
+    uniforms.set("ray_x", to_view.x * to_world[0]);
+    uniforms.set("ray_y", to_view.y * to_world[1]);
+}
+
 }  // namespace
 
 Status Picture::create() {
@@ -36,7 +45,9 @@ Status Picture::create() {
         {smooth_, "smooth", shaders::screen_vert, shaders::smooth_frag},
         {light_, "light", shaders::screen_vert, shaders::light_frag},
         {line_, "line", shaders::line_vert, shaders::line_frag},
+        {sky_, "sky", shaders::screen_vert, shaders::sky_frag},
         {finish_, "finish", shaders::screen_vert, shaders::finish_frag},
+        {edges_, "edges", shaders::screen_vert, shaders::edges_frag},
         {buffers_, "buffers", shaders::surface_vert, shaders::buffers_frag},
     };
     for (const auto& entry : programs) {
@@ -80,10 +91,9 @@ void Picture::create_targets(int width, int height) {
     seen_ = create_surface_target("what is seen", samples_aside_ * width, samples_aside_ * height);
     // Ambient occlusion is soft: half the resolution does.
     const int half_width = (width + 1) / 2, half_height = (height + 1) / 2;
-    rough_occlusion_ = create_color_target("rough occlusion", half_width, half_height, GL_R8);
+    rough_occlusion_ = create_color_target("rough occlusion", half_width, half_height, GL_RG32F);
     smooth_occlusion_ = create_color_target("occlusion", half_width, half_height, GL_R8);
-    lit_ = create_color_target("lit", seen_.width, seen_.height, GL_RGBA8);
-    lit_with_depth_ = join_targets("lit, with depth", lit_.color, seen_.depth);
+    lit_ = create_lit_target("lit", seen_.width, seen_.height);
     picture_ = create_color_target("picture", width, height, GL_RGBA8);
 }
 
@@ -120,15 +130,13 @@ void Picture::draw_surface(const Frame& f) {
 
 /// Ambient occlusion from the depth. Without it all is open.
 void Picture::draw_occlusion(const Frame& f) {
-    if (!def_.occlusion) {
-        smooth_occlusion_.bind();
-        glClearColor(1, 1, 1, 1);
-        glClear(GL_COLOR_BUFFER_BIT);
-        glClearColor(0, 0, 0, 0);
-        return;
-    }
+    const GLfloat nothing_seen[4] = {0, 0, 0, 0}, all_open[4] = {1, 1, 1, 1};
+    smooth_occlusion_.bind();
+    glClearBufferfv(GL_COLOR, 0, all_open);
+    if (!def_.occlusion) return;
     bind_texture(kDepthUnit, GL_TEXTURE_2D, seen_.depth);
     rough_occlusion_.bind();
+    glClearBufferfv(GL_COLOR, 0, nothing_seen);
     const Uniforms uniforms(occlusion_);
     uniforms.set_unit("depth", kDepthUnit);
     uniforms.set("depth_to_distance", f.depth_to_distance());
@@ -139,14 +147,12 @@ void Picture::draw_occlusion(const Frame& f) {
     draw_screen();
     smooth_occlusion_.bind();
     const Uniforms smooth_uniforms(smooth_);
-    smooth_uniforms.set_unit("depth", kDepthUnit);
     smooth_uniforms.set_unit("occlusion", kOcclusionUnit);
-    smooth_uniforms.set("texel", texel_of(rough_occlusion_));
     bind_texture(kOcclusionUnit, GL_TEXTURE_2D, rough_occlusion_.color);
     draw_screen();
 }
 
-/// Light on what is seen, and the sky.
+/// Light on what is seen.
 void Picture::light(const Frame& f) {
     const Uniforms uniforms(light_);
     uniforms.set_unit("depth", kDepthUnit);
@@ -166,24 +172,31 @@ void Picture::light(const Frame& f) {
     static_assert(sizeof(SurfaceMaterial) == 8 * sizeof(float));
     if (!f.materials.empty()) fill_table(2, {&f.materials[0].look.x, 8 * f.materials.size()});
 
-    const glm::vec4 to_view = f.to_view();
-    const glm::mat3 to_world = glm::transpose(glm::mat3(f.look));
-    uniforms.set("ray", to_world * glm::vec3(to_view.z, to_view.w, -1));
-    uniforms.set("ray_x", to_view.x * to_world[0]);
-    uniforms.set("ray_y", to_view.y * to_world[1]);
+    set_rays(uniforms, f);
     uniforms.set("depth_to_distance", f.depth_to_distance());
-    uniforms.set("pixel_m", 2 * to_view.y / static_cast<float>(lit_.height));
+    uniforms.set("pixel_m", 2 * f.to_view().y / static_cast<float>(lit_.height));
     uniforms.set("up", glm::vec3(f.up));
     uniforms.set("to_sun", glm::vec3(f.to_sun));
     uniforms.set("horizon_color", kHorizonColor);
-    uniforms.set("zenith_color", kZenithColor);
     const glm::dmat4 to_texture{0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.5, 0, 0.5, 0.5, 0.5, 1};
     uniforms.set("shadow_clip", glm::mat4(to_texture * glm::dmat4(f.sun_clip)));
     uniforms.set("shadow_bias_m", static_cast<float>(1.5 * f.shadow_texel_m));
     uniforms.set("fade_center", glm::vec3(f.floor_center));
     uniforms.set("fade_begin_m", static_cast<float>(f.fade_begin_m));
     uniforms.set("fade_end_m", static_cast<float>(f.fade_end_m));
-    lit_.bind();
+    glDepthFunc(GL_GREATER);
+    draw_screen();
+    glDepthFunc(GL_LEQUAL);
+}
+
+/// The sky, where the depth says that nothing is seen.
+void Picture::draw_sky(const Frame& f) const {
+    const Uniforms uniforms(sky_);
+    set_rays(uniforms, f);
+    uniforms.set("up", glm::vec3(f.up));
+    uniforms.set("to_sun", glm::vec3(f.to_sun));
+    uniforms.set("horizon_color", kHorizonColor);
+    uniforms.set("zenith_color", kZenithColor);
     draw_screen();
 }
 
@@ -210,9 +223,9 @@ void Picture::draw_lines(const View& view, const std::vector<Line>& lines, const
 
 /// The lit picture in its last size, into the bound framebuffer.
 void Picture::finish() const {
-    const Uniforms uniforms(finish_);
+    const bool has_edges = samples_aside_ == 1 && def_.sample_count > 1;
+    const Uniforms uniforms(has_edges ? edges_ : finish_);
     uniforms.set_unit("lit", kColorUnit);
-    uniforms.set("smooth_edges", samples_aside_ == 1 && def_.sample_count > 1);
     bind_texture(kColorUnit, GL_TEXTURE_2D, lit_.color);
     draw_screen();
 }
@@ -237,10 +250,15 @@ Status Picture::draw(const View& view, GLuint framebuffer) {
     glDisable(GL_CULL_FACE);
     draw_occlusion(frame);
     timer_.mark(PassTimer::kOcclusion);
-    light(frame);
-    timer_.mark(PassTimer::kLight);
-    glBindFramebuffer(GL_FRAMEBUFFER, lit_with_depth_.name());
+    // A copy of the depth: what a pass tests against it must not read.
+    copy_depth(seen_, lit_);
+    lit_.bind();
     glEnable(GL_DEPTH_TEST);
+    glDepthMask(GL_FALSE);
+    light(frame);
+    draw_sky(frame);
+    glDepthMask(GL_TRUE);
+    timer_.mark(PassTimer::kLight);
     draw_lines(view, view.lines, frame);
     glDisable(GL_DEPTH_TEST);
     draw_lines(view, view.front_lines, frame);

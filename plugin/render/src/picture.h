@@ -56,6 +56,7 @@ class Picture {
     void draw_surface(const Frame& frame);
     void draw_occlusion(const Frame& frame);
     void light(const Frame& frame);
+    void draw_sky(const Frame& frame) const;
     void draw_lines(const View& view, const std::vector<Line>& lines, const Frame& frame);
     void finish() const;
     void draw_screen() const;
@@ -65,14 +66,13 @@ class Picture {
     }
 
     RendererDef def_;
-    GlProgram depth_, surface_, occlusion_, smooth_, light_, line_, finish_, buffers_;
+    GlProgram depth_, surface_, occlusion_, smooth_, light_, sky_, line_, finish_, edges_, buffers_;
     GlVertexArray no_vertices_, line_layout_;
     GlBuffer line_ends_;
     std::vector<float> line_floats_;
     GlTexture3D grains_;
     GlTexture2D materials_;
     Target shadow_, seen_, rough_occlusion_, smooth_occlusion_, lit_, picture_;
-    GlFramebuffer lit_with_depth_;
     int samples_aside_ = 1;  ///< each way: a pixel is lit so many times squared
     int width_ = 0, height_ = 0;
     std::vector<GpuMesh> meshes_;

@@ -69,12 +69,19 @@ Target create_surface_target(const char* label, int width, int height) {
     return target;
 }
 
-GlFramebuffer join_targets(const char* label, const GlTexture2D& color, const GlTexture2D& depth) {
-    GlFramebuffer joined(label);
-    glBindFramebuffer(GL_FRAMEBUFFER, joined.name());
-    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, color.name(), 0);
-    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth.name(), 0);
-    return joined;
+Target create_lit_target(const char* label, int width, int height) {
+    Target target = create_color_target(label, width, height, GL_RGBA8);
+    target.depth =
+        attach(label, GL_DEPTH_ATTACHMENT, width, height, GL_DEPTH_COMPONENT32F, GL_NEAREST);
+    return target;
+}
+
+void copy_depth(const Target& from, const Target& to) {
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, from.framebuffer.name());
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, to.framebuffer.name());
+    glBlitFramebuffer(0, 0, from.width, from.height, 0, 0, to.width, to.height, GL_DEPTH_BUFFER_BIT,
+                      GL_NEAREST);
+    glBindFramebuffer(GL_FRAMEBUFFER, to.framebuffer.name());
 }
 
 GlTexture3D create_grains() {

@@ -24,8 +24,10 @@ Target create_depth_target(const char* label, int width, int height);
 Target create_color_target(const char* label, int width, int height, GLint format);
 /// What is seen in each pixel: colour RGBA8, more RG16, depth.
 Target create_surface_target(const char* label, int width, int height);
-/// A framebuffer of two textures that others own.
-GlFramebuffer join_targets(const char* label, const GlTexture2D& color, const GlTexture2D& depth);
+/// Colour RGBA8 and depth, as a surface target has it.
+Target create_lit_target(const char* label, int width, int height);
+/// Copies the depth of one target into another of its size. Leaves the second bound.
+void copy_depth(const Target& from, const Target& to);
 
 /// A volume of grains: smooth random values that repeat; mip levels let far grains fade to their
 /// mean.

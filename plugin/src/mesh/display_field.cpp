@@ -232,4 +232,15 @@ uint8_t DisplayField::material(int i, int j, float z) const {
     return result;
 }
 
+uint64_t DisplayField::material_borders(int i, int j, int w) const {
+    uint64_t borders = 0;
+    const auto& layers = columns_[column_index(i, j)].layers;
+    for (size_t k = 1; k < layers.size(); ++k) {
+        const int above = layers[k].bottom_voxel + 2;  // sample 0 is two below the first voxel
+        for (const int q : {above - 1, above})
+            if (q / 64 == w) borders |= uint64_t{1} << (q % 64);
+    }
+    return borders;
+}
+
 }  // namespace bsoil::mesh

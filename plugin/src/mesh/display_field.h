@@ -63,6 +63,8 @@ class DisplayField {
     float slope_up(int i, int j, float z) const;
     /// Material of the soil at a sample.
     uint8_t material(int i, int j, float z) const;
+    /// Bit q of word w: sample q and one beside it in its column differ in material.
+    uint64_t material_borders(int i, int j, int w) const;
 
     int column_index(int i, int j) const {
         assert(i >= origin_[0] && i < origin_[0] + kWindow);

@@ -4,6 +4,7 @@ target_sources(bulletsoil_soil PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/display_field.cpp
   ${CMAKE_CURRENT_LIST_DIR}/marching_cases.cpp
   ${CMAKE_CURRENT_LIST_DIR}/mesh_export.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/plane_strips.cpp
   ${CMAKE_CURRENT_LIST_DIR}/soil_tiles.cpp
   ${CMAKE_CURRENT_LIST_DIR}/surface_mesher.cpp
 )

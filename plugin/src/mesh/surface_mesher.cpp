@@ -7,12 +7,14 @@
 #include "mesh/column_runs.h"
 #include "mesh/display_field.h"
 #include "mesh/marching_cases.h"
+#include "mesh/plane_strips.h"
 
 namespace bsoil {
 namespace {
 
 using mesh::DisplayField;
 using mesh::kTileSide;
+using mesh::shifted_down;
 
 /// A vector in grid axes.
 struct GridVector {
@@ -23,12 +25,6 @@ struct GridVector {
 template <typename Visit>
 void for_each_bit(uint64_t bits, int word, Visit visit) {
     for (; bits != 0; bits &= bits - 1) visit(64 * word + std::countr_zero(bits));
-}
-
-/// Word `word` of `bits`, each bit moved down by one.
-uint64_t shifted_down(const uint64_t* bits, int word, int word_count) {
-    const uint64_t above = word + 1 < word_count ? bits[word + 1] : 0;
-    return bits[word] >> 1 | above << 63;
 }
 
 bool bit_at(const uint64_t* bits, int q) { return (bits[q / 64] >> (q % 64) & 1) != 0; }
@@ -71,6 +67,7 @@ class TileMesher {
             }
         }
         for (int j = field_.cell_first(1); j <= field_.cell_last(1); ++j) {
+            if (def_.close_floor) add_floor_strips(j);
             for (int i = field_.cell_first(0); i <= field_.cell_last(0); ++i) {
                 add_cells(grid, i, j);
             }
@@ -122,7 +119,7 @@ class TileMesher {
         const uint64_t* inside = field_.inside_bits(i, j);
         for (int w = 0; w < word_count; ++w) {
             for_each_bit(inside[w] ^ shifted_down(inside, w, word_count), w, [&](int q) {
-                if (q == 0 && !def_.close_floor) return;
+                if (q == 0 && !(def_.close_floor && strips_.is_kept_on_floor(i, j))) return;
                 const bool top = bit_at(inside, q);
                 const float z = field_.crossing_up(i, j, q);
                 const GridVector outward =
@@ -140,8 +137,14 @@ class TileMesher {
         const int next_i = i + (axis == 0), next_j = j + (axis == 1);
         const uint64_t* here = field_.inside_bits(i, j);
         const uint64_t* there = field_.inside_bits(next_i, next_j);
+        const int first = axis == 0 ? i : j;
+        const bool at_side = field_.position(axis, first) == field_.position(axis, first + 1);
         for (int w = 0; w < field_.word_count(); ++w) {
-            for_each_bit(here[w] ^ there[w], w, [&](int q) {
+            uint64_t crossed = here[w] ^ there[w];
+            if (at_side && crossed != 0)  // one of the two columns is empty
+                crossed &= here[w] != 0 ? strips_.kept_on_side(i, j, 1 - axis, w)
+                                        : strips_.kept_on_side(next_i, next_j, 1 - axis, w);
+            for_each_bit(crossed, w, [&](int q) {
                 const bool leaving = bit_at(here, q);
                 const int low[2] = {i, j}, high[2] = {next_i, next_j};
                 const int* inner = leaving ? low : high;
@@ -172,6 +175,56 @@ class TileMesher {
         }
     }
 
+    /// The whole squares of a side between two columns, as strips up.
+    void add_side_strips(int i, int j, GridVector side) {
+        const int axis = side.x != 0 ? 0 : 1, along = 1 - axis;
+        const int column_i = i + (i == -2), column_j = j + (j == -2);  // on the side
+        const int next_i = i + (axis == 1), next_j = j + (axis == 0);
+        // Seen from outside: y goes to the right at the far end of x, x at the near end of y.
+        const bool turned = axis == 0 ? side.x < 0 : side.y > 0;
+        uint32_t last[2] = {0, 0};
+        uint64_t before = 0;
+        for (int w = 0; w < field_.word_count(); ++w) {
+            const uint64_t whole = strips_.whole_of_side(column_i, column_j, along, w);
+            const uint64_t reached = whole << 1 | before >> 63;  // a square ends here
+            before = whole;
+            const uint64_t kept[2] = {
+                strips_.kept_on_side(column_i, column_j, along, w),
+                strips_.kept_on_side(column_i + (along == 0), column_j + (along == 1), along, w)};
+            for_each_bit((whole | reached) & (kept[0] | kept[1]), w, [&](int q) {
+                const bool goes_on = (reached >> (q % 64) & 1) != 0;
+                for (int line = 0; line < 2; ++line) {
+                    if ((kept[line] >> (q % 64) & 1) == 0) continue;
+                    const uint32_t vertex =
+                        edge_vertex(axis, line == 0 ? i : next_i, line == 0 ? j : next_j, q);
+                    if (goes_on) add_triangle(last[0], last[1], vertex, turned);
+                    last[line] = vertex;
+                }
+            });
+        }
+    }
+
+    /// The whole squares of the floor between two rows of columns, as strips along x.
+    void add_floor_strips(int j) {
+        uint32_t last[2] = {0, 0};
+        for (int i = field_.cell_first(0); i <= field_.cell_last(0) + 1; ++i) {
+            const bool reached = i > field_.cell_first(0) && strips_.is_whole_of_floor(i - 1, j);
+            const bool whole = i <= field_.cell_last(0) && strips_.is_whole_of_floor(i, j);
+            if (!reached && !whole) continue;
+            for (int line = 0; line < 2; ++line) {
+                if (!strips_.is_kept_on_floor(i, j + line)) continue;
+                const uint32_t vertex = edge_vertex(2, i, j + line, 0);
+                if (reached) add_triangle(last[0], last[1], vertex, false);
+                last[line] = vertex;
+            }
+        }
+    }
+
+    void add_triangle(uint32_t a, uint32_t b, uint32_t c, bool turned) {
+        if (turned) std::swap(a, b);
+        out_->indices.insert(out_->indices.end(), {a, b, c});
+    }
+
     /// The cells above samples (i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1).
     void add_cells(const mesh::GridColumns& grid, int i, int j) {
         const int word_count = field_.word_count();
@@ -182,6 +235,15 @@ class TileMesher {
             return cell == -2 ? -1.0f : cell == grid.size[axis] ? 1.0f : 0.0f;
         };
         const GridVector side{side_of(i, 0), side_of(j, 1), 0};
+        const bool at_one_side = (side.x == 0) != (side.y == 0);
+        if (at_one_side) add_side_strips(i, j, side);
+        const auto whole = [&](int w) {
+            uint64_t cells = 0;
+            if (at_one_side)
+                cells = strips_.whole_of_side(i + (i == -2), j + (j == -2), side.x != 0, w);
+            if (w == 0 && strips_.is_whole_of_floor(i, j)) cells |= 1;
+            return cells;
+        };
         for (int w = 0; w < word_count; ++w) {
             uint64_t any = 0, all = ~uint64_t{0};
             for (const uint64_t* bits : inside) {
@@ -189,7 +251,7 @@ class TileMesher {
                 any |= bits[w] | above;
                 all &= bits[w] & above;
             }
-            for_each_bit(any & ~all, w, [&](int q) {
+            for_each_bit(any & ~all & ~whole(w), w, [&](int q) {
                 if (q == 0 && !def_.close_floor) return;
                 int corners = 0;
                 for (int c = 0; c < 4; ++c) {
@@ -250,6 +312,7 @@ class TileMesher {
     double voxel_m_ = 0;
     std::vector<std::array<float, 3>> colors_;
     DisplayField field_;
+    mesh::PlaneStrips strips_{field_};
     int sample_count_ = 0;
     std::vector<uint32_t> edge_vertices_;
     Mesh* out_ = nullptr;
