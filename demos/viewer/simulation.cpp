@@ -176,6 +176,7 @@ void Simulation::publish() {
         soil_patches_->collect(picture.patches,
                                colored ? [&overlay](Mesh& mesh) { overlay.color(mesh); }
                                        : std::function<void(Mesh&)>());
+        soil_patches_->collect_grains(picture.grains);
         if (terrain_patches_) terrain_patches_->collect(picture.patches, {});
         const bool has_slice = overlay_.field != Field::none && overlay_.slice;
         if (has_slice || had_slice_)

@@ -13,6 +13,10 @@ class SurfacePatches {
     SurfacePatches(const TileSource& source, SurfaceKind kind);
     /// Meshes what has changed and adds the patches concerned; `color` is called for each.
     void collect(std::vector<SurfacePatch>& patches, const std::function<void(Mesh&)>& color);
+    /// The loose soil of the last collect().
+    void collect_grains(std::vector<render::GrainGroup>& grains) const {
+        render::append_grains(mesher_, grains);
+    }
     /// The next collect() adds all patches.
     void touch_all();
 

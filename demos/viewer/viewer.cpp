@@ -199,6 +199,7 @@ void Viewer::take_picture() {
         upload(picture);
         picture_.bodies = std::move(picture.bodies);
         picture_.lines = std::move(picture.lines);
+        picture_.grains = std::move(picture.grains);
         picture_.slice = picture.slice;
         state_.status = std::move(picture.status);
         must_draw_ = true;
@@ -272,6 +273,8 @@ render::View Viewer::view() const {
         item.label = static_cast<uint32_t>(b) + 1;
         view.items.push_back(item);
     }
+    view.grains = picture_.grains;
+    view.time_s = state_.status.time_s;
     view.front_lines = picture_.lines;  // columns and forces lie inside of soil and bodies
     return view;
 }

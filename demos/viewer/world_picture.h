@@ -61,7 +61,8 @@ struct WorldPicture {
     std::vector<Pose> bodies;
     std::vector<SurfacePatch> patches;
     std::vector<render::Line> lines;
-    std::optional<Plane> slice;  ///< where the slice through the soil lies
+    std::vector<render::GrainGroup> grains;  ///< loose soil
+    std::optional<Plane> slice;              ///< where the slice through the soil lies
     uint64_t world = 0;  ///< grows when the world was built anew: all patches before are void
 };
 

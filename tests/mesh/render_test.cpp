@@ -146,6 +146,75 @@ TEST_F(Render, soil_is_not_blank_and_equal_from_picture_to_picture) {
     EXPECT_NE(draw(view).rgba, image.rgba);
 }
 
+TEST_F(Render, thin_soil_in_the_air_is_seen_as_grains) {
+    test::VoxelTiles tiles(32, 32, 40);
+    tiles.frame().voxel_m = 0.1;
+    const double half = std::sqrt(0.5);
+    tiles.frame().grid_to_world = {{-1.6, -2, 1.6}, {-half, 0, 0, half}};
+    tiles.fill_heights([](double, double) { return 6; });
+    SurfaceMesher mesher(tiles);
+    View view = front_view();
+    SurfaceItems soil(*renderer_, mesher, 0);
+    const auto draw_grains = [&] {
+        mesher.update();
+        soil.update();
+        view.items.clear();
+        view.grains.clear();
+        soil.append_to(view.items);
+        append_grains(mesher, view.grains);
+        return draw(view);
+    };
+    const Image bare = draw_grains();
+    EXPECT_TRUE(view.grains.empty());
+    // A stream, a fifth of it soil, falls in front of the sky.
+    for (int z = 15; z < 40; ++z)
+        for (int y = 14; y < 18; ++y)
+            for (int x = 14; x < 18; ++x) tiles.volume(x, y, z) = 0.2f;
+    tiles.touch(14, 14), tiles.touch(16, 14), tiles.touch(14, 16), tiles.touch(16, 16);
+    const Image stream = draw_grains();
+    // 0.4 m x 2 m of the picture, of which grains hide at least a fifth.
+    int changed = 0;
+    for (int y = 0; y < 200; ++y)
+        for (int x = 0; x < 320; ++x)
+            changed += std::abs(brightness(stream, x, y) - brightness(bare, x, y)) > 10;
+    EXPECT_GT(changed, 32 * 160 / 5);
+    EXPECT_EQ(draw(view).rgba, stream.rgba);
+
+    // They travel as time goes on, and are on the label of all grains.
+    for (GrainGroup& group : view.grains) group.velocity_m_s = {0, -2, 0};
+    const Image falling = draw(view);
+    view.time_s = 0.02;
+    EXPECT_NE(draw(view).rgba, falling.rgba);
+    view.grain_label = 7;
+    const Result<Buffers> buffers = renderer_->buffers(view);
+    ASSERT_TRUE(buffers) << buffers.error();
+    EXPECT_GT(std::count(buffers->labels.begin(), buffers->labels.end(), 7u), 32 * 160 / 5);
+}
+
+TEST_F(Render, grains_are_as_many_as_the_soil_that_no_surface_shows) {
+    test::VoxelTiles tiles(24, 24, 32);
+    tiles.fill_heights([](double, double) { return 4.3; });
+    double thin = 0;
+    const auto put = [&](int x, int y, int z, float volume) {
+        tiles.volume(x, y, z) = volume;
+        thin += volume;
+    };
+    put(3, 4, 20, 0.4f);
+    put(9, 9, 12, 0.03f);
+    put(17, 20, 30, 0.25f);
+    tiles.volume(12, 12, 18) = 0.9f;  // a lump, meshed together with what hangs on it
+    tiles.volume(12, 12, 17) = 0.2f;
+    tiles.volume(12, 12, 19) = 0.2f;
+    SurfaceMesher mesher(tiles);
+    mesher.update();
+    std::vector<GrainGroup> grains;
+    append_grains(mesher, grains);
+    EXPECT_EQ(grains.size(), 4u);  // 1.6, 0.12 and 1 groups
+    double shares = 0;
+    for (const GrainGroup& group : grains) shares += static_cast<double>(group.share);
+    EXPECT_NEAR(shares, kVoxelGroups * thin, 1e-5);  // floats
+}
+
 TEST_F(Render, soil_in_a_grid_of_any_size_is_drawn) {
     // Sides one voxel wide, just short of two tiles, and two voxels into a tile, where the mesher
     // once read beyond its window.

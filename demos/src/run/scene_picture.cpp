@@ -70,6 +70,9 @@ render::View ScenePicture::view() {
     };
     if (m.soil) m.soil->append_to(view.items);
     label_from(0, kSoilLabel);
+    if (m.soil) render::append_grains(m.soil->mesher, view.grains);
+    view.grain_label = kSoilLabel;
+    view.time_s = m.run.time_s();
     const size_t soil_count = view.items.size();
     if (m.terrain) m.terrain->append_to(view.items);
     label_from(soil_count, kTerrainLabel);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,8 @@ class TileSource {
     /// As Soil::read_tile.
     virtual void read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
                            std::vector<uint8_t>& material) const = 0;
+    /// How fast the soil of a voxel moves, world axes. Unless it is overridden, it stands.
+    virtual Vec3 velocity_m_s(int x, int y, int z) const;
     /// As Soil::read_terrain. Unless it is overridden, what read_tile calls solid.
     virtual void read_terrain(int tx, int ty, std::vector<float>& terrain) const;
 };
@@ -60,6 +63,7 @@ class SoilTiles final : public TileSource {
     uint64_t tile_revision(int tx, int ty) const override;
     void read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
                    std::vector<uint8_t>& material) const override;
+    Vec3 velocity_m_s(int x, int y, int z) const override;
     void read_terrain(int tx, int ty, std::vector<float>& terrain) const override;
 
   private:
@@ -78,6 +82,17 @@ struct SurfaceMeshDef {
     /// closed.
     bool close_floor = true;
     std::array<float, 3> terrain_color{0.34f, 0.32f, 0.30f};  ///< linear RGB, 0..1, layer terrain
+};
+
+/// Soil of a voxel that no surface shows: less than half a voxel, in the air, and part of nothing
+/// thicker. It falls or flies, and a picture shows it as grains.
+struct LooseVoxel {
+    Vec3 center_m;                 ///< of the voxel, world
+    Vec3 velocity_m_s;             ///< world axes
+    float side_m = 0;              ///< of the voxel
+    float volume = 0;              ///< soil, fraction of a voxel
+    std::array<float, 3> color{};  ///< of its material, linear RGB
+    uint32_t seed = 0;             ///< the voxel's, the same whenever it holds loose soil
 };
 
 /// What one update() did.
@@ -110,6 +125,8 @@ class SurfaceMesher {
     const Mesh& tile_mesh(int tx, int ty) const;
     /// Grows each time the tile's mesh was built; 0 before the first time.
     uint64_t tile_mesh_revision(int tx, int ty) const;
+    /// The loose soil of a tile as of the last update(), from its lowest layer up. Layer soil only.
+    std::span<const LooseVoxel> loose_soil(int tx, int ty) const;
     /// All tiles in one mesh. Vertices on tile borders appear once per tile, at equal positions.
     void gather(Mesh& mesh) const;
 

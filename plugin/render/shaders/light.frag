@@ -8,7 +8,8 @@ out vec4 color;
 uniform sampler2D depth;
 uniform sampler2D albedo_material;
 uniform sampler2D octahedral;
-uniform sampler2D materials;  // texel (0, m): scale of grains, gloss, emission, whether it fades; (1, m): origin of the grains
+// Texel (0, m): scale of grains, gloss, emission, whether it fades; (1, m): origin of the grains, least share of the sun.
+uniform sampler2D materials;
 uniform vec3 ray, ray_x, ray_y;     // from the eye through the middle of the picture, 1 m deep; how it moves across the picture
 uniform vec2 depth_to_distance;     // distance = y / (x + 2 depth - 1)
 uniform float pixel_m;              // width of a pixel at 1 m
@@ -54,7 +55,7 @@ void main() {
     vec4 seen = texelFetch(albedo_material, here, 0);
     vec3 albedo = seen.rgb * seen.rgb;
     int row = int(255.0 * seen.a + 0.5);
-    vec4 material = texelFetch(materials, ivec2(0, row), 0);
+    vec4 material = texelFetch(materials, ivec2(0, row), 0), grain_origin = texelFetch(materials, ivec2(1, row), 0);
     vec2 folded = 2.0 * texelFetch(octahedral, here, 0).rg - 1.0;
     vec3 smooth_normal = vec3(folded, 1.0 - abs(folded.x) - abs(folded.y));
     float over = max(-smooth_normal.z, 0.0);
@@ -68,7 +69,7 @@ void main() {
     vec3 base = albedo;
     float cavity = 1.0;
     if (material.x > 0.0) {
-        vec3 at = world * material.x + texelFetch(materials, ivec2(1, row), 0).xyz;
+        vec3 at = world * material.x + grain_origin.xyz;
         // Coarser where the surface turns away: as wide as the pixel's print on it, but for its narrow side.
         float facing = abs(dot(smooth_normal, sight)) * inversesqrt(dot(sight, sight));
         float lod = log2(kGrainTexels * material.x * pixel_m * distance_m / max(facing, 0.3));
@@ -89,7 +90,7 @@ void main() {
     float sun = max(lambert, 0.0);
     // A face turned away by its true normal is in shadow whatever its grains do.
     sun *= smoothstep(-0.05, 0.1, dot(smooth_normal, to_sun));
-    if (sun > 0.0) sun *= sun_share((shadow_clip * vec4(world + shadow_bias_m * smooth_normal, 1.0)).xyz);
+    if (sun > 0.0) sun *= max(grain_origin.w, sun_share((shadow_clip * vec4(world + shadow_bias_m * smooth_normal, 1.0)).xyz));
     float open_share = texture(occlusion, 0.5 + 0.5 * screen).r;
     vec3 ambient = mix(kBounce, kSky, 0.5 + 0.5 * dot(normal, up)) * open_share * cavity;
     vec3 light = sun * kSun * mix(0.75, 1.0, open_share) + ambient;

@@ -14,6 +14,10 @@ constexpr double kFadeBegin = 0.9;    ///< where the floor starts to fade, of th
 constexpr double kFadeEnd = 1.5;      ///< and is gone, at the distance to the target further out
 constexpr Color kFloorColor{0.50f, 0.52f, 0.55f};
 
+/// Between loose grains sunlight comes through and is scattered: they are not as dark in each
+/// other's shadow as a solid is.
+const SurfaceMaterial kLooseGrains{glm::vec4(0), glm::vec4(0, 0, 0, 0.5f)};
+
 glm::dvec3 to_glm(Vec3 v) { return {v.x, v.y, v.z}; }
 
 glm::mat4 model_of(const Pose& pose, glm::dvec3 eye) {
@@ -63,7 +67,16 @@ Frame::Frame(const View& view, int shadow_map_size, std::span<const GpuMesh> mes
             high = glm::max(high, p);
         }
     }
-    const bool is_empty = items.empty();
+    for (const GrainGroup& group : view.grains) {
+        const glm::dvec3 center = to_glm(group.center) - eye;
+        low = glm::min(low, center - 0.5 * group.side_m);
+        high = glm::max(high, center + 0.5 * group.side_m);
+    }
+    if (!view.grains.empty()) {
+        grain_material = static_cast<int>(std::min(materials.size(), kMaterialCapacity - 1));
+        if (materials.size() < kMaterialCapacity) materials.push_back(kLooseGrains);
+    }
+    const bool is_empty = items.empty() && view.grains.empty();
     const glm::dvec3 center = is_empty ? glm::dvec3(0) : 0.5 * (low + high);
     const double radius = is_empty ? 1.0 : std::max(1e-3, 0.5 * glm::length(high - low));
     casters = items;  // the floor, which is added next, casts no shadow

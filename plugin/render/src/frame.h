@@ -50,7 +50,7 @@ struct Placed {
 struct SurfaceMaterial {
     /// Periods of grains a metre (0: smooth), gloss, emission, 1 where it fades into the sky.
     glm::vec4 look{0};
-    glm::vec4 origin{0};  ///< xyz: of the grains [periods]
+    glm::vec4 origin{0};  ///< xyz: of the grains [periods]; w: share of the sun in full shadow
 };
 /// In a picture; what is beyond looks like the last.
 inline constexpr size_t kMaterialCapacity = 256;
@@ -62,6 +62,7 @@ struct Frame {
     std::vector<Placed> items;    ///< near ones first
     std::vector<Placed> casters;  ///< of shadows
     std::vector<SurfaceMaterial> materials;
+    int grain_material = 0;  ///< of grains
     glm::dmat4 projection{1}, look{1};
     glm::mat4 clip{1}, sun_clip{1};
     glm::vec4 cut{0};  ///< above 0: left out of what is cut

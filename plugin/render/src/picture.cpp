@@ -49,6 +49,9 @@ Status Picture::create() {
         {finish_, "finish", shaders::screen_vert, shaders::finish_frag},
         {edges_, "edges", shaders::screen_vert, shaders::edges_frag},
         {buffers_, "buffers", shaders::surface_vert, shaders::buffers_frag},
+        {grain_, "grain", shaders::grain_vert, shaders::surface_frag},
+        {grain_depth_, "depth of grains", shaders::grain_vert, shaders::depth_frag},
+        {grain_buffers_, "buffers of grains", shaders::grain_vert, shaders::buffers_frag},
     };
     for (const auto& entry : programs) {
         Result<GlProgram> linked =
@@ -76,6 +79,7 @@ Status Picture::create() {
         glVertexAttribDivisor(a, 1);
     }
     glBindVertexArray(0);
+    grain_layer_.create();
     timer_.create();
     return Done{};
 }
@@ -112,6 +116,12 @@ void Picture::draw_shadows(const Frame& f) {
     const Uniforms uniforms(depth_);
     uniforms.set("clip", f.sun_clip);
     uniforms.draw(f.casters);
+    if (!grain_layer_.is_empty()) {
+        const Uniforms grain_uniforms(grain_depth_);
+        grain_uniforms.set("clip", f.sun_clip);
+        grain_uniforms.set("facing", glm::vec3(f.to_sun));
+        grain_layer_.draw();
+    }
     glDisable(GL_POLYGON_OFFSET_FILL);
 }
 
@@ -126,6 +136,13 @@ void Picture::draw_surface(const Frame& f) {
         glUniform1f(material, static_cast<float>(placed.material) / 255);
         uniforms.draw_seen(placed, f.cut);
     }
+    if (grain_layer_.is_empty()) return;
+    const Uniforms grain_uniforms(grain_);
+    grain_uniforms.set("clip", f.clip);
+    grain_uniforms.set("facing", glm::vec3(0));
+    grain_uniforms.set("bright", glm::vec3(f.to_sun));
+    grain_uniforms.set("material", static_cast<float>(f.grain_material) / 255);
+    grain_layer_.draw();
 }
 
 /// Ambient occlusion from the depth. Without it all is open.
@@ -234,6 +251,7 @@ Status Picture::draw(const View& view, GLuint framebuffer) {
     timer_.poll();
     create_targets(view.width, view.height);
     const Frame frame = make_frame(view);
+    grain_layer_.fill(view, frame);
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_LEQUAL);
     glDisable(GL_BLEND);

@@ -9,6 +9,7 @@
 
 #include "bsoil/render/renderer.h"
 #include "frame.h"
+#include "grain_layer.h"
 #include "targets.h"
 
 namespace bsoil::render {
@@ -67,6 +68,7 @@ class Picture {
 
     RendererDef def_;
     GlProgram depth_, surface_, occlusion_, smooth_, light_, sky_, line_, finish_, edges_, buffers_;
+    GlProgram grain_, grain_depth_, grain_buffers_;
     GlVertexArray no_vertices_, line_layout_;
     GlBuffer line_ends_;
     std::vector<float> line_floats_;
@@ -77,6 +79,7 @@ class Picture {
     int width_ = 0, height_ = 0;
     std::vector<GpuMesh> meshes_;
     GpuMesh floor_;
+    GrainLayer grain_layer_;
     PassTimer timer_;
 };
 

@@ -70,6 +70,15 @@ Result<Buffers> Picture::take_buffers(const View& view) {
         glUniform1ui(label, placed.item ? placed.item->label : 0);
         uniforms.draw_seen(placed, f.cut);
     }
+    grain_layer_.fill(view, f);
+    if (!grain_layer_.is_empty()) {
+        const Uniforms grain_uniforms(grain_buffers_);
+        grain_uniforms.set("clip", f.clip);
+        grain_uniforms.set("facing", glm::vec3(0));
+        grain_uniforms.set("sight", glm::normalize(glm::vec3(glm::transpose(f.look)[2]) * -1.0f));
+        glUniform1ui(grain_uniforms.at("item_label"), view.grain_label);
+        grain_layer_.draw();
+    }
     Buffers out;
     out.width = view.width;
     out.height = view.height;

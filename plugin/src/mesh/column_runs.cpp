@@ -7,7 +7,8 @@ namespace bsoil::mesh {
 namespace {
 
 constexpr float kDense = 0.5f;  ///< from this fill on a voxel counts as part of a run: the isovalue
-constexpr float kTrace = 0.01f;   ///< less soil than this in a voxel is not shown
+constexpr float kTrace = 0.01f;             ///< less soil than this in a voxel is not shown
+constexpr float kGrainLeast = 1.0f / 1024;  ///< less soil than this is not even a grain
 constexpr float kOverlap = 2.0f;  ///< how far soil continues into the solid it rests on [voxels]
 constexpr float kGapMin =
     1.0f;  ///< runs closer than this are one: pores of moving soil are not shown
@@ -120,6 +121,23 @@ void find_soil_runs(std::span<const float> volume, std::span<const float> solid,
     find_runs(
         volume.data(), any_solid ? solid.data() : nullptr,
         [&](int index) { return material[index]; }, height, columns);
+}
+
+void find_loose_voxels(std::span<const float> volume, std::span<const float> solid, int height,
+                       std::vector<int>& voxels) {
+    voxels.clear();
+    for (int z = 0; z < height; ++z) {
+        for (int c = 0; c < kTileColumns; ++c) {
+            if (volume[z * kTileColumns + c] < kGrainLeast) continue;
+            const ColumnView column{volume.data() + c, solid.data() + c, height};
+            if (column.solid_at(z) >= kDense || column.in_run(z)) continue;
+            // What lies on a run is its partial top; a run in the air takes in what is below it,
+            // too.
+            if (z > 0 && column.in_run(z - 1)) continue;
+            if (z + 1 < height && column.in_run(z + 1) && !column.supported(z + 1)) continue;
+            voxels.push_back(z * kTileColumns + c);
+        }
+    }
 }
 
 void find_terrain_runs(std::span<const float> solid, int height, TileColumns& columns) {

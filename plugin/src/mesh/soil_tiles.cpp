@@ -13,6 +13,12 @@ void SoilTiles::read_tile(int tx, int ty, std::vector<float>& volume, std::vecto
     soil_.read_tile(tx, ty, volume, solid, material);
 }
 
+Vec3 SoilTiles::velocity_m_s(int x, int y, int z) const {
+    return soil_.sample(x, y, z).velocity_m_s;
+}
+
+Vec3 TileSource::velocity_m_s(int, int, int) const { return {}; }
+
 void SoilTiles::read_terrain(int tx, int ty, std::vector<float>& terrain) const {
     soil_.read_terrain(tx, ty, terrain);
 }

@@ -325,6 +325,7 @@ struct SurfaceMesher::Impl {
         bool read = false, dirty = false;
         uint64_t source_revision = 0, mesh_revision = 0;
         Mesh mesh;
+        std::vector<LooseVoxel> loose;
     };
 
     Impl(const TileSource& tile_source, const SurfaceMeshDef& mesh_def)
@@ -351,11 +352,34 @@ struct SurfaceMesher::Impl {
         } else {
             source.read_tile(tx, ty, volume, solid, material);
             mesh::find_soil_runs(volume, solid, material, grid.size[2], columns);
+            read_loose(tx, ty);
         }
         mesh::TileColumns& known = grid.tiles[tile_index(tx, ty)];
         if (columns == known) return false;
         std::swap(known, columns);
         return true;
+    }
+
+    /// From the arrays of the tile just read.
+    void read_loose(int tx, int ty) {
+        std::vector<LooseVoxel>& loose = tiles[tile_index(tx, ty)].loose;
+        loose.clear();
+        mesh::find_loose_voxels(volume, solid, grid.size[2], loose_voxels);
+        const GridFrame& frame = source.frame();
+        for (const int v : loose_voxels) {
+            const int x = tx * kTileSide + v % kTileSide,
+                      y = ty * kTileSide + v / kTileSide % kTileSide;
+            const int z = v / mesh::kTileColumns;
+            if (x >= grid.size[0] || y >= grid.size[1]) continue;
+            LooseVoxel voxel;
+            voxel.center_m = frame.to_world({x + 0.5, y + 0.5, z + 0.5});
+            voxel.velocity_m_s = source.velocity_m_s(x, y, z);
+            voxel.side_m = static_cast<float>(frame.voxel_m);
+            voxel.volume = volume[static_cast<size_t>(v)];
+            voxel.color = source.materials()[material[static_cast<size_t>(v)]].color;
+            voxel.seed = static_cast<uint32_t>((z * grid.size[1] + y) * grid.size[0] + x);
+            loose.push_back(voxel);
+        }
     }
 
     void mark_with_neighbours(int tx, int ty) {
@@ -374,6 +398,7 @@ struct SurfaceMesher::Impl {
     mesh::TileColumns columns;
     std::vector<float> volume, solid;
     std::vector<uint8_t> material;
+    std::vector<int> loose_voxels;
 };
 
 SurfaceMesher::SurfaceMesher(const TileSource& source, const SurfaceMeshDef& def)
@@ -416,6 +441,10 @@ const Mesh& SurfaceMesher::tile_mesh(int tx, int ty) const {
 
 uint64_t SurfaceMesher::tile_mesh_revision(int tx, int ty) const {
     return impl_->tiles[impl_->tile_index(tx, ty)].mesh_revision;
+}
+
+std::span<const LooseVoxel> SurfaceMesher::loose_soil(int tx, int ty) const {
+    return impl_->tiles[impl_->tile_index(tx, ty)].loose;
 }
 
 void SurfaceMesher::gather(Mesh& mesh) const {

@@ -44,13 +44,30 @@ struct Item {
     /// which is faster. The soil's meshes are.
     bool is_closed = false;
     bool is_cut = false;  ///< what lies beyond View::cut is left out
-    uint32_t label = 0;  ///< what Buffers::labels has where the item is seen
+    uint32_t label = 0;   ///< what Buffers::labels has where the item is seen
 };
 
 /// A straight line in the picture.
 struct Line {
     Vec3 from, to;                        ///< world [m]
     std::array<float, 3> color{1, 1, 1};  ///< linear RGB, 0..1
+};
+
+/// Grains in a group of them.
+inline constexpr int kGroupGrains = 128;
+
+/// Loose soil about a place: grains at places that are fixed for a seed, in a cube. They travel on
+/// with View::time_s, in on one side of the cube and out on the other, drawn out along their
+/// motion. (Groups of 128 with fixed offsets: the Mevea thesis, 6.6.) All groups of a picture are
+/// one draw.
+struct GrainGroup {
+    Vec3 center;                          ///< world [m]
+    Vec3 velocity_m_s;                    ///< world axes
+    float side_m = 0.1f;                  ///< of the cube
+    float grain_m = 0.005f;               ///< size of a grain
+    float share = 1;                      ///< of its kGroupGrains grains that are there, 0..1
+    std::array<float, 3> color{1, 1, 1};  ///< linear RGB, 0..1
+    uint32_t seed = 0;
 };
 
 /// One picture.
@@ -67,6 +84,9 @@ struct View {
     std::vector<Line> lines;        ///< hidden by what is nearer
     std::vector<Line> front_lines;  ///< hidden by nothing
     float line_width = 1.5f;        ///< pixels, 0.5..16
+    std::vector<GrainGroup> grains;
+    double time_s = 0;         ///< grains travel with it
+    uint32_t grain_label = 0;  ///< as Item::label, of all grains
 };
 
 /// How pictures are made.
@@ -137,6 +157,12 @@ class Renderer {
     explicit Renderer(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> impl_;
 };
+
+/// Adds the loose soil of a mesher, as of its last update(): for each voxel kVoxelGroups groups of
+/// grains in a full one, as many in proportion where there is less, the last one in part.
+void append_grains(const SurfaceMesher& mesher, std::vector<GrainGroup>& grains);
+/// Groups of grains that stand for a voxel full of soil.
+inline constexpr int kVoxelGroups = 4;
 
 /// The meshes of a SurfaceMesher in a Renderer, kept up to date tile by tile. Tiles share a mesh of
 /// the renderer by the patch: few calls draw them all.

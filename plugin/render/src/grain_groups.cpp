@@ -1,0 +1,39 @@
+/// Loose soil as groups of grains.
+#include <algorithm>
+#include <cmath>
+
+#include "bsoil/render/renderer.h"
+
+namespace bsoil::render {
+namespace {
+
+/// Of a voxel's side. Grains of four groups then are a fifteenth of the voxel: what the eye takes
+/// for a stream is mostly air.
+constexpr float kGrainShare = 0.08f;
+/// Cubes overlap by this much, so that nobody sees the grid.
+constexpr float kCubeShare = 1.5f;
+
+}  // namespace
+
+void append_grains(const SurfaceMesher& mesher, std::vector<GrainGroup>& grains) {
+    for (int ty = 0; ty < mesher.tile_count_y(); ++ty) {
+        for (int tx = 0; tx < mesher.tile_count_x(); ++tx) {
+            for (const LooseVoxel& voxel : mesher.loose_soil(tx, ty)) {
+                GrainGroup group;
+                group.center = voxel.center_m;
+                group.velocity_m_s = voxel.velocity_m_s;
+                group.side_m = kCubeShare * voxel.side_m;
+                group.grain_m = kGrainShare * voxel.side_m;
+                group.color = voxel.color;
+                float left = kVoxelGroups * voxel.volume;
+                for (uint32_t i = 0; left > 0; ++i, left -= 1) {
+                    group.share = std::min(1.0f, left);
+                    group.seed = kVoxelGroups * voxel.seed + i;
+                    grains.push_back(group);
+                }
+            }
+        }
+    }
+}
+
+}  // namespace bsoil::render

@@ -1,0 +1,102 @@
+#include "grain_layer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace bsoil::render {
+namespace {
+
+constexpr int kCorners = 3;       ///< a grain is a triangle
+constexpr int kGroupFloats = 16;  ///< of a group on the device: see grain.vert
+constexpr double kStreakS =
+    0.008;  ///< how long a grain is seen: half a picture's time at 60 a second
+constexpr double kStreakMost = 5;  ///< and how long it gets by that, in grains
+/// Speeds are rounded to powers of this before they are multiplied by the time: a grain that is a
+/// little faster than in the last picture has not travelled another way since the beginning.
+constexpr double kSpeedStep = 1.25;
+
+/// 0..1, by a seed (the finalizer of MurmurHash3).
+double random_share(uint32_t seed) {
+    seed ^= seed >> 16;
+    seed *= 0x85ebca6bu;
+    seed ^= seed >> 13;
+    seed *= 0xc2b2ae35u;
+    seed ^= seed >> 16;
+    return seed / 4294967296.0;
+}
+
+/// Where a group's grains are shifted to in their cube, each way 0..1.
+glm::dvec3 shift_of(const GrainGroup& group, double time_s) {
+    glm::dvec3 shift;
+    for (uint32_t axis = 0; axis < 3; ++axis) shift[axis] = random_share(3 * group.seed + axis);
+    const double speed = length(group.velocity_m_s);
+    if (speed > 1e-3) {
+        const double rounded =
+            std::pow(kSpeedStep, std::round(std::log(speed) / std::log(kSpeedStep)));
+        const Vec3 way = group.velocity_m_s * (rounded / speed * time_s / group.side_m);
+        shift += glm::dvec3(way.x, way.y, way.z);
+    }
+    return shift - glm::floor(shift);
+}
+
+}  // namespace
+
+void GrainLayer::create() {
+    layout_ = GlVertexArray("grains");
+    offsets_ = GlBuffer("places of grains in a group");
+    groups_ = GlBuffer("groups of grains");
+    std::mt19937 random(66);  // any fixed seed
+    std::vector<float> offsets;
+    for (int g = 0; g < kGroupGrains; ++g) {
+        float place[3];
+        for (float& p : place) p = static_cast<float>(random()) * 0x1p-32f;
+        for (int corner = 0; corner < kCorners; ++corner)
+            offsets.insert(offsets.end(), place, place + 3);
+    }
+    glBindVertexArray(layout_.name());
+    glBindBuffer(GL_ARRAY_BUFFER, offsets_.name());
+    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(offsets.size() * sizeof(float)),
+                 offsets.data(), GL_STATIC_DRAW);
+    glEnableVertexAttribArray(0);
+    glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
+    glBindBuffer(GL_ARRAY_BUFFER, groups_.name());
+    for (GLuint a = 1; a <= kGroupFloats / 4; ++a) {
+        glEnableVertexAttribArray(a);
+        glVertexAttribPointer(a, 4, GL_FLOAT, GL_FALSE, kGroupFloats * sizeof(float),
+                              reinterpret_cast<const void*>(4 * (a - 1) * sizeof(float)));
+        glVertexAttribDivisor(a, 1);
+    }
+    glBindVertexArray(0);
+}
+
+void GrainLayer::fill(const View& view, const Frame& frame) {
+    floats_.clear();
+    for (const GrainGroup& group : view.grains) {
+        const glm::vec3 center(glm::dvec3(group.center.x, group.center.y, group.center.z) -
+                               frame.eye);
+        const glm::vec3 shift(shift_of(group, view.time_s));
+        const double speed = length(group.velocity_m_s);
+        const double streak_s =
+            std::min(kStreakS, kStreakMost * group.grain_m / std::max(speed, 1e-9));
+        const Vec3 streak = group.velocity_m_s * streak_s;
+        floats_.insert(floats_.end(),
+                       {center.x, center.y, center.z, group.side_m, shift.x, shift.y, shift.z,
+                        group.grain_m, static_cast<float>(streak.x), static_cast<float>(streak.y),
+                        static_cast<float>(streak.z), std::round(group.share * kGroupGrains),
+                        group.color[0], group.color[1], group.color[2], 0});
+    }
+    group_count_ = static_cast<GLsizei>(view.grains.size());
+    if (is_empty()) return;
+    glBindBuffer(GL_ARRAY_BUFFER, groups_.name());
+    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(floats_.size() * sizeof(float)),
+                 floats_.data(), GL_STREAM_DRAW);
+}
+
+void GrainLayer::draw() const {
+    glDisable(GL_CULL_FACE);
+    glBindVertexArray(layout_.name());
+    glDrawArraysInstanced(GL_TRIANGLES, 0, kCorners * kGroupGrains, group_count_);
+}
+
+}  // namespace bsoil::render
