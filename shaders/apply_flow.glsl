@@ -29,7 +29,7 @@ void apply_flow(int group, int lane) {
         lowest = lowest < 0 ? z : lowest;
         int arrived = 0;
         for (int i = 0; i < params.transport_count; ++i) {
-            int at = i * params.plane_stride + voxel;
+            int at = delta_at(kTransportFirst + i, voxel);
             int change = delta[at];
             if (change != 0) {
                 delta[at] = 0;

@@ -79,6 +79,11 @@ CONST_INT(kTileTopStep, 1024)   // twice the highest grid (512 voxels), so that 
 // soil reaches at most into the block below `highest`.
 CONST_INT(kTileWord, 128)
 
+// Words left empty behind each plane and each array of columns. With a power of two of slots their lengths are multiples of a
+// cache way, and a voxel's planes, or a column's words, would drive each other out of the cache. Whole cache lines of 16 words.
+CONST_INT(kPlanePad, 80)        // less than a block's voxels: words of a plane / kBlockVoxels is the number of blocks
+CONST_INT(kColumnPad, 48)       // less than a tile's columns
+
 // --- planes of the state, each params.plane_stride words long, index = plane * plane_stride + voxel ---------------
 CONST_INT(kPlaneCoverage, 0)    // bodies in this voxel, volume units, sum over shapes (not clamped)
 CONST_INT(kPlaneOwner, 1)       // body that covers most: half its coverage * kOwnerRank + body index + 1; 0 = none

@@ -1,6 +1,6 @@
 // The uniform block of every kernel: 32-bit integers only, so that std140 and C++ agree. One member a line.
-int plane_stride;        // words of one state plane: tile slots * voxels of a tile
-int column_count;        // columns of all tile slots
+int plane_stride;        // words of one state plane: tile slots * voxels of a tile + kPlanePad
+int column_count;        // words of one array of columns: those of all tile slots + kColumnPad
 int tile_voxels;         // voxels of a tile: 64 * height
 int height;              // voxels up, a multiple of 8
 int size_x;              // columns of the grid along x and y: those of the last tiles beyond them are a wall

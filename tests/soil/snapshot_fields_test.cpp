@@ -34,9 +34,8 @@ struct BadField {
 /// Sets a word of a voxel (3 up, column 9) of tile 0, which is awake.
 auto word(int plane, int32_t value) {
     return [=](Soil::Impl& soil) {
-        const int64_t at = int64_t{plane} * soil.params.plane_stride +
-                           int64_t{soil.tiles[0]->slot} * soil.params.tile_voxels +
-                           3 * kTileColumns + 9;
+        const int64_t at =
+            soil.tiles.plane_offset(plane, soil.tiles[0]->slot) + 3 * kTileColumns + 9;
         soil.device->write(Buffer::state, at, std::span(&value, 1));
     };
 }
@@ -50,9 +49,8 @@ auto span_word(int at, int32_t value) {
 
 auto surface_word(int32_t value) {
     return [=](Soil::Impl& soil) {
-        const int64_t tops = int64_t{soil.tiles.slot_count()} * kTileColumns * kColumnWords;
-        soil.device->write(Buffer::spans, tops + int64_t{soil.tiles[0]->slot} * kTileColumns + 9,
-                           std::span(&value, 1));
+        const int64_t tops = soil.tiles.column_array_offset(kColumnSurface, soil.tiles[0]->slot);
+        soil.device->write(Buffer::spans, tops + 9, std::span(&value, 1));
     };
 }
 

@@ -15,6 +15,16 @@ double bearing_capacity_factor_nc(double friction_angle_rad) {
     return (std::exp(std::numbers::pi * tan_phi) * t * t - 1) / tan_phi;
 }
 
+namespace {
+
+BearingFactors bearing_factors(double friction_angle_rad) {
+    const double tan_phi = std::tan(friction_angle_rad);
+    const double nq = 1 + tan_phi * bearing_capacity_factor_nc(friction_angle_rad);
+    return {friction_angle_rad, tan_phi, std::sin(friction_angle_rad), nq, 2 * (nq + 1) * tan_phi};
+}
+
+}  // namespace
+
 double passive_pressure_factor(double phi, double wall) {
     const double root = std::sqrt(std::sin(phi + wall) * std::sin(phi) / std::cos(wall));
     return std::cos(phi) * std::cos(phi) / (std::cos(wall) * (1 - root) * (1 - root));
@@ -49,6 +59,7 @@ SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2,
     out.stiffness_pa_m = resistive_stiffness_pa_m(material.density_kg_m3, gravity_m_s2, tan_phi);
     out.friction_angle_rad = phi;
     out.tan_phi = tan_phi;
+    out.bearing = bearing_factors(phi);
     out.density_kg_m3 = material.density_kg_m3;
     out.friction =
         std::min(surface.friction >= 0 ? surface.friction : material.tool_friction, tan_phi);
@@ -90,13 +101,10 @@ namespace {
 
 /// Bearing pressure of a sole on soil of a known density, in full.
 double bearing_pressure_pa(const SoilStrength& soil, const FaceExtent& face, double depth_m,
-                           double friction_angle_rad) {
-    const double tan_phi = std::tan(friction_angle_rad);
-    const double nq = 1 + tan_phi * bearing_capacity_factor_nc(friction_angle_rad);
-    const double ngamma = 2 * (nq + 1) * tan_phi;
+                           const BearingFactors& factors) {
     const double slimness = face.length_m > 0 ? face.width_m / face.length_m : 1;
-    return soil.weight_n_m3 * (depth_m * nq * (1 + slimness * tan_phi) +
-                               0.5 * face.width_m * ngamma * (1 - 0.4 * slimness));
+    return soil.weight_n_m3 * (depth_m * factors.nq * (1 + slimness * factors.tan_phi) +
+                               0.5 * face.width_m * factors.ngamma * (1 - 0.4 * slimness));
 }
 
 }  // namespace
@@ -106,15 +114,17 @@ FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, doubl
     if (!(face.width_m > 0) || !(depth_m > 0)) return {};
     const bool density_known = face.relative_density >= 0;
     const double density = std::max(0.0, face.relative_density);
-    double phi = soil.friction_angle_rad;
-    double bearing_pa = bearing_pressure_pa(soil, face, depth_m, phi);
+    BearingFactors factors = soil.bearing;
+    double bearing_pa = bearing_pressure_pa(soil, face, depth_m, factors);
     // The friction angle falls with the mean stress at failure, which rises with it (De Beer's mean
     // stress); three rounds leave less than a degree.
     for (int round = 0; density_known && round < 3; ++round) {
         const double mean_pa =
-            (bearing_pa + 3 * soil.weight_n_m3 * depth_m) / 4 * (1 - std::sin(phi));
-        phi = peak_friction_angle(soil.friction_angle_rad, density, mean_pa);
-        bearing_pa = bearing_pressure_pa(soil, face, depth_m, phi);
+            (bearing_pa + 3 * soil.weight_n_m3 * depth_m) / 4 * (1 - factors.sin_phi);
+        const double phi = peak_friction_angle(soil.friction_angle_rad, density, mean_pa);
+        if (phi == factors.friction_angle_rad) break;  // further rounds find it again
+        factors = bearing_factors(phi);
+        bearing_pa = bearing_pressure_pa(soil, face, depth_m, factors);
     }
     const double developed = std::min(
         1.0, depth_m / ((law.mobilization_widths - law.mobilization_fall_widths * density) *

@@ -108,18 +108,19 @@ Status TileTable::start() {
 Status TileTable::allocate_slots(int count) {
     const int64_t tile_voxels = core_.params.tile_voxels;
     const int64_t planes = kTransportFirst + core_.params.transport_count;
-    core_.params.plane_stride = static_cast<int32_t>(tile_voxels * count);
+    core_.params.plane_stride = static_cast<int32_t>(tile_voxels * count + kPlanePad);
     const int64_t columns = static_cast<int64_t>(count) * kTileColumns;
-    core_.params.column_count = static_cast<int32_t>(columns);
+    core_.params.column_count = static_cast<int32_t>(columns + kColumnPad);
     const int64_t blocks = static_cast<int64_t>(count) * core_.blocks_per_tile;
     for (const auto& [buffer, words] :
          {std::pair{Buffer::state, planes * core_.params.plane_stride},
           std::pair{Buffer::delta,
-                    static_cast<int64_t>(core_.params.transport_count) * core_.params.plane_stride},
+                    static_cast<int64_t>(core_.params.transport_count) * tile_voxels * count},
           std::pair{Buffer::tile_table, static_cast<int64_t>(count) * kTileTableWords},
           std::pair{Buffer::block_flags, (kFlagArrays + kMaskWords) * blocks},
-          std::pair{Buffer::spans, columns * (kColumnWords + kColumnArrays) +
-                                       static_cast<int64_t>(kTileArrays) * count}}) {
+          std::pair{Buffer::spans,
+                    int64_t{core_.params.column_count} * (kColumnWords + kColumnArrays) +
+                        static_cast<int64_t>(kTileArrays) * count}}) {
         if (Status allocated = core_.device->allocate(buffer, words); !allocated) {
             return allocated;
         }

@@ -127,11 +127,11 @@ class TileTable {
         return int64_t{slot} * layout::kTileColumns * layout::kColumnWords;
     }
     int64_t column_array_offset(int array, int slot) const {
-        return (int64_t{layout::kColumnWords + array} * slot_count_ + slot) * layout::kTileColumns;
+        return int64_t{layout::kColumnWords + array} * core_.params.column_count +
+               int64_t{slot} * layout::kTileColumns;
     }
     int64_t tile_array_offset(int array, int slot) const {
-        return int64_t{layout::kColumnWords + layout::kColumnArrays} * slot_count_ *
-                   layout::kTileColumns +
+        return int64_t{layout::kColumnWords + layout::kColumnArrays} * core_.params.column_count +
                int64_t{array} * slot_count_ + slot;
     }
     /// The soil that ground bodies have buried in a tile; false: none.

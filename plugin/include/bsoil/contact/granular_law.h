@@ -9,11 +9,18 @@
 #pragma GCC visibility push(default)
 namespace bsoil {
 
+/// What of a sole's bearing pressure follows from the friction angle.
+struct BearingFactors {
+    double friction_angle_rad = 0, tan_phi = 0, sin_phi = 0;
+    double nq = 1, ngamma = 0;  ///< of depth and of width, Prandtl's and Vesic's
+};
+
 /// What the yield of one material needs, computed once.
 struct SoilStrength {
     double stiffness_pa_m = 0;      ///< xi of resistive force theory
     double friction_angle_rad = 0;  ///< of the critical state
     double tan_phi = 0;             ///< its tangent
+    BearingFactors bearing;         ///< of this angle
     double friction =
         0;  ///< min(tool friction, tan phi): sliding shears the weaker of contact and soil
     double adhesion_pa = 0;       ///< min(tool adhesion, cohesion)
