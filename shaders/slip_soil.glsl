@@ -132,6 +132,14 @@ int slope_length(int a, int b) {
 // neighbours, where those are one pile as well.
 int steepest_drop(int slot, int x, int y, int top) {
     int deepest = 0;
+    if (x > 0 && x < 7 && y > 0 && y < 7) {  // all in this tile
+        int corner = column_word(kColumnSingle, slot * kTileColumns + (y - 1) * kTileSide + x - 1);
+        for (int n = 0; n < 9; ++n) {
+            int single = spans[corner + n / 3 * kTileSide + n % 3];
+            deepest = max(deepest, single == kNotSingle ? kAnyDrop : top - single);
+        }
+        return deepest;
+    }
     for (int n = 0; n < 9; ++n) {
         int column = column_at(slot, x + n % 3 - 1, y + n / 3 - 1);
         if (column >= 0) {

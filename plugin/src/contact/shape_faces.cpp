@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <span>
 
 #include "bsoil/distance_lattice.h"
 
@@ -15,16 +17,95 @@ Vec3 unit_or(Vec3 v, Vec3 otherwise) {
     return size > 0 ? v * (1 / size) : otherwise;
 }
 
-NearestFace higher(const NearestFace& a, const NearestFace& b) {
-    return a.distance_m >= b.distance_m ? a : b;
+/// Distance above a face, and its normal.
+struct Height {
+    double m;
+    Vec3 normal;
+};
+
+Height higher(const Height& a, const Height& b) { return a.m >= b.m ? a : b; }
+
+Height box_face(Vec3 half, Vec3 p) {
+    const double x = std::abs(p.x) - half.x, y = std::abs(p.y) - half.y, z = std::abs(p.z) - half.z;
+    if (x >= y && x >= z) return {x, {p.x < 0 ? -1.0 : 1.0, 0, 0}};
+    if (y >= z) return {y, {0, p.y < 0 ? -1.0 : 1.0, 0}};
+    return {z, {0, 0, p.z < 0 ? -1.0 : 1.0}};
 }
 
-NearestFace box_face(Vec3 half, Vec3 p) {
-    const auto face = [](double at, double half_extent, Vec3 axis) {
-        return NearestFace{std::abs(at) - half_extent, at < 0 ? -axis : axis};
-    };
-    return higher(face(p.x, half.x, {1, 0, 0}),
-                  higher(face(p.y, half.y, {0, 1, 0}), face(p.z, half.z, {0, 0, 1})));
+Height hull_face(std::span<const Plane> planes, Vec3 p) {
+    double most = -std::numeric_limits<double>::infinity();
+    Vec3 normal;
+    for (const Plane& plane : planes) {
+        const double height_m = dot(plane.normal, p) - plane.offset;
+        if (height_m <= most) continue;
+        most = height_m;
+        normal = plane.normal;
+    }
+    return {most, normal};
+}
+
+Height face_of_core(const ConvexShape& shape, Vec3 p) {
+    const Vec3 up{0, 0, 1};
+    const double r = shape.radius_m, h = shape.half_height_m;
+    const Vec3 radial{p.x, p.y, 0};
+    switch (shape.kind) {
+        case ConvexShape::Kind::box:
+            return box_face(shape.half_extents_m, p);
+        case ConvexShape::Kind::sphere:
+            return {length(p) - r, unit_or(p, up)};
+        case ConvexShape::Kind::capsule: {
+            const Vec3 off = radial + Vec3{0, 0, p.z - std::clamp(p.z, -h, h)};
+            return {length(off) - r, unit_or(off, {1, 0, 0})};
+        }
+        case ConvexShape::Kind::cylinder:
+            return higher({length(radial) - r, unit_or(radial, {1, 0, 0})},
+                          {std::abs(p.z) - h, p.z < 0 ? -up : up});
+        case ConvexShape::Kind::cone: {
+            const double slant = std::hypot(r, 2 * h);
+            const double c = 2 * h / slant, s = r / slant;
+            return higher(
+                {length(radial) * c + (p.z - h) * s, c * unit_or(radial, {1, 0, 0}) + s * up},
+                {-h - p.z, -up});
+        }
+        case ConvexShape::Kind::hull:
+            return hull_face(shape.planes, p);
+        case ConvexShape::Kind::lattice: {
+            const DistanceLattice::Face nearest = shape.lattice->nearest_face(p);
+            return {nearest.distance_m, nearest.normal};
+        }
+    }
+    return {0, up};
+}
+
+/// nearest_face() is at least `share` of the way by which a point lies farther than `radius_m` from
+/// the shape's origin.
+struct Bound {
+    double radius_m = 0, share = 0;
+};
+
+Bound bound_of(const ConvexShape& shape) {
+    const double r = shape.radius_m, h = shape.half_height_m;
+    switch (shape.kind) {
+        case ConvexShape::Kind::box:  // of a point off a corner, its largest part
+            return {length(shape.half_extents_m), 1 / std::numbers::sqrt3};
+        case ConvexShape::Kind::sphere:
+            return {r, 1};
+        case ConvexShape::Kind::capsule:
+            return {r + h, 1};
+        case ConvexShape::Kind::cylinder:
+            return {std::hypot(r, h), 1 / std::numbers::sqrt2};
+        case ConvexShape::Kind::hull: {
+            // The plane through which the ray from the origin leaves rises by its offset over the
+            // way there.
+            double least = shape.bound_m;
+            for (const Plane& plane : shape.planes) least = std::min(least, plane.offset);
+            return least > 0 ? Bound{shape.bound_m, least / shape.bound_m} : Bound{};
+        }
+        case ConvexShape::Kind::cone:
+        case ConvexShape::Kind::lattice:
+            break;
+    }
+    return {};
 }
 
 }  // namespace
@@ -45,47 +126,8 @@ double shape_thickness_m(const ConvexShape& shape) {
 }
 
 NearestFace nearest_face(const ConvexShape& shape, Vec3 p) {
-    const Vec3 up{0, 0, 1};
-    const double r = shape.radius_m, h = shape.half_height_m;
-    const Vec3 radial{p.x, p.y, 0};
-    NearestFace face;
-    switch (shape.kind) {
-        case ConvexShape::Kind::box:
-            face = box_face(shape.half_extents_m, p);
-            break;
-        case ConvexShape::Kind::sphere:
-            face = {length(p) - r, unit_or(p, up)};
-            break;
-        case ConvexShape::Kind::capsule: {
-            const Vec3 off = radial + Vec3{0, 0, p.z - std::clamp(p.z, -h, h)};
-            face = {length(off) - r, unit_or(off, {1, 0, 0})};
-            break;
-        }
-        case ConvexShape::Kind::cylinder:
-            face = higher({length(radial) - r, unit_or(radial, {1, 0, 0})},
-                          {std::abs(p.z) - h, p.z < 0 ? -up : up});
-            break;
-        case ConvexShape::Kind::cone: {
-            const double slant = std::hypot(r, 2 * h);
-            const double c = 2 * h / slant, s = r / slant;
-            face = higher(
-                {length(radial) * c + (p.z - h) * s, c * unit_or(radial, {1, 0, 0}) + s * up},
-                {-h - p.z, -up});
-            break;
-        }
-        case ConvexShape::Kind::hull:
-            face.distance_m = -std::numeric_limits<double>::infinity();
-            for (const Plane& plane : shape.planes)
-                face = higher(face, {dot(plane.normal, p) - plane.offset, plane.normal});
-            break;
-        case ConvexShape::Kind::lattice: {
-            const DistanceLattice::Face nearest = shape.lattice->nearest_face(p);
-            face = {nearest.distance_m, nearest.normal};
-            break;
-        }
-    }
-    face.distance_m -= shape.rounding_m;
-    return face;
+    const Height face = face_of_core(shape, p);
+    return {face.m - shape.rounding_m, face.normal};
 }
 
 void BodyFaces::place(const SoilBody& body, const WallShapes& walls) {
@@ -95,22 +137,33 @@ void BodyFaces::place(const SoilBody& body, const WallShapes& walls) {
         const ConvexShape& shape = (*body.shapes)[i];
         const Pose to_world = body.pose * shape.local;
         const double thick_m = shape_thickness_m(shape) + walls.growth[i].growth_m;
-        parts_.push_back({&shape, &walls.growth[i], to_world, inverse(to_world), thick_m});
+        const Bound bound = bound_of(shape);
+        parts_.push_back({&shape, &walls.growth[i], to_world, inverse(to_world), thick_m,
+                          bound.radius_m, bound.share});
         thickest_m_ = std::max(thickest_m_, thick_m);
     }
 }
 
 NearestFace BodyFaces::nearest(Vec3 point_m, double thin_m) const {
-    NearestFace nearest{std::numeric_limits<double>::infinity(), {0, 0, 1}};
+    double least_m = std::numeric_limits<double>::infinity();
+    const Part* nearest = nullptr;
+    NearestFace face{least_m, {0, 0, 1}};
     for (const Part& part : parts_) {
         if (part.thickness_m < thin_m && thickest_m_ >= thin_m) continue;
-        const NearestFace face = nearest_face(*part.shape, transform(part.to_shape, point_m));
-        if (std::abs(face.distance_m) < std::abs(nearest.distance_m))
-            nearest = {face.distance_m, rotate(part.to_world.rotation, face.normal),
-                       rotate(part.to_world.rotation, part.growth->normal),
-                       part.growth->is_thin() ? part.growth->rim_share() : 1};
+        const double off_m = length(point_m - part.to_world.position) - part.bound_m;
+        // Farther than the nearest, by more than rounding.
+        if (off_m * part.bound_share - part.shape->rounding_m > least_m * (1 + 1e-9)) continue;
+        const NearestFace its = nearest_face(*part.shape, transform(part.to_shape, point_m));
+        if (std::abs(its.distance_m) < least_m) {
+            least_m = std::abs(its.distance_m);
+            nearest = &part;
+            face = its;
+        }
     }
-    return nearest;
+    if (!nearest) return face;
+    return {face.distance_m, rotate(nearest->to_world.rotation, face.normal),
+            rotate(nearest->to_world.rotation, nearest->growth->normal),
+            nearest->growth->is_thin() ? nearest->growth->rim_share() : 1};
 }
 
 }  // namespace bsoil

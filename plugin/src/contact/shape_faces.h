@@ -37,6 +37,8 @@ class BodyFaces {
         const SheetGrowth* growth;
         Pose to_world, to_shape;
         double thickness_m;
+        double bound_m, bound_share;  ///< no face is nearer than bound_share times the way beyond
+                                      ///< bound_m from the shape's origin
     };
     std::vector<Part> parts_;
     double thickest_m_ = 0;
