@@ -9,6 +9,13 @@
 #include "lowest_point.h"
 
 namespace bsoil::bullet {
+namespace {
+
+/// Contacts that one thread takes at least.
+constexpr size_t kRangeContacts = 512;
+
+}  // namespace
+
 ContactCoupling::ContactCoupling(btDiscreteDynamicsWorld& world, ContactSoil soil,
                                  const SoilActionDef& options, const WorkThreads& threads)
     : world_(world),
@@ -131,17 +138,41 @@ void ContactCoupling::sort_by_body(std::span<const ContactVoxel> contacts) {
     std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
     by_body_.resize(starts_.back());
     next_.assign(starts_.begin(), starts_.end());
+    places_.resize(contacts.size());
     for (size_t i = 0; i < contacts.size(); ++i)
-        if (ranks_[i] >= 0) by_body_[next_[static_cast<size_t>(ranks_[i])]++] = contacts[i];
+        if (ranks_[i] >= 0) places_[i] = next_[static_cast<size_t>(ranks_[i])]++;
+    for_ranges(&threads_, contacts.size(), kRangeContacts, [&](size_t first, size_t last) {
+        for (size_t i = first; i < last; ++i)
+            if (ranks_[i] >= 0) by_body_[places_[i]] = contacts[i];
+    });
 }
 
 void ContactCoupling::gather_pressed_soil() {
     pressed_soil_.clear();
     if (coupled_.size() < 2) return;
-    for (const auto& [id, coupled] : coupled_)
+    // Each body's soil is in order: whole lists are merged, two by two.
+    pressed_starts_.assign(1, 0);
+    for (const auto& [id, coupled] : coupled_) {
         for (const PressedSoil& soil : coupled.memory.soil())
             pressed_soil_.emplace_back(soil).body = id;
-    std::stable_sort(pressed_soil_.begin(), pressed_soil_.end(), lies_before);
+        if (pressed_soil_.size() > pressed_starts_.back())
+            pressed_starts_.push_back(pressed_soil_.size());
+    }
+    while (pressed_starts_.size() > 2) {
+        merged_soil_.resize(pressed_soil_.size());
+        const auto at = [this](size_t list) {
+            const size_t start = pressed_starts_[std::min(list, pressed_starts_.size() - 1)];
+            return pressed_soil_.begin() + static_cast<std::ptrdiff_t>(start);
+        };
+        auto out = merged_soil_.begin();
+        size_t merged_count = 1;
+        for (size_t list = 0; list + 1 < pressed_starts_.size(); list += 2) {
+            out = std::merge(at(list), at(list + 1), at(list + 1), at(list + 2), out, lies_before);
+            pressed_starts_[merged_count++] = static_cast<size_t>(out - merged_soil_.begin());
+        }
+        pressed_starts_.resize(merged_count);
+        pressed_soil_.swap(merged_soil_);
+    }
 }
 
 void ContactCoupling::wake(CoupledBody& coupled) {

@@ -132,6 +132,7 @@ class ContactCoupling {
     /// The contacts of set_contacts by body, in the order of by_id_; where each body's begin.
     std::vector<ContactVoxel> by_body_;
     std::vector<size_t> starts_, next_;
+    std::vector<size_t> places_;   ///< of each contact in by_body_, where ranks_ is not -1
     std::vector<int> sorted_ids_;  ///< of by_id_, when they were sorted
     std::vector<int> ranks_;       ///< the place of each contact's body in by_id_, or -1
     size_t contact_count_ = 0;     ///< of the last set_contacts
@@ -144,6 +145,8 @@ class ContactCoupling {
     std::vector<Carrier> previous_carriers_;
     std::vector<ContactMotion> previous_motions_;
     std::vector<PressedSoil> pressed_soil_;  ///< beside all bodies, as of the last set_contacts
+    std::vector<PressedSoil> merged_soil_;   ///< room to sort it in
+    std::vector<size_t> pressed_starts_;     ///< where its sorted lists begin, and its end
 };
 
 }  // namespace bsoil::bullet

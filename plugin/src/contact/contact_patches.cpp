@@ -100,11 +100,14 @@ class CarrierPatches {
           no_distance_m_(1e-6 * element_m),
           creep_(law.def().creep) {}
 
-    void find_centroids(std::span<const ContactVoxel> voxels) {
+    /// bin_of: of the voxel with an index.
+    template <typename BinOf>
+    void find_centroids(std::span<const ContactVoxel> voxels, const BinOf& bin_of) {
         std::array<double, kNormalBinCount> bin_area{};
-        for (const ContactVoxel& v : voxels) {
+        for (size_t i = 0; i < voxels.size(); ++i) {
+            const ContactVoxel& v = voxels[i];
             if (v.carrier != motion_.carrier) continue;
-            const int bin = dominant_axis_bin(rotate(to_body_, v.normal));
+            const int bin = bin_of(i);
             centroid_[bin] += v.area_m2 * v.position_m;
             bin_area[bin] += v.area_m2;
         }
@@ -112,8 +115,7 @@ class CarrierPatches {
             if (bin_area[bin] > 0) centroid_[bin] = centroid_[bin] * (1 / bin_area[bin]);
     }
     /// area_m2: of the voxel's that touches soil.
-    void add(const ContactVoxel& v, const ElementYield& yield, double area_m2) {
-        const int bin = dominant_axis_bin(rotate(to_body_, v.normal));
+    void add(const ContactVoxel& v, int bin, const ElementYield& yield, double area_m2) {
         const int quadrant =
             quadrant_of(rotate(to_body_, v.position_m - centroid_[bin]), bin, no_distance_m_);
         const double limit_n = yield.normal_limit_pa * area_m2;
@@ -187,7 +189,9 @@ BodyContact ContactPatches::find(std::span<const ContactVoxel> voxels,
                           {relative.direction.velocity_at(v.position_m),
                            dot(relative.motion.velocity_at(v.position_m), v.normal)},
                           history.empty() ? kAllDeveloped : history[i]);
-            elements_[i] = {yield, v.area_m2 * v.touching * yield.area_share};
+            const Quat to_body = conjugate(relative.motion.pose.rotation);
+            elements_[i] = {yield, v.area_m2 * v.touching * yield.area_share,
+                            dominant_axis_bin(rotate(to_body, v.normal))};
         }
     });
 
@@ -196,12 +200,12 @@ BodyContact ContactPatches::find(std::span<const ContactVoxel> voxels,
     bool has_sole = false;
     for (const ContactMotion& relative : motions) {
         CarrierPatches sums(relative, law, element_m);
-        sums.find_centroids(voxels);
+        sums.find_centroids(voxels, [this](size_t i) { return elements_[i].bin; });
         for (size_t i = 0; i < voxels.size(); ++i) {
             const ContactVoxel& v = voxels[i];
             if (v.carrier != relative.carrier) continue;
-            const auto& [yield, area] = elements_[i];
-            sums.add(v, yield, area);
+            const auto& [yield, area, bin] = elements_[i];
+            sums.add(v, bin, yield, area);
 
             const Vec3 force = area * yield.mobilized_pa;
             total.mobilized_force_n += force;

@@ -11,6 +11,9 @@ using namespace layout;
 
 namespace {
 
+/// Contacts that one thread takes at least.
+constexpr size_t kRangeContacts = 256;
+
 Vec3 vector_at(const int32_t* words) {
     return {static_cast<double>(words[0]), static_cast<double>(words[1]),
             static_cast<double>(words[2])};
@@ -19,34 +22,37 @@ Vec3 vector_at(const int32_t* words) {
 }  // namespace
 
 void decode_contacts(std::span<const int32_t> words, std::vector<ContactOrder>& order,
-                     std::vector<ContactRecord>& out) {
+                     std::vector<ContactRecord>& out, const WorkThreads* threads) {
     constexpr int kBits = 21;  // of a place or a body's index
     static_assert(limits::kGridSideMax < 1 << kBits && limits::kBodyCapacity < 1 << kBits);
     static_assert(kOnGround == -1 && kContactAt == 0 && kContactBody == 3 && kContactKey == 4);
     order.resize(words.size() / kContactWords);
-    for (size_t i = 0; i < order.size(); ++i) {
-        const int32_t* c = &words[i * kContactWords];
-        const auto word = [c](int at) { return static_cast<uint64_t>(c[at]); };
-        order[i] = {(word(kContactCarrier) + 1) << 32 | word(0),
-                    (word(1) << kBits | word(2)) << kBits | word(kContactBody), i};
-    }
+    for_ranges(threads, order.size(), kRangeContacts, [&](size_t first, size_t last) {
+        for (size_t i = first; i < last; ++i) {
+            const int32_t* c = &words[i * kContactWords];
+            const auto word = [c](int at) { return static_cast<uint64_t>(c[at]); };
+            order[i] = {(word(kContactCarrier) + 1) << 32 | word(0),
+                        (word(1) << kBits | word(2)) << kBits | word(kContactBody), i};
+        }
+    });
     std::sort(order.begin(), order.end(), [](const ContactOrder& a, const ContactOrder& b) {
         return a.carrier_x != b.carrier_x ? a.carrier_x < b.carrier_x : a.y_z_body < b.y_z_body;
     });
-    out.clear();
-    for (const ContactOrder& next : order) {
-        const int32_t* c = &words[next.contact * kContactWords];
-        ContactRecord contact;
-        std::copy_n(c + kContactAt, 3, contact.voxel);
-        contact.body = c[kContactBody];
-        contact.carrier = c[kContactCarrier];
-        contact.gradient = vector_at(c + kContactGradient);
-        contact.gap = vector_at(c + kContactGap);
-        contact.excess = c[kContactExcess];
-        contact.material = c[kContactMaterial];
-        contact.density = c[kContactDensity];
-        out.push_back(contact);
-    }
+    out.resize(order.size());
+    for_ranges(threads, order.size(), kRangeContacts, [&](size_t first, size_t last) {
+        for (size_t i = first; i < last; ++i) {
+            const int32_t* c = &words[order[i].contact * kContactWords];
+            ContactRecord& contact = out[i];
+            std::copy_n(c + kContactAt, 3, contact.voxel);
+            contact.body = c[kContactBody];
+            contact.carrier = c[kContactCarrier];
+            contact.gradient = vector_at(c + kContactGradient);
+            contact.gap = vector_at(c + kContactGap);
+            contact.excess = c[kContactExcess];
+            contact.material = c[kContactMaterial];
+            contact.density = c[kContactDensity];
+        }
+    });
 }
 
 }  // namespace bsoil

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bsoil/geometry.h"
+#include "bsoil/work_threads.h"
 
 namespace bsoil {
 
@@ -30,8 +31,8 @@ struct ContactOrder {
 
 /// Decodes words of Buffer::result, kContactWords a contact. The device appends in any order; here
 /// those of soil on the ground come first, then carrier by carrier, each by place and body.
-/// order: room to work in.
+/// order: room to work in. threads: to share the work, or null.
 void decode_contacts(std::span<const int32_t> words, std::vector<ContactOrder>& order,
-                     std::vector<ContactRecord>& out);
+                     std::vector<ContactRecord>& out, const WorkThreads* threads = nullptr);
 
 }  // namespace bsoil

@@ -52,7 +52,7 @@ struct ContactVoxels::Element {
 
 void ContactVoxels::make(const Request& request, const TileWords& words,
                          std::vector<ContactVoxel>& out) {
-    decode_contacts(request.words, order_, records_);
+    decode_contacts(request.words, order_, records_, request.threads);
     gather_pieces(request);
     out.clear();
     if (out.capacity() < 2 * records_.size()) {

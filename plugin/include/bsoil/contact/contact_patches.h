@@ -96,6 +96,7 @@ class ContactPatches {
     struct Element {
         ElementYield yield;
         double area_m2 = 0;
+        int bin = 0;  ///< dominant_axis_bin() of its normal in its body's frame
     };
     ContactFaces faces_;
     std::vector<Element> elements_;  ///< per voxel
