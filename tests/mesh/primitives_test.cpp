@@ -42,6 +42,18 @@ TEST(Primitives, are_closed_and_enclose_their_volume) {
     expect_solid(cone_mesh(1, 1.5, kGrey), kPi * 3 / 3);
 }
 
+TEST(Primitives, bevels_cut_edges_off) {
+    // Twelve edges, each a prism with legs of c; at a corner three of them meet.
+    const double c = 0.5;
+    expect_solid(box_mesh({1, 2, 3}, kGrey, c), 48 - 24 * c * c + 6 * c * c * c);
+    // No more than a third of the thinnest extent, 2, is cut.
+    const double most = 2.0 / 3;
+    expect_solid(box_mesh({1, 2, 3}, kGrey, 5), 48 - 24 * most * most + 6 * most * most * most);
+    // A ring with a triangle of c x c turns about the axis with its centroid.
+    const double ring = 2 * kPi * (0.5 - 0.2 / 3) * 0.2 * 0.2 / 2;
+    expect_solid(cylinder_mesh(0.5, 1, kGrey, 0.2), kPi * 0.25 * 2 - 2 * ring);
+}
+
 TEST(Primitives, hull_is_the_intersection_of_its_half_spaces) {
     const double s = 1 / std::sqrt(3.0);
     std::vector<Plane> octahedron;

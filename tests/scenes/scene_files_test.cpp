@@ -58,6 +58,43 @@ TEST(Scenes, every_scene_of_the_project_is_valid_both_ways_up) {
     EXPECT_GE(count, 8);
 }
 
+TEST(Scenes, visuals_are_rows_rings_and_mirror_images) {
+    const auto scene = parse_scene(R"([world]
+duration_s = 1
+[[body]]
+name = "wheel"
+shape = "sphere"
+radius_m = 0.5
+visual = [
+    { shape = "box", size_m = [0.1, 0.2, 0.1], position_m = [0, 0.3, 0.5], rotation_deg = [0, 0, 30], bevel_m = 0.01, repeat_count = 4, repeat_turn_deg = 90, mirror = true },
+    { shape = "sphere", radius_m = 0.1, position_m = [1, 0, 0], repeat_count = 3, repeat_step_m = [0.5, 0, 0] },
+]
+)",
+                                   "s.toml");
+    ASSERT_TRUE(scene) << scene.error();
+    const auto& drawn = scene->bodies[0].drawn;
+    ASSERT_EQ(drawn.size(), 8u + 3u);
+    const auto expect_at = [&drawn](size_t item, Vec3 place) {
+        EXPECT_NEAR(length(drawn[item].solid.pose.position - place), 0, 1e-12) << item;
+    };
+    expect_at(0, {0, 0.3, 0.5});
+    expect_at(1, {0, -0.3, 0.5});
+    expect_at(2, {0.5, 0.3, 0});  // a quarter about y: z turns to x
+    expect_at(4, {0, 0.3, -0.5});
+    expect_at(8, {1, 0, 0});
+    expect_at(10, {2, 0, 0});
+    EXPECT_EQ(drawn[0].bevel_m, 0.01);
+    // An arrow along the box's x, 30 degrees to the left, points 30 degrees to the right in its
+    // image.
+    const Vec3 left = rotate(drawn[0].solid.pose.rotation, {1, 0, 0});
+    const Vec3 right = rotate(drawn[1].solid.pose.rotation, {1, 0, 0});
+    EXPECT_NEAR(left.y, 0.5, 1e-12);
+    EXPECT_NEAR(right.y, -0.5, 1e-12);
+    EXPECT_NEAR(left.x, right.x, 1e-12);
+    // Nothing of it collides.
+    EXPECT_EQ(scene->bodies[0].solids().size(), 1u);
+}
+
 TEST(Scenes, readme_is_what_scene_keys_prints) {
     EXPECT_EQ(content(fs::path(BSOIL_SCENES_DIR) / "README.md"), schema_markdown())
         << "write it again: bsoil scene-keys --markdown > demos/scenes/README.md";

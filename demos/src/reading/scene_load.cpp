@@ -228,9 +228,25 @@ class SceneChecker {
         }
     }
 
+    void add_visuals(BodyItem& body) {
+        for (const VisualItem& visual : body.visuals) {
+            if (visual.solid.shape == "hull" && visual.solid.points_m.size() < 4)
+                error(visual.where("points_m"), "a hull needs at least 4 points");
+            if (visual.mirror && visual.solid.shape == "mesh")
+                error(visual.where("mirror"), "a mesh has no mirror image here");
+            std::string path;
+            if (visual.solid.shape == "mesh") {
+                path = existing(visual.file, visual.where("file"));
+                if (path.empty()) continue;
+            }
+            for (DrawnItem& item : drawn_items(visual, path)) body.drawn.push_back(std::move(item));
+        }
+    }
+
     void check_bodies() {
         unique_names(scene_.bodies, "body");
-        for (const BodyItem& body : scene_.bodies) {
+        for (BodyItem& body : scene_.bodies) {
+            add_visuals(body);
             if (body.shape.shape == "compound" && body.parts.empty())
                 error(body.at, "a compound needs at least one [[body.part]]");
             size_t weighed = 0;

@@ -280,6 +280,45 @@ TableOf<ShapeItem> part_table() {
     return table;
 }
 
+TableOf<VisualItem> visual_table() {
+    using V = VisualItem;
+    TableOf<V> table("body.visual", true,
+                     "What pictures show of a body in place of its solids, in the body's frame. "
+                     "Looks only: nothing collides with it.");
+    table.selected_by("shape")
+        .word(
+            "shape", [](V& v) -> std::string& { return v.solid.shape; },
+            {"box", "sphere", "capsule", "cylinder", "cone", "hull", "mesh"}, "the form")
+        .required();
+    add_shape_keys(table, &V::solid);
+    table.text("file", &V::file, "OBJ, STL or DAE beside the scene, or data:PATH; at most 256 MiB")
+        .only({"mesh"})
+        .required()
+        .number("scale", &V::scale, {1e-6, 1e6}, "metres per unit of the file")
+        .only({"mesh"})
+        .number("bevel_m", &V::bevel_m, {0, 1e3},
+                "how far its edges are cut off, at most a third of the thinnest extent")
+        .only({"box", "cylinder"})
+        .vector(
+            "position_m", [](V& v) -> Vec3& { return v.solid.pose.position; }, kPlace,
+            "in the body's frame")
+        .rotation([](V& v) -> Quat& { return v.solid.pose.rotation; },
+                  "of the form in the body's frame")
+        .vector(
+            "color", [](V& v) -> std::optional<Vec3>& { return v.solid.color; }, kFraction,
+            "linear red, green, blue; the body's where it is missing")
+        .integer("repeat_count", &V::repeat_count, {1, 500}, "copies in a row or a ring")
+        .vector("repeat_step_m", &V::repeat_step_m, kPlace, "from one copy to the next")
+        .number("repeat_turn_deg", &V::repeat_turn_rad, {-360, 360},
+                "from one copy to the next, about `repeat_axis` through `repeat_center_m`", kDegree)
+        .word("repeat_axis", &V::repeat_axis, {"x", "y", "z"}, "of the body's frame")
+        .vector("repeat_center_m", &V::repeat_center_m, kPlace, "a point on that axis")
+        .flag("mirror", &V::mirror,
+              "each copy once more, on the other side of the plane y = 0 of the body's frame; not "
+              "for shape mesh");
+    return table;
+}
+
 TableOf<BodyItem> body_table() {
     using B = BodyItem;
     TableOf<B> table("body", true, "A rigid body.");
@@ -294,6 +333,7 @@ TableOf<BodyItem> body_table() {
     add_shape_keys(table, &B::shape);
     table.child<ShapeItem>("part", part_table(), [](B& b) { return &b.parts.emplace_back(); })
         .only({"compound"})
+        .child<VisualItem>("visual", visual_table(), [](B& b) { return &b.visuals.emplace_back(); })
         .number("mass_kg", &B::mass_kg, kMass, "0: static (or kinematic)")
         .vector(
             "position_m", [](B& b) -> Vec3& { return b.pose.position; }, kPlace,

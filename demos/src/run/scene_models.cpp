@@ -22,16 +22,16 @@ Quat axis_turn(const std::string& axis) {
     return {};
 }
 
-Mesh solid_mesh(const ShapeItem& s, const render::Color& color) {
+Mesh solid_mesh(const ShapeItem& s, const render::Color& color, double bevel_m = 0) {
     Mesh mesh;
     if (s.shape == "box")
-        mesh = render::box_mesh(s.size_m * 0.5, color);
+        mesh = render::box_mesh(s.size_m * 0.5, color, bevel_m);
     else if (s.shape == "sphere")
         mesh = render::sphere_mesh(s.radius_m, color);
     else if (s.shape == "capsule")
         mesh = render::capsule_mesh(s.radius_m, s.height_m / 2, color);
     else if (s.shape == "cylinder")
-        mesh = render::cylinder_mesh(s.radius_m, s.height_m / 2, color);
+        mesh = render::cylinder_mesh(s.radius_m, s.height_m / 2, color, bevel_m);
     else if (s.shape == "cone")
         mesh = render::cone_mesh(s.radius_m, s.height_m / 2, color);
     else
@@ -52,7 +52,7 @@ Mesh body_mesh(const BodyItem& body) {
     for (const DrawnItem& item : body.drawn) {
         const render::Color color = color_of(item.solid.color.value_or(body.color));
         if (item.mesh_file.empty()) {
-            append(solid_mesh(item.solid, color), item.solid.pose);
+            append(solid_mesh(item.solid, color, item.bevel_m), item.solid.pose);
         } else if (const auto triangles = read_robot_mesh(item.mesh_file, item.mesh_scale)) {
             append(render::triangle_mesh(*triangles, color), item.solid.pose);
         } else {

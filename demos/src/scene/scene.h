@@ -135,7 +135,22 @@ struct DrawnItem {
     ShapeItem solid;        ///< in the body's frame
     std::string mesh_file;  ///< where it is given: the triangles, in the solid's frame
     Vec3 mesh_scale{1, 1, 1};
+    double bevel_m = 0;  ///< of a box and a cylinder: how much of each edge is cut off
 };
+
+/// [[body.visual]]: one part of what pictures show of a body, or a row of it.
+struct VisualItem : SceneItem {
+    ShapeItem solid;
+    std::string file;
+    double scale = 1, bevel_m = 0;
+    int repeat_count = 1;
+    Vec3 repeat_step_m, repeat_center_m;
+    double repeat_turn_rad = 0;
+    std::string repeat_axis = "y";
+    bool mirror = false;
+};
+/// What is drawn for it, all copies.
+std::vector<DrawnItem> drawn_items(const VisualItem& visual, const std::string& mesh_file);
 
 /// Mass distribution given from outside (a URDF): principal axes and moments.
 struct Inertial {
@@ -162,8 +177,9 @@ struct BodyItem : SceneItem {
     std::string multibody;   ///< bodies of one name are links of one btMultiBody; empty: rigid
     double sleep_rad_s = 1;  ///< turning slower it may fall asleep; 1 is Bullet's own
     bool is_ghost = false;   ///< touches nothing: a link without a solid
-    std::vector<DrawnItem> drawn;  ///< in pictures; empty: the solids
-    std::string bullet_file;       ///< name of the [[bullet_file]] that it comes out of
+    std::vector<VisualItem> visuals;  ///< as the scene file gives them: they become `drawn`
+    std::vector<DrawnItem> drawn;     ///< in pictures; empty: the solids
+    std::string bullet_file;          ///< name of the [[bullet_file]] that it comes out of
 
     /// The solids that make the body up: its parts, or itself.
     std::vector<ShapeItem> solids() const;

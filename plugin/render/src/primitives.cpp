@@ -9,8 +9,9 @@
 namespace bsoil::render {
 namespace {
 
-constexpr int kRoundSegments = 48;  ///< around an axis
-constexpr int kArcSegments = 12;    ///< of a quarter circle
+constexpr int kRoundSegments = 48;      ///< around an axis
+constexpr double kBevelMost = 1.0 / 3;  ///< of the thinnest extent
+constexpr int kArcSegments = 12;        ///< of a quarter circle
 
 uint32_t add_vertex(Mesh& mesh, Vec3 position, Vec3 normal, Color color) {
     const auto index = static_cast<uint32_t>(mesh.vertex_count());
@@ -82,9 +83,19 @@ std::vector<Vec3> clipped(const std::vector<Vec3>& polygon, const Plane& plane) 
 
 }  // namespace
 
-Mesh box_mesh(Vec3 half, Color color) {
-    const Plane planes[6] = {{{1, 0, 0}, half.x},  {{-1, 0, 0}, half.x}, {{0, 1, 0}, half.y},
-                             {{0, -1, 0}, half.y}, {{0, 0, 1}, half.z},  {{0, 0, -1}, half.z}};
+Mesh box_mesh(Vec3 half, Color color, double bevel_m) {
+    std::vector<Plane> planes = {{{1, 0, 0}, half.x},  {{-1, 0, 0}, half.x}, {{0, 1, 0}, half.y},
+                                 {{0, -1, 0}, half.y}, {{0, 0, 1}, half.z},  {{0, 0, -1}, half.z}};
+    const double cut = std::min(bevel_m, kBevelMost * 2 * std::min({half.x, half.y, half.z}));
+    const double s = std::sqrt(0.5);
+    for (const double a : {-s, s}) {
+        for (const double b : {-s, s}) {
+            if (cut <= 0) continue;
+            planes.push_back({{a, b, 0}, s * (half.x + half.y - cut)});
+            planes.push_back({{a, 0, b}, s * (half.x + half.z - cut)});
+            planes.push_back({{0, a, b}, s * (half.y + half.z - cut)});
+        }
+    }
     return hull_mesh(planes, 2 * std::max({half.x, half.y, half.z}), color);
 }
 
@@ -104,8 +115,16 @@ Mesh capsule_mesh(double radius_m, double half_height_m, Color color) {
     return revolved_mesh(outline, color);
 }
 
-Mesh cylinder_mesh(double radius_m, double half_height_m, Color color) {
+Mesh cylinder_mesh(double radius_m, double half_height_m, Color color, double bevel_m) {
     const double r = radius_m, h = half_height_m;
+    const double cut = std::min(bevel_m, kBevelMost * 2 * std::min(r, h));
+    if (cut > 0) {
+        const double in = r - cut, low = h - cut, s = std::sqrt(0.5);
+        const OutlinePoint bevelled[] = {
+            {0, h, 0, 1},    {in, h, 0, 1},    {in, h, s, s},   {r, low, s, s},  {r, low, 1, 0},
+            {r, -low, 1, 0}, {r, -low, s, -s}, {in, -h, s, -s}, {in, -h, 0, -1}, {0, -h, 0, -1}};
+        return revolved_mesh(bevelled, color);
+    }
     const OutlinePoint outline[] = {{0, h, 0, 1},  {r, h, 0, 1},   {r, h, 1, 0},
                                     {r, -h, 1, 0}, {r, -h, 0, -1}, {0, -h, 0, -1}};
     return revolved_mesh(outline, color);

@@ -15,10 +15,12 @@ using Color = std::array<float, 3>;  ///< linear RGB, 0..1
 
 /// Centred at the origin; axes as for ConvexShape: local z. Metres.
 /// @{
-Mesh box_mesh(Vec3 half_extents_m, Color color);
+/// bevel_m: how far edges are cut off at 45 degrees; no more than a third of the thinnest extent
+/// is.
+Mesh box_mesh(Vec3 half_extents_m, Color color, double bevel_m = 0);
 Mesh sphere_mesh(double radius_m, Color color);
 Mesh capsule_mesh(double radius_m, double half_height_m, Color color);
-Mesh cylinder_mesh(double radius_m, double half_height_m, Color color);
+Mesh cylinder_mesh(double radius_m, double half_height_m, Color color, double bevel_m = 0);
 /// @}
 /// Apex at +z.
 Mesh cone_mesh(double radius_m, double half_height_m, Color color);
