@@ -1,6 +1,20 @@
 // Adds the deltas of the pass before to the state and empties them. Only voxels that got some; which of the others in their
 // block overflow is known.
 // Reads: deltas, masks. Writes: all transported planes, masks, stamps.
+
+bool is_in_mask(int block, int mask, int lane) {
+    return ((mask_half(block, mask, lane >> 5) >> (lane & 31)) & 1) != 0;
+}
+
+// Columns of half a block in which a voxel got deltas.
+int arrived_half(int block, int half_at) {
+    int columns = 0;
+    for (int z = 0; z < 8; ++z) {
+        columns = columns | mask_half(block, kMaskArrived + 2 * z, half_at);
+    }
+    return columns;
+}
+
 int apply_flow_lanes(int group, int half_at) {
     int block = block_list[params.list_offset + group];
     if (block_flags[flag_index(kFlagPending, block)] != params.pass_stamp) {

@@ -59,7 +59,7 @@ void apply_force(int group, int lane) {
             int down = -push.z;
             push.x += mul_q16(down, signed_fraction_q16(clamp(out_way.x, -reach, reach), reach));
             push.y += mul_q16(down, signed_fraction_q16(clamp(out_way.y, -reach, reach), reach));
-            push.z = mul_q16(down, material_word(voxel, kTablePassive));
+            push.z = mul_q16(down, mixed_word(voxel, 0, kTablePassive));
         }
         int most = largest_component(push);
         if (most > 0) {

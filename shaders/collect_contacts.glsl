@@ -121,7 +121,8 @@ void collect_contacts(int group, int lane) {
         }
         // Relative density of the soil along the way out, as if it were all of one kind.
         int density = kDensityFixed;
-        int loose = material_word(soil_voxel, kTableLoose);
+        int kind = main_material(soil_voxel);
+        int loose = tables[2 * kind * kTableWords + kTableLoose] > 0 ? loose_word(soil_voxel) : 0;
         if (loose > 0) {
             int mass = 0;
             int held = 0;
@@ -133,7 +134,7 @@ void collect_contacts(int group, int lane) {
                 }
             }
             int most_held = mul_q16(mass, loose);
-            int range = max(0, most_held - mul_q16(mass, material_word(soil_voxel, kTableCompacted)));
+            int range = max(0, most_held - mul_q16(mass, compacted_word(soil_voxel)));
             int gone = clamp(most_held - held, 0, range);
             while (range >= 67108864) {  // keep the quotient in range
                 range = range / 2;
@@ -162,7 +163,7 @@ void collect_contacts(int group, int lane) {
         result[at + kContactGap + 1] = gradient.y == 0 ? gap : gap_beside(slot, here, voxel, ivec3(0, sign(gradient.y), 0));
         result[at + kContactGap + 2] = gradient.z == 0 ? gap : gap_beside(slot, here, voxel, ivec3(0, 0, sign(gradient.z)));
         result[at + kContactExcess] = max(0, state_at(kPlaneVolume, voxel) + coverage_at(voxel) - kVoxelFull);
-        result[at + kContactMaterial] = main_material(soil_voxel);
+        result[at + kContactMaterial] = kind;
         result[at + kContactDensity] = density;
         result[at + kContactCarrier] = support == kSupportGround ? kOnGround : support - kSupportBody;
     }

@@ -42,6 +42,12 @@ bool step_on(INOUT(int) slot, INOUT(ivec2) at, ivec2 way) {
     return true;
 }
 
+// Height of a column's ground, Q16: its soil's, or that of terrain on top of it.
+int ground_height(int column) {
+    int word = spans[column_word(kColumnSurface, column)];
+    return word >= 0 ? word : (word <= kTerrainTop ? kTerrainTop - word : kCovered - word);
+}
+
 int height_over(int slot, ivec2 at, int toe) { return (ground_height(column_of(slot, at)) - toe) >> 8; }
 
 // One step on, or here where the way ends.
@@ -89,10 +95,10 @@ bool slides_on(int slot, ivec2 at, ivec2 way, int toe, int count, int climb, int
         }
         // A voxel's bonded soil lies below the rest of it.
         bool bonded = (height & 65535) < state_at(kPlaneTerrain, voxel) + state_at(kPlaneBond, voxel);
-        int table = (2 * main_material(voxel) + (bonded ? 0 : 1)) * kTableWords;
+        int loose = bonded ? 0 : 1;
         bool is_soil = state_at(kPlaneVolume, voxel) > 0;
-        int hold = is_soil ? mul_q16(tables[table + kTableStrength], stretch) : 0;
-        int friction = is_soil ? tables[table + kTableFriction] : 0;
+        int hold = is_soil ? mul_q16(mixed_word(voxel, loose, kTableStrength), stretch) : 0;
+        int friction = is_soil ? mixed_word(voxel, loose, kTableFriction) : 0;
         int above = 0;
         if (n == count) {
             hold = hold / 2;  // it comes out in the middle of this one

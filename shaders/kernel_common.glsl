@@ -18,10 +18,6 @@ int mask_index(int block, int word) { return kFlagArrays * (params.plane_stride 
 
 int mask_half(int block, int mask, int half_at) { return block_flags[mask_index(block, mask + half_at)]; }
 
-bool is_in_mask(int block, int mask, int lane) {
-    return ((mask_half(block, mask, lane >> 5) >> (lane & 31)) & 1) != 0;
-}
-
 // For masks that only a block's own group changes.
 void set_in_mask(int block, int mask, int lane, bool is_in) {
     int at = mask_index(block, mask + (lane >> 5));
@@ -32,15 +28,6 @@ void set_in_mask(int block, int mask, int lane, bool is_in) {
     } else if (!is_in && was_in) {
         ATOMIC_AND_OWNED(block_flags[at], ~bit);
     }
-}
-
-// Columns of half a block in which a voxel got deltas.
-int arrived_half(int block, int half_at) {
-    int columns = 0;
-    for (int z = 0; z < 8; ++z) {
-        columns = columns | mask_half(block, kMaskArrived + 2 * z, half_at);
-    }
-    return columns;
 }
 
 bool has_overflow(int block) {
@@ -70,21 +57,6 @@ void note_change(int slot, int lane, int low, int high) {
     stamp_column(slot, lane);
     ATOMIC_MIN_OWNED(spans[column_word(kColumnFull, slot * kTileColumns + lane)], low);
     ATOMIC_MAX_OWNED(spans[column_word(kColumnEnd, slot * kTileColumns + lane)], high + 1);
-}
-
-// Columns of half a tile that have changed since the pass `stamp`.
-int changed_half(int slot, int half_at, int stamp) {
-    if (spans[tile_stamp(slot)] <= stamp) {
-        return 0;
-    }
-    int first = column_word(kColumnStamp, slot * kTileColumns + half_at * 32);
-    int columns = 0;
-    for (int i = 0; i < 32; ++i) {
-        if (spans[first + i] > stamp) {
-            columns = columns | (1 << i);
-        }
-    }
-    return columns;
 }
 
 // Columns that have changed since `stamp` in row y (-8..15) of tile `slot` and of those beside it: bit 8 + x, x from -8 to 15.
@@ -222,6 +194,31 @@ int main_material(int voxel) {
     return best;
 }
 
+// Soil of several materials: each of these words is the mean by mass of its materials' words. So is tan phi. Cohesion over unit
+// weight then is the mean cohesion by volume over the mixture's own unit weight, and volumes of a mass unit add up exactly.
+// loose: whether the tables of loose soil count.
+int mixed_word(int voxel, int loose, int at) {
+    int main = main_material(voxel);
+    int word = tables[(2 * main + loose) * kTableWords + at];
+    if (params.material_count == 1) {
+        return word;
+    }
+    int mass = mass_at(voxel);
+    int mean = word;
+    for (int m = 0; m < params.material_count; ++m) {
+        int units = state_at(kPlaneMaterial + m, voxel);
+        if (m != main && units > 0) {
+            mean += mul_q16(fraction_q16(units, mass), tables[(2 * m + loose) * kTableWords + at] - word);
+        }
+    }
+    return mean;
+}
+
+// Whether a voxel holds more than one material.
+bool is_mixed(int voxel) {
+    return params.material_count > 1 && mass_at(voxel) != state_at(kPlaneMaterial + main_material(voxel), voxel);
+}
+
 // Whether most of a voxel's soil was never moved.
 bool is_bonded(int voxel) { return 2 * state_at(kPlaneBond, voxel) >= state_at(kPlaneVolume, voxel); }
 
@@ -232,13 +229,7 @@ bool is_intact(int voxel) {
     }
     int volume = state_at(kPlaneVolume, voxel);
     return volume > 0 && state_at(kPlaneBond, voxel) >= volume - kIntactSlack &&
-           tables[2 * main_material(voxel) * kTableWords + kTableStrength] >= params.bank_strength;
-}
-
-// Height of a column's ground, Q16: its soil's, or that of terrain on top of it.
-int ground_height(int column) {
-    int word = spans[column_word(kColumnSurface, column)];
-    return word >= 0 ? word : (word <= kTerrainTop ? kTerrainTop - word : kCovered - word);
+           mixed_word(voxel, 0, kTableStrength) >= params.bank_strength;
 }
 
 // The nearest whole number.
@@ -250,12 +241,19 @@ int signed_fraction_q16(int part, int whole) {
     return part < 0 ? -fraction_q16(-part, whole) : fraction_q16(part, whole);
 }
 
-// The word `at` of the table of the material that makes up most of a voxel.
-int material_word(int voxel, int at) { return tables[2 * main_material(voxel) * kTableWords + at]; }
+// Volume of a mass unit of a voxel's soil once it is loose, and once it is compacted, Q16. The first is 0 where density is fixed.
+int compacted_word(int voxel) { return mixed_word(voxel, 0, kTableHeldLeast); }
+int loose_word(int voxel) {
+    if (!is_mixed(voxel)) {
+        return tables[2 * main_material(voxel) * kTableWords + kTableLoose];
+    }
+    int loose = mixed_word(voxel, 0, kTableHeld);
+    return loose > compacted_word(voxel) ? loose : 0;
+}
 
 // Volume that `mass` out of `voxel` takes up once it has been moved: no less than as loose soil.
 int loosened(int voxel, int volume, int mass) {
-    return max(volume, mul_q16(mass, material_word(voxel, kTableLoose)));
+    return max(volume, mul_q16(mass, loose_word(voxel)));
 }
 
 void mark_arrived(int voxel) {

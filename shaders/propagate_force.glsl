@@ -66,7 +66,7 @@ ivec3 way_to_free_surface(int slot, ivec3 at, ivec3 way, int passive) {
 // Soil pressed by a body is compacted before it flows: up to the relative density that belongs to the body's pressure,
 // and half of that one voxel further on. Returns the volume that is gone.
 int compact(int slot, ivec3 at, int voxel, int excess, ivec3 way) {
-    int loose = material_word(voxel, kTableLoose);
+    int loose = loose_word(voxel);
     if (loose == 0) {
         return 0;
     }
@@ -81,7 +81,7 @@ int compact(int slot, ivec3 at, int voxel, int excess, ivec3 way) {
         packing = body < 0 ? 0 : shapes[body * kBodyWords + kBodyPacking] / 2;
     }
     int volume = state_at(kPlaneVolume, voxel);
-    int dense = loose - mul_q16(loose - material_word(voxel, kTableCompacted), packing);
+    int dense = loose - mul_q16(loose - compacted_word(voxel), packing);
     int gone = min(excess, volume - mul_q16(mass_at(voxel), dense));
     if (gone <= 0) {
         return 0;
@@ -137,7 +137,7 @@ void propagate_force(int group, int lane) {
         int fraction = fraction_q16(excess, volume);
         ivec3 next = at + round_q16(way);
         int ahead = voxel_at(slot, next.x, next.y, next.z);
-        int passive = material_word(voxel, kTablePassive);
+        int passive = mixed_word(voxel, 0, kTablePassive);
         if (way.z < passive && !has_room(ahead)) {
             way = way_to_free_surface(slot, at, way, passive);
         }

@@ -100,8 +100,72 @@ int table_at(int curve, int table, int slope) {
     return tables[start] + mul_q16(tables[start + 1] - tables[start], rest * 16);
 }
 
-// The curve of a voxel's soil. Cohesion holds where most of it is undisturbed.
-int curve_of(int voxel) { return 2 * main_material(voxel) + (is_bonded(voxel) ? 0 : 1); }
+// The curve of a voxel's soil. Cohesion holds where most of it is undisturbed. Below 0 where several materials share the voxel,
+// which have no curve: kMixedBonded or kMixedLoose.
+CONST_INT(kMixedBonded, -1)
+CONST_INT(kMixedLoose, -2)
+int curve_of(int voxel) {
+    int loose = is_bonded(voxel) ? 0 : 1;
+    return is_mixed(voxel) ? kMixedBonded - loose : 2 * main_material(voxel) + loose;
+}
+
+// Whole square root, rounded down, by Newton's method from above.
+int square_root(int square) {
+    int root = 46340;  // of the largest number
+    for (int i = 0; square > 0 && i < 24; ++i) {
+        int better = (root + square / root) / 2;
+        if (better >= root) {
+            return root;
+        }
+        root = better;
+    }
+    return square > 0 ? root : 0;
+}
+
+// table_at() of wedges for tan phi and cohesion over unit weight (k, Q16 voxels) of a mixture. The flattest plane that fails has
+// the slope q with, thesis (1) to (4),
+//     (slope - q) (q - tan phi) / 2 = k (1 + q^2)
+// Without cohesion the wedge is linear on both sides of phi; with it soil that stands counts as -1, as in the tables.
+CONST_INT(kMixedStrong, 524288)    // with 8 voxels a step of 16 stands
+CONST_INT(kMixedSteepest, 1048576)  // 16, where the tables end
+int mixed_wedge(int friction, int strength, int any_slope) {
+    int slope = min(any_slope, kMixedSteepest);
+    if (strength == 0) {
+        return slope - friction;
+    }
+    if (slope <= friction || strength > kMixedStrong) {
+        return -kVoxelFull;
+    }
+    int half_sum = (slope + friction) / 4;
+    int last = mul_q16(slope, friction) / 2 + strength;
+    int square = mul_q16(half_sum, half_sum) - mul_q16(32768 + strength, last);
+    if (square <= 0) {
+        return -kVoxelFull;
+    }
+    return slope - fraction_q16(last, half_sum + 16 * square_root(256 * square));
+}
+
+int wedge_at(int curve, int voxel, int slope) {
+    if (curve >= 0) {
+        return table_at(curve, 0, slope);
+    }
+    int loose = kMixedBonded - curve;
+    return mixed_wedge(mixed_word(voxel, loose, kTableFriction), mixed_word(voxel, loose, kTableStrength), slope);
+}
+
+// Of a mixture: the mean by mass.
+int acceleration_at(int curve, int voxel, int slope) {
+    if (curve >= 0) {
+        return table_at(curve, kTableAcceleration, slope);
+    }
+    int mass = mass_at(voxel);
+    int mean = 0;
+    for (int m = 0; m < params.material_count; ++m) {
+        int share = fraction_q16(state_at(kPlaneMaterial + m, voxel), mass);
+        mean += mul_q16(share, table_at(2 * m + kMixedBonded - curve, kTableAcceleration, slope));
+    }
+    return mean;
+}
 
 // Whole square root of a sum of squares of numbers below 2^26, to within 2^-12 of itself.
 int slope_length(int a, int b) {
@@ -189,7 +253,7 @@ void slip_soil(int group, int lane) {
         }
         int source = voxel_at(slot, x, y, (top - 1) >> 16);
         int curve = curve_of(source);
-        if (table_at(curve, 0, steepest) <= kSlipTolerance) {
+        if (wedge_at(curve, source, steepest) <= kSlipTolerance) {
             continue;  // the steeper a slope, the higher its wedge
         }
         bool on_rigid = i > 0;
@@ -237,7 +301,7 @@ void slip_soil(int group, int lane) {
             if (slope == 0) {
                 continue;
             }
-            int wedge = table_at(curve, 0, slope);
+            int wedge = wedge_at(curve, source, slope);
             if (wedge <= kSlipTolerance) {
                 continue;
             }
@@ -264,7 +328,7 @@ void slip_soil(int group, int lane) {
             speed = max(speed, column_speed(slot, x + k % 3 - 1, y + k / 3 - 1));
         }
         // thesis (9), and no more than a quarter of the wedge at once, so that nothing overshoots.
-        speed = min(speed + table_at(curve, kTableAcceleration, worst_slope) / params.substep_count, 65536);
+        speed = min(speed + acceleration_at(curve, source, worst_slope) / params.substep_count, 65536);
         spans[speed_write(record, i)] = speed;
         slides = slides || speed != 0;
         int rate = min(max(speed / params.substep_count, params.slip_rate_least), params.slip_rate_most);
@@ -280,7 +344,7 @@ void slip_soil(int group, int lane) {
                 continue;
             }
             int below = curve_of(source);
-            if (below != curve && table_at(below, 0, worst_slope) <= kSlipTolerance) {
+            if ((below != curve || below < 0) && wedge_at(below, source, worst_slope) <= kSlipTolerance) {
                 break;  // what lies on top slides off it
             }
             amount -= taken;

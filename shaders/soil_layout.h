@@ -278,6 +278,8 @@ CONST_INT(kTableLoose, 601)     // volume of a mass unit of loose soil, Q16; 0: 
 CONST_INT(kTableCompacted, 602) // ... of compacted soil
 CONST_INT(kTableFriction, 603)  // tan(phi), Q16
 CONST_INT(kTableStrength, 604)  // cohesion over unit weight, Q16 voxels; kStrengthLeast to kStrengthMost, or 0
+CONST_INT(kTableHeld, 605)      // as kTableLoose, where density is fixed as placed: for soil of several materials
+CONST_INT(kTableHeldLeast, 606) // as kTableCompacted, likewise
 CONST_INT(kStrengthLeast, 256)      // 1/256 voxel: the rounding of sums over a bank's columns is no hundredth of it
 CONST_INT(kStrengthMost, 8388608)   // 128 voxels: a wall of 512, the highest grid, stands
 

@@ -109,7 +109,7 @@ TEST(ExperimentErrors, every_experiment_of_the_project_is_valid) {
         ++count;
         bool valid = false;
         std::string errors;
-        for (const char* rig : {"plate", "blade", "traction", "shear"}) {
+        for (const char* rig : {"plate", "blade", "traction", "shear", "column"}) {
             const auto made = load_experiment(entry.path().string(), rig);
             valid |= made.ok();
             if (!made) errors += made.error() + '\n';

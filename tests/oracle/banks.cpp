@@ -36,16 +36,22 @@ std::vector<double> failing_planes(const Model& model, const Field& field,
     // rigid.
     const auto soil_at = [&](int x, int y, double height) {
         std::optional<BankSoil> found;
+        double friction = 0;
         for (double z : {height - blur, height, height + blur}) {
             const int at = std::clamp(static_cast<int>(std::ceil(z)) - 1, 0, field.nz - 1);
             const Voxel& voxel = field.at(x, y, at);
             const bool bonded = z - at - 1e-4 < voxel.terrain + voxel.bond;
-            BankSoil here = voxel.soil > 0 ? soil(voxel.main_material(), bonded) : BankSoil{};
+            BankSoil here = voxel.soil > 0 ? soil(voxel, bonded) : BankSoil{};
             here.is_bonded = voxel.soil > 0 && bonded;
             if (field.closed(model, x, y, at)) here.cohesion_height = kNone;
-            if (!found || (here.cohesion_height > found->cohesion_height) == (strength > 1))
+            const bool strongest = strength > 1;
+            friction = z < height ? here.friction
+                                  : (strongest ? std::max(friction, here.friction)
+                                               : std::min(friction, here.friction));
+            if (!found || (here.cohesion_height > found->cohesion_height) == strongest)
                 found = here;
         }
+        found->friction = friction;
         return *found;
     };
     const auto search = [&](int x, int y, int dx, int dy) -> std::optional<Plane> {

@@ -19,11 +19,11 @@ struct BankSoil {
     double friction = 0;         ///< tan(phi)
     bool is_bonded = false;      ///< set by failing_planes
 };
-using BankSoilLookup = std::function<BankSoil(int material, bool bonded)>;
+using BankSoilLookup = std::function<BankSoil(const Voxel& soil, bool bonded)>;
 
 /// Per column [y * nx + x] the height of the lowest failing plane; infinity where none fails.
-/// Cohesion counts times `strength`, as that of the strongest soil within `blur` of the plane
-/// where `strength` is above 1, else of the weakest. least_friction: of all materials.
+/// Cohesion counts times `strength`. It and friction are the largest within `blur` of the plane
+/// where `strength` is above 1, else the least. least_friction: of all materials.
 std::vector<double> failing_planes(const Model& model, const Field& field,
                                    const BankSoilLookup& soil, double least_friction,
                                    double strength, double blur);

@@ -8,11 +8,10 @@ namespace {
 
 /// Where the soil of the voxels (x, y, z) + k (dx, dy, dz), k = 0..reach, stands between loose (0)
 /// and compacted (1).
-double relative_density(const Model& model, const Field& field, int material, int x, int y, int z,
-                        int dx, int dy, int dz, int reach) {
-    const double loose = model.loose_volume[static_cast<size_t>(material)];
-    const double compacted = model.compacted_volume[static_cast<size_t>(material)];
-    if (loose == 0) {
+double relative_density(const Model& model, const Field& field, const Voxel& soil, int x, int y,
+                        int z, int dx, int dy, int dz, int reach) {
+    const auto [loose, compacted] = volume_range(model, soil);
+    if (model.loose_volume[static_cast<size_t>(soil.main_material())] == 0) {
         return -1;
     }
     double mass = 0, volume = 0;
@@ -90,8 +89,8 @@ std::vector<Contact> find_contacts(const Model& model, const Field& field,
                         g.z == 0 ? gap : gap_beside(0, 0, g.z > 0 ? 1 : -1)};
         contacts.push_back({x, y, z, body, g, gaps, std::max(0.0, voxel.soil + voxel.psi() - 1),
                             material,
-                            relative_density(model, field, material, x, y, z, -in[0], -in[1],
-                                             -in[2], bodies[static_cast<size_t>(body)].reach),
+                            relative_density(model, field, soil, x, y, z, -in[0], -in[1], -in[2],
+                                             bodies[static_cast<size_t>(body)].reach),
                             on_body ? soil.support.body : -1});
     });
     return contacts;

@@ -15,8 +15,10 @@ double largest(Vec3 v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs
 
 /// Slope at which confined soil of this voxel yields towards the surface.
 double passive_slope(const Model& model, const Voxel& voxel) {
-    const double phi = model.friction_angle_rad[static_cast<size_t>(voxel.main_material())];
-    return std::tan(std::numbers::pi / 4 - phi / 2);
+    std::vector<double> slopes;
+    for (const double phi : model.friction_angle_rad)
+        slopes.push_back(std::tan(std::numbers::pi / 4 - phi / 2));
+    return voxel.mean(slopes);
 }
 
 bool has_room(const Model& model, const Field& field, int x, int y, int z) {
@@ -70,12 +72,11 @@ double packing(const Field& field, int x, int y, int z, Vec3 way, std::span<cons
 
 /// Volume that a voxel's soil gives up until it has this relative density.
 double compressible(const Model& model, const Voxel& voxel, double relative_density) {
-    const auto material = static_cast<size_t>(voxel.main_material());
-    const double loose = model.loose_volume[material];
+    const auto [loose, compacted] = volume_range(model, voxel);
     if (loose == 0) {
         return 0;
     }
-    const double packed = loose - (loose - model.compacted_volume[material]) * relative_density;
+    const double packed = loose - (loose - compacted) * relative_density;
     return std::max(0.0, voxel.soil - voxel.total_mass() * packed);
 }
 

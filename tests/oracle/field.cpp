@@ -11,6 +11,17 @@ int Voxel::main_material() const {
     return static_cast<int>(std::max_element(mass.begin(), mass.end()) - mass.begin());
 }
 
+bool Voxel::is_mixed() const {
+    return std::count_if(mass.begin(), mass.end(), [](double m) { return m > 0; }) > 1;
+}
+
+double Voxel::mean(const std::vector<double>& of_materials) const {
+    const double total = total_mass();
+    double sum = 0;
+    for (size_t m = 0; m < of_materials.size(); ++m) sum += mass[m] * of_materials[m];
+    return total > 0 ? sum / total : of_materials.front();
+}
+
 Vec3 Body::velocity_at(int x, int y, int z) const {
     const Vec3 arm = Vec3{x + 0.5, y + 0.5, z + 0.5} - center;
     return velocity + cross(angular_velocity, arm);
@@ -37,9 +48,18 @@ void move_share(const Voxel& from_before, Voxel& from, Voxel& to, double share) 
     }
 }
 
+VolumeRange volume_range(const Model& model, const Voxel& voxel) {
+    std::vector<double> loose = model.loose_volume, compacted = model.compacted_volume;
+    bool changes = false;
+    for (size_t m = 0; m < loose.size(); ++m) {
+        changes = changes || (loose[m] > 0 && voxel.mass[m] > 0);
+        if (loose[m] == 0) loose[m] = compacted[m] = model.placed_volume[m];
+    }
+    return changes ? VolumeRange{voxel.mean(loose), voxel.mean(compacted)} : VolumeRange{};
+}
+
 double swelling(const Model& model, const Voxel& voxel) {
-    const double loose = model.loose_volume[static_cast<size_t>(voxel.main_material())];
-    return std::max(0.0, voxel.total_mass() * loose - voxel.soil);
+    return std::max(0.0, voxel.total_mass() * volume_range(model, voxel).loose - voxel.soil);
 }
 
 }  // namespace oracle

@@ -40,6 +40,9 @@ struct Voxel {
     double psi() const { return std::min(1.0, terrain + bodies); }
     double total_mass() const;
     int main_material() const;  ///< the one there is most of; the first on a tie
+    bool is_mixed() const;      ///< of several materials
+    /// Mean by mass of what each material has. Without mass: of the first.
+    double mean(const std::vector<double>& of_materials) const;
 };
 
 /// A moving or fixed body.
@@ -79,6 +82,7 @@ struct Model {
     std::vector<double> friction_angle_rad;  ///< per material
     /// Per material: volume of a unit of mass of loose and of compacted soil; 0 where it is fixed.
     std::vector<double> loose_volume, compacted_volume;
+    std::vector<double> placed_volume;  ///< the same as placed
 };
 
 class Field {
@@ -125,8 +129,15 @@ double excess(const Model& model, const Voxel& voxel);
 /// `to`, where it has no bond.
 void move_share(const Voxel& from_before, Voxel& from, Voxel& to, double share);
 
+/// Volume of a unit of mass of a voxel's soil, loose and compacted: volumes of its materials add
+/// up. Both 0 where the density of all of them is fixed.
+struct VolumeRange {
+    double loose = 0, compacted = 0;
+};
+VolumeRange volume_range(const Model& model, const Voxel& voxel);
+
 /// How much more than its volume the soil of a voxel takes up once it moves freely (soil arrives no
-/// denser than loose; by the material that makes up most of it), in voxel volumes. >= 0
+/// denser than loose), in voxel volumes. >= 0
 double swelling(const Model& model, const Voxel& voxel);
 
 }  // namespace oracle

@@ -158,7 +158,6 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                 }
                 const int surface = static_cast<int>(std::ceil(span.top)) - 1;
                 const Voxel& top = before.at(x, y, surface);
-                const int material = top.main_material();
                 const bool bonded = 2 * top.bond >= top.soil;
                 double flow[8] = {}, total = 0;
                 GridWedge steepest;
@@ -168,7 +167,7 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                     const int diagonal = facet % 2 == 0 ? axis + 1 : (axis + 7) % 8;
                     const Facet plane = facet_slope(ring[axis].drop, ring[diagonal].drop);
                     const GridWedge found =
-                        plane.slope > 0 ? wedge(material, bonded, plane.slope) : GridWedge{};
+                        plane.slope > 0 ? wedge(top, bonded, plane.slope) : GridWedge{};
                     if (found.height <= model.slip_tolerance) {
                         continue;
                     }
@@ -207,10 +206,11 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                      --z) {
                     const Voxel& voxel = before.at(x, y, z);
                     const double taken = std::min(amount, voxel.soil);
-                    const int below = voxel.main_material();
+                    const bool is_other = voxel.is_mixed() || top.is_mixed() ||
+                                          voxel.main_material() != top.main_material();
                     const bool below_bonded = 2 * voxel.bond >= voxel.soil;
-                    if (taken > 0 && (below != material || below_bonded != bonded) &&
-                        wedge(below, below_bonded, worst_slope).height <= model.slip_tolerance) {
+                    if (taken > 0 && (is_other || below_bonded != bonded) &&
+                        wedge(voxel, below_bonded, worst_slope).height <= model.slip_tolerance) {
                         break;
                     }
                     amount -= taken;

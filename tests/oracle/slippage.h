@@ -6,6 +6,8 @@
 /// (Tarboton 1997,
 ///   D-infinity), not of slices along x and z only; what slides on a facet is shared between its
 ///   two neighbours by the tangent of its direction;
+/// - a voxel of several materials has the means by mass of their tan(phi), cohesion over unit
+/// weight and acceleration;
 /// - cohesion is that of bonded soil where most of the soil at the top never moved, else that of
 /// loose soil;
 /// - sliding soil takes over the greatest slip speed around it;
@@ -45,7 +47,7 @@ Wedge failure_wedge(const SlopeSoil& soil, double gravity_m_s2, double rise_m, d
 struct GridWedge {
     double height = 0, acceleration = 0;
 };
-using WedgeLookup = std::function<GridWedge(int material, bool bonded, double slope)>;
+using WedgeLookup = std::function<GridWedge(const Voxel& soil, bool bonded, double slope)>;
 
 /// Slip speeds of the spans, [(y * nx + x) * span_capacity + span].
 using SlipSpeeds = std::vector<double>;

@@ -102,6 +102,8 @@ StatePlanes random_banks(const StageBench& bench, unsigned seed) {
                 planes.at(
                     kPlaneMaterial + (z < layer ? 0 : 1 + static_cast<int>(random() % 8 == 0)), x,
                     y, z) = soil / 2;
+                if ((3 * x + 5 * y + 7 * z) % 11 < 2)
+                    planes.at(kPlaneMaterial + 2, x, y, z) += soil / 5;
             }
         }
     }
@@ -130,11 +132,14 @@ TEST_P(RandomBanks, fail_as_the_oracle_says) {
     const StatePlanes before = bench.read();
     bench.find_failures();
     const StatePlanes after = bench.read();
-    const auto soil = [&](int material, bool bonded) -> oracle::BankSoil {
-        const MaterialDef& m = bench.soil().materials()[static_cast<size_t>(material)];
-        const double cohesion = m.cohesion_pa * (bonded ? 1 : m.loose_cohesion_fraction);
-        return {cohesion / (m.density_kg_m3 * kGravity * bench.soil().def().voxel_m),
-                std::tan(m.friction_angle_rad)};
+    const auto soil = [&](const oracle::Voxel& held, bool bonded) -> oracle::BankSoil {
+        std::vector<double> heights, frictions;
+        for (const MaterialDef& m : bench.soil().materials()) {
+            const double cohesion = m.cohesion_pa * (bonded ? 1 : m.loose_cohesion_fraction);
+            heights.push_back(cohesion / (m.density_kg_m3 * kGravity * bench.soil().def().voxel_m));
+            frictions.push_back(std::tan(m.friction_angle_rad));
+        }
+        return {held.mean(heights), held.mean(frictions)};
     };
     const oracle::Field field = bench.to_field(before);
     const auto planes = [&](double strength) {

@@ -44,8 +44,10 @@ TEST_P(Contacts, follow_the_oracle) {
             EXPECT_EQ(got[i][12], kDensityFixed);
         } else {
             // Q16 tables of volume per mass and products rounded down, against the range between
-            // loose and compacted.
-            EXPECT_NEAR(got[i][12] * 1.0 / kVoxelFull, contact.relative_density, 1e-3);
+            // loose and compacted. Of a mixture only a third of the mass has a range here: thin
+            // soil then has some 200 units between the two, and each product is off by up to one.
+            const double tolerance = GetParam().material_count > 1 ? 4e-3 : 1e-3;
+            EXPECT_NEAR(got[i][12] * 1.0 / kVoxelFull, contact.relative_density, tolerance);
             ++state_count;
         }
     }

@@ -329,7 +329,8 @@ oracle::Model StageBench::model(int substeps) const {
                         .substeps = substeps,
                         .friction_angle_rad = {},
                         .loose_volume = {},
-                        .compacted_volume = {}};
+                        .compacted_volume = {},
+                        .placed_volume = {}};
     for (const MaterialDef& material : impl_->materials) {
         model.friction_angle_rad.push_back(material.friction_angle_rad);
         const auto volume = [&](double density) {
@@ -337,6 +338,7 @@ oracle::Model StageBench::model(int substeps) const {
         };
         model.loose_volume.push_back(volume(material.loose_density_kg_m3));
         model.compacted_volume.push_back(volume(material.compacted_density_kg_m3));
+        model.placed_volume.push_back(kReferenceDensity / material.density_kg_m3);
     }
     return model;
 }

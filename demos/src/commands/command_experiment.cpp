@@ -1,5 +1,5 @@
-/// `bsoil plate`, `bsoil blade`, `bsoil traction`, `bsoil shear`: the experiments of terramechanics
-/// as sweeps.
+/// `bsoil plate`, `bsoil blade`, `bsoil traction`, `bsoil shear`, `bsoil column`: the experiments
+/// of terramechanics as sweeps.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -163,6 +163,7 @@ void add_experiments(CLI::App& app, int& exit_code) {
     add_experiment(app, "blade", "draw blades through soil", exit_code);
     add_experiment(app, "traction", "drive a wheel over soil", exit_code);
     add_experiment(app, "shear", "shear soil under a normal stress", exit_code);
+    add_experiment(app, "column", "let columns of soil come down", exit_code);
     CLI::App* keys =
         app.add_subcommand("experiment-keys", "print every key an experiment file may have");
     keys->add_flag("--markdown")->description("as a Markdown page (the only form there is)");

@@ -77,8 +77,14 @@ struct ShearItem : scene::SceneItem {
     double friction = 0.5;
 };
 
+/// [column]
+struct ColumnItem : scene::SceneItem {
+    double radius_m = 0.5, height_m = 1;
+    double duration_s = 60;
+};
+
 /// The rig of an experiment: its table.
-using RigItem = std::variant<PlateItem, BladeItem, TractionItem, ShearItem>;
+using RigItem = std::variant<PlateItem, BladeItem, TractionItem, ShearItem, ColumnItem>;
 
 /// One run: a rig with all its parameters and the soil it stands on.
 struct RigSetup {
@@ -171,7 +177,7 @@ struct MeasuredTable {
 /// A whole experiment.
 struct Experiment {
     std::string path, title, description;
-    std::string rig;  ///< "plate", "blade", "traction", "shear"
+    std::string rig;  ///< "plate", "blade", "traction", "shear", "column"
     std::optional<MeasuredItem> measured_item;
     MeasuredTable measured;  ///< empty where the file has none or the data is absent
     std::vector<PlotItem> plots;

@@ -106,7 +106,7 @@ class ExperimentReader {
         if (file.rigs.size() != 1)
             return error(file.at,
                          "an experiment has one of the tables [plate], [blade], "
-                         "[traction] and [shear], not {}",
+                         "[traction], [shear] and [column], not {}",
                          file.rigs.size());
         if (file.rigs[0] != rig_)
             error(file.at, "this is an experiment for `bsoil {}`", file.rigs[0]);
@@ -332,6 +332,13 @@ class ExperimentReader {
             else if (wheel->held == "travel")
                 check_travel(setup, wheel->travel_m, *wheel, errors);
         }
+        if (const auto* column = std::get_if<ColumnItem>(&setup.rig)) {
+            if (!scene.soil)
+                wrong(*column, "height_m", "a column needs [soil]");
+            else if (column->height_m > scene.soil->def.size_m.z)
+                wrong(*column, "height_m", "the column is higher than the soil's box");
+            if (setup.bed.at.line != 0) wrong(setup.bed, "depth_m", "a column stands on the floor");
+        }
         if (const auto* shear = std::get_if<ShearItem>(&setup.rig))
             if (shear->head == "annulus" && shear->inner_radius_m >= shear->outer_radius_m)
                 wrong(*shear, "inner_radius_m", "is not less than `outer_radius_m`");
@@ -423,8 +430,8 @@ std::string experiment_markdown() {
     return R"(# Experiments
 
 An experiment is a TOML file that describes one rig of terramechanics, the soil it stands on, a sweep of parameters
-and what the results are compared with. `bsoil plate FILE --out DIR`, `bsoil blade`, `bsoil traction` and
-`bsoil shear` run one: every point of the sweep is a Bullet world of its own with a soil of its own, forces are those
+and what the results are compared with. `bsoil plate FILE --out DIR`, `bsoil blade`, `bsoil traction`, `bsoil shear` and
+`bsoil column` run one: every point of the sweep is a Bullet world of its own with a soil of its own, forces are those
 that Bullet's joints feel, and the results do not depend on the number of cores.
 
 | in DIR | |
@@ -453,6 +460,7 @@ line and column. This page is printed by `bsoil experiment-keys --markdown`; a t
 | `plate_unload.toml` | plate | a plate raised and pressed again |
 | `blade_invariance.toml`, `wheel_invariance.toml` | blade, traction | the same tool in turned, finer and faster grids |
 | `lug_invariance.toml` | traction | a wheel with lugs in turned and finer grids |
+| `friction_angles.toml`, `cohesions.toml`, `weights.toml` | column | columns of the thesis, [figures 45 to 47](../../docs/thesis_chapter_4.md) |
 
 The measured data is not part of the project: without it the plate, blade and shear experiments still give their
 curves, and those whose points are measured rows are skipped.

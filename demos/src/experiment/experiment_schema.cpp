@@ -178,6 +178,23 @@ TableOf<ShearItem> shear_table() {
                 "Coulomb friction with a rigid plane; with soil the material's counts");
 }
 
+TableOf<ColumnItem> column_table() {
+    using C = ColumnItem;
+    return TableOf<C>(
+               "column", false,
+               "A round column of soil as placed stands free on the middle of the grid's floor and "
+               "comes down. There is no bed. Results, one row for each point, of the heap at rest: "
+               "`slope_deg` (of its flank; 90 where less than 1 % of the soil left its place), "
+               "`friction_deg` (phi, which soil without cohesion rests at), `steepest_deg` "
+               "(Culmann's steepest face that stands with a heap's height), `height_m`, `run_out` "
+               "(how much further than the column its soil lies, in radii), `rest_s` (when nothing "
+               "moved any more).")
+        .number("radius_m", &C::radius_m, kSize, "radius of the column")
+        .number("height_m", &C::height_m, kSize, "its height")
+        .number("duration_s", &C::duration_s, {0.1, 1e4},
+                "a heap that still moves then is a sticky condition");
+}
+
 /// Stores numbers or texts in place.
 std::function<std::string(MeasuredFilterItem&, const toml::node&)> read_filter() {
     return [](MeasuredFilterItem& item, const toml::node& value) -> std::string {
@@ -396,6 +413,7 @@ const scene::TableSpec& experiment_schema() {
         add_rig<BladeItem>(file, "blade", blade_table());
         add_rig<TractionItem>(file, "traction", traction_table());
         add_rig<ShearItem>(file, "shear", shear_table());
+        add_rig<ColumnItem>(file, "column", column_table());
         file.value("sweep", "table", "the parameters that are swept, see above",
                    [](F&, const toml::node& value) -> std::string {
                        return value.is_table() ? ""

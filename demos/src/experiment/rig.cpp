@@ -24,6 +24,9 @@ const std::vector<RigKind>& kinds() {
         {"shear",
          "displacement_m",
          {"displacement_m", "shear_stress_pa", "normal_stress_pa", "sinkage_m"}},
+        {"column",
+         "",
+         {"slope_deg", "friction_deg", "steepest_deg", "height_m", "run_out", "rest_s"}},
     };
     return all;
 }
@@ -52,6 +55,8 @@ Result<RigOutput> run_rig(const RigSetup& setup, const RigProgress& progress) {
         return run_blade(setup, *blade, progress);
     if (const auto* wheel = std::get_if<TractionItem>(&setup.rig))
         return run_traction(setup, *wheel, progress);
+    if (const auto* column = std::get_if<ColumnItem>(&setup.rig))
+        return run_column(setup, *column, progress);
     return run_shear(setup, std::get<ShearItem>(setup.rig), progress);
 }
 

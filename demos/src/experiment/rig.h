@@ -20,7 +20,7 @@ struct RigOutput {
 /// Called with the share of the run that is done, 0..1.
 using RigProgress = std::function<void(double)>;
 
-/// "plate", "blade", "traction", "shear".
+/// "plate", "blade", "traction", "shear", "column".
 std::vector<std::string> rig_names();
 /// Headings of RigOutput::results; `rig` is the name of a rig's table and command.
 const std::vector<std::string>& result_columns(const std::string& rig);

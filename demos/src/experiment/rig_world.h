@@ -124,5 +124,7 @@ Result<RigOutput> run_traction(const RigSetup& setup, const TractionItem& wheel,
                                const RigProgress& progress);
 Result<RigOutput> run_shear(const RigSetup& setup, const ShearItem& shear,
                             const RigProgress& progress);
+Result<RigOutput> run_column(const RigSetup& setup, const ColumnItem& column,
+                             const RigProgress& progress);
 
 }  // namespace bsoil::experiment

@@ -42,7 +42,7 @@ static_assert(kContactAt + 3 == kContactBody && kContactBody + 1 == kContactKey 
 static_assert(kShapeRows + 12 == kShapeSize && kShapeSize + 6 == kShapePlanes &&
               kShapePlanes + 2 == kShapeRounding && kShapeLattice < kShapeWords);
 static_assert(kSlipEntries <= kTableAcceleration &&
-              kTableAcceleration + kSlipEntries <= kTablePassive && kTableStrength < kTableWords);
+              kTableAcceleration + kSlipEntries <= kTablePassive && kTableHeldLeast < kTableWords);
 
 // Headroom: what the comments of soil_layout.h promise.
 static_assert(limits::kGridHeightMax < kTileTopStep);

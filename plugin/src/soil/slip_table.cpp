@@ -92,11 +92,16 @@ std::vector<int32_t> make_slip_table(const MaterialDef& m, const SoilDef& def) {
         strength < kStrengthLeast ? 0 : static_cast<int32_t>(std::lround(strength));
     const double passive = std::tan(std::numbers::pi / 4 - m.friction_angle_rad / 2);
     table[kTablePassive] = static_cast<int32_t>(std::lround(passive * kVoxelFull));
+    const double densest = m.has_density_range() ? m.compacted_density_kg_m3 : m.density_kg_m3;
+    const double loosest = m.has_density_range() ? m.loose_density_kg_m3 : m.density_kg_m3;
+    const auto volume_q16 = [](double density_kg_m3) {
+        return static_cast<int32_t>(std::lround(kReferenceDensity / density_kg_m3 * kVoxelFull));
+    };
+    table[kTableHeld] = volume_q16(loosest);
+    table[kTableHeldLeast] = volume_q16(densest);
     if (m.has_density_range()) {
-        table[kTableLoose] = static_cast<int32_t>(
-            std::lround(kReferenceDensity / m.loose_density_kg_m3 * kVoxelFull));
-        table[kTableCompacted] = static_cast<int32_t>(
-            std::lround(kReferenceDensity / m.compacted_density_kg_m3 * kVoxelFull));
+        table[kTableLoose] = table[kTableHeld];
+        table[kTableCompacted] = table[kTableHeldLeast];
     }
     return table;
 }
