@@ -13,8 +13,8 @@ check() {
     local arguments=() i
     for ((i = 0; i < ${#words[@]}; ++i)); do
         case ${words[i]} in
-            -o) ((++i)) ;;
-            *ccache | *c++ | *g++ | *g++-[0-9]* | -O[0-9s] | -Werror | -fsanitize*) ;;
+            -o | -include) ((++i)) ;;  # no precompiled headers: a source includes what it uses
+            *ccache | *c++ | *g++ | *g++-[0-9]* | -O[0-9s] | -Werror | -Winvalid-pch | -fsanitize*) ;;
             *) arguments+=("${words[i]}") ;;
         esac
     done

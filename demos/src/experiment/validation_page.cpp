@@ -56,8 +56,9 @@ std::string key_text(const std::string& cell_text, double factor) {
 /// "pressure".
 std::string quantity_title(const ComparedQuantity& quantity) {
     if (!quantity.item.title.empty()) return quantity.item.title;
-    const std::string title = shown(quantity.item.column).title;
-    return title.substr(0, title.find(','));
+    std::string title = shown(quantity.item.column).title;
+    title.erase(std::ranges::find(title, ','), title.end());
+    return title;
 }
 /// What the quantity's figures are in.
 Shown quantity_shown(const ComparedQuantity& quantity) {
