@@ -27,62 +27,10 @@ void note_base(int record, int index, int base) {
     spans[at] = (index & 1) == 0 ? base : spans[at] | (base << 16);
 }
 
-CONST_INT(kNotBare, -1)
+int column_terrain(int column, int z) { return state_at(kPlaneTerrain, column + z * kTileColumns); }
+int column_volume(int column, int z) { return state_at(kPlaneVolume, column + z * kTileColumns); }
 
-// Whether a piled span's top can be the ground's surface: bare terrain is none, the bare floor is.
-bool is_surface(int bottom, int top) { return top > bottom || bottom == 0; }
-
-// Whether terrain that begins in voxel z covers the soil below it: there is no room for a body between them.
-bool is_on_top(int z, int top) { return z <= (top >> 16) + 1; }
-
-// Surface word of a column (see kCovered) as if there were no bodies; column_surface_q16() says the same of tiles asleep.
-// full: voxels below are full; end: voxels from here on hold no soil.
-int surface_without_bodies(int column, int full, int end) {
-    int surface = 0;
-    int bare = kNotBare;     // top of the terrain that covers that surface
-    bool climbs = false;     // going up in it
-    int bottom = 0;
-    int top = full * kVoxelFull;
-    int kind = kSpanPiled;
-    for (int z = full; z < end; ++z) {
-        int voxel = column + z * kTileColumns;
-        int terrain = min(kVoxelFull, state_at(kPlaneTerrain, voxel));
-        int volume = state_at(kPlaneVolume, voxel);
-        int base = z * kVoxelFull;
-        bool hangs = volume >= kVoxelFull && terrain == 0;
-        int least = volume + terrain >= kVoxelFull - kSupportSlack ? kVoxelFull : 0;
-        bare = climbs && terrain > 0 ? base + terrain : bare;
-        climbs = climbs && terrain >= kSolidCoverage;
-        if (terrain >= kSolidCoverage) {
-            if (kind == kSpanPiled && is_surface(bottom, top)) {
-                surface = top;
-                climbs = is_on_top(z, top);
-                bare = climbs ? base + terrain : kNotBare;
-            }
-            kind = kSpanRigid;
-        } else if (kind == kSpanRigid) {
-            kind = kSpanPiled;
-            bottom = base;
-            top = base + min(kVoxelFull, max(least, volume > 0 ? volume + terrain : 0));
-        } else if (kind == kSpanPiled) {
-            if (top == base && volume + terrain > 0) {
-                top = base + min(kVoxelFull, max(least, volume + (bottom == base ? terrain : 0)));
-            } else if (hangs) {
-                if (is_surface(bottom, top)) {
-                    surface = top;
-                    bare = kNotBare;
-                }
-                kind = kSpanFalling;
-            }
-        } else {
-            kind = hangs ? kSpanFalling : 0;
-        }
-    }
-    if (kind == kSpanPiled && is_surface(bottom, top)) {
-        return top;
-    }
-    return bare == kNotBare ? surface : kTerrainTop - bare;
-}
+#include "column_surface.glsl"
 
 // The multi-level heightfield, thesis Tables 1 to 3 and (30): the sorted height spans of every column. The vertical index
 // grows upwards here (in the thesis it grows downwards). Heights are Q16 voxels above the floor. Edge spans depend on
@@ -109,7 +57,7 @@ void build_spans(int group, int lane) {
     int carrier = 0;         // index + 1 of that body if it may move
     int surface = 0;         // of the topmost piled span of the ground
     bool surface_free = true;
-    int bare = kNotBare;     // see surface_without_bodies()
+    int bare = kNotBare;     // see bare_surface()
     bool climbs = false;
     bool lost = false;
     int lost_at = 0;         // where the last span that does not fit starts
@@ -223,7 +171,7 @@ void build_spans(int group, int lane) {
     if (bare != kNotBare) {
         word = kTerrainTop - bare;
     } else if (!surface_free) {
-        word = surface_without_bodies(column, full, end);
+        word = bare_surface(column, full, end);
         word = word < 0 ? word : kCovered - word;
     }
     bool is_single = count == 1 && spans[record + kColumnSpans + kSpanKind] == kSpanPiled &&

@@ -190,11 +190,19 @@ CONST_INT(kShapeWords, 32)
 CONST_INT(kShapeKind, 0)        // kKindBox ...
 CONST_INT(kShapeBody, 1)
 CONST_INT(kShapeRows, 2)        // 12 floats: rows of the 3 x 4 transform grid voxels -> shape frame (voxel units)
-CONST_INT(kShapeSize, 14)       // 6 floats, by kind
-CONST_INT(kShapePlanes, 20)     // hull: offset of the first plane (4 floats each) in the shapes buffer, count
+CONST_INT(kShapeRowWords, 4)    // of one of them
+// Its size in voxels, floats, from word 14 on, by kind:
+CONST_INT(kShapeHalfExtents, 14)    // box: along x, y, z
+CONST_INT(kShapeRadius, 14)         // sphere, capsule, cylinder; cone: of its base
+CONST_INT(kShapeHalfHeight, 15)     // capsule: of the segment; cylinder, cone
+CONST_INT(kShapeSlantCosine, 16)    // cone: the slanted face's normal, radially and upwards
+CONST_INT(kShapeSlantSine, 17)
+CONST_INT(kShapeLatticeUnit, 14)    // lattice: a sample's unit
+CONST_INT(kShapeSizeEnd, 20)
+CONST_INT(kShapeFaces, 20)      // hull: place of the first face in the shapes buffer, kFaceWords each
+CONST_INT(kShapeFaceCount, 21)
 CONST_INT(kShapeRounding, 22)   // float
-CONST_INT(kShapeLattice, 23)    // lattice: its place in the shapes buffer; the rows lead to its nodes, kShapeSize is the
-                                // length of a sample's unit in voxels
+CONST_INT(kShapeLattice, 23)    // lattice: its place in the shapes buffer; the rows lead to its nodes
 CONST_INT(kShapeLow, 24)        // grid voxels that it may cover: the lowest x, y, z, then the highest
 CONST_INT(kShapeHigh, 27)
 CONST_INT(kKindBox, 0)          // ConvexShape::Kind
@@ -204,7 +212,9 @@ CONST_INT(kKindCylinder, 3)
 CONST_INT(kKindCone, 4)
 CONST_INT(kKindHull, 5)
 CONST_INT(kKindLattice, 6)
-CONST_INT(kFaceWords, 4)        // of a hull's face: normal x y z, offset; floats
+CONST_INT(kFaceWords, 4)        // of a hull's face, floats
+CONST_INT(kFaceNormal, 0)       // x, y, z
+CONST_INT(kFaceOffset, 3)       // voxels along the normal
 // A distance lattice: bricks along x, y, z; per brick (x fastest) the place of its samples from the lattice's start, or
 // kLatticeInside or kLatticeOutside where the surface is far; the samples. A brick spans kLatticeCells cells and has the
 // 8 x 8 x 8 nodes at their corners (those on its faces are its neighbours' as well), x fastest, two 16-bit samples a

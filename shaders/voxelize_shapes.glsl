@@ -8,6 +8,8 @@ vec3 shape_row(int offset) {
                 int_as_float(shapes[offset + 2]));
 }
 
+float shape_number(int offset) { return int_as_float(shapes[offset]); }
+
 float mix_exact(float low, float high, float t) {
     PRECISE float rise = high - low;
     PRECISE float part = rise * t;
@@ -27,7 +29,7 @@ float lattice_sample(int samples, int node, float t) {
 // Signed distance [voxels] at a point given in nodes of the shape's lattice.
 float lattice_distance(int shape, float px, float py, float pz) {
     int lattice = shapes[shape + kShapeLattice];
-    float unit = int_as_float(shapes[shape + kShapeSize]);
+    float unit = shape_number(shape + kShapeLatticeUnit);
     PRECISE float outside = float(kLatticeFar) * unit;
     int bricks_x = shapes[lattice];
     int bricks_y = shapes[lattice + 1];
@@ -70,12 +72,12 @@ float plane_distance(vec3 p, vec3 normal, float offset) {
 
 // The same of a face of a hull.
 float face_distance(int face, vec3 p) {
-    return plane_distance(p, shape_row(face), int_as_float(shapes[face + 3]));
+    return plane_distance(p, shape_row(face + kFaceNormal), shape_number(face + kFaceOffset));
 }
 
 float hull_distance(int shape, vec3 p) {
-    int first = shapes[shape + kShapePlanes];
-    int count = shapes[shape + kShapePlanes + 1];
+    int first = shapes[shape + kShapeFaces];
+    int count = shapes[shape + kShapeFaceCount];
     float distance = -1.0e9f;
     for (int i = 0; i < count; ++i) {
         distance = max(distance, face_distance(first + kFaceWords * i, p));
@@ -128,20 +130,22 @@ float shape_distance(int shape, vec3 p) {
     if (kind == kKindHull) {
         return hull_distance(shape, p);
     }
-    vec3 size = shape_row(shape + kShapeSize);
     if (kind == kKindBox) {
-        return box_distance(p, size);
+        return box_distance(p, shape_row(shape + kShapeHalfExtents));
     }
+    float radius = shape_number(shape + kShapeRadius);
+    float half_height = shape_number(shape + kShapeHalfHeight);
     if (kind == kKindSphere) {
-        return sphere_distance(p, size.x);
+        return sphere_distance(p, radius);
     }
     if (kind == kKindCapsule) {
-        return capsule_distance(p, size.x, size.y);
+        return capsule_distance(p, radius, half_height);
     }
     if (kind == kKindCylinder) {
-        return cylinder_distance(p, size.x, size.y);
+        return cylinder_distance(p, radius, half_height);
     }
-    return cone_distance(p, size.y, size.z, int_as_float(shapes[shape + kShapeSize + 3]));
+    return cone_distance(p, half_height, shape_number(shape + kShapeSlantCosine),
+                         shape_number(shape + kShapeSlantSine));
 }
 
 // A sub-cell's middle is up to 0.65 voxels from the voxel's. A face that is by twice as much the highest in the voxel's middle
@@ -202,8 +206,8 @@ float slab_sum(float p, vec3 rise, float half_extent, float rounding) {
 
 // p: the voxel's middle in the shape's frame; rise_x: how its first coordinate grows along the grid's axes.
 float hull_sum(int shape, vec3 p, vec3 rise_x, vec3 rise_y, vec3 rise_z, float rounding) {
-    int first = shapes[shape + kShapePlanes];
-    int count = shapes[shape + kShapePlanes + 1];
+    int first = shapes[shape + kShapeFaces];
+    int count = shapes[shape + kShapeFaceCount];
     float highest = -1.0e9f;
     int nearest = first;
     for (int i = 0; i < count; ++i) {
@@ -224,10 +228,10 @@ float hull_sum(int shape, vec3 p, vec3 rise_x, vec3 rise_y, vec3 rise_z, float r
     }
     PRECISE float sum = 0.0f;
     if (others <= 1) {
-        vec3 normal = shape_row(nearest);
-        vec3 next_normal = shape_row(next);
-        float offset = int_as_float(shapes[nearest + 3]);
-        float next_offset = int_as_float(shapes[next + 3]);
+        vec3 normal = shape_row(nearest + kFaceNormal);
+        vec3 next_normal = shape_row(next + kFaceNormal);
+        float offset = shape_number(nearest + kFaceOffset);
+        float next_offset = shape_number(next + kFaceOffset);
         ADD_SUB_CELLS(max(plane_distance(q, normal, offset), plane_distance(q, next_normal, next_offset)))
     } else {
         ADD_SUB_CELLS(hull_distance(shape, q))
@@ -240,19 +244,22 @@ float shape_sum(int shape, vec3 p, vec3 rise_x, vec3 rise_y, vec3 rise_z, float 
     if (kind == kKindHull) {
         return hull_sum(shape, p, rise_x, rise_y, rise_z, rounding);
     }
-    vec3 size = shape_row(shape + kShapeSize);
+    float radius = shape_number(shape + kShapeRadius);
+    float half_height = shape_number(shape + kShapeHalfHeight);
     PRECISE float sum = 0.0f;
     if (kind == kKindBox) {
-        ADD_SUB_CELLS(box_distance(q, size))
+        vec3 half_extents = shape_row(shape + kShapeHalfExtents);
+        ADD_SUB_CELLS(box_distance(q, half_extents))
     } else if (kind == kKindSphere) {
-        ADD_SUB_CELLS(sphere_distance(q, size.x))
+        ADD_SUB_CELLS(sphere_distance(q, radius))
     } else if (kind == kKindCapsule) {
-        ADD_SUB_CELLS(capsule_distance(q, size.x, size.y))
+        ADD_SUB_CELLS(capsule_distance(q, radius, half_height))
     } else if (kind == kKindCylinder) {
-        ADD_SUB_CELLS(cylinder_distance(q, size.x, size.y))
+        ADD_SUB_CELLS(cylinder_distance(q, radius, half_height))
     } else if (kind == kKindCone) {
-        float sine = int_as_float(shapes[shape + kShapeSize + 3]);
-        ADD_SUB_CELLS(cone_distance(q, size.y, size.z, sine))
+        float cosine = shape_number(shape + kShapeSlantCosine);
+        float sine = shape_number(shape + kShapeSlantSine);
+        ADD_SUB_CELLS(cone_distance(q, half_height, cosine, sine))
     } else {
         ADD_SUB_CELLS(shape_distance(shape, q))
     }
@@ -276,16 +283,16 @@ bool is_column_beside(int shape, vec3 p, vec3 rise, float rounding) {
         return false;  // they know distances only so far
     }
     if (kind == kKindBox) {
-        vec3 beyond = abs(p) - shape_row(shape + kShapeSize) - abs(rise) * kColumnReach;
+        vec3 beyond = abs(p) - shape_row(shape + kShapeHalfExtents) - abs(rise) * kColumnReach;
         return max(beyond.x, max(beyond.y, beyond.z)) - rounding > kSubCellReach;
     }
     if (kind == kKindHull) {
-        int first = shapes[shape + kShapePlanes];
-        int count = shapes[shape + kShapePlanes + 1];
+        int first = shapes[shape + kShapeFaces];
+        int count = shapes[shape + kShapeFaceCount];
         float furthest = -1.0e9f;
         for (int i = 0; i < count; ++i) {
             int face = first + kFaceWords * i;
-            PRECISE float along = abs(plane_distance(rise, shape_row(face), 0.0f)) * kColumnReach;
+            PRECISE float along = abs(plane_distance(rise, shape_row(face + kFaceNormal), 0.0f)) * kColumnReach;
             furthest = max(furthest, face_distance(face, p) - along);
         }
         return furthest - rounding > kSubCellReach;
@@ -324,11 +331,11 @@ void voxelize_shapes(int group, int lane) {
     }
     ivec3 corner = grid_voxel(slot, x, y, z0);
     vec3 column_x = shape_row(shape + kShapeRows);       // rows of the transform: grid voxels -> shape
-    vec3 column_y = shape_row(shape + kShapeRows + 4);
-    vec3 column_z = shape_row(shape + kShapeRows + 8);
-    vec3 offset = vec3(int_as_float(shapes[shape + kShapeRows + 3]), int_as_float(shapes[shape + kShapeRows + 7]),
-                       int_as_float(shapes[shape + kShapeRows + 11]));
-    float rounding = int_as_float(shapes[shape + kShapeRounding]);
+    vec3 column_y = shape_row(shape + kShapeRows + kShapeRowWords);
+    vec3 column_z = shape_row(shape + kShapeRows + 2 * kShapeRowWords);
+    vec3 offset = vec3(shape_number(shape + kShapeRows + 3), shape_number(shape + kShapeRows + kShapeRowWords + 3),
+                       shape_number(shape + kShapeRows + 2 * kShapeRowWords + 3));
+    float rounding = shape_number(shape + kShapeRounding);
     int body = shapes[shape + kShapeBody];
     int lowest = -1;
     int highest = -1;
@@ -352,16 +359,16 @@ void voxelize_shapes(int group, int lane) {
             covered = kVoxelFull;
         } else if (middle < kSubCellReach) {
             PRECISE float sum = 0.0f;
-            vec3 size = shape_row(shape + kShapeSize);
-            vec3 beyond = abs(p) - size;
+            vec3 half_extents = shape_row(shape + kShapeHalfExtents);  // of a box; unused else
+            vec3 beyond = abs(p) - half_extents;
             if (kind != kKindBox) {
                 sum = shape_sum(shape, p, column_x, column_y, column_z, rounding);
             } else if (beyond.x > max(beyond.y, beyond.z) + kFaceApart) {
-                sum = slab_sum(p.x, column_x, size.x, rounding);
+                sum = slab_sum(p.x, column_x, half_extents.x, rounding);
             } else if (beyond.y > max(beyond.x, beyond.z) + kFaceApart) {
-                sum = slab_sum(p.y, column_y, size.y, rounding);
+                sum = slab_sum(p.y, column_y, half_extents.y, rounding);
             } else if (beyond.z > max(beyond.x, beyond.y) + kFaceApart) {
-                sum = slab_sum(p.z, column_z, size.z, rounding);
+                sum = slab_sum(p.z, column_z, half_extents.z, rounding);
             } else {
                 sum = shape_sum(shape, p, column_x, column_y, column_z, rounding);
             }

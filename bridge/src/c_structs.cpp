@@ -9,6 +9,28 @@
 #include "bsoil/version.h"
 
 namespace bsoil::bullet {
+
+// Numbers of the C interface say the same as the enums that from_c() makes of them.
+template <typename Enum>
+constexpr bool same(int number, Enum value) {
+    return number == static_cast<int>(value);
+}
+static_assert(same(BULLETSOIL_UP_Y, UpAxis::y));
+static_assert(same(BULLETSOIL_UP_Z, UpAxis::z));
+static_assert(same(BULLETSOIL_BACKEND_AUTOMATIC, Backend::automatic));
+static_assert(same(BULLETSOIL_BACKEND_CPU, Backend::cpu));
+static_assert(same(BULLETSOIL_BACKEND_GL, Backend::gl));
+static_assert(same(BULLETSOIL_OVERFLOW_EVEN, OverflowHeuristic::even));
+static_assert(same(BULLETSOIL_OVERFLOW_UP, OverflowHeuristic::up));
+static_assert(same(BULLETSOIL_OVERFLOW_UP_SPREAD, OverflowHeuristic::up_spread));
+static_assert(same(BULLETSOIL_CONTACT_GRANULAR, ContactLawDef::Kind::granular));
+static_assert(same(BULLETSOIL_CONTACT_PLAIN, ContactLawDef::Kind::plain));
+static_assert(same(BULLETSOIL_SOURCE_DISC, SourceDef::Shape::disc));
+static_assert(same(BULLETSOIL_SOURCE_RECTANGLE, SourceDef::Shape::rectangle));
+static_assert(same(BULLETSOIL_SINK_BOX, ConvexShape::Kind::box));
+static_assert(same(BULLETSOIL_SINK_SPHERE, ConvexShape::Kind::sphere));
+static_assert(same(BULLETSOIL_SINK_CYLINDER, ConvexShape::Kind::cylinder));
+
 namespace {
 
 // A field of a definition and its namesake in the C struct, either way.

@@ -6,21 +6,19 @@
 #include <functional>
 
 #include "bullet_types.h"
+#include "coupling_def.h"
 
 namespace bsoil::bullet {
 namespace {
 
-/// A body slower than this has stopped: what it moves by between two steps of the soil, in voxels.
-constexpr double kStoppedVoxels = 0.01;
-/// An impact is over after this, stopped or not: what others push down the soil's contacts hold.
-constexpr double kImpactMostS = 0.25;
+// What it is solved with; what it decides is in CouplingDef.
 /// Depths between the body's pose and the one it would fall to at which resistance is known; in
-/// between it is interpolated.
+/// between it is interpolated. More cost as many searches for patches each.
 constexpr int kDepthCount = 4;
-/// Parts in which a substep is solved: a body that stops within one stops to a hundredth of its
-/// way.
+/// Parts in which a substep is solved: a body that stops within one stops to a hundredth of the
+/// distance.
 constexpr int kPartCount = 128;
-/// More than the way in a vacuum, so that the last part has something to interpolate.
+/// More than the distance in a vacuum, so that the last part has something to interpolate.
 constexpr double kSpareWay = 1.01;
 
 Aabb box_of(const btCollisionObject& object, Vec3 shift_m) {
@@ -198,6 +196,7 @@ bool FirstContacts::meet(const BodyState& state, std::span<const ConvexShape> sh
         for (ContactVoxel element : elements_) {
             element.depth_m -= (most_m - way_m) / rise;
             if (!(element.depth_m > 0)) continue;
+            element.bearing_depth_m = element.depth_m;
             element.position_m += (most_m - way_m) * n;
             element.center_m = element.position_m;
             lifted_.push_back(element);
@@ -234,7 +233,7 @@ bool FirstContacts::meet(const BodyState& state, std::span<const ConvexShape> sh
     const double next_m_s = stopping.way_m / substep_s;
     double limit_n = mass_kg * ((bullet_m_s - next_m_s) / substep_s + driven_m_s2);
     // What stands, or has others on it, the soil holds with all it has.
-    const bool is_alone = falling.age_s < kImpactMostS && !coupling_.is_touched(&body);
+    const bool is_alone = falling.age_s < kCoupling.impact_most_s && !coupling_.is_touched(&body);
     if (!is_alone || !(speed_m_s > 0)) limit_n = std::max(limit_n, here_n);
     falling.next_lead_m_s = stopping.speed_m_s - next_m_s;
     falling.speed_m_s = stopping.speed_m_s;
@@ -255,7 +254,7 @@ void FirstContacts::close_substep() {
 }
 
 bool FirstContacts::has_stopped(double speed_m_s, double duration_s) const {
-    return speed_m_s * duration_s < kStoppedVoxels * coupling_.voxel_m();
+    return speed_m_s * duration_s < kCoupling.stopped_voxels * coupling_.voxel_m();
 }
 
 void FirstContacts::soil_has_stepped(double step_s) {
@@ -263,7 +262,7 @@ void FirstContacts::soil_has_stepped(double step_s) {
         const auto& [id, falling] = entry;
         const BodyReport report = coupling_.report(id);
         return report.sinkage_m > 0 &&
-               (has_stopped(falling.speed_m_s, step_s) || falling.age_s > kImpactMostS);
+               (has_stopped(falling.speed_m_s, step_s) || falling.age_s > kCoupling.impact_most_s);
     });
 }
 

@@ -3,17 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "coupling_def.h"
+
 namespace bsoil::bullet {
-namespace {
-
-/// A voxel with this much soil or rock in it is below the surface; one with less soil at most holds
-/// the surface.
-constexpr double kMostlyFull = 0.5;
-/// The topmost surface of a column is the one below a body unless it is this far from what the
-/// column holds there [voxels]: then there is a roof, or a gap, between them.
-constexpr double kSameSurface = 1.5;
-}  // namespace
-
 std::optional<SurfaceSoil> SoilBelow::at(Vec3 world_m) const {
     const GridFrame& frame = soil_.frame();
     const Vec3 at = frame.to_grid(world_m);
@@ -24,10 +16,10 @@ std::optional<SurfaceSoil> SoilBelow::at(Vec3 world_m) const {
         const VoxelSample voxel = soil_.sample(x, y, level);
         return voxel.volume + voxel.coverage;
     };
-    if (filled(z) >= kMostlyFull) {
-        while (z + 1 < frame.size[2] && filled(z + 1) >= kMostlyFull) ++z;
+    if (filled(z) >= kCoupling.mostly_full_share) {
+        while (z + 1 < frame.size[2] && filled(z + 1) >= kCoupling.mostly_full_share) ++z;
     } else {
-        while (z > 0 && filled(z) < kMostlyFull) --z;
+        while (z > 0 && filled(z) < kCoupling.mostly_full_share) --z;
     }
     double top = z + std::min(1.0, filled(z));
     if (top >= z + 1 && z + 1 < frame.size[2]) top += filled(z + 1);
@@ -37,7 +29,8 @@ std::optional<SurfaceSoil> SoilBelow::at(Vec3 world_m) const {
     SurfaceSoil out;
     const std::optional<SurfacePoint> surface =
         surface_.at(at.x * frame.voxel_m, at.y * frame.voxel_m);
-    if (surface && std::abs(surface->position_m.z / frame.voxel_m - top) < kSameSurface)
+    if (surface &&
+        std::abs(surface->position_m.z / frame.voxel_m - top) < kCoupling.same_surface_voxels)
         out.plane = {transform(frame.grid_to_world, surface->position_m),
                      rotate(frame.grid_to_world.rotation, surface->normal)};
     else

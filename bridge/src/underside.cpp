@@ -166,7 +166,7 @@ double sample_underside(std::span<const ConvexShape> shapes, const Pose& pose, c
             const double down = -dot(element.normal, up);
             if (!(down > 0)) element.normal = -up;
             element.area_m2 = cell[0] * cell[1] / std::clamp(down, kSteepest, 1.0);
-            element.depth_m = depth_m;
+            element.depth_m = element.bearing_depth_m = depth_m;
             element.material = surface.material;
             element.relative_density = surface.relative_density;
         }

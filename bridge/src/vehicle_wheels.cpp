@@ -4,20 +4,10 @@
 #include <cmath>
 
 #include "bullet_types.h"
+#include "coupling_def.h"
 
 namespace bsoil::bullet {
 namespace {
-
-/// A wheel that the soil has carried wakes its chassis when the soil bears less than this share of
-/// what it bore.
-constexpr double kWakeBearing = 0.9;
-/// A strut this near to its full length is at its end.
-constexpr double kFullLengthM = 1e-4;
-/// Sinkage that doubles the limits of a wheel's contact. More, and a wheel whose limits have just
-/// fallen below its load drops past the depth that carries it; less slows its sinking.
-constexpr double kStiffeningVoxels = 0.05;
-/// Slower than this, slip is not a ratio but the difference of speeds over it.
-constexpr double kSlipSpeedMS = 0.1;
 
 /// A rotation whose columns are these unit vectors at right angles.
 Quat rotation_of(Vec3 x, Vec3 y, Vec3 z) {
@@ -31,7 +21,8 @@ Quat rotation_of(Vec3 x, Vec3 y, Vec3 z) {
 }
 
 double slip_of(double rim_m_s, double speed_m_s) {
-    const double larger = std::max({std::abs(rim_m_s), std::abs(speed_m_s), kSlipSpeedMS});
+    const double larger =
+        std::max({std::abs(rim_m_s), std::abs(speed_m_s), kCoupling.slip_speed_m_s});
     const double direction = std::abs(rim_m_s) >= std::abs(speed_m_s) ? rim_m_s : speed_m_s;
     return std::clamp(std::copysign(1.0, direction) * (rim_m_s - speed_m_s) / larger, -1.0, 1.0);
 }
@@ -189,7 +180,8 @@ void VehicleWheels::solve(Wheel& wheel, const btWheelInfo& info, double substep_
     contact.center_m = wheel.contact_center_m;
     const double bearing_n = bearing_of(contact.patches, wheel.up);
     if (bearing_n > 0)
-        contact.stiffness_n_m = bearing_n / (kStiffeningVoxels * vehicles->voxel_m());
+        contact.stiffness_n_m =
+            bearing_n / (kCoupling.wheel_stiffening_voxels * vehicles->voxel_m());
     contact.last_force_n = wheel.forces.normal_n * wheel.up + share_of_last_n(wheel);
     wheel.forces = solve_wheel(state, contact, substep_s, wheel.patch_normal_n);
     vehicles->coupling().set_wheel_forces(wheel.id, wheel.patch_normal_n);
@@ -214,7 +206,7 @@ void VehicleWheels::solve(Wheel& wheel, const btWheelInfo& info, double substep_
     wheel.length_m = std::clamp(length_m, state.length_least_m, state.length_most_m);
     wheel.rise_m_s = (state.length_m - wheel.length_m) / substep_s;
     wheel.is_on_soil =
-        wheel.forces.normal_n > 0 || wheel.length_m < state.length_most_m - kFullLengthM;
+        wheel.forces.normal_n > 0 || wheel.length_m < state.length_most_m - kCoupling.strut_end_m;
 }
 
 /// A wheel that is new stands on the soil, if it reaches it: with its strut at full length it might
@@ -251,7 +243,7 @@ void VehicleWheels::hold(Wheel& wheel, const btWheelInfo& info, double substep_s
 /// A chassis that sleeps stands as it stood, until the soil below is dug away.
 void VehicleWheels::wake_if_weak(const Wheel& wheel) const {
     const auto patches = soil_.lock()->coupling().wheel_patches(wheel.id);
-    if (bearing_of(patches, wheel.up) < kWakeBearing * wheel.forces.normal_n)
+    if (bearing_of(patches, wheel.up) < kCoupling.wheel_wake_share * wheel.forces.normal_n)
         vehicle_->getRigidBody()->activate();
 }
 

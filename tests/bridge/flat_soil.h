@@ -84,7 +84,7 @@ class FlatSoil final : public btActionInterface {
                     v.center_m = v.position_m = transform(body.pose, v.position_m);
                     v.normal = rotate(body.pose.rotation, v.normal);
                     v.body = body.id;
-                    v.depth_m = level_m - v.position_m.y;
+                    v.depth_m = v.bearing_depth_m = level_m - v.position_m.y;
                     if (v.depth_m > 0) contacts.push_back(v);
                 }
         }

@@ -34,7 +34,7 @@ std::unique_ptr<const ContactLaw> law(const SurfaceFriction& surface = {}) {
 ContactVoxel element(Vec3 normal, double depth_m) {
     ContactVoxel v;
     v.normal = normal;
-    v.depth_m = depth_m;
+    v.depth_m = v.bearing_depth_m = depth_m;
     return v;
 }
 

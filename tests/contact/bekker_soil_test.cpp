@@ -89,7 +89,7 @@ TEST(BekkerSoil, bearing_is_the_normal_limit_of_a_disc_on_soil_as_placed) {
     const MaterialDef m = material(30, 1000, 1600, 0.4);
     ContactVoxel contact;
     contact.normal = {0, -1, 0};
-    contact.depth_m = 0.05;
+    contact.depth_m = contact.bearing_depth_m = 0.05;
     const double side_m = std::sqrt(3.0) * 0.075;
     const auto soil = std::make_shared<ContactSoil>();
     soil->up = {0, 1, 0};

@@ -34,7 +34,7 @@ struct Contact {
         v.center_m = v.position_m = at;
         v.normal = normal;
         v.area_m2 = kVoxel * kVoxel;
-        v.depth_m = depth_m;
+        v.depth_m = v.bearing_depth_m = depth_m;
         return voxels.emplace_back(v);
     }
     /// A level sole: all voxels of the grid whose middle is in the shape.

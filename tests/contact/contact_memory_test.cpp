@@ -28,7 +28,7 @@ ContactVoxel contact(int x, int z, Vec3 normal = {0, 0, -1}) {
     v.position_m = v.center_m;
     v.normal = normal;
     v.area_m2 = kVoxel * kVoxel;
-    v.depth_m = 0.01;
+    v.depth_m = v.bearing_depth_m = 0.01;
     return v;
 }
 
@@ -97,9 +97,9 @@ TEST(ContactMemory, soil_pushed_on_along_the_normal_keeps_its_shear) {
 TEST(ContactMemory, what_is_not_pressed_is_not_sheared) {
     ContactMemory memory;
     ContactVoxel brushing = contact(0, 0);
-    brushing.depth_m = 0;
+    brushing.depth_m = brushing.bearing_depth_m = 0;
     EXPECT_EQ(advanced(memory, {brushing}, {1, 0, 0})[0], 0);
-    brushing.compression_m = 1e-3;
+    brushing.compression_m = brushing.bearing_depth_m = 1e-3;
     EXPECT_NEAR(advanced(memory, {brushing}, {1, 0, 0})[0], 0.1, 1e-12);
 }
 

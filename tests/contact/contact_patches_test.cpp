@@ -35,7 +35,7 @@ ContactVoxel voxel(Vec3 position, Vec3 normal, double area) {
     v.center_m = v.position_m = position;
     v.normal = normal;
     v.area_m2 = area;
-    v.depth_m = 10;  // so that all bearing is developed
+    v.depth_m = v.bearing_depth_m = 10;  // so that all bearing is developed
     return v;
 }
 
@@ -123,7 +123,7 @@ TEST(ContactPatches, gap_and_material_enter) {
     // A tenth of 0.5 m rebounds; three quarters of the 25 mm beyond that are open.
     v.gap_m = 0.05 + 0.75 * 0.025;
     v.material = 1;
-    v.depth_m = 0.5;
+    v.depth_m = v.bearing_depth_m = 0.5;
     v.compression_m = 0.01;
     v.touching = touching_share(v, law.voxel_m(), law.def());
     std::vector<ContactPatch> patches;

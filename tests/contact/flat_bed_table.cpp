@@ -134,7 +134,7 @@ oracle::Wrench force_of(const Law& law, const Case& c, double sinkage_m) {
         v.center_m = v.position_m = c.motion.pose.position + arm;
         v.normal = rotate(c.motion.pose.rotation, facet.normal);
         v.area_m2 = facet.area_m2;
-        v.depth_m = depth_m;
+        v.depth_m = v.bearing_depth_m = depth_m;
         v.relative_density = -1;
         if (c.teeth) {
             v.teeth = (*c.teeth)[i];

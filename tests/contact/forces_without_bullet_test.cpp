@@ -2,6 +2,7 @@
 // force on each.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "bsoil/contact/contact_memory.h"
@@ -73,6 +74,7 @@ class DrivenPlate {
         for (const ContactVoxel& v : contacts) {
             if (v.normal.z > -0.99) continue;
             area_m2 += v.area_m2;
+            EXPECT_EQ(v.bearing_depth_m, std::max(v.depth_m, v.compression_m));
             sole_depth_m_ += v.area_m2 * v.depth_m;
             sole_density_ += v.area_m2 * v.relative_density;
         }
@@ -97,7 +99,7 @@ TEST(ForcesWithoutBullet, plate_is_borne_by_the_laws_pressure_on_its_sole) {
         EXPECT_NEAR(plate.sole_depth_m(), depth_m, 0.15 * depth_m);
         ContactVoxel sole;
         sole.normal = {0, 0, -1};
-        sole.depth_m = plate.sole_depth_m();
+        sole.depth_m = sole.bearing_depth_m = plate.sole_depth_m();
         const double side = DrivenPlate::kSideM;
         const FaceExtent face{side, side, sole.depth_m, plate.sole_density()};
         const double expected_n =

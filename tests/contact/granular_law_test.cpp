@@ -23,7 +23,7 @@ MaterialDef cohesive() {
 ContactVoxel element(Vec3 normal, double depth_m) {
     ContactVoxel v;
     v.normal = normal;
-    v.depth_m = depth_m;
+    v.depth_m = v.bearing_depth_m = depth_m;
     v.area_m2 = 1;
     return v;
 }
@@ -41,7 +41,7 @@ ElementYield yield_of_element(const ContactVoxel& voxel, Vec3 share, double appr
 
 TEST(TouchingShare, is_all_within_the_rebound_and_none_a_quarter_of_a_voxel_beyond) {
     ContactVoxel v;
-    v.depth_m = 0.04;  // rebounds by 4 mm
+    v.depth_m = v.bearing_depth_m = 0.04;  // rebounds by 4 mm
     const auto at = [&](double gap_m) {
         v.gap_m = gap_m;
         return touching_share(v, 0.02);
@@ -51,7 +51,7 @@ TEST(TouchingShare, is_all_within_the_rebound_and_none_a_quarter_of_a_voxel_beyo
     EXPECT_NEAR(at(0.0065), 0.5, 1e-12);
     EXPECT_NEAR(at(0.009), 0, 1e-12);
     EXPECT_EQ(at(0.03), 0);
-    v.depth_m = 0;
+    v.depth_m = v.bearing_depth_m = 0;
     EXPECT_NEAR(at(0.0025), 0.5, 1e-12);
 }
 
@@ -122,10 +122,10 @@ TEST(GranularLaw, sliding_sole_loses_bearing) {
     EXPECT_NEAR(sliding / at_rest, 0.126, 0.02);
 }
 
-TEST(GranularLaw, compression_counts_as_depth) {
+TEST(GranularLaw, strength_is_reckoned_from_the_bearing_depth) {
     const SoilStrength soil = strength_of(sand(), kGravity_m_s2);
     ContactVoxel v = element(kDown, 0);
-    v.compression_m = 0.1;
+    v.bearing_depth_m = 0.1;  // pressed in, and no depth below the surface
     EXPECT_NEAR(yield_of_element(v, {}, 0, kUp, soil).normal_limit_pa,
                 yield_of_element(element(kDown, 0.1), {}, 0, kUp, soil).normal_limit_pa, 1e-9);
 }

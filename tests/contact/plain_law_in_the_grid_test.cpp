@@ -367,7 +367,7 @@ TEST(PlainLaw, moving_element_meets_the_oracles_stress) {
     const double m = std::tan(33 * kPi / 180);
     const double xi = 1600 * 9.81 * (894 * m * m * m - 386 * m * m + 89 * m);
     ContactVoxel voxel;
-    voxel.depth_m = 0.07;
+    voxel.depth_m = voxel.bearing_depth_m = 0.07;
     int pushed = 0;
     for (int i = 0; i < 200; ++i) {
         // Directions spread over the sphere, by the golden angle, two sets against each other.
@@ -397,7 +397,7 @@ TEST(PlainLaw, moving_element_meets_the_oracles_stress) {
 // theory, also where that drags the surface along or aside. The creep of 0.01 turns a push of 0.6.
 TEST(PlainLaw, rows_at_yield_give_the_oracles_stress) {
     ContactVoxel voxel;
-    voxel.depth_m = 0.07;
+    voxel.depth_m = voxel.bearing_depth_m = 0.07;
     const double m = std::tan(kPhi);
     const double xi_depth = 1600 * 9.81 * (894 * m * m * m - 386 * m * m + 89 * m) * 0.07;
     int dragged = 0;
@@ -424,7 +424,7 @@ TEST(PlainLaw, rows_at_yield_give_the_oracles_stress) {
 
 TEST(PlainLaw, shear_that_comes_with_the_normal_force_leans_a_patch) {
     ContactVoxel voxel;
-    voxel.depth_m = 0.07;
+    voxel.depth_m = voxel.bearing_depth_m = 0.07;
     voxel.area_m2 = 0.01;
     voxel.normal = {std::sin(0.3), 0, -std::cos(0.3)};
     voxel.relative_density = -1;
@@ -453,7 +453,7 @@ TEST(PlainLaw, size_density_speed_and_shear_do_not_enter) {
     other.cohesion_pa = 5e3;
     other.tool_adhesion_pa = 2e3;
     ContactVoxel voxel;
-    voxel.depth_m = 0.1;
+    voxel.depth_m = voxel.bearing_depth_m = 0.1;
     voxel.normal = {0.6, 0, -0.8};
     const ElementMotion slow{{0.5, 0.2, -0.5}, 0.01}, fast{{0.5, 0.2, -0.5}, 5};
     const ElementYield small = plain_law(sand())->yield({voxel, {}}, slow, {});
@@ -469,7 +469,7 @@ TEST(PlainLaw, size_density_speed_and_shear_do_not_enter) {
 // as deep: 1 + 3.80 1.6 / 11 = 1.553. At 0.1 m: 1600 9.81 0.1 6.89 1.553 = 16.8 kPa.
 TEST(PlainLaw, wide_wall_meets_its_wedge_and_a_sole_all_it_met) {
     ContactVoxel voxel;
-    voxel.depth_m = 0.1;
+    voxel.depth_m = voxel.bearing_depth_m = 0.1;
     voxel.normal = {1, 0, 0};
     const FaceExtent face{0.4, 0.4, 0.19, -1, 0.2};
     const auto yield_of = [&](Rules rules) {
@@ -486,7 +486,7 @@ TEST(PlainLaw, wide_wall_meets_its_wedge_and_a_sole_all_it_met) {
 // 157.35 mm: pitch 32.95 mm, share (18.42 + 5) / 32.95 = 0.711.
 TEST(PlainLaw, soil_between_teeth_shares_an_element_with_the_surface_over_the_tips) {
     ContactVoxel voxel;
-    voxel.depth_m = 0.05;
+    voxel.depth_m = voxel.bearing_depth_m = 0.05;
     voxel.normal = {0, 0, -1};
     voxel.teeth = {0.010, 0.005, 0.03295, 0, {0, 0, -1}, false};
     const ElementMotion slides{{0.9, 0, -0.3}, 0.1};
@@ -503,17 +503,17 @@ TEST(PlainLaw, soil_between_teeth_shares_an_element_with_the_surface_over_the_ti
     EXPECT_NEAR(law->yield({voxel, {}}, {}, {}).friction, std::tan(kPhi), 1e-12)
         << "soil on soil, where the rim has 0.5";
     // The tips 4 mm deep: four tenths of the space are filled.
-    voxel.depth_m = 0.004;
+    voxel.depth_m = voxel.bearing_depth_m = 0.004;
     EXPECT_NEAR(law->yield({voxel, {}}, slides, {}).area_share, 0.4 * 0.711, 0.001);
     // Close teeth carry all of it.
     voxel.teeth.pitch_m = 0.02;
-    voxel.depth_m = 0.05;
+    voxel.depth_m = voxel.bearing_depth_m = 0.05;
     EXPECT_EQ(law->yield({voxel, {}}, slides, {}).area_share, 1);
 }
 
 TEST(PlainLaw, element_at_rest_holds_a_push_along_its_normal_and_all_friction) {
     ContactVoxel voxel;
-    voxel.depth_m = 0.1;
+    voxel.depth_m = voxel.bearing_depth_m = 0.1;
     voxel.normal = {0, 0, -1};
     const ElementYield rests = plain_law(sand())->yield({voxel, {}}, {}, {});
     const ElementYield sinks = plain_law(sand())->yield({voxel, {}}, {{0, 0, -0.8}, 0.1}, {});

@@ -80,7 +80,7 @@ Vec3 force_of(const std::vector<Element>& wheel, const ContactLaw& law, double s
         v.center_m = v.position_m = element.facet.at;
         v.normal = element.facet.normal;
         v.area_m2 = element.facet.area_m2;
-        v.depth_m = -(axle_m + element.facet.at.z);
+        v.depth_m = v.bearing_depth_m = -(axle_m + element.facet.at.z);
         v.teeth = element.teeth;
     }
     if (voxels.empty()) return {};

@@ -65,7 +65,7 @@ std::vector<ContactVoxel> ball_contacts(double way_m) {
                         std::cos(theta)};
             v.position_m = v.center_m = v.normal + Vec3{way_m, 0, 0};
             v.area_m2 = 0.0025 * std::sin(theta);
-            v.depth_m = std::max(0.0, 0.2 - v.position_m.z);
+            v.depth_m = v.bearing_depth_m = std::max(0.0, 0.2 - v.position_m.z);
         }
     return out;
 }

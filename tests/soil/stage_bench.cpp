@@ -242,10 +242,10 @@ std::vector<int32_t> StageBench::read_column(int x, int y) const {
 
 int32_t StageBench::read_surface(int x, int y) const {
     int32_t word = 0;
-    impl_->device->read(Buffer::spans,
-                        int64_t{impl_->tiles.slot_count()} * kTileColumns * kColumnWords +
-                            int64_t{slot_of(x, y)} * kTileColumns + y % 8 * 8 + x % 8,
-                        {&word, 1});
+    impl_->device->read(
+        Buffer::spans,
+        impl_->tiles.column_array_offset(kColumnSurface, slot_of(x, y)) + y % 8 * 8 + x % 8,
+        {&word, 1});
     return word;
 }
 

@@ -85,6 +85,8 @@ struct ContactVoxel {
     /// Excess soil per area, beyond what is under way through the voxel: elastic push-in of the
     /// surface; >= 0.
     double compression_m = 0;
+    /// That the element's strength is reckoned from: depth_m, at least compression_m.
+    double bearing_depth_m = 0;
     int material = 0;  ///< index into SoilDef::material_list()
     /// Of the soil beside the body, mean along the way out: 0 loose, 1 compacted; negative where
     /// its density is fixed.

@@ -17,7 +17,8 @@ struct PassWork {
     /// Columns of 8 voxels that it looked at: the same on every machine. The CPU backend counts
     /// them; with OpenGL 0.
     int64_t column_count = 0;
-    /// By the host's clock: on the CPU backend the pass, with OpenGL the asking for it alone [ms].
+    /// That it took the device [ms]; with OpenGL by the GPU's clock, without those of the last step
+    /// or two.
     double time_ms = 0;
 };
 

@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bsoil/contact/orientation.h"
+
 namespace bsoil {
 namespace {
-
-/// A face that looks down by less than this cosine is on its way to a wall.
-constexpr double kUprightCosine = 0.2;
 
 /// Half the hydraulic diameter of the face: what stands for b.
 double bearing_width_m(const FaceExtent& face) {
@@ -31,8 +30,8 @@ ElementYield BekkerLaw::yield(const ContactElement& element, const ElementMotion
     const ContactVoxel& contact = element.voxel;
     const BekkerSoil& soil = def().bekker[static_cast<size_t>(contact.material)];
     const Vec3 n = contact.normal;
-    const double depth_m = bearing_depth_m(contact);
-    const double upright = std::clamp(-dot(n, up()) / kUprightCosine, 0.0, 1.0);
+    const double depth_m = contact.bearing_depth_m;
+    const double upright = std::min(1.0, looks_down(n, up()) / kUprightCosine);
     const double held = unloaded_share(depth_m, memory.retreat_m, def());
     const double developed = soil.shear_displacement_m > 0
                                  ? -std::expm1(-memory.sheared_m / soil.shear_displacement_m)

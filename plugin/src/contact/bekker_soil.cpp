@@ -170,7 +170,7 @@ double plate_bearing_pa(const MaterialDef& material, double gravity_m_s2, double
                         double sinkage_m) {
     ContactVoxel contact;
     contact.normal = {0, 0, -1};
-    contact.depth_m = sinkage_m;
+    contact.depth_m = contact.bearing_depth_m = sinkage_m;
     // A disc has the second moments of area of a square of this side.
     const double side_m = std::sqrt(3.0) * plate_radius_m;
     const FaceExtent plate{

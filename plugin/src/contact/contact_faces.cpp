@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <numeric>
 
+#include "bsoil/contact/orientation.h"
+
 namespace bsoil {
 namespace {
 
@@ -31,7 +33,7 @@ struct FaceSums {
     /// upright: sine between the normal and straight down.
     void add(const ContactVoxel& v, double at_a, double at_b, double upright) {
         // What only brushes the soil, like a wheel's rim above its rut, bears nothing.
-        const double w = bearing_depth_m(v) > 0 ? v.area_m2 * v.touching : 0;
+        const double w = v.bearing_depth_m > 0 ? v.area_m2 * v.touching : 0;
         if (!(w > 0)) return;
         area += w;
         ++count;
@@ -40,8 +42,8 @@ struct FaceSums {
         aa += w * at_a * at_a;
         ab += w * at_a * at_b;
         bb += w * at_b * at_b;
-        depth_m = std::max(depth_m, bearing_depth_m(v));
-        foot_m = std::max(foot_m, bearing_depth_m(v) + upright / 2 * std::sqrt(v.area_m2));
+        depth_m = std::max(depth_m, v.bearing_depth_m);
+        foot_m = std::max(foot_m, v.bearing_depth_m + upright / 2 * std::sqrt(v.area_m2));
         if (v.relative_density >= 0) {
             density += w * v.relative_density;
             density_area += w;
@@ -125,7 +127,7 @@ void ContactFaces::find(std::span<const ContactVoxel> voxels, Quat body_to_world
 
     places_.resize(voxels.size());
     const auto place_of = [&, axis_a = axis_a, axis_b = axis_b](const ContactVoxel& v) {
-        if (-dot(v.normal, up) > kSoleCosine) {
+        if (is_sole(looks_down(v.normal, up))) {
             // Whole voxels apart: rounding does not decide where the grid lies along the axes.
             const Vec3 place = (v.center_m - voxels.front().center_m) * (1 / element_m);
             return Place{.x = std::llround(dot(place, axis_a)),

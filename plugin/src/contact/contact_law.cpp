@@ -34,12 +34,8 @@ double ContactLawDef::wedge_length_of(double friction_angle_rad) const {
                             : std::tan(std::numbers::pi / 4 + friction_angle_rad / 2);
 }
 
-double bearing_depth_m(const ContactVoxel& contact) {
-    return std::max(contact.depth_m, contact.compression_m);
-}
-
 double touching_share(const ContactVoxel& contact, double voxel_m, const ContactLawDef& law) {
-    const double open_m = contact.gap_m - bearing_depth_m(contact) / law.unloading_stiffness;
+    const double open_m = contact.gap_m - contact.bearing_depth_m / law.unloading_stiffness;
     return std::clamp(1 - open_m / (law.open_gap_voxels * voxel_m), 0.0, 1.0);
 }
 

@@ -5,6 +5,8 @@
 #include <limits>
 #include <utility>
 
+#include "bsoil/contact/orientation.h"
+
 namespace bsoil {
 namespace {
 
@@ -18,7 +20,7 @@ std::span<const PressedSoil> from_x(std::span<const PressedSoil> soil, double x)
 
 /// The direction in which the soil beside a contact goes with it.
 Vec3 way_of(const ContactVoxel& v, const ContactLaw& law) {
-    return dot(v.normal, law.up()) < -law.def().looks_down_cosine ? law.up() : v.normal;
+    return looks_down(v.normal, law.up()) > law.def().looks_down_cosine ? law.up() : v.normal;
 }
 
 }  // namespace
@@ -135,7 +137,7 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
             relative.empty() ? own
                              : motion_for(relative, v.carrier).motion.velocity_at(v.position_m);
         // Soil that only brushes the body, with no depth to it or a gap before it, is not sheared.
-        const bool is_pressed = bearing_depth_m(v) > 0 && v.touching > 0;
+        const bool is_pressed = v.bearing_depth_m > 0 && v.touching > 0;
         Vec3 slid =
             is_pressed ? duration_s * (velocity - dot(velocity, v.normal) * v.normal) : Vec3{};
         double retreat_m = -duration_s * dot(velocity, v.normal);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "bsoil/contact/orientation.h"
+
 namespace bsoil {
 namespace {
 
@@ -219,9 +221,9 @@ BodyContact ContactPatches::find(std::span<const ContactVoxel> voxels,
             total.width_m += limit_n * faces_.of_voxel(i).width_m;
             total.area_m2 += area;
             // A wall's level has the rim in it that came out from under the sole.
-            const bool is_sole = -dot(v.normal, law.up()) > kSoleCosine;
-            if (v.depth_m > 0 && (is_sole == has_sole ? v.depth_m > total.depth_m : is_sole)) {
-                has_sole = is_sole;
+            const bool on_sole = is_sole(looks_down(v.normal, law.up()));
+            if (v.depth_m > 0 && (on_sole == has_sole ? v.depth_m > total.depth_m : on_sole)) {
+                has_sole = on_sole;
                 total.depth_m = v.depth_m;
                 total.deepest_height_m = dot(v.position_m, law.up());
             }

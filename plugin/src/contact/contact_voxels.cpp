@@ -254,6 +254,7 @@ void ContactVoxels::finish(const Element& element, ContactVoxel& contact) const 
         transform(*element.request.world_to_grid, contact.position_m) * (1 / frame.voxel_m);
     const double surface = surface_.height_beside(record, at, n);
     contact.depth_m = std::max(0.0, surface - at.z) * frame.voxel_m;
+    contact.bearing_depth_m = std::max(contact.depth_m, contact.compression_m);
     contact.touching = touching_share(contact, frame.voxel_m, *element.request.law);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bsoil/contact/orientation.h"
 #include "soil/layout.h"
 
 namespace bsoil {
@@ -222,8 +223,7 @@ double FreeSurface::height_beside(const ContactRecord& contact, Vec3 at, Vec3 ou
     // Where all of it lies under bodies there is no free surface.
     const double nearest = here < 0 ? at.z : here / 65536.0;
     // Before a wall the wedge counts, under a sole what lies around it as far as it is wide.
-    const double wall = outward.x * outward.x + outward.y * outward.y;
-    const double sole = 1 - wall;
+    const auto [sole, wall] = surface_parts(outward.x * outward.x + outward.y * outward.y);
     const double wedge =
         wedge_length_[static_cast<size_t>(contact.material)] * std::max(0.0, nearest - at.z);
     const double rim = law_->sole_surroundings_widths * body_width_[body];

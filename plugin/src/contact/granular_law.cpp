@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "bsoil/contact/orientation.h"
 #include "bsoil/contact/resistive_force_theory.h"
 
 namespace bsoil {
@@ -160,9 +161,9 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
     const Vec3 motion = along.share, up = this->up();
     const double creep = def().creep;
     const double shear = developed_shear(soil, memory.sheared_m, face.relative_density, def());
-    const double held = unloaded_share(bearing_depth_m(contact), memory.retreat_m, def());
+    const double depth_m = contact.bearing_depth_m;
+    const double held = unloaded_share(depth_m, memory.retreat_m, def());
     const Vec3 n = contact.normal;
-    const double depth_m = bearing_depth_m(contact);
     const double approach = dot(motion, n);
     const Vec3 slide = motion - approach * n;
     const double sliding = length(slide);
@@ -171,15 +172,15 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
     const Vec3 push = slide + (std::max(approach, 0.0) + creep) * n;
     const Vec3 limit_stress = resistive_stress(n, push * (1 / length(push)), up, soil.friction);
     const double resistive_normal = std::max(0.0, -dot(limit_stress, n));
-    const double down = std::max(0.0, -dot(n, up));
+    const double down = looks_down(n, up);
+    const SoleAndWall parts = bearing_parts(down);
     const FaceFactors factors = face_factors(soil, face, depth_m, def());
-    const double xi_depth = soil.stiffness_pa_m * depth_m *
-                            (down * down * factors.sole + (1 - down * down) * factors.wall);
+    const double xi_depth =
+        soil.stiffness_pa_m * depth_m * (parts.sole * factors.sole + parts.wall * factors.wall);
 
     // A face above the surface has nothing to shear. Sliding takes from cohesion what it takes from
     // friction.
-    const double pushed_normal =
-        down * down * soil.sole_stress + (1 - down * down) * soil.wall_stress;
+    const double pushed_normal = parts.sole * soil.sole_stress + parts.wall * soil.wall_stress;
     const double turned = pushed_normal > 0 ? std::min(1.0, resistive_normal / pushed_normal) : 1.0;
     const double cohesive_pa =
         depth_m > 0 ? turned * cohesive_stress_pa(down, factors.developed, soil) : 0;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "bsoil/contact/orientation.h"
 #include "bsoil/contact/passive_wedge.h"
 #include "bsoil/contact/resistive_force_theory.h"
 
@@ -50,18 +51,18 @@ PlainLaw::PlainLaw(std::shared_ptr<const ContactSoil> soil, const SurfaceFrictio
 // Between wall and sole an element takes both, by the squares of its normal's parts.
 double PlainLaw::size_factor(const Strength& soil, const FaceExtent& face, Vec3 normal) const {
     if (!def().passive_wedge) return 1;
-    const double down = std::max(0.0, -dot(normal, up())), sole = down * down;
+    const SoleAndWall parts = bearing_parts(looks_down(normal, up()));
     const double wedge =
         soil.wedge_share * passive_width_factor(soil.passive_factor, soil.friction_angle_rad,
                                                 face.width_m, face.foot_m);
-    return sole + (1 - sole) * std::min(1.0, wedge);
+    return parts.sole + parts.wall * std::min(1.0, wedge);
 }
 
 ElementYield PlainLaw::yield(const ContactElement& element, const ElementMotion& along,
                              const ContactHistory& memory) const {
     const ContactVoxel& contact = element.voxel;
     const Strength& soil = strengths_[static_cast<size_t>(contact.material)];
-    const double depth_m = bearing_depth_m(contact), creep = def().creep;
+    const double depth_m = contact.bearing_depth_m, creep = def().creep;
     const Vec3 n = contact.normal, motion = along.share;
     const double xi_depth = soil.stiffness_pa_m * depth_m * size_factor(soil, element.face, n);
     const double approach = dot(motion, n);

@@ -102,6 +102,7 @@ class CpuDevice final : public Device {
         const KernelInfo& info = kernel_set().kernels[static_cast<size_t>(kernel)];
         memory_.params = params.data();
         lane_count_ = 0;
+        const Clock::time_point start = Clock::now();
         if (thread_count() == 1 || work.group_count < kParallelGroupsMin) {
             run_serially(info, work);
         } else if (info.is_scatter) {
@@ -111,6 +112,7 @@ class CpuDevice final : public Device {
         } else {
             run_parallel(info, work.tiles_by_colour);
         }
+        counters_.kernel_ms[static_cast<size_t>(kernel)] += ms_since(start);
         counters_.lane_counts.resize(kernel_set().kernels.size());
         counters_.lane_counts[static_cast<size_t>(kernel)] += lane_count_;
     }
@@ -131,13 +133,15 @@ class CpuDevice final : public Device {
   private:
     AlignedWords& words_of(BufferIndex buffer) { return buffers_[static_cast<int>(buffer)]; }
 
+    static double ms_since(Clock::time_point start) {
+        return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    }
+
     void end_stage() {
-        const Clock::time_point now = Clock::now();
         if (stage_ >= 0) {
-            stage_ms_[stage_] +=
-                std::chrono::duration<double, std::milli>(now - stage_start_).count();
+            stage_ms_[stage_] += ms_since(stage_start_);
         }
-        stage_start_ = now;
+        stage_start_ = Clock::now();
         stage_ = -1;
     }
 

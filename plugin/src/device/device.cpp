@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <chrono>
 
 #include "device/allocation_error.h"
 #include "device/cpu_name.h"
@@ -107,10 +106,7 @@ void Device::dispatch(int kernel, std::span<const int32_t> params, const WorkLis
     counters_.group_count += work.group_count;
     const auto index = static_cast<size_t>(kernel);
     ++counters_.kernel_dispatch_counts[index];
-    const auto start = std::chrono::steady_clock::now();
     run_kernel(kernel, params, work);
-    counters_.kernel_ms[index] +=
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
 int64_t Device::memory_bytes() const {

@@ -49,8 +49,8 @@ struct DeviceCounters {
     int64_t context_count = 0;  ///< times that an OpenGL context was made current
     /// By kernel: lanes that had work. OpenGL does not count them; they are the same as on the CPU.
     std::vector<int64_t> lane_counts;
-    /// By kernel: how often it was dispatched, and how long that took by the host's clock [ms],
-    /// which on OpenGL is the asking alone.
+    /// By kernel: how often it was dispatched, and how long that took the device [ms]. OpenGL tells
+    /// the times of a session's dispatches by the GPU's clock, when later sessions begin.
     std::vector<int64_t> kernel_dispatch_counts;
     std::vector<double> kernel_ms;
 };

@@ -130,16 +130,18 @@ class GlDevice final : public Device {
         glUniform1i(kGroupCountLocation, work.group_count);
         const int columns = std::min(work.group_count, kGroupsPerRow);
         const int rows = (work.group_count + kGroupsPerRow - 1) / kGroupsPerRow;
+        objects_->times.begin_kernel(kernel);
         glDispatchCompute(static_cast<GLuint>(columns), static_cast<GLuint>(rows), 1);
         // This kernel wrote storage blocks; the next one, and reads, writes and fills, come after
         // it.
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+        objects_->times.end_kernel();
     }
 
     void begin_session() override {
         begin_use();
         if (session_depth_++ == 0 && failure_.empty()) {
-            objects_->times.begin(stage_ms_);
+            objects_->times.begin(stage_ms_, counters_.kernel_ms);
         }
     }
     void end_session() override {

@@ -1,11 +1,11 @@
 # bulletsoil_add_kernel_set(<target> <set> LIST <kernels> BUFFERS <buffers> PARAMS <uniform block> LAYOUT <constants>
-#                           COMMON <shared text>)
+#                           COMMON <shared text> [INCLUDED <texts that kernels include>...])
 #
 # Compiles the kernels of a list into <target>, as C++ and as embedded GLSL, and with them the function
 # `const bsoil::device::KernelSet& bsoil::device::<set>_kernel_set()`. Kernel <name> is <name>.glsl beside the list.
 # One set per directory: the compile definitions of cpu_kernels.cpp belong to the directory.
 function(bulletsoil_add_kernel_set target set_name)
-  cmake_parse_arguments(PARSE_ARGV 2 arg "" "LIST;BUFFERS;PARAMS;LAYOUT;COMMON" "")
+  cmake_parse_arguments(PARSE_ARGV 2 arg "" "LIST;BUFFERS;PARAMS;LAYOUT;COMMON" "INCLUDED")
   set(device_dir ${CMAKE_CURRENT_FUNCTION_LIST_DIR})
   set(shader_dir ${PROJECT_SOURCE_DIR}/shaders)
   cmake_path(GET arg_LIST PARENT_PATH kernel_dir)
@@ -23,7 +23,7 @@ function(bulletsoil_add_kernel_set target set_name)
   set(bodies_file ${CMAKE_CURRENT_BINARY_DIR}/${set_name}_kernel_bodies.inc)
   file(CONFIGURE OUTPUT ${bodies_file} CONTENT "${bodies}" @ONLY)
 
-  set(shader_files ${arg_COMMON} ${arg_PARAMS} ${arg_LAYOUT} ${kernel_files}
+  set(shader_files ${arg_COMMON} ${arg_PARAMS} ${arg_LAYOUT} ${arg_INCLUDED} ${kernel_files}
       ${shader_dir}/prelude.glsl ${shader_dir}/exact_math.glsl)
   set(embedded_file ${CMAKE_CURRENT_BINARY_DIR}/${set_name}_shader_files.cpp)
   add_custom_command(

@@ -47,51 +47,24 @@ ColumnProfile column_profile(const ColumnVoxels& column) {
     return profile;
 }
 
+namespace {
+
+/// The kernels' text on one column, which is column 0 of itself.
+struct ColumnKernel {
+    const ColumnVoxels& voxels;
+    static int min(int a, int b) { return std::min(a, b); }
+    static int max(int a, int b) { return std::max(a, b); }
+    int column_terrain(int, int z) const { return voxels.terrain_at(z); }
+    int column_volume(int, int z) const { return voxels.volume_at(z); }
+#define CONST_INT(name, value) static constexpr int name = value;
+#include "column_surface.glsl"
+#undef CONST_INT
+};
+
+}  // namespace
+
 int32_t column_surface_q16(const ColumnVoxels& column) {
-    constexpr int kNotBare = -1;
-    int surface = 0, bare = kNotBare, bottom = 0, top = 0;
-    bool climbs = false;
-    int kind = kSpanPiled;
-    const auto is_surface = [&] { return top > bottom || bottom == 0; };
-    for (int z = 0; z < column.height; ++z) {
-        const int coverage = std::min(kVoxelFull, column.terrain_at(z));
-        const int volume = column.volume_at(z);
-        const int base = z * kVoxelFull;
-        const auto top_with = [&](int reach) {
-            return base + (volume + coverage >= kVoxelFull - kSupportSlack
-                               ? kVoxelFull
-                               : std::min(kVoxelFull, reach));
-        };
-        const bool hangs = volume >= kVoxelFull && coverage == 0;
-        if (climbs && coverage > 0) bare = base + coverage;
-        climbs = climbs && coverage >= kSolidCoverage;
-        if (coverage >= kSolidCoverage) {
-            if (kind == kSpanPiled && is_surface()) {
-                surface = top;
-                climbs = z <= top / kVoxelFull + 1;
-                bare = climbs ? base + coverage : kNotBare;
-            }
-            kind = kSpanRigid;
-        } else if (kind == kSpanRigid) {
-            kind = kSpanPiled;
-            bottom = base;
-            top = top_with(volume > 0 ? volume + coverage : 0);
-        } else if (kind == kSpanPiled) {
-            if (top == base && volume + coverage > 0) {
-                top = top_with(volume + (bottom == base ? coverage : 0));
-            } else if (hangs) {
-                if (is_surface()) {
-                    surface = top;
-                    bare = kNotBare;
-                }
-                kind = kSpanFalling;
-            }
-        } else {
-            kind = hangs ? kSpanFalling : 0;
-        }
-    }
-    if (kind == kSpanPiled && is_surface()) return top;
-    return bare == kNotBare ? surface : kTerrainTop - bare;
+    return ColumnKernel{column}.bare_surface(0, 0, column.height);
 }
 
 namespace {

@@ -31,8 +31,8 @@ struct ColumnProfile {
 };
 ColumnProfile column_profile(const ColumnVoxels& column);
 
-/// A column's surface word as build_spans.glsl finds it where there are no bodies: a height [Q16
-/// voxels], or kTerrainTop less that of the terrain.
+/// A column's surface word where there are no bodies, by the kernels' own text
+/// (shaders/column_surface.glsl): a height [Q16 voxels], or kTerrainTop less that of the terrain.
 int32_t column_surface_q16(const ColumnVoxels& column);
 
 /// Tops of a tile's columns, as ColumnProfile has them.

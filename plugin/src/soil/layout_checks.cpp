@@ -39,8 +39,11 @@ static_assert(kLoadMoment + 6 == kLoadWords);
 static_assert(kContactAt + 3 == kContactBody && kContactBody + 1 == kContactKey &&
               kContactGradient + 3 == kContactGap && kContactGap + 3 == kContactExcess &&
               kContactDensity + 1 == kContactCarrier && kContactCarrier + 1 == kContactWords);
-static_assert(kShapeRows + 12 == kShapeSize && kShapeSize + 6 == kShapePlanes &&
-              kShapePlanes + 2 == kShapeRounding && kShapeLattice < kShapeWords);
+static_assert(kShapeRows + 3 * kShapeRowWords == kShapeHalfExtents &&
+              kShapeHalfExtents + 3 <= kShapeSizeEnd && kShapeSlantSine < kShapeSizeEnd &&
+              kShapeSizeEnd == kShapeFaces && kShapeFaceCount + 1 == kShapeRounding &&
+              kShapeLattice < kShapeLow && kShapeHigh + 3 <= kShapeWords);
+static_assert(kFaceNormal + 3 == kFaceOffset && kFaceOffset + 1 == kFaceWords);
 static_assert(kSlipEntries <= kTableAcceleration &&
               kTableAcceleration + kSlipEntries <= kTablePassive && kTableHeldLeast < kTableWords);
 

@@ -1,6 +1,7 @@
 #include "soil/shape_upload.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 
@@ -153,38 +154,38 @@ void ShapeUpload::add_shape(const ConvexShape& shape, const Pose& pose, int body
     put_voxel_bounds(shape, boxes_.back(), &words_[record]);
 }
 
-// kShapeSize, by kind.
+// Words kShapeHalfExtents to kShapeSizeEnd, by kind.
 void ShapeUpload::add_size(const ConvexShape& shape, size_t record) {
     const double inverse_voxel = 1 / core_.frame.voxel_m;
-    const size_t size = record + kShapeSize;
     if (shape.kind == ConvexShape::Kind::box) {
-        put_float(size, shape.half_extents_m.x * inverse_voxel);
-        put_float(size + 1, shape.half_extents_m.y * inverse_voxel);
-        put_float(size + 2, shape.half_extents_m.z * inverse_voxel);
+        const Vec3 half_extents = shape.half_extents_m * inverse_voxel;
+        put_float(record + kShapeHalfExtents, half_extents.x);
+        put_float(record + kShapeHalfExtents + 1, half_extents.y);
+        put_float(record + kShapeHalfExtents + 2, half_extents.z);
     } else if (shape.kind == ConvexShape::Kind::lattice) {
-        put_float(size, shape.lattice->quantum_m() * inverse_voxel);
+        put_float(record + kShapeLatticeUnit, shape.lattice->quantum_m() * inverse_voxel);
     } else {
         const double r = shape.radius_m * inverse_voxel, h = shape.half_height_m * inverse_voxel;
-        put_float(size, r);
-        put_float(size + 1, h);
+        put_float(record + kShapeRadius, r);
+        put_float(record + kShapeHalfHeight, h);
         const double slant = std::sqrt(r * r + 4 * h * h);
         if (slant > 0) {
-            put_float(size + 2, 2 * h / slant);
-            put_float(size + 3, r / slant);
+            put_float(record + kShapeSlantCosine, 2 * h / slant);
+            put_float(record + kShapeSlantSine, r / slant);
         }
     }
 }
 
 void ShapeUpload::add_planes(const ConvexShape& shape, size_t record) {
-    words_[record + kShapePlanes] = static_cast<int32_t>(words_.size());
-    words_[record + kShapePlanes + 1] = static_cast<int32_t>(shape.planes.size());
+    words_[record + kShapeFaces] = static_cast<int32_t>(words_.size());
+    words_[record + kShapeFaceCount] = static_cast<int32_t>(shape.planes.size());
     for (const Plane& plane : shape.planes) {
         const size_t at = words_.size();
         words_.resize(at + kFaceWords);
-        put_float(at, plane.normal.x);
-        put_float(at + 1, plane.normal.y);
-        put_float(at + 2, plane.normal.z);
-        put_float(at + 3, plane.offset * (1 / core_.frame.voxel_m));
+        put_float(at + kFaceNormal, plane.normal.x);
+        put_float(at + kFaceNormal + 1, plane.normal.y);
+        put_float(at + kFaceNormal + 2, plane.normal.z);
+        put_float(at + kFaceOffset, plane.offset * (1 / core_.frame.voxel_m));
     }
 }
 
@@ -202,7 +203,6 @@ bool ShapeUpload::may_cover(size_t shape, const Vec3& block_middle) const {
         &words_[static_cast<size_t>(core_.params.shape_offset) + shape * kShapeWords];
     const auto kind = static_cast<ConvexShape::Kind>(record[kShapeKind]);
     const auto number = [&](int at) { return double{std::bit_cast<float>(record[at])}; };
-    const double size[3] = {number(kShapeSize), number(kShapeSize + 1), number(kShapeSize + 2)};
     const double reach = number(kShapeRounding) + kReach;
     using Kind = ConvexShape::Kind;
     if (kind == Kind::lattice) {
@@ -211,23 +211,25 @@ bool ShapeUpload::may_cover(size_t shape, const Vec3& block_middle) const {
     double middle[3];
     double half[3];  // the block's half extents along the shape's axes
     for (int i = 0; i < 3; ++i) {
-        const int row = kShapeRows + 4 * i;
+        const int row = kShapeRows + kShapeRowWords * i;
         const Vec3 axis{number(row), number(row + 1), number(row + 2)};
         middle[i] = dot(axis, block_middle) + number(row + 3);
         half[i] = kTileSide / 2.0 * (std::abs(axis.x) + std::abs(axis.y) + std::abs(axis.z));
     }
     if (kind == Kind::hull) {
         // The block's corners along a face's normal, in the shape's frame.
-        const Vec3 columns[3] = {
-            {number(kShapeRows), number(kShapeRows + 4), number(kShapeRows + 8)},
-            {number(kShapeRows + 1), number(kShapeRows + 5), number(kShapeRows + 9)},
-            {number(kShapeRows + 2), number(kShapeRows + 6), number(kShapeRows + 10)}};
-        for (int i = 0; i < record[kShapePlanes + 1]; ++i) {
+        const auto column = [&](int axis) {
+            const int at = kShapeRows + axis;
+            return Vec3{number(at), number(at + kShapeRowWords), number(at + 2 * kShapeRowWords)};
+        };
+        const Vec3 columns[3] = {column(0), column(1), column(2)};
+        for (int i = 0; i < record[kShapeFaceCount]; ++i) {
             const int32_t* face =
-                &words_[static_cast<size_t>(record[kShapePlanes] + kFaceWords * i)];
+                &words_[static_cast<size_t>(record[kShapeFaces] + kFaceWords * i)];
             const auto word = [&](int at) { return double{std::bit_cast<float>(face[at])}; };
-            const Vec3 normal{word(0), word(1), word(2)};
-            const double side = dot(normal, Vec3{middle[0], middle[1], middle[2]}) - word(3);
+            const Vec3 normal{word(kFaceNormal), word(kFaceNormal + 1), word(kFaceNormal + 2)};
+            const double side =
+                dot(normal, Vec3{middle[0], middle[1], middle[2]}) - word(kFaceOffset);
             const double width = std::abs(dot(normal, columns[0])) +
                                  std::abs(dot(normal, columns[1])) +
                                  std::abs(dot(normal, columns[2]));
@@ -237,13 +239,17 @@ bool ShapeUpload::may_cover(size_t shape, const Vec3& block_middle) const {
         }
         return true;
     }
-    const bool is_box = kind == Kind::box;
-    const double top = is_box                  ? size[2]
-                       : kind == Kind::sphere  ? size[0]
-                       : kind == Kind::capsule ? size[0] + size[1]
-                                               : size[1];
-    const double extents[3] = {size[0], is_box ? size[1] : size[0], top};
-    for (int i = 0; i < 3; ++i) {
+    const double radius = number(kShapeRadius), half_height = number(kShapeHalfHeight);
+    std::array<double, 3> extents{radius, radius, half_height};
+    if (kind == Kind::box) {
+        extents = {number(kShapeHalfExtents), number(kShapeHalfExtents + 1),
+                   number(kShapeHalfExtents + 2)};
+    } else if (kind == Kind::sphere) {
+        extents[2] = radius;
+    } else if (kind == Kind::capsule) {
+        extents[2] = radius + half_height;
+    }
+    for (size_t i = 0; i < 3; ++i) {
         if (std::abs(middle[i]) - half[i] - extents[i] > reach) {
             return false;
         }

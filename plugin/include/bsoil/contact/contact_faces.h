@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <numbers>
 #include <span>
 #include <vector>
 
@@ -13,16 +12,12 @@
 #pragma GCC visibility push(default)
 namespace bsoil {
 
-/// A face whose normal is no further off straight down than this cosine is a sole, any other a
-/// wall.
-inline constexpr double kSoleCosine = std::numbers::sqrt2 / 2;
-
 /// The faces of one body's contact.
-/// Soles are the connected sets of voxels that look down (by more than 45 deg); seen from above, so
-/// that neither a spinning wheel's frame nor the grid's direction matters, and the tracks of one
-/// body are two soles. Their sides are those of the rectangle with the same second moments of area,
-/// the shorter no longer than its area has room for.
-/// Walls are the other voxels, one face per dominant axis of the normal in the body's frame.
+/// Soles are the connected sets of voxels that look down (is_sole(), orientation.h); seen from
+/// above, so that neither a spinning wheel's frame nor the grid's direction matters, and the tracks
+/// of one body are two soles. Their sides are those of the rectangle with the same second moments
+/// of area, the shorter no longer than its area has room for. Walls are the other voxels, one face
+/// per dominant axis of the normal in the body's frame.
 class ContactFaces {
   public:
     /// Overwrites what there was. element_m: how far the voxels' middles are apart. threads: to

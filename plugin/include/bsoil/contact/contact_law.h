@@ -64,10 +64,6 @@ struct ElementYield {
                         ///< the soil
 };
 
-/// Depth [m] that an element's strength is reckoned from: below the soil's surface, at least what
-/// the soil is pressed in by.
-double bearing_depth_m(const ContactVoxel& contact);
-
 /// Share 0..1 of an element that touches its soil. Soil pressed down rebounds by a part of its
 /// depth; a gap beyond that opens within ContactLawDef::open_gap_voxels. The soil asks once, when
 /// the element is made: ContactVoxel::touching.

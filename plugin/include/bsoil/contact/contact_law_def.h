@@ -45,8 +45,9 @@ struct ContactLawDef {
     /// @{
     /// An element that moves less than this share of its body's motion counts as resting: its limit
     /// is that of a push along its normal, and friction holds it in any direction. 0.001..0.2.
-    /// Ours. Larger: a wheel that slips a little is held like one that does not; smaller: rounding
-    /// picks directions.
+    /// Ours: a hundredth is below any slip that is measured, and above what single precision leaves
+    /// of a body's motion. Larger: a wheel that slips a little is held like one that does not;
+    /// smaller: rounding picks directions.
     double creep = 0.01;
     /// Soil unloads so many times as stiffly as it was loaded: a sole of 0.1 m depth has left it
     /// after a rebound of 10 mm. 1..1000. Ours; LETE sand springs back by 16 mm there (Wong 2010).
@@ -99,7 +100,8 @@ struct ContactLawDef {
     /// second face; smaller: round bodies get walls.
     double edge_sine = 0.34;
     /// Faces round an edge whose normals are further apart than this cosine are different ones.
-    /// 0..1. Ours. Larger: an edge's second face keeps the gradient's place.
+    /// 0..1. Ours: 45 deg, half the turn round a box's edge. Larger: an edge's second face keeps
+    /// the gradient's place.
     double edge_face_cosine = 0.7;
     /// Parts of a sole no further apart than this [voxels] are one. 0..8. Ours: a lug's gap or an
     /// empty voxel does not part them. Larger: two tracks become one sole.
@@ -107,18 +109,21 @@ struct ContactLawDef {
     /// @}
 
     /// @name What soil remembers
-    /// Lengths between the centres of voxels [voxels]. All are ours.
+    /// Lengths between the centres of voxels [voxels]. All are ours: a voxel's neighbour across is
+    /// a whole voxel off and its own column none, so any length between the two tells them apart;
+    /// along the soil's path a step moves it by a voxel and rounding adds the rest.
     /// @{
     /// Less than this far across the soil's way it is the same column, less than this far along it
     /// the same soil pushed on; nothing further off than the reach is. 0.1..4. Larger: soil beside
     /// a contact passes for sheared; smaller: it forgets.
     double same_across_voxels = 0.6, same_along_voxels = 1.75, memory_reach_voxels = 2;
     /// Another body's face is the same contact where its normal is no further off than this cosine.
-    /// 0..1. Larger: links of a track start anew.
+    /// 0..1. Ours: 60 deg, where faces of a box are 90 deg apart. Larger: links of a track start
+    /// anew.
     double same_contact_cosine = 0.5;
     /// The soil under a face that looks down by this cosine at least goes down with it; that of any
-    /// other face is pushed on along the normal. 0..1. Larger: a wheel's steep front takes its soil
-    /// along.
+    /// other face is pushed on along the normal. 0..1. Ours: as for Bekker's pressure
+    /// (kUprightCosine). Larger: a wheel's steep front takes its soil along.
     double looks_down_cosine = 0.2;
     /// @}
 

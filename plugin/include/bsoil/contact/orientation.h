@@ -1,0 +1,47 @@
+/// What of a body's surface is a sole, which presses on soil, and what a wall, which pushes it.
+///
+/// An element between the two takes part of both. Three questions are asked of its normal, and each
+/// has one answer here:
+///
+///   what does it bear?            bearing_parts()  a face that looks up bears as a wall
+///   where is its free surface?    surface_parts()  a face that looks up has it around, as a sole
+///   what connected face is it of? is_sole()        soles by place, walls by the body's own axes
+#pragma once
+
+#include <algorithm>
+#include <numbers>
+
+#include "bsoil/geometry.h"
+
+namespace bsoil {
+
+/// Parts of an element, the sum is 1.
+struct SoleAndWall {
+    double sole = 0, wall = 0;
+};
+
+/// Cosine between a normal and straight down; 0 where it looks up.
+inline double looks_down(Vec3 normal, Vec3 up) { return std::max(0.0, -dot(normal, up)); }
+
+/// Parts of what an element bears, by the squares of its normal's parts: those of a unit vector add
+/// up to 1, and the force on a face that turns goes over smoothly from one to the other.
+/// down: looks_down().
+constexpr SoleAndWall bearing_parts(double down) { return {down * down, 1 - down * down}; }
+
+/// Parts of an element in where its free surface lies: before a wall, around a sole. By the same
+/// squares; level_square: of the normal's level part.
+constexpr SoleAndWall surface_parts(double level_square) {
+    return {1 - level_square, level_square};
+}
+
+/// Cosine beyond which a face that looks down belongs to a sole: 45 deg, where both parts are
+/// equal. Larger: a wheel's sole is shorter, and its width is taken of fewer elements.
+inline constexpr double kSoleCosine = std::numbers::sqrt2 / 2;
+constexpr bool is_sole(double down) { return down > kSoleCosine; }
+
+/// Of Bekker's law, which knows pressure on soles only: below this cosine the pressure falls to
+/// nothing. Ours: 78 deg; a wheel's front down to there has Bekker's pressure in full, as his
+/// integral over the arc of contact has. Larger: steep fronts bear less.
+inline constexpr double kUprightCosine = 0.2;
+
+}  // namespace bsoil
