@@ -13,6 +13,7 @@
 
 #include "bsoil/geometry.h"
 
+#pragma GCC visibility push(default)
 namespace bsoil {
 
 /// Parts of an element, the sum is 1.
@@ -37,6 +38,7 @@ constexpr SoleAndWall surface_parts(double level_square) {
 /// Cosine beyond which a face that looks down belongs to a sole: 45 deg, where both parts are
 /// equal. Larger: a wheel's sole is shorter, and its width is taken of fewer elements.
 inline constexpr double kSoleCosine = std::numbers::sqrt2 / 2;
+/// Whether it does. down: looks_down().
 constexpr bool is_sole(double down) { return down > kSoleCosine; }
 
 /// Of Bekker's law, which knows pressure on soles only: below this cosine the pressure falls to
@@ -45,3 +47,4 @@ constexpr bool is_sole(double down) { return down > kSoleCosine; }
 inline constexpr double kUprightCosine = 0.2;
 
 }  // namespace bsoil
+#pragma GCC visibility pop
