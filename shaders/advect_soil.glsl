@@ -7,9 +7,7 @@
 // thesis (24): a full voxel is locked, unless its soil is itself falling or carried away. Soil caught in a wall moves
 // with the wall along it and out of it.
 bool is_locked(int from, int to, ivec3 step, ivec3 out_way, bool overrun) {
-    if (is_barred(from, to, step, out_way, overrun)) {
-        return true;
-    }
+    if (is_barred(from, to, step, out_way, overrun)) return true;
     return state_at(kPlaneSupport, to) == kSupportGround && is_full(to);
 }
 
@@ -47,9 +45,7 @@ ivec3 drift_weight(int slot, ivec3 at, int voxel, ivec3 drift) {
     ivec3 weight = abs(drift);
     int volume = state_at(kPlaneVolume, voxel);
     int excess = min(volume, volume + body_coverage(voxel) - kVoxelFull);
-    if (excess <= 0 || !is_carried_here(voxel)) {
-        return weight;
-    }
+    if (excess <= 0 || !is_carried_here(voxel)) return weight;
     ivec3 inwards = body_gradient(slot, at.x, at.y, at.z);
     int share = fraction_q16(excess, volume);
     int most = largest_component(drift);
@@ -106,9 +102,7 @@ void advect_soil(int group, int lane) {
     bool is_moving = false;
     for (int z = 0; z < 8; ++z) {
         int voxel = block * kBlockVoxels + z * kTileColumns + lane;
-        if (state_at(kPlaneVolume, voxel) == 0) {
-            continue;
-        }
+        if (state_at(kPlaneVolume, voxel) == 0) continue;
         int mass = mass_at(voxel);
         int support = state_at(kPlaneSupport, voxel);
         is_moving = is_moving || support != kSupportGround;
@@ -122,9 +116,7 @@ void advect_soil(int group, int lane) {
             }
             continue;
         }
-        if (mass == 0) {
-            continue;
-        }
+        if (mass == 0) continue;
         ivec3 velocity = soil_velocity(voxel, mass);
         ivec3 after = velocity;
         ivec3 drift = velocity;
@@ -149,9 +141,7 @@ void advect_soil(int group, int lane) {
         }
         // Dust neither asks for sub-steps nor counts as clamped: rounding alone can make its speed jump.
         int volume = state_at(kPlaneVolume, voxel);
-        if (volume > kPacingLeast) {
-            fastest = max(fastest, largest_component(drift));
-        }
+        if (volume > kPacingLeast) fastest = max(fastest, largest_component(drift));
         drift = drift / params.substep_count;
         if (largest_component(drift) > kVoxelFull) {
             if (volume > kPacingLeast) {
@@ -203,18 +193,14 @@ void advect_soil(int group, int lane) {
                 ivec3 bound = share_of(momentum_with_wall(slot, ivec3(x, y, z0 + z), mass, target, to), barred);
                 lost = lost + held - ivec3(towards(held.x, bound.x), towards(held.y, bound.y), towards(held.z, bound.z));
             }
-            if (share <= 0) {
-                continue;
-            }
+            if (share <= 0) continue;
             ivec3 part = share_of(total, share);
             lost = lost + part;
             int moved_volume = 0;
             int moved_mass = 0;
             for (int i = 0; i < params.transport_count; ++i) {
                 int plane = kTransportFirst + i;
-                if (plane >= kPlaneMomentumX && plane <= kPlaneMomentumZ) {
-                    continue;
-                }
+                if (plane >= kPlaneMomentumX && plane <= kPlaneMomentumZ) continue;
                 int units = mul_q16(state_at(plane, voxel), share);  // thesis (23)
                 add_delta(plane, voxel, -units);
                 if (plane == kPlaneVolume) {
@@ -222,9 +208,7 @@ void advect_soil(int group, int lane) {
                 } else if (plane != kPlaneBond) {
                     add_delta(plane, to, units);
                 }
-                if (is_mass(plane)) {
-                    moved_mass += units;
-                }
+                if (is_mass(plane)) moved_mass += units;
             }
             add_delta(kPlaneVolume, to, loosened(voxel, moved_volume, moved_mass));
             add_delta(kPlaneMomentumX, to, part.x);  // thesis (28): extensive, so the average comes by itself
@@ -238,7 +222,5 @@ void advect_soil(int group, int lane) {
         mark_moved(voxel, voxel);
     }
     set_in_mask(block, kMaskMoving, lane, is_moving);
-    if (fastest > 0) {
-        ATOMIC_MAX(result[kResultSpeed], fastest);
-    }
+    if (fastest > 0) ATOMIC_MAX(result[kResultSpeed], fastest);
 }

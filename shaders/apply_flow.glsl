@@ -9,17 +9,13 @@ bool is_in_mask(int block, int mask, int lane) {
 // Columns of half a block in which a voxel got deltas.
 int arrived_half(int block, int half_at) {
     int columns = 0;
-    for (int z = 0; z < 8; ++z) {
-        columns = columns | mask_half(block, kMaskArrived + 2 * z, half_at);
-    }
+    for (int z = 0; z < 8; ++z) columns = columns | mask_half(block, kMaskArrived + 2 * z, half_at);
     return columns;
 }
 
 int apply_flow_lanes(int group, int half_at) {
     int block = block_list[params.list_offset + group];
-    if (block_flags[flag_index(kFlagPending, block)] != params.pass_stamp) {
-        return 0;
-    }
+    if (block_flags[flag_index(kFlagPending, block)] != params.pass_stamp) return 0;
     return arrived_half(block, half_at) | mask_half(block, kMaskExcess, half_at) |
            mask_half(block, kMaskOverflow, half_at);
 }
@@ -35,9 +31,7 @@ void apply_flow(int group, int lane) {
     int highest = -1;
     for (int z = 0; z < 8; ++z) {
         int voxel = block * kBlockVoxels + z * kTileColumns + lane;
-        if (!is_in_mask(block, kMaskArrived + 2 * z, lane)) {
-            continue;
-        }
+        if (!is_in_mask(block, kMaskArrived + 2 * z, lane)) continue;
         set_in_mask(block, kMaskArrived + 2 * z, lane, false);
         highest = z;
         lowest = lowest < 0 ? z : lowest;
@@ -64,9 +58,7 @@ void apply_flow(int group, int lane) {
             } else if (volume <= 0) {
                 set_state(kPlaneVolume, voxel, 1);
             }
-            if (params.bank_strength > 0 && weakest < 0 && !is_intact(voxel)) {
-                weakest = z;
-            }
+            if (params.bank_strength > 0 && weakest < 0 && !is_intact(voxel)) weakest = z;
             if (volume > kVoxelMost) {
                 note_condition(kStatusHeadroom, kResultHeadroomPlace, grid_voxel(slot, lane & 7, lane >> 3, z0 + z));
             }
@@ -97,8 +89,6 @@ void apply_flow(int group, int lane) {
     } else {
         overflowed = was_overflowing;
     }
-    if (pressed || overflowed) {
-        set_in_mask(block, kMaskPressed, lane, true);
-    }
+    if (pressed || overflowed) set_in_mask(block, kMaskPressed, lane, true);
     set_in_mask(block, kMaskOverflow, lane, overflowed);
 }

@@ -2,9 +2,7 @@
 // Reads: cuts, bond. Writes: bond, cuts, intact heights, stamps, block flags.
 int break_bonds_lanes(int group, int half_at) {
     int slot = entry_slot(block_list[params.list_offset + group]);
-    if (spans[tile_word(kTileCut, slot)] != params.step_stamp) {
-        return 0;
-    }
+    if (spans[tile_word(kTileCut, slot)] != params.step_stamp) return 0;
     int lanes = 0;
     for (int i = 0; i < 32; ++i) {
         lanes = lanes | (spans[column_word(kColumnCut, slot * kTileColumns + half_at * 32 + i)] != 0 ? 1 << i : 0);

@@ -1,14 +1,10 @@
 // Columns of half a tile that have changed since the pass `stamp`.
 int changed_half(int slot, int half_at, int stamp) {
-    if (spans[tile_stamp(slot)] <= stamp) {
-        return 0;
-    }
+    if (spans[tile_stamp(slot)] <= stamp) return 0;
     int first = column_word(kColumnStamp, slot * kTileColumns + half_at * 32);
     int columns = 0;
     for (int i = 0; i < 32; ++i) {
-        if (spans[first + i] > stamp) {
-            columns = columns | (1 << i);
-        }
+        if (spans[first + i] > stamp) columns = columns | (1 << i);
     }
     return columns;
 }
@@ -156,9 +152,7 @@ void build_spans(int group, int lane) {
     int intact = column_word(kColumnIntact, slot * kTileColumns + lane);
     if (spans[intact] == kIntactUnknown && params.bank_strength > 0) {
         int z = 0;
-        while (z < params.height && is_intact(column + z * kTileColumns)) {
-            z += 1;
-        }
+        while (z < params.height && is_intact(column + z * kTileColumns)) z += 1;
         spans[intact] = z;
     }
     int known = spans[record + kColumnCount];  // beyond these all speeds are 0

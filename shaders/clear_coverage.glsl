@@ -25,7 +25,5 @@ void clear_coverage(int group, int lane) {
         int z0 = (block - slot * params.blocks_per_tile) * 8;
         note_change(slot, lane, z0 + lowest, z0 + highest);
     }
-    if (has_soil) {
-        set_in_mask(block, kMaskPressed, lane, true);
-    }
+    if (has_soil) set_in_mask(block, kMaskPressed, lane, true);
 }

@@ -13,9 +13,7 @@ void add_mass_moment(int sum, int mass, int at) {
 int gap_beside(int slot, ivec3 at, int voxel, ivec3 inwards) {
     int gap = kVoxelFull - coverage_at(voxel) - state_at(kPlaneVolume, voxel);
     int outer = voxel_at(slot, at.x - inwards.x, at.y - inwards.y, at.z - inwards.z);
-    if (outer >= 0) {
-        gap += kVoxelFull - coverage_at(outer) - state_at(kPlaneVolume, outer);
-    }
+    if (outer >= 0) gap += kVoxelFull - coverage_at(outer) - state_at(kPlaneVolume, outer);
     return max(0, gap);
 }
 
@@ -32,9 +30,7 @@ int collect_contacts_lanes(int group, int half_at) {
     int level = block - slot * params.blocks_per_tile;
     int here = mask_half(block, kMaskBody, half_at);
     int lanes = here | mask_half(block, kMaskMoving, half_at);
-    if (level > 0) {
-        lanes = lanes | mask_half(block - 1, kMaskBody, half_at);
-    }
+    if (level > 0) lanes = lanes | mask_half(block - 1, kMaskBody, half_at);
     if (level + 1 < params.blocks_per_tile) {
         lanes = lanes | mask_half(block + 1, kMaskBody, half_at);
     }
@@ -55,9 +51,7 @@ void collect_contacts(int group, int lane) {
     int z0 = (block - slot * params.blocks_per_tile) * 8;
     int x = lane & 7;
     int y = lane >> 3;
-    if (!is_in_grid(slot, x, y)) {
-        return;
-    }
+    if (!is_in_grid(slot, x, y)) return;
     // Above all soil here and beside there is nothing to touch.
     int top = -1;
     for (int n = 0; n < 5; ++n) {
@@ -79,9 +73,7 @@ void collect_contacts(int group, int lane) {
         }
         ivec3 gradient = body_gradient(slot, x, y, z);
         int most = largest_component(gradient);
-        if (most == 0) {
-            continue;
-        }
+        if (most == 0) continue;
         // Outwards is where coverage falls.
         ivec3 inwards = ivec3(0);
         if (abs(gradient.z) == most) {
@@ -94,12 +86,8 @@ void collect_contacts(int group, int lane) {
         int outer = voxel_at(slot, x - inwards.x, y - inwards.y, z - inwards.z);
         int inner = voxel_at(slot, x + inwards.x, y + inwards.y, z + inwards.z);
         int body = owner_body(state_at(kPlaneOwner, voxel));
-        if (body < 0 && inner >= 0) {
-            body = owner_body(state_at(kPlaneOwner, inner));
-        }
-        if (body < 0) {
-            continue;
-        }
+        if (body < 0 && inner >= 0) body = owner_body(state_at(kPlaneOwner, inner));
+        if (body < 0) continue;
         // What the soil here rests on is told by the fullest of three voxels on the way out; soil in a voxel that is
         // mostly body rests on the body as much as on the ground.
         int soil_voxel = voxel;
@@ -116,9 +104,7 @@ void collect_contacts(int group, int lane) {
         }
         int volume = state_at(kPlaneVolume, voxel) + (outer < 0 ? 0 : state_at(kPlaneVolume, outer));
         // Soil that falls bears nothing, and what lies on a body moves with it.
-        if (volume == 0 || support == kSupportNone || support == kSupportBody + body) {
-            continue;
-        }
+        if (volume == 0 || support == kSupportNone || support == kSupportBody + body) continue;
         // Relative density of the soil along the way out, as if it were all of one kind.
         int density = kDensityFixed;
         int kind = main_material(soil_voxel);

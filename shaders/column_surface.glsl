@@ -51,8 +51,6 @@ int bare_surface(int column, int full, int end) {
             kind = hangs ? kSpanFalling : 0;
         }
     }
-    if (kind == kSpanPiled && is_surface(bottom, top)) {
-        return top;
-    }
+    if (kind == kSpanPiled && is_surface(bottom, top)) return top;
     return bare == kNotBare ? surface : kTerrainTop - bare;
 }

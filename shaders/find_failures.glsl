@@ -34,9 +34,7 @@ int beside(ivec2 at) { return ((at.y >> 3) + 1) * 3 + (at.x >> 3) + 1; }
 bool step_on(INOUT(int) slot, INOUT(ivec2) at, ivec2 way) {
     ivec2 next = at + way;
     int to = tile_table[slot * kTileTableWords + beside(next)];
-    if (to < 0) {
-        return false;
-    }
+    if (to < 0) return false;
     slot = to;
     at = ivec2(next.x & 7, next.y & 7);
     return true;
@@ -83,16 +81,12 @@ bool slides_on(int slot, ivec2 at, ivec2 way, int toe, int count, int climb, int
     int balance = 0;  // Q12 voxels
     bool any_bonded = false;
     for (int n = 1; n <= count; ++n) {
-        if (!step_on(slot, at, way)) {
-            return false;
-        }
+        if (!step_on(slot, at, way)) return false;
         int plane = mul_q12(256 * n - 128 + start, climb);
         int height = toe + plane * 256 - 1;
         int z = min(height >> 16, params.height - 1);
         int voxel = slot * params.tile_voxels + z * kTileColumns + at.y * kTileSide + at.x;
-        if (is_solid(voxel)) {
-            return false;
-        }
+        if (is_solid(voxel)) return false;
         // A voxel's bonded soil lies below the rest of it.
         bool bonded = (height & 65535) < state_at(kPlaneTerrain, voxel) + state_at(kPlaneBond, voxel);
         int loose = bonded ? 0 : 1;
@@ -106,9 +100,7 @@ bool slides_on(int slot, ivec2 at, ivec2 way, int toe, int count, int climb, int
             above = max(0, height_over(slot, at, toe) - plane);
             any_bonded = any_bonded || (is_soil && bonded && hold > 0);
         }
-        if (n == 1) {
-            hold += mul_q16(hold, start * 256);
-        }
+        if (n == 1) hold += mul_q16(hold, start * 256);
         balance += mul_q16(above * 16, slope * 16 - friction) - hold;
     }
     return any_bonded && balance > 0;
@@ -145,9 +137,7 @@ int find_plane(int slot, ivec2 at, ivec2 way, int toe, OUT(int) climb, OUT(int) 
         }
         int run = 256 * n - 128 + start;  // steps, Q8
         int steep = rise > 0 ? rise * 4096 / run : 0;
-        if (steep * 16 <= friction) {
-            return found;
-        }
+        if (steep * 16 <= friction) return found;
         if (steep <= flattest) {
             flattest = steep;
             int slope = mul_q16(steep, step_inverse(way));
@@ -194,9 +184,7 @@ void find_failures(int group, int lane) {
     for (int k = 0; k < 25; ++k) {
         ivec2 way = ivec2(k % 5 - 2, k / 5 - 2);
         int square = way.x * way.x + way.y * way.y;
-        if (square != 1 && square != 2 && square != 5) {
-            continue;
-        }
+        if (square != 1 && square != 2 && square != 5) continue;
         int climb = 0;
         int start = 0;
         int passed = 0;
@@ -209,9 +197,7 @@ void find_failures(int group, int lane) {
             break;  // nothing slides out there
         }
         int count = find_plane(slot, here, way, toe, climb, start, passed);
-        if (passed > 0) {
-            ask_for(slot, here, way, passed, toe);
-        }
+        if (passed > 0) ask_for(slot, here, way, passed, toe);
         if (!are_dispatched(slot, here, way, count)) {
             ask_for(slot, here, way, count, toe);
             continue;

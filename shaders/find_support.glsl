@@ -42,12 +42,8 @@ void find_support(int group, int lane) {
         int volume = state_at(kPlaneVolume, voxel);
         int bodies = state_at(kPlaneCoverage, voxel);
         int terrain = state_at(kPlaneTerrain, voxel);
-        if (volume > 0) {
-            top = z + 1;
-        }
-        if (volume > 0 || bodies > 0 || terrain > 0) {
-            filled = z + 1;
-        }
+        if (volume > 0) top = z + 1;
+        if (volume > 0 || bodies > 0 || terrain > 0) filled = z + 1;
         if (z == full && below == kSupportGround && bodies == 0 && terrain == 0 && volume >= kVoxelFull - kSupportSlack) {
             full = z + 1;
         }
@@ -62,23 +58,17 @@ void find_support(int group, int lane) {
             }
         }
         int support = volume > 0 ? below : kSupportNone;
-        if (support != state_at(kPlaneSupport, voxel)) {
-            set_state(kPlaneSupport, voxel, support);
-        }
+        if (support != state_at(kPlaneSupport, voxel)) set_state(kPlaneSupport, voxel, support);
         is_moving = is_moving || (volume > 0 && support != kSupportGround);
         if (is_moving && ((z & 7) == 7 || z == end - 1)) {
             set_in_mask(slot * params.blocks_per_tile + (z >> 3), kMaskMoving, lane, true);
             is_moving = false;
         }
         int slack = below >= kSupportBody ? kCarrySlack : kSupportSlack;
-        if (!solid && volume + bodies + terrain < kVoxelFull - slack) {
-            below = kSupportNone;
-        }
+        if (!solid && volume + bodies + terrain < kVoxelFull - slack) below = kSupportNone;
     }
     spans[full_word] = full;
-    if (sees_all) {
-        spans[end_word] = filled;
-    }
+    if (sees_all) spans[end_word] = filled;
     for (int z = first; top == 0 && z > 0; --z) {
         top = state_at(kPlaneVolume, column + (z - 1) * kTileColumns) > 0 ? z : 0;
     }

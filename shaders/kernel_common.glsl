@@ -6,9 +6,7 @@ void set_state(int plane, int voxel, int value) { state[plane * params.plane_str
 int delta_at(int plane, int voxel) { return voxel * params.transport_count + plane - kTransportFirst; }
 
 void add_delta(int plane, int voxel, int value) {
-    if (value != 0) {
-        ATOMIC_ADD_OWNED(delta[delta_at(plane, voxel)], value);
-    }
+    if (value != 0) ATOMIC_ADD_OWNED(delta[delta_at(plane, voxel)], value);
 }
 
 int flag_index(int array, int block) { return array * (params.plane_stride >> 9) + block; }
@@ -64,9 +62,7 @@ int changed_row(int slot, int y, int stamp) {
     int row = 0;
     for (int n = 0; n < 3; ++n) {
         int other = tile_table[slot * kTileTableWords + ((y >> 3) + 1) * 3 + n];
-        if (other < 0 || ATOMIC_LOAD(spans[tile_stamp(other)]) <= stamp) {
-            continue;
-        }
+        if (other < 0 || ATOMIC_LOAD(spans[tile_stamp(other)]) <= stamp) continue;
         int first = column_word(kColumnStamp, other * kTileColumns + (y & 7) * kTileSide);
         for (int x = 0; x < kTileSide; ++x) {
             row = row | (ATOMIC_LOAD(spans[first + x]) > stamp ? 1 << (n * kTileSide + x) : 0);
@@ -82,15 +78,11 @@ int changed_around(int slot, int half_at, int reach, int stamp) {
         int other = tile_table[slot * kTileTableWords + n];
         any_changed = any_changed || (other >= 0 && ATOMIC_LOAD(spans[tile_stamp(other)]) > stamp);
     }
-    if (!any_changed) {
-        return 0;
-    }
+    if (!any_changed) return 0;
     int lanes = 0;
     for (int y = half_at * 4 - reach; y <= half_at * 4 + 3 + reach; ++y) {
         int row = changed_row(slot, y, stamp);
-        for (int i = 0; i < reach; ++i) {
-            row = row | (row << 1) | (row >> 1);
-        }
+        for (int i = 0; i < reach; ++i) row = row | (row << 1) | (row >> 1);
         row = (row >> kTileSide) & 255;
         for (int r = max(0, y - reach - half_at * 4); r <= min(3, y + reach - half_at * 4); ++r) {
             lanes = lanes | (row << (r * kTileSide));
@@ -106,22 +98,16 @@ int entry_highest(int entry) { return entry & (kTileWord - 1); }
 
 // The voxel at (x, y, z) seen from tile `slot`; x and y in -8..15. -1 outside of what is resident.
 int voxel_at(int slot, int x, int y, int z) {
-    if (z < 0 || z >= params.height) {
-        return -1;
-    }
+    if (z < 0 || z >= params.height) return -1;
     int other = tile_table[slot * kTileTableWords + ((y >> 3) + 1) * 3 + (x >> 3) + 1];
-    if (other < 0) {
-        return -1;
-    }
+    if (other < 0) return -1;
     return other * params.tile_voxels + z * kTileColumns + (y & 7) * kTileSide + (x & 7);
 }
 
 // The column at (x, y) seen from tile `slot`, as an index into the span buffer; -1 when not resident.
 int column_at(int slot, int x, int y) {
     int other = tile_table[slot * kTileTableWords + ((y >> 3) + 1) * 3 + (x >> 3) + 1];
-    if (other < 0) {
-        return -1;
-    }
+    if (other < 0) return -1;
     return other * kTileColumns + (y & 7) * kTileSide + (x & 7);
 }
 
@@ -135,9 +121,7 @@ bool is_solid(int voxel) { return voxel < 0 || coverage_at(voxel) >= kSolidCover
 
 // Nor, in this step, into one that is not dispatched: whoever asks has soil to put there, so it is in the next.
 bool is_closed(int voxel) {
-    if (is_solid(voxel)) {
-        return true;
-    }
+    if (is_solid(voxel)) return true;
     if (block_flags[flag_index(kFlagListed, voxel >> 9)] == 0) {
         ATOMIC_MAX(block_flags[flag_index(kFlagWanted, voxel >> 9)], params.step_stamp);
         return true;
@@ -158,12 +142,8 @@ bool has_room(int voxel) {
 int excess_at(int voxel) {
     int bodies = state_at(kPlaneCoverage, voxel);
     int excess = state_at(kPlaneVolume, voxel) - kVoxelFull + min(kVoxelFull, bodies + state_at(kPlaneTerrain, voxel));
-    if (bodies >= kSolidCoverage) {
-        return max(0, excess);
-    }
-    if (bodies > 0) {
-        excess -= kElasticExcess;
-    }
+    if (bodies >= kSolidCoverage) return max(0, excess);
+    if (bodies > 0) excess -= kElasticExcess;
     return excess > kExcessTolerance ? excess : 0;
 }
 
@@ -174,9 +154,7 @@ bool is_mass(int plane) { return plane >= kPlaneMaterial && plane < kPlaneMateri
 
 int mass_at(int voxel) {
     int mass = 0;
-    for (int m = 0; m < params.material_count; ++m) {
-        mass += state_at(kPlaneMaterial + m, voxel);
-    }
+    for (int m = 0; m < params.material_count; ++m) mass += state_at(kPlaneMaterial + m, voxel);
     return mass;
 }
 
@@ -200,9 +178,7 @@ int main_material(int voxel) {
 int mixed_word(int voxel, int loose, int at) {
     int main = main_material(voxel);
     int word = tables[(2 * main + loose) * kTableWords + at];
-    if (params.material_count == 1) {
-        return word;
-    }
+    if (params.material_count == 1) return word;
     int mass = mass_at(voxel);
     int mean = word;
     for (int m = 0; m < params.material_count; ++m) {
@@ -224,9 +200,7 @@ bool is_bonded(int voxel) { return 2 * state_at(kPlaneBond, voxel) >= state_at(k
 
 // Whether find_failures may take a voxel for soil as strong as params.bank_strength.
 bool is_intact(int voxel) {
-    if (state_at(kPlaneTerrain, voxel) >= kSolidCoverage) {
-        return true;
-    }
+    if (state_at(kPlaneTerrain, voxel) >= kSolidCoverage) return true;
     int volume = state_at(kPlaneVolume, voxel);
     return volume > 0 && state_at(kPlaneBond, voxel) >= volume - kIntactSlack &&
            mixed_word(voxel, 0, kTableStrength) >= params.bank_strength;
@@ -244,9 +218,7 @@ int signed_fraction_q16(int part, int whole) {
 // Volume of a mass unit of a voxel's soil once it is loose, and once it is compacted, Q16. The first is 0 where density is fixed.
 int compacted_word(int voxel) { return mixed_word(voxel, 0, kTableHeldLeast); }
 int loose_word(int voxel) {
-    if (!is_mixed(voxel)) {
-        return tables[2 * main_material(voxel) * kTableWords + kTableLoose];
-    }
+    if (!is_mixed(voxel)) return tables[2 * main_material(voxel) * kTableWords + kTableLoose];
     int loose = mixed_word(voxel, 0, kTableHeld);
     return loose > compacted_word(voxel) ? loose : 0;
 }
@@ -259,9 +231,7 @@ int loosened(int voxel, int volume, int mass) {
 void mark_arrived(int voxel) {
     int at = mask_index(voxel >> 9, kMaskArrived + ((voxel >> 5) & 15));
     int bit = 1 << (voxel & 31);
-    if ((ATOMIC_LOAD(block_flags[at]) & bit) == 0) {
-        ATOMIC_OR(block_flags[at], bit);
-    }
+    if ((ATOMIC_LOAD(block_flags[at]) & bit) == 0) ATOMIC_OR(block_flags[at], bit);
     ATOMIC_MAX(block_flags[flag_index(kFlagPending, voxel >> 9)], params.pass_stamp);
     ATOMIC_MAX(block_flags[flag_index(kFlagChanged, voxel >> 9)], params.step_stamp);
 }
@@ -269,9 +239,7 @@ void mark_arrived(int voxel) {
 // Notes for apply_flow() that there are deltas in these voxels.
 void mark_moved(int from, int to) {
     mark_arrived(from);
-    if (from != to) {
-        mark_arrived(to);
-    }
+    if (from != to) mark_arrived(to);
 }
 
 // Moves `fraction` (Q16) of everything that travels with the soil. What one voxel loses the other gets, but for the bond:
@@ -289,15 +257,11 @@ void move_soil(int from, int to, int fraction, bool loosens) {
         } else if (plane != kPlaneBond) {
             add_delta(plane, to, share);
         }
-        if (is_mass(plane)) {
-            mass += share;
-        }
+        if (is_mass(plane)) mass += share;
         moved = moved | share;
     }
     add_delta(kPlaneVolume, to, loosens ? loosened(from, volume, mass) : volume);
-    if (moved != 0) {
-        mark_moved(from, to);
-    }
+    if (moved != 0) mark_moved(from, to);
 }
 
 void move_share(int from, int to, int fraction) { move_soil(from, to, fraction, false); }
@@ -376,12 +340,8 @@ int outwards(ivec3 step, ivec3 out_way) { return step.x * out_way.x + step.y * o
 int coverage_change(int voxel, int ahead, int behind) {
     bool shut_ahead = is_rock(ahead);
     bool shut_behind = is_rock(behind);
-    if (shut_ahead) {
-        return shut_behind ? 0 : max(0, body_coverage(voxel) - body_coverage(behind));
-    }
-    if (shut_behind) {
-        return min(0, body_coverage(ahead) - body_coverage(voxel));
-    }
+    if (shut_ahead) return shut_behind ? 0 : max(0, body_coverage(voxel) - body_coverage(behind));
+    if (shut_behind) return min(0, body_coverage(ahead) - body_coverage(voxel));
     return body_coverage(ahead) - body_coverage(behind);
 }
 
@@ -413,9 +373,7 @@ ivec3 way_out(int slot, ivec3 at, int voxel, OUT(bool) overrun) {
             move.z = is_rock(voxel_at(slot, at.x, at.y, at.z + sign(move.z))) ? 0 : move.z;
             int longest = max(1, largest_component(move));
             ivec3 ahead = at + (2 * move) / longest - move / longest;
-            if (is_rock(voxel_at(slot, ahead.x, ahead.y, ahead.z))) {
-                ahead = at;
-            }
+            if (is_rock(voxel_at(slot, ahead.x, ahead.y, ahead.z))) ahead = at;
             ivec3 change = wall_gradient(slot, ahead) - inwards;
             inwards += ivec3(mul_q16(change.x, most), mul_q16(change.y, most), mul_q16(change.z, most));
         }
@@ -429,9 +387,7 @@ ivec3 way_out(int slot, ivec3 at, int voxel, OUT(bool) overrun) {
 bool is_barred(int from, int to, ivec3 step, ivec3 out_way, bool overrun) {
     if (is_caught(from)) {
         int gain = outwards(step, out_way);
-        if (gain < 0) {
-            return true;
-        }
+        if (gain < 0) return true;
         if (to >= 0 && is_caught(to) && state_at(kPlaneTerrain, to) < kSolidCoverage &&
             (overrun || body_coverage(to) <= body_coverage(from)) && block_flags[flag_index(kFlagListed, to >> 9)] != 0) {
             return false;
@@ -472,14 +428,10 @@ ivec3 direction_q16(ivec3 v, int most) {
 // in this step. It goes before the wall behind it and needs no push, where what is ahead of it is open and carried too.
 int excess_carried_off(int slot, ivec3 at, int voxel, ivec3 out_way) {
     int mass = mass_at(voxel);
-    if (mass <= 0 || !is_carried_here(voxel)) {
-        return 0;
-    }
+    if (mass <= 0 || !is_carried_here(voxel)) return 0;
     ivec3 drift = soil_velocity(voxel, mass) / params.body_substep_count;
     int most = largest_component(drift);
-    if (most == 0 || outwards(drift * kForceOne / most, out_way) <= 0) {
-        return 0;
-    }
+    if (most == 0 || outwards(drift * kForceOne / most, out_way) <= 0) return 0;
     ivec3 step = (2 * drift) / most - drift / most;
     int ahead = voxel_at(slot, at.x + step.x, at.y + step.y, at.z + step.z);
     if (ahead < 0 || is_caught(ahead) || state_at(kPlaneSupport, ahead) != state_at(kPlaneSupport, voxel)) {
@@ -492,7 +444,5 @@ int excess_carried_off(int slot, ivec3 at, int voxel, ivec3 out_way) {
 void add_wide(int at, int value) {
     uint old = uint(ATOMIC_ADD(result[at], value));
     int carry = (old + uint(value) < old ? 1 : 0) - (value < 0 ? 1 : 0);
-    if (carry != 0) {
-        ATOMIC_ADD(result[at + 1], carry);
-    }
+    if (carry != 0) ATOMIC_ADD(result[at + 1], carry);
 }

@@ -13,9 +13,7 @@ int pour_result(int part, int word) { return params.flow_result + tables[part] *
 int pour_soil_lanes(int group, int half_at) {
     int first = pour_part(group) + kFlowColumns + half_at * 32;
     int columns = 0;
-    for (int i = 0; i < 32; ++i) {
-        columns = columns | (tables[first + i] != 0 ? 1 << i : 0);
-    }
+    for (int i = 0; i < 32; ++i) columns = columns | (tables[first + i] != 0 ? 1 << i : 0);
     return columns;
 }
 
@@ -50,9 +48,7 @@ void pour_soil(int group, int lane) {
             mass = room > 0 ? mul_q16(mass, fraction_q16(room, volume)) : 0;
             volume = mul_q16(mass, pour_word(part, kFlowVolume));
         }
-        if (mass <= 0) {
-            continue;
-        }
+        if (mass <= 0) continue;
         uint seed = number * 73856093u ^ uint(params.pass_stamp) * 2654435761u;
         int across = jet_chance(seed);
         int along = jet_chance(seed + 374761393u);
@@ -66,7 +62,5 @@ void pour_soil(int group, int lane) {
         mark_moved(voxel, voxel);
         poured += mass;
     }
-    if (poured > 0) {
-        add_wide(pour_result(part, 2 * (plane - kPlaneMaterial)), poured);
-    }
+    if (poured > 0) add_wide(pour_result(part, 2 * (plane - kPlaneMaterial)), poured);
 }

@@ -14,9 +14,7 @@ int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction, ivec3 forc
         int wy = pick.y == 1 ? weight.y : kVoxelFull - weight.y;
         int wz = pick.z == 1 ? weight.z : kVoxelFull - weight.z;
         int share = mul_q16(mul_q16(mul_q16(fraction, wx), wy), wz);
-        if (share <= 0) {
-            continue;
-        }
+        if (share <= 0) continue;
         int to = voxel_at(slot, at.x + pick.x * side.x, at.y + pick.y * side.y,
                           at.z + pick.z * side.z);
         if (is_barred(from, to, pick * side, out_way, overrun) ||
@@ -44,21 +42,15 @@ bool is_driven(int slot, ivec3 at, int voxel) {
 // passive wedge does. Looked for as far as the neighbouring tile reaches.
 ivec3 way_to_free_surface(int slot, ivec3 at, ivec3 way, int passive) {
     int most = max(abs(way.x), abs(way.y));
-    if (most == 0) {
-        return ivec3(0, 0, kVoxelFull);
-    }
+    if (most == 0) return ivec3(0, 0, kVoxelFull);
     ivec3 level = ivec3(signed_fraction_q16(way.x, most), signed_fraction_q16(way.y, most), 0);
     ivec3 rising = ivec3(level.x, level.y, passive);
     for (int k = 1; k <= kFreeSurfaceReach; ++k) {
         ivec3 ahead = round_q16(level * k);
         int flat_voxel = voxel_at(slot, at.x + ahead.x, at.y + ahead.y, at.z);
-        if (has_room(flat_voxel)) {
-            return level;
-        }
+        if (has_room(flat_voxel)) return level;
         int high_voxel = voxel_at(slot, at.x + ahead.x, at.y + ahead.y, at.z + round_q16(passive * k));
-        if (has_room(high_voxel)) {
-            return rising;
-        }
+        if (has_room(high_voxel)) return rising;
     }
     return rising;
 }
@@ -67,9 +59,7 @@ ivec3 way_to_free_surface(int slot, ivec3 at, ivec3 way, int passive) {
 // and half of that one voxel further on. Returns the volume that is gone.
 int compact(int slot, ivec3 at, int voxel, int excess, ivec3 way) {
     int loose = loose_word(voxel);
-    if (loose == 0) {
-        return 0;
-    }
+    if (loose == 0) return 0;
     int body = owner_body(state_at(kPlaneOwner, voxel));
     int packing = 0;
     if (body >= 0) {
@@ -83,9 +73,7 @@ int compact(int slot, ivec3 at, int voxel, int excess, ivec3 way) {
     int volume = state_at(kPlaneVolume, voxel);
     int dense = loose - mul_q16(loose - compacted_word(voxel), packing);
     int gone = min(excess, volume - mul_q16(mass_at(voxel), dense));
-    if (gone <= 0) {
-        return 0;
-    }
+    if (gone <= 0) return 0;
     add_delta(kPlaneVolume, voxel, -gone);
     add_delta(kPlaneBond, voxel, -mul_q16(state_at(kPlaneBond, voxel), fraction_q16(gone, volume)));
     mark_moved(voxel, voxel);
@@ -104,9 +92,7 @@ void propagate_force(int group, int lane) {
     for (int z = 0; z < 8; ++z) {
         int voxel = block * kBlockVoxels + z * kTileColumns + lane;
         int volume = state_at(kPlaneVolume, voxel);
-        if (volume == 0) {
-            continue;
-        }
+        if (volume == 0) continue;
         int excess = min(volume, excess_at(voxel));
         ivec3 at = ivec3(lane & 7, lane >> 3, z0 + z);
         ivec3 out_way = ivec3(0);
@@ -121,9 +107,7 @@ void propagate_force(int group, int lane) {
         ivec3 force = ivec3(state_at(kPlaneForceX, voxel), state_at(kPlaneForceY, voxel),
                             state_at(kPlaneForceZ, voxel));
         int most = largest_component(force);
-        if (excess <= 0 || most == 0) {
-            continue;
-        }
+        if (excess <= 0 || most == 0) continue;
         while (most >= kForceHalved) {
             force = force / 2;
             most = most / 2;
@@ -131,21 +115,15 @@ void propagate_force(int group, int lane) {
         // thesis (34): the largest component becomes one voxel, so that the excess leaves for good.
         ivec3 way = direction_q16(force, most);
         excess -= compact(slot, at, voxel, excess, way);
-        if (excess <= 0) {
-            continue;
-        }
+        if (excess <= 0) continue;
         int fraction = fraction_q16(excess, volume);
         ivec3 next = at + round_q16(way);
         int ahead = voxel_at(slot, next.x, next.y, next.z);
         int passive = mixed_word(voxel, 0, kTablePassive);
-        if (way.z < passive && !has_room(ahead)) {
-            way = way_to_free_surface(slot, at, way, passive);
-        }
+        if (way.z < passive && !has_room(ahead)) way = way_to_free_surface(slot, at, way, passive);
         ivec3 exit = ivec3(0);
         int steep = largest_component(out_way);
-        if (steep > 0) {
-            exit = direction_q16(out_way, steep);
-        }
+        if (steep > 0) exit = direction_q16(out_way, steep);
         // The force stays with nothing: what could not leave gets a new one from apply_force or from inflow.
         int left = fraction;
         if (steep == 0 || is_within_60_deg(way, exit)) {

@@ -13,9 +13,7 @@ void spread_evenly(int slot, ivec3 at, int voxel, int fraction) {
             open_count += 1;
         }
     }
-    if (open_count == 0) {
-        return;
-    }
+    if (open_count == 0) return;
     for (int n = 0; n < 27; ++n) {
         ivec3 step = ivec3(n % 3 - 1, (n / 3) % 3 - 1, n / 9 - 1);
         int to = voxel_at(slot, at.x + step.x, at.y + step.y, at.z + step.z);
@@ -37,13 +35,9 @@ void resolve_overflow(int group, int lane) {
     for (int z = 0; z < 8; ++z) {
         int voxel = block * kBlockVoxels + z * kTileColumns + lane;
         int volume = state_at(kPlaneVolume, voxel);
-        if (volume == 0) {
-            continue;
-        }
+        if (volume == 0) continue;
         int excess = min(volume, excess_at(voxel));
-        if (excess <= 0) {
-            continue;
-        }
+        if (excess <= 0) continue;
         bool pushed = state_at(kPlaneForceX, voxel) != 0 || state_at(kPlaneForceY, voxel) != 0 ||
                       state_at(kPlaneForceZ, voxel) != 0;
         if (pushed && volume <= kPushedMost) {
@@ -62,9 +56,7 @@ void resolve_overflow(int group, int lane) {
             for (int n = 0; n < 9; ++n) {
                 int dx = n % 3 - 1;
                 int dy = n / 3 - 1;
-                if (n == 4) {
-                    continue;
-                }
+                if (n == 4) continue;
                 int to = voxel_at(slot, at.x + dx, at.y + dy, at.z + 1);
                 int share = fraction / (dx == 0 || dy == 0 ? 8 : 16);
                 if (!is_closed(to)) {

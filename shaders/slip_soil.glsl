@@ -33,14 +33,10 @@ int column_speed(int slot, int x, int y) {
 int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(int) target) {
     target = -1;
     int column = column_at(slot, x, y);
-    if (column < 0) {
-        return kNoDrop;
-    }
+    if (column < 0) return kNoDrop;
     int single = spans[column_word(kColumnSingle, column)];
     if (single != kNotSingle && min(top, single) >= bottom) {
-        if (top <= single) {
-            return kNoDrop;
-        }
+        if (top <= single) return kNoDrop;
         target = voxel_at(slot, x, y, single >> 16);
         return is_solid(target) ? kNoDrop : top - single;
     }
@@ -48,31 +44,23 @@ int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(i
     int count = single != kNotSingle ? 0 : spans[record + kColumnCount];
     for (int i = count - 1; i >= 0; --i) {
         int at = record + kColumnSpans + i * kSpanWords;
-        if (spans[at + kSpanKind] != kSpanPiled) {
-            continue;
-        }
+        if (spans[at + kSpanKind] != kSpanPiled) continue;
         int other_bottom = spans[at + kSpanBottom];
         int other_top = spans[at + kSpanTop];
         if (min(top, other_top) - max(bottom, other_bottom) < 0) {  // thesis (31)
             continue;
         }
         int ceiling = top;
-        if (i + 1 < count) {
-            ceiling = min(top, spans[at + kSpanWords + kSpanBottom]);
-        }
+        if (i + 1 < count) ceiling = min(top, spans[at + kSpanWords + kSpanBottom]);
         int drop = ceiling - other_top;  // thesis (32)
-        if (drop <= 0) {
-            return kNoDrop;
-        }
+        if (drop <= 0) return kNoDrop;
         target = voxel_at(slot, x, y, other_top >> 16);
         return is_solid(target) ? kNoDrop : drop;
     }
     // No span beside this one. On the edge of a rigid body an edge span of no height takes the soil.
     if (on_rigid) {
         target = voxel_at(slot, x, y, bottom >> 16);
-        if (!is_solid(target) && !is_full(target)) {
-            return top - bottom;
-        }
+        if (!is_solid(target) && !is_full(target)) return top - bottom;
     }
     target = -1;
     return kNoDrop;
@@ -84,9 +72,7 @@ int way_drop(int slot, int x, int y, int dx, int dy, int bottom, int top, bool o
     int drop = 0;
     for (int k = 1; k <= params.slip_stride; ++k) {
         int next = slice_drop(slot, x + k * dx, y + k * dy, bottom, top, on_rigid && params.slip_stride == 1, target);
-        if (next <= drop) {
-            return kNoDrop;
-        }
+        if (next <= drop) return kNoDrop;
         drop = next;
     }
     return drop / params.slip_stride;
@@ -114,9 +100,7 @@ int square_root(int square) {
     int root = 46340;  // of the largest number
     for (int i = 0; square > 0 && i < 24; ++i) {
         int better = (root + square / root) / 2;
-        if (better >= root) {
-            return root;
-        }
+        if (better >= root) return root;
         root = better;
     }
     return square > 0 ? root : 0;
@@ -130,34 +114,24 @@ CONST_INT(kMixedStrong, 524288)    // with 8 voxels a step of 16 stands
 CONST_INT(kMixedSteepest, 1048576)  // 16, where the tables end
 int mixed_wedge(int friction, int strength, int any_slope) {
     int slope = min(any_slope, kMixedSteepest);
-    if (strength == 0) {
-        return slope - friction;
-    }
-    if (slope <= friction || strength > kMixedStrong) {
-        return -kVoxelFull;
-    }
+    if (strength == 0) return slope - friction;
+    if (slope <= friction || strength > kMixedStrong) return -kVoxelFull;
     int half_sum = (slope + friction) / 4;
     int last = mul_q16(slope, friction) / 2 + strength;
     int square = mul_q16(half_sum, half_sum) - mul_q16(32768 + strength, last);
-    if (square <= 0) {
-        return -kVoxelFull;
-    }
+    if (square <= 0) return -kVoxelFull;
     return slope - fraction_q16(last, half_sum + 16 * square_root(256 * square));
 }
 
 int wedge_at(int curve, int voxel, int slope) {
-    if (curve >= 0) {
-        return table_at(curve, 0, slope);
-    }
+    if (curve >= 0) return table_at(curve, 0, slope);
     int loose = kMixedBonded - curve;
     return mixed_wedge(mixed_word(voxel, loose, kTableFriction), mixed_word(voxel, loose, kTableStrength), slope);
 }
 
 // Of a mixture: the mean by mass.
 int acceleration_at(int curve, int voxel, int slope) {
-    if (curve >= 0) {
-        return table_at(curve, kTableAcceleration, slope);
-    }
+    if (curve >= 0) return table_at(curve, kTableAcceleration, slope);
     int mass = mass_at(voxel);
     int mean = 0;
     for (int m = 0; m < params.material_count; ++m) {
@@ -170,9 +144,7 @@ int acceleration_at(int curve, int voxel, int slope) {
 // Whole square root of a sum of squares of numbers below 2^26, to within 2^-12 of itself.
 int slope_length(int a, int b) {
     int high = max(abs(a), abs(b));
-    if (high == 0) {
-        return 0;
-    }
+    if (high == 0) return 0;
     int shift = 0;
     while (high >= 32768) {
         high = high >> 1;
@@ -184,9 +156,7 @@ int slope_length(int a, int b) {
     int root = max(x, y) + min(x, y) / 2 + 1;  // Newton's method from above
     for (int i = 0; i < 20; ++i) {
         int better = (root + square / root) / 2;
-        if (better >= root) {
-            break;
-        }
+        if (better >= root) break;
         root = better;
     }
     return root << shift;
@@ -233,24 +203,18 @@ void slip_soil(int group, int lane) {
     for (int i = 0; slid && i < kSpanCapacity; ++i) {
         slides = slides || spans[speed_read(record, i)] != 0;
     }
-    if (slides) {
-        stamp_column(slot, lane);
-    }
+    if (slides) stamp_column(slot, lane);
     int count = single != kNotSingle ? 1 : spans[record + kColumnCount];
     for (int i = 0; i < count; ++i) {
         int at = record + kColumnSpans + i * kSpanWords;
         int bottom = single != kNotSingle ? 0 : spans[at + kSpanBottom];
         int top = single != kNotSingle ? single : spans[at + kSpanTop];
-        if (slid) {
-            spans[speed_write(record, i)] = 0;
-        }
+        if (slid) spans[speed_write(record, i)] = 0;
         if ((single == kNotSingle && spans[at + kSpanKind] != kSpanPiled) || top <= bottom) {
             continue;
         }
         int steepest = single != kNotSingle && params.slip_stride == 1 ? steepest_drop(slot, x, y, top) : kAnyDrop;
-        if (steepest <= 0) {
-            continue;
-        }
+        if (steepest <= 0) continue;
         int source = voxel_at(slot, x, y, (top - 1) >> 16);
         int curve = curve_of(source);
         if (wedge_at(curve, source, steepest) <= kSlipTolerance) {
@@ -271,9 +235,7 @@ void slip_soil(int group, int lane) {
             flow[k] = 0;
             any_drop = any_drop || drop[k] > 0;
         }
-        if (!any_drop) {
-            continue;
-        }
+        if (!any_drop) continue;
         int worst = 0;        // wedge height of the steepest facet
         int worst_slope = 0;
         int sum = 0;
@@ -298,13 +260,9 @@ void slip_soil(int group, int lane) {
                 slope = mul_q16(drop[diagonal], 46341);
                 to_diagonal = 65536;
             }
-            if (slope == 0) {
-                continue;
-            }
+            if (slope == 0) continue;
             int wedge = wedge_at(curve, source, slope);
-            if (wedge <= kSlipTolerance) {
-                continue;
-            }
+            if (wedge <= kSlipTolerance) continue;
             if (wedge > worst) {
                 worst = wedge;
                 worst_slope = slope;
@@ -315,9 +273,7 @@ void slip_soil(int group, int lane) {
             flow[axis] += wedge - part;
             sum += wedge;
         }
-        if (worst == 0) {
-            continue;
-        }
+        if (worst == 0) continue;
         ATOMIC_MAX(result[kResultSlope], worst);
         // Even where nothing can leave. Others may see this mark in this pass or in the next: where nothing fails looking
         // changes nothing.
@@ -340,9 +296,7 @@ void slip_soil(int group, int lane) {
             source = voxel_at(slot, x, y, z);
             int held = state_at(kPlaneVolume, source);
             int taken = min(amount, held);
-            if (taken <= 0) {
-                continue;
-            }
+            if (taken <= 0) continue;
             int below = curve_of(source);
             if ((below != curve || below < 0) && wedge_at(below, source, worst_slope) <= kSlipTolerance) {
                 break;  // what lies on top slides off it
@@ -356,7 +310,5 @@ void slip_soil(int group, int lane) {
             }
         }
     }
-    if (slides != slid) {
-        spans[slides_at] = slides ? 1 : 0;
-    }
+    if (slides != slid) spans[slides_at] = slides ? 1 : 0;
 }

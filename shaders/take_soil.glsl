@@ -13,9 +13,7 @@ int take_result(int part, int word) { return params.flow_result + tables[part] *
 int take_soil_lanes(int group, int half_at) {
     int first = take_part(group) + kFlowColumns + half_at * 32;
     int columns = 0;
-    for (int i = 0; i < 32; ++i) {
-        columns = columns | (tables[first + i] != 0 ? 1 << i : 0);
-    }
+    for (int i = 0; i < 32; ++i) columns = columns | (tables[first + i] != 0 ? 1 << i : 0);
     return columns;
 }
 
@@ -43,11 +41,7 @@ void take_soil(int group, int lane) {
             }
         }
         held += mass_at(voxel);
-        if (moved != 0) {
-            mark_moved(voxel, voxel);
-        }
+        if (moved != 0) mark_moved(voxel, voxel);
     }
-    if (held > 0) {
-        add_wide(take_result(part, kFlowHeld), held);
-    }
+    if (held > 0) add_wide(take_result(part, kFlowHeld), held);
 }

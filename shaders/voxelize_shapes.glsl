@@ -20,9 +20,7 @@ float mix_exact(float low, float high, float t) {
 // Two neighbouring samples of a distance lattice along x, interpolated at share t between them.
 float lattice_sample(int samples, int node, float t) {
     int word = shapes[samples + (node >> 1)];
-    if ((node & 1) == 0) {
-        return mix_exact(float((word << 16) >> 16), float(word >> 16), t);
-    }
+    if ((node & 1) == 0) return mix_exact(float((word << 16) >> 16), float(word >> 16), t);
     return mix_exact(float(word >> 16), float((shapes[samples + (node >> 1) + 1] << 16) >> 16), t);
 }
 
@@ -48,9 +46,7 @@ float lattice_distance(int shape, float px, float py, float pz) {
     int by = y / kLatticeCells;
     int bz = z / kLatticeCells;
     int samples = shapes[lattice + kLatticeIndex + (bz * bricks_y + by) * bricks_x + bx];
-    if (samples < 0) {
-        return samples == kLatticeInside ? -outside : outside;
-    }
+    if (samples < 0) return samples == kLatticeInside ? -outside : outside;
     samples += lattice;
     int node = ((z - bz * kLatticeCells) * 8 + y - by * kLatticeCells) * 8 + x - bx * kLatticeCells;
     PRECISE float tx = px - floor_x;
@@ -124,26 +120,14 @@ float cone_distance(vec3 p, float half_height, float cosine, float sine) {
 // Signed distance [voxels] of a point in the shape's frame, exact near the surface.
 float shape_distance(int shape, vec3 p) {
     int kind = shapes[shape + kShapeKind];
-    if (kind == kKindLattice) {
-        return lattice_distance(shape, p.x, p.y, p.z);
-    }
-    if (kind == kKindHull) {
-        return hull_distance(shape, p);
-    }
-    if (kind == kKindBox) {
-        return box_distance(p, shape_row(shape + kShapeHalfExtents));
-    }
+    if (kind == kKindLattice) return lattice_distance(shape, p.x, p.y, p.z);
+    if (kind == kKindHull) return hull_distance(shape, p);
+    if (kind == kKindBox) return box_distance(p, shape_row(shape + kShapeHalfExtents));
     float radius = shape_number(shape + kShapeRadius);
     float half_height = shape_number(shape + kShapeHalfHeight);
-    if (kind == kKindSphere) {
-        return sphere_distance(p, radius);
-    }
-    if (kind == kKindCapsule) {
-        return capsule_distance(p, radius, half_height);
-    }
-    if (kind == kKindCylinder) {
-        return cylinder_distance(p, radius, half_height);
-    }
+    if (kind == kKindSphere) return sphere_distance(p, radius);
+    if (kind == kKindCapsule) return capsule_distance(p, radius, half_height);
+    if (kind == kKindCylinder) return cylinder_distance(p, radius, half_height);
     return cone_distance(p, half_height, shape_number(shape + kShapeSlantCosine),
                          shape_number(shape + kShapeSlantSine));
 }
@@ -241,9 +225,7 @@ float hull_sum(int shape, vec3 p, vec3 rise_x, vec3 rise_y, vec3 rise_z, float r
 
 float shape_sum(int shape, vec3 p, vec3 rise_x, vec3 rise_y, vec3 rise_z, float rounding) {
     int kind = shapes[shape + kShapeKind];
-    if (kind == kKindHull) {
-        return hull_sum(shape, p, rise_x, rise_y, rise_z, rounding);
-    }
+    if (kind == kKindHull) return hull_sum(shape, p, rise_x, rise_y, rise_z, rounding);
     float radius = shape_number(shape + kShapeRadius);
     float half_height = shape_number(shape + kShapeHalfHeight);
     PRECISE float sum = 0.0f;
@@ -312,9 +294,7 @@ int voxelize_shapes_lanes(int group, int half_at) {
     int y1 = clamp(shapes[shape + kShapeHigh + 1] - corner.y, -1, 3);
     int row = x1 < x0 ? 0 : ((1 << (x1 + 1)) - 1) & ~((1 << x0) - 1);
     int lanes = 0;
-    for (int y = y0; y <= y1; ++y) {
-        lanes = lanes | (row << (y * 8));
-    }
+    for (int y = y0; y <= y1; ++y) lanes = lanes | (row << (y * 8));
     return lanes;
 }
 
@@ -326,9 +306,7 @@ void voxelize_shapes(int group, int lane) {
     int z0 = (block - slot * params.blocks_per_tile) * 8;
     int x = lane & 7;
     int y = lane >> 3;
-    if (!is_in_grid(slot, x, y)) {
-        return;
-    }
+    if (!is_in_grid(slot, x, y)) return;
     ivec3 corner = grid_voxel(slot, x, y, z0);
     vec3 column_x = shape_row(shape + kShapeRows);       // rows of the transform: grid voxels -> shape
     vec3 column_y = shape_row(shape + kShapeRows + kShapeRowWords);
@@ -389,7 +367,5 @@ void voxelize_shapes(int group, int lane) {
         set_in_mask(block, kMaskBody, lane, true);
         note_change(slot, lane, z0 + lowest, z0 + highest);
     }
-    if (has_soil) {
-        set_in_mask(block, kMaskPressed, lane, true);
-    }
+    if (has_soil) set_in_mask(block, kMaskPressed, lane, true);
 }

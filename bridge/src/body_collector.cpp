@@ -46,8 +46,9 @@ Pose moved_back(const BodyMotion& motion, double before_s) {
 bool simulates(const btDiscreteDynamicsWorld& world, const btMultiBody* multibody) {
     const auto* multibody_world = dynamic_cast<const btMultiBodyDynamicsWorld*>(&world);
     if (!multibody_world) return false;
-    for (int i = 0; i < multibody_world->getNumMultibodies(); ++i)
+    for (int i = 0; i < multibody_world->getNumMultibodies(); ++i) {
         if (multibody_world->getMultiBody(i) == multibody) return true;
+    }
     return false;
 }
 
@@ -106,8 +107,9 @@ int BodyCollector::body_id(const btCollisionObject& object) const {
 }
 
 const btCollisionObject* BodyCollector::object_of(int id) const {
-    for (const auto& [object, tracked] : tracked_)
+    for (const auto& [object, tracked] : tracked_) {
         if (id >= 0 && tracked.id == id) return object;
+    }
     return nullptr;
 }
 
@@ -210,8 +212,9 @@ void BodyCollector::describe(const btDiscreteDynamicsWorld& world, btCollisionOb
         state.weight_n =
             gravity * static_cast<double>(is_base ? multibody.getBaseMass()
                                                   : multibody.getLinkMass(link->m_link));
-        if (state.role == BodyRole::link && !state.is_asleep)
+        if (state.role == BodyRole::link && !state.is_asleep) {
             read_link_velocity(multibody, link->m_link, motion);
+        }
     } else if (rigid && !rigid->isStaticOrKinematicObject()) {
         state.role = BodyRole::rigid;
         state.is_asleep = !rigid->isActive();
@@ -238,8 +241,9 @@ void BodyCollector::describe(const btDiscreteDynamicsWorld& world, btCollisionOb
                 (1 / elapsed_s);
         }
     }
-    if (options.coverage_only && (state.role == BodyRole::rigid || state.role == BodyRole::link))
+    if (options.coverage_only && (state.role == BodyRole::rigid || state.role == BodyRole::link)) {
         state.role = BodyRole::driven;
+    }
     tracked.has_pose = true;
     tracked.last_pose = motion.pose;
 }
@@ -257,8 +261,9 @@ void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed
         if (const GridFrame* grid = WorldAnchor::grid_of(object)) grids_.push_back(grid);
         if (SoilGround::is_ground(object)) continue;
         const BodyOptions options = options_in_scan(object);
-        if (!object.getCollisionShape() || !object.hasContactResponse() || options.ignored)
+        if (!object.getCollisionShape() || !object.hasContactResponse() || options.ignored) {
             continue;
+        }
         const bool is_placed = is_finite(from_bullet(object.getWorldTransform()));
         const bool is_in_grid = is_placed && touches_grid(object);
         const auto known = tracked_.find(&object);
@@ -299,8 +304,9 @@ const BodyState* BodyCollector::meet(const btDiscreteDynamicsWorld& world, btRig
     const BodyOptions options = this->options(body);
     if (!body.getCollisionShape() || !body.hasContactResponse() || options.ignored ||
         options.coverage_only || !is_finite(from_bullet(body.getWorldTransform())) ||
-        !touches_grid(body))
+        !touches_grid(body)) {
         return nullptr;
+    }
     Tracked& tracked = track(body);
     if (tracked.id < 0) return nullptr;
     convert(body, tracked);

@@ -47,8 +47,9 @@ inline bool is_same_object(const BodyState& a, const BodyState& b) {
 inline bool is_in_world(const btCollisionWorld& world, const BodyState& body) {
     const btCollisionObjectArray& objects = world.getCollisionObjectArray();
     int index = body.world_index;
-    if (index >= objects.size() || objects[index] != body.object)
+    if (index >= objects.size() || objects[index] != body.object) {
         index = objects.findLinearSearch(body.object);
+    }
     if (index == objects.size()) return false;
     const btBroadphaseProxy* proxy = body.object->getBroadphaseHandle();
     return proxy && proxy->getUid() == body.proxy_id &&

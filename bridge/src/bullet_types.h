@@ -24,4 +24,15 @@ inline btTransform transform_to_bullet(const Pose& p) {
                        to_bullet(p.position));
 }
 
+/// A rotation whose columns are these unit vectors at right angles.
+inline Quat rotation_of(Vec3 x, Vec3 y, Vec3 z) {
+    const btMatrix3x3 basis(
+        static_cast<btScalar>(x.x), static_cast<btScalar>(y.x), static_cast<btScalar>(z.x),
+        static_cast<btScalar>(x.y), static_cast<btScalar>(y.y), static_cast<btScalar>(z.y),
+        static_cast<btScalar>(x.z), static_cast<btScalar>(y.z), static_cast<btScalar>(z.z));
+    btQuaternion q;
+    basis.getRotation(q);
+    return {q.x(), q.y(), q.z(), q.w()};
+}
+
 }  // namespace bsoil::bullet

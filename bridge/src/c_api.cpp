@@ -84,8 +84,9 @@ LivingSoils& living_soils() {
 
 void check_handle(const bulletsoil_soil* soil) {
     required(soil, "soil");
-    if (!living_soils().contains(soil))
+    if (!living_soils().contains(soil)) {
         refuse("soil is no living soil: it was destroyed, or never created");
+    }
 }
 SoilAction& action_of(bulletsoil_soil* soil) {
     check_handle(soil);
@@ -102,8 +103,10 @@ btDiscreteDynamicsWorld& world_of(void* world) {
     auto& out = *static_cast<btDynamicsWorld*>(world);
     const btDynamicsWorldType type = out.getWorldType();
     if (type != BT_DISCRETE_DYNAMICS_WORLD && type != BT_SOFT_RIGID_DYNAMICS_WORLD &&
-        type != BT_SOFT_MULTIBODY_DYNAMICS_WORLD && type != BT_DEFORMABLE_MULTIBODY_DYNAMICS_WORLD)
+        type != BT_SOFT_MULTIBODY_DYNAMICS_WORLD &&
+        type != BT_DEFORMABLE_MULTIBODY_DYNAMICS_WORLD) {
         refuse("world has type " + std::to_string(type) + " and is no btDiscreteDynamicsWorld");
+    }
     return static_cast<btDiscreteDynamicsWorld&>(out);
 }
 
@@ -140,8 +143,9 @@ bulletsoil_result bulletsoil_material_init(bulletsoil_material* material, size_t
         check_size("material", struct_size, kMaterialBytesMin, sizeof(bulletsoil_material));
         const std::string name = &required(built_in_name, "built_in_name");
         // Not materials::find: the name that is handed out has to last.
-        for (const bsoil::MaterialDef& known : bsoil::materials::all())
+        for (const bsoil::MaterialDef& known : bsoil::materials::all()) {
             if (known.name == name) return narrow_into(*material, to_c(known), struct_size);
+        }
         refuse(bsoil::materials::find(name).error());
     });
 }
@@ -160,12 +164,13 @@ bulletsoil_result bulletsoil_create(void* world, size_t scalar_bytes,
         required(soil, "soil") = nullptr;
         required(static_cast<char*>(world), "world");
         required(def, "def");
-        if (scalar_bytes != sizeof(btScalar))  // before the world is touched
+        if (scalar_bytes != sizeof(btScalar)) {  // before the world is touched
             throw Failure{
                 BULLETSOIL_WRONG_PRECISION,
                 "btScalar has " + std::to_string(scalar_bytes) + " bytes in the program and " +
                     std::to_string(sizeof(btScalar)) + " in this library: link " +
                     (sizeof(btScalar) == 4 ? "bulletsoil_bullet_double" : "bulletsoil_bullet")};
+        }
         check_size("def", def->struct_size, kSoilDefBytesMin, sizeof(bulletsoil_soil_def));
         const bsoil::SoilDef soil_def = from_c(widened(*def, default_def()));
         check(soil_def.validate());
@@ -210,11 +215,13 @@ bulletsoil_result bulletsoil_fill_height_map(bulletsoil_soil* soil, int32_t widt
     return guarded(__func__, [&] {
         using namespace bsoil::limits;
         SoilAction& action = action_of(soil);
-        for (const auto& [name, value] : {std::pair{"width", width}, std::pair{"height", height}})
-            if (value < kHeightMapSideMin || value > kHeightMapSideMax)
+        for (const auto& [name, value] : {std::pair{"width", width}, std::pair{"height", height}}) {
+            if (value < kHeightMapSideMin || value > kHeightMapSideMax) {
                 refuse(std::string(name) + " is " + std::to_string(value) + ", must be " +
                        std::to_string(kHeightMapSideMin) + ".." +
                        std::to_string(kHeightMapSideMax));
+            }
+        }
         required(heights_m, "heights_m");
         const size_t count = static_cast<size_t>(width) * static_cast<size_t>(height);
         check(action.fill(bsoil::HeightMapFill{
@@ -355,13 +362,16 @@ bulletsoil_result bulletsoil_get_flow_totals(const bulletsoil_soil* soil, size_t
                                              int64_t* units_in, int64_t* units_out) {
     return guarded(__func__, [&] {
         const bsoil::SoilTotals totals = action_of(soil).soil().totals();
-        if (capacity < totals.units.size())
+        if (capacity < totals.units.size()) {
             refuse("capacity is " + std::to_string(capacity) + ", this soil has " +
                    std::to_string(totals.units.size()) + " materials");
-        if (units_in != nullptr)
+        }
+        if (units_in != nullptr) {
             std::copy(totals.units_in.begin(), totals.units_in.end(), units_in);
-        if (units_out != nullptr)
+        }
+        if (units_out != nullptr) {
             std::copy(totals.units_out.begin(), totals.units_out.end(), units_out);
+        }
     });
 }
 
@@ -369,9 +379,10 @@ bulletsoil_result bulletsoil_get_totals(const bulletsoil_soil* soil, size_t capa
                                         int64_t* units, double* mass_kg) {
     return guarded(__func__, [&] {
         const bsoil::SoilTotals totals = action_of(soil).soil().totals();
-        if (capacity < totals.units.size())
+        if (capacity < totals.units.size()) {
             refuse("capacity is " + std::to_string(capacity) + ", this soil has " +
                    std::to_string(totals.units.size()) + " materials");
+        }
         if (units != nullptr) std::copy(totals.units.begin(), totals.units.end(), units);
         if (mass_kg != nullptr) std::copy(totals.mass_kg.begin(), totals.mass_kg.end(), mass_kg);
     });
@@ -390,9 +401,10 @@ bulletsoil_result bulletsoil_get_surface_height(const bulletsoil_soil* soil,
         required(height_m, "height_m");
         const bsoil::GridFrame& frame = ground.frame();
         const bsoil::Vec3 at = frame.to_grid(where);
-        if (!(at.x >= 0 && at.x < frame.size[0] && at.y >= 0 && at.y < frame.size[1]))
+        if (!(at.x >= 0 && at.x < frame.size[0] && at.y >= 0 && at.y < frame.size[1])) {
             refuse("point_m is (" + std::to_string(where.x) + ", " + std::to_string(where.y) +
                    ", " + std::to_string(where.z) + "), not above or below the soil's grid");
+        }
         const double above_floor_m =
             ground.surface_height_m(static_cast<int>(at.x), static_cast<int>(at.y));
         const bsoil::Vec3 surface = frame.to_world({at.x, at.y, above_floor_m / frame.voxel_m});
@@ -410,8 +422,9 @@ bulletsoil_result bulletsoil_get_status_text(const bulletsoil_soil* soil, char* 
             if (!text.empty()) text += '\n';
             text += line;
         };
-        for (const bsoil::Condition& condition : action.soil().conditions())
+        for (const bsoil::Condition& condition : action.soil().conditions()) {
             add_line(bsoil::condition_text(condition));
+        }
         for (const RefusedBody& body : action.refused()) add_line(body.reason);
         if (needed != nullptr) *needed = text.size() + 1;
         if (capacity == 0) return;
@@ -430,9 +443,10 @@ bulletsoil_result bulletsoil_get_condition(const bulletsoil_soil* soil, size_t i
         const auto all = action_of(soil).conditions();
         const size_t struct_size = required(condition, "condition").struct_size;
         check_size("condition", struct_size, kConditionBytesMin, sizeof *condition);
-        if (index >= all.size())
+        if (index >= all.size()) {
             refuse("index is " + std::to_string(index) + ", there are " +
                    std::to_string(all.size()) + " conditions");
+        }
         const bsoil::Condition& known = all[index].condition;
         bulletsoil_condition out{};
         out.text = bsoil::text_of(known.bit);

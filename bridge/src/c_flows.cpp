@@ -28,8 +28,9 @@ bulletsoil_sink default_sink() {
 }
 
 SourceDef from_c(const bulletsoil_source& source) {
-    if (source.reserved != 0)
+    if (source.reserved != 0) {
         refuse("source.reserved is " + std::to_string(source.reserved) + ", must be 0");
+    }
     SourceDef out;
     out.shape = static_cast<SourceDef::Shape>(source.shape);
     out.center_m = point(source.center_m, "source.center_m");
@@ -49,12 +50,14 @@ SourceDef from_c(const bulletsoil_source& source) {
 }
 
 SinkDef from_c(const bulletsoil_sink& sink) {
-    if (sink.reserved != 0)
+    if (sink.reserved != 0) {
         refuse("sink.reserved is " + std::to_string(sink.reserved) + ", must be 0");
+    }
     if (sink.shape != BULLETSOIL_SINK_BOX && sink.shape != BULLETSOIL_SINK_SPHERE &&
-        sink.shape != BULLETSOIL_SINK_CYLINDER)
+        sink.shape != BULLETSOIL_SINK_CYLINDER) {
         refuse("sink.shape is " + std::to_string(sink.shape) +
                ", must be one of BULLETSOIL_SINK_...");
+    }
     SinkDef out;
     out.region.kind = static_cast<ConvexShape::Kind>(sink.shape);
     out.region.half_extents_m = 0.5 * point(sink.size_m, "sink.size_m");

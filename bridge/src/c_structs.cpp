@@ -48,13 +48,15 @@ void assign(const double (&from)[3], Vec3& to) { to = {from[0], from[1], from[2]
 }  // namespace
 
 void check_size(const char* name, size_t struct_size, size_t least, size_t most) {
-    if (struct_size < least)
+    if (struct_size < least) {
         refuse(std::string(name) + ".struct_size is " + std::to_string(struct_size) +
                ", must be at least " + std::to_string(least) + ": was the struct initialized?");
-    if (struct_size > most)
+    }
+    if (struct_size > most) {
         refuse(std::string(name) + ".struct_size is " + std::to_string(struct_size) +
                ", this library (" + version() + ") knows " + std::to_string(most) +
                " bytes: the program was compiled for a newer one");
+    }
 }
 
 bulletsoil_material to_c(const MaterialDef& def) {
@@ -84,26 +86,30 @@ MaterialDef from_c(const bulletsoil_material& material) {
 std::vector<MaterialDef> materials_of(const bulletsoil_soil_def& def) {
     std::vector<MaterialDef> out;
     if (def.materials == nullptr) {
-        if (def.material_count != 0)
+        if (def.material_count != 0) {
             refuse("def.material_count is " + std::to_string(def.material_count) +
                    ", and def.materials is null");
+        }
         return out;
     }
-    if (def.material_count < 1 || def.material_count > limits::kMaterialCapacity)
+    if (def.material_count < 1 || def.material_count > limits::kMaterialCapacity) {
         refuse("def.material_count is " + std::to_string(def.material_count) + ", must be 1.." +
                std::to_string(limits::kMaterialCapacity));
+    }
     const size_t stride = def.materials->struct_size;
     check_size("def.materials[0]", stride, kMaterialBytesMin, sizeof(bulletsoil_material));
     for (size_t i = 0; i < def.material_count; ++i) {
         const auto* bytes = reinterpret_cast<const char*>(def.materials) + i * stride;
         const auto& material = *reinterpret_cast<const bulletsoil_material*>(bytes);
-        if (material.struct_size != stride)
+        if (material.struct_size != stride) {
             refuse("def.materials[" + std::to_string(i) + "].struct_size is " +
                    std::to_string(material.struct_size) + ", that of the first is " +
                    std::to_string(stride));
-        if (material.reserved != 0)
+        }
+        if (material.reserved != 0) {
             refuse("def.materials[" + std::to_string(i) + "].reserved is " +
                    std::to_string(material.reserved) + ", must be 0");
+        }
         out.push_back(from_c(widened(material, to_c(materials::all().front()))));
     }
     return out;
@@ -129,10 +135,12 @@ SoilDef from_c(const bulletsoil_soil_def& def) {
     BSOIL_SOIL_FIELDS(BSOIL_ASSIGN)
 #undef BSOIL_ASSIGN
     assign(def.contact_law, out.contact_law.kind);
-    if (def.reserved != 0)
+    if (def.reserved != 0) {
         refuse("def.reserved is " + std::to_string(def.reserved) + ", must be 0");
-    if (def.reserved_2 != 0)
+    }
+    if (def.reserved_2 != 0) {
         refuse("def.reserved_2 is " + std::to_string(def.reserved_2) + ", must be 0");
+    }
     return out;
 }
 

@@ -103,8 +103,9 @@ void CarriedLoads::set_loads(std::span<const BodyState> bodies, std::span<const 
 }
 
 void CarriedLoads::open_substep() {
-    for (auto& [id, loaded] : loaded_)
+    for (auto& [id, loaded] : loaded_) {
         if (is_in_world(world_, loaded.body)) open(loaded);
+    }
 }
 
 void CarriedLoads::open(Loaded& loaded) {
@@ -120,8 +121,9 @@ void CarriedLoads::open(Loaded& loaded) {
     loaded.weight_n = to_bullet(-loaded.load.mass_kg * gravity_m_s2_ * up_);
     const btVector3 arm = body.axes().getBasis().transpose() * loaded.arm_m;
     btVector3 inertia = loaded.own_inertia;
-    for (int i = 0; i < 3; ++i)
+    for (int i = 0; i < 3; ++i) {
         if (inertia[i] > 0) inertia[i] += mass_kg * (arm.length2() - arm[i] * arm[i]);
+    }
     body.set({loaded.own_mass_kg + mass_kg, inertia});
     body.apply_force(loaded.weight_n, loaded.arm_m);
     loaded.open = true;
@@ -137,8 +139,9 @@ void CarriedLoads::close_substep() {
         body.apply_force(-loaded.weight_n, loaded.arm_m);
         // Another soil of this world may have loaded it too, and the one that came first has taken
         // both loads off already.
-        if (body.mass_kg() < loaded.own_mass_kg + static_cast<btScalar>(loaded.load.mass_kg) / 2)
+        if (body.mass_kg() < loaded.own_mass_kg + static_cast<btScalar>(loaded.load.mass_kg) / 2) {
             continue;
+        }
         body.set({loaded.own_mass_kg, loaded.own_inertia});
     }
 }

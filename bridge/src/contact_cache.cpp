@@ -32,8 +32,9 @@ struct WorldAccess : btDiscreteDynamicsWorld {
 void list(StateStream& stream, btManifoldPoint& p) {
     for (btVector3* v :
          {&p.m_localPointA, &p.m_localPointB, &p.m_positionWorldOnB, &p.m_positionWorldOnA,
-          &p.m_normalWorldOnB, &p.m_lateralFrictionDir1, &p.m_lateralFrictionDir2})
+          &p.m_normalWorldOnB, &p.m_lateralFrictionDir1, &p.m_lateralFrictionDir2}) {
         list(stream, *v);
+    }
     stream(p.m_distance1, p.m_combinedFriction, p.m_combinedRollingFriction,
            p.m_combinedSpinningFriction, p.m_combinedRestitution, p.m_partId0, p.m_partId1,
            p.m_index0, p.m_index1, p.m_contactPointFlags, p.m_appliedImpulse, p.m_prevRHS,
@@ -124,8 +125,9 @@ void ContactCache::serialize() {
     // They live from the start of one substep to that of the next, which would release them.
     WorldAccess::release_predictive_contacts(world_);
     if (!stream_.reads()) {
-        for (int i = 0; i < pairs_.getNumOverlappingPairs(); ++i)
+        for (int i = 0; i < pairs_.getNumOverlappingPairs(); ++i) {
             renew_algorithm(pairs_.getOverlappingPairArray()[i]);
+        }
     } else {
         empty_broadphase();
     }
@@ -138,8 +140,9 @@ void ContactCache::serialize() {
             b.m_needcleanup);
     const auto is_percent = [](int share) { return share >= 0 && share <= 100; };
     if (b.m_stageCurrent < 0 || b.m_stageCurrent >= kStages || b.m_cid < 0 || b.m_gid < 0 ||
-        !is_percent(b.m_fupdates) || !is_percent(b.m_dupdates) || !is_percent(b.m_cupdates))
+        !is_percent(b.m_fupdates) || !is_percent(b.m_dupdates) || !is_percent(b.m_cupdates)) {
         stream_.refuse();
+    }
     if (stream_.good()) serialize_pairs();
     if (stream_.good()) serialize_manifolds();
     if (stream_.reads() && !stream_.good()) repair();
@@ -185,16 +188,18 @@ void ContactCache::serialize_stages() {
     for (int stage = 0; stage <= kStages; ++stage) {
         std::vector<ObjectIndex> order;
         for (btDbvtProxy* p = stream_.reads() ? nullptr : broadphase_.m_stageRoots[stage]; p;
-             p = p->links[1])
+             p = p->links[1]) {
             order.push_back(index_of(p));
+        }
         stream_(order);
         if (!stream_.reads()) continue;
         broadphase_.m_stageRoots[stage] = nullptr;
         btDbvtProxy* last = nullptr;
         for (const ObjectIndex index : order) {
             btDbvtProxy* p = proxy(index);
-            if (!p || p->stage != stage || listed[static_cast<size_t>(index)])
+            if (!p || p->stage != stage || listed[static_cast<size_t>(index)]) {
                 return stream_.refuse();
+            }
             listed[static_cast<size_t>(index)] = true;
             p->links[0] = last;
             p->links[1] = nullptr;
@@ -202,16 +207,18 @@ void ContactCache::serialize_stages() {
             last = p;
         }
     }
-    if (stream_.reads() && std::find(listed.begin(), listed.end(), false) != listed.end())
+    if (stream_.reads() && std::find(listed.begin(), listed.end(), false) != listed.end()) {
         stream_.refuse();
+    }
 }
 
 void ContactCache::serialize_tree(int set) {
     btDbvt& tree = broadphase_.m_sets[set];
-    if (stream_.reads())
+    if (stream_.reads()) {
         read_tree(tree, set);
-    else
+    } else {
         write_tree(tree);
+    }
     stream_(tree.m_lkhd, tree.m_opath);
 }
 
@@ -275,8 +282,9 @@ void ContactCache::read_tree(btDbvt& tree, int set) {
         btDbvtProxy* of = index == kInternalNode ? nullptr : proxy(index);
         if (!stream_.good() || rank < 0 || static_cast<size_t>(rank) >= unused.size() ||
             !unused[static_cast<size_t>(rank)] ||
-            (index != kInternalNode && (!of || !in_set(*of) || of->leaf)))
+            (index != kInternalNode && (!of || !in_set(*of) || of->leaf))) {
             return false;
+        }
         btDbvtNode* node = std::exchange(unused[static_cast<size_t>(rank)], nullptr);
         used.push_back(node);
         node->volume = btDbvtVolume::FromMM(low, high);
@@ -300,8 +308,9 @@ void ContactCache::read_tree(btDbvt& tree, int set) {
     }
     if (gaps.empty() && used.size() == unused.size()) return;
     stream_.refuse();
-    for (auto* nodes : {&used, &unused})
+    for (auto* nodes : {&used, &unused}) {
         for (btDbvtNode* node : *nodes) btAlignedFree(node);
+    }
     tree.m_root = nullptr;
     tree.m_leaves = 0;
 }
@@ -351,8 +360,9 @@ void ContactCache::renew_algorithm(btBroadphasePair& pair) {
         return *static_cast<btCollisionObject*>(of->m_clientObject)->getCollisionShape();
     };
     if (!pair.m_algorithm || (keeps_points_only(shape_of(pair.m_pProxy0)) &&
-                              keeps_points_only(shape_of(pair.m_pProxy1))))
+                              keeps_points_only(shape_of(pair.m_pProxy1)))) {
         return;
+    }
     std::vector<std::vector<btManifoldPoint>> points;
     const Manifolds before = manifolds_of(pair);
     for (int m = 0; m < before.size(); ++m) {
@@ -370,8 +380,9 @@ void ContactCache::renew_algorithm(btBroadphasePair& pair) {
     for (int m = 0; m < after.size(); ++m) {
         after[m]->clearManifold();
         after[m]->setNumContacts(static_cast<int>(points[static_cast<size_t>(m)].size()));
-        for (int i = 0; i < after[m]->getNumContacts(); ++i)
+        for (int i = 0; i < after[m]->getNumContacts(); ++i) {
             after[m]->getContactPoint(i) = points[static_cast<size_t>(m)][static_cast<size_t>(i)];
+        }
     }
 }
 
@@ -389,8 +400,9 @@ void ContactCache::serialize_pairs() {
         }
         stream_(a, b, has_algorithm);
         if (!stream_.reads()) continue;
-        if (!proxy(a) || !proxy(b) || a == b || pairs_.findPair(proxy(a), proxy(b)))
+        if (!proxy(a) || !proxy(b) || a == b || pairs_.findPair(proxy(a), proxy(b))) {
             return stream_.refuse();
+        }
         btBroadphasePair* pair = pairs_.addOverlappingPair(proxy(a), proxy(b));
         if (!pair) return stream_.refuse();  // filtered
         if (has_algorithm) make_algorithm(*pair);
@@ -426,16 +438,18 @@ void ContactCache::serialize_manifolds() {
     }
     int32_t count = dispatcher_.getNumManifolds();
     stream_(count);
-    if (count != dispatcher_.getNumManifolds() || static_cast<size_t>(count) != places.size())
+    if (count != dispatcher_.getNumManifolds() || static_cast<size_t>(count) != places.size()) {
         return stream_.refuse();
+    }
     std::vector<btPersistentManifold*> order;
     for (int i = 0; i < count && stream_.good(); ++i) {
         btPersistentManifold* manifold = dispatcher_.getManifoldByIndexInternal(i);
         Place place = stream_.reads() ? Place{} : places[manifold];
         stream_(place.pair, place.number);
         if (place.pair < 0 || place.pair >= pairs.size() || place.number < 0 ||
-            place.number >= by_pair[static_cast<size_t>(place.pair)].size())
+            place.number >= by_pair[static_cast<size_t>(place.pair)].size()) {
             return stream_.refuse();
+        }
         manifold = by_pair[static_cast<size_t>(place.pair)][place.number];
         serialize_points(*manifold);
         order.push_back(manifold);
@@ -453,14 +467,17 @@ void ContactCache::serialize_manifolds() {
 }  // namespace
 
 Status check_contacts(btDiscreteDynamicsWorld& world) {
-    if (!dynamic_cast<btDbvtBroadphase*>(world.getBroadphase()))
+    if (!dynamic_cast<btDbvtBroadphase*>(world.getBroadphase())) {
         return Error{"the world's broadphase must be a btDbvtBroadphase"};
-    if (!dynamic_cast<btCollisionDispatcher*>(world.getDispatcher()))
+    }
+    if (!dynamic_cast<btCollisionDispatcher*>(world.getDispatcher())) {
         return Error{"the world's dispatcher must be a btCollisionDispatcher"};
+    }
     const auto& broadphase = *static_cast<btDbvtBroadphase*>(world.getBroadphase());
     if (broadphase.m_sets[0].m_leaves + broadphase.m_sets[1].m_leaves !=
-        world.getNumCollisionObjects())
+        world.getNumCollisionObjects()) {
         return Error{"the broadphase must hold the world's objects and nothing else"};
+    }
     return Done{};
 }
 

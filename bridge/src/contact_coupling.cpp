@@ -9,12 +9,9 @@
 #include "lowest_point.h"
 
 namespace bsoil::bullet {
-namespace {
 
 /// Contacts that one thread takes at least.
 constexpr size_t kRangeContacts = 512;
-
-}  // namespace
 
 ContactCoupling::ContactCoupling(btDiscreteDynamicsWorld& world, ContactSoil soil,
                                  const SoilActionDef& options, const WorkThreads& threads)
@@ -96,10 +93,12 @@ void ContactCoupling::prepare(BodyWork& work, const BodyState& body,
         update_motions(coupled, voxels, duration_s);
         return;
     }
-    for (Carrier& carrier : coupled.carriers)
+    for (Carrier& carrier : coupled.carriers) {
         if (const BodyState* state = state_of(carrier.id);
-            state && is_same_object(*state, carrier.body))
+            state && is_same_object(*state, carrier.body)) {
             carrier.body = *state;
+        }
+    }
     if (are_unchanged && coupled.has_limits) {
         work.kind = BodyWork::Kind::kept;
         return;
@@ -139,11 +138,13 @@ void ContactCoupling::sort_by_body(std::span<const ContactVoxel> contacts) {
     by_body_.resize(starts_.back());
     next_.assign(starts_.begin(), starts_.end());
     places_.resize(contacts.size());
-    for (size_t i = 0; i < contacts.size(); ++i)
+    for (size_t i = 0; i < contacts.size(); ++i) {
         if (ranks_[i] >= 0) places_[i] = next_[static_cast<size_t>(ranks_[i])]++;
+    }
     for_ranges(&threads_, contacts.size(), kRangeContacts, [&](size_t first, size_t last) {
-        for (size_t i = first; i < last; ++i)
+        for (size_t i = first; i < last; ++i) {
             if (ranks_[i] >= 0) by_body_[places_[i]] = contacts[i];
+        }
     });
 }
 
@@ -153,10 +154,12 @@ void ContactCoupling::gather_pressed_soil() {
     // Each body's soil is in order: whole lists are merged, two by two.
     pressed_starts_.assign(1, 0);
     for (const auto& [id, coupled] : coupled_) {
-        for (const PressedSoil& soil : coupled.memory.soil())
+        for (const PressedSoil& soil : coupled.memory.soil()) {
             pressed_soil_.emplace_back(soil).body = id;
-        if (pressed_soil_.size() > pressed_starts_.back())
+        }
+        if (pressed_soil_.size() > pressed_starts_.back()) {
             pressed_starts_.push_back(pressed_soil_.size());
+        }
     }
     while (pressed_starts_.size() > 2) {
         merged_soil_.resize(pressed_soil_.size());
@@ -182,8 +185,9 @@ void ContactCoupling::wake(CoupledBody& coupled) {
 
 void ContactCoupling::wake(const BodyState& body) {
     if (!is_in_world(world_, body)) return;
-    if (body.role == BodyRole::link)
+    if (body.role == BodyRole::link) {
         static_cast<btMultiBodyLinkCollider*>(body.object)->m_multiBody->wakeUp();
+    }
     body.object->activate();
 }
 
@@ -198,8 +202,9 @@ void ContactCoupling::update_law(CoupledBody& coupled) {
     const SurfaceFriction& surface = coupled.body.surface;
     const SurfaceFriction& known = coupled.law_surface;
     if (coupled.law && surface.friction == known.friction &&
-        surface.adhesion_pa == known.adhesion_pa)
+        surface.adhesion_pa == known.adhesion_pa) {
         return;
+    }
     coupled.law = ContactLaw::make(soil_, surface);
     coupled.law_surface = surface;
 }
@@ -230,8 +235,9 @@ void ContactCoupling::report_contact(const BodyWork& work) {
 
 void ContactCoupling::update_carriers(CoupledBody& coupled, std::span<const ContactVoxel> voxels) {
     carrier_ids_.assign(1, -1);
-    for (const ContactVoxel& v : voxels)
+    for (const ContactVoxel& v : voxels) {
         if (v.carrier != carrier_ids_.back()) carrier_ids_.push_back(v.carrier);
+    }
     std::sort(carrier_ids_.begin(), carrier_ids_.end());
     carrier_ids_.erase(std::unique(carrier_ids_.begin(), carrier_ids_.end()), carrier_ids_.end());
     previous_carriers_.swap(coupled.carriers);
@@ -284,9 +290,11 @@ void ContactCoupling::update_motion(const CoupledBody& coupled, const Carrier& c
     motion.linear_m_s += share * (now.linear_velocity_m_s - motion.linear_m_s);
     motion.angular_rad_s += share * (now.angular_velocity_rad_s - motion.angular_rad_s);
     double extent_m = 0;
-    for (const ContactVoxel& v : voxels)
-        if (v.carrier == carrier.id)
+    for (const ContactVoxel& v : voxels) {
+        if (v.carrier == carrier.id) {
             extent_m = std::max(extent_m, length(v.position_m - now.center_of_mass_m));
+        }
+    }
     const double speed_m_s =
         length(motion.linear_m_s) + extent_m * length(motion.angular_rad_s) +
         (is_solved ? kCoupling.rest_voxels_per_s * soil_->voxel_m : kCoupling.driven_rest_m_s);
@@ -381,8 +389,9 @@ void ContactCoupling::take_over_patches(CoupledBody& coupled,
     previous_.swap(coupled.patches);
     coupled.patches.clear();
     double extent_m = 0;
-    for (const ContactPatch& p : patches)
+    for (const ContactPatch& p : patches) {
         extent_m = std::max(extent_m, length(p.point_m - coupled.body.motion.center_of_mass_m));
+    }
     heirs_.assign(previous_.size(), 0);
     nearest_.clear();
     for (const ContactPatch& p : patches) {
@@ -405,8 +414,9 @@ void ContactCoupling::take_over_patches(CoupledBody& coupled,
             const Vec3 apart = old.offset_m - next.offset_m;
             const double distance = dot(apart, apart) + (1 - cosine) * extent_m * extent_m;
             if (cosine < kCoupling.same_patch_cosine || distance >= least ||
-                old.patch.carrier != p.carrier)
+                old.patch.carrier != p.carrier) {
                 continue;
+            }
             least = distance;
             nearest = static_cast<int>(i);
         }

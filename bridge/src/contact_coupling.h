@@ -66,8 +66,9 @@ class ContactCoupling {
     /// a body: for drawing.
     template <typename Visit>
     void for_each_force(Visit visit) const {
-        for (const auto& [id, coupled] : coupled_)
+        for (const auto& [id, coupled] : coupled_) {
             for (const CoupledPatch& p : coupled.patches) visit(p.patch.point_m, p.applied_force_n);
+        }
     }
     /// Mean normal pressure of a body's contact, weighted by force, and the width of its faces;
     /// both 0 without contact. For SoilBody.

@@ -51,9 +51,11 @@ std::vector<Plane> hull_faces(const std::vector<btVector3>& points, double bound
         });
         if (!known) faces.push_back({n, -std::numeric_limits<double>::infinity()});
     }
-    for (Plane& face : faces)
-        for (const btVector3& p : points)
+    for (Plane& face : faces) {
+        for (const btVector3& p : points) {
             face.offset = std::max(face.offset, dot(face.normal, from_bullet(p)));
+        }
+    }
     return faces;
 }
 
@@ -95,8 +97,9 @@ double PolyhedronDistance::operator()(Vec3 point) {
         const Vec3 middle{middle_of(key[0]), middle_of(key[1]), middle_of(key[2])};
         // Within the cell a face's height changes by half of its diagonal at most.
         const double least = highest(faces_, middle) - std::sqrt(3.0) * cell_m_;
-        for (const Plane& face : faces_)
+        for (const Plane& face : faces_) {
             if (dot(face.normal, middle) - face.offset >= least) near.push_back(face);
+        }
     }
     return highest(near, point);
 }

@@ -35,9 +35,10 @@ void list(StateStream& stream, BodyMotion& motion) {
 /// Whether an object can play a role: the coupling casts by it.
 bool can_be(const btDiscreteDynamicsWorld& world, btCollisionObject& object, BodyRole role) {
     if (role == BodyRole::rigid) return btRigidBody::upcast(&object) != nullptr;
-    if (role == BodyRole::link)
+    if (role == BodyRole::link) {
         return btMultiBodyLinkCollider::upcast(&object) &&
                dynamic_cast<const btMultiBodyDynamicsWorld*>(&world);
+    }
     return true;
 }
 
@@ -48,8 +49,9 @@ void list(StateStream& stream, const btDiscreteDynamicsWorld& world, BodyState& 
     list(stream, body.motion);
     stream(body.is_asleep, body.weight_n, body.surface.friction, body.surface.adhesion_pa);
     if (body.id < 0 || body.id > limits::kBodyIdMost ||
-        (stream.good() && body.object && !can_be(world, *body.object, body.role)))
+        (stream.good() && body.object && !can_be(world, *body.object, body.role))) {
         stream.refuse();
+    }
 }
 
 void list(StateStream& stream, ContactPatch& patch) {
@@ -105,10 +107,12 @@ std::string difference(const WheelMemory& saved, const WheelMemory& here) {
         {"friction", &SurfaceFriction::friction}, {"adhesion_pa", &SurfaceFriction::adhesion_pa}};
     std::string out;
     const auto compare = [&out](const auto& fields, const auto& a, const auto& b) {
-        for (const auto& [name, field] : fields)
-            if (out.empty() && a.*field != b.*field)
+        for (const auto& [name, field] : fields) {
+            if (out.empty() && a.*field != b.*field) {
                 out = std::string(name) + " " + std::to_string(b.*field) + ", in the snapshot " +
                       std::to_string(a.*field);
+            }
+        }
     };
     compare(own, saved, here);
     compare(of_def, saved.def, here.def);
@@ -184,10 +188,11 @@ void CouplingSnapshot::Memory::list_coupled(StateStream& stream,
         stream(carrier.id);
         bool is_object = carrier.body.object != nullptr;
         stream(is_object);
-        if (is_object)
+        if (is_object) {
             list(stream, world, carrier.body);
-        else
+        } else {
             list(stream, carrier.body.motion);
+        }
     });
     stream.list(coupled.motions, 200, [&](ContactMotion& motion) {
         stream(motion.carrier, motion.linear_m_s, motion.angular_rad_s);
@@ -199,8 +204,9 @@ void CouplingSnapshot::Memory::list_coupled(StateStream& stream,
     const bool is_wheel = coupled.body.role == BodyRole::wheel;
     const size_t most = kPatchCapacity * std::max<size_t>(1, coupled.carriers.size());
     if (coupled.patches.size() > (is_wheel ? 0 : most) ||
-        coupled.wheel_patches.size() > (is_wheel ? most : 0))
+        coupled.wheel_patches.size() > (is_wheel ? most : 0)) {
         stream.refuse();
+    }
     stream(coupled.asleep_step_count);
     if (coupled.asleep_step_count < 0) stream.refuse();
     for (double& limit_n : coupled.mean_limits_n) stream(limit_n);
@@ -228,11 +234,12 @@ void CouplingSnapshot::Memory::list_loaded(StateStream& stream,
 
 void CouplingSnapshot::Memory::list_surface(StateStream& stream, MetTile& tile) {
     stream(tile.tile, tile.met.changed);
-    for (auto* heights_m : {&tile.met.settled_m, &tile.met.before_m})
+    for (auto* heights_m : {&tile.met.settled_m, &tile.met.before_m}) {
         for (float& height_m : *heights_m) {
             stream(height_m);
             if (!std::isfinite(height_m)) stream.refuse();
         }
+    }
 }
 
 void CouplingSnapshot::Memory::list_falling(StateStream& stream,
@@ -246,8 +253,9 @@ void CouplingSnapshot::Memory::list_falling(StateStream& stream,
     const bool is_soil =
         surface.material >= 0 && surface.relative_density >= -1 && surface.relative_density <= 1;
     if (entry.first < 0 || entry.first > limits::kBodyIdMost || !is_direction || !is_soil ||
-        falling.speed_m_s < 0 || falling.age_s < 0)
+        falling.speed_m_s < 0 || falling.age_s < 0) {
         stream.refuse();
+    }
 }
 
 /// Ids and objects stand for themselves once.
@@ -259,8 +267,9 @@ bool CouplingSnapshot::Memory::is_sound() const {
         if (body.tracked.id >= 0) ids.push_back(body.tracked.id);
         objects.push_back(body.object);
     }
-    for (const VehicleMemory& vehicle : vehicles)
+    for (const VehicleMemory& vehicle : vehicles) {
         for (const WheelMemory& wheel : vehicle.wheels) ids.push_back(wheel.id);
+    }
     for (const auto& c : coupled) coupled_ids.push_back(c.body.id);
     for (const auto& l : loaded) loaded_ids.push_back(l.body.id);
     for (const auto& [id, falls] : falling) falling_ids.push_back(id);
@@ -285,13 +294,15 @@ CouplingSnapshot CouplingSnapshot::of(const Parts& parts) {
         const auto found = parts.collector.tracked_.find(objects[i]);
         // One that is gone, or another at its address, is met anew.
         if (found == parts.collector.tracked_.end() ||
-            found->second.proxy_id != proxy_id_of(*objects[i]))
+            found->second.proxy_id != proxy_id_of(*objects[i])) {
             continue;
+        }
         m.bodies.push_back({objects[i], found->second});
     }
     for (const auto& [id, coupled] : parts.coupling.coupled_) {
-        if (coupled.body.role != BodyRole::wheel && !is_in_world(parts.world, coupled.body))
+        if (coupled.body.role != BodyRole::wheel && !is_in_world(parts.world, coupled.body)) {
             continue;
+        }
         CoupledBody& copy = m.coupled.emplace_back();
         copy.body = coupled.body;
         copy.patches = coupled.patches;
@@ -307,17 +318,20 @@ CouplingSnapshot CouplingSnapshot::of(const Parts& parts) {
         for (const Carrier& carrier : coupled.carriers) {
             Carrier& own = copy.carriers.emplace_back();
             own.id = carrier.id;
-            if (carrier.body.object && is_in_world(parts.world, carrier.body))
+            if (carrier.body.object && is_in_world(parts.world, carrier.body)) {
                 own.body = carrier.body;
-            else if (!carrier.feels())
+            } else if (!carrier.feels()) {
                 own.body.motion = carrier.body.motion;
+            }
         }
     }
-    for (const auto& [id, loaded] : parts.carried.loaded_)
+    for (const auto& [id, loaded] : parts.carried.loaded_) {
         if (is_in_world(parts.world, loaded.body)) m.loaded.push_back(loaded);
+    }
     m.falling.assign(parts.first_contacts.bodies_.begin(), parts.first_contacts.bodies_.end());
-    for (const VehicleOnSoil* wheels : parts.vehicles.attached())
+    for (const VehicleOnSoil* wheels : parts.vehicles.attached()) {
         m.vehicles.push_back(wheels->memory());
+    }
     for (const auto& [tile, met] : parts.surface.met_) {
         m.surface.push_back({tile, met});
         if (met.generation != parts.surface.generation_) m.surface.back().met.changed = 0;
@@ -348,18 +362,21 @@ Status CouplingSnapshot::check_same_vehicles(const SoilVehicles& here) const {
         return Error{"is of another world: " + std::to_string(in_snapshot) + " " + what +
                      " in the snapshot, " + std::to_string(found) + " here"};
     };
-    if (saved.size() != attached.size())
+    if (saved.size() != attached.size()) {
         return counts("vehicles attached to a SoilRaycaster", saved.size(), attached.size());
+    }
     for (size_t i = 0; i < saved.size(); ++i) {
         const VehicleMemory vehicle = attached[i]->memory();
         const std::string name = "vehicle " + std::to_string(i);
-        if (saved[i].wheels.size() != vehicle.wheels.size())
+        if (saved[i].wheels.size() != vehicle.wheels.size()) {
             return counts("wheels of " + name, saved[i].wheels.size(), vehicle.wheels.size());
+        }
         for (size_t k = 0; k < vehicle.wheels.size(); ++k) {
             const std::string differs = difference(saved[i].wheels[k], vehicle.wheels[k]);
-            if (!differs.empty())
+            if (!differs.empty()) {
                 return Error{"is of another world: wheel " + std::to_string(k) + " of " + name +
                              " has here " + differs};
+            }
         }
     }
     return Done{};
@@ -382,9 +399,11 @@ void CouplingSnapshot::put_into(const Parts& parts) {
         if (body.tracked.id >= 0) collector.id_taken_[static_cast<size_t>(body.tracked.id)] = true;
         collector.tracked_[body.object] = std::move(body.tracked);
     }
-    for (const VehicleMemory& vehicle : m.vehicles)
-        for (const WheelMemory& wheel : vehicle.wheels)
+    for (const VehicleMemory& vehicle : m.vehicles) {
+        for (const WheelMemory& wheel : vehicle.wheels) {
             collector.id_taken_[static_cast<size_t>(wheel.id)] = true;
+        }
+    }
     // The world may have given its objects other ids.
     const btCollisionObjectArray& objects = parts.world.getCollisionObjectArray();
     for (int i = 0; i < objects.size(); ++i) {
@@ -397,8 +416,9 @@ void CouplingSnapshot::put_into(const Parts& parts) {
     parts.coupling.coupled_.clear();
     for (CoupledBody& coupled : m.coupled) {
         if (coupled.body.object) remember_identity(coupled.body);
-        for (Carrier& carrier : coupled.carriers)
+        for (Carrier& carrier : coupled.carriers) {
             if (carrier.body.object) remember_identity(carrier.body);
+        }
         const int id = coupled.body.id;
         parts.coupling.coupled_.emplace(id, std::move(coupled));
     }

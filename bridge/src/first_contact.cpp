@@ -78,8 +78,9 @@ void FirstContacts::find_carriers(const btDiscreteDynamicsWorld& world,
     for (int i = 0; i < objects.size(); ++i) {
         const int id = collector_.body_id(*objects[i]);
         if (id >= 0 && std::any_of(loads.begin(), loads.end(),
-                                   [id](const BodyLoad& load) { return load.body == id; }))
+                                   [id](const BodyLoad& load) { return load.body == id; })) {
             carriers_.push_back(box_of(*objects[i], {}));
+        }
     }
 }
 
@@ -102,8 +103,9 @@ void FirstContacts::open_substep(btDiscreteDynamicsWorld& world, std::span<const
     for (int i = 0; i < objects.size(); ++i) {
         btRigidBody* body = btRigidBody::upcast(objects[i]);
         if (!body || body->isStaticOrKinematicObject() || !body->isActive()) continue;
-        if (std::binary_search(jointed_.begin(), jointed_.end(), objects[i], std::less<>()))
+        if (std::binary_search(jointed_.begin(), jointed_.end(), objects[i], std::less<>())) {
             continue;
+        }
         open(world, *body, substep_s);
     }
     std::erase_if(bodies_, [](const auto& entry) { return !entry.second.is_open; });
@@ -125,8 +127,9 @@ void FirstContacts::open(btDiscreteDynamicsWorld& world, btRigidBody& body, doub
     // The soil makes way for a body that it holds: its surface is where it was met.
     const BodyReport report = coupling_.report(state->id);
     const bool is_held = report.sinkage_m > 0;
-    if (known == bodies_.end() && (is_held || is_over_carrier({box.min - fall_m * up_, box.max})))
+    if (known == bodies_.end() && (is_held || is_over_carrier({box.min - fall_m * up_, box.max}))) {
         return;
+    }
     Falling falling = known == bodies_.end() ? Falling{} : known->second;
     if (!is_held) {
         const std::optional<SurfaceSoil> soil = soil_below_.at(0.5 * (box.min + box.max));
@@ -205,8 +208,9 @@ bool FirstContacts::meet(const BodyState& state, std::span<const ConvexShape> sh
         }
         const ContactMotion on_ground{-1, still, direction, {}, {}};
         found_.find(lifted_, {&on_ground, 1}, law, {}, nullptr, apart_m);
-        for (const ContactPatch& patch : found_.patches())
+        for (const ContactPatch& patch : found_.patches()) {
             out.force_n -= patch.normal_limit_n * dot(patch.normal, n);
+        }
         return out;
     };
     // More closely where it starts: a ball's resistance grows with the square of its depth.
@@ -249,8 +253,9 @@ bool FirstContacts::meet(const BodyState& state, std::span<const ConvexShape> sh
 }
 
 void FirstContacts::close_substep() {
-    for (auto& [id, falling] : bodies_)
+    for (auto& [id, falling] : bodies_) {
         if (falling.is_open) falling.lead_m_s = falling.next_lead_m_s;
+    }
 }
 
 bool FirstContacts::has_stopped(double speed_m_s, double duration_s) const {

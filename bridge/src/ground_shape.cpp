@@ -54,8 +54,9 @@ void GroundShape::processAllTriangles(btTriangleCallback* callback, const btVect
     // every triangle below it, which changes from step to step.
     std::array<GroundSurface::Triangle, 2> plane;
     if (surface_.plane_triangles(first, last, plane)) return process(plane, first, *callback);
-    for (int y = first.y; y <= last.y; ++y)
+    for (int y = first.y; y <= last.y; ++y) {
         for (int x = first.x; x <= last.x; ++x) process_cell({x, y}, from.z, to.z, *callback);
+    }
 }
 
 // From cell to cell along the ray (Amanatides and Woo 1987), until a triangle nearer than the next

@@ -38,9 +38,10 @@ const GroundSurface::Tile* GroundSurface::tile_at(int column_x, int column_y) co
     Tile& tile = tiles_[ty * tiles_x() + tx];
     if (tile.revision == revision) return &tile;
     tile.revision = revision;
-    for (int c = 0; c < kTileColumns; ++c)
+    for (int c = 0; c < kTileColumns; ++c) {
         tile.height_m[c] = static_cast<float>(
             soil_.surface_height_m(tx * kTileSide + c % kTileSide, ty * kTileSide + c / kTileSide));
+    }
     return &tile;
 }
 
@@ -76,13 +77,15 @@ bool GroundSurface::plane_triangles(Cell low, Cell high, std::array<Triangle, 2>
     const int x1 = high.x + 1, y1 = high.y + 1;
     const Vec3 a = vertex(low.x, low.y), b = vertex(x1, low.y), d = vertex(low.x, y1);
     const Vec3 normal = cross(b - a, d - a);
-    for (int y = low.y; y <= y1; ++y)
+    for (int y = low.y; y <= y1; ++y) {
         for (int x = low.x; x <= x1; ++x) {
             const Vec3 v = vertex(x, y);
             if (!(v.z > 0) ||
-                std::abs(dot(v - a, normal)) > kPlaneVoxels * voxel_m_ * std::abs(normal.z))
+                std::abs(dot(v - a, normal)) > kPlaneVoxels * voxel_m_ * std::abs(normal.z)) {
                 return false;
+            }
         }
+    }
     const Vec3 c = vertex(x1, y1);
     triangles = {Triangle{{a, b, c}}, Triangle{{a, c, d}}};
     return true;
@@ -90,8 +93,9 @@ bool GroundSurface::plane_triangles(Cell low, Cell high, std::array<Triangle, 2>
 
 std::optional<SurfacePoint> GroundSurface::at(double x_m, double y_m) const {
     const double voxels_x = x_m / voxel_m_, voxels_y = y_m / voxel_m_;
-    if (!(voxels_x >= 0 && voxels_y >= 0 && voxels_x <= size_[0] && voxels_y <= size_[1]))
+    if (!(voxels_x >= 0 && voxels_y >= 0 && voxels_x <= size_[0] && voxels_y <= size_[1])) {
         return {};
+    }
     const Cell cell = cell_at(x_m, y_m);
     const double x0 = vertex_m(0, cell.x), y0 = vertex_m(1, cell.y);
     const double u = (x_m - x0) / (vertex_m(0, cell.x + 1) - x0);
@@ -126,8 +130,10 @@ void GroundSurface::compare(Met& met, const Tile& tile, bool is_new) const {
     met.revision = tile.revision;
     for (int c = 0; c < kTileColumns; ++c) {
         const float height_m = tile.height_m[c];
-        if (std::abs(static_cast<double>(height_m - met.settled_m[c])) <= kChangedVoxels * voxel_m_)
+        if (std::abs(static_cast<double>(height_m - met.settled_m[c])) <=
+            kChangedVoxels * voxel_m_) {
             continue;
+        }
         met.before_m[c] = met.settled_m[c];
         met.settled_m[c] = height_m;
         met.changed |= uint64_t{1} << c;
@@ -136,13 +142,14 @@ void GroundSurface::compare(Met& met, const Tile& tile, bool is_new) const {
 
 void GroundSurface::meet(Cell low, Cell high) {
     const Columns columns = columns_of(low, high);
-    for (int ty = columns.y0 / kTileSide; ty <= columns.y1 / kTileSide; ++ty)
+    for (int ty = columns.y0 / kTileSide; ty <= columns.y1 / kTileSide; ++ty) {
         for (int tx = columns.x0 / kTileSide; tx <= columns.x1 / kTileSide; ++tx) {
             const Tile* tile = tile_at(tx * kTileSide, ty * kTileSide);
             if (!tile) continue;
             const auto [met, is_new] = met_.try_emplace(ty * tiles_x() + tx);
             compare(met->second, *tile, is_new);
         }
+    }
 }
 
 bool GroundSurface::has_changed(Cell low, Cell high, double z_low_m, double z_high_m) {
@@ -158,8 +165,9 @@ bool GroundSurface::has_changed(Cell low, Cell high, double z_low_m, double z_hi
                 if ((met.changed >> c & 1) == 0 || x < x0 || x > x1 || y < y0 || y > y1) continue;
                 const auto now = static_cast<double>(met.settled_m[c]);
                 const auto before = static_cast<double>(met.before_m[c]);
-                if (std::max(now, before) >= z_low_m && std::min(now, before) <= z_high_m)
+                if (std::max(now, before) >= z_low_m && std::min(now, before) <= z_high_m) {
                     return true;
+                }
             }
         }
     }

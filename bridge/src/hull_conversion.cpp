@@ -24,8 +24,9 @@ std::vector<btVector3> spread_points(const std::vector<btVector3>& points, int c
     std::vector<btVector3> out{points.front()};
     std::vector<btScalar> distance2(points.size(), BT_LARGE_FLOAT);
     while (static_cast<int>(out.size()) < count) {
-        for (size_t i = 0; i < points.size(); ++i)
+        for (size_t i = 0; i < points.size(); ++i) {
             distance2[i] = std::min(distance2[i], points[i].distance2(out.back()));
+        }
         const auto farthest = std::max_element(distance2.begin(), distance2.end());
         if (*farthest <= 0) break;
         out.push_back(points[static_cast<size_t>(farthest - distance2.begin())]);
@@ -43,13 +44,16 @@ ConvexShape touching_hull(const std::vector<btVector3>& points, const Support& s
     center = center * (1.0 / static_cast<double>(points.size()));
     ConvexShape out = of_kind(ConvexShape::Kind::hull);
     out.local.position = center;
-    for (const btVector3& p : points)
+    for (const btVector3& p : points) {
         out.bound_m = std::max(out.bound_m, length(from_bullet(p) - center));
+    }
     std::vector<Plane> faces = hull_faces(points, out.bound_m);
-    if (faces.size() > static_cast<size_t>(limits::kHullPlaneCapacity))
+    if (faces.size() > static_cast<size_t>(limits::kHullPlaneCapacity)) {
         faces = hull_faces(spread_points(points, kSpreadPointCount), out.bound_m);
-    for (const Plane& face : faces)
+    }
+    for (const Plane& face : faces) {
         out.planes.push_back({face.normal, support(face.normal) - dot(face.normal, center)});
+    }
     return out;
 }
 
@@ -64,17 +68,20 @@ Result<Shapes> touching_hull_or_error(const btCollisionShape& shape,
             plane.offset + support(-plane.normal) + dot(plane.normal, out.local.position);
         return width < kFlatHullFraction * out.bound_m;
     });
-    if (out.planes.size() < 4 || is_flat)
+    if (out.planes.size() < 4 || is_flat) {
         return Error{shape_name(shape) + ": its points span no volume"};
+    }
     return Shapes{out};
 }
 
 Result<Shapes> hull(const btCollisionShape& shape, const std::vector<btVector3>& points,
                     double margin_m) {
     if (points.empty()) return Error{shape_name(shape) + ": has no points"};
-    for (const btVector3& p : points)
-        if (!is_finite(from_bullet(p)))
+    for (const btVector3& p : points) {
+        if (!is_finite(from_bullet(p))) {
             return Error{shape_name(shape) + ": has a point that is not finite"};
+        }
+    }
     if (const Status s = check_margin(shape, margin_m); !s) return Error{s.error()};
 
     const auto support = [&points](Vec3 n) {
@@ -122,14 +129,16 @@ Vec3 sphere_direction(int index) {
 }
 
 Result<Shapes> support_solid(const btConvexShape& shape, const GridBall& grid) {
-    if (const Status s = check_margin(shape, static_cast<double>(shape.getMargin())); !s)
+    if (const Status s = check_margin(shape, static_cast<double>(shape.getMargin())); !s) {
         return Error{s.error()};
+    }
     const auto touch = [&shape](Vec3 n) { return shape.localGetSupportingVertex(to_bullet(n)); };
     std::vector<btVector3> points;
     for (int i = 0; i < kSphereDirectionCount; ++i) {
         points.push_back(touch(sphere_direction(i)));
-        if (!is_finite(from_bullet(points.back())))
+        if (!is_finite(from_bullet(points.back()))) {
             return Error{shape_name(shape) + ": reaches infinitely far"};
+        }
     }
     Result<Shapes> hull = touching_hull_or_error(
         shape, points, [&](Vec3 n) { return dot(n, from_bullet(touch(n))); });
@@ -139,9 +148,10 @@ Result<Shapes> support_solid(const btConvexShape& shape, const GridBall& grid) {
     if (faces.size() <= static_cast<size_t>(limits::kHullPlaneCapacity)) {
         ConvexShape& exact = hull->front();
         exact.planes.clear();
-        for (const Plane& face : faces)
+        for (const Plane& face : faces) {
             exact.planes.push_back(
                 {face.normal, face.offset - dot(face.normal, exact.local.position)});
+        }
         return hull;
     }
     if (bound_m < kSmallSolidVoxels * grid.voxel_m) return hull;
@@ -155,12 +165,14 @@ Result<Shapes> support_solid(const btConvexShape& shape, const GridBall& grid) {
 
 Result<Shapes> multi_sphere(const btMultiSphereShape& shape, const GridBall& grid) {
     for (int i = 0; i < shape.getSphereCount(); ++i) {
-        if (!is_finite(from_bullet(shape.getSpherePosition(i))))
+        if (!is_finite(from_bullet(shape.getSpherePosition(i)))) {
             return Error{shape_name(shape) + ": has a sphere whose centre is not finite"};
+        }
         if (const Status s =
                 check_extent(shape, "radius", static_cast<double>(shape.getSphereRadius(i)));
-            !s)
+            !s) {
             return Error{s.error()};
+        }
     }
     return support_solid(shape, grid);
 }

@@ -50,8 +50,9 @@ LinkPatchConstraint::LinkPatchConstraint(btCollisionObject& body, btCollisionObj
 
 btVector3 LinkPatchConstraint::applied_force_n(int i, btScalar substep_s) {
     btVector3 impulse(0, 0, 0);
-    for (int k = 0; k < kRowsPerPatch; ++k)
+    for (int k = 0; k < kRowsPerPatch; ++k) {
         impulse += getAppliedImpulse(kRowsPerPatch * i + k) * rows_[i].direction[k];
+    }
     return impulse / substep_s;
 }
 

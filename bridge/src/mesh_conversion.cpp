@@ -85,8 +85,9 @@ class LockedPart {
 Status read_part(const btStridingMeshInterface& mesh, int part, Vec3 scaling, TriangleMesh& out) {
     const LockedPart from(mesh, part);
     if (from.triangle_count <= 0) return Done{};
-    if (!from.is_readable())
+    if (!from.is_readable()) {
         return Error{"part " + std::to_string(part) + " has corners or indices of an unknown type"};
+    }
     const int first = static_cast<int>(out.vertices.size());
     for (int v = 0; v < from.vertex_count; ++v) {
         const Vec3 p = from.vertex(v);
@@ -95,10 +96,11 @@ Status read_part(const btStridingMeshInterface& mesh, int part, Vec3 scaling, Tr
     for (int t = 0; t < from.triangle_count; ++t) {
         std::array<int, 3> triangle = from.triangle(t);
         for (int& index : triangle) {
-            if (index < 0 || index >= from.vertex_count)
+            if (index < 0 || index >= from.vertex_count) {
                 return Error{"triangle " + std::to_string(t) + " of part " + std::to_string(part) +
                              " has vertex index " + std::to_string(index) + ", must be 0 to " +
                              std::to_string(from.vertex_count - 1)};
+            }
             index += first;
         }
         out.triangles.push_back(triangle);
@@ -110,9 +112,11 @@ Status read_part(const btStridingMeshInterface& mesh, int part, Vec3 scaling, Tr
 Result<TriangleMesh> read_mesh(const btStridingMeshInterface& mesh, Vec3 scaling,
                                int only = kAllParts) {
     TriangleMesh out;
-    for (int part = 0; part < mesh.getNumSubParts(); ++part)
-        if (only == kAllParts || part == only)
+    for (int part = 0; part < mesh.getNumSubParts(); ++part) {
+        if (only == kAllParts || part == only) {
             if (const Status s = read_part(mesh, part, scaling, out); !s) return Error{s.error()};
+        }
+    }
     return out;
 }
 
@@ -187,9 +191,10 @@ Result<ConvexShape> lattice_shape(DistanceLattice::LatticeResult&& lattice) {
 }
 
 Result<LatticeDef> lattice_def(double margin_m, const GridBall& grid) {
-    if (!(std::isfinite(margin_m) && margin_m >= 0))
+    if (!(std::isfinite(margin_m) && margin_m >= 0)) {
         return Error{"margin is " + std::to_string(margin_m) +
                      " m, must be finite and not negative"};
+    }
     LatticeDef def;
     def.voxel_m = grid.voxel_m;
     def.margin_m = margin_m;
@@ -199,8 +204,9 @@ Result<LatticeDef> lattice_def(double margin_m, const GridBall& grid) {
 Result<ConvexShape> triangle_mesh(const btCollisionShape& shape, const GridBall& grid) {
     const MeshSource source = source_of(shape);
     if (!is_finite(source.scaling) || source.scaling.x == 0 || source.scaling.y == 0 ||
-        source.scaling.z == 0)
+        source.scaling.z == 0) {
         return Error{"local scaling is zero or not finite"};
+    }
     Result<LatticeDef> def = lattice_def(source.margin_m, grid);
     if (!def) return Error{def.error()};
     if (is_cut(shape, grid)) def->region = region_of(grid);
@@ -275,11 +281,12 @@ void close_below(TriangleMesh& mesh, int up, double bottom) {
         mesh.vertices.push_back(p);
     }
     std::map<std::pair<int, int>, int> passes;  // of each edge, up minus down
-    for (const auto& t : mesh.triangles)
+    for (const auto& t : mesh.triangles) {
         for (size_t k = 0; k < 3; ++k) {
             const int a = t[k], b = t[(k + 1) % 3];
             passes[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
         }
+    }
     const size_t triangle_count = mesh.triangles.size();
     for (size_t i = 0; i < triangle_count; ++i) {
         const auto t = mesh.triangles[i];
@@ -298,8 +305,9 @@ Result<ConvexShape> heightfield(const btHeightfieldTerrainShape& shape, const Gr
     Result<LatticeDef> def = lattice_def(static_cast<double>(shape.getMargin()), grid);
     if (!def) return Error{def.error()};
     const Vec3 scaling = from_bullet(shape.getLocalScaling());
-    if (!is_finite(scaling) || !(scaling.x > 0 && scaling.y > 0 && scaling.z > 0))
+    if (!is_finite(scaling) || !(scaling.x > 0 && scaling.y > 0 && scaling.z > 0)) {
         return Error{"local scaling is not finite or not above 0"};
+    }
     def->region = region_of(grid);
     const int up = shape.getUpAxis();
     // Whatever its height.
@@ -320,8 +328,9 @@ Result<ConvexShape> heightfield(const btHeightfieldTerrainShape& shape, const Gr
 Result<ConvexShape> distance_field(const btSdfCollisionShape& shape, const GridBall& grid) {
     const Aabb box = box_of(shape);
     if (!(is_finite(box.min) && is_finite(box.max) && box.min.x < box.max.x &&
-          box.min.y < box.max.y && box.min.z < box.max.z))
+          box.min.y < box.max.y && box.min.z < box.max.z)) {
         return Error{"has no distance field"};
+    }
     // Bullet's query changes nothing.
     auto& field = const_cast<btSdfCollisionShape&>(shape);
     const auto distance_m = [&](Vec3 p) {
@@ -367,10 +376,12 @@ bool is_mesh(const btCollisionShape& shape) {
 }
 
 Result<ConvexShape> convert_mesh(const btCollisionShape& shape, const GridBall& grid) {
-    if (shape.getShapeType() == TERRAIN_SHAPE_PROXYTYPE)
+    if (shape.getShapeType() == TERRAIN_SHAPE_PROXYTYPE) {
         return heightfield(static_cast<const btHeightfieldTerrainShape&>(shape), grid);
-    if (shape.getShapeType() == SDF_SHAPE_PROXYTYPE)
+    }
+    if (shape.getShapeType() == SDF_SHAPE_PROXYTYPE) {
         return distance_field(static_cast<const btSdfCollisionShape&>(shape), grid);
+    }
     return triangle_mesh(shape, grid);
 }
 
@@ -389,11 +400,13 @@ Result<std::vector<btVector3>> mesh_points(const btStridingMeshInterface& mesh,
     const Result<TriangleMesh> read = read_mesh(mesh, from_bullet(scaling));
     if (!read) return Error{read.error()};
     std::vector<bool> used(read->vertices.size(), false);
-    for (const auto& triangle : read->triangles)
+    for (const auto& triangle : read->triangles) {
         for (const int index : triangle) used[static_cast<size_t>(index)] = true;
+    }
     std::vector<btVector3> points;
-    for (size_t v = 0; v < used.size(); ++v)
+    for (size_t v = 0; v < used.size(); ++v) {
         if (used[v]) points.push_back(to_bullet(read->vertices[v]));
+    }
     return points;
 }
 
@@ -403,10 +416,12 @@ void add_mesh(Fingerprint& print, const btStridingMeshInterface& mesh) {
         print.add(static_cast<uint64_t>(part.vertex_count));
         print.add(static_cast<uint64_t>(part.triangle_count));
         if (!part.is_readable()) continue;
-        for (int v = 0; v < part.vertex_count; v += 1 + part.vertex_count / kFingerprintCount)
+        for (int v = 0; v < part.vertex_count; v += 1 + part.vertex_count / kFingerprintCount) {
             print.add(part.vertex(v));
-        for (int t = 0; t < part.triangle_count; t += 1 + part.triangle_count / kFingerprintCount)
+        }
+        for (int t = 0; t < part.triangle_count; t += 1 + part.triangle_count / kFingerprintCount) {
             for (const int index : part.triangle(t)) print.add(static_cast<uint64_t>(index));
+        }
     }
 }
 
@@ -435,8 +450,9 @@ void add_mesh(Fingerprint& print, const btCollisionShape& shape, const GridBall&
             btScalar distance = 0;
             btVector3 normal;
             if (is_finite(p) && length(size) > 0 &&
-                field.queryPoint(to_bullet(p), distance, normal))
+                field.queryPoint(to_bullet(p), distance, normal)) {
                 print.add(static_cast<double>(distance));
+            }
         }
         return;
     }

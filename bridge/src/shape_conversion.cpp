@@ -47,8 +47,9 @@ Result<Shapes> box(const btBoxShape& shape) {
     out.half_extents_m = from_bullet(shape.getHalfExtentsWithMargin());
     for (const auto& [field, metres] : {std::pair{"half extent x", out.half_extents_m.x},
                                         std::pair{"half extent y", out.half_extents_m.y},
-                                        std::pair{"half extent z", out.half_extents_m.z}})
+                                        std::pair{"half extent z", out.half_extents_m.z}}) {
         if (const Status s = check_extent(shape, field, metres); !s) return Error{s.error()};
+    }
     return Shapes{out};
 }
 
@@ -66,8 +67,9 @@ Result<Shapes> capsule(const btCapsuleShape& shape) {
     out.half_height_m = static_cast<double>(shape.getHalfHeight());
     if (const Status s = check_extent(shape, "radius", out.radius_m); !s) return Error{s.error()};
     // A capsule of no length is a sphere.
-    if (const Status s = check_extent(shape, "half height", out.half_height_m, 0); !s)
+    if (const Status s = check_extent(shape, "half height", out.half_height_m, 0); !s) {
         return Error{s.error()};
+    }
     return Shapes{out};
 }
 
@@ -78,8 +80,9 @@ Result<Shapes> cylinder(const btCylinderShape& shape) {
     out.radius_m = static_cast<double>(shape.getRadius());
     out.half_height_m = static_cast<double>(shape.getHalfExtentsWithMargin()[up]);
     if (const Status s = check_extent(shape, "radius", out.radius_m); !s) return Error{s.error()};
-    if (const Status s = check_extent(shape, "half height", out.half_height_m); !s)
+    if (const Status s = check_extent(shape, "half height", out.half_height_m); !s) {
         return Error{s.error()};
+    }
     return Shapes{out};
 }
 
@@ -90,8 +93,9 @@ Result<Shapes> cone(const btConeShape& shape) {
     out.half_height_m = static_cast<double>(shape.getHeight()) / 2;
     out.rounding_m = static_cast<double>(shape.getMargin());
     if (const Status s = check_extent(shape, "radius", out.radius_m); !s) return Error{s.error()};
-    if (const Status s = check_extent(shape, "half height", out.half_height_m); !s)
+    if (const Status s = check_extent(shape, "half height", out.half_height_m); !s) {
         return Error{s.error()};
+    }
     if (const Status s = check_margin(shape, out.rounding_m); !s) return Error{s.error()};
     return Shapes{out};
 }
@@ -106,8 +110,9 @@ Result<Shapes> static_plane(const btStaticPlaneShape& shape, const GridBall& gri
     const Vec3 normal = from_bullet(shape.getPlaneNormal());
     const double norm = length(normal);
     const double constant = static_cast<double>(shape.getPlaneConstant());
-    if (!(std::isfinite(norm) && norm > 0 && std::isfinite(constant)))
+    if (!(std::isfinite(norm) && norm > 0 && std::isfinite(constant))) {
         return Error{shape_name(shape) + ": normal or constant is zero or not finite"};
+    }
     const Vec3 n = normal * (1 / norm);
     const double radius = kPlaneBoxSlack * grid.radius_m;
     const double above = dot(n, grid.center_m) - constant;
@@ -132,17 +137,21 @@ void scale_about_origin(ConvexShape& shape, double s) {
 
 Result<Shapes> uniform_scaling(const btUniformScalingShape& shape, const GridBall& grid) {
     const double s = static_cast<double>(shape.getUniformScalingFactor());
-    if (!(std::isfinite(s) && s > 0))
+    if (!(std::isfinite(s) && s > 0)) {
         return Error{shape_name(shape) + ": scaling factor is " + std::to_string(s) +
                      ", must be finite and above 0"};
+    }
     const btConvexShape& scaled = *shape.getChildShape();
-    if (scaled.getShapeType() == TRIANGLE_SHAPE_PROXYTYPE)
+    if (scaled.getShapeType() == TRIANGLE_SHAPE_PROXYTYPE) {
         return triangle(static_cast<const btTriangleShape&>(scaled), s, grid);
+    }
     Result<Shapes> child = convert_shape(scaled, grid);
-    if (child && child->front().kind == ConvexShape::Kind::lattice)
+    if (child && child->front().kind == ConvexShape::Kind::lattice) {
         return support_solid(shape, grid);
-    if (child)
+    }
+    if (child) {
         for (ConvexShape& c : *child) scale_about_origin(c, s);
+    }
     return child;
 }
 
@@ -153,15 +162,17 @@ Result<Shapes> union_of(const btCollisionShape& shape, int count, const GridBall
     Shapes out;
     for (int i = 0; i < count; ++i) {
         const auto [local, child_shape] = child(i);
-        if (!is_finite(local))
+        if (!is_finite(local)) {
             return Error{shape_name(shape) + ": the transform of child " + std::to_string(i) +
                          " is not finite"};
+        }
         const GridBall grid_in_child{transform(inverse(local), grid.center_m), grid.radius_m,
                                      grid.voxel_m};
         Result<Shapes> converted = convert_shape(*child_shape, grid_in_child);
-        if (!converted)
+        if (!converted) {
             return Error{shape_name(shape) + ", child " + std::to_string(i) + ": " +
                          converted.error()};
+        }
         for (ConvexShape& c : *converted) {
             c.local = local * c.local;
             out.push_back(std::move(c));
@@ -219,10 +230,12 @@ Result<Shapes> convert_shape(const btCollisionShape& shape, const GridBall& grid
         default:
             break;
     }
-    if (is_support_shape(shape))
+    if (is_support_shape(shape)) {
         return support_solid(static_cast<const btConvexShape&>(shape), grid);
-    if (is_gimpact_compound(shape))
+    }
+    if (is_gimpact_compound(shape)) {
         return gimpact_compound(static_cast<const btGImpactCompoundShape&>(shape), grid);
+    }
     if (is_mesh(shape)) return named(shape, convert_mesh(shape, grid));
     return Error{shape_name(shape) +
                  ": this type is not supported by the soil; it has no solid, or none that Bullet "

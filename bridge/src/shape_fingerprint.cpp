@@ -76,14 +76,17 @@ void add_shape(Fingerprint& print, const btCollisionShape& shape, const GridBall
         }
         print.add(grid.voxel_m);
     }
-    if (type == CONVEX_TRIANGLEMESH_SHAPE_PROXYTYPE)
+    if (type == CONVEX_TRIANGLEMESH_SHAPE_PROXYTYPE) {
         add_mesh(print, *static_cast<const btConvexTriangleMeshShape&>(shape).getMeshInterface());
-    if (is_support_shape(shape) || type == MULTI_SPHERE_SHAPE_PROXYTYPE)
+    }
+    if (is_support_shape(shape) || type == MULTI_SPHERE_SHAPE_PROXYTYPE) {
         add_grid(print, shape, grid);
+    }
     if (is_support_shape(shape)) {
         const auto& convex = static_cast<const btConvexShape&>(shape);
-        for (int i = 0; i < kSphereDirectionCount; i += kSphereDirectionCount / 50)
+        for (int i = 0; i < kSphereDirectionCount; i += kSphereDirectionCount / 50) {
             print.add(convex.localGetSupportingVertex(to_bullet(sphere_direction(i))));
+        }
     }
     btVector3 low, high;
     shape.getAabb(btTransform::getIdentity(), low, high);
@@ -91,10 +94,12 @@ void add_shape(Fingerprint& print, const btCollisionShape& shape, const GridBall
     print.add(high);
     print.add(shape.getLocalScaling());
     print.add(static_cast<double>(shape.getMargin()));
-    if (type == CONVEX_HULL_SHAPE_PROXYTYPE)
+    if (type == CONVEX_HULL_SHAPE_PROXYTYPE) {
         add_points(print, static_cast<const btConvexHullShape&>(shape));
-    if (type == CONVEX_POINT_CLOUD_SHAPE_PROXYTYPE)
+    }
+    if (type == CONVEX_POINT_CLOUD_SHAPE_PROXYTYPE) {
         add_points(print, static_cast<const btConvexPointCloudShape&>(shape));
+    }
 }
 
 }  // namespace

@@ -76,10 +76,12 @@ Status check_fraction(const char* field, double value) {
 }  // namespace
 
 Status SoilActionDef::validate() const {
-    for (size_t i = 0; i < ignored.size(); ++i)
-        if (!ignored[i])
+    for (size_t i = 0; i < ignored.size(); ++i) {
+        if (!ignored[i]) {
             return Error{"SoilActionDef::ignored[" + std::to_string(i) +
                          "] is null, must be an object"};
+        }
+    }
     if (Status s = check_fraction("wake_limit_fraction", wake_limit_fraction); !s) return s;
     return check_fraction("wake_weight_fraction", wake_weight_fraction);
 }
@@ -102,8 +104,9 @@ struct SoilAction::Impl {
               world, collector, coupling, ground, soil->def().voxel_m,
               [this](Vec3 world_m) { return surface_at(world_m); })) {
         named_conditions.reserve(limits::kConditionCapacity + 32);
-        for (const btCollisionObject* object : options.ignored)
+        for (const btCollisionObject* object : options.ignored) {
             collector.set_options(*object, {.ignored = true});
+        }
     }
 
     std::optional<SurfacePoint> surface_at(Vec3 world_m) const;
@@ -180,10 +183,11 @@ SoilAction::SoilAction(std::unique_ptr<Impl> impl, const SoilActionDef& options)
     d.anchor = std::make_unique<WorldAnchor>(
         *d.world, to_bullet(0.5 * (d.box.min + d.box.max)), [&d] { d.open_substep(); },
         forget_world, d.soil->frame());
-    if (options.ground)
+    if (options.ground) {
         d.ground = std::make_unique<SoilGround>(
             *d.world, d.surface, d.soil->frame(), options,
             [&d](const btCollisionObject& object) { return d.collector.is_coupled(object); });
+    }
     d.world->addAction(this);
 }
 
@@ -218,8 +222,9 @@ std::vector<ObjectCondition> SoilAction::conditions() const {
     std::vector<ObjectCondition> out;
     for (const Condition& condition : impl_->soil->conditions()) {
         Impl::NamedCondition named;
-        if (out.size() < impl_->named_conditions.size())
+        if (out.size() < impl_->named_conditions.size()) {
             named = impl_->named_conditions[out.size()];
+        }
         // The soil may have been given another state behind our back.
         const bool is_same =
             named.body == condition.body && named.first_step == condition.first_step;
@@ -231,8 +236,9 @@ std::vector<ObjectCondition> SoilAction::conditions() const {
 BodyReport SoilAction::body_report(const btCollisionObject& object) const {
     const int id = body_id(object);
     BodyReport out = impl_->coupling.report(id);
-    for (const BodyLoad& load : impl_->report.loads)
+    for (const BodyLoad& load : impl_->report.loads) {
         if (load.body == id) out.load_kg = load.mass_kg;
+    }
     return out;
 }
 
@@ -287,10 +293,12 @@ Result<std::function<void()>> SnapshotAccess::prepare(SoilAction& action,
     list(stream, saved->report, saved->loads);
     saved->memory.serialize(stream, *d.world);
     const double step_s = d.soil->def().step_s;
-    if (!stream.at_end() || saved->step_count < 0 || std::abs(saved->unstepped_s) > step_s)
+    if (!stream.at_end() || saved->step_count < 0 || std::abs(saved->unstepped_s) > step_s) {
         return Error{"is damaged"};
-    if (const Status same = saved->memory.check_same_vehicles(*d.vehicles); !same)
+    }
+    if (const Status same = saved->memory.check_same_vehicles(*d.vehicles); !same) {
         return Error{same.error()};
+    }
     auto put_soil = d.soil->prepare(*soil);
     if (!put_soil) return Error{put_soil.error()};
     return std::function<void()>([&d, saved, put = std::move(*put_soil)] {
@@ -305,9 +313,10 @@ Result<std::function<void()>> SnapshotAccess::prepare(SoilAction& action,
         d.report.loads = d.loaded_loads;
         d.report.conditions = d.soil->conditions();
         d.named_conditions.clear();
-        for (const Condition& condition : d.report.conditions)
+        for (const Condition& condition : d.report.conditions) {
             d.named_conditions.push_back(
                 {d.collector.object_of(condition.body), condition.body, condition.first_step});
+        }
     });
 }
 
@@ -355,10 +364,11 @@ void SoilAction::updateAction(btCollisionWorld*, btScalar substep_s) {
     d.anchor->ensure_in_world();
     const double passed_s = static_cast<double>(substep_s);
     if (!std::isfinite(passed_s) || passed_s <= 0) return;
-    if (d.enabled)
+    if (d.enabled) {
         d.step_soil(passed_s);
-    else
+    } else {
         d.pause();
+    }
 }
 
 void SoilAction::Impl::pause() {
@@ -422,8 +432,9 @@ void SoilAction::Impl::take_report(int count, bool are_contacts_unchanged) {
 
 Result<SettleReport> SoilAction::settle(int steps_max) {
     Impl& d = *impl_;
-    if (!d.world || !d.anchor->world_exists())
+    if (!d.world || !d.anchor->world_exists()) {
         return Error{"the world of the soil has been emptied"};
+    }
     if (!d.enabled) return Error{"the soil is switched off: set_enabled(true) before settle()"};
     return d.settle(steps_max);
 }
@@ -448,8 +459,9 @@ void SoilAction::Impl::name_conditions() {
         return i < all.size() && named_conditions[i].body == all[i].body &&
                named_conditions[i].first_step == all[i].first_step;
     };
-    while (!named_conditions.empty() && !is_known(named_conditions.size() - 1))
+    while (!named_conditions.empty() && !is_known(named_conditions.size() - 1)) {
         named_conditions.pop_back();  // cleared since
+    }
     for (const Condition& condition : all.subspan(named_conditions.size())) {
         const auto bodies = collector.bodies();
         const auto whose = std::find_if(bodies.begin(), bodies.end(), [&](const BodyState& body) {

@@ -30,16 +30,18 @@ std::optional<SurfaceSoil> SoilBelow::at(Vec3 world_m) const {
     const std::optional<SurfacePoint> surface =
         surface_.at(at.x * frame.voxel_m, at.y * frame.voxel_m);
     if (surface &&
-        std::abs(surface->position_m.z / frame.voxel_m - top) < kCoupling.same_surface_voxels)
+        std::abs(surface->position_m.z / frame.voxel_m - top) < kCoupling.same_surface_voxels) {
         out.plane = {transform(frame.grid_to_world, surface->position_m),
                      rotate(frame.grid_to_world.rotation, surface->normal)};
-    else
+    } else {
         out.plane = {frame.to_world({at.x, at.y, top}), up_};
+    }
     out.material = beneath.material;
     const MaterialDef& material = soil_.materials()[static_cast<size_t>(beneath.material)];
-    if (material.has_density_range())
+    if (material.has_density_range()) {
         out.relative_density =
             std::clamp(material.relative_density(beneath.density_kg_m3), 0.0, 1.0);
+    }
     return out;
 }
 

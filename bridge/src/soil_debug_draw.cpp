@@ -27,9 +27,11 @@ void draw_grid(btIDebugDraw& drawer, const GridFrame& frame) {
                                          (c & 2) != 0 ? static_cast<double>(frame.size[1]) : 0.0,
                                          (c & 4) != 0 ? static_cast<double>(frame.size[2]) : 0.0}));
     };
-    for (int c = 0; c < 8; ++c)
-        for (const int axis : {1, 2, 4})
+    for (int c = 0; c < 8; ++c) {
+        for (const int axis : {1, 2, 4}) {
             if ((c & axis) == 0) drawer.drawLine(corner(c), corner(c | axis), grey);
+        }
+    }
 }
 
 void draw_spans(btIDebugDraw& drawer, const Soil& soil, std::span<const ContactVoxel> contacts) {
@@ -38,8 +40,9 @@ void draw_spans(btIDebugDraw& drawer, const Soil& soil, std::span<const ContactV
     for (const ContactVoxel& contact : contacts) {
         const Vec3 at = frame.to_grid(contact.center_m);
         const int x = static_cast<int>(at.x), y = static_cast<int>(at.y);
-        if (x >= 0 && x < frame.size[0] && y >= 0 && y < frame.size[1])
+        if (x >= 0 && x < frame.size[0] && y >= 0 && y < frame.size[1]) {
             tiles.insert({x / kTileSide, y / kTileSide});
+        }
     }
     const btVector3 brown = color(0.95, 0.7, 0.3);
     std::vector<float> volume, solid;
@@ -73,24 +76,28 @@ void draw_arrow(btIDebugDraw& drawer, Vec3 from, Vec3 way, const btVector3& shad
     const double aside_m = length(aside);
     if (aside_m <= 0) return;
     aside = aside * (0.5 * kArrowHead * length(way) / aside_m);
-    for (const Vec3 side : {aside, -aside})
+    for (const Vec3 side : {aside, -aside}) {
         drawer.drawLine(to_bullet(to), to_bullet(to - kArrowHead * way + side), shade);
+    }
 }
 
 void draw_contacts(btIDebugDraw& drawer, double voxel_m, std::span<const ContactVoxel> contacts,
                    std::span<const DrawnForce> forces) {
     const btVector3 pale = color(0.5, 0.8, 1.0), red = color(1.0, 0.2, 0.1);
-    for (const ContactVoxel& contact : contacts)
+    for (const ContactVoxel& contact : contacts) {
         drawer.drawLine(to_bullet(contact.position_m),
                         to_bullet(contact.position_m + contact.normal * (kNormalLength * voxel_m)),
                         pale);
+    }
     double largest_n = 0;
     for (const DrawnForce& drawn : forces) largest_n = std::max(largest_n, length(drawn.force_n));
     if (largest_n <= 0) return;
-    for (const DrawnForce& drawn : forces)
-        if (length(drawn.force_n) > kForceLeast * largest_n)
+    for (const DrawnForce& drawn : forces) {
+        if (length(drawn.force_n) > kForceLeast * largest_n) {
             draw_arrow(drawer, drawn.point_m, drawn.force_n * (kForceLongest * voxel_m / largest_n),
                        red);
+        }
+    }
 }
 
 }  // namespace
@@ -100,8 +107,9 @@ void draw_soil(btIDebugDraw& drawer, const Soil& soil, std::span<const ContactVo
     const int mode = drawer.getDebugMode();
     if ((mode & btIDebugDraw::DBG_DrawAabb) != 0) draw_grid(drawer, soil.frame());
     if ((mode & btIDebugDraw::DBG_DrawWireframe) != 0) draw_spans(drawer, soil, contacts);
-    if ((mode & btIDebugDraw::DBG_DrawNormals) != 0)
+    if ((mode & btIDebugDraw::DBG_DrawNormals) != 0) {
         draw_contacts(drawer, soil.frame().voxel_m, contacts, forces);
+    }
 }
 
 }  // namespace bsoil::bullet

@@ -91,8 +91,9 @@ void SoilGround::drop_stale_contacts() {
         // What the soil has begun to carry is not asked about any more, but its old contacts hold.
         if (!is_coupled_(*other) &&
             !surface_.has_changed(surface_.cell_at(from.x, from.y), surface_.cell_at(to.x, to.y),
-                                  from.z - reach_m, to.z))
+                                  from.z - reach_m, to.z)) {
             continue;
+        }
         dispatcher.clearManifold(&manifold);
         other->activate();
     }

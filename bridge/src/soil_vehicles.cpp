@@ -33,8 +33,9 @@ void SoilVehicles::remove(VehicleOnSoil& wheels) { std::erase(wheels_, &wheels);
 
 std::vector<VehicleOnSoil*> SoilVehicles::attached() const {
     std::vector<VehicleOnSoil*> out;
-    for (VehicleOnSoil* wheels : wheels_)
+    for (VehicleOnSoil* wheels : wheels_) {
         if (wheels->is_attached()) out.push_back(wheels);
+    }
     return out;
 }
 

@@ -53,8 +53,9 @@ SubstepRows::TangentialRows SubstepRows::tangential_rows(const ContactMotion& mo
     const Vec3 slide = tangential(motion.direction.velocity_at(p.shear_point_m), p.normal);
     const double sliding = length(slide);
     if (sliding <= kCoupling.sliding_share ||
-        -dot(friction_n, slide) <= kCoupling.mostly_yielded_share * limit_n * sliding)
+        -dot(friction_n, slide) <= kCoupling.mostly_yielded_share * limit_n * sliding) {
         return {along_friction(p.normal, friction_n, limit_n), 1};
+    }
     const Vec3 first = slide * (1 / sliding);
     const Vec3 now = tangential(motion.motion.velocity_at(p.shear_point_m), p.normal);
     const double speed = length(now);
@@ -79,10 +80,11 @@ PatchRow SubstepRows::row_of(const CoupledBody& coupled, const CoupledPatch& pat
         row.offset_m[i] = to_bullet(i == 0 ? patch.offset_m : patch.shear_offset_m);
         row.carrier_offset_m[i] =
             to_bullet(i == 0 ? patch.carrier_offset_m : patch.carrier_shear_offset_m);
-        if (is_driven)
+        if (is_driven) {
             row.carrier_velocity_m_s[i] = static_cast<btScalar>(
                 dot(carrier.body.motion.velocity_at(i == 0 ? p.point_m : p.shear_point_m),
                     directions[i]));
+        }
         row.lower_n[i] = static_cast<btScalar>(least_n - preload_n);
         row.upper_n[i] = static_cast<btScalar>(most_n - preload_n);
     }
@@ -97,8 +99,9 @@ void SubstepRows::find_touched() {
     for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
         const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
         const btCollisionObject *a = manifold.getBody0(), *b = manifold.getBody1();
-        if (manifold.getNumContacts() == 0 && (a->isStaticObject() || b->isStaticObject()))
+        if (manifold.getNumContacts() == 0 && (a->isStaticObject() || b->isStaticObject())) {
             continue;
+        }
         touched_.push_back(a);
         touched_.push_back(b);
     }
@@ -116,8 +119,9 @@ bool SubstepRows::is_touched(const btCollisionObject* object) const {
 void SubstepRows::preload(CoupledBody& coupled) {
     btRigidBody& body = *static_cast<btRigidBody*>(coupled.body.object);
     coupled.is_touched = is_touched(&body);
-    for (Carrier& carrier : coupled.carriers)
+    for (Carrier& carrier : coupled.carriers) {
         carrier.is_touched = carrier.is_rigid() && is_touched(carrier.body.object);
+    }
     Vec3 torque_n_m;
     for (CoupledPatch& patch : coupled.patches) {
         patch.preload_n = {};
@@ -133,8 +137,9 @@ void SubstepRows::preload(CoupledBody& coupled) {
         patch.preload_n = kCoupling.preload_share * (along - normal_n * p.normal);
         apply_preload(coupled, patch, 1);
         torque_n_m += patch.torque_n_m(patch.preload_n);
-        if (carrier.is_touched)
+        if (carrier.is_touched) {
             add_preload_torque(carrier.body, patch.carrier_torque_n_m(patch.preload_n));
+        }
     }
     if (coupled.is_touched) add_preload_torque(coupled.body, torque_n_m);
 }
@@ -178,8 +183,9 @@ void SubstepRows::open() {
         const bool feels =
             coupled.body.role == BodyRole::rigid || coupled.body.role == BodyRole::link;
         // Only now: what held it in the last substep its report has said until here.
-        if (coupled.patches.empty() && feels)
+        if (coupled.patches.empty() && feels) {
             coupled.report.force_n = coupled.report.torque_n_m = {};
+        }
         if (coupled.patches.empty() || !is_in_world(world_, coupled.body)) continue;
         // Until the soil has stepped without it, soil on a body that has gone stands where it was.
         for (Carrier& carrier : coupled.carriers) {
@@ -199,14 +205,18 @@ void SubstepRows::open() {
 
 void SubstepRows::open_body(CoupledBody& coupled) {
     coupled.pose_at_open = from_bullet(coupled.body.object->getWorldTransform());
-    for (Carrier& carrier : coupled.carriers)
-        if (carrier.feels())
+    for (Carrier& carrier : coupled.carriers) {
+        if (carrier.feels()) {
             carrier.pose_at_open = from_bullet(carrier.body.object->getWorldTransform());
+        }
+    }
     if (const auto torque = preload_torques_.find(coupled.body.id);
-        torque != preload_torques_.end())
+        torque != preload_torques_.end()) {
         put_in_preload_torque(torque->second);
-    for (size_t i = 0; i < coupled.patches.size(); ++i)
+    }
+    for (size_t i = 0; i < coupled.patches.size(); ++i) {
         if (!coupled.is_link_row(coupled.patches[i])) open_rigid_row(coupled, i);
+    }
     for (Carrier& carrier : coupled.carriers) open_link_rows(coupled, carrier);
 }
 
@@ -216,9 +226,10 @@ void SubstepRows::open_rigid_row(CoupledBody& coupled, size_t index) {
     auto* under = carrier.is_rigid() ? static_cast<btRigidBody*>(carrier.body.object) : nullptr;
     if (index >= coupled.rigid_rows.size()) coupled.rigid_rows.resize(index + 1);
     std::unique_ptr<RigidPatchConstraint>& rows = coupled.rigid_rows[index];
-    if (!rows || !rows->acts_on(under))
+    if (!rows || !rows->acts_on(under)) {
         rows = std::make_unique<RigidPatchConstraint>(
             *static_cast<btRigidBody*>(coupled.body.object), under);
+    }
     rows->set(row_of(coupled, patch));
     world_.addConstraint(rows.get());
     rigid_rows_in_.push_back(rows.get());
@@ -228,9 +239,10 @@ void SubstepRows::open_link_rows(CoupledBody& coupled, Carrier& carrier) {
     bool is_any = false;
     for (const CoupledPatch& patch : coupled.patches) {
         if (patch.patch.carrier != carrier.id || !coupled.is_link_row(patch)) continue;
-        if (!carrier.link_rows)
+        if (!carrier.link_rows) {
             carrier.link_rows = std::make_unique<LinkPatchConstraint>(
                 *coupled.body.object, carrier.feels() ? carrier.body.object : nullptr);
+        }
         if (!is_any) carrier.link_rows->clear();
         carrier.link_rows->add(row_of(coupled, patch));
         is_any = true;
@@ -278,12 +290,13 @@ void SubstepRows::close(btScalar substep_s) {
 }
 
 bool SubstepRows::read_forces(CoupledBody& coupled, btScalar substep_s, Vec3& torque_n_m) {
-    for (const CoupledPatch& patch : coupled.patches)
+    for (const CoupledPatch& patch : coupled.patches) {
         if (coupled.is_link_row(patch)) {
             if (!coupled.carrier_of(patch).link_rows->is_solved()) return false;
         } else if (!coupled.rigid_rows[&patch - coupled.patches.data()]->is_solved()) {
             return false;
         }
+    }
     int in_carrier = 0;
     for (size_t i = 0; i < coupled.patches.size(); ++i) {
         CoupledPatch& patch = coupled.patches[i];
@@ -302,8 +315,9 @@ bool SubstepRows::read_forces(CoupledBody& coupled, btScalar substep_s, Vec3& to
 }
 
 Vec3 Carrier::motion_in(double substep_s, Vec3 offset_m) const {
-    if (!feels())
+    if (!feels()) {
         return substep_s * body.motion.velocity_at(body.motion.center_of_mass_m + offset_m);
+    }
     const Pose pose = from_bullet(body.object->getWorldTransform());
     const Quat turn = pose.rotation * conjugate(pose_at_open.rotation);
     return pose.position - pose_at_open.position + rotate(turn, offset_m) - offset_m;
@@ -326,13 +340,15 @@ void SubstepRows::add_drift(CoupledBody& coupled, double substep_s) {
         double into = dot(patch.drift_m, n);
         const double approach = dot(moved, n);
         const double normal_n = -dot(patch.applied_force_n, n);
-        if (approach < 0 || normal_n < kCoupling.yielded_share * patch.patch.normal_limit_n)
+        if (approach < 0 || normal_n < kCoupling.yielded_share * patch.patch.normal_limit_n) {
             into = std::clamp(into + approach, 0.0, kCoupling.drift_most_m);
+        }
         const bool slides = length(tangential(patch.applied_force_n, n)) >=
                             kCoupling.yielded_share * patch.shear_limit_n();
         Vec3 along = slides ? Vec3{} : tangential(patch.drift_m, n) + tangential(sheared, n);
-        if (length(along) > kCoupling.drift_most_m)
+        if (length(along) > kCoupling.drift_most_m) {
             along = along * (kCoupling.drift_most_m / length(along));
+        }
         patch.drift_m = into * n + along;
     }
 }

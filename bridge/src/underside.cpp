@@ -51,8 +51,9 @@ double solid_distance_m(const ConvexShape& shape, Vec3 p) {
         }
         case ConvexShape::Kind::hull:
             distance_m = -HUGE_VAL;
-            for (const Plane& plane : shape.planes)
+            for (const Plane& plane : shape.planes) {
                 distance_m = std::max(distance_m, dot(plane.normal, p) - plane.offset);
+            }
             break;
         case ConvexShape::Kind::lattice:
             distance_m = shape.lattice->distance_m(p);
@@ -69,8 +70,9 @@ class Solids {
     double distance_m(Vec3 point) const {
         const Vec3 at = transform(to_body_, point);
         double least = HUGE_VAL;
-        for (const ConvexShape& shape : shapes_)
+        for (const ConvexShape& shape : shapes_) {
             least = std::min(least, solid_distance_m(shape, transform(inverse(shape.local), at)));
+        }
         return least;
     }
     Vec3 normal(Vec3 at, double step_m) const {
@@ -119,8 +121,9 @@ double sample_underside(std::span<const ConvexShape> shapes, const Pose& pose, c
     };
     // Most bodies of a heap lie above the soil.
     if (std::max({room_m(area.low[0], area.low[1]), room_m(area.high[0], area.low[1]),
-                  room_m(area.low[0], area.high[1]), room_m(area.high[0], area.high[1])}) <= 0)
+                  room_m(area.low[0], area.high[1]), room_m(area.high[0], area.high[1])}) <= 0) {
         return apart_m;
+    }
     for (int round = 0; round < kRounds; ++round) {
         out.clear();
         std::array<int, 2> count{};

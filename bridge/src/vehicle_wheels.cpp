@@ -9,17 +9,6 @@
 namespace bsoil::bullet {
 namespace {
 
-/// A rotation whose columns are these unit vectors at right angles.
-Quat rotation_of(Vec3 x, Vec3 y, Vec3 z) {
-    const btMatrix3x3 basis(
-        static_cast<btScalar>(x.x), static_cast<btScalar>(y.x), static_cast<btScalar>(z.x),
-        static_cast<btScalar>(x.y), static_cast<btScalar>(y.y), static_cast<btScalar>(z.y),
-        static_cast<btScalar>(x.z), static_cast<btScalar>(y.z), static_cast<btScalar>(z.z));
-    btQuaternion q;
-    basis.getRotation(q);
-    return {q.x(), q.y(), q.z(), q.w()};
-}
-
 double slip_of(double rim_m_s, double speed_m_s) {
     const double larger =
         std::max({std::abs(rim_m_s), std::abs(speed_m_s), kCoupling.slip_speed_m_s});
@@ -30,8 +19,9 @@ double slip_of(double rim_m_s, double speed_m_s) {
 /// The largest force along `up` that the patches can give.
 double bearing_of(std::span<const ContactPatch> patches, Vec3 up) {
     double bearing_n = 0;
-    for (const ContactPatch& p : patches)
+    for (const ContactPatch& p : patches) {
         bearing_n += p.normal_limit_n * std::max(0.0, -dot(p.normal, up));
+    }
     return bearing_n;
 }
 
@@ -62,17 +52,19 @@ Status VehicleWheels::attach(btRaycastVehicle& vehicle, std::span<const SoilWhee
     if (!vehicles) return Error{"SoilRaycaster::attach: the SoilAction is gone"};
     const int count = vehicle.getNumWheels();
     if (count == 0) return Error{"SoilRaycaster::attach: the vehicle has no wheels yet"};
-    if (static_cast<int>(defs.size()) != count)
+    if (static_cast<int>(defs.size()) != count) {
         return Error{"SoilRaycaster::attach: " + std::to_string(defs.size()) +
                      " wheels are described, the vehicle has " + std::to_string(count)};
+    }
     std::vector<Wheel> wheels;
     for (int i = 0; i < count; ++i) {
         const std::string where = "wheel " + std::to_string(i) + ": ";
         if (Status s = defs[i].validate(); !s) return Error{where + s.error()};
         const auto radius_m = static_cast<double>(vehicle.getWheelInfo(i).m_wheelsRadius);
-        if (!(radius_m >= 1e-3 && radius_m <= 100))
+        if (!(radius_m >= 1e-3 && radius_m <= 100)) {
             return Error{where + "m_wheelsRadius is " + std::to_string(radius_m) +
                          ", must be 0.001..100"};
+        }
         ConvexShape shape;
         shape.kind = ConvexShape::Kind::cylinder;
         shape.radius_m = radius_m;
@@ -86,8 +78,9 @@ Status VehicleWheels::attach(btRaycastVehicle& vehicle, std::span<const SoilWhee
     for (Wheel& wheel : wheels) {
         wheel.id = vehicles->collector().take_id();
         if (wheel.id >= 0) continue;
-        for (const Wheel& other : wheels)
+        for (const Wheel& other : wheels) {
             if (other.id >= 0) vehicles->collector().give_back_id(other.id);
+        }
         return Error{"SoilRaycaster::attach: more bodies than there are ids"};
     }
     wheels_ = std::move(wheels);
@@ -96,8 +89,9 @@ Status VehicleWheels::attach(btRaycastVehicle& vehicle, std::span<const SoilWhee
 }
 
 void VehicleWheels::detach() {
-    if (const auto vehicles = soil_.lock())
+    if (const auto vehicles = soil_.lock()) {
         for (const Wheel& wheel : wheels_) vehicles->collector().give_back_id(wheel.id);
+    }
     wheels_.clear();
     vehicle_ = nullptr;
 }
@@ -179,9 +173,10 @@ void VehicleWheels::solve(Wheel& wheel, const btWheelInfo& info, double substep_
     contact.patches = vehicles->coupling().wheel_patches(wheel.id);
     contact.center_m = wheel.contact_center_m;
     const double bearing_n = bearing_of(contact.patches, wheel.up);
-    if (bearing_n > 0)
+    if (bearing_n > 0) {
         contact.stiffness_n_m =
             bearing_n / (kCoupling.wheel_stiffening_voxels * vehicles->voxel_m());
+    }
     contact.last_force_n = wheel.forces.normal_n * wheel.up + share_of_last_n(wheel);
     wheel.forces = solve_wheel(state, contact, substep_s, wheel.patch_normal_n);
     vehicles->coupling().set_wheel_forces(wheel.id, wheel.patch_normal_n);
@@ -193,15 +188,17 @@ void VehicleWheels::solve(Wheel& wheel, const btWheelInfo& info, double substep_
     const double gravity_m_s2 = vehicles->coupling().soil().gravity_m_s2;
     const double fall_m = substep_s * (gravity_m_s2 * substep_s - std::min(0.0, state.rise_m_s));
     double most_m = state.length_m + fall_m;
-    if (contact.patches.empty() && length_m > most_m)
+    if (contact.patches.empty() && length_m > most_m) {
         most_m = std::max(most_m, touching_length_m(wheel, info));
+    }
     // What does not speed up the wheel does not hold up the chassis.
-    if (length_m > most_m)
+    if (length_m > most_m) {
         wheel.strut_most_n = wheel.forces.normal_n + state.mass_kg * gravity_m_s2;
-    else if (wheel.forces.is_at_end)
+    } else if (wheel.forces.is_at_end) {
         wheel.strut_most_n = wheel.forces.strut_n;
-    else
+    } else {
         wheel.strut_most_n = WheelMemory::kNoLimitN;
+    }
     length_m = std::min(length_m, most_m);
     wheel.length_m = std::clamp(length_m, state.length_least_m, state.length_most_m);
     wheel.rise_m_s = (state.length_m - wheel.length_m) / substep_s;
@@ -243,8 +240,9 @@ void VehicleWheels::hold(Wheel& wheel, const btWheelInfo& info, double substep_s
 /// A chassis that sleeps stands as it stood, until the soil below is dug away.
 void VehicleWheels::wake_if_weak(const Wheel& wheel) const {
     const auto patches = soil_.lock()->coupling().wheel_patches(wheel.id);
-    if (bearing_of(patches, wheel.up) < kCoupling.wheel_wake_share * wheel.forces.normal_n)
+    if (bearing_of(patches, wheel.up) < kCoupling.wheel_wake_share * wheel.forces.normal_n) {
         vehicle_->getRigidBody()->activate();
+    }
 }
 
 /// Where the wheel is now, for the soil.
@@ -302,8 +300,9 @@ void* VehicleWheels::cast(const btVector3& from, const btVector3& to,
     const auto substep_s = static_cast<double>(world_->getSolverInfo().m_timeStep);
     const int index = vehicle_ ? find(from, to) : -1;
     if (index < 0 || !vehicles || !(substep_s > 0) ||
-        vehicle_->getRigidBody()->isStaticOrKinematicObject())
+        vehicle_->getRigidBody()->isStaticOrKinematicObject()) {
         return answer_rigid();
+    }
     Wheel& wheel = wheels_[index];
     btWheelInfo& info = vehicle_->getWheelInfo(index);
 
@@ -312,8 +311,9 @@ void* VehicleWheels::cast(const btVector3& from, const btVector3& to,
     const Vec3 axle =
         from_bullet(info.m_raycastInfo.m_wheelAxleWS.rotate(to_bullet(wheel.up), info.m_steering));
     const Vec3 across = axle - dot(axle, wheel.up) * wheel.up;
-    if (!is_finite(wheel.up) || !is_finite(across) || !(length(across) > 1e-3))
+    if (!is_finite(wheel.up) || !is_finite(across) || !(length(across) > 1e-3)) {
         return answer_rigid();
+    }
     wheel.axle = across * (1 / length(across));
     wheel.forward = cross(wheel.up, wheel.axle);
 
@@ -322,12 +322,13 @@ void* VehicleWheels::cast(const btVector3& from, const btVector3& to,
     if (!wheel.is_placed) put_down(wheel, info);
     const bool is_awake = vehicle_->getRigidBody()->isActive();
     const double length_before_m = wheel.length_m;
-    if (!wheel.has_met_soil)
+    if (!wheel.has_met_soil) {
         hold(wheel, info, substep_s);
-    else if (is_awake)
+    } else if (is_awake) {
         solve(wheel, info, substep_s);
-    else
+    } else {
         wake_if_weak(wheel);
+    }
     const double rigid_m =
         rigid ? static_cast<double>(ray.m_closestHitFraction) * ray_m - radius_m : HUGE_VAL;
     if (rigid_m <= wheel.length_m) {
@@ -359,8 +360,9 @@ void VehicleWheels::lend(Wheel& wheel, btWheelInfo& info) {
     lent.friction_slip = info.m_frictionSlip;
     lent.force_most = info.m_maxSuspensionForce;
     info.m_engineForce = info.m_brake = info.m_frictionSlip = 0;
-    if (wheel.strut_most_n < static_cast<double>(info.m_maxSuspensionForce))
+    if (wheel.strut_most_n < static_cast<double>(info.m_maxSuspensionForce)) {
         info.m_maxSuspensionForce = static_cast<btScalar>(std::max(0.0, wheel.strut_most_n));
+    }
     lent.force_most_given = info.m_maxSuspensionForce;
 }
 
@@ -435,8 +437,9 @@ void VehicleWheels::close_substep() {
             info.m_deltaRotation = static_cast<btScalar>(wheel.spin_rad_s * wheel.substep_s);
             info.m_rotation = wheel.rotation_before + info.m_deltaRotation;
         }
-        if (wheel.report.is_on_soil)
+        if (wheel.report.is_on_soil) {
             info.m_skidInfo = static_cast<btScalar>(1 - std::abs(wheel.report.slip));
+        }
     }
 }
 

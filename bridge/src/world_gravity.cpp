@@ -20,10 +20,12 @@ constexpr double kSameAxis = 0.7071;
 std::string unit_hint(double ratio) {
     constexpr std::pair<double, const char*> kUnits[] = {{100, "centimetres"},
                                                          {1000, "millimetres"}};
-    for (const auto& [per_metre, unit] : kUnits)
-        if (std::abs(ratio / per_metre - 1) <= kSameGravity)
+    for (const auto& [per_metre, unit] : kUnits) {
+        if (std::abs(ratio / per_metre - 1) <= kSameGravity) {
             return std::string(": a world in ") + unit +
                    "? The soil's units are SI; give the world metres and kilograms";
+        }
+    }
     return "";
 }
 
@@ -51,9 +53,10 @@ Status check_gravity(const btDiscreteDynamicsWorld& world, const SoilDef& def) {
     const bool y_up = def.up == UpAxis::y;
     const double along = -(y_up ? here.y : here.z);
     const std::string cure = "; give the soil the world's, and set the world's before it is made";
-    if (along < kSameAxis * length(here))
+    if (along < kSameAxis * length(here)) {
         return Error{std::string("up is ") + (y_up ? "y" : "z") + ", but the world's gravity is " +
                      text_of(here) + cure};
+    }
     const std::string hint = unit_hint(length(here) / std::max(def.gravity_m_s2, 1e-3));
     return Error{"gravity_m_s2 is " + std::to_string(def.gravity_m_s2) +
                  " along -up, but the world's gravity is " + text_of(here) +

@@ -34,15 +34,19 @@ std::string difference(const ObjectKind& saved, const ObjectKind& here) {
         return std::string(what) + " " + std::to_string(b) + ", in the snapshot " +
                std::to_string(a);
     };
-    if (saved.internal_type != here.internal_type)
+    if (saved.internal_type != here.internal_type) {
         return differ("internal type", saved.internal_type, here.internal_type);
-    if (saved.shape_type != here.shape_type)
+    }
+    if (saved.shape_type != here.shape_type) {
         return differ("shape type", saved.shape_type, here.shape_type);
+    }
     if (saved.shape != here.shape) return "a shape of other dimensions than in the snapshot";
-    if (std::abs(saved.mass_kg - here.mass_kg) > kSameMass * here.mass_kg)
+    if (std::abs(saved.mass_kg - here.mass_kg) > kSameMass * here.mass_kg) {
         return differ("mass_kg", saved.mass_kg, here.mass_kg);
-    if (saved.user_index != here.user_index)
+    }
+    if (saved.user_index != here.user_index) {
         return differ("user index", saved.user_index, here.user_index);
+    }
     if (saved.flags != here.flags) return differ("collision flags", saved.flags, here.flags);
     return {};
 }
@@ -55,8 +59,9 @@ void ObjectKind::list(StateStream& stream) {
 
 std::vector<ObjectKind> object_kinds(const btCollisionWorld& world) {
     std::vector<ObjectKind> kinds;
-    for (int i = 0; i < world.getNumCollisionObjects(); ++i)
+    for (int i = 0; i < world.getNumCollisionObjects(); ++i) {
         kinds.push_back(kind_of(*world.getCollisionObjectArray()[i]));
+    }
     return kinds;
 }
 
@@ -64,14 +69,16 @@ Status check_same_objects(const std::vector<ObjectKind>& saved, const btCollisio
     const std::vector<ObjectKind> here = object_kinds(world);
     for (size_t i = 0; i < std::min(saved.size(), here.size()); ++i) {
         const std::string differs = difference(saved[i], here[i]);
-        if (!differs.empty())
+        if (!differs.empty()) {
             return Error{"is of another world: object " + std::to_string(i) + " has here " +
                          differs};
+        }
     }
-    if (saved.size() != here.size())
+    if (saved.size() != here.size()) {
         return Error{"is of another world: " + std::to_string(saved.size()) +
                      " collision objects in the snapshot, " + std::to_string(here.size()) +
                      " here"};
+    }
     return Done{};
 }
 

@@ -33,8 +33,9 @@ Status save_world(btDiscreteDynamicsWorld& world, std::span<SoilAction* const> s
         for (SnapshotSection& part : *parts) sections.push_back(std::move(part));
     }
     for (const SnapshotSection& section : host) {
-        if (section.name.rfind(kHostPrefix, 0) != 0)
+        if (section.name.rfind(kHostPrefix, 0) != 0) {
             return refusal(path, "section '" + section.name + "' of the host must begin with host");
+        }
         sections.push_back(section);
     }
     return write_snapshot_file(path, sections);
@@ -52,11 +53,13 @@ Status load_world(btDiscreteDynamicsWorld& world, std::span<SoilAction* const> s
     std::vector<ObjectKind> kinds;
     stream.list(kinds, 32, [&](ObjectKind& kind) { kind.list(stream); });
     if (!stream.at_end()) return refusal(path, "is damaged");
-    if (const Status same = check_same_objects(kinds, world); !same)
+    if (const Status same = check_same_objects(kinds, world); !same) {
         return refusal(path, same.error());
+    }
     if (find_section(*sections, "soil." + std::to_string(std::max<size_t>(soils.size(), 1))) ||
-        (soils.empty() && find_section(*sections, "soil")))
+        (soils.empty() && find_section(*sections, "soil"))) {
         return refusal(path, "is of a world with more soils");
+    }
     for (SoilAction* soil : soils) SnapshotAccess::close_substep(*soil);
     std::vector<std::function<void()>> puts;
     for (size_t i = 0; i < soils.size(); ++i) {

@@ -56,9 +56,11 @@ struct WorldAccess : btDiscreteDynamicsWorld {
 std::vector<btRaycastVehicle*> vehicles_of(btDiscreteDynamicsWorld& world) {
     std::vector<btRaycastVehicle*> vehicles;
     const auto& actions = WorldAccess::actions(world);
-    for (int i = 0; i < actions.size(); ++i)
-        if (auto* vehicle = dynamic_cast<btRaycastVehicle*>(actions[i]))
+    for (int i = 0; i < actions.size(); ++i) {
+        if (auto* vehicle = dynamic_cast<btRaycastVehicle*>(actions[i])) {
             vehicles.push_back(vehicle);
+        }
+    }
     return vehicles;
 }
 
@@ -90,9 +92,10 @@ void WorldState::same(const char* what, int64_t here) {
     int64_t saved = here;
     stream_(saved);
     if (!stream_.good() || saved == here) return;
-    if (mismatch_.empty())
+    if (mismatch_.empty()) {
         mismatch_ = std::string("is of another world: ") + std::to_string(saved) + " " + what +
                     " in the snapshot, " + std::to_string(here) + " here";
+    }
     stream_.refuse();
 }
 
@@ -129,8 +132,9 @@ void WorldState::serialize_rigid_body(btRigidBody& body) {
     list(stream_, body.*member(TotalTorque{}));
     btScalar inverse_mass = body.getInvMass();
     stream_(inverse_mass);
-    if (std::abs(inverse_mass - body.getInvMass()) > kSameMass * body.getInvMass())
+    if (std::abs(inverse_mass - body.getInvMass()) > kSameMass * body.getInvMass()) {
         return stream_.refuse();
+    }
     body.*member(InverseMass{}) = inverse_mass;
     if (stream_.reads()) {
         body.setLinearVelocity(linear);
@@ -145,8 +149,9 @@ void WorldState::serialize_rigid_body(btRigidBody& body) {
     if (had) body.getMotionState()->getWorldTransform(pose);
     list(stream_, pose);
     // Kinematic bodies follow theirs; with an offset in it, what is set is not quite what is read.
-    if (had && (stream_.reads() || body.isKinematicObject()))
+    if (had && (stream_.reads() || body.isKinematicObject())) {
         body.getMotionState()->setWorldTransform(pose);
+    }
 }
 
 void WorldState::serialize_multibody(btMultiBody& m) {
@@ -188,8 +193,9 @@ void WorldState::serialize_multibody(btMultiBody& m) {
     for (int i = 0; i < m.getNumLinks(); ++i) {
         btMultibodyLink& link = m.getLink(i);
         for (int k = 0; k < link.m_posVarCount; ++k) stream_(m.getJointPosMultiDof(i)[k]);
-        for (int k = 0; k < link.m_dofCount; ++k)
+        for (int k = 0; k < link.m_dofCount; ++k) {
             stream_(m.getJointVelMultiDof(i)[k], link.m_jointTorque[k]);
+        }
         list(stream_, link.m_appliedForce);
         list(stream_, link.m_appliedTorque);
         if (stream_.reads()) link.updateCacheMultiDof();
@@ -312,8 +318,9 @@ void WorldState::serialize() {
     same("multibody constraints",
          multibody_world ? multibody_world->getNumMultiBodyConstraints() : 0);
     if (multibody_world && stream_.good()) {
-        for (int i = 0; i < multibody_world->getNumMultibodies() && stream_.good(); ++i)
+        for (int i = 0; i < multibody_world->getNumMultibodies() && stream_.good(); ++i) {
             serialize_multibody(*multibody_world->getMultiBody(i));
+        }
         for (int i = 0; i < multibody_world->getNumMultiBodyConstraints() && stream_.good(); ++i) {
             btMultiBodyConstraint& constraint = *multibody_world->getMultiBodyConstraint(i);
             same("rows of a multibody constraint", constraint.getNumRows());
@@ -324,10 +331,12 @@ void WorldState::serialize() {
             }
         }
     }
-    for (int i = 0; i < world_.getNumCollisionObjects() && stream_.good(); ++i)
+    for (int i = 0; i < world_.getNumCollisionObjects() && stream_.good(); ++i) {
         serialize_object(*world_.getCollisionObjectArray()[i]);
-    for (int i = 0; i < world_.getNumConstraints() && stream_.good(); ++i)
+    }
+    for (int i = 0; i < world_.getNumConstraints() && stream_.good(); ++i) {
         serialize_constraint(*world_.getConstraint(i));
+    }
     const std::vector<btRaycastVehicle*> vehicles = vehicles_of(world_);
     same("vehicles", static_cast<int64_t>(vehicles.size()));
     for (size_t i = 0; i < vehicles.size() && stream_.good(); ++i) serialize_vehicle(*vehicles[i]);
@@ -342,16 +351,18 @@ Status check_world(btDiscreteDynamicsWorld& world, std::span<SoilAction* const> 
     for (int i = 0; i < actions.size(); ++i) {
         auto* soil = dynamic_cast<SoilAction*>(actions[i]);
         if (!soil) continue;
-        if (std::count(soils.begin(), soils.end(), soil) != 1)
+        if (std::count(soils.begin(), soils.end(), soil) != 1) {
             return Error{"the world has a soil that is not given, or given twice"};
+        }
         ++found;
     }
     if (found != soils.size()) return Error{"a soil that is given is not in the world"};
     for (int i = 0; i < world.getNumCollisionObjects(); ++i) {
         const int type = world.getCollisionObjectArray()[i]->getInternalType();
-        if (type == btCollisionObject::CO_SOFT_BODY || type == btCollisionObject::CO_HF_FLUID)
+        if (type == btCollisionObject::CO_SOFT_BODY || type == btCollisionObject::CO_HF_FLUID) {
             return Error{"object " + std::to_string(i) +
                          " is a soft body or a fluid, whose state is not saved"};
+        }
     }
     return check_contacts(world);
 }

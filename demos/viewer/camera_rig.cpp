@@ -13,6 +13,16 @@ Vec3 unit(Vec3 v) { return v * (1 / length(v)); }
 
 }  // namespace
 
+Sight sight_through(const render::Camera& camera, double across, double down, double aspect) {
+    const Vec3 ahead = unit(camera.target - camera.eye);
+    const Vec3 right = unit(cross(ahead, camera.up));
+    const Vec3 up = cross(right, ahead);
+    const double half = std::tan(camera.fov_rad / 2);
+    const double x = (2 * across - 1 - camera.shift) * half * aspect;
+    const double y = (1 - 2 * down) * half;
+    return {camera.eye, unit(ahead + right * x + up * y)};
+}
+
 CameraRig::CameraRig(const render::Camera& start) : start_(start) {
     const Vec3 up = unit(start.up);
     Vec3 back = start.eye - start.target;

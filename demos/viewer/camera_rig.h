@@ -7,6 +7,15 @@ namespace bsoil::viewer {
 
 enum class CameraMode { orbit, follow, cab };
 
+/// What a place of the picture looks along.
+struct Sight {
+    Vec3 from_m, direction;
+};
+
+/// Through a place of the picture, from its upper left corner: shares of its width and height, 0 to
+/// 1. `aspect` is width over height.
+Sight sight_through(const render::Camera& camera, double across, double down, double aspect);
+
 class CameraRig {
   public:
     explicit CameraRig(const render::Camera& start);

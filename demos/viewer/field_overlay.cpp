@@ -28,9 +28,10 @@ std::array<float, 3> ramp_color(double fraction) {
     const double at = std::clamp(fraction, 0.0, 1.0) * 7;
     const int i = std::min(6, static_cast<int>(at));
     std::array<float, 3> color{};
-    for (size_t c = 0; c < 3; ++c)
+    for (size_t c = 0; c < 3; ++c) {
         color[c] = static_cast<float>(
             std::pow(kRamp[i][c] + (at - i) * (kRamp[i + 1][c] - kRamp[i][c]), 2.2));
+    }
     return color;
 }
 
@@ -94,8 +95,9 @@ std::optional<double> FieldOverlay::value(const VoxelSample& s) const {
 }
 
 std::array<float, 3> FieldOverlay::color_of(double value, const VoxelSample& sample) const {
-    if (def_.field == Field::material)
+    if (def_.field == Field::material) {
         return soil_.materials()[static_cast<size_t>(sample.material)].color;
+    }
     return ramp_color((value - bar_.low) / std::max(1e-12, bar_.high - bar_.low));
 }
 
@@ -160,8 +162,9 @@ Mesh FieldOverlay::slice() const {
         for (const Vec3 p :
              {corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)}) {
             for (const double x : {p.x, p.y, p.z}) mesh.positions.push_back(static_cast<float>(x));
-            for (const double x : {normal.x, normal.y, normal.z})
+            for (const double x : {normal.x, normal.y, normal.z}) {
                 mesh.normals.push_back(static_cast<float>(x));
+            }
             mesh.colors.insert(mesh.colors.end(), color.begin(), color.end());
         }
         for (const uint32_t c : {0u, 1u, 2u, 0u, 2u, 3u}) mesh.indices.push_back(first + c);
@@ -170,10 +173,13 @@ Mesh FieldOverlay::slice() const {
     constexpr int kTileSide = 8;
     const int step_u = u == 2 ? frame.size[u] : kTileSide;
     const int step_v = v == 2 ? frame.size[v] : kTileSide;
-    for (int j0 = 0; j0 < frame.size[v]; j0 += step_v)
-        for (int i0 = 0; i0 < frame.size[u]; i0 += step_u)
-            for (int j = j0; j < std::min(frame.size[v], j0 + step_v); ++j)
+    for (int j0 = 0; j0 < frame.size[v]; j0 += step_v) {
+        for (int i0 = 0; i0 < frame.size[u]; i0 += step_u) {
+            for (int j = j0; j < std::min(frame.size[v], j0 + step_v); ++j) {
                 for (int i = i0; i < std::min(frame.size[u], i0 + step_u); ++i) add_voxel(i, j);
+            }
+        }
+    }
     return mesh;
 }
 

@@ -49,8 +49,9 @@ std::vector<Lever> find_levers(const scene::Scene& scene) {
         lever.joint = static_cast<int>(j);
         lever.slides = joint.kind == "slider";
         double speed = 0;
-        for (const scene::MotionItem& motion : scene.motions)
+        for (const scene::MotionItem& motion : scene.motions) {
             if (motion.joint == joint.name) speed = std::max(speed, fastest(motion));
+        }
         const bool rolls = is_wheel(joint, up);
         if (speed <= 0) speed = lever.slides ? kSlideSpeed : rolls ? kWheelSpeed : kTurnSpeed;
         if (joint.max_velocity) speed = std::min(speed, *joint.max_velocity);

@@ -40,8 +40,9 @@ void lay_out_transport(ViewState& state, Simulation& simulation, Widgets& widget
     ImGui::SameLine();
     orders.camera_reset |= widgets.button("Home", {third, 0});
     ImGui::SetNextItemWidth(-90);
-    if (widgets.slider("Pace", &state.pace, 0.05f, 4, "%.2fx", ImGuiSliderFlags_Logarithmic))
+    if (widgets.slider("Pace", &state.pace, 0.05f, 4, "%.2fx", ImGuiSliderFlags_Logarithmic)) {
         simulation.set_pace(static_cast<double>(state.pace));
+    }
     row("time", fmt::format("{:.2f} s   step {}", s.time_s, s.step_count));
     if (state.show_times) {
         const double real = s.steps_per_s * s.step_s;
@@ -54,20 +55,24 @@ void lay_out_camera(ViewState& state, Widgets& widgets) {
     constexpr const char* kModes[] = {"Orbit", "Follow", "Cab"};
     for (int m = 0; m < 3; ++m) {
         if (m > 0) ImGui::SameLine();
-        if (widgets.radio(kModes[m], static_cast<int>(state.camera_mode) == m))
+        if (widgets.radio(kModes[m], static_cast<int>(state.camera_mode) == m)) {
             state.camera_mode = static_cast<CameraMode>(m);
+        }
     }
     if (state.bodies.empty()) return;
     ImGui::SetNextItemWidth(-90);
     const auto current = static_cast<size_t>(state.body);
     if (widgets.combo("Body", state.bodies[current].c_str())) {
-        for (size_t b = 0; b < state.bodies.size(); ++b)
-            if (ImGui::Selectable(state.bodies[b].c_str(), b == current))
+        for (size_t b = 0; b < state.bodies.size(); ++b) {
+            if (ImGui::Selectable(state.bodies[b].c_str(), b == current)) {
                 state.body = static_cast<int>(b);
+            }
+        }
         ImGui::EndCombo();
     }
-    if (state.camera_mode == CameraMode::cab)
+    if (state.camera_mode == CameraMode::cab) {
         ImGui::DragFloat3("Eye [m]", state.cab_eye_m.data(), 0.02f, -10, 10, "%.2f");
+    }
 }
 
 void lay_out_tools(ViewState& state, Widgets& widgets) {
@@ -75,8 +80,9 @@ void lay_out_tools(ViewState& state, Widgets& widgets) {
     constexpr const char* kTools[] = {"Look", "Hand", "Dig", "Heap"};
     for (int t = 0; t < 4; ++t) {
         if (t > 0) ImGui::SameLine();
-        if (widgets.radio(kTools[t], static_cast<int>(state.tool) == t))
+        if (widgets.radio(kTools[t], static_cast<int>(state.tool) == t)) {
             state.tool = static_cast<Tool>(t);
+        }
     }
     if (state.tool == Tool::dig || state.tool == Tool::heap) {
         ImGui::SetNextItemWidth(-90);
@@ -180,8 +186,9 @@ void lay_out_show(ViewState& state, Simulation& simulation, Widgets& widgets) {
                 }
                 auto at = static_cast<float>(overlay.slice_at);
                 ImGui::SetNextItemWidth(-90);
-                if (widgets.slider("At", &at, 0, 1, "%.2f"))
+                if (widgets.slider("At", &at, 0, 1, "%.2f")) {
                     overlay.slice_at = static_cast<double>(at);
+                }
             }
         }
         if (!(overlay == state.overlay)) {
@@ -204,8 +211,9 @@ void lay_out_show(ViewState& state, Simulation& simulation, Widgets& widgets) {
     if (state.show_wireframe) mode |= btIDebugDraw::DBG_DrawWireframe;
     if (state.show_boxes) mode |= btIDebugDraw::DBG_DrawAabb;
     if (state.show_contacts) mode |= btIDebugDraw::DBG_DrawContactPoints;
-    if (state.show_joints)
+    if (state.show_joints) {
         mode |= btIDebugDraw::DBG_DrawConstraints | btIDebugDraw::DBG_DrawConstraintLimits;
+    }
     simulation.set_debug_mode(mode);
 }
 
@@ -294,8 +302,9 @@ void lay_out_conditions(const RunStatus& status) {
                  ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize |
                      ImGuiWindowFlags_NoFocusOnAppearing);
     const size_t first = status.conditions.size() > 5 ? status.conditions.size() - 5 : 0;
-    for (size_t c = first; c < status.conditions.size(); ++c)
+    for (size_t c = first; c < status.conditions.size(); ++c) {
         ImGui::TextUnformatted(status.conditions[c].c_str());
+    }
     ImGui::End();
 }
 

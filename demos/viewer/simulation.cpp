@@ -72,8 +72,9 @@ Status Simulation::start() {
     if (run_->has_soil()) {
         tiles_ = std::make_unique<SoilTiles>(run_->soil());
         soil_patches_ = std::make_unique<SurfacePatches>(*tiles_, SurfaceKind::soil);
-        if (!scene_.terrains.empty())
+        if (!scene_.terrains.empty()) {
             terrain_patches_ = std::make_unique<SurfacePatches>(*tiles_, SurfaceKind::terrain);
+        }
         units_in_.assign(run_->soil().materials().size(), 0);
         units_out_ = units_in_;
     }
@@ -110,9 +111,10 @@ void Simulation::work() {
             if (is_stopping_) return;
             // Ahead of the clock: sleep until the step is due, or something is asked for.
             const double early_s = due_s_ - now_s();
-            if (!is_paused_ && steps_asked_ == 0 && early_s > 0 && orders_.empty())
+            if (!is_paused_ && steps_asked_ == 0 && early_s > 0 && orders_.empty()) {
                 wake_.wait_for(lock, std::chrono::duration<double>(early_s),
                                [this] { return is_stopping_ || !orders_.empty(); });
+            }
             if (is_stopping_) return;
         }
         carry_out_orders();
@@ -167,8 +169,9 @@ void Simulation::publish() {
     const double start_s = now_s();
     WorldPicture picture;
     picture.world = world_;
-    for (const scene::SceneBody& body : run_->bullet().bodies())
+    for (const scene::SceneBody& body : run_->bullet().bodies()) {
         picture.bodies.push_back(body.pose());
+    }
     if (run_->has_soil()) {
         const FieldOverlay overlay(run_->soil(), overlay_);
         if (overlay_changed_) soil_patches_->touch_all();
@@ -179,9 +182,10 @@ void Simulation::publish() {
         soil_patches_->collect_grains(picture.grains);
         if (terrain_patches_) terrain_patches_->collect(picture.patches, {});
         const bool has_slice = overlay_.field != Field::none && overlay_.slice;
-        if (has_slice || had_slice_)
+        if (has_slice || had_slice_) {
             picture.patches.push_back(
                 {SurfaceKind::slice, 0, has_slice ? overlay.slice() : Mesh{}});
+        }
         had_slice_ = has_slice;
         if (has_slice) picture.slice = overlay.slice_plane();
         overlay_changed_ = false;
@@ -215,13 +219,17 @@ void Simulation::fill_status(RunStatus& status) const {
     status.bullet_ms = std::max(0.0, step_ms_ - soil_ms_);
     status.mesh_ms = mesh_ms_;
     const auto& bodies = run_->bullet().bodies();
-    for (size_t b = 0; b < bodies.size(); ++b)
+    for (size_t b = 0; b < bodies.size(); ++b) {
         status.forces_n.push_back(length(run_->readings()[b].force_n));
-    for (const scene::SceneJoint& joint : run_->bullet().joints())
+    }
+    for (const scene::SceneJoint& joint : run_->bullet().joints()) {
         status.levers.push_back({joint.position});
-    if (hand_->held())
-        for (const scene::SceneBody& body : bodies)
+    }
+    if (hand_->held()) {
+        for (const scene::SceneBody& body : bodies) {
             if (body.object == hand_->held()) status.hand_text = body.name;
+        }
+    }
     if (run_->has_soil()) {
         const StepReport& report = run_->action().last_report();
         status.stage_ms = report.stage_ms;
@@ -231,9 +239,10 @@ void Simulation::fill_status(RunStatus& status) const {
         status.units_text =
             fmt::format("{} at the start, {} in, {} out", sum_of(run_->totals_at_start().units),
                         sum_of(units_in_), sum_of(units_out_));
-        for (const scene::ProbeItem& probe : scene_.probes)
+        for (const scene::ProbeItem& probe : scene_.probes) {
             status.loads_kg.push_back(probe.kind == "mass_inside" ? run_->probe_mass_kg(probe)
                                                                   : 0.0);
+        }
         status.conditions = run_->condition_texts();
     }
     status.conditions.insert(status.conditions.begin(), notes_.begin(), notes_.end());
@@ -342,8 +351,9 @@ void Simulation::apply_tool_surface() {
         options.surface.adhesion_pa = tool_surface_.adhesion_pa >= 0
                                           ? tool_surface_.adhesion_pa
                                           : body.item->tool_adhesion_pa.value_or(-1);
-        if (const Status set = run_->action().set_options(*body.object, options); !set)
+        if (const Status set = run_->action().set_options(*body.object, options); !set) {
             note(set.error());
+        }
     }
 }
 
@@ -399,8 +409,9 @@ void Simulation::use_brush(Brush brush, double radius_m, Vec3 from_m, Vec3 to_m)
         heap.height_m = radius_m;
         if (!soil.fill(heap)) return;  // no room under the brush
         const SoilTotals after = soil.totals();
-        for (size_t m = 0; m < units_in_.size(); ++m)
+        for (size_t m = 0; m < units_in_.size(); ++m) {
             units_in_[m] += after.units[m] - before.units[m];
+        }
     });
 }
 

@@ -30,15 +30,17 @@ void SurfacePatches::collect(std::vector<SurfacePatch>& patches,
         const int tx1 = std::min(tx0 + kSide, mesher_.tile_count_x());
         const int ty1 = std::min(ty0 + kSide, mesher_.tile_count_y());
         uint64_t sum = 0;  // revisions only grow: so does their sum with any of them
-        for (int ty = ty0; ty < ty1; ++ty)
+        for (int ty = ty0; ty < ty1; ++ty) {
             for (int tx = tx0; tx < tx1; ++tx) sum += mesher_.tile_mesh_revision(tx, ty);
+        }
         if (sum == revision_sums_[static_cast<size_t>(p)]) continue;
         revision_sums_[static_cast<size_t>(p)] = sum;
         SurfacePatch patch;
         patch.kind = kind_;
         patch.index = p;
-        for (int ty = ty0; ty < ty1; ++ty)
+        for (int ty = ty0; ty < ty1; ++ty) {
             for (int tx = tx0; tx < tx1; ++tx) patch.mesh.append(mesher_.tile_mesh(tx, ty));
+        }
         if (color) color(patch.mesh);
         patches.push_back(std::move(patch));
     }

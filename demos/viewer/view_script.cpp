@@ -54,11 +54,13 @@ Result<ViewScript> ViewScript::read(const std::string& path) {
         Action action{number, words_of(line)};
         if (action.words.empty() || action.words[0][0] == '#') continue;
         const auto known = argument_counts().find(action.words[0]);
-        if (known == argument_counts().end())
+        if (known == argument_counts().end()) {
             return Error{fmt::format("{}:{}: no action `{}`", path, number, action.words[0])};
-        if (action.words.size() != known->second + 1)
+        }
+        if (action.words.size() != known->second + 1) {
             return Error{fmt::format("{}:{}: `{}` takes {} words, {} given", path, number,
                                      action.words[0], known->second, action.words.size() - 1)};
+        }
         script.actions_.push_back(std::move(action));
     }
     return script;
@@ -95,9 +97,10 @@ void ViewScript::expand(const Action& action, const Widgets& widgets, ImVec2 win
         if (!place) return fail(action, "no widget `" + word(1) + "` is shown");
         ImVec2 at{0.5f * (place->low.x + place->high.x), 0.5f * (place->low.y + place->high.y)};
         // Within the bar: its very ends belong to what is beside it.
-        if (verb == "slide")
+        if (verb == "slide") {
             at.x =
                 place->low.x + std::clamp(number(2), 0.01f, 0.99f) * (place->high.x - place->low.x);
+        }
         press(at, 0);
     } else if (verb == "drag") {
         const int button = word(1) == "left" ? 0 : word(1) == "right" ? 1 : 2;
@@ -106,16 +109,18 @@ void ViewScript::expand(const Action& action, const Widgets& widgets, ImVec2 win
                           window.y * (number(3) + share * (number(5) - number(3)))};
         };
         point_at(point(0));
-        for (int f = 0; f <= kFramesOfDrag; ++f)
+        for (int f = 0; f <= kFramesOfDrag; ++f) {
             point_at(point(static_cast<float>(f) / kFramesOfDrag), button);
+        }
         point_at(point(1));
         point_at(ImVec2{-1, -1});
     } else if (verb == "wheel") {
         point_at(ImVec2{0.6f * window.x, 0.5f * window.y});
         point_at(ImVec2{0.6f * window.x, 0.5f * window.y}, -1, number(1));
     } else if (verb == "key" || verb == "hold") {
-        if (SDL_GetScancodeFromName(word(1).c_str()) == SDL_SCANCODE_UNKNOWN)
+        if (SDL_GetScancodeFromName(word(1).c_str()) == SDL_SCANCODE_UNKNOWN) {
             return fail(action, "no key `" + word(1) + "`");
+        }
         Frame down, held, up;
         down.key = up.key = word(1);
         down.key_down = true;

@@ -40,11 +40,6 @@ bool is_software(const std::string& device) {
            device.find("SwiftShader") != std::string::npos;
 }
 
-/// What a pointer at a place of the window looks along.
-struct Sight {
-    Vec3 from_m, direction;
-};
-
 class Viewer {
   public:
     Viewer(const scene::Scene& scene, const ViewDef& def)
@@ -64,7 +59,6 @@ class Viewer {
     void draw();
     render::View view() const;
     render::Camera shown_camera() const;
-    Sight sight_at(ImVec2 pointer) const;
     Pose camera_body() const;
     float stick(SDL_GameControllerAxis axis) const;
 
@@ -138,11 +132,13 @@ Status Viewer::open() {
     state_.deflections = state_.lever_values;
     sent_levers_.resize(state_.levers.size());
     state_.histories.push_back({"soil's force on the body", "N", {}});
-    for (const scene::ProbeItem& probe : scene_.probes)
+    for (const scene::ProbeItem& probe : scene_.probes) {
         if (probe.kind == "mass_inside") state_.histories.push_back({probe.name, "kg", {}});
+    }
     state_.histories.push_back({"active blocks", "", {}});
-    for (int p = 0; p < SDL_NumJoysticks() && !pad_; ++p)
+    for (int p = 0; p < SDL_NumJoysticks() && !pad_; ++p) {
         if (SDL_IsGameController(p)) pad_ = SDL_GameControllerOpen(p);
+    }
     return Done{};
 }
 
@@ -184,10 +180,11 @@ void Viewer::upload(const WorldPicture& picture) {
     }
     for (const SurfacePatch& patch : picture.patches) {
         render::MeshId& mesh = patches_[{patch.kind, patch.index}];
-        if (mesh.value != 0)
+        if (mesh.value != 0) {
             renderer_->set_mesh(mesh, patch.mesh);
-        else
+        } else {
             mesh = renderer_->add_mesh(patch.mesh);
+        }
     }
 }
 
@@ -210,8 +207,9 @@ void Viewer::take_picture() {
             state_.histories[h++].add(body < forces.size() ? forces[body] : 0);
             size_t load = 0;
             for (const scene::ProbeItem& probe : scene_.probes) {
-                if (probe.kind == "mass_inside" && load < state_.status.loads_kg.size())
+                if (probe.kind == "mass_inside" && load < state_.status.loads_kg.size()) {
                     state_.histories[h++].add(state_.status.loads_kg[load]);
+                }
                 ++load;
             }
             state_.histories[h].add(state_.status.block_active_count);
@@ -229,8 +227,9 @@ Pose Viewer::camera_body() const {
 /// The target is in the middle of what panels leave free.
 render::Camera Viewer::shown_camera() const {
     render::Camera camera = camera_.camera(camera_body());
-    if (state_.show_panels)
+    if (state_.show_panels) {
         camera.shift = std::min(0.5, static_cast<double>(kPanelWidth) / window_->width());
+    }
     return camera;
 }
 
@@ -279,28 +278,13 @@ render::View Viewer::view() const {
     return view;
 }
 
-Sight Viewer::sight_at(ImVec2 pointer) const {
-    const render::Camera camera = shown_camera();
-    const ImVec2 size = ImGui::GetIO().DisplaySize;
-    const Vec3 way = camera.target - camera.eye;
-    const Vec3 ahead = way * (1 / length(way));
-    Vec3 right = cross(ahead, camera.up);
-    right = right * (1 / length(right));
-    const Vec3 up = cross(right, ahead);
-    const double half = std::tan(camera.fov_rad / 2);
-    const double x =
-        (2.0 * static_cast<double>(pointer.x) / static_cast<double>(size.x) - 1 - camera.shift) *
-        half * static_cast<double>(size.x) / static_cast<double>(size.y);
-    const double y =
-        (1 - 2.0 * static_cast<double>(pointer.y) / static_cast<double>(size.y)) * half;
-    const Vec3 direction = ahead + right * x + up * y;
-    return {camera.eye, direction * (1 / length(direction))};
-}
-
 void Viewer::use_mouse() {
     const ImGuiIO& io = ImGui::GetIO();
     if (io.WantCaptureMouse && !is_dragging_hand_) return;
-    const Sight sight = sight_at(io.MousePos);
+    const Sight sight =
+        sight_through(shown_camera(), static_cast<double>(io.MousePos.x / io.DisplaySize.x),
+                      static_cast<double>(io.MousePos.y / io.DisplaySize.y),
+                      static_cast<double>(io.DisplaySize.x / io.DisplaySize.y));
     const Vec3 far_m = sight.from_m + sight.direction * kSightM;
     const auto turn = [&] {
         if (io.MouseDelta.x == 0 && io.MouseDelta.y == 0) return;
@@ -380,8 +364,9 @@ void Viewer::use_levers() {
                 wheel_speed(lever, static_cast<double>(throttle), static_cast<double>(steering));
         } else {
             float hand = 0;
-            if (arm < std::size(kLeverKeys))
+            if (arm < std::size(kLeverKeys)) {
                 hand += key_value(kLeverKeys[arm][0], kLeverKeys[arm][1]);
+            }
             if (!has_wheels && arm < std::size(kLeverSticks)) hand += stick(kLeverSticks[arm]);
             is_used |= hand != 0;
             value = std::clamp(value + hand, -1.0f, 1.0f);
@@ -411,9 +396,10 @@ void Viewer::use_keys() {
         state_.show_panels = !state_.show_panels;
         must_draw_ = true;
     }
-    if (hit(SDL_SCANCODE_C))
+    if (hit(SDL_SCANCODE_C)) {
         state_.camera_mode =
             static_cast<CameraMode>((static_cast<int>(state_.camera_mode) + 1) % 3);
+    }
     if (hit(SDL_SCANCODE_ESCAPE)) must_quit_ = true;
     carry_out(orders);
 }
@@ -454,8 +440,9 @@ Status Viewer::run() {
         const double start_s = now_s();
         take_events();
         window_->begin();
-        if (script_ && !script_->begin_frame(*simulation_, widgets_, ImGui::GetIO().DisplaySize))
+        if (script_ && !script_->begin_frame(*simulation_, widgets_, ImGui::GetIO().DisplaySize)) {
             must_quit_ = true;
+        }
         ImGui::NewFrame();
         take_picture();
         carry_out(lay_out_panels(scene_.title, state_, *simulation_, widgets_));

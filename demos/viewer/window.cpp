@@ -57,8 +57,9 @@ void set_style() {
 }  // namespace
 
 Result<std::unique_ptr<Window>> Window::create(const WindowDef& def) {
-    if (SDL_Init(SDL_INIT_VIDEO | SDL_INIT_GAMECONTROLLER) != 0)
+    if (SDL_Init(SDL_INIT_VIDEO | SDL_INIT_GAMECONTROLLER) != 0) {
         return Error{std::string("a window needs a display: ") + SDL_GetError()};
+    }
     std::unique_ptr<Window> made(new Window);
     SDL_GL_SetAttribute(SDL_GL_CONTEXT_PROFILE_MASK, SDL_GL_CONTEXT_PROFILE_CORE);
     SDL_GL_SetAttribute(SDL_GL_RED_SIZE, 8);
@@ -69,9 +70,10 @@ Result<std::unique_ptr<Window>> Window::create(const WindowDef& def) {
     for (const auto& [major, minor] : kVersions) {
         SDL_GL_SetAttribute(SDL_GL_CONTEXT_MAJOR_VERSION, major);
         SDL_GL_SetAttribute(SDL_GL_CONTEXT_MINOR_VERSION, minor);
-        if (!made->window_)
+        if (!made->window_) {
             made->window_ = SDL_CreateWindow(def.title.c_str(), SDL_WINDOWPOS_CENTERED,
                                              SDL_WINDOWPOS_CENTERED, def.width, def.height, flags);
+        }
         if (made->window_) made->context_ = SDL_GL_CreateContext(made->window_);
         if (made->context_) break;
     }
@@ -79,8 +81,9 @@ Result<std::unique_ptr<Window>> Window::create(const WindowDef& def) {
     SDL_GL_SetSwapInterval(def.waits_for_screen ? 1 : 0);
     ImGui::CreateContext();
     ImGui::GetIO().IniFilename = nullptr;  // no file of its own is left in the working folder
-    if (std::filesystem::exists(kFont))
+    if (std::filesystem::exists(kFont)) {
         ImGui::GetIO().Fonts->AddFontFromFileTTF(kFont, kFontPixels);
+    }
     set_style();
     ImGui_ImplSDL2_InitForOpenGL(made->window_, made->context_);
     ImGui_ImplOpenGL3_Init("#version 330 core");
@@ -132,9 +135,10 @@ render::Image Window::read() const {
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     glPixelStorei(GL_PACK_ALIGNMENT, 4);
     glReadPixels(0, 0, image.width, image.height, GL_RGBA, GL_UNSIGNED_BYTE, image.rgba.data());
-    for (int y = 0; y < image.height / 2; ++y)
+    for (int y = 0; y < image.height / 2; ++y) {
         std::swap_ranges(image.pixel(0, y), image.pixel(0, y) + row,
                          image.pixel(0, image.height - 1 - y));
+    }
     for (size_t p = 3; p < image.rgba.size(); p += 4) image.rgba[p] = 255;
     return image;
 }

@@ -324,10 +324,11 @@ struct Robot {
         multibody = std::make_unique<btMultiBody>(links, fixed_base ? 0 : kMassKg, inertia,
                                                   fixed_base, true);
         multibody->setBasePos(fixed_base ? btVector3(0, 2, 0) : kAbove);
-        if (fixed_base)
+        if (fixed_base) {
             multibody->setupPrismatic(0, kMassKg, inertia, -1, btQuaternion::getIdentity(),
                                       btVector3(0, 1, 0), kAbove - btVector3(0, 2, 0),
                                       btVector3(0, 0, 0), true);
+        }
         multibody->finalizeMultiDof();
         world.addMultiBody(multibody.get());
         add_collider(fixed_base ? 0 : -1);
@@ -338,10 +339,11 @@ struct Robot {
         collider->setCollisionShape(&box);
         place(*collider, kAbove);
         world.addCollisionObject(collider);
-        if (link < 0)
+        if (link < 0) {
             multibody->setBaseCollider(collider);
-        else
+        } else {
             multibody->getLink(link).m_collider = collider;
+        }
     }
     ~Robot() {
         for (const auto& collider : colliders) world.removeCollisionObject(collider.get());

@@ -55,9 +55,10 @@ struct BulletScene {
     /// Frames of 1/60 s, each in equal substeps.
     void run(double seconds, int substeps = 1) {
         const int frames = static_cast<int>(seconds * 60 + 0.5);
-        for (int i = 0; i < frames; ++i)
+        for (int i = 0; i < frames; ++i) {
             world->stepSimulation(btScalar(1) / 60, substeps,
                                   btScalar(1) / btScalar(60 * substeps));
+        }
     }
 };
 

@@ -69,11 +69,13 @@ class TruckBed {
         EXPECT_TRUE(soil->fill(
             BoxFill{{{-0.5, kFloorM, -0.5}, {0.5, kFloorM + kSoilM, 0.5}}, def.material.name}));
         if (rests_on_blocks && kind != Bed::kinematic) {
-            for (const btScalar x : {btScalar(-0.5), btScalar(0.5)})
-                for (const btScalar z : {btScalar(-0.5), btScalar(0.5)})
+            for (const btScalar x : {btScalar(-0.5), btScalar(0.5)}) {
+                for (const btScalar z : {btScalar(-0.5), btScalar(0.5)}) {
                     blocks_.push_back(
                         &scene.add_box(0, {btScalar(0.05), btScalar(0.2), btScalar(0.05)},
                                        {x, btScalar(kFloorM - 0.1 - 0.2), z}));
+                }
+            }
         }
     }
     ~TruckBed() {
@@ -236,12 +238,13 @@ TEST(RockOnBedSnapshot, goes_on_bit_for_bit) {
     const std::string path = testing::TempDir() + "rock_on_bed.snapshot";
     const auto state = [](TruckBed& bed) {
         std::vector<btScalar> out;
-        for (const auto& body : bed.scene.bodies)
+        for (const auto& body : bed.scene.bodies) {
             for (int i = 0; i < 3; ++i) {
                 out.push_back(body->getWorldTransform().getOrigin()[i]);
                 out.push_back(body->getLinearVelocity()[i]);
                 out.push_back(body->getAngularVelocity()[i]);
             }
+        }
         return out;
     };
     TruckBed one(Bed::rigid), two(Bed::rigid);

@@ -158,7 +158,7 @@ TEST(ContactCoupling, vehicle_on_hinged_wheels_stays_up) {
     std::vector<btRigidBody*> wheels;
     std::vector<std::unique_ptr<btHingeConstraint>> hinges;
     btCollisionShape& wheel_shape = scene.shape<btCylinderShapeZ>(btVector3(0.35f, 0.35f, 0.12f));
-    for (const btScalar x : {-0.8f, 0.8f})
+    for (const btScalar x : {-0.8f, 0.8f}) {
         for (const btScalar z : {-0.65f, 0.65f}) {
             btRigidBody& wheel = scene.add(60, wheel_shape, btVector3(x, 0.36f, z));
             wheels.push_back(&wheel);
@@ -167,6 +167,7 @@ TEST(ContactCoupling, vehicle_on_hinged_wheels_stays_up) {
                 btVector3(0, 0, 1)));
             scene.world->addConstraint(hinges.back().get(), true);
         }
+    }
     {
         FlatSoil soil(*scene.world, MaterialDef{});
         scene.run(1.8);
@@ -424,8 +425,9 @@ TEST(ContactCoupling, body_deleted_between_steps_is_forgotten) {
     scene.run(0.5);
     EXPECT_EQ(soil.collector.bodies().size(), 1u);
     // Many new bodies: one of them may get the old one's address.
-    for (int i = 0; i < 20; ++i)
+    for (int i = 0; i < 20; ++i) {
         scene.add_box(5, btVector3(0.2f, 0.2f, 0.2f), btVector3(btScalar(i) - 10, 3, 5));
+    }
     scene.run(2);
     EXPECT_NEAR(soil.report(other).force_n.y, 50 * kGravity_m_s2, 25);
 }
@@ -433,15 +435,17 @@ TEST(ContactCoupling, body_deleted_between_steps_is_forgotten) {
 TEST(ContactCoupling, same_run_gives_the_same_bits) {
     const auto run = [] {
         BulletScene scene;
-        for (int i = 0; i < 5; ++i)
+        for (int i = 0; i < 5; ++i) {
             scene.add_box(btScalar(10 * (i + 1)), btVector3(0.2f, 0.1f, 0.15f),
                           btVector3(btScalar(i), 0.4f, 0));
+        }
         FlatSoil soil(*scene.world, MaterialDef{});
         for (const auto& body : scene.bodies) body->setAngularVelocity(btVector3(1, 2, 3));
         scene.run(1, 4);
         std::vector<btScalar> out;
-        for (const auto& body : scene.bodies)
+        for (const auto& body : scene.bodies) {
             for (int k = 0; k < 3; ++k) out.push_back(body->getWorldTransform().getOrigin()[k]);
+        }
         return out;
     };
     EXPECT_EQ(run(), run());

@@ -48,12 +48,13 @@ TEST(DebugDraw, the_grid_is_a_box) {
     Bed bed;
     const auto lines = bed.drawn(btIDebugDraw::DBG_DrawAabb);
     ASSERT_EQ(lines.size(), 12u);
-    for (const auto& line : lines)
+    for (const auto& line : lines) {
         for (const Vec3 end : {line.from, line.to}) {
             EXPECT_NEAR(std::abs(end.x), 1, 1e-6);
             EXPECT_NEAR(std::abs(end.z), 1, 1e-6);
             EXPECT_TRUE(std::abs(end.y) < 1e-6 || std::abs(end.y - 1.2) < 1e-6) << end.y;
         }
+    }
 }
 
 TEST(DebugDraw, spans_of_columns_beside_a_body_end_at_the_surface) {

@@ -29,14 +29,16 @@ inline std::vector<ContactVoxel> surface_points(const ConvexShape& shape, int pe
     const auto at = [per_side](int i) { return (2.0 * i + 1) / per_side - 1; };
     if (shape.kind == ConvexShape::Kind::box) {
         const Vec3 h = shape.half_extents_m;
-        for (int i = 0; i < per_side; ++i)
-            for (int j = 0; j < per_side; ++j)
+        for (int i = 0; i < per_side; ++i) {
+            for (int j = 0; j < per_side; ++j) {
                 for (const double s : {-1.0, 1.0}) {
                     const double u = at(i), v = at(j), cells = 0.25 * per_side * per_side;
                     add({s * h.x, u * h.y, v * h.z}, {s, 0, 0}, h.y * h.z / cells);
                     add({u * h.x, s * h.y, v * h.z}, {0, s, 0}, h.x * h.z / cells);
                     add({u * h.x, v * h.y, s * h.z}, {0, 0, s}, h.x * h.y / cells);
                 }
+            }
+        }
     } else if (shape.kind == ConvexShape::Kind::cylinder) {
         const int around = 16 * per_side;
         const double r = shape.radius_m, h = shape.half_height_m;
@@ -47,9 +49,10 @@ inline std::vector<ContactVoxel> surface_points(const ConvexShape& shape, int pe
                 add(r * n + Vec3{0, 0, at(j) * h}, n,
                     2 * std::numbers::pi * r / around * 2 * h / per_side);
                 const double ring = (j + 0.5) / per_side * r;
-                for (const double s : {-1.0, 1.0})
+                for (const double s : {-1.0, 1.0}) {
                     add(ring * n + Vec3{0, 0, s * h}, {0, 0, s},
                         2 * std::numbers::pi * ring / around * r / per_side);
+                }
             }
         }
     }
@@ -79,7 +82,7 @@ class FlatSoil final : public btActionInterface {
         contacts.clear();
         for (const SoilBody& body : collector.soil_bodies(0)) {
             if (body.is_static) continue;
-            for (const ConvexShape& shape : *body.shapes)
+            for (const ConvexShape& shape : *body.shapes) {
                 for (ContactVoxel v : surface_points(shape, points_per_side)) {
                     v.center_m = v.position_m = transform(body.pose, v.position_m);
                     v.normal = rotate(body.pose.rotation, v.normal);
@@ -87,6 +90,7 @@ class FlatSoil final : public btActionInterface {
                     v.depth_m = v.bearing_depth_m = level_m - v.position_m.y;
                     if (v.depth_m > 0) contacts.push_back(v);
                 }
+            }
         }
         coupling.set_contacts(collector.bodies(), contacts, step_s_);
     }

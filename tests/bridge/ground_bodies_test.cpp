@@ -92,9 +92,10 @@ struct Level {
             }
             case Ground::heightfield: {
                 // 2 cm up and down every metre; Bullet's origin is the middle of the range.
-                for (int i = 0; i < kSamples * kSamples; ++i)
+                for (int i = 0; i < kSamples * kSamples; ++i) {
                     heights.push_back(btScalar(0.02) * std::sin(btScalar(i % kSamples)) *
                                       std::cos(btScalar(i / kSamples)));
+                }
                 auto& field =
                     dynamic_cast<btHeightfieldTerrainShape&>(scene.shape<btHeightfieldTerrainShape>(
                         kSamples, kSamples, heights.data(), btScalar(-1), btScalar(1), 1, false));
@@ -159,12 +160,15 @@ TEST_P(GroundBodies, carry_soil_that_carries_a_ball) {
     // hand, see Impact); the ground is no nearer to it than half its radius.
     EXPECT_NEAR(height_of(ball) - 0.3, 0.44, 0.005);
     EXPECT_NEAR(force_n, 200 * kGravity_m_s2, 0.02 * 200 * kGravity_m_s2);
-    for (const double x : {-1.2, -0.8, 0.8, 1.2})
-        for (const double z : {-1.2, 0.0, 1.2})
+    for (const double x : {-1.2, -0.8, 0.8, 1.2}) {
+        for (const double z : {-1.2, 0.0, 1.2}) {
             EXPECT_NEAR(level.surface_m(x, z), kTopM, kVoxelM / 2) << x << " " << z;
+        }
+    }
     // The bed's steep sides slide meanwhile, and longest where rocks stick out of them: up to 7 s.
-    for (int i = 0; i < 10 && level.soil->last_report().block_active_count > 0; ++i)
+    for (int i = 0; i < 10 && level.soil->last_report().block_active_count > 0; ++i) {
         level.scene.run(0.5);
+    }
     EXPECT_EQ(level.soil->last_report().block_active_count, 0);
     EXPECT_EQ(level.soil->last_report().status_bits, 0u);
     EXPECT_TRUE(level.soil->refused().empty());

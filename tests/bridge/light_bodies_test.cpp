@@ -67,9 +67,11 @@ TEST_P(RestingBody, sinkage_is_what_its_pose_shows) {
 
 std::vector<Resting> from_pebble_to_machine() {
     std::vector<Resting> all;
-    for (const double voxel_m : {0.01, 0.02, 0.05})
-        for (const double mass_kg : {1, 10, 100, 1000})
+    for (const double voxel_m : {0.01, 0.02, 0.05}) {
+        for (const double mass_kg : {1, 10, 100, 1000}) {
             for (const Form form : {Form::ball, Form::box}) all.push_back({form, mass_kg, voxel_m});
+        }
+    }
     return all;
 }
 
@@ -106,8 +108,9 @@ TEST(Impact, depth_does_not_hang_on_bullets_substep) {
     // By hand: m g (h + D) is the work of the bearing force, which grows with D^2: 62 mm; a tenth
     // for what is sampled.
     constexpr double kByHandM = 0.062;
-    for (const double substep_s : {1.0 / 60, 1.0 / 240, 1.0 / 960, 0.0})
+    for (const double substep_s : {1.0 / 60, 1.0 / 240, 1.0 / 960, 0.0}) {
         EXPECT_NEAR(impact_depth_m({}, substep_s), kByHandM, 0.1 * kByHandM) << substep_s;
+    }
 }
 
 TEST(Impact, depth_does_not_hang_on_the_voxel) {

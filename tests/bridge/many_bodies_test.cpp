@@ -48,9 +48,10 @@ struct Rain {
         if (kind == 2) {
             auto& hull = static_cast<btConvexHullShape&>(scene.shape<btConvexHullShape>());
             hull.setMargin(btScalar(0.1) * size);
-            for (int corner = 0; corner < 4; ++corner)
+            for (int corner = 0; corner < 4; ++corner) {
                 hull.addPoint(size * btVector3((corner & 1) ? 1 : -1, (corner & 2) ? 1 : -1,
                                                (corner == 1 || corner == 2) ? -1 : 1));
+            }
             return hull;
         }
         auto& compound = static_cast<btCompoundShape&>(scene.shape<btCompoundShape>());
@@ -87,8 +88,9 @@ struct Rain {
 /// Depths of a body's contacts, in the order of the voxels.
 std::vector<double> depths_of(const SoilAction& soil, const btCollisionObject& body) {
     std::vector<double> depths;
-    for (const ContactVoxel& contact : soil.last_report().contacts)
+    for (const ContactVoxel& contact : soil.last_report().contacts) {
         if (contact.body == soil.body_id(body)) depths.push_back(contact.depth_m);
+    }
     return depths;
 }
 
@@ -131,8 +133,9 @@ TEST(Sleeping, bodies_keep_their_contacts_without_a_step_of_the_soil) {
     BulletScene scene;
     const auto soil = sand_bed(*scene.world);
     const btVector3 half(0.1f, 0.1f, 0.1f);
-    for (const btScalar x : {btScalar(-0.4), btScalar(0), btScalar(0.4)})
+    for (const btScalar x : {btScalar(-0.4), btScalar(0), btScalar(0.4)}) {
         scene.add_box(20, half, btVector3(x, 0.51f, 0));
+    }
     scene.run(4);
     for (const auto& body : scene.bodies) ASSERT_FALSE(body->isActive());
     ASSERT_TRUE(soil->last_report().contacts_unchanged);
@@ -146,8 +149,9 @@ TEST(Sleeping, bodies_keep_their_contacts_without_a_step_of_the_soil) {
     ASSERT_TRUE(soil->load(path));
     scene.run(1.0 / 60);
     EXPECT_FALSE(soil->last_report().contacts_unchanged) << "after load() all is looked at anew";
-    for (const ContactVoxel& contact : soil->last_report().contacts)
+    for (const ContactVoxel& contact : soil->last_report().contacts) {
         after.push_back(words_of(contact));
+    }
     EXPECT_TRUE(before == after);
     EXPECT_EQ(soil->body_report(*scene.bodies.front()).sinkage_m, report.sinkage_m);
     EXPECT_EQ(soil->body_report(*scene.bodies.front()).force_n.y, report.force_n.y);

@@ -40,8 +40,9 @@ constexpr double kEdgeBand = 0.2 * kVoxel;
 
 double distance_to(const std::vector<ConvexShape>& shapes, Vec3 p) {
     double d = std::numeric_limits<double>::infinity();
-    for (const ConvexShape& s : shapes)
+    for (const ConvexShape& s : shapes) {
         d = std::min(d, s.lattice ? s.lattice->distance_m(transform(inverse(s.local), p)) : d);
+    }
     return d;
 }
 
@@ -50,7 +51,7 @@ struct Torus {
     std::vector<btVector3> points;
     std::vector<int> indices;
     Torus(double ring_m, double tube_m, int ring_count, int tube_count) {
-        for (int i = 0; i < ring_count; ++i)
+        for (int i = 0; i < ring_count; ++i) {
             for (int j = 0; j < tube_count; ++j) {
                 const double a = 2 * std::numbers::pi * i / ring_count,
                              b = 2 * std::numbers::pi * j / tube_count;
@@ -60,9 +61,12 @@ struct Torus {
                 const auto at = [&](int u, int v) {
                     return (i + u) % ring_count * tube_count + (j + v) % tube_count;
                 };
-                for (const int index : {at(0, 0), at(1, 0), at(1, 1), at(0, 0), at(1, 1), at(0, 1)})
+                for (const int index :
+                     {at(0, 0), at(1, 0), at(1, 1), at(0, 0), at(1, 1), at(0, 1)}) {
                     indices.push_back(index);
+                }
             }
+        }
     }
     btTriangleIndexVertexArray array() {
         return {static_cast<int>(indices.size() / 3),
@@ -187,8 +191,9 @@ TEST(MeshConversion, index_types_and_double_corners_read_alike) {
     std::vector<uint16_t> shorts(torus.indices.begin(), torus.indices.end());
     std::vector<uint8_t> bytes(torus.indices.begin(), torus.indices.end());
     std::vector<double> doubles;
-    for (const btVector3& p : torus.points)
+    for (const btVector3& p : torus.points) {
         for (int k = 0; k < 3; ++k) doubles.push_back(static_cast<double>(p[k]));
+    }
     const auto mesh_of = [&](const void* indices, int stride, PHY_ScalarType type) {
         btIndexedMesh part;
         part.m_numTriangles = static_cast<int>(torus.indices.size() / 3);
@@ -370,7 +375,7 @@ TEST(MeshConversion, heightfields_are_solid_up_to_where_rays_hit_them) {
         heights.push_back(static_cast<float>(shorts.back()) * 0.0004f);
     }
     const btVector3 scaling[3] = {{1, 0.2f, 0.3f}, {0.2f, 1.3f, 0.3f}, {0.25f, 0.2f, 1}};
-    for (int up = 0; up < 3; ++up)
+    for (int up = 0; up < 3; ++up) {
         for (int diagonal = 0; diagonal < 4; ++diagonal) {
             SCOPED_TRACE("up axis " + std::to_string(up) + ", diagonals " +
                          std::to_string(diagonal));
@@ -382,6 +387,7 @@ TEST(MeshConversion, heightfields_are_solid_up_to_where_rays_hit_them) {
             expect_same_heights(shape, false);
             if (diagonal < 2) expect_same_heights(shape);
         }
+    }
     btHeightfieldTerrainShape of_shorts(kWidth, kLength, shorts.data(), 0.0004f, -0.08f, 0.08f, 1,
                                         false);
     of_shorts.setLocalScaling(scaling[1]);
@@ -394,9 +400,10 @@ TEST(MeshConversion, heightfields_are_solid_up_to_where_rays_hit_them) {
 TEST(MeshConversion, part_of_a_heightfield_within_the_grid_is_converted) {
     constexpr int kSide = 401;
     std::vector<float> heights;
-    for (int i = 0; i < kSide * kSide; ++i)
+    for (int i = 0; i < kSide * kSide; ++i) {
         heights.push_back(0.3f * std::sin(0.9f * float(i % kSide)) *
                           std::cos(0.7f * float(i / kSide)));
+    }
     btHeightfieldTerrainShape shape(kSide, kSide, heights.data(), -0.4f, 0.4f, 2, false);
     const GridBall grid{{37.3, -61.8, 0.4}, 2, kVoxel};
     const auto converted = convert_shape(shape, grid);
@@ -432,11 +439,12 @@ std::vector<char> linear_field(Vec3 slope, double offset) {
     put(out, 1ull);
     put(out, 32ull);
     std::vector<Vec3> nodes;
-    for (int i = 0; i < 8; ++i)
+    for (int i = 0; i < 8; ++i) {
         nodes.push_back({i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0});
+    }
     // Two nodes on each edge, at thirds; edges along x, then y, then z.
-    for (int axis = 0; axis < 3; ++axis)
-        for (int edge = 0; edge < 4; ++edge)
+    for (int axis = 0; axis < 3; ++axis) {
+        for (int edge = 0; edge < 4; ++edge) {
             for (const double t : {-1.0 / 3, 1.0 / 3}) {
                 double p[3];
                 p[axis] = t;
@@ -447,6 +455,8 @@ std::vector<char> linear_field(Vec3 slope, double offset) {
                 p[b] = (low_first ? edge >> 1 : edge & 1) ? 1 : -1;
                 nodes.push_back({p[0], p[1], p[2]});
             }
+        }
+    }
     for (const Vec3 p : nodes) put(out, dot(slope, p) + offset);
     put(out, 1ull);
     put(out, 1ull);

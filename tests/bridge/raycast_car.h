@@ -32,9 +32,10 @@ struct Car {
         tuning.m_frictionSlip = 1.5f;
         vehicle = std::make_unique<btRaycastVehicle>(tuning, &chassis, &caster);
         vehicle->setCoordinateSystem(2, 1, 0);
-        for (int i = 0; i < 4; ++i)
+        for (int i = 0; i < 4; ++i) {
             vehicle->addWheel({i < 2 ? 0.9f : -0.9f, -0.2f, i % 2 == 0 ? 0.6f : -0.6f}, {0, -1, 0},
                               {0, 0, 1}, kRestM, kRadiusM, tuning, i < 2);
+        }
         scene.world->addVehicle(vehicle.get());
     }
     ~Car() { scene.world->removeVehicle(vehicle.get()); }
@@ -47,8 +48,9 @@ struct Car {
     }
     double suspension_n() const {
         double sum = 0;
-        for (int i = 0; i < 4; ++i)
+        for (int i = 0; i < 4; ++i) {
             sum += static_cast<double>(vehicle->getWheelInfo(i).m_wheelsSuspensionForce);
+        }
         return sum;
     }
     double wheel_height_m(int i) const {

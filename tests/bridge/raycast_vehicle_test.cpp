@@ -127,14 +127,16 @@ TEST(RaycastVehicle, sinks_as_deep_as_coupled_wheels_of_its_load) {
         const auto soil = make_bed(scene);
         btCollisionShape& shape =
             scene.shape<btCylinderShapeZ>(btVector3(kRadiusM, kRadiusM, btScalar(kWidthM / 2)));
-        for (int i = 0; i < 4; ++i)
+        for (int i = 0; i < 4; ++i) {
             scene.add(btScalar(mass_kg / 4), shape,
                       {x_m + (i < 2 ? 0.9f : -0.9f), btScalar(kSurfaceM) + kRadiusM,
                        i % 2 == 0 ? 0.6f : -0.6f});
+        }
         settle(scene);
-        for (const auto& body : scene.bodies)
+        for (const auto& body : scene.bodies) {
             coupled_m += kSurfaceM +
                          static_cast<double>(kRadiusM - body->getWorldTransform().getOrigin().y());
+        }
     }
     for (const double x_m : {0.0, 0.013, 0.025, 0.038}) {
         BulletScene scene;
@@ -144,8 +146,9 @@ TEST(RaycastVehicle, sinks_as_deep_as_coupled_wheels_of_its_load) {
         ASSERT_TRUE(caster.attach(*car.vehicle, SoilWheelDef{.width_m = kWidthM}));
         car.brake(500);
         settle(scene);
-        for (int i = 0; i < 4; ++i)
+        for (int i = 0; i < 4; ++i) {
             ray_m += kSurfaceM + static_cast<double>(kRadiusM) - car.wheel_height_m(i);
+        }
     }
     EXPECT_GT(coupled_m / 16, 0.005);
     EXPECT_NEAR(ray_m, coupled_m, 0.15 * coupled_m);
@@ -207,8 +210,9 @@ TEST(RaycastVehicle, pulls_as_hard_as_the_soil_lets_it_and_no_harder) {
             scene.run(1.0 / 60);
             most_n = std::max(most_n, std::abs(sum_of(caster, &SoilWheelReport::traction_n)));
             slip = sum_of(caster, &SoilWheelReport::slip) / 4;
-            for (int i = 0; i < 4; ++i)
+            for (int i = 0; i < 4; ++i) {
                 EXPECT_LE(std::abs(caster.wheel_report(i).spin_rad_s) * 0.4, 10.01);
+            }
         }
         EXPECT_EQ(car.vehicle->getWheelInfo(0).m_engineForce, btScalar(force_n / 4));
         return std::tuple(car.speed(), slip, most_n);

@@ -35,8 +35,9 @@ const GridBall kGrid{{0, 0, 0}, 10};
 /// Distance to an intersection of half spaces, by Dykstra's alternating projections.
 double distance_to_hull(const std::vector<Plane>& planes, Vec3 p) {
     double deepest = -std::numeric_limits<double>::infinity();
-    for (const Plane& plane : planes)
+    for (const Plane& plane : planes) {
         deepest = std::max(deepest, dot(plane.normal, p) - plane.offset);
+    }
     if (deepest <= 0) return deepest;
     std::vector<double> push(planes.size(), 0);
     Vec3 x = p;
@@ -141,10 +142,11 @@ double bullet_distance(const btConvexShape& shape, const btTransform& pose, Vec3
          {btVector3(1, 1, 1), btVector3(-1, 0.3f, 0), btVector3(0, -1, -0.7f)}) {
         Solver::sResults results;
         double d = nearest;
-        if (Solver::Distance(&shape, pose, &dot_shape, at, guess, results))
+        if (Solver::Distance(&shape, pose, &dot_shape, at, guess, results)) {
             d = static_cast<double>(results.distance - shape.getMargin());
-        else if (Solver::Penetration(&shape, pose, &dot_shape, at, guess, results))
+        } else if (Solver::Penetration(&shape, pose, &dot_shape, at, guess, results)) {
             d = -static_cast<double>((results.witnesses[0] - results.witnesses[1]).length());
+        }
         nearest = std::min(nearest, d);
     }
     return nearest;
@@ -201,8 +203,9 @@ std::vector<btVector3> random_points(int count, unsigned seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> u(-0.4, 0.4);
     std::vector<btVector3> out;
-    for (int i = 0; i < count; ++i)
+    for (int i = 0; i < count; ++i) {
         out.push_back(to_bullet({u(random) + 0.3, 0.7 * u(random), u(random)}));
+    }
     return out;
 }
 
@@ -277,8 +280,8 @@ TEST(ShapeConversion, hull_has_the_faces_that_trying_every_triple_finds) {
         const auto converted = convert_shape(shape, kGrid);
         ASSERT_TRUE(converted);
         size_t face_count = 0;
-        for (const btVector3& a : points)
-            for (const btVector3& b : points)
+        for (const btVector3& a : points) {
+            for (const btVector3& b : points) {
                 for (const btVector3& c : points) {
                     if (!(&a < &b && &a < &c) || &b == &c) continue;
                     const btVector3 n = (b - a).cross(c - a).normalized();
@@ -287,14 +290,17 @@ TEST(ShapeConversion, hull_has_the_faces_that_trying_every_triple_finds) {
                         [&](const btVector3& p) { return n.dot(p - a) < btScalar(1e-6); });
                     face_count += is_face ? 1 : 0;
                 }
+            }
+        }
         EXPECT_EQ(converted->front().planes.size(), face_count) << "seed " << seed;
     }
 }
 
 TEST(ShapeConversion, faces_of_a_cube_are_merged) {
     btConvexHullShape hull;
-    for (int i = 0; i < 8; ++i)
+    for (int i = 0; i < 8; ++i) {
         hull.addPoint(btVector3(i & 1 ? 0.5f : -0.5f, i & 2 ? 0.5f : -0.5f, i & 4 ? 0.5f : -0.5f));
+    }
     const auto converted = convert_shape(hull, kGrid);
     ASSERT_TRUE(converted);
     EXPECT_EQ(converted->front().planes.size(), 6u);
@@ -347,8 +353,9 @@ TEST(ShapeConversion, small_multi_sphere_is_enclosed_within_three_percent) {
 TEST(ShapeConversion, convex_triangle_mesh_is_the_hull_of_its_corners) {
     btTriangleMesh mesh;
     const std::vector<btVector3> points = random_points(12, 9);
-    for (size_t i = 0; i + 2 < points.size(); ++i)
+    for (size_t i = 0; i + 2 < points.size(); ++i) {
         mesh.addTriangle(points[i], points[i + 1], points[i + 2]);
+    }
     btConvexTriangleMeshShape shape(&mesh);
     expect_agreement(shape);
     shape.setLocalScaling(btVector3(1.2f, 0.8f, 1));

@@ -26,8 +26,9 @@ namespace {
 constexpr btScalar kFrameS = btScalar(1) / 60;
 
 uint64_t add(uint64_t hash, const void* data, size_t size) {
-    for (size_t i = 0; i < size; ++i)
+    for (size_t i = 0; i < size; ++i) {
         hash = (hash ^ static_cast<const unsigned char*>(data)[i]) * 0x100000001b3ull;
+    }
     return hash;
 }
 uint64_t add(uint64_t hash, const btVector3& v) {
@@ -88,12 +89,15 @@ struct TestWorld {
             for (int row = 0; row < 3; ++row) hash = add(hash, pose.getBasis()[row]);
             const int state = objects[i]->getActivationState();
             hash = add(hash, &state, sizeof(state));
-            if (const btRigidBody* body = btRigidBody::upcast(objects[i]))
+            if (const btRigidBody* body = btRigidBody::upcast(objects[i])) {
                 hash = add(add(hash, body->getLinearVelocity()), body->getAngularVelocity());
+            }
         }
-        if (multibody)
-            for (int i = 0; i < multibody->getNumDofs() + 6; ++i)
+        if (multibody) {
+            for (int i = 0; i < multibody->getNumDofs() + 6; ++i) {
                 hash = add(hash, multibody->getVelocityVector() + i, sizeof(btScalar));
+            }
+        }
         for (int i = 0; car && i < car->vehicle->getNumWheels(); ++i) {
             const btWheelInfo& wheel = car->vehicle->getWheelInfo(i);
             const btScalar of_vehicle[] = {
@@ -196,17 +200,19 @@ std::unique_ptr<TestWorld> build_heap() {
     for (int i = 0; i < 40; ++i) {
         const btVector3 place(uniform(-0.6f, 0.6f), 0.3f + 0.15f * static_cast<float>(i),
                               uniform(-0.6f, 0.6f));
-        if (i % 4 == 0)
+        if (i % 4 == 0) {
             s.add_box(3, {0.15f, 0.1f, 0.2f}, place);
-        else if (i % 4 == 1)
+        } else if (i % 4 == 1) {
             s.add(2, s.shape<btSphereShape>(btScalar(0.12)), place);
-        else if (i % 4 == 2)
+        } else if (i % 4 == 2) {
             s.add(2, s.shape<btCylinderShape>(btVector3(0.1f, 0.1f, 0.1f)), place);
-        else
+        } else {
             s.add(4, s.shape<btCapsuleShape>(btScalar(0.08), btScalar(0.2)), place);
-        if (i % 5 == 0)
+        }
+        if (i % 5 == 0) {
             s.bodies.back()->setCcdMotionThreshold(btScalar(0.05)),
                 s.bodies.back()->setCcdSweptSphereRadius(btScalar(0.05));
+        }
     }
     // Steps that do not divide the frame: a part of each is left over.
     w->frame_s = btScalar(1) / 70;
@@ -220,7 +226,7 @@ std::unique_ptr<TestWorld> build_compounds() {
     BulletScene& s = w->scene;
     static const std::unique_ptr<btTriangleMesh> mesh = [] {
         auto made = std::make_unique<btTriangleMesh>();
-        for (int i = -4; i < 4; ++i)
+        for (int i = -4; i < 4; ++i) {
             for (int k = -4; k < 4; ++k) {
                 const auto point = [](int x, int z) {
                     return btVector3(btScalar(x) * 0.5f, 0.1f * btScalar((x + z) & 1),
@@ -229,6 +235,7 @@ std::unique_ptr<TestWorld> build_compounds() {
                 made->addTriangle(point(i, k), point(i, k + 1), point(i + 1, k));
                 made->addTriangle(point(i + 1, k), point(i, k + 1), point(i + 1, k + 1));
             }
+        }
         return made;
     }();
     s.add(0, s.shape<btBvhTriangleMeshShape>(mesh.get(), true), {0, 0.05f, 0});
@@ -254,10 +261,11 @@ std::unique_ptr<TestWorld> build_multibody() {
         std::make_unique<btMultiBody>(links, btScalar(20), btVector3(1, 1, 1), false, true);
     btMultiBody& m = *w->multibody;
     m.setBasePos(btVector3(0, 0.65f, 0));
-    for (int i = 0; i < links; ++i)
+    for (int i = 0; i < links; ++i) {
         m.setupRevolute(i, 4, btVector3(0.1f, 0.1f, 0.1f), i - 1, btQuaternion::getIdentity(),
                         btVector3(0, 0, 1), btVector3(i == 0 ? 0.25f : 0.2f, 0, 0),
                         btVector3(0.2f, 0, 0), true);
+    }
     m.finalizeMultiDof();
     s.world->addMultiBody(&m);
     for (int i = -1; i < links; ++i) {
@@ -300,8 +308,9 @@ std::unique_ptr<TestWorld> build_car(int substeps, const SoilWheelDef& wheel = {
     w->car->chassis.setActivationState(ACTIVE_TAG);
     w->command = [](TestWorld& t) {
         if (t.frame == 20) t.car->drive(5000);
-        if (t.frame == 70)
+        if (t.frame == 70) {
             for (int i = 0; i < 2; ++i) t.car->vehicle->setSteeringValue(0.2f, i);
+        }
         if (t.frame == 64) t.car->drive(0);
         if (t.frame == 80) t.car->brake(15);
         if (t.frame == 150) t.car->chassis.forceActivationState(WANTS_DEACTIVATION);
@@ -367,8 +376,9 @@ TEST_F(WorldSnapshot, machine_on_soil_goes_on_bit_for_bit) {
 
 TEST_F(WorldSnapshot, bodies_on_the_ground_go_on_bit_for_bit_while_it_slumps) {
     // The ground is a mesh to Bullet: its contacts are found anew when the world is saved.
-    for (const int before : {20, 30, 40, 50, 60})
+    for (const int before : {20, 30, 40, 50, 60}) {
         expect_goes_on(build_bodies_on_ground, before, 60, true);
+    }
 }
 
 TEST_F(WorldSnapshot, a_ball_goes_on_bit_for_bit_from_anywhere_in_its_impact) {
@@ -492,9 +502,10 @@ TEST_F(WorldSnapshot, other_raycast_vehicles_are_refused_by_name) {
     ASSERT_TRUE(larger->caster->attach(*larger->car->vehicle, SoilWheelDef{.width_m = 0.24}));
     expect(*larger, "wheel 2 of vehicle 0 has here m_wheelsRadius 0.5");
     const auto six = build_car(1);
-    for (const btScalar z : {-0.6f, 0.6f})
+    for (const btScalar z : {-0.6f, 0.6f}) {
         six->car->vehicle->addWheel({0, -0.2f, z}, {0, -1, 0}, {0, 0, 1}, Car::kRestM,
                                     Car::kRadiusM, six->car->tuning, false);
+    }
     ASSERT_TRUE(six->caster->attach(*six->car->vehicle, SoilWheelDef{.width_m = 0.24}));
     expect(*six, "4 wheels of vehicle 0 in the snapshot, 6 here");
     const auto detached = build_car(1);
@@ -558,8 +569,9 @@ TEST_F(WorldSnapshot, a_soil_that_is_off_stays_off) {
     ASSERT_TRUE(restored->load(path("a")));
     EXPECT_FALSE(restored->soil->is_enabled());
     for (int i = 0; i < 20; ++i) {
-        if (i == 5)
+        if (i == 5) {
             for (TestWorld* w : {saved.get(), restored.get()}) w->soil->set_enabled(true);
+        }
         saved->step();
         restored->step();
         ASSERT_EQ(restored->checksum(), saved->checksum()) << i;
@@ -606,9 +618,10 @@ TEST_F(WorldSnapshot, damaged_files_are_refused_and_change_nothing) {
         expect_refused(flipped, "bit flipped in byte " + std::to_string(at));
     }
     for (const size_t size : {size_t{0}, size_t{7}, size_t{16}, size_t{60}, size_t{200},
-                              good.size() / 2, good.size() - 1})
+                              good.size() / 2, good.size() - 1}) {
         expect_refused({good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size)},
                        "cut to " + std::to_string(size));
+    }
     std::vector<char> longer = good;
     longer.push_back('x');
     expect_refused(longer, "a byte too many");
@@ -633,15 +646,16 @@ TEST_F(WorldSnapshot, forged_sections_are_refused_or_harmless) {
             std::vector<SnapshotSection> forged = *sections;
             std::vector<uint8_t>& bytes = forged[random() % forged.size()].bytes;
             const size_t at = random() % bytes.size();
-            if (i % 4 == 0)
+            if (i % 4 == 0) {
                 bytes.resize(at);
-            else if (i % 4 == 1)
+            } else if (i % 4 == 1) {
                 std::fill(
                     bytes.begin() + static_cast<std::ptrdiff_t>(at),
                     bytes.begin() + static_cast<std::ptrdiff_t>(std::min(at + 8, bytes.size())),
                     static_cast<uint8_t>(0xff));
-            else
+            } else {
                 bytes[at] = static_cast<uint8_t>(random());
+            }
             ASSERT_TRUE(write_snapshot_file(path("b"), forged));
             const uint64_t before = w->checksum();
             if (w->load(path("b"))) {

@@ -99,9 +99,11 @@ TEST(SoilAction, steps_at_its_own_rate_whatever_bullets_is) {
 TEST(SoilAction, nothing_happens_in_time_that_is_not_a_time) {
     BulletScene scene;
     const auto soil = sand_bed(scene);
-    for (const btScalar dt : {std::numeric_limits<btScalar>::quiet_NaN(),
-                              std::numeric_limits<btScalar>::infinity(), btScalar(0), btScalar(-1)})
+    for (const btScalar dt :
+         {std::numeric_limits<btScalar>::quiet_NaN(), std::numeric_limits<btScalar>::infinity(),
+          btScalar(0), btScalar(-1)}) {
         soil->updateAction(scene.world.get(), dt);
+    }
     EXPECT_EQ(soil->step_count(), 0);
     soil->updateAction(scene.world.get(), 1000);
     EXPECT_LE(soil->step_count(), 256);

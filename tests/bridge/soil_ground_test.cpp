@@ -107,11 +107,12 @@ struct ReferenceMesh {
             return btVector3(static_cast<btScalar>(p.x), static_cast<btScalar>(p.y),
                              static_cast<btScalar>(p.z));
         };
-        for (int y = 0; y + 1 < frame.size[1]; ++y)
+        for (int y = 0; y + 1 < frame.size[1]; ++y) {
             for (int x = 0; x + 1 < frame.size[0]; ++x) {
                 mesh.addTriangle(vertex(x, y), vertex(x + 1, y), vertex(x + 1, y + 1));
                 mesh.addTriangle(vertex(x, y), vertex(x + 1, y + 1), vertex(x, y + 1));
             }
+        }
         shape = std::make_unique<btBvhTriangleMeshShape>(&mesh, true);
         object.setCollisionShape(shape.get());
         object.setWorldTransform(btTransform::getIdentity());
@@ -264,11 +265,12 @@ TEST(SoilGround, uncoupled_debris_comes_to_rest_on_bumps) {
     hills.material = "dry_sand";
     ASSERT_TRUE(soil->fill(hills));
     btCollisionShape& shape = scene.shape<btBoxShape>(btVector3(0.05f, 0.05f, 0.05f));
-    for (int i = 0; i < 25; ++i)
+    for (int i = 0; i < 25; ++i) {
         ASSERT_TRUE(soil->set_options(scene.add(1, shape,
                                                 {btScalar(0.3 * (i % 5) - 0.6), btScalar(0.75),
                                                  btScalar(0.3 * (i / 5) - 0.6)}),
                                       {.ignored = true}));
+    }
     scene.run(10);
     for (const auto& body : scene.bodies) {
         EXPECT_FALSE(body->isActive());
@@ -366,8 +368,9 @@ TEST(SoilGround, body_the_soil_refuses_rests_on_it) {
     const auto soil = make_bed(scene);
     // A hull without volume: nothing for the soil to give way to.
     auto& flat = static_cast<btConvexHullShape&>(scene.shape<btConvexHullShape>());
-    for (const btScalar x : {-0.2f, 0.2f})
+    for (const btScalar x : {-0.2f, 0.2f}) {
         for (const btScalar z : {-0.2f, 0.2f}) flat.addPoint({x, 0, z});
+    }
     btRigidBody& body = scene.add(2, flat, {0, 0.5f, 0});
     scene.run(3);
     EXPECT_FALSE(soil->refused().empty());

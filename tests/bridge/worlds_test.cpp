@@ -144,8 +144,9 @@ class HostContext {
         const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION, 4, EGL_CONTEXT_MINOR_VERSION, 5,
                                      EGL_NONE};
         context = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
-        if (context != EGL_NO_CONTEXT)
+        if (context != EGL_NO_CONTEXT) {
             eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context);
+        }
     }
     ~HostContext() {
         if (context == EGL_NO_CONTEXT) return;
@@ -426,10 +427,11 @@ TEST(SeveralSoils, load_of_both_leaves_the_body_its_own_mass) {
         was_loaded_by_both |=
             a->body_report(board).load_kg > 0.1 && b->body_report(board).load_kg > 0.1;
         ASSERT_EQ(board.getInvMass(), inverse_mass) << frame;
-        for (int i = 0; i < 3; ++i)
+        for (int i = 0; i < 3; ++i) {
             ASSERT_NEAR(board.getInvInertiaDiagLocal()[i], inverse_inertia[i],
                         1e-5 * inverse_inertia[i])
                 << frame;
+        }
     }
     EXPECT_TRUE(was_loaded_by_both) << "else nothing is tested";
 }
@@ -451,8 +453,9 @@ TEST(SeveralWorlds, in_one_process_and_in_threads_are_as_alone) {
     std::array<uint64_t, kCount> alone{}, together{};
     for (int i = 0; i < kCount; ++i) alone[i] = run_world(i);
     std::vector<std::thread> threads;
-    for (int i = 0; i < kCount; ++i)
+    for (int i = 0; i < kCount; ++i) {
         threads.emplace_back([&together, i] { together[i] = run_world(i); });
+    }
     for (std::thread& thread : threads) thread.join();
     EXPECT_EQ(alone, together);
     for (int i = 1; i < kCount; ++i) EXPECT_NE(alone[i], alone[0]) << "they differ by their seeds";
@@ -517,9 +520,11 @@ TEST(Axes, y_up_and_z_up_give_the_same_soil) {
         checksums[z_up] = soil->soil().checksum();
         forces_n[z_up] = length(soil->body_report(box).force_n);
         const int* size = soil->soil().frame().size;
-        for (int y = 0; y < size[1]; ++y)
-            for (int x = 0; x < size[0]; ++x)
+        for (int y = 0; y < size[1]; ++y) {
+            for (int x = 0; x < size[0]; ++x) {
                 heights[z_up].push_back(soil->soil().surface_height_m(x, y));
+            }
+        }
     }
     EXPECT_EQ(heights[0], heights[1]);
     EXPECT_EQ(checksums[0], checksums[1]);
@@ -587,9 +592,10 @@ TEST_P(SteppedWorlds, a_body_at_rest_is_carried_with_its_weight) {
         },
         &probe);
     const auto run = [&](double seconds) {
-        for (double t = 0; t < seconds - 1e-9; t += p.dt_s)
+        for (double t = 0; t < seconds - 1e-9; t += p.dt_s) {
             scene.world->stepSimulation(static_cast<btScalar>(p.dt_s), p.max_substeps,
                                         static_cast<btScalar>(p.fixed_s));
+        }
     };
     run(1);
     const btScalar from = box.getLinearVelocity().y();

@@ -92,14 +92,16 @@ class Example {
             out.risen_j = std::max(out.risen_j, now_j - least_j);
             least_j = std::min(least_j, now_j);
             out.top_speed_m_s = std::max(out.top_speed_m_s, top_speed_m_s());
-            if (has_soil())
+            if (has_soil()) {
                 impulse_n_s += (soil_force_n() - weight_n() - damping_n()) / kFramesPerS;
+            }
             if ((frame_ - first) % kFramesPerS == 0) {
                 const double now_n_s = this->momentum_n_s();
                 const double change_n_s = now_n_s - momentum_n_s;
-                if (were_awake)
+                if (were_awake) {
                     out.unbalanced_n =
                         std::max(out.unbalanced_n, std::abs(impulse_n_s - change_n_s));
+                }
                 momentum_n_s = now_n_s;
                 impulse_n_s = 0;
                 were_awake = true;
@@ -111,8 +113,9 @@ class Example {
     double time_s() const { return static_cast<double>(frame_) / kFramesPerS; }
     int awake_count() const {
         int count = 0;
-        for (const auto& body : scene_.bodies)
+        for (const auto& body : scene_.bodies) {
             count += !body->isStaticOrKinematicObject() && body->isActive() ? 1 : 0;
+        }
         return count;
     }
     /// Kinetic and potential energy of all bodies above y = 0 [J].
@@ -131,34 +134,41 @@ class Example {
     }
     double mass_kg() const {
         double sum = 0;
-        for (const auto& body : scene_.bodies)
-            if (!body->isStaticOrKinematicObject())
+        for (const auto& body : scene_.bodies) {
+            if (!body->isStaticOrKinematicObject()) {
                 sum += 1 / static_cast<double>(body->getInvMass());
+            }
+        }
         return sum;
     }
     /// Of all bodies and of the soil they carry [N].
     double weight_n() const {
         double sum_kg = mass_kg();
-        for (const auto& body : scene_.bodies)
+        for (const auto& body : scene_.bodies) {
             if (soil_) sum_kg += soil_->body_report(*body).load_kg;
+        }
         return kGravity_m_s2 * sum_kg;
     }
     /// Upward momentum of all bodies [N s].
     double momentum_n_s() const {
         double sum = 0;
-        for (const auto& body : scene_.bodies)
-            if (!body->isStaticOrKinematicObject())
+        for (const auto& body : scene_.bodies) {
+            if (!body->isStaticOrKinematicObject()) {
                 sum += static_cast<double>(body->getLinearVelocity().y() / body->getInvMass());
+            }
+        }
         return sum;
     }
     /// What the bodies' own linear damping takes [N]: Bullet's is a share of the speed left after a
     /// second.
     double damping_n() const {
         double sum = 0;
-        for (const auto& body : scene_.bodies)
-            if (!body->isStaticOrKinematicObject())
+        for (const auto& body : scene_.bodies) {
+            if (!body->isStaticOrKinematicObject()) {
                 sum -= std::log1p(-static_cast<double>(body->getLinearDamping())) *
                        static_cast<double>(body->getLinearVelocity().y() / body->getInvMass());
+            }
+        }
         return sum;
     }
     /// Upward force of the soil on all bodies [N].
@@ -169,8 +179,9 @@ class Example {
     }
     double top_speed_m_s() const {
         double most = 0;
-        for (const auto& body : scene_.bodies)
+        for (const auto& body : scene_.bodies) {
             most = std::max(most, static_cast<double>(body->getLinearVelocity().length()));
+        }
         return most;
     }
     static double height_m(const btRigidBody& body) {

@@ -26,17 +26,20 @@ class Rollers : public Example {
                                       &scene_.shape<btCylinderShape>(btVector3(0.2f, 0.2f, 0.2f)),
                                       &scene_.shape<btCylinderShapeX>(btVector3(0.2f, 0.2f, 0.2f)),
                                       &scene_.shape<btCylinderShapeZ>(btVector3(0.2f, 0.2f, 0.2f))};
-        for (int i = 0; i < 8; ++i)
+        for (int i = 0; i < 8; ++i) {
             scene_.add(20, *shapes[i],
                        btVector3(-1.4f, 0.7f, 0.55f * static_cast<float>(i) - 1.9f));
+        }
     }
     /// Of the body furthest down the slope.
     double lowest_x_m() const {
         double most = -HUGE_VAL;
-        for (const auto& body : bodies())
-            if (!body->isStaticObject())
+        for (const auto& body : bodies()) {
+            if (!body->isStaticObject()) {
                 most =
                     std::max(most, static_cast<double>(body->getWorldTransform().getOrigin().x()));
+            }
+        }
         return most;
     }
 };

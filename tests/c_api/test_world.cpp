@@ -45,8 +45,9 @@ void* test_world_create_simple(void) { return create<btSimpleDynamicsWorld>(); }
 void test_world_destroy(void* world) { worlds().erase(world); }
 
 void test_world_step(void* world, int count) {
-    for (int i = 0; i < count; ++i)
+    for (int i = 0; i < count; ++i) {
         worlds().at(world)->world->stepSimulation(btScalar(1.0 / 60), 1, btScalar(1.0 / 60));
+    }
 }
 
 void* test_world_add_ball(void* world, double mass_kg, double height_m) {

@@ -102,8 +102,8 @@ TEST(BekkerSoil, bearing_is_the_normal_limit_of_a_disc_on_soil_as_placed) {
 
 TEST(BekkerSoil, own_bearing_gives_the_relative_density_back) {
     const BekkerOptions options;
-    for (const double cohesion_pa : {0.0, 1000.0})
-        for (const double friction_deg : {30.0, 35.0})
+    for (const double cohesion_pa : {0.0, 1000.0}) {
+        for (const double friction_deg : {30.0, 35.0}) {
             for (const double relative_density : {0.1, 0.4, 0.8}) {
                 const MaterialDef m = material(friction_deg, cohesion_pa, 1600, relative_density);
                 BekkerSoil soil = fitted(m, options);
@@ -116,11 +116,13 @@ TEST(BekkerSoil, own_bearing_gives_the_relative_density_back) {
                 EXPECT_LT(found->largest_error, 0.45) << friction_deg;
                 EXPECT_EQ(found->material.density_kg_m3, 1600);
             }
+        }
+    }
 }
 
 TEST(BekkerSoil, own_bearing_of_sand_gives_both_densities_back) {
     const BekkerOptions options;
-    for (const double density : {1400.0, 1600.0, 1800.0})
+    for (const double density : {1400.0, 1600.0, 1800.0}) {
         for (const double relative_density : {0.1, 0.4, 0.8}) {
             const auto found =
                 translate(fitted(material(33, 0, density, relative_density), options));
@@ -130,6 +132,7 @@ TEST(BekkerSoil, own_bearing_of_sand_gives_both_densities_back) {
             EXPECT_NEAR(found->relative_density, relative_density, 0.05) << density;
             EXPECT_NEAR(found->material.density_kg_m3, density, 0.15 * density) << relative_density;
         }
+    }
 }
 
 TEST(BekkerSoil, strength_in_shear_is_taken_as_given) {
@@ -142,7 +145,7 @@ TEST(BekkerSoil, strength_in_shear_is_taken_as_given) {
 }
 
 TEST(BekkerSoil, material_is_valid_at_every_end_of_its_range) {
-    for (const double density : {200.0, 1600.0, 3200.0})
+    for (const double density : {200.0, 1600.0, 3200.0}) {
         for (const double kphi : {1.0, 752e3, 1e9}) {  // loosest, between, densest
             BekkerSoil soil = rubicon();
             soil.density_kg_m3 = density;
@@ -155,6 +158,7 @@ TEST(BekkerSoil, material_is_valid_at_every_end_of_its_range) {
             EXPECT_EQ(m.density_kg_m3, density);
             EXPECT_NEAR(m.relative_density(density), found->relative_density, 1e-9);
         }
+    }
 }
 
 TEST(BekkerSoil, pressures_are_bekkers) {
@@ -170,8 +174,9 @@ TEST(BekkerSoil, pressures_are_bekkers) {
     ASSERT_EQ(found->comparisons.size(), 4u);
     // LETE sand: values worked out elsewhere, to 6 digits.
     const double expected[] = {682399, 1182370, 587583, 1018090};
-    for (size_t i = 0; i < 4; ++i)
+    for (size_t i = 0; i < 4; ++i) {
         EXPECT_NEAR(found->comparisons[i].bekker_pa, expected[i], 1e-5 * expected[i]);
+    }
 }
 
 TEST(BekkerSoil, errors_are_those_of_its_table) {
@@ -206,10 +211,12 @@ TEST(BekkerSoil, no_nearby_density_is_nearer) {
         return sum;
     };
     const double least = distance(found->material.density_kg_m3, found->relative_density);
-    for (double density = 1200; density <= 2000; density += 100)
-        for (double relative_density = 0; relative_density <= 1; relative_density += 0.05)
+    for (double density = 1200; density <= 2000; density += 100) {
+        for (double relative_density = 0; relative_density <= 1; relative_density += 0.05) {
             EXPECT_GE(distance(density, relative_density), 0.9999 * least)
                 << density << ' ' << relative_density;
+        }
+    }
 }
 
 TEST(BekkerSoil, same_input_gives_the_same_material) {
@@ -318,16 +325,18 @@ std::vector<PublishedSoil> published(std::istream& file, const PublishedColumns&
         std::vector<std::string> cells;
         for (std::istringstream row(line); std::getline(row, cell, ',');) cells.push_back(cell);
         if (cells.size() <= at.janosi || cells[at.cohesion].empty() ||
-            cells[at.friction_deg].empty())
+            cells[at.friction_deg].empty()) {
             continue;
+        }
         BekkerSoil soil;
         soil.kphi_pa_m_n = at.kphi_factor * std::stod(cells[at.kphi]);
         soil.kc_pa_m_n1 = at.kphi_factor * std::stod(cells[at.kc]);
         soil.n = std::stod(cells[at.n]);
         soil.cohesion_pa = at.cohesion_factor * std::stod(cells[at.cohesion]);
         soil.friction_angle_rad = kDegree * std::stod(cells[at.friction_deg]);
-        if (!cells[at.janosi].empty())
+        if (!cells[at.janosi].empty()) {
             soil.shear_displacement_m = at.janosi_factor * std::stod(cells[at.janosi]);
+        }
         const bool moist = at.moisture > 0 && !cells[at.moisture].empty();
         out.push_back({cells[0] + (moist ? ", " + cells[at.moisture] + " % water" : ""), soil});
     }
@@ -344,8 +353,9 @@ void expect_all_translate(const std::vector<PublishedSoil>& soils) {
         EXPECT_TRUE(std::isfinite(found->largest_error)) << row.name;
         EXPECT_LE(found->median_error, found->largest_error) << row.name;
         double log_ratio = 0;
-        for (const BearingComparison& c : found->comparisons)
+        for (const BearingComparison& c : found->comparisons) {
             log_ratio += std::log(c.soil_pa / c.bekker_pa);
+        }
         std::printf("| %s | %.2f | %.1f | %.1f | %.0f | %.2f | %.0f %% | %.0f %% | %.2f |\n",
                     row.name.c_str(), row.soil.n, row.soil.cohesion_pa / 1e3,
                     row.soil.friction_angle_rad / kDegree, found->material.density_kg_m3,

@@ -40,11 +40,12 @@ struct Contact {
     /// A level sole: all voxels of the grid whose middle is in the shape.
     void add_sole(const std::function<bool(double x, double y)>& shape, double depth_m = 0.1) {
         const int reach = static_cast<int>(4 / kVoxel);
-        for (int i = -reach; i < reach; ++i)
+        for (int i = -reach; i < reach; ++i) {
             for (int j = -reach; j < reach; ++j) {
                 const double x = (i + 0.5) * kVoxel, y = (j + 0.5) * kVoxel;
                 if (shape(x, y)) add({x, y, 0}, {0, 0, -1}, depth_m);
             }
+        }
     }
     /// Body and grid turned together, as a host may lay them.
     void turn(double angle_rad) {
@@ -222,14 +223,18 @@ TEST(FindContactFaces, walls_are_as_wide_as_they_are_level) {
         Contact blade;
         // Two walls of a blade 2 m wide and 0.5 m high, and its ends, 0.1 m.
         for (int k = 0; k < 10; ++k) {
-            for (int j = -20; j < 20; ++j)
-                for (const double side : {-1.0, 1.0})
+            for (int j = -20; j < 20; ++j) {
+                for (const double side : {-1.0, 1.0}) {
                     blade.add({0.05 * side, (j + 0.5) * kVoxel, -k * kVoxel}, {side, 0, 0},
                               k * kVoxel + 0.02);
-            for (int i = -1; i < 1; ++i)
-                for (const double side : {-1.0, 1.0})
+                }
+            }
+            for (int i = -1; i < 1; ++i) {
+                for (const double side : {-1.0, 1.0}) {
                     blade.add({(i + 0.5) * kVoxel, side, -k * kVoxel}, {0, side, 0},
                               k * kVoxel + 0.02);
+                }
+            }
         }
         blade.turn(angle);
         EXPECT_TRUE(blade.soles().empty());

@@ -41,8 +41,9 @@ BodyMotion moving(Vec3 velocity_m_s) {
 std::vector<double> advanced(ContactMemory& memory, std::vector<ContactVoxel> voxels,
                              Vec3 velocity_m_s) {
     std::vector<double> sheared_m;
-    for (const ContactHistory& h : memory.advance(voxels, moving(velocity_m_s), law(), kStep))
+    for (const ContactHistory& h : memory.advance(voxels, moving(velocity_m_s), law(), kStep)) {
         sheared_m.push_back(h.sheared_m);
+    }
     return sheared_m;
 }
 
@@ -76,12 +77,15 @@ TEST(ContactMemory, a_wheels_steep_front_takes_no_soil_along) {
     // it.
     for (int step = 0; step < 10; ++step) {
         std::vector<ContactVoxel> front;
-        for (int k = 0; k < 3; ++k)
-            for (int layer = 0; layer < 2; ++layer)
+        for (int k = 0; k < 3; ++k) {
+            for (int layer = 0; layer < 2; ++layer) {
                 front.push_back(contact(step + k, k + layer, {c, 0, -c}));
+            }
+        }
         const auto slid = advanced(memory, front, {0, 0, -0.02});
-        for (int k = 0; k < 3; ++k)
+        for (int k = 0; k < 3; ++k) {
             EXPECT_NEAR(slid[2 * k], 0.002 * c * std::min(step + 1, 3 - k), 1e-9) << step << k;
+        }
     }
 }
 
@@ -130,8 +134,9 @@ TEST(ContactMemory, soil_passes_from_link_to_link_with_its_shear) {
             whole.push_back(contact(at + i, 0));
         }
         std::vector<PressedSoil> soil;
-        for (const ContactMemory* link : {&rear, &front})
+        for (const ContactMemory* link : {&rear, &front}) {
             for (const PressedSoil& s : link->soil()) soil.emplace_back(s).body = link == &front;
+        }
         std::sort(soil.begin(), soil.end(), lies_before);
         std::vector<double> of_links;
         for (ContactMemory* link : {&rear, &front}) {

@@ -43,7 +43,7 @@ ContactVoxel voxel(Vec3 position, Vec3 normal, double area) {
 std::vector<ContactVoxel> sphere_voxels() {
     std::vector<ContactVoxel> out;
     const int rings = 40, sectors = 80;
-    for (int i = 0; i < rings; ++i)
+    for (int i = 0; i < rings; ++i) {
         for (int j = 0; j < sectors; ++j) {
             const double theta = std::numbers::pi * (i + 0.5) / rings;
             const double phi = 2 * std::numbers::pi * (j + 0.5) / sectors;
@@ -51,6 +51,7 @@ std::vector<ContactVoxel> sphere_voxels() {
                          std::sin(theta) * std::sin(phi)};
             out.push_back(voxel(n, n, std::sin(theta)));
         }
+    }
     return out;
 }
 
@@ -87,9 +88,11 @@ TEST(ContactPatches, patch_sums_equal_voxel_sums) {
 
 TEST(ContactPatches, four_quadrants_carry_a_torque) {
     std::vector<ContactVoxel> voxels;
-    for (int i = 0; i < 10; ++i)
-        for (int j = 0; j < 10; ++j)
+    for (int i = 0; i < 10; ++i) {
+        for (int j = 0; j < 10; ++j) {
             voxels.push_back(voxel({-0.45 + 0.1 * i, 0, -0.45 + 0.1 * j}, {0, -1, 0}, 0.01));
+        }
+    }
     std::vector<ContactPatch> patches;
     const GranularLaw law = law_of({uniform_strength(1000)});
     group_contacts(voxels, {}, {}, law, {}, patches);
@@ -172,11 +175,12 @@ TEST(ContactPatches, wheel_that_rolls_turns_about_its_rim) {
     SoilStrength sticky = uniform_strength(1000);
     sticky.adhesion_pa = 200;
     std::vector<ContactVoxel> voxels;
-    for (double angle = -0.1; angle < 0.5; angle += 0.01)
+    for (double angle = -0.1; angle < 0.5; angle += 0.01) {
         for (double side = -0.2; side < 0.21; side += 0.1) {
             const Vec3 n{std::sin(angle), -std::cos(angle), 0};
             voxels.push_back(voxel(n + side * Vec3{0, 0, 1}, n, 0.001));
         }
+    }
     BodyMotion rolling;  // forward, its lowest point at rest
     rolling.linear_velocity_m_s = {0.5, 0, 0};
     rolling.angular_velocity_rad_s = {0, 0, -0.5};

@@ -39,8 +39,9 @@ std::vector<Row> read(const std::string& name) {
             continue;
         }
         Row& row = rows.emplace_back();
-        for (size_t i = 0; i < std::min(cells.size(), columns.size()); ++i)
+        for (size_t i = 0; i < std::min(cells.size(), columns.size()); ++i) {
             row[columns[i]] = cells[i];
+        }
     }
     return rows;
 }
@@ -164,15 +165,18 @@ oracle::Wrench force_of(const Law& law, const Case& c, double sinkage_m) {
             contact_law->yield({v, face}, {share, 0}, {j_m < 0 ? 1e9 : j_m, 0});
         double normal_pa = yield.normal_limit_pa, friction = yield.friction;
         const double down = std::max(0.0, -v.normal.z), sole = down * down;
-        if (law.rules.bearing)
+        if (law.rules.bearing) {
             normal_pa *= sole * face_factors(strength, face, v.depth_m).sole + 1 - sole;
-        if (law.rules.shear_k_m > 0)
+        }
+        if (law.rules.shear_k_m > 0) {
             friction = std::min(friction, tan_phi * -std::expm1(-j_m / law.rules.shear_k_m));
+        }
         const Vec3 slide = share - approach * v.normal;
         const double sliding = length(slide);
         Vec3 stress = -normal_pa * v.normal;
-        if (yield.normal_limit_pa > 0)
+        if (yield.normal_limit_pa > 0) {
             stress += (normal_pa / yield.normal_limit_pa) * yield.drag_pa;
+        }
         if (sliding > 0) stress += slide * (-(friction * normal_pa + yield.adhesion_pa) / sliding);
         if (law.rules.bow && velocity.x > 0 && length(stress) > 0) {
             // Turned towards -v until within phi of it, at the same size.
@@ -180,9 +184,10 @@ oracle::Wrench force_of(const Law& law, const Case& c, double sinkage_m) {
             const double size = length(stress), along = dot(stress, back);
             const Vec3 across = stress - along * back;
             const double cos_phi = 1 / std::hypot(1, tan_phi);
-            if (along < size * cos_phi && length(across) > 0)
+            if (along < size * cos_phi && length(across) > 0) {
                 stress = size * (cos_phi * back +
                                  std::sqrt(1 - cos_phi * cos_phi) / length(across) * across);
+            }
         }
         const Vec3 force = v.area_m2 * yield.area_share * stress;
         sum.force_n += force;
@@ -312,8 +317,9 @@ WheelForce wheel_under_load(const Law& law, const Wheel& wheel, double slip, dou
                             double load_n, bool today_smooth) {
     const auto at = [&](double sinkage_m) {
         if (wheel.lug_count == 0 || law.rules.lugs == Rules::Lugs::apart ||
-            law.rules.lugs == Rules::Lugs::trapped || law.is_granular)
+            law.rules.lugs == Rules::Lugs::trapped || law.is_granular) {
             return wheel_at(law, wheel, slip, angle_rad, sinkage_m, false, today_smooth);
+        }
         oracle::Wrench plug = wheel_at(law, wheel, slip, angle_rad, sinkage_m, true, today_smooth);
         if (law.rules.lugs == Rules::Lugs::cylinder) return plug;
         const double share = trapped_share(wheel);
@@ -374,9 +380,10 @@ Errors errors_of(const Law& law) {
                                 (angle > 0 ? " at " + row.at("slip_angle_deg") : "");
         errors.add(set + ", pull", f.pull_n, number(row, "Fx_N"), load_n);
         errors.add(set + ", sinkage", f.sinkage_m, 1e-3 * number(row, "sinkage_mm"));
-        if (lugs)
+        if (lugs) {
             errors.add(set + ", sinkage of the tips", f.sinkage_m + wheel.lug_height_m,
                        1e-3 * number(row, "sinkage_mm"));
+        }
         if (angle > 0) errors.add(set + ", side", f.side_n, number(row, "Fy_N"), load_n);
     }
     for (const Row& row : read("roverdevkit_single_wheel_experiments.csv")) {
@@ -390,16 +397,18 @@ Errors errors_of(const Law& law) {
         const std::string set = wheel.lug_count > 0 ? "ding lugs" : "ding smooth";
         errors.add(set + ", pull", f.pull_n, number(row, "meas_drawbar_pull_n"), load_n);
         errors.add(set + ", sinkage", f.sinkage_m, number(row, "meas_sinkage_m"));
-        if (wheel.lug_count > 0)
+        if (wheel.lug_count > 0) {
             errors.add(set + ", sinkage of the tips", f.sinkage_m + wheel.lug_height_m,
                        number(row, "meas_sinkage_m"));
+        }
         if (slip > 0) errors.add(set + ", torque", f.torque_n_m, number(row, "meas_torque_nm"));
     }
     for (const Row& row : read("cmu_pavlov2022_plate_sinkage.csv")) {
         const double sinkage_m = 1e-3 * number(row, "sinkage_mm");
         if (row.at("box") != "large" || row.at("trial") != "1" || sinkage_m < 0.0049 ||
-            sinkage_m > 0.0151)
+            sinkage_m > 0.0151) {
             continue;
+        }
         Case c;
         c.soil = kPavlov;
         c.friction = std::tan(radians(29));
@@ -485,9 +494,11 @@ void print_leave_one_out() {
         double least = 1e9;
         for (size_t i = 0; i < all.size(); ++i) {
             std::vector<double> rest;
-            for (const auto& [set, errors] : all[i].sets())
-                if (set != left_out && set.find(", pull") != std::string::npos)
+            for (const auto& [set, errors] : all[i].sets()) {
+                if (set != left_out && set.find(", pull") != std::string::npos) {
                     rest.insert(rest.end(), errors.begin(), errors.end());
+                }
+            }
             if (median(rest) < least) {
                 least = median(rest);
                 best = i;
@@ -512,9 +523,10 @@ void print_thrust() {
             std::printf("| %.0f | %d x %.0f mm |", phi, count, 1e3 * height_m);
             for (const Law& law : laws()) {
                 double most = -1e9;
-                for (const double slip : {0.1, 0.3, 0.6, 0.9})
+                for (const double slip : {0.1, 0.3, 0.6, 0.9}) {
                     most = std::max(most,
                                     wheel_under_load(law, wheel, slip, 0, 200, false).pull_n / 200);
+                }
                 std::printf(" %.2f |", most - std::tan(radians(phi)));
             }
             std::printf("\n");

@@ -28,8 +28,9 @@ class Bed {
   public:
     explicit Bed(const std::function<SurfaceColumn(int x, int y)>& column) {
         map_.nx = map_.ny = kSide;
-        for (int y = 0; y < kSide; ++y)
+        for (int y = 0; y < kSide; ++y) {
             for (int x = 0; x < kSide; ++x) map_.columns.push_back(column(x, y));
+        }
         frame_.size[0] = frame_.size[1] = kSide;
         frame_.size[2] = 64;
         frame_.voxel_m = kVoxelM;
@@ -81,8 +82,9 @@ constexpr Vec3 kAhead{1, 0, 0}, kBehind{-1, 0, 0}, kAside{0, 1, 0}, kDown{0, 0, 
 
 TEST(FreeSurface, flat_bed_has_one_depth_for_every_face) {
     Bed bed([](int, int) { return SurfaceColumn{Top::soil, 20}; });
-    for (const Vec3 outward : {kAhead, kBehind, kAside, kDown, Vec3{0.6, 0, -0.8}})
+    for (const Vec3 outward : {kAhead, kBehind, kAside, kDown, Vec3{0.6, 0, -0.8}}) {
         EXPECT_NEAR(bed.depth_m({32.3, 31.8, 14}, outward), 0.30, 1e-9);
+    }
 }
 
 TEST(FreeSurface, on_a_slope_a_wall_has_the_depth_at_the_middle_of_its_wedge) {
@@ -206,8 +208,9 @@ TEST(FreeSurface, random_beds_as_the_oracle_has_them) {
             const std::vector<double> expected = oracle::free_surface(bed.map(), piece);
             const double found = bed.height(at, outward);
             double nearest_error = 1e9;
-            for (const double height : expected)
+            for (const double height : expected) {
                 nearest_error = std::min(nearest_error, std::abs(height - found));
+            }
             // Sums over 4,096 columns of heights up to 30, in double precision.
             EXPECT_LT(nearest_error, 1e-9) << "seed " << seed << ", piece " << k;
             ++looked_at;

@@ -58,8 +58,9 @@ class DrivenTool {
         contact_soil->materials = soil->materials();
         const auto law = ContactLaw::make(contact_soil);
         ConvexShape seen = shape;
-        if (slant_rad != 0)
+        if (slant_rad != 0) {
             seen.local.rotation = about_z(view.is_mirrored ? -slant_rad : slant_rad);
+        }
         const std::vector<ConvexShape> shapes{seen};
         SoilBody tool;
         tool.shapes = &shapes;
@@ -105,8 +106,9 @@ class DrivenTool {
             ahead = {c, s, 0};
             aside = Vec3{-s, c, 0} * (view.is_mirrored ? -1.0 : 1.0);
             up = {0, 0, 1};
-            if (view.up == UpAxis::y)
+            if (view.up == UpAxis::y) {
                 for (Vec3* v : {&ahead, &aside, &up}) *v = {v->x, v->z, -v->y};
+            }
         }
         Vec3 to_world(Vec3 p) const { return p.x * ahead + p.y * aside + p.z * up; }
         Vec3 to_tool(Vec3 f) const { return {dot(f, ahead), dot(f, aside), dot(f, up)}; }
@@ -118,9 +120,10 @@ class DrivenTool {
             const double m[3][3] = {
                 {ahead.x, y.x, up.x}, {ahead.y, y.y, up.y}, {ahead.z, y.z, up.z}};
             const double w = std::sqrt(std::max(0.0, 1 + m[0][0] + m[1][1] + m[2][2])) / 2;
-            if (w > 1e-6)
+            if (w > 1e-6) {
                 return {(m[2][1] - m[1][2]) / (4 * w), (m[0][2] - m[2][0]) / (4 * w),
                         (m[1][0] - m[0][1]) / (4 * w), w};
+            }
             return about_z(std::numbers::pi);
         }
     };

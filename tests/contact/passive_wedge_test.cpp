@@ -30,9 +30,10 @@ TEST(PassiveWedge, partly_rough_walls_are_as_in_published_tables) {
         double phi, share, published;
     } kTable[] = {{20, 1.0 / 3, 2.3}, {20, 0.5, 2.6}, {25, 1.0 / 3, 3.0}, {25, 0.5, 3.4},
                   {30, 1.0 / 3, 4.0}, {30, 0.5, 4.5}, {35, 1.0 / 3, 5.4}, {40, 1.0 / 3, 7.5}};
-    for (const auto& [phi, share, published] : kTable)
+    for (const auto& [phi, share, published] : kTable) {
         EXPECT_NEAR(log_spiral(phi, share * phi), published, 0.05 + 0.03 * published)
             << phi << " deg, wall " << share * phi;
+    }
 }
 
 // Kerisel and Absi's slip lines have 6.42 and 17.5 there; a rotation is an upper bound.

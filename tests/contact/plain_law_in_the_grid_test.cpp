@@ -137,15 +137,18 @@ std::vector<oracle::Facet> surface_with_trapped_soil(const Tool& tool, double ax
     const auto trapped = [&](Vec3 at) {
         constexpr int kParts = 100;
         int below = 0;
-        for (int i = 0; i < kParts; ++i)
+        for (int i = 0; i < kParts; ++i) {
             below +=
                 axle_m + at.z / std::hypot(at.x, at.z) * (kRadiusM + (i + 0.5) / kParts * h) < 0;
+        }
         return most * below / kParts;
     };
     std::vector<oracle::Facet> out = oracle::surface_of(tool.solids, 0.002);
-    for (oracle::Facet& facet : out)
-        if (std::abs(facet.normal.y) < 0.5 || std::hypot(facet.at.x, facet.at.z) > kRadiusM)
+    for (oracle::Facet& facet : out) {
+        if (std::abs(facet.normal.y) < 0.5 || std::hypot(facet.at.x, facet.at.z) > kRadiusM) {
             facet.share = 1 - trapped(facet.at);
+        }
+    }
     for (oracle::Facet facet :
          oracle::surface_of({cylinder(kRadiusM + h, kWidthM, about({1, 0, 0}, kPi / 2))}, 0.002)) {
         if (std::hypot(facet.at.x, facet.at.z) < kRadiusM) continue;
@@ -252,8 +255,9 @@ void expect_exact(const std::string& name, const Tool& tool, double arm_m, doubl
 
 // Measured: 2.3 %.
 TEST(PlainLawInTheGrid, smooth_wheel_at_any_slip) {
-    for (const double slip : {-1.0, 0.2, 0.6})
+    for (const double slip : {-1.0, 0.2, 0.6}) {
         expect_exact("slip " + std::to_string(slip), wheel(slip, 0.08), kRadiusM, 0.05);
+    }
     expect_exact("shallow", wheel(0.2, 0.03), kRadiusM, 0.05);
 }
 
@@ -262,9 +266,10 @@ TEST(PlainLawInTheGrid, smooth_wheel_at_any_slip) {
 // of surface across the lowest line then counts whole or not at all, half of which is 8 % of the
 // force.
 TEST(PlainLawInTheGrid, wheel_at_slip_angles) {
-    for (const int angle_deg : {30, 60, 75, 85})
+    for (const int angle_deg : {30, 60, 75, 85}) {
         expect_exact(std::to_string(angle_deg) + " deg", wheel(0.2, 0.08, angle_deg * kPi / 180),
                      kRadiusM, 0.05);
+    }
 }
 
 // Measured: 4.5 %, with lugs as thick as 0.8 voxels, and 0.9 %, as thick as 0.4 voxels.
@@ -298,15 +303,17 @@ TEST(PlainLawInTheGrid, converges_with_the_voxel) {
     const Place finer{.voxel_m = kRadiusM / 20, .shift_voxels = {0.3, 0.45, 0.37}, .yaw_rad = 0.7};
     for (const Tool& tool :
          {wheel(0.2, 0.08), wheel(0.2, 0.08, kPi / 2 - 1e-6),
-          lugged_wheel(0.3, 0.06, 12, 0.03, 0.02), plate(0.1, 0.005), blade(0.15, kPi / 2, 0.02)})
+          lugged_wheel(0.3, 0.06, 12, 0.03, 0.02), plate(0.1, 0.005), blade(0.15, kPi / 2, 0.02)}) {
         expect_exact("finer", tool, kRadiusM, 0.015, {finer});
+    }
 }
 
 // From a tenth of a voxel to 1.6. Measured: 3.0 %.
 TEST(PlainLawInTheGrid, thin_lugs_feel_what_thick_ones_do) {
-    for (const double thickness_m : {0.0025, 0.005, 0.01, 0.02, 0.04})
+    for (const double thickness_m : {0.0025, 0.005, 0.01, 0.02, 0.04}) {
         expect_exact("lugs of " + std::to_string(thickness_m),
                      lugged_wheel(0.3, 0.06, 12, 0.02, thickness_m), kRadiusM, 0.05);
+    }
 }
 
 TEST(PlainLawInTheGrid, walls_meet_their_wedge) {

@@ -97,16 +97,18 @@ WheelForce wheel(double slip, double sinkage_m) {
     };
     for (int i = 0; i < n; ++i) {
         const double t = 2 * std::numbers::pi * (i + 0.5) / n;
-        for (int j = 0; j < strips; ++j)
+        for (int j = 0; j < strips; ++j) {
             add({radius * std::sin(t), (j + 0.5) / strips * width - width / 2,
                  -radius * std::cos(t)},
                 {std::sin(t), 0, -std::cos(t)}, 2 * std::numbers::pi * radius / n * width / strips);
-        for (int j = 0; j < rings; ++j)
+        }
+        for (int j = 0; j < rings; ++j) {
             for (const double side : {-1.0, 1.0}) {
                 const double r = (j + 0.5) / rings * radius;
                 add({r * std::sin(t), side * width / 2, -r * std::cos(t)}, {0, side, 0},
                     r * 2 * std::numbers::pi / n * radius / rings);
             }
+        }
     }
     return out;
 }

@@ -17,8 +17,9 @@ ConvexShape random_hull(std::mt19937& random) {
     std::uniform_real_distribution<double> unit(-1, 1), offset(0.1, 0.6);
     ConvexShape shape;
     shape.kind = Kind::hull;
-    for (const Vec3 axis : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}})
+    for (const Vec3 axis : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}}) {
         for (const double sign : {-1.0, 1.0}) shape.planes.push_back({sign * axis, 0.6});
+    }
     for (int i = 0; i < 5; ++i) {
         const Vec3 n{unit(random), unit(random), unit(random)};
         shape.planes.push_back({n * (1 / length(n)), offset(random)});

@@ -36,8 +36,9 @@ Sums sums_of(const std::vector<ConvexShape>& shapes, double voxel_m) {
     // Every sample is in a cluster's ball.
     size_t counted = 0;
     for (const SampleCluster& cluster : surface.clusters) {
-        for (size_t i = cluster.first; i < cluster.last; ++i)
+        for (size_t i = cluster.first; i < cluster.last; ++i) {
             EXPECT_LE(length(surface.samples[i].at - cluster.center), cluster.radius_m + 1e-12);
+        }
         counted += cluster.last - cluster.first;
     }
     EXPECT_EQ(counted, surface.samples.size());
@@ -82,9 +83,10 @@ TEST(SurfaceSamples, add_up_to_the_surface_of_every_shape) {
     hull.kind = Kind::hull;
     hull.bound_m = 0.2;
     const double n = 1 / std::sqrt(3.0);
-    for (int i = 0; i < 8; ++i)
+    for (int i = 0; i < 8; ++i) {
         hull.planes.push_back(
             {{i & 1 ? n : -n, i & 2 ? n : -n, i & 4 ? n : -n}, 0.2 / std::sqrt(3.0)});
+    }
     expect_surface(hull, 4 * std::sqrt(3.0) * 0.04, 4.0 / 3 * 0.008);
 }
 

@@ -61,10 +61,12 @@ std::vector<Element> wheel_with(Lugs lugs) {
                          is_over_tips};
     };
     for (const oracle::Facet& facet : oracle::surface_of(solids, kEdgeM)) add(facet, false);
-    if (lugs.count > 0)
+    if (lugs.count > 0) {
         for (const oracle::Facet& facet :
-             oracle::surface_of({cylinder(kRadiusM + lugs.height_m)}, kEdgeM))
+             oracle::surface_of({cylinder(kRadiusM + lugs.height_m)}, kEdgeM)) {
             if (std::hypot(facet.at.x, facet.at.z) > kRadiusM) add(facet, true);
+        }
+    }
     return out;
 }
 
@@ -95,8 +97,9 @@ Vec3 force_of(const std::vector<Element>& wheel, const ContactLaw& law, double s
         const ElementYield yield = law.yield({voxels[i], faces.of_voxel(i)}, {share, 0}, {});
         const Vec3 slide = share - approach * voxels[i].normal;
         Vec3 stress = yield.drag_pa - yield.normal_limit_pa * voxels[i].normal;
-        if (length(slide) > 0)
+        if (length(slide) > 0) {
             stress += slide * (-yield.friction * yield.normal_limit_pa / length(slide));
+        }
         sum += voxels[i].area_m2 * yield.area_share * stress;
     }
     return sum;
@@ -149,11 +152,12 @@ TEST(ThrustBound, no_wheel_pulls_more_than_its_sand_can_shear) {
                 EXPECT_LE(share, tan_phi + 0.1) << phi << " deg, " << lugs.count << " lugs of "
                                                 << lugs.height_m << " m, slip " << slip;
             }
-            if (lugs.count == 24)
+            if (lugs.count == 24) {
                 most_without = std::max(
                     most_without,
                     pull_share(wheel, *law_of(phi * kPi / 180, false), 0.6, lugs.height_m) -
                         tan_phi);
+            }
         }
     }
     EXPECT_GT(most_without, 0.25) << "resistive force theory alone has no such bound";
@@ -164,9 +168,10 @@ TEST(ThrustBound, lugs_raise_the_pull_of_a_slipping_wheel) {
     for (const double phi : {29.0, 33.0, 38.0}) {
         const auto law = law_of(phi * kPi / 180, true);
         const double smooth = pull_share(wheel_with({0, 0}), *law, 0.1, 0);
-        for (const Lugs lugs : {Lugs{12, 0.01}, {24, 0.01}, {24, 0.03}})
+        for (const Lugs lugs : {Lugs{12, 0.01}, {24, 0.01}, {24, 0.03}}) {
             EXPECT_GT(pull_share(wheel_with(lugs), *law, 0.1, lugs.height_m), smooth)
                 << phi << " deg, " << lugs.count << " of " << lugs.height_m;
+        }
     }
 }
 

@@ -95,8 +95,9 @@ TEST(ToothRows, what_only_stands_out_is_no_tooth) {
     EXPECT_EQ(row_count(wheel(4)), 0u) << "too few to hold soil all round";
     EXPECT_EQ(row_count(wheel(12, 0.05)), 0u) << "studs: soil goes round them";
     std::vector<ConvexShape> table{box({1, 0.8, 0.04}, {0, 0, 0.7})};
-    for (const double x : {-0.45, 0.45})
+    for (const double x : {-0.45, 0.45}) {
         for (const double y : {-0.35, 0.35}) table.push_back(box({0.05, 0.05, 0.7}, {x, y, 0.35}));
+    }
     EXPECT_EQ(row_count(table), 0u);
     EXPECT_EQ(row_count(plate_with({box({0.5, 0.06, 0.06}, {0.5, 0, 0})})), 0u) << "an arm";
     EXPECT_EQ(row_count(plate_with({box({0.6, 0.02, 0.3}, {0, 0.19, 0.13}),
@@ -125,8 +126,9 @@ TEST(ToothRows, surface_over_the_tips_is_a_larger_cylinders) {
     EXPECT_NEAR(mantle_m2, 2 * kPi * 0.27 * 0.2, 1e-6);
     EXPECT_NEAR(ends_m2, 2 * kPi * (0.27 * 0.27 - 0.25 * 0.25), 1e-6);
     // Of the wheel itself all but its two discs belongs to the row.
-    for (const SurfaceSample& sample : surface.samples)
+    for (const SurfaceSample& sample : surface.samples) {
         if (sample.row < 0) between_m2 += sample.area_m2;
+    }
     EXPECT_NEAR(between_m2, 2 * kPi * 0.25 * 0.25, 0.01);
 }
 

@@ -16,7 +16,7 @@ namespace {
 
 TEST(WorkThreads, do_each_part_once) {
     const WorkThreads threads(4);
-    for (const size_t count : {0, 1, 7, 1000})
+    for (const size_t count : {0, 1, 7, 1000}) {
         for (const size_t least : {1, 64, 5000}) {
             std::vector<int> done(count);
             threads.for_ranges(count, least, [&](size_t first, size_t last) {
@@ -25,6 +25,7 @@ TEST(WorkThreads, do_each_part_once) {
             });
             EXPECT_EQ(done, std::vector<int>(count, 1)) << count << " " << least;
         }
+    }
 }
 
 TEST(WorkThreads, work_within_a_part) {
@@ -56,7 +57,7 @@ TEST(WorkThreads, no_threads_is_this_thread) {
 std::vector<ContactVoxel> ball_contacts(double way_m) {
     std::vector<ContactVoxel> out;
     const int rings = 60;
-    for (int i = 0; i < rings; ++i)
+    for (int i = 0; i < rings; ++i) {
         for (int j = 0; j < 2 * rings; ++j) {
             const double theta = std::numbers::pi * (i + 0.5) / rings;
             const double phi = std::numbers::pi * (j + 0.5) / rings;
@@ -67,6 +68,7 @@ std::vector<ContactVoxel> ball_contacts(double way_m) {
             v.area_m2 = 0.0025 * std::sin(theta);
             v.depth_m = v.bearing_depth_m = std::max(0.0, 0.2 - v.position_m.z);
         }
+    }
     return out;
 }
 

@@ -44,9 +44,7 @@ std::vector<int32_t> extreme_pairs() {
                           12345, -54321, 1 << 30, -(1 << 30), 46341, -46341,   32768, -32768};
     std::vector<int32_t> pairs;
     for (const int a : values) {
-        for (const int b : values) {
-            pairs.insert(pairs.end(), {a, b});
-        }
+        for (const int b : values) pairs.insert(pairs.end(), {a, b});
     }
     return pairs;
 }
@@ -54,9 +52,7 @@ std::vector<int32_t> extreme_pairs() {
 std::vector<int32_t> random_pairs(int count) {
     std::mt19937 random(7);
     std::vector<int32_t> pairs;
-    for (int i = 0; i < 2 * count; ++i) {
-        pairs.push_back(static_cast<int32_t>(random()));
-    }
+    for (int i = 0; i < 2 * count; ++i) pairs.push_back(static_cast<int32_t>(random()));
     return pairs;
 }
 
@@ -66,9 +62,7 @@ std::vector<int32_t> random_float_pairs(int count) {
     std::uniform_int_distribution<int> bits(std::bit_cast<int>(0x1p-96f),
                                             std::bit_cast<int>(0x1p126f));
     std::vector<int32_t> pairs;
-    for (int i = 0; i < 2 * count; ++i) {
-        pairs.push_back(bits(random));
-    }
+    for (int i = 0; i < 2 * count; ++i) pairs.push_back(bits(random));
     return pairs;
 }
 
@@ -114,9 +108,7 @@ TEST_P(AnyDevice, roots_of_perfect_squares_are_whole) {
 TEST_P(AnyDevice, roots_of_zero_tiny_and_negative_numbers_are_zero) {
     const float values[] = {0.0f, -0.0f, -1.0f, -1e30f, 1e-40f, 0x1p-97f};
     std::vector<int32_t> pairs;
-    for (const float value : values) {
-        pairs.insert(pairs.end(), {std::bit_cast<int32_t>(value), 0});
-    }
+    for (const float value : values) pairs.insert(pairs.end(), {std::bit_cast<int32_t>(value), 0});
     const Probe probe(pairs);
     const auto planes = probe.run(*device_);
     for (size_t i = 0; i < std::size(values); ++i) {

@@ -135,9 +135,7 @@ TEST_P(Dispatch, scatter_over_colours_adds_up) {
     device_->write(Buffer::neighbours, 0, grid.tile_table);
     device_->write(Buffer::entries, 0, grid.tile_of_group);
     constexpr int kRepeats = 10;
-    for (int i = 0; i < kRepeats; ++i) {
-        dispatch(*device_, scatter_to_neighbours, grid.work);
-    }
+    for (int i = 0; i < kRepeats; ++i) dispatch(*device_, scatter_to_neighbours, grid.work);
 
     // The same from the receiving column's side, in coordinates of the whole grid.
     std::vector<int32_t> sums(TileGrid::kColumns), largest(TileGrid::kColumns);
@@ -147,9 +145,7 @@ TEST_P(Dispatch, scatter_over_colours_adds_up) {
             const int column = (y / 8 * TileGrid::kSide + x / 8) * 64 + y % 8 * 8 + x % 8;
             for (int way = 0; way < 9; ++way) {
                 const int from_x = x - (way % 3 - 1) * 4, from_y = y - (way / 3 - 1) * 4;
-                if (from_x < 0 || from_y < 0 || from_x >= width || from_y >= width) {
-                    continue;
-                }
+                if (from_x < 0 || from_y < 0 || from_x >= width || from_y >= width) continue;
                 const int tile = TileGrid::tile_at(from_x / 8, from_y / 8);
                 sums[column] += kRepeats * TileGrid::kGroupsPerTile * (1000 * way + tile);
                 largest[column] = std::max(largest[column], 9 * tile + way);

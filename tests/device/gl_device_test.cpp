@@ -18,15 +18,11 @@ namespace {
 /// Any OpenGL 4.5 context, as a host has one.
 Result<EglContext> create_host_context() {
     const auto displays = find_egl_displays();
-    if (!displays) {
-        return Error{displays.error()};
-    }
+    if (!displays) return Error{displays.error()};
     std::string errors;
     for (const EglDisplay& display : *displays) {
         auto context = EglContext::create(display);
-        if (context) {
-            return context;
-        }
+        if (context) return context;
         errors += context.error() + "; ";
     }
     return Error{errors};
@@ -146,9 +142,7 @@ class HostContext {
   public:
     explicit HostContext(EGLenum api) {
         const auto displays = find_egl_displays();
-        if (!displays) {
-            return;
-        }
+        if (!displays) return;
         display_ = displays->back().handle;
         eglInitialize(display_, nullptr, nullptr);
         eglBindAPI(api);
@@ -226,9 +220,7 @@ void call_everything(const Check& check) {
 
 TEST(GlDevice, host_keeps_its_opengl_context) {
     const HostContext host(EGL_OPENGL_API);
-    if (!host.is_usable()) {
-        GTEST_SKIP() << "no OpenGL context with a surface here";
-    }
+    if (!host.is_usable()) GTEST_SKIP() << "no OpenGL context with a surface here";
     call_everything([&](const char* after) {
         host.expect_current(after);
         EXPECT_EQ(eglQueryAPI(), static_cast<EGLenum>(EGL_OPENGL_API)) << after;
@@ -237,9 +229,7 @@ TEST(GlDevice, host_keeps_its_opengl_context) {
 
 TEST(GlDevice, host_keeps_its_opengl_es_context) {
     const HostContext host(EGL_OPENGL_ES_API);
-    if (!host.is_usable()) {
-        GTEST_SKIP() << "no OpenGL ES context with a surface here";
-    }
+    if (!host.is_usable()) GTEST_SKIP() << "no OpenGL ES context with a surface here";
     call_everything([&](const char* after) {
         host.expect_current(after);
         EXPECT_EQ(eglQueryAPI(), static_cast<EGLenum>(EGL_OPENGL_ES_API)) << after;

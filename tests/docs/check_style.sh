@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Checks what clang-format does not: lines of shaders and of the headers that they share with the host end at column 132, and
-# no source file of the product is longer than 500 lines, tables aside.
+# Checks what clang-format does not: lines of shaders and of the headers that they share with the host end at column 132,
+# no source file of the product is longer than 500 lines, tables aside, and a body that starts on a line of its own has braces.
 set -uo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.." || exit 1
 columns_most=132
@@ -22,4 +22,24 @@ while read -r count file; do
     [[ $count -le $lines_most || " ${tables[*]} " == *" $file "* ]] || fail "$file: $count lines, at most $lines_most"
 done < <(find plugin bridge shaders demos -type f \( -name '*.cpp' -o -name '*.h' -o -name '*.glsl' -o -name '*.c' \) -print0 |
     xargs -0 wc -l | grep -v ' total$')
+
+# A control statement's line is joined until its brackets close; then it may end with its brace or with its whole body.
+while IFS= read -r found; do
+    fail "$found: a body on a line of its own needs braces"
+done < <(git ls-files -z '*.cpp' '*.h' '*.c' '*.glsl' '*.frag' '*.vert' | xargs -0 awk '
+    FNR == 1 { open = 0; depth = 0 }
+    {
+        line = $0
+        gsub(/"([^"\\]|\\.)*"|\047([^\047\\]|\\.)\047/, "text", line)
+        sub(/[ \t]*\/\/.*/, "", line)
+    }
+    !open && line ~ /^[ \t]*((} )?else )?(if|for|while)( constexpr)? \(/ { open = 1; depth = 0; at = FNR }
+    line ~ /^[ \t]*(} )?else$/ { print FILENAME ":" FNR }
+    open {
+        depth += gsub(/\(/, "(", line) - gsub(/\)/, ")", line)
+        if (depth == 0) {
+            if (line ~ /\)$/) print FILENAME ":" at
+            open = 0
+        }
+    }')
 exit "$failed"

@@ -63,8 +63,9 @@ std::string parameter_report(Material material) {
             material.water_fraction = 0.125 * (1 + i);
             def.material = material;
             auto soil = Soil::create(def);
-            if (!soil || !(*soil)->fill(BoxFill{{{-0.4, -0.4, 0}, {0.4, 0.4, 0.4}}, {}}))
+            if (!soil || !(*soil)->fill(BoxFill{{{-0.4, -0.4, 0}, {0.4, 0.4, 0.4}}, {}})) {
                 return "could_not";
+            }
             water[i] = sums_of(**soil).water;
             const std::vector<uint8_t> state = (*soil)->state();
             is_saved = std::string(state.begin(), state.end()).find("water_fraction of") !=
@@ -95,9 +96,7 @@ int run() {
     Soil& soil = **made;
     const Status filled = soil.fill(BoxFill{{{-0.8, -0.5, 0}, {0.8, 0.5, 0.3}}, {}});
     const Status dropped = soil.fill(BoxFill{{{-0.2, -0.2, 0.4}, {0.2, 0.2, 0.6}}, {}});
-    if (!filled || !dropped) {
-        return 2;
-    }
+    if (!filled || !dropped) return 2;
     const int64_t water = sums_of(soil).water;
     ConvexShape blade;
     blade.half_extents_m = {0.05, 0.3, 0.2};

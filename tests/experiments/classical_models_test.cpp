@@ -53,9 +53,11 @@ TEST(ClassicalModels, bekker_gives_the_tabulated_pressures) {
 
 TEST(ClassicalModels, bekker_fit_finds_the_parameters_that_made_the_readings) {
     std::vector<PlateReading> readings{{0.05, 0, 0}, {0.05, 0.01, -3}};  // left out
-    for (const double b_m : {0.03, 0.05, 0.1})
-        for (const double z_m : {0.005, 0.01, 0.02})
+    for (const double b_m : {0.03, 0.05, 0.1}) {
+        for (const double z_m : {0.005, 0.01, 0.02}) {
             readings.push_back({b_m, z_m, bekker_pressure_pa(kLeteSand, b_m, z_m)});
+        }
+    }
     const BekkerSoil fit = fit_bekker(readings);
     EXPECT_NEAR(fit.n, kLeteSand.n, 1e-9);
     EXPECT_NEAR(fit.kc, kLeteSand.kc, 1e-3);
@@ -75,8 +77,9 @@ TEST(ClassicalModels, janosi_gives_the_tabulated_shares) {
 TEST(ClassicalModels, janosi_fit_finds_the_curve_that_made_the_readings) {
     const JanosiCurve curve{50e3, 0.008};
     std::vector<ShearReading> readings;
-    for (const double j_m : {0.001, 0.003, 0.01, 0.03, 0.4})  // the last has all of the strength
+    for (const double j_m : {0.001, 0.003, 0.01, 0.03, 0.4}) {  // the last has all of the strength
         readings.push_back({j_m, curve.at_pa(j_m)});
+    }
     const JanosiCurve fit = fit_janosi(readings);
     EXPECT_NEAR(fit.stress_pa, 50e3, 1);
     EXPECT_NEAR(fit.k_m, 0.008, 1e-6);

@@ -114,8 +114,9 @@ TEST(ExperimentResults, plot_shows_curves_and_measured_points) {
     experiment.plots = {plot};
     const std::string script = plot_script(experiment, results());
     for (const char* part : {"0.2 380\n", "0.1 90\n", "Somebody 1970", "\"draft, N\"",
-                             "A \\\"blade\\\"", "results.svg", "results.png"})
+                             "A \\\"blade\\\"", "results.svg", "results.png"}) {
         EXPECT_NE(script.find(part), std::string::npos) << part;
+    }
 }
 
 }  // namespace

@@ -49,8 +49,9 @@ TEST(Rigs, wheel_hanging_free_measures_nothing) {
         "[traction]\nslip_ratio = 0.3\nslip_angle_deg = 20\ngrouser_count = 7\ntravel_m = 0.1\n"
         "window_from_m = 0.05\n",
         "traction");
-    for (const char* column : {"drawbar_pull_n", "side_force_n", "vertical_load_n", "torque_n_m"})
+    for (const char* column : {"drawbar_pull_n", "side_force_n", "vertical_load_n", "torque_n_m"}) {
         EXPECT_NEAR(*table.number(0, column), 0, kForceTolerance) << column;
+    }
 }
 
 TEST(Rigs, wheel_on_a_rigid_plane_pulls_with_coulomb_friction) {

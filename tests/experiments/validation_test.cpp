@@ -101,13 +101,16 @@ TEST_F(ComparedWheel, page_keeps_what_is_written_by_hand) {
     const auto made = update_page(page, {comparison_}, "pictures");
     ASSERT_TRUE(made) << made.error();
     for (const char* kept : {"# Title\nby hand\n", "| [Other](#other) | 7 |", "other's",
-                             "more by hand", "last by hand"})
+                             "more by hand", "last by hand"}) {
         EXPECT_NE(made->find(kept), std::string::npos) << kept;
-    for (const char* dropped : {"old", "Gone"})
+    }
+    for (const char* dropped : {"old", "Gone"}) {
         EXPECT_EQ(made->find(dropped), std::string::npos) << dropped;
+    }
     for (const char* added : {"[Wheel](#wheel)", "](pictures/wheel.svg)", "**not met**: it pulls",
-                              "| 0.3 | 20.0 | 30.0 | +50 % | +10 % |", "50 %, reached"})
+                              "| 0.3 | 20.0 | 30.0 | +50 % | +10 % |", "50 %, reached"}) {
         EXPECT_NE(made->find(added), std::string::npos) << added << "\n" << *made;
+    }
     EXPECT_EQ(*update_page(*made, {comparison_}, "pictures"), *made);
     EXPECT_NE(update_page("no marker", {comparison_}, "p").error().find("summary"),
               std::string::npos);
@@ -132,8 +135,9 @@ TEST_F(ComparedWheel, page_pools_what_several_data_sets_measure) {
 TEST_F(ComparedWheel, picture_shows_all_three) {
     const std::string svg = comparison_picture(comparison_);
     for (const char* part : {"<svg ", "measured", "BulletSoil", "Wong", "drawbar pull, N",
-                             "stroke-dasharray", "<circle", "</svg>\n"})
+                             "stroke-dasharray", "<circle", "</svg>\n"}) {
         EXPECT_NE(svg.find(part), std::string::npos) << part;
+    }
 }
 
 TEST(Validation, rig_needs_its_own_model_and_measurements) {
@@ -156,8 +160,10 @@ TEST(SvgFigure, logarithmic_axis_leaves_out_what_it_cannot_show) {
     const SvgCurve curve{SvgCurve::Style::circles, 0, "a < b & c", {{1, 10}, {2, 1000}, {3, 0}}};
     const std::string svg = svg_figure({{"", "x", "y", false, true, {curve}}}, {});
     size_t circles = 0;
-    for (size_t at = svg.find("<circle"); at != std::string::npos; at = svg.find("<circle", at + 1))
+    for (size_t at = svg.find("<circle"); at != std::string::npos;
+         at = svg.find("<circle", at + 1)) {
         ++circles;
+    }
     EXPECT_EQ(circles, 2u);
     EXPECT_NE(svg.find("a &lt; b &amp; c"), std::string::npos);
     EXPECT_NE(svg.find(">100<"), std::string::npos);

@@ -61,8 +61,9 @@ class Caller {
                 return s_.shape<btConeShape>(btScalar(size(c_)), btScalar(size(c_)));
             case 5: {
                 auto& hull = static_cast<btConvexHullShape&>(s_.shape<btConvexHullShape>());
-                for (int i = 0; i < 4 + c_.below(8); ++i)
+                for (int i = 0; i < 4 + c_.below(8); ++i) {
                     if (const btVector3 p = vector(c_, 0.5); is_tame(p)) hull.addPoint(p);
+                }
                 if (hull.getNumPoints() == 0) hull.addPoint({0, 0, 0});
                 return hull;
             }
@@ -70,11 +71,13 @@ class Caller {
                 meshes_.push_back(std::make_unique<btTriangleMesh>());
                 for (int i = 0; i < 1 + c_.below(8); ++i) {
                     const btVector3 a = vector(c_, 1), b = vector(c_, 1), d = vector(c_, 1);
-                    if (is_tame(a) && is_tame(b) && is_tame(d))
+                    if (is_tame(a) && is_tame(b) && is_tame(d)) {
                         meshes_.back()->addTriangle(a, b, d);
+                    }
                 }
-                if (meshes_.back()->getNumTriangles() == 0)
+                if (meshes_.back()->getNumTriangles() == 0) {
                     meshes_.back()->addTriangle({0, 0, 0}, {1, 0, 0}, {0, 0, 1});
+                }
                 return s_.shape<btBvhTriangleMeshShape>(meshes_.back().get(), true);
             }
             default: {
@@ -95,8 +98,9 @@ class Caller {
                 if (s_.bodies.size() < 6) add_body();
                 return;
             case 1:
-                if (!s_.bodies.empty())
+                if (!s_.bodies.empty()) {
                     s_.remove(*s_.bodies[static_cast<size_t>(c_.below(int(s_.bodies.size())))]);
+                }
                 return;
             case 2:
                 return move_body();
@@ -142,8 +146,9 @@ class Caller {
     static bool has_mesh(const btCollisionShape& form) {
         if (!form.isCompound()) return !form.isConvex();
         const auto& compound = static_cast<const btCompoundShape&>(form);
-        for (int i = 0; i < compound.getNumChildShapes(); ++i)
+        for (int i = 0; i < compound.getNumChildShapes(); ++i) {
             if (has_mesh(*compound.getChildShape(i))) return true;
+        }
         return false;
     }
 

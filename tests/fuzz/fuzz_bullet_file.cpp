@@ -18,8 +18,9 @@ const std::vector<uint8_t>& good_file() {
             compound.addChildShape(at, &s.shape<btBoxShape>(btVector3(0.1f, 0.1f, 0.1f)));
         }
         auto& hull = static_cast<btConvexHullShape&>(s.shape<btConvexHullShape>());
-        for (int i = 0; i < 8; ++i)
+        for (int i = 0; i < 8; ++i) {
             hull.addPoint({i & 1 ? 0.2f : -0.2f, i & 2 ? 0.2f : -0.2f, i & 4 ? 0.2f : -0.2f});
+        }
         btTriangleMesh triangles;
         triangles.addTriangle({-2, 0, -2}, {2, 0, -2}, {0, 0, 2});
         btBvhTriangleMeshShape ground(&triangles, true);
@@ -63,8 +64,9 @@ void load(const std::string& path, bool moved) {
     const int before = s.world->getNumCollisionObjects();
     {
         const auto file = scene::BulletFile::load(path, *s.world, pose);
-        if (file)
+        if (file) {
             for (int i = 0; i < 2; ++i) s.world->stepSimulation(btScalar(1) / 60, 0);
+        }
     }
     require(s.world->getNumCollisionObjects() == before, "a file's objects stay behind");
 }
@@ -79,13 +81,17 @@ void fuzz_bullet_file(Bytes bytes) {
     const std::string path = scratch_file("world.bullet", file);
     load(path, moved);
     // What a scene does with it before it runs.
-    if (const auto survey = scene::survey_bullet_file(path))
-        for (const scene::BulletFileBody& body : survey->bodies)
-            for (const auto& triangle : body.surface.triangles)
-                for (const int corner : triangle)
+    if (const auto survey = scene::survey_bullet_file(path)) {
+        for (const scene::BulletFileBody& body : survey->bodies) {
+            for (const auto& triangle : body.surface.triangles) {
+                for (const int corner : triangle) {
                     require(
                         corner >= 0 && static_cast<size_t>(corner) < body.surface.vertices.size(),
                         "a surface has a triangle without vertices");
+                }
+            }
+        }
+    }
 }
 
 }  // namespace bsoil::fuzz

@@ -54,8 +54,9 @@ class Caller {
         for (bulletsoil_material& m : list) {
             std::memset(&m, 0, sizeof m);
             const char* name = material();
-            if (!done(bulletsoil_material_init(&m, sizeof m - (c_.below(32) == 31), name)))
+            if (!done(bulletsoil_material_init(&m, sizeof m - (c_.below(32) == 31), name))) {
                 bulletsoil_material_init(&m, sizeof m, "dry_sand");
+            }
             if (c_.below(8) == 0) {
                 m.density_kg_m3 = c_.number(200, 4000);
                 m.friction_angle_rad = c_.number(0, 1.2);
@@ -83,8 +84,9 @@ class Caller {
         }
         if (c_.below(32) == 31) def.struct_size = c_.word(2);
         const size_t scalar = test_world_scalar_bytes() + (c_.below(64) == 63 ? 4u : 0u);
-        if (!done(bulletsoil_create(c_.below(64) == 63 ? nullptr : world_, scalar, &def, &soil_)))
+        if (!done(bulletsoil_create(c_.below(64) == 63 ? nullptr : world_, scalar, &def, &soil_))) {
             require(soil_ == nullptr, "a handle without a soil");
+        }
         check(false);
     }
 
@@ -122,11 +124,12 @@ class Caller {
                     soil_, width, height, c_.below(32) == 31 ? nullptr : heights, material())));
             }
             case 3:
-                if (balls_.size() < 5)
+                if (balls_.size() < 5) {
                     balls_.push_back(
                         c_.below(6) == 0
                             ? test_world_add_empty(world_)
                             : test_world_add_ball(world_, 1 + c_.below(100), 0.1 * c_.below(20)));
+                }
                 return;
             case 4:
                 done(bulletsoil_set_body_ignored(soil_, body(), c_.below(2)));
@@ -144,15 +147,17 @@ class Caller {
             case 8: {
                 bulletsoil_body_report report;
                 report.struct_size = c_.below(32) == 31 ? c_.word(1) : sizeof report;
-                if (done(bulletsoil_get_body_report(soil_, body(), &report)))
+                if (done(bulletsoil_get_body_report(soil_, body(), &report))) {
                     require(std::isfinite(report.force_n[0]) && std::isfinite(report.load_kg),
                             "a report is not finite");
+                }
                 return;
             }
             case 9: {
                 double height = 0;
-                if (done(bulletsoil_get_surface_height(soil_, point(1), &height)))
+                if (done(bulletsoil_get_surface_height(soil_, point(1), &height))) {
                     require(std::isfinite(height), "a height is not finite");
+                }
                 return;
             }
             case 10: {

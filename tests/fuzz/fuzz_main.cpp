@@ -7,8 +7,9 @@
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     static const bsoil::fuzz::Target* const kTarget = [] {
         const char* name = std::getenv("BSOIL_FUZZ_TARGET");
-        for (const bsoil::fuzz::Target& target : bsoil::fuzz::targets())
+        for (const bsoil::fuzz::Target& target : bsoil::fuzz::targets()) {
             if (name && std::strcmp(target.name, name) == 0) return &target;
+        }
         bsoil::fuzz::fail("BSOIL_FUZZ_TARGET names no target; see tests/fuzz/targets.h");
     }();
     kTarget->run({data, size});

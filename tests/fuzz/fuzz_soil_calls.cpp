@@ -20,8 +20,9 @@ Pose pose(Choices& c, double reach) {
         const Vec3 v = vector(c, 1);
         p.rotation = {v.x, v.y, v.z, c.number(-1, 1)};
         const double n = std::sqrt(dot(v, v) + p.rotation.w * p.rotation.w);
-        if (!c.flag() && n > 1e-9 && std::isfinite(n))
+        if (!c.flag() && n > 1e-9 && std::isfinite(n)) {
             p.rotation = {v.x / n, v.y / n, v.z / n, p.rotation.w / n};
+        }
     }
     return p;
 }
@@ -46,8 +47,9 @@ ConvexShape shape(Choices& c) {
     if (s.kind == ConvexShape::Kind::lattice && c.flag()) {
         TriangleMesh mesh;
         for (int i = 0; i < 4 + c.below(6); ++i) mesh.vertices.push_back(vector(c, 0.5));
-        for (int i = 0; i < 4 + c.below(8); ++i)
+        for (int i = 0; i < 4 + c.below(8); ++i) {
             mesh.triangles.push_back({c.below(8) - 1, c.below(8), c.below(8)});
+        }
         const auto made = DistanceLattice::from_mesh(mesh, {.voxel_m = 0.1});
         if (made) s.lattice = *made;
     }
@@ -132,8 +134,9 @@ class Caller {
                 HeightMapFill fill;
                 fill.width = c_.below(6);
                 fill.height = c_.below(6);
-                for (int i = 0; i < fill.width * fill.height; ++i)
+                for (int i = 0; i < fill.width * fill.height; ++i) {
                     fill.heights_m.push_back(static_cast<float>(c_.number(-1, 2)));
+                }
                 if (c_.below(8) == 0) fill.heights_m.push_back(1);
                 const Status filled = soil_->fill(fill);
                 return after(&filled);
@@ -148,9 +151,10 @@ class Caller {
             case 5: {
                 TriangleMesh mesh;
                 const Vec3 low = vector(c_, 2) + at, high = vector(c_, 2) + at;
-                for (int i = 0; i < 8; ++i)
+                for (int i = 0; i < 8; ++i) {
                     mesh.vertices.push_back(
                         {i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z});
+                }
                 mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
                                   {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
                 if (c_.below(8) == 0) mesh.triangles.pop_back();
@@ -197,13 +201,15 @@ class Caller {
         }
         if (c_.below(16) == 0 && !input.empty()) input.push_back(input.front());
         const StepReport report = soil_->step(input);
-        for (const ContactVoxel& contact : report.contacts)
+        for (const ContactVoxel& contact : report.contacts) {
             require(is_finite(contact.position_m) && is_finite(contact.normal) &&
                         std::isfinite(contact.area_m2) && std::isfinite(contact.depth_m) &&
                         std::isfinite(contact.gap_m) && std::isfinite(contact.compression_m),
                     "a contact is not finite");
-        for (const BodyLoad& load : report.loads)
+        }
+        for (const BodyLoad& load : report.loads) {
             require(load.mass_kg >= 0 && is_finite(load.center_m), "a load is not finite");
+        }
         after();
     }
 

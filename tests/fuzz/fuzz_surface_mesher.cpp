@@ -30,8 +30,9 @@ void fuzz_surface_mesher(Bytes bytes) {
         mesher.update();
         mesher.gather(mesh);
         require(test::open_edge_count(mesh) == 0, "the surface is open");
-        for (const auto* list : {&mesh.positions, &mesh.normals, &mesh.colors})
+        for (const auto* list : {&mesh.positions, &mesh.normals, &mesh.colors}) {
             for (const float value : *list) require(std::isfinite(value), "a vertex is not finite");
+        }
     }
     SurfaceMesher fresh(tiles, def);
     fresh.update();

@@ -43,8 +43,9 @@ void fail(const std::string& what) {
 
 uint64_t Choices::word(size_t byte_count) {
     uint64_t value = 0;
-    for (size_t i = 0; i < byte_count && at_ < bytes_.size(); ++i)
+    for (size_t i = 0; i < byte_count && at_ < bytes_.size(); ++i) {
         value |= uint64_t{bytes_[at_++]} << (8 * i);
+    }
     return value;
 }
 

@@ -43,8 +43,9 @@ void keep_input_of_crashes(const char* target) {
     struct sigaction action {};
     action.sa_handler = keep_input;
     action.sa_flags = SA_ONSTACK;
-    for (const int number : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGTERM})
+    for (const int number : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGTERM}) {
         sigaction(number, &action, nullptr);
+    }
 }
 
 void run_on(const bsoil::fuzz::Target& target, const std::vector<uint8_t>& input) {
@@ -58,8 +59,9 @@ void run_on(const bsoil::fuzz::Target& target, const std::vector<uint8_t>& input
 int main(int argument_count, char** arguments) {
     using namespace bsoil::fuzz;
     const Target* target = nullptr;
-    for (const Target& one : targets())
+    for (const Target& one : targets()) {
         if (argument_count > 2 && std::strcmp(one.name, arguments[1]) == 0) target = &one;
+    }
     if (!target) {
         std::fprintf(stderr, "usage: fuzz_replay TARGET RUNS [FILE or FOLDER...]\n");
         return 2;
@@ -71,8 +73,9 @@ int main(int argument_count, char** arguments) {
             files.emplace_back(arguments[i]);
             continue;
         }
-        for (const auto& entry : fs::directory_iterator(arguments[i]))
+        for (const auto& entry : fs::directory_iterator(arguments[i])) {
             files.push_back(entry.path());
+        }
     }
     std::sort(files.begin(), files.end());
     keep_input_of_crashes(target->name);

@@ -22,9 +22,10 @@ void run_if_small(const scene::Scene& scene) {
     auto run = scene::SceneRun::create(scene, def);
     if (!run) return;
     while (!(*run)->finished() && (*run)->step_count() < 2) (*run)->step();
-    if ((*run)->has_soil())
+    if ((*run)->has_soil()) {
         require((*run)->soil().totals().units == (*run)->totals_at_start().units,
                 "soil is not conserved");
+    }
     (*run)->summary();
 }
 

@@ -104,8 +104,9 @@ TEST_F(Render, bodies_cast_shadows) {
     // it.
     int darker = 0;
     for (int y = 0; y < 200; ++y) {
-        for (int x = 0; x < 320; ++x)
+        for (int x = 0; x < 320; ++x) {
             darker += brightness(image, x, y) < 0.7 * brightness(bare, x, y);
+        }
     }
     EXPECT_GT(darker, 500);
 }
@@ -167,16 +168,20 @@ TEST_F(Render, thin_soil_in_the_air_is_seen_as_grains) {
     const Image bare = draw_grains();
     EXPECT_TRUE(view.grains.empty());
     // A stream, a fifth of it soil, falls in front of the sky.
-    for (int z = 15; z < 40; ++z)
-        for (int y = 14; y < 18; ++y)
+    for (int z = 15; z < 40; ++z) {
+        for (int y = 14; y < 18; ++y) {
             for (int x = 14; x < 18; ++x) tiles.volume(x, y, z) = 0.2f;
+        }
+    }
     tiles.touch(14, 14), tiles.touch(16, 14), tiles.touch(14, 16), tiles.touch(16, 16);
     const Image stream = draw_grains();
     // 0.4 m x 2 m of the picture, of which grains hide at least a fifth.
     int changed = 0;
-    for (int y = 0; y < 200; ++y)
-        for (int x = 0; x < 320; ++x)
+    for (int y = 0; y < 200; ++y) {
+        for (int x = 0; x < 320; ++x) {
             changed += std::abs(brightness(stream, x, y) - brightness(bare, x, y)) > 10;
+        }
+    }
     EXPECT_GT(changed, 32 * 160 / 5);
     EXPECT_EQ(draw(view).rgba, stream.rgba);
 
@@ -278,8 +283,9 @@ TEST_F(Render, closed_items_are_the_same_from_outside) {
     const Image closed = draw(view);
     // Shadows may differ where a back face was the nearer one in the map, by its bias.
     int other = 0;
-    for (size_t i = 0; i < image.rgba.size(); ++i)
+    for (size_t i = 0; i < image.rgba.size(); ++i) {
         other += std::abs(image.rgba[i] - closed.rgba[i]) > 8;
+    }
     EXPECT_LT(other, 200);
 }
 
@@ -506,11 +512,14 @@ TEST_F(Render, a_hosts_window_gets_the_same_picture) {
     glReadPixels(0, 0, 320, 200, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
     // A window may have more bits a colour than 8: each is rounded once more.
     int farthest = 0;
-    for (int y = 0; y < 200; ++y)
-        for (int x = 0; x < 320; ++x)
-            for (int c = 0; c < 3; ++c)
+    for (int y = 0; y < 200; ++y) {
+        for (int x = 0; x < 320; ++x) {
+            for (int c = 0; c < 3; ++c) {
                 farthest = std::max(farthest, std::abs(pixels[4 * ((199 - y) * 320 + x) + c] -
                                                        off_screen.pixel(x, y)[c]));
+            }
+        }
+    }
     EXPECT_LE(farthest, 1);
     EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
     EXPECT_FALSE(glIsEnabled(GL_DEPTH_TEST));

@@ -31,8 +31,9 @@ Mesh mesh_of(const TileSource& source, const SurfaceMeshDef& def = {}) {
 
 size_t floor_triangle_count(const Mesh& mesh) {
     size_t count = 0;
-    for (size_t t = 0; t < mesh.triangle_count(); ++t)
+    for (size_t t = 0; t < mesh.triangle_count(); ++t) {
         count += normal(mesh, mesh.indices[3 * t]).z < -0.5;
+    }
     return count;
 }
 
@@ -143,8 +144,9 @@ TEST(SurfaceMesh, random_voxels_are_closed) {
 TEST(SurfaceMesh, grids_of_any_size_are_closed_and_keep_their_volume) {
     // Every remainder of a tile, twice, against sizes of both kinds; then sizes at random.
     std::vector<std::array<int, 3>> sizes;
-    for (int side = 1; side <= 18; ++side)
+    for (int side = 1; side <= 18; ++side) {
         sizes.insert(sizes.end(), {{side, 40, 20}, {9, side, 7}});
+    }
     std::mt19937 random(11);
     std::uniform_int_distribution<int> side(1, 40);
     for (int i = 0; i < 60; ++i) sizes.push_back({side(random), side(random), side(random)});
@@ -326,12 +328,8 @@ TEST(SurfaceMesh, vertices_have_the_colour_of_their_material) {
     const Mesh mesh = mesh_of(tiles);
     for (size_t v = 0; v < mesh.vertex_count(); ++v) {
         const double z = mesh.positions[3 * v + 2];
-        if (z > 5.6) {
-            EXPECT_FLOAT_EQ(mesh.colors[3 * v], 0.1f);
-        }
-        if (z < 4.4) {
-            EXPECT_FLOAT_EQ(mesh.colors[3 * v], tiles.materials()[0].color[0]);
-        }
+        if (z > 5.6) EXPECT_FLOAT_EQ(mesh.colors[3 * v], 0.1f);
+        if (z < 4.4) EXPECT_FLOAT_EQ(mesh.colors[3 * v], tiles.materials()[0].color[0]);
     }
 }
 
@@ -377,8 +375,9 @@ TEST(SurfaceMesh, most_triangles_are_the_grounds_top) {
     const Mesh mesh = mesh_of(tiles);
     EXPECT_EQ(open_edge_count(mesh), 0);
     size_t top_count = 0;
-    for (size_t t = 0; t < mesh.triangle_count(); ++t)
+    for (size_t t = 0; t < mesh.triangle_count(); ++t) {
         top_count += normal(mesh, mesh.indices[3 * t]).z > 0.5;
+    }
     EXPECT_GE(top_count, 2 * 65 * 65u);
     // Square by square the floor has as many again, and the sides as many as the ground is deep.
     EXPECT_LT(mesh.triangle_count() - top_count, top_count / 3);

@@ -48,8 +48,9 @@ std::vector<double> failing_planes(const Model& model, const Field& field,
             friction = z < height ? here.friction
                                   : (strongest ? std::max(friction, here.friction)
                                                : std::min(friction, here.friction));
-            if (!found || (here.cohesion_height > found->cohesion_height) == strongest)
+            if (!found || (here.cohesion_height > found->cohesion_height) == strongest) {
                 found = here;
+            }
         }
         found->friction = friction;
         return *found;

@@ -11,9 +11,7 @@ namespace {
 double relative_density(const Model& model, const Field& field, const Voxel& soil, int x, int y,
                         int z, int dx, int dy, int dz, int reach) {
     const auto [loose, compacted] = volume_range(model, soil);
-    if (model.loose_volume[static_cast<size_t>(soil.main_material())] == 0) {
-        return -1;
-    }
+    if (model.loose_volume[static_cast<size_t>(soil.main_material())] == 0) return -1;
     double mass = 0, volume = 0;
     for (int k = 0; k <= reach; ++k) {
         if (field.inside(x + k * dx, y + k * dy, z + k * dz)) {
@@ -37,9 +35,7 @@ std::vector<Contact> find_contacts(const Model& model, const Field& field,
         const Vec3 g{psi(x + 1, y, z) - psi(x - 1, y, z), psi(x, y + 1, z) - psi(x, y - 1, z),
                      psi(x, y, z + 1) - psi(x, y, z - 1)};
         const double steepest = std::max({std::abs(g.x), std::abs(g.y), std::abs(g.z)});
-        if (steepest == 0) {
-            return;
-        }
+        if (steepest == 0) return;
         int in[3] = {0, 0, 0};
         if (std::abs(g.z) == steepest) {
             in[2] = g.z > 0 ? 1 : -1;
@@ -55,9 +51,7 @@ std::vector<Contact> find_contacts(const Model& model, const Field& field,
         };
         const Voxel* inner = neighbour(1);
         const int body = voxel.owner >= 0 || !inner ? voxel.owner : inner->owner;
-        if (body < 0) {
-            return;
-        }
+        if (body < 0) return;
         // The fullest of three voxels on the way out that are not mostly body.
         Voxel none;
         const Voxel* fullest = &none;

@@ -16,8 +16,9 @@ double largest(Vec3 v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs
 /// Slope at which confined soil of this voxel yields towards the surface.
 double passive_slope(const Model& model, const Voxel& voxel) {
     std::vector<double> slopes;
-    for (const double phi : model.friction_angle_rad)
+    for (const double phi : model.friction_angle_rad) {
         slopes.push_back(std::tan(std::numbers::pi / 4 - phi / 2));
+    }
     return voxel.mean(slopes);
 }
 
@@ -31,19 +32,13 @@ int nearest(double value) { return static_cast<int>(std::floor(value + 0.5)); }
 Vec3 turn_to_surface(const Model& model, const Field& field, int x, int y, int z, Vec3 way,
                      double slope) {
     const double level = std::max(std::abs(way.x), std::abs(way.y));
-    if (level == 0) {
-        return {0, 0, 1};
-    }
+    if (level == 0) return {0, 0, 1};
     const Vec3 flat{way.x / level, way.y / level, 0};
     const Vec3 rising{flat.x, flat.y, slope};
     for (int k = 1; k <= kSurfaceReach; ++k) {
         const int ahead_x = x + nearest(flat.x * k), ahead_y = y + nearest(flat.y * k);
-        if (has_room(model, field, ahead_x, ahead_y, z)) {
-            return flat;
-        }
-        if (has_room(model, field, ahead_x, ahead_y, z + nearest(slope * k))) {
-            return rising;
-        }
+        if (has_room(model, field, ahead_x, ahead_y, z)) return flat;
+        if (has_room(model, field, ahead_x, ahead_y, z + nearest(slope * k))) return rising;
     }
     return rising;
 }
@@ -62,9 +57,7 @@ Vec3 straight(Vec3 way) {
 /// voxel, else half as far by the body of the voxel that the push comes from.
 double packing(const Field& field, int x, int y, int z, Vec3 way, std::span<const Body> bodies) {
     const int here = field.at(x, y, z).owner;
-    if (here >= 0) {
-        return bodies[static_cast<size_t>(here)].packing;
-    }
+    if (here >= 0) return bodies[static_cast<size_t>(here)].packing;
     const int bx = x - nearest(way.x), by = y - nearest(way.y), bz = z - nearest(way.z);
     const int behind = field.inside(bx, by, bz) ? field.at(bx, by, bz).owner : -1;
     return behind >= 0 ? bodies[static_cast<size_t>(behind)].packing / 2 : 0;
@@ -73,9 +66,7 @@ double packing(const Field& field, int x, int y, int z, Vec3 way, std::span<cons
 /// Volume that a voxel's soil gives up until it has this relative density.
 double compressible(const Model& model, const Voxel& voxel, double relative_density) {
     const auto [loose, compacted] = volume_range(model, voxel);
-    if (loose == 0) {
-        return 0;
-    }
+    if (loose == 0) return 0;
     const double packed = loose - (loose - compacted) * relative_density;
     return std::max(0.0, voxel.soil - voxel.total_mass() * packed);
 }
@@ -126,9 +117,7 @@ Field propagate_force(const Model& model, const Field& before, std::span<const B
         double leaving = out.overrun
                              ? voxel.soil
                              : excess(model, voxel) - carried_off(model, before, side, x, y, z);
-        if (leaving <= 0 || largest(voxel.force) == 0) {
-            return;
-        }
+        if (leaving <= 0 || largest(voxel.force) == 0) return;
         Vec3 way = voxel.force * (1 / largest(voxel.force));  // (34)
         const double packed = packing(before, x, y, z, way, bodies);
         const double gone = std::min(leaving, compressible(model, voxel, packed));
@@ -158,9 +147,7 @@ Field propagate_force(const Model& model, const Field& before, std::span<const B
         };
         const double steep = largest(out.direction);
         double barred = leaving;
-        if (steep == 0 || leads_along(way, out.direction)) {
-            barred = push(way, way, leaving);
-        }
+        if (steep == 0 || leads_along(way, out.direction)) barred = push(way, way, leaving);
         if (way.z > 0 && std::max(std::abs(way.x), std::abs(way.y)) == 1) {
             way.z = 0;
             barred = push(way, way, barred);

@@ -108,9 +108,7 @@ class Field {
     void for_each(Visit&& visit) const {
         for (int z = 0; z < nz; ++z) {
             for (int y = 0; y < ny; ++y) {
-                for (int x = 0; x < nx; ++x) {
-                    visit(x, y, z);
-                }
+                for (int x = 0; x < nx; ++x) visit(x, y, z);
             }
         }
     }

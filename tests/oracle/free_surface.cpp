@@ -12,7 +12,7 @@ namespace {
 std::set<double> soil_beside(const SurfaceMap& map, int x, int y) {
     int least = map.nx + map.ny;
     std::set<double> heights;
-    for (int j = 0; j < map.ny; ++j)
+    for (int j = 0; j < map.ny; ++j) {
         for (int i = 0; i < map.nx; ++i) {
             if (map.at(i, j).top != SurfaceColumn::Top::soil) continue;
             const int steps = std::abs(i - x) + std::abs(j - y);
@@ -20,6 +20,7 @@ std::set<double> soil_beside(const SurfaceMap& map, int x, int y) {
             least = std::min(least, steps);
             if (steps == least) heights.insert(map.at(i, j).height);
         }
+    }
     const SurfaceColumn& here = map.at(x, y);
     if (here.top != SurfaceColumn::Top::terrain) return heights;
     std::set<double> bounded;
@@ -54,7 +55,7 @@ std::vector<double> free_surface(const SurfaceMap& map, const SurfacePiece& piec
             high[axis] = std::clamp(middle[axis] + half, first, last);
         }
         double free_height = 0, free_area = 0, hollow_height = 0, hollow_area = 0;
-        for (int j = 0; j < map.ny; ++j)
+        for (int j = 0; j < map.ny; ++j) {
             for (int i = 0; i < map.nx; ++i) {
                 const double area = inside(i, low[0], high[0]) * inside(j, low[1], high[1]);
                 if (area == 0) continue;
@@ -70,6 +71,7 @@ std::vector<double> free_surface(const SurfaceMap& map, const SurfacePiece& piec
                 free_height += area * height;
                 free_area += area;
             }
+        }
         if (free_area < 1e-6) {
             out.push_back(nearest);
             continue;

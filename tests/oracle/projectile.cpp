@@ -57,9 +57,7 @@ Field find_support(const Model& model, const Field& before, std::span<const Body
                 const double slack =
                     below.kind == Support::Kind::body ? model.carry_slack : model.support_slack;
                 const bool solid = voxel.psi() >= model.solid_coverage;
-                if (!solid && voxel.soil + voxel.psi() < 1 - slack) {
-                    below = {};
-                }
+                if (!solid && voxel.soil + voxel.psi() < 1 - slack) below = {};
             }
         }
     }
@@ -69,9 +67,7 @@ Field find_support(const Model& model, const Field& before, std::span<const Body
 Field advect(const Model& model, const Field& before, std::span<const Body> bodies) {
     const double dt = 1.0 / model.substeps;
     const auto locked = [&](const WayOut& out, int x, int y, int z, const Overlap& part) {
-        if (is_barred(model, before, out, x, y, z, part.dx, part.dy, part.dz)) {
-            return true;
-        }
+        if (is_barred(model, before, out, x, y, z, part.dx, part.dy, part.dz)) return true;
         const Voxel& voxel = before.at(x + part.dx, y + part.dy, z + part.dz);
         return voxel.support.kind == Support::Kind::ground &&
                voxel.soil + voxel.psi() >= 1;  // (24)
@@ -81,9 +77,7 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
         const Voxel& voxel = before.at(x, y, z);
         Voxel& origin = after.at(x, y, z);
         const double mass = voxel.total_mass();
-        if (voxel.soil == 0 || mass == 0) {
-            return;
-        }
+        if (voxel.soil == 0 || mass == 0) return;
         if (voxel.support.kind == Support::Kind::ground) {
             origin.momentum += -voxel.momentum;
             return;
@@ -110,9 +104,7 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
         const WayOut out =
             is_caught(model, voxel) ? find_way_out(model, before, bodies, x, y, z) : WayOut{};
         for (const Overlap& part : overlaps(spread_of(before, x, y, z, drift))) {
-            if (voxel.soil * part.share < model.speck) {
-                continue;
-            }
+            if (voxel.soil * part.share < model.speck) continue;
             double share = part.share;
             if (locked(out, x, y, z, part)) {
                 const int nx = x + part.dx, ny = y + part.dy, nz = z + part.dz;
@@ -126,9 +118,7 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
                 }
                 // (24): backflow, with zero velocity; with the wall's where that recedes.
                 origin.momentum += (part.share - share) * (towards(momentum, with_wall) - momentum);
-                if (share == 0) {
-                    continue;
-                }
+                if (share == 0) continue;
             }
             origin.momentum += -share * momentum;
             Voxel& target = after.at(x + part.dx, y + part.dy, z + part.dz);
@@ -152,9 +142,7 @@ Field resolve_overflow(const Model& model, const Field& before, std::span<const 
         const Voxel& voxel = before.at(x, y, z);
         const double leaving = excess(model, voxel);
         const bool pushed = length(voxel.force) > 0;
-        if (leaving <= 0 || (pushed && voxel.soil <= model.pushed_most)) {
-            return;
-        }
+        if (leaving <= 0 || (pushed && voxel.soil <= model.pushed_most)) return;
         const double share = leaving / voxel.soil;
         const auto give = [&](int dx, int dy, int dz, double part) {
             move_share(voxel, after.at(x, y, z), after.at(x + dx, y + dy, z + dz), part);

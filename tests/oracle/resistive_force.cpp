@@ -36,8 +36,9 @@ constexpr Term kTerms[] = {
 size_t side_of(Vec3 n) {
     const double size[3] = {std::abs(n.x), std::abs(n.y), std::abs(n.z)};
     size_t axis = 0;
-    for (size_t k = 1; k < 3; ++k)
+    for (size_t k = 1; k < 3; ++k) {
         if (size[k] > size[axis]) axis = k;
+    }
     return 2 * axis + ((axis == 0 ? n.x : axis == 1 ? n.y : n.z) < 0 ? 1 : 0);
 }
 Vec3 axis_of(size_t side) {
@@ -50,9 +51,11 @@ void add_patch(std::vector<Facet>& out, Vec3 corner, Vec3 a, Vec3 b, Vec3 normal
     const int na = std::max(1, static_cast<int>(std::ceil(length(a) / edge_m)));
     const int nb = std::max(1, static_cast<int>(std::ceil(length(b) / edge_m)));
     const double area = length(cross(a, b)) / na / nb;
-    for (int i = 0; i < na; ++i)
-        for (int j = 0; j < nb; ++j)
+    for (int i = 0; i < na; ++i) {
+        for (int j = 0; j < nb; ++j) {
             out.push_back({corner + (i + 0.5) / na * a + (j + 0.5) / nb * b, normal, area});
+        }
+    }
 }
 
 void add_box(std::vector<Facet>& out, Vec3 h, double edge_m) {
@@ -70,15 +73,17 @@ void add_cylinder(std::vector<Facet>& out, double radius, double half_height, do
     for (int i = 0; i < around; ++i) {
         const double t = 2 * kPi * (i + 0.5) / around;
         const Vec3 out_of{std::cos(t), std::sin(t), 0};
-        for (int j = 0; j < along; ++j)
+        for (int j = 0; j < along; ++j) {
             out.push_back({radius * out_of + Vec3{0, 0, ((j + 0.5) / along * 2 - 1) * half_height},
                            out_of, 2 * kPi * radius / around * 2 * half_height / along});
+        }
         for (int j = 0; j < rings; ++j) {
             const double r = (j + 0.5) / rings * radius;
-            for (const double s : {-1.0, 1.0})
+            for (const double s : {-1.0, 1.0}) {
                 out.push_back({r * out_of + Vec3{0, 0, s * half_height},
                                {0, 0, s},
                                2 * kPi * r / around * radius / rings});
+            }
         }
     }
 }
@@ -109,12 +114,13 @@ std::vector<Facet> surface_of(const std::vector<ConvexShape>& solids, double edg
     for (size_t i = 0; i < solids.size(); ++i) {
         const ConvexShape& solid = solids[i];
         std::vector<Facet> own;
-        if (solid.kind == ConvexShape::Kind::box)
+        if (solid.kind == ConvexShape::Kind::box) {
             add_box(own, solid.half_extents_m, edge_m);
-        else if (solid.kind == ConvexShape::Kind::sphere)
+        } else if (solid.kind == ConvexShape::Kind::sphere) {
             add_sphere(own, solid.radius_m, edge_m);
-        else
+        } else {
             add_cylinder(own, solid.radius_m, solid.half_height_m, edge_m);
+        }
         std::vector<ConvexShape> others = solids;
         others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
         for (Facet& facet : own) {
@@ -180,14 +186,16 @@ double passive_factor(double phi, double wall) {
     double least = 1e300, foot = 1.2, top = 0.2, step = 0.4;
     while (step > 1e-4) {
         double best_foot = foot, best_top = top;
-        for (int i = -2; i <= 2; ++i)
-            for (int j = -2; j <= 2; ++j)
+        for (int i = -2; i <= 2; ++i) {
+            for (int j = -2; j <= 2; ++j) {
                 if (const double k = of(foot + i * step, top + j * step);
                     top + j * step < foot + i * step && k < least) {
                     least = k;
                     best_foot = foot + i * step;
                     best_top = top + j * step;
                 }
+            }
+        }
         if (best_foot == foot && best_top == top) step /= 2;
         foot = best_foot;
         top = best_top;

@@ -27,16 +27,10 @@ struct Facet {
 /// Slope and direction of the plane through a column's top and those of an axis and a diagonal
 /// neighbour.
 Facet facet_slope(double axis_drop, double diagonal_drop) {
-    if (axis_drop <= 0) {
-        return {diagonal_drop / std::numbers::sqrt2, diagonal_drop > 0 ? 1.0 : 0.0};
-    }
+    if (axis_drop <= 0) return {diagonal_drop / std::numbers::sqrt2, diagonal_drop > 0 ? 1.0 : 0.0};
     const double across = diagonal_drop > 0 ? diagonal_drop - axis_drop : -1;
-    if (across <= 0) {
-        return {axis_drop, 0};
-    }
-    if (across > axis_drop) {
-        return {diagonal_drop / std::numbers::sqrt2, 1};
-    }
+    if (across <= 0) return {axis_drop, 0};
+    if (across > axis_drop) return {diagonal_drop / std::numbers::sqrt2, 1};
     return {std::hypot(axis_drop, across), across / axis_drop};
 }
 
@@ -45,9 +39,7 @@ Facet facet_slope(double axis_drop, double diagonal_drop) {
 Wedge failure_wedge(const SlopeSoil& soil, double gravity, double h, double dx) {
     const double steepest = std::atan2(h, dx);
     double theta = soil.friction_angle_rad;
-    if (steepest <= theta) {
-        return {};
-    }
+    if (steepest <= theta) return {};
     if (soil.cohesion_pa > 0) {
         // surplus / cos(theta) is a parabola in tan(theta), so what fails is an interval: find its
         // peak, then its foot.
@@ -58,9 +50,7 @@ Wedge failure_wedge(const SlopeSoil& soil, double gravity, double h, double dx) 
             (scaled(a) < scaled(b) ? low : high) = scaled(a) < scaled(b) ? a : b;
         }
         const double peak = (low + high) / 2;
-        if (surplus(soil, h, dx, peak) <= 0) {
-            return {};
-        }
+        if (surplus(soil, h, dx, peak) <= 0) return {};
         low = theta;
         high = peak;
         for (int i = 0; i < 100; ++i) {
@@ -97,9 +87,7 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
     };
     // The slice between a piled span and the column at (x, y).
     const auto slice = [&](const Span& span, bool on_rigid, int x, int y) -> Neighbour {
-        if (!in_grid(x, y)) {
-            return {};
-        }
+        if (!in_grid(x, y)) return {};
         const std::vector<Span>& others = columns[column(x, y)];
         for (size_t j = others.size(); j-- > 0;) {
             const Span& other = others[j];
@@ -119,9 +107,7 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
         if (on_rigid && open(x, y, span.bottom)) {
             const int z = static_cast<int>(span.bottom);
             const Voxel& beside = before.at(x, y, z);
-            if (beside.soil + beside.psi() < 1) {
-                return {span.top - span.bottom, x, y, z};
-            }
+            if (beside.soil + beside.psi() < 1) return {span.top - span.bottom, x, y, z};
         }
         return {};
     };
@@ -145,9 +131,7 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
         for (int x = 0; x < before.nx; ++x) {
             for (size_t i = 0; i < columns[column(x, y)].size(); ++i) {
                 const Span& span = columns[column(x, y)][i];
-                if (span.kind != Span::Kind::piled || span.top <= span.bottom) {
-                    continue;
-                }
+                if (span.kind != Span::Kind::piled || span.top <= span.bottom) continue;
                 // Neighbours counter-clockwise from east: even ones along the axes, odd ones
                 // diagonal.
                 constexpr int kRing[8][2] = {{1, 0},  {1, 1},   {0, 1},  {-1, 1},
@@ -168,9 +152,7 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                     const Facet plane = facet_slope(ring[axis].drop, ring[diagonal].drop);
                     const GridWedge found =
                         plane.slope > 0 ? wedge(top, bonded, plane.slope) : GridWedge{};
-                    if (found.height <= model.slip_tolerance) {
-                        continue;
-                    }
+                    if (found.height <= model.slip_tolerance) continue;
                     if (found.height > steepest.height) {
                         steepest = found;
                         worst_slope = plane.slope;
@@ -179,9 +161,7 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                     flow[axis] += found.height * (1 - plane.diagonal_share);
                     total += found.height;
                 }
-                if (total == 0) {
-                    continue;
-                }
+                if (total == 0) continue;
                 double speed = 0;
                 for (int ny = std::max(0, y - 1); ny <= std::min(before.ny - 1, y + 1); ++ny) {
                     for (int nx = std::max(0, x - 1); nx <= std::min(before.nx - 1, x + 1); ++nx) {

@@ -17,9 +17,7 @@ std::vector<Span> height_spans(const Model& model, const Field& field, int x, in
     while (z < field.nz || spans.empty()) {
         // A piled span starts on the floor and on every rigid span (Table 2).
         const int floor = z;
-        while (z < field.nz && !rigid(z) && carries(z)) {
-            ++z;
-        }
+        while (z < field.nz && !rigid(z) && carries(z)) ++z;
         double top = z;
         if (z < field.nz && !rigid(z)) {
             const Voxel& last = voxel(z);
@@ -36,9 +34,7 @@ std::vector<Span> height_spans(const Model& model, const Field& field, int x, in
         const auto falling = [&](int at) { return voxel(at).soil >= 1 && voxel(at).psi() == 0; };
         while (z < field.nz && !rigid(z)) {
             const int bottom = z;
-            while (z < field.nz && !rigid(z) && falling(z)) {
-                ++z;
-            }
+            while (z < field.nz && !rigid(z) && falling(z)) ++z;
             if (z > bottom) {
                 spans.push_back(
                     {static_cast<double>(bottom), static_cast<double>(z), Span::Kind::falling});
@@ -48,9 +44,7 @@ std::vector<Span> height_spans(const Model& model, const Field& field, int x, in
         }
         if (z < field.nz) {  // Table 1
             const int bottom = z;
-            while (z < field.nz && rigid(z)) {
-                ++z;
-            }
+            while (z < field.nz && rigid(z)) ++z;
             spans.push_back(
                 {static_cast<double>(bottom), static_cast<double>(z), Span::Kind::rigid});
         }
@@ -63,8 +57,9 @@ int base_of(const Model& model, const Field& field, std::span<const Body> bodies
     const int below = static_cast<int>(span.bottom) - 1;
     if (span.kind != Span::Kind::piled || below < 0) return -1;
     const Voxel& voxel = field.at(x, y, below);
-    if (voxel.psi() < model.solid_coverage || voxel.bodies <= voxel.terrain || voxel.owner < 0)
+    if (voxel.psi() < model.solid_coverage || voxel.bodies <= voxel.terrain || voxel.owner < 0) {
         return -1;
+    }
     return bodies[static_cast<size_t>(voxel.owner)].moves ? voxel.owner : -1;
 }
 

@@ -112,9 +112,7 @@ bool is_barred(const Model& model, const Field& field, const WayOut& out, int x,
     const Voxel& from = field.at(x, y, z);
     if (is_caught(model, from)) {
         const Vec3 step{static_cast<double>(dx), static_cast<double>(dy), static_cast<double>(dz)};
-        if (dot(step, out.direction) < 0) {
-            return true;
-        }
+        if (dot(step, out.direction) < 0) return true;
         if (!rock(model, field, nx, ny, nz) && is_caught(model, field.at(nx, ny, nz)) &&
             (out.overrun || covered(field, nx, ny, nz) <= covered(field, x, y, z))) {
             return false;

@@ -23,8 +23,9 @@ btScalar scalar(double value) { return static_cast<btScalar>(value); }
 btTransform transform_of(const Pose& pose) { return bullet::transform_to_bullet(pose); }
 
 uint64_t add(uint64_t hash, const void* data, size_t size) {
-    for (size_t i = 0; i < size; ++i)
+    for (size_t i = 0; i < size; ++i) {
         hash = (hash ^ static_cast<const unsigned char*>(data)[i]) * 0x100000001b3ull;
+    }
     return hash;
 }
 uint64_t add(uint64_t hash, const btVector3& v) { return add(hash, &v[0], 3 * sizeof(btScalar)); }
@@ -55,12 +56,15 @@ BuiltWorld::BuiltWorld(const WorldPlan& plan, const BuildOptions& options, int s
     filled_.resize(soils_.size());
     add_floor();
     build_bodies();
-    for (const JointPlan& joint : plan_.joints)
+    for (const JointPlan& joint : plan_.joints) {
         if (!joint.dropped) add_joint(joint);
-    for (const ChainPlan& chain : plan_.chains)
+    }
+    for (const ChainPlan& chain : plan_.chains) {
         if (!chain.dropped) add_chain(chain);
-    for (const CarPlan& car : plan_.cars)
+    }
+    for (const CarPlan& car : plan_.cars) {
         if (!car.dropped) add_car(car);
+    }
     for (; step_ < start_step; ++step_) apply_step(step_, true);
 }
 
@@ -74,8 +78,9 @@ BuiltWorld::~BuiltWorld() {
         world_->removeMultiBody(chain.multibody.get());
     }
     for (const auto& chassis : chassis_) world_->removeRigidBody(chassis.get());
-    for (const Body& body : bodies_)
+    for (const Body& body : bodies_) {
         if (body.is_in) world_->removeRigidBody(body.bullet.get());
+    }
     if (floor_) world_->removeRigidBody(floor_.get());
 }
 
@@ -180,9 +185,11 @@ void BuiltWorld::add_floor() {
     floor_->setRollingFriction(scalar(reach));
     floor_->setSpinningFriction(scalar(reach));
     world_->addRigidBody(floor_.get());
-    for (const auto& soil : soils_)
-        if (const Status done = soil->set_options(*floor_, {.ignored = true}); !done)
+    for (const auto& soil : soils_) {
+        if (const Status done = soil->set_options(*floor_, {.ignored = true}); !done) {
             error_ = done.error();
+        }
+    }
 }
 
 void BuiltWorld::build_bodies() {
@@ -192,8 +199,9 @@ void BuiltWorld::build_bodies() {
         if (plan.dropped) continue;
         btCollisionShape& shape = shapes_.make(plan.shape);
         btVector3 inertia(0, 0, 0);
-        if (plan.kind == BodyPlan::Kind::moving)
+        if (plan.kind == BodyPlan::Kind::moving) {
             shape.calculateLocalInertia(scalar(plan.mass_kg), inertia);
+        }
         const btTransform pose = transform_of(to_world(plan.soil, plan.pose));
         Body& body = bodies_[i];
         body.motion = std::make_unique<btDefaultMotionState>(pose);
@@ -232,9 +240,11 @@ void BuiltWorld::enter(int index) {
     const bullet::BodyOptions options{.ignored = plan.is_ignored,
                                       .coverage_only = plan.is_coverage_only,
                                       .surface = {.friction = plan.surface_friction}};
-    for (const auto& soil : soils_)
-        if (const Status done = soil->set_options(*body.bullet, options); !done)
+    for (const auto& soil : soils_) {
+        if (const Status done = soil->set_options(*body.bullet, options); !done) {
             error_ = done.error();
+        }
+    }
 }
 
 void BuiltWorld::leave(int index) {
@@ -258,9 +268,10 @@ void BuiltWorld::add_joint(const JointPlan& joint) {
     const bool is_slider = joint.kind == JointPlan::Kind::slider;
     btMatrix3x3 basis(axis.x(), first.x(), second.x(), axis.y(), first.y(), second.y(), axis.z(),
                       first.z(), second.z());
-    if (!is_slider)
+    if (!is_slider) {
         basis = btMatrix3x3(first.x(), second.x(), axis.x(), first.y(), second.y(), axis.y(),
                             first.z(), second.z(), axis.z());
+    }
     const btTransform frame(basis, middle);
     const btTransform in_a = a->getWorldTransform().inverse() * frame;
     const btTransform in_b = b->getWorldTransform().inverse() * frame;
@@ -271,9 +282,10 @@ void BuiltWorld::add_joint(const JointPlan& joint) {
     switch (joint.kind) {
         case JointPlan::Kind::hinge: {
             auto hinge = std::make_unique<btHingeConstraint>(*a, *b, in_a, in_b, true);
-            if (joint.motor_most > 0)
+            if (joint.motor_most > 0) {
                 hinge->enableAngularMotor(true, scalar(joint.motor_speed),
                                           scalar(joint.motor_most * plan_.frame_s));
+            }
             made = std::move(hinge);
             break;
         }
@@ -331,10 +343,11 @@ void BuiltWorld::add_chain(const ChainPlan& plan) {
     m.setWorldToBaseRot(transform_of(pose).getRotation().inverse());
     m.setLinearDamping(0);
     m.setAngularDamping(0);
-    for (int i = 0; i < plan.link_count; ++i)
+    for (int i = 0; i < plan.link_count; ++i) {
         m.setupRevolute(i, mass, link_inertia, i - 1, btQuaternion::getIdentity(),
                         btVector3(0, 1, 0), btVector3(half * scalar(1.2), 0, 0),
                         btVector3(half * scalar(1.2), 0, 0), true);
+    }
     m.finalizeMultiDof();
     world_->addMultiBody(&m);
     for (int i = -1; i < plan.link_count; ++i) {
@@ -346,10 +359,11 @@ void BuiltWorld::add_chain(const ChainPlan& plan) {
             is_fixed ? btBroadphaseProxy::StaticFilter : btBroadphaseProxy::DefaultFilter,
             is_fixed ? btBroadphaseProxy::AllFilter ^ btBroadphaseProxy::StaticFilter
                      : btBroadphaseProxy::AllFilter);
-        if (i < 0)
+        if (i < 0) {
             m.setBaseCollider(collider.get());
-        else
+        } else {
             m.getLink(i).m_collider = collider.get();
+        }
         chain.colliders.push_back(std::move(collider));
     }
     btAlignedObjectArray<btQuaternion> rotations;
@@ -392,17 +406,19 @@ void BuiltWorld::add_car(const CarPlan& plan) {
     tuning.m_frictionSlip = scalar(1.2);
     car.vehicle = std::make_unique<btRaycastVehicle>(tuning, car.chassis, car.caster.get());
     car.vehicle->setCoordinateSystem(1, 2, 0);
-    for (int i = 0; i < 4; ++i)
+    for (int i = 0; i < 4; ++i) {
         car.vehicle->addWheel(
             btVector3(scalar(i < 2 ? 2.2 : -2.2) * radius, scalar(i % 2 == 0 ? 1.5 : -1.5) * radius,
                       scalar(-0.4) * radius),
             btVector3(0, 0, -1), btVector3(0, -1, 0), radius * scalar(0.6), radius, tuning, i < 2);
+    }
     world_->addVehicle(car.vehicle.get());
     const bullet::SoilWheelDef wheel{.width_m = plan.width_m,
                                      .mass_kg = std::max(0.1, plan.mass_kg * 0.02),
                                      .rim_speed_max_m_s = std::max(0.1, 20 * r)};
-    if (const Status done = car.caster->attach(*car.vehicle, wheel); !done)
+    if (const Status done = car.caster->attach(*car.vehicle, wheel); !done) {
         error_ = "car: " + done.error();
+    }
     for (int i = 0; i < 4; ++i) {
         car.vehicle->applyEngineForce(scalar(plan.engine_n / 4), i);
         if (i < 2) car.vehicle->setSteeringValue(scalar(plan.steering_rad), i);
@@ -435,13 +451,15 @@ void BuiltWorld::happen(const EventPlan& event, bool only_structure) {
         }
         case EventPlan::Kind::set_ignored:
         case EventPlan::Kind::set_coupled:
-            if (btRigidBody* object = body(event.body))
+            if (btRigidBody* object = body(event.body)) {
                 for (const auto& soil : soils_) {
                     bullet::BodyOptions options = soil->options(*object);
                     options.ignored = event.kind == EventPlan::Kind::set_ignored;
-                    if (const Status done = soil->set_options(*object, options); !done)
+                    if (const Status done = soil->set_options(*object, options); !done) {
                         error_ = done.error();
+                    }
                 }
+            }
             return;
         case EventPlan::Kind::fill: {
             if (only_structure) return;
@@ -450,8 +468,9 @@ void BuiltWorld::happen(const EventPlan& event, bool only_structure) {
             std::vector<int64_t> before = soils_[index]->soil().totals().units;
             if (const Status done =
                     fill(event.body, {.low_m = event.vector - half, .high_m = event.vector + half});
-                !done && done.error().find("all its room is taken") == std::string::npos)
+                !done && done.error().find("all its room is taken") == std::string::npos) {
                 error_ = "fill: " + done.error();
+            }
             filled_[index] = soils_[index]->soil().totals().units;
             for (size_t m = 0; m < before.size(); ++m) filled_[index][m] -= before[m];
             return;
@@ -499,8 +518,9 @@ Pose BuiltWorld::driven_pose(const BodyPlan& plan) const {
 void BuiltWorld::drive() {
     for (size_t i = 0; i < bodies_.size(); ++i) {
         const BodyPlan& plan = plan_.bodies[i];
-        if (plan.kind == BodyPlan::Kind::driven && bodies_[i].is_in)
+        if (plan.kind == BodyPlan::Kind::driven && bodies_[i].is_in) {
             bodies_[i].motion->setWorldTransform(transform_of(driven_pose(plan)));
+        }
     }
 }
 
@@ -508,19 +528,23 @@ void BuiltWorld::drive() {
 void BuiltWorld::end_action() {
     for (const Joint& joint : joints_) {
         if (joint.plan.motor_most <= 0) continue;
-        if (joint.plan.kind == JointPlan::Kind::hinge)
+        if (joint.plan.kind == JointPlan::Kind::hinge) {
             static_cast<btHingeConstraint&>(*joint.bullet).enableMotor(false);
-        if (joint.plan.kind == JointPlan::Kind::slider)
+        }
+        if (joint.plan.kind == JointPlan::Kind::slider) {
             static_cast<btSliderConstraint&>(*joint.bullet).setPoweredLinMotor(false);
+        }
     }
-    for (const Chain& chain : chains_)
+    for (const Chain& chain : chains_) {
         if (chain.motor) static_cast<btMultiBodyJointMotor&>(*chain.motor).setVelocityTarget(0);
-    for (const Car& car : cars_)
+    }
+    for (const Car& car : cars_) {
         for (int i = 0; i < 4; ++i) {
             car.vehicle->applyEngineForce(0, i);
             const btScalar mass = 1 / car.chassis->getInvMass();
             car.vehicle->setBrake(mass * scalar(gravity_m_s2() * plan_.frame_s), i);
         }
+    }
 }
 
 void BuiltWorld::step() {
@@ -539,16 +563,22 @@ void BuiltWorld::step() {
 // --- questions
 
 std::string BuiltWorld::name_of_object(const btCollisionObject& object) const {
-    for (size_t i = 0; i < bodies_.size(); ++i)
-        if (bodies_[i].bullet.get() == &object)
+    for (size_t i = 0; i < bodies_.size(); ++i) {
+        if (bodies_[i].bullet.get() == &object) {
             return fmt::format("body {} ({})", i,
                                random_worlds::name_of(plan_.bodies[i].shape.kind));
-    for (size_t i = 0; i < cars_.size(); ++i)
+        }
+    }
+    for (size_t i = 0; i < cars_.size(); ++i) {
         if (cars_[i].chassis == &object) return fmt::format("car {}", i);
-    for (size_t i = 0; i < chains_.size(); ++i)
-        for (size_t k = 0; k < chains_[i].colliders.size(); ++k)
-            if (chains_[i].colliders[k].get() == &object)
+    }
+    for (size_t i = 0; i < chains_.size(); ++i) {
+        for (size_t k = 0; k < chains_[i].colliders.size(); ++k) {
+            if (chains_[i].colliders[k].get() == &object) {
                 return fmt::format("chain {} link {}", i, static_cast<int>(k) - 1);
+            }
+        }
+    }
     if (floor_.get() == &object) return "the floor below";
     return "an object of the soil";
 }
@@ -566,23 +596,29 @@ uint64_t BuiltWorld::checksum() const {
         for (int row = 0; row < 3; ++row) hash = add(hash, pose.getBasis()[row]);
         const int state = objects[i]->getActivationState();
         hash = add(hash, &state, sizeof(state));
-        if (const btRigidBody* rigid = btRigidBody::upcast(objects[i]))
+        if (const btRigidBody* rigid = btRigidBody::upcast(objects[i])) {
             hash = add(add(hash, rigid->getLinearVelocity()), rigid->getAngularVelocity());
+        }
     }
-    for (const Chain& chain : chains_)
-        for (int i = 0; i < chain.multibody->getNumDofs() + 6; ++i)
+    for (const Chain& chain : chains_) {
+        for (int i = 0; i < chain.multibody->getNumDofs() + 6; ++i) {
             hash = add(hash, chain.multibody->getVelocityVector() + i, sizeof(btScalar));
+        }
+    }
     return hash;
 }
 
 bool BuiltWorld::is_all_asleep() const {
     const btCollisionObjectArray& objects = world_->getCollisionObjectArray();
-    for (int i = 0; i < objects.size(); ++i)
+    for (int i = 0; i < objects.size(); ++i) {
         if (!objects[i]->isStaticOrKinematicObject() && objects[i]->isActive() &&
-            objects[i]->hasContactResponse())
+            objects[i]->hasContactResponse()) {
             return false;
-    for (const auto& soil : soils_)
+        }
+    }
+    for (const auto& soil : soils_) {
         if (soil->last_report().block_active_count > 0) return false;
+    }
     return true;
 }
 

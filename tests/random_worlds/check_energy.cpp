@@ -26,9 +26,10 @@ double deepest_overlap_m(BuiltWorld& world) {
     double deepest_m = 0;
     for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
         const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
-        for (int k = 0; k < manifold.getNumContacts(); ++k)
+        for (int k = 0; k < manifold.getNumContacts(); ++k) {
             deepest_m = std::max(deepest_m,
                                  -static_cast<double>(manifold.getContactPoint(k).getDistance()));
+        }
     }
     return deepest_m;
 }
@@ -41,8 +42,9 @@ class EnergyCheck final : public Check {
     void after_step(BuiltWorld& world, Failures& failures) override {
         if (!is_on_) return;
         const double voxel_m = world.plan().soils[0].def.voxel_m;
-        if (world.was_touched() || deepest_overlap_m(world) > kLiftVoxels * voxel_m)
+        if (world.was_touched() || deepest_overlap_m(world) > kLiftVoxels * voxel_m) {
             return start(world);
+        }
         const std::vector<MovingPart> parts = moving_parts(world);
         double mass_kg = 0, carried_kg = 0;
         for (const MovingPart& part : parts) {
@@ -56,11 +58,12 @@ class EnergyCheck final : public Check {
         const double now_j = energy_j(world, parts);
         const double slack_j = kLiftVoxels * voxel_m * mass_kg * world.gravity_m_s2() +
                                kReturned * std::max(0.0, start_j_ - least_j_);
-        if (now_j > least_j_ + slack_j)
+        if (now_j > least_j_ + slack_j) {
             failures.add(
                 "energy", "all bodies", world.time_s(),
                 fmt::format("no more than {:.6g} J and {:.3g} J of slack", least_j_, slack_j),
                 fmt::format("{:.6g} J", now_j));
+        }
         least_j_ = std::min(least_j_, now_j);
     }
 
@@ -75,11 +78,13 @@ class EnergyCheck final : public Check {
 class FiniteCheck final : public Check {
   public:
     void after_step(BuiltWorld& world, Failures& failures) override {
-        for (const MovingPart& part : moving_parts(world))
+        for (const MovingPart& part : moving_parts(world)) {
             if (!is_finite(part.pose) || !is_finite(part.velocity_m_s) ||
-                !is_finite(part.spin_rad_s))
+                !is_finite(part.spin_rad_s)) {
                 failures.add("finite", world.name_of_object(*part.object), world.time_s(),
                              "numbers", "NaN or infinity");
+            }
+        }
     }
 };
 

@@ -26,10 +26,11 @@ class MeshCheck final : public Check {
         other.update();
         other.gather(anew);
         if (kept.positions != anew.positions || kept.indices != anew.indices ||
-            kept.normals != anew.normals || kept.colors != anew.colors)
+            kept.normals != anew.normals || kept.colors != anew.colors) {
             failures.add("mesh kept", "soil 0", world.time_s(),
                          fmt::format("{} triangles as made anew", anew.triangle_count()),
                          fmt::format("{} that differ", kept.triangle_count()));
+        }
         const GridFrame& frame = tiles_.frame();
         for (size_t i = 0; i + 2 < anew.positions.size(); i += 3) {
             const Vec3 at{anew.positions[i], anew.positions[i + 1], anew.positions[i + 2]};
@@ -44,12 +45,13 @@ class MeshCheck final : public Check {
                 break;
             }
         }
-        for (const uint32_t index : anew.indices)
+        for (const uint32_t index : anew.indices) {
             if (index >= anew.vertex_count()) {
                 failures.add("mesh indices", "soil 0", world.time_s(), "vertices that exist",
                              fmt::format("{}", index));
                 break;
             }
+        }
     }
 
   private:

@@ -62,8 +62,9 @@ bool touches_others(btDispatcher& dispatcher, const btCollisionObject& object) {
     for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
         const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
         if (manifold.getNumContacts() > 0 &&
-            (manifold.getBody0() == &object || manifold.getBody1() == &object))
+            (manifold.getBody0() == &object || manifold.getBody1() == &object)) {
             return true;
+        }
     }
     return false;
 }
@@ -107,9 +108,10 @@ class RestCheck final : public Check {
         if (!are_asleep) return;  // they keep the soil beside them awake
         for (size_t i = 0; i < world.soils().size(); ++i) {
             const StepReport& report = world.soil(static_cast<int>(i)).last_report();
-            if (report.block_active_count > 0)
+            if (report.block_active_count > 0) {
                 failures.add("soil sleeps", fmt::format("soil {}", i), world.time_s(),
                              "no active block", fmt::format("{}", report.block_active_count));
+            }
         }
     }
 
@@ -127,8 +129,9 @@ class RestCheck final : public Check {
             Forces& forces = forces_[part.object];
             if (part.is_asleep && !forces.up_n.empty()) continue;
             double up_n = dot(soil_force_n(world, *part.object), world.up());
-            if (const auto it = impulses.find(part.object); it != impulses.end())
+            if (const auto it = impulses.find(part.object); it != impulses.end()) {
                 up_n += dot(it->second, world.up()) / substep_s;
+            }
             const double mass_kg = part.mass_kg + load_kg(world, *part.object);
             forces.up_n.push_back(up_n);
             forces.momenta_n_s.push_back(mass_kg * dot(part.velocity_m_s, world.up()));
@@ -151,10 +154,12 @@ class RestCheck final : public Check {
             group[a] = of_a;
             group[b] = of_a;
         }
-        for (const BuiltWorld::Chain& chain : world.chains())
-            for (const auto& collider : chain.colliders)
+        for (const BuiltWorld::Chain& chain : world.chains()) {
+            for (const auto& collider : chain.colliders) {
                 group[collider.get()] =
                     chain.multibody->hasFixedBase() ? nullptr : chain.colliders[0].get();
+            }
+        }
         struct Sum {
             double weight_n = 0, up_n = 0;
         };
@@ -178,10 +183,11 @@ class RestCheck final : public Check {
             for (size_t i = 1; i < forces.up_n.size(); ++i) sum.up_n += forces.up_n[i] / count;
         }
         for (const auto& [object, sum] : sums) {
-            if (std::abs(sum.up_n - sum.weight_n) > kWeightFraction * sum.weight_n)
+            if (std::abs(sum.up_n - sum.weight_n) > kWeightFraction * sum.weight_n) {
                 failures.add("weight", world.name_of_object(*object), world.time_s(),
                              fmt::format("{:.5g} N", sum.weight_n),
                              fmt::format("{:.5g} N", sum.up_n));
+            }
         }
     }
 
@@ -194,8 +200,9 @@ class RestCheck final : public Check {
         const auto radius = static_cast<double>(bullet_radius);
         const int index = soil_below(world, part.pose.position, radius);
         if (index < 0 || part.is_of_chain || is_jointed(world, part.object) ||
-            touches_others(*world.world().getDispatcher(), *part.object))
+            touches_others(*world.world().getDispatcher(), *part.object)) {
             return;
+        }
         bullet::SoilAction& soil = world.soil(index);
         if (soil.options(*part.object).coverage_only) return;
         const double voxel_m = soil.soil().frame().voxel_m;
@@ -203,34 +210,42 @@ class RestCheck final : public Check {
         const std::string name = world.name_of_object(*part.object);
         double highest = -std::numeric_limits<double>::infinity();
         const Quat axes = soil.soil().frame().grid_to_world.rotation;
-        for (int y = -4; y <= 4; ++y)
+        for (int y = -4; y <= 4; ++y) {
             for (int x = -4; x <= 4; ++x) {
                 const Vec3 aside = rotate(axes, Vec3{x * radius / 4, y * radius / 4, 0});
-                if (const auto at = soil.surface_at(part.pose.position + aside))
+                if (const auto at = soil.surface_at(part.pose.position + aside)) {
                     highest = std::max(highest, height_m(world, at->position_m));
+                }
             }
-        if (bottom_m > highest + kHoverVoxels * voxel_m)
+        }
+        if (bottom_m > highest + kHoverVoxels * voxel_m) {
             failures.add("held", name, world.time_s(),
                          fmt::format("its bottom no higher than the surface, {:.5g} m", highest),
                          fmt::format("{:.5g} m", bottom_m));
+        }
         const double weight_n = part.mass_kg * world.gravity_m_s2();
         const double fall_m = std::max(0.0, energy_heights_m_.at(part.object) - highest);
         const double rest_m = sinkage_m(soil.soil(), radius, weight_n);
         const double bound_m =
             kSinkageFactor * sinkage_after_fall_m(rest_m, fall_m) + kSinkageVoxels * voxel_m;
-        if (bottom_m < highest - bound_m)
+        if (bottom_m < highest - bound_m) {
             failures.add("sinkage", name, world.time_s(),
                          fmt::format("its bottom no more than {:.3g} m below the surface, {:.5g} m",
                                      bound_m, highest),
                          fmt::format("{:.3g} m below it", highest - bottom_m));
+        }
     }
 
     static bool is_jointed(const BuiltWorld& world, const btCollisionObject* object) {
-        for (const JointPlan& joint : world.plan().joints)
-            if (!joint.dropped && (world.body(joint.a) == object || world.body(joint.b) == object))
+        for (const JointPlan& joint : world.plan().joints) {
+            if (!joint.dropped &&
+                (world.body(joint.a) == object || world.body(joint.b) == object)) {
                 return true;
-        for (const BuiltWorld::Car& car : world.cars())
+            }
+        }
+        for (const BuiltWorld::Car& car : world.cars()) {
             if (car.chassis == object) return true;
+        }
         return false;
     }
 

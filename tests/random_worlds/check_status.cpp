@@ -28,21 +28,25 @@ class StatusCheck final : public Check {
         for (size_t i = 0; i < soils.size(); ++i) {
             const uint32_t bits = soils[i]->soil().status_bits();
             const std::string name = fmt::format("soil {}", i);
-            for (uint32_t bit = 1; bit != 0 && bit <= bits; bit <<= 1)
-                if ((bits & bit) != 0 && !has_cause(world, i, static_cast<StatusBit>(bit)))
+            for (uint32_t bit = 1; bit != 0 && bit <= bits; bit <<= 1) {
+                if ((bits & bit) != 0 && !has_cause(world, i, static_cast<StatusBit>(bit))) {
                     failures.add("status", name, world.time_s(), "no status without its cause",
                                  status_texts(bit)[0]);
-            for (const bullet::RefusedBody& refused : soils[i]->refused())
+                }
+            }
+            for (const bullet::RefusedBody& refused : soils[i]->refused()) {
                 failures.add("refused", name, world.time_s(), "every body takes part",
                              refused.reason);
+            }
         }
     }
 
   private:
     void watch(BuiltWorld& world) {
         const std::vector<bullet::SoilAction*> soils = world.soils();
-        for (const EventPlan& event : world.plan().events)
+        for (const EventPlan& event : world.plan().events) {
             has_teleport_ |= !event.dropped && event.kind == EventPlan::Kind::teleport;
+        }
         const auto look = [&](Vec3 at_m, double speed_m_s) {
             for (size_t i = 0; i < soils.size(); ++i) {
                 const SoilDef& def = soils[i]->soil().def();
@@ -75,10 +79,12 @@ class StatusCheck final : public Check {
         }
         // Wheels hang below the chassis and beside it, and turn by themselves.
         if (!world.cars().empty()) was_fast_.assign(soils.size(), true);
-        for (const BuiltWorld::Car& car : world.cars())
-            for (int i = 0; i < car.vehicle->getNumWheels(); ++i)
+        for (const BuiltWorld::Car& car : world.cars()) {
+            for (int i = 0; i < car.vehicle->getNumWheels(); ++i) {
                 look(bullet::from_bullet(car.vehicle->getWheelInfo(i).m_worldTransform.getOrigin()),
                      static_cast<double>(car.chassis->getLinearVelocity().length()));
+            }
+        }
     }
 
     bool has_cause(const BuiltWorld& world, size_t soil, StatusBit bit) const {

@@ -22,8 +22,9 @@ constexpr int kLookEvery = 20;
 class UnitsCheck final : public Check {
   public:
     explicit UnitsCheck(const BuiltWorld& world) {
-        for (const bullet::SoilAction* soil : world.soils())
+        for (const bullet::SoilAction* soil : world.soils()) {
             units_.push_back(soil->soil().totals().units);
+        }
     }
 
     void after_step(BuiltWorld& world, Failures& failures) override {
@@ -41,9 +42,10 @@ class UnitsCheck final : public Check {
             const Soil& soil = world.soil(static_cast<int>(i)).soil();
             const std::string name = fmt::format("soil {}", i);
             const std::vector<int64_t> now = soil.totals().units;
-            if (now != units_[i])
+            if (now != units_[i]) {
                 failures.add("units", name, world.time_s(), fmt::format("{}", units_[i]),
                              fmt::format("{}", now));
+            }
             look_at_voxels(soil, name, world.time_s(), failures);
         }
     }
@@ -55,7 +57,7 @@ class UnitsCheck final : public Check {
         for (int tile = 0; tile < s.tiles_x * s.tiles_y; ++tile) {
             if (!s.tiles[static_cast<size_t>(tile)]) continue;
             s.tiles.read_voxels(tile, voxels);
-            for (int z = 0; z < voxels.height; ++z)
+            for (int z = 0; z < voxels.height; ++z) {
                 for (int column = 0; column < 64; ++column) {
                     const int32_t terrain = voxels.at(kKeptTerrain, z, column);
                     const int32_t volume = voxels.at(kKeptVolume, z, column);
@@ -73,14 +75,18 @@ class UnitsCheck final : public Check {
                         return fmt::format("voxel ({} {} {}): terrain {} volume {} bond {} mass {}",
                                            x, y, z, terrain, volume, bond, mass);
                     };
-                    if (is_negative)
+                    if (is_negative) {
                         failures.add("amounts", name, time_s, "no amount below 0", found());
-                    if ((volume == 0) != (mass == 0))
+                    }
+                    if ((volume == 0) != (mass == 0)) {
                         failures.add("mass without volume", name, time_s, "both or none", found());
+                    }
                     if ((volume > 0 || mass > 0) &&
-                        (x >= s.frame.size[0] || y >= s.frame.size[1] || z >= s.frame.size[2]))
+                        (x >= s.frame.size[0] || y >= s.frame.size[1] || z >= s.frame.size[2])) {
                         failures.add("outside", name, time_s, "soil within the grid", found());
+                    }
                 }
+            }
         }
     }
 

@@ -83,12 +83,13 @@ btCollisionShape& CollisionShapes::round(const ShapePlan& plan) {
     }
     // Bullet adds the margin outside of a cone.
     btCollisionShape* cone = nullptr;
-    if (plan.axis == 0)
+    if (plan.axis == 0) {
         cone = &keep<btConeShapeX>(radius, length);
-    else if (plan.axis == 1)
+    } else if (plan.axis == 1) {
         cone = &keep<btConeShape>(radius, length);
-    else
+    } else {
         cone = &keep<btConeShapeZ>(radius, length);
+    }
     cone->setMargin(scalar(0.05) * std::min(radius, length));
     return *cone;
 }
@@ -133,12 +134,14 @@ btCollisionShape& CollisionShapes::of_points(const ShapePlan& plan) {
 btCollisionShape& CollisionShapes::of_children(const ShapePlan& plan) {
     std::vector<btCollisionShape*> made;
     for (const ShapePlan& child : plan.children) made.push_back(&make(child));
-    if (plan.kind == ShapePlan::Kind::scaled)
+    if (plan.kind == ShapePlan::Kind::scaled) {
         return keep<btUniformScalingShape>(static_cast<btConvexShape*>(made[0]),
                                            scalar(plan.half_m.x));
-    if (plan.kind == ShapePlan::Kind::minkowski_sum)
+    }
+    if (plan.kind == ShapePlan::Kind::minkowski_sum) {
         return keep<btMinkowskiSumShape>(static_cast<btConvexShape*>(made[0]),
                                          static_cast<btConvexShape*>(made[1]));
+    }
     auto& compound = keep<btCompoundShape>();
     for (size_t i = 0; i < made.size(); ++i) {
         const Pose& pose = plan.child_poses[i];
@@ -153,11 +156,12 @@ btCollisionShape& CollisionShapes::of_children(const ShapePlan& plan) {
 
 btTriangleMesh& CollisionShapes::mesh_of(const ShapePlan& plan) {
     meshes_.push_back(std::make_unique<btTriangleMesh>());
-    for (size_t i = 0; i + 2 < plan.indices.size(); i += 3)
+    for (size_t i = 0; i + 2 < plan.indices.size(); i += 3) {
         meshes_.back()->addTriangle(
             bullet(plan.points_m[static_cast<size_t>(plan.indices[i])]),
             bullet(plan.points_m[static_cast<size_t>(plan.indices[i + 1])]),
             bullet(plan.points_m[static_cast<size_t>(plan.indices[i + 2])]));
+    }
     return *meshes_.back();
 }
 

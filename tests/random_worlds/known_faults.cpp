@@ -31,8 +31,9 @@ constexpr KnownFault kKnownFaults[] = {
 }  // namespace
 
 const char* known_fault(const WorldPlan& plan, const Failure& failure) {
-    for (const KnownFault& fault : kKnownFaults)
+    for (const KnownFault& fault : kKnownFaults) {
         if (fault.invariant == failure.invariant && fault.applies(plan)) return fault.reason;
+    }
     return nullptr;
 }
 

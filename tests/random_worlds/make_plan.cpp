@@ -28,11 +28,13 @@ class Maker {
         if (random_.chance(0.3)) add_joints();
         if (random_.chance(0.25)) add_chain();
         if (kind_ != PlanKind::calm) {
-            if (random_.chance(0.35))
+            if (random_.chance(0.35)) {
                 for (int i = random_.integer(1, 2); i > 0; --i) add_driven();
+            }
             if (kind_ == PlanKind::any && random_.chance(0.2)) add_car();
-            if (random_.chance(0.35))
+            if (random_.chance(0.35)) {
                 for (int i = random_.integer(1, 3); i > 0; --i) add_event();
+            }
             set_comings_and_goings();
         }
         return std::move(plan_);
@@ -237,9 +239,10 @@ class Maker {
         body.pose.rotation = random_.rotation();
         body.velocity_m_s = random_.in_cube() * (0.4 * top_speed_m_s(body.soil));
         body.velocity_m_s.z *= 0.3;
-        if (random_.chance(0.5))
+        if (random_.chance(0.5)) {
             body.spin_rad_s =
                 random_.in_cube() * (0.3 * top_speed_m_s(body.soil) / bound_m(body.shape));
+        }
         plan_.bodies.push_back(std::move(body));
     }
 
@@ -247,8 +250,9 @@ class Maker {
         for (size_t i = 0; i + 1 < plan_.bodies.size(); ++i) {
             const BodyPlan &a = plan_.bodies[i], &b = plan_.bodies[i + 1];
             if (a.kind != BodyPlan::Kind::moving || b.kind != BodyPlan::Kind::moving ||
-                a.soil != b.soil || !random_.chance(0.6))
+                a.soil != b.soil || !random_.chance(0.6)) {
                 continue;
+            }
             JointPlan joint;
             joint.kind = random_.choose({JointPlan::Kind::hinge, JointPlan::Kind::slider,
                                          JointPlan::Kind::point, JointPlan::Kind::six_dof});
@@ -313,9 +317,11 @@ class Maker {
             event.body = any_soil();
         } else {
             std::vector<int> moving;
-            for (size_t i = 0; i < plan_.bodies.size(); ++i)
-                if (plan_.bodies[i].kind == BodyPlan::Kind::moving)
+            for (size_t i = 0; i < plan_.bodies.size(); ++i) {
+                if (plan_.bodies[i].kind == BodyPlan::Kind::moving) {
                     moving.push_back(static_cast<int>(i));
+                }
+            }
             if (moving.empty()) return;
             event.body = moving[static_cast<size_t>(
                 random_.integer(0, static_cast<int>(moving.size()) - 1))];
@@ -342,14 +348,16 @@ class Maker {
         for (size_t i = 0; i < plan_.bodies.size(); ++i) {
             if (!random_.chance(0.12)) continue;
             bool is_joined = false;
-            for (const JointPlan& joint : plan_.joints)
+            for (const JointPlan& joint : plan_.joints) {
                 is_joined |= joint.a == static_cast<int>(i) || joint.b == static_cast<int>(i);
+            }
             if (is_joined) continue;
             BodyPlan& body = plan_.bodies[i];
-            if (random_.chance(0.5))
+            if (random_.chance(0.5)) {
                 body.enters_step = random_.integer(1, plan_.action_steps - 1);
-            else
+            } else {
                 body.leaves_step = random_.integer(1, plan_.action_steps - 1);
+            }
         }
     }
 

@@ -33,8 +33,9 @@ ShapePlan cloud(Random& random, Kind kind, double bound_m) {
                      corner == 1 || corner == 2 ? -0.55 : 0.55};
         shape.points_m.push_back(v * bound_m);
     }
-    for (int i = random.integer(0, 8); i > 0; --i)
+    for (int i = random.integer(0, 8); i > 0; --i) {
         shape.points_m.push_back(random.direction() * (0.95 * bound_m));
+    }
     return shape;
 }
 
@@ -68,15 +69,17 @@ ShapePlan sheet(Random& random, double bound_m) {
     ShapePlan shape;
     shape.kind = Kind::open_mesh;
     constexpr int kSide = 5;
-    for (int i = 0; i < kSide * kSide; ++i)
+    for (int i = 0; i < kSide * kSide; ++i) {
         shape.points_m.push_back({0.3 * bound_m * (i % kSide - 2), 0.3 * bound_m * (i / kSide - 2),
                                   0.2 * bound_m * random.uniform(-1, 1)});
-    for (int y = 0; y + 1 < kSide; ++y)
+    }
+    for (int y = 0; y + 1 < kSide; ++y) {
         for (int x = 0; x + 1 < kSide; ++x) {
             const int i = y * kSide + x;
             shape.indices.insert(shape.indices.end(),
                                  {i, i + 1, i + kSide, i + 1, i + kSide + 1, i + kSide});
         }
+    }
     return shape;
 }
 
@@ -124,8 +127,9 @@ ShapePlan field(Random& random, double extent_m, double height_m) {
     shape.side_count = random.integer(4, 12);
     const double spacing = 1.2 * extent_m / (shape.side_count - 1);
     shape.half_m = {spacing, spacing, 1};
-    for (int i = 0; i < shape.side_count * shape.side_count; ++i)
+    for (int i = 0; i < shape.side_count * shape.side_count; ++i) {
         shape.numbers_m.push_back(random.uniform(-0.5, 0.5) * height_m);
+    }
     return shape;
 }
 
@@ -178,8 +182,9 @@ ShapePlan make_fixed_shape(Random& random, double bound_m, double extent_m) {
             shape.points_m = {random.direction() * bound_m, random.direction() * bound_m,
                               random.direction() * bound_m};
             if (length(cross(shape.points_m[1] - shape.points_m[0],
-                             shape.points_m[2] - shape.points_m[0])) < 0.1 * bound_m * bound_m)
+                             shape.points_m[2] - shape.points_m[0])) < 0.1 * bound_m * bound_m) {
                 return sized(random, Kind::box, bound_m);
+            }
             return shape;
         default:
             return make_moving_shape(random, bound_m);

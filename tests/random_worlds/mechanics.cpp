@@ -76,26 +76,30 @@ double energy_j(const BuiltWorld& world, std::span<const MovingPart> parts) {
 
 double load_kg(const BuiltWorld& world, const btCollisionObject& object) {
     double sum = 0;
-    for (const bullet::SoilAction* soil : world.soils())
-        if (!soil->options(object).coverage_only)  // what it reports does not act on it
+    for (const bullet::SoilAction* soil : world.soils()) {
+        if (!soil->options(object).coverage_only) {  // what it reports does not act on it
             sum += soil->body_report(object).load_kg;
+        }
+    }
     return sum;
 }
 
 Vec3 soil_force_n(const BuiltWorld& world, const btCollisionObject& object) {
     Vec3 sum;
-    for (const bullet::SoilAction* soil : world.soils())
+    for (const bullet::SoilAction* soil : world.soils()) {
         if (!soil->options(object).coverage_only) sum += soil->body_report(object).force_n;
+    }
     for (const BuiltWorld::Car& car : world.cars()) {
         if (car.chassis != &object) continue;
         for (int i = 0; i < 4; ++i) {
             const auto wheel = car.caster->wheel_report(i);
             const btWheelInfo& info = car.vehicle->getWheelInfo(i);
-            if (wheel.is_on_soil)
+            if (wheel.is_on_soil) {
                 sum += wheel.normal_force_n * world.up();
-            else if (info.m_raycastInfo.m_isInContact)
+            } else if (info.m_raycastInfo.m_isInContact) {
                 sum += static_cast<double>(info.m_wheelsSuspensionForce) *
                        bullet::from_bullet(info.m_raycastInfo.m_contactNormalWS);
+            }
         }
     }
     return sum - world.gravity_m_s2() * load_kg(world, object) * world.up();
@@ -108,8 +112,9 @@ int soil_below(const BuiltWorld& world, Vec3 world_m, double margin_m) {
         const Vec3 at = frame.to_grid(world_m);
         const double margin = margin_m / frame.voxel_m;
         if (at.x >= margin && at.y >= margin && at.x <= frame.size[0] - margin &&
-            at.y <= frame.size[1] - margin)
+            at.y <= frame.size[1] - margin) {
             return static_cast<int>(i);
+        }
     }
     return -1;
 }

@@ -18,10 +18,12 @@ void drop_orphans(WorldPlan& plan) {
                plan.bodies[static_cast<size_t>(body)].dropped;
     };
     for (JointPlan& joint : plan.joints) joint.dropped |= is_gone(joint.a) || is_gone(joint.b);
-    for (EventPlan& event : plan.events)
+    for (EventPlan& event : plan.events) {
         if (event.kind != EventPlan::Kind::fill && event.kind != EventPlan::Kind::disable &&
-            event.kind != EventPlan::Kind::enable)
+            event.kind != EventPlan::Kind::enable) {
             event.dropped |= is_gone(event.body);
+        }
+    }
 }
 
 }  // namespace
@@ -34,18 +36,22 @@ WorldPlan minimize(WorldPlan plan, Run run, const std::string& invariant) {
         if (fails(smaller, run, invariant)) plan = std::move(smaller);
     };
     const auto drop_all_of = [&](auto member) {
-        for (size_t i = 0; i < (plan.*member).size(); ++i)
-            if (!(plan.*member)[i].dropped)
+        for (size_t i = 0; i < (plan.*member).size(); ++i) {
+            if (!(plan.*member)[i].dropped) {
                 attempt([&](WorldPlan& p) { (p.*member)[i].dropped = true; });
+            }
+        }
     };
     drop_all_of(&WorldPlan::cars);
     drop_all_of(&WorldPlan::chains);
     drop_all_of(&WorldPlan::events);
     drop_all_of(&WorldPlan::joints);
     drop_all_of(&WorldPlan::bodies);
-    for (size_t s = 0; s < plan.soils.size(); ++s)
-        for (size_t i = 1; i < plan.soils[s].fills.size(); ++i)
+    for (size_t s = 0; s < plan.soils.size(); ++s) {
+        for (size_t i = 1; i < plan.soils[s].fills.size(); ++i) {
             attempt([&](WorldPlan& p) { p.soils[s].fills[i].dropped = true; });
+        }
+    }
     attempt([](WorldPlan& p) { p.is_variable = false; });
     attempt([](WorldPlan& p) { p.substep_count = 1; });
     attempt([](WorldPlan& p) { p.frame_s = 1.0 / 60; });

@@ -107,8 +107,9 @@ void run_one(uint64_t seed, Run run, PlanKind kind, const Arguments& arguments, 
 }
 
 int run_all(const Arguments& arguments) {
-    for (const int number : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL, SIGALRM})
+    for (const int number : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL, SIGALRM}) {
         signal(number, die);
+    }
     const auto start = std::chrono::steady_clock::now();
     Tally tally;
     for (uint64_t seed = arguments.first; seed <= arguments.last; ++seed) {
@@ -119,12 +120,14 @@ int run_all(const Arguments& arguments) {
             run_one(seed, *arguments.run, kind, arguments, tally);
             continue;
         }
-        for (const Run run : {Run::watched, Run::repeated, Run::restored})
+        for (const Run run : {Run::watched, Run::repeated, Run::restored}) {
             run_one(seed, run, kind, arguments, tally);
+        }
         if (seed % kOnGlEvery == 0) run_one(seed, Run::on_gl, PlanKind::small, arguments, tally);
     }
-    for (const auto& [fault, count] : tally.known)
+    for (const auto& [fault, count] : tally.known) {
         fmt::print("known, {} times: {}\n", count, fault);
+    }
     fmt::print("{} runs, {} failures\n", tally.worlds, tally.failures);
     return tally.failures > 0 ? 1 : 0;
 }
@@ -161,12 +164,14 @@ std::optional<Arguments> parse(int count, char** values) {
         } else if (name == "--minutes") {
             out.minutes = std::strtod(value.c_str(), nullptr);
         } else if (name == "--run") {
-            for (const Run run : {Run::watched, Run::repeated, Run::restored, Run::on_gl})
+            for (const Run run : {Run::watched, Run::repeated, Run::restored, Run::on_gl}) {
                 if (value == random_worlds::name_of(run)) out.run = run;
+            }
             if (!out.run) return {};
         } else if (name == "--kind") {
-            for (const PlanKind kind : {PlanKind::any, PlanKind::calm, PlanKind::small})
+            for (const PlanKind kind : {PlanKind::any, PlanKind::calm, PlanKind::small}) {
                 if (value == name_of(kind)) out.kind = kind;
+            }
             if (!out.kind) return {};
         } else {
             return {};

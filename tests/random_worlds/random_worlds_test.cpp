@@ -13,8 +13,9 @@ namespace {
 void expect_all_holds(uint64_t first, uint64_t last, Run run, PlanKind kind) {
     for (uint64_t seed = first; seed <= last; ++seed) {
         const WorldPlan plan = make_plan(seed, kind);
-        for (const Failure& failure : run_plan(plan, run))
+        for (const Failure& failure : run_plan(plan, run)) {
             if (!known_fault(plan, failure)) ADD_FAILURE() << text_of(failure);
+        }
     }
 }
 
@@ -71,8 +72,9 @@ TEST(RandomWorlds, have_everything_in_them) {
     }
     for (const int count : {fixed, driven, joints, cars, chains, events}) EXPECT_GT(count, 10);
     EXPECT_GT(soils, 420);
-    for (size_t kind = 0; kind < static_cast<size_t>(ShapePlan::Kind::none); ++kind)
+    for (size_t kind = 0; kind < static_cast<size_t>(ShapePlan::Kind::none); ++kind) {
         EXPECT_GT(shapes[kind], 5) << name_of(static_cast<ShapePlan::Kind>(kind));
+    }
 }
 
 /// A bed with one box on it.
@@ -111,10 +113,12 @@ std::vector<Failure> failures_of(std::unique_ptr<Check> (*make)(const BuiltWorld
 }
 
 TEST(Checks, find_nothing_in_a_sound_world) {
-    for (const auto make :
-         {make_units_check, make_energy_check, make_status_check, make_mesh_check, make_rest_check})
-        for (const Failure& failure : failures_of(make, [](BuiltWorld&) {}))
+    for (const auto make : {make_units_check, make_energy_check, make_status_check, make_mesh_check,
+                            make_rest_check}) {
+        for (const Failure& failure : failures_of(make, [](BuiltWorld&) {})) {
             ADD_FAILURE() << text_of(failure);
+        }
+    }
 }
 
 TEST(Checks, find_soil_that_comes_from_nowhere) {

@@ -20,8 +20,9 @@ constexpr int kStepsRestored = 40;
 std::string hex(uint64_t number) { return fmt::format("{:016x}", number); }
 
 bool is_built(const BuiltWorld& world, Failures& failures) {
-    if (!world.error().empty())
+    if (!world.error().empty()) {
         failures.add("builds", "world", world.time_s(), "no error", world.error());
+    }
     return world.error().empty();
 }
 
@@ -57,12 +58,14 @@ void run_repeated(const WorldPlan& plan, Failures& failures) {
     for (int i = 0; i < kRepeatedSteps; ++i) {
         for (BuiltWorld* world : {&once, &again, &with_two}) world->step();
         const uint64_t expected = once.checksum();
-        if (again.checksum() != expected)
+        if (again.checksum() != expected) {
             return failures.add("repeated", "world", once.time_s(), hex(expected),
                                 hex(again.checksum()));
-        if (with_two.checksum() != expected)
+        }
+        if (with_two.checksum() != expected) {
             return failures.add("threads", "world", once.time_s(), hex(expected),
                                 hex(with_two.checksum()));
+        }
     }
 }
 
@@ -72,9 +75,10 @@ void run_on_gl(const WorldPlan& plan, Failures& failures) {
     for (int i = 0; i < kStepsOnGl; ++i) {
         on_cpu.step();
         on_gl.step();
-        if (on_cpu.checksum() != on_gl.checksum())
+        if (on_cpu.checksum() != on_gl.checksum()) {
             return failures.add("gl", "world", on_cpu.time_s(), hex(on_cpu.checksum()),
                                 hex(on_gl.checksum()));
+        }
     }
 }
 
@@ -98,9 +102,10 @@ void run_restored(const WorldPlan& plan, Failures& failures) {
     if (!done) return failures.add("restored", "world", saved.time_s(), "a world", done.error());
     for (int i = 0; i <= kStepsRestored; ++i) {
         const uint64_t expected = saved.checksum(), found = restored.checksum();
-        if (found != expected)
+        if (found != expected) {
             return failures.add("goes on", "world", saved.time_s(),
                                 fmt::format("{} {} steps on", hex(expected), i), hex(found));
+        }
         saved.step();
         restored.step();
     }

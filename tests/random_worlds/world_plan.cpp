@@ -30,13 +30,15 @@ double bound_m(const ShapePlan& shape) {
         case Kind::minkowski_sum:
             return bound_m(shape.children[0]) + bound_m(shape.children[1]);
         case Kind::compound:
-            for (size_t i = 0; i < shape.children.size(); ++i)
+            for (size_t i = 0; i < shape.children.size(); ++i) {
                 bound = std::max(
                     bound, length(shape.child_poses[i].position) + bound_m(shape.children[i]));
+            }
             return bound;
         case Kind::multi_sphere:
-            for (size_t i = 0; i < shape.points_m.size(); ++i)
+            for (size_t i = 0; i < shape.points_m.size(); ++i) {
                 bound = std::max(bound, length(shape.points_m[i]) + shape.numbers_m[i]);
+            }
             return bound;
         default:
             for (const Vec3 p : shape.points_m) bound = std::max(bound, length(p));
@@ -111,9 +113,10 @@ std::string text(const ShapePlan& s) {
                                   text(s.half_m), s.margin_m);
     for (const Vec3 p : s.points_m) out += ' ' + text(p);
     for (const double n : s.numbers_m) out += fmt::format(" {:.4g}", n);
-    for (size_t i = 0; i < s.children.size(); ++i)
+    for (size_t i = 0; i < s.children.size(); ++i) {
         out += fmt::format("\n        child at {} {}: {}", text(s.child_poses[i].position),
                            text(s.child_poses[i].rotation), text(s.children[i]));
+    }
     return out;
 }
 
@@ -133,11 +136,13 @@ std::string describe(const WorldPlan& plan) {
             d.size_m.z / d.voxel_m, d.up == UpAxis::y ? 'y' : 'z', d.yaw_rad,
             text(d.floor_center_m), d.gravity_m_s2, 1 / d.step_s, static_cast<int>(d.overflow),
             s.terrain_m, s.terrain_slope);
-        for (const FillPlan& f : s.fills)
-            if (!f.dropped)
+        for (const FillPlan& f : s.fills) {
+            if (!f.dropped) {
                 out += fmt::format("    fill {} of {} from {} to {}{}\n", static_cast<int>(f.kind),
                                    d.materials[static_cast<size_t>(f.material)].name, text(f.low_m),
                                    text(f.high_m), f.is_hanging ? ", hanging" : "");
+            }
+        }
     }
     for (size_t i = 0; i < plan.bodies.size(); ++i) {
         const BodyPlan& b = plan.bodies[i];
@@ -154,30 +159,38 @@ std::string describe(const WorldPlan& plan) {
             b.is_coverage_only ? ", coverage only" : "", b.surface_friction, b.enters_step,
             b.leaves_step, text(b.shape));
     }
-    for (const JointPlan& j : plan.joints)
-        if (!j.dropped)
+    for (const JointPlan& j : plan.joints) {
+        if (!j.dropped) {
             out += fmt::format("  joint {}: bodies {} and {}, axis {}, motor {:.4g} up to {:.4g}\n",
                                static_cast<int>(j.kind), j.a, j.b, text(j.axis), j.motor_speed,
                                j.motor_most);
-    for (const CarPlan& c : plan.cars)
-        if (!c.dropped)
+        }
+    }
+    for (const CarPlan& c : plan.cars) {
+        if (!c.dropped) {
             out += fmt::format(
                 "  car: soil {}, {:.6g} kg, wheels of {:.4g} m, {:.4g} m wide, at {} {}, engine "
                 "{:.4g} N, steering {:.3g}\n",
                 c.soil, c.mass_kg, c.radius_m, c.width_m, text(c.pose.position),
                 text(c.pose.rotation), c.engine_n, c.steering_rad);
-    for (const ChainPlan& c : plan.chains)
-        if (!c.dropped)
+        }
+    }
+    for (const ChainPlan& c : plan.chains) {
+        if (!c.dropped) {
             out += fmt::format(
                 "  chain: soil {}, {} links of {:.4g} m and {:.4g} kg{}, at {}, motor {:.4g} up to "
                 "{:.4g}\n",
                 c.soil, c.link_count, c.half_m, c.link_mass_kg,
                 c.has_fixed_base ? ", fixed base" : "", text(c.pose.position), c.motor_speed,
                 c.motor_most);
-    for (const EventPlan& e : plan.events)
-        if (!e.dropped)
+        }
+    }
+    for (const EventPlan& e : plan.events) {
+        if (!e.dropped) {
             out += fmt::format("  event {} at step {}: {} {}\n", static_cast<int>(e.kind), e.step,
                                e.body, text(e.vector));
+        }
+    }
     return out;
 }
 

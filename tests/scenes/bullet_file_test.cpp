@@ -247,8 +247,9 @@ TEST_F(BulletFileTest, cut_and_damaged_files_are_refused) {
         EXPECT_NE(file.error().find(path), std::string::npos) << file.error();
         EXPECT_EQ(w.world.getNumCollisionObjects(), 0) << what;
     };
-    for (size_t size = 0; size < good.size(); size += 1 + good.size() / 200)
+    for (size_t size = 0; size < good.size(); size += 1 + good.size() / 200) {
         expect_refused(good.substr(0, size), "cut to " + std::to_string(size));
+    }
     expect_refused(std::string(5000, 'x'), "no magic");
     expect_refused("BULLETf-v324" + std::string(5000, '\x7f'), "garbage after the magic");
     // Size, structure and count of the first blocks; the description of the structures.

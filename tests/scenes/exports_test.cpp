@@ -72,9 +72,11 @@ double volume_of(const aiMesh& mesh) {
 double soil_volume_m3(const Soil& soil) {
     double voxels = 0;
     const int* size = soil.frame().size;
-    for (int z = 0; z < size[2]; ++z)
-        for (int y = 0; y < size[1]; ++y)
+    for (int z = 0; z < size[2]; ++z) {
+        for (int y = 0; y < size[1]; ++y) {
             for (int x = 0; x < size[0]; ++x) voxels += soil.sample(x, y, z).volume;
+        }
+    }
     return voxels * std::pow(soil.frame().voxel_m, 3);
 }
 
@@ -97,8 +99,9 @@ TEST_F(Exports, assimp_reads_the_gltf_with_nodes_places_and_colours) {
         EXPECT_NEAR(volume_of(soil_mesh), soil_m3, 0.01 * soil_m3);
         // glTF's y is up: the ball is where it is in the world, turned so where z was up.
         aiMatrix4x4 place;
-        for (const aiNode* node = ball; node; node = node->mParent)
+        for (const aiNode* node = ball; node; node = node->mParent) {
             place = node->mTransformation * place;
+        }
         const Vec3 at = run_->bullet().find_body("ball")->pose().position;
         EXPECT_NEAR(static_cast<double>(place.b4), up == "z" ? at.z : at.y, 1e-5);
         EXPECT_NEAR(static_cast<double>(place.a4), at.x, 1e-5);
@@ -115,8 +118,9 @@ TEST_F(Exports, assimp_reads_obj_and_ply_as_one_mesh_of_the_same_triangles) {
         Assimp::Importer importer;
         const aiScene* read = importer.ReadFile(exported(i == 0 ? "moment.obj" : "moment.ply"), 0);
         ASSERT_NE(read, nullptr) << importer.GetErrorString();
-        for (unsigned m = 0; m < read->mNumMeshes; ++m)
+        for (unsigned m = 0; m < read->mNumMeshes; ++m) {
             triangle_counts[i] += read->mMeshes[m]->mNumFaces;
+        }
     }
     EXPECT_GT(triangle_counts[0], 3000u);
     EXPECT_EQ(triangle_counts[0], triangle_counts[1]);
@@ -145,10 +149,12 @@ TEST_F(Exports, heights_as_a_picture_come_back_as_the_same_ground) {
         // A height map is stretched from edge to edge: half a voxel at the rim, where the step of
         // 0.15 m makes the most of it.
         double sum = 0;
-        for (int y = 0; y < 40; ++y)
-            for (int x = 0; x < 40; ++x)
+        for (int y = 0; y < 40; ++y) {
+            for (int x = 0; x < 40; ++x) {
                 sum += std::abs((*ground)->soil().surface_height_m(x, y) -
                                 run_->soil().surface_height_m(x, y));
+            }
+        }
         EXPECT_LT(sum / 1600, 0.003);
     }
 }
@@ -168,8 +174,9 @@ TEST_F(Exports, the_ascii_grid_has_north_on_top_and_heights_in_the_world) {
     ASSERT_EQ(heights.size(), 1600u);
     EXPECT_NEAR(heights[39], 0.6, 0.01);  // north-east: on the step
     EXPECT_NEAR(heights[0], kBedM, 0.01);
-    for (const size_t row : {3u, 20u})
+    for (const size_t row : {3u, 20u}) {
         EXPECT_NEAR(heights[row * 40 + 7], run_->soil().surface_height_m(7, 39 - int(row)), 1e-5);
+    }
 }
 
 /// What a program prints; empty where it is missing or fails.
@@ -198,8 +205,9 @@ TEST_F(Exports, the_voxels_are_an_image_of_vtk) {
     EXPECT_EQ(bytes.size() - (raw + 17),
               6 * 8 + voxels * (4 * 4 + 12 + 1) +
                   std::string("\n  </AppendedData>\n</VTKFile>\n").size());
-    if (std::system("python3 -c 'import vtkmodules.vtkIOXML' 2>/dev/null") != 0)
+    if (std::system("python3 -c 'import vtkmodules.vtkIOXML' 2>/dev/null") != 0) {
         GTEST_SKIP() << "VTK does not read it here: python3-vtk9 is not installed";
+    }
     const std::string sum = output_of(
         "python3 -c \"from vtkmodules.vtkIOXML import vtkXMLImageDataReader as R; r = R(); "
         "r.SetFileName('" +
@@ -215,8 +223,9 @@ TEST_F(Exports, other_endings_are_refused_and_the_known_ones_named) {
     open("z");
     const auto written = export_run(*run_, "/tmp/moment.fbx");
     ASSERT_FALSE(written);
-    for (const std::string& ending : export_endings())
+    for (const std::string& ending : export_endings()) {
         EXPECT_NE(written.error().find(ending), std::string::npos) << written.error();
+    }
     EXPECT_FALSE(export_run(*run_, "/no/such/folder/moment.glb"));
 }
 

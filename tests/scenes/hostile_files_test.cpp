@@ -80,8 +80,10 @@ TEST_F(HostileFiles, dots_that_are_no_part_of_a_key_are_not_counted) {
 }
 
 TEST_F(HostileFiles, what_toml_takes_for_granted_is_an_error_with_its_place) {
-    for (const char* text : {"[[=a]]", "[^a]", "[[ .a]]", "x = 1979-05-27T\x01", "x = [0.2,} 0.3]"})
+    for (const char* text :
+         {"[[=a]]", "[^a]", "[[ .a]]", "x = 1979-05-27T\x01", "x = [0.2,} 0.3]"}) {
         expect_scene_error("title = 'a'\n" + std::string(text) + "\n", "s.toml:2:");
+    }
 }
 
 // toml++ has undefined behaviour where it asks whether such a character is a blank.
@@ -89,10 +91,12 @@ TEST_F(HostileFiles, characters_beyond_ascii_belong_in_quotes_and_comments) {
     const std::string umlaut = "\xc3\xa4";
     for (const std::string& text :
          {umlaut, "x = " + umlaut, "x = 1" + umlaut, "x = [1 " + umlaut + "]", "[" + umlaut + "]",
-          "x" + umlaut + " = 1"})
+          "x" + umlaut + " = 1"}) {
         expect_scene_error("# a\n" + text, "only quotes and comments may hold characters beyond");
-    for (const char* start : {"x = \"\"\"a\\\n", "x = \"\"\"\\ \n \r\n\t", "x = \"\"\"\\"})
+    }
+    for (const char* start : {"x = \"\"\"a\\\n", "x = \"\"\"\\ \n \r\n\t", "x = \"\"\"\\"}) {
         expect_scene_error(start + umlaut + "\"\"\"\n", "has to be written as \\uXXXX");
+    }
     for (const std::string& text :
          {"title = \"" + umlaut + "\"\n", "title = '" + umlaut + "'\n",
           "title = \"\"\"\n" + umlaut + " \\\n a\\n" + umlaut + "\"\"\"\n",
@@ -241,8 +245,9 @@ TEST_F(HostileFiles, baselines_are_json_of_a_few_levels) {
     expect_error(read_baseline(write("b.json", "{\"end\": " + repeated("{\"a\": ", 17))).error(),
                  "more than 16 deep");
     for (const char* text : {"", "{", "[]", "7", "\"steps\"", "{\"steps\": \"many\"}",
-                             "{\"steps\": -1}", "{\"steps\": 1e300}", "{\"steps\": [1]}"})
+                             "{\"steps\": -1}", "{\"steps\": 1e300}", "{\"steps\": [1]}"}) {
         EXPECT_FALSE(read_baseline(write("b.json", text))) << text;
+    }
     EXPECT_TRUE(read_baseline(write("b.json", "{\"steps\": 20, \"end\": {}}")));
     EXPECT_FALSE(read_baseline((folder_ / "missing").string()));
 }

@@ -12,12 +12,13 @@ TEST(Motion, smooth_curve_meets_its_keys_and_never_leaves_their_range) {
     const std::vector<double> t{0, 1, 1.5, 4, 5}, v{0, 2, 2, -3, -2.5};
     const Curve curve(t, v, Curve::Interpolation::smooth);
     for (size_t i = 0; i < t.size(); ++i) EXPECT_DOUBLE_EQ(curve.value(t[i]), v[i]);
-    for (size_t i = 0; i + 1 < t.size(); ++i)
+    for (size_t i = 0; i + 1 < t.size(); ++i) {
         for (double u = 0; u < 1; u += 0.01) {
             const double value = curve.value(t[i] + u * (t[i + 1] - t[i]));
             EXPECT_GE(value, std::min(v[i], v[i + 1]) - 1e-12);
             EXPECT_LE(value, std::max(v[i], v[i + 1]) + 1e-12);
         }
+    }
 }
 
 TEST(Motion, smooth_curve_has_no_jump_in_speed) {

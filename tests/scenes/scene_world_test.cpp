@@ -92,10 +92,11 @@ TEST(SceneWorld, weak_motor_does_not_lift_the_arm) {
         const auto world = world_of(scene);
         run_to(*world, 0.5);
         const double fallen_deg = -world->joints()[0].position / kDegree;
-        if (torque_n_m < 49)
+        if (torque_n_m < 49) {
             EXPECT_GT(fallen_deg, 5);
-        else
+        } else {
             EXPECT_NEAR(fallen_deg, 0, 0.5);
+        }
     }
 }
 
@@ -175,10 +176,11 @@ TEST(SceneWorld, compound_has_its_centre_of_mass_where_its_parts_put_it) {
 TEST(SceneWorld, bodies_of_a_group_pass_through_each_other) {
     for (const bool grouped : {false, true}) {
         std::string text = "[world]\nduration_s = 9\n";
-        for (const double z : {0.5, 1.6})
+        for (const double z : {0.5, 1.6}) {
             text += "[[body]]\nname = \"" + std::to_string(z) +
                     "\"\nshape = \"box\"\nsize_m = [1, 1, 1]\nmass_kg = 1\nposition_m = [0, 0, " +
                     std::to_string(z) + "]\n" + (grouped ? "group = \"g\"\n" : "");
+        }
         const Scene scene = parsed(text);
         const auto world = world_of(scene);
         run_to(*world, 2);
@@ -222,15 +224,17 @@ TEST(SceneWorld, terrain_is_the_same_both_ways_up) {
     terrain.overhang_m = 0.3;
     const DensityFunction z_up = terrain_density(terrain, UpAxis::z, {1, 2, 3});
     const DensityFunction y_up = terrain_density(terrain, UpAxis::y, {1, 3, -2});
-    for (const Vec3 p : {Vec3{0.3, 0.4, 0.5}, {2.2, -1.1, 3.6}, {-1.7, 0.9, 3.1}})
+    for (const Vec3 p : {Vec3{0.3, 0.4, 0.5}, {2.2, -1.1, 3.6}, {-1.7, 0.9, 3.1}}) {
         EXPECT_DOUBLE_EQ(z_up(p), y_up({p.x, p.z, -p.y}));
+    }
     EXPECT_LT(z_up({0, 0, 50}), 0);
 }
 
 TEST(ConvexHull, cube_has_its_volume_and_outward_triangles) {
     std::vector<Vec3> points;
-    for (int i = 0; i < 8; ++i)
+    for (int i = 0; i < 8; ++i) {
         points.push_back({2.0 * (i & 1), 1.0 * (i >> 1 & 1), 3.0 * (i >> 2)});
+    }
     points.push_back({1, 0.5, 1});  // inside
     const ConvexHull hull = convex_hull(points);
     EXPECT_NEAR(hull.volume_m3, 6, 1e-4);

@@ -31,9 +31,10 @@ double cauchy_perimeter_m(const std::vector<TrackCircle>& circles) {
     for (int k = 0; k < kCount; ++k) {
         const double angle = 2 * kPi * k / kCount;
         double reach = -1e9;
-        for (const TrackCircle& c : circles)
+        for (const TrackCircle& c : circles) {
             reach = std::max(reach, c.center_m.x * std::cos(angle) +
                                         c.center_m.y * std::sin(angle) + c.radius_m);
+        }
         sum += reach;
     }
     return sum * 2 * kPi / kCount;
@@ -71,8 +72,9 @@ TEST(TrackPath, any_wheels_have_the_perimeter_of_their_hull) {
     std::uniform_real_distribution<double> place(-2, 2), radius(0.05, 0.6);
     for (int round = 0; round < 20; ++round) {
         std::vector<TrackCircle> wheels;
-        for (int i = 0; i < 2 + round % 7; ++i)
+        for (int i = 0; i < 2 + round % 7; ++i) {
             wheels.push_back({{place(random), place(random)}, radius(random)});
+        }
         const TrackPath path(wheels);
         EXPECT_NEAR(path.length_m(), cauchy_perimeter_m(wheels), 1e-4) << "round " << round;
         double wrap_rad = 0;
@@ -106,10 +108,11 @@ TEST(TrackChain, links_are_alike_close_and_clear_the_wheels) {
         for (int i = 0; i < count; ++i) {
             const PlanePoint a = chain.pins_m[i], b = chain.pins_m[(i + 1) % count];
             EXPECT_NEAR(distance(a, b), chain.pitch_m, 1e-9) << i << " of " << count;
-            for (const TrackCircle& wheel : kCrawler)
+            for (const TrackCircle& wheel : kCrawler) {
                 EXPECT_GT(distance_to_line(wheel.center_m, a, b),
                           wheel.radius_m + kPinHeight - 1e-9)
                     << i << " of " << count;
+            }
         }
         std::vector<TrackCircle> belt = kCrawler;
         for (TrackCircle& wheel : belt) wheel.radius_m += kPinHeight;

@@ -112,9 +112,10 @@ TEST(TrackedVehicle, stands_on_all_its_links_and_drives_straight_without_slip) {
     EXPECT_NEAR(crawler.force_n().z, w_n, 0.02 * w_n);
     EXPECT_NEAR(crawler.left_n().z, crawler.right_n().z, 0.08 * w_n);
     int carrying = 0;
-    for (size_t i = 0; i < crawler.run().readings().size(); ++i)
+    for (size_t i = 0; i < crawler.run().readings().size(); ++i) {
         carrying += is_link(crawler.run().bullet().bodies()[i]) &&
                     crawler.run().readings()[i].force_n.z > 0.002 * w_n;
+    }
     EXPECT_GE(carrying, 12);  // of 16 to 20 that lie flat
 
     crawler.run_to(2);
@@ -148,8 +149,9 @@ TEST(TrackedVehicle, held_fast_it_pulls_what_the_soil_gives) {
     Scene scene = crawler(2.5);
     // Sole and soil are as rough as the soil itself: the limit is Coulomb's, W tan phi without
     // cohesion.
-    for (BodyItem& body : scene.bodies)
+    for (BodyItem& body : scene.bodies) {
         if (body.name.find("/link_") != std::string::npos) body.tool_friction = 2;
+    }
     Measured crawler(scene);
     crawler.run_to(kStartS - 0.1);
     crawler.body("hull").body->setLinearFactor(btVector3(0, 1, 1));
@@ -186,8 +188,9 @@ TEST(TrackedVehicle, links_in_a_row_sink_as_one_plate_of_their_length) {
         }
         Measured plates(scene);
         plates.run_to(1.5);
-        for (const SceneBody& plate : plates.run().bullet().bodies())
+        for (const SceneBody& plate : plates.run().bullet().bodies()) {
             sinkage_m[count > 1] += (kSurfaceM + 0.05 - plate.pose().position.z) / count;
+        }
     }
     // Each bears as a sole of its own, of 12 cm and not 30 cm width and with its own edges.
     EXPECT_GT(sinkage_m[0], 0.01);
@@ -208,7 +211,7 @@ TEST(TrackedVehicle, sinks_less_than_wheels_under_the_same_load) {
     const double mass_kg = weight_n(scene) / scene.world.gravity_m_s2;
     hull.mass_kg = mass_kg - 4 * 40;
     wheeled.bodies = {hull};
-    for (const double x : {-0.7, 0.7})
+    for (const double x : {-0.7, 0.7}) {
         for (const double y : {-0.55, 0.55}) {
             BodyItem wheel;
             wheel.name = fmt::format("wheel_{}_{}", x, y);
@@ -229,12 +232,14 @@ TEST(TrackedVehicle, sinks_less_than_wheels_under_the_same_load) {
             wheeled.bodies.push_back(wheel);
             wheeled.joints.push_back(joint);
         }
+    }
     Measured wheels(wheeled);
     wheels.run_to(1);
     double of_wheels_m = 0;
-    for (size_t i = 1; i < wheeled.bodies.size(); ++i)
+    for (size_t i = 1; i < wheeled.bodies.size(); ++i) {
         of_wheels_m +=
             (kSurfaceM - (wheels.body(wheeled.bodies[i].name).pose().position.z - 0.3)) / 4;
+    }
     // The grousers, 3 cm, are in the sand and the plates about on it. 1.2 m of each track bear,
     // some 0.3 m of a wheel's rim.
     EXPECT_GT(of_track_m, -0.02);

@@ -206,10 +206,11 @@ TEST_P(UrdfRobot, motor_gives_no_more_than_its_effort) {
                 "\n[[motion]]\njoint = \"r/j\"\nkey = [{ t_s = 0, position_deg = 0 }]\n");
         ASSERT_TRUE(w);
         run_to(*w, 1);
-        if (torque_n_m < 9.81)
+        if (torque_n_m < 9.81) {
             EXPECT_GT(w->joints()[0].position, 0.1);
-        else
+        } else {
             EXPECT_NEAR(w->joints()[0].position, 0, 0.01);
+        }
     }
 }
 
@@ -330,23 +331,26 @@ TEST(Urdf, merged_inertias_follow_the_parallel_axis_theorem) {
 std::string bin_obj() {
     std::string text;
     const auto corners = [&](double r, double z) {
-        for (const auto& [x, y] : {std::pair{-r, -r}, {r, -r}, {r, r}, {-r, r}})
+        for (const auto& [x, y] : {std::pair{-r, -r}, {r, -r}, {r, r}, {-r, r}}) {
             text +=
                 "v " + std::to_string(x) + ' ' + std::to_string(y) + ' ' + std::to_string(z) + '\n';
+        }
     };
     corners(0.5, 0);    // 1..4
     corners(0.5, 0.6);  // 5..8
     corners(0.4, 0.6);  // 9..12
     corners(0.4, 0.1);  // 13..16
     text += "f 4 3 2 1\nf 13 14 15 16\n";
-    for (const int low : {1, 5, 9})  // outside, rim, inside
+    for (const int low : {1, 5, 9}) {  // outside, rim, inside
         for (int i = 0; i < 4; ++i) {
             const int j = (i + 1) % 4;
             text += "f";
-            for (const int v : {low + i, low + j, low + 4 + j, low + 4 + i})
+            for (const int v : {low + i, low + j, low + 4 + j, low + 4 + i}) {
                 text += ' ' + std::to_string(v);
+            }
             text += '\n';
         }
+    }
     return text;
 }
 std::string mesh_link(const std::string& file, const std::string& scale = "1 1 1") {
@@ -355,8 +359,9 @@ std::string mesh_link(const std::string& file, const std::string& scale = "1 1 1
 }
 double hulls_m3(const Scene& scene) {
     double sum_m3 = 0;
-    for (const ShapeItem& part : scene.bodies.at(0).parts)
+    for (const ShapeItem& part : scene.bodies.at(0).parts) {
         sum_m3 += convex_hull(part.points_m).volume_m3;
+    }
     return sum_m3;
 }
 constexpr double kBinHull = 0.6, kBinSolid = 0.6 - 0.8 * 0.8 * 0.5;  // [m3]
@@ -393,18 +398,19 @@ TEST(Urdf, thickened_plates_grow_outwards) {
                                     "[[robot.link]]\nlink = \"bin\"\ncollision = \"decompose\"\n"
                                     "thickness_m = 0.2\n");
     ASSERT_TRUE(scene) << scene.error();
-    for (const ShapeItem& part : scene->bodies[0].parts)
+    for (const ShapeItem& part : scene->bodies[0].parts) {
         for (const Vec3 p : part.points_m) {
             const bool inside = std::abs(p.x) < 0.399 && std::abs(p.y) < 0.399 && p.z > 0.101;
             EXPECT_FALSE(inside) << p.x << ' ' << p.y << ' ' << p.z;
         }
+    }
 }
 
 TEST(Urdf, ball_lies_in_a_bin_of_parts_or_of_triangles) {
     const std::string ball =
         "[[body]]\nname = \"ball\"\nshape = \"sphere\"\nradius_m = 0.2\nmass_kg = 1\nposition_m = "
         "[0, 0, 0.5]\n";
-    for (const char* collision : {"decompose", "mesh"})
+    for (const char* collision : {"decompose", "mesh"}) {
         for (const char* base :
              {"fixed_base = true\n", ""}) {  // static, and falling onto the plane
             const Folder folder;
@@ -420,6 +426,7 @@ TEST(Urdf, ball_lies_in_a_bin_of_parts_or_of_triangles) {
             run_to(**w, 2);
             EXPECT_NEAR((*w)->find_body("ball")->pose().position.z, 0.3, 0.03) << collision << base;
         }
+    }
 }
 
 TEST(Urdf, package_names_are_looked_for_above_the_file) {
@@ -471,10 +478,11 @@ TEST(Urdf, a_file_that_xacro_has_expanded_is_a_urdf) {
 }
 
 TEST(UrdfErrors, damping_and_friction_are_not_negative) {
-    for (const char* dynamics : {"<dynamics damping=\"-1\"/>", "<dynamics friction=\"-1\"/>"})
+    for (const char* dynamics : {"<dynamics damping=\"-1\"/>", "<dynamics friction=\"-1\"/>"}) {
         expect_error(
             urdf(rod("a") + rod("b") + joint("j", "revolute", "a", "b", kLimits + dynamics)),
             kWorld + kRobot, "joint \"j\": damping ");
+    }
 }
 
 TEST(Urdf, the_same_material_twice_is_no_fault) {
@@ -599,12 +607,13 @@ TEST(UrdfErrors, meshes_are_there_and_finite) {
     std::string stl(84 + 4 * 50, '\0');
     const std::uint32_t count = 4;
     std::memcpy(&stl[80], &count, sizeof count);
-    for (size_t t = 0; t < 4; ++t)
+    for (size_t t = 0; t < 4; ++t) {
         for (size_t v = 0; v < 3; ++v) {
             const float p[3] = {t == v ? 1.0f : 0.0f, v == 1 ? 1.0f : 0.0f,
                                 t == 2 && v == 2 ? std::numeric_limits<float>::quiet_NaN() : 0.5f};
             std::memcpy(&stl[84 + t * 50 + 12 + v * 12], p, sizeof p);
         }
+    }
     refused("nan.stl", stl, "1 1 1", "is not finite");
 }
 
@@ -651,8 +660,9 @@ TEST(UrdfErrors, mimics_have_a_source_and_an_effort) {
 TEST(ConvexParts, bin_falls_into_its_plates) {
     TriangleMesh bin;
     const auto corners = [&](double r, double z) {
-        for (const auto& [x, y] : {std::pair{-r, -r}, {r, -r}, {r, r}, {-r, r}})
+        for (const auto& [x, y] : {std::pair{-r, -r}, {r, -r}, {r, r}, {-r, r}}) {
             bin.vertices.push_back({x, y, z});
+        }
     };
     corners(0.5, 0);
     corners(0.5, 0.6);
@@ -664,11 +674,12 @@ TEST(ConvexParts, bin_falls_into_its_plates) {
     };
     quad(3, 2, 1, 0);
     quad(12, 13, 14, 15);
-    for (const int low : {0, 4, 8})
+    for (const int low : {0, 4, 8}) {
         for (int i = 0; i < 4; ++i) {
             const int j = (i + 1) % 4;
             quad(low + i, low + j, low + 4 + j, low + 4 + i);
         }
+    }
     EXPECT_NEAR(mesh_volume_m3(bin), kBinSolid, 1e-12);
     const std::vector<ConvexHull> parts = convex_parts(bin, 20);
     double sum_m3 = 0;

@@ -11,9 +11,7 @@ std::atomic<int64_t> count{0};
 
 void* operator new(size_t size) {
     ++count;
-    if (void* memory = std::malloc(size)) {
-        return memory;
-    }
+    if (void* memory = std::malloc(size)) return memory;
     throw std::bad_alloc();
 }
 void* operator new(size_t size, const std::nothrow_t&) noexcept {

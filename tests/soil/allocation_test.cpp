@@ -25,9 +25,7 @@ TEST(Allocation, none_in_a_warm_step) {
         return soil->step(bodies);
     };
     int i = 0;
-    while (i < 240) {
-        step(i++);
-    }
+    while (i < 240) step(i++);
     // A tile that falls asleep or wakes keeps its soil in another place, so such steps do not
     // count.
     int64_t allocated = 0, contact_count = 0;
@@ -53,9 +51,7 @@ TEST(Allocation, none_for_a_condition) {
     std::vector<Mover> movers;
     movers.emplace_back(1, sphere_shape(0.1), Vec3{-2, 0, 0});
     std::vector<SoilBody> bodies = bodies_of(movers);
-    for (int i = 0; i < 60; ++i) {
-        soil->step(bodies);
-    }
+    for (int i = 0; i < 60; ++i) soil->step(bodies);
     soil->clear_status();
     const int64_t before = allocation_count();
     const StepReport report = soil->step(bodies);

@@ -102,8 +102,9 @@ StatePlanes random_banks(const StageBench& bench, unsigned seed) {
                 planes.at(
                     kPlaneMaterial + (z < layer ? 0 : 1 + static_cast<int>(random() % 8 == 0)), x,
                     y, z) = soil / 2;
-                if ((3 * x + 5 * y + 7 * z) % 11 < 2)
+                if ((3 * x + 5 * y + 7 * z) % 11 < 2) {
                     planes.at(kPlaneMaterial + 2, x, y, z) += soil / 5;
+                }
             }
         }
     }
@@ -155,20 +156,14 @@ TEST_P(RandomBanks, fail_as_the_oracle_says) {
                 if (before.at(layout::kPlaneBond, x, y, z) == 0) continue;
                 const bool breaks = after.at(layout::kPlaneBond, x, y, z) == 0;
                 // Heights are good to a hundredth of a voxel.
-                if (z > strong[column] + 0.01) {
-                    EXPECT_TRUE(breaks) << x << " " << y << " " << z;
-                }
-                if (z + 1 < weak[column] - 0.01) {
-                    EXPECT_FALSE(breaks) << x << " " << y << " " << z;
-                }
+                if (z > strong[column] + 0.01) EXPECT_TRUE(breaks) << x << " " << y << " " << z;
+                if (z + 1 < weak[column] - 0.01) EXPECT_FALSE(breaks) << x << " " << y << " " << z;
                 broken += breaks;
             }
         }
     }
     RecordProperty("broken", broken);
-    if (GetParam() == 1) {
-        EXPECT_GT(broken, 200) << "too little fails here to test anything";
-    }
+    if (GetParam() == 1) EXPECT_GT(broken, 200) << "too little fails here to test anything";
     // A plane that has failed does not fail again, and its toe has no flatter one that fails.
     // Planes from lower toes may that pass what has broken.
     StatePlanes last = after;
@@ -209,9 +204,7 @@ TEST_P(CohesiveBank, stands_below_its_critical_height) {
     auto soil = make_bank(GetParam(), share);
     ASSERT_TRUE(soil);
     const uint64_t checksum = soil->checksum();
-    for (int i = 0; i < 10000; ++i) {
-        soil->step({});
-    }
+    for (int i = 0; i < 10000; ++i) soil->step({});
     EXPECT_EQ(soil->checksum(), checksum);
     EXPECT_EQ(soil->status_bits(), 0u);
 }
@@ -257,9 +250,7 @@ TEST(FailingBank, goes_on_from_a_snapshot_bit_for_bit) {
     for (int stop : {0, 1, 2, 3, 5, 8, 40}) {
         auto soil = make_bank(bank, 1.15);
         ASSERT_TRUE(soil);
-        for (int i = 0; i < stop; ++i) {
-            soil->step({});
-        }
+        for (int i = 0; i < stop; ++i) soil->step({});
         ASSERT_TRUE(soil->save(path));
         SoilDef def = soil->def();
         def.thread_count = 3;
@@ -279,37 +270,27 @@ TEST(FailingBank, fails_when_its_crest_is_loaded) {
     const BankCase bank{1000, 16000, 90, 0.05, 0};
     auto soil = make_bank(bank, 0.9);
     ASSERT_TRUE(soil);
-    for (int i = 0; i < 60; ++i) {
-        soil->step({});
-    }
+    for (int i = 0; i < 60; ++i) soil->step({});
     const GridFrame& frame = soil->frame();
     const double height = 0.9 * bank.critical_m();
     int first = 0;  // column of the bank
-    while (soil->surface_height_m(first, 4) == 0) {
-        ++first;
-    }
+    while (soil->surface_height_m(first, 4) == 0) ++first;
     const double top = std::ceil(height / frame.voxel_m);
     ASSERT_TRUE(soil->fill(voxel_box(*soil, {first + 1.0, 0, top}, {first + 5.0, 8, top + 2})));
     const double before = soil->surface_height_m(first, 4);
-    for (int i = 0; i < 120; ++i) {
-        soil->step({});
-    }
+    for (int i = 0; i < 120; ++i) soil->step({});
     EXPECT_LT(soil->surface_height_m(first, 4), 0.8 * before);
 }
 
 std::vector<BankCase> bank_cases() {
     std::vector<BankCase> cases;
     for (double voxel : {0.1, 0.05, 0.025}) {
-        for (double yaw : {0.0, 22.5, 45.0}) {
-            cases.push_back({1000, 16000, 90, voxel, yaw});
-        }
+        for (double yaw : {0.0, 22.5, 45.0}) cases.push_back({1000, 16000, 90, voxel, yaw});
         cases.push_back({5000, 18000, 90, voxel, 0});
         cases.push_back({1000, 16000, 60, voxel, 0});
     }
     for (double voxel : {0.1, 0.05}) {  // 1.4 m at 2.5 cm, turned: a grid of 14,000 columns
-        for (double yaw : {22.5, 45.0}) {
-            cases.push_back({1000, 16000, 60, voxel, yaw});
-        }
+        for (double yaw : {22.5, 45.0}) cases.push_back({1000, 16000, 60, voxel, yaw});
     }
     // Built-in soils at voxels at which wedges of one voxel never failed.
     for (const auto& [material, voxel] :

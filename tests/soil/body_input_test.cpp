@@ -24,9 +24,7 @@ class BodyInput : public testing::Test {
     }
     uint32_t bits_after(const SoilBody& body, int steps = 3) {
         soil_->clear_status();
-        for (int i = 0; i < steps; ++i) {
-            soil_->step({&body, 1});
-        }
+        for (int i = 0; i < steps; ++i) soil_->step({&body, 1});
         return soil_->status_bits();
     }
     static uint32_t bit(StatusBit status) { return static_cast<uint32_t>(status); }
@@ -153,9 +151,7 @@ TEST_F(BodyInput, absurd_velocities_do_no_harm) {
         Mover mover = stone();
         mover.set_velocity({speed, -speed, speed}, {speed, speed, -speed});
         bits_after(mover.body, 5);
-        for (int i = 0; i < 20; ++i) {
-            soil_->step({});
-        }
+        for (int i = 0; i < 20; ++i) soil_->step({});
         EXPECT_EQ(soil_->totals().units, units_);
     }
 }
@@ -168,9 +164,7 @@ TEST_F(BodyInput, hundreds_of_bodies_come_and_go) {
         movers.back().set_velocity({0, 0, -0.4});
     }
     for (int s = 0; s < 12; ++s) {
-        for (Mover& mover : movers) {
-            mover.advance(1.0 / 60);
-        }
+        for (Mover& mover : movers) mover.advance(1.0 / 60);
         std::vector<SoilBody> bodies = bodies_of(movers);
         bodies.erase(bodies.begin(), bodies.begin() + s * 40);
         const StepReport report = soil_->step(bodies);
@@ -201,9 +195,7 @@ TEST_F(BodyInput, the_same_id_twice_counts_once) {
     const Mover first = stone(4), second = stone(4, Vec3{8, 12, 6} * 0.05);
     const SoilBody both[2] = {first.body, second.body};
     const StepReport report = soil_->step(both);
-    for (const ContactVoxel& contact : report.contacts) {
-        EXPECT_GT(contact.position_m.x, 0.6);
-    }
+    for (const ContactVoxel& contact : report.contacts) EXPECT_GT(contact.position_m.x, 0.6);
 }
 
 }  // namespace

@@ -8,9 +8,7 @@ constexpr double kVoxel = 0.05;
 
 const Condition* find(std::span<const Condition> all, StatusBit bit, int body) {
     for (const Condition& condition : all) {
-        if (condition.bit == bit && condition.body == body) {
-            return &condition;
-        }
+        if (condition.bit == bit && condition.body == body) return &condition;
     }
     return nullptr;
 }
@@ -31,9 +29,7 @@ TEST(Conditions, name_each_body_its_place_and_its_first_step) {
     std::vector<Mover> movers;
     movers.emplace_back(7, sphere_shape(0.1), Vec3{8, 12, 10} * kVoxel);
     movers.emplace_back(9, sphere_shape(0.1), Vec3{24, 12, 10} * kVoxel);
-    for (int i = 0; i < 4; ++i) {
-        EXPECT_EQ(soil->step(bodies_of(movers)).condition_new_count, 0);
-    }
+    for (int i = 0; i < 4; ++i) EXPECT_EQ(soil->step(bodies_of(movers)).condition_new_count, 0);
     move_to(movers[0], Vec3{28, 12, 10} * kVoxel);
     StepReport report = soil->step(bodies_of(movers));
     ASSERT_EQ(report.condition_new_count, 1);
@@ -88,18 +84,14 @@ std::vector<Condition> too_fast(Backend backend, int threads) {
     auto soil = make_soil(def);
     if (!soil) return {};
     EXPECT_TRUE(soil->fill(voxel_box(*soil, {4, 11, 120}, {6, 13, 122})));
-    for (int i = 0; i < 30; ++i) {
-        soil->step({});
-    }
+    for (int i = 0; i < 30; ++i) soil->step({});
     const auto all = soil->conditions();
     return {all.begin(), all.end()};
 }
 
 void expect_same(const std::vector<Condition>& a, const std::vector<Condition>& b) {
     ASSERT_EQ(a.size(), b.size());
-    for (size_t i = 0; i < a.size(); ++i) {
-        EXPECT_EQ(condition_text(a[i]), condition_text(b[i]));
-    }
+    for (size_t i = 0; i < a.size(); ++i) EXPECT_EQ(condition_text(a[i]), condition_text(b[i]));
 }
 
 TEST(Conditions, soil_that_is_too_fast_is_located) {
@@ -117,9 +109,7 @@ TEST(Conditions, soil_that_is_too_fast_is_located) {
 }
 
 TEST(Conditions, are_the_same_on_gl) {
-    if (!gl_missing().empty()) {
-        GTEST_SKIP() << gl_missing();
-    }
+    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
     expect_same(too_fast(Backend::gl, 0), too_fast(Backend::cpu, 2));
 }
 

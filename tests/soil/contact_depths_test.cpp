@@ -54,7 +54,7 @@ class ContactDepths : public testing::Test {
         oracle::SurfaceMap map;
         map.nx = map.ny = kSide;
         map.columns.resize(kSide * kSide);
-        for (int ty = 0; ty < kSide / kTileSide; ++ty)
+        for (int ty = 0; ty < kSide / kTileSide; ++ty) {
             for (int tx = 0; tx < kSide / kTileSide; ++tx) {
                 const auto words = impl.contacts.surface().of_ground(impl.tile_index(tx, ty));
                 for (int c = 0; c < kTileColumns; ++c) {
@@ -70,6 +70,7 @@ class ContactDepths : public testing::Test {
                                     65536.0;
                 }
             }
+        }
         return map;
     }
 

@@ -27,9 +27,7 @@ class ContactFaces : public testing::Test {
     /// Sum of the areas of faces that look this way.
     double area_towards(Vec3 normal) const {
         double sum = 0;
-        for (const ContactVoxel& c : contacts_) {
-            sum += dot(c.normal, normal) > 0.99 ? c.area_m2 : 0;
-        }
+        for (const ContactVoxel& c : contacts_) sum += dot(c.normal, normal) > 0.99 ? c.area_m2 : 0;
         return sum;
     }
 

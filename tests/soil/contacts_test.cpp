@@ -51,9 +51,7 @@ TEST_P(Contacts, follow_the_oracle) {
             ++state_count;
         }
     }
-    if (GetParam().material_count > 1) {
-        EXPECT_GT(state_count, 0);
-    }
+    if (GetParam().material_count > 1) EXPECT_GT(state_count, 0);
 }
 
 TEST_P(Contacts, have_the_same_bits_on_gl) {

@@ -48,9 +48,7 @@ ConvexShape in_voxels(ConvexShape shape) {
     shape.radius_m /= kVoxel;
     shape.half_height_m /= kVoxel;
     shape.rounding_m /= kVoxel;
-    for (Plane& plane : shape.planes) {
-        plane.offset /= kVoxel;
-    }
+    for (Plane& plane : shape.planes) plane.offset /= kVoxel;
     return shape;
 }
 
@@ -120,9 +118,7 @@ TEST_P(Coverage, follows_the_oracle) {
 }
 
 TEST_P(Coverage, has_the_same_bits_on_gl) {
-    if (!gl_missing().empty()) {
-        GTEST_SKIP() << gl_missing();
-    }
+    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
     for (unsigned seed = 0; seed < 3; ++seed) {
         EXPECT_TRUE(voxelized(bench_of(scenario_, Backend::cpu), seed) ==
                     voxelized(bench_of(scenario_, Backend::gl), seed));

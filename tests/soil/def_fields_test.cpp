@@ -62,8 +62,9 @@ class CommentedStruct {
         for (size_t i = 0; i < lines_.size(); ++i) {
             if (!std::regex_match(lines_[i], declared)) continue;
             std::string text = words(lines_[i]);
-            for (size_t j = i; j-- > 0 && is_comment(lines_[j]);)
+            for (size_t j = i; j-- > 0 && is_comment(lines_[j]);) {
                 text = words(lines_[j]) + " " + text;
+            }
             return lowered(text);
         }
         return {};
@@ -155,10 +156,11 @@ TEST(DefFields, every_field_is_refused_out_of_its_range_by_name) {
                       std::string::npos)
                 << row.name << " " << value << ": " << error;
         }
-        for (const double value : {row.least, row.most})
+        for (const double value : {row.least, row.most}) {
             EXPECT_EQ(error_with(+set, value).find(", must be " + std::to_string(row.least)),
                       std::string::npos)
                 << row.name;
+        }
         ++count;
     };
     size_t i = 0;
@@ -223,13 +225,14 @@ TEST(DefFields, a_snapshot_of_before_a_field_is_of_its_default) {
         const auto before = with_head(
             state, [](StateHead& head) { head.values.erase(head.find("overflow_passes")); });
         const std::string error = refused(*soil, before);
-        if (overflow_passes == 4)
+        if (overflow_passes == 4) {
             EXPECT_EQ(error, "");
-        else
+        } else {
             EXPECT_NE(error.find("is of a soil with overflow_passes 4, this one has "
                                  "overflow_passes 6"),
                       std::string::npos)
                 << error;
+        }
     }
 }
 

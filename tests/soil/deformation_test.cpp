@@ -103,9 +103,7 @@ TEST(PressedSoil, takes_no_more_from_pushes_that_meet_in_it) {
 TEST_P(Deformation, has_the_same_bits_on_gl) {
     expect_same_on_gl([](StageBench& bench) {
         bench.apply_force();
-        for (int i = 0; i < 4; ++i) {
-            bench.propagate_force();
-        }
+        for (int i = 0; i < 4; ++i) bench.propagate_force();
         return bench.read();
     });
 }

@@ -25,9 +25,7 @@ TEST(Determinism, threads_and_repetition_do_not_matter) {
 }
 
 TEST(Determinism, gl_gives_the_bits_of_the_cpu) {
-    if (!gl_missing().empty()) {
-        GTEST_SKIP() << gl_missing();
-    }
+    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
     // tests/gpu/run.sh shows what is recorded here.
     const auto record = [](const std::string& key, uint64_t checksum) {
         testing::Test::RecordProperty(key, fmt::format("{:016x}", checksum));
@@ -72,13 +70,9 @@ TEST(Determinism, the_order_of_bodies_does_not_matter) {
             movers.back().set_velocity({0, 0.3, -0.1});
         }
         for (int s = 0; s < 40; ++s) {
-            for (Mover& mover : movers) {
-                mover.advance(1.0 / 60);
-            }
+            for (Mover& mover : movers) mover.advance(1.0 / 60);
             std::vector<SoilBody> bodies = bodies_of(movers);
-            if (backwards) {
-                std::reverse(bodies.begin(), bodies.end());
-            }
+            if (backwards) std::reverse(bodies.begin(), bodies.end());
             soil->step(bodies);
         }
         return soil->checksum();

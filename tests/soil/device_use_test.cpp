@@ -13,9 +13,7 @@ const device::DeviceCounters& counters_of(Soil& soil) {
 class DeviceUse : public testing::TestWithParam<Backend> {
   protected:
     void SetUp() override {
-        if (GetParam() == Backend::gl && !gl_missing().empty()) {
-            GTEST_SKIP() << gl_missing();
-        }
+        if (GetParam() == Backend::gl && !gl_missing().empty()) GTEST_SKIP() << gl_missing();
     }
 };
 
@@ -86,9 +84,7 @@ INSTANTIATE_TEST_SUITE_P(Backends, DeviceUse, testing::Values(Backend::cpu, Back
                          });
 
 TEST(DeviceTimes, gl_tells_the_stages_times_by_its_own_clock) {
-    if (!gl_missing().empty()) {
-        GTEST_SKIP() << gl_missing();
-    }
+    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
     SoilDef def = MovingScene::default_def();
     def.backend = Backend::gl;
     MovingScene scene(4, def);
@@ -100,9 +96,7 @@ TEST(DeviceTimes, gl_tells_the_stages_times_by_its_own_clock) {
 }
 
 TEST(DeviceTimes, gl_tells_the_kernels_times_when_the_gpu_has_told_them) {
-    if (!gl_missing().empty()) {
-        GTEST_SKIP() << gl_missing();
-    }
+    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
     SoilDef def = MovingScene::default_def();
     def.backend = Backend::gl;
     MovingScene scene(4, def);
@@ -117,9 +111,7 @@ TEST(DeviceTimes, gl_tells_the_kernels_times_when_the_gpu_has_told_them) {
     scene.run(5);
     EXPECT_GT(slip().time_ms, 0);
     for (const PassWork& pass : scene.soil().work_counts().passes) {
-        if (pass.dispatch_count == 0) {
-            EXPECT_EQ(pass.time_ms, 0) << pass.name;
-        }
+        if (pass.dispatch_count == 0) EXPECT_EQ(pass.time_ms, 0) << pass.name;
     }
 }
 

@@ -50,9 +50,7 @@ TEST(DistanceLattice, of_a_box_mesh_is_the_distance_to_the_box) {
                                      (std::abs(p.z) < half.z - 4 * s) ==
                                  2 &&
                              std::abs(expected) < 0.5 * s;
-        if (is_flat) {
-            worst_flat = std::max(worst_flat, off);
-        }
+        if (is_flat) worst_flat = std::max(worst_flat, off);
     }
     EXPECT_LT(worst_flat, 1e-4 * kVoxel);
     EXPECT_LT(worst, 0.5 * (*lattice)->spacing_m());
@@ -77,9 +75,7 @@ TEST(DistanceLattice, winding_of_triangles_does_not_matter) {
     const Vec3 half{0.31, 0.22, 0.43};
     TriangleMesh mesh = box_mesh(half);
     TriangleMesh inside_out = mesh, mixed = mesh;
-    for (auto& t : inside_out.triangles) {
-        std::swap(t[0], t[1]);
-    }
+    for (auto& t : inside_out.triangles) std::swap(t[0], t[1]);
     for (size_t i = 0; i < mixed.triangles.size(); i += 3) {
         std::swap(mixed.triangles[i][0], mixed.triangles[i][1]);
     }
@@ -97,13 +93,9 @@ TEST(DistanceLattice, winding_of_triangles_does_not_matter) {
 TEST(DistanceLattice, cavities_are_hollow_and_overlapping_parts_one_solid) {
     TriangleMesh hollow = box_mesh({0.5, 0.5, 0.5});
     TriangleMesh inner = box_mesh({0.3, 0.3, 0.3});
-    for (auto& t : inner.triangles) {
-        std::swap(t[0], t[1]);
-    }
+    for (auto& t : inner.triangles) std::swap(t[0], t[1]);
     const int first = static_cast<int>(hollow.vertices.size());
-    for (const Vec3 v : inner.vertices) {
-        hollow.vertices.push_back(v);
-    }
+    for (const Vec3 v : inner.vertices) hollow.vertices.push_back(v);
     for (const auto& t : inner.triangles) {
         hollow.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
     }
@@ -123,9 +115,7 @@ TEST(DistanceLattice, cavities_are_hollow_and_overlapping_parts_one_solid) {
             std::min(box_distance({0.5, 0.2, 0.2}, p), box_distance({0.2, 0.5, 0.2}, p));
         // Edges are rounded by up to a quarter of the spacing of half a voxel.
         constexpr double kEdge = 0.15 * kVoxel;
-        if (std::abs(in_shell) > kEdge) {
-            ASSERT_EQ((*shell)->distance_m(p) < 0, in_shell < 0);
-        }
+        if (std::abs(in_shell) > kEdge) ASSERT_EQ((*shell)->distance_m(p) < 0, in_shell < 0);
         if (std::abs(in_plus) > kEdge) {
             ASSERT_EQ((*plus)->distance_m(p) < 0, in_plus < 0) << p.x << " " << p.y << " " << p.z;
         }
@@ -194,9 +184,7 @@ TEST(DistanceLattice, plates_with_a_face_left_out_are_as_thick_as_whole_ones) {
         for (int i = 0; i < 2000; ++i) {
             const Vec3 p = point_in(random, {0.5, 0.45, 0.4});
             const double d = (*expected)->distance_m(p);
-            if (std::abs(d) > 0.02) {
-                continue;
-            }
+            if (std::abs(d) > 0.02) continue;
             ++judged;
             off += std::abs((*lattice)->distance_m(p) - d) > 0.1 * kVoxel ? 1 : 0;
         }
@@ -381,9 +369,7 @@ TEST(DistanceLattice, mesh_box_covers_what_the_box_covers) {
 }
 
 TEST(DistanceLattice, covers_with_the_same_bits_on_gl) {
-    if (!gl_missing().empty()) {
-        GTEST_SKIP() << gl_missing();
-    }
+    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
     const Scenario scenario{1, 16, 16, 16, 1};
     std::mt19937 random(11);
     const ConvexShape shapes[] = {
@@ -407,14 +393,10 @@ bool leaks(const StatePlanes& planes, const int from[3], const int to[3]) {
     while (!queue.empty()) {
         const auto v = queue.back();
         queue.pop_back();
-        if (v[0] == to[0] && v[1] == to[1] && v[2] == to[2]) {
-            return true;
-        }
+        if (v[0] == to[0] && v[1] == to[1] && v[2] == to[2]) return true;
         for (int d = 0; d < 27; ++d) {
             const int x = v[0] + d % 3 - 1, y = v[1] + d / 3 % 3 - 1, z = v[2] + d / 9 - 1;
-            if (x < 0 || y < 0 || z < 0 || x >= n[0] || y >= n[1] || z >= n[2]) {
-                continue;
-            }
+            if (x < 0 || y < 0 || z < 0 || x >= n[0] || y >= n[1] || z >= n[2]) continue;
             char& mark = seen[static_cast<size_t>((z * n[1] + y) * n[0] + x)];
             if (mark == 0 && planes.at(kPlaneCoverage, x, y, z) < kSolidCoverage) {
                 mark = 1;
@@ -440,9 +422,7 @@ TEST(DistanceLattice, thin_walls_have_no_holes_whichever_way_they_are_turned) {
     }();
     const TriangleMesh inner = box_mesh(half - Vec3{plate, plate, plate});
     const int first = static_cast<int>(closed.vertices.size());
-    for (const Vec3 v : inner.vertices) {
-        closed.vertices.push_back(v);
-    }
+    for (const Vec3 v : inner.vertices) closed.vertices.push_back(v);
     for (const auto& t : inner.triangles) {
         closed.triangles.push_back({t[1] + first, t[0] + first, t[2] + first});
     }
@@ -493,9 +473,7 @@ TEST(DistanceLattice, bucket_holds_the_soil_poured_into_it) {
         ASSERT_TRUE(soil->fill(voxel_box(*soil, {12, 12, 18}, {20, 20, 24})));
         const double poured = soil->totals().mass_kg[0];
         ASSERT_GT(poured, 0);
-        for (int i = 0; i < 150; ++i) {
-            soil->step(bodies_of(movers));
-        }
+        for (int i = 0; i < 150; ++i) soil->step(bodies_of(movers));
         EXPECT_EQ(soil->totals().mass_kg[0], poured);
         // All of it lies between the walls, above the floor.
         EXPECT_NEAR(mass_in(*soil, half + Vec3{0, 0, kVoxel}, middle), poured, 1e-9 * poured);

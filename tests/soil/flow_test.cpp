@@ -22,8 +22,9 @@ int64_t sum(const std::vector<int64_t>& units) {
 /// Units in the grid = start + in - out, for each material.
 void expect_balance(const Soil& soil, const SoilTotals& start) {
     const SoilTotals now = soil.totals();
-    for (size_t m = 0; m < now.units.size(); ++m)
+    for (size_t m = 0; m < now.units.size(); ++m) {
         EXPECT_EQ(now.units[m], start.units[m] + now.units_in[m] - now.units_out[m]) << m;
+    }
 }
 
 /// A disc of 0.2 m in the middle of a grid of 48 x 48 columns, 1.2 m up.
@@ -113,14 +114,16 @@ TEST(Source, jet_flies_its_parabola_in_any_grid) {
         for (int i = 0; i < 60; ++i) soil->step({});
         double mass = 0, moment = 0, aside = 0;
         const GridFrame& frame = soil->frame();
-        for (int x = 0; x < frame.size[0]; ++x)
-            for (int y = 0; y < frame.size[1]; ++y)
+        for (int x = 0; x < frame.size[0]; ++x) {
+            for (int y = 0; y < frame.size[1]; ++y) {
                 for (int z = 0; z < frame.size[2]; ++z) {
                     const double volume = soil->sample(x, y, z).volume;
                     mass += volume;
                     moment += volume * (x + 0.5) * kVoxel;
                     aside += volume * (y + 0.5) * kVoxel;
                 }
+            }
+        }
         const double way_m = 4 * std::sqrt(2 * 1.2 / def.gravity_m_s2);
         EXPECT_NEAR(moment / mass - 0.5, way_m, kVoxel) << "yaw " << yaw;
         EXPECT_NEAR(aside / mass, 1.2, 0.02) << "yaw " << yaw;
@@ -157,13 +160,15 @@ TEST(Source, spread_widens_a_jet) {
         ASSERT_TRUE(soil->add_source(source));
         for (int i = 0; i < 20; ++i) soil->step({});
         double mass = 0, square = 0;
-        for (int x = 0; x < 48; ++x)
-            for (int y = 0; y < 48; ++y)
+        for (int x = 0; x < 48; ++x) {
+            for (int y = 0; y < 48; ++y) {
                 for (int z = 0; z < 32; ++z) {
                     const double volume = soil->sample(x, y, z).volume;
                     mass += volume;
                     square += volume * (std::pow(x + 0.5 - 24, 2) + std::pow(y + 0.5 - 24, 2));
                 }
+            }
+        }
         width[is_wide] = std::sqrt(square / mass) * kVoxel;
     }
     // By hand: 1.1 m down take 0.256 s, aside by up to 3 tan 0.3 of that along each axis, evenly:

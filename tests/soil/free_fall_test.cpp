@@ -18,9 +18,7 @@ Sums sums_of(Soil& soil) {
     double moment = 0;
     TileVoxels voxels;
     for (size_t index = 0; index < impl.tiles.size(); ++index) {
-        if (!impl.tiles[index]) {
-            continue;
-        }
+        if (!impl.tiles[index]) continue;
         impl.tiles.read_voxels(static_cast<int>(index), voxels);
         for (int z = 0; z < impl.height; ++z) {
             for (int c = 0; c < kTileColumns; ++c) {
@@ -85,14 +83,10 @@ TEST(FreeFall, ends_at_rest_on_the_floor) {
     ASSERT_TRUE(soil->fill(voxel_box(*soil, {8, 8, 20}, {16, 16, 26})));
     const SoilTotals before = soil->totals();
     StepReport report;
-    for (int i = 0; i < 300; ++i) {
-        report = soil->step({});
-    }
+    for (int i = 0; i < 300; ++i) report = soil->step({});
     EXPECT_EQ(report.block_active_count, 0);
     EXPECT_EQ(soil->totals().units, before.units);
-    for (int axis = 0; axis < 3; ++axis) {
-        EXPECT_EQ(sums_of(*soil).momentum[axis], 0);
-    }
+    for (int axis = 0; axis < 3; ++axis) EXPECT_EQ(sums_of(*soil).momentum[axis], 0);
 }
 
 }  // namespace

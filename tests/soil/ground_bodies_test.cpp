@@ -128,11 +128,14 @@ TEST(GroundBodies, fill_before_and_after_a_body_is_the_same_soil) {
     auto after = make_soil(grid_def(48, 32, 24));
     after->step(bodies_of(movers));
     ASSERT_TRUE(after->fill(voxel_box(*after, {0, 0, 0}, {48, 32, 10})));
-    for (int x = 0; x < 48; ++x)
-        for (int y = 0; y < 32; ++y)
-            for (int z = 0; z < 24; ++z)
+    for (int x = 0; x < 48; ++x) {
+        for (int y = 0; y < 32; ++y) {
+            for (int z = 0; z < 24; ++z) {
                 ASSERT_EQ(before->sample(x, y, z).volume, after->sample(x, y, z).volume)
                     << x << " " << y << " " << z;
+            }
+        }
+    }
     EXPECT_GT(units_of(*before)[0], units_of(*after)[0]);
 }
 
@@ -333,10 +336,11 @@ class Yard {
     explicit Yard(const SoilDef& def) : soil(make_soil(def)) {
         EXPECT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {30, 32, 9})));
         movers.push_back(box_at(1, {-9, -9, -5}, {60, 60, 2.6}));
-        for (int i = 0; i < 12; ++i)
+        for (int i = 0; i < 12; ++i) {
             movers.emplace_back(2 + i, sphere_shape((1.5 + 0.2 * i) * kVoxel),
                                 Vec3{4.0 + 3.1 * i, 4.0 + i * 7 % 24, 3 + 0.4 * (i % 5)} * kVoxel,
                                 true);
+        }
         movers.push_back(box_at(20, {3, 9, 5}, {5, 23, 12}, false));
         movers.back().set_velocity({0.9, 0, 0});
     }
@@ -368,9 +372,7 @@ TEST(GroundBodies, give_the_same_bits_on_threads_and_on_gl) {
     const std::vector<uint64_t> once = run(def, 80);
     def.thread_count = 3;
     EXPECT_EQ(run(def, 80), once);
-    if (!gl_missing().empty()) {
-        GTEST_SKIP() << gl_missing();
-    }
+    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
     def.backend = Backend::gl;
     EXPECT_EQ(run(def, 40), std::vector<uint64_t>(once.begin(), once.begin() + 4));
 }

@@ -232,8 +232,9 @@ TEST(HostileGrid, work_that_never_ends_is_refused_with_the_cure) {
         const TriangleMesh box = box_mesh({-200, -200, -1}, {200, 200, 1e-3 * i});
         const int first = static_cast<int>(pile.vertices.size());
         pile.vertices.insert(pile.vertices.end(), box.vertices.begin(), box.vertices.end());
-        for (const auto& t : box.triangles)
+        for (const auto& t : box.triangles) {
             pile.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+        }
     }
     expect_refused(soil->add_terrain(pile), "too many triangles over each other");
     EXPECT_EQ(soil->totals().units, std::vector<int64_t>{0});
@@ -248,9 +249,7 @@ TEST(Terrain, a_closed_mesh_has_its_volume) {
     double volume = 0;
     for (int z = 0; z < 16; ++z) {
         for (int y = 0; y < 16; ++y) {
-            for (int x = 0; x < 16; ++x) {
-                volume += soil->sample(x, y, z).coverage;
-            }
+            for (int x = 0; x < 16; ++x) volume += soil->sample(x, y, z).coverage;
         }
     }
     // Two lines a voxel each way: a face lies up to a quarter of a voxel off, of 8 voxels' width.

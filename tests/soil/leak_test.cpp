@@ -23,9 +23,7 @@ std::array<int64_t, 2> count_units(Soil& soil, Far&& far) {
     std::array<int64_t, 2> units{0, 0};
     TileVoxels voxels;
     for (size_t index = 0; index < impl.tiles.size(); ++index) {
-        if (!impl.tiles[index]) {
-            continue;
-        }
+        if (!impl.tiles[index]) continue;
         const int tile = static_cast<int>(index);
         impl.tiles.read_voxels(tile, voxels);
         for (int z = 0; z < impl.height; ++z) {

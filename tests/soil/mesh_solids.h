@@ -11,9 +11,7 @@ namespace bsoil {
 
 inline void add_quad(TriangleMesh& mesh, Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
     const int first = static_cast<int>(mesh.vertices.size());
-    for (const Vec3 p : {a, b, c, d}) {
-        mesh.vertices.push_back(p);
-    }
+    for (const Vec3 p : {a, b, c, d}) mesh.vertices.push_back(p);
     mesh.triangles.push_back({first, first + 1, first + 2});
     mesh.triangles.push_back({first, first + 2, first + 3});
 }
@@ -90,9 +88,7 @@ inline ConvexShape lattice_shape(const TriangleMesh& mesh, double voxel_m, doubl
     EXPECT_TRUE(lattice) << lattice.error();
     ConvexShape shape;
     shape.kind = ConvexShape::Kind::lattice;
-    if (lattice) {
-        shape.lattice = *lattice;
-    }
+    if (lattice) shape.lattice = *lattice;
     return shape;
 }
 

@@ -45,9 +45,7 @@ std::unique_ptr<Soil> mixed_bank(const std::vector<MaterialDef>& materials,
 
 int settle(Soil& soil) {
     int steps = 0;
-    while (steps < 3000 && soil.step({}).block_active_count > 0) {
-        ++steps;
-    }
+    while (steps < 3000 && soil.step({}).block_active_count > 0) ++steps;
     EXPECT_LT(steps, 3000);
     return steps;
 }
@@ -96,9 +94,7 @@ TEST_P(Mixture, of_sand_and_cohesive_soil_stands_as_high_as_its_mean_cohesion_le
         auto soil = mixed_bank({named(sand(30), "sand"), named(sand(30, 2000), "silt")}, {0.5, 0.5},
                                height_m, GetParam());
         const uint64_t checksum = soil->checksum();
-        for (int i = 0; i < 300; ++i) {
-            soil->step({});
-        }
+        for (int i = 0; i < 300; ++i) soil->step({});
         EXPECT_EQ(soil->checksum() == checksum, stands) << height_m << " m";
     }
 }
@@ -113,9 +109,7 @@ TEST(Mixtures, of_four_materials_keep_each_to_the_unit) {
     settle(*soil);
     const SoilTotals after = soil->totals();
     EXPECT_EQ(after.units, before.units);
-    for (int64_t units : before.units) {
-        EXPECT_GT(units, 0);
-    }
+    for (int64_t units : before.units) EXPECT_GT(units, 0);
     EXPECT_LT(slope_deg(*soil), 45);
     EXPECT_EQ(soil->status_bits(), 0u);
 }

@@ -43,9 +43,7 @@ MovingScene::MovingScene(unsigned seed, SoilDef def) : soil_(make_soil(def)) {
     movers_.emplace_back(9, octahedron_shape(3.29 * v), Vec3{});  // a stone
     movers_.emplace_back(1, round_shape(ConvexShape::Kind::capsule, 1.87 * v, 3.11 * v), Vec3{},
                          true);  // a post
-    for (int i = 0; i < 8; ++i) {
-        phases_.push_back(uniform(0, 6.28));
-    }
+    for (int i = 0; i < 8; ++i) phases_.push_back(uniform(0, 6.28));
     place_bodies();
 }
 
@@ -104,9 +102,7 @@ StepReport MovingScene::step() {
 }
 
 void MovingScene::run(int steps) {
-    for (int i = 0; i < steps; ++i) {
-        step();
-    }
+    for (int i = 0; i < steps; ++i) step();
 }
 
 void MovingScene::skip_to(int64_t steps) {

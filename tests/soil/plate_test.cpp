@@ -15,9 +15,7 @@ std::array<int64_t, 2> sides_of(Soil& soil, const SoilBody& plate) {
     std::array<int64_t, 2> sides{0, 0};
     TileVoxels voxels;
     for (size_t index = 0; index < impl.tiles.size(); ++index) {
-        if (!impl.tiles[index]) {
-            continue;
-        }
+        if (!impl.tiles[index]) continue;
         impl.tiles.read_voxels(static_cast<int>(index), voxels);
         for (int z = 0; z < impl.height; ++z) {
             for (int c = 0; c < kTileColumns; ++c) {
@@ -63,9 +61,7 @@ TEST_P(Plate, keeps_the_soil_on_its_side) {
             {}});
     };
     ASSERT_TRUE(fill_side(1));
-    if (plate_case.soil_behind) {
-        ASSERT_TRUE(fill_side(-1));
-    }
+    if (plate_case.soil_behind) ASSERT_TRUE(fill_side(-1));
     soil->step(bodies_of(movers));
     const std::array<int64_t, 2> before = sides_of(*soil, movers[0].body);
     ASSERT_EQ(before[1] > 0, plate_case.soil_behind);

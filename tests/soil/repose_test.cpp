@@ -76,9 +76,7 @@ TEST_P(Repose, a_column_falls_into_a_heap_as_steep_as_its_angle_of_friction) {
     StepReport report;
     for (int i = 0; i < 3000; ++i) {
         report = soil->step({});
-        if (report.block_active_count == 0) {
-            break;
-        }
+        if (report.block_active_count == 0) break;
     }
     EXPECT_EQ(report.block_active_count, 0) << "still moving";
     const Slope slope = flank_of(*soil);
@@ -119,9 +117,7 @@ TEST(Stability, a_heap_below_its_angle_of_friction_never_moves) {
     ASSERT_TRUE(soil->fill(heap));
     const uint64_t checksum = soil->checksum();
     int64_t active_sum = 0;
-    for (int i = 0; i < 10000; ++i) {
-        active_sum += i >= 10 ? soil->step({}).block_active_count : 0;
-    }
+    for (int i = 0; i < 10000; ++i) active_sum += i >= 10 ? soil->step({}).block_active_count : 0;
     EXPECT_EQ(soil->checksum(), checksum);
     EXPECT_EQ(active_sum, 0);
 }
@@ -140,9 +136,7 @@ TEST_P(Bank, runs_out_within_a_second_in_any_grid) {
     def.material = sand(33);
     auto soil = make_soil(def);
     ASSERT_TRUE(soil->fill(BoxFill{{{}, {kCut, kWidth, kHeight}}, {}}));
-    for (int i = 0; i < 60; ++i) {
-        soil->step({});
-    }
+    for (int i = 0; i < 60; ++i) soil->step({});
     double beyond_m2 = 0;
     for (int x = soil->frame().size[0] / 2; x < soil->frame().size[0]; ++x) {
         beyond_m2 += soil->surface_height_m(x, soil->frame().size[1] / 2) * voxel_m;
@@ -163,9 +157,7 @@ TEST_P(Spreading, takes_the_same_time_with_any_step) {
         def.step_s = step_s;
         auto soil = make_soil(def);
         EXPECT_TRUE(soil->fill(BoxFill{{{}, {kCut, kWidth, kHeight}}, {}}));
-        for (int i = 0; i < std::lround(0.4 / step_s); ++i) {
-            soil->step({});
-        }
+        for (int i = 0; i < std::lround(0.4 / step_s); ++i) soil->step({});
         double area = 0;
         for (int x = 10; x < soil->frame().size[0]; ++x) {
             area += soil->surface_height_m(x, 4) * kVoxel;

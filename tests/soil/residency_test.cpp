@@ -48,14 +48,10 @@ TEST(Residency, soil_that_sleeps_in_between_moves_like_soil_that_stays_awake) {
             const bool rests = s >= 60 && s < 180;
             movers[0].set_velocity({rests ? 0.0 : (s < 60 ? 1.2 : -1.2), 0, 0});
             movers[0].advance(1.0 / 60);
-            if (keep_awake) {
-                wake_all(*soil);
-            }
+            if (keep_awake) wake_all(*soil);
             const StepReport report = soil->step(bodies_of(movers));
             awake_least = std::min(awake_least, report.tile_awake_count);
-            if (s % 20 == 0) {
-                checksums.push_back(soil->checksum());
-            }
+            if (s % 20 == 0) checksums.push_back(soil->checksum());
         }
         EXPECT_EQ(awake_least == 27, keep_awake);
         return checksums;
@@ -90,9 +86,7 @@ TEST(Residency, soil_comes_to_rest_on_a_plateau_of_bare_rock) {
     ASSERT_TRUE(
         soil->fill(voxel_box(*soil, {0, 0, 24}, {8, 16, 34})));  // a cliff on the edge of a tile
     StepReport report;
-    for (int i = 0; i < 1000; ++i) {
-        report = soil->step({});
-    }
+    for (int i = 0; i < 1000; ++i) report = soil->step({});
     EXPECT_EQ(report.block_active_count, 0);
     // 33 deg from a heap of 10 by 8 voxels reaches about 15 voxels far.
     EXPECT_GT(soil->surface_height_m(12, 8), 25 * voxel);
@@ -161,16 +155,10 @@ TEST(Residency, the_tile_table_grows_without_changing_a_bit) {
         auto soil = make_soil(grid_def(72, 72, 8));
         EXPECT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {72, 72, 2.5})));
         EXPECT_TRUE(soil->fill(voxel_box(*soil, {30, 30, 2.5}, {40, 40, 7})));
-        if (grow_first) {
-            wake_all(*soil);
-        }
-        for (int s = 0; s < 30; ++s) {
-            soil->step({});
-        }
+        if (grow_first) wake_all(*soil);
+        for (int s = 0; s < 30; ++s) soil->step({});
         wake_all(*soil);
-        for (int s = 0; s < 10; ++s) {
-            soil->step({});
-        }
+        for (int s = 0; s < 10; ++s) soil->step({});
         return soil->checksum();
     };
     EXPECT_EQ(run(true), run(false));

@@ -107,9 +107,7 @@ TEST_P(Slippage, follows_the_oracle) {
         bench.write_speeds(speeds);
         const oracle::Field before = bench.to_field(bench.read());
         oracle::SlipSpeeds oracle_speeds(speeds.begin(), speeds.end());
-        for (double& speed : oracle_speeds) {
-            speed /= kVoxelFull;
-        }
+        for (double& speed : oracle_speeds) speed /= kVoxelFull;
         oracle::Model model = bench.model(substeps);
         model.slip_stride = stride;
         const oracle::Slippage expected =

@@ -19,9 +19,7 @@ class Snapshot : public testing::Test {
             .string();
     }
     void TearDown() override {
-        for (const char* name : {"a", "b"}) {
-            std::filesystem::remove(path(name));
-        }
+        for (const char* name : {"a", "b"}) std::filesystem::remove(path(name));
     }
     static std::vector<char> bytes_of(const std::string& file) {
         std::ifstream in(file, std::ios::binary);
@@ -61,9 +59,7 @@ TEST_F(Snapshot, a_loaded_soil_goes_on_like_the_saved_one) {
 TEST_F(Snapshot, goes_on_without_bodies_while_soil_slides_and_falls) {
     auto soil = make_soil(grid_def(32, 32, 32));
     ASSERT_TRUE(soil->fill(voxel_box(*soil, {10, 10, 2}, {22, 22, 28})));
-    for (int i = 0; i < 35; ++i) {
-        soil->step({});
-    }
+    for (int i = 0; i < 35; ++i) soil->step({});
     ASSERT_TRUE(soil->save(path("a")));
     auto other = make_soil(grid_def(32, 32, 32));
     ASSERT_TRUE(other->load(path("a")));

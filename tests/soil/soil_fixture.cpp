@@ -119,9 +119,7 @@ Quat turn(Vec3 axis, double angle_rad) {
 
 std::vector<SoilBody> bodies_of(const std::vector<Mover>& movers) {
     std::vector<SoilBody> bodies;
-    for (const Mover& mover : movers) {
-        bodies.push_back(mover.body);
-    }
+    for (const Mover& mover : movers) bodies.push_back(mover.body);
     return bodies;
 }
 

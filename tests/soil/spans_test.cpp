@@ -77,8 +77,9 @@ TEST_P(Spans, have_the_same_bits_on_gl) {
                 const std::vector<int32_t> column = bench.read_column(x, y);
                 words.insert(words.end(), column.begin(),
                              column.begin() + 1 + column[0] * kSpanWords);
-                for (int i = 0; i < column[0]; ++i)
+                for (int i = 0; i < column[0]; ++i) {
                     words.push_back(column[kColumnBase + i / 2] >> (i % 2 * 16) & 0xffff);
+                }
                 words.push_back(bench.read_surface(x, y));
             }
         }

@@ -18,9 +18,7 @@ constexpr int kBodyCount = 3;
 class SmoothNoise {
   public:
     SmoothNoise(std::mt19937& random, int cells) : cells_(cells) {
-        for (double& value : values_) {
-            value = std::uniform_real_distribution(0.0, 1.0)(random);
-        }
+        for (double& value : values_) value = std::uniform_real_distribution(0.0, 1.0)(random);
     }
     double at(int x, int y) const {
         const double u = static_cast<double>(x) / cells_, v = static_cast<double>(y) / cells_;
@@ -43,9 +41,7 @@ StageBench::StageBench(const SoilDef& def)
     Soil::Impl& s = *impl_;
     s.step_index = 1;
     s.params.step_stamp = 2;
-    for (size_t index = 0; index < s.tiles.size(); ++index) {
-        s.tiles.wake(static_cast<int>(index));
-    }
+    for (size_t index = 0; index < s.tiles.size(); ++index) s.tiles.wake(static_cast<int>(index));
     s.lists.mark_all();
     s.tiles.upload();
     std::vector<int> ids;
@@ -77,9 +73,7 @@ void StageBench::write(const StatePlanes& planes) {
     std::vector<int32_t> words(static_cast<size_t>(p.tile_voxels));
     for (int slot = 0; slot < impl_->tiles.slot_count(); ++slot) {
         const int tile = impl_->tiles.slot_tiles()[slot];
-        if (tile < 0) {
-            continue;
-        }
+        if (tile < 0) continue;
         for (int plane = 0; plane < planes.plane_count; ++plane) {
             for (int v = 0; v < p.tile_voxels; ++v) {
                 words[v] = planes.at(plane, tile % impl_->tiles_x * 8 + v % 8,
@@ -98,9 +92,7 @@ void StageBench::write(const StatePlanes& planes) {
         impl_->tiles.note_stale(slot, true);
         impl_->tiles.stamp_columns(slot);
     }
-    for (const auto& tile : impl_->tiles) {
-        tile->top = planes.nz;
-    }
+    for (const auto& tile : impl_->tiles) tile->top = planes.nz;
     impl_->lists.build();
     place({});
     write_speeds(
@@ -113,9 +105,7 @@ StatePlanes StageBench::read() const {
     std::vector<int32_t> words(static_cast<size_t>(p.tile_voxels));
     for (int slot = 0; slot < impl_->tiles.slot_count(); ++slot) {
         const int tile = impl_->tiles.slot_tiles()[slot];
-        if (tile < 0) {
-            continue;
-        }
+        if (tile < 0) continue;
         for (int plane = 0; plane < planes.plane_count; ++plane) {
             impl_->device->read(Buffer::state,
                                 int64_t{plane} * p.plane_stride + int64_t{slot} * p.tile_voxels,
@@ -406,9 +396,7 @@ StatePlanes Scenario::planes(const StageBench& bench) const {
             const bool ledge = ground.at(x + 3, y + 7) > 0.7;
             for (int z = 0; z < nz; ++z) {
                 double terrain = std::clamp(rock - z, 0.0, 1.0);
-                if (ledge && z == nz * 5 / 8) {
-                    terrain = uniform(0.2, 1);
-                }
+                if (ledge && z == nz * 5 / 8) terrain = uniform(0.2, 1);
                 planes.at(kPlaneTerrain, x, y, z) = static_cast<int>(terrain * kVoxelFull);
                 const double room = 1 - terrain;
                 double amount = std::clamp(top - z, 0.0, room);
@@ -457,9 +445,7 @@ std::vector<Mover> Scenario::bodies(const StageBench& bench) const {
     movers.emplace_back(1, octahedron_shape(3.4 * voxel), place());
     movers.emplace_back(2, round_shape(ConvexShape::Kind::cylinder, 2.2 * voxel, 2.6 * voxel),
                         place(), true);
-    for (Mover& mover : movers) {
-        mover.body.pose.rotation = turn(axis(), uniform(0, 3));
-    }
+    for (Mover& mover : movers) mover.body.pose.rotation = turn(axis(), uniform(0, 3));
     for (int i = 0; i < 2; ++i) {
         movers[static_cast<size_t>(i)].body.contact_pressure_pa = i == 0 ? 20e3 : 1e6;
         movers[static_cast<size_t>(i)].body.contact_width_m = i * 6 * voxel;

@@ -110,8 +110,9 @@ TEST(Sample, says_what_was_moved_pushed_covered_and_active) {
     for (int i = 0; i < 20; ++i) {
         movers[0].advance(1.0 / 60);
         soil->step(bodies_of(movers));
-        for (int x = 16; x < 24; ++x)
+        for (int x = 16; x < 24; ++x) {
             push_most = std::max(push_most, length(soil->sample(x, 16, 10).push));
+        }
     }
     const Vec3 center = movers[0].body.pose.position;
     const int x = static_cast<int>(center.x / 0.05);

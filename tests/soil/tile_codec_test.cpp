@@ -16,9 +16,7 @@ TileVoxels tile_of(int height, int planes,
     tile.reset(height, planes);
     for (int p = 0; p < planes; ++p) {
         for (int z = 0; z < height; ++z) {
-            for (int c = 0; c < 64; ++c) {
-                tile.at(p, z, c) = value(p, z, c);
-            }
+            for (int c = 0; c < 64; ++c) tile.at(p, z, c) = value(p, z, c);
         }
     }
     return tile;
@@ -114,9 +112,7 @@ TEST(TileCodec, survives_any_damage) {
         std::vector<uint8_t> damaged = bytes;
         damaged[random() % damaged.size()] ^= static_cast<uint8_t>(1u << random() % 8);
         refused_count += !unpack_tile(damaged, back);
-        for (uint8_t& byte : damaged) {
-            byte = static_cast<uint8_t>(random());
-        }
+        for (uint8_t& byte : damaged) byte = static_cast<uint8_t>(random());
         refused_count += !unpack_tile(damaged, back);
     }
     EXPECT_GT(refused_count, 2000);

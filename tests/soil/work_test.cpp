@@ -19,9 +19,7 @@ std::vector<int64_t> lanes_in(Soil& soil, Work&& work) {
     work();
     std::vector<int64_t> after = lanes_of(soil);
     before.resize(after.size());
-    for (size_t i = 0; i < after.size(); ++i) {
-        after[i] -= before[i];
-    }
+    for (size_t i = 0; i < after.size(); ++i) after[i] -= before[i];
     return after;
 }
 
@@ -36,9 +34,7 @@ TEST(Work, a_bed_at_rest_under_a_standing_body_is_not_looked_at) {
     ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {64, 64, 16})));
     std::vector<Mover> movers;
     movers.emplace_back(1, box_shape(Vec3{5, 5, 2} * 0.05), Vec3{32, 32, 17.9} * 0.05);
-    for (int i = 0; i < 120; ++i) {
-        soil->step(bodies_of(movers));
-    }
+    for (int i = 0; i < 120; ++i) soil->step(bodies_of(movers));
     const std::vector<int64_t> lanes = lanes_in(*soil, [&] { soil->step(bodies_of(movers)); });
     for (size_t kernel = 0; kernel < lanes.size(); ++kernel) {
         if (kernel != static_cast<size_t>(Kernel::collect_contacts)) {
@@ -57,9 +53,7 @@ TEST(Work, passes_look_at_little_more_than_what_moves) {
     scene.run(20);
     int64_t listed = 0;
     const std::vector<int64_t> lanes = lanes_in(scene.soil(), [&] {
-        for (int i = 0; i < 20; ++i) {
-            listed += 64 * scene.step().block_dispatched_count;
-        }
+        for (int i = 0; i < 20; ++i) listed += 64 * scene.step().block_dispatched_count;
     });
     struct Bound {
         Kernel kernel;

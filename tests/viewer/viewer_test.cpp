@@ -130,9 +130,10 @@ TEST_F(ViewerWindow, every_control_changes_the_picture) {
         {"disturbed", "slice"}, {"slice", "lines"},    {"lines", "cab"},
         {"cab", "orbit"},       {"orbit", "dug"},      {"dug", "plots"},
         {"plots", "times"},     {"loaded", "reset"},   {"reset", "bare"}};
-    for (const auto& [before, after] : unlike)
+    for (const auto& [before, after] : unlike) {
         EXPECT_GT(difference(picture(before), picture(after)).share, 0.001)
             << before << " and " << after;
+    }
 }
 
 TEST_F(ViewerWindow, reset_begins_again_with_the_same_bits) {

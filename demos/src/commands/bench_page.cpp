@@ -30,19 +30,21 @@ void write_sides(const Json& figures, Page page) {
             number(times, "max_ms"), number(times, "step_mean_ms"), number(times, "mesh_mean_ms"),
             number(times, "thesis_ms"), times.value("checksum", ""));
     }
-    if (figures.contains("sides_fit"))
+    if (figures.contains("sides_fit")) {
         fmt::format_to(page, "\nFit: {:.2e} ms a voxel + {:.2f} ms.\n",
                        number(figures["sides_fit"], "ms_per_voxel"),
                        number(figures["sides_fit"], "overhead_ms"));
+    }
     fmt::format_to(page, "\n");
 }
 
 void write_alphas(const Json& figures, Page page) {
     fmt::format_to(page,
                    "The same at 72^3, by alpha:\n\n| alpha | mean | thesis |\n|---|---|---|\n");
-    for (const auto& [alpha, times] : figures["alphas"].items())
+    for (const auto& [alpha, times] : figures["alphas"].items()) {
         fmt::format_to(page, "| {} | {:.2f} | {:.2f} |\n", alpha, number(times, "mean_ms"),
                        number(times, "thesis_ms"));
+    }
     fmt::format_to(page, "\nFit: {:.3f} ms an iteration + {:.2f} ms.\n\n",
                    number(figures["alphas_fit"], "ms_per_iteration"),
                    number(figures["alphas_fit"], "overhead_ms"));
@@ -55,9 +57,11 @@ void write_scene(const std::string& path, const Json& scene, Page page) {
                    scene.value("checksum", "none"));
     fmt::format_to(page, "| stage | ms a step |\n|---|---|\n| all | {:.3f} |\n",
                    number(scene, "ms_a_step"));
-    if (scene.contains("stages_ms"))
-        for (const auto& [name, ms] : scene["stages_ms"].items())
+    if (scene.contains("stages_ms")) {
+        for (const auto& [name, ms] : scene["stages_ms"].items()) {
             fmt::format_to(page, "| {} | {:.3f} |\n", name, ms.get<double>());
+        }
+    }
     if (!scene.contains("work")) return;
     const Json& work = scene["work"];
     fmt::format_to(page,
@@ -66,16 +70,19 @@ void write_scene(const std::string& path, const Json& scene, Page page) {
                    number(work, "dispatches_a_step"), number(work, "reads_a_step"),
                    number(work, "read_bytes_a_step") / 1e3,
                    number(work, "write_bytes_a_step") / 1e3);
-    if (work.contains("passes"))
-        for (const auto& [name, pass] : work["passes"].items())
+    if (work.contains("passes")) {
+        for (const auto& [name, pass] : work["passes"].items()) {
             fmt::format_to(page, "| {} | {:.1f} | {:.0f} | {:.0f} |\n", name,
                            number(pass, "dispatches_a_step"), number(pass, "columns_a_step"),
                            number(pass, "us_a_step"));
+        }
+    }
     if (scene.contains("pictures")) {
         const Json& pictures = scene["pictures"];
         fmt::format_to(page, "\nPictures of 1280 x 720 by {}, ms:", pictures.value("device", ""));
-        for (const auto& [name, ms] : pictures["ms"].items())
+        for (const auto& [name, ms] : pictures["ms"].items()) {
             fmt::format_to(page, " {} {:.1f};", name, ms.get<double>());
+        }
         fmt::format_to(page, "\n");
     }
     fmt::format_to(page, "\n");
@@ -92,8 +99,9 @@ std::string bench_page(const Json& figures) {
         number(figures, "copy_gb_per_s"));
     if (figures.contains("sides")) write_sides(figures, page);
     if (figures.contains("alphas")) write_alphas(figures, page);
-    if (figures.contains("scenes"))
+    if (figures.contains("scenes")) {
         for (const auto& [path, scene] : figures["scenes"].items()) write_scene(path, scene, page);
+    }
     return text;
 }
 

@@ -272,8 +272,9 @@ int time_steps(const BenchArguments& arguments, scene::SceneRun& run, const std:
     }
     const double cpu_s = static_cast<double>(std::clock() - cpu_start) / CLOCKS_PER_SEC;
     Json of_scene = run.summary();
-    for (const char* key : {"backend", "device"})
+    for (const char* key : {"backend", "device"}) {
         if (run.has_soil()) json[key] = of_scene[key];
+    }
     const double wall_s = of_scene["wall_s"].get<double>();
     const double step_ms = steps > 0 ? wall_s * 1e3 / static_cast<double>(steps) : 0;
     of_scene["ms_a_step"] = step_ms;
@@ -341,8 +342,9 @@ int find_gpu(DeviceOptions& options) {
 }
 
 int bench(BenchArguments& arguments) {
-    if (arguments.on_gpu)
+    if (arguments.on_gpu) {
         if (const int found = find_gpu(arguments.device); found != kPassed) return found;
+    }
     Json json;
     const double copy_gb_s = copy_bytes_per_s() / 1e9;
     json["copy_gb_per_s"] = copy_gb_s;

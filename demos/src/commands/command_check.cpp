@@ -43,8 +43,9 @@ int check(CheckArguments& arguments) {
             return kCouldNotRun;
         }
         expected = std::move(*read);
-        if (expected.contains("steps") && arguments.opened.step_count == 0)
+        if (expected.contains("steps") && arguments.opened.step_count == 0) {
             arguments.opened.step_count = expected["steps"].get<long long>();
+        }
     }
     const int opened = arguments.opened.open();
     if (opened != kPassed) return opened;
@@ -59,10 +60,12 @@ int check(CheckArguments& arguments) {
 
     const std::vector<std::string> differences =
         scene::compare_baselines(expected, found, arguments.tolerance);
-    for (size_t i = 0; i < std::min(differences.size(), kDifferencesShown); ++i)
+    for (size_t i = 0; i < std::min(differences.size(), kDifferencesShown); ++i) {
         fmt::print("{}\n", differences[i]);
-    if (differences.size() > kDifferencesShown)
+    }
+    if (differences.size() > kDifferencesShown) {
         fmt::print("... and {} more\n", differences.size() - kDifferencesShown);
+    }
     fmt::print("{} {}: {} differences from {}\n", differences.empty() ? "PASS" : "FAIL",
                arguments.opened.path, differences.size(), arguments.baseline);
     return differences.empty() ? kPassed : kFailed;

@@ -31,8 +31,9 @@ int could_not(const std::string& text) {
 
 std::string point_text(const experiment::Experiment& experiment, size_t point) {
     std::string text = fmt::format("point {}", point);
-    for (const experiment::Parameter& p : experiment.points[point].parameters)
+    for (const experiment::Parameter& p : experiment.points[point].parameters) {
         text += fmt::format(" {}={}", p.name, p.text);
+    }
     return text;
 }
 
@@ -65,8 +66,9 @@ void print_table(const experiment::CsvTable& table) {
         for (const auto& row : table.rows) widths[c] = std::max(widths[c], row[c].size());
     }
     const auto print = [&](const std::vector<std::string>& cells) {
-        for (size_t c = 0; c < cells.size(); ++c)
+        for (size_t c = 0; c < cells.size(); ++c) {
             fmt::print("{}{:>{}}", c ? "  " : "", cells[c], widths[c]);
+        }
         fmt::print("\n");
     };
     print(table.columns);
@@ -90,8 +92,9 @@ int run(const ExperimentArguments& arguments) {
             name);
     }
     std::set<std::string> warnings;  // points that differ in their rig alone share them
-    for (const experiment::Point& point : experiment.points)
+    for (const experiment::Point& point : experiment.points) {
         warnings.insert(point.setup.scene.warnings.begin(), point.setup.scene.warnings.end());
+    }
     for (const std::string& warning : warnings) fmt::print(stderr, "{}\n", warning);
     std::error_code failed;
     std::filesystem::create_directories(arguments.out, failed);
@@ -100,10 +103,12 @@ int run(const ExperimentArguments& arguments) {
     const std::vector<experiment::PointRun> runs =
         experiment::run_sweep(experiment, arguments.thread_count, progress_of(experiment));
     for (size_t i = 0; i < runs.size(); ++i) {
-        if (!runs[i].error.empty())
+        if (!runs[i].error.empty()) {
             return could_not(point_text(experiment, i) + ": " + runs[i].error);
-        for (const std::string& status : runs[i].output.status)
+        }
+        for (const std::string& status : runs[i].output.status) {
             fmt::print(stderr, "{}: {}\n", point_text(experiment, i), status);
+        }
         if (!arguments.series) continue;
         const Status written =
             experiment::write_csv(experiment::series_table(runs[i].output),

@@ -60,23 +60,26 @@ std::string toml_text(const ImportArguments& arguments, const BekkerTranslation&
         material.loose_density_kg_m3, material.compacted_density_kg_m3, arguments.friction_deg,
         material.cohesion_pa, material.shear_displacement_m);
     out += fmt::format("# relative density as placed: {:.2f}\n", found.relative_density);
-    if (found.relative_density == 0 || found.relative_density == 1)
+    if (found.relative_density == 0 || found.relative_density == 1) {
         out +=
             "# it lies at the end of its range: Bekker's plates are beyond what density can do\n";
+    }
     if (!soil.density_kg_m3 && (material.density_kg_m3 == options.density_least_kg_m3 ||
-                                material.density_kg_m3 == options.density_most_kg_m3))
+                                material.density_kg_m3 == options.density_most_kg_m3)) {
         out +=
             "# the density lies at the end of its range: give --density where it is known, for it "
             "is the soil's weight too\n";
+    }
     out +=
         fmt::format("# error of the bearing against Bekker's: median {:.0f} %, largest {:.0f} %\n",
                     100 * found.median_error, 100 * found.largest_error);
     out += fmt::format("#\n# {:>8}  {:>9}  {:>10}  {:>10}  {:>7}\n", "radius m", "sinkage m",
                        "Bekker kPa", "soil kPa", "error");
-    for (const BearingComparison& c : found.comparisons)
+    for (const BearingComparison& c : found.comparisons) {
         out += fmt::format("# {:8.3f}  {:9.3f}  {:10.2f}  {:10.2f}  {:>7}\n", c.plate_radius_m,
                            c.sinkage_m, c.bekker_pa / 1e3, c.soil_pa / 1e3,
                            percent(c.relative_error()));
+    }
     return out;
 }
 

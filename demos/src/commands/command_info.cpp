@@ -15,9 +15,10 @@ namespace {
 
 int info(const DeviceOptions& options) {
     fmt::print("devices\n");
-    for (const DeviceInfo& entry : list_devices())
+    for (const DeviceInfo& entry : list_devices()) {
         fmt::print("  {} {}{}\n      {}\n", entry.usable ? "+" : "-", entry.name,
                    entry.hardware ? "" : " (software)", entry.detail);
+    }
     const auto chosen = choose_backend(options.chosen(), options.thread_count);
     if (!chosen) {
         fmt::print(stderr, "backend {}: {}\n", options.backend, chosen.error());
@@ -31,10 +32,11 @@ int info(const DeviceOptions& options) {
         limits::kMaterialCapacity, limits::kGridHeightMax, limits::kGridSideMax,
         limits::kBodyCapacity, limits::kContactCapacity, limits::kHullPlaneCapacity);
     fmt::print("materials\n");
-    for (const MaterialDef& m : materials::all())
+    for (const MaterialDef& m : materials::all()) {
         fmt::print("  {:<12} {:6.0f} kg/m3, phi {:4.1f} deg, c {:6.0f} Pa, tool friction {:.2f}\n",
                    m.name, m.density_kg_m3, m.friction_angle_rad * 57.29577951308232, m.cohesion_pa,
                    m.tool_friction);
+    }
     return kPassed;
 }
 

@@ -30,9 +30,10 @@ std::string unknown_word(const CLI::App& app, int argument_count, const char* co
                 names.push_back(known->get_name());
                 if (known->get_name() == word) command = known;
             }
-            if (!command)
+            if (!command) {
                 return fmt::format("unknown command `{}`{}", word,
                                    meant_text(word, names, "bsoil --help"));
+            }
             continue;
         }
         const std::string name = word.substr(2, word.find('=') - 2);
@@ -57,8 +58,9 @@ CLI::Validator at_least(double least) {
             char* end = nullptr;
             const double number = std::strtod(text.c_str(), &end);
             if (text.empty() || *end != '\0') return fmt::format("`{}` is no number", text);
-            if (!(number >= least))
+            if (!(number >= least)) {
                 return fmt::format("{} is too small, must be {:g} or more", text, least);
+            }
             return std::string();
         },
         fmt::format("{:g} or more", least));

@@ -42,18 +42,20 @@ struct Moment {
         if (!scene) return fail(scene.error());
         opened.path = scene->path;
         opened.up = scene->up;
-        if (!std::filesystem::exists(opened.path))
+        if (!std::filesystem::exists(opened.path)) {
             return fail(
                 fmt::format("{}: its scene {} is not there; say where it is now: "
                             "SCENE --from {}",
                             from, opened.path, from));
+        }
         return opened.open();
     }
     /// Goes to the moment. The exit code.
     int go() {
         scene::SceneRun& run = *opened.run;
-        if (!from.empty())
+        if (!from.empty()) {
             if (const Status loaded = run.load(from); !loaded) return fail(loaded.error());
+        }
         for (long long s = 0; s < advance; ++s) run.step();
         return kPassed;
     }
@@ -72,9 +74,10 @@ struct RenderArguments {
 
 Status write_depth(const render::Buffers& buffers, const std::string& path) {
     std::vector<uint16_t> levels;
-    for (const float depth_m : buffers.depths_m)
+    for (const float depth_m : buffers.depths_m) {
         levels.push_back(static_cast<uint16_t>(
             std::clamp(std::lround(1e3 * static_cast<double>(depth_m)), 0l, 65535l)));
+    }
     return render::write_grey_png(buffers.width, buffers.height, levels, path);
 }
 
@@ -100,8 +103,9 @@ Status write_labels(const render::Buffers& buffers, const scene::SceneRun& run,
     names["0"] = "background";
     names[std::to_string(scene::kSoilLabel)] = "soil";
     names[std::to_string(scene::kTerrainLabel)] = "terrain";
-    for (size_t b = 0; b < run.bullet().bodies().size(); ++b)
+    for (size_t b = 0; b < run.bullet().bodies().size(); ++b) {
         names[std::to_string(scene::kFirstBodyLabel + b)] = run.bullet().bodies()[b].name;
+    }
     std::ofstream file(path + ".json");
     file << names.dump(2) << '\n';
     file.close();
@@ -136,14 +140,17 @@ int render(RenderArguments& arguments) {
         const auto buffers = (*renderer)->buffers(view);
         if (!buffers) return Moment::fail(buffers.error());
         if (!arguments.depth.empty()) written.push_back(write_depth(*buffers, arguments.depth));
-        if (!arguments.normals.empty())
+        if (!arguments.normals.empty()) {
             written.push_back(write_normals(*buffers, arguments.normals));
-        if (!arguments.labels.empty())
+        }
+        if (!arguments.labels.empty()) {
             written.push_back(write_labels(*buffers, run, arguments.labels));
+        }
     }
     if (written.empty()) return Moment::fail("render: say what to write: --out, --depth, ...");
-    for (const Status& status : written)
+    for (const Status& status : written) {
         if (!status) return Moment::fail(status.error());
+    }
     return kPassed;
 }
 
@@ -165,7 +172,8 @@ void add_render(CLI::App& app, int& exit_code) {
     auto arguments = std::make_shared<RenderArguments>();
     CLI::App* command = app.add_subcommand("render", "pictures of a moment of a scene");
     arguments->moment.add_options(*command);
-    command->add_option("--out", arguments->picture, "the picture: PNG, or JPEG where the file's ending is .jpg or .jpeg");
+    command->add_option("--out", arguments->picture,
+                        "the picture: PNG, or JPEG where the file's ending is .jpg or .jpeg");
     command->add_option("--depth", arguments->depth,
                         "16-bit PNG: millimetres along the line of sight, 0 the sky");
     command->add_option("--normals", arguments->normals,

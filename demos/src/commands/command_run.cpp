@@ -111,8 +111,9 @@ Status restore(scene::SceneRun& run, scene::RunChecks& checks, const std::string
     if (!sections) return Error{sections.error()};
     const std::vector<uint8_t>* watched = find_section(*sections, kChecksSection);
     if (!watched) return Error{path + ": was not written by bsoil run"};
-    if (const Status known = checks.set_state(*watched); !known)
+    if (const Status known = checks.set_state(*watched); !known) {
         return Error{path + ": " + known.error()};
+    }
     return run.load(path);
 }
 
@@ -166,10 +167,11 @@ Result<std::unique_ptr<scene::RunPictures>> make_pictures(const scene::SceneRun&
 }
 
 int run(RunArguments& arguments) {
-    if (arguments.video && !scene::has_film_maker())
+    if (arguments.video && !scene::has_film_maker()) {
         return could_not(
             "--video needs ffmpeg, which is not in PATH; install it (apt-get install "
             "ffmpeg), or take --frames, which leaves the pictures alone");
+    }
     const int opened = arguments.opened.open();
     if (opened != kPassed) return opened;
     scene::SceneRun& run = *arguments.opened.run;
@@ -177,9 +179,10 @@ int run(RunArguments& arguments) {
     if (!arguments.from.empty()) {
         const Status restored = restore(run, checks, arguments.from);
         if (!restored) return could_not(restored.error());
-        if (run.finished())
+        if (run.finished()) {
             return could_not(fmt::format("{}: stands at step {}, where the run ends",
                                          arguments.from, run.step_count()));
+        }
     }
     const Interruption interruption;
     std::error_code failed;
@@ -204,17 +207,19 @@ int run(RunArguments& arguments) {
         checks.observe();
         picture();
         conditions.observe(progress);
-        if (arguments.snapshot_every > 0 && run.step_count() % arguments.snapshot_every == 0)
+        if (arguments.snapshot_every > 0 && run.step_count() % arguments.snapshot_every == 0) {
             mishaps.take(
                 save(run, checks,
                      fmt::format("{}/step_{:06}.snapshot", arguments.out, run.step_count())));
+        }
         progress.show();
     }
     progress.end_line();
     const bool is_cut_short = !run.finished();
-    if (is_cut_short)
+    if (is_cut_short) {
         fmt::print(stderr, "interrupted at step {}; what there is is written to {}\n",
                    run.step_count(), arguments.out);
+    }
 
     nlohmann::ordered_json summary = run.summary();
     summary["interrupted"] = is_cut_short;

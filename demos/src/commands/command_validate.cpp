@@ -43,18 +43,21 @@ Result<std::vector<experiment::Experiment>> load_all(const ValidateArguments& ar
     }
     if (failed) return Error{arguments.experiments + ": " + failed.message()};
     std::sort(paths.begin(), paths.end());
-    for (const std::string& name : arguments.only)
+    for (const std::string& name : arguments.only) {
         if (std::none_of(paths.begin(), paths.end(),
-                         [&](const fs::path& path) { return path.stem() == name; }))
+                         [&](const fs::path& path) { return path.stem() == name; })) {
             return Error{fmt::format("there is no {}.toml in {}", name, arguments.experiments)};
+        }
+    }
     std::vector<experiment::Experiment> experiments;
     for (const fs::path& path : paths) {
         auto loaded = experiment::load_experiment(path.string(), "");
         if (!loaded) return Error{loaded.error()};
-        if (loaded->validation)
+        if (loaded->validation) {
             experiments.push_back(std::move(*loaded));
-        else if (!arguments.only.empty())
+        } else if (!arguments.only.empty()) {
             return Error{path.string() + ": has no [validation]"};
+        }
     }
     return experiments;
 }
@@ -68,11 +71,12 @@ Result<std::vector<std::vector<experiment::PointRun>>> run_all(
     };
     std::vector<Origin> origins;
     std::vector<const experiment::RigSetup*> setups;
-    for (size_t e = 0; e < experiments.size(); ++e)
+    for (size_t e = 0; e < experiments.size(); ++e) {
         for (size_t p = 0; p < experiments[e].points.size(); ++p) {
             origins.push_back({e, p});
             setups.push_back(&experiments[e].points[p].setup);
         }
+    }
     experiment::SweepProgress progress;
     size_t done = 0;
     progress.finished = [&](size_t i, const experiment::PointRun& run) {
@@ -86,8 +90,9 @@ Result<std::vector<std::vector<experiment::PointRun>>> run_all(
         const std::string where = fmt::format(
             "{}: point {}: ", experiments[origins[i].experiment].path, origins[i].point);
         if (!runs[i].error.empty()) return Error{where + runs[i].error};
-        for (const std::string& status : runs[i].output.status)
+        for (const std::string& status : runs[i].output.status) {
             fmt::print(stderr, "{}{}\n", where, status);
+        }
         of_experiments[origins[i].experiment].push_back(std::move(runs[i]));
     }
     return of_experiments;
@@ -154,8 +159,9 @@ int run(const ValidateArguments& arguments) {
         for (const experiment::Comparison& comparison : comparisons) {
             const std::string path = arguments.out + '/' + comparison.name;
             Status written = experiment::write_csv(comparison.results, path + ".csv");
-            if (written)
+            if (written) {
                 written = write_text(path + ".svg", experiment::comparison_picture(comparison));
+            }
             if (!written) return could_not(written.error());
         }
     }

@@ -79,12 +79,13 @@ int OpenedScene::open() {
     }
     run = std::move(*made);
     for (const std::string& warning : run->warnings()) fmt::print(stderr, "{}\n", warning);
-    if (run->has_soil() && run->soil().backend_name() == "gl" && !has_gpu())
+    if (run->has_soil() && run->soil().backend_name() == "gl" && !has_gpu()) {
         fmt::print(
             stderr,
             "no GPU here: OpenGL runs in software ({}), seconds a step. The CPU backend gives "
             "the same bits sooner: --backend cpu\n",
             run->soil().device_name());
+    }
     return kPassed;
 }
 

@@ -21,12 +21,15 @@ scene::ShapeItem solid_of(const BladeItem& blade) {
                         (2 * through.x * std::tan(kReliefRad) / std::sin(blade.rake_rad));
     scene::ShapeItem shape;
     shape.shape = "hull";
-    for (const double u : {-1.0, 1.0})
-        for (const double v : {-1.0, 1.0})
-            for (const double w : {-1.0, 1.0})
+    for (const double u : {-1.0, 1.0}) {
+        for (const double v : {-1.0, 1.0}) {
+            for (const double w : {-1.0, 1.0}) {
                 shape.points_m.push_back(along_face * u + through * v +
                                          Vec3{0, w * blade.width_m / 2, 0} +
                                          (u < 0 && v < 0 ? relief : Vec3{}));
+            }
+        }
+    }
     return shape;
 }
 

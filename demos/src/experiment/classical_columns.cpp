@@ -44,10 +44,11 @@ std::vector<PlateReading> plate_readings(const Experiment& experiment,
     const double radius_m = std::get<PlateItem>(experiment.points.front().setup.rig).radius_m;
     const MeasuredTable& measured = experiment.measured;
     std::vector<PlateReading> readings;
-    for (const size_t r : rows_of(measured, parameters, "radius_m"))
+    for (const size_t r : rows_of(measured, parameters, "radius_m")) {
         readings.push_back({column_of(measured, r, "radius_m", radius_m),
                             column_of(measured, r, "sinkage_m", 0),
                             column_of(measured, r, "pressure_pa", 0)});
+    }
     return readings;
 }
 
@@ -66,10 +67,12 @@ class ClassicalModel {
         if ((item_.classical == "bekker") != (rig == "plate") ||
             (item_.classical == "wong_reece") != (rig == "traction") ||
             (item_.classical == "mckyes_ali") != (rig == "blade") ||
-            (item_.classical == "janosi") != (rig == "shear"))
+            (item_.classical == "janosi") != (rig == "shear")) {
             return wrong("classical", item_.classical + " is no model of this rig");
-        for (const Point& point : experiment_.points)
+        }
+        for (const Point& point : experiment_.points) {
             if (!point.setup.scene.soil) return wrong("classical", "there is no [soil]");
+        }
         if (rig == "traction") return take_bekker();
         for (const Point& point : experiment_.points) {
             if (rig == "plate") fit_plates(point);
@@ -89,8 +92,9 @@ class ClassicalModel {
             return {{"pressure_pa", pressure_pa}};
         }
         if (const auto* blade = std::get_if<BladeItem>(&setup.rig)) return of_blade(setup, *blade);
-        if (const auto* wheel = std::get_if<TractionItem>(&setup.rig))
+        if (const auto* wheel = std::get_if<TractionItem>(&setup.rig)) {
             return of_wheel(setup, *wheel);
+        }
         return {{"shear_stress_pa",
                  curves_[point_index].at_pa(*results.number(row, "displacement_m"))}};
     }
@@ -116,9 +120,10 @@ class ClassicalModel {
 
     void fit_shear(const Point& point) {
         std::vector<ShearReading> readings;
-        for (const size_t r : rows_of(experiment_.measured, point.parameters, ""))
+        for (const size_t r : rows_of(experiment_.measured, point.parameters, "")) {
             readings.push_back({column_of(experiment_.measured, r, "displacement_m", 0),
                                 column_of(experiment_.measured, r, "shear_stress_pa", 0)});
+        }
         const JanosiCurve& curve = curves_.emplace_back(fit_janosi(readings));
         add_parameters(fmt::format("strength {:.3g} kPa, K = {:.3g} mm", curve.stress_pa / 1e3,
                                    curve.k_m * 1e3));
@@ -126,8 +131,9 @@ class ClassicalModel {
 
     /// Points with the same parameters are named once.
     void add_parameters(const std::string& text) {
-        if (parameters_.find(text) == std::string::npos)
+        if (parameters_.find(text) == std::string::npos) {
             parameters_ += (parameters_.empty() ? "" : "; ") + text;
+        }
     }
 
     Status take_bekker() {
@@ -136,8 +142,9 @@ class ClassicalModel {
             const auto folder = std::filesystem::path(experiment_.path).parent_path();
             const auto plates = load_experiment((folder / item_.bekker_plates).string(), "plate");
             if (!plates) return Error{plates.error()};
-            if (plates->measured.rows.empty())
+            if (plates->measured.rows.empty()) {
                 return wrong("bekker_plates", item_.bekker_plates + " has no measurements");
+            }
             soil = fit_bekker(plate_readings(*plates, {}));
         } else if (item_.bekker_kc_kn_m_np1 && item_.bekker_kphi_kn_m_np2 && item_.bekker_n) {
             soil = {*item_.bekker_kc_kn_m_np1 * 1e3, *item_.bekker_kphi_kn_m_np2 * 1e3,

@@ -167,15 +167,17 @@ WedgeForce mckyes_ali_wedge(const ClassicalBlade& blade, double unit_weight_n_m3
     // coarsely first: outside of the wedges that can slide there is no force to compare
     const double step = kPi / 2 / kAngleSteps;
     int best = 1;
-    for (int i = 1; i < kAngleSteps; ++i)
+    for (int i = 1; i < kAngleSteps; ++i) {
         if (force_n(i * step) < force_n(best * step)) best = i;
+    }
     double low = (best - 1) * step, high = (best + 1) * step;
     for (int i = 0; i < kHalvings; ++i) {
         const double third = (high - low) / 3;
-        if (force_n(low + third) < force_n(high - third))
+        if (force_n(low + third) < force_n(high - third)) {
             high -= third;
-        else
+        } else {
             low += third;
+        }
     }
     const double failure_rad = (low + high) / 2, force = force_n(failure_rad);
     // soil slides up along the face: friction lifts an upright blade, a flat one is pressed down

@@ -40,8 +40,9 @@ Heap heap_of(const Soil& soil, const ColumnItem& column) {
             heap.held_m3 += height_m * area_m2;
             // The voxels of the column's rim reach half a voxel out.
             if (radius_m > column.radius_m + frame.voxel_m) heap.beyond_m3 += height_m * area_m2;
-            if (height_m > kThinLayer * column.radius_m)
+            if (height_m > kThinLayer * column.radius_m) {
                 heap.reach_m = std::max(heap.reach_m, radius_m + frame.voxel_m / 2);
+            }
         }
     }
     return heap;

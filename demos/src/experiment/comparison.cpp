@@ -30,8 +30,9 @@ std::vector<std::string> key_columns_of(const Experiment& experiment, const CsvT
     for (const std::string& name : names) {
         const auto c = static_cast<size_t>(results.column_index(name));
         if (std::any_of(results.rows.begin(), results.rows.end(),
-                        [&](const auto& row) { return row[c] != results.rows.front()[c]; }))
+                        [&](const auto& row) { return row[c] != results.rows.front()[c]; })) {
             keys.push_back(name);
+        }
     }
     return keys;
 }
@@ -73,17 +74,19 @@ ComparedQuantity quantity_of(const Experiment& experiment, const CsvTable& resul
             if (results.column_index(column) < 0) return std::nullopt;
             // a model is compared only where there are measurements
             std::vector<size_t> measured;
-            for (const size_t r : rows)
+            for (const size_t r : rows) {
                 if (results.number(r, item.column + "_measured")) measured.push_back(r);
+            }
             const auto found = figures(results, measured, column, item.statistic, item.over);
             return found.empty() ? std::nullopt : std::optional(found.front());
         };
         const auto measured = figure("_measured");
         if (!measured) continue;
         ComparedPoint& point = quantity.points.emplace_back();
-        for (const std::string& key : quantity.key_columns)
+        for (const std::string& key : quantity.key_columns) {
             point.keys.push_back(
                 results.rows[rows.front()][static_cast<size_t>(results.column_index(key))]);
+        }
         point.measured = *measured;
         const double load_n = load_n_of(experiment, results, rows.front());
         point.soil = compared(figure(""), *measured, load_n, item);
@@ -110,8 +113,9 @@ Result<Comparison> compare(const Experiment& experiment, CsvTable results) {
     auto parameters = add_classical(out.results, experiment);
     if (!parameters) return Error{parameters.error()};
     out.classical_parameters = std::move(*parameters);
-    for (const CompareItem& item : experiment.validation->compares)
+    for (const CompareItem& item : experiment.validation->compares) {
         out.quantities.push_back(quantity_of(experiment, out.results, item));
+    }
     out.verdicts = check_expectations(experiment, out.results);
     return out;
 }

@@ -16,12 +16,13 @@ std::vector<std::string> read_record(std::istream& file) {
     bool quoted = false;
     for (char c; file.get(c);) {
         if (quoted) {
-            if (c != '"')
+            if (c != '"') {
                 cells.back() += c;
-            else if (file.peek() == '"')
+            } else if (file.peek() == '"') {
                 cells.back() += static_cast<char>(file.get());
-            else
+            } else {
                 quoted = false;
+            }
         } else if (c == '"') {
             quoted = true;
         } else if (c == ',') {
@@ -63,9 +64,10 @@ Result<CsvTable> read_csv(const std::string& path) {
     while (file.peek() != std::char_traits<char>::eof()) {
         std::vector<std::string> cells = read_record(file);
         if (cells.size() == 1 && cells[0].empty()) continue;  // an empty line
-        if (cells.size() > table.columns.size())
+        if (cells.size() > table.columns.size()) {
             return Error{fmt::format("{}: row {} has {} cells, the headings are {}", path,
                                      table.rows.size() + 2, cells.size(), table.columns.size())};
+        }
         cells.resize(table.columns.size());
         table.rows.push_back(std::move(cells));
     }

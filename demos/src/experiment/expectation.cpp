@@ -67,8 +67,9 @@ Verdict check(const ExpectItem& expect, const CsvTable& results) {
 
 std::vector<Verdict> check_expectations(const Experiment& experiment, const CsvTable& results) {
     std::vector<Verdict> verdicts;
-    for (const ExpectItem& expect : experiment.expectations)
+    for (const ExpectItem& expect : experiment.expectations) {
         verdicts.push_back(check(expect, results));
+    }
     return verdicts;
 }
 

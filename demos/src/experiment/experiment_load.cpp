@@ -39,9 +39,11 @@ class ExperimentReader {
     }
 
     Result<Experiment> read(toml::table root, const std::vector<std::string>& settings) {
-        if (rig_.empty())
-            for (const std::string& name : rig_names())
+        if (rig_.empty()) {
+            for (const std::string& name : rig_names()) {
                 if (root.contains(name)) rig_ = experiment_.rig = name;
+            }
+        }
         for (const std::string& setting : settings) apply_setting(root, setting);
         ExperimentFile file;
         if (errors_.empty()) scene::read_table(root, experiment_schema(), &file, errors_);
@@ -78,38 +80,43 @@ class ExperimentReader {
             const std::string name = tables.substr(start, end - start);
             toml::node* node = table->get(name);
             if (!node) node = &table->insert_or_assign(name, toml::table{}).first->second;
-            if (toml::array* array = node->as_array(); array && !array->empty())
+            if (toml::array* array = node->as_array(); array && !array->empty()) {
                 node = array->get(0);  // [[material]]: the first
+            }
             table = node->as_table();
             if (!table) return error(at, "`{}`: there is no table [{}]", parameter.name, name);
             start = end + 1;
         }
-        if (!parameter.number)
+        if (!parameter.number) {
             table->insert_or_assign(key, parameter.text);
-        else if (*parameter.number == std::round(*parameter.number) &&
-                 std::abs(*parameter.number) < 1e15)
+        } else if (*parameter.number == std::round(*parameter.number) &&
+                   std::abs(*parameter.number) < 1e15) {
             table->insert_or_assign(key, static_cast<int64_t>(*parameter.number));
-        else
+        } else {
             table->insert_or_assign(key, *parameter.number);
+        }
     }
 
     void apply_setting(toml::table& root, const std::string& setting) {
         const size_t equals = setting.find('=');
         const std::string name = setting.substr(0, equals);
         const std::string text = equals == std::string::npos ? "" : setting.substr(equals + 1);
-        if (name.empty() || text.empty())
+        if (name.empty() || text.empty()) {
             return error({}, "\"{}\" is not of the form key=value", setting);
+        }
         assign(root, Parameter{name, text, number_in(text)}, {});
     }
 
     void check_file(const ExperimentFile& file) {
-        if (file.rigs.size() != 1)
+        if (file.rigs.size() != 1) {
             return error(file.at,
                          "an experiment has one of the tables [plate], [blade], "
                          "[traction], [shear] and [column], not {}",
                          file.rigs.size());
-        if (file.rigs[0] != rig_)
+        }
+        if (file.rigs[0] != rig_) {
             error(file.at, "this is an experiment for `bsoil {}`", file.rigs[0]);
+        }
     }
 
     void read_measured(const ExperimentFile& file) {
@@ -118,11 +125,12 @@ class ExperimentReader {
         experiment_.measured_item = item;
         const std::string path = scene::find_file(item.file, experiment_.path);
         if (path.empty()) {
-            if (item.file.starts_with("data:"))
+            if (item.file.starts_with("data:")) {
                 experiment_.missing_data = item.file;
-            else
+            } else {
                 error(item.where("file"), "there is no file \"{}\" beside the experiment",
                       item.file);
+            }
             return;
         }
         const auto table = read_csv(path);
@@ -138,8 +146,9 @@ class ExperimentReader {
         if (const toml::table* sweep = root["sweep"].as_table()) {
             const toml::node* measured = sweep->get("from_measured");
             if (measured) combine(combinations, measured_rows(*measured));
-            if (const toml::node* rows = sweep->get("row"))
+            if (const toml::node* rows = sweep->get("row")) {
                 combine(combinations, listed_rows(*rows));
+            }
             struct List {
                 std::string name;
                 const toml::node* values;
@@ -169,11 +178,12 @@ class ExperimentReader {
             combinations.clear();
         }
         std::vector<Combination> product;
-        for (const Combination& a : combinations)
+        for (const Combination& a : combinations) {
             for (const Combination& b : with) {
                 product.push_back(a);
                 product.back().insert(product.back().end(), b.begin(), b.end());
             }
+        }
         combinations = std::move(product);
     }
 
@@ -186,11 +196,12 @@ class ExperimentReader {
             return out;
         }
         for (const toml::node& value : *array) {
-            if (auto parameter = parameter_of(name, value))
+            if (auto parameter = parameter_of(name, value)) {
                 out.push_back({{std::move(*parameter), scene::position_of(value)}});
-            else
+            } else {
                 error(scene::position_of(value), "`{}`: expected a number or a text, not {}", name,
                       scene::kind_text(value));
+            }
         }
         return out;
     }
@@ -212,11 +223,12 @@ class ExperimentReader {
             }
             Combination combination;
             flatten(*row.as_table(), "", [&](const std::string& name, const toml::node& value) {
-                if (auto parameter = parameter_of(name, value))
+                if (auto parameter = parameter_of(name, value)) {
                     combination.push_back({std::move(*parameter), scene::position_of(value)});
-                else
+                } else {
                     error(scene::position_of(value), "`{}`: expected a number or a text, not {}",
                           name, scene::kind_text(value));
+                }
             });
             std::set<std::string> names;
             for (const PlacedParameter& p : combination) names.insert(p.parameter.name);
@@ -242,13 +254,15 @@ class ExperimentReader {
             const std::string name = array->get(i)->value_or(std::string());
             const auto& known = experiment_.measured.columns;
             const auto found = std::find(known.begin(), known.end(), name);
-            if (found == known.end())
+            if (found == known.end()) {
                 error(at, "`from_measured`: \"{}\" is no name of a [[measured.column]]", name);
-            else
+            } else {
                 columns.push_back(static_cast<size_t>(found - known.begin()));
+            }
         }
-        if (columns.empty() && errors_.empty())
+        if (columns.empty() && errors_.empty()) {
             error(at, "`from_measured`: expected a list of names, not {}", scene::kind_text(names));
+        }
         std::set<std::vector<double>> taken;  // trials of one setting are one point
         for (const std::vector<double>& row : experiment_.measured.rows) {
             Combination combination;
@@ -280,9 +294,10 @@ class ExperimentReader {
         if (errors.empty()) check_setup(file.setup, errors);
         // What a sweep gives a key stands nowhere in the table: point at the sweep.
         std::string values;
-        for (const PlacedParameter& p : combination)
+        for (const PlacedParameter& p : combination) {
             values += fmt::format("{}{} = {}", values.empty() ? "" : ", ", p.parameter.name,
                                   p.parameter.text);
+        }
         for (SchemaError& e : errors) {
             if (combination.empty()) continue;
             e.at = combination.front().at;
@@ -305,43 +320,53 @@ class ExperimentReader {
             errors.push_back({item.where(key), fmt::format("`{}`: {}", key, text)});
         };
         const scene::Scene& scene = setup.scene;
-        if (scene.soil && scene.world.ground_plane)
+        if (scene.soil && scene.world.ground_plane) {
             wrong(scene.world, "ground_plane", "stands in place of [soil]");
-        if (scene.soil && setup.bed.depth_m > scene.soil->def.size_m.z)
+        }
+        if (scene.soil && setup.bed.depth_m > scene.soil->def.size_m.z) {
             wrong(setup.bed, "depth_m", "the bed is deeper than the soil's box is high");
+        }
         if (const auto* plate = std::get_if<PlateItem>(&setup.rig)) {
             if (plate->reach_m.empty()) wrong(*plate, "reach_m", "gives no sinkage");
-            if (plate->shape == "hull" && plate->points_m.size() < 4)
+            if (plate->shape == "hull" && plate->points_m.size() < 4) {
                 wrong(*plate, "points_m", "a hull needs at least 4 points");
+            }
         }
         if (const auto* blade = std::get_if<BladeItem>(&setup.rig)) {
-            if (blade->window_from_m >= blade->travel_m)
+            if (blade->window_from_m >= blade->travel_m) {
                 wrong(*blade, "window_from_m", "lies behind the end of the travel");
-            if (scene.soil && blade->depth_m >= setup.bed.depth_m)
+            }
+            if (scene.soil && blade->depth_m >= setup.bed.depth_m) {
                 wrong(*blade, "depth_m", "the blade is deeper than the bed");
+            }
             check_travel(setup, blade->travel_m, *blade, errors);
         }
         if (const auto* wheel = std::get_if<TractionItem>(&setup.rig)) {
-            if (wheel->window_from_m >= wheel->travel_m)
+            if (wheel->window_from_m >= wheel->travel_m) {
                 wrong(*wheel, "window_from_m", "lies behind the end of the travel");
+            }
             const double endless = wheel->held == "travel" ? 1 : -1;
-            if (wheel->slip_ratio == endless)
+            if (wheel->slip_ratio == endless) {
                 wrong(
                     *wheel, "slip_ratio",
                     fmt::format("{} has no end where the {} speed is held", endless, wheel->held));
-            else if (wheel->held == "travel")
+            } else if (wheel->held == "travel") {
                 check_travel(setup, wheel->travel_m, *wheel, errors);
+            }
         }
         if (const auto* column = std::get_if<ColumnItem>(&setup.rig)) {
-            if (!scene.soil)
+            if (!scene.soil) {
                 wrong(*column, "height_m", "a column needs [soil]");
-            else if (column->height_m > scene.soil->def.size_m.z)
+            } else if (column->height_m > scene.soil->def.size_m.z) {
                 wrong(*column, "height_m", "the column is higher than the soil's box");
+            }
             if (setup.bed.at.line != 0) wrong(setup.bed, "depth_m", "a column stands on the floor");
         }
-        if (const auto* shear = std::get_if<ShearItem>(&setup.rig))
-            if (shear->head == "annulus" && shear->inner_radius_m >= shear->outer_radius_m)
+        if (const auto* shear = std::get_if<ShearItem>(&setup.rig)) {
+            if (shear->head == "annulus" && shear->inner_radius_m >= shear->outer_radius_m) {
                 wrong(*shear, "inner_radius_m", "is not less than `outer_radius_m`");
+            }
+        }
     }
 
     /// A travel starts and ends inside the bed.
@@ -356,23 +381,27 @@ class ExperimentReader {
     /// Every column that is asked for has to be one.
     void check_columns(const ExperimentFile& file) {
         std::vector<std::string> known{"point"};
-        if (!experiment_.points.empty())
-            for (const Parameter& p : experiment_.points.front().parameters)
+        if (!experiment_.points.empty()) {
+            for (const Parameter& p : experiment_.points.front().parameters) {
                 known.push_back(p.name);
+            }
+        }
         const std::vector<std::string>& results = result_columns(rig_);
         known.insert(known.end(), results.begin(), results.end());
         const auto need = [&](const std::string& name, SourcePosition at) {
             if (experiment_.points_are_missing ||
-                std::find(known.begin(), known.end(), name) != known.end())
+                std::find(known.begin(), known.end(), name) != known.end()) {
                 return;
+            }
             std::string list;
             for (const std::string& column : known) list += (list.empty() ? "" : ", ") + column;
             error(at, "\"{}\" is no parameter of the sweep and no result; these are {}", name,
                   list);
         };
         if (file.measured) {
-            for (const MeasuredColumnItem& column : file.measured->columns)
+            for (const MeasuredColumnItem& column : file.measured->columns) {
                 need(column.name, column.where("name"));
+            }
             for (const MeasuredColumnItem& column : file.measured->columns) {
                 known.push_back(column.name + "_measured");
                 known.push_back(column.name + "_error");
@@ -388,8 +417,9 @@ class ExperimentReader {
             for (const RowCondition& c : figure.at_values) need(c.column, figure.where("at"));
             for (const std::string& name : figure.by) need(name, figure.where("by"));
             if (!figure.over.empty()) need(figure.over, figure.where("over"));
-            if (follows_column(figure.statistic) && figure.over.empty())
+            if (follows_column(figure.statistic) && figure.over.empty()) {
                 error(figure.at, "`{}` needs `over`", figure.statistic);
+            }
         };
         if (file.validation) {
             if (!file.measured) error(file.validation->at, "[validation] needs a [measured]");
@@ -397,10 +427,12 @@ class ExperimentReader {
         }
         for (const ExpectItem& expect : file.expectations) {
             need_figure(expect);
-            if (expect.value.has_value() != expect.tolerance.has_value())
+            if (expect.value.has_value() != expect.tolerance.has_value()) {
                 error(expect.at, "`value` and `tolerance` belong together");
-            if (!expect.value && !expect.min && !expect.max)
+            }
+            if (!expect.value && !expect.min && !expect.max) {
                 error(expect.at, "[[expect]] needs `value`, `min` or `max`");
+            }
         }
     }
 
@@ -424,65 +456,6 @@ Result<Experiment> load_experiment(const std::string& path, const std::string& r
     const auto text = scene::read_file(path, scene::kTomlCapacity);
     if (!text) return Error{text.error()};
     return parse_experiment(*text, path, rig, settings);
-}
-
-std::string experiment_markdown() {
-    return R"(# Experiments
-
-An experiment is a TOML file that describes one rig of terramechanics, the soil it stands on, a sweep of parameters
-and what the results are compared with. `bsoil plate FILE --out DIR`, `bsoil blade`, `bsoil traction`, `bsoil shear` and
-`bsoil column` run one: every point of the sweep is a Bullet world of its own with a soil of its own, forces are those
-that Bullet's joints feel, and the results do not depend on the number of cores.
-
-| in DIR | |
-|---|---|
-| `results.csv` | a row for each point of the sweep, or for each station of a point: parameters, results, measured values and relative errors |
-| `results.svg`, `results.png` | the curves with the measured points, drawn by gnuplot from `results.gnuplot` |
-| `series_000.csv` ... | with `--series`: everything a point recorded, a row for each step of the soil |
-
-`--set key=value` replaces a value of the file (keys as in a sweep), `--threads N` takes fewer cores, `--no-plot` leaves
-the plot out. Exit codes: 0 all expectations hold, 1 one does not, 2 could not run, 77 the sweep's points were to come
-from data that is not there.
-
-Every number carries its unit in its key. An unknown key, a wrong unit or a value out of range is an error with file,
-line and column. This page is printed by `bsoil experiment-keys --markdown`; a test compares the two.
-
-| experiment here | command | what stands beside it |
-|---|---|---|
-| `pavlov_plates.toml` | plate | plates of 60 and 100 mm in loose sand |
-| `cullinan_plates.toml` | plate | a plate of 0.018 m2 in sand of three densities |
-| `obermayr_blade.toml` | blade | a vertical blade at four depths |
-| `pavlov_wheel_smooth.toml`, `pavlov_wheel_grousers.toml` | traction | a small wheel from locked to slip ratio 0.9 |
-| `pavlov_wheel_slip_angles.toml` | traction | the same wheel at slip angles of 15, 45 and 90 deg |
-| `ding_wheel.toml` | traction | a rover's wheel, smooth and with lugs |
-| `second_pass.toml` | traction | a wheel that rolls three times through its own rut |
-| `cullinan_shear.toml` | shear | annular shear in sand of two densities |
-| `plate_unload.toml` | plate | a plate raised and pressed again |
-| `blade_invariance.toml`, `wheel_invariance.toml` | blade, traction | the same tool in turned, finer and faster grids |
-| `lug_invariance.toml` | traction | a wheel with lugs in turned and finer grids |
-| `friction_angles.toml`, `cohesions.toml`, `weights.toml` | column | columns of the thesis, [figures 45 to 47](../../docs/thesis_chapter_4.md) |
-
-The measured data is not part of the project: without it the plate, blade and shear experiments still give their
-curves, and those whose points are measured rows are skipped.
-
-`bsoil validate` runs all of them at once, sets them beside the measurements and the classical models, and with
-`--document docs/validation.md` writes that page anew: [validation](../../docs/validation.md). `--only NAME ...` takes some
-of them, `--out DIR` keeps tables and pictures. Exit codes as above, 77 where no data is there at all.
-
-## [sweep]
-
-| key | value | meaning |
-|---|---|---|
-| a key of the rig's table | list | its values |
-| a key of another table, as `soil.voxel_m`, `material.density_kg_m3` | list | its values; of [[material]] the first is meant |
-| `row` | tables | [[sweep.row]]: explicit points, each gives the same keys |
-| `from_measured` | [text, ...] | names of [[measured.column]]: each measured row is a point |
-
-Lists, rows and measured rows are combined with each other, every one with every other: at most 100000 points. Without a
-sweep the experiment is one point.
-
-## Top level
-)" + scene::table_markdown(experiment_schema());
 }
 
 }  // namespace bsoil::experiment

@@ -225,8 +225,9 @@ std::string read_words(MeasuredColumnItem& item, const toml::node& value) {
 /// A value, or the two ends of a range.
 std::optional<RowCondition> condition_of(const std::string& column, const toml::node& value) {
     if (const toml::array* ends = value.as_array()) {
-        if (ends->size() != 2 || !ends->get(0)->is_number() || !ends->get(1)->is_number())
+        if (ends->size() != 2 || !ends->get(0)->is_number() || !ends->get(1)->is_number()) {
             return std::nullopt;
+        }
         return RowCondition{column, "", ends->get(0)->value<double>(),
                             ends->get(1)->value<double>()};
     }
@@ -249,11 +250,12 @@ TableOf<T> figure_table(const std::string& name, const std::string& doc) {
                    if (!table) return "expected a table, not " + scene::kind_text(value);
                    std::string error;
                    flatten(*table, "", [&](const std::string& path, const toml::node& leaf) {
-                       if (auto condition = condition_of(path, leaf))
+                       if (auto condition = condition_of(path, leaf)) {
                            item.at_values.push_back(std::move(*condition));
-                       else
+                       } else {
                            error = "expected a number, a text or two numbers, not " +
                                    scene::kind_text(leaf);
+                       }
                    });
                    return error;
                })
@@ -388,10 +390,11 @@ void flatten(const toml::table& table, const std::string& prefix,
              const std::function<void(const std::string&, const toml::node&)>& visit) {
     for (const auto& [key, value] : table) {
         const std::string path = prefix + std::string(key.str());
-        if (const toml::table* inner = value.as_table())
+        if (const toml::table* inner = value.as_table()) {
             flatten(*inner, path + '.', visit);
-        else
+        } else {
             visit(path, value);
+        }
     }
 }
 

@@ -39,8 +39,9 @@ Curve curve_of(const CsvTable& results, const std::vector<size_t>& rows, const s
 
 std::vector<double> least_rise(const Curve& curve) {
     std::vector<double> rises;
-    for (size_t i = 1; i < curve.size(); ++i)
+    for (size_t i = 1; i < curve.size(); ++i) {
         rises.push_back(curve[i].second - curve[i - 1].second);
+    }
     if (rises.empty()) return {};
     return {*std::min_element(rises.begin(), rises.end())};
 }
@@ -88,10 +89,12 @@ bool follows_column(const std::string& statistic) {
 
 std::vector<size_t> rows_at(const CsvTable& results, const std::vector<RowCondition>& conditions) {
     std::vector<size_t> rows;
-    for (size_t r = 0; r < results.rows.size(); ++r)
+    for (size_t r = 0; r < results.rows.size(); ++r) {
         if (std::all_of(conditions.begin(), conditions.end(),
-                        [&](const RowCondition& c) { return holds(results, r, c); }))
+                        [&](const RowCondition& c) { return holds(results, r, c); })) {
             rows.push_back(r);
+        }
+    }
     return rows;
 }
 
@@ -121,11 +124,13 @@ std::vector<double> figures(const CsvTable& results, const std::vector<size_t>& 
         return statistic == "exponent" ? exponent(curve) : janosi_k(curve);
     }
     std::vector<double> values;
-    for (const size_t r : rows)
+    for (const size_t r : rows) {
         if (const auto value = results.number(r, column)) values.push_back(*value);
+    }
     if (statistic == "each" || values.empty()) return values;
-    if (statistic.ends_with("magnitude"))
+    if (statistic.ends_with("magnitude")) {
         for (double& value : values) value = std::abs(value);
+    }
     const auto [least, largest] = std::minmax_element(values.begin(), values.end());
     if (statistic == "max" || statistic == "max_magnitude") return {*largest};
     if (statistic == "spread") return {*largest - *least};

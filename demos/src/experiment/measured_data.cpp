@@ -50,11 +50,12 @@ Result<MeasuredTable> select_measured(const CsvTable& file, const MeasuredItem& 
     }
     for (const std::vector<std::string>& cells : file.rows) {
         bool taken = true;
-        for (size_t f = 0; f < filters.size(); ++f)
+        for (size_t f = 0; f < filters.size(); ++f) {
             taken = taken && std::any_of(item.filters[f].equals.begin(),
                                          item.filters[f].equals.end(), [&](const auto& wanted) {
                                              return same_cell(cells[filters[f]], wanted);
                                          });
+        }
         std::vector<double> row;
         for (size_t c = 0; taken && c < columns.size(); ++c) {
             const auto number = number_of(cells[columns[c]], item.columns[c]);
@@ -73,8 +74,9 @@ void add_measured(CsvTable& results, const MeasuredTable& measured,
         return std::find(keys.begin(), keys.end(), name) != keys.end();
     };
     std::vector<size_t> key_columns, value_columns;
-    for (size_t c = 0; c < measured.columns.size(); ++c)
+    for (size_t c = 0; c < measured.columns.size(); ++c) {
         (is_key(measured.columns[c]) ? key_columns : value_columns).push_back(c);
+    }
     for (const size_t c : value_columns) {
         results.columns.push_back(measured.columns[c] + "_measured");
         results.columns.push_back(measured.columns[c] + "_error");

@@ -26,12 +26,14 @@ double area_from_above_m2(std::vector<Vec3> points) {
     for (int side = 0; side < 2; ++side) {  // lower chain, then the upper one backwards
         std::vector<Vec3> chain;
         for (const Vec3 p : points) {
-            while (chain.size() >= 2 && turn(chain[chain.size() - 2], chain.back(), p) <= 0)
+            while (chain.size() >= 2 && turn(chain[chain.size() - 2], chain.back(), p) <= 0) {
                 chain.pop_back();
+            }
             chain.push_back(p);
         }
-        for (size_t i = 1; i < chain.size(); ++i)
+        for (size_t i = 1; i < chain.size(); ++i) {
             doubled += chain[i - 1].x * chain[i].y - chain[i].x * chain[i - 1].y;
+        }
         std::reverse(points.begin(), points.end());
     }
     return doubled / 2;
@@ -123,8 +125,9 @@ Result<RigOutput> run_plate(const RigSetup& setup, const PlateItem& plate,
         while (sinkage_m < reach_m) {
             step(-plate.speed_m_s);
             progress(sinkage_m / deepest_m);
-            if (world.time_s() - start_s > 2 * expected_s + 1)
+            if (world.time_s() - start_s > 2 * expected_s + 1) {
                 return Error{fmt::format("the plate stuck at a sinkage of {:.4g} m", sinkage_m)};
+            }
         }
         while (plate.unload && sinkage_m > 0 &&
                step(plate.speed_m_s) > kUnloadedFraction * peak_n) {

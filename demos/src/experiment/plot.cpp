@@ -36,17 +36,20 @@ std::string axis_title(const std::string& column) {
 std::vector<std::string> curve_keys(const Experiment& experiment, const PlotItem& plot) {
     if (plot.has("by")) return plot.by;
     std::vector<std::string> keys;
-    if (!experiment.points.empty())
-        for (const Parameter& p : experiment.points[0].parameters)
+    if (!experiment.points.empty()) {
+        for (const Parameter& p : experiment.points[0].parameters) {
             if (p.name != plot.x && p.name != plot.y) keys.push_back(p.name);
+        }
+    }
     // a sweep along measured rows changes all of its parameters from point to point
     if (station_column(experiment.rig).empty() && experiment.measured_item &&
         keys.size() + 1 == experiment.points[0].parameters.size() && keys.size() > 0) {
         std::map<std::string, size_t> rows_of;
         for (const Point& point : experiment.points) {
             std::string text;
-            for (const Parameter& p : point.parameters)
+            for (const Parameter& p : point.parameters) {
                 if (p.name != plot.x) text += p.text + ' ';
+            }
             ++rows_of[text];
         }
         if (rows_of.size() == experiment.points.size()) keys.clear();
@@ -75,8 +78,9 @@ std::string quoted(const std::string& text) {
 
 std::vector<PlotItem> default_plots(const Experiment& experiment) {
     std::string x = station_column(experiment.rig);
-    if (x.empty() && !experiment.points.empty() && !experiment.points[0].parameters.empty())
+    if (x.empty() && !experiment.points.empty() && !experiment.points[0].parameters.empty()) {
         x = experiment.points[0].parameters[0].name;
+    }
     std::vector<PlotItem> plots;
     for (const std::string& y : result_columns(experiment.rig)) {
         if (x.empty() || y == x || y.ends_with("_sd")) continue;
@@ -95,17 +99,19 @@ std::vector<Curve> computed_curves(const Experiment& experiment, const PlotItem&
         const auto x = results.number(r, plot.x), y = results.number(r, plot.y);
         if (!x || !y) continue;
         std::string title;
-        for (const std::string& key : keys)
+        for (const std::string& key : keys) {
             title += fmt::format("{}{} = {}", title.empty() ? "" : ", ", axis_title(key),
                                  results.rows[r][static_cast<size_t>(results.column_index(key))]);
+        }
         auto curve = std::find_if(curves.begin(), curves.end(),
                                   [&](const Curve& c) { return c.title == title; });
         if (curve == curves.end()) curve = curves.insert(curves.end(), Curve{title, {}});
         curve->points.push_back({*x, *y});
     }
     // rows of a station follow each other; points of a sweep may stand in any order
-    if (station_column(experiment.rig) != plot.x)
+    if (station_column(experiment.rig) != plot.x) {
         for (Curve& curve : curves) std::sort(curve.points.begin(), curve.points.end());
+    }
     return curves;
 }
 
@@ -120,10 +126,12 @@ std::vector<Curve> measured_curves(const Experiment& experiment, const PlotItem&
     std::vector<Curve> curves;
     for (const std::vector<double>& row : table.rows) {
         std::string title = experiment.measured_item->label;
-        for (const std::string& key : curve_keys(experiment, plot))
-            if (const int k = index_of(key); k >= 0)
+        for (const std::string& key : curve_keys(experiment, plot)) {
+            if (const int k = index_of(key); k >= 0) {
                 title +=
                     fmt::format(", {} = {}", axis_title(key), cell(row[static_cast<size_t>(k)]));
+            }
+        }
         auto curve = std::find_if(curves.begin(), curves.end(),
                                   [&](const Curve& c) { return c.title == title; });
         if (curve == curves.end()) curve = curves.insert(curves.end(), Curve{title, {}});
@@ -173,19 +181,21 @@ std::string plot_script(const Experiment& experiment, const CsvTable& results) {
     const int rows = (count + columns - 1) / columns;
     std::string data, commands;
     int block_count = 0;
-    for (const PlotItem& plot : plots)
+    for (const PlotItem& plot : plots) {
         add_panel(experiment, plot, results, block_count, data, commands);
+    }
     std::string script =
         "# drawn by `gnuplot results.gnuplot`\nset encoding utf8\nset grid\n"
         "set key below noenhanced\nset title noenhanced\n" +
         data;
-    for (const char* format : {"svg", "png"})
+    for (const char* format : {"svg", "png"}) {
         script += fmt::format(
             "set terminal {} size {},{} noenhanced{}\nset output \"results.{}\"\n"
             "set multiplot layout {},{} title {}\n{}unset multiplot\nunset output\n",
             format, columns * kPanelWidth, rows * kPanelHeight,
             format == std::string("svg") ? " background \"white\"" : "", format, rows, columns,
             quoted(experiment.title), commands);
+    }
     return script;
 }
 
@@ -203,11 +213,13 @@ Status draw_plot(const Experiment& experiment, const CsvTable& results, const st
     arguments.push_back(nullptr);
     pid_t process = 0;
     int status = -1;
-    if (posix_spawnp(&process, "sh", nullptr, nullptr, arguments.data(), environ) == 0)
+    if (posix_spawnp(&process, "sh", nullptr, nullptr, arguments.data(), environ) == 0) {
         waitpid(process, &status, 0);
+    }
     if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return Done{};
-    if (WIFEXITED(status) && WEXITSTATUS(status) == 127)
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 127) {
         return Error{"no plot: gnuplot is not installed (Debian: gnuplot-nox)"};
+    }
     return Error{"no plot: gnuplot failed on " + path};
 }
 

@@ -49,14 +49,18 @@ const std::vector<std::string>& result_columns(const std::string& rig) {
 std::string station_column(const std::string& rig) { return kind_named(rig).station; }
 
 Result<RigOutput> run_rig(const RigSetup& setup, const RigProgress& progress) {
-    if (const auto* plate = std::get_if<PlateItem>(&setup.rig))
+    if (const auto* plate = std::get_if<PlateItem>(&setup.rig)) {
         return run_plate(setup, *plate, progress);
-    if (const auto* blade = std::get_if<BladeItem>(&setup.rig))
+    }
+    if (const auto* blade = std::get_if<BladeItem>(&setup.rig)) {
         return run_blade(setup, *blade, progress);
-    if (const auto* wheel = std::get_if<TractionItem>(&setup.rig))
+    }
+    if (const auto* wheel = std::get_if<TractionItem>(&setup.rig)) {
         return run_traction(setup, *wheel, progress);
-    if (const auto* column = std::get_if<ColumnItem>(&setup.rig))
+    }
+    if (const auto* column = std::get_if<ColumnItem>(&setup.rig)) {
         return run_column(setup, *column, progress);
+    }
     return run_shear(setup, std::get<ShearItem>(setup.rig), progress);
 }
 

@@ -21,8 +21,9 @@ std::mutex world_mutex;
 void remove_margin(btCollisionShape& shape) {
     if (shape.isCompound()) {
         auto& compound = static_cast<btCompoundShape&>(shape);
-        for (int i = 0; i < compound.getNumChildShapes(); ++i)
+        for (int i = 0; i < compound.getNumChildShapes(); ++i) {
             remove_margin(*compound.getChildShape(i));
+        }
     }
     const int type = shape.getShapeType();
     if (type == CONVEX_HULL_SHAPE_PROXYTYPE || type == CONE_SHAPE_PROXYTYPE) shape.setMargin(0);
@@ -72,8 +73,9 @@ Status RigWorld::start(const RigSetup& setup, const std::vector<std::string>& un
     def.thread_count = 1;  // a sweep keeps the cores busy with its points
     bullet::SoilActionDef options;
     options.ground = false;  // the carriage passes through
-    for (const std::string& name : unseen)
+    for (const std::string& name : unseen) {
         options.ignored.push_back(bullet_->find_body(name)->body);
+    }
     auto action = bullet::SoilAction::create(bullet_->world(), def, options);
     if (!action) return Error{scene_.message(scene_.soil->at, action.error())};
     action_ = std::move(*action);
@@ -134,9 +136,11 @@ Result<std::vector<std::string>> RigWorld::status() const {
         if (!action_->refused().empty()) return Error{action_->refused().front().reason};
         conditions = status_texts(action_->soil().status_bits());
     }
-    for (const scene::SceneJoint& joint : bullet_->joints())
-        if (joint.item->lower_m && joint.position < *joint.item->lower_m * kAtStop)
+    for (const scene::SceneJoint& joint : bullet_->joints()) {
+        if (joint.item->lower_m && joint.position < *joint.item->lower_m * kAtStop) {
             conditions.push_back(joint.name + "_at_stop: it sank as deep as the rig goes");
+        }
+    }
     return conditions;
 }
 
@@ -198,8 +202,9 @@ void StationRecorder::observe(const std::vector<double>& row) {
         std::vector<double> at = row;
         const bool between = !last_.empty() && last_[0] < row[0];
         const double share = between ? (station - last_[0]) / (row[0] - last_[0]) : 1;
-        for (size_t i = 0; between && i < at.size(); ++i)
+        for (size_t i = 0; between && i < at.size(); ++i) {
             at[i] = last_[i] + std::clamp(share, 0.0, 1.0) * (row[i] - last_[i]);
+        }
         at[0] = station;
         rows_.push_back(std::move(at));
     }

@@ -23,10 +23,13 @@ constexpr int kStationCount = 10;
 scene::ShapeItem sector(const ShearItem& shear, double from, double to) {
     scene::ShapeItem shape;
     shape.shape = "hull";
-    for (const double angle : {from, to})
-        for (const double radius : {shear.inner_radius_m, shear.outer_radius_m})
-            for (const double z : {0.0, shear.height_m})
+    for (const double angle : {from, to}) {
+        for (const double radius : {shear.inner_radius_m, shear.outer_radius_m}) {
+            for (const double z : {0.0, shear.height_m}) {
                 shape.points_m.push_back({radius * std::cos(angle), radius * std::sin(angle), z});
+            }
+        }
+    }
     return shape;
 }
 
@@ -51,9 +54,10 @@ std::vector<scene::ShapeItem> solids_of(const ShearItem& shear) {
         }
         return solids;
     }
-    for (int i = 0; i < kSectorCount; ++i)
+    for (int i = 0; i < kSectorCount; ++i) {
         solids.push_back(
             sector(shear, 2 * kPi * i / kSectorCount, 2 * kPi * (i + 1) / kSectorCount));
+    }
     const double middle_m = (shear.inner_radius_m + shear.outer_radius_m) / 2;
     for (int i = 0; i < shear.grouser_count; ++i) {
         const double angle = 2 * kPi * i / shear.grouser_count;
@@ -136,8 +140,9 @@ Result<RigOutput> run_shear(const RigSetup& setup, const ShearItem& shear,
     const double load_n = shear.normal_stress_pa * area_m2;
 
     std::vector<double> at_m = shear.stations_m;
-    for (int i = 1; shear.stations_m.empty() && i <= kStationCount; ++i)
+    for (int i = 1; shear.stations_m.empty() && i <= kStationCount; ++i) {
         at_m.push_back(shear.displacement_m * i / kStationCount);
+    }
     StationRecorder stations(at_m);
     RigOutput out;
     out.series_columns = {"time_s", "displacement_m", "shear_stress_pa", "normal_stress_pa",
@@ -147,9 +152,10 @@ Result<RigOutput> run_shear(const RigSetup& setup, const ShearItem& shear,
             shear.settle_s > 0 ? std::min(1.0, world.time_s() / shear.settle_s) : 1.0;
         world.set_force("holder", {0, 0, shear.mass_kg * gravity - settled * load_n});
         const bool sheared = world.time_s() > shear.settle_s - world.step_s() / 2;
-        if (motor)
+        if (motor) {
             motor->setMotorTargetVelocity(
                 static_cast<btScalar>(sheared ? shear.speed_m_s / middle_m : 0));
+        }
         world.step();
         const JointReading reading = world.reading("drive");
         const Vec3 at = world.position("head");

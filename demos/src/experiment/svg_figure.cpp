@@ -26,12 +26,13 @@ const char* color_of(int index) { return kColors[static_cast<size_t>(index) % kC
 std::string escaped(const std::string& text) {
     std::string out;
     for (const char c : text) {
-        if (c == '<')
+        if (c == '<') {
             out += "&lt;";
-        else if (c == '&')
+        } else if (c == '&') {
             out += "&amp;";
-        else
+        } else {
             out += c;
+        }
     }
     return out;
 }
@@ -41,7 +42,7 @@ class Axis {
   public:
     Axis(const SvgPanel& panel, bool is_x) : log_(is_x ? panel.log_x : panel.log_y) {
         bool empty = true;
-        for (const SvgCurve& curve : panel.curves)
+        for (const SvgCurve& curve : panel.curves) {
             for (const auto& [x, y] : curve.points) {
                 if (!shown(is_x ? x : y)) continue;
                 const double value = scaled(is_x ? x : y);
@@ -49,6 +50,7 @@ class Axis {
                 high_ = empty ? value : std::max(high_, value);
                 empty = false;
             }
+        }
         if (!log_ && low_ > 0) low_ = 0;
         if (!log_ && high_ < 0) high_ = 0;
         if (!(high_ > low_)) high_ = low_ + 1;
@@ -63,19 +65,24 @@ class Axis {
         std::vector<double> out;
         if (log_) {
             const bool few = high_ - low_ < 1.5;  // less than that many decades
-            for (double decade = std::floor(low_); decade <= high_; ++decade)
-                for (const double digit : {1.0, 2.0, 5.0})
-                    if ((few || digit == 1) && inside(decade + std::log10(digit)))
+            for (double decade = std::floor(low_); decade <= high_; ++decade) {
+                for (const double digit : {1.0, 2.0, 5.0}) {
+                    if ((few || digit == 1) && inside(decade + std::log10(digit))) {
                         out.push_back(std::pow(10, decade) * digit);
+                    }
+                }
+            }
             return out;
         }
         const double raw = (high_ - low_) / kTickCount;
         const double power = std::pow(10, std::floor(std::log10(raw)));
         double step = 10 * power;
-        for (const double digit : {5.0, 2.0, 1.0})
+        for (const double digit : {5.0, 2.0, 1.0}) {
             if (digit * power >= raw) step = digit * power;
-        for (double i = std::ceil(low_ / step); i * step <= high_; ++i)
+        }
+        for (double i = std::ceil(low_ / step); i * step <= high_; ++i) {
             out.push_back(i == 0 ? 0 : i * step);
+        }
         return out;
     }
 
@@ -95,10 +102,11 @@ std::string text_at(double x, double y, const std::string& anchor, const std::st
 std::string path_of(const std::vector<std::pair<double, double>>& pixels, const SvgCurve& curve) {
     std::string out;
     if (curve.style == SvgCurve::Style::circles) {
-        for (const auto& [x, y] : pixels)
+        for (const auto& [x, y] : pixels) {
             out += fmt::format(
                 "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3.5\" fill=\"none\" stroke=\"{}\"/>\n", x,
                 y, color_of(curve.color));
+        }
         return out;
     }
     out = "<polyline fill=\"none\" stroke=\"";
@@ -112,11 +120,13 @@ std::string path_of(const std::vector<std::pair<double, double>>& pixels, const 
 /// The names of a panel's colours, each once.
 std::vector<SvgCurve> named_colors(const SvgPanel& panel) {
     std::vector<SvgCurve> named;
-    for (const SvgCurve& curve : panel.curves)
+    for (const SvgCurve& curve : panel.curves) {
         if (!curve.title.empty() &&
             std::none_of(named.begin(), named.end(),
-                         [&](const SvgCurve& n) { return n.color == curve.color; }))
+                         [&](const SvgCurve& n) { return n.color == curve.color; })) {
             named.push_back(curve);
+        }
+    }
     return named;
 }
 
@@ -141,8 +151,9 @@ std::string panel_at(double left, double top, const SvgPanel& panel) {
         left, top, kWidth, kHeight);
     for (const SvgCurve& curve : panel.curves) {
         std::vector<std::pair<double, double>> pixels;
-        for (const auto& [x, y] : curve.points)
+        for (const auto& [x, y] : curve.points) {
             if (x_axis.shown(x) && y_axis.shown(y)) pixels.push_back({x_pixel(x), y_pixel(y)});
+        }
         if (!pixels.empty()) out += path_of(pixels, curve);
     }
     const double middle = left + kWidth / 2;
@@ -186,10 +197,11 @@ std::string svg_figure(const std::vector<SvgPanel>& panels,
         out += text_at(x + kSample + 6, kLine + 4, "start", style.title);
         x += kSample + 30 + kLetter * static_cast<double>(style.title.size());
     }
-    for (size_t i = 0; i < panels.size(); ++i)
+    for (size_t i = 0; i < panels.size(); ++i) {
         out +=
             panel_at(kLeft + panel_width * static_cast<double>(i % columns),
                      2 * kLine + kTop + panel_height * static_cast<double>(i / columns), panels[i]);
+    }
     return out + "</svg>\n";
 }
 

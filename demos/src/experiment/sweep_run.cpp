@@ -33,10 +33,11 @@ std::vector<PointRun> run_points(const std::vector<const RigSetup*>& setups, int
             auto output = run_rig(*setups[i], [&, i](double fraction) {
                 fractions[i].store(std::clamp(fraction, 0.0, 1.0), std::memory_order_relaxed);
             });
-            if (output)
+            if (output) {
                 runs[i].output = std::move(*output);
-            else
+            } else {
                 runs[i].error = output.error();
+            }
             runs[i].wall_s =
                 std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
             fractions[i] = 1;
@@ -53,8 +54,9 @@ std::vector<PointRun> run_points(const std::vector<const RigSetup*>& setups, int
     std::unique_lock lock(mutex);
     for (size_t told = 0; told < point_count;) {
         changed.wait_for(lock, kProgressInterval, [&] { return finished.size() > told; });
-        for (; told < finished.size(); ++told)
+        for (; told < finished.size(); ++told) {
             if (progress.finished) progress.finished(finished[told], runs[finished[told]]);
+        }
         double sum = 0;
         for (const std::atomic<double>& fraction : fractions) sum += fraction;
         if (progress.advanced) progress.advanced(sum / static_cast<double>(point_count));
@@ -75,8 +77,9 @@ CsvTable result_table(const Experiment& experiment, const std::vector<PointRun>&
     CsvTable table;
     table.columns = {"point"};
     std::vector<std::string> keys;
-    if (!experiment.points.empty())
+    if (!experiment.points.empty()) {
         for (const Parameter& p : experiment.points.front().parameters) keys.push_back(p.name);
+    }
     table.columns.insert(table.columns.end(), keys.begin(), keys.end());
     const std::vector<std::string>& results = result_columns(experiment.rig);
     table.columns.insert(table.columns.end(), results.begin(), results.end());

@@ -21,8 +21,9 @@ struct Speeds {
 Speeds speeds_of(const TractionItem& wheel) {
     const double s = wheel.slip_ratio;
     // rim speed over travel speed is 1 / (1 - s), or 1 + s of a braked wheel
-    if (wheel.held == "travel")
+    if (wheel.held == "travel") {
         return {wheel.speed_m_s, s >= 0 ? wheel.speed_m_s / (1 - s) : wheel.speed_m_s * (1 + s)};
+    }
     return {s >= 0 ? wheel.speed_m_s * (1 - s) : wheel.speed_m_s / (1 + s), wheel.speed_m_s};
 }
 
@@ -183,8 +184,9 @@ Result<RigOutput> run_traction(const RigSetup& setup, const TractionItem& wheel,
         out.series.push_back({world.time_s(), at.x - start.x});
         out.series.back().insert(out.series.back().end(), values.begin(), values.end());
         const double travelled_s = world.time_s() - passes.travel_from_s(passes.count() - 1);
-        if (travelled_s * wheel.speed_m_s >= wheel.window_from_m)
+        if (travelled_s * wheel.speed_m_s >= wheel.window_from_m) {
             for (size_t i = 0; i < values.size(); ++i) window[i].add(values[i]);
+        }
         progress(world.time_s() / end_s);
     }
     std::vector<double>& row = out.results.emplace_back();

@@ -93,8 +93,9 @@ std::string points_table(const Comparison& comparison, const ComparedQuantity& q
     std::string out = quantity_title(quantity) + unit + ":\n\n" + table_head(head);
     for (const ComparedPoint& point : quantity.points) {
         std::vector<std::string> row;
-        for (size_t k = 0; k < point.keys.size(); ++k)
+        for (size_t k = 0; k < point.keys.size(); ++k) {
             row.push_back(key_text(point.keys[k], shown(quantity.key_columns[k]).factor));
+        }
         row.push_back(figure_text(point.measured, figure.factor));
         for (const ComparedFigure* model : {&point.soil, &point.classical}) {
             row.push_back(figure_text(model->value, figure.factor));
@@ -132,8 +133,9 @@ std::string summary_rows(const Comparison& comparison) {
     for (const ComparedQuantity& quantity : comparison.quantities) {
         const bool first = &quantity == &comparison.quantities.front();
         std::string points = std::to_string(quantity.points.size());
-        if (quantity.relative_count != quantity.points.size())
+        if (quantity.relative_count != quantity.points.size()) {
             points += fmt::format(" ({})", quantity.relative_count);
+        }
         out += table_row({"[" + comparison.experiment->title + link_to(comparison.name),
                           quantity_title(quantity), points, medians_text(quantity.soil),
                           medians_text(quantity.classical), aim_text(quantity),
@@ -152,14 +154,16 @@ std::string section(const Comparison& comparison, const std::string& pictures) {
     out += validation.classical_note.empty() ? ".\n" : ". " + validation.classical_note + '\n';
     if (!comparison.verdicts.empty()) {
         out += "\nGates:\n\n";
-        for (const Verdict& verdict : comparison.verdicts)
+        for (const Verdict& verdict : comparison.verdicts) {
             out += fmt::format("- {}: {}\n",
                                verdict.kind == Verdict::Kind::pass ? "met" : "**not met**",
                                verdict.text);
+        }
     }
     out += "\n<details><summary>All points</summary>\n\n";
-    for (const ComparedQuantity& quantity : comparison.quantities)
+    for (const ComparedQuantity& quantity : comparison.quantities) {
         out += points_table(comparison, quantity) + '\n';
+    }
     return out + "</details>\n";
 }
 
@@ -171,26 +175,30 @@ std::string pooled_table(const std::vector<Comparison>& comparisons) {
         int experiment_count = 0;
     };
     std::map<std::pair<std::string, std::string>, Pool> pools;
-    for (const Comparison& comparison : comparisons)
+    for (const Comparison& comparison : comparisons) {
         for (const ComparedQuantity& quantity : comparison.quantities) {
             Pool& pool = pools[{comparison.experiment->rig, quantity_title(quantity)}];
             ++pool.experiment_count;
             for (const ComparedPoint& point : quantity.points) {
                 if (point.soil.error) pool.soil.push_back(std::abs(*point.soil.error));
-                if (point.classical.error)
+                if (point.classical.error) {
                     pool.classical.push_back(std::abs(*point.classical.error));
+                }
             }
         }
+    }
     const auto text = [](const std::vector<double>& errors) {
         return percent(errors.empty() ? std::nullopt : std::optional(median(errors)), false);
     };
     std::string out =
         table_head({"rig", "quantity", "data sets", "points", kSoil, "classical model"});
-    for (const auto& [key, pool] : pools)
-        if (pool.experiment_count > 1)
+    for (const auto& [key, pool] : pools) {
+        if (pool.experiment_count > 1) {
             out += table_row({key.first, key.second, std::to_string(pool.experiment_count),
                               std::to_string(pool.soil.size()), text(pool.soil),
                               text(pool.classical)});
+        }
+    }
     return out;
 }
 
@@ -201,9 +209,10 @@ Result<Block> block_of(const std::string& page, const std::string& name) {
     const std::string marker = "<!-- bsoil validate: " + name + " -->\n";
     const size_t at = page.find(marker);
     const size_t end = at == std::string::npos ? at : page.find("<!-- end -->", at);
-    if (end == std::string::npos)
+    if (end == std::string::npos) {
         return Error{"the page has no \"<!-- bsoil validate: " + name +
                      " -->\" with a line \"<!-- end -->\" after it"};
+    }
     return Block{at + marker.size(), end};
 }
 
@@ -247,8 +256,10 @@ Result<std::string> update_page(std::string page, const std::vector<Comparison>&
         rows += found == comparisons.end() ? rows_in(before, name) : summary_rows(*found);
     }
     page.replace(summary->begin, summary->end - summary->begin, rows);
-    if (const auto pooled = block_of(page, "pooled"); pooled && comparisons.size() == places.size())
+    if (const auto pooled = block_of(page, "pooled");
+        pooled && comparisons.size() == places.size()) {
         page.replace(pooled->begin, pooled->end - pooled->begin, pooled_table(comparisons));
+    }
     for (const Comparison& comparison : comparisons) {
         const auto block = block_of(page, comparison.name);
         if (!block) return Error{block.error()};
@@ -311,12 +322,13 @@ std::string comparison_text(const Comparison& comparison) {
                            classical_name(comparison.experiment->validation->classical),
                            medians_text(quantity.classical));
     }
-    for (const Verdict& verdict : comparison.verdicts)
+    for (const Verdict& verdict : comparison.verdicts) {
         out += fmt::format("  {} {}\n",
                            verdict.kind == Verdict::Kind::pass   ? "PASS"
                            : verdict.kind == Verdict::Kind::fail ? "FAIL"
                                                                  : "SKIP",
                            verdict.text);
+    }
     return out;
 }
 

@@ -64,10 +64,12 @@ constexpr int64_t kPixelCapacity = int64_t{8193} * 8193;
 /// looks like, whatever its name.
 void leave_only(Assimp::Importer& importer, const std::string& extension) {
     std::vector<Assimp::BaseImporter*> others;
-    for (size_t i = 0; i < importer.GetImporterCount(); ++i)
+    for (size_t i = 0; i < importer.GetImporterCount(); ++i) {
         if (Assimp::BaseImporter* one = importer.GetImporter(i);
-            one != importer.GetImporter(extension.c_str()))
+            one != importer.GetImporter(extension.c_str())) {
             others.push_back(one);
+        }
+    }
     for (Assimp::BaseImporter* one : others) {
         importer.UnregisterLoader(one);
         delete one;  // which the importer has let go of
@@ -81,8 +83,9 @@ bool append_node(const aiScene& file, const aiNode& node, const aiMatrix4x4& par
     for (unsigned m = 0; m < node.mNumMeshes; ++m) {
         const aiMesh& part = *file.mMeshes[node.mMeshes[m]];
         if (part.mNumVertices > kVertexCapacity - mesh.vertices.size() ||
-            part.mNumFaces > kVertexCapacity - mesh.triangles.size())
+            part.mNumFaces > kVertexCapacity - mesh.triangles.size()) {
             return false;
+        }
         const int first = static_cast<int>(mesh.vertices.size());
         for (unsigned v = 0; v < part.mNumVertices; ++v) {
             const aiVector3D p = to_file * part.mVertices[v];
@@ -96,8 +99,9 @@ bool append_node(const aiScene& file, const aiNode& node, const aiMatrix4x4& par
                                       first + static_cast<int>(face.mIndices[2])});
         }
     }
-    for (unsigned c = 0; c < node.mNumChildren; ++c)
+    for (unsigned c = 0; c < node.mNumChildren; ++c) {
         if (!append_node(file, *node.mChildren[c], to_file, mesh)) return false;
+    }
     return true;
 }
 
@@ -127,13 +131,15 @@ Result<TriangleMesh> read_mesh(const std::string& path) {
     std::string extension = fs::path(path).extension().string();
     std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    if (extension != ".obj" && extension != ".stl" && extension != ".dae")
+    if (extension != ".obj" && extension != ".stl" && extension != ".dae") {
         return Error{path + ": is none of OBJ, STL and DAE by its name"};
+    }
     const auto bytes = read_file(path, kMeshCapacity);
     if (!bytes) return Error{bytes.error()};
     if (extension == ".dae") {
-        for (const Status& status : {check_xml_depth(*bytes), check_node_instances(*bytes)})
+        for (const Status& status : {check_xml_depth(*bytes), check_node_instances(*bytes)}) {
             if (!status) return Error{path + ": " + status.error()};
+        }
     }
     Assimp::Importer importer;
     leave_only(importer, extension);
@@ -147,17 +153,23 @@ Result<TriangleMesh> read_mesh(const std::string& path) {
         path, aiProcess_Triangulate | aiProcess_RemoveComponent | aiProcess_JoinIdenticalVertices);
     if (!file || !file->mRootNode) return Error{path + ": " + importer.GetErrorString()};
     TriangleMesh mesh;
-    if (!append_node(*file, *file->mRootNode, aiMatrix4x4(), mesh))
+    if (!append_node(*file, *file->mRootNode, aiMatrix4x4(), mesh)) {
         return Error{fmt::format("{}: more than {} vertices", path, kVertexCapacity)};
+    }
     if (mesh.triangles.empty()) return Error{path + ": no triangles in it"};
-    for (size_t i = 0; i < mesh.vertices.size(); ++i)
-        if (!is_finite(mesh.vertices[i]))
+    for (size_t i = 0; i < mesh.vertices.size(); ++i) {
+        if (!is_finite(mesh.vertices[i])) {
             return Error{fmt::format("{}: vertex {} is not finite", path, i)};
-    for (const auto& triangle : mesh.triangles)
-        for (const int v : triangle)
-            if (v < 0 || static_cast<size_t>(v) >= mesh.vertices.size())
+        }
+    }
+    for (const auto& triangle : mesh.triangles) {
+        for (const int v : triangle) {
+            if (v < 0 || static_cast<size_t>(v) >= mesh.vertices.size()) {
                 return Error{fmt::format("{}: a triangle names vertex {} of {}", path, v,
                                          mesh.vertices.size())};
+            }
+        }
+    }
     return mesh;
 }
 
@@ -165,22 +177,25 @@ Result<HeightMapFill> read_height_map(const std::string& path, double min_height
                                       double max_height_m) {
     HeightMapFill fill;
     int channels = 0;
-    if (!stbi_info(path.c_str(), &fill.width, &fill.height, &channels))
+    if (!stbi_info(path.c_str(), &fill.width, &fill.height, &channels)) {
         return Error{fmt::format("{}: {}", path, stbi_failure_reason())};
+    }
     if (fill.width > kPictureSideMax || fill.height > kPictureSideMax ||
-        int64_t{fill.width} * fill.height > kPixelCapacity)
+        int64_t{fill.width} * fill.height > kPixelCapacity) {
         return Error{
             fmt::format("{}: {} x {} pixels; a side may have {}, both together 8193 x 8193: scale "
                         "the picture down",
                         path, fill.width, fill.height, kPictureSideMax)};
+    }
     const std::unique_ptr<stbi_us, void (*)(void*)> pixels(
         stbi_load_16(path.c_str(), &fill.width, &fill.height, &channels, 1), stbi_image_free);
     if (!pixels) return Error{fmt::format("{}: {}", path, stbi_failure_reason())};
     const int count = fill.width * fill.height;
     fill.heights_m.reserve(static_cast<size_t>(count));
-    for (int i = 0; i < count; ++i)
+    for (int i = 0; i < count; ++i) {
         fill.heights_m.push_back(static_cast<float>(min_height_m + (max_height_m - min_height_m) *
                                                                        pixels.get()[i] / 65535.0));
+    }
     return fill;
 }
 

@@ -22,8 +22,9 @@ Result<std::string> read_file(const std::string& path, size_t capacity) {
         bytes.append(part.data(), count);
     }
     if (!file || std::ferror(file.get())) return Error{path + ": cannot be read"};
-    if (bytes.size() > capacity)
+    if (bytes.size() > capacity) {
         return Error{fmt::format("{}: larger than {} MiB", path, capacity >> 20)};
+    }
     return bytes;
 }
 

@@ -60,13 +60,15 @@ class NodeCounter {
         node.is_open = true;
         int64_t sum = 1;
         for (const size_t child : node.children) sum += size_of(child, depth + 1);
-        for (const std::string& name : node.instances)
+        for (const std::string& name : node.instances) {
             if (const auto found = named_.find(name); found != named_.end()) {
                 int64_t largest = 0;
-                for (size_t i = 0; i < found->second.size() && largest <= kXmlNodeCapacity; ++i)
+                for (size_t i = 0; i < found->second.size() && largest <= kXmlNodeCapacity; ++i) {
                     largest = std::max(largest, size_of(found->second[i], depth + 1));
+                }
                 sum += largest;
             }
+        }
         node.is_open = false;
         return node.size = std::min<int64_t>(sum, kXmlNodeCapacity + 1);
     }
@@ -82,9 +84,10 @@ Status check_xml_depth(const std::string& xml) {
     int depth = 0;
     for (XmlTagReader::Tag tag; tags.next(tag);) {
         depth = std::max(0, depth + (tag.opens ? 1 : 0) - (tag.closes ? 1 : 0));
-        if (depth > kXmlDepthCapacity)
+        if (depth > kXmlDepthCapacity) {
             return Error{
                 fmt::format("elements lie inside each other more than {} deep", kXmlDepthCapacity)};
+        }
     }
     return Done{};
 }
@@ -92,11 +95,12 @@ Status check_xml_depth(const std::string& xml) {
 Status check_node_instances(const std::string& collada) {
     NodeCounter nodes;
     nodes.read(collada);
-    if (nodes.count() > kXmlNodeCapacity)
+    if (nodes.count() > kXmlNodeCapacity) {
         return Error{
             fmt::format("its <instance_node> elements stand for more than {} nodes, or "
                         "for themselves: write the nodes out",
                         kXmlNodeCapacity)};
+    }
     return Done{};
 }
 

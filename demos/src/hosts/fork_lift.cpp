@@ -65,7 +65,7 @@ int main() {
     Bodies bodies(world);
     btRigidBody& chassis = bodies.add(box(1.8f, 0.9f, 0.5f), 2500, {-2.5f, 0, kGround + 0.75f});
     std::vector<std::unique_ptr<btHingeConstraint>> axles;
-    for (const float x : {-3.1f, -1.9f})
+    for (const float x : {-3.1f, -1.9f}) {
         for (const float y : {-0.65f, 0.65f}) {
             const btVector3 at(x, y, kGround + kRadius), axis(0, 1, 0);
             btRigidBody& wheel = bodies.add(
@@ -75,6 +75,7 @@ int main() {
                 chassis, wheel, in_chassis, btVector3(0, 0, 0), axis, axis, true));
             world.addConstraint(axles.back().get(), true);
         }
+    }
     // The fork: one plate before the wheels that slides up along the chassis.
     btRigidBody& fork = bodies.add(box(0.9f, 0.8f, 0.1f), 80, {-1.0f, 0, kGround + 0.25f});
     const btQuaternion x_is_up(btVector3(0, 1, 0), btScalar(-SIMD_HALF_PI));
@@ -100,10 +101,11 @@ int main() {
         for (const auto& axle : axles) axle->enableAngularMotor(true, target_rad_s, kDriveImpulse);
         lift.setTargetLinMotorVelocity(t_s > 8 && t_s < 10 ? 0.4f : 0);
         world.stepSimulation(kStep, 0);
-        if (step % 480 == 479)
+        if (step % 480 == 479) {
             std::printf("%4.1f s: at %5.2f m, fork %.2f m up, load at %.2f m\n", t_s, way_m,
                         double(lift.getLinearPos()),
                         double(load.getWorldTransform().getOrigin().z()));
+        }
     }
     for (double x_m = -3; x_m < 0; x_m += def.voxel_m) {  // where the left wheels went
         const bsoil::Vec3 column = (*soil)->soil().frame().to_grid({x_m, 0.65, 0});

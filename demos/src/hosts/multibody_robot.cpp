@@ -37,8 +37,9 @@ std::array<double, kLinks> angles_at(double t_s) {
     const double u =
         std::clamp((t_s - kDig[i - 1].t_s) / (kDig[i].t_s - kDig[i - 1].t_s), 0.0, 1.0);
     std::array<double, kLinks> out{};
-    for (size_t j = 0; j < out.size(); ++j)
+    for (size_t j = 0; j < out.size(); ++j) {
         out[j] = kDig[i - 1].angle[j] + (kDig[i].angle[j] - kDig[i - 1].angle[j]) * u;
+    }
     return out;
 }
 
@@ -101,15 +102,17 @@ int main() {
     double peak_n = 0;
     for (int step = 0; step < 7 * 240; ++step) {
         const double end_s = (step + 1) * double(kStep);
-        for (int i = 0; i < kLinks; ++i)
+        for (int i = 0; i < kLinks; ++i) {
             motors[size_t(i)].setVelocityTarget(
                 btScalar((angles_at(end_s)[size_t(i)] - arm.getJointPos(i)) * 60));
+        }
         world.stepSimulation(kStep, 0);
         report = (*soil)->body_report(colliders[2]);
         peak_n = std::max(peak_n, bsoil::length(report.force_n));
-        if (step % 120 == 119)
+        if (step % 120 == 119) {
             std::printf("%4.1f s: force on the scoop (%6.0f, %6.0f) N, carried %5.1f kg\n", end_s,
                         report.force_n.x, report.force_n.z, report.load_kg);
+        }
     }
     std::printf("largest force %.0f N, lifted %.1f kg\n", peak_n, report.load_kg);
     for (auto& motor : motors) world.removeMultiBodyConstraint(&motor);

@@ -13,9 +13,11 @@ constexpr btScalar kWheelRadius = 0.4f, kRestLength = 0.3f;
 /// Front wheels first.
 void add_wheels(btRaycastVehicle& vehicle, const btRaycastVehicle::btVehicleTuning& tuning) {
     const btVector3 down(0, -1, 0), axle(0, 0, 1);
-    for (const btScalar x : {1.1f, -1.1f})
-        for (const btScalar z : {0.7f, -0.7f})
+    for (const btScalar x : {1.1f, -1.1f}) {
+        for (const btScalar z : {0.7f, -0.7f}) {
             vehicle.addWheel({x, -0.2f, z}, down, axle, kRestLength, kWheelRadius, tuning, x > 0);
+        }
+    }
 }
 
 /// Depth of the ruts below the soil between them, mean from x0 to x1 [m].

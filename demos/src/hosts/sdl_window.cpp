@@ -84,8 +84,9 @@ struct Wishes {
         drop = false;
         for (SDL_Event event; SDL_PollEvent(&event);) {
             if (event.type == SDL_QUIT) leave = true;
-            if (event.type == SDL_MOUSEMOTION && (event.motion.state & SDL_BUTTON_LMASK) != 0)
+            if (event.type == SDL_MOUSEMOTION && (event.motion.state & SDL_BUTTON_LMASK) != 0) {
                 yaw_rad -= 0.01 * event.motion.xrel;
+            }
             if (event.type != SDL_KEYDOWN) continue;
             leave = leave || event.key.keysym.sym == SDLK_ESCAPE;
             drop = drop || event.key.keysym.sym == SDLK_SPACE;
@@ -98,8 +99,9 @@ int dark_pixel_count(int width, int height) {
     std::vector<unsigned char> pixels(4 * static_cast<size_t>(width) * static_cast<size_t>(height));
     glReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
     int count = 0;
-    for (size_t p = 0; p < pixels.size(); p += 4)
+    for (size_t p = 0; p < pixels.size(); p += 4) {
         count += pixels[p] + pixels[p + 1] + pixels[p + 2] < 150;
+    }
     return count;
 }
 
@@ -146,8 +148,9 @@ int main(int argument_count, char** arguments) {
         surface.append_to(view.items);
         ball.pose = pose_of(world.ball);
         view.items.push_back(ball);
-        if (const bsoil::Status drawn = (*renderer)->draw(view, 0); !drawn)
+        if (const bsoil::Status drawn = (*renderer)->draw(view, 0); !drawn) {
             return std::printf("%s\n", drawn.error().c_str()), 2;
+        }
         if (step + 1 == step_target) dark_pixels = dark_pixel_count(view.width, view.height);
         SDL_GL_SwapWindow(window.window);
     }

@@ -67,8 +67,9 @@ int main(int argc, char** argv) {
     def.size_m = {high.x - low.x + 3, high.y - low.y + 3, high.z - low.z + kSandM + 1};
     def.floor_center_m = {(low.x + high.x) / 2, (low.y + high.y) / 2, low.z - kSandM - 0.05};
     bsoil::bullet::SoilActionDef options;
-    for (const auto& body : (*file)->bodies())  // a ground that came along would lie in the sand
+    for (const auto& body : (*file)->bodies()) {  // a ground that came along would lie in the sand
         if (!moves(*body.body)) options.ignored.push_back(body.body);
+    }
     auto soil = bsoil::bullet::SoilAction::create(world, def, options);
     if (!soil) return could_not(soil.error());
     const bsoil::Vec3 floor = def.floor_center_m, half = def.size_m * 0.5;

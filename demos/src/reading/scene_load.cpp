@@ -35,10 +35,12 @@ class SceneChecker {
         check_joints();
         for (const MotionItem& motion : scene_.motions) check_motion(motion);
         check_probes();
-        for (const std::string& body : scene_.record.bodies)
+        for (const std::string& body : scene_.record.bodies) {
             need_body(body, scene_.record.where("bodies"));
-        if (!scene_.camera.follow.empty())
+        }
+        if (!scene_.camera.follow.empty()) {
             need_body(scene_.camera.follow, scene_.camera.where("follow"));
+        }
         for (const CheckItem& check : scene_.checks) check_check(check);
     }
 
@@ -55,15 +57,17 @@ class SceneChecker {
         std::map<std::string, int> first_line;
         for (const T& item : items) {
             const auto [first, inserted] = first_line.emplace(item.name, item.where("name").line);
-            if (!inserted)
+            if (!inserted) {
                 error(item.where("name"), "a [[{}]] named \"{}\" stands in line {} already", table,
                       item.name, first->second);
+            }
         }
     }
 
     void need_body(const std::string& name, SourcePosition at) {
-        if (!robots_incomplete_ && !scene_.find_body(name))
+        if (!robots_incomplete_ && !scene_.find_body(name)) {
             error(at, "no [[body]] is named \"{}\"", name);
+        }
     }
 
     Result<MaterialDef> material_named(const std::string& name) {
@@ -78,25 +82,30 @@ class SceneChecker {
 #define BSOIL_REPLACE(field, ...) def.field = item.field.value_or(def.field);
             BSOIL_MATERIAL_FIELDS(BSOIL_REPLACE)
 #undef BSOIL_REPLACE
-            if (item.color)
+            if (item.color) {
                 def.color = {static_cast<float>(item.color->x), static_cast<float>(item.color->y),
                              static_cast<float>(item.color->z)};
+            }
             return def;
         }
         auto built_in = materials::find(name);
-        if (!built_in)
+        if (!built_in) {
             return Error{fmt::format("no [[material]] is named \"{}\", and no built-in: {}", name,
                                      built_in.error())};
+        }
         return built_in;
     }
 
     /// Sets the densities of a material that is given by Bekker's parameters.
     void translate_bekker(MaterialItem& item) {
-        for (const char* key : {"cohesion_pa", "friction_angle_deg"})
+        for (const char* key : {"cohesion_pa", "friction_angle_deg"}) {
             if (!item.has(key)) return error(item.where("bekker"), "`bekker` needs `{}`", key);
-        for (const char* key : {"loose_density_kg_m3", "compacted_density_kg_m3"})
-            if (item.has(key))
+        }
+        for (const char* key : {"loose_density_kg_m3", "compacted_density_kg_m3"}) {
+            if (item.has(key)) {
                 return error(item.where(key), "`{}` is what `bekker` is turned into", key);
+            }
+        }
         BekkerSoil soil;
         soil.kphi_pa_m_n = item.bekker->kphi;
         soil.kc_pa_m_n1 = item.bekker->kc;
@@ -124,9 +133,10 @@ class SceneChecker {
     void add_bekker(SoilItem& soil, const std::string& name) {
         const auto item = std::find_if(scene_.materials.begin(), scene_.materials.end(),
                                        [&name](const MaterialItem& m) { return m.name == name; });
-        if (item == scene_.materials.end() || !item->bekker_soil)
+        if (item == scene_.materials.end() || !item->bekker_soil) {
             return error(soil.where("contact_law"),
                          "`contact_law` \"bekker\" needs [material.bekker] of \"{}\"", name);
+        }
         soil.def.contact_law.bekker.push_back(*item->bekker_soil);
     }
 
@@ -134,21 +144,24 @@ class SceneChecker {
         if (scene_.soil && !fill.material.empty()) {
             const auto& soil = scene_.soil->def.materials;
             if (std::none_of(soil.begin(), soil.end(),
-                             [&](const MaterialDef& m) { return m.name == fill.material; }))
+                             [&](const MaterialDef& m) { return m.name == fill.material; })) {
                 error(fill.where("material"), "\"{}\" is none of the soil's materials",
                       fill.material);
+            }
         }
         if (fill.kind == "box" && !(fill.min_m.x < fill.max_m.x && fill.min_m.y < fill.max_m.y &&
-                                    fill.min_m.z < fill.max_m.z))
+                                    fill.min_m.z < fill.max_m.z)) {
             error(fill.where("max_m"), "`max_m` has to exceed `min_m` along every axis");
+        }
         if (fill.kind == "height_map") {
             const std::string path = existing(fill.file, fill.where("file"));
             if (path.empty()) return;
             auto map = read_height_map(path, fill.min_height_m, fill.max_height_m);
-            if (map)
+            if (map) {
                 fill.height_map = std::move(*map);
-            else
+            } else {
                 error(fill.where("file"), "{}", map.error());
+            }
         }
     }
 
@@ -163,8 +176,9 @@ class SceneChecker {
         if (path.empty()) return;
         auto mesh = read_mesh(path);
         if (!mesh) return error(terrain.where("file"), "{}", mesh.error());
-        for (Vec3& vertex : mesh->vertices)
+        for (Vec3& vertex : mesh->vertices) {
             vertex = transform(terrain.pose, vertex * terrain.scale);
+        }
         terrain.mesh = std::move(*mesh);
     }
 
@@ -172,10 +186,11 @@ class SceneChecker {
     std::string existing(const std::string& name, SourcePosition at) {
         const std::string path = find_file(name, scene_.path);
         if (!path.empty()) return path;
-        if (name.starts_with("data:"))
+        if (name.starts_with("data:")) {
             scene_.missing_data.push_back(name);
-        else
+        } else {
             error(at, "there is no file \"{}\" beside the scene", name);
+        }
         return {};
     }
 
@@ -204,8 +219,9 @@ class SceneChecker {
                 continue;
             }
             item.has_multibodies = survey->has_multibodies;
-            for (const std::string& missing : survey->missing)
+            for (const std::string& missing : survey->missing) {
                 scene_.warnings.push_back(scene_.message(item.at, missing));
+            }
             for (BulletFileBody& found : survey->bodies) {
                 BodyItem& body = scene_.bodies.emplace_back();
                 body.at = item.at;
@@ -230,10 +246,12 @@ class SceneChecker {
 
     void add_visuals(BodyItem& body) {
         for (const VisualItem& visual : body.visuals) {
-            if (visual.solid.shape == "hull" && visual.solid.points_m.size() < 4)
+            if (visual.solid.shape == "hull" && visual.solid.points_m.size() < 4) {
                 error(visual.where("points_m"), "a hull needs at least 4 points");
-            if (visual.mirror && visual.solid.shape == "mesh")
+            }
+            if (visual.mirror && visual.solid.shape == "mesh") {
                 error(visual.where("mirror"), "a mesh has no mirror image here");
+            }
             std::string path;
             if (visual.solid.shape == "mesh") {
                 path = existing(visual.file, visual.where("file"));
@@ -247,19 +265,23 @@ class SceneChecker {
         unique_names(scene_.bodies, "body");
         for (BodyItem& body : scene_.bodies) {
             add_visuals(body);
-            if (body.shape.shape == "compound" && body.parts.empty())
+            if (body.shape.shape == "compound" && body.parts.empty()) {
                 error(body.at, "a compound needs at least one [[body.part]]");
+            }
             size_t weighed = 0;
             for (const ShapeItem& solid : body.solids()) {
                 weighed += solid.mass_kg.has_value() ? 1u : 0u;
-                if (solid.shape == "hull" && solid.points_m.size() < 4)
+                if (solid.shape == "hull" && solid.points_m.size() < 4) {
                     error(solid.where("points_m"), "a hull needs at least 4 points");
+                }
             }
-            if (body.ignore_soil && (body.tool_friction || body.tool_adhesion_pa))
+            if (body.ignore_soil && (body.tool_friction || body.tool_adhesion_pa)) {
                 error(body.where("ignore_soil"),
                       "\"{}\" has a surface for soil that it does not meet", body.name);
-            if (weighed != 0 && weighed != body.parts.size())
+            }
+            if (weighed != 0 && weighed != body.parts.size()) {
                 error(body.at, "give `mass_kg` for all parts of \"{}\" or for none", body.name);
+            }
         }
     }
 
@@ -268,47 +290,58 @@ class SceneChecker {
         for (const JointItem& joint : scene_.joints) {
             if (joint.parent != "world") need_body(joint.parent, joint.where("parent"));
             need_body(joint.child, joint.where("child"));
-            if (joint.parent == joint.child)
+            if (joint.parent == joint.child) {
                 error(joint.where("child"), "joins \"{}\" to itself", joint.child);
+            }
             if (length(joint.axis) < 1e-6) error(joint.where("axis"), "the axis has no length");
             if (joint.kind == "suspension" &&
                 std::abs(dot(joint.axis, joint.spring_axis)) >
-                    1e-3 * length(joint.axis) * length(joint.spring_axis))
+                    1e-3 * length(joint.axis) * length(joint.spring_axis)) {
                 error(joint.where("spring_axis"), "`spring_axis` is not square to `axis`");
+            }
             if (joint.lower_rad.has_value() != joint.upper_rad.has_value() ||
-                joint.lower_m.has_value() != joint.upper_m.has_value())
+                joint.lower_m.has_value() != joint.upper_m.has_value()) {
                 error(joint.at, "give both stops or none");
-            if (joint.lower_rad && *joint.lower_rad > *joint.upper_rad)
+            }
+            if (joint.lower_rad && *joint.lower_rad > *joint.upper_rad) {
                 error(joint.where("lower_deg"), "the lower stop lies above the upper one");
-            if (joint.lower_m && *joint.lower_m > *joint.upper_m)
+            }
+            if (joint.lower_m && *joint.lower_m > *joint.upper_m) {
                 error(joint.where("lower_m"), "the lower stop lies above the upper one");
+            }
         }
     }
 
     void check_motion(const MotionItem& motion) {
-        if (motion.joint.empty() == motion.body.empty())
+        if (motion.joint.empty() == motion.body.empty()) {
             return error(motion.at, "a [[motion]] moves a `joint` or a `body`");
+        }
         const JointItem* joint = nullptr;
         if (!motion.joint.empty() && !robots_incomplete_) {
             joint = scene_.find_joint(motion.joint);
-            if (!joint)
+            if (!joint) {
                 return error(motion.where("joint"), "no [[joint]] is named \"{}\"", motion.joint);
-            if (joint->motor_torque_n_m <= 0 && joint->motor_force_n <= 0)
+            }
+            if (joint->motor_torque_n_m <= 0 && joint->motor_force_n <= 0) {
                 error(motion.where("joint"), "joint \"{}\" has no motor", motion.joint);
+            }
         }
         if (!motion.body.empty()) {
             need_body(motion.body, motion.where("body"));
             const BodyItem* body = scene_.find_body(motion.body);
-            if (body && !body->kinematic)
+            if (body && !body->kinematic) {
                 error(motion.where("body"), "\"{}\" is not kinematic", motion.body);
+            }
         }
-        if (motion.motion_keys.empty())
+        if (motion.motion_keys.empty()) {
             return error(motion.at, "a [[motion]] needs a [[motion.key]]");
+        }
         const MotionKey& first = motion.motion_keys.front();
         for (size_t i = 0; i < motion.motion_keys.size(); ++i) {
             const MotionKey& key = motion.motion_keys[i];
-            if (i > 0 && key.t_s <= motion.motion_keys[i - 1].t_s)
+            if (i > 0 && key.t_s <= motion.motion_keys[i - 1].t_s) {
                 error(key.where("t_s"), "`t_s` does not rise");
+            }
             const int given = key.position_rad.has_value() + key.offset_m.has_value() +
                               key.velocity_rad_s.has_value() + key.velocity_m_s.has_value() +
                               (key.position_m.has_value() || key.rotation.has_value());
@@ -318,66 +351,78 @@ class SceneChecker {
                 key.velocity_rad_s.has_value() != first.velocity_rad_s.has_value() ||
                 key.velocity_m_s.has_value() != first.velocity_m_s.has_value() ||
                 key.position_m.has_value() != first.position_m.has_value() ||
-                key.rotation.has_value() != first.rotation.has_value())
+                key.rotation.has_value() != first.rotation.has_value()) {
                 error(key.at, "all keys of a motion give the same quantity");
+            }
             const bool of_body = key.position_m || key.rotation;
-            if (of_body != !motion.body.empty())
+            if (of_body != !motion.body.empty()) {
                 error(key.at, "{}",
                       of_body ? "`position_m` and rotations move bodies; joints take "
                                 "`position_deg`, `offset_m` or a velocity"
                               : "a body is moved by `position_m` and a rotation");
+            }
             if (joint) {
                 const bool slides = key.offset_m || key.velocity_m_s;
-                if (slides != (joint->kind == "slider"))
+                if (slides != (joint->kind == "slider")) {
                     error(key.at, "joint \"{}\" is a {}: {}", joint->name, joint->kind,
                           slides ? "give `position_deg` or `velocity_deg_s`"
                                  : "give `offset_m` or `velocity_m_s`");
+                }
             }
         }
-        if (motion.repeat_count > 1 && motion.period_s < motion.motion_keys.back().t_s)
+        if (motion.repeat_count > 1 && motion.period_s < motion.motion_keys.back().t_s) {
             error(motion.where("period_s"), "`period_s` is shorter than the keys");
+        }
     }
 
     void check_probes() {
         unique_names(scene_.probes, "probe");
-        for (const ProbeItem& probe : scene_.probes)
+        for (const ProbeItem& probe : scene_.probes) {
             if (!probe.body.empty()) need_body(probe.body, probe.where("body"));
+        }
     }
 
     void check_check(const CheckItem& check) {
         if (!check.body.empty()) need_body(check.body, check.where("body"));
         if (!check.probe.empty()) {
             const ProbeItem* probe = scene_.find_probe(check.probe);
-            if (!probe)
+            if (!probe) {
                 error(check.where("probe"), "no [[probe]] is named \"{}\"", check.probe);
-            else if (probe->kind != "mass_inside")
+            } else if (probe->kind != "mass_inside") {
                 error(check.where("probe"), "probe \"{}\" does not measure a mass", check.probe);
+            }
         }
         if (check.kind == "mass_in_region" && (check.min_fraction || check.max_fraction) &&
-            !check.has("reference_s"))
+            !check.has("reference_s")) {
             error(check.at, "fractions need a `reference_s`");
+        }
         for (const auto& [key, t] :
              {std::pair{"by_s", check.by_s}, std::pair{"at_s", check.at_s},
               std::pair{"from_s", check.from_s}, std::pair{"to_s", check.to_s.value_or(0)},
               std::pair{"reference_s", check.reference_s}}) {
-            if (check.has(key) && t > scene_.world.duration_s)
+            if (check.has(key) && t > scene_.world.duration_s) {
                 error(check.where(key), "`{}` {} lies after the end of the run, {} s", key, t,
                       scene_.world.duration_s);
+            }
         }
-        if (check.to_s && *check.to_s <= check.from_s)
+        if (check.to_s && *check.to_s <= check.from_s) {
             error(check.where("to_s"), "`to_s` {} does not lie after `from_s` {}", *check.to_s,
                   check.from_s);
-        if (check.has("direction") && length(check.direction) < 1e-6)
+        }
+        if (check.has("direction") && length(check.direction) < 1e-6) {
             error(check.where("direction"), "the direction has no length");
+        }
         for (const std::string& name : check.bodies) {
             const BodyItem* body = scene_.find_body(name);
-            if (!robots_incomplete_ && !body)
+            if (!robots_incomplete_ && !body) {
                 error(check.where("bodies"), "no [[body]] is named \"{}\"", name);
-            else if (body && (body->kinematic || body->mass_kg <= 0))
+            } else if (body && (body->kinematic || body->mass_kg <= 0)) {
                 error(check.where("bodies"), "\"{}\" has no mass and so no energy", name);
+            }
         }
-        if (!scene_.soil && check.needs_soil())
+        if (!scene_.soil && check.needs_soil()) {
             error(check.where("kind"), "\"{}\" needs a [soil]", check.kind);
+        }
     }
 
     Scene& scene_;
@@ -399,8 +444,9 @@ void SceneChecker::check_soil() {
         return;
     }
     SoilItem& soil = *scene_.soil;
-    if (!soil.material.empty() && !soil.materials.empty())
+    if (!soil.material.empty() && !soil.materials.empty()) {
         error(soil.where("materials"), "give `material` or `materials`, not both");
+    }
     const bool list = !soil.materials.empty();
     const std::vector<std::string> names =
         list ? soil.materials
@@ -419,10 +465,11 @@ void SceneChecker::check_soil() {
     const Status valid = soil.def.validate();
     if (!valid) error(soil.at, "{}", valid.error());
     const double ratio = soil.def.step_s / scene_.world.substep_s;
-    if (std::abs(ratio - std::round(ratio)) > 1e-3 || ratio < 0.5)
+    if (std::abs(ratio - std::round(ratio)) > 1e-3 || ratio < 0.5) {
         error(scene_.world.where("substep_s"),
               "`substep_s` {} does not divide the soil's `step_s` {}", scene_.world.substep_s,
               soil.def.step_s);
+    }
 }
 
 }  // namespace
@@ -447,13 +494,6 @@ Result<Scene> load_scene(const std::string& path) {
     const auto text = read_file(path, kTomlCapacity);
     if (!text) return Error{text.error()};
     return parse_scene(*text, path);
-}
-
-SoilDef soil_def(const Scene& scene) {
-    SoilDef def = scene.soil->def;
-    def.up = scene.world.up == "y" ? UpAxis::y : UpAxis::z;
-    def.gravity_m_s2 = scene.world.gravity_m_s2;
-    return def;
 }
 
 }  // namespace bsoil::scene

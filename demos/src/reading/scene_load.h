@@ -25,8 +25,4 @@ std::string schema_markdown();
 /// errors are added to the list. load_scene has done so already.
 void check_soil(Scene& scene, std::vector<SchemaError>& errors);
 
-/// The soil a scene describes: SoilDef with materials, axis and gravity filled in. Only where
-/// scene.soil is set.
-SoilDef soil_def(const Scene& scene);
-
 }  // namespace bsoil::scene

@@ -34,8 +34,9 @@ constexpr std::array kUnits{"_n_s_m", "_kg_m3", "_deg_s", "_mm_s", "_m_s2", "_n_
                             "_deg",   "_kg",    "_pa",    "_m",    "_s",    "_n"};
 
 std::string without_unit(const std::string& name) {
-    for (const char* unit : kUnits)
+    for (const char* unit : kUnits) {
         if (name.ends_with(unit)) return name.substr(0, name.size() - std::string(unit).size());
+    }
     return name;
 }
 
@@ -65,34 +66,41 @@ std::string unknown_key_text(const std::string& name, const toml::node& value,
         for (const KeySpec& key : spec.keys) {
             if (key.name != meant) continue;
             std::string here;
-            if (const auto number = value.value<double>())
+            if (const auto number = value.value<double>()) {
                 here = fmt::format(": {} = {}", meant, number_text(*number * unit.factor));
+            }
             return fmt::format("wrong unit in `{}`: the key is `{}`{}", name, meant, here);
         }
     }
-    for (const KeySpec& key : spec.keys)
+    for (const KeySpec& key : spec.keys) {
         if (key.name != name && exists_for(key, selected) &&
-            without_unit(key.name) == without_unit(name))
+            without_unit(key.name) == without_unit(name)) {
             return fmt::format("wrong unit in `{}`: the key is `{}`", name, key.name);
+        }
+    }
     std::vector<std::string> names;
-    for (const KeySpec& key : spec.keys)
+    for (const KeySpec& key : spec.keys) {
         if (exists_for(key, selected)) names.push_back(key.name);
-    if (const std::string meant = nearest_word(name, names); !meant.empty())
+    }
+    if (const std::string meant = nearest_word(name, names); !meant.empty()) {
         return fmt::format("unknown key `{}` in {}; did you mean `{}`?", name, where, meant);
+    }
     std::string known;
-    for (const KeySpec& key : spec.keys)
+    for (const KeySpec& key : spec.keys) {
         if (exists_for(key, selected)) known += (known.empty() ? "" : ", ") + key.name;
+    }
     return fmt::format("unknown key `{}` in {}; the keys are {}", name, where, known);
 }
 
 void read_child(const toml::node& value, const KeySpec& key, void* item,
                 std::vector<SchemaError>& errors) {
     if (!key.table->array) {
-        if (const toml::table* table = value.as_table())
+        if (const toml::table* table = value.as_table()) {
             read_table(*table, *key.table, key.child(item), errors);
-        else
+        } else {
             errors.push_back({position_of(value), fmt::format("`{}`: expected a table, not {}",
                                                               key.name, kind_text(value))});
+        }
         return;
     }
     const toml::array* array = value.as_array();
@@ -103,11 +111,12 @@ void read_child(const toml::node& value, const KeySpec& key, void* item,
         return;
     }
     for (const toml::node& entry : *array) {
-        if (const toml::table* table = entry.as_table())
+        if (const toml::table* table = entry.as_table()) {
             read_table(*table, *key.table, key.child(item), errors);
-        else
+        } else {
             errors.push_back({position_of(entry), fmt::format("`{}`: expected a table, not {}",
                                                               key.name, kind_text(entry))});
+        }
     }
 }
 
@@ -155,8 +164,9 @@ std::string kind_text(const toml::node& value) {
 std::string read_number(const toml::node& value, Range range, double& out) {
     if (!value.is_number()) return "expected a number, not " + kind_text(value);
     out = *value.value<double>();
-    if (!(out >= range.min && out <= range.max))
+    if (!(out >= range.min && out <= range.max)) {
         return fmt::format("{} is out of range {}", out, range_text(range));
+    }
     return {};
 }
 
@@ -164,8 +174,9 @@ std::string read_numbers(const toml::node& value, Range range, size_t min_count,
                          std::vector<double>& out) {
     const toml::array* array = value.as_array();
     if (!array) return "expected a list of numbers, not " + kind_text(value);
-    if (array->size() < min_count || array->size() > max_count)
+    if (array->size() < min_count || array->size() > max_count) {
         return fmt::format("expected {} numbers, not {}", min_count, array->size());
+    }
     for (const toml::node& entry : *array) {
         double number = 0;
         const std::string error = read_number(entry, range, number);
@@ -202,26 +213,31 @@ void read_table(const toml::table& table, const TableSpec& spec, void* item,
             continue;
         }
         const std::string error = key->read(item, value);
-        if (!error.empty())
+        if (!error.empty()) {
             errors.push_back({position_of(value), fmt::format("`{}`: {}", name, error)});
+        }
     }
-    if (table.contains("rotation_deg") && table.contains("axis_angle_deg"))
+    if (table.contains("rotation_deg") && table.contains("axis_angle_deg")) {
         errors.push_back({at, "give `rotation_deg` or `axis_angle_deg`, not both"});
-    for (const KeySpec& key : spec.keys)
-        if (key.required && !table.contains(key.name) && exists_for(key, selected))
+    }
+    for (const KeySpec& key : spec.keys) {
+        if (key.required && !table.contains(key.name) && exists_for(key, selected)) {
             errors.push_back(
                 {at, spec.path.empty()
                          ? fmt::format("{} needs {}: {}", spec.file,
                                        key.table ? '[' + key.name + ']' : '`' + key.name + '`',
                                        key.table ? key.table->doc : key.doc)
                          : fmt::format("[{}] needs `{}`: {}", spec.path, key.name, key.doc)});
+        }
+    }
 }
 
 std::string table_markdown(const TableSpec& spec) {
     std::string out;
-    if (!spec.path.empty())
+    if (!spec.path.empty()) {
         out += fmt::format("\n## {}\n\n{}\n",
                            spec.array ? "[[" + spec.path + "]]" : '[' + spec.path + ']', spec.doc);
+    }
     out += "\n| key | value | range | default | meaning |\n|---|---|---|---|---|\n";
     for (const KeySpec& key : spec.keys) {
         if (key.table) continue;
@@ -233,8 +249,9 @@ std::string table_markdown(const TableSpec& spec) {
         out += fmt::format("| `{}` | {} | {} | {} | {}{} |\n", key.name, key.type, key.range,
                            initial, key.doc, only);
     }
-    for (const KeySpec& key : spec.keys)
+    for (const KeySpec& key : spec.keys) {
         if (key.table) out += table_markdown(*key.table);
+    }
     return out;
 }
 

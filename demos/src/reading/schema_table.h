@@ -75,10 +75,11 @@ class TableOf {
         spec_->path = std::move(path);
         spec_->array = array;
         spec_->doc = std::move(doc);
-        if constexpr (std::is_base_of_v<SceneItem, T>)
+        if constexpr (std::is_base_of_v<SceneItem, T>) {
             spec_->item = [](void* item) -> SceneItem* { return static_cast<T*>(item); };
-        else
+        } else {
             spec_->item = [](void*) -> SceneItem* { return nullptr; };
+        }
     }
 
     /// A real number; `scale` turns the key's unit into the target's (degrees into radians).
@@ -98,8 +99,9 @@ class TableOf {
         return add(name, "integer", range_text(range),
                    number_text(static_cast<double>(std::invoke(place, sample()))), doc,
                    [place, range](T& item, const toml::node& value) -> std::string {
-                       if (!value.is_integer())
+                       if (!value.is_integer()) {
                            return "expected an integer, not " + kind_text(value);
+                       }
                        double number = 0;
                        std::string error = read_number(value, range, number);
                        using Target = std::remove_reference_t<decltype(std::invoke(place, item))>;
@@ -111,8 +113,9 @@ class TableOf {
     TableOf& flag(const std::string& name, P place, const std::string& doc) {
         return add(name, "true or false", "", std::invoke(place, sample()) ? "true" : "false", doc,
                    [place](T& item, const toml::node& value) -> std::string {
-                       if (!value.is_boolean())
+                       if (!value.is_boolean()) {
                            return "expected true or false, not " + kind_text(value);
+                       }
                        std::invoke(place, item) = value.as_boolean()->get();
                        return {};
                    });
@@ -185,8 +188,9 @@ class TableOf {
                        const toml::array* array = value.as_array();
                        if (!array) return "expected a list of texts, not " + kind_text(value);
                        for (const toml::node& entry : *array) {
-                           if (!entry.is_string())
+                           if (!entry.is_string()) {
                                return "expected texts in the list, not " + kind_text(entry);
+                           }
                            std::invoke(place, item).push_back(entry.as_string()->get());
                        }
                        return {};

@@ -41,34 +41,38 @@ struct FieldKey {
             scale = kDegree;
             range = {std::ceil(of_def.min / kDegree), std::floor(of_def.max / kDegree)};
         }
-        for (const NarrowerRange& narrower : kNarrower)
+        for (const NarrowerRange& narrower : kNarrower) {
             if (narrower.field == field) range = narrower.range;
+        }
     }
 };
 
 template <typename Place>
 void add_field(TableOf<SoilItem>& table, const FieldKey& key, Place place) {
     using Value = std::remove_reference_t<std::invoke_result_t<Place, SoilItem&>>;
-    for (const std::string_view other : kGivenElsewhere)
+    for (const std::string_view other : kGivenElsewhere) {
         if (key.name == other) return;
-    for (const std::string_view other : kWrittenApart)
+    }
+    for (const std::string_view other : kWrittenApart) {
         if (key.name == other) return;
-    if constexpr (std::is_same_v<Value, double>)
+    }
+    if constexpr (std::is_same_v<Value, double>) {
         table.number(key.name, place, key.range, key.doc, key.scale);
-    else if constexpr (std::is_same_v<Value, int>)
+    } else if constexpr (std::is_same_v<Value, int>) {
         table.integer(key.name, place, key.range, key.doc);
-    else if constexpr (std::is_same_v<Value, Vec3>)
+    } else if constexpr (std::is_same_v<Value, Vec3>) {
         table.vector(key.name, place, key.range, key.doc);
-    else if constexpr (std::is_same_v<Value, OverflowHeuristic>)
+    } else if constexpr (std::is_same_v<Value, OverflowHeuristic>) {
         table.choice(
             key.name, {"even", "up", "up_spread"}, "up", key.doc, [place](SoilItem& s, size_t i) {
                 constexpr OverflowHeuristic kOrder[] = {
                     OverflowHeuristic::even, OverflowHeuristic::up, OverflowHeuristic::up_spread};
                 place(s) = kOrder[i];
             });
-    else
+    } else {
         static_assert(std::is_same_v<Value, UpAxis> || std::is_same_v<Value, Backend>,
                       "a field of a new type needs a key of its own kind");
+    }
     if (key.name == "size_m") table.required();
 }
 
@@ -80,8 +84,9 @@ std::string read_sides(const toml::node& value, int& sides) {
         if (!entry.is_string()) return "expected texts in the list, not " + kind_text(entry);
         const std::string& given = entry.as_string()->get();
         const auto found = std::find(std::begin(kNames), std::end(kNames), given);
-        if (found == std::end(kNames))
+        if (found == std::end(kNames)) {
             return '"' + given + "\" is not one of -x, +x, -y, +y, -z, +z";
+        }
         sides |= 1 << (found - std::begin(kNames));
     }
     return {};

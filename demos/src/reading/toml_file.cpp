@@ -28,22 +28,25 @@ class KeyScanner {
         if (text_.starts_with("\xef\xbb\xbf")) at_ = 3;  // the mark of the byte order
         while (at_ < text_.size()) {
             // toml++ asks whether it is a blank, with undefined behaviour for most of them.
-            if (!is_ascii(text_[at_]))
+            if (!is_ascii(text_[at_])) {
                 return Fault{at_, "only quotes and comments may hold characters beyond ASCII"};
+            }
             switch (text_[at_]) {
                 case '#':
                     at_ = std::min(text_.find('\n', at_), text_.size());
                     break;
                 case '"':
                 case '\'':
-                    if (const auto at = skip_string())
+                    if (const auto at = skip_string()) {
                         return Fault{*at, "behind a \\ this has to be written as \\uXXXX"};
+                    }
                     break;
                 case '.':
-                    if (++dots >= kKeyPartCapacity)
+                    if (++dots >= kKeyPartCapacity) {
                         return Fault{at_, fmt::format("a key has more than {} parts with dots "
                                                       "between them",
                                                       kKeyPartCapacity)};
+                    }
                     ++at_;
                     break;
                 // Whatever stands between two keys or values.
@@ -113,10 +116,12 @@ SourcePosition position_in(const std::string& text, size_t at) {
 }  // namespace
 
 Result<toml::table> parse_toml(const std::string& text, const std::string& path) {
-    if (text.size() > kTomlCapacity)
+    if (text.size() > kTomlCapacity) {
         return Error{fmt::format("{}: larger than {} MiB", path, kTomlCapacity >> 20)};
-    if (const auto fault = KeyScanner(text).find_fault())
+    }
+    if (const auto fault = KeyScanner(text).find_fault()) {
         return Error{error_text({{position_in(text, fault->at), fault->text}}, path)};
+    }
     toml::parse_result parsed = toml::parse(text, path);
     // Moved, because a copy of a table forgets where its values stand.
     if (parsed) return std::move(parsed).table();

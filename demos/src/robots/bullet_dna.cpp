@@ -33,8 +33,9 @@ bool read_name(std::string_view text, BulletDna::Field& field) {
         size_t count = 0;
         if (text[0] != '[' || end == std::string_view::npos) return false;
         const auto [rest, failed] = std::from_chars(text.data() + 1, text.data() + end, count);
-        if (failed != std::errc() || rest != text.data() + end || count < 1 || count > 4096)
+        if (failed != std::errc() || rest != text.data() + end || count < 1 || count > 4096) {
             return false;
+        }
         field.count *= count;
         if (field.count > 4096) return false;
         text.remove_prefix(end + 1);
@@ -72,12 +73,15 @@ Result<BulletDna> BulletDna::parse(std::string_view bytes, size_t pointer_size) 
     if (!in.good()) return damaged;
 
     BulletDna dna;
-    for (size_t i = 0; i < types.size(); ++i)
+    for (size_t i = 0; i < types.size(); ++i) {
         if (!dna.sizes.emplace(types[i], lengths[i]).second) return damaged;
-    for (const auto& [type, size] : kBasicSizes)
+    }
+    for (const auto& [type, size] : kBasicSizes) {
         if (const auto found = dna.sizes.find(type);
-            found != dna.sizes.end() && found->second != size)
+            found != dna.sizes.end() && found->second != size) {
             return damaged;
+        }
+    }
     size_t first_type = types.size();
     std::vector<std::vector<size_t>> field_types;
     for (uint32_t s = 0; s < structure_count; ++s) {
@@ -91,8 +95,9 @@ Result<BulletDna> BulletDna::parse(std::string_view bytes, size_t pointer_size) 
         auto& its_types = field_types.emplace_back();
         for (uint16_t f = 0; f < field_count; ++f) {
             const auto field_type = in.get<uint16_t>(), field_name = in.get<uint16_t>();
-            if (!in.good() || field_type >= types.size() || field_name >= names.size())
+            if (!in.good() || field_type >= types.size() || field_name >= names.size()) {
                 return damaged;
+            }
             Field field;
             field.type = types[field_type];
             if (!read_name(names[field_name], field)) return damaged;
@@ -109,11 +114,12 @@ Result<BulletDna> BulletDna::parse(std::string_view bytes, size_t pointer_size) 
                                : structure.fields.back().offset + structure.fields.back().size;
         if (structure.size == 0 || end != structure.size) return damaged;
     }
-    for (size_t s = 0; s < dna.structures.size(); ++s)
+    for (size_t s = 0; s < dna.structures.size(); ++s) {
         for (size_t f = 0; f < dna.structures[s].fields.size(); ++f) {
             Field& field = dna.structures[s].fields[f];
-            if (const auto found = dna.numbers.find(field.type); found != dna.numbers.end())
+            if (const auto found = dna.numbers.find(field.type); found != dna.numbers.end()) {
                 field.structure = found->second;
+            }
             if (field.pointer_depth > 0) continue;
             // Bullet takes types behind the first structure's for structures, and goes into them.
             const bool goes_in = field_types[s][f] >= first_type;
@@ -122,6 +128,7 @@ Result<BulletDna> BulletDna::parse(std::string_view bytes, size_t pointer_size) 
             if (field.structure >= static_cast<int>(s)) return damaged;
             if (field.structure < 0 && !kBasicSizes.contains(field.type)) return damaged;
         }
+    }
     return dna;
 }
 

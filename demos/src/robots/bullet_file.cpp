@@ -61,11 +61,12 @@ Result<std::unique_ptr<BulletFile>> BulletFile::load(const std::string& path,
     auto* multibody_world = dynamic_cast<btMultiBodyDynamicsWorld*>(&world);
     const int multibodies_before = multibody_world ? multibody_world->getNumMultibodies() : 0;
     file->multibody_world_ = multibody_world;
-    if (multibody_world)
+    if (multibody_world) {
         file->importer_ =
             std::make_unique<PlacingImporter<btMultiBodyWorldImporter>>(*multibody_world, pose);
-    else
+    } else {
         file->importer_ = std::make_unique<PlacingImporter<btBulletWorldImporter>>(world, pose);
+    }
     const bool is_loaded =
         file->importer_->loadFileFromMemory(bytes->data(), static_cast<int>(bytes->size()));
     if (multibody_world) {
@@ -79,10 +80,11 @@ Result<std::unique_ptr<BulletFile>> BulletFile::load(const std::string& path,
     for (int i = 0; i < importer.getNumConstraints(); ++i) {
         const btTypedConstraint& c = *importer.getConstraintByIndex(i);
         if (is_moved && (&c.getRigidBodyA() == &btTypedConstraint::getFixedBody() ||
-                         &c.getRigidBodyB() == &btTypedConstraint::getFixedBody()))
+                         &c.getRigidBodyB() == &btTypedConstraint::getFixedBody())) {
             return Error{path +
                          ": a constraint holds a body to the world; such a file cannot be "
                          "placed elsewhere"};
+        }
     }
     std::set<std::string> taken;
     for (int i = 0; i < importer.getNumRigidBodies(); ++i) {
@@ -95,9 +97,10 @@ Result<std::unique_ptr<BulletFile>> BulletFile::load(const std::string& path,
         file->bodies_.push_back({name, body});
     }
     const auto compare = [&](const char* what, int in_file, int made) {
-        if (made < in_file)
+        if (made < in_file) {
             file->missing_.push_back(fmt::format("{}: {} of its {} {} are not in the world", path,
                                                  in_file - made, in_file, what));
+        }
     };
     compare(
         "rigid bodies and collision objects (Bullet's importer drops heightfields and shapes "
@@ -121,18 +124,20 @@ void append_surface(const btCollisionShape& shape, const btTransform& pose, Tria
     };
     if (shape.isCompound()) {
         const auto& parts = static_cast<const btCompoundShape&>(shape);
-        for (int i = 0; i < parts.getNumChildShapes(); ++i)
+        for (int i = 0; i < parts.getNumChildShapes(); ++i) {
             append_surface(*parts.getChildShape(i), pose * parts.getChildTransform(i), mesh);
+        }
     } else if (shape.isConvex()) {
         btShapeHull hull(static_cast<const btConvexShape*>(&shape));
         if (!hull.buildHull(0)) return;
         const int first = static_cast<int>(mesh.vertices.size());
         for (int i = 0; i < hull.numVertices(); ++i) add(hull.getVertexPointer()[i]);
         const unsigned* corner = hull.getIndexPointer();
-        for (int t = 0; t < hull.numTriangles(); ++t, corner += 3)
+        for (int t = 0; t < hull.numTriangles(); ++t, corner += 3) {
             mesh.triangles.push_back({first + static_cast<int>(corner[0]),
                                       first + static_cast<int>(corner[1]),
                                       first + static_cast<int>(corner[2])});
+        }
     } else if (shape.isConcave() && !shape.isInfinite()) {
         struct Collector final : btTriangleCallback {
             std::vector<btVector3> corners;
@@ -178,8 +183,9 @@ Result<BulletFileSurvey> survey_bullet_file(const std::string& path) {
 BulletFile::BulletFile() = default;
 
 BulletFile::~BulletFile() {
-    for (const auto& collider : link_colliders_)
+    for (const auto& collider : link_colliders_) {
         multibody_world_->removeCollisionObject(collider.get());
+    }
     for (const auto& multibody : multibodies_) multibody_world_->removeMultiBody(multibody.get());
     if (importer_) importer_->deleteAllData();  // shapes too, which the colliders have
 }

@@ -31,10 +31,9 @@ constexpr std::string_view kMagic = "BULLET";
 constexpr int kCompoundDepth = 32;
 constexpr int64_t kShapeCapacity = 100'000;
 
-/// A pointer to so many elements as another field says, `factor` times.
+/// A pointer to so many elements as another field says.
 struct CountedPointer {
     const char *structure, *pointer, *count;
-    size_t factor = 1;
 };
 constexpr CountedPointer kCounted[] = {
     {"btCompoundShapeData", "m_childShapePtr", "m_numChildShapes"},
@@ -166,8 +165,9 @@ class Checker {
     using Field = BulletDna::Field;
 
     void read_blocks() {
-        if (bytes_.size() < kHeadBytes || !std::string_view(bytes_).starts_with(kMagic))
+        if (bytes_.size() < kHeadBytes || !std::string_view(bytes_).starts_with(kMagic)) {
             refuse("is not a .bullet file");
+        }
         if (bytes_[8] != 'v') refuse("is big endian, which is not supported");
         require((bytes_[6] == 'f' || bytes_[6] == 'd') && (bytes_[7] == '-' || bytes_[7] == '_'));
         is_double_ = bytes_[6] == 'd';
@@ -204,8 +204,9 @@ class Checker {
         auto dna = BulletDna::parse(all.substr(*dna_at, dna_size), pointer_size_);
         if (!dna) refuse(dna.error());
         dna_ = std::move(*dna);
-        if (!dna_.fits(BulletDna::own()))
+        if (!dna_.fits(BulletDna::own())) {
             refuse("describes structures that this Bullet has in another form");
+        }
         for (size_t i = 0; i < blocks_.size(); ++i) {
             const Block& block = blocks_[i];
             require(block.structure >= (block.code == "ARAY" ? -1 : 0) &&
@@ -246,16 +247,18 @@ class Checker {
     /// Every structure of a block, and those inside of it.
     void for_each_element(const Block& block, Check check) {
         if (block.structure < 0) return;
-        for (size_t i = 0; i < block.count; ++i)
+        for (size_t i = 0; i < block.count; ++i) {
             for_each_inside(structure_of(block), block.at + i * structure_of(block).size, check);
+        }
     }
     void for_each_inside(const Structure& structure, size_t at, Check check) {
         (this->*check)(structure, at);
         for (const Field& field : structure.fields) {
             if (field.pointer_depth > 0 || field.structure < 0) continue;
             const Structure& inner = dna_.structures[static_cast<size_t>(field.structure)];
-            for (size_t i = 0; i < field.count; ++i)
+            for (size_t i = 0; i < field.count; ++i) {
                 for_each_inside(inner, at + field.offset + i * inner.size, check);
+            }
         }
     }
 
@@ -282,11 +285,13 @@ class Checker {
     }
 
     bool points_well(const Field& field, const Block& to) const {
-        if (field.type == "char")
+        if (field.type == "char") {
             return to.structure < 0 && std::string_view(bytes_).substr(to.at, to.size).find('\0') !=
                                            std::string_view::npos;
-        if (dna_.numbers.contains(field.type))
+        }
+        if (dna_.numbers.contains(field.type)) {
             return to.count > 0 && dna_.is_a(to.structure, field.type);
+        }
         return to.code == "RBDY";  // a name for whichever precision
     }
 
@@ -304,19 +309,22 @@ class Checker {
                                   field.type != "int" && field.type != "float" &&
                                   !field.type.starts_with("btQuantizedBvh") &&
                                   field.type != "btTriangleInfoMapData";
-                if (keep)
+                if (keep) {
                     require(points_well(field, blocks_[found->second]));
-                else
+                } else {
                     std::memset(&bytes_[pointer_at], 0, pointer_size_);
+                }
             }
         }
     }
 
     void check_numbers(const Field& field, size_t at) const {
-        for (size_t i = 0; i < field.count; ++i)
+        for (size_t i = 0; i < field.count; ++i) {
             if ((field.type == "float" && !std::isfinite(value<float>(at + 4 * i))) ||
-                (field.type == "double" && !std::isfinite(value<double>(at + 8 * i))))
+                (field.type == "double" && !std::isfinite(value<double>(at + 8 * i)))) {
                 refuse(fmt::format("has a number that is not finite ({})", field.name));
+            }
+        }
     }
 
     void check_structure(const Structure& structure, size_t at) {
@@ -325,22 +333,24 @@ class Checker {
             const int64_t count = integer(structure, at, c.count);
             const Block* to = target(structure, at, c.pointer);
             require(count >= 0 && (count == 0 || to) &&
-                    (!to || static_cast<uint64_t>(count) <= to->count / c.factor));
+                    (!to || static_cast<uint64_t>(count) <= to->count));
         }
         for (const EitherPointer& e : either()) {
             if (structure.name != e.structure) continue;
             const int64_t count = integer(structure, at, e.count);
             require(count >= 0);
             bool is_there = count == 0;
-            for (const auto& [pointer, factor] : e.pointers)
+            for (const auto& [pointer, factor] : e.pointers) {
                 if (const Block* to = target(structure, at, pointer)) {
                     require(static_cast<uint64_t>(count) <= to->count / factor);
                     is_there = true;
                 }
+            }
             require(is_there);
         }
-        if (structure.name == "btCompoundShapeChildData")
+        if (structure.name == "btCompoundShapeChildData") {
             require(target(structure, at, "m_childShape") != nullptr);
+        }
         if (structure.name == "btMeshPartData") check_mesh_part(structure, at);
     }
 
@@ -352,9 +362,10 @@ class Checker {
             const Block* to = target(part, at, pointer);
             if (!to) return;
             require(structure_of(*to).size == stride);
-            for (size_t i = 0; i < triangle_count * per_triangle; ++i)
+            for (size_t i = 0; i < triangle_count * per_triangle; ++i) {
                 index_at(to->at + i * stride,
                          [&](int64_t v) { require(v >= 0 && v < vertex_count); });
+            }
         };
         check("m_indices32", 3, 4, [&](size_t p, const auto& test) { test(value<int32_t>(p)); });
         check("m_indices16", 3, 4, [&](size_t p, const auto& test) { test(value<uint16_t>(p)); });
@@ -369,9 +380,10 @@ class Checker {
     /// Of the first element; Bullet makes no more of them. False where it makes none of it.
     bool check_shape(const Block& block, int depth) {
         require(dna_.is_a(block.structure, "btCollisionShapeData"));
-        if (++shape_count_ > kShapeCapacity || depth > kCompoundDepth)
+        if (++shape_count_ > kShapeCapacity || depth > kCompoundDepth) {
             refuse(fmt::format("has more than {} shapes, or compounds more than {} deep",
                                kShapeCapacity, kCompoundDepth));
+        }
         const Structure& base =
             dna_.structures[static_cast<size_t>(dna_.numbers.find("btCollisionShapeData")->second)];
         const int64_t type = integer(base, block.at, "m_shapeType");
@@ -381,15 +393,18 @@ class Checker {
         require(dna_.is_a(block.structure, kind->structure));
         const Structure& structure =
             dna_.structures[static_cast<size_t>(dna_.numbers.find(kind->structure)->second)];
-        for (const char* axis : {"m_upAxis", "m_upIndex"})
+        for (const char* axis : {"m_upAxis", "m_upIndex"}) {
             if (structure.find(axis)) {
                 const int64_t up = integer(structure, block.at, axis);
                 require(up >= 0 && up <= 2);
             }
-        if (type == MULTI_SPHERE_SHAPE_PROXYTYPE)
+        }
+        if (type == MULTI_SPHERE_SHAPE_PROXYTYPE) {
             require(integer(structure, block.at, "m_localPositionArraySize") > 0);
-        if (type == CONVEX_HULL_SHAPE_PROXYTYPE)
+        }
+        if (type == CONVEX_HULL_SHAPE_PROXYTYPE) {
             require(integer(structure, block.at, "m_numUnscaledPoints") > 0);
+        }
         if (type == COMPOUND_SHAPE_PROXYTYPE) {
             const int64_t count = integer(structure, block.at, "m_numChildShapes");
             const Block* children = target(structure, block.at, "m_childShapePtr");
@@ -431,8 +446,9 @@ class Checker {
         const bool has_a = is_made(a), has_b = is_made(b);
         // Bullet asks the first body of each constraint that has one of the two, and gears for
         // both.
-        if ((has_b && !has_a) || (type == GEAR_CONSTRAINT_TYPE && has_a && !has_b))
+        if ((has_b && !has_a) || (type == GEAR_CONSTRAINT_TYPE && has_a && !has_b)) {
             refuse("has a constraint of which Bullet makes only the second body");
+        }
     }
 
     void check_multibody(const Block& block) const {

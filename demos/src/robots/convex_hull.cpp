@@ -20,13 +20,15 @@ ConvexHull convex_hull(const std::vector<Vec3>& points) {
         const btConvexHullComputer::Edge* first = &computer.edges[computer.faces[f]];
         const int a = first->getSourceVertex();
         for (const auto* edge = first->getNextEdgeOfFace(); edge->getTargetVertex() != a;
-             edge = edge->getNextEdgeOfFace())
+             edge = edge->getNextEdgeOfFace()) {
             hull.surface.triangles.push_back({a, edge->getSourceVertex(), edge->getTargetVertex()});
+        }
     }
-    for (const auto& [a, b, c] : hull.surface.triangles)
+    for (const auto& [a, b, c] : hull.surface.triangles) {
         hull.volume_m3 += dot(vertices[a] - vertices[0],
                               cross(vertices[b] - vertices[0], vertices[c] - vertices[0])) /
                           6;
+    }
     if (hull.volume_m3 < 0) {  // Bullet's faces may turn the other way
         hull.volume_m3 = -hull.volume_m3;
         for (auto& triangle : hull.surface.triangles) std::swap(triangle[1], triangle[2]);

@@ -105,13 +105,16 @@ class Cutter {
         std::stable_sort(faces.begin(), faces.end(),
                          [](const auto& a, const auto& b) { return a.first > b.first; });
         std::vector<Plane> planes;
-        for (size_t i = 0; i < std::min(faces.size(), kFacePlanes); ++i)
+        for (size_t i = 0; i < std::min(faces.size(), kFacePlanes); ++i) {
             planes.push_back(faces[i].second);
+        }
         const Bounds box = bounds_of(piece.hull.surface.vertices);
-        for (const Vec3 axis : {Vec3{1, 0, 0}, {0, 1, 0}, {0, 0, 1}})
-            for (int i = 1; i <= kAxisPlanes; ++i)
+        for (const Vec3 axis : {Vec3{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}) {
+            for (int i = 1; i <= kAxisPlanes; ++i) {
                 planes.push_back(
                     {axis, dot(axis, box.low + (box.high - box.low) * (i / (kAxisPlanes + 1.0)))});
+            }
+        }
         return planes;
     }
 
@@ -140,11 +143,13 @@ class Cutter {
             for (size_t i = 0; i < 3; ++i) {
                 const size_t j = (i + 1) % 3;
                 if (s[i] <= 0) polygon[count++] = face.v[i];
-                if (s[i] * s[j] < 0)
+                if (s[i] * s[j] < 0) {
                     polygon[count++] = cut_edge(face.v[i], face.v[j], plane, cut_at);
+                }
             }
-            for (size_t i = 2; i < count; ++i)
+            for (size_t i = 2; i < count; ++i) {
                 kept.push_back({{polygon[0], polygon[i - 1], polygon[i]}, face.cap});
+            }
         }
         close(kept, plane);
         return kept;
@@ -165,14 +170,16 @@ class Cutter {
     /// Adds a fan over each loop of open edges that lies in the plane.
     void close(std::vector<Face>& faces, const Plane& plane) const {
         std::map<std::pair<int, int>, int> open;  // how often an edge is used more than its reverse
-        for (const Face& face : faces)
+        for (const Face& face : faces) {
             for (size_t i = 0; i < 3; ++i) {
                 const int a = face.v[i], b = face.v[(i + 1) % 3];
-                if (a < b)
+                if (a < b) {
                     ++open[{a, b}];
-                else
+                } else {
                     --open[{b, a}];
+                }
             }
+        }
         const auto in_plane = [&](int v) {
             return std::abs(dot(plane.normal, at(v)) - plane.offset) <= 2 * grain_m_;
         };
@@ -180,8 +187,9 @@ class Cutter {
         for (const auto& [edge, count] : open) {
             const auto [a, b] = edge;
             if (count == 0 || !in_plane(a) || !in_plane(b)) continue;
-            for (int i = 0; i < std::abs(count); ++i)
+            for (int i = 0; i < std::abs(count); ++i) {
                 count > 0 ? next.emplace(b, a) : next.emplace(a, b);
+            }
         }
         while (!next.empty()) {
             const int first = next.begin()->first;
@@ -200,8 +208,9 @@ class Cutter {
 
     std::vector<Piece> components_of(const std::vector<Face>& faces) const {
         std::map<int, int> parent;
-        for (const Face& face : faces)
+        for (const Face& face : faces) {
             for (const int v : face.v) parent.try_emplace(v, v);
+        }
         const auto root = [&](int v) {
             while (parent[v] != v) v = parent[v] = parent[parent[v]];
             return v;
@@ -220,8 +229,9 @@ class Cutter {
                 const Vec3 a = at(face.v[0]) - origin, b = at(face.v[1]) - origin,
                            c = at(face.v[2]) - origin;
                 piece.volume_m3 += dot(a, cross(b, c)) / 6;
-                if (!face.cap)
+                if (!face.cap) {
                     for (const int v : face.v) points.push_back(at(v));
+                }
             }
             piece.hull = convex_hull(points);
             if (piece.hull.volume_m3 > 0) pieces.push_back(std::move(piece));
@@ -251,11 +261,13 @@ std::vector<ConvexHull> without_nested(std::vector<ConvexHull> hulls) {
         return a.volume_m3 > b.volume_m3;
     });
     std::vector<ConvexHull> kept;
-    for (ConvexHull& hull : hulls)
+    for (ConvexHull& hull : hulls) {
         if (std::none_of(kept.begin(), kept.end(), [&](const ConvexHull& larger) {
                 return lies_inside(hull.surface.vertices, larger.surface);
-            }))
+            })) {
             kept.push_back(std::move(hull));
+        }
+    }
     return kept;
 }
 
@@ -294,14 +306,16 @@ std::vector<ConvexHull> convex_parts(const TriangleMesh& mesh, int part_capacity
                 std::vector<Piece> parted = cutter.cut(piece, plane);
                 if (parted.empty() || parted.size() > room) continue;
                 const double least_m3 = kTieFraction * piece.hull.volume_m3;
-                if (best.empty() || excess_m3(parted) < excess_m3(best) - least_m3)
+                if (best.empty() || excess_m3(parted) < excess_m3(best) - least_m3) {
                     best = std::move(parted);
+                }
             }
         }
-        if (best.empty())
+        if (best.empty()) {
             done.push_back(piece);
-        else
+        } else {
             std::move(best.begin(), best.end(), std::back_inserter(pieces));
+        }
     }
     std::vector<ConvexHull> hulls;
     double total_m3 = 0;
@@ -337,18 +351,20 @@ ConvexHull thickened(const ConvexHull& hull, double thickness_m, Vec3 middle_m) 
     for (const Vec3 p : points) center += p * (1.0 / static_cast<double>(points.size()));
     const double outward = dot(center - middle_m, *across) < 0 ? -1 : 1;
     std::vector<Vec3> swept = points;
-    for (const Vec3 p : points)
+    for (const Vec3 p : points) {
         swept.push_back(p + *across * (outward * (thickness_m - thinnest_m)));
+    }
     return convex_hull(swept);
 }
 
 double mesh_volume_m3(const TriangleMesh& mesh) {
     double volume_m3 = 0;
-    for (const auto& [a, b, c] : mesh.triangles)
+    for (const auto& [a, b, c] : mesh.triangles) {
         volume_m3 += dot(mesh.vertices[static_cast<size_t>(a)],
                          cross(mesh.vertices[static_cast<size_t>(b)],
                                mesh.vertices[static_cast<size_t>(c)])) /
                      6;
+    }
     return volume_m3;
 }
 

@@ -26,23 +26,27 @@ Result<std::string> find_robot_mesh(const std::string& name, const std::string& 
     } else {
         places.push_back(folder / (name.starts_with(kFile) ? name.substr(kFile.size()) : name));
     }
-    for (const fs::path& place : places)
+    for (const fs::path& place : places) {
         if (fs::is_regular_file(place, ignored)) return place.lexically_normal().string();
+    }
     std::string looked_for;
-    for (const fs::path& place : places)
+    for (const fs::path& place : places) {
         looked_for += (looked_for.empty() ? "" : ", ") + place.lexically_normal().string();
+    }
     return Error{fmt::format("the mesh \"{}\" is not there; looked for {}", name, looked_for)};
 }
 
 Result<TriangleMesh> read_robot_mesh(const std::string& path, Vec3 scale) {
-    if (!is_finite(scale) || scale.x == 0 || scale.y == 0 || scale.z == 0)
+    if (!is_finite(scale) || scale.x == 0 || scale.y == 0 || scale.z == 0) {
         return Error{
             fmt::format("{}: the scale {} {} {} is no scale", path, scale.x, scale.y, scale.z)};
+    }
     auto mesh = read_mesh(path);
     if (!mesh) return mesh;
     for (Vec3& p : mesh->vertices) p = {p.x * scale.x, p.y * scale.y, p.z * scale.z};
-    if (scale.x * scale.y * scale.z < 0)
+    if (scale.x * scale.y * scale.z < 0) {
         for (auto& triangle : mesh->triangles) std::swap(triangle[1], triangle[2]);
+    }
     return mesh;
 }
 

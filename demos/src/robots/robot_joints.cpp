@@ -9,50 +9,61 @@ namespace bsoil::scene {
 
 Status RobotBuilder::check_joint(const urdf::Joint& joint) {
     const Pose origin = to_pose(joint.parent_to_joint_origin_transform);
-    if (!is_finite(origin) || length(origin.position) > kLargestLength)
+    if (!is_finite(origin) || length(origin.position) > kLargestLength) {
         return error("joint \"{}\" has no place: its origin is ({}, {}, {})", joint.name,
                      origin.position.x, origin.position.y, origin.position.z);
+    }
     if (joint.type == urdf::Joint::FIXED || joint.type == urdf::Joint::FLOATING) return Done{};
-    if (joint.type == urdf::Joint::UNKNOWN)
+    if (joint.type == urdf::Joint::UNKNOWN) {
         return error("joint \"{}\" has no known type", joint.name);
+    }
     const Vec3 axis = to_vec3(joint.axis);
-    if (!is_finite(axis) || length(axis) < 1e-6)
+    if (!is_finite(axis) || length(axis) < 1e-6) {
         return error("joint \"{}\": the axis has no length", joint.name);
+    }
     if (joint.limits &&
         (!std::isfinite(joint.limits->lower) || !std::isfinite(joint.limits->upper) ||
          !std::isfinite(joint.limits->effort) || joint.limits->effort < 0 ||
-         !std::isfinite(joint.limits->velocity) || joint.limits->velocity < 0))
+         !std::isfinite(joint.limits->velocity) || joint.limits->velocity < 0)) {
         return error("joint \"{}\": its limits are not finite, or effort or velocity negative",
                      joint.name);
-    if (is_limited(joint) && joint.limits->lower > joint.limits->upper)
+    }
+    if (is_limited(joint) && joint.limits->lower > joint.limits->upper) {
         return error("joint \"{}\": the lower limit {} lies above the upper one, {}", joint.name,
                      joint.limits->lower, joint.limits->upper);
+    }
     if (joint.dynamics) {
         const double damping = joint.dynamics->damping, friction = joint.dynamics->friction;
-        if (!(damping >= 0 && friction >= 0 && std::isfinite(damping + friction)))
+        if (!(damping >= 0 && friction >= 0 && std::isfinite(damping + friction))) {
             return error("joint \"{}\": damping {} and friction {} must be 0 or more", joint.name,
                          damping, friction);
-        if (joint.type == urdf::Joint::PLANAR && damping + friction > 0)
+        }
+        if (joint.type == urdf::Joint::PLANAR && damping + friction > 0) {
             warn("joint \"{}\" is planar: its damping and friction are left out", joint.name);
+        }
     }
     return check_mimic(joint);
 }
 
 Status RobotBuilder::check_mimic(const urdf::Joint& joint) const {
     if (!joint.mimic) return Done{};
-    if (joint.type == urdf::Joint::PLANAR)
+    if (joint.type == urdf::Joint::PLANAR) {
         return error("joint \"{}\" is planar and mimics another one", joint.name);
+    }
     std::set<std::string> way{joint.name};
     for (const urdf::Joint* j = &joint; j->mimic;) {
         const auto source = model_->getJoint(j->mimic->joint_name);
-        if (!source)
+        if (!source) {
             return error("joint \"{}\" mimics \"{}\", which is not there", j->name,
                          j->mimic->joint_name);
-        if (!turns(*source) && source->type != urdf::Joint::PRISMATIC)
+        }
+        if (!turns(*source) && source->type != urdf::Joint::PRISMATIC) {
             return error("joint \"{}\" mimics \"{}\", which neither turns nor slides", j->name,
                          source->name);
-        if (!way.insert(source->name).second)
+        }
+        if (!way.insert(source->name).second) {
             return error("joint \"{}\" mimics itself", joint.name);
+        }
         j = source.get();
     }
     return Done{};
@@ -63,9 +74,10 @@ double RobotBuilder::start_of(const urdf::Joint& joint) const {
         if (item->start_rad) return *item->start_rad;
         if (item->start_m) return *item->start_m;
     }
-    if (joint.mimic)
+    if (joint.mimic) {
         return joint.mimic->multiplier * start_of(*model_->getJoint(joint.mimic->joint_name)) +
                joint.mimic->offset;
+    }
     return is_limited(joint) ? std::clamp(0.0, joint.limits->lower, joint.limits->upper) : 0;
 }
 
@@ -79,8 +91,9 @@ Pose RobotBuilder::start_pose(const urdf::Joint& joint) const {
     const Vec3 axis = to_vec3(joint.axis);
     const double start = start_of(joint);
     if (turns(joint)) return origin * Pose{{}, axis_rotation(axis, start)};
-    if (joint.type == urdf::Joint::PRISMATIC)
+    if (joint.type == urdf::Joint::PRISMATIC) {
         return origin * Pose{axis * (start / length(axis)), {}};
+    }
     return origin;
 }
 
@@ -98,11 +111,12 @@ Status RobotBuilder::add_joint(const urdf::Joint& joint, const Pose& child_world
     if (is_limited(joint)) {
         const double lower = joint.limits->lower, upper = joint.limits->upper;
         constexpr double kRounding = 1e-6;
-        if (item.start < lower - kRounding || item.start > upper + kRounding)
+        if (item.start < lower - kRounding || item.start > upper + kRounding) {
             return error_at(robot_.at,
                             fmt::format("joint \"{}\" starts at {:.4g}, outside of its limits "
                                         "{:.4g} .. {:.4g} (rad or m)",
                                         joint.name, item.start, lower, upper));
+        }
         (turns(joint) ? item.lower_rad : item.lower_m) = lower;
         (turns(joint) ? item.upper_rad : item.upper_m) = upper;
     }
@@ -110,9 +124,10 @@ Status RobotBuilder::add_joint(const urdf::Joint& joint, const Pose& child_world
         item.resisting_friction = joint.dynamics->friction;
         item.resisting_damping = joint.dynamics->damping;
     }
-    if (joint.mimic)
+    if (joint.mimic) {
         item.mimic = JointMimic{robot_.name + '/' + joint.mimic->joint_name,
                                 joint.mimic->multiplier, joint.mimic->offset};
+    }
     const auto* motor = find_item(robot_.motors, &RobotMotorItem::joint, joint.name);
     if (motor || joint.mimic) {
         const Status driven = add_motor(joint, motor, item);

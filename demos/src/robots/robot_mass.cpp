@@ -31,8 +31,9 @@ SolidMoments moments_of(const TriangleMesh& mesh) {
     SolidMoments out;
     for (const auto& triangle : mesh.triangles) {
         std::array<Eigen::Vector3d, 3> p;
-        for (size_t i = 0; i < 3; ++i)
+        for (size_t i = 0; i < 3; ++i) {
             p[i] = to_eigen(mesh.vertices[static_cast<size_t>(triangle[i])]);
+        }
         const double volume_m3 = p[0].dot(p[1].cross(p[2])) / 6;
         const Eigen::Vector3d sum = p[0] + p[1] + p[2];
         Eigen::Matrix3d squares = sum * sum.transpose();
@@ -117,11 +118,13 @@ std::optional<std::string> inertia_fault(const Eigen::Matrix3d& inertia_kg_m2) {
             .eigenvalues();  // rising
     const std::string moments = fmt::format("{:.4g}, {:.4g} and {:.4g} kg m2", m[0], m[1], m[2]);
     constexpr double kRounding = 1e-3;  // files are written with few digits
-    if (m[0] < -kRounding * m[2])
+    if (m[0] < -kRounding * m[2]) {
         return "its principal moments of inertia are " + moments + ": none may be negative";
-    if (m[2] > (m[0] + m[1]) * (1 + kRounding) + 1e-12)
+    }
+    if (m[2] > (m[0] + m[1]) * (1 + kRounding) + 1e-12) {
         return "its principal moments of inertia are " + moments +
                ": no solid has one that exceeds the sum of the other two";
+    }
     return std::nullopt;
 }
 

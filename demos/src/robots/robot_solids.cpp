@@ -41,8 +41,9 @@ Status RobotBuilder::place(const urdf::Pose& origin, const std::string& link, co
                            ShapeItem& solid) const {
     solid.at = robot_.at;
     solid.pose = to_pose(origin);
-    if (!is_finite(solid.pose) || length(solid.pose.position) > kLargestLength)
+    if (!is_finite(solid.pose) || length(solid.pose.position) > kLargestLength) {
         return error("link \"{}\": its {} has no place", link, what);
+    }
     return Done{};
 }
 
@@ -56,27 +57,30 @@ Status RobotBuilder::make_primitive(const urdf::Geometry& geometry, const urdf::
             solid.shape = "box";
             solid.size_m = to_vec3(static_cast<const urdf::Box&>(geometry).dim);
             const Vec3 s = solid.size_m;
-            if (size_is_wrong(s.x) || size_is_wrong(s.y) || size_is_wrong(s.z))
+            if (size_is_wrong(s.x) || size_is_wrong(s.y) || size_is_wrong(s.z)) {
                 return error("link \"{}\": the box {} x {} x {} m is no solid", link, s.x, s.y,
                              s.z);
+            }
             break;
         }
         case urdf::Geometry::SPHERE:
             solid.shape = "sphere";
             solid.radius_m = static_cast<const urdf::Sphere&>(geometry).radius;
-            if (size_is_wrong(solid.radius_m))
+            if (size_is_wrong(solid.radius_m)) {
                 return error("link \"{}\": the radius {} m is none", link, solid.radius_m);
+            }
             break;
         case urdf::Geometry::CYLINDER: {
             const auto& cylinder = static_cast<const urdf::Cylinder&>(geometry);
             solid.shape = "cylinder";
             solid.radius_m = cylinder.radius;
             solid.height_m = cylinder.length;
-            if (size_is_wrong(solid.radius_m) || size_is_wrong(solid.height_m))
+            if (size_is_wrong(solid.radius_m) || size_is_wrong(solid.height_m)) {
                 return error(
                     "link \"{}\": the cylinder of radius {} m and length {} m is no "
                     "solid",
                     link, solid.radius_m, solid.height_m);
+            }
             break;
         }
         default:
@@ -118,10 +122,12 @@ Status RobotBuilder::add_mesh(const urdf::Mesh& mesh, ShapeItem solid, const std
     if (!path) return error("link \"{}\": {}", link, path.error());
     auto triangles = read_robot_mesh(*path, to_vec3(mesh.scale));
     if (!triangles) return error("link \"{}\": {}", link, triangles.error());
-    for (const Vec3 p : triangles->vertices)
-        if (length(p) > kLargestLength)
+    for (const Vec3 p : triangles->vertices) {
+        if (length(p) > kLargestLength) {
             return error("link \"{}\": {}: a vertex lies {:g} m out, more than {:g} m", link, *path,
                          length(p), kLargestLength);
+        }
+    }
     if (mode == "mesh") {
         solid.shape = "mesh";
         solid.mesh = std::make_shared<const TriangleMesh>(std::move(*triangles));
@@ -133,15 +139,18 @@ Status RobotBuilder::add_mesh(const urdf::Mesh& mesh, ShapeItem solid, const std
     std::vector<ConvexHull> hulls{whole};
     if (mode == "components") {
         hulls = component_hulls(*triangles);
-        if (hulls.size() > static_cast<size_t>(capacity))
+        if (hulls.size() > static_cast<size_t>(capacity)) {
             hulls.resize(static_cast<size_t>(capacity));
+        }
     }
     if (mode == "decompose") hulls = convex_parts(*triangles, capacity);
-    if (whole.volume_m3 <= 0 || hulls.empty())
+    if (whole.volume_m3 <= 0 || hulls.empty()) {
         return error("link \"{}\": {}: its hull has no volume", link, *path);
+    }
     Vec3 middle;
-    for (const Vec3 p : whole.surface.vertices)
+    for (const Vec3 p : whole.surface.vertices) {
         middle += p * (1.0 / static_cast<double>(whole.surface.vertices.size()));
+    }
     solid.shape = "hull";
     for (const ConvexHull& hull : hulls) {
         solid.points_m = thickened(hull, item ? item->thickness_m : 0, middle).surface.vertices;

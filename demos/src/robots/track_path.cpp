@@ -67,8 +67,9 @@ std::optional<double> chord_end(const TrackPath& path, double along_m, double ch
 /// height).
 TrackPath pin_path(std::vector<TrackCircle> wheels, double pitch_m) {
     const TrackPath taut(wheels);
-    for (size_t i = 0; i < wheels.size(); ++i)
+    for (size_t i = 0; i < wheels.size(); ++i) {
         wheels[i].radius_m += pin_clearance_m(wheels[i].radius_m, pitch_m, taut.wrap_rad(i));
+    }
     return TrackPath(wheels);
 }
 
@@ -92,8 +93,9 @@ TrackPath::TrackPath(const std::vector<TrackCircle>& circles) : wraps_rad_(circl
         return c.center_m.x * std::cos(kStartRad) + c.center_m.y * std::sin(kStartRad) + c.radius_m;
     };
     size_t current = 0;
-    for (size_t i = 1; i < circles.size(); ++i)
+    for (size_t i = 1; i < circles.size(); ++i) {
         if (reach(i) > reach(current)) current = i;
+    }
     double angle = kStartRad;
     for (;;) {
         size_t next = current;
@@ -133,12 +135,14 @@ TrackPath::TrackPath(const std::vector<TrackCircle>& circles) : wraps_rad_(circl
 PlanePoint TrackPath::point(double along_m) const {
     double rest_m = std::fmod(along_m, length_m_);
     for (const Piece& piece : pieces_) {
-        if (rest_m <= piece.arc_m)
+        if (rest_m <= piece.arc_m) {
             return rim(piece.circle, piece.from_rad + rest_m / piece.circle.radius_m);
+        }
         rest_m -= piece.arc_m;
-        if (rest_m <= piece.line_m)
+        if (rest_m <= piece.line_m) {
             return piece.line_from_m +
                    rest_m / piece.line_m * (piece.line_to_m - piece.line_from_m);
+        }
         rest_m -= piece.line_m;
     }
     return pieces_.back().line_to_m;
@@ -157,9 +161,11 @@ TrackChain lay_track(const std::vector<TrackCircle>& wheels, double pin_height_m
     }
     TrackChain chain;
     chain.pitch_m = low;
-    for (size_t i = 0; i < wheels.size(); ++i)
-        if (taut.wrap_rad(i) > kBendRad && chain.pitch_m > circles[i].radius_m)
+    for (size_t i = 0; i < wheels.size(); ++i) {
+        if (taut.wrap_rad(i) > kBendRad && chain.pitch_m > circles[i].radius_m) {
             chain.sharp_wheel = static_cast<int>(i);
+        }
+    }
     const TrackPath path = pin_path(circles, chain.pitch_m);
     double along_m = 0;
     for (int i = 0; i < link_count; ++i) {

@@ -41,10 +41,11 @@ class TrackBuilder {
     void build() {
         BodyItem& hull = *std::find_if(scene_.bodies.begin(), scene_.bodies.end(),
                                        [&](const BodyItem& b) { return b.name == track_.hull; });
-        if (!hull.multibody.empty())
+        if (!hull.multibody.empty()) {
             return error(track_.where("hull"),
                          "\"{}\" is a link of a multibody, which a track cannot run on",
                          track_.hull);
+        }
         const size_t error_count = errors_.size();
         set_axes();
         check_wheels();
@@ -67,8 +68,9 @@ class TrackBuilder {
 
     /// x and y of the track's plane such that the track's lower side runs along x.
     void set_axes() {
-        if (length(track_.axis) < 1e-6)
+        if (length(track_.axis) < 1e-6) {
             return error(track_.where("axis"), "the axis has no length");
+        }
         axle_ = track_.axis * (1 / length(track_.axis));
         const Vec3 along = std::abs(axle_.x) < 0.9 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
         x_ = along - dot(along, axle_) * axle_;
@@ -78,60 +80,70 @@ class TrackBuilder {
 
     void check_wheels() {
         const std::vector<TrackWheelItem>& wheels = track_.wheels;
-        if (wheels.size() < 2)
+        if (wheels.size() < 2) {
             return error(track_.at, "a track needs at least two [[track.wheel]]");
+        }
         std::map<std::string, int> first_line;
         for (size_t i = 0; i < wheels.size(); ++i) {
             const TrackWheelItem& wheel = wheels[i];
             const auto [first, inserted] = first_line.emplace(wheel.name, wheel.where("name").line);
-            if (!inserted)
+            if (!inserted) {
                 error(wheel.where("name"),
                       "a [[track.wheel]] named \"{}\" stands in line {} already", wheel.name,
                       first->second);
+            }
             const double aside_m = dot(wheel.position_m - wheels[0].position_m, axle_);
-            if (std::abs(aside_m) > kInPlane * track_.link_width_m)
+            if (std::abs(aside_m) > kInPlane * track_.link_width_m) {
                 error(wheel.where("position_m"),
                       "wheel \"{}\" stands {:.4g} m beside the plane of wheel \"{}\"", wheel.name,
                       std::abs(aside_m), wheels[0].name);
+            }
             for (size_t k = 0; k < i; ++k) {
                 const double apart_m = length(wheel.position_m - wheels[k].position_m);
                 const double least_m = wheel.radius_m + wheels[k].radius_m;
-                if (apart_m < least_m)
+                if (apart_m < least_m) {
                     error(wheel.where("position_m"),
                           "wheels \"{}\" and \"{}\" overlap: {:.4g} m apart, radii {:g} m and "
                           "{:g} m",
                           wheels[k].name, wheel.name, apart_m, wheels[k].radius_m, wheel.radius_m);
+                }
             }
-            if (wheel.max_velocity_rad_s && wheel.motor_torque_n_m <= 0)
+            if (wheel.max_velocity_rad_s && wheel.motor_torque_n_m <= 0) {
                 error(wheel.where("max_velocity_deg_s"), "wheel \"{}\" has no motor", wheel.name);
+            }
         }
     }
 
     void check_links() {
-        if ((track_.link_count > 0) == track_.pitch_m.has_value())
+        if ((track_.link_count > 0) == track_.pitch_m.has_value()) {
             error(track_.at, "give `link_count` or `pitch_m`");
-        if (track_.link_count == 1 || track_.link_count == 2)
+        }
+        if (track_.link_count == 1 || track_.link_count == 2) {
             error(track_.where("link_count"), "{} links do not go round anything",
                   track_.link_count);
+        }
         if (track_.guide_height_m <= 0) return;
         double widest_m = 0;
-        for (const TrackWheelItem& wheel : track_.wheels)
+        for (const TrackWheelItem& wheel : track_.wheels) {
             widest_m = std::max(widest_m, wheel.width_m);
+        }
         const double least_m = widest_m / (1 - 2 * (kGuideGap + kGuideThickness));
-        if (track_.link_width_m < least_m)
+        if (track_.link_width_m < least_m) {
             error(
                 track_.where("link_width_m"),
                 "links {:g} m wide have no room for guides beside wheels of {:g} m: `link_width_m` "
                 "at least {:.4g}, or `guide_height_m = 0`",
                 track_.link_width_m, widest_m, least_m);
+        }
         guide_y_m_ = widest_m / 2 + (kGuideGap + kGuideThickness / 2) * track_.link_width_m;
     }
 
     TrackChain lay_links() {
         std::vector<TrackCircle> circles;
-        for (const TrackWheelItem& wheel : track_.wheels)
+        for (const TrackWheelItem& wheel : track_.wheels) {
             circles.push_back(
                 {{dot(wheel.position_m, x_), dot(wheel.position_m, y_)}, wheel.radius_m});
+        }
         const double pin_height_m = track_.link_thickness_m / 2;
         int link_count = track_.link_count;
         if (track_.pitch_m) {
@@ -223,15 +235,18 @@ class TrackBuilder {
         const double half_m = track_.link_thickness_m / 2;
         std::vector<ShapeItem> solids{
             box({pitch_m, track_.link_width_m, track_.link_thickness_m}, {})};
-        if (track_.grouser_height_m > 0)
+        if (track_.grouser_height_m > 0) {
             solids.push_back(
                 box({track_.grouser_thickness_m, track_.link_width_m, track_.grouser_height_m},
                     {0, 0, -half_m - track_.grouser_height_m / 2}));
-        if (track_.guide_height_m > 0)
-            for (const double side : {-1.0, 1.0})
+        }
+        if (track_.guide_height_m > 0) {
+            for (const double side : {-1.0, 1.0}) {
                 solids.push_back(box({kGuideLength * pitch_m, kGuideThickness * track_.link_width_m,
                                       track_.guide_height_m},
                                      {0, side * guide_y_m_, half_m + track_.guide_height_m / 2}));
+            }
+        }
         return solids;
     }
 

@@ -29,8 +29,9 @@ class Messages final : public console_bridge::OutputHandler {
     Messages(const Messages&) = delete;
     Messages& operator=(const Messages&) = delete;
     void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
-        if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR)
+        if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR) {
             errors += (errors.empty() ? "" : "; ") + text;
+        }
     }
     std::string errors;
 };
@@ -52,8 +53,9 @@ urdf::ModelInterfaceSharedPtr parse(const std::string& xml, std::string& errors)
 /// An expanded file may still name xacro, in comments and as a namespace, but has no element of it.
 bool is_xacro(const std::string& xml) {
     XmlTagReader tags(xml);
-    for (XmlTagReader::Tag tag; tags.next(tag);)
+    for (XmlTagReader::Tag tag; tags.next(tag);) {
         if (tag.text.starts_with("xacro:")) return true;
+    }
     return false;
 }
 
@@ -68,8 +70,9 @@ std::string without_repeated_materials(const std::string& xml) {
     for (XmlTagReader::Tag tag; tags.next(tag);) {
         if (!tag.opens) --depth;
         if (depth == 1 && tag.opens && is_element(tag.text, "material") &&
-            !known.insert(attribute(tag.text, "name")).second)
+            !known.insert(attribute(tag.text, "name")).second) {
             drop_from = tag.begin;
+        }
         if (depth == 1 && tag.closes && drop_from != std::string::npos) {
             out.append(xml, copied, drop_from - copied);
             copied = tag.end;
@@ -120,24 +123,27 @@ void untie(urdf::ModelInterface& model) {
 
 /// urdfdom takes a link with two parents, and then has its solids twice.
 Status check_tree(const urdf::ModelInterface& model, const std::string& path) {
-    if (model.links_.size() > kLinkCapacity)
+    if (model.links_.size() > kLinkCapacity) {
         return Error{
             fmt::format("{}: {} links are more than {}", path, model.links_.size(), kLinkCapacity)};
+    }
     std::map<std::string, std::string> joint_of;
     for (const auto& [name, joint] : model.joints_) {
         const auto [first, is_first] = joint_of.emplace(joint->child_link_name, name);
-        if (!is_first)
+        if (!is_first) {
             return Error{
                 fmt::format("{}: link \"{}\" is the child of the joints \"{}\" and "
                             "\"{}\": links and joints have to form a tree",
                             path, joint->child_link_name, first->second, name)};
+        }
     }
     const size_t reached = reachable_count(*model.getRoot());
-    if (reached != model.links_.size())
+    if (reached != model.links_.size()) {
         return Error{fmt::format(
             "{}: {} of {} links do not hang on the root \"{}\": their joints "
             "form a loop",
             path, model.links_.size() - reached, model.links_.size(), model.getRoot()->name)};
+    }
     return Done{};
 }
 
@@ -146,20 +152,23 @@ Status check_tree(const urdf::ModelInterface& model, const std::string& path) {
 Result<urdf::ModelInterfaceSharedPtr> read_urdf(const std::string& path) {
     const auto text = read_file(path, kFileCapacity);
     if (!text) return Error{text.error()};
-    if (is_xacro(*text))
+    if (is_xacro(*text)) {
         return Error{
             fmt::format("{}: is a xacro file, which has to be expanded into a URDF first: xacro {} "
                         "> robot.urdf (xacro comes with ROS; pip install xacro has it too)",
                         path, path)};
+    }
     std::string xml = with_defaults(*text);
-    if (const Status flat = check_xml_depth(xml); !flat)
+    if (const Status flat = check_xml_depth(xml); !flat) {
         return Error{fmt::format("{}: not a valid URDF: {}", path, flat.error())};
+    }
     xml = without_repeated_materials(xml);
     std::string errors;
     urdf::ModelInterfaceSharedPtr model = parse(xml, errors);
-    if (!model || !model->getRoot())
+    if (!model || !model->getRoot()) {
         return Error{fmt::format("{}: not a valid URDF: {}", path,
                                  errors.empty() ? "it has no root link" : errors)};
+    }
     // A faulty inertial or collision is reported and left out: it would be missed.
     if (!errors.empty()) return Error{fmt::format("{}: {}", path, errors)};
     const Status is_tree = check_tree(*model, path);

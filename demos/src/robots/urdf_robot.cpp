@@ -31,8 +31,9 @@ Status RobotBuilder::build() {
         if (!valid) return valid;
     }
     Pose root = robot_.pose;
-    if (scene_.world.up == "y")
+    if (scene_.world.up == "y") {
         root.rotation = root.rotation * axis_rotation({1, 0, 0}, -90 * kDegree);
+    }
     return add_body(*model_->getRoot(), root, nullptr, "");
 }
 
@@ -44,48 +45,58 @@ Status RobotBuilder::check_names() const {
     std::set<std::string> seen;
     for (const RobotLinkItem& item : robot_.links) {
         if (!model_->getLink(item.link)) return unknown("link", item.link, item.where("link"));
-        if (!seen.insert("l" + item.link).second)
+        if (!seen.insert("l" + item.link).second) {
             return error_at(item.where("link"), "a second table for \"" + item.link + '"');
-        if ((item.center_of_mass_m || item.moments_kg_m2) && !item.mass_kg)
+        }
+        if ((item.center_of_mass_m || item.moments_kg_m2) && !item.mass_kg) {
             return error_at(item.at, "`center_of_mass_m` and `moments_kg_m2` need `mass_kg`");
+        }
     }
     for (const RobotMotorItem& item : robot_.motors) {
         const auto joint = model_->getJoint(item.joint);
         if (!joint) return unknown("joint", item.joint, item.where("joint"));
-        if (!seen.insert("m" + item.joint).second)
+        if (!seen.insert("m" + item.joint).second) {
             return error_at(item.where("joint"), "a second motor for \"" + item.joint + '"');
+        }
         const bool slides = joint->type == urdf::Joint::PRISMATIC;
-        if (!slides && !turns(*joint))
+        if (!slides && !turns(*joint)) {
             return error_at(item.where("joint"),
                             '"' + item.joint + "\" neither turns nor slides: no motor drives it");
+        }
         for (const auto& [key, of_sliders] : {std::pair{"torque_n_m", false},
                                               {"max_velocity_deg_s", false},
                                               {"force_n", true},
-                                              {"max_velocity_m_s", true}})
-            if (item.has(key) && of_sliders != slides)
+                                              {"max_velocity_m_s", true}}) {
+            if (item.has(key) && of_sliders != slides) {
                 return error_at(item.where(key),
                                 fmt::format("\"{}\" {}: `{}` is not for it", item.joint,
                                             slides ? "slides" : "turns", key));
+            }
+        }
     }
     for (const RobotJointItem& item : robot_.joints) {
         const auto joint = model_->getJoint(item.joint);
         if (!joint) return unknown("joint", item.joint, item.where("joint"));
-        if (!seen.insert("j" + item.joint).second)
+        if (!seen.insert("j" + item.joint).second) {
             return error_at(item.where("joint"), "a second table for \"" + item.joint + '"');
-        if (item.start_rad && !turns(*joint))
+        }
+        if (item.start_rad && !turns(*joint)) {
             return error_at(item.where("start_deg"), '"' + item.joint + "\" does not turn");
-        if (item.start_m && joint->type != urdf::Joint::PRISMATIC)
+        }
+        if (item.start_m && joint->type != urdf::Joint::PRISMATIC) {
             return error_at(item.where("start_m"), '"' + item.joint + "\" does not slide");
+        }
     }
     return Done{};
 }
 
 Error RobotBuilder::unknown(const char* what, const std::string& name, SourcePosition at) const {
     std::string known;
-    if (*what == 'l')
+    if (*what == 'l') {
         for (const auto& [n, link] : model_->links_) known += (known.empty() ? "" : ", ") + n;
-    else
+    } else {
         for (const auto& [n, joint] : model_->joints_) known += (known.empty() ? "" : ", ") + n;
+    }
     return error_at(at, fmt::format("the robot has no {} \"{}\"; it has {}", what, name, known));
 }
 
@@ -118,13 +129,14 @@ Status RobotBuilder::add_body(const urdf::Link& link, const Pose& world, const u
     }
     body.mass_kg = merged.mass.mass_kg();
     const bool stands = !joint && (robot_.fixed_base || (merged.has_mass && body.mass_kg == 0));
-    if (stands)
+    if (stands) {
         body.mass_kg = 0;
-    else if (body.mass_kg <= 0)
+    } else if (body.mass_kg <= 0) {
         return error("link \"{}\" moves and has no mass: give it one with [[robot.link]]",
                      link.name);
-    else
+    } else {
         body.inertial = merged.mass.principal();
+    }
     if (body.inertial) warn_of_gyration(body, link.name);
     if (joint && joint->type != urdf::Joint::FLOATING) {
         const Status added = add_joint(*joint, world, parent, body.name);
@@ -163,12 +175,14 @@ Status RobotBuilder::merge(const urdf::Link& link, const Pose& in_body, Merged& 
         if (item->tool_adhesion_pa) body.tool_adhesion_pa = item->tool_adhesion_pa;
         body.ignore_soil = body.ignore_soil || item->ignore_soil;
     }
-    if (body.name.empty() && (link.inertial || (item && item->mass_kg) || !solids.empty()))
+    if (body.name.empty() && (link.inertial || (item && item->mass_kg) || !solids.empty())) {
         body.name = link.name;
+    }
     std::vector<DrawnItem> drawn = visuals_of(link);
     merged.has_visual |= !drawn.empty();
-    if (drawn.empty())
+    if (drawn.empty()) {
         for (const ShapeItem& solid : solids) drawn.push_back({solid, {}, {1, 1, 1}});
+    }
     for (DrawnItem& visual : drawn) {
         visual.solid.pose = in_body * visual.solid.pose;
         if (item && item->color) visual.solid.color = item->color;
@@ -199,19 +213,22 @@ Status RobotBuilder::add_mass(const urdf::Link& link, const Pose& in_body,
     }
     if (!link.inertial) return Done{};
     const urdf::Inertial& given = *link.inertial;
-    if (!std::isfinite(given.mass) || given.mass < 0 || given.mass > kLargestMass)
+    if (!std::isfinite(given.mass) || given.mass < 0 || given.mass > kLargestMass) {
         return error("link \"{}\": the mass {} kg is not within 0 .. {:g} kg", link.name,
                      given.mass, kLargestMass);
+    }
     const Pose frame = to_pose(given.origin);
-    if (!is_finite(frame) || length(frame.position) > kLargestLength)
+    if (!is_finite(frame) || length(frame.position) > kLargestLength) {
         return error("link \"{}\": its centre of mass has no place", link.name);
+    }
     merged.has_mass = true;
     if (given.mass == 0) return Done{};
     Eigen::Matrix3d inertia;
     inertia << given.ixx, given.ixy, given.ixz, given.ixy, given.iyy, given.iyz, given.ixz,
         given.iyz, given.izz;
-    if (const auto fault = inertia_fault(inertia))
+    if (const auto fault = inertia_fault(inertia)) {
         return error("link \"{}\": {}; replace it with [[robot.link]]", link.name, *fault);
+    }
     merged.mass.add(given.mass, inertia, in_body * frame);
     return Done{};
 }
@@ -222,19 +239,23 @@ Status RobotBuilder::replace_mass(const RobotLinkItem& item, const Pose& in_body
     double volume_m3 = 0;
     for (const ShapeItem& solid : solids) volume_m3 += solid_volume_m3(solid);
     MassSum of_solids;
-    if (volume_m3 > 0)
-        for (const ShapeItem& solid : solids)
+    if (volume_m3 > 0) {
+        for (const ShapeItem& solid : solids) {
             of_solids.add_solid(solid, Pose{}, mass_kg / volume_m3);
-    else
+        }
+    } else {
         of_solids.add(mass_kg, Eigen::Matrix3d::Zero(), Pose{});
+    }
     Inertial inertial = of_solids.principal();
     if (item.moments_kg_m2) inertial = {{inertial.frame.position, {}}, *item.moments_kg_m2};
     if (item.center_of_mass_m) inertial.frame.position = *item.center_of_mass_m;
     const Vec3 m = inertial.moments_kg_m2;
     const Eigen::Matrix3d inertia = Eigen::Vector3d(m.x, m.y, m.z).asDiagonal();
-    if (item.moments_kg_m2)
-        if (const auto fault = inertia_fault(inertia))
+    if (item.moments_kg_m2) {
+        if (const auto fault = inertia_fault(inertia)) {
             return error_at(item.where("moments_kg_m2"), item.link + ": " + *fault);
+        }
+    }
     merged.mass.add(mass_kg, inertia, in_body * inertial.frame);
     return Done{};
 }
@@ -249,17 +270,19 @@ void RobotBuilder::warn_of_gyration(const BodyItem& body, const std::string& lin
         if (solid.shape == "hull" || solid.shape == "mesh") own_m = 0;
         const Vec3 middle = solid.pose.position - body.inertial->frame.position;
         reach_m = std::max(reach_m, length(middle) + own_m);
-        for (const Vec3 p : solid.mesh ? solid.mesh->vertices : solid.points_m)
+        for (const Vec3 p : solid.mesh ? solid.mesh->vertices : solid.points_m) {
             reach_m =
                 std::max(reach_m, length(transform(solid.pose, p) - body.inertial->frame.position));
+        }
     }
     const Vec3 m = body.inertial->moments_kg_m2;
     const double gyration_m = std::sqrt(std::max({m.x, m.y, m.z}) / body.mass_kg);
-    if (gyration_m > kGyrationFactor * reach_m)
+    if (gyration_m > kGyrationFactor * reach_m) {
         warn(
             "link \"{}\": its inertia is that of {:.3g} kg at {:.3g} m, while its solids end "
             "{:.3g} m from the centre; [[robot.link]] replaces it",
             link, body.mass_kg, gyration_m, reach_m);
+    }
 }
 
 Status add_robot(Scene& scene, const RobotItem& robot, const std::string& path) {

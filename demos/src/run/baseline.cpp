@@ -25,20 +25,24 @@ void compare(const std::string& where, const Json& expected, const Json& found, 
         differences.push_back(fmt::format("{}: expected {}, found {}, off by {:+.6g}", where,
                                           expected.dump(), found.dump(), b - a));
     } else if (expected.is_array() && found.is_array() && expected.size() == found.size()) {
-        for (size_t i = 0; i < expected.size(); ++i)
+        for (size_t i = 0; i < expected.size(); ++i) {
             compare(fmt::format("{}[{}]", where, i), expected[i], found[i], tolerance, differences);
+        }
     } else if (expected.is_object() && found.is_object()) {
         for (const auto& [key, value] : expected.items()) {
             const std::string inside = where.empty() ? key : where + '.' + key;
-            if (found.contains(key))
+            if (found.contains(key)) {
                 compare(inside, value, found[key], tolerance, differences);
-            else
+            } else {
                 differences.push_back(inside + ": expected, but not there");
+            }
         }
-        for (const auto& [key, value] : found.items())
-            if (!expected.contains(key))
+        for (const auto& [key, value] : found.items()) {
+            if (!expected.contains(key)) {
                 differences.push_back((where.empty() ? key : where + '.' + key) +
                                       ": there, but not expected");
+            }
+        }
     } else if (expected != found) {
         differences.push_back(
             fmt::format("{}: expected {}, found {}", where, expected.dump(), found.dump()));
@@ -62,23 +66,27 @@ Result<Json> read_baseline(const std::string& path) {
         return !is_deep;
     };
     Json json = Json::parse(*text, stay_flat, false);
-    if (is_deep)
+    if (is_deep) {
         return Error{
             fmt::format("{}: values inside each other more than {} deep", path, kDepthCapacity)};
+    }
     if (!json.is_object()) return Error{path + ": is no baseline"};
     if (json.contains("steps") &&
-        (!json["steps"].is_number_integer() || json["steps"].get<int64_t>() < 0))
+        (!json["steps"].is_number_integer() || json["steps"].get<int64_t>() < 0)) {
         return Error{path + ": its \"steps\" are no number of steps"};
+    }
     return json;
 }
 
 std::vector<double> sample_moments_s(const SceneRun& run) {
     const double end_s = static_cast<double>(run.step_target()) * run.step_s();
     std::vector<double> moments;
-    for (const double t_s : run.scene().record.moments_s)
+    for (const double t_s : run.scene().record.moments_s) {
         if (t_s <= end_s) moments.push_back(t_s);
-    if (moments.empty())
+    }
+    if (moments.empty()) {
         for (int i = 1; i <= kMomentCount; ++i) moments.push_back(end_s * i / kMomentCount);
+    }
     std::sort(moments.begin(), moments.end());
     return moments;
 }
@@ -94,8 +102,9 @@ Json BaselineRecorder::state() const {
                                  p.rotation.y, p.rotation.z, p.rotation.w};
     }
     Json probes = Json::object();
-    for (const ProbeItem& probe : run_.scene().probes)
+    for (const ProbeItem& probe : run_.scene().probes) {
         if (probe.kind == "mass_inside") probes[probe.name] = run_.probe_mass_kg(probe);
+    }
     Json json{{"bodies", bodies}, {"probes_kg", probes}};
     if (run_.has_soil()) json["checksum"] = fmt::format("{:016x}", run_.soil().checksum());
     return json;
@@ -114,8 +123,9 @@ Json BaselineRecorder::finish() const {
     Json json;
     json["scene"] = std::filesystem::path(run_.scene().path).filename().string();
     for (const char* key : {"up", "steps", "voxels_total", "soil_units_start", "soil_units_end",
-                            "soil_units_in", "soil_units_out", "status"})
+                            "soil_units_in", "soil_units_out", "status"}) {
         if (summary.contains(key)) json[key] = summary[key];
+    }
     json["trajectory"] = trajectory_;
     json["end"] = state();
     return json;

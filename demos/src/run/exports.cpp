@@ -58,8 +58,9 @@ std::vector<NamedMesh> meshes_of(const SceneRun& run) {
         add("soil", SurfaceMeshDef::Layer::soil);
         if (!run.scene().terrains.empty()) add("terrain", SurfaceMeshDef::Layer::terrain);
     }
-    for (const SceneBody& body : run.bullet().bodies())
+    for (const SceneBody& body : run.bullet().bodies()) {
         meshes.push_back({body.name, body_mesh(*body.item), body.pose(), 0.5});
+    }
     std::erase_if(meshes, [](const NamedMesh& named) { return named.mesh.indices.empty(); });
     return meshes;
 }
@@ -169,8 +170,9 @@ std::string glb(const std::vector<NamedMesh>& meshes, bool z_up) {
 std::vector<double> heights_of(const Soil& soil) {
     const GridFrame& frame = soil.frame();
     std::vector<double> heights;
-    for (int y = 0; y < frame.size[1]; ++y)
+    for (int y = 0; y < frame.size[1]; ++y) {
         for (int x = 0; x < frame.size[0]; ++x) heights.push_back(soil.surface_height_m(x, y));
+    }
     return heights;
 }
 
@@ -187,9 +189,10 @@ std::string ascii_grid(const Soil& soil) {
         frame.size[0], frame.size[1], corner.x, y_up ? -corner.z : corner.y, frame.voxel_m);
     const double floor_m = y_up ? corner.y : corner.z;
     for (int y = frame.size[1] - 1; y >= 0; --y) {
-        for (int x = 0; x < frame.size[0]; ++x)
+        for (int x = 0; x < frame.size[0]; ++x) {
             text += fmt::format("{}{:.5f}", x > 0 ? " " : "",
                                 floor_m + heights[static_cast<size_t>(y) * frame.size[0] + x]);
+        }
         text += '\n';
     }
     return text;
@@ -206,15 +209,17 @@ Result<std::string> height_picture(const Soil& soil, const std::string& path) {
     const bool y_up = soil.def().up == UpAxis::y;
     const int width = frame.size[y_up ? 1 : 0], height = frame.size[y_up ? 0 : 1];
     std::vector<uint16_t> levels;
-    for (int row = 0; row < height; ++row)
+    for (int row = 0; row < height; ++row) {
         for (int column = 0; column < width; ++column) {
             const int x = y_up ? row : column, y = y_up ? column : row;
             const double share =
                 (heights[static_cast<size_t>(y) * frame.size[0] + x] - *low) / range;
             levels.push_back(static_cast<uint16_t>(std::lround(65535 * share)));
         }
-    if (const Status written = render::write_grey_png(width, height, levels, path); !written)
+    }
+    if (const Status written = render::write_grey_png(width, height, levels, path); !written) {
         return Error{written.error()};
+    }
     return fmt::format("min_height_m = {:.6f}, max_height_m = {:.6f}", *low, *high);
 }
 
@@ -227,10 +232,10 @@ std::string vtk_image(const Soil& soil) {
         terrain(count);
     std::vector<uint8_t> material(count);
     constexpr int kTileSide = 8;  // tile by tile: that is how the soil's cache reads
-    for (int ty = 0; ty < frame.size[1]; ty += kTileSide)
-        for (int tx = 0; tx < frame.size[0]; tx += kTileSide)
-            for (int z = 0; z < frame.size[2]; ++z)
-                for (int y = ty; y < std::min(frame.size[1], ty + kTileSide); ++y)
+    for (int ty = 0; ty < frame.size[1]; ty += kTileSide) {
+        for (int tx = 0; tx < frame.size[0]; tx += kTileSide) {
+            for (int z = 0; z < frame.size[2]; ++z) {
+                for (int y = ty; y < std::min(frame.size[1], ty + kTileSide); ++y) {
                     for (int x = tx; x < std::min(frame.size[0], tx + kTileSide); ++x) {
                         const VoxelSample s = soil.sample(x, y, z);
                         const size_t v = (static_cast<size_t>(z) * frame.size[1] + y) *
@@ -245,6 +250,10 @@ std::string vtk_image(const Soil& soil) {
                         terrain[v] = static_cast<float>(s.coverage);
                         material[v] = static_cast<uint8_t>(s.material);
                     }
+                }
+            }
+        }
+    }
     std::string raw, arrays;
     const auto add = [&](const char* name, const char* type, int parts, const auto& values) {
         arrays += fmt::format(
@@ -290,25 +299,28 @@ const std::vector<std::string>& export_endings() {
 Result<std::string> export_run(const SceneRun& run, const std::string& path) {
     const std::string ending = std::filesystem::path(path).extension().string();
     const auto& known = export_endings();
-    if (std::find(known.begin(), known.end(), ending) == known.end())
+    if (std::find(known.begin(), known.end(), ending) == known.end()) {
         return Error{
             fmt::format("{}: the name has to end in one of {}", path, fmt::join(known, ", "))};
+    }
     const bool needs_soil = ending == ".asc" || ending == ".png" || ending == ".vti";
-    if (needs_soil && !run.has_soil())
+    if (needs_soil && !run.has_soil()) {
         return Error{fmt::format("{}: this scene has no soil to export", path)};
+    }
     Status written = Done{};
-    if (ending == ".glb")
+    if (ending == ".glb") {
         written = write_file(path, glb(meshes_of(run), run.scene().world.up == "z"));
-    else if (ending == ".obj")
+    } else if (ending == ".obj") {
         written = write_obj(one_mesh(run), path);
-    else if (ending == ".ply")
+    } else if (ending == ".ply") {
         written = write_ply(one_mesh(run), path);
-    else if (ending == ".asc")
+    } else if (ending == ".asc") {
         written = write_file(path, ascii_grid(run.soil()));
-    else if (ending == ".vti")
+    } else if (ending == ".vti") {
         written = write_file(path, vtk_image(run.soil()));
-    else
+    } else {
         return height_picture(run.soil(), path);
+    }
     if (!written) return Error{written.error()};
     return std::string();
 }

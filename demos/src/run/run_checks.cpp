@@ -46,9 +46,11 @@ std::optional<double> repose_angle_rad(const Soil& soil, Vec3 center_m) {
     const Vec3 center = frame.to_grid(center_m);
     const double base_m = center.z * frame.voxel_m;
     double top_m = 0;
-    for (int y = 0; y < frame.size[1]; ++y)
-        for (int x = 0; x < frame.size[0]; ++x)
+    for (int y = 0; y < frame.size[1]; ++y) {
+        for (int x = 0; x < frame.size[0]; ++x) {
             top_m = std::max(top_m, soil.surface_height_m(x, y) - base_m);
+        }
+    }
     double n = 0, sum_r = 0, sum_h = 0, sum_rr = 0, sum_rh = 0;
     for (int y = 0; y < frame.size[1]; ++y) {
         for (int x = 0; x < frame.size[0]; ++x) {
@@ -95,8 +97,9 @@ Steadiness steadiness(const std::vector<double>& samples) {
 }
 
 RunChecks::RunChecks(const SceneRun& run) : run_(run) {
-    for (const CheckItem& item : run.scene().checks)
+    for (const CheckItem& item : run.scene().checks) {
         if (item.kind != "soil_conserved") watches_.push_back(watch(item));
+    }
     observe();
 }
 
@@ -109,8 +112,9 @@ double RunChecks::energy_j(const CheckItem& item) const {
     for (const SceneBody& body : run_.bullet().bodies()) {
         const bool named =
             std::find(item.bodies.begin(), item.bodies.end(), body.name) != item.bodies.end();
-        if (item.bodies.empty() || named)
+        if (item.bodies.empty() || named) {
             sum_j += body.mechanical_energy_j(run_.bullet().gravity_m_s2());
+        }
     }
     return sum_j;
 }
@@ -142,8 +146,9 @@ std::optional<double> RunChecks::sample(const CheckItem& item) const {
 RunChecks::Watch RunChecks::watch(const CheckItem& item) const {
     Watch w;
     w.item = &item;
-    if (item.kind == "distance_travelled")
+    if (item.kind == "distance_travelled") {
         w.start_m = run_.bullet().find_body(item.body)->pose().position;
+    }
     return w;
 }
 
@@ -197,23 +202,28 @@ void RunChecks::observe(Watch& w) const {
     const CheckItem& item = *w.item;
     if (const std::optional<double> value = sample(item)) w.samples.push_back(*value);
     if (item.kind == "body_at_rest") {
-        if (!w.start_m && reached(item.by_s))
+        if (!w.start_m && reached(item.by_s)) {
             w.start_m = run_.bullet().find_body(item.body)->pose().position;
+        }
     } else if (item.kind == "mass_in_region") {
         const ProbeItem& probe = *run_.scene().find_probe(item.probe);
-        if (!w.reference && item.has("reference_s") && reached(item.reference_s))
+        if (!w.reference && item.has("reference_s") && reached(item.reference_s)) {
             w.reference = run_.probe_mass_kg(probe);
+        }
         if (!w.value && reached(item.at_s)) w.value = run_.probe_mass_kg(probe);
     } else if (item.kind == "mass_in" || item.kind == "mass_out") {
-        if (!w.value && reached(item.at_s))
+        if (!w.value && reached(item.at_s)) {
             w.value = run_.soil().moved_kg(item.kind == "mass_in" ? FlowWay::in : FlowWay::out);
+        }
     } else if (item.kind == "surface_height") {
         if (!w.value && reached(item.at_s)) w.value = surface_height_m(run_.soil(), item.at_m);
     } else if (item.kind == "body_force" && run_.time_s() > item.from_s && in_window(item)) {
         const auto& bodies = run_.bullet().bodies();
-        for (size_t b = 0; b < bodies.size(); ++b)
-            if (bodies[b].name == item.body)
+        for (size_t b = 0; b < bodies.size(); ++b) {
+            if (bodies[b].name == item.body) {
                 w.peak_n = std::max(w.peak_n, run_.readings()[b].peak_force_n);
+            }
+        }
     }
 }
 
@@ -233,8 +243,9 @@ CheckResult RunChecks::conserved() const {
         if (change != now.units_in[i] - now.units_out[i]) result.verdict = Verdict::fail;
         result.figure += fmt::format("{}{}: {} units, {:+} since the start", i ? "; " : "",
                                      run_.soil().materials()[i].name, now.units[i], change);
-        if (now.units_in[i] != 0 || now.units_out[i] != 0)
+        if (now.units_in[i] != 0 || now.units_out[i] != 0) {
             result.figure += fmt::format(", {} in, {} out", now.units_in[i], now.units_out[i]);
+        }
     }
     return result;
 }
@@ -289,13 +300,15 @@ CheckResult RunChecks::result(const Watch& w) const {
         if (!w.value) return not_reached(item.at_s);
         result.verdict = verdict(within(*w.value, item.min_kg, item.max_kg));
         result.figure = fmt::format("{:.1f} kg at {:g} s", *w.value, item.at_s);
-        if (item.min_kg || item.max_kg)
+        if (item.min_kg || item.max_kg) {
             result.figure += ", " + limits_text(item.min_kg, item.max_kg, "kg");
+        }
         if (item.min_fraction || item.max_fraction) {
             if (!w.reference) return not_reached(item.reference_s);
             const double fraction = *w.reference > 0 ? *w.value / *w.reference : 0;
-            if (!within(fraction, item.min_fraction, item.max_fraction))
+            if (!within(fraction, item.min_fraction, item.max_fraction)) {
                 result.verdict = Verdict::fail;
+            }
             result.figure += fmt::format(
                 ", {:.3f} of the {:.1f} kg at {:g} s, {}", fraction, *w.reference, item.reference_s,
                 limits_text(item.min_fraction, item.max_fraction, "of it"));
@@ -330,8 +343,9 @@ CheckResult RunChecks::result(const Watch& w) const {
         if (!run_.finished_scene() && run_.time_s() <= item.from_s) return not_reached(item.from_s);
         result.verdict = verdict(within(w.peak_n, item.min_n, item.max_n));
         if (!run_.finished_scene() && result.verdict == Verdict::fail && item.min_n &&
-            w.peak_n < *item.min_n)
+            w.peak_n < *item.min_n) {
             return not_reached(run_.scene().world.duration_s);
+        }
         result.figure =
             fmt::format("{:.0f} N at most, {}", w.peak_n, limits_text(item.min_n, item.max_n, "N"));
     } else if (item.kind == "force_steady" || item.kind == "speed_steady") {
@@ -364,10 +378,11 @@ CheckResult RunChecks::result(const Watch& w) const {
         }
         result.verdict = verdict(rise_j <= item.tolerance_j);
         result.figure = fmt::format("{:.3g} J at most", rise_j);
-        if (rise_j > 0)
+        if (rise_j > 0) {
             result.figure += fmt::format(
                 ", at {:.3f} s", std::ceil(item.from_s / run_.step_s() - 0.5) * run_.step_s() +
                                      static_cast<double>(where) * run_.step_s());
+        }
         result.figure += fmt::format(", wanted at most {:g} J; {:.4g} J lost over the time",
                                      item.tolerance_j, w.samples.front() - w.samples.back());
     } else {  // no_status

@@ -45,8 +45,9 @@ struct RunPictures::Impl {
     void build() {
         picture.emplace(run, *renderer);
         if (!run.has_soil()) return;
-        for (const MaterialDef& material : run.soil().materials())
+        for (const MaterialDef& material : run.soil().materials()) {
             legend.push_back({material.name, material.color});
+        }
     }
 
     Result<render::Image> take() {
@@ -69,11 +70,13 @@ struct RunPictures::Impl {
         arguments.push_back(nullptr);
         pid_t process = 0;
         int status = 1;
-        if (posix_spawnp(&process, "ffmpeg", nullptr, nullptr, arguments.data(), environ) == 0)
+        if (posix_spawnp(&process, "ffmpeg", nullptr, nullptr, arguments.data(), environ) == 0) {
             waitpid(process, &status, 0);
-        if (status != 0)
+        }
+        if (status != 0) {
             return Error{output + ": ffmpeg failed, its own words are above; the pictures are in " +
                          def.folder + "/frames"};
+        }
         return Done{};
     }
 };
@@ -81,8 +84,9 @@ struct RunPictures::Impl {
 bool has_film_maker() {
     const char* path = std::getenv("PATH");
     std::stringstream folders(path ? path : "");
-    for (std::string folder; std::getline(folders, folder, ':');)
+    for (std::string folder; std::getline(folders, folder, ':');) {
         if (access((folder + "/ffmpeg").c_str(), X_OK) == 0) return true;
+    }
     return false;
 }
 
@@ -97,8 +101,9 @@ Result<std::unique_ptr<RunPictures>> RunPictures::create(const SceneRun& run,
     impl->renderer = std::move(*renderer);
     impl->build();
     std::error_code failed;
-    if (def.frames || def.video)
+    if (def.frames || def.video) {
         std::filesystem::create_directories(def.folder + "/frames", failed);
+    }
     if (failed) return Error{def.folder + "/frames: " + failed.message()};
     return std::unique_ptr<RunPictures>(new RunPictures(std::move(impl)));
 }
@@ -111,8 +116,9 @@ Status RunPictures::observe() {
     if (!frame && !moment) return Done{};
     const auto image = m.take();
     if (!image) return Error{image.error()};
-    if (moment)
+    if (moment) {
         m.sheet.add(*image, render::ContactSheet::caption(m.run.time_s(), m.run.scene().title));
+    }
     if (!frame) return Done{};
     return render::write_png(*image,
                              fmt::format("{}/frames/{:05}.png", m.def.folder, m.frame_count++));

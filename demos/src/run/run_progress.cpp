@@ -28,9 +28,10 @@ double remaining_s(const Progress& p) {
 std::string duration_text(double seconds) {
     const double whole_s = std::round(seconds);
     if (whole_s < kMinuteS) return fmt::format("{:.0f} s", whole_s);
-    if (whole_s < kHourS)
+    if (whole_s < kHourS) {
         return fmt::format("{:.0f} min {:02.0f} s", std::floor(whole_s / kMinuteS),
                            std::fmod(whole_s, kMinuteS));
+    }
     return fmt::format("{:.0f} h {:02.0f} min", std::floor(whole_s / kHourS),
                        std::floor(std::fmod(whole_s, kHourS) / kMinuteS));
 }
@@ -39,8 +40,9 @@ std::string progress_text(const Progress& p) {
     std::string text = fmt::format("{:3}%  {:.2f} s simulated, {}", percent_of(p), p.time_s,
                                    duration_text(p.wall_s));
     const double left_s = remaining_s(p);
-    if (left_s >= 0 && p.step_count < p.step_target)
+    if (left_s >= 0 && p.step_count < p.step_target) {
         text += ", " + duration_text(left_s) + " to go";
+    }
     return text;
 }
 

@@ -24,18 +24,19 @@ Quat axis_turn(const std::string& axis) {
 
 Mesh solid_mesh(const ShapeItem& s, const render::Color& color, double bevel_m = 0) {
     Mesh mesh;
-    if (s.shape == "box")
+    if (s.shape == "box") {
         mesh = render::box_mesh(s.size_m * 0.5, color, bevel_m);
-    else if (s.shape == "sphere")
+    } else if (s.shape == "sphere") {
         mesh = render::sphere_mesh(s.radius_m, color);
-    else if (s.shape == "capsule")
+    } else if (s.shape == "capsule") {
         mesh = render::capsule_mesh(s.radius_m, s.height_m / 2, color);
-    else if (s.shape == "cylinder")
+    } else if (s.shape == "cylinder") {
         mesh = render::cylinder_mesh(s.radius_m, s.height_m / 2, color, bevel_m);
-    else if (s.shape == "cone")
+    } else if (s.shape == "cone") {
         mesh = render::cone_mesh(s.radius_m, s.height_m / 2, color);
-    else
+    } else {
         mesh = render::triangle_mesh(s.mesh ? *s.mesh : convex_hull(s.points_m).surface, color);
+    }
     const bool has_axis = s.shape == "capsule" || s.shape == "cylinder" || s.shape == "cone";
     if (has_axis) render::transform_mesh(mesh, {{}, axis_turn(s.axis)});
     return mesh;

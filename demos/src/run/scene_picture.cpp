@@ -52,8 +52,9 @@ ScenePicture::ScenePicture(const SceneRun& run, render::Renderer& renderer)
             m.terrain.emplace(*m.tiles, terrain_def, renderer, kTerrainGrainM);
         }
     }
-    for (const BodyItem& body : scene.bodies)
+    for (const BodyItem& body : scene.bodies) {
         m.bodies.push_back(renderer.add_mesh(body_mesh(body)));
+    }
     m.view.camera = scene_camera(scene);
     if (scene.world.ground_plane) m.view.floor_height_m = scene.world.ground_height_m;
     m.view.to_sun = sun_beside(m.view.camera);

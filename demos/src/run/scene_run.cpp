@@ -87,8 +87,9 @@ void SceneRun::warn_of_bodies_outside() {
         const bool moves = body.item->mass_kg > 0 || body.item->kinematic;
         if (!moves || std::find(apart.begin(), apart.end(), body.object) != apart.end()) continue;
         const Vec3 at = frame.to_grid(from_bullet(body.object->getWorldTransform().getOrigin()));
-        if (at.x >= 0 && at.x <= frame.size[0] && at.y >= 0 && at.y <= frame.size[1] && at.z >= 0)
+        if (at.x >= 0 && at.x <= frame.size[0] && at.y >= 0 && at.y <= frame.size[1] && at.z >= 0) {
             continue;
+        }
         warnings_.push_back(scene_.message(
             body.item->at,
             fmt::format("body `{}` starts outside the soil's box, where it meets no soil; move it, "
@@ -98,8 +99,9 @@ void SceneRun::warn_of_bodies_outside() {
 }
 
 std::string SceneRun::name_of(const btCollisionObject* object) const {
-    for (const SceneBody& body : bullet_->bodies())
+    for (const SceneBody& body : bullet_->bodies()) {
         if (object && body.object == object) return body.name;
+    }
     return {};
 }
 
@@ -187,8 +189,9 @@ Result<SnapshotScene> scene_of_snapshot(const std::string& path) {
     const auto sections = read_snapshot_file(path);
     if (!sections) return Error{sections.error()};
     const std::vector<uint8_t>* bytes = find_section(*sections, kSceneSection);
-    if (!bytes || bytes->size() < 3 || (*bytes)[1] != ' ')
+    if (!bytes || bytes->size() < 3 || (*bytes)[1] != ' ') {
         return Error{fmt::format("snapshot '{}' does not say which scene it is of", path)};
+    }
     return SnapshotScene{{bytes->begin(), bytes->begin() + 1}, {bytes->begin() + 2, bytes->end()}};
 }
 
@@ -204,15 +207,17 @@ Status SceneRun::load(const std::string& path) {
     const Progress here = progress();
     StateStream stream(*bytes);
     saved.serialize(stream);
-    if (!stream.at_end() || saved.step_count < 0 || saved.bullet.substep_count < 0)
+    if (!stream.at_end() || saved.step_count < 0 || saved.bullet.substep_count < 0) {
         return refuse("is damaged");
+    }
     if (saved.step_s != here.step_s ||
         saved.bullet.substep_count != saved.step_count * substep_count_ ||
         saved.bullet.joint_positions.size() != here.bullet.joint_positions.size() ||
         saved.peak_force_n.size() != here.peak_force_n.size() ||
         saved.readings.size() != here.readings.size() ||
-        saved.totals_at_start.units.size() != here.totals_at_start.units.size())
+        saved.totals_at_start.units.size() != here.totals_at_start.units.size()) {
         return refuse("is of another scene: its steps, bodies, joints or materials are others");
+    }
     const Status loaded = bullet::load_world(bullet_->world(), soils(), path);
     if (!loaded) return loaded;
     step_count_ = loaded_step_count_ = saved.step_count;

@@ -28,20 +28,24 @@ Result<Telemetry> Telemetry::create(const SceneRun& run, const std::string& fold
     telemetry.folder_ = folder;
     telemetry.table_.open(path);
     telemetry.table_ << "time_s";
-    for (const size_t b : telemetry.bodies_)
+    for (const size_t b : telemetry.bodies_) {
         for (const char* column :
              {"x_m", "y_m", "z_m", "qx", "qy", "qz", "qw", "vx_m_s", "vy_m_s", "vz_m_s", "fx_n",
-              "fy_n", "fz_n", "tx_n_m", "ty_n_m", "tz_n_m", "sinkage_m"})
+              "fy_n", "fz_n", "tx_n_m", "ty_n_m", "tz_n_m", "sinkage_m"}) {
             fmt::print(telemetry.table_, ",{}.{}", run.bullet().bodies()[b].name, column);
-    for (const SceneJoint& joint : run.bullet().joints())
+        }
+    }
+    for (const SceneJoint& joint : run.bullet().joints()) {
         fmt::print(telemetry.table_, ",{}.position_{}", joint.name,
                    joint.item->kind == "slider" ? "m" : "deg");
+    }
     bool has_profiles = false;
     for (const ProbeItem& probe : run.scene().probes) {
-        if (probe.kind == "mass_inside")
+        if (probe.kind == "mass_inside") {
             fmt::print(telemetry.table_, ",{}.kg", probe.name);
-        else
+        } else {
             has_profiles = true;
+        }
     }
     telemetry.table_ << '\n';
     if (!telemetry.table_) return Error{path + ": cannot be written"};
@@ -92,11 +96,13 @@ void Telemetry::write_row() {
         numbers(reading.torque_n_m);
         fmt::print(table_, ",{:.6g}", reading.sinkage_m);
     }
-    for (const SceneJoint& joint : run_->bullet().joints())
+    for (const SceneJoint& joint : run_->bullet().joints()) {
         fmt::print(table_, ",{:.6g}",
                    joint.item->kind == "slider" ? joint.position : joint.position / kDegree);
-    for (const ProbeItem& probe : run_->scene().probes)
+    }
+    for (const ProbeItem& probe : run_->scene().probes) {
         if (probe.kind == "mass_inside") fmt::print(table_, ",{:.6g}", run_->probe_mass_kg(probe));
+    }
     table_ << '\n';
 }
 

@@ -148,4 +148,11 @@ void set_up_axis(Scene& scene, UpAxis up) {
     }
 }
 
+SoilDef soil_def(const Scene& scene) {
+    SoilDef def = scene.soil->def;
+    def.up = scene.world.up == "y" ? UpAxis::y : UpAxis::z;
+    def.gravity_m_s2 = scene.world.gravity_m_s2;
+    return def;
+}
+
 }  // namespace bsoil::scene

@@ -380,4 +380,8 @@ struct Scene {
 /// it does already.
 void set_up_axis(Scene& scene, UpAxis up);
 
+/// The soil a scene describes: SoilDef with materials, axis and gravity filled in. Only where
+/// scene.soil is set.
+SoilDef soil_def(const Scene& scene);
+
 }  // namespace bsoil::scene

@@ -67,8 +67,8 @@ double hollow(Vec3 p, const TerrainItem& t) {
     const int cx = static_cast<int>(std::floor(cell.x)), cy = static_cast<int>(std::floor(cell.y)),
               cz = static_cast<int>(std::floor(cell.z));
     double deepest = -t.cave_spacing_m;
-    for (int i = cx - 1; i <= cx + 1; ++i)
-        for (int j = cy - 1; j <= cy + 1; ++j)
+    for (int i = cx - 1; i <= cx + 1; ++i) {
+        for (int j = cy - 1; j <= cy + 1; ++j) {
             for (int k = cz - 1; k <= cz + 1; ++k) {
                 if (length({gap(cell.x, i), gap(cell.y, j), gap(cell.z, k)}) > reach) continue;
                 const auto random = [&](uint32_t which) {
@@ -79,6 +79,8 @@ double hollow(Vec3 p, const TerrainItem& t) {
                 const double radius = t.cave_radius_m * (0.4 + 0.6 * random(3));
                 deepest = std::max(deepest, radius - length(p - center * t.cave_spacing_m));
             }
+        }
+    }
     return deepest;
 }
 

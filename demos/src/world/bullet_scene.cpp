@@ -99,10 +99,11 @@ Status BulletScene::build() {
         auto shape = shapes_.make(scene_, item);
         if (!shape) return Error{shape.error()};
         bodies_.push_back({item.name, &item, from_bullet(shape->center)});
-        if (item.multibody.empty())
+        if (item.multibody.empty()) {
             add_body(item, *shape);
-        else
+        } else {
             add_to_multibody(item, *shape, multibodies);
+        }
     }
     if (shapes_.has_gimpact()) btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher_);
     for (const BulletFileItem& item : scene_.bullet_files) {
@@ -114,10 +115,12 @@ Status BulletScene::build() {
     for (const JointItem& item : scene_.joints) add_joint(item);
     for (const MotionItem& item : scene_.motions) {
         Drive drive{Motion(item)};
-        for (size_t i = 0; i < joints_.size(); ++i)
+        for (size_t i = 0; i < joints_.size(); ++i) {
             if (joints_[i].name == item.joint) drive.joint = static_cast<int>(i);
-        for (size_t i = 0; i < bodies_.size(); ++i)
+        }
+        for (size_t i = 0; i < bodies_.size(); ++i) {
             if (bodies_[i].name == item.body) drive.body = static_cast<int>(i);
+        }
         drives_.push_back(std::move(drive));
     }
     return Done{};
@@ -141,10 +144,12 @@ Status BulletScene::add_bullet_file(const BulletFileItem& item) {
     if (!file) return Error{scene_.message(item.where("file"), file.error())};
     for (SceneBody& body : bodies_) {
         if (body.item->bullet_file != item.name) continue;
-        for (const BulletFile::Body& found : (*file)->bodies())
+        for (const BulletFile::Body& found : (*file)->bodies()) {
             if (item.name + '/' + found.name == body.name) body.object = body.body = found.body;
-        if (!body.object)
+        }
+        if (!body.object) {
             return Error{scene_.message(item.where("file"), "the file has changed meanwhile")};
+        }
     }
     bullet_files_.push_back(std::move(*file));
     return Done{};
@@ -153,8 +158,9 @@ Status BulletScene::add_bullet_file(const BulletFileItem& item) {
 std::vector<const btCollisionObject*> BulletScene::apart_from_soil() const {
     std::vector<const btCollisionObject*> objects;
     if (ground_) objects.push_back(ground_);
-    for (const SceneBody& body : bodies_)
+    for (const SceneBody& body : bodies_) {
         if (body.item->ignore_soil) objects.push_back(body.object);
+    }
     return objects;
 }
 
@@ -171,9 +177,10 @@ void BulletScene::add_body(const BodyItem& item, const SceneShapes::BodyShape& s
     info.m_angularSleepingThreshold = scalar(item.sleep_rad_s);
     owned_bodies_.push_back(std::make_unique<btRigidBody>(info));
     btRigidBody* body = owned_bodies_.back().get();
-    if (item.is_ghost)
+    if (item.is_ghost) {
         body->setCollisionFlags(body->getCollisionFlags() |
                                 btCollisionObject::CF_NO_CONTACT_RESPONSE);
+    }
     if (item.kinematic) {
         body->setCollisionFlags(body->getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
         body->setActivationState(DISABLE_DEACTIVATION);
@@ -193,13 +200,16 @@ void BulletScene::add_body(const BodyItem& item, const SceneShapes::BodyShape& s
 void BulletScene::add_to_multibody(const BodyItem& item, const SceneShapes::BodyShape& shape,
                                    std::vector<MultibodyItem>& multibodies) const {
     MultibodyLink link{&item, nullptr, -1, bodies_.size() - 1, shape};
-    for (const JointItem& joint : scene_.joints)
+    for (const JointItem& joint : scene_.joints) {
         if (joint.child == item.name) link.joint = &joint;
-    if (multibodies.empty() || multibodies.back().name != item.multibody)
+    }
+    if (multibodies.empty() || multibodies.back().name != item.multibody) {
         multibodies.push_back({item.multibody, {}});
+    }
     std::vector<MultibodyLink>& links = multibodies.back().links;
-    for (size_t i = 0; link.joint && i < links.size(); ++i)
+    for (size_t i = 0; link.joint && i < links.size(); ++i) {
         if (links[i].item->name == link.joint->parent) link.parent = static_cast<int>(i);
+    }
     links.push_back(link);
 }
 
@@ -225,10 +235,13 @@ void BulletScene::add_multibody(const MultibodyItem& item) {
 }
 
 void BulletScene::separate_groups() {
-    for (const SceneBody& a : bodies_)
-        for (const SceneBody& b : bodies_)
-            if (&a != &b && !a.item->group.empty() && a.item->group == b.item->group)
+    for (const SceneBody& a : bodies_) {
+        for (const SceneBody& b : bodies_) {
+            if (&a != &b && !a.item->group.empty() && a.item->group == b.item->group) {
                 a.object->setIgnoreCollisionCheck(b.object, true);
+            }
+        }
+    }
 }
 
 void BulletScene::add_joint(const JointItem& item) {
@@ -251,11 +264,13 @@ void BulletScene::add_joint(const JointItem& item) {
     if (item.kind == "hinge") {
         auto hinge = std::make_unique<btHingeConstraint>(
             *joint.parent, *joint.child, joint.parent_frame, joint.child_frame, true);
-        if (item.lower_rad && *item.upper_rad - *item.lower_rad < 2 * kPi)
+        if (item.lower_rad && *item.upper_rad - *item.lower_rad < 2 * kPi) {
             hinge->setLimit(scalar(*item.lower_rad - item.start),
                             scalar(*item.upper_rad - item.start));
-        if (item.motor_torque_n_m > 0)  // Bullet's limit of a hinge motor is an impulse
+        }
+        if (item.motor_torque_n_m > 0) {  // Bullet's limit of a hinge motor is an impulse
             hinge->enableAngularMotor(true, 0, scalar(item.motor_torque_n_m * substep_s_));
+        }
         made = std::move(hinge);
     } else if (item.kind == "slider") {
         auto slider = std::make_unique<btSliderConstraint>(
@@ -398,8 +413,9 @@ void BulletScene::drive_mimics() {
 }
 
 void BulletScene::set_motor(const SceneJoint& joint, double velocity) {
-    if (joint.item->max_velocity)
+    if (joint.item->max_velocity) {
         velocity = std::clamp(velocity, -*joint.item->max_velocity, *joint.item->max_velocity);
+    }
     if (joint.multibody) {
         if (std::abs(velocity) > kMotorRest) joint.multibody->wakeUp();
         joint.link_motor->setVelocityTarget(scalar(velocity));
@@ -428,10 +444,12 @@ void BulletScene::substep() {
     const auto lever_of = [this](size_t joint) {
         return joint < levers_.size() ? levers_[joint] : std::optional<double>();
     };
-    for (const Drive& d : drives_)
+    for (const Drive& d : drives_) {
         if (d.joint < 0 || !lever_of(static_cast<size_t>(d.joint))) drive(d);
-    for (size_t j = 0; j < levers_.size(); ++j)
+    }
+    for (size_t j = 0; j < levers_.size(); ++j) {
         if (levers_[j]) set_motor(joints_[j], *levers_[j]);
+    }
     drive_mimics();
     for (const auto& multibody : multibodies_) multibody->resist(substep_s_);
     world_->stepSimulation(scalar(substep_s_), 0);  // 0: one step of exactly this length

@@ -39,8 +39,9 @@ Curve::Curve(std::vector<double> t_s, std::vector<double> values, Interpolation 
         const double h0 = t_s_[i] - t_s_[i - 1], h1 = t_s_[i + 1] - t_s_[i];
         const double d0 = (values_[i] - values_[i - 1]) / h0;
         const double d1 = (values_[i + 1] - values_[i]) / h1;
-        if (d0 * d1 > 0)  // else an extreme: at rest there
+        if (d0 * d1 > 0) {  // else an extreme: at rest there
             slopes_[i] = 3 * (h0 + h1) / ((2 * h1 + h0) / d0 + (h1 + 2 * h0) / d1);
+        }
     }
 }
 
@@ -90,8 +91,9 @@ Motion::Motion(const MotionItem& item)
     const bool moves = first.velocity_rad_s || first.velocity_m_s;
     quantity_ = moves ? Quantity::velocity : Quantity::position;
     add([](const MotionKey& k) {
-        for (const auto& value : {k.position_rad, k.offset_m, k.velocity_rad_s, k.velocity_m_s})
+        for (const auto& value : {k.position_rad, k.offset_m, k.velocity_rad_s, k.velocity_m_s}) {
             if (value) return *value;
+        }
         return 0.0;
     });
 }

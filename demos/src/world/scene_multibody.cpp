@@ -23,8 +23,9 @@ void GroupFilter::add(const btCollisionObject& object, const std::string& group)
 
 bool GroupFilter::needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const {
     if (!(a->m_collisionFilterGroup & b->m_collisionFilterMask) ||
-        !(b->m_collisionFilterGroup & a->m_collisionFilterMask))
+        !(b->m_collisionFilterGroup & a->m_collisionFilterMask)) {
         return false;
+    }
     const auto of_a = group_of_.find(a->m_clientObject), of_b = group_of_.find(b->m_clientObject);
     return of_a == group_of_.end() || of_b == group_of_.end() || of_a->second != of_b->second;
 }
@@ -77,15 +78,16 @@ void SceneMultibody::set_up_link(const MultibodyItem& item, size_t i) {
     const btVector3 parent_to_pivot = parent_center.inverse() * pivot;
     const btVector3 pivot_to_this = -(center.inverse() * pivot);
     const btScalar mass = scalar(link.item->mass_kg);
-    if (joint.kind == "hinge")
+    if (joint.kind == "hinge") {
         multibody_->setupRevolute(index, mass, link.shape.inertia, parent, to_this, axis,
                                   parent_to_pivot, pivot_to_this, true);
-    else if (joint.kind == "slider")
+    } else if (joint.kind == "slider") {
         multibody_->setupPrismatic(index, mass, link.shape.inertia, parent, to_this, axis,
                                    parent_to_pivot, pivot_to_this, true);
-    else
+    } else {
         multibody_->setupPlanar(index, mass, link.shape.inertia, parent, to_this, axis,
                                 in_parent.getOrigin(), true);
+    }
 }
 
 void SceneMultibody::add_collider(GroupFilter& filter, const MultibodyLink& link, size_t i) {
@@ -95,22 +97,25 @@ void SceneMultibody::add_collider(GroupFilter& filter, const MultibodyLink& link
     collider->setWorldTransform(center_of(link));
     collider->setFriction(scalar(link.item->friction));
     collider->setRestitution(scalar(link.item->restitution));
-    if (link.item->is_ghost)
+    if (link.item->is_ghost) {
         collider->setCollisionFlags(collider->getCollisionFlags() |
                                     btCollisionObject::CF_NO_CONTACT_RESPONSE);
+    }
     const bool stands = index < 0 && multibody_->hasFixedBase();
-    if (stands)
+    if (stands) {
         collider->setCollisionFlags(collider->getCollisionFlags() |
                                     btCollisionObject::CF_STATIC_OBJECT);
+    }
     filter.add(*collider, link.item->group);
     world_.addCollisionObject(
         collider.get(), stands ? btBroadphaseProxy::StaticFilter : btBroadphaseProxy::DefaultFilter,
         stands ? btBroadphaseProxy::AllFilter ^ btBroadphaseProxy::StaticFilter
                : btBroadphaseProxy::AllFilter);
-    if (index < 0)
+    if (index < 0) {
         multibody_->setBaseCollider(collider.get());
-    else
+    } else {
         multibody_->getLink(index).m_collider = collider.get();
+    }
     colliders_.push_back(std::move(collider));
 }
 
@@ -130,9 +135,10 @@ void SceneMultibody::add_limit_and_motor(const JointItem& joint, size_t i, doubl
     };
     const auto& lower = joint.kind == "slider" ? joint.lower_m : joint.lower_rad;
     const auto& upper = joint.kind == "slider" ? joint.upper_m : joint.upper_rad;
-    if (lower && upper)
+    if (lower && upper) {
         add(std::make_unique<btMultiBodyJointLimitConstraint>(
             multibody_.get(), index, scalar(*lower - joint.start), scalar(*upper - joint.start)));
+    }
     if (joint.resisting_friction > 0 || joint.resisting_damping > 0) {
         auto brake = std::make_unique<btMultiBodyJointMotor>(multibody_.get(), index, btScalar(0),
                                                              btScalar(0));

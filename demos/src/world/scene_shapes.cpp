@@ -62,12 +62,13 @@ std::unique_ptr<btConvexShape> make_convex(const ShapeItem& s) {
     }
     if (s.shape == "cone") {
         std::unique_ptr<btConvexShape> cone;
-        if (s.axis == "x")
+        if (s.axis == "x") {
             cone = std::make_unique<btConeShapeX>(r, h);
-        else if (s.axis == "y")
+        } else if (s.axis == "y") {
             cone = std::make_unique<btConeShape>(r, h);
-        else
+        } else {
             cone = std::make_unique<btConeShapeZ>(r, h);
+        }
         cone->setMargin(scalar(kMargin));
         return cone;
     }
@@ -82,13 +83,15 @@ btCollisionShape* SceneShapes::make_plane(const btVector3& up, double height_m) 
 
 btCollisionShape* SceneShapes::make_mesh(const TriangleMesh& mesh, bool can_move) {
     auto triangles = std::make_unique<btTriangleMesh>();
-    for (const auto& [a, b, c] : mesh.triangles)
+    for (const auto& [a, b, c] : mesh.triangles) {
         triangles->addTriangle(to_bullet(mesh.vertices[static_cast<size_t>(a)]),
                                to_bullet(mesh.vertices[static_cast<size_t>(b)]),
                                to_bullet(mesh.vertices[static_cast<size_t>(c)]));
+    }
     meshes_.push_back(std::move(triangles));
-    if (!can_move)
+    if (!can_move) {
         return keep(std::make_unique<btBvhTriangleMeshShape>(meshes_.back().get(), true));
+    }
     has_gimpact_ = true;
     auto* shape = keep(std::make_unique<btGImpactMeshShape>(meshes_.back().get()));
     shape->updateBound();
@@ -108,10 +111,11 @@ Result<SceneShapes::BodyShape> SceneShapes::make(const Scene& scene, const BodyI
     std::vector<btScalar> masses;
     for (const ShapeItem& solid : solids) {
         btCollisionShape* shape = make_solid(solid, moves || item.kinematic);
-        if (!shape)
+        if (!shape) {
             return Error{
                 scene.message(solid.where("points_m"),
                               fmt::format("the hull of body \"{}\" has no volume", item.name))};
+        }
         children.push_back(shape);
         masses.push_back(scalar(solid.mass_kg.value_or(volume_m3(solid))));
     }
@@ -122,8 +126,9 @@ Result<SceneShapes::BodyShape> SceneShapes::make(const Scene& scene, const BodyI
         return out;
     }
     btCompoundShape unweighted;
-    for (size_t i = 0; i < children.size(); ++i)
+    for (size_t i = 0; i < children.size(); ++i) {
         unweighted.addChildShape(to_bullet(solids[i].pose), children[i]);
+    }
     if (item.inertial) {
         out.center = to_bullet(item.inertial->frame);
         out.inertia = to_bullet(item.inertial->moments_kg_m2);
@@ -134,8 +139,9 @@ Result<SceneShapes::BodyShape> SceneShapes::make(const Scene& scene, const BodyI
         unweighted.calculatePrincipalAxisTransform(masses.data(), out.center, out.inertia);
     }
     auto* compound = keep(std::make_unique<btCompoundShape>());
-    for (size_t i = 0; i < children.size(); ++i)
+    for (size_t i = 0; i < children.size(); ++i) {
         compound->addChildShape(out.center.inverse() * to_bullet(solids[i].pose), children[i]);
+    }
     out.shape = compound;
     return out;
 }

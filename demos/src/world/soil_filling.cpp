@@ -12,8 +12,9 @@ Status at(const Scene& scene, const SceneItem& item, const Status& status) {
 
 Status put_in(const FillItem& item, const std::string& material, Soil& soil) {
     if (item.kind == "box") return soil.fill(BoxFill{{item.min_m, item.max_m}, material});
-    if (item.kind == "cylinder")
+    if (item.kind == "cylinder") {
         return soil.fill(CylinderFill{item.base_center_m, item.radius_m, item.height_m, material});
+    }
     if (item.kind == "height_map") {
         HeightMapFill fill = item.height_map;
         fill.material = material;

@@ -8,7 +8,8 @@
 
 namespace bsoil::scene {
 
-/// Terrain first, then the fills, sources and sinks in the file's order. The error names the place in the file.
+/// Terrain first, then the fills, sources and sinks in the file's order. The error names the place
+/// in the file.
 Status fill_soil(const Scene& scene, Soil& soil);
 
 /// Gives the bodies in the soil the tool friction and adhesion of their items. Error: what

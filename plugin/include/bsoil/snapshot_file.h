@@ -90,8 +90,9 @@ class StateStream {
             number = byte == 1;
         } else {
             raw(&number, sizeof(T));
-            if constexpr (std::is_floating_point_v<T>)
+            if constexpr (std::is_floating_point_v<T>) {
                 if (!accepts_non_finite_ && !std::isfinite(number)) refuse();
+            }
         }
     }
     void value(Vec3& v) { (*this)(v.x, v.y, v.z); }

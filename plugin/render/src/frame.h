@@ -38,8 +38,9 @@ struct Placed {
     bool is_seen(const std::array<glm::vec4, 6>& planes) const {
         for (const glm::vec4& plane : planes) {
             bool inside = false;
-            for (int c = 0; c < 8 && !inside; ++c)
+            for (int c = 0; c < 8 && !inside; ++c) {
                 inside = glm::dot(plane, glm::vec4(corner(c), 1)) >= 0;
+            }
             if (!inside) return false;
         }
         return true;

@@ -51,8 +51,9 @@ void GrainLayer::create() {
     for (int g = 0; g < kGroupGrains; ++g) {
         float place[3];
         for (float& p : place) p = static_cast<float>(random()) * 0x1p-32f;
-        for (int corner = 0; corner < kCorners; ++corner)
+        for (int corner = 0; corner < kCorners; ++corner) {
             offsets.insert(offsets.end(), place, place + 3);
+        }
     }
     glBindVertexArray(layout_.name());
     glBindBuffer(GL_ARRAY_BUFFER, offsets_.name());

@@ -56,8 +56,9 @@ Status write_jpeg(const Image& image, const std::string& path) {
 namespace {
 
 void append_big_endian(std::vector<uint8_t>& bytes, uint32_t value) {
-    for (int shift = 24; shift >= 0; shift -= 8)
+    for (int shift = 24; shift >= 0; shift -= 8) {
         bytes.push_back(static_cast<uint8_t>(value >> shift));
+    }
 }
 
 /// A chunk of a PNG file: length, name, content, checksum of name and content.
@@ -76,8 +77,9 @@ void append_chunk(std::vector<uint8_t>& bytes, const char (&name)[5],
 Status write_grey_png(int width, int height, std::span<const uint16_t> levels,
                       const std::string& path) {
     if (width <= 0 || height <= 0 ||
-        levels.size() != static_cast<size_t>(width) * static_cast<size_t>(height))
+        levels.size() != static_cast<size_t>(width) * static_cast<size_t>(height)) {
         return Error{path + ": the levels must be width x height, both above zero"};
+    }
     std::vector<uint8_t> header;
     append_big_endian(header, static_cast<uint32_t>(width));
     append_big_endian(header, static_cast<uint32_t>(height));

@@ -3,8 +3,9 @@
 namespace bsoil::render {
 
 void PassTimer::create() {
-    for (auto& picture : queries_)
+    for (auto& picture : queries_) {
         for (GlQuery& query : picture) query = GlQuery("pass time");
+    }
 }
 
 void PassTimer::mark(Mark at) {
@@ -26,8 +27,9 @@ void PassTimer::poll() {
                            &ready);
         if (!ready) return;
         GLuint64 ns[kMarkCount] = {};
-        for (int m = 0; m < kMarkCount; ++m)
+        for (int m = 0; m < kMarkCount; ++m) {
             glGetQueryObjectui64v(queries_[oldest_][m].name(), GL_QUERY_RESULT, &ns[m]);
+        }
         const auto between_ms = [&](Mark from, Mark to) {
             return ns[to] > ns[from] ? static_cast<double>(ns[to] - ns[from]) * 1e-6 : 0.0;
         };

@@ -21,8 +21,9 @@ void turn_over(std::vector<T>& pixels, int width, int height, size_t parts) {
 
 Result<Image> Picture::take(const View& view) {
     create_targets(view.width, view.height);
-    if (const Status drawn = draw(view, picture_.framebuffer.name()); !drawn)
+    if (const Status drawn = draw(view, picture_.framebuffer.name()); !drawn) {
         return Error{drawn.error()};
+    }
     glPixelStorei(GL_PACK_ALIGNMENT, 4);
     Image image{view.width, view.height, {}};
     image.rgba.resize(4 * static_cast<size_t>(view.width) * static_cast<size_t>(view.height));
@@ -102,9 +103,10 @@ Result<Buffers> Picture::take_buffers(const View& view) {
     glDisable(GL_CULL_FACE);
     restore_state(view, 0);
     const GLenum error = glGetError();
-    if (error != GL_NO_ERROR)
+    if (error != GL_NO_ERROR) {
         return Error{"OpenGL reports error " + std::to_string(error) + " for buffers of " +
                      std::to_string(view.width) + " x " + std::to_string(view.height) + " pixels"};
+    }
     return out;
 }
 

@@ -102,8 +102,9 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const RendererDef& def) {
     }
     const Impl::Use use(*impl);
     if (!use.ok()) return no_context();
-    if (def.callers_context && epoxy_gl_version() < 33)
+    if (def.callers_context && epoxy_gl_version() < 33) {
         return Error{"RendererDef::callers_context: OpenGL 3.3 core has to be current"};
+    }
     impl->picture = std::make_unique<Picture>(def);
     if (const Status made = impl->picture->create(); !made) return Error{made.error()};
     const GLubyte* name = glGetString(GL_RENDERER);
@@ -144,10 +145,11 @@ Result<Image> Renderer::render(const View& view) {
 
 Status Renderer::draw(const View& view, uint32_t framebuffer) {
     if (const Status valid = validate_view(view); !valid) return valid;
-    if (impl_->context)
+    if (impl_->context) {
         return Error{
             "Renderer::draw() is for RendererDef::callers_context: what the caller shows "
             "is in another context"};
+    }
     return impl_->picture->draw(view, framebuffer);
 }
 

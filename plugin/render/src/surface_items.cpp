@@ -29,8 +29,9 @@ void SurfaceItems::update() {
         const int tx1 = std::min(tx0 + kPatchSide, mesher_.tile_count_x());
         const int ty1 = std::min(ty0 + kPatchSide, mesher_.tile_count_y());
         const auto for_each_tile = [&](auto visit) {
-            for (int ty = ty0; ty < ty1; ++ty)
+            for (int ty = ty0; ty < ty1; ++ty) {
                 for (int tx = tx0; tx < tx1; ++tx) visit(tx, ty);
+            }
         };
         uint64_t revision_sum = 0;  // revisions only grow: so does their sum with any of them
         for_each_tile([&](int tx, int ty) { revision_sum += mesher_.tile_mesh_revision(tx, ty); });

@@ -52,9 +52,10 @@ ElementYield BekkerLaw::yield(const ContactElement& element, const ElementMotion
     if (sliding > 0) out.slide = slide * (1 / (sliding + creep));
     if (approach > creep) {
         out.mobilized_pa = -out.normal_limit_pa * n;
-        if (sliding > creep)
+        if (sliding > creep) {
             out.mobilized_pa +=
                 slide * (-(out.friction * out.normal_limit_pa + out.adhesion_pa) / sliding);
+        }
     }
     return out;
 }

@@ -36,11 +36,13 @@ Status check(const std::string& field, double value, double low, double high) {
 
 Status check_list(const std::string& field, const std::vector<double>& values, double low,
                   double high) {
-    if (values.empty() || values.size() > kCountMost)
+    if (values.empty() || values.size() > kCountMost) {
         return Error{field + " has " + std::to_string(values.size()) + " values, must have 1 to " +
                      std::to_string(kCountMost)};
-    for (const double value : values)
+    }
+    for (const double value : values) {
         if (Status s = check(field, value, low, high); !s) return s;
+    }
     return Done{};
 }
 
@@ -50,12 +52,14 @@ double bekker_modulus(const BekkerSoil& soil, double plate_radius_m) {
 
 Status check_soil(const BekkerSoil& soil, const BekkerOptions& options) {
     if (Status s = soil.validate(); !s) return s;
-    for (const double radius_m : options.plate_radii_m)
-        if (!(bekker_modulus(soil, radius_m) > 0))
+    for (const double radius_m : options.plate_radii_m) {
+        if (!(bekker_modulus(soil, radius_m) > 0)) {
             return Error{"kc is " + text(soil.kc_pa_m_n1) + ", must exceed " +
                          text(-soil.kphi_pa_m_n * radius_m) + " (kphi " + text(soil.kphi_pa_m_n) +
                          "): under a plate of radius " + text(radius_m) +
                          " m the pressure would not be positive"};
+        }
+    }
     return Done{};
 }
 
@@ -118,11 +122,13 @@ std::vector<BearingComparison> compare(const BekkerSoil& soil, const MaterialDef
                                        const BekkerOptions& options) {
     std::vector<BearingComparison> out;
     out.reserve(options.plate_radii_m.size() * options.sinkages_m.size());
-    for (const double radius_m : options.plate_radii_m)
-        for (const double sinkage_m : options.sinkages_m)
+    for (const double radius_m : options.plate_radii_m) {
+        for (const double sinkage_m : options.sinkages_m) {
             out.push_back({radius_m, sinkage_m,
                            bekker_modulus(soil, radius_m) * std::pow(sinkage_m, soil.n),
                            plate_bearing_pa(material, options.gravity_m_s2, radius_m, sinkage_m)});
+        }
+    }
     return out;
 }
 
@@ -142,27 +148,30 @@ Status BekkerSoil::validate() const {
          {check("kphi", kphi_pa_m_n, 0, 1e9), check("kc", kc_pa_m_n1, -1e8, 1e8),
           check("n", n, 0, 2.5), check("cohesion_pa", cohesion_pa, 0, 200e3),
           check("friction_angle_rad", friction_angle_rad, 0, 1.2),
-          check("shear_displacement_m", shear_displacement_m, 0, 0.2)})
+          check("shear_displacement_m", shear_displacement_m, 0, 0.2)}) {
         if (!status) return status;
+    }
     if (density_kg_m3) {
         const Status s =
             check("density_kg_m3", *density_kg_m3, kDensityLeast_kg_m3, kDensityMost_kg_m3);
         if (!s) return s;
     }
-    if (kphi_pa_m_n == 0 && kc_pa_m_n1 == 0)
+    if (kphi_pa_m_n == 0 && kc_pa_m_n1 == 0) {
         return Error{"kphi and kc are 0: one of them must be positive"};
+    }
     return Done{};
 }
 
 Status BekkerOptions::validate() const {
-    for (const Status& status :
-         {check("gravity_m_s2", gravity_m_s2, 0.1, 30),
-          check_list("plate_radii_m", plate_radii_m, 1e-3, 10),
-          check_list("sinkages_m", sinkages_m, 1e-4, 10),
-          check("density_least_kg_m3", density_least_kg_m3, kDensityLeast_kg_m3,
-                kDensityMost_kg_m3),
-          check("density_most_kg_m3", density_most_kg_m3, density_least_kg_m3, kDensityMost_kg_m3)})
+    for (const Status& status : {check("gravity_m_s2", gravity_m_s2, 0.1, 30),
+                                 check_list("plate_radii_m", plate_radii_m, 1e-3, 10),
+                                 check_list("sinkages_m", sinkages_m, 1e-4, 10),
+                                 check("density_least_kg_m3", density_least_kg_m3,
+                                       kDensityLeast_kg_m3, kDensityMost_kg_m3),
+                                 check("density_most_kg_m3", density_most_kg_m3,
+                                       density_least_kg_m3, kDensityMost_kg_m3)}) {
         if (!status) return status;
+    }
     return Done{};
 }
 
@@ -206,10 +215,11 @@ Result<BekkerTranslation> translate(const BekkerSoil& soil, const BekkerOptions&
 
     std::vector<double> errors;
     for (const BearingComparison& c : out.comparisons) {
-        if (!std::isfinite(c.soil_pa) || !(c.soil_pa > 0))
+        if (!std::isfinite(c.soil_pa) || !(c.soil_pa > 0)) {
             return Error{"a soil of cohesion_pa " + text(soil.cohesion_pa) +
                          " and friction_angle_rad " + text(soil.friction_angle_rad) +
                          " bears no plate: one of them must be larger"};
+        }
         errors.push_back(std::abs(c.relative_error()));
     }
     std::sort(errors.begin(), errors.end());

@@ -71,8 +71,9 @@ struct FaceSums {
 int dominant_axis_bin(Vec3 n) {
     const std::array<double, 3> c{n.x, n.y, n.z};
     int axis = 0;
-    for (int k = 1; k < 3; ++k)
+    for (int k = 1; k < 3; ++k) {
         if (std::abs(c[k]) > std::abs(c[axis])) axis = k;
+    }
     return 2 * axis + (c[axis] < 0 ? 1 : 0);
 }
 
@@ -91,8 +92,9 @@ void ContactFaces::join_cells(int gap) {
     const auto follows_in_row = [&](size_t i) {
         return i > 0 && cells_[i - 1].x == cells_[i].x && cells_[i].y <= cells_[i - 1].y + gap;
     };
-    for (size_t i = 0; i < cells_.size(); ++i)
+    for (size_t i = 0; i < cells_.size(); ++i) {
         if (follows_in_row(i)) join(i - 1, i);
+    }
     for (int64_t dx = 1; dx <= gap; ++dx) {
         // What is near the next cell begins no earlier than what is near this one.
         size_t first = 0;
@@ -100,9 +102,11 @@ void ContactFaces::join_cells(int gap) {
             const Cell low{cells_[i].x + dx, cells_[i].y - gap, 0};
             while (first < cells_.size() && cells_[first] < low) ++first;
             for (size_t j = first;
-                 j < cells_.size() && cells_[j].x == low.x && cells_[j].y <= cells_[i].y + gap; ++j)
+                 j < cells_.size() && cells_[j].x == low.x && cells_[j].y <= cells_[i].y + gap;
+                 ++j) {
                 // What follows in its row has been joined to the one before.
                 if (j == first || !follows_in_row(j)) join(i, j);
+            }
         }
     }
     for (size_t i = 0; i < cells_.size(); ++i) roots_[i] = root_of(static_cast<int>(i));

@@ -19,13 +19,16 @@ Status ContactLawDef::validate(int material_count) const {
     });
     if (!status) return status;
     if (kind != Kind::bekker) return Done{};
-    if (bekker.size() != static_cast<size_t>(material_count))
+    if (bekker.size() != static_cast<size_t>(material_count)) {
         return Error{
             fmt::format("contact_law.bekker has {} entries for {} materials, needs one each",
                         bekker.size(), material_count)};
-    for (size_t i = 0; i < bekker.size(); ++i)
-        if (Status s = bekker[i].validate(); !s)
+    }
+    for (size_t i = 0; i < bekker.size(); ++i) {
+        if (Status s = bekker[i].validate(); !s) {
             return Error{fmt::format("contact_law.bekker[{}].{}", i, s.error())};
+        }
+    }
     return Done{};
 }
 
@@ -46,10 +49,12 @@ double unloaded_share(double depth_m, double retreat_m, const ContactLawDef& law
 
 std::unique_ptr<const ContactLaw> ContactLaw::make(std::shared_ptr<const ContactSoil> soil,
                                                    const SurfaceFriction& surface) {
-    if (soil->law.kind == ContactLawDef::Kind::bekker)
+    if (soil->law.kind == ContactLawDef::Kind::bekker) {
         return std::make_unique<BekkerLaw>(std::move(soil), surface);
-    if (soil->law.kind == ContactLawDef::Kind::plain)
+    }
+    if (soil->law.kind == ContactLawDef::Kind::plain) {
         return std::make_unique<PlainLaw>(std::move(soil), surface);
+    }
     return std::make_unique<GranularLaw>(std::move(soil), surface);
 }
 

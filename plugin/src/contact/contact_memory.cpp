@@ -35,8 +35,9 @@ void ContactMemory::Index::make(std::span<const PressedSoil> soil, double width_
     low_y_ = low->center_m.y;
     width_m_ = std::max(width_m, range_m / static_cast<double>(soil.size()));
     starts_.assign(static_cast<size_t>(range_m / width_m_) + 2, 0);
-    for (const PressedSoil& entry : soil)
+    for (const PressedSoil& entry : soil) {
         ++starts_[static_cast<size_t>(strip_at(entry.center_m.y))];
+    }
     int before = 0;
     for (int& start : starts_) before += std::exchange(start, before);
     spots_.resize(soil.size());
@@ -113,8 +114,9 @@ void ContactMemory::near(std::span<const PressedSoil> soil, std::span<const Cont
         if (c.x > box.max.x + reach_m) break;
         if (entry.body == body) continue;
         if (c.y >= box.min.y - reach_m && c.y <= box.max.y + reach_m &&
-            c.z >= box.min.z - reach_m && c.z <= box.max.z + reach_m)
+            c.z >= box.min.z - reach_m && c.z <= box.max.z + reach_m) {
             out.push_back(entry);
+        }
     }
 }
 

@@ -87,10 +87,11 @@ void place_shear(const PatchSum& sum, const BodyMotion& direction, double creep,
     const Vec3 turn = cross(direction.angular_velocity_rad_s, arm);
     const Vec3 rolling = turn - dot(turn, patch.normal) * patch.normal;
     const double rolling_size = length(rolling);
-    if (rolling_size > creep)
+    if (rolling_size > creep) {
         patch.shear_point_m +=
             (1 - placed) *
             within(shift_to_line(spread_shear(sum, arm, rolling * (1 / rolling_size)), arm));
+    }
 }
 
 /// The voxels whose soil one carrier carries.
@@ -113,8 +114,9 @@ class CarrierPatches {
             centroid_[bin] += v.area_m2 * v.position_m;
             bin_area[bin] += v.area_m2;
         }
-        for (int bin = 0; bin < kNormalBinCount; ++bin)
+        for (int bin = 0; bin < kNormalBinCount; ++bin) {
             if (bin_area[bin] > 0) centroid_[bin] = centroid_[bin] * (1 / bin_area[bin]);
+        }
     }
     /// area_m2: of the voxel's that touches soil.
     void add(const ContactVoxel& v, int bin, const ElementYield& yield, double area_m2) {

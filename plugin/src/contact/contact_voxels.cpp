@@ -24,9 +24,7 @@ constexpr double kFaceReachVoxels = 1.5;
 Vec3 onto_body(Vec3 point_m, const ContactBody& body, double voxel_m) {
     for (int face_index = 0; face_index < 3; ++face_index) {
         const NearestFace face = body.faces.nearest(point_m, voxel_m);
-        if (!(face.distance_m > kOnFace * voxel_m)) {
-            break;
-        }
+        if (!(face.distance_m > kOnFace * voxel_m)) break;
         point_m = point_m - face.distance_m * face.normal;
     }
     return point_m;
@@ -55,9 +53,7 @@ void ContactVoxels::make(const Request& request, const TileWords& words,
     decode_contacts(request.words, order_, records_, request.threads);
     gather_pieces(request);
     out.clear();
-    if (out.capacity() < 2 * records_.size()) {
-        out.reserve(4 * records_.size());
-    }
+    if (out.capacity() < 2 * records_.size()) out.reserve(4 * records_.size());
     for (auto first = records_.begin(); first != records_.end();) {
         const int carrier = first->carrier;
         const auto last = std::find_if(first, records_.end(), [&](const ContactRecord& record) {
@@ -109,9 +105,7 @@ void ContactVoxels::add_all(const Request& request, std::span<const ContactRecor
 void ContactVoxels::add(const Request& request, const ContactRecord& record,
                         std::vector<ContactVoxel>& out) const {
     const ContactBody& body = request.bodies[static_cast<size_t>(record.body)];
-    if (!body.input) {
-        return;
-    }
+    if (!body.input) return;
     const GridFrame& frame = *request.frame;
     const double voxel = frame.voxel_m;
     Element element{request, record, body, {}};
@@ -200,9 +194,7 @@ void ContactVoxels::add_faces(const Element& element, Vec3 face_normal,
     finish(element, nearest);
     const Vec3 rest = contact.normal - along * face_normal;
     const double across = length(rest);
-    if (across < law.edge_sine) {
-        return;
-    }
+    if (across < law.edge_sine) return;
     // The other face is looked for round the edge, for small parts halfway; from there it lies half
     // as far on. Where no face has turned that way there is no edge, but the staircase of a curved
     // face.
@@ -220,13 +212,9 @@ void ContactVoxels::add_faces(const Element& element, Vec3 face_normal,
         // Of a part thinner than a voxel, like a wheel's lug, the gradient tells what there is.
         is_thin = !has_turned(voxel);
         is_edge = !is_thin || has_turned(0);
-        if (is_edge) {
-            break;
-        }
+        if (is_edge) break;
     }
-    if (!is_edge) {
-        return;
-    }
+    if (!is_edge) return;
     ContactVoxel& other = out.emplace_back(contact);
     other.normal = across_normal;
     other.area_m2 = contact.area_m2 * across;

@@ -36,9 +36,7 @@ void FreeSurface::find(const Request& request, const TileWords& words) {
     find_rectangle(request);
     find_tiles(request.contacts);
     read_heights(words);
-    if (request.contacts.front().carrier != kOnGround) {
-        lay_bare_tops();
-    }
+    if (request.contacts.front().carrier != kOnGround) lay_bare_tops();
     spread_nearest();
     sum_up();
 }
@@ -90,9 +88,7 @@ void FreeSurface::find_tiles(std::span<const ContactRecord> contacts) {
     for (const ContactRecord& contact : contacts) {
         const int tx = contact.voxel[0] / kTileSide - low[0];
         const int ty = contact.voxel[1] / kTileSide - low[1];
-        if (tiles_[static_cast<size_t>(ty) * nx + tx] == kWithContacts) {
-            continue;
-        }
+        if (tiles_[static_cast<size_t>(ty) * nx + tx] == kWithContacts) continue;
         for (int y = std::max(0, ty - reach); y <= std::min(ny - 1, ty + reach); ++y) {
             for (int x = std::max(0, tx - reach); x <= std::min(nx - 1, tx + reach); ++x) {
                 uint8_t& mark = tiles_[static_cast<size_t>(y) * nx + x];
@@ -119,9 +115,7 @@ void FreeSurface::read_heights(const TileWords& words) {
             for (int c = 0; c < kTileColumns; ++c) {
                 const int x = tx * kTileSide + c % kTileSide - low_[0];
                 const int y = ty * kTileSide + c / kTileSide - low_[1];
-                if (x < 0 || y < 0 || x >= size_[0] || y >= size_[1]) {
-                    continue;
-                }
+                if (x < 0 || y < 0 || x >= size_[0] || y >= size_[1]) continue;
                 const int at = y * size_[0] + x;
                 words_[at] = heights[c];
                 if (heights[c] >= 0) {
@@ -137,14 +131,10 @@ void FreeSurface::read_heights(const TileWords& words) {
 // all of that soil, as a bed's walls.
 void FreeSurface::lay_bare_tops() {
     int32_t highest = 0;
-    for (const int32_t word : words_) {
-        highest = std::max(highest, word);
-    }
+    for (const int32_t word : words_) highest = std::max(highest, word);
     for (size_t i = 0; i < words_.size(); ++i) {
         int32_t& word = words_[i];
-        if (word > kBareTop || word <= kBare) {
-            continue;
-        }
+        if (word > kBareTop || word <= kBare) continue;
         word = kBareTop - word < highest ? kBareTop - word : kBare;
         if (word >= 0) {
             nearest_[i] = word;
@@ -160,9 +150,7 @@ void FreeSurface::spread_nearest() {
         constexpr int kStep[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
         for (const auto& step : kStep) {
             const int nx = x + step[0], ny = y + step[1];
-            if (nx < 0 || ny < 0 || nx >= size_[0] || ny >= size_[1]) {
-                continue;
-            }
+            if (nx < 0 || ny < 0 || nx >= size_[0] || ny >= size_[1]) continue;
             const int next = ny * size_[0] + nx;
             if (words_[next] != kNotLookedAt && nearest_[next] == kNotLookedAt) {
                 nearest_[next] = nearest_[queue_[head]];
@@ -243,9 +231,7 @@ double FreeSurface::height_beside(const ContactRecord& contact, Vec3 at, Vec3 ou
     const double y1 = clip(cy + half, y, low_[1], ny);
     const Sum inside =
         sum_below(x1, y1) - sum_below(x0, y1) - sum_below(x1, y0) + sum_below(x0, y0);
-    if (inside.count < kHardlyAny) {
-        return nearest;
-    }
+    if (inside.count < kHardlyAny) return nearest;
     // What a sole has pressed down stands as a rim within a width of it, and both together are as
     // high as the soil was. Of a sole whose rim lies out of reach, or under other bodies (a track's
     // links), only as much counts. A wall's soil lies before it.

@@ -80,8 +80,9 @@ SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2,
     out.sliding_share =
         tan_phi / (length(slid - dot(slid, down) * down) / length(dot(slid, down) * down));
     out.shear_displacement_m = material.shear_displacement_m;
-    if (material.has_density_range())
+    if (material.has_density_range()) {
         out.placed_relative_density = material.relative_density(material.density_kg_m3);
+    }
     return out;
 }
 
@@ -145,8 +146,9 @@ FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, doubl
 
 GranularLaw::GranularLaw(std::shared_ptr<const ContactSoil> soil, const SurfaceFriction& surface)
     : ContactLaw(std::move(soil)) {
-    for (const MaterialDef& material : this->soil().materials)
+    for (const MaterialDef& material : this->soil().materials) {
         strengths_.push_back(strength_of(material, this->soil().gravity_m_s2, surface, def()));
+    }
 }
 
 GranularLaw::GranularLaw(std::shared_ptr<const ContactSoil> soil,

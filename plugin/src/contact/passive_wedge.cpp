@@ -71,13 +71,16 @@ double log_spiral_passive_factor(double phi, double wall) {
         foot_rad = foot;
         top_rad = top;
     };
-    for (int i = 0; i < kTable; ++i)
-        for (int j = 0; j < kTable; ++j)
+    for (int i = 0; i < kTable; ++i) {
+        for (int j = 0; j < kTable; ++j) {
             look(kFootLow + kRange * i / kTable, kTopLow + kRange * j / kTable);
+        }
+    }
     for (double step = kRange / kTable; step > 1e-6;) {
         const double before = least, foot = foot_rad, top = top_rad;
-        for (const double a : {-step, 0.0, step})
+        for (const double a : {-step, 0.0, step}) {
             for (const double b : {-step, 0.0, step}) look(foot + a, top + b);
+        }
         if (!(least < before)) step /= 2;
     }
     return std::min(least, coulomb_factor(phi, wall));

@@ -92,9 +92,10 @@ ElementYield PlainLaw::yield(const ContactElement& element, const ElementMotion&
     const double against = sliding > 0 ? std::max(0.0, -dot(shear, slide) / sliding) : 0;
     // What moves into the soil yields whichever way it slides, and is at rest as it stops.
     const double moving = length(motion) / (length(motion) + creep);
-    if (sliding > 0 && normal > 0)
+    if (sliding > 0 && normal > 0) {
         out.drag_pa =
             (out.normal_limit_pa / normal * moving) * (shear + slide * (against / sliding));
+    }
     const double sliding_friction = normal > 0 ? std::min(against / normal, friction) : friction;
     out.friction = friction + moving * (sliding_friction - friction);
     if (sliding > 0) out.slide = slide * (slid / sliding);

@@ -55,28 +55,32 @@ void SurfacePieces::gather(std::span<const ContactRecord> records,
         if (!body.surface || box.high[0] < 0) continue;
         const auto is_near = [&](Vec3 p, double reach) {
             const double at[3] = {p.x, p.y, p.z};
-            for (int k = 0; k < 3; ++k)
+            for (int k = 0; k < 3; ++k) {
                 if (at[k] < box.low[k] - reach || at[k] > box.high[k] + 1 + reach) return false;
+            }
             return true;
         };
         const double per_voxel = 1 / voxel_m;
         for (const SampleCluster& cluster : body.surface->clusters) {
             if (!is_near(transform(body.to_grid, cluster.center) * per_voxel,
-                         cluster.radius_m * per_voxel + 2))
+                         cluster.radius_m * per_voxel + 2)) {
                 continue;
+            }
             for (size_t i = cluster.first; i < cluster.last; ++i) {
                 const SurfaceSample& sample = body.surface->samples[i];
                 const Vec3 at = transform(body.to_grid, sample.at);
-                if (is_near(at * per_voxel, 1.5))
+                if (is_near(at * per_voxel, 1.5)) {
                     add_sample(records, static_cast<int>(b), sample, at,
                                rotate(body.to_grid.rotation, sample.normal));
+                }
             }
         }
         for (const OverTips& sample : body.surface->over_tips) {
             const Vec3 tip = transform(body.to_grid, sample.tip);
             const double high = length(sample.tip - sample.root) * per_voxel;
-            if (is_near(tip * per_voxel, high + 1.5))
+            if (is_near(tip * per_voxel, high + 1.5)) {
                 add_over_tips(static_cast<int>(b), sample, body.to_grid);
+            }
         }
     }
 }
@@ -128,8 +132,9 @@ void SurfacePieces::add_sample(std::span<const ContactRecord> records, int body,
     const Vec3 seen = (at_m + sample.out_m * normal) * (1 / voxel_m_);
     const std::array<double, 3> at{seen.x, seen.y, seen.z}, n{normal.x, normal.y, normal.z};
     int axis = 2;
-    for (int k = 0; k < 2; ++k)
+    for (int k = 0; k < 2; ++k) {
         if (std::abs(n[k]) > std::abs(n[axis])) axis = k;
+    }
     int voxel[3];
     for (int k = 0; k < 3; ++k) voxel[k] = static_cast<int>(std::floor(at[k]));
     const int outwards = n[axis] > 0 ? 1 : -1;
@@ -155,9 +160,11 @@ void SurfacePieces::add_sample(std::span<const ContactRecord> records, int body,
         if (corner >= 0) add_to(corner, at_m, normal, sample.area_m2, sample.row);
         return;
     }
-    for (int step = 0; step < 3; ++step)
-        if (record[step] >= 0)
+    for (int step = 0; step < 3; ++step) {
+        if (record[step] >= 0) {
             add_to(record[step], at_m, normal, sample.area_m2 * shares[step] / sum, sample.row);
+        }
+    }
 }
 
 // What soil is there the body's own surface near it knows: the voxel that the piece is in, or those
@@ -172,8 +179,9 @@ void SurfacePieces::add_over_tips(int body, const OverTips& sample, const Pose& 
         return find(voxel, body);
     };
     int record = -1;
-    for (int i = 0; i <= steps && record < 0; ++i)
+    for (int i = 0; i <= steps && record < 0; ++i) {
         record = record_at(at + (static_cast<double>(i) / steps) * down);
+    }
     if (record < 0) record = record_at(transform(to_grid, sample.tip) * (1 / voxel_m_));
     if (record < 0) return;
     add_to(record, transform(to_grid, sample.piece.at),

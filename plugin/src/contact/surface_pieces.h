@@ -42,8 +42,9 @@ class SurfacePieces {
     /// Of a record: calls visit(piece), in an order that does not depend on threads.
     template <typename Visit>
     void for_each(size_t record, Visit&& visit) const {
-        for (int i = heads_[record]; i >= 0; i = pieces_[static_cast<size_t>(i)].next)
+        for (int i = heads_[record]; i >= 0; i = pieces_[static_cast<size_t>(i)].next) {
             visit(pieces_[static_cast<size_t>(i)]);
+        }
     }
 
   private:

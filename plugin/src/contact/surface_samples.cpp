@@ -116,10 +116,12 @@ class Sampler {
     void add_rectangle(Vec3 middle, Vec3 a, Vec3 b, Vec3 normal) {
         const int na = parts(length(a)), nb = parts(length(b));
         const Vec3 da = a * (1.0 / na), db = b * (1.0 / nb);
-        for (int i = 0; i < na; ++i)
-            for (int j = 0; j < nb; ++j)
+        for (int i = 0; i < na; ++i) {
+            for (int j = 0; j < nb; ++j) {
                 add_piece(middle + (i + 0.5 - na / 2.0) * da + (j + 0.5 - nb / 2.0) * db, da, db,
                           normal, length(da) * length(db));
+            }
+        }
     }
 
     void add_box(Vec3 h) {
@@ -202,10 +204,12 @@ class Sampler {
             const Vec3 at = (hull.planes[i].offset + hull.rounding_m) * n;
             Polygon face{at - far * a - far * b, at + far * a - far * b, at + far * a + far * b,
                          at - far * a + far * b};
-            for (size_t j = 0; j < hull.planes.size() && !face.empty(); ++j)
-                if (j != i)
+            for (size_t j = 0; j < hull.planes.size() && !face.empty(); ++j) {
+                if (j != i) {
                     face = clipped(face, hull.planes[j].normal,
                                    hull.planes[j].offset + hull.rounding_m);
+                }
+            }
             add_polygon(face, a, b, n);
         }
     }
@@ -253,14 +257,15 @@ class Sampler {
         SurfaceSample piece{transform(shape.local, at), rotate(shape.local.rotation, normal),
                             area_m2, 0, is_thin_};
         const SheetGrowth& growth = growth_[part_];
-        if (growth.is_thin())
+        if (growth.is_thin()) {
             piece.out_m = std::abs(dot(growth.normal, normal)) * growth.growth_m / 2;
+        }
         if (is_cut(piece.at, (length(a) + length(b)) / 2)) {
             const Vec3 da = rotate(shape.local.rotation, a) * (1.0 / kCutParts);
             const Vec3 db = rotate(shape.local.rotation, b) * (1.0 / kCutParts);
             Vec3 sum;
             int seen = 0;
-            for (int i = 0; i < kCutParts; ++i)
+            for (int i = 0; i < kCutParts; ++i) {
                 for (int j = 0; j < kCutParts; ++j) {
                     const Vec3 p = piece.at + (i + 0.5 - kCutParts / 2.0) * da +
                                    (j + 0.5 - kCutParts / 2.0) * db;
@@ -268,6 +273,7 @@ class Sampler {
                     sum += p;
                     ++seen;
                 }
+            }
             if (seen == 0) return;
             piece.at = sum * (1.0 / seen);
             piece.area_m2 *= static_cast<double>(seen) / (kCutParts * kCutParts);
@@ -279,10 +285,12 @@ class Sampler {
     bool is_cut(Vec3 at, double reach_m) const {
         for (size_t j = 0; j < shapes_.size(); ++j) {
             if (j == part_ ||
-                length(at - shapes_[j].local.position) > bound_m(shapes_[j]) + reach_m)
+                length(at - shapes_[j].local.position) > bound_m(shapes_[j]) + reach_m) {
                 continue;
-            if (nearest_face(shapes_[j], transform(to_shape_[j], at)).distance_m < reach_m)
+            }
+            if (nearest_face(shapes_[j], transform(to_shape_[j], at)).distance_m < reach_m) {
                 return true;
+            }
         }
         return false;
     }
@@ -292,8 +300,10 @@ class Sampler {
     bool is_hidden(Vec3 at, Vec3 normal) const {
         const double same_m = kSameFaceVoxels * voxel_m_;
         for (size_t j = 0; j < shapes_.size(); ++j) {
-            if (j == part_ || length(at - shapes_[j].local.position) > bound_m(shapes_[j]) + same_m)
+            if (j == part_ ||
+                length(at - shapes_[j].local.position) > bound_m(shapes_[j]) + same_m) {
                 continue;
+            }
             const NearestFace face = nearest_face(shapes_[j], transform(to_shape_[j], at));
             if (face.distance_m > same_m) continue;
             if (face.distance_m < -same_m) return true;
@@ -336,8 +346,9 @@ void SurfaceSamples::make(const std::vector<ConvexShape>& shapes,
         SampleCluster cluster{{}, 0, first, std::min(first + kClusterSamples, samples.size())};
         for (size_t i = first; i < cluster.last; ++i) cluster.center += samples[i].at;
         cluster.center = cluster.center * (1.0 / static_cast<double>(cluster.last - first));
-        for (size_t i = first; i < cluster.last; ++i)
+        for (size_t i = first; i < cluster.last; ++i) {
             cluster.radius_m = std::max(cluster.radius_m, length(samples[i].at - cluster.center));
+        }
         clusters.push_back(cluster);
     }
 }
@@ -356,11 +367,14 @@ void SurfaceSamples::add_rows(const std::vector<ConvexShape>& shapes, double vox
     for (size_t r = 0; r < rows.size(); ++r) {
         const ToothedFace& row = rows[r];
         const Pose to_base = inverse(row.to_body);
-        for (const size_t tooth : row.shapes)
+        for (const size_t tooth : row.shapes) {
             for (SurfaceSample& sample : samples_of(tooth)) sample.row = static_cast<int>(r);
-        for (SurfaceSample& sample : samples_of(row.base))
-            if (row.has(transform(to_base, sample.at), rotate(to_base.rotation, sample.normal)))
+        }
+        for (SurfaceSample& sample : samples_of(row.base)) {
+            if (row.has(transform(to_base, sample.at), rotate(to_base.rotation, sample.normal))) {
                 sample.row = static_cast<int>(r);
+            }
+        }
         const auto add = [&](Vec3 at, Vec3 normal, double area_m2) {
             OverTips& made = over_tips.emplace_back();
             made.piece = {transform(row.to_body, at), rotate(row.to_body.rotation, normal),
@@ -378,13 +392,16 @@ void SurfaceSamples::add_rows(const std::vector<ConvexShape>& shapes, double vox
             for (int i = 0; i < around; ++i) {
                 const double turn = 2 * kPi / around, angle = (i + 0.5) * turn;
                 const Vec3 radial{std::cos(angle), std::sin(angle), 0};
-                for (int j = 0; j < across; ++j)
+                for (int j = 0; j < across; ++j) {
                     add(top_m * radial + Vec3{0, 0, at_place(j)}, radial,
                         turn * top_m * wide_m / across);
-                for (int j = 0; j < up; ++j)
-                    for (const double side : {-1.0, 1.0})
+                }
+                for (int j = 0; j < up; ++j) {
+                    for (const double side : {-1.0, 1.0}) {
                         add(at_height(j) * radial + Vec3{0, 0, side < 0 ? row.from_m : row.to_m},
                             {0, 0, side}, turn * at_height(j) * row.height_m / up);
+                    }
+                }
             }
             continue;
         }
@@ -392,21 +409,27 @@ void SurfaceSamples::add_rows(const std::vector<ConvexShape>& shapes, double vox
         const double step_m = 2 * row.half_m / along;
         for (int i = 0; i < along; ++i) {
             const Vec3 at = ((i + 0.5) * step_m - row.half_m) * row.along;
-            for (int j = 0; j < across; ++j)
+            for (int j = 0; j < across; ++j) {
                 add(top_m * row.out + at + at_place(j) * row.across, row.out,
                     step_m * wide_m / across);
-            for (int j = 0; j < up; ++j)
-                for (const double side : {-1.0, 1.0})
+            }
+            for (int j = 0; j < up; ++j) {
+                for (const double side : {-1.0, 1.0}) {
                     add(at_height(j) * row.out + at +
                             (side < 0 ? row.from_m : row.to_m) * row.across,
                         side * row.across, step_m * row.height_m / up);
+                }
+            }
         }
-        for (int i = 0; i < across; ++i)
-            for (int j = 0; j < up; ++j)
-                for (const double side : {-1.0, 1.0})
+        for (int i = 0; i < across; ++i) {
+            for (int j = 0; j < up; ++j) {
+                for (const double side : {-1.0, 1.0}) {
                     add(at_height(j) * row.out + side * row.half_m * row.along +
                             at_place(i) * row.across,
                         side * row.along, wide_m / across * row.height_m / up);
+                }
+            }
+        }
     }
 }
 

@@ -42,13 +42,14 @@ std::vector<Vec3> corners_of(const ConvexShape& shape) {
     if (shape.kind == ConvexShape::Kind::box) {
         const double g = shape.rounding_m;
         const Vec3 h = shape.half_extents_m + Vec3{g, g, g};
-        for (int i = 0; i < 8; ++i)
+        for (int i = 0; i < 8; ++i) {
             out.push_back(transform(shape.local,
                                     {i & 1 ? h.x : -h.x, i & 2 ? h.y : -h.y, i & 4 ? h.z : -h.z}));
+        }
     } else if (shape.kind == ConvexShape::Kind::hull && shape.planes.size() <= kToothPlanes) {
         const auto& planes = shape.planes;
-        for (size_t i = 0; i < planes.size(); ++i)
-            for (size_t j = i + 1; j < planes.size(); ++j)
+        for (size_t i = 0; i < planes.size(); ++i) {
+            for (size_t j = i + 1; j < planes.size(); ++j) {
                 for (size_t k = j + 1; k < planes.size(); ++k) {
                     const double volume =
                         dot(planes[i].normal, cross(planes[j].normal, planes[k].normal));
@@ -62,6 +63,8 @@ std::vector<Vec3> corners_of(const ConvexShape& shape) {
                         });
                     if (is_corner) out.push_back(transform(shape.local, p));
                 }
+            }
+        }
     }
     return out;
 }
@@ -142,8 +145,9 @@ void add_rows(std::vector<Tooth> teeth, const ToothedFace& base, std::vector<Too
         std::vector<double> places = row.places;
         std::sort(places.begin(), places.end());
         double widest = base.is_mantle ? places.front() + 2 * kPi - places.back() : 0;
-        for (size_t i = 1; i < places.size(); ++i)
+        for (size_t i = 1; i < places.size(); ++i) {
             widest = std::max(widest, places[i] - places[i - 1]);
+        }
         const auto count = static_cast<double>(places.size());
         row.pitch_m = (base.is_mantle ? 2 * kPi * base.level_m : 2 * base.half_m) / count;
         constexpr double kEvenly = 1.4;

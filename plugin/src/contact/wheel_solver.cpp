@@ -59,8 +59,9 @@ struct PatchRows {
 void start_from(const WheelContact& contact, Vec3 up, double substep_s,
                 std::vector<PatchRows>& patches, Solver& solver) {
     double bearing_n = 0;
-    for (const ContactPatch& p : contact.patches)
+    for (const ContactPatch& p : contact.patches) {
         bearing_n += p.normal_limit_n * std::max(0.0, -dot(p.normal, up));
+    }
     if (!(bearing_n > 0)) return;
     const double normal_n = std::max(0.0, dot(contact.last_force_n, up));
     const Vec3 across_n = contact.last_force_n - dot(contact.last_force_n, up) * up;
@@ -110,9 +111,10 @@ WheelForces solve_wheel(const WheelState& wheel, const WheelContact& contact, do
         const Vec3 t = across * (1 / length(across));
         PatchRows& rows = patches.emplace_back();
         rows.directions = {-p.normal, t, cross(p.normal, t)};
-        for (int k = 0; k < 3; ++k)
+        for (int k = 0; k < 3; ++k) {
             rows.rows[k] = solver.row(jacobian(
                 (k == 0 ? p.point_m : p.shear_point_m) - contact.center_m, rows.directions[k]));
+        }
     }
     start_from(contact, wheel.up, substep_s, patches, solver);
     Row lowest = solver.row({1, 0, 0, 0}, (wheel.length_m - wheel.length_most_m) / substep_s);
@@ -153,8 +155,9 @@ WheelForces solve_wheel(const WheelState& wheel, const WheelContact& contact, do
     Vec3 force_n = stiffening.impulse / substep_s * wheel.up;
     patch_normal_n.clear();
     for (const PatchRows& patch : patches) {
-        for (int k = 0; k < 3; ++k)
+        for (int k = 0; k < 3; ++k) {
             force_n += patch.rows[k].impulse / substep_s * patch.directions[k];
+        }
         patch_normal_n.push_back(patch.rows[0].impulse / substep_s);
     }
     out.normal_n = dot(force_n, wheel.up);

@@ -33,9 +33,7 @@ class AlignedWords {
         memory_.reset();
         const auto size = static_cast<size_t>(words) * sizeof(int32_t) + kAlignmentBytes;
         memory_.reset(std::calloc(size, 1));
-        if (!memory_) {
-            return false;
-        }
+        if (!memory_) return false;
         void* start = memory_.get();
         size_t space = size;
         data_ = static_cast<int32_t*>(std::align(kAlignmentBytes, 1, start, space));
@@ -106,9 +104,7 @@ class CpuDevice final : public Device {
         if (thread_count() == 1 || work.group_count < kParallelGroupsMin) {
             run_serially(info, work);
         } else if (info.is_scatter) {
-            for (const auto& tiles : work.tiles_by_colour) {
-                run_parallel(info, {&tiles, 1});
-            }
+            for (const auto& tiles : work.tiles_by_colour) run_parallel(info, {&tiles, 1});
         } else {
             run_parallel(info, work.tiles_by_colour);
         }
@@ -125,9 +121,7 @@ class CpuDevice final : public Device {
         }
     }
     void end_session() override {
-        if (--session_depth_ == 0) {
-            end_stage();
-        }
+        if (--session_depth_ == 0) end_stage();
     }
 
   private:
@@ -138,9 +132,7 @@ class CpuDevice final : public Device {
     }
 
     void end_stage() {
-        if (stage_ >= 0) {
-            stage_ms_[stage_] += ms_since(stage_start_);
-        }
+        if (stage_ >= 0) stage_ms_[stage_] += ms_since(stage_start_);
         stage_start_ = Clock::now();
         stage_ = -1;
     }
@@ -158,12 +150,8 @@ class CpuDevice final : public Device {
     /// All tiles of these lists, in any order and at the same time.
     void run_parallel(const KernelInfo& info, std::span<const std::vector<TileRange>> tile_lists) {
         size_t tile_count = 0;
-        for (const auto& tiles : tile_lists) {
-            tile_count += tiles.size();
-        }
-        if (tile_count == 0) {
-            return;
-        }
+        for (const auto& tiles : tile_lists) tile_count += tiles.size();
+        if (tile_count == 0) return;
         arena_.execute([&] {
             parallel_ranges(tile_count, [&](size_t first, size_t last) {
                 int64_t lane_count = 0;
@@ -178,9 +166,7 @@ class CpuDevice final : public Device {
 
     static TileRange tile_at(std::span<const std::vector<TileRange>> tile_lists, size_t i) {
         size_t list = 0;
-        while (i >= tile_lists[list].size()) {
-            i -= tile_lists[list++].size();
-        }
+        while (i >= tile_lists[list].size()) i -= tile_lists[list++].size();
         return tile_lists[list][i];
     }
 

@@ -27,9 +27,7 @@ namespace {
 [[maybe_unused]] bool covers_all_groups(const WorkList& work) {
     int group_count = 0;
     for (const auto& tiles : work.tiles_by_colour) {
-        for (const TileRange& tile : tiles) {
-            group_count += tile.group_count;
-        }
+        for (const TileRange& tile : tiles) group_count += tile.group_count;
     }
     return group_count == work.group_count;
 }
@@ -59,9 +57,7 @@ Status Device::allocate(BufferIndex buffer, int64_t words) {
 
 void Device::write(BufferIndex buffer, int64_t offset, std::span<const int32_t> words) {
     assert_range(buffer, offset, std::ssize(words));
-    if (words.empty()) {
-        return;
-    }
+    if (words.empty()) return;
     ++counters_.write_count;
     counters_.write_bytes += bytes_of(std::ssize(words));
     write_words(buffer, offset, words);
@@ -69,9 +65,7 @@ void Device::write(BufferIndex buffer, int64_t offset, std::span<const int32_t> 
 
 void Device::fill_zero(BufferIndex buffer, int64_t offset, int64_t count) {
     assert_range(buffer, offset, count);
-    if (count == 0) {
-        return;
-    }
+    if (count == 0) return;
     ++counters_.fill_count;
     clear_words(buffer, offset, count);
 }
@@ -82,9 +76,7 @@ void Device::read(std::span<const ReadRange> ranges) {
         assert_range(range.buffer, range.offset, std::ssize(range.words));
         word_count += std::ssize(range.words);
     }
-    if (word_count == 0) {
-        return;
-    }
+    if (word_count == 0) return;
     ++counters_.read_count;
     counters_.read_bytes += bytes_of(word_count);
     read_words(ranges);
@@ -99,9 +91,7 @@ void Device::dispatch(int kernel, std::span<const int32_t> params, const WorkLis
     assert(kernel >= 0 && kernel < std::ssize(kernel_set_.kernels));
     assert(std::ssize(params) == kernel_set_.param_words);
     assert(covers_all_groups(work));
-    if (work.group_count == 0) {
-        return;
-    }
+    if (work.group_count == 0) return;
     ++counters_.dispatch_count;
     counters_.group_count += work.group_count;
     const auto index = static_cast<size_t>(kernel);
@@ -111,9 +101,7 @@ void Device::dispatch(int kernel, std::span<const int32_t> params, const WorkLis
 
 int64_t Device::memory_bytes() const {
     int64_t words = 0;
-    for (int64_t count : words_) {
-        words += count;
-    }
+    for (int64_t count : words_) words += count;
     return bytes_of(words);
 }
 

@@ -127,9 +127,7 @@ class DeviceSession {
     DeviceSession& operator=(const DeviceSession&) = delete;
     /// Before its scope does.
     void end() {
-        if (device_) {
-            std::exchange(device_, nullptr)->end_session();
-        }
+        if (device_) std::exchange(device_, nullptr)->end_session();
     }
 
   private:

@@ -18,9 +18,7 @@ bool has_extension(const char* list, std::string_view extension) {
     std::string_view rest = list != nullptr ? list : "";
     while (!rest.empty()) {
         const size_t end = std::min(rest.find(' '), rest.size());
-        if (rest.substr(0, end) == extension) {
-            return true;
-        }
+        if (rest.substr(0, end) == extension) return true;
         rest.remove_prefix(std::min(end + 1, rest.size()));
     }
     return false;
@@ -78,13 +76,9 @@ std::vector<EglDisplay> find_device_displays(PFNEGLGETPLATFORMDISPLAYEXTPROC get
     const auto query_string =
         egl_function<PFNEGLQUERYDEVICESTRINGEXTPROC>("eglQueryDeviceStringEXT");
     EGLint count = 0;
-    if (query_devices == nullptr || query_devices(0, nullptr, &count) == EGL_FALSE) {
-        return {};
-    }
+    if (query_devices == nullptr || query_devices(0, nullptr, &count) == EGL_FALSE) return {};
     std::vector<EGLDeviceEXT> devices(static_cast<size_t>(count));
-    if (query_devices(count, devices.data(), &count) == EGL_FALSE) {
-        return {};
-    }
+    if (query_devices(count, devices.data(), &count) == EGL_FALSE) return {};
     std::vector<EglDisplay> displays;
     for (EGLint i = 0; i < count; ++i) {
         EGLDeviceEXT device = devices[static_cast<size_t>(i)];
@@ -188,22 +182,16 @@ Result<EglContext> EglContext::create(const EglDisplay& display) {
     if (handle == EGL_NO_CONTEXT) {
         handle = eglCreateContext(display.handle, config, EGL_NO_CONTEXT, kCore);
     }
-    if (handle == EGL_NO_CONTEXT) {
-        return failed("has no OpenGL 4.5 core context");
-    }
+    if (handle == EGL_NO_CONTEXT) return failed("has no OpenGL 4.5 core context");
     EglContext context(display.handle, handle);
     const Status status = context.read_capabilities(display.is_software);
-    if (!status) {
-        return Error{fmt::format("{}: {}", display.name, status.error())};
-    }
+    if (!status) return Error{fmt::format("{}: {}", display.name, status.error())};
     return context;
 }
 
 Status EglContext::read_capabilities(bool display_is_software) {
     const CurrentContext current(*this);
-    if (!current.error().empty()) {
-        return Error{current.error()};
-    }
+    if (!current.error().empty()) return Error{current.error()};
     const auto text = [](GLenum name) {
         const GLubyte* value = glGetString(name);
         return std::string(value != nullptr ? reinterpret_cast<const char*>(value) : "unknown");
@@ -233,9 +221,7 @@ EglContext& EglContext::operator=(EglContext&& other) noexcept {
 }
 
 EglContext::~EglContext() {
-    if (context_ != EGL_NO_CONTEXT) {
-        eglDestroyContext(display_, context_);
-    }
+    if (context_ != EGL_NO_CONTEXT) eglDestroyContext(display_, context_);
 }
 
 CurrentContext::CurrentContext(const EglContext& context) : display_(context.display_) {

@@ -47,9 +47,7 @@ class GlDevice final : public Device {
     static Result<std::unique_ptr<Device>> create(const KernelSet& set, EglContext context) {
         std::unique_ptr<GlDevice> device(new GlDevice(set, std::move(context)));
         const Status status = device->initialize();
-        if (!status) {
-            return Error{status.error()};
-        }
+        if (!status) return Error{status.error()};
         return std::unique_ptr<Device>(std::move(device));
     }
 
@@ -72,9 +70,7 @@ class GlDevice final : public Device {
     void mark_stage(int stage) override {
         assert(session_depth_ > 0 && stage >= 0 && stage < kStageCapacity);
         const Use use(*this);
-        if (use.is_good()) {
-            objects_->times.mark(stage);
-        }
+        if (use.is_good()) objects_->times.mark(stage);
     }
 
   protected:
@@ -106,9 +102,7 @@ class GlDevice final : public Device {
             }
         }
         if (!failure_.empty()) {
-            for (const ReadRange& range : ranges) {
-                std::ranges::fill(range.words, 0);
-            }
+            for (const ReadRange& range : ranges) std::ranges::fill(range.words, 0);
         }
     }
 
@@ -122,9 +116,7 @@ class GlDevice final : public Device {
 
     void run_kernel(int kernel, std::span<const int32_t> params, const WorkList& work) override {
         const Use use(*this);
-        if (!use.is_good()) {
-            return;
-        }
+        if (!use.is_good()) return;
         upload_params(params);
         glUseProgram(objects_->programs[static_cast<size_t>(kernel)].name());
         glUniform1i(kGroupCountLocation, work.group_count);
@@ -145,9 +137,7 @@ class GlDevice final : public Device {
         }
     }
     void end_session() override {
-        if (--session_depth_ == 0 && failure_.empty()) {
-            objects_->times.end();
-        }
+        if (--session_depth_ == 0 && failure_.empty()) objects_->times.end();
         end_use();
     }
 
@@ -181,29 +171,21 @@ class GlDevice final : public Device {
         if (use_depth_++ == 0) {
             current_.emplace(context_);
             ++counters_.context_count;
-            if (failure_.empty()) {
-                failure_ = current_->error();
-            }
+            if (failure_.empty()) failure_ = current_->error();
         }
     }
     void end_use() {
-        if (--use_depth_ == 0) {
-            current_.reset();
-        }
+        if (--use_depth_ == 0) current_.reset();
     }
 
     GlBuffer& object(BufferIndex buffer) { return objects_->buffers[static_cast<size_t>(buffer)]; }
 
     Status initialize() {
         const Use use(*this);
-        if (!use.is_good()) {
-            return Error{failure_};
-        }
+        if (!use.is_good()) return Error{failure_};
         for (int kernel = 0; kernel < std::ssize(kernel_set().kernels); ++kernel) {
             auto program = create_program(kernel_set(), kernel);
-            if (!program) {
-                return Error{fmt::format("{}: {}", device_name(), program.error())};
-            }
+            if (!program) return Error{fmt::format("{}: {}", device_name(), program.error())};
             objects_->programs.push_back(std::move(*program));
         }
         GLuint name = 0;
@@ -218,9 +200,7 @@ class GlDevice final : public Device {
         // read it.
         objects_->buffers.resize(kernel_set().buffers.size());
         for (int i = 0; i < std::ssize(objects_->buffers); ++i) {
-            if (Status status = allocate_current(BufferIndex{i}, 0); !status) {
-                return status;
-            }
+            if (Status status = allocate_current(BufferIndex{i}, 0); !status) return status;
         }
         return Done{};
     }
@@ -235,9 +215,7 @@ class GlDevice final : public Device {
         }
         object(buffer).reset();  // first, so that old and new are never there at once
         check_errors();          // so that what glGetError says below is about this allocation
-        if (!failure_.empty()) {
-            return Error{failure_};
-        }
+        if (!failure_.empty()) return Error{failure_};
         GLuint name = 0;
         glCreateBuffers(1, &name);
         GlBuffer made(name);
@@ -283,9 +261,7 @@ class GlDevice final : public Device {
 
 Result<std::unique_ptr<Device>> create_gl_device(const KernelSet& kernel_set, bool allow_software) {
     const auto displays = find_egl_displays();
-    if (!displays) {
-        return Error{displays.error()};
-    }
+    if (!displays) return Error{displays.error()};
     std::optional<EglContext> software;  // taken only when no hardware is found
     std::string refusals;
     const auto refuse = [&](const std::string& why) {
@@ -313,9 +289,7 @@ Result<std::unique_ptr<Device>> create_gl_device(const KernelSet& kernel_set, bo
             software = std::move(*context);
         }
     }
-    if (software) {
-        return GlDevice::create(kernel_set, std::move(*software));
-    }
+    if (software) return GlDevice::create(kernel_set, std::move(*software));
     return Error{"no usable OpenGL 4.5 device: " + refusals};
 }
 

@@ -22,9 +22,7 @@ class GlObject {
     ~GlObject() { reset(); }
 
     void reset() {
-        if (name_ != 0) {
-            destroy(std::exchange(name_, 0));
-        }
+        if (name_ != 0) destroy(std::exchange(name_, 0));
     }
     /// The name under which debuggers and driver messages show it.
     void set_label(std::string_view label) const {

@@ -59,9 +59,7 @@ std::string buffer_blocks(const KernelSet& kernel_set) {
 int take_number(std::string_view& text) {
     int number = -1;
     const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error == std::errc{}) {
-        text.remove_prefix(static_cast<size_t>(stop - text.data()));
-    }
+    if (error == std::errc{}) text.remove_prefix(static_cast<size_t>(stop - text.data()));
     return number;
 }
 
@@ -69,15 +67,11 @@ int take_number(std::string_view& text) {
 /// does not start so.
 int read_location(std::string_view log_line, std::string_view& rest) {
     rest = log_line;
-    if (take_number(rest) != 0 || rest.empty() || (rest[0] != ':' && rest[0] != '(')) {
-        return 0;
-    }
+    if (take_number(rest) != 0 || rest.empty() || (rest[0] != ':' && rest[0] != '(')) return 0;
     const bool has_bracket = rest[0] == '(';
     rest.remove_prefix(1);
     const int number = take_number(rest);
-    if (has_bracket && rest.starts_with(')')) {
-        rest.remove_prefix(1);
-    }
+    if (has_bracket && rest.starts_with(')')) rest.remove_prefix(1);
     return std::max(number, 0);
 }
 

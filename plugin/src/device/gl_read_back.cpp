@@ -37,18 +37,14 @@ void GlReadBack::add(GLuint buffer, int64_t offset_bytes, std::span<int32_t> wor
 }
 
 std::string GlReadBack::finish() {
-    if (std::string error = reserve(part_bytes_); !error.empty()) {
-        return error;
-    }
+    if (std::string error = reserve(part_bytes_); !error.empty()) return error;
     GLintptr at = 0;
     for (const Part& part : parts_) {
         const auto bytes = static_cast<GLsizeiptr>(part.words.size_bytes());
         glCopyNamedBufferSubData(part.buffer, buffer_.name(), part.offset_bytes, at, bytes);
         at += bytes;
     }
-    if (std::string error = wait_for_gpu(); !error.empty()) {
-        return error;
-    }
+    if (std::string error = wait_for_gpu(); !error.empty()) return error;
     const std::byte* from = memory_;
     for (const Part& part : parts_) {
         std::memcpy(part.words.data(), from, part.words.size_bytes());
@@ -58,9 +54,7 @@ std::string GlReadBack::finish() {
 }
 
 std::string GlReadBack::reserve(int64_t bytes) {
-    if (bytes <= capacity_bytes_) {
-        return {};
-    }
+    if (bytes <= capacity_bytes_) return {};
     const int64_t capacity = std::max(bytes, 2 * capacity_bytes_);
     capacity_bytes_ = 0;
     memory_ = nullptr;
@@ -72,9 +66,7 @@ std::string GlReadBack::reserve(int64_t bytes) {
     constexpr GLbitfield kAccess = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
     glNamedBufferStorage(name, capacity, nullptr, kAccess | GL_CLIENT_STORAGE_BIT);
     memory_ = static_cast<const std::byte*>(glMapNamedBufferRange(name, 0, capacity, kAccess));
-    if (!memory_) {
-        return fmt::format("has no {} bytes for what is read back", capacity);
-    }
+    if (!memory_) return fmt::format("has no {} bytes for what is read back", capacity);
     capacity_bytes_ = capacity;
     return {};
 }

@@ -23,12 +23,8 @@ void GlStageTimes::read(const Session& session, std::span<double> stage_ms,
         if (i > 0 && now_ns > before_ns) {
             const auto [stage, kernel] = session.works[i - 1];
             const double ms = static_cast<double>(now_ns - before_ns) * kMsPerNs;
-            if (stage != kNone) {
-                stage_ms[static_cast<size_t>(stage)] += ms;
-            }
-            if (kernel != kNone) {
-                kernel_ms[static_cast<size_t>(kernel)] += ms;
-            }
+            if (stage != kNone) stage_ms[static_cast<size_t>(stage)] += ms;
+            if (kernel != kNone) kernel_ms[static_cast<size_t>(kernel)] += ms;
         }
         before_ns = now_ns;
     }
@@ -45,16 +41,12 @@ void GlStageTimes::begin(std::span<double> stage_ms, std::span<double> kernel_ms
     }
     current_ = sessions_[next_].is_pending ? nullptr : &sessions_[next_];
     stage_ = kNone;
-    if (current_) {
-        current_->works.clear();
-    }
+    if (current_) current_->works.clear();
 }
 
 void GlStageTimes::stamp(Work work) {
     stage_ = work.stage;
-    if (!current_) {
-        return;
-    }
+    if (!current_) return;
     current_->works.push_back(work);
     if (current_->stamps.size() < current_->works.size()) {
         GLuint name = 0;

@@ -18,9 +18,7 @@ WorkThreads::~WorkThreads() = default;
 void WorkThreads::run(size_t count, size_t least, const void* body,
                       void (*call)(const void*, size_t, size_t)) const {
     if (count <= least || arena_->arena.max_concurrency() == 1) {
-        if (count > 0) {
-            call(body, 0, count);
-        }
+        if (count > 0) call(body, 0, count);
         return;
     }
     arena_->arena.execute([&] {

@@ -237,8 +237,9 @@ uint64_t DisplayField::material_borders(int i, int j, int w) const {
     const auto& layers = columns_[column_index(i, j)].layers;
     for (size_t k = 1; k < layers.size(); ++k) {
         const int above = layers[k].bottom_voxel + 2;  // sample 0 is two below the first voxel
-        for (const int q : {above - 1, above})
+        for (const int q : {above - 1, above}) {
             if (q / 64 == w) borders |= uint64_t{1} << (q % 64);
+        }
     }
     return borders;
 }

@@ -73,8 +73,9 @@ constexpr MarchingCase build_case(int inside_corners) {
         if (size == 0) continue;
         int apex = 0;
         for (int i = 1; i < size; ++i) {
-            if (face_diagonal_count(loop, size, i) < face_diagonal_count(loop, size, apex))
+            if (face_diagonal_count(loop, size, i) < face_diagonal_count(loop, size, apex)) {
                 apex = i;
+            }
         }
         for (int i = 1; i + 1 < size; ++i) {
             const int corners[3] = {apex, (apex + i) % size, (apex + i + 1) % size};

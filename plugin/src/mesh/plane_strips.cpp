@@ -34,9 +34,11 @@ bool PlaneStrips::is_whole_of_floor(int i, int j) const {
 
 bool PlaneStrips::is_kept_on_floor(int i, int j) const {
     if (i % kTileSide == 0) return true;
-    for (int y = j - 1; y <= j; ++y)
-        for (int x = i - 1; x <= i; ++x)
+    for (int y = j - 1; y <= j; ++y) {
+        for (int x = i - 1; x <= i; ++x) {
             if (!is_whole_of_floor(x, y)) return true;
+        }
+    }
     const uint8_t own = field_.material(i, j, 0);
     return field_.material(i - 1, j, 0) != own || field_.material(i + 1, j, 0) != own;
 }

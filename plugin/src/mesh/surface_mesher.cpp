@@ -46,8 +46,9 @@ class TileMesher {
         if (def.layer == SurfaceMeshDef::Layer::terrain) {
             colors_.push_back(def.terrain_color);
         } else {
-            for (const MaterialDef& material : source.materials())
+            for (const MaterialDef& material : source.materials()) {
                 colors_.push_back(material.color);
+            }
         }
     }
 
@@ -68,9 +69,7 @@ class TileMesher {
         }
         for (int j = field_.cell_first(1); j <= field_.cell_last(1); ++j) {
             if (def_.close_floor) add_floor_strips(j);
-            for (int i = field_.cell_first(0); i <= field_.cell_last(0); ++i) {
-                add_cells(grid, i, j);
-            }
+            for (int i = field_.cell_first(0); i <= field_.cell_last(0); ++i) add_cells(grid, i, j);
         }
     }
 
@@ -141,9 +140,10 @@ class TileMesher {
         const bool at_side = field_.position(axis, first) == field_.position(axis, first + 1);
         for (int w = 0; w < field_.word_count(); ++w) {
             uint64_t crossed = here[w] ^ there[w];
-            if (at_side && crossed != 0)  // one of the two columns is empty
+            if (at_side && crossed != 0) {  // one of the two columns is empty
                 crossed &= here[w] != 0 ? strips_.kept_on_side(i, j, 1 - axis, w)
                                         : strips_.kept_on_side(next_i, next_j, 1 - axis, w);
+            }
             for_each_bit(crossed, w, [&](int q) {
                 const bool leaving = bit_at(here, q);
                 const int low[2] = {i, j}, high[2] = {next_i, next_j};
@@ -239,8 +239,9 @@ class TileMesher {
         if (at_one_side) add_side_strips(i, j, side);
         const auto whole = [&](int w) {
             uint64_t cells = 0;
-            if (at_one_side)
+            if (at_one_side) {
                 cells = strips_.whole_of_side(i + (i == -2), j + (j == -2), side.x != 0, w);
+            }
             if (w == 0 && strips_.is_whole_of_floor(i, j)) cells |= 1;
             return cells;
         };
@@ -283,8 +284,9 @@ class TileMesher {
                     continue;
                 }
                 for (int k = 0; k < 3; ++k) {
-                    if (axes[k] != (side.x != 0 ? 0 : 1))
+                    if (axes[k] != (side.x != 0 ? 0 : 1)) {
                         vertices[k] = copy_vertex(vertices[k], side);
+                    }
                 }
             }
             out_->indices.insert(out_->indices.end(), vertices, vertices + 3);

@@ -31,9 +31,7 @@ Result<std::unique_ptr<device::Device>> create_device(Backend backend, int threa
 Result<BackendChoice> choose_backend(Backend backend, int thread_count) {
     BackendChoice choice;
     const auto made = create_device(backend, thread_count, choice.reason);
-    if (!made) {
-        return Error{made.error()};
-    }
+    if (!made) return Error{made.error()};
     choice.backend_name = (*made)->backend_name();
     choice.device_name = (*made)->device_name();
     choice.thread_count = (*made)->thread_count();

@@ -32,9 +32,7 @@ void BodyTable::meet(std::span<const SoilBody> input) {
     fastest_ = nullptr;
     are_same_ = true;
     for (const SoilBody& body : input) {
-        if (!accept(body)) {
-            continue;
-        }
+        if (!accept(body)) continue;
         if (static_cast<int>(in_step_.size()) >= limits::kBodyCapacity) {
             core_.conditions.note(StatusBit::shape_refused, body.id, body.center_of_mass_m);
             break;
@@ -144,9 +142,7 @@ double BodyTable::reach_of(const StepBody& body) const {
         const Aabb b = shape_bounds(shape, body.to, core_.frame.voxel_m);
         const double shifts[6] = {a.min.x - b.min.x, a.min.y - b.min.y, a.min.z - b.min.z,
                                   a.max.x - b.max.x, a.max.y - b.max.y, a.max.z - b.max.z};
-        for (double shift : shifts) {
-            reach = std::max(reach, std::abs(shift));
-        }
+        for (double shift : shifts) reach = std::max(reach, std::abs(shift));
     }
     return reach;
 }

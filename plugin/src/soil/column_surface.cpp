@@ -25,19 +25,11 @@ ColumnProfile column_profile(const ColumnVoxels& column) {
         const int terrain = column.terrain_at(z);
         const int volume = column.volume_at(z);
         piled = piled || terrain >= kSolidCoverage;
-        if (volume > 0 && !piled) {
-            profile.hanging = z;
-        }
+        if (volume > 0 && !piled) profile.hanging = z;
         const int reach = z * kVoxelFull + std::min<int>(kVoxelFull, terrain + volume);
-        if (piled && terrain - column.ground_at(z) + volume > 0) {
-            profile.top_q16 = reach;
-        }
-        if (piled && volume > 0) {
-            profile.soil_q16 = reach;
-        }
-        if (stands && terrain + volume > 0) {
-            profile.stop_q16 = reach;
-        }
+        if (piled && terrain - column.ground_at(z) + volume > 0) profile.top_q16 = reach;
+        if (piled && volume > 0) profile.soil_q16 = reach;
+        if (stands && terrain + volume > 0) profile.stop_q16 = reach;
         const bool carries =
             terrain >= kSolidCoverage || terrain + volume >= kVoxelFull - kSupportSlack;
         stands = stands && carries;

@@ -46,9 +46,7 @@ constexpr int kBitCount = static_cast<int>(std::size(kTexts));
 
 const char* text_of(StatusBit bit) {
     for (const StatusText& entry : kTexts) {
-        if (entry.bit == bit) {
-            return entry.text;
-        }
+        if (entry.bit == bit) return entry.text;
     }
     return "";
 }
@@ -61,9 +59,7 @@ std::string name_of(StatusBit bit) {
 std::vector<std::string> status_texts(uint32_t bits) {
     std::vector<std::string> texts;
     for (const StatusText& entry : kTexts) {
-        if (bits & static_cast<uint32_t>(entry.bit)) {
-            texts.emplace_back(entry.text);
-        }
+        if (bits & static_cast<uint32_t>(entry.bit)) texts.emplace_back(entry.text);
     }
     return texts;
 }
@@ -120,9 +116,7 @@ void ConditionLog::note(StatusBit bit, int body, std::optional<Vec3> position_m)
         made.first_time_s = static_cast<double>(step_) * step_s_;
         known = std::prev(list_.end());
     }
-    if (!known->position_m) {
-        known->position_m = position_m;
-    }
+    if (!known->position_m) known->position_m = position_m;
     if (known->last_step != step_ || known->step_count == 0) {
         known->last_step = step_;
         ++known->step_count;
@@ -157,9 +151,7 @@ Status ConditionLog::check(std::span<const Condition> list, int64_t step) {
 void ConditionLog::replace(std::span<const Condition> list) {
     clear();
     list_.assign(list.begin(), list.end());
-    for (const Condition& condition : list) {
-        bits_ |= static_cast<uint32_t>(condition.bit);
-    }
+    for (const Condition& condition : list) bits_ |= static_cast<uint32_t>(condition.bit);
     told_count_ = list_.size();
 }
 

@@ -39,17 +39,13 @@ void SurfaceReader::want(bool has_contacts, std::vector<device::ReadRange>& rang
 
 std::span<const int32_t> SurfaceReader::of_ground(int index) {
     static constexpr int32_t kBareFloor[kTileColumns] = {};
-    if (!tiles_[index] && !ground_.is_over(index)) {
-        return kBareFloor;
-    }
+    if (!tiles_[index] && !ground_.is_over(index)) return kBareFloor;
     const Tile& tile = tiles_.make(index);
     if (tile.is_awake()) {
         return std::span(tops_).subspan(static_cast<size_t>(tile.slot) * kTileColumns,
                                         kTileColumns);
     }
-    if (!tile.packed) {
-        return kBareFloor;
-    }
+    if (!tile.packed) return kBareFloor;
     if (tile.packed->surface.empty()) {
         tile.packed->surface = surface_heights_q16(tiles_.read_runs(index));
     }
@@ -58,9 +54,7 @@ std::span<const int32_t> SurfaceReader::of_ground(int index) {
 
 // The records of a tile's columns as they are after this step.
 const int32_t* SurfaceReader::spans_of(int slot) {
-    if (std::ranges::find(asked_, slot) == asked_.end()) {
-        asked_.push_back(slot);
-    }
+    if (std::ranges::find(asked_, slot) == asked_.end()) asked_.push_back(slot);
     int& place = place_[static_cast<size_t>(slot)];
     if (place < 0) {
         place = static_cast<int>(slots_.size());
@@ -75,18 +69,14 @@ const int32_t* SurfaceReader::spans_of(int slot) {
 std::span<const int32_t> SurfaceReader::of_carried(int index, int carrier) {
     carried_.assign(kTileColumns, kBare);
     // Bodies that may move keep the tiles with their soil awake.
-    if (!tiles_[index] || !tiles_[index]->is_awake()) {
-        return carried_;
-    }
+    if (!tiles_[index] || !tiles_[index]->is_awake()) return carried_;
     const int32_t* spans = spans_of(tiles_[index]->slot);
     for (size_t c = 0; c < kTileColumns; ++c) {
         const int32_t* column = spans + c * kColumnWords;
         for (int i = 0; i < column[kColumnCount]; ++i) {
             const auto pair = static_cast<uint32_t>(column[kColumnBase + i / 2]);
             const int base = static_cast<int>(pair >> (i % 2 * 16) & 0xffff);
-            if ((base & kBaseBody) != carrier + 1) {
-                continue;
-            }
+            if ((base & kBaseBody) != carrier + 1) continue;
             const int32_t* span = column + kColumnSpans + i * kSpanWords;
             const int32_t bottom = span[kSpanBottom], top = span[kSpanTop];
             if (top > bottom) {
@@ -116,9 +106,7 @@ void ContactReader::read(std::span<const int32_t> header) {
     const int count = std::min(header[kResultContacts], limits::kContactCapacity);
     const size_t words = static_cast<size_t>(count) * kContactWords;
     const size_t known = record_words_.size();
-    if (words > record_words_.capacity()) {
-        record_words_.reserve(2 * words);
-    }
+    if (words > record_words_.capacity()) record_words_.reserve(2 * words);
     record_words_.resize(words);
     if (words > known) {
         core_.device->read(Buffer::result,
@@ -152,9 +140,7 @@ void ContactReader::make_contacts() {
     const std::span<const int> ids = bodies_.ids();
     placed_.resize(ids.size());
     width_voxels_.assign(ids.size(), 0);
-    for (ContactBody& body : placed_) {
-        body.input = nullptr;
-    }
+    for (ContactBody& body : placed_) body.input = nullptr;
     for (const StepBody& body : bodies_.in_step()) {
         const auto at = static_cast<size_t>(body.track->index);
         ContactBody& placed = placed_[at];

@@ -50,10 +50,11 @@ constexpr bool has_members(std::index_sequence<I...>) {
 /// Members of a definition.
 template <typename Def, size_t count = 40>
 constexpr size_t member_count() {
-    if constexpr (has_members<Def>(std::make_index_sequence<count>{}))
+    if constexpr (has_members<Def>(std::make_index_sequence<count>{})) {
         return count;
-    else
+    } else {
         return member_count<Def, count - 1>();
+    }
 }
 
 #define BSOIL_COUNT(...) +1
@@ -87,8 +88,9 @@ template <typename Def>
 Status check_numbers(const Def& def, const std::string& where = {}) {
     Status status = Done{};
     for_each_number(def, [&](const FieldNumber& field) {
-        if (status && field.least < field.most)
+        if (status && field.least < field.most) {
             status = check_range(where + field.name, field.value, field.least, field.most);
+        }
     });
     return status;
 }

@@ -72,9 +72,7 @@ Result<LatticeFrame> choose_frame(const Aabb& box, const LatticeDef& def,
         bricks = find_bricks(frame, rest / kLatticeBrickWords);
         words = kLatticeIndex + frame.brick_count() +
                 static_cast<int64_t>(bricks.size()) * kLatticeBrickWords;
-        if (words <= kWordsMost) {
-            return frame;
-        }
+        if (words <= kWordsMost) return frame;
     }
     return Error{"its lattice would take more than " + std::to_string(words * 4 >> 20) +
                  " MiB at a spacing of " +
@@ -88,9 +86,7 @@ std::vector<int32_t> pack(const LatticeFrame& frame, const std::vector<int64_t>&
                           const std::function<bool(int64_t)>& is_inside) {
     const size_t samples = static_cast<size_t>(kLatticeIndex + frame.brick_count());
     std::vector<int32_t> words(samples + bricks.size() * kLatticeBrickWords);
-    for (int axis = 0; axis < 3; ++axis) {
-        words[static_cast<size_t>(axis)] = frame.bricks[axis];
-    }
+    for (int axis = 0; axis < 3; ++axis) words[static_cast<size_t>(axis)] = frame.bricks[axis];
     size_t next = 0;
     for (int64_t b = 0; b < frame.brick_count(); ++b) {
         int32_t& entry = words[static_cast<size_t>(kLatticeIndex + b)];
@@ -123,9 +119,7 @@ DistanceLattice::~DistanceLattice() = default;
 
 DistanceLattice::LatticeResult DistanceLattice::from_distance(
     const std::function<double(Vec3)>& distance_m, const Aabb& bounds, const LatticeDef& def) {
-    if (const Status valid = lattice::validate(def); !valid) {
-        return Error{valid.error()};
-    }
+    if (const Status valid = lattice::validate(def); !valid) return Error{valid.error()};
     if (!is_finite(bounds.min) || !is_finite(bounds.max) || bounds.min.x > bounds.max.x ||
         bounds.min.y > bounds.max.y || bounds.min.z > bounds.max.z) {
         return Error{"bounds are empty or not finite"};
@@ -163,17 +157,13 @@ DistanceLattice::LatticeResult DistanceLattice::from_distance(
         for (int64_t b = 0; b < frame.brick_count() && std::ssize(bricks) <= most; ++b) {
             const double d = value(middle(frame, b));
             is_sound = is_sound && !std::isnan(d);
-            if (std::abs(d) <= reach) {
-                bricks.push_back(b);
-            }
+            if (std::abs(d) <= reach) bricks.push_back(b);
         }
         return bricks;
     };
     std::vector<int64_t> bricks;
     const Result<LatticeFrame> frame = lattice::choose_frame(data->bounds, def, find, bricks);
-    if (!frame) {
-        return Error{frame.error()};
-    }
+    if (!frame) return Error{frame.error()};
     data->frame = *frame;
     std::vector<lattice::Brick> distances(bricks.size());
     for (size_t b = 0; b < bricks.size(); ++b) {
@@ -185,9 +175,7 @@ DistanceLattice::LatticeResult DistanceLattice::from_distance(
             is_sound = is_sound && !std::isnan(d);
         }
     }
-    if (!is_sound) {
-        return Error{"its distance is not a number somewhere"};
-    }
+    if (!is_sound) return Error{"its distance is not a number somewhere"};
     data->words = lattice::pack(*frame, bricks, distances,
                                 [&](int64_t b) { return value(middle(*frame, b)) < 0; });
     return std::shared_ptr<const DistanceLattice>(new DistanceLattice(std::move(data)));
@@ -201,18 +189,14 @@ double DistanceLattice::distance_m(Vec3 point) const {
     constexpr int64_t kStride[3] = {1, 8, 64};
     double t[3];
     for (int axis = 2; axis >= 0; --axis) {
-        if (!(p[axis] >= 0 && p[axis] < frame.bricks[axis] * kLatticeCells)) {
-            return frame.far_m;
-        }
+        if (!(p[axis] >= 0 && p[axis] < frame.bricks[axis] * kLatticeCells)) return frame.far_m;
         const int cell = static_cast<int>(p[axis]);
         t[axis] = p[axis] - cell;
         brick = brick * frame.bricks[axis] + cell / kLatticeCells;
         node += kStride[axis] * (cell % kLatticeCells);
     }
     const int32_t samples = data_->words[static_cast<size_t>(kLatticeIndex + brick)];
-    if (samples < 0) {
-        return samples == kLatticeInside ? -frame.far_m : frame.far_m;
-    }
+    if (samples < 0) return samples == kLatticeInside ? -frame.far_m : frame.far_m;
     double sum = 0;
     for (int corner = 0; corner < 8; ++corner) {
         int64_t n = node;
@@ -252,9 +236,7 @@ DistanceLattice::Face DistanceLattice::nearest_face(Vec3 p) const {
                           at.weights[2] * piece.growth_m[2];
     const double above = dot(piece.normal, p - at.position);
     Face face{above, piece.normal};
-    if (!piece.is_solid && above < 0) {
-        face = {-above, -piece.normal};
-    }
+    if (!piece.is_solid && above < 0) face = {-above, -piece.normal};
     face.distance_m -= growth;
     if (!piece.is_solid) {
         for (int k = 0; k < 3; ++k) {

@@ -57,14 +57,10 @@ bool is_proper(const Aabb& box) {
 }  // namespace
 
 Result<int> Soil::Impl::material_index(const std::string& name) const {
-    if (name.empty()) {
-        return 0;
-    }
+    if (name.empty()) return 0;
     std::string names;
     for (size_t m = 0; m < materials.size(); ++m) {
-        if (materials[m].name == name) {
-            return static_cast<int>(m);
-        }
+        if (materials[m].name == name) return static_cast<int>(m);
         names += (m > 0 ? ", " : "") + materials[m].name;
     }
     return Error{fmt::format("fill.material '{}' is not in this soil; it has {}", name, names)};
@@ -73,18 +69,14 @@ Result<int> Soil::Impl::material_index(const std::string& name) const {
 Status Soil::Impl::fill_with(const std::string& material, const int low[3], const int high[3],
                              const FillShape& shape) {
     const Result<int> found = material_index(material);
-    if (!found) {
-        return Error{found.error()};
-    }
+    if (!found) return Error{found.error()};
     // A full voxel of a lighter material has fewer mass units; volume units are the same for all.
     const FillMaterial what{static_cast<size_t>(kKeptMaterial + *found),
                             materials[*found].density_kg_m3 / kReferenceDensity};
     int first[2], last[2];
     for (int axis = 0; axis < 3; ++axis) {
         const int from = std::max(0, low[axis]), to = std::min(frame.size[axis] - 1, high[axis]);
-        if (from > to) {
-            return Error{"the fill lies outside of the grid"};
-        }
+        if (from > to) return Error{"the fill lies outside of the grid"};
         if (axis < 2) {
             first[axis] = from;
             last[axis] = to;
@@ -123,9 +115,7 @@ Status Soil::Impl::fill_with(const std::string& material, const int low[3], cons
                 }
             }
             const int index = tile_index(tx, ty);
-            if (!tiles[index] && ground.is_over(index)) {
-                tiles.make(index);
-            }
+            if (!tiles[index] && ground.is_over(index)) tiles.make(index);
             const bool is_asleep = !tiles[index] || tiles[index]->slot < 0;
             LevelTile* level = nullptr;
             if (is_level && is_asleep) {
@@ -133,9 +123,7 @@ Status Soil::Impl::fill_with(const std::string& material, const int low[3], cons
                     tiles[index] ? tiles[index]->packed : nullptr;
                 const auto [entry, fresh] = level_tiles.try_emplace({before.get(), *some});
                 level = &entry->second;
-                if (fresh) {
-                    level->before = before;
-                }
+                if (fresh) level->before = before;
             }
             int64_t tile_added = 0;
             std::shared_ptr<const PackedTile> after;
@@ -197,9 +185,7 @@ Status Soil::fill(const BoxFill& fill) {
     // From the bottom up: only the voxels at both ends are not whole.
     const auto add_column = [&](double across, FillRuns& runs) {
         const int from = std::max(0, first[2]), to = std::min(s.height - 1, last[2]);
-        for (int z = from; z <= to; ++z) {
-            add_voxel(runs, z, across * overlap(low.z, high.z, z));
-        }
+        for (int z = from; z <= to; ++z) add_voxel(runs, z, across * overlap(low.z, high.z, z));
     };
     if (s.def.yaw_rad == 0) {
         return s.fill_with(
@@ -235,9 +221,7 @@ Status Soil::fill(const CylinderFill& fill) {
     }
     for (const Status& status : {check_range("fill.radius_m", fill.radius_m, 1e-6, 1e6),
                                  check_range("fill.height_m", fill.height_m, 1e-6, 1e6)}) {
-        if (!status) {
-            return status;
-        }
+        if (!status) return status;
     }
     const Vec3 base = s.to_grid(fill.base_center_m);
     const double r = fill.radius_m / s.frame.voxel_m, h = fill.height_m / s.frame.voxel_m;
@@ -272,9 +256,7 @@ Status Soil::Impl::fill_ground(const std::string& material,
                      {[&](int x, int y, FillRuns& runs) {
                           const double top = std::clamp(height_at(x, y), 0.0, 1.0 * height);
                           const int whole = static_cast<int>(top);
-                          if (whole > 0) {
-                              runs.push_back({0, whole, kVoxelFull});
-                          }
+                          if (whole > 0) runs.push_back({0, whole, kVoxelFull});
                           add_voxel(runs, whole, top - whole);
                       },
                       {}});
@@ -286,9 +268,7 @@ Status Soil::fill(const HeightMapFill& fill) {
                                              limits::kHeightMapSideMax),
                                  check_range("fill.height", fill.height, limits::kHeightMapSideMin,
                                              limits::kHeightMapSideMax)}) {
-        if (!status) {
-            return status;
-        }
+        if (!status) return status;
     }
     if (fill.heights_m.size() !=
         static_cast<size_t>(fill.width) * static_cast<size_t>(fill.height)) {
@@ -328,9 +308,7 @@ Status Soil::fill(const NoiseFill& fill) {
                                  check_range("fill.wavelength_m", fill.wavelength_m, 1e-3, 1e6),
                                  check_range("fill.octaves", fill.octaves, 1, 12),
                                  check_range("fill.persistence", fill.persistence, 0, 1)}) {
-        if (!status) {
-            return status;
-        }
+        if (!status) return status;
     }
     const bool y_up = s.def.up == UpAxis::y;
     return s.fill_ground(fill.material, [&](int x, int y) {
@@ -346,12 +324,8 @@ Status Soil::fill(const NoiseFill& fill) {
 
 Status Soil::fill(const FunctionFill& fill) {
     Impl& s = *impl_;
-    if (!fill.density) {
-        return Error{"fill.density is empty"};
-    }
-    if (Status small = s.check_density_grid(); !small) {
-        return small;
-    }
+    if (!fill.density) return Error{"fill.density is empty"};
+    if (Status small = s.check_density_grid(); !small) return small;
     const int first[3] = {0, 0, 0};
     const int last[3] = {s.frame.size[0] - 1, s.frame.size[1] - 1, s.height - 1};
     return s.fill_with(fill.material, first, last,
@@ -367,12 +341,8 @@ Status Soil::fill(const FunctionFill& fill) {
 
 Status Soil::add_terrain(const DensityFunction& density) {
     Impl& s = *impl_;
-    if (!density) {
-        return Error{"terrain.density is empty"};
-    }
-    if (Status small = s.check_density_grid(); !small) {
-        return small;
-    }
+    if (!density) return Error{"terrain.density is empty"};
+    if (Status small = s.check_density_grid(); !small) return small;
     return s.terrain_with(
         [&](int x, int y, int z) {
             return sampled_share(x, y, z,

@@ -191,9 +191,7 @@ void Flows::begin_source(Flow& flow) {
     const double to_s = time_s();
     const int64_t wanted = flow.due_units(to_s) - flow.units - flow.missed_units;
     flow.works = flow.is_fresh = false;
-    if (to_s <= flow.start_s() || (to_s - core_.def.step_s >= flow.end_s() && wanted <= 0)) {
-        return;
-    }
+    if (to_s <= flow.start_s() || (to_s - core_.def.step_s >= flow.end_s() && wanted <= 0)) return;
     for (const FlowPart& part : flow.region.parts) {
         Tile& tile = tiles_.make(part.tile);
         tile.top = std::max(tile.top, part.high);
@@ -347,9 +345,7 @@ Status Soil::move_source(int id, Vec3 center_m, Vec3 direction) {
 
 Status Soil::move_sink(int id, const Pose& pose) {
     Flow* flow = impl_->flows.find(id);
-    if (!flow || flow->kind != FlowKind::sink) {
-        return Error{fmt::format("there is no sink {}", id)};
-    }
+    if (!flow || flow->kind != FlowKind::sink) return Error{fmt::format("there is no sink {}", id)};
     Flow moved = *flow;
     moved.sink.pose = pose;
     moved.is_fresh = true;

@@ -129,9 +129,7 @@ const std::vector<GroundBodies::Shape>& GroundBodies::shapes() {
 }
 
 void GroundBodies::stamp() {
-    if (!any_due_) {
-        return;
-    }
+    if (!any_due_) return;
     any_due_ = false;
     // Few shapes over many tiles or many shapes over few of them: pairs serve both.
     std::vector<std::pair<int, int>> pairs;  // tile, shape; shape -1: none
@@ -176,9 +174,7 @@ void GroundBodies::stamp_new_tile(int index) {
             add(shape, index, cover);
         }
     }
-    if (!cover.empty()) {
-        put(index, cover);
-    }
+    if (!cover.empty()) put(index, cover);
 }
 
 bool GroundBodies::is_over(int index) {
@@ -220,9 +216,7 @@ void GroundBodies::change(int index, const std::vector<int32_t>& cover, bool roc
     tile.ground_due = false;
     const auto count = static_cast<size_t>(core_.params.tile_voxels);
     const bool none = std::all_of(cover.begin(), cover.end(), [](int32_t c) { return c == 0; });
-    if (none && !tile.ground) {
-        return;
-    }
+    if (none && !tile.ground) return;
     TileVoxels voxels;
     tiles_.read_voxels(index, voxels);
     TileVoxels ground;
@@ -239,9 +233,7 @@ void GroundBodies::change(int index, const std::vector<int32_t>& cover, bool roc
         part = now;
         terrain = rock + now;
     }
-    if (!changed) {
-        return;
-    }
+    if (!changed) return;
     if (TileVoxels back; tiles_.read_buried(index, back)) {
         for (size_t w = kKeptVolume * count; w < voxels.words.size(); ++w) {
             voxels.words[w] += back.words[w];
@@ -252,9 +244,7 @@ void GroundBodies::change(int index, const std::vector<int32_t>& cover, bool roc
     for (size_t v = 0; v < count; ++v) {
         const int volume = voxels.words[kKeptVolume * count + v];
         const int room = kVoxelFull - voxels.words[v];
-        if (ground.words[v] == 0 || volume <= room) {
-            continue;
-        }
+        if (ground.words[v] == 0 || volume <= room) continue;
         if (buried.words.empty()) buried.reset(core_.height, core_.kept_planes);
         move_soil(voxels, buried, v, room > kWholeMost ? volume - room : volume, volume);
     }

@@ -46,8 +46,9 @@ double distance_m(const ConvexShape& s, Vec3 p) {
         }
         case ConvexShape::Kind::hull:
             distance = -std::numeric_limits<double>::infinity();
-            for (const Plane& plane : s.planes)
+            for (const Plane& plane : s.planes) {
                 distance = std::max(distance, dot(plane.normal, p) - plane.offset);
+            }
             break;
         case ConvexShape::Kind::lattice:
             distance = s.lattice->distance_m(p);
@@ -74,9 +75,10 @@ class CubeFiller {
         } else if (side == 1) {
             add(x, y, z, 1, units_of(x, y, z));
         } else {
-            for (int i = 0; i < 8; ++i)
+            for (int i = 0; i < 8; ++i) {
                 fill(x + (i & 1) * side / 2, y + (i >> 1 & 1) * side / 2, z + (i >> 2) * side / 2,
                      side / 2);
+            }
         }
     }
 
@@ -108,10 +110,13 @@ class CubeFiller {
         return static_cast<int>(sum * kUnits + 0.5);
     }
     void add(int x, int y, int z, int side, int units) {
-        for (int k = z; k < z + side; ++k)
-            for (int j = y; j < y + side; ++j)
-                for (int i = x; i < x + side; ++i)
+        for (int k = z; k < z + side; ++k) {
+            for (int j = y; j < y + side; ++j) {
+                for (int i = x; i < x + side; ++i) {
                     units_[static_cast<size_t>((k * kTileSide + j) * kTileSide + i)] += units;
+                }
+            }
+        }
     }
 
     const ConvexShape& shape_;
@@ -135,8 +140,9 @@ bool is_level_over(const ConvexShape& shape, const Pose& from_grid, double voxel
             Vec3{tile.x0 + 8.0 * (corner & 1), tile.y0 + 8.0 * (corner >> 1), 0} * voxel_m);
         const double place[3] = {at.x, at.y, at.z};
         int across = 0;
-        for (int axis = 0; axis < 3; ++axis)
+        for (int axis = 0; axis < 3; ++axis) {
             across += along[axis] < kUpright && std::abs(place[axis]) < half[axis] - voxel_m;
+        }
         if (across != 2) return false;
     }
     return true;
@@ -155,8 +161,9 @@ void add_coverage(const ConvexShape& shape, const Pose& body_to_grid, double vox
         for (int z = first; z <= last && z < tile.height; ++z) filler.fill_layer(z);
         return;
     }
-    for (int z = first / kTileSide * kTileSide; z <= last && z < tile.height; z += kTileSide)
+    for (int z = first / kTileSide * kTileSide; z <= last && z < tile.height; z += kTileSide) {
         filler.fill(0, 0, z, kTileSide);
+    }
 }
 
 }  // namespace bsoil

@@ -9,16 +9,10 @@
 namespace bsoil {
 
 Status MaterialDef::validate() const {
-    if (name.empty()) {
-        return Error{"material name is empty: give it one"};
-    }
+    if (name.empty()) return Error{"material name is empty: give it one"};
     const std::string where = "material '" + name + "': ";
-    if (Status status = check_numbers(*this, where); !status) {
-        return status;
-    }
-    if (loose_density_kg_m3 == 0 && compacted_density_kg_m3 == 0) {
-        return Done{};
-    }
+    if (Status status = check_numbers(*this, where); !status) return status;
+    if (loose_density_kg_m3 == 0 && compacted_density_kg_m3 == 0) return Done{};
     if (loose_density_kg_m3 < 100 || loose_density_kg_m3 > density_kg_m3 ||
         compacted_density_kg_m3 < density_kg_m3 || loose_density_kg_m3 >= compacted_density_kg_m3 ||
         loose_density_kg_m3 < compacted_density_kg_m3 / 2) {
@@ -85,9 +79,7 @@ std::span<const MaterialDef> all() { return table(); }
 Result<MaterialDef> find(const std::string& name) {
     std::string names;
     for (const MaterialDef& material : table()) {
-        if (material.name == name) {
-            return material;
-        }
+        if (material.name == name) return material;
         names += (names.empty() ? "" : ", ") + material.name;
     }
     return Error{"material '" + name + "' is not built in; there are " + names};

@@ -79,9 +79,7 @@ class MeshSampler {
                         const Vec3 middle = frame.origin + edge * Vec3{x + 0.5, y + 0.5, z + 0.5};
                         const Vec3 nearest =
                             nearest_on_triangle(pieces_[p].triangle, middle).position;
-                        if (length(middle - nearest) > reach + half_diagonal) {
-                            continue;
-                        }
+                        if (length(middle - nearest) > reach + half_diagonal) continue;
                         const int64_t b =
                             (static_cast<int64_t>(z) * frame.bricks[1] + y) * frame.bricks[0] + x;
                         pairs_.push_back({b, static_cast<int32_t>(p)});
@@ -92,9 +90,7 @@ class MeshSampler {
                     }
                 }
             }
-            if (std::ssize(bricks) > most) {
-                break;
-            }
+            if (std::ssize(bricks) > most) break;
         }
         std::sort(bricks.begin(), bricks.end());
         return bricks;
@@ -106,9 +102,7 @@ class MeshSampler {
         std::sort(pairs_.begin(), pairs_.end());
         std::vector<size_t> first;
         for (size_t i = 0; i < pairs_.size(); ++i) {
-            if (i == 0 || pairs_[i].brick != pairs_[i - 1].brick) {
-                first.push_back(i);
-            }
+            if (i == 0 || pairs_[i].brick != pairs_[i - 1].brick) first.push_back(i);
         }
         first.push_back(pairs_.size());
         std::vector<lattice::Brick> out(bricks.size());
@@ -150,14 +144,10 @@ class MeshSampler {
                         const double above =
                             std::abs(dot(piece.normal, p - piece.triangle.corners[0]));
                         const size_t n = static_cast<size_t>((z * 8 + y) * 8 + x);
-                        if (above > reach) {
-                            continue;
-                        }
+                        if (above > reach) continue;
                         const PieceDistance d =
                             piece_distance(piece, p, votes[n] >= 2, half_growth_m_);
-                        if (piece.is_solid) {
-                            solid[n] = std::min(solid[n], d.to_triangle_m);
-                        }
+                        if (piece.is_solid) solid[n] = std::min(solid[n], d.to_triangle_m);
                         grown[n] = std::min(grown[n], d.to_grown_m);
                     }
                 }
@@ -196,13 +186,9 @@ Aabb bounds_of(const MeshTopology& mesh, const LatticeDef& def, double half_grow
 
 DistanceLattice::LatticeResult DistanceLattice::from_mesh(const TriangleMesh& mesh,
                                                           const LatticeDef& def) {
-    if (const Status valid = lattice::validate(def); !valid) {
-        return Error{valid.error()};
-    }
+    if (const Status valid = lattice::validate(def); !valid) return Error{valid.error()};
     Result<MeshTopology> topology = mesh_topology(mesh);
-    if (!topology) {
-        return Error{topology.error()};
-    }
+    if (!topology) return Error{topology.error()};
     const double wall_m = limits::kThinnestWallVoxels * def.voxel_m;
     if (const TriangleMesh closed = with_gaps_closed(*topology, wall_m);
         closed.triangles.size() > topology->faces.size()) {
@@ -217,18 +203,14 @@ DistanceLattice::LatticeResult DistanceLattice::from_mesh(const TriangleMesh& me
         return Error{"nothing of it lies in the region"};
     }
     Result<std::vector<MeshPiece>> pieces = mesh_pieces(*topology, def, half_growth);
-    if (!pieces) {
-        return Error{pieces.error()};
-    }
+    if (!pieces) return Error{pieces.error()};
     data->pieces = std::move(*pieces);
     MeshSampler sampler(data->pieces, def.margin_m, half_growth);
     std::vector<int64_t> bricks;
     const Result<LatticeFrame> frame = lattice::choose_frame(
         data->bounds, def,
         [&](const LatticeFrame& f, int64_t most) { return sampler.find_bricks(f, most); }, bricks);
-    if (!frame) {
-        return Error{frame.error()};
-    }
+    if (!frame) return Error{frame.error()};
     data->frame = *frame;
     const WindingLines winding(*topology, *frame);
     const std::vector<lattice::Brick> distances = sampler.sample(*frame, bricks, winding);
@@ -240,9 +222,7 @@ DistanceLattice::LatticeResult DistanceLattice::from_mesh(const TriangleMesh& me
     });
     std::vector<Triangle> triangles;
     triangles.reserve(data->pieces.size());
-    for (const MeshPiece& piece : data->pieces) {
-        triangles.push_back(piece.triangle);
-    }
+    for (const MeshPiece& piece : data->pieces) triangles.push_back(piece.triangle);
     data->tree = TriangleTree(std::move(triangles));
     data->mesh.vertices = topology->vertices;
     for (const MeshTopology::Face& face : topology->faces) {

@@ -77,9 +77,7 @@ class Cutter {
           reach_m_(half_growth_m + def.margin_m + kReachVoxels * def.voxel_m) {
         std::vector<Triangle> triangles;
         triangles.reserve(mesh.faces.size());
-        for (const MeshTopology::Face& face : mesh.faces) {
-            triangles.push_back(triangle_of(face));
-        }
+        for (const MeshTopology::Face& face : mesh.faces) triangles.push_back(triangle_of(face));
         tree_ = TriangleTree(std::move(triangles));
         for (size_t a = 0; a < mesh.parts.size() && !may_be_buried_; ++a) {
             for (size_t b = a + 1; b < mesh.parts.size() && !may_be_buried_; ++b) {
@@ -119,9 +117,7 @@ class Cutter {
     double growth_at(Vec3 point, int face) {
         const Vec3 inward = -mesh_.faces[static_cast<size_t>(face)].normal;
         const double reach = 2 * half_growth_m_;
-        if (reach <= 0) {
-            return 0;
-        }
+        if (reach <= 0) return 0;
         hits_.clear();
         tree_.cast(point, inward, reach, hits_);
         std::sort(hits_.begin(), hits_.end(), [](const auto& a, const auto& b) {
@@ -137,9 +133,7 @@ class Cutter {
             if (turn < kOpposedCosine && --depth <= 0) {
                 return std::max(0.0, half_growth_m_ - std::max(0.0, hit.along) / 2);
             }
-            if (turn > -kOpposedCosine && hit.along > 1e-6 * reach) {
-                ++depth;
-            }
+            if (turn > -kOpposedCosine && hit.along > 1e-6 * reach) ++depth;
         }
         return 0;
     }
@@ -162,9 +156,7 @@ class Cutter {
     }
 
     void cut(const Triangle& t, const int edges[3]) {
-        if (apart(t, def_.region, reach_m_) || is_too_large()) {
-            return;
-        }
+        if (apart(t, def_.region, reach_m_) || is_too_large()) return;
         const Vec3 middle = (t.corners[0] + t.corners[1] + t.corners[2]) * (1.0 / 3);
         double growth[3], low = half_growth_m_, high = half_growth_m_;
         for (int k = 0; k < 3; ++k) {
@@ -185,9 +177,7 @@ class Cutter {
             for (const Vec3 corner : t.corners) {
                 buried_count += is_buried(corner + kFromCorner * (middle - corner)) ? 1 : 0;
             }
-            if (buried_count == 4 && size <= kLongestVoxels * def_.voxel_m) {
-                return;
-            }
+            if (buried_count == 4 && size <= kLongestVoxels * def_.voxel_m) return;
         }
         const bool differs = high - low > kSameGrowthVoxels * def_.voxel_m;
         if (size > kLongestVoxels * def_.voxel_m ||
@@ -223,12 +213,8 @@ class Cutter {
     bool is_rim(int edge, Vec3 at) {
         const MeshTopology::Face& face = mesh_.faces[static_cast<size_t>(face_)];
         const int across = face.across[edge];
-        if (across == MeshTopology::kOpenEdge) {
-            return true;
-        }
-        if (across == MeshTopology::kManyFaces || !is_solid_) {
-            return false;
-        }
+        if (across == MeshTopology::kOpenEdge) return true;
+        if (across == MeshTopology::kManyFaces || !is_solid_) return false;
         const MeshTopology::Face& other = mesh_.faces[static_cast<size_t>(across)];
         if (dot(face.normal, other.normal) > kSharpCosine || length(other.normal) == 0) {
             return false;
@@ -244,9 +230,7 @@ class Cutter {
     double fold_slope(int edge) const {
         const MeshTopology::Face& face = mesh_.faces[static_cast<size_t>(face_)];
         constexpr double kNoEnd = std::numeric_limits<double>::infinity();
-        if (face.across[edge] < 0) {
-            return kNoEnd;
-        }
+        if (face.across[edge] < 0) return kNoEnd;
         const Vec3 other = mesh_.faces[static_cast<size_t>(face.across[edge])].normal;
         const double cosine = dot(face.normal, other);
         return cosine < kOpenFoldCosine ? kNoEnd
@@ -293,9 +277,7 @@ PieceDistance piece_distance(const MeshPiece& piece, Vec3 p, bool is_inside, dou
         const double beyond = dot(piece.edge_out[k], p - piece.triangle.corners[k]);
         if (piece.is_rim[k]) {
             beyond_rim = std::max(beyond_rim, beyond);
-            if (beyond > 0) {
-                beside = beside - dot(beside, piece.edge_out[k]) * piece.edge_out[k];
-            }
+            if (beyond > 0) beside = beside - dot(beside, piece.edge_out[k]) * piece.edge_out[k];
         } else if (std::isfinite(piece.fold_slope[k]) &&
                    beyond > kOnEdge * growth + piece.fold_slope[k] * above) {
             return {distance, kNone};

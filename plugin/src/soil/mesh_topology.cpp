@@ -39,9 +39,7 @@ std::vector<int> merged_vertices(const std::vector<Vec3>& points, std::vector<Ve
         const Vec3 p = key(order[i]);
         const bool is_new = vertices.empty() || vertices.back().x != p.x ||
                             vertices.back().y != p.y || vertices.back().z != p.z;
-        if (is_new) {
-            vertices.push_back(p);
-        }
+        if (is_new) vertices.push_back(p);
         merged[static_cast<size_t>(order[i])] = static_cast<int>(vertices.size()) - 1;
     }
     return merged;
@@ -106,18 +104,14 @@ void find_parts(MeshTopology& mesh) {
             }
         }
     });
-    for (MeshTopology::Face& face : mesh.faces) {
-        face.part = -1;
-    }
+    for (MeshTopology::Face& face : mesh.faces) face.part = -1;
     const auto visit = [&](int f, int part) {
         MeshTopology::Face& face = mesh.faces[static_cast<size_t>(f)];
         face.part = part;
         to_visit.push_back(f);
     };
     for (size_t start = 0; start < mesh.faces.size(); ++start) {
-        if (mesh.faces[start].part >= 0) {
-            continue;
-        }
+        if (mesh.faces[start].part >= 0) continue;
         const int part = static_cast<int>(mesh.parts.size());
         mesh.parts.emplace_back();
         visit(static_cast<int>(start), part);
@@ -126,13 +120,9 @@ void find_parts(MeshTopology& mesh) {
             const int self = to_visit.back();
             to_visit.pop_back();
             for (int k = 0; k < 3; ++k) {
-                if (face.across[k] < 0) {
-                    continue;
-                }
+                if (face.across[k] < 0) continue;
                 MeshTopology::Face& other = mesh.faces[static_cast<size_t>(face.across[k])];
-                if (other.part >= 0) {
-                    continue;
-                }
+                if (other.part >= 0) continue;
                 const int from = face.vertex[k], to = face.vertex[(k + 1) % 3];
                 for (int j = 0; j < 3; ++j) {
                     if (other.vertex[j] == from && other.vertex[(j + 1) % 3] == to) {
@@ -143,9 +133,7 @@ void find_parts(MeshTopology& mesh) {
                 visit(face.across[k], part);
             }
             for (int f : beside_many[static_cast<size_t>(self)]) {
-                if (mesh.faces[static_cast<size_t>(f)].part < 0) {
-                    visit(f, part);
-                }
+                if (mesh.faces[static_cast<size_t>(f)].part < 0) visit(f, part);
             }
         }
     }
@@ -153,15 +141,11 @@ void find_parts(MeshTopology& mesh) {
 
 /// Closed is a part whose edges are passed as often one way as the other.
 void find_closed(MeshTopology& mesh) {
-    for (MeshTopology::Part& part : mesh.parts) {
-        part.is_closed = true;
-    }
+    for (MeshTopology::Part& part : mesh.parts) part.is_closed = true;
     const std::vector<HalfEdge> edges = sorted_edges(mesh.faces);
     for_each_edge(edges, [&](size_t first, size_t last) {
         int balance = 0;
-        for (size_t i = first; i < last; ++i) {
-            balance += edges[i].is_forward ? 1 : -1;
-        }
+        for (size_t i = first; i < last; ++i) balance += edges[i].is_forward ? 1 : -1;
         if (balance != 0) {
             mesh.parts[static_cast<size_t>(mesh.faces[static_cast<size_t>(edges[first].face)].part)]
                 .is_closed = false;
@@ -208,25 +192,19 @@ void turn_parts_outwards(MeshTopology& mesh) {
     bool any_turned = false;
     for (const size_t p : by_size) {
         MeshTopology::Part& part = mesh.parts[p];
-        if (!part.is_closed) {
-            continue;
-        }
+        if (!part.is_closed) continue;
         if (part.volume_m3 < 0) {
             const bool is_cavity = std::any_of(outward.begin(), outward.end(), [&](size_t outer) {
                 return holds(mesh.parts[outer].box, part.box);
             });
-            if (is_cavity) {
-                continue;
-            }
+            if (is_cavity) continue;
             turned[p] = any_turned = true;
             part.volume_m3 = -part.volume_m3;
         }
         outward.push_back(p);
     }
     for (MeshTopology::Face& face : mesh.faces) {
-        if (any_turned && turned[static_cast<size_t>(face.part)]) {
-            turn_over(face);
-        }
+        if (any_turned && turned[static_cast<size_t>(face.part)]) turn_over(face);
     }
 }
 
@@ -241,9 +219,7 @@ std::vector<std::vector<std::vector<int>>> gaps_of(const MeshTopology& mesh) {
     const std::vector<HalfEdge> edges = sorted_edges(mesh.faces);
     for_each_edge(edges, [&](size_t first, size_t last) {
         int balance = 0;
-        for (size_t i = first; i < last; ++i) {
-            balance += edges[i].is_forward ? 1 : -1;
-        }
+        for (size_t i = first; i < last; ++i) balance += edges[i].is_forward ? 1 : -1;
         const HalfEdge& edge = edges[first];
         const int part = mesh.faces[static_cast<size_t>(edge.face)].part;
         if (balance == 1) {
@@ -268,9 +244,7 @@ std::vector<std::vector<std::vector<int>>> gaps_of(const MeshTopology& mesh) {
     std::vector<std::vector<std::vector<int>>> gaps(mesh.parts.size());
     std::vector<bool> was_gone(ways.size(), false);
     for (size_t start = 0; start < ways.size(); ++start) {
-        if (was_gone[start]) {
-            continue;
-        }
+        if (was_gone[start]) continue;
         const int part = ways[start].part;
         std::vector<int> loop;
         for (size_t at = start; at < ways.size() && !was_gone[at] && ways[at].part == part;
@@ -283,14 +257,10 @@ std::vector<std::vector<std::vector<int>>> gaps_of(const MeshTopology& mesh) {
                 break;
             }
         }
-        if (!loop.empty()) {
-            is_simple[static_cast<size_t>(part)] = false;
-        }
+        if (!loop.empty()) is_simple[static_cast<size_t>(part)] = false;
     }
     for (size_t part = 0; part < gaps.size(); ++part) {
-        if (!is_simple[part]) {
-            gaps[part].clear();
-        }
+        if (!is_simple[part]) gaps[part].clear();
     }
     return gaps;
 }
@@ -330,9 +300,7 @@ TriangleMesh with_gaps_closed(const MeshTopology& mesh, double wall_m) {
     for (size_t part = 0; part < gaps.size(); ++part) {
         const size_t vertex_count = out.vertices.size(), triangle_count = out.triangles.size();
         const double own_m2 = area_m2[part];
-        for (const std::vector<int>& loop : gaps[part]) {
-            add_cap(loop, out.vertices, out.triangles);
-        }
+        for (const std::vector<int>& loop : gaps[part]) add_cap(loop, out.vertices, out.triangles);
         for (size_t t = triangle_count; t < out.triangles.size(); ++t) {
             measure(out.triangles[t], part);
         }
@@ -347,9 +315,7 @@ TriangleMesh with_gaps_closed(const MeshTopology& mesh, double wall_m) {
 }
 
 Result<MeshTopology> mesh_topology(const TriangleMesh& mesh) {
-    if (mesh.triangles.empty()) {
-        return Error{"mesh has no triangles"};
-    }
+    if (mesh.triangles.empty()) return Error{"mesh has no triangles"};
     for (size_t v = 0; v < mesh.vertices.size(); ++v) {
         const Vec3 p = mesh.vertices[v];
         if (!is_finite(p) || std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) > kLargest_m) {
@@ -373,9 +339,7 @@ Result<MeshTopology> mesh_topology(const TriangleMesh& mesh) {
     bool has_area = false;
     for (const std::array<int, 3>& triangle : mesh.triangles) {
         MeshTopology::Face face;
-        for (size_t k = 0; k < 3; ++k) {
-            face.vertex[k] = merged[static_cast<size_t>(triangle[k])];
-        }
+        for (size_t k = 0; k < 3; ++k) face.vertex[k] = merged[static_cast<size_t>(triangle[k])];
         if (face.vertex[0] == face.vertex[1] || face.vertex[1] == face.vertex[2] ||
             face.vertex[2] == face.vertex[0]) {
             continue;

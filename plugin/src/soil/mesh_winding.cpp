@@ -16,9 +16,7 @@ struct FlatFace {
 /// edge from b to a whatever is rounded.
 int side_of(const FlatFace& f, int a, int b, double u, double v) {
     const bool swapped = f.vertex[a] > f.vertex[b];
-    if (swapped) {
-        std::swap(a, b);
-    }
+    if (swapped) std::swap(a, b);
     const double area = (f.u[b] - f.u[a]) * (v - f.v[a]) - (f.v[b] - f.v[a]) * (u - f.u[a]);
     return (area >= 0) != swapped ? 1 : -1;
 }
@@ -69,16 +67,12 @@ WindingLines::WindingLines(const MeshTopology& mesh, const LatticeFrame& frame) 
         const Vec3 at = (p - frame.origin) * (1 / frame.spacing_m);
         points.push_back({at.x, at.y, at.z});
     }
-    for (int axis = 0; axis < 3; ++axis) {
-        nodes_[axis] = frame.nodes_along(axis);
-    }
+    for (int axis = 0; axis < 3; ++axis) nodes_[axis] = frame.nodes_along(axis);
     for (int axis = 0; axis < 3; ++axis) {
         const int u = (axis + 1) % 3, v = (axis + 2) % 3;
         const auto for_each_crossing = [&](auto&& visit) {
             for (const MeshTopology::Face& face : mesh.faces) {
-                if (!mesh.parts[static_cast<size_t>(face.part)].is_closed) {
-                    continue;
-                }
+                if (!mesh.parts[static_cast<size_t>(face.part)].is_closed) continue;
                 FlatFace flat;
                 for (int k = 0; k < 3; ++k) {
                     const auto& p = points[static_cast<size_t>(face.vertex[k])];
@@ -97,9 +91,7 @@ WindingLines::WindingLines(const MeshTopology& mesh, const LatticeFrame& frame) 
         std::vector<size_t>& first = first_[axis];
         first.assign(static_cast<size_t>(nodes_[u]) * static_cast<size_t>(nodes_[v]) + 1, 0);
         for_each_crossing([&](size_t line, const Crossing&) { ++first[line + 1]; });
-        for (size_t line = 1; line < first.size(); ++line) {
-            first[line] += first[line - 1];
-        }
+        for (size_t line = 1; line < first.size(); ++line) first[line] += first[line - 1];
         crossings_[axis].resize(first.back());
         std::vector<size_t> next(first.begin(), first.end() - 1);
         for_each_crossing(
@@ -142,9 +134,7 @@ void WindingLines::count_inside(int x, int y, int z, std::array<int, 512>& votes
                 node[u] = corner[u] + i;
                 node[v] = corner[v] + j;
                 const size_t line = line_of(axis, node);
-                if (first_[axis][line] == first_[axis][line + 1]) {
-                    continue;
-                }
+                if (first_[axis][line] == first_[axis][line + 1]) continue;
                 const size_t at =
                     static_cast<size_t>(i) * kStride[u] + static_cast<size_t>(j) * kStride[v];
                 for (int n = 0; n < 8; ++n) {

@@ -43,9 +43,7 @@ void Passes::start() {
 }
 
 void Passes::run(Kernel kernel, const ListedWork& work) {
-    if (work.group_count == 0) {
-        return;
-    }
+    if (work.group_count == 0) return;
     core_.params.list_offset = work.list_offset;
     core_.params.pair_offset = work.list_offset;
     core_.device->dispatch(static_cast<int>(kernel), words_of(core_.params), work);
@@ -109,9 +107,7 @@ void Passes::slip() {
         look(Kernel::build_spans, Looker::spans, lists_.tiles());
         core_.params.slip_stride = stride;
         core_.params.slip_turn = 1 - core_.params.slip_turn;
-        if (pass == passes - 1) {
-            core_.device->fill_zero(Buffer::result, kResultSlope, 1);
-        }
+        if (pass == passes - 1) core_.device->fill_zero(Buffer::result, kResultSlope, 1);
         core_.stamps.begin_look(stride > 1 ? Looker::slip_far : Looker::slip);
         move(Kernel::slip_soil, lists_.tiles());
     }

@@ -32,8 +32,9 @@ class Region {
     /// Calls visit(tx, ty) for each tile that its box touches.
     template <typename Visit>
     void for_each_tile(Visit visit) const {
-        for (int ty = low_[1] / kTileSide; ty <= high_[1] / kTileSide; ++ty)
+        for (int ty = low_[1] / kTileSide; ty <= high_[1] / kTileSide; ++ty) {
             for (int tx = low_[0] / kTileSide; tx <= high_[0] / kTileSide; ++tx) visit(tx, ty);
+        }
     }
     /// Calls visit(z, column) for each voxel of a tile that is inside and has_soil(z, column).
     template <typename HasSoil, typename Visit>
@@ -61,9 +62,7 @@ class Region {
 
 double Soil::mass_inside_kg(const ConvexShape& shape, const Pose& pose) const {
     const Impl& s = *impl_;
-    if (!is_valid_shape(shape) || !is_finite(pose)) {
-        return 0;
-    }
+    if (!is_valid_shape(shape) || !is_finite(pose)) return 0;
     const Region region(shape, pose, s.world_to_grid, s.frame);
     const int material_count = s.params.material_count;
     int64_t units = 0;
@@ -74,9 +73,7 @@ double Soil::mass_inside_kg(const ConvexShape& shape, const Pose& pose) const {
     std::vector<AwakeTile> awake;
     region.for_each_tile([&](int tx, int ty) {
         const Tile* tile = s.tiles[s.tile_index(tx, ty)].get();
-        if (!tile) {
-            return;
-        }
+        if (!tile) return;
         if (tile->slot >= 0) {
             awake.push_back({tx, ty, tile->slot});
             return;
@@ -112,9 +109,7 @@ double Soil::mass_inside_kg(const ConvexShape& shape, const Pose& pose) const {
         region.for_each_voxel(
             awake[i].tx, awake[i].ty, [&](int z, int c) { return at(0, z, c) != 0; },
             [&](int z, int c) {
-                for (size_t kept = 1; kept < plane_count; ++kept) {
-                    units += at(kept, z, c);
-                }
+                for (size_t kept = 1; kept < plane_count; ++kept) units += at(kept, z, c);
             });
     }
     return static_cast<double>(units) * s.kg_per_unit;
@@ -125,17 +120,13 @@ Result<std::vector<int64_t>> Soil::take_out(const ConvexShape& shape, const Pose
     if (!is_valid_shape(shape)) {
         return Error{"take_out: the region's sizes must be finite and above zero"};
     }
-    if (!is_finite(pose)) {
-        return Error{"take_out: the region's pose has a NaN or infinite number"};
-    }
+    if (!is_finite(pose)) return Error{"take_out: the region's pose has a NaN or infinite number"};
     const Region region(shape, pose, s.world_to_grid, s.frame);
     std::vector<int64_t> units(s.materials.size());
     TileVoxels voxels;
     region.for_each_tile([&](int tx, int ty) {
         const int index = s.tile_index(tx, ty);
-        if (!s.tiles[index]) {
-            return;
-        }
+        if (!s.tiles[index]) return;
         s.tiles.read_voxels(index, voxels);
         bool changed = false;
         const auto has_soil = [&](int z, int c) { return voxels.at(kKeptVolume, z, c) != 0; };
@@ -148,9 +139,7 @@ Result<std::vector<int64_t>> Soil::take_out(const ConvexShape& shape, const Pose
             }
             changed = true;
         });
-        if (!changed) {
-            return;
-        }
+        if (!changed) return;
         s.tiles.write_voxels(index, voxels);
         Tile& tile = *s.tiles[index];
         ++tile.revision;

@@ -26,9 +26,7 @@ class TopsOfTiles {
     }
     const TileTops& of(int index) {
         int& known = known_[static_cast<size_t>(index)];
-        if (known == kNotRead) {
-            known = find(index);
-        }
+        if (known == kNotRead) known = find(index);
         return tops_[static_cast<size_t>(known)];
     }
 
@@ -38,14 +36,10 @@ class TopsOfTiles {
             soil_.tiles.make(index);
         }
         const Tile* tile = soil_.tiles[static_cast<size_t>(index)].get();
-        if (!tile || (tile->slot < 0 && !tile->packed)) {
-            return 0;
-        }
+        if (!tile || (tile->slot < 0 && !tile->packed)) return 0;
         if (tile->slot < 0) {
             const auto [entry, fresh] = by_content_.try_emplace(tile->packed.get(), 0);
-            if (!fresh) {
-                return entry->second;
-            }
+            if (!fresh) return entry->second;
             entry->second = static_cast<int>(tops_.size());
         }
         tops_.push_back(tile_tops(soil_.tiles.read_runs(index)));
@@ -78,9 +72,7 @@ void Soil::Impl::wake_unstable_columns() {
     };
     for (size_t i = 0; i < tiles.size(); ++i) {
         const int index = static_cast<int>(i);
-        if (!tiles[i] || !tiles[i]->unchecked) {
-            continue;
-        }
+        if (!tiles[i] || !tiles[i]->unchecked) continue;
         tiles[i]->unchecked = false;
         const int tx = index % tiles_x, ty = index / tiles_x;
         const TileTops own = tops.of(index);
@@ -100,9 +92,7 @@ void Soil::Impl::wake_unstable_columns() {
         }
         for (int c = 0; c < kTileColumns; ++c) {
             const int x = tx * kTileSide + c % kTileSide, y = ty * kTileSide + c / kTileSide;
-            if (x >= frame.size[0] || y >= frame.size[1]) {
-                continue;
-            }
+            if (x >= frame.size[0] || y >= frame.size[1]) continue;
             for (int n = 0; n < 9; ++n) {
                 const int nx = x + n % 3 - 1, ny = y + n / 3 - 1;
                 if (n == 4 || nx < 0 || ny < 0 || nx >= frame.size[0] || ny >= frame.size[1]) {
@@ -129,13 +119,9 @@ Result<SettleReport> Soil::Impl::settle(int steps_max, std::span<const SoilBody>
         return Error{in_range.error()};
     }
     ground.meet(input);
-    if (tiles.any_unchecked) {
-        wake_unstable_columns();
-    }
+    if (tiles.any_unchecked) wake_unstable_columns();
     std::vector<SoilBody> standing(input.begin(), input.end());
-    for (SoilBody& body : standing) {
-        body.linear_velocity_m_s = body.angular_velocity_rad_s = {};
-    }
+    for (SoilBody& body : standing) body.linear_velocity_m_s = body.angular_velocity_rad_s = {};
     SettleReport report;
     // Bodies that the soil has not met displace what they stand in; the ground it has met.
     report.is_at_rest = lists.active().empty() && !flows.may_work() &&

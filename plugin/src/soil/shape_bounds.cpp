@@ -44,9 +44,7 @@ Aabb shape_bounds(const ConvexShape& shape, const Pose& body_to_grid, double vox
                           rotate(pose.rotation, {0, half.y, 0}),
                           rotate(pose.rotation, {0, 0, half.z})};
     Vec3 reach{shape.rounding_m, shape.rounding_m, shape.rounding_m};
-    for (const Vec3& axis : axes) {
-        reach += {std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)};
-    }
+    for (const Vec3& axis : axes) reach += {std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)};
     const Vec3 middle = transform(pose, middle_of_box(shape));
     return {(middle - reach) * (1 / voxel_m), (middle + reach) * (1 / voxel_m)};
 }
@@ -54,9 +52,7 @@ Aabb shape_bounds(const ConvexShape& shape, const Pose& body_to_grid, double vox
 bool is_valid_shape(const ConvexShape& s) {
     constexpr double kLargest = 1e5;  // metres; beyond it floats no longer resolve a voxel
     const auto sound = [](double value) { return value > 0 && value < kLargest; };
-    if (!is_finite(s.local) || !(s.rounding_m >= 0 && s.rounding_m < kLargest)) {
-        return false;
-    }
+    if (!is_finite(s.local) || !(s.rounding_m >= 0 && s.rounding_m < kLargest)) return false;
     switch (s.kind) {
         case ConvexShape::Kind::box:
             return sound(s.half_extents_m.x) && sound(s.half_extents_m.y) &&

@@ -69,18 +69,12 @@ void ShapeUpload::upload(std::span<const StepBody> bodies, std::span<const int> 
     boxes_.clear();
     hulls_.clear();
     lattice_shapes_.clear();
-    for (const StepBody& body : bodies) {
-        add_body(body);
-    }
+    for (const StepBody& body : bodies) add_body(body);
     for (const StepBody& body : bodies) {
         const Pose pose = interpolate(body.from, body.to, t);
-        for (const ConvexShape& shape : body.shapes()) {
-            add_shape(shape, pose, body.track->index);
-        }
+        for (const ConvexShape& shape : body.shapes()) add_shape(shape, pose, body.track->index);
     }
-    for (const auto& [record, shape] : hulls_) {
-        add_planes(*shape, record);
-    }
+    for (const auto& [record, shape] : hulls_) add_planes(*shape, record);
     write_words(ids);
 }
 
@@ -140,9 +134,7 @@ void ShapeUpload::add_shape(const ConvexShape& shape, const Pose& pose, int body
         columns[0].x * per_voxel, columns[1].x * per_voxel, columns[2].x * per_voxel, offset.x,
         columns[0].y * per_voxel, columns[1].y * per_voxel, columns[2].y * per_voxel, offset.y,
         columns[0].z * per_voxel, columns[1].z * per_voxel, columns[2].z * per_voxel, offset.z};
-    for (size_t i = 0; i < 12; ++i) {
-        put_float(record + kShapeRows + i, rows[i]);
-    }
+    for (size_t i = 0; i < 12; ++i) put_float(record + kShapeRows + i, rows[i]);
     add_size(shape, record);
     put_float(record + kShapeRounding, shape.rounding_m * inverse_voxel);
     if (shape.kind == ConvexShape::Kind::hull) {
@@ -205,9 +197,7 @@ bool ShapeUpload::may_cover(size_t shape, const Vec3& block_middle) const {
     const auto number = [&](int at) { return double{std::bit_cast<float>(record[at])}; };
     const double reach = number(kShapeRounding) + kReach;
     using Kind = ConvexShape::Kind;
-    if (kind == Kind::lattice) {
-        return true;
-    }
+    if (kind == Kind::lattice) return true;
     double middle[3];
     double half[3];  // the block's half extents along the shape's axes
     for (int i = 0; i < 3; ++i) {
@@ -233,9 +223,7 @@ bool ShapeUpload::may_cover(size_t shape, const Vec3& block_middle) const {
             const double width = std::abs(dot(normal, columns[0])) +
                                  std::abs(dot(normal, columns[1])) +
                                  std::abs(dot(normal, columns[2]));
-            if (side - kTileSide / 2.0 * width > reach) {
-                return false;
-            }
+            if (side - kTileSide / 2.0 * width > reach) return false;
         }
         return true;
     }
@@ -250,9 +238,7 @@ bool ShapeUpload::may_cover(size_t shape, const Vec3& block_middle) const {
         extents[2] = radius + half_height;
     }
     for (size_t i = 0; i < 3; ++i) {
-        if (std::abs(middle[i]) - half[i] - extents[i] > reach) {
-            return false;
-        }
+        if (std::abs(middle[i]) - half[i] - extents[i] > reach) return false;
     }
     return true;
 }
@@ -262,9 +248,7 @@ bool ShapeUpload::may_cover(size_t shape, const Vec3& block_middle) const {
 bool ShapeUpload::place_lattices() {
     std::vector<LatticePlace> wanted;
     size_t capacity = capacity_;
-    if (words_.size() > capacity) {
-        capacity = std::max(words_.size(), 2 * capacity);
-    }
+    if (words_.size() > capacity) capacity = std::max(words_.size(), 2 * capacity);
     size_t end = capacity;
     for (const auto& entry : lattice_shapes_) {
         const auto& lattice = entry.second->lattice;

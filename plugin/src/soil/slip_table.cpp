@@ -25,9 +25,7 @@ SlipWedge find_slip_wedge(const MaterialDef& m, double gravity, double h, double
     const double gamma = m.density_kg_m3 * gravity;
     const double steepest = std::atan2(h, dx);
     double theta = m.friction_angle_rad;
-    if (steepest <= theta || gamma <= 0) {
-        return wedge;
-    }
+    if (steepest <= theta || gamma <= 0) return wedge;
     if (m.cohesion_pa > 0) {
         // thesis (4): the flattest plane on which F = 1; everything above it slides.
         constexpr int kScan = 400;
@@ -41,9 +39,7 @@ SlipWedge find_slip_wedge(const MaterialDef& m, double gravity, double h, double
             }
             low = probe;
         }
-        if (high < 0) {
-            return wedge;
-        }
+        if (high < 0) return wedge;
         for (int i = 0; i < 60; ++i) {
             const double middle = (low + high) / 2;
             (unbalanced(m, gamma, h, dx, middle) > 0 ? high : low) = middle;

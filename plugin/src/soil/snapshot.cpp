@@ -43,8 +43,9 @@ SavedSoil SoilSnapshot::take() const {
     std::sort(out.active.begin(), out.active.end(),
               [](const SavedActive& a, const SavedActive& b) { return a.block < b.block; });
     out.body_ids.assign(s_.bodies.ids().begin(), s_.bodies.ids().end());
-    for (const auto& [id, track] : s_.bodies.tracks())
+    for (const auto& [id, track] : s_.bodies.tracks()) {
         out.tracks.push_back({id, track.index, track});
+    }
     std::sort(out.tracks.begin(), out.tracks.end(),
               [](const SavedTrack& a, const SavedTrack& b) { return a.id < b.id; });
     for (const Flow& flow : s_.flows.all()) {
@@ -165,8 +166,9 @@ Result<std::function<void()>> Soil::prepare(std::span<const uint8_t> state) {
     StateStream stream(state);
     saved->list(stream);
     if (!stream.at_end()) return Error{"is damaged"};
-    if (const Status sound = SoilSnapshot(*impl_).check(*saved); !sound)
+    if (const Status sound = SoilSnapshot(*impl_).check(*saved); !sound) {
         return Error{sound.error()};
+    }
     return std::function<void()>([this, saved] { SoilSnapshot(*impl_).put(*saved); });
 }
 

@@ -54,9 +54,10 @@ Status compare_meaning(const std::vector<NamedValue>& saved, const SoilDef& def,
                                        [&](const NamedValue& v) { return v.name == here[i].name; });
         found += same != saved.end();
         const double value = same == saved.end() ? fallbacks[i].value : same->value;
-        if (value != here[i].value)
+        if (value != here[i].value) {
             return Error{fmt::format("is of a soil with {} {:.9g}, this one has {} {:.9g}",
                                      here[i].name, value, here[i].name, here[i].value)};
+        }
     }
     if (found == saved.size()) return Done{};
     const auto unknown = std::find_if(saved.begin(), saved.end(), [&](const NamedValue& v) {
@@ -94,19 +95,21 @@ Status SoilSnapshot::check(const SavedSoil& saved) const {
     if (Status sound = check_state(saved); !sound) return sound;
     const auto awake = std::count_if(saved.tiles.begin(), saved.tiles.end(),
                                      [](const SavedTile& tile) { return tile.awake; });
-    if (awake > s_.tiles.slot_count() && !s_.tiles.grow_slots(static_cast<int>(awake)))
+    if (awake > s_.tiles.slot_count() && !s_.tiles.grow_slots(static_cast<int>(awake))) {
         return Error{
             fmt::format("has {} awake tiles, tile_capacity or memory allows fewer ({} now)", awake,
                         s_.tiles.slot_count())};
+    }
     return Done{};
 }
 
 Status SoilSnapshot::check_meaning(const SavedSoil& saved) const {
     std::vector<std::string> names;
     for (const MaterialDef& material : s_.materials) names.push_back(material.name);
-    if (saved.materials != names)
+    if (saved.materials != names) {
         return Error{fmt::format("is of a soil of {}, this one is of {}",
                                  fmt::join(saved.materials, ", "), fmt::join(names, ", "))};
+    }
     return compare_meaning(saved.meaning, s_.def, s_.materials);
 }
 
@@ -117,27 +120,32 @@ bool SoilSnapshot::are_blocks_sound(const std::vector<BlockKey>& blocks) const {
 }
 
 Status SoilSnapshot::check_bodies(const SavedSoil& saved) const {
-    if (saved.body_ids.size() > limits::kBodyCapacity)
+    if (saved.body_ids.size() > limits::kBodyCapacity) {
         return damaged("{} bodies, at most {} are possible", saved.body_ids.size(),
                        limits::kBodyCapacity);
+    }
     size_t taken = 0;
     for (const int32_t id : saved.body_ids) {
         if (id < -1 || id > limits::kBodyIdMost) return damaged("a body has the id {}", id);
         taken += id >= 0;
     }
-    if (taken != saved.tracks.size())
+    if (taken != saved.tracks.size()) {
         return damaged("{} bodies have {} records", taken, saved.tracks.size());
+    }
     int32_t before = -1;
     for (const SavedTrack& t : saved.tracks) {
         if (t.id <= before || t.index < 0 ||
             static_cast<size_t>(t.index) >= saved.body_ids.size() ||
-            saved.body_ids[static_cast<size_t>(t.index)] != t.id)
+            saved.body_ids[static_cast<size_t>(t.index)] != t.id) {
             return damaged("body {} is not where it should be in the list", t.id);
-        if (t.track.last_step < -1 || t.track.last_step > saved.step_index)
+        }
+        if (t.track.last_step < -1 || t.track.last_step > saved.step_index) {
             return damaged("body {} was last seen in step {} of {}", t.id, t.track.last_step,
                            saved.step_index);
-        if (!are_blocks_sound(t.track.blocks))
+        }
+        if (!are_blocks_sound(t.track.blocks)) {
             return damaged("body {} stands in blocks outside of the grid", t.id);
+        }
         before = t.id;
     }
     return Done{};
@@ -145,17 +153,20 @@ Status SoilSnapshot::check_bodies(const SavedSoil& saved) const {
 
 // Definitions as add_source() and add_sink() take them, counts that a run can come to.
 Status SoilSnapshot::check_flows(const SavedSoil& saved) const {
-    if (saved.flows.size() > kFlowCapacity)
+    if (saved.flows.size() > kFlowCapacity) {
         return damaged("{} sources and sinks, at most {} are possible", saved.flows.size(),
                        kFlowCapacity);
+    }
     const auto materials = s_.materials.size();
-    if (saved.units_in.size() != materials || saved.units_out.size() != materials)
+    if (saved.units_in.size() != materials || saved.units_out.size() != materials) {
         return damaged("{} and {} sums of what came and went, there are {} materials",
                        saved.units_in.size(), saved.units_out.size(), materials);
+    }
     const auto is_count = [](int64_t units) { return units >= 0 && units <= kFlowUnitsMost; };
     if (!std::ranges::all_of(saved.units_in, is_count) ||
-        !std::ranges::all_of(saved.units_out, is_count))
+        !std::ranges::all_of(saved.units_out, is_count)) {
         return damaged("what came or went is less than nothing");
+    }
     const auto side_count = std::ranges::count_if(
         s_.flows.all(), [](const Flow& flow) { return flow.kind == FlowKind::open_side; });
     int32_t before = 0;
@@ -163,32 +174,38 @@ Status SoilSnapshot::check_flows(const SavedSoil& saved) const {
         Flow flow = saved.flows[i].flow;
         if (!is_count(flow.units) || !is_count(flow.missed_units) || !is_count(flow.held_units) ||
             !is_count(flow.lump_count) ||
-            !(flow.since_s >= 0 && flow.since_s <= static_cast<double>(kStepsMost)))
+            !(flow.since_s >= 0 && flow.since_s <= static_cast<double>(kStepsMost))) {
             return damaged("source or sink {} has moved {} units, missed {}, left {}", flow.id,
                            flow.units, flow.missed_units, flow.held_units);
+        }
         const bool is_side = flow.kind == FlowKind::open_side;
         if (is_side != (static_cast<int64_t>(i) < side_count) ||
-            (is_side && flow.id != s_.flows.all()[i].id))
+            (is_side && flow.id != s_.flows.all()[i].id)) {
             return damaged("its open sides are not those of the soil");
+        }
         if (is_side) continue;
-        if (flow.id <= before || flow.id >= saved.next_flow)
+        if (flow.id <= before || flow.id >= saved.next_flow) {
             return damaged("source or sink {} follows {}, the next is {}", flow.id, before,
                            saved.next_flow);
+        }
         before = flow.id;
         if (Status placed = s_.flows.place(flow); !placed) return damaged("{}", placed.error());
     }
-    if (static_cast<int64_t>(saved.flows.size()) < side_count)
+    if (static_cast<int64_t>(saved.flows.size()) < side_count) {
         return damaged("its open sides are not those of the soil");
+    }
     return Done{};
 }
 
 // Every word in its range: the kernels' integers hold what these can come to, and nothing else.
 Status SoilSnapshot::check_words(const SavedTile& tile, const char* plane,
                                  std::span<const int32_t> words, int64_t low, int64_t high) const {
-    for (const int32_t word : words)
-        if (word < low || word > high)
+    for (const int32_t word : words) {
+        if (word < low || word > high) {
             return damaged("{} of a voxel in tile {} is {}, must be {} to {}", plane, tile.index,
                            word, low, high);
+        }
+    }
     return Done{};
 }
 
@@ -209,8 +226,9 @@ Status SoilSnapshot::check_soil(const SavedTile& tile, const TileVoxels& kept) c
           check("force", kKeptForce, -kForceMost, kForceMost),
           check("force", kKeptForce + 1, -kForceMost, kForceMost),
           check("force", kKeptForce + 2, -kForceMost, kForceMost),
-          check("bond", kKeptBond, -kVoxelMost, kVoxelMost)})
+          check("bond", kKeptBond, -kVoxelMost, kVoxelMost)}) {
         if (!status) return status;
+    }
     std::vector<int64_t> mass(words, 0);
     for (int m = 0; m < s_.params.material_count; ++m) {
         if (Status status = check("mass", kKeptMaterial + m, 0, kMassMost); !status) return status;
@@ -218,14 +236,16 @@ Status SoilSnapshot::check_soil(const SavedTile& tile, const TileVoxels& kept) c
         for (size_t v = 0; v < words; ++v) mass[v] += of_material[v];
     }
     for (size_t v = 0; v < words; ++v) {
-        if (mass[v] > kMassMost)
+        if (mass[v] > kMassMost) {
             return damaged("mass of a voxel in tile {} is {}, must be 0 to {}", tile.index, mass[v],
                            kMassMost);
+        }
         for (int axis = 0; axis < 3; ++axis) {
             const int64_t momentum = plane(kKeptMomentum + axis)[v];
-            if (std::abs(momentum) > (mass[v] + kMassSlack) * kSpeedSlack)
+            if (std::abs(momentum) > (mass[v] + kMassSlack) * kSpeedSlack) {
                 return damaged("momentum of a voxel in tile {} is {}, too much for its mass of {}",
                                tile.index, momentum, mass[v]);
+            }
         }
     }
     return Done{};
@@ -237,24 +257,29 @@ Status SoilSnapshot::check_ground(const SavedTile& tile, const TileVoxels& kept)
     TileVoxels voxels;
     if (!tile.ground.empty()) {
         voxels.reset(s_.height, 1);
-        if (!unpack_tile(tile.ground, voxels))
+        if (!unpack_tile(tile.ground, voxels)) {
             return damaged("bytes of the ground in tile {} are no voxels", tile.index);
-        for (size_t v = 0; v < words; ++v)
-            if (voxels.words[v] < 0 || voxels.words[v] > kept.words[v])
+        }
+        for (size_t v = 0; v < words; ++v) {
+            if (voxels.words[v] < 0 || voxels.words[v] > kept.words[v]) {
                 return damaged("ground of a voxel in tile {} is {}, its terrain is {}", tile.index,
                                voxels.words[v], kept.words[v]);
+            }
+        }
     }
     if (!tile.buried.empty()) {
         voxels.reset(s_.height, s_.kept_planes);
-        if (!unpack_tile(tile.buried, voxels))
+        if (!unpack_tile(tile.buried, voxels)) {
             return damaged("bytes of the buried soil in tile {} are no voxels", tile.index);
+        }
         if (Status status = check_soil(tile, voxels); !status) return status;
         for (const int p : {kKeptTerrain, kKeptMomentum, kKeptMomentum + 1, kKeptMomentum + 2,
                             kKeptForce, kKeptForce + 1, kKeptForce + 2}) {
             const auto plane =
                 std::span(voxels.words).subspan(static_cast<size_t>(p) * words, words);
-            if (Status status = check_words(tile, "motion of buried soil", plane, 0, 0); !status)
+            if (Status status = check_words(tile, "motion of buried soil", plane, 0, 0); !status) {
                 return status;
+            }
         }
     }
     return Done{};
@@ -266,14 +291,16 @@ Status SoilSnapshot::check_fill_up(const SavedTile& tile, const TileVoxels& kept
     const int x0 = static_cast<int>(tile.index % s_.tiles_x) * kTileSide;
     const int y0 = static_cast<int>(tile.index / s_.tiles_x) * kTileSide;
     for (int c = 0; c < kTileColumns; ++c) {
-        if (x0 + c % kTileSide < s_.frame.size[0] && y0 + c / kTileSide < s_.frame.size[1])
+        if (x0 + c % kTileSide < s_.frame.size[0] && y0 + c / kTileSide < s_.frame.size[1]) {
             continue;
+        }
         for (int z = 0; z < s_.height; ++z) {
             bool is_wall = kept.at(kKeptTerrain, z, c) == kVoxelFull;
             for (int p = 1; p < kept.plane_count; ++p) is_wall &= kept.at(p, z, c) == 0;
             for (int p = 0; bodies && p < kBodyPlaneCount; ++p) is_wall &= bodies->at(p, z, c) == 0;
-            if (!is_wall)
+            if (!is_wall) {
                 return damaged("tile {} has something beyond the sides of the grid", tile.index);
+            }
         }
     }
     return Done{};
@@ -282,8 +309,9 @@ Status SoilSnapshot::check_fill_up(const SavedTile& tile, const TileVoxels& kept
 Status SoilSnapshot::check_columns(const SavedTile& tile) const {
     const int64_t top = int64_t{s_.height} * kVoxelFull;
     if (tile.surface.size() != kTileColumns ||
-        tile.columns.size() != static_cast<size_t>(kTileColumns) * kColumnWords)
+        tile.columns.size() != static_cast<size_t>(kTileColumns) * kColumnWords) {
         return damaged("tile {} has no height spans", tile.index);
+    }
     const auto check = [&](const char* name, int64_t value, int64_t low, int64_t high) {
         if (value >= low && value <= high) return Status{Done{}};
         return damaged("{} of a height span in tile {} is {}, must be {} to {}", name, tile.index,
@@ -293,18 +321,20 @@ Status SoilSnapshot::check_columns(const SavedTile& tile) const {
         const int32_t* column = &tile.columns[c * kColumnWords];
         Status status = check("count", column[0], 0, kSpanCapacity);
         const int32_t surface = tile.surface[c];
-        if (status)
+        if (status) {
             status = surface <= kTerrainTop
                          ? check("bare surface", surface, kTerrainTop - top, kTerrainTop)
                          : check("surface", surface, kCovered - top, top);
+        }
         for (int i = 0; i < kSpanCapacity && status; ++i) {
             const int32_t* span = column + 1 + i * kSpanWords;
             status = check("bottom", span[0], 0, top);
             if (status) status = check("top", span[1], span[0], top);
             if (status) status = check("kind", span[2], 0, kSpanFalling);
-            for (int turn = 0; turn < 2 && status; ++turn)
+            for (int turn = 0; turn < 2 && status; ++turn) {
                 status =
                     check("speed", column[kColumnSpeed + turn * kSpanCapacity + i], 0, kVoxelFull);
+            }
         }
         if (!status) return status;
     }
@@ -313,23 +343,29 @@ Status SoilSnapshot::check_columns(const SavedTile& tile) const {
 
 Status SoilSnapshot::check_awake(const SavedTile& tile, const SavedSoil& saved,
                                  TileVoxels& bodies) const {
-    if (tile.last_used_step < 0 || tile.last_used_step > saved.step_index)
+    if (tile.last_used_step < 0 || tile.last_used_step > saved.step_index) {
         return damaged("tile {} was last used in step {} of {}", tile.index, tile.last_used_step,
                        saved.step_index);
-    if (!unpack_tile(tile.bodies, bodies))
+    }
+    if (!unpack_tile(tile.bodies, bodies)) {
         return damaged("bytes of the bodies in tile {} are no voxels", tile.index);
+    }
     const auto words = static_cast<size_t>(s_.params.tile_voxels);
     const auto plane = [&](size_t p) { return std::span(bodies.words).subspan(p * words, words); };
     const auto body_count = static_cast<int64_t>(saved.body_ids.size());
-    if (Status status = check_words(tile, "coverage", plane(0), 0, kCoverageMost); !status)
+    if (Status status = check_words(tile, "coverage", plane(0), 0, kCoverageMost); !status) {
         return status;
-    for (const int32_t owner : plane(1))
-        if (owner < 0 || (owner & 0xffff) > body_count)
+    }
+    for (const int32_t owner : plane(1)) {
+        if (owner < 0 || (owner & 0xffff) > body_count) {
             return damaged("owner of a voxel in tile {} is {}, there are {} bodies", tile.index,
                            owner, body_count);
+        }
+    }
     if (Status status = check_words(tile, "support", plane(2), 0, kSupportBody + body_count - 1);
-        !status)
+        !status) {
         return status;
+    }
     return check_columns(tile);
 }
 
@@ -345,15 +381,18 @@ Status SoilSnapshot::check_state(const SavedSoil& saved) const {
           check("speed", saved.speed_q16, 0, INT32_MAX),
           check("slope", saved.slope_q16, 0, int64_t{s_.height} * kVoxelFull),
           check("slip_turn", saved.slip_turn, 0, 1),
-          check("pass_stamp", saved.pass_stamp, 0, kPassStampMost)})
+          check("pass_stamp", saved.pass_stamp, 0, kPassStampMost)}) {
         if (!status) return status;
-    if (Status sound = ConditionLog::check(saved.conditions, saved.step_index); !sound)
+    }
+    if (Status sound = ConditionLog::check(saved.conditions, saved.step_index); !sound) {
         return damaged("{}", sound.error());
+    }
     std::vector<BlockKey> blocks;
     for (const SavedActive& a : saved.active) {
         if (Status status = check("step of an active block", a.changed, 0, saved.step_index);
-            !status)
+            !status) {
             return status;
+        }
         blocks.push_back(a.block);
     }
     if (!are_blocks_sound(blocks)) return damaged("an active block is outside of the grid");
@@ -365,8 +404,9 @@ Status SoilSnapshot::check_state(const SavedSoil& saved) const {
     std::set<std::array<std::string_view, 3>> sound;  // contents that have been looked at
     int64_t before = -1;
     for (const SavedTile& tile : saved.tiles) {
-        if (tile.index <= before || tile.index >= static_cast<int64_t>(s_.tiles.size()))
+        if (tile.index <= before || tile.index >= static_cast<int64_t>(s_.tiles.size())) {
             return damaged("tile {} follows tile {} of {}", tile.index, before, s_.tiles.size());
+        }
         before = tile.index;
         if (Status status = check("top of a tile", tile.top, 0, s_.height); !status) return status;
         const bool is_last = (tile.index % s_.tiles_x + 1) * kTileSide > s_.frame.size[0] ||
@@ -374,16 +414,19 @@ Status SoilSnapshot::check_state(const SavedSoil& saved) const {
         const std::array<std::string_view, 3> content{key_of(tile.kept), key_of(tile.ground),
                                                       key_of(tile.buried)};
         if (sound.contains(content) && !tile.awake && !is_last) continue;
-        if (!unpack_tile(tile.kept, kept))
+        if (!unpack_tile(tile.kept, kept)) {
             return damaged("bytes of tile {} are no voxels", tile.index);
+        }
         if (Status status = check_soil(tile, kept); !status) return status;
         if (Status status = check_ground(tile, kept); !status) return status;
         if (tile.awake) {
             if (Status status = check_awake(tile, saved, bodies); !status) return status;
         }
         if (is_last) {
-            if (Status status = check_fill_up(tile, kept, tile.awake ? &bodies : nullptr); !status)
+            if (Status status = check_fill_up(tile, kept, tile.awake ? &bodies : nullptr);
+                !status) {
                 return status;
+            }
         }
         if (!tile.awake) sound.insert(content);
     }

@@ -36,9 +36,7 @@ constexpr uint64_t kContentPerByte = 4096;
 
 uint64_t hash_of(std::span<const uint8_t> bytes) {
     uint64_t h = 0xcbf29ce484222325ull;  // FNV-1a
-    for (const uint8_t byte : bytes) {
-        h = (h ^ byte) * 0x100000001b3ull;
-    }
+    for (const uint8_t byte : bytes) h = (h ^ byte) * 0x100000001b3ull;
     return h;
 }
 
@@ -66,8 +64,9 @@ Error refusal(const std::string& path, const std::string& why) {
 
 const std::vector<uint8_t>* find_section(std::span<const SnapshotSection> sections,
                                          std::string_view name) {
-    for (const SnapshotSection& section : sections)
+    for (const SnapshotSection& section : sections) {
         if (section.name == name) return &section.bytes;
+    }
     return nullptr;
 }
 
@@ -79,9 +78,10 @@ Status write_snapshot_file(const std::string& path, std::span<const SnapshotSect
     head(version, count);
     uint64_t content_bytes = 0, frame_bytes = 0;
     for (const SnapshotSection& section : sections) {
-        if (section.name.empty() || section.name.size() > kNameBytes)
+        if (section.name.empty() || section.name.size() > kNameBytes) {
             return refusal(path, fmt::format("section name '{}' must have 1 to {} characters",
                                              section.name, kNameBytes));
+        }
         std::vector<uint8_t> frame(ZSTD_compressBound(section.bytes.size()));
         const size_t size = ZSTD_compress(frame.data(), frame.size(), section.bytes.data(),
                                           section.bytes.size(), 3);
@@ -97,10 +97,11 @@ Status write_snapshot_file(const std::string& path, std::span<const SnapshotSect
         entry.list(head);
         frames.push_back(std::move(frame));
     }
-    if (content_bytes > kContentFree + kContentPerByte * frame_bytes)
+    if (content_bytes > kContentFree + kContentPerByte * frame_bytes) {
         return refusal(path, fmt::format("its {} bytes shrink by more than {} times: they could "
                                          "not be told from damaged ones",
                                          content_bytes, kContentPerByte));
+    }
     uint64_t hash = hash_of(head.bytes());
     head(hash);
 
@@ -125,22 +126,26 @@ Status write_snapshot_file(const std::string& path, std::span<const SnapshotSect
 
 Result<std::vector<SnapshotSection>> read_snapshot_file(const std::string& path) {
     const File file{std::fopen(path.c_str(), "rb")};
-    if (!file)
+    if (!file) {
         return Error{fmt::format("snapshot '{}' cannot be read: {}", path, std::strerror(errno))};
+    }
     std::vector<uint8_t> raw;
     uint8_t chunk[65536];
-    while (const size_t got = std::fread(chunk, 1, sizeof(chunk), file.get()))
+    while (const size_t got = std::fread(chunk, 1, sizeof(chunk), file.get())) {
         raw.insert(raw.end(), chunk, chunk + got);
+    }
 
     const Error damaged = refusal(path, "is damaged or cut short");
-    if (raw.size() < kHeadBytes || std::memcmp(raw.data(), kMagic, sizeof(kMagic)) != 0)
+    if (raw.size() < kHeadBytes || std::memcmp(raw.data(), kMagic, sizeof(kMagic)) != 0) {
         return refusal(path, "is not a BulletSoil snapshot");
+    }
     const std::span<const uint8_t> all(raw);
     StateStream head(all.subspan(sizeof(kMagic)));
     uint32_t version = 0, count = 0;
     head(version, count);
-    if (version != kVersion)
+    if (version != kVersion) {
         return refusal(path, fmt::format("has version {}, this build reads {}", version, kVersion));
+    }
     if (count == 0 || count > kSectionsMost) return damaged;
     std::vector<Entry> entries(count);
     for (Entry& entry : entries) entry.list(head);
@@ -153,22 +158,26 @@ Result<std::vector<SnapshotSection>> read_snapshot_file(const std::string& path)
     size_t at = head_bytes + sizeof(hash);
     uint64_t content_left = kContentFree + kContentPerByte * raw.size();
     for (const Entry& entry : entries) {
-        if (entry.frame_bytes > raw.size() - at || entry.content_bytes > content_left)
+        if (entry.frame_bytes > raw.size() - at || entry.content_bytes > content_left) {
             return damaged;
+        }
         content_left -= entry.content_bytes;
         const std::span<const uint8_t> frame = all.subspan(at, entry.frame_bytes);
         at += entry.frame_bytes;
         // Of the frame, not of what is in it: zstd does not read every bit of its own head.
         if (hash_of(frame) != entry.hash ||
-            ZSTD_getFrameContentSize(frame.data(), frame.size()) != entry.content_bytes)
+            ZSTD_getFrameContentSize(frame.data(), frame.size()) != entry.content_bytes) {
             return damaged;
+        }
         SnapshotSection section;
         section.name.assign(entry.name, strnlen(entry.name, kNameBytes));
         section.bytes.resize(entry.content_bytes);
         const size_t got =
             ZSTD_decompress(section.bytes.data(), section.bytes.size(), frame.data(), frame.size());
-        if (ZSTD_isError(got) || got != entry.content_bytes || find_section(sections, section.name))
+        if (ZSTD_isError(got) || got != entry.content_bytes ||
+            find_section(sections, section.name)) {
             return damaged;
+        }
         sections.push_back(std::move(section));
     }
     if (at != raw.size()) return damaged;

@@ -58,9 +58,7 @@ Soil::Soil(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Soil::~Soil() = default;
 
 Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
-    if (Status status = def.validate(); !status) {
-        return Error{status.error()};
-    }
+    if (Status status = def.validate(); !status) return Error{status.error()};
     auto impl = std::make_unique<Impl>();
     Impl& s = *impl;
     s.tiles.on_new_tile = [&s](int index) { s.ground.stamp_new_tile(index); };
@@ -71,9 +69,7 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     // Grid x, y, z are world Z, X, Y when Y is up: a turn, not a mirror.
     const double sizes[3] = {y_up ? def.size_m.z : def.size_m.x, y_up ? def.size_m.x : def.size_m.y,
                              y_up ? def.size_m.y : def.size_m.z};
-    for (int axis = 0; axis < 3; ++axis) {
-        s.frame.size[axis] = voxel_count(sizes[axis], def.voxel_m);
-    }
+    for (int axis = 0; axis < 3; ++axis) s.frame.size[axis] = voxel_count(sizes[axis], def.voxel_m);
     s.height = (s.frame.size[2] + 7) / 8 * 8;
     s.frame.size[2] = s.height;
     s.frame.voxel_m = def.voxel_m;
@@ -108,15 +104,11 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     s.kept_planes = 1 + p.transport_count;
 
     auto device = create_device(def.backend, def.thread_count, s.device_reason);
-    if (!device) {
-        return Error{device.error()};
-    }
+    if (!device) return Error{device.error()};
     s.device = std::move(*device);
     s.work_threads = std::make_unique<WorkThreads>(def.thread_count);
 
-    if (Status status = s.tiles.start(); !status) {
-        return Error{status.error()};
-    }
+    if (Status status = s.tiles.start(); !status) return Error{status.error()};
     std::vector<int32_t> tables;
     p.bank_friction = INT32_MAX;
     p.bank_strength = 0;
@@ -199,14 +191,10 @@ SoilTotals Soil::totals() const {
         }
     };
     for (size_t index = 0; index < s.tiles.size(); ++index) {
-        if (!s.tiles[index]) {
-            continue;
-        }
+        if (!s.tiles[index]) continue;
         s.tiles.read_voxels(static_cast<int>(index), voxels);
         count();
-        if (s.tiles.read_buried(static_cast<int>(index), voxels)) {
-            count();
-        }
+        if (s.tiles.read_buried(static_cast<int>(index), voxels)) count();
     }
     totals.units_in = s.flows.units_in();
     totals.units_out = s.flows.units_out();
@@ -230,14 +218,10 @@ uint64_t Soil::Impl::checksum() const {
         }
     };
     for (size_t index = 0; index < tiles.size(); ++index) {
-        if (!tiles[index]) {
-            continue;
-        }
+        if (!tiles[index]) continue;
         tiles.read_voxels(static_cast<int>(index), voxels);
         add(index);
-        if (tiles.read_buried(static_cast<int>(index), voxels)) {
-            add(tiles.size() + index);
-        }
+        if (tiles.read_buried(static_cast<int>(index), voxels)) add(tiles.size() + index);
     }
     return sum;
 }
@@ -330,9 +314,7 @@ VoxelSample Soil::sample(int x, int y, int z) const {
 
 double Soil::surface_height_m(int x, int y) const {
     const Impl& s = *impl_;
-    if (x < 0 || y < 0 || x >= s.frame.size[0] || y >= s.frame.size[1]) {
-        return 0;
-    }
+    if (x < 0 || y < 0 || x >= s.frame.size[0] || y >= s.frame.size[1]) return 0;
     const TileVoxels& voxels = s.sampler.voxels(s.tile_index(x / kTileSide, y / kTileSide));
     const int column = y % kTileSide * kTileSide + x % kTileSide;
     return column_profile(column_of(voxels, s.sampler.ground(), column)).top_q16 / 65536.0 *

@@ -59,9 +59,7 @@ struct BlockBox {
     template <typename Visit>
     void for_each_tile(Visit&& visit) const {
         for (int ty = low[1]; ty <= high[1]; ++ty) {
-            for (int tx = low[0]; tx <= high[0]; ++tx) {
-                visit(tx, ty);
-            }
+            for (int tx = low[0]; tx <= high[0]; ++tx) visit(tx, ty);
         }
     }
 };

@@ -68,14 +68,10 @@ void Soil::Impl::begin_step() {
 void Soil::Impl::list_work() {
     bodies.drop_gone([&](const BodyTrack& track) {  // its room is free again
         lists.mark_rebuild(track.blocks, true);
-        if (track.is_ground) {
-            ground.drop(track);
-        }
+        if (track.is_ground) ground.drop(track);
     });
     ground.update(bodies.in_step());
-    if (tiles.any_unchecked) {
-        wake_unstable_columns();
-    }
+    if (tiles.any_unchecked) wake_unstable_columns();
     flows.begin_step();
     lists.mark_bodies(bodies.in_step());
     lists.wake_active();
@@ -105,21 +101,15 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
             lists.build_pairs(shapes);
             passes.voxelize();
         }
-        if (s == 0) {
-            flows.pour();
-        }
+        if (s == 0) flows.pour();
         device->mark_stage(kDeform);
         passes.deform();
         device->mark_stage(kAdvect);
         params.substep_count = substeps.count();
-        for (int f = 0; f < substeps.of_falls; ++f) {
-            passes.advect();
-        }
+        for (int f = 0; f < substeps.of_falls; ++f) passes.advect();
         device->mark_stage(kSlip);
         params.substep_count = substeps.of_bodies;
-        if (s == 0 && params.bank_strength > 0) {
-            passes.fail_banks();
-        }
+        if (s == 0 && params.bank_strength > 0) passes.fail_banks();
         passes.slip();
     }
 
@@ -133,9 +123,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
         results.read();
     }
     device->mark_stage(kActivity);
-    if (!is_quiet) {
-        results.note_activity();
-    }
+    if (!is_quiet) results.note_activity();
     flows.note_results(is_quiet);
     tiles.sleep_idle();
     session.end();

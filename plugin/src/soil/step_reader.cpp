@@ -32,9 +32,7 @@ void StepReader::note_kernel_conditions() {
     for (const auto& [bit, word] : {std::pair{StatusBit::speed_clamped, kResultSpeedPlace},
                                     std::pair{StatusBit::amount_headroom, kResultHeadroomPlace},
                                     std::pair{StatusBit::span_list_full, kResultSpansPlace}}) {
-        if ((bits & static_cast<uint32_t>(bit)) == 0) {
-            continue;
-        }
+        if ((bits & static_cast<uint32_t>(bit)) == 0) continue;
         const int levels = ((core_.height - 1) >> core_.params.place_shift) + 1;
         const int code = header_[word] - 1;
         const int column = code / levels;
@@ -45,9 +43,7 @@ void StepReader::note_kernel_conditions() {
                                   column % core_.params.place_rows + 0.5,
                                   (code % levels << core_.params.place_shift) + half}));
     }
-    if (bits & kStatusContactsFull) {
-        core_.conditions.note(StatusBit::contact_list_full);
-    }
+    if (bits & kStatusContactsFull) core_.conditions.note(StatusBit::contact_list_full);
 }
 
 // Those that a plane of find_failures runs on into; see kTileTableAsked.
@@ -66,9 +62,7 @@ void StepReader::note_activity() {
     const auto blocks = static_cast<size_t>(tiles_.block_count());
     for (int slot = 0; slot < tiles_.slot_count(); ++slot) {
         const int index = tiles_.slot_tiles()[static_cast<size_t>(slot)];
-        if (index < 0) {
-            continue;
-        }
+        if (index < 0) continue;
         Tile& tile = *tiles_[static_cast<size_t>(index)];
         bool changed = false;
         int changed_top = 0;

@@ -54,18 +54,20 @@ class MeshCoverage {
     Status check_cost() const {
         const int64_t voxel_count =
             int64_t{soil_.frame.size[0]} * soil_.frame.size[1] * std::max(1, z_end_);
-        if (voxel_count > limits::kTerrainVoxelsMax)
+        if (voxel_count > limits::kTerrainVoxelsMax) {
             return Error{fmt::format(
                 "terrain.mesh goes through {:.3g} voxels, at most {:.3g} are possible: take "
                 "larger voxels or a smaller box",
                 static_cast<double>(voxel_count), static_cast<double>(limits::kTerrainVoxelsMax))};
-        if (test_count_ > limits::kTerrainTestsMax)
+        }
+        if (test_count_ > limits::kTerrainTestsMax) {
             return Error{fmt::format(
                 "terrain.mesh has too many triangles over each other: {} triangles, which touch "
                 "{:.3g} tiles each; take fewer, or larger voxels",
                 triangles_.size(),
                 static_cast<double>(test_count_) / (kTileLines * kTileLines) /
                     static_cast<double>(triangles_.size()))};
+        }
         return Done{};
     }
 
@@ -145,9 +147,7 @@ class MeshCoverage {
                 return left != swap;
             };
             const bool ab = side(a, b), bc = side(b, c), ca = side(c, a);
-            if (ab != bc || bc != ca) {
-                continue;
-            }
+            if (ab != bc || bc != ca) continue;
             const double u = ((px - a.x) * (c.y - a.y) - (py - a.y) * (c.x - a.x)) / area;
             const double v = ((b.x - a.x) * (py - a.y) - (b.y - a.y) * (px - a.x)) / area;
             line_.push_back(
@@ -162,9 +162,7 @@ class MeshCoverage {
         int inside = 0;
         for (size_t k = 0; k + 1 < line_.size(); ++k) {
             inside += line_[k].winding;
-            if (inside == 0) {
-                continue;
-            }
+            if (inside == 0) continue;
             const auto within = [&](float z) {
                 return std::clamp(static_cast<double>(z), 0.0, static_cast<double>(soil_.height));
             };
@@ -201,15 +199,11 @@ Status Soil::Impl::terrain_with(const VoxelFraction& fraction, int z_end) {
         bool is_read = false, any = false, any_ground = false, any_buried = false;
         for (int c = 0; c < kTileColumns; ++c) {
             const int x = x0 + c % kTileSide, y = y0 + c / kTileSide;
-            if (x >= frame.size[0] || y >= frame.size[1]) {
-                continue;
-            }
+            if (x >= frame.size[0] || y >= frame.size[1]) continue;
             for (int z = 0; z < z_end; ++z) {
                 const int units = static_cast<int>(
                     std::lround(std::clamp(fraction(x, y, z), 0.0, 1.0) * kVoxelFull));
-                if (units == 0) {
-                    continue;
-                }
+                if (units == 0) continue;
                 if (!is_read) {
                     tiles.make(index);
                     tiles.read_voxels(index, voxels);
@@ -221,9 +215,7 @@ Status Soil::Impl::terrain_with(const VoxelFraction& fraction, int z_end) {
                 int32_t& terrain = voxels.at(kKeptTerrain, z, c);
                 const int of_bodies = any_ground ? of_ground.at(0, z, c) : 0;
                 const int below = any_buried ? buried.at(kKeptVolume, z, c) : 0;
-                if (units <= terrain - of_bodies) {
-                    continue;
-                }
+                if (units <= terrain - of_bodies) continue;
                 if (units + voxels.at(kKeptVolume, z, c) + below > kVoxelFull) {
                     const Vec3 at = frame.to_world({x + 0.5, y + 0.5, z + 0.5});
                     return Error{
@@ -235,19 +227,13 @@ Status Soil::Impl::terrain_with(const VoxelFraction& fraction, int z_end) {
                 any = true;
             }
         }
-        if (any) {
-            changed.emplace_back(index, make_packed(voxels));
-        }
+        if (any) changed.emplace_back(index, make_packed(voxels));
     }
-    if (changed.empty()) {
-        return Error{"the terrain lies outside of the grid"};
-    }
+    if (changed.empty()) return Error{"the terrain lies outside of the grid"};
     for (const auto& [index, packed] : changed) {
         tiles.write_packed(index, packed);
         tiles.read_ground(index, of_ground);
-        if (!of_ground.words.empty()) {
-            ground.put(index, of_ground.words, true);
-        }
+        if (!of_ground.words.empty()) ground.put(index, of_ground.words, true);
         ++tiles[index]->revision;
     }
     return Done{};
@@ -255,15 +241,11 @@ Status Soil::Impl::terrain_with(const VoxelFraction& fraction, int z_end) {
 
 Status Soil::add_terrain(const TriangleMesh& mesh) {
     Impl& s = *impl_;
-    if (mesh.triangles.empty()) {
-        return Error{"terrain.mesh has no triangles"};
-    }
+    if (mesh.triangles.empty()) return Error{"terrain.mesh has no triangles"};
     const int vertex_count = static_cast<int>(mesh.vertices.size());
     std::vector<Vec3> points;
     for (Vec3 vertex : mesh.vertices) {
-        if (!is_finite(vertex)) {
-            return Error{"terrain.mesh has a NaN or infinite vertex"};
-        }
+        if (!is_finite(vertex)) return Error{"terrain.mesh has a NaN or infinite vertex"};
         points.push_back(s.to_grid(vertex));
         if (!is_finite(points.back())) {
             return Error{"terrain.mesh has a vertex too far away to be computed with"};
@@ -288,9 +270,7 @@ Status Soil::add_terrain(const TriangleMesh& mesh) {
         }
     }
     MeshCoverage coverage(s, std::move(points), mesh.triangles);
-    if (Status small = coverage.check_cost(); !small) {
-        return small;
-    }
+    if (Status small = coverage.check_cost(); !small) return small;
     MeshCoverage::Tile tile;
     int covered_tile = -1;
     return s.terrain_with(

@@ -36,9 +36,7 @@ struct Reader {
             }
             const uint8_t byte = bytes[at++];
             value |= static_cast<uint32_t>(byte & 127) << shift;
-            if (byte < 128) {
-                return value;
-            }
+            if (byte < 128) return value;
         }
         ok = false;
         return 0;
@@ -47,9 +45,7 @@ struct Reader {
 
 bool same_voxel(const TileVoxels& t, int column, int z, int other_column, int other_z) {
     for (int p = 0; p < t.plane_count; ++p) {
-        if (t.at(p, z, column) != t.at(p, other_z, other_column)) {
-            return false;
-        }
+        if (t.at(p, z, column) != t.at(p, other_z, other_column)) return false;
     }
     return true;
 }
@@ -62,9 +58,7 @@ void put_run(std::vector<uint8_t>& out, const ColumnRun& run, int plane_count) {
     }
     put(out, mask);
     for (int p = 0; p < plane_count; ++p) {
-        if (mask & (1u << p)) {
-            put(out, zigzag(run.values[static_cast<size_t>(p)]));
-        }
+        if (mask & (1u << p)) put(out, zigzag(run.values[static_cast<size_t>(p)]));
     }
 }
 
@@ -79,9 +73,7 @@ bool read_columns(std::span<const uint8_t> bytes, int height, int plane_count, S
     Reader in{bytes};
     for (int column = 0; column < 64; ++column) {
         const uint32_t run_count = in.get();
-        if (!in.ok || (run_count == kSameColumn && column == 0)) {
-            return false;
-        }
+        if (!in.ok || (run_count == kSameColumn && column == 0)) return false;
         if (run_count == kSameColumn) {
             same(column);
             continue;
@@ -97,19 +89,13 @@ bool read_columns(std::span<const uint8_t> bytes, int height, int plane_count, S
             ColumnRun run;
             run.length = static_cast<int>(length);
             for (int p = 0; p < plane_count; ++p) {
-                if (mask & (1u << p)) {
-                    run.values[static_cast<size_t>(p)] = unzigzag(in.get());
-                }
+                if (mask & (1u << p)) run.values[static_cast<size_t>(p)] = unzigzag(in.get());
             }
-            if (!in.ok) {
-                return false;
-            }
+            if (!in.ok) return false;
             run_found(column, z, run);
             z += run.length;
         }
-        if (z != height) {
-            return false;
-        }
+        if (z != height) return false;
     }
     return in.at == bytes.size();
 }
@@ -134,9 +120,7 @@ std::vector<uint8_t> pack_tile(const TileVoxels& tile) {
         put(out, run_count);
         for (int z = 0; z < tile.height;) {
             int end = z + 1;
-            while (end < tile.height && same_voxel(tile, column, end, column, z)) {
-                ++end;
-            }
+            while (end < tile.height && same_voxel(tile, column, end, column, z)) ++end;
             ColumnRun run;
             run.length = end - z;
             for (int p = 0; p < tile.plane_count; ++p) {
@@ -191,9 +175,7 @@ std::vector<uint8_t> pack_runs(const TileRuns& tile) {
             continue;
         }
         put(out, static_cast<uint32_t>(column.size()));
-        for (const ColumnRun& run : column) {
-            put_run(out, run, tile.plane_count);
-        }
+        for (const ColumnRun& run : column) put_run(out, run, tile.plane_count);
     }
     out.shrink_to_fit();
     return out;
@@ -216,9 +198,7 @@ bool unpack_runs(std::span<const uint8_t> bytes, TileRuns& tile) {
         },
         [&](int column, int z, const ColumnRun& run) {
             TileRuns::Range& range = tile.columns[static_cast<size_t>(column)];
-            if (z == 0) {
-                range = {static_cast<int>(tile.runs.size()), 0};
-            }
+            if (z == 0) range = {static_cast<int>(tile.runs.size()), 0};
             tile.runs.push_back(run);
             ++range.count;
         });

@@ -21,9 +21,7 @@ constexpr int kSlotsAtStart = 64;
 int top_of(const TileVoxels& voxels) {
     for (int z = voxels.height - 1; z >= 0; --z) {
         for (int c = 0; c < kTileColumns; ++c) {
-            if (voxels.at(kKeptVolume, z, c) != 0) {
-                return z + 1;
-            }
+            if (voxels.at(kKeptVolume, z, c) != 0) return z + 1;
         }
     }
     return 0;
@@ -77,9 +75,7 @@ Tile& TileTable::make(int index) {
             }
             tiles_[index]->packed = make_packed(voxels);
         }
-        if (on_new_tile) {
-            on_new_tile(index);
-        }
+        if (on_new_tile) on_new_tile(index);
     }
     return *tiles_[index];
 }
@@ -121,13 +117,9 @@ Status TileTable::allocate_slots(int count) {
           std::pair{Buffer::spans,
                     int64_t{core_.params.column_count} * (kColumnWords + kColumnArrays) +
                         static_cast<int64_t>(kTileArrays) * count}}) {
-        if (Status allocated = core_.device->allocate(buffer, words); !allocated) {
-            return allocated;
-        }
+        if (Status allocated = core_.device->allocate(buffer, words); !allocated) return allocated;
     }
-    for (int slot = count - 1; slot >= slot_count_; --slot) {
-        free_slots_.push_back(slot);
-    }
+    for (int slot = count - 1; slot >= slot_count_; --slot) free_slots_.push_back(slot);
     slot_tile_.resize(count, -1);
     woken_step_.resize(count, 0);
     looked_step_.assign(count, -1);
@@ -143,9 +135,7 @@ Status TileTable::grow_slots(int wanted) {
     // The device's buffers are laid out by plane, so growing means moving every plane: awake tiles
     // take the detour through the host. Happens a few times in a run, by doubling.
     const int count = std::min(slot_capacity_, std::max(wanted, 2 * slot_count_));
-    if (count <= slot_count_) {
-        return Error{"the tile table is full"};
-    }
+    if (count <= slot_count_) return Error{"the tile table is full"};
     struct Saved {
         int tile;
         TileVoxels voxels;
@@ -172,9 +162,7 @@ Status TileTable::grow_slots(int wanted) {
     }
     std::vector<int32_t> tops(static_cast<size_t>(slot_count_) * kTileColumns);
     core_.device->read(Buffer::spans, column_array_offset(kColumnSurface, 0), tops);
-    if (Status allocated = allocate_slots(count); !allocated) {
-        return allocated;
-    }
+    if (Status allocated = allocate_slots(count); !allocated) return allocated;
     for (const Saved& entry : saved) {
         const int slot = tiles_[entry.tile]->slot;
         write_voxels(entry.tile, entry.voxels);
@@ -192,9 +180,7 @@ Status TileTable::grow_slots(int wanted) {
 int TileTable::wake(int index) {
     Tile& tile = make(index);
     tile.last_used_step = core_.step_index;
-    if (tile.slot >= 0) {
-        return tile.slot;
-    }
+    if (tile.slot >= 0) return tile.slot;
     if (free_slots_.empty() && !grow_slots(slot_count_ + 1)) {
         core_.conditions.note(StatusBit::tile_table_full, -1,
                               core_.frame.to_world({(index % core_.tiles_x + 0.5) * kTileSide,
@@ -259,9 +245,7 @@ void TileTable::stamp_columns(int slot) {
 void TileTable::note_look(int slot, int blocks_up) {
     int64_t& step = looked_step_[static_cast<size_t>(slot)];
     int& blocks = looked_blocks_[static_cast<size_t>(slot)];
-    if (step != core_.step_index - 1 || blocks != blocks_up) {
-        stamp_columns(slot);
-    }
+    if (step != core_.step_index - 1 || blocks != blocks_up) stamp_columns(slot);
     step = core_.step_index;
     blocks = blocks_up;
 }
@@ -295,23 +279,17 @@ void TileTable::sleep_idle() { sleep_unused_since(core_.step_index - kSleepAfter
 void TileTable::sleep_unused_since(int64_t step) {
     for (int slot = 0; slot < slot_count_; ++slot) {
         const int index = slot_tile_[slot];
-        if (index >= 0 && tiles_[index]->last_used_step < step) {
-            put_to_sleep(index);
-        }
+        if (index >= 0 && tiles_[index]->last_used_step < step) put_to_sleep(index);
     }
 }
 
 void TileTable::upload() {
-    if (!is_dirty_) {
-        return;
-    }
+    if (!is_dirty_) return;
     for (int slot = 0; slot < slot_count_; ++slot) {
         int32_t* entry = &neighbour_words_[static_cast<size_t>(slot) * kTileTableWords];
         const int index = slot_tile_[slot];
         std::fill(entry, entry + kTileTableWords, kNeighbourAbsent);
-        if (index < 0) {
-            continue;
-        }
+        if (index < 0) continue;
         const int tx = index % core_.tiles_x, ty = index / core_.tiles_x;
         for (int dy = -1; dy <= 1; ++dy) {
             for (int dx = -1; dx <= 1; ++dx) {
@@ -333,9 +311,7 @@ void TileTable::upload() {
 void TileTable::read_voxels(int index, TileVoxels& out) const {
     out.reset(core_.height, core_.kept_planes);
     const Tile* tile = tiles_[index].get();
-    if (!tile) {
-        return;
-    }
+    if (!tile) return;
     if (tile->slot < 0) {
         unpack_tile(tile->bytes(), out);
         return;
@@ -363,9 +339,7 @@ void TileTable::write_voxels(int index, const TileVoxels& in) {
         }
     }
     tile.top = top_of(in);
-    if (tile.slot >= 0) {
-        note_stale(tile.slot, true);
-    }
+    if (tile.slot >= 0) note_stale(tile.slot, true);
 }
 
 TileRuns TileTable::read_runs(int index) {
@@ -396,9 +370,7 @@ void TileTable::write_packed(int index, std::shared_ptr<const PackedTile> in) {
 }
 
 bool TileTable::read_buried(int index, TileVoxels& out) const {
-    if (!tiles_[index] || !tiles_[index]->buried) {
-        return false;
-    }
+    if (!tiles_[index] || !tiles_[index]->buried) return false;
     out.reset(core_.height, core_.kept_planes);
     unpack_tile(*tiles_[index]->buried, out);
     return true;

@@ -33,9 +33,7 @@ bool meets(const Aabb& box, Vec3 origin, Vec3 direction, double reach) {
                  d[3] = {direction.x, direction.y, direction.z};
     for (int axis = 0; axis < 3; ++axis) {
         if (std::abs(d[axis]) < 1e-300) {
-            if (o[axis] < lows[axis] || o[axis] > highs[axis]) {
-                return false;
-            }
+            if (o[axis] < lows[axis] || o[axis] > highs[axis]) return false;
             continue;
         }
         const double a = (lows[axis] - o[axis]) / d[axis], b = (highs[axis] - o[axis]) / d[axis];
@@ -53,14 +51,10 @@ TrianglePoint nearest_on_triangle(const Triangle& triangle, Vec3 p) {
     const Vec3 a = triangle.corners[0], b = triangle.corners[1], c = triangle.corners[2];
     const Vec3 ab = b - a, ac = c - a, ap = p - a;
     const double d1 = dot(ab, ap), d2 = dot(ac, ap);
-    if (d1 <= 0 && d2 <= 0) {
-        return {a, {1, 0, 0}};
-    }
+    if (d1 <= 0 && d2 <= 0) return {a, {1, 0, 0}};
     const Vec3 bp = p - b;
     const double d3 = dot(ab, bp), d4 = dot(ac, bp);
-    if (d3 >= 0 && d4 <= d3) {
-        return {b, {0, 1, 0}};
-    }
+    if (d3 >= 0 && d4 <= d3) return {b, {0, 1, 0}};
     const double vc = d1 * d4 - d3 * d2;
     if (vc <= 0 && d1 >= 0 && d3 <= 0) {
         const double v = d1 / (d1 - d3);
@@ -68,9 +62,7 @@ TrianglePoint nearest_on_triangle(const Triangle& triangle, Vec3 p) {
     }
     const Vec3 cp = p - c;
     const double d5 = dot(ab, cp), d6 = dot(ac, cp);
-    if (d6 >= 0 && d5 <= d6) {
-        return {c, {0, 0, 1}};
-    }
+    if (d6 >= 0 && d5 <= d6) return {c, {0, 0, 1}};
     const double vb = d5 * d2 - d1 * d6;
     if (vb <= 0 && d2 >= 0 && d6 <= 0) {
         const double w = d2 / (d2 - d6);
@@ -94,9 +86,7 @@ TriangleTree::TriangleTree(std::vector<Triangle> triangles) : triangles_(std::mo
         centers.push_back((t.corners[0] + t.corners[1] + t.corners[2]) * (1.0 / 3));
     }
     nodes_.reserve(triangles_.size());
-    if (!triangles_.empty()) {
-        build(0, static_cast<int>(triangles_.size()), centers);
-    }
+    if (!triangles_.empty()) build(0, static_cast<int>(triangles_.size()), centers);
 }
 
 void TriangleTree::build(int first, int count, std::vector<Vec3>& centers) {
@@ -109,9 +99,7 @@ void TriangleTree::build(int first, int count, std::vector<Vec3>& centers) {
     Aabb center_box{centers[static_cast<size_t>(order_[static_cast<size_t>(first)])],
                     centers[static_cast<size_t>(order_[static_cast<size_t>(first)])]};
     for (int i = first; i < first + count; ++i) {
-        for (int k = 0; k < 3; ++k) {
-            grow(box, corner(i)[k]);
-        }
+        for (int k = 0; k < 3; ++k) grow(box, corner(i)[k]);
         grow(center_box, centers[static_cast<size_t>(order_[static_cast<size_t>(i)])]);
     }
     nodes_[index].box = box;
@@ -138,9 +126,7 @@ void TriangleTree::build(int first, int count, std::vector<Vec3>& centers) {
 TriangleTree::Nearest TriangleTree::nearest(Vec3 point,
                                             const std::function<bool(int, int)>& prefers) const {
     Nearest best;
-    if (nodes_.empty()) {
-        return best;
-    }
+    if (nodes_.empty()) return best;
     int stack[kStackDepth];
     int depth = 0;
     stack[depth++] = 0;
@@ -148,9 +134,7 @@ TriangleTree::Nearest TriangleTree::nearest(Vec3 point,
         const int index = stack[--depth];
         const Node& node = nodes_[static_cast<size_t>(index)];
         const double reach = best.distance * (1 + kSameDistance);
-        if (square_distance(node.box, point) > reach * reach) {
-            continue;
-        }
+        if (square_distance(node.box, point) > reach * reach) continue;
         if (node.count == 0) {
             const int near = index + 1, far = node.first;
             const bool swap = square_distance(nodes_[static_cast<size_t>(far)].box, point) <
@@ -175,18 +159,14 @@ TriangleTree::Nearest TriangleTree::nearest(Vec3 point,
 }
 
 void TriangleTree::cast(Vec3 origin, Vec3 direction, double reach, std::vector<Hit>& hits) const {
-    if (nodes_.empty()) {
-        return;
-    }
+    if (nodes_.empty()) return;
     int stack[kStackDepth];
     int depth = 0;
     stack[depth++] = 0;
     while (depth > 0) {
         const int index = stack[--depth];
         const Node& node = nodes_[static_cast<size_t>(index)];
-        if (!meets(node.box, origin, direction, reach)) {
-            continue;
-        }
+        if (!meets(node.box, origin, direction, reach)) continue;
         if (node.count == 0) {
             stack[depth++] = index + 1;
             stack[depth++] = node.first;
@@ -199,9 +179,7 @@ void TriangleTree::cast(Vec3 origin, Vec3 direction, double reach, std::vector<H
             const Vec3 e1 = c[1] - c[0], e2 = c[2] - c[0];
             const Vec3 h = cross(direction, e2);
             const double det = dot(e1, h);
-            if (det == 0) {
-                continue;
-            }
+            if (det == 0) continue;
             const Vec3 s = origin - c[0];
             const double u = dot(s, h) / det;
             const Vec3 q = cross(s, e1);

@@ -21,9 +21,7 @@ SheetGrowth box_growth(const ConvexShape& box, double wall_m) {
     const double width[3] = {2 * (half.x + box.rounding_m), 2 * (half.y + box.rounding_m),
                              2 * (half.z + box.rounding_m)};
     const auto thin = std::min_element(width, width + 3) - width;
-    if (width[(thin + 1) % 3] < wall_m || width[(thin + 2) % 3] < wall_m) {
-        return {};
-    }
+    if (width[(thin + 1) % 3] < wall_m || width[(thin + 2) % 3] < wall_m) return {};
     constexpr Vec3 kAxes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     return thin_along(kAxes[thin], width[thin], wall_m);
 }
@@ -33,13 +31,9 @@ SheetGrowth hull_growth(const ConvexShape& hull, double wall_m) {
     for (size_t i = 0; i < hull.planes.size(); ++i) {
         for (size_t j = i + 1; j < hull.planes.size(); ++j) {
             const Plane &a = hull.planes[i], &b = hull.planes[j];
-            if (dot(a.normal, b.normal) > -kParallelCosine) {
-                continue;
-            }
+            if (dot(a.normal, b.normal) > -kParallelCosine) continue;
             const double thickness = std::max(0.0, a.offset + b.offset) + 2 * hull.rounding_m;
-            if (thickness >= wall_m) {
-                continue;
-            }
+            if (thickness >= wall_m) continue;
             if (found.is_thin() && std::abs(dot(found.normal, a.normal)) < kAcrossCosine) {
                 return {};  // thin along two axes
             }
@@ -93,9 +87,7 @@ ConvexShape thickened(ConvexShape shape, const SheetGrowth& growth) {
 
 void WallShapes::make(const std::vector<ConvexShape>& body_shapes, double voxel_m) {
     growth.clear();
-    for (const ConvexShape& shape : body_shapes) {
-        growth.push_back(sheet_growth(shape, voxel_m));
-    }
+    for (const ConvexShape& shape : body_shapes) growth.push_back(sheet_growth(shape, voxel_m));
     shapes.clear();
     if (std::any_of(growth.begin(), growth.end(),
                     [](const SheetGrowth& g) { return g.is_thin(); })) {

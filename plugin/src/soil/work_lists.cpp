@@ -23,9 +23,7 @@ class WorkListBuilder {
     WorkListBuilder(ListedWork& list, std::vector<int32_t>& words) : list_(list), words_(words) {
         list_.list_offset = static_cast<int>(words.size());
         list_.group_count = 0;
-        for (auto& tiles : list_.tiles_by_colour) {
-            tiles.clear();
-        }
+        for (auto& tiles : list_.tiles_by_colour) tiles.clear();
     }
     void begin_tile(int tx, int ty) {
         colour_ = (tx & 1) + 2 * (ty & 1);
@@ -105,9 +103,7 @@ void WorkLists::mark_rebuild(const std::vector<BlockKey>& blocks, bool changes_s
         const int block = device_block(key);
         if (block >= 0) {
             rebuild_step_[block] = core_.step_index;
-            if (changes_soil) {
-                activate(key);
-            }
+            if (changes_soil) activate(key);
         }
     }
 }
@@ -183,9 +179,7 @@ void WorkLists::mark_woken(std::span<StepBody> bodies) {
             if (tiles_.woke_in_this_step(block / core_.blocks_per_tile)) {
                 rebuild_step_[block] = core_.step_index;
             }
-            if (!body.input->is_static) {
-                contact_step_[block] = core_.step_index;
-            }
+            if (!body.input->is_static) contact_step_[block] = core_.step_index;
         }
     }
 }
@@ -206,15 +200,11 @@ void WorkLists::build() {
     const auto build = [&](ListedWork& list, auto&& wanted) {
         WorkListBuilder builder(list, words_);
         for (int slot = 0; slot < tiles_.slot_count(); ++slot) {
-            if (slot_tile[slot] < 0) {
-                continue;
-            }
+            if (slot_tile[slot] < 0) continue;
             builder.begin_tile(slot_tile[slot] % core_.tiles_x, slot_tile[slot] / core_.tiles_x);
             for (int zb = 0; zb < core_.blocks_per_tile; ++zb) {
                 const int block = slot * core_.blocks_per_tile + zb;
-                if (wanted(block)) {
-                    builder.add(block);
-                }
+                if (wanted(block)) builder.add(block);
             }
             builder.end_tile();
         }
@@ -228,9 +218,7 @@ void WorkLists::build() {
     build(contact_, [&](int block) { return contact_step_[block] == core_.step_index; });
     WorkListBuilder builder(tile_, words_);
     for (int slot = 0; slot < tiles_.slot_count(); ++slot) {
-        if (slot_tile[slot] < 0) {
-            continue;
-        }
+        if (slot_tile[slot] < 0) continue;
         builder.begin_tile(slot_tile[slot] % core_.tiles_x, slot_tile[slot] / core_.tiles_x);
         // The lowest block in which support can have changed; all of them in a tile that has just
         // woken.
@@ -279,9 +267,7 @@ void WorkLists::build_pairs(const ShapeUpload& shapes) {
         const BlockBox touched = core_.blocks_at(shapes.boxes()[s]);
         touched.for_each_tile([&](int tx, int ty) {
             const Tile* tile = tiles_[core_.tile_index(tx, ty)].get();
-            if (!tile || tile->slot < 0) {
-                return;
-            }
+            if (!tile || tile->slot < 0) return;
             for (int zb = touched.low[2]; zb <= touched.high[2]; ++zb) {
                 const int block = tile->slot * core_.blocks_per_tile + zb;
                 const Vec3 middle = Vec3{tx + 0.5, ty + 0.5, zb + 0.5} * kTileSide;

@@ -10,8 +10,9 @@
 
 int main() {
     if (std::strcmp(bsoil::version(), BSOIL_VERSION) != 0 ||
-        bsoil::version_number() != BSOIL_VERSION_NUMBER)
+        bsoil::version_number() != BSOIL_VERSION_NUMBER) {
         return 3;
+    }
     bsoil::SoilDef def;
     def.size_m = {1, 1, 1};
     auto soil = bsoil::Soil::create(def);

@@ -36,8 +36,9 @@ struct ContactMotion {
 };
 /// The one of a voxel's or a patch's carrier; the first where there is none of its own.
 inline const ContactMotion& motion_for(std::span<const ContactMotion> motions, int carrier) {
-    for (const ContactMotion& m : motions)
+    for (const ContactMotion& m : motions) {
         if (m.carrier == carrier) return m;
+    }
     return motions.front();
 }
 

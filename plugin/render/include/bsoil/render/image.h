@@ -28,8 +28,8 @@ struct Image {
 /// Writes a PNG file. The error names the file.
 Status write_png(const Image& image, const std::string& path);
 
-/// Writes a JPEG file of good quality (90 of 100): a tenth of a PNG where soil has grains. The error
-/// names the file.
+/// Writes a JPEG file of good quality (90 of 100): a tenth of a PNG where soil has grains. The
+/// error names the file.
 Status write_jpeg(const Image& image, const std::string& path);
 
 /// Writes a PNG file of 16 bits of grey: heights, depths, labels. Levels row by row from the top.
