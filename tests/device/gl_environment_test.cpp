@@ -61,7 +61,9 @@ TEST(DeviceChoice, asked_for_backends_are_given) {
     EXPECT_EQ((*cpu)->thread_count(), 2);
     EXPECT_EQ(reason, "the CPU backend was asked for");
     const auto gl = create_device(Backend::gl, 0, reason);
-    if (gl) EXPECT_EQ((*gl)->backend_name(), "gl");
+    if (gl) {
+        EXPECT_EQ((*gl)->backend_name(), "gl");
+    }
 }
 
 }  // namespace

@@ -1,65 +1,13 @@
-#include <epoxy/egl.h>
-#include <epoxy/gl.h>
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
 
-#include "bsoil/render/primitives.h"
-#include "bsoil/render/renderer.h"
+#include "render_fixture.h"
 #include "voxel_tiles.h"
 
 namespace bsoil::render {
 namespace {
-
-class Render : public ::testing::Test {
-  protected:
-    void SetUp() override {
-        Result<std::unique_ptr<Renderer>> created = Renderer::create();
-        if (!created) GTEST_SKIP() << created.error();
-        renderer_ = std::move(*created);
-    }
-
-    Image draw(const View& view) {
-        Result<Image> image = renderer_->render(view);
-        EXPECT_TRUE(image) << image.error();
-        return image ? *image : Image{};
-    }
-
-    std::unique_ptr<Renderer> renderer_;
-};
-
-double brightness(const Image& image, int x, int y) {
-    const uint8_t* p = image.pixel(x, y);
-    return (p[0] + p[1] + p[2]) / 3.0;
-}
-
-double mean_brightness(const Image& image, int x0, int y0, int x1, int y1) {
-    double sum = 0;
-    for (int y = y0; y < y1; ++y) {
-        for (int x = x0; x < x1; ++x) sum += brightness(image, x, y);
-    }
-    return sum / ((x1 - x0) * (y1 - y0));
-}
-
-Item item_of(MeshId mesh, const Pose& pose) {
-    Item item;
-    item.mesh = mesh;
-    item.pose = pose;
-    return item;
-}
-
-/// Looks along -z at the origin; 1 m is 80 pixels there.
-View front_view() {
-    View view;
-    view.width = 320;
-    view.height = 200;
-    view.camera = {{0, 0, 10}, {}, {0, 1, 0}, 2 * std::atan(100.0 / 80 / 10)};
-    view.to_sun = {1, 0.2, 0.5};
-    return view;
-}
 
 TEST_F(Render, the_side_towards_the_sun_is_brighter) {
     View view = front_view();
@@ -405,124 +353,6 @@ TEST_F(Render, bad_views_are_refused_with_the_field_named) {
     view.to_sun = {};
     EXPECT_FALSE(renderer_->render(view));
     EXPECT_FALSE(Renderer::create({.sample_count = 99}));
-}
-
-TEST_F(Render, the_callers_context_is_current_again) {
-    // Without a context before, none is left behind.
-    ASSERT_EQ(eglGetCurrentContext(), EGL_NO_CONTEXT);
-    View view = front_view();
-    view.items = {item_of(renderer_->add_mesh(sphere_mesh(1, {1, 1, 1})), {})};
-    draw(view);
-    EXPECT_EQ(eglGetCurrentContext(), EGL_NO_CONTEXT);
-
-    const EGLDisplay display =
-        eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
-    if (display == EGL_NO_DISPLAY || !eglInitialize(display, nullptr, nullptr)) {
-        GTEST_SKIP() << "no surfaceless EGL display for a caller's context";
-    }
-    const EGLint attributes[] = {EGL_SURFACE_TYPE, EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE,
-                                 EGL_OPENGL_ES2_BIT, EGL_NONE};
-    EGLConfig config = nullptr;
-    EGLint count = 0;
-    ASSERT_TRUE(eglChooseConfig(display, attributes, &config, 1, &count) && count == 1);
-    const EGLint size[] = {EGL_WIDTH, 4, EGL_HEIGHT, 4, EGL_NONE};
-    const EGLSurface surface = eglCreatePbufferSurface(display, config, size);
-    ASSERT_NE(surface, EGL_NO_SURFACE);
-    ASSERT_TRUE(eglBindAPI(EGL_OPENGL_ES_API));
-    const EGLint version[] = {EGL_CONTEXT_CLIENT_VERSION, 2, EGL_NONE};
-    const EGLContext context = eglCreateContext(display, config, EGL_NO_CONTEXT, version);
-    ASSERT_NE(context, EGL_NO_CONTEXT);
-    ASSERT_TRUE(eglMakeCurrent(display, surface, surface, context));
-    EXPECT_FALSE(renderer_->draw(view, 0));  // the caller's framebuffer is another context's
-    draw(view);
-    renderer_->remove_mesh(view.items[0].mesh);
-    EXPECT_TRUE(Renderer::create());
-    renderer_.reset();
-    EXPECT_EQ(eglGetCurrentContext(), context);
-    EXPECT_EQ(eglGetCurrentSurface(EGL_DRAW), surface);
-    EXPECT_EQ(eglQueryAPI(), static_cast<EGLenum>(EGL_OPENGL_ES_API));
-    eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
-    eglBindAPI(EGL_OPENGL_API);
-    eglDestroyContext(display, context);
-    eglDestroySurface(display, surface);
-}
-
-/// An OpenGL core context with a small surface, current while it lives; null without one.
-class CallersContext {
-  public:
-    CallersContext() {
-        display_ =
-            eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
-        if (display_ == EGL_NO_DISPLAY || !eglInitialize(display_, nullptr, nullptr)) return;
-        const EGLint attributes[] = {EGL_SURFACE_TYPE,
-                                     EGL_PBUFFER_BIT,
-                                     EGL_RENDERABLE_TYPE,
-                                     EGL_OPENGL_BIT,
-                                     EGL_RED_SIZE,
-                                     8,
-                                     EGL_DEPTH_SIZE,
-                                     24,
-                                     EGL_NONE};
-        EGLConfig config = nullptr;
-        EGLint count = 0;
-        if (!eglChooseConfig(display_, attributes, &config, 1, &count) || count != 1) return;
-        const EGLint size[] = {EGL_WIDTH, 320, EGL_HEIGHT, 200, EGL_NONE};
-        surface_ = eglCreatePbufferSurface(display_, config, size);
-        eglBindAPI(EGL_OPENGL_API);
-        const EGLint version[] = {EGL_CONTEXT_MAJOR_VERSION,
-                                  3,
-                                  EGL_CONTEXT_MINOR_VERSION,
-                                  3,
-                                  EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                                  EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                                  EGL_NONE};
-        context_ = eglCreateContext(display_, config, EGL_NO_CONTEXT, version);
-        is_current_ = surface_ != EGL_NO_SURFACE && context_ != EGL_NO_CONTEXT &&
-                      eglMakeCurrent(display_, surface_, surface_, context_);
-    }
-    ~CallersContext() {
-        if (display_ == EGL_NO_DISPLAY) return;
-        eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
-        if (context_ != EGL_NO_CONTEXT) eglDestroyContext(display_, context_);
-        if (surface_ != EGL_NO_SURFACE) eglDestroySurface(display_, surface_);
-    }
-    bool is_current() const { return is_current_; }
-
-  private:
-    EGLDisplay display_ = EGL_NO_DISPLAY;
-    EGLSurface surface_ = EGL_NO_SURFACE;
-    EGLContext context_ = EGL_NO_CONTEXT;
-    bool is_current_ = false;
-};
-
-TEST_F(Render, a_hosts_window_gets_the_same_picture) {
-    View view = front_view();
-    const Mesh ball = sphere_mesh(1, {0.8f, 0.3f, 0.1f});
-    view.items = {item_of(renderer_->add_mesh(ball), {})};
-    view.floor_height_m = -1;
-    const Image off_screen = draw(view);
-    const CallersContext window;
-    if (!window.is_current()) GTEST_SKIP() << "no EGL surface that could be a host's window";
-    auto in_window = Renderer::create({.callers_context = true});
-    ASSERT_TRUE(in_window) << in_window.error();
-    view.items = {item_of((*in_window)->add_mesh(ball), {})};
-    const Status drawn = (*in_window)->draw(view, 0);
-    ASSERT_TRUE(drawn) << drawn.error();
-    std::vector<uint8_t> pixels(4 * 320 * 200);
-    glReadPixels(0, 0, 320, 200, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
-    // A window may have more bits a colour than 8: each is rounded once more.
-    int farthest = 0;
-    for (int y = 0; y < 200; ++y) {
-        for (int x = 0; x < 320; ++x) {
-            for (int c = 0; c < 3; ++c) {
-                farthest = std::max(farthest, std::abs(pixels[4 * ((199 - y) * 320 + x) + c] -
-                                                       off_screen.pixel(x, y)[c]));
-            }
-        }
-    }
-    EXPECT_LE(farthest, 1);
-    EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
-    EXPECT_FALSE(glIsEnabled(GL_DEPTH_TEST));
 }
 
 }  // namespace

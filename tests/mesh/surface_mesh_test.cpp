@@ -328,8 +328,12 @@ TEST(SurfaceMesh, vertices_have_the_colour_of_their_material) {
     const Mesh mesh = mesh_of(tiles);
     for (size_t v = 0; v < mesh.vertex_count(); ++v) {
         const double z = mesh.positions[3 * v + 2];
-        if (z > 5.6) EXPECT_FLOAT_EQ(mesh.colors[3 * v], 0.1f);
-        if (z < 4.4) EXPECT_FLOAT_EQ(mesh.colors[3 * v], tiles.materials()[0].color[0]);
+        if (z > 5.6) {
+            EXPECT_FLOAT_EQ(mesh.colors[3 * v], 0.1f);
+        }
+        if (z < 4.4) {
+            EXPECT_FLOAT_EQ(mesh.colors[3 * v], tiles.materials()[0].color[0]);
+        }
     }
 }
 

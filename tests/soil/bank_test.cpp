@@ -156,14 +156,20 @@ TEST_P(RandomBanks, fail_as_the_oracle_says) {
                 if (before.at(layout::kPlaneBond, x, y, z) == 0) continue;
                 const bool breaks = after.at(layout::kPlaneBond, x, y, z) == 0;
                 // Heights are good to a hundredth of a voxel.
-                if (z > strong[column] + 0.01) EXPECT_TRUE(breaks) << x << " " << y << " " << z;
-                if (z + 1 < weak[column] - 0.01) EXPECT_FALSE(breaks) << x << " " << y << " " << z;
+                if (z > strong[column] + 0.01) {
+                    EXPECT_TRUE(breaks) << x << " " << y << " " << z;
+                }
+                if (z + 1 < weak[column] - 0.01) {
+                    EXPECT_FALSE(breaks) << x << " " << y << " " << z;
+                }
                 broken += breaks;
             }
         }
     }
     RecordProperty("broken", broken);
-    if (GetParam() == 1) EXPECT_GT(broken, 200) << "too little fails here to test anything";
+    if (GetParam() == 1) {
+        EXPECT_GT(broken, 200) << "too little fails here to test anything";
+    }
     // A plane that has failed does not fail again, and its toe has no flatter one that fails.
     // Planes from lower toes may that pass what has broken.
     StatePlanes last = after;

@@ -4,7 +4,7 @@
 
 #include <numbers>
 
-#include "stage_bench.h"
+#include "stage_scenario.h"
 
 namespace bsoil {
 namespace {
@@ -51,7 +51,9 @@ TEST_P(Contacts, follow_the_oracle) {
             ++state_count;
         }
     }
-    if (GetParam().material_count > 1) EXPECT_GT(state_count, 0);
+    if (GetParam().material_count > 1) {
+        EXPECT_GT(state_count, 0);
+    }
 }
 
 TEST_P(Contacts, have_the_same_bits_on_gl) {

@@ -3,7 +3,7 @@
 
 #include <numbers>
 
-#include "stage_bench.h"
+#include "stage_scenario.h"
 
 namespace bsoil {
 namespace {

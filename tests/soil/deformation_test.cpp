@@ -1,7 +1,7 @@
 // Force application (33) and force propagation (34), (35) against the oracle.
 #include "oracle/deformation.h"
 
-#include "stage_bench.h"
+#include "stage_scenario.h"
 
 namespace bsoil {
 namespace {

@@ -111,7 +111,9 @@ TEST(DeviceTimes, gl_tells_the_kernels_times_when_the_gpu_has_told_them) {
     scene.run(5);
     EXPECT_GT(slip().time_ms, 0);
     for (const PassWork& pass : scene.soil().work_counts().passes) {
-        if (pass.dispatch_count == 0) EXPECT_EQ(pass.time_ms, 0) << pass.name;
+        if (pass.dispatch_count == 0) {
+            EXPECT_EQ(pass.time_ms, 0) << pass.name;
+        }
     }
 }
 

@@ -6,7 +6,7 @@
 
 #include "bsoil/limits.h"
 #include "mesh_solids.h"
-#include "stage_bench.h"
+#include "stage_scenario.h"
 
 namespace bsoil {
 namespace {
@@ -115,7 +115,9 @@ TEST(DistanceLattice, cavities_are_hollow_and_overlapping_parts_one_solid) {
             std::min(box_distance({0.5, 0.2, 0.2}, p), box_distance({0.2, 0.5, 0.2}, p));
         // Edges are rounded by up to a quarter of the spacing of half a voxel.
         constexpr double kEdge = 0.15 * kVoxel;
-        if (std::abs(in_shell) > kEdge) ASSERT_EQ((*shell)->distance_m(p) < 0, in_shell < 0);
+        if (std::abs(in_shell) > kEdge) {
+            ASSERT_EQ((*shell)->distance_m(p) < 0, in_shell < 0);
+        }
         if (std::abs(in_plus) > kEdge) {
             ASSERT_EQ((*plus)->distance_m(p) < 0, in_plus < 0) << p.x << " " << p.y << " " << p.z;
         }

@@ -59,7 +59,9 @@ TEST(GridEdges, bodies_at_every_flank_have_their_contacts_in_the_grid) {
             EXPECT_TRUE(all_in_grid(report, soil->frame())) << nx << " x " << ny;
             contacts += report.contacts.size();
         }
-        if (nx > 4 && ny > 4) EXPECT_GT(contacts, 0u) << nx << " x " << ny;
+        if (nx > 4 && ny > 4) {
+            EXPECT_GT(contacts, 0u) << nx << " x " << ny;
+        }
         EXPECT_EQ(soil->totals().units, units) << nx << " x " << ny;
     }
 }

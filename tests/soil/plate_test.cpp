@@ -61,7 +61,9 @@ TEST_P(Plate, keeps_the_soil_on_its_side) {
             {}});
     };
     ASSERT_TRUE(fill_side(1));
-    if (plate_case.soil_behind) ASSERT_TRUE(fill_side(-1));
+    if (plate_case.soil_behind) {
+        ASSERT_TRUE(fill_side(-1));
+    }
     soil->step(bodies_of(movers));
     const std::array<int64_t, 2> before = sides_of(*soil, movers[0].body);
     ASSERT_EQ(before[1] > 0, plate_case.soil_behind);

@@ -1,7 +1,7 @@
 // Support, advection (21) to (29) and overflow resolution against the oracle.
 #include "oracle/projectile.h"
 
-#include "stage_bench.h"
+#include "stage_scenario.h"
 
 namespace bsoil {
 namespace {

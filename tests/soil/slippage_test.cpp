@@ -2,7 +2,7 @@
 #include "oracle/slippage.h"
 
 #include "soil/slip_table.h"
-#include "stage_bench.h"
+#include "stage_scenario.h"
 
 namespace bsoil {
 namespace {

@@ -1,7 +1,7 @@
 // The multi-level heightfield (Tables 1 to 3) against the oracle.
 #include "oracle/spans.h"
 
-#include "stage_bench.h"
+#include "stage_scenario.h"
 
 namespace bsoil {
 namespace {
