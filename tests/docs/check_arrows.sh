@@ -2,13 +2,7 @@
 # Checks that includes run one way only. Between folders: demos, tests -> bridge -> plugin -> shaders, and within plugin/src
 # soil -> contact -> device. Within bridge/ no file includes one that needs it: a topological order of its headers and sources
 # exists, and none but the top ones includes the top class (bsoil/bullet/soil_action.h). Prints each arrow that runs back up.
-set -uo pipefail
-cd "$(dirname "${BASH_SOURCE[0]}")/../.." || exit 1
-failed=0
-fail() {
-    printf '%s\n' "$*"
-    failed=1
-}
+source "$(dirname "${BASH_SOURCE[0]}")/check.sh"
 
 # not_in FOLDER PATTERN WHY: no file of the folder includes what matches.
 not_in() {

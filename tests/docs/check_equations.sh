@@ -2,14 +2,7 @@
 # Checks the equation index of plugin/README.md: every equation of the thesis that is computed has a row, its number stands in the named file in a comment
 # that speaks of the thesis ("thesis (34)", "thesis (1) to (4)"; further numbers in the same comment count), and the
 # named function is in that file.
-set -uo pipefail
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-cd "$root" || exit 1
-failed=0
-fail() {
-    printf '%s\n' "$*"
-    failed=1
-}
+source "$(dirname "${BASH_SOURCE[0]}")/check.sh"
 
 # Numbers in the comments of a file that speak of the thesis; a comment is a run of comment lines.
 numbers_in() {

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Checks that pages say what wrote their figures: check_figures.sh BUILD_FOLDER. A table with six figures or more in docs/*.md
-# or docs/questions has one of these lines right above it (decisions are dated by their nature and go without):
+# Checks that pages say what wrote their figures: check_figures.sh BUILD_FOLDER. One of these lines stands right above a table
+# with six figures or more, on any page, and above what a page of docs/decisions has measured (there for the table after it too):
 #
 #   <!-- figures: printed by PROGRAM ARGUMENTS... -->   a program of the build prints each row of the table as it stands here:
 #                                                       run here, and compared
@@ -8,41 +8,56 @@
 #   <!-- figures: Suite.test -->                        a test that prints them, or holds them; Suite.* for some of a suite
 #   <!-- figures: from FILE -->                         a file of the tree that they are in
 #   <!-- figures: YYYY-MM-DD, HOW -->                   a measurement made once, and how to make it again
+#   <!-- figures: YYYY-MM-DD -->                        how, the text beside it says
 #
 # Between `<!-- bsoil validate: ... -->` and `<!-- end -->` the command replaces what stands there; experiment.validate holds it.
-set -uo pipefail
-build=$(cd "${1:?usage: check_figures.sh BUILD_FOLDER}" && pwd) || exit 1
-cd "$(dirname "${BASH_SOURCE[0]}")/../.." || exit 1
-failed=0
-fail() {
-    printf '%s\n' "$*"
-    failed=1
-}
+# Pages that a command prints as a whole are compared by tests of their own.
+source "$(dirname "${BASH_SOURCE[0]}")/check.sh"
+build=$(cd "$OLDPWD" && cd "${1:?usage: check_figures.sh BUILD_FOLDER}" && pwd) || exit 1
+printed=(demos/scenes/README.md demos/experiments/README.md)
 
-# Prints "FILE:LINE<tab>MARK" for every table of figures, without a mark where there is none.
-list_tables() {
+# Prints "FILE:LINE<tab>MARK" for every table of figures and everything measured, without a mark where there is none.
+list_figures() {
     awk '
+        function mark_above() { return last ~ /^<!-- figures: .* -->$/ ? substr(last, 15, length(last) - 18) : "" }
         function flush() {
             if (rows > 2 && figures >= 6 && !replaced) printf "%s:%d\t%s\n", FILENAME, first, mark
+            if (rows) measured = ""
             rows = 0
         }
-        FNR == 1 { inside = 0; rows = 0; last = "" }
+        FNR == 1 { inside = 0; rows = 0; last = ""; measured = ""; in_text = 0 }
         /^<!-- bsoil validate: / { inside = 1 }
         /^<!-- end -->/ { inside = 0 }
         /^\|/ {
             if (rows == 0) {
                 first = FNR; figures = 0; replaced = inside
-                mark = last ~ /^<!-- figures: .* -->$/ ? substr(last, 15, length(last) - 18) : ""
+                mark = mark_above()
+                if (mark == "") mark = measured
             }
             if (++rows > 2) {
                 count = split($0, cells, /\|/)
                 for (i = 3; i < count; ++i)
-                    if (cells[i] ~ /^ *[-+*]*[0-9][-0-9., %x]*[*a-zA-Z\/%]* *$/) ++figures
+                    if (cells[i] ~ /^ *[-+*]*[0-9][-0-9., %x\/]*[*a-zA-Z\/%]* *$/) ++figures
             }
+            last = $0
             next
         }
         { flush() }
+        NF && !/^<!--/ && !in_text { # a paragraph begins
+            in_text = 1
+            measured = ""
+            is_measured = FILENAME ~ /^docs\/decisions\// && /^\*\*(Measured|Price)/
+            if (is_measured) { measured = mark_above(); from = FNR; text = "" }
+        }
+        is_measured && NF { text = text " " $0 }
+        !NF {
+            # A figure is a number with its unit or its place behind the point, not the name of a file.
+            gsub(/`[^`]*`|\]\([^)]*\)/, "", text)
+            if (is_measured && text ~ /[0-9]/) printf "%s:%d\t%s\n", FILENAME, from, measured
+            in_text = is_measured = 0
+        }
         NF { last = $0 }
+        END { flush() }
     ' "$1"
 }
 
@@ -65,19 +80,30 @@ compare() {
     done < <(awk -v first="$line" 'FNR > first + 1 { if (!/^\|/) exit; print }' "$file")
 }
 
+# check_source PLACE WORD...: a command of bsoil or a test, if it is one, is there. False where it is neither.
+check_source() {
+    local place=$1 name=${2%[,:]} command=${3-}
+    case $name in
+        bsoil) "$(program_of bsoil)" "${command%[,:]}" --help >/dev/null 2>&1 || fail "$place: no command 'bsoil $command'" ;;
+        [A-Z]*.*) grep -rqE "TEST(_F|_P)?\(${name%%.*}, ${name#*.}" tests || fail "$place: no test $name" ;;
+        *) return 1 ;;
+    esac
+}
+
 count=0
 while IFS=$'\t' read -r place mark; do
     ((++count))
     read -ra words <<<"$mark"
     case $mark in
-        '') fail "$place: a table of figures without <!-- figures: ... --> above it" ;;
+        '') fail "$place: figures without <!-- figures: ... --> above it" ;;
         'printed by '*) compare "${place%:*}" "${place##*:}" "${words[@]:2}" ;;
         'from '*) [[ -f ${words[1]} ]] || fail "$place: no file ${words[1]}" ;;
-        20[0-9][0-9]-[0-9][0-9]-[0-9][0-9],\ *) ;;
-        bsoil\ *) "$(program_of bsoil)" "${words[1]}" --help >/dev/null 2>&1 || fail "$place: no command 'bsoil ${words[1]}'" ;;
-        *.*) grep -rqE "TEST(_F|_P)?\(${words[0]%%.*}, ${words[0]#*.}" tests || fail "$place: no test ${words[0]}" ;;
-        *) fail "$place: what is '$mark'?" ;;
+        20[0-9][0-9]-[0-9][0-9]-[0-9][0-9]) ;;
+        20[0-9][0-9]-[0-9][0-9]-[0-9][0-9],\ *) check_source "$place" "${words[@]:1}" ;;
+        *) check_source "$place" "${words[@]}" || fail "$place: what is '$mark'?" ;;
     esac
-done < <(for page in docs/*.md docs/questions/*.md; do list_tables "$page"; done)
-((count)) || fail "no table of figures found"
+done < <(git ls-files '*.md' | while IFS= read -r page; do
+    [[ " ${printed[*]} " == *" $page "* || $page == third_party_notes/* ]] || list_figures "$page"
+done)
+((count)) || fail "no figures found"
 exit "$failed"

@@ -1,9 +1,7 @@
 #!/usr/bin/env bash
 # Checks that every link between the project's own pages and files leads somewhere, to a heading where it names one, and that
 # README.md links every program that is there to be read.
-set -uo pipefail
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-failed=0
+source "$(dirname "${BASH_SOURCE[0]}")/check.sh"
 
 # The places of a page that a link can name: its headings as GitHub spells them, and anchors put in by hand.
 places() {
@@ -20,14 +18,11 @@ while IFS= read -r page; do
             [[ -z $place || $file != *.md ]] && continue
             grep -qxF -- "${place#\#}" < <(places "$file") && continue
         fi
-        printf '%s: %s is not there\n' "${page#"$root"/}" "$link"
-        failed=1
+        fail "${page#./}: $link is not there"
     done < <(grep -oE '\]\([^) ]+\)' "$page" | sed -E 's/^\]\((.*)\)$/\1/')
-done < <(find "$root" -name '*.md' -not -path '*/build*' -not -path '*/out*' -not -path '*/.git/*')
+done < <(find . -name '*.md' -not -path '*/build*' -not -path '*/out*' -not -path '*/.git/*')
 while IFS= read -r program; do
     [[ $program == */main.cpp ]] && continue # the command bsoil
-    grep -qF "](${program#"$root"/})" "$root/README.md" && continue
-    printf 'README.md does not link %s\n' "${program#"$root"/}"
-    failed=1
-done < <(grep -l '^int main' "$root"/demos/src/*/*.cpp)
+    grep -qF "]($program)" README.md || fail "README.md does not link $program"
+done < <(grep -l '^int main' demos/src/*/*.cpp)
 exit "$failed"

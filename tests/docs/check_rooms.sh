@@ -1,14 +1,9 @@
 #!/usr/bin/env bash
 # Checks that the rooms of demos/src include one another one way only: each the rooms before it, none after it. Host programs
 # show what a host needs: only what reads robots and worlds from files, nothing of scenes.
-set -uo pipefail
-cd "$(dirname "${BASH_SOURCE[0]}")/../../demos/src" || exit 1
+source "$(dirname "${BASH_SOURCE[0]}")/check.sh"
+cd demos/src || exit 1
 rooms=(scene files robots reading world run experiment commands)
-failed=0
-fail() {
-    printf '%s\n' "$*"
-    failed=1
-}
 
 # check ROOM ALLOWED...: what the room's files include of other rooms is allowed.
 check() {

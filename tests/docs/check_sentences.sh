@@ -2,11 +2,9 @@
 # Checks that the pages can be read in a hurry: no sentence of more than 40 words. Code, headings and addresses do not count; a
 # list item and a table's cell end a sentence as a full stop does. Left out are pages that a command prints, the changelog and
 # the longer stories below a decision.
-set -uo pipefail
-cd "$(dirname "${BASH_SOURCE[0]}")/../.." || exit 1
+source "$(dirname "${BASH_SOURCE[0]}")/check.sh"
 most=${1:-40}
 pages=(README.md bridge/README.md plugin/README.md demos/src/README.md tests/*/README.md docs/*.md docs/questions/*.md docs/decisions/*.md)
-failed=0
 for page in "${pages[@]}"; do
     [[ $page == docs/validation.md ]] && continue # mostly printed
     awk -v most="$most" -v page="$page" '
