@@ -175,7 +175,7 @@ void print_table() {
         std::printf("\n");
     }
     for (const auto& [kind, errors] : kinds) {
-        std::printf("| all: %s (%zu) |", kind.c_str(), errors.front().size());
+        std::printf("| **all** %s (%zu) |", kind.c_str(), errors.front().size());
         for (const auto& own : errors) std::printf(" %.1f |", 100 * median(own));
         std::printf("\n");
     }

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# Checks that pages say what wrote their figures: check_figures.sh BUILD_FOLDER. One of these lines stands right above a table
+# Checks that pages say what wrote their figures: check_figures.sh BUILD_FOLDER [--slow]. One of these lines stands right above a table
 # with six figures or more, on any page, and above what a page of docs/decisions has measured (there for the table after it too):
 #
 #   <!-- figures: printed by PROGRAM ARGUMENTS... -->   a program of the build prints each row of the table as it stands here:
 #                                                       run here, and compared
+#   <!-- figures: printed in minutes by PROGRAM... -->  the same with --slow only
 #   <!-- figures: PROGRAM ARGUMENTS... -->              that takes minutes: not run; the program knows the word after its name
 #   <!-- figures: Suite.test -->                        a test that prints them, or holds them; Suite.* for some of a suite
 #   <!-- figures: from FILE -->                         a file of the tree that they are in
@@ -13,7 +14,8 @@
 # Between `<!-- bsoil validate: ... -->` and `<!-- end -->` the command replaces what stands there; experiment.validate holds it.
 # Pages that a command prints as a whole are compared by tests of their own.
 source "$(dirname "${BASH_SOURCE[0]}")/check.sh"
-build=$(cd "$OLDPWD" && cd "${1:?usage: check_figures.sh BUILD_FOLDER}" && pwd) || exit 1
+build=$(cd "$OLDPWD" && cd "${1:?usage: check_figures.sh BUILD_FOLDER [--slow]}" && pwd) || exit 1
+is_slow=${2-}
 printed=(demos/scenes/README.md demos/experiments/README.md)
 
 # Prints "FILE:LINE<tab>MARK" for every table of figures and everything measured, without a mark where there is none.
@@ -63,14 +65,18 @@ list_figures() {
 
 program_of() { find "$build/demos" "$build/tests" -maxdepth 2 -type f -name "$1" -perm -u+x | head -n 1; }
 
+declare -A printed_by
 # compare FILE LINE WORD...: the rows of the table at the line among what the program prints.
 compare() {
     local file=$1 line=$2 program output row
     shift 2
-    program=$(program_of "$1")
-    [[ -n $program ]] || { fail "$file:$line: $1 is not in the build"; return; }
-    output=$("$program" "${@:2}" 2>&1)
-    if grep -q '^\[  SKIPPED \]' <<<"$output"; then
+    if [[ ! ${printed_by[$*]+is_there} ]]; then
+        program=$(program_of "$1")
+        [[ -n $program ]] || { fail "$file:$line: $1 is not in the build"; return; }
+        printed_by[$*]=$("$program" "${@:2}" 2>&1)
+    fi
+    output=${printed_by[$*]}
+    if [[ $output == *'[  SKIPPED ]'* || $output == 'no measured data in '* ]]; then
         printf '%s\n' "$file:$line: '$*' skips what prints them"
         return
     fi
@@ -96,6 +102,8 @@ while IFS=$'\t' read -r place mark; do
     read -ra words <<<"$mark"
     case $mark in
         '') fail "$place: figures without <!-- figures: ... --> above it" ;;
+        'printed in minutes by '*)
+            if [[ $is_slow ]]; then compare "${place%:*}" "${place##*:}" "${words[@]:4}"; fi ;;
         'printed by '*) compare "${place%:*}" "${place##*:}" "${words[@]:2}" ;;
         'from '*) [[ -f ${words[1]} ]] || fail "$place: no file ${words[1]}" ;;
         20[0-9][0-9]-[0-9][0-9]-[0-9][0-9]) ;;

@@ -55,7 +55,7 @@ inline const std::string kBox =
     "<collision><origin xyz=\"0.5 0 0\"/><geometry><box size=\"1 0.1 "
     "0.1\"/></geometry></collision>";
 inline std::string rod(const std::string& name, const std::string& mass = "2") {
-    inline return link(name, inertial(mass) + kBox);
+    return link(name, inertial(mass) + kBox);
 }
 inline std::string joint(const std::string& name, const std::string& type,
                          const std::string& parent, const std::string& child,
@@ -66,6 +66,37 @@ inline std::string joint(const std::string& name, const std::string& type,
 }
 inline const std::string kLimits =
     "<limit lower=\"-1\" upper=\"2\" effort=\"500\" velocity=\"0.5\"/>";
+
+/// An open box (bin), outer size 1 x 1 x 0.6 m, walls and floor 0.1 m thick, open to +z.
+inline std::string bin_obj() {
+    std::string text;
+    const auto corners = [&](double r, double z) {
+        for (const auto& [x, y] : {std::pair{-r, -r}, {r, -r}, {r, r}, {-r, r}}) {
+            text +=
+                "v " + std::to_string(x) + ' ' + std::to_string(y) + ' ' + std::to_string(z) + '\n';
+        }
+    };
+    corners(0.5, 0);    // 1..4
+    corners(0.5, 0.6);  // 5..8
+    corners(0.4, 0.6);  // 9..12
+    corners(0.4, 0.1);  // 13..16
+    text += "f 4 3 2 1\nf 13 14 15 16\n";
+    for (const int low : {1, 5, 9}) {  // outside, rim, inside
+        for (int i = 0; i < 4; ++i) {
+            const int j = (i + 1) % 4;
+            text += "f";
+            for (const int v : {low + i, low + j, low + 4 + j, low + 4 + i}) {
+                text += ' ' + std::to_string(v);
+            }
+            text += '\n';
+        }
+    }
+    return text;
+}
+inline std::string mesh_link(const std::string& file, const std::string& scale = "1 1 1") {
+    return link("bin", inertial("2") + "<collision><geometry><mesh filename=\"" + file +
+                           "\" scale=\"" + scale + "\"/></geometry></collision>");
+}
 
 inline Result<Scene> scene_of(const Folder& folder, const std::string& file,
                               const std::string& scene) {
