@@ -11,6 +11,7 @@
 namespace bsoil::viewer {
 namespace {
 
+constexpr double kFollowShare = 0.05;  ///< of its distance a camera moves before surfaces follow
 constexpr size_t kNotesMost = 40;
 constexpr double kSpeedSmoothing = 0.1;  ///< share of the newest step in the mean speed
 constexpr double kBehindMostS = 0.25;    ///< time that a slow machine does not make up for
@@ -176,11 +177,11 @@ void Simulation::publish() {
         const FieldOverlay overlay(run_->soil(), overlay_);
         if (overlay_changed_) soil_patches_->touch_all();
         const bool colored = overlay_.field != Field::none && overlay_.on_surface;
-        soil_patches_->collect(picture.patches,
+        soil_patches_->collect(picture.patches, colored ? SurfaceDetail{} : detail_,
                                colored ? [&overlay](Mesh& mesh) { overlay.color(mesh); }
                                        : std::function<void(Mesh&)>());
         soil_patches_->collect_grains(picture.grains);
-        if (terrain_patches_) terrain_patches_->collect(picture.patches, {});
+        if (terrain_patches_) terrain_patches_->collect(picture.patches, detail_, {});
         const bool has_slice = overlay_.field != Field::none && overlay_.slice;
         if (has_slice || had_slice_) {
             picture.patches.push_back(
@@ -327,6 +328,16 @@ void Simulation::set_overlay(const OverlayDef& overlay) {
         overlay_changed_ = true;
         overlay_ = overlay;
     });
+}
+
+void Simulation::follow(const render::View& shown) {
+    const SurfaceDetail detail = render::surface_detail(shown);
+    const double sight_m = length(shown.camera.target - shown.camera.eye);
+    const bool has_moved = length(detail.eye_m - asked_detail_.eye_m) > kFollowShare * sight_m ||
+                           detail.cell_angle_rad != asked_detail_.cell_angle_rad;
+    if (!has_moved) return;
+    asked_detail_ = detail;
+    post([this, detail] { detail_ = detail; });
 }
 
 void Simulation::set_debug_mode(int mode) {

@@ -45,6 +45,9 @@ class Simulation {
     /// By number of the joint; none: the scene's own motions.
     void set_lever(int joint, std::optional<double> velocity);
     void set_overlay(const OverlayDef& overlay);
+    /// The level of detail of surfaces follows what is shown, when the camera has moved enough to
+    /// matter. Surfaces with a field on them are at full detail.
+    void follow(const render::View& shown);
     /// Bits of btIDebugDraw::DebugDrawModes; 0: no lines.
     void set_debug_mode(int mode);
     /// Friction and adhesion between the soil and all bodies; negative: as the scene has them.
@@ -83,6 +86,7 @@ class Simulation {
     std::unique_ptr<Hand> hand_;
     double hand_distance_m_ = 1;  ///< from the eye
     std::vector<std::optional<double>> levers_;
+    SurfaceDetail detail_;
     OverlayDef overlay_;
     bool overlay_changed_ = false, had_slice_ = false;
     SurfaceFriction tool_surface_;
@@ -94,6 +98,8 @@ class Simulation {
     double step_ms_ = 0, soil_ms_ = 0, mesh_ms_ = 0, steps_per_s_ = 0;
     double due_s_ = 0;  ///< of the wall clock: when the next step is to begin
     int steps_asked_ = 0;
+
+    SurfaceDetail asked_detail_;  ///< of the window's thread
 
     // Shared.
     mutable std::mutex mutex_;

@@ -22,9 +22,9 @@ SurfacePatches::SurfacePatches(const TileSource& source, SurfaceKind kind)
 
 void SurfacePatches::touch_all() { std::fill(revision_sums_.begin(), revision_sums_.end(), 0); }
 
-void SurfacePatches::collect(std::vector<SurfacePatch>& patches,
+void SurfacePatches::collect(std::vector<SurfacePatch>& patches, const SurfaceDetail& detail,
                              const std::function<void(Mesh&)>& color) {
-    mesher_.update();
+    mesher_.update(detail);
     for (int p = 0; p < count_x_ * count_y_; ++p) {
         const int tx0 = p % count_x_ * kSide, ty0 = p / count_x_ * kSide;
         const int tx1 = std::min(tx0 + kSide, mesher_.tile_count_x());

@@ -12,7 +12,8 @@ class SurfacePatches {
   public:
     SurfacePatches(const TileSource& source, SurfaceKind kind);
     /// Meshes what has changed and adds the patches concerned; `color` is called for each.
-    void collect(std::vector<SurfacePatch>& patches, const std::function<void(Mesh&)>& color);
+    void collect(std::vector<SurfacePatch>& patches, const SurfaceDetail& detail,
+                 const std::function<void(Mesh&)>& color);
     /// The loose soil of the last collect().
     void collect_grains(std::vector<render::GrainGroup>& grains) const {
         render::append_grains(mesher_, grains);

@@ -422,7 +422,9 @@ void Viewer::draw() {
     must_draw_ |= !cache_->has_size(width, height);
     if (must_draw_) {
         cache_->resize(width, height);
-        const Status drawn = renderer_->draw(view(), cache_->framebuffer());
+        const render::View shown = view();
+        simulation_->follow(shown);
+        const Status drawn = renderer_->draw(shown, cache_->framebuffer());
         if (!drawn) state_.status.conditions.push_back(drawn.error());
         state_.pass_times = renderer_->pass_times();
         must_draw_ = false;

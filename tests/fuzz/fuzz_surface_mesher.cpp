@@ -14,6 +14,8 @@ void fuzz_surface_mesher(Bytes bytes) {
     if (choices.flag()) def.layer = SurfaceMeshDef::Layer::terrain;
     SurfaceMesher mesher(tiles, def);
     Mesh mesh;
+    std::vector<uint8_t> levels(
+        static_cast<size_t>(mesher.tile_count_x()) * static_cast<size_t>(mesher.tile_count_y()), 0);
     for (int round = 0; round < 3; ++round) {
         for (int i = 0; i < 20 && !choices.at_end(); ++i) {
             const int x = choices.below(nx), y = choices.below(ny);
@@ -27,7 +29,10 @@ void fuzz_surface_mesher(Bytes bytes) {
             }
             tiles.touch(x, y);
         }
-        mesher.update();
+        for (uint8_t& level : levels) {
+            level = static_cast<uint8_t>(choices.below(SurfaceMesher::kLevelMost + 1));
+        }
+        mesher.update(levels);
         mesher.gather(mesh);
         require(test::open_edge_count(mesh) == 0, "the surface is open");
         for (const auto* list : {&mesh.positions, &mesh.normals, &mesh.colors}) {
@@ -35,7 +40,7 @@ void fuzz_surface_mesher(Bytes bytes) {
         }
     }
     SurfaceMesher fresh(tiles, def);
-    fresh.update();
+    fresh.update(levels);
     Mesh whole;
     fresh.gather(whole);
     require(whole.positions == mesh.positions && whole.indices == mesh.indices,

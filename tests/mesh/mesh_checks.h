@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 #include <utility>
 #include <vector>
 
@@ -22,25 +21,46 @@ inline Vec3 normal(const Mesh& mesh, size_t v) {
 /// Vertices count as one where `place` puts them together.
 template <typename Place>
 int open_edge_count(const Mesh& mesh, Place place) {
-    std::map<std::array<float, 3>, int> places;
-    std::vector<int> place_of(mesh.vertex_count());
-    for (size_t v = 0; v < mesh.vertex_count(); ++v) {
+    struct Corner {
+        std::array<float, 3> at;
+        int vertex;
+    };
+    std::vector<Corner> corners(mesh.vertex_count());
+    for (size_t v = 0; v < corners.size(); ++v) {
         const float* p = &mesh.positions[3 * v];
-        place_of[v] = places
-                          .try_emplace({place(p[0]), place(p[1]), place(p[2])},
-                                       static_cast<int>(places.size()))
-                          .first->second;
+        corners[v] = {{place(p[0]), place(p[1]), place(p[2])}, static_cast<int>(v)};
     }
-    std::map<std::pair<int, int>, int> balance;
+    std::sort(corners.begin(), corners.end(),
+              [](const Corner& a, const Corner& b) { return a.at < b.at; });
+    std::vector<int> place_of(corners.size());
+    for (size_t c = 0, first = 0; c < corners.size(); ++c) {
+        if (corners[c].at != corners[first].at) first = c;
+        place_of[corners[c].vertex] = static_cast<int>(first);
+    }
+    struct Edge {
+        int low, high, direction;
+    };
+    std::vector<Edge> edges;
+    edges.reserve(mesh.indices.size());
     for (size_t t = 0; t < mesh.triangle_count(); ++t) {
         for (size_t k = 0; k < 3; ++k) {
             const int a = place_of[mesh.indices[3 * t + k]];
             const int b = place_of[mesh.indices[3 * t + (k + 1) % 3]];
-            if (a != b) balance[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
+            if (a != b) edges.push_back({std::min(a, b), std::max(a, b), a < b ? 1 : -1});
         }
     }
+    std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
+        return std::pair(a.low, a.high) < std::pair(b.low, b.high);
+    });
     int open = 0;
-    for (const auto& [edge, count] : balance) open += count != 0;
+    for (size_t e = 0; e < edges.size();) {
+        const Edge& first = edges[e];
+        int balance = 0;
+        for (; e < edges.size() && edges[e].low == first.low && edges[e].high == first.high; ++e) {
+            balance += edges[e].direction;
+        }
+        open += balance != 0;
+    }
     return open;
 }
 

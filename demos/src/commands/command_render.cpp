@@ -121,12 +121,13 @@ int render(RenderArguments& arguments) {
     if (!renderer) return Moment::fail("no pictures: " + renderer.error());
     scene::ScenePicture picture(run, **renderer);  // before the moment: a camera that follows
     if (const int gone = arguments.moment.go(); gone != kPassed) return gone;
-    render::View view = picture.view();
-    view.width = arguments.width;
-    view.height = arguments.height;
-    const auto vector = [](const std::vector<double>& v) { return Vec3{v[0], v[1], v[2]}; };
-    if (!arguments.eye.empty()) view.camera.eye = vector(arguments.eye);
-    if (!arguments.target.empty()) view.camera.target = vector(arguments.target);
+    const render::View view = picture.view([&arguments](render::View& made) {
+        const auto vector = [](const std::vector<double>& v) { return Vec3{v[0], v[1], v[2]}; };
+        made.width = arguments.width;
+        made.height = arguments.height;
+        if (!arguments.eye.empty()) made.camera.eye = vector(arguments.eye);
+        if (!arguments.target.empty()) made.camera.target = vector(arguments.target);
+    });
     std::vector<Status> written;
     if (!arguments.picture.empty()) {
         const auto image = (*renderer)->render(view);

@@ -40,6 +40,8 @@ Result<nlohmann::ordered_json> time_pictures(scene::SceneRun& run, int count) {
         std::vector<double> ms;
     };
     Part mesh{"mesh and upload", {}}, whole{"picture", {}}, cpu{"processor time of it", {}};
+    std::vector<double> triangles, built;
+    scene::ScenePicture::SurfaceCounts counts;
     Part shadow{"shadow map", {}}, surface{"surface", {}}, occlusion{"occlusion", {}},
         light{"light", {}}, finish{"finish", {}};
     for (int i = 0; i < count; ++i) {
@@ -47,6 +49,9 @@ Result<nlohmann::ordered_json> time_pictures(scene::SceneRun& run, int count) {
         const Clock::time_point meshed_from = Clock::now();
         const render::View view = picture.view();
         mesh.ms.push_back(ms_since(meshed_from));
+        counts = picture.surface_counts();
+        triangles.push_back(static_cast<double>(counts.triangle_count));
+        built.push_back(counts.tile_built_count);
         const Clock::time_point start = Clock::now();
         const std::clock_t cpu_start = std::clock();
         if (const auto image = (*renderer)->render(view); !image) return Error{image.error()};
@@ -66,7 +71,14 @@ Result<nlohmann::ordered_json> time_pictures(scene::SceneRun& run, int count) {
         json["ms"][part->name] = median(part->ms);
         fmt::print("{} {} {:.1f} ms", part == &mesh ? "" : ",", part->name, median(part->ms));
     }
-    fmt::print("\n");
+    json["triangles"] = median(triangles);
+    json["tiles meshed"] = median(built);
+    json["tiles"] = counts.tile_count;
+    json["tiles not at full detail"] = counts.tile_coarse_count;
+    fmt::print(
+        "\n  {:.0f} triangles; {:.0f} of {} tiles meshed for a picture; {} are not at full "
+        "detail\n",
+        median(triangles), median(built), counts.tile_count, counts.tile_coarse_count);
     return json;
 }
 

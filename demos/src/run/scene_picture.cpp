@@ -15,10 +15,18 @@ struct SurfaceLayer {
     SurfaceLayer(const SoilTiles& tiles, const SurfaceMeshDef& def, render::Renderer& renderer,
                  float grain_m)
         : mesher(tiles, def), items(renderer, mesher, grain_m) {}
-    void append_to(std::vector<render::Item>& list) {
-        mesher.update();
+    void append_to(render::View& view, ScenePicture::SurfaceCounts& counts) {
+        const SurfaceMeshReport report = mesher.update(render::surface_detail(view));
         items.update();
-        items.append_to(list);
+        items.append_to(view.items);
+        counts.tile_coarse_count += report.tile_coarse_count;
+        counts.tile_built_count += report.tile_built_count;
+        for (int ty = 0; ty < mesher.tile_count_y(); ++ty) {
+            for (int tx = 0; tx < mesher.tile_count_x(); ++tx) {
+                ++counts.tile_count;
+                counts.triangle_count += mesher.tile_mesh(tx, ty).triangle_count();
+            }
+        }
     }
 };
 
@@ -30,6 +38,7 @@ struct ScenePicture::Impl {
     std::optional<SurfaceLayer> soil, terrain;
     std::vector<render::MeshId> bodies;  // in the order of the run's bodies
     render::View view;
+    SurfaceCounts counts;
     Vec3 followed_from_m;
 
     explicit Impl(const SceneRun& shown) : run(shown) {}
@@ -63,19 +72,28 @@ ScenePicture::ScenePicture(const SceneRun& run, render::Renderer& renderer)
 
 ScenePicture::~ScenePicture() = default;
 
-render::View ScenePicture::view() {
+ScenePicture::SurfaceCounts ScenePicture::surface_counts() const { return impl_->counts; }
+
+render::View ScenePicture::view(const std::function<void(render::View&)>& adjust) {
     Impl& m = *impl_;
     render::View view = m.view;
+    if (!m.run.scene().camera.follow.empty()) {
+        const Vec3 way = m.followed_m() - m.followed_from_m;
+        view.camera.eye += way;
+        view.camera.target += way;
+    }
+    if (adjust) adjust(view);
+    m.counts = {};
     const auto label_from = [&view](size_t first, uint32_t label) {
         for (size_t i = first; i < view.items.size(); ++i) view.items[i].label = label;
     };
-    if (m.soil) m.soil->append_to(view.items);
+    if (m.soil) m.soil->append_to(view, m.counts);
     label_from(0, kSoilLabel);
     if (m.soil) render::append_grains(m.soil->mesher, view.grains);
     view.grain_label = kSoilLabel;
     view.time_s = m.run.time_s();
     const size_t soil_count = view.items.size();
-    if (m.terrain) m.terrain->append_to(view.items);
+    if (m.terrain) m.terrain->append_to(view, m.counts);
     label_from(soil_count, kTerrainLabel);
     for (size_t b = 0; b < m.bodies.size(); ++b) {
         render::Item item;
@@ -84,11 +102,6 @@ render::View ScenePicture::view() {
         item.gloss = kBodyGloss;
         item.label = kFirstBodyLabel + static_cast<uint32_t>(b);
         view.items.push_back(item);
-    }
-    if (!m.run.scene().camera.follow.empty()) {
-        const Vec3 way = m.followed_m() - m.followed_from_m;
-        view.camera.eye += way;
-        view.camera.target += way;
     }
     return view;
 }

@@ -1,6 +1,7 @@
 /// A run as a view of the renderer: soil, terrain and bodies as they are now.
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include "bsoil/render/renderer.h"
@@ -19,8 +20,17 @@ class ScenePicture {
     ScenePicture(const ScenePicture&) = delete;
     ScenePicture& operator=(const ScenePicture&) = delete;
 
-    /// What there is now, by the scene's camera. Meshes and uploads what has changed.
-    render::View view();
+    /// What there is now, by the scene's camera. `adjust` may set camera and size of the picture:
+    /// the surfaces' level of detail follows them. Meshes and uploads what has changed.
+    render::View view(const std::function<void(render::View&)>& adjust = {});
+
+    /// Of the surfaces of the last view().
+    struct SurfaceCounts {
+        int tile_count = 0, tile_coarse_count = 0;
+        int tile_built_count = 0;  ///< meshed for this view
+        size_t triangle_count = 0;
+    };
+    SurfaceCounts surface_counts() const;
 
   private:
     struct Impl;

@@ -95,10 +95,22 @@ struct LooseVoxel {
     uint32_t seed = 0;             ///< the voxel's, the same whenever it holds loose soil
 };
 
+/// How coarse the mesh may be, by how far it is from the eye: cells are 1, 2, 4 or 8 voxels wide.
+/// By default all have one voxel.
+struct SurfaceDetail {
+    Vec3 eye_m;  ///< world
+    /// The eye sees a wider cell under no more than this angle [rad]; 0: does not matter.
+    double cell_angle_rad = 0;
+    /// Or it sees how far the surface then is off by no more than this angle [rad]; negative: does
+    /// not matter. Ground where nothing happens is coarse by this, however near.
+    double error_angle_rad = -1;
+};
+
 /// What one update() did.
 struct SurfaceMeshReport {
-    int tile_read_count = 0;   ///< tiles whose revision had changed
-    int tile_built_count = 0;  ///< tiles meshed anew: those that did change, and their neighbours
+    int tile_read_count = 0;    ///< tiles whose revision had changed
+    int tile_built_count = 0;   ///< tiles meshed anew: those that did change, and their neighbours
+    int tile_coarse_count = 0;  ///< tiles that are not at full detail
 };
 
 /// Marching cubes at isovalue 0.5 over a display field that makes planes of planar slopes, tile by
@@ -109,6 +121,10 @@ struct SurfaceMeshReport {
 /// the surface is the straight line through their tops (the remedy the thesis asks for in 5.3.2).
 /// Where tops differ by several voxels the surface stands upright half way between the columns
 /// instead. At the grid's sides and floor the soil is cut by exact planes.
+///
+/// A tile has a level of detail: its cells are 1, 2, 4 or 8 voxels wide. Tiles that touch are at
+/// most one level apart, and where they are the cells of the coarser one take over the finer faces,
+/// so the mesh stays closed.
 class SurfaceMesher {
   public:
     /// The source must outlive the mesher.
@@ -116,8 +132,20 @@ class SurfaceMesher {
     ~SurfaceMesher();
 
     /// Meshes again the tiles that changed since the last call, and their neighbours. After warm-up
-    /// it allocates nothing as long as the meshes do not grow.
+    /// it allocates nothing as long as the meshes do not grow. Tiles keep their level of detail,
+    /// which is full at first.
     SurfaceMeshReport update();
+    /// Likewise; each tile gets the level that its distance allows. Near the distance where that
+    /// changes a tile keeps the one it has, so that an eye that trembles changes nothing.
+    SurfaceMeshReport update(const SurfaceDetail& detail);
+    /// Likewise, with the levels that are asked for, 0..kLevelMost, ty * tile_count_x() + tx;
+    /// lowered where tiles that touch would be more than one apart.
+    SurfaceMeshReport update(std::span<const uint8_t> levels);
+
+    /// The coarsest level: one cell a tile.
+    static constexpr int kLevelMost = 3;
+    /// The level of a tile's mesh, as of the last update(): its cells are 2^level voxels wide.
+    int tile_level(int tx, int ty) const;
 
     int tile_count_x() const;  ///< tiles of 8 columns along grid x
     int tile_count_y() const;  ///< and along grid y

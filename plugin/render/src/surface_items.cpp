@@ -1,13 +1,23 @@
 #include <algorithm>
+#include <cmath>
 
 #include "bsoil/render/renderer.h"
 
 namespace bsoil::render {
 namespace {
 
+/// A coarse cell is no wider, unless its surface is off by no more than the second. That is little,
+/// because shading shows slopes long before outlines show heights.
+constexpr double kCellPixels = 3, kErrorPixels = 0.1;
+
 int patch_count(int tile_count, int side) { return (tile_count + side - 1) / side; }
 
 }  // namespace
+
+SurfaceDetail surface_detail(const View& view) {
+    const double pixel_rad = 2 * std::tan(view.camera.fov_rad / 2) / std::max(1, view.height);
+    return {view.camera.eye, kCellPixels * pixel_rad, kErrorPixels * pixel_rad};
+}
 
 SurfaceItems::SurfaceItems(Renderer& renderer, const SurfaceMesher& mesher, float grain_m)
     : renderer_(renderer),

@@ -40,7 +40,8 @@ Run bounds_of(const ColumnView& column, int first, int last) {
     const float above = std::min(1.0f, column.soil_at(last + 1));
     if (column.supported(first)) {
         // Full voxels, then a partial one. While soil moves the last two may both be partial.
-        run.bottom = first == 0 ? kOnFloor : static_cast<float>(first) - kOverlap;
+        run.on_solid = first > 0;
+        run.bottom = run.on_solid ? static_cast<float>(first) - kOverlap : kOnFloor;
         run.top = static_cast<float>(last) + column.fill_at(last) + above;
         if (last > first) run.top -= 1.0f - column.fill_at(last - 1);
         return run;

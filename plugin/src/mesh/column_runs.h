@@ -18,8 +18,9 @@ inline constexpr float kOnFloor = -1e9f;
 struct Run {
     float bottom = 0, top = 0;
     uint8_t material = 0;  ///< at its top
-    bool in_solid =
-        false;  ///< continues soil of a neighbouring column inside terrain: never visible
+    /// Continues soil of a neighbouring column inside terrain: never visible.
+    bool in_solid = false;
+    bool on_solid = false;  ///< lies on terrain or a body, and dives into it
     friend bool operator==(const Run&, const Run&) = default;
 };
 

@@ -7,83 +7,88 @@
 namespace bsoil::mesh {
 namespace {
 
-constexpr float kReach = 6.0f;  ///< the field is linear this far from a surface [voxels]
-/// Up to the first height difference [voxels] neighbouring tops are joined by a straight line, from
-/// the second on by an upright wall half way. 2.5 is 68 degrees: steeper than any slope at rest.
+constexpr float kReach = 6.0f;  ///< the field is linear this far from a surface [samples]
+/// Up to the first height difference a voxel aside tops are joined by a straight line, from the
+/// second on by an upright wall half way. 2.5 is 68 degrees: steeper than any slope at rest.
 constexpr float kSlopeMax = 2.5f, kWallMin = 5.0f;
-constexpr float kNormalReach = 2.0f;  ///< beyond this a height difference tilts normals no more
+/// Beyond this a height difference [samples] tilts normals no more.
+constexpr float kNormalReach = 2.0f;
 constexpr float kBelowSolid = 0.5f;   ///< soil hidden in terrain stays this deep below its surface
-constexpr float kHiddenDepth = 2.0f;  ///< and is this thick
+constexpr float kHiddenDepth = 2.0f;  ///< and is this thick [samples]
 constexpr float kHiddenEdge = 0.05f;  ///< where it ends between two samples, so as not to peep out
 constexpr float kSheetStep = 3.0f;  ///< tops further apart are not one surface at the grid's sides
+/// Soil on a support dives into it by this many voxels for each voxel between samples, so that a
+/// sample of a coarse level lies in it, however thin it is.
+constexpr float kDive = 2.0f;
 
 }  // namespace
 
-float DisplayField::position(int axis, int i) const {
-    const auto end = static_cast<float>(size_[axis]);
-    return std::clamp(static_cast<float>(i) + 0.5f, 0.0f, end);
-}
-
-void DisplayField::build(const GridColumns& grid, int tx, int ty) {
-    std::copy(std::begin(grid.size), std::end(grid.size), size_);
+void DisplayField::build(const GridColumns& grid, const TileLevels& levels, int level, int tx,
+                         int ty) {
+    level_ = level;
+    for (int axis = 0; axis < 3; ++axis) lattice_[axis] = {grid.size[axis], 1 << level};
     word_count_ = (sample_count_z() + 63) / 64;
     runs_.clear();
     columns_.fill({});
     bits_.assign(static_cast<size_t>(kWindow * kWindow * word_count_), 0);
-    const int tile[2] = {tx, ty};
-    int first[2], last[2];  // real columns of the window
+    const int tile[2] = {tx, ty}, side = TileLevels::cells_of(level);
+    int first[2], last[2];  // samples of the window that are not empty
     for (int axis = 0; axis < 2; ++axis) {
-        const int begin = tile[axis] * kTileSide;
-        const bool last_tile = tile[axis] + 1 == grid.tile_count[axis];
+        const int begin = tile[axis] * side, count = lattice_[axis].count();
+        const bool is_last = tile[axis] + 1 == grid.tile_count[axis];
         origin_[axis] = begin - 2;
         cell_first_[axis] = begin == 0 ? -2 : begin;
-        cell_last_[axis] = last_tile ? size_[axis] : begin + kTileSide - 1;
-        first[axis] = std::max(0, begin - 1);
-        last[axis] = std::min(size_[axis] - 1, origin_[axis] + kWindow - 1);
+        cell_last_[axis] = is_last ? count : begin + side - 1;
+        // A side that the window ends just short of is the next tile's: nothing here reads beyond.
+        first[axis] = begin - 1;
+        last[axis] = std::min(begin + side + 1, count);
     }
     for (int j = first[1]; j <= last[1]; ++j) {
         for (int i = first[0]; i <= last[0]; ++i) {
-            take_column(grid, i, j);
-            continue_into_solid(grid, i, j);
+            columns_[column_index(i, j)] =
+                make_column(grid, levels, lattice_[0].voxel(i), lattice_[1].voxel(j));
             set_bits(i, j);
         }
     }
-    // Beyond the sides along x, then along y with the columns just made, which gives the corners.
-    const int nx = size_[0], ny = size_[1];
-    const bool at_begin[2] = {tx == 0, ty == 0};
-    // A side that the window ends just short of is the next tile's: nothing here reads beyond it.
-    const bool at_end[2] = {nx < origin_[0] + kWindow, ny < origin_[1] + kWindow};
-    for (int j = first[1]; j <= last[1]; ++j) {
-        const int low[2] = {0, j}, low_next[2] = {std::min(1, nx - 1), j};
-        const int high[2] = {nx - 1, j}, high_next[2] = {std::max(0, nx - 2), j};
-        if (at_begin[0]) continue_beyond(-1, j, low, low_next);
-        if (at_end[0]) continue_beyond(nx, j, high, high_next);
-    }
-    const int wide_first = at_begin[0] ? -1 : first[0], wide_last = at_end[0] ? nx : last[0];
-    for (int i = wide_first; i <= wide_last; ++i) {
-        const int low[2] = {i, 0}, low_next[2] = {i, std::min(1, ny - 1)};
-        const int high[2] = {i, ny - 1}, high_next[2] = {i, std::max(0, ny - 2)};
-        if (at_begin[1]) continue_beyond(i, -1, low, low_next);
-        if (at_end[1]) continue_beyond(i, ny, high, high_next);
-    }
 }
 
-void DisplayField::take_column(const GridColumns& grid, int i, int j) {
-    const TileColumns& tile = grid.tiles[(j / kTileSide) * grid.tile_count[0] + i / kTileSide];
-    const int c = (j % kTileSide) * kTileSide + i % kTileSide;
-    Column& column = columns_[column_index(i, j)];
+/// The column of voxels (x, y), the same whichever tile asks. Beyond a side of the grid, half a
+/// voxel further on: the straight continuation of the two columns before it. At an edge of the grid
+/// first along x, then along y.
+DisplayField::Column DisplayField::make_column(const GridColumns& grid, const TileLevels& levels,
+                                               int x, int y) {
+    const int nx = grid.size[0], ny = grid.size[1];
+    const auto before = [](int at, int size) {
+        return at < 0 ? std::min(1, size - 1) : std::max(0, size - 2);
+    };
+    if (y < 0 || y == ny) {
+        const Column last = make_column(grid, levels, x, std::clamp(y, 0, ny - 1));
+        return continued(last, make_column(grid, levels, x, before(y, ny)));
+    }
+    if (x < 0 || x == nx) {
+        const Column last = make_column(grid, levels, std::clamp(x, 0, nx - 1), y);
+        return continued(last, make_column(grid, levels, before(x, nx), y));
+    }
+    const TileColumns& tile = grid.tiles[(y / kTileSide) * grid.tile_count[0] + x / kTileSide];
+    const int c = (y % kTileSide) * kTileSide + x % kTileSide;
+    const int spacing = 1 << levels.finest_at(x, y);
+    Column column;
     column.solids = tile.solids.column(c);
     column.layers = tile.layers.column(c);
-    const std::span<const Run> source = tile.runs.column(c);
     column.run_begin = static_cast<uint32_t>(runs_.size());
-    runs_.insert(runs_.end(), source.begin(), source.end());
+    for (Run run : tile.runs.column(c)) {
+        if (run.on_solid) run.bottom -= kDive * static_cast<float>(spacing - 1);
+        runs_.push_back(run);
+    }
     column.run_end = static_cast<uint32_t>(runs_.size());
+    continue_into_solid(grid, x, y, spacing, column);
+    return column;
 }
 
-void DisplayField::continue_into_solid(const GridColumns& grid, int i, int j) {
-    // Where soil ends at terrain its surface goes on for one column inside the terrain, so that the
-    // two surfaces cross each other instead of leaving a crack.
-    Column& column = columns_[column_index(i, j)];
+/// Where soil ends at terrain its surface goes on for one sample inside the terrain, so that the
+/// two surfaces cross each other instead of leaving a crack.
+void DisplayField::continue_into_solid(const GridColumns& grid, int x, int y, int spacing,
+                                       Column& column) {
     for (const SolidRun& solid : column.solids) {
         const std::span<const Run> own{runs_.data() + column.run_begin,
                                        column.run_end - column.run_begin};
@@ -94,11 +99,12 @@ void DisplayField::continue_into_solid(const GridColumns& grid, int i, int j) {
         float top_sum = 0;
         int top_count = 0;
         uint8_t soil_material = 0;
-        for (int y = std::max(0, j - 1); y <= std::min(size_[1] - 1, j + 1); ++y) {
-            for (int x = std::max(0, i - 1); x <= std::min(size_[0] - 1, i + 1); ++x) {
+        for (int v = y - spacing; v <= y + spacing; v += spacing) {
+            for (int u = x - spacing; u <= x + spacing; u += spacing) {
+                if (u < 0 || u >= grid.size[0] || v < 0 || v >= grid.size[1]) continue;
                 const TileColumns& tile =
-                    grid.tiles[(y / kTileSide) * grid.tile_count[0] + x / kTileSide];
-                const int c = (y % kTileSide) * kTileSide + x % kTileSide;
+                    grid.tiles[(v / kTileSide) * grid.tile_count[0] + u / kTileSide];
+                const int c = (v % kTileSide) * kTileSide + u % kTileSide;
                 for (const Run& run : tile.runs.column(c)) {
                     if (run.top <= solid.bottom || run.bottom >= solid.top) continue;
                     top_sum += run.top;
@@ -110,22 +116,21 @@ void DisplayField::continue_into_solid(const GridColumns& grid, int i, int j) {
         if (top_count == 0) continue;
         const float top =
             std::min(solid.top - kBelowSolid, top_sum / static_cast<float>(top_count));
-        const float bottom = std::max(solid.bottom, top - kHiddenDepth);
+        const float depth = kHiddenDepth * static_cast<float>(spacing);
+        const float bottom = std::max(solid.bottom, top - depth);
         if (top <= bottom) continue;
         runs_.push_back({bottom, top, soil_material, true});
         column.run_end = static_cast<uint32_t>(runs_.size());
     }
 }
 
-void DisplayField::continue_beyond(int i, int j, const int last[2], const int before[2]) {
-    // Half a voxel further on, on the grid's side: the straight continuation of each surface.
-    Column& column = columns_[column_index(i, j)];
-    const Column& source = columns_[column_index(last[0], last[1])];
-    column = source;
+DisplayField::Column DisplayField::continued(const Column& last, const Column& before) {
+    Column column = last;
     column.run_begin = static_cast<uint32_t>(runs_.size());
-    for (uint32_t r = source.run_begin; r < source.run_end; ++r) {
+    for (uint32_t r = last.run_begin; r < last.run_end; ++r) {
         Run run = runs_[r];
-        for (const Run& inner : runs(before[0], before[1])) {
+        for (uint32_t b = before.run_begin; b < before.run_end; ++b) {
+            const Run inner = runs_[b];
             if (std::abs(inner.top - run.top) > kSheetStep) continue;
             run.top += 0.5f * (run.top - inner.top);
             if (run.bottom != kOnFloor && std::abs(inner.bottom - run.bottom) <= kSheetStep) {
@@ -133,20 +138,23 @@ void DisplayField::continue_beyond(int i, int j, const int last[2], const int be
             }
             break;
         }
-        run.top = std::min(run.top, static_cast<float>(size_[2]));
+        run.top = std::min(run.top, static_cast<float>(lattice_[2].size));
         if (run.top > run.bottom) runs_.push_back(run);
     }
     column.run_end = static_cast<uint32_t>(runs_.size());
-    set_bits(i, j);
+    return column;
 }
 
 void DisplayField::set_bits(int i, int j) {
     uint64_t* bits = &bits_[column_index(i, j) * word_count_];
+    const auto spacing = static_cast<float>(lattice_[2].spacing);
     for (const Run& run : runs(i, j)) {
-        // Sample k is inside where bottom <= height < top; sample -1 lies on the floor.
-        int first = run.bottom <= 0 ? -1 : static_cast<int>(std::ceil(run.bottom - 0.5f));
-        int last = run.top <= 0 ? -2 : static_cast<int>(std::ceil(run.top - 1.5f));
-        last = std::min(last, size_[2] - 1);
+        // Sample k is inside where bottom <= height < top; sample -1 lies on the floor. Divisions
+        // by a power of two are exact.
+        int first =
+            run.bottom <= 0 ? -1 : static_cast<int>(std::ceil((run.bottom - 0.5f) / spacing));
+        int last = run.top <= 0 ? -2 : static_cast<int>(std::ceil((run.top - 0.5f) / spacing)) - 1;
+        last = std::min(last, lattice_[2].count() - 1);
         for (int q = first + 2; q <= last + 2; q = (q / 64 + 1) * 64) {
             const int count = std::min(last + 2, q | 63) - q + 1;
             bits[q / 64] |= (~uint64_t{0} >> (64 - count)) << (q % 64);
@@ -162,12 +170,12 @@ const Run* DisplayField::run_at(int i, int j, float z) const {
     return found;
 }
 
-float DisplayField::distance(int i, int j, float z) const {
-    float result = std::max(-kReach, -z);  // soil thins out towards the floor, not towards nothing
+float DisplayField::distance(int i, int j, float z, float reach) const {
+    float result = std::max(-reach, -z);  // soil thins out towards the floor, not towards nothing
     for (const Run& run : runs(i, j)) {
         result = std::max(result, std::min(run.top - z, z - run.bottom));
     }
-    return std::min(result, kReach);
+    return std::min(result, reach);
 }
 
 float DisplayField::crossing_up(int i, int j, int q) const {
@@ -178,7 +186,8 @@ float DisplayField::crossing_up(int i, int j, int q) const {
     return std::clamp(top ? run->top : run->bottom, low, high);
 }
 
-float DisplayField::crossing_aside(const int inside[2], const int outside[2], float z) const {
+float DisplayField::crossing_aside(const int inside[2], const int outside[2], float length,
+                                   float z) const {
     const Run* run = run_at(inside[0], inside[1], z);
     if (run && run->in_solid) {
         const auto& solids = columns_[column_index(outside[0], outside[1])].solids;
@@ -187,17 +196,19 @@ float DisplayField::crossing_aside(const int inside[2], const int outside[2], fl
         });
         return hidden ? 0.5f : kHiddenEdge;
     }
-    const float here = distance(inside[0], inside[1], z);
-    const float there = distance(outside[0], outside[1], z);
+    const float scale = std::max(1.0f, length);  // at a side of the grid samples lie closer
+    const float here = distance(inside[0], inside[1], z, kReach * scale);
+    const float there = distance(outside[0], outside[1], z, kReach * scale);
     const float difference = here - there;
     if (difference <= 0) return 0.5f;
     const float linear = here / difference;  // thesis (11)
-    const float wall = std::clamp((difference - kSlopeMax) / (kWallMin - kSlopeMax), 0.0f, 1.0f);
+    const float wall =
+        std::clamp((difference / scale - kSlopeMax) / (kWallMin - kSlopeMax), 0.0f, 1.0f);
     return linear + wall * (0.5f - linear);
 }
 
 float DisplayField::limited(int i, int j, float z) const {
-    return std::clamp(distance(i, j, z), -kNormalReach, kNormalReach);
+    return distance(i, j, z, kNormalReach * static_cast<float>(lattice_[2].spacing));
 }
 
 float DisplayField::step(int axis, int i, int j, float z) const {
@@ -209,7 +220,7 @@ float DisplayField::step(int axis, int i, int j, float z) const {
 
 float DisplayField::slope(int axis, int i, int j, float z) const {
     const int along = axis == 0 ? i : j;
-    const int low = std::max(along - 1, -1), high = std::min(along + 1, size_[axis]);
+    const int low = std::max(along - 1, -1), high = std::min(along + 1, lattice_[axis].count());
     const float length = position(axis, high) - position(axis, low);
     const float rise = axis == 0 ? limited(high, j, z) - limited(low, j, z)
                                  : limited(i, high, z) - limited(i, low, z);
@@ -217,7 +228,8 @@ float DisplayField::slope(int axis, int i, int j, float z) const {
 }
 
 float DisplayField::slope_up(int i, int j, float z) const {
-    return limited(i, j, z + 0.5f) - limited(i, j, z - 0.5f);
+    const auto spacing = static_cast<float>(lattice_[2].spacing);
+    return (limited(i, j, z + 0.5f * spacing) - limited(i, j, z - 0.5f * spacing)) / spacing;
 }
 
 uint8_t DisplayField::material(int i, int j, float z) const {
@@ -236,7 +248,9 @@ uint64_t DisplayField::material_borders(int i, int j, int w) const {
     uint64_t borders = 0;
     const auto& layers = columns_[column_index(i, j)].layers;
     for (size_t k = 1; k < layers.size(); ++k) {
-        const int above = layers[k].bottom_voxel + 2;  // sample 0 is two below the first voxel
+        const int spacing = lattice_[2].spacing;
+        const int first_above = (layers[k].bottom_voxel + spacing - 1) / spacing;
+        const int above = first_above + 2;  // sample 0 is two below the first voxel
         for (const int q : {above - 1, above}) {
             if (q / 64 == w) borders |= uint64_t{1} << (q % 64);
         }

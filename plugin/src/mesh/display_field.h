@@ -1,4 +1,5 @@
-/// The display field around one tile: signed vertical distances into the runs of each column.
+/// The display field around one tile at its level of detail: signed vertical distances into the
+/// runs of each column.
 #pragma once
 
 #include <array>
@@ -8,6 +9,8 @@
 #include <vector>
 
 #include "mesh/column_runs.h"
+#include "mesh/lattice.h"
+#include "mesh/tile_levels.h"
 
 namespace bsoil::mesh {
 
@@ -18,29 +21,29 @@ struct GridColumns {
     std::vector<TileColumns> tiles;  ///< index ty * tile_count[0] + tx
 };
 
-/// Samples lie at voxel centres, and at two more places beyond each side of the grid, both *on* its
-/// boundary: the inner one continues the soil, the outer one is empty. So the soil ends in an exact
-/// plane there and its mesh is closed. Index i along an axis of n voxels:
-///
-///     i         -2  -1   0    1          n-1     n  n+1
-///     position   0   0  0.5  1.5  ...  n - 0.5   n   n
+/// Samples lie at voxel centres of the tile's lattice. Beyond each side of the grid the inner one
+/// of the two samples continues the soil, the outer one is empty. So the soil ends in an exact
+/// plane there and its mesh is closed. Cells and samples are counted in the lattice.
 class DisplayField {
   public:
-    /// Samples one way of a tile with its neighbours' that its cells and normals read.
+    /// Most samples one way of a tile with its neighbours' that its cells and normals read.
     static constexpr int kWindow = kTileSide + 4;
 
-    /// Reads the runs in and around tile (tx, ty). The columns must outlive the use of the field.
-    void build(const GridColumns& grid, int tx, int ty);
+    /// Reads the runs in and around tile (tx, ty) as a level has them. The columns must outlive the
+    /// use of the field.
+    void build(const GridColumns& grid, const TileLevels& levels, int level, int tx, int ty);
+    int level() const { return level_; }
+    const Lattice& lattice(int axis) const { return lattice_[axis]; }
 
     /// The tile's own cells: cell (i, j) spans samples i..i + 1, j..j + 1.
     int cell_first(int axis) const { return cell_first_[axis]; }
     int cell_last(int axis) const { return cell_last_[axis]; }
     /// Sample counts upwards, and 64-bit words to hold a bit for each.
-    int sample_count_z() const { return size_[2] + 3; }
+    int sample_count_z() const { return lattice_[2].count() + 3; }
     int word_count() const { return word_count_; }
 
     /// Position of a sample along an axis [voxels].
-    float position(int axis, int i) const;
+    float position(int axis, int i) const { return lattice_[axis].position(i); }
     /// Height of sample q = 0, 1, ... of a column [voxels]; q = 0 is sample -2.
     float height(int q) const { return position(2, q - 2); }
     /// Bit q: sample q is inside.
@@ -48,13 +51,14 @@ class DisplayField {
         return &bits_[column_index(i, j) * word_count_];
     }
 
-    /// Vertical distance into the nearest run at height z, negative outside, within +-kReach
+    /// Vertical distance into the nearest run at height z, negative outside, within +-reach
     /// [voxels]. The display field is 0.5 plus this, so the thesis' isovalue 0.5 is its zero.
-    float distance(int i, int j, float z) const;
+    float distance(int i, int j, float z, float reach) const;
     /// Where the surface crosses between samples q and q + 1 of a column [voxels].
     float crossing_up(int i, int j, int q) const;
-    /// Where it crosses from a sample that is inside to the one beside it that is not: 0..1.
-    float crossing_aside(const int inside[2], const int outside[2], float z) const;
+    /// Where it crosses from a sample that is inside to the one beside it that is not, `length`
+    /// voxels away: 0..1.
+    float crossing_aside(const int inside[2], const int outside[2], float length, float z) const;
     /// Field gradient along x (axis 0) or y (1) about a sample, limited for shading.
     float slope(int axis, int i, int j, float z) const;
     /// Likewise between two neighbouring samples along an axis.
@@ -66,9 +70,12 @@ class DisplayField {
     /// Bit q of word w: sample q and one beside it in its column differ in material.
     uint64_t material_borders(int i, int j, int w) const;
 
+    bool is_in_window(int i, int j) const {
+        return i >= origin_[0] && i < origin_[0] + kWindow && j >= origin_[1] &&
+               j < origin_[1] + kWindow;
+    }
     int column_index(int i, int j) const {
-        assert(i >= origin_[0] && i < origin_[0] + kWindow);
-        assert(j >= origin_[1] && j < origin_[1] + kWindow);
+        assert(is_in_window(i, j));
         return (j - origin_[1]) * kWindow + (i - origin_[0]);
     }
 
@@ -85,12 +92,13 @@ class DisplayField {
     }
     const Run* run_at(int i, int j, float z) const;
     float limited(int i, int j, float z) const;
-    void take_column(const GridColumns& grid, int i, int j);
-    void continue_into_solid(const GridColumns& grid, int i, int j);
-    void continue_beyond(int i, int j, const int last[2], const int before[2]);
+    Column make_column(const GridColumns& grid, const TileLevels& levels, int x, int y);
+    Column continued(const Column& last, const Column& before);
+    void continue_into_solid(const GridColumns& grid, int x, int y, int spacing, Column& column);
     void set_bits(int i, int j);
 
-    int size_[3] = {0, 0, 0};
+    int level_ = 0;
+    Lattice lattice_[3];
     int origin_[2] = {0, 0};
     int cell_first_[2] = {0, 0}, cell_last_[2] = {0, 0};
     int word_count_ = 0;

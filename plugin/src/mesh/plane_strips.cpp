@@ -7,7 +7,17 @@ constexpr int kFloorSample = 1;  ///< the sample on the floor; sample 0, there t
 
 }  // namespace
 
+void PlaneStrips::build(const TileLevels& levels) {
+    for (int j = field_.cell_first(1) - 1; j <= field_.cell_last(1) + 1; ++j) {
+        for (int i = field_.cell_first(0) - 1; i <= field_.cell_last(0) + 1; ++i) {
+            if (!field_.is_in_window(i, j)) continue;
+            is_plain_[field_.column_index(i, j)] = levels.is_plain(field_.level(), i, j);
+        }
+    }
+}
+
 uint64_t PlaneStrips::whole_of_side(int i, int j, int along, int w) const {
+    if (!is_plain(i, j)) return 0;
     const int word_count = field_.word_count();
     const uint64_t* low = field_.inside_bits(i, j);
     const uint64_t* high = field_.inside_bits(i + (along == 0), j + (along == 1));
@@ -29,11 +39,12 @@ bool PlaneStrips::is_whole_of_floor(int i, int j) const {
     const auto stands = [&](int x, int y) {
         return (field_.inside_bits(x, y)[0] >> kFloorSample & 1) != 0;
     };
-    return stands(i, j) && stands(i + 1, j) && stands(i, j + 1) && stands(i + 1, j + 1);
+    return is_plain(i, j) && stands(i, j) && stands(i + 1, j) && stands(i, j + 1) &&
+           stands(i + 1, j + 1);
 }
 
 bool PlaneStrips::is_kept_on_floor(int i, int j) const {
-    if (i % kTileSide == 0) return true;
+    if (i % TileLevels::cells_of(field_.level()) == 0) return true;
     for (int y = j - 1; y <= j; ++y) {
         for (int x = i - 1; x <= i; ++x) {
             if (!is_whole_of_floor(x, y)) return true;

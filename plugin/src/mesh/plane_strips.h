@@ -12,11 +12,17 @@ namespace bsoil::mesh {
 /// the same: those of a cell that an outline crosses, and where the material changes. What a line
 /// keeps depends on the samples about it alone, so the strips on both of its sides agree, in this
 /// tile and the next. A line of a side goes up a column; one of the floor goes along x, and keeps
-/// its vertices at the borders of tiles.
+/// its vertices at the borders of tiles. Cells at a border between two levels of detail are not
+/// joined.
 class PlaneStrips {
   public:
     /// The field must outlive it, and hold the tile that is asked about.
     explicit PlaneStrips(const DisplayField& field) : field_(field) {}
+
+    /// To be called when the field holds another tile.
+    void build(const TileLevels& levels);
+    /// Cell (i, j) of the field, or of the tiles around, is one that may be joined to others.
+    bool is_plain(int i, int j) const { return is_plain_[field_.column_index(i, j)]; }
 
     /// Bit q of word w: of the side, the square from sample q to the next and from column (i, j),
     /// which lies on the side, to the next along x (along = 0) or y (1) is whole.
@@ -31,6 +37,7 @@ class PlaneStrips {
 
   private:
     const DisplayField& field_;
+    std::array<bool, DisplayField::kWindow * DisplayField::kWindow> is_plain_{};
 };
 
 /// Word `word` of `bits`, each bit moved down by one.

@@ -89,6 +89,10 @@ struct View {
     uint32_t grain_label = 0;  ///< as Item::label, of all grains
 };
 
+/// How coarse the surfaces of a picture may be without a person seeing it: cells are a few pixels
+/// wide, or the surface is as good as flat.
+SurfaceDetail surface_detail(const View& view);
+
 /// How pictures are made.
 struct RendererDef {
     /// Per pixel, 1..8. From 4 on each pixel is lit in 2 x 2 places; with 2 and 3 in one, and where

@@ -1,0 +1,68 @@
+/// The mesh of a tile at its level of detail.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "bsoil/surface_mesh.h"
+#include "mesh/display_field.h"
+#include "mesh/marching_cases.h"
+#include "mesh/plane_strips.h"
+#include "mesh/split_cell.h"
+#include "mesh/tile_levels.h"
+
+namespace bsoil::mesh {
+
+/// A vector in grid axes.
+struct GridVector {
+    float x, y, z;
+};
+
+/// Meshes one tile after the other; holds what is reused from tile to tile.
+class TileMesher {
+  public:
+    TileMesher(const TileSource& source, const SurfaceMeshDef& def);
+    void build(const GridColumns& grid, const TileLevels& levels, int tx, int ty, Mesh& out);
+
+  private:
+    /// The vertex of the edge that leaves sample (i, j, q) along an axis. Only crossed edges are
+    /// set.
+    uint32_t& edge_vertex(int axis, int i, int j, int q);
+    /// The same in the lattice of the finer tiles beside this one.
+    uint32_t& finer_edge_vertex(int axis, int i, int j, int q);
+
+    GridVector rotated(GridVector v) const;
+    uint32_t add_vertex(GridVector position, GridVector outward, uint8_t material);
+    uint32_t add_vertex_up(const DisplayField& field, int i, int j, int q);
+    uint32_t add_vertex_aside(const DisplayField& field, int axis, int i, int j, int q);
+    uint32_t copy_vertex(uint32_t vertex, GridVector outward);
+    void add_vertices_up(int i, int j);
+    void add_vertices_aside(int axis, int i, int j);
+
+    void add_side_strips(int i, int j, GridVector side);
+    void add_floor_strips(int j);
+    void add_cells(int i, int j);
+    void add_case(const MarchingCase& triangles, int i, int j, int q, GridVector side);
+    void add_split_cells(const TileLevels::FinerAround& around, int i, int j, GridVector side);
+    uint32_t vertex_of(const SplitCell::Edge& edge, const int cell[3]);
+    /// Three vertices, and the axes of the edges they lie on.
+    void add_cell_triangle(uint32_t (&vertices)[3], const int (&axes)[3], GridVector side);
+    void add_triangle(uint32_t a, uint32_t b, uint32_t c, bool turned);
+    bool same_place(uint32_t a, uint32_t b) const;
+
+    SurfaceMeshDef def_;
+    double rotation_[3][3];
+    Vec3 origin_;
+    double voxel_m_ = 0;
+    std::vector<std::array<float, 3>> colors_;
+    const TileLevels* levels_ = nullptr;
+    DisplayField field_, finer_field_;
+    PlaneStrips strips_{field_};
+    int sample_count_ = 0, finer_sample_count_ = 0;
+    std::vector<uint32_t> edge_vertices_, finer_edge_vertices_;
+    std::vector<SplitCell::Edge> split_corners_;
+    Mesh* out_ = nullptr;
+};
+
+}  // namespace bsoil::mesh
