@@ -446,3 +446,18 @@ void add_wide(int at, int value) {
     int carry = (old + uint(value) < old ? 1 : 0) - (value < 0 ? 1 : 0);
     if (carry != 0) ATOMIC_ADD(result[at + 1], carry);
 }
+
+// What pour_soil and take_soil run over. A group is a part of a source's or a sink's region: its tile's slot, and the place of its
+// words in the tables.
+int flow_slot(int group) { return block_list[params.list_offset + 2 * group]; }
+int flow_part(int group) { return block_list[params.list_offset + 2 * group + 1]; }
+int flow_word(int part, int word) { return tables[params.flow_offset + tables[part] * kFlowWords + word]; }
+int flow_sum(int part, int word) { return params.flow_result + tables[part] * kFlowResultWords + word; }
+
+// Columns in which the part has voxels.
+int flow_lanes(int group, int half_at) {
+    int first = flow_part(group) + kFlowColumns + half_at * 32;
+    int columns = 0;
+    for (int i = 0; i < 32; ++i) columns = columns | (tables[first + i] != 0 ? 1 << i : 0);
+    return columns;
+}

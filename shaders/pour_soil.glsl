@@ -2,20 +2,7 @@
 // there is room. What a lump lacks is due again in the next step; the host adds that up.
 // Reads: coverage, terrain, volume, sources. Writes: deltas, result.
 
-// A group is a part of a region: its tile's slot, and the place of its words in the tables.
-int pour_slot(int group) { return block_list[params.list_offset + 2 * group]; }
-int pour_part(int group) { return block_list[params.list_offset + 2 * group + 1]; }
-
-int pour_word(int part, int word) { return tables[params.flow_offset + tables[part] * kFlowWords + word]; }
-int pour_result(int part, int word) { return params.flow_result + tables[part] * kFlowResultWords + word; }
-
-// Columns in which the part has voxels.
-int pour_soil_lanes(int group, int half_at) {
-    int first = pour_part(group) + kFlowColumns + half_at * 32;
-    int columns = 0;
-    for (int i = 0; i < 32; ++i) columns = columns | (tables[first + i] != 0 ? 1 << i : 0);
-    return columns;
-}
+int pour_soil_lanes(int group, int half_at) { return flow_lanes(group, half_at); }
 
 // From -1024 to 1024, another for each voxel and pass.
 int jet_chance(uint seed) {
@@ -25,36 +12,36 @@ int jet_chance(uint seed) {
 }
 
 void pour_soil(int group, int lane) {
-    int slot = pour_slot(group);
-    int part = pour_part(group);
+    int slot = flow_slot(group);
+    int part = flow_part(group);
     int range = tables[part + kFlowColumns + lane];
     int low = range & 65535;
     int high = range >> 16;
-    uint count = uint(pour_word(part, kFlowCount));
-    int lumps = pour_word(part, kFlowLumps);
-    int plane = pour_word(part, kFlowPlane);
+    uint count = uint(flow_word(part, kFlowCount));
+    int lumps = flow_word(part, kFlowLumps);
+    int plane = flow_word(part, kFlowPlane);
     int poured = 0;
     for (int z = low; z < high; ++z) {
         uint number = uint(tables[part + kFlowFirst + lane] + z - low);
-        int turn = int((number * uint(pour_word(part, kFlowStride)) + uint(pour_word(part, kFlowTurn))) % count);
+        int turn = int((number * uint(flow_word(part, kFlowStride)) + uint(flow_word(part, kFlowTurn))) % count);
         int voxel = slot * params.tile_voxels + z * kTileColumns + lane;
         if (turn >= lumps || is_solid(voxel) || block_flags[flag_index(kFlagListed, voxel >> 9)] == 0) {
             continue;
         }
-        int mass = pour_word(part, kFlowUnits) + (turn < pour_word(part, kFlowRest) ? 1 : 0);
-        int volume = mul_q16(mass, pour_word(part, kFlowVolume));
+        int mass = flow_word(part, kFlowUnits) + (turn < flow_word(part, kFlowRest) ? 1 : 0);
+        int volume = mul_q16(mass, flow_word(part, kFlowVolume));
         int room = kVoxelFull - coverage_at(voxel) - state_at(kPlaneVolume, voxel);
         if (volume > room) {
             mass = room > 0 ? mul_q16(mass, fraction_q16(room, volume)) : 0;
-            volume = mul_q16(mass, pour_word(part, kFlowVolume));
+            volume = mul_q16(mass, flow_word(part, kFlowVolume));
         }
         if (mass <= 0) continue;
         uint seed = number * 73856093u ^ uint(params.pass_stamp) * 2654435761u;
         int across = jet_chance(seed);
         int along = jet_chance(seed + 374761393u);
         for (int axis = 0; axis < 3; ++axis) {
-            int aside = pour_word(part, kFlowAside + axis) * across + pour_word(part, kFlowAside + 3 + axis) * along;
-            int speed = clamp(pour_word(part, kFlowVelocity + axis) + aside / 1024, -kFlowSpeedMost, kFlowSpeedMost);
+            int aside = flow_word(part, kFlowAside + axis) * across + flow_word(part, kFlowAside + 3 + axis) * along;
+            int speed = clamp(flow_word(part, kFlowVelocity + axis) + aside / 1024, -kFlowSpeedMost, kFlowSpeedMost);
             add_delta(kPlaneMomentumX + axis, voxel, mass * speed);
         }
         add_delta(plane, voxel, mass);
@@ -62,5 +49,5 @@ void pour_soil(int group, int lane) {
         mark_moved(voxel, voxel);
         poured += mass;
     }
-    if (poured > 0) add_wide(pour_result(part, 2 * (plane - kPlaneMaterial)), poured);
+    if (poured > 0) add_wide(flow_sum(part, 2 * (plane - kPlaneMaterial)), poured);
 }

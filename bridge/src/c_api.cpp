@@ -25,6 +25,7 @@ struct bulletsoil_soil {
 namespace bsoil::bullet {
 namespace {
 
+/// Of the text of the last error; a longer one is cut.
 constexpr size_t kErrorBytes = 1024;
 /// A fixed buffer, so that saying that memory has run out needs none.
 thread_local char last_error[kErrorBytes] = "";

@@ -20,7 +20,7 @@ namespace {
 using bullet::list;
 
 constexpr int kStages = btDbvtBroadphase::STAGECOUNT;
-constexpr int32_t kInternalNode = -1;
+constexpr int32_t kInternalNode = -1;  ///< in place of a leaf's object
 
 /// Bullet lets only worlds of the host's own class at these.
 struct WorldAccess : btDiscreteDynamicsWorld {

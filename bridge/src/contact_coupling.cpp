@@ -122,7 +122,8 @@ void ContactCoupling::find_contact(BodyWork& work, double duration_s) const {
     work.contact = work.found.find(work.voxels, coupled.motions, law, history, &threads_);
 }
 
-/// The soil sorts contacts by voxel; within a body they keep that order.
+/// Sorts contacts by body. The soil hands them over in the order of its voxels, and each body's
+/// contacts keep that order.
 void ContactCoupling::sort_by_body(std::span<const ContactVoxel> contacts) {
     contact_count_ = contacts.size();
     sorted_ids_.clear();
@@ -151,7 +152,7 @@ void ContactCoupling::sort_by_body(std::span<const ContactVoxel> contacts) {
 void ContactCoupling::gather_pressed_soil() {
     pressed_soil_.clear();
     if (coupled_.size() < 2) return;
-    // Each body's soil is in order: whole lists are merged, two by two.
+    // Each body's list is sorted. Merging lists two by two sorts them all.
     pressed_starts_.assign(1, 0);
     for (const auto& [id, coupled] : coupled_) {
         for (const PressedSoil& soil : coupled.memory.soil()) {
@@ -191,7 +192,7 @@ void ContactCoupling::wake(const BodyState& body) {
     body.object->activate();
 }
 
-/// A body that the soil does not hold any more must not stay asleep in the air.
+/// Bodies that slept on the soil wake up, or they would hang in the air.
 void ContactCoupling::let_go() {
     take_rows_out();
     for (auto& [id, coupled] : coupled_) wake(coupled);
@@ -270,9 +271,9 @@ void ContactCoupling::update_motions(CoupledBody& coupled, std::span<const Conta
     }
 }
 
-/// The body's motion as the soil's yield sees it: relative to what carries the soil, as a share of
-/// the largest speed of their contact, so that it does not depend on speed, and without what the
-/// solver leaves of a body at rest.
+/// Finds the motion that the law is asked about. It is relative to the body that carries the soil.
+/// It is divided by the contact's largest speed, so the law's answer does not depend on speed. It
+/// is averaged over time, so a body at rest has no direction from what the solver leaves of it.
 void ContactCoupling::update_motion(const CoupledBody& coupled, const Carrier& carrier,
                                     ContactMotion& motion, std::span<const ContactVoxel> voxels,
                                     double duration_s, bool is_new) const {
@@ -284,7 +285,8 @@ void ContactCoupling::update_motion(const CoupledBody& coupled, const Carrier& c
     }
     const bool is_solved =
         coupled.body.role != BodyRole::driven && coupled.body.role != BodyRole::fixed;
-    // A body that has fallen asleep stands still at once: a limit that still crept would wake it.
+    // A body that has fallen asleep has no past motion: an average that still changed would change
+    // its limits, and that would wake it.
     const bool averages = is_solved && !is_new && !coupled.body.is_asleep;
     const double share = averages ? -std::expm1(-duration_s / kCoupling.yield_memory_s) : 1;
     motion.linear_m_s += share * (now.linear_velocity_m_s - motion.linear_m_s);
@@ -303,8 +305,8 @@ void ContactCoupling::update_motion(const CoupledBody& coupled, const Carrier& c
     motion.direction.angular_velocity_rad_s = motion.angular_rad_s * (1 / speed_m_s);
 }
 
-/// Bullet's islands wake rigid bodies with each other, but neither what rests on a driven body nor
-/// a multibody.
+/// Bullet's islands wake rigid bodies together. They do not wake what rests on a driven body, nor a
+/// multibody: this does.
 void ContactCoupling::keep_awake_with_carriers(CoupledBody& coupled) {
     if (coupled.patches.empty()) return;
     const bool is_link = coupled.body.role == BodyRole::link;
@@ -323,8 +325,8 @@ void ContactCoupling::keep_awake_with_carriers(CoupledBody& coupled) {
     }
 }
 
-/// Elements sample a body's surface once a voxel: its lowest point may lie between them, below the
-/// deepest by no more than a voxel (further down it is not what stands in the soil).
+/// A body's elements are a voxel apart, so its lowest point may lie below the deepest of them: by a
+/// voxel at most. A point further down is of another part of the body, beside the soil.
 double ContactCoupling::sinkage_m(const BodyState& body, const BodyContact& contact) const {
     if (!(contact.depth_m > 0) || !body.object) return contact.depth_m;
     const std::optional<double> lowest_m = lowest_height_m(
@@ -349,7 +351,7 @@ void ContactCoupling::act(const BodyWork& work) {
         coupled.wheel_patches.assign(work.found.patches().begin(), work.found.patches().end());
         return;
     }
-    take_over_patches(coupled, work.found.patches());
+    patch_heirs_.replace(coupled, work.found.patches());
 }
 
 void ContactCoupling::set_patches(const BodyState& body, const BodyMotion& direction,
@@ -362,7 +364,7 @@ void ContactCoupling::set_patches(const BodyState& body, const BodyMotion& direc
     on_ground.direction = direction;
     on_ground.linear_m_s = body.motion.linear_velocity_m_s;
     on_ground.angular_rad_s = body.motion.angular_velocity_rad_s;
-    take_over_patches(coupled, patches);
+    patch_heirs_.replace(coupled, patches);
 }
 
 const ContactLaw& ContactCoupling::law_for(const BodyState& body) {
@@ -378,62 +380,6 @@ void ContactCoupling::as_direction(BodyMotion& motion, double extent_m) const {
                              kCoupling.rest_voxels_per_s * soil_->voxel_m;
     motion.linear_velocity_m_s = motion.linear_velocity_m_s * (1 / speed_m_s);
     motion.angular_velocity_rad_s = motion.angular_velocity_rad_s * (1 / speed_m_s);
-}
-
-/// A new patch takes over how much of its limit the nearest old one was using. Patches are numbered
-/// in the body's frame, so on a spinning wheel the number says nothing about the place. Where
-/// several have the same nearest one they share its force: taken over by each it would throw the
-/// body up.
-void ContactCoupling::take_over_patches(CoupledBody& coupled,
-                                        std::span<const ContactPatch> patches) {
-    previous_.swap(coupled.patches);
-    coupled.patches.clear();
-    double extent_m = 0;
-    for (const ContactPatch& p : patches) {
-        extent_m = std::max(extent_m, length(p.point_m - coupled.body.motion.center_of_mass_m));
-    }
-    heirs_.assign(previous_.size(), 0);
-    nearest_.clear();
-    for (const ContactPatch& p : patches) {
-        CoupledPatch next;
-        next.patch = p;
-        next.offset_m = p.point_m - coupled.body.motion.center_of_mass_m;
-        next.shear_offset_m = p.shear_point_m - coupled.body.motion.center_of_mass_m;
-        if (p.carrier >= 0) {
-            const Vec3 under_m = coupled.carrier_of(next).body.motion.center_of_mass_m;
-            next.carrier_offset_m = p.point_m - under_m;
-            next.carrier_shear_offset_m = p.shear_point_m - under_m;
-        }
-        next.friction_normal_n =
-            p.normal_limit_n;  // where there was none: it yields while it comes in
-        int nearest = -1;
-        double least = std::numeric_limits<double>::infinity();
-        for (size_t i = 0; i < previous_.size(); ++i) {
-            const CoupledPatch& old = previous_[i];
-            const double cosine = dot(old.patch.normal, p.normal);
-            const Vec3 apart = old.offset_m - next.offset_m;
-            const double distance = dot(apart, apart) + (1 - cosine) * extent_m * extent_m;
-            if (cosine < kCoupling.same_patch_cosine || distance >= least ||
-                old.patch.carrier != p.carrier) {
-                continue;
-            }
-            least = distance;
-            nearest = static_cast<int>(i);
-        }
-        nearest_.push_back(nearest);
-        if (nearest >= 0) heirs_[nearest] += p.normal_limit_n;
-        coupled.patches.push_back(next);
-    }
-    for (size_t i = 0; i < coupled.patches.size(); ++i) {
-        if (nearest_[i] < 0) continue;
-        CoupledPatch& next = coupled.patches[i];
-        const CoupledPatch& old = previous_[nearest_[i]];
-        const double limit_n = next.patch.normal_limit_n;
-        next.friction_normal_n =
-            std::min(1.0, limit_n / old.patch.normal_limit_n) * old.friction_normal_n;
-        next.applied_force_n = limit_n / heirs_[nearest_[i]] * old.applied_force_n;
-        next.drift_m = old.drift_m;
-    }
 }
 
 void ContactCoupling::wake_if_changed(CoupledBody& coupled) {

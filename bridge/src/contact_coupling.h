@@ -13,6 +13,7 @@
 #include "body_state.h"
 #include "bsoil/bullet/soil_action_types.h"
 #include "bsoil/contact/contact_memory.h"
+#include "patch_heirs.h"
 #include "substep_rows.h"
 
 namespace bsoil::bullet {
@@ -110,7 +111,6 @@ class ContactCoupling {
     /// The place of a body of set_contacts in by_id_; -1: not among them.
     int rank_of(int id) const;
     void gather_pressed_soil();
-    void take_over_patches(CoupledBody& coupled, std::span<const ContactPatch> patches);
     void update_law(CoupledBody& coupled);
     /// Keeps what is known of carriers that were there before.
     void update_carriers(CoupledBody& coupled, std::span<const ContactVoxel> voxels);
@@ -127,8 +127,8 @@ class ContactCoupling {
     std::shared_ptr<const ContactSoil> soil_;
     const WorkThreads& threads_;
     double wake_limit_fraction_, wake_weight_fraction_;
-    std::map<int, CoupledBody>
-        coupled_;  ///< by body id: the order of rows must not depend on addresses
+    /// By body id: the order of rows must not depend on addresses.
+    std::map<int, CoupledBody> coupled_;
     SubstepRows rows_;
     /// The contacts of set_contacts by body, in the order of by_id_; where each body's begin.
     std::vector<ContactVoxel> by_body_;
@@ -138,9 +138,7 @@ class ContactCoupling {
     std::vector<int> ranks_;       ///< the place of each contact's body in by_id_, or -1
     size_t contact_count_ = 0;     ///< of the last set_contacts
     std::vector<BodyWork> works_;  ///< a pool
-    std::vector<CoupledPatch> previous_;
-    std::vector<double> heirs_;  ///< sum of the limits of the new patches nearest to an old one
-    std::vector<int> nearest_;   ///< old patch of each new one, or -1
+    PatchHeirs patch_heirs_;
     std::vector<const BodyState*> by_id_;  ///< the bodies of set_contacts, sorted by id
     std::vector<int> carrier_ids_;
     std::vector<Carrier> previous_carriers_;

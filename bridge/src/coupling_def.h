@@ -16,21 +16,27 @@ struct CouplingDef {
     /// jitter picks the direction of yield; higher, and a slowly dragged body meets no direction.
     double rest_voxels_per_s = 0.5;
     /// The same of a driven body [m/s], whose speed has no jitter. Ours: for the rounding.
+    /// Larger, and a slowly driven tool meets no direction.
     double driven_rest_m_s = 1e-6;
     /// Soil steps over which the limits of a sleeping body are averaged before they are compared.
     /// Ours: the soil beside it settles for some steps more, and a voxel of it caught between
-    /// bodies may go to and fro for good, which would wake it.
+    /// bodies may go to and fro for good, which would wake it. Lower: what settles beside a body
+    /// wakes it; higher: it hangs longer over soil that is taken away.
     int wake_steps = 16;
     /// Patches whose normals are further apart than this cosine are not the same contact, and take
-    /// over no preload. Ours: 60 deg, where faces of a box are 90 deg apart.
+    /// over no preload. Ours: 60 deg, where faces of a box are 90 deg apart. Larger, and
+    /// a rolling wheel starts every patch from nothing; smaller, and a face passes its force on to
+    /// the one round the edge.
     double same_patch_cosine = 0.5;
 
     // --- a patch's rows
     /// A tangential force below this share of the normal limit gives the tangential rows no
-    /// direction. Ours: for the rounding.
+    /// direction. Ours: for the rounding. Larger, and a body that slides slowly has its rows
+    /// anyhow.
     double no_direction_share = 1e-6;
     /// A row that gives this share of its limit has yielded. Ours: the solver clamps in single
-    /// precision, so that none gives exactly its limit.
+    /// precision, so that none gives exactly its limit. Lower, and rows that still hold count as
+    /// yielded.
     double yielded_share = 0.999;
     /// A patch slides when its speed exceeds this share of the body's. Ours: ContactLawDef::creep's
     /// default, below which the law takes an element for resting. Higher, and a wheel that slips a
@@ -49,7 +55,7 @@ struct CouplingDef {
     /// body that soil has let go is pulled back; lower, and parked machines creep.
     double drift_most_m = 0.01;
     /// Share of the last substep's force that is given as a preload. Ours: the whole of it rings
-    /// after an impact.
+    /// after an impact. Lower, and with few iterations of the solver bodies sink in further.
     double preload_share = 0.85;
 
     // --- raycast wheels

@@ -56,7 +56,7 @@ class GroundSurface {
     int size(int axis) const { return size_[axis]; }
 
   private:
-    static constexpr int kTileSide = 8;
+    static constexpr int kTileSide = 8;  ///< columns, as a tile of the soil
     static constexpr int kTileColumns = kTileSide * kTileSide;
     friend class CouplingSnapshot;
     struct Tile {

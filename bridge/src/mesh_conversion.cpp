@@ -20,7 +20,7 @@
 namespace bsoil::bullet {
 namespace {
 
-constexpr int kAllParts = -1;
+constexpr int kAllParts = -1;  ///< of a mesh of several
 /// Corners, and indices, of a mesh that go into its fingerprint.
 constexpr int kFingerprintCount = 20000;
 /// A solid that is cut reaches so much beyond the ball around the grid [share of it, voxels].

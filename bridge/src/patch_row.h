@@ -13,7 +13,7 @@ inline constexpr btScalar kDriftRecovery = btScalar(0.1);
 /// One normal and two tangential rows at a point. World axes. Forces [N]: a row's impulse limit is
 /// its force times the substep.
 struct PatchRow {
-    static constexpr int kCount = 3;
+    static constexpr int kCount = 3;     ///< of a patch: along its normal and two across
     btVector3 offset_m[kCount];          ///< from the centre of mass to the point where a row acts
     btVector3 direction[kCount];         ///< unit: into the body, then across that and each other
     btVector3 carrier_offset_m[kCount];  ///< the same from that of the body that carries the soil

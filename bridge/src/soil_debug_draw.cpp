@@ -11,7 +11,7 @@
 namespace bsoil::bullet {
 namespace {
 
-constexpr int kTileSide = 8;
+constexpr int kTileSide = 8;           ///< columns, as a tile of the soil
 constexpr float kBareVolume = 0.02f;   ///< of a voxel: less soil than this is no span
 constexpr double kForceLongest = 10;   ///< voxels
 constexpr double kArrowHead = 0.25;    ///< of the arrow's length

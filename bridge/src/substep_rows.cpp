@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 
+#include "bsoil/contact/orientation.h"
 #include "bullet_types.h"
 #include "coupling_def.h"
 
@@ -18,9 +19,7 @@ Vec3 tangential(Vec3 v, Vec3 normal) { return v - dot(v, normal) * normal; }
 Vec3 along_friction(Vec3 normal, Vec3 friction_n, double limit_n) {
     const double size_n = length(friction_n);
     if (size_n > kCoupling.no_direction_share * limit_n) return friction_n * (1 / size_n);
-    const Vec3 axis = std::abs(normal.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-    const Vec3 t = tangential(axis, normal);
-    return t * (1 / length(t));
+    return unit_across(normal);
 }
 
 /// Takes constraints out of the world, given in the order they were put in. Bullet looks for one

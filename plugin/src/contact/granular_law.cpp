@@ -32,6 +32,8 @@ double passive_pressure_factor(double phi, double wall) {
 }
 
 double peak_friction_angle(double critical_rad, double relative_density, double mean_stress_pa) {
+    // Bolton (1986), The strength and dilatancy of sands: I = D (Q - ln p) - R with Q 10 (quartz)
+    // and R 1, I 0 to 4, and 5 deg a unit of I in plane strain (3 in triaxial compression).
     constexpr double kCrushing = 10, kOffset = 1, kDilatancyMost = 4;
     constexpr double kAngle = 5 * std::numbers::pi / 180;
     const double stress_kpa = std::max(1e-3, mean_stress_pa / 1e3);

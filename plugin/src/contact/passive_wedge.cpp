@@ -60,6 +60,8 @@ double coulomb_factor(double phi, double wall) {
 
 double log_spiral_passive_factor(double phi, double wall) {
     // A table over the two angles, then steps that halve.
+    // Ours: its cells of 4 deg are narrower than the basin of the least, and smaller ones only take
+    // longer.
     constexpr int kTable = 48;
     constexpr double kFootLow = 0, kTopLow = -1, kRange = kPi;
     double least = kNone, foot_rad = 0, top_rad = 0;
@@ -88,6 +90,8 @@ double log_spiral_passive_factor(double phi, double wall) {
 
 double passive_width_factor(double passive_factor, double friction_angle_rad, double width_m,
                             double depth_m) {
+    // Duncan and Mokwa (2001) take Brinch Hansen's factor no larger. Larger: narrow and deep faces
+    // meet more than tests of slabs show.
     constexpr double kMost = 2;
     if (!(depth_m > 0)) return 1;
     const double active_root = std::tan(kPi / 4 - friction_angle_rad / 2);

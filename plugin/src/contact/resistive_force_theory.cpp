@@ -2,10 +2,12 @@
 
 #include <algorithm>
 
+#include "bsoil/contact/orientation.h"
+
 namespace bsoil {
 namespace {
 
-constexpr int kTermCount = 20;
+constexpr int kTermCount = 20;  ///< of a polynomial of degree 3 in three variables
 
 /// Coefficients c1, c2, c3 of the polynomials f1, f2, f3, one row a term, in the order of
 /// polynomial_terms(). Agarwal, Goldman and Kamrin (2023), supporting information, table of the
@@ -46,12 +48,6 @@ std::array<double, kTermCount> polynomial_terms(double x1, double x2, double x3)
 /// Below this a horizontal part has no direction (of unit vectors).
 constexpr double kNoDirection = 1e-9;
 
-Vec3 any_horizontal(Vec3 up) {
-    const Vec3 axis = std::abs(up.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-    const Vec3 h = axis - dot(axis, up) * up;
-    return h * (1 / length(h));
-}
-
 /// The horizontal direction r of the paper: of the motion, else of the normal, else any.
 Vec3 radial_direction(Vec3 normal, Vec3 direction, Vec3 up) {
     for (const Vec3 v : {direction, normal}) {
@@ -59,7 +55,7 @@ Vec3 radial_direction(Vec3 normal, Vec3 direction, Vec3 up) {
         const double size = length(h);
         if (size > kNoDirection) return h * (1 / size);
     }
-    return any_horizontal(up);
+    return unit_across(up);
 }
 
 }  // namespace

@@ -9,14 +9,23 @@ namespace bsoil {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-/// Lengths no further apart than this share of the base's size are the same.
+/// Lengths no further apart than this share of the base's size are the same. Ours: drawings and
+/// exports round, a wheel's lugs differ by more where they are meant to. Larger: two sizes of lug
+/// count as one row; smaller: a rounded export falls apart into rows of one tooth.
 constexpr double kSame = 0.01;
-/// A root no further above the base than this share of its size touches it.
+/// A root no further above the base than this share of its size touches it. Ours: half a millimetre
+/// of a wheel of 0.5 m, the rounding of a file in single precision with room. Larger: parts beside
+/// a base count as its teeth.
 constexpr double kTouches = 1e-3;
-/// What is wider than its base by more is no tooth of it.
+/// What is more times as wide as its base is no tooth of it. Ours: lugs overhang a rim by some
+/// millimetres; an axle or a fender is wider. Larger: those become teeth.
 constexpr double kWidest = 1.25;
-/// A hull with more planes is no tooth.
+/// A hull with more planes is no tooth. Ours: a box has 6, with all its edges cut off 18. More:
+/// corners are found by trying every three planes, which takes their cube in time.
 constexpr size_t kToothPlanes = 24;
+/// Three planes with a smaller determinant of their normals meet in no corner, and a corner no
+/// further outside of a plane [m] is on it. Ours: for the rounding. Larger: slender corners are
+/// lost.
 constexpr double kPlaneSlack = 1e-6;
 
 struct Range {
@@ -150,6 +159,8 @@ void add_rows(std::vector<Tooth> teeth, const ToothedFace& base, std::vector<Too
         }
         const auto count = static_cast<double>(places.size());
         row.pitch_m = (base.is_mantle ? 2 * kPi * base.level_m : 2 * base.half_m) / count;
+        // Gaps of a row are no wider than this many pitches. Ours: a row with one tooth in three
+        // missing has gaps of 4/3. Larger: two groups of teeth count as one row.
         constexpr double kEvenly = 1.4;
         const bool is_row =
             base.is_mantle ? count >= 5 && widest <= kPi / 2

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "bsoil/contact/orientation.h"
+
 namespace bsoil {
 namespace {
 
@@ -106,9 +108,7 @@ WheelForces solve_wheel(const WheelState& wheel, const WheelContact& contact, do
     std::vector<PatchRows> patches;
     patches.reserve(contact.patches.size());
     for (const ContactPatch& p : contact.patches) {
-        const Vec3 axis = std::abs(p.normal.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-        const Vec3 across = axis - dot(axis, p.normal) * p.normal;
-        const Vec3 t = across * (1 / length(across));
+        const Vec3 t = unit_across(p.normal);
         PatchRows& rows = patches.emplace_back();
         rows.directions = {-p.normal, t, cross(p.normal, t)};
         for (int k = 0; k < 3; ++k) {

@@ -79,9 +79,9 @@ struct ContactLawDef {
     /// and rims further away count.
     double sole_surroundings_widths = 1.5;
     /// Share of the hollow under a sole that counts with the rim around it. 0..1. Ours: what was
-    /// pressed out of the one stands in the other, so both together are as high as the soil was. 0:
-    /// depth counts from the soil around alone, as for a bed that a body was put into without
-    /// pressing anything out.
+    /// pressed out of the one stands in the other, so both together are as high as the soil was.
+    /// Smaller, down to 0: depth counts from the soil around alone, as for a bed that a body was
+    /// put into without pressing anything out.
     double hollow_share = 1;
     /// @}
 

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "bsoil/geometry.h"
@@ -20,6 +21,13 @@ namespace bsoil {
 struct SoleAndWall {
     double sole = 0, wall = 0;
 };
+
+/// A unit vector across a unit vector: of all of them always the same.
+inline Vec3 unit_across(Vec3 n) {
+    const Vec3 axis = std::abs(n.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+    const Vec3 across = axis - dot(axis, n) * n;
+    return across * (1 / length(across));
+}
 
 /// Cosine between a normal and straight down; 0 where it looks up.
 inline double looks_down(Vec3 normal, Vec3 up) { return std::max(0.0, -dot(normal, up)); }
