@@ -1,5 +1,6 @@
 #include "bsoil/contact/contact_faces.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,37 +12,34 @@
 namespace bsoil {
 namespace {
 
-constexpr int kWallBinCount = 6;
+constexpr int kWallBinCount = 6;  ///< either way along the axes of the body's frame
 /// Voxels that one thread takes at least.
 constexpr size_t kRangeVoxels = 256;
 
 /// Two unit vectors across `up` that do not depend on the body.
 std::array<Vec3, 2> level_axes(Vec3 up) {
-    const Vec3 first = std::abs(up.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-    const Vec3 a = first - dot(first, up) * up;
-    const Vec3 unit = a * (1 / length(a));
-    return {unit, cross(up, unit)};
+    const Vec3 a = unit_across(up);
+    return {a, cross(up, a)};
 }
 
 /// What is summed up of a face.
 struct FaceSums {
-    double area = 0, a = 0, b = 0, aa = 0, ab = 0, bb = 0;  ///< area and its moments
+    double area = 0;
+    Eigen::Vector2d first = Eigen::Vector2d::Zero();   ///< moments of area of the voxels' places
+    Eigen::Matrix2d second = Eigen::Matrix2d::Zero();  ///< on the face
     double density = 0, density_area = 0;
     double depth_m = 0, foot_m = 0;
     int count = 0;
 
     /// upright: sine between the normal and straight down.
-    void add(const ContactVoxel& v, double at_a, double at_b, double upright) {
+    void add(const ContactVoxel& v, const Eigen::Vector2d& at, double upright) {
         // What only brushes the soil, like a wheel's rim above its rut, bears nothing.
         const double w = v.bearing_depth_m > 0 ? v.area_m2 * v.touching : 0;
         if (!(w > 0)) return;
         area += w;
         ++count;
-        a += w * at_a;
-        b += w * at_b;
-        aa += w * at_a * at_a;
-        ab += w * at_a * at_b;
-        bb += w * at_b * at_b;
+        first += w * at;
+        second += w * at * at.transpose();
         depth_m = std::max(depth_m, v.bearing_depth_m);
         foot_m = std::max(foot_m, v.bearing_depth_m + upright / 2 * std::sqrt(v.area_m2));
         if (v.relative_density >= 0) {
@@ -52,15 +50,15 @@ struct FaceSums {
     double relative_density() const { return density_area > 0 ? density / density_area : -1; }
     /// Sides of the rectangle with the same second moments, the shorter first.
     std::array<double, 2> sides() const {
-        const double ma = a / area, mb = b / area;
-        const double vaa = std::max(0.0, aa / area - ma * ma);
-        const double vbb = std::max(0.0, bb / area - mb * mb);
-        const double vab = ab / area - ma * mb;
-        const double middle = (vaa + vbb) / 2;
-        const double spread = std::hypot((vaa - vbb) / 2, vab);
-        const auto side = [square = area / count](double variance) {
+        const Eigen::Vector2d mean = first / area;
+        Eigen::Matrix2d variance = second / area - mean * mean.transpose();
+        variance.diagonal() = variance.diagonal().cwiseMax(0);  // rounding may leave less
+        // The eigenvalues, the principal variances.
+        const double middle = variance.trace() / 2;
+        const double spread = std::hypot((variance(0, 0) - variance(1, 1)) / 2, variance(0, 1));
+        const auto side = [square = area / count](double principal) {
             // n points h apart have the variance (n^2 - 1) h^2 / 12.
-            return std::sqrt(12 * std::max(0.0, variance) + square);
+            return std::sqrt(12 * std::max(0.0, principal) + square);
         };
         return {side(middle - spread), side(middle + spread)};
     }
@@ -154,7 +152,7 @@ void ContactFaces::find(std::span<const ContactVoxel> voxels, Quat body_to_world
         }
         face_of_voxel_[i] = place.wall;
         const double rise = dot(voxels[i].normal, up);
-        walls[place.wall].add(voxels[i], place.across_m, 0,
+        walls[place.wall].add(voxels[i], {place.across_m, 0},
                               std::sqrt(std::max(0.0, 1 - rise * rise)));
     }
     for (int bin = 0; bin < kWallBinCount; ++bin) {
@@ -177,7 +175,7 @@ void ContactFaces::find(std::span<const ContactVoxel> voxels, Quat body_to_world
             soles.emplace_back();
         }
         const ContactVoxel& v = voxels[cells_[i].voxel];
-        soles[face].add(v, dot(v.position_m, axis_a), dot(v.position_m, axis_b), 0);
+        soles[face].add(v, {dot(v.position_m, axis_a), dot(v.position_m, axis_b)}, 0);
         face_of_voxel_[cells_[i].voxel] = kWallBinCount + face;
     }
     for (const FaceSums& sole : soles) {

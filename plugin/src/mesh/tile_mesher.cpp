@@ -1,5 +1,6 @@
 #include "mesh/tile_mesher.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -36,14 +37,9 @@ size_t edge_count(int sample_count) {
 
 TileMesher::TileMesher(const TileSource& source, const SurfaceMeshDef& def) : def_(def) {
     const GridFrame& frame = source.frame();
-    for (int axis = 0; axis < 3; ++axis) {
-        const Vec3 along{axis == 0 ? 1.0 : 0.0, axis == 1 ? 1.0 : 0.0, axis == 2 ? 1.0 : 0.0};
-        const Vec3 column = rotate(frame.grid_to_world.rotation, along);
-        rotation_[0][axis] = column.x;
-        rotation_[1][axis] = column.y;
-        rotation_[2][axis] = column.z;
-    }
-    origin_ = frame.grid_to_world.position;
+    const auto& [position, q] = frame.grid_to_world;
+    rotation_ = Eigen::Quaterniond(q.w, q.x, q.y, q.z).toRotationMatrix();
+    origin_ = {position.x, position.y, position.z};
     voxel_m_ = frame.voxel_m;
     if (def.layer == SurfaceMeshDef::Layer::terrain) {
         colors_.push_back(def.terrain_color);
@@ -93,20 +89,15 @@ uint32_t& TileMesher::finer_edge_vertex(int axis, int i, int j, int q) {
 }
 
 GridVector TileMesher::rotated(GridVector v) const {
-    const auto along = [&](const double* row) {
-        return static_cast<float>(row[0] * v.x + row[1] * v.y + row[2] * v.z);
-    };
-    return {along(rotation_[0]), along(rotation_[1]), along(rotation_[2])};
+    const Eigen::Vector3f to = (rotation_ * Eigen::Vector3d(v.x, v.y, v.z)).cast<float>();
+    return {to.x(), to.y(), to.z()};
 }
 
 uint32_t TileMesher::add_vertex(GridVector position, GridVector outward, uint8_t material) {
     const auto index = static_cast<uint32_t>(out_->vertex_count());
-    const auto along = [&](double base, const double* row) {
-        return static_cast<float>(
-            base + voxel_m_ * (row[0] * position.x + row[1] * position.y + row[2] * position.z));
-    };
-    push(out_->positions, {along(origin_.x, rotation_[0]), along(origin_.y, rotation_[1]),
-                           along(origin_.z, rotation_[2])});
+    const Eigen::Vector3d in_grid(position.x, position.y, position.z);
+    const Eigen::Vector3f at = (origin_ + voxel_m_ * (rotation_ * in_grid)).cast<float>();
+    push(out_->positions, {at.x(), at.y(), at.z()});
     push(out_->normals, rotated(unit(outward)));
     const auto& color = colors_[std::min<size_t>(material, colors_.size() - 1)];
     out_->colors.insert(out_->colors.end(), color.begin(), color.end());

@@ -1,6 +1,7 @@
 /// The mesh of a tile at its level of detail.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -52,8 +53,8 @@ class TileMesher {
     bool same_place(uint32_t a, uint32_t b) const;
 
     SurfaceMeshDef def_;
-    double rotation_[3][3];
-    Vec3 origin_;
+    Eigen::Matrix3d rotation_;  ///< of the grid in the world
+    Eigen::Vector3d origin_;
     double voxel_m_ = 0;
     std::vector<std::array<float, 3>> colors_;
     const TileLevels* levels_ = nullptr;
