@@ -14,7 +14,7 @@ namespace bsoil {
 /// Sticky conditions: once set they stay until Soil::clear_status(). The text of each names the
 /// cure.
 enum class StatusBit : uint32_t {
-    tile_table_full = 1u << 0,    ///< more awake tiles needed than tile_capacity
+    tile_table_full = 1u << 0,    ///< more tiles needed awake than tile_capacity or memory holds
     speed_clamped = 1u << 1,      ///< soil or a body moved faster than substeps_max voxels a step
     body_teleported = 1u << 2,    ///< a body jumped so far that it was placed, not swept
     body_outside_grid = 1u << 3,  ///< a moving body left the grid's box
@@ -22,7 +22,7 @@ enum class StatusBit : uint32_t {
     contact_list_full =
         1u << 5,  ///< more contact voxels than kContactCapacity; the rest were dropped
     amount_headroom = 1u << 6,  ///< a voxel holds so much soil that its momentum may saturate
-    shape_refused = 1u << 7,    ///< a zero-size, inverted or unbounded shape was ignored
+    shape_refused = 1u << 7,    ///< a shape without size, a bad id, or a body too many: ignored
     span_list_full = 1u << 8,   ///< a column has more height spans than kSpanCapacity
     gravity_differs = 1u << 9,  ///< the bodies' world has another gravity than the soil
 };

@@ -15,7 +15,8 @@ struct StatusText {
 };
 constexpr StatusText kTexts[] = {
     {StatusBit::tile_table_full,
-     "tile_table_full: soil there stood still; raise SoilDef::tile_capacity or use larger voxels"},
+     "tile_table_full: soil there stood still; raise SoilDef::tile_capacity, or use larger voxels "
+     "where memory is short"},
     {StatusBit::speed_clamped,
      "speed_clamped: moved slower than it should; raise SoilDef::substeps_max or shorten step_s"},
     {StatusBit::body_teleported,
@@ -31,8 +32,8 @@ constexpr StatusText kTexts[] = {
      "amount_headroom: a voxel holds over 16 times its room; raise SoilDef::overflow_passes, or "
      "leave pressed soil a way out"},
     {StatusBit::shape_refused,
-     "shape_refused: a shape without size or with too many faces was ignored; give it a size, or "
-     "at most 256 faces"},
+     "shape_refused: a shape without size or with too many faces was ignored, or a body too many; "
+     "give it a size and at most 256 faces, and a soil at most 4096 bodies"},
     {StatusBit::span_list_full,
      "span_list_full: a column has more height spans than are kept, its upper ones do not slip; "
      "use larger voxels, or fewer layers above one another"},
