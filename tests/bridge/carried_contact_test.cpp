@@ -157,7 +157,9 @@ TEST_P(RockOnBed, is_held_up_at_the_soils_surface) {
 }
 
 TEST_P(RockOnBed, weighs_on_the_bed_as_much_as_it_weighs) {
-    if (GetParam() == Bed::kinematic) GTEST_SKIP() << "feels nothing";
+    if (GetParam() == Bed::kinematic) {
+        GTEST_SKIP() << "feels nothing";
+    }
     TruckBed bed(GetParam());
     bed.scene.run(2);
     const double before_n = bed.mean_stand_n(1);
@@ -174,7 +176,9 @@ TEST_P(RockOnBed, weighs_on_the_bed_as_much_as_it_weighs) {
 
 // The bed falls, or is thrown, with all that is in it: no force from outside but gravity.
 TEST_P(RockOnBed, and_bed_keep_their_momentum_in_free_fall) {
-    if (GetParam() == Bed::kinematic) GTEST_SKIP() << "feels nothing";
+    if (GetParam() == Bed::kinematic) {
+        GTEST_SKIP() << "feels nothing";
+    }
     TruckBed bed(GetParam(), false);
     bed.scene.world->setGravity(btVector3(0, 0, 0));
     btRigidBody& rock = bed.add_rock();
@@ -198,7 +202,9 @@ TEST_P(RockOnBed, and_bed_keep_their_momentum_in_free_fall) {
 }
 
 TEST_P(RockOnBed, falls_asleep_with_it) {
-    if (GetParam() == Bed::kinematic) GTEST_SKIP() << "its bed never sleeps";
+    if (GetParam() == Bed::kinematic) {
+        GTEST_SKIP() << "its bed never sleeps";
+    }
     TruckBed bed(GetParam());
     btRigidBody& rock = bed.add_rock();
     bed.scene.run(8);

@@ -177,7 +177,9 @@ std::vector<GLint> gl_state() {
 
 TEST(Host, its_gl_context_stays_current_and_its_state_untouched) {
     const HostContext host;
-    if (host.context == EGL_NO_CONTEXT) GTEST_SKIP() << "no OpenGL 4.5 context to be had";
+    if (host.context == EGL_NO_CONTEXT) {
+        GTEST_SKIP() << "no OpenGL 4.5 context to be had";
+    }
     GLuint buffers[2];
     glGenBuffers(2, buffers);
     glBindBuffer(GL_ARRAY_BUFFER, buffers[0]);
@@ -207,7 +209,9 @@ TEST(Host, its_gl_context_stays_current_and_its_state_untouched) {
         def.backend = Backend::gl;
         def.voxel_m = 0.1;
         auto soil = SoilAction::create(*scene.world, def);
-        if (!soil) GTEST_SKIP() << soil.error();
+        if (!soil) {
+            GTEST_SKIP() << soil.error();
+        }
         check("created");
         ASSERT_EQ((*soil)->soil().backend_name(), "gl");
         ASSERT_TRUE((*soil)->fill(BoxFill{{{-2, -1, -2}, {2, 0.4, 2}}, def.material.name}));

@@ -366,7 +366,9 @@ void expect_all_translate(const std::vector<PublishedSoil>& soils) {
 
 TEST(BekkerSoil, published_parameters_translate) {
     std::ifstream file(BULLETSOIL_DATA_DIR "/terramechanics/soil_parameters.csv");
-    if (!file) GTEST_SKIP() << "no reference data in " BULLETSOIL_DATA_DIR;
+    if (!file) {
+        GTEST_SKIP() << "no reference data in " BULLETSOIL_DATA_DIR;
+    }
     const auto soils = published(file, {.moisture = 1,
                                         .kphi = 2,
                                         .kc = 3,
@@ -383,7 +385,9 @@ TEST(BekkerSoil, published_parameters_translate) {
 
 TEST(BekkerSoil, scm_presets_translate) {
     std::ifstream file(BULLETSOIL_DATA_DIR "/terramechanics/chrono_presets.csv");
-    if (!file) GTEST_SKIP() << "no reference data in " BULLETSOIL_DATA_DIR;
+    if (!file) {
+        GTEST_SKIP() << "no reference data in " BULLETSOIL_DATA_DIR;
+    }
     const auto soils = published(file, {.moisture = 0,
                                         .kphi = 1,
                                         .kc = 2,

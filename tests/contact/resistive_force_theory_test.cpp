@@ -19,7 +19,9 @@ double radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
 TEST(ResistiveForceTheory, stresses_equal_the_published_check_values) {
     std::ifstream file(BULLETSOIL_DATA_DIR "/terramechanics/rft_spot_checks.csv");
-    if (!file) GTEST_SKIP() << "no reference data in " BULLETSOIL_DATA_DIR;
+    if (!file) {
+        GTEST_SKIP() << "no reference data in " BULLETSOIL_DATA_DIR;
+    }
     std::string line;
     std::getline(file, line);
     int checked = 0;

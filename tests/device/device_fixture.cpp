@@ -40,7 +40,9 @@ std::unique_ptr<Device> create_test_device(const std::string& name, std::string&
 void AnyDevice::SetUp() {
     std::string reason;
     device_ = create_test_device(GetParam(), reason);
-    if (!device_) GTEST_SKIP() << reason;
+    if (!device_) {
+        GTEST_SKIP() << reason;
+    }
 }
 
 }  // namespace bsoil::device

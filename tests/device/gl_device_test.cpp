@@ -220,7 +220,9 @@ void call_everything(const Check& check) {
 
 TEST(GlDevice, host_keeps_its_opengl_context) {
     const HostContext host(EGL_OPENGL_API);
-    if (!host.is_usable()) GTEST_SKIP() << "no OpenGL context with a surface here";
+    if (!host.is_usable()) {
+        GTEST_SKIP() << "no OpenGL context with a surface here";
+    }
     call_everything([&](const char* after) {
         host.expect_current(after);
         EXPECT_EQ(eglQueryAPI(), static_cast<EGLenum>(EGL_OPENGL_API)) << after;
@@ -229,7 +231,9 @@ TEST(GlDevice, host_keeps_its_opengl_context) {
 
 TEST(GlDevice, host_keeps_its_opengl_es_context) {
     const HostContext host(EGL_OPENGL_ES_API);
-    if (!host.is_usable()) GTEST_SKIP() << "no OpenGL ES context with a surface here";
+    if (!host.is_usable()) {
+        GTEST_SKIP() << "no OpenGL ES context with a surface here";
+    }
     call_everything([&](const char* after) {
         host.expect_current(after);
         EXPECT_EQ(eglQueryAPI(), static_cast<EGLenum>(EGL_OPENGL_ES_API)) << after;

@@ -104,7 +104,9 @@ TEST_F(Render, a_hosts_window_gets_the_same_picture) {
     view.floor_height_m = -1;
     const Image off_screen = draw(view);
     const CallersContext window;
-    if (!window.is_current()) GTEST_SKIP() << "no EGL surface that could be a host's window";
+    if (!window.is_current()) {
+        GTEST_SKIP() << "no EGL surface that could be a host's window";
+    }
     auto in_window = Renderer::create({.callers_context = true});
     ASSERT_TRUE(in_window) << in_window.error();
     view.items = {item_of((*in_window)->add_mesh(ball), {})};

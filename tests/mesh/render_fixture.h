@@ -15,7 +15,9 @@ class Render : public ::testing::Test {
   protected:
     void SetUp() override {
         Result<std::unique_ptr<Renderer>> created = Renderer::create();
-        if (!created) GTEST_SKIP() << created.error();
+        if (!created) {
+            GTEST_SKIP() << created.error();
+        }
         renderer_ = std::move(*created);
     }
 

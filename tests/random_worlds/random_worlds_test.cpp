@@ -14,7 +14,9 @@ void expect_all_holds(uint64_t first, uint64_t last, Run run, PlanKind kind) {
     for (uint64_t seed = first; seed <= last; ++seed) {
         const WorldPlan plan = make_plan(seed, kind);
         for (const Failure& failure : run_plan(plan, run)) {
-            if (!known_fault(plan, failure)) ADD_FAILURE() << text_of(failure);
+            if (!known_fault(plan, failure)) {
+                ADD_FAILURE() << text_of(failure);
+            }
         }
     }
 }
@@ -43,7 +45,9 @@ TEST(RandomWorlds, are_the_same_on_gl) {
     const WorldPlan plan = make_plan(401, PlanKind::small);
     SoilDef def = plan.soils[0].def;
     def.backend = Backend::gl;
-    if (const auto soil = Soil::create(def); !soil) GTEST_SKIP() << soil.error();
+    if (const auto soil = Soil::create(def); !soil) {
+        GTEST_SKIP() << soil.error();
+    }
     expect_all_holds(401, 401, Run::on_gl, PlanKind::small);
 }
 

@@ -273,7 +273,9 @@ TEST_F(BulletFileTest, cut_and_damaged_files_are_refused) {
 
 TEST_F(BulletFileTest, the_example_of_bullet_loads_and_says_what_is_missing) {
     const std::string example = find_file("data:bullet3/multibody.bullet", BSOIL_SCENES_DIR "/x");
-    if (example.empty()) GTEST_SKIP() << "bullet3/multibody.bullet is not there";
+    if (example.empty()) {
+        GTEST_SKIP() << "bullet3/multibody.bullet is not there";
+    }
     World w;
     const auto file = BulletFile::load(example, w.world);
     ASSERT_TRUE(file) << file.error();

@@ -50,7 +50,9 @@ TEST_P(PublishedUrdf, stands_on_soil) {
     const PublishedFile& given = GetParam();
     const std::string path = std::string(BSOIL_SCENES_DIR) + "/s.toml";
     const std::string file = std::string("data:") + given.file;
-    if (find_file(file, path).empty()) GTEST_SKIP() << file << ": set BULLETSOIL_DATA";
+    if (find_file(file, path).empty()) {
+        GTEST_SKIP() << file << ": set BULLETSOIL_DATA";
+    }
     const auto scene = parse_scene(
         "[world]\nduration_s = 0.5\n[soil]\nsize_m = [2.4, 2.4, 0.8]\nvoxel_m = 0.06\n"
         "[[fill]]\nkind = \"box\"\nmin_m = [-2, -2, 0]\nmax_m = [2, 2, 0.42]\n"

@@ -186,7 +186,9 @@ TEST_P(RandomBanks, fail_as_the_oracle_says) {
 }
 
 TEST_P(RandomBanks, have_the_same_bits_on_gl) {
-    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
+    if (!gl_missing().empty()) {
+        GTEST_SKIP() << gl_missing();
+    }
     const auto result = [&](Backend backend) {
         SoilDef def = random_banks_def();
         def.backend = backend;

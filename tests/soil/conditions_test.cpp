@@ -109,7 +109,9 @@ TEST(Conditions, soil_that_is_too_fast_is_located) {
 }
 
 TEST(Conditions, are_the_same_on_gl) {
-    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
+    if (!gl_missing().empty()) {
+        GTEST_SKIP() << gl_missing();
+    }
     expect_same(too_fast(Backend::gl, 0), too_fast(Backend::cpu, 2));
 }
 

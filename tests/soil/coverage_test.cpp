@@ -118,7 +118,9 @@ TEST_P(Coverage, follows_the_oracle) {
 }
 
 TEST_P(Coverage, has_the_same_bits_on_gl) {
-    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
+    if (!gl_missing().empty()) {
+        GTEST_SKIP() << gl_missing();
+    }
     for (unsigned seed = 0; seed < 3; ++seed) {
         EXPECT_TRUE(voxelized(bench_of(scenario_, Backend::cpu), seed) ==
                     voxelized(bench_of(scenario_, Backend::gl), seed));

@@ -25,7 +25,9 @@ TEST(Determinism, threads_and_repetition_do_not_matter) {
 }
 
 TEST(Determinism, gl_gives_the_bits_of_the_cpu) {
-    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
+    if (!gl_missing().empty()) {
+        GTEST_SKIP() << gl_missing();
+    }
     // tests/gpu/run.sh shows what is recorded here.
     const auto record = [](const std::string& key, uint64_t checksum) {
         testing::Test::RecordProperty(key, fmt::format("{:016x}", checksum));

@@ -13,7 +13,9 @@ const device::DeviceCounters& counters_of(Soil& soil) {
 class DeviceUse : public testing::TestWithParam<Backend> {
   protected:
     void SetUp() override {
-        if (GetParam() == Backend::gl && !gl_missing().empty()) GTEST_SKIP() << gl_missing();
+        if (GetParam() == Backend::gl && !gl_missing().empty()) {
+            GTEST_SKIP() << gl_missing();
+        }
     }
 };
 
@@ -84,7 +86,9 @@ INSTANTIATE_TEST_SUITE_P(Backends, DeviceUse, testing::Values(Backend::cpu, Back
                          });
 
 TEST(DeviceTimes, gl_tells_the_stages_times_by_its_own_clock) {
-    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
+    if (!gl_missing().empty()) {
+        GTEST_SKIP() << gl_missing();
+    }
     SoilDef def = MovingScene::default_def();
     def.backend = Backend::gl;
     MovingScene scene(4, def);
@@ -96,7 +100,9 @@ TEST(DeviceTimes, gl_tells_the_stages_times_by_its_own_clock) {
 }
 
 TEST(DeviceTimes, gl_tells_the_kernels_times_when_the_gpu_has_told_them) {
-    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
+    if (!gl_missing().empty()) {
+        GTEST_SKIP() << gl_missing();
+    }
     SoilDef def = MovingScene::default_def();
     def.backend = Backend::gl;
     MovingScene scene(4, def);

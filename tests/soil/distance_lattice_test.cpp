@@ -371,7 +371,9 @@ TEST(DistanceLattice, mesh_box_covers_what_the_box_covers) {
 }
 
 TEST(DistanceLattice, covers_with_the_same_bits_on_gl) {
-    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
+    if (!gl_missing().empty()) {
+        GTEST_SKIP() << gl_missing();
+    }
     const Scenario scenario{1, 16, 16, 16, 1};
     std::mt19937 random(11);
     const ConvexShape shapes[] = {

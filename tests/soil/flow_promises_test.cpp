@@ -63,7 +63,9 @@ TEST(Flows, are_the_same_on_any_number_of_threads_and_on_gl) {
     two.run(25);
     EXPECT_EQ(two.soil->checksum(), one.soil->checksum());
     EXPECT_EQ(two.soil->totals().units_out, totals.units_out);
-    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
+    if (!gl_missing().empty()) {
+        GTEST_SKIP() << gl_missing();
+    }
     def.backend = Backend::gl;
     Plant gl(def);
     gl.start();

@@ -250,7 +250,9 @@ INSTANTIATE_TEST_SUITE_P(Seeds, RandomGrids, testing::Range(1u, 25u));
 class RandomGridsOnGl : public RandomGrids {};
 
 TEST_P(RandomGridsOnGl, give_the_bits_of_the_cpu) {
-    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
+    if (!gl_missing().empty()) {
+        GTEST_SKIP() << gl_missing();
+    }
     EXPECT_EQ(checksum_after(Backend::gl, 0), checksum_after(Backend::cpu, 1));
 }
 

@@ -372,7 +372,9 @@ TEST(GroundBodies, give_the_same_bits_on_threads_and_on_gl) {
     const std::vector<uint64_t> once = run(def, 80);
     def.thread_count = 3;
     EXPECT_EQ(run(def, 80), once);
-    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
+    if (!gl_missing().empty()) {
+        GTEST_SKIP() << gl_missing();
+    }
     def.backend = Backend::gl;
     EXPECT_EQ(run(def, 40), std::vector<uint64_t>(once.begin(), once.begin() + 4));
 }

@@ -94,7 +94,9 @@ TEST(Settle, gives_the_same_bits_on_two_threads_and_on_gl) {
     };
     const uint64_t once = settled(Backend::cpu, 1);
     EXPECT_EQ(settled(Backend::cpu, 2), once);
-    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
+    if (!gl_missing().empty()) {
+        GTEST_SKIP() << gl_missing();
+    }
     EXPECT_EQ(settled(Backend::gl, 0), once);
 }
 

@@ -33,7 +33,9 @@ class Stage : public testing::TestWithParam<Scenario> {
     /// Runs `stage` on both backends and compares what it returns word for word; skips without GL.
     template <typename Run>
     void expect_same_on_gl(Run&& stage) const {
-        if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
+        if (!gl_missing().empty()) {
+            GTEST_SKIP() << gl_missing();
+        }
         const auto on_cpu = stage(prepared(Backend::cpu));
         const auto on_gl = stage(prepared(Backend::gl));
         EXPECT_TRUE(on_cpu == on_gl) << "CPU and GL differ";

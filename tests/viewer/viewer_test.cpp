@@ -94,7 +94,9 @@ class ViewerWindow : public testing::Test {
     void SetUp() override {
         static const Played once;
         played_ = &once;
-        if (!once.skipped.empty()) GTEST_SKIP() << once.skipped;
+        if (!once.skipped.empty()) {
+            GTEST_SKIP() << once.skipped;
+        }
         ASSERT_EQ(once.exit_code, 0) << once.log();
     }
     Pixels picture(const std::string& name) const {
@@ -149,7 +151,9 @@ TEST_F(ViewerWindow, load_brings_back_what_save_wrote) {
 
 TEST(ViewScripts, mistakes_are_named_with_their_line) {
     // By the command: what a person sees.
-    if (std::system("command -v xvfb-run >/dev/null") != 0) GTEST_SKIP() << "no xvfb-run";
+    if (std::system("command -v xvfb-run >/dev/null") != 0) {
+        GTEST_SKIP() << "no xvfb-run";
+    }
     const fs::path folder = fs::path(BSOIL_VIEWER_OUT) / "mistakes";
     fs::create_directories(folder);
     const auto run = [&](const std::string& script) {
