@@ -1,5 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <tuple>
+#include <vector>
+
 #include "bsoil/surface_mesh.h"
 #include "mesh_checks.h"
 
@@ -33,6 +38,77 @@ TEST(SoilTiles, box_of_soil_meshes_to_its_own_volume_with_either_axis_up) {
         // Whether a voxel is inside is found by sampling: a quarter of 5 cm.
         EXPECT_NEAR(highest, 0.42, 0.0125);
     }
+}
+
+/// Sand as poured and levelled: a plate compacts it.
+MaterialDef loose_sand() {
+    MaterialDef sand = materials::dry_sand();
+    sand.name = "loose_sand";
+    sand.density_kg_m3 = 1450;
+    return sand;
+}
+
+/// Level ground of two materials: in the left half sand, in the right gravel.
+Result<std::unique_ptr<Soil>> sand_beside_gravel() {
+    SoilDef def;
+    def.size_m = {1.6, 0.8, 0.8};
+    def.up = UpAxis::z;
+    def.backend = Backend::cpu;
+    def.materials = {loose_sand(), materials::gravel()};
+    auto soil = Soil::create(def);
+    if (!soil) return soil;
+    for (const auto& [low, high, name] :
+         {std::tuple{-1.0, 0.0, "loose_sand"}, std::tuple{0.0, 1.0, "gravel"}}) {
+        const Status filled = (*soil)->fill(BoxFill{{{low, -1, -1}, {high, 1, 0.4}}, name});
+        if (!filled) return Error{filled.error()};
+    }
+    return soil;
+}
+
+float brightness(const std::array<float, 3>& color) { return color[0] + color[1] + color[2]; }
+
+TEST(SoilTiles, untouched_ground_has_its_materials_colours) {
+    auto soil = sand_beside_gravel();
+    ASSERT_TRUE(soil) << soil.error();
+    const SoilTiles tiles(**soil);
+    EXPECT_EQ(tiles.color_at(2, 8, 7, 0), loose_sand().color);
+    EXPECT_EQ(tiles.color_at(29, 8, 7, 1), materials::gravel().color);
+}
+
+TEST(SoilTiles, moved_soil_is_darker_and_compacted_soil_paler_than_settled_ground) {
+    auto soil = sand_beside_gravel();
+    ASSERT_TRUE(soil) << soil.error();
+    const SoilTiles tiles(**soil);
+    // A plate goes down into the sand. Below it the sand is compacted, beside it some is moved.
+    SoilBody plate;
+    ConvexShape box;
+    box.half_extents_m = {0.15, 0.15, 0.05};
+    const std::vector<ConvexShape> shapes{box};
+    plate.shapes = &shapes;
+    plate.id = 1;
+    plate.linear_velocity_m_s = {0, 0, -0.3};
+    plate.contact_pressure_pa = 2e5;
+    for (int step = 0; step < 24; ++step) {
+        plate.pose.position = {-0.4, 0, 0.45 - 0.005 * step};
+        plate.center_of_mass_m = plate.pose.position;
+        (*soil)->step({&plate, 1});
+    }
+    const float settled = brightness(loose_sand().color);
+    float palest = 0, darkest = 10;
+    double densest = 0;
+    for (int z = 0; z < 10; ++z) {
+        for (int y = 0; y < 16; ++y) {
+            for (int x = 0; x < 15; ++x) {
+                if ((*soil)->sample(x, y, z).volume < 0.1) continue;
+                densest = std::max(densest, (*soil)->sample(x, y, z).density_kg_m3);
+                const float here = brightness(tiles.color_at(x, y, z, 0));
+                palest = std::max(palest, here);
+                darkest = std::min(darkest, here);
+            }
+        }
+    }
+    EXPECT_GT(palest, 1.05f * settled) << "densest " << densest;
+    EXPECT_LT(darkest, 0.9f * settled);
 }
 
 }  // namespace

@@ -49,6 +49,9 @@ class TileSource {
                            std::vector<uint8_t>& material) const = 0;
     /// How fast the soil of a voxel moves, world axes. Unless it is overridden, it stands.
     virtual Vec3 velocity_m_s(int x, int y, int z) const;
+    /// Linear RGB of a voxel's soil where it lies bare; `material` is its main one. Unless it is
+    /// overridden, that material's.
+    virtual std::array<float, 3> color_at(int x, int y, int z, int material) const;
     /// As Soil::read_terrain. Unless it is overridden, what read_tile calls solid.
     virtual void read_terrain(int tx, int ty, std::vector<float>& terrain) const;
 };
@@ -64,6 +67,8 @@ class SoilTiles final : public TileSource {
     void read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
                    std::vector<uint8_t>& material) const override;
     Vec3 velocity_m_s(int x, int y, int z) const override;
+    /// Moved soil is darker and richer than ground that settled, what a body has compacted paler.
+    std::array<float, 3> color_at(int x, int y, int z, int material) const override;
     void read_terrain(int tx, int ty, std::vector<float>& terrain) const override;
 
   private:

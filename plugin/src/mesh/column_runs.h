@@ -21,6 +21,8 @@ struct Run {
     /// Continues soil of a neighbouring column inside terrain: never visible.
     bool in_solid = false;
     bool on_solid = false;  ///< lies on terrain or a body, and dives into it
+    /// Linear RGB of the soil at its top: what lies bare has its own look.
+    std::array<float, 3> color{};
     friend bool operator==(const Run&, const Run&) = default;
 };
 

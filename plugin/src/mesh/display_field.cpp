@@ -17,6 +17,7 @@ constexpr float kBelowSolid = 0.5f;   ///< soil hidden in terrain stays this dee
 constexpr float kHiddenDepth = 2.0f;  ///< and is this thick [samples]
 constexpr float kHiddenEdge = 0.05f;  ///< where it ends between two samples, so as not to peep out
 constexpr float kSheetStep = 3.0f;  ///< tops further apart are not one surface at the grid's sides
+constexpr float kBareDepth = 1.5f;  ///< soil this far below its top is seen from above [samples]
 /// Soil on a support dives into it by this many voxels for each voxel between samples, so that a
 /// sample of a coarse level lies in it, however thin it is.
 constexpr float kDive = 2.0f;
@@ -98,7 +99,7 @@ void DisplayField::continue_into_solid(const GridColumns& grid, int x, int y, in
         if (covered) continue;
         float top_sum = 0;
         int top_count = 0;
-        uint8_t soil_material = 0;
+        const Run* soil = nullptr;
         for (int v = y - spacing; v <= y + spacing; v += spacing) {
             for (int u = x - spacing; u <= x + spacing; u += spacing) {
                 if (u < 0 || u >= grid.size[0] || v < 0 || v >= grid.size[1]) continue;
@@ -109,7 +110,7 @@ void DisplayField::continue_into_solid(const GridColumns& grid, int x, int y, in
                     if (run.top <= solid.bottom || run.bottom >= solid.top) continue;
                     top_sum += run.top;
                     ++top_count;
-                    soil_material = run.material;
+                    soil = &run;
                 }
             }
         }
@@ -119,7 +120,13 @@ void DisplayField::continue_into_solid(const GridColumns& grid, int x, int y, in
         const float depth = kHiddenDepth * static_cast<float>(spacing);
         const float bottom = std::max(solid.bottom, top - depth);
         if (top <= bottom) continue;
-        runs_.push_back({bottom, top, soil_material, true});
+        Run hidden;
+        hidden.bottom = bottom;
+        hidden.top = top;
+        hidden.material = soil->material;
+        hidden.in_solid = true;
+        hidden.color = soil->color;
+        runs_.push_back(hidden);
         column.run_end = static_cast<uint32_t>(runs_.size());
     }
 }
@@ -242,6 +249,13 @@ uint8_t DisplayField::material(int i, int j, float z) const {
         result = layer.material;
     }
     return result;
+}
+
+std::optional<std::array<float, 3>> DisplayField::bare_color(int i, int j, float z) const {
+    const Run* run = run_at(i, j, z);
+    const float depth = kBareDepth * static_cast<float>(lattice_[2].spacing);
+    if (!run || z < run->top - depth) return {};
+    return run->color;
 }
 
 uint64_t DisplayField::material_borders(int i, int j, int w) const {

@@ -22,11 +22,15 @@ static_assert(SurfaceMesher::kLevelMost == TileLevels::kMost);
 constexpr double kKeepShare = 0.1;
 constexpr uint8_t kNoLevel = 255;
 
+constexpr float kBareLeast = 0.05f;  ///< of a voxel: less soil than this has no colour of its own
+
 /// Tiles around one that changed whose meshes may depend on it, by their level: cells and normals
-/// read columns up to two samples away, and those read the ones a sample further on.
-constexpr int kReach[] = {1, 2, 2, 3};
+/// read columns up to two samples away, and where there is terrain those read the ones a sample
+/// further on.
+constexpr int kReach[] = {1, 1, 1, 2}, kReachAtTerrain[] = {1, 2, 2, 3};
 constexpr int kReachMost = 3;
 static_assert(std::size(kReach) == TileLevels::kMost + 1);
+static_assert(std::size(kReachAtTerrain) == TileLevels::kMost + 1);
 
 }  // namespace
 
@@ -71,15 +75,31 @@ struct SurfaceMesher::Impl {
         if (def.layer == SurfaceMeshDef::Layer::terrain) {
             source.read_terrain(tx, ty, solid);
             mesh::find_terrain_runs(solid, grid.size[2], columns);
+            for (mesh::Run& run : columns.runs.items) run.color = def.terrain_color;
         } else {
             source.read_tile(tx, ty, volume, solid, material);
             mesh::find_soil_runs(volume, solid, material, grid.size[2], columns);
+            read_colors(tx, ty);
             read_loose(tx, ty);
         }
         mesh::TileColumns& known = grid.tiles[tile_index(tx, ty)];
         if (columns == known) return false;
         std::swap(known, columns);
         return true;
+    }
+
+    /// Those of the runs just found, at their topmost voxels.
+    void read_colors(int tx, int ty) {
+        for (int c = 0; c < mesh::kTileColumns; ++c) {
+            const int x = tx * kTileSide + c % kTileSide, y = ty * kTileSide + c / kTileSide;
+            if (x >= grid.size[0] || y >= grid.size[1]) continue;
+            for (uint32_t r = columns.runs.begin[c]; r < columns.runs.begin[c + 1]; ++r) {
+                mesh::Run& run = columns.runs.items[r];
+                int z = std::min(static_cast<int>(std::ceil(run.top)), grid.size[2]) - 1;
+                while (z > 0 && volume[z * mesh::kTileColumns + c] < kBareLeast) --z;
+                run.color = source.color_at(x, y, z, material[z * mesh::kTileColumns + c]);
+            }
+        }
     }
 
     /// From the arrays of the tile just read.
@@ -98,7 +118,7 @@ struct SurfaceMesher::Impl {
             voxel.velocity_m_s = source.velocity_m_s(x, y, z);
             voxel.side_m = static_cast<float>(frame.voxel_m);
             voxel.volume = volume[static_cast<size_t>(v)];
-            voxel.color = source.materials()[material[static_cast<size_t>(v)]].color;
+            voxel.color = source.color_at(x, y, z, material[static_cast<size_t>(v)]);
             voxel.seed = static_cast<uint32_t>((z * grid.size[1] + y) * grid.size[0] + x);
             loose.push_back(voxel);
         }
@@ -124,10 +144,12 @@ struct SurfaceMesher::Impl {
     }
 
     void mark_with_neighbours(int tx, int ty) {
+        has_terrain |= !grid.tiles[tile_index(tx, ty)].solids.items.empty();
+        const int* reach = has_terrain ? kReachAtTerrain : kReach;
         for_each_around(tx, ty, kReachMost, [&](int x, int y) {
             const int away = std::max(std::abs(x - tx), std::abs(y - ty));
             Tile& tile = tiles[tile_index(x, y)];
-            if (away <= kReach[levels.at(x, y)]) tile.dirty = true;
+            if (away <= reach[levels.at(x, y)]) tile.dirty = true;
             if (away <= 1) tile.has_errors = false;
         });
     }
@@ -210,6 +232,7 @@ struct SurfaceMesher::Impl {
     const TileSource& source;
     SurfaceMeshDef def;
     mesh::GridColumns grid;
+    bool has_terrain = false;  ///< or ground bodies, be it in a single column
     std::vector<Tile> tiles;
     TileLevels levels;
     std::vector<uint8_t> wanted_levels;  ///< of the last detail, before neighbours lower them

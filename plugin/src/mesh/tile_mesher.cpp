@@ -93,13 +93,21 @@ GridVector TileMesher::rotated(GridVector v) const {
     return {to.x(), to.y(), to.z()};
 }
 
-uint32_t TileMesher::add_vertex(GridVector position, GridVector outward, uint8_t material) {
+const TileMesher::Color& TileMesher::color_of(uint8_t material) const {
+    return colors_[std::min<size_t>(material, colors_.size() - 1)];
+}
+
+TileMesher::Color TileMesher::color_at(const DisplayField& field, int i, int j, float z) const {
+    const auto bare = field.bare_color(i, j, z);
+    return bare ? *bare : color_of(field.material(i, j, z));
+}
+
+uint32_t TileMesher::add_vertex(GridVector position, GridVector outward, const Color& color) {
     const auto index = static_cast<uint32_t>(out_->vertex_count());
     const Eigen::Vector3d in_grid(position.x, position.y, position.z);
     const Eigen::Vector3f at = (origin_ + voxel_m_ * (rotation_ * in_grid)).cast<float>();
     push(out_->positions, {at.x(), at.y(), at.z()});
     push(out_->normals, rotated(unit(outward)));
-    const auto& color = colors_[std::min<size_t>(material, colors_.size() - 1)];
     out_->colors.insert(out_->colors.end(), color.begin(), color.end());
     return index;
 }
@@ -111,7 +119,8 @@ uint32_t TileMesher::add_vertex_up(const DisplayField& field, int i, int j, int 
         q == 0 ? GridVector{0, 0, -1}
                : GridVector{-field.slope(0, i, j, z), -field.slope(1, i, j, z), top ? 1.0f : -1.0f};
     return add_vertex({field.position(0, i), field.position(1, j), z}, outward,
-                      field.material(i, j, field.height(top ? q : q + 1)));
+                      q == 0 ? color_of(field.material(i, j, 0))
+                             : color_at(field, i, j, field.height(top ? q : q + 1)));
 }
 
 uint32_t TileMesher::add_vertex_aside(const DisplayField& field, int axis, int i, int j, int q) {
@@ -137,7 +146,10 @@ uint32_t TileMesher::add_vertex_aside(const DisplayField& field, int axis, int i
         outward = axis == 0 ? GridVector{-along, -across, -up} : GridVector{-across, -along, -up};
         (axis == 0 ? position.x : position.y) = mixed(begin, end);
     }
-    return add_vertex(position, outward, field.material(inner[0], inner[1], z));
+    // A cut shows what is inside.
+    return add_vertex(position, outward,
+                      begin == end ? color_of(field.material(inner[0], inner[1], z))
+                                   : color_at(field, inner[0], inner[1], z));
 }
 
 uint32_t TileMesher::copy_vertex(uint32_t vertex, GridVector outward) {
