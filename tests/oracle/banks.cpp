@@ -33,16 +33,18 @@ std::vector<double> failing_planes(const Model& model, const Field& field,
         }
     }
     // Within `blur` of a height the strongest soil, or the weakest; no end of cohesion in what is
-    // rigid.
+    // rigid. It counts as bonded where all of it is, or any: a plane without any fails no more.
     const auto soil_at = [&](int x, int y, double height) {
         std::optional<BankSoil> found;
         double friction = 0;
+        bool is_bonded = strength > 1;
         for (double z : {height - blur, height, height + blur}) {
             const int at = std::clamp(static_cast<int>(std::ceil(z)) - 1, 0, field.nz - 1);
             const Voxel& voxel = field.at(x, y, at);
             const bool bonded = z - at - 1e-4 < voxel.terrain + voxel.bond;
             BankSoil here = voxel.soil > 0 ? soil(voxel, bonded) : BankSoil{};
-            here.is_bonded = voxel.soil > 0 && bonded;
+            const bool holds = voxel.soil > 0 && bonded && here.cohesion_height > 0;
+            is_bonded = strength > 1 ? is_bonded && holds : is_bonded || holds;
             if (field.closed(model, x, y, at)) here.cohesion_height = kNone;
             const bool strongest = strength > 1;
             friction = z < height ? here.friction
@@ -53,6 +55,7 @@ std::vector<double> failing_planes(const Model& model, const Field& field,
             }
         }
         found->friction = friction;
+        found->is_bonded = is_bonded;
         return *found;
     };
     const auto search = [&](int x, int y, int dx, int dy) -> std::optional<Plane> {
@@ -75,7 +78,7 @@ std::vector<double> failing_planes(const Model& model, const Field& field,
                 balance -= strength * held.cohesion_height * (1 + slope * slope) * stretch;
                 if (n < plane.count) {
                     balance += std::max(0.0, rise(n) - plane.height(n)) * (slope - held.friction);
-                    any_bonded |= held.is_bonded && held.cohesion_height > 0;
+                    any_bonded |= held.is_bonded;
                 }
             }
             return any_bonded && balance > 0;

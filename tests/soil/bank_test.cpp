@@ -102,7 +102,7 @@ StatePlanes random_banks(const StageBench& bench, unsigned seed) {
                 planes.at(
                     kPlaneMaterial + (z < layer ? 0 : 1 + static_cast<int>(random() % 8 == 0)), x,
                     y, z) = soil / 2;
-                if ((3 * x + 5 * y + 7 * z) % 11 < 2) {
+                if (random() % 11 < 2) {
                     planes.at(kPlaneMaterial + 2, x, y, z) += soil / 5;
                 }
             }
@@ -202,7 +202,8 @@ TEST_P(RandomBanks, have_the_same_bits_on_gl) {
     EXPECT_TRUE(result(Backend::cpu) == result(Backend::gl));
 }
 
-INSTANTIATE_TEST_SUITE_P(Banks, RandomBanks, testing::Range(1u, 13u));
+INSTANTIATE_TEST_SUITE_P(Banks, RandomBanks, testing::Values(1u, 2u, 3u, 4u, 5u, 6u, 7u, 8u, 9u, 10u, 11u, 12u, 23u, 29u,
+                                         50u, 97u));
 
 class CohesiveBank : public testing::TestWithParam<BankCase> {};
 
