@@ -88,6 +88,21 @@ ivec3 momentum_with_wall(int slot, ivec3 at, int mass, ivec3 target, int to) {
     return momentum_of(mass, clamp(velocity, ivec3(-kSpeedMost), ivec3(kSpeedMost)));
 }
 
+// The ground takes the momentum of soil that comes to lie on it. What goes along it goes on, less by friction with what the
+// fall has pressed on it: see slide_soil.
+void land(int voxel, ivec3 momentum) {
+    int along = max(abs(momentum.x), abs(momentum.y));
+    int kept = 0;
+    if (params.slides != 0 && along > 0) {
+        int lost = mul_q16(abs(momentum.z), mixed_word(voxel, 1, kTableFriction));
+        int whole = slope_length(momentum.x, momentum.y);
+        kept = lost >= whole ? 0 : momentum.z == 0 ? 65536 : 65536 - fraction_q16(lost >> 4, (whole >> 4) + 1);
+    }
+    set_state(kPlaneMomentumX, voxel, sign(momentum.x) * mul_q16(abs(momentum.x), kept));
+    set_state(kPlaneMomentumY, voxel, sign(momentum.y) * mul_q16(abs(momentum.y), kept));
+    set_state(kPlaneMomentumZ, voxel, 0);
+}
+
 int advect_soil_lanes(int group, int half_at) {
     return mask_half(block_list[params.list_offset + group], kMaskMoving, half_at);
 }
@@ -109,11 +124,7 @@ void advect_soil(int group, int lane) {
         ivec3 momentum = ivec3(state_at(kPlaneMomentumX, voxel), state_at(kPlaneMomentumY, voxel),
                                state_at(kPlaneMomentumZ, voxel));
         if (support == kSupportGround) {
-            if (momentum.x != 0 || momentum.y != 0 || momentum.z != 0) {
-                set_state(kPlaneMomentumX, voxel, 0);
-                set_state(kPlaneMomentumY, voxel, 0);
-                set_state(kPlaneMomentumZ, voxel, 0);
-            }
+            if (momentum.x != 0 || momentum.y != 0 || momentum.z != 0) land(voxel, momentum);
             continue;
         }
         if (mass == 0) continue;

@@ -1,14 +1,3 @@
-// Columns of half a tile that have changed since the pass `stamp`.
-int changed_half(int slot, int half_at, int stamp) {
-    if (spans[tile_stamp(slot)] <= stamp) return 0;
-    int first = column_word(kColumnStamp, slot * kTileColumns + half_at * 32);
-    int columns = 0;
-    for (int i = 0; i < 32; ++i) {
-        if (spans[first + i] > stamp) columns = columns | (1 << i);
-    }
-    return columns;
-}
-
 // Whether no body covers the voxel of a span's top or the one on it.
 bool is_top_free(int column, int top) {
     int zt = min(params.height - 1, top >> 16);

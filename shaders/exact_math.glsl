@@ -1,5 +1,5 @@
-// Roots out of + - * alone, with a fixed number of steps: the same bits on every device, which the
-// built-in sqrt and division do not promise. C++ and GLSL read this text.
+// Roots of floats out of + - * alone, with a fixed number of steps: the same bits on every device,
+// which the built-in sqrt and division do not promise. And one of integers. C++ and GLSL read this text.
 
 // Bits of 2^-96. Smaller arguments count as zero: their remainders could be denormal, which devices
 // may flush.
@@ -36,4 +36,25 @@ float sqrt_exact(float x) {
     PRECISE float correction = remainder * half_y;
     PRECISE float corrected = root + correction;
     return corrected;
+}
+
+// Whole square root of a sum of squares of numbers below 2^26, to within 2^-12 of itself.
+int slope_length(int a, int b) {
+    int high = max(abs(a), abs(b));
+    if (high == 0) return 0;
+    int shift = 0;
+    while (high >= 32768) {
+        high = high >> 1;
+        shift += 1;
+    }
+    int x = abs(a) >> shift;
+    int y = abs(b) >> shift;
+    int square = x * x + y * y;
+    int root = max(x, y) + min(x, y) / 2 + 1;  // Newton's method from above
+    for (int i = 0; i < 20; ++i) {
+        int better = (root + square / root) / 2;
+        if (better >= root) break;
+        root = better;
+    }
+    return root << shift;
 }

@@ -25,27 +25,6 @@ int step_inverse(ivec2 way) {
 // A Q8 and a Q12 number, or two of Q12: the product as the first.
 int mul_q12(int a, int b) { return mul_q16(a * 4, b * 4); }
 
-int column_of(int slot, ivec2 at) { return slot * kTileColumns + at.y * kTileSide + at.x; }
-
-// Place of the tile beside `slot` over which (x, y) lies, in its record.
-int beside(ivec2 at) { return ((at.y >> 3) + 1) * 3 + (at.x >> 3) + 1; }
-
-// A step over the ground; false where there is no tile awake, and nothing has changed then.
-bool step_on(INOUT(int) slot, INOUT(ivec2) at, ivec2 way) {
-    ivec2 next = at + way;
-    int to = tile_table[slot * kTileTableWords + beside(next)];
-    if (to < 0) return false;
-    slot = to;
-    at = ivec2(next.x & 7, next.y & 7);
-    return true;
-}
-
-// Height of a column's ground, Q16: its soil's, or that of terrain on top of it.
-int ground_height(int column) {
-    int word = spans[column_word(kColumnSurface, column)];
-    return word >= 0 ? word : (word <= kTerrainTop ? kTerrainTop - word : kCovered - word);
-}
-
 int height_over(int slot, ivec2 at, int toe) { return (ground_height(column_of(slot, at)) - toe) >> 8; }
 
 // One step on, or here where the way ends.

@@ -71,6 +71,17 @@ int changed_row(int slot, int y, int stamp) {
     return row;
 }
 
+// Columns of half a tile that have changed since the pass `stamp`.
+int changed_half(int slot, int half_at, int stamp) {
+    if (spans[tile_stamp(slot)] <= stamp) return 0;
+    int first = column_word(kColumnStamp, slot * kTileColumns + half_at * 32);
+    int columns = 0;
+    for (int i = 0; i < 32; ++i) {
+        if (spans[first + i] > stamp) columns = columns | (1 << i);
+    }
+    return columns;
+}
+
 // Columns of half a tile that have changed since the pass `stamp`, or from which one lies up to `reach` columns away.
 int changed_around(int slot, int half_at, int reach, int stamp) {
     bool any_changed = false;
@@ -109,6 +120,27 @@ int column_at(int slot, int x, int y) {
     int other = tile_table[slot * kTileTableWords + ((y >> 3) + 1) * 3 + (x >> 3) + 1];
     if (other < 0) return -1;
     return other * kTileColumns + (y & 7) * kTileSide + (x & 7);
+}
+
+int column_of(int slot, ivec2 at) { return slot * kTileColumns + at.y * kTileSide + at.x; }
+
+// Place of the tile beside `slot` over which (x, y) lies, in its record.
+int beside(ivec2 at) { return ((at.y >> 3) + 1) * 3 + (at.x >> 3) + 1; }
+
+// A step over the ground; false where there is no tile awake, and nothing has changed then.
+bool step_on(INOUT(int) slot, INOUT(ivec2) at, ivec2 way) {
+    ivec2 next = at + way;
+    int to = tile_table[slot * kTileTableWords + beside(next)];
+    if (to < 0) return false;
+    slot = to;
+    at = ivec2(next.x & 7, next.y & 7);
+    return true;
+}
+
+// Height of a column's ground, Q16: its soil's, or that of terrain on top of it.
+int ground_height(int column) {
+    int word = spans[column_word(kColumnSurface, column)];
+    return word >= 0 ? word : (word <= kTerrainTop ? kTerrainTop - word : kCovered - word);
 }
 
 // psi of the thesis: bodies and terrain in a voxel.

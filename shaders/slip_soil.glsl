@@ -141,27 +141,6 @@ int acceleration_at(int curve, int voxel, int slope) {
     return mean;
 }
 
-// Whole square root of a sum of squares of numbers below 2^26, to within 2^-12 of itself.
-int slope_length(int a, int b) {
-    int high = max(abs(a), abs(b));
-    if (high == 0) return 0;
-    int shift = 0;
-    while (high >= 32768) {
-        high = high >> 1;
-        shift += 1;
-    }
-    int x = abs(a) >> shift;
-    int y = abs(b) >> shift;
-    int square = x * x + y * y;
-    int root = max(x, y) + min(x, y) / 2 + 1;  // Newton's method from above
-    for (int i = 0; i < 20; ++i) {
-        int better = (root + square / root) / 2;
-        if (better >= root) break;
-        root = better;
-    }
-    return root << shift;
-}
-
 // No facet around a column of one pile is steeper than this, whatever bars the way: the deepest drop to one of its eight
 // neighbours, where those are one pile as well.
 int steepest_drop(int slot, int x, int y, int top) {
@@ -182,6 +161,59 @@ int steepest_drop(int slot, int x, int y, int top) {
         }
     }
     return deepest;
+}
+
+// How hard gravity drives soil along the ground where it falls by `slope`: what friction leaves of it, along the slope, of that
+// the part along the ground; Q16 of gravity. Of the planes through a steeper face that of Coulomb's wedge, at 45 deg + phi / 2,
+// is driven hardest, by tan(45 deg - phi / 2) / 2.
+int slide_push(int slope, int friction, int passive) {
+    if (mul_q16(slope, passive) >= 65536) return passive / 2;
+    return fraction_q16(max(0, slope - friction), 65536 + mul_q16(slope, slope));
+}
+
+// The eight neighbours: 0 east, 1 north-east, 2 north ... counter-clockwise.
+ivec2 way_to(int k) {
+    return ivec2(k == 0 || k == 1 || k == 7 ? 1 : (k == 2 || k == 6 ? 0 : -1),
+                 k >= 1 && k <= 3 ? 1 : (k == 0 || k == 4 ? 0 : -1));
+}
+
+// Columns ahead at which the ground tells how deep soil slides: all of the next four, then each by a quarter further.
+CONST_INT(kSlideReach, 128)
+CONST_INT(kSlideCreep, 16384)   // height of a failing wedge that still slips where soil slides, 1/4 voxel
+
+// Sets soil in motion that lies on a failing slope, as deep as a plane at phi out of the ground ahead leaves it without support.
+void set_sliding(int slot, int x, int y, int top, int source, ivec2 fall, int slope) {
+    int loose = is_bonded(source) ? 0 : 1;
+    int friction = mixed_word(source, loose, kTableFriction);
+    int push = mul_q16(slide_push(slope, friction, mixed_word(source, loose, kTablePassive)), params.slide_kick);
+    int along_x = mul_q16(fall.x, push);
+    int along_y = mul_q16(fall.y, push);
+    if (along_x == 0 && along_y == 0) return;
+    // The nearest of the eight ways.
+    ivec2 way = ivec2(5 * abs(fall.x) > 2 * abs(fall.y) ? sign(fall.x) : 0, 5 * abs(fall.y) > 2 * abs(fall.x) ? sign(fall.y) : 0);
+    int climb = way.x == 0 || way.y == 0 ? friction : mul_q16(friction, 92682);
+    int base = top;
+    int at_slot = slot;
+    ivec2 at = ivec2(x, y);
+    int walked = 0;
+    int next = 1;
+    while (next <= kSlideReach && climb * next < base && step_on(at_slot, at, way)) {
+        walked += 1;
+        if (walked < next) continue;
+        base = min(base, ground_height(column_of(at_slot, at)) + climb * next);
+        next += max(1, next / 4);
+    }
+    for (int z = (top - 1) >> 16; z >= 0; --z) {
+        int voxel = slot * params.tile_voxels + z * kTileColumns + y * kTileSide + x;
+        int mass = mass_at(voxel);
+        // What slides already is driven as a whole.
+        if (z < base >> 16 && state_at(kPlaneMomentumX, voxel) == 0 && state_at(kPlaneMomentumY, voxel) == 0) break;
+        if (mass == 0) continue;
+        if (is_solid(voxel) || wedge_at(curve_of(voxel), voxel, slope) <= kSlipTolerance) break;
+        add_delta(kPlaneMomentumX, voxel, mul_q16(mass * 64, along_x * 16));
+        add_delta(kPlaneMomentumY, voxel, mul_q16(mass * 64, along_y * 16));
+        mark_moved(voxel, voxel);
+    }
 }
 
 // A slope fails or stands by its own column and those it could slide to. Where none of them has changed since a pass looked over
@@ -226,11 +258,9 @@ void slip_soil(int group, int lane) {
         int flow[8];
         bool any_drop = false;
         for (int k = 0; k < 8; ++k) {
-            // 0 east, 1 north-east, 2 north ... counter-clockwise
-            int dx = k == 0 || k == 1 || k == 7 ? 1 : (k == 2 || k == 6 ? 0 : -1);
-            int dy = k >= 1 && k <= 3 ? 1 : (k == 0 || k == 4 ? 0 : -1);
+            ivec2 way = way_to(k);
             int voxel = -1;
-            drop[k] = way_drop(slot, x, y, dx, dy, bottom, top, on_rigid, voxel);
+            drop[k] = way_drop(slot, x, y, way.x, way.y, bottom, top, on_rigid, voxel);
             target[k] = voxel;
             flow[k] = 0;
             any_drop = any_drop || drop[k] > 0;
@@ -238,6 +268,8 @@ void slip_soil(int group, int lane) {
         if (!any_drop) continue;
         int worst = 0;        // wedge height of the steepest facet
         int worst_slope = 0;
+        ivec2 fall = ivec2(0);  // its direction, Q16: the sum of those that are as steep
+        int steep_count = 0;
         int sum = 0;
         for (int k = 0; k < 8; ++k) {
             int axis = k & 6;                       // 0 2 4 6
@@ -266,6 +298,16 @@ void slip_soil(int group, int lane) {
             if (wedge > worst) {
                 worst = wedge;
                 worst_slope = slope;
+                fall = ivec2(0);
+                steep_count = 0;
+            }
+            if (wedge == worst) {
+                // Along the axis and across it: see the eight neighbours above.
+                ivec2 axis_way = way_to(axis);
+                ivec2 side_way = way_to(diagonal) - axis_way;
+                int length = slope_length(65536, to_diagonal);
+                fall = fall + axis_way * fraction_q16(65536, length) + side_way * fraction_q16(to_diagonal, length);
+                steep_count += 1;
             }
             wedge = wedge >> 4;                     // sums of 8 stay in range
             int part = mul_q16(wedge, to_diagonal);
@@ -275,6 +317,11 @@ void slip_soil(int group, int lane) {
         }
         if (worst == 0) continue;
         ATOMIC_MAX(result[kResultSlope], worst);
+        // What slides with its momentum slips so little that it keeps that.
+        if (params.slides != 0 && i == count - 1 && spans[column_word(kColumnSurface, slot * kTileColumns + lane)] == top) {
+            if (params.slide_kick > 0) set_sliding(slot, x, y, top, source, fall / max(1, steep_count), worst_slope);
+            worst = min(worst, kSlideCreep);
+        }
         // Even where nothing can leave. Others may see this mark in this pass or in the next: where nothing fails looking
         // changes nothing.
         stamp_column(slot, lane);

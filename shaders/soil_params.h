@@ -33,3 +33,7 @@ int flow_offset;         // where the words of sources and sinks start in tables
 int flow_result;         // where their results start in result
 int place_rows;          // columns along y of the grid, whole tiles
 int place_shift;         // by so many bits place_code() cuts a voxel's height
+int slide_stamp;         // as slip_stamp, of slide_soil
+int slides;              // 1: soil on the ground keeps its momentum until friction has taken it; 0: the ground takes it at once
+int slide_count;         // slide passes in a base step
+int slide_kick;          // gravity (Q16) that sets sliding soil in motion in this slip pass

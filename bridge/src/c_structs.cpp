@@ -23,6 +23,8 @@ static_assert(same(BULLETSOIL_BACKEND_GL, Backend::gl));
 static_assert(same(BULLETSOIL_OVERFLOW_EVEN, OverflowHeuristic::even));
 static_assert(same(BULLETSOIL_OVERFLOW_UP, OverflowHeuristic::up));
 static_assert(same(BULLETSOIL_OVERFLOW_UP_SPREAD, OverflowHeuristic::up_spread));
+static_assert(same(BULLETSOIL_SLIDES_SETTLE, SlideMotion::settle));
+static_assert(same(BULLETSOIL_SLIDES_RUN_OUT, SlideMotion::run_out));
 static_assert(same(BULLETSOIL_CONTACT_GRANULAR, ContactLawDef::Kind::granular));
 static_assert(same(BULLETSOIL_CONTACT_PLAIN, ContactLawDef::Kind::plain));
 static_assert(same(BULLETSOIL_SOURCE_DISC, SourceDef::Shape::disc));
@@ -137,9 +139,6 @@ SoilDef from_c(const bulletsoil_soil_def& def) {
     assign(def.contact_law, out.contact_law.kind);
     if (def.reserved != 0) {
         refuse("def.reserved is " + std::to_string(def.reserved) + ", must be 0");
-    }
-    if (def.reserved_2 != 0) {
-        refuse("def.reserved_2 is " + std::to_string(def.reserved_2) + ", must be 0");
     }
     return out;
 }

@@ -177,34 +177,52 @@ struct Collapse {
     double aspect;  ///< height over width, or over radius
     bool is_round;
     double voxel_m = 0.04, step_s = 1.0 / 60;
+    SlideMotion slides = SlideMotion::settle;
 };
 
-/// How much further than the column's own width or radius of 0.4 m its soil lies in the end, as a
-/// share of that. A layer thinner than a hundredth of it does not count.
-double run_out(const Collapse& c) {
-    constexpr double kWidth = 0.4;
-    const double height = c.aspect * kWidth;
-    const int reach = static_cast<int>(std::lround(kWidth * (1 + 1.3 * c.aspect) / c.voxel_m));
+/// A column that stands against a wall, or on its own in the middle of a wide grid. Its width or
+/// radius is 0.4 m.
+struct ColumnScene {
+    static constexpr double kWidth = 0.4;
+    std::unique_ptr<Soil> soil;
+    int first = 0, row = 0;  ///< column of the wall or the middle, and the row that is looked at
+};
+
+ColumnScene make_column(const Collapse& c, Backend backend = Backend::cpu) {
+    const double height = c.aspect * ColumnScene::kWidth;
+    const int reach =
+        static_cast<int>(std::lround(ColumnScene::kWidth * (1.5 + 1.5 * c.aspect) / c.voxel_m));
     const int side = c.is_round ? 2 * reach : reach;
     SoilDef def =
         grid_def(side, c.is_round ? side : 8, static_cast<int>(height / c.voxel_m) + 2, c.voxel_m);
     def.material = sand(31);
     def.step_s = c.step_s;
-    auto soil = make_soil(def);
-    const int first = c.is_round ? reach : 0, row = c.is_round ? reach : 4;
-    const double middle_m = first * c.voxel_m;
+    def.slides = c.slides;
+    def.backend = backend;
+    ColumnScene scene{make_soil(def), c.is_round ? reach : 0, c.is_round ? reach : 4};
+    const double middle_m = scene.first * c.voxel_m;
     if (c.is_round) {
-        EXPECT_TRUE(soil->fill(CylinderFill{{middle_m, middle_m, 0}, kWidth, height, {}}));
+        EXPECT_TRUE(scene.soil->fill(
+            CylinderFill{{middle_m, middle_m, 0}, ColumnScene::kWidth, height, {}}));
     } else {
-        EXPECT_TRUE(soil->fill(BoxFill{{{}, {kWidth, 8 * c.voxel_m, height}}, {}}));
+        EXPECT_TRUE(
+            scene.soil->fill(BoxFill{{{}, {ColumnScene::kWidth, 8 * c.voxel_m, height}}, {}}));
     }
-    for (int i = 0; i < 10 / c.step_s && soil->step({}).block_active_count > 0; ++i) {
+    return scene;
+}
+
+/// How much further than the column's own width or radius of 0.4 m its soil lies in the end, as a
+/// share of that. A layer thinner than a hundredth of it does not count.
+double run_out(const Collapse& c) {
+    const ColumnScene scene = make_column(c);
+    Soil& soil = *scene.soil;
+    for (int i = 0; i < 10 / c.step_s && soil.step({}).block_active_count > 0; ++i) {
     }
-    int end = first;
-    for (int x = first; x < side; ++x) {
-        end = soil->surface_height_m(x, row) > 0.01 * kWidth ? x + 1 : end;
+    int end = scene.first;
+    for (int x = scene.first; x < soil.frame().size[0]; ++x) {
+        end = soil.surface_height_m(x, scene.row) > 0.01 * ColumnScene::kWidth ? x + 1 : end;
     }
-    return ((end - first) * c.voxel_m - kWidth) / kWidth;
+    return (end - scene.first) * c.voxel_m / ColumnScene::kWidth - 1;
 }
 
 class ColumnCollapse : public testing::TestWithParam<Collapse> {};
@@ -212,7 +230,7 @@ class ColumnCollapse : public testing::TestWithParam<Collapse> {};
 // By hand, of what has come to rest at phi without overshoot: a low column against a wall loses its
 // edge and reaches H / (2 tan phi) further; a tall one is a triangle of length
 // sqrt(2 H L / tan phi), or a cone of radius cbrt(3 H R^2 / tan phi). Measured columns run out by
-// half as much again and more: see docs/decisions/run_out.md. A column of 4 cm is 0.1.
+// half as much again and more: see RunOut below. A column of 4 cm is 0.1.
 TEST_P(ColumnCollapse, ends_at_its_angle_of_friction_in_any_grid_and_step) {
     const Collapse& c = GetParam();
     const double slope = std::tan(31 * kDegree);
@@ -226,6 +244,102 @@ INSTANTIATE_TEST_SUITE_P(Columns, ColumnCollapse,
                                          Collapse{2, false}, Collapse{2, false, 0.02},
                                          Collapse{2, false, 0.04, 1.0 / 120}, Collapse{2, true},
                                          Collapse{2, true, 0.04, 1.0 / 120}));
+
+Collapse with_momentum(Collapse c) {
+    c.slides = SlideMotion::run_out;
+    return c;
+}
+
+/// What was measured for columns on a floor (Lube et al. 2004 and 2005, Lajeunesse et al. 2005).
+struct Experiment {
+    Collapse column;
+    double least, most;
+};
+
+class RunOutOfColumns : public testing::TestWithParam<Experiment> {};
+
+// Nothing is fitted: the soil has its density and 31 deg. Of planar columns there are two series of
+// experiments, and a front is known to a voxel, 0.1 of the width. Of round ones there is one; their
+// bound is a fifth of it, for three columns of 10 voxels' radius make no circle.
+TEST_P(RunOutOfColumns, lies_where_experiments_lie) {
+    const auto& [column, least, most] = GetParam();
+    const double got = run_out(with_momentum(column));
+    const double voxel = column.voxel_m / ColumnScene::kWidth;
+    EXPECT_GE(got, least - voxel / 2);
+    EXPECT_LE(got, most + voxel / 2);
+}
+
+INSTANTIATE_TEST_SUITE_P(Columns, RunOutOfColumns,
+                         testing::Values(Experiment{{0.5, false}, 0.6, 0.9},
+                                         Experiment{{1, false}, 1.2, 1.8},
+                                         Experiment{{2, false}, 2.4, 3.6},
+                                         Experiment{{3, false}, 3.95, 4.78},
+                                         Experiment{{5, false}, 5.56, 6.73},
+                                         Experiment{{2, true}, 0.8 * 2.26, 1.2 * 2.26},
+                                         Experiment{{5, true}, 0.8 * 3.58, 1.2 * 3.58}));
+
+// The bar is 10 % for half the step and half the voxel. A front is known to a voxel, 0.1 or 0.05 of
+// the width. Columns of five widths at 2 cm miss it: docs/decisions/run_out.md.
+TEST(RunOut, does_not_depend_on_voxel_or_step) {
+    for (double aspect : {1.0, 2.0, 3.0}) {
+        const double whole = run_out(with_momentum({aspect, false}));
+        const double half_step = run_out(with_momentum({aspect, false, 0.04, 1.0 / 120}));
+        const double half_voxel = run_out(with_momentum({aspect, false, 0.02}));
+        EXPECT_NEAR(half_step, whole, 0.1 * whole) << aspect;
+        EXPECT_NEAR(half_voxel, whole, 0.1 * whole) << aspect;
+    }
+}
+
+TEST(RunOut, has_the_same_bits_on_gl_on_threads_and_from_a_snapshot) {
+    const Collapse column = with_momentum({1, true});
+    auto soil = make_column(column).soil;
+    const std::string path = testing::TempDir() + "/run_out.snapshot";
+    const std::vector<int64_t> units = soil->totals().units;
+    std::vector<uint64_t> sums;
+    for (int i = 0; i < 30; ++i) {
+        if (i == 13) {
+            ASSERT_TRUE(soil->save(path));
+        }
+        soil->step({});
+        sums.push_back(soil->checksum());
+    }
+    EXPECT_EQ(soil->totals().units, units);
+    EXPECT_EQ(soil->status_bits(), 0u);
+    SoilDef def = soil->def();
+    def.thread_count = 3;
+    auto twin = make_soil(def);
+    ASSERT_TRUE(twin->load(path));
+    for (size_t i = 13; i < sums.size(); ++i) {
+        twin->step({});
+        ASSERT_EQ(twin->checksum(), sums[i]) << "step " << i << " from a snapshot, on threads";
+    }
+    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
+    auto on_gl = make_column(column, Backend::gl).soil;
+    for (size_t i = 0; i < sums.size(); ++i) {
+        on_gl->step({});
+        ASSERT_EQ(on_gl->checksum(), sums[i]) << "step " << i << " on GL";
+    }
+}
+
+// Where no slope fails momentum costs nothing and moves nothing.
+TEST(RunOut, leaves_a_stable_heap_alone) {
+    SoilDef def = grid_def(64, 64, 24);
+    def.material = sand(33);
+    def.slides = SlideMotion::run_out;
+    auto soil = make_soil(def);
+    HeightMapFill heap{65, 65, std::vector<float>(65 * 65), {}};
+    for (int y = 0; y < 65; ++y) {
+        for (int x = 0; x < 65; ++x) {
+            const double height = 0.8 - std::tan(30 * kDegree) * std::hypot(x - 32, y - 32) * 0.05;
+            heap.heights_m[static_cast<size_t>(y * 65 + x)] =
+                static_cast<float>(std::max(0.0, height));
+        }
+    }
+    ASSERT_TRUE(soil->fill(heap));
+    const uint64_t checksum = soil->checksum();
+    for (int i = 0; i < 1000; ++i) soil->step({});
+    EXPECT_EQ(soil->checksum(), checksum);
+}
 
 TEST(Stability, a_vertical_cut_steeper_than_friction_allows_slides) {
     auto soil = make_soil(grid_def(32, 16, 16));

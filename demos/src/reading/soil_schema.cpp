@@ -69,6 +69,12 @@ void add_field(TableOf<SoilItem>& table, const FieldKey& key, Place place) {
                     OverflowHeuristic::even, OverflowHeuristic::up, OverflowHeuristic::up_spread};
                 place(s) = kOrder[i];
             });
+    } else if constexpr (std::is_same_v<Value, SlideMotion>) {
+        table.choice(
+            key.name, {"settle", "run_out"}, "settle", key.doc, [place](SoilItem& s, size_t i) {
+                constexpr SlideMotion kOrder[] = {SlideMotion::settle, SlideMotion::run_out};
+                place(s) = kOrder[i];
+            });
     } else {
         static_assert(std::is_same_v<Value, UpAxis> || std::is_same_v<Value, Backend>,
                       "a field of a new type needs a key of its own kind");

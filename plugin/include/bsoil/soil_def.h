@@ -35,6 +35,12 @@ enum class OverflowHeuristic {
     up_spread,  ///< into the nine voxels above, the middle one most
 };
 
+/// What becomes of the momentum of soil that slides down a slope.
+enum class SlideMotion {
+    settle,   ///< none: soil comes to rest at its angle of friction, as if let down slowly
+    run_out,  ///< it goes on along the ground until friction has taken it
+};
+
 /// How a soil is made. Defaults are usable; validate() says what is wrong. Its fields stand once
 /// more in BSOIL_SOIL_FIELDS below, which is what reads, checks, saves and documents them.
 struct SoilDef {
@@ -58,7 +64,8 @@ struct SoilDef {
     OverflowHeuristic overflow = OverflowHeuristic::up;
     /// sides of the grid, OpenSide bits, over whose edge soil falls out of it, 0..63
     int open_sides = 0;
-    int substeps_max = 8;  ///< sub-steps a fast step may be cut into, 1..32
+    SlideMotion slides = SlideMotion::settle;  ///< what becomes of the momentum of slides
+    int substeps_max = 8;                      ///< sub-steps a fast step may be cut into, 1..32
     /// tiles of 8 x 8 columns awake at the same time, 0..4194304; 0: all that fit into 1 GiB
     int tile_capacity = 0;
     Backend backend = Backend::automatic;  ///< where the kernels run
@@ -94,6 +101,7 @@ struct SoilDef {
     FIELD(overflow, 0, 2, state, "how soil that does not fit leaves its voxel", "")                \
     FIELD(open_sides, 0, 63, state,                                                                \
           "sides of the grid, OpenSide bits, over whose edge soil falls out of it", "")            \
+    FIELD(slides, 0, 1, state, "what becomes of the momentum of slides", "")                       \
     FIELD(substeps_max, 1, 32, state, "sub-steps a fast step may be cut into", "")                 \
     FIELD(tile_capacity, 0, 1 << 22, run, "tiles of 8 x 8 columns awake at the same time",         \
           "0: all that fit into 1 GiB")                                                            \

@@ -22,6 +22,9 @@ constexpr double kSlipPassesPerSecond = kSlipPasses * 60.0;
 // one.
 constexpr int kSlopePerPass = 8192;
 constexpr int kSlipPassesMost = 16;
+// Soil that keeps its momentum crosses at most a voxel in a slide pass: one for so many slip passes
+// that were wanted. slide_soil asks for them by its speed.
+constexpr int kSlipPassesPerSlide = 2;
 // In these passes soil slides so far at once [m]. A slope carries off what is pushed onto it in
 // proportion to the square of that way: with a way of one voxel heaps were the steeper, the finer
 // the grid.
@@ -98,11 +101,17 @@ void Passes::slip() {
     // Bodies build slopes up at so many voxels a step: the steeper the step before has left them,
     // the more passes. The last ones go by single voxels, which smooths what the long ways left.
     const int least = slip_passes_least(core_.def.step_s);
-    const int passes = std::min(kSlipPasses + core_.slope_q16 / kSlopePerPass, kSlipPassesMost) *
+    const int wanted = std::min(kSlipPasses + core_.slope_q16 / kSlopePerPass, kSlipPassesMost) *
                        least / kSlipPasses;
     const int stride_most = std::clamp(
         static_cast<int>(std::lround(kSlipWay / core_.frame.voxel_m)), 1, kSlipStrideMost);
+    // What slides with its momentum runs down steep slopes by itself.
+    const bool run_out = core_.params.slides != 0;
+    const int passes = run_out ? least : wanted;
     for (int pass = 0; pass < passes; ++pass) {
+        core_.params.slide_kick = run_out && pass == passes - 1
+                                      ? core_.params.gravity_q16 / core_.params.substep_count
+                                      : 0;
         const int stride = pass < passes - least ? stride_most : 1;
         look(Kernel::build_spans, Looker::spans, lists_.tiles());
         core_.params.slip_stride = stride;
@@ -110,6 +119,16 @@ void Passes::slip() {
         if (pass == passes - 1) core_.device->fill_zero(Buffer::result, kResultSlope, 1);
         core_.stamps.begin_look(stride > 1 ? Looker::slip_far : Looker::slip);
         move(Kernel::slip_soil, lists_.tiles());
+    }
+    if (run_out) slide((wanted + kSlipPassesPerSlide - 1) / kSlipPassesPerSlide);
+}
+
+void Passes::slide(int passes) {
+    core_.params.slide_count = passes * core_.params.substep_count;
+    for (int pass = 0; pass < passes; ++pass) {
+        look(Kernel::build_spans, Looker::spans, lists_.tiles());
+        core_.stamps.begin_look(Looker::slide);
+        move(Kernel::slide_soil, lists_.tiles());
     }
 }
 

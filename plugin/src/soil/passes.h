@@ -18,6 +18,7 @@ class Passes {
     void advect();            ///< thesis (19)
     void fail_banks();        ///< where soil has cohesion: which banks fail as a whole
     void slip();              ///< thesis (20)
+    void slide(int passes);   ///< what slips with momentum goes on
     void collect_contacts();  ///< into Buffer::result
     /// One kernel over one list.
     void run(layout::Kernel kernel, const ListedWork& work);

@@ -99,6 +99,8 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     p.overflow_heuristic = static_cast<int>(def.overflow);
     p.place_rows = s.tiles_y * kTileSide;
     p.place_shift = place_shift(s.tiles_x, s.tiles_y, s.height);
+    p.slides = def.slides == SlideMotion::run_out ? 1 : 0;
+    p.slide_count = 1;
     p.substep_count = 1;
     p.body_substep_count = 1;
     s.kept_planes = 1 + p.transport_count;

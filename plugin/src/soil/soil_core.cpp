@@ -12,6 +12,7 @@ using namespace layout;
 void PassStamps::begin_look(Looker looker) {
     int32_t& told = looker == Looker::support ? params_.support_stamp
                     : looker == Looker::spans ? params_.spans_stamp
+                    : looker == Looker::slide ? params_.slide_stamp
                                               : params_.slip_stamp;
     told = std::exchange(last_look_[static_cast<size_t>(looker)], params_.pass_stamp);
 }

@@ -24,7 +24,7 @@ using BlockKey = int64_t;
 class PassStamps {
   public:
     /// Who looks. Slip passes over several voxels at once see other slopes than those over one.
-    enum class Looker { support, spans, failures, slip, slip_far, count };
+    enum class Looker { support, spans, failures, slip, slip_far, slide, count };
 
     explicit PassStamps(layout::SoilParams& params) : params_(params) {}
 
@@ -40,7 +40,7 @@ class PassStamps {
 
   private:
     layout::SoilParams& params_;
-    std::array<int32_t, static_cast<size_t>(Looker::count)> last_look_ = {-1, -1, -1, -1, -1};
+    std::array<int32_t, static_cast<size_t>(Looker::count)> last_look_ = {-1, -1, -1, -1, -1, -1};
 };
 
 /// Stamps are kept within 20 bits because the tile tops share their word with them; see

@@ -105,6 +105,12 @@ enum {
 };
 
 enum {
+    /** none: soil comes to rest at its angle of friction, as if let down slowly */
+    BULLETSOIL_SLIDES_SETTLE = 0,
+    BULLETSOIL_SLIDES_RUN_OUT = 1 /**< it goes on along the ground until friction has taken it */
+};
+
+enum {
     /** by the stress at each element of a body's surface */
     BULLETSOIL_CONTACT_GRANULAR = 0,
     /** by resistive force theory alone */
@@ -138,7 +144,7 @@ typedef struct bulletsoil_soil_def {
     uint32_t reserved;       /**< 0 */
     /** sides of the grid, OpenSide bits, over whose edge soil falls out of it, 0..63 */
     int32_t open_sides;
-    uint32_t reserved_2; /**< 0 */
+    int32_t slides; /**< what becomes of the momentum of slides: BULLETSOIL_SLIDES_... */
 } bulletsoil_soil_def;
 
 /** Sets `def`, of `struct_size` = sizeof *def bytes, to the defaults: 12 x 2 x 12 m, voxels of 5
