@@ -117,7 +117,8 @@ double pull_share(const std::vector<Element>& wheel, const ContactLaw& law, doub
     return force.x / kLoadN;
 }
 
-std::unique_ptr<const ContactLaw> law_of(double friction_angle_rad, bool with_rules) {
+std::unique_ptr<const ContactLaw> law_of(ContactLawDef::Kind kind, double friction_angle_rad,
+                                         bool with_rules) {
     MaterialDef sand;
     sand.density_kg_m3 = 1500;
     sand.loose_density_kg_m3 = sand.compacted_density_kg_m3 = 0;
@@ -127,13 +128,15 @@ std::unique_ptr<const ContactLaw> law_of(double friction_angle_rad, bool with_ru
     auto soil = std::make_shared<ContactSoil>();
     soil->materials = {sand};
     soil->voxel_m = kRadiusM / 20;
-    soil->law.kind = ContactLawDef::Kind::plain;
+    soil->law.kind = kind;
     soil->law.passive_wedge = soil->law.trapped_soil = with_rules;
     return ContactLaw::make(soil);
 }
 
 // 0.1 is for what the soil before the lugs adds to its own friction.
-TEST(ThrustBound, no_wheel_pulls_more_than_its_sand_can_shear) {
+class ThrustBound : public testing::TestWithParam<ContactLawDef::Kind> {};
+
+TEST_P(ThrustBound, no_wheel_pulls_more_than_its_sand_can_shear) {
     double most_without = 0;
     for (const Lugs lugs : {Lugs{0, 0},
                             {8, 0.02},
@@ -146,7 +149,7 @@ TEST(ThrustBound, no_wheel_pulls_more_than_its_sand_can_shear) {
         const std::vector<Element> wheel = wheel_with(lugs);
         for (const double phi : {25.0, 29.0, 33.0, 38.0, 42.0}) {
             const double tan_phi = std::tan(phi * kPi / 180);
-            const auto law = law_of(phi * kPi / 180, true);
+            const auto law = law_of(GetParam(), phi * kPi / 180, true);
             for (const double slip : {0.02, 0.1, 0.3, 0.6, 0.9}) {
                 const double share = pull_share(wheel, *law, slip, lugs.height_m);
                 EXPECT_LE(share, tan_phi + 0.1) << phi << " deg, " << lugs.count << " lugs of "
@@ -154,9 +157,9 @@ TEST(ThrustBound, no_wheel_pulls_more_than_its_sand_can_shear) {
             }
             if (lugs.count == 24) {
                 most_without = std::max(
-                    most_without,
-                    pull_share(wheel, *law_of(phi * kPi / 180, false), 0.6, lugs.height_m) -
-                        tan_phi);
+                    most_without, pull_share(wheel, *law_of(GetParam(), phi * kPi / 180, false),
+                                             0.6, lugs.height_m) -
+                                      tan_phi);
             }
         }
     }
@@ -164,9 +167,9 @@ TEST(ThrustBound, no_wheel_pulls_more_than_its_sand_can_shear) {
 }
 
 // Lugs are there to pull.
-TEST(ThrustBound, lugs_raise_the_pull_of_a_slipping_wheel) {
+TEST_P(ThrustBound, lugs_raise_the_pull_of_a_slipping_wheel) {
     for (const double phi : {29.0, 33.0, 38.0}) {
-        const auto law = law_of(phi * kPi / 180, true);
+        const auto law = law_of(GetParam(), phi * kPi / 180, true);
         const double smooth = pull_share(wheel_with({0, 0}), *law, 0.1, 0);
         for (const Lugs lugs : {Lugs{12, 0.01}, {24, 0.01}, {24, 0.03}}) {
             EXPECT_GT(pull_share(wheel_with(lugs), *law, 0.1, lugs.height_m), smooth)
@@ -174,6 +177,12 @@ TEST(ThrustBound, lugs_raise_the_pull_of_a_slipping_wheel) {
         }
     }
 }
+
+INSTANTIATE_TEST_SUITE_P(Laws, ThrustBound,
+                         testing::Values(ContactLawDef::Kind::granular, ContactLawDef::Kind::plain),
+                         [](const auto& kind) {
+                             return kind.param == ContactLawDef::Kind::plain ? "plain" : "granular";
+                         });
 
 }  // namespace
 }  // namespace bsoil

@@ -5,7 +5,9 @@
 #include <numbers>
 
 #include "bsoil/contact/orientation.h"
+#include "bsoil/contact/passive_wedge.h"
 #include "bsoil/contact/resistive_force_theory.h"
+#include "bsoil/contact/trapped_soil.h"
 
 namespace bsoil {
 double bearing_capacity_factor_nc(double friction_angle_rad) {
@@ -70,7 +72,10 @@ SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2,
         std::min(surface.adhesion_pa >= 0 ? surface.adhesion_pa : material.tool_adhesion_pa,
                  material.cohesion_pa);
     out.weight_n_m3 = material.density_kg_m3 * gravity_m_s2;
-    out.passive_factor = passive_pressure_factor(phi, std::atan(out.friction));
+    const double wall_rad = std::atan(out.friction);
+    out.passive_factor = law.passive_wedge ? log_spiral_passive_factor(phi, wall_rad)
+                                           : passive_pressure_factor(phi, wall_rad);
+    if (law.passive_wedge) out.wedge_normal_share = std::cos(wall_rad);
     out.wedge_sides =
         2.0 / 3 * (1 - std::sin(phi)) * std::sin(phi) / std::sin(std::numbers::pi / 4 + phi / 2);
     out.cohesion_sole_pa = material.cohesion_pa * bearing_capacity_factor_nc(phi);
@@ -137,8 +142,12 @@ FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, doubl
     // Without friction there is no frictional stress to change.
     if (!(resistive_pa * soil.sole_stress > 0)) return {.developed = developed};
     const double sole = developed * bearing_pa / (resistive_pa * soil.sole_stress);
-    const double spread = 1 + soil.wedge_sides * face.depth_m / face.width_m;
-    const double wedge_pa = soil.weight_n_m3 * depth_m * soil.passive_factor * spread;
+    const double spread = law.passive_wedge
+                              ? passive_width_factor(soil.passive_factor, soil.friction_angle_rad,
+                                                     face.width_m, face.foot_m)
+                              : 1 + soil.wedge_sides * face.depth_m / face.width_m;
+    const double wedge_pa =
+        soil.weight_n_m3 * depth_m * soil.passive_factor * soil.wedge_normal_share * spread;
     return {density_known ? sole : std::max(1.0, sole),
             wedge_pa < resistive_pa * soil.wall_stress
                 ? wedge_pa / (resistive_pa * soil.wall_stress)
@@ -149,7 +158,12 @@ FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, doubl
 GranularLaw::GranularLaw(std::shared_ptr<const ContactSoil> soil, const SurfaceFriction& surface)
     : ContactLaw(std::move(soil)) {
     for (const MaterialDef& material : this->soil().materials) {
-        strengths_.push_back(strength_of(material, this->soil().gravity_m_s2, surface, def()));
+        const double gravity_m_s2 = this->soil().gravity_m_s2;
+        strengths_.push_back(strength_of(material, gravity_m_s2, surface, def()));
+        if (!def().trapped_soil) continue;
+        const SurfaceFriction soil_on_soil{std::tan(material.friction_angle_rad),
+                                           material.cohesion_pa};
+        trapped_strengths_.push_back(strength_of(material, gravity_m_s2, soil_on_soil, def()));
     }
 }
 
@@ -161,7 +175,9 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
                                 const ContactHistory& memory) const {
     const ContactVoxel& contact = element.voxel;
     const FaceExtent& face = element.face;
-    const SoilStrength& soil = strengths_[static_cast<size_t>(contact.material)];
+    const bool is_soil = contact.teeth.is_over_tips && !trapped_strengths_.empty();
+    const SoilStrength& soil =
+        (is_soil ? trapped_strengths_ : strengths_)[static_cast<size_t>(contact.material)];
     const Vec3 motion = along.share, up = this->up();
     const double creep = def().creep;
     const double shear = developed_shear(soil, memory.sheared_m, face.relative_density, def());
@@ -193,6 +209,7 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
     const double inertial_pa = soil.density_kg_m3 * impact_m_s * impact_m_s;
 
     ElementYield out;
+    out.area_share = area_share_of(contact, soil.friction_angle_rad, def().trapped_soil, up);
     out.normal_limit_pa = held * (xi_depth * resistive_normal + cohesive_pa + inertial_pa);
 
     // Sticking, the contact can carry all its friction; sliding, what resistive force theory finds

@@ -2,27 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "bsoil/contact/orientation.h"
 #include "bsoil/contact/passive_wedge.h"
 #include "bsoil/contact/resistive_force_theory.h"
+#include "bsoil/contact/trapped_soil.h"
 
 namespace bsoil {
-
-double trapped_share(const ToothRow& teeth, double friction_angle_rad) {
-    if (!(teeth.pitch_m > 0)) return 0;
-    const double wedge_m = teeth.height_m * std::tan(std::numbers::pi / 4 + friction_angle_rad / 2);
-    return std::min(1.0, (wedge_m + teeth.thickness_m) / teeth.pitch_m);
-}
-
-double filled_share(const ToothRow& teeth, double depth_m, Vec3 up) {
-    const double rise = dot(teeth.outward, up);
-    const double root_m = depth_m + teeth.above_m * rise, tip_m = root_m - teeth.height_m * rise;
-    const double low_m = std::min(root_m, tip_m), high_m = std::max(root_m, tip_m);
-    if (low_m >= 0) return 1;
-    return high_m > 0 ? high_m / (high_m - low_m) : 0;
-}
 
 PlainLaw::PlainLaw(std::shared_ptr<const ContactSoil> soil, const SurfaceFriction& surface)
     : ContactLaw(std::move(soil)) {
@@ -73,13 +59,7 @@ ElementYield PlainLaw::yield(const ContactElement& element, const ElementMotion&
     const double friction = is_soil ? soil.tan_phi : soil.friction;
 
     ElementYield out;
-    if (contact.teeth.pitch_m > 0) {
-        const double trapped = def().trapped_soil
-                                   ? trapped_share(contact.teeth, soil.friction_angle_rad) *
-                                         filled_share(contact.teeth, contact.depth_m, up())
-                                   : 0;
-        out.area_share = is_soil ? trapped : 1 - trapped;
-    }
+    out.area_share = area_share_of(contact, soil.friction_angle_rad, def().trapped_soil, up());
     const Vec3 push = slide + (std::max(approach, 0.0) + creep) * n;
     const Vec3 pushed = resistive_stress(n, push * (1 / length(push)), up(), friction);
     const double normal = std::max(0.0, -dot(pushed, n));

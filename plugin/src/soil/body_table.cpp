@@ -101,7 +101,7 @@ void BodyTable::make_shapes(BodyTrack& track, const SoilBody& body) const {
     }
     if (core_.def.contact_law.faces_by_shape && !body.is_static && !track.surface.is_made) {
         track.surface.make(*body.shapes, track.walls.growth, core_.frame.voxel_m,
-                           core_.def.contact_law.kind == ContactLawDef::Kind::plain &&
+                           core_.def.contact_law.kind != ContactLawDef::Kind::bekker &&
                                core_.def.contact_law.trapped_soil);
     }
 }

@@ -27,11 +27,12 @@ struct ContactLawDef {
     /// Of each material, in the order of SoilDef::material_list(); for Kind::bekker, else unused.
     std::vector<BekkerSoil> bekker;
 
-    /// @name Rules that Kind::plain takes besides resistive force theory
+    /// @name Rules beside resistive force theory, for Kind::plain and Kind::granular
     /// @{
     /// A wall meets no more than its passive wedge (passive_wedge.h). Resistive force theory has no
     /// size: a wide blade would be met as its narrow strips are. The wedge of a sole's inclined
-    /// part is that of an endless wall.
+    /// part is that of an endless wall. Kind::granular has Coulomb's wedge instead where this is
+    /// off.
     bool passive_wedge = false;
     /// Soil between the teeth of a row (lugs, grousers) goes with them: the share (h tan(45 deg +
     /// phi / 2) + thickness) / pitch of it, no more than all, of teeth h high, and of that what is

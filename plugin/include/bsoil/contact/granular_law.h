@@ -27,9 +27,12 @@ struct SoilStrength {
     double cohesion_sole_pa = 0;  ///< c Nc: of a horizontal element pushed down
     double cohesion_wall_pa = 0;  ///< 2 c tan(45 + phi/2): of a vertical element pushed sideways
     double density_kg_m3 = 0;
-    double weight_n_m3 = 0;     ///< unit weight gamma
-    double passive_factor = 0;  ///< Coulomb's passive earth pressure coefficient of a vertical wall
-    double wedge_sides = 0;     ///< share that the wedge's two sides add, per depth over width
+    double weight_n_m3 = 0;  ///< unit weight gamma
+    /// Passive earth pressure coefficient of a vertical wall: Coulomb's, or a log spiral's with
+    /// ContactLawDef::passive_wedge.
+    double passive_factor = 0;
+    double wedge_normal_share = 1;  ///< of the wedge's push that is along the wall's normal
+    double wedge_sides = 0;         ///< share that the wedge's two sides add, per depth over width
     double sliding_share =
         1;                   ///< tan phi over what resistive force theory has along a sliding sole
     double sole_stress = 0;  ///< stress over xi depth that resistive force theory gives a level
@@ -51,7 +54,8 @@ struct FaceFactors {
 
 /// A wide wall meets no more than Coulomb's passive wedge in front of it, with the friction of the
 /// wedge's two sides at rest pressure K0 = 1 - sin phi (as in the wedge of Reese, Cox and Koop
-/// 1974, without its fan): 1 + 2/3 (1 - sin phi) sin phi / sin(45 + phi/2) depth / width. A sole
+/// 1974, without its fan): 1 + 2/3 (1 - sin phi) sin phi / sin(45 + phi/2) depth / width. With
+/// ContactLawDef::passive_wedge it is a log spiral's wedge with passive_width_factor(). A sole
 /// bears gamma z Nq sq + 1/2 gamma B Ngamma sgamma (Vesic's factors and shape factors), mobilized
 /// over a sinkage of 0.15 widths in loose soil, 0.05 in compacted: no less than resistive force
 /// theory where density is not known, that where it is. Dense soil's friction angle is Bolton's. At
@@ -89,7 +93,9 @@ class GranularLaw final : public ContactLaw {
                        const ContactHistory& memory) const override;
 
   private:
+    /// Indexed by ContactVoxel::material.
     std::vector<SoilStrength> strengths_;
+    std::vector<SoilStrength> trapped_strengths_;  ///< of soil between teeth, which meets soil
 };
 
 }  // namespace bsoil

@@ -8,12 +8,6 @@
 #pragma GCC visibility push(default)
 namespace bsoil {
 
-/// Share 0..1 of the soil between teeth that goes with them.
-double trapped_share(const ToothRow& teeth, double friction_angle_rad);
-/// Share 0..1 of the height of an element's teeth that lies below the soil's surface. depth_m: of
-/// the element.
-double filled_share(const ToothRow& teeth, double depth_m, Vec3 up);
-
 /// Each element meets xi D t(n, v): D its depth, t the stress of resistive_stress() for its normal
 /// and the direction of its motion, xi = rho g (894 m^3 - 386 m^2 + 89 m) with m = tan phi
 /// (Agarwal, Goldman, Kamrin 2023). A material enters by its density and its angle of friction, a
