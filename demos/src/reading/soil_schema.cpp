@@ -143,13 +143,12 @@ TableOf<SoilItem> soil_table() {
                 [](S& s, size_t i) { s.def.contact_law.faces_by_shape = i == 1; })
         .flag(
             "passive_wedge", [](S & s) -> auto& { return s.def.contact_law.passive_wedge; },
-            "a wall meets no more than a log spiral's passive wedge; the granular law has "
-            "Coulomb's "
-            "instead where this is off, the plain law none")
+            "a wall meets no more than the passive wedge of a log spiral; where this is off, the "
+            "granular law has Coulomb's wedge and the plain law none")
         .flag(
             "trapped_soil", [](S & s) -> auto& { return s.def.contact_law.trapped_soil; },
-            "with faces by shape: soil between lugs or grousers goes with them, "
-            "as far as the passive wedge before each reaches")
+            "with faces by shape: soil between lugs or grousers goes with them, as far as the "
+            "passive wedge before each reaches")
         .value("open_sides", "[text, ...]",
                "sides of the box, before it is turned, over whose edge soil falls out of it: "
                "\"-x\", \"+x\" and so on along the world's axes; the others are walls",
