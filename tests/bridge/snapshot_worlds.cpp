@@ -4,17 +4,6 @@
 
 namespace bsoil::bullet {
 
-uint64_t add(uint64_t hash, const void* data, size_t size) {
-    for (size_t i = 0; i < size; ++i) {
-        hash = (hash ^ static_cast<const unsigned char*>(data)[i]) * 0x100000001b3ull;
-    }
-    return hash;
-}
-uint64_t add(uint64_t hash, const btVector3& v) {
-    for (int i = 0; i < 3; ++i) hash = add(hash, &v[i], sizeof(btScalar));
-    return hash;
-}
-
 TestWorld::~TestWorld() {
     soil.reset();
     for (const auto& c : constraints) scene.world->removeConstraint(c.get());
@@ -37,17 +26,7 @@ void TestWorld::step() {
 
 uint64_t TestWorld::checksum() const {
     uint64_t hash = soil ? soil->soil().checksum() : 1;
-    const btCollisionObjectArray& objects = scene.world->getCollisionObjectArray();
-    for (int i = 0; i < objects.size(); ++i) {
-        const btTransform& pose = objects[i]->getWorldTransform();
-        hash = add(hash, pose.getOrigin());
-        for (int row = 0; row < 3; ++row) hash = add(hash, pose.getBasis()[row]);
-        const int state = objects[i]->getActivationState();
-        hash = add(hash, &state, sizeof(state));
-        if (const btRigidBody* body = btRigidBody::upcast(objects[i])) {
-            hash = add(add(hash, body->getLinearVelocity()), body->getAngularVelocity());
-        }
-    }
+    hash = add_objects(hash, *scene.world);
     if (multibody) {
         for (int i = 0; i < multibody->getNumDofs() + 6; ++i) {
             hash = add(hash, multibody->getVelocityVector() + i, sizeof(btScalar));

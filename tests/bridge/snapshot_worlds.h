@@ -17,14 +17,12 @@
 #include "bsoil/bullet/world_snapshot.h"
 #include "bullet_scene.h"
 #include "raycast_car.h"
+#include "snapshot_files.h"
+#include "world_hash.h"
 
 namespace bsoil::bullet {
 
 constexpr btScalar kFrameS = btScalar(1) / 60;
-
-/// FNV-1a over bytes, from the hash of those before.
-uint64_t add(uint64_t hash, const void* data, size_t size);
-uint64_t add(uint64_t hash, const btVector3& v);
 
 /// A world that can be built any number of times, always alike.
 struct TestWorld {
@@ -69,25 +67,8 @@ std::unique_ptr<TestWorld> build_heap();
 /// to sleep; each command is given once. substeps: of 1/60 s, as is the soil's step.
 std::unique_ptr<TestWorld> build_car(int substeps, const SoilWheelDef& wheel = {.width_m = 0.24});
 
-class WorldSnapshot : public testing::Test {
+class WorldSnapshot : public SnapshotFiles {
   protected:
-    std::string path(const std::string& name) const {
-        return (std::filesystem::temp_directory_path() /
-                ("bsoil_world_" + std::to_string(getpid()) + "_" +
-                 testing::UnitTest::GetInstance()->current_test_info()->name() + "_" + name))
-            .string();
-    }
-    void TearDown() override {
-        for (const char* name : {"a", "b"}) std::filesystem::remove(path(name));
-    }
-    static std::vector<char> bytes_of(const std::string& file) {
-        std::ifstream in(file, std::ios::binary);
-        return {std::istreambuf_iterator<char>(in), {}};
-    }
-    static void write_bytes(const std::string& file, const std::vector<char>& bytes) {
-        std::ofstream(file, std::ios::binary)
-            .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    }
     /// Runs a world, saves it, goes on; restores another and compares every step after.
     /// saving_shows: the run that saved goes on otherwise than one that did not.
     void expect_goes_on(const Build& build, int before, int after, bool saving_shows = false);

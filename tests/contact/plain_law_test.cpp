@@ -21,6 +21,12 @@ std::unique_ptr<const ContactLaw> plain_law(MaterialDef material, Rules rules = 
     return ContactLaw::make(std::move(soil));
 }
 
+/// The k-th of 200 directions spread over the sphere, by the golden angle.
+Vec3 spread(int k) {
+    const double z = 1 - (k + 0.5) / 100, around = std::sqrt(1 - z * z), t = 2.39996 * k;
+    return {around * std::cos(t), around * std::sin(t), z};
+}
+
 TEST(PlainLaw, moving_element_meets_the_oracles_stress) {
     const double m = std::tan(kPhi);
     const double xi = 1600 * 9.81 * (894 * m * m * m - 386 * m * m + 89 * m);
@@ -28,11 +34,6 @@ TEST(PlainLaw, moving_element_meets_the_oracles_stress) {
     voxel.depth_m = voxel.bearing_depth_m = 0.07;
     int pushed = 0;
     for (int i = 0; i < 200; ++i) {
-        // Directions spread over the sphere, by the golden angle, two sets against each other.
-        const auto spread = [](int k) {
-            const double z = 1 - (k + 0.5) / 100, around = std::sqrt(1 - z * z), t = 2.39996 * k;
-            return Vec3{around * std::cos(t), around * std::sin(t), z};
-        };
         voxel.normal = spread(i);
         const Vec3 direction = spread((i * 73 + 11) % 200);
         const ElementYield yield =
@@ -60,10 +61,6 @@ TEST(PlainLaw, rows_at_yield_give_the_oracles_stress) {
     const double xi_depth = 1600 * 9.81 * (894 * m * m * m - 386 * m * m + 89 * m) * 0.07;
     int dragged = 0;
     for (int i = 0; i < 200; ++i) {
-        const auto spread = [](int k) {
-            const double z = 1 - (k + 0.5) / 100, around = std::sqrt(1 - z * z), t = 2.39996 * k;
-            return Vec3{around * std::cos(t), around * std::sin(t), z};
-        };
         voxel.normal = spread(i);
         const Vec3 direction = spread((i * 73 + 11) % 200);
         const double approach = dot(voxel.normal, direction);

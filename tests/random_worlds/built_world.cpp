@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "bullet_types.h"
+#include "world_hash.h"
 
 namespace bsoil::random_worlds {
 
@@ -21,14 +22,6 @@ namespace {
 btScalar scalar(double value) { return static_cast<btScalar>(value); }
 
 btTransform transform_of(const Pose& pose) { return bullet::transform_to_bullet(pose); }
-
-uint64_t add(uint64_t hash, const void* data, size_t size) {
-    for (size_t i = 0; i < size; ++i) {
-        hash = (hash ^ static_cast<const unsigned char*>(data)[i]) * 0x100000001b3ull;
-    }
-    return hash;
-}
-uint64_t add(uint64_t hash, const btVector3& v) { return add(hash, &v[0], 3 * sizeof(btScalar)); }
 
 /// Frames of a variable world, as shares of the longest.
 constexpr double kFrameShares[] = {1, 0.4, 0.75, 1, 1.0 / 3, 0.9, 0.5};
@@ -417,17 +410,7 @@ uint64_t BuiltWorld::checksum() const {
         const uint64_t of_soil = soil->soil().checksum();
         hash = add(hash, &of_soil, sizeof(of_soil));
     }
-    const btCollisionObjectArray& objects = world_->getCollisionObjectArray();
-    for (int i = 0; i < objects.size(); ++i) {
-        const btTransform& pose = objects[i]->getWorldTransform();
-        hash = add(hash, pose.getOrigin());
-        for (int row = 0; row < 3; ++row) hash = add(hash, pose.getBasis()[row]);
-        const int state = objects[i]->getActivationState();
-        hash = add(hash, &state, sizeof(state));
-        if (const btRigidBody* rigid = btRigidBody::upcast(objects[i])) {
-            hash = add(add(hash, rigid->getLinearVelocity()), rigid->getAngularVelocity());
-        }
-    }
+    hash = add_objects(hash, *world_);
     for (const Chain& chain : chains_) {
         for (int i = 0; i < chain.multibody->getNumDofs() + 6; ++i) {
             hash = add(hash, chain.multibody->getVelocityVector() + i, sizeof(btScalar));

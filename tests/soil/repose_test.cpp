@@ -102,10 +102,8 @@ std::vector<ReposeCase> repose_cases() {
 INSTANTIATE_TEST_SUITE_P(Angles, Repose, testing::ValuesIn(repose_cases()),
                          testing::PrintToStringParamName());
 
-TEST(Stability, a_heap_below_its_angle_of_friction_never_moves) {
-    SoilDef def = grid_def(64, 64, 24);
-    def.material = sand(33);
-    auto soil = make_soil(def);
+/// A cone of 30 deg in the middle of a grid of 64 x 64 voxels of 5 cm.
+HeightMapFill heap_of_30_deg() {
     HeightMapFill heap{65, 65, std::vector<float>(65 * 65), {}};
     for (int y = 0; y < 65; ++y) {
         for (int x = 0; x < 65; ++x) {
@@ -114,7 +112,14 @@ TEST(Stability, a_heap_below_its_angle_of_friction_never_moves) {
                 static_cast<float>(std::max(0.0, height));
         }
     }
-    ASSERT_TRUE(soil->fill(heap));
+    return heap;
+}
+
+TEST(Stability, a_heap_below_its_angle_of_friction_never_moves) {
+    SoilDef def = grid_def(64, 64, 24);
+    def.material = sand(33);
+    auto soil = make_soil(def);
+    ASSERT_TRUE(soil->fill(heap_of_30_deg()));
     const uint64_t checksum = soil->checksum();
     int64_t active_sum = 0;
     for (int i = 0; i < 10000; ++i) active_sum += i >= 10 ? soil->step({}).block_active_count : 0;
@@ -327,15 +332,7 @@ TEST(RunOut, leaves_a_stable_heap_alone) {
     def.material = sand(33);
     def.slides = SlideMotion::run_out;
     auto soil = make_soil(def);
-    HeightMapFill heap{65, 65, std::vector<float>(65 * 65), {}};
-    for (int y = 0; y < 65; ++y) {
-        for (int x = 0; x < 65; ++x) {
-            const double height = 0.8 - std::tan(30 * kDegree) * std::hypot(x - 32, y - 32) * 0.05;
-            heap.heights_m[static_cast<size_t>(y * 65 + x)] =
-                static_cast<float>(std::max(0.0, height));
-        }
-    }
-    ASSERT_TRUE(soil->fill(heap));
+    ASSERT_TRUE(soil->fill(heap_of_30_deg()));
     const uint64_t checksum = soil->checksum();
     for (int i = 0; i < 1000; ++i) soil->step({});
     EXPECT_EQ(soil->checksum(), checksum);

@@ -5,31 +5,12 @@
 #include <fstream>
 
 #include "moving_scene.h"
+#include "snapshot_files.h"
 
 namespace bsoil {
 namespace {
 
-class Snapshot : public testing::Test {
-  protected:
-    std::string path(const char* name) const {
-        return (std::filesystem::temp_directory_path() /
-                (std::string("bsoil_") +
-                 testing::UnitTest::GetInstance()->current_test_info()->name() + "_" +
-                 std::to_string(getpid()) + name))
-            .string();
-    }
-    void TearDown() override {
-        for (const char* name : {"a", "b"}) std::filesystem::remove(path(name));
-    }
-    static std::vector<char> bytes_of(const std::string& file) {
-        std::ifstream in(file, std::ios::binary);
-        return {std::istreambuf_iterator<char>(in), {}};
-    }
-    static void write_bytes(const std::string& file, const std::vector<char>& bytes) {
-        std::ofstream(file, std::ios::binary)
-            .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    }
-};
+class Snapshot : public SnapshotFiles {};
 
 TEST_F(Snapshot, a_loaded_soil_goes_on_like_the_saved_one) {
     for (int steps : {0, 1, 45}) {
