@@ -1,7 +1,7 @@
 // Tiles asleep and awake hold the same soil.
 #include "moving_scene.h"
 
-namespace bsoil {
+namespace bsoil::residency_test {
 namespace {
 
 void sleep_all(Soil& soil) {
@@ -148,6 +148,16 @@ INSTANTIATE_TEST_SUITE_P(Ground, CarriedLoad, testing::Bool(), [](const auto& pa
     return parameter.param ? "active" : "asleep";
 });
 
+// More tiles wake in the first step than the table has slots at its start.
+TEST(Residency, all_soil_that_hangs_falls_in_the_first_step) {
+    auto soil = make_soil(grid_def(96, 96, 16));
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 6}, {96, 96, 10})));
+    EXPECT_EQ(soil->step({}).tile_awake_count, 144);
+    for (int tile = 0; tile < 144; ++tile) {
+        EXPECT_GT(soil->sample(tile % 12 * 8 + 4, tile / 12 * 8 + 4, 5).volume, 0) << tile;
+    }
+}
+
 TEST(Residency, the_tile_table_grows_without_changing_a_bit) {
     // 9 x 9 tiles: more than the table starts with. One soil grows while it moves, the other wakes
     // everything before.
@@ -165,4 +175,4 @@ TEST(Residency, the_tile_table_grows_without_changing_a_bit) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::residency_test

@@ -60,6 +60,19 @@ void WorkLists::fit() {
         for (auto* steps : {&listed_step_, &rebuild_step_, &contact_step_}) {
             steps->resize(blocks, 0);
         }
+        keep_room_for(blocks);
+    }
+}
+
+// Only blocks of awake tiles are active. How many are at most shows late: digging, after 13,000
+// steps more of them than in any step before.
+void WorkLists::keep_room_for(size_t block_count) {
+    active_.reserve(block_count);
+    sorted_active_.reserve(block_count);
+    spare_.reserve(block_count);
+    while (active_.size() + spare_.size() < block_count) {
+        std::unordered_map<BlockKey, int64_t> made{{0, 0}};
+        spare_.push_back(made.extract(made.begin()));
     }
 }
 
@@ -123,18 +136,19 @@ void WorkLists::activate(BlockKey block) {
 }
 
 void WorkLists::wake_active() {
-    std::vector<std::pair<BlockKey, int64_t>>& entries = sorted_active_;
-    entries.clear();
+    sorted_active_.clear();
     for (auto it = active_.begin(); it != active_.end();) {
         if (core_.step_index - it->second > kAwakeSteps) {
             spare_.push_back(active_.extract(it++));
         } else {
-            entries.push_back(*it);
+            sorted_active_.push_back(*it);
             ++it;
         }
     }
-    std::sort(entries.begin(), entries.end());  // tiles wake in a fixed order
-    for (const auto& [key, changed] : entries) {
+    std::sort(sorted_active_.begin(), sorted_active_.end());  // tiles wake in a fixed order
+    // By place: a tile that wakes may make the table grow, and fit() this list with it.
+    for (size_t i = 0; i < sorted_active_.size(); ++i) {
+        const BlockKey key = sorted_active_[i].first;
         const int index = static_cast<int>(key / core_.blocks_per_tile);
         const int zb = static_cast<int>(key % core_.blocks_per_tile);
         core_.tiles_around(index % core_.tiles_x, index / core_.tiles_x)
@@ -148,7 +162,7 @@ void WorkLists::wake_active() {
                 }
             });
     }
-    active_count_ = static_cast<int>(entries.size());
+    active_count_ = static_cast<int>(sorted_active_.size());
 }
 
 void WorkLists::mark_bodies(std::span<StepBody> bodies) {
@@ -299,6 +313,7 @@ void WorkLists::build_pairs(const ShapeUpload& shapes) {
 
 void WorkLists::restart(std::unordered_map<BlockKey, int64_t> active) {
     active_ = std::move(active);
+    keep_room_for(listed_step_.size());
     for (auto* steps : {&listed_step_, &rebuild_step_, &contact_step_}) {
         std::ranges::fill(*steps, 0);
     }

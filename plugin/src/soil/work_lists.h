@@ -76,6 +76,8 @@ class WorkLists {
   private:
     int device_block(BlockKey key) const;
     void fit();
+    /// So that a step allocates nothing for the blocks that get active in it.
+    void keep_room_for(size_t block_count);
 
     SoilCore& core_;
     TileTable& tiles_;
