@@ -6,9 +6,13 @@
 
 #include "bsoil/geometry.h"
 
+#pragma GCC visibility push(default)  // a class is what its first declaration makes it
 namespace bsoil {
-
 class DistanceLattice;
+}
+#pragma GCC visibility pop
+
+namespace bsoil {
 
 /// A solid in its body's frame: a convex one, or a lattice, which may have any form. The shape's
 /// own axis is its local z.
