@@ -21,10 +21,7 @@ ivec3 whole_voxels(ivec3 drift, int chance) {
 
 // A number of each voxel's own: crumbs do not move in step.
 int voxel_chance(ivec3 at) {
-    uint h = uint(at.x) * 73856093u ^ uint(at.y) * 19349663u ^ uint(at.z) * 83492791u ^
-             uint(params.pass_stamp) * 2654435761u;
-    h = (h ^ (h >> 15)) * 2246822519u;
-    return int((h >> 13) & 65535u);
+    return int(mix_bits(place_bits(at) ^ pass_bits(), 15) >> 13) & kLowHalf;
 }
 
 ivec3 share_of(ivec3 amount, int share) {
@@ -32,8 +29,9 @@ ivec3 share_of(ivec3 amount, int share) {
 }
 
 ivec3 momentum_of(int mass, ivec3 velocity) {
-    return ivec3(mul_q16(mass * 512, velocity.x * 2), mul_q16(mass * 512, velocity.y * 2),
-                 mul_q16(mass * 512, velocity.z * 2));
+    int half_mass = mass * (kVelocityOne / 2);
+    return ivec3(mul_q16(half_mass, velocity.x * 2), mul_q16(half_mass, velocity.y * 2),
+                 mul_q16(half_mass, velocity.z * 2));
 }
 
 // The part of `value` from 0 to `bound`.
@@ -96,7 +94,7 @@ void land(int voxel, ivec3 momentum) {
     if (params.slides != 0 && along > 0) {
         int lost = mul_q16(abs(momentum.z), mixed_word(voxel, 1, kTableFriction));
         int whole = slope_length(momentum.x, momentum.y);
-        kept = lost >= whole ? 0 : momentum.z == 0 ? 65536 : 65536 - fraction_q16(lost >> 4, (whole >> 4) + 1);
+        kept = lost >= whole ? 0 : momentum.z == 0 ? kOneQ16 : kOneQ16 - fraction_q16(lost >> 4, (whole >> 4) + 1);
     }
     set_state(kPlaneMomentumX, voxel, sign(momentum.x) * mul_q16(abs(momentum.x), kept));
     set_state(kPlaneMomentumY, voxel, sign(momentum.y) * mul_q16(abs(momentum.y), kept));
@@ -139,7 +137,9 @@ void advect_soil(int group, int lane) {
         } else {
             int body = support - kSupportBody;
             ivec3 goal = body_velocity_at(body, grid_voxel(slot, x, y, z0 + z));
-            int grip = shapes[body * kBodyWords + kBodyFriction] * 64 / params.substep_count;
+            int friction = shapes[body * kBodyWords + kBodyFriction];
+            int hold = friction == kFrictionOfSoil ? mixed_word(voxel, 0, kTableTool) : friction * (kOneQ16 / kVelocityOne);
+            int grip = hold / params.substep_count;
             after.x += clamp(goal.x - after.x, -grip, grip);
             after.y += clamp(goal.y - after.y, -grip, grip);
             after.z = max(goal.z, after.z - gravity);

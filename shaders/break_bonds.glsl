@@ -21,7 +21,7 @@ void break_bonds(int group, int lane) {
     bool breaks = false;
     for (int z = first; z < end; ++z) {
         int voxel = column + z * kTileColumns;
-        int kept = z == first ? max(0, (cut & 65535) - state_at(kPlaneTerrain, voxel)) : 0;
+        int kept = z == first ? max(0, (cut & kLowHalf) - state_at(kPlaneTerrain, voxel)) : 0;
         if (state_at(kPlaneBond, voxel) > kept) {
             set_state(kPlaneBond, voxel, kept);
             int block = slot * params.blocks_per_tile + (z >> 3);

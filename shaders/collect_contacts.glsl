@@ -23,6 +23,8 @@ int body_half(int slot, int dx, int dy, int level, int half_at) {
     return other < 0 ? 0 : mask_half(other * params.blocks_per_tile + level, kMaskBody, half_at);
 }
 
+CONST_INT(kRangeMost, 67108864)  // 2^26 of volume: fraction_q16 takes less than twice as much
+
 // Where there is a body in the voxel or in one of the six beside it, or soil that a body may carry.
 int collect_contacts_lanes(int group, int half_at) {
     int block = block_list[params.list_offset + group];
@@ -40,7 +42,7 @@ int collect_contacts_lanes(int group, int half_at) {
     lanes = lanes | ((body_half(slot, 1, 0, level, half_at) & 0x01010101) << 7);
     int before = half_at == 1 ? mask_half(block, kMaskBody, 0) : body_half(slot, 0, -1, level, 1);
     int behind = half_at == 0 ? mask_half(block, kMaskBody, 1) : body_half(slot, 0, 1, level, 0);
-    lanes = lanes | (here << 8) | ((before >> 24) & 255);
+    lanes = lanes | (here << 8) | ((before >> 24) & kRowMask);
     lanes = lanes | ((here >> 8) & 0x00ffffff) | (behind << 24);
     return lanes;
 }
@@ -122,7 +124,7 @@ void collect_contacts(int group, int lane) {
             int most_held = mul_q16(mass, loose);
             int range = max(0, most_held - mul_q16(mass, compacted_word(soil_voxel)));
             int gone = clamp(most_held - held, 0, range);
-            while (range >= 67108864) {  // keep the quotient in range
+            while (range >= kRangeMost) {
                 range = range / 2;
                 gone = gone / 2;
             }

@@ -38,12 +38,15 @@ float sqrt_exact(float x) {
     return corrected;
 }
 
+// Two squares of smaller numbers stay in 31 bits together.
+CONST_INT(kSquaredMost, 32768)
+
 // Whole square root of a sum of squares of numbers below 2^26, to within 2^-12 of itself.
 int slope_length(int a, int b) {
     int high = max(abs(a), abs(b));
     if (high == 0) return 0;
     int shift = 0;
-    while (high >= 32768) {
+    while (high >= kSquaredMost) {
         high = high >> 1;
         shift += 1;
     }

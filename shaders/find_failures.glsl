@@ -11,15 +11,19 @@
 CONST_INT(kPlaneSteepest, 12288)  // slope 3, Q12: the first plane to fail is no steeper than 45 deg + phi / 2
 CONST_INT(kPlaneStepsMost, 256)   // sums over a plane stay in 31 bits
 CONST_INT(kNoBound, 2147483647)
+CONST_INT(kIntactMost, 131072)  // 512 voxels, Q8, as high as a grid may be: times kOneQ12 it stays in 31 bits
+// A step goes one column on along an axis, one along both (kDiagonal), or two along one and one along the other.
+CONST_INT(kSkewed, 146543)          // its length, sqrt 5, Q16
+CONST_INT(kSkewedInverse, 29309)
 
 // Length of a step by (dx, dy) out of -2..2, Q16, and one over it.
 int step_length(ivec2 way) {
     int square = way.x * way.x + way.y * way.y;
-    return square == 1 ? 65536 : (square == 2 ? 92682 : 146543);
+    return square == 1 ? kOneQ16 : (square == 2 ? kDiagonal : kSkewed);
 }
 int step_inverse(ivec2 way) {
     int square = way.x * way.x + way.y * way.y;
-    return square == 1 ? 65536 : (square == 2 ? 46341 : 29309);
+    return square == 1 ? kOneQ16 : (square == 2 ? kDiagonalInverse : kSkewedInverse);
 }
 
 // A Q8 and a Q12 number, or two of Q12: the product as the first.
@@ -56,18 +60,18 @@ void ask_for(int slot, ivec2 at, ivec2 way, int count, int toe) {
 // fall apart, and slip_soil sees to it.
 bool slides_on(int slot, ivec2 at, ivec2 way, int toe, int count, int climb, int start) {
     int slope = mul_q16(climb, step_inverse(way));  // Q12
-    int stretch = 4096 + mul_q12(slope, slope);
+    int stretch = kOneQ12 + mul_q12(slope, slope);
     int balance = 0;  // Q12 voxels
     bool any_bonded = false;
     for (int n = 1; n <= count; ++n) {
         if (!step_on(slot, at, way)) return false;
-        int plane = mul_q12(256 * n - 128 + start, climb);
-        int height = toe + plane * 256 - 1;
+        int plane = mul_q12(kOneQ8 * n - kOneQ8 / 2 + start, climb);
+        int height = toe + plane * kOneQ8 - 1;
         int z = min(height >> 16, params.height - 1);
         int voxel = slot * params.tile_voxels + z * kTileColumns + at.y * kTileSide + at.x;
         if (is_solid(voxel)) return false;
         // A voxel's bonded soil lies below the rest of it.
-        bool bonded = (height & 65535) < state_at(kPlaneTerrain, voxel) + state_at(kPlaneBond, voxel);
+        bool bonded = (height & kLowHalf) < state_at(kPlaneTerrain, voxel) + state_at(kPlaneBond, voxel);
         int loose = bonded ? 0 : 1;
         bool is_soil = state_at(kPlaneVolume, voxel) > 0;
         int hold = is_soil ? mul_q16(mixed_word(voxel, loose, kTableStrength), stretch) : 0;
@@ -79,7 +83,7 @@ bool slides_on(int slot, ivec2 at, ivec2 way, int toe, int count, int climb, int
             above = max(0, height_over(slot, at, toe) - plane);
             any_bonded = any_bonded || (is_soil && bonded && hold > 0);
         }
-        if (n == 1) hold += mul_q16(hold, start * 256);
+        if (n == 1) hold += mul_q16(hold, start * kOneQ8);
         balance += mul_q16(above * 16, slope * 16 - friction) - hold;
     }
     return any_bonded && balance > 0;
@@ -112,10 +116,10 @@ int find_plane(int slot, ivec2 at, ivec2 way, int toe, OUT(int) climb, OUT(int) 
         if (n == 1) {
             // Half a column before the first where the ground goes on rising like that, 0 where it is a wall.
             int further = height_beyond(slot, at, way, toe) - rise;
-            start = further <= 0 ? 0 : (further >= rise ? 128 : further * 128 / rise);
+            start = further <= 0 ? 0 : (further >= rise ? kOneQ8 / 2 : further * (kOneQ8 / 2) / rise);
         }
-        int run = 256 * n - 128 + start;  // steps, Q8
-        int steep = rise > 0 ? rise * 4096 / run : 0;
+        int run = kOneQ8 * n - kOneQ8 / 2 + start;  // steps, Q8
+        int steep = rise > 0 ? rise * kOneQ12 / run : 0;
         if (steep * 16 <= friction) return found;
         if (steep <= flattest) {
             flattest = steep;
@@ -124,7 +128,7 @@ int find_plane(int slot, ivec2 at, ivec2 way, int toe, OUT(int) climb, OUT(int) 
                 // As one wedge of the weakest soil: its mean height above the plane, what drives and what holds it. That is
                 // no less and no more than slides_on finds where all is intact, but for rounding.
                 int mean = (sum * 32 + rise * 16) / (run / 8) - rise / 2;
-                int drive = mul_q16(mean * 256, rise - mul_q16(mul_q16(run, length), params.bank_friction));
+                int drive = mul_q16(mean * kOneQ8, rise - mul_q16(mul_q16(run, length), params.bank_friction));
                 int hold = mul_q16(params.bank_strength, mul_q16(run, length) + mul_q12(rise, slope));
                 if ((steep > intact || drive > hold - hold / 16) &&
                     slides_on(toe_slot, toe_at, way, toe, n, steep, start)) {
@@ -134,8 +138,8 @@ int find_plane(int slot, ivec2 at, ivec2 way, int toe, OUT(int) climb, OUT(int) 
             }
         }
         sum += rise;
-        int whole = spans[column_word(kColumnIntact, column_of(slot, at))] * 256 - (toe >> 8);
-        intact = min(intact, whole > 0 ? min(whole, 131072) * 4096 / run : 0);
+        int whole = spans[column_word(kColumnIntact, column_of(slot, at))] * kOneQ8 - (toe >> 8);
+        intact = min(intact, whole > 0 ? min(whole, kIntactMost) * kOneQ12 / run : 0);
     }
     return found;
 }
@@ -184,7 +188,7 @@ void find_failures(int group, int lane) {
         int at_slot = slot;
         ivec2 at = here;
         for (int n = 1; n < count && step_on(at_slot, at, way); ++n) {
-            int cut = toe + mul_q12(256 * n - 128 + start, climb) * 256 - 1;
+            int cut = toe + mul_q12(kOneQ8 * n - kOneQ8 / 2 + start, climb) * kOneQ8 - 1;
             ATOMIC_MAX(spans[column_word(kColumnCut, column_of(at_slot, at))], kCutNone - cut);
             ATOMIC_MAX(spans[tile_word(kTileCut, at_slot)], params.step_stamp);
         }

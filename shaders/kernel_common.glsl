@@ -94,7 +94,7 @@ int changed_around(int slot, int half_at, int reach, int stamp) {
     for (int y = half_at * 4 - reach; y <= half_at * 4 + 3 + reach; ++y) {
         int row = changed_row(slot, y, stamp);
         for (int i = 0; i < reach; ++i) row = row | (row << 1) | (row >> 1);
-        row = (row >> kTileSide) & 255;
+        row = (row >> kTileSide) & kRowMask;
         for (int r = max(0, y - reach - half_at * 4); r <= min(3, y + reach - half_at * 4); ++r) {
             lanes = lanes | (row << (r * kTileSide));
         }
@@ -238,9 +238,14 @@ bool is_intact(int voxel) {
            mixed_word(voxel, 0, kTableStrength) >= params.bank_strength;
 }
 
+// Bits for chance, alike on all devices: of a place (Teschner et al. 2003), of this pass, and mixed (the primes of xxHash).
+uint place_bits(ivec3 at) { return uint(at.x) * 73856093u ^ uint(at.y) * 19349663u ^ uint(at.z) * 83492791u; }
+uint pass_bits() { return uint(params.pass_stamp) * 2654435761u; }
+uint mix_bits(uint bits, int shift) { return (bits ^ (bits >> shift)) * 2246822519u; }
+
 // The nearest whole number.
-int round_q16(int value) { return (value + 32768) >> 16; }
-ivec3 round_q16(ivec3 value) { return (value + 32768) >> 16; }
+int round_q16(int value) { return (value + kOneQ16 / 2) >> 16; }
+ivec3 round_q16(ivec3 value) { return (value + kOneQ16 / 2) >> 16; }
 
 // Q16 quotient of a signed number of up to 27 bits.
 int signed_fraction_q16(int part, int whole) {

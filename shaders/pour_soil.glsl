@@ -4,18 +4,20 @@
 
 int pour_soil_lanes(int group, int half_at) { return flow_lanes(group, half_at); }
 
-// From -1024 to 1024, another for each voxel and pass.
+CONST_INT(kJetAside, 1024)  // the largest number of jet_chance
+
+// From -kJetAside to kJetAside, another for each voxel and pass; again primes of xxHash.
 int jet_chance(uint seed) {
-    uint h = (seed ^ (seed >> 15)) * 2246822519u;
-    h = (h ^ (h >> 13)) * 3266489917u;
-    return int((h >> 16) & 2047u) - 1023;
+    uint bits = mix_bits(seed, 15);
+    bits = (bits ^ (bits >> 13)) * 3266489917u;
+    return (int(bits >> 16) & (2 * kJetAside - 1)) - (kJetAside - 1);
 }
 
 void pour_soil(int group, int lane) {
     int slot = flow_slot(group);
     int part = flow_part(group);
     int range = tables[part + kFlowColumns + lane];
-    int low = range & 65535;
+    int low = range & kLowHalf;
     int high = range >> 16;
     uint count = uint(flow_word(part, kFlowCount));
     int lumps = flow_word(part, kFlowLumps);
@@ -36,12 +38,12 @@ void pour_soil(int group, int lane) {
             volume = mul_q16(mass, flow_word(part, kFlowVolume));
         }
         if (mass <= 0) continue;
-        uint seed = number * 73856093u ^ uint(params.pass_stamp) * 2654435761u;
+        uint seed = place_bits(ivec3(int(number), 0, 0)) ^ pass_bits();
         int across = jet_chance(seed);
         int along = jet_chance(seed + 374761393u);
         for (int axis = 0; axis < 3; ++axis) {
             int aside = flow_word(part, kFlowAside + axis) * across + flow_word(part, kFlowAside + 3 + axis) * along;
-            int speed = clamp(flow_word(part, kFlowVelocity + axis) + aside / 1024, -kFlowSpeedMost, kFlowSpeedMost);
+            int speed = clamp(flow_word(part, kFlowVelocity + axis) + aside / kJetAside, -kFlowSpeedMost, kFlowSpeedMost);
             add_delta(kPlaneMomentumX + axis, voxel, mass * speed);
         }
         add_delta(plane, voxel, mass);

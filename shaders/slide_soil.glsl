@@ -37,7 +37,7 @@ void drop_soil(int from, int to, int fraction) {
     for (int i = 0; i < params.transport_count; ++i) {
         int plane = kTransportFirst + i;
         int held = state_at(plane, from);
-        int share = fraction >= 65536 ? held : mul_q16(held, fraction);
+        int share = fraction >= kOneQ16 ? held : mul_q16(held, fraction);
         set_state(plane, from, held - share);
         set_state(plane, to, state_at(plane, to) + share);
     }
@@ -56,7 +56,7 @@ int close_gaps(int first, int top, int end) {
             int under = first + to * kTileColumns;
             int room = kVoxelFull - coverage_at(under) - state_at(kPlaneVolume, under);
             int held = state_at(kPlaneVolume, from);
-            if (room > 0) drop_soil(from, under, room >= held ? 65536 : fraction_q16(room, held));
+            if (room > 0) drop_soil(from, under, room >= held ? kOneQ16 : fraction_q16(room, held));
             if (room >= held) break;
         }
     }
@@ -83,8 +83,8 @@ void slide_soil(int group, int lane) {
         int voxel = first + z * kTileColumns;
         if (is_solid(voxel)) break;
         if (slides_along(voxel)) {
-            sum_x += state_at(kPlaneMomentumX, voxel) / 128;
-            sum_y += state_at(kPlaneMomentumY, voxel) / 128;
+            sum_x += state_at(kPlaneMomentumX, voxel) / kSlideDepth;
+            sum_y += state_at(kPlaneMomentumY, voxel) / kSlideDepth;
             low = z;
             gap = 0;
         } else {
@@ -122,7 +122,7 @@ void slide_soil(int group, int lane) {
         int held = mixed_word(source, is_bonded(source) ? 0 : 1, kTableFriction) - slope;
         if (held > 0) {
             int gravity = params.gravity_q16 / params.slide_count;
-            int lost = mul_q16(gravity, fraction_q16(held, 65536 + mul_q16(slope, slope))) + 1;
+            int lost = mul_q16(gravity, fraction_q16(held, kOneQ16 + mul_q16(slope, slope))) + 1;
             int kept = lost >= pace ? 0 : fraction_q16(pace - lost, pace);
             speed = ivec2(sign(speed.x) * mul_q16(abs(speed.x), kept), sign(speed.y) * mul_q16(abs(speed.y), kept));
             pace = mul_q16(pace, kept);
@@ -136,9 +136,9 @@ void slide_soil(int group, int lane) {
     }
     if (speed.x == 0 && speed.y == 0) return;
     mark_moved(first + high * kTileColumns, first + high * kTileColumns);
-    ATOMIC_MAX(result[kResultSlope], min(pace, kSlideSpeedMost) / 2 - 16384);  // so many passes more: see Passes::slip
-    int share_x = min(65536, abs(speed.x) / params.slide_count);
-    int share_y = min(65536, abs(speed.y) / params.slide_count);
+    ATOMIC_MAX(result[kResultSlope], min(pace, kSlideSpeedMost) / 2 - kOneQ16 / 4);  // so many passes more: see Passes::slip
+    int share_x = min(kOneQ16, abs(speed.x) / params.slide_count);
+    int share_y = min(kOneQ16, abs(speed.y) / params.slide_count);
     int share[3];  // of what slides: along x, along y, along both, as in thesis (15)
     int place[3];  // height at which it arrives
     int wanted = 0;
@@ -146,15 +146,15 @@ void slide_soil(int group, int lane) {
         int to_x = k == 1 ? x : x + ahead.x;
         int to_y = k == 0 ? y : y + ahead.y;
         share[k] = k == 2   ? mul_q16(share_x, share_y)
-                   : k == 0 ? mul_q16(share_x, 65536 - share_y)
-                            : mul_q16(share_y, 65536 - share_x);
+                   : k == 0 ? mul_q16(share_x, kOneQ16 - share_y)
+                            : mul_q16(share_y, kOneQ16 - share_x);
         int drop = share[k] > 0 ? slide_drop(slot, to_x, to_y, top, thickness) : kSlideWall;
         if (drop == kSlideWall) share[k] = 0;
         place[k] = top - drop;
         wanted += share[k];
     }
     if (wanted == 0) return;
-    int amount = mul_q16(thickness, min(wanted, 65536));
+    int amount = mul_q16(thickness, min(wanted, kOneQ16));
     for (int z = high; z >= low && amount > 0; --z) {
         int source = first + z * kTileColumns;
         int held = state_at(kPlaneVolume, source);
@@ -169,7 +169,7 @@ void slide_soil(int group, int lane) {
             for (int n = 0; n < 3 && part > 0; ++n) {
                 int target = voxel_at(slot, k == 1 ? x : x + ahead.x, k == 0 ? y : y + ahead.y, place[k] >> 16);
                 if (is_closed(target)) break;
-                int room = kVoxelFull - (place[k] & 65535);
+                int room = kVoxelFull - (place[k] & kLowHalf);
                 int fits = n == 2 || room >= mul_q16(held, part) ? part : fraction_q16(room, held);
                 move_soil(source, target, fits, true);
                 place[k] += fits == part ? mul_q16(held, part) : room;

@@ -82,7 +82,7 @@ int way_drop(int slot, int x, int y, int dx, int dy, int bottom, int top, bool o
 int table_at(int curve, int table, int slope) {
     int entry = min(slope >> 12, kSlipEntries - 2);
     int start = curve * kTableWords + table + entry;
-    int rest = min(slope - entry * 4096, 65536);
+    int rest = min(slope - entry * kOneQ12, kOneQ16);
     return tables[start] + mul_q16(tables[start + 1] - tables[start], rest * 16);
 }
 
@@ -95,9 +95,11 @@ int curve_of(int voxel) {
     return is_mixed(voxel) ? kMixedBonded - loose : 2 * main_material(voxel) + loose;
 }
 
+CONST_INT(kRootMost, 46340)  // its square is the largest in 31 bits
+
 // Whole square root, rounded down, by Newton's method from above.
 int square_root(int square) {
-    int root = 46340;  // of the largest number
+    int root = kRootMost;
     for (int i = 0; square > 0 && i < 24; ++i) {
         int better = (root + square / root) / 2;
         if (better >= root) return root;
@@ -118,9 +120,9 @@ int mixed_wedge(int friction, int strength, int any_slope) {
     if (slope <= friction || strength > kMixedStrong) return -kVoxelFull;
     int half_sum = (slope + friction) / 4;
     int last = mul_q16(slope, friction) / 2 + strength;
-    int square = mul_q16(half_sum, half_sum) - mul_q16(32768 + strength, last);
+    int square = mul_q16(half_sum, half_sum) - mul_q16(kOneQ16 / 2 + strength, last);
     if (square <= 0) return -kVoxelFull;
-    return slope - fraction_q16(last, half_sum + 16 * square_root(256 * square));
+    return slope - fraction_q16(last, half_sum + 16 * square_root(kOneQ8 * square));
 }
 
 int wedge_at(int curve, int voxel, int slope) {
@@ -167,8 +169,8 @@ int steepest_drop(int slot, int x, int y, int top) {
 // the part along the ground; Q16 of gravity. Of the planes through a steeper face that of Coulomb's wedge, at 45 deg + phi / 2,
 // is driven hardest, by tan(45 deg - phi / 2) / 2.
 int slide_push(int slope, int friction, int passive) {
-    if (mul_q16(slope, passive) >= 65536) return passive / 2;
-    return fraction_q16(max(0, slope - friction), 65536 + mul_q16(slope, slope));
+    if (mul_q16(slope, passive) >= kOneQ16) return passive / 2;
+    return fraction_q16(max(0, slope - friction), kOneQ16 + mul_q16(slope, slope));
 }
 
 // The eight neighbours: 0 east, 1 north-east, 2 north ... counter-clockwise.
@@ -191,7 +193,7 @@ void set_sliding(int slot, int x, int y, int top, int source, ivec2 fall, int sl
     if (along_x == 0 && along_y == 0) return;
     // The nearest of the eight ways.
     ivec2 way = ivec2(5 * abs(fall.x) > 2 * abs(fall.y) ? sign(fall.x) : 0, 5 * abs(fall.y) > 2 * abs(fall.x) ? sign(fall.y) : 0);
-    int climb = way.x == 0 || way.y == 0 ? friction : mul_q16(friction, 92682);
+    int climb = way.x == 0 || way.y == 0 ? friction : mul_q16(friction, kDiagonal);
     int base = top;
     int at_slot = slot;
     ivec2 at = ivec2(x, y);
@@ -282,15 +284,15 @@ void slip_soil(int group, int lane) {
                 if (across <= 0) {
                     slope = along;
                 } else if (across > along) {
-                    slope = mul_q16(drop[diagonal], 46341);  // over sqrt(2)
-                    to_diagonal = 65536;
+                    slope = mul_q16(drop[diagonal], kDiagonalInverse);  // over sqrt(2)
+                    to_diagonal = kOneQ16;
                 } else {
                     slope = slope_length(along, across);
                     to_diagonal = fraction_q16(across, along);
                 }
             } else if (drop[diagonal] > 0) {
-                slope = mul_q16(drop[diagonal], 46341);
-                to_diagonal = 65536;
+                slope = mul_q16(drop[diagonal], kDiagonalInverse);
+                to_diagonal = kOneQ16;
             }
             if (slope == 0) continue;
             int wedge = wedge_at(curve, source, slope);
@@ -305,8 +307,8 @@ void slip_soil(int group, int lane) {
                 // Along the axis and across it: see the eight neighbours above.
                 ivec2 axis_way = way_to(axis);
                 ivec2 side_way = way_to(diagonal) - axis_way;
-                int length = slope_length(65536, to_diagonal);
-                fall = fall + axis_way * fraction_q16(65536, length) + side_way * fraction_q16(to_diagonal, length);
+                int length = slope_length(kOneQ16, to_diagonal);
+                fall = fall + axis_way * fraction_q16(kOneQ16, length) + side_way * fraction_q16(to_diagonal, length);
                 steep_count += 1;
             }
             wedge = wedge >> 4;                     // sums of 8 stay in range
@@ -331,7 +333,7 @@ void slip_soil(int group, int lane) {
             speed = max(speed, column_speed(slot, x + k % 3 - 1, y + k / 3 - 1));
         }
         // thesis (9), and no more than a quarter of the wedge at once, so that nothing overshoots.
-        speed = min(speed + acceleration_at(curve, source, worst_slope) / params.substep_count, 65536);
+        speed = min(speed + acceleration_at(curve, source, worst_slope) / params.substep_count, kOneQ16);
         spans[speed_write(record, i)] = speed;
         slides = slides || speed != 0;
         int rate = min(max(speed / params.substep_count, params.slip_rate_least), params.slip_rate_most);

@@ -4,6 +4,19 @@
 // --- amounts ----------------------------------------------------------------------------------------------------
 // One voxel's room is kVoxelFull volume units; 2^16 keeps volume * overflow (16 x) * Q10 velocity inside 31 bits.
 CONST_INT(kVoxelFull, 65536)
+// Of that in each of the 4 x 4 x 4 sub-cells that coverage is summed over.
+CONST_INT(kSubCellUnits, 1024)
+// One with 8, 12 and 16 bits behind the point: what Q8, Q12 and Q16 say of a number here.
+CONST_INT(kOneQ8, 256)
+CONST_INT(kOneQ12, 4096)
+CONST_INT(kOneQ16, 65536)
+// From a column to the one across a corner: sqrt 2, Q16, and one over it.
+CONST_INT(kDiagonal, 92682)
+CONST_INT(kDiagonalInverse, 46341)
+// The lower of two numbers in a word; of a Q16 number what is behind the point.
+CONST_INT(kLowHalf, 65535)
+// A bit for each column in a row of a tile.
+CONST_INT(kRowMask, 255)
 // More soil than this in one voxel can saturate its momentum: 16 voxels, reported as amount_headroom.
 CONST_INT(kVoxelMost, 1048576)
 // A voxel at least this much covered is solid to moving soil: nothing flows in. Keeps plates of 2 voxels tight.
@@ -181,7 +194,8 @@ CONST_INT(kBodyLinear, 0)       // velocity of the centre of mass, Q16 voxels pe
 CONST_INT(kBodyAngular, 3)      // Q16 radians per base step, 3
 CONST_INT(kBodyCenter, 6)       // centre of mass, Q1 voxels (half voxels), 3
 CONST_INT(kArmMost, 8191)       // of a body's rotation, half voxels: times 2 rad a base step (Q16), twice, stays in 31 bits
-CONST_INT(kBodyFriction, 9)     // tool friction times gravity: Q10 velocity change a base step
+CONST_INT(kBodyFriction, 9)     // its own friction with soil times gravity: Q10 velocity change a base step
+CONST_INT(kFrictionOfSoil, -1)  // instead: the body has none of its own, and soil brings its kTableTool
 CONST_INT(kBodyMoving, 10)
 CONST_INT(kBodyPacking, 11)     // relative density (Q16) that soil pressed on by this body takes up
 CONST_INT(kBodyReach, 12)       // voxels of soil beside this body whose density counts for its contact
@@ -220,6 +234,7 @@ CONST_INT(kFaceOffset, 3)       // voxels along the normal
 // 8 x 8 x 8 nodes at their corners (those on its faces are its neighbours' as well), x fastest, two 16-bit samples a
 // word, the low half first. A sample of kLatticeFar is as far as distances are known.
 CONST_INT(kLatticeCells, 7)
+CONST_INT(kLatticeNodes, 8)     // along an edge of a brick
 CONST_INT(kLatticeIndex, 3)
 CONST_INT(kLatticeBrickWords, 256)
 CONST_INT(kLatticeOutside, -1)
@@ -290,6 +305,7 @@ CONST_INT(kTableFriction, 603)  // tan(phi), Q16
 CONST_INT(kTableStrength, 604)  // cohesion over unit weight, Q16 voxels; kStrengthLeast to kStrengthMost, or 0
 CONST_INT(kTableHeld, 605)      // as kTableLoose, where density is fixed as placed: for soil of several materials
 CONST_INT(kTableHeldLeast, 606) // as kTableCompacted, likewise
+CONST_INT(kTableTool, 607)      // friction with bodies times gravity: Q16 velocity change a base step, in whole Q10
 CONST_INT(kStrengthLeast, 256)      // 1/256 voxel: the rounding of sums over a bank's columns is no hundredth of it
 CONST_INT(kStrengthMost, 8388608)   // 128 voxels: a wall of 512, the highest grid, stands
 

@@ -11,7 +11,7 @@ void take_soil(int group, int lane) {
     int high = min(range >> 16, spans[column_word(kColumnEnd, slot * kTileColumns + lane)]);
     int share = flow_word(part, kFlowShare);
     int held = 0;
-    for (int z = range & 65535; z < high; ++z) {
+    for (int z = range & kLowHalf; z < high; ++z) {
         int voxel = slot * params.tile_voxels + z * kTileColumns + lane;
         if (state_at(kPlaneVolume, voxel) == 0 || block_flags[flag_index(kFlagListed, voxel >> 9)] == 0) {
             continue;

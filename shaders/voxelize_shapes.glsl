@@ -48,12 +48,13 @@ float lattice_distance(int shape, float px, float py, float pz) {
     int samples = shapes[lattice + kLatticeIndex + (bz * bricks_y + by) * bricks_x + bx];
     if (samples < 0) return samples == kLatticeInside ? -outside : outside;
     samples += lattice;
-    int node = ((z - bz * kLatticeCells) * 8 + y - by * kLatticeCells) * 8 + x - bx * kLatticeCells;
+    int node = ((z - bz * kLatticeCells) * kLatticeNodes + y - by * kLatticeCells) * kLatticeNodes + x - bx * kLatticeCells;
     PRECISE float tx = px - floor_x;
     PRECISE float ty = py - floor_y;
     PRECISE float tz = pz - floor_z;
-    float lower = mix_exact(lattice_sample(samples, node, tx), lattice_sample(samples, node + 8, tx), ty);
-    float upper = mix_exact(lattice_sample(samples, node + 64, tx), lattice_sample(samples, node + 72, tx), ty);
+    float lower = mix_exact(lattice_sample(samples, node, tx), lattice_sample(samples, node + kLatticeNodes, tx), ty);
+    int above = node + kLatticeNodes * kLatticeNodes;
+    float upper = mix_exact(lattice_sample(samples, above, tx), lattice_sample(samples, above + kLatticeNodes, tx), ty);
     PRECISE float distance = mix_exact(lower, upper, tz) * unit;
     return distance;
 }
@@ -350,7 +351,7 @@ void voxelize_shapes(int group, int lane) {
             } else {
                 sum = shape_sum(shape, p, column_x, column_y, column_z, rounding);
             }
-            PRECISE float units = sum * 1024.0f + 0.5f;
+            PRECISE float units = sum * float(kSubCellUnits) + 0.5f;
             covered = int(units);
         }
         if (covered > 0) {

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Checks that a number of the mechanics of contact says what it is: each member of ContactLawDef and CouplingDef has its unit or
-# range, where its value is from, and what another one would do; each constant of plugin/src/contact and bridge/src a comment.
+# range, where its value is from, and what another one would do; each constant of plugin/src/contact and bridge/src a comment;
+# a large number in a kernel has a name.
 source "$(dirname "${BASH_SOURCE[0]}")/check.sh"
 
 # Members with a value, each with the comment above it; several members on a line share one.
@@ -33,4 +34,10 @@ done < <(awk '
     }
     # A comment holds for a run of constants.
     { if ($0 !~ /^ *(inline |static )*constexpr / || $0 ~ /\/\//) above = $0 }' $(git ls-files plugin/src/contact plugin/include/bsoil/contact bridge/src))
+# A number of three figures in a kernel has a name; what spreads bits for chance ends in u.
+while IFS= read -r found; do
+    fail "$found: a number without a name"
+done < <(for file in shaders/*.glsl; do
+    sed 's,//.*,,' "$file" | grep -nE '(^|[^0-9A-Za-z_.])[0-9]{3,}([^0-9A-Za-z_]|$)' | grep -vE 'CONST_INT\(|#version' | sed "s,^,$file:,"
+done)
 exit "$failed"

@@ -19,6 +19,8 @@ namespace oracle {
 
 using bsoil::Vec3;
 
+inline double largest(Vec3 v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+
 /// What a voxel's soil rests on.
 struct Support {
     enum class Kind { falling, ground, body };
@@ -51,9 +53,10 @@ struct Body {
     Vec3 angular_velocity;  ///< radians a step
     Vec3 center;            ///< of mass
     bool moves = false;
-    double friction_speed = 0;  ///< what Coulomb friction can change a speed by in one step
-    double packing = 0;         ///< relative density that soil pressed by it takes up
-    int reach = 0;              ///< voxels of soil beside it whose density counts for its contact
+    /// What Coulomb friction can change a speed by in one step; negative: by the soil's materials.
+    double friction_speed = 0;
+    double packing = 0;  ///< relative density that soil pressed by it takes up
+    int reach = 0;       ///< voxels of soil beside it whose density counts for its contact
     Vec3 velocity_at(int x, int y, int z) const;  ///< v + omega x r at a voxel's middle
 };
 
@@ -80,6 +83,7 @@ struct Model {
     double gravity = 0;                      ///< voxels a step squared
     int substeps = 1;                        ///< parts this step is cut into
     std::vector<double> friction_angle_rad;  ///< per material
+    std::vector<double> friction_speed;      ///< per material, on bodies: see Body
     /// Per material: volume of a unit of mass of loose and of compacted soil; 0 where it is fixed.
     std::vector<double> loose_volume, compacted_volume;
     std::vector<double> placed_volume;  ///< the same as placed

@@ -19,14 +19,14 @@ struct Neighbour {
     int x = 0, y = 0, z = 0;
 };
 
-struct Facet {
+struct SlopeFacet {
     double slope = 0;
     double diagonal_share = 0;
 };
 
 /// Slope and direction of the plane through a column's top and those of an axis and a diagonal
 /// neighbour.
-Facet facet_slope(double axis_drop, double diagonal_drop) {
+SlopeFacet facet_slope(double axis_drop, double diagonal_drop) {
     if (axis_drop <= 0) return {diagonal_drop / std::numbers::sqrt2, diagonal_drop > 0 ? 1.0 : 0.0};
     const double across = diagonal_drop > 0 ? diagonal_drop - axis_drop : -1;
     if (across <= 0) return {axis_drop, 0};
@@ -149,7 +149,7 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                 for (int facet = 0; facet < 8; ++facet) {
                     const int axis = facet / 2 * 2;
                     const int diagonal = facet % 2 == 0 ? axis + 1 : (axis + 7) % 8;
-                    const Facet plane = facet_slope(ring[axis].drop, ring[diagonal].drop);
+                    const SlopeFacet plane = facet_slope(ring[axis].drop, ring[diagonal].drop);
                     const GridWedge found =
                         plane.slope > 0 ? wedge(top, bonded, plane.slope) : GridWedge{};
                     if (found.height <= model.slip_tolerance) continue;

@@ -3,7 +3,7 @@
 
 #include "soil_fixture.h"
 
-namespace bsoil {
+namespace bsoil::mixture_test {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
@@ -101,6 +101,44 @@ TEST_P(Mixture, of_sand_and_cohesive_soil_stands_as_high_as_its_mean_cohesion_le
 
 INSTANTIATE_TEST_SUITE_P(Voxels, Mixture, testing::Values(0.1, 0.05, 0.025));
 
+// By the friction of the first material all of them went with the body alike.
+TEST(Mixtures, on_a_body_are_taken_along_by_the_mean_of_their_own_friction) {
+    MaterialDef rough = named(materials::dry_sand(), "rough"), slick = named(rough, "slick");
+    rough.tool_friction = 0.8;
+    slick.tool_friction = 0;
+    for (const double share : {1.0, 0.5, 0.0}) {
+        SoilDef def = grid_def(48, 24, 16);
+        def.materials = {rough, slick};
+        const auto soil = make_soil(def);
+        ASSERT_TRUE(soil);
+        // A plate in the air, with a layer of one voxel on it.
+        Mover plate(1, box_shape(Vec3{10, 8, 1} * def.voxel_m), Vec3{14, 12, 7} * def.voxel_m);
+        soil->step({&plate.body, 1});
+        const double low = 8 * def.voxel_m, middle = (8 + share) * def.voxel_m;
+        const auto layer = [&](double from, double to) {
+            return Aabb{Vec3{8, 8, 0} * def.voxel_m + Vec3{0, 0, from},
+                        Vec3{20, 16, 0} * def.voxel_m + Vec3{0, 0, to}};
+        };
+        const bool is_filled =
+            (share == 0 || soil->fill(BoxFill{layer(low, middle), "rough"})) &&
+            (share == 1 || soil->fill(BoxFill{layer(middle, 9 * def.voxel_m), "slick"}));
+        ASSERT_TRUE(is_filled);
+        plate.set_velocity({3, 0, 0});  // no speed that the soil gets to
+        const auto step = [&] {
+            plate.advance(def.step_s);
+            soil->step({&plate.body, 1});
+            return soil->sample(13, 12, 8).velocity_m_s.x;
+        };
+        double before = 0, after = 0;
+        for (int i = 0; i < 2; ++i) before = step();
+        after = step();
+        // Within the rounding of Q10 velocities, 1/1024 voxel a step, twice.
+        EXPECT_NEAR(after - before, share * rough.tool_friction * kGravity * def.step_s,
+                    2 * def.voxel_m / def.step_s / 1024)
+            << share;
+    }
+}
+
 TEST(Mixtures, of_four_materials_keep_each_to_the_unit) {
     auto soil = mixed_bank(
         {named(sand(20), "a"), materials::clay(), materials::gravel(), materials::moist_sand()},
@@ -141,4 +179,4 @@ TEST(Mixtures, swell_by_the_volumes_of_their_materials) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::mixture_test

@@ -298,11 +298,15 @@ oracle::Model StageBench::model(int substeps) const {
                         .gravity = impl_->params.gravity_q16 * kUnit,
                         .substeps = substeps,
                         .friction_angle_rad = {},
+                        .friction_speed = {},
                         .loose_volume = {},
                         .compacted_volume = {},
                         .placed_volume = {}};
     for (const MaterialDef& material : impl_->materials) {
         model.friction_angle_rad.push_back(material.friction_angle_rad);
+        // As coarse as the kernels' words are.
+        const double speed = material.tool_friction * model.gravity * kVelocityOne;
+        model.friction_speed.push_back(std::round(speed) / kVelocityOne);
         const auto volume = [&](double density) {
             return material.has_density_range() ? kReferenceDensity / density : 0;
         };

@@ -3,7 +3,7 @@
 #include "moving_scene.h"
 #include "soil/soil_kernels.h"
 
-namespace bsoil {
+namespace bsoil::work_test {
 namespace {
 
 using layout::Kernel;
@@ -47,7 +47,8 @@ TEST(Work, a_bed_at_rest_under_a_standing_body_is_not_looked_at) {
 
 /// Bounds are 5 % above what was counted when they were written down: a pass that looks at more has
 /// lost what it gained. Those of sliding are from after mixtures slide by the mean of their
-/// materials.
+/// materials, those of advection and overflow from after each soil is carried by its own friction:
+/// with the first material's for all of them, they are 28100 and 40200.
 TEST(Work, passes_look_at_little_more_than_what_moves) {
     MovingScene scene(4, cpu_def(MovingScene::default_def()));
     scene.run(20);
@@ -61,8 +62,8 @@ TEST(Work, passes_look_at_little_more_than_what_moves) {
     };
     for (const auto& [kernel, most] :
          {Bound{Kernel::apply_force, 15900}, Bound{Kernel::propagate_force, 48400},
-          Bound{Kernel::apply_flow, 197500}, Bound{Kernel::advect_soil, 28100},
-          Bound{Kernel::resolve_overflow, 40200}, Bound{Kernel::build_spans, 75100},
+          Bound{Kernel::apply_flow, 197500}, Bound{Kernel::advect_soil, 32400},
+          Bound{Kernel::resolve_overflow, 51000}, Bound{Kernel::build_spans, 75100},
           Bound{Kernel::slip_soil, 112400}, Bound{Kernel::voxelize_shapes, 22200},
           Bound{Kernel::collect_contacts, 15200}}) {
         EXPECT_LE(lanes[static_cast<size_t>(kernel)], most)
@@ -109,4 +110,4 @@ TEST(Work, is_told_by_pass) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::work_test

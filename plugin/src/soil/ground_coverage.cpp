@@ -15,7 +15,7 @@ using namespace layout;
 
 namespace {
 
-constexpr int kSubCells = 4;  ///< along each axis of a voxel
+constexpr int kVoxelCells = 4;  ///< along each axis of a voxel
 /// All sub-cells of a voxel are in or out where the surface is this far from its middle [voxels]:
 /// the outermost one's middle is 0.65 away, and it ends 1/8 further on.
 constexpr double kClearVoxels = 0.8125;
@@ -99,14 +99,14 @@ class CubeFiller {
     }
     int units_of(int x, int y, int z) const {
         double sum = 0;
-        for (int i = 0; i < kSubCells * kSubCells * kSubCells; ++i) {
-            const auto middle = [](int cell) { return (cell + 0.5) / kSubCells; };
+        for (int i = 0; i < kVoxelCells * kVoxelCells * kVoxelCells; ++i) {
+            const auto middle = [](int cell) { return (cell + 0.5) / kVoxelCells; };
             const double inside =
-                distance_at(x + middle(i % kSubCells), y + middle(i / kSubCells % kSubCells),
-                            z + middle(i / (kSubCells * kSubCells)));
-            sum += std::clamp(0.5 - inside * kSubCells, 0.0, 1.0);
+                distance_at(x + middle(i % kVoxelCells), y + middle(i / kVoxelCells % kVoxelCells),
+                            z + middle(i / (kVoxelCells * kVoxelCells)));
+            sum += std::clamp(0.5 - inside * kVoxelCells, 0.0, 1.0);
         }
-        constexpr double kUnits = kVoxelFull / (kSubCells * kSubCells * kSubCells);
+        constexpr double kUnits = kVoxelFull / (kVoxelCells * kVoxelCells * kVoxelCells);
         return static_cast<int>(sum * kUnits + 0.5);
     }
     void add(int x, int y, int z, int side, int units) {

@@ -154,9 +154,9 @@ void find_closed(MeshTopology& mesh) {
 }
 
 void measure_parts(MeshTopology& mesh) {
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    constexpr double kFar = std::numeric_limits<double>::infinity();
     for (MeshTopology::Part& part : mesh.parts) {
-        part.box = {{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+        part.box = {{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
     }
     const Vec3 origin = mesh.vertices.front();
     for (const MeshTopology::Face& face : mesh.faces) {

@@ -7,7 +7,7 @@ namespace bsoil {
 namespace {
 
 /// Uniform in -1..1 for a lattice point.
-double lattice(int64_t x, int64_t y, uint32_t seed) {
+double lattice_value(int64_t x, int64_t y, uint32_t seed) {
     uint64_t h = static_cast<uint64_t>(x) * 0x9e3779b97f4a7c15ull ^
                  static_cast<uint64_t>(y) * 0xc2b2ae3d27d4eb4full ^
                  (static_cast<uint64_t>(seed) << 32 | seed);
@@ -27,8 +27,9 @@ double fractal_noise(double x, double y, int octaves, double persistence, unsign
         const auto ix = static_cast<int64_t>(fx), iy = static_cast<int64_t>(fy);
         const double u = smooth(x - fx), v = smooth(y - fy);
         const unsigned s = seed + static_cast<unsigned>(o) * 7919u;
-        const double low = lattice(ix, iy, s) * (1 - u) + lattice(ix + 1, iy, s) * u;
-        const double high = lattice(ix, iy + 1, s) * (1 - u) + lattice(ix + 1, iy + 1, s) * u;
+        const double low = lattice_value(ix, iy, s) * (1 - u) + lattice_value(ix + 1, iy, s) * u;
+        const double high =
+            lattice_value(ix, iy + 1, s) * (1 - u) + lattice_value(ix + 1, iy + 1, s) * u;
         sum += amplitude * (low * (1 - v) + high * v);
         amplitude *= persistence;
         x *= 2;

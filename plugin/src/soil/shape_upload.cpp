@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "soil/shape_bounds.h"
+#include "soil/slip_table.h"
 
 namespace bsoil {
 
@@ -103,10 +104,9 @@ void ShapeUpload::add_body(const StepBody& body) {
     }
     record[kBodyReach] = static_cast<int32_t>(
         std::lround(std::clamp(in.contact_width_m / 2 / voxel_m, 1.0, 1.0 * kBodyReachMost)));
-    record[kBodyFriction] = static_cast<int32_t>(
-        std::lround((in.surface.friction >= 0 ? std::min(in.surface.friction, kFrictionMost)
-                                              : core_.materials[0].tool_friction) *
-                    def.gravity_m_s2 * def.step_s * per_step * kVelocityOne));
+    record[kBodyFriction] = in.surface.friction >= 0
+                                ? friction_speed(std::min(in.surface.friction, kFrictionMost), def)
+                                : kFrictionOfSoil;
 }
 
 void ShapeUpload::put_float(size_t at, double value) {

@@ -60,6 +60,12 @@ SlipWedge find_slip_wedge(const MaterialDef& m, double gravity, double h, double
     return wedge;
 }
 
+int32_t friction_speed(double friction, const SoilDef& def) {
+    const double per_step = def.step_s / def.voxel_m;
+    return static_cast<int32_t>(
+        std::lround(friction * def.gravity_m_s2 * def.step_s * per_step * layout::kVelocityOne));
+}
+
 std::vector<int32_t> make_slip_table(const MaterialDef& m, const SoilDef& def) {
     using namespace layout;
     std::vector<int32_t> table(kTableWords, 0);
@@ -86,6 +92,7 @@ std::vector<int32_t> make_slip_table(const MaterialDef& m, const SoilDef& def) {
         weight > 0 ? std::min(m.cohesion_pa / weight * kVoxelFull, 1.0 * kStrengthMost) : 0;
     table[kTableStrength] =
         strength < kStrengthLeast ? 0 : static_cast<int32_t>(std::lround(strength));
+    table[kTableTool] = friction_speed(m.tool_friction, def) * (kOneQ16 / kVelocityOne);
     const double passive = std::tan(std::numbers::pi / 4 - m.friction_angle_rad / 2);
     table[kTablePassive] = static_cast<int32_t>(std::lround(passive * kVoxelFull));
     const double densest = m.has_density_range() ? m.compacted_density_kg_m3 : m.density_kg_m3;

@@ -23,6 +23,10 @@ struct SlipWedge {
 SlipWedge find_slip_wedge(const MaterialDef& material, double gravity_m_s2, double rise_m,
                           double run_m);
 
+/// What Coulomb friction changes the speed of soil by that rests on a body, in a step: Q10 voxels a
+/// step, as the kernels have it.
+int32_t friction_speed(double friction, const SoilDef& def);
+
 /// The table of one material in the layout of the kernels (kTableWords words): slopes, and what
 /// else kernels need to know of it.
 std::vector<int32_t> make_slip_table(const MaterialDef& material, const SoilDef& def);
