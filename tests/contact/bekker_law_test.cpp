@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace bsoil {
+namespace bsoil::bekker_law_test {
 namespace {
 
 constexpr Vec3 kDown{0, 0, -1};
@@ -96,4 +96,4 @@ TEST(ContactLawDef, refuses_what_is_out_of_range_by_name) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::bekker_law_test

@@ -12,7 +12,7 @@
 
 #include "bsoil/contact/granular_law.h"
 
-namespace bsoil {
+namespace bsoil::bekker_soil_test {
 namespace {
 
 constexpr double kGravity_m_s2 = 9.81;
@@ -403,4 +403,4 @@ TEST(BekkerSoil, scm_presets_translate) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::bekker_soil_test

@@ -9,7 +9,7 @@
 
 #include "bsoil/contact/granular_law.h"
 
-namespace bsoil {
+namespace bsoil::contact_faces_test {
 namespace {
 
 constexpr double kVoxel = 0.05, kPi = std::numbers::pi;
@@ -258,4 +258,4 @@ TEST(FindContactFaces, a_sole_looks_down_by_more_than_45_degrees) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::contact_faces_test

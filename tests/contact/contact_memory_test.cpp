@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace bsoil {
+namespace bsoil::contact_memory_test {
 namespace {
 
 constexpr double kVoxel = 0.1;
@@ -170,4 +170,4 @@ TEST(ContactMemory, two_faces_in_one_voxel_are_told_apart) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::contact_memory_test

@@ -8,7 +8,7 @@
 
 #include "bsoil/contact/granular_law.h"
 
-namespace bsoil {
+namespace bsoil::contact_patches_test {
 namespace {
 
 constexpr Vec3 kUp{0, 1, 0};
@@ -205,4 +205,4 @@ TEST(ContactPatches, nothing_gives_no_patches) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::contact_patches_test

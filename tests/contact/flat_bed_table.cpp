@@ -58,7 +58,7 @@ class Errors {
     std::map<std::string, std::vector<double>> sets_;
 };
 
-const Soil kPavlov{1330, 29, 0, {}, {}, 0.025}, kDing{1605, 31.9, 250, {}, {}, 0.011},
+const Soil kPavlov{1330, 29, 0, {}, {}, 0.002}, kDing{1605, 31.9, 250, {}, {}, 0.002},
     kObermayr{1440, 35};
 
 Errors errors_of(const Law& law) {

@@ -9,7 +9,7 @@
 #include "bsoil/contact/granular_law.h"
 #include "bsoil/soil.h"
 
-namespace bsoil {
+namespace bsoil::forces_without_bullet_test {
 namespace {
 
 /// A box with a level sole that is driven straight down into dry sand.
@@ -110,4 +110,4 @@ TEST(ForcesWithoutBullet, plate_is_borne_by_the_laws_pressure_on_its_sole) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::forces_without_bullet_test

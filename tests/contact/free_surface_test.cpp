@@ -13,7 +13,7 @@
 #include "oracle/free_surface.h"
 #include "soil/layout.h"
 
-namespace bsoil {
+namespace bsoil::free_surface_test {
 namespace {
 
 using namespace layout;
@@ -222,4 +222,4 @@ TEST(FreeSurface, random_beds_as_the_oracle_has_them) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::free_surface_test

@@ -6,7 +6,9 @@
 #include <limits>
 #include <numbers>
 
-namespace bsoil {
+#include "bsoil/contact/resistive_force_theory.h"
+
+namespace bsoil::granular_law_test {
 namespace {
 
 constexpr Vec3 kUp{0, 1, 0};
@@ -93,6 +95,32 @@ TEST(GranularLaw, sole_that_slides_shears_the_soil_or_its_own_surface) {
     const SoilStrength smooth = strength_of(rough, kGravity_m_s2, {.friction = 0.2});
     EXPECT_NEAR(yield_of_element(element(kDown, 0.1), {1, 0, 0}, 0, kUp, smooth).friction, 0.2,
                 1e-12);
+}
+
+// A face that goes into the soil makes it flow; along a slip band Coulomb's friction acts.
+TEST(GranularLaw, friction_is_coulombs_along_a_slip_band_and_that_of_flow_beyond) {
+    MaterialDef rough = sand();
+    rough.tool_friction = 2;
+    const SoilStrength soil = strength_of(rough, kGravity_m_s2);
+    const double tan_phi = std::tan(rough.friction_angle_rad);
+    const auto friction = [&](double into) {
+        const Vec3 motion = Vec3{1, 0, 0} + into * kDown;
+        return yield_of_element(element(kDown, 0.1), motion, 0, kUp, soil).friction;
+    };
+    const auto flow = [&](double into) {
+        const Vec3 motion = Vec3{1, 0, 0} + (into + ContactLawDef{}.creep) * kDown;
+        const Vec3 stress = resistive_stress(kDown, motion * (1 / length(motion)), kUp, tan_phi);
+        const double normal = dot(stress, kUp);
+        return length(stress - normal * kUp) / normal;
+    };
+    EXPECT_NEAR(friction(0), tan_phi, 0.01);
+    EXPECT_NEAR(slip_band_share(0.1, 1), 0.5, 1e-12);
+    EXPECT_NEAR(friction(0.1), flow(0.1) * (1 + soil.sliding_share) / 2, 0.01);
+    // A hundredth of Coulomb's share is left.
+    EXPECT_NEAR(friction(1), flow(1), 0.03 * flow(1));
+    EXPECT_LT(flow(1), 0.8 * tan_phi);
+    EXPECT_EQ(slip_band_share(-0.5, 1), 1) << "drawn back";
+    EXPECT_EQ(slip_band_share(0, 0), 1) << "at rest";
 }
 
 TEST(GranularLaw, body_that_draws_back_meets_nothing) {
@@ -217,4 +245,4 @@ TEST(GranularLaw, friction_is_that_of_the_weaker_of_tool_and_soil) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::granular_law_test

@@ -10,7 +10,7 @@
 #include "bsoil/contact/granular_law.h"
 #include "bsoil/soil.h"
 
-namespace bsoil {
+namespace bsoil::grid_invariance_test {
 namespace {
 
 /// Where the grid lies and how the world is looked at; the bed and the tool stay what they are.
@@ -170,14 +170,13 @@ struct NamedView {
     const char* name;
     View view;
 };
-constexpr double kPi = std::numbers::pi;
 
 /// Views in which every voxel has a counterpart. Kernels are integers; what is left is the order in
 /// which slippage takes the directions of the grid, and that a sum of floats is rounded otherwise.
 const NamedView kSameGrid[] = {
     {"shifted by whole voxels", {.shift_voxels = {1, 2, 0}}},
-    {"turned by 90 deg", {.turn_rad = kPi / 2}},
-    {"turned by 180 deg", {.turn_rad = kPi}},
+    {"turned by 90 deg", {.turn_rad = std::numbers::pi / 2}},
+    {"turned by 180 deg", {.turn_rad = std::numbers::pi}},
     {"mirrored", {.is_mirrored = true}},
     {"turned with its grid", {.yaw_rad = 0.7, .turn_rad = 0.7}},
     {"Y up", {.up = UpAxis::y}},
@@ -187,7 +186,7 @@ const NamedView kOtherGrid[] = {
     {"shifted by half a voxel", {.shift_voxels = {0.5, 0.5, 0}}},
     {"shifted anyhow", {.shift_voxels = {0.325, 0.775, 0}}},
     {"grid turned by 23 deg", {.yaw_rad = 0.4}},
-    {"grid turned by 45 deg", {.yaw_rad = kPi / 4}},
+    {"grid turned by 45 deg", {.yaw_rad = std::numbers::pi / 4}},
 };
 
 /// In voxels of `voxel_m` by each view, and where it is given in finer ones.
@@ -234,4 +233,4 @@ TEST(GridInvariance, wheel_in_another_grid) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::grid_invariance_test

@@ -8,7 +8,7 @@
 
 #include "bsoil/contact/granular_law.h"
 
-namespace bsoil {
+namespace bsoil::passive_wedge_test {
 namespace {
 
 double radians(double degrees) { return degrees * std::numbers::pi / 180; }
@@ -61,4 +61,4 @@ TEST(PassiveWedge, narrow_wall_meets_up_to_twice_as_much_per_width) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::passive_wedge_test

@@ -12,10 +12,9 @@
 #include "oracle/resistive_force.h"
 #include "plain_sand.h"
 
-namespace bsoil {
+namespace bsoil::plain_law_in_the_grid_test {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kBedM = 0.225;  ///< height of the bed
 
 Quat about(Vec3 axis, double angle_rad) {
@@ -53,7 +52,7 @@ constexpr double kRadiusM = 0.25, kWidthM = 0.2;
 /// Rolls along x, its axle along y turned by the slip angle.
 Tool wheel(double slip, double sinkage_m, double slip_angle_rad = 0, double radius_m = kRadiusM) {
     Tool tool;
-    tool.solids = {cylinder(radius_m, kWidthM, about({1, 0, 0}, kPi / 2))};
+    tool.solids = {cylinder(radius_m, kWidthM, about({1, 0, 0}, std::numbers::pi / 2))};
     tool.height_m = radius_m - sinkage_m;
     tool.rotation = about({0, 0, 1}, slip_angle_rad);
     tool.velocity_m_s = {1, 0, 0};
@@ -71,7 +70,7 @@ Tool lugged_wheel(double slip, double sinkage_m, int count, double height_m, dou
     tool.lug_thickness_m = thickness_m;
     const double root_m = 0.9 * kRadiusM, top_m = kRadiusM + height_m;
     for (int i = 0; i < count; ++i) {
-        const Quat turn = about({0, 1, 0}, 2 * kPi * (i + phase) / count);
+        const Quat turn = about({0, 1, 0}, 2 * std::numbers::pi * (i + phase) / count);
         tool.solids.push_back(box({thickness_m, kWidthM, top_m - root_m},
                                   rotate(turn, {0, 0, (root_m + top_m) / 2}), turn));
     }
@@ -87,7 +86,7 @@ Tool plate(double radius_m, double sinkage_m) {
 Tool blade(double depth_m, double rake_rad, double thickness_m = 0.1) {
     Tool tool;
     tool.solids = {box({thickness_m, 0.4, 0.5})};
-    tool.rotation = about({0, 1, 0}, rake_rad - kPi / 2);
+    tool.rotation = about({0, 1, 0}, rake_rad - std::numbers::pi / 2);
     // of its lowest edge
     tool.height_m =
         0.25 * std::sin(rake_rad) + thickness_m / 2 * std::abs(std::cos(rake_rad)) - depth_m;
@@ -112,10 +111,11 @@ struct Place {
 };
 
 /// Rim and lugs by the share of the soil between them that is free, and what is over the tips by
-/// the rest: of a wheel about y, whose middle is `axle_m` above the bed.
+/// the rest: of a wheel about y, whose middle is `axle_m` above the bed. Lugs take along what they
+/// push along the rim, not what they are pressed upon, by the squares of the motion's parts.
 std::vector<oracle::Facet> surface_with_trapped_soil(const Tool& tool, double axle_m) {
-    const double pitch = 2 * kPi * kRadiusM / tool.lug_count, h = tool.lug_height_m;
-    const double wedge = h * std::tan(kPi / 4 + kPhi / 2);
+    const double pitch = 2 * std::numbers::pi * kRadiusM / tool.lug_count, h = tool.lug_height_m;
+    const double wedge = h * std::tan(std::numbers::pi / 4 + kPhi / 2);
     const double most = std::min(1.0, (wedge + tool.lug_thickness_m) / pitch);
     // Of the radius between rim and tips, the part below the surface.
     const auto trapped = [&](Vec3 at) {
@@ -125,7 +125,11 @@ std::vector<oracle::Facet> surface_with_trapped_soil(const Tool& tool, double ax
             below +=
                 axle_m + at.z / std::hypot(at.x, at.z) * (kRadiusM + (i + 0.5) / kParts * h) < 0;
         }
-        return most * below / kParts;
+        const Vec3 arm = rotate(tool.rotation, at), axle = rotate(tool.rotation, {0, 1, 0});
+        const Vec3 motion = tool.velocity_m_s + cross(tool.angular_rad_s, arm);
+        const Vec3 spoke = arm - dot(arm, axle) * axle;
+        const double pressed = dot(motion, spoke) / (length(motion) * length(spoke));
+        return most * below / kParts * (1 - pressed * pressed);
     };
     std::vector<oracle::Facet> out = oracle::surface_of(tool.solids, 0.002);
     for (oracle::Facet& facet : out) {
@@ -133,8 +137,8 @@ std::vector<oracle::Facet> surface_with_trapped_soil(const Tool& tool, double ax
             facet.share = 1 - trapped(facet.at);
         }
     }
-    for (oracle::Facet facet :
-         oracle::surface_of({cylinder(kRadiusM + h, kWidthM, about({1, 0, 0}, kPi / 2))}, 0.002)) {
+    for (oracle::Facet facet : oracle::surface_of(
+             {cylinder(kRadiusM + h, kWidthM, about({1, 0, 0}, std::numbers::pi / 2))}, 0.002)) {
         if (std::hypot(facet.at.x, facet.at.z) < kRadiusM) continue;
         facet.share = trapped(facet.at);
         facet.friction = std::tan(kPhi);
@@ -251,8 +255,8 @@ TEST(PlainLawInTheGrid, smooth_wheel_at_any_slip) {
 // force.
 TEST(PlainLawInTheGrid, wheel_at_slip_angles) {
     for (const int angle_deg : {30, 60, 75, 85}) {
-        expect_exact(std::to_string(angle_deg) + " deg", wheel(0.2, 0.08, angle_deg * kPi / 180),
-                     kRadiusM, 0.05);
+        expect_exact(std::to_string(angle_deg) + " deg",
+                     wheel(0.2, 0.08, angle_deg * std::numbers::pi / 180), kRadiusM, 0.05);
     }
 }
 
@@ -271,9 +275,9 @@ TEST(PlainLawInTheGrid, plate_pressed_down) {
 
 // Measured: 1.9 %. The thin one has 0.8 voxels.
 TEST(PlainLawInTheGrid, blade_drawn) {
-    expect_exact("upright", blade(0.15, kPi / 2), 0.25, 0.05);
-    expect_exact("leaning back", blade(0.15, kPi / 3), 0.25, 0.05);
-    expect_exact("thin", blade(0.15, kPi / 2, 0.02), 0.25, 0.05);
+    expect_exact("upright", blade(0.15, std::numbers::pi / 2), 0.25, 0.05);
+    expect_exact("leaning back", blade(0.15, std::numbers::pi / 3), 0.25, 0.05);
+    expect_exact("thin", blade(0.15, std::numbers::pi / 2, 0.02), 0.25, 0.05);
 }
 
 // Measured: 0.8 %.
@@ -285,9 +289,9 @@ TEST(PlainLawInTheGrid, sphere_pushed_down_and_aside) {
 // In half the voxel. Measured: 0.9 %.
 TEST(PlainLawInTheGrid, converges_with_the_voxel) {
     const Place finer{.voxel_m = kRadiusM / 20, .shift_voxels = {0.3, 0.45, 0.37}, .yaw_rad = 0.7};
-    for (const Tool& tool :
-         {wheel(0.2, 0.08), wheel(0.2, 0.08, kPi / 2 - 1e-6),
-          lugged_wheel(0.3, 0.06, 12, 0.03, 0.02), plate(0.1, 0.005), blade(0.15, kPi / 2, 0.02)}) {
+    for (const Tool& tool : {wheel(0.2, 0.08), wheel(0.2, 0.08, std::numbers::pi / 2 - 1e-6),
+                             lugged_wheel(0.3, 0.06, 12, 0.03, 0.02), plate(0.1, 0.005),
+                             blade(0.15, std::numbers::pi / 2, 0.02)}) {
         expect_exact("finer", tool, kRadiusM, 0.015, {finer});
     }
 }
@@ -302,15 +306,15 @@ TEST(PlainLawInTheGrid, thin_lugs_feel_what_thick_ones_do) {
 
 TEST(PlainLawInTheGrid, walls_meet_their_wedge) {
     const Rules wedge{.wedge = true};
-    expect_exact("blade", blade(0.15, kPi / 2), 0.25, 0.05, kPlaces, wedge);
-    expect_exact("leaning back", blade(0.15, kPi / 3), 0.25, 0.05, kPlaces, wedge);
-    expect_exact("thin", blade(0.15, kPi / 2, 0.02), 0.25, 0.05, kPlaces, wedge);
+    expect_exact("blade", blade(0.15, std::numbers::pi / 2), 0.25, 0.05, kPlaces, wedge);
+    expect_exact("leaning back", blade(0.15, std::numbers::pi / 3), 0.25, 0.05, kPlaces, wedge);
+    expect_exact("thin", blade(0.15, std::numbers::pi / 2, 0.02), 0.25, 0.05, kPlaces, wedge);
     expect_exact("lugs", lugged_wheel(0.3, 0.06, 12, 0.03, 0.02), kRadiusM, 0.05, kPlaces, wedge);
-    expect_exact("30 deg", wheel(0.2, 0.08, kPi / 6), kRadiusM, 0.05, kPlaces, wedge);
+    expect_exact("30 deg", wheel(0.2, 0.08, std::numbers::pi / 6), kRadiusM, 0.05, kPlaces, wedge);
     const Place finer{.voxel_m = kRadiusM / 20, .shift_voxels = {0.3, 0.45, 0.37}, .yaw_rad = 0.7};
-    expect_exact("finer", blade(0.15, kPi / 2), 0.25, 0.015, {finer}, wedge);
-    EXPECT_LT(length(exact(blade(0.15, kPi / 2), 0, wedge).force_n),
-              0.8 * length(exact(blade(0.15, kPi / 2)).force_n))
+    expect_exact("finer", blade(0.15, std::numbers::pi / 2), 0.25, 0.015, {finer}, wedge);
+    EXPECT_LT(length(exact(blade(0.15, std::numbers::pi / 2), 0, wedge).force_n),
+              0.8 * length(exact(blade(0.15, std::numbers::pi / 2)).force_n))
         << "the rule has something to do";
 }
 
@@ -330,7 +334,7 @@ TEST(PlainLawInTheGrid, soil_between_lugs_goes_with_the_wheel) {
         expect_exact("finer" + more, high, kRadiusM, 0.015, {finer}, rules);
     }
     const Tool high = lugged_wheel(0.3, 0.06, 12, 0.03, 0.02);
-    EXPECT_LT(exact(high, 0, {.trapped = true}).force_n.x, 0.8 * exact(high).force_n.x)
+    EXPECT_LT(exact(high, 0, {.trapped = true}).force_n.x, 0.85 * exact(high).force_n.x)
         << "the rule has something to do";
 }
 
@@ -346,4 +350,4 @@ TEST(PlainLawInTheGrid, oracle_equals_another_program) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::plain_law_in_the_grid_test

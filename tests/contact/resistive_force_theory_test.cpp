@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace bsoil {
+namespace bsoil::resistive_force_theory_test {
 namespace {
 
 constexpr Vec3 kUp{0, 0, 1};
@@ -132,4 +132,4 @@ TEST(ResistiveForceTheory, wheel_equals_the_reference_script) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::resistive_force_theory_test

@@ -9,10 +9,8 @@
 
 #include "bsoil/soil.h"
 
-namespace bsoil {
+namespace bsoil::surface_samples_test {
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 
 /// Area, the sum of normal times area, and a third of the sum of place times normal times area: the
 /// volume.
@@ -72,12 +70,14 @@ TEST(SurfaceSamples, add_up_to_the_surface_of_every_shape) {
     using Kind = ConvexShape::Kind;
     const double r = 0.15, h = 0.2;
     expect_surface(box({0.1, 0.2, 0.3}), 8 * (0.02 + 0.06 + 0.03), 8 * 0.006);
-    expect_surface(shape(Kind::sphere, r, 0), 4 * kPi * r * r, 4 * kPi / 3 * r * r * r);
-    expect_surface(shape(Kind::cylinder, r, h), 2 * kPi * r * (2 * h + r), kPi * r * r * 2 * h);
-    expect_surface(shape(Kind::capsule, r, h), 2 * kPi * r * (2 * h + 2 * r),
-                   kPi * r * r * (2 * h + 4 * r / 3));
-    expect_surface(shape(Kind::cone, r, h), kPi * r * (r + std::hypot(r, 2 * h)),
-                   kPi * r * r * 2 * h / 3);
+    expect_surface(shape(Kind::sphere, r, 0), 4 * std::numbers::pi * r * r,
+                   4 * std::numbers::pi / 3 * r * r * r);
+    expect_surface(shape(Kind::cylinder, r, h), 2 * std::numbers::pi * r * (2 * h + r),
+                   std::numbers::pi * r * r * 2 * h);
+    expect_surface(shape(Kind::capsule, r, h), 2 * std::numbers::pi * r * (2 * h + 2 * r),
+                   std::numbers::pi * r * r * (2 * h + 4 * r / 3));
+    expect_surface(shape(Kind::cone, r, h), std::numbers::pi * r * (r + std::hypot(r, 2 * h)),
+                   std::numbers::pi * r * r * 2 * h / 3);
     // An octahedron, its corners 0.2 m out.
     ConvexShape hull;
     hull.kind = Kind::hull;
@@ -117,7 +117,7 @@ std::vector<ContactVoxel> contacts(int thread_count) {
     auto soil = std::move(*Soil::create(def));
     EXPECT_TRUE(soil->fill(BoxFill{{{-1, -1, 0}, {1, 1, 0.3}}, ""}));
     std::vector<ConvexShape> shapes{shape(ConvexShape::Kind::cylinder, 0.15, 0.1)};
-    shapes[0].local = {{}, {std::sin(kPi / 4), 0, 0, std::cos(kPi / 4)}};
+    shapes[0].local = {{}, {std::sin(std::numbers::pi / 4), 0, 0, std::cos(std::numbers::pi / 4)}};
     shapes.push_back(box({0.005, 0.1, 0.03}, {0, 0, 0.15}));
     shapes.push_back(box({0.03, 0.1, 0.005}, {-0.15, 0, 0}));
     SoilBody wheel;
@@ -151,4 +151,4 @@ TEST(SurfaceSamples, contacts_are_the_same_on_any_number_of_threads) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::surface_samples_test

@@ -11,10 +11,9 @@
 #include "bsoil/contact/plain_law.h"
 #include "oracle/resistive_force.h"
 
-namespace bsoil {
+namespace bsoil::thrust_bound_test {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kRadiusM = 0.2, kWidthM = 0.15, kThicknessM = 0.005, kLoadN = 200;
 
 struct Lugs {
@@ -32,7 +31,7 @@ ConvexShape cylinder(double radius_m) {
     shape.kind = ConvexShape::Kind::cylinder;
     shape.radius_m = radius_m;
     shape.half_height_m = kWidthM / 2;
-    shape.local.rotation = {std::sin(kPi / 4), 0, 0, std::cos(kPi / 4)};
+    shape.local.rotation = {std::sin(std::numbers::pi / 4), 0, 0, std::cos(std::numbers::pi / 4)};
     return shape;
 }
 
@@ -40,7 +39,7 @@ ConvexShape cylinder(double radius_m) {
 std::vector<Element> wheel_with(Lugs lugs) {
     std::vector<ConvexShape> solids{cylinder(kRadiusM)};
     for (int i = 0; i < lugs.count; ++i) {
-        const double a = 2 * kPi * (i + 0.5) / lugs.count;
+        const double a = 2 * std::numbers::pi * (i + 0.5) / lugs.count;
         const double root = 0.9 * kRadiusM, top = kRadiusM + lugs.height_m;
         ConvexShape& lug = solids.emplace_back();
         lug.half_extents_m = {kThicknessM / 2, kWidthM / 2, (top - root) / 2};
@@ -55,7 +54,7 @@ std::vector<Element> wheel_with(Lugs lugs) {
         if (lugs.count == 0 || (std::abs(facet.normal.y) > 0.5 && r <= kRadiusM)) return;
         element.teeth = {lugs.height_m,
                          kThicknessM,
-                         2 * kPi * kRadiusM / lugs.count,
+                         2 * std::numbers::pi * kRadiusM / lugs.count,
                          r - kRadiusM,
                          Vec3{facet.at.x, 0, facet.at.z} * (1 / r),
                          is_over_tips};
@@ -148,8 +147,8 @@ TEST_P(ThrustBound, no_wheel_pulls_more_than_its_sand_can_shear) {
                             {16, 0.06}}) {
         const std::vector<Element> wheel = wheel_with(lugs);
         for (const double phi : {25.0, 29.0, 33.0, 38.0, 42.0}) {
-            const double tan_phi = std::tan(phi * kPi / 180);
-            const auto law = law_of(GetParam(), phi * kPi / 180, true);
+            const double tan_phi = std::tan(phi * std::numbers::pi / 180);
+            const auto law = law_of(GetParam(), phi * std::numbers::pi / 180, true);
             for (const double slip : {0.02, 0.1, 0.3, 0.6, 0.9}) {
                 const double share = pull_share(wheel, *law, slip, lugs.height_m);
                 EXPECT_LE(share, tan_phi + 0.1) << phi << " deg, " << lugs.count << " lugs of "
@@ -157,9 +156,10 @@ TEST_P(ThrustBound, no_wheel_pulls_more_than_its_sand_can_shear) {
             }
             if (lugs.count == 24) {
                 most_without = std::max(
-                    most_without, pull_share(wheel, *law_of(GetParam(), phi * kPi / 180, false),
-                                             0.6, lugs.height_m) -
-                                      tan_phi);
+                    most_without,
+                    pull_share(wheel, *law_of(GetParam(), phi * std::numbers::pi / 180, false), 0.6,
+                               lugs.height_m) -
+                        tan_phi);
             }
         }
     }
@@ -169,7 +169,7 @@ TEST_P(ThrustBound, no_wheel_pulls_more_than_its_sand_can_shear) {
 // Lugs are there to pull.
 TEST_P(ThrustBound, lugs_raise_the_pull_of_a_slipping_wheel) {
     for (const double phi : {29.0, 33.0, 38.0}) {
-        const auto law = law_of(GetParam(), phi * kPi / 180, true);
+        const auto law = law_of(GetParam(), phi * std::numbers::pi / 180, true);
         const double smooth = pull_share(wheel_with({0, 0}), *law, 0.1, 0);
         for (const Lugs lugs : {Lugs{12, 0.01}, {24, 0.01}, {24, 0.03}}) {
             EXPECT_GT(pull_share(wheel_with(lugs), *law, 0.1, lugs.height_m), smooth)
@@ -185,4 +185,4 @@ INSTANTIATE_TEST_SUITE_P(Laws, ThrustBound,
                          });
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::thrust_bound_test

@@ -8,10 +8,8 @@
 
 #include "contact/surface_samples.h"
 
-namespace bsoil {
+namespace bsoil::tooth_rows_test {
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 
 ConvexShape box(Vec3 size_m, Vec3 at_m, Quat rotation = {}) {
     ConvexShape out;
@@ -24,14 +22,14 @@ ConvexShape cylinder_about_y(double radius_m, double width_m) {
     out.kind = ConvexShape::Kind::cylinder;
     out.radius_m = radius_m;
     out.half_height_m = width_m / 2;
-    out.local.rotation = {std::sin(kPi / 4), 0, 0, std::cos(kPi / 4)};
+    out.local.rotation = {std::sin(std::numbers::pi / 4), 0, 0, std::cos(std::numbers::pi / 4)};
     return out;
 }
 Quat about_y(double angle_rad) { return {0, std::sin(angle_rad / 2), 0, std::cos(angle_rad / 2)}; }
 std::vector<ConvexShape> wheel(int lug_count, double lug_width_m = 0.2) {
     std::vector<ConvexShape> out{cylinder_about_y(0.25, 0.2)};
     for (int i = 0; i < lug_count; ++i) {
-        const Quat turn = about_y(2 * kPi * i / lug_count);
+        const Quat turn = about_y(2 * std::numbers::pi * i / lug_count);
         out.push_back(box({0.01, lug_width_m, 0.05}, rotate(turn, {0, 0, 0.245}), turn));
     }
     return out;
@@ -52,7 +50,7 @@ TEST(ToothRows, lugs_of_a_wheel_are_a_row) {
     EXPECT_EQ(rows[0].shapes.size(), 12u);
     EXPECT_NEAR(rows[0].height_m, 0.02, 1e-12);
     EXPECT_NEAR(rows[0].thickness_m, 0.01, 1e-12);
-    EXPECT_NEAR(rows[0].pitch_m, 2 * kPi * 0.25 / 12, 1e-12);
+    EXPECT_NEAR(rows[0].pitch_m, 2 * std::numbers::pi * 0.25 / 12, 1e-12);
     EXPECT_NEAR(rows[0].to_m - rows[0].from_m, 0.2, 1e-12);
 }
 
@@ -123,14 +121,14 @@ TEST(ToothRows, surface_over_the_tips_is_a_larger_cylinders) {
         EXPECT_NEAR(std::hypot(sample.tip.x, sample.tip.z), 0.27, 1e-9);
         EXPECT_LT(length(sample.tip - sample.root), 0.09) << "no tooth is nearer";
     }
-    EXPECT_NEAR(mantle_m2, 2 * kPi * 0.27 * 0.2, 1e-6);
-    EXPECT_NEAR(ends_m2, 2 * kPi * (0.27 * 0.27 - 0.25 * 0.25), 1e-6);
+    EXPECT_NEAR(mantle_m2, 2 * std::numbers::pi * 0.27 * 0.2, 1e-6);
+    EXPECT_NEAR(ends_m2, 2 * std::numbers::pi * (0.27 * 0.27 - 0.25 * 0.25), 1e-6);
     // Of the wheel itself all but its two discs belongs to the row.
     for (const SurfaceSample& sample : surface.samples) {
         if (sample.row < 0) between_m2 += sample.area_m2;
     }
-    EXPECT_NEAR(between_m2, 2 * kPi * 0.25 * 0.25, 0.01);
+    EXPECT_NEAR(between_m2, 2 * std::numbers::pi * 0.25 * 0.25, 0.01);
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::tooth_rows_test

@@ -11,7 +11,7 @@
 
 #include "bsoil/contact/contact_memory.h"
 
-namespace bsoil {
+namespace bsoil::work_threads_test {
 namespace {
 
 TEST(WorkThreads, do_each_part_once) {
@@ -108,4 +108,4 @@ TEST(ContactThreads, give_the_bits_of_one) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::work_threads_test

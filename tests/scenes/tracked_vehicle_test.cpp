@@ -8,7 +8,7 @@
 #include "reading/scene_load.h"
 #include "run/scene_run.h"
 
-namespace bsoil::scene {
+namespace bsoil::scene::tracked_vehicle_test {
 namespace {
 
 constexpr double kSurfaceM = 0.4;  ///< of the scene's sand
@@ -162,7 +162,9 @@ TEST(TrackedVehicle, held_fast_it_pulls_what_the_soil_gives) {
         weight_n(scene) * std::tan(scene.soil->def.materials[0].friction_angle_rad);
     // A little more, since soil is pushed by grousers and by the links' ends as well.
     EXPECT_LT(crawler.force_n().x, 1.15 * limit_n);
-    EXPECT_GT(crawler.force_n().x, 0.9 * limit_n);
+    // A tenth less, since it sinks while it slips, and what goes into soil has the friction of
+    // flow.
+    EXPECT_GT(crawler.force_n().x, 0.85 * limit_n);
     EXPECT_LT(std::abs(crawler.force_n().y), 0.03 * limit_n);
 }
 
@@ -247,4 +249,4 @@ TEST(TrackedVehicle, sinks_less_than_wheels_under_the_same_load) {
 }
 
 }  // namespace
-}  // namespace bsoil::scene
+}  // namespace bsoil::scene::tracked_vehicle_test

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kWallBinCount = 6;  ///< either way along the axes of the body's frame
 /// Voxels that one thread takes at least.
-constexpr size_t kRangeVoxels = 256;
+constexpr size_t kFaceRangeVoxels = 256;
 
 /// Two unit vectors across `up` that do not depend on the body.
 std::array<Vec3, 2> level_axes(Vec3 up) {
@@ -138,7 +138,7 @@ void ContactFaces::find(std::span<const ContactVoxel> voxels, Quat body_to_world
         const int bin = dominant_axis_bin(rotate(to_body, v.normal));
         return Place{.wall = bin, .across_m = dot(v.position_m, across[bin])};
     };
-    for_ranges(threads, voxels.size(), kRangeVoxels, [&](size_t first, size_t last) {
+    for_ranges(threads, voxels.size(), kFaceRangeVoxels, [&](size_t first, size_t last) {
         for (size_t i = first; i < last; ++i) places_[i] = place_of(voxels[i]);
     });
 

@@ -11,7 +11,7 @@ namespace bsoil {
 namespace {
 
 /// Voxels that one thread takes at least.
-constexpr size_t kRangeVoxels = 64;
+constexpr size_t kPatchRangeVoxels = 64;
 /// Of soil that has sheared as far as it matters, and that nothing has drawn back from.
 constexpr ContactHistory kAllDeveloped{std::numeric_limits<double>::infinity(), 0};
 
@@ -184,7 +184,7 @@ BodyContact ContactPatches::find(std::span<const ContactVoxel> voxels,
 
     // Elements by themselves on any thread, their sums in order on this one.
     elements_.resize(voxels.size());
-    for_ranges(threads, voxels.size(), kRangeVoxels, [&](size_t first, size_t last) {
+    for_ranges(threads, voxels.size(), kPatchRangeVoxels, [&](size_t first, size_t last) {
         for (size_t i = first; i < last; ++i) {
             const ContactVoxel& v = voxels[i];
             const ContactMotion& relative = motion_for(motions, v.carrier);

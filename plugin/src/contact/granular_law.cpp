@@ -56,6 +56,11 @@ double developed_shear(const SoilStrength& soil, double displacement_m, double r
     return -std::expm1(-displacement_m / k_m);
 }
 
+double slip_band_share(double approach, double sliding, const ContactLawDef& law) {
+    const double into = std::max(0.0, approach), band = law.slip_band_slope * sliding;
+    return sliding > 0 ? band * band / (band * band + into * into) : 1;
+}
+
 SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2,
                          const SurfaceFriction& surface, const ContactLawDef& law) {
     const double phi = material.friction_angle_rad;
@@ -209,15 +214,17 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
     const double inertial_pa = soil.density_kg_m3 * impact_m_s * impact_m_s;
 
     ElementYield out;
-    out.area_share = area_share_of(contact, soil.friction_angle_rad, def().trapped_soil, up);
+    out.area_share = area_share_of(contact, motion, soil.friction_angle_rad, def(), up);
     out.normal_limit_pa = held * (xi_depth * resistive_normal + cohesive_pa + inertial_pa);
 
     // Sticking, the contact can carry all its friction; sliding, what resistive force theory finds
     // along the surface.
     const double resistive_surface = length(limit_stress + resistive_normal * n);
+    const double sliding_share =
+        1 + (soil.sliding_share - 1) * slip_band_share(approach, sliding, def());
     const double sliding_friction =
         resistive_normal > 0
-            ? std::min(soil.friction, soil.sliding_share * resistive_surface / resistive_normal)
+            ? std::min(soil.friction, sliding_share * resistive_surface / resistive_normal)
             : soil.friction;
     const double slid = sliding / (sliding + creep);
     if (sliding > 0) out.slide = slide * (slid / sliding);

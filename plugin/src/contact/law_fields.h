@@ -9,16 +9,18 @@ namespace bsoil {
 template <typename Visit>
 void for_each_constant(const ContactLawDef& law, Visit&& visit) {
     // All members by name: one more does not compile until it stands in the list.
-    const auto& [kind, bekker, passive_wedge, trapped_soil, creep, unloading_stiffness, open_gap,
-                 dense_shear, mobilization, mobilization_fall, wedge_length, sole_surroundings,
-                 hollow_share, by_shape, under_way, edge_sine, edge_face, sole_gap, same_across,
-                 same_along, memory_reach, same_contact, looks_down] = law;
+    const auto& [kind, bekker, passive_wedge, trapped_soil, creep, unloading_stiffness,
+                 slip_band_slope, open_gap, dense_shear, mobilization, mobilization_fall,
+                 wedge_length, sole_surroundings, hollow_share, by_shape, under_way, edge_sine,
+                 edge_face, sole_gap, same_across, same_along, memory_reach, same_contact,
+                 looks_down] = law;
     static_cast<void>(kind);
     static_cast<void>(bekker);
     visit("passive_wedge", static_cast<double>(passive_wedge), 0.0, 1.0);
     visit("trapped_soil", static_cast<double>(trapped_soil), 0.0, 1.0);
     visit("creep", creep, 0.001, 0.2);
     visit("unloading_stiffness", unloading_stiffness, 1.0, 1000.0);
+    visit("slip_band_slope", slip_band_slope, 0.001, 1.0);
     visit("open_gap_voxels", open_gap, 0.01, 2.0);
     visit("dense_shear_share", dense_shear, 0.01, 1.0);
     visit("mobilization_widths", mobilization, 0.01, 1.0);

@@ -8,7 +8,6 @@
 namespace bsoil {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 /// A pole further off, in heights of the wall, takes the digits of what is summed up.
 constexpr double kFarthest = 1000;
 constexpr double kNone = std::numeric_limits<double>::infinity();
@@ -63,7 +62,7 @@ double log_spiral_passive_factor(double phi, double wall) {
     // Ours: its cells of 4 deg are narrower than the basin of the least, and smaller ones only take
     // longer.
     constexpr int kTable = 48;
-    constexpr double kFootLow = 0, kTopLow = -1, kRange = kPi;
+    constexpr double kFootLow = 0, kTopLow = -1, kRange = std::numbers::pi;
     double least = kNone, foot_rad = 0, top_rad = 0;
     const auto look = [&](double foot, double top) {
         if (!(top < foot)) return;
@@ -94,7 +93,7 @@ double passive_width_factor(double passive_factor, double friction_angle_rad, do
     // meet more than tests of slabs show.
     constexpr double kMost = 2;
     if (!(depth_m > 0)) return 1;
-    const double active_root = std::tan(kPi / 4 - friction_angle_rad / 2);
+    const double active_root = std::tan(std::numbers::pi / 4 - friction_angle_rad / 2);
     const double apart = std::max(0.0, passive_factor - active_root * active_root);
     return std::min(kMost, 1 + std::pow(apart, 2.0 / 3) * 1.6 / (1 + 5 * width_m / depth_m));
 }

@@ -59,7 +59,7 @@ ElementYield PlainLaw::yield(const ContactElement& element, const ElementMotion&
     const double friction = is_soil ? soil.tan_phi : soil.friction;
 
     ElementYield out;
-    out.area_share = area_share_of(contact, soil.friction_angle_rad, def().trapped_soil, up());
+    out.area_share = area_share_of(contact, motion, soil.friction_angle_rad, def(), up());
     const Vec3 push = slide + (std::max(approach, 0.0) + creep) * n;
     const Vec3 pushed = resistive_stress(n, push * (1 / length(push)), up(), friction);
     const double normal = std::max(0.0, -dot(pushed, n));

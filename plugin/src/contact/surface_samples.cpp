@@ -12,7 +12,6 @@
 namespace bsoil {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 /// Samples are no further apart than this [voxels]. Ours: every voxel that a face goes through gets
 /// one, wherever the grid lies. Larger: voxels without a sample go by the coverage field; smaller:
 /// more samples for the same faces.
@@ -150,11 +149,12 @@ class Sampler {
         const double out = std::sqrt(std::max(0.0, 1 - up * up));
         for (int j = 0; j < rows; ++j) {
             const double t = (j + 0.5) / rows, r = r0 + t * (r1 - r0), z = z0 + t * (z1 - z0);
-            const int around = std::max(8, parts(2 * kPi * r));
+            const int around = std::max(8, parts(2 * std::numbers::pi * r));
             for (int i = 0; i < around; ++i) {
-                const double angle = 2 * kPi * (i + 0.5) / around;
+                const double angle = 2 * std::numbers::pi * (i + 0.5) / around;
                 const Vec3 radial{std::cos(angle), std::sin(angle), 0};
-                const Vec3 along = Vec3{-radial.y, radial.x, 0} * (2 * kPi * r / around);
+                const Vec3 along =
+                    Vec3{-radial.y, radial.x, 0} * (2 * std::numbers::pi * r / around);
                 const Vec3 rise = ((r1 - r0) * radial + Vec3{0, 0, z1 - z0}) * (1.0 / rows);
                 add_piece(r * radial + Vec3{0, 0, z}, along, rise, out * radial + Vec3{0, 0, up},
                           length(along) * slant / rows);
@@ -169,36 +169,37 @@ class Sampler {
             const double inner = radius * j / rings, outer = radius * (j + 1) / rings;
             const double r = 2.0 / 3 * (outer * outer * outer - inner * inner * inner) /
                              (outer * outer - inner * inner);
-            const int around = std::max(4, parts(2 * kPi * r));
+            const int around = std::max(4, parts(2 * std::numbers::pi * r));
             for (int i = 0; i < around; ++i) {
-                const double angle = 2 * kPi * (i + 0.5) / around;
+                const double angle = 2 * std::numbers::pi * (i + 0.5) / around;
                 const Vec3 radial{std::cos(angle), std::sin(angle), 0};
                 add_piece(r * radial + Vec3{0, 0, z},
-                          Vec3{-radial.y, radial.x, 0} * (2 * kPi * r / around),
+                          Vec3{-radial.y, radial.x, 0} * (2 * std::numbers::pi * r / around),
                           radial * (radius / rings), {0, 0, side},
-                          kPi * (outer * outer - inner * inner) / around);
+                          std::numbers::pi * (outer * outer - inner * inner) / around);
             }
         }
     }
 
     /// A ball cut at its middle, its halves moved apart by `apart` each.
     void add_ball(double radius, double apart) {
-        const int bands = 2 * std::max(2, parts(kPi / 2 * radius));
+        const int bands = 2 * std::max(2, parts(std::numbers::pi / 2 * radius));
         for (int j = 0; j < bands; ++j) {
-            const double low = -kPi / 2 + kPi * j / bands, high = low + kPi / bands;
+            const double low = -std::numbers::pi / 2 + std::numbers::pi * j / bands,
+                         high = low + std::numbers::pi / bands;
             const double share = std::sin(high) - std::sin(low),
                          z = (std::sin(high) + std::sin(low)) / 2;
             const double out = std::sqrt(1 - z * z);
-            const int around = std::max(4, parts(2 * kPi * radius * out));
+            const int around = std::max(4, parts(2 * std::numbers::pi * radius * out));
             for (int i = 0; i < around; ++i) {
-                const double angle = 2 * kPi * (i + 0.5) / around;
+                const double angle = 2 * std::numbers::pi * (i + 0.5) / around;
                 const Vec3 normal{out * std::cos(angle), out * std::sin(angle), z};
-                const Vec3 along =
-                    Vec3{-std::sin(angle), std::cos(angle), 0} * (2 * kPi * radius * out / around);
+                const Vec3 along = Vec3{-std::sin(angle), std::cos(angle), 0} *
+                                   (2 * std::numbers::pi * radius * out / around);
                 const Vec3 rise = cross(normal, Vec3{-std::sin(angle), std::cos(angle), 0}) *
-                                  (kPi * radius / bands);
+                                  (std::numbers::pi * radius / bands);
                 add_piece(radius * normal + Vec3{0, 0, z > 0 ? apart : -apart}, along, rise, normal,
-                          2 * kPi * radius * radius * share / around);
+                          2 * std::numbers::pi * radius * radius * share / around);
             }
         }
     }
@@ -395,9 +396,9 @@ void SurfaceSamples::add_rows(const std::vector<ConvexShape>& shapes, double vox
         const auto at_height = [&](int i) { return row.level_m + (i + 0.5) / up * row.height_m; };
         const auto at_place = [&](int j) { return row.from_m + (j + 0.5) / across * wide_m; };
         if (row.is_mantle) {
-            const int around = std::max(8, parts(2 * kPi * top_m));
+            const int around = std::max(8, parts(2 * std::numbers::pi * top_m));
             for (int i = 0; i < around; ++i) {
-                const double turn = 2 * kPi / around, angle = (i + 0.5) * turn;
+                const double turn = 2 * std::numbers::pi / around, angle = (i + 0.5) * turn;
                 const Vec3 radial{std::cos(angle), std::sin(angle), 0};
                 for (int j = 0; j < across; ++j) {
                     add(top_m * radial + Vec3{0, 0, at_place(j)}, radial,

@@ -8,7 +8,6 @@
 namespace bsoil {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 /// Lengths no further apart than this share of the base's size are the same. Ours: drawings and
 /// exports round, a wheel's lugs differ by more where they are meant to. Larger: two sizes of lug
 /// count as one row; smaller: a rounded export falls apart into rows of one tooth.
@@ -153,17 +152,18 @@ void add_rows(std::vector<Tooth> teeth, const ToothedFace& base, std::vector<Too
         teeth.swap(others);
         std::vector<double> places = row.places;
         std::sort(places.begin(), places.end());
-        double widest = base.is_mantle ? places.front() + 2 * kPi - places.back() : 0;
+        double widest = base.is_mantle ? places.front() + 2 * std::numbers::pi - places.back() : 0;
         for (size_t i = 1; i < places.size(); ++i) {
             widest = std::max(widest, places[i] - places[i - 1]);
         }
         const auto count = static_cast<double>(places.size());
-        row.pitch_m = (base.is_mantle ? 2 * kPi * base.level_m : 2 * base.half_m) / count;
+        row.pitch_m =
+            (base.is_mantle ? 2 * std::numbers::pi * base.level_m : 2 * base.half_m) / count;
         // Gaps of a row are no wider than this many pitches. Ours: a row with one tooth in three
         // missing has gaps of 4/3. Larger: two groups of teeth count as one row.
         constexpr double kEvenly = 1.4;
         const bool is_row =
-            base.is_mantle ? count >= 5 && widest <= kPi / 2
+            base.is_mantle ? count >= 5 && widest <= std::numbers::pi / 2
                            : widest <= kEvenly * row.pitch_m && row.height_m <= row.pitch_m / 3;
         if (is_row) out.push_back(std::move(row));
     }
@@ -193,7 +193,8 @@ Vec3 ToothedFace::root(Vec3 at) const {
 Vec3 ToothedFace::nearest_tip(Vec3 at) const {
     const double here = is_mantle ? std::atan2(at.y, at.x) : dot(at, along);
     const auto apart = [&](double place) {
-        return std::abs(is_mantle ? std::remainder(place - here, 2 * kPi) : place - here);
+        return std::abs(is_mantle ? std::remainder(place - here, 2 * std::numbers::pi)
+                                  : place - here);
     };
     const double place = *std::min_element(places.begin(), places.end(),
                                            [&](double a, double b) { return apart(a) < apart(b); });

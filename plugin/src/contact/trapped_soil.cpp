@@ -20,13 +20,19 @@ double filled_share(const ToothRow& teeth, double depth_m, Vec3 up) {
     return high_m > 0 ? high_m / (high_m - low_m) : 0;
 }
 
-double area_share_of(const ContactVoxel& contact, double friction_angle_rad, bool is_trapping,
-                     Vec3 up) {
+double pushed_share(const ToothRow& teeth, Vec3 motion, double creep) {
+    const double pressed = dot(motion, teeth.outward), all = dot(motion, motion);
+    return (std::max(0.0, all - pressed * pressed) + creep * creep) / (all + creep * creep);
+}
+
+double area_share_of(const ContactVoxel& contact, Vec3 motion, double friction_angle_rad,
+                     const ContactLawDef& law, Vec3 up) {
     const ToothRow& teeth = contact.teeth;
     if (!(teeth.pitch_m > 0)) return 1;
-    const double trapped = is_trapping ? trapped_share(teeth, friction_angle_rad) *
-                                             filled_share(teeth, contact.depth_m, up)
-                                       : 0;
+    const double trapped = law.trapped_soil ? trapped_share(teeth, friction_angle_rad) *
+                                                  filled_share(teeth, contact.depth_m, up) *
+                                                  pushed_share(teeth, motion, law.creep)
+                                            : 0;
     return teeth.is_over_tips ? trapped : 1 - trapped;
 }
 

@@ -54,6 +54,13 @@ struct ContactLawDef {
     /// after a rebound of 10 mm. 1..1000. Ours; LETE sand springs back by 16 mm there (Wong 2010).
     /// Larger: less hysteresis in a rut, and gaps open sooner.
     double unloading_stiffness = 10;
+    /// A face slips along the soil as long as it goes into it by less than so much of its slip, and
+    /// friction is Coulomb's then; beyond that soil has to flow, and friction is what resistive
+    /// force theory finds. 0.001..1. Ours, from direct shear, where a slip band in sand rises or
+    /// settles by about a tenth of its slip. Chosen with Kruger's ring and Ding's wheel in view at
+    /// 0.01 and at 0.1. Larger: a wheel's front rubs like a dragged plate; smaller: a shear ring
+    /// that sinks loses a third of its friction.
+    double slip_band_slope = 0.1;
     /// Gap [voxels] across which soil that the grid holds in the next voxel loses touch. 0.01..2.
     /// Ours: a contact must not end at once where a voxel fills or empties. Larger: bodies bear on
     /// soil that has left them.

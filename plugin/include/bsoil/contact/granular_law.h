@@ -80,6 +80,11 @@ double bearing_capacity_factor_nc(double friction_angle_rad);
 double developed_shear(const SoilStrength& soil, double displacement_m, double relative_density,
                        const ContactLawDef& law = {});
 
+/// Share 0..1 of an element's friction that is a slip along its face: 1 along it, half where it goes
+/// into the soil by ContactLawDef::slip_band_slope of its slip, falling with the square. approach,
+/// sliding: along the outward normal and along the face, in one unit.
+double slip_band_share(double approach, double sliding, const ContactLawDef& law = {});
+
 /// The law. Depth is at least the compression, so that a surface just touching the soil has some
 /// bearing; the momentum flux of an approach adds to the limit.
 class GranularLaw final : public ContactLaw {
