@@ -23,7 +23,7 @@ fi
 
 install_packages "${build_packages[@]}" || exit 2
 install_packages "${viewer_packages[@]}" || say "bsoil view is left out"
-configure "$project_root/build" CMAKE_BUILD_TYPE?=Release BULLETSOIL_TESTS?=OFF || exit 2
+configure "$project_root/build" CMAKE_BUILD_TYPE?=Release BULLETSOIL_TESTS?=OFF BULLETSOIL_UNITY?=ON || exit 2
 build "$project_root/build" bsoil || exit 2
 
 out=$project_root/out/$scene

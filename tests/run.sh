@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Builds everything and runs the tests: tests/run.sh [--sanitize LIST] [--werror] [--precompile] [--gpu] [ARGUMENT OF ctest...]
+# Builds everything and runs the tests: tests/run.sh [--sanitize LIST] [--werror] [--unity] [--gpu] [ARGUMENT OF ctest...]
 #   --sanitize LIST  address,undefined or thread; builds in a folder of its own
 #   --werror         treats warnings as errors
-#   --precompile     precompiled headers although there is ccache: for a build that finds nothing in the cache
+#   --unity          several sources at once although there is ccache: for a build that finds nothing in the cache
 #   --gpu            runs tests/gpu/run.sh instead: the tests that need a hardware GPU; what follows is passed on
 # CTEST_PARALLEL_LEVEL tests run at once, 2 where it is not set.
 set -euo pipefail
@@ -22,8 +22,8 @@ while (($#)); do
             options+=(BULLETSOIL_WERROR=ON)
             shift
             ;;
-        --precompile)
-            options+=(BULLETSOIL_PRECOMPILE=ON)
+        --unity)
+            options+=(BULLETSOIL_UNITY=ON)
             shift
             ;;
         --gpu)

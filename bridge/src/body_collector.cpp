@@ -16,8 +16,6 @@ namespace bsoil::bullet {
 namespace {
 
 constexpr int kIdCount = limits::kBodyIdMost + 1;
-/// Stands for the broadphase id of an object that is in no world.
-constexpr int kNotInWorld = -1;
 /// A kinematic body that Bullet says is slower than this may have been moved by its pose alone.
 constexpr double kNoSpeed = 1e-9;
 
@@ -52,16 +50,16 @@ bool simulates(const btDiscreteDynamicsWorld& world, const btMultiBody* multibod
     return false;
 }
 
-int proxy_id_of(const btCollisionObject& object) {
-    const btBroadphaseProxy* proxy = object.getBroadphaseHandle();
-    return proxy ? proxy->getUid() : kNotInWorld;
-}
-
 GridBall ball_around(const Aabb& box, double voxel_m) {
     return {0.5 * (box.min + box.max), 0.5 * length(box.max - box.min), voxel_m};
 }
 
 }  // namespace
+
+int proxy_id_of(const btCollisionObject& object) {
+    const btBroadphaseProxy* proxy = object.getBroadphaseHandle();
+    return proxy ? proxy->getUid() : kNotInWorld;
+}
 
 size_t BodyCollector::ShapeKeyHash::operator()(const ShapeKey& key) const {
     return std::hash<const void*>{}(key.shape) ^ static_cast<size_t>(key.fingerprint);

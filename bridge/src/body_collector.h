@@ -18,6 +18,10 @@ class btMultiBody;
 
 namespace bsoil::bullet {
 
+/// What Bullet's broadphase calls an object for as long as it is in the world; else kNotInWorld.
+int proxy_id_of(const btCollisionObject& object);
+inline constexpr int kNotInWorld = -1;  ///< no object's proxy_id_of
+
 /// A body that is no object of the world.
 struct GuestBody {
     BodyState state;

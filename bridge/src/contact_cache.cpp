@@ -23,9 +23,9 @@ constexpr int kStages = btDbvtBroadphase::STAGECOUNT;
 constexpr int32_t kInternalNode = -1;  ///< in place of a leaf's object
 
 /// Bullet lets only worlds of the host's own class at these.
-struct WorldAccess : btDiscreteDynamicsWorld {
+struct PredictiveContacts : btDiscreteDynamicsWorld {
     static void release_predictive_contacts(btDiscreteDynamicsWorld& world) {
-        (world.*(&WorldAccess::releasePredictiveContacts))();
+        (world.*(&PredictiveContacts::releasePredictiveContacts))();
     }
 };
 
@@ -123,7 +123,7 @@ class ContactCache {
 void ContactCache::serialize() {
     for (int i = 0; i < objects_.size(); ++i) index_[objects_[i]] = i;
     // They live from the start of one substep to that of the next, which would release them.
-    WorldAccess::release_predictive_contacts(world_);
+    PredictiveContacts::release_predictive_contacts(world_);
     if (!stream_.reads()) {
         for (int i = 0; i < pairs_.getNumOverlappingPairs(); ++i) {
             renew_algorithm(pairs_.getOverlappingPairArray()[i]);

@@ -12,11 +12,6 @@
 namespace bsoil::bullet {
 namespace {
 
-int proxy_id_of(const btCollisionObject& object) {
-    const btBroadphaseProxy* proxy = object.getBroadphaseHandle();
-    return proxy ? proxy->getUid() : -1;
-}
-
 /// Names an object by its place, and finds it there.
 void list_object(StateStream& stream, const btDiscreteDynamicsWorld& world,
                  btCollisionObject*& object) {

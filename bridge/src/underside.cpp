@@ -14,7 +14,7 @@ namespace {
 constexpr int kColumnsLeast = 7, kColumnsMost = 64;
 /// The rectangle is drawn in to the columns that meet soil, or round the lowest one, so often at
 /// most: a ball 1 mm deep touches a small part of its width.
-constexpr int kRounds = 5;
+constexpr int kSupportRounds = 5;
 /// Drawn in again only where it gets smaller than this.
 constexpr double kSmaller = 0.7;
 /// A line has met the surface where it is so near to it, of the body's size.
@@ -124,7 +124,7 @@ double sample_underside(std::span<const ConvexShape> shapes, const Pose& pose, c
                   room_m(area.low[0], area.high[1]), room_m(area.high[0], area.high[1])}) <= 0) {
         return apart_m;
     }
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kSupportRounds; ++round) {
         out.clear();
         std::array<int, 2> count{};
         std::array<double, 2> cell{};

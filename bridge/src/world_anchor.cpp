@@ -5,24 +5,20 @@
 #include <utility>
 
 namespace bsoil::bullet {
-namespace {
-
-/// An empty shape that tells when it is asked for its box.
-class WatchedShape final : public btEmptyShape {
-  public:
-    explicit WatchedShape(std::function<void()> on_box) : on_box_(std::move(on_box)) {}
-    void getAabb(const btTransform& pose, btVector3& low, btVector3& high) const override {
-        low = high = pose.getOrigin();
-        on_box_();
-    }
-
-  private:
-    std::function<void()> on_box_;
-};
-
-}  // namespace
-
 class WorldAnchor::Object final : public btCollisionObject {
+    /// An empty shape that tells when it is asked for its box.
+    class WatchedShape final : public btEmptyShape {
+      public:
+        explicit WatchedShape(std::function<void()> on_box) : on_box_(std::move(on_box)) {}
+        void getAabb(const btTransform& pose, btVector3& low, btVector3& high) const override {
+            low = high = pose.getOrigin();
+            on_box_();
+        }
+
+      private:
+        std::function<void()> on_box_;
+    };
+
   public:
     BT_DECLARE_ALIGNED_ALLOCATOR();
     Object(WorldAnchor& anchor, const btVector3& position)

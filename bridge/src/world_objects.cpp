@@ -12,8 +12,6 @@ namespace {
 constexpr int kFlags = btCollisionObject::CF_STATIC_OBJECT |
                        btCollisionObject::CF_KINEMATIC_OBJECT |
                        btCollisionObject::CF_NO_CONTACT_RESPONSE;
-/// Masses pass through a reciprocal in single precision and back.
-constexpr double kSameMass = 1e-5;
 
 ObjectKind kind_of(const btCollisionObject& object) {
     ObjectKind kind;

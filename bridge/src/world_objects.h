@@ -11,6 +11,10 @@
 
 namespace bsoil::bullet {
 
+/// A body's mass is part of how the world was built, but for roundings of this share: it passes
+/// through a reciprocal whenever the body carries soil, in single precision.
+inline constexpr double kSameMass = 1e-5;
+
 /// What an object is, whatever it does.
 struct ObjectKind {
     int32_t internal_type = 0;  ///< Bullet's

@@ -14,6 +14,7 @@
 
 #include "bullet_stream.h"
 #include "contact_cache.h"
+#include "world_objects.h"
 
 namespace bsoil::bullet {
 namespace {
@@ -40,22 +41,18 @@ EXPOSE(SleepTimer, &btMultiBody::m_sleepTimer);
 EXPOSE(VehicleSpeed, &btRaycastVehicle::m_currentVehicleSpeedKmHour);
 #undef EXPOSE
 
-/// A body's mass is part of how the world was built, but for roundings: it passes through a
-/// reciprocal whenever the body carries soil.
-constexpr btScalar kSameMass = btScalar(1e-5);
-
-struct WorldAccess : btDiscreteDynamicsWorld {
+struct WorldMembers : btDiscreteDynamicsWorld {
     static btScalar& local_time_s(btDiscreteDynamicsWorld& world) {
-        return world.*(&WorldAccess::m_localTime);
+        return world.*(&WorldMembers::m_localTime);
     }
     static btAlignedObjectArray<btActionInterface*>& actions(btDiscreteDynamicsWorld& world) {
-        return world.*(&WorldAccess::m_actions);
+        return world.*(&WorldMembers::m_actions);
     }
 };
 
 std::vector<btRaycastVehicle*> vehicles_of(btDiscreteDynamicsWorld& world) {
     std::vector<btRaycastVehicle*> vehicles;
-    const auto& actions = WorldAccess::actions(world);
+    const auto& actions = WorldMembers::actions(world);
     for (int i = 0; i < actions.size(); ++i) {
         if (auto* vehicle = dynamic_cast<btRaycastVehicle*>(actions[i])) {
             vehicles.push_back(vehicle);
@@ -132,7 +129,7 @@ void WorldState::serialize_rigid_body(btRigidBody& body) {
     list(stream_, body.*member(TotalTorque{}));
     btScalar inverse_mass = body.getInvMass();
     stream_(inverse_mass);
-    if (std::abs(inverse_mass - body.getInvMass()) > kSameMass * body.getInvMass()) {
+    if (std::abs(inverse_mass - body.getInvMass()) > btScalar(kSameMass) * body.getInvMass()) {
         return stream_.refuse();
     }
     body.*member(InverseMass{}) = inverse_mass;
@@ -306,7 +303,7 @@ void WorldState::serialize() {
     same("bytes of a btScalar", sizeof(btScalar));
     same("collision objects", world_.getNumCollisionObjects());
     same("constraints", world_.getNumConstraints());
-    stream_(WorldAccess::local_time_s(world_));
+    stream_(WorldMembers::local_time_s(world_));
     uint64_t seed = 0;
     auto* solver = dynamic_cast<btSequentialImpulseConstraintSolver*>(world_.getConstraintSolver());
     if (solver) seed = solver->getRandSeed();
@@ -346,7 +343,7 @@ void WorldState::serialize() {
 }  // namespace
 
 Status check_world(btDiscreteDynamicsWorld& world, std::span<SoilAction* const> soils) {
-    const auto& actions = WorldAccess::actions(world);
+    const auto& actions = WorldMembers::actions(world);
     size_t found = 0;
     for (int i = 0; i < actions.size(); ++i) {
         auto* soil = dynamic_cast<SoilAction*>(actions[i]);

@@ -11,8 +11,7 @@ namespace bsoil::viewer {
 namespace {
 
 constexpr float kMargin = 10;
-constexpr const char* kLeverKeys[] = {"A / Q", "S / W", "D / E", "F / R",
-                                      "G / T", "H / Y", "J / U"};
+constexpr const char* kKeyNames[] = {"A / Q", "S / W", "D / E", "F / R", "G / T", "H / Y", "J / U"};
 
 void row(const char* name, const std::string& value) {
     ImGui::TextDisabled("%s", name);
@@ -133,7 +132,7 @@ void lay_out_drive(ViewState& state, Widgets& widgets) {
         std::string text = lever.slides ? fmt::format("{:.3f} m", position)
                                         : fmt::format("{:.1f} deg", position * 57.29577951308232);
         if (!lever.is_wheel()) {
-            if (arm < std::size(kLeverKeys)) text += fmt::format("   keys {}", kLeverKeys[arm]);
+            if (arm < std::size(kKeyNames)) text += fmt::format("   keys {}", kKeyNames[arm]);
             ++arm;
         }
         ImGui::TextDisabled("%s", text.c_str());

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "clock.h"
 #include "debug_lines.h"
 
 namespace bsoil::viewer {
@@ -15,11 +16,6 @@ constexpr double kFollowShare = 0.05;  ///< of its distance a camera moves befor
 constexpr size_t kNotesMost = 40;
 constexpr double kSpeedSmoothing = 0.1;  ///< share of the newest step in the mean speed
 constexpr double kBehindMostS = 0.25;    ///< time that a slow machine does not make up for
-
-double now_s() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 ConvexShape sphere(double radius_m) {
     ConvexShape shape;

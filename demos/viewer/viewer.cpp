@@ -12,6 +12,7 @@
 #include <map>
 #include <set>
 
+#include "clock.h"
 #include "lever_keys.h"
 #include "panels.h"
 #include "picture_cache.h"
@@ -28,11 +29,6 @@ constexpr double kZoomPerNotch = 0.87;
 constexpr double kSightM = 400;      ///< how far the pointer reaches
 constexpr float kStickDead = 0.15f;  ///< deflection of a game pad's stick that counts as none
 constexpr int kBrushFrames = 6;      ///< a brush held down acts once in so many frames
-
-double now_s() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 bool is_software(const std::string& device) {
     return device.find("llvmpipe") != std::string::npos ||

@@ -3,7 +3,7 @@
 
 #include "test_box.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::axes_test {
 namespace {
 
 /// From a Y-up world to the Z-up world whose soil has the same grid: the grid's x is the world's z
@@ -77,4 +77,4 @@ TEST(Axes, a_dropped_box_comes_to_the_same_rest_with_y_up_and_with_z_up) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::axes_test

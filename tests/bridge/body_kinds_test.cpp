@@ -5,7 +5,7 @@
 
 #include "test_box.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::body_kinds_test {
 namespace {
 
 void make_kinematic(btRigidBody& body) {
@@ -318,4 +318,4 @@ TEST(BodyChanges, bodies_joined_by_constraints_are_carried_together) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::body_kinds_test

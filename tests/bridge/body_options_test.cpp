@@ -5,7 +5,7 @@
 
 #include "test_box.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::body_options_test {
 namespace {
 
 TEST(BodyOptions, defaults_are_what_an_object_has_without_any) {
@@ -184,4 +184,4 @@ TEST(BodyOptions, do_not_pass_to_a_new_object_at_the_old_address) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::body_options_test

@@ -8,7 +8,7 @@
 #include "bsoil/bullet/world_snapshot.h"
 #include "sand_bed.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::carried_contact_test {
 namespace {
 
 constexpr double kFloorM = 0.6;  ///< height of the bed's floor
@@ -284,4 +284,4 @@ TEST(BuriedBlock, takes_the_load_of_what_stands_over_it) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::carried_contact_test

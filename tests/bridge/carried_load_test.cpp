@@ -9,7 +9,7 @@
 #include "bullet_scene.h"
 #include "world_anchor.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::carried_load_test {
 namespace {
 
 constexpr btScalar kStep = btScalar(1) / 60;
@@ -157,4 +157,4 @@ TEST_F(CarriedLoadOfLink, leaves_the_host_its_own_mass_bit_for_bit) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::carried_load_test

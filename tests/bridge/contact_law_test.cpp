@@ -1,7 +1,7 @@
 // The law that a host has chosen is the one that bears its bodies.
 #include "sand_bed.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::contact_law_test {
 namespace {
 
 /// A soil that bears 300 kPa per metre of sinkage, whatever its density.
@@ -51,4 +51,4 @@ TEST(ContactLaw, law_without_its_parameters_is_refused_by_name) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::contact_law_test

@@ -3,7 +3,7 @@
 
 #include "sand_bed.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::debug_draw_test {
 namespace {
 
 struct Lines final : btIDebugDraw {
@@ -104,4 +104,4 @@ TEST(DebugDraw, nothing_is_drawn_without_a_mode_and_drawing_changes_nothing) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::debug_draw_test

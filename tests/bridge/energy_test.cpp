@@ -10,7 +10,7 @@
 #include "bullet_scene.h"
 #include "bullet_types.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::energy_test {
 namespace {
 
 constexpr double kSurfaceM = 0.6;
@@ -155,4 +155,4 @@ INSTANTIATE_TEST_SUITE_P(BulletSteps, Energy, testing::Values(240.0, 60.0),
                          });
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::energy_test

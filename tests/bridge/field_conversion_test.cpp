@@ -9,7 +9,7 @@
 #include "bullet_types.h"
 #include "mesh_crossings.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::field_conversion_test {
 namespace {
 
 // --- heightfields
@@ -206,4 +206,4 @@ TEST(MeshConversion, distance_field_is_solid_where_its_query_is_negative) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::field_conversion_test

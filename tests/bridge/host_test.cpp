@@ -6,7 +6,7 @@
 
 #include "test_box.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::host_test {
 namespace {
 
 // --- switching on and off
@@ -291,4 +291,4 @@ TEST(Gravity, changed_after_the_soil_was_made_is_reported) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::host_test

@@ -4,7 +4,7 @@
 
 #include "sand_bed.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::light_bodies_test {
 namespace {
 
 constexpr double kDensity_kg_m3 = 1500;
@@ -127,4 +127,4 @@ TEST(Impact, depth_does_not_hang_on_where_the_substep_ends) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::light_bodies_test

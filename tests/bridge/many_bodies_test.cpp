@@ -8,7 +8,7 @@
 
 #include "sand_bed.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::many_bodies_test {
 namespace {
 
 /// Boxes, spheres, hulls and compounds, 2..10 cm across, in layers over a bed of sand.
@@ -248,4 +248,4 @@ TEST(ManyBodies, a_thousand_fall_the_same_twice) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::many_bodies_test

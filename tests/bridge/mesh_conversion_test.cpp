@@ -24,7 +24,7 @@
 #include "bullet_types.h"
 #include "mesh_crossings.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::mesh_conversion_test {
 namespace {
 
 const double kHalfWall = 0.5 * limits::kThinnestWallVoxels * kVoxel;
@@ -373,4 +373,4 @@ TEST(MeshConversion, moving_mesh_takes_part_in_a_world) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::mesh_conversion_test

@@ -1,7 +1,7 @@
 // Soil that is brought to rest before a world starts.
 #include "test_box.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::settling_test {
 namespace {
 
 TEST(Settling, takes_no_time_in_the_world_and_leaves_soil_at_rest) {
@@ -70,4 +70,4 @@ TEST(Settling, a_hundred_metres_of_level_ground_stay_asleep) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::settling_test

@@ -4,7 +4,7 @@
 
 #include "test_box.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::several_worlds_test {
 namespace {
 
 TEST(SeveralSoils, side_by_side_each_carries_what_stands_on_it) {
@@ -124,4 +124,4 @@ TEST(SeveralWorlds, stepped_in_turns_are_as_alone) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::several_worlds_test

@@ -17,7 +17,7 @@
 #include "bullet_types.h"
 #include "shape_distance.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::shape_conversion_test {
 namespace {
 
 constexpr int kPointCount = 4000;
@@ -413,4 +413,4 @@ TEST(ShapeConversion, fingerprint_follows_size_scaling_margin_and_children) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::shape_conversion_test

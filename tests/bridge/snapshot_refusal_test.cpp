@@ -6,7 +6,7 @@
 #include "bsoil/snapshot_file.h"
 #include "snapshot_worlds.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::snapshot_refusal_test {
 namespace {
 
 TEST_F(WorldSnapshot, other_raycast_vehicles_are_refused_by_name) {
@@ -205,4 +205,4 @@ TEST_F(WorldSnapshot, another_world_or_soil_is_refused_by_name) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::snapshot_refusal_test

@@ -10,7 +10,7 @@
 
 #include "bullet_scene.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::soil_action_test {
 namespace {
 
 constexpr double kGravity_m_s2 = 9.81;
@@ -333,4 +333,4 @@ TEST(SoilAction, works_in_a_world_without_multibodies) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::soil_action_test

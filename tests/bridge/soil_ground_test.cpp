@@ -10,7 +10,7 @@
 #include "bullet_scene.h"
 #include "bullet_types.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::soil_ground_test {
 namespace {
 
 constexpr double kVoxelM = 0.05;
@@ -403,4 +403,4 @@ TEST(SoilGround, host_may_delete_it) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::soil_ground_test

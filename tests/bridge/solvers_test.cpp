@@ -5,7 +5,7 @@
 
 #include "sand_bed.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::solvers_test {
 namespace {
 
 /// Height at which a box of 20 kg comes to rest on sand.
@@ -51,4 +51,4 @@ TEST(Solvers, let_a_box_rest_at_one_height) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::solvers_test

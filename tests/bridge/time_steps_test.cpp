@@ -3,7 +3,7 @@
 
 #include "test_box.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::time_steps_test {
 namespace {
 
 /// How a host steps its world: stepSimulation(dt, max_substeps, fixed_s).
@@ -115,4 +115,4 @@ TEST(Time, negative_variable_step_is_no_step_of_the_soil) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::time_steps_test

@@ -1,7 +1,7 @@
 // BasicExample: 5 x 5 x 5 boxes of 20 cm and 1 kg fall from 2 m.
 #include "example.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::basic_boxes_test {
 namespace {
 
 class Boxes : public Example {
@@ -39,4 +39,4 @@ TEST(BasicExample, boxes_pile_up_on_sand_and_sleep) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::basic_boxes_test

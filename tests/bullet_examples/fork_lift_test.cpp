@@ -4,7 +4,7 @@
 #include "bsoil/bullet/soil_raycaster.h"
 #include "example.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::fork_lift_test {
 namespace {
 
 class ForkLiftTruck : public Example {
@@ -142,4 +142,4 @@ TEST(ForkLift, drives_on_sand_and_lifts_its_fork) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::fork_lift_test

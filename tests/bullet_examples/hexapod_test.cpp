@@ -3,7 +3,7 @@
 
 #include "example.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::hexapod_test {
 namespace {
 
 class Hexapod : public Example {
@@ -113,4 +113,4 @@ TEST(MotorDemo, hexapod_treads_the_sand_and_rests_when_it_is_left) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::hexapod_test

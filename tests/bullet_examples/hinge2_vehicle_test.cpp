@@ -1,7 +1,7 @@
 // Hinge2Vehicle: a chassis on four wheels with btHinge2Constraint, driven by its motors.
 #include "example.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::hinge2_vehicle_test {
 namespace {
 
 class Vehicle : public Example {
@@ -66,4 +66,4 @@ TEST(Hinge2Vehicle, drives_over_sand_and_stands_when_it_is_braked) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::hinge2_vehicle_test

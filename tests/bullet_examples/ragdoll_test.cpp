@@ -3,7 +3,7 @@
 
 #include "example.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::ragdoll_test {
 namespace {
 
 class Ragdoll : public Example {
@@ -123,4 +123,4 @@ TEST(RagdollDemo, falls_lies_on_the_sand_and_sleeps) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::ragdoll_test

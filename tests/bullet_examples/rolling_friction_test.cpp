@@ -1,7 +1,7 @@
 // RollingFrictionDemo: round things on a slope; on soil they come to rest in their own ruts.
 #include "example.h"
 
-namespace bsoil::bullet {
+namespace bsoil::bullet::rolling_friction_test {
 namespace {
 
 class Rollers : public Example {
@@ -58,4 +58,4 @@ TEST(RollingFrictionDemo, round_bodies_on_a_slope_of_sand_come_to_rest) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet
+}  // namespace bsoil::bullet::rolling_friction_test

@@ -1,10 +1,17 @@
 #!/usr/bin/env bash
 # Checks that clang compiles what this build compiles, without a warning: check_clang.sh BUILD_FOLDER FOLDER...
-# Every C++ source below the folders that the build knows is parsed, with its own flags; no code is made. 77: no clang.
+# Every C++ source below the folders that the build knows is parsed by itself, with its own flags; no code is made. 77: no clang.
 set -euo pipefail
-build=${1:?usage: check_clang.sh BUILD_FOLDER FOLDER...}
+built=${1:?usage: check_clang.sh BUILD_FOLDER FOLDER...}
 shift
 command -v clang++ >/dev/null || exit 77
+
+# The same build again, but each source by itself; nothing is compiled in it.
+build=$(mktemp -d)
+trap 'rm -rf "$build"' EXIT
+mapfile -t options < <(sed -n 's/^\(BULLETSOIL_[A-Z_]*\|CMAKE_BUILD_TYPE\|BUILD_SHARED_LIBS\):[A-Z]*=/-D\1=/p' "$built/CMakeCache.txt")
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+cmake -S "$root" -B "$build" "${options[@]}" -DBULLETSOIL_UNITY=OFF >"$build/log" 2>&1 || { cat "$build/log"; exit 1; }
 
 # check COMMAND: a line of compile_commands.json.
 check() {
@@ -13,7 +20,7 @@ check() {
     local arguments=() i
     for ((i = 0; i < ${#words[@]}; ++i)); do
         case ${words[i]} in
-            -o | -include) ((++i)) ;;  # no precompiled headers: a source includes what it uses
+            -o | -include) ((++i)) ;;  # nothing is included but what the source asks for
             *ccache | *c++ | *g++ | *g++-[0-9]* | -O[0-9s] | -Werror | -Winvalid-pch | -fsanitize*) ;;
             *) arguments+=("${words[i]}") ;;
         esac
@@ -25,8 +32,7 @@ check() {
 }
 export -f check
 
-commands=$(mktemp)
-trap 'rm -f "$commands"' EXIT
+commands=$build/commands
 for folder in "$@"; do
     # The sources of a static and a shared library, or of both precisions, are the same: one of each.
     sed -n 's/^ *"command": "\(.*\)",\{0,1\}$/\1/p' "$build/compile_commands.json" | sed 's/\\\(.\)/\1/g' |

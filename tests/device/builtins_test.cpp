@@ -6,7 +6,7 @@
 
 #include "device_fixture.h"
 
-namespace bsoil::device {
+namespace bsoil::device::builtins_test {
 namespace {
 
 constexpr int kPlanes = 8;
@@ -129,4 +129,4 @@ INSTANTIATE_TEST_SUITE_P(Builtins, AnyDevice, testing::Values("cpu1", "cpu2", "g
                          [](const auto& device) { return device.param; });
 
 }  // namespace
-}  // namespace bsoil::device
+}  // namespace bsoil::device::builtins_test

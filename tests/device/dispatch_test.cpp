@@ -4,7 +4,7 @@
 
 #include "device_fixture.h"
 
-namespace bsoil::device {
+namespace bsoil::device::dispatch_test {
 namespace {
 
 class Dispatch : public AnyDevice {};
@@ -219,4 +219,4 @@ INSTANTIATE_TEST_SUITE_P(Backends, Dispatch, testing::Values("cpu1", "cpu2", "gl
                          [](const auto& device) { return device.param; });
 
 }  // namespace
-}  // namespace bsoil::device
+}  // namespace bsoil::device::dispatch_test

@@ -12,7 +12,7 @@
 #include "device_fixture.h"
 #include "soil/soil_kernels.h"
 
-namespace bsoil::device {
+namespace bsoil::device::gl_device_test {
 namespace {
 
 /// Any OpenGL 4.5 context, as a host has one.
@@ -278,4 +278,4 @@ TEST(GlDevice, two_devices_do_not_meet) {
 }
 
 }  // namespace
-}  // namespace bsoil::device
+}  // namespace bsoil::device::gl_device_test

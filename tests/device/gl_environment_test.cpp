@@ -6,7 +6,7 @@
 #include "device_fixture.h"
 #include "soil/soil_kernels.h"
 
-namespace bsoil::device {
+namespace bsoil::device::gl_environment_test {
 namespace {
 
 /// An environment variable for the child process of a death test.
@@ -67,4 +67,4 @@ TEST(DeviceChoice, asked_for_backends_are_given) {
 }
 
 }  // namespace
-}  // namespace bsoil::device
+}  // namespace bsoil::device::gl_environment_test

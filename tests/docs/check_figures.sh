@@ -10,6 +10,10 @@
 #   <!-- figures: from FILE -->                         a file of the tree that they are in
 #   <!-- figures: YYYY-MM-DD, HOW -->                   a measurement made once, and how to make it again
 #   <!-- figures: YYYY-MM-DD -->                        how, the text beside it says
+#   <!-- figures: published, WHERE -->                  somebody else's
+#
+# Sentences of the READMEs and of docs/ that name per cent, milliseconds, bytes or steps a second stand in a section with such a line,
+# or say the day themselves. A section's line holds for all that follows it there.
 #
 # Between `<!-- bsoil validate: ... -->` and `<!-- end -->` the command replaces what stands there; experiment.validate holds it.
 # Pages that a command prints as a whole are compared by tests of their own.
@@ -63,6 +67,29 @@ list_figures() {
     ' "$1"
 }
 
+# Prints "FILE:LINE<tab>MARK" for every paragraph with measured figures, without a mark where its section has had none.
+list_sentences() {
+    awk '
+        function flush() {
+            gsub(/`[^`]*`|\]\([^)]*\)/, "", text)
+            if (!inside && mark !~ /^printed/ && text !~ /20[0-9][0-9]-[0-9][0-9]-[0-9][0-9]/ &&
+                text ~ /[0-9] (%|ms|us|[kMG]B|frames a second|steps a second|steps\/s)([^a-zA-Z]|$)/)
+                printf "%s:%d\t%s\n", FILENAME, from, mark
+            text = ""
+        }
+        /^```/ { flush(); in_code = !in_code; next }
+        in_code { next }
+        /^<!-- bsoil validate: / { flush(); inside = 1 }
+        /^<!-- end -->/ { flush(); inside = 0 }
+        /^#/ { flush(); mark = "" }
+        /^<!-- figures: .* -->$/ { flush(); mark = substr($0, 15, length($0) - 18); next }
+        /^$/ || /^\|/ || /^ *([-*]|[0-9]+\.) / { flush() }
+        /^\|/ || /^<!--/ { next }
+        NF { if (text == "") from = FNR; text = text " " $0 }
+        END { flush() }
+    ' "$1"
+}
+
 program_of() { find "$build/demos" "$build/tests" -maxdepth 2 -type f -name "$1" -perm -u+x | head -n 1; }
 
 declare -A printed_by
@@ -106,12 +133,15 @@ while IFS=$'\t' read -r place mark; do
             if [[ $is_slow ]]; then compare "${place%:*}" "${place##*:}" "${words[@]:4}"; fi ;;
         'printed by '*) compare "${place%:*}" "${place##*:}" "${words[@]:2}" ;;
         'from '*) [[ -f ${words[1]} ]] || fail "$place: no file ${words[1]}" ;;
+        'published, '*) ;;
         20[0-9][0-9]-[0-9][0-9]-[0-9][0-9]) ;;
         20[0-9][0-9]-[0-9][0-9]-[0-9][0-9],\ *) check_source "$place" "${words[@]:1}" ;;
         *) check_source "$place" "${words[@]}" || fail "$place: what is '$mark'?" ;;
     esac
 done < <(git ls-files '*.md' | while IFS= read -r page; do
-    [[ " ${printed[*]} " == *" $page "* || $page == third_party_notes/* ]] || list_figures "$page"
+    [[ " ${printed[*]} " == *" $page "* || $page == third_party_notes/* ]] && continue
+    list_figures "$page"
+    case $page in README.md | plugin/README.md | bridge/README.md | docs/*.md) [[ $page == docs/decisions/* ]] || list_sentences "$page" ;; esac
 done)
 ((count)) || fail "no figures found"
 exit "$failed"

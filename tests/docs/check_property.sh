@@ -48,7 +48,7 @@ target_include_directories(property_c PRIVATE sources/bridge/include sources/bri
 target_link_libraries(property_c PRIVATE BulletSoil::soil PkgConfig::BULLET)
 target_compile_definitions(property_c PRIVATE BULLETSOIL_SCALAR_BITS=32)
 END
-if ! { cmake -S "$folder" -B "$folder/build" -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O0 -DBULLETSOIL_PRECOMPILE=ON \
+if ! { cmake -S "$folder" -B "$folder/build" -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O0 -DBULLETSOIL_UNITY=ON \
     -DCMAKE_POLICY_DEFAULT_CMP0077=NEW &&
     cmake --build "$folder/build" --parallel "$(nproc)" --target property property_keys property_c; } >"$log" 2>&1; then
     tail -n 30 "$log" >&2

@@ -9,7 +9,7 @@
 
 #include "experiment/line_fit.h"
 
-namespace bsoil::experiment {
+namespace bsoil::experiment::classical_models_test {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
@@ -161,4 +161,4 @@ TEST(ClassicalModels, wheel_that_heads_to_its_left_is_pushed_left) {
 }
 
 }  // namespace
-}  // namespace bsoil::experiment
+}  // namespace bsoil::experiment::classical_models_test

@@ -5,7 +5,7 @@
 
 #include "experiment/experiment_load.h"
 
-namespace bsoil::experiment {
+namespace bsoil::experiment::experiment_errors_test {
 namespace {
 
 const std::string kPlate = "[plate]\nreach_m = [0.01]\n";  // lines 1 and 2
@@ -120,4 +120,4 @@ TEST(ExperimentErrors, every_experiment_of_the_project_is_valid) {
 }
 
 }  // namespace
-}  // namespace bsoil::experiment
+}  // namespace bsoil::experiment::experiment_errors_test

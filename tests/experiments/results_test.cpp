@@ -8,7 +8,7 @@
 #include "experiment/measured_data.h"
 #include "experiment/plot.h"
 
-namespace bsoil::experiment {
+namespace bsoil::experiment::results_test {
 namespace {
 
 CsvTable results() {
@@ -120,4 +120,4 @@ TEST(ExperimentResults, plot_shows_curves_and_measured_points) {
 }
 
 }  // namespace
-}  // namespace bsoil::experiment
+}  // namespace bsoil::experiment::results_test

@@ -8,7 +8,7 @@
 #include "experiment/rig.h"
 #include "experiment/sweep_run.h"
 
-namespace bsoil::experiment {
+namespace bsoil::experiment::rigs_test {
 namespace {
 
 CsvTable results_of(const std::string& text, const std::string& rig, int thread_count = 1) {
@@ -143,4 +143,4 @@ TEST(Rigs, wheel_on_soil_carries_its_load) {
 }
 
 }  // namespace
-}  // namespace bsoil::experiment
+}  // namespace bsoil::experiment::rigs_test

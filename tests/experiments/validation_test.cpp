@@ -7,7 +7,7 @@
 #include "experiment/svg_figure.h"
 #include "experiment/validation_page.h"
 
-namespace bsoil::experiment {
+namespace bsoil::experiment::validation_test {
 namespace {
 
 CsvTable curves() {
@@ -170,4 +170,4 @@ TEST(SvgFigure, logarithmic_axis_leaves_out_what_it_cannot_show) {
 }
 
 }  // namespace
-}  // namespace bsoil::experiment
+}  // namespace bsoil::experiment::validation_test

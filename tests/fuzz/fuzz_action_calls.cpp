@@ -7,7 +7,7 @@
 namespace bsoil::fuzz {
 namespace {
 
-btVector3 vector(Choices& c, double reach) {
+btVector3 bullet_vector(Choices& c, double reach) {
     const double x = c.number(-reach, reach), y = c.number(-reach, reach),
                  z = c.number(-reach, reach);
     return {btScalar(x), btScalar(y), btScalar(z)};
@@ -20,9 +20,9 @@ bool is_tame(const btVector3& v) {
 double size(Choices& c) { return 0.02 + std::min(5.0, std::abs(c.number(0, 0.5))); }
 
 /// A world with a soil and whatever calls put into it.
-class Caller {
+class ActionCaller {
   public:
-    explicit Caller(Choices& choices) : c_(choices) {
+    explicit ActionCaller(Choices& choices) : c_(choices) {
         SoilDef def;
         def.backend = Backend::cpu;
         def.thread_count = 1;
@@ -62,7 +62,7 @@ class Caller {
             case 5: {
                 auto& hull = static_cast<btConvexHullShape&>(s_.shape<btConvexHullShape>());
                 for (int i = 0; i < 4 + c_.below(8); ++i) {
-                    if (const btVector3 p = vector(c_, 0.5); is_tame(p)) hull.addPoint(p);
+                    if (const btVector3 p = bullet_vector(c_, 0.5); is_tame(p)) hull.addPoint(p);
                 }
                 if (hull.getNumPoints() == 0) hull.addPoint({0, 0, 0});
                 return hull;
@@ -70,7 +70,8 @@ class Caller {
             case 6: {
                 meshes_.push_back(std::make_unique<btTriangleMesh>());
                 for (int i = 0; i < 1 + c_.below(8); ++i) {
-                    const btVector3 a = vector(c_, 1), b = vector(c_, 1), d = vector(c_, 1);
+                    const btVector3 a = bullet_vector(c_, 1), b = bullet_vector(c_, 1),
+                                    d = bullet_vector(c_, 1);
                     if (is_tame(a) && is_tame(b) && is_tame(d)) {
                         meshes_.back()->addTriangle(a, b, d);
                     }
@@ -84,7 +85,7 @@ class Caller {
                 auto& compound = static_cast<btCompoundShape&>(s_.shape<btCompoundShape>());
                 for (int i = 0; i < c_.below(4); ++i) {
                     btTransform at = btTransform::getIdentity();
-                    if (const btVector3 p = vector(c_, 0.5); is_tame(p)) at.setOrigin(p);
+                    if (const btVector3 p = bullet_vector(c_, 0.5); is_tame(p)) at.setOrigin(p);
                     compound.addChildShape(at, &shape(depth - 1));
                 }
                 return compound;
@@ -134,7 +135,7 @@ class Caller {
     void add_body() {
         btCollisionShape& form = shape(2);
         const bool moves = form.isConvex() || (form.isCompound() && !has_mesh(form));
-        const btVector3 at = vector(c_, 1.5);
+        const btVector3 at = bullet_vector(c_, 1.5);
         btRigidBody& body = s_.add(moves && c_.below(4) != 0 ? btScalar(size(c_) * 100) : 0, form,
                                    is_tame(at) ? at : btVector3(0, 1, 0));
         if (c_.below(6) == 0) {
@@ -155,7 +156,8 @@ class Caller {
     void move_body() {
         btRigidBody* body = any();
         if (!body) return;
-        const btVector3 at = vector(c_, 2), linear = vector(c_, 20), angular = vector(c_, 20);
+        const btVector3 at = bullet_vector(c_, 2), linear = bullet_vector(c_, 20),
+                        angular = bullet_vector(c_, 20);
         if (!is_tame(at) || !is_tame(linear) || !is_tame(angular)) return;
         btTransform pose = body->getWorldTransform();
         pose.setOrigin(at);
@@ -166,7 +168,7 @@ class Caller {
     }
 
     void look() {
-        const btVector3 at = vector(c_, 2);
+        const btVector3 at = bullet_vector(c_, 2);
         static_cast<void>(soil_->surface_at({at.x(), at.y(), at.z()}));
         if (is_tame(at)) {
             const btVector3 from = at + btVector3(0.1f, 3, 0.1f), to = at - btVector3(0.2f, 3, 0);
@@ -200,6 +202,6 @@ class Caller {
 
 }  // namespace
 
-void fuzz_action_calls(Bytes bytes) { run_calls<Caller>(bytes); }
+void fuzz_action_calls(Bytes bytes) { run_calls<ActionCaller>(bytes); }
 
 }  // namespace bsoil::fuzz

@@ -8,7 +8,7 @@ namespace {
 using bullet::BulletScene;
 
 /// A file with most of what Bullet writes: shapes of every kind, a compound, a mesh, constraints.
-const std::vector<uint8_t>& good_file() {
+const std::vector<uint8_t>& good_bullet_file() {
     static const std::vector<uint8_t> kFile = [] {
         BulletScene s;
         auto& compound = static_cast<btCompoundShape&>(s.shape<btCompoundShape>());
@@ -74,7 +74,7 @@ void load(const std::string& path, bool moved) {
 }  // namespace
 
 void fuzz_bullet_file(Bytes bytes) {
-    std::vector<uint8_t> file = good_file();
+    std::vector<uint8_t> file = good_bullet_file();
     Choices choices(bytes);
     const bool moved = choices.flag();
     if (!choices.at_end()) edit(file, choices);

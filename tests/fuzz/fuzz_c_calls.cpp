@@ -9,16 +9,16 @@ namespace bsoil::fuzz {
 namespace {
 
 /// A world whose soil is made, filled, asked and destroyed as the choices say.
-class Caller {
+class CCaller {
   public:
-    explicit Caller(Choices& choices) : c_(choices), world_(test_world_create()) {}
-    ~Caller() {
+    explicit CCaller(Choices& choices) : c_(choices), world_(test_world_create()) {}
+    ~CCaller() {
         if (c_.flag()) bulletsoil_destroy(soil_);
         test_world_destroy(world_);
         bulletsoil_destroy(soil_);  // again: a dead handle is refused
     }
-    Caller(const Caller&) = delete;
-    Caller& operator=(const Caller&) = delete;
+    CCaller(const CCaller&) = delete;
+    CCaller& operator=(const CCaller&) = delete;
 
     void run() {
         create();
@@ -204,6 +204,6 @@ class Caller {
 
 }  // namespace
 
-void fuzz_c_calls(Bytes bytes) { run_calls<Caller>(bytes); }
+void fuzz_c_calls(Bytes bytes) { run_calls<CCaller>(bytes); }
 
 }  // namespace bsoil::fuzz

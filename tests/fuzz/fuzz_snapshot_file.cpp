@@ -41,7 +41,7 @@ void seal(std::vector<uint8_t>& file) {
     std::memcpy(&file[head], &hash, sizeof hash);
 }
 
-const std::vector<uint8_t>& good_file() {
+const std::vector<uint8_t>& good_snapshot_file() {
     static const std::vector<uint8_t> kFile = [] {
         std::vector<SnapshotSection> sections{{"soil", {}}, {"world", {1, 2, 3}}, {"host", {}}};
         for (int i = 0; i < 3000; ++i) sections[0].bytes.push_back(static_cast<uint8_t>(i * i));
@@ -58,7 +58,7 @@ const std::vector<uint8_t>& good_file() {
 }  // namespace
 
 void fuzz_snapshot_file(Bytes bytes) {
-    std::vector<uint8_t> file = good_file();
+    std::vector<uint8_t> file = good_snapshot_file();
     Choices choices(bytes);
     edit(file, choices);
     seal(file);

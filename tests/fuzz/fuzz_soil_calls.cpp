@@ -8,16 +8,16 @@
 namespace bsoil::fuzz {
 namespace {
 
-Vec3 vector(Choices& c, double reach) {
+Vec3 soil_vector(Choices& c, double reach) {
     const double x = c.number(-reach, reach), y = c.number(-reach, reach),
                  z = c.number(-reach, reach);
     return {x, y, z};
 }
 
 Pose pose(Choices& c, double reach) {
-    Pose p{vector(c, reach), {}};
+    Pose p{soil_vector(c, reach), {}};
     if (c.flag()) {
-        const Vec3 v = vector(c, 1);
+        const Vec3 v = soil_vector(c, 1);
         p.rotation = {v.x, v.y, v.z, c.number(-1, 1)};
         const double n = std::sqrt(dot(v, v) + p.rotation.w * p.rotation.w);
         if (!c.flag() && n > 1e-9 && std::isfinite(n)) {
@@ -38,7 +38,7 @@ ConvexShape shape(Choices& c) {
     if (s.kind == ConvexShape::Kind::hull) {
         const int count = c.below(12);
         for (int i = 0; i < count; ++i) {
-            const Vec3 n = vector(c, 1);
+            const Vec3 n = soil_vector(c, 1);
             const double l = length(n);
             s.planes.push_back({c.flag() && l > 1e-9 ? n * (1 / l) : n, c.number(-0.1, 0.5)});
         }
@@ -46,7 +46,7 @@ ConvexShape shape(Choices& c) {
     }
     if (s.kind == ConvexShape::Kind::lattice && c.flag()) {
         TriangleMesh mesh;
-        for (int i = 0; i < 4 + c.below(6); ++i) mesh.vertices.push_back(vector(c, 0.5));
+        for (int i = 0; i < 4 + c.below(6); ++i) mesh.vertices.push_back(soil_vector(c, 0.5));
         for (int i = 0; i < 4 + c.below(8); ++i) {
             mesh.triangles.push_back({c.below(8) - 1, c.below(8), c.below(8)});
         }
@@ -57,9 +57,9 @@ ConvexShape shape(Choices& c) {
 }
 
 /// A soil and the bodies that calls have given it.
-class Caller {
+class SoilCaller {
   public:
-    explicit Caller(Choices& choices) : c_(choices) {
+    explicit SoilCaller(Choices& choices) : c_(choices) {
         SoilDef def;
         def.backend = Backend::cpu;
         def.thread_count = 1;
@@ -76,7 +76,7 @@ class Caller {
             def.propagation_iterations = c_.below(10);
             def.overflow_passes = c_.below(10);
             def.overflow = static_cast<OverflowHeuristic>(c_.below(4));
-            def.floor_center_m = vector(c_, 10);
+            def.floor_center_m = soil_vector(c_, 10);
             def.material.density_kg_m3 = c_.number(200, 4000);
             def.material.friction_angle_rad = c_.number(0, 1.2);
             def.material.cohesion_pa = c_.number(0, 2e5);
@@ -109,12 +109,12 @@ class Caller {
         const Vec3 at = soil_->def().floor_center_m;
         switch (c_.below(12)) {
             case 0: {
-                const Vec3 a = vector(c_, 2) + at, b = vector(c_, 2) + at;
+                const Vec3 a = soil_vector(c_, 2) + at, b = soil_vector(c_, 2) + at;
                 const Status filled = soil_->fill(BoxFill{{a, b}, material()});
                 return after(&filled);
             }
             case 1: {
-                const Vec3 base = vector(c_, 2) + at;
+                const Vec3 base = soil_vector(c_, 2) + at;
                 const Status filled =
                     soil_->fill(CylinderFill{base, c_.number(0, 2), c_.number(0, 2), material()});
                 return after(&filled);
@@ -142,7 +142,7 @@ class Caller {
                 return after(&filled);
             }
             case 4: {
-                const Vec3 n = vector(c_, 1);
+                const Vec3 n = soil_vector(c_, 1);
                 const double level = c_.number(-1, 1);
                 static_cast<void>(
                     soil_->add_terrain([=](Vec3 p) { return level - dot(n, p - at); }));
@@ -150,7 +150,7 @@ class Caller {
             }
             case 5: {
                 TriangleMesh mesh;
-                const Vec3 low = vector(c_, 2) + at, high = vector(c_, 2) + at;
+                const Vec3 low = soil_vector(c_, 2) + at, high = soil_vector(c_, 2) + at;
                 for (int i = 0; i < 8; ++i) {
                     mesh.vertices.push_back(
                         {i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z});
@@ -189,10 +189,10 @@ class Caller {
             if (c_.below(8) == 0) continue;
             SoilBody& body = b.body;
             if (c_.flag()) body.pose = pose(c_, 1.5);
-            body.pose.position += vector(c_, 0.2);
+            body.pose.position += soil_vector(c_, 0.2);
             body.center_of_mass_m = body.pose.position;
-            body.linear_velocity_m_s = vector(c_, c_.flag() ? 3 : 300);
-            body.angular_velocity_rad_s = vector(c_, 10);
+            body.linear_velocity_m_s = soil_vector(c_, c_.flag() ? 3 : 300);
+            body.angular_velocity_rad_s = soil_vector(c_, 10);
             body.contact_pressure_pa = c_.number(0, 1e6);
             body.contact_width_m = c_.number(0, 1);
             if (c_.below(16) == 0) ++body.shape_revision;
@@ -252,6 +252,6 @@ class Caller {
 
 }  // namespace
 
-void fuzz_soil_calls(Bytes bytes) { run_calls<Caller>(bytes); }
+void fuzz_soil_calls(Bytes bytes) { run_calls<SoilCaller>(bytes); }
 
 }  // namespace bsoil::fuzz

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-namespace bsoil::render {
+namespace bsoil::render::contact_sheet_test {
 namespace {
 
 Image plain(int width, int height, uint8_t level) {
@@ -86,4 +86,4 @@ TEST(Image, jpeg_is_small_and_begins_as_one) {
 }
 
 }  // namespace
-}  // namespace bsoil::render
+}  // namespace bsoil::render::contact_sheet_test

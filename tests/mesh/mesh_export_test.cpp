@@ -6,7 +6,7 @@
 
 #include "bsoil/surface_mesh.h"
 
-namespace bsoil {
+namespace bsoil::mesh_export_test {
 namespace {
 
 Mesh one_triangle() {
@@ -61,4 +61,4 @@ TEST(MeshExport, append_shifts_indices) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::mesh_export_test

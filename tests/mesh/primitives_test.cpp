@@ -7,11 +7,10 @@
 
 #include "mesh_checks.h"
 
-namespace bsoil::render {
+namespace bsoil::render::primitives_test {
 namespace {
 
 constexpr Color kGrey{0.5f, 0.5f, 0.5f};
-constexpr double kPi = std::numbers::pi;
 
 /// Corners computed in different ways agree to a few bits only.
 int open_edges(const Mesh& mesh) {
@@ -36,10 +35,11 @@ void expect_solid(const Mesh& mesh, double volume) {
 
 TEST(Primitives, are_closed_and_enclose_their_volume) {
     expect_solid(box_mesh({1, 2, 3}, kGrey), 48);
-    expect_solid(sphere_mesh(2, kGrey), 4.0 / 3 * kPi * 8);
-    expect_solid(capsule_mesh(0.5, 1, kGrey), kPi * 0.25 * 2 + 4.0 / 3 * kPi * 0.125);
-    expect_solid(cylinder_mesh(0.5, 1, kGrey), kPi * 0.25 * 2);
-    expect_solid(cone_mesh(1, 1.5, kGrey), kPi * 3 / 3);
+    expect_solid(sphere_mesh(2, kGrey), 4.0 / 3 * std::numbers::pi * 8);
+    expect_solid(capsule_mesh(0.5, 1, kGrey),
+                 std::numbers::pi * 0.25 * 2 + 4.0 / 3 * std::numbers::pi * 0.125);
+    expect_solid(cylinder_mesh(0.5, 1, kGrey), std::numbers::pi * 0.25 * 2);
+    expect_solid(cone_mesh(1, 1.5, kGrey), std::numbers::pi * 3 / 3);
 }
 
 TEST(Primitives, bevels_cut_edges_off) {
@@ -50,8 +50,8 @@ TEST(Primitives, bevels_cut_edges_off) {
     const double most = 2.0 / 3;
     expect_solid(box_mesh({1, 2, 3}, kGrey, 5), 48 - 24 * most * most + 6 * most * most * most);
     // A ring with a triangle of c x c turns about the axis with its centroid.
-    const double ring = 2 * kPi * (0.5 - 0.2 / 3) * 0.2 * 0.2 / 2;
-    expect_solid(cylinder_mesh(0.5, 1, kGrey, 0.2), kPi * 0.25 * 2 - 2 * ring);
+    const double ring = 2 * std::numbers::pi * (0.5 - 0.2 / 3) * 0.2 * 0.2 / 2;
+    expect_solid(cylinder_mesh(0.5, 1, kGrey, 0.2), std::numbers::pi * 0.25 * 2 - 2 * ring);
 }
 
 TEST(Primitives, hull_is_the_intersection_of_its_half_spaces) {
@@ -84,4 +84,4 @@ TEST(Primitives, triangle_mesh_is_flat_shaded) {
 }
 
 }  // namespace
-}  // namespace bsoil::render
+}  // namespace bsoil::render::primitives_test

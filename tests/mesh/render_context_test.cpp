@@ -6,7 +6,7 @@
 
 #include "render_fixture.h"
 
-namespace bsoil::render {
+namespace bsoil::render::render_context_test {
 namespace {
 
 TEST_F(Render, the_callers_context_is_current_again) {
@@ -130,4 +130,4 @@ TEST_F(Render, a_hosts_window_gets_the_same_picture) {
 }
 
 }  // namespace
-}  // namespace bsoil::render
+}  // namespace bsoil::render::render_context_test

@@ -6,7 +6,7 @@
 #include "render_fixture.h"
 #include "voxel_tiles.h"
 
-namespace bsoil::render {
+namespace bsoil::render::render_test {
 namespace {
 
 TEST_F(Render, the_side_towards_the_sun_is_brighter) {
@@ -356,4 +356,4 @@ TEST_F(Render, bad_views_are_refused_with_the_field_named) {
 }
 
 }  // namespace
-}  // namespace bsoil::render
+}  // namespace bsoil::render::render_test

@@ -8,7 +8,7 @@
 #include "bsoil/surface_mesh.h"
 #include "mesh_checks.h"
 
-namespace bsoil {
+namespace bsoil::soil_tiles_test {
 namespace {
 
 TEST(SoilTiles, box_of_soil_meshes_to_its_own_volume_with_either_axis_up) {
@@ -112,4 +112,4 @@ TEST(SoilTiles, moved_soil_is_darker_and_compacted_soil_paler_than_settled_groun
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::soil_tiles_test

@@ -1,5 +1,3 @@
-#include "bsoil/surface_mesh.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
@@ -9,10 +7,11 @@
 #include <utility>
 #include <vector>
 
+#include "bsoil/surface_mesh.h"
 #include "mesh_checks.h"
 #include "voxel_tiles.h"
 
-namespace bsoil {
+namespace bsoil::surface_levels_test {
 namespace {
 
 using test::enclosed_volume;
@@ -235,4 +234,4 @@ TEST(SurfaceLevels, large_ground_takes_fewer_triangles_than_clip_maps) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::surface_levels_test

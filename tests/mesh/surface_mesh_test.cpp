@@ -11,7 +11,7 @@
 #include "mesh_checks.h"
 #include "voxel_tiles.h"
 
-namespace bsoil {
+namespace bsoil::surface_mesh_test {
 namespace {
 
 using test::enclosed_volume;
@@ -409,4 +409,4 @@ TEST(SurfaceMesh, layers_of_materials_end_where_they_end_on_the_sides) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::surface_mesh_test

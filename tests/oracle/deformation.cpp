@@ -11,8 +11,6 @@ namespace {
 
 constexpr int kSurfaceReach = 8;  // voxels over which pushed soil looks for the free surface
 
-double largest(Vec3 v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
-
 /// Slope at which confined soil of this voxel yields towards the surface.
 double passive_slope(const Model& model, const Voxel& voxel) {
     std::vector<double> slopes;

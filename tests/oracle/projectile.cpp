@@ -91,7 +91,8 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
         } else {
             const Body& body = bodies[static_cast<size_t>(voxel.support.body)];
             const Vec3 goal = body.velocity_at(x, y, z);
-            const double grip = body.friction_speed * dt;
+            const double grip = dt * (body.friction_speed >= 0 ? body.friction_speed
+                                                               : voxel.mean(model.friction_speed));
             accelerated.x += std::clamp(goal.x - velocity.x, -grip, grip);
             accelerated.y += std::clamp(goal.y - velocity.y, -grip, grip);
             accelerated.z = std::max(goal.z, velocity.z - model.gravity * dt);

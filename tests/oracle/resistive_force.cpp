@@ -12,8 +12,6 @@ namespace {
 
 using bsoil::ConvexShape;
 
-constexpr double kPi = std::numbers::pi;
-
 /// A coefficient of f1, f2, f3 with the powers of x1, x2, x3 that it multiplies.
 struct Term {
     int p1, p2, p3;
@@ -67,36 +65,39 @@ void add_box(std::vector<Facet>& out, Vec3 h, double edge_m) {
 }
 
 void add_cylinder(std::vector<Facet>& out, double radius, double half_height, double edge_m) {
-    const int around = std::max(16, static_cast<int>(std::ceil(2 * kPi * radius / edge_m)));
+    const int around =
+        std::max(16, static_cast<int>(std::ceil(2 * std::numbers::pi * radius / edge_m)));
     const int along = std::max(1, static_cast<int>(std::ceil(2 * half_height / edge_m)));
     const int rings = std::max(4, static_cast<int>(std::ceil(radius / edge_m)));
     for (int i = 0; i < around; ++i) {
-        const double t = 2 * kPi * (i + 0.5) / around;
+        const double t = 2 * std::numbers::pi * (i + 0.5) / around;
         const Vec3 out_of{std::cos(t), std::sin(t), 0};
         for (int j = 0; j < along; ++j) {
             out.push_back({radius * out_of + Vec3{0, 0, ((j + 0.5) / along * 2 - 1) * half_height},
-                           out_of, 2 * kPi * radius / around * 2 * half_height / along});
+                           out_of,
+                           2 * std::numbers::pi * radius / around * 2 * half_height / along});
         }
         for (int j = 0; j < rings; ++j) {
             const double r = (j + 0.5) / rings * radius;
             for (const double s : {-1.0, 1.0}) {
                 out.push_back({r * out_of + Vec3{0, 0, s * half_height},
                                {0, 0, s},
-                               2 * kPi * r / around * radius / rings});
+                               2 * std::numbers::pi * r / around * radius / rings});
             }
         }
     }
 }
 
 void add_sphere(std::vector<Facet>& out, double radius, double edge_m) {
-    const int bands = std::max(16, static_cast<int>(std::ceil(kPi * radius / edge_m)));
+    const int bands = std::max(16, static_cast<int>(std::ceil(std::numbers::pi * radius / edge_m)));
     for (int i = 0; i < bands; ++i) {
         // Bands of equal height have equal areas.
         const double z = (i + 0.5) / bands * 2 - 1, around = std::sqrt(1 - z * z);
         for (int j = 0; j < 2 * bands; ++j) {
-            const double t = 2 * kPi * (j + 0.5) / (2 * bands);
+            const double t = 2 * std::numbers::pi * (j + 0.5) / (2 * bands);
             const Vec3 n{around * std::cos(t), around * std::sin(t), z};
-            out.push_back({radius * n, n, 4 * kPi * radius * radius / bands / (2 * bands)});
+            out.push_back(
+                {radius * n, n, 4 * std::numbers::pi * radius * radius / bands / (2 * bands)});
         }
     }
 }

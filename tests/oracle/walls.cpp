@@ -6,8 +6,6 @@
 namespace oracle {
 namespace {
 
-double largest(Vec3 v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
-
 bool rock(const Model& model, const Field& field, int x, int y, int z) {
     return !field.inside(x, y, z) || field.at(x, y, z).terrain >= model.solid_coverage;
 }

@@ -11,14 +11,7 @@ namespace bsoil::random_worlds {
 
 using bullet::from_bullet;
 using bullet::to_bullet;
-
-namespace {
-
-btScalar scalar(double value) { return static_cast<btScalar>(value); }
-
-btTransform transform_of(const Pose& pose) { return bullet::transform_to_bullet(pose); }
-
-}  // namespace
+using bullet::transform_to_bullet;
 
 void BuiltWorld::add_joint(const JointPlan& joint) {
     btRigidBody *a = body(joint.a), *b = body(joint.b);
@@ -104,7 +97,7 @@ void BuiltWorld::add_chain(const ChainPlan& plan) {
     const Pose pose = to_world(plan.soil, plan.pose);
     m.setBasePos(to_bullet(pose.position));
     // Bullet's multibody turns from the world's axes to its own.
-    m.setWorldToBaseRot(transform_of(pose).getRotation().inverse());
+    m.setWorldToBaseRot(transform_to_bullet(pose).getRotation().inverse());
     m.setLinearDamping(0);
     m.setAngularDamping(0);
     for (int i = 0; i < plan.link_count; ++i) {
@@ -154,8 +147,8 @@ void BuiltWorld::add_car(const CarPlan& plan) {
     btVector3 inertia;
     shape.calculateLocalInertia(scalar(plan.mass_kg), inertia);
     auto chassis = std::make_unique<btRigidBody>(scalar(plan.mass_kg), nullptr, &shape, inertia);
-    chassis->setWorldTransform(transform_of(frame));
-    chassis->setInterpolationWorldTransform(transform_of(frame));
+    chassis->setWorldTransform(transform_to_bullet(frame));
+    chassis->setInterpolationWorldTransform(transform_to_bullet(frame));
     world_->addRigidBody(chassis.get());
     car.chassis = chassis.get();
     chassis_.push_back(std::move(chassis));

@@ -16,12 +16,9 @@ namespace bsoil::random_worlds {
 using bullet::from_bullet;
 using bullet::SoilAction;
 using bullet::to_bullet;
+using bullet::transform_to_bullet;
 
 namespace {
-
-btScalar scalar(double value) { return static_cast<btScalar>(value); }
-
-btTransform transform_of(const Pose& pose) { return bullet::transform_to_bullet(pose); }
 
 /// Frames of a variable world, as shares of the longest.
 constexpr double kFrameShares[] = {1, 0.4, 0.75, 1, 1.0 / 3, 0.9, 0.5};
@@ -172,7 +169,7 @@ void BuiltWorld::add_floor() {
     plane.kind = ShapePlan::Kind::plane;
     plane.half_m = up_;
     floor_ = std::make_unique<btRigidBody>(scalar(0), nullptr, &shapes_.make(plane));
-    floor_->setWorldTransform(transform_of({(lowest - kFloorBelow * reach) * up_, Quat{}}));
+    floor_->setWorldTransform(transform_to_bullet({(lowest - kFloorBelow * reach) * up_, Quat{}}));
     // What has left rolls no farther than soil would let it.
     floor_->setFriction(1);
     floor_->setRollingFriction(scalar(reach));
@@ -195,7 +192,7 @@ void BuiltWorld::build_bodies() {
         if (plan.kind == BodyPlan::Kind::moving) {
             shape.calculateLocalInertia(scalar(plan.mass_kg), inertia);
         }
-        const btTransform pose = transform_of(to_world(plan.soil, plan.pose));
+        const btTransform pose = transform_to_bullet(to_world(plan.soil, plan.pose));
         Body& body = bodies_[i];
         body.motion = std::make_unique<btDefaultMotionState>(pose);
         btRigidBody::btRigidBodyConstructionInfo info(
@@ -224,7 +221,7 @@ void BuiltWorld::enter(int index) {
     if (!body.bullet || body.is_in) return;
     body.is_in = true;
     if (plan.kind == BodyPlan::Kind::driven) {  // it comes in where it is, it does not jump there
-        const btTransform here = transform_of(driven_pose(plan));
+        const btTransform here = transform_to_bullet(driven_pose(plan));
         body.motion->setWorldTransform(here);
         body.bullet->setWorldTransform(here);
         body.bullet->setInterpolationWorldTransform(here);
@@ -340,7 +337,7 @@ void BuiltWorld::drive() {
     for (size_t i = 0; i < bodies_.size(); ++i) {
         const BodyPlan& plan = plan_.bodies[i];
         if (plan.kind == BodyPlan::Kind::driven && bodies_[i].is_in) {
-            bodies_[i].motion->setWorldTransform(transform_of(driven_pose(plan)));
+            bodies_[i].motion->setWorldTransform(transform_to_bullet(driven_pose(plan)));
         }
     }
 }

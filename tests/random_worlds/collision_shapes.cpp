@@ -14,8 +14,6 @@ namespace {
 btVector3 bullet(Vec3 v) {
     return {static_cast<btScalar>(v.x), static_cast<btScalar>(v.y), static_cast<btScalar>(v.z)};
 }
-btScalar scalar(double value) { return static_cast<btScalar>(value); }
-
 /// Half extents with the shape's own axis where Bullet has it.
 btVector3 along(int axis, Vec3 half) {
     btVector3 out(scalar(half.x), scalar(half.x), scalar(half.x));

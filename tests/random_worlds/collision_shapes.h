@@ -12,6 +12,8 @@ class btTriangleMesh;
 
 namespace bsoil::random_worlds {
 
+inline btScalar scalar(double value) { return static_cast<btScalar>(value); }
+
 /// Owns shapes, and the data that Bullet's shapes only point to.
 class CollisionShapes {
   public:

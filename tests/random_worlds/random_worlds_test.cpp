@@ -7,7 +7,7 @@
 #include "minimize.h"
 #include "run_plan.h"
 
-namespace bsoil::random_worlds {
+namespace bsoil::random_worlds::random_worlds_test {
 namespace {
 
 void expect_all_holds(uint64_t first, uint64_t last, Run run, PlanKind kind) {
@@ -177,4 +177,4 @@ TEST(Minimizer, leaves_what_the_failure_needs) {
 }
 
 }  // namespace
-}  // namespace bsoil::random_worlds
+}  // namespace bsoil::random_worlds::random_worlds_test

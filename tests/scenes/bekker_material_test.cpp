@@ -4,7 +4,7 @@
 #include "bsoil/contact/bekker_soil.h"
 #include "reading/scene_load.h"
 
-namespace bsoil::scene {
+namespace bsoil::scene::bekker_material_test {
 namespace {
 
 /// A scene whose soil is of a material with these keys, which stand from line 7 on.
@@ -123,4 +123,4 @@ TEST(BekkerMaterial, gives_its_parameters_to_a_law_that_wants_them) {
 }
 
 }  // namespace
-}  // namespace bsoil::scene
+}  // namespace bsoil::scene::bekker_material_test

@@ -16,7 +16,7 @@
 #include "reading/scene_load.h"
 #include "run/scene_run.h"
 
-namespace bsoil::scene {
+namespace bsoil::scene::bullet_file_test {
 namespace {
 
 struct World {
@@ -288,4 +288,4 @@ TEST_F(BulletFileTest, the_example_of_bullet_loads_and_says_what_is_missing) {
 }
 
 }  // namespace
-}  // namespace bsoil::scene
+}  // namespace bsoil::scene::bullet_file_test

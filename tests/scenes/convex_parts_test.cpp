@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace bsoil::scene {
+namespace bsoil::scene::convex_parts_test {
 namespace {
 
 /// Outer size 1 x 1 x 0.6 m, walls and floor 0.1 m thick.
@@ -44,4 +44,4 @@ TEST(ConvexParts, bin_falls_into_its_plates) {
 }
 
 }  // namespace
-}  // namespace bsoil::scene
+}  // namespace bsoil::scene::convex_parts_test

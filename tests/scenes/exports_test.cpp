@@ -14,7 +14,7 @@
 #include "files/data_files.h"
 #include "reading/scene_load.h"
 
-namespace bsoil::scene {
+namespace bsoil::scene::exports_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -230,4 +230,4 @@ TEST_F(Exports, other_endings_are_refused_and_the_known_ones_named) {
 }
 
 }  // namespace
-}  // namespace bsoil::scene
+}  // namespace bsoil::scene::exports_test

@@ -12,7 +12,7 @@
 #include "robots/urdf_file.h"
 #include "run/baseline.h"
 
-namespace bsoil::scene {
+namespace bsoil::scene::hostile_files_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -277,4 +277,4 @@ TEST_F(HostileFiles, terrain_of_too_much_noise_names_the_cure) {
 }
 
 }  // namespace
-}  // namespace bsoil::scene
+}  // namespace bsoil::scene::hostile_files_test

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace bsoil::scene {
+namespace bsoil::scene::motion_test {
 namespace {
 
 TEST(Motion, smooth_curve_meets_its_keys_and_never_leaves_their_range) {
@@ -81,4 +81,4 @@ TEST(Motion, body_turns_the_shorter_way_at_constant_speed) {
 }
 
 }  // namespace
-}  // namespace bsoil::scene
+}  // namespace bsoil::scene::motion_test

@@ -5,7 +5,7 @@
 
 #include "reading/scene_load.h"
 
-namespace bsoil::scene {
+namespace bsoil::scene::run_checks_test {
 namespace {
 
 /// A bed of dry sand 0.2 m deep, and what else the text says.
@@ -180,4 +180,4 @@ TEST(SoilKeys, material_takes_what_its_table_gives) {
 }
 
 }  // namespace
-}  // namespace bsoil::scene
+}  // namespace bsoil::scene::run_checks_test

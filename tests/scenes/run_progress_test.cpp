@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace bsoil::scene {
+namespace bsoil::scene::run_progress_test {
 namespace {
 
 TEST(RunProgress, says_percent_time_and_what_is_left) {
@@ -40,4 +40,4 @@ TEST(RunProgress, a_log_gets_a_line_each_tenth_and_each_minute_and_a_short_run_n
 }
 
 }  // namespace
-}  // namespace bsoil::scene
+}  // namespace bsoil::scene::run_progress_test

@@ -4,7 +4,7 @@
 
 #include "reading/scene_load.h"
 
-namespace bsoil::scene {
+namespace bsoil::scene::scene_errors_test {
 namespace {
 
 const std::string kWorld = "[world]\nduration_s = 1.0\n";  // lines 1 and 2
@@ -253,4 +253,4 @@ TEST(SceneErrors, densities_of_a_material_rise) {
 }
 
 }  // namespace
-}  // namespace bsoil::scene
+}  // namespace bsoil::scene::scene_errors_test

@@ -11,7 +11,7 @@
 #include "reading/scene_load.h"
 #include "run/baseline.h"
 
-namespace bsoil::scene {
+namespace bsoil::scene::scene_files_test {
 namespace {
 namespace fs = std::filesystem;
 
@@ -251,4 +251,4 @@ TEST(Baseline, differences_say_where_and_by_how_much) {
 }
 
 }  // namespace
-}  // namespace bsoil::scene
+}  // namespace bsoil::scene::scene_files_test

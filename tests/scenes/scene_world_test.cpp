@@ -9,7 +9,7 @@
 #include "scene/terrain_noise.h"
 #include "world/bullet_scene.h"
 
-namespace bsoil::scene {
+namespace bsoil::scene::scene_world_test {
 namespace {
 
 Scene parsed(const std::string& text) {
@@ -249,4 +249,4 @@ TEST(ConvexHull, cube_has_its_volume_and_outward_triangles) {
 }
 
 }  // namespace
-}  // namespace bsoil::scene
+}  // namespace bsoil::scene::scene_world_test

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-namespace bsoil::scene {
+namespace bsoil::scene::track_path_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -129,4 +129,4 @@ TEST(TrackChain, links_too_long_for_a_wheel_name_it) {
 }
 
 }  // namespace
-}  // namespace bsoil::scene
+}  // namespace bsoil::scene::track_path_test

@@ -4,7 +4,7 @@
 #include "robots/convex_parts.h"
 #include "urdf_texts.h"
 
-namespace bsoil::scene {
+namespace bsoil::scene::urdf_bodies_test {
 namespace {
 
 TEST(Urdf, replaced_mass_has_the_moments_of_its_solids) {
@@ -193,4 +193,4 @@ TEST(Urdf, package_names_are_looked_for_above_the_file) {
 }
 
 }  // namespace
-}  // namespace bsoil::scene
+}  // namespace bsoil::scene::urdf_bodies_test

@@ -4,7 +4,7 @@
 
 #include "urdf_texts.h"
 
-namespace bsoil::scene {
+namespace bsoil::scene::urdf_errors_test {
 namespace {
 
 TEST(UrdfErrors, broken_files_name_the_file) {
@@ -161,4 +161,4 @@ TEST(UrdfErrors, mimics_have_a_source_and_an_effort) {
 }
 
 }  // namespace
-}  // namespace bsoil::scene
+}  // namespace bsoil::scene::urdf_errors_test

@@ -7,7 +7,7 @@
 #include "reading/scene_load.h"
 #include "run/scene_run.h"
 
-namespace bsoil::scene {
+namespace bsoil::scene::urdf_files_test {
 namespace {
 
 struct PublishedFile {
@@ -75,4 +75,4 @@ TEST_P(PublishedUrdf, stands_on_soil) {
 }
 
 }  // namespace
-}  // namespace bsoil::scene
+}  // namespace bsoil::scene::urdf_files_test

@@ -5,7 +5,7 @@
 #include "scene/rotations.h"
 #include "urdf_texts.h"
 
-namespace bsoil::scene {
+namespace bsoil::scene::urdf_test {
 namespace {
 
 class UrdfRobot : public testing::TestWithParam<const char*> {
@@ -208,4 +208,4 @@ TEST_P(UrdfRobot, free_base_falls_with_its_links) {
 }
 
 }  // namespace
-}  // namespace bsoil::scene
+}  // namespace bsoil::scene::urdf_test

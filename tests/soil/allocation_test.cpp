@@ -2,7 +2,7 @@
 #include "allocation_count.h"
 #include "soil_fixture.h"
 
-namespace bsoil {
+namespace bsoil::allocation_test {
 namespace {
 
 TEST(Allocation, none_in_a_warm_step) {
@@ -61,4 +61,4 @@ TEST(Allocation, none_for_a_condition) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::allocation_test

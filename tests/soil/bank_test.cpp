@@ -6,7 +6,7 @@
 #include "oracle/banks.h"
 #include "stage_bench.h"
 
-namespace bsoil {
+namespace bsoil::bank_test {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
@@ -202,8 +202,9 @@ TEST_P(RandomBanks, have_the_same_bits_on_gl) {
     EXPECT_TRUE(result(Backend::cpu) == result(Backend::gl));
 }
 
-INSTANTIATE_TEST_SUITE_P(Banks, RandomBanks, testing::Values(1u, 2u, 3u, 4u, 5u, 6u, 7u, 8u, 9u, 10u, 11u, 12u, 23u, 29u,
-                                         50u, 97u));
+INSTANTIATE_TEST_SUITE_P(Banks, RandomBanks,
+                         testing::Values(1u, 2u, 3u, 4u, 5u, 6u, 7u, 8u, 9u, 10u, 11u, 12u, 23u,
+                                         29u, 50u, 97u));
 
 class CohesiveBank : public testing::TestWithParam<BankCase> {};
 
@@ -315,4 +316,4 @@ INSTANTIATE_TEST_SUITE_P(Banks, CohesiveBank, testing::ValuesIn(bank_cases()),
                          testing::PrintToStringParamName());
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::bank_test

@@ -3,7 +3,7 @@
 
 #include "soil_fixture.h"
 
-namespace bsoil {
+namespace bsoil::body_input_test {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -199,4 +199,4 @@ TEST_F(BodyInput, the_same_id_twice_counts_once) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::body_input_test

@@ -1,7 +1,7 @@
 // Conditions: which body, where and when.
 #include "soil_fixture.h"
 
-namespace bsoil {
+namespace bsoil::conditions_test {
 namespace {
 
 constexpr double kVoxel = 0.05;
@@ -164,4 +164,4 @@ TEST(Conditions, survive_a_snapshot) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::conditions_test

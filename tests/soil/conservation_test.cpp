@@ -1,7 +1,7 @@
 // Soil is an integer per material, and stays that integer.
 #include "moving_scene.h"
 
-namespace bsoil {
+namespace bsoil::conservation_test {
 namespace {
 
 class Conservation : public testing::TestWithParam<unsigned> {};
@@ -31,4 +31,4 @@ TEST_P(Conservation, every_material_keeps_its_units_while_bodies_plough_through_
 INSTANTIATE_TEST_SUITE_P(Seeds, Conservation, testing::Values(1u, 2u, 3u));
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::conservation_test

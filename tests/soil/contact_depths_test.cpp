@@ -7,7 +7,7 @@
 #include "oracle/free_surface.h"
 #include "soil_fixture.h"
 
-namespace bsoil {
+namespace bsoil::contact_depths_test {
 namespace {
 
 using namespace layout;
@@ -200,4 +200,4 @@ TEST_F(ContactDepths, lug) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::contact_depths_test

@@ -6,7 +6,7 @@
 
 #include "stage_scenario.h"
 
-namespace bsoil {
+namespace bsoil::contacts_test {
 namespace {
 
 using namespace layout;
@@ -110,4 +110,4 @@ TEST(ContactGradient,
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::contacts_test

@@ -5,7 +5,7 @@
 
 #include "stage_scenario.h"
 
-namespace bsoil {
+namespace bsoil::coverage_test {
 namespace {
 
 using namespace layout;
@@ -131,4 +131,4 @@ INSTANTIATE_TEST_SUITE_P(Shapes, Coverage, testing::ValuesIn(shapes()),
                          testing::PrintToStringParamName());
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::coverage_test

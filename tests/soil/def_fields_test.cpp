@@ -10,7 +10,7 @@
 #include "bsoil/snapshot_file.h"
 #include "soil_fixture.h"
 
-namespace bsoil {
+namespace bsoil::def_fields_test {
 namespace {
 
 struct Row {
@@ -249,4 +249,4 @@ TEST(DefFields, a_snapshot_with_a_field_of_tomorrow_is_refused_by_name) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::def_fields_test

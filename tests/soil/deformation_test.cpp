@@ -3,7 +3,7 @@
 
 #include "stage_scenario.h"
 
-namespace bsoil {
+namespace bsoil::deformation_test {
 namespace {
 
 using namespace layout;
@@ -112,4 +112,4 @@ INSTANTIATE_TEST_SUITE_P(Scenarios, Deformation, testing::ValuesIn(all_scenarios
                          testing::PrintToStringParamName());
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::deformation_test

@@ -5,7 +5,7 @@
 
 #include "moving_scene.h"
 
-namespace bsoil {
+namespace bsoil::determinism_test {
 namespace {
 
 uint64_t checksum_after(int steps, const SoilDef& def, unsigned seed = 4) {
@@ -83,4 +83,4 @@ TEST(Determinism, the_order_of_bodies_does_not_matter) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::determinism_test

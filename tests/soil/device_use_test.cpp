@@ -3,7 +3,7 @@
 
 #include "moving_scene.h"
 
-namespace bsoil {
+namespace bsoil::device_use_test {
 namespace {
 
 const device::DeviceCounters& counters_of(Soil& soil) {
@@ -124,4 +124,4 @@ TEST(DeviceTimes, gl_tells_the_kernels_times_when_the_gpu_has_told_them) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::device_use_test

@@ -8,7 +8,7 @@
 #include "mesh_solids.h"
 #include "stage_scenario.h"
 
-namespace bsoil {
+namespace bsoil::distance_lattice_test {
 namespace {
 
 using namespace layout;
@@ -486,4 +486,4 @@ TEST(DistanceLattice, bucket_holds_the_soil_poured_into_it) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::distance_lattice_test

@@ -3,7 +3,7 @@
 
 #include "soil_fixture.h"
 
-namespace bsoil {
+namespace bsoil::fill_test {
 namespace {
 
 constexpr double kVoxel = 0.05;
@@ -118,4 +118,4 @@ TEST(Fill, a_box_in_pieces_is_the_same_box) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::fill_test

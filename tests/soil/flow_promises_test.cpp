@@ -9,7 +9,7 @@
 #include "flow_fixture.h"
 #include "soil/soil_kernels.h"
 
-namespace bsoil {
+namespace bsoil::flow_promises_test {
 namespace {
 
 /// A pipe over a bed with an open side and a suction, a body in it.
@@ -258,4 +258,4 @@ TEST(Flows, of_a_damaged_snapshot_are_refused) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::flow_promises_test

@@ -5,7 +5,7 @@
 
 #include "flow_fixture.h"
 
-namespace bsoil {
+namespace bsoil::flow_test {
 namespace {
 
 class Rates : public testing::TestWithParam<double> {};
@@ -277,4 +277,4 @@ TEST(OpenSide, is_the_same_side_of_the_world_whichever_axis_is_up) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::flow_test

@@ -1,7 +1,7 @@
 // Soil in free fall.
 #include "soil_fixture.h"
 
-namespace bsoil {
+namespace bsoil::free_fall_test {
 namespace {
 
 using namespace layout;
@@ -90,4 +90,4 @@ TEST(FreeFall, ends_at_rest_on_the_floor) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::free_fall_test

@@ -4,7 +4,7 @@
 
 #include "soil_fixture.h"
 
-namespace bsoil {
+namespace bsoil::grid_edges_test {
 namespace {
 
 constexpr double kVoxel = 0.05;
@@ -259,4 +259,4 @@ TEST_P(RandomGridsOnGl, give_the_bits_of_the_cpu) {
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomGridsOnGl, testing::Range(1u, 5u));
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::grid_edges_test

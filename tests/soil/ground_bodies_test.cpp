@@ -6,7 +6,7 @@
 #include "soil/ground_coverage.h"
 #include "stage_bench.h"
 
-namespace bsoil {
+namespace bsoil::ground_bodies_test {
 namespace {
 
 using namespace layout;
@@ -414,4 +414,4 @@ TEST(GroundBodies, a_snapshot_of_them_without_them_gives_the_soil_free) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::ground_bodies_test

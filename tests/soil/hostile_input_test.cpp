@@ -5,7 +5,7 @@
 
 #include "soil_fixture.h"
 
-namespace bsoil {
+namespace bsoil::hostile_input_test {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -257,4 +257,4 @@ TEST(Terrain, a_closed_mesh_has_its_volume) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::hostile_input_test

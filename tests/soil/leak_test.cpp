@@ -8,7 +8,7 @@
 #include "mesh_solids.h"
 #include "soil_fixture.h"
 
-namespace bsoil {
+namespace bsoil::leak_test {
 namespace {
 
 using namespace layout;
@@ -267,4 +267,4 @@ INSTANTIATE_TEST_SUITE_P(Solids, SwungBucket,
                          testing::PrintToStringParamName());
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::leak_test

@@ -10,7 +10,7 @@
 #include "soil/layout.h"
 #include "soil/tile_table.h"
 
-namespace bsoil {
+namespace bsoil::memory_map_test {
 namespace {
 
 using namespace layout;
@@ -103,4 +103,4 @@ TEST(MemoryMap, names_every_buffer) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::memory_map_test

@@ -3,7 +3,7 @@
 
 #include "soil_fixture.h"
 
-namespace bsoil {
+namespace bsoil::plate_test {
 namespace {
 
 using namespace layout;
@@ -89,4 +89,4 @@ INSTANTIATE_TEST_SUITE_P(Motions, Plate,
                          testing::PrintToStringParamName());
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::plate_test

@@ -3,7 +3,7 @@
 
 #include "stage_scenario.h"
 
-namespace bsoil {
+namespace bsoil::projectile_test {
 namespace {
 
 using namespace layout;
@@ -122,4 +122,4 @@ TEST(Crumbs, move_whole_and_on_average_as_far_as_they_drift) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::projectile_test

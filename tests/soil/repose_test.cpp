@@ -3,7 +3,7 @@
 
 #include "soil_fixture.h"
 
-namespace bsoil {
+namespace bsoil::repose_test {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
@@ -347,4 +347,4 @@ TEST(Stability, a_vertical_cut_steeper_than_friction_allows_slides) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::repose_test

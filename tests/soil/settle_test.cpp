@@ -2,7 +2,7 @@
 // stand comes to rest.
 #include "moving_scene.h"
 
-namespace bsoil {
+namespace bsoil::settle_test {
 namespace {
 
 constexpr double kVoxel = 0.05;
@@ -110,4 +110,4 @@ TEST(Settle, refuses_steps_out_of_range) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::settle_test

@@ -4,7 +4,7 @@
 #include "soil/slip_table.h"
 #include "stage_scenario.h"
 
-namespace bsoil {
+namespace bsoil::slippage_test {
 namespace {
 
 using namespace layout;
@@ -153,4 +153,4 @@ INSTANTIATE_TEST_SUITE_P(Scenarios, Slippage, testing::ValuesIn(all_scenarios())
                          testing::PrintToStringParamName());
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::slippage_test

@@ -3,7 +3,7 @@
 
 #include "soil_fixture.h"
 
-namespace bsoil {
+namespace bsoil::snapshot_fields_test {
 namespace {
 
 using namespace layout;
@@ -234,4 +234,4 @@ TEST(SnapshotFields, tiles_that_held_the_same_share_it_again) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::snapshot_fields_test

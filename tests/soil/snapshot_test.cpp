@@ -7,7 +7,7 @@
 #include "moving_scene.h"
 #include "snapshot_files.h"
 
-namespace bsoil {
+namespace bsoil::snapshot_test {
 namespace {
 
 class Snapshot : public SnapshotFiles {};
@@ -99,4 +99,4 @@ TEST_F(Snapshot, another_grid_or_material_is_refused) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::snapshot_test

@@ -11,7 +11,7 @@
 #include "allocation_count.h"
 #include "soil_fixture.h"
 
-namespace bsoil {
+namespace bsoil::soak_test {
 namespace {
 
 /// Steps of one round of the blade.
@@ -184,4 +184,4 @@ TEST(Soak, soil_at_rest_stays_at_rest_over_the_wrap) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::soak_test

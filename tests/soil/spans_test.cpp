@@ -3,7 +3,7 @@
 
 #include "stage_scenario.h"
 
-namespace bsoil {
+namespace bsoil::spans_test {
 namespace {
 
 using namespace layout;
@@ -91,4 +91,4 @@ INSTANTIATE_TEST_SUITE_P(Scenarios, Spans, testing::ValuesIn(all_scenarios()),
                          testing::PrintToStringParamName());
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::spans_test

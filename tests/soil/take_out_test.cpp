@@ -4,7 +4,7 @@
 
 #include "soil_fixture.h"
 
-namespace bsoil {
+namespace bsoil::take_out_test {
 namespace {
 
 /// 32 x 32 x 24 voxels of 5 cm, filled to 12.
@@ -130,4 +130,4 @@ TEST(Sample, says_what_was_moved_pushed_covered_and_active) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::take_out_test

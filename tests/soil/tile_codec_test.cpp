@@ -7,7 +7,7 @@
 #include <functional>
 #include <random>
 
-namespace bsoil {
+namespace bsoil::tile_codec_test {
 namespace {
 
 TileVoxels tile_of(int height, int planes,
@@ -119,4 +119,4 @@ TEST(TileCodec, survives_any_damage) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::tile_codec_test

@@ -3,7 +3,7 @@
 
 #include "soil_fixture.h"
 
-namespace bsoil {
+namespace bsoil::wall_thickness_test {
 namespace {
 
 constexpr double kVoxel = 0.05;
@@ -59,4 +59,4 @@ TEST(WallThickness, hulls_are_thickened_like_boxes) {
 }
 
 }  // namespace
-}  // namespace bsoil
+}  // namespace bsoil::wall_thickness_test

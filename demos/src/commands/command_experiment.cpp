@@ -24,11 +24,6 @@ struct ExperimentArguments {
     bool series = false, no_plot = false;
 };
 
-int could_not(const std::string& text) {
-    fmt::print(stderr, "{}\n", text);
-    return kCouldNotRun;
-}
-
 std::string point_text(const experiment::Experiment& experiment, size_t point) {
     std::string text = fmt::format("point {}", point);
     for (const experiment::Parameter& p : experiment.points[point].parameters) {

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <vector>
 
+#include "commands.h"
 #include "scene/spelling.h"
 
 namespace bsoil::command {
@@ -17,6 +18,11 @@ std::string meant_text(const std::string& word, const std::vector<std::string>& 
 }
 
 }  // namespace
+
+int could_not(const std::string& why) {
+    fmt::print(stderr, "{}\n", why);
+    return kCouldNotRun;
+}
 
 std::string unknown_word(const CLI::App& app, int argument_count, const char* const* arguments) {
     const CLI::App* command = nullptr;

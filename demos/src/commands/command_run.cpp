@@ -94,11 +94,6 @@ int report(const std::vector<scene::CheckResult>& results, nlohmann::ordered_jso
     return exit_code;
 }
 
-int could_not(const std::string& text) {
-    fmt::print(stderr, "{}\n", text);
-    return kCouldNotRun;
-}
-
 constexpr char kChecksSection[] = "host.checks";
 
 Status save(scene::SceneRun& run, const scene::RunChecks& checks, const std::string& path) {

@@ -26,11 +26,6 @@ struct ValidateArguments {
     int thread_count = 0;
 };
 
-int could_not(const std::string& text) {
-    fmt::print(stderr, "{}\n", text);
-    return kCouldNotRun;
-}
-
 /// The experiments of the folder that have a [validation], by name; with `only`, those named.
 Result<std::vector<experiment::Experiment>> load_all(const ValidateArguments& arguments) {
     std::error_code failed;

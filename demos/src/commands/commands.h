@@ -19,6 +19,9 @@ inline constexpr int kCouldNotRun = 2;    ///< bad arguments, a scene with mista
 inline constexpr int kInterrupted = 130;  ///< Ctrl-C: what there was is written
 inline constexpr int kSkipped = 77;       ///< the scene's data is not there
 
+/// Prints what went wrong; kCouldNotRun.
+int could_not(const std::string& why);
+
 void add_run(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
 void add_view(CLI::App& app, int& exit_code);

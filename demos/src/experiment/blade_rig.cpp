@@ -1,14 +1,14 @@
 /// The soil bin: a blade on a carriage, lowered and then drawn at constant speed.
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "rig_world.h"
 
 namespace bsoil::experiment {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kReliefRad = 30 * kPi / 180;
+constexpr double kReliefRad = 30 * std::numbers::pi / 180;
 
 /// A parallelogram across the travel: its face has the rake. Behind the cutting edge its bottom
 /// rises by the relief angle, as that of a real blade does, so that it cuts and does not slide on a

@@ -12,7 +12,6 @@
 namespace bsoil::experiment {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 /// Elements of the rim: twice as many change no figure by more than 1e-5 of itself.
 constexpr int kRimElements = 400;
 /// Halvings of an interval of angles, down to double precision.
@@ -142,7 +141,7 @@ double ShearSoil::strength_pa(double normal_stress_pa) const {
 
 WheelForces wong_reece_wheel(const ClassicalWheel& wheel, const BekkerSoil& bearing,
                              const ShearSoil& shear) {
-    double low = 0, high = kPi / 2;
+    double low = 0, high = std::numbers::pi / 2;
     for (int i = 0; i < kHalvings; ++i) {
         const double middle = (low + high) / 2;
         (rim_forces(wheel, bearing, shear, middle).vertical_n < wheel.load_n ? low : high) = middle;
@@ -165,7 +164,7 @@ WedgeForce mckyes_ali_wedge(const ClassicalBlade& blade, double unit_weight_n_m3
         return resistance > 0 && reach > 0 ? unit_weight_n_m3 * d * d * w * factor : HUGE_VAL;
     };
     // coarsely first: outside of the wedges that can slide there is no force to compare
-    const double step = kPi / 2 / kAngleSteps;
+    const double step = std::numbers::pi / 2 / kAngleSteps;
     int best = 1;
     for (int i = 1; i < kAngleSteps; ++i) {
         if (force_n(i * step) < force_n(best * step)) best = i;

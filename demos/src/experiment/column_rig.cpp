@@ -7,11 +7,12 @@
 #include "reading/scene_load.h"
 #include "rig_world.h"
 #include "run/run_checks.h"
+#include "scene/rotations.h"
 
 namespace bsoil::experiment {
 namespace {
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
+using scene::kDegree;
 /// A layer thinner than this share of the column's radius is no part of the heap.
 constexpr double kThinLayer = 0.01;
 /// A column stands where less than this share of its soil lies outside of its place.

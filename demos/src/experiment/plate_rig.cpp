@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numbers>
 
 #include "rig_world.h"
 #include "scene/rotations.h"
@@ -9,7 +10,6 @@
 namespace bsoil::experiment {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 /// The press is far stronger than any soil a plate stands on [N].
 constexpr double kPressForce = 1e7;
 /// Unloading ends at this share of the largest force: the load cell reads zero.
@@ -51,14 +51,14 @@ PlateSolid solid_of(const PlateItem& plate) {
     shape.radius_m = plate.radius_m;
     shape.height_m = plate.height_m;
     solid.lowest_m = -plate.height_m / 2;
-    solid.area_m2 = kPi * plate.radius_m * plate.radius_m;
+    solid.area_m2 = std::numbers::pi * plate.radius_m * plate.radius_m;
     if (plate.shape == "rectangle") {
         shape.shape = "box";
         shape.size_m = {plate.length_m, plate.width_m, plate.height_m};
         solid.area_m2 = plate.length_m * plate.width_m;
     } else if (plate.shape == "cone") {
         shape.shape = "cone";  // its apex is up: half a turn
-        solid.body.pose.rotation = scene::axis_rotation({1, 0, 0}, kPi);
+        solid.body.pose.rotation = scene::axis_rotation({1, 0, 0}, std::numbers::pi);
     } else if (plate.shape == "hull") {
         shape.shape = "hull";
         shape.points_m = plate.points_m;

@@ -61,13 +61,13 @@ namespace {
 
 constexpr int kPanelWidth = 640, kPanelHeight = 480;  // [pixels]
 
-struct Curve {
+struct TitledCurve {
     std::string title;
     std::vector<std::pair<double, double>> points;
 };
 
 /// In double quotes, with nothing that gnuplot would expand.
-std::string quoted(const std::string& text) {
+std::string gnuplot_text(const std::string& text) {
     std::string out = "\"";
     for (const char c : text) {
         if (c == '"' || c == '\\') out += '\\';
@@ -91,10 +91,10 @@ std::vector<PlotItem> default_plots(const Experiment& experiment) {
     return plots;
 }
 
-std::vector<Curve> computed_curves(const Experiment& experiment, const PlotItem& plot,
-                                   const CsvTable& results) {
+std::vector<TitledCurve> computed_curves(const Experiment& experiment, const PlotItem& plot,
+                                         const CsvTable& results) {
     const std::vector<std::string> keys = curve_keys(experiment, plot);
-    std::vector<Curve> curves;
+    std::vector<TitledCurve> curves;
     for (size_t r = 0; r < results.rows.size(); ++r) {
         const auto x = results.number(r, plot.x), y = results.number(r, plot.y);
         if (!x || !y) continue;
@@ -104,18 +104,18 @@ std::vector<Curve> computed_curves(const Experiment& experiment, const PlotItem&
                                  results.rows[r][static_cast<size_t>(results.column_index(key))]);
         }
         auto curve = std::find_if(curves.begin(), curves.end(),
-                                  [&](const Curve& c) { return c.title == title; });
-        if (curve == curves.end()) curve = curves.insert(curves.end(), Curve{title, {}});
+                                  [&](const TitledCurve& c) { return c.title == title; });
+        if (curve == curves.end()) curve = curves.insert(curves.end(), TitledCurve{title, {}});
         curve->points.push_back({*x, *y});
     }
     // rows of a station follow each other; points of a sweep may stand in any order
     if (station_column(experiment.rig) != plot.x) {
-        for (Curve& curve : curves) std::sort(curve.points.begin(), curve.points.end());
+        for (TitledCurve& curve : curves) std::sort(curve.points.begin(), curve.points.end());
     }
     return curves;
 }
 
-std::vector<Curve> measured_curves(const Experiment& experiment, const PlotItem& plot) {
+std::vector<TitledCurve> measured_curves(const Experiment& experiment, const PlotItem& plot) {
     const MeasuredTable& table = experiment.measured;
     const auto index_of = [&](const std::string& name) {
         const auto found = std::find(table.columns.begin(), table.columns.end(), name);
@@ -123,7 +123,7 @@ std::vector<Curve> measured_curves(const Experiment& experiment, const PlotItem&
     };
     const int x = index_of(plot.x), y = index_of(plot.y);
     if (x < 0 || y < 0) return {};
-    std::vector<Curve> curves;
+    std::vector<TitledCurve> curves;
     for (const std::vector<double>& row : table.rows) {
         std::string title = experiment.measured_item->label;
         for (const std::string& key : curve_keys(experiment, plot)) {
@@ -133,8 +133,8 @@ std::vector<Curve> measured_curves(const Experiment& experiment, const PlotItem&
             }
         }
         auto curve = std::find_if(curves.begin(), curves.end(),
-                                  [&](const Curve& c) { return c.title == title; });
-        if (curve == curves.end()) curve = curves.insert(curves.end(), Curve{title, {}});
+                                  [&](const TitledCurve& c) { return c.title == title; });
+        if (curve == curves.end()) curve = curves.insert(curves.end(), TitledCurve{title, {}});
         curve->points.push_back({row[static_cast<size_t>(x)], row[static_cast<size_t>(y)]});
     }
     return curves;
@@ -143,17 +143,17 @@ std::vector<Curve> measured_curves(const Experiment& experiment, const PlotItem&
 /// Adds a panel: its data blocks to `data`, its plot command to `commands`.
 void add_panel(const Experiment& experiment, const PlotItem& plot, const CsvTable& results,
                int& block_count, std::string& data, std::string& commands) {
-    commands +=
-        fmt::format("set title {}\nset xlabel {}\nset ylabel {}\nunset logscale\n",
-                    quoted(plot.title), quoted(axis_title(plot.x)), quoted(axis_title(plot.y)));
+    commands += fmt::format("set title {}\nset xlabel {}\nset ylabel {}\nunset logscale\n",
+                            gnuplot_text(plot.title), gnuplot_text(axis_title(plot.x)),
+                            gnuplot_text(axis_title(plot.y)));
     if (plot.log_x) commands += "set logscale x\n";
     if (plot.log_y) commands += "set logscale y\n";
     std::string curves;
     bool negative = false;
     int color = 0;
-    const auto add = [&](const std::vector<Curve>& of, const char* style) {
+    const auto add = [&](const std::vector<TitledCurve>& of, const char* style) {
         color = 0;
-        for (const Curve& curve : of) {
+        for (const TitledCurve& curve : of) {
             const std::string block = fmt::format("$data{}", block_count++);
             data += block + " << EOD\n";
             for (const auto& [x, y] : curve.points) negative |= y < 0;
@@ -161,7 +161,7 @@ void add_panel(const Experiment& experiment, const PlotItem& plot, const CsvTabl
             data += "EOD\n";
             curves += fmt::format("{}{} with {} linecolor {} title {}", curves.empty() ? "" : ", ",
                                   block, style, ++color,
-                                  quoted(curve.title.empty() ? "BulletSoil" : curve.title));
+                                  gnuplot_text(curve.title.empty() ? "BulletSoil" : curve.title));
         }
     };
     add(computed_curves(experiment, plot, results),
@@ -194,7 +194,7 @@ std::string plot_script(const Experiment& experiment, const CsvTable& results) {
             "set multiplot layout {},{} title {}\n{}unset multiplot\nunset output\n",
             format, columns * kPanelWidth, rows * kPanelHeight,
             format == std::string("svg") ? " background \"white\"" : "", format, rows, columns,
-            quoted(experiment.title), commands);
+            gnuplot_text(experiment.title), commands);
     }
     return script;
 }

@@ -2,6 +2,7 @@
 /// or drawn (box).
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "rig_world.h"
 #include "scene/rotations.h"
@@ -9,9 +10,8 @@
 namespace bsoil::experiment {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 /// The motor holds its speed against any soil [N m].
-constexpr double kMotorTorque = 1e7;
+constexpr double kShearTorque = 1e7;
 /// Convex sectors an annulus is made of: chords lie within 0.6 % of the radius of the arc.
 constexpr int kSectorCount = 32;
 /// The way is longer than asked for, so that a station at its end is passed.
@@ -55,12 +55,12 @@ std::vector<scene::ShapeItem> solids_of(const ShearItem& shear) {
         return solids;
     }
     for (int i = 0; i < kSectorCount; ++i) {
-        solids.push_back(
-            sector(shear, 2 * kPi * i / kSectorCount, 2 * kPi * (i + 1) / kSectorCount));
+        solids.push_back(sector(shear, 2 * std::numbers::pi * i / kSectorCount,
+                                2 * std::numbers::pi * (i + 1) / kSectorCount));
     }
     const double middle_m = (shear.inner_radius_m + shear.outer_radius_m) / 2;
     for (int i = 0; i < shear.grouser_count; ++i) {
-        const double angle = 2 * kPi * i / shear.grouser_count;
+        const double angle = 2 * std::numbers::pi * i / shear.grouser_count;
         scene::ShapeItem& vane = solids.emplace_back(
             box({middle_m * std::cos(angle), middle_m * std::sin(angle), -h / 2},
                 {shear.outer_radius_m - shear.inner_radius_m, t, h}));
@@ -76,10 +76,11 @@ Result<RigOutput> run_shear(const RigSetup& setup, const ShearItem& shear,
     const bool turns = shear.head == "annulus";
     const double outer = shear.outer_radius_m, inner = shear.inner_radius_m;
     const double area_m2 =
-        turns ? kPi * (outer * outer - inner * inner) : shear.length_m * shear.width_m;
+        turns ? std::numbers::pi * (outer * outer - inner * inner) : shear.length_m * shear.width_m;
     const double middle_m = (outer + inner) / 2;
     // moment of a shear stress of 1 Pa all over an annulus
-    const double moment_m3 = 2 * kPi / 3 * (outer * outer * outer - inner * inner * inner);
+    const double moment_m3 =
+        2 * std::numbers::pi / 3 * (outer * outer * outer - inner * inner * inner);
     const double way_m = shear.displacement_m * kOvershoot;
     const double end_s = shear.settle_s + way_m / shear.speed_m_s;
     const double surface_m = surface_z_m(setup);
@@ -127,7 +128,7 @@ Result<RigOutput> run_shear(const RigSetup& setup, const ShearItem& shear,
     drive.parent = "holder";
     drive.child = "head";
     drive.point_m = start;
-    drive.motor_torque_n_m = kMotorTorque;
+    drive.motor_torque_n_m = kShearTorque;
     scene.joints.push_back(drive);
 
     auto made = RigWorld::create(setup, std::move(scene), {"carriage", "holder"});

@@ -1,6 +1,7 @@
 /// The single-wheel tester: a driven wheel on a carriage that is free to move up and down.
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "rig_world.h"
 #include "scene/rotations.h"
@@ -8,9 +9,8 @@
 namespace bsoil::experiment {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 /// The motor holds its speed against any soil [N m].
-constexpr double kMotorTorque = 1e6;
+constexpr double kAxleTorque = 1e6;
 /// Between two passes the carriage takes this long for each of its ways: up, back and down [s].
 constexpr double kReturnWayS = 1;
 
@@ -75,7 +75,7 @@ std::vector<scene::ShapeItem> solids_of(const TractionItem& wheel) {
     solids[0].radius_m = wheel.radius_m;
     solids[0].height_m = wheel.width_m;
     for (int i = 0; i < wheel.grouser_count; ++i) {
-        const double angle = 2 * kPi * i / wheel.grouser_count;
+        const double angle = 2 * std::numbers::pi * i / wheel.grouser_count;
         // from inside the rim, so that no gap is left beside the box's corners
         const double root_m = wheel.radius_m * 0.9;
         const double top_m = wheel.radius_m + wheel.grouser_height_m;
@@ -144,7 +144,7 @@ Result<RigOutput> run_traction(const RigSetup& setup, const TractionItem& wheel,
     axle_joint.child = "wheel";
     axle_joint.point_m = start;
     axle_joint.axis = axle;
-    axle_joint.motor_torque_n_m = kMotorTorque;
+    axle_joint.motor_torque_n_m = kAxleTorque;
     scene.joints.push_back(axle_joint);
 
     auto made = RigWorld::create(setup, std::move(scene), {"carriage", "fork"});

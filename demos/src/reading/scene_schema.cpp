@@ -16,7 +16,6 @@ constexpr Range kForce{0, 1e8};       // [N], [N m]
 constexpr Range kAngle{-3600, 3600};  // [deg]
 constexpr Range kSpeed{-100, 100};    // [m/s]
 constexpr Range kDirection{-1, 1};
-constexpr Range kFraction{0, 1};
 
 /// The keys of a convex solid, for whatever table has one.
 template <typename T, typename P>

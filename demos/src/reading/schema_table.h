@@ -22,6 +22,8 @@ struct Range {
     double min = 0, max = 0;
 };
 
+inline constexpr Range kFraction{0, 1};
+
 struct TableSpec;
 
 /// One key of a table.

@@ -9,8 +9,6 @@
 namespace bsoil::scene {
 namespace {
 
-constexpr Range kFraction{0, 1};
-
 /// What a scene allows where that is less than SoilDef does.
 struct NarrowerRange {
     std::string_view field;

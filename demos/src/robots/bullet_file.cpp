@@ -18,7 +18,7 @@ namespace bsoil::scene {
 namespace {
 
 /// Bytes of a file.
-constexpr size_t kFileCapacity = size_t{256} << 20;
+constexpr size_t kBulletFileCapacity = size_t{256} << 20;
 
 /// Bullet's importer, placing bodies where they are wanted.
 template <typename Base>
@@ -43,7 +43,7 @@ class PlacingImporter final : public Base {
 }  // namespace
 
 Result<BulletFileContent> check_bullet_file(const std::string& path) {
-    auto bytes = read_file(path, kFileCapacity);
+    auto bytes = read_file(path, kBulletFileCapacity);
     if (!bytes) return Error{bytes.error()};
     auto content = check_bullet_bytes(*bytes);
     if (!content) return Error{path + ": " + content.error()};
@@ -53,7 +53,7 @@ Result<BulletFileContent> check_bullet_file(const std::string& path) {
 Result<std::unique_ptr<BulletFile>> BulletFile::load(const std::string& path,
                                                      btDiscreteDynamicsWorld& world,
                                                      const btTransform& pose) {
-    auto bytes = read_file(path, kFileCapacity);
+    auto bytes = read_file(path, kBulletFileCapacity);
     if (!bytes) return Error{bytes.error()};
     const auto content = check_bullet_bytes(*bytes);
     if (!content) return Error{path + ": " + content.error()};

@@ -1,12 +1,6 @@
 #include "bullet_vectors.h"
 
 namespace bsoil::scene {
-namespace {
-
-btScalar scalar(double value) { return static_cast<btScalar>(value); }
-
-}  // namespace
-
 btVector3 to_bullet(Vec3 v) { return {scalar(v.x), scalar(v.y), scalar(v.z)}; }
 btTransform to_bullet(const Pose& p) {
     const Quat q = p.rotation;

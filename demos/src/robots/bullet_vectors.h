@@ -7,6 +7,9 @@
 
 namespace bsoil::scene {
 
+/// A number in the precision that Bullet was built with.
+inline btScalar scalar(double value) { return static_cast<btScalar>(value); }
+
 btVector3 to_bullet(Vec3 v);
 btTransform to_bullet(const Pose& p);
 Vec3 from_bullet(const btVector3& v);

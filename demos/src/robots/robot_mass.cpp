@@ -5,13 +5,12 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <cmath>
+#include <numbers>
 
 #include "convex_hull.h"
 
 namespace bsoil::scene {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 Eigen::Vector3d to_eigen(Vec3 v) { return {v.x, v.y, v.z}; }
 Vec3 from_eigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -53,10 +52,10 @@ SolidMoments moments_of(const ShapeItem& solid) {
         out.volume_m3 = size.prod();
         out.second.diagonal() = out.volume_m3 / 12 * size.cwiseAbs2();
     } else if (solid.shape == "sphere") {
-        out.volume_m3 = 4 * kPi / 3 * r * r * r;
+        out.volume_m3 = 4 * std::numbers::pi / 3 * r * r * r;
         out.second.diagonal().setConstant(out.volume_m3 / 5 * r * r);
     } else if (solid.shape == "cylinder") {
-        out.volume_m3 = kPi * r * r * h;
+        out.volume_m3 = std::numbers::pi * r * r * h;
         out.second.diagonal() = out.volume_m3 * Eigen::Vector3d(r * r / 4, r * r / 4, h * h / 12);
     } else if (solid.shape == "mesh") {
         out = moments_of(*solid.mesh);

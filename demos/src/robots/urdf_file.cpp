@@ -19,7 +19,7 @@ namespace bsoil::scene {
 namespace {
 
 constexpr size_t kLinkCapacity = 1000;
-constexpr size_t kFileCapacity = 16 << 20;  // [bytes]
+constexpr size_t kUrdfCapacity = 16 << 20;  // [bytes]
 
 /// Collects what urdfdom says instead of printing it.
 class Messages final : public console_bridge::OutputHandler {
@@ -150,7 +150,7 @@ Status check_tree(const urdf::ModelInterface& model, const std::string& path) {
 }  // namespace
 
 Result<urdf::ModelInterfaceSharedPtr> read_urdf(const std::string& path) {
-    const auto text = read_file(path, kFileCapacity);
+    const auto text = read_file(path, kUrdfCapacity);
     if (!text) return Error{text.error()};
     if (is_xacro(*text)) {
         return Error{

@@ -19,6 +19,8 @@
 namespace bsoil::scene {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 static_assert(std::endian::native == std::endian::little, "the binary formats are little-endian");
 
 Status write_file(const std::string& path, const std::string& bytes) {
@@ -76,7 +78,6 @@ Mesh one_mesh(const SceneRun& run) {
 
 /// Binary glTF 2.0 (Khronos, 2021): a header, a chunk of JSON and one of numbers.
 std::string glb(const std::vector<NamedMesh>& meshes, bool z_up) {
-    using Json = nlohmann::ordered_json;
     constexpr int kFloat = 5126, kUnsigned = 5125, kVertices = 34962, kIndices = 34963;
     Json json;
     json["asset"] = {{"version", "2.0"}, {"generator", "BulletSoil"}};

@@ -6,33 +6,29 @@
 #include "scene_models.h"
 
 namespace bsoil::scene {
-namespace {
-
-/// One layer of the soil's grid in the renderer.
-struct SurfaceLayer {
-    SurfaceMesher mesher;
-    render::SurfaceItems items;
-    SurfaceLayer(const SoilTiles& tiles, const SurfaceMeshDef& def, render::Renderer& renderer,
-                 float grain_m)
-        : mesher(tiles, def), items(renderer, mesher, grain_m) {}
-    void append_to(render::View& view, ScenePicture::SurfaceCounts& counts) {
-        const SurfaceMeshReport report = mesher.update(render::surface_detail(view));
-        items.update();
-        items.append_to(view.items);
-        counts.tile_coarse_count += report.tile_coarse_count;
-        counts.tile_built_count += report.tile_built_count;
-        for (int ty = 0; ty < mesher.tile_count_y(); ++ty) {
-            for (int tx = 0; tx < mesher.tile_count_x(); ++tx) {
-                ++counts.tile_count;
-                counts.triangle_count += mesher.tile_mesh(tx, ty).triangle_count();
+struct ScenePicture::Impl {
+    /// One layer of the soil's grid in the renderer.
+    struct SurfaceLayer {
+        SurfaceMesher mesher;
+        render::SurfaceItems items;
+        SurfaceLayer(const SoilTiles& tiles, const SurfaceMeshDef& def, render::Renderer& renderer,
+                     float grain_m)
+            : mesher(tiles, def), items(renderer, mesher, grain_m) {}
+        void append_to(render::View& view, ScenePicture::SurfaceCounts& counts) {
+            const SurfaceMeshReport report = mesher.update(render::surface_detail(view));
+            items.update();
+            items.append_to(view.items);
+            counts.tile_coarse_count += report.tile_coarse_count;
+            counts.tile_built_count += report.tile_built_count;
+            for (int ty = 0; ty < mesher.tile_count_y(); ++ty) {
+                for (int tx = 0; tx < mesher.tile_count_x(); ++tx) {
+                    ++counts.tile_count;
+                    counts.triangle_count += mesher.tile_mesh(tx, ty).triangle_count();
+                }
             }
         }
-    }
-};
+    };
 
-}  // namespace
-
-struct ScenePicture::Impl {
     const SceneRun& run;
     std::optional<SoilTiles> tiles;
     std::optional<SurfaceLayer> soil, terrain;

@@ -16,6 +16,8 @@
 namespace bsoil::scene {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 constexpr int kBlockVoxelCount = 512;
 constexpr char kProgressSection[] = "host.run";
 constexpr char kSceneSection[] = "host.scene";  ///< "<up axis> <path of the scene file>"
@@ -238,7 +240,6 @@ double SceneRun::probe_mass_kg(const ProbeItem& probe) const {
 }
 
 nlohmann::ordered_json SceneRun::summary() const {
-    using Json = nlohmann::ordered_json;
     const double steps = std::max(1.0, static_cast<double>(step_count_));
     // Times are of the steps that this process has made.
     const auto steps_here = static_cast<double>(step_count_ - loaded_step_count_);

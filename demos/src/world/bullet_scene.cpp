@@ -6,20 +6,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "joint_resistance.h"
+#include "robots/bullet_vectors.h"
 
 namespace bsoil::scene {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 /// Share of a joint's position error that its motor takes back in one substep. All of it at once
 /// makes a blocked joint jump when it comes free; this closes 99 % within 20 substeps.
 constexpr double kMotorCorrection = 0.2;
 /// A motor commanded slower than this (rad/s, m/s) lets its bodies fall asleep.
 constexpr double kMotorRest = 1e-3;
-
-btScalar scalar(double value) { return static_cast<btScalar>(value); }
 
 /// A frame at `point` whose column `main` (0: x, 2: z) is `axis`; the next one is near `second`,
 /// where given.
@@ -264,7 +263,7 @@ void BulletScene::add_joint(const JointItem& item) {
     if (item.kind == "hinge") {
         auto hinge = std::make_unique<btHingeConstraint>(
             *joint.parent, *joint.child, joint.parent_frame, joint.child_frame, true);
-        if (item.lower_rad && *item.upper_rad - *item.lower_rad < 2 * kPi) {
+        if (item.lower_rad && *item.upper_rad - *item.lower_rad < 2 * std::numbers::pi) {
             hinge->setLimit(scalar(*item.lower_rad - item.start),
                             scalar(*item.upper_rad - item.start));
         }
@@ -375,7 +374,7 @@ void BulletScene::update_joint_positions() {
         }
         const double angle =
             start + relative_angle(parent, child, joint.item->kind == "suspension" ? 0 : 2);
-        joint.position += std::remainder(angle - joint.position, 2 * kPi);
+        joint.position += std::remainder(angle - joint.position, 2 * std::numbers::pi);
     }
 }
 

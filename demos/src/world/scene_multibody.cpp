@@ -8,8 +8,6 @@
 namespace bsoil::scene {
 namespace {
 
-btScalar scalar(double value) { return static_cast<btScalar>(value); }
-
 /// Bullet's frame of a body (centre of mass, principal axes) in the world at the start.
 btTransform center_of(const MultibodyLink& link) {
     return to_bullet(link.item->pose) * link.shape.center;

@@ -4,23 +4,23 @@
 #include <BulletCollision/Gimpact/btGImpactShape.h>
 #include <fmt/format.h>
 
+#include <numbers>
+
+#include "robots/bullet_vectors.h"
 #include "robots/convex_hull.h"
 #include "robots/convex_parts.h"
 
 namespace bsoil::scene {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 /// Collision margin of hulls and cones [m], which Bullet adds on the outside.
 constexpr double kMargin = 0.002;
 /// Hulls with more points than this are replaced by Bullet's own simplification of them.
 constexpr int kHullPointCapacity = 100;
 
-btScalar scalar(double value) { return static_cast<btScalar>(value); }
-
 double volume_m3(const ShapeItem& s) {
     if (s.shape == "box") return s.size_m.x * s.size_m.y * s.size_m.z;
-    const double disc = kPi * s.radius_m * s.radius_m;
+    const double disc = std::numbers::pi * s.radius_m * s.radius_m;
     if (s.shape == "sphere") return disc * s.radius_m * 4 / 3;
     if (s.shape == "capsule") return disc * (s.height_m + s.radius_m * 4 / 3);
     if (s.shape == "cylinder") return disc * s.height_m;

@@ -37,13 +37,13 @@ function(bulletsoil_add_kernel_set target set_name)
   # No kernel asks for floating point exceptions. Without that word loops with a minimum or a choice in them do not become
   # vectors; their numbers stay the same.
   set(kernels_file ${device_dir}/cpu_kernels.cpp)
-  set_source_files_properties(${kernels_file} PROPERTIES SKIP_PRECOMPILE_HEADERS ON
+  set_source_files_properties(${kernels_file} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON
     COMPILE_OPTIONS "$<$<NOT:$<CONFIG:Debug>>:-O3>;-ffp-contract=off;-fno-trapping-math"
     COMPILE_DEFINITIONS
     "BSOIL_KERNEL_SET=${set_name}_kernel_set;BSOIL_SHADER_FILES=${set_name}_shader_files;\
 BSOIL_KERNEL_LIST=\"${arg_LIST}\";BSOIL_KERNEL_BUFFERS=\"${arg_BUFFERS}\";BSOIL_KERNEL_PARAMS=\"${arg_PARAMS}\";\
 BSOIL_KERNEL_LAYOUT=\"${arg_LAYOUT}\";BSOIL_KERNEL_COMMON=\"${arg_COMMON}\";BSOIL_KERNEL_BODIES=\"${bodies_file}\"")
-  set_source_files_properties(${embedded_file} PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
+  set_source_files_properties(${embedded_file} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   target_sources(${target} PRIVATE ${kernels_file} ${embedded_file})
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/plugin/src ${shader_dir})
 endfunction()

@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kStride[3] = {1, 3, 9};
 constexpr int kSampleCount = 27;
-constexpr int kEdgeCount = 3 * kSampleCount;  ///< an edge is its lower sample and its axis
+constexpr int kSplitEdgeCount = 3 * kSampleCount;  ///< an edge is its lower sample and its axis
 
 constexpr int coordinate(int sample, int axis) { return sample / kStride[axis] % 3; }
 
@@ -19,7 +19,7 @@ constexpr int axis_between(int a, int b) {
     return step >= kStride[2] ? 2 : step >= kStride[1] ? 1 : 0;
 }
 
-constexpr int edge_between(int a, int b) { return 3 * std::min(a, b) + axis_between(a, b); }
+constexpr int split_edge_between(int a, int b) { return 3 * std::min(a, b) + axis_between(a, b); }
 
 /// Bit f: both ends of the edge lie in face f of the cell.
 int faces_of(int edge, bool is_whole) {
@@ -91,15 +91,15 @@ SplitCell::SplitCell(const Borders& borders) {
 void SplitCell::add_triangles(uint32_t inside, std::vector<Edge>& corners) const {
     // As marching_cases.cpp: a contour piece of a face leads from the edge where the walk enters
     // the solid to the one where it leaves it.
-    std::array<int8_t, kEdgeCount> next{};
-    std::array<bool, kEdgeCount> is_whole{};
+    std::array<int8_t, kSplitEdgeCount> next{};
+    std::array<bool, kSplitEdgeCount> is_whole{};
     next.fill(-1);
     for (int p = 0; p < polygon_count_; ++p) {
         const Polygon& polygon = polygons_[p];
         const auto at = [&](int k) { return static_cast<int>(polygon.samples[k % polygon.size]); };
         const auto is_in = [&](int k) { return (inside >> at(k) & 1) != 0; };
         const auto edge_from = [&](int k) {
-            const int a = at(k), b = at(k + 1), edge = edge_between(a, b);
+            const int a = at(k), b = at(k + 1), edge = split_edge_between(a, b);
             is_whole[edge] = std::abs(a - b) == 2 * kStride[edge % 3];
             return edge;
         };
@@ -111,8 +111,8 @@ void SplitCell::add_triangles(uint32_t inside, std::vector<Edge>& corners) const
             next[enter] = static_cast<int8_t>(leave);
         }
     }
-    for (int start = 0; start < kEdgeCount; ++start) {
-        std::array<int, kEdgeCount> loop{}, faces{};
+    for (int start = 0; start < kSplitEdgeCount; ++start) {
+        std::array<int, kSplitEdgeCount> loop{}, faces{};
         int size = 0;
         for (int edge = start; next[edge] >= 0;) {
             faces[size] = faces_of(edge, is_whole[edge]);
@@ -121,7 +121,7 @@ void SplitCell::add_triangles(uint32_t inside, std::vector<Edge>& corners) const
         }
         // A fan. A diagonal in a face of the cell may meet one of the neighbouring cell's, and four
         // triangles would share an edge: the apex is where there are fewest.
-        int apex = 0, fewest = kEdgeCount;
+        int apex = 0, fewest = kSplitEdgeCount;
         for (int a = 0; a < size; ++a) {
             int count = 0;
             for (int k = 2; k + 1 < size; ++k) count += (faces[a] & faces[(a + k) % size]) != 0;
