@@ -102,6 +102,8 @@ std::array<float, 3> FieldOverlay::color_of(double value, const VoxelSample& sam
 }
 
 void FieldOverlay::color(Mesh& mesh) const {
+    mesh.weights.clear();
+    mesh.palette.clear();
     const GridFrame& frame = soil_.frame();
     for (size_t v = 0; v < mesh.vertex_count(); ++v) {
         // Half a voxel inside is the voxel that has the surface; another half where that is bare.

@@ -111,5 +111,55 @@ TEST(SoilTiles, moved_soil_is_darker_and_compacted_soil_paler_than_settled_groun
     EXPECT_LT(darkest, 0.9f * settled);
 }
 
+TEST(SoilTiles, a_mixture_has_the_mean_of_its_colours_and_the_weights_of_its_materials) {
+    SoilDef def;
+    def.size_m = {0.8, 0.8, 0.8};
+    def.up = UpAxis::z;
+    def.backend = Backend::cpu;
+    def.materials = {materials::dry_sand(), materials::clay(), materials::gravel(),
+                     materials::sandy_loam()};
+    auto soil = Soil::create(def);
+    ASSERT_TRUE(soil) << soil.error();
+    // In each voxel a layer of every material, as thick as its share by volume.
+    const double shares[] = {0.4, 0.3, 0.2, 0.1};
+    double from_m = 0;
+    for (int z = 0; z < 4; ++z) {
+        for (size_t m = 0; m < 4; ++m) {
+            const double to_m = from_m + shares[m] * def.voxel_m;
+            const BoxFill layer{{{-1, -1, from_m}, {1, 1, to_m}}, def.materials[m].name};
+            ASSERT_TRUE((*soil)->fill(layer));
+            from_m = to_m;
+        }
+    }
+    const SoilTiles tiles(**soil);
+    const MaterialWeights weights = tiles.weights_at(8, 8, 3, 0);
+    const std::array<float, 3> color = tiles.color_at(8, 8, 3, 0);
+    double mass_share = 0;
+    for (const double share : (*soil)->material_shares(8, 8, 3)) mass_share += share;
+    EXPECT_NEAR(mass_share, 1, 1e-12);
+    std::array<double, 3> mean{};
+    for (size_t m = 0; m < 4; ++m) {
+        EXPECT_NEAR(weights[m], 255 * shares[m], 17) << "material " << m;  // one step
+        for (size_t c = 0; c < 3; ++c) {
+            mean[c] += shares[m] * static_cast<double>(def.materials[m].color[c]);
+        }
+    }
+    for (size_t c = 0; c < 3; ++c) EXPECT_NEAR(color[c], mean[c], 0.03);  // by those steps
+
+    SurfaceMesher mesher(tiles);
+    mesher.update();
+    Mesh mesh;
+    mesher.gather(mesh);
+    EXPECT_EQ(mesh.palette.size(), 4u);
+    ASSERT_EQ(mesh.weights.size(), mesh.vertex_count());
+    int mixed = 0;
+    for (const MaterialWeights& at : mesh.weights) mixed += at == weights;
+    EXPECT_GT(mixed, 16 * 16);  // the whole top
+    Mesh other;
+    other.positions = {0, 0, 0};
+    mesh.append(other);
+    EXPECT_TRUE(mesh.weights.empty());  // of a soil and something else there is no one palette
+}
+
 }  // namespace
 }  // namespace bsoil::soil_tiles_test

@@ -185,6 +185,9 @@ class Soil {
 
     /// Samples are read through a cache of tiles, refreshed after each step: cheap in bulk.
     VoxelSample sample(int x, int y, int z) const;
+    /// Share of each material in a voxel's soil, by mass; all 0 where there is none. Read as
+    /// samples are.
+    std::array<double, limits::kMaterialCapacity> material_shares(int x, int y, int z) const;
     /// World height (along up, from the grid's floor) [m] of the topmost resting soil or terrain at
     /// a grid column. Soil on a ground body rests, the body itself is no surface of the soil.
     double surface_height_m(int x, int y) const;

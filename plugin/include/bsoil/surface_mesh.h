@@ -8,11 +8,16 @@
 #include <string>
 #include <vector>
 
+#include "bsoil/limits.h"
 #include "bsoil/result.h"
 #include "bsoil/soil.h"
 
 #pragma GCC visibility push(default)
 namespace bsoil {
+
+/// Weights of a soil's materials at a place, in the materials' order, 0..255. Their sum is not
+/// fixed: a material's share is its weight over the sum, as in equation (2) of the Mevea thesis.
+using MaterialWeights = std::array<uint8_t, limits::kMaterialCapacity>;
 
 /// Indexed triangles, counter-clockwise seen from outside. World axes, metres.
 struct Mesh {
@@ -20,6 +25,10 @@ struct Mesh {
     std::vector<float> normals;     ///< unit, x, y, z of each vertex, out of the solid
     std::vector<float> colors;      ///< linear r, g, b of each vertex, 0..1
     std::vector<uint32_t> indices;  ///< three a triangle
+    /// Of each vertex, where materials mix: from these the renderer shows them side by side, while
+    /// `colors` has their mean. Empty: there is one material.
+    std::vector<MaterialWeights> weights;
+    std::vector<std::array<float, 3>> palette;  ///< linear RGB of the materials weighed
 
     /// Number of vertices.
     size_t vertex_count() const { return positions.size() / 3; }
@@ -27,7 +36,7 @@ struct Mesh {
     size_t triangle_count() const { return indices.size() / 3; }
     /// Empties the mesh; keeps its memory.
     void clear();
-    /// Adds all of `other` behind what is here.
+    /// Adds all of `other` behind what is here. Weights are kept where both have the same palette.
     void append(const Mesh& other);
 };
 
@@ -52,6 +61,9 @@ class TileSource {
     /// Linear RGB of a voxel's soil where it lies bare; `material` is its main one. Unless it is
     /// overridden, that material's.
     virtual std::array<float, 3> color_at(int x, int y, int z, int material) const;
+    /// How much of each material is in a voxel's soil, by volume; `material` is its main one.
+    /// Unless it is overridden, that one is alone. Not asked where there is but one material.
+    virtual MaterialWeights weights_at(int x, int y, int z, int material) const;
     /// As Soil::read_terrain. Unless it is overridden, what read_tile calls solid.
     virtual void read_terrain(int tx, int ty, std::vector<float>& terrain) const;
 };
@@ -67,8 +79,10 @@ class SoilTiles final : public TileSource {
     void read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
                    std::vector<uint8_t>& material) const override;
     Vec3 velocity_m_s(int x, int y, int z) const override;
-    /// Moved soil is darker and richer than ground that settled, what a body has compacted paler.
+    /// The mean of its materials. Moved soil is darker and richer than ground that settled, what a
+    /// body has compacted paler.
     std::array<float, 3> color_at(int x, int y, int z, int material) const override;
+    MaterialWeights weights_at(int x, int y, int z, int material) const override;
     void read_terrain(int tx, int ty, std::vector<float>& terrain) const override;
 
   private:

@@ -8,11 +8,20 @@ uniform vec4 cut;    // what is above 0 is left out; 0 of an item that is not cu
 out vec3 world;      // about the eye [m]
 out vec3 world_normal;
 out vec3 albedo;
+#ifdef MIXED
+layout(location = 3) in vec4 weights_low;  // of the first four materials
+layout(location = 4) in vec4 weights_high;
+out vec4 low, high;
+#endif
 void main() {
     vec4 p = model * vec4(position, 1.0);
     world = p.xyz;
     world_normal = mat3(model) * normal;
     albedo = color;
+#ifdef MIXED
+    low = weights_low;
+    high = weights_high;
+#endif
     gl_Position = clip * p;
     gl_ClipDistance[0] = -dot(cut, p);
 }

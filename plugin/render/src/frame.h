@@ -20,6 +20,9 @@ struct Placed {
     glm::mat4 model{1};
     int material = 0;  ///< of the frame
 
+    /// Whether it shows several materials side by side.
+    bool is_mixed() const { return item && item->grain_m > 0 && mesh->palette.size() > 1; }
+
     void draw() const {
         (item && item->is_closed ? glEnable : glDisable)(GL_CULL_FACE);
         mesh->draw();

@@ -32,6 +32,7 @@ void GpuMesh::fill(const Mesh& source, const char* label) {
         glEnableVertexAttribArray(a);
         glVertexAttribPointer(a, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
     }
+    fill_weights(source, label);
     upload(GL_ELEMENT_ARRAY_BUFFER, indices, source.indices.size() * sizeof(uint32_t),
            source.indices.data());
     glBindVertexArray(0);
@@ -41,6 +42,25 @@ void GpuMesh::fill(const Mesh& source, const char* label) {
         const glm::dvec3 p{source.positions[i], source.positions[i + 1], source.positions[i + 2]};
         low = glm::min(low, p);
         high = glm::max(high, p);
+    }
+}
+
+void GpuMesh::fill_weights(const Mesh& source, const char* label) {
+    constexpr GLuint kFirst = 3;  // two attributes of four materials
+    constexpr GLsizei kBytes = sizeof(MaterialWeights);
+    static_assert(kBytes == 8);
+    palette.clear();
+    if (source.weights.empty() || source.weights.size() != source.vertex_count()) {
+        for (GLuint a = 0; a < 2; ++a) glDisableVertexAttribArray(kFirst + a);
+        return;
+    }
+    for (const auto& [r, g, b] : source.palette) palette.emplace_back(r, g, b);
+    if (weights.name() == 0) weights = GlBuffer(label);
+    upload(GL_ARRAY_BUFFER, weights, source.weights.size() * kBytes, source.weights.data());
+    for (GLuint a = 0; a < 2; ++a) {
+        glEnableVertexAttribArray(kFirst + a);
+        glVertexAttribPointer(kFirst + a, 4, GL_UNSIGNED_BYTE, GL_TRUE, kBytes,
+                              reinterpret_cast<const void*>(static_cast<uintptr_t>(4 * a)));
     }
 }
 

@@ -4,6 +4,7 @@
 #include <epoxy/gl.h>
 
 #include <glm/glm.hpp>
+#include <vector>
 
 #include "bsoil/render/renderer.h"
 #include "gl_objects.h"
@@ -12,7 +13,8 @@ namespace bsoil::render {
 
 struct GpuMesh {
     GlVertexArray layout;
-    GlBuffer positions, normals, colors, indices;
+    GlBuffer positions, normals, colors, indices, weights;
+    std::vector<glm::vec3> palette;  ///< of the materials weighed; empty: one material
     GLsizei index_count = 0;
     glm::dvec3 low{0}, high{0};  ///< bounds in the mesh's frame
     bool used = false;
@@ -20,6 +22,9 @@ struct GpuMesh {
     /// Copies the triangles to the device.
     void fill(const Mesh& source, const char* label);
     void draw() const;
+
+  private:
+    void fill_weights(const Mesh& source, const char* label);
 };
 
 }  // namespace bsoil::render

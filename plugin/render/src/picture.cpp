@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+#include <string>
 
 #include "shader_sources.h"
 #include "uniforms.h"
@@ -16,6 +18,15 @@ constexpr glm::vec3 kZenithColor{0.16f, 0.31f, 0.58f};
 constexpr size_t kLineFloats = 9;  ///< of a line on the device: both ends and the colour
 /// With so many samples a pixel or more it is lit in 2 x 2 places.
 constexpr int kManySamples = 4;
+
+/// Of a surface's grains: a texel of the blend map. What is seen as a lump has about five.
+constexpr double kBlendTexelGrains = 0.4;
+
+/// A shader's text with something defined in it.
+std::string defined(const std::string& text, const char* name) {
+    const size_t first_line = text.find('\n') + 1;
+    return text.substr(0, first_line) + "#define " + name + "\n" + text.substr(first_line);
+}
 
 glm::vec2 texel_of(const Target& target) {
     return {1.0f / static_cast<float>(target.width), 1.0f / static_cast<float>(target.height)};
@@ -33,12 +44,15 @@ void set_rays(const Uniforms& uniforms, const Frame& f) {
 }  // namespace
 
 Status Picture::create() {
+    const std::string mixed_vertex = defined(shaders::surface_vert, "MIXED"),
+                      mixed_fragment = defined(shaders::surface_frag, "MIXED");
     const struct {
         GlProgram& program;
         const char* label;
         const char* vertex_text;
         const char* fragment_text;
     } programs[] = {
+        {mixed_, "mixed surface", mixed_vertex.c_str(), mixed_fragment.c_str()},
         {depth_, "depth", shaders::depth_vert, shaders::depth_frag},
         {surface_, "surface", shaders::surface_vert, shaders::surface_frag},
         {occlusion_, "occlusion", shaders::screen_vert, shaders::occlusion_frag},
@@ -132,10 +146,14 @@ void Picture::draw_surface(const Frame& f) {
     const Uniforms uniforms(surface_);
     uniforms.set("clip", f.clip);
     const GLint material = uniforms.at("material");
+    bool any_mixed = false;
     for (const Placed& placed : f.items) {
+        any_mixed |= placed.is_mixed();
+        if (placed.is_mixed()) continue;
         glUniform1f(material, static_cast<float>(placed.material) / 255);
         uniforms.draw_seen(placed, f.cut);
     }
+    if (any_mixed) draw_mixed(f);
     if (grain_layer_.is_empty()) return;
     const Uniforms grain_uniforms(grain_);
     grain_uniforms.set("clip", f.clip);
@@ -143,6 +161,34 @@ void Picture::draw_surface(const Frame& f) {
     grain_uniforms.set("bright", glm::vec3(f.to_sun));
     grain_uniforms.set("material", static_cast<float>(f.grain_material) / 255);
     grain_layer_.draw();
+}
+
+/// Surfaces of several materials.
+void Picture::draw_mixed(const Frame& f) {
+    if (blend_map_.name() == 0) blend_map_ = create_blend_map();
+    bind_texture(kBlendUnit, GL_TEXTURE_3D, blend_map_);
+    const Uniforms uniforms(mixed_);
+    uniforms.set("clip", f.clip);
+    uniforms.set_unit("blend_map", kBlendUnit);
+    uniforms.set("pixel_m", 2 * f.to_view().y / static_cast<float>(seen_.height));
+    const GLint material = uniforms.at("material");
+    for (const Placed& placed : f.items) {
+        if (!placed.is_mixed()) continue;
+        std::array<glm::vec3, limits::kMaterialCapacity> palette{};
+        std::copy_n(placed.mesh->palette.begin(),
+                    std::min(palette.size(), placed.mesh->palette.size()), palette.begin());
+        uniforms.set("palette", palette);
+        const double texel_m = kBlendTexelGrains * static_cast<double>(placed.item->grain_m);
+        const glm::dmat4 turn = glm::rotate(glm::dmat4(1), 1.0, glm::dvec3(0.36, 0.48, 0.8));
+        const glm::dmat3 periods = glm::dmat3(turn) / (kBlendTexels * texel_m);
+        const glm::dvec3 place = periods * f.eye;
+        glm::dmat4 blend_place(periods);
+        blend_place[3] = glm::dvec4(place - glm::floor(place), 1);
+        uniforms.set("blend_place", glm::mat4(blend_place));
+        uniforms.set("blend_texel_m", static_cast<float>(texel_m));
+        glUniform1f(material, static_cast<float>(placed.material) / 255);
+        uniforms.draw_seen(placed, f.cut);
+    }
 }
 
 /// Ambient occlusion from the depth. Without it all is open.

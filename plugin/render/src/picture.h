@@ -55,6 +55,7 @@ class Picture {
     void create_targets(int width, int height);
     void draw_shadows(const Frame& frame);
     void draw_surface(const Frame& frame);
+    void draw_mixed(const Frame& frame);
     void draw_occlusion(const Frame& frame);
     void light(const Frame& frame);
     void draw_sky(const Frame& frame) const;
@@ -68,11 +69,12 @@ class Picture {
 
     RendererDef def_;
     GlProgram depth_, surface_, occlusion_, smooth_, light_, sky_, line_, finish_, edges_, buffers_;
-    GlProgram grain_, grain_depth_, grain_buffers_;
+    GlProgram mixed_, grain_, grain_depth_, grain_buffers_;
     GlVertexArray no_vertices_, line_layout_;
     GlBuffer line_ends_;
     std::vector<float> line_floats_;
     GlTexture3D grains_;
+    GlTexture3D blend_map_;  ///< once something mixed is drawn
     GlTexture2D materials_;
     Target shadow_, seen_, rough_occlusion_, smooth_occlusion_, lit_, picture_;
     int samples_aside_ = 1;  ///< each way: a pixel is lit so many times squared

@@ -1,13 +1,18 @@
 #include "targets.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "frame.h"
 
 namespace bsoil::render {
 namespace {
+
+constexpr uint32_t kSumsInBin = 16;  ///< of the blend map: finer than its eight bits
 
 /// A texture without values, attached to the bound framebuffer.
 GlTexture2D attach(const char* label, GLenum attachment, int width, int height, GLint format,
@@ -95,6 +100,46 @@ GlTexture3D create_grains() {
     glGenerateMipmap(GL_TEXTURE_3D);
     set_filter(GL_TEXTURE_3D, GL_LINEAR, GL_REPEAT);
     // Between levels nothing is mixed: no border is seen in a noise, and half the texels are read.
+    glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
+    glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_WRAP_R, GL_REPEAT);
+    return texture;
+}
+
+GlTexture3D create_blend_map() {
+    constexpr int kSide = kBlendTexels, kCount = kSide * kSide * kSide, kChannels = 4;
+    constexpr double kMost = 6;  // a time in 400 is longer
+    std::mt19937 random(86);     // any fixed seed
+    std::vector<uint8_t> texels(kChannels * kCount);
+    std::vector<uint32_t> values(kCount), sums(kCount);
+    for (int channel = 0; channel < kChannels; ++channel) {
+        for (uint32_t& value : values) value = static_cast<uint32_t>(random()) >> 23;
+        // Twice the sum of three texels along each axis: smooth over five. At most 512 * 3^6.
+        for (const int stride : {1, 1, kSide, kSide, kSide * kSide, kSide * kSide}) {
+            for (int t = 0; t < kCount; ++t) {
+                const int at = t / stride % kSide;
+                sums[t] = values[t] + values[at == 0 ? t + (kSide - 1) * stride : t - stride] +
+                          values[at == kSide - 1 ? t - (kSide - 1) * stride : t + stride];
+            }
+            std::swap(values, sums);
+        }
+        // As evenly spread as ranks are, and from there to times.
+        std::vector<uint32_t> ranks(512 * 729 / kSumsInBin + 1, 0);
+        for (const uint32_t value : values) ++ranks[value / kSumsInBin];
+        uint32_t below = 0;
+        for (uint32_t& rank : ranks) rank = (below += rank) - rank / 2;
+        for (int t = 0; t < kCount; ++t) {
+            const double share = (ranks[values[t] / kSumsInBin] + 0.5) / (kCount + 1);
+            const double time = -std::log(share) / kMost;
+            texels[kChannels * t + channel] =
+                static_cast<uint8_t>(std::lround(255 * std::min(1.0, time)));
+        }
+    }
+    GlTexture3D texture("blend map");
+    glBindTexture(GL_TEXTURE_3D, texture.name());
+    glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA8, kSide, kSide, kSide, 0, GL_RGBA, GL_UNSIGNED_BYTE,
+                 texels.data());
+    glGenerateMipmap(GL_TEXTURE_3D);
+    set_filter(GL_TEXTURE_3D, GL_LINEAR, GL_REPEAT);
     glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
     glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_WRAP_R, GL_REPEAT);
     return texture;

@@ -33,6 +33,12 @@ void copy_depth(const Target& from, const Target& to);
 /// mean.
 GlTexture3D create_grains();
 
+/// Texels of the blend map along each axis, which is a period.
+inline constexpr int kBlendTexels = 64;
+/// Exponentially distributed values of mean 1/6, as far as they go in 0..1, for four materials:
+/// smooth over about five texels, and repeating.
+GlTexture3D create_blend_map();
+
 /// Filter and wrap of the bound texture.
 void set_filter(GLenum target, GLint filter, GLint wrap);
 

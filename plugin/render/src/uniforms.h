@@ -20,6 +20,7 @@ enum Unit {
     kColorUnit,
     kNormalUnit,
     kMaterialUnit,
+    kBlendUnit,
     kUnitCount
 };
 
@@ -39,6 +40,9 @@ struct Uniforms {
     }
     void set(const char* name, const glm::vec4& value) const {
         glUniform4fv(at(name), 1, glm::value_ptr(value));
+    }
+    void set(const char* name, std::span<const glm::vec3> values) const {
+        glUniform3fv(at(name), static_cast<GLsizei>(values.size()), &values[0].x);
     }
     void set(const char* name, float value) const { glUniform1f(at(name), value); }
     void set(const char* name, bool value) const { glUniform1i(at(name), value ? 1 : 0); }

@@ -31,7 +31,7 @@ CoarseErrors find_coarse_errors(const GridColumns& grid, int tx, int ty) {
             }
             const bool stands = runs[0].bottom == kOnFloor || runs[0].on_solid;
             if (runs.size() > 1 || !stands) return errors;
-            if (any && any->color != runs[0].color) return errors;
+            if (any && any->look != runs[0].look) return errors;
             const bool is_cut = x == 0 || y == 0 || x == grid.size[0] - 1 || y == grid.size[1] - 1;
             if (is_cut && tile.layers.column(c).size() > 1) return errors;
             any = &runs[0];

@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "bsoil/surface_mesh.h"
+
 namespace bsoil::mesh {
 
 inline constexpr int kTileSide = 8;
@@ -14,6 +16,13 @@ inline constexpr int kTileColumns = kTileSide * kTileSide;
 /// Bottom of a run that stands on the grid's floor: so deep that only its top shapes the field.
 inline constexpr float kOnFloor = -1e9f;
 
+/// What soil looks like where it lies bare.
+struct Look {
+    std::array<float, 3> color{};  ///< linear RGB
+    MaterialWeights weights{};
+    friend bool operator==(const Look&, const Look&) = default;
+};
+
 /// A stretch of soil in a column [voxels above the grid's floor].
 struct Run {
     float bottom = 0, top = 0;
@@ -21,8 +30,7 @@ struct Run {
     /// Continues soil of a neighbouring column inside terrain: never visible.
     bool in_solid = false;
     bool on_solid = false;  ///< lies on terrain or a body, and dives into it
-    /// Linear RGB of the soil at its top: what lies bare has its own look.
-    std::array<float, 3> color{};
+    Look look;              ///< at its top
     friend bool operator==(const Run&, const Run&) = default;
 };
 

@@ -125,7 +125,7 @@ void DisplayField::continue_into_solid(const GridColumns& grid, int x, int y, in
         hidden.top = top;
         hidden.material = soil->material;
         hidden.in_solid = true;
-        hidden.color = soil->color;
+        hidden.look = soil->look;
         runs_.push_back(hidden);
         column.run_end = static_cast<uint32_t>(runs_.size());
     }
@@ -251,11 +251,10 @@ uint8_t DisplayField::material(int i, int j, float z) const {
     return result;
 }
 
-std::optional<std::array<float, 3>> DisplayField::bare_color(int i, int j, float z) const {
+const Look* DisplayField::bare_look(int i, int j, float z) const {
     const Run* run = run_at(i, j, z);
     const float depth = kBareDepth * static_cast<float>(lattice_[2].spacing);
-    if (!run || z < run->top - depth) return {};
-    return run->color;
+    return run && z >= run->top - depth ? &run->look : nullptr;
 }
 
 uint64_t DisplayField::material_borders(int i, int j, int w) const {

@@ -5,7 +5,6 @@
 #include <array>
 #include <cassert>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -68,8 +67,9 @@ class DisplayField {
     float slope_up(int i, int j, float z) const;
     /// Material of the soil at a sample.
     uint8_t material(int i, int j, float z) const;
-    /// The colour of what lies bare on top of a column, if height z is no deeper than that.
-    std::optional<std::array<float, 3>> bare_color(int i, int j, float z) const;
+    /// The look of what lies bare on top of a column, if height z is no deeper than that; else
+    /// null.
+    const Look* bare_look(int i, int j, float z) const;
     /// Bit q of word w: sample q and one beside it in its column differ in material.
     uint64_t material_borders(int i, int j, int w) const;
 

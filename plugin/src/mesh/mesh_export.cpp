@@ -36,10 +36,19 @@ void Mesh::clear() {
     normals.clear();
     colors.clear();
     indices.clear();
+    weights.clear();
+    palette.clear();
 }
 
 void Mesh::append(const Mesh& other) {
     const auto base = static_cast<uint32_t>(vertex_count());
+    if (base == 0) palette = other.palette;
+    if (palette == other.palette) {
+        weights.insert(weights.end(), other.weights.begin(), other.weights.end());
+    } else if (!other.positions.empty()) {
+        weights.clear();
+        palette.clear();
+    }
     positions.insert(positions.end(), other.positions.begin(), other.positions.end());
     normals.insert(normals.end(), other.normals.begin(), other.normals.end());
     colors.insert(colors.end(), other.colors.begin(), other.colors.end());

@@ -1,7 +1,58 @@
+#include <algorithm>
+#include <cmath>
+
 #include "bsoil/surface_mesh.h"
 #include "mesh/soil_color.h"
 
 namespace bsoil {
+namespace {
+
+constexpr double kWeightStep = 17;  ///< 255 has fifteen of them: no one sees a finer one
+
+using Shares = std::array<double, limits::kMaterialCapacity>;
+
+/// By volume, of materials at the density that they are placed with.
+Shares volume_shares(const Soil& soil, int x, int y, int z) {
+    Shares shares = soil.material_shares(x, y, z);
+    double sum = 0;
+    for (size_t m = 0; m < soil.materials().size(); ++m) {
+        sum += shares[m] /= soil.materials()[m].density_kg_m3;
+    }
+    for (double& share : shares) share /= sum > 0 ? sum : 1;
+    return shares;
+}
+
+MaterialWeights weights_of(const Shares& shares) {
+    MaterialWeights weights{};
+    for (size_t m = 0; m < shares.size(); ++m) {
+        const double steps = std::round(shares[m] * 255 / kWeightStep);
+        weights[m] = static_cast<uint8_t>(steps * kWeightStep);
+    }
+    return weights;
+}
+
+/// What a mixture looks like: the mean of its materials, equation (2) of the Mevea thesis.
+MaterialDef mean_material(const std::vector<MaterialDef>& materials, const Shares& shares) {
+    const MaterialWeights weights = weights_of(shares);
+    MaterialDef mean;
+    mean.color = {};
+    mean.density_kg_m3 = mean.compacted_density_kg_m3 = 0;
+    bool has_range = false;
+    float sum = 0;
+    for (size_t m = 0; m < materials.size(); ++m) {
+        mean.density_kg_m3 += shares[m] * materials[m].density_kg_m3;
+        mean.compacted_density_kg_m3 +=
+            shares[m] * std::max(materials[m].density_kg_m3, materials[m].compacted_density_kg_m3);
+        has_range |= shares[m] > 0 && materials[m].has_density_range();
+        sum += weights[m];
+        for (size_t c = 0; c < 3; ++c) mean.color[c] += weights[m] * materials[m].color[c];
+    }
+    if (has_range) mean.loose_density_kg_m3 = mean.density_kg_m3;
+    for (float& channel : mean.color) channel /= std::max(1.0f, sum);
+    return mean;
+}
+
+}  // namespace
 
 const GridFrame& SoilTiles::frame() const { return soil_.frame(); }
 
@@ -15,8 +66,19 @@ void SoilTiles::read_tile(int tx, int ty, std::vector<float>& volume, std::vecto
 }
 
 std::array<float, 3> SoilTiles::color_at(int x, int y, int z, int material) const {
-    const MaterialDef& main = soil_.materials()[static_cast<size_t>(material)];
-    return mesh::worn_color(main, soil_.sample(x, y, z));
+    const VoxelSample sample = soil_.sample(x, y, z);
+    const Shares shares = volume_shares(soil_, x, y, z);
+    const auto main = static_cast<size_t>(material);
+    if (shares[main] >= 1 || shares[main] <= 0) {
+        return mesh::worn_color(soil_.materials()[main], sample);
+    }
+    return mesh::worn_color(mean_material(soil_.materials(), shares), sample);
+}
+
+MaterialWeights SoilTiles::weights_at(int x, int y, int z, int material) const {
+    const Shares shares = volume_shares(soil_, x, y, z);
+    if (shares[static_cast<size_t>(material)] > 0) return weights_of(shares);
+    return TileSource::weights_at(x, y, z, material);
 }
 
 Vec3 SoilTiles::velocity_m_s(int x, int y, int z) const {
@@ -27,6 +89,12 @@ Vec3 TileSource::velocity_m_s(int, int, int) const { return {}; }
 
 std::array<float, 3> TileSource::color_at(int, int, int, int material) const {
     return materials()[static_cast<size_t>(material)].color;
+}
+
+MaterialWeights TileSource::weights_at(int, int, int, int material) const {
+    MaterialWeights weights{};
+    weights[static_cast<size_t>(material)] = 255;
+    return weights;
 }
 
 void SoilTiles::read_terrain(int tx, int ty, std::vector<float>& terrain) const {

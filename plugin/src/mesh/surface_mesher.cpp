@@ -75,11 +75,11 @@ struct SurfaceMesher::Impl {
         if (def.layer == SurfaceMeshDef::Layer::terrain) {
             source.read_terrain(tx, ty, solid);
             mesh::find_terrain_runs(solid, grid.size[2], columns);
-            for (mesh::Run& run : columns.runs.items) run.color = def.terrain_color;
+            for (mesh::Run& run : columns.runs.items) run.look.color = def.terrain_color;
         } else {
             source.read_tile(tx, ty, volume, solid, material);
             mesh::find_soil_runs(volume, solid, material, grid.size[2], columns);
-            read_colors(tx, ty);
+            read_looks(tx, ty);
             read_loose(tx, ty);
         }
         mesh::TileColumns& known = grid.tiles[tile_index(tx, ty)];
@@ -89,7 +89,7 @@ struct SurfaceMesher::Impl {
     }
 
     /// Those of the runs just found, at their topmost voxels.
-    void read_colors(int tx, int ty) {
+    void read_looks(int tx, int ty) {
         for (int c = 0; c < mesh::kTileColumns; ++c) {
             const int x = tx * kTileSide + c % kTileSide, y = ty * kTileSide + c / kTileSide;
             if (x >= grid.size[0] || y >= grid.size[1]) continue;
@@ -97,7 +97,10 @@ struct SurfaceMesher::Impl {
                 mesh::Run& run = columns.runs.items[r];
                 int z = std::min(static_cast<int>(std::ceil(run.top)), grid.size[2]) - 1;
                 while (z > 0 && volume[z * mesh::kTileColumns + c] < kBareLeast) --z;
-                run.color = source.color_at(x, y, z, material[z * mesh::kTileColumns + c]);
+                const int main = material[z * mesh::kTileColumns + c];
+                run.look.color = source.color_at(x, y, z, main);
+                if (source.materials().size() < 2) continue;
+                run.look.weights = source.weights_at(x, y, z, main);
             }
         }
     }

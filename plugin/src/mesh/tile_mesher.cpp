@@ -42,10 +42,16 @@ TileMesher::TileMesher(const TileSource& source, const SurfaceMeshDef& def) : de
     origin_ = {position.x, position.y, position.z};
     voxel_m_ = frame.voxel_m;
     if (def.layer == SurfaceMeshDef::Layer::terrain) {
-        colors_.push_back(def.terrain_color);
-    } else {
-        for (const MaterialDef& material : source.materials()) colors_.push_back(material.color);
+        looks_.push_back({def.terrain_color, {}});
+        return;
     }
+    for (const MaterialDef& material : source.materials()) {
+        Look look{material.color, {}};
+        look.weights[std::min(looks_.size(), look.weights.size() - 1)] = 255;
+        looks_.push_back(look);
+        palette_.push_back(material.color);
+    }
+    if (palette_.size() < 2) palette_.clear();
 }
 
 void TileMesher::build(const GridColumns& grid, const TileLevels& levels, int tx, int ty,
@@ -56,6 +62,7 @@ void TileMesher::build(const GridColumns& grid, const TileLevels& levels, int tx
     strips_.build(levels);
     out_ = &out;
     out.clear();
+    out.palette = palette_;
     sample_count_ = field_.sample_count_z();
     if (edge_vertices_.size() < edge_count(sample_count_)) {
         edge_vertices_.resize(edge_count(sample_count_));
@@ -93,22 +100,23 @@ GridVector TileMesher::rotated(GridVector v) const {
     return {to.x(), to.y(), to.z()};
 }
 
-const TileMesher::Color& TileMesher::color_of(uint8_t material) const {
-    return colors_[std::min<size_t>(material, colors_.size() - 1)];
+const Look& TileMesher::look_of(uint8_t material) const {
+    return looks_[std::min<size_t>(material, looks_.size() - 1)];
 }
 
-TileMesher::Color TileMesher::color_at(const DisplayField& field, int i, int j, float z) const {
-    const auto bare = field.bare_color(i, j, z);
-    return bare ? *bare : color_of(field.material(i, j, z));
+const Look& TileMesher::look_at(const DisplayField& field, int i, int j, float z) const {
+    const Look* bare = field.bare_look(i, j, z);
+    return bare ? *bare : look_of(field.material(i, j, z));
 }
 
-uint32_t TileMesher::add_vertex(GridVector position, GridVector outward, const Color& color) {
+uint32_t TileMesher::add_vertex(GridVector position, GridVector outward, const Look& look) {
     const auto index = static_cast<uint32_t>(out_->vertex_count());
     const Eigen::Vector3d in_grid(position.x, position.y, position.z);
     const Eigen::Vector3f at = (origin_ + voxel_m_ * (rotation_ * in_grid)).cast<float>();
     push(out_->positions, {at.x(), at.y(), at.z()});
     push(out_->normals, rotated(unit(outward)));
-    out_->colors.insert(out_->colors.end(), color.begin(), color.end());
+    out_->colors.insert(out_->colors.end(), look.color.begin(), look.color.end());
+    if (!palette_.empty()) out_->weights.push_back(look.weights);
     return index;
 }
 
@@ -119,8 +127,8 @@ uint32_t TileMesher::add_vertex_up(const DisplayField& field, int i, int j, int 
         q == 0 ? GridVector{0, 0, -1}
                : GridVector{-field.slope(0, i, j, z), -field.slope(1, i, j, z), top ? 1.0f : -1.0f};
     return add_vertex({field.position(0, i), field.position(1, j), z}, outward,
-                      q == 0 ? color_of(field.material(i, j, 0))
-                             : color_at(field, i, j, field.height(top ? q : q + 1)));
+                      q == 0 ? look_of(field.material(i, j, 0))
+                             : look_at(field, i, j, field.height(top ? q : q + 1)));
 }
 
 uint32_t TileMesher::add_vertex_aside(const DisplayField& field, int axis, int i, int j, int q) {
@@ -148,8 +156,8 @@ uint32_t TileMesher::add_vertex_aside(const DisplayField& field, int axis, int i
     }
     // A cut shows what is inside.
     return add_vertex(position, outward,
-                      begin == end ? color_of(field.material(inner[0], inner[1], z))
-                                   : color_at(field, inner[0], inner[1], z));
+                      begin == end ? look_of(field.material(inner[0], inner[1], z))
+                                   : look_at(field, inner[0], inner[1], z));
 }
 
 uint32_t TileMesher::copy_vertex(uint32_t vertex, GridVector outward) {
@@ -158,6 +166,7 @@ uint32_t TileMesher::copy_vertex(uint32_t vertex, GridVector outward) {
         out_->positions.push_back(out_->positions[3 * vertex + k]);
         out_->colors.push_back(out_->colors[3 * vertex + k]);
     }
+    if (!palette_.empty()) out_->weights.push_back(out_->weights[vertex]);
     push(out_->normals, rotated(outward));
     return index;
 }

@@ -34,10 +34,9 @@ class TileMesher {
     uint32_t& finer_edge_vertex(int axis, int i, int j, int q);
 
     GridVector rotated(GridVector v) const;
-    using Color = std::array<float, 3>;
-    uint32_t add_vertex(GridVector position, GridVector outward, const Color& color);
-    Color color_at(const DisplayField& field, int i, int j, float z) const;
-    const Color& color_of(uint8_t material) const;
+    uint32_t add_vertex(GridVector position, GridVector outward, const Look& look);
+    const Look& look_at(const DisplayField& field, int i, int j, float z) const;
+    const Look& look_of(uint8_t material) const;
     uint32_t add_vertex_up(const DisplayField& field, int i, int j, int q);
     uint32_t add_vertex_aside(const DisplayField& field, int axis, int i, int j, int q);
     uint32_t copy_vertex(uint32_t vertex, GridVector outward);
@@ -59,7 +58,8 @@ class TileMesher {
     Eigen::Matrix3d rotation_;  ///< of the grid in the world
     Eigen::Vector3d origin_;
     double voxel_m_ = 0;
-    std::vector<Color> colors_;
+    std::vector<Look> looks_;                    ///< of each material by itself
+    std::vector<std::array<float, 3>> palette_;  ///< empty: one material
     const TileLevels* levels_ = nullptr;
     DisplayField field_, finer_field_;
     PlaneStrips strips_{field_};

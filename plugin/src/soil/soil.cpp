@@ -314,6 +314,22 @@ VoxelSample Soil::sample(int x, int y, int z) const {
     return sample;
 }
 
+std::array<double, limits::kMaterialCapacity> Soil::material_shares(int x, int y, int z) const {
+    const Impl& s = *impl_;
+    std::array<double, limits::kMaterialCapacity> shares{};
+    if (x < 0 || y < 0 || z < 0 || x >= s.frame.size[0] || y >= s.frame.size[1] || z >= s.height) {
+        return shares;
+    }
+    const TileVoxels& voxels = s.sampler.voxels(s.tile_index(x / kTileSide, y / kTileSide));
+    const int column = y % kTileSide * kTileSide + x % kTileSide;
+    double mass = 0;
+    for (int m = 0; m < s.params.material_count; ++m) {
+        mass += shares[static_cast<size_t>(m)] = voxels.at(kKeptMaterial + m, z, column);
+    }
+    for (double& share : shares) share /= std::max(1.0, mass);
+    return shares;
+}
+
 double Soil::surface_height_m(int x, int y) const {
     const Impl& s = *impl_;
     if (x < 0 || y < 0 || x >= s.frame.size[0] || y >= s.frame.size[1]) return 0;
