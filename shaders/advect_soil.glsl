@@ -19,11 +19,6 @@ ivec3 whole_voxels(ivec3 drift, int chance) {
            kVoxelFull;
 }
 
-// A number of each voxel's own: crumbs do not move in step.
-int voxel_chance(ivec3 at) {
-    return int(mix_bits(place_bits(at) ^ pass_bits(), 15) >> 13) & kLowHalf;
-}
-
 ivec3 share_of(ivec3 amount, int share) {
     return ivec3(mul_q16(amount.x, share), mul_q16(amount.y, share), mul_q16(amount.z, share));
 }

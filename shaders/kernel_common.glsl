@@ -33,9 +33,7 @@ bool has_overflow(int block) {
 }
 
 // Place in the span buffer of a column's word in one of the arrays behind all columns, and of a tile's stamp.
-int column_word(int array, int column) {
-    return params.column_count * (kColumnWords + array) + column;
-}
+int column_word(int array, int column) { return params.column_count * (kColumnWords + array) + column; }
 int tile_word(int array, int slot) {
     return column_word(kColumnArrays, 0) + array * (params.column_count / kTileColumns) + slot;
 }
@@ -242,6 +240,8 @@ bool is_intact(int voxel) {
 uint place_bits(ivec3 at) { return uint(at.x) * 73856093u ^ uint(at.y) * 19349663u ^ uint(at.z) * 83492791u; }
 uint pass_bits() { return uint(params.pass_stamp) * 2654435761u; }
 uint mix_bits(uint bits, int shift) { return (bits ^ (bits >> shift)) * 2246822519u; }
+// Q16: a number of each voxel's own, in each pass another, so that crumbs do not move in step.
+int voxel_chance(ivec3 at) { return int(mix_bits(place_bits(at) ^ pass_bits(), 15) >> 13) & kLowHalf; }
 
 // The nearest whole number.
 int round_q16(int value) { return (value + kOneQ16 / 2) >> 16; }

@@ -128,6 +128,13 @@ void slide_soil(int group, int lane) {
             pace = mul_q16(pace, kept);
         }
     }
+    if (params.deposits != 0 && pace > 0) {
+        int source = first + high * kTileColumns;
+        bool is_fixed = mixed_word(source, 0, kTableViscosity) >= kOneQ16;
+        int kept = is_fixed ? 0 : fraction_q16(kOneQ16, kOneQ16 + mixed_word(source, 0, kTableDrag) / params.slide_count);
+        speed = ivec2(sign(speed.x) * mul_q16(abs(speed.x), kept), sign(speed.y) * mul_q16(abs(speed.y), kept));
+        pace = mul_q16(pace, kept);
+    }
     for (int z = low; z <= high; ++z) {
         int voxel = first + z * kTileColumns;
         int held = mass_at(voxel) * 64;

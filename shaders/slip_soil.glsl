@@ -131,6 +131,15 @@ int wedge_at(int curve, int voxel, int slope) {
     return mixed_wedge(mixed_word(voxel, loose, kTableFriction), mixed_word(voxel, loose, kTableStrength), slope);
 }
 
+// Height of a failing wedge, Q16, up to which the soil of a voxel stands: by its place between half of its roughness and all of
+// it, so that slopes stand irregularly. Soil of viscosity 1 stands whatever its slope.
+int standing_wedge(int voxel, int slot, ivec3 at) {
+    if (params.deposits == 0) return kSlipTolerance;
+    if (mixed_word(voxel, 0, kTableViscosity) >= kOneQ16) return kAnyDrop;
+    int chance = int(mix_bits(place_bits(grid_voxel(slot, at.x, at.y, at.z)), 15) >> 13) & kLowHalf;
+    return kSlipTolerance + mul_q16(mixed_word(voxel, 0, kTableRoughness), (kOneQ16 + chance) / 2);
+}
+
 // Of a mixture: the mean by mass.
 int acceleration_at(int curve, int voxel, int slope) {
     if (curve >= 0) return table_at(curve, kTableAcceleration, slope);
@@ -211,7 +220,7 @@ void set_sliding(int slot, int x, int y, int top, int source, ivec2 fall, int sl
         // What slides already is driven as a whole.
         if (z < base >> 16 && state_at(kPlaneMomentumX, voxel) == 0 && state_at(kPlaneMomentumY, voxel) == 0) break;
         if (mass == 0) continue;
-        if (is_solid(voxel) || wedge_at(curve_of(voxel), voxel, slope) <= kSlipTolerance) break;
+        if (is_solid(voxel) || wedge_at(curve_of(voxel), voxel, slope) <= standing_wedge(voxel, slot, ivec3(x, y, z))) break;
         add_delta(kPlaneMomentumX, voxel, mul_q16(mass * 64, along_x * 16));
         add_delta(kPlaneMomentumY, voxel, mul_q16(mass * 64, along_y * 16));
         mark_moved(voxel, voxel);
@@ -251,7 +260,8 @@ void slip_soil(int group, int lane) {
         if (steepest <= 0) continue;
         int source = voxel_at(slot, x, y, (top - 1) >> 16);
         int curve = curve_of(source);
-        if (wedge_at(curve, source, steepest) <= kSlipTolerance) {
+        int stands = standing_wedge(source, slot, ivec3(x, y, (top - 1) >> 16));
+        if (wedge_at(curve, source, steepest) <= stands) {
             continue;  // the steeper a slope, the higher its wedge
         }
         bool on_rigid = i > 0;
@@ -296,7 +306,7 @@ void slip_soil(int group, int lane) {
             }
             if (slope == 0) continue;
             int wedge = wedge_at(curve, source, slope);
-            if (wedge <= kSlipTolerance) continue;
+            if (wedge <= stands) continue;
             if (wedge > worst) {
                 worst = wedge;
                 worst_slope = slope;
@@ -319,6 +329,13 @@ void slip_soil(int group, int lane) {
         }
         if (worst == 0) continue;
         ATOMIC_MAX(result[kResultSlope], worst);
+        int viscosity = params.deposits == 0 ? 0 : mixed_word(source, 0, kTableViscosity);
+        if (viscosity > 0 && viscosity > voxel_chance(grid_voxel(slot, x, y, (top - 1) >> 16))) {
+            // Not in this pass. It is no soil at rest for all that: the next pass looks again, and its block stays awake.
+            stamp_column(slot, lane);
+            ATOMIC_MAX(block_flags[flag_index(kFlagChanged, source >> 9)], params.step_stamp);
+            continue;
+        }
         // What slides with its momentum slips so little that it keeps that.
         if (params.slides != 0 && i == count - 1 && spans[column_word(kColumnSurface, slot * kTileColumns + lane)] == top) {
             if (params.slide_kick > 0) set_sliding(slot, x, y, top, source, fall / max(1, steep_count), worst_slope);
@@ -347,7 +364,8 @@ void slip_soil(int group, int lane) {
             int taken = min(amount, held);
             if (taken <= 0) continue;
             int below = curve_of(source);
-            if ((below != curve || below < 0) && wedge_at(below, source, worst_slope) <= kSlipTolerance) {
+            if ((below != curve || below < 0) &&
+                wedge_at(below, source, worst_slope) <= standing_wedge(source, slot, ivec3(x, y, z))) {
                 break;  // what lies on top slides off it
             }
             amount -= taken;

@@ -306,6 +306,10 @@ CONST_INT(kTableStrength, 604)  // cohesion over unit weight, Q16 voxels; kStren
 CONST_INT(kTableHeld, 605)      // as kTableLoose, where density is fixed as placed: for soil of several materials
 CONST_INT(kTableHeldLeast, 606) // as kTableCompacted, likewise
 CONST_INT(kTableTool, 607)      // friction with bodies times gravity: Q16 velocity change a base step, in whole Q10
+CONST_INT(kTableRoughness, 608) // slope above tan(phi), Q16, up to which soil still stands
+CONST_INT(kTableViscosity, 609) // share of the slides that do not take place, Q16
+CONST_INT(kTableDrag, 610)      // of slides with momentum, in a base step: Q16 part of their speed; kDragMost at most
+CONST_INT(kDragMost, 1048576)       // 16: what viscosity 1 - 1e-7 has in a 60th of a second
 CONST_INT(kStrengthLeast, 256)      // 1/256 voxel: the rounding of sums over a bank's columns is no hundredth of it
 CONST_INT(kStrengthMost, 8388608)   // 128 voxels: a wall of 512, the highest grid, stands
 

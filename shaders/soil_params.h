@@ -37,3 +37,4 @@ int slide_stamp;         // as slip_stamp, of slide_soil
 int slides;              // 1: soil on the ground keeps its momentum until friction has taken it; 0: the ground takes it at once
 int slide_count;         // slide passes in a base step
 int slide_kick;          // gravity (Q16) that sets sliding soil in motion in this slip pass
+int deposits;            // 1: a material has roughness or viscosity

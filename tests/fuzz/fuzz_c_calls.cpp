@@ -62,6 +62,8 @@ class CCaller {
                 m.friction_angle_rad = c_.number(0, 1.2);
                 m.cohesion_pa = c_.number(0, 2e5);
                 m.shear_displacement_m = c_.number(0, 0.2);
+                m.roughness = c_.number(0, 40);
+                m.viscosity = c_.number(0, 1);
             }
         }
         bulletsoil_soil_def def;

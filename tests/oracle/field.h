@@ -87,6 +87,17 @@ struct Model {
     /// Per material: volume of a unit of mass of loose and of compacted soil; 0 where it is fixed.
     std::vector<double> loose_volume, compacted_volume;
     std::vector<double> placed_volume;  ///< the same as placed
+    /// Per material, or empty where none has any: slope above tan(phi) that stands, and the share
+    /// of slides that do not take place.
+    std::vector<double> roughness, viscosity;
+    bool slides = false;  ///< soil keeps the momentum of its slides
+    double step_s = 1.0 / 60;
+    double slide_kick = 0;      ///< what drives slides in this slip pass [voxels a step squared]
+    int slide_count = 1;        ///< slide passes in a step
+    double slide_creep = 0.25;  ///< wedges up to this high slip where soil slides
+    int slide_gap = 4, slide_depth = 128, slide_reach = 128;  ///< see sliding.h [voxels]
+    double slide_speed = 16;                                  ///< none is faster [voxels a step]
+    uint32_t pass = 0;  ///< number of the slip pass, for what chance decides
 };
 
 class Field {

@@ -1,7 +1,10 @@
 #include "oracle/slippage.h"
 
 #include <algorithm>
+#include <limits>
 #include <numbers>
+
+#include "oracle/sliding.h"
 
 namespace oracle {
 namespace {
@@ -32,6 +35,22 @@ SlopeFacet facet_slope(double axis_drop, double diagonal_drop) {
     if (across <= 0) return {axis_drop, 0};
     if (across > axis_drop) return {diagonal_drop / std::numbers::sqrt2, 1};
     return {std::hypot(axis_drop, across), across / axis_drop};
+}
+
+/// Evenly spread in 0..1: of a voxel in a pass, and with pass 0 of the voxel alone. The spatial
+/// hash of Teschner et al. (2003), mixed by a prime of xxHash, of which 16 bits count.
+double chance(int x, int y, int z, uint32_t pass) {
+    uint32_t bits = static_cast<uint32_t>(x) * 73856093u ^ static_cast<uint32_t>(y) * 19349663u ^
+                    static_cast<uint32_t>(z) * 83492791u ^ pass * 2654435761u;
+    bits = (bits ^ bits >> 15) * 2246822519u;
+    return (bits >> 13 & 0xffff) / 65536.0;
+}
+
+/// Up to this height a failing wedge stands.
+double standing_wedge(const Model& model, const Voxel& soil, int x, int y, int z) {
+    if (model.roughness.empty()) return model.slip_tolerance;
+    if (soil.mean(model.viscosity) >= 1) return std::numeric_limits<double>::infinity();
+    return model.slip_tolerance + soil.mean(model.roughness) * (1 + chance(x, y, z, 0)) / 2;
 }
 
 }  // namespace
@@ -126,6 +145,8 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
         end.drop /= model.slip_stride;
         return end;
     };
+    const std::vector<FreeSurface> surfaces =
+        model.slides ? free_surfaces(model, before) : std::vector<FreeSurface>();
     Slippage after{before, SlipSpeeds(speeds.size(), 0.0)};
     for (int y = 0; y < before.ny; ++y) {
         for (int x = 0; x < before.nx; ++x) {
@@ -143,25 +164,56 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                 const int surface = static_cast<int>(std::ceil(span.top)) - 1;
                 const Voxel& top = before.at(x, y, surface);
                 const bool bonded = 2 * top.bond >= top.soil;
+                const double stands = standing_wedge(model, top, x, y, surface);
                 double flow[8] = {}, total = 0;
                 GridWedge steepest;
                 double worst_slope = 0;
+                Vec3 fall;  // sum over the facets that are as steep
+                int steep_count = 0;
                 for (int facet = 0; facet < 8; ++facet) {
                     const int axis = facet / 2 * 2;
                     const int diagonal = facet % 2 == 0 ? axis + 1 : (axis + 7) % 8;
                     const SlopeFacet plane = facet_slope(ring[axis].drop, ring[diagonal].drop);
                     const GridWedge found =
                         plane.slope > 0 ? wedge(top, bonded, plane.slope) : GridWedge{};
-                    if (found.height <= model.slip_tolerance) continue;
+                    if (found.height <= stands) continue;
                     if (found.height > steepest.height) {
                         steepest = found;
                         worst_slope = plane.slope;
+                        fall = {};
+                        steep_count = 0;
+                    }
+                    if (found.height == steepest.height) {
+                        const double part = plane.diagonal_share;
+                        const auto along = [&](int k) {
+                            return kRing[axis][k] + part * (kRing[diagonal][k] - kRing[axis][k]);
+                        };
+                        fall += Vec3{along(0), along(1), 0} * (1 / std::hypot(1, part));
+                        ++steep_count;
                     }
                     flow[diagonal] += found.height * plane.diagonal_share;
                     flow[axis] += found.height * (1 - plane.diagonal_share);
                     total += found.height;
                 }
                 if (total == 0) continue;
+                if (!model.viscosity.empty() &&
+                    chance(x, y, surface, model.pass) < top.mean(model.viscosity)) {
+                    continue;
+                }
+                double wedge_height = steepest.height;
+                if (model.slides && i + 1 == columns[column(x, y)].size() &&
+                    surfaces[column(x, y)].kind == FreeSurface::Kind::free &&
+                    surfaces[column(x, y)].height == span.top) {
+                    const auto stands_there = [&](const Voxel& voxel, int z) {
+                        return wedge(voxel, 2 * voxel.bond >= voxel.soil, worst_slope).height <=
+                               standing_wedge(model, voxel, x, y, z);
+                    };
+                    set_sliding(model, before, surfaces,
+                                {x, y, span.top, worst_slope, fall.x / steep_count,
+                                 fall.y / steep_count, stands_there},
+                                after.field);
+                    wedge_height = std::min(wedge_height, model.slide_creep);
+                }
                 double speed = 0;
                 for (int ny = std::max(0, y - 1); ny <= std::min(before.ny - 1, y + 1); ++ny) {
                     for (int nx = std::max(0, x - 1); nx <= std::min(before.nx - 1, x + 1); ++nx) {
@@ -175,7 +227,7 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                 const double dt = 1.0 / model.substeps;
                 speed = std::min(1.0, speed + steepest.acceleration * dt);  // (9)
                 after.speeds[column(x, y) * model.span_capacity + i] = speed;
-                const double slide = steepest.height * model.slip_stride;
+                const double slide = wedge_height * model.slip_stride;
                 double amount = std::min(
                     slide * std::clamp(speed * dt, model.slip_rate_least, model.slip_rate_most),
                     static_cast<double>(model.slip_depth));  // (10)
@@ -190,7 +242,8 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                                           voxel.main_material() != top.main_material();
                     const bool below_bonded = 2 * voxel.bond >= voxel.soil;
                     if (taken > 0 && (is_other || below_bonded != bonded) &&
-                        wedge(voxel, below_bonded, worst_slope).height <= model.slip_tolerance) {
+                        wedge(voxel, below_bonded, worst_slope).height <=
+                            standing_wedge(model, voxel, x, y, z)) {
                         break;
                     }
                     amount -= taken;

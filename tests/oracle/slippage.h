@@ -17,7 +17,11 @@
 /// the ground falls all along that way; by more than one voxel it leaves no edge of a rigid body;
 /// - what slides takes soil below it along only where that soil would not stand at this slope;
 /// - f in (9) is a force with g in it (the thesis counts in tons-force);
-/// - wedges up to slip_tolerance do not slide.
+/// - wedges up to slip_tolerance do not slide, nor those of rough soil up to between half and all
+/// of its roughness, by chance of the place;
+/// - where slides keep their momentum, a failing slope sets soil in motion (sliding.h), and of the
+/// wedge up to slide_creep slips;
+/// - viscous soil that fails slides by chance, with another number in each pass.
 #pragma once
 
 #include <functional>

@@ -149,6 +149,97 @@ TEST_P(Slippage, has_the_same_bits_on_gl) {
     });
 }
 
+/// Materials that are rough, viscous, and both; the last holds still.
+SoilDef deposits_def(const Scenario& scenario, Backend backend) {
+    SoilDef def = scenario.def();
+    def.backend = backend;
+    if (def.materials.empty()) def.materials = {def.material};
+    for (size_t i = 0; i < def.materials.size(); ++i) {
+        constexpr double kRoughness[] = {0.4, 0, 0.9}, kViscosity[] = {0.3, 0.6, 1};
+        def.materials[i].cohesion_pa = 0;
+        def.materials[i].roughness = kRoughness[i];
+        def.materials[i].viscosity = kViscosity[i];
+    }
+    return def;
+}
+void prepare(StageBench& bench, const Scenario& scenario) {
+    bench.write(scenario.planes(bench));
+    bench.place(scenario.bodies(bench));
+    bench.find_support();
+    bench.build_spans();
+}
+
+TEST_P(Slippage, of_rough_and_viscous_soil_follows_the_oracle) {
+    StageBench bench(deposits_def(GetParam(), Backend::cpu));
+    for (const auto& [substeps, stride] : {std::pair(1, 1), {2, 1}, {1, 2}}) {
+        SCOPED_TRACE("stride " + std::to_string(stride));
+        prepare(bench, GetParam());
+        const oracle::Field before = bench.to_field(bench.read());
+        bench.slip(substeps, stride);
+        oracle::Model model = bench.model(substeps);
+        model.slip_stride = stride;
+        model.pass = static_cast<uint32_t>(bench.impl().params.pass_stamp);
+        const size_t speed_count = static_cast<size_t>(before.nx) * before.ny * model.span_capacity;
+        const oracle::Slippage expected = oracle::slip_soil(
+            model, before, oracle::SlipSpeeds(speed_count, 0.0), tabulated(bench));
+        const FieldDeviation deviation =
+            compare(bench.to_field(bench.read()), expected.field, GetParam().material_count);
+        const double tolerance = 8 * 1e-3 * stride;  // as above
+        EXPECT_LT(deviation.soil.value, tolerance) << deviation.soil;
+        EXPECT_LT(deviation.mass.value, tolerance) << deviation.mass;
+        // Chance holds some of what slides without it, and not all of it.
+        model.roughness.clear();
+        model.viscosity.clear();
+        const oracle::Slippage plain = oracle::slip_soil(
+            model, before, oracle::SlipSpeeds(speed_count, 0.0), tabulated(bench));
+        int moved_count = 0, moved_plain_count = 0;
+        before.for_each([&](int x, int y, int z) {
+            moved_count += before.at(x, y, z).soil != expected.field.at(x, y, z).soil;
+            moved_plain_count += before.at(x, y, z).soil != plain.field.at(x, y, z).soil;
+        });
+        EXPECT_LT(moved_count, moved_plain_count);
+        EXPECT_GT(moved_count, stride == 1 ? 20 : -1);
+    }
+}
+
+// Where slides keep their momentum a failing slope drives what lies on it.
+// docs/decisions/run_out.md
+TEST_P(Slippage, that_sets_soil_in_motion_follows_the_oracle) {
+    SoilDef def = GetParam().def();
+    def.backend = Backend::cpu;
+    def.slides = SlideMotion::run_out;
+    StageBench bench(def);
+    prepare(bench, GetParam());
+    const oracle::Field before = bench.to_field(bench.read());
+    bench.impl().params.slide_kick = bench.impl().params.gravity_q16;
+    bench.slip(1);
+    const oracle::Model model = bench.model();
+    const oracle::Slippage expected = oracle::slip_soil(
+        model, before,
+        oracle::SlipSpeeds(static_cast<size_t>(before.nx) * before.ny * model.span_capacity, 0.0),
+        tabulated(bench));
+    const FieldDeviation deviation =
+        compare(bench.to_field(bench.read()), expected.field, GetParam().material_count);
+    EXPECT_LT(deviation.soil.value, 8e-3) << deviation.soil;  // as above
+    EXPECT_LT(deviation.mass.value, 8e-3) << deviation.mass;
+    EXPECT_LT(deviation.momentum.value, 8e-3) << deviation.momentum;
+}
+
+TEST(SlippageOfDeposits, has_the_same_bits_on_gl) {
+    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
+    const Scenario scenario{11, 24, 16, 24, 3};
+    std::vector<StatePlanes> after;
+    for (const Backend backend : {Backend::cpu, Backend::gl}) {
+        StageBench bench(deposits_def(scenario, backend));
+        prepare(bench, scenario);
+        bench.slip(1);
+        bench.build_spans();
+        bench.slip(1, 3);
+        after.push_back(bench.read());
+    }
+    EXPECT_TRUE(after[0] == after[1]) << "CPU and GL differ";
+}
+
 INSTANTIATE_TEST_SUITE_P(Scenarios, Slippage, testing::ValuesIn(all_scenarios()),
                          testing::PrintToStringParamName());
 

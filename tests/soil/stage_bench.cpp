@@ -102,7 +102,7 @@ StatePlanes StageBench::read() const {
 // Looks at every column, whatever was looked at before.
 void StageBench::run(Kernel kernel, const ListedWork& work) {
     SoilParams& p = impl_->params;
-    p.support_stamp = p.spans_stamp = p.slip_stamp = -1;
+    p.support_stamp = p.spans_stamp = p.slip_stamp = p.slide_stamp = -1;
     impl_->passes.run(kernel, work);
 }
 
@@ -177,6 +177,13 @@ void StageBench::slip(int substeps, int stride) {
     run(Kernel::slip_soil, impl_->lists.tiles());
     run(Kernel::apply_flow, impl_->lists.listed());
     impl_->params.substep_count = 1;
+}
+
+void StageBench::slide(int passes) {
+    impl_->params.slide_count = passes;
+    ++impl_->params.pass_stamp;
+    run(Kernel::slide_soil, impl_->lists.tiles());
+    run(Kernel::apply_flow, impl_->lists.listed());
 }
 
 std::vector<std::array<int32_t, kContactWords>> StageBench::collect_contacts() {
@@ -301,7 +308,13 @@ oracle::Model StageBench::model(int substeps) const {
                         .friction_speed = {},
                         .loose_volume = {},
                         .compacted_volume = {},
-                        .placed_volume = {}};
+                        .placed_volume = {},
+                        .roughness = {},
+                        .viscosity = {}};
+    model.slides = impl_->params.slides != 0;
+    model.step_s = impl_->def.step_s;
+    model.slide_kick = impl_->params.slide_kick * kUnit;
+    model.slide_count = impl_->params.slide_count;
     for (const MaterialDef& material : impl_->materials) {
         model.friction_angle_rad.push_back(material.friction_angle_rad);
         // As coarse as the kernels' words are.
@@ -313,6 +326,9 @@ oracle::Model StageBench::model(int substeps) const {
         model.loose_volume.push_back(volume(material.loose_density_kg_m3));
         model.compacted_volume.push_back(volume(material.compacted_density_kg_m3));
         model.placed_volume.push_back(kReferenceDensity / material.density_kg_m3);
+        if (impl_->params.deposits == 0) continue;
+        model.roughness.push_back(material.roughness);
+        model.viscosity.push_back(std::round(material.viscosity * kVoxelFull) * kUnit);
     }
     return model;
 }

@@ -27,6 +27,12 @@ struct MaterialDef {
     double cohesion_pa = 0;  ///< cohesion c, 0..200e3
     /// share of the cohesion that soil keeps once it has been moved, 0..1
     double loose_cohesion_fraction = 0;
+    /// slope above tan phi at which soil still stands, 0..40; by place between half of it and all
+    /// of it: slopes stand irregularly. 40: every slope stands
+    double roughness = 0;
+    /// share of the slides that do not take place, 0..1; 0: as sand does, 1: nothing slides. Chance
+    /// decides in each pass
+    double viscosity = 0;
     double tool_friction = 0.4;  ///< Coulomb friction with bodies, 0..2
     /// shear stress between soil and bodies without pressure, 0..200e3
     double tool_adhesion_pa = 0;
@@ -60,6 +66,10 @@ struct MaterialDef {
     FIELD(cohesion_pa, 0, 200e3, "cohesion c", "")                                                 \
     FIELD(loose_cohesion_fraction, 0, 1,                                                           \
           "share of the cohesion that soil keeps once it has been moved", "")                      \
+    FIELD(roughness, 0, 40, "slope above tan phi at which soil still stands",                      \
+          "by place between half of it and all of it")                                             \
+    FIELD(viscosity, 0, 1, "share of the slides that do not take place",                           \
+          "0: as sand does, 1: nothing slides")                                                    \
     FIELD(tool_friction, 0, 2, "Coulomb friction with bodies", "")                                 \
     FIELD(tool_adhesion_pa, 0, 200e3, "shear stress between soil and bodies without pressure", "") \
     FIELD(shear_displacement_m, 0, 0.2, "Janosi and Hanamoto's K of soil as placed",               \

@@ -93,6 +93,11 @@ std::vector<int32_t> make_slip_table(const MaterialDef& m, const SoilDef& def) {
     table[kTableStrength] =
         strength < kStrengthLeast ? 0 : static_cast<int32_t>(std::lround(strength));
     table[kTableTool] = friction_speed(m.tool_friction, def) * (kOneQ16 / kVelocityOne);
+    table[kTableRoughness] = static_cast<int32_t>(std::lround(m.roughness * kOneQ16));
+    table[kTableViscosity] = static_cast<int32_t>(std::lround(m.viscosity * kOneQ16));
+    const double drag = m.viscosity < 1 ? -std::log1p(-m.viscosity) * def.step_s * 60 : kDragMost;
+    table[kTableDrag] =
+        static_cast<int32_t>(std::lround(std::min(drag * kOneQ16, 1.0 * kDragMost)));
     const double passive = std::tan(std::numbers::pi / 4 - m.friction_angle_rad / 2);
     table[kTablePassive] = static_cast<int32_t>(std::lround(passive * kVoxelFull));
     const double densest = m.has_density_range() ? m.compacted_density_kg_m3 : m.density_kg_m3;

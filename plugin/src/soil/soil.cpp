@@ -123,6 +123,7 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
         }
         const int32_t* bonded = &tables[tables.size() - 2 * static_cast<size_t>(kTableWords)];
         p.bank_friction = std::min(p.bank_friction, bonded[kTableFriction]);
+        if (material.roughness > 0 || material.viscosity > 0) p.deposits = 1;
         if (const int32_t strength = bonded[kTableStrength]; strength > 0) {
             p.bank_strength = p.bank_strength > 0 ? std::min(p.bank_strength, strength) : strength;
         }

@@ -86,6 +86,11 @@ typedef struct bulletsoil_material {
     double shear_displacement_m;
     float color[3];    /**< linear RGB, 0..1 */
     uint32_t reserved; /**< 0 */
+    /** slope above tan phi at which soil still stands, 0..40; by place between half of it and all
+     * of it */
+    double roughness;
+    /** share of the slides that do not take place, 0..1; 0: as sand does, 1: nothing slides */
+    double viscosity;
 } bulletsoil_material;
 
 /**

@@ -1,0 +1,41 @@
+/// Slides that keep their momentum, written from docs/decisions/run_out.md.
+///
+/// The voxels of a column that move along the ground slide as one, with a thickness and a speed.
+/// What the page leaves open, and the kernels' layout decides:
+/// - a slide reaches from the surface down to the lowest voxel with momentum, past fewer than
+/// slide_gap voxels without any, slide_depth voxels at most;
+/// - a way is barred at the grid's end, under a body, and where the ground ahead is higher than the
+/// column's by more than the slide is thick, and by more than a voxel;
+/// - where the ground fails, friction takes nothing: slip_soil drives the slide on;
+/// - shares go to the columns along x, along y and across the corner as in (15) of the thesis, each
+/// filled from its surface up, three voxels at most at once;
+/// - soil above gaps that slides have left drops into them;
+/// - viscosity takes speed as (1 - viscosity)^(60 t) does, by implicit Euler steps.
+#pragma once
+
+#include <functional>
+
+#include "oracle/field.h"
+#include "oracle/spans.h"
+
+namespace oracle {
+
+/// free_surface() of every column, [y * nx + x].
+std::vector<FreeSurface> free_surfaces(const Model& model, const Field& field);
+
+/// One slide pass.
+Field slide_soil(const Model& model, const Field& before);
+
+/// A slope that was found failing.
+struct FailingSlope {
+    int x = 0, y = 0;
+    double top = 0;                 ///< height of the column
+    double slope = 0;               ///< of its steepest facet
+    double fall_x = 0, fall_y = 0;  ///< where that leads down to, the mean of unit vectors
+    std::function<bool(const Voxel& soil, int z)> stands;  ///< whether soil there stands at `slope`
+};
+/// Adds the momentum that the slope gives in this pass.
+void set_sliding(const Model& model, const Field& before, const std::vector<FreeSurface>& surfaces,
+                 const FailingSlope& at, Field& after);
+
+}  // namespace oracle
