@@ -17,8 +17,10 @@
 #include "bsoil/soil.h"
 #include "bsoil/surface_mesh.h"
 #include "commands.h"
+#include "feature_bench.h"
 #include "opened_scene.h"
 #include "picture_times.h"
+#include "pushing_block.h"
 
 namespace bsoil::command {
 namespace {
@@ -29,8 +31,7 @@ const std::vector<int> kThesisSides = {56, 64, 72, 80, 88, 104};
 constexpr int kAlphaSide = 72;
 constexpr int kAlphas[] = {0, 2, 4, 8, 12, 16};
 constexpr int kWarmUpFrames = 20;
-constexpr double kVoxelM = 0.05;
-constexpr double kVoxelsPerStep = 0.5;
+constexpr double kVoxelM = PushingBlock::kVoxelM;
 // What the thesis measured on a Radeon R9 270: equations (36) and (38).
 constexpr double kThesisMsPerVoxel = 2.4e-5, kThesisOverheadMs = 4.3;
 constexpr double kThesisMsPerIteration = 1.17, kThesisAlphaOverheadMs = 8.95;
@@ -42,6 +43,7 @@ struct BenchArguments {
     long long step_count = 0;  ///< of a scene; 0: all
     int picture_count = 0;     ///< of a scene
     bool is_thesis = true;
+    int feature_rounds = 0;  ///< 0: features are not timed
     bool on_gpu = false;
     std::vector<int> sides = kThesisSides;
     std::string out, page;
@@ -73,42 +75,10 @@ Line fit_line(const std::vector<double>& x, const std::vector<double>& y) {
     return {slope, (sy - slope * sx) / n};
 }
 
-/// A block that goes to and fro through the upper half of the soil.
-class PushingBlock {
-  public:
-    PushingBlock(double side_m, double step_s) : side_m_(side_m), step_s_(step_s) {
-        ConvexShape box;
-        box.half_extents_m = {side_m / 16, side_m / 6, side_m / 8};
-        shapes_.push_back(box);
-        body_.shapes = &shapes_;
-        body_.id = 1;
-    }
-    /// Where it is at the end of frame `frame`; its lower half is in the soil, whose surface is at
-    /// half height.
-    const SoilBody& at(int frame) {
-        const double way = side_m_ * 0.6, step = kVoxelsPerStep * kVoxelM;
-        const double along = std::fmod(frame * step, 2 * way);
-        const bool forth = along < way;
-        body_.pose.position = {(forth ? along : 2 * way - along) - way / 2, 0, side_m_ * 0.52};
-        body_.center_of_mass_m = body_.pose.position;
-        body_.linear_velocity_m_s = {(forth ? step : -step) / step_s_, 0, 0};
-        return body_;
-    }
-
-  private:
-    double side_m_, step_s_;
-    std::vector<ConvexShape> shapes_;
-    SoilBody body_;
-};
-
 Result<FrameTimes> push_block(const BenchArguments& arguments, int side, int alpha) {
     const double side_m = side * kVoxelM;
     SoilDef def;
-    def.material = {};  // its density does not change
-    def.material.name = "thesis";
-    def.material.density_kg_m3 = 2000;
-    def.material.friction_angle_rad = 25 * 3.14159265358979323846 / 180;
-    def.material.cohesion_pa = 0;
+    def.material = pushed_material();
     def.size_m = {side_m, side_m, side_m};
     def.voxel_m = kVoxelM;
     def.up = UpAxis::z;
@@ -357,6 +327,15 @@ int bench(BenchArguments& arguments) {
             return kCouldNotRun;
         }
     }
+    if (arguments.feature_rounds > 0) {
+        const auto features = time_features(
+            {arguments.device.chosen(), arguments.device.thread_count}, arguments.feature_rounds);
+        if (!features) {
+            fmt::print(stderr, "{}\n", features.error());
+            return kCouldNotRun;
+        }
+        json["features"] = *features;
+    }
     for (const std::string& scene : arguments.scenes) {
         const int exit_code = bench_scene(arguments, scene, json);
         if (exit_code != kPassed) return exit_code;
@@ -387,6 +366,10 @@ void add_bench(CLI::App& app, int& exit_code) {
         ->check(CLI::Range(0, 100000))
         ->capture_default_str();
     command->add_flag("!--no-thesis", arguments->is_thesis, "the scenes alone");
+    command
+        ->add_option("--features", arguments->feature_rounds,
+                     "what each feature of a soil costs beside a plain one, in so many rounds")
+        ->check(CLI::Range(1, 1000));
     command->add_flag("--gpu", arguments->on_gpu, "on a hardware OpenGL device; none is an error");
     command->add_option("--sides", arguments->sides, "voxels along the cube's side, each a point")
         ->check(CLI::Range(16, 512));
