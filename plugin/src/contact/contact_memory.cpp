@@ -80,8 +80,9 @@ const PressedSoil* ContactMemory::Index::find(const ContactVoxel& v, const Conta
             if (spot->center_m.x > x1) break;
             const Vec3 apart = spot->center_m - v.center_m;
             if (std::abs(apart.y) > far_m || std::abs(apart.z) > far_m) continue;
-            const double along = dot(apart, way);
             const double square = dot(apart, apart);
+            if (square > least) continue;  // farther alone is worse than another in all
+            const double along = dot(apart, way);
             if (std::abs(along) > reach_m || square - along * along > across_m * across_m) continue;
             const PressedSoil& entry = soil_[spot->place];
             const double cosine = dot(entry.normal, v.normal);

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <fstream>
 #include <memory>
+#include <string_view>
 
 #include "device/allocation_error.h"
 #include "device/cpu_name.h"
@@ -51,11 +52,27 @@ class AlignedWords {
 
 using Clock = std::chrono::steady_clock;
 
+/// The kernels for this processor. Both kinds give the same bits; BULLETSOIL_CPU=baseline in the
+/// environment takes those that run on any.
+std::span<const KernelInfo> kernels_for_this_cpu(const KernelSet& set) {
+#if defined(__x86_64__)
+    const char* wanted = std::getenv("BULLETSOIL_CPU");
+    const bool is_wide = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
+                         __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt");
+    if (is_wide && !set.wide_kernels.empty() &&
+        !(wanted && std::string_view(wanted) == "baseline")) {
+        return set.wide_kernels;
+    }
+#endif
+    return set.kernels;
+}
+
 class CpuDevice final : public Device {
   public:
     CpuDevice(const KernelSet& set, int thread_count)
         : Device(set),
           arena_(thread_count > 0 ? thread_count : tbb::task_arena::automatic),
+          kernels_(kernels_for_this_cpu(set)),
           name_(cpu_model_name()) {}
 
     std::string backend_name() const override { return "cpu"; }
@@ -97,7 +114,7 @@ class CpuDevice final : public Device {
     }
 
     void run_kernel(int kernel, std::span<const int32_t> params, const WorkList& work) override {
-        const KernelInfo& info = kernel_set().kernels[static_cast<size_t>(kernel)];
+        const KernelInfo& info = kernels_[static_cast<size_t>(kernel)];
         memory_.params = params.data();
         lane_count_ = 0;
         const Clock::time_point start = Clock::now();
@@ -171,6 +188,7 @@ class CpuDevice final : public Device {
     }
 
     tbb::task_arena arena_;
+    std::span<const KernelInfo> kernels_;
     std::string name_;
     AlignedWords buffers_[kBufferCapacity];
     KernelMemory memory_;

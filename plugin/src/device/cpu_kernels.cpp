@@ -1,8 +1,11 @@
 /// The kernels of one set as C++: the GLSL texts, read as the body of a struct whose members are
 /// the buffers.
 ///
-/// kernel_set.cmake compiles this file once per set and defines
+/// kernel_set.cmake compiles this file once per set, and where the processor may have wider vectors
+/// once more for those. It defines
 ///   BSOIL_KERNEL_SET      the function to define, e.g. soil_kernel_set
+///   BSOIL_WIDE_KERNELS    the function with the kernels for wider vectors, e.g. soil_wide_kernels
+///   BSOIL_IS_WIDE         in the second compilation, which defines that one alone
 ///   BSOIL_SHADER_FILES    the function with the embedded texts, e.g. soil_shader_files
 ///   BSOIL_KERNEL_LIST     the list: PLAIN(name) or SCATTER(name) per kernel
 ///   BSOIL_KERNEL_BUFFERS  the list: BUFFER(name) per buffer, in binding order
@@ -23,6 +26,9 @@
 namespace bsoil::device {
 
 std::span<const ShaderFile> BSOIL_SHADER_FILES();
+#ifdef BSOIL_WIDE_KERNELS
+std::span<const KernelInfo> BSOIL_WIDE_KERNELS();
+#endif
 #pragma GCC visibility push(default)
 const KernelSet& BSOIL_KERNEL_SET();
 #pragma GCC visibility pop
@@ -89,6 +95,15 @@ int64_t run(const KernelMemory& memory, int first_group, int group_count) {
     return lane_count;
 }
 
+constexpr KernelInfo kKernels[] = {
+#define PLAIN(name) {#name, false, &run<&Kernels::name, &Kernels::name##_lanes>},
+#define SCATTER(name) {#name, true, &run<&Kernels::name, &Kernels::name##_lanes>},
+#include BSOIL_KERNEL_LIST
+#undef PLAIN
+#undef SCATTER
+};
+
+#ifndef BSOIL_IS_WIDE
 /// The name at the end of a path. Only the name gets into the program, not the folder it was built
 /// in.
 template <size_t kSize>
@@ -107,27 +122,33 @@ struct FileName {
     }
     constexpr std::string_view view() const { return {text.data(), length}; }
 };
+#endif
 
 }  // namespace
+
+#ifdef BSOIL_IS_WIDE
+
+std::span<const KernelInfo> BSOIL_WIDE_KERNELS() { return kKernels; }
+
+#else
 
 const KernelSet& BSOIL_KERNEL_SET() {
     static constexpr FileName kParams(BSOIL_KERNEL_PARAMS);
     static constexpr FileName kLayout(BSOIL_KERNEL_LAYOUT);
     static constexpr FileName kCommon(BSOIL_KERNEL_COMMON);
-    static constexpr KernelInfo kKernels[] = {
-#define PLAIN(name) {#name, false, &run<&Kernels::name, &Kernels::name##_lanes>},
-#define SCATTER(name) {#name, true, &run<&Kernels::name, &Kernels::name##_lanes>},
-#include BSOIL_KERNEL_LIST
-#undef PLAIN
-#undef SCATTER
-    };
     static constexpr const char* kBuffers[] = {
 #define BUFFER(name) #name,
 #include BSOIL_KERNEL_BUFFERS
 #undef BUFFER
     };
     static_assert(std::size(kBuffers) <= kBufferCapacity);
+#ifdef BSOIL_WIDE_KERNELS
+    const std::span<const KernelInfo> wide_kernels = BSOIL_WIDE_KERNELS();
+#else
+    const std::span<const KernelInfo> wide_kernels;
+#endif
     static const KernelSet set{.kernels = kKernels,
+                               .wide_kernels = wide_kernels,
                                .buffers = kBuffers,
                                .param_words = sizeof(KernelParams) / sizeof(int32_t),
                                .files = BSOIL_SHADER_FILES(),
@@ -136,5 +157,7 @@ const KernelSet& BSOIL_KERNEL_SET() {
                                .common_file = kCommon.view()};
     return set;
 }
+
+#endif
 
 }  // namespace bsoil::device

@@ -36,13 +36,25 @@ function(bulletsoil_add_kernel_set target set_name)
 
   # No kernel asks for floating point exceptions. Without that word loops with a minimum or a choice in them do not become
   # vectors; their numbers stay the same.
-  set(kernels_file ${device_dir}/cpu_kernels.cpp)
-  set_source_files_properties(${kernels_file} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON
-    COMPILE_OPTIONS "$<$<NOT:$<CONFIG:Debug>>:-O3>;-ffp-contract=off;-fno-trapping-math"
-    COMPILE_DEFINITIONS
+  set(options "$<$<NOT:$<CONFIG:Debug>>:-O3>;-ffp-contract=off;-fno-trapping-math")
+  set(definitions
     "BSOIL_KERNEL_SET=${set_name}_kernel_set;BSOIL_SHADER_FILES=${set_name}_shader_files;\
 BSOIL_KERNEL_LIST=\"${arg_LIST}\";BSOIL_KERNEL_BUFFERS=\"${arg_BUFFERS}\";BSOIL_KERNEL_PARAMS=\"${arg_PARAMS}\";\
 BSOIL_KERNEL_LAYOUT=\"${arg_LAYOUT}\";BSOIL_KERNEL_COMMON=\"${arg_COMMON}\";BSOIL_KERNEL_BODIES=\"${bodies_file}\"")
+  set(kernels_file ${device_dir}/cpu_kernels.cpp)
+  # The same again for processors with AVX2; the device asks for that when it starts. What is inline in a header must not be
+  # taken from there on other processors, so GLM goes by another name (tests/device/check_wide_kernels.sh).
+  if(BULLETSOIL_WIDE_KERNELS)
+    list(APPEND definitions BSOIL_WIDE_KERNELS=${set_name}_wide_kernels)
+    set(wide_file ${CMAKE_CURRENT_BINARY_DIR}/${set_name}_wide_kernels.cpp)
+    file(CONFIGURE OUTPUT ${wide_file} CONTENT "#include \"${kernels_file}\"\n" @ONLY)
+    set_source_files_properties(${wide_file} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON
+      COMPILE_OPTIONS "${options};$<$<NOT:$<CONFIG:Debug>>:-mavx2;-mbmi;-mbmi2;-mpopcnt>"
+      COMPILE_DEFINITIONS "${definitions};BSOIL_IS_WIDE;glm=glm_wide")
+    target_sources(${target} PRIVATE ${wide_file})
+  endif()
+  set_source_files_properties(${kernels_file} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON
+    COMPILE_OPTIONS "${options}" COMPILE_DEFINITIONS "${definitions}")
   set_source_files_properties(${embedded_file} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   target_sources(${target} PRIVATE ${kernels_file} ${embedded_file})
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/plugin/src ${shader_dir})

@@ -34,6 +34,7 @@ struct ShaderFile {
 
 struct KernelSet {
     std::span<const KernelInfo> kernels;        ///< Device::dispatch takes an index into this
+    std::span<const KernelInfo> wide_kernels;   ///< the same for CPUs with AVX2, or none
     std::span<const char* const> buffers;       ///< names in the kernels; BufferIndex is the place
     int param_words = 0;                        ///< of the uniform block
     std::span<const ShaderFile> files;          ///< everything the kernels' GLSL is made from
