@@ -6,100 +6,14 @@
 namespace bsoil::viewer {
 namespace {
 
-constexpr double kBareVolume = 0.02;  ///< of a voxel: less soil than this has no colour
-
 Vec3 vertex(const std::vector<float>& list, size_t v) {
     return {list[3 * v], list[3 * v + 1], list[3 * v + 2]};
 }
 
 }  // namespace
 
-const char* field_name(Field field) {
-    constexpr const char* kNames[kFieldCount] = {"none",     "density",   "velocity", "force",
-                                                 "coverage", "disturbed", "activity", "material"};
-    return kNames[static_cast<size_t>(field)];
-}
-
-std::array<float, 3> ramp_color(double fraction) {
-    // Eight colours of matplotlib's viridis (public domain), as on the screen.
-    constexpr double kRamp[8][3] = {
-        {0.267, 0.005, 0.329}, {0.275, 0.194, 0.496}, {0.212, 0.359, 0.552}, {0.153, 0.497, 0.558},
-        {0.122, 0.632, 0.531}, {0.290, 0.759, 0.428}, {0.622, 0.854, 0.226}, {0.993, 0.906, 0.144}};
-    const double at = std::clamp(fraction, 0.0, 1.0) * 7;
-    const int i = std::min(6, static_cast<int>(at));
-    std::array<float, 3> color{};
-    for (size_t c = 0; c < 3; ++c) {
-        color[c] = static_cast<float>(
-            std::pow(kRamp[i][c] + (at - i) * (kRamp[i + 1][c] - kRamp[i][c]), 2.2));
-    }
-    return color;
-}
-
-FieldOverlay::FieldOverlay(const Soil& soil, const OverlayDef& def) : soil_(soil), def_(def) {
-    const auto& materials = soil.materials();
-    const auto [lightest, heaviest] = std::minmax_element(
-        materials.begin(), materials.end(),
-        [](const auto& a, const auto& b) { return a.density_kg_m3 < b.density_kg_m3; });
-    switch (def.field) {
-        case Field::none:
-            break;
-        case Field::density:
-            bar_ = {"bulk density", "kg/m\u00b3", 0.7 * lightest->density_kg_m3,
-                    1.25 * heaviest->density_kg_m3};
-            break;
-        case Field::velocity:
-            bar_ = {"speed", "m/s", 0, 1};
-            break;
-        case Field::force:
-            bar_ = {"pushed by bodies", "", 0, 1};
-            break;
-        case Field::coverage:
-            bar_ = {"covered by bodies", "", 0, 1};
-            break;
-        case Field::disturbed:
-            bar_ = {"has been moved", "", 0, 1};
-            break;
-        case Field::activity:
-            bar_ = {"active", "", 0, 1};
-            break;
-        case Field::material:
-            bar_ = {"material", "", 0,
-                    static_cast<double>(std::max<size_t>(1, materials.size() - 1))};
-            break;
-    }
-    if (def.low != 0 || def.high != 0) {
-        bar_.low = def.low;
-        bar_.high = def.high;
-    }
-}
-
-std::optional<double> FieldOverlay::value(const VoxelSample& s) const {
-    if (def_.field == Field::coverage) return s.coverage + s.body_coverage;
-    if (s.volume < kBareVolume) return {};
-    switch (def_.field) {
-        case Field::density:
-            return s.density_kg_m3;
-        case Field::velocity:
-            return length(s.velocity_m_s);
-        case Field::force:
-            return length(s.push);
-        case Field::disturbed:
-            return 1 - s.undisturbed;
-        case Field::activity:
-            return s.is_active ? 1.0 : 0.0;
-        case Field::material:
-            return s.material;
-        default:
-            return {};
-    }
-}
-
-std::array<float, 3> FieldOverlay::color_of(double value, const VoxelSample& sample) const {
-    if (def_.field == Field::material) {
-        return soil_.materials()[static_cast<size_t>(sample.material)].color;
-    }
-    return ramp_color((value - bar_.low) / std::max(1e-12, bar_.high - bar_.low));
-}
+FieldOverlay::FieldOverlay(const Soil& soil, const OverlayDef& def)
+    : soil_(soil), def_(def), field_(soil, def.field, def.low, def.high) {}
 
 void FieldOverlay::color(Mesh& mesh) const {
     mesh.weights.clear();
@@ -114,9 +28,9 @@ void FieldOverlay::color(Mesh& mesh) const {
             const VoxelSample sample = soil_.sample(static_cast<int>(std::floor(grid.x)),
                                                     static_cast<int>(std::floor(grid.y)),
                                                     static_cast<int>(std::floor(grid.z)));
-            const std::optional<double> found = value(sample);
+            const std::optional<double> found = field_.value(sample);
             if (!found) continue;
-            const std::array<float, 3> color = color_of(*found, sample);
+            const std::array<float, 3> color = field_.color(*found, sample);
             std::copy(color.begin(), color.end(), &mesh.colors[3 * v]);
             break;
         }
@@ -157,9 +71,9 @@ Mesh FieldOverlay::slice() const {
         at[u] = i;
         at[v] = j;
         const VoxelSample sample = soil_.sample(at[0], at[1], at[2]);
-        const std::optional<double> found = value(sample);
+        const std::optional<double> found = field_.value(sample);
         if (!found || (def_.field == Field::coverage && *found <= 0)) return;
-        const std::array<float, 3> color = color_of(*found, sample);
+        const std::array<float, 3> color = field_.color(*found, sample);
         const auto first = static_cast<uint32_t>(mesh.vertex_count());
         for (const Vec3 p :
              {corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)}) {

@@ -6,22 +6,23 @@
 
 #include "bsoil/soil.h"
 #include "bsoil/surface_mesh.h"
+#include "run/soil_field.h"
 #include "world_picture.h"
 
 namespace bsoil::viewer {
 
-enum class Field { none, density, velocity, force, coverage, disturbed, activity, material };
-inline constexpr int kFieldCount = 8;
-const char* field_name(Field field);
-
-/// Linear colour of a fraction 0..1: dark blue over green to yellow, as bright as it is much.
-std::array<float, 3> ramp_color(double fraction);
+using scene::ColorBar;
+using scene::Field;
+using scene::field_name;
+using scene::kFieldCount;
+using scene::ramp_color;
 
 /// What is shown of a field.
 struct OverlayDef {
     Field field = Field::none;
     bool on_surface = true;
     bool slice = false;
+    bool volume = false;       ///< in place of the soil's surface: see SoilVolume
     int slice_axis = 0;        ///< of the grid: 0 x, 1 y, 2 z
     double slice_at = 0.5;     ///< along that axis, fraction of the grid
     double low = 0, high = 0;  ///< of the colour bar; both 0: the field's own range
@@ -31,7 +32,7 @@ struct OverlayDef {
 class FieldOverlay {
   public:
     FieldOverlay(const Soil& soil, const OverlayDef& def);
-    ColorBar bar() const { return bar_; }
+    const ColorBar& bar() const { return field_.bar(); }
     /// Colours of the soil's surface by the field just below it.
     void color(Mesh& mesh) const;
     /// The soil's cut through the grid, coloured; bare voxels are left out.
@@ -40,12 +41,10 @@ class FieldOverlay {
 
   private:
     int slice_layer() const;
-    std::optional<double> value(const VoxelSample& sample) const;
-    std::array<float, 3> color_of(double value, const VoxelSample& sample) const;
 
     const Soil& soil_;
     OverlayDef def_;
-    ColorBar bar_;
+    scene::SoilField field_;
 };
 
 }  // namespace bsoil::viewer

@@ -177,6 +177,10 @@ void lay_out_show(ViewState& state, Simulation& simulation, Widgets& widgets) {
             widgets.checkbox("On the surface", &overlay.on_surface);
             ImGui::SameLine();
             widgets.checkbox("Slice", &overlay.slice);
+            ImGui::SameLine();
+        }
+        widgets.checkbox("Volume", &overlay.volume);
+        if (overlay.field != Field::none) {
             if (overlay.slice) {
                 constexpr const char* kAxes[] = {"across x", "across y", "level"};
                 for (int a = 0; a < 3; ++a) {

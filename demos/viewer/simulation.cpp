@@ -64,6 +64,7 @@ Status Simulation::start() {
     soil_patches_.reset();
     terrain_patches_.reset();
     tiles_.reset();
+    volume_.reset();
     run_ = std::move(*made);
     ++world_;
     if (run_->has_soil()) {
@@ -172,11 +173,16 @@ void Simulation::publish() {
     if (run_->has_soil()) {
         const FieldOverlay overlay(run_->soil(), overlay_);
         if (overlay_changed_) soil_patches_->touch_all();
+        if (overlay_changed_) volume_.reset();
         const bool colored = overlay_.field != Field::none && overlay_.on_surface;
-        soil_patches_->collect(picture.patches, colored ? SurfaceDetail{} : detail_,
-                               colored ? [&overlay](Mesh& mesh) { overlay.color(mesh); }
-                                       : std::function<void(Mesh&)>());
-        soil_patches_->collect_grains(picture.grains);
+        if (overlay_.volume) publish_volume(picture);
+        // Of the soil itself as a volume grains are left: what is too thin for it.
+        if (!overlay_.volume || overlay_.field == Field::none) {
+            soil_patches_->collect(picture.patches, colored ? SurfaceDetail{} : detail_,
+                                   colored ? [&overlay](Mesh& mesh) { overlay.color(mesh); }
+                                           : std::function<void(Mesh&)>());
+            soil_patches_->collect_grains(picture.grains);
+        }
         if (terrain_patches_) terrain_patches_->collect(picture.patches, detail_, {});
         const bool has_slice = overlay_.field != Field::none && overlay_.slice;
         if (has_slice || had_slice_) {
@@ -204,6 +210,17 @@ void Simulation::publish() {
     ready_ = std::move(picture);
     is_ready_ = true;
     changed_ = false;
+}
+
+void Simulation::publish_volume(WorldPicture& picture) {
+    if (!volume_) {
+        const scene::SoilVolumeDef def{overlay_.field, overlay_.low, overlay_.high, 0};
+        volume_ = std::make_unique<scene::SoilVolume>(run_->soil(), def);
+    }
+    if (volume_->update()) {
+        picture.voxels = std::make_shared<render::VolumeData>(volume_->data());
+    }
+    picture.volume = volume_->placed();
 }
 
 void Simulation::fill_status(RunStatus& status) const {

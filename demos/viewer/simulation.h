@@ -13,6 +13,7 @@
 #include "field_overlay.h"
 #include "hand.h"
 #include "run/scene_run.h"
+#include "run/soil_volume.h"
 #include "surface_patches.h"
 #include "world_picture.h"
 
@@ -70,6 +71,7 @@ class Simulation {
     void carry_out_orders();
     void step();
     void publish();
+    void publish_volume(WorldPicture& picture);
     void fill_status(RunStatus& status) const;
     void note(const std::string& text);
     void apply_levers();
@@ -89,6 +91,7 @@ class Simulation {
     SurfaceDetail detail_;
     OverlayDef overlay_;
     bool overlay_changed_ = false, had_slice_ = false;
+    std::unique_ptr<scene::SoilVolume> volume_;  ///< while it is shown
     SurfaceFriction tool_surface_;
     int debug_mode_ = 0;
     double pace_ = 1;

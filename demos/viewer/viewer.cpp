@@ -18,6 +18,7 @@
 #include "picture_cache.h"
 #include "run/scene_models.h"
 #include "view_script.h"
+#include "volume_layer.h"
 #include "window.h"
 
 namespace bsoil::viewer {
@@ -74,6 +75,7 @@ class Viewer {
     uint64_t world_ = 0;
     std::map<std::pair<SurfaceKind, int>, render::MeshId> patches_;
     std::vector<render::MeshId> body_meshes_;
+    VolumeLayer volume_;
     std::vector<std::optional<double>> sent_levers_;
     bool must_draw_ = true, must_quit_ = false;
     bool is_dragging_hand_ = false;
@@ -174,6 +176,9 @@ void Viewer::upload(const WorldPicture& picture) {
         for (History& history : state_.histories) history.values.clear();
         world_ = picture.world;
     }
+    if (const Status taken = volume_.take(*renderer_, picture); !taken) {
+        state_.status.conditions.push_back(taken.error());
+    }
     for (const SurfacePatch& patch : picture.patches) {
         render::MeshId& mesh = patches_[{patch.kind, patch.index}];
         if (mesh.value != 0) {
@@ -242,7 +247,9 @@ render::View Viewer::view() const {
         const double side = dot(slice.normal, view.camera.eye) < slice.offset ? -1 : 1;
         view.cut = Plane{slice.normal * side, slice.offset * side};
     }
+    volume_.append_to(view);
     for (const auto& [key, mesh] : patches_) {
+        if (key.first == SurfaceKind::soil && volume_.is_shown()) continue;
         render::Item item;
         item.mesh = mesh;
         item.is_closed = key.first == SurfaceKind::soil || key.first == SurfaceKind::terrain;

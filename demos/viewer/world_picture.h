@@ -2,12 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "bsoil/render/renderer.h"
 #include "bsoil/soil.h"
+#include "run/soil_field.h"
 
 namespace bsoil::viewer {
 
@@ -24,12 +26,6 @@ struct SurfacePatch {
 /// What a lever stands at and what its joint does.
 struct LeverState {
     double position = 0;  ///< of the joint [rad or m]
-};
-
-/// The two ends of a colour bar.
-struct ColorBar {
-    std::string title, unit;
-    double low = 0, high = 1;
 };
 
 /// What is said of the simulation beside the picture.
@@ -52,7 +48,7 @@ struct RunStatus {
     std::vector<double> loads_kg;         ///< by probe
     std::vector<double> forces_n;         ///< soil on body, by body
     std::vector<LeverState> levers;
-    ColorBar bar;  ///< empty title: none
+    scene::ColorBar bar;  ///< empty title: none
 };
 
 /// One picture of the world. Patches are those that changed since the last one that was taken.
@@ -61,8 +57,10 @@ struct WorldPicture {
     std::vector<Pose> bodies;
     std::vector<SurfacePatch> patches;
     std::vector<render::Line> lines;
-    std::vector<render::GrainGroup> grains;  ///< loose soil
-    std::optional<Plane> slice;              ///< where the slice through the soil lies
+    std::vector<render::GrainGroup> grains;            ///< loose soil
+    std::optional<Plane> slice;                        ///< where the slice through the soil lies
+    std::optional<render::Volume> volume;              ///< in place of the soil's surface
+    std::shared_ptr<const render::VolumeData> voxels;  ///< of it, where they have changed
     uint64_t world = 0;  ///< grows when the world was built anew: all patches before are void
 };
 

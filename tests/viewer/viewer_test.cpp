@@ -111,7 +111,8 @@ class ViewerWindow : public testing::Test {
 constexpr double kMeanMost = 1.0, kShareMost = 0.01;
 
 TEST_F(ViewerWindow, looks_as_the_reference_pictures) {
-    for (const char* name : {"pushed", "disturbed", "slice", "lines", "cab", "dug", "plots"}) {
+    for (const char* name :
+         {"pushed", "disturbed", "slice", "volume", "lines", "cab", "dug", "plots"}) {
         SCOPED_TRACE(name);
         const fs::path reference =
             fs::path(BSOIL_VIEWER_TESTS) / "reference" / (std::string(name) + ".png");
@@ -129,9 +130,10 @@ TEST_F(ViewerWindow, looks_as_the_reference_pictures) {
 TEST_F(ViewerWindow, every_control_changes_the_picture) {
     const std::pair<const char*, const char*> unlike[] = {
         {"start", "settled"},   {"settled", "pushed"}, {"pushed", "pulled_back"},
-        {"disturbed", "slice"}, {"slice", "lines"},    {"lines", "cab"},
-        {"cab", "orbit"},       {"orbit", "dug"},      {"dug", "plots"},
-        {"plots", "times"},     {"loaded", "reset"},   {"reset", "bare"}};
+        {"disturbed", "slice"}, {"slice", "volume"},   {"volume", "lines"},
+        {"lines", "cab"},       {"cab", "orbit"},      {"orbit", "dug"},
+        {"dug", "plots"},       {"plots", "times"},    {"loaded", "reset"},
+        {"reset", "bare"}};
     for (const auto& [before, after] : unlike) {
         EXPECT_GT(difference(picture(before), picture(after)).share, 0.001)
             << before << " and " << after;
@@ -175,6 +177,38 @@ TEST(ViewScripts, mistakes_are_named_with_their_line) {
     EXPECT_EQ(bad_name, 2);
     EXPECT_NE(name_text.find("script.txt:2: no widget `Fly` is shown"), std::string::npos)
         << name_text;
+}
+
+TEST(ViewCommand, steps_in_the_window_are_those_of_a_run) {
+    if (std::system("command -v xvfb-run >/dev/null") != 0) {
+        GTEST_SKIP() << "no xvfb-run";
+    }
+    const fs::path folder = fs::path(BSOIL_VIEWER_OUT) / "steps";
+    fs::create_directories(folder);
+    std::ofstream(folder / "script.txt") << "frames 2\nsteps 60\nkey F5\nframes 2\n";
+    const auto run = [&](const std::string& command) {
+        EXPECT_EQ(
+            std::system(("cd '" + folder.string() + "' && " + command + " > log.txt 2>&1").c_str()),
+            0)
+            << command;
+    };
+    const std::string scene = "'" BSOIL_VIEWER_TESTS "/play.toml' --backend cpu";
+    run("LIBGL_ALWAYS_SOFTWARE=1 xvfb-run -a '" BSOIL_COMMAND "' view " + scene +
+        " --script script.txt");
+    run("'" BSOIL_COMMAND "' run " + scene + " --steps 60 --out run");
+    // All voxels, and all bodies where they are: bit for bit.
+    for (const std::string ending : {"vti", "obj"}) {
+        std::string bytes[2];
+        for (const int i : {0, 1}) {
+            const std::string snapshot = i == 0 ? "view.snapshot" : "run/final.snapshot";
+            const std::string file = (i == 0 ? "view." : "run.") + ending;
+            run("'" BSOIL_COMMAND "' export " + snapshot + " --backend cpu --out " + file);
+            std::ifstream exported(folder / file, std::ios::binary);
+            bytes[i].assign(std::istreambuf_iterator<char>(exported), {});
+        }
+        EXPECT_GT(bytes[0].size(), 1000u);
+        EXPECT_TRUE(bytes[0] == bytes[1]) << ending;
+    }
 }
 
 TEST(ViewCommand, says_that_there_is_no_display) {

@@ -70,6 +70,8 @@ struct RenderArguments {
     std::string picture, depth, normals, labels;
     int width = 1280, height = 720;
     std::vector<double> eye, target;
+    std::string volume;
+    double sight_m = 0;
 };
 
 Status write_depth(const render::Buffers& buffers, const std::string& path) {
@@ -113,6 +115,22 @@ Status write_labels(const render::Buffers& buffers, const scene::SceneRun& run,
     return Done{};
 }
 
+constexpr const char* kSoilVolume = "soil";  ///< the soil itself: no field of it
+
+/// By what --volume calls them.
+std::vector<std::string> volume_names() {
+    std::vector<std::string> names{kSoilVolume};
+    for (int f = 1; f < scene::kFieldCount; ++f) {
+        names.emplace_back(scene::field_name(static_cast<scene::Field>(f)));
+    }
+    return names;
+}
+
+scene::Field field_of(const std::string& name) {
+    const std::vector<std::string> names = volume_names();
+    return static_cast<scene::Field>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
 int render(RenderArguments& arguments) {
     const int opened = arguments.moment.open();
     if (opened != kPassed) return opened;
@@ -121,6 +139,12 @@ int render(RenderArguments& arguments) {
     if (!renderer) return Moment::fail("no pictures: " + renderer.error());
     scene::ScenePicture picture(run, **renderer);  // before the moment: a camera that follows
     if (const int gone = arguments.moment.go(); gone != kPassed) return gone;
+    if (!arguments.volume.empty()) {
+        const scene::SoilVolumeDef def{field_of(arguments.volume), 0, 0, arguments.sight_m};
+        if (const Status shown = picture.show_volume(def); !shown) {
+            return Moment::fail(shown.error());
+        }
+    }
     const render::View view = picture.view([&arguments](render::View& made) {
         const auto vector = [](const std::vector<double>& v) { return Vec3{v[0], v[1], v[2]}; };
         made.width = arguments.width;
@@ -186,6 +210,15 @@ void add_render(CLI::App& app, int& exit_code) {
     command->add_option("--eye", arguments->eye, "x y z [m] in place of the scene's camera")
         ->expected(3);
     command->add_option("--target", arguments->target, "x y z [m]")->expected(3);
+    command
+        ->add_option("--volume", arguments->volume,
+                     "look into the soil, or into a field of it, in place of its surface")
+        ->check(CLI::IsMember(volume_names()));
+    command
+        ->add_option("--sight", arguments->sight_m,
+                     "how far one sees into what hides most [m]: 1/e of the light is left; without "
+                     "it as the volume needs it")
+        ->check(CLI::PositiveNumber);
     command->callback([arguments, &exit_code] { exit_code = render(*arguments); });
 }
 

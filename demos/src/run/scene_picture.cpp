@@ -30,6 +30,9 @@ struct ScenePicture::Impl {
     };
 
     const SceneRun& run;
+    render::Renderer& renderer;
+    std::optional<SoilVolume> volume;
+    render::VolumeId volume_id;
     std::optional<SoilTiles> tiles;
     std::optional<SurfaceLayer> soil, terrain;
     std::vector<render::MeshId> bodies;  // in the order of the run's bodies
@@ -37,7 +40,7 @@ struct ScenePicture::Impl {
     SurfaceCounts counts;
     Vec3 followed_from_m;
 
-    explicit Impl(const SceneRun& shown) : run(shown) {}
+    Impl(const SceneRun& shown, render::Renderer& drawn_by) : run(shown), renderer(drawn_by) {}
 
     Vec3 followed_m() const {
         return run.bullet().find_body(run.scene().camera.follow)->pose().position;
@@ -45,7 +48,7 @@ struct ScenePicture::Impl {
 };
 
 ScenePicture::ScenePicture(const SceneRun& run, render::Renderer& renderer)
-    : impl_(std::make_unique<Impl>(run)) {
+    : impl_(std::make_unique<Impl>(run, renderer)) {
     Impl& m = *impl_;
     const Scene& scene = run.scene();
     if (run.has_soil()) {
@@ -66,7 +69,21 @@ ScenePicture::ScenePicture(const SceneRun& run, render::Renderer& renderer)
     if (!scene.camera.follow.empty()) m.followed_from_m = m.followed_m();
 }
 
-ScenePicture::~ScenePicture() = default;
+ScenePicture::~ScenePicture() { impl_->renderer.remove_volume(impl_->volume_id); }
+
+Status ScenePicture::show_volume(const std::optional<SoilVolumeDef>& def) {
+    Impl& m = *impl_;
+    m.volume.reset();
+    m.renderer.remove_volume(m.volume_id);
+    m.volume_id = {};
+    if (!def || !m.run.has_soil()) return Done{};
+    m.volume.emplace(m.run.soil(), *def);
+    m.volume->update();
+    auto added = m.renderer.add_volume(m.volume->data());
+    if (!added) return Error{added.error()};
+    m.volume_id = *added;
+    return Done{};
+}
 
 ScenePicture::SurfaceCounts ScenePicture::surface_counts() const { return impl_->counts; }
 
@@ -83,9 +100,18 @@ render::View ScenePicture::view(const std::function<void(render::View&)>& adjust
     const auto label_from = [&view](size_t first, uint32_t label) {
         for (size_t i = first; i < view.items.size(); ++i) view.items[i].label = label;
     };
-    if (m.soil) m.soil->append_to(view, m.counts);
+    if (m.volume_id.value != 0) {
+        // It was taken with this size: there is room.
+        if (m.volume->update()) (void)m.renderer.set_volume(m.volume_id, m.volume->data());
+        view.volumes.push_back(m.volume->placed());
+        view.volumes.back().volume = m.volume_id;
+        if (m.volume->is_soil()) m.soil->mesher.update(render::surface_detail(view));
+    } else if (m.soil) {
+        m.soil->append_to(view, m.counts);
+    }
+    const bool has_grains = m.volume_id.value == 0 || m.volume->is_soil();
+    if (m.soil && has_grains) render::append_grains(m.soil->mesher, view.grains);
     label_from(0, kSoilLabel);
-    if (m.soil) render::append_grains(m.soil->mesher, view.grains);
     view.grain_label = kSoilLabel;
     view.time_s = m.run.time_s();
     const size_t soil_count = view.items.size();

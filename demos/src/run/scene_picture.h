@@ -3,9 +3,11 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "bsoil/render/renderer.h"
 #include "scene_run.h"
+#include "soil_volume.h"
 
 namespace bsoil::scene {
 
@@ -19,6 +21,10 @@ class ScenePicture {
     ~ScenePicture();
     ScenePicture(const ScenePicture&) = delete;
     ScenePicture& operator=(const ScenePicture&) = delete;
+
+    /// From now on the soil is a volume to look into, and has no surface; none: as at first. The
+    /// error says what the device has no room for.
+    Status show_volume(const std::optional<SoilVolumeDef>& def);
 
     /// What there is now, by the scene's camera. `adjust` may set camera and size of the picture:
     /// the surfaces' level of detail follows them. Meshes and uploads what has changed.

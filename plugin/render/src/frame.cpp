@@ -48,7 +48,7 @@ std::array<glm::vec4, 6> clip_planes(const glm::mat4& clip) {
 }  // namespace
 
 Frame::Frame(const View& view, int shadow_map_size, std::span<const GpuMesh> meshes,
-             GpuMesh& floor) {
+             std::span<const GpuVolume> volumes, GpuMesh& floor) {
     eye = to_glm(view.camera.eye);
     const glm::dvec3 target = to_glm(view.camera.target) - eye;
     up = glm::normalize(to_glm(view.camera.up));
@@ -72,11 +72,23 @@ Frame::Frame(const View& view, int shadow_map_size, std::span<const GpuMesh> mes
         low = glm::min(low, center - 0.5 * group.side_m);
         high = glm::max(high, center + 0.5 * group.side_m);
     }
+    for (const Volume& volume : view.volumes) {
+        if (volume.volume.value == 0 || volume.volume.value > volumes.size()) continue;
+        const GpuVolume& known = volumes[volume.volume.value - 1];
+        const glm::dmat4 model(model_of(volume.pose, eye));
+        for (int c = 0; known.used && c < 8; ++c) {
+            const glm::dvec3 corner(c & 1 ? known.size[0] : 0, c & 2 ? known.size[1] : 0,
+                                    c & 4 ? known.size[2] : 0);
+            const glm::dvec3 p(model * glm::dvec4(volume.voxel_m * corner, 1));
+            low = glm::min(low, p);
+            high = glm::max(high, p);
+        }
+    }
     if (!view.grains.empty()) {
         grain_material = static_cast<int>(std::min(materials.size(), kMaterialCapacity - 1));
         if (materials.size() < kMaterialCapacity) materials.push_back(kLooseGrains);
     }
-    const bool is_empty = items.empty() && view.grains.empty();
+    const bool is_empty = low.x > high.x;
     const glm::dvec3 center = is_empty ? glm::dvec3(0) : 0.5 * (low + high);
     const double radius = is_empty ? 1.0 : std::max(1e-3, 0.5 * glm::length(high - low));
     casters = items;  // the floor, which is added next, casts no shadow

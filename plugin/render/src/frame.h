@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gpu_mesh.h"
+#include "gpu_volume.h"
 
 namespace bsoil::render {
 
@@ -75,7 +76,8 @@ struct Frame {
     double fade_begin_m = 0, fade_end_m = 0;
 
     /// floor: filled where the view has one, and kept by the caller as long as the frame.
-    Frame(const View& view, int shadow_map_size, std::span<const GpuMesh> meshes, GpuMesh& floor);
+    Frame(const View& view, int shadow_map_size, std::span<const GpuMesh> meshes,
+          std::span<const GpuVolume> volumes, GpuMesh& floor);
     /// distance = y / (x + 2 depth - 1), along the line of sight.
     glm::vec2 depth_to_distance() const;
     /// A point 1 m deep in view space: xy * screen + zw, screen in -1..1.

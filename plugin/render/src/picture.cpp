@@ -32,15 +32,6 @@ glm::vec2 texel_of(const Target& target) {
     return {1.0f / static_cast<float>(target.width), 1.0f / static_cast<float>(target.height)};
 }
 
-/// The line of sight through each place of the screen.
-void set_rays(const Uniforms& uniforms, const Frame& f) {
-    const glm::vec4 to_view = f.to_view();
-    const glm::mat3 to_world = glm::transpose(glm::mat3(f.look));
-    uniforms.set("ray", to_world * glm::vec3(to_view.z, to_view.w, -1));
-    uniforms.set("ray_x", to_view.x * to_world[0]);
-    uniforms.set("ray_y", to_view.y * to_world[1]);
-}
-
 }  // namespace
 
 Status Picture::create() {
@@ -52,6 +43,8 @@ Status Picture::create() {
         const char* vertex_text;
         const char* fragment_text;
     } programs[] = {
+        {march_, "march", shaders::screen_vert, shaders::march_frag},
+        {veil_, "veil", shaders::screen_vert, shaders::veil_frag},
         {mixed_, "mixed surface", mixed_vertex.c_str(), mixed_fragment.c_str()},
         {depth_, "depth", shaders::depth_vert, shaders::depth_frag},
         {surface_, "surface", shaders::surface_vert, shaders::surface_frag},
@@ -321,6 +314,7 @@ Status Picture::draw(const View& view, GLuint framebuffer) {
     glDepthMask(GL_FALSE);
     light(frame);
     draw_sky(frame);
+    draw_volumes(view, frame);
     glDepthMask(GL_TRUE);
     timer_.mark(PassTimer::kLight);
     draw_lines(view, view.lines, frame);

@@ -9,6 +9,7 @@
 
 #include "bsoil/render/renderer.h"
 #include "frame.h"
+#include "gpu_volume.h"
 #include "grain_layer.h"
 #include "targets.h"
 
@@ -43,6 +44,7 @@ class Picture {
 
     GpuMesh& mesh(size_t index) { return meshes_[index]; }
     std::vector<GpuMesh>& meshes() { return meshes_; }
+    std::vector<GpuVolume>& volumes() { return volumes_; }
 
     /// Draws the view into the lower left corner of a framebuffer.
     Status draw(const View& view, GLuint framebuffer);
@@ -59,27 +61,30 @@ class Picture {
     void draw_occlusion(const Frame& frame);
     void light(const Frame& frame);
     void draw_sky(const Frame& frame) const;
+    void draw_volumes(const View& view, const Frame& frame);
+    void march(const Volume& placed, const GpuVolume& volume, const Frame& frame);
     void draw_lines(const View& view, const std::vector<Line>& lines, const Frame& frame);
     void finish() const;
     void draw_screen() const;
     void restore_state(const View& view, GLuint framebuffer) const;
     Frame make_frame(const View& view) {
-        return Frame(view, def_.shadow_map_size, meshes_, floor_);
+        return Frame(view, def_.shadow_map_size, meshes_, volumes_, floor_);
     }
 
     RendererDef def_;
     GlProgram depth_, surface_, occlusion_, smooth_, light_, sky_, line_, finish_, edges_, buffers_;
-    GlProgram mixed_, grain_, grain_depth_, grain_buffers_;
+    GlProgram mixed_, march_, veil_, grain_, grain_depth_, grain_buffers_;
     GlVertexArray no_vertices_, line_layout_;
     GlBuffer line_ends_;
     std::vector<float> line_floats_;
     GlTexture3D grains_;
     GlTexture3D blend_map_;  ///< once something mixed is drawn
     GlTexture2D materials_;
-    Target shadow_, seen_, rough_occlusion_, smooth_occlusion_, lit_, picture_;
+    Target shadow_, seen_, rough_occlusion_, smooth_occlusion_, veiled_, lit_, picture_;
     int samples_aside_ = 1;  ///< each way: a pixel is lit so many times squared
     int width_ = 0, height_ = 0;
     std::vector<GpuMesh> meshes_;
+    std::vector<GpuVolume> volumes_;
     GpuMesh floor_;
     GrainLayer grain_layer_;
     PassTimer timer_;

@@ -11,6 +11,7 @@ namespace bsoil::render {
 namespace {
 
 constexpr int kPictureSideMax = 8192;
+constexpr int kVolumeSideMax = 2048;  ///< what OpenGL 3.3 promises is 256; most devices have this
 
 Error out_of_range(const char* field, double value, const char* range) {
     return {std::string(field) + " = " + std::to_string(value) + " must be " + range};
@@ -41,6 +42,18 @@ Status validate_view(const View& view) {
     if (!(view.line_width >= 0.5f && view.line_width <= 16)) {
         return out_of_range("View::line_width", view.line_width, "in 0.5..16 pixels");
     }
+    for (const Volume& volume : view.volumes) {
+        if (!(volume.voxel_m > 0 && std::isfinite(volume.voxel_m))) {
+            return out_of_range("Volume::voxel_m", volume.voxel_m, "above 0");
+        }
+        if (!(volume.sight_m > 0 && std::isfinite(volume.sight_m))) {
+            return out_of_range("Volume::sight_m", volume.sight_m, "above 0");
+        }
+        if (!(volume.threshold >= 0 && volume.threshold <= 0.9)) {
+            return out_of_range("Volume::threshold", volume.threshold, "in 0..0.9");
+        }
+        if (!is_finite(volume.pose.position)) return Error{"Volume::pose must be finite"};
+    }
     if (view.cut && !(is_finite(view.cut->normal) && std::isfinite(view.cut->offset))) {
         return Error{"View::cut must be finite"};
     }
@@ -55,6 +68,21 @@ Status RendererDef::validate() const {
     }
     if (shadow_map_size < 256 || shadow_map_size > 8192) {
         return out_of_range("RendererDef::shadow_map_size", shadow_map_size, "in 256..8192");
+    }
+    return Done{};
+}
+
+Status VolumeData::validate() const {
+    size_t bytes = 4;
+    for (const int side : size) {
+        if (side < 1 || side > kVolumeSideMax) {
+            return out_of_range("VolumeData::size", side, "in 1..2048 voxels");
+        }
+        bytes *= static_cast<size_t>(side);
+    }
+    if (rgba.size() != bytes) {
+        return Error{"VolumeData::rgba has " + std::to_string(rgba.size()) + " bytes; four for " +
+                     "each voxel of VolumeData::size are " + std::to_string(bytes)};
     }
     return Done{};
 }
@@ -134,6 +162,32 @@ void Renderer::remove_mesh(MeshId id) {
     if (id.value == 0 || id.value > meshes.size()) return;
     const Impl::Use use(*impl_);
     meshes[id.value - 1] = {};
+}
+
+Result<VolumeId> Renderer::add_volume(const VolumeData& data) {
+    auto& volumes = impl_->picture->volumes();
+    const auto free = std::find_if(volumes.begin(), volumes.end(),
+                                   [](const GpuVolume& candidate) { return !candidate.used; });
+    const VolumeId id{static_cast<uint32_t>(free - volumes.begin()) + 1};
+    if (free == volumes.end()) volumes.emplace_back();
+    if (const Status set = set_volume(id, data); !set) return Error{set.error()};
+    return id;
+}
+
+Status Renderer::set_volume(VolumeId id, const VolumeData& data) {
+    auto& volumes = impl_->picture->volumes();
+    if (id.value == 0 || id.value > volumes.size()) return Error{"there is no such volume"};
+    if (const Status valid = data.validate(); !valid) return valid;
+    const Impl::Use use(*impl_);
+    if (!use.ok()) return no_context();
+    return volumes[id.value - 1].fill(data);
+}
+
+void Renderer::remove_volume(VolumeId id) {
+    auto& volumes = impl_->picture->volumes();
+    if (id.value == 0 || id.value > volumes.size()) return;
+    const Impl::Use use(*impl_);
+    volumes[id.value - 1] = {};
 }
 
 Result<Image> Renderer::render(const View& view) {

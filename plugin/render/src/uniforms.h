@@ -21,6 +21,8 @@ enum Unit {
     kNormalUnit,
     kMaterialUnit,
     kBlendUnit,
+    kVolumeUnit,
+    kBlockUnit,
     kUnitCount
 };
 
@@ -45,6 +47,7 @@ struct Uniforms {
         glUniform3fv(at(name), static_cast<GLsizei>(values.size()), &values[0].x);
     }
     void set(const char* name, float value) const { glUniform1f(at(name), value); }
+    void set(const char* name, int value) const { glUniform1i(at(name), value); }
     void set(const char* name, bool value) const { glUniform1i(at(name), value ? 1 : 0); }
     void set_unit(const char* name, Unit unit) const { glUniform1i(at(name), unit); }
     /// Draws what the eye sees of an item, with its `model` and its `cut`.
@@ -64,6 +67,15 @@ struct Uniforms {
         }
     }
 };
+
+/// The line of sight through each place of the screen.
+inline void set_rays(const Uniforms& uniforms, const Frame& f) {
+    const glm::vec4 to_view = f.to_view();
+    const glm::mat3 to_world = glm::transpose(glm::mat3(f.look));
+    uniforms.set("ray", to_world * glm::vec3(to_view.z, to_view.w, -1));
+    uniforms.set("ray_x", to_view.x * to_world[0]);
+    uniforms.set("ray_y", to_view.y * to_world[1]);
+}
 
 template <typename Texture>
 void bind_texture(Unit unit, GLenum target, const Texture& texture) {

@@ -53,6 +53,34 @@ struct Line {
     std::array<float, 3> color{1, 1, 1};  ///< linear RGB, 0..1
 };
 
+/// A box of voxels to look into.
+struct VolumeData {
+    int size[3] = {0, 0, 0};  ///< voxels along x, y, z, each 1..2048
+    /// Four bytes a voxel, x the fastest, then y. Red, green and blue are square roots of linear
+    /// 0..1, as 0..255. The fourth is how much the voxel hides: 0 nothing.
+    std::vector<uint8_t> rgba;
+    /// Names the field, its value and its range when something is wrong.
+    Status validate() const;
+};
+
+/// A volume of the renderer.
+struct VolumeId {
+    uint32_t value = 0;  ///< 0: none
+};
+
+/// A volume in the picture. Rays march through its box until they meet what else is seen, or until
+/// nothing more comes through (as in Minho's particle deposition, chapter 4). They choose their
+/// steps themselves: half a voxel, and a pixel's width where that is more.
+struct Volume {
+    VolumeId volume;
+    Pose pose;              ///< of its corner with the first voxel; volume -> world
+    double voxel_m = 0.05;  ///< side of a voxel, above 0
+    double sight_m = 0.3;   ///< in what hides most 1/e of the light is left after this, above 0
+    /// What hides less than this hides nothing, 0..0.9; the rest is stretched to 0..1.
+    double threshold = 0;
+    bool is_shaded = true;  ///< brighter towards the sun where what hides begins
+};
+
 /// Grains in a group of them.
 inline constexpr int kGroupGrains = 128;
 
@@ -81,7 +109,8 @@ struct View {
     std::vector<Item> items;
     /// Items that say so are seen only within this half space, as if cut open. Their shadows stay.
     std::optional<Plane> cut;
-    std::vector<Line> lines;        ///< hidden by what is nearer
+    std::vector<Volume> volumes;    ///< cast no shadows, and are not in Buffers
+    std::vector<Line> lines;        ///< hidden by what is nearer; volumes do not hide them
     std::vector<Line> front_lines;  ///< hidden by nothing
     float line_width = 1.5f;        ///< pixels, 0.5..16
     std::vector<GrainGroup> grains;
@@ -112,7 +141,7 @@ struct PassTimes {
     double shadow = 0;     ///< depth seen from the sun
     double surface = 0;    ///< what the eye sees: colours, normals, depth
     double occlusion = 0;  ///< ambient occlusion from that depth
-    double light = 0;      ///< the light on it, and the sky
+    double light = 0;      ///< the light on it, the sky, and volumes
     double finish = 0;     ///< lines, smooth edges, and the way into the target
     double sum() const { return shadow + surface + occlusion + light + finish; }  ///< [ms]
 };
@@ -140,6 +169,13 @@ class Renderer {
     void set_mesh(MeshId id, const Mesh& mesh);
     /// The id may be given out again.
     void remove_mesh(MeshId id);
+
+    /// Copies the voxels to the device. The error says what is wrong with them.
+    Result<VolumeId> add_volume(const VolumeData& data);
+    /// Replaces the voxels of a volume.
+    Status set_volume(VolumeId id, const VolumeData& data);
+    /// The id may be given out again.
+    void remove_volume(VolumeId id);
 
     /// Draws a picture and waits for it. Items without a mesh are left out.
     Result<Image> render(const View& view);

@@ -1,0 +1,65 @@
+/// The soil as a volume: what its voxels show, and that only what changed is read again.
+#include "run/soil_volume.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace bsoil::scene::soil_volume_test {
+namespace {
+
+std::unique_ptr<Soil> level_ground() {
+    SoilDef def;
+    def.size_m = {2, 2, 1};
+    def.up = UpAxis::z;
+    def.backend = Backend::cpu;
+    auto soil = Soil::create(def);
+    EXPECT_TRUE(soil) << soil.error();
+    EXPECT_TRUE((*soil)->fill(BoxFill{{{-2, -2, -2}, {2, 2, 0.425}}, {}}));
+    return std::move(*soil);
+}
+
+const uint8_t* voxel(const SoilVolume& volume, int x, int y, int z) {
+    const int* size = volume.data().size;
+    return &volume.data().rgba[4 * static_cast<size_t>((z * size[1] + y) * size[0] + x)];
+}
+
+TEST(SoilVolume, soil_hides_as_much_as_there_is_of_it) {
+    const auto soil = level_ground();
+    SoilVolume volume(*soil, {});
+    EXPECT_TRUE(volume.update());
+    EXPECT_TRUE(volume.data().validate());
+    EXPECT_EQ(voxel(volume, 3, 20, 7)[3], 255);
+    EXPECT_NEAR(voxel(volume, 3, 20, 8)[3], 128, 32);  // a fill samples quarters of a voxel
+    EXPECT_EQ(voxel(volume, 3, 20, 9)[3], 0);
+    const MaterialDef sand = soil->materials()[0];
+    for (size_t c = 0; c < 3; ++c) {
+        EXPECT_NEAR(voxel(volume, 3, 20, 7)[c], 255 * std::sqrt(sand.color[c]), 1);
+    }
+}
+
+TEST(SoilVolume, only_what_changed_is_new) {
+    const auto soil = level_ground();
+    SoilVolume volume(*soil, {});
+    EXPECT_TRUE(volume.update());
+    EXPECT_FALSE(volume.update());
+    EXPECT_TRUE(soil->fill(BoxFill{{{0.5, 0.5, 0.4}, {0.6, 0.6, 0.6}}, {}}));
+    EXPECT_TRUE(volume.update());
+    EXPECT_EQ(voxel(volume, 31, 31, 10)[3], 255);
+    EXPECT_FALSE(volume.update());
+}
+
+TEST(SoilVolume, a_field_hides_the_more_the_more_there_is_of_it) {
+    const auto soil = level_ground();
+    SoilVolume volume(*soil, {Field::density, 1000, 2000, 0});
+    volume.update();
+    const double density = soil->sample(3, 20, 7).density_kg_m3;
+    EXPECT_NEAR(voxel(volume, 3, 20, 7)[3], 255 * (density - 1000) / 1000, 1);
+    EXPECT_EQ(volume.bar().low, 1000);
+    SoilVolume still(*soil, {Field::velocity, 0, 0, 0});
+    still.update();
+    EXPECT_EQ(voxel(still, 3, 20, 7)[3], 0);  // nothing moves
+}
+
+}  // namespace
+}  // namespace bsoil::scene::soil_volume_test
