@@ -296,7 +296,7 @@ void slip_soil(int group, int lane) {
                 } else if (across > along) {
                     slope = mul_q16(drop[diagonal], kDiagonalInverse);  // over sqrt(2)
                     to_diagonal = kOneQ16;
-                } else {
+                } else if (wedge_at(curve, source, along + across / 2 + 1) > stands) {  // no slope of these two is steeper
                     slope = slope_length(along, across);
                     to_diagonal = fraction_q16(across, along);
                 }
@@ -313,7 +313,7 @@ void slip_soil(int group, int lane) {
                 fall = ivec2(0);
                 steep_count = 0;
             }
-            if (wedge == worst) {
+            if (wedge == worst && params.slides != 0) {  // for set_sliding()
                 // Along the axis and across it: see the eight neighbours above.
                 ivec2 axis_way = way_to(axis);
                 ivec2 side_way = way_to(diagonal) - axis_way;
