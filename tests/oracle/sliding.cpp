@@ -6,7 +6,7 @@
 namespace oracle {
 namespace {
 
-constexpr double kSteepest = 4;  // beyond it friction is next to nothing
+constexpr double kTableSlopeMost = 4;  // beyond it friction is next to nothing
 
 double tan_phi(const Model& model, const Voxel& voxel) {
     std::vector<double> of_materials;
@@ -122,7 +122,7 @@ class Pass {
             const double slope = std::clamp((drop_x.value_or(0) * std::abs(slide.vx) +
                                              drop_y.value_or(0) * std::abs(slide.vy)) /
                                                 pace,
-                                            -kSteepest, kSteepest);
+                                            -kTableSlopeMost, kTableSlopeMost);
             const Voxel& top = now_.at(x, y, slide.high);
             const double lost = model_.gravity / model_.slide_count *
                                 std::max(0.0, tan_phi(model_, top) - slope) / (1 + slope * slope);
