@@ -29,6 +29,16 @@ int column_speed(int slot, int x, int y) {
     return fastest;
 }
 
+CONST_INT(kStreamLeast, 32768)  // half a voxel of soil that falls: where there is less, soil slides through it
+
+// The same drop onto `height`, in `target`, where soil hangs in the air right above: that takes the room as a span of falling soil
+// does (32), though it may be too loose to be one. Else all of a heap could slide into a column that lost its support.
+int drop_below_stream(int target, int height, int drop) {
+    int room = kVoxelFull - (height & kLowHalf);
+    if (drop <= room || (height >> 16) + 1 >= params.height) return drop;
+    return state_at(kPlaneVolume, target + kTileColumns) > kStreamLeast ? room : drop;
+}
+
 // The slice between the span [bottom, top] and the column at (x, y): its drop (32), and the voxel that gets the soil.
 int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(int) target) {
     target = -1;
@@ -38,7 +48,7 @@ int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(i
     if (single != kNotSingle && min(top, single) >= bottom) {
         if (top <= single) return kNoDrop;
         target = voxel_at(slot, x, y, single >> 16);
-        return is_solid(target) ? kNoDrop : top - single;
+        return is_solid(target) ? kNoDrop : drop_below_stream(target, single, top - single);
     }
     int record = column * kColumnWords;
     int count = single != kNotSingle ? 0 : spans[record + kColumnCount];
@@ -55,12 +65,12 @@ int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(i
         int drop = ceiling - other_top;  // thesis (32)
         if (drop <= 0) return kNoDrop;
         target = voxel_at(slot, x, y, other_top >> 16);
-        return is_solid(target) ? kNoDrop : drop;
+        return is_solid(target) ? kNoDrop : drop_below_stream(target, other_top, drop);
     }
     // No span beside this one. On the edge of a rigid body an edge span of no height takes the soil.
     if (on_rigid) {
         target = voxel_at(slot, x, y, bottom >> 16);
-        if (!is_solid(target) && !is_full(target)) return top - bottom;
+        if (!is_solid(target) && !is_full(target)) return drop_below_stream(target, bottom, top - bottom);
     }
     target = -1;
     return kNoDrop;

@@ -89,5 +89,27 @@ TEST(FreeFall, ends_at_rest_on_the_floor) {
     for (int axis = 0; axis < 3; ++axis) EXPECT_EQ(sums_of(*soil).momentum[axis], 0);
 }
 
+// Level ground, but that one column hangs over a gap of a voxel, each of its voxels too loose to be
+// a span of falling soil. The eight columns beside it would fill it from all sides if its soil were
+// not in their way.
+TEST(FreeFall, a_column_that_lost_its_support_is_not_filled_a_second_time) {
+    auto soil = make_soil(grid_def(16, 16, 24));
+    const auto fill = [&soil](Vec3 low, Vec3 high) {
+        ASSERT_TRUE(soil->fill(voxel_box(*soil, low, high)));
+    };
+    fill({0, 0, 0}, {16, 8, 20});
+    fill({0, 9, 0}, {16, 16, 20});
+    fill({0, 8, 0}, {8, 9, 20});
+    fill({9, 8, 0}, {16, 9, 20});
+    fill({8, 8, 0}, {9, 9, 4});
+    for (int z = 5; z < 20; ++z) fill({8, 8, z * 1.0}, {9, 9, z + 0.9});
+    for (int s = 0; s < 5; ++s) {
+        soil->step({});
+        double most = 0;
+        for (int z = 0; z < 24; ++z) most = std::max(most, soil->sample(8, 8, z).volume);
+        EXPECT_LT(most, 3) << "step " << s;
+    }
+}
+
 }  // namespace
 }  // namespace bsoil::free_fall_test
