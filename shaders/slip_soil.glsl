@@ -8,6 +8,7 @@
 CONST_INT(kNoDrop, -1)
 CONST_INT(kAnyDrop, 268435456)  // more than a grid is high
 CONST_INT(kSlipDepth, 2)  // voxels of a column that may slide at once
+CONST_INT(kSlipIntake, 65536)  // soil a column gets from each neighbour at once: all eight give half of what fits (kVoxelMost)
 
 // Where the slip speed of a column's spans stands: two sets, one read and one written, turn by turn.
 int speed_read(int record, int span) {
@@ -29,16 +30,6 @@ int column_speed(int slot, int x, int y) {
     return fastest;
 }
 
-CONST_INT(kStreamLeast, 32768)  // half a voxel of soil that falls: where there is less, soil slides through it
-
-// The same drop onto `height`, in `target`, where soil hangs in the air right above: that takes the room as a span of falling soil
-// does (32), though it may be too loose to be one. Else all of a heap could slide into a column that lost its support.
-int drop_below_stream(int target, int height, int drop) {
-    int room = kVoxelFull - (height & kLowHalf);
-    if (drop <= room || (height >> 16) + 1 >= params.height) return drop;
-    return state_at(kPlaneVolume, target + kTileColumns) > kStreamLeast ? room : drop;
-}
-
 // The slice between the span [bottom, top] and the column at (x, y): its drop (32), and the voxel that gets the soil.
 int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(int) target) {
     target = -1;
@@ -48,7 +39,7 @@ int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(i
     if (single != kNotSingle && min(top, single) >= bottom) {
         if (top <= single) return kNoDrop;
         target = voxel_at(slot, x, y, single >> 16);
-        return is_solid(target) ? kNoDrop : drop_below_stream(target, single, top - single);
+        return is_solid(target) ? kNoDrop : top - single;
     }
     int record = column * kColumnWords;
     int count = single != kNotSingle ? 0 : spans[record + kColumnCount];
@@ -65,12 +56,12 @@ int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(i
         int drop = ceiling - other_top;  // thesis (32)
         if (drop <= 0) return kNoDrop;
         target = voxel_at(slot, x, y, other_top >> 16);
-        return is_solid(target) ? kNoDrop : drop_below_stream(target, other_top, drop);
+        return is_solid(target) ? kNoDrop : drop;
     }
     // No span beside this one. On the edge of a rigid body an edge span of no height takes the soil.
     if (on_rigid) {
         target = voxel_at(slot, x, y, bottom >> 16);
-        if (!is_solid(target) && !is_full(target)) return drop_below_stream(target, bottom, top - bottom);
+        if (!is_solid(target) && !is_full(target)) return top - bottom;
     }
     target = -1;
     return kNoDrop;
@@ -366,6 +357,9 @@ void slip_soil(int group, int lane) {
         int rate = min(max(speed / params.substep_count, params.slip_rate_least), params.slip_rate_most);
         // As if columns that far apart were neighbours.
         int amount = min(mul_q16(worst, rate) * params.slip_stride, kSlipDepth * kVoxelFull) + 1;  // thesis (10)
+        int most_flow = 0;
+        for (int k = 0; k < 8; ++k) most_flow = max(most_flow, flow[k]);
+        if (amount > kSlipIntake) amount = min(amount, fraction_q16(kSlipIntake, fraction_q16(most_flow, sum)));
         // From the top down, a voxel at a time.
         int lowest = max(bottom >> 16, ((top - 1) >> 16) - kSlipDepth);
         for (int z = (top - 1) >> 16; z >= lowest && amount > 0; --z) {

