@@ -23,6 +23,7 @@ fi
 
 install_packages "${build_packages[@]}" || exit 2
 install_packages "${viewer_packages[@]}" || say "bsoil view is left out"
+install_packages "${export_packages[@]}" || say "GeoTIFFs are left out"
 configure "$project_root/build" CMAKE_BUILD_TYPE?=Release BULLETSOIL_TESTS?=OFF BULLETSOIL_UNITY?=ON || exit 2
 build "$project_root/build" bsoil || exit 2
 

@@ -14,6 +14,8 @@ build_packages=(
 )
 # For the window of `bsoil view`: a build without them says that it has none.
 viewer_packages=(libsdl2-dev libimgui-dev fonts-dejavu-core)
+# For GeoTIFFs of `bsoil export`. OpenVDB is used where it is found: libopenvdb-dev and libboost-dev take 170 MB.
+export_packages=(libtiff-dev)
 test_packages=(libgtest-dev doxygen clang xvfb xauth)
 fuzz_packages=(clang libclang-rt-14-dev)
 

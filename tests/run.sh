@@ -34,7 +34,7 @@ while (($#)); do
     esac
 done
 
-install_packages "${build_packages[@]}" "${viewer_packages[@]}" "${test_packages[@]}"
+install_packages "${build_packages[@]}" "${viewer_packages[@]}" "${export_packages[@]}" "${test_packages[@]}"
 configure "$folder" BULLETSOIL_TESTS=ON "${options[@]}"
 build "$folder"
 exec ctest --test-dir "$folder" --output-on-failure --no-tests=error -j "${CTEST_PARALLEL_LEVEL:-2}" "$@"

@@ -177,6 +177,15 @@ TEST_F(Exports, the_ascii_grid_has_north_on_top_and_heights_in_the_world) {
     for (const size_t row : {3u, 20u}) {
         EXPECT_NEAR(heights[row * 40 + 7], run_->soil().surface_height_m(7, 39 - int(row)), 1e-5);
     }
+    // The same ground with y up: the step is in the east, rows go along z.
+    open("y");
+    std::ifstream other(exported("moment.asc"));
+    for (int word = 0; word < 12; ++word) other >> key;
+    heights.assign(std::istream_iterator<double>(other), {});
+    ASSERT_EQ(heights.size(), 1600u);
+    EXPECT_NEAR(heights[39], 0.6, 0.01);
+    EXPECT_NEAR(heights[0], kBedM, 0.01);
+    EXPECT_NEAR(heights[3 * 40 + 7], run_->soil().surface_height_m(3, 7), 1e-5);
 }
 
 /// What a program prints; empty where it is missing or fails.
@@ -217,6 +226,72 @@ TEST_F(Exports, the_voxels_are_an_image_of_vtk) {
     ASSERT_FALSE(sum.empty());
     const double soil_m3 = soil_volume_m3(run_->soil());
     EXPECT_NEAR(std::stod(sum) * std::pow(0.05, 3), soil_m3, 1e-4 * soil_m3);
+}
+
+/// True where the build lacks a library, which the error has to name with its package.
+bool is_left_out(const Result<std::string>& written, const std::string& package) {
+    return !written && written.error().find("built without") != std::string::npos &&
+           written.error().find(package) != std::string::npos;
+}
+
+TEST_F(Exports, gdal_reads_the_geotiff_with_heights_in_their_places) {
+    for (const std::string up : {"z", "y"}) {
+        SCOPED_TRACE(up);
+        open(up);
+        const std::string path = (fs::temp_directory_path() / ("moment_" + up + ".tif")).string();
+        const auto written = export_run(*run_, path);
+        if (is_left_out(written, "libtiff-dev")) {
+            GTEST_SKIP() << written.error();
+        }
+        ASSERT_TRUE(written) << written.error();
+        if (std::system("command -v gdal_translate >/dev/null") != 0) {
+            GTEST_SKIP() << "nobody reads it here: gdal-bin is not installed";
+        }
+        EXPECT_NE(output_of("gdalinfo '" + path + "'").find("BulletSoil world"), std::string::npos);
+        // East, north and height of the middle of each column.
+        std::istringstream rows(output_of("gdal_translate -q -of XYZ '" + path + "' /vsistdout/"));
+        const Soil& soil = run_->soil();
+        int count = 0;
+        for (double east = 0, north = 0, height = 0; rows >> east >> north >> height; ++count) {
+            const Vec3 at = up == "y" ? Vec3{east, height, -north} : Vec3{east, north, height};
+            const Vec3 grid = soil.frame().to_grid(at);
+            const int x = static_cast<int>(std::floor(grid.x)),
+                      y = static_cast<int>(std::floor(grid.y));
+            EXPECT_NEAR(grid.x - x, 0.5, 1e-6);
+            EXPECT_NEAR(grid.z * 0.05, soil.surface_height_m(x, y), 1e-6);  // floats
+        }
+        EXPECT_EQ(count, 40 * 40);
+    }
+    EXPECT_FALSE(export_run(*run_, "/no/such/folder/moment.tif"));
+}
+
+TEST_F(Exports, openvdb_finds_the_voxels_of_soil) {
+    open("y");
+    const std::string path = (fs::temp_directory_path() / "moment.vdb").string();
+    const auto written = export_run(*run_, path);
+    if (is_left_out(written, "libopenvdb-dev")) {
+        GTEST_SKIP() << written.error();
+    }
+    ASSERT_TRUE(written) << written.error();
+    EXPECT_FALSE(export_run(*run_, "/no/such/folder/moment.vdb"));
+    if (std::system("command -v vdb_print >/dev/null") != 0) {
+        GTEST_SKIP() << "nobody reads it here: libopenvdb-tools is not installed";
+    }
+    int filled = 0;
+    const Soil& soil = run_->soil();
+    for (int z = 0; z < 24; ++z) {
+        for (int y = 0; y < 40; ++y) {
+            for (int x = 0; x < 40; ++x) filled += soil.sample(x, y, z).volume > 0;
+        }
+    }
+    // One line a grid: name, type, lowest and highest voxel, count of those that are not empty.
+    const std::string text = output_of("vdb_print '" + path + "'");
+    for (const std::string name : {"volume", "density", "velocity", "material"}) {
+        EXPECT_NE(text.find(name), std::string::npos) << text;
+    }
+    EXPECT_NE(output_of("vdb_print -l '" + path + "'").find(std::to_string(filled)),
+              std::string::npos)
+        << text;
 }
 
 TEST_F(Exports, other_endings_are_refused_and_the_known_ones_named) {

@@ -228,13 +228,14 @@ void add_export(CLI::App& app, int& exit_code) {
         std::vector<std::string> files;
     };
     auto arguments = std::make_shared<Arguments>();
-    CLI::App* command = app.add_subcommand(
-        "export", "a moment of a scene for other tools: glTF, OBJ, PLY, ESRI ASCII, PNG, VTK");
+    CLI::App* command = app.add_subcommand("export",
+                                           "a moment of a scene for other tools: glTF, OBJ, PLY, "
+                                           "ESRI ASCII, GeoTIFF, PNG, VTK, OpenVDB");
     arguments->moment.add_options(*command);
     command
         ->add_option("--out", arguments->files,
-                     "files whose endings say the format: .glb .obj .ply (meshes), .asc .png "
-                     "(heights), .vti (voxels)")
+                     "files whose endings say the format: .glb .obj .ply (meshes), .asc .tif "
+                     ".png (heights), .vti .vdb (voxels)")
         ->required();
     command->callback([arguments, &exit_code] {
         exit_code = export_moment(arguments->moment, arguments->files);

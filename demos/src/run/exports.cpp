@@ -14,6 +14,8 @@
 #include "bsoil/render/image.h"
 #include "bsoil/render/primitives.h"
 #include "bsoil/surface_mesh.h"
+#include "height_map.h"
+#include "openvdb_grids.h"
 #include "scene_models.h"
 
 namespace bsoil::scene {
@@ -178,23 +180,15 @@ std::vector<double> heights_of(const Soil& soil) {
 }
 
 /// ESRI's ASCII grid: a head of six lines, then rows from north to south.
-std::string ascii_grid(const Soil& soil) {
-    const GridFrame& frame = soil.frame();
-    const Vec3 corner = frame.to_world({0, 0, 0});
-    const bool y_up = soil.def().up == UpAxis::y;
-    const std::vector<double> heights = heights_of(soil);
-    // With y up the grid's y runs along the world's -z.
+std::string ascii_grid(const HeightMap& map) {
     std::string text = fmt::format(
         "ncols {}\nnrows {}\nxllcorner {:.6f}\nyllcorner {:.6f}\ncellsize {}\nNODATA_value "
         "-9999\n",
-        frame.size[0], frame.size[1], corner.x, y_up ? -corner.z : corner.y, frame.voxel_m);
-    const double floor_m = y_up ? corner.y : corner.z;
-    for (int y = frame.size[1] - 1; y >= 0; --y) {
-        for (int x = 0; x < frame.size[0]; ++x) {
-            text += fmt::format("{}{:.5f}", x > 0 ? " " : "",
-                                floor_m + heights[static_cast<size_t>(y) * frame.size[0] + x]);
-        }
-        text += '\n';
+        map.width, map.height, map.corner.east_m, map.corner.north_m - map.height * map.cell_m,
+        map.cell_m);
+    for (size_t i = 0; i < map.heights_m.size(); ++i) {
+        const bool ends_row = (i + 1) % static_cast<size_t>(map.width) == 0;
+        text += fmt::format("{:.5f}{}", map.heights_m[i], ends_row ? '\n' : ' ');
     }
     return text;
 }
@@ -293,7 +287,8 @@ std::string vtk_image(const Soil& soil) {
 }  // namespace
 
 const std::vector<std::string>& export_endings() {
-    static const std::vector<std::string> endings{".glb", ".obj", ".ply", ".asc", ".png", ".vti"};
+    static const std::vector<std::string> endings{".glb", ".obj", ".ply", ".asc",
+                                                  ".tif", ".png", ".vti", ".vdb"};
     return endings;
 }
 
@@ -304,8 +299,8 @@ Result<std::string> export_run(const SceneRun& run, const std::string& path) {
         return Error{
             fmt::format("{}: the name has to end in one of {}", path, fmt::join(known, ", "))};
     }
-    const bool needs_soil = ending == ".asc" || ending == ".png" || ending == ".vti";
-    if (needs_soil && !run.has_soil()) {
+    const bool is_mesh = ending == ".glb" || ending == ".obj" || ending == ".ply";
+    if (!is_mesh && !run.has_soil()) {
         return Error{fmt::format("{}: this scene has no soil to export", path)};
     }
     Status written = Done{};
@@ -316,7 +311,14 @@ Result<std::string> export_run(const SceneRun& run, const std::string& path) {
     } else if (ending == ".ply") {
         written = write_ply(one_mesh(run), path);
     } else if (ending == ".asc") {
-        written = write_file(path, ascii_grid(run.soil()));
+        const HeightMap map = height_map(run.soil());
+        written = map.is_turned() ? Status(Error{path + ": this soil's grid is turned, which an "
+                                                        "ASCII grid cannot say; a .tif can"})
+                                  : write_file(path, ascii_grid(map));
+    } else if (ending == ".tif") {
+        written = write_geotiff(height_map(run.soil()), path);
+    } else if (ending == ".vdb") {
+        written = write_openvdb(run.soil(), path);
     } else if (ending == ".vti") {
         written = write_file(path, vtk_image(run.soil()));
     } else {

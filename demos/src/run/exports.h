@@ -18,9 +18,12 @@ const std::vector<std::string>& export_endings();
 ///     .obj   Wavefront: the same as one mesh in world coordinates, with vertex colours
 ///     .ply   the same with normals and 8-bit colours
 ///     .asc   ESRI ASCII grid: heights of the surface [m] in the world, north is the grid's y
+///     .tif   GeoTIFF of the same heights, 32-bit floats; where the build had libtiff
 ///     .png   16-bit heights of the surface, 0 at `low_m` and 65535 at `high_m` of the result
 ///     .vti   VTK image of the voxels: volume, bulk density [kg/m3], velocity [m/s], material,
 ///            undisturbed share, terrain
+///     .vdb   OpenVDB grids: volume, density [kg/m3], velocity [m/s], material, terrain; where the
+///            build had OpenVDB
 ///
 /// Returns what to tell the person beside the file's name; empty: nothing. The error names the
 /// file.
