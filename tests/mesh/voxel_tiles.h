@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "bsoil/surface_mesh.h"
@@ -36,6 +37,12 @@ class VoxelTiles final : public TileSource {
     }
     void touch(int x, int y) {
         ++revisions_[static_cast<size_t>(y / 8 * tiles(frame_.size[0]) + x / 8)];
+    }
+
+    /// How the soil of columns moves along the ground; as at first, it rests.
+    void set_motion(std::function<GroundMotion(int, int)> motion) { motion_ = std::move(motion); }
+    GroundMotion ground_motion(int x, int y) const override {
+        return motion_ ? motion_(x, y) : GroundMotion{};
     }
 
     float& volume(int x, int y, int z) { return volume_[index(x, y, z)]; }
@@ -106,6 +113,7 @@ class VoxelTiles final : public TileSource {
     std::vector<float> volume_, solid_;
     std::vector<uint8_t> material_;
     std::vector<uint64_t> revisions_;
+    std::function<GroundMotion(int, int)> motion_;
 };
 
 }  // namespace bsoil::test

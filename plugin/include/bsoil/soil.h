@@ -76,6 +76,14 @@ struct VoxelSample {
     bool is_active = false;    ///< its block of 8 x 8 x 8 moved or may move
 };
 
+/// How the topmost soil of a column moves along the ground.
+struct GroundMotion {
+    double slip_m_s = 0;  ///< down a slope that fails
+    /// Of what slides on with its momentum, world axes. Only SlideMotion::run_out has that, and
+    /// only where no body is in the column.
+    Vec3 velocity_m_s;
+};
+
 /// Memory in use [bytes].
 struct MemoryUse {
     int64_t awake_bytes = 0, asleep_bytes = 0;
@@ -188,6 +196,9 @@ class Soil {
     /// Share of each material in a voxel's soil, by mass; all 0 where there is none. Read as
     /// samples are.
     std::array<double, limits::kMaterialCapacity> material_shares(int x, int y, int z) const;
+    /// Of a grid column's soil, as of the last step; 0 where it rests, falls or is carried. Read as
+    /// samples are.
+    GroundMotion ground_motion(int x, int y) const;
     /// World height (along up, from the grid's floor) [m] of the topmost resting soil or terrain at
     /// a grid column. Soil on a ground body rests, the body itself is no surface of the soil.
     double surface_height_m(int x, int y) const;

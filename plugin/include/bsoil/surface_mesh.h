@@ -58,6 +58,8 @@ class TileSource {
                            std::vector<uint8_t>& material) const = 0;
     /// How fast the soil of a voxel moves, world axes. Unless it is overridden, it stands.
     virtual Vec3 velocity_m_s(int x, int y, int z) const;
+    /// How the soil on top of a column moves along the ground. Unless it is overridden, it rests.
+    virtual GroundMotion ground_motion(int x, int y) const;
     /// Linear RGB of a voxel's soil where it lies bare; `material` is its main one. Unless it is
     /// overridden, that material's.
     virtual std::array<float, 3> color_at(int x, int y, int z, int material) const;
@@ -79,6 +81,7 @@ class SoilTiles final : public TileSource {
     void read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
                    std::vector<uint8_t>& material) const override;
     Vec3 velocity_m_s(int x, int y, int z) const override;
+    GroundMotion ground_motion(int x, int y) const override;
     /// The mean of its materials. Moved soil is darker and richer than ground that settled, what a
     /// body has compacted paler.
     std::array<float, 3> color_at(int x, int y, int z, int material) const override;
@@ -112,6 +115,19 @@ struct LooseVoxel {
     float volume = 0;              ///< soil, fraction of a voxel
     std::array<float, 3> color{};  ///< of its material, linear RGB
     uint32_t seed = 0;             ///< the voxel's, the same whenever it holds loose soil
+};
+
+/// Soil on top of a column that rolls and slides along the ground. Its surface shows it only by
+/// where it goes; a picture shows it as grains as well.
+struct RollingSoil {
+    Vec3 center_m;      ///< on the surface, world
+    Vec3 normal;        ///< of the surface, unit, world axes
+    Vec3 velocity_m_s;  ///< along the surface, world axes
+    /// How much moves, 0..1: 1 is what hides the ground.
+    float amount = 0;
+    float side_m = 0;              ///< of a voxel
+    std::array<float, 3> color{};  ///< of the surface, linear RGB
+    uint32_t seed = 0;             ///< the column's
 };
 
 /// How coarse the mesh may be, by how far it is from the eye: cells are 1, 2, 4 or 8 voxels wide.
@@ -174,6 +190,8 @@ class SurfaceMesher {
     uint64_t tile_mesh_revision(int tx, int ty) const;
     /// The loose soil of a tile as of the last update(), from its lowest layer up. Layer soil only.
     std::span<const LooseVoxel> loose_soil(int tx, int ty) const;
+    /// What rolls on a tile as of the last update(), column by column. Layer soil only.
+    std::span<const RollingSoil> rolling_soil(int tx, int ty) const;
     /// All tiles in one mesh. Vertices on tile borders appear once per tile, at equal positions.
     void gather(Mesh& mesh) const;
 

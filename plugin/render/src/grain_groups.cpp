@@ -12,6 +12,25 @@ namespace {
 constexpr float kGrainShare = 0.08f;
 /// Cubes overlap by this much, so that nobody sees the grid.
 constexpr float kCubeShare = 1.5f;
+/// Rolling grains hop over a layer of this share of their cube, a third of a voxel. Half of it
+/// stands out of the ground.
+constexpr float kLayerShare = 0.25f;
+/// Seeds of rolling groups are others than those of voxels.
+constexpr uint32_t kRollSeeds = 0x80000000u;
+
+GrainGroup rolling_group(const RollingSoil& soil) {
+    GrainGroup group;
+    group.center = soil.center_m;
+    group.velocity_m_s = soil.velocity_m_s;
+    group.side_m = kCubeShare * soil.side_m;
+    group.grain_m = kGrainShare * soil.side_m;
+    group.share = soil.amount;
+    group.color = soil.color;
+    group.seed = kRollSeeds + soil.seed;
+    group.normal = soil.normal;
+    group.flatness = 1 - kLayerShare;
+    return group;
+}
 
 }  // namespace
 
@@ -31,6 +50,9 @@ void append_grains(const SurfaceMesher& mesher, std::vector<GrainGroup>& grains)
                     group.seed = kVoxelGroups * voxel.seed + i;
                     grains.push_back(group);
                 }
+            }
+            for (const RollingSoil& soil : mesher.rolling_soil(tx, ty)) {
+                grains.push_back(rolling_group(soil));
             }
         }
     }

@@ -7,8 +7,17 @@
 namespace bsoil::render {
 namespace {
 
-constexpr int kCorners = 3;       ///< a grain is a triangle
-constexpr int kGroupFloats = 16;  ///< of a group on the device: see grain.vert
+constexpr int kCorners = 3;  ///< a grain is a triangle
+/// A group is drawn in parts of so many grains, each with a shift of its own: a group that is not
+/// full costs as many as it has.
+constexpr int kPartGrains = 32;
+constexpr int kPartsMost = kGroupGrains / kPartGrains;
+static_assert(kGroupGrains % kPartGrains == 0);
+/// Grains that are seen under less than this [pixels] are drawn larger and fewer. They hide as
+/// much.
+constexpr double kGrainPixels = 0.7;
+constexpr double kLargerMost = 4;
+constexpr int kGroupFloats = 20;  ///< of a part on the device: see grain.vert
 constexpr double kStreakS =
     0.008;  ///< how long a grain is seen: half a picture's time at 60 a second
 constexpr double kStreakMost = 5;  ///< and how long it gets by that, in grains
@@ -26,10 +35,12 @@ double random_share(uint32_t seed) {
     return seed / 4294967296.0;
 }
 
-/// Where a group's grains are shifted to in their cube, each way 0..1.
-glm::dvec3 shift_of(const GrainGroup& group, double time_s) {
+/// Where the grains of a group's part are shifted to in their cube, each way 0..1.
+glm::dvec3 shift_of(const GrainGroup& group, uint32_t part, double time_s) {
     glm::dvec3 shift;
-    for (uint32_t axis = 0; axis < 3; ++axis) shift[axis] = random_share(3 * group.seed + axis);
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+        shift[axis] = random_share(3 * (kPartsMost * group.seed + part) + axis);
+    }
     const double speed = length(group.velocity_m_s);
     if (speed > 1e-3) {
         const double rounded =
@@ -48,7 +59,7 @@ void GrainLayer::create() {
     groups_ = GlBuffer("groups of grains");
     std::mt19937 random(66);  // any fixed seed
     std::vector<float> offsets;
-    for (int g = 0; g < kGroupGrains; ++g) {
+    for (int g = 0; g < kPartGrains; ++g) {
         float place[3];
         for (float& p : place) p = static_cast<float>(random()) * 0x1p-32f;
         for (int corner = 0; corner < kCorners; ++corner) {
@@ -71,33 +82,66 @@ void GrainLayer::create() {
     glBindVertexArray(0);
 }
 
+void GrainLayer::append(const GrainGroup& group, const View& view, const Frame& frame) {
+    const glm::vec3 center(glm::dvec3(group.center.x, group.center.y, group.center.z) - frame.eye);
+    const double pixel_m =
+        glm::length(glm::dvec3(center)) * 2 * std::tan(view.camera.fov_rad / 2) / view.height;
+    const double larger =
+        std::clamp(kGrainPixels * pixel_m / std::max(1e-9, static_cast<double>(group.grain_m)), 1.0,
+                   kLargerMost);
+    const float grain_m = group.grain_m * static_cast<float>(larger);
+    const double speed = length(group.velocity_m_s);
+    const double streak_s = std::min(
+        kStreakS, kStreakMost * static_cast<double>(group.grain_m) / std::max(speed, 1e-9));
+    const Vec3 streak = group.velocity_m_s * streak_s;
+    const Vec3 flat = std::sqrt(static_cast<double>(group.flatness)) * group.normal;
+    auto left = static_cast<int>(
+        std::ceil(static_cast<double>(group.share) * kGroupGrains / (larger * larger)));
+    for (uint32_t part = 0; left > 0; ++part, left -= kPartGrains) {
+        const glm::vec3 shift(shift_of(group, part, view.time_s));
+        floats_.insert(floats_.end(), {center.x,
+                                       center.y,
+                                       center.z,
+                                       group.side_m,  //
+                                       shift.x,
+                                       shift.y,
+                                       shift.z,
+                                       grain_m,  //
+                                       static_cast<float>(streak.x),
+                                       static_cast<float>(streak.y),
+                                       static_cast<float>(streak.z),
+                                       static_cast<float>(std::min(left, kPartGrains)),
+                                       group.color[0],
+                                       group.color[1],
+                                       group.color[2],
+                                       0,  //
+                                       static_cast<float>(flat.x),
+                                       static_cast<float>(flat.y),
+                                       static_cast<float>(flat.z),
+                                       0});
+    }
+}
+
 void GrainLayer::fill(const View& view, const Frame& frame) {
     floats_.clear();
     for (const GrainGroup& group : view.grains) {
-        const glm::vec3 center(glm::dvec3(group.center.x, group.center.y, group.center.z) -
-                               frame.eye);
-        const glm::vec3 shift(shift_of(group, view.time_s));
-        const double speed = length(group.velocity_m_s);
-        const double streak_s =
-            std::min(kStreakS, kStreakMost * group.grain_m / std::max(speed, 1e-9));
-        const Vec3 streak = group.velocity_m_s * streak_s;
-        floats_.insert(floats_.end(),
-                       {center.x, center.y, center.z, group.side_m, shift.x, shift.y, shift.z,
-                        group.grain_m, static_cast<float>(streak.x), static_cast<float>(streak.y),
-                        static_cast<float>(streak.z), std::round(group.share * kGroupGrains),
-                        group.color[0], group.color[1], group.color[2], 0});
+        if (group.flatness <= 0) append(group, view, frame);
     }
-    group_count_ = static_cast<GLsizei>(view.grains.size());
+    in_air_count_ = static_cast<GLsizei>(floats_.size() / kGroupFloats);
+    for (const GrainGroup& group : view.grains) {
+        if (group.flatness > 0) append(group, view, frame);
+    }
+    part_count_ = static_cast<GLsizei>(floats_.size() / kGroupFloats);
     if (is_empty()) return;
     glBindBuffer(GL_ARRAY_BUFFER, groups_.name());
     glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(floats_.size() * sizeof(float)),
                  floats_.data(), GL_STREAM_DRAW);
 }
 
-void GrainLayer::draw() const {
+void GrainLayer::draw(GLsizei part_count) const {
     glDisable(GL_CULL_FACE);
     glBindVertexArray(layout_.name());
-    glDrawArraysInstanced(GL_TRIANGLES, 0, kCorners * kGroupGrains, group_count_);
+    glDrawArraysInstanced(GL_TRIANGLES, 0, kCorners * kPartGrains, part_count);
 }
 
 }  // namespace bsoil::render

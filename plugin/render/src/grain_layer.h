@@ -14,15 +14,21 @@ class GrainLayer {
     void create();
     /// Copies a view's groups to the device, about its eye.
     void fill(const View& view, const Frame& frame);
-    bool is_empty() const { return group_count_ == 0; }
+    bool is_empty() const { return part_count_ == 0; }
+    bool casts_shadows() const { return in_air_count_ > 0; }
     /// Draws all groups with the program in use: one call.
-    void draw() const;
+    void draw() const { draw(part_count_); }
+    /// Only those that cast shadows: what lies flat on the ground darkens nothing else.
+    void draw_casters() const { draw(in_air_count_); }
 
   private:
+    void append(const GrainGroup& group, const View& view, const Frame& frame);
+    void draw(GLsizei part_count) const;
+
     GlVertexArray layout_;
     GlBuffer offsets_, groups_;
     std::vector<float> floats_;
-    GLsizei group_count_ = 0;
+    GLsizei part_count_ = 0, in_air_count_ = 0;  ///< of groups; those in the air are the first
 };
 
 }  // namespace bsoil::render

@@ -123,11 +123,11 @@ void Picture::draw_shadows(const Frame& f) {
     const Uniforms uniforms(depth_);
     uniforms.set("clip", f.sun_clip);
     uniforms.draw(f.casters);
-    if (!grain_layer_.is_empty()) {
+    if (grain_layer_.casts_shadows()) {
         const Uniforms grain_uniforms(grain_depth_);
         grain_uniforms.set("clip", f.sun_clip);
         grain_uniforms.set("facing", glm::vec3(f.to_sun));
-        grain_layer_.draw();
+        grain_layer_.draw_casters();
     }
     glDisable(GL_POLYGON_OFFSET_FILL);
 }

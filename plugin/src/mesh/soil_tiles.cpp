@@ -85,7 +85,11 @@ Vec3 SoilTiles::velocity_m_s(int x, int y, int z) const {
     return soil_.sample(x, y, z).velocity_m_s;
 }
 
+GroundMotion SoilTiles::ground_motion(int x, int y) const { return soil_.ground_motion(x, y); }
+
 Vec3 TileSource::velocity_m_s(int, int, int) const { return {}; }
+
+GroundMotion TileSource::ground_motion(int, int) const { return {}; }
 
 std::array<float, 3> TileSource::color_at(int, int, int, int material) const {
     return materials()[static_cast<size_t>(material)].color;

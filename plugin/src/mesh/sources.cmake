@@ -6,6 +6,7 @@ target_sources(bulletsoil_soil PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/marching_cases.cpp
   ${CMAKE_CURRENT_LIST_DIR}/mesh_export.cpp
   ${CMAKE_CURRENT_LIST_DIR}/plane_strips.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/rolling_soil.cpp
   ${CMAKE_CURRENT_LIST_DIR}/soil_color.cpp
   ${CMAKE_CURRENT_LIST_DIR}/soil_tiles.cpp
   ${CMAKE_CURRENT_LIST_DIR}/split_cell.cpp

@@ -7,6 +7,7 @@
 #include "mesh/coarse_error.h"
 #include "mesh/column_runs.h"
 #include "mesh/display_field.h"
+#include "mesh/rolling_soil.h"
 #include "mesh/tile_levels.h"
 #include "mesh/tile_mesher.h"
 
@@ -43,6 +44,8 @@ struct SurfaceMesher::Impl {
         mesh::CoarseErrors errors{};
         Mesh mesh;
         std::vector<LooseVoxel> loose;
+        std::vector<RollingSoil> rolling;
+        bool rolls = false;  ///< `rolling` is to be made anew
     };
 
     Impl(const TileSource& tile_source, const SurfaceMeshDef& mesh_def)
@@ -210,12 +213,20 @@ struct SurfaceMesher::Impl {
         for_each_tile([&](int tx, int ty) {
             Tile& tile = tiles[tile_index(tx, ty)];
             const uint64_t revision = source.tile_revision(tx, ty);
+            // What has come to rest may have done so without a change.
+            tile.rolls = !tile.rolling.empty();
             if (tile.read && tile.source_revision == revision) return;
+            tile.rolls = true;
             const bool changed = read_columns(tx, ty);
             if (changed || !tile.read) mark_with_neighbours(tx, ty);
             tile.read = true;
             tile.source_revision = revision;
             ++report.tile_read_count;
+        });
+        if (def.layer != SurfaceMeshDef::Layer::soil) return;
+        for_each_tile([&](int tx, int ty) {
+            Tile& tile = tiles[tile_index(tx, ty)];
+            if (tile.rolls) mesh::find_rolling_soil(grid, source, tx, ty, tile.rolling);
         });
     }
 
@@ -292,6 +303,10 @@ uint64_t SurfaceMesher::tile_mesh_revision(int tx, int ty) const {
 
 std::span<const LooseVoxel> SurfaceMesher::loose_soil(int tx, int ty) const {
     return impl_->tiles[impl_->tile_index(tx, ty)].loose;
+}
+
+std::span<const RollingSoil> SurfaceMesher::rolling_soil(int tx, int ty) const {
+    return impl_->tiles[impl_->tile_index(tx, ty)].rolling;
 }
 
 void SurfaceMesher::gather(Mesh& mesh) const {

@@ -331,6 +331,28 @@ std::array<double, limits::kMaterialCapacity> Soil::material_shares(int x, int y
     return shares;
 }
 
+GroundMotion Soil::ground_motion(int x, int y) const {
+    const Impl& s = *impl_;
+    GroundMotion motion;
+    if (x < 0 || y < 0 || x >= s.frame.size[0] || y >= s.frame.size[1]) return motion;
+    const TileVoxels& voxels = s.sampler.voxels(s.tile_index(x / kTileSide, y / kTileSide));
+    const int column = y % kTileSide * kTileSide + x % kTileSide;
+    const std::span<const int32_t> slips = s.sampler.slip_speeds();
+    if (!slips.empty()) {
+        motion.slip_m_s =
+            slips[static_cast<size_t>(column)] / 65536.0 * s.frame.voxel_m / s.def.step_s;
+    }
+    if (s.def.slides != SlideMotion::run_out) return motion;
+    const std::span<const int32_t> covered = s.sampler.body_coverage();
+    for (size_t v = static_cast<size_t>(column); v < covered.size(); v += kTileColumns) {
+        if (covered[v] > 0) return motion;  // what a body carries has its velocity
+    }
+    int top = s.height - 1;
+    while (top > 0 && voxels.at(kKeptVolume, top, column) == 0) --top;
+    motion.velocity_m_s = sample(x, y, top).velocity_m_s;
+    return motion;
+}
+
 double Soil::surface_height_m(int x, int y) const {
     const Impl& s = *impl_;
     if (x < 0 || y < 0 || x >= s.frame.size[0] || y >= s.frame.size[1]) return 0;

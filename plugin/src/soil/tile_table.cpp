@@ -410,6 +410,7 @@ const TileVoxels& TileSampler::voxels(int index) {
         index_ = index;
         revision_ = revision;
         coverage_step_ = -1;
+        slip_step_ = -1;
     }
     return voxels_;
 }
@@ -424,6 +425,33 @@ std::span<const int32_t> TileSampler::body_coverage() {
     const device::ReadRange range = tiles_.plane_range(kPlaneCoverage, tile->slot, coverage_);
     core_.device->read({&range, 1});
     return coverage_;
+}
+
+std::span<const int32_t> TileSampler::slip_speeds() {
+    if (slip_step_ == core_.step_index) return slip_speeds_;
+    slip_step_ = core_.step_index;
+    slip_speeds_.clear();
+    const Tile* tile = tiles_[static_cast<size_t>(index_)].get();
+    if (!tile || !tile->is_awake()) return slip_speeds_;
+    slip_speeds_.resize(kTileColumns);
+    const device::ReadRange slides{
+        Buffer::spans, tiles_.column_array_offset(kColumnSlides, tile->slot), slip_speeds_};
+    core_.device->read({&slides, 1});
+    if (std::ranges::all_of(slip_speeds_, [](int32_t slid) { return slid == 0; })) {
+        slip_speeds_.clear();
+        return slip_speeds_;
+    }
+    record_words_.resize(kTileColumns * kColumnWords);
+    const device::ReadRange records{Buffer::spans, tiles_.spans_offset(tile->slot), record_words_};
+    core_.device->read({&records, 1});
+    for (size_t c = 0; c < kTileColumns; ++c) {
+        if (slip_speeds_[c] == 0) continue;
+        // Both sets: that of the last pass, and of the one before.
+        const auto first =
+            record_words_.begin() + static_cast<std::ptrdiff_t>(c) * kColumnWords + kColumnSpeed;
+        slip_speeds_[c] = *std::max_element(first, first + 2 * kSpanCapacity);
+    }
+    return slip_speeds_;
 }
 
 }  // namespace bsoil

@@ -189,6 +189,9 @@ class TileSampler {
     const TileVoxels& ground() const { return ground_; }
     /// Of that tile, by voxel, what movable bodies cover; empty where none does.
     std::span<const int32_t> body_coverage();
+    /// Of that tile, by column, the slip speed of its fastest span [Q16 voxels a base step]; empty
+    /// where nothing slips.
+    std::span<const int32_t> slip_speeds();
     void forget() { index_ = -1; }
 
   private:
@@ -199,6 +202,8 @@ class TileSampler {
     uint64_t revision_ = 0;
     std::vector<int32_t> coverage_;
     int64_t coverage_step_ = -1;  ///< step_index when it was read; -1: not of this tile
+    std::vector<int32_t> slip_speeds_, record_words_;
+    int64_t slip_step_ = -1;  ///< likewise
 };
 
 }  // namespace bsoil

@@ -96,6 +96,8 @@ struct GrainGroup {
     float share = 1;                      ///< of its kGroupGrains grains that are there, 0..1
     std::array<float, 3> color{1, 1, 1};  ///< linear RGB, 0..1
     uint32_t seed = 0;
+    Vec3 normal;         ///< unit: the cube is pressed flat along it; 0, 0, 0: it is not
+    float flatness = 0;  ///< 0: a cube .. 1: all grains lie in one plane
 };
 
 /// One picture.
@@ -199,7 +201,8 @@ class Renderer {
 };
 
 /// Adds the loose soil of a mesher, as of its last update(): for each voxel kVoxelGroups groups of
-/// grains in a full one, as many in proportion where there is less, the last one in part.
+/// grains in a full one, as many in proportion where there is less, the last one in part. And what
+/// rolls along the ground: a flat group on each column, as full as its amount.
 void append_grains(const SurfaceMesher& mesher, std::vector<GrainGroup>& grains);
 /// Groups of grains that stand for a voxel full of soil.
 inline constexpr int kVoxelGroups = 4;
