@@ -181,7 +181,7 @@ void Simulation::publish() {
             soil_patches_->collect(picture.patches, colored ? SurfaceDetail{} : detail_,
                                    colored ? [&overlay](Mesh& mesh) { overlay.color(mesh); }
                                            : std::function<void(Mesh&)>());
-            soil_patches_->collect_grains(picture.grains);
+            soil_patches_->collect_grains(picture);
         }
         if (terrain_patches_) terrain_patches_->collect(picture.patches, detail_, {});
         const bool has_slice = overlay_.field != Field::none && overlay_.slice;

@@ -14,9 +14,10 @@ class SurfacePatches {
     /// Meshes what has changed and adds the patches concerned; `color` is called for each.
     void collect(std::vector<SurfacePatch>& patches, const SurfaceDetail& detail,
                  const std::function<void(Mesh&)>& color);
-    /// The loose soil of the last collect().
-    void collect_grains(std::vector<render::GrainGroup>& grains) const {
-        render::append_grains(mesher_, grains);
+    /// The loose soil of the last collect(), and its dust.
+    void collect_grains(WorldPicture& picture) const {
+        render::append_grains(mesher_, picture.grains);
+        render::append_dust(mesher_, picture.dust);
     }
     /// The next collect() adds all patches.
     void touch_all();

@@ -198,6 +198,7 @@ void Viewer::take_picture() {
         picture_.bodies = std::move(picture.bodies);
         picture_.lines = std::move(picture.lines);
         picture_.grains = std::move(picture.grains);
+        picture_.dust = std::move(picture.dust);
         picture_.slice = picture.slice;
         state_.status = std::move(picture.status);
         must_draw_ = true;
@@ -276,6 +277,7 @@ render::View Viewer::view() const {
         view.items.push_back(item);
     }
     view.grains = picture_.grains;
+    view.dust = picture_.dust;
     view.time_s = state_.status.time_s;
     view.front_lines = picture_.lines;  // columns and forces lie inside of soil and bodies
     return view;

@@ -58,6 +58,7 @@ struct WorldPicture {
     std::vector<SurfacePatch> patches;
     std::vector<render::Line> lines;
     std::vector<render::GrainGroup> grains;            ///< loose soil
+    std::vector<render::DustPuff> dust;                ///< over it
     std::optional<Plane> slice;                        ///< where the slice through the soil lies
     std::optional<render::Volume> volume;              ///< in place of the soil's surface
     std::shared_ptr<const render::VolumeData> voxels;  ///< of it, where they have changed

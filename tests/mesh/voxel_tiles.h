@@ -39,6 +39,9 @@ class VoxelTiles final : public TileSource {
         ++revisions_[static_cast<size_t>(y / 8 * tiles(frame_.size[0]) + x / 8)];
     }
 
+    /// The same for all voxels.
+    void set_velocity(Vec3 velocity_m_s) { velocity_m_s_ = velocity_m_s; }
+    Vec3 velocity_m_s(int, int, int) const override { return velocity_m_s_; }
     /// How the soil of columns moves along the ground; as at first, it rests.
     void set_motion(std::function<GroundMotion(int, int)> motion) { motion_ = std::move(motion); }
     GroundMotion ground_motion(int x, int y) const override {
@@ -114,6 +117,7 @@ class VoxelTiles final : public TileSource {
     std::vector<uint8_t> material_;
     std::vector<uint64_t> revisions_;
     std::function<GroundMotion(int, int)> motion_;
+    Vec3 velocity_m_s_;
 };
 
 }  // namespace bsoil::test

@@ -110,7 +110,10 @@ render::View ScenePicture::view(const std::function<void(render::View&)>& adjust
         m.soil->append_to(view, m.counts);
     }
     const bool has_grains = m.volume_id.value == 0 || m.volume->is_soil();
-    if (m.soil && has_grains) render::append_grains(m.soil->mesher, view.grains);
+    if (m.soil && has_grains) {
+        render::append_grains(m.soil->mesher, view.grains);
+        render::append_dust(m.soil->mesher, view.dust);
+    }
     label_from(0, kSoilLabel);
     view.grain_label = kSoilLabel;
     view.time_s = m.run.time_s();

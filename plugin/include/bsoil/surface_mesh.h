@@ -112,9 +112,11 @@ struct LooseVoxel {
     Vec3 center_m;                 ///< of the voxel, world
     Vec3 velocity_m_s;             ///< world axes
     float side_m = 0;              ///< of the voxel
+    float height_m = 0;            ///< above the soil or terrain below it, or the grid's floor
     float volume = 0;              ///< soil, fraction of a voxel
     std::array<float, 3> color{};  ///< of its material, linear RGB
-    uint32_t seed = 0;             ///< the voxel's, the same whenever it holds loose soil
+    float dust = 0;     ///< how dusty its material is, 0..1: dry soil is, what coheres is not
+    uint32_t seed = 0;  ///< the voxel's, the same whenever it holds loose soil
 };
 
 /// Soil on top of a column that rolls and slides along the ground. Its surface shows it only by
@@ -127,6 +129,7 @@ struct RollingSoil {
     float amount = 0;
     float side_m = 0;              ///< of a voxel
     std::array<float, 3> color{};  ///< of the surface, linear RGB
+    float dust = 0;                ///< as LooseVoxel::dust
     uint32_t seed = 0;             ///< the column's
 };
 

@@ -15,6 +15,8 @@ constexpr float kCubeShare = 1.5f;
 /// Rolling grains hop over a layer of this share of their cube, a third of a voxel. Half of it
 /// stands out of the ground.
 constexpr float kLayerShare = 0.25f;
+/// Rolling grains are half as many as a full group has, and hide as much.
+constexpr float kRollShare = 0.5f, kRollLarger = 1.41f;
 /// Seeds of rolling groups are others than those of voxels.
 constexpr uint32_t kRollSeeds = 0x80000000u;
 
@@ -23,8 +25,8 @@ GrainGroup rolling_group(const RollingSoil& soil) {
     group.center = soil.center_m;
     group.velocity_m_s = soil.velocity_m_s;
     group.side_m = kCubeShare * soil.side_m;
-    group.grain_m = kGrainShare * soil.side_m;
-    group.share = soil.amount;
+    group.grain_m = kRollLarger * kGrainShare * soil.side_m;
+    group.share = kRollShare * soil.amount;
     group.color = soil.color;
     group.seed = kRollSeeds + soil.seed;
     group.normal = soil.normal;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <random>
 
+#include "random_share.h"
+
 namespace bsoil::render {
 namespace {
 
@@ -24,16 +26,6 @@ constexpr double kStreakMost = 5;  ///< and how long it gets by that, in grains
 /// Speeds are rounded to powers of this before they are multiplied by the time: a grain that is a
 /// little faster than in the last picture has not travelled another way since the beginning.
 constexpr double kSpeedStep = 1.25;
-
-/// 0..1, by a seed (the finalizer of MurmurHash3).
-double random_share(uint32_t seed) {
-    seed ^= seed >> 16;
-    seed *= 0x85ebca6bu;
-    seed ^= seed >> 13;
-    seed *= 0xc2b2ae35u;
-    seed ^= seed >> 16;
-    return seed / 4294967296.0;
-}
 
 /// Where the grains of a group's part are shifted to in their cube, each way 0..1.
 glm::dvec3 shift_of(const GrainGroup& group, uint32_t part, double time_s) {

@@ -56,6 +56,7 @@ Status Picture::create() {
         {finish_, "finish", shaders::screen_vert, shaders::finish_frag},
         {edges_, "edges", shaders::screen_vert, shaders::edges_frag},
         {buffers_, "buffers", shaders::surface_vert, shaders::buffers_frag},
+        {dust_, "dust", shaders::dust_vert, shaders::dust_frag},
         {grain_, "grain", shaders::grain_vert, shaders::surface_frag},
         {grain_depth_, "depth of grains", shaders::grain_vert, shaders::depth_frag},
         {grain_buffers_, "buffers of grains", shaders::grain_vert, shaders::buffers_frag},
@@ -87,6 +88,7 @@ Status Picture::create() {
     }
     glBindVertexArray(0);
     grain_layer_.create();
+    dust_layer_.create();
     timer_.create();
     return Done{};
 }
@@ -315,6 +317,7 @@ Status Picture::draw(const View& view, GLuint framebuffer) {
     light(frame);
     draw_sky(frame);
     draw_volumes(view, frame);
+    draw_dust(view, frame);
     glDepthMask(GL_TRUE);
     timer_.mark(PassTimer::kLight);
     draw_lines(view, view.lines, frame);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bsoil/render/renderer.h"
+#include "dust_layer.h"
 #include "frame.h"
 #include "gpu_volume.h"
 #include "grain_layer.h"
@@ -62,6 +63,7 @@ class Picture {
     void light(const Frame& frame);
     void draw_sky(const Frame& frame) const;
     void draw_volumes(const View& view, const Frame& frame);
+    void draw_dust(const View& view, const Frame& frame);
     void march(const Volume& placed, const GpuVolume& volume, const Frame& frame);
     void draw_lines(const View& view, const std::vector<Line>& lines, const Frame& frame);
     void finish() const;
@@ -73,20 +75,21 @@ class Picture {
 
     RendererDef def_;
     GlProgram depth_, surface_, occlusion_, smooth_, light_, sky_, line_, finish_, edges_, buffers_;
-    GlProgram mixed_, march_, veil_, grain_, grain_depth_, grain_buffers_;
+    GlProgram mixed_, march_, veil_, grain_, grain_depth_, grain_buffers_, dust_;
     GlVertexArray no_vertices_, line_layout_;
     GlBuffer line_ends_;
     std::vector<float> line_floats_;
     GlTexture3D grains_;
     GlTexture3D blend_map_;  ///< once something mixed is drawn
     GlTexture2D materials_;
-    Target shadow_, seen_, rough_occlusion_, smooth_occlusion_, veiled_, lit_, picture_;
+    Target shadow_, seen_, rough_occlusion_, smooth_occlusion_, veiled_, dusty_, lit_, picture_;
     int samples_aside_ = 1;  ///< each way: a pixel is lit so many times squared
     int width_ = 0, height_ = 0;
     std::vector<GpuMesh> meshes_;
     std::vector<GpuVolume> volumes_;
     GpuMesh floor_;
     GrainLayer grain_layer_;
+    DustLayer dust_layer_;
     PassTimer timer_;
 };
 

@@ -123,11 +123,25 @@ struct SurfaceMesher::Impl {
             voxel.center_m = frame.to_world({x + 0.5, y + 0.5, z + 0.5});
             voxel.velocity_m_s = source.velocity_m_s(x, y, z);
             voxel.side_m = static_cast<float>(frame.voxel_m);
+            voxel.height_m = voxel.side_m * height_above_ground(v % mesh::kTileColumns, z);
             voxel.volume = volume[static_cast<size_t>(v)];
             voxel.color = source.color_at(x, y, z, material[static_cast<size_t>(v)]);
+            voxel.dust = mesh::dust_of(source.materials(), material[static_cast<size_t>(v)]);
             voxel.seed = static_cast<uint32_t>((z * grid.size[1] + y) * grid.size[0] + x);
             loose.push_back(voxel);
         }
+    }
+
+    /// Of a voxel's middle in a column just read [voxels].
+    float height_above_ground(int column, int z) const {
+        const float middle = static_cast<float>(z) + 0.5f;
+        float ground = 0;
+        const auto raise = [&](float top) {
+            if (top <= middle) ground = std::max(ground, top);
+        };
+        for (const mesh::Run& run : columns.runs.column(column)) raise(run.top);
+        for (const mesh::SolidRun& run : columns.solids.column(column)) raise(run.top);
+        return middle - ground;
     }
 
     template <typename Visit>

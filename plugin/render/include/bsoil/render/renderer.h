@@ -100,6 +100,17 @@ struct GrainGroup {
     float flatness = 0;  ///< 0: a cube .. 1: all grains lie in one plane
 };
 
+/// Dust over soil that moves fast: a cloud that rises, grows and thins out, again and again as
+/// long as the puff is there. It casts no shadow.
+struct DustPuff {
+    Vec3 center;                          ///< world [m], where it begins
+    Vec3 velocity_m_s;                    ///< of the soil, world axes: dust goes along a little
+    float side_m = 0.05f;                 ///< of the soil's voxel: by this the cloud is scaled
+    float strength = 1;                   ///< 0..1
+    std::array<float, 3> color{1, 1, 1};  ///< of the soil, linear RGB
+    uint32_t seed = 0;
+};
+
 /// One picture.
 struct View {
     int width = 1280, height = 720;  ///< 1..8192 pixels
@@ -116,8 +127,9 @@ struct View {
     std::vector<Line> front_lines;  ///< hidden by nothing
     float line_width = 1.5f;        ///< pixels, 0.5..16
     std::vector<GrainGroup> grains;
-    double time_s = 0;         ///< grains travel with it
-    uint32_t grain_label = 0;  ///< as Item::label, of all grains
+    std::vector<DustPuff> dust;  ///< before all else but lines; not in Buffers
+    double time_s = 0;           ///< grains travel with it, dust rises
+    uint32_t grain_label = 0;    ///< as Item::label, of all grains
 };
 
 /// How coarse the surfaces of a picture may be without a person seeing it: cells are a few pixels
@@ -206,6 +218,10 @@ class Renderer {
 void append_grains(const SurfaceMesher& mesher, std::vector<GrainGroup>& grains);
 /// Groups of grains that stand for a voxel full of soil.
 inline constexpr int kVoxelGroups = 4;
+
+/// Adds the dust over soil that falls, flies or rolls fast, as of the last update(); a fixed part
+/// of the voxels and columns stands for all.
+void append_dust(const SurfaceMesher& mesher, std::vector<DustPuff>& dust);
 
 /// The meshes of a SurfaceMesher in a Renderer, kept up to date tile by tile. Tiles share a mesh of
 /// the renderer by the patch: few calls draw them all.
