@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <tuple>
 #include <vector>
 
@@ -159,6 +160,58 @@ TEST(SoilTiles, a_mixture_has_the_mean_of_its_colours_and_the_weights_of_its_mat
     other.positions = {0, 0, 0};
     mesh.append(other);
     EXPECT_TRUE(mesh.weights.empty());  // of a soil and something else there is no one palette
+}
+
+TEST(SoilTiles, the_sides_of_the_grid_show_mixtures_as_the_surface_does) {
+    SoilDef def;
+    def.size_m = {0.8, 0.8, 0.8};
+    def.up = UpAxis::z;
+    def.backend = Backend::cpu;
+    def.materials = {materials::dry_sand(), materials::clay()};
+    auto soil = Soil::create(def);
+    ASSERT_TRUE(soil) << soil.error();
+    // Six voxels of three parts sand and two of clay, then four of clay alone.
+    for (int z = 0; z < 6; ++z) {
+        const double low = z * def.voxel_m, middle = low + 0.6 * def.voxel_m;
+        ASSERT_TRUE((*soil)->fill(BoxFill{{{-1, -1, low}, {1, 1, middle}}, "dry_sand"}));
+        ASSERT_TRUE((*soil)->fill(BoxFill{{{-1, -1, middle}, {1, 1, low + def.voxel_m}}, "clay"}));
+    }
+    ASSERT_TRUE((*soil)->fill(BoxFill{{{-1, -1, 0.3}, {1, 1, 0.5}}, "clay"}));
+    const SoilTiles tiles(**soil);
+    const MaterialWeights mixture = tiles.weights_at(0, 5, 2, 0),
+                          alone = tiles.weights_at(0, 5, 8, 1);
+    EXPECT_GT(mixture[1], 50);
+    EXPECT_GT(mixture[0], mixture[1]);
+    EXPECT_EQ(alone, (MaterialWeights{0, 255}));
+    SurfaceMesher mesher(tiles);
+    for (const uint8_t level : {uint8_t{0}, uint8_t{1}}) {
+        SCOPED_TRACE(static_cast<int>(level));
+        const std::vector<uint8_t> levels(4, level);
+        mesher.update(levels);
+        Mesh mesh;
+        mesher.gather(mesh);
+        int mixed_count = 0, alone_count = 0;
+        const float share = static_cast<float>(mixture[1]) / (mixture[0] + mixture[1]);
+        for (size_t v = 0; v < mesh.vertex_count(); ++v) {
+            const Vec3 at = test::vertex(mesh, v);
+            const bool is_at_side =
+                std::abs(std::abs(at.x) - 0.4) < 1e-6 && std::abs(mesh.normals[3 * v]) > 0.99f;
+            if (!is_at_side || at.z < 0.01) continue;
+            if (at.z < 0.26) {
+                EXPECT_EQ(mesh.weights[v], mixture) << at.z;
+                const float red = (1 - share) * mesh.palette[0][0] + share * mesh.palette[1][0];
+                EXPECT_NEAR(mesh.colors[3 * v], red, 1e-5f);
+                ++mixed_count;
+            } else if (at.z > 0.34) {
+                EXPECT_EQ(mesh.weights[v], alone) << at.z;
+                EXPECT_EQ(mesh.colors[3 * v], mesh.palette[1][0]);
+                ++alone_count;
+            }
+        }
+        EXPECT_GT(mixed_count, 10);
+        EXPECT_GT(alone_count, 10);
+        EXPECT_EQ(test::open_edge_count(mesh), 0);
+    }
 }
 
 }  // namespace

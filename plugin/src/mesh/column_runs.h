@@ -47,6 +47,13 @@ struct MaterialLayer {
     friend bool operator==(const MaterialLayer&, const MaterialLayer&) = default;
 };
 
+/// From this voxel up, until the next entry, the soil mixes like this.
+struct MixedLayer {
+    int bottom_voxel = 0;
+    MaterialWeights weights{};
+    friend bool operator==(const MixedLayer&, const MixedLayer&) = default;
+};
+
 /// One list per column, packed: column c has items[begin[c]] .. items[begin[c + 1] - 1].
 template <typename T>
 struct ColumnLists {
@@ -63,6 +70,7 @@ struct TileColumns {
     ColumnLists<Run> runs;
     ColumnLists<SolidRun> solids;
     ColumnLists<MaterialLayer> layers;
+    ColumnLists<MixedLayer> mixes;  ///< at the grid's sides only, where there are several materials
     friend bool operator==(const TileColumns&, const TileColumns&) = default;
 };
 

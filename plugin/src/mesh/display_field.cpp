@@ -76,6 +76,7 @@ DisplayField::Column DisplayField::make_column(const GridColumns& grid, const Ti
     Column column;
     column.solids = tile.solids.column(c);
     column.layers = tile.layers.column(c);
+    column.mixes = tile.mixes.column(c);
     column.run_begin = static_cast<uint32_t>(runs_.size());
     for (Run run : tile.runs.column(c)) {
         if (run.on_solid) run.bottom -= kDive * static_cast<float>(spacing - 1);
@@ -251,6 +252,17 @@ uint8_t DisplayField::material(int i, int j, float z) const {
     return result;
 }
 
+const MaterialWeights* DisplayField::weights(int i, int j, float z) const {
+    const Run* run = run_at(i, j, z);
+    if (run && run->in_solid) return nullptr;
+    const MaterialWeights* result = nullptr;
+    for (const MixedLayer& layer : columns_[column_index(i, j)].mixes) {
+        if (layer.bottom_voxel > static_cast<int>(z)) break;
+        result = &layer.weights;
+    }
+    return result;
+}
+
 const Look* DisplayField::bare_look(int i, int j, float z) const {
     const Run* run = run_at(i, j, z);
     const float depth = kBareDepth * static_cast<float>(lattice_[2].spacing);
@@ -259,15 +271,19 @@ const Look* DisplayField::bare_look(int i, int j, float z) const {
 
 uint64_t DisplayField::material_borders(int i, int j, int w) const {
     uint64_t borders = 0;
-    const auto& layers = columns_[column_index(i, j)].layers;
-    for (size_t k = 1; k < layers.size(); ++k) {
-        const int spacing = lattice_[2].spacing;
-        const int first_above = (layers[k].bottom_voxel + spacing - 1) / spacing;
-        const int above = first_above + 2;  // sample 0 is two below the first voxel
-        for (const int q : {above - 1, above}) {
-            if (q / 64 == w) borders |= uint64_t{1} << (q % 64);
+    const auto add = [&](const auto& layers) {
+        for (size_t k = 1; k < layers.size(); ++k) {
+            const int spacing = lattice_[2].spacing;
+            const int first_above = (layers[k].bottom_voxel + spacing - 1) / spacing;
+            const int above = first_above + 2;  // sample 0 is two below the first voxel
+            for (const int q : {above - 1, above}) {
+                if (q / 64 == w) borders |= uint64_t{1} << (q % 64);
+            }
         }
-    }
+    };
+    const Column& column = columns_[column_index(i, j)];
+    add(column.layers);
+    add(column.mixes);
     return borders;
 }
 

@@ -70,7 +70,10 @@ class DisplayField {
     /// The look of what lies bare on top of a column, if height z is no deeper than that; else
     /// null.
     const Look* bare_look(int i, int j, float z) const;
-    /// Bit q of word w: sample q and one beside it in its column differ in material.
+    /// How the materials at a sample mix, at the grid's sides; null: not known.
+    const MaterialWeights* weights(int i, int j, float z) const;
+    /// Bit q of word w: sample q and one beside it in its column differ in material, or in how
+    /// their materials mix.
     uint64_t material_borders(int i, int j, int w) const;
 
     bool is_in_window(int i, int j) const {
@@ -87,6 +90,7 @@ class DisplayField {
         uint32_t run_begin = 0, run_end = 0;
         std::span<const SolidRun> solids;
         std::span<const MaterialLayer> layers;
+        std::span<const MixedLayer> mixes;
     };
 
     std::span<const Run> runs(int i, int j) const {

@@ -83,6 +83,7 @@ struct SurfaceMesher::Impl {
             source.read_tile(tx, ty, volume, solid, material);
             mesh::find_soil_runs(volume, solid, material, grid.size[2], columns);
             read_looks(tx, ty);
+            read_mixes(tx, ty);
             read_loose(tx, ty);
         }
         mesh::TileColumns& known = grid.tiles[tile_index(tx, ty)];
@@ -105,6 +106,31 @@ struct SurfaceMesher::Impl {
                 if (source.materials().size() < 2) continue;
                 run.look.weights = source.weights_at(x, y, z, main);
             }
+        }
+    }
+
+    bool is_at_side(int x, int y) const {
+        return x == 0 || y == 0 || x == grid.size[0] - 1 || y == grid.size[1] - 1;
+    }
+
+    /// Of the columns that a side of the grid cuts open, from the arrays of the tile just read.
+    void read_mixes(int tx, int ty) {
+        columns.mixes.items.clear();
+        const bool is_mixed = source.materials().size() > 1;
+        for (int c = 0; c < mesh::kTileColumns; ++c) {
+            const int x = tx * kTileSide + c % kTileSide, y = ty * kTileSide + c / kTileSide;
+            const size_t first = columns.mixes.items.size();
+            const bool is_read =
+                is_mixed && x < grid.size[0] && y < grid.size[1] && is_at_side(x, y);
+            for (int z = 0; is_read && z < grid.size[2]; ++z) {
+                const auto v = static_cast<size_t>(z * mesh::kTileColumns + c);
+                if (volume[v] < kBareLeast) continue;
+                const MaterialWeights weights = source.weights_at(x, y, z, material[v]);
+                auto& mixes = columns.mixes.items;
+                if (mixes.size() > first && mixes.back().weights == weights) continue;
+                mixes.push_back({z, weights});
+            }
+            columns.mixes.begin[c + 1] = static_cast<uint32_t>(columns.mixes.items.size());
         }
     }
 

@@ -104,6 +104,23 @@ const Look& TileMesher::look_of(uint8_t material) const {
     return looks_[std::min<size_t>(material, looks_.size() - 1)];
 }
 
+/// At a side of the grid: the materials there by themselves, whatever became of the soil, or the
+/// mean of those that mix.
+Look TileMesher::look_inside(const DisplayField& field, int i, int j, float z) const {
+    Look look = look_of(field.material(i, j, z));
+    const MaterialWeights* weights = field.weights(i, j, z);
+    if (!weights || palette_.empty()) return look;
+    int sum = 0;
+    for (const uint8_t weight : *weights) sum += weight;
+    if (sum == 0) return look;
+    look = {{}, *weights};
+    for (size_t m = 0; m < palette_.size(); ++m) {
+        const float share = static_cast<float>((*weights)[m]) / static_cast<float>(sum);
+        for (size_t c = 0; c < 3; ++c) look.color[c] += share * palette_[m][c];
+    }
+    return look;
+}
+
 const Look& TileMesher::look_at(const DisplayField& field, int i, int j, float z) const {
     const Look* bare = field.bare_look(i, j, z);
     return bare ? *bare : look_of(field.material(i, j, z));
@@ -155,9 +172,10 @@ uint32_t TileMesher::add_vertex_aside(const DisplayField& field, int axis, int i
         (axis == 0 ? position.x : position.y) = mixed(begin, end);
     }
     // A cut shows what is inside.
-    return add_vertex(position, outward,
-                      begin == end ? look_of(field.material(inner[0], inner[1], z))
-                                   : look_at(field, inner[0], inner[1], z));
+    if (begin == end) {
+        return add_vertex(position, outward, look_inside(field, inner[0], inner[1], z));
+    }
+    return add_vertex(position, outward, look_at(field, inner[0], inner[1], z));
 }
 
 uint32_t TileMesher::copy_vertex(uint32_t vertex, GridVector outward) {

@@ -37,6 +37,7 @@ class TileMesher {
     uint32_t add_vertex(GridVector position, GridVector outward, const Look& look);
     const Look& look_at(const DisplayField& field, int i, int j, float z) const;
     const Look& look_of(uint8_t material) const;
+    Look look_inside(const DisplayField& field, int i, int j, float z) const;
     uint32_t add_vertex_up(const DisplayField& field, int i, int j, int q);
     uint32_t add_vertex_aside(const DisplayField& field, int axis, int i, int j, int q);
     uint32_t copy_vertex(uint32_t vertex, GridVector outward);
