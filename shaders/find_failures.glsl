@@ -74,7 +74,7 @@ bool slides_on(int slot, ivec2 at, ivec2 way, int toe, int count, int climb, int
         bool bonded = (height & kLowHalf) < state_at(kPlaneTerrain, voxel) + state_at(kPlaneBond, voxel);
         int loose = bonded ? 0 : 1;
         bool is_soil = state_at(kPlaneVolume, voxel) > 0;
-        int hold = is_soil ? mul_q16(mixed_word(voxel, loose, kTableStrength), stretch) : 0;
+        int hold = is_soil ? mul_q16(strength_at(voxel, loose), stretch) : 0;
         int friction = is_soil ? mixed_word(voxel, loose, kTableFriction) : 0;
         int above = 0;
         if (n == count) {

@@ -179,51 +179,7 @@ int excess_at(int voxel) {
 
 bool is_overflowing(int voxel) { return state_at(kPlaneVolume, voxel) > 0 && excess_at(voxel) > 0; }
 
-// Whether a plane is of mass: those behind the materials may hold something else that travels with the soil.
-bool is_mass(int plane) { return plane >= kPlaneMaterial && plane < kPlaneMaterial + params.material_count; }
-
-int mass_at(int voxel) {
-    int mass = 0;
-    for (int m = 0; m < params.material_count; ++m) mass += state_at(kPlaneMaterial + m, voxel);
-    return mass;
-}
-
-// The material there is most of; the lowest index on a tie.
-int main_material(int voxel) {
-    int best = 0;
-    int most = -1;
-    for (int m = 0; m < params.material_count; ++m) {
-        int units = state_at(kPlaneMaterial + m, voxel);
-        if (units > most) {
-            most = units;
-            best = m;
-        }
-    }
-    return best;
-}
-
-// Soil of several materials: each of these words is the mean by mass of its materials' words. So is tan phi. Cohesion over unit
-// weight then is the mean cohesion by volume over the mixture's own unit weight, and volumes of a mass unit add up exactly.
-// loose: whether the tables of loose soil count.
-int mixed_word(int voxel, int loose, int at) {
-    int main = main_material(voxel);
-    int word = tables[(2 * main + loose) * kTableWords + at];
-    if (params.material_count == 1) return word;
-    int mass = mass_at(voxel);
-    int mean = word;
-    for (int m = 0; m < params.material_count; ++m) {
-        int units = state_at(kPlaneMaterial + m, voxel);
-        if (m != main && units > 0) {
-            mean += mul_q16(fraction_q16(units, mass), tables[(2 * m + loose) * kTableWords + at] - word);
-        }
-    }
-    return mean;
-}
-
-// Whether a voxel holds more than one material.
-bool is_mixed(int voxel) {
-    return params.material_count > 1 && mass_at(voxel) != state_at(kPlaneMaterial + main_material(voxel), voxel);
-}
+#include "soil_mixtures.glsl"
 
 // Whether most of a voxel's soil was never moved.
 bool is_bonded(int voxel) { return 2 * state_at(kPlaneBond, voxel) >= state_at(kPlaneVolume, voxel); }
@@ -233,7 +189,7 @@ bool is_intact(int voxel) {
     if (state_at(kPlaneTerrain, voxel) >= kSolidCoverage) return true;
     int volume = state_at(kPlaneVolume, voxel);
     return volume > 0 && state_at(kPlaneBond, voxel) >= volume - kIntactSlack &&
-           mixed_word(voxel, 0, kTableStrength) >= params.bank_strength;
+           strength_at(voxel, 0) >= params.bank_strength;
 }
 
 // Bits for chance, alike on all devices: of a place (Teschner et al. 2003), of this pass, and mixed (the primes of xxHash).

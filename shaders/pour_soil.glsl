@@ -48,6 +48,11 @@ void pour_soil(int group, int lane) {
         }
         add_delta(plane, voxel, mass);
         add_delta(kPlaneVolume, voxel, max(1, volume));
+        int water = params.water_plane == 0 ? 0 : mul_q16(mass, flow_word(part, kFlowWater));
+        if (water > 0) {
+            add_delta(params.water_plane, voxel, water);
+            add_wide(kResultWaterIn, water);
+        }
         mark_moved(voxel, voxel);
         poured += mass;
     }

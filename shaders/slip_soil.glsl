@@ -87,13 +87,16 @@ int table_at(int curve, int table, int slope) {
     return tables[start] + mul_q16(tables[start + 1] - tables[start], rest * 16);
 }
 
-// The curve of a voxel's soil. Cohesion holds where most of it is undisturbed. Below 0 where several materials share the voxel,
-// which have no curve: kMixedBonded or kMixedLoose.
+// The curve of a voxel's soil. Cohesion holds where most of it is undisturbed. Below 0 where several materials share the voxel, or
+// water changes its cohesion, which has no curve: kMixedBonded or kMixedLoose.
 CONST_INT(kMixedBonded, -1)
 CONST_INT(kMixedLoose, -2)
 int curve_of(int voxel) {
     int loose = is_bonded(voxel) ? 0 : 1;
-    return is_mixed(voxel) ? kMixedBonded - loose : 2 * main_material(voxel) + loose;
+    int curve = 2 * main_material(voxel) + loose;
+    int table = curve * kTableWords;
+    bool is_moist = water_at(voxel) > 0 && tables[table + kTableMoist] + tables[table + kTableStrength] > 0;
+    return is_moist || is_mixed(voxel) ? kMixedBonded - loose : curve;
 }
 
 CONST_INT(kRootMost, 46340)  // its square is the largest in 31 bits
@@ -129,7 +132,9 @@ int mixed_wedge(int friction, int strength, int any_slope) {
 int wedge_at(int curve, int voxel, int slope) {
     if (curve >= 0) return table_at(curve, 0, slope);
     int loose = kMixedBonded - curve;
-    return mixed_wedge(mixed_word(voxel, loose, kTableFriction), mixed_word(voxel, loose, kTableStrength), slope);
+    int friction = mixed_word(voxel, loose, kTableFriction);
+    if (slope <= friction) return -kVoxelFull;  // whatever its cohesion
+    return mixed_wedge(friction, strength_at(voxel, loose), slope);
 }
 
 // Height of a failing wedge, Q16, up to which the soil of a voxel stands: by its place between half of its roughness and all of

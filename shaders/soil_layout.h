@@ -255,6 +255,7 @@ CONST_INT(kFlowVolume, 7)       // volume of a mass unit, Q16
 CONST_INT(kFlowVelocity, 8)     // Q10 voxels per base step, 3
 CONST_INT(kFlowAside, 11)       // largest velocity aside of it, two vectors, 6
 CONST_INT(kFlowShare, 17)       // sink: share (Q16) of the soil in its region that it takes
+CONST_INT(kFlowWater, 18)       // source: water that a mass unit of soil brings, Q16
 CONST_INT(kFlowVoxelsMost, 65536)    // of a source: i * kFlowStride stays within 32 bits
 CONST_INT(kFlowSpeedMost, 8192)      // of a source: a full voxel's momentum stays within 31 bits
 // A part is what of a region lies in one tile: which of them, by column its voxels low | high << 16 (low..high - 1), and by
@@ -272,6 +273,10 @@ CONST_INT(kResultStatus, 0)
 CONST_INT(kResultSpeed, 1)      // largest displacement a base step, Q16 voxels
 CONST_INT(kResultContacts, 2)   // number of contact records wanted
 CONST_INT(kResultSlope, 3)      // highest wedge that the last slip pass still found failing, Q16 voxels
+// Of water, 64-bit sums of mass units in this step: what came into the grid, what left it, how many voxels more will drain.
+CONST_INT(kResultWaterIn, 8)
+CONST_INT(kResultWaterOut, 10)
+CONST_INT(kResultWaterMoves, 12)
 // Where a condition was met: the largest place_code() of this step, 0 = nowhere.
 CONST_INT(kResultSpeedPlace, 4)
 CONST_INT(kResultHeadroomPlace, 5)
@@ -309,6 +314,10 @@ CONST_INT(kTableTool, 607)      // friction with bodies times gravity: Q16 veloc
 CONST_INT(kTableRoughness, 608) // slope above tan(phi), Q16, up to which soil still stands
 CONST_INT(kTableViscosity, 609) // share of the slides that do not take place, Q16
 CONST_INT(kTableDrag, 610)      // of slides with momentum, in a base step: Q16 part of their speed; kDragMost at most
+CONST_INT(kTablePores, 611)     // water that pores hold, of the soil's mass, Q16
+CONST_INT(kTableMoist, 612)     // the most cohesion that moisture gives over the dry soil's unit weight, as kTableStrength
+CONST_INT(kTableResidual, 613)  // saturation below which water does not drain, Q16
+CONST_INT(kTableSeepage, 614)   // what drains out of a saturated voxel in a water step, mass units, Q8
 CONST_INT(kDragMost, 1048576)       // 16: what viscosity 1 - 1e-7 has in a 60th of a second
 CONST_INT(kStrengthLeast, 256)      // 1/256 voxel: the rounding of sums over a bank's columns is no hundredth of it
 CONST_INT(kStrengthMost, 8388608)   // 128 voxels: a wall of 512, the highest grid, stands

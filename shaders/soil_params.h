@@ -7,7 +7,7 @@ int size_x;              // columns of the grid along x and y: those of the last
 int size_y;
 int blocks_per_tile;     // height / 8
 int material_count;
-int transport_count;     // planes that move with the soil: 8 + material_count
+int transport_count;     // planes that move with the soil: 8 + material_count + water_count
 int substep_count;       // this base step is cut into so many
 int body_substep_count;  // bodies move in so many parts of it: at most a voxel at once
 int gravity_q16;         // gravity in Q16 voxels per base step squared
@@ -37,4 +37,9 @@ int slide_stamp;         // as slip_stamp, of slide_soil
 int slides;              // 1: soil on the ground keeps its momentum until friction has taken it; 0: the ground takes it at once
 int slide_count;         // slide passes in a base step
 int slide_kick;          // gravity (Q16) that sets sliding soil in motion in this slip pass
+int water_count;         // 1: soil takes water, and water_plane has it; 0: there is no such plane
+int water_plane;
+int rain_units;          // water that falls on a column in this water step, mass units
+int drying_units;        // water that dries off a column in it
+int floor_seepage;       // water that the floor takes from a column in it, mass units Q8
 int deposits;            // 1: a material has roughness or viscosity

@@ -25,6 +25,8 @@ void take_soil(int group, int lane) {
             if (is_mass(plane) && amount > 0) {
                 add_wide(flow_sum(part, 2 * (plane - kPlaneMaterial)), amount);
                 held -= amount;
+            } else if (plane == params.water_plane && amount > 0) {
+                add_wide(kResultWaterOut, amount);
             }
         }
         held += mass_at(voxel);

@@ -57,15 +57,15 @@ fi
 
 read -r none_before none_after others_without parameter_without < <("$as_it_is")
 read -r before after others_with parameter < <("$folder/build/property")
-echo "without: water $none_before, everything else $others_without, the parameter: $parameter_without"
-echo "with:    water $before, then $after, everything else $others_with, the parameter: $parameter"
-[[ $before -gt 0 && $before == "$after" && $none_before == 0 && $none_after == 0 ]] || fail "water is not kept"
-[[ $others_with == "$others_without" ]] || fail "water changes something else"
+echo "without: salt $none_before, everything else $others_without, the parameter: $parameter_without"
+echo "with:    salt $before, then $after, everything else $others_with, the parameter: $parameter"
+[[ $before -gt 0 && $before == "$after" && $none_before == 0 && $none_after == 0 ]] || fail "salt is not kept"
+[[ $others_with == "$others_without" ]] || fail "salt changes something else"
 [[ $parameter_without == none && $parameter == checked_saved_used ]] || fail "the parameter is not known everywhere"
-"$folder/build/property_keys" | grep -F '| `water_fraction` | number | 0 .. 0.5 | - |' || fail "scenes do not know the parameter"
+"$folder/build/property_keys" | grep -F '| `salt_fraction` | number | 0 .. 0.5 | - |' || fail "scenes do not know the parameter"
 
 # Without its member in C the table's row does not compile.
-grep -v water_fraction "$sources/bridge/include/bsoil/c/bulletsoil.h" >"$folder/bulletsoil.h"
+grep -v salt_fraction "$sources/bridge/include/bsoil/c/bulletsoil.h" >"$folder/bulletsoil.h"
 mv "$folder/bulletsoil.h" "$sources/bridge/include/bsoil/c/bulletsoil.h"
 ! cmake --build "$folder/build" --target property_c >"$log" 2>&1 || fail "a row without its member in C compiles"
-grep -q "has no member named .water_fraction" "$log" || fail "$(tail -n 5 "$log")"
+grep -q "has no member named .salt_fraction" "$log" || fail "$(tail -n 5 "$log")"

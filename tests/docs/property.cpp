@@ -1,5 +1,5 @@
 /// The worked example of docs/adding_a_property.md: a box of soil falls and a blade goes through
-/// it. Prints the water before, the water after, a hash of everything else and what the material's
+/// it. Prints the salt before, the salt after, a hash of everything else and what the material's
 /// new parameter is good for. Built with the sources as they are and with the example's changes.
 #include <cstdio>
 #include <string>
@@ -16,11 +16,11 @@ struct SoilProbe {
 namespace {
 
 struct Sums {
-    int64_t water = 0;
+    int64_t salt = 0;
     uint64_t others = 0;
 };
 
-/// FNV-1a over all kept planes but the water's, which is the last one where there is one.
+/// FNV-1a over all kept planes but the salt's, which is the last one where there is one.
 Sums sums_of(Soil& soil) {
     const Soil::Impl& s = SoilProbe::impl(soil);
     const int planes = kKeptMaterial + s.params.material_count;
@@ -35,7 +35,7 @@ Sums sums_of(Soil& soil) {
                 if (plane < planes) {
                     sums.others = (sums.others ^ static_cast<uint32_t>(word)) * 0x100000001b3ull;
                 } else {
-                    sums.water += word;
+                    sums.salt += word;
                 }
             }
         }
@@ -51,32 +51,32 @@ SoilDef cpu_def(Vec3 size_m) {
     return def;
 }
 
-/// Whether the parameter is checked and saved, and decides how much water a fill brings: "checked
+/// Whether the parameter is checked and saved, and decides how much salt a fill brings: "checked
 /// saved used", or what of it is missing.
 template <typename Material>
 std::string parameter_report(Material material) {
-    if constexpr (requires { material.water_fraction; }) {
+    if constexpr (requires { material.salt_fraction; }) {
         SoilDef def = cpu_def({1, 1, 1});
-        int64_t water[2] = {0, 0};
+        int64_t salt[2] = {0, 0};
         bool is_saved = false;
         for (int i = 0; i < 2; ++i) {
-            material.water_fraction = 0.125 * (1 + i);
+            material.salt_fraction = 0.125 * (1 + i);
             def.material = material;
             auto soil = Soil::create(def);
             if (!soil || !(*soil)->fill(BoxFill{{{-0.4, -0.4, 0}, {0.4, 0.4, 0.4}}, {}})) {
                 return "could_not";
             }
-            water[i] = sums_of(**soil).water;
+            salt[i] = sums_of(**soil).salt;
             const std::vector<uint8_t> state = (*soil)->state();
-            is_saved = std::string(state.begin(), state.end()).find("water_fraction of") !=
+            is_saved = std::string(state.begin(), state.end()).find("salt_fraction of") !=
                        std::string::npos;
         }
-        material.water_fraction = 0.6;
+        material.salt_fraction = 0.6;
         const Status status = material.validate();
         const bool is_checked =
             !status &&
-            status.error().find("water_fraction is 0.6, must be 0 to 0.5") != std::string::npos;
-        const bool is_used = water[0] > 0 && water[1] == 2 * water[0];
+            status.error().find("salt_fraction is 0.6, must be 0 to 0.5") != std::string::npos;
+        const bool is_used = salt[0] > 0 && salt[1] == 2 * salt[0];
         return std::string(is_checked ? "checked" : "unchecked") +
                (is_saved ? "_saved" : "_unsaved") + (is_used ? "_used" : "_unused");
     } else {
@@ -97,7 +97,7 @@ int run() {
     const Status filled = soil.fill(BoxFill{{{-0.8, -0.5, 0}, {0.8, 0.5, 0.3}}, {}});
     const Status dropped = soil.fill(BoxFill{{{-0.2, -0.2, 0.4}, {0.2, 0.2, 0.6}}, {}});
     if (!filled || !dropped) return 2;
-    const int64_t water = sums_of(soil).water;
+    const int64_t salt = sums_of(soil).salt;
     ConvexShape blade;
     blade.half_extents_m = {0.05, 0.3, 0.2};
     const std::vector<ConvexShape> shapes{blade};
@@ -110,8 +110,8 @@ int run() {
         soil.step({&body, 1});
     }
     const Sums after = sums_of(soil);
-    std::printf("%lld %lld %016llx %s\n", static_cast<long long>(water),
-                static_cast<long long>(after.water), static_cast<unsigned long long>(after.others),
+    std::printf("%lld %lld %016llx %s\n", static_cast<long long>(salt),
+                static_cast<long long>(after.salt), static_cast<unsigned long long>(after.others),
                 parameter_report(def.material).c_str());
     return 0;
 }

@@ -40,6 +40,8 @@ void move_share(const Voxel& from_before, Voxel& from, Voxel& to, double share) 
     from.soil -= share * from_before.soil;
     from.bond -= share * from_before.bond;
     to.soil += share * from_before.soil;
+    from.water -= share * from_before.water;
+    to.water += share * from_before.water;
     from.momentum += -share * from_before.momentum;
     to.momentum += share * from_before.momentum;
     for (size_t m = 0; m < from.mass.size(); ++m) {

@@ -30,6 +30,7 @@ struct Support {
 
 struct Voxel {
     double soil = 0;     ///< rho of the thesis
+    double water = 0;    ///< mass of it, moves with the soil
     double bond = 0;     ///< the part of it that never moved and keeps its cohesion
     double terrain = 0;  ///< fixed part of psi
     double bodies = 0;   ///< the other part of psi, a sum over shapes (may pass 1)

@@ -241,6 +241,7 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                     const Voxel& voxel = before.at(x, y, z);
                     const double taken = std::min(amount, voxel.soil);
                     const bool is_other = voxel.is_mixed() || top.is_mixed() ||
+                                          voxel.water > 0 || top.water > 0 ||
                                           voxel.main_material() != top.main_material();
                     const bool below_bonded = 2 * voxel.bond >= voxel.soil;
                     if (taken > 0 && (is_other || below_bonded != bonded) &&

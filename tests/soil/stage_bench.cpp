@@ -179,6 +179,12 @@ void StageBench::slip(int substeps, int stride) {
     impl_->params.substep_count = 1;
 }
 
+void StageBench::move_water() {
+    ++impl_->params.pass_stamp;
+    run(Kernel::move_water, impl_->lists.tiles());
+    run(Kernel::apply_flow, impl_->lists.listed());
+}
+
 void StageBench::slide(int passes) {
     impl_->params.slide_count = passes;
     ++impl_->params.pass_stamp;
@@ -277,6 +283,9 @@ oracle::Field StageBench::to_field(const StatePlanes& planes) const {
                        static_cast<double>(word(kPlaneForceZ))};
         for (int m = 0; m < impl_->params.material_count; ++m) {
             voxel.mass[static_cast<size_t>(m)] = word(kPlaneMaterial + m) * kUnit;
+        }
+        if (const int plane = impl_->params.water_plane; plane > 0) {
+            voxel.water = word(plane) * kUnit;
         }
         const int support = word(kPlaneSupport);
         using Kind = oracle::Support::Kind;

@@ -50,6 +50,7 @@ class StageBench {
     void find_failures();  ///< with break_bonds, after build_spans
     /// With apply_flow; from the set of speeds of write_speeds.
     void slip(int substeps, int stride = 1);
+    void move_water();       ///< with apply_flow, after build_spans
     void slide(int passes);  ///< one of so many in a step, with apply_flow
     std::vector<std::array<int32_t, layout::kContactWords>> collect_contacts();  ///< sorted
 

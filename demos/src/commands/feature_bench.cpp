@@ -51,6 +51,13 @@ std::vector<Feature> features() {
              two(def);
              def.materials[1].roughness = 0.1;
          }},
+        {"moist, without rain",
+         [](SoilDef& def) {
+             def.material.pore_water_fraction = 0.2;
+             def.material.placed_saturation = 0.5;
+             def.material.moist_cohesion_pa = 1000;
+             def.material.conductivity_m_s = 1e-4;
+         }},
         {"a source of 5 kg/s", [](SoilDef&) {}, false, 5},
     };
 }

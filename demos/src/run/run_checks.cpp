@@ -247,6 +247,13 @@ CheckResult RunChecks::conserved() const {
             result.figure += fmt::format(", {} in, {} out", now.units_in[i], now.units_out[i]);
         }
     }
+    const int64_t water = now.water_units - run_.totals_at_start().water_units;
+    if (water != now.water_units_in - now.water_units_out) result.verdict = Verdict::fail;
+    if (now.water_units != 0 || water != 0) {
+        result.figure +=
+            fmt::format("; water: {} units, {:+} since the start, {} in, {} out", now.water_units,
+                        water, now.water_units_in, now.water_units_out);
+    }
     return result;
 }
 

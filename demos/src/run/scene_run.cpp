@@ -262,6 +262,12 @@ nlohmann::ordered_json SceneRun::summary() const {
         json["soil_units_end"] = per_material(soil(), end.units);
         json["soil_units_in"] = per_material(soil(), end.units_in);
         json["soil_units_out"] = per_material(soil(), end.units_out);
+        if (end.water_units + end.water_units_in + totals_at_start_.water_units > 0) {
+            json["water_units_start"] = totals_at_start_.water_units;
+            json["water_units_end"] = end.water_units;
+            json["water_units_in"] = end.water_units_in;
+            json["water_units_out"] = end.water_units_out;
+        }
         double mass_kg = 0;
         for (const double material_kg : end.mass_kg) mass_kg += material_kg;
         json["soil_mass_kg"] = mass_kg;

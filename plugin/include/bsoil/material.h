@@ -33,7 +33,16 @@ struct MaterialDef {
     /// share of the slides that do not take place, 0..1; 0: as sand does, 1: nothing slides. Chance
     /// decides in each pass
     double viscosity = 0;
-    double tool_friction = 0.4;  ///< Coulomb friction with bodies, 0..2
+    /// water that its pores hold, as a share of the soil's mass, 0..1; 0: it takes none. Dry soil
+    /// weighs density_kg_m3
+    double pore_water_fraction = 0;
+    double placed_saturation = 0;  ///< share of the pores that water fills as placed, 0..1
+    /// cohesion that water gives where it fills half of the pores, 0..200e3; none dry and full. Of
+    /// soil that was moved loose_cohesion_fraction of it
+    double moist_cohesion_pa = 0;
+    double conductivity_m_s = 0;       ///< of water down through full pores, 0..1
+    double residual_saturation = 0.1;  ///< share of the pores that does not drain, 0..0.95
+    double tool_friction = 0.4;        ///< Coulomb friction with bodies, 0..2
     /// shear stress between soil and bodies without pressure, 0..200e3
     double tool_adhesion_pa = 0;
     /// Janosi and Hanamoto's K of soil as placed, 0..0.2; 0: the shear stress is there at once.
@@ -70,6 +79,13 @@ struct MaterialDef {
           "by place between half of it and all of it")                                             \
     FIELD(viscosity, 0, 1, "share of the slides that do not take place",                           \
           "0: as sand does, 1: nothing slides")                                                    \
+    FIELD(pore_water_fraction, 0, 1, "water that its pores hold, as a share of the soil's mass",   \
+          "0: it takes none")                                                                      \
+    FIELD(placed_saturation, 0, 1, "share of the pores that water fills as placed", "")            \
+    FIELD(moist_cohesion_pa, 0, 200e3,                                                             \
+          "cohesion that water gives where it fills half of the pores", "")                        \
+    FIELD(conductivity_m_s, 0, 1, "of water down through full pores", "")                          \
+    FIELD(residual_saturation, 0, 0.95, "share of the pores that does not drain", "")              \
     FIELD(tool_friction, 0, 2, "Coulomb friction with bodies", "")                                 \
     FIELD(tool_adhesion_pa, 0, 200e3, "shear stress between soil and bodies without pressure", "") \
     FIELD(shear_displacement_m, 0, 0.2, "Janosi and Hanamoto's K of soil as placed",               \

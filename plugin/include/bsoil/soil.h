@@ -59,6 +59,9 @@ struct SoilTotals {
     /// Per material, since the soil was created: what sources have poured in, what sinks and open
     /// sides have taken out. Not what fill() and take_out() put in and took.
     std::vector<int64_t> units_in, units_out;
+    /// Water in the soil, in the same units of mass; and since the soil was created: what rain and
+    /// sources have brought, what has dried, drained through the floor or gone with taken soil.
+    int64_t water_units = 0, water_units_in = 0, water_units_out = 0;
 };
 
 /// What lies at one voxel, for meshing, tests and tools.
@@ -66,7 +69,8 @@ struct VoxelSample {
     double volume = 0;         ///< soil, fraction of a voxel (above 1: compressed)
     double coverage = 0;       ///< terrain and ground bodies, 0..1
     int material = 0;          ///< the one with the largest amount
-    double density_kg_m3 = 0;  ///< bulk density: mass / volume
+    double density_kg_m3 = 0;  ///< bulk density of the dry soil: mass / volume
+    double saturation = 0;     ///< share of its pores that water fills, 0..1
     Vec3 velocity_m_s;         ///< world axes
     /// Where bodies push the soil, world axes; as long as the volume they push is a fraction of a
     /// voxel.

@@ -65,7 +65,11 @@ struct SoilDef {
     /// sides of the grid, OpenSide bits, over whose edge soil falls out of it, 0..63
     int open_sides = 0;
     SlideMotion slides = SlideMotion::settle;  ///< what becomes of the momentum of slides
-    int substeps_max = 8;                      ///< sub-steps a fast step may be cut into, 1..32
+    /// water that falls on soil that takes some, 0..1e-3; 1e-5 is 36 mm an hour
+    double rain_m_s = 0;
+    double drying_m_s = 0;          ///< water that dries off the ground's surface, 0..1e-3
+    double floor_drainage_m_s = 0;  ///< water that the grid's floor lets through, 0..1
+    int substeps_max = 8;           ///< sub-steps a fast step may be cut into, 1..32
     /// tiles of 8 x 8 columns awake at the same time, 0..4194304; 0: all that fit into 1 GiB
     int tile_capacity = 0;
     Backend backend = Backend::automatic;  ///< where the kernels run
@@ -102,6 +106,9 @@ struct SoilDef {
     FIELD(open_sides, 0, 63, state,                                                                \
           "sides of the grid, OpenSide bits, over whose edge soil falls out of it", "")            \
     FIELD(slides, 0, 1, state, "what becomes of the momentum of slides", "")                       \
+    FIELD(rain_m_s, 0, 1e-3, state, "water that falls on soil that takes some", "")                \
+    FIELD(drying_m_s, 0, 1e-3, state, "water that dries off the ground's surface", "")             \
+    FIELD(floor_drainage_m_s, 0, 1, state, "water that the grid's floor lets through", "")         \
     FIELD(substeps_max, 1, 32, state, "sub-steps a fast step may be cut into", "")                 \
     FIELD(tile_capacity, 0, 1 << 22, run, "tiles of 8 x 8 columns awake at the same time",         \
           "0: all that fit into 1 GiB")                                                            \

@@ -11,6 +11,9 @@ constexpr float kWearSteps = 4;  ///< from settled to moved, and to compacted
 /// Moved soil: what was inside, moister. Compacted soil: pressed smooth, so that it shines.
 constexpr float kMovedBrightness = 0.80f, kMovedSaturation = 1.15f;
 constexpr float kCompactedBrightness = 1.15f, kCompactedSaturation = 0.70f;
+/// Wet soil: light is caught between grain and water, so that it sends back half of it (Angstrom
+/// 1925).
+constexpr float kWetBrightness = 0.5f;
 /// Of the way from the density as placed to the compacted one, which takes 1 MPa: what the wheels
 /// of a vehicle leave in poured sand looks fully compacted.
 constexpr double kCompactedShare = 0.5;
@@ -43,10 +46,12 @@ Color worn_color(const MaterialDef& material, const VoxelSample& sample) {
     const float moved = in_steps(1 - sample.undisturbed, kWearSteps);
     const float compacted = in_steps(compaction, kWearSteps);
     const auto mixed = [](float share, float full) { return 1 + share * (full - 1); };
-    if (moved == 0 && compacted == 0) return material.color;
+    const float wet = in_steps(sample.saturation, kWearSteps);
+    if (moved == 0 && compacted == 0 && wet == 0) return material.color;
     const float loose = moved * std::max(0.0f, 1 - 2 * compacted);  // pressed soil shows no grain
     return toned(material.color,
-                 mixed(loose, kMovedBrightness) * mixed(compacted, kCompactedBrightness),
+                 mixed(loose, kMovedBrightness) * mixed(compacted, kCompactedBrightness) *
+                     mixed(wet, kWetBrightness),
                  mixed(loose, kMovedSaturation) * mixed(compacted, kCompactedSaturation));
 }
 

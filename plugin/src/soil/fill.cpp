@@ -71,8 +71,11 @@ Status Soil::Impl::fill_with(const std::string& material, const int low[3], cons
     const Result<int> found = material_index(material);
     if (!found) return Error{found.error()};
     // A full voxel of a lighter material has fewer mass units; volume units are the same for all.
-    const FillMaterial what{static_cast<size_t>(kKeptMaterial + *found),
-                            materials[*found].density_kg_m3 / kReferenceDensity};
+    const FillMaterial what{
+        static_cast<size_t>(kKeptMaterial + *found),
+        materials[*found].density_kg_m3 / kReferenceDensity,
+        static_cast<size_t>(kKeptMaterial + params.material_count),
+        materials[*found].placed_saturation * materials[*found].pore_water_fraction};
     int first[2], last[2];
     for (int axis = 0; axis < 3; ++axis) {
         const int from = std::max(0, low[axis]), to = std::min(frame.size[axis] - 1, high[axis]);

@@ -20,8 +20,12 @@ ColumnRun filled(ColumnRun run, int units, const FillMaterial& material, int64_t
     if (units > kWholeMost) {
         run.values[kKeptVolume] += units;
         run.values[kKeptBond] += units;
-        run.values[material.plane] +=
+        const int mass =
             std::max(1, static_cast<int>(std::lround(units * material.mass_per_volume)));
+        run.values[material.plane] += mass;
+        if (material.water_per_mass > 0) {
+            run.values[material.water_plane] += static_cast<int>(mass * material.water_per_mass);
+        }
         added += int64_t{units} * run.length;
     }
     return run;

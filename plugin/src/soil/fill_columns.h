@@ -33,6 +33,8 @@ struct FillShape {
 struct FillMaterial {
     size_t plane = 0;  ///< of its mass
     double mass_per_volume = 1;
+    size_t water_plane = 0;
+    double water_per_mass = 0;
 };
 
 /// Puts soil into the columns of a tile where `wanted` has runs (64 entries; null: none), as far as

@@ -281,6 +281,8 @@ Status Flows::place(Flow& flow) const {
     flow.words[kFlowStride] = stride;
     flow.words[kFlowVolume] =
         static_cast<int32_t>(std::lround(kReferenceDensity / density * kVoxelFull));
+    flow.words[kFlowWater] = static_cast<int32_t>(
+        std::lround(soil.placed_saturation * soil.pore_water_fraction * kVoxelFull));
     const SourceFrame axes = frame_of(source, up_of(core_.def));
     const double aside = way_voxels * std::tan(source.spread_rad);
     const std::pair<Vec3, double> velocities[] = {

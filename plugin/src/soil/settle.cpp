@@ -59,6 +59,7 @@ class TopsOfTiles {
 void Soil::Impl::wake_unstable_columns() {
     tiles.any_unchecked = false;
     flows.look_anew();  // soil may have been put into a sink
+    water.look_anew();  // and wet soil on dry
     double flattest = 10;
     for (const MaterialDef& material : materials) {
         flattest = std::min(flattest, std::tan(material.friction_angle_rad));

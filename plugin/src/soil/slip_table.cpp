@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "soil/layout.h"
+#include "soil/water.h"
 
 namespace bsoil {
 namespace {
@@ -66,6 +67,12 @@ int32_t friction_speed(double friction, const SoilDef& def) {
         std::lround(friction * def.gravity_m_s2 * def.step_s * per_step * layout::kVelocityOne));
 }
 
+int32_t seepage_q8(double conductivity_m_s, const SoilDef& def) {
+    const double voxels = conductivity_m_s * Water::period_s(def) / def.voxel_m;
+    return static_cast<int32_t>(
+        std::lround(std::min(1.0, voxels) * Water::kVoxelUnits * layout::kOneQ8));
+}
+
 std::vector<int32_t> make_slip_table(const MaterialDef& m, const SoilDef& def) {
     using namespace layout;
     std::vector<int32_t> table(kTableWords, 0);
@@ -93,6 +100,13 @@ std::vector<int32_t> make_slip_table(const MaterialDef& m, const SoilDef& def) {
     table[kTableStrength] =
         strength < kStrengthLeast ? 0 : static_cast<int32_t>(std::lround(strength));
     table[kTableTool] = friction_speed(m.tool_friction, def) * (kOneQ16 / kVelocityOne);
+    table[kTablePores] = static_cast<int32_t>(std::lround(m.pore_water_fraction * kOneQ16));
+    table[kTableMoist] = weight > 0
+                             ? static_cast<int32_t>(std::lround(std::min(
+                                   m.moist_cohesion_pa / weight * kVoxelFull, 1.0 * kStrengthMost)))
+                             : 0;
+    table[kTableResidual] = static_cast<int32_t>(std::lround(m.residual_saturation * kOneQ16));
+    table[kTableSeepage] = seepage_q8(m.conductivity_m_s, def);
     table[kTableRoughness] = static_cast<int32_t>(std::lround(m.roughness * kOneQ16));
     table[kTableViscosity] = static_cast<int32_t>(std::lround(m.viscosity * kOneQ16));
     const double drag = m.viscosity < 1 ? -std::log1p(-m.viscosity) * def.step_s * 60 : kDragMost;

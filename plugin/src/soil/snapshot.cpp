@@ -56,6 +56,7 @@ SavedSoil SoilSnapshot::take() const {
     out.next_flow = s_.flows.next_id();
     out.units_in = s_.flows.units_in();
     out.units_out = s_.flows.units_out();
+    out.water = s_.water.state();
     TileVoxels voxels;
     for (size_t index = 0; index < s_.tiles.size(); ++index) {
         const Tile* tile = s_.tiles[index].get();
@@ -111,6 +112,7 @@ void SoilSnapshot::put(const SavedSoil& saved) {
     std::vector<Flow> flows;
     for (const SavedFlow& f : saved.flows) flows.push_back(f.flow);
     s_.flows.restart(std::move(flows), saved.next_flow, saved.units_in, saved.units_out);
+    s_.water.restart(saved.water);
     // Tiles that held the same share it again.
     std::unordered_map<std::string_view, std::shared_ptr<const PackedTile>> known;
     std::unordered_map<std::string_view, TileBytes> known_bytes;

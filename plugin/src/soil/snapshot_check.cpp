@@ -167,6 +167,9 @@ Status SoilSnapshot::check_flows(const SavedSoil& saved) const {
         !std::ranges::all_of(saved.units_out, is_count)) {
         return damaged("what came or went is less than nothing");
     }
+    if (!Water::is_state(saved.water, s_.water.is_there())) {
+        return damaged("the account of its water has {} sums", saved.water.size());
+    }
     const auto side_count = std::ranges::count_if(
         s_.flows.all(), [](const Flow& flow) { return flow.kind == FlowKind::open_side; });
     int32_t before = 0;
@@ -228,6 +231,12 @@ Status SoilSnapshot::check_soil(const SavedTile& tile, const TileVoxels& kept) c
           check("force", kKeptForce + 2, -kForceMost, kForceMost),
           check("bond", kKeptBond, -kVoxelMost, kVoxelMost)}) {
         if (!status) return status;
+    }
+    if (s_.water.is_there()) {
+        if (Status status = check("water", kKeptMaterial + s_.params.material_count, 0, kMassMost);
+            !status) {
+            return status;
+        }
     }
     std::vector<int64_t> mass(words, 0);
     for (int m = 0; m < s_.params.material_count; ++m) {

@@ -8,6 +8,7 @@
 ///   ShapeUpload    what the device is told of shapes
 ///   Passes         which kernels run in which order
 ///   Flows          sources, sinks, open sides
+///   Water          what rain, drying and drainage do
 ///   ContactReader  contacts and loads; what meets bodies is in src/contact/
 ///   StepReader     what a step has changed
 ///   TileSampler    questions about single voxels
@@ -26,6 +27,7 @@
 #include "soil/passes.h"
 #include "soil/shape_upload.h"
 #include "soil/step_reader.h"
+#include "soil/water.h"
 
 namespace bsoil {
 
@@ -37,6 +39,7 @@ struct Soil::Impl : SoilCore {
     ShapeUpload shapes{*this};
     Passes passes{*this, lists};
     Flows flows{*this, tiles, lists, passes};
+    Water water{*this, tiles, lists, passes};
     ContactReader contacts{*this, tiles, bodies, ground};
     StepReader results{*this, tiles, bodies, lists, contacts, flows};
     mutable TileSampler sampler{*this, tiles};

@@ -100,6 +100,7 @@ struct SavedSoil {
     std::vector<SavedFlow> flows;
     int32_t next_flow = 1;
     std::vector<int64_t> units_in, units_out;
+    std::vector<int64_t> water;  ///< see Water::state()
 
     void list(StateStream& stream) {
         stream.list(materials, 8, [&](std::string& name) { stream(name); });
@@ -111,7 +112,7 @@ struct SavedSoil {
         stream.list(tracks, 140, [&](SavedTrack& t) { t.list(stream); });
         stream.list(tiles, 38, [&](SavedTile& t) { t.list(stream); });
         stream.list(flows, 49, [&](SavedFlow& f) { f.list(stream); });
-        stream(next_flow, units_in, units_out);
+        stream(next_flow, units_in, units_out, water);
     }
 };
 

@@ -73,6 +73,7 @@ void Soil::Impl::list_work() {
     ground.update(bodies.in_step());
     if (tiles.any_unchecked) wake_unstable_columns();
     flows.begin_step();
+    water.begin_step();
     lists.mark_bodies(bodies.in_step());
     lists.wake_active();
     lists.mark_woken(bodies.in_step());
@@ -114,6 +115,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
     }
 
     flows.take();
+    water.move();
 
     device->mark_stage(kContacts);
     if (is_quiet) {
@@ -123,7 +125,10 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input) {
         results.read();
     }
     device->mark_stage(kActivity);
-    if (!is_quiet) results.note_activity();
+    if (!is_quiet) {
+        const bool has_changed = results.note_activity();
+        water.note_results(results.header(), has_changed);
+    }
     flows.note_results(is_quiet);
     tiles.sleep_idle();
     session.end();

@@ -58,7 +58,8 @@ void StepReader::wake_neighbours(int index, int32_t asked) {
     }
 }
 
-void StepReader::note_activity() {
+bool StepReader::note_activity() {
+    bool any_changed = false;
     const auto blocks = static_cast<size_t>(tiles_.block_count());
     for (int slot = 0; slot < tiles_.slot_count(); ++slot) {
         const int index = tiles_.slot_tiles()[static_cast<size_t>(slot)];
@@ -78,6 +79,7 @@ void StepReader::note_activity() {
             }
         }
         tile.revision += changed;
+        any_changed = any_changed || changed;
         if (const int32_t asked =
                 table_words_[static_cast<size_t>(slot) * kTileTableWords + kTileTableAsked];
             asked > 0) {
@@ -91,6 +93,7 @@ void StepReader::note_activity() {
             tile.top = std::max(top % kTileTopStep, changed_top);
         }
     }
+    return any_changed;
 }
 
 }  // namespace bsoil

@@ -1,6 +1,7 @@
 /// StepReader: the results of a step, read back with one wait for the device.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "soil/contact_reader.h"
@@ -24,7 +25,10 @@ class StepReader {
     /// the step left, contacts and loads.
     void read();
     /// What of the soil has changed in the step read: active blocks, revisions and tops of tiles.
-    void note_activity();
+    /// Whether any has.
+    bool note_activity();
+    /// The head of what the kernels have left in Buffer::result.
+    std::span<const int32_t> header() const { return header_; }
 
   private:
     void note_kernel_conditions();

@@ -91,6 +91,13 @@ typedef struct bulletsoil_material {
     double roughness;
     /** share of the slides that do not take place, 0..1; 0: as sand does, 1: nothing slides */
     double viscosity;
+    /** water that its pores hold, as a share of the soil's mass, 0..1; 0: it takes none */
+    double pore_water_fraction;
+    double placed_saturation; /**< share of the pores that water fills as placed, 0..1 */
+    /** cohesion that water gives where it fills half of the pores, 0..200e3 */
+    double moist_cohesion_pa;
+    double conductivity_m_s;    /**< of water down through full pores, 0..1 */
+    double residual_saturation; /**< share of the pores that does not drain, 0..0.95 */
 } bulletsoil_material;
 
 /**
@@ -149,7 +156,10 @@ typedef struct bulletsoil_soil_def {
     uint32_t reserved;       /**< 0 */
     /** sides of the grid, OpenSide bits, over whose edge soil falls out of it, 0..63 */
     int32_t open_sides;
-    int32_t slides; /**< what becomes of the momentum of slides: BULLETSOIL_SLIDES_... */
+    int32_t slides;            /**< what becomes of the momentum of slides: BULLETSOIL_SLIDES_... */
+    double rain_m_s;           /**< water that falls on soil that takes some, 0..1e-3 */
+    double drying_m_s;         /**< water that dries off the ground's surface, 0..1e-3 */
+    double floor_drainage_m_s; /**< water that the grid's floor lets through, 0..1 */
 } bulletsoil_soil_def;
 
 /** Sets `def`, of `struct_size` = sizeof *def bytes, to the defaults: 12 x 2 x 12 m, voxels of 5

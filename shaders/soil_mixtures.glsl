@@ -1,0 +1,73 @@
+// What a voxel's soil is made of: its materials, their means, its water. Part of kernel_common.
+
+// Whether a plane is of mass: those behind the materials may hold something else that travels with the soil.
+bool is_mass(int plane) { return plane >= kPlaneMaterial && plane < kPlaneMaterial + params.material_count; }
+
+int mass_at(int voxel) {
+    int mass = 0;
+    for (int m = 0; m < params.material_count; ++m) mass += state_at(kPlaneMaterial + m, voxel);
+    return mass;
+}
+
+// The material there is most of; the lowest index on a tie.
+int main_material(int voxel) {
+    int best = 0;
+    int most = -1;
+    for (int m = 0; m < params.material_count; ++m) {
+        int units = state_at(kPlaneMaterial + m, voxel);
+        if (units > most) {
+            most = units;
+            best = m;
+        }
+    }
+    return best;
+}
+
+// Soil of several materials: each of these words is the mean by mass of its materials' words. So is tan phi. Cohesion over unit
+// weight then is the mean cohesion by volume over the mixture's own unit weight, and volumes of a mass unit add up exactly.
+// loose: whether the tables of loose soil count.
+int mixed_word(int voxel, int loose, int at) {
+    int main = main_material(voxel);
+    int word = tables[(2 * main + loose) * kTableWords + at];
+    if (params.material_count == 1) return word;
+    int mass = mass_at(voxel);
+    int mean = word;
+    for (int m = 0; m < params.material_count; ++m) {
+        int units = state_at(kPlaneMaterial + m, voxel);
+        if (m != main && units > 0) {
+            mean += mul_q16(fraction_q16(units, mass), tables[(2 * m + loose) * kTableWords + at] - word);
+        }
+    }
+    return mean;
+}
+
+// Whether a voxel holds more than one material.
+bool is_mixed(int voxel) {
+    return params.material_count > 1 && mass_at(voxel) != state_at(kPlaneMaterial + main_material(voxel), voxel);
+}
+
+// Water of a voxel's soil, mass units; 0 where no soil of the grid takes any.
+int water_at(int voxel) { return params.water_plane == 0 ? 0 : state_at(params.water_plane, voxel); }
+
+// Water that the pores of a voxel's soil have room for, mass units.
+int pores_at(int voxel) { return mul_q16(mass_at(voxel), mixed_word(voxel, 0, kTablePores)); }
+
+// Share of its pores that water fills, Q16.
+int saturation_at(int voxel) {
+    int water = water_at(voxel);
+    int pores = water > 0 ? pores_at(voxel) : 0;
+    return pores <= 0 ? 0 : (water >= pores ? kOneQ16 : fraction_q16(water, pores));
+}
+
+// Cohesion over unit weight, Q16 voxels: with that of moisture, 4 S (1 - S) of its most, and the weight of the water.
+int strength_at(int voxel, int loose) {
+    int strength = mixed_word(voxel, loose, kTableStrength);
+    int water = water_at(voxel);
+    if (water <= 0) return strength;
+    int moist = mixed_word(voxel, loose, kTableMoist);
+    if (strength + moist == 0) return 0;
+    int saturation = saturation_at(voxel);
+    int mass = mass_at(voxel);
+    strength = min(strength + 4 * mul_q16(moist, mul_q16(saturation, kOneQ16 - saturation)), kStrengthMost);
+    return mass > 0 ? mul_q16(strength, fraction_q16(mass, mass + water)) : strength;
+}

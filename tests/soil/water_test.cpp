@@ -1,0 +1,426 @@
+// Water in the soil: what it moves by, what it makes stand, and the account of it.
+#include "oracle/water.h"
+
+#include <numbers>
+
+#include "oracle/slippage.h"
+#include "stage_scenario.h"
+
+namespace bsoil::water_test {
+namespace {
+
+using namespace layout;
+
+constexpr double kGravity = 9.81;
+
+/// Sand that holds a fifth of its mass of water.
+MaterialDef moist_sand(double saturation, double moist_cohesion_pa = 2000) {
+    MaterialDef material = sand(30);
+    material.pore_water_fraction = 0.2;
+    material.placed_saturation = saturation;
+    material.moist_cohesion_pa = moist_cohesion_pa;
+    material.conductivity_m_s = 1e-3;
+    material.residual_saturation = 0.1;
+    return material;
+}
+
+class WaterStage : public testing::TestWithParam<Scenario> {
+  protected:
+    static SoilDef def(Backend backend) {
+        SoilDef def = GetParam().def();
+        if (def.materials.empty()) def.materials = {def.material};
+        for (size_t i = 0; i < def.materials.size(); ++i) {
+            const double n = static_cast<double>(i);
+            def.materials[i].pore_water_fraction = 0.2 + 0.1 * n;
+            def.materials[i].moist_cohesion_pa = 500 * n;
+            def.materials[i].conductivity_m_s = 0.02 / (1 + n);
+            def.materials[i].residual_saturation = 0.1 * n;
+        }
+        def.backend = backend;
+        return def;
+    }
+    /// The scenario's soil, with water in its pores and here and there more than that.
+    static void prepare(StageBench& bench) {
+        StatePlanes planes = GetParam().planes(bench);
+        std::mt19937 random(GetParam().seed + 3000);
+        std::uniform_real_distribution<double> share(-0.2, 1.2);
+        const int materials = static_cast<int>(bench.soil().materials().size());
+        for (int z = 0; z < planes.nz; ++z) {
+            for (int y = 0; y < planes.ny; ++y) {
+                for (int x = 0; x < planes.nx; ++x) {
+                    int mass = 0;
+                    for (int m = 0; m < materials; ++m) {
+                        mass += planes.at(kPlaneMaterial + m, x, y, z);
+                    }
+                    // Here and there soil has left some behind.
+                    planes.at(kPlaneMaterial + materials, x, y, z) =
+                        mass > 0 ? static_cast<int>(std::max(0.0, share(random)) * 0.25 * mass)
+                                 : static_cast<int>(random() % 8 == 0) * 50;
+                }
+            }
+        }
+        bench.write(planes);
+        bench.place(GetParam().bodies(bench));
+        bench.find_support();
+        bench.build_spans();
+        SoilParams& params = bench.impl().params;
+        params.rain_units = 900;
+        params.drying_units = 400;
+        params.floor_seepage = 300 * kOneQ8;
+    }
+    static std::vector<oracle::PoreSoil> pore_soils(const Soil& soil) {
+        std::vector<oracle::PoreSoil> soils;
+        for (const MaterialDef& m : soil.materials()) {
+            const double voxels = m.conductivity_m_s / soil.frame().voxel_m;  // in a second
+            soils.push_back({m.pore_water_fraction, m.residual_saturation,
+                             std::min(1.0, voxels) * Water::kVoxelUnits / kVoxelFull});
+        }
+        return soils;
+    }
+    static int64_t sum(StageBench& bench, int word) {
+        int32_t words[2];
+        bench.impl().device->read(Buffer::result, word, words);
+        return wide_sum(words);
+    }
+};
+
+TEST_P(WaterStage, follows_the_oracle) {
+    StageBench bench(def(Backend::cpu));
+    prepare(bench);
+    const oracle::Field before = bench.to_field(bench.read());
+    const double unit = 1.0 / kVoxelFull;
+    const oracle::WaterStep expected = oracle::move_water(
+        bench.model(), before, pore_soils(bench.soil()), {900 * unit, 400 * unit, 300 * unit});
+    bench.move_water();
+    const oracle::Field got = bench.to_field(bench.read());
+    Deviation water, others;
+    double moved = 0;
+    before.for_each([&](int x, int y, int z) {
+        water.take(got.at(x, y, z).water, expected.field.at(x, y, z).water, x, y, z);
+        others.take(got.at(x, y, z).soil, before.at(x, y, z).soil, x, y, z);
+        moved += std::abs(expected.field.at(x, y, z).water - before.at(x, y, z).water);
+    });
+    // Whole units by chance, two of them a voxel, and a cube of Q16 shares of up to 2^15 units.
+    EXPECT_LT(water.value, 8 * unit) << water;
+    EXPECT_EQ(others.value, 0) << others;
+    EXPECT_GT(moved, 1000 * unit);
+    const double columns = before.nx * before.ny;
+    EXPECT_GT(expected.in, 0);
+    EXPECT_NEAR(static_cast<double>(sum(bench, kResultWaterIn)) * unit, expected.in,
+                2 * unit * columns);
+    EXPECT_NEAR(static_cast<double>(sum(bench, kResultWaterOut)) * unit, expected.out,
+                2 * unit * columns);
+}
+
+TEST_P(WaterStage, gives_cohesion_as_the_oracle_has_it) {
+    if (GetParam().material_count > 1) return;  // the wedge below is that of one material
+    SoilDef moist = def(Backend::cpu);
+    moist.materials[0].moist_cohesion_pa = 300;
+    moist.materials[0].loose_cohesion_fraction = 0.5;
+    StageBench bench(moist);
+    prepare(bench);
+    const oracle::Field before = bench.to_field(bench.read());
+    const std::vector<oracle::PoreSoil> soils = pore_soils(bench.soil());
+    const MaterialDef& m = moist.materials[0];
+    const double weight = m.density_kg_m3 * kGravity, voxel_m = moist.voxel_m;
+    const auto wedge = [&](const oracle::Voxel& voxel, bool bonded,
+                           double any_slope) -> oracle::GridWedge {
+        const double slope = std::min(any_slope, 16.0);
+        const double strength_m =
+            oracle::moist_strength(0, m.moist_cohesion_pa * (bonded ? 1 : 0.5) / weight,
+                                   oracle::saturation(voxel, soils),
+                                   voxel.water / voxel.total_mass());
+        const oracle::Wedge w = oracle::failure_wedge({strength_m, m.friction_angle_rad, 1},
+                                                      kGravity, slope * voxel_m, voxel_m);
+        const oracle::Wedge dry = oracle::failure_wedge({0, m.friction_angle_rad, 1}, kGravity,
+                                                        slope * voxel_m, voxel_m);
+        const double stable = strength_m > 0 ? -1 : slope - std::tan(m.friction_angle_rad);
+        return {w.height_m > 0 ? w.height_m / voxel_m : stable,
+                std::min(1.0, dry.acceleration_m_s2 * moist.step_s * moist.step_s / voxel_m)};
+    };
+    bench.slip(1);
+    const oracle::Model model = bench.model();
+    const oracle::Slippage expected = oracle::slip_soil(
+        model, before,
+        oracle::SlipSpeeds(static_cast<size_t>(before.nx) * before.ny * model.span_capacity, 0.0),
+        wedge);
+    const FieldDeviation deviation = compare(bench.to_field(bench.read()), expected.field, 1);
+    EXPECT_LT(deviation.soil.value, 8e-3) << deviation.soil;  // as in slippage_test.cpp
+    EXPECT_LT(deviation.mass.value, 8e-3) << deviation.mass;
+}
+
+TEST_P(WaterStage, has_the_same_bits_on_gl) {
+    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
+    std::vector<int32_t> words[2];
+    for (const Backend backend : {Backend::cpu, Backend::gl}) {
+        StageBench bench(def(backend));
+        prepare(bench);
+        bench.move_water();
+        bench.build_spans();
+        bench.slip(1);
+        std::vector<int32_t>& out = words[backend == Backend::gl];
+        out = bench.read().words;
+        for (const int at : {kResultWaterIn, kResultWaterOut, kResultWaterMoves}) {
+            out.push_back(static_cast<int32_t>(sum(bench, at)));
+        }
+    }
+    EXPECT_TRUE(words[0] == words[1]) << "CPU and GL differ";
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenarios, WaterStage, testing::ValuesIn(all_scenarios()),
+                         testing::PrintToStringParamName());
+
+/// A bank against a wall, so many voxels of 5 cm high.
+std::unique_ptr<Soil> bank(const MaterialDef& material, int high, SoilDef changes = {}) {
+    SoilDef def = grid_def(32, 8, high + 2);
+    def.material = material;
+    def.rain_m_s = changes.rain_m_s;
+    def.drying_m_s = changes.drying_m_s;
+    def.floor_drainage_m_s = changes.floor_drainage_m_s;
+    def.backend = changes.backend;
+    def.thread_count = changes.thread_count;
+    auto soil = make_soil(def);
+    EXPECT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {16, 8, 1.0 * high})));
+    return soil;
+}
+/// A level bed of 4 voxels in all of that grid.
+std::unique_ptr<Soil> bed(const MaterialDef& material, const SoilDef& changes) {
+    auto soil = bank(material, 4, changes);
+    EXPECT_TRUE(soil->fill(voxel_box(*soil, {16, 0, 0}, {32, 8, 4})));
+    return soil;
+}
+
+int64_t soil_units(const Soil& soil) { return soil.totals().units.front(); }
+
+double mean_height_m(const Soil& soil, int from, int to) {
+    double sum = 0;
+    for (int x = from; x < to; ++x) sum += soil.surface_height_m(x, 4);
+    return sum / (to - from);
+}
+
+// Hc = 4 c / gamma tan(45 deg + phi / 2), with c of 2 kPa at half saturation and the water's weight.
+TEST(Water, lets_a_cut_stand_that_dry_and_saturated_falls) {
+    const double weight = 1600 * 1.1 * kGravity;
+    const double high_m = 4 * 2000 / weight * std::tan(std::numbers::pi / 3);
+    const int stands = static_cast<int>(0.9 * high_m / 0.05),
+              falls = static_cast<int>(std::ceil(1.15 * high_m / 0.05));
+    ASSERT_GT(stands, 12);
+    for (const auto& [saturation, high, keeps] :
+         {std::tuple(0.5, stands, true), {0.5, falls, false}, {0.0, stands, false},
+          {1.0, stands, false}, {0.05, stands, false}}) {
+        MaterialDef material = moist_sand(saturation);
+        material.conductivity_m_s = 0;
+        auto soil = bank(material, high);
+        const uint64_t checksum = soil->checksum();
+        for (int i = 0; i < 300; ++i) soil->step({});
+        EXPECT_EQ(soil->checksum() == checksum, keeps) << saturation << ", " << high << " voxels";
+        EXPECT_EQ(soil->status_bits(), 0u);
+    }
+}
+
+TEST(Water, of_rain_brings_a_bank_down) {
+    MaterialDef material = moist_sand(0.5);
+    material.conductivity_m_s = 0.05;
+    material.residual_saturation = 0.5;  // what is there at first stays where it is
+    SoilDef wet;
+    wet.rain_m_s = 1e-3;
+    auto soil = bank(material, 14, wet);
+    const double before_m = mean_height_m(*soil, 16, 32);
+    for (int i = 0; i < 300; ++i) soil->step({});
+    EXPECT_EQ(mean_height_m(*soil, 16, 32), before_m);
+    // 0.7 m of soil of 1600 kg/m3 take 0.112 m of water from half saturation on: 112 s.
+    for (int i = 300; i < 7000; ++i) soil->step({});
+    EXPECT_GT(mean_height_m(*soil, 16, 32), before_m + 0.05);
+}
+
+TEST(Water, falls_dries_and_drains_at_the_stated_rates) {
+    SoilDef changes;
+    changes.rain_m_s = 2e-5;
+    auto soil = bed(moist_sand(0), changes);
+    for (int i = 0; i < 600; ++i) soil->step({});
+    const double units_per_m = Water::kVoxelUnits / 0.05, columns = 32 * 8;
+    SoilTotals totals = soil->totals();
+    EXPECT_EQ(totals.water_units, totals.water_units_in);
+    EXPECT_EQ(totals.water_units_in,
+              static_cast<int64_t>(columns) *
+                  static_cast<int64_t>(std::floor(2e-5 * 10 * units_per_m)));
+    changes.rain_m_s = 0;
+    changes.drying_m_s = 2e-5;
+    changes.floor_drainage_m_s = 1e-4;
+    soil = bed(moist_sand(1), changes);
+    const int64_t start = soil->totals().water_units;
+    for (int i = 0; i < 600; ++i) soil->step({});
+    totals = soil->totals();
+    EXPECT_EQ(totals.water_units, start - totals.water_units_out);
+    EXPECT_NEAR(static_cast<double>(totals.water_units_out), columns * 1.2e-4 * 10 * units_per_m,
+                0.01 * columns * 1.2e-4 * 10 * units_per_m);
+}
+
+// Sand of 1e-3 m/s loses what it can in minutes. What is left drains less than 1/256 unit a second.
+TEST(Water, drains_to_the_residual_saturation_and_stands_still) {
+    MaterialDef material = moist_sand(1);
+    material.conductivity_m_s = 0.02;
+    SoilDef changes;
+    changes.floor_drainage_m_s = 1;
+    auto soil = bed(material, changes);
+    for (int i = 0; i < 30000; ++i) soil->step({});
+    for (int z = 0; z < 3; ++z) EXPECT_NEAR(soil->sample(2, 4, z).saturation, 0.1, 0.05) << z;
+    const SoilTotals totals = soil->totals();
+    EXPECT_GT(totals.water_units_out, 0);
+}
+
+/// A plough through a wet bed under rain.
+struct Ploughed {
+    std::unique_ptr<Soil> soil;
+    Mover blade;
+    explicit Ploughed(Backend backend = Backend::cpu, int threads = 0)
+        : blade(1, box_shape({0.1, 0.25, 0.2}), Vec3{0.2, 0.4, 0.35}) {
+        SoilDef def = grid_def(48, 16, 16);
+        def.material = moist_sand(0.4);
+        def.material.conductivity_m_s = 0.01;
+        def.rain_m_s = 5e-4;
+        def.drying_m_s = 1e-4;
+        def.floor_drainage_m_s = 1e-3;
+        def.open_sides = kOpenHighX;
+        def.backend = backend;
+        def.thread_count = threads;
+        soil = make_soil(def);
+        EXPECT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {48, 16, 8})));
+        SourceDef source;
+        source.center_m = {1.2, 0.4, 0.7};
+        source.rate_kg_s = 20;
+        EXPECT_TRUE(soil->add_source(source));
+        blade.set_velocity({0.4, 0, 0});
+    }
+    void step() {
+        blade.advance(soil->def().step_s);
+        soil->step({&blade.body, 1});
+    }
+};
+
+TEST(Water, is_conserved_to_the_unit_under_a_plough_rain_and_an_open_side) {
+    Ploughed scene;
+    const SoilTotals start = scene.soil->totals();
+    for (int i = 0; i < 300; ++i) {
+        scene.step();
+        if (i % 30 != 0) continue;
+        const SoilTotals now = scene.soil->totals();
+        ASSERT_EQ(now.water_units, start.water_units + now.water_units_in - now.water_units_out)
+            << "step " << i;
+        ASSERT_EQ(now.units[0], start.units[0] + now.units_in[0] - now.units_out[0]);
+    }
+    EXPECT_GT(scene.soil->totals().water_units_in, 0);
+    EXPECT_GT(scene.soil->totals().water_units_out, 0);
+    EXPECT_EQ(scene.soil->status_bits(), 0u);
+}
+
+TEST(Water, has_the_same_bits_on_gl_on_threads_and_from_a_snapshot) {
+    Ploughed scene;
+    const std::string path = testing::TempDir() + "/water.snapshot";
+    std::vector<uint64_t> sums;
+    constexpr int kSteps = 150, kSaved = 70;
+    Ploughed twin(Backend::cpu, 3);
+    for (int i = 0; i < kSteps; ++i) {
+        if (i == kSaved) {
+            ASSERT_TRUE(scene.soil->save(path));
+            ASSERT_TRUE(twin.soil->load(path));
+        }
+        scene.step();
+        sums.push_back(scene.soil->checksum());
+        if (i < kSaved) {
+            twin.blade.advance(twin.soil->def().step_s);
+        } else {
+            twin.step();
+            ASSERT_EQ(twin.soil->checksum(), sums.back()) << "step " << i;
+        }
+    }
+    const SoilTotals totals = scene.soil->totals(), of_twin = twin.soil->totals();
+    EXPECT_EQ(totals.water_units_in, of_twin.water_units_in);
+    EXPECT_EQ(totals.water_units_out, of_twin.water_units_out);
+    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
+    Ploughed on_gl(Backend::gl);
+    for (size_t i = 0; i < sums.size(); ++i) {
+        on_gl.step();
+        ASSERT_EQ(on_gl.soil->checksum(), sums[i]) << "step " << i << " on GL";
+    }
+}
+
+// A thin top layer has no room for a shower: what it cannot take goes into the soil beneath.
+TEST(Water, of_rain_goes_into_the_topmost_half_voxel_of_soil_at_least) {
+    SoilDef changes;
+    changes.rain_m_s = 2e-4;
+    auto soil = bed(moist_sand(0), changes);
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 4}, {32, 8, 4.01})));
+    for (int i = 0; i < 300; ++i) soil->step({});
+    const double columns = 32 * 8, units_per_m = Water::kVoxelUnits / 0.05;
+    EXPECT_NEAR(static_cast<double>(soil->totals().water_units_in),
+                columns * 2e-4 * 5 * units_per_m, 0.02 * columns * 2e-4 * 5 * units_per_m);
+}
+
+/// As a snapshot has it, with another number of units in the plane of the water or its account.
+TEST(Water, of_a_snapshot_is_refused_out_of_its_range) {
+    const auto copy_of = [](const Soil& soil) {
+        auto copy = make_soil(soil.def());
+        const auto put = copy->prepare(soil.state());
+        EXPECT_TRUE(put) << put.error();
+        if (put) (*put)();
+        return copy;
+    };
+    auto soil = bed(moist_sand(0.5), {});
+    for (int i = 0; i < 70; ++i) soil->step({});
+    const uint64_t checksum = soil->checksum();
+    for (const int32_t units : {-1, 2 * kVoxelMost}) {
+        auto spoilt = copy_of(*soil);
+        Soil::Impl& impl = SoilProbe::impl(*spoilt);
+        TileVoxels voxels;
+        impl.tiles.read_voxels(0, voxels);
+        voxels.at(kKeptMaterial + 1, 1, 9) = units;
+        impl.tiles.write_voxels(0, voxels);
+        const auto put = soil->prepare(spoilt->state());
+        ASSERT_FALSE(put);
+        EXPECT_NE(put.error().find("water of a voxel in tile 0"), std::string::npos) << put.error();
+    }
+    for (const std::vector<int64_t>& account : {std::vector<int64_t>{-1, 0, 0}, {0, -1, 0}}) {
+        auto spoilt = copy_of(*soil);
+        SoilProbe::impl(*spoilt).water.restart(account);
+        const auto put = soil->prepare(spoilt->state());
+        ASSERT_FALSE(put);
+        EXPECT_NE(put.error().find("account of its water"), std::string::npos) << put.error();
+    }
+    MaterialDef dry = moist_sand(0.5);
+    dry.pore_water_fraction = 0;
+    const auto put = bed(dry, {})->prepare(soil->state());
+    ASSERT_FALSE(put);
+    EXPECT_NE(put.error().find("pore_water_fraction"), std::string::npos) << put.error();
+    EXPECT_EQ(soil->checksum(), checksum);
+}
+
+// Dry soil stands still; what is put on it later does not.
+TEST(Water, starts_anew_in_soil_that_is_put_in) {
+    SoilDef def = grid_def(32, 8, 8);
+    def.materials = {moist_sand(0), moist_sand(1)};
+    def.materials[1].name = "wet";
+    auto soil = make_soil(def);
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {32, 8, 3})));
+    for (int i = 0; i < 130; ++i) soil->step({});
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 3}, {32, 8, 4}, "wet")));
+    for (int i = 0; i < 130; ++i) soil->step({});
+    EXPECT_GT(soil->sample(16, 4, 2).saturation, 0.01);
+}
+
+// Its plane is there, and moves with it; nothing else is other than without.
+TEST(Water, that_is_not_there_changes_nothing_else) {
+    auto with = bank(moist_sand(0, 0), 12), without = bank(sand(30), 12);
+    for (int i = 0; i < 59; ++i) {  // until its first pass, which draws new chances
+        with->step({});
+        without->step({});
+    }
+    EXPECT_EQ(soil_units(*with), soil_units(*without));
+    for (int x = 0; x < 32; ++x) {
+        EXPECT_EQ(with->surface_height_m(x, 4), without->surface_height_m(x, 4)) << x;
+    }
+    EXPECT_EQ(with->totals().water_units, 0);
+}
+
+}  // namespace
+}  // namespace bsoil::water_test
