@@ -11,9 +11,9 @@ namespace {
 constexpr double kLifeS = 1.6;
 /// Radius at the beginning and at the end [voxels].
 constexpr double kRadiusFirst = 1.5, kRadiusLast = 7;
-constexpr double kRise = 0.25;      ///< [m/s]
-constexpr double kAlong = 0.15;     ///< of the soil's speed that dust keeps
-constexpr double kAsideVoxels = 2;  ///< clouds begin this far from their voxel, at most
+constexpr double kRise = 0.15;      ///< [m/s]
+constexpr double kAlong = 0.08;     ///< of the soil's speed that dust keeps
+constexpr double kAsideVoxels = 1;  ///< clouds begin this far from their voxel, at most
 constexpr double kOpacityMost = 0.3;
 /// A picture has no more, so that it costs no more: beyond that some are left out.
 constexpr size_t kCloudsMost = 512;

@@ -18,7 +18,7 @@ constexpr double kFallBegin = 1.4, kFallMost = 4.4;
 constexpr float kLandsWithin = 4;
 constexpr double kFallDust = 0.15;
 /// Soil that rolls stays at the ground and stirs up less, this share at most.
-constexpr double kRollBegin = 1.0, kRollMost = 4.0, kRollDust = 0.3;
+constexpr double kRollBegin = 1.0, kRollMost = 4.0, kRollDust = 0.1;
 constexpr float kStrengthLeast = 0.2f;
 
 double within(double value, double begin, double most) {
