@@ -214,5 +214,24 @@ TEST(SoilTiles, the_sides_of_the_grid_show_mixtures_as_the_surface_does) {
     }
 }
 
+TEST(SoilTiles, neither_wet_nor_cohesive_soil_makes_dust) {
+    SoilDef def;
+    def.size_m = {0.8, 0.8, 0.8};
+    def.backend = Backend::cpu;
+    MaterialDef wet = materials::dry_sand(), damp = wet;
+    wet.name = "wet", damp.name = "damp";
+    wet.pore_water_fraction = damp.pore_water_fraction = 0.2;
+    wet.placed_saturation = 0.5, damp.placed_saturation = 0.05;
+    def.materials = {materials::dry_sand(), wet, damp, materials::clay()};
+    const float expected[] = {1, 0, 0.5f, 0};
+    for (size_t m = 0; m < 4; ++m) {
+        auto soil = Soil::create(def);
+        ASSERT_TRUE(soil) << soil.error();
+        ASSERT_TRUE((*soil)->fill(BoxFill{{{-1, 0, -1}, {1, 0.4, 1}}, def.materials[m].name}));
+        EXPECT_NEAR(SoilTiles(**soil).dust_at(8, 8, 3, static_cast<int>(m)), expected[m], 0.01)
+            << def.materials[m].name;
+    }
+}
+
 }  // namespace
 }  // namespace bsoil::soil_tiles_test

@@ -60,6 +60,9 @@ class TileSource {
     virtual Vec3 velocity_m_s(int x, int y, int z) const;
     /// How the soil on top of a column moves along the ground. Unless it is overridden, it rests.
     virtual GroundMotion ground_motion(int x, int y) const;
+    /// How much dust a voxel's soil makes when it moves fast, 0..1; `material` is its main one.
+    /// Unless it is overridden, 1 without cohesion and 0 from 500 Pa on.
+    virtual float dust_at(int x, int y, int z, int material) const;
     /// Linear RGB of a voxel's soil where it lies bare; `material` is its main one. Unless it is
     /// overridden, that material's.
     virtual std::array<float, 3> color_at(int x, int y, int z, int material) const;
@@ -82,6 +85,8 @@ class SoilTiles final : public TileSource {
                    std::vector<uint8_t>& material) const override;
     Vec3 velocity_m_s(int x, int y, int z) const override;
     GroundMotion ground_motion(int x, int y) const override;
+    /// Nor does soil with water in a tenth of its pores make any.
+    float dust_at(int x, int y, int z, int material) const override;
     /// The mean of its materials. Moved soil is darker and richer than ground that settled, what a
     /// body has compacted paler.
     std::array<float, 3> color_at(int x, int y, int z, int material) const override;
@@ -115,8 +120,8 @@ struct LooseVoxel {
     float height_m = 0;            ///< above the soil or terrain below it, or the grid's floor
     float volume = 0;              ///< soil, fraction of a voxel
     std::array<float, 3> color{};  ///< of its material, linear RGB
-    float dust = 0;     ///< how dusty its material is, 0..1: dry soil is, what coheres is not
-    uint32_t seed = 0;  ///< the voxel's, the same whenever it holds loose soil
+    float dust = 0;                ///< TileSource::dust_at
+    uint32_t seed = 0;             ///< the voxel's, the same whenever it holds loose soil
 };
 
 /// Soil on top of a column that rolls and slides along the ground. Its surface shows it only by

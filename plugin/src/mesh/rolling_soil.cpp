@@ -17,8 +17,6 @@ constexpr double kSteepFull = 0.06;
 constexpr double kAmountLeast = 1.0 / 256;  ///< half a grain
 /// Tops further apart [voxels] tilt the surface no more, as on both sides of a blade.
 constexpr float kStepMost = 3.0f;
-/// Soil with this cohesion makes no dust [Pa]: half of what moist sand has.
-constexpr double kDustCohesion = 500;
 constexpr double kFlat = 1e-3;  ///< a smaller gradient has no direction
 
 /// Of the column's topmost soil; null: there is none.
@@ -43,22 +41,13 @@ double rise_along(const GridColumns& grid, int x, int y, int axis, float top) {
     return count > 0 ? sum / count : 0;
 }
 
-const MaterialDef& material_at(const std::vector<MaterialDef>& materials, uint8_t material) {
-    return materials[std::min<size_t>(material, materials.size() - 1)];
-}
-
 /// At which a material stands: loose, and as rough as its smoothest half.
 double standing_slope(const std::vector<MaterialDef>& materials, uint8_t material) {
-    const MaterialDef& def = material_at(materials, material);
+    const MaterialDef& def = materials[std::min<size_t>(material, materials.size() - 1)];
     return std::tan(def.friction_angle_rad) + 0.5 * def.roughness;
 }
 
 }  // namespace
-
-float dust_of(const std::vector<MaterialDef>& materials, uint8_t material) {
-    const double cohesion_pa = material_at(materials, material).cohesion_pa;
-    return static_cast<float>(std::max(0.0, 1 - cohesion_pa / kDustCohesion));
-}
 
 void find_rolling_soil(const GridColumns& grid, const TileSource& source, int tx, int ty,
                        std::vector<RollingSoil>& rolling) {
@@ -97,7 +86,8 @@ void find_rolling_soil(const GridColumns& grid, const TileSource& source, int tx
         soil.center_m = frame.to_world({x + 0.5, y + 0.5, static_cast<double>(run->top)});
         soil.side_m = static_cast<float>(frame.voxel_m);
         soil.color = run->look.color;
-        soil.dust = dust_of(source.materials(), run->material);
+        const int top = std::max(0, static_cast<int>(std::ceil(run->top)) - 1);
+        soil.dust = source.dust_at(x, y, top, run->material);
         soil.seed = static_cast<uint32_t>(y * grid.size[0] + x);
         rolling.push_back(soil);
     }

@@ -8,8 +8,6 @@
 
 namespace bsoil::mesh {
 
-/// LooseVoxel::dust of a material.
-float dust_of(const std::vector<MaterialDef>& materials, uint8_t material);
 /// What rolls on a tile, from the columns of the grid as they are now.
 void find_rolling_soil(const GridColumns& grid, const TileSource& source, int tx, int ty,
                        std::vector<RollingSoil>& rolling);

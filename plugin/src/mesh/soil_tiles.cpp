@@ -9,6 +9,10 @@ namespace {
 
 constexpr double kWeightStep = 17;  ///< 255 has fifteen of them: no one sees a finer one
 
+/// Soil with this cohesion makes no dust [Pa]: half of what moist sand has. Nor does soil in whose
+/// pores there is this share of water: it bridges the finest grains first.
+constexpr double kDustCohesion = 500, kDustSaturation = 0.1;
+
 using Shares = std::array<double, limits::kMaterialCapacity>;
 
 /// By volume, of materials at the density that they are placed with.
@@ -90,6 +94,16 @@ GroundMotion SoilTiles::ground_motion(int x, int y) const { return soil_.ground_
 Vec3 TileSource::velocity_m_s(int, int, int) const { return {}; }
 
 GroundMotion TileSource::ground_motion(int, int) const { return {}; }
+
+float SoilTiles::dust_at(int x, int y, int z, int material) const {
+    const double wet = soil_.sample(x, y, z).saturation / kDustSaturation;
+    return static_cast<float>(std::max(0.0, 1 - wet)) * TileSource::dust_at(x, y, z, material);
+}
+
+float TileSource::dust_at(int, int, int, int material) const {
+    const auto main = std::min(static_cast<size_t>(material), materials().size() - 1);
+    return static_cast<float>(std::max(0.0, 1 - materials()[main].cohesion_pa / kDustCohesion));
+}
 
 std::array<float, 3> TileSource::color_at(int, int, int, int material) const {
     return materials()[static_cast<size_t>(material)].color;

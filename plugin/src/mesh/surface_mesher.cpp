@@ -152,7 +152,7 @@ struct SurfaceMesher::Impl {
             voxel.height_m = voxel.side_m * height_above_ground(v % mesh::kTileColumns, z);
             voxel.volume = volume[static_cast<size_t>(v)];
             voxel.color = source.color_at(x, y, z, material[static_cast<size_t>(v)]);
-            voxel.dust = mesh::dust_of(source.materials(), material[static_cast<size_t>(v)]);
+            voxel.dust = source.dust_at(x, y, z, material[static_cast<size_t>(v)]);
             voxel.seed = static_cast<uint32_t>((z * grid.size[1] + y) * grid.size[0] + x);
             loose.push_back(voxel);
         }
