@@ -21,6 +21,24 @@ pictures=(
     "pipe|pipe|520|--eye 3.1 -1.9 1.2 --target 0.9 0 0.65|Sand out of a pipe: what falls thinly is drawn as grains, as many as there is soil. The heap ends in a cut face at the open edge."
     "heap|column|400||A column of dry sand has come down: a cone at the angle of repose, equally steep in every direction."
     "terrain|terrain|400||Sand poured on rock: it piles up where the rock is flat and runs down into hollows."
+    "layers|layers|440||A scoop has cut through topsoil and clay into gravel. What it tips out shows all three side by side, each by its share."
+    "piles|deposits|1200||A solid, sand, a thick and a thin liquid, and snow: they differ by friction, roughness and viscosity alone."
+    "castle|sand_castle|1200||Four towers of sand in the rain: dry, moist under a roof, wet to the brim, and moist without a roof."
+    "avalanche|block|180||A column of sand comes down on a block. What rolls and what pours over the edges is drawn as grains, with dust over it."
+    "blocks|blocks|90||Blocks of several heights in a falling column: the piles on them and around them join."
+    "plates|two_plates|210||Two plates carry soil away. The one without friction leaves its heap behind."
+    "blade|slow_blade|1320||A blade has been drawn through sand for 22 seconds, half a voxel a second."
+    "divide|moving_plate|52||A plate parts the soil in two at a voxel a step. Nothing leaks to the other side."
+    "buckets|full_bucket|300|--eye 1.0 -1.3 1.2 --target 0 0 0.42|Two buckets full of sand on sand: one bears its weight, one is pressed down by a motor."
+    "thin|thin_bucket|720|--eye 1.0 -1.6 2.9 --target 0.15 0 0.9|A bucket of thin plate, full of sand, swings and tilts."
+    "trapped|trapped_soil|120||Two arms press on a thin layer of sand, and a block has fallen on it."
+    "weights|pebble_and_excavator|140||A pebble of 5 g, a block, a drum and a machine of 20 t at rest on one soil."
+)
+# Scenes without a picture, and why.
+without=(
+    "closed_box|shows a box and nothing else: what it proves is that nothing leaks"
+    "husky|needs a robot's files that are not part of the project"
+    "zx200|needs an excavator's files that are not part of the project"
 )
 
 folder=$project_root/docs/images/gallery
@@ -53,3 +71,7 @@ for entry in "${pictures[@]}"; do
         mv "$project_root/out/gallery/$name/video.mp4" "$project_root/out/gallery/$name.mp4"
     fi
 done
+{
+    printf '\n## Scenes without a picture\n\n'
+    for entry in "${without[@]}"; do printf -- '- `%s` %s.\n' "${entry%%|*}" "${entry#*|}"; done
+} >>"$page"
