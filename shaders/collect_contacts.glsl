@@ -1,7 +1,7 @@
 // Where bodies and soil meet: one record per voxel on a body's surface that has soil on its outer side. Normal and area
 // come from the gradient of the coverage field; summed over a closed body it vanishes. Also the load that each moving
 // body carries. Everything here is integers; what they mean in newtons is the host's business.
-// Reads: coverage, owner, volume, support. Writes: result.
+// Reads: coverage, owner, volume, support, materials, water. Writes: result.
 
 // mass * (2 at + 1), each half of it within 31 bits.
 void add_mass_moment(int sum, int mass, int at) {
@@ -66,7 +66,8 @@ void collect_contacts(int group, int lane) {
         int support = state_at(kPlaneSupport, voxel);
         if (support >= kSupportBody && state_at(kPlaneVolume, voxel) > 0) {
             int load = kResultHeader + (support - kSupportBody) * kLoadWords;
-            int mass = mass_at(voxel) / kLoadPart;
+            int mass = mass_at(voxel);
+            mass = (mass + min(water_at(voxel), max(0, kVoxelMost - mass))) / kLoadPart;
             ivec3 at = grid_voxel(slot, x, y, z);
             add_wide(load + kLoadMass, mass);
             add_mass_moment(load + kLoadMoment, mass, at.x);
@@ -151,7 +152,7 @@ void collect_contacts(int group, int lane) {
         result[at + kContactGap + 1] = gradient.y == 0 ? gap : gap_beside(slot, here, voxel, ivec3(0, sign(gradient.y), 0));
         result[at + kContactGap + 2] = gradient.z == 0 ? gap : gap_beside(slot, here, voxel, ivec3(0, 0, sign(gradient.z)));
         result[at + kContactExcess] = max(0, state_at(kPlaneVolume, voxel) + coverage_at(voxel) - kVoxelFull);
-        result[at + kContactMaterial] = kind;
+        result[at + kContactMaterial] = kind | saturation_at(soil_voxel) << kSaturationShift;
         result[at + kContactDensity] = density;
         result[at + kContactCarrier] = support == kSupportGround ? kOnGround : support - kSupportBody;
     }

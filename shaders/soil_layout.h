@@ -293,7 +293,8 @@ CONST_INT(kContactKey, 4)       // words up to here tell a record from all other
 CONST_INT(kContactGradient, 4)  // of the bodies' coverage x, y, z: see body_gradient
 CONST_INT(kContactGap, 7)       // room that the soil leaves along x, y, z, Q16 voxels
 CONST_INT(kContactExcess, 10)   // soil and bodies beyond the voxel's room, volume units
-CONST_INT(kContactMaterial, 11)
+CONST_INT(kContactMaterial, 11) // | saturation of its pores (Q16) << kSaturationShift
+CONST_INT(kSaturationShift, 4)
 CONST_INT(kContactDensity, 12)  // relative density, Q16; or kDensityFixed
 CONST_INT(kContactCarrier, 13)  // body index of what the soil rests on, or kOnGround
 CONST_INT(kOnGround, -1)

@@ -188,7 +188,9 @@ bool FirstContacts::meet(const BodyState& state, std::span<const ConvexShape> sh
     const ContactLaw& law = coupling_.law_for(state);
     const auto material = static_cast<size_t>(falling.surface.material);
     if (material >= law.soil().materials.size()) return false;
-    const double density_kg_m3 = law.soil().materials[material].density_kg_m3;
+    const MaterialDef& soil = law.soil().materials[material];
+    const double density_kg_m3 =
+        soil.density_kg_m3 * soil.wet_mass_share(falling.surface.saturation);
     BodyMotion still = motion, direction = motion;
     still.linear_velocity_m_s = still.angular_velocity_rad_s = {};
     coupling_.as_direction(direction, length(center - motion.center_of_mass_m));

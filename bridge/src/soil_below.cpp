@@ -37,6 +37,7 @@ std::optional<SurfaceSoil> SoilBelow::at(Vec3 world_m) const {
         out.plane = {frame.to_world({at.x, at.y, top}), up_};
     }
     out.material = beneath.material;
+    out.saturation = beneath.saturation;
     const MaterialDef& material = soil_.materials()[static_cast<size_t>(beneath.material)];
     if (material.has_density_range()) {
         out.relative_density =

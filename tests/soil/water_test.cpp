@@ -126,14 +126,13 @@ TEST_P(WaterStage, gives_cohesion_as_the_oracle_has_it) {
     const auto wedge = [&](const oracle::Voxel& voxel, bool bonded,
                            double any_slope) -> oracle::GridWedge {
         const double slope = std::min(any_slope, 16.0);
-        const double strength_m =
-            oracle::moist_strength(0, m.moist_cohesion_pa * (bonded ? 1 : 0.5) / weight,
-                                   oracle::saturation(voxel, soils),
-                                   voxel.water / voxel.total_mass());
+        const double strength_m = oracle::moist_strength(
+            0, m.moist_cohesion_pa * (bonded ? 1 : 0.5) / weight, oracle::saturation(voxel, soils),
+            voxel.water / voxel.total_mass());
         const oracle::Wedge w = oracle::failure_wedge({strength_m, m.friction_angle_rad, 1},
                                                       kGravity, slope * voxel_m, voxel_m);
-        const oracle::Wedge dry = oracle::failure_wedge({0, m.friction_angle_rad, 1}, kGravity,
-                                                        slope * voxel_m, voxel_m);
+        const oracle::Wedge dry =
+            oracle::failure_wedge({0, m.friction_angle_rad, 1}, kGravity, slope * voxel_m, voxel_m);
         const double stable = strength_m > 0 ? -1 : slope - std::tan(m.friction_angle_rad);
         return {w.height_m > 0 ? w.height_m / voxel_m : stable,
                 std::min(1.0, dry.acceleration_m_s2 * moist.step_s * moist.step_s / voxel_m)};
@@ -198,16 +197,19 @@ double mean_height_m(const Soil& soil, int from, int to) {
     return sum / (to - from);
 }
 
-// Hc = 4 c / gamma tan(45 deg + phi / 2), with c of 2 kPa at half saturation and the water's weight.
+// Hc = 4 c / gamma tan(45 deg + phi / 2), with c of 2 kPa at half saturation and the water's
+// weight.
 TEST(Water, lets_a_cut_stand_that_dry_and_saturated_falls) {
     const double weight = 1600 * 1.1 * kGravity;
     const double high_m = 4 * 2000 / weight * std::tan(std::numbers::pi / 3);
     const int stands = static_cast<int>(0.9 * high_m / 0.05),
               falls = static_cast<int>(std::ceil(1.15 * high_m / 0.05));
     ASSERT_GT(stands, 12);
-    for (const auto& [saturation, high, keeps] :
-         {std::tuple(0.5, stands, true), {0.5, falls, false}, {0.0, stands, false},
-          {1.0, stands, false}, {0.05, stands, false}}) {
+    for (const auto& [saturation, high, keeps] : {std::tuple(0.5, stands, true),
+                                                  {0.5, falls, false},
+                                                  {0.0, stands, false},
+                                                  {1.0, stands, false},
+                                                  {0.05, stands, false}}) {
         MaterialDef material = moist_sand(saturation);
         material.conductivity_m_s = 0;
         auto soil = bank(material, high);
@@ -241,9 +243,8 @@ TEST(Water, falls_dries_and_drains_at_the_stated_rates) {
     const double units_per_m = Water::kVoxelUnits / 0.05, columns = 32 * 8;
     SoilTotals totals = soil->totals();
     EXPECT_EQ(totals.water_units, totals.water_units_in);
-    EXPECT_EQ(totals.water_units_in,
-              static_cast<int64_t>(columns) *
-                  static_cast<int64_t>(std::floor(2e-5 * 10 * units_per_m)));
+    EXPECT_EQ(totals.water_units_in, static_cast<int64_t>(columns) *
+                                         static_cast<int64_t>(std::floor(2e-5 * 10 * units_per_m)));
     changes.rain_m_s = 0;
     changes.drying_m_s = 2e-5;
     changes.floor_drainage_m_s = 1e-4;
@@ -393,6 +394,51 @@ TEST(Water, of_a_snapshot_is_refused_out_of_its_range) {
     ASSERT_FALSE(put);
     EXPECT_NE(put.error().find("pore_water_fraction"), std::string::npos) << put.error();
     EXPECT_EQ(soil->checksum(), checksum);
+}
+
+// A tray full of soil is as heavy as soil and water are.
+TEST(Water, weighs_on_the_body_that_carries_it) {
+    double load_kg[2] = {};
+    for (const double saturation : {0.0, 1.0}) {
+        SoilDef def = grid_def(24, 24, 24);
+        def.material = moist_sand(saturation);
+        def.material.conductivity_m_s = 0;
+        auto soil = make_soil(def);
+        Mover tray(1, box_shape({0.5, 0.5, 0.1}), Vec3{0.6, 0.6, 0.6});
+        soil->step({&tray.body, 1});
+        ASSERT_TRUE(soil->fill(voxel_box(*soil, {8, 8, 14}, {16, 16, 18})));
+        StepReport report;
+        for (int i = 0; i < 120; ++i) {
+            tray.set_velocity({0, 0, i < 60 ? 0 : 0.1});
+            tray.advance(def.step_s);
+            report = soil->step({&tray.body, 1});
+        }
+        ASSERT_EQ(report.loads.size(), 1u);
+        load_kg[saturation > 0] = report.loads[0].mass_kg;
+    }
+    EXPECT_GT(load_kg[0], 10);
+    EXPECT_NEAR(load_kg[1], 1.2 * load_kg[0], 1e-3 * load_kg[0]);
+}
+
+TEST(Water, is_known_where_a_body_meets_the_soil) {
+    for (const double saturation : {0.0, 0.5, 1.0}) {
+        MaterialDef material = moist_sand(saturation);
+        material.conductivity_m_s = 0;
+        auto soil = bed(material, {});
+        Mover plate(1, box_shape({0.1, 0.1, 0.05}), Vec3{0.8, 0.2, 0.26});
+        plate.set_velocity({0, 0, -0.1});
+        StepReport report;
+        for (int i = 0; i < 30; ++i) {
+            plate.advance(soil->def().step_s);
+            report = soil->step({&plate.body, 1});
+        }
+        ASSERT_FALSE(report.contacts.empty());
+        for (const ContactVoxel& contact : report.contacts) {
+            EXPECT_EQ(contact.material, 0);
+            // In what little soil a push leaves in a voxel, shares are rounded to a unit.
+            EXPECT_NEAR(contact.saturation, saturation, 0.02);
+        }
+    }
 }
 
 // Dry soil stands still; what is put on it later does not.

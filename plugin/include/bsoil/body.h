@@ -95,6 +95,7 @@ struct ContactVoxel {
     /// Of the soil beside the body, mean along the way out: 0 loose, 1 compacted; negative where
     /// its density is fixed.
     double relative_density = -1;
+    double saturation = 0;  ///< share of that soil's pores that water fills, 0..1
     ToothRow teeth;  ///< with ContactLawDef::trapped_soil
 };
 

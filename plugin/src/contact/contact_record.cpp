@@ -49,7 +49,8 @@ void decode_contacts(std::span<const int32_t> words, std::vector<ContactOrder>& 
             contact.gradient = vector_at(c + kContactGradient);
             contact.gap = vector_at(c + kContactGap);
             contact.excess = c[kContactExcess];
-            contact.material = c[kContactMaterial];
+            contact.material = c[kContactMaterial] & ((1 << kSaturationShift) - 1);
+            contact.saturation = c[kContactMaterial] >> kSaturationShift;
             contact.density = c[kContactDensity];
         }
     });

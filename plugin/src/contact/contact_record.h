@@ -21,6 +21,7 @@ struct ContactRecord {
     double excess = 0;    ///< soil and bodies beyond the voxel's room [units]
     int material = 0;     ///< of most of the soil
     double density = -1;  ///< relative density of the soil [units]; kDensityFixed
+    int saturation = 0;   ///< share of its pores that water fills [units]
 };
 
 /// What the words of a contact are sorted by, put together so that two comparisons tell.

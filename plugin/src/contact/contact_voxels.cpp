@@ -117,6 +117,7 @@ void ContactVoxels::add(const Request& request, const ContactRecord& record,
         frame.to_world({record.voxel[0] + 0.5, record.voxel[1] + 0.5, record.voxel[2] + 0.5});
     contact.material = record.material;
     contact.relative_density = record.density == kDensityFixed ? -1 : record.density / kVoxelFull;
+    contact.saturation = record.saturation / static_cast<double>(kVoxelFull);
     if (body.surface) {
         add_pieces(element, out);
         return;

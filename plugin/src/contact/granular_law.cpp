@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "bsoil/contact/orientation.h"
 #include "bsoil/contact/passive_wedge.h"
@@ -160,6 +161,19 @@ FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, doubl
             developed};
 }
 
+SoilStrength moistened(const SoilStrength& dry, const MaterialDef& material, double saturation) {
+    SoilStrength out = dry;
+    const double heavier = material.wet_mass_share(saturation);
+    out.stiffness_pa_m *= heavier;
+    out.density_kg_m3 *= heavier;
+    out.weight_n_m3 *= heavier;
+    const double cohesion_pa = material.moisture_cohesion_pa(saturation);
+    const double phi = material.friction_angle_rad;
+    out.cohesion_sole_pa += cohesion_pa * bearing_capacity_factor_nc(phi);
+    out.cohesion_wall_pa += 2 * cohesion_pa * std::tan(std::numbers::pi / 4 + phi / 2);
+    return out;
+}
+
 GranularLaw::GranularLaw(std::shared_ptr<const ContactSoil> soil, const SurfaceFriction& surface)
     : ContactLaw(std::move(soil)) {
     for (const MaterialDef& material : this->soil().materials) {
@@ -181,8 +195,13 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
     const ContactVoxel& contact = element.voxel;
     const FaceExtent& face = element.face;
     const bool is_soil = contact.teeth.is_over_tips && !trapped_strengths_.empty();
-    const SoilStrength& soil =
-        (is_soil ? trapped_strengths_ : strengths_)[static_cast<size_t>(contact.material)];
+    const auto material = static_cast<size_t>(contact.material);
+    const SoilStrength& dry = (is_soil ? trapped_strengths_ : strengths_)[material];
+    std::optional<SoilStrength> wet;
+    if (contact.saturation > 0) {
+        wet = moistened(dry, this->soil().materials[material], contact.saturation);
+    }
+    const SoilStrength& soil = wet ? *wet : dry;
     const Vec3 motion = along.share, up = this->up();
     const double creep = def().creep;
     const double shear = developed_shear(soil, memory.sheared_m, face.relative_density, def());

@@ -39,6 +39,8 @@ static_assert(kLoadMoment + 6 == kLoadWords);
 static_assert(kContactAt + 3 == kContactBody && kContactBody + 1 == kContactKey &&
               kContactGradient + 3 == kContactGap && kContactGap + 3 == kContactExcess &&
               kContactDensity + 1 == kContactCarrier && kContactCarrier + 1 == kContactWords);
+static_assert(limits::kMaterialCapacity <= 1 << kSaturationShift &&
+              int64_t{kVoxelFull} << kSaturationShift <= INT32_MAX);
 static_assert(kShapeRows + 3 * kShapeRowWords == kShapeHalfExtents &&
               kShapeHalfExtents + 3 <= kShapeSizeEnd && kShapeSlantSine < kShapeSizeEnd &&
               kShapeSizeEnd == kShapeFaces && kShapeFaceCount + 1 == kShapeRounding &&

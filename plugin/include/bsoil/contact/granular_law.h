@@ -45,6 +45,10 @@ struct SoilStrength {
 SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2,
                          const SurfaceFriction& surface = {}, const ContactLawDef& law = {});
 
+/// The same where water fills this share of the pores: heavier by it, so that friction holds more,
+/// and with the cohesion of moisture.
+SoilStrength moistened(const SoilStrength& dry, const MaterialDef& material, double saturation);
+
 /// What a face's size and density make of resistive force theory: a factor on the frictional stress
 /// of its level and of its upright elements.
 struct FaceFactors {
