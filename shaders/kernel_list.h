@@ -6,7 +6,7 @@
 PLAIN(clear_coverage)
 PLAIN(voxelize_shapes)
 PLAIN(pour_soil)
-PLAIN(move_water)
+SCATTER(move_water)
 PLAIN(apply_force)
 SCATTER(propagate_force)
 PLAIN(apply_flow)

@@ -319,6 +319,8 @@ CONST_INT(kTablePores, 611)     // water that pores hold, of the soil's mass, Q1
 CONST_INT(kTableMoist, 612)     // the most cohesion that moisture gives over the dry soil's unit weight, as kTableStrength
 CONST_INT(kTableResidual, 613)  // saturation below which water does not drain, Q16
 CONST_INT(kTableSeepage, 614)   // what drains out of a saturated voxel in a water step, mass units, Q8
+CONST_INT(kTableSuction, 615)   // suction of dry pores, as a height of water: Q16 voxels, kSuctionMost at most
+CONST_INT(kSuctionMost, 4194304)    // 64 voxels
 CONST_INT(kDragMost, 1048576)       // 16: what viscosity 1 - 1e-7 has in a 60th of a second
 CONST_INT(kStrengthLeast, 256)      // 1/256 voxel: the rounding of sums over a bank's columns is no hundredth of it
 CONST_INT(kStrengthMost, 8388608)   // 128 voxels: a wall of 512, the highest grid, stands

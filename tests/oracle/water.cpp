@@ -1,5 +1,8 @@
 #include "oracle/water.h"
 
+#include <algorithm>
+#include <utility>
+
 namespace oracle {
 namespace {
 
@@ -20,6 +23,19 @@ double saturation(const Voxel& voxel, const std::vector<PoreSoil>& soils) {
     const double room = pores(voxel, soils);
     return room > 0 ? std::min(1.0, voxel.water / room) : 0;
 }
+
+namespace {
+
+double suction(const Voxel& voxel, const std::vector<PoreSoil>& soils) {
+    return mean(voxel, soils, &PoreSoil::suction) * (1 - saturation(voxel, soils));
+}
+
+/// Half of the room for what comes from above, half for what comes from the sides.
+double intake(const Voxel& voxel, const std::vector<PoreSoil>& soils) {
+    return std::max(0.0, pores(voxel, soils) - voxel.water) / 2;
+}
+
+}  // namespace
 
 double moist_strength(double strength, double moist, double saturation, double water_of_mass) {
     return (strength + 4 * saturation * (1 - saturation) * moist) / (1 + water_of_mass);
@@ -48,8 +64,7 @@ WaterStep move_water(const Model& model, const Field& before, const std::vector<
                 }
                 double left = here.water;
                 if (here.support.kind != Support::Kind::falling) {
-                    const double enters =
-                        std::min(rain, std::max(0.0, pores(here, soils) - here.water));
+                    const double enters = std::min(rain, intake(here, soils));
                     const double dries = std::min(drying, here.water);
                     rain -= enters;
                     drying -= dries;
@@ -63,15 +78,34 @@ WaterStep move_water(const Model& model, const Field& before, const std::vector<
                 const double open = (saturation(here, soils) - residual) / (1 - residual);
                 left -= residual * pores(here, soils);
                 if (open <= 0 || left <= 0) continue;
-                const double flow = std::min(
-                    left, mean(here, soils, &PoreSoil::conductivity) * open * open * open);
+                const double seeps =
+                    mean(here, soils, &PoreSoil::conductivity) * open * open * open;
                 if (z == 0) {
-                    const double drained = std::min(flow, weather.floor);
+                    const double drained = std::min({left, seeps, weather.floor});
                     step.field.at(x, y, z).water -= drained;
                     step.out += drained;
+                    left -= drained;
                 } else if (open_below && before.at(x, y, z - 1).total_mass() > 0) {
-                    const Voxel& below = before.at(x, y, z - 1);
-                    move_down(std::min(flow, std::max(0.0, pores(below, soils) - below.water)));
+                    const double flow =
+                        std::min({left, seeps, intake(before.at(x, y, z - 1), soils)});
+                    move_down(flow);
+                    left -= flow;
+                }
+                const double dry = mean(here, soils, &PoreSoil::suction);
+                for (const auto& [dx, dy] : {std::pair{1, 0}, {0, 1}, {-1, 0}, {0, -1}}) {
+                    const int tx = x + dx, ty = y + dy;
+                    if (tx < 0 || ty < 0 || tx >= before.nx || ty >= before.ny) continue;
+                    const Voxel& there = before.at(tx, ty, z);
+                    if (before.closed(model, tx, ty, z) || there.total_mass() == 0) continue;
+                    const double pull = suction(there, soils) - suction(here, soils);
+                    if (pull <= 0) continue;
+                    const double even = std::min(pores(here, soils), pores(there, soils)) * pull /
+                                        (dry + mean(there, soils, &PoreSoil::suction));
+                    const double flow =
+                        std::min({seeps * pull, even / 4, intake(there, soils) / 4, left});
+                    step.field.at(x, y, z).water -= flow;
+                    step.field.at(tx, ty, z).water += flow;
+                    left -= flow;
                 }
             }
         }

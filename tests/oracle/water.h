@@ -11,6 +11,7 @@ struct PoreSoil {
     double pores = 0;         ///< mass of water that fills them, of the soil's mass
     double residual = 0;      ///< saturation that does not drain
     double conductivity = 0;  ///< water through full pores [voxels of the reference mass a step]
+    double suction = 0;       ///< of dry pores, as a height of water [voxels]
 };
 /// Rates in a water step, mass in voxels of the reference density.
 struct Weather {

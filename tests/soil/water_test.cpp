@@ -1,9 +1,6 @@
-// Water in the soil: what it moves by, what it makes stand, and the account of it.
-#include "oracle/water.h"
-
+// Water in the soil: where it goes, what it makes stand, and the account of it.
 #include <numbers>
 
-#include "oracle/slippage.h"
 #include "stage_scenario.h"
 
 namespace bsoil::water_test {
@@ -23,151 +20,6 @@ MaterialDef moist_sand(double saturation, double moist_cohesion_pa = 2000) {
     material.residual_saturation = 0.1;
     return material;
 }
-
-class WaterStage : public testing::TestWithParam<Scenario> {
-  protected:
-    static SoilDef def(Backend backend) {
-        SoilDef def = GetParam().def();
-        if (def.materials.empty()) def.materials = {def.material};
-        for (size_t i = 0; i < def.materials.size(); ++i) {
-            const double n = static_cast<double>(i);
-            def.materials[i].pore_water_fraction = 0.2 + 0.1 * n;
-            def.materials[i].moist_cohesion_pa = 500 * n;
-            def.materials[i].conductivity_m_s = 0.02 / (1 + n);
-            def.materials[i].residual_saturation = 0.1 * n;
-        }
-        def.backend = backend;
-        return def;
-    }
-    /// The scenario's soil, with water in its pores and here and there more than that.
-    static void prepare(StageBench& bench) {
-        StatePlanes planes = GetParam().planes(bench);
-        std::mt19937 random(GetParam().seed + 3000);
-        std::uniform_real_distribution<double> share(-0.2, 1.2);
-        const int materials = static_cast<int>(bench.soil().materials().size());
-        for (int z = 0; z < planes.nz; ++z) {
-            for (int y = 0; y < planes.ny; ++y) {
-                for (int x = 0; x < planes.nx; ++x) {
-                    int mass = 0;
-                    for (int m = 0; m < materials; ++m) {
-                        mass += planes.at(kPlaneMaterial + m, x, y, z);
-                    }
-                    // Here and there soil has left some behind.
-                    planes.at(kPlaneMaterial + materials, x, y, z) =
-                        mass > 0 ? static_cast<int>(std::max(0.0, share(random)) * 0.25 * mass)
-                                 : static_cast<int>(random() % 8 == 0) * 50;
-                }
-            }
-        }
-        bench.write(planes);
-        bench.place(GetParam().bodies(bench));
-        bench.find_support();
-        bench.build_spans();
-        SoilParams& params = bench.impl().params;
-        params.rain_units = 900;
-        params.drying_units = 400;
-        params.floor_seepage = 300 * kOneQ8;
-    }
-    static std::vector<oracle::PoreSoil> pore_soils(const Soil& soil) {
-        std::vector<oracle::PoreSoil> soils;
-        for (const MaterialDef& m : soil.materials()) {
-            const double voxels = m.conductivity_m_s / soil.frame().voxel_m;  // in a second
-            soils.push_back({m.pore_water_fraction, m.residual_saturation,
-                             std::min(1.0, voxels) * Water::kVoxelUnits / kVoxelFull});
-        }
-        return soils;
-    }
-    static int64_t sum(StageBench& bench, int word) {
-        int32_t words[2];
-        bench.impl().device->read(Buffer::result, word, words);
-        return wide_sum(words);
-    }
-};
-
-TEST_P(WaterStage, follows_the_oracle) {
-    StageBench bench(def(Backend::cpu));
-    prepare(bench);
-    const oracle::Field before = bench.to_field(bench.read());
-    const double unit = 1.0 / kVoxelFull;
-    const oracle::WaterStep expected = oracle::move_water(
-        bench.model(), before, pore_soils(bench.soil()), {900 * unit, 400 * unit, 300 * unit});
-    bench.move_water();
-    const oracle::Field got = bench.to_field(bench.read());
-    Deviation water, others;
-    double moved = 0;
-    before.for_each([&](int x, int y, int z) {
-        water.take(got.at(x, y, z).water, expected.field.at(x, y, z).water, x, y, z);
-        others.take(got.at(x, y, z).soil, before.at(x, y, z).soil, x, y, z);
-        moved += std::abs(expected.field.at(x, y, z).water - before.at(x, y, z).water);
-    });
-    // Whole units by chance, two of them a voxel, and a cube of Q16 shares of up to 2^15 units.
-    EXPECT_LT(water.value, 8 * unit) << water;
-    EXPECT_EQ(others.value, 0) << others;
-    EXPECT_GT(moved, 1000 * unit);
-    const double columns = before.nx * before.ny;
-    EXPECT_GT(expected.in, 0);
-    EXPECT_NEAR(static_cast<double>(sum(bench, kResultWaterIn)) * unit, expected.in,
-                2 * unit * columns);
-    EXPECT_NEAR(static_cast<double>(sum(bench, kResultWaterOut)) * unit, expected.out,
-                2 * unit * columns);
-}
-
-TEST_P(WaterStage, gives_cohesion_as_the_oracle_has_it) {
-    if (GetParam().material_count > 1) return;  // the wedge below is that of one material
-    SoilDef moist = def(Backend::cpu);
-    moist.materials[0].moist_cohesion_pa = 300;
-    moist.materials[0].loose_cohesion_fraction = 0.5;
-    StageBench bench(moist);
-    prepare(bench);
-    const oracle::Field before = bench.to_field(bench.read());
-    const std::vector<oracle::PoreSoil> soils = pore_soils(bench.soil());
-    const MaterialDef& m = moist.materials[0];
-    const double weight = m.density_kg_m3 * kGravity, voxel_m = moist.voxel_m;
-    const auto wedge = [&](const oracle::Voxel& voxel, bool bonded,
-                           double any_slope) -> oracle::GridWedge {
-        const double slope = std::min(any_slope, 16.0);
-        const double strength_m = oracle::moist_strength(
-            0, m.moist_cohesion_pa * (bonded ? 1 : 0.5) / weight, oracle::saturation(voxel, soils),
-            voxel.water / voxel.total_mass());
-        const oracle::Wedge w = oracle::failure_wedge({strength_m, m.friction_angle_rad, 1},
-                                                      kGravity, slope * voxel_m, voxel_m);
-        const oracle::Wedge dry =
-            oracle::failure_wedge({0, m.friction_angle_rad, 1}, kGravity, slope * voxel_m, voxel_m);
-        const double stable = strength_m > 0 ? -1 : slope - std::tan(m.friction_angle_rad);
-        return {w.height_m > 0 ? w.height_m / voxel_m : stable,
-                std::min(1.0, dry.acceleration_m_s2 * moist.step_s * moist.step_s / voxel_m)};
-    };
-    bench.slip(1);
-    const oracle::Model model = bench.model();
-    const oracle::Slippage expected = oracle::slip_soil(
-        model, before,
-        oracle::SlipSpeeds(static_cast<size_t>(before.nx) * before.ny * model.span_capacity, 0.0),
-        wedge);
-    const FieldDeviation deviation = compare(bench.to_field(bench.read()), expected.field, 1);
-    EXPECT_LT(deviation.soil.value, 8e-3) << deviation.soil;  // as in slippage_test.cpp
-    EXPECT_LT(deviation.mass.value, 8e-3) << deviation.mass;
-}
-
-TEST_P(WaterStage, has_the_same_bits_on_gl) {
-    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
-    std::vector<int32_t> words[2];
-    for (const Backend backend : {Backend::cpu, Backend::gl}) {
-        StageBench bench(def(backend));
-        prepare(bench);
-        bench.move_water();
-        bench.build_spans();
-        bench.slip(1);
-        std::vector<int32_t>& out = words[backend == Backend::gl];
-        out = bench.read().words;
-        for (const int at : {kResultWaterIn, kResultWaterOut, kResultWaterMoves}) {
-            out.push_back(static_cast<int32_t>(sum(bench, at)));
-        }
-    }
-    EXPECT_TRUE(words[0] == words[1]) << "CPU and GL differ";
-}
-
-INSTANTIATE_TEST_SUITE_P(Scenarios, WaterStage, testing::ValuesIn(all_scenarios()),
-                         testing::PrintToStringParamName());
 
 /// A bank against a wall, so many voxels of 5 cm high.
 std::unique_ptr<Soil> bank(const MaterialDef& material, int high, SoilDef changes = {}) {
@@ -268,6 +120,38 @@ TEST(Water, drains_to_the_residual_saturation_and_stands_still) {
     for (int z = 0; z < 3; ++z) EXPECT_NEAR(soil->sample(2, 4, z).saturation, 0.1, 0.05) << z;
     const SoilTotals totals = soil->totals();
     EXPECT_GT(totals.water_units_out, 0);
+}
+
+/// Share of the water of a wet strip of soil, a voxel thick, that suction has drawn over into the
+/// dry strip beside it after ten minutes.
+double drawn_share(double voxel_m, double moist_cohesion_pa) {
+    const int side = static_cast<int>(std::lround(0.8 / voxel_m));
+    SoilDef def = grid_def(2 * side, 8, 8, voxel_m);
+    def.materials = {moist_sand(0.7, moist_cohesion_pa), moist_sand(0, moist_cohesion_pa)};
+    for (MaterialDef& material : def.materials) material.conductivity_m_s = 1e-4;
+    def.materials[1].name = "dry";
+    auto soil = make_soil(def);
+    EXPECT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {1.0 * side, 8, 1})));
+    EXPECT_TRUE(soil->fill(voxel_box(*soil, {1.0 * side, 0, 0}, {2.0 * side, 8, 1}, "dry")));
+    const int64_t water = soil->totals().water_units;
+    for (int i = 0; i < 36000; ++i) soil->step({});
+    EXPECT_EQ(soil->totals().water_units, water);
+    double all = 0, drawn = 0, last = 1;
+    for (int x = 0; x < 2 * side; ++x) {
+        const double saturation = soil->sample(x, 4, 0).saturation;
+        EXPECT_LE(saturation, last + 1e-3) << x;
+        last = saturation;
+        all += saturation;
+        drawn += x >= side ? saturation : 0;
+    }
+    return drawn / all;
+}
+
+TEST(Water, is_drawn_aside_by_suction_as_far_in_any_grid) {
+    const double coarse = drawn_share(0.05, 500), fine = drawn_share(0.025, 500);
+    EXPECT_GT(coarse, 0.05);
+    EXPECT_NEAR(fine, coarse, 0.1 * coarse);
+    EXPECT_EQ(drawn_share(0.05, 0), 0);
 }
 
 /// A plough through a wet bed under rain.

@@ -107,6 +107,12 @@ std::vector<int32_t> make_slip_table(const MaterialDef& m, const SoilDef& def) {
                              : 0;
     table[kTableResidual] = static_cast<int32_t>(std::lround(m.residual_saturation * kOneQ16));
     table[kTableSeepage] = seepage_q8(m.conductivity_m_s, def);
+    const double suction_m =
+        m.friction_angle_rad > 0
+            ? 4 * m.moist_cohesion_pa / std::tan(m.friction_angle_rad) / (1000 * def.gravity_m_s2)
+            : 0;
+    table[kTableSuction] = static_cast<int32_t>(
+        std::lround(std::min(suction_m / def.voxel_m * kOneQ16, 1.0 * kSuctionMost)));
     table[kTableRoughness] = static_cast<int32_t>(std::lround(m.roughness * kOneQ16));
     table[kTableViscosity] = static_cast<int32_t>(std::lround(m.viscosity * kOneQ16));
     const double drag = m.viscosity < 1 ? -std::log1p(-m.viscosity) * def.step_s * 60 : kDragMost;

@@ -1,0 +1,165 @@
+// Water in the soil, stage by stage: the pass and the cohesion beside the oracle's, and on GL.
+#include <cmath>
+#include <random>
+
+#include "oracle/slippage.h"
+#include "oracle/water.h"
+#include "stage_scenario.h"
+
+namespace bsoil::water_stage_test {
+namespace {
+
+using namespace layout;
+
+constexpr double kGravity = 9.81;
+
+class WaterStage : public testing::TestWithParam<Scenario> {
+  protected:
+    static SoilDef def(Backend backend) {
+        SoilDef def = GetParam().def();
+        if (def.materials.empty()) def.materials = {def.material};
+        for (size_t i = 0; i < def.materials.size(); ++i) {
+            const double n = static_cast<double>(i);
+            def.materials[i].pore_water_fraction = 0.2 + 0.1 * n;
+            def.materials[i].moist_cohesion_pa = 500 * (1 + n);
+            def.materials[i].conductivity_m_s = 0.02 / (1 + n);
+            def.materials[i].residual_saturation = 0.1 * n;
+        }
+        def.backend = backend;
+        return def;
+    }
+    /// The scenario's soil, with water in its pores and here and there more than that.
+    static void prepare(StageBench& bench) {
+        StatePlanes planes = GetParam().planes(bench);
+        std::mt19937 random(GetParam().seed + 3000);
+        std::uniform_real_distribution<double> share(-0.2, 1.2);
+        const int materials = static_cast<int>(bench.soil().materials().size());
+        for (int z = 0; z < planes.nz; ++z) {
+            for (int y = 0; y < planes.ny; ++y) {
+                for (int x = 0; x < planes.nx; ++x) {
+                    int mass = 0;
+                    for (int m = 0; m < materials; ++m) {
+                        mass += planes.at(kPlaneMaterial + m, x, y, z);
+                    }
+                    // Here and there soil has left some behind.
+                    planes.at(kPlaneMaterial + materials, x, y, z) =
+                        mass > 0 ? static_cast<int>(std::max(0.0, share(random)) * 0.25 * mass)
+                                 : static_cast<int>(random() % 8 == 0) * 50;
+                }
+            }
+        }
+        bench.write(planes);
+        bench.place(GetParam().bodies(bench));
+        bench.find_support();
+        bench.build_spans();
+        SoilParams& params = bench.impl().params;
+        params.rain_units = 900;
+        params.drying_units = 400;
+        params.floor_seepage = 300 * kOneQ8;
+    }
+    static std::vector<oracle::PoreSoil> pore_soils(const Soil& soil) {
+        std::vector<oracle::PoreSoil> soils;
+        for (const MaterialDef& m : soil.materials()) {
+            const double voxels = m.conductivity_m_s / soil.frame().voxel_m;  // in a second
+            const double suction_m =
+                4 * m.moist_cohesion_pa / std::tan(m.friction_angle_rad) / (1000 * kGravity);
+            soils.push_back({m.pore_water_fraction, m.residual_saturation,
+                             std::min(1.0, voxels) * Water::kVoxelUnits / kVoxelFull,
+                             suction_m / soil.frame().voxel_m});
+        }
+        return soils;
+    }
+    static int64_t sum(StageBench& bench, int word) {
+        int32_t words[2];
+        bench.impl().device->read(Buffer::result, word, words);
+        return wide_sum(words);
+    }
+};
+
+TEST_P(WaterStage, follows_the_oracle) {
+    StageBench bench(def(Backend::cpu));
+    prepare(bench);
+    const oracle::Field before = bench.to_field(bench.read());
+    const double unit = 1.0 / kVoxelFull;
+    const oracle::WaterStep expected = oracle::move_water(
+        bench.model(), before, pore_soils(bench.soil()), {900 * unit, 400 * unit, 300 * unit});
+    bench.move_water();
+    const oracle::Field got = bench.to_field(bench.read());
+    Deviation water, others;
+    double moved = 0;
+    before.for_each([&](int x, int y, int z) {
+        water.take(got.at(x, y, z).water, expected.field.at(x, y, z).water, x, y, z);
+        others.take(got.at(x, y, z).soil, before.at(x, y, z).soil, x, y, z);
+        moved += std::abs(expected.field.at(x, y, z).water - before.at(x, y, z).water);
+    });
+    // Whole units by chance, ten of them a voxel, and a cube of Q16 shares of up to 2^15 units.
+    EXPECT_LT(water.value, 24 * unit) << water;
+    EXPECT_EQ(others.value, 0) << others;
+    EXPECT_GT(moved, 1000 * unit);
+    const double columns = before.nx * before.ny;
+    EXPECT_GT(expected.in, 0);
+    EXPECT_NEAR(static_cast<double>(sum(bench, kResultWaterIn)) * unit, expected.in,
+                2 * unit * columns);
+    EXPECT_NEAR(static_cast<double>(sum(bench, kResultWaterOut)) * unit, expected.out,
+                2 * unit * columns);
+}
+
+TEST_P(WaterStage, gives_cohesion_as_the_oracle_has_it) {
+    if (GetParam().material_count > 1) return;  // the wedge below is that of one material
+    SoilDef moist = def(Backend::cpu);
+    moist.materials[0].moist_cohesion_pa = 300;
+    moist.materials[0].loose_cohesion_fraction = 0.5;
+    StageBench bench(moist);
+    prepare(bench);
+    const oracle::Field before = bench.to_field(bench.read());
+    const std::vector<oracle::PoreSoil> soils = pore_soils(bench.soil());
+    const MaterialDef& m = moist.materials[0];
+    const double weight = m.density_kg_m3 * kGravity, voxel_m = moist.voxel_m;
+    const auto wedge = [&](const oracle::Voxel& voxel, bool bonded,
+                           double any_slope) -> oracle::GridWedge {
+        const double slope = std::min(any_slope, 16.0);
+        const double strength_m = oracle::moist_strength(
+            0, m.moist_cohesion_pa * (bonded ? 1 : 0.5) / weight, oracle::saturation(voxel, soils),
+            voxel.water / voxel.total_mass());
+        const oracle::Wedge w = oracle::failure_wedge({strength_m, m.friction_angle_rad, 1},
+                                                      kGravity, slope * voxel_m, voxel_m);
+        const oracle::Wedge dry =
+            oracle::failure_wedge({0, m.friction_angle_rad, 1}, kGravity, slope * voxel_m, voxel_m);
+        const double stable = strength_m > 0 ? -1 : slope - std::tan(m.friction_angle_rad);
+        return {w.height_m > 0 ? w.height_m / voxel_m : stable,
+                std::min(1.0, dry.acceleration_m_s2 * moist.step_s * moist.step_s / voxel_m)};
+    };
+    bench.slip(1);
+    const oracle::Model model = bench.model();
+    const oracle::Slippage expected = oracle::slip_soil(
+        model, before,
+        oracle::SlipSpeeds(static_cast<size_t>(before.nx) * before.ny * model.span_capacity, 0.0),
+        wedge);
+    const FieldDeviation deviation = compare(bench.to_field(bench.read()), expected.field, 1);
+    EXPECT_LT(deviation.soil.value, 8e-3) << deviation.soil;  // as in slippage_test.cpp
+    EXPECT_LT(deviation.mass.value, 8e-3) << deviation.mass;
+}
+
+TEST_P(WaterStage, has_the_same_bits_on_gl) {
+    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
+    std::vector<int32_t> words[2];
+    for (const Backend backend : {Backend::cpu, Backend::gl}) {
+        StageBench bench(def(backend));
+        prepare(bench);
+        bench.move_water();
+        bench.build_spans();
+        bench.slip(1);
+        std::vector<int32_t>& out = words[backend == Backend::gl];
+        out = bench.read().words;
+        for (const int at : {kResultWaterIn, kResultWaterOut, kResultWaterMoves}) {
+            out.push_back(static_cast<int32_t>(sum(bench, at)));
+        }
+    }
+    EXPECT_TRUE(words[0] == words[1]) << "CPU and GL differ";
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenarios, WaterStage, testing::ValuesIn(all_scenarios()),
+                         testing::PrintToStringParamName());
+
+}  // namespace
+}  // namespace bsoil::water_stage_test
