@@ -96,6 +96,69 @@ void land(int voxel, ivec3 momentum) {
     set_state(kPlaneMomentumZ, voxel, 0);
 }
 
+// --- air
+
+// Behind what bars it the wind comes down at 15 deg, as behind dunes (Werner 1995).
+CONST_INT(kShelterRise, 17560)  // tan 15 deg, Q16
+
+// The column next to (x, y) of a tile, and the tile it is in; a tile asleep is woken for the next step.
+bool step_upwind(INOUT(int) slot, INOUT(ivec2) at, ivec2 way, int z) {
+    ivec2 next = at + way;
+    int from = slot;
+    if (!step_on(slot, at, way)) {
+        ATOMIC_OR(tile_table[slot * kTileTableWords + kTileTableAsked], 1 << beside(next));
+        return false;
+    }
+    if (slot != from) {  // stays awake as long as somebody looks
+        ATOMIC_MAX(block_flags[flag_index(kFlagWanted, slot * params.blocks_per_tile + (z >> 3))], params.step_stamp);
+    }
+    return true;
+}
+
+// Whether a body, terrain or a voxel full of soil stands upwind on the line that rises by 15 deg.
+bool is_sheltered(int slot, ivec3 from) {
+    int most = max(abs(params.wind_x), abs(params.wind_y));
+    if (most == 0) return false;
+    ivec2 step = ivec2(signed_fraction_q16(-params.wind_x, most), signed_fraction_q16(-params.wind_y, most));
+    int rise = mul_q16(kShelterRise, slope_length(abs(step.x), abs(step.y)));
+    ivec2 at = ivec2(from.x, from.y);
+    ivec2 gone = ivec2(0);
+    for (int n = 1; n <= params.shelter; ++n) {
+        int z = from.z + round_q16(n * rise);
+        ivec2 offset = ivec2(round_q16(n * step.x), round_q16(n * step.y));
+        if (z >= params.height || !step_upwind(slot, at, offset - gone, z)) return false;
+        gone = offset;
+        int voxel = slot * params.tile_voxels + z * kTileColumns + at.y * kTileSide + at.x;
+        if (is_solid(voxel) || is_full(voxel)) return true;
+    }
+    return false;
+}
+
+// Gusts: noise between -1 and 1 (Q16), linear between the corners of a lattice that drifts with the wind.
+int gust_corner(int x, int y) {
+    ivec3 corner = ivec3(x & (kGustPeriod - 1), y & (kGustPeriod - 1), 0);
+    return int(mix_bits(place_bits(corner), 15) >> 15) - kOneQ16;
+}
+int between(int low, int high, int share) { return low + mul_q16(high - low, share); }
+int gust_at(ivec3 place) {
+    int cell = params.gust_cell * kOneQ8;
+    int x = place.x * kOneQ8 + params.gust_x;
+    int y = place.y * kOneQ8 + params.gust_y;
+    int share = fraction_q16(x % cell, cell);
+    int low = between(gust_corner(x / cell, y / cell), gust_corner(x / cell + 1, y / cell), share);
+    int high = between(gust_corner(x / cell, y / cell + 1), gust_corner(x / cell + 1, y / cell + 1), share);
+    return between(low, high, fraction_q16(y % cell, cell));
+}
+
+// Of the air around a voxel. In a part of a step it takes soil along by no more than a voxel: the next step has more parts.
+ivec3 air_velocity(int slot, ivec3 at) {
+    ivec3 wind = ivec3(params.wind_x, params.wind_y, params.wind_z);
+    if (largest_component(wind) == 0 || is_sheltered(slot, at)) return ivec3(0);
+    if (params.gust > 0) wind = share_of(wind, kOneQ16 + mul_q16(params.gust, gust_at(grid_voxel(slot, at.x, at.y, at.z))));
+    int most = params.substep_count * kVoxelFull;
+    return clamp(wind, ivec3(-most), ivec3(most));
+}
+
 int advect_soil_lanes(int group, int half_at) {
     return mask_half(block_list[params.list_offset + group], kMaskMoving, half_at);
 }
@@ -129,6 +192,14 @@ void advect_soil(int group, int lane) {
             // Kick after drift, drift at the middle of the step: exact for constant gravity (29).
             drift.z -= gravity / 2;
             after.z -= gravity;
+            int taken = params.air == 0 ? 0 : mixed_word(voxel, 0, kTableAir) / params.substep_count;
+            if (taken > 0) {
+                // Drag goes by the speed against the air, in the middle of the step: at its fall speed soil keeps its speed.
+                int share = fraction_q16(taken, kOneQ16 + taken / 2);
+                after = velocity + share_of(air_velocity(slot, ivec3(x, y, z0 + z)) - velocity, share);
+                after.z -= gravity - mul_q16(gravity, share) / 2;
+                drift = (velocity + after) / 2;
+            }
         } else {
             int body = support - kSupportBody;
             ivec3 goal = body_velocity_at(body, grid_voxel(slot, x, y, z0 + z));

@@ -320,7 +320,12 @@ CONST_INT(kTableMoist, 612)     // the most cohesion that moisture gives over th
 CONST_INT(kTableResidual, 613)  // saturation below which water does not drain, Q16
 CONST_INT(kTableSeepage, 614)   // what drains out of a saturated voxel in a water step, mass units, Q8
 CONST_INT(kTableSuction, 615)   // suction of dry pores, as a height of water: Q16 voxels, kSuctionMost at most
+CONST_INT(kTableAir, 616)       // what air takes of the speed of falling soil in a base step: Q16 part of it; kAirMost at most
 CONST_INT(kSuctionMost, 4194304)    // 64 voxels
+CONST_INT(kAirMost, 131072)         // 2: air takes no more than all of a step's speed
+CONST_INT(kGustCellMost, 1024)
+CONST_INT(kGustPeriod, 1024)        // gusts, after which they repeat: a power of two
+CONST_INT(kShelterMost, 128)
 CONST_INT(kDragMost, 1048576)       // 16: what viscosity 1 - 1e-7 has in a 60th of a second
 CONST_INT(kStrengthLeast, 256)      // 1/256 voxel: the rounding of sums over a bank's columns is no hundredth of it
 CONST_INT(kStrengthMost, 8388608)   // 128 voxels: a wall of 512, the highest grid, stands

@@ -43,3 +43,12 @@ int rain_units;          // water that falls on a column in this water step, mas
 int drying_units;        // water that dries off a column in it
 int floor_seepage;       // water that the floor takes from a column in it, mass units Q8
 int deposits;            // 1: a material has roughness or viscosity
+int air;                 // 1: a material falls in air, kTableAir
+int wind_x;              // velocity of the air, Q16 voxels per base step
+int wind_y;
+int wind_z;
+int gust;                // share by which gusts raise and lower it, Q16
+int gust_cell;           // from one gust to the next, voxels
+int gust_x;              // how far they have drifted, back from kGustPeriod gusts, Q8 voxels
+int gust_y;
+int shelter;             // voxels upwind in which something may bar the wind

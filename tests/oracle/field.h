@@ -92,7 +92,13 @@ struct Model {
     /// Per material, or empty where none has any: slope above tan(phi) that stands, and the share
     /// of slides that do not take place.
     std::vector<double> roughness, viscosity;
-    bool slides = false;  ///< soil keeps the momentum of its slides
+    /// Per material, or empty where none falls in air: what air takes of its speed in a step.
+    std::vector<double> air;
+    Vec3 wind;                       ///< [voxels a step]
+    double gust = 0;                 ///< share
+    int gust_cell = 1, shelter = 0;  ///< [voxels]
+    double gust_x = 0, gust_y = 0;   ///< the lattice's place [voxels]
+    bool slides = false;             ///< soil keeps the momentum of its slides
     double step_s = 1.0 / 60;
     double slide_kick = 0;      ///< what drives slides in this slip pass [voxels a step squared]
     int slide_count = 1;        ///< slide passes in a step

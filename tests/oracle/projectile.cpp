@@ -4,6 +4,7 @@
 
 #include "oracle/overlap.h"
 #include "oracle/walls.h"
+#include "oracle/wind.h"
 
 namespace oracle {
 
@@ -88,6 +89,11 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
         if (voxel.support.kind == Support::Kind::falling) {
             accelerated.z -= model.gravity * dt;  // (29)
             drift.z -= model.gravity * dt / 2;
+            if (const double rate = model.air.empty() ? 0 : voxel.mean(model.air); rate > 0) {
+                const Vec3 air = air_velocity(model, before, x, y, z);
+                accelerated = fall_in_air(model, velocity, air, rate, dt);
+                drift = 0.5 * (velocity + accelerated);
+            }
         } else {
             const Body& body = bodies[static_cast<size_t>(voxel.support.body)];
             const Vec3 goal = body.velocity_at(x, y, z);

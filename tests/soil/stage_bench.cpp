@@ -319,8 +319,17 @@ oracle::Model StageBench::model(int substeps) const {
                         .compacted_volume = {},
                         .placed_volume = {},
                         .roughness = {},
-                        .viscosity = {}};
+                        .viscosity = {},
+                        .air = {},
+                        .wind = {}};
     model.slides = impl_->params.slides != 0;
+    const SoilParams& p = impl_->params;
+    model.wind = kUnit * Vec3{1.0 * p.wind_x, 1.0 * p.wind_y, 1.0 * p.wind_z};
+    model.gust = p.gust * kUnit;
+    model.gust_cell = p.gust_cell;
+    model.gust_x = p.gust_x / 256.0;
+    model.gust_y = p.gust_y / 256.0;
+    model.shelter = p.shelter;
     model.step_s = impl_->def.step_s;
     model.slide_kick = impl_->params.slide_kick * kUnit;
     model.slide_count = impl_->params.slide_count;
@@ -335,7 +344,13 @@ oracle::Model StageBench::model(int substeps) const {
         model.loose_volume.push_back(volume(material.loose_density_kg_m3));
         model.compacted_volume.push_back(volume(material.compacted_density_kg_m3));
         model.placed_volume.push_back(kReferenceDensity / material.density_kg_m3);
-        if (impl_->params.deposits == 0) continue;
+        if (p.air != 0) {
+            const double fall_speed = material.fall_speed_m_s;
+            const double rate =
+                fall_speed > 0 ? impl_->def.gravity_m_s2 * impl_->def.step_s / fall_speed : 0;
+            model.air.push_back(std::min(2.0, rate));
+        }
+        if (p.deposits == 0) continue;
         model.roughness.push_back(material.roughness);
         model.viscosity.push_back(std::round(material.viscosity * kVoxelFull) * kUnit);
     }

@@ -42,7 +42,10 @@ struct MaterialDef {
     double moist_cohesion_pa = 0;
     double conductivity_m_s = 0;       ///< of water down through full pores, 0..1
     double residual_saturation = 0.1;  ///< share of the pores that does not drain, 0..0.95
-    double tool_friction = 0.4;        ///< Coulomb friction with bodies, 0..2
+    /// speed at which its grains fall in air in the end, 0..100; 0: as in a vacuum, and no wind
+    /// moves it
+    double fall_speed_m_s = 0;
+    double tool_friction = 0.4;  ///< Coulomb friction with bodies, 0..2
     /// shear stress between soil and bodies without pressure, 0..200e3
     double tool_adhesion_pa = 0;
     /// Janosi and Hanamoto's K of soil as placed, 0..0.2; 0: the shear stress is there at once.
@@ -94,6 +97,8 @@ struct MaterialDef {
           "cohesion that water gives where it fills half of the pores", "")                        \
     FIELD(conductivity_m_s, 0, 1, "of water down through full pores", "")                          \
     FIELD(residual_saturation, 0, 0.95, "share of the pores that does not drain", "")              \
+    FIELD(fall_speed_m_s, 0, 100, "speed at which its grains fall in air in the end",              \
+          "0: as in a vacuum, and no wind moves it")                                               \
     FIELD(tool_friction, 0, 2, "Coulomb friction with bodies", "")                                 \
     FIELD(tool_adhesion_pa, 0, 200e3, "shear stress between soil and bodies without pressure", "") \
     FIELD(shear_displacement_m, 0, 0.2, "Janosi and Hanamoto's K of soil as placed",               \

@@ -69,7 +69,13 @@ struct SoilDef {
     double rain_m_s = 0;
     double drying_m_s = 0;          ///< water that dries off the ground's surface, 0..1e-3
     double floor_drainage_m_s = 0;  ///< water that the grid's floor lets through, 0..1
-    int substeps_max = 8;           ///< sub-steps a fast step may be cut into, 1..32
+    Vec3 wind_m_s{};                ///< velocity of the air, along the world's axes, -50..50
+    /// share by which gusts raise and lower the wind, 0..1; they drift with it
+    double gust = 0;
+    double gust_size_m = 5;  ///< from one gust to the next, 0.01..1000; at most 1024 voxels
+    /// so far behind what bars it there is no wind, 0..100; at most 128 voxels
+    double shelter_m = 5;
+    int substeps_max = 8;  ///< sub-steps a fast step may be cut into, 1..32
     /// tiles of 8 x 8 columns awake at the same time, 0..4194304; 0: all that fit into 1 GiB
     int tile_capacity = 0;
     Backend backend = Backend::automatic;  ///< where the kernels run
@@ -109,6 +115,12 @@ struct SoilDef {
     FIELD(rain_m_s, 0, 1e-3, state, "water that falls on soil that takes some", "")                \
     FIELD(drying_m_s, 0, 1e-3, state, "water that dries off the ground's surface", "")             \
     FIELD(floor_drainage_m_s, 0, 1, state, "water that the grid's floor lets through", "")         \
+    FIELD(wind_m_s, -50, 50, state, "velocity of the air, along the world's axes", "")             \
+    FIELD(gust, 0, 1, state, "share by which gusts raise and lower the wind",                      \
+          "they drift with it")                                                                    \
+    FIELD(gust_size_m, 0.01, 1000, state, "from one gust to the next", "at most 1024 voxels")      \
+    FIELD(shelter_m, 0, 100, state, "so far behind what bars it there is no wind",                 \
+          "at most 128 voxels")                                                                    \
     FIELD(substeps_max, 1, 32, state, "sub-steps a fast step may be cut into", "")                 \
     FIELD(tile_capacity, 0, 1 << 22, run, "tiles of 8 x 8 columns awake at the same time",         \
           "0: all that fit into 1 GiB")                                                            \

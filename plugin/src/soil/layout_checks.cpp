@@ -47,7 +47,7 @@ static_assert(kShapeRows + 3 * kShapeRowWords == kShapeHalfExtents &&
               kShapeLattice < kShapeLow && kShapeHigh + 3 <= kShapeWords);
 static_assert(kFaceNormal + 3 == kFaceOffset && kFaceOffset + 1 == kFaceWords);
 static_assert(kSlipEntries <= kTableAcceleration &&
-              kTableAcceleration + kSlipEntries <= kTablePassive && kTableSuction < kTableWords);
+              kTableAcceleration + kSlipEntries <= kTablePassive && kTableAir < kTableWords);
 
 // Headroom: what the comments of soil_layout.h promise.
 static_assert(limits::kGridHeightMax < kTileTopStep);

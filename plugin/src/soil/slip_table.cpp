@@ -118,6 +118,9 @@ std::vector<int32_t> make_slip_table(const MaterialDef& m, const SoilDef& def) {
     const double drag = m.viscosity < 1 ? -std::log1p(-m.viscosity) * def.step_s * 60 : kDragMost;
     table[kTableDrag] =
         static_cast<int32_t>(std::lround(std::min(drag * kOneQ16, 1.0 * kDragMost)));
+    const double fall_speed = m.fall_speed_m_s;
+    const double air = fall_speed > 0 ? def.gravity_m_s2 * def.step_s / fall_speed : 0;
+    table[kTableAir] = static_cast<int32_t>(std::lround(std::min(air * kOneQ16, 1.0 * kAirMost)));
     const double passive = std::tan(std::numbers::pi / 4 - m.friction_angle_rad / 2);
     table[kTablePassive] = static_cast<int32_t>(std::lround(passive * kVoxelFull));
     const double densest = m.has_density_range() ? m.compacted_density_kg_m3 : m.density_kg_m3;

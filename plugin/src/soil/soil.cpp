@@ -53,6 +53,21 @@ int voxel_count(double size, double voxel) {
     return static_cast<int>(std::ceil(size / voxel - 1e-9));
 }
 
+// The wind in the grid's frame and in voxels a step. Soil is no faster than kSpeedMost.
+void set_wind(SoilCore& s) {
+    const Vec3 wind =
+        s.def.step_s / s.def.voxel_m * rotate(s.world_to_grid.rotation, s.def.wind_m_s);
+    const auto word = [](double value, double most) {
+        return static_cast<int32_t>(std::lround(std::clamp(value, -most, most)));
+    };
+    s.params.wind_x = word(wind.x * kVoxelFull, kSpeedMost);
+    s.params.wind_y = word(wind.y * kVoxelFull, kSpeedMost);
+    s.params.wind_z = word(wind.z * kVoxelFull, kSpeedMost);
+    s.params.gust = word(s.def.gust * kOneQ16, kOneQ16);
+    s.params.gust_cell = std::max(1, word(s.def.gust_size_m / s.def.voxel_m, kGustCellMost));
+    s.params.shelter = word(s.def.shelter_m / s.def.voxel_m, kShelterMost);
+}
+
 }  // namespace
 
 Vec3 GridFrame::to_world(Vec3 grid_voxels) const {
@@ -117,6 +132,7 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     p.place_rows = s.tiles_y * kTileSide;
     p.place_shift = place_shift(s.tiles_x, s.tiles_y, s.height);
     p.slides = def.slides == SlideMotion::run_out ? 1 : 0;
+    set_wind(s);
     p.slide_count = 1;
     p.substep_count = 1;
     p.body_substep_count = 1;
@@ -142,6 +158,7 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
         const int32_t* bonded = &tables[tables.size() - 2 * static_cast<size_t>(kTableWords)];
         p.bank_friction = std::min(p.bank_friction, bonded[kTableFriction]);
         if (material.roughness > 0 || material.viscosity > 0) p.deposits = 1;
+        if (material.fall_speed_m_s > 0) p.air = 1;
         if (const int32_t strength = bank_strength_of(material, bonded); strength > 0) {
             p.bank_strength = p.bank_strength > 0 ? std::min(p.bank_strength, strength) : strength;
         }

@@ -62,6 +62,15 @@ void Soil::Impl::begin_step() {
         tiles.forget_stamps();
     }
     params.step_stamp = stamp;
+    // Gusts drift with the wind: whole parts of a voxel since the first step, whatever came
+    // between.
+    const int64_t period = int64_t{kGustPeriod} * params.gust_cell * kOneQ8;
+    const auto back = [&](int wind) {
+        const int64_t way = step_index * wind / (kVoxelFull / kOneQ8) % period;
+        return static_cast<int32_t>((period - way) % period);
+    };
+    params.gust_x = back(params.wind_x);
+    params.gust_y = back(params.wind_y);
 }
 
 // Which blocks have changed or may change: the work lists.

@@ -91,6 +91,9 @@ typedef struct bulletsoil_material {
     double roughness;
     /** share of the slides that do not take place, 0..1; 0: as sand does, 1: nothing slides */
     double viscosity;
+    /** speed at which its grains fall in air in the end, 0..100; 0: as in a vacuum, and no wind
+     * moves it */
+    double fall_speed_m_s;
     /** water that its pores hold, as a share of the soil's mass, 0..1; 0: it takes none */
     double pore_water_fraction;
     double placed_saturation; /**< share of the pores that water fills as placed, 0..1 */
@@ -160,6 +163,12 @@ typedef struct bulletsoil_soil_def {
     double rain_m_s;           /**< water that falls on soil that takes some, 0..1e-3 */
     double drying_m_s;         /**< water that dries off the ground's surface, 0..1e-3 */
     double floor_drainage_m_s; /**< water that the grid's floor lets through, 0..1 */
+    double wind_m_s[3];        /**< velocity of the air, along the world's axes, -50..50 */
+    /** share by which gusts raise and lower the wind, 0..1; they drift with it */
+    double gust;
+    double gust_size_m; /**< from one gust to the next, 0.01..1000; at most 1024 voxels */
+    /** so far behind what bars it there is no wind, 0..100; at most 128 voxels */
+    double shelter_m;
 } bulletsoil_soil_def;
 
 /** Sets `def`, of `struct_size` = sizeof *def bytes, to the defaults: 12 x 2 x 12 m, voxels of 5
