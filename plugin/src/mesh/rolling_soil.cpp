@@ -47,21 +47,47 @@ double standing_slope(const std::vector<MaterialDef>& materials, uint8_t materia
     return std::tan(def.friction_angle_rad) + 0.5 * def.roughness;
 }
 
+Vec3 level_part(const GridFrame& frame, Vec3 velocity_m_s) {
+    const Vec3 up = rotate(frame.grid_to_world.rotation, {0, 0, 1});
+    return velocity_m_s - dot(velocity_m_s, up) * up;
+}
+
+bool is_moving(const GridFrame& frame, const GroundMotion& motion) {
+    return std::max(motion.slip_m_s, length(level_part(frame, motion.velocity_m_s))) >= kRollLeast;
+}
+
+/// The highest voxel that a run reaches into.
+int top_voxel(const Run& run) { return std::max(0, static_cast<int>(std::ceil(run.top)) - 1); }
+
 }  // namespace
 
-void find_rolling_soil(const GridColumns& grid, const TileSource& source, int tx, int ty,
-                       std::vector<RollingSoil>& rolling) {
-    rolling.clear();
-    const GridFrame& frame = source.frame();
-    const Quat& turn = frame.grid_to_world.rotation;
-    const Vec3 up = rotate(turn, {0, 0, 1});
+void read_motions(const GridColumns& grid, const TileSource& source, int tx, int ty,
+                  std::vector<ColumnMotion>& motions) {
+    motions.clear();
     for (int c = 0; c < kTileColumns; ++c) {
         const int x = tx * kTileSide + c % kTileSide, y = ty * kTileSide + c / kTileSide;
         const Run* run = top_run(grid, x, y);
         if (!run) continue;
-        const auto [slip_m_s, momentum_m_s] = source.ground_motion(x, y);
-        const Vec3 level_m_s = momentum_m_s - dot(momentum_m_s, up) * up;
-        if (std::max(slip_m_s, length(level_m_s)) < kRollLeast) continue;
+        const GroundMotion motion = source.ground_motion(x, y);
+        if (!is_moving(source.frame(), motion)) continue;
+        motions.resize(kTileColumns);
+        motions[static_cast<size_t>(c)] = {motion,
+                                           source.dust_at(x, y, top_voxel(*run), run->material)};
+    }
+}
+
+void find_rolling_soil(const GridColumns& grid, const TileSource& source, int tx, int ty,
+                       std::span<const ColumnMotion> motions, std::vector<RollingSoil>& rolling) {
+    rolling.clear();
+    const GridFrame& frame = source.frame();
+    const Quat& turn = frame.grid_to_world.rotation;
+    for (size_t c = 0; c < motions.size(); ++c) {
+        const int x = tx * kTileSide + static_cast<int>(c) % kTileSide;
+        const int y = ty * kTileSide + static_cast<int>(c) / kTileSide;
+        const auto [slip_m_s, momentum_m_s] = motions[c].motion;
+        const Run* run = top_run(grid, x, y);
+        if (!run || !is_moving(frame, motions[c].motion)) continue;
+        const Vec3 level_m_s = level_part(frame, momentum_m_s);
         const double rise_x = rise_along(grid, x, y, 0, run->top),
                      rise_y = rise_along(grid, x, y, 1, run->top);
         const double gradient = std::hypot(rise_x, rise_y);
@@ -86,8 +112,7 @@ void find_rolling_soil(const GridColumns& grid, const TileSource& source, int tx
         soil.center_m = frame.to_world({x + 0.5, y + 0.5, static_cast<double>(run->top)});
         soil.side_m = static_cast<float>(frame.voxel_m);
         soil.color = run->look.color;
-        const int top = std::max(0, static_cast<int>(std::ceil(run->top)) - 1);
-        soil.dust = source.dust_at(x, y, top, run->material);
+        soil.dust = motions[c].dust;
         soil.seed = static_cast<uint32_t>(y * grid.size[0] + x);
         rolling.push_back(soil);
     }

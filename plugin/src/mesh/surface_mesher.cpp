@@ -46,6 +46,7 @@ struct SurfaceMesher::Impl {
         std::vector<LooseVoxel> loose;
         std::vector<RollingSoil> rolling;
         bool rolls = false;  ///< `rolling` is to be made anew
+        std::vector<mesh::ColumnMotion> motions;
     };
 
     Impl(const TileSource& tile_source, const SurfaceMeshDef& mesh_def)
@@ -253,20 +254,25 @@ struct SurfaceMesher::Impl {
         for_each_tile([&](int tx, int ty) {
             Tile& tile = tiles[tile_index(tx, ty)];
             const uint64_t revision = source.tile_revision(tx, ty);
+            const bool is_new = !tile.read || tile.source_revision != revision;
             // What has come to rest may have done so without a change.
-            tile.rolls = !tile.rolling.empty();
-            if (tile.read && tile.source_revision == revision) return;
-            tile.rolls = true;
-            const bool changed = read_columns(tx, ty);
-            if (changed || !tile.read) mark_with_neighbours(tx, ty);
-            tile.read = true;
-            tile.source_revision = revision;
-            ++report.tile_read_count;
+            tile.rolls = is_new || !tile.rolling.empty();
+            if (is_new) {
+                const bool changed = read_columns(tx, ty);
+                if (changed || !tile.read) mark_with_neighbours(tx, ty);
+                tile.read = true;
+                tile.source_revision = revision;
+                ++report.tile_read_count;
+            }
+            if (tile.rolls && def.layer == SurfaceMeshDef::Layer::soil) {
+                mesh::read_motions(grid, source, tx, ty, tile.motions);
+            }
         });
         if (def.layer != SurfaceMeshDef::Layer::soil) return;
         for_each_tile([&](int tx, int ty) {
             Tile& tile = tiles[tile_index(tx, ty)];
-            if (tile.rolls) mesh::find_rolling_soil(grid, source, tx, ty, tile.rolling);
+            if (!tile.rolls) return;
+            mesh::find_rolling_soil(grid, source, tx, ty, tile.motions, tile.rolling);
         });
     }
 
