@@ -191,8 +191,11 @@ void VehicleWheels::solve(Wheel& wheel, const btWheelInfo& info, double substep_
     if (contact.patches.empty() && length_m > most_m) {
         most_m = std::max(most_m, touching_length_m(wheel, info));
     }
-    // What does not speed up the wheel does not hold up the chassis.
-    if (length_m > most_m) {
+    // What does not speed up the wheel does not hold up the chassis. A wheel in the air does not
+    // either: its mass is in the chassis, so that it has no momentum to give.
+    if (!(wheel.forces.normal_n > 0)) {
+        wheel.strut_most_n = 0;
+    } else if (length_m > most_m) {
         wheel.strut_most_n = wheel.forces.normal_n + state.mass_kg * gravity_m_s2;
     } else if (wheel.forces.is_at_end) {
         wheel.strut_most_n = wheel.forces.strut_n;
