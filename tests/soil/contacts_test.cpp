@@ -20,7 +20,7 @@ TEST_P(Contacts, follow_the_oracle) {
         oracle::find_contacts(bench.model(), bench.to_field(bench.read()), bench.oracle_bodies());
     ASSERT_EQ(got.size(), expected.size());
     EXPECT_GT(got.size(), 20u);
-    int state_count = 0, carried_count = 0;
+    int state_count = 0;
     for (size_t i = 0; i < got.size(); ++i) {
         const oracle::Contact& contact = expected[i];
         SCOPED_TRACE(testing::Message()
@@ -39,7 +39,6 @@ TEST_P(Contacts, follow_the_oracle) {
         EXPECT_EQ(got[i][10], contact.excess * kVoxelFull);
         EXPECT_EQ(got[i][11], contact.material);
         EXPECT_EQ(got[i][kContactCarrier], contact.carrier);
-        carried_count += contact.carrier >= 0;
         if (contact.relative_density < 0) {
             EXPECT_EQ(got[i][12], kDensityFixed);
         } else {

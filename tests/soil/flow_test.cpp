@@ -254,21 +254,20 @@ TEST(OpenSide, is_the_same_side_of_the_world_whichever_axis_is_up) {
           Case{UpAxis::z, kOpenLowY, {0, -1, 0}}, Case{UpAxis::z, kOpenHighY, {0, 1, 0}},
           Case{UpAxis::y, kOpenLowX, {-1, 0, 0}}, Case{UpAxis::y, kOpenHighX, {1, 0, 0}},
           Case{UpAxis::y, kOpenLowZ, {0, 0, -1}}, Case{UpAxis::y, kOpenHighZ, {0, 0, 1}}}) {
+        const bool is_y_up = up == UpAxis::y;
         SoilDef def;
         def.up = up;
-        def.size_m = up == UpAxis::y ? Vec3{1.5, 0.8, 1.1} : Vec3{1.5, 1.1, 0.8};
+        def.size_m = is_y_up ? Vec3{1.5, 0.8, 1.1} : Vec3{1.5, 1.1, 0.8};
         def.open_sides = bit;
         def.backend = Backend::cpu;
         const auto soil = make_soil(def);
-        ASSERT_TRUE(
-            soil->fill(BoxFill{{{-5, up == UpAxis::y ? 0.0 : -5, up == UpAxis::y ? -5 : 0.0},
-                                {5, up == UpAxis::y ? 0.3 : 5, up == UpAxis::y ? 5 : 0.3}},
-                               {}}));
+        ASSERT_TRUE(soil->fill(BoxFill{{{-5, is_y_up ? 0.0 : -5, is_y_up ? -5 : 0.0},
+                                        {5, is_y_up ? 0.3 : 5, is_y_up ? 5 : 0.3}},
+                                       {}}));
         for (int i = 0; i < 30; ++i) soil->step({});
         const auto height = [&](Vec3 side) {
-            const Vec3 at =
-                soil->frame().to_grid({0.74 * side.x, up == UpAxis::y ? 0 : 0.54 * side.y,
-                                       up == UpAxis::y ? 0.54 * side.z : 0});
+            const Vec3 at = soil->frame().to_grid(
+                {0.74 * side.x, is_y_up ? 0 : 0.54 * side.y, is_y_up ? 0.54 * side.z : 0});
             return soil->surface_height_m(static_cast<int>(at.x), static_cast<int>(at.y));
         };
         EXPECT_EQ(height(toward), 0) << bit;

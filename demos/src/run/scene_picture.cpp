@@ -14,16 +14,16 @@ struct ScenePicture::Impl {
         SurfaceLayer(const SoilTiles& tiles, const SurfaceMeshDef& def, render::Renderer& renderer,
                      float grain_m)
             : mesher(tiles, def), items(renderer, mesher, grain_m) {}
-        void append_to(render::View& view, ScenePicture::SurfaceCounts& counts) {
-            const SurfaceMeshReport report = mesher.update(render::surface_detail(view));
+        void append_to(render::View& shown, ScenePicture::SurfaceCounts& sum) {
+            const SurfaceMeshReport report = mesher.update(render::surface_detail(shown));
             items.update();
-            items.append_to(view.items);
-            counts.tile_coarse_count += report.tile_coarse_count;
-            counts.tile_built_count += report.tile_built_count;
+            items.append_to(shown.items);
+            sum.tile_coarse_count += report.tile_coarse_count;
+            sum.tile_built_count += report.tile_built_count;
             for (int ty = 0; ty < mesher.tile_count_y(); ++ty) {
                 for (int tx = 0; tx < mesher.tile_count_x(); ++tx) {
-                    ++counts.tile_count;
-                    counts.triangle_count += mesher.tile_mesh(tx, ty).triangle_count();
+                    ++sum.tile_count;
+                    sum.triangle_count += mesher.tile_mesh(tx, ty).triangle_count();
                 }
             }
         }
