@@ -223,14 +223,29 @@ const BodyState* ContactCoupling::state_of(int id) const {
     return rank < 0 ? nullptr : by_id_[static_cast<size_t>(rank)];
 }
 
+/// The law knows no force at no depth. What lies on soil that hardly gives way was held by
+/// FirstContacts, which knows only what is awake: asleep it stays held as it was, as long as it
+/// touches soil.
+bool ContactCoupling::stays_held(const BodyWork& work) {
+    const CoupledBody& coupled = *work.coupled;
+    return coupled.body.is_asleep && work.found.patches().empty() && work.contact.area_m2 > 0 &&
+           !coupled.patches.empty();
+}
+
 void ContactCoupling::report_contact(const BodyWork& work) {
     CoupledBody& coupled = *work.coupled;
     coupled.report.contact_area_m2 = work.contact.area_m2;
     coupled.report.sinkage_m = sinkage_m(coupled.body, work.contact);
     coupled.report.compression_m = work.contact.compression_m;
-    coupled.report.patch_count = static_cast<int>(work.found.patches().size());
     coupled.has_limits = true;
     coupled.limits_n = {};
+    if (stays_held(work)) {
+        for (const CoupledPatch& p : coupled.patches) {
+            coupled.limits_n[p.patch.bin] += p.patch.normal_limit_n;
+        }
+        return;
+    }
+    coupled.report.patch_count = static_cast<int>(work.found.patches().size());
     for (const ContactPatch& p : work.found.patches()) coupled.limits_n[p.bin] += p.normal_limit_n;
 }
 
@@ -351,7 +366,7 @@ void ContactCoupling::act(const BodyWork& work) {
         coupled.wheel_patches.assign(work.found.patches().begin(), work.found.patches().end());
         return;
     }
-    patch_heirs_.replace(coupled, work.found.patches());
+    if (!stays_held(work)) patch_heirs_.replace(coupled, work.found.patches());
 }
 
 void ContactCoupling::set_patches(const BodyState& body, const BodyMotion& direction,

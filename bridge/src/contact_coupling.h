@@ -101,6 +101,7 @@ class ContactCoupling {
                  double duration_s, bool are_unchanged);
     /// Changes nothing but the body's memory and `work`.
     void find_contact(BodyWork& work, double duration_s) const;
+    static bool stays_held(const BodyWork& work);
     void report_contact(const BodyWork& work);
     /// Gives the contact of a body that moved to who acts on it: the solver, a vehicle or nobody.
     void act(const BodyWork& work);

@@ -69,5 +69,32 @@ TEST(Settling, a_hundred_metres_of_level_ground_stay_asleep) {
     EXPECT_GT(soil->body_report(box).force_n.y, 0.2 * kWeightN);
 }
 
+// A ball sinks 11 um into soil of 105 kPa: the soil sees no depth, and its contacts bear nothing.
+// It slept without a force, and slept on where the soil below it was taken out.
+TEST(Settling, a_ball_on_soil_that_hardly_gives_way_sleeps_on_its_weight_and_wakes_without_it) {
+    BulletScene scene;
+    SoilDef def;
+    def.size_m = {2, 2, 2};
+    def.voxel_m = 0.1;
+    def.backend = Backend::cpu;
+    def.material.friction_angle_rad = 1.15;
+    def.material.cohesion_pa = 105e3;
+    def.material.loose_cohesion_fraction = 0.5;
+    auto made = SoilAction::create(*scene.world, def);
+    ASSERT_TRUE(made) << made.error();
+    SoilAction& soil = **made;
+    ASSERT_TRUE(soil.fill(BoxFill{{{-1, 0, -1}, {1, 0.8, 1}}, "dry_sand"}));
+    btRigidBody& ball = scene.add(15, scene.shape<btSphereShape>(0.156f), {0, 1.2f, 0});
+    scene.run(5);
+    ASSERT_FALSE(ball.isActive());
+    EXPECT_NEAR(soil.body_report(ball).force_n.y, 15 * 9.81, 0.02 * 15 * 9.81);
+    const btScalar before_m = ball.getWorldTransform().getOrigin().y();
+    ConvexShape hole;
+    hole.half_extents_m = {0.4, 0.45, 0.4};
+    ASSERT_TRUE(soil.soil().take_out(hole, {{0, 0.45, 0}, Quat{}}));
+    scene.run(1);
+    EXPECT_LT(ball.getWorldTransform().getOrigin().y(), before_m - 0.3f);
+}
+
 }  // namespace
 }  // namespace bsoil::bullet::settling_test
