@@ -20,7 +20,8 @@ int seepage_q8(int voxel) {
 // Whether there is room for anything in a voxel, and it is dispatched.
 bool is_open(int voxel) { return !is_solid(voxel) && block_flags[flag_index(kFlagListed, voxel >> 9)] != 0; }
 
-// What may come from above: half of a voxel's room. The other half is for what comes from its sides.
+// What may come from above, as rain or out of the voxel above: half of a voxel's room. The other half is for what comes from its
+// sides.
 int intake_at(int voxel) { return max(0, pores_at(voxel) - water_at(voxel) + 1) / 2; }
 
 // Suction in a voxel's pores, Q16 voxels of water; dry: of dry pores.
@@ -62,8 +63,11 @@ void move_water(int group, int lane) {
     int came = 0;
     int went = 0;
     int moves = 0;
+    int drips = 0;
     for (int z = params.height - 1; z >= 0; --z) {
         int voxel = first + z * kTileColumns;
+        int from_above = drips;
+        drips = 0;
         if (is_solid(voxel)) {
             rain = 0;  // sheltered
             continue;
@@ -74,7 +78,7 @@ void move_water(int group, int lane) {
         int below = voxel - kTileColumns;
         int change = 0;
         if (state_at(kPlaneSupport, voxel) != kSupportNone) {
-            int enters = min(rain, intake_at(voxel));
+            int enters = max(0, min(rain, intake_at(voxel) - from_above));
             int dries = min(drying, water);
             rain -= enters;
             drying -= dries;
@@ -108,6 +112,7 @@ void move_water(int group, int lane) {
         } else if (leaves > 0 && is_open(below)) {
             add_delta(params.water_plane, below, leaves);
             mark_moved(below, below);
+            drips = leaves;
             change -= leaves;
         }
         if (change != 0) {

@@ -46,9 +46,10 @@ WaterStep move_water(const Model& model, const Field& before, const std::vector<
     WaterStep step{before};
     for (int y = 0; y < before.ny; ++y) {
         for (int x = 0; x < before.nx; ++x) {
-            double rain = weather.rain, drying = weather.drying;
+            double rain = weather.rain, drying = weather.drying, drips = 0;
             for (int z = before.nz - 1; z >= 0; --z) {
                 const Voxel& here = before.at(x, y, z);
+                const double from_above = std::exchange(drips, 0);
                 if (before.closed(model, x, y, z)) {
                     rain = 0;
                     continue;
@@ -57,6 +58,7 @@ WaterStep move_water(const Model& model, const Field& before, const std::vector<
                 const auto move_down = [&](double flow) {
                     step.field.at(x, y, z).water -= flow;
                     step.field.at(x, y, z - 1).water += flow;
+                    drips = flow;
                 };
                 if (here.total_mass() == 0) {
                     if (open_below) move_down(here.water);
@@ -64,7 +66,7 @@ WaterStep move_water(const Model& model, const Field& before, const std::vector<
                 }
                 double left = here.water;
                 if (here.support.kind != Support::Kind::falling) {
-                    const double enters = std::min(rain, intake(here, soils));
+                    const double enters = std::clamp(intake(here, soils) - from_above, 0.0, rain);
                     const double dries = std::min(drying, here.water);
                     rain -= enters;
                     drying -= dries;

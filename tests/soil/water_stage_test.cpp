@@ -104,6 +104,51 @@ TEST_P(WaterStage, follows_the_oracle) {
                 2 * unit * columns);
 }
 
+// A thin layer with full pores on dry soil, under rain: what drips out of it, the rain that runs
+// through it and what suction draws in from the sides had filled the pores below by up to a half
+// too much.
+TEST_P(WaterStage, fills_no_pore_beyond_its_room) {
+    StageBench bench(def(Backend::cpu));
+    prepare(bench);
+    StatePlanes planes = bench.read();
+    const auto& materials = bench.soil().materials();
+    const int count = static_cast<int>(materials.size());
+    const auto pores = [&](const StatePlanes& of, int x, int y, int z) {
+        double sum = 0;
+        for (int m = 0; m < count; ++m) {
+            sum += of.at(kPlaneMaterial + m, x, y, z) *
+                   materials[static_cast<size_t>(m)].pore_water_fraction;
+        }
+        return sum;
+    };
+    const auto for_each = [&](const auto& look) {
+        for (int z = 0; z < planes.nz; ++z) {
+            for (int y = 0; y < planes.ny; ++y) {
+                for (int x = 0; x < planes.nx; ++x) look(x, y, z);
+            }
+        }
+    };
+    for_each([&](int x, int y, int z) {
+        const bool is_thin = 2 * planes.at(kPlaneVolume, x, y, z) < kVoxelFull;
+        planes.at(kPlaneMaterial + count, x, y, z) =
+            is_thin ? static_cast<int>(pores(planes, x, y, z)) : 0;
+    });
+    bench.write(planes);
+    bench.impl().params.rain_units = kVoxelFull;
+    bench.move_water();
+    const StatePlanes after = bench.read();
+    int64_t water = 0;
+    for_each([&](int x, int y, int z) {
+        const int units = after.at(kPlaneMaterial + count, x, y, z);
+        water += units;
+        // A unit for each of six ways in.
+        if (after.at(kPlaneVolume, x, y, z) > 0) {
+            EXPECT_LE(units, pores(after, x, y, z) + 6) << x << ' ' << y << ' ' << z;
+        }
+    });
+    EXPECT_GT(water, 1000);
+}
+
 TEST_P(WaterStage, gives_cohesion_as_the_oracle_has_it) {
     if (GetParam().material_count > 1) return;  // the wedge below is that of one material
     SoilDef moist = def(Backend::cpu);
