@@ -27,23 +27,53 @@ constexpr double kFloorBelow = 0.5;
 
 }  // namespace
 
+/// Looks before any soil acts: one that renews the surface that Bullet sees drops its contacts.
+class BuiltWorld::OverlapWatch final : public btActionInterface {
+  public:
+    explicit OverlapWatch(BuiltWorld& built) : built_(built) {}
+    void updateAction(btCollisionWorld* world, btScalar) override {
+        btDispatcher& dispatcher = *world->getDispatcher();
+        for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+            const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+            for (int k = 0; k < manifold.getNumContacts(); ++k) {
+                const double apart_m =
+                    static_cast<double>(manifold.getContactPoint(k).getDistance());
+                built_.deepest_overlap_m_ = std::max(built_.deepest_overlap_m_, -apart_m);
+            }
+        }
+    }
+    void debugDraw(btIDebugDraw*) override {}
+
+  private:
+    BuiltWorld& built_;
+};
+
 BuiltWorld::BuiltWorld(const WorldPlan& plan, const BuildOptions& options, int start_step)
     : plan_(plan), up_(plan.soils[0].def.up == UpAxis::y ? Vec3{0, 1, 0} : Vec3{0, 0, 1}) {
     btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher_);
     world_ = std::make_unique<btMultiBodyDynamicsWorld>(&dispatcher_, &broadphase_, &solver_,
                                                         &configuration_);
     world_->setInternalTickCallback(
-        [](btDynamicsWorld* world, btScalar) {
-            const auto& of = *static_cast<BuiltWorld*>(world->getWorldUserInfo());
+        [](btDynamicsWorld* world, btScalar substep_s) {
+            auto& of = *static_cast<BuiltWorld*>(world->getWorldUserInfo());
+            of.add_joint_work(static_cast<double>(substep_s));
             if (of.on_substep) of.on_substep();
         },
         this);
+    world_->setInternalTickCallback(
+        [](btDynamicsWorld* world, btScalar) {
+            static_cast<BuiltWorld*>(world->getWorldUserInfo())->note_motion();
+        },
+        this, true);
+    overlap_watch_ = std::make_unique<OverlapWatch>(*this);
+    world_->addAction(overlap_watch_.get());
     world_->setGravity(to_bullet(-gravity_m_s2() * up_));
     for (const SoilPlan& soil : plan_.soils) {
         add_soil(soil, options);
         if (!error_.empty()) return;
     }
     filled_.resize(soils_.size());
+    filled_water_.resize(soils_.size());
     add_floor();
     build_bodies();
     for (const JointPlan& joint : plan_.joints) {
@@ -123,6 +153,7 @@ void BuiltWorld::add_soil(const SoilPlan& plan, const BuildOptions& options) {
             return;
         }
     }
+    add_flows(static_cast<int>(soils_.size()) - 1);
 }
 
 Status BuiltWorld::fill(int index, const FillPlan& f) {
@@ -283,14 +314,16 @@ void BuiltWorld::happen(const EventPlan& event, bool only_structure) {
             if (only_structure) return;
             const double v = plan_.soils[index].def.voxel_m;
             const Vec3 half{3 * v, 3 * v, 2 * v};
-            std::vector<int64_t> before = soils_[index]->soil().totals().units;
+            const SoilTotals before = soils_[index]->soil().totals();
             if (const Status done =
                     fill(event.body, {.low_m = event.vector - half, .high_m = event.vector + half});
                 !done && done.error().find("all its room is taken") == std::string::npos) {
                 error_ = "fill: " + done.error();
             }
-            filled_[index] = soils_[index]->soil().totals().units;
-            for (size_t m = 0; m < before.size(); ++m) filled_[index][m] -= before[m];
+            const SoilTotals now = soils_[index]->soil().totals();
+            filled_[index] = now.units;
+            for (size_t m = 0; m < before.units.size(); ++m) filled_[index][m] -= before.units[m];
+            filled_water_[index] = now.water_units - before.water_units;
             return;
         }
         case EventPlan::Kind::disable:
@@ -302,6 +335,7 @@ void BuiltWorld::happen(const EventPlan& event, bool only_structure) {
 
 void BuiltWorld::apply_step(int step, bool only_structure) {
     for (auto& units : filled_) units.clear();
+    std::fill(filled_water_.begin(), filled_water_.end(), 0);
     touched_ = false;
     for (size_t i = 0; i < plan_.bodies.size(); ++i) {
         const BodyPlan& plan = plan_.bodies[i];
@@ -314,6 +348,7 @@ void BuiltWorld::apply_step(int step, bool only_structure) {
         happen(event, only_structure);
         touched_ = true;
     }
+    if (!only_structure) change_flows(step);  // a snapshot knows where they are
     const double share =
         plan_.is_variable ? kFrameShares[static_cast<size_t>(step) % std::size(kFrameShares)] : 1;
     frame_s_ = plan_.frame_s * share;
@@ -368,6 +403,7 @@ void BuiltWorld::end_action() {
 void BuiltWorld::step() {
     apply_step(step_, false);
     drive();
+    deepest_overlap_m_ = 0;
     if (plan_.is_variable) {
         world_->stepSimulation(scalar(frame_s_), 0);
     } else {

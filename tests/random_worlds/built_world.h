@@ -68,10 +68,17 @@ class BuiltWorld {
     bool was_touched() const { return touched_; }
     /// Units per material that fills of this frame have put in.
     const std::vector<std::vector<int64_t>>& filled_units() const { return filled_; }
+    /// And of water, by soil.
+    const std::vector<int64_t>& filled_water_units() const { return filled_water_; }
     Vec3 up() const { return up_; }
     double gravity_m_s2() const { return plan_.soils[0].def.gravity_m_s2; }
     /// "body 3 (box)", for reports.
     std::string name_of_object(const btCollisionObject& object) const;
+    /// The deepest overlap of two of Bullet's bodies that it met in the frame just stepped [m].
+    double deepest_overlap_m() const { return deepest_overlap_m_; }
+    /// What Bullet's joints have done on their bodies so far: nothing but rounding, if they hold. A
+    /// light body between heavy ones they do not hold; what pulls it back into place is work.
+    double joint_work_j() const { return joint_work_j_; }
     /// Of every pose, velocity and soil, to the bit.
     uint64_t checksum() const;
     /// Whether nothing is awake: neither a body nor a block of soil.
@@ -87,6 +94,9 @@ class BuiltWorld {
     void add_joint(const JointPlan& joint);
     void add_chain(const ChainPlan& chain);
     void add_car(const CarPlan& car);
+    void add_flows(int soil);
+    /// Moves those that are due, or takes them away.
+    void change_flows(int step);
     void happen(const EventPlan& event, bool only_structure);
     void apply_step(int step, bool only_structure);
     void drive();
@@ -111,19 +121,32 @@ class BuiltWorld {
     };
     std::vector<Body> bodies_;
     std::unique_ptr<btRigidBody> floor_;
+    struct Motion {
+        btVector3 velocity{0, 0, 0}, spin{0, 0, 0};
+    };
     struct Joint {
         std::unique_ptr<btTypedConstraint> bullet;
         JointPlan plan;
+        std::unique_ptr<btJointFeedback> feedback;
+        Motion before[2];  ///< of its bodies, before the substep
     };
+    static Motion motion_of(const btRigidBody& body);
+    void note_motion();
+    void add_joint_work(double substep_s);
+    class OverlapWatch;
     std::vector<Joint> joints_;
     std::vector<Chain> chains_;
     std::vector<Car> cars_;
     std::vector<std::unique_ptr<btRigidBody>> chassis_;
     std::vector<std::unique_ptr<bullet::SoilAction>> soils_;
     std::vector<std::vector<int64_t>> filled_;
+    std::vector<int64_t> filled_water_;
+    std::vector<std::vector<int>> flow_ids_;  ///< by soil; 0: has none
     int step_ = 0;
     double time_s_ = 0, driven_s_ = 0, frame_s_ = 0;
     bool touched_ = false;
+    std::unique_ptr<btActionInterface> overlap_watch_;
+    double deepest_overlap_m_ = 0, joint_work_j_ = 0;
 };
 
 }  // namespace bsoil::random_worlds

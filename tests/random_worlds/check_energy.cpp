@@ -11,8 +11,9 @@ namespace bsoil::random_worlds {
 namespace {
 
 /// What counts as no rise: lifting all bodies by this part of a voxel. Bullet pushes bodies that
-/// overlap apart, and joints back into place, by as much. Where they overlap by more, having been
-/// put into each other or gone through a plane in one step, it lifts them out: that is its work.
+/// overlap apart by as much. Where they overlap by more, having been put into each other or gone
+/// through a plane in one step, it lifts them out: that is its work. So is what joints do, which is
+/// counted: a body of 22 kg between two of 550 and 590 kg gave a pendulum 3500 J in 0.2 s.
 constexpr double kLiftVoxels = 0.2;
 /// And this part of the energy that was lost since the start: Bullet's contacts and joints give
 /// some of an impact back.
@@ -20,29 +21,44 @@ constexpr double kReturned = 0.02;
 /// Bodies that carry more soil than this part of their mass are moved by its weight.
 constexpr double kLoad = 0.05;
 
-/// Of two bodies of Bullet's in the step that has just been made [m].
-double deepest_overlap_m(BuiltWorld& world) {
-    btDispatcher& dispatcher = *world.world().getDispatcher();
-    double deepest_m = 0;
-    for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
-        const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
-        for (int k = 0; k < manifold.getNumContacts(); ++k) {
-            deepest_m = std::max(deepest_m,
-                                 -static_cast<double>(manifold.getContactPoint(k).getDistance()));
-        }
+/// What Bullet's steps keep where nothing but gravity acts. They set a velocity and go on with it,
+/// so that the energy is less by m g dt v / 2 on the way down and more by as much on the way up: a
+/// pendulum of 14 kg has 3 J less at first, and gets them back. Steps of different lengths keep
+/// nothing better than the energy.
+double kept_j(const BuiltWorld& world, const std::vector<MovingPart>& parts) {
+    double sum_j = energy_j(world, parts) - world.joint_work_j();
+    if (world.plan().is_variable) return sum_j;
+    const double substep_s = world.plan().frame_s / world.plan().substep_count;
+    for (const MovingPart& part : parts) {
+        sum_j -= part.mass_kg * world.gravity_m_s2() * substep_s *
+                 dot(part.velocity_m_s, world.up()) / 2;
     }
-    return deepest_m;
+    return sum_j;
+}
+
+/// Bullet steps a chain explicitly, too. Where the swing of a link about its joint, w = sqrt(g /
+/// half of its length), has w dt of 0.46, a chain of two hanging clear of all soil gains 10 J of
+/// the 28 J of its swing in 0.17 s. Up to this it is a tenth of that.
+constexpr double kSwingTurn = 0.15;
+
+bool swings_coarsely(const WorldPlan& plan) {
+    const double substep_s = plan.frame_s / plan.substep_count;
+    return std::any_of(plan.chains.begin(), plan.chains.end(), [&](const ChainPlan& chain) {
+        const double rate = std::sqrt(plan.soils[0].def.gravity_m_s2 / (1.2 * chain.half_m));
+        return !chain.dropped && rate * substep_s > kSwingTurn;
+    });
 }
 
 class EnergyCheck final : public Check {
   public:
-    explicit EnergyCheck(const BuiltWorld& world) : is_on_(!has_motors(world.plan())) {
+    explicit EnergyCheck(const BuiltWorld& world)
+        : is_on_(!has_motors(world.plan()) && !swings_coarsely(world.plan())) {
         start(world);
     }
     void after_step(BuiltWorld& world, Failures& failures) override {
         if (!is_on_) return;
         const double voxel_m = world.plan().soils[0].def.voxel_m;
-        if (world.was_touched() || deepest_overlap_m(world) > kLiftVoxels * voxel_m) {
+        if (world.was_touched() || world.deepest_overlap_m() > kLiftVoxels * voxel_m) {
             return start(world);
         }
         const std::vector<MovingPart> parts = moving_parts(world);
@@ -55,21 +71,22 @@ class EnergyCheck final : public Check {
             is_on_ = false;
             return;
         }
-        const double now_j = energy_j(world, parts);
+        const double now_j = kept_j(world, parts);
         const double slack_j = kLiftVoxels * voxel_m * mass_kg * world.gravity_m_s2() +
                                kReturned * std::max(0.0, start_j_ - least_j_);
         if (now_j > least_j_ + slack_j) {
             failures.add(
                 "energy", "all bodies", world.time_s(),
                 fmt::format("no more than {:.6g} J and {:.3g} J of slack", least_j_, slack_j),
-                fmt::format("{:.6g} J", now_j));
+                fmt::format("{:.6g} J, without {:.3g} J of the joints' work", now_j,
+                            world.joint_work_j()));
         }
         least_j_ = std::min(least_j_, now_j);
     }
 
   private:
     void start(const BuiltWorld& world) {
-        start_j_ = least_j_ = energy_j(world, moving_parts(world));
+        start_j_ = least_j_ = kept_j(world, moving_parts(world));
     }
     bool is_on_;
     double start_j_ = 0, least_j_ = 0;

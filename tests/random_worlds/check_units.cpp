@@ -23,7 +23,9 @@ class UnitsCheck final : public Check {
   public:
     explicit UnitsCheck(const BuiltWorld& world) {
         for (const bullet::SoilAction* soil : world.soils()) {
-            units_.push_back(soil->soil().totals().units);
+            const SoilTotals totals = soil->soil().totals();
+            units_.push_back(totals.units);
+            water_.push_back(totals.water_units);
         }
     }
 
@@ -31,6 +33,7 @@ class UnitsCheck final : public Check {
         for (size_t i = 0; i < units_.size(); ++i) {
             const std::vector<int64_t>& filled = world.filled_units()[i];
             for (size_t m = 0; m < filled.size(); ++m) units_[i][m] += filled[m];
+            water_[i] += world.filled_water_units()[i];
         }
         if (world.step_count() % kLookEvery == 0) look(world, failures);
     }
@@ -41,10 +44,17 @@ class UnitsCheck final : public Check {
         for (size_t i = 0; i < units_.size(); ++i) {
             const Soil& soil = world.soil(static_cast<int>(i)).soil();
             const std::string name = fmt::format("soil {}", i);
-            const std::vector<int64_t> now = soil.totals().units;
-            if (now != units_[i]) {
-                failures.add("units", name, world.time_s(), fmt::format("{}", units_[i]),
-                             fmt::format("{}", now));
+            const SoilTotals now = soil.totals();
+            std::vector<int64_t> due = units_[i];
+            for (size_t m = 0; m < due.size(); ++m) due[m] += now.units_in[m] - now.units_out[m];
+            if (now.units != due) {
+                failures.add("units", name, world.time_s(), fmt::format("{}", due),
+                             fmt::format("{}", now.units));
+            }
+            const int64_t water_due = water_[i] + now.water_units_in - now.water_units_out;
+            if (now.water_units != water_due) {
+                failures.add("water", name, world.time_s(), fmt::format("{}", water_due),
+                             fmt::format("{}", now.water_units));
             }
             look_at_voxels(soil, name, world.time_s(), failures);
         }
@@ -54,6 +64,7 @@ class UnitsCheck final : public Check {
         const Soil::Impl& s = SoilProbe::impl(soil);
         TileVoxels voxels;
         const int materials = static_cast<int>(soil.materials().size());
+        const bool has_water = s.water.is_there();
         for (int tile = 0; tile < s.tiles_x * s.tiles_y; ++tile) {
             if (!s.tiles[static_cast<size_t>(tile)]) continue;
             s.tiles.read_voxels(tile, voxels);
@@ -69,11 +80,16 @@ class UnitsCheck final : public Check {
                         is_negative |= amount < 0;
                         mass += amount;
                     }
+                    const int32_t water =
+                        has_water ? voxels.at(kKeptMaterial + materials, z, column) : 0;
+                    is_negative |= water < 0;
                     const int x = tile % s.tiles_x * 8 + column % 8,
                               y = tile / s.tiles_x * 8 + column / 8;
                     const auto found = [&] {
-                        return fmt::format("voxel ({} {} {}): terrain {} volume {} bond {} mass {}",
-                                           x, y, z, terrain, volume, bond, mass);
+                        return fmt::format(
+                            "voxel ({} {} {}): terrain {} volume {} bond {} mass {} "
+                            "water {}",
+                            x, y, z, terrain, volume, bond, mass, water);
                     };
                     if (is_negative) {
                         failures.add("amounts", name, time_s, "no amount below 0", found());
@@ -91,6 +107,7 @@ class UnitsCheck final : public Check {
     }
 
     std::vector<std::vector<int64_t>> units_;
+    std::vector<int64_t> water_;
 };
 
 }  // namespace

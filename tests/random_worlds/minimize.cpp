@@ -42,12 +42,36 @@ WorldPlan minimize(WorldPlan plan, Run run, const std::string& invariant) {
             }
         }
     };
+    const auto drop_weather = [&](size_t s) {
+        if (!plan.has_weather) return;
+        attempt([&](WorldPlan& p) { p.soils[s].def.rain_m_s = 0; });
+        attempt([&](WorldPlan& p) { p.soils[s].def.drying_m_s = 0; });
+        attempt([&](WorldPlan& p) { p.soils[s].def.floor_drainage_m_s = 0; });
+        attempt([&](WorldPlan& p) { p.soils[s].def.wind_m_s = {}; });
+        attempt([&](WorldPlan& p) { p.soils[s].def.gust = 0; });
+        attempt([&](WorldPlan& p) { p.soils[s].def.open_sides = 0; });
+        attempt([&](WorldPlan& p) { p.soils[s].def.slides = SlideMotion::settle; });
+        attempt([&](WorldPlan& p) { p.soils[s].def.contact_law = {}; });
+        for (size_t m = 0; m < plan.soils[s].def.materials.size(); ++m) {
+            attempt([&](WorldPlan& p) { p.soils[s].def.materials[m].pore_water_fraction = 0; });
+            attempt([&](WorldPlan& p) { p.soils[s].def.materials[m].moist_cohesion_pa = 0; });
+            attempt([&](WorldPlan& p) { p.soils[s].def.materials[m].conductivity_m_s = 0; });
+            attempt([&](WorldPlan& p) { p.soils[s].def.materials[m].fall_speed_m_s = 0; });
+            attempt([&](WorldPlan& p) { p.soils[s].def.materials[m].roughness = 0; });
+            attempt([&](WorldPlan& p) { p.soils[s].def.materials[m].viscosity = 0; });
+        }
+    };
     drop_all_of(&WorldPlan::cars);
     drop_all_of(&WorldPlan::chains);
     drop_all_of(&WorldPlan::events);
     drop_all_of(&WorldPlan::joints);
     drop_all_of(&WorldPlan::bodies);
     for (size_t s = 0; s < plan.soils.size(); ++s) {
+        for (size_t i = 0; i < plan.soils[s].flows.size(); ++i) {
+            attempt([&](WorldPlan& p) { p.soils[s].flows[i].dropped = true; });
+            attempt([&](WorldPlan& p) { p.soils[s].flows[i].moves_step = -1; });
+            attempt([&](WorldPlan& p) { p.soils[s].flows[i].ends_step = -1; });
+        }
         for (size_t i = 1; i < plan.soils[s].fills.size(); ++i) {
             attempt([&](WorldPlan& p) { p.soils[s].fills[i].dropped = true; });
         }
@@ -58,6 +82,7 @@ WorldPlan minimize(WorldPlan plan, Run run, const std::string& invariant) {
     for (size_t s = 0; s < plan.soils.size(); ++s) {
         attempt([&](WorldPlan& p) { p.soils[s].terrain_m = 0; });
         attempt([&](WorldPlan& p) { p.soils[s].def.yaw_rad = 0; });
+        drop_weather(s);
         attempt([&](WorldPlan& p) { p.soils[s].def.floor_center_m = {}; });
         attempt([&](WorldPlan& p) { p.soils[s].def.up = UpAxis::z; });
         attempt([&](WorldPlan& p) { p.soils[s].def.gravity_m_s2 = 9.81; });

@@ -1,7 +1,6 @@
 // Runs random worlds by the thousand: random_worlds [--seeds A..B] [--minutes M] [--seed N]
 //     [--run watched|repeated|restored|gl] [--kind any|calm|small] [--minimize] [--describe]
-//     [--trace]
-//     [--all]
+//     [--trace] [--every S] [--all] [--weather | --dry]
 #include <fmt/format.h>
 #include <signal.h>
 #include <unistd.h>
@@ -14,6 +13,7 @@
 #include <optional>
 #include <string>
 
+#include "add_weather.h"
 #include "known_faults.h"
 #include "make_plan.h"
 #include "mechanics.h"
@@ -41,27 +41,29 @@ struct Arguments {
     double minutes = 1e9;
     std::optional<Run> run;
     std::optional<PlanKind> kind;
+    double trace_every_s = 0.5;
+    bool with_weather = true, without_weather = true;
     bool minimizes = false, describes = false, traces = false, shows_all = false;
 };
 
 /// What a seed is run as, unless the command line says so: most are watched.
 PlanKind kind_of(uint64_t seed) { return seed % 3 == 0 ? PlanKind::calm : PlanKind::any; }
-constexpr uint64_t kOnGlEvery = 50;
+constexpr uint64_t kOnGlEvery = 50, kWeatherOnGlEvery = 10;
 
 const char* name_of(PlanKind kind) {
     constexpr const char* kNames[] = {"any", "calm", "small"};
     return kNames[static_cast<int>(kind)];
 }
 
-/// Every half second where each body is, how fast, and what bears it.
-void trace(const WorldPlan& plan) {
+/// Where each body is, how fast, and what bears it.
+void trace(const WorldPlan& plan, double every_s) {
     BuiltWorld world(plan);
     const GridFrame& frame = world.soil(0).soil().frame();
-    constexpr double kEveryS = 0.5, kLongestS = 20;
+    constexpr double kLongestS = 20;
     for (double next_s = 0; world.time_s() < kLongestS;) {
         world.step();
         if (world.time_s() < next_s && !world.is_all_asleep()) continue;
-        next_s += kEveryS;
+        next_s += every_s;
         fmt::print("{:.3f} s: {} blocks\n", world.time_s(),
                    world.soil(0).last_report().block_active_count);
         for (const MovingPart& part : moving_parts(world)) {
@@ -82,13 +84,21 @@ struct Tally {
     std::map<std::string, int> known;
 };
 
-void run_one(uint64_t seed, Run run, PlanKind kind, const Arguments& arguments, Tally& tally) {
-    std::snprintf(under_way, sizeof(under_way), "random_worlds --seed %llu --run %s --kind %s\n",
-                  static_cast<unsigned long long>(seed), name_of(run), name_of(kind));
+struct World {
+    uint64_t seed;
+    PlanKind kind;
+    bool has_weather;
+};
+
+void run_one(const World& world, Run run, const Arguments& arguments, Tally& tally) {
+    std::snprintf(under_way, sizeof(under_way), "random_worlds --seed %llu --run %s --kind %s %s\n",
+                  static_cast<unsigned long long>(world.seed), name_of(run), name_of(world.kind),
+                  world.has_weather ? "--weather" : "--dry");
     alarm(kLongest);
-    const WorldPlan plan = make_plan(seed, kind);
+    WorldPlan plan = make_plan(world.seed, world.kind);
+    if (world.has_weather) add_weather(plan);
     if (arguments.describes) fmt::print("{}", describe(plan));
-    if (arguments.traces) trace(plan);
+    if (arguments.traces) trace(plan, arguments.trace_every_s);
     std::fflush(stdout);
     ++tally.worlds;
     for (const Failure& failure : run_plan(plan, run)) {
@@ -106,6 +116,17 @@ void run_one(uint64_t seed, Run run, PlanKind kind, const Arguments& arguments, 
     std::fflush(stdout);
 }
 
+void run_seed(uint64_t seed, bool has_weather, const Arguments& arguments, Tally& tally) {
+    const World world{seed, arguments.kind.value_or(kind_of(seed)), has_weather};
+    if (arguments.run) return run_one(world, *arguments.run, arguments, tally);
+    for (const Run run : {Run::watched, Run::repeated, Run::restored}) {
+        run_one(world, run, arguments, tally);
+    }
+    if (seed % (has_weather ? kWeatherOnGlEvery : kOnGlEvery) == 0) {
+        run_one({seed, PlanKind::small, has_weather}, Run::on_gl, arguments, tally);
+    }
+}
+
 int run_all(const Arguments& arguments) {
     for (const int number : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL, SIGALRM}) {
         signal(number, die);
@@ -115,15 +136,8 @@ int run_all(const Arguments& arguments) {
     for (uint64_t seed = arguments.first; seed <= arguments.last; ++seed) {
         const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
         if (passed.count() > 60 * arguments.minutes) break;
-        const PlanKind kind = arguments.kind.value_or(kind_of(seed));
-        if (arguments.run) {
-            run_one(seed, *arguments.run, kind, arguments, tally);
-            continue;
-        }
-        for (const Run run : {Run::watched, Run::repeated, Run::restored}) {
-            run_one(seed, run, kind, arguments, tally);
-        }
-        if (seed % kOnGlEvery == 0) run_one(seed, Run::on_gl, PlanKind::small, arguments, tally);
+        if (arguments.without_weather) run_seed(seed, false, arguments, tally);
+        if (arguments.with_weather) run_seed(seed, true, arguments, tally);
     }
     for (const auto& [fault, count] : tally.known) {
         fmt::print("known, {} times: {}\n", count, fault);
@@ -148,6 +162,10 @@ std::optional<Arguments> parse(int count, char** values) {
             out.traces = true;
             continue;
         }
+        if (name == "--weather" || name == "--dry") {
+            (name == "--dry" ? out.with_weather : out.without_weather) = false;
+            continue;
+        }
         if (name == "--all") {
             out.shows_all = true;
             continue;
@@ -161,6 +179,8 @@ std::optional<Arguments> parse(int count, char** values) {
             if (dots == std::string::npos) return {};
             out.first = std::strtoull(value.c_str(), nullptr, 10);
             out.last = std::strtoull(value.c_str() + dots + 2, nullptr, 10);
+        } else if (name == "--every") {
+            out.trace_every_s = std::strtod(value.c_str(), nullptr);
         } else if (name == "--minutes") {
             out.minutes = std::strtod(value.c_str(), nullptr);
         } else if (name == "--run") {
@@ -186,10 +206,11 @@ std::optional<Arguments> parse(int count, char** values) {
 int main(int argument_count, char** arguments) {
     const auto parsed = bsoil::random_worlds::parse(argument_count, arguments);
     if (!parsed) {
-        std::fprintf(stderr,
-                     "usage: random_worlds [--seeds A..B | --seed N] [--minutes M]\n"
-                     "    [--run watched|repeated|restored|gl] [--kind any|calm|small]\n"
-                     "    [--minimize] [--describe] [--trace] [--all]\n");
+        std::fprintf(
+            stderr,
+            "usage: random_worlds [--seeds A..B | --seed N] [--minutes M]\n"
+            "    [--run watched|repeated|restored|gl] [--kind any|calm|small]\n"
+            "    [--minimize] [--describe] [--trace] [--every S] [--all] [--weather | --dry]\n");
         return 2;
     }
     return bsoil::random_worlds::run_all(*parsed);

@@ -2,6 +2,7 @@
 // the thousand.
 #include <gtest/gtest.h>
 
+#include "add_weather.h"
 #include "known_faults.h"
 #include "make_plan.h"
 #include "minimize.h"
@@ -10,9 +11,12 @@
 namespace bsoil::random_worlds::random_worlds_test {
 namespace {
 
-void expect_all_holds(uint64_t first, uint64_t last, Run run, PlanKind kind) {
+enum class Sky { dry, weather };
+
+void expect_all_holds(uint64_t first, uint64_t last, Run run, PlanKind kind, Sky sky = Sky::dry) {
     for (uint64_t seed = first; seed <= last; ++seed) {
-        const WorldPlan plan = make_plan(seed, kind);
+        WorldPlan plan = make_plan(seed, kind);
+        if (sky == Sky::weather) add_weather(plan);
         for (const Failure& failure : run_plan(plan, run)) {
             if (!known_fault(plan, failure)) {
                 ADD_FAILURE() << text_of(failure);
@@ -49,6 +53,43 @@ TEST(RandomWorlds, are_the_same_on_gl) {
         GTEST_SKIP() << soil.error();
     }
     expect_all_holds(401, 401, Run::on_gl, PlanKind::small);
+    expect_all_holds(402, 402, Run::on_gl, PlanKind::small, Sky::weather);
+}
+
+TEST(RandomWorlds, keep_every_promise_in_any_weather) {
+    expect_all_holds(2, 3, Run::watched, PlanKind::any, Sky::weather);
+}
+
+TEST(RandomWorlds, repeat_to_the_bit_in_any_weather) {
+    expect_all_holds(201, 202, Run::repeated, PlanKind::any, Sky::weather);
+}
+
+TEST(RandomWorlds, go_on_to_the_bit_in_any_weather) {
+    expect_all_holds(301, 302, Run::restored, PlanKind::any, Sky::weather);
+}
+
+// --- what was found
+
+// A joint's work, and an overlap with soil whose surface is made anew, count as Bullet's.
+TEST(RandomWorlds, gain_no_energy_but_by_joints_and_overlaps) {
+    expect_all_holds(2360, 2360, Run::watched, PlanKind::any);
+    expect_all_holds(5027, 5027, Run::watched, PlanKind::any);
+}
+
+// A chain whose swing Bullet's steps are too long for.
+TEST(RandomWorlds, have_no_energy_of_chains_that_swing_coarsely) {
+    expect_all_holds(88, 88, Run::watched, PlanKind::any, Sky::weather);
+}
+
+// A car of 25 g: it stands on its weight.
+TEST(RandomWorlds, have_cars_of_any_size_that_stand) {
+    expect_all_holds(5063, 5063, Run::watched, PlanKind::any);
+}
+
+// A ball on soil of 105 kPa, and a body of 1.4 g with 1 kg of soil on it.
+TEST(RandomWorlds, weigh_what_they_weigh_on_stiff_soil_and_under_a_load) {
+    expect_all_holds(15, 15, Run::watched, PlanKind::calm, Sky::weather);
+    expect_all_holds(72, 72, Run::watched, PlanKind::calm, Sky::weather);
 }
 
 // --- the tests themselves: what finds nothing is not looking
@@ -81,6 +122,31 @@ TEST(RandomWorlds, have_everything_in_them) {
     }
 }
 
+TEST(RandomWorlds, have_every_weather_and_no_other_plan_by_it) {
+    int wet = 0, windy = 0, open = 0, sources = 0, sinks = 0, laws = 0, viscous = 0, run_out = 0;
+    for (uint64_t seed = 1; seed <= 200; ++seed) {
+        const WorldPlan plan = make_plan(seed, PlanKind::any);
+        WorldPlan changed = plan;
+        add_weather(changed);
+        for (const SoilPlan& soil : changed.soils) {
+            wet += soil.def.rain_m_s > 0;
+            windy += length(soil.def.wind_m_s) > 0;
+            open += soil.def.open_sides != 0;
+            run_out += soil.def.slides == SlideMotion::run_out;
+            laws += soil.def.contact_law.kind != ContactLawDef::Kind::granular;
+            for (const MaterialDef& m : soil.def.materials) viscous += m.viscosity > 0;
+            for (const FlowPlan& flow : soil.flows) ++(flow.is_source ? sources : sinks);
+            EXPECT_TRUE(soil.def.validate()) << seed << ": " << soil.def.validate().error();
+        }
+        changed.soils = plan.soils;
+        changed.has_weather = false;
+        EXPECT_EQ(describe(changed), describe(plan));
+    }
+    for (const int count : {wet, windy, open, sources, sinks, laws, viscous, run_out}) {
+        EXPECT_GT(count, 10);
+    }
+}
+
 /// A bed with one box on it.
 WorldPlan box_on_bed() {
     WorldPlan plan;
@@ -101,8 +167,9 @@ WorldPlan box_on_bed() {
 
 /// What a check makes of a world that is tampered with once, half a second in.
 std::vector<Failure> failures_of(std::unique_ptr<Check> (*make)(const BuiltWorld&),
-                                 void (*tamper)(BuiltWorld&)) {
-    BuiltWorld world(box_on_bed());
+                                 void (*tamper)(BuiltWorld&),
+                                 const WorldPlan& plan = box_on_bed()) {
+    BuiltWorld world(plan);
     EXPECT_EQ(world.error(), "");
     const std::unique_ptr<Check> check = make(world);
     world.on_substep = [&] { check->after_substep(world); };
@@ -131,6 +198,22 @@ TEST(Checks, find_soil_that_comes_from_nowhere) {
     });
     ASSERT_EQ(failures.size(), 1u);
     EXPECT_EQ(failures[0].invariant, "units");
+}
+
+TEST(Checks, find_water_that_comes_from_nowhere) {
+    WorldPlan plan = box_on_bed();
+    plan.soils[0].def.materials[0].pore_water_fraction = 0.2;
+    plan.soils[0].def.materials[0].placed_saturation = 0.5;
+    plan.soils[0].def.rain_m_s = 1e-4;
+    const auto fill = [](BuiltWorld& world) {
+        EXPECT_TRUE(world.soil(0).fill(BoxFill{{{-0.1, 0.5, -0.1}, {0.1, 0.6, 0.1}}, "dry_sand"}));
+    };
+    EXPECT_TRUE(failures_of(
+                    make_units_check, [](BuiltWorld&) {}, plan)
+                    .empty());
+    const auto failures = failures_of(make_units_check, fill, plan);
+    ASSERT_EQ(failures.size(), 2u);
+    EXPECT_EQ(failures[1].invariant, "water");
 }
 
 TEST(Checks, find_energy_that_comes_from_nowhere) {

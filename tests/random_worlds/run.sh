@@ -8,6 +8,7 @@
 #   --describe           prints what is in it
 #   --minimize           drops what the failure does not need
 #   --all                known faults as well
+#   --weather, --dry     only worlds with water, wind and all else of add_weather.h, or only those without
 # Fails where a promise is not kept.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../../demos/setup.sh"

@@ -14,6 +14,8 @@ namespace {
 constexpr double kRestS = 15;
 constexpr int kRepeatedSteps = 60;
 constexpr int kStepsOnGl = 12;
+/// Past the first water step, which is after a second.
+constexpr double kWeatherOnGlS = 1.1;
 /// Frames that a restored world is compared for.
 constexpr int kStepsRestored = 40;
 
@@ -72,7 +74,7 @@ void run_repeated(const WorldPlan& plan, Failures& failures) {
 void run_on_gl(const WorldPlan& plan, Failures& failures) {
     BuiltWorld on_cpu(plan), on_gl(plan, {.backend = Backend::gl});
     if (!is_built(on_gl, failures)) return;
-    for (int i = 0; i < kStepsOnGl; ++i) {
+    for (int i = 0; i < kStepsOnGl || (plan.has_weather && on_cpu.time_s() < kWeatherOnGlS); ++i) {
         on_cpu.step();
         on_gl.step();
         if (on_cpu.checksum() != on_gl.checksum()) {

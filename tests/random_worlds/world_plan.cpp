@@ -120,6 +120,52 @@ std::string text(const ShapePlan& s) {
     return out;
 }
 
+std::string text(const MaterialDef& m) {
+    return fmt::format(
+        "    {}: {:.4g} ({:.4g}..{:.4g}) kg/m3, phi {:.3g}, cohesion {:.4g} x {:.2g}, rough "
+        "{:.3g}, "
+        "viscous {:.3g}, pores {:.3g} at {:.3g}, moist {:.4g} Pa, {:.3g} m/s, residual {:.2g}, "
+        "falls {:.3g} m/s\n",
+        m.name, m.density_kg_m3, m.loose_density_kg_m3, m.compacted_density_kg_m3,
+        m.friction_angle_rad, m.cohesion_pa, m.loose_cohesion_fraction, m.roughness, m.viscosity,
+        m.pore_water_fraction, m.placed_saturation, m.moist_cohesion_pa, m.conductivity_m_s,
+        m.residual_saturation, m.fall_speed_m_s);
+}
+std::string text(const FlowPlan& f) {
+    const SourceDef& from = f.source;
+    const SinkDef& to = f.sink;
+    const std::string what =
+        f.is_source
+            ? fmt::format(
+                  "source of {} at {} along {}, {} of {:.4g} {:.4g} {:.4g} m, {:.4g} m/s "
+                  "spread {:.3g}, {:.4g} kg/s or {:.4g} m3/s, {:.4g}..{:.4g} s",
+                  from.material, text(from.center_m), text(from.direction),
+                  from.shape == SourceDef::Shape::disc ? "disc" : "rectangle", from.radius_m,
+                  from.length_m, from.width_m, from.speed_m_s, from.spread_rad, from.rate_kg_s,
+                  from.rate_m3_s, from.start_s, from.end_s)
+            : fmt::format("sink {} of {} {:.4g} {:.4g} m at {} {}, {:.4g} kg/s, {:.4g}..{:.4g} s",
+                          static_cast<int>(to.region.kind), text(to.region.half_extents_m),
+                          to.region.radius_m, to.region.half_height_m, text(to.pose.position),
+                          text(to.pose.rotation), to.rate_kg_s, to.start_s, to.end_s);
+    return fmt::format("    {}, to {} at step {}, gone at step {}\n", what, text(f.moved_to_m),
+                       f.moves_step, f.ends_step);
+}
+std::string text_of_weather(const SoilPlan& s) {
+    const SoilDef& d = s.def;
+    std::string out = fmt::format(
+        "    law {}{}{}, open sides {}, slides {}, rain {:.3g}, drying {:.3g}, drainage {:.3g} "
+        "m/s, wind {} m/s, gusts {:.2g} of {:.3g} m, shelter {:.3g} m\n",
+        static_cast<int>(d.contact_law.kind), d.contact_law.passive_wedge ? ", wedge" : "",
+        d.contact_law.trapped_soil ? ", trapped soil" : "", d.open_sides,
+        static_cast<int>(d.slides), d.rain_m_s, d.drying_m_s, d.floor_drainage_m_s,
+        text(d.wind_m_s), d.gust, d.gust_size_m, d.shelter_m);
+    for (const MaterialDef& m : d.materials) out += text(m);
+    for (const FlowPlan& f : s.flows) {
+        if (!f.dropped) out += text(f);
+    }
+    return out;
+}
+
 }  // namespace
 
 std::string describe(const WorldPlan& plan) {
@@ -136,6 +182,7 @@ std::string describe(const WorldPlan& plan) {
             d.size_m.z / d.voxel_m, d.up == UpAxis::y ? 'y' : 'z', d.yaw_rad,
             text(d.floor_center_m), d.gravity_m_s2, 1 / d.step_s, static_cast<int>(d.overflow),
             s.terrain_m, s.terrain_slope);
+        if (plan.has_weather) out += text_of_weather(s);
         for (const FillPlan& f : s.fills) {
             if (!f.dropped) {
                 out += fmt::format("    fill {} of {} from {} to {}{}\n", static_cast<int>(f.kind),

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bsoil/soil_def.h"
+#include "bsoil/soil_flow.h"
 
 namespace bsoil::random_worlds {
 
@@ -118,11 +119,22 @@ struct FillPlan {
     bool dropped = false;
 };
 
+/// A source or a sink. Its places are along the soil's axes, too.
+struct FlowPlan {
+    bool is_source = false;
+    SourceDef source;
+    SinkDef sink;
+    int moves_step = -1, ends_step = -1;  ///< put somewhere else, taken away; -1: never
+    Vec3 moved_to_m;
+    bool dropped = false;
+};
+
 struct SoilPlan {
     SoilDef def;  ///< size_m is of whole voxels
     std::vector<FillPlan> fills;
     double terrain_m = 0;  ///< height of a sloping fixed ground; 0: none
     double terrain_slope = 0;
+    std::vector<FlowPlan> flows;
 };
 
 struct WorldPlan {
@@ -137,6 +149,7 @@ struct WorldPlan {
     int substep_count = 1;
     bool is_variable = false;  ///< frames last from a third of frame_s to all of it
     int action_steps = 60;     ///< then everything is left alone
+    bool has_weather = false;  ///< see add_weather.h
 };
 
 /// Whether something in it does work on its bodies.
