@@ -81,6 +81,11 @@ TEST(RandomWorlds, have_no_energy_of_chains_that_swing_coarsely) {
     expect_all_holds(88, 88, Run::watched, PlanKind::any, Sky::weather);
 }
 
+// A pendulum that nothing stops kept a cylinder of its island awake.
+TEST(RandomWorlds, sleep_beside_a_chain_that_hangs_in_the_air) {
+    expect_all_holds(2292, 2292, Run::watched, PlanKind::calm);
+}
+
 // A car of 25 g: it stands on its weight.
 TEST(RandomWorlds, have_cars_of_any_size_that_stand) {
     expect_all_holds(5063, 5063, Run::watched, PlanKind::any);
