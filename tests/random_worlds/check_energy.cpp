@@ -36,6 +36,28 @@ double kept_j(const BuiltWorld& world, const std::vector<MovingPart>& parts) {
     return sum_j;
 }
 
+/// All but free bodies that have left the soil: what they do on the floor below is Bullet's alone.
+/// A capsule of 770 kg that fell on it at 11 m/s got 1.7 kJ.
+std::vector<MovingPart> parts_at_soil(const BuiltWorld& world) {
+    std::vector<MovingPart> parts = moving_parts(world);
+    const std::vector<JointPlan>& joints = world.plan().joints;
+    if (std::any_of(joints.begin(), joints.end(), [](const JointPlan& j) { return !j.dropped; })) {
+        return parts;
+    }
+    std::erase_if(parts, [&world](const MovingPart& part) {
+        btVector3 middle;
+        btScalar radius = 0;
+        part.object->getCollisionShape()->getBoundingSphere(middle, radius);
+        const auto reach_m = static_cast<double>(radius + middle.length());
+        if (part.is_of_chain) return false;
+        const int soil = soil_below(world, part.pose.position, -reach_m);
+        if (soil < 0) return true;
+        const GridFrame& frame = world.soil(soil).soil().frame();
+        return frame.to_grid(part.pose.position).z * frame.voxel_m < -reach_m;
+    });
+    return parts;
+}
+
 /// Bullet steps a chain explicitly, too. Where the swing of a link about its joint, w = sqrt(g /
 /// half of its length), has w dt of 0.46, a chain of two hanging clear of all soil gains 10 J of
 /// the 28 J of its swing in 0.17 s. Up to this it is a tenth of that.
@@ -61,7 +83,8 @@ class EnergyCheck final : public Check {
         if (world.was_touched() || world.deepest_overlap_m() > kLiftVoxels * voxel_m) {
             return start(world);
         }
-        const std::vector<MovingPart> parts = moving_parts(world);
+        const std::vector<MovingPart> parts = parts_at_soil(world);
+        if (parts.size() != part_count_) return start(world);
         double mass_kg = 0, carried_kg = 0;
         for (const MovingPart& part : parts) {
             mass_kg += part.mass_kg;
@@ -86,9 +109,12 @@ class EnergyCheck final : public Check {
 
   private:
     void start(const BuiltWorld& world) {
-        start_j_ = least_j_ = kept_j(world, moving_parts(world));
+        const std::vector<MovingPart> parts = parts_at_soil(world);
+        part_count_ = parts.size();
+        start_j_ = least_j_ = kept_j(world, parts);
     }
     bool is_on_;
+    size_t part_count_ = 0;
     double start_j_ = 0, least_j_ = 0;
 };
 

@@ -76,6 +76,11 @@ TEST(RandomWorlds, gain_no_energy_but_by_joints_and_overlaps) {
     expect_all_holds(5027, 5027, Run::watched, PlanKind::any);
 }
 
+// A body that has left the soil and falls on the floor below.
+TEST(RandomWorlds, have_no_energy_of_bodies_that_left) {
+    expect_all_holds(185, 185, Run::watched, PlanKind::any, Sky::weather);
+}
+
 // A chain whose swing Bullet's steps are too long for.
 TEST(RandomWorlds, have_no_energy_of_chains_that_swing_coarsely) {
     expect_all_holds(88, 88, Run::watched, PlanKind::any, Sky::weather);
