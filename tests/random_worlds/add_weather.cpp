@@ -143,7 +143,8 @@ class WeatherMaker {
             area = source.length_m * source.width_m / (v * v);
         }
         if (random_.chance(0.6)) {
-            source.speed_m_s = random_.uniform(0, kPourVoxels) * v / soil.def.step_s;
+            source.speed_m_s =
+                std::min(100.0, random_.uniform(0, kPourVoxels) * v / soil.def.step_s);
             source.spread_rad = random_.chance(0.5) ? random_.uniform(0, 0.6) : 0;
         }
         const auto material = static_cast<size_t>(
