@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "bsoil/contact/mean_pressure.h"
 #include "bullet_types.h"
 #include "coupling_def.h"
 #include "lowest_point.h"
@@ -14,13 +15,15 @@ namespace bsoil::bullet {
 constexpr size_t kRangeContacts = 512;
 
 ContactCoupling::ContactCoupling(btDiscreteDynamicsWorld& world, ContactSoil soil,
-                                 const SoilActionDef& options, const WorkThreads& threads)
+                                 KnownContacts& known, const SoilActionDef& options,
+                                 const WorkThreads& threads)
     : world_(world),
       soil_(std::make_shared<const ContactSoil>(std::move(soil))),
+      known_(known),
       threads_(threads),
       wake_limit_fraction_(options.wake_limit_fraction),
       wake_weight_fraction_(options.wake_weight_fraction),
-      rows_(world, coupled_) {}
+      rows_(world, coupled_, known) {}
 
 ContactCoupling::~ContactCoupling() = default;
 
@@ -197,6 +200,7 @@ void ContactCoupling::let_go() {
     take_rows_out();
     for (auto& [id, coupled] : coupled_) wake(coupled);
     coupled_.clear();
+    known_.clear();
 }
 
 void ContactCoupling::update_law(CoupledBody& coupled) {
@@ -282,42 +286,13 @@ void ContactCoupling::update_motions(CoupledBody& coupled, std::span<const Conta
         const int id = coupled.carriers[i].id;
         const bool is_new = std::none_of(previous_motions_.begin(), previous_motions_.end(),
                                          [id](const ContactMotion& m) { return m.carrier == id; });
-        update_motion(coupled, coupled.carriers[i], coupled.motions[i], voxels, duration_s, is_new);
+        const bool is_solved =
+            coupled.body.role != BodyRole::driven && coupled.body.role != BodyRole::fixed;
+        const bool is_averaged = is_solved && !is_new && !coupled.body.is_asleep;
+        const BodyMotion* under = id >= 0 ? &coupled.carriers[i].body.motion : nullptr;
+        coupled.motions[i].advance(coupled.body.motion, under, voxels, duration_s,
+                                   {is_solved, is_averaged, soil_->voxel_m});
     }
-}
-
-/// Finds the motion that the law is asked about. It is relative to the body that carries the soil.
-/// It is divided by the contact's largest speed, so the law's answer does not depend on speed. It
-/// is averaged over time, so a body at rest has no direction from what the solver leaves of it.
-void ContactCoupling::update_motion(const CoupledBody& coupled, const Carrier& carrier,
-                                    ContactMotion& motion, std::span<const ContactVoxel> voxels,
-                                    double duration_s, bool is_new) const {
-    BodyMotion& now = motion.motion = coupled.body.motion;
-    if (carrier.id >= 0) {
-        const BodyMotion& under = carrier.body.motion;
-        now.linear_velocity_m_s = now.linear_velocity_m_s - under.velocity_at(now.center_of_mass_m);
-        now.angular_velocity_rad_s = now.angular_velocity_rad_s - under.angular_velocity_rad_s;
-    }
-    const bool is_solved =
-        coupled.body.role != BodyRole::driven && coupled.body.role != BodyRole::fixed;
-    // A body that has fallen asleep has no past motion: an average that still changed would change
-    // its limits, and that would wake it.
-    const bool averages = is_solved && !is_new && !coupled.body.is_asleep;
-    const double share = averages ? -std::expm1(-duration_s / kCoupling.yield_memory_s) : 1;
-    motion.linear_m_s += share * (now.linear_velocity_m_s - motion.linear_m_s);
-    motion.angular_rad_s += share * (now.angular_velocity_rad_s - motion.angular_rad_s);
-    double extent_m = 0;
-    for (const ContactVoxel& v : voxels) {
-        if (v.carrier == carrier.id) {
-            extent_m = std::max(extent_m, length(v.position_m - now.center_of_mass_m));
-        }
-    }
-    const double speed_m_s =
-        length(motion.linear_m_s) + extent_m * length(motion.angular_rad_s) +
-        (is_solved ? kCoupling.rest_voxels_per_s * soil_->voxel_m : kCoupling.driven_rest_m_s);
-    motion.direction = now;
-    motion.direction.linear_velocity_m_s = motion.linear_m_s * (1 / speed_m_s);
-    motion.direction.angular_velocity_rad_s = motion.angular_rad_s * (1 / speed_m_s);
 }
 
 /// Bullet's islands wake rigid bodies together. They do not wake what rests on a driven body, nor a
@@ -328,8 +303,8 @@ void ContactCoupling::keep_awake_with_carriers(CoupledBody& coupled) {
     for (Carrier& carrier : coupled.carriers) {
         if (carrier.id < 0) continue;
         const BodyMotion& motion = carrier.body.motion;
-        const bool moves = length(motion.linear_velocity_m_s) > kCoupling.driven_rest_m_s ||
-                           length(motion.angular_velocity_rad_s) > kCoupling.driven_rest_m_s;
+        const bool moves = length(motion.linear_velocity_m_s) > kContactMotion.driven_rest_m_s ||
+                           length(motion.angular_velocity_rad_s) > kContactMotion.driven_rest_m_s;
         if (!carrier.feels()) {
             if (moves && coupled.body.is_asleep) wake(coupled.body);
         } else if ((is_link || carrier.is_link()) && carrier.body.is_asleep &&
@@ -353,11 +328,11 @@ double ContactCoupling::sinkage_m(const BodyState& body, const BodyContact& cont
 void ContactCoupling::act(const BodyWork& work) {
     CoupledBody& coupled = *work.coupled;
     const BodyContact& contact = work.contact;
-    coupled.width_m = contact.width_m;
+    known_.set_width(coupled.body.id, contact.width_m);
     if (coupled.body.role == BodyRole::driven || coupled.body.role == BodyRole::fixed) {
         coupled.report.force_n = contact.mobilized_force_n;
         coupled.report.torque_n_m = contact.mobilized_torque_n_m;
-        coupled.pressure_pa = contact.mobilized_pressure_pa;
+        known_.set_pressure(coupled.body.id, contact.mobilized_pressure_pa);
         coupled.report.peak_force_n =
             std::max(coupled.report.peak_force_n, length(contact.mobilized_force_n));
         return;
@@ -366,7 +341,38 @@ void ContactCoupling::act(const BodyWork& work) {
         coupled.wheel_patches.assign(work.found.patches().begin(), work.found.patches().end());
         return;
     }
-    if (!stays_held(work)) patch_heirs_.replace(coupled, work.found.patches());
+    if (!stays_held(work)) replace_patches(coupled, work.found.patches());
+}
+
+void ContactCoupling::replace_patches(CoupledBody& coupled, std::span<const ContactPatch> patches) {
+    previous_patches_.swap(coupled.patches);
+    coupled.patches.clear();
+    new_places_.clear();
+    const Vec3 center_m = coupled.body.motion.center_of_mass_m;
+    for (const ContactPatch& p : patches) {
+        CoupledPatch& next = coupled.patches.emplace_back();
+        next.patch = p;
+        next.offset_m = p.point_m - center_m;
+        next.shear_offset_m = p.shear_point_m - center_m;
+        if (p.carrier >= 0) {
+            const Vec3 under_m = coupled.carrier_of(next).body.motion.center_of_mass_m;
+            next.carrier_offset_m = p.point_m - under_m;
+            next.carrier_shear_offset_m = p.shear_point_m - under_m;
+        }
+        // Without an old patch the body has just come in, and the soil yields.
+        next.friction_normal_n = p.normal_limit_n;
+        new_places_.push_back(next);
+    }
+    old_places_.assign(previous_patches_.begin(), previous_patches_.end());
+    const std::span<const PatchHeir> heirs = patch_heirs_.find(old_places_, new_places_);
+    for (size_t i = 0; i < coupled.patches.size(); ++i) {
+        if (heirs[i].old < 0) continue;
+        CoupledPatch& next = coupled.patches[i];
+        const CoupledPatch& old = previous_patches_[static_cast<size_t>(heirs[i].old)];
+        next.friction_normal_n = heirs[i].limit_share * old.friction_normal_n;
+        next.applied_force_n = heirs[i].force_share * old.applied_force_n;
+        next.drift_m = old.drift_m;
+    }
 }
 
 void ContactCoupling::set_patches(const BodyState& body, const BodyMotion& direction,
@@ -379,7 +385,7 @@ void ContactCoupling::set_patches(const BodyState& body, const BodyMotion& direc
     on_ground.direction = direction;
     on_ground.linear_m_s = body.motion.linear_velocity_m_s;
     on_ground.angular_rad_s = body.motion.angular_velocity_rad_s;
-    patch_heirs_.replace(coupled, patches);
+    replace_patches(coupled, patches);
 }
 
 const ContactLaw& ContactCoupling::law_for(const BodyState& body) {
@@ -387,14 +393,6 @@ const ContactLaw& ContactCoupling::law_for(const BodyState& body) {
     coupled.body = body;
     update_law(coupled);
     return *coupled.law;
-}
-
-void ContactCoupling::as_direction(BodyMotion& motion, double extent_m) const {
-    const double speed_m_s = length(motion.linear_velocity_m_s) +
-                             extent_m * length(motion.angular_velocity_rad_s) +
-                             kCoupling.rest_voxels_per_s * soil_->voxel_m;
-    motion.linear_velocity_m_s = motion.linear_velocity_m_s * (1 / speed_m_s);
-    motion.angular_velocity_rad_s = motion.angular_velocity_rad_s * (1 / speed_m_s);
 }
 
 void ContactCoupling::wake_if_changed(CoupledBody& coupled) {
@@ -434,23 +432,12 @@ std::span<const ContactPatch> ContactCoupling::wheel_patches(int body_id) const 
 void ContactCoupling::set_wheel_forces(int body_id, std::span<const double> normal_n) {
     const auto found = coupled_.find(body_id);
     if (found == coupled_.end()) return;
-    CoupledBody& coupled = found->second;
-    double sum_n = 0, squares = 0;
+    const CoupledBody& coupled = found->second;
+    MeanPressure pressure;
     for (size_t i = 0; i < std::min(normal_n.size(), coupled.wheel_patches.size()); ++i) {
-        sum_n += normal_n[i];
-        squares += normal_n[i] * normal_n[i] / coupled.wheel_patches[i].area_m2;
+        pressure.add_force(normal_n[i], coupled.wheel_patches[i].area_m2);
     }
-    coupled.pressure_pa = sum_n > 0 ? squares / sum_n : 0;
-}
-
-double ContactCoupling::contact_pressure_pa(int body_id) const {
-    const auto found = coupled_.find(body_id);
-    return found == coupled_.end() ? 0 : found->second.pressure_pa;
-}
-
-double ContactCoupling::contact_width_m(int body_id) const {
-    const auto found = coupled_.find(body_id);
-    return found == coupled_.end() ? 0 : found->second.width_m;
+    known_.set_pressure(body_id, pressure.pa());
 }
 
 BodyReport ContactCoupling::report(int body_id) const {

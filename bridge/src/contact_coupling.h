@@ -13,7 +13,7 @@
 #include "body_state.h"
 #include "bsoil/bullet/soil_action_types.h"
 #include "bsoil/contact/contact_memory.h"
-#include "patch_heirs.h"
+#include "bsoil/contact/known_contacts.h"
 #include "substep_rows.h"
 
 namespace bsoil::bullet {
@@ -24,8 +24,9 @@ namespace bsoil::bullet {
 class ContactCoupling {
   public:
     /// threads: they share the work on large contacts; must outlive this.
-    ContactCoupling(btDiscreteDynamicsWorld& world, ContactSoil soil, const SoilActionDef& options,
-                    const WorkThreads& threads);
+    /// known: of the soil, which must outlive this; width and pressure of each contact go there.
+    ContactCoupling(btDiscreteDynamicsWorld& world, ContactSoil soil, KnownContacts& known,
+                    const SoilActionDef& options, const WorkThreads& threads);
     ~ContactCoupling();
 
     /// Bodies with their contacts of this soil step, in any order. Bodies that are not among them
@@ -40,9 +41,6 @@ class ContactCoupling {
                      std::span<const ContactPatch> patches);
     /// Against the body's surface; valid until the body is let go.
     const ContactLaw& law_for(const BodyState& body);
-    /// A motion as yield sees it: as a share of the speed of a contact `extent_m` off the centre of
-    /// mass, zero at rest.
-    void as_direction(BodyMotion& motion, double extent_m) const;
     double voxel_m() const { return soil_->voxel_m; }
     /// Bodies that touched others in the last substep, and whether one did.
     void find_touched() { rows_.find_touched(); }
@@ -71,10 +69,6 @@ class ContactCoupling {
             for (const CoupledPatch& p : coupled.patches) visit(p.patch.point_m, p.applied_force_n);
         }
     }
-    /// Mean normal pressure of a body's contact, weighted by force, and the width of its faces;
-    /// both 0 without contact. For SoilBody.
-    double contact_pressure_pa(int body_id) const;
-    double contact_width_m(int body_id) const;
 
   private:
     friend class CouplingSnapshot;
@@ -105,6 +99,9 @@ class ContactCoupling {
     void report_contact(const BodyWork& work);
     /// Gives the contact of a body that moved to who acts on it: the solver, a vehicle or nobody.
     void act(const BodyWork& work);
+    /// Puts new patches in place of those that a body has. They take over what their nearest old
+    /// ones had.
+    void replace_patches(CoupledBody& coupled, std::span<const ContactPatch> patches);
     /// Of set_contacts; null for an id that is not among them.
     const BodyState* state_of(int id) const;
     double sinkage_m(const BodyState& body, const BodyContact& contact) const;
@@ -118,14 +115,13 @@ class ContactCoupling {
     /// After update_carriers.
     void update_motions(CoupledBody& coupled, std::span<const ContactVoxel> voxels,
                         double duration_s) const;
-    void update_motion(const CoupledBody& coupled, const Carrier& carrier, ContactMotion& motion,
-                       std::span<const ContactVoxel> voxels, double duration_s, bool is_new) const;
     void keep_awake_with_carriers(CoupledBody& coupled);
     void wake(CoupledBody& coupled);
     void wake(const BodyState& body);
     void wake_if_changed(CoupledBody& coupled);
     btDiscreteDynamicsWorld& world_;
     std::shared_ptr<const ContactSoil> soil_;
+    KnownContacts& known_;
     const WorkThreads& threads_;
     double wake_limit_fraction_, wake_weight_fraction_;
     /// By body id: the order of rows must not depend on addresses.
@@ -140,6 +136,8 @@ class ContactCoupling {
     size_t contact_count_ = 0;     ///< of the last set_contacts
     std::vector<BodyWork> works_;  ///< a pool
     PatchHeirs patch_heirs_;
+    std::vector<CoupledPatch> previous_patches_;
+    std::vector<PlacedPatch> old_places_, new_places_;
     std::vector<const BodyState*> by_id_;  ///< the bodies of set_contacts, sorted by id
     std::vector<int> carrier_ids_;
     std::vector<Carrier> previous_carriers_;

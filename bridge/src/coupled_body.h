@@ -8,16 +8,16 @@
 #include "body_state.h"
 #include "bsoil/bullet/soil_action_types.h"
 #include "bsoil/contact/contact_memory.h"
+#include "bsoil/contact/patch_heirs.h"
 #include "link_patch_constraint.h"
 #include "rigid_patch_constraint.h"
 
 namespace bsoil::bullet {
 
-/// A patch of a body's contact, and what the solver did at it last.
-struct CoupledPatch {
-    ContactPatch patch;
-    Vec3 offset_m;        ///< from the centre of mass: the point follows it, the directions stay
-    Vec3 shear_offset_m;  ///< the same of the point where the shear force acts
+/// A patch of a body's contact, and what the solver did at it last. Its point follows the centre of
+/// mass, its directions stay.
+struct CoupledPatch : PlacedPatch {
+    Vec3 shear_offset_m;  ///< offset_m of the point where the shear force acts
     Vec3 carrier_offset_m, carrier_shear_offset_m;  ///< of both, from the carrier's
     double friction_normal_n = 0;                   ///< normal force the friction is reckoned from
     Vec3 applied_force_n;                           ///< by the last solve
@@ -76,7 +76,6 @@ struct CoupledBody {
     std::array<double, kNormalBinCount> mean_limits_n{}, limits_at_sleep_n{};
     BodyReport report;
     ContactMemory memory;
-    double pressure_pa = 0, width_m = 0;
     std::unique_ptr<const ContactLaw> law;  ///< against this body's surface
     SurfaceFriction law_surface;
     bool seen = false;

@@ -6,28 +6,12 @@ namespace bsoil::bullet {
 /// Each with its unit, where its value is from and what another one would do. All are ours: they
 /// stand between a law of stresses and a solver of rows.
 struct CouplingDef {
-    // --- the motion that the law is asked about
-    /// Time over which a body's motion is averaged [s]. Ours: six substeps of 1/60 s. Shorter, and
-    /// a parked machine's jitter picks the direction of yield; longer, and a wheel that starts to
-    /// slip meets the resistance of rolling.
-    double yield_memory_s = 0.1;
-    /// A body much slower than this rests [voxels a second]. Ours: in a step of 1/60 s that is a
-    /// hundredth of a voxel, which the grid cannot tell from rest. Lower, and a parked machine's
-    /// jitter picks the direction of yield; higher, and a slowly dragged body meets no direction.
-    double rest_voxels_per_s = 0.5;
-    /// The same of a driven body [m/s], whose speed has no jitter. Ours: for the rounding.
-    /// Larger, and a slowly driven tool meets no direction.
-    double driven_rest_m_s = 1e-6;
+    // --- sleep
     /// Soil steps over which the limits of a sleeping body are averaged before they are compared.
     /// Ours: the soil beside it settles for some steps more, and a voxel of it caught between
     /// bodies may go to and fro for good, which would wake it. Lower: what settles beside a body
     /// wakes it; higher: it hangs longer over soil that is taken away.
     int wake_steps = 16;
-    /// Patches whose normals are further apart than this cosine are not the same contact, and take
-    /// over no preload. Ours: 60 deg, where faces of a box are 90 deg apart. Larger, and
-    /// a rolling wheel starts every patch from nothing; smaller, and a face passes its force on to
-    /// the one round the edge.
-    double same_patch_cosine = 0.5;
 
     // --- a patch's rows
     /// A tangential force below this share of the normal limit gives the tangential rows no
@@ -54,6 +38,10 @@ struct CouplingDef {
     /// fifth of a voxel of 5 cm, which the grid cannot tell from none. Higher, and a
     /// body that soil has let go is pulled back; lower, and parked machines creep.
     double drift_most_m = 0.01;
+    /// Share of its drift that a patch works off in a substep. Ours. Larger overshoots where a
+    /// light wheel carries a heavy machine; smaller lets the machine settle deeper before it
+    /// stands.
+    double drift_recovery_share = 0.1;
     /// Share of the last substep's force that is given as a preload. Ours: the whole of it rings
     /// after an impact. Lower, and with few iterations of the solver bodies sink in further.
     double preload_share = 0.85;
@@ -86,16 +74,6 @@ struct CouplingDef {
     /// on its way then sinks and is no impact. Longer, and what others push down is held by what
     /// its underside met alone; shorter, and a deep impact is cut off.
     double impact_most_s = 0.25;
-
-    // --- the soil below a body
-    /// A voxel with this share of soil or rock in it is below the surface. Ours: half, where the
-    /// error of either answer is the same. Larger, and a loose crust is looked through.
-    double mostly_full_share = 0.5;
-    /// The topmost surface of a column is the one below a body unless it is this far [voxels] from
-    /// what the column holds there. Ours: a surface's heights and a column's voxels differ by one
-    /// voxel at most, so more means a roof or a gap between them. Larger, and a body under a roof
-    /// lands on the roof's height.
-    double same_surface_voxels = 1.5;
 };
 
 inline constexpr CouplingDef kCoupling;

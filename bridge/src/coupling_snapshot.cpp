@@ -129,11 +129,7 @@ struct CouplingSnapshot::Memory {
     std::vector<CarriedLoads::Loaded> loaded;
     std::vector<std::pair<int, FirstContacts::Falling>> falling;
     std::vector<VehicleMemory> vehicles;
-    struct MetTile {
-        int64_t tile = 0;
-        GroundSurface::Met met;
-    };
-    std::vector<MetTile> surface;  ///< by tile
+    std::vector<GroundSurface::MetTile> surface;
 
     void list_body(StateStream& stream, const btDiscreteDynamicsWorld& world, Body& body);
     static bool are_carriers_sound(const CoupledBody& coupled);
@@ -142,7 +138,7 @@ struct CouplingSnapshot::Memory {
     static void list_falling(StateStream& stream, std::pair<int, FirstContacts::Falling>& entry);
     static void list_loaded(StateStream& stream, const btDiscreteDynamicsWorld& world,
                             CarriedLoads::Loaded& loaded);
-    static void list_surface(StateStream& stream, MetTile& tile);
+    static void list_surface(StateStream& stream, GroundSurface::MetTile& tile);
     bool is_sound() const;
 };
 
@@ -212,7 +208,6 @@ void CouplingSnapshot::Memory::list_coupled(StateStream& stream,
         stream(soil.center_m, soil.normal, soil.slid_m, soil.retreat_m);
     });
     coupled.memory.set_soil(pressed);
-    stream(coupled.pressure_pa, coupled.width_m);
 }
 
 void CouplingSnapshot::Memory::list_loaded(StateStream& stream,
@@ -227,9 +222,9 @@ void CouplingSnapshot::Memory::list_loaded(StateStream& stream,
     if (!bears || loaded.load.body != loaded.body.id || loaded.load.mass_kg < 0) stream.refuse();
 }
 
-void CouplingSnapshot::Memory::list_surface(StateStream& stream, MetTile& tile) {
-    stream(tile.tile, tile.met.changed);
-    for (auto* heights_m : {&tile.met.settled_m, &tile.met.before_m}) {
+void CouplingSnapshot::Memory::list_surface(StateStream& stream, GroundSurface::MetTile& tile) {
+    stream(tile.tile, tile.heights.changed);
+    for (auto* heights_m : {&tile.heights.settled_m, &tile.heights.before_m}) {
         for (float& height_m : *heights_m) {
             stream(height_m);
             if (!std::isfinite(height_m)) stream.refuse();
@@ -241,13 +236,13 @@ void CouplingSnapshot::Memory::list_falling(StateStream& stream,
                                             std::pair<int, FirstContacts::Falling>& entry) {
     FirstContacts::Falling& falling = entry.second;
     stream(entry.first, falling.surface.plane.position_m, falling.surface.plane.normal,
-           falling.surface.material, falling.surface.relative_density,
-           falling.surface.saturation, falling.lead_m_s, falling.speed_m_s, falling.age_s);
+           falling.surface.material, falling.surface.relative_density, falling.surface.saturation,
+           falling.lead_m_s, falling.speed_m_s, falling.age_s);
     const SurfaceSoil& surface = falling.surface;
     const bool is_direction = std::abs(length(surface.plane.normal) - 1) < 1e-6;
-    const bool is_soil =
-        surface.material >= 0 && surface.relative_density >= -1 && surface.relative_density <= 1 &&
-        surface.saturation >= 0 && surface.saturation <= 1;
+    const bool is_soil = surface.material >= 0 && surface.relative_density >= -1 &&
+                         surface.relative_density <= 1 && surface.saturation >= 0 &&
+                         surface.saturation <= 1;
     if (entry.first < 0 || entry.first > limits::kBodyIdMost || !is_direction || !is_soil ||
         falling.speed_m_s < 0 || falling.age_s < 0) {
         stream.refuse();
@@ -308,8 +303,6 @@ CouplingSnapshot CouplingSnapshot::of(const Parts& parts) {
         copy.limits_at_sleep_n = coupled.limits_at_sleep_n;
         copy.report = coupled.report;
         copy.memory = coupled.memory;
-        copy.pressure_pa = coupled.pressure_pa;
-        copy.width_m = coupled.width_m;
         copy.motions = coupled.motions;
         for (const Carrier& carrier : coupled.carriers) {
             Carrier& own = copy.carriers.emplace_back();
@@ -328,12 +321,7 @@ CouplingSnapshot CouplingSnapshot::of(const Parts& parts) {
     for (const VehicleOnSoil* wheels : parts.vehicles.attached()) {
         m.vehicles.push_back(wheels->memory());
     }
-    for (const auto& [tile, met] : parts.surface.met_) {
-        m.surface.push_back({tile, met});
-        if (met.generation != parts.surface.generation_) m.surface.back().met.changed = 0;
-    }
-    std::sort(m.surface.begin(), m.surface.end(),
-              [](const auto& a, const auto& b) { return a.tile < b.tile; });
+    m.surface = parts.surface.met_tiles();
     return out;
 }
 
@@ -347,7 +335,8 @@ void CouplingSnapshot::serialize(StateStream& stream, const btDiscreteDynamicsWo
                 [&](CarriedLoads::Loaded& loaded) { Memory::list_loaded(stream, world, loaded); });
     stream.list(m.falling, 88, [&](auto& entry) { Memory::list_falling(stream, entry); });
     stream.list(m.vehicles, 300, [&](VehicleMemory& vehicle) { list(stream, vehicle); });
-    stream.list(m.surface, 528, [&](Memory::MetTile& tile) { Memory::list_surface(stream, tile); });
+    stream.list(m.surface, 528,
+                [&](GroundSurface::MetTile& tile) { Memory::list_surface(stream, tile); });
     if (stream.reads() && stream.good() && !m.is_sound()) stream.refuse();
 }
 
@@ -427,14 +416,7 @@ void CouplingSnapshot::put_into(const Parts& parts) {
     parts.first_contacts.bodies_ = {m.falling.begin(), m.falling.end()};
     const std::vector<VehicleOnSoil*> attached = parts.vehicles.attached();
     for (size_t i = 0; i < attached.size(); ++i) attached[i]->set_memory(m.vehicles[i]);
-    GroundSurface& surface = parts.surface;
-    // What stands for a tile that is not there is never asked for.
-    surface.met_.clear();
-    for (Memory::MetTile& tile : m.surface) {
-        tile.met.revision = 0;  // compared again with what is there when it is next met
-        tile.met.generation = surface.generation_;
-        surface.met_[tile.tile] = tile.met;
-    }
+    parts.surface.set_met_tiles(m.surface);
 }
 
 }  // namespace bsoil::bullet

@@ -4,11 +4,11 @@
 #include <memory>
 
 #include "body_collector.h"
+#include "bsoil/host/ground_surface.h"
 #include "bsoil/snapshot_file.h"
 #include "carried_load.h"
 #include "contact_coupling.h"
 #include "first_contact.h"
-#include "ground_surface.h"
 #include "soil_vehicles.h"
 
 namespace bsoil::bullet {

@@ -11,14 +11,8 @@
 namespace bsoil::bullet {
 namespace {
 
-// What it is solved with; what it decides is in CouplingDef.
-/// Depths between the body's pose and the one it would fall to at which resistance is known; in
-/// between it is interpolated. More cost as many searches for patches each.
-constexpr int kDepthCount = 4;
-/// Parts in which a substep is solved: a body that stops within one stops to a hundredth of the
-/// distance.
-constexpr int kPartCount = 128;
-/// More than the distance in a vacuum, so that the last part has something to interpolate.
+/// A body is looked at this much deeper than it falls in a vacuum. Ours: so that the last part of
+/// the way has something to interpolate. More: its underside is sampled deeper than it ever gets.
 constexpr double kSpareWay = 1.01;
 
 Aabb box_of(const btCollisionObject& object, Vec3 shift_m) {
@@ -32,29 +26,6 @@ double effective_mass_kg(const btRigidBody& body, Vec3 arm_m, Vec3 n) {
     const btVector3 turn = to_bullet(cross(arm_m, n));
     const btScalar mobility = body.getInvMass() + turn.dot(body.getInvInertiaTensorWorld() * turn);
     return 1 / static_cast<double>(mobility);
-}
-
-struct Resistance {
-    double force_n = 0;    ///< against the motion, at rest
-    double drag_kg_m = 0;  ///< what speed adds, per square of speed
-};
-
-/// How a body of `mass_kg` that moves at `speed_m_s` is stopped; resistance(way_m) does not push
-/// back.
-Stopping stop_within(double duration_s, double mass_kg, double speed_m_s, double acceleration_m_s2,
-                     const std::function<Resistance(double way_m)>& resistance) {
-    const double part_s = duration_s / kPartCount;
-    Stopping out{0, speed_m_s};
-    for (int part = 0; part < kPartCount; ++part) {
-        const Resistance now = resistance(out.way_m + 0.5 * part_s * out.speed_m_s);
-        const double held = now.force_n / mass_kg;
-        const double drag = now.drag_kg_m / mass_kg * part_s * out.speed_m_s;
-        const double next =
-            std::max(0.0, (out.speed_m_s + part_s * (acceleration_m_s2 - held)) / (1 + drag));
-        out.way_m += 0.5 * part_s * (out.speed_m_s + next);
-        out.speed_m_s = next;
-    }
-    return out;
 }
 
 }  // namespace
@@ -149,108 +120,72 @@ void FirstContacts::open(btDiscreteDynamicsWorld& world, btRigidBody& body, doub
     }
 }
 
-bool FirstContacts::meet(const BodyState& state, std::span<const ConvexShape> shapes,
-                         Vec3 acceleration_m_s2, double substep_s, Falling& falling) {
-    btRigidBody& body = *static_cast<btRigidBody*>(state.object);
+std::optional<FirstContacts::Approach> FirstContacts::approach(const BodyState& state,
+                                                               std::span<const ConvexShape> shapes,
+                                                               Vec3 acceleration_m_s2,
+                                                               double substep_s,
+                                                               const Falling& falling) {
+    const btRigidBody& body = *static_cast<const btRigidBody*>(state.object);
     const Vec3 n = falling.surface.plane.normal;
-    const double rise = dot(n, up_);
     const BodyMotion& motion = state.motion;
     // Along the plane's normal, downwards. First the way of the centre of mass.
     const double driven_m_s2 = -dot(acceleration_m_s2, n);
-    const auto way_of = [&](double speed_m_s) {
-        return std::max(0.0,
-                        substep_s * (speed_m_s + falling.lead_m_s + 0.5 * substep_s * driven_m_s2));
-    };
+    const double size_m = length(box_of(body, {}).max - box_of(body, {}).min);
+    const double fastest_m_s =
+        -dot(motion.linear_velocity_m_s, n) + length(motion.angular_velocity_rad_s) * size_m / 2;
     const double most_m =
-        kSpareWay * way_of(-dot(motion.linear_velocity_m_s, n) +
-                           length(motion.angular_velocity_rad_s) *
-                               length(box_of(body, {}).max - box_of(body, {}).min) / 2);
-    if (!(most_m > 0)) return false;
+        kSpareWay *
+        std::max(0.0, substep_s * (fastest_m_s + falling.lead_m_s + 0.5 * substep_s * driven_m_s2));
+    if (!(most_m > 0)) return {};
     Pose deepest = motion.pose;
     deepest.position = deepest.position - most_m * n;
     const double apart_m =
         sample_underside(shapes, deepest, box_of(body, -most_m * n), falling.surface, up_,
                          coupling_.voxel_m(), state.id, elements_);
-    if (elements_.empty()) return false;
+    if (elements_.empty()) return {};
 
     // The point that meets it, and the mass that is behind it.
-    Vec3 center;
-    double weight = 0;
-    for (const ContactVoxel& element : elements_) {
-        center += element.area_m2 * element.depth_m * element.position_m;
-        weight += element.area_m2 * element.depth_m;
-    }
-    center = center * (1 / weight) + most_m * n;
-    const double mass_kg = effective_mass_kg(body, center - motion.center_of_mass_m, n);
-    const double bullet_m_s = -dot(motion.velocity_at(center), n);
-    const double speed_m_s = std::max(0.0, bullet_m_s + falling.lead_m_s);
-
+    const Vec3 center = Impact::center_m(elements_, most_m, n);
+    Approach out;
+    out.bullet_m_s = -dot(motion.velocity_at(center), n);
+    out.fall = {effective_mass_kg(body, center - motion.center_of_mass_m, n),
+                std::max(0.0, out.bullet_m_s + falling.lead_m_s), driven_m_s2};
     const ContactLaw& law = coupling_.law_for(state);
     const auto material = static_cast<size_t>(falling.surface.material);
-    if (material >= law.soil().materials.size()) return false;
+    if (material >= law.soil().materials.size()) return {};
     const MaterialDef& soil = law.soil().materials[material];
-    const double density_kg_m3 =
-        soil.density_kg_m3 * soil.wet_mass_share(falling.surface.saturation);
-    BodyMotion still = motion, direction = motion;
-    still.linear_velocity_m_s = still.angular_velocity_rad_s = {};
-    coupling_.as_direction(direction, length(center - motion.center_of_mass_m));
-    /// The body on its way down: its patches, and what they resist.
-    const auto resistance_at = [&](double way_m) {
-        lifted_.clear();
-        Resistance out;
-        for (ContactVoxel element : elements_) {
-            element.depth_m -= (most_m - way_m) / rise;
-            if (!(element.depth_m > 0)) continue;
-            element.bearing_depth_m = element.depth_m;
-            element.position_m += (most_m - way_m) * n;
-            element.center_m = element.position_m;
-            lifted_.push_back(element);
-            const double facing = std::max(0.0, -dot(element.normal, n));
-            out.drag_kg_m += density_kg_m3 * element.area_m2 * facing * facing * facing;
-        }
-        const ContactMotion on_ground{-1, still, direction, {}, {}};
-        found_.find(lifted_, {&on_ground, 1}, law, {}, nullptr, apart_m);
-        for (const ContactPatch& patch : found_.patches()) {
-            out.force_n -= patch.normal_limit_n * dot(patch.normal, n);
-        }
-        return out;
-    };
-    // More closely where it starts: a ball's resistance grows with the square of its depth.
-    double depth_m = 0;
-    for (const ContactVoxel& element : elements_) depth_m = std::max(depth_m, element.depth_m);
-    const double met_m = std::max(0.0, most_m - depth_m * rise);
-    const double here_n = resistance_at(0).force_n;
-    std::array<Resistance, kDepthCount + 1> known;
-    for (int i = 0; i <= kDepthCount; ++i) {
-        const double part = static_cast<double>(i) / kDepthCount;
-        known[i] = resistance_at(met_m + part * part * (most_m - met_m));
-    }
-    const auto resistance = [&](double way_m) {
-        if (way_m <= met_m) return known[0];
-        const double part = std::min(1.0, (way_m - met_m) / (most_m - met_m));
-        const int i = std::min(static_cast<int>(std::sqrt(part) * kDepthCount), kDepthCount - 1);
-        const double low = i * i, high = (i + 1) * (i + 1);
-        const double t = (part * kDepthCount * kDepthCount - low) / (high - low);
-        return Resistance{known[i].force_n + t * (known[i + 1].force_n - known[i].force_n),
-                          known[i].drag_kg_m + t * (known[i + 1].drag_kg_m - known[i].drag_kg_m)};
-    };
-    const Stopping stopping = stop_within(substep_s, mass_kg, speed_m_s, driven_m_s2, resistance);
+    const BodyMotion direction = as_share(motion, length(center - motion.center_of_mass_m),
+                                          {.voxel_m = coupling_.voxel_m()});
+    impact_.start(law, elements_,
+                  {motion, direction, most_m, apart_m,
+                   soil.density_kg_m3 * soil.wet_mass_share(falling.surface.saturation), n});
+    out.direction = direction;
+    return out;
+}
+
+bool FirstContacts::meet(const BodyState& state, std::span<const ConvexShape> shapes,
+                         Vec3 acceleration_m_s2, double substep_s, Falling& falling) {
+    const std::optional<Approach> found =
+        approach(state, shapes, acceleration_m_s2, substep_s, falling);
+    if (!found) return false;
+    const Fall& fall = found->fall;
+    const Stopping stopping = impact_.stop(fall, substep_s);
     // Bullet moves the body by its speed after the solve times the substep.
     const double next_m_s = stopping.way_m / substep_s;
-    double limit_n = mass_kg * ((bullet_m_s - next_m_s) / substep_s + driven_m_s2);
+    double limit_n =
+        fall.mass_kg * ((found->bullet_m_s - next_m_s) / substep_s + fall.acceleration_m_s2);
     // What stands, or has others on it, the soil holds with all it has.
-    const bool is_alone = falling.age_s < kCoupling.impact_most_s && !coupling_.is_touched(&body);
-    if (!is_alone || !(speed_m_s > 0)) limit_n = std::max(limit_n, here_n);
+    const bool is_alone =
+        falling.age_s < kCoupling.impact_most_s && !coupling_.is_touched(state.object);
+    if (!is_alone || !(fall.speed_m_s > 0)) limit_n = std::max(limit_n, impact_.resting_force_n());
     falling.next_lead_m_s = stopping.speed_m_s - next_m_s;
     falling.speed_m_s = stopping.speed_m_s;
 
-    const double first_m = (most_m - met_m) / (kDepthCount * kDepthCount);
-    const double way_m = std::max(stopping.way_m, met_m + first_m);
-    const double force_n = resistance_at(way_m).force_n;
+    const double force_n = impact_.at(std::max(stopping.way_m, impact_.first_way_m())).force_n;
     if (!(force_n > 0) || !(limit_n > 0)) return true;
-    patches_.assign(found_.patches().begin(), found_.patches().end());
+    patches_.assign(impact_.patches().begin(), impact_.patches().end());
     for (ContactPatch& patch : patches_) patch.normal_limit_n *= limit_n / force_n;
-    coupling_.set_patches(state, direction, patches_);
+    coupling_.set_patches(state, found->direction, patches_);
     return true;
 }
 

@@ -5,18 +5,15 @@
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "body_collector.h"
+#include "bsoil/contact/impact.h"
+#include "bsoil/host/soil_below.h"
 #include "contact_coupling.h"
-#include "soil_below.h"
 
 namespace bsoil::bullet {
-
-/// How a body is stopped within a time.
-struct Stopping {
-    double way_m = 0, speed_m_s = 0;
-};
 
 /// The soil's contacts are as old as its last step, and a body that falls moves by more than the
 /// depth of its impact in that time. So a body that comes from above is held by what its underside
@@ -58,6 +55,16 @@ class FirstContacts {
     void find_carriers(const btDiscreteDynamicsWorld& world, std::span<const BodyLoad> loads);
     bool is_over_carrier(const Aabb& box) const;
     void open(btDiscreteDynamicsWorld& world, btRigidBody& body, double substep_s);
+    /// A body on its way into the soil; impact_ is started for it.
+    struct Approach {
+        Fall fall;
+        double bullet_m_s = 0;  ///< Bullet's speed of the point that meets the soil, into it
+        BodyMotion direction;
+    };
+    /// Empty where it does not meet the soil in this substep.
+    std::optional<Approach> approach(const BodyState& state, std::span<const ConvexShape> shapes,
+                                     Vec3 acceleration_m_s2, double substep_s,
+                                     const Falling& falling);
     bool meet(const BodyState& body, std::span<const ConvexShape> shapes, Vec3 acceleration_m_s2,
               double substep_s, Falling& falling);
 
@@ -68,8 +75,8 @@ class FirstContacts {
     std::map<int, Falling> bodies_;                  ///< by body id
     std::vector<const btCollisionObject*> jointed_;  ///< sorted
     std::vector<Aabb> carriers_;                     ///< boxes of bodies that carry soil
-    std::vector<ContactVoxel> elements_, lifted_;
-    ContactPatches found_;
+    std::vector<ContactVoxel> elements_;
+    Impact impact_;
     std::vector<ContactPatch> patches_;
 };
 

@@ -5,7 +5,7 @@
 
 #include <span>
 
-#include "ground_surface.h"
+#include "bsoil/host/ground_surface.h"
 
 class btTriangleRaycastCallback;
 

@@ -4,11 +4,9 @@
 
 #include <LinearMath/btVector3.h>
 
-namespace bsoil::bullet {
+#include "coupling_def.h"
 
-/// Part of its drift that a patch recovers in a substep; More overshoots where a light
-/// wheel carries a heavy machine, less lets the machine settle deeper before it stands.
-inline constexpr btScalar kDriftRecovery = btScalar(0.1);
+namespace bsoil::bullet {
 
 /// One normal and two tangential rows at a point. World axes. Forces [N]: a row's impulse limit is
 /// its force times the substep.
@@ -27,7 +25,8 @@ struct PatchRow {
     /// Of the point along direction[i], relative to the carrier where the row acts on that too,
     /// that the row aims at [m/s].
     btScalar target_velocity(int i, btScalar substep_s) const {
-        return carrier_velocity_m_s[i] - kDriftRecovery * drift_m.dot(direction[i]) / substep_s;
+        constexpr auto kRecovery = static_cast<btScalar>(kCoupling.drift_recovery_share);
+        return carrier_velocity_m_s[i] - kRecovery * drift_m.dot(direction[i]) / substep_s;
     }
 };
 

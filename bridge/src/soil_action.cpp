@@ -46,15 +46,6 @@ Aabb world_box(const GridFrame& frame) {
     return box;
 }
 
-ContactSoil contact_soil(const Soil& soil) {
-    const auto materials = soil.materials();
-    return {up_of(soil.def()),
-            soil.def().gravity_m_s2,
-            soil.def().voxel_m,
-            {materials.begin(), materials.end()},
-            soil.def().contact_law};
-}
-
 /// A section's name; the first soil of a world has no number.
 std::string section_name(const char* part, size_t index) {
     return index == 0 ? std::string(part) : part + ('.' + std::to_string(index));
@@ -95,7 +86,8 @@ struct SoilAction::Impl {
           soil(std::move(new_soil)),
           box(world_box(soil->frame())),
           collector(box, soil->frame().voxel_m),
-          coupling(bullet_world, contact_soil(*soil), options, soil->threads()),
+          coupling(bullet_world, soil->contact_soil(), soil->known_contacts(), options,
+                   soil->threads()),
           carried(bullet_world, up_of(soil->def()), soil->def().gravity_m_s2),
           surface(*soil),
           soil_below(*soil, surface, up_of(soil->def())),
@@ -121,7 +113,6 @@ struct SoilAction::Impl {
     void step_soil(double substep_s);
     Result<SettleReport> settle(int steps_max);
     void look_at_world();
-    std::span<SoilBody> soil_bodies(double before_s);
     void take_report(int count, bool are_contacts_unchanged);
     /// Takes down whose the new conditions are.
     void name_conditions();
@@ -393,7 +384,7 @@ void SoilAction::Impl::step_soil(double substep_s) {
     unstepped_s -= due * step_s;
     bool are_unchanged = true;
     for (int i = 0; i < count; ++i) {
-        report = soil->step(soil_bodies((count - 1 - i) * step_s));
+        report = soil->step(collector.soil_bodies((count - 1 - i) * step_s));
         are_unchanged = are_unchanged && report.contacts_unchanged;
         if (report.condition_new_count > 0) name_conditions();
     }
@@ -406,16 +397,6 @@ void SoilAction::Impl::look_at_world() {
     vehicles->show_wheels();
     uncollected_s = 0;
     if (!has_gravity_of(*world, soil->def())) soil->set_status(StatusBit::gravity_differs);
-}
-
-/// The bodies as the soil is to see them, `before_s` ago.
-std::span<SoilBody> SoilAction::Impl::soil_bodies(double before_s) {
-    const std::span<SoilBody> bodies = collector.soil_bodies(before_s);
-    for (SoilBody& body : bodies) {
-        body.contact_pressure_pa = coupling.contact_pressure_pa(body.id);
-        body.contact_width_m = coupling.contact_width_m(body.id);
-    }
-    return bodies;
 }
 
 /// What the last soil steps found goes to the bodies.
@@ -441,7 +422,7 @@ Result<SettleReport> SoilAction::settle(int steps_max) {
 
 Result<SettleReport> SoilAction::Impl::settle(int steps_max) {
     look_at_world();
-    Result<SettleReport> settled = soil->settle(steps_max, soil_bodies(0));
+    Result<SettleReport> settled = soil->settle(steps_max, collector.soil_bodies(0));
     if (settled) name_conditions();
     if (settled && settled->step_count > 0) {
         report = settled->last_step;

@@ -5,6 +5,7 @@
 
 #include <functional>
 
+#include "bsoil/bullet/soil_action_types.h"
 #include "ground_shape.h"
 
 namespace bsoil::bullet {

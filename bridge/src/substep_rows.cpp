@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 
+#include "bsoil/contact/mean_pressure.h"
 #include "bsoil/contact/orientation.h"
 #include "bullet_types.h"
 #include "coupling_def.h"
@@ -35,10 +36,12 @@ void take_out_of_world(std::vector<Rows*>& rows, const Remove& remove) {
 
 }  // namespace
 
-SubstepRows::SubstepRows(btDiscreteDynamicsWorld& world, std::map<int, CoupledBody>& bodies)
+SubstepRows::SubstepRows(btDiscreteDynamicsWorld& world, std::map<int, CoupledBody>& bodies,
+                         KnownContacts& known)
     : world_(world),
       multibody_world_(dynamic_cast<btMultiBodyDynamicsWorld*>(&world)),
-      bodies_(bodies) {}
+      bodies_(bodies),
+      known_(known) {}
 
 /// The limits of two rows make a box where Coulomb's make a circle. A patch that slides has its
 /// first row along the sliding and little of the second: patches of a wheel whose rows no motion of
@@ -276,14 +279,13 @@ void SubstepRows::close(btScalar substep_s) {
         coupled.report.torque_n_m = torque;
         coupled.report.peak_force_n = std::max(coupled.report.peak_force_n, length(force));
         add_drift(coupled, static_cast<double>(substep_s));
-        double normal_n = 0, squares = 0;
+        MeanPressure pressure;
         for (CoupledPatch& patch : coupled.patches) {
             patch.friction_normal_n =
                 std::max(0.0, -dot(patch.applied_force_n, patch.patch.normal));
-            normal_n += patch.friction_normal_n;
-            squares += patch.friction_normal_n * patch.friction_normal_n / patch.patch.area_m2;
+            pressure.add_force(patch.friction_normal_n, patch.patch.area_m2);
         }
-        coupled.pressure_pa = normal_n > 0 ? squares / normal_n : 0;
+        known_.set_pressure(id, pressure.pa());
     }
     take_out();
 }

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "bsoil/contact/known_contacts.h"
 #include "coupled_body.h"
 #include "torque_constraint.h"
 
@@ -18,7 +19,9 @@ namespace bsoil::bullet {
 class SubstepRows {
   public:
     /// bodies: by id, since the order of rows must not depend on addresses; must outlive this.
-    SubstepRows(btDiscreteDynamicsWorld& world, std::map<int, CoupledBody>& bodies);
+    /// known: of the soil; the pressure that a substep has found goes there.
+    SubstepRows(btDiscreteDynamicsWorld& world, std::map<int, CoupledBody>& bodies,
+                KnownContacts& known);
 
     /// Bodies that touched others in the last substep, and whether one did.
     void find_touched();
@@ -60,6 +63,7 @@ class SubstepRows {
     btDiscreteDynamicsWorld& world_;
     btMultiBodyDynamicsWorld* multibody_world_;  ///< world_, if it is one
     std::map<int, CoupledBody>& bodies_;
+    KnownContacts& known_;
     std::vector<int> opened_;  ///< ids of the bodies whose rows are in the world
     std::vector<btTypedConstraint*> rigid_rows_in_;  ///< in the order they were put in
     std::vector<LinkPatchConstraint*> link_rows_in_;

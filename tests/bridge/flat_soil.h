@@ -66,7 +66,7 @@ class FlatSoil final : public btActionInterface {
         : world_(world),
           step_s_(step_s),
           collector({{-20, -2, -20}, {20, 2, 20}}),
-          coupling(world, {{0, 1, 0}, 9.81, 0.1, {material}, {}}, SoilActionDef{}, threads),
+          coupling(world, {{0, 1, 0}, 9.81, 0.1, {material}, {}}, known, SoilActionDef{}, threads),
           anchor(
               world, btVector3(0, 0, 0), [this] { coupling.open_substep(); }, [] {}) {
         world.addAction(this);
@@ -110,6 +110,7 @@ class FlatSoil final : public btActionInterface {
     std::vector<ContactVoxel> contacts;
     BodyCollector collector;
     WorkThreads threads{1};
+    KnownContacts known;
     ContactCoupling coupling;
     WorldAnchor anchor;
 };

@@ -5,9 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bsoil/contact/contact_memory.h"
-#include "bsoil/contact/granular_law.h"
-#include "bsoil/soil.h"
+#include "bsoil/host/driven_body.h"
 
 namespace bsoil::forces_without_bullet_test {
 namespace {
@@ -25,10 +23,7 @@ class DrivenPlate {
         def.backend = Backend::cpu;
         soil_ = std::move(*Soil::create(def));
         EXPECT_TRUE(soil_->fill(BoxFill{{{-1, -1, 0}, {1, 1, kBedM}}, "dry_sand"}));
-        const auto contact_soil = std::make_shared<ContactSoil>();
-        contact_soil->voxel_m = def.voxel_m;
-        contact_soil->materials = soil_->materials();
-        law_ = ContactLaw::make(contact_soil);
+        forces_ = std::make_unique<DrivenBody>(*soil_);
         ConvexShape box;
         box.kind = ConvexShape::Kind::box;
         box.half_extents_m = {kSideM / 2, kSideM / 2, 0.1};
@@ -45,24 +40,15 @@ class DrivenPlate {
             plate_.pose.position.z -= kSpeedMS * step_s;
             plate_.center_of_mass_m = plate_.pose.position;
             const StepReport report = soil_->step({&plate_, 1});
-            BodyMotion motion;
-            motion.pose = plate_.pose;
-            motion.center_of_mass_m = plate_.center_of_mass_m;
-            motion.linear_velocity_m_s = plate_.linear_velocity_m_s;
-            BodyMotion direction = motion;
-            direction.linear_velocity_m_s = {0, 0, -1};
-            const auto history = memory_.advance(report.contacts, motion, *law_, step_s);
-            const BodyContact contact =
-                group_contacts(report.contacts, motion, direction, *law_, history, patches_);
-            force_n = contact.mobilized_force_n;
-            // The soil packs under this pressure, and looks as far around as this width.
-            plate_.contact_pressure_pa = contact.mobilized_pressure_pa;
-            plate_.contact_width_m = contact.width_m;
+            force_n = forces_->advance(plate_, report.contacts).mobilized_force_n;
             find_sole(report.contacts);
         }
         return force_n;
     }
-    const ContactLaw& law() const { return *law_; }
+    const ContactLaw& law() const { return forces_->law(); }
+    KnownContact known() const { return soil_->known_contacts().of(plate_.id); }
+    /// A step without the plate.
+    void step_alone() { soil_->step({}); }
     /// Mean of the sole's elements.
     double sole_depth_m() const { return sole_depth_m_; }
     double sole_density() const { return sole_density_; }
@@ -83,12 +69,10 @@ class DrivenPlate {
     }
 
     std::unique_ptr<Soil> soil_;
-    std::unique_ptr<const ContactLaw> law_;
+    std::unique_ptr<DrivenBody> forces_;
     std::vector<ConvexShape> shapes_;
     SoilBody plate_;
     double sole_depth_m_ = 0, sole_density_ = 0;
-    ContactMemory memory_;
-    std::vector<ContactPatch> patches_;
 };
 
 TEST(ForcesWithoutBullet, plate_is_borne_by_the_laws_pressure_on_its_sole) {
@@ -107,6 +91,19 @@ TEST(ForcesWithoutBullet, plate_is_borne_by_the_laws_pressure_on_its_sole) {
         EXPECT_NEAR(force_n.z / expected_n, 1, 0.05) << depth_m;
         EXPECT_LT(std::hypot(force_n.x, force_n.y), 0.01 * force_n.z);
     }
+}
+
+TEST(ForcesWithoutBullet, soil_keeps_width_and_pressure_while_the_body_is_there) {
+    DrivenPlate plate;
+    EXPECT_EQ(plate.known().width_m, 0);
+    const Vec3 force_n = plate.force_at(0.03);
+    const double side = DrivenPlate::kSideM;
+    EXPECT_NEAR(plate.known().width_m, side, 0.1 * side);
+    // Its mean is weighted by force, so it is the sole's pressure, or more at an edge.
+    EXPECT_GT(plate.known().pressure_pa, 0.9 * force_n.z / (side * side));
+    plate.step_alone();
+    EXPECT_EQ(plate.known().width_m, 0);
+    EXPECT_EQ(plate.known().pressure_pa, 0);
 }
 
 }  // namespace

@@ -10,8 +10,8 @@
 #include <numbers>
 #include <random>
 
+#include "base/layout.h"
 #include "oracle/free_surface.h"
-#include "soil/layout.h"
 
 namespace bsoil::free_surface_test {
 namespace {

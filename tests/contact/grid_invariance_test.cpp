@@ -6,9 +6,7 @@
 #include <numbers>
 #include <span>
 
-#include "bsoil/contact/contact_memory.h"
-#include "bsoil/contact/granular_law.h"
-#include "bsoil/soil.h"
+#include "bsoil/host/driven_body.h"
 
 namespace bsoil::grid_invariance_test {
 namespace {
@@ -52,11 +50,7 @@ class DrivenTool {
         // The bed fills the grid to a height: it has no sides but the grid's.
         const Vec3 high = frame.up * bed_m;
         EXPECT_TRUE(soil->fill(FunctionFill{[&](Vec3 p) { return dot(high - p, frame.up); }, ""}));
-        const auto contact_soil = std::make_shared<ContactSoil>();
-        contact_soil->up = frame.up;
-        contact_soil->voxel_m = def.voxel_m;
-        contact_soil->materials = soil->materials();
-        const auto law = ContactLaw::make(contact_soil);
+        DrivenBody forces(*soil);
         ConvexShape seen = shape;
         if (slant_rad != 0) {
             seen.local.rotation = about_z(view.is_mirrored ? -slant_rad : slant_rad);
@@ -64,8 +58,6 @@ class DrivenTool {
         const std::vector<ConvexShape> shapes{seen};
         SoilBody tool;
         tool.shapes = &shapes;
-        ContactMemory memory;
-        std::vector<ContactPatch> patches;
         const double step_s = def.step_s;
         const int steps = static_cast<int>(std::lround(distance_m / length(velocity_m_s) / step_s));
         Vec3 sum;
@@ -77,20 +69,7 @@ class DrivenTool {
             tool.linear_velocity_m_s = frame.to_world(velocity_m_s);
             tool.angular_velocity_rad_s = frame.turned(angular_rad_s);
             const StepReport report = soil->step({&tool, 1});
-            BodyMotion motion;
-            motion.pose = tool.pose;
-            motion.center_of_mass_m = tool.center_of_mass_m;
-            motion.linear_velocity_m_s = tool.linear_velocity_m_s;
-            motion.angular_velocity_rad_s = tool.angular_velocity_rad_s;
-            BodyMotion direction = motion;
-            const double fastest = length(velocity_m_s) + length(angular_rad_s) * size();
-            direction.linear_velocity_m_s = motion.linear_velocity_m_s * (1 / fastest);
-            direction.angular_velocity_rad_s = motion.angular_velocity_rad_s * (1 / fastest);
-            const auto history = memory.advance(report.contacts, motion, *law, step_s);
-            const BodyContact contact =
-                group_contacts(report.contacts, motion, direction, *law, history, patches);
-            tool.contact_pressure_pa = contact.mobilized_pressure_pa;
-            tool.contact_width_m = contact.width_m;
+            const BodyContact contact = forces.advance(tool, report.contacts);
             if (i >= steps / 2) sum += frame.to_tool(contact.mobilized_force_n);
         }
         return sum * (1.0 / (steps - steps / 2));
@@ -127,7 +106,6 @@ class DrivenTool {
             return about_z(std::numbers::pi);
         }
     };
-    double size() const { return std::max({shape.half_extents_m.x, shape.radius_m}); }
 };
 
 /// Pushes soil ahead and, being slanted, aside.

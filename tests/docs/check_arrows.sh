@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Checks that includes run one way only. Between folders: demos, tests -> bridge -> plugin -> shaders, and within plugin/src
-# soil -> contact -> device. Within bridge/ no file includes one that needs it: a topological order of its headers and sources
-# exists, and none but the top ones includes the top class (bsoil/bullet/soil_action.h). Prints each arrow that runs back up.
+# host -> soil -> contact -> base -> device: no file of one of these rooms includes a room before it. Within bridge/ no file
+# includes one that needs it: a topological order of its headers and sources exists, and none but the top ones includes the top
+# class (bsoil/bullet/soil_action.h). Prints each arrow that runs back up.
 source "$(dirname "${BASH_SOURCE[0]}")/check.sh"
 
 # not_in FOLDER PATTERN WHY: no file of the folder includes what matches.
@@ -12,8 +13,11 @@ not_in() {
 }
 not_in plugin '(bsoil/bullet|bsoil/c/|bt[A-Z]|Bullet|LinearMath)' "the plugin knows no Bullet"
 not_in plugin/src/device '(soil/|contact/|mesh/|bsoil/(soil|body|material|contact|render))' "the device layer knows no soil"
-not_in plugin/src/contact '(soil/soil_impl|soil/(tile|work|step|passes|ground_bodies|contact_reader))' \
-    "the contact wing knows no tiles and no step"
+not_in plugin/src/base '(soil/|contact/|mesh/|host/|bsoil/(host|render))' "what all rooms stand on knows none of them"
+not_in plugin/src/contact '(soil/|mesh/|host/|bsoil/(soil\.h|host|render))' "the contact wing knows no soil, no tiles and no step"
+not_in plugin/include/bsoil/contact 'bsoil/(soil\.h|host|render)' "the contact wing knows no soil"
+not_in plugin/src/soil '(mesh/|host/|bsoil/host)' "the soil knows no host"
+not_in plugin/src/host '(soil/|contact/|device/|base/|mesh/)' "a host sees public headers alone"
 not_in plugin/src/soil '(epoxy|EGL|GL)/' "the soil layer knows no GL"
 not_in bridge '(scene|files|robots|reading|world|run|experiment|commands)/' "the bridge knows no demos"
 

@@ -2,8 +2,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/layout.h"
 #include "check.h"
-#include "soil/layout.h"
 #include "soil/soil_impl.h"
 
 namespace bsoil {

@@ -6,8 +6,8 @@
 #include <sstream>
 #include <string>
 
+#include "base/layout.h"
 #include "bsoil/limits.h"
-#include "soil/layout.h"
 #include "soil/tile_table.h"
 
 namespace bsoil::memory_map_test {

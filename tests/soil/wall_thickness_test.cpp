@@ -1,5 +1,5 @@
 // Which shapes are thickened for the soil, and by how much.
-#include "soil/wall_thickness.h"
+#include "contact/wall_thickness.h"
 
 #include "soil_fixture.h"
 

@@ -46,12 +46,14 @@ struct SoilBody {
     Vec3 linear_velocity_m_s;  ///< of center_of_mass_m
     Vec3 angular_velocity_rad_s;
     Vec3 center_of_mass_m;  ///< world
-    /// Mean normal pressure of its contact with the soil so far; decides how far soil that it
-    /// presses on is compacted. >= 0
-    double contact_pressure_pa = 0;
-    /// Width of its contact with the soil so far: soil counts for ContactVoxel::relative_density to
-    /// half as far from the body (1..8 voxels). >= 0
-    double contact_width_m = 0;
+    /// Mean normal pressure and width of its contact with the soil so far. Negative: what the soil
+    /// knows of it (KnownContacts), which is right for a body whose forces somebody finds. A value
+    /// of 0 or more counts instead, for this step: for a body pressed by what the soil cannot know.
+    /// The pressure decides how far soil that the body presses on is compacted; soil counts for
+    /// ContactVoxel::relative_density to half as far from the body as the contact is wide (1..8
+    /// voxels).
+    double contact_pressure_pa = -1;
+    double contact_width_m = -1;
     /// Never moves: velocity ignored. At rest it is a *ground body*: the soil treats it as terrain,
     /// wakes no tile for it, and gives it no contacts. Soil that lies where it is put is buried: it
     /// is counted by Soil::totals() and comes back when the body goes. If its pose changes after
@@ -96,7 +98,7 @@ struct ContactVoxel {
     /// its density is fixed.
     double relative_density = -1;
     double saturation = 0;  ///< share of that soil's pores that water fills, 0..1
-    ToothRow teeth;  ///< with ContactLawDef::trapped_soil
+    ToothRow teeth;         ///< with ContactLawDef::trapped_soil
 };
 
 /// The soil a moving body carries (in a bucket, on a bed): it moves with the body, so its weight is

@@ -86,4 +86,10 @@ struct Plane {
     double offset = 0;
 };
 
+/// A point of the soil's surface. World axes.
+struct SurfacePoint {
+    Vec3 position_m;
+    Vec3 normal;  ///< unit, upward
+};
+
 }  // namespace bsoil

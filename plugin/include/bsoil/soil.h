@@ -11,6 +11,9 @@
 
 #include "bsoil/body.h"
 #include "bsoil/condition.h"
+#include "bsoil/contact/contact_law.h"
+#include "bsoil/contact/known_contacts.h"
+#include "bsoil/grid_frame.h"
 #include "bsoil/soil_def.h"
 #include "bsoil/soil_flow.h"
 #include "bsoil/work_counts.h"
@@ -95,20 +98,6 @@ struct MemoryUse {
     double bytes_per_awake_voxel = 0, bytes_per_asleep_column = 0;
 };
 
-/// Grid geometry. Grid axes: x and y horizontal, z up, voxel units, origin at the grid's lower
-/// corner.
-struct GridFrame {
-    int size[3] = {0, 0, 0};  ///< voxels along grid x, y, z
-    double voxel_m = 0;
-    Pose grid_to_world;  ///< of metres in grid axes
-    /// From grid axes and voxels to world axes and metres.
-    Vec3 to_world(Vec3 grid_voxels) const;
-    /// From world axes and metres to grid axes and voxels.
-    Vec3 to_grid(Vec3 world_m) const;
-    /// Whether a point of the world is above the grid's floor and between its sides.
-    bool is_above(Vec3 world_m) const;
-};
-
 /// Deformable soil. Not thread-safe: one caller at a time; different soils may run in different
 /// threads.
 class Soil {
@@ -170,6 +159,14 @@ class Soil {
     /// content with others (level ground), 10 us one that does not, and the steps.
     /// Error: steps_max is not 0..kSettleStepsMax; then nothing changes.
     Result<SettleReport> settle(int steps_max = 0, std::span<const SoilBody> bodies = {});
+
+    /// What it knows of its contacts with bodies. Whoever finds forces writes it, between steps.
+    /// @{
+    KnownContacts& known_contacts();
+    const KnownContacts& known_contacts() const;
+    /// @}
+    /// What a contact law has to know of this soil.
+    ContactSoil contact_soil() const;
 
     const SoilDef& def() const;                         ///< as given to create()
     const std::vector<MaterialDef>& materials() const;  ///< SoilDef::material_list()

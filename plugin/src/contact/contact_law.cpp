@@ -4,11 +4,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/check_range.h"
 #include "bsoil/contact/bekker_law.h"
 #include "bsoil/contact/granular_law.h"
 #include "bsoil/contact/plain_law.h"
 #include "contact/law_fields.h"
-#include "soil/check_range.h"
 
 namespace bsoil {
 
@@ -17,6 +17,13 @@ Status ContactLawDef::validate(int material_count) const {
     for_each_constant(*this, [&](const char* name, double value, double low, double high) {
         if (status) status = check_range(std::string("contact_law.") + name, value, low, high);
     });
+    if (status && wedge_length != 0) {
+        status = check_range("contact_law.wedge_length", wedge_length, 0.5, 5);
+    }
+    if (status) {
+        status = check_range("contact_law.mobilization_fall_widths", mobilization_fall_widths, 0,
+                             0.99 * mobilization_widths);
+    }
     if (!status) return status;
     if (kind != Kind::bekker) return Done{};
     if (bekker.size() != static_cast<size_t>(material_count)) {

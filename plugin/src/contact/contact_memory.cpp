@@ -10,6 +10,12 @@
 namespace bsoil {
 namespace {
 
+/// A surface that has drawn back further than this [voxels] has left its soil: how far, nobody
+/// asks. Ours: unloaded_share() is 0 long before that, down to a depth of ten voxels. Larger: a
+/// body that comes back has further to go before soil far below it bears in full; smaller: a deep
+/// sole that has left its soil still bears.
+constexpr double kRetreatMostVoxels = 1;
+
 /// The part of a sorted list from `x` on.
 std::span<const PressedSoil> from_x(std::span<const PressedSoil> soil, double x) {
     const auto first =
@@ -149,7 +155,7 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
         const PressedSoil* others = around_index_.find(v, law, law.def().same_contact_cosine);
         if (others && (!same || length(others->slid_m) > length(same->slid_m))) same = others;
         if (same) slid += same->slid_m;
-        retreat_m = std::clamp(retreat_m, 0.0, voxel_m);
+        retreat_m = std::clamp(retreat_m, 0.0, kRetreatMostVoxels * voxel_m);
         entries_[i] = {v.center_m + duration_s * (own - velocity), v.normal, slid, retreat_m};
         history_[i] = {length(slid), retreat_m};
     };

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "bsoil/contact/mean_pressure.h"
 #include "bsoil/contact/orientation.h"
 
 namespace bsoil {
@@ -200,7 +201,8 @@ BodyContact ContactPatches::find(std::span<const ContactVoxel> voxels,
     });
 
     BodyContact total;
-    double mobilized_n = 0, limit_n_sum = 0;
+    MeanPressure mobilized;
+    double limit_n_sum = 0;
     bool has_sole = false;
     for (const ContactMotion& relative : motions) {
         CarrierPatches sums(relative, law, element_m);
@@ -215,9 +217,7 @@ BodyContact ContactPatches::find(std::span<const ContactVoxel> voxels,
             total.mobilized_force_n += force;
             total.mobilized_torque_n_m +=
                 cross(v.position_m - relative.motion.center_of_mass_m, force);
-            const double normal_pa = std::max(0.0, -dot(yield.mobilized_pa, v.normal));
-            mobilized_n += area * normal_pa;
-            total.mobilized_pressure_pa += area * normal_pa * normal_pa;
+            mobilized.add_stress(std::max(0.0, -dot(yield.mobilized_pa, v.normal)), area);
             const double limit_n = yield.normal_limit_pa * area;
             limit_n_sum += limit_n;
             total.width_m += limit_n * faces_.of_voxel(i).width_m;
@@ -233,7 +233,7 @@ BodyContact ContactPatches::find(std::span<const ContactVoxel> voxels,
         }
         sums.append_to(patches_);
     }
-    total.mobilized_pressure_pa = mobilized_n > 0 ? total.mobilized_pressure_pa / mobilized_n : 0;
+    total.mobilized_pressure_pa = mobilized.pa();
     total.width_m = limit_n_sum > 0 ? total.width_m / limit_n_sum : 0;
     return total;
 }

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "base/layout.h"
 #include "bsoil/limits.h"
-#include "soil/layout.h"
 
 namespace bsoil {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/layout.h"
 #include "bsoil/contact/contact_law.h"
-#include "soil/layout.h"
 
 namespace bsoil {
 
@@ -16,8 +16,17 @@ namespace {
 constexpr double kOnFace = 1e-3;
 /// Contacts that one thread takes at a time.
 constexpr size_t kChunkRecords = 128;
-/// A shape's surface is no further than this from the middle of a voxel that it goes through.
+/// A shape's surface is no further than this from the middle of a voxel that it goes through. Ours:
+/// half a voxel's diagonal is 0.87, and the coverage field is smeared over most of one more.
+/// Larger: a wrong nearest face puts the element far off; smaller: it stays short of its surface.
 constexpr double kFaceReachVoxels = 1.5;
+/// An edge's other face is looked for so far along the rest of the gradient [voxels], first far,
+/// then near. Ours: a voxel's edge round the corner, and half of it for parts thinner than that.
+/// Larger: faces of other parts are found; smaller: the first face is found again.
+constexpr double kEdgeReachVoxels[] = {1, 0.5};
+/// And so much of that into the body: past the edge the other face falls away. Ours: half, 27 deg
+/// below the first face. Larger: the point lies deep in thin parts; smaller: above round edges.
+constexpr double kEdgeDip = 0.5;
 
 // A face's plane goes on beyond its edges, the face does not: a voxel under the edge of a box 1 mm
 // deep would give its flank a depth of half a voxel. One step for each face that may meet there.
@@ -208,8 +217,8 @@ void ContactVoxels::add_faces(const Element& element, Vec3 face_normal,
         return dot(face.normal, across_normal) >= law.edge_sine;
     };
     bool is_edge = false, is_thin = false;
-    for (double reach_m : {voxel, voxel / 2}) {
-        beyond = contact.position_m + reach_m * (across_normal - 0.5 * face_normal);
+    for (const double reach : kEdgeReachVoxels) {
+        beyond = contact.position_m + reach * voxel * (across_normal - kEdgeDip * face_normal);
         // Of a part thinner than a voxel, like a wheel's lug, the gradient tells what there is.
         is_thin = !has_turned(voxel);
         is_edge = !is_thin || has_turned(0);

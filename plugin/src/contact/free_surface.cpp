@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/layout.h"
 #include "bsoil/contact/orientation.h"
-#include "soil/layout.h"
 
 namespace bsoil {
 
@@ -12,15 +12,24 @@ using namespace layout;
 
 namespace {
 
-/// Columns around a contact that can count for its free surface in any case. Ours: two tiles, the
-/// wedge of small bodies without a look at their size. Larger: more columns are read for nothing.
+/// Columns around a contact that can count for its free surface in any case. A matter of cost, so
+/// in columns. Ours: two tiles, the wedge of small bodies without a look at their size. Larger:
+/// more columns are read for nothing.
 constexpr int kReach = 2 * kTileSide;
-/// No more than these, however far the wedge before a wall or the rim around a sole reaches. Ours:
-/// 12.8 m of voxels of 5 cm. Larger: one huge body reads the whole grid; smaller: its depth counts
-/// from the high part of its heap.
+/// No more than these, however far the wedge before a wall or the rim around a sole reaches. A
+/// matter of cost, so in columns. Ours: 12.8 m of voxels of 5 cm. Larger: one huge body reads the
+/// whole grid; smaller: its depth counts from the high part of its heap.
 constexpr int kReachMost = 32 * kTileSide;
 /// A mean over fewer columns than this is none. Ours: for the rounding.
 constexpr double kHardlyAny = 1e-6;
+
+/// What is left of a hollow's share where this share of the columns around is free of bodies. Ours:
+/// the square, of how much of the rim one sees and of how much of what one sees is this sole's own
+/// and not its neighbours'. The share itself would let soles side by side (a track's links) count
+/// each other's rims; a higher power would forget a rim that is half seen.
+constexpr double own_rim_share(double share, double free_share) {
+    return share * free_share * free_share;
+}
 /// In place of a column's height.
 constexpr int32_t kNotLookedAt = INT32_MIN;
 
@@ -242,7 +251,7 @@ double FreeSurface::height_beside(const ContactRecord& contact, Vec3 at, Vec3 ou
     const double wanted = 4 * half * half;
     const double seen = std::min(1.0, (x1 - x0) * (y1 - y0) / wanted);
     const double apart = std::min(1.0, inside.count / std::max(1.0, inside.covered_count));
-    const double share = law_->hollow_share * sole * seen * apart * apart;
+    const double share = own_rim_share(law_->hollow_share * sole * seen, apart);
     return (inside.height + share * inside.covered_height) /
            (inside.count + share * inside.covered_count);
 }

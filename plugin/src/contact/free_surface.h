@@ -5,7 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "bsoil/soil.h"
+#include "bsoil/contact/contact_law_def.h"
+#include "bsoil/grid_frame.h"
 #include "contact/contact_record.h"
 
 namespace bsoil {

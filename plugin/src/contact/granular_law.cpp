@@ -5,6 +5,7 @@
 #include <numbers>
 #include <optional>
 
+#include "bsoil/contact/momentum_flux.h"
 #include "bsoil/contact/orientation.h"
 #include "bsoil/contact/passive_wedge.h"
 #include "bsoil/contact/resistive_force_theory.h"
@@ -21,6 +22,10 @@ double bearing_capacity_factor_nc(double friction_angle_rad) {
 
 namespace {
 
+/// Friction of a surface so rough that it bounds nothing. Ours: ten times what any soil slides on
+/// itself with. Less than tan phi would cap the stress that is asked for.
+constexpr double kRoughFriction = 10;
+
 BearingFactors bearing_factors(double friction_angle_rad) {
     const double tan_phi = std::tan(friction_angle_rad);
     const double nq = 1 + tan_phi * bearing_capacity_factor_nc(friction_angle_rad);
@@ -28,11 +33,6 @@ BearingFactors bearing_factors(double friction_angle_rad) {
 }
 
 }  // namespace
-
-double passive_pressure_factor(double phi, double wall) {
-    const double root = std::sqrt(std::sin(phi + wall) * std::sin(phi) / std::cos(wall));
-    return std::cos(phi) * std::cos(phi) / (std::cos(wall) * (1 - root) * (1 - root));
-}
 
 double peak_friction_angle(double critical_rad, double relative_density, double mean_stress_pa) {
     // Bolton (1986), The strength and dilatancy of sands: I = D (Q - ln p) - R with Q 10 (quartz)
@@ -89,7 +89,7 @@ SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2,
     const Vec3 up{0, 0, 1}, down{0, 0, -1}, level{1, 0, 0};
     out.sole_stress = -dot(resistive_stress(down, down, up, out.friction), down);
     out.wall_stress = -dot(resistive_stress(level, level, up, out.friction), level);
-    const Vec3 slid = resistive_stress(down, Vec3{1, 0, -law.creep}, up, 10);
+    const Vec3 slid = resistive_stress(down, Vec3{1, 0, -law.creep}, up, kRoughFriction);
     out.sliding_share =
         tan_phi / (length(slid - dot(slid, down) * down) / length(dot(slid, down) * down));
     out.shear_displacement_m = material.shear_displacement_m;
@@ -106,8 +106,8 @@ namespace {
 /// parts. A face that looks up lifts soil as a wall does. down: of the normal, 0..1; developed:
 /// share of a sole's bearing that its sinkage has mobilized.
 double cohesive_stress_pa(double down, double developed, const SoilStrength& soil) {
-    const double sole = down * down;
-    return sole * developed * soil.cohesion_sole_pa + (1 - sole) * soil.cohesion_wall_pa;
+    const SoleAndWall parts = bearing_parts(down);
+    return parts.sole * developed * soil.cohesion_sole_pa + parts.wall * soil.cohesion_wall_pa;
 }
 
 }  // namespace
@@ -230,7 +230,7 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
         depth_m > 0 ? turned * cohesive_stress_pa(down, factors.developed, soil) : 0;
     // Momentum flux of the soil that the element sets in motion.
     const double impact_m_s = std::max(0.0, along.approach_m_s);
-    const double inertial_pa = soil.density_kg_m3 * impact_m_s * impact_m_s;
+    const double inertial_pa = momentum_flux(soil.density_kg_m3, impact_m_s);
 
     ElementYield out;
     out.area_share = area_share_of(contact, motion, soil.friction_angle_rad, def(), up);

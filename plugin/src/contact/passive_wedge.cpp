@@ -49,13 +49,17 @@ double factor_of_spiral(double phi, double wall, double foot_rad, double top_rad
     return force_moment > 1e-9 && weight_moment > 0 ? 2 * weight_moment / force_moment : kNone;
 }
 
-double coulomb_factor(double phi, double wall) {
-    const double root = std::sqrt(std::sin(phi + wall) * std::sin(phi) / std::cos(wall));
-    if (!(root < 1)) return kNone;
-    return std::cos(phi) * std::cos(phi) / (std::cos(wall) * (1 - root) * (1 - root));
+/// Of Coulomb's coefficient: it has a plane of failure only where this is below 1.
+double coulomb_root(double phi, double wall) {
+    return std::sqrt(std::sin(phi + wall) * std::sin(phi) / std::cos(wall));
 }
 
 }  // namespace
+
+double passive_pressure_factor(double phi, double wall) {
+    const double root = coulomb_root(phi, wall);
+    return std::cos(phi) * std::cos(phi) / (std::cos(wall) * (1 - root) * (1 - root));
+}
 
 double log_spiral_passive_factor(double phi, double wall) {
     // A table over the two angles, then steps that halve.
@@ -84,7 +88,8 @@ double log_spiral_passive_factor(double phi, double wall) {
         }
         if (!(least < before)) step /= 2;
     }
-    return std::min(least, coulomb_factor(phi, wall));
+    const bool has_plane = coulomb_root(phi, wall) < 1;
+    return std::min(least, has_plane ? passive_pressure_factor(phi, wall) : kNone);
 }
 
 double passive_width_factor(double passive_factor, double friction_angle_rad, double width_m,

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "bsoil/body.h"
-#include "soil/wall_thickness.h"
+#include "contact/wall_thickness.h"
 
 namespace bsoil {
 

@@ -9,7 +9,9 @@ namespace bsoil {
 namespace {
 
 /// The gradient of a record that a face belongs to is no further off its normal than this cosine:
-/// at an edge it points between two faces, in a corner between three.
+/// at an edge it points between two faces, in a corner between three. Ours: 78 deg; in a corner of
+/// a box it is 55 deg off each face, and coverage errs by some 20 more. Larger: corners lose faces;
+/// smaller: faces take gradients that are not theirs.
 constexpr double kAgrees = 0.2;
 constexpr uint64_t kNoKey = ~uint64_t{0};
 

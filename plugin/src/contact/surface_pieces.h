@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "bsoil/soil.h"
+#include "bsoil/grid_frame.h"
 #include "contact/contact_record.h"
 #include "contact/surface_samples.h"
 

@@ -5,7 +5,7 @@
 
 #include "bsoil/body.h"
 #include "contact/tooth_rows.h"
-#include "soil/wall_thickness.h"
+#include "contact/wall_thickness.h"
 
 namespace bsoil {
 

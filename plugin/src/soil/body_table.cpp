@@ -31,6 +31,7 @@ void BodyTable::meet(std::span<const SoilBody> input) {
     reach_voxels_ = 0;
     fastest_ = nullptr;
     are_same_ = true;
+    known_contacts.keep_only(input);
     for (const SoilBody& body : input) {
         if (!accept(body)) continue;
         if (static_cast<int>(in_step_.size()) >= limits::kBodyCapacity) {
@@ -61,8 +62,9 @@ void BodyTable::meet(std::span<const SoilBody> input) {
                 reach_voxels_ = std::max(reach_voxels_, move);
             }
         }
+        entry.contact = contact_of(body);
         const GivenBody given{body.pose, body.linear_velocity_m_s, body.angular_velocity_rad_s,
-                              body.center_of_mass_m, body.contact_width_m};
+                              body.center_of_mass_m, entry.contact.width_m};
         are_same_ = are_same_ && !entry.moved && given == track.given;
         track.given = given;
         entry.turned_static = track.is_static != body.is_static;
@@ -75,6 +77,14 @@ void BodyTable::meet(std::span<const SoilBody> input) {
         }
         in_step_.push_back(entry);
     }
+}
+
+// What the caller says, else what is known.
+KnownContact BodyTable::contact_of(const SoilBody& body) const {
+    KnownContact out = known_contacts.of(body.id);
+    if (body.contact_width_m >= 0) out.width_m = body.contact_width_m;
+    if (body.contact_pressure_pa >= 0) out.pressure_pa = body.contact_pressure_pa;
+    return out;
 }
 
 bool BodyTable::any_moved() const {

@@ -4,9 +4,10 @@
 #include <unordered_map>
 #include <vector>
 
+#include "bsoil/contact/known_contacts.h"
 #include "contact/surface_samples.h"
+#include "contact/wall_thickness.h"
 #include "soil/soil_core.h"
-#include "soil/wall_thickness.h"
 
 namespace bsoil {
 
@@ -43,6 +44,7 @@ struct StepBody {
     bool moved = false;
     bool placed = false;         ///< not there before, not so, or not within reach
     bool turned_static = false;  ///< or movable: what rests on it rests on something else
+    KnownContact contact{};      ///< width and pressure that count in this step
     /// Its shapes as the soil sees them.
     const std::vector<ConvexShape>& shapes() const {
         return track->walls.shapes.empty() ? *input->shapes : track->walls.shapes;
@@ -87,12 +89,15 @@ class BodyTable {
     bool knows(int id) const { return tracks_.contains(id); }
     /// SoilBody::id by index; -1 = free.
     std::span<const int> ids() const { return ids_; }
+    /// Of contacts with bodies, kept while the bodies are there.
+    KnownContacts known_contacts;
     /// All that is known becomes this.
     void restart(std::unordered_map<int, BodyTrack> tracks, std::vector<int> ids);
 
   private:
     int take_index(int id);
     double reach_of(const StepBody& body) const;
+    KnownContact contact_of(const SoilBody& body) const;
     void make_shapes(BodyTrack& track, const SoilBody& body) const;
 
     SoilCore& core_;

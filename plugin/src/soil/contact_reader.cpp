@@ -147,7 +147,7 @@ void ContactReader::make_contacts() {
         placed.input = body.input;
         placed.faces.place(*body.input, body.track->walls);
         placed.surface = body.track->surface.is_whole ? &body.track->surface : nullptr;
-        width_voxels_[at] = std::max(0.0, body.input->contact_width_m) / core_.frame.voxel_m;
+        width_voxels_[at] = body.contact.width_m / core_.frame.voxel_m;
     }
     voxels_.make(
         {record_words_, placed_, ids, width_voxels_, &core_.frame, &core_.world_to_grid,

@@ -6,8 +6,9 @@
 #include <type_traits>
 #include <utility>
 
+#include "base/check_range.h"
+#include "base/member_count.h"
 #include "bsoil/soil_def.h"
-#include "soil/check_range.h"
 
 namespace bsoil {
 
@@ -35,25 +36,6 @@ void visit_numbers(const FieldNumber& field, const Value& value, Visit& visit) {
         number(".z", value.z);
     } else {
         number("", static_cast<double>(value));
-    }
-}
-
-/// Converts to whatever a member is of.
-struct Anything {
-    template <typename T>
-    operator T() const;
-};
-template <typename Def, size_t... I>
-constexpr bool has_members(std::index_sequence<I...>) {
-    return requires { Def{(static_cast<void>(I), Anything{})...}; };
-}
-/// Members of a definition.
-template <typename Def, size_t count = 40>
-constexpr size_t member_count() {
-    if constexpr (has_members<Def>(std::make_index_sequence<count>{})) {
-        return count;
-    } else {
-        return member_count<Def, count - 1>();
     }
 }
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <map>
 
+#include "base/check_range.h"
 #include "bsoil/limits.h"
 #include "bsoil/soil.h"
-#include "soil/check_range.h"
 #include "soil/noise.h"
 #include "soil/soil_impl.h"
 

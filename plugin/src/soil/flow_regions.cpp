@@ -5,8 +5,8 @@
 #include <numbers>
 #include <numeric>
 
+#include "base/check_range.h"
 #include "bsoil/limits.h"
-#include "soil/check_range.h"
 #include "soil/flows.h"
 #include "soil/shape_bounds.h"
 

@@ -5,8 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "base/layout.h"
 #include "bsoil/distance_lattice.h"
-#include "soil/layout.h"
 #include "soil/shape_bounds.h"
 
 namespace bsoil {

@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
+#include "base/layout.h"
 #include "bsoil/distance_lattice.h"
-#include "soil/layout.h"
 #include "soil/triangle_tree.h"
 
 namespace bsoil {

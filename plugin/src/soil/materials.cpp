@@ -26,6 +26,10 @@ Status MaterialDef::validate() const {
 }
 
 double relative_density_under(double pressure_pa) {
+    // Between the weight of a spade's depth of soil and the pressure that compacted densities are
+    // given for (MaterialDef::compacted_density_kg_m3), linear in the logarithm as compression
+    // tests are drawn. Ours for all materials. A higher first pressure: light bodies leave soil
+    // loose; a higher second one: machines compact less.
     constexpr double kLoosePa = 1e3, kCompactedPa = 1e6;
     return pressure_pa > kLoosePa
                ? std::min(1.0, std::log(pressure_pa / kLoosePa) / std::log(kCompactedPa / kLoosePa))

@@ -5,8 +5,8 @@
 #include <numbers>
 #include <unordered_map>
 
+#include "base/check_range.h"
 #include "bsoil/limits.h"
-#include "soil/check_range.h"
 #include "soil/column_surface.h"
 #include "soil/soil_impl.h"
 

@@ -100,10 +100,10 @@ void ShapeUpload::add_body(const StepBody& body) {
         }
         record[kBodyMoving] = 1;
         record[kBodyPacking] = static_cast<int32_t>(
-            std::lround(relative_density_under(in.contact_pressure_pa) * kVoxelFull));
+            std::lround(relative_density_under(body.contact.pressure_pa) * kVoxelFull));
     }
     record[kBodyReach] = static_cast<int32_t>(
-        std::lround(std::clamp(in.contact_width_m / 2 / voxel_m, 1.0, 1.0 * kBodyReachMost)));
+        std::lround(std::clamp(body.contact.width_m / 2 / voxel_m, 1.0, 1.0 * kBodyReachMost)));
     record[kBodyFriction] = in.surface.friction >= 0
                                 ? friction_speed(std::min(in.surface.friction, kFrictionMost), def)
                                 : kFrictionOfSoil;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "soil/layout.h"
+#include "base/layout.h"
 #include "soil/water.h"
 
 namespace bsoil {

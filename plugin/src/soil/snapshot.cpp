@@ -57,6 +57,9 @@ SavedSoil SoilSnapshot::take() const {
     out.units_in = s_.flows.units_in();
     out.units_out = s_.flows.units_out();
     out.water = s_.water.state();
+    s_.bodies.known_contacts.for_each([&](int body, const KnownContact& contact) {
+        out.known_contacts.push_back({body, contact});
+    });
     TileVoxels voxels;
     for (size_t index = 0; index < s_.tiles.size(); ++index) {
         const Tile* tile = s_.tiles[index].get();
@@ -108,6 +111,11 @@ void SoilSnapshot::put(const SavedSoil& saved) {
         tracks[t.id].index = t.index;
     }
     s_.bodies.restart(std::move(tracks), saved.body_ids);
+    s_.bodies.known_contacts.clear();
+    for (const SavedContact& c : saved.known_contacts) {
+        s_.bodies.known_contacts.set_width(c.body, c.contact.width_m);
+        s_.bodies.known_contacts.set_pressure(c.body, c.contact.pressure_pa);
+    }
     s_.ground.restart();
     std::vector<Flow> flows;
     for (const SavedFlow& f : saved.flows) flows.push_back(f.flow);

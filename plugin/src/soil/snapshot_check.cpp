@@ -148,6 +148,14 @@ Status SoilSnapshot::check_bodies(const SavedSoil& saved) const {
         }
         before = t.id;
     }
+    before = -1;
+    for (const SavedContact& c : saved.known_contacts) {
+        if (c.body <= before || c.body > limits::kBodyIdMost || c.contact.width_m < 0 ||
+            c.contact.pressure_pa < 0) {
+            return damaged("what is known of the contact of body {} is out of its range", c.body);
+        }
+        before = c.body;
+    }
     return Done{};
 }
 

@@ -68,31 +68,9 @@ void set_wind(SoilCore& s) {
     s.params.shelter = word(s.def.shelter_m / s.def.voxel_m, kShelterMost);
 }
 
-}  // namespace
-
-Vec3 GridFrame::to_world(Vec3 grid_voxels) const {
-    return transform(grid_to_world, grid_voxels * voxel_m);
-}
-Vec3 GridFrame::to_grid(Vec3 world) const {
-    return transform(inverse(grid_to_world), world) * (1 / voxel_m);
-}
-
-bool GridFrame::is_above(Vec3 world) const {
-    const Vec3 at = to_grid(world);
-    return at.x >= 0 && at.y >= 0 && at.z >= 0 && at.x <= size[0] && at.y <= size[1];
-}
-
-Soil::Soil(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-Soil::~Soil() = default;
-
-Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
-    if (Status status = def.validate(); !status) return Error{status.error()};
-    auto impl = std::make_unique<Impl>();
-    Impl& s = *impl;
-    s.tiles.on_new_tile = [&s](int index) { s.ground.stamp_new_tile(index); };
-    s.def = def;
-    s.materials = def.material_list();
-    s.contacts.start();
+// Where the grid lies, and its size.
+void place_grid(SoilCore& s) {
+    const SoilDef& def = s.def;
     const bool y_up = def.up == UpAxis::y;
     // Grid x, y, z are world Z, X, Y when Y is up: a turn, not a mirror.
     const double sizes[3] = {y_up ? def.size_m.z : def.size_m.x, y_up ? def.size_m.x : def.size_m.y,
@@ -113,7 +91,11 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     s.tiles_x = (s.frame.size[0] + kTileSide - 1) / kTileSide;
     s.tiles_y = (s.frame.size[1] + kTileSide - 1) / kTileSide;
     s.blocks_per_tile = s.height / kTileSide;
+}
 
+// What the kernels are told once. The rest of it passes and steps set.
+void set_params(SoilCore& s) {
+    const SoilDef& def = s.def;
     SoilParams& p = s.params;
     p.tile_voxels = kTileColumns * s.height;
     p.height = s.height;
@@ -137,13 +119,12 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     p.substep_count = 1;
     p.body_substep_count = 1;
     s.kept_planes = 1 + p.transport_count;
+}
 
-    auto device = create_device(def.backend, def.thread_count, s.device_reason);
-    if (!device) return Error{device.error()};
-    s.device = std::move(*device);
-    s.work_threads = std::make_unique<WorkThreads>(def.thread_count);
-
-    if (Status status = s.tiles.start(); !status) return Error{status.error()};
+// Tables of all materials, each bonded and loose; what they say of banks is put into the
+// parameters.
+std::vector<int32_t> make_tables(SoilCore& s) {
+    SoilParams& p = s.params;
     std::vector<int32_t> tables;
     p.bank_friction = INT32_MAX;
     p.bank_strength = 0;
@@ -152,7 +133,7 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
         loose.cohesion_pa *= material.loose_cohesion_fraction;
         loose.moist_cohesion_pa *= material.loose_cohesion_fraction;
         for (const MaterialDef& state : {material, loose}) {
-            const std::vector<int32_t> table = make_slip_table(state, def);
+            const std::vector<int32_t> table = make_slip_table(state, s.def);
             tables.insert(tables.end(), table.begin(), table.end());
         }
         const int32_t* bonded = &tables[tables.size() - 2 * static_cast<size_t>(kTableWords)];
@@ -163,6 +144,33 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
             p.bank_strength = p.bank_strength > 0 ? std::min(p.bank_strength, strength) : strength;
         }
     }
+    return tables;
+}
+
+}  // namespace
+
+Soil::Soil(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Soil::~Soil() = default;
+
+Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
+    if (Status status = def.validate(); !status) return Error{status.error()};
+    auto impl = std::make_unique<Impl>();
+    Impl& s = *impl;
+    s.tiles.on_new_tile = [&s](int index) { s.ground.stamp_new_tile(index); };
+    s.def = def;
+    s.materials = def.material_list();
+    s.contacts.start();
+    place_grid(s);
+    set_params(s);
+
+    auto device = create_device(def.backend, def.thread_count, s.device_reason);
+    if (!device) return Error{device.error()};
+    s.device = std::move(*device);
+    s.work_threads = std::make_unique<WorkThreads>(def.thread_count);
+
+    if (Status status = s.tiles.start(); !status) return Error{status.error()};
+    std::vector<int32_t> tables = make_tables(s);
+    SoilParams& p = s.params;
     p.contact_offset = kContactsFirst;
     p.contact_capacity = limits::kContactCapacity;
     const int64_t result_size = kContactsFirst + int64_t{limits::kContactCapacity} * kContactWords;
@@ -186,6 +194,15 @@ StepReport Soil::step(std::span<const SoilBody> bodies) { return impl_->step(bod
 Result<SettleReport> Soil::settle(int steps_max, std::span<const SoilBody> bodies) {
     return impl_->settle(steps_max, bodies);
 }
+KnownContacts& Soil::known_contacts() { return impl_->bodies.known_contacts; }
+const KnownContacts& Soil::known_contacts() const { return impl_->bodies.known_contacts; }
+
+ContactSoil Soil::contact_soil() const {
+    const SoilDef& def = impl_->def;
+    const Vec3 up = def.up == UpAxis::y ? Vec3{0, 1, 0} : Vec3{0, 0, 1};
+    return {up, def.gravity_m_s2, def.voxel_m, impl_->materials, def.contact_law};
+}
+
 const SoilDef& Soil::def() const { return impl_->def; }
 const std::vector<MaterialDef>& Soil::materials() const { return impl_->materials; }
 const GridFrame& Soil::frame() const { return impl_->frame; }

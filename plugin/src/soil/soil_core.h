@@ -6,11 +6,11 @@
 #include <memory>
 #include <vector>
 
+#include "base/layout.h"
 #include "bsoil/soil.h"
 #include "bsoil/work_threads.h"
 #include "device/device.h"
 #include "soil/condition_log.h"
-#include "soil/layout.h"
 
 namespace bsoil {
 

@@ -5,9 +5,9 @@
 #include <span>
 #include <string>
 
+#include "base/layout.h"
 #include "bsoil/soil_def.h"
 #include "device/kernel_set.h"
-#include "soil/layout.h"
 
 namespace bsoil {
 

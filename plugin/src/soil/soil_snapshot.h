@@ -80,6 +80,11 @@ struct SavedFlow {
     }
 };
 
+struct SavedContact {
+    int32_t body = 0;
+    KnownContact contact;
+};
+
 struct SavedActive {
     BlockKey block = 0;
     int64_t changed = 0;
@@ -101,6 +106,7 @@ struct SavedSoil {
     int32_t next_flow = 1;
     std::vector<int64_t> units_in, units_out;
     std::vector<int64_t> water;  ///< see Water::state()
+    std::vector<SavedContact> known_contacts;
 
     void list(StateStream& stream) {
         stream.list(materials, 8, [&](std::string& name) { stream(name); });
@@ -113,6 +119,9 @@ struct SavedSoil {
         stream.list(tiles, 38, [&](SavedTile& t) { t.list(stream); });
         stream.list(flows, 49, [&](SavedFlow& f) { f.list(stream); });
         stream(next_flow, units_in, units_out, water);
+        stream.list(known_contacts, 20, [&](SavedContact& c) {
+            stream(c.body, c.contact.width_m, c.contact.pressure_pa);
+        });
     }
 };
 

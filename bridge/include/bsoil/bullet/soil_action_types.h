@@ -59,11 +59,7 @@ struct BodyReport {
     int patch_count = 0;  ///< contact patches, each one normal and two tangential constraint rows
 };
 
-/// A point of the soil's surface. World axes.
-struct SurfacePoint {
-    Vec3 position_m;
-    Vec3 normal;  ///< unit, upward
-};
+using bsoil::SurfacePoint;
 
 /// A condition that the soil ran into, with the object it is of.
 struct ObjectCondition {

@@ -8,39 +8,11 @@
 #include "bsoil/body.h"
 #include "bsoil/contact/contact_faces.h"
 #include "bsoil/contact/contact_law.h"
+#include "bsoil/contact/contact_motion.h"
 #include "bsoil/work_threads.h"
 
 #pragma GCC visibility push(default)
 namespace bsoil {
-
-/// How a body moves. World axes.
-struct BodyMotion {
-    Pose pose;
-    Vec3 center_of_mass_m;
-    Vec3 linear_velocity_m_s;  ///< of the centre of mass
-    Vec3 angular_velocity_rad_s;
-    /// Of a point that moves with it [m/s].
-    Vec3 velocity_at(Vec3 point_m) const {
-        return linear_velocity_m_s + cross(angular_velocity_rad_s, point_m - center_of_mass_m);
-    }
-};
-
-/// A body's motion relative to what carries the soil that it touches. Points of both move alike, so
-/// the difference is that of a rigid body too.
-struct ContactMotion {
-    int carrier = -1;      ///< ContactVoxel::carrier
-    BodyMotion motion;     ///< as it is now
-    BodyMotion direction;  ///< as yield sees it, of contact points as a share of the body's motion
-                           ///< (see ElementMotion)
-    Vec3 linear_m_s, angular_rad_s;  ///< averaged: what direction is made of
-};
-/// The one of a voxel's or a patch's carrier; the first where there is none of its own.
-inline const ContactMotion& motion_for(std::span<const ContactMotion> motions, int carrier) {
-    for (const ContactMotion& m : motions) {
-        if (m.carrier == carrier) return m;
-    }
-    return motions.front();
-}
 
 inline constexpr int kNormalBinCount = 6;  ///< +x, -x, +y, -y, +z, -z of the body's frame
 inline constexpr int kQuadrantCount =

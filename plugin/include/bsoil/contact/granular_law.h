@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bsoil/contact/contact_law.h"
+#include "bsoil/contact/passive_wedge.h"
 
 #pragma GCC visibility push(default)
 namespace bsoil {
@@ -70,10 +71,6 @@ FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, doubl
 /// Bolton (1986), plane strain: phi + 5 deg I_R, I_R = I_D (10 - ln p') - 1 in 0..4, p' in kPa.
 double peak_friction_angle(double critical_rad, double relative_density, double mean_stress_pa);
 
-/// Coulomb's passive coefficient for a vertical wall with friction angle `wall_rad` and level
-/// ground.
-double passive_pressure_factor(double friction_angle_rad, double wall_rad);
-
 /// Nc of Prandtl's bearing capacity: (Nq - 1) / tan phi, Nq = exp(pi tan phi) tan^2(45 + phi/2); 2
 /// + pi at phi = 0.
 double bearing_capacity_factor_nc(double friction_angle_rad);
@@ -84,9 +81,9 @@ double bearing_capacity_factor_nc(double friction_angle_rad);
 double developed_shear(const SoilStrength& soil, double displacement_m, double relative_density,
                        const ContactLawDef& law = {});
 
-/// Share 0..1 of an element's friction that is a slip along its face: 1 along it, half where it goes
-/// into the soil by ContactLawDef::slip_band_slope of its slip, falling with the square. approach,
-/// sliding: along the outward normal and along the face, in one unit.
+/// Share 0..1 of an element's friction that is a slip along its face: 1 along it, half where it
+/// goes into the soil by ContactLawDef::slip_band_slope of its slip, falling with the square.
+/// approach, sliding: along the outward normal and along the face, in one unit.
 double slip_band_share(double approach, double sliding, const ContactLawDef& law = {});
 
 /// The law. Depth is at least the compression, so that a surface just touching the soil has some

@@ -6,6 +6,10 @@
 #pragma GCC visibility push(default)
 namespace bsoil {
 
+/// Coulomb's passive coefficient for a vertical wall with friction angle `wall_rad` and level
+/// ground.
+double passive_pressure_factor(double friction_angle_rad, double wall_rad);
+
 /// Passive earth pressure coefficient of a vertical wall and level ground: the resultant, inclined
 /// by the wall's friction angle, over half the soil's weight times the height squared.
 /// Soil turns as one about the pole of a logarithmic spiral from the wall's foot to the surface.

@@ -3,11 +3,13 @@
 
 #include <optional>
 
-#include "ground_surface.h"
-#include "underside.h"
+#include "bsoil/contact/underside.h"
+#include "bsoil/host/ground_surface.h"
 
-namespace bsoil::bullet {
+#pragma GCC visibility push(default)
+namespace bsoil {
 
+/// Looks for the surface that a body will meet or has met, from where the body is.
 class SoilBelow {
   public:
     /// The references must outlive this.
@@ -17,6 +19,7 @@ class SoilBelow {
     /// The surface next below a point in the air, or next above one in the soil: what lies over a
     /// roof does not count. Empty outside of the grid and where the surface is rock or the floor.
     std::optional<SurfaceSoil> at(Vec3 world_m) const;
+    /// Whose surface it is.
     const Soil& soil() const { return soil_; }
 
   private:
@@ -25,4 +28,5 @@ class SoilBelow {
     Vec3 up_;
 };
 
-}  // namespace bsoil::bullet
+}  // namespace bsoil
+#pragma GCC visibility pop

@@ -1,11 +1,22 @@
-#include "soil_below.h"
+#include "bsoil/host/soil_below.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "coupling_def.h"
+namespace bsoil {
+namespace {
 
-namespace bsoil::bullet {
+/// A voxel with this share of soil or rock in it is below the surface. Ours: half, where the error
+/// of either answer is the same. Larger, and a loose crust is looked through.
+constexpr double kMostlyFullShare = 0.5;
+/// The topmost surface of a column is the one below a body unless it is this far [voxels] from what
+/// the column holds there. Ours: a surface's heights and a column's voxels differ by one voxel at
+/// most, so more means a roof or a gap between them. Larger, and a body under a roof lands on the
+/// roof's height.
+constexpr double kSameSurfaceVoxels = 1.5;
+
+}  // namespace
+
 std::optional<SurfaceSoil> SoilBelow::at(Vec3 world_m) const {
     const GridFrame& frame = soil_.frame();
     const Vec3 at = frame.to_grid(world_m);
@@ -16,10 +27,10 @@ std::optional<SurfaceSoil> SoilBelow::at(Vec3 world_m) const {
         const VoxelSample voxel = soil_.sample(x, y, level);
         return voxel.volume + voxel.coverage;
     };
-    if (filled(z) >= kCoupling.mostly_full_share) {
-        while (z + 1 < frame.size[2] && filled(z + 1) >= kCoupling.mostly_full_share) ++z;
+    if (filled(z) >= kMostlyFullShare) {
+        while (z + 1 < frame.size[2] && filled(z + 1) >= kMostlyFullShare) ++z;
     } else {
-        while (z > 0 && filled(z) < kCoupling.mostly_full_share) --z;
+        while (z > 0 && filled(z) < kMostlyFullShare) --z;
     }
     double top = z + std::min(1.0, filled(z));
     if (top >= z + 1 && z + 1 < frame.size[2]) top += filled(z + 1);
@@ -29,8 +40,7 @@ std::optional<SurfaceSoil> SoilBelow::at(Vec3 world_m) const {
     SurfaceSoil out;
     const std::optional<SurfacePoint> surface =
         surface_.at(at.x * frame.voxel_m, at.y * frame.voxel_m);
-    if (surface &&
-        std::abs(surface->position_m.z / frame.voxel_m - top) < kCoupling.same_surface_voxels) {
+    if (surface && std::abs(surface->position_m.z / frame.voxel_m - top) < kSameSurfaceVoxels) {
         out.plane = {transform(frame.grid_to_world, surface->position_m),
                      rotate(frame.grid_to_world.rotation, surface->normal)};
     } else {
@@ -46,4 +56,4 @@ std::optional<SurfaceSoil> SoilBelow::at(Vec3 world_m) const {
     return out;
 }
 
-}  // namespace bsoil::bullet
+}  // namespace bsoil

@@ -1,4 +1,4 @@
-#include "underside.h"
+#include "bsoil/contact/underside.h"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 
 #include "bsoil/distance_lattice.h"
 
-namespace bsoil::bullet {
+namespace bsoil {
 namespace {
 
 /// Columns along either side of the rectangle that is looked at: as many as the grid has, within
@@ -186,4 +186,4 @@ double sample_underside(std::span<const ConvexShape> shapes, const Pose& pose, c
     return apart_m;
 }
 
-}  // namespace bsoil::bullet
+}  // namespace bsoil

@@ -1,4 +1,4 @@
-#include "soil/wall_thickness.h"
+#include "contact/wall_thickness.h"
 
 #include <algorithm>
 #include <cmath>

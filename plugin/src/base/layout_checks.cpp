@@ -1,11 +1,11 @@
 // What stands both in the kernels' layout and in a public header says the same in both.
 #include <cstdint>
 
+#include "base/layout.h"
 #include "bsoil/body.h"
 #include "bsoil/limits.h"
 #include "bsoil/soil.h"
 #include "bsoil/soil_def.h"
-#include "soil/layout.h"
 
 namespace bsoil::layout {
 

@@ -1,14 +1,16 @@
-#include "ground_surface.h"
+#include "bsoil/host/ground_surface.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace bsoil::bullet {
+namespace bsoil {
 namespace {
 
-/// A column that moves by less has not changed. Voxels.
+/// A column that moves by less has not changed [voxels]. Ours: the grid cannot tell it from one at
+/// rest. Larger: a body beside soil that creeps keeps its old contact points.
 constexpr double kChangedVoxels = 0.01;
-/// Vertices nearer than this to a plane lie in it. Voxels.
+/// Vertices nearer than this to a plane lie in it [voxels]. Ours: fixed point leaves a thousandth.
+/// Larger: a gentle slope is met as level; smaller: level ground costs two triangles a column.
 constexpr double kPlaneVoxels = 0.001;
 
 }  // namespace
@@ -123,20 +125,20 @@ GroundSurface::Columns GroundSurface::columns_of(Cell low, Cell high) const {
 void GroundSurface::compare(Met& met, const Tile& tile, bool is_new) const {
     if (met.generation != generation_) {
         met.generation = generation_;
-        met.changed = 0;
+        met.heights.changed = 0;
     }
-    if (is_new) met.settled_m = tile.height_m;
+    if (is_new) met.heights.settled_m = tile.height_m;
     if (met.revision == tile.revision) return;
     met.revision = tile.revision;
     for (int c = 0; c < kTileColumns; ++c) {
         const float height_m = tile.height_m[c];
-        if (std::abs(static_cast<double>(height_m - met.settled_m[c])) <=
+        if (std::abs(static_cast<double>(height_m - met.heights.settled_m[c])) <=
             kChangedVoxels * voxel_m_) {
             continue;
         }
-        met.before_m[c] = met.settled_m[c];
-        met.settled_m[c] = height_m;
-        met.changed |= uint64_t{1} << c;
+        met.heights.before_m[c] = met.heights.settled_m[c];
+        met.heights.settled_m[c] = height_m;
+        met.heights.changed |= uint64_t{1} << c;
     }
 }
 
@@ -158,13 +160,14 @@ bool GroundSurface::has_changed(Cell low, Cell high, double z_low_m, double z_hi
     for (int ty = y0 / kTileSide; ty <= y1 / kTileSide; ++ty) {
         for (int tx = x0 / kTileSide; tx <= x1 / kTileSide; ++tx) {
             const auto found = met_.find(ty * tiles_x() + tx);
-            if (found == met_.end() || found->second.changed == 0) continue;
+            if (found == met_.end() || found->second.heights.changed == 0) continue;
             const Met& met = found->second;
             for (int c = 0; c < kTileColumns; ++c) {
                 const int x = tx * kTileSide + c % kTileSide, y = ty * kTileSide + c / kTileSide;
-                if ((met.changed >> c & 1) == 0 || x < x0 || x > x1 || y < y0 || y > y1) continue;
-                const auto now = static_cast<double>(met.settled_m[c]);
-                const auto before = static_cast<double>(met.before_m[c]);
+                const bool has_changed = (met.heights.changed >> c & 1) != 0;
+                if (!has_changed || x < x0 || x > x1 || y < y0 || y > y1) continue;
+                const auto now = static_cast<double>(met.heights.settled_m[c]);
+                const auto before = static_cast<double>(met.heights.before_m[c]);
                 if (std::max(now, before) >= z_low_m && std::min(now, before) <= z_high_m) {
                     return true;
                 }
@@ -174,4 +177,21 @@ bool GroundSurface::has_changed(Cell low, Cell high, double z_low_m, double z_hi
     return false;
 }
 
-}  // namespace bsoil::bullet
+std::vector<GroundSurface::MetTile> GroundSurface::met_tiles() const {
+    std::vector<MetTile> out;
+    for (const auto& [tile, met] : met_) {
+        out.push_back({tile, met.heights});
+        if (met.generation != generation_) out.back().heights.changed = 0;
+    }
+    std::ranges::sort(out, {}, &MetTile::tile);
+    return out;
+}
+
+void GroundSurface::set_met_tiles(std::span<const MetTile> tiles) {
+    // What stands for a tile that is not there is never asked for.
+    met_.clear();
+    // Revision 0: compared again with what is there when it is next met.
+    for (const MetTile& tile : tiles) met_[tile.tile] = {0, generation_, tile.heights};
+}
+
+}  // namespace bsoil

@@ -4,11 +4,14 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <unordered_map>
+#include <vector>
 
-#include "bsoil/bullet/soil_action_types.h"
+#include "bsoil/soil.h"
 
-namespace bsoil::bullet {
+#pragma GCC visibility push(default)
+namespace bsoil {
 
 /// Grid axes (x, y level, z up), metres. The surface's vertices lie over the column centres, at the
 /// topmost resting soil or terrain, and once more at the box's rim, so that it reaches to it. A
@@ -20,8 +23,12 @@ namespace bsoil::bullet {
 /// else has asked in between.
 class GroundSurface {
   public:
+    /// soil: must outlive this.
     explicit GroundSurface(const Soil& soil);
 
+    static constexpr int kTileSide = 8;  ///< columns, as a tile of the soil
+    static constexpr int kTileColumns = kTileSide * kTileSide;
+    /// A part of the surface.
     struct Triangle {
         std::array<Vec3, 3> corners_m;  ///< counter-clockwise seen from above
     };
@@ -29,9 +36,11 @@ class GroundSurface {
     struct Cell {
         int x = 0, y = 0;
     };
+    /// Along an axis.
     int cell_count(int axis) const { return size_[axis] + 1; }
     /// The cell over a place [m], clamped to the box.
     Cell cell_at(double x_m, double y_m) const;
+    /// Place of a vertex along an axis.
     double vertex_m(int axis, int vertex) const;
     /// Number of triangles, 0 to 2, that the cell has between z_low_m and z_high_m, or that overlap
     /// that range.
@@ -52,24 +61,36 @@ class GroundSurface {
     /// From now on only changes to come count.
     void forget_changes() { ++generation_; }
 
-    double voxel_m() const { return voxel_m_; }
+    /// What contacts have met of a tile. A run restored from a snapshot goes on with it.
+    struct MetHeights {
+        uint64_t changed = 0;                         ///< a bit per column
+        std::array<float, kTileColumns> settled_m{};  ///< what the next change is measured from
+        std::array<float, kTileColumns> before_m{};   ///< settled_m before the last change
+    };
+    /// And which tile: tx + ty times the tiles along x.
+    struct MetTile {
+        int64_t tile = 0;
+        MetHeights heights;
+    };
+    /// Of all tiles that bodies have met, by tile.
+    std::vector<MetTile> met_tiles() const;
+    /// Puts what met_tiles() gave at another time in place of what there is.
+    void set_met_tiles(std::span<const MetTile> tiles);
+
+    double voxel_m() const { return voxel_m_; }  ///< edge of a voxel
+    /// Of the grid, columns.
     int size(int axis) const { return size_[axis]; }
 
   private:
-    static constexpr int kTileSide = 8;  ///< columns, as a tile of the soil
-    static constexpr int kTileColumns = kTileSide * kTileSide;
-    friend class CouplingSnapshot;
     struct Tile {
         uint64_t revision = 0;
         std::array<float, kTileColumns> height_m{};
     };
-    /// What contacts have met of a tile. A run restored from a snapshot goes on with it.
+    /// What is known of it here.
     struct Met {
-        uint64_t revision = 0;                        ///< of the tile, when it was last compared
-        uint64_t generation = 0;                      ///< in which `changed` was written
-        uint64_t changed = 0;                         ///< a bit per column
-        std::array<float, kTileColumns> settled_m{};  ///< what the next change is measured from
-        std::array<float, kTileColumns> before_m{};   ///< settled_m before the last change
+        uint64_t revision = 0;    ///< of the tile, when it was last compared
+        uint64_t generation = 0;  ///< in which `changed` was written
+        MetHeights heights;
     };
     struct Columns {
         int x0, y0, x1, y1;  ///< inclusive
@@ -89,4 +110,5 @@ class GroundSurface {
     std::unordered_map<int64_t, Met> met_;
 };
 
-}  // namespace bsoil::bullet
+}  // namespace bsoil
+#pragma GCC visibility pop

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "bsoil/body.h"
-#include "bsoil/bullet/soil_action_types.h"
 
-namespace bsoil::bullet {
+#pragma GCC visibility push(default)
+namespace bsoil {
 
 /// A place of the soil's surface, taken as a plane, and what lies there.
 struct SurfaceSoil {
@@ -26,4 +26,5 @@ double sample_underside(std::span<const ConvexShape> shapes, const Pose& pose, c
                         const SurfaceSoil& surface, Vec3 up, double voxel_m, int body,
                         std::vector<ContactVoxel>& out);
 
-}  // namespace bsoil::bullet
+}  // namespace bsoil
+#pragma GCC visibility pop
