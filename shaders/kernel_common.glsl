@@ -55,11 +55,18 @@ void note_change(int slot, int lane, int low, int high) {
     ATOMIC_MAX_OWNED(spans[column_word(kColumnEnd, slot * kTileColumns + lane)], high + 1);
 }
 
+// Slot of the tile at a place among a tile's neighbours, or kNeighbourAbsent.
+int neighbour_slot(int slot, int place) { return tile_table[slot * kTileTableWords + kTileTableNeighbours + place]; }
+
+// Place among them of the tile over which (x, y) lies.
+int place_beside(int x, int y) { return ((y >> 3) + 1) * kNeighbourRow + (x >> 3) + 1; }
+int beside(ivec2 at) { return place_beside(at.x, at.y); }
+
 // Columns that have changed since `stamp` in row y (-8..15) of tile `slot` and of those beside it: bit 8 + x, x from -8 to 15.
 int changed_row(int slot, int y, int stamp) {
     int row = 0;
-    for (int n = 0; n < 3; ++n) {
-        int other = tile_table[slot * kTileTableWords + ((y >> 3) + 1) * 3 + n];
+    for (int n = 0; n < kNeighbourRow; ++n) {
+        int other = neighbour_slot(slot, ((y >> 3) + 1) * kNeighbourRow + n);
         if (other < 0 || ATOMIC_LOAD(spans[tile_stamp(other)]) <= stamp) continue;
         int first = column_word(kColumnStamp, other * kTileColumns + (y & 7) * kTileSide);
         for (int x = 0; x < kTileSide; ++x) {
@@ -83,8 +90,8 @@ int changed_half(int slot, int half_at, int stamp) {
 // Columns of half a tile that have changed since the pass `stamp`, or from which one lies up to `reach` columns away.
 int changed_around(int slot, int half_at, int reach, int stamp) {
     bool any_changed = false;
-    for (int n = 0; n < 9; ++n) {
-        int other = tile_table[slot * kTileTableWords + n];
+    for (int n = 0; n < kNeighbourCount; ++n) {
+        int other = neighbour_slot(slot, n);
         any_changed = any_changed || (other >= 0 && ATOMIC_LOAD(spans[tile_stamp(other)]) > stamp);
     }
     if (!any_changed) return 0;
@@ -108,27 +115,24 @@ int entry_highest(int entry) { return entry & (kTileWord - 1); }
 // The voxel at (x, y, z) seen from tile `slot`; x and y in -8..15. -1 outside of what is resident.
 int voxel_at(int slot, int x, int y, int z) {
     if (z < 0 || z >= params.height) return -1;
-    int other = tile_table[slot * kTileTableWords + ((y >> 3) + 1) * 3 + (x >> 3) + 1];
+    int other = neighbour_slot(slot, place_beside(x, y));
     if (other < 0) return -1;
     return other * params.tile_voxels + z * kTileColumns + (y & 7) * kTileSide + (x & 7);
 }
 
 // The column at (x, y) seen from tile `slot`, as an index into the span buffer; -1 when not resident.
 int column_at(int slot, int x, int y) {
-    int other = tile_table[slot * kTileTableWords + ((y >> 3) + 1) * 3 + (x >> 3) + 1];
+    int other = neighbour_slot(slot, place_beside(x, y));
     if (other < 0) return -1;
     return other * kTileColumns + (y & 7) * kTileSide + (x & 7);
 }
 
 int column_of(int slot, ivec2 at) { return slot * kTileColumns + at.y * kTileSide + at.x; }
 
-// Place of the tile beside `slot` over which (x, y) lies, in its record.
-int beside(ivec2 at) { return ((at.y >> 3) + 1) * 3 + (at.x >> 3) + 1; }
-
 // A step over the ground; false where there is no tile awake, and nothing has changed then.
 bool step_on(INOUT(int) slot, INOUT(ivec2) at, ivec2 way) {
     ivec2 next = at + way;
-    int to = tile_table[slot * kTileTableWords + beside(next)];
+    int to = neighbour_slot(slot, beside(next));
     if (to < 0) return false;
     slot = to;
     at = ivec2(next.x & 7, next.y & 7);
@@ -442,8 +446,8 @@ void add_wide(int at, int value) {
 
 // What pour_soil and take_soil run over. A group is a part of a source's or a sink's region: its tile's slot, and the place of its
 // words in the tables.
-int flow_slot(int group) { return block_list[params.list_offset + 2 * group]; }
-int flow_part(int group) { return block_list[params.list_offset + 2 * group + 1]; }
+int flow_slot(int group) { return block_list[params.list_offset + kPairWords * group + kPairSlot]; }
+int flow_part(int group) { return block_list[params.list_offset + kPairWords * group + kPairPart]; }
 int flow_word(int part, int word) { return tables[params.flow_offset + tables[part] * kFlowWords + word]; }
 int flow_sum(int part, int word) { return params.flow_result + tables[part] * kFlowResultWords + word; }
 

@@ -130,7 +130,7 @@ int mixed_wedge(int friction, int strength, int any_slope) {
 }
 
 int wedge_at(int curve, int voxel, int slope) {
-    if (curve >= 0) return table_at(curve, 0, slope);
+    if (curve >= 0) return table_at(curve, kTableWedge, slope);
     int loose = kMixedBonded - curve;
     int friction = mixed_word(voxel, loose, kTableFriction);
     if (slope <= friction) return -kVoxelFull;  // whatever its cohesion

@@ -82,6 +82,9 @@ CONST_INT(kNeighbourAbsent, -1)
 // Per resident tile in tile_table: 9 neighbour slots (row-major, dy then dx, self in the middle), tile x, tile y,
 // then the top of the soil: step * kTileTopStep + z of the highest voxel with soil + 1, a maximum over columns.
 CONST_INT(kTileTableWords, 16)
+CONST_INT(kTileTableNeighbours, 0)
+CONST_INT(kNeighbourRow, 3)     // neighbours in a row
+CONST_INT(kNeighbourCount, 9)
 CONST_INT(kTileTableX, 9)
 CONST_INT(kTileTableY, 10)
 CONST_INT(kTileTableTop, 11)
@@ -91,6 +94,14 @@ CONST_INT(kTileTopStep, 1024)   // twice the highest grid (512 voxels), so that 
 // Tile lists: (slot * kTileWord + lowest) * kTileWord + highest: support may have changed from block `lowest` on, and
 // soil reaches at most into the block below `highest`.
 CONST_INT(kTileWord, 128)
+
+// Lists of pairs, kPairWords words each: of voxelize_shapes a block and a shape over it, of pour_soil and take_soil a slot and
+// the place in the tables of a region's part in its tile.
+CONST_INT(kPairWords, 2)
+CONST_INT(kPairBlock, 0)
+CONST_INT(kPairShape, 1)
+CONST_INT(kPairSlot, 0)
+CONST_INT(kPairPart, 1)
 
 // Words left empty behind each plane and each array of columns. With a power of two of slots their lengths are multiples of a
 // cache way, and a voxel's planes, or a column's words, would drive each other out of the cache. Whole cache lines of 16 words.
@@ -233,6 +244,7 @@ CONST_INT(kFaceOffset, 3)       // voxels along the normal
 // kLatticeInside or kLatticeOutside where the surface is far; the samples. A brick spans kLatticeCells cells and has the
 // 8 x 8 x 8 nodes at their corners (those on its faces are its neighbours' as well), x fastest, two 16-bit samples a
 // word, the low half first. A sample of kLatticeFar is as far as distances are known.
+CONST_INT(kLatticeBricks, 0)    // bricks along x, y, z
 CONST_INT(kLatticeCells, 7)
 CONST_INT(kLatticeNodes, 8)     // along an edge of a brick
 CONST_INT(kLatticeIndex, 3)
@@ -301,7 +313,8 @@ CONST_INT(kOnGround, -1)
 
 // --- tables buffer: per material two tables, bonded then loose ----------------------------------------------------
 CONST_INT(kSlipEntries, 257)    // slope 0..16 voxels of rise per voxel, step 1/16
-CONST_INT(kTableWords, 640)     // wedge[257], acceleration[257] at kTableAcceleration
+CONST_INT(kTableWords, 640)
+CONST_INT(kTableWedge, 0)       // kSlipEntries heights of the sliding wedge, then as many accelerations
 CONST_INT(kTableAcceleration, 320)
 
 CONST_INT(kTablePassive, 600)   // tan(45 deg - phi / 2), Q16: how steeply confined soil yields towards the surface

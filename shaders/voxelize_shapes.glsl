@@ -29,9 +29,9 @@ float lattice_distance(int shape, float px, float py, float pz) {
     int lattice = shapes[shape + kShapeLattice];
     float unit = shape_number(shape + kShapeLatticeUnit);
     PRECISE float outside = float(kLatticeFar) * unit;
-    int bricks_x = shapes[lattice];
-    int bricks_y = shapes[lattice + 1];
-    int bricks_z = shapes[lattice + 2];
+    int bricks_x = shapes[lattice + kLatticeBricks];
+    int bricks_y = shapes[lattice + kLatticeBricks + 1];
+    int bricks_z = shapes[lattice + kLatticeBricks + 2];
     float floor_x = floor(px);
     float floor_y = floor(py);
     float floor_z = floor(pz);
@@ -285,9 +285,9 @@ bool is_column_beside(int shape, vec3 p, vec3 rise, float rounding) {
 
 // Columns of half a block within the shape's bounds.
 int voxelize_shapes_lanes(int group, int half_at) {
-    int pair = params.pair_offset + 2 * group;
-    int slot = block_list[pair] / params.blocks_per_tile;
-    int shape = params.shape_offset + block_list[pair + 1] * kShapeWords;
+    int pair = params.pair_offset + kPairWords * group;
+    int slot = block_list[pair + kPairBlock] / params.blocks_per_tile;
+    int shape = params.shape_offset + block_list[pair + kPairShape] * kShapeWords;
     ivec3 corner = grid_voxel(slot, 0, half_at * 4, 0);
     int x0 = clamp(shapes[shape + kShapeLow] - corner.x, 0, 8);
     int x1 = clamp(shapes[shape + kShapeHigh] - corner.x, -1, 7);
@@ -300,9 +300,9 @@ int voxelize_shapes_lanes(int group, int half_at) {
 }
 
 void voxelize_shapes(int group, int lane) {
-    int pair = params.pair_offset + 2 * group;
-    int block = block_list[pair];
-    int shape = params.shape_offset + block_list[pair + 1] * kShapeWords;
+    int pair = params.pair_offset + kPairWords * group;
+    int block = block_list[pair + kPairBlock];
+    int shape = params.shape_offset + block_list[pair + kPairShape] * kShapeWords;
     int slot = block / params.blocks_per_tile;
     int z0 = (block - slot * params.blocks_per_tile) * 8;
     int x = lane & 7;

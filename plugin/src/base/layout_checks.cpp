@@ -46,7 +46,10 @@ static_assert(kShapeRows + 3 * kShapeRowWords == kShapeHalfExtents &&
               kShapeSizeEnd == kShapeFaces && kShapeFaceCount + 1 == kShapeRounding &&
               kShapeLattice < kShapeLow && kShapeHigh + 3 <= kShapeWords);
 static_assert(kFaceNormal + 3 == kFaceOffset && kFaceOffset + 1 == kFaceWords);
-static_assert(kSlipEntries <= kTableAcceleration &&
+static_assert(kTileTableX == kTileTableNeighbours + kNeighbourCount &&
+              kNeighbourCount == kNeighbourRow * kNeighbourRow);
+static_assert(kLatticeIndex == kLatticeBricks + 3);
+static_assert(kTableWedge + kSlipEntries <= kTableAcceleration &&
               kTableAcceleration + kSlipEntries <= kTablePassive && kTableAir < kTableWords);
 
 // Headroom: what the comments of soil_layout.h promise.

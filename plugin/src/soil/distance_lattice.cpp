@@ -86,7 +86,9 @@ std::vector<int32_t> pack(const LatticeFrame& frame, const std::vector<int64_t>&
                           const std::function<bool(int64_t)>& is_inside) {
     const size_t samples = static_cast<size_t>(kLatticeIndex + frame.brick_count());
     std::vector<int32_t> words(samples + bricks.size() * kLatticeBrickWords);
-    for (int axis = 0; axis < 3; ++axis) words[static_cast<size_t>(axis)] = frame.bricks[axis];
+    for (int axis = 0; axis < 3; ++axis) {
+        words[static_cast<size_t>(kLatticeBricks + axis)] = frame.bricks[axis];
+    }
     size_t next = 0;
     for (int64_t b = 0; b < frame.brick_count(); ++b) {
         int32_t& entry = words[static_cast<size_t>(kLatticeIndex + b)];

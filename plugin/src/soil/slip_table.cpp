@@ -88,7 +88,8 @@ std::vector<int32_t> make_slip_table(const MaterialDef& m, const SoilDef& def) {
         const double acceleration = wedge.acceleration_m_s2 * def.step_s * def.step_s / def.voxel_m;
         // The steeper the higher: slip_soil relies on it, and the search for the plane is no proof.
         const auto words = static_cast<int32_t>(std::lround(height * kVoxelFull));
-        table[i] = i > 0 ? std::max(table[i - 1], words) : words;
+        int32_t* wedges = &table[kTableWedge];
+        wedges[i] = i > 0 ? std::max(wedges[i - 1], words) : words;
         table[kTableAcceleration + i] =
             static_cast<int32_t>(std::lround(std::min(acceleration, 1.0) * kVoxelFull));
     }

@@ -296,7 +296,8 @@ void TileTable::upload() {
                 const int nx = tx + dx, ny = ty + dy;
                 if (nx >= 0 && nx < core_.tiles_x && ny >= 0 && ny < core_.tiles_y &&
                     tiles_[core_.tile_index(nx, ny)]) {
-                    entry[(dy + 1) * 3 + dx + 1] = tiles_[core_.tile_index(nx, ny)]->slot;
+                    entry[kTileTableNeighbours + (dy + 1) * kNeighbourRow + dx + 1] =
+                        tiles_[core_.tile_index(nx, ny)]->slot;
                 }
             }
         }
