@@ -159,6 +159,16 @@ bulletsoil_result bulletsoil_soil_def_init(bulletsoil_soil_def* def, size_t stru
     });
 }
 
+bulletsoil_result bulletsoil_contact_constants_init(bulletsoil_contact_constants* constants,
+                                                    size_t struct_size) {
+    return guarded(__func__, [&] {
+        required(constants, "constants");
+        check_size("constants", struct_size, kContactConstantsBytesMin,
+                   sizeof(bulletsoil_contact_constants));
+        narrow_into(*constants, default_contact_constants(), struct_size);
+    });
+}
+
 bulletsoil_result bulletsoil_create(void* world, size_t scalar_bytes,
                                     const bulletsoil_soil_def* def, bulletsoil_soil** soil) {
     return guarded(__func__, [&] {

@@ -26,6 +26,13 @@ static_assert(same(BULLETSOIL_OVERFLOW_UP_SPREAD, OverflowHeuristic::up_spread))
 static_assert(same(BULLETSOIL_SLIDES_SETTLE, SlideMotion::settle));
 static_assert(same(BULLETSOIL_SLIDES_RUN_OUT, SlideMotion::run_out));
 static_assert(same(BULLETSOIL_CONTACT_GRANULAR, ContactLawDef::Kind::granular));
+static_assert(same(BULLETSOIL_CONTACT_BEKKER, ContactLawDef::Kind::bekker));
+static_assert(same(BULLETSOIL_OPEN_LOW_X, kOpenLowX));
+static_assert(same(BULLETSOIL_OPEN_HIGH_X, kOpenHighX));
+static_assert(same(BULLETSOIL_OPEN_LOW_Y, kOpenLowY));
+static_assert(same(BULLETSOIL_OPEN_HIGH_Y, kOpenHighY));
+static_assert(same(BULLETSOIL_OPEN_LOW_Z, kOpenLowZ));
+static_assert(same(BULLETSOIL_OPEN_HIGH_Z, kOpenHighZ));
 static_assert(same(BULLETSOIL_CONTACT_PLAIN, ContactLawDef::Kind::plain));
 static_assert(same(BULLETSOIL_SOURCE_DISC, SourceDef::Shape::disc));
 static_assert(same(BULLETSOIL_SOURCE_RECTANGLE, SourceDef::Shape::rectangle));
@@ -38,6 +45,8 @@ namespace {
 // A field of a definition and its namesake in the C struct, either way.
 void assign(double from, double& to) { to = from; }
 void assign(int from, int32_t& to) { to = from; }
+void assign(bool from, int32_t& to) { to = from ? 1 : 0; }
+void assign(int32_t from, bool& to) { to = from != 0; }
 template <typename Enum>
 requires std::is_enum_v<Enum>
 void assign(Enum from, int32_t& to) { to = static_cast<int32_t>(from); }
@@ -117,7 +126,50 @@ std::vector<MaterialDef> materials_of(const bulletsoil_soil_def& def) {
     return out;
 }
 
+ContactLawDef constants_of(const bulletsoil_contact_constants& given) {
+    check_size("def.contact_constants", given.struct_size, kContactConstantsBytesMin,
+               sizeof(bulletsoil_contact_constants));
+    const bulletsoil_contact_constants constants = widened(given, default_contact_constants());
+    ContactLawDef out;
+#define BSOIL_ASSIGN(field, ...) assign(constants.field, out.field);
+    BSOIL_CONTACT_LAW_FIELDS(BSOIL_ASSIGN)
+#undef BSOIL_ASSIGN
+    return out;
+}
+
+/// Their number and their values are left for ContactLawDef::validate to name.
+std::vector<BekkerSoil> bekker_of(const bulletsoil_soil_def& def) {
+    std::vector<BekkerSoil> out;
+    if (def.bekker_count == 0) return out;
+    required(def.bekker, "def.bekker");
+    if (def.bekker_count > limits::kMaterialCapacity) {
+        refuse("def.bekker_count is " + std::to_string(def.bekker_count) + ", must be 0.." +
+               std::to_string(limits::kMaterialCapacity));
+    }
+    for (size_t i = 0; i < def.bekker_count; ++i) {
+        const bulletsoil_bekker& soil = def.bekker[i];
+        out.push_back({.kphi_pa_m_n = soil.kphi_pa_m_n,
+                       .kc_pa_m_n1 = soil.kc_pa_m_n1,
+                       .n = soil.n,
+                       .cohesion_pa = soil.cohesion_pa,
+                       .friction_angle_rad = soil.friction_angle_rad,
+                       .shear_displacement_m = soil.shear_displacement_m,
+                       .density_kg_m3 = {}});
+    }
+    return out;
+}
+
 }  // namespace
+
+bulletsoil_contact_constants default_contact_constants() {
+    const ContactLawDef from;
+    bulletsoil_contact_constants out{};
+    out.struct_size = sizeof out;
+#define BSOIL_ASSIGN(field, ...) assign(from.field, out.field);
+    BSOIL_CONTACT_LAW_FIELDS(BSOIL_ASSIGN)
+#undef BSOIL_ASSIGN
+    return out;
+}
 
 bulletsoil_soil_def default_def() {
     const SoilDef from;
@@ -136,7 +188,9 @@ SoilDef from_c(const bulletsoil_soil_def& def) {
 #define BSOIL_ASSIGN(field, ...) assign(def.field, out.field);
     BSOIL_SOIL_FIELDS(BSOIL_ASSIGN)
 #undef BSOIL_ASSIGN
+    if (def.contact_constants != nullptr) out.contact_law = constants_of(*def.contact_constants);
     assign(def.contact_law, out.contact_law.kind);
+    out.contact_law.bekker = bekker_of(def);
     if (def.reserved != 0) {
         refuse("def.reserved is " + std::to_string(def.reserved) + ", must be 0");
     }

@@ -32,6 +32,8 @@ T& required(T* pointer, const char* name) {
 #define BSOIL_BYTES_UP_TO(Struct, member) (offsetof(Struct, member) + sizeof(Struct::member))
 constexpr size_t kMaterialBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_material, reserved);
 constexpr size_t kSoilDefBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_soil_def, propagation_iterations);
+constexpr size_t kContactConstantsBytesMin =
+    BSOIL_BYTES_UP_TO(bulletsoil_contact_constants, looks_down_cosine);
 constexpr size_t kBodyReportBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_body_report, is_in_contact);
 constexpr size_t kSettleReportBytesMin =
     BSOIL_BYTES_UP_TO(bulletsoil_settle_report, tile_awake_count);
@@ -40,6 +42,7 @@ constexpr size_t kConditionBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_condition, st
 static_assert(kMaterialBytesMin % alignof(bulletsoil_material) == 0);
 static_assert(kSoilDefBytesMin % alignof(bulletsoil_soil_def) == 0);
 static_assert(kBodyReportBytesMin == sizeof(bulletsoil_body_report));
+static_assert(kContactConstantsBytesMin % alignof(bulletsoil_contact_constants) == 0);
 
 constexpr size_t kSourceBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_source, reserved);
 constexpr size_t kSinkBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_sink, reserved);
@@ -80,6 +83,7 @@ inline std::string text_of(const char* text) { return text == nullptr ? std::str
 
 bulletsoil_material to_c(const MaterialDef& def);
 bulletsoil_soil_def default_def();
+bulletsoil_contact_constants default_contact_constants();
 /// Values out of range, those of the enumerations among them, are left for SoilDef::validate to
 /// name.
 SoilDef from_c(const bulletsoil_soil_def& def);

@@ -49,6 +49,56 @@ static void a_ball_rests_on_sand(void) {
     test_world_destroy(world);
 }
 
+/* The same ball on sand that answers by Bekker's parameters; then by stiffer ones. */
+static double sinkage_by_bekker(double kphi_pa_m_n) {
+    const bulletsoil_bekker sand = {kphi_pa_m_n, 990, 1.1, 1040, 0.4887, 0.01};
+    void* world = test_world_create();
+    bulletsoil_soil_def def = small_def();
+    bulletsoil_soil* soil;
+    void* ball = test_world_add_ball(world, 100, 0.85);
+    bulletsoil_body_report report = {sizeof report, {0}, {0}, 0, 0, 0, 0, 0, 0};
+    def.contact_law = BULLETSOIL_CONTACT_BEKKER;
+    def.bekker = &sand;
+    def.bekker_count = 1;
+    soil = create(world, &def);
+    CHECK_OK(bulletsoil_fill_box(soil, bed_min_m, bed_max_m, "dry_sand"));
+    test_world_step(world, 150);
+    CHECK_OK(bulletsoil_get_body_report(soil, ball, &report));
+    /* it rocks a little still */
+    CHECK(fabs(report.force_n[1] - 981) < 0.05 * 981);
+    CHECK_OK(bulletsoil_destroy(soil));
+    test_world_destroy(world);
+    return report.sinkage_m;
+}
+
+static void a_soil_by_bekkers_parameters(void) {
+    const double soft_m = sinkage_by_bekker(300e3), stiff_m = sinkage_by_bekker(3000e3);
+    CHECK(soft_m > 0 && stiff_m > 0);
+    CHECK(stiff_m < 0.7 * soft_m);
+}
+
+static void constants_of_the_contact_law(void) {
+    void* world = test_world_create();
+    bulletsoil_contact_constants constants;
+    bulletsoil_soil_def def = small_def();
+    bulletsoil_soil* soil = NULL;
+    CHECK_OK(bulletsoil_contact_constants_init(&constants, sizeof constants));
+    CHECK(constants.struct_size == sizeof constants);
+    CHECK(constants.creep == 0.01 && constants.sole_gap_voxels == 2);
+    CHECK(constants.faces_by_shape == 0 && constants.looks_down_cosine == 0.2);
+    def.contact_constants = &constants;
+    constants.creep = 0.02;
+    CHECK_OK(bulletsoil_destroy(create(world, &def)));
+    constants.creep = 0.5;
+    CHECK_INVALID(bulletsoil_create(world, test_world_scalar_bytes(), &def, &soil),
+                  "contact_law.creep is 0.5, must be 0.001 to 0.2");
+    constants.struct_size = 8;
+    CHECK_INVALID(bulletsoil_create(world, test_world_scalar_bytes(), &def, &soil),
+                  "def.contact_constants.struct_size is 8");
+    CHECK_INVALID(bulletsoil_contact_constants_init(NULL, sizeof constants), "constants is null");
+    test_world_destroy(world);
+}
+
 static void an_ignored_ball_falls_through(void) {
     void* world = test_world_create();
     bulletsoil_soil* soil = create_bed(world);
@@ -283,6 +333,8 @@ static const struct {
 } cases[] = {
     {"versions", versions},
     {"a_ball_rests_on_sand", a_ball_rests_on_sand},
+    {"a_soil_by_bekkers_parameters", a_soil_by_bekkers_parameters},
+    {"constants_of_the_contact_law", constants_of_the_contact_law},
     {"an_ignored_ball_falls_through", an_ignored_ball_falls_through},
     {"a_body_that_only_covers_feels_nothing", a_body_that_only_covers_feels_nothing},
     {"fills_hold_what_they_should", fills_hold_what_they_should},

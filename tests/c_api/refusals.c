@@ -71,6 +71,9 @@ void bad_definitions_are_refused(void) {
     CHECK_MEMBER(overflow_passes, 65, "overflow_passes is 65, must be 0 to 64");
     CHECK_MEMBER(contact_law, BULLETSOIL_CONTACT_PLAIN + 1,
                  "contact_law.kind is 3, must be 0 to 2");
+    CHECK_MEMBER(contact_law, BULLETSOIL_CONTACT_BEKKER,
+                 "contact_law.bekker has 0 entries for 1 materials");
+    CHECK_MEMBER(bekker_count, 1, "def.bekker is null");
     CHECK_MEMBER(reserved, 1, "def.reserved is 1");
     CHECK_MEMBER(material_count, 1, "def.materials is null");
 

@@ -36,6 +36,15 @@ std::vector<Row> soil_rows() {
     };
 }
 
+std::vector<Row> contact_law_rows() {
+    return {
+#define BSOIL_ROW(name, least, most, what, more) \
+    {#name, least, most, std::is_same_v<decltype(ContactLawDef::name), bool>, what, more},
+        BSOIL_CONTACT_LAW_FIELDS(BSOIL_ROW)
+#undef BSOIL_ROW
+    };
+}
+
 std::string lowered(std::string text) {
     for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     return text;
@@ -120,6 +129,14 @@ TEST(DefFields, headers_say_what_the_tables_say) {
     expect_comments({"plugin/include/bsoil/soil_def.h", "SoilDef"}, soil_rows());
     expect_comments({"bridge/include/bsoil/c/bulletsoil.h", "bulletsoil_material"},
                     material_rows());
+}
+
+TEST(DefFields, the_contact_laws_header_says_what_its_table_says) {
+    std::vector<Row> rows = contact_law_rows();
+    expect_comments({"bridge/include/bsoil/c/bulletsoil.h", "bulletsoil_contact_constants"}, rows);
+    // ContactLawDef says more of each, in other words.
+    for (Row& row : rows) row.more.clear();
+    expect_comments({"plugin/include/bsoil/contact/contact_law_def.h", "ContactLawDef"}, rows);
 }
 
 TEST(DefFields, the_c_interface_says_what_the_tables_say) {

@@ -1,5 +1,5 @@
 /// The tables of a scene that become a SoilDef and its materials. Names, ranges and meanings come
-/// from BSOIL_SOIL_FIELDS and BSOIL_MATERIAL_FIELDS.
+/// from BSOIL_SOIL_FIELDS, BSOIL_CONTACT_LAW_FIELDS and BSOIL_MATERIAL_FIELDS.
 #include <algorithm>
 #include <cmath>
 #include <string_view>
@@ -23,7 +23,7 @@ constexpr NarrowerRange kNarrower[] = {
 /// What the command or [world] gives to every soil.
 constexpr std::string_view kGivenElsewhere[] = {"up", "gravity_m_s2", "backend", "thread_count"};
 /// Keys that are no number.
-constexpr std::string_view kWrittenApart[] = {"open_sides"};
+constexpr std::string_view kWrittenApart[] = {"open_sides", "faces_by_shape"};
 
 /// A field of a definition as a key: angles are written in degrees, their limits as whole ones.
 struct FieldKey {
@@ -45,15 +45,17 @@ struct FieldKey {
     }
 };
 
+bool is_written_apart(std::string_view field) {
+    return std::ranges::find(kWrittenApart, field) != std::end(kWrittenApart);
+}
+
 template <typename Place>
 void add_field(TableOf<SoilItem>& table, const FieldKey& key, Place place) {
     using Value = std::remove_reference_t<std::invoke_result_t<Place, SoilItem&>>;
     for (const std::string_view other : kGivenElsewhere) {
         if (key.name == other) return;
     }
-    for (const std::string_view other : kWrittenApart) {
-        if (key.name == other) return;
-    }
+    if (is_written_apart(key.name)) return;
     if constexpr (std::is_same_v<Value, double>) {
         table.number(key.name, place, key.range, key.doc, key.scale);
     } else if constexpr (std::is_same_v<Value, int>) {
@@ -81,19 +83,62 @@ void add_field(TableOf<SoilItem>& table, const FieldKey& key, Place place) {
 }
 
 std::string read_sides(const toml::node& value, int& sides) {
-    constexpr std::string_view kNames[] = {"-x", "+x", "-y", "+y", "-z", "+z"};
+    constexpr std::pair<std::string_view, OpenSide> kSides[] = {
+        {"-x", kOpenLowX},  {"+x", kOpenHighX}, {"-y", kOpenLowY},
+        {"+y", kOpenHighY}, {"-z", kOpenLowZ},  {"+z", kOpenHighZ}};
     const toml::array* array = value.as_array();
     if (!array) return "expected a list of texts, not " + kind_text(value);
     for (const toml::node& entry : *array) {
         if (!entry.is_string()) return "expected texts in the list, not " + kind_text(entry);
         const std::string& given = entry.as_string()->get();
-        const auto found = std::find(std::begin(kNames), std::end(kNames), given);
-        if (found == std::end(kNames)) {
+        const auto found =
+            std::ranges::find(kSides, given, [](const auto& side) { return side.first; });
+        if (found == std::end(kSides)) {
             return '"' + given + "\" is not one of -x, +x, -y, +y, -z, +z";
         }
-        sides |= 1 << (found - std::begin(kNames));
+        sides |= found->second;
     }
     return {};
+}
+
+/// What is a number in [soil.contact_constants].
+TableOf<ContactLawDef> contact_constants_table() {
+    TableOf<ContactLawDef> table(
+        "soil.contact_constants", false,
+        "Constants of the contact law. Where each value is from, and what changes with it: "
+        "plugin/include/bsoil/contact/contact_law_def.h.");
+    const auto add = [&table](const FieldKey& key, auto place) {
+        using Value =
+            std::remove_reference_t<std::invoke_result_t<decltype(place), ContactLawDef&>>;
+        if constexpr (std::is_same_v<Value, double>) {
+            table.number(key.name, place, key.range, key.doc);
+        } else if constexpr (std::is_same_v<Value, int>) {
+            table.integer(key.name, place, key.range, key.doc);
+        }
+    };
+#define BSOIL_KEY(field, least, most, what, more)    \
+    add(                                             \
+        FieldKey(#field, {least, most}, what, more), \
+        [](ContactLawDef & law) -> auto& { return law.field; });
+    BSOIL_CONTACT_LAW_FIELDS(BSOIL_KEY)
+#undef BSOIL_KEY
+    return table;
+}
+
+/// What is on or off: in [soil].
+void add_contact_flags(TableOf<SoilItem>& table) {
+    const auto add = [&table](const FieldKey& key, auto place) {
+        using Value = std::remove_reference_t<std::invoke_result_t<decltype(place), SoilItem&>>;
+        if constexpr (std::is_same_v<Value, bool>) {
+            if (!is_written_apart(key.name)) table.flag(key.name, place, key.doc);
+        }
+    };
+#define BSOIL_KEY(field, least, most, what, more)    \
+    add(                                             \
+        FieldKey(#field, {least, most}, what, more), \
+        [](SoilItem & s) -> auto& { return s.def.contact_law.field; });
+    BSOIL_CONTACT_LAW_FIELDS(BSOIL_KEY)
+#undef BSOIL_KEY
 }
 
 TableOf<BekkerItem> bekker_table() {
@@ -124,7 +169,7 @@ TableOf<SoilItem> soil_table() {
         [](S & s) -> auto& { return s.def.field; });
     BSOIL_SOIL_FIELDS(BSOIL_KEY)
 #undef BSOIL_KEY
-    return table
+    table
         .choice("contact_law", {"granular", "bekker", "plain"}, "granular",
                 "what soil does to bodies: by the stress at each element of their surface, by "
                 "Bekker's and Janosi's parameters (each material then needs `[material.bekker]`), "
@@ -138,15 +183,11 @@ TableOf<SoilItem> soil_table() {
         .choice("contact_faces", {"coverage", "shape"}, "coverage",
                 "where the area of a body's surface in a voxel comes from: the coverage field, or "
                 "the body's shapes with their edges and thin parts",
-                [](S& s, size_t i) { s.def.contact_law.faces_by_shape = i == 1; })
-        .flag(
-            "passive_wedge", [](S & s) -> auto& { return s.def.contact_law.passive_wedge; },
-            "a wall meets no more than the passive wedge of a log spiral; where this is off, the "
-            "granular law has Coulomb's wedge and the plain law none")
-        .flag(
-            "trapped_soil", [](S & s) -> auto& { return s.def.contact_law.trapped_soil; },
-            "with faces by shape: soil between lugs or grousers goes with them, as far as the "
-            "passive wedge before each reaches")
+                [](S& s, size_t i) { s.def.contact_law.faces_by_shape = i == 1; });
+    add_contact_flags(table);
+    return table
+        .child<ContactLawDef>("contact_constants", contact_constants_table(),
+                              [](S& s) { return &s.def.contact_law; })
         .value("open_sides", "[text, ...]",
                "sides of the box, before it is turned, over whose edge soil falls out of it: "
                "\"-x\", \"+x\" and so on along the world's axes; the others are walls",

@@ -128,9 +128,93 @@ enum {
 enum {
     /** by the stress at each element of a body's surface */
     BULLETSOIL_CONTACT_GRANULAR = 0,
+    /** by Bekker's pressure and Janosi's shear; each material needs its parameters */
+    BULLETSOIL_CONTACT_BEKKER = 1,
     /** by resistive force theory alone */
     BULLETSOIL_CONTACT_PLAIN = 2
 };
+
+/** A bit for each side of the grid's box along the world's axes, before it is turned by yaw_rad. */
+enum {
+    BULLETSOIL_OPEN_LOW_X = 1,
+    BULLETSOIL_OPEN_HIGH_X = 2,
+    BULLETSOIL_OPEN_LOW_Y = 4,
+    BULLETSOIL_OPEN_HIGH_Y = 8,
+    BULLETSOIL_OPEN_LOW_Z = 16,
+    BULLETSOIL_OPEN_HIGH_Z = 32
+};
+
+/** Constants of the contact law; see ContactLawDef in <bsoil/contact/contact_law_def.h>, which says
+ * where each value is from and what changes with it. */
+typedef struct bulletsoil_contact_constants {
+    size_t struct_size; /**< set by bulletsoil_contact_constants_init */
+    /** a wall meets no more than its passive wedge, 0..1; that of a log spiral; where this is
+     * off, the granular law has Coulomb's wedge and the plain law none */
+    int32_t passive_wedge;
+    /** soil between the teeth of a row (lugs, grousers) goes with them, 0..1; as far as the
+     * passive wedge before each reaches; with faces by shape */
+    int32_t trapped_soil;
+    /** an element that moves less than this share of its body's motion counts as resting,
+     * 0.001..0.2 */
+    double creep;
+    /** soil unloads so many times as stiffly as it was loaded, 1..1000 */
+    double unloading_stiffness;
+    /** a face slips along the soil as long as it goes into it by less than so much of its slip,
+     * 0.001..1 */
+    double slip_band_slope;
+    /** gap across which soil that the grid holds in the next voxel loses touch, 0.01..2 */
+    double open_gap_voxels;
+    double dense_shear_share; /**< K of compacted soil over that of loose soil, 0.01..1 */
+    /** a sole's bearing is developed over a sinkage of so many widths in loose soil, 0.01..1 */
+    double mobilization_widths;
+    /** and over so many widths less in compacted soil, 0..0.99; less than 0.99 of that in loose
+     * soil */
+    double mobilization_fall_widths;
+    /** length of the wedge before a wall over its depth, 0..5; 0: Rankine's tan(45 deg + phi /
+     * 2) with each material's own phi, else at least 0.5 */
+    double wedge_length;
+    /** soil counts so many widths around a sole's middle, 0.5..5 */
+    double sole_surroundings_widths;
+    /** share of the hollow under a sole that counts with the rim around it, 0..1 */
+    double hollow_share;
+    /** area, place and direction of an element come from the body's shapes, 0..1; else from the
+     * coverage field */
+    int32_t faces_by_shape;
+    /** excess below this share of a voxel is in transit and is no compression, 0..0.5 */
+    double under_way_share;
+    /** sine of the angle from which a gradient beside a face is of an edge, 0.1..0.9 */
+    double edge_sine;
+    /** faces round an edge whose normals are further apart than this cosine are different ones,
+     * 0..1 */
+    double edge_face_cosine;
+    int32_t sole_gap_voxels; /**< parts of a sole no further apart than this are one, 0..8 */
+    /** two voxels are the same soil if they are closer than this across the direction in which
+     * the soil moved, 0.1..4 */
+    double same_across_voxels;
+    /** two voxels are the same soil if they are closer than this along that direction, 0.1..4 */
+    double same_along_voxels;
+    double memory_reach_voxels; /**< soil further off than this is not looked at, 0.1..4 */
+    /** another body's face is the same contact where its normal is no further off than this
+     * cosine, 0..1 */
+    double same_contact_cosine;
+    /** the soil under a face that looks down by this cosine at least goes down with it, 0..1 */
+    double looks_down_cosine;
+} bulletsoil_contact_constants;
+
+/** Sets `constants`, of `struct_size` = sizeof *constants bytes, to the defaults. */
+bulletsoil_result bulletsoil_contact_constants_init(bulletsoil_contact_constants* constants,
+                                                    size_t struct_size);
+
+/** Bekker's, Mohr and Coulomb's and Janosi's parameters of a material, for
+ * BULLETSOIL_CONTACT_BEKKER; see BekkerSoil in <bsoil/contact/bekker_soil.h>. */
+typedef struct bulletsoil_bekker {
+    double kphi_pa_m_n;          /**< frictional modulus kphi [N/m^(n+2)], 0..1e9 */
+    double kc_pa_m_n1;           /**< cohesive modulus kc [N/m^(n+1)], -1e8..1e8 */
+    double n;                    /**< exponent of sinkage, 0..2.5 */
+    double cohesion_pa;          /**< Mohr cohesion c, 0..200e3 */
+    double friction_angle_rad;   /**< Mohr friction angle phi, 0..1.2 */
+    double shear_displacement_m; /**< Janosi's K, 0..0.2; 0: shear stress is there at once */
+} bulletsoil_bekker;
 
 /** How a soil is made; see SoilDef in <bsoil/soil_def.h>. */
 typedef struct bulletsoil_soil_def {
@@ -157,7 +241,8 @@ typedef struct bulletsoil_soil_def {
     int32_t overflow_passes; /**< passes that spread soil which does not fit, 0..64 */
     int32_t contact_law;     /**< what soil does to bodies: BULLETSOIL_CONTACT_... */
     uint32_t reserved;       /**< 0 */
-    /** sides of the grid, OpenSide bits, over whose edge soil falls out of it, 0..63 */
+    /** sides of the grid, OpenSide bits, over whose edge soil falls out of it, 0..63:
+     * BULLETSOIL_OPEN_... added up */
     int32_t open_sides;
     int32_t slides;            /**< what becomes of the momentum of slides: BULLETSOIL_SLIDES_... */
     double rain_m_s;           /**< water that falls on soil that takes some, 0..1e-3 */
@@ -169,6 +254,11 @@ typedef struct bulletsoil_soil_def {
     double gust_size_m; /**< from one gust to the next, 0.01..1000; at most 1024 voxels */
     /** so far behind what bars it there is no wind, 0..100; at most 128 voxels */
     double shelter_m;
+    /** with BULLETSOIL_CONTACT_BEKKER: an array, one for each material in their order; else null */
+    const bulletsoil_bekker* bekker;
+    size_t bekker_count;
+    /** of the contact law; null: the defaults */
+    const bulletsoil_contact_constants* contact_constants;
 } bulletsoil_soil_def;
 
 /** Sets `def`, of `struct_size` = sizeof *def bytes, to the defaults: 12 x 2 x 12 m, voxels of 5
