@@ -13,7 +13,8 @@
 namespace bsoil {
 
 Status ContactLawDef::validate(int material_count) const {
-    Status status = check_range("contact_law.kind", static_cast<int>(kind), 0, 2);
+    Status status =
+        check_range("contact_law.kind", static_cast<int>(kind), 0, static_cast<int>(Kind::plain));
     for_each_constant(*this, [&](const char* name, double value, double low, double high) {
         if (status) status = check_range(std::string("contact_law.") + name, value, low, high);
     });

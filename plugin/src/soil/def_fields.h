@@ -47,6 +47,34 @@ static_assert(member_count<SoilDef>() == 3 BSOIL_SOIL_FIELDS(BSOIL_COUNT),
               "BSOIL_SOIL_FIELDS");
 #undef BSOIL_COUNT
 
+/// The last value of an enumeration that a definition has.
+template <typename Enum>
+constexpr Enum last_of = Enum{};
+template <>
+inline constexpr UpAxis last_of<UpAxis> = UpAxis::z;
+template <>
+inline constexpr Backend last_of<Backend> = Backend::gl;
+template <>
+inline constexpr OverflowHeuristic last_of<OverflowHeuristic> = OverflowHeuristic::up_spread;
+template <>
+inline constexpr SlideMotion last_of<SlideMotion> = SlideMotion::run_out;
+
+/// Whether a row's range is all of the enumeration that its member is of.
+template <typename Value>
+constexpr bool is_all_of(double least, double most) {
+    if constexpr (std::is_enum_v<Value>) {
+        return least == 0 && most > 0 && most == static_cast<double>(last_of<Value>);
+    } else {
+        return true;
+    }
+}
+#define BSOIL_CHECK(name, least, most, ...)                        \
+    static_assert(is_all_of<decltype(SoilDef::name)>(least, most), \
+                  "the range of " #name " is not that of its enumeration");
+BSOIL_SOIL_FIELDS(BSOIL_CHECK)
+#undef BSOIL_CHECK
+static_assert(2 * kOpenSideLast - 1 == 63, "open_sides has a range of its own");
+
 }  // namespace fields
 
 /// Calls visit(FieldNumber) for each number of the definition, in the table's order.
