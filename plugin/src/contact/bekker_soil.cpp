@@ -11,10 +11,12 @@
 namespace bsoil {
 namespace {
 
-/// Loose over compacted density. Sands have 0.78 to 0.85 between their standard least and most dry
-/// densities. Bearing does not depend on it; it decides how much soil sinks together under a load.
+/// Loose over compacted density. Ours: sands have 0.78 to 0.85 between their standard least and
+/// most dry densities. Bearing does not depend on it. Smaller: soil sinks together more under a
+/// load.
 constexpr double kLooseOverCompacted = 0.8;
-/// MaterialDef takes densities up to 4000 kg/m3, and loose soil still has to become compacted.
+/// Bounds of the search. Ours: MaterialDef takes densities up to 4000 kg/m3, and loose soil still
+/// has to become compacted. A larger least one: light soils are refused.
 constexpr double kDensityLeast_kg_m3 = 200, kDensityMost_kg_m3 = 4000 * kLooseOverCompacted;
 constexpr size_t kCountMost = 64;
 /// Cells of the coarse search; a basin of the error narrower than one may be missed.

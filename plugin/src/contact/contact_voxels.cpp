@@ -12,7 +12,8 @@ using namespace layout;
 
 namespace {
 
-/// A point no further above a face is on it [voxels].
+/// A point no further above a face is on it [voxels]. Ours: for the rounding. Larger: points stay
+/// short of the face they belong to.
 constexpr double kOnFace = 1e-3;
 /// Contacts that one thread takes at a time.
 constexpr size_t kChunkRecords = 128;

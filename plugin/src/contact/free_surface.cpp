@@ -20,7 +20,8 @@ constexpr int kReach = 2 * kTileSide;
 /// matter of cost, so in columns. Ours: 12.8 m of voxels of 5 cm. Larger: one huge body reads the
 /// whole grid; smaller: its depth counts from the high part of its heap.
 constexpr int kReachMost = 32 * kTileSide;
-/// A mean over fewer columns than this is none. Ours: for the rounding.
+/// A mean over fewer columns than this is none. Ours: for the rounding. Larger: a sliver of a
+/// column counts for nothing.
 constexpr double kHardlyAny = 1e-6;
 
 /// What is left of a hollow's share where this share of the columns around is free of bodies. Ours:

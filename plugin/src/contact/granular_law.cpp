@@ -23,7 +23,7 @@ double bearing_capacity_factor_nc(double friction_angle_rad) {
 namespace {
 
 /// Friction of a surface so rough that it bounds nothing. Ours: ten times what any soil slides on
-/// itself with. Less than tan phi would cap the stress that is asked for.
+/// itself with. Smaller than tan phi it would cap the stress that is asked for.
 constexpr double kRoughFriction = 10;
 
 BearingFactors bearing_factors(double friction_angle_rad) {
@@ -36,7 +36,8 @@ BearingFactors bearing_factors(double friction_angle_rad) {
 
 double peak_friction_angle(double critical_rad, double relative_density, double mean_stress_pa) {
     // Bolton (1986), The strength and dilatancy of sands: I = D (Q - ln p) - R with Q 10 (quartz)
-    // and R 1, I 0 to 4, and 5 deg a unit of I in plane strain (3 in triaxial compression).
+    // and R 1, I 0 to 4, and 5 deg a unit of I in plane strain (3 in triaxial compression). A
+    // larger Q is of grains that crush later: dense soil keeps its angle under more stress.
     constexpr double kCrushing = 10, kOffset = 1, kDilatancyMost = 4;
     constexpr double kAngle = 5 * std::numbers::pi / 180;
     const double stress_kpa = std::max(1e-3, mean_stress_pa / 1e3);

@@ -45,7 +45,8 @@ std::array<double, kTermCount> polynomial_terms(double x1, double x2, double x3)
             x1 * x2 * x3};
 }
 
-/// Below this a horizontal part has no direction (of unit vectors).
+/// Below this a horizontal part has no direction (of unit vectors). Ours: for the rounding. Larger:
+/// hardly inclined faces count as level.
 constexpr double kNoDirection = 1e-9;
 
 /// The horizontal direction r of the paper: of the motion, else of the normal, else any.

@@ -15,12 +15,19 @@ constexpr int kColumnsLeast = 7, kColumnsMost = 64;
 /// The rectangle is drawn in to the columns that meet soil, or round the lowest one, so often at
 /// most: a ball 1 mm deep touches a small part of its width.
 constexpr int kSupportRounds = 5;
-/// Drawn in again only where it gets smaller than this.
+/// Drawn in again only where its area gets smaller by this factor. Ours: a round costs as much as
+/// the first one. Larger: rounds for nothing; smaller: few columns meet a small contact.
 constexpr double kSmaller = 0.7;
-/// A line has met the surface where it is so near to it, of the body's size.
+/// A line has met the surface where it is so near to it, of the body's size. Ours: 10 um of a
+/// metre, well below any sinkage that counts. Larger: depths are short by so much; smaller: more
+/// steps.
 constexpr double kNear = 1e-5;
+/// Steps of such a line. Ours: on a face it nears by half at least, so this is more than kNear asks
+/// for. Fewer: lines along a wall are given up.
 constexpr int kStepsMost = 64;
 /// Steeper faces than this (cosine between the normal and straight down) are as wide as this one.
+/// Ours: 84 deg, past which a column's area is no measure of the face. Larger: steep cones have
+/// less area; smaller: one column beside a wall bears as much as a sole.
 constexpr double kSteepest = 0.1;
 
 /// Below or equal to the distance of a point from a solid, and zero on it; negative inside.

@@ -8,8 +8,13 @@
 namespace bsoil {
 namespace {
 
-constexpr double kParallelCosine = 0.985;  // 10 deg
-constexpr double kAcrossCosine = 0.5;      // 60 deg
+/// Two faces of a hull no further from parallel than this cosine are those of a sheet. Ours: 10
+/// deg, the taper of cast and bent plate. Larger: tapered plates leak; smaller: wedges are
+/// thickened.
+constexpr double kParallelCosine = 0.985;
+/// A second thin direction further than this cosine from the first makes a bar of it. Ours: 60 deg,
+/// as edges of a bar are square to each other. Larger: bars pass for sheets and get wider.
+constexpr double kAcrossCosine = 0.5;
 
 SheetGrowth thin_along(Vec3 normal, double thickness_m, double wall_m) {
     return thickness_m < wall_m ? SheetGrowth{normal, thickness_m, wall_m - thickness_m}

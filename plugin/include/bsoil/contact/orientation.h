@@ -43,7 +43,7 @@ constexpr SoleAndWall surface_parts(double level_square) {
     return {1 - level_square, level_square};
 }
 
-/// Cosine beyond which a face that looks down belongs to a sole: 45 deg, where both parts are
+/// Cosine beyond which a face that looks down belongs to a sole. Ours: 45 deg, where both parts are
 /// equal. Larger: a wheel's sole is shorter, and its width is taken of fewer elements.
 inline constexpr double kSoleCosine = std::numbers::sqrt2 / 2;
 /// Whether it does. down: looks_down().
