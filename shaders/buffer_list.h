@@ -1,6 +1,6 @@
 // The kernels' buffers of 32-bit integers in binding order. What each word means: soil_layout.h. The map is printed by
-// tests/soil/memory_map_test.cpp from the layout, which fails where it says something else. M: materials. K: kept, goes to
-// sleep with its tile. T: transported, moves with the soil.
+// tests/soil/memory_map_test.cpp from the layout, which fails where it says something else. M: materials. W: 1 where soil takes
+// water, else 0. K: kept, goes to sleep with its tile. T: transported, moves with the soil.
 //
 // state  plane  0  coverage         4 B a voxel          bodies in the voxel, volume units, not clamped
 // state  plane  1  owner            4 B a voxel          body that covers most

@@ -1,5 +1,6 @@
 // What a step asks of the device: waits, dispatches, bytes.
 #include <algorithm>
+#include <cstdio>
 
 #include "moving_scene.h"
 
@@ -24,8 +25,9 @@ TEST_P(DeviceUse, a_warm_step_waits_for_the_device_once) {
     def.backend = GetParam();
     MovingScene scene(4, def);
     scene.run(20);
-    // More contacts than the step before had and a quarter more would take a second read, and so
-    // would a tile that goes to sleep: bodies here move slowly, and tiles stay awake.
+    // A second read is for contacts beyond those of the step before and a quarter more, for tiles
+    // that fall asleep and for soil carried in a new tile. Bodies here move slowly, and tiles stay
+    // awake.
     int contact_count = 0;
     for (int i = 0; i < 20; ++i) {
         const device::DeviceCounters before = counters_of(scene.soil());
@@ -55,6 +57,72 @@ TEST_P(DeviceUse, a_step_in_which_a_body_lands_reads_all_of_its_contacts) {
     const size_t resting = soil->step(bodies_of(movers)).contacts.size();
     EXPECT_GT(landed, 1600u);
     EXPECT_GT(resting, 1600u);
+}
+
+TEST_P(DeviceUse, tiles_that_fall_asleep_are_read_together) {
+    SoilDef def = grid_def(48, 48, 24);
+    def.backend = GetParam();
+    const auto soil = make_soil(def);
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {48, 48, 8})));
+    std::vector<Mover> movers;
+    movers.emplace_back(1, box_shape(Vec3{20, 20, 2} * 0.05), Vec3{24, 24, 8} * 0.05);
+    for (int i = 0; i < 3; ++i) soil->step(bodies_of(movers));
+    Soil::Impl& impl = SoilProbe::impl(*soil);
+    int most = 0;
+    for (int i = 0; i < 100 && impl.tiles.awake_count() > 0; ++i) {
+        const int awake = impl.tiles.awake_count();
+        const device::DeviceCounters before = counters_of(*soil);
+        soil->step({});
+        const int slept = awake - impl.tiles.awake_count();
+        const auto groups = static_cast<int>((slept + kTilesARead - 1) / kTilesARead);
+        EXPECT_LE(counters_of(*soil).read_count - before.read_count, 1 + groups) << i;
+        most = std::max(most, slept);
+    }
+    EXPECT_EQ(impl.tiles.awake_count(), 0);
+    EXPECT_GT(most, static_cast<int>(kTilesARead));
+}
+
+TEST_P(DeviceUse, a_snapshot_reads_each_awake_tile_once) {
+    SoilDef def = MovingScene::default_def();
+    def.backend = GetParam();
+    MovingScene scene(4, def);
+    scene.run(5);
+    const device::DeviceCounters before = counters_of(scene.soil());
+    const std::string path = testing::TempDir() + "device_use.snapshot";
+    EXPECT_TRUE(scene.soil().save(path));
+    EXPECT_EQ(counters_of(scene.soil()).read_count - before.read_count,
+              SoilProbe::impl(scene.soil()).tiles.awake_count());
+    std::remove(path.c_str());
+}
+
+// What a body carries under another body is read by tiles: those that the step before had asked
+// for with everything else, a new one when it is first asked for.
+TEST_P(DeviceUse, carried_soil_is_read_with_the_rest_after_its_first_step) {
+    SoilDef def = grid_def(48, 48, 24);
+    def.backend = GetParam();
+    const auto soil = make_soil(def);
+    std::vector<Mover> movers;
+    movers.emplace_back(1, box_shape(Vec3{12, 12, 2} * 0.05), Vec3{24, 24, 3} * 0.05);
+    movers.emplace_back(2, box_shape(Vec3{4, 4, 2} * 0.05), Vec3{24, 24, 20} * 0.05);
+    soil->step(bodies_of(movers));
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {14, 14, 5}, {34, 34, 9})));
+    for (int i = 0; i < 5; ++i) soil->step(bodies_of(movers));
+    movers[1].body.pose.position.z = 10.5 * 0.05;
+    const device::DeviceCounters before = counters_of(*soil);
+    const StepReport landed = soil->step(bodies_of(movers));
+    const auto carried = std::ranges::count_if(
+        landed.contacts, [](const ContactVoxel& c) { return c.body == 2 && c.carrier == 1; });
+    EXPECT_GT(carried, 0);
+    const Soil::Impl& impl = SoilProbe::impl(*soil);
+    const auto tiles = static_cast<int64_t>(impl.contacts.surface().span_words() /
+                                            (layout::kTileColumns * layout::kColumnWords));
+    EXPECT_GT(tiles, 0);
+    const int64_t reads = counters_of(*soil).read_count - before.read_count;
+    EXPECT_GE(reads, 1 + tiles);
+    EXPECT_LE(reads, 2 + tiles) << "and the records of what has landed";
+    const device::DeviceCounters then = counters_of(*soil);
+    soil->step(bodies_of(movers));
+    EXPECT_EQ(counters_of(*soil).read_count - then.read_count, 1);
 }
 
 // Flags, tile table and surface heights of awake tiles, the contacts and the head: nothing else.

@@ -1,4 +1,5 @@
 // Fills: what they put where, and what level ground costs.
+#include <array>
 #include <set>
 
 #include "soil_fixture.h"
@@ -94,7 +95,7 @@ TEST(Fill, one_of_the_tiles_that_share_changes_alone) {
     EXPECT_EQ(soil->surface_height_m(13, 21), 4 * kVoxel);
     Soil::Impl& impl = SoilProbe::impl(*soil);
     impl.tiles.wake(3);
-    impl.tiles.put_to_sleep(3);
+    impl.tiles.put_to_sleep(std::array{3});
     EXPECT_EQ(soil->surface_height_m(29, 3), 4 * kVoxel);
 }
 

@@ -8,6 +8,7 @@
 
 #include "base/layout.h"
 #include "bsoil/limits.h"
+#include "bsoil/soil.h"
 #include "soil/tile_table.h"
 
 namespace bsoil::memory_map_test {
@@ -37,6 +38,21 @@ class Map {
     std::string text_;
 };
 
+/// State and delta planes.
+int moved_and_all(int materials, int water) {
+    return transported_planes(materials, water) + state_planes(materials, water);
+}
+
+/// "80 + 8 M + 8 W", where each plane is so many bytes or words.
+std::string by_materials(int (*planes)(int, int), int unit = 4) {
+    const int none = planes(0, 0);
+    const auto part = [&](int more, const char* name) {
+        return unit * (more - none) == 1 ? fmt::format(" + {}", name)
+                                         : fmt::format(" + {} {}", unit * (more - none), name);
+    };
+    return fmt::format("{}{}{}", unit * none, part(planes(1, 0), "M"), part(planes(0, 1), "W"));
+}
+
 std::string memory_map() {
     Map map;
     map.plane("coverage", kPlaneCoverage, 1, "bodies in the voxel, volume units, not clamped");
@@ -49,15 +65,15 @@ std::string memory_map() {
     map.plane("force x y z", kPlaneForceX, kPlaneBond - kPlaneForceX, "direction of the push");
     map.plane("bond", kPlaneBond, 1, "volume units never moved");
     map.plane("mass of material m", kPlaneMaterial, 0, "mass units");
-    const int transported = kPlaneMaterial - kTransportFirst;
+    map.row(fmt::format("state  plane {} + M  water", kPlaneMaterial), "4 W B a voxel",
+            "mass units, behind the materials [K T]");
     map.row(fmt::format("delta  as planes {} ...", kTransportFirst),
-            fmt::format("{} + 4 M B a voxel", 4 * transported),
+            by_materials(transported_planes) + " B a voxel",
             "what a pass moves; zero between passes");
-    map.row("  state and delta",
-            fmt::format("{} + 8 M B a voxel", 4 * (kPlaneMaterial + transported)),
-            fmt::format("{} with one material, {} with {}", 4 * (kPlaneMaterial + transported) + 8,
-                        4 * (kPlaneMaterial + transported) + 8 * limits::kMaterialCapacity,
-                        limits::kMaterialCapacity));
+    map.row(
+        "  state and delta", by_materials(moved_and_all) + " B a voxel",
+        fmt::format("{} with one dry material, {} with {} that take water", 4 * moved_and_all(1, 0),
+                    4 * moved_and_all(limits::kMaterialCapacity, 1), limits::kMaterialCapacity));
     map.row("tile_table", fmt::format("{} B a tile", 4 * kTileTableWords),
             "neighbours' slots, place, top of the soil");
     map.row("block_list", "4 B an entry", "work lists of the step");
@@ -77,22 +93,68 @@ std::string memory_map() {
             "distances; 4 B where the surface is far");
     map.row("tables", fmt::format("{} B a material", 2 * 4 * kTableWords),
             "wedges and accelerations, bonded and loose");
+    map.row("        flows", fmt::format("{} B a flow", 4 * kFlowWords),
+            fmt::format("source, sink or open side, {} at most", kFlowCapacity));
+    map.row("        parts of flows", fmt::format("{} B a part", 4 * kFlowPartWords),
+            "what of a flow's region lies in one tile");
     map.row("result  header", fmt::format("{} B", 4 * kResultHeader), "conditions, counts");
     map.row("        loads", fmt::format("{} x {} B", limits::kBodyCapacity, 4 * kLoadWords),
             "soil that each body carries");
     map.row("        contacts",
             fmt::format("{} x {} B", limits::kContactCapacity, 4 * kContactWords),
             "voxels in which bodies meet soil");
+    map.row("        flows", fmt::format("{} x {} B", kFlowCapacity, 4 * kFlowResultWords),
+            "what each has moved, by material");
     return map.text();
 }
 
-TEST(MemoryMap, stands_where_the_buffers_are_declared) {
-    std::ifstream file(BSOIL_SOURCE_DIR "/shaders/buffer_list.h");
+std::string text_of(const std::string& path) {
+    std::ifstream file(BSOIL_SOURCE_DIR "/" + path);
     std::stringstream text;
     text << file.rdbuf();
+    return text.str();
+}
+
+TEST(MemoryMap, stands_where_the_buffers_are_declared) {
     const std::string map = memory_map();
-    EXPECT_NE(text.str().find(map), std::string::npos) << "shaders/buffer_list.h should say:\n"
-                                                       << map;
+    EXPECT_NE(text_of("shaders/buffer_list.h").find(map), std::string::npos)
+        << "shaders/buffer_list.h should say:\n"
+        << map;
+}
+
+TEST(MemoryMap, is_what_the_pages_say) {
+    const std::string readme = text_of("plugin/README.md");
+    for (const std::string& said :
+         {by_materials(moved_and_all) + " bytes", fmt::format("{} bytes", 4 * kColumnWordsInAll),
+          by_materials(kept_planes, 1) + " words a voxel"}) {
+        EXPECT_NE(readme.find(said), std::string::npos) << "plugin/README.md: " << said;
+    }
+    EXPECT_NE(text_of("docs/performance.md").find(by_materials(moved_and_all) + " bytes"),
+              std::string::npos)
+        << "docs/performance.md: " << by_materials(moved_and_all);
+}
+
+// What Soil::memory_use says of a voxel is what the device holds for each more tile.
+TEST(MemoryMap, counts_a_tile_as_the_device_does) {
+    for (const double pore_water : {0.0, 0.3}) {
+        SoilDef def;
+        def.size_m = {1.6, 1.6, 0.8};
+        def.up = UpAxis::z;
+        def.backend = Backend::cpu;
+        def.material.pore_water_fraction = pore_water;
+        int64_t bytes[2] = {};
+        MemoryUse use;
+        for (const int tiles : {4, 8}) {
+            def.tile_capacity = tiles;
+            const auto soil = std::move(*Soil::create(def));
+            use = soil->memory_use();
+            bytes[tiles == 8] = use.awake_bytes;
+        }
+        const double voxels = 4 * 64 * 16;
+        EXPECT_NEAR(static_cast<double>(bytes[1] - bytes[0]) / voxels, use.bytes_per_awake_voxel,
+                    1e-9)
+            << pore_water;
+    }
 }
 
 TEST(MemoryMap, names_every_buffer) {

@@ -95,6 +95,7 @@ struct GroundMotion {
 struct MemoryUse {
     int64_t awake_bytes = 0, asleep_bytes = 0;
     int64_t awake_voxels = 0, asleep_columns = 0;
+    /// Awake: planes, and the voxel's part of what its column, block and tile have.
     double bytes_per_awake_voxel = 0, bytes_per_asleep_column = 0;
 };
 

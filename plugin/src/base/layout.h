@@ -42,6 +42,30 @@ struct Buffer {
 /// Buffer::result: the header and the loads of all bodies, then the contact records.
 inline constexpr int kContactsFirst = kResultHeader + limits::kBodyCapacity * kLoadWords;
 
+/// Planes of the voxels by the number of materials; water: 1 where soil takes it, else 0. What
+/// moves with the soil has a delta plane; that and terrain are kept while a tile is asleep.
+/// @{
+constexpr int transported_planes(int materials, int water) {
+    return kPlaneMaterial - kTransportFirst + materials + water;
+}
+constexpr int state_planes(int materials, int water) {
+    return kTransportFirst + transported_planes(materials, water);
+}
+constexpr int kept_planes(int materials, int water) {
+    return 1 + transported_planes(materials, water);
+}
+/// @}
+
+/// Words that a column of an awake tile takes in Buffer::spans, without those of its tile.
+inline constexpr int kColumnWordsInAll = kColumnWords + kColumnArrays;
+
+/// Words that an awake tile takes in all buffers with a slot for it.
+constexpr int64_t slot_words(int height, int materials, int water) {
+    const int planes = state_planes(materials, water) + transported_planes(materials, water);
+    return int64_t{kTileColumns} * (int64_t{height} * planes + kColumnWordsInAll) +
+           int64_t{height / kTileSide} * (kFlagArrays + kMaskWords) + kTileArrays + kTileTableWords;
+}
+
 /// A 64-bit sum of the kernels, see add_wide().
 inline int64_t wide_sum(const int32_t* words) {
     return static_cast<int64_t>(static_cast<uint64_t>(static_cast<uint32_t>(words[1])) << 32 |

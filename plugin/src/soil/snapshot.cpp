@@ -16,15 +16,26 @@ constexpr char kSection[] = "soil";
 
 }  // namespace
 
-TileVoxels SoilSnapshot::body_planes(int slot) const {
-    TileVoxels out;
-    out.reset(s_.height, kBodyPlaneCount);
+void SoilSnapshot::take_awake(int index, SavedTile& saved) const {
+    const Tile& tile = *s_.tiles[static_cast<size_t>(index)];
+    TileVoxels voxels, bodies;
+    bodies.reset(s_.height, kBodyPlaneCount);
+    saved.columns.resize(static_cast<size_t>(kTileColumns) * kColumnWords);
+    saved.surface.resize(kTileColumns);
+    std::vector<device::ReadRange> ranges;
+    s_.tiles.want_voxels(index, voxels, ranges);
     const auto words = static_cast<size_t>(s_.params.tile_voxels);
     for (size_t p = 0; p < kBodyPlaneCount; ++p) {
-        s_.device->read(Buffer::state, s_.tiles.plane_offset(kBodyPlanes[p], slot),
-                        std::span(out.words).subspan(p * words, words));
+        ranges.push_back(s_.tiles.plane_range(kBodyPlanes[p], tile.slot,
+                                              std::span(bodies.words).subspan(p * words, words)));
     }
-    return out;
+    ranges.push_back({Buffer::spans, s_.tiles.spans_offset(tile.slot), saved.columns});
+    ranges.push_back(
+        {Buffer::spans, s_.tiles.column_array_offset(kColumnSurface, tile.slot), saved.surface});
+    s_.device->read(ranges);
+    saved.kept = pack_tile(voxels);
+    saved.bodies = pack_tile(bodies);
+    saved.last_used_step = tile.last_used_step;
 }
 
 SavedSoil SoilSnapshot::take() const {
@@ -60,7 +71,6 @@ SavedSoil SoilSnapshot::take() const {
     s_.bodies.known_contacts.for_each([&](int body, const KnownContact& contact) {
         out.known_contacts.push_back({body, contact});
     });
-    TileVoxels voxels;
     for (size_t index = 0; index < s_.tiles.size(); ++index) {
         const Tile* tile = s_.tiles[index].get();
         if (!tile) continue;
@@ -75,15 +85,7 @@ SavedSoil SoilSnapshot::take() const {
             saved.kept.assign(tile->bytes().begin(), tile->bytes().end());
             continue;
         }
-        s_.tiles.read_voxels(static_cast<int>(index), voxels);
-        saved.kept = pack_tile(voxels);
-        saved.last_used_step = tile->last_used_step;
-        saved.bodies = pack_tile(body_planes(tile->slot));
-        saved.columns.resize(static_cast<size_t>(kTileColumns) * kColumnWords);
-        saved.surface.resize(kTileColumns);
-        s_.device->read(Buffer::spans, s_.tiles.spans_offset(tile->slot), saved.columns);
-        s_.device->read(Buffer::spans, s_.tiles.column_array_offset(kColumnSurface, tile->slot),
-                        saved.surface);
+        take_awake(static_cast<int>(index), saved);
     }
     return out;
 }

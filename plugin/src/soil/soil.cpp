@@ -107,7 +107,7 @@ void set_params(SoilCore& s) {
         s.materials, [](const MaterialDef& m) { return m.pore_water_fraction > 0; });
     p.water_plane = p.water_count > 0 ? kPlaneMaterial + p.material_count : 0;
     p.floor_seepage = seepage_q8(def.floor_drainage_m_s, def);
-    p.transport_count = kPlaneMaterial - kTransportFirst + p.material_count + p.water_count;
+    p.transport_count = transported_planes(p.material_count, p.water_count);
     p.gravity_q16 = static_cast<int>(
         std::lround(def.gravity_m_s2 * def.step_s * def.step_s / def.voxel_m * kVoxelFull));
     p.overflow_heuristic = static_cast<int>(def.overflow);
@@ -118,7 +118,7 @@ void set_params(SoilCore& s) {
     p.slide_count = 1;
     p.substep_count = 1;
     p.body_substep_count = 1;
-    s.kept_planes = 1 + p.transport_count;
+    s.kept_planes = kept_planes(p.material_count, p.water_count);
 }
 
 // Tables of all materials, each bonded and loose; what they say of banks is put into the
@@ -312,8 +312,10 @@ MemoryUse Soil::memory_use() const {
         }
     }
     use.awake_voxels = awake_tiles * s.params.tile_voxels;
-    use.bytes_per_awake_voxel = 4.0 * (kTransportFirst + 2 * s.params.transport_count) +
-                                4.0 * (kColumnWords + 1) / s.height;
+    use.bytes_per_awake_voxel =
+        4.0 *
+        static_cast<double>(slot_words(s.height, s.params.material_count, s.params.water_count)) /
+        s.params.tile_voxels;
     use.bytes_per_asleep_column =
         use.asleep_columns > 0
             ? static_cast<double>(use.asleep_bytes) / static_cast<double>(use.asleep_columns)

@@ -149,7 +149,8 @@ class SoilSnapshot {
                        int64_t low, int64_t high) const;
     bool are_blocks_sound(const std::vector<BlockKey>& blocks) const;
     void put_awake(const SavedTile& tile);
-    TileVoxels body_planes(int slot) const;
+    /// Waits for the device once.
+    void take_awake(int index, SavedTile& saved) const;
 
     Soil::Impl& s_;
 };

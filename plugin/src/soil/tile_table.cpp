@@ -8,8 +8,8 @@ namespace bsoil {
 using namespace layout;
 
 namespace {
-// A tile nobody needed for so many steps goes to sleep: long enough that a slow avalanche does not
-// pack and unpack it.
+// Steps after which a tile that nobody needs goes to sleep. Long enough that a slow avalanche does
+// not pack and unpack it.
 constexpr int64_t kSleepAfterSteps = 30;
 
 // Memory that SoilDef::tile_capacity = 0 allows awake tiles to take.
@@ -114,9 +114,8 @@ Status TileTable::allocate_slots(int count) {
                     static_cast<int64_t>(core_.params.transport_count) * tile_voxels * count},
           std::pair{Buffer::tile_table, static_cast<int64_t>(count) * kTileTableWords},
           std::pair{Buffer::block_flags, (kFlagArrays + kMaskWords) * blocks},
-          std::pair{Buffer::spans,
-                    int64_t{core_.params.column_count} * (kColumnWords + kColumnArrays) +
-                        static_cast<int64_t>(kTileArrays) * count}}) {
+          std::pair{Buffer::spans, int64_t{core_.params.column_count} * kColumnWordsInAll +
+                                       static_cast<int64_t>(kTileArrays) * count}}) {
         if (Status allocated = core_.device->allocate(buffer, words); !allocated) return allocated;
     }
     for (int slot = count - 1; slot >= slot_count_; --slot) free_slots_.push_back(slot);
@@ -263,13 +262,18 @@ void TileTable::forget_stamps() {
     core_.stamps.forget();
 }
 
-void TileTable::put_to_sleep(int index) {
-    Tile& tile = *tiles_[index];
-    read_voxels(index, voxels_);
-    tile.packed = make_packed(voxels_);
-    slot_tile_[tile.slot] = -1;
-    free_slots_.push_back(tile.slot);
-    tile.slot = -1;
+void TileTable::put_to_sleep(std::span<const int> indices) {
+    if (sleepers_.size() < indices.size()) sleepers_.resize(indices.size());
+    ranges_.clear();
+    for (size_t i = 0; i < indices.size(); ++i) want_voxels(indices[i], sleepers_[i], ranges_);
+    core_.device->read(ranges_);
+    for (size_t i = 0; i < indices.size(); ++i) {
+        Tile& tile = *tiles_[indices[i]];
+        tile.packed = make_packed(sleepers_[i]);
+        slot_tile_[tile.slot] = -1;
+        free_slots_.push_back(tile.slot);
+        tile.slot = -1;
+    }
     is_dirty_ = true;
     note_edit();  // a mean density leaves out what sleeps
 }
@@ -277,9 +281,14 @@ void TileTable::put_to_sleep(int index) {
 void TileTable::sleep_idle() { sleep_unused_since(core_.step_index - kSleepAfterSteps); }
 
 void TileTable::sleep_unused_since(int64_t step) {
+    falling_asleep_.clear();
     for (int slot = 0; slot < slot_count_; ++slot) {
         const int index = slot_tile_[slot];
-        if (index >= 0 && tiles_[index]->last_used_step < step) put_to_sleep(index);
+        if (index >= 0 && tiles_[index]->last_used_step < step) falling_asleep_.push_back(index);
+    }
+    const std::span<const int> all = falling_asleep_;
+    for (size_t first = 0; first < all.size(); first += kTilesARead) {
+        put_to_sleep(all.subspan(first, std::min(kTilesARead, all.size() - first)));
     }
 }
 
@@ -318,13 +327,19 @@ void TileTable::read_voxels(int index, TileVoxels& out) const {
         return;
     }
     ranges_.clear();
+    want_voxels(index, out, ranges_);
+    core_.device->read(ranges_);
+}
+
+void TileTable::want_voxels(int index, TileVoxels& out,
+                            std::vector<device::ReadRange>& ranges) const {
+    out.reset(core_.height, core_.kept_planes);
     const auto words = static_cast<size_t>(core_.params.tile_voxels);
     for (int p = 0; p < core_.kept_planes; ++p) {
-        ranges_.push_back(
-            plane_range(state_plane_of(p), tile->slot,
+        ranges.push_back(
+            plane_range(state_plane_of(p), tiles_[index]->slot,
                         std::span(out.words).subspan(static_cast<size_t>(p) * words, words)));
     }
-    core_.device->read(ranges_);
 }
 
 void TileTable::write_voxels(int index, const TileVoxels& in) {

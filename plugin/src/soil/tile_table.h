@@ -16,7 +16,8 @@ namespace bsoil {
 //
 //   TileVoxels plane | state plane
 //   0                | kPlaneTerrain
-//   1 + i            | kTransportFirst + i    (volume, momentum x 3, force x 3, bond, materials)
+//   1 + i            | kTransportFirst + i    (volume, momentum x 3, force x 3, bond, materials,
+//   water)
 inline constexpr int kKeptTerrain = 0;
 inline constexpr int kKeptVolume = 1;
 inline constexpr int kKeptMomentum = 2;
@@ -62,6 +63,10 @@ struct Tile {
     }
 };
 
+/// Tiles that are read from the device together when they fall asleep. Ours: each is 0.2 MB at a
+/// height of 64 voxels and waits on the host. More: memory; fewer: more waits for the device.
+inline constexpr size_t kTilesARead = 16;
+
 /// Tiles by index, row by row; null where nothing has ever been. Awake ones have a slot in the
 /// device's buffers. Asks the device for more slots when they run out.
 class TileTable {
@@ -96,8 +101,10 @@ class TileTable {
     }
     /// As if it had woken in this step: what is known of supports and spans is no longer true.
     void look_anew(int slot) { woken_step_[static_cast<size_t>(slot)] = core_.step_index; }
-    void put_to_sleep(int index);
+    /// Waits for the device once.
+    void put_to_sleep(std::span<const int> indices);
     void sleep_idle();
+    /// Waits for the device once for each kTilesARead tiles.
     void sleep_unused_since(int64_t step);
     Status grow_slots(int wanted);
     /// The neighbours of each awake tile, for the kernels; where any has woken or fallen asleep.
@@ -108,6 +115,8 @@ class TileTable {
     // --- what tiles hold
     /// Reads a tile, awake or asleep, into `out`.
     void read_voxels(int index, TileVoxels& out) const;
+    /// What read_voxels() would read of a tile awake, to be read together with more.
+    void want_voxels(int index, TileVoxels& out, std::vector<device::ReadRange>& ranges) const;
     void write_voxels(int index, const TileVoxels& in);
     /// The same as runs; a tile that does not exist is made.
     TileRuns read_runs(int index);
@@ -177,6 +186,8 @@ class TileTable {
     // Scratch, kept so that a step does not allocate once warm.
     std::vector<int32_t> neighbour_words_, column_words_;
     TileVoxels voxels_;
+    std::vector<TileVoxels> sleepers_;
+    std::vector<int> falling_asleep_;
     mutable std::vector<device::ReadRange> ranges_;
 };
 
