@@ -5,18 +5,23 @@
 #   <!-- figures: printed by PROGRAM ARGUMENTS... -->   a program of the build prints each row of the table as it stands here:
 #                                                       run here, and compared
 #   <!-- figures: printed in minutes by PROGRAM... -->  the same with --slow only
-#   <!-- figures: PROGRAM ARGUMENTS... -->              that takes minutes: not run; the program knows the word after its name
-#   <!-- figures: Suite.test -->                        a test that prints them, or holds them; Suite.* for some of a suite
-#   <!-- figures: from FILE -->                         a file of the tree that they are in
-#   <!-- figures: YYYY-MM-DD, HOW -->                   a measurement made once, and how to make it again
-#   <!-- figures: YYYY-MM-DD -->                        how, the text beside it says
+#   <!-- figures: held by Suite.test: 0.03 1e-3 -->     the bounds are numbers in the text of that test
+#   <!-- figures: from FILE... -->                      each number with a unit or a place behind the point is in one of these files
+#   <!-- figures: counted by Suite.test -->             a test reads the page and compares
 #   <!-- figures: published, WHERE -->                  somebody else's
 #
-# Sentences of the READMEs and of docs/ that name per cent, milliseconds, bytes or steps a second stand in a section with such a line,
-# or say the day themselves. A section's line holds for all that follows it there.
+# A record is not compared: it says what was measured on a day. It stands in docs/decisions or docs/records alone:
 #
-# Between `<!-- bsoil validate: ... -->` and `<!-- end -->` the command replaces what stands there; experiment.validate holds it.
-# Pages that a command prints as a whole are compared by tests of their own.
+#   <!-- figures: YYYY-MM-DD, HOW -->                   how to make it again: a command of bsoil or a test, if it is one, is there
+#   <!-- figures: YYYY-MM-DD -->                        how, the text beside it says
+#
+# Sentences of the READMEs and of docs/ that name per cent, milliseconds, bytes or steps a second stand in a section with such a line.
+# A section's line holds for all that follows it there, but what is printed for its table alone. A figure within <!-- figure: ... --> and <!-- / --> is a cell of a table.
+#
+# Between `<!-- bsoil COMMAND: NAME -->` and `<!-- end -->` that command replaces what stands there; docs.validation and the
+# experiments' tests compare it. Pages that a command prints as a whole are compared by tests of their own.
+#
+# Exit code 77 where a program has skipped what prints a table and nothing else is wrong: that table was not compared.
 source "$(dirname "${BASH_SOURCE[0]}")/check.sh"
 build=$(cd "$OLDPWD" && cd "${1:?usage: check_figures.sh BUILD_FOLDER [--slow]}" && pwd) || exit 1
 is_slow=${2-}
@@ -32,7 +37,7 @@ list_figures() {
             rows = 0
         }
         FNR == 1 { inside = 0; rows = 0; last = ""; measured = ""; in_text = 0 }
-        /^<!-- bsoil validate: / { inside = 1 }
+        /^<!-- bsoil [a-z]+: / { inside = 1 }
         /^<!-- end -->/ { inside = 0 }
         /^\|/ {
             if (rows == 0) {
@@ -71,20 +76,24 @@ list_figures() {
 list_sentences() {
     awk '
         function flush() {
-            gsub(/`[^`]*`|\]\([^)]*\)/, "", text)
-            if (!inside && mark !~ /^printed/ && text !~ /20[0-9][0-9]-[0-9][0-9]-[0-9][0-9]/ &&
-                text ~ /[0-9] (%|ms|us|[kMG]B|frames a second|steps a second|steps\/s)([^a-zA-Z]|$)/)
+            gsub(/`[^`]*`|\]\([^)]*\)|<!-- figure: [^>]*-->[^<]*<!-- \/ -->/, "", text)
+            if (!inside && text ~ /[0-9] (%|ms|us|[kMG]B|frames a second|steps a second|steps\/s)([^a-zA-Z]|$)/)
                 printf "%s:%d\t%s\n", FILENAME, from, mark
             text = ""
         }
         /^```/ { flush(); in_code = !in_code; next }
         in_code { next }
-        /^<!-- bsoil validate: / { flush(); inside = 1 }
+        /^<!-- bsoil [a-z]+: / { flush(); inside = 1 }
         /^<!-- end -->/ { flush(); inside = 0 }
         /^#/ { flush(); mark = "" }
-        /^<!-- figures: .* -->$/ { flush(); mark = substr($0, 15, length($0) - 18); next }
+        /^<!-- figures: .* -->$/ { flush(); above = $0; mark = substr($0, 15, length($0) - 18); if (mark ~ /^printed/) mark = ""; next }
         /^$/ || /^\|/ || /^ *([-*]|[0-9]+\.) / { flush() }
-        /^\|/ || /^<!--/ { next }
+        /^<!--[^>]*-->$/ { next }
+        # A row of a table with a line of its own is left to list_figures.
+        /^\|/ { if (!in_table) is_named = above ~ /^<!-- figures: /; in_table = 1 }
+        !/^\|/ { in_table = 0 }
+        NF { above = $0 }
+        in_table && is_named { next }
         NF { if (text == "") from = FNR; text = text " " $0 }
         END { flush() }
     ' "$1"
@@ -93,6 +102,7 @@ list_sentences() {
 program_of() { find "$build/demos" "$build/tests" -maxdepth 2 -type f -name "$1" -perm -u+x | head -n 1; }
 
 declare -A printed_by
+skipped=0
 # compare FILE LINE WORD...: the rows of the table at the line among what the program prints.
 compare() {
     local file=$1 line=$2 program output row
@@ -104,13 +114,42 @@ compare() {
     fi
     output=${printed_by[$*]}
     if [[ $output == *'[  SKIPPED ]'* || $output == 'no measured data in '* ]]; then
-        printf '%s\n' "$file:$line: '$*' skips what prints them"
+        printf '%s\n' "$file:$line: not compared: '$*' skips what prints them"
+        skipped=1
         return
     fi
     while IFS= read -r row; do
         grep -qxF -- "$row" <<<"$output" || fail "$file: '$*' does not print
     $row"
     done < <(awk -v first="$line" 'FNR > first + 1 { if (!/^\|/) exit; print }' "$file")
+}
+
+# held_by PLACE Suite.test: BOUND...: each bound is a number in the test's text, up to the brace that closes it.
+held_by() {
+    local place=$1 name=${2%:} text bound
+    text=$(git ls-files -z 'tests/*.cpp' | xargs -0 awk -v suite="${name%%.*}" -v test="${name#*.}" '
+        FNR == 1 { inside = 0 }
+        $0 ~ "^TEST(_F|_P)?\\(" suite ", " test "\\)" { inside = 1 }
+        inside { print }
+        inside && (/^}/ || /^TEST.*}$/) { inside = 0 }')
+    [[ -n $text ]] || { fail "$place: no test $name"; return; }
+    (($# > 2)) || fail "$place: which bounds of $name?"
+    for bound in "${@:3}"; do
+        grep -qE "(^|[^0-9.])${bound//./\\.}([^0-9.]|$)" <<<"$text" || fail "$place: $name has no $bound"
+    done
+}
+
+# from_files PLACE FILE...: the numbers of the table or paragraph below the mark, units and all, are in one of the files.
+from_files() {
+    local file=${1%:*} line=${1##*:} source number
+    shift
+    for source in "$@"; do
+        [[ -f $source ]] || { fail "$file:$line: no file $source"; return; }
+    done
+    while IFS= read -r number; do
+        cat "$@" | grep -qE "(^|[^0-9.])${number//./\\.}([^0-9.]|\.?$|\.[^0-9])" || fail "$file:$line: $number is not in $*"
+    done < <(awk -v from="$line" 'FNR < from { next } !NF { exit } { print }' "$file" | sed -E 's/`[^`]*`|\]\([^)]*\)|<!--.*-->//g' |
+        grep -oE '\b[0-9]+(\.[0-9]+)?( (m|mm|Pa|kPa|MPa|s|N|%)\b)?' | grep -E '\.| ' | sed 's/ .*//' | sort -u)
 }
 
 # check_source PLACE WORD...: a command of bsoil or a test, if it is one, is there. False where it is neither.
@@ -132,16 +171,25 @@ while IFS=$'\t' read -r place mark; do
         'printed in minutes by '*)
             if [[ $is_slow ]]; then compare "${place%:*}" "${place##*:}" "${words[@]:4}"; fi ;;
         'printed by '*) compare "${place%:*}" "${place##*:}" "${words[@]:2}" ;;
-        'from '*) [[ -f ${words[1]} ]] || fail "$place: no file ${words[1]}" ;;
+        'held by '*) held_by "$place" "${words[@]:2}" ;;
+        'from '*) from_files "$place" "${words[@]:1}" ;;
+        'counted by '*) check_source "$place" "${words[2]}" || fail "$place: no test ${words[2]}" ;;
         'published, '*) ;;
-        20[0-9][0-9]-[0-9][0-9]-[0-9][0-9]) ;;
-        20[0-9][0-9]-[0-9][0-9]-[0-9][0-9],\ *) check_source "$place" "${words[@]:1}" ;;
-        *) check_source "$place" "${words[@]}" || fail "$place: what is '$mark'?" ;;
+        20[0-9][0-9]-[0-9][0-9]-[0-9][0-9]*)
+            [[ $place == docs/decisions/* || $place == docs/records/* ]] ||
+                fail "$place: a record of a day belongs into docs/decisions or docs/records"
+            if [[ $mark == *,* ]]; then check_source "$place" "${words[@]:1}"; fi
+            ;;
+        *) fail "$place: what is '$mark'?" ;;
     esac
 done < <(git ls-files '*.md' | while IFS= read -r page; do
     [[ " ${printed[*]} " == *" $page "* || $page == third_party_notes/* ]] && continue
     list_figures "$page"
-    case $page in README.md | plugin/README.md | bridge/README.md | docs/*.md) [[ $page == docs/decisions/* ]] || list_sentences "$page" ;; esac
+    case $page in
+        docs/decisions/* | docs/records/*) ;;
+        README.md | plugin/README.md | bridge/README.md | docs/*.md) list_sentences "$page" ;;
+    esac
 done)
 ((count)) || fail "no figures found"
+((failed == 0 && skipped)) && exit 77
 exit "$failed"

@@ -9,6 +9,7 @@
 #   --steps N     steps of a scene; without it each has a number in which its bodies meet the soil (see short_steps)
 #   --long        scenes to their end, and all experiments of docs/validation.md
 #   --backend B   cpu (the default) or gl
+#   --new NAME    a scene or experiment that BASE does not have yet; any other that it lacks counts as a difference. Again for more
 #   --no-build    take the two programs as they are
 #
 # Compared are a scene's checksum (the soil, to the unit) and its telemetry.csv (bodies, forces and loads, by row), and an
@@ -19,16 +20,20 @@
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../../demos/setup.sh"
 
-steps= long=0 backend=cpu do_build=1 base= names=()
+steps= long=0 backend=cpu do_build=1 base= names=() new=()
 usage() {
     sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//;p}' "${BASH_SOURCE[0]}" >&2
     exit 2
 }
 while (($#)); do
     case $1 in
-        --steps | --backend)
+        --steps | --backend | --new)
             [[ $# -gt 1 ]] || usage
-            if [[ $1 == --steps ]]; then steps=$2; else backend=$2; fi
+            case $1 in
+                --steps) steps=$2 ;;
+                --backend) backend=$2 ;;
+                --new) new+=("$2") ;;
+            esac
             shift
             ;;
         --long) long=1 ;;
@@ -134,6 +139,16 @@ both() {
     compared=$((compared + 1))
 }
 
+# not_in_base NAME: that is a difference, unless the scene is said to be new.
+not_in_base() {
+    if [[ " ${new[*]} " == *" $1 "* ]]; then
+        row "$1" - "new" -
+    else
+        row "$1" - "not in base" DIFFERENT
+        failed=1
+    fi
+}
+
 checksum() { sed -n 's/.*"checksum": *"\([0-9a-f]*\)".*/\1/p' "$out/$1/$2/summary.json"; }
 ran_steps() { sed -n 's/.*"steps": *\([0-9]*\).*/\1/p' "$out/work/$1/summary.json"; }
 
@@ -192,14 +207,14 @@ for name in "${scenes[@]}"; do
     if [[ -f $base_tree/demos/scenes/$name.toml ]]; then
         compare_scene "$name"
     else
-        row "$name" - "not in base" -
+        not_in_base "$name"
     fi
 done
 for name in "${experiments[@]}"; do
     if [[ -f $base_tree/demos/experiments/$name.toml ]]; then
         compare_experiment "$name"
     else
-        row "$name" - "not in base" -
+        not_in_base "$name"
     fi
 done
 

@@ -1,6 +1,6 @@
-/// `bsoil bench`: the numbers of docs/performance.md, here. The first two experiments are those of
-/// the thesis, section 4.2: a rigid block pushes soil along the surface of a cube of N^3 voxels,
-/// half full; phi 25 deg, c 0, 2 t/m3, alpha 4.
+/// `bsoil bench`: the numbers of docs/records/performance.md, here. The first two experiments are
+/// those of the thesis, section 4.2: a rigid block pushes soil along the surface of a cube of N^3
+/// voxels, half full; phi 25 deg, c 0, 2 t/m3, alpha 4.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -350,7 +350,8 @@ int bench(BenchArguments& arguments) {
 void add_bench(CLI::App& app, int& exit_code) {
     auto arguments = std::make_shared<BenchArguments>();
     CLI::App* command = app.add_subcommand(
-        "bench", "measure again what docs/performance.md says, beside the thesis's figures");
+        "bench",
+        "measure speed again, as docs/records/performance.md does, beside the thesis's figures");
     arguments->device.add_to(*command);
     command->add_option("--frames", arguments->frame_count, "frames measured for each point")
         ->check(CLI::Range(1, 100000))

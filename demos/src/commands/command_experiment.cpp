@@ -11,14 +11,16 @@
 #include "commands.h"
 #include "experiment/expectation.h"
 #include "experiment/experiment_load.h"
+#include "experiment/page_tables.h"
 #include "experiment/plot.h"
 #include "experiment/sweep_run.h"
+#include "files/text_file.h"
 
 namespace bsoil::command {
 namespace {
 
 struct ExperimentArguments {
-    std::string rig, path, out;
+    std::string rig, path, out, document;
     std::vector<std::string> settings;
     int thread_count = 0;
     bool series = false, no_plot = false;
@@ -119,6 +121,15 @@ int run(const ExperimentArguments& arguments) {
         if (!drawn) fmt::print(stderr, "{}\n", drawn.error());
     }
 
+    if (!arguments.document.empty()) {
+        const auto page = scene::read_file(arguments.document, experiment::kPageBytesMost);
+        if (!page) return could_not(page.error());
+        const auto updated = experiment::update_results(*page, experiment, results);
+        if (!updated) return could_not(arguments.document + ": " + updated.error());
+        const Status kept = scene::write_file(arguments.document, *updated);
+        if (!kept) return could_not(kept.error());
+    }
+
     int exit_code = kPassed;
     for (const experiment::Verdict& verdict : experiment::check_expectations(experiment, results)) {
         using Kind = experiment::Verdict::Kind;
@@ -152,6 +163,9 @@ void add_experiment(CLI::App& app, const std::string& rig, const std::string& he
         ->capture_default_str();
     command->add_flag("--series", arguments->series,
                       "OUT/series_000.csv ...: all steps of each point");
+    command->add_option(
+        "--document", arguments->document,
+        "page to update, between <!-- bsoil " + rig + ": NAME OF THE FILE --> and <!-- end -->");
     command->add_flag("--no-plot", arguments->no_plot, "no plot");
     command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }

@@ -4,15 +4,16 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <memory>
-#include <sstream>
 
 #include "commands.h"
 #include "experiment/comparison.h"
 #include "experiment/experiment_load.h"
+#include "experiment/page_figures.h"
+#include "experiment/page_tables.h"
 #include "experiment/sweep_run.h"
 #include "experiment/validation_page.h"
+#include "files/text_file.h"
 #include "shared_files.h"
 
 namespace bsoil::command {
@@ -24,6 +25,7 @@ struct ValidateArguments {
     std::string experiments = shared_folder("experiments"), out, document;
     std::vector<std::string> only;
     int thread_count = 0;
+    bool sentences = false;
 };
 
 /// The experiments of the folder that have a [validation], by name; with `only`, those named.
@@ -93,35 +95,52 @@ Result<std::vector<std::vector<experiment::PointRun>>> run_all(
     return of_experiments;
 }
 
-Status write_text(const fs::path& path, const std::string& text) {
+Result<std::string> read_page(const fs::path& path) {
+    return scene::read_file(path.string(), experiment::kPageBytesMost);
+}
+
+/// The figures of the document's tables in the sentences of the pages beside and below it.
+Status write_sentences(const fs::path& document) {
+    const auto tables = read_page(document);
+    if (!tables) return Error{tables.error() + "; its prose is written by hand"};
+    const fs::path folder = document.has_parent_path() ? document.parent_path() : ".";
     std::error_code failed;
-    if (path.has_parent_path()) fs::create_directories(path.parent_path(), failed);
-    std::ofstream file(path, std::ios::binary);
-    file << text;
-    file.close();
-    if (!file) return Error{path.string() + ": cannot be written"};
+    for (const auto& entry : fs::recursive_directory_iterator(folder, failed)) {
+        if (entry.path().extension() != ".md") continue;
+        const auto page = read_page(entry.path());
+        if (!page || !experiment::names_figures(*page)) continue;
+        const auto filled = experiment::fill_figures(*page, *tables);
+        if (!filled) return Error{entry.path().string() + ": " + filled.error()};
+        if (*filled == *page) continue;
+        const Status written = scene::write_file(entry.path().string(), *filled);
+        if (!written) return written;
+    }
+    if (failed) return Error{folder.string() + ": " + failed.message()};
     return Done{};
 }
 
 Status write_document(const fs::path& path,
                       const std::vector<experiment::Comparison>& comparisons) {
-    std::ifstream file(path, std::ios::binary);
-    std::stringstream text;
-    text << file.rdbuf();
-    if (!file) return Error{path.string() + ": cannot be read; its prose is written by hand"};
+    const auto text = read_page(path);
+    if (!text) return Error{text.error() + "; its prose is written by hand"};
     const fs::path pictures = path.stem();
-    auto page = experiment::update_page(text.str(), comparisons, pictures.string());
+    auto page = experiment::update_page(*text, comparisons, pictures.string());
     if (!page) return Error{path.string() + ": " + page.error()};
     for (const experiment::Comparison& comparison : comparisons) {
         const Status written =
-            write_text(path.parent_path() / pictures / (comparison.name + ".svg"),
-                       experiment::comparison_picture(comparison));
+            scene::write_file((path.parent_path() / pictures / (comparison.name + ".svg")).string(),
+                              experiment::comparison_picture(comparison));
         if (!written) return written;
     }
-    return write_text(path, *page);
+    if (const Status written = scene::write_file(path.string(), *page); !written) return written;
+    return write_sentences(path);
 }
 
 int run(const ValidateArguments& arguments) {
+    if (arguments.sentences) {
+        const Status written = write_sentences(arguments.document);
+        return written ? kPassed : could_not(written.error());
+    }
     auto loaded = load_all(arguments);
     if (!loaded) return could_not(loaded.error());
     std::erase_if(*loaded, [](const experiment::Experiment& e) {
@@ -155,7 +174,8 @@ int run(const ValidateArguments& arguments) {
             const std::string path = arguments.out + '/' + comparison.name;
             Status written = experiment::write_csv(comparison.results, path + ".csv");
             if (written) {
-                written = write_text(path + ".svg", experiment::comparison_picture(comparison));
+                written =
+                    scene::write_file(path + ".svg", experiment::comparison_picture(comparison));
             }
             if (!written) return could_not(written.error());
         }
@@ -177,9 +197,14 @@ void add_validate(CLI::App& app, int& exit_code) {
         "could not run, 77 no measured data is there");
     command->add_option("--out", arguments->out, "folder for the tables and pictures");
     command->add_option("--only", arguments->only, "names of experiments, without .toml");
-    command->add_option("--document", arguments->document,
-                        "page to update, as docs/validation.md; its pictures lie in a folder of "
-                        "its name beside it");
+    CLI::Option* document = command->add_option(
+        "--document", arguments->document,
+        "page to update, as docs/validation.md; its pictures lie in a folder of its name beside "
+        "it. Sentences that name a figure of it get it, in the pages beside and below it too");
+    command
+        ->add_flag("--sentences", arguments->sentences,
+                   "run nothing: the figures in sentences, from the document's tables")
+        ->needs(document);
     command->add_option("--experiments", arguments->experiments, "folder of the experiments")
         ->capture_default_str();
     command->add_option("--threads", arguments->thread_count, "points run at once; 0: all cores")

@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 
 #include "classical_columns.h"
 #include "figures.h"
+#include "page_figures.h"
+#include "page_tables.h"
 #include "plot.h"
 #include "svg_figure.h"
 
@@ -15,42 +16,11 @@ namespace bsoil::experiment {
 namespace {
 
 constexpr const char* kSoil = "BulletSoil";
-constexpr int kDigits = 3;  // of the figures in tables
 
-/// How a column is shown: kilopascals and millimetres are what plates and wheels are read in.
-struct Shown {
-    std::string title;
-    double factor = 1;
-};
-Shown shown(const std::string& column) {
-    std::string name = column.substr(column.rfind('.') + 1);  // without its table
-    Shown out{axis_title(name), 1};
-    const auto with = [&](size_t suffix, const char* unit, double factor) {
-        name.resize(name.size() - suffix);
-        std::replace(name.begin(), name.end(), '_', ' ');
-        out = {name + unit, factor};
-    };
-    if (name.ends_with("_pa")) with(3, ", kPa", 1e-3);
-    if (name.ends_with("_m") && !name.ends_with("_n_m")) with(2, ", mm", 1e3);
-    return out;
-}
-
-std::string digits(double value, int count) {
-    if (value == 0 || !std::isfinite(value)) return "0";
-    const int whole = static_cast<int>(std::floor(std::log10(std::abs(value)))) + 1;
-    return fmt::format("{:.{}f}", value, std::max(0, count - whole));
-}
-std::string figure_text(const std::optional<double>& value, double factor) {
-    return value ? digits(*value * factor, kDigits) : "-";
-}
 std::string percent(const std::optional<double>& share, bool with_sign) {
     if (!share) return "-";
     return with_sign ? fmt::format("{:+.0f} %", *share * 100)
                      : fmt::format("{:.0f} %", *share * 100);
-}
-std::string key_text(const std::string& cell_text, double factor) {
-    const auto number = number_in(cell_text);
-    return number ? fmt::format("{:.5g}", *number * factor) : cell_text;
 }
 
 /// "pressure".
@@ -63,17 +33,6 @@ std::string quantity_title(const ComparedQuantity& quantity) {
 /// What the quantity's figures are in.
 Shown quantity_shown(const ComparedQuantity& quantity) {
     return shown(quantity.item.statistic == "janosi_k" ? quantity.item.over : quantity.item.column);
-}
-
-std::string table_row(const std::vector<std::string>& cells) {
-    std::string out = "|";
-    for (const std::string& text : cells) out += ' ' + text + " |";
-    return out + '\n';
-}
-std::string table_head(const std::vector<std::string>& cells) {
-    std::string out = table_row(cells) + "|";
-    for (size_t i = 0; i < cells.size(); ++i) out += "---|";
-    return out + '\n';
 }
 
 std::string points_table(const Comparison& comparison, const ComparedQuantity& quantity) {
@@ -202,18 +161,8 @@ std::string pooled_table(const std::vector<Comparison>& comparisons) {
     return out;
 }
 
-struct Block {
-    size_t begin = 0, end = 0;  ///< of what is between the markers
-};
-Result<Block> block_of(const std::string& page, const std::string& name) {
-    const std::string marker = "<!-- bsoil validate: " + name + " -->\n";
-    const size_t at = page.find(marker);
-    const size_t end = at == std::string::npos ? at : page.find("<!-- end -->", at);
-    if (end == std::string::npos) {
-        return Error{"the page has no \"<!-- bsoil validate: " + name +
-                     " -->\" with a line \"<!-- end -->\" after it"};
-    }
-    return Block{at + marker.size(), end};
+Result<Block> validate_block(const std::string& page, const std::string& name) {
+    return block_of(page, "validate", name);
 }
 
 /// The summary's rows of an experiment, as the page has them.
@@ -245,7 +194,7 @@ std::vector<std::string> places_in(const std::string& page) {
 Result<std::string> update_page(std::string page, const std::vector<Comparison>& comparisons,
                                 const std::string& pictures) {
     const std::vector<std::string> places = places_in(page);
-    const auto summary = block_of(page, "summary");
+    const auto summary = validate_block(page, "summary");
     if (!summary) return Error{summary.error()};
     const std::string before = page.substr(summary->begin, summary->end - summary->begin);
     std::string rows = table_head({"data set", "quantity", "points", kSoil, "classical model",
@@ -256,16 +205,17 @@ Result<std::string> update_page(std::string page, const std::vector<Comparison>&
         rows += found == comparisons.end() ? rows_in(before, name) : summary_rows(*found);
     }
     page.replace(summary->begin, summary->end - summary->begin, rows);
-    if (const auto pooled = block_of(page, "pooled");
+    if (const auto pooled = validate_block(page, "pooled");
         pooled && comparisons.size() == places.size()) {
         page.replace(pooled->begin, pooled->end - pooled->begin, pooled_table(comparisons));
     }
     for (const Comparison& comparison : comparisons) {
-        const auto block = block_of(page, comparison.name);
+        const auto block = validate_block(page, comparison.name);
         if (!block) return Error{block.error()};
         page.replace(block->begin, block->end - block->begin, section(comparison, pictures));
     }
-    return page;
+    const std::string tables = page;
+    return fill_figures(std::move(page), tables);
 }
 
 std::string comparison_picture(const Comparison& comparison) {

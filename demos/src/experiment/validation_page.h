@@ -12,8 +12,8 @@ namespace bsoil::experiment {
 /// Puts what was generated into the page, between
 /// `<!-- bsoil validate: NAME -->` and `<!-- end -->`: a section for each comparison, and the table
 /// of all under the name "summary", where the rows of experiments that were not run stay as they
-/// are. `pictures` is the folder of the pictures as the page names it. The error says which marker
-/// the page lacks.
+/// are. Sentences that name a figure of a table get it (fill_figures). `pictures` is the folder of
+/// the pictures as the page names it. The error says which marker the page lacks.
 Result<std::string> update_page(std::string page, const std::vector<Comparison>& comparisons,
                                 const std::string& pictures);
 

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 #include <memory>
 
 namespace bsoil::scene {
@@ -26,6 +28,17 @@ Result<std::string> read_file(const std::string& path, size_t capacity) {
         return Error{fmt::format("{}: larger than {} MiB", path, capacity >> 20)};
     }
     return bytes;
+}
+
+Status write_file(const std::string& path, const std::string& bytes) {
+    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+    std::error_code failed;
+    if (!folder.empty()) std::filesystem::create_directories(folder, failed);
+    std::ofstream file(path, std::ios::binary);
+    file << bytes;
+    file.close();
+    if (!file) return Error{path + ": cannot be written"};
+    return Done{};
 }
 
 }  // namespace bsoil::scene

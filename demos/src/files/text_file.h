@@ -1,4 +1,4 @@
-/// Files as a whole, read up to a capacity.
+/// Files as a whole, read up to a capacity and written.
 #pragma once
 
 #include <cstddef>
@@ -11,5 +11,8 @@ namespace bsoil::scene {
 /// The bytes of a file. Error: it cannot be read, or holds more than `capacity` bytes; no more than
 /// that is read, so that endless files (devices, pipes) end too.
 Result<std::string> read_file(const std::string& path, size_t capacity);
+
+/// Makes the folder of the path where there is none.
+Status write_file(const std::string& path, const std::string& bytes);
 
 }  // namespace bsoil::scene
