@@ -2,32 +2,36 @@
 // tests/soil/memory_map_test.cpp from the layout, which fails where it says something else. M: materials. W: 1 where soil takes
 // water, else 0. K: kept, goes to sleep with its tile. T: transported, moves with the soil.
 //
-// state  plane  0  coverage         4 B a voxel          bodies in the voxel, volume units, not clamped
-// state  plane  1  owner            4 B a voxel          body that covers most
-// state  plane  2  terrain          4 B a voxel          terrain and ground bodies, volume units [K]
-// state  plane  3  support          4 B a voxel          falling, on the ground, or on a body
-// state  plane  4  volume           4 B a voxel          soil, volume units [K T]
-// state  plane  5  momentum x y z   12 B a voxel         mass units * Q10 velocity [K T]
-// state  plane  8  force x y z      12 B a voxel         direction of the push [K T]
-// state  plane 11  bond             4 B a voxel          volume units never moved [K T]
-// state  plane 12  mass of material m 4 M B a voxel        mass units [K T]
-// delta  as planes 4 ...            32 + 4 M B a voxel   what a pass moves; zero between passes
-//   state and delta                 80 + 8 M B a voxel   88 with one material, 144 with 8
-// tile_table                        64 B a tile          neighbours' slots, place, top of the soil
-// block_list                        4 B an entry         work lists of the step
-// block_flags  flags                16 B a block         4 stamps
-//              masks                128 B a block        columns and voxels with work
-// spans  records                    368 B a column       16 spans, slip speeds, bases
-//        arrays                     36 B a column        surface, stamp, ends, cut ...
-//        of slots                   16 B a tile          stamp, toes, cut
-// shapes  bodies                    64 B a body          velocity, friction ...
-//         shapes                    128 B a shape        kind, place, size
-//         faces of hulls            16 B a face          normal, offset
-//         bricks of lattices        1024 B a brick       distances; 4 B where the surface is far
-// tables                            5120 B a material    wedges and accelerations, bonded and loose
-// result  header                    64 B                 conditions, counts
-//         loads                     4096 x 32 B          soil that each body carries
-//         contacts                  65536 x 56 B         voxels in which bodies meet soil
+// state  plane  0  coverage           4 B a voxel              bodies in the voxel, volume units, not clamped
+// state  plane  1  owner              4 B a voxel              body that covers most
+// state  plane  2  terrain            4 B a voxel              terrain and ground bodies, volume units [K]
+// state  plane  3  support            4 B a voxel              falling, on the ground, or on a body
+// state  plane  4  volume             4 B a voxel              soil, volume units [K T]
+// state  plane  5  momentum x y z     12 B a voxel             mass units * Q10 velocity [K T]
+// state  plane  8  force x y z        12 B a voxel             direction of the push [K T]
+// state  plane 11  bond               4 B a voxel              volume units never moved [K T]
+// state  plane 12  mass of material m 4 M B a voxel            mass units [K T]
+// state  plane 12 + M  water          4 W B a voxel            mass units, behind the materials [K T]
+// delta  as planes 4 ...              32 + 4 M + 4 W B a voxel what a pass moves; zero between passes
+//   state and delta                   80 + 8 M + 8 W B a voxel 88 with one dry material, 152 with 8 that take water
+// tile_table                          64 B a tile              neighbours' slots, place, top of the soil
+// block_list                          4 B an entry             work lists of the step
+// block_flags  flags                  16 B a block             4 stamps
+//              masks                  128 B a block            columns and voxels with work
+// spans  records                      368 B a column           16 spans, slip speeds, bases
+//        arrays                       36 B a column            surface, stamp, ends, cut ...
+//        of slots                     16 B a tile              stamp, toes, cut
+// shapes  bodies                      64 B a body              velocity, friction ...
+//         shapes                      128 B a shape            kind, place, size
+//         faces of hulls              16 B a face              normal, offset
+//         bricks of lattices          1024 B a brick           distances; 4 B where the surface is far
+// tables                              5120 B a material        wedges and accelerations, bonded and loose
+//         flows                       80 B a flow              source, sink or open side, 64 at most
+//         parts of flows              516 B a part             what of a flow's region lies in one tile
+// result  header                      64 B                     conditions, counts
+//         loads                       4096 x 32 B              soil that each body carries
+//         contacts                    65536 x 56 B             voxels in which bodies meet soil
+//         flows                       64 x 72 B                what each has moved, by material
 BUFFER(state)
 BUFFER(delta)
 BUFFER(tile_table)

@@ -51,7 +51,7 @@ CONST_INT(kSlipTolerance, 256)
 // may give and take. With other steps: SoilParams.
 CONST_INT(kSlipRateLeast, 8192)
 CONST_INT(kSlipRateMost, 16384)
-// Soil that is pushed looks so many voxels ahead for the free surface: a neighbouring tile reaches no further.
+// How many voxels ahead soil that is pushed looks for the free surface: a neighbouring tile reaches no further.
 CONST_INT(kFreeSurfaceReach, 8)
 // Velocities are Q10: 1024 = one voxel per base step. Displacements are Q16 voxels.
 CONST_INT(kVelocityOne, 1024)
@@ -258,9 +258,9 @@ CONST_INT(kFlowCapacity, 64)    // sources, sinks and open sides together
 CONST_INT(kFlowWords, 20)
 CONST_INT(kFlowPlane, 0)        // source: plane of its material
 CONST_INT(kFlowCount, 1)        // voxels of its region
-CONST_INT(kFlowLumps, 2)        // of these it pours into so many in this step,
-CONST_INT(kFlowUnits, 3)        // so many mass units each,
-CONST_INT(kFlowRest, 4)         // and one more into so many of them
+CONST_INT(kFlowLumps, 2)        // of these, into how many it pours in this step
+CONST_INT(kFlowUnits, 3)        // mass units that it pours into each
+CONST_INT(kFlowRest, 4)         // of these, into how many it pours one more
 CONST_INT(kFlowTurn, 5)         // voxel i gets lump number (i * kFlowStride + kFlowTurn) modulo kFlowCount, where there is one
 CONST_INT(kFlowStride, 6)
 CONST_INT(kFlowVolume, 7)       // volume of a mass unit, Q16

@@ -8,8 +8,8 @@ int size_y;
 int blocks_per_tile;     // height / 8
 int material_count;
 int transport_count;     // planes that move with the soil: 8 + material_count + water_count
-int substep_count;       // this base step is cut into so many
-int body_substep_count;  // bodies move in so many parts of it: at most a voxel at once
+int substep_count;       // parts of this base step
+int body_substep_count;  // parts of it in which bodies move: at most a voxel each
 int gravity_q16;         // gravity in Q16 voxels per base step squared
 int list_offset;         // where this dispatch's list starts in block_list
 int overflow_heuristic;  // kOverflowEven ...
@@ -32,7 +32,7 @@ int slip_rate_most;      // the step
 int flow_offset;         // where the words of sources and sinks start in tables, see kFlowWords
 int flow_result;         // where their results start in result
 int place_rows;          // columns along y of the grid, whole tiles
-int place_shift;         // by so many bits place_code() cuts a voxel's height
+int place_shift;         // bits by which place_code() cuts a voxel's height
 int slide_stamp;         // as slip_stamp, of slide_soil
 int slides;              // 1: soil on the ground keeps its momentum until friction has taken it; 0: the ground takes it at once
 int slide_count;         // slide passes in a base step

@@ -41,7 +41,7 @@ Result<std::vector<btVector3>> mesh_points(const btStridingMeshInterface& mesh,
                                            const btVector3& scaling);
 
 /// Adds what the result of convert_mesh depends on: all of the corners and indices of a mesh with
-/// up to 20,000 of either, else so many of them, evenly spread.
+/// up to 20,000 of either, else 20,000 of them, evenly spread.
 void add_mesh(Fingerprint& print, const btCollisionShape& shape, const GridBall& grid);
 void add_mesh(Fingerprint& print, const btStridingMeshInterface& mesh);
 

@@ -26,10 +26,10 @@ namespace bsoil::bullet {
 /// a hull without volume, a broken mesh.
 Result<std::vector<ConvexShape>> convert_shape(const btCollisionShape& shape, const GridBall& grid);
 
-/// Changes whenever the result of convert_shape does, up to a change of a hull's points that keeps
-/// their number, its box and its first and last point, and of single corners of a mesh or
-/// heightfield with more than 20,000 of them. Walks compounds and up to 20,000 corners and indices
-/// of each mesh (some 0.1 ms), not the points of hulls.
+/// Changes whenever the result of convert_shape does, with two exceptions. It misses a change of a
+/// hull's points that keeps their number, its box and its first and last point. It misses single
+/// corners of a mesh or heightfield with more than 20,000 of them. Walks compounds and up to 20,000
+/// corners and indices of each mesh (some 0.1 ms), not the points of hulls.
 uint64_t shape_fingerprint(const btCollisionShape& shape, const GridBall& grid);
 
 }  // namespace bsoil::bullet

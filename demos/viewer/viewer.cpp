@@ -29,7 +29,7 @@ constexpr float kTurnPerPixel = 0.006f;  ///< rad
 constexpr double kZoomPerNotch = 0.87;
 constexpr double kSightM = 400;      ///< how far the pointer reaches
 constexpr float kStickDead = 0.15f;  ///< deflection of a game pad's stick that counts as none
-constexpr int kBrushFrames = 6;      ///< a brush held down acts once in so many frames
+constexpr int kBrushFrames = 6;      ///< frames from one stroke of a brush held down to the next
 
 bool is_software(const std::string& device) {
     return device.find("llvmpipe") != std::string::npos ||

@@ -2,11 +2,11 @@
 /// area and normal of the coverage field's gradient (central differences, nothing outside of the
 /// grid).
 ///
-/// A voxel is a contact when the gradient is not zero there, a body owns the voxel or the one
-/// inwards of it, soil lies in it or in the one outwards, and that soil rests, on the ground or on
-/// another body: so says the fullest of the voxel and the two outwards of it that are not mostly
-/// body. Inwards and outwards are along
-/// the gradient's largest component (z before x before y on a tie).
+/// A voxel is a contact when four things hold. The gradient is not zero there. A body owns the
+/// voxel or the one inwards of it. Soil lies in it or in the one outwards. That soil rests on the
+/// ground or on another body; this is asked of the fullest of the voxel and the two outwards of it
+/// that are not mostly body. Inwards and outwards are along the gradient's largest component (z
+/// before x before y on a tie).
 #pragma once
 
 #include <span>

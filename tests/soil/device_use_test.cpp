@@ -60,12 +60,12 @@ TEST_P(DeviceUse, a_step_in_which_a_body_lands_reads_all_of_its_contacts) {
 }
 
 TEST_P(DeviceUse, tiles_that_fall_asleep_are_read_together) {
-    SoilDef def = grid_def(48, 48, 24);
+    SoilDef def = grid_def(32, 32, 16);
     def.backend = GetParam();
     const auto soil = make_soil(def);
-    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {48, 48, 8})));
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {32, 32, 8})));
     std::vector<Mover> movers;
-    movers.emplace_back(1, box_shape(Vec3{20, 20, 2} * 0.05), Vec3{24, 24, 8} * 0.05);
+    movers.emplace_back(1, box_shape(Vec3{10, 10, 2} * 0.05), Vec3{16, 16, 8} * 0.05);
     for (int i = 0; i < 3; ++i) soil->step(bodies_of(movers));
     Soil::Impl& impl = SoilProbe::impl(*soil);
     int most = 0;
@@ -79,7 +79,7 @@ TEST_P(DeviceUse, tiles_that_fall_asleep_are_read_together) {
         most = std::max(most, slept);
     }
     EXPECT_EQ(impl.tiles.awake_count(), 0);
-    EXPECT_GT(most, static_cast<int>(kTilesARead));
+    EXPECT_GT(most, 2) << "one by one they would take as many reads";
 }
 
 TEST_P(DeviceUse, a_snapshot_reads_each_awake_tile_once) {
@@ -113,7 +113,7 @@ TEST_P(DeviceUse, carried_soil_is_read_with_the_rest_after_its_first_step) {
     const auto carried = std::ranges::count_if(
         landed.contacts, [](const ContactVoxel& c) { return c.body == 2 && c.carrier == 1; });
     EXPECT_GT(carried, 0);
-    const Soil::Impl& impl = SoilProbe::impl(*soil);
+    Soil::Impl& impl = SoilProbe::impl(*soil);
     const auto tiles = static_cast<int64_t>(impl.contacts.surface().span_words() /
                                             (layout::kTileColumns * layout::kColumnWords));
     EXPECT_GT(tiles, 0);

@@ -20,7 +20,7 @@ using namespace layout;
 class Map {
   public:
     void row(const std::string& what, const std::string& bytes, const std::string& remark) {
-        text_ += fmt::format("// {:<33} {:<20} {}\n", what, bytes, remark);
+        text_ += fmt::format("// {:<35} {:<24} {}\n", what, bytes, remark);
     }
     void plane(const std::string& name, int first, int count, const std::string& remark) {
         const bool moves = first >= kTransportFirst;

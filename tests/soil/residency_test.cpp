@@ -1,4 +1,6 @@
 // Tiles asleep and awake hold the same soil.
+#include <array>
+
 #include "moving_scene.h"
 
 namespace bsoil::residency_test {
@@ -8,7 +10,7 @@ void sleep_all(Soil& soil) {
     Soil::Impl& impl = SoilProbe::impl(soil);
     for (size_t index = 0; index < impl.tiles.size(); ++index) {
         if (impl.tiles[index] && impl.tiles[index]->slot >= 0) {
-            impl.tiles.put_to_sleep(static_cast<int>(index));
+            impl.tiles.put_to_sleep(std::array{static_cast<int>(index)});
         }
     }
 }

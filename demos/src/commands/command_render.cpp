@@ -18,7 +18,7 @@
 namespace bsoil::command {
 namespace {
 
-/// Which moment of a scene: its start, or a snapshot; and so many steps more.
+/// Which moment of a scene: its start or a snapshot, and how many steps later.
 struct Moment {
     OpenedScene opened;
     std::string from;

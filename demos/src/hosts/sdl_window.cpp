@@ -1,6 +1,6 @@
 /// A host with a window of its own: SDL makes it, Bullet moves a ball, the soil gives way, and the
 /// renderer draws both into the window. Drag to look around, space drops the ball again, escape
-/// leaves. `sdl_window STEPS` leaves after so many steps and checks that a crater is seen.
+/// leaves. `sdl_window STEPS` leaves after that number of steps and checks that a crater is seen.
 #include <SDL.h>
 #include <btBulletDynamicsCommon.h>
 #include <epoxy/gl.h>

@@ -31,7 +31,7 @@ constexpr std::string_view kMagic = "BULLET";
 constexpr int kCompoundDepth = 32;
 constexpr int64_t kShapeCapacity = 100'000;
 
-/// A pointer to so many elements as another field says.
+/// A pointer to as many elements as another field says.
 struct CountedPointer {
     const char *structure, *pointer, *count;
 };

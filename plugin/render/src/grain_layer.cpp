@@ -10,7 +10,7 @@ namespace bsoil::render {
 namespace {
 
 constexpr int kCorners = 3;  ///< a grain is a triangle
-/// A group is drawn in parts of so many grains, each with a shift of its own: a group that is not
+/// Grains of the parts in which a group is drawn, each with a shift of its own: a group that is not
 /// full costs as many as it has.
 constexpr int kPartGrains = 32;
 constexpr int kPartsMost = kGroupGrains / kPartGrains;

@@ -16,7 +16,7 @@ constexpr double kOcclusionShare =
 constexpr glm::vec3 kHorizonColor{0.66f, 0.74f, 0.82f};  ///< linear
 constexpr glm::vec3 kZenithColor{0.16f, 0.31f, 0.58f};
 constexpr size_t kLineFloats = 9;  ///< of a line on the device: both ends and the colour
-/// With so many samples a pixel or more it is lit in 2 x 2 places.
+/// Samples a pixel from which on it is lit in 2 x 2 places.
 constexpr int kManySamples = 4;
 
 /// Of a surface's grains: a texel of the blend map. What is seen as a lump has about five.

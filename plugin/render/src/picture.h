@@ -83,7 +83,7 @@ class Picture {
     GlTexture3D blend_map_;  ///< once something mixed is drawn
     GlTexture2D materials_;
     Target shadow_, seen_, rough_occlusion_, smooth_occlusion_, veiled_, dusty_, lit_, picture_;
-    int samples_aside_ = 1;  ///< each way: a pixel is lit so many times squared
+    int samples_aside_ = 1;  ///< along x and y: a pixel is lit as often as the square of it
     int width_ = 0, height_ = 0;
     std::vector<GpuMesh> meshes_;
     std::vector<GpuVolume> volumes_;

@@ -7,7 +7,7 @@
 namespace bsoil::render {
 namespace {
 
-/// Dust is soft: a pixel of it is so many pixels wide.
+/// Pixels of the picture to one of dust, along a side: dust is soft.
 constexpr int kDustPixel = 2;
 
 /// Leaves out what is not in the bounds, -1..1.

@@ -12,13 +12,13 @@ using namespace layout;
 
 namespace {
 
-/// Columns around a contact that can count for its free surface in any case. A matter of cost, so
-/// in columns. Ours: two tiles, the wedge of small bodies without a look at their size. Larger:
-/// more columns are read for nothing.
+/// The least reach of a contact's free surface, in columns as it is a matter of cost. Ours: two
+/// tiles hold the wedge of a small body, so nobody has to look at its size. Larger: more columns
+/// are read for nothing.
 constexpr int kReach = 2 * kTileSide;
-/// No more than these, however far the wedge before a wall or the rim around a sole reaches. A
-/// matter of cost, so in columns. Ours: 12.8 m of voxels of 5 cm. Larger: one huge body reads the
-/// whole grid; smaller: its depth counts from the high part of its heap.
+/// The greatest reach, in columns as it is a matter of cost. Ours: 12.8 m with voxels of 5 cm.
+/// Larger: one huge body reads the whole grid. Smaller: a body's depth counts from the high part of
+/// its heap.
 constexpr int kReachMost = 32 * kTileSide;
 /// A mean over fewer columns than this is none. Ours: for the rounding. Larger: a sliver of a
 /// column counts for nothing.
@@ -55,8 +55,8 @@ void FreeSurface::find(const Request& request, const TileWords& words) {
     sum_up();
 }
 
-// How far the wedges before a body's walls can reach, whose contacts go from the soil's surface
-// down to its lowest point, and the rim around its soles.
+// How far a body's free surface can reach: before its walls as far as a wedge from its lowest
+// contact up to its highest one, around its soles as far as the rim.
 void FreeSurface::find_reach(const Request& request) {
     constexpr int kNone = -1;  // a body without contacts
     contact_range_.assign(body_width_.size(), {kNone, kNone});
@@ -204,8 +204,7 @@ void FreeSurface::sum_up() {
     }
 }
 
-// Over the columns below and left of a point between them: linear from corner to corner, as sums of
-// what is constant over a column are.
+// Bilinear lookup in the summed-area table.
 FreeSurface::Sum FreeSurface::sum_below(double x, double y) const {
     const int nx = size_[0], ny = size_[1];
     const int ix = std::min(static_cast<int>(x), nx - 1),
@@ -231,8 +230,9 @@ double FreeSurface::height_beside(const ContactRecord& contact, Vec3 at, Vec3 ou
     const double rim = law_->sole_surroundings_widths * body_width_[body];
     const double half = std::max(1.0, wall * wedge / 2 + sole * rim);
     const double cx = at.x + outward.x * wedge / 2, cy = at.y + outward.y * wedge / 2;
-    // Nothing beyond this contact's own reach counts, wherever other bodies are. Columns count by
-    // as much of them as lies inside: a blade that creeps on by a voxel must not feel the border.
+    // Nothing beyond this contact's own reach counts, wherever other bodies are. A column at the
+    // border counts by the part of it that lies inside: a blade that moves on by a voxel must not
+    // feel the border.
     const double reach =
         std::clamp(wall * wedge + sole * rim, static_cast<double>(kReach), body_reach_[body]);
     const auto clip = [&](double v, int column, int low, int size) {
@@ -246,9 +246,10 @@ double FreeSurface::height_beside(const ContactRecord& contact, Vec3 at, Vec3 ou
     const Sum inside =
         sum_below(x1, y1) - sum_below(x0, y1) - sum_below(x1, y0) + sum_below(x0, y0);
     if (inside.count < kHardlyAny) return nearest;
-    // What a sole has pressed down stands as a rim within a width of it, and both together are as
-    // high as the soil was. Of a sole whose rim lies out of reach, or under other bodies (a track's
-    // links), only as much counts. A wall's soil lies before it.
+    // The soil that a sole has pressed out is a rim within one width of it. Hollow and rim together
+    // are as high as the soil was. Where the rim is out of reach or under other bodies (links of a
+    // track), the hollow counts by the part of the rim that is seen. A wall has no hollow: its soil
+    // lies before it.
     const double wanted = 4 * half * half;
     const double seen = std::min(1.0, (x1 - x0) * (y1 - y0) / wanted);
     const double apart = std::min(1.0, inside.count / std::max(1.0, inside.covered_count));

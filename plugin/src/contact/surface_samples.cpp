@@ -22,7 +22,7 @@ constexpr size_t kSamplesMost = 1 << 18;
 /// Samples that share a bound, by which a tile finds those near it. Ours: a few rows of a face.
 /// Larger: more samples are looked at for nothing; smaller: more bounds are.
 constexpr size_t kClusterSamples = 32;
-/// A piece that another shape cuts is looked at in so many parts along each side. Ours: its area is
+/// Parts along each side in which a piece that another shape cuts is looked at. Ours: its area is
 /// known to a 64th. Larger: more exact, by the square more time where a body is made.
 constexpr int kCutParts = 8;
 /// Faces no further apart than this [voxels] lie on each other. Ours: for the rounding. Larger:

@@ -32,7 +32,7 @@ struct GlCapabilities {
     int storage_block_count = 0;      ///< GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS
     int64_t storage_block_bytes = 0;  ///< GL_MAX_SHADER_STORAGE_BLOCK_SIZE
 
-    /// Which limit is too low for kernels that work on so many buffers; empty when none is.
+    /// Which limit is too low for kernels with that many buffers; empty when none is.
     std::string shortfall(int buffer_count) const;
 };
 

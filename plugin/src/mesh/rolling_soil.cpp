@@ -10,7 +10,7 @@ namespace {
 constexpr double kRollLeast = 0.05;
 /// From this speed on soil rolls with all its grains [m/s]: a person walks as fast.
 constexpr double kRollFull = 1.0;
-/// A slope that is so much steeper than soil stands [voxels a voxel] rolls with all its grains. A
+/// A slope that exceeds the stable one by this much [voxels a voxel] rolls with all its grains. A
 /// heap of 5 cm voxels that comes to rest then moves as much as a layer of 4 mm does at 1.5 m/s.
 /// What slips is in proportion to it.
 constexpr double kSteepFull = 0.06;

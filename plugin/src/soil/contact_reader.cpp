@@ -11,8 +11,8 @@ using namespace layout;
 
 namespace {
 
-// Contact records read with everything else are those of the step before and so many more: a
-// second read is for the step in which a body lands.
+// Contact records that are read with everything else, beyond a quarter more than the last step had.
+// A step in which a body lands has more and takes a second read.
 constexpr int kContactsMore = 64;
 constexpr size_t kTileSpanWords = static_cast<size_t>(kTileColumns) * kColumnWords;
 

@@ -18,7 +18,7 @@ struct FillRun {
 /// From the bottom up, without overlaps.
 using FillRuns = std::vector<FillRun>;
 
-/// Adds a voxel on top of the others: so much of it, 0..1.
+/// Adds a voxel on top of the others; `share` of it is full, 0..1.
 void add_voxel(FillRuns& runs, int z, double share);
 
 /// Which columns of a grid get what.

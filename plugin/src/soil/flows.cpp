@@ -15,11 +15,11 @@ using namespace layout;
 
 namespace {
 
-// A source pours lumps of so many mass units or more, a quarter of a voxel of 2000 kg/m3: thin soil
-// flies too slowly, because shares of it that are too small to move stay behind (kShareLeast).
-// Little soil waits until it is a lump.
+// The least lump that a source pours, in mass units: a quarter of a voxel of 2000 kg/m3. Thin soil
+// flies too slowly, because shares of it that are too small to move stay behind (kShareLeast). Less
+// soil waits until it is a lump.
 constexpr int64_t kLumpLeast = 16384;
-// What finds no room, or no soil, is made up for within so many steps.
+// Steps within which a flow makes up for what found no room, or no soil.
 constexpr int kWaitingSteps = 8;
 // More in one voxel would not fit by far; keeps the kernel's products within 31 bits.
 constexpr int64_t kLumpMost = 1 << 20;

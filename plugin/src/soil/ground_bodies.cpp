@@ -13,7 +13,7 @@ using namespace layout;
 
 namespace {
 
-// A static body that its host moves pushes soil out of its way like any other body; so many steps
+// A static body that its host moves pushes soil aside like any other body. This is how many steps
 // after its last move it is ground again.
 constexpr int64_t kGroundAfterSteps = 30;
 

@@ -13,13 +13,13 @@ namespace {
 constexpr double kLongestVoxels = 8;
 /// Down to this where the thickness differs between its corners [voxels].
 constexpr double kShortestVoxels = 2;
-/// By so much [voxels].
+/// Growth of two pieces that differs by less than this is the same [voxels].
 constexpr double kSameGrowthVoxels = 0.25;
-/// Thickness is looked up so far away from a corner, as a share of the way to the middle: at an
+/// Where thickness is looked up: this share of the distance from a corner to the middle. At the
 /// edge itself a ray may meet either face.
 constexpr double kFromCorner = 0.05;
-/// A ray inwards leaves the wall through a face whose normal is turned by more than so much against
-/// its own (cosine, 107 deg): one that faces the other way, not one beside it.
+/// A ray inwards leaves the wall through a face that looks the other way, not one beside it: the
+/// angle between the two normals is larger than this (cosine, 107 deg).
 constexpr double kOpposedCosine = -0.3;
 /// An edge is sharp where the normals of its faces differ by more than this (cosine, 60 deg).
 constexpr double kSharpCosine = 0.5;
@@ -238,7 +238,7 @@ class Cutter {
     }
 
     static constexpr int kInnerEdge = -1;
-    /// A lattice of the largest size at its coarsest has no more surface than so many pieces.
+    /// The most pieces that the surface of the largest lattice has at its coarsest.
     static constexpr size_t kMorePieces = 200'000;
     const MeshTopology& mesh_;
     const LatticeDef& def_;

@@ -12,8 +12,8 @@ namespace {
 
 /// Beyond it floats no longer resolve a voxel.
 constexpr double kLargest_m = 1e5;
-/// Gaps are no more than so much of a part's own surface: a sheet's rim surrounds as much as it
-/// has.
+/// The largest share of a part's surface that its gaps may have. A sheet is no part with a gap: its
+/// rim surrounds as much area as the sheet has.
 constexpr double kGapFraction = 0.1;
 /// Twice a face's area is a normal's length only above this share of its longest edge's square.
 constexpr double kNoAreaFraction = 1e-12;

@@ -13,22 +13,20 @@ using Looker = PassStamps::Looker;
 
 namespace {
 
-// Slippage passes in a step of 1/60 s. One pass levels a slope over a voxel; a second makes a metre
-// of loose sand come to rest in about a second, as it does. Longer steps have more of them; in
-// shorter ones each moves less, so that slopes relax by as much in a second.
+// Slippage passes in a step of 1/60 s. One pass levels a slope over a voxel. With two a metre of
+// loose sand comes to rest in about a second, as real sand does. Longer steps have more passes. In
+// shorter steps each pass moves less, so that slopes relax equally fast.
 constexpr int kSlipPasses = 2;
 constexpr double kSlipPassesPerSecond = kSlipPasses * 60.0;
-// More of them, one for each so much (Q16 voxels) that the steepest slope stands above a stable
-// one.
+// One more pass for each 1/8 voxel (Q16) by which the steepest slope exceeds a stable one.
 constexpr int kSlopePerPass = 8192;
 constexpr int kSlipPassesMost = 16;
-// Soil that keeps its momentum crosses at most a voxel in a slide pass: one for so many slip passes
-// that were wanted. slide_soil asks for them by its speed.
+// Soil that keeps its momentum crosses at most one voxel in a slide pass. There is one slide pass
+// for each two slip passes that were wanted. slide_soil asks for them by its speed.
 constexpr int kSlipPassesPerSlide = 2;
-// In these passes soil slides so far at once [m]. A slope carries off what is pushed onto it in
-// proportion to the square of that way: with a way of one voxel heaps were the steeper, the finer
-// the grid.
-constexpr double kSlipWay = 0.04;
+// Distance that soil slides in one of these passes [m]. The soil that a slope can carry off grows
+// with the square of this distance. Sliding one voxel per pass made heaps steeper on finer grids.
+constexpr double kSlipDistanceM = 0.04;
 constexpr int kSlipStrideMost = kTileSide / 2;  // from opposite sides into one tile, apart
 
 int slip_passes_least(double step_s) {
@@ -98,13 +96,13 @@ void Passes::fail_banks() {
 
 // thesis (20)
 void Passes::slip() {
-    // Bodies build slopes up at so many voxels a step: the steeper the step before has left them,
-    // the more passes. The last ones go by single voxels, which smooths what the long ways left.
+    // Bodies build slopes up by some voxels a step. The steeper the last step left them, the more
+    // passes. The last passes move soil by one voxel each, which smooths what the long slides left.
     const int least = slip_passes_least(core_.def.step_s);
     const int wanted = std::min(kSlipPasses + core_.slope_q16 / kSlopePerPass, kSlipPassesMost) *
                        least / kSlipPasses;
     const int stride_most = std::clamp(
-        static_cast<int>(std::lround(kSlipWay / core_.frame.voxel_m)), 1, kSlipStrideMost);
+        static_cast<int>(std::lround(kSlipDistanceM / core_.frame.voxel_m)), 1, kSlipStrideMost);
     // What slides with its momentum runs down steep slopes by itself.
     const bool run_out = core_.params.slides != 0;
     const int passes = run_out ? least : wanted;

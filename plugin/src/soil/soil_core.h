@@ -93,13 +93,13 @@ struct SoilCore {
     }
     Vec3 to_grid(Vec3 world) const { return transform(world_to_grid, world) * (1 / frame.voxel_m); }
 
-    /// Tiles and blocks that a box [voxels] with so much around it touches; none where the box
-    /// lies outside of the grid.
+    /// Tiles and blocks that a box [voxels], grown by `margin` to all sides, touches; none where
+    /// the box lies outside of the grid.
     BlockBox blocks_at(const Aabb& box, double margin = 0) const;
     /// A tile and those around it.
     BlockBox tiles_around(int tx, int ty) const;
 
-    /// Makes room for so many words in a buffer that grows by doubling; its content is lost then.
+    /// Makes room for `words` words in a buffer that grows by doubling. Its content is lost then.
     /// Notes a condition where the device has no memory for them.
     void ensure_capacity(device::BufferIndex buffer, size_t& capacity, size_t words);
 };

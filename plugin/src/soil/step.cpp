@@ -11,8 +11,8 @@ using namespace layout;
 
 namespace {
 
-// Whole units of mass and momentum do not go into quite equal parts: falling soil can be so much
-// faster in a step than gravity makes it [voxels a step].
+// How much faster falling soil can get in a step than gravity makes it [voxels a step]: whole units
+// of mass and momentum cannot be cut into quite equal parts.
 constexpr double kSpeedMargin = 1.0 / 8;
 
 /// Stages as StageTimes has them.

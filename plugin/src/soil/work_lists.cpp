@@ -10,8 +10,8 @@ using namespace layout;
 
 namespace {
 
-// A block that has not changed for so many steps needs no more passes: what moves marks its block
-// every step.
+// Steps for which a block is active after its last change. What moves marks its block in every
+// step.
 constexpr int64_t kAwakeSteps = 3;
 
 // Words of Buffer::block_list that a soil starts with; it grows by doubling.

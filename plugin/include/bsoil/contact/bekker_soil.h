@@ -12,9 +12,9 @@
 namespace bsoil {
 
 /// Bekker's pressure under a plate, p = (kc / b + kphi) z^n, with b the radius of a circular plate
-/// or the width of a long one, and the strength in shear, c + sigma tan phi, of which
-/// 1 - exp(-j / K) has developed after a displacement j. SCM's elastic stiffness and damping have
-/// no part here: soil does not spring back.
+/// or the width of a long one. The strength in shear is c + sigma tan phi. A share 1 - exp(-j / K)
+/// of it has developed after a displacement j. SCM's elastic stiffness and damping have no part
+/// here: soil does not spring back.
 struct BekkerSoil {
     double kphi_pa_m_n = 0;  ///< frictional modulus kphi [Pa/m^n = N/m^(n+2)], 0..1e9
     /// cohesive modulus kc [Pa/m^(n-1) = N/m^(n+1)], -1e8..1e8; fits of measurements give negative

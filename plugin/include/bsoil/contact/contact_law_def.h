@@ -53,29 +53,29 @@ struct ContactLawDef {
     /// of a body's motion. Larger: a wheel that slips a little is held like one that does not;
     /// smaller: rounding picks directions.
     double creep = 0.01;
-    /// Soil unloads so many times as stiffly as it was loaded: a sole of 0.1 m depth has left it
+    /// How many times as stiffly soil unloads as it was loaded: a sole of 0.1 m depth has left it
     /// after a rebound of 10 mm. 1..1000. Ours; LETE sand springs back by 16 mm there (Wong 2010).
     /// Larger: less hysteresis in a rut, and gaps open sooner.
     double unloading_stiffness = 10;
-    /// A face slips along the soil as long as it goes into it by less than so much of its slip, and
-    /// friction is Coulomb's then; beyond that soil has to flow, and friction is what resistive
+    /// The most that a face goes into the soil while it slips along it, as a share of its slip.
+    /// Friction is Coulomb's then. Beyond that soil has to flow, and friction is what resistive
     /// force theory finds. 0.001..1. Ours, from direct shear, where a slip band in sand rises or
     /// settles by about a tenth of its slip. Chosen with Kruger's ring and Ding's wheel in view at
     /// 0.01 and at 0.1. Larger: a wheel's front rubs like a dragged plate; smaller: a shear ring
     /// that sinks loses a third of its friction.
     double slip_band_slope = 0.1;
     /// Gap across which soil that the grid holds in the next voxel loses touch [voxels]. 0.01..2.
-    /// Ours: a contact must not end at once where a voxel fills or empties. Larger: bodies bear on
-    /// soil that has left them.
+    /// Ours: a contact must not end in one step where a voxel fills or empties. Larger: bodies bear
+    /// on soil that has left them.
     double open_gap_voxels = 0.25;
     /// K of compacted soil over that of loose soil. 0.01..1. Wong gives 25 mm for loose and 6 mm
     /// for firm sand. Larger: dense soil shears later.
     double dense_shear_share = 0.25;
-    /// A sole's bearing is developed over a sinkage of so many widths in loose soil. 0.01..1. Vesic
+    /// Sinkage over which a sole's bearing develops in loose soil, in widths. 0.01..1. Vesic
     /// (1973) gives a settlement at failure of 5 to 25 % of the width in loose sand. Larger: plates
     /// sink further before they bear.
     double mobilization_widths = 0.15;
-    /// And over so many widths less in compacted soil. 0..0.99, less than 0.99 of that in loose
+    /// How much less it is in compacted soil, in widths. 0..0.99, less than 0.99 of that in loose
     /// soil. Vesic (1973) gives 3 to 7 % of the width in dense sand. Larger: plates on dense soil
     /// bear sooner.
     double mobilization_fall_widths = 0.10;
@@ -89,7 +89,7 @@ struct ContactLawDef {
     double wedge_length = 0;
     /// That of a material.
     double wedge_length_of(double friction_angle_rad) const;
-    /// Soil counts so many widths around a sole's middle. 0.5..5. Ours: Prandtl's failure ends
+    /// How many widths around a sole's middle soil counts. 0.5..5. Ours: Prandtl's failure ends
     /// about two widths from the middle, and most of what is pressed up stands nearer. Larger: ruts
     /// and rims further away count.
     double sole_surroundings_widths = 1.5;
@@ -124,9 +124,9 @@ struct ContactLawDef {
     /// @}
 
     /// @name What soil remembers
-    /// Lengths between the centres of voxels [voxels]. All are ours: a voxel's neighbour across is
-    /// a whole voxel off and its own column none, so any length between the two tells them apart;
-    /// along the soil's path a step moves it by a voxel and rounding adds the rest.
+    /// Lengths between the centres of voxels [voxels]. All are ours. Across, a voxel's neighbour is
+    /// one voxel away and its own column none: any length between the two tells them apart. Along
+    /// the soil's path a step moves it by a voxel, and rounding adds the rest.
     /// @{
     /// Two voxels are the same soil if they are closer than this across the direction in which the
     /// soil moved. 0.1..4. Ours, as said above. Larger: soil beside a contact passes for sheared;

@@ -22,12 +22,12 @@ struct PressedSoil {
     int body = -1;         ///< whose memory it is from, in a list of several
 };
 
-/// Janosi and Hanamoto's shear displacement belongs to the soil: a voxel starts with none when it
-/// meets the first body and keeps adding to it until the last one leaves, so that the soil under
-/// the front of a track has sheared less than that under its end, whether the track is one body or
-/// many links. A contact that moves on (a blade along its normal, a sinking sole) takes its soil
-/// with it; a wheel's front, inclined as it is, only presses its soil down. What a surface has
-/// drawn back since it pressed on the soil most is its own.
+/// Janosi and Hanamoto's shear displacement belongs to the soil. A voxel starts with none when it
+/// meets the first body. It adds to it until the last body leaves. So the soil under the front of a
+/// track has sheared less than the soil under its end, whether the track is one body or many links.
+/// A contact that moves along its normal (a blade, a sinking sole) takes its soil with it. The
+/// inclined front of a wheel only presses its soil down. Each surface remembers for itself how far
+/// it has drawn back since it pressed on the soil most.
 class ContactMemory {
   public:
     /// Of `soil`, which is sorted by center_m.x, what may lie beside these voxels of `body` and is

@@ -57,14 +57,20 @@ struct FaceFactors {
     double developed = 1;  ///< share of a sole's bearing that its sinkage has mobilized
 };
 
-/// A wide wall meets no more than Coulomb's passive wedge in front of it, with the friction of the
-/// wedge's two sides at rest pressure K0 = 1 - sin phi (as in the wedge of Reese, Cox and Koop
-/// 1974, without its fan): 1 + 2/3 (1 - sin phi) sin phi / sin(45 + phi/2) depth / width. With
-/// ContactLawDef::passive_wedge it is a log spiral's wedge with passive_width_factor(). A sole
-/// bears gamma z Nq sq + 1/2 gamma B Ngamma sgamma (Vesic's factors and shape factors), mobilized
-/// over a sinkage of 0.15 widths in loose soil, 0.05 in compacted: no less than resistive force
-/// theory where density is not known, that where it is. Dense soil's friction angle is Bolton's. At
-/// an element's depth.
+/// The factors at an element's depth.
+///
+/// A wide wall meets no more than Coulomb's passive wedge in front of it. The friction of the
+/// wedge's two sides at rest pressure K0 = 1 - sin phi counts with it, as in the wedge of Reese,
+/// Cox and Koop (1974) without its fan:
+///
+///     1 + 2/3 (1 - sin phi) sin phi / sin(45 + phi/2) depth / width
+///
+/// With ContactLawDef::passive_wedge it is a log spiral's wedge with passive_width_factor().
+///
+/// A sole bears gamma z Nq sq + 1/2 gamma B Ngamma sgamma, with Vesic's factors and shape factors.
+/// This is mobilized over a sinkage of 0.15 widths in loose soil and 0.05 in compacted. Where
+/// density is not known the sole bears no less than by resistive force theory. Dense soil has
+/// Bolton's friction angle.
 FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, double depth_m,
                          const ContactLawDef& law = {});
 
