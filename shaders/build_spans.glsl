@@ -1,9 +1,15 @@
-// Whether no body covers the voxel of a span's top or the one on it.
+// Whether no body covers the voxel, but for a small one: soil all around it stands as high as without it.
+bool is_uncovered(int voxel) {
+    if (state_at(kPlaneCoverage, voxel) == 0) return true;
+    int body = owner_body(state_at(kPlaneOwner, voxel));
+    return body >= 0 && shapes[body * kBodyWords + kBodyPlace] != 0;
+}
+
+// Whether none covers the voxel of a span's top or the one on it.
 bool is_top_free(int column, int top) {
     int zt = min(params.height - 1, top >> 16);
     int at_top = column + zt * kTileColumns;
-    return state_at(kPlaneCoverage, at_top) == 0 &&
-           (zt + 1 >= params.height || state_at(kPlaneCoverage, at_top + kTileColumns) == 0);
+    return is_uncovered(at_top) && (zt + 1 >= params.height || is_uncovered(at_top + kTileColumns));
 }
 
 // Notes what span `index` of a column stands on: index + 1 of a body, 0 for the ground.

@@ -1,4 +1,4 @@
-// Where bodies and soil meet: one record per voxel on a body's surface that has soil on its outer side. Normal and area
+// Where bodies and soil meet: one record per voxel on the surface of a body that is not small that has soil on its outer side. Normal and area
 // come from the gradient of the coverage field; summed over a closed body it vanishes. Also the load that each moving
 // body carries. Everything here is integers; what they mean in newtons is the host's business.
 // Reads: coverage, owner, volume, support, materials, water. Writes: result.
@@ -22,8 +22,6 @@ int body_half(int slot, int dx, int dy, int level, int half_at) {
     int other = tile_table[slot * kTileTableWords + (dy + 1) * 3 + dx + 1];
     return other < 0 ? 0 : mask_half(other * params.blocks_per_tile + level, kMaskBody, half_at);
 }
-
-CONST_INT(kRangeMost, 67108864)  // 2^26 of volume: fraction_q16 takes less than twice as much
 
 // Where there is a body in the voxel or in one of the six beside it, or soil that a body may carry.
 int collect_contacts_lanes(int group, int half_at) {
@@ -90,7 +88,7 @@ void collect_contacts(int group, int lane) {
         int inner = voxel_at(slot, x + inwards.x, y + inwards.y, z + inwards.z);
         int body = owner_body(state_at(kPlaneOwner, voxel));
         if (body < 0 && inner >= 0) body = owner_body(state_at(kPlaneOwner, inner));
-        if (body < 0) continue;
+        if (body < 0 || shapes[body * kBodyWords + kBodyPlace] != 0) continue;
         // What the soil here rests on is told by the fullest of three voxels on the way out; soil in a voxel that is
         // mostly body rests on the body as much as on the ground.
         int soil_voxel = voxel;
@@ -110,9 +108,7 @@ void collect_contacts(int group, int lane) {
         if (volume == 0 || support == kSupportNone || support == kSupportBody + body) continue;
         // Relative density of the soil along the way out, as if it were all of one kind.
         int density = kDensityFixed;
-        int kind = main_material(soil_voxel);
-        int loose = tables[2 * kind * kTableWords + kTableLoose] > 0 ? loose_word(soil_voxel) : 0;
-        if (loose > 0) {
+        if (has_density(soil_voxel)) {
             int mass = 0;
             int held = 0;
             for (int k = 0; k <= shapes[body * kBodyWords + kBodyReach]; ++k) {
@@ -122,26 +118,10 @@ void collect_contacts(int group, int lane) {
                     held += state_at(kPlaneVolume, beside);
                 }
             }
-            int most_held = mul_q16(mass, loose);
-            int range = max(0, most_held - mul_q16(mass, compacted_word(soil_voxel)));
-            int gone = clamp(most_held - held, 0, range);
-            while (range >= kRangeMost) {
-                range = range / 2;
-                gone = gone / 2;
-            }
-            density = fraction_q16(gone, max(1, range));
+            density = relative_density(soil_voxel, mass, held);
         }
-        int slot_index = ATOMIC_ADD(result[kResultContacts], 1);
-        if (slot_index >= params.contact_capacity) {
-            ATOMIC_OR(result[kResultStatus], kStatusContactsFull);
-            continue;
-        }
-        int at = params.contact_offset + slot_index * kContactWords;
-        ivec3 where = grid_voxel(slot, x, y, z);
-        result[at + kContactAt] = where.x;
-        result[at + kContactAt + 1] = where.y;
-        result[at + kContactAt + 2] = where.z;
-        result[at + kContactBody] = body;
+        int at = add_contact(grid_voxel(slot, x, y, z), body, soil_voxel, density);
+        if (at == 0) continue;
         result[at + kContactGradient] = gradient.x;
         result[at + kContactGradient + 1] = gradient.y;
         result[at + kContactGradient + 2] = gradient.z;
@@ -152,8 +132,5 @@ void collect_contacts(int group, int lane) {
         result[at + kContactGap + 1] = gradient.y == 0 ? gap : gap_beside(slot, here, voxel, ivec3(0, sign(gradient.y), 0));
         result[at + kContactGap + 2] = gradient.z == 0 ? gap : gap_beside(slot, here, voxel, ivec3(0, 0, sign(gradient.z)));
         result[at + kContactExcess] = max(0, state_at(kPlaneVolume, voxel) + coverage_at(voxel) - kVoxelFull);
-        result[at + kContactMaterial] = kind | saturation_at(soil_voxel) << kSaturationShift;
-        result[at + kContactDensity] = density;
-        result[at + kContactCarrier] = support == kSupportGround ? kOnGround : support - kSupportBody;
     }
 }

@@ -220,6 +220,8 @@ int loose_word(int voxel) {
     return loose > compacted_word(voxel) ? loose : 0;
 }
 
+#include "contact_record.glsl"
+
 // Volume that `mass` out of `voxel` takes up once it has been moved: no less than as loose soil.
 int loosened(int voxel, int volume, int mass) {
     return max(volume, mul_q16(mass, loose_word(voxel)));

@@ -13,15 +13,17 @@ namespace bsoil {
 /// A voxel that a body's surface goes through, with soil beside it. Amounts and lengths as the
 /// kernel counts them: kVoxelFull units are a voxel, or a voxel's side.
 struct ContactRecord {
-    int voxel[3] = {};
+    int voxel[3] = {};    ///< of a small body: that with its middle
     int body = 0;         ///< index of its record in Buffer::shapes
     int carrier = -1;     ///< the same of the body that the soil rests on; kOnGround
-    Vec3 gradient;        ///< of the bodies' coverage, over two voxels [units]
+    Vec3 gradient;        ///< of the bodies' coverage, over two voxels [units]; 0: a small body's
     Vec3 gap;             ///< room that the soil leaves along x, y, z [units]
     double excess = 0;    ///< soil and bodies beyond the voxel's room [units]
     int material = 0;     ///< of most of the soil
     double density = -1;  ///< relative density of the soil [units]; kDensityFixed
     int saturation = 0;   ///< share of its pores that water fills [units]
+    /// One record for all of a small body: see collect_small_bodies.
+    bool is_of_small_body() const { return dot(gradient, gradient) == 0; }
 };
 
 /// What the words of a contact are sorted by, put together so that two comparisons tell.

@@ -84,7 +84,7 @@ void ContactVoxels::gather_pieces(const Request& request) {
     sampled_.assign(request.bodies.size(), {});
     for (size_t b = 0; b < sampled_.size(); ++b) {
         const ContactBody& body = request.bodies[b];
-        if (body.input && body.surface) {
+        if (body.input && body.surface && !body.is_small) {
             sampled_[b] = {body.surface, *request.world_to_grid * body.input->pose};
         }
     }
@@ -129,7 +129,11 @@ void ContactVoxels::add(const Request& request, const ContactRecord& record,
     contact.relative_density = record.density == kDensityFixed ? -1 : record.density / kVoxelFull;
     contact.saturation = record.saturation / static_cast<double>(kVoxelFull);
     if (body.surface) {
-        add_pieces(element, out);
+        if (record.is_of_small_body()) {
+            add_samples(element, out);
+        } else {
+            add_pieces(element, out);
+        }
         return;
     }
     // The shape knows better than the coverage where its surface is: of a body smaller than a
@@ -172,6 +176,20 @@ void ContactVoxels::add_pieces(const Element& element, std::vector<ContactVoxel>
         if (piece.row >= 0) set_teeth(element.body, piece, contact);
         finish(element, contact);
     });
+}
+
+// A small body's samples, each an element of its own: where it is and which way it looks tells
+// samples apart from step to step, as voxels do for larger bodies.
+void ContactVoxels::add_samples(const Element& element, std::vector<ContactVoxel>& out) const {
+    const Pose& pose = element.body.input->pose;
+    for (const SurfaceSample& sample : element.body.surface->samples) {
+        ContactVoxel& contact = out.emplace_back(element.contact);
+        contact.area_m2 = sample.area_m2;
+        contact.normal = rotate(pose.rotation, sample.normal);
+        contact.center_m = contact.position_m = transform(pose, sample.at);
+        finish(element, contact);
+        if (!(contact.depth_m > 0)) out.pop_back();
+    }
 }
 
 void ContactVoxels::set_teeth(const ContactBody& body, const SurfacePiece& piece,

@@ -13,6 +13,7 @@ struct ContactBody {
     const SoilBody* input = nullptr;
     BodyFaces faces;
     const SurfaceSamples* surface = nullptr;  ///< null: area and place by the coverage field
+    bool is_small = false;  ///< its samples meet the soil of one record: see collect_small_bodies
 };
 
 /// Makes one ContactVoxel of each face that meets soil in a voxel. Keeps its memory from one step
@@ -44,6 +45,7 @@ class ContactVoxels {
     void add(const Request& request, const ContactRecord& record,
              std::vector<ContactVoxel>& out) const;
     void add_pieces(const Element& element, std::vector<ContactVoxel>& out) const;
+    void add_samples(const Element& element, std::vector<ContactVoxel>& out) const;
     void set_teeth(const ContactBody& body, const SurfacePiece& piece, ContactVoxel& contact) const;
     void add_faces(const Element& element, Vec3 face_normal, std::vector<ContactVoxel>& out) const;
     void finish(const Element& element, ContactVoxel& contact) const;

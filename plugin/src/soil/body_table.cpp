@@ -15,6 +15,11 @@ namespace {
 // what the contact forces resolve.
 constexpr double kStillVoxels = 1.0 / 512;
 
+// A small body is cut into samples as in a grid with so many voxels along its shortest side, or its
+// longest where that is more. Ours: two samples along the shortest, so that it stands on faces and
+// not on points, and four along the longest. More: as many more contacts.
+constexpr double kSmallBodyVoxelsLeast = 1.5, kSmallBodyVoxelsMost = 3;
+
 }  // namespace
 
 bool GivenBody::operator==(const GivenBody& o) const {
@@ -24,6 +29,20 @@ bool GivenBody::operator==(const GivenBody& o) const {
            a.w == b.w && same(linear_velocity_m_s, o.linear_velocity_m_s) &&
            same(angular_velocity_rad_s, o.angular_velocity_rad_s) &&
            same(center_of_mass_m, o.center_of_mass_m) && contact_width_m == o.contact_width_m;
+}
+
+std::optional<SmallBodyPlace> small_body_place(const SoilCore& core, const StepBody& body) {
+    using namespace layout;
+    if (!body.track->is_small || body.input->is_static) return {};
+    const Vec3 at = core.to_grid(body.input->center_of_mass_m);
+    const auto& size = core.frame.size;
+    const bool is_inside =
+        at.x >= 0 && at.x < size[0] && at.y >= 0 && at.y < size[1] && at.z >= 0 && at.z < size[2];
+    if (!is_inside) return {};
+    const int x = static_cast<int>(at.x), y = static_cast<int>(at.y), z = static_cast<int>(at.z);
+    const int column = y % kTileSide * kTileSide + x % kTileSide;
+    return SmallBodyPlace{core.tile_index(x / kTileSide, y / kTileSide),
+                          1 + z * kTileColumns + column};
 }
 
 void BodyTable::meet(std::span<const SoilBody> input) {
@@ -108,12 +127,30 @@ void BodyTable::make_shapes(BodyTrack& track, const SoilBody& body) const {
         track.walls.growth.size() != body.shapes->size()) {
         track.walls.make(*body.shapes, core_.frame.voxel_m);
         track.surface = {};
+        track.is_small = make_small_surface(*body.shapes, track.surface);
     }
     if (core_.def.contact_law.faces_by_shape && !body.is_static && !track.surface.is_made) {
         track.surface.make(*body.shapes, track.walls.growth, core_.frame.voxel_m,
                            core_.def.contact_law.kind != ContactLawDef::Kind::bekker &&
                                core_.def.contact_law.trapped_soil);
     }
+}
+
+// A small body's samples lie closer than the grid's: it has to stand on its faces, not on their
+// middles. Walls grow for the soil's sake, which hardly sees a small body.
+bool BodyTable::make_small_surface(const std::vector<ConvexShape>& shapes,
+                                   SurfaceSamples& surface) const {
+    Aabb box = shape_bounds(shapes.front(), Pose{}, 1);
+    for (const ConvexShape& shape : shapes) box = merge(box, shape_bounds(shape, Pose{}, 1));
+    const Vec3 sides = box.max - box.min;
+    const double largest_m = std::max({sides.x, sides.y, sides.z});
+    if (!(largest_m <= core_.frame.voxel_m)) return false;
+    const double smallest_m = std::min({sides.x, sides.y, sides.z});
+    const double fine_m =
+        std::max(smallest_m / kSmallBodyVoxelsLeast, largest_m / kSmallBodyVoxelsMost);
+    surface.make(shapes, std::vector<SheetGrowth>(shapes.size()), fine_m);
+    if (!surface.is_whole) surface = {};
+    return surface.is_whole;
 }
 
 bool BodyTable::accept(const SoilBody& body) {

@@ -1,6 +1,7 @@
 /// BodyTable: the bodies that the soil knows, and those of the step in progress.
 #pragma once
 
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -30,6 +31,7 @@ struct BodyTrack {
     std::vector<BlockKey> blocks;  ///< in which its coverage stands now, sorted
     WallShapes walls;
     SurfaceSamples surface;  ///< empty where the contact law goes by the coverage field
+    bool is_small = false;   ///< no wider than a voxel, with faces to go by: see small_body_place()
     int64_t last_moved_step = INT64_MIN / 2;
     bool is_ground = false;  ///< part of the terrain: see ground_bodies.cpp
     Pose ground_pose;
@@ -50,6 +52,14 @@ struct StepBody {
         return track->walls.shapes.empty() ? *input->shapes : track->walls.shapes;
     }
 };
+
+/// The voxel with the middle of a small body.
+struct SmallBodyPlace {
+    int tile = 0;
+    int32_t word = 0;  ///< kBodyPlace
+};
+/// None of a larger or a static body, nor of one whose middle is outside of the grid.
+std::optional<SmallBodyPlace> small_body_place(const SoilCore& core, const StepBody& body);
 
 /// Bodies by SoilBody::id, each with an index of its own while it is there.
 class BodyTable {
@@ -99,6 +109,7 @@ class BodyTable {
     double reach_of(const StepBody& body) const;
     KnownContact contact_of(const SoilBody& body) const;
     void make_shapes(BodyTrack& track, const SoilBody& body) const;
+    bool make_small_surface(const std::vector<ConvexShape>& shapes, SurfaceSamples& surface) const;
 
     SoilCore& core_;
     std::unordered_map<int, BodyTrack> tracks_;

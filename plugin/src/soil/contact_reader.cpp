@@ -147,6 +147,7 @@ void ContactReader::make_contacts() {
         placed.input = body.input;
         placed.faces.place(*body.input, body.track->walls);
         placed.surface = body.track->surface.is_whole ? &body.track->surface : nullptr;
+        placed.is_small = body.track->is_small;
         width_voxels_[at] = body.contact.width_m / core_.frame.voxel_m;
     }
     voxels_.make(

@@ -130,6 +130,9 @@ void Passes::slide(int passes) {
     }
 }
 
-void Passes::collect_contacts() { run(Kernel::collect_contacts, lists_.contacts()); }
+void Passes::collect_contacts() {
+    run(Kernel::collect_contacts, lists_.contacts());
+    run(Kernel::collect_small_bodies, lists_.small_bodies());
+}
 
 }  // namespace bsoil

@@ -104,6 +104,7 @@ void ShapeUpload::add_body(const StepBody& body) {
     }
     record[kBodyReach] = static_cast<int32_t>(
         std::lround(std::clamp(body.contact.width_m / 2 / voxel_m, 1.0, 1.0 * kBodyReachMost)));
+    if (const auto place = small_body_place(core_, body)) record[kBodyPlace] = place->word;
     record[kBodyFriction] = in.surface.friction >= 0
                                 ? friction_speed(std::min(in.surface.friction, kFrictionMost), def)
                                 : kFrictionOfSoil;

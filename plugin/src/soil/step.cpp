@@ -89,6 +89,7 @@ void Soil::Impl::list_work() {
     tiles.upload();
     lists.build();
     flows.list();
+    lists.list_small_bodies(bodies.in_step());
 }
 
 StepReport Soil::Impl::step(std::span<const SoilBody> input) {

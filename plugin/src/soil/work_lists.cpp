@@ -271,6 +271,17 @@ void WorkLists::add_list(ListedWork& list, std::span<const std::pair<int32_t, in
     used_ = words_.size();
 }
 
+void WorkLists::list_small_bodies(std::span<const StepBody> bodies) {
+    slot_bodies_.clear();
+    for (const StepBody& body : bodies) {
+        const auto place = small_body_place(core_, body);
+        const Tile* tile = place ? tiles_[place->tile].get() : nullptr;
+        if (tile && tile->slot >= 0) slot_bodies_.push_back({tile->slot, body.track->index});
+    }
+    std::sort(slot_bodies_.begin(), slot_bodies_.end());
+    add_list(small_body_, slot_bodies_);
+}
+
 // (block, shape) pairs of the blocks whose coverage is made anew.
 void WorkLists::build_pairs(const ShapeUpload& shapes) {
     const std::span<const int> slot_tile = tiles_.slot_tiles();

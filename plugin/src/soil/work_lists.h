@@ -51,6 +51,8 @@ class WorkLists {
     /// One more, of pairs of words, the first of which is a slot; in the order of the slots.
     /// Between build() and build_pairs().
     void add_list(ListedWork& list, std::span<const std::pair<int32_t, int32_t>> groups);
+    /// (slot, body) pairs of small bodies whose middle is in an awake tile. As add_list().
+    void list_small_bodies(std::span<const StepBody> bodies);
     /// (block, shape) pairs of the blocks whose coverage is made anew. Uploads the lists.
     void build_pairs(const ShapeUpload& shapes);
 
@@ -64,6 +66,7 @@ class WorkLists {
     const ListedWork& rebuild() const { return rebuild_; }   ///< coverage is made anew
     const ListedWork& pairs() const { return pair_; }        ///< these with a shape each
     const ListedWork& contacts() const { return contact_; }  ///< at bodies that move
+    const ListedWork& small_bodies() const { return small_body_; }
 
     /// A kernel has something to do.
     bool any_work() const {
@@ -83,7 +86,7 @@ class WorkLists {
     TileTable& tiles_;
     std::unordered_map<BlockKey, int64_t> active_;
     int active_count_ = 0;
-    ListedWork listed_, tile_, rebuild_, pair_, contact_;
+    ListedWork listed_, tile_, rebuild_, pair_, contact_, small_body_;
     /// By device block: the last step it was in that list.
     std::vector<int64_t> listed_step_, rebuild_step_, contact_step_;
     size_t capacity_ = 0;  ///< of Buffer::block_list
@@ -94,7 +97,7 @@ class WorkLists {
     std::vector<BlockKey> body_blocks_, fresh_blocks_;
     std::vector<std::pair<BlockKey, int64_t>> sorted_active_;
     std::vector<std::unordered_map<BlockKey, int64_t>::node_type> spare_;  ///< out of active_
-    std::vector<std::pair<int32_t, int32_t>> block_shapes_;
+    std::vector<std::pair<int32_t, int32_t>> block_shapes_, slot_bodies_;
 };
 
 }  // namespace bsoil

@@ -1,0 +1,39 @@
+// A record of soil that a body meets. Part of kernel_common.
+
+CONST_INT(kRangeMost, 67108864)  // 2^26 of volume: fraction_q16 takes less than twice as much
+
+// Whether soil of the kind in a voxel is known between loose and compacted.
+bool has_density(int soil_voxel) {
+    return tables[2 * main_material(soil_voxel) * kTableWords + kTableLoose] > 0 && loose_word(soil_voxel) > 0;
+}
+
+// Relative density (Q16) of so much mass of such soil that fills so much volume.
+int relative_density(int soil_voxel, int mass, int held) {
+    int most_held = mul_q16(mass, loose_word(soil_voxel));
+    int range = max(0, most_held - mul_q16(mass, compacted_word(soil_voxel)));
+    int gone = clamp(most_held - held, 0, range);
+    while (range >= kRangeMost) {
+        range = range / 2;
+        gone = gone / 2;
+    }
+    return fraction_q16(gone, max(1, range));
+}
+
+// Where a new record begins in result, with the words that say what soil it is; 0, and a condition, where there is no room.
+int add_contact(ivec3 where, int body, int soil_voxel, int density) {
+    int index = ATOMIC_ADD(result[kResultContacts], 1);
+    if (index >= params.contact_capacity) {
+        ATOMIC_OR(result[kResultStatus], kStatusContactsFull);
+        return 0;
+    }
+    int at = params.contact_offset + index * kContactWords;
+    result[at + kContactAt] = where.x;
+    result[at + kContactAt + 1] = where.y;
+    result[at + kContactAt + 2] = where.z;
+    result[at + kContactBody] = body;
+    result[at + kContactMaterial] = main_material(soil_voxel) | saturation_at(soil_voxel) << kSaturationShift;
+    result[at + kContactDensity] = density;
+    int support = state_at(kPlaneSupport, soil_voxel);
+    result[at + kContactCarrier] = support == kSupportGround ? kOnGround : support - kSupportBody;
+    return at;
+}
