@@ -1,7 +1,7 @@
-// Where bodies and soil meet: one record per voxel on the surface of a body that is not small that has soil on its outer side. Normal and area
-// come from the gradient of the coverage field; summed over a closed body it vanishes. Also the load that each moving
-// body carries. Everything here is integers; what they mean in newtons is the host's business.
-// Reads: coverage, owner, volume, support, materials, water. Writes: result.
+// Where bodies and soil meet: one record per voxel on the surface of a body that is not small, where soil lies on its outer
+// side. Normal and area come from the gradient of the coverage field; summed over a closed body it vanishes. Also the load that
+// each moving body carries. Everything here is integers; what they mean in newtons is the host's business.
+// Reads: coverage, owner, volume, support, materials, water, shapes. Writes: result.
 
 // mass * (2 at + 1), each half of it within 31 bits.
 void add_mass_moment(int sum, int mass, int at) {

@@ -211,7 +211,7 @@ CONST_INT(kBodyMoving, 10)
 CONST_INT(kBodyPacking, 11)     // relative density (Q16) that soil pressed on by this body takes up
 CONST_INT(kBodyReach, 12)       // voxels of soil beside this body whose density counts for its contact
 CONST_INT(kBodyReachMost, 8)    // a neighbouring tile reaches no further
-CONST_INT(kBodyPlace, 13)       // of a small body (collect_small_bodies): 1 + place in its tile of the voxel with its middle; else 0
+CONST_INT(kBodyPlace, 13)       // 1 + place in its tile of the voxel with a small body's middle; 0: not small
 CONST_INT(kShapeWords, 32)
 CONST_INT(kShapeKind, 0)        // kKindBox ...
 CONST_INT(kShapeBody, 1)

@@ -72,13 +72,18 @@ float face_distance(int face, vec3 p) {
     return plane_distance(p, shape_row(face + kFaceNormal), shape_number(face + kFaceOffset));
 }
 
+// Four faces at once: software GL ends a kernel's loops after 65,535 rounds in all, and 252 faces at 64 sub-cells of 8 voxels
+// are twice as many.
 float hull_distance(int shape, vec3 p) {
-    int first = shapes[shape + kShapeFaces];
-    int count = shapes[shape + kShapeFaceCount];
+    int face = shapes[shape + kShapeFaces];
+    int end = face + kFaceWords * shapes[shape + kShapeFaceCount];
     float distance = -1.0e9f;
-    for (int i = 0; i < count; ++i) {
-        distance = max(distance, face_distance(first + kFaceWords * i, p));
+    for (; face + 3 * kFaceWords < end; face += 4 * kFaceWords) {
+        float first = max(face_distance(face, p), face_distance(face + kFaceWords, p));
+        float second = max(face_distance(face + 2 * kFaceWords, p), face_distance(face + 3 * kFaceWords, p));
+        distance = max(distance, max(first, second));
     }
+    for (; face < end; face += kFaceWords) distance = max(distance, face_distance(face, p));
     return distance;
 }
 

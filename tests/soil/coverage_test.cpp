@@ -1,6 +1,7 @@
 // Voxelized shapes against the oracle's 16 x 16 x 16 points per voxel.
 #include "oracle/coverage.h"
 
+#include <cmath>
 #include <numbers>
 
 #include "stage_scenario.h"
@@ -18,6 +19,21 @@ struct ShapeCase {
 
 constexpr double kVoxel = 0.05;
 
+// As many faces as a hull may have, nearly all of them near in each voxel of a column.
+ConvexShape prism_shape(double radius_m, double half_height_m) {
+    ConvexShape prism;
+    prism.kind = ConvexShape::Kind::hull;
+    prism.bound_m = std::hypot(1.1 * radius_m, half_height_m);
+    const int sides = limits::kHullPlaneCapacity - 2;
+    for (int i = 0; i < sides; ++i) {
+        const double angle = 2 * std::numbers::pi * i / sides;
+        prism.planes.push_back({{std::cos(angle), std::sin(angle), 0}, radius_m});
+    }
+    prism.planes.push_back({{0, 0, 1}, half_height_m});
+    prism.planes.push_back({{0, 0, -1}, half_height_m});
+    return prism;
+}
+
 std::vector<ShapeCase> shapes() {
     using Kind = ConvexShape::Kind;
     constexpr double kPi = std::numbers::pi;
@@ -32,6 +48,7 @@ std::vector<ShapeCase> shapes() {
     add("cylinder", round_shape(Kind::cylinder, 3.6 * kVoxel, 2.9 * kVoxel), kPi * 3.6 * 3.6 * 5.8);
     add("cone", round_shape(Kind::cone, 4.2 * kVoxel, 3.4 * kVoxel), kPi * 4.2 * 4.2 * 6.8 / 3);
     add("hull", octahedron_shape(5.5 * kVoxel), 4.0 / 3 * std::pow(5.5, 3));
+    add("prism", prism_shape(0.9 * kVoxel, 6.4 * kVoxel), 254 * 0.81 * std::tan(kPi / 254) * 12.8);
     ConvexShape rounded = sphere_shape(3.4 * kVoxel);
     rounded.rounding_m = kVoxel;
     add("rounded_sphere", rounded, 4 * kPi / 3 * std::pow(4.4, 3));
