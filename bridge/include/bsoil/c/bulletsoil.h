@@ -157,23 +157,23 @@ typedef struct bulletsoil_contact_constants {
     /** an element that moves less than this share of its body's motion counts as resting,
      * 0.001..0.2 */
     double creep;
-    /** soil unloads so many times as stiffly as it was loaded, 1..1000 */
+    /** how many times as stiffly soil unloads as it was loaded, 1..1000 */
     double unloading_stiffness;
-    /** a face slips along the soil as long as it goes into it by less than so much of its slip,
+    /** the most that a face goes into the soil while it slips along it, as a share of its slip,
      * 0.001..1 */
     double slip_band_slope;
     /** gap across which soil that the grid holds in the next voxel loses touch, 0.01..2 */
     double open_gap_voxels;
     double dense_shear_share; /**< K of compacted soil over that of loose soil, 0.01..1 */
-    /** a sole's bearing is developed over a sinkage of so many widths in loose soil, 0.01..1 */
+    /** sinkage over which a sole's bearing develops in loose soil, in widths, 0.01..1 */
     double mobilization_widths;
-    /** and over so many widths less in compacted soil, 0..0.99; less than 0.99 of that in loose
+    /** how much less it is in compacted soil, in widths, 0..0.99; less than 0.99 of that in loose
      * soil */
     double mobilization_fall_widths;
     /** length of the wedge before a wall over its depth, 0..5; 0: Rankine's tan(45 deg + phi /
      * 2) with each material's own phi, else at least 0.5 */
     double wedge_length;
-    /** soil counts so many widths around a sole's middle, 0.5..5 */
+    /** how many widths around a sole's middle soil counts, 0.5..5 */
     double sole_surroundings_widths;
     /** share of the hollow under a sole that counts with the rim around it, 0..1 */
     double hollow_share;

@@ -171,25 +171,25 @@ struct ContactLawDef {
           "resting",                                                                               \
           "")                                                                                      \
     FIELD(unloading_stiffness, 1, 1000,                                                            \
-          "soil unloads so many times as stiffly as it was loaded", "")                            \
+          "how many times as stiffly soil unloads as it was loaded", "")                            \
     FIELD(slip_band_slope, 0.001, 1,                                                               \
-          "a face slips along the soil as long as it goes into it by less than so much of "        \
+          "the most that a face goes into the soil while it slips along it, as a share of "        \
           "its slip",                                                                              \
           "")                                                                                      \
     FIELD(open_gap_voxels, 0.01, 2,                                                                \
           "gap across which soil that the grid holds in the next voxel loses touch", "")           \
     FIELD(dense_shear_share, 0.01, 1, "K of compacted soil over that of loose soil", "")           \
     FIELD(mobilization_widths, 0.01, 1,                                                            \
-          "a sole's bearing is developed over a sinkage of so many widths in loose soil", "")      \
+          "sinkage over which a sole's bearing develops in loose soil, in widths", "")      \
     FIELD(mobilization_fall_widths, 0, 0.99,                                                       \
-          "and over so many widths less in compacted soil",                                        \
+          "how much less it is in compacted soil, in widths",                                        \
           "less than 0.99 of that in loose soil")                                                  \
     FIELD(wedge_length, 0, 5,                                                                      \
           "length of the wedge before a wall over its depth",                                      \
           "0: Rankine's tan(45 deg + phi / 2) with each material's own phi, else at least "        \
           "0.5")                                                                                   \
     FIELD(sole_surroundings_widths, 0.5, 5,                                                        \
-          "soil counts so many widths around a sole's middle", "")                                 \
+          "how many widths around a sole's middle soil counts", "")                                 \
     FIELD(hollow_share, 0, 1,                                                                      \
           "share of the hollow under a sole that counts with the rim around it", "")               \
     FIELD(faces_by_shape, 0, 1,                                                                    \
