@@ -35,9 +35,10 @@ Status write_file(const std::string& path, const std::string& bytes) {
     std::error_code failed;
     if (!folder.empty()) std::filesystem::create_directories(folder, failed);
     std::ofstream file(path, std::ios::binary);
+    if (!file) return Error{path + ": cannot be written"};
     file << bytes;
     file.close();
-    if (!file) return Error{path + ": cannot be written"};
+    if (!file) return Error{path + ": cannot be written whole; is the disk full?"};
     return Done{};
 }
 

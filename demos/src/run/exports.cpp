@@ -7,13 +7,13 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "bsoil/render/image.h"
 #include "bsoil/render/primitives.h"
 #include "bsoil/surface_mesh.h"
+#include "files/text_file.h"
 #include "height_map.h"
 #include "openvdb_grids.h"
 #include "scene_models.h"
@@ -24,14 +24,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 static_assert(std::endian::native == std::endian::little, "the binary formats are little-endian");
-
-Status write_file(const std::string& path, const std::string& bytes) {
-    std::ofstream file(path, std::ios::binary);
-    file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    file.close();
-    if (!file) return Error{path + ": cannot be written whole; is the disk full?"};
-    return Done{};
-}
 
 template <typename T>
 void append(std::string& bytes, const std::vector<T>& values) {
