@@ -118,7 +118,7 @@ headers() {
     enter headers
     local flags header
     while IFS= read -r header; do
-        case $header in */result.h | */geometry.h | */limits.h | */cxx20.h | */body.h | */precision.h) continue ;; esac # inline only
+        case $header in */result.h | */geometry.h | */limits.h | */cxx20.h | */body.h | */precision.h | */mean_pressure.h | */momentum_flux.h) continue ;; esac # inline only
         grep -q 'visibility push(default)' "$header" || fail "$header: put visibility push(default) before its namespace"
         [[ $header != */bsoil/bullet/* ]] || grep -q 'inline BSOIL_BULLET_PRECISION {' "$header" ||
             fail "$header: its namespace is bsoil::bullet::inline BSOIL_BULLET_PRECISION, see bsoil/bullet/precision.h"
