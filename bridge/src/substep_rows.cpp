@@ -342,7 +342,7 @@ void SubstepRows::add_drift(CoupledBody& coupled, double substep_s) {
         const double approach = dot(moved, n);
         const double normal_n = -dot(patch.applied_force_n, n);
         if (approach < 0 || normal_n < kCoupling.yielded_share * patch.patch.normal_limit_n) {
-            into = std::clamp(into + approach, -kCoupling.drift_most_m, kCoupling.drift_most_m);
+            into = std::clamp(into + approach, 0.0, kCoupling.drift_most_m);
         }
         const bool slides = length(tangential(patch.applied_force_n, n)) >=
                             kCoupling.yielded_share * patch.shear_limit_n();

@@ -126,6 +126,8 @@ Status write_document(const fs::path& path,
     const fs::path pictures = path.stem();
     auto page = experiment::update_page(*text, comparisons, pictures.string());
     if (!page) return Error{path.string() + ": " + page.error()};
+    std::error_code failed;
+    fs::create_directories(path.parent_path() / pictures, failed);
     for (const experiment::Comparison& comparison : comparisons) {
         const Status written =
             scene::write_file((path.parent_path() / pictures / (comparison.name + ".svg")).string(),

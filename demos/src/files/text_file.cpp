@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <filesystem>
 #include <fstream>
 #include <memory>
 
@@ -31,9 +30,6 @@ Result<std::string> read_file(const std::string& path, size_t capacity) {
 }
 
 Status write_file(const std::string& path, const std::string& bytes) {
-    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-    std::error_code failed;
-    if (!folder.empty()) std::filesystem::create_directories(folder, failed);
     std::ofstream file(path, std::ios::binary);
     if (!file) return Error{path + ": cannot be written"};
     file << bytes;

@@ -12,7 +12,7 @@ namespace bsoil::scene {
 /// that is read, so that endless files (devices, pipes) end too.
 Result<std::string> read_file(const std::string& path, size_t capacity);
 
-/// Makes the folder of the path where there is none.
+/// Into a folder that is there.
 Status write_file(const std::string& path, const std::string& bytes);
 
 }  // namespace bsoil::scene

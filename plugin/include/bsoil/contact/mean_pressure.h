@@ -1,6 +1,8 @@
 /// MeanPressure: of a contact, each part of it weighted by the force that it bears.
 #pragma once
 
+#include "bsoil/cxx20.h"
+
 namespace bsoil {
 
 /// Adds up the parts of a contact. The sum of squared stresses over the sum of stresses: a part

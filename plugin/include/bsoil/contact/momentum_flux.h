@@ -1,6 +1,8 @@
 /// Inertial drag: what soil that is set in motion takes from a body.
 #pragma once
 
+#include "bsoil/cxx20.h"
+
 namespace bsoil {
 
 /// Momentum flux rho v^2: the stress [Pa] on a face that goes into soil of a density [kg/m3] at a
