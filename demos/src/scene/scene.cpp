@@ -131,7 +131,8 @@ void set_up_axis(Scene& scene, UpAxis up) {
     for (MotionItem& motion : scene.motions) {
         for (MotionKey& key : motion.motion_keys) {
             turn.apply(key.position_m);
-            if (!motion.body.empty() && key.rotation) key.rotation = turn(*key.rotation);
+            // A key that names none has the axes of the scene as it was written.
+            if (!motion.body.empty()) key.rotation = turn(key.rotation.value_or(Quat{}));
         }
     }
     for (ProbeItem& probe : scene.probes) {
