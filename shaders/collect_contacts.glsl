@@ -19,7 +19,7 @@ int gap_beside(int slot, ivec3 at, int voxel, ivec3 inwards) {
 
 // Columns of half a block that bodies may cover, in the tile that many tiles on along x and y. None outside of what is resident.
 int body_half(int slot, int dx, int dy, int level, int half_at) {
-    int other = tile_table[slot * kTileTableWords + (dy + 1) * 3 + dx + 1];
+    int other = neighbour_slot(slot, (dy + 1) * kNeighbourRow + dx + 1);
     return other < 0 ? 0 : mask_half(other * params.blocks_per_tile + level, kMaskBody, half_at);
 }
 
@@ -108,7 +108,8 @@ void collect_contacts(int group, int lane) {
         if (volume == 0 || support == kSupportNone || support == kSupportBody + body) continue;
         // Relative density of the soil along the way out, as if it were all of one kind.
         int density = kDensityFixed;
-        if (has_density(soil_voxel)) {
+        int loose = loose_of_range(soil_voxel);
+        if (loose > 0) {
             int mass = 0;
             int held = 0;
             for (int k = 0; k <= shapes[body * kBodyWords + kBodyReach]; ++k) {
@@ -118,7 +119,7 @@ void collect_contacts(int group, int lane) {
                     held += state_at(kPlaneVolume, beside);
                 }
             }
-            density = relative_density(soil_voxel, mass, held);
+            density = relative_density(soil_voxel, loose, mass, held);
         }
         int at = add_contact(grid_voxel(slot, x, y, z), body, soil_voxel, density);
         if (at == 0) continue;

@@ -6,9 +6,9 @@
 int collect_small_bodies_lanes(int group, int half_at) { return half_at == 0 ? 1 : 0; }
 
 void collect_small_bodies(int group, int lane) {
-    int pair = params.list_offset + 2 * group;
-    int slot = block_list[pair];
-    int body = block_list[pair + 1];
+    int pair = params.list_offset + kPairWords * group;
+    int slot = block_list[pair + kPairSlot];
+    int body = block_list[pair + kPairBody];
     int place = shapes[body * kBodyWords + kBodyPlace] - 1;
     int voxel = slot * params.tile_voxels + place;
     int column = place & (kTileColumns - 1);
@@ -18,9 +18,11 @@ void collect_small_bodies(int group, int lane) {
     int support = state_at(kPlaneSupport, soil_voxel);
     // Soil that falls bears nothing, and what lies on a body moves with it.
     if (state_at(kPlaneVolume, soil_voxel) == 0 || support == kSupportNone || support == kSupportBody + body) return;
-    int density = has_density(soil_voxel)
-                      ? relative_density(soil_voxel, mass_at(soil_voxel), state_at(kPlaneVolume, soil_voxel))
-                      : kDensityFixed;
+    int density = kDensityFixed;
+    int loose = loose_of_range(soil_voxel);
+    if (loose > 0) {
+        density = relative_density(soil_voxel, loose, mass_at(soil_voxel), state_at(kPlaneVolume, soil_voxel));
+    }
     int at = add_contact(where, body, soil_voxel, density);
     if (at == 0) return;
     for (int word = kContactGradient; word <= kContactExcess; ++word) result[at + word] = 0;

@@ -2,14 +2,14 @@
 
 CONST_INT(kRangeMost, 67108864)  // 2^26 of volume: fraction_q16 takes less than twice as much
 
-// Whether soil of the kind in a voxel is known between loose and compacted.
-bool has_density(int soil_voxel) {
-    return tables[2 * main_material(soil_voxel) * kTableWords + kTableLoose] > 0 && loose_word(soil_voxel) > 0;
+// Volume of a mass unit of the soil in a voxel once it is loose; 0 where its density is fixed.
+int loose_of_range(int soil_voxel) {
+    return tables[2 * main_material(soil_voxel) * kTableWords + kTableLoose] > 0 ? loose_word(soil_voxel) : 0;
 }
 
-// Relative density (Q16) of so much mass of such soil that fills so much volume.
-int relative_density(int soil_voxel, int mass, int held) {
-    int most_held = mul_q16(mass, loose_word(soil_voxel));
+// Relative density (Q16) of a mass of such soil that fills a volume. loose: loose_of_range(), not 0.
+int relative_density(int soil_voxel, int loose, int mass, int held) {
+    int most_held = mul_q16(mass, loose);
     int range = max(0, most_held - mul_q16(mass, compacted_word(soil_voxel)));
     int gone = clamp(most_held - held, 0, range);
     while (range >= kRangeMost) {

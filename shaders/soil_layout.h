@@ -96,12 +96,13 @@ CONST_INT(kTileTopStep, 1024)   // twice the highest grid (512 voxels), so that 
 CONST_INT(kTileWord, 128)
 
 // Lists of pairs, kPairWords words each: of voxelize_shapes a block and a shape over it, of pour_soil and take_soil a slot and
-// the place in the tables of a region's part in its tile.
+// the place in the tables of a region's part in its tile, of collect_small_bodies a slot and a body's index.
 CONST_INT(kPairWords, 2)
 CONST_INT(kPairBlock, 0)
 CONST_INT(kPairShape, 1)
 CONST_INT(kPairSlot, 0)
 CONST_INT(kPairPart, 1)
+CONST_INT(kPairBody, 1)
 
 // Words left empty behind each plane and each array of columns. With a power of two of slots their lengths are multiples of a
 // cache way, and a voxel's planes, or a column's words, would drive each other out of the cache. Whole cache lines of 16 words.

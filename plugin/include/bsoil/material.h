@@ -63,8 +63,8 @@ struct MaterialDef {
     /// Mass of the soil with its water over that of the dry soil, where water fills this share of
     /// the pores.
     double wet_mass_share(double saturation) const { return 1 + saturation * pore_water_fraction; }
-    /// Cohesion that this water gives it: Bishop's effective stress with chi = S, and a suction that
-    /// falls linearly with S.
+    /// Cohesion that this water gives it: Bishop's effective stress with chi = S, and a suction
+    /// that falls linearly with S.
     double moisture_cohesion_pa(double saturation) const {
         return 4 * saturation * (1 - saturation) * moist_cohesion_pa;
     }

@@ -50,9 +50,9 @@ ElementYield PlainLaw::yield(const ContactElement& element, const ElementMotion&
     const Strength& soil = strengths_[static_cast<size_t>(contact.material)];
     const double depth_m = contact.bearing_depth_m, creep = def().creep;
     const Vec3 n = contact.normal, motion = along.share;
-    const double heavier = this->soil()
-                               .materials[static_cast<size_t>(contact.material)]
-                               .wet_mass_share(contact.saturation);
+    const double heavier =
+        this->soil().materials[static_cast<size_t>(contact.material)].wet_mass_share(
+            contact.saturation);
     const double xi_depth =
         heavier * (soil.stiffness_pa_m * depth_m * size_factor(soil, element.face, n));
     const double approach = dot(motion, n);
