@@ -3,6 +3,7 @@
 
 #include <assimp/scene.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <assimp/Importer.hpp>
 #include <cmath>
@@ -21,8 +22,21 @@ namespace fs = std::filesystem;
 
 constexpr double kBedM = 0.45, kSideM = 2.0;
 
+/// Of this process alone: tests of one program run side by side.
+fs::path folder() {
+    return fs::temp_directory_path() / ("bsoil_exports_" + std::to_string(getpid()));
+}
+
+std::string path_of(const std::string& name) {
+    fs::create_directories(folder());
+    return (folder() / name).string();
+}
+
 /// Moist sand under a ball that stands in it; the ball is painted red.
 class Exports : public testing::Test {
+  public:
+    ~Exports() override { fs::remove_all(folder()); }
+
   protected:
     void open(const std::string& up) {
         auto parsed = parse_scene(
@@ -42,9 +56,7 @@ class Exports : public testing::Test {
         for (int s = 0; s < 20; ++s) run_->step();
     }
     std::string exported(const std::string& name) {
-        const fs::path folder = fs::temp_directory_path() / "bsoil_exports";
-        fs::create_directories(folder);
-        const std::string path = (folder / name).string();
+        const std::string path = path_of(name);
         const auto written = export_run(*run_, path);
         EXPECT_TRUE(written) << written.error();
         said_ = written ? *written : "";
@@ -189,14 +201,18 @@ TEST_F(Exports, the_ascii_grid_has_north_on_top_and_heights_in_the_world) {
 }
 
 /// What a program prints; empty where it is missing or fails.
-std::string output_of(const std::string& command) {
-    const fs::path out = fs::temp_directory_path() / "bsoil_exports" / "output.txt";
-    const int exit_code = std::system((command + " > '" + out.string() + "' 2>/dev/null").c_str());
-    if (exit_code != 0) return {};
-    std::ifstream file(out);
+std::string text_of(const std::string& path) {
+    std::ifstream file(path);
     std::stringstream text;
     text << file.rdbuf();
     return text.str();
+}
+
+std::string output_of(const std::string& command) {
+    const std::string out = path_of("output.txt"), errors = path_of("errors.txt");
+    const int exit_code = std::system((command + " > '" + out + "' 2> '" + errors + "'").c_str());
+    EXPECT_EQ(exit_code, 0) << command << ": " << text_of(errors);
+    return text_of(out);
 }
 
 TEST_F(Exports, the_voxels_are_an_image_of_vtk) {
@@ -238,7 +254,7 @@ TEST_F(Exports, gdal_reads_the_geotiff_with_heights_in_their_places) {
     for (const std::string up : {"z", "y"}) {
         SCOPED_TRACE(up);
         open(up);
-        const std::string path = (fs::temp_directory_path() / ("moment_" + up + ".tif")).string();
+        const std::string path = path_of("moment_" + up + ".tif");
         const auto written = export_run(*run_, path);
         if (is_left_out(written, "libtiff-dev")) {
             GTEST_SKIP() << written.error();
@@ -267,7 +283,7 @@ TEST_F(Exports, gdal_reads_the_geotiff_with_heights_in_their_places) {
 
 TEST_F(Exports, openvdb_finds_the_voxels_of_soil) {
     open("y");
-    const std::string path = (fs::temp_directory_path() / "moment.vdb").string();
+    const std::string path = path_of("moment.vdb");
     const auto written = export_run(*run_, path);
     if (is_left_out(written, "libopenvdb-dev")) {
         GTEST_SKIP() << written.error();

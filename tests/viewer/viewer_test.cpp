@@ -2,6 +2,7 @@
 /// shows is compared with pictures of how it has to look.
 #include <gtest/gtest.h>
 #include <stb/stb_image.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -55,6 +56,15 @@ Difference difference(const Pixels& a, const Pixels& b) {
     return {sum / count, static_cast<double>(far) / count};
 }
 
+/// Runs a program under a virtual display of software GL, each under one of its own: xvfb-run
+/// takes a number that the server before it has just let go, and then does not start.
+std::string under_display(const std::string& options = {}) {
+    static int count = 0;
+    const int display = 100 + (getpid() * 16 + count++) % 50000;
+    return "LIBGL_ALWAYS_SOFTWARE=1 xvfb-run -a -n " + std::to_string(display) + ' ' + options +
+           " '" BSOIL_COMMAND "' ";
+}
+
 /// Runs the script once for all tests; the folder with its pictures, or why there is none.
 struct Played {
     fs::path folder;
@@ -65,7 +75,7 @@ struct Played {
             skipped = "xvfb-run is not installed (Debian: xvfb, xauth)";
             return;
         }
-        folder = fs::path(BSOIL_VIEWER_OUT);
+        folder = fs::path(BSOIL_VIEWER_OUT) / "script";
         fs::remove_all(folder);
         fs::create_directories(folder);
         std::ifstream source(fs::path(BSOIL_VIEWER_TESTS) / "play.txt");
@@ -75,9 +85,8 @@ struct Played {
             << std::regex_replace(text.str(), std::regex("FOLDER"), folder.string());
         // llvmpipe on any machine: what the reference pictures were made with.
         const std::string command =
-            "cd '" + folder.string() +
-            "' && LIBGL_ALWAYS_SOFTWARE=1 xvfb-run -a -s '-screen 0 1280x1024x24' '" BSOIL_COMMAND
-            "' view '" BSOIL_VIEWER_TESTS
+            "cd '" + folder.string() + "' && " + under_display("-s '-screen 0 1280x1024x24'") +
+            "view '" BSOIL_VIEWER_TESTS
             "/play.toml' --script play.txt --backend cpu --width 800 --height 560 > log.txt 2>&1";
         exit_code = std::system(command.c_str());
     }
@@ -161,8 +170,7 @@ TEST(ViewScripts, mistakes_are_named_with_their_line) {
     const auto run = [&](const std::string& script) {
         std::ofstream(folder / "script.txt") << script;
         const std::string command =
-            "LIBGL_ALWAYS_SOFTWARE=1 xvfb-run -a '" BSOIL_COMMAND "' view '" BSOIL_VIEWER_TESTS
-            "/play.toml' --backend cpu --script '" +
+            under_display() + "view '" BSOIL_VIEWER_TESTS "/play.toml' --backend cpu --script '" +
             (folder / "script.txt").string() + "' > '" + (folder / "log.txt").string() + "' 2>&1";
         const int exit_code = WEXITSTATUS(std::system(command.c_str()));
         std::ifstream file(folder / "log.txt");
@@ -193,8 +201,7 @@ TEST(ViewCommand, steps_in_the_window_are_those_of_a_run) {
             << command;
     };
     const std::string scene = "'" BSOIL_VIEWER_TESTS "/play.toml' --backend cpu";
-    run("LIBGL_ALWAYS_SOFTWARE=1 xvfb-run -a '" BSOIL_COMMAND "' view " + scene +
-        " --script script.txt");
+    run(under_display() + "view " + scene + " --script script.txt");
     run("'" BSOIL_COMMAND "' run " + scene + " --steps 60 --out run");
     // All voxels, and all bodies where they are: bit for bit.
     for (const std::string ending : {"vti", "obj"}) {
