@@ -56,13 +56,22 @@ Difference difference(const Pixels& a, const Pixels& b) {
     return {sum / count, static_cast<double>(far) / count};
 }
 
-/// Runs a program under a virtual display of software GL, each under one of its own: xvfb-run
-/// takes a number that the server before it has just let go, and then does not start.
+/// Runs the command under a virtual display of software GL, each under one of its own: xvfb-run
+/// takes a number that the server before it has just let go, and then does not start. It is given
+/// the file of keys: now and then it fails to remove the folder that it makes for one.
 std::string under_display(const std::string& options = {}) {
+    static const struct Keys {
+        fs::path path = fs::path(BSOIL_VIEWER_OUT) / ("keys_" + std::to_string(getpid()));
+        Keys() {
+            fs::create_directories(path.parent_path());
+            std::ofstream{path};
+        }
+        ~Keys() { fs::remove(path); }
+    } keys;
     static int count = 0;
     const int display = 100 + (getpid() * 16 + count++) % 50000;
-    return "LIBGL_ALWAYS_SOFTWARE=1 xvfb-run -a -n " + std::to_string(display) + ' ' + options +
-           " '" BSOIL_COMMAND "' ";
+    return "LIBGL_ALWAYS_SOFTWARE=1 xvfb-run -a -n " + std::to_string(display) + " -f '" +
+           keys.path.string() + "' " + options + " '" BSOIL_COMMAND "' ";
 }
 
 /// Runs the script once for all tests; the folder with its pictures, or why there is none.
