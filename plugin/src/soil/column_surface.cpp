@@ -18,27 +18,6 @@ ColumnVoxels column_of(const TileVoxels& voxels, const TileVoxels& ground, int c
             ground.words.empty() ? nullptr : &ground.words[static_cast<size_t>(column)]};
 }
 
-ColumnProfile column_profile(const ColumnVoxels& column) {
-    ColumnProfile profile;
-    bool piled = true, stands = true;
-    for (int z = 0; z < column.height; ++z) {
-        const int terrain = column.terrain_at(z);
-        const int volume = column.volume_at(z);
-        piled = piled || terrain >= kSolidCoverage;
-        if (volume > 0 && !piled) profile.hanging = z;
-        const int reach = z * kVoxelFull + std::min<int>(kVoxelFull, terrain + volume);
-        if (piled && terrain - column.ground_at(z) + volume > 0) profile.top_q16 = reach;
-        if (piled && volume > 0) profile.soil_q16 = reach;
-        if (stands && terrain + volume > 0) profile.stop_q16 = reach;
-        const bool carries =
-            terrain >= kSolidCoverage || terrain + volume >= kVoxelFull - kSupportSlack;
-        stands = stands && carries;
-        piled = piled && carries;
-    }
-    profile.stop_q16 = std::max(profile.stop_q16, profile.soil_q16);
-    return profile;
-}
-
 namespace {
 
 /// The kernels' text on one column, which is column 0 of itself.
@@ -49,11 +28,41 @@ struct ColumnKernel {
     int column_terrain(int, int z) const { return voxels.terrain_at(z); }
     int column_volume(int, int z) const { return voxels.volume_at(z); }
 #define CONST_INT(name, value) static constexpr int name = value;
+#define OUT(type) type&
+#define INOUT(type) type&
 #include "column_surface.glsl"
+#undef INOUT
+#undef OUT
 #undef CONST_INT
 };
 
 }  // namespace
+
+ColumnFill column_fill(const ColumnVoxels& column) {
+    ColumnKernel rules{column};
+    ColumnFill fill;
+    int kind = kSpanPiled, bottom = 0, top = 0;  // as in bare_surface()
+    bool stands = true;
+    for (int z = 0; z < column.height; ++z) {
+        const int terrain = column.terrain_at(z);
+        const int volume = column.volume_at(z);
+        const int base = z * kVoxelFull;
+        const int next = rules.kind_above(kind, top, base, volume, terrain);
+        const bool is_carried = rules.is_carried(kind, top, base);
+        const bool rests = is_carried || next == kSpanRigid;
+        const int filled_q16 = base + std::min<int>(kVoxelFull, terrain + volume);
+        if (volume > 0 && !rests) fill.hanging = z;
+        if (rests && terrain - column.ground_at(z) + volume > 0) fill.top_q16 = filled_q16;
+        if (rests && volume > 0) fill.soil_q16 = filled_q16;
+        stands = stands && is_carried;
+        if (stands && terrain + volume > 0) fill.stop_q16 = filled_q16;
+        top = rules.top_in_voxel(next, kind, bottom, top, base, volume, terrain, kSupportSlack);
+        bottom = next == kind ? bottom : base;
+        kind = next;
+    }
+    fill.stop_q16 = std::max(fill.stop_q16, fill.soil_q16);
+    return fill;
+}
 
 int32_t column_surface_q16(const ColumnVoxels& column) {
     return ColumnKernel{column}.bare_surface(0, 0, column.height);
@@ -89,10 +98,10 @@ TileTops tile_tops(const TileRuns& tile) {
     for_each_column(
         tile,
         [&](size_t c, const ColumnVoxels& column) {
-            const ColumnProfile profile = column_profile(column);
-            out.soil_q16[c] = profile.soil_q16;
-            out.stop_q16[c] = profile.stop_q16;
-            out.hangs = out.hangs || profile.hanging >= 0;
+            const ColumnFill fill = column_fill(column);
+            out.soil_q16[c] = fill.soil_q16;
+            out.stop_q16[c] = fill.stop_q16;
+            out.hangs = out.hangs || fill.hanging >= 0;
         },
         [&](size_t c) {
             out.soil_q16[c] = out.soil_q16[c - 1];

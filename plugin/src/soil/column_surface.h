@@ -1,4 +1,4 @@
-/// Where the surface of a column is, told from its terrain and soil.
+/// Where the surface of a column is and how far up it is filled, told from its terrain and soil.
 #pragma once
 
 #include "soil/tile_codec.h"
@@ -20,8 +20,11 @@ struct ColumnVoxels {
 /// ground: see TileTable::read_ground().
 ColumnVoxels column_of(const TileVoxels& voxels, const TileVoxels& ground, int column);
 
-/// What rests in a column and what hangs above it.
-struct ColumnProfile {
+/// How far up a column is filled, to the unit: what people see, pictures show and a scene measures.
+/// What rests on what is decided by the kernels' own text (shaders/column_surface.glsl), as the
+/// surface is; but a surface counts a voxel that carries soil as full (kSupportSlack), and ends
+/// under terrain that hangs over it.
+struct ColumnFill {
     /// Of the topmost resting soil or terrain [Q16 voxels above the floor]. Ground bodies without
     /// soil on them do not count.
     int32_t top_q16 = 0;
@@ -29,13 +32,13 @@ struct ColumnProfile {
     int32_t stop_q16 = 0;  ///< up to here soil beside the column cannot slide into it
     int hanging = -1;      ///< z of the topmost soil that nothing carries; -1: none
 };
-ColumnProfile column_profile(const ColumnVoxels& column);
+ColumnFill column_fill(const ColumnVoxels& column);
 
-/// A column's surface word where there are no bodies, by the kernels' own text
-/// (shaders/column_surface.glsl): a height [Q16 voxels], or kTerrainTop less that of the terrain.
+/// A column's surface where there are no bodies, on which bodies and slopes stand: the kernels'
+/// word, a height [Q16 voxels], or kTerrainTop less that of the terrain.
 int32_t column_surface_q16(const ColumnVoxels& column);
 
-/// Tops of a tile's columns, as ColumnProfile has them.
+/// Tops of a tile's columns, as ColumnFill has them.
 struct TileTops {
     std::array<int32_t, 64> soil_q16{}, stop_q16{};
     int32_t lowest_q16 = 0, highest_q16 = 0;  ///< lowest stop, highest soil
