@@ -159,6 +159,177 @@ ivec3 air_velocity(int slot, ivec3 at) {
     return clamp(wind, ivec3(-most), ivec3(most));
 }
 
+// --- one voxel's soil
+
+// How soil moves in a step, voxels Q16.
+struct Motion {
+    ivec3 drift;
+    ivec3 after;  // velocity at the step's end
+};
+
+// Kick after drift, drift at the middle of the step: exact for constant gravity, thesis (29).
+Motion fall_freely(int slot, ivec3 at, int voxel, ivec3 velocity) {
+    int gravity = params.gravity_q16 / params.substep_count;
+    Motion motion;
+    motion.drift = velocity - ivec3(0, 0, gravity / 2);
+    motion.after = velocity - ivec3(0, 0, gravity);
+    int taken = params.air == 0 ? 0 : mixed_word(voxel, 0, kTableAir) / params.substep_count;
+    if (taken > 0) {
+        // Drag goes by the speed against the air, in the middle of the step: at its fall speed soil keeps its speed.
+        int share = fraction_q16(taken, kOneQ16 + taken / 2);
+        motion.after = velocity + share_of(air_velocity(slot, at) - velocity, share);
+        motion.after.z -= gravity - mul_q16(gravity, share) / 2;
+        motion.drift = (velocity + motion.after) / 2;
+    }
+    return motion;
+}
+
+// Soil on a body goes with it as far as friction can take it.
+Motion go_with_body(int slot, ivec3 at, int voxel, int body, ivec3 velocity) {
+    ivec3 goal = body_velocity_at(body, grid_voxel(slot, at.x, at.y, at.z));
+    int friction = shapes[body * kBodyWords + kBodyFriction];
+    int hold = friction == kFrictionOfSoil ? mixed_word(voxel, 0, kTableTool) : friction * (kOneQ16 / kVelocityOne);
+    int grip = hold / params.substep_count;
+    Motion motion;
+    motion.after = ivec3(velocity.x + clamp(goal.x - velocity.x, -grip, grip),
+                         velocity.y + clamp(goal.y - velocity.y, -grip, grip),
+                         max(goal.z, velocity.z - params.gravity_q16 / params.substep_count));
+    motion.drift = motion.after;
+    return motion;
+}
+
+Motion slow_enough(int slot, ivec3 at, Motion motion) {
+    if (largest_component(motion.after) <= kSpeedMost) return motion;
+    note_condition(kStatusSpeedClamped, kResultSpeedPlace, grid_voxel(slot, at.x, at.y, at.z));
+    Motion slower;
+    slower.after = clamp(motion.after, ivec3(-kSpeedMost), ivec3(kSpeedMost));
+    slower.drift = clamp(motion.drift, ivec3(-kSpeedMost), ivec3(kSpeedMost));
+    return slower;
+}
+
+// How far soil drifts in a part of the step. Dust neither asks for sub-steps nor counts as clamped: rounding alone can make its
+// speed jump.
+ivec3 drift_in_substep(int slot, ivec3 at, int volume, ivec3 drift_in_step, INOUT(int) fastest) {
+    if (volume > kPacingLeast) fastest = max(fastest, largest_component(drift_in_step));
+    ivec3 drift = drift_in_step / params.substep_count;
+    if (largest_component(drift) > kVoxelFull) {
+        if (volume > kPacingLeast) {
+            note_condition(kStatusSpeedClamped, kResultSpeedPlace, grid_voxel(slot, at.x, at.y, at.z));
+        }
+        drift = clamp(drift, ivec3(-kVoxelFull), ivec3(kVoxelFull));
+    }
+    return volume <= kWholeMost ? whole_voxels(drift, voxel_chance(grid_voxel(slot, at.x, at.y, at.z))) : drift;
+}
+
+void add_momentum(int voxel, ivec3 momentum) {
+    add_delta(kPlaneMomentumX, voxel, momentum.x);
+    add_delta(kPlaneMomentumY, voxel, momentum.y);
+    add_delta(kPlaneMomentumZ, voxel, momentum.z);
+}
+
+// A voxel's soil that drifts.
+struct Parcel {
+    ivec3 at;
+    int voxel;
+    int volume;
+    int mass;
+    ivec3 momentum;  // after the kick, moved with the soil
+    ivec3 out_way;   // see way_out()
+    bool overrun;
+};
+
+// A share of it goes over to another voxel, with its momentum: that is extensive, so the average comes by itself, thesis (28).
+void carry_share(int voxel, int to, int share, ivec3 momentum) {
+    int moved_volume = 0;
+    int moved_mass = 0;
+    for (int i = 0; i < params.transport_count; ++i) {
+        int plane = kTransportFirst + i;
+        if (plane >= kPlaneMomentumX && plane <= kPlaneMomentumZ) continue;
+        int units = mul_q16(state_at(plane, voxel), share);  // thesis (23)
+        add_delta(plane, voxel, -units);
+        if (plane == kPlaneVolume) {
+            moved_volume = units;
+        } else if (plane != kPlaneBond) {
+            add_delta(plane, to, units);
+        }
+        if (is_mass(plane)) moved_mass += units;
+    }
+    add_delta(kPlaneVolume, to, loosened(voxel, moved_volume, moved_mass));
+    add_momentum(to, momentum);
+    mark_moved(voxel, to);
+}
+
+// A share of a parcel goes a step on, as far as nothing bars it. Returns the momentum that leaves its voxel, or that what bars
+// the way takes.
+ivec3 give_share(int slot, Parcel parcel, ivec3 step, int wanted) {
+    ivec3 target = parcel.at + step;
+    int to = voxel_at(slot, target.x, target.y, target.z);
+    int share = wanted;
+    ivec3 lost = ivec3(0);
+    if (is_locked(parcel.voxel, to, step, parcel.out_way, parcel.overrun)) {
+        int room = room_at_face(slot, target, parcel.voxel, to);
+        share = min(wanted, fraction_q16(min(room, parcel.volume), parcel.volume));
+    }
+    int barred = wanted - share;
+    if (barred > 0) {  // thesis (24): backflow, with zero velocity; with the wall's where that recedes
+        ivec3 held = share_of(parcel.momentum, barred);
+        ivec3 bound = share_of(momentum_with_wall(slot, parcel.at, parcel.mass, target, to), barred);
+        lost = held - ivec3(towards(held.x, bound.x), towards(held.y, bound.y), towards(held.z, bound.z));
+    }
+    if (share <= 0) return lost;
+    ivec3 part = share_of(parcel.momentum, share);
+    carry_share(parcel.voxel, to, share, part);
+    return lost + part;
+}
+
+// Shares a parcel out over the seven voxels that it overlaps beside its own, thesis (13) to (16). Returns the momentum it loses.
+ivec3 spread_soil(int slot, Parcel parcel, ivec3 drift) {
+    ivec3 weight = drift_weight(slot, parcel.at, parcel.voxel, drift);
+    ivec3 side = ivec3(drift.x < 0 ? -1 : 1, drift.y < 0 ? -1 : 1, drift.z < 0 ? -1 : 1);
+    ivec3 lost = ivec3(0);
+    for (int corner = 1; corner < 8; ++corner) {
+        ivec3 pick = ivec3(corner & 1, (corner >> 1) & 1, corner >> 2);
+        int wx = pick.x == 1 ? weight.x : kVoxelFull - weight.x;
+        int wy = pick.y == 1 ? weight.y : kVoxelFull - weight.y;
+        int wz = pick.z == 1 ? weight.z : kVoxelFull - weight.z;
+        int share = mul_q16(mul_q16(wx, wy), wz);  // thesis (15)
+        if (share <= 0 || (parcel.volume > kWholeMost && mul_q16(parcel.volume, share) < kShareLeast)) {
+            continue;
+        }
+        lost = lost + give_share(slot, parcel, pick * side, share);
+    }
+    return lost;
+}
+
+// Moves the soil of a voxel that does not rest on the ground.
+void advect_voxel(int slot, ivec3 at, int voxel, int support, ivec3 momentum, INOUT(int) fastest) {
+    int mass = mass_at(voxel);
+    if (mass == 0) return;
+    ivec3 velocity = soil_velocity(voxel, mass);
+    Motion motion = support == kSupportNone ? fall_freely(slot, at, voxel, velocity)
+                                            : go_with_body(slot, at, voxel, support - kSupportBody, velocity);
+    motion = slow_enough(slot, at, motion);
+    int volume = state_at(kPlaneVolume, voxel);
+    ivec3 drift = drift_in_substep(slot, at, volume, motion.drift, fastest);
+    ivec3 gained = momentum_of(mass, motion.after - velocity);
+    ivec3 lost = ivec3(0);
+    if (drift.x != 0 || drift.y != 0 || drift.z != 0) {
+        Parcel parcel;
+        parcel.at = at;
+        parcel.voxel = voxel;
+        parcel.volume = volume;
+        parcel.mass = mass;
+        parcel.momentum = momentum + gained;
+        parcel.overrun = false;
+        parcel.out_way = is_caught(voxel) ? way_out(slot, at, voxel, parcel.overrun) : ivec3(0);
+        lost = spread_soil(slot, parcel, drift);
+    } else if (gained.x == 0 && gained.y == 0 && gained.z == 0) {
+        return;
+    }
+    add_momentum(voxel, gained - lost);
+    mark_moved(voxel, voxel);
+}
+
 int advect_soil_lanes(int group, int half_at) {
     return mask_half(block_list[params.list_offset + group], kMaskMoving, half_at);
 }
@@ -167,136 +338,20 @@ void advect_soil(int group, int lane) {
     int block = block_list[params.list_offset + group];
     int slot = block / params.blocks_per_tile;
     int z0 = (block - slot * params.blocks_per_tile) * 8;
-    int x = lane & 7;
-    int y = lane >> 3;
     int fastest = 0;
     bool is_moving = false;
     for (int z = 0; z < 8; ++z) {
         int voxel = block * kBlockVoxels + z * kTileColumns + lane;
         if (state_at(kPlaneVolume, voxel) == 0) continue;
-        int mass = mass_at(voxel);
         int support = state_at(kPlaneSupport, voxel);
-        is_moving = is_moving || support != kSupportGround;
         ivec3 momentum = ivec3(state_at(kPlaneMomentumX, voxel), state_at(kPlaneMomentumY, voxel),
                                state_at(kPlaneMomentumZ, voxel));
-        if (support == kSupportGround) {
-            if (momentum.x != 0 || momentum.y != 0 || momentum.z != 0) land(voxel, momentum);
-            continue;
+        if (support != kSupportGround) {
+            is_moving = true;
+            advect_voxel(slot, ivec3(lane & 7, lane >> 3, z0 + z), voxel, support, momentum, fastest);
+        } else if (momentum.x != 0 || momentum.y != 0 || momentum.z != 0) {
+            land(voxel, momentum);
         }
-        if (mass == 0) continue;
-        ivec3 velocity = soil_velocity(voxel, mass);
-        ivec3 after = velocity;
-        ivec3 drift = velocity;
-        int gravity = params.gravity_q16 / params.substep_count;
-        if (support == kSupportNone) {
-            // Kick after drift, drift at the middle of the step: exact for constant gravity (29).
-            drift.z -= gravity / 2;
-            after.z -= gravity;
-            int taken = params.air == 0 ? 0 : mixed_word(voxel, 0, kTableAir) / params.substep_count;
-            if (taken > 0) {
-                // Drag goes by the speed against the air, in the middle of the step: at its fall speed soil keeps its speed.
-                int share = fraction_q16(taken, kOneQ16 + taken / 2);
-                after = velocity + share_of(air_velocity(slot, ivec3(x, y, z0 + z)) - velocity, share);
-                after.z -= gravity - mul_q16(gravity, share) / 2;
-                drift = (velocity + after) / 2;
-            }
-        } else {
-            int body = support - kSupportBody;
-            ivec3 goal = body_velocity_at(body, grid_voxel(slot, x, y, z0 + z));
-            int friction = shapes[body * kBodyWords + kBodyFriction];
-            int hold = friction == kFrictionOfSoil ? mixed_word(voxel, 0, kTableTool) : friction * (kOneQ16 / kVelocityOne);
-            int grip = hold / params.substep_count;
-            after.x += clamp(goal.x - after.x, -grip, grip);
-            after.y += clamp(goal.y - after.y, -grip, grip);
-            after.z = max(goal.z, after.z - gravity);
-            drift = after;
-        }
-        if (largest_component(after) > kSpeedMost) {
-            note_condition(kStatusSpeedClamped, kResultSpeedPlace, grid_voxel(slot, x, y, z0 + z));
-            after = clamp(after, ivec3(-kSpeedMost), ivec3(kSpeedMost));
-            drift = clamp(drift, ivec3(-kSpeedMost), ivec3(kSpeedMost));
-        }
-        // Dust neither asks for sub-steps nor counts as clamped: rounding alone can make its speed jump.
-        int volume = state_at(kPlaneVolume, voxel);
-        if (volume > kPacingLeast) fastest = max(fastest, largest_component(drift));
-        drift = drift / params.substep_count;
-        if (largest_component(drift) > kVoxelFull) {
-            if (volume > kPacingLeast) {
-                note_condition(kStatusSpeedClamped, kResultSpeedPlace, grid_voxel(slot, x, y, z0 + z));
-            }
-            drift = clamp(drift, ivec3(-kVoxelFull), ivec3(kVoxelFull));
-        }
-        // Momentum after the kick, moved with the soil.
-        ivec3 kick = after - velocity;
-        ivec3 gained = momentum_of(mass, kick);
-        if (volume <= kWholeMost) {
-            drift = whole_voxels(drift, voxel_chance(grid_voxel(slot, x, y, z0 + z)));
-        }
-        if (drift.x == 0 && drift.y == 0 && drift.z == 0) {
-            if (gained.x != 0 || gained.y != 0 || gained.z != 0) {
-                add_delta(kPlaneMomentumX, voxel, gained.x);
-                add_delta(kPlaneMomentumY, voxel, gained.y);
-                add_delta(kPlaneMomentumZ, voxel, gained.z);
-                mark_moved(voxel, voxel);
-            }
-            continue;
-        }
-        ivec3 weight = drift_weight(slot, ivec3(x, y, z0 + z), voxel, drift);
-        ivec3 side = ivec3(drift.x < 0 ? -1 : 1, drift.y < 0 ? -1 : 1, drift.z < 0 ? -1 : 1);
-        ivec3 total = momentum + gained;
-        bool overrun = false;
-        ivec3 out_way = is_caught(voxel) ? way_out(slot, ivec3(x, y, z0 + z), voxel, overrun) : ivec3(0);
-        ivec3 lost = ivec3(0);   // momentum that leaves this voxel, or that what bars the way takes
-        for (int corner = 1; corner < 8; ++corner) {
-            ivec3 pick = ivec3(corner & 1, (corner >> 1) & 1, corner >> 2);
-            int wx = pick.x == 1 ? weight.x : kVoxelFull - weight.x;
-            int wy = pick.y == 1 ? weight.y : kVoxelFull - weight.y;
-            int wz = pick.z == 1 ? weight.z : kVoxelFull - weight.z;
-            int share = mul_q16(mul_q16(wx, wy), wz);  // thesis (15)
-            if (share <= 0 || (volume > kWholeMost && mul_q16(volume, share) < kShareLeast)) {
-                continue;
-            }
-            ivec3 step = pick * side;
-            ivec3 target = ivec3(x, y, z0 + z) + step;
-            int to = voxel_at(slot, target.x, target.y, target.z);
-            int barred = 0;
-            if (is_locked(voxel, to, step, out_way, overrun)) {
-                int room = room_at_face(slot, target, voxel, to);
-                barred = share - min(share, fraction_q16(min(room, volume), volume));
-                share -= barred;
-            }
-            if (barred > 0) {  // thesis (24): backflow, with zero velocity; with the wall's where that recedes
-                ivec3 held = share_of(total, barred);
-                ivec3 bound = share_of(momentum_with_wall(slot, ivec3(x, y, z0 + z), mass, target, to), barred);
-                lost = lost + held - ivec3(towards(held.x, bound.x), towards(held.y, bound.y), towards(held.z, bound.z));
-            }
-            if (share <= 0) continue;
-            ivec3 part = share_of(total, share);
-            lost = lost + part;
-            int moved_volume = 0;
-            int moved_mass = 0;
-            for (int i = 0; i < params.transport_count; ++i) {
-                int plane = kTransportFirst + i;
-                if (plane >= kPlaneMomentumX && plane <= kPlaneMomentumZ) continue;
-                int units = mul_q16(state_at(plane, voxel), share);  // thesis (23)
-                add_delta(plane, voxel, -units);
-                if (plane == kPlaneVolume) {
-                    moved_volume = units;
-                } else if (plane != kPlaneBond) {
-                    add_delta(plane, to, units);
-                }
-                if (is_mass(plane)) moved_mass += units;
-            }
-            add_delta(kPlaneVolume, to, loosened(voxel, moved_volume, moved_mass));
-            add_delta(kPlaneMomentumX, to, part.x);  // thesis (28): extensive, so the average comes by itself
-            add_delta(kPlaneMomentumY, to, part.y);
-            add_delta(kPlaneMomentumZ, to, part.z);
-            mark_moved(voxel, to);
-        }
-        add_delta(kPlaneMomentumX, voxel, gained.x - lost.x);
-        add_delta(kPlaneMomentumY, voxel, gained.y - lost.y);
-        add_delta(kPlaneMomentumZ, voxel, gained.z - lost.z);
-        mark_moved(voxel, voxel);
     }
     set_in_mask(block, kMaskMoving, lane, is_moving);
     if (fastest > 0) ATOMIC_MAX(result[kResultSpeed], fastest);

@@ -113,7 +113,7 @@ void build_spans(int group, int lane) {
                 surface_free = is_top_free(column, top);
             }
         }
-        if (coverage >= kSolidCoverage) {
+        if (next == kSpanRigid) {
             on_body = bodies > terrain;  // after the span below was closed: it stands on what is further down
             carrier = on_body ? carrier_at(voxel) : 0;
         }

@@ -8,10 +8,6 @@ CONST_INT(kSlideDepth, 128)     // voxels at most that slide: sums over them sta
 CONST_INT(kSlideSteepest, 262144)   // slope 4: beyond it friction is next to nothing
 CONST_INT(kSlideSpeedMost, 1048576)
 
-int slide_soil_lanes(int group, int half_at) {
-    return changed_half(entry_slot(block_list[params.list_offset + group]), half_at, params.slide_stamp);
-}
-
 void stop_voxel(int voxel) {
     set_state(kPlaneMomentumX, voxel, 0);
     set_state(kPlaneMomentumY, voxel, 0);
@@ -63,6 +59,167 @@ int close_gaps(int first, int top, int end) {
     return to * kVoxelFull + min(kVoxelFull, state_at(kPlaneVolume, first + to * kTileColumns));
 }
 
+// The voxels of a column that slide as one.
+struct Slab {
+    int low;        // voxels from here
+    int high;       // to here
+    int thickness;  // Q16 voxels of soil
+    ivec2 speed;    // Q16 voxels a step
+    int pace;       // length of that
+};
+
+// Those from the surface down to the lowest that has momentum; false where none has any.
+bool find_slab(int first, int top, OUT(Slab) slab) {
+    slab.high = (top - 1) >> 16;
+    slab.low = slab.high + 1;
+    slab.thickness = 0;
+    slab.speed = ivec2(0);
+    slab.pace = 0;
+    ivec2 momentum = ivec2(0);  // 128ths
+    int gap = 0;
+    for (int z = slab.high; z > slab.high - kSlideDepth && z >= 0 && gap < kSlideGap; --z) {
+        int voxel = first + z * kTileColumns;
+        if (is_solid(voxel)) break;
+        if (slides_along(voxel)) {
+            momentum += ivec2(state_at(kPlaneMomentumX, voxel), state_at(kPlaneMomentumY, voxel)) / kSlideDepth;
+            slab.low = z;
+            gap = 0;
+        } else {
+            gap += 1;
+        }
+    }
+    int mass = 0;
+    for (int z = slab.low; z <= slab.high; ++z) {
+        int voxel = first + z * kTileColumns;
+        mass += mass_at(voxel);
+        slab.thickness += state_at(kPlaneVolume, voxel);
+    }
+    if (mass > 0) {
+        slab.speed = clamp(ivec2(signed_fraction_q16(momentum.x, mass * 8), signed_fraction_q16(momentum.y, mass * 8)),
+                           ivec2(-kSlideSpeedMost), ivec2(kSlideSpeedMost));
+    }
+    return slab.low <= slab.high;
+}
+
+// What friction with the ground leaves of a speed, Q16. Down a slope that fails slip_soil drives it on.
+int kept_by_friction(int source, int slope, int pace) {
+    int held = mixed_word(source, is_bonded(source) ? 0 : 1, kTableFriction) - slope;
+    if (held <= 0) return kOneQ16;
+    int gravity = params.gravity_q16 / params.slide_count;
+    int lost = mul_q16(gravity, fraction_q16(held, kOneQ16 + mul_q16(slope, slope))) + 1;
+    return lost >= pace ? 0 : fraction_q16(pace - lost, pace);
+}
+
+// What drag in viscous soil leaves of it.
+int kept_by_drag(int source) {
+    if (mixed_word(source, 0, kTableViscosity) >= kOneQ16) return 0;
+    return fraction_q16(kOneQ16, kOneQ16 + mixed_word(source, 0, kTableDrag) / params.slide_count);
+}
+
+void keep_speed(INOUT(Slab) slab, int kept) {
+    slab.speed = sign(slab.speed) * ivec2(mul_q16(abs(slab.speed.x), kept), mul_q16(abs(slab.speed.y), kept));
+    slab.pace = mul_q16(slab.pace, kept);
+}
+
+// What bars the way takes the momentum along it, friction and drag take their part. ahead: see slide_soil().
+void slow_slab(int slot, int x, int y, int top, int source, ivec2 ahead, INOUT(Slab) slab) {
+    int drop_x = slab.speed.x == 0 ? 0 : slide_drop(slot, x + ahead.x, y, top, slab.thickness);
+    int drop_y = slab.speed.y == 0 ? 0 : slide_drop(slot, x, y + ahead.y, top, slab.thickness);
+    if (drop_x == kSlideWall) slab.speed.x = 0;
+    if (drop_y == kSlideWall) slab.speed.y = 0;
+    slab.pace = slope_length(slab.speed.x, slab.speed.y);
+    if (slab.pace > 0) {
+        int slope = clamp(mul_q16(slab.speed.x == 0 ? 0 : drop_x, fraction_q16(abs(slab.speed.x), slab.pace)) +
+                              mul_q16(slab.speed.y == 0 ? 0 : drop_y, fraction_q16(abs(slab.speed.y), slab.pace)),
+                          -kSlideSteepest, kSlideSteepest);
+        keep_speed(slab, kept_by_friction(source, slope, slab.pace));
+    }
+    if (params.deposits != 0 && slab.pace > 0) keep_speed(slab, kept_by_drag(source));
+}
+
+void write_speed(int first, Slab slab) {
+    for (int z = slab.low; z <= slab.high; ++z) {
+        int voxel = first + z * kTileColumns;
+        int held = mass_at(voxel) * 64;
+        set_state(kPlaneMomentumX, voxel, mul_q16(held, slab.speed.x * 16));
+        set_state(kPlaneMomentumY, voxel, mul_q16(held, slab.speed.y * 16));
+    }
+}
+
+// Where a slab goes: along x, along y, along both, as in thesis (15).
+struct Arrivals {
+    int share[3];  // of the slab, Q16
+    int place[3];  // height at which it arrives, Q16 voxels
+};
+
+// The column of one of them.
+ivec2 arrival_at(int k, int x, int y, ivec2 ahead) { return ivec2(k == 1 ? x : x + ahead.x, k == 0 ? y : y + ahead.y); }
+
+// Returns the sum of the shares.
+int find_arrivals(int slot, int x, int y, int top, ivec2 ahead, Slab slab, OUT(Arrivals) arrivals) {
+    int share_x = min(kOneQ16, abs(slab.speed.x) / params.slide_count);
+    int share_y = min(kOneQ16, abs(slab.speed.y) / params.slide_count);
+    int wanted = 0;
+    for (int k = 0; k < 3; ++k) {
+        ivec2 to = arrival_at(k, x, y, ahead);
+        int share = k == 2   ? mul_q16(share_x, share_y)
+                    : k == 0 ? mul_q16(share_x, kOneQ16 - share_y)
+                             : mul_q16(share_y, kOneQ16 - share_x);
+        int drop = share > 0 ? slide_drop(slot, to.x, to.y, top, slab.thickness) : kSlideWall;
+        arrivals.share[k] = drop == kSlideWall ? 0 : share;
+        arrivals.place[k] = top - drop;
+        wanted += arrivals.share[k];
+    }
+    return wanted;
+}
+
+// Part of a voxel's soil goes over to another column, from the height `place` up there, which it raises. Voxel by voxel, so that
+// none is left half empty under others.
+void stack_soil(int slot, ivec2 to, int source, int held, int fraction, INOUT(int) place) {
+    int part = fraction;
+    for (int n = 0; n < 3 && part > 0; ++n) {
+        int target = voxel_at(slot, to.x, to.y, place >> 16);
+        if (is_closed(target)) break;
+        int room = kVoxelFull - (place & kLowHalf);
+        int fits = n == 2 || room >= mul_q16(held, part) ? part : fraction_q16(room, held);
+        move_soil(source, target, fits, true);
+        place += fits == part ? mul_q16(held, part) : room;
+        part -= fits;
+    }
+}
+
+// The slab's shares go over, from its top down.
+void shift_slab(int slot, int x, int y, int first, ivec2 ahead, Slab slab, int wanted, INOUT(Arrivals) arrivals) {
+    int amount = mul_q16(slab.thickness, min(wanted, kOneQ16));
+    for (int z = slab.high; z >= slab.low && amount > 0; --z) {
+        int source = first + z * kTileColumns;
+        int held = state_at(kPlaneVolume, source);
+        int taken = min(amount, held);
+        if (taken <= 0) continue;
+        amount -= taken;
+        int fraction = fraction_q16(taken, held);
+        for (int k = 0; k < 3; ++k) {
+            if (arrivals.share[k] == 0) continue;
+            int part = mul_q16(fraction, fraction_q16(arrivals.share[k], wanted));
+            int place = arrivals.place[k];
+            stack_soil(slot, arrival_at(k, x, y, ahead), source, held, part, place);
+            arrivals.place[k] = place;
+        }
+    }
+}
+
+// Nothing slides under a body, nor under terrain.
+void stop_column(int first, int end) {
+    for (int z = 0; z < end; ++z) {
+        int voxel = first + z * kTileColumns;
+        if (state_at(kPlaneSupport, voxel) == kSupportGround && slides_along(voxel)) stop_voxel(voxel);
+    }
+}
+
+int slide_soil_lanes(int group, int half_at) {
+    return changed_half(entry_slot(block_list[params.list_offset + group]), half_at, params.slide_stamp);
+}
+
 void slide_soil(int group, int lane) {
     int slot = entry_slot(block_list[params.list_offset + group]);
     int x = lane & 7;
@@ -72,116 +229,20 @@ void slide_soil(int group, int lane) {
     int top = spans[column_word(kColumnSurface, column)];
     int end = min(params.height, spans[column_word(kColumnEnd, column)]);
     if (top > 0) top = close_gaps(first, top, end);
-    int high = top > 0 ? (top - 1) >> 16 : -1;
-    int low = high + 1;
-    int mass = 0;
-    int thickness = 0;
-    int sum_x = 0;  // of momentum, 128ths
-    int sum_y = 0;
-    int gap = 0;
-    for (int z = high; z > high - kSlideDepth && z >= 0 && gap < kSlideGap; --z) {
-        int voxel = first + z * kTileColumns;
-        if (is_solid(voxel)) break;
-        if (slides_along(voxel)) {
-            sum_x += state_at(kPlaneMomentumX, voxel) / kSlideDepth;
-            sum_y += state_at(kPlaneMomentumY, voxel) / kSlideDepth;
-            low = z;
-            gap = 0;
-        } else {
-            gap += 1;
-        }
+    if (top <= 0) {
+        stop_column(first, end);
+        return;
     }
-    for (int z = 0; top <= 0 && z < end; ++z) {  // nothing slides under a body, nor under terrain
-        int voxel = first + z * kTileColumns;
-        if (state_at(kPlaneSupport, voxel) == kSupportGround && slides_along(voxel)) stop_voxel(voxel);
-    }
-    if (low > high) return;
-    for (int z = low; z <= high; ++z) {
-        int voxel = first + z * kTileColumns;
-        mass += mass_at(voxel);
-        thickness += state_at(kPlaneVolume, voxel);
-    }
-    ivec2 speed = ivec2(0);
-    if (mass > 0) {
-        speed = clamp(ivec2(signed_fraction_q16(sum_x, mass * 8), signed_fraction_q16(sum_y, mass * 8)),
-                      ivec2(-kSlideSpeedMost), ivec2(kSlideSpeedMost));
-    }
-    // What bars the way takes the momentum along it.
-    ivec2 ahead = ivec2(speed.x < 0 ? -1 : 1, speed.y < 0 ? -1 : 1);
-    int drop_x = speed.x == 0 ? 0 : slide_drop(slot, x + ahead.x, y, top, thickness);
-    int drop_y = speed.y == 0 ? 0 : slide_drop(slot, x, y + ahead.y, top, thickness);
-    if (drop_x == kSlideWall) speed.x = 0;
-    if (drop_y == kSlideWall) speed.y = 0;
-    int pace = slope_length(speed.x, speed.y);
-    if (pace > 0) {
-        // Down a slope that fails slip_soil drives it on.
-        int slope = clamp(mul_q16(speed.x == 0 ? 0 : drop_x, fraction_q16(abs(speed.x), pace)) +
-                              mul_q16(speed.y == 0 ? 0 : drop_y, fraction_q16(abs(speed.y), pace)),
-                          -kSlideSteepest, kSlideSteepest);
-        int source = first + high * kTileColumns;
-        int held = mixed_word(source, is_bonded(source) ? 0 : 1, kTableFriction) - slope;
-        if (held > 0) {
-            int gravity = params.gravity_q16 / params.slide_count;
-            int lost = mul_q16(gravity, fraction_q16(held, kOneQ16 + mul_q16(slope, slope))) + 1;
-            int kept = lost >= pace ? 0 : fraction_q16(pace - lost, pace);
-            speed = ivec2(sign(speed.x) * mul_q16(abs(speed.x), kept), sign(speed.y) * mul_q16(abs(speed.y), kept));
-            pace = mul_q16(pace, kept);
-        }
-    }
-    if (params.deposits != 0 && pace > 0) {
-        int source = first + high * kTileColumns;
-        bool is_fixed = mixed_word(source, 0, kTableViscosity) >= kOneQ16;
-        int kept = is_fixed ? 0 : fraction_q16(kOneQ16, kOneQ16 + mixed_word(source, 0, kTableDrag) / params.slide_count);
-        speed = ivec2(sign(speed.x) * mul_q16(abs(speed.x), kept), sign(speed.y) * mul_q16(abs(speed.y), kept));
-        pace = mul_q16(pace, kept);
-    }
-    for (int z = low; z <= high; ++z) {
-        int voxel = first + z * kTileColumns;
-        int held = mass_at(voxel) * 64;
-        set_state(kPlaneMomentumX, voxel, mul_q16(held, speed.x * 16));
-        set_state(kPlaneMomentumY, voxel, mul_q16(held, speed.y * 16));
-    }
-    if (speed.x == 0 && speed.y == 0) return;
-    mark_moved(first + high * kTileColumns, first + high * kTileColumns);
-    ATOMIC_MAX(result[kResultSlope], min(pace, kSlideSpeedMost) / 2 - kOneQ16 / 4);  // so many passes more: see Passes::slip
-    int share_x = min(kOneQ16, abs(speed.x) / params.slide_count);
-    int share_y = min(kOneQ16, abs(speed.y) / params.slide_count);
-    int share[3];  // of what slides: along x, along y, along both, as in thesis (15)
-    int place[3];  // height at which it arrives
-    int wanted = 0;
-    for (int k = 0; k < 3; ++k) {
-        int to_x = k == 1 ? x : x + ahead.x;
-        int to_y = k == 0 ? y : y + ahead.y;
-        share[k] = k == 2   ? mul_q16(share_x, share_y)
-                   : k == 0 ? mul_q16(share_x, kOneQ16 - share_y)
-                            : mul_q16(share_y, kOneQ16 - share_x);
-        int drop = share[k] > 0 ? slide_drop(slot, to_x, to_y, top, thickness) : kSlideWall;
-        if (drop == kSlideWall) share[k] = 0;
-        place[k] = top - drop;
-        wanted += share[k];
-    }
-    if (wanted == 0) return;
-    int amount = mul_q16(thickness, min(wanted, kOneQ16));
-    for (int z = high; z >= low && amount > 0; --z) {
-        int source = first + z * kTileColumns;
-        int held = state_at(kPlaneVolume, source);
-        int taken = min(amount, held);
-        if (taken <= 0) continue;
-        amount -= taken;
-        int fraction = fraction_q16(taken, held);
-        for (int k = 0; k < 3; ++k) {
-            if (share[k] == 0) continue;
-            int part = mul_q16(fraction, fraction_q16(share[k], wanted));
-            // Voxel by voxel up from the surface there, so that none is left half empty under others.
-            for (int n = 0; n < 3 && part > 0; ++n) {
-                int target = voxel_at(slot, k == 1 ? x : x + ahead.x, k == 0 ? y : y + ahead.y, place[k] >> 16);
-                if (is_closed(target)) break;
-                int room = kVoxelFull - (place[k] & kLowHalf);
-                int fits = n == 2 || room >= mul_q16(held, part) ? part : fraction_q16(room, held);
-                move_soil(source, target, fits, true);
-                place[k] += fits == part ? mul_q16(held, part) : room;
-                part -= fits;
-            }
-        }
-    }
+    Slab slab;
+    if (!find_slab(first, top, slab)) return;
+    ivec2 ahead = ivec2(slab.speed.x < 0 ? -1 : 1, slab.speed.y < 0 ? -1 : 1);  // to the columns that the slab slides to
+    int source = first + slab.high * kTileColumns;
+    slow_slab(slot, x, y, top, source, ahead, slab);
+    write_speed(first, slab);
+    if (slab.speed.x == 0 && slab.speed.y == 0) return;
+    mark_moved(source, source);
+    ATOMIC_MAX(result[kResultSlope], min(slab.pace, kSlideSpeedMost) / 2 - kOneQ16 / 4);  // so many passes more: see Passes::slip
+    Arrivals arrivals;
+    int wanted = find_arrivals(slot, x, y, top, ahead, slab, arrivals);
+    if (wanted > 0) shift_slab(slot, x, y, first, ahead, slab, wanted, arrivals);
 }

@@ -233,6 +233,189 @@ void set_sliding(int slot, int x, int y, int top, int source, ivec2 fall, int sl
     }
 }
 
+// The slices from a span to its eight neighbours.
+struct Slices {
+    int drop[8];    // per voxel, see way_drop()
+    int target[8];  // the voxel that gets the soil
+    int flow[8];    // share of what slips: of Failure's flow
+};
+
+// How a span fails.
+struct Failure {
+    int wedge;   // height of the highest failing wedge, Q16 voxels; 0: all stand
+    int slope;   // of its facet
+    ivec2 fall;  // its direction, Q16: the mean of the facets that are as steep
+    int flow;    // sum of the slices' flows
+};
+
+// False where the ground falls to none of them.
+bool find_slices(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(Slices) slices) {
+    bool any_drop = false;
+    for (int k = 0; k < 8; ++k) {
+        ivec2 way = way_to(k);
+        int voxel = -1;
+        slices.drop[k] = way_drop(slot, x, y, way.x, way.y, bottom, top, on_rigid, voxel);
+        slices.target[k] = voxel;
+        slices.flow[k] = 0;
+        any_drop = any_drop || slices.drop[k] > 0;
+    }
+    return any_drop;
+}
+
+// Slope of the facet between an axis neighbour and a diagonal one, by the drops to them; 0 where it cannot fail.
+// to_diagonal: share of its flow that goes to the diagonal one, Q16.
+int facet_slope(int curve, int source, int stands, int along, int diagonal, OUT(int) to_diagonal) {
+    to_diagonal = 0;
+    if (along <= 0 && diagonal <= 0) return 0;
+    int across = diagonal - along;
+    if (along > 0 && across <= 0) return along;
+    if (along <= 0 || across > along) {
+        to_diagonal = kOneQ16;
+        return mul_q16(diagonal, kDiagonalInverse);  // over sqrt(2)
+    }
+    if (wedge_at(curve, source, along + across / 2 + 1) <= stands) return 0;  // no slope of these two is steeper
+    to_diagonal = fraction_q16(across, along);
+    return slope_length(along, across);
+}
+
+// Direction in which a facet falls, Q16: along its axis and across it.
+ivec2 facet_fall(int axis, int diagonal, int to_diagonal) {
+    ivec2 axis_way = way_to(axis);
+    ivec2 side_way = way_to(diagonal) - axis_way;
+    int length = slope_length(kOneQ16, to_diagonal);
+    return axis_way * fraction_q16(kOneQ16, length) + side_way * fraction_q16(to_diagonal, length);
+}
+
+// Which facets around a span fail, the worst of them, and how much each gives to whom. stands: see standing_wedge().
+Failure find_failure(int curve, int source, int stands, INOUT(Slices) slices) {
+    Failure failure;
+    failure.wedge = 0;
+    failure.slope = 0;
+    failure.fall = ivec2(0);
+    failure.flow = 0;
+    int steep_count = 0;
+    for (int k = 0; k < 8; ++k) {
+        int axis = k & 6;  // 0 2 4 6
+        int diagonal = (k & 1) == 0 ? axis + 1 : (axis + 7) & 7;
+        int to_diagonal = 0;
+        int slope = facet_slope(curve, source, stands, slices.drop[axis], slices.drop[diagonal], to_diagonal);
+        if (slope == 0) continue;
+        int wedge = wedge_at(curve, source, slope);
+        if (wedge <= stands) continue;
+        if (wedge > failure.wedge) {
+            failure.wedge = wedge;
+            failure.slope = slope;
+            failure.fall = ivec2(0);
+            steep_count = 0;
+        }
+        if (wedge == failure.wedge && params.slides != 0) {  // for set_sliding()
+            failure.fall = failure.fall + facet_fall(axis, diagonal, to_diagonal);
+            steep_count += 1;
+        }
+        wedge = wedge >> 4;  // sums of 8 stay in range
+        int part = mul_q16(wedge, to_diagonal);
+        slices.flow[diagonal] += part;
+        slices.flow[axis] += wedge - part;
+        failure.flow += wedge;
+    }
+    failure.fall = failure.fall / max(1, steep_count);
+    return failure;
+}
+
+// Whether viscous soil does not slip in this pass. It is no soil at rest for all that: its block stays awake.
+bool is_held_up(int slot, int source, ivec3 at) {
+    int viscosity = params.deposits == 0 ? 0 : mixed_word(source, 0, kTableViscosity);
+    if (viscosity <= 0 || viscosity <= voxel_chance(grid_voxel(slot, at.x, at.y, at.z))) return false;
+    ATOMIC_MAX(block_flags[flag_index(kFlagChanged, source >> 9)], params.step_stamp);
+    return true;
+}
+
+// The fastest slip in a column and those around it.
+int fastest_around(int slot, int x, int y) {
+    int fastest = 0;
+    for (int k = 0; k < 9; ++k) {
+        fastest = max(fastest, column_speed(slot, x + k % 3 - 1, y + k / 3 - 1));
+    }
+    return fastest;
+}
+
+// How much slips of a wedge, thesis (10).
+int slip_amount(int wedge, int speed, int flow_sum, Slices slices) {
+    int rate = min(max(speed / params.substep_count, params.slip_rate_least), params.slip_rate_most);
+    // As if columns that far apart were neighbours.
+    int amount = min(mul_q16(wedge, rate) * params.slip_stride, kSlipDepth * kVoxelFull) + 1;
+    int most_flow = 0;
+    for (int k = 0; k < 8; ++k) most_flow = max(most_flow, slices.flow[k]);
+    return amount > kSlipIntake ? min(amount, fraction_q16(kSlipIntake, fraction_q16(most_flow, flow_sum))) : amount;
+}
+
+// Moves an amount of a span's soil along its slices, from the top down, a voxel at a time.
+void shed_soil(int slot, int x, int y, int bottom, int top, int wanted, int curve, Failure failure, Slices slices) {
+    int amount = wanted;
+    int lowest = max(bottom >> 16, ((top - 1) >> 16) - kSlipDepth);
+    for (int z = (top - 1) >> 16; z >= lowest && amount > 0; --z) {
+        int source = voxel_at(slot, x, y, z);
+        int held = state_at(kPlaneVolume, source);
+        int taken = min(amount, held);
+        if (taken <= 0) continue;
+        int below = curve_of(source);
+        if ((below != curve || below < 0) &&
+            wedge_at(below, source, failure.slope) <= standing_wedge(source, slot, ivec3(x, y, z))) {
+            break;  // what lies on top slides off it
+        }
+        amount -= taken;
+        int fraction = fraction_q16(taken, held);
+        for (int k = 0; k < 8; ++k) {
+            if (slices.flow[k] > 0 && !is_closed(slices.target[k])) {
+                move_soil(source, slices.target[k], mul_q16(fraction, fraction_q16(slices.flow[k], failure.flow)), true);
+            }
+        }
+    }
+}
+
+// Lets span i of a column slip where it fails; whether it has a speed then. steepest: no facet around it is steeper.
+// slid: the column has speeds of the pass before.
+bool slip_span(int slot, int lane, int i, int bottom, int top, int steepest, bool is_topmost, bool slid) {
+    ivec3 at = ivec3(lane & 7, lane >> 3, (top - 1) >> 16);
+    int source = voxel_at(slot, at.x, at.y, at.z);
+    int curve = curve_of(source);
+    int stands = standing_wedge(source, slot, at);
+    if (wedge_at(curve, source, steepest) <= stands) return false;  // the steeper a slope, the higher its wedge
+    Slices slices;
+    if (!find_slices(slot, at.x, at.y, bottom, top, i > 0, slices)) return false;
+    Failure failure = find_failure(curve, source, stands, slices);
+    if (failure.wedge == 0) return false;
+    ATOMIC_MAX(result[kResultSlope], failure.wedge);
+    // Even where nothing can leave: the next pass looks again. Others may see this mark in this pass or in the next: where
+    // nothing fails looking changes nothing.
+    stamp_column(slot, lane);
+    if (is_held_up(slot, source, at)) return false;
+    int column = slot * kTileColumns + lane;
+    int wedge = failure.wedge;
+    // What slides with its momentum slips so little that it keeps that.
+    if (params.slides != 0 && is_topmost && spans[column_word(kColumnSurface, column)] == top) {
+        if (params.slide_kick > 0) set_sliding(slot, at.x, at.y, top, source, failure.fall, failure.slope);
+        wedge = min(wedge, kSlideCreep);
+    }
+    // Soil that slides on into this column brings its speed along.
+    int record = column * kColumnWords;
+    int speed = max(slid ? spans[speed_read(record, i)] : 0, fastest_around(slot, at.x, at.y));
+    // thesis (9), and no more than a quarter of the wedge at once, so that nothing overshoots.
+    speed = min(speed + acceleration_at(curve, source, failure.slope) / params.substep_count, kOneQ16);
+    spans[speed_write(record, i)] = speed;
+    int amount = slip_amount(wedge, speed, failure.flow, slices);
+    shed_soil(slot, at.x, at.y, bottom, top, amount, curve, failure, slices);
+    return speed != 0;
+}
+
+// Whether a span of a column has a speed of the pass before.
+bool has_speed(int record) {
+    for (int i = 0; i < kSpanCapacity; ++i) {
+        if (spans[speed_read(record, i)] != 0) return true;
+    }
+    return false;
+}
+
 // A slope fails or stands by its own column and those it could slide to. Where none of them has changed since a pass looked over
 // the same way, and it stood, it stands.
 int slip_soil_lanes(int group, int half_at) {
@@ -241,150 +424,25 @@ int slip_soil_lanes(int group, int half_at) {
 
 void slip_soil(int group, int lane) {
     int slot = entry_slot(block_list[params.list_offset + group]);
-    int x = lane & 7;
-    int y = lane >> 3;
-    int record = (slot * kTileColumns + lane) * kColumnWords;
-    int single = spans[column_word(kColumnSingle, slot * kTileColumns + lane)];
-    int slides_at = column_word(kColumnSlides, slot * kTileColumns + lane);
+    int column = slot * kTileColumns + lane;
+    int record = column * kColumnWords;
+    int single = spans[column_word(kColumnSingle, column)];
+    bool is_single = single != kNotSingle;
+    int slides_at = column_word(kColumnSlides, column);
     bool slid = spans[slides_at] != 0;
-    bool slides = false;
     // Others read these speeds in this pass: as long as one is not 0 the column slides. The next pass has to end it.
-    for (int i = 0; slid && i < kSpanCapacity; ++i) {
-        slides = slides || spans[speed_read(record, i)] != 0;
-    }
+    bool slides = slid && has_speed(record);
     if (slides) stamp_column(slot, lane);
-    int count = single != kNotSingle ? 1 : spans[record + kColumnCount];
+    int count = is_single ? 1 : spans[record + kColumnCount];
     for (int i = 0; i < count; ++i) {
         int at = record + kColumnSpans + i * kSpanWords;
-        int bottom = single != kNotSingle ? 0 : spans[at + kSpanBottom];
-        int top = single != kNotSingle ? single : spans[at + kSpanTop];
+        int bottom = is_single ? 0 : spans[at + kSpanBottom];
+        int top = is_single ? single : spans[at + kSpanTop];
         if (slid) spans[speed_write(record, i)] = 0;
-        if ((single == kNotSingle && spans[at + kSpanKind] != kSpanPiled) || top <= bottom) {
-            continue;
-        }
-        int steepest = single != kNotSingle && params.slip_stride == 1 ? steepest_drop(slot, x, y, top) : kAnyDrop;
+        if (top <= bottom || (!is_single && spans[at + kSpanKind] != kSpanPiled)) continue;
+        int steepest = is_single && params.slip_stride == 1 ? steepest_drop(slot, lane & 7, lane >> 3, top) : kAnyDrop;
         if (steepest <= 0) continue;
-        int source = voxel_at(slot, x, y, (top - 1) >> 16);
-        int curve = curve_of(source);
-        int stands = standing_wedge(source, slot, ivec3(x, y, (top - 1) >> 16));
-        if (wedge_at(curve, source, steepest) <= stands) {
-            continue;  // the steeper a slope, the higher its wedge
-        }
-        bool on_rigid = i > 0;
-        int drop[8];
-        int target[8];
-        int flow[8];
-        bool any_drop = false;
-        for (int k = 0; k < 8; ++k) {
-            ivec2 way = way_to(k);
-            int voxel = -1;
-            drop[k] = way_drop(slot, x, y, way.x, way.y, bottom, top, on_rigid, voxel);
-            target[k] = voxel;
-            flow[k] = 0;
-            any_drop = any_drop || drop[k] > 0;
-        }
-        if (!any_drop) continue;
-        int worst = 0;        // wedge height of the steepest facet
-        int worst_slope = 0;
-        ivec2 fall = ivec2(0);  // its direction, Q16: the sum of those that are as steep
-        int steep_count = 0;
-        int sum = 0;
-        for (int k = 0; k < 8; ++k) {
-            int axis = k & 6;                       // 0 2 4 6
-            int diagonal = (k & 1) == 0 ? axis + 1 : (axis + 7) & 7;
-            int along = drop[axis];
-            int across = drop[diagonal] > 0 ? drop[diagonal] - along : -1;
-            int slope = 0;
-            int to_diagonal = 0;                    // share of the flow, Q16
-            if (along > 0) {
-                if (across <= 0) {
-                    slope = along;
-                } else if (across > along) {
-                    slope = mul_q16(drop[diagonal], kDiagonalInverse);  // over sqrt(2)
-                    to_diagonal = kOneQ16;
-                } else if (wedge_at(curve, source, along + across / 2 + 1) > stands) {  // no slope of these two is steeper
-                    slope = slope_length(along, across);
-                    to_diagonal = fraction_q16(across, along);
-                }
-            } else if (drop[diagonal] > 0) {
-                slope = mul_q16(drop[diagonal], kDiagonalInverse);
-                to_diagonal = kOneQ16;
-            }
-            if (slope == 0) continue;
-            int wedge = wedge_at(curve, source, slope);
-            if (wedge <= stands) continue;
-            if (wedge > worst) {
-                worst = wedge;
-                worst_slope = slope;
-                fall = ivec2(0);
-                steep_count = 0;
-            }
-            if (wedge == worst && params.slides != 0) {  // for set_sliding()
-                // Along the axis and across it: see the eight neighbours above.
-                ivec2 axis_way = way_to(axis);
-                ivec2 side_way = way_to(diagonal) - axis_way;
-                int length = slope_length(kOneQ16, to_diagonal);
-                fall = fall + axis_way * fraction_q16(kOneQ16, length) + side_way * fraction_q16(to_diagonal, length);
-                steep_count += 1;
-            }
-            wedge = wedge >> 4;                     // sums of 8 stay in range
-            int part = mul_q16(wedge, to_diagonal);
-            flow[diagonal] += part;
-            flow[axis] += wedge - part;
-            sum += wedge;
-        }
-        if (worst == 0) continue;
-        ATOMIC_MAX(result[kResultSlope], worst);
-        int viscosity = params.deposits == 0 ? 0 : mixed_word(source, 0, kTableViscosity);
-        if (viscosity > 0 && viscosity > voxel_chance(grid_voxel(slot, x, y, (top - 1) >> 16))) {
-            // Not in this pass. It is no soil at rest for all that: the next pass looks again, and its block stays awake.
-            stamp_column(slot, lane);
-            ATOMIC_MAX(block_flags[flag_index(kFlagChanged, source >> 9)], params.step_stamp);
-            continue;
-        }
-        // What slides with its momentum slips so little that it keeps that.
-        if (params.slides != 0 && i == count - 1 && spans[column_word(kColumnSurface, slot * kTileColumns + lane)] == top) {
-            if (params.slide_kick > 0) set_sliding(slot, x, y, top, source, fall / max(1, steep_count), worst_slope);
-            worst = min(worst, kSlideCreep);
-        }
-        // Even where nothing can leave. Others may see this mark in this pass or in the next: where nothing fails looking
-        // changes nothing.
-        stamp_column(slot, lane);
-        // Soil that slides on into this column brings its speed along.
-        int speed = slid ? spans[speed_read(record, i)] : 0;
-        for (int k = 0; k < 9; ++k) {
-            speed = max(speed, column_speed(slot, x + k % 3 - 1, y + k / 3 - 1));
-        }
-        // thesis (9), and no more than a quarter of the wedge at once, so that nothing overshoots.
-        speed = min(speed + acceleration_at(curve, source, worst_slope) / params.substep_count, kOneQ16);
-        spans[speed_write(record, i)] = speed;
-        slides = slides || speed != 0;
-        int rate = min(max(speed / params.substep_count, params.slip_rate_least), params.slip_rate_most);
-        // As if columns that far apart were neighbours.
-        int amount = min(mul_q16(worst, rate) * params.slip_stride, kSlipDepth * kVoxelFull) + 1;  // thesis (10)
-        int most_flow = 0;
-        for (int k = 0; k < 8; ++k) most_flow = max(most_flow, flow[k]);
-        if (amount > kSlipIntake) amount = min(amount, fraction_q16(kSlipIntake, fraction_q16(most_flow, sum)));
-        // From the top down, a voxel at a time.
-        int lowest = max(bottom >> 16, ((top - 1) >> 16) - kSlipDepth);
-        for (int z = (top - 1) >> 16; z >= lowest && amount > 0; --z) {
-            source = voxel_at(slot, x, y, z);
-            int held = state_at(kPlaneVolume, source);
-            int taken = min(amount, held);
-            if (taken <= 0) continue;
-            int below = curve_of(source);
-            if ((below != curve || below < 0) &&
-                wedge_at(below, source, worst_slope) <= standing_wedge(source, slot, ivec3(x, y, z))) {
-                break;  // what lies on top slides off it
-            }
-            amount -= taken;
-            int fraction = fraction_q16(taken, held);
-            for (int k = 0; k < 8; ++k) {
-                if (flow[k] > 0 && !is_closed(target[k])) {
-                    move_soil(source, target[k], mul_q16(fraction, fraction_q16(flow[k], sum)), true);
-                }
-            }
-        }
+        slides = slip_span(slot, lane, i, bottom, top, steepest, i == count - 1, slid) || slides;
     }
     if (slides != slid) spans[slides_at] = slides ? 1 : 0;
 }
