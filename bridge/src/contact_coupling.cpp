@@ -11,7 +11,7 @@
 
 namespace bsoil::bullet {
 
-/// Contacts that one thread takes at least.
+/// A thread takes at least this many contacts.
 constexpr size_t kRangeContacts = 512;
 
 ContactCoupling::ContactCoupling(btDiscreteDynamicsWorld& world, ContactSoil soil,
@@ -227,9 +227,8 @@ const BodyState* ContactCoupling::state_of(int id) const {
     return rank < 0 ? nullptr : by_id_[static_cast<size_t>(rank)];
 }
 
-/// The law knows no force at no depth. What lies on soil that hardly gives way was held by
-/// FirstContacts, which knows only what is awake: asleep it stays held as it was, as long as it
-/// touches soil.
+/// The law gives no force at zero depth. On stiff soil FirstContacts holds a body instead, but only
+/// while it is awake. A body that fell asleep keeps the patches that held it while it touches soil.
 bool ContactCoupling::stays_held(const BodyWork& work) {
     const CoupledBody& coupled = *work.coupled;
     return coupled.body.is_asleep && work.found.patches().empty() && work.contact.area_m2 > 0 &&
@@ -295,8 +294,8 @@ void ContactCoupling::update_motions(CoupledBody& coupled, std::span<const Conta
     }
 }
 
-/// Bullet's islands wake rigid bodies together. They do not wake what rests on a driven body, nor a
-/// multibody: this does.
+/// Bullet wakes all rigid bodies of an island together. It wakes no body that rests on a driven
+/// body, and no multibody. This function does.
 void ContactCoupling::keep_awake_with_carriers(CoupledBody& coupled) {
     if (coupled.patches.empty()) return;
     const bool is_link = coupled.body.role == BodyRole::link;
@@ -315,8 +314,8 @@ void ContactCoupling::keep_awake_with_carriers(CoupledBody& coupled) {
     }
 }
 
-/// A body's elements are a voxel apart, so its lowest point may lie below the deepest of them: by a
-/// voxel at most. A point further down is of another part of the body, beside the soil.
+/// A body's elements are a voxel apart, so its lowest point may lie below the deepest element, by
+/// at most a voxel. A point further down belongs to a part of the body that is beside the soil.
 double ContactCoupling::sinkage_m(const BodyState& body, const BodyContact& contact) const {
     if (!(contact.depth_m > 0) || !body.object) return contact.depth_m;
     const std::optional<double> lowest_m = lowest_height_m(
@@ -359,7 +358,7 @@ void ContactCoupling::replace_patches(CoupledBody& coupled, std::span<const Cont
             next.carrier_offset_m = p.point_m - under_m;
             next.carrier_shear_offset_m = p.shear_point_m - under_m;
         }
-        // Without an old patch the body has just come in, and the soil yields.
+        // A patch without a predecessor is a new contact, and the soil there yields.
         next.friction_normal_n = p.normal_limit_n;
         new_places_.push_back(next);
     }

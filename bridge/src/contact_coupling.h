@@ -72,15 +72,15 @@ class ContactCoupling {
 
   private:
     friend class CouplingSnapshot;
-    /// A body's part of set_contacts. What it takes from the contacts is found for many bodies at
-    /// the same time; before and after that they are looked at one by one.
+    /// What set_contacts does for one body. It finds the contacts of many bodies in parallel; the
+    /// work before and after that goes body by body.
     struct BodyWork {
         enum class Kind {
             moved,
-            /// It slept in the last step as well. What holds it up stays as it was when it fell
-            /// asleep; looked at is only whether the soil beside it could still give as much. Its
-            /// width stays too: depth and width of a contact follow from each other, and their last
-            /// bits may go round for good.
+            /// It slept in the last step as well. The patches that hold it stay as they were when
+            /// it fell asleep. This step only asks whether the soil beside it could still give as
+            /// much. The width stays too: depth and width of a contact follow from each other, and
+            /// their last bits could alternate forever.
             slept,
             kept,  ///< it slept, and its contacts are those of the last step
         };
