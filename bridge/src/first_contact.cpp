@@ -11,9 +11,10 @@
 namespace bsoil::bullet {
 namespace {
 
-/// A body is looked at this much deeper than it falls in a vacuum. Ours: so that the last part of
-/// the way has something to interpolate. More: its underside is sampled deeper than it ever gets.
-constexpr double kSpareWay = 1.01;
+/// The table of resistance reaches this much deeper than the body would fall in a vacuum. Ours: the
+/// last part of the path needs a point behind it to interpolate. Larger: the underside is sampled
+/// deeper than it ever gets.
+constexpr double kSparePath = 1.01;
 
 Aabb box_of(const btCollisionObject& object, Vec3 shift_m) {
     btVector3 low, high;
@@ -95,7 +96,7 @@ void FirstContacts::open(btDiscreteDynamicsWorld& world, btRigidBody& body, doub
     const BodyState* state = collector_.meet(world, body);
     if (!state) return;
     const auto known = bodies_.find(state->id);
-    // The soil makes way for a body that it holds: its surface is where it was met.
+    // A body that the soil holds has displaced it: the surface stays where the body met it.
     const BodyReport report = coupling_.report(state->id);
     const bool is_held = report.sinkage_m > 0;
     if (known == bodies_.end() && (is_held || is_over_carrier({box.min - fall_m * up_, box.max}))) {
@@ -128,13 +129,13 @@ std::optional<FirstContacts::Approach> FirstContacts::approach(const BodyState& 
     const btRigidBody& body = *static_cast<const btRigidBody*>(state.object);
     const Vec3 n = falling.surface.plane.normal;
     const BodyMotion& motion = state.motion;
-    // Along the plane's normal, downwards. First the way of the centre of mass.
+    // Downwards along the plane's normal. First the path of the centre of mass.
     const double driven_m_s2 = -dot(acceleration_m_s2, n);
     const double size_m = length(box_of(body, {}).max - box_of(body, {}).min);
     const double fastest_m_s =
         -dot(motion.linear_velocity_m_s, n) + length(motion.angular_velocity_rad_s) * size_m / 2;
     const double most_m =
-        kSpareWay *
+        kSparePath *
         std::max(0.0, substep_s * (fastest_m_s + falling.lead_m_s + 0.5 * substep_s * driven_m_s2));
     if (!(most_m > 0)) return {};
     Pose deepest = motion.pose;

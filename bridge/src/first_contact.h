@@ -15,12 +15,12 @@
 
 namespace bsoil::bullet {
 
-/// The soil's contacts are as old as its last step, and a body that falls moves by more than the
-/// depth of its impact in that time. So a body that comes from above is held by what its underside
-/// will meet during Bullet's substep: its motion through that is solved, and the limits of its rows
-/// are such that Bullet takes it where the solution ends. After that the soil's contacts hold it.
-/// A body on joints is not free, and soil that a body carries gives way with it: they meet in the
-/// soil's own step.
+/// The soil's contacts are as old as its last step. In that time a falling body moves further than
+/// its impact is deep. So FirstContacts finds what the underside of a body from above will meet
+/// during Bullet's substep, and solves its motion through that. It sets the limits of the body's
+/// rows so that Bullet takes it to where the solution ends. After that the soil's contacts hold it.
+/// Two cases wait for the soil's own step: a body on joints, which is not free, and soil that a
+/// body carries, which yields together with its carrier.
 class FirstContacts {
   public:
     /// The references must outlive this.
@@ -42,8 +42,8 @@ class FirstContacts {
     friend class CouplingSnapshot;
     struct Falling {
         SurfaceSoil surface;
-        /// Bullet's speed into the soil is that of the substep's middle; at its end the body is so
-        /// much faster.
+        /// Bullet's speed into the soil is that of the substep's middle. At its end the body is
+        /// faster by this much.
         double lead_m_s = 0;
         double next_lead_m_s = 0;  ///< once the substep is through
         double speed_m_s = 0;      ///< into the soil, at its end
@@ -55,7 +55,7 @@ class FirstContacts {
     void find_carriers(const btDiscreteDynamicsWorld& world, std::span<const BodyLoad> loads);
     bool is_over_carrier(const Aabb& box) const;
     void open(btDiscreteDynamicsWorld& world, btRigidBody& body, double substep_s);
-    /// A body on its way into the soil; impact_ is started for it.
+    /// A body that moves into the soil; impact_ is started for it.
     struct Approach {
         Fall fall;
         double bullet_m_s = 0;  ///< Bullet's speed of the point that meets the soil, into it

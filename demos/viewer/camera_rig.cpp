@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace bsoil::viewer {
 namespace {
@@ -53,7 +54,7 @@ void CameraRig::set_mode(CameraMode mode, const Pose& body) {
 void CameraRig::turn(double yaw_rad, double pitch_rad) {
     double& yaw = mode_ == CameraMode::cab ? head_yaw_rad_ : yaw_rad_;
     double& pitch = mode_ == CameraMode::cab ? head_pitch_rad_ : pitch_rad_;
-    yaw = std::remainder(yaw + yaw_rad, 2 * 3.14159265358979);
+    yaw = std::remainder(yaw + yaw_rad, 2 * std::numbers::pi);
     pitch = std::clamp(pitch + pitch_rad, -kPitchMost, kPitchMost);
 }
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace bsoil::viewer {
 namespace {
@@ -129,8 +130,9 @@ void lay_out_drive(ViewState& state, Widgets& widgets) {
         const double position = static_cast<size_t>(lever.joint) < state.status.levers.size()
                                     ? state.status.levers[static_cast<size_t>(lever.joint)].position
                                     : 0.0;
-        std::string text = lever.slides ? fmt::format("{:.3f} m", position)
-                                        : fmt::format("{:.1f} deg", position * 57.29577951308232);
+        std::string text = lever.slides
+                               ? fmt::format("{:.3f} m", position)
+                               : fmt::format("{:.1f} deg", position * 180 / std::numbers::pi);
         if (!lever.is_wheel()) {
             if (arm < std::size(kKeyNames)) text += fmt::format("   keys {}", kKeyNames[arm]);
             ++arm;

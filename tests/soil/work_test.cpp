@@ -1,4 +1,6 @@
 // How much the passes look at: counts, the same on every machine.
+#include <numbers>
+
 #include "device/kernel_set.h"
 #include "moving_scene.h"
 #include "soil/soil_kernels.h"
@@ -78,7 +80,7 @@ TEST(Work, a_long_body_aslant_is_looked_at_where_it_is) {
     const auto soil = make_soil(cpu_def(grid_def(64, 64, 64)));
     ASSERT_TRUE(soil);
     ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {64, 64, 50})));
-    constexpr double kQuarter = 3.14159265358979 / 4;
+    constexpr double kQuarter = std::numbers::pi / 4;
     std::vector<Mover> movers;
     movers.emplace_back(1, box_shape(Vec3{30, 1, 1} * 0.05), Vec3{32, 32, 32} * 0.05);
     movers.back().body.pose.rotation = turn({0, 0, 1}, kQuarter) * turn({0, 1, 0}, -kQuarter);

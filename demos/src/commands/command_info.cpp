@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <numbers>
 
 #include "bsoil/backend_choice.h"
 #include "bsoil/device_info.h"
@@ -34,8 +35,8 @@ int info(const DeviceOptions& options) {
     fmt::print("materials\n");
     for (const MaterialDef& m : materials::all()) {
         fmt::print("  {:<12} {:6.0f} kg/m3, phi {:4.1f} deg, c {:6.0f} Pa, tool friction {:.2f}\n",
-                   m.name, m.density_kg_m3, m.friction_angle_rad * 57.29577951308232, m.cohesion_pa,
-                   m.tool_friction);
+                   m.name, m.density_kg_m3, m.friction_angle_rad * 180 / std::numbers::pi,
+                   m.cohesion_pa, m.tool_friction);
     }
     return kPassed;
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "scene/spelling.h"
 
@@ -20,13 +21,13 @@ struct UnitSuffix {
 };
 constexpr std::array kForeignUnits{
     UnitSuffix{"mm", "m", 1e-3},        UnitSuffix{"cm", "m", 1e-2},
-    UnitSuffix{"km", "m", 1e3},         UnitSuffix{"rad", "deg", 180 / 3.14159265358979323846},
+    UnitSuffix{"km", "m", 1e3},         UnitSuffix{"rad", "deg", 180 / std::numbers::pi},
     UnitSuffix{"g", "kg", 1e-3},        UnitSuffix{"t", "kg", 1e3},
     UnitSuffix{"ms", "s", 1e-3},        UnitSuffix{"min", "s", 60},
     UnitSuffix{"kpa", "pa", 1e3},       UnitSuffix{"mpa", "pa", 1e6},
     UnitSuffix{"kn", "n", 1e3},         UnitSuffix{"kn_m", "n_m", 1e3},
     UnitSuffix{"g_cm3", "kg_m3", 1e3},  UnitSuffix{"t_m3", "kg_m3", 1e3},
-    UnitSuffix{"km_h", "m_s", 1 / 3.6}, UnitSuffix{"rad_s", "deg_s", 180 / 3.14159265358979323846},
+    UnitSuffix{"km_h", "m_s", 1 / 3.6}, UnitSuffix{"rad_s", "deg_s", 180 / std::numbers::pi},
     UnitSuffix{"rpm", "deg_s", 6},
 };
 /// The suffixes scenes use, longest first.

@@ -88,10 +88,10 @@ struct ContactVoxel {
     double depth_m = 0;
     double gap_m = 0;     ///< to the soil beside the face, where that has drawn back; 0..2 voxels
     double touching = 1;  ///< share 0..1 of area_m2 that touches the soil: touching_share()
-    /// Excess soil per area, beyond what is under way through the voxel: elastic push-in of the
-    /// surface; >= 0.
+    /// Excess soil per area, less what is in transit through the voxel. It is how far the body has
+    /// pushed the surface in elastically; >= 0.
     double compression_m = 0;
-    /// That the element's strength is reckoned from: depth_m, at least compression_m.
+    /// The law computes the element's strength from this depth: depth_m, at least compression_m.
     double bearing_depth_m = 0;
     int material = 0;  ///< index into SoilDef::material_list()
     /// Of the soil beside the body, mean along the way out: 0 loose, 1 compacted; negative where

@@ -25,14 +25,15 @@ void decode_contacts(std::span<const int32_t> words, std::vector<ContactOrder>& 
                      std::vector<ContactRecord>& out, const WorkThreads* threads) {
     constexpr int kBits = 21;  // of a place or a body's index
     static_assert(limits::kGridSideMax < 1 << kBits && limits::kBodyCapacity < 1 << kBits);
-    static_assert(kOnGround == -1 && kContactAt == 0 && kContactBody == 3 && kContactKey == 4);
+    static_assert(kOnGround == -1);
     order.resize(words.size() / kContactWords);
     for_ranges(threads, order.size(), kRangeContacts, [&](size_t first, size_t last) {
         for (size_t i = first; i < last; ++i) {
             const int32_t* c = &words[i * kContactWords];
             const auto word = [c](int at) { return static_cast<uint64_t>(c[at]); };
-            order[i] = {(word(kContactCarrier) + 1) << 32 | word(0),
-                        (word(1) << kBits | word(2)) << kBits | word(kContactBody), i};
+            const uint64_t x = word(kContactAt), y = word(kContactAt + 1), z = word(kContactAt + 2);
+            order[i] = {(word(kContactCarrier) + 1) << 32 | x,
+                        (y << kBits | z) << kBits | word(kContactBody), i};
         }
     });
     std::sort(order.begin(), order.end(), [](const ContactOrder& a, const ContactOrder& b) {

@@ -7,7 +7,7 @@
 
 #include "snapshot_worlds.h"
 
-namespace bsoil::bullet::snapshot_test {
+namespace bsoil::bullet::world_snapshot_test {
 namespace {
 
 /// Bodies that the soil does not carry lie on its surface while a heap of it slumps: their contacts
@@ -281,4 +281,4 @@ TEST_F(WorldSnapshot, a_world_that_has_blown_up_can_be_put_back) {
 }
 
 }  // namespace
-}  // namespace bsoil::bullet::snapshot_test
+}  // namespace bsoil::bullet::world_snapshot_test

@@ -5,7 +5,7 @@
 
 #include "soil_fixture.h"
 
-namespace bsoil::contact_faces_test {
+namespace bsoil::faces_in_the_grid_test {
 namespace {
 
 constexpr double kVoxel = 0.05;
@@ -98,4 +98,4 @@ TEST_F(ContactFaces, a_soles_edge_touches_though_its_flank_does_not) {
 }
 
 }  // namespace
-}  // namespace bsoil::contact_faces_test
+}  // namespace bsoil::faces_in_the_grid_test

@@ -7,7 +7,7 @@
 
 #include "sand_bed.h"
 
-namespace bsoil::bullet::ground_bodies_test {
+namespace bsoil::bullet::static_bodies_test {
 namespace {
 
 constexpr double kTopM = 0.5;  ///< of the sand
@@ -191,4 +191,4 @@ INSTANTIATE_TEST_SUITE_P(Level, GroundBodies,
                          ground_name);
 
 }  // namespace
-}  // namespace bsoil::bullet::ground_bodies_test
+}  // namespace bsoil::bullet::static_bodies_test
