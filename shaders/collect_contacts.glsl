@@ -23,6 +23,112 @@ int body_half(int slot, int dx, int dy, int level, int half_at) {
     return other < 0 ? 0 : mask_half(other * params.blocks_per_tile + level, kMaskBody, half_at);
 }
 
+// The voxel that lies n voxels further out of a body.
+int voxel_outwards(int slot, ivec3 at, ivec3 inwards, int n) {
+    return voxel_at(slot, at.x - n * inwards.x, at.y - n * inwards.y, at.z - n * inwards.z);
+}
+
+// Height above which a column and the four beside it hold no soil, so that there is nothing to touch.
+int soil_top_around(int slot, int x, int y) {
+    int top = -1;
+    for (int n = 0; n < 5; ++n) {
+        int beside = column_at(slot, x + (n == 1 ? 1 : n == 2 ? -1 : 0), y + (n == 3 ? 1 : n == 4 ? -1 : 0));
+        top = max(top, beside < 0 ? -1 : spans[column_word(kColumnSoilTop, beside)]);
+    }
+    return top;
+}
+
+// Adds the soil in a voxel to the load of the body that carries it.
+void add_load(int body, int voxel, ivec3 place) {
+    int load = kResultHeader + body * kLoadWords;
+    int mass = mass_at(voxel);
+    mass = (mass + min(water_at(voxel), max(0, kVoxelMost - mass))) / kLoadPart;
+    add_wide(load + kLoadMass, mass);
+    add_mass_moment(load + kLoadMoment, mass, place.x);
+    add_mass_moment(load + kLoadMoment + 2, mass, place.y);
+    add_mass_moment(load + kLoadMoment + 4, mass, place.z);
+}
+
+// The step along an axis into the body: outwards is where coverage falls most.
+ivec3 step_inwards(ivec3 gradient) {
+    int most = largest_component(gradient);
+    if (abs(gradient.z) == most) return ivec3(0, 0, sign(gradient.z));
+    if (abs(gradient.x) == most) return ivec3(sign(gradient.x), 0, 0);
+    return ivec3(0, sign(gradient.y), 0);
+}
+
+// The body whose surface is in a voxel; -1 where there is none, or a small one.
+int body_beside(int slot, ivec3 at, int voxel, ivec3 inwards) {
+    int inner = voxel_outwards(slot, at, inwards, -1);
+    int body = owner_body(state_at(kPlaneOwner, voxel));
+    if (body < 0 && inner >= 0) body = owner_body(state_at(kPlaneOwner, inner));
+    return body >= 0 && shapes[body * kBodyWords + kBodyPlace] != 0 ? -1 : body;
+}
+
+// The voxel whose soil the body meets: the fullest of three outwards. It tells what that soil rests on; soil in a voxel that is
+// mostly body rests on the body as much as on the ground.
+int soil_outwards(int slot, ivec3 at, int voxel, ivec3 inwards, OUT(int) support) {
+    int soil_voxel = voxel;
+    int fullest = 0;
+    support = kSupportNone;
+    for (int n = 0; n <= 2; ++n) {
+        int beside = voxel_outwards(slot, at, inwards, n);
+        if (beside >= 0 && body_coverage(beside) < kSolidCoverage && state_at(kPlaneVolume, beside) > fullest) {
+            fullest = state_at(kPlaneVolume, beside);
+            soil_voxel = beside;
+            support = state_at(kPlaneSupport, beside);
+        }
+    }
+    return soil_voxel;
+}
+
+// Relative density of the soil outwards, as if it were all of one kind.
+int density_outwards(int slot, ivec3 at, int body, int soil_voxel, ivec3 inwards) {
+    int loose = loose_of_range(soil_voxel);
+    if (loose <= 0) return kDensityFixed;
+    int mass = 0;
+    int held = 0;
+    for (int n = 0; n <= shapes[body * kBodyWords + kBodyReach]; ++n) {
+        int beside = voxel_outwards(slot, at, inwards, n);
+        if (beside >= 0) {
+            mass += mass_at(beside);
+            held += state_at(kPlaneVolume, beside);
+        }
+    }
+    return relative_density(soil_voxel, loose, mass, held);
+}
+
+// The words of a record that say how the surface lies to the soil.
+void write_surface(int record, int slot, ivec3 at, int voxel, ivec3 gradient, ivec3 inwards) {
+    result[record + kContactGradient] = gradient.x;
+    result[record + kContactGradient + 1] = gradient.y;
+    result[record + kContactGradient + 2] = gradient.z;
+    // At an edge the soil beside one face says nothing of that beside the other.
+    int gap = gap_beside(slot, at, voxel, inwards);
+    result[record + kContactGap] = gradient.x == 0 ? gap : gap_beside(slot, at, voxel, ivec3(sign(gradient.x), 0, 0));
+    result[record + kContactGap + 1] = gradient.y == 0 ? gap : gap_beside(slot, at, voxel, ivec3(0, sign(gradient.y), 0));
+    result[record + kContactGap + 2] = gradient.z == 0 ? gap : gap_beside(slot, at, voxel, ivec3(0, 0, sign(gradient.z)));
+    result[record + kContactExcess] = max(0, state_at(kPlaneVolume, voxel) + coverage_at(voxel) - kVoxelFull);
+}
+
+// Adds a record where a voxel has a body's surface and soil that meets it.
+void collect_contact(int slot, ivec3 at, int voxel) {
+    ivec3 gradient = body_gradient(slot, at.x, at.y, at.z);
+    if (largest_component(gradient) == 0) return;
+    ivec3 inwards = step_inwards(gradient);
+    int body = body_beside(slot, at, voxel, inwards);
+    if (body < 0) return;
+    int support = kSupportNone;
+    int soil_voxel = soil_outwards(slot, at, voxel, inwards, support);
+    int outer = voxel_outwards(slot, at, inwards, 1);
+    int volume = state_at(kPlaneVolume, voxel) + (outer < 0 ? 0 : state_at(kPlaneVolume, outer));
+    // Soil that falls bears nothing, and what lies on a body moves with it.
+    if (volume == 0 || support == kSupportNone || support == kSupportBody + body) return;
+    int density = density_outwards(slot, at, body, soil_voxel, inwards);
+    int record = add_contact(grid_voxel(slot, at.x, at.y, at.z), body, soil_voxel, density);
+    if (record != 0) write_surface(record, slot, at, voxel, gradient, inwards);
+}
+
 // Where there is a body in the voxel or in one of the six beside it, or soil that a body may carry.
 int collect_contacts_lanes(int group, int half_at) {
     int block = block_list[params.list_offset + group];
@@ -52,86 +158,13 @@ void collect_contacts(int group, int lane) {
     int x = lane & 7;
     int y = lane >> 3;
     if (!is_in_grid(slot, x, y)) return;
-    // Above all soil here and beside there is nothing to touch.
-    int top = -1;
-    for (int n = 0; n < 5; ++n) {
-        int beside = column_at(slot, x + (n == 1 ? 1 : n == 2 ? -1 : 0), y + (n == 3 ? 1 : n == 4 ? -1 : 0));
-        top = max(top, beside < 0 ? -1 : spans[column_word(kColumnSoilTop, beside)]);
-    }
+    int top = soil_top_around(slot, x, y);
     for (int i = 0; i < 8 && z0 + i <= top; ++i) {
-        int z = z0 + i;
         int voxel = block * kBlockVoxels + i * kTileColumns + lane;
         int support = state_at(kPlaneSupport, voxel);
         if (support >= kSupportBody && state_at(kPlaneVolume, voxel) > 0) {
-            int load = kResultHeader + (support - kSupportBody) * kLoadWords;
-            int mass = mass_at(voxel);
-            mass = (mass + min(water_at(voxel), max(0, kVoxelMost - mass))) / kLoadPart;
-            ivec3 at = grid_voxel(slot, x, y, z);
-            add_wide(load + kLoadMass, mass);
-            add_mass_moment(load + kLoadMoment, mass, at.x);
-            add_mass_moment(load + kLoadMoment + 2, mass, at.y);
-            add_mass_moment(load + kLoadMoment + 4, mass, at.z);
+            add_load(support - kSupportBody, voxel, grid_voxel(slot, x, y, z0 + i));
         }
-        ivec3 gradient = body_gradient(slot, x, y, z);
-        int most = largest_component(gradient);
-        if (most == 0) continue;
-        // Outwards is where coverage falls.
-        ivec3 inwards = ivec3(0);
-        if (abs(gradient.z) == most) {
-            inwards.z = sign(gradient.z);
-        } else if (abs(gradient.x) == most) {
-            inwards.x = sign(gradient.x);
-        } else {
-            inwards.y = sign(gradient.y);
-        }
-        int outer = voxel_at(slot, x - inwards.x, y - inwards.y, z - inwards.z);
-        int inner = voxel_at(slot, x + inwards.x, y + inwards.y, z + inwards.z);
-        int body = owner_body(state_at(kPlaneOwner, voxel));
-        if (body < 0 && inner >= 0) body = owner_body(state_at(kPlaneOwner, inner));
-        if (body < 0 || shapes[body * kBodyWords + kBodyPlace] != 0) continue;
-        // What the soil here rests on is told by the fullest of three voxels on the way out; soil in a voxel that is
-        // mostly body rests on the body as much as on the ground.
-        int soil_voxel = voxel;
-        support = kSupportNone;
-        int fullest = 0;
-        for (int k = 0; k <= 2; ++k) {
-            int beside = voxel_at(slot, x - k * inwards.x, y - k * inwards.y, z - k * inwards.z);
-            if (beside >= 0 && body_coverage(beside) < kSolidCoverage &&
-                state_at(kPlaneVolume, beside) > fullest) {
-                fullest = state_at(kPlaneVolume, beside);
-                soil_voxel = beside;
-                support = state_at(kPlaneSupport, beside);
-            }
-        }
-        int volume = state_at(kPlaneVolume, voxel) + (outer < 0 ? 0 : state_at(kPlaneVolume, outer));
-        // Soil that falls bears nothing, and what lies on a body moves with it.
-        if (volume == 0 || support == kSupportNone || support == kSupportBody + body) continue;
-        // Relative density of the soil along the way out, as if it were all of one kind.
-        int density = kDensityFixed;
-        int loose = loose_of_range(soil_voxel);
-        if (loose > 0) {
-            int mass = 0;
-            int held = 0;
-            for (int k = 0; k <= shapes[body * kBodyWords + kBodyReach]; ++k) {
-                int beside = voxel_at(slot, x - k * inwards.x, y - k * inwards.y, z - k * inwards.z);
-                if (beside >= 0) {
-                    mass += mass_at(beside);
-                    held += state_at(kPlaneVolume, beside);
-                }
-            }
-            density = relative_density(soil_voxel, loose, mass, held);
-        }
-        int at = add_contact(grid_voxel(slot, x, y, z), body, soil_voxel, density);
-        if (at == 0) continue;
-        result[at + kContactGradient] = gradient.x;
-        result[at + kContactGradient + 1] = gradient.y;
-        result[at + kContactGradient + 2] = gradient.z;
-        // At an edge the soil beside one face says nothing of that beside the other.
-        ivec3 here = ivec3(x, y, z);
-        int gap = gap_beside(slot, here, voxel, inwards);
-        result[at + kContactGap] = gradient.x == 0 ? gap : gap_beside(slot, here, voxel, ivec3(sign(gradient.x), 0, 0));
-        result[at + kContactGap + 1] = gradient.y == 0 ? gap : gap_beside(slot, here, voxel, ivec3(0, sign(gradient.y), 0));
-        result[at + kContactGap + 2] = gradient.z == 0 ? gap : gap_beside(slot, here, voxel, ivec3(0, 0, sign(gradient.z)));
-        result[at + kContactExcess] = max(0, state_at(kPlaneVolume, voxel) + coverage_at(voxel) - kVoxelFull);
+        collect_contact(slot, ivec3(x, y, z0 + i), voxel);
     }
 }
