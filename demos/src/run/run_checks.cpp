@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
+#include <iterator>
 
 #include "scene/rotations.h"
 
@@ -257,7 +259,7 @@ CheckResult RunChecks::conserved() const {
     return result;
 }
 
-CheckResult RunChecks::steady_result(const Watch& w, CheckResult result) const {
+void RunChecks::judge_steady(const Watch& w, CheckResult& result) const {
     const CheckItem& item = *w.item;
     const bool force = item.kind == "force_steady";
     const char* unit = force ? "N" : "m/s";
@@ -275,127 +277,176 @@ CheckResult RunChecks::steady_result(const Watch& w, CheckResult result) const {
     };
     share("standard deviation", s.deviation, item.max_deviation_fraction);
     share("range", s.range, item.max_range_fraction);
-    return result;
+}
+
+namespace {
+
+/// The run ended before a check could be made.
+void not_reached(CheckResult& result, double t_s) {
+    result.verdict = Verdict::not_reached;
+    result.figure = fmt::format("the run ended before {:g} s", t_s);
+}
+
+}  // namespace
+
+void RunChecks::judge_rest(const Watch& w, CheckResult& result) const {
+    const CheckItem& item = *w.item;
+    const double time_s = run_.time_s() - item.by_s;
+    if (!w.start_m || time_s < run_.step_s()) return not_reached(result, item.by_s);
+    const SceneBody& body = *run_.bullet().find_body(item.body);
+    const double creep_mm_s = 1000 * length(body.pose().position - *w.start_m) / time_s;
+    const bool asleep = !body.is_awake();
+    result.verdict = verdict(creep_mm_s <= item.creep_mm_s && (asleep || !item.must_sleep));
+    result.figure = fmt::format("{:.3f} mm/s from {:g} s on, wanted at most {:g}; {}", creep_mm_s,
+                                item.by_s, item.creep_mm_s, asleep ? "asleep" : "awake");
+    if (item.must_sleep) result.figure += ", wanted asleep";
+}
+
+void RunChecks::judge_mass_in_region(const Watch& w, CheckResult& result) const {
+    const CheckItem& item = *w.item;
+    if (!w.value) return not_reached(result, item.at_s);
+    const bool has_share = item.min_fraction || item.max_fraction;
+    if (has_share && !w.reference) return not_reached(result, item.reference_s);
+    result.verdict = verdict(within(*w.value, item.min_kg, item.max_kg));
+    result.figure = fmt::format("{:.1f} kg at {:g} s", *w.value, item.at_s);
+    if (item.min_kg || item.max_kg) {
+        result.figure += ", " + limits_text(item.min_kg, item.max_kg, "kg");
+    }
+    if (!has_share) return;
+    const double fraction = *w.reference > 0 ? *w.value / *w.reference : 0;
+    if (!within(fraction, item.min_fraction, item.max_fraction)) result.verdict = Verdict::fail;
+    result.figure +=
+        fmt::format(", {:.3f} of the {:.1f} kg at {:g} s, {}", fraction, *w.reference,
+                    item.reference_s, limits_text(item.min_fraction, item.max_fraction, "of it"));
+}
+
+void RunChecks::judge_flow(const Watch& w, CheckResult& result) const {
+    const CheckItem& item = *w.item;
+    if (!w.value) return not_reached(result, item.at_s);
+    result.verdict = verdict(within(*w.value, item.min_kg, item.max_kg));
+    result.figure = fmt::format("{:.2f} kg at {:g} s, {}", *w.value, item.at_s,
+                                limits_text(item.min_kg, item.max_kg, "kg"));
+}
+
+void RunChecks::judge_repose_angle(const Watch& w, CheckResult& result) const {
+    const CheckItem& item = *w.item;
+    if (!run_.finished_scene()) return not_reached(result, run_.scene().world.duration_s);
+    const std::optional<double> angle = repose_angle_rad(run_.soil(), item.center_m);
+    result.verdict = verdict(angle && std::abs(*angle - item.expected_rad) <= item.tolerance_rad);
+    result.figure = fmt::format("{}, wanted {:g} +- {:g} deg",
+                                angle ? fmt::format("{:.2f} deg", *angle / kDegree) : "no slope",
+                                item.expected_rad / kDegree, item.tolerance_rad / kDegree);
+}
+
+void RunChecks::judge_surface_height(const Watch& w, CheckResult& result) const {
+    const CheckItem& item = *w.item;
+    if (!w.value) return not_reached(result, item.at_s);
+    result.verdict = verdict(std::abs(*w.value - item.expected_m) <= item.tolerance_m);
+    result.figure = fmt::format("{:.3f} m at {:g} s, wanted {:g} +- {:g}", *w.value, item.at_s,
+                                item.expected_m, item.tolerance_m);
+}
+
+void RunChecks::judge_distance(const Watch& w, CheckResult& result) const {
+    const CheckItem& item = *w.item;
+    if (!run_.finished_scene()) return not_reached(result, run_.scene().world.duration_s);
+    const double distance_m =
+        length(run_.bullet().find_body(item.body)->pose().position - *w.start_m);
+    result.verdict = verdict(within(distance_m, item.min_m, item.max_m));
+    result.figure =
+        fmt::format("{:.3f} m, {}", distance_m, limits_text(item.min_m, item.max_m, "m"));
+}
+
+void RunChecks::judge_peak_force(const Watch& w, CheckResult& result) const {
+    const CheckItem& item = *w.item;
+    const bool finished = run_.finished_scene();
+    if (!finished && run_.time_s() <= item.from_s) return not_reached(result, item.from_s);
+    if (!finished && item.min_n && w.peak_n < *item.min_n) {
+        return not_reached(result, run_.scene().world.duration_s);
+    }
+    result.verdict = verdict(within(w.peak_n, item.min_n, item.max_n));
+    result.figure =
+        fmt::format("{:.0f} N at most, {}", w.peak_n, limits_text(item.min_n, item.max_n, "N"));
+}
+
+void RunChecks::judge_rise(const Watch& w, CheckResult& result) const {
+    double lowest_m = w.samples.front(), rise_m = 0;
+    for (const double height_m : w.samples) {
+        lowest_m = std::min(lowest_m, height_m);
+        rise_m = std::max(rise_m, height_m - lowest_m);
+    }
+    result.verdict = verdict(within(rise_m, {}, w.item->max_m));
+    result.figure = fmt::format("{:.4f} m, {}", rise_m, limits_text({}, w.item->max_m, "m"));
+}
+
+void RunChecks::judge_height(const Watch& w, CheckResult& result) const {
+    const CheckItem& item = *w.item;
+    const auto [low, high] = std::minmax_element(w.samples.begin(), w.samples.end());
+    result.verdict =
+        verdict(within(*low, item.min_m, item.max_m) && within(*high, item.min_m, item.max_m));
+    result.figure = fmt::format("{:.4f} .. {:.4f} m, {}", *low, *high,
+                                limits_text(item.min_m, item.max_m, "m"));
+}
+
+void RunChecks::judge_energy(const Watch& w, CheckResult& result) const {
+    const CheckItem& item = *w.item;
+    double rise_j = 0;
+    size_t where = 0;
+    for (size_t i = 1; i < w.samples.size(); ++i) {
+        if (w.samples[i] - w.samples[i - 1] <= rise_j) continue;
+        rise_j = w.samples[i] - w.samples[i - 1];
+        where = i;
+    }
+    result.verdict = verdict(rise_j <= item.tolerance_j);
+    result.figure = fmt::format("{:.3g} J at most", rise_j);
+    if (rise_j > 0) {
+        const double from_s = std::ceil(item.from_s / run_.step_s() - 0.5) * run_.step_s();
+        result.figure +=
+            fmt::format(", at {:.3f} s", from_s + static_cast<double>(where) * run_.step_s());
+    }
+    result.figure += fmt::format(", wanted at most {:g} J; {:.4g} J lost over the time",
+                                 item.tolerance_j, w.samples.front() - w.samples.back());
+}
+
+void RunChecks::judge_status(const Watch&, CheckResult& result) const {
+    const std::vector<std::string> set = run_.condition_texts();
+    result.verdict = verdict(set.empty());
+    result.figure = set.empty() ? "no condition set" : fmt::format("{}", fmt::join(set, "; "));
 }
 
 CheckResult RunChecks::result(const Watch& w) const {
+    struct Judge {
+        std::string_view kind;
+        void (RunChecks::*judge)(const Watch&, CheckResult&) const;
+        bool needs_samples = false;  ///< of the whole time that the check measures
+    };
+    static constexpr Judge kJudges[] = {
+        {"body_at_rest", &RunChecks::judge_rest},
+        {"mass_in_region", &RunChecks::judge_mass_in_region},
+        {"mass_in", &RunChecks::judge_flow},
+        {"mass_out", &RunChecks::judge_flow},
+        {"repose_angle", &RunChecks::judge_repose_angle},
+        {"surface_height", &RunChecks::judge_surface_height},
+        {"distance_travelled", &RunChecks::judge_distance},
+        {"body_force", &RunChecks::judge_peak_force},
+        {"force_steady", &RunChecks::judge_steady, true},
+        {"speed_steady", &RunChecks::judge_steady, true},
+        {"body_rise", &RunChecks::judge_rise, true},
+        {"body_height", &RunChecks::judge_height, true},
+        {"energy_not_rising", &RunChecks::judge_energy, true},
+        {"no_status", &RunChecks::judge_status},
+    };
     const CheckItem& item = *w.item;
     CheckResult result;
     result.name = item.kind;
     const std::string& subject = item.body.empty() ? item.probe : item.body;
     if (!subject.empty()) result.name += ' ' + subject;
-    const auto not_reached = [&](double t_s) {
-        result.verdict = Verdict::not_reached;
-        result.figure = fmt::format("the run ended before {:g} s", t_s);
-        return result;
-    };
-
+    const Judge* judge = std::ranges::find(kJudges, item.kind, &Judge::kind);
+    assert(judge != std::end(kJudges));  // the schema knows the kinds
     const double end_s = item.to_s.value_or(run_.scene().world.duration_s);
-    const bool ended = reached(end_s) && !w.samples.empty();
-    if (item.kind == "body_at_rest") {
-        const double time_s = run_.time_s() - item.by_s;
-        if (!w.start_m || time_s < run_.step_s()) return not_reached(item.by_s);
-        const SceneBody& body = *run_.bullet().find_body(item.body);
-        const double creep_mm_s = 1000 * length(body.pose().position - *w.start_m) / time_s;
-        const bool asleep = !body.is_awake();
-        result.verdict = verdict(creep_mm_s <= item.creep_mm_s && (asleep || !item.must_sleep));
-        result.figure =
-            fmt::format("{:.3f} mm/s from {:g} s on, wanted at most {:g}; {}", creep_mm_s,
-                        item.by_s, item.creep_mm_s, asleep ? "asleep" : "awake");
-        if (item.must_sleep) result.figure += ", wanted asleep";
-    } else if (item.kind == "mass_in_region") {
-        if (!w.value) return not_reached(item.at_s);
-        result.verdict = verdict(within(*w.value, item.min_kg, item.max_kg));
-        result.figure = fmt::format("{:.1f} kg at {:g} s", *w.value, item.at_s);
-        if (item.min_kg || item.max_kg) {
-            result.figure += ", " + limits_text(item.min_kg, item.max_kg, "kg");
-        }
-        if (item.min_fraction || item.max_fraction) {
-            if (!w.reference) return not_reached(item.reference_s);
-            const double fraction = *w.reference > 0 ? *w.value / *w.reference : 0;
-            if (!within(fraction, item.min_fraction, item.max_fraction)) {
-                result.verdict = Verdict::fail;
-            }
-            result.figure += fmt::format(
-                ", {:.3f} of the {:.1f} kg at {:g} s, {}", fraction, *w.reference, item.reference_s,
-                limits_text(item.min_fraction, item.max_fraction, "of it"));
-        }
-    } else if (item.kind == "mass_in" || item.kind == "mass_out") {
-        if (!w.value) return not_reached(item.at_s);
-        result.verdict = verdict(within(*w.value, item.min_kg, item.max_kg));
-        result.figure = fmt::format("{:.2f} kg at {:g} s, {}", *w.value, item.at_s,
-                                    limits_text(item.min_kg, item.max_kg, "kg"));
-    } else if (item.kind == "repose_angle") {
-        if (!run_.finished_scene()) return not_reached(run_.scene().world.duration_s);
-        const std::optional<double> angle = repose_angle_rad(run_.soil(), item.center_m);
-        result.verdict =
-            verdict(angle && std::abs(*angle - item.expected_rad) <= item.tolerance_rad);
-        result.figure =
-            fmt::format("{}, wanted {:g} +- {:g} deg",
-                        angle ? fmt::format("{:.2f} deg", *angle / kDegree) : "no slope",
-                        item.expected_rad / kDegree, item.tolerance_rad / kDegree);
-    } else if (item.kind == "surface_height") {
-        if (!w.value) return not_reached(item.at_s);
-        result.verdict = verdict(std::abs(*w.value - item.expected_m) <= item.tolerance_m);
-        result.figure = fmt::format("{:.3f} m at {:g} s, wanted {:g} +- {:g}", *w.value, item.at_s,
-                                    item.expected_m, item.tolerance_m);
-    } else if (item.kind == "distance_travelled") {
-        const double way_m =
-            length(run_.bullet().find_body(item.body)->pose().position - *w.start_m);
-        if (!run_.finished_scene()) return not_reached(run_.scene().world.duration_s);
-        result.verdict = verdict(within(way_m, item.min_m, item.max_m));
-        result.figure =
-            fmt::format("{:.3f} m, {}", way_m, limits_text(item.min_m, item.max_m, "m"));
-    } else if (item.kind == "body_force") {
-        if (!run_.finished_scene() && run_.time_s() <= item.from_s) return not_reached(item.from_s);
-        result.verdict = verdict(within(w.peak_n, item.min_n, item.max_n));
-        if (!run_.finished_scene() && result.verdict == Verdict::fail && item.min_n &&
-            w.peak_n < *item.min_n) {
-            return not_reached(run_.scene().world.duration_s);
-        }
-        result.figure =
-            fmt::format("{:.0f} N at most, {}", w.peak_n, limits_text(item.min_n, item.max_n, "N"));
-    } else if (item.kind == "force_steady" || item.kind == "speed_steady") {
-        if (!ended) return not_reached(end_s);
-        return steady_result(w, std::move(result));
-    } else if (item.kind == "body_rise") {
-        if (!ended) return not_reached(end_s);
-        double lowest_m = w.samples.front(), rise_m = 0;
-        for (const double height_m : w.samples) {
-            lowest_m = std::min(lowest_m, height_m);
-            rise_m = std::max(rise_m, height_m - lowest_m);
-        }
-        result.verdict = verdict(within(rise_m, {}, item.max_m));
-        result.figure = fmt::format("{:.4f} m, {}", rise_m, limits_text({}, item.max_m, "m"));
-    } else if (item.kind == "body_height") {
-        if (!ended) return not_reached(end_s);
-        const auto [low, high] = std::minmax_element(w.samples.begin(), w.samples.end());
-        result.verdict =
-            verdict(within(*low, item.min_m, item.max_m) && within(*high, item.min_m, item.max_m));
-        result.figure = fmt::format("{:.4f} .. {:.4f} m, {}", *low, *high,
-                                    limits_text(item.min_m, item.max_m, "m"));
-    } else if (item.kind == "energy_not_rising") {
-        if (!ended) return not_reached(end_s);
-        double rise_j = 0;
-        size_t where = 0;
-        for (size_t i = 1; i < w.samples.size(); ++i) {
-            if (w.samples[i] - w.samples[i - 1] <= rise_j) continue;
-            rise_j = w.samples[i] - w.samples[i - 1];
-            where = i;
-        }
-        result.verdict = verdict(rise_j <= item.tolerance_j);
-        result.figure = fmt::format("{:.3g} J at most", rise_j);
-        if (rise_j > 0) {
-            result.figure += fmt::format(
-                ", at {:.3f} s", std::ceil(item.from_s / run_.step_s() - 0.5) * run_.step_s() +
-                                     static_cast<double>(where) * run_.step_s());
-        }
-        result.figure += fmt::format(", wanted at most {:g} J; {:.4g} J lost over the time",
-                                     item.tolerance_j, w.samples.front() - w.samples.back());
-    } else {  // no_status
-        const std::vector<std::string> set = run_.condition_texts();
-        result.verdict = verdict(set.empty());
-        result.figure = set.empty() ? "no condition set" : fmt::format("{}", fmt::join(set, "; "));
+    if (judge->needs_samples && (!reached(end_s) || w.samples.empty())) {
+        not_reached(result, end_s);
+    } else {
+        (this->*judge->judge)(w, result);
     }
     return result;
 }

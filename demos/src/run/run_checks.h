@@ -63,7 +63,19 @@ class RunChecks {
     bool in_window(const CheckItem& item) const;
     std::optional<double> sample(const CheckItem& item) const;
     double energy_j(const CheckItem& item) const;
-    CheckResult steady_result(const Watch& w, CheckResult result) const;
+    // One a kind of check, or two kinds that are alike: verdict and figure.
+    void judge_rest(const Watch& w, CheckResult& result) const;
+    void judge_mass_in_region(const Watch& w, CheckResult& result) const;
+    void judge_flow(const Watch& w, CheckResult& result) const;
+    void judge_repose_angle(const Watch& w, CheckResult& result) const;
+    void judge_surface_height(const Watch& w, CheckResult& result) const;
+    void judge_distance(const Watch& w, CheckResult& result) const;
+    void judge_peak_force(const Watch& w, CheckResult& result) const;
+    void judge_steady(const Watch& w, CheckResult& result) const;
+    void judge_rise(const Watch& w, CheckResult& result) const;
+    void judge_height(const Watch& w, CheckResult& result) const;
+    void judge_energy(const Watch& w, CheckResult& result) const;
+    void judge_status(const Watch& w, CheckResult& result) const;
     bool reached(double t_s) const;
 
     const SceneRun& run_;
