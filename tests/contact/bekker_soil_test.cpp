@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "bsoil/contact/granular_law.h"
+#include "measured_data.h"
 
 namespace bsoil::bekker_soil_test {
 namespace {
@@ -365,9 +366,9 @@ void expect_all_translate(const std::vector<PublishedSoil>& soils) {
 }
 
 TEST(BekkerSoil, published_parameters_translate) {
-    std::ifstream file(BULLETSOIL_DATA_DIR "/terramechanics/soil_parameters.csv");
+    std::ifstream file(measured_data("soil_parameters.csv"));
     if (!file) {
-        GTEST_SKIP() << "no reference data in " BULLETSOIL_DATA_DIR;
+        GTEST_SKIP() << measured_data("soil_parameters.csv") << " is not there";
     }
     const auto soils = published(file, {.moisture = 1,
                                         .kphi = 2,
@@ -384,9 +385,9 @@ TEST(BekkerSoil, published_parameters_translate) {
 }
 
 TEST(BekkerSoil, scm_presets_translate) {
-    std::ifstream file(BULLETSOIL_DATA_DIR "/terramechanics/chrono_presets.csv");
+    std::ifstream file(measured_data("chrono_presets.csv"));
     if (!file) {
-        GTEST_SKIP() << "no reference data in " BULLETSOIL_DATA_DIR;
+        GTEST_SKIP() << measured_data("chrono_presets.csv") << " is not there";
     }
     const auto soils = published(file, {.moisture = 0,
                                         .kphi = 1,

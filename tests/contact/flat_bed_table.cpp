@@ -11,6 +11,7 @@
 #include <string>
 
 #include "flat_bed_wheel.h"
+#include "measured_data.h"
 
 namespace bsoil::flat_bed {
 namespace {
@@ -18,7 +19,7 @@ namespace {
 /// Rows of a CSV file by column.
 using Row = std::map<std::string, std::string>;
 std::vector<Row> read(const std::string& name) {
-    std::ifstream file(std::string(BULLETSOIL_DATA_DIR "/terramechanics/") + name);
+    std::ifstream file(measured_data(name));
     std::vector<Row> rows;
     std::vector<std::string> columns;
     for (std::string line; std::getline(file, line);) {
@@ -237,7 +238,7 @@ void print_thrust() {
 
 int main() {
     if (bsoil::flat_bed::read("obermayr2013_blade.csv").empty()) {
-        std::printf("no measured data in %s\n", BULLETSOIL_DATA_DIR);
+        std::printf("%s is not there\n", bsoil::measured_data("").c_str());
         return 77;
     }
     bsoil::flat_bed::print_table();

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "measured_data.h"
+
 namespace bsoil::resistive_force_theory_test {
 namespace {
 
@@ -18,9 +20,9 @@ constexpr double kRough = 1e9;  ///< friction that cuts nothing
 double radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
 TEST(ResistiveForceTheory, stresses_equal_the_published_check_values) {
-    std::ifstream file(BULLETSOIL_DATA_DIR "/terramechanics/rft_spot_checks.csv");
+    std::ifstream file(measured_data("rft_spot_checks.csv"));
     if (!file) {
-        GTEST_SKIP() << "no reference data in " BULLETSOIL_DATA_DIR;
+        GTEST_SKIP() << measured_data("rft_spot_checks.csv") << " is not there";
     }
     std::string line;
     std::getline(file, line);
