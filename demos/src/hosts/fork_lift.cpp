@@ -59,7 +59,10 @@ int main() {
     def.up = bsoil::UpAxis::z;
     def.size_m = {8, 3, 1};
     auto soil = bsoil::bullet::SoilAction::create(world, def);
-    if (!soil) return std::printf("%s\n", soil.error().c_str()), 2;
+    if (!soil) {
+        std::printf("%s\n", soil.error().c_str());
+        return 2;
+    }
     if (!(*soil)->fill(bsoil::BoxFill{{{-4, -1.5, 0}, {4, 1.5, kGround}}, ""})) return 2;
 
     Bodies bodies(world);

@@ -1,5 +1,5 @@
-/// The smallest host: Bullet's hello world with soil under it. The soil takes the five lines marked
-/// below. A ball falls into dry sand and comes to rest in the hollow it has made.
+/// The smallest host: Bullet's hello world with soil under it. The soil takes the five statements
+/// marked below. A ball falls into dry sand and comes to rest in the hollow it has made.
 #include <bsoil/bullet/soil_action.h>  // 1
 #include <btBulletDynamicsCommon.h>
 
@@ -15,8 +15,11 @@ int main() {
     world.setGravity({0, btScalar(-9.81), 0});
 
     const bsoil::SoilDef def;  // 2: 12 x 2 x 12 m of dry sand at most, in voxels of 5 cm
-    auto soil = bsoil::bullet::SoilAction::create(world, def);                             // 3
-    if (!soil) return std::printf("%s\n", soil.error().c_str()), 2;                        // 4
+    auto soil = bsoil::bullet::SoilAction::create(world, def);  // 3
+    if (!soil) {                                                // 4
+        std::printf("%s\n", soil.error().c_str());
+        return 2;
+    }
     if (!(*soil)->fill(bsoil::BoxFill{{{-2, 0, -2}, {2, 0.5, 2}}, "dry_sand"})) return 2;  // 5
 
     const double radius_m = 0.3, mass_kg = 200, sand_m = 0.5;

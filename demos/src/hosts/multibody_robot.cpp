@@ -58,7 +58,10 @@ int main() {
     def.voxel_m = 0.03;
     def.floor_center_m = {1.6, 0, 0};
     auto soil = bsoil::bullet::SoilAction::create(world, def);
-    if (!soil) return std::printf("%s\n", soil.error().c_str()), 2;
+    if (!soil) {
+        std::printf("%s\n", soil.error().c_str());
+        return 2;
+    }
     if (!(*soil)->fill(bsoil::BoxFill{{{0, -1, 0}, {3.4, 1, 0.6}}, ""})) return 2;
 
     // Bars along x, and at the end a scoop of four plates, 0.06 m thick: open towards -z.

@@ -48,7 +48,10 @@ int main() {
     bsoil::SoilDef def;
     def.size_m = {12, 1.5, 3};
     auto soil = bsoil::bullet::SoilAction::create(world, def);
-    if (!soil) return std::printf("%s\n", soil.error().c_str()), 2;
+    if (!soil) {
+        std::printf("%s\n", soil.error().c_str());
+        return 2;
+    }
     if (!(*soil)->fill(bsoil::BoxFill{{{-6, 0, -2}, {6, 0.5, 2}}, "dry_sand"})) return 2;
 
     btBoxShape shape({1.5f, 0.25f, 0.55f});
@@ -75,7 +78,10 @@ int main() {
     add_wheels(vehicle, tuning);
     const bsoil::Status attached =
         raycaster.attach(vehicle, bsoil::bullet::SoilWheelDef{.width_m = 0.3, .mass_kg = 50});
-    if (!attached) return std::printf("%s\n", attached.error().c_str()), 2;
+    if (!attached) {
+        std::printf("%s\n", attached.error().c_str());
+        return 2;
+    }
 
     double slip_most = 0;
     for (int frame = 0; frame < 240; ++frame) {

@@ -113,7 +113,10 @@ int main(int argument_count, char** arguments) {
     bsoil::SoilDef def;
     def.size_m = {4, 1.2, 4};
     auto soil = bsoil::bullet::SoilAction::create(world.bullet, def);
-    if (!soil) return std::printf("%s\n", soil.error().c_str()), 2;
+    if (!soil) {
+        std::printf("%s\n", soil.error().c_str());
+        return 2;
+    }
     if (!(*soil)->fill(bsoil::BoxFill{{{-2, 0, -2}, {2, kBedTopM, 2}}, "dry_sand"})) return 2;
 
     Window window;
@@ -121,7 +124,10 @@ int main(int argument_count, char** arguments) {
     bsoil::render::RendererDef renderer_def;
     renderer_def.callers_context = true;  // the one that SDL has just made current
     auto renderer = bsoil::render::Renderer::create(renderer_def);
-    if (!renderer) return std::printf("%s\n", renderer.error().c_str()), 2;
+    if (!renderer) {
+        std::printf("%s\n", renderer.error().c_str());
+        return 2;
+    }
 
     // The soil's surface is kept up to date tile by tile; the ball is one mesh that moves.
     bsoil::SoilTiles tiles((*soil)->soil());
@@ -149,7 +155,8 @@ int main(int argument_count, char** arguments) {
         ball.pose = pose_of(world.ball);
         view.items.push_back(ball);
         if (const bsoil::Status drawn = (*renderer)->draw(view, 0); !drawn) {
-            return std::printf("%s\n", drawn.error().c_str()), 2;
+            std::printf("%s\n", drawn.error().c_str());
+            return 2;
         }
         if (step + 1 == step_target) dark_pixels = dark_pixel_count(view.width, view.height);
         SDL_GL_SwapWindow(window.window);
