@@ -24,6 +24,7 @@ pictures=(
     "layers|layers|440||A scoop has cut through topsoil and clay into gravel. What it tips out shows all three side by side, each by its share."
     "piles|deposits|1200||A solid, sand, a thick and a thin liquid, and snow: they differ by friction, roughness and viscosity alone."
     "castle|sand_castle|1200||Four towers of sand in the rain: dry, moist under a roof, wet to the brim, and moist without a roof."
+    "piers|groundwater|3600||Three piers on wet ground: gravel lies, silty sand stands by the water it draws up, and falls where a pipe has burst in it."
     "drift|snow_drift|840||Snow has come down in a gusty wind: on the roof, in a drift before the house, and little in its lee."
     "avalanche|block|180||A column of sand comes down on a block. What rolls and what pours over the edges is drawn as grains, with dust over it."
     "blocks|blocks|90||Blocks of several heights in a falling column: the piles on them and around them join."

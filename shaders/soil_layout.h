@@ -270,6 +270,7 @@ CONST_INT(kFlowVelocity, 8)     // Q10 voxels per base step, 3
 CONST_INT(kFlowAside, 11)       // largest velocity aside of it, two vectors, 6
 CONST_INT(kFlowShare, 17)       // sink: share (Q16) of the soil in its region that it takes
 CONST_INT(kFlowWater, 18)       // source: water that a mass unit of soil brings, Q16
+CONST_INT(kFlowWell, 19)        // sink: 0, or a well that takes water, -1, or brings it, 1
 CONST_INT(kFlowVoxelsMost, 65536)    // of a source: i * kFlowStride stays within 32 bits
 CONST_INT(kFlowSpeedMost, 8192)      // of a source: a full voxel's momentum stays within 31 bits
 // A part is what of a region lies in one tile: which of them, by column its voxels low | high << 16 (low..high - 1), and by

@@ -49,6 +49,9 @@ bool is_mixed(int voxel) {
 // Water of a voxel's soil, mass units; 0 where no soil of the grid takes any.
 int water_at(int voxel) { return params.water_plane == 0 ? 0 : state_at(params.water_plane, voxel); }
 
+// Mass units out of Q8 of them: what is less than one comes by chance, so that slow water gets on too.
+int whole_units(int units_q8, int chance) { return (units_q8 + (chance >> 8)) >> 8; }
+
 // Water that the pores of a voxel's soil have room for, mass units.
 int pores_at(int voxel) { return mul_q16(mass_at(voxel), mixed_word(voxel, 0, kTablePores)); }
 

@@ -42,6 +42,7 @@ int water_plane;
 int rain_units;          // water that falls on a column in this water step, mass units
 int drying_units;        // water that dries off a column in it
 int floor_seepage;       // water that the floor takes from a column in it, mass units Q8
+int water_table;         // height of the groundwater over the floor, Q16 voxels; 0: there is none
 int deposits;            // 1: a material has roughness or viscosity
 int air;                 // 1: a material falls in air, kTableAir
 int wind_x;              // velocity of the air, Q16 voxels per base step

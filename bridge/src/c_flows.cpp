@@ -69,6 +69,7 @@ SinkDef from_c(const bulletsoil_sink& sink) {
     if (!(size > 0.99 && size < 1.01)) refuse("sink.rotation is no unit quaternion");
     out.pose.rotation = {q[0] / size, q[1] / size, q[2] / size, q[3] / size};
     out.rate_kg_s = sink.rate_kg_s;
+    out.water_kg_s = sink.water_kg_s;
     out.start_s = sink.start_s;
     out.end_s = sink.end_s;
     return out;

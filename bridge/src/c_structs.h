@@ -47,7 +47,7 @@ static_assert(kContactConstantsBytesMin % alignof(bulletsoil_contact_constants) 
 constexpr size_t kSourceBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_source, reserved);
 constexpr size_t kSinkBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_sink, reserved);
 static_assert(kSourceBytesMin == sizeof(bulletsoil_source));
-static_assert(kSinkBytesMin == sizeof(bulletsoil_sink));
+static_assert(kSinkBytesMin % alignof(bulletsoil_sink) == 0);
 
 void check_size(const char* name, size_t struct_size, size_t least, size_t most);
 

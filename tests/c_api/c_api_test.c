@@ -305,6 +305,9 @@ static void soil_is_poured_and_taken_to_the_unit(void) {
     CHECK_INVALID(bulletsoil_get_flow_mass(soil, 77, &mass_kg), "there is no source or sink 77");
     CHECK_INVALID(bulletsoil_get_flow_totals(soil, 0, &in, &out), "capacity is 0");
     CHECK_INVALID(bulletsoil_add_source(soil, NULL, NULL), "source is null");
+    sink.water_kg_s = 0.1;
+    CHECK_INVALID(bulletsoil_add_sink(soil, &sink, NULL), "pore_water_fraction is 0");
+    sink.water_kg_s = 0;
     sink.rotation[3] = 0;
     CHECK_INVALID(bulletsoil_add_sink(soil, &sink, NULL), "unit quaternion");
     sink.rotation[3] = 1;

@@ -1,6 +1,7 @@
 #include "oracle/water.h"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 namespace oracle {
@@ -26,8 +27,18 @@ double saturation(const Voxel& voxel, const std::vector<PoreSoil>& soils) {
 
 namespace {
 
-double suction(const Voxel& voxel, const std::vector<PoreSoil>& soils) {
-    return mean(voxel, soils, &PoreSoil::suction) * (1 - saturation(voxel, soils));
+/// Height to which the water of a voxel would rise in a pipe, over the voxel's middle; negative
+/// where pores are not full.
+double pressure(const Voxel& voxel, int z, const std::vector<PoreSoil>& soils, double table) {
+    const double depth = std::clamp(table - z - 0.5, 0.0, 1.0);
+    return depth - mean(voxel, soils, &PoreSoil::suction) * (1 - saturation(voxel, soils));
+}
+
+/// Of what evens out the heads of two voxels what each of `ways` may do.
+double share_to_even(const Voxel& a, const Voxel& b, double head,
+                     const std::vector<PoreSoil>& soils, int ways) {
+    return std::min(pores(a, soils), pores(b, soils)) * head /
+           (mean(a, soils, &PoreSoil::suction) + mean(b, soils, &PoreSoil::suction)) / ways;
 }
 
 /// Half of the room for what comes from above, half for what comes from the sides.
@@ -44,6 +55,9 @@ double moist_strength(double strength, double moist, double saturation, double w
 WaterStep move_water(const Model& model, const Field& before, const std::vector<PoreSoil>& soils,
                      const Weather& weather) {
     WaterStep step{before};
+    const bool has_table = weather.table > 0;
+    const int ways = has_table ? 5 : 4;
+    const auto is_flooded = [&](int z) { return z >= 0 && z + 0.5 < weather.table; };
     for (int y = 0; y < before.ny; ++y) {
         for (int x = 0; x < before.nx; ++x) {
             double rain = weather.rain, drying = weather.drying, drips = 0;
@@ -74,6 +88,16 @@ WaterStep move_water(const Model& model, const Field& before, const std::vector<
                     step.out += dries;
                     step.field.at(x, y, z).water += enters - dries;
                     left -= dries;
+                    if (is_flooded(z)) {
+                        const double full = mean(here, soils, &PoreSoil::conductivity);
+                        const double room = intake(here, soils) - from_above - enters;
+                        const double brings = std::clamp(room, 0.0, full);
+                        const double takes = std::clamp(left - pores(here, soils), 0.0, full);
+                        step.in += brings;
+                        step.out += takes;
+                        step.field.at(x, y, z).water += brings - takes;
+                        left -= takes;
+                    }
                     if (here.soil >= 0.5) rain = drying = 0;
                 }
                 const double residual = mean(here, soils, &PoreSoil::residual);
@@ -82,31 +106,54 @@ WaterStep move_water(const Model& model, const Field& before, const std::vector<
                 if (open <= 0 || left <= 0) continue;
                 const double seeps =
                     mean(here, soils, &PoreSoil::conductivity) * open * open * open;
-                if (z == 0) {
+                if (z == 0 && is_flooded(0)) {
+                    // Groundwater goes on below.
+                } else if (z == 0) {
                     const double drained = std::min({left, seeps, weather.floor});
                     step.field.at(x, y, z).water -= drained;
                     step.out += drained;
                     left -= drained;
                 } else if (open_below && before.at(x, y, z - 1).total_mass() > 0) {
-                    const double flow =
-                        std::min({left, seeps, intake(before.at(x, y, z - 1), soils)});
-                    move_down(flow);
+                    const Voxel& below = before.at(x, y, z - 1);
+                    const bool to_table = is_flooded(z - 1) && !is_flooded(z);
+                    double most = to_table ? left : intake(below, soils);
+                    double head = 1;
+                    if (has_table) {
+                        head += pressure(here, z, soils, weather.table) -
+                                pressure(below, z - 1, soils, weather.table);
+                        const double most_head = mean(here, soils, &PoreSoil::suction) +
+                                                 mean(below, soils, &PoreSoil::suction);
+                        if (head > 0 && head < 1 && head < most_head) {
+                            most = std::min(
+                                most, from_above + share_to_even(here, below, head, soils, ways));
+                        }
+                    }
+                    const double flow = std::min({left, seeps * std::clamp(head, 0.0, 1.0), most});
+                    if (to_table) {
+                        step.field.at(x, y, z).water -= flow;
+                        step.out += flow;
+                    } else {
+                        move_down(flow);
+                    }
                     left -= flow;
                 }
-                const double dry = mean(here, soils, &PoreSoil::suction);
-                for (const auto& [dx, dy] : {std::pair{1, 0}, {0, 1}, {-1, 0}, {0, -1}}) {
-                    const int tx = x + dx, ty = y + dy;
-                    if (tx < 0 || ty < 0 || tx >= before.nx || ty >= before.ny) continue;
-                    const Voxel& there = before.at(tx, ty, z);
-                    if (before.closed(model, tx, ty, z) || there.total_mass() == 0) continue;
-                    const double pull = suction(there, soils) - suction(here, soils);
+                for (const auto& [dx, dy, dz] :
+                     {std::tuple{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}}) {
+                    const int tx = x + dx, ty = y + dy, tz = z + dz;
+                    if (tx < 0 || ty < 0 || tx >= before.nx || ty >= before.ny || tz >= before.nz ||
+                        (dz > 0 && !has_table)) {
+                        continue;
+                    }
+                    const Voxel& there = before.at(tx, ty, tz);
+                    if (before.closed(model, tx, ty, tz) || there.total_mass() == 0) continue;
+                    const double pull = pressure(here, z, soils, weather.table) -
+                                        pressure(there, tz, soils, weather.table) - dz;
                     if (pull <= 0) continue;
-                    const double even = std::min(pores(here, soils), pores(there, soils)) * pull /
-                                        (dry + mean(there, soils, &PoreSoil::suction));
                     const double flow =
-                        std::min({seeps * pull, even / 4, intake(there, soils) / 4, left});
+                        std::min({seeps * pull, share_to_even(here, there, pull, soils, ways),
+                                  intake(there, soils) / ways, left});
                     step.field.at(x, y, z).water -= flow;
-                    step.field.at(tx, ty, z).water += flow;
+                    step.field.at(tx, ty, tz).water += flow;
                     left -= flow;
                 }
             }

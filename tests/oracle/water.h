@@ -16,6 +16,7 @@ struct PoreSoil {
 /// Rates in a water step, mass in voxels of the reference density.
 struct Weather {
     double rain = 0, drying = 0, floor = 0;
+    double table = 0;  ///< height of the groundwater over the floor [voxels]; 0: there is none
 };
 /// What the step has brought and taken.
 struct WaterStep {

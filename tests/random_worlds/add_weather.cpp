@@ -11,12 +11,15 @@ namespace {
 
 /// Tells this stream of random numbers from the plan's own.
 constexpr uint64_t kStream = 0x7765617468657200;
+/// That of groundwater and wells.
+constexpr uint64_t kDeepStream = 0x67726f756e647700;
 /// Speed at which sources pour [voxels a soil step]: as bodies move at most.
 constexpr double kPourVoxels = 1.5;
 
 class WeatherMaker {
   public:
-    explicit WeatherMaker(WorldPlan& plan) : plan_(plan), random_(plan.seed ^ kStream) {}
+    explicit WeatherMaker(WorldPlan& plan)
+        : plan_(plan), random_(plan.seed ^ kStream), deep_(plan.seed ^ kDeepStream) {}
 
     void add() {
         plan_.has_weather = true;
@@ -33,6 +36,7 @@ class WeatherMaker {
             if (random_.chance(0.35)) {
                 for (int i = random_.integer(1, 2); i > 0; --i) add_sink(soil);
             }
+            add_groundwater(soil);
         }
     }
 
@@ -183,8 +187,29 @@ class WeatherMaker {
         soil.flows.push_back(flow);
     }
 
+    void add_groundwater(SoilPlan& soil) {
+        const double share = deep_.uniform(0.02, 0.6);
+        if (deep_.chance(0.3)) soil.def.water_table_m = share * soil.def.size_m.z;
+        const double half = deep_.uniform(1, 5) * soil.def.voxel_m;
+        const double rate = deep_.log_uniform(1e-3, 1) * 8 * half * half * half * 1000;
+        const Vec3 at{deep_.uniform(0.1, 0.9) * soil.def.size_m.x,
+                      deep_.uniform(0.1, 0.9) * soil.def.size_m.y,
+                      deep_.uniform(0, 0.5) * soil.def.size_m.z};
+        const bool takes = deep_.chance(0.6);
+        const bool has_water = std::ranges::any_of(
+            soil.def.materials, [](const MaterialDef& m) { return m.pore_water_fraction > 0; });
+        if (!has_water || !deep_.chance(0.4)) return;
+        FlowPlan flow;
+        flow.sink.region.kind = ConvexShape::Kind::box;
+        flow.sink.region.half_extents_m = {half, half, half};
+        flow.sink.pose.position = flow.moved_to_m = at;
+        flow.sink.water_kg_s = takes ? rate : -rate;
+        flow.sink.end_s = action_s();
+        soil.flows.push_back(flow);
+    }
+
     WorldPlan& plan_;
-    Random random_;
+    Random random_, deep_;
 };
 
 }  // namespace

@@ -47,6 +47,7 @@ WorldPlan minimize(WorldPlan plan, Run run, const std::string& invariant) {
         attempt([&](WorldPlan& p) { p.soils[s].def.rain_m_s = 0; });
         attempt([&](WorldPlan& p) { p.soils[s].def.drying_m_s = 0; });
         attempt([&](WorldPlan& p) { p.soils[s].def.floor_drainage_m_s = 0; });
+        attempt([&](WorldPlan& p) { p.soils[s].def.water_table_m = 0; });
         attempt([&](WorldPlan& p) { p.soils[s].def.wind_m_s = {}; });
         attempt([&](WorldPlan& p) { p.soils[s].def.gust = 0; });
         attempt([&](WorldPlan& p) { p.soils[s].def.open_sides = 0; });

@@ -133,7 +133,8 @@ TEST(RandomWorlds, have_everything_in_them) {
 }
 
 TEST(RandomWorlds, have_every_weather_and_no_other_plan_by_it) {
-    int wet = 0, windy = 0, open = 0, sources = 0, sinks = 0, laws = 0, viscous = 0, run_out = 0;
+    int wet = 0, windy = 0, open = 0, sources = 0, sinks = 0, laws = 0, viscous = 0, run_out = 0,
+        flooded = 0, wells = 0;
     for (uint64_t seed = 1; seed <= 200; ++seed) {
         const WorldPlan plan = make_plan(seed, PlanKind::any);
         WorldPlan changed = plan;
@@ -142,6 +143,8 @@ TEST(RandomWorlds, have_every_weather_and_no_other_plan_by_it) {
             wet += soil.def.rain_m_s > 0;
             windy += length(soil.def.wind_m_s) > 0;
             open += soil.def.open_sides != 0;
+            flooded += soil.def.water_table_m > 0;
+            for (const FlowPlan& flow : soil.flows) wells += flow.sink.water_kg_s != 0;
             run_out += soil.def.slides == SlideMotion::run_out;
             laws += soil.def.contact_law.kind != ContactLawDef::Kind::granular;
             for (const MaterialDef& m : soil.def.materials) viscous += m.viscosity > 0;
@@ -152,7 +155,8 @@ TEST(RandomWorlds, have_every_weather_and_no_other_plan_by_it) {
         changed.has_weather = false;
         EXPECT_EQ(describe(changed), describe(plan));
     }
-    for (const int count : {wet, windy, open, sources, sinks, laws, viscous, run_out}) {
+    for (const int count :
+         {wet, windy, open, sources, sinks, laws, viscous, run_out, flooded, wells}) {
         EXPECT_GT(count, 10);
     }
 }

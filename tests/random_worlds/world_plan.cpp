@@ -143,10 +143,12 @@ std::string text(const FlowPlan& f) {
                   from.shape == SourceDef::Shape::disc ? "disc" : "rectangle", from.radius_m,
                   from.length_m, from.width_m, from.speed_m_s, from.spread_rad, from.rate_kg_s,
                   from.rate_m3_s, from.start_s, from.end_s)
-            : fmt::format("sink {} of {} {:.4g} {:.4g} m at {} {}, {:.4g} kg/s, {:.4g}..{:.4g} s",
-                          static_cast<int>(to.region.kind), text(to.region.half_extents_m),
-                          to.region.radius_m, to.region.half_height_m, text(to.pose.position),
-                          text(to.pose.rotation), to.rate_kg_s, to.start_s, to.end_s);
+            : fmt::format(
+                  "sink {} of {} {:.4g} {:.4g} m at {} {}, {:.4g} kg/s, water {:.4g} kg/s, "
+                  "{:.4g}..{:.4g} s",
+                  static_cast<int>(to.region.kind), text(to.region.half_extents_m),
+                  to.region.radius_m, to.region.half_height_m, text(to.pose.position),
+                  text(to.pose.rotation), to.rate_kg_s, to.water_kg_s, to.start_s, to.end_s);
     return fmt::format("    {}, to {} at step {}, gone at step {}\n", what, text(f.moved_to_m),
                        f.moves_step, f.ends_step);
 }
@@ -154,10 +156,10 @@ std::string text_of_weather(const SoilPlan& s) {
     const SoilDef& d = s.def;
     std::string out = fmt::format(
         "    law {}{}{}, open sides {}, slides {}, rain {:.3g}, drying {:.3g}, drainage {:.3g} "
-        "m/s, wind {} m/s, gusts {:.2g} of {:.3g} m, shelter {:.3g} m\n",
+        "m/s, groundwater {:.3g} m, wind {} m/s, gusts {:.2g} of {:.3g} m, shelter {:.3g} m\n",
         static_cast<int>(d.contact_law.kind), d.contact_law.passive_wedge ? ", wedge" : "",
         d.contact_law.trapped_soil ? ", trapped soil" : "", d.open_sides,
-        static_cast<int>(d.slides), d.rain_m_s, d.drying_m_s, d.floor_drainage_m_s,
+        static_cast<int>(d.slides), d.rain_m_s, d.drying_m_s, d.floor_drainage_m_s, d.water_table_m,
         text(d.wind_m_s), d.gust, d.gust_size_m, d.shelter_m);
     for (const MaterialDef& m : d.materials) out += text(m);
     for (const FlowPlan& f : s.flows) {

@@ -210,7 +210,10 @@ TableOf<SinkItem> sink_table() {
         .required()
         .rotation([](S& s) -> Quat& { return s.pose.rotation; }, "of the region")
         .number("rate_kg_s", &S::rate_kg_s, {0, 1e9},
-                "what it takes, as far as there is soil; all of it in every step where it is 0");
+                "what it takes, as far as there is soil; all of it in every step where it is 0")
+        .number("water_kg_s", &S::water_kg_s, {-1e9, 1e9},
+                "not 0: a well, which moves water instead of soil: out of the region's pores, "
+                "below 0 into them");
     add_times(table, [](S& s) -> S& { return s; });
     return table;
 }

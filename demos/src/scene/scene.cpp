@@ -66,6 +66,7 @@ SinkDef SinkItem::def() const {
     out.region.half_height_m = height_m / 2;
     out.pose = pose;
     out.rate_kg_s = rate_kg_s;
+    out.water_kg_s = water_kg_s;
     out.start_s = start_s;
     out.end_s = end_s;
     return out;

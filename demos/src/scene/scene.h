@@ -95,7 +95,7 @@ struct SinkItem : SceneItem {
     Vec3 size_m{1, 1, 1};
     double radius_m = 0.5, height_m = 1;
     Pose pose;
-    double rate_kg_s = 0, start_s = 0, end_s = kFlowForever;
+    double rate_kg_s = 0, water_kg_s = 0, start_s = 0, end_s = kFlowForever;
 
     SinkDef def() const;
 };

@@ -69,7 +69,10 @@ struct SoilDef {
     double rain_m_s = 0;
     double drying_m_s = 0;          ///< water that dries off the ground's surface, 0..1e-3
     double floor_drainage_m_s = 0;  ///< water that the grid's floor lets through, 0..1
-    Vec3 wind_m_s{};                ///< velocity of the air, along the world's axes, -50..50
+    /// groundwater up to this height over the grid's floor, 0..1000; 0: none. Soil below is full of
+    /// water
+    double water_table_m = 0;
+    Vec3 wind_m_s{};  ///< velocity of the air, along the world's axes, -50..50
     /// share by which gusts raise and lower the wind, 0..1; they drift with it
     double gust = 0;
     double gust_size_m = 5;  ///< from one gust to the next, 0.01..1000; at most 1024 voxels
@@ -115,6 +118,9 @@ struct SoilDef {
     FIELD(rain_m_s, 0, 1e-3, state, "water that falls on soil that takes some", "")                \
     FIELD(drying_m_s, 0, 1e-3, state, "water that dries off the ground's surface", "")             \
     FIELD(floor_drainage_m_s, 0, 1, state, "water that the grid's floor lets through", "")         \
+    FIELD(water_table_m, 0, 1000, state,                                                           \
+          "groundwater up to this height over the grid's floor",                                   \
+          "0: none. Soil below is full of water")                                                  \
     FIELD(wind_m_s, -50, 50, state, "velocity of the air, along the world's axes", "")             \
     FIELD(gust, 0, 1, state, "share by which gusts raise and lower the wind",                      \
           "they drift with it")                                                                    \

@@ -50,6 +50,9 @@ struct SinkDef {
     /// What it takes, from all soil in the region alike: as much as there is, up to this. 0: all of
     /// it, in every step.
     double rate_kg_s = 0;
+    /// Not 0: a well. It moves no soil but water, once a second: so much out of the region's pores,
+    /// down to their residual saturation; below 0, into them until they are full. -1e9..1e9
+    double water_kg_s = 0;
     double start_s = 0;  ///< simulated time, 0..1e9
     double end_s = kFlowForever;
 
@@ -62,7 +65,7 @@ enum class FlowWay { in, out };
 
 /// What a source or sink has done.
 struct FlowState {
-    int64_t units = 0;  ///< mass units moved so far
+    int64_t units = 0;  ///< mass units moved so far, a well's of water
     /// Mass units that were due and will never come: the source found no room, the sink no soil.
     int64_t missed_units = 0;
     double mass_kg = 0, missed_kg = 0;

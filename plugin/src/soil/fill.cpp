@@ -74,6 +74,7 @@ Status Soil::Impl::fill_with(const std::string& material, const int low[3], cons
     const FillMaterial what{
         static_cast<size_t>(kKeptMaterial + *found),
         materials[*found].density_kg_m3 / kReferenceDensity,
+        water.per_mass_of_layers(materials[*found]),
         static_cast<size_t>(kKeptMaterial + params.material_count),
         materials[*found].placed_saturation * materials[*found].pore_water_fraction};
     int first[2], last[2];

@@ -11,8 +11,9 @@ using namespace layout;
 
 namespace {
 
-/// A voxel of `run` with `units` more soil, as far as there is room; adds to `added` what went in.
-ColumnRun filled(ColumnRun run, int units, const FillMaterial& material, int64_t& added) {
+/// A voxel of `run`, whose lowest layer is z, with `units` more soil, as far as there is room; adds
+/// to `added` what went in.
+ColumnRun filled(ColumnRun run, int z, int units, const FillMaterial& material, int64_t& added) {
     const int room = kVoxelFull - run.values[kKeptTerrain] - run.values[kKeptVolume];
     units = std::min(room, units);
     // Less than a crumb is not worth a voxel: it would hover until a neighbour's flow took it
@@ -23,9 +24,10 @@ ColumnRun filled(ColumnRun run, int units, const FillMaterial& material, int64_t
         const int mass =
             std::max(1, static_cast<int>(std::lround(units * material.mass_per_volume)));
         run.values[material.plane] += mass;
-        if (material.water_per_mass > 0) {
-            run.values[material.water_plane] += static_cast<int>(mass * material.water_per_mass);
-        }
+        const auto layer = static_cast<size_t>(z);
+        const double water = layer < material.water_of_layer.size() ? material.water_of_layer[layer]
+                                                                    : material.water_per_mass;
+        if (water > 0) run.values[material.water_plane] += static_cast<int>(mass * water);
         added += int64_t{units} * run.length;
     }
     return run;
@@ -46,8 +48,9 @@ int64_t fill_column(std::span<const ColumnRun> before, const FillRuns& wanted,
             } else if (next->low > low) {
                 part.length = next->low - low;
             } else {
-                part.length = std::min(high, next->high) - low;
-                part = filled(part, next->units, material, added);
+                const bool is_layered = low < static_cast<int>(material.water_of_layer.size());
+                part.length = is_layered ? 1 : std::min(high, next->high) - low;
+                part = filled(part, low, next->units, material, added);
             }
             after.append(first, part);
             low += part.length;

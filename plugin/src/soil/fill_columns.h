@@ -33,6 +33,8 @@ struct FillShape {
 struct FillMaterial {
     size_t plane = 0;  ///< of its mass
     double mass_per_volume = 1;
+    /// Water by layer from the bottom, as water_per_mass; that is of the layers above.
+    std::vector<double> water_of_layer;
     size_t water_plane = 0;
     double water_per_mass = 0;
 };

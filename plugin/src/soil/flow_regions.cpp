@@ -141,7 +141,13 @@ Status SinkDef::validate() const {
         return Error{fmt::format("sink.pose has a number that is not finite, or beyond {:g} m",
                                  limits::kPlaceMostM)};
     }
+    if (rate_kg_s > 0 && water_kg_s != 0) {
+        return Error{fmt::format(
+            "sink.rate_kg_s is {} and sink.water_kg_s is {}: a sink takes soil or moves water",
+            rate_kg_s, water_kg_s)};
+    }
     for (const Status& status : {check_range("sink.rate_kg_s", rate_kg_s, 0, 1e9),
+                                 check_range("sink.water_kg_s", water_kg_s, -1e9, 1e9),
                                  check_range("sink.start_s", start_s, 0, kFlowForever),
                                  check_range("sink.end_s", end_s, start_s, kFlowForever)}) {
         if (!status) return status;
@@ -228,6 +234,15 @@ Status Flows::place(Flow& flow) const {
     if (Status status = is_source ? flow.source.validate() : flow.sink.validate(); !status) {
         return status;
     }
+    const bool is_well = flow.kind == FlowKind::well;
+    if (!is_source && is_well != (flow.sink.water_kg_s != 0)) {
+        return Error{"a well moves water, another sink none"};
+    }
+    if (is_well && core_.params.water_count == 0) {
+        return Error{fmt::format(
+            "sink.water_kg_s is {}, but pore_water_fraction is 0 in all materials of this soil",
+            flow.sink.water_kg_s)};
+    }
     const char* what = is_source ? "source" : "sink";
     auto region =
         is_source ? find_source_region(flow.source) : find_region(flow.sink.region, flow.sink.pose);
@@ -238,7 +253,10 @@ Status Flows::place(Flow& flow) const {
     flow.region = std::move(*region);
     std::ranges::fill(flow.words, 0);
     if (!is_source) {
-        flow.units_per_s = flow.sink.rate_kg_s / core_.kg_per_unit;
+        const double water_kg_s = flow.sink.water_kg_s;
+        flow.units_per_s =
+            (is_well ? std::abs(water_kg_s) : flow.sink.rate_kg_s) / core_.kg_per_unit;
+        flow.words[kFlowWell] = !is_well ? 0 : water_kg_s > 0 ? -1 : 1;
         return Done{};
     }
     const SourceDef& source = flow.source;

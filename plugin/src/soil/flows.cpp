@@ -35,9 +35,13 @@ int64_t Flow::due_units(double t_s) const {
     return time_s > 0 ? static_cast<int64_t>(std::floor(units_per_s * time_s)) : 0;
 }
 
-int64_t Flow::waiting_most(double step_s) const {
+double Flow::every_s(const SoilDef& def) const {
+    return kind == FlowKind::well ? Water::period_s(def) : def.step_s;
+}
+
+int64_t Flow::waiting_most(const SoilDef& def) const {
     return std::max(2 * kLumpLeast,
-                    static_cast<int64_t>(std::ceil(kWaitingSteps * units_per_s * step_s)));
+                    static_cast<int64_t>(std::ceil(kWaitingSteps * units_per_s * every_s(def))));
 }
 
 void Flows::start(std::vector<int32_t> material_tables) {
@@ -211,7 +215,11 @@ void Flows::begin_source(Flow& flow) {
 
 void Flows::begin_sink(Flow& flow) {
     const double to_s = time_s();
-    flow.works = to_s > flow.start_s() && to_s - core_.def.step_s < flow.end_s();
+    flow.works = to_s > flow.start_s() && to_s - flow.every_s(core_.def) < flow.end_s();
+    if (flow.works && flow.kind == FlowKind::well && !Water::is_due(core_)) {
+        flow.works = false;
+        return;
+    }
     if (!flow.works) {
         flow.is_fresh = true;  // what comes into its region until it begins again is not seen
         return;
@@ -303,7 +311,9 @@ void Flows::note_results(bool is_quiet) {
         const int32_t* words = &results_[i * kFlowResultWords];
         const bool is_source = flow.kind == FlowKind::source;
         std::vector<int64_t>& total = is_source ? units_in_ : units_out_;
-        for (size_t m = 0; m < total.size(); ++m) {
+        const bool is_well = flow.kind == FlowKind::well;  // its water is in Water's account
+        if (is_well) flow.units += wide_sum(words);
+        for (size_t m = 0; !is_well && m < total.size(); ++m) {
             const int64_t moved = wide_sum(words + 2 * m);
             flow.units += moved;
             total[m] += moved;
@@ -311,8 +321,8 @@ void Flows::note_results(bool is_quiet) {
         if (flow.works && !is_source && !is_quiet) flow.held_units = wide_sum(words + kFlowHeld);
         if (flow.takes_all()) continue;
         const int64_t waits = flow.due_units(time_s()) - flow.units - flow.missed_units;
-        const bool is_over = time_s() > flow.end_s() + kWaitingSteps * core_.def.step_s;
-        const int64_t most = is_over ? 0 : flow.waiting_most(core_.def.step_s);
+        const bool is_over = time_s() > flow.end_s() + kWaitingSteps * flow.every_s(core_.def);
+        const int64_t most = is_over ? 0 : flow.waiting_most(core_.def);
         flow.missed_units += std::max<int64_t>(0, waits - most);
     }
 }
@@ -329,6 +339,7 @@ Result<int> Soil::add_source(const SourceDef& def) {
 Result<int> Soil::add_sink(const SinkDef& def) {
     Flow flow;
     flow.sink = def;
+    if (def.water_kg_s != 0) flow.kind = FlowKind::well;
     return impl_->flows.add(std::move(flow));
 }
 
@@ -345,7 +356,9 @@ Status Soil::move_source(int id, Vec3 center_m, Vec3 direction) {
 
 Status Soil::move_sink(int id, const Pose& pose) {
     Flow* flow = impl_->flows.find(id);
-    if (!flow || flow->kind != FlowKind::sink) return Error{fmt::format("there is no sink {}", id)};
+    if (!flow || flow->kind == FlowKind::source) {
+        return Error{fmt::format("there is no sink {}", id)};
+    }
     Flow moved = *flow;
     moved.sink.pose = pose;
     moved.is_fresh = true;

@@ -26,7 +26,7 @@ struct FlowRegion {
 };
 
 /// What soil comes or goes by.
-enum class FlowKind { source, sink, open_side };
+enum class FlowKind { source, sink, open_side, well };
 
 /// A source, a sink or an open side, and what it has done.
 struct Flow {
@@ -53,8 +53,10 @@ struct Flow {
     bool takes_all() const { return kind != FlowKind::source && units_per_s == 0; }
     /// Mass units due since its start by simulated time `t_s`.
     int64_t due_units(double t_s) const;
+    /// Time from when it works to when it works again.
+    double every_s(const SoilDef& def) const;
     /// As many as may wait for room or soil.
-    int64_t waiting_most(double step_s) const;
+    int64_t waiting_most(const SoilDef& def) const;
 };
 
 /// All of a soil.

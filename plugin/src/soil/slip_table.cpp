@@ -73,6 +73,15 @@ int32_t seepage_q8(double conductivity_m_s, const SoilDef& def) {
         std::lround(std::min(1.0, voxels) * Water::kVoxelUnits * layout::kOneQ8));
 }
 
+int32_t suction_q16(const MaterialDef& m, const SoilDef& def) {
+    const double suction_m =
+        m.friction_angle_rad > 0
+            ? 4 * m.moist_cohesion_pa / std::tan(m.friction_angle_rad) / (1000 * def.gravity_m_s2)
+            : 0;
+    return static_cast<int32_t>(std::lround(
+        std::min(suction_m / def.voxel_m * layout::kOneQ16, 1.0 * layout::kSuctionMost)));
+}
+
 std::vector<int32_t> make_slip_table(const MaterialDef& m, const SoilDef& def) {
     using namespace layout;
     std::vector<int32_t> table(kTableWords, 0);
@@ -108,12 +117,7 @@ std::vector<int32_t> make_slip_table(const MaterialDef& m, const SoilDef& def) {
                              : 0;
     table[kTableResidual] = static_cast<int32_t>(std::lround(m.residual_saturation * kOneQ16));
     table[kTableSeepage] = seepage_q8(m.conductivity_m_s, def);
-    const double suction_m =
-        m.friction_angle_rad > 0
-            ? 4 * m.moist_cohesion_pa / std::tan(m.friction_angle_rad) / (1000 * def.gravity_m_s2)
-            : 0;
-    table[kTableSuction] = static_cast<int32_t>(
-        std::lround(std::min(suction_m / def.voxel_m * kOneQ16, 1.0 * kSuctionMost)));
+    table[kTableSuction] = suction_q16(m, def);
     table[kTableRoughness] = static_cast<int32_t>(std::lround(m.roughness * kOneQ16));
     table[kTableViscosity] = static_cast<int32_t>(std::lround(m.viscosity * kOneQ16));
     const double drag = m.viscosity < 1 ? -std::log1p(-m.viscosity) * def.step_s * 60 : kDragMost;

@@ -30,6 +30,9 @@ int32_t friction_speed(double friction, const SoilDef& def);
 /// What seeps out of a saturated voxel in a water step, mass units Q8; a voxel's water at most.
 int32_t seepage_q8(double conductivity_m_s, const SoilDef& def);
 
+/// Suction of dry pores, as a height of water: Q16 voxels.
+int32_t suction_q16(const MaterialDef& material, const SoilDef& def);
+
 /// The table of one material in the layout of the kernels (kTableWords words): slopes, and what
 /// else kernels need to know of it.
 std::vector<int32_t> make_slip_table(const MaterialDef& material, const SoilDef& def);

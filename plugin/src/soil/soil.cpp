@@ -107,6 +107,8 @@ void set_params(SoilCore& s) {
         s.materials, [](const MaterialDef& m) { return m.pore_water_fraction > 0; });
     p.water_plane = p.water_count > 0 ? kPlaneMaterial + p.material_count : 0;
     p.floor_seepage = seepage_q8(def.floor_drainage_m_s, def);
+    const double table_voxels = std::min(def.water_table_m / def.voxel_m, 1.0 * s.height);
+    p.water_table = p.water_count > 0 ? static_cast<int>(std::lround(table_voxels * kOneQ16)) : 0;
     p.transport_count = transported_planes(p.material_count, p.water_count);
     p.gravity_q16 = static_cast<int>(
         std::lround(def.gravity_m_s2 * def.step_s * def.step_s / def.voxel_m * kVoxelFull));

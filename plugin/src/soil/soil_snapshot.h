@@ -63,7 +63,7 @@ struct SavedFlow {
     void list(StateStream& stream) {
         SourceDef& in = flow.source;
         SinkDef& out = flow.sink;
-        stream.choice(flow.kind, FlowKind::open_side);
+        stream.choice(flow.kind, FlowKind::well);
         stream(flow.id, flow.units, flow.missed_units, flow.held_units, flow.lump_count,
                flow.is_fresh, flow.since_s);
         if (flow.kind == FlowKind::source) {
@@ -71,11 +71,12 @@ struct SavedFlow {
             stream(in.center_m, in.direction, in.radius_m, in.length_m, in.width_m, in.turn_rad,
                    in.speed_m_s, in.spread_rad, in.rate_kg_s, in.rate_m3_s, in.start_s, in.end_s,
                    in.material);
-        } else if (flow.kind == FlowKind::sink) {
+        } else if (flow.kind != FlowKind::open_side) {
             stream.choice(out.region.kind, ConvexShape::Kind::cone);
             stream(out.region.local, out.region.half_extents_m, out.region.radius_m,
                    out.region.half_height_m, out.region.rounding_m, out.pose, out.rate_kg_s,
                    out.start_s, out.end_s);
+            if (flow.kind == FlowKind::well) stream(out.water_kg_s);
         }
     }
 };

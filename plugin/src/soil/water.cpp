@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "soil/slip_table.h"
 #include "soil/soil_impl.h"
 
 namespace bsoil {
@@ -20,14 +21,29 @@ int64_t period(const SoilDef& def) { return std::max<int64_t>(1, std::llround(1 
 
 double Water::period_s(const SoilDef& def) { return static_cast<double>(period(def)) * def.step_s; }
 
+bool Water::is_due(const SoilCore& core) { return core.step_index % period(core.def) == 0; }
+
 int64_t Water::due_units(double rate_m_s, int64_t step) const {
     const double time_s = static_cast<double>(step) * core_.def.step_s;
     return static_cast<int64_t>(std::floor(rate_m_s * time_s / core_.frame.voxel_m * kVoxelUnits));
 }
 
+// S = 1 - h / H at a height h over the table, H being the suction of dry pores: nothing flows.
+std::vector<double> Water::per_mass_of_layers(const MaterialDef& material) const {
+    std::vector<double> layers;
+    const double reach = suction_q16(material, core_.def);
+    for (int z = 0; core_.params.water_table > 0 && z < core_.height; ++z) {
+        const double above = (z + 0.5) * kOneQ16 - core_.params.water_table;
+        const double held = above < 0 ? 1 : above < reach ? 1 - above / reach : 0;
+        if (held <= material.placed_saturation) break;
+        layers.push_back(held * material.pore_water_fraction);
+    }
+    return layers;
+}
+
 void Water::begin_step() {
     moves_ = false;
-    if (!is_there() || core_.step_index % period(core_.def) != 0) return;
+    if (!is_there() || !is_due(core_)) return;
     const auto due = [&](double rate_m_s) {
         return static_cast<int32_t>(due_units(rate_m_s, core_.step_index) -
                                     due_units(rate_m_s, core_.step_index - period(core_.def)));

@@ -19,6 +19,12 @@ class Water {
     static constexpr int kVoxelUnits = 32768;
     /// Time from one water step to the next [s]: the whole steps nearest to a second.
     static double period_s(const SoilDef& def);
+    /// Whether the step in progress is a water step.
+    static bool is_due(const SoilCore& core);
+
+    /// Water of a unit of a fill's mass by layer from the bottom, up to the last in which
+    /// groundwater or its capillary fringe holds more than the fill has.
+    std::vector<double> per_mass_of_layers(const MaterialDef& material) const;
 
     bool is_there() const { return core_.params.water_count > 0; }
     int64_t units_in() const { return units_in_; }

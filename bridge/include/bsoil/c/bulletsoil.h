@@ -259,6 +259,9 @@ typedef struct bulletsoil_soil_def {
     size_t bekker_count;
     /** of the contact law; null: the defaults */
     const bulletsoil_contact_constants* contact_constants;
+    /** groundwater up to this height over the grid's floor, 0..1000; 0: none. Soil below is full of
+     * water */
+    double water_table_m;
 } bulletsoil_soil_def;
 
 /** Sets `def`, of `struct_size` = sizeof *def bytes, to the defaults: 12 x 2 x 12 m, voxels of 5
@@ -330,6 +333,9 @@ typedef struct bulletsoil_sink {
     double start_s, end_s; /**< simulated time of the soil, 0..1e9 */
     int32_t shape;         /**< BULLETSOIL_SINK_... */
     uint32_t reserved;     /**< 0 */
+    /** not 0: a well, which moves water instead of soil: out of the region's pores, below 0 into
+     * them, -1e9..1e9 */
+    double water_kg_s;
 } bulletsoil_sink;
 
 /** Sets `source`, of `struct_size` = sizeof *source bytes, to a disc that pours nothing yet. */
