@@ -11,7 +11,7 @@
 // state  plane  8  force x y z        12 B a voxel             direction of the push [K T]
 // state  plane 11  bond               4 B a voxel              volume units never moved [K T]
 // state  plane 12  mass of material m 4 M B a voxel            mass units [K T]
-// state  plane 12 + M  water          4 W B a voxel            mass units, behind the materials [K T]
+// state  plane 12 + M  water          4 W B a voxel            water units, behind the materials [K T]
 // delta  as planes 4 ...              32 + 4 M + 4 W B a voxel what a pass moves; zero between passes
 //   state and delta                   80 + 8 M + 8 W B a voxel 88 with one dry material, 152 with 8 that take water
 // tile_table                          64 B a tile              neighbours' slots, place, top of the soil

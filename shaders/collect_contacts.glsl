@@ -42,7 +42,7 @@ int soil_top_around(int slot, int x, int y) {
 void add_load(int body, int voxel, ivec3 place) {
     int load = kResultHeader + body * kLoadWords;
     int mass = mass_at(voxel);
-    mass = (mass + min(water_at(voxel), max(0, kVoxelMost - mass))) / kLoadPart;
+    mass = (mass + min(water_at(voxel) / kWaterParts, max(0, kVoxelMost - mass))) / kLoadPart;
     add_wide(load + kLoadMass, mass);
     add_mass_moment(load + kLoadMoment, mass, place.x);
     add_mass_moment(load + kLoadMoment + 2, mass, place.y);

@@ -6,8 +6,8 @@
 // Reads: coverage, terrain, support, volume, materials, water, tables. Writes: deltas, result.
 int move_water_lanes(int group, int half_at) { return kAllLanes; }
 
-// What would drain out of a voxel, Q8.
-int seepage_q8(int voxel) {
+// What would drain out of a voxel, Q4.
+int seepage_q4(int voxel) {
     int residual = mixed_word(voxel, 0, kTableResidual);
     int over = saturation_at(voxel) - residual;
     if (over <= 0) return 0;
@@ -39,7 +39,7 @@ int part_to_equal(int voxel, int to, int head, int dry) {
     return mul_q16(min(pores_at(voxel), pores_at(to)), fraction_q16(head, dry)) / draw_ways();
 }
 
-// What the voxels beside one, and the one above it, draw out of it, `over` at most. seeps: see seepage_q8. moves: 1 where any
+// What the voxels beside one, and the one above it, draw out of it, `over` at most. seeps: see seepage_q4. moves: 1 where any
 // does.
 int draw_water(int slot, ivec3 at, int voxel, int seeps, int chance, int over, INOUT(int) moves) {
     int dry = mixed_word(voxel, 0, kTableSuction);
@@ -65,7 +65,7 @@ int draw_water(int slot, ivec3 at, int voxel, int seeps, int chance, int over, I
     return given;
 }
 
-// What drains out of a voxel into the one below it over groundwater, where suction holds some of it: `down` is without, Q8.
+// What drains out of a voxel into the one below it over groundwater, where suction holds some of it: `down` is without, Q4.
 // from_above: what the voxel gets from above, which it passes on.
 void hold_water(int voxel, int z, int from_above, INOUT(int) down, INOUT(int) room) {
     int below = voxel - kTileColumns;
@@ -141,7 +141,7 @@ void move_water(int group, int lane) {
             leaves = is_floor ? 0 : water;  // soil left it behind: it falls
             moves = leaves > 0 && is_open(below) ? 1 : moves;
         } else if (water > 0) {
-            int seeps = seepage_q8(voxel);
+            int seeps = seepage_q4(voxel);
             int down = !is_floor ? seeps : (is_flooded ? 0 : min(seeps, params.floor_seepage));
             bool is_on_soil = !is_floor && is_open(below) && mass_at(below) > 0;
             int room = is_floor || (is_on_soil && is_over_flood) ? water : (is_on_soil ? intake_at(below) : 0);

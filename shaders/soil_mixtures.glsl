@@ -46,14 +46,14 @@ bool is_mixed(int voxel) {
     return params.material_count > 1 && mass_at(voxel) != state_at(kPlaneMaterial + main_material(voxel), voxel);
 }
 
-// Water of a voxel's soil, mass units; 0 where no soil of the grid takes any.
+// Water of a voxel's soil, water units; 0 where no soil of the grid takes any.
 int water_at(int voxel) { return params.water_plane == 0 ? 0 : state_at(params.water_plane, voxel); }
 
-// Mass units out of Q8 of them: what is less than one comes by chance, so that slow water gets on too.
-int whole_units(int units_q8, int chance) { return (units_q8 + (chance >> 8)) >> 8; }
+// Water units out of Q4 of them: what is less than one comes by chance, so that slow water gets on too.
+int whole_units(int units_q4, int chance) { return (units_q4 + (chance >> 12)) >> 4; }
 
-// Water that the pores of a voxel's soil have room for, mass units.
-int pores_at(int voxel) { return mul_q16(mass_at(voxel), mixed_word(voxel, 0, kTablePores)); }
+// Water that the pores of a voxel's soil have room for, water units.
+int pores_at(int voxel) { return mul_q16(mass_at(voxel) * kWaterParts, mixed_word(voxel, 0, kTablePores)); }
 
 // Share of its pores that water fills, Q16.
 int saturation_at(int voxel) {
@@ -70,7 +70,7 @@ int strength_at(int voxel, int loose) {
     int moist = mixed_word(voxel, loose, kTableMoist);
     if (strength + moist == 0) return 0;
     int saturation = saturation_at(voxel);
-    int mass = mass_at(voxel);
+    int mass = mass_at(voxel) * kWaterParts;
     strength = min(strength + 4 * mul_q16(moist, mul_q16(saturation, kOneQ16 - saturation)), kStrengthMost);
     return mass > 0 ? mul_q16(strength, fraction_q16(mass, mass + water)) : strength;
 }

@@ -39,9 +39,9 @@ int slide_count;         // slide passes in a base step
 int slide_kick;          // gravity (Q16) that sets sliding soil in motion in this slip pass
 int water_count;         // 1: soil takes water, and water_plane has it; 0: there is no such plane
 int water_plane;
-int rain_units;          // water that falls on a column in this water step, mass units
+int rain_units;          // water that falls on a column in this water step, water units
 int drying_units;        // water that dries off a column in it
-int floor_seepage;       // water that the floor takes from a column in it, mass units Q8
+int floor_seepage;       // water that the floor takes from a column in it, water units Q4
 int water_table;         // height of the groundwater over the floor, Q16 voxels; 0: there is none
 int deposits;            // 1: a material has roughness or viscosity
 int air;                 // 1: a material falls in air, kTableAir

@@ -5,7 +5,7 @@
 
 int take_soil_lanes(int group, int half_at) { return flow_lanes(group, half_at); }
 
-// Mass units that a well may take out of a voxel, or bring to it.
+// Water units that a well may take out of a voxel, or bring to it.
 int well_most(int voxel, int well) {
     int pores = pores_at(voxel);
     int water = water_at(voxel);
@@ -27,7 +27,7 @@ void take_soil(int group, int lane) {
         }
         if (well != 0) {
             int most = well_most(voxel, well);
-            int amount = whole_units(mul_q16(most * kOneQ8, share), voxel_chance(grid_voxel(slot, lane & 7, lane >> 3, z)));
+            int amount = whole_units(mul_q16(most * 16, share), voxel_chance(grid_voxel(slot, lane & 7, lane >> 3, z)));
             held += most - amount;
             if (amount == 0) continue;
             add_delta(params.water_plane, voxel, well * amount);

@@ -66,7 +66,7 @@ std::string memory_map() {
     map.plane("bond", kPlaneBond, 1, "volume units never moved");
     map.plane("mass of material m", kPlaneMaterial, 0, "mass units");
     map.row(fmt::format("state  plane {} + M  water", kPlaneMaterial), "4 W B a voxel",
-            "mass units, behind the materials [K T]");
+            "water units, behind the materials [K T]");
     map.row(fmt::format("delta  as planes {} ...", kTransportFirst),
             by_materials(transported_planes) + " B a voxel",
             "what a pass moves; zero between passes");

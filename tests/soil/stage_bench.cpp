@@ -285,7 +285,7 @@ oracle::Field StageBench::to_field(const StatePlanes& planes) const {
             voxel.mass[static_cast<size_t>(m)] = word(kPlaneMaterial + m) * kUnit;
         }
         if (const int plane = impl_->params.water_plane; plane > 0) {
-            voxel.water = word(plane) * kUnit;
+            voxel.water = word(plane) * kUnit / kWaterParts;
         }
         const int support = word(kPlaneSupport);
         using Kind = oracle::Support::Kind;

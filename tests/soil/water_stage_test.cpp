@@ -43,8 +43,9 @@ class WaterStage : public testing::TestWithParam<Scenario> {
                     }
                     // Here and there soil has left some behind.
                     planes.at(kPlaneMaterial + materials, x, y, z) =
-                        mass > 0 ? static_cast<int>(std::max(0.0, share(random)) * 0.25 * mass)
-                                 : static_cast<int>(random() % 8 == 0) * 50;
+                        kWaterParts *
+                        (mass > 0 ? static_cast<int>(std::max(0.0, share(random)) * 0.25 * mass)
+                                  : static_cast<int>(random() % 8 == 0) * 50);
                 }
             }
         }
@@ -53,9 +54,9 @@ class WaterStage : public testing::TestWithParam<Scenario> {
         bench.find_support();
         bench.build_spans();
         SoilParams& params = bench.impl().params;
-        params.rain_units = 900;
-        params.drying_units = 400;
-        params.floor_seepage = 300 * kOneQ8;
+        params.rain_units = 900 * kWaterParts;
+        params.drying_units = 400 * kWaterParts;
+        params.floor_seepage = 300 * kWaterParts * 16;
     }
     static std::vector<oracle::PoreSoil> pore_soils(const Soil& soil) {
         std::vector<oracle::PoreSoil> soils;
@@ -64,7 +65,7 @@ class WaterStage : public testing::TestWithParam<Scenario> {
             const double suction_m =
                 4 * m.moist_cohesion_pa / std::tan(m.friction_angle_rad) / (1000 * kGravity);
             soils.push_back({m.pore_water_fraction, m.residual_saturation,
-                             std::min(1.0, voxels) * Water::kVoxelUnits / kVoxelFull,
+                             std::min(1.0, voxels) * Water::kVoxelUnits / kWaterParts / kVoxelFull,
                              suction_m / soil.frame().voxel_m});
         }
         return soils;
@@ -74,10 +75,11 @@ class WaterStage : public testing::TestWithParam<Scenario> {
     static void flood(StageBench& bench) {
         bench.impl().params.water_table = static_cast<int>(kTable * kOneQ16);
     }
-    static int64_t sum(StageBench& bench, int word) {
+    /// Mass units.
+    static double sum(StageBench& bench, int word) {
         int32_t words[2];
         bench.impl().device->read(Buffer::result, word, words);
-        return wide_sum(words);
+        return static_cast<double>(wide_sum(words)) / kWaterParts;
     }
 };
 
@@ -107,8 +109,8 @@ TEST_P(WaterStage, follows_the_oracle) {
         // Two units a column; what groundwater moves comes by chance in each of four layers, too.
         const double near = (table > 0 ? 6 : 2) * unit * before.nx * before.ny;
         EXPECT_GT(expected.in, 0);
-        EXPECT_NEAR(static_cast<double>(sum(bench, kResultWaterIn)) * unit, expected.in, near);
-        EXPECT_NEAR(static_cast<double>(sum(bench, kResultWaterOut)) * unit, expected.out, near);
+        EXPECT_NEAR(sum(bench, kResultWaterIn) * unit, expected.in, near);
+        EXPECT_NEAR(sum(bench, kResultWaterOut) * unit, expected.out, near);
     }
 }
 
@@ -125,7 +127,7 @@ TEST_P(WaterStage, fills_no_pore_beyond_its_room) {
         double sum = 0;
         for (int m = 0; m < count; ++m) {
             sum += of.at(kPlaneMaterial + m, x, y, z) *
-                   materials[static_cast<size_t>(m)].pore_water_fraction;
+                   materials[static_cast<size_t>(m)].pore_water_fraction * kWaterParts;
         }
         return sum;
     };
@@ -142,7 +144,7 @@ TEST_P(WaterStage, fills_no_pore_beyond_its_room) {
             is_thin ? static_cast<int>(pores(planes, x, y, z)) : 0;
     });
     bench.write(planes);
-    bench.impl().params.rain_units = kVoxelFull;
+    bench.impl().params.rain_units = kVoxelFull * kWaterParts;
     bench.move_water();
     const StatePlanes after = bench.read();
     int64_t water = 0;
@@ -207,7 +209,7 @@ TEST_P(WaterStage, has_the_same_bits_on_gl) {
             std::vector<int32_t>& out = words[backend == Backend::gl];
             out = bench.read().words;
             for (const int at : {kResultWaterIn, kResultWaterOut, kResultWaterMoves}) {
-                out.push_back(static_cast<int32_t>(sum(bench, at)));
+                out.push_back(static_cast<int32_t>(sum(bench, at) * kWaterParts));
             }
         }
         EXPECT_TRUE(words[0] == words[1]) << "CPU and GL differ";

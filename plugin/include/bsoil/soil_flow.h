@@ -65,7 +65,7 @@ enum class FlowWay { in, out };
 
 /// What a source or sink has done.
 struct FlowState {
-    int64_t units = 0;  ///< mass units moved so far, a well's of water
+    int64_t units = 0;  ///< mass units moved so far; a well's as SoilTotals::water_units
     /// Mass units that were due and will never come: the source found no room, the sink no soil.
     int64_t missed_units = 0;
     double mass_kg = 0, missed_kg = 0;

@@ -254,8 +254,8 @@ Status Flows::place(Flow& flow) const {
     std::ranges::fill(flow.words, 0);
     if (!is_source) {
         const double water_kg_s = flow.sink.water_kg_s;
-        flow.units_per_s =
-            (is_well ? std::abs(water_kg_s) : flow.sink.rate_kg_s) / core_.kg_per_unit;
+        flow.units_per_s = (is_well ? std::abs(water_kg_s) * kWaterParts : flow.sink.rate_kg_s) /
+                           core_.kg_per_unit;
         flow.words[kFlowWell] = !is_well ? 0 : water_kg_s > 0 ? -1 : 1;
         return Done{};
     }
@@ -300,7 +300,7 @@ Status Flows::place(Flow& flow) const {
     flow.words[kFlowVolume] =
         static_cast<int32_t>(std::lround(kReferenceDensity / density * kVoxelFull));
     flow.words[kFlowWater] = static_cast<int32_t>(
-        std::lround(soil.placed_saturation * soil.pore_water_fraction * kVoxelFull));
+        std::lround(soil.placed_saturation * soil.pore_water_fraction * kWaterParts * kVoxelFull));
     const SourceFrame axes = frame_of(source, up_of(core_.def));
     const double aside = way_voxels * std::tan(source.spread_rad);
     const std::pair<Vec3, double> velocities[] = {

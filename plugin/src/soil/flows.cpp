@@ -377,7 +377,8 @@ double Soil::moved_kg(FlowWay way) const {
 Result<FlowState> Soil::flow_state(int id) const {
     const Flow* flow = impl_->flows.find(id);
     if (!flow) return Error{fmt::format("there is no source or sink {}", id)};
-    const double kg = impl_->kg_per_unit;
+    const double kg =
+        flow->kind == FlowKind::well ? impl_->kg_per_unit / kWaterParts : impl_->kg_per_unit;
     return FlowState{flow->units, flow->missed_units, static_cast<double>(flow->units) * kg,
                      static_cast<double>(flow->missed_units) * kg};
 }

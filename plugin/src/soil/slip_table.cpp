@@ -67,10 +67,9 @@ int32_t friction_speed(double friction, const SoilDef& def) {
         std::lround(friction * def.gravity_m_s2 * def.step_s * per_step * layout::kVelocityOne));
 }
 
-int32_t seepage_q8(double conductivity_m_s, const SoilDef& def) {
+int32_t seepage_q4(double conductivity_m_s, const SoilDef& def) {
     const double voxels = conductivity_m_s * Water::period_s(def) / def.voxel_m;
-    return static_cast<int32_t>(
-        std::lround(std::min(1.0, voxels) * Water::kVoxelUnits * layout::kOneQ8));
+    return static_cast<int32_t>(std::lround(std::min(1.0, voxels) * Water::kVoxelUnits * 16));
 }
 
 int32_t suction_q16(const MaterialDef& m, const SoilDef& def) {
@@ -116,7 +115,7 @@ std::vector<int32_t> make_slip_table(const MaterialDef& m, const SoilDef& def) {
                                    m.moist_cohesion_pa / weight * kVoxelFull, 1.0 * kStrengthMost)))
                              : 0;
     table[kTableResidual] = static_cast<int32_t>(std::lround(m.residual_saturation * kOneQ16));
-    table[kTableSeepage] = seepage_q8(m.conductivity_m_s, def);
+    table[kTableSeepage] = seepage_q4(m.conductivity_m_s, def);
     table[kTableSuction] = suction_q16(m, def);
     table[kTableRoughness] = static_cast<int32_t>(std::lround(m.roughness * kOneQ16));
     table[kTableViscosity] = static_cast<int32_t>(std::lround(m.viscosity * kOneQ16));

@@ -27,8 +27,8 @@ SlipWedge find_slip_wedge(const MaterialDef& material, double gravity_m_s2, doub
 /// step, as the kernels have it.
 int32_t friction_speed(double friction, const SoilDef& def);
 
-/// What seeps out of a saturated voxel in a water step, mass units Q8; a voxel's water at most.
-int32_t seepage_q8(double conductivity_m_s, const SoilDef& def);
+/// What seeps out of a saturated voxel in a water step, water units Q4; a voxel's water at most.
+int32_t seepage_q4(double conductivity_m_s, const SoilDef& def);
 
 /// Suction of dry pores, as a height of water: Q16 voxels.
 int32_t suction_q16(const MaterialDef& material, const SoilDef& def);

@@ -241,7 +241,7 @@ Status SoilSnapshot::check_soil(const SavedTile& tile, const TileVoxels& kept) c
         if (!status) return status;
     }
     if (s_.water.is_there()) {
-        if (Status status = check("water", kKeptMaterial + s_.params.material_count, 0, kMassMost);
+        if (Status status = check("water", kKeptMaterial + s_.params.material_count, 0, kMassMost * kWaterParts);
             !status) {
             return status;
         }

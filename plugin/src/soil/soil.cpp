@@ -106,7 +106,7 @@ void set_params(SoilCore& s) {
     p.water_count = std::ranges::any_of(
         s.materials, [](const MaterialDef& m) { return m.pore_water_fraction > 0; });
     p.water_plane = p.water_count > 0 ? kPlaneMaterial + p.material_count : 0;
-    p.floor_seepage = seepage_q8(def.floor_drainage_m_s, def);
+    p.floor_seepage = seepage_q4(def.floor_drainage_m_s, def);
     const double table_voxels = std::min(def.water_table_m / def.voxel_m, 1.0 * s.height);
     p.water_table = p.water_count > 0 ? static_cast<int>(std::lround(table_voxels * kOneQ16)) : 0;
     p.transport_count = transported_planes(p.material_count, p.water_count);
@@ -370,7 +370,7 @@ VoxelSample Soil::sample(int x, int y, int z) const {
         double pores = 0;
         for (int m = 0; m < s.params.material_count; ++m) {
             pores += voxels.at(kKeptMaterial + m, z, column) *
-                     s.materials[static_cast<size_t>(m)].pore_water_fraction;
+                     s.materials[static_cast<size_t>(m)].pore_water_fraction * kWaterParts;
         }
         const int water = voxels.at(kKeptMaterial + s.params.material_count, z, column);
         if (pores > 0) sample.saturation = std::min(1.0, water / pores);

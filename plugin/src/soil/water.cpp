@@ -10,7 +10,8 @@ namespace bsoil {
 
 using namespace layout;
 
-static_assert(Water::kVoxelUnits == kVoxelFull * 1000 / static_cast<int>(kReferenceDensity));
+static_assert(Water::kVoxelUnits ==
+              kVoxelFull * 1000 / static_cast<int>(kReferenceDensity) * kWaterParts);
 
 namespace {
 

@@ -15,8 +15,8 @@ class Water {
   public:
     Water(SoilCore& core, TileTable& tiles, WorkLists& lists, Passes& passes)
         : core_(core), tiles_(tiles), lists_(lists), passes_(passes) {}
-    /// Mass units of water that fill a voxel.
-    static constexpr int kVoxelUnits = 32768;
+    /// Water units that fill a voxel.
+    static constexpr int kVoxelUnits = 524288;
     /// Time from one water step to the next [s]: the whole steps nearest to a second.
     static double period_s(const SoilDef& def);
     /// Whether the step in progress is a water step.
