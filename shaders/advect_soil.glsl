@@ -261,7 +261,7 @@ void carry_share(int voxel, int to, int share, ivec3 momentum) {
 
 // A share of a parcel goes a step on, as far as nothing bars it. Returns the momentum that leaves its voxel, or that what bars
 // the way takes.
-ivec3 give_share(int slot, Parcel parcel, ivec3 step, int wanted) {
+ivec3 give_share(int slot, IN(Parcel) parcel, ivec3 step, int wanted) {
     ivec3 target = parcel.at + step;
     int to = voxel_at(slot, target.x, target.y, target.z);
     int share = wanted;
@@ -283,7 +283,7 @@ ivec3 give_share(int slot, Parcel parcel, ivec3 step, int wanted) {
 }
 
 // Shares a parcel out over the seven voxels that it overlaps beside its own, thesis (13) to (16). Returns the momentum it loses.
-ivec3 spread_soil(int slot, Parcel parcel, ivec3 drift) {
+ivec3 spread_soil(int slot, IN(Parcel) parcel, ivec3 drift) {
     ivec3 weight = drift_weight(slot, parcel.at, parcel.voxel, drift);
     ivec3 side = ivec3(drift.x < 0 ? -1 : 1, drift.y < 0 ? -1 : 1, drift.z < 0 ? -1 : 1);
     ivec3 lost = ivec3(0);

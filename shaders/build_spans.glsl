@@ -104,14 +104,17 @@ void build_spans(int group, int lane) {
         int base = z * kVoxelFull;
         int next = inside ? kind_above(kind, top, base, volume, coverage) : kNoSpan;
         climb_terrain(z, terrain, bare, climbs);
-        if (next != kind && kind != kNoSpan) {
-            bool carried = kind == kSpanPiled && carrier > 0;
-            int stands_on = !carried ? 0 : is_top_free(column, top) ? carrier | kBaseFree : carrier;
-            if (!add_span(record, count, kind, bottom, top, stands_on)) lost_at = min(bottom >> 16, params.height - 1);
+        if (next != kind) {
+            if (kind != kNoSpan) {
+                bool carried = kind == kSpanPiled && carrier > 0;
+                int stands_on = !carried ? 0 : is_top_free(column, top) ? carrier | kBaseFree : carrier;
+                if (!add_span(record, count, kind, bottom, top, stands_on)) lost_at = min(bottom >> 16, params.height - 1);
+            }
             if (kind == kSpanPiled && !on_body && is_surface(bottom, top)) {
                 note_surface(z, terrain, top, surface, bare, climbs);
                 surface_free = is_top_free(column, top);
             }
+            bottom = base;
         }
         if (next == kSpanRigid) {
             on_body = bodies > terrain;  // after the span below was closed: it stands on what is further down
@@ -119,7 +122,6 @@ void build_spans(int group, int lane) {
         }
         int slack = next == kSpanPiled ? slack_at(voxel, volume) : kSupportSlack;
         top = top_in_voxel(next, kind, bottom, top, base, volume, coverage, slack);
-        bottom = next == kind ? bottom : base;
         kind = next;
     }
     count_intact(column, column_word(kColumnIntact, slot * kTileColumns + lane));

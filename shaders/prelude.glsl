@@ -5,6 +5,7 @@
 layout(local_size_x = 64) in;
 
 #define CONST_INT(name, value) const int name = value;
+#define IN(type) in type
 #define OUT(type) out type
 #define INOUT(type) inout type
 // Marks a float whose every operation is rounded on its own, so that all devices agree on it.

@@ -137,7 +137,7 @@ void slow_slab(int slot, int x, int y, int top, int source, ivec2 ahead, INOUT(S
     if (params.deposits != 0 && slab.pace > 0) keep_speed(slab, kept_by_drag(source));
 }
 
-void write_speed(int first, Slab slab) {
+void write_speed(int first, IN(Slab) slab) {
     for (int z = slab.low; z <= slab.high; ++z) {
         int voxel = first + z * kTileColumns;
         int held = mass_at(voxel) * 64;
@@ -156,7 +156,7 @@ struct Arrivals {
 ivec2 arrival_at(int k, int x, int y, ivec2 ahead) { return ivec2(k == 1 ? x : x + ahead.x, k == 0 ? y : y + ahead.y); }
 
 // Returns the sum of the shares.
-int find_arrivals(int slot, int x, int y, int top, ivec2 ahead, Slab slab, OUT(Arrivals) arrivals) {
+int find_arrivals(int slot, int x, int y, int top, ivec2 ahead, IN(Slab) slab, OUT(Arrivals) arrivals) {
     int share_x = min(kOneQ16, abs(slab.speed.x) / params.slide_count);
     int share_y = min(kOneQ16, abs(slab.speed.y) / params.slide_count);
     int wanted = 0;
@@ -189,7 +189,7 @@ void stack_soil(int slot, ivec2 to, int source, int held, int fraction, INOUT(in
 }
 
 // The slab's shares go over, from its top down.
-void shift_slab(int slot, int x, int y, int first, ivec2 ahead, Slab slab, int wanted, INOUT(Arrivals) arrivals) {
+void shift_slab(int slot, int x, int y, int first, ivec2 ahead, IN(Slab) slab, int wanted, INOUT(Arrivals) arrivals) {
     int amount = mul_q16(slab.thickness, min(wanted, kOneQ16));
     for (int z = slab.high; z >= slab.low && amount > 0; --z) {
         int source = first + z * kTileColumns;

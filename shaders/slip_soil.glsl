@@ -318,7 +318,7 @@ Failure find_failure(int curve, int source, int stands, INOUT(Slices) slices) {
         slices.flow[axis] += wedge - part;
         failure.flow += wedge;
     }
-    failure.fall = failure.fall / max(1, steep_count);
+    if (steep_count > 1) failure.fall = failure.fall / steep_count;
     return failure;
 }
 
@@ -340,7 +340,7 @@ int fastest_around(int slot, int x, int y) {
 }
 
 // How much slips of a wedge, thesis (10).
-int slip_amount(int wedge, int speed, int flow_sum, Slices slices) {
+int slip_amount(int wedge, int speed, int flow_sum, IN(Slices) slices) {
     int rate = min(max(speed / params.substep_count, params.slip_rate_least), params.slip_rate_most);
     // As if columns that far apart were neighbours.
     int amount = min(mul_q16(wedge, rate) * params.slip_stride, kSlipDepth * kVoxelFull) + 1;
@@ -350,7 +350,7 @@ int slip_amount(int wedge, int speed, int flow_sum, Slices slices) {
 }
 
 // Moves an amount of a span's soil along its slices, from the top down, a voxel at a time.
-void shed_soil(int slot, int x, int y, int bottom, int top, int wanted, int curve, Failure failure, Slices slices) {
+void shed_soil(int slot, int x, int y, int bottom, int top, int wanted, int curve, IN(Failure) failure, IN(Slices) slices) {
     int amount = wanted;
     int lowest = max(bottom >> 16, ((top - 1) >> 16) - kSlipDepth);
     for (int z = (top - 1) >> 16; z >= lowest && amount > 0; --z) {

@@ -12,6 +12,7 @@
 #include <glm/vec4.hpp>
 
 #define CONST_INT(name, value) static constexpr int name = value;
+#define IN(type) const type&  // of structs: no copy is made
 #define OUT(type) type&
 #define INOUT(type) type&
 #define PRECISE  // the build forbids contraction (-ffp-contract=off), so every float is
