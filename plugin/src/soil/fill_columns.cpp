@@ -27,8 +27,9 @@ ColumnRun filled(ColumnRun run, int z, int units, const FillMaterial& material, 
         const auto layer = static_cast<size_t>(z);
         const double water = layer < material.water_of_layer.size() ? material.water_of_layer[layer]
                                                                     : material.water_per_mass;
-        if (water > 0)
+        if (water > 0) {
             run.values[material.water_plane] += static_cast<int>(mass * kWaterParts * water);
+        }
         added += int64_t{units} * run.length;
     }
     return run;
