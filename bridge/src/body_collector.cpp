@@ -153,7 +153,7 @@ void BodyCollector::convert(const btCollisionObject& object, Tracked& tracked) {
     const btCollisionShape& shape = *object.getCollisionShape();
     const Pose pose = from_bullet(object.getWorldTransform());
     GridBall grid = ball_around(grid_, voxel_m_);
-    if (is_finite(pose)) grid.center_m = transform(inverse(pose), grid.center_m);
+    if (is_rigid(pose)) grid.center_m = transform(inverse(pose), grid.center_m);
     const ShapeKey key{&shape, shape_fingerprint(shape, grid)};
     if (key == tracked.key && (tracked.shapes || !tracked.refusal.empty())) return;
     if (key != tracked.key) ++tracked.shape_revision;  // not where a snapshot has left it
@@ -262,7 +262,7 @@ void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed
         if (!object.getCollisionShape() || !object.hasContactResponse() || options.ignored) {
             continue;
         }
-        const bool is_placed = is_finite(from_bullet(object.getWorldTransform()));
+        const bool is_placed = is_rigid(from_bullet(object.getWorldTransform()));
         const bool is_in_grid = is_placed && touches_grid(object);
         const auto known = tracked_.find(&object);
         // A body that has just left is shown to the soil once more; one with a NaN pose always, so
@@ -301,7 +301,7 @@ void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed
 const BodyState* BodyCollector::meet(const btDiscreteDynamicsWorld& world, btRigidBody& body) {
     const BodyOptions options = this->options(body);
     if (!body.getCollisionShape() || !body.hasContactResponse() || options.ignored ||
-        options.coverage_only || !is_finite(from_bullet(body.getWorldTransform())) ||
+        options.coverage_only || !is_rigid(from_bullet(body.getWorldTransform())) ||
         !touches_grid(body)) {
         return nullptr;
     }

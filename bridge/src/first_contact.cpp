@@ -92,7 +92,7 @@ void FirstContacts::open(btDiscreteDynamicsWorld& world, btRigidBody& body, doub
     const double radius_m = length(box.max - box.min) / 2;
     const double turn_m_s = radius_m * static_cast<double>(body.getAngularVelocity().length());
     const double fall_m = substep_s * (turn_m_s - dot(velocity_m_s, up_));
-    if (!(fall_m > 0) || !is_finite(from_bullet(body.getWorldTransform()))) return;
+    if (!(fall_m > 0) || !is_rigid(from_bullet(body.getWorldTransform()))) return;
     const BodyState* state = collector_.meet(world, body);
     if (!state) return;
     const auto known = bodies_.find(state->id);

@@ -162,9 +162,9 @@ Result<Shapes> union_of(const btCollisionShape& shape, int count, const GridBall
     Shapes out;
     for (int i = 0; i < count; ++i) {
         const auto [local, child_shape] = child(i);
-        if (!is_finite(local)) {
+        if (!is_rigid(local)) {
             return Error{shape_name(shape) + ": the transform of child " + std::to_string(i) +
-                         " is not finite"};
+                         " is not finite, or no rotation"};
         }
         const GridBall grid_in_child{transform(inverse(local), grid.center_m), grid.radius_m,
                                      grid.voxel_m};

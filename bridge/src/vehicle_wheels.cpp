@@ -455,7 +455,7 @@ void VehicleWheels::show(BodyCollector& collector) {
         const ConvexShape& shape = wheel.shapes->front();
         const double reach_m = std::hypot(shape.radius_m, shape.half_height_m);
         const Vec3 at = wheel.motion.pose.position;
-        const bool is_in_grid = is_finite(wheel.motion.pose) && at.x + reach_m >= grid.min.x &&
+        const bool is_in_grid = is_rigid(wheel.motion.pose) && at.x + reach_m >= grid.min.x &&
                                 at.y + reach_m >= grid.min.y && at.z + reach_m >= grid.min.z &&
                                 at.x - reach_m <= grid.max.x && at.y - reach_m <= grid.max.y &&
                                 at.z - reach_m <= grid.max.z;

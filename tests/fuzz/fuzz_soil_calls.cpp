@@ -219,7 +219,7 @@ class SoilCaller {
         auto other = Soil::create(soil_->def());
         require(other.ok(), "the same soil cannot be made again");
         const auto put = (*other)->prepare(state);
-        require(put.ok(), "a soil's own state is refused");
+        if (!put) fail("a soil's own state is refused: " + put.error());
         (*put)();
         require((*other)->checksum() == checksum, "a state comes back as another");
         soil_ = std::move(*other);

@@ -1,4 +1,5 @@
 // Bodies as a host may hand them over: bad ones are skipped and reported, the soil stays sound.
+#include <cmath>
 #include <limits>
 
 #include "soil_fixture.h"
@@ -48,6 +49,29 @@ TEST_F(BodyInput, poses_and_velocities_that_are_not_finite_are_ignored) {
         }
     }
     EXPECT_EQ(soil_->checksum(), checksum);
+}
+
+TEST_F(BodyInput, rotations_that_stretch_are_ignored) {
+    const uint64_t checksum = soil_->checksum();
+    for (const double length : {0.0, 0.9, 1.01, 1e37}) {
+        Mover mover = stone();
+        mover.body.pose.rotation = {0, 0, 0, length};
+        EXPECT_EQ(bits_after(mover.body), bit(StatusBit::pose_not_finite)) << length;
+    }
+    EXPECT_EQ(soil_->checksum(), checksum);
+    Mover mover = stone();
+    mover.body.pose.rotation = {0, 0, 0, 1 + 1e-6};  // single precision
+    EXPECT_EQ(bits_after(mover.body), 0u);
+}
+
+TEST_F(BodyInput, a_contact_as_wide_as_the_world_has_numbers) {
+    Mover mover = stone();
+    mover.body.contact_width_m = 1e308;
+    const StepReport report = soil_->step({&mover.body, 1});
+    EXPECT_FALSE(report.contacts.empty());
+    for (const ContactVoxel& contact : report.contacts) {
+        EXPECT_TRUE(std::isfinite(contact.depth_m));
+    }
 }
 
 TEST_F(BodyInput, shapes_without_size_are_refused) {

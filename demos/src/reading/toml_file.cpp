@@ -37,6 +37,8 @@ class KeyScanner {
                     break;
                 case '"':
                 case '\'':
+                    // toml++ reads on to the end of what began without a quote, whatever is in it.
+                    if (is_bare_at(at_ - 1)) return Fault{at_, "a quote stands inside of a word"};
                     if (const auto at = skip_string()) {
                         return Fault{*at, "behind a \\ this has to be written as \\uXXXX"};
                     }
@@ -69,6 +71,11 @@ class KeyScanner {
 
   private:
     static bool is_ascii(char c) { return (c & 128) == 0; }
+    /// A letter, digit or sign of a key or value without quotes.
+    bool is_bare_at(size_t at) const {
+        return at < text_.size() && is_ascii(text_[at]) &&
+               std::string_view(" \t\r\n=,.[]{}\"'").find(text_[at]) == std::string_view::npos;
+    }
 
     /// To behind the string that begins here. One that does not end is an error of syntax to come:
     /// nothing behind it matters. Returns the place of what toml++ must not get: it asks whether

@@ -41,7 +41,7 @@ Status RobotBuilder::place(const urdf::Pose& origin, const std::string& link, co
                            ShapeItem& solid) const {
     solid.at = robot_.at;
     solid.pose = to_pose(origin);
-    if (!is_finite(solid.pose) || length(solid.pose.position) > kLargestLength) {
+    if (!is_rigid(solid.pose) || length(solid.pose.position) > kLargestLength) {
         return error("link \"{}\": its {} has no place", link, what);
     }
     return Done{};

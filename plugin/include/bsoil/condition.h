@@ -18,7 +18,8 @@ enum class StatusBit : uint32_t {
     speed_clamped = 1u << 1,      ///< soil or a body moved faster than substeps_max voxels a step
     body_teleported = 1u << 2,    ///< a body jumped so far that it was placed, not swept
     body_outside_grid = 1u << 3,  ///< a moving body left the grid's box
-    pose_not_finite = 1u << 4,    ///< a body with NaN or infinite pose or velocity was ignored
+    pose_not_finite =
+        1u << 4,  ///< a body was ignored: NaN or infinite pose or velocity, or no rotation
     contact_list_full =
         1u << 5,  ///< more contact voxels than kContactCapacity; the rest were dropped
     amount_headroom = 1u << 6,  ///< a voxel holds so much soil that its momentum may saturate

@@ -73,6 +73,13 @@ inline bool is_finite(const Pose& p) {
     return is_finite(p.position) && std::isfinite(p.rotation.x) && std::isfinite(p.rotation.y) &&
            std::isfinite(p.rotation.z) && std::isfinite(p.rotation.w);
 }
+/// Finite, and its rotation a unit quaternion within a thousandth: what turns and moves, but does
+/// not stretch.
+inline bool is_rigid(const Pose& p) {
+    const Quat& q = p.rotation;
+    const double square = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
+    return is_finite(p.position) && square > 0.998 && square < 1.002;
+}
 /// @}
 
 /// Axis-aligned box.

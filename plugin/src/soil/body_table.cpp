@@ -154,7 +154,7 @@ bool BodyTable::make_small_surface(const std::vector<ConvexShape>& shapes,
 }
 
 bool BodyTable::accept(const SoilBody& body) {
-    if (!is_finite(body.pose) || !is_finite(body.linear_velocity_m_s) ||
+    if (!is_rigid(body.pose) || !is_finite(body.linear_velocity_m_s) ||
         !is_finite(body.angular_velocity_rad_s) || !is_finite(body.center_of_mass_m) ||
         !std::isfinite(body.contact_pressure_pa) || !std::isfinite(body.contact_width_m)) {
         core_.conditions.note(

@@ -25,8 +25,8 @@ constexpr StatusText kTexts[] = {
     {StatusBit::body_outside_grid,
      "body_outside_grid: a body left the grid; enlarge SoilDef::size_m, or keep the body inside"},
     {StatusBit::pose_not_finite,
-     "pose_not_finite: a body with NaN or infinite pose or velocity was ignored; look for what "
-     "made the simulation blow up (masses, joints, time step)"},
+     "pose_not_finite: a body with NaN or infinite pose or velocity, or with a rotation that is "
+     "none, was ignored; look for what made the simulation blow up (masses, joints, time step)"},
     {StatusBit::contact_list_full, "contact_list_full: contacts were dropped; use larger voxels"},
     {StatusBit::amount_headroom,
      "amount_headroom: a voxel holds over 16 times its room; raise SoilDef::overflow_passes, or "

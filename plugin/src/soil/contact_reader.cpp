@@ -141,6 +141,8 @@ void ContactReader::make_contacts() {
     placed_.resize(ids.size());
     width_voxels_.assign(ids.size(), 0);
     for (ContactBody& body : placed_) body.input = nullptr;
+    // A caller may say any: of infinitely many voxels the law makes no number.
+    const double widest_m = length(core_.def.size_m);
     for (const StepBody& body : bodies_.in_step()) {
         const auto at = static_cast<size_t>(body.track->index);
         ContactBody& placed = placed_[at];
@@ -148,7 +150,7 @@ void ContactReader::make_contacts() {
         placed.faces.place(*body.input, body.track->walls);
         placed.surface = body.track->surface.is_whole ? &body.track->surface : nullptr;
         placed.is_small = body.track->is_small;
-        width_voxels_[at] = body.contact.width_m / core_.frame.voxel_m;
+        width_voxels_[at] = std::min(body.contact.width_m, widest_m) / core_.frame.voxel_m;
     }
     voxels_.make(
         {record_words_, placed_, ids, width_voxels_, &core_.frame, &core_.world_to_grid,

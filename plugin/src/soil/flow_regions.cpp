@@ -137,9 +137,10 @@ Status SinkDef::validate() const {
             "sink.region must be a box, sphere, capsule, cylinder or cone with finite sizes above "
             "zero"};
     }
-    if (!is_finite(pose) || bsoil::length(pose.position) > limits::kPlaceMostM) {
-        return Error{fmt::format("sink.pose has a number that is not finite, or beyond {:g} m",
-                                 limits::kPlaceMostM)};
+    if (!is_rigid(pose) || bsoil::length(pose.position) > limits::kPlaceMostM) {
+        return Error{fmt::format(
+            "sink.pose has a number that is not finite, or beyond {:g} m, or is no rotation",
+            limits::kPlaceMostM)};
     }
     if (rate_kg_s > 0 && water_kg_s != 0) {
         return Error{fmt::format(

@@ -62,7 +62,7 @@ class Region {
 
 double Soil::mass_inside_kg(const ConvexShape& shape, const Pose& pose) const {
     const Impl& s = *impl_;
-    if (!is_valid_shape(shape) || !is_finite(pose)) return 0;
+    if (!is_valid_shape(shape) || !is_rigid(pose)) return 0;
     const Region region(shape, pose, s.world_to_grid, s.frame);
     const int material_count = s.params.material_count;
     int64_t units = 0;
@@ -120,7 +120,7 @@ Result<std::vector<int64_t>> Soil::take_out(const ConvexShape& shape, const Pose
     if (!is_valid_shape(shape)) {
         return Error{"take_out: the region's sizes must be finite and above zero"};
     }
-    if (!is_finite(pose)) return Error{"take_out: the region's pose has a NaN or infinite number"};
+    if (!is_rigid(pose)) return Error{"take_out: the region's pose is not finite, or no rotation"};
     const Region region(shape, pose, s.world_to_grid, s.frame);
     std::vector<int64_t> units(s.materials.size());
     TileVoxels voxels;

@@ -52,7 +52,7 @@ Aabb shape_bounds(const ConvexShape& shape, const Pose& body_to_grid, double vox
 bool is_valid_shape(const ConvexShape& s) {
     constexpr double kLargest = 1e5;  // metres; beyond it floats no longer resolve a voxel
     const auto sound = [](double value) { return value > 0 && value < kLargest; };
-    if (!is_finite(s.local) || !(s.rounding_m >= 0 && s.rounding_m < kLargest)) return false;
+    if (!is_rigid(s.local) || !(s.rounding_m >= 0 && s.rounding_m < kLargest)) return false;
     switch (s.kind) {
         case ConvexShape::Kind::box:
             return sound(s.half_extents_m.x) && sound(s.half_extents_m.y) &&

@@ -22,7 +22,8 @@ constexpr int64_t kStepsMost = int64_t{1} << 53;
 // What a voxel may hold: the headroom of the kernels' integers (plugin/README.md). Of a soil that
 // has left it (amount_headroom) a snapshot is refused.
 constexpr int64_t kMassMost = 2 * kVoxelMost - 1;  // 16 voxels of 4000 kg/m3
-constexpr int64_t kMomentumMost = 1 << 30;
+// Of a full voxel of 4000 kg/m3 at kSpeedMost.
+constexpr int64_t kMomentumMost = int64_t{2} * kVoxelFull * (kSpeedMost / 64) - 1;
 constexpr int64_t kForceMost = 1 << 30;
 // Bodies in a voxel: 16384 shapes that cover all of it.
 constexpr int64_t kCoverageMost = 1 << 30;
@@ -150,8 +151,8 @@ Status SoilSnapshot::check_bodies(const SavedSoil& saved) const {
     }
     before = -1;
     for (const SavedContact& c : saved.known_contacts) {
-        if (c.body <= before || c.body > limits::kBodyIdMost || c.contact.width_m < 0 ||
-            c.contact.pressure_pa < 0) {
+        if (c.body <= before || c.body > limits::kBodyIdMost || !(c.contact.width_m >= 0) ||
+            !(c.contact.pressure_pa >= 0)) {
             return damaged("what is known of the contact of body {} is out of its range", c.body);
         }
         before = c.body;
