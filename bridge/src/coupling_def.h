@@ -37,6 +37,7 @@ struct CouplingDef {
     /// More drift than this [m] is not the solver's remainder but the contact's own motion. Ours: a
     /// fifth of a voxel of 5 cm, which the grid cannot tell from none. Higher, and a
     /// body that soil has let go is pulled back; lower, and parked machines creep.
+    /// Out of the soil the patch's rebound is less (ContactPatch::rebound_m).
     double drift_most_m = 0.01;
     /// Share of its drift that a patch works off in a substep. Ours. Larger overshoots where a
     /// light wheel carries a heavy machine; smaller lets the machine settle deeper before it

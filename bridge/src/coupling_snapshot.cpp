@@ -51,7 +51,8 @@ void list(StateStream& stream, const btDiscreteDynamicsWorld& world, BodyState& 
 
 void list(StateStream& stream, ContactPatch& patch) {
     stream(patch.bin, patch.carrier, patch.point_m, patch.normal, patch.normal_limit_n,
-           patch.friction, patch.adhesion_n, patch.area_m2, patch.shear_point_m, patch.shear_share);
+           patch.friction, patch.adhesion_n, patch.area_m2, patch.rebound_m, patch.shear_point_m,
+           patch.shear_share);
     if (patch.bin < 0 || patch.bin >= kNormalBinCount) stream.refuse();
 }
 

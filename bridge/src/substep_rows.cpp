@@ -338,11 +338,13 @@ void SubstepRows::add_drift(CoupledBody& coupled, double substep_s) {
             moved = moved - carrier.motion_in(substep_s, patch.carrier_offset_m);
             sheared = sheared - carrier.motion_in(substep_s, patch.carrier_shear_offset_m);
         }
+        // Soil that has rebounded has let go: what lifts further is the body's own motion.
+        const double lifted_most_m = std::min(patch.patch.rebound_m, kCoupling.drift_most_m);
         double into = dot(patch.drift_m, n);
         const double approach = dot(moved, n);
         const double normal_n = -dot(patch.applied_force_n, n);
         if (approach < 0 || normal_n < kCoupling.yielded_share * patch.patch.normal_limit_n) {
-            into = std::clamp(into + approach, 0.0, kCoupling.drift_most_m);
+            into = std::clamp(into + approach, -lifted_most_m, kCoupling.drift_most_m);
         }
         const bool slides = length(tangential(patch.applied_force_n, n)) >=
                             kCoupling.yielded_share * patch.shear_limit_n();

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "reading/scene_load.h"
@@ -101,8 +102,8 @@ double plate_sinkage_m(const BulletScene& world) {
     return sum_m / count;
 }
 
-TEST(TrackedVehicle, stands_on_all_its_links_and_drives_straight_without_slip) {
-    Scene scene = crawler(4);
+TEST(TrackedVehicle, stands_on_all_its_links) {
+    Scene scene = crawler(kStartS);
     Measured crawler(scene);
     crawler.run_to(0.5);
     crawler.reset();
@@ -118,6 +119,14 @@ TEST(TrackedVehicle, stands_on_all_its_links_and_drives_straight_without_slip) {
     }
     EXPECT_GE(carrying, 12);  // of 16 to 20 that lie flat
 
+}
+
+/// How a vehicle that nothing tows drives, from 2 to 4 s.
+struct Drive {
+    double slip = 0, aside_m = 0, yaw = 0;
+};
+
+Drive driven(Measured& crawler) {
     crawler.run_to(2);
     const Vec3 from = crawler.body("hull").pose().position;
     const double turned_from = crawler.run().bullet().joints()[0].position;
@@ -125,24 +134,43 @@ TEST(TrackedVehicle, stands_on_all_its_links_and_drives_straight_without_slip) {
     const Pose to = crawler.body("hull").pose();
     const double track_m =
         kPitchLineM * (crawler.run().bullet().joints()[0].position - turned_from);
-    ASSERT_NEAR(track_m, kPitchLineM * kSprocketRadS * 2, 0.05);  // the motor keeps its speed
-    // Nothing is towed: slip has to give the motion resistance only, 1 to 2 %. In double precision
-    // a link still catches under the idler in about half of the runs (49 and 50 iterations do, 55
-    // and 110 do not): one track slips by a tenth for a while.
-    const bool catches = sizeof(btScalar) == sizeof(double);
-    EXPECT_NEAR(to.position.x - from.x, track_m, (catches ? 0.15 : 0.03) * track_m);
-    // Bullet's solver goes through the bodies in an order that is not symmetric.
-    EXPECT_LT(std::abs(to.position.y), catches ? 0.05 : 0.02);
-    EXPECT_LT(std::abs(rotate(to.rotation, {1, 0, 0}).y), catches ? 0.1 : 0.01);
+    EXPECT_NEAR(track_m, kPitchLineM * kSprocketRadS * 2, 0.05);  // the motor keeps its speed
+    return {1 - (to.position.x - from.x) / track_m, std::abs(to.position.y),
+            std::abs(rotate(to.rotation, {1, 0, 0}).y)};
+}
 
-    // Ruts behind both tracks, none between.
-    const Soil& soil = crawler.run().soil();
-    for (const double y : {-0.55, 0.55}) {
-        EXPECT_LT(surface_height_m(soil, {-2.2, y, 0}), kSurfaceM - 0.01);
-        EXPECT_GT(surface_height_m(soil, {-2.2, y, 0}), kSurfaceM - 0.08);
+// A link now and then catches under the idler, and its track slips by a tenth for a while; a change
+// of any kind decides in which runs: in 4 or 3 of 15 numbers of iterations from 25 to 70. So what
+// counts is the middle of five runs. Then slip has to give the motion resistance only, 1 to 2 %.
+TEST(TrackedVehicle, drives_straight_without_slip) {
+    std::vector<double> slips, asides_m, yaws;
+    for (const int iterations : {30, 40, 50, 60, 70}) {
+        SCOPED_TRACE(iterations);
+        Scene scene = crawler(4);
+        scene.world.solver_iterations = iterations;
+        Measured crawler(scene);
+        const Drive drive = driven(crawler);
+        slips.push_back(drive.slip);
+        asides_m.push_back(drive.aside_m);
+        yaws.push_back(drive.yaw);
+        if (iterations != 50) continue;
+        // Ruts behind both tracks, none between.
+        const Soil& soil = crawler.run().soil();
+        for (const double y : {-0.55, 0.55}) {
+            EXPECT_LT(surface_height_m(soil, {-2.2, y, 0}), kSurfaceM - 0.01);
+            EXPECT_GT(surface_height_m(soil, {-2.2, y, 0}), kSurfaceM - 0.08);
+        }
+        EXPECT_NEAR(surface_height_m(soil, {-2.2, 0, 0}), kSurfaceM, 0.008);
+        EXPECT_EQ(soil.totals().units, crawler.run().totals_at_start().units);
     }
-    EXPECT_NEAR(surface_height_m(soil, {-2.2, 0, 0}), kSurfaceM, 0.008);
-    EXPECT_EQ(soil.totals().units, crawler.run().totals_at_start().units);
+    const auto middle = [](std::vector<double>& values) {
+        std::nth_element(values.begin(), values.begin() + 2, values.end());
+        return values[2];
+    };
+    EXPECT_NEAR(middle(slips), 0, 0.03);
+    EXPECT_LT(middle(asides_m), 0.02);
+    // Bullet's solver goes through the bodies in an order that is not symmetric.
+    EXPECT_LT(middle(yaws), 0.01);
 }
 
 TEST(TrackedVehicle, held_fast_it_pulls_what_the_soil_gives) {

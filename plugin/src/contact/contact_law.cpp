@@ -46,8 +46,12 @@ double ContactLawDef::wedge_length_of(double friction_angle_rad) const {
 }
 
 double touching_share(const ContactVoxel& contact, double voxel_m, const ContactLawDef& law) {
-    const double open_m = contact.gap_m - contact.bearing_depth_m / law.unloading_stiffness;
+    const double open_m = contact.gap_m - rebound_m(contact.bearing_depth_m, law);
     return std::clamp(1 - open_m / (law.open_gap_voxels * voxel_m), 0.0, 1.0);
+}
+
+double rebound_m(double depth_m, const ContactLawDef& law) {
+    return depth_m / law.unloading_stiffness;
 }
 
 double unloaded_share(double depth_m, double retreat_m, const ContactLawDef& law) {

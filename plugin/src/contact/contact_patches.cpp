@@ -31,6 +31,7 @@ struct PatchSum {
     double friction_n = 0;  ///< sum of limit times friction
     double adhesion_n = 0;
     double area_m2 = 0;
+    double rebound_n_m = 0;          ///< sum of limit times rebound
     double shear_n = 0;              ///< sum of shear limits
     Vec3 slide_n;                    ///< sum of shear limit times direction of sliding
     Vec3 slide_n_m;                  ///< its torque about the centre of mass
@@ -102,7 +103,7 @@ class CarrierPatches {
         : motion_(motion),
           to_body_(conjugate(motion.motion.pose.rotation)),
           no_distance_m_(1e-6 * element_m),
-          creep_(law.def().creep) {}
+          law_(law.def()) {}
 
     /// bin_of: of the voxel with an index.
     template <typename BinOf>
@@ -131,6 +132,7 @@ class CarrierPatches {
         sum.friction_n += limit_n * yield.friction;
         sum.adhesion_n += area_m2 * yield.adhesion_pa;
         sum.area_m2 += area_m2;
+        sum.rebound_n_m += limit_n * rebound_m(v.bearing_depth_m, law_);
         const double shear_n = limit_n * yield.friction + area_m2 * yield.adhesion_pa;
         const Vec3 arm = v.position_m - motion_.motion.center_of_mass_m;
         sum.shear_n += shear_n;
@@ -158,8 +160,9 @@ class CarrierPatches {
                                .friction = sum.friction_n / sum.limit_n,
                                .adhesion_n = sum.adhesion_n,
                                .area_m2 = sum.area_m2,
+                               .rebound_m = std::max(0.0, sum.rebound_n_m / sum.limit_n),
                                .shear_point_m = {}});
-            place_shear(sum, motion_.direction, creep_, patches.back());
+            place_shear(sum, motion_.direction, law_.creep, patches.back());
         }
     }
 
@@ -167,7 +170,7 @@ class CarrierPatches {
     const ContactMotion& motion_;
     Quat to_body_;
     double no_distance_m_;
-    double creep_;
+    const ContactLawDef& law_;
     std::array<Vec3, kNormalBinCount> centroid_{};
     std::array<PatchSum, kPatchCapacity> sums_{};
 };

@@ -64,6 +64,9 @@ struct ElementYield {
                         ///< the soil
 };
 
+/// How far soil that has been pressed down by depth_m follows what lets go of it.
+double rebound_m(double depth_m, const ContactLawDef& law = {});
+
 /// Share 0..1 of an element that touches its soil. Soil pressed down rebounds by a part of its
 /// depth; a gap beyond that opens within ContactLawDef::open_gap_voxels. The soil asks once, when
 /// the element is made: ContactVoxel::touching.
