@@ -25,7 +25,6 @@ for page in "${pages[@]}"; do
         /^<!-- end -->/ { printed = 0 }
         printed { next }
         in_code || /^    / && text == "" || /^<!--[^>]*-->$/ { next }
-        /^## The longer story/ { exit }
         /^#/ || /^$/ { flush(); next }
         /^\|/ { flush(); m = split($0, cells, "|"); for (c = 1; c <= m; ++c) { text = cells[c]; flush() }; next }
         /^ *([-*]|[0-9]+\.) / { flush() }
