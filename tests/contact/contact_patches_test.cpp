@@ -197,6 +197,21 @@ TEST(ContactPatches, wheel_that_rolls_turns_about_its_rim) {
     }
 }
 
+// By the yield stress and the rebound that the elements' stress is lost over, both the law's.
+TEST(ContactPatches, rebound_is_the_mean_of_its_elements_by_their_limits) {
+    SoilStrength soft = uniform_strength(1000), hard = uniform_strength(3000);
+    std::vector<ContactVoxel> voxels{voxel({-1, 0, -1}, {0, -1, 0}, 1),
+                                     voxel({-1, 0, -1}, {0, -1, 0}, 1)};
+    voxels[1].material = 1;
+    voxels[1].bearing_depth_m = 14;
+    std::vector<ContactPatch> patches;
+    group_contacts(voxels, {}, {}, law_of({soft, hard}), {}, patches);
+    ASSERT_EQ(patches.size(), 1u);
+    const double unloading = ContactLawDef{}.unloading_stiffness;
+    EXPECT_NEAR(patches[0].rebound_m, (0.25 * 10 + 0.75 * 14) / unloading, 1e-9);
+    EXPECT_EQ(unloaded_share(10, rebound_m(10)), 0);
+}
+
 TEST(ContactPatches, nothing_gives_no_patches) {
     std::vector<ContactPatch> patches(3);
     const BodyContact total = group_contacts({}, {}, {}, law_of({}), {}, patches);
