@@ -64,6 +64,16 @@ TEST_F(BodyInput, rotations_that_stretch_are_ignored) {
     EXPECT_EQ(bits_after(mover.body), 0u);
 }
 
+TEST_F(BodyInput, conditions_of_impossible_ids_are_saved_and_read) {
+    for (const int id : {-10, 1 << 30}) {
+        Mover mover = stone(id);
+        EXPECT_EQ(bits_after(mover.body), bit(StatusBit::shape_refused)) << id;
+        mover.body.pose.position.x = kNan;
+        EXPECT_EQ(bits_after(mover.body), bit(StatusBit::pose_not_finite)) << id;
+        EXPECT_TRUE(make_soil(grid_def(32, 24, 16))->prepare(soil_->state())) << id;
+    }
+}
+
 TEST_F(BodyInput, a_contact_as_wide_as_the_world_has_numbers) {
     Mover mover = stone();
     mover.body.contact_width_m = 1e308;

@@ -154,18 +154,19 @@ bool BodyTable::make_small_surface(const std::vector<ConvexShape>& shapes,
 }
 
 bool BodyTable::accept(const SoilBody& body) {
+    // A condition names a body that there can be.
+    const int id = body.id >= 0 && body.id <= limits::kBodyIdMost ? body.id : -1;
     if (!is_rigid(body.pose) || !is_finite(body.linear_velocity_m_s) ||
         !is_finite(body.angular_velocity_rad_s) || !is_finite(body.center_of_mass_m) ||
         !std::isfinite(body.contact_pressure_pa) || !std::isfinite(body.contact_width_m)) {
         core_.conditions.note(
-            StatusBit::pose_not_finite, body.id,
+            StatusBit::pose_not_finite, id,
             is_finite(body.center_of_mass_m) ? std::optional(body.center_of_mass_m) : std::nullopt);
         return false;
     }
     if (!body.shapes || body.shapes->empty() || body.id < 0 || body.id > limits::kBodyIdMost ||
         !std::all_of(body.shapes->begin(), body.shapes->end(), is_valid_shape)) {
-        core_.conditions.note(StatusBit::shape_refused, std::max(-1, body.id),
-                              body.center_of_mass_m);
+        core_.conditions.note(StatusBit::shape_refused, id, body.center_of_mass_m);
         return false;
     }
     return true;
