@@ -36,12 +36,15 @@ void apply_flow(int group, int lane) {
         highest = z;
         lowest = lowest < 0 ? z : lowest;
         int arrived = 0;
+        bool saturated = false;
         for (int i = 0; i < params.transport_count; ++i) {
             int at = delta_at(kTransportFirst + i, voxel);
             int change = delta[at];
             if (change != 0) {
                 delta[at] = 0;
-                set_state(kTransportFirst + i, voxel, state_at(kTransportFirst + i, voxel) + change);
+                int sum = saturated_sum(state_at(kTransportFirst + i, voxel), change);
+                saturated = saturated || abs(sum) == kMomentumMost;
+                set_state(kTransportFirst + i, voxel, sum);
                 arrived = 1;
             }
         }
@@ -59,7 +62,7 @@ void apply_flow(int group, int lane) {
                 set_state(kPlaneVolume, voxel, 1);
             }
             if (params.bank_strength > 0 && weakest < 0 && !is_intact(voxel)) weakest = z;
-            if (volume > kVoxelMost) {
+            if (volume > kVoxelMost || saturated) {
                 note_condition(kStatusHeadroom, kResultHeadroomPlace, grid_voxel(slot, lane & 7, lane >> 3, z0 + z));
             }
         }

@@ -9,6 +9,11 @@ void add_delta(int plane, int voxel, int value) {
     if (value != 0) ATOMIC_ADD_OWNED(delta[delta_at(plane, voxel)], value);
 }
 
+// Of numbers from -kMomentumMost on.
+int saturated_sum(int a, int b) {
+    return b > 0 ? min(a, kMomentumMost - b) + b : max(a, -kMomentumMost - b) + b;
+}
+
 int flag_index(int array, int block) { return array * (params.plane_stride >> 9) + block; }
 
 // A block's masks: see kMaskWords. Of two words the second is that of lanes 32 to 63.

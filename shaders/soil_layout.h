@@ -8,6 +8,7 @@ CONST_INT(kVoxelFull, 65536)
 CONST_INT(kSubCellUnits, 1024)
 // One with 8, 12 and 16 bits behind the point: what Q8, Q12 and Q16 say of a number here.
 CONST_INT(kOneQ8, 256)
+CONST_INT(kOneQ4, 16)
 CONST_INT(kOneQ12, 4096)
 CONST_INT(kOneQ16, 65536)
 // From a column to the one across a corner: sqrt 2, Q16, and one over it.
@@ -19,6 +20,9 @@ CONST_INT(kLowHalf, 65535)
 CONST_INT(kRowMask, 255)
 // More soil than this in one voxel can saturate its momentum: 16 voxels, reported as amount_headroom.
 CONST_INT(kVoxelMost, 1048576)
+// More momentum than this no voxel has, along any axis: that of a full one of 4000 kg/m3 at 16 voxels a base step. Where more
+// meets, the rest of it is lost, which is reported as amount_headroom too.
+CONST_INT(kMomentumMost, 2147483647)
 // A voxel at least this much covered is solid to moving soil: nothing flows in. Keeps plates of 2 voxels tight.
 CONST_INT(kSolidCoverage, 32768)
 // Room a resting voxel may lack and still carry what is above it (rounding crumbs): 1/32 voxel.

@@ -27,7 +27,7 @@ void take_soil(int group, int lane) {
         }
         if (well != 0) {
             int most = well_most(voxel, well);
-            int amount = whole_units(mul_q16(most * 16, share), voxel_chance(grid_voxel(slot, lane & 7, lane >> 3, z)));
+            int amount = whole_units(mul_q16(most * kOneQ4, share), voxel_chance(grid_voxel(slot, lane & 7, lane >> 3, z)));
             held += most - amount;
             if (amount == 0) continue;
             add_delta(params.water_plane, voxel, well * amount);

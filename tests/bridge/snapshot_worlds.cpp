@@ -59,6 +59,18 @@ void add_soil(TestWorld& w, const SoilActionDef& options) {
     ASSERT_TRUE(w.soil->fill(BoxFill{{{-2, 0, -2}, {2, 0.4, 2}}, "dry_sand"}));
 }
 
+void add_driven_blade(TestWorld& w) {
+    BulletScene& s = w.scene;
+    w.motion_states.push_back(std::make_unique<btDefaultMotionState>(
+        btTransform(btQuaternion::getIdentity(), btVector3(-0.9f, 0.42f, 0))));
+    s.bodies.push_back(std::make_unique<btRigidBody>(
+        0, w.motion_states.back().get(), &s.shape<btBoxShape>(btVector3(0.1f, 0.2f, 0.2f))));
+    w.driven = s.bodies.back().get();
+    w.driven->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+    w.driven->setActivationState(DISABLE_DEACTIVATION);
+    s.world->addRigidBody(w.driven);
+}
+
 std::unique_ptr<TestWorld> build_machine() {
     auto w = std::make_unique<TestWorld>();
     add_soil(*w);
@@ -89,14 +101,7 @@ std::unique_ptr<TestWorld> build_machine() {
     s.add(80, scoop, {-0.9f, 0.75f, -0.8f});
     // Sand falls into the scoop.
     EXPECT_TRUE(w->soil->fill(BoxFill{{{-1.1, 0.75, -1.0}, {-0.7, 0.88, -0.6}}, "dry_sand"}));
-    w->motion_states.push_back(std::make_unique<btDefaultMotionState>(
-        btTransform(btQuaternion::getIdentity(), btVector3(-0.9f, 0.42f, 0))));
-    s.bodies.push_back(std::make_unique<btRigidBody>(
-        0, w->motion_states.back().get(), &s.shape<btBoxShape>(btVector3(0.1f, 0.2f, 0.2f))));
-    w->driven = s.bodies.back().get();
-    w->driven->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
-    w->driven->setActivationState(DISABLE_DEACTIVATION);
-    s.world->addRigidBody(w->driven);
+    add_driven_blade(*w);
     s.add(25, s.shape<btSphereShape>(btScalar(0.15)), {1.1f, 2.5f, 0.6f});
     return w;
 }

@@ -57,6 +57,8 @@ struct TestWorld {
 using Build = std::function<std::unique_ptr<TestWorld>()>;
 
 void add_soil(TestWorld& w, const SoilActionDef& options = {});
+/// A blade that TestWorld::driven moves.
+void add_driven_blade(TestWorld& w);
 
 /// Soil, a wheel with a motor, a plate, a scoop of several boxes full of soil, a blade that is
 /// driven, and a stone that comes in later.

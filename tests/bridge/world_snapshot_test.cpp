@@ -214,15 +214,7 @@ TEST_F(WorldSnapshot, soil_and_coupling_alone_go_on_where_the_host_puts_the_bodi
     const auto build = [] {
         auto w = std::make_unique<TestWorld>();
         add_soil(*w);
-        w->motion_states.push_back(std::make_unique<btDefaultMotionState>(
-            btTransform(btQuaternion::getIdentity(), btVector3(-0.9f, 0.42f, 0))));
-        BulletScene& s = w->scene;
-        s.bodies.push_back(std::make_unique<btRigidBody>(
-            0, w->motion_states.back().get(), &s.shape<btBoxShape>(btVector3(0.1f, 0.2f, 0.2f))));
-        w->driven = s.bodies.back().get();
-        w->driven->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
-        w->driven->setActivationState(DISABLE_DEACTIVATION);
-        s.world->addRigidBody(w->driven);
+        add_driven_blade(*w);
         return w;
     };
     const auto saved = build(), restored = build();

@@ -1,5 +1,5 @@
-/// Water in the soil, written from docs/decisions/moisture.md: one water step of every column, and the
-/// cohesion that it gives.
+/// Water in the soil, written from docs/decisions/moisture.md: one water step of every column, and
+/// the cohesion that it gives.
 #pragma once
 
 #include "oracle/field.h"

@@ -118,7 +118,6 @@ TEST(TrackedVehicle, stands_on_all_its_links) {
                     crawler.run().readings()[i].force_n.z > 0.002 * w_n;
     }
     EXPECT_GE(carrying, 12);  // of 16 to 20 that lie flat
-
 }
 
 /// How a vehicle that nothing tows drives, from 2 to 4 s.

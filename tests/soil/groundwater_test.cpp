@@ -2,7 +2,7 @@
 // account is exact.
 #include <numbers>
 
-#include "stage_scenario.h"
+#include "ploughed_bed.h"
 
 namespace bsoil::groundwater_test {
 namespace {
@@ -144,33 +144,15 @@ TEST(Groundwater, takes_the_rain_and_brings_what_dries) {
     expect_account(*soil, start);
 }
 
-/// A plough through a bed half of which lies in the groundwater, in the rain.
-struct Ploughed {
-    std::unique_ptr<Soil> soil;
-    Mover blade;
-    explicit Ploughed(Backend backend = Backend::cpu, int threads = 0)
-        : blade(1, box_shape({0.1, 0.25, 0.2}), Vec3{0.2, 0.4, 0.3}) {
-        SoilDef def = grid_def(48, 16, 16);
-        def.material = fringe_sand(0.4);
-        def.material.conductivity_m_s = 0.01;
-        def.rain_m_s = 5e-4;
-        def.floor_drainage_m_s = 1e-3;
-        def.water_table_m = 0.19;
-        def.open_sides = kOpenHighX;
-        def.backend = backend;
-        def.thread_count = threads;
-        soil = make_soil(def);
-        EXPECT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {48, 16, 8})));
-        blade.set_velocity({0.4, 0, 0});
-    }
-    void step() {
-        blade.advance(soil->def().step_s);
-        soil->step({&blade.body, 1});
-    }
-};
+/// Half of the bed lies in the groundwater.
+PloughedBed ploughed(Backend backend = Backend::cpu, int threads = 0) {
+    SoilDef def = ploughed_def(fringe_sand(0.4), backend, threads);
+    def.water_table_m = 0.19;
+    return {def, 0.3};
+}
 
 TEST(Groundwater, is_counted_to_the_unit_under_a_plough) {
-    Ploughed scene;
+    PloughedBed scene = ploughed();
     const int64_t start = scene.soil->totals().water_units;
     for (int i = 0; i < 240; ++i) {
         scene.step();
@@ -182,31 +164,7 @@ TEST(Groundwater, is_counted_to_the_unit_under_a_plough) {
 }
 
 TEST(Groundwater, has_the_same_bits_on_gl_on_threads_and_from_a_snapshot) {
-    Ploughed scene, twin(Backend::cpu, 3);
-    std::vector<uint64_t> sums;
-    constexpr int kSteps = 130, kSaved = 70;
-    for (int i = 0; i < kSteps; ++i) {
-        if (i == kSaved) {
-            const auto put = twin.soil->prepare(scene.soil->state());
-            ASSERT_TRUE(put) << put.error();
-            (*put)();
-        }
-        scene.step();
-        sums.push_back(scene.soil->checksum());
-        if (i < kSaved) {
-            twin.blade.advance(twin.soil->def().step_s);
-        } else {
-            twin.step();
-            ASSERT_EQ(twin.soil->checksum(), sums.back()) << "step " << i;
-        }
-    }
-    EXPECT_EQ(scene.soil->totals().water_units_in, twin.soil->totals().water_units_in);
-    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
-    Ploughed on_gl(Backend::gl);
-    for (size_t i = 0; i < sums.size(); ++i) {
-        on_gl.step();
-        ASSERT_EQ(on_gl.soil->checksum(), sums[i]) << "step " << i << " on GL";
-    }
+    expect_same_bits(ploughed, 130, 70);
 }
 
 }  // namespace

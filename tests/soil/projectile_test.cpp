@@ -39,6 +39,26 @@ TEST_P(Projectile, advection_follows_the_oracle) {
     }
 }
 
+// A full voxel at top speed meets one that has as much momentum: it is cut off, and says so.
+TEST(Momentum, that_is_more_than_an_integer_holds_saturates) {
+    for (const int sign : {-1, 1}) {
+        StageBench bench(grid_def(24, 8, 8));
+        StatePlanes planes = bench.empty_planes();
+        const auto put = [&](int x, int volume, int momentum) {
+            planes.at(kPlaneVolume, x, 4, 4) = volume;
+            planes.at(kPlaneMaterial, x, 4, 4) = 2 * volume - 1;
+            planes.at(kPlaneMomentumX, x, 4, 4) = momentum;
+        };
+        constexpr int kMost = (2 * kVoxelFull - 1) * (kSpeedMost / 64);
+        put(10, kVoxelFull, sign * kMost);
+        put(10 + sign, 8 * kVoxelFull, sign * kMost);  // 2 voxels a step
+        bench.write(planes);
+        bench.advect(16);
+        EXPECT_EQ(bench.read().at(kPlaneMomentumX, 10 + sign, 4, 4), sign * kMomentumMost);
+        EXPECT_TRUE(bench.result_status() & kStatusHeadroom);
+    }
+}
+
 TEST_P(Projectile, overflow_resolution_follows_the_oracle) {
     constexpr std::pair<OverflowHeuristic, oracle::Heuristic> kHeuristics[] = {
         {OverflowHeuristic::even, oracle::Heuristic::even},

@@ -1,7 +1,7 @@
 // Water in the soil: where it goes, what it makes stand, and the account of it.
 #include <numbers>
 
-#include "stage_scenario.h"
+#include "ploughed_bed.h"
 
 namespace bsoil::water_test {
 namespace {
@@ -154,37 +154,20 @@ TEST(Water, is_drawn_aside_by_suction_as_far_in_any_grid) {
     EXPECT_EQ(drawn_share(0.05, 0), 0);
 }
 
-/// A plough through a wet bed under rain.
-struct Ploughed {
-    std::unique_ptr<Soil> soil;
-    Mover blade;
-    explicit Ploughed(Backend backend = Backend::cpu, int threads = 0)
-        : blade(1, box_shape({0.1, 0.25, 0.2}), Vec3{0.2, 0.4, 0.35}) {
-        SoilDef def = grid_def(48, 16, 16);
-        def.material = moist_sand(0.4);
-        def.material.conductivity_m_s = 0.01;
-        def.rain_m_s = 5e-4;
-        def.drying_m_s = 1e-4;
-        def.floor_drainage_m_s = 1e-3;
-        def.open_sides = kOpenHighX;
-        def.backend = backend;
-        def.thread_count = threads;
-        soil = make_soil(def);
-        EXPECT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {48, 16, 8})));
-        SourceDef source;
-        source.center_m = {1.2, 0.4, 0.7};
-        source.rate_kg_s = 20;
-        EXPECT_TRUE(soil->add_source(source));
-        blade.set_velocity({0.4, 0, 0});
-    }
-    void step() {
-        blade.advance(soil->def().step_s);
-        soil->step({&blade.body, 1});
-    }
-};
+/// It dries, too, and wet soil is poured onto it.
+PloughedBed ploughed(Backend backend = Backend::cpu, int threads = 0) {
+    SoilDef def = ploughed_def(moist_sand(0.4), backend, threads);
+    def.drying_m_s = 1e-4;
+    PloughedBed bed(def, 0.35);
+    SourceDef source;
+    source.center_m = {1.2, 0.4, 0.7};
+    source.rate_kg_s = 20;
+    EXPECT_TRUE(bed.soil->add_source(source));
+    return bed;
+}
 
 TEST(Water, is_conserved_to_the_unit_under_a_plough_rain_and_an_open_side) {
-    Ploughed scene;
+    PloughedBed scene = ploughed();
     const SoilTotals start = scene.soil->totals();
     for (int i = 0; i < 300; ++i) {
         scene.step();
@@ -200,34 +183,7 @@ TEST(Water, is_conserved_to_the_unit_under_a_plough_rain_and_an_open_side) {
 }
 
 TEST(Water, has_the_same_bits_on_gl_on_threads_and_from_a_snapshot) {
-    Ploughed scene;
-    const std::string path = testing::TempDir() + "/water.snapshot";
-    std::vector<uint64_t> sums;
-    constexpr int kSteps = 150, kSaved = 70;
-    Ploughed twin(Backend::cpu, 3);
-    for (int i = 0; i < kSteps; ++i) {
-        if (i == kSaved) {
-            ASSERT_TRUE(scene.soil->save(path));
-            ASSERT_TRUE(twin.soil->load(path));
-        }
-        scene.step();
-        sums.push_back(scene.soil->checksum());
-        if (i < kSaved) {
-            twin.blade.advance(twin.soil->def().step_s);
-        } else {
-            twin.step();
-            ASSERT_EQ(twin.soil->checksum(), sums.back()) << "step " << i;
-        }
-    }
-    const SoilTotals totals = scene.soil->totals(), of_twin = twin.soil->totals();
-    EXPECT_EQ(totals.water_units_in, of_twin.water_units_in);
-    EXPECT_EQ(totals.water_units_out, of_twin.water_units_out);
-    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
-    Ploughed on_gl(Backend::gl);
-    for (size_t i = 0; i < sums.size(); ++i) {
-        on_gl.step();
-        ASSERT_EQ(on_gl.soil->checksum(), sums[i]) << "step " << i << " on GL";
-    }
+    expect_same_bits(ploughed, 150, 70);
 }
 
 // Neither drains nor dries: a plough moves soil and its water alike.
@@ -235,21 +191,15 @@ TEST(Water, stays_with_its_soil_under_a_plough) {
     SoilDef def = grid_def(48, 16, 16);
     def.material = moist_sand(0.5, 0);
     def.material.conductivity_m_s = 0;
-    auto soil = make_soil(def);
-    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {48, 16, 8})));
-    Mover blade(1, box_shape({0.1, 0.25, 0.2}), Vec3{0.2, 0.4, 0.35});
-    blade.set_velocity({0.4, 0, 0});
-    for (int i = 0; i < 120; ++i) {
-        blade.advance(def.step_s);
-        soil->step({&blade.body, 1});
-    }
+    PloughedBed bed(def, 0.35);
+    for (int i = 0; i < 120; ++i) bed.step();
     // A water unit of 1/16 of a mass unit is 1/80000 of a half-full voxel. With whole mass units it
     // went from 0.464 to 0.513, and from 0.452 to 0.584 where less than half a voxel lies.
     double least = 1, most = 0;
     for (int z = 0; z < 16; ++z) {
         for (int y = 0; y < 16; ++y) {
             for (int x = 0; x < 48; ++x) {
-                const VoxelSample voxel = soil->sample(x, y, z);
+                const VoxelSample voxel = bed.soil->sample(x, y, z);
                 if (voxel.volume < 0.01) continue;
                 least = std::min(least, voxel.saturation);
                 most = std::max(most, voxel.saturation);

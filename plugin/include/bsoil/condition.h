@@ -22,7 +22,7 @@ enum class StatusBit : uint32_t {
         1u << 4,  ///< a body was ignored: NaN or infinite pose or velocity, or no rotation
     contact_list_full =
         1u << 5,  ///< more contact voxels than kContactCapacity; the rest were dropped
-    amount_headroom = 1u << 6,  ///< a voxel holds so much soil that its momentum may saturate
+    amount_headroom = 1u << 6,  ///< a voxel holds so much soil, or momentum, that it saturates
     shape_refused = 1u << 7,    ///< a shape without size, a bad id, or a body too many: ignored
     span_list_full = 1u << 8,   ///< a column has more height spans than kSpanCapacity
     gravity_differs = 1u << 9,  ///< the bodies' world has another gravity than the soil

@@ -62,8 +62,9 @@ struct SoilTotals {
     /// Per material, since the soil was created: what sources have poured in, what sinks and open
     /// sides have taken out. Not what fill() and take_out() put in and took.
     std::vector<int64_t> units_in, units_out;
-    /// Water in the soil, in sixteenths of these units of mass; and since the soil was created: what rain and
-    /// sources have brought, what has dried, drained through the floor or gone with taken soil.
+    /// Water in the soil, in sixteenths of these units of mass; and since the soil was created:
+    /// what rain and sources have brought, what has dried, drained through the floor or gone with
+    /// taken soil.
     int64_t water_units = 0, water_units_in = 0, water_units_out = 0;
 };
 

@@ -29,8 +29,11 @@ constexpr StatusText kTexts[] = {
      "none, was ignored; look for what made the simulation blow up (masses, joints, time step)"},
     {StatusBit::contact_list_full, "contact_list_full: contacts were dropped; use larger voxels"},
     {StatusBit::amount_headroom,
-     "amount_headroom: a voxel holds over 16 times its room; raise SoilDef::overflow_passes, or "
-     "leave pressed soil a way out"},
+     "amount_headroom: a voxel holds over 16 times its room, or more momentum than that of one "
+     "full "
+     "of soil at 16 voxels a step; raise SoilDef::overflow_passes, leave pressed soil a way out, "
+     "or "
+     "shorten step_s"},
     {StatusBit::shape_refused,
      "shape_refused: a shape without size or with too many faces was ignored, or a body too many; "
      "give it a size and at most 256 faces, and a soil at most 4096 bodies"},

@@ -69,7 +69,8 @@ int32_t friction_speed(double friction, const SoilDef& def) {
 
 int32_t seepage_q4(double conductivity_m_s, const SoilDef& def) {
     const double voxels = conductivity_m_s * Water::period_s(def) / def.voxel_m;
-    return static_cast<int32_t>(std::lround(std::min(1.0, voxels) * Water::kVoxelUnits * 16));
+    return static_cast<int32_t>(
+        std::lround(std::min(1.0, voxels) * Water::kVoxelUnits * layout::kOneQ4));
 }
 
 int32_t suction_q16(const MaterialDef& m, const SoilDef& def) {

@@ -22,15 +22,13 @@ constexpr int64_t kStepsMost = int64_t{1} << 53;
 // What a voxel may hold: the headroom of the kernels' integers (plugin/README.md). Of a soil that
 // has left it (amount_headroom) a snapshot is refused.
 constexpr int64_t kMassMost = 2 * kVoxelMost - 1;  // 16 voxels of 4000 kg/m3
-// Of a full voxel of 4000 kg/m3 at kSpeedMost.
-constexpr int64_t kMomentumMost = int64_t{2} * kVoxelFull * (kSpeedMost / 64) - 1;
 constexpr int64_t kForceMost = 1 << 30;
 // Bodies in a voxel: 16384 shapes that cover all of it.
 constexpr int64_t kCoverageMost = 1 << 30;
-// Whole units of mass and momentum do not go into quite equal parts: a unit of mass can come with
-// the momentum of this many, at twice the speed (Q10 voxels a step) that any soil gets.
 // Of what sources and sinks have moved: a full grid for a thousand years.
 constexpr int64_t kFlowUnitsMost = int64_t{1} << 62;
+// Whole units of mass and momentum do not go into quite equal parts: a unit of mass can come with
+// the momentum of this many, at twice the speed (Q10 voxels a step) that any soil gets.
 constexpr int64_t kMassSlack = 256;
 constexpr int64_t kSpeedSlack = 2 * (kSpeedMost / 64);
 
@@ -242,7 +240,8 @@ Status SoilSnapshot::check_soil(const SavedTile& tile, const TileVoxels& kept) c
         if (!status) return status;
     }
     if (s_.water.is_there()) {
-        if (Status status = check("water", kKeptMaterial + s_.params.material_count, 0, kMassMost * kWaterParts);
+        if (Status status = check("water", kKeptMaterial + s_.params.material_count, 0,
+                                  kMassMost * kWaterParts);
             !status) {
             return status;
         }
