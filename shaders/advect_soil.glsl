@@ -24,7 +24,7 @@ ivec3 share_of(ivec3 amount, int share) {
 }
 
 ivec3 momentum_of(int mass, ivec3 velocity) {
-    int half_mass = mass * (kVelocityOne / 2);
+    int half_mass = min(mass, kMassMost) * (kVelocityOne / 2);
     return ivec3(mul_q16(half_mass, velocity.x * 2), mul_q16(half_mass, velocity.y * 2),
                  mul_q16(half_mass, velocity.z * 2));
 }

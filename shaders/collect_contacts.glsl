@@ -5,8 +5,9 @@
 
 // mass * (2 at + 1), each half of it within 31 bits.
 void add_mass_moment(int sum, int mass, int at) {
-    add_wide(sum, mass * at);
-    add_wide(sum, mass * (at + 1));
+    int held = min(mass, kMassMost);
+    add_wide(sum, held * at);
+    add_wide(sum, held * (at + 1));
 }
 
 // Room that the soil in a voxel and in the one outwards of it leaves there, Q16 voxels.

@@ -406,7 +406,7 @@ ivec3 soil_velocity(int voxel, int mass) {
                            state_at(kPlaneMomentumZ, voxel));
     ivec3 whole = momentum / mass;
     ivec3 rest = momentum - whole * mass;
-    return whole * 64 + (rest * 64) / mass;
+    return clamp(whole, ivec3(-kCrumbSpeedMost), ivec3(kCrumbSpeedMost)) * 64 + (rest * 64) / mass;
 }
 
 // Soil in a voxel that the body it rests on covers in part.
@@ -433,7 +433,8 @@ ivec3 direction_q16(ivec3 v, int most) {
 int excess_carried_off(int slot, ivec3 at, int voxel, ivec3 out_way) {
     int mass = mass_at(voxel);
     if (mass <= 0 || !is_carried_here(voxel)) return 0;
-    ivec3 drift = soil_velocity(voxel, mass) / params.body_substep_count;
+    ivec3 velocity = clamp(soil_velocity(voxel, mass), ivec3(-kSpeedMost), ivec3(kSpeedMost));  // a crumb's is anything
+    ivec3 drift = velocity / params.body_substep_count;
     int most = largest_component(drift);
     if (most == 0 || outwards(drift * kForceOne / most, out_way) <= 0) return 0;
     ivec3 step = (2 * drift) / most - drift / most;

@@ -20,6 +20,8 @@ CONST_INT(kLowHalf, 65535)
 CONST_INT(kRowMask, 255)
 // More soil than this in one voxel can saturate its momentum: 16 voxels, reported as amount_headroom.
 CONST_INT(kVoxelMost, 1048576)
+// The mass of so much soil at most: 16 voxels of 4000 kg/m3. What more there is has no momentum.
+CONST_INT(kMassMost, 2097151)
 // More momentum than this no voxel has, along any axis: that of a full one of 4000 kg/m3 at 16 voxels a base step. Where more
 // meets, the rest of it is lost, which is reported as amount_headroom too.
 CONST_INT(kMomentumMost, 2147483647)
@@ -49,6 +51,9 @@ CONST_INT(kWaterParts, 16)
 // A displaced voxel's share in a neighbour below this stays: whole units of mass carry momentum in wrong proportion when
 // there are few of them, and a speck that is twice too fast costs every voxel sub-steps. 1/4096 voxel.
 CONST_INT(kShareLeast, 16)
+// A crumb can come with momentum that whole units of mass did not take along. It is no faster than this (Q10 voxels a base
+// step): twice that in Q16 stays inside 31 bits.
+CONST_INT(kCrumbSpeedMost, 8388607)
 // Falling soil thinner than this does not decide how fine the step is cut: 1/16 voxel.
 CONST_INT(kPacingLeast, 4096)
 // Slopes closer to stability than this do not slide: 1/256 voxel of rise per voxel of run.

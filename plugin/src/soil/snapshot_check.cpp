@@ -19,9 +19,8 @@ namespace {
 constexpr int32_t kPassStampMost = (1 << 30) + (1 << 20);
 // Steps of a million years.
 constexpr int64_t kStepsMost = int64_t{1} << 53;
-// What a voxel may hold: the headroom of the kernels' integers (plugin/README.md). Of a soil that
-// has left it (amount_headroom) a snapshot is refused.
-constexpr int64_t kMassMost = 2 * kVoxelMost - 1;  // 16 voxels of 4000 kg/m3
+// What a voxel may hold is the headroom of the kernels' integers (kMassMost, kMomentumMost;
+// plugin/README.md). Of a soil that has left it (amount_headroom) a snapshot is refused.
 constexpr int64_t kForceMost = 1 << 30;
 // Bodies in a voxel: 16384 shapes that cover all of it.
 constexpr int64_t kCoverageMost = 1 << 30;
