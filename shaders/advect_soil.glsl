@@ -319,14 +319,14 @@ void advect_voxel(int slot, ivec3 at, int voxel, int support, ivec3 momentum, IN
         parcel.voxel = voxel;
         parcel.volume = volume;
         parcel.mass = mass;
-        parcel.momentum = momentum + gained;
+        parcel.momentum = saturated(momentum, gained);
         parcel.overrun = false;
         parcel.out_way = is_caught(voxel) ? way_out(slot, at, voxel, parcel.overrun) : ivec3(0);
         lost = spread_soil(slot, parcel, drift);
     } else if (gained.x == 0 && gained.y == 0 && gained.z == 0) {
         return;
     }
-    add_momentum(voxel, gained - lost);
+    add_momentum(voxel, saturated(gained, -lost));
     mark_moved(voxel, voxel);
 }
 

@@ -14,6 +14,10 @@ int saturated_sum(int a, int b) {
     return b > 0 ? min(a, kMomentumMost - b) + b : max(a, -kMomentumMost - b) + b;
 }
 
+ivec3 saturated(ivec3 a, ivec3 b) {
+    return ivec3(saturated_sum(a.x, b.x), saturated_sum(a.y, b.y), saturated_sum(a.z, b.z));
+}
+
 int flag_index(int array, int block) { return array * (params.plane_stride >> 9) + block; }
 
 // A block's masks: see kMaskWords. Of two words the second is that of lanes 32 to 63.
