@@ -5,6 +5,7 @@
 layout(local_size_x = 64) in;
 
 #define CONST_INT(name, value) const int name = value;
+#define CONST_FLOAT(name, value) const float name = value;
 #define IN(type) in type
 #define OUT(type) out type
 #define INOUT(type) inout type
@@ -49,4 +50,41 @@ int fraction_q16(int part, int whole) {
         quotient = quotient * 16 + d;
     }
     return quotient;
+}
+
+// How many bits are set, and the number of the lowest one; not of 0.
+int bit_count(int bits) { return bitCount(bits); }
+int lowest_bit(int bits) { return findLSB(bits); }
+
+// Of a float's bits: its exponent, that of 1, and its fraction.
+CONST_INT(kExponentShift, 23)
+CONST_INT(kExponentMask, 255)
+CONST_INT(kExponentOfOne, 127)
+CONST_INT(kFractionMask, 0x7FFFFF)
+CONST_INT(kFractionOne, 0x800000)
+
+// a / b rounded to the nearest float, where none of the three is denormal: as C++ has it, and GLSL does not promise it. By long
+// division of the fractions in 6-bit digits, to one bit more than a float has. No quotient lies half way between two floats.
+float divide_exact(float a, float b) {
+    int a_bits = floatBitsToInt(a);
+    int b_bits = floatBitsToInt(b);
+    int sign_bit = (a_bits ^ b_bits) & (1 << 31);
+    int a_exponent = (a_bits >> kExponentShift) & kExponentMask;
+    if (a_exponent == 0) return intBitsToFloat(sign_bit);
+    int exponent = a_exponent - ((b_bits >> kExponentShift) & kExponentMask) + kExponentOfOne;
+    int rest = (a_bits & kFractionMask) | kFractionOne;
+    int whole = (b_bits & kFractionMask) | kFractionOne;
+    if (rest < whole) {
+        rest = rest * 2;
+        exponent = exponent - 1;
+    }
+    int quotient = 1;
+    rest = rest - whole;
+    for (int digit = 0; digit < 4; ++digit) {
+        rest = rest * 64;
+        int d = rest / whole;
+        rest = rest - d * whole;
+        quotient = quotient * 64 + d;
+    }
+    return intBitsToFloat(sign_bit | ((exponent << kExponentShift) + ((quotient + 1) >> 1) - kFractionOne));
 }

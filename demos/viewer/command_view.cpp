@@ -51,6 +51,7 @@ void add_view(CLI::App& app, int& exit_code) {
         }
         arguments->def.run.backend = arguments->device.chosen();
         arguments->def.run.thread_count = arguments->device.thread_count;
+        arguments->def.run.mesh_backend = arguments->device.chosen_mesher();
         const Status shown = viewer::view_scene(*scene, arguments->def);
         if (shown) return;
         fmt::print(stderr, "{}\n", shown.error());

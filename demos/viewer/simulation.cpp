@@ -69,9 +69,11 @@ Status Simulation::start() {
     ++world_;
     if (run_->has_soil()) {
         tiles_ = std::make_unique<SoilTiles>(run_->soil());
-        soil_patches_ = std::make_unique<SurfacePatches>(*tiles_, SurfaceKind::soil);
+        soil_patches_ =
+            std::make_unique<SurfacePatches>(*tiles_, SurfaceKind::soil, def_.mesh_backend);
         if (!scene_.terrains.empty()) {
-            terrain_patches_ = std::make_unique<SurfacePatches>(*tiles_, SurfaceKind::terrain);
+            terrain_patches_ =
+                std::make_unique<SurfacePatches>(*tiles_, SurfaceKind::terrain, def_.mesh_backend);
         }
         units_in_.assign(run_->soil().materials().size(), 0);
         units_out_ = units_in_;

@@ -5,17 +5,19 @@
 namespace bsoil::viewer {
 namespace {
 
-SurfaceMeshDef mesh_def(SurfaceKind kind) {
+SurfaceMeshDef mesh_def(SurfaceKind kind, std::optional<Backend> backend) {
     SurfaceMeshDef def;
+    def.backend = backend;
     if (kind == SurfaceKind::terrain) def.layer = SurfaceMeshDef::Layer::terrain;
     return def;
 }
 
 }  // namespace
 
-SurfacePatches::SurfacePatches(const TileSource& source, SurfaceKind kind)
+SurfacePatches::SurfacePatches(const TileSource& source, SurfaceKind kind,
+                               std::optional<Backend> backend)
     : kind_(kind),
-      mesher_(source, mesh_def(kind)),
+      mesher_(source, mesh_def(kind, backend)),
       count_x_((mesher_.tile_count_x() + kSide - 1) / kSide),
       count_y_((mesher_.tile_count_y() + kSide - 1) / kSide),
       revision_sums_(static_cast<size_t>(count_x_) * static_cast<size_t>(count_y_)) {}

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include "bsoil/surface_mesh.h"
 #include "world_picture.h"
@@ -10,7 +11,8 @@ namespace bsoil::viewer {
 
 class SurfacePatches {
   public:
-    SurfacePatches(const TileSource& source, SurfaceKind kind);
+    /// No backend: that of the source.
+    SurfacePatches(const TileSource& source, SurfaceKind kind, std::optional<Backend> backend);
     /// Meshes what has changed and adds the patches concerned; `color` is called for each.
     void collect(std::vector<SurfacePatch>& patches, const SurfaceDetail& detail,
                  const std::function<void(Mesh&)>& color);

@@ -9,8 +9,8 @@
 namespace bsoil::device::builtins_test {
 namespace {
 
-constexpr int kPlanes = 8;
-enum Plane { kMul, kSqrt, kInvSqrt };
+constexpr int kPlanes = 10;
+enum Plane { kMul, kSqrt, kInvSqrt, kQuotient = 8 };
 
 constexpr int kMin = std::numeric_limits<int>::min();
 constexpr int kMax = std::numeric_limits<int>::max();
@@ -114,6 +114,21 @@ TEST_P(AnyDevice, roots_of_zero_tiny_and_negative_numbers_are_zero) {
     for (size_t i = 0; i < std::size(values); ++i) {
         EXPECT_EQ(std::bit_cast<float>(planes[kSqrt * probe.stride + i]), 0.0f) << values[i];
         EXPECT_EQ(planes[kInvSqrt * probe.stride + i], 0) << values[i];
+    }
+}
+
+TEST_P(AnyDevice, quotients_are_rounded_to_the_nearest_float) {
+    const Probe probe(random_pairs(100'000));
+    const auto planes = probe.run(*device_);
+    for (int i = 0; i < probe.stride; ++i) {
+        // As probe_builtins has them.
+        const float u = static_cast<float>(probe.pairs[2 * i] >> 12) * 0.001f;
+        const float v = static_cast<float>(probe.pairs[2 * i + 1] >> 12) * 0.37f;
+        const float whole = v + (v < 0 ? -1.5f : 1.5f);
+        const double quotient = double{u} / double{whole};
+        ASSERT_EQ(std::bit_cast<float>(planes[kQuotient * probe.stride + i]),
+                  static_cast<float>(quotient))
+            << u << " / " << whole;
     }
 }
 

@@ -92,7 +92,7 @@ Result<FrameTimes> push_block(const BenchArguments& arguments, int side, int alp
     const Status filled = soil.fill(BoxFill{{{-half, -half, 0}, {half, half, half}}, "thesis"});
     if (!filled) return Error{filled.error()};
     const SoilTiles tiles(soil);
-    SurfaceMesher mesher(tiles);
+    SurfaceMesher mesher(tiles, {.backend = arguments.device.chosen_mesher()});
     PushingBlock block(side_m, def.step_s);
 
     FrameTimes times;

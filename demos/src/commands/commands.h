@@ -2,6 +2,7 @@
 /// through `exit_code`.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "bsoil/soil_def.h"
@@ -35,12 +36,16 @@ void add_experiments(CLI::App& app, int& exit_code);
 void add_validate(CLI::App& app, int& exit_code);
 void add_scene_keys(CLI::App& app, int& exit_code);
 
-/// Where the kernels run: the options --backend and --threads, which several commands have.
+/// Where the kernels run: the options --backend, --threads and --mesher, which several commands
+/// have.
 struct DeviceOptions {
     std::string backend = "auto";
     int thread_count = 0;
+    std::string mesher;
     void add_to(CLI::App& app);
     Backend chosen() const;
+    /// None: where the soil is computed.
+    std::optional<Backend> chosen_mesher() const;
 };
 
 }  // namespace bsoil::command

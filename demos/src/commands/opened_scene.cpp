@@ -21,6 +21,11 @@ void remove_soil(scene::Scene& scene) {
     std::erase_if(scene.checks, [](const scene::CheckItem& check) { return check.needs_soil(); });
 }
 
+Backend backend_of(const std::string& name) {
+    if (name == "cpu") return Backend::cpu;
+    return name == "gl" ? Backend::gl : Backend::automatic;
+}
+
 bool has_gpu() {
     const std::vector<DeviceInfo> all = list_devices();
     return std::any_of(all.begin() + 1, all.end(),  // the first one is the processor
@@ -36,12 +41,15 @@ void DeviceOptions::add_to(CLI::App& app) {
     app.add_option("--threads", thread_count, "threads of the CPU backend; 0: all cores")
         ->check(CLI::Range(0, 1024))
         ->capture_default_str();
+    app.add_option("--mesher", mesher,
+                   "where the soil's surface is meshed for pictures; without: as --backend")
+        ->check(CLI::IsMember({"auto", "cpu", "gl"}));
 }
 
-Backend DeviceOptions::chosen() const {
-    if (backend == "cpu") return Backend::cpu;
-    if (backend == "gl") return Backend::gl;
-    return Backend::automatic;
+Backend DeviceOptions::chosen() const { return backend_of(backend); }
+
+std::optional<Backend> DeviceOptions::chosen_mesher() const {
+    return mesher.empty() ? std::nullopt : std::optional(backend_of(mesher));
 }
 
 void OpenedScene::add_options(CLI::App& app) {
@@ -72,7 +80,8 @@ int OpenedScene::open() {
     if (without_soil) remove_soil(scene);
     auto made = scene::SceneRun::create(scene, {.backend = device.chosen(),
                                                 .thread_count = device.thread_count,
-                                                .step_count = step_count});
+                                                .step_count = step_count,
+                                                .mesh_backend = device.chosen_mesher()});
     if (!made) {
         fmt::print(stderr, "{}\n", made.error());
         return kCouldNotRun;

@@ -40,7 +40,7 @@ Result<nlohmann::ordered_json> time_pictures(scene::SceneRun& run, int count) {
         std::vector<double> ms;
     };
     Part mesh{"mesh and upload", {}}, whole{"picture", {}}, cpu{"processor time of it", {}};
-    std::vector<double> triangles, built;
+    std::vector<double> triangles, built, built_by_gl;
     scene::ScenePicture::SurfaceCounts counts;
     Part shadow{"shadow map", {}}, surface{"surface", {}}, occlusion{"occlusion", {}},
         light{"light", {}}, finish{"finish", {}};
@@ -52,6 +52,7 @@ Result<nlohmann::ordered_json> time_pictures(scene::SceneRun& run, int count) {
         counts = picture.surface_counts();
         triangles.push_back(static_cast<double>(counts.triangle_count));
         built.push_back(counts.tile_built_count);
+        built_by_gl.push_back(counts.tile_gl_count);
         const Clock::time_point start = Clock::now();
         const std::clock_t cpu_start = std::clock();
         if (const auto image = (*renderer)->render(view); !image) return Error{image.error()};
@@ -73,12 +74,15 @@ Result<nlohmann::ordered_json> time_pictures(scene::SceneRun& run, int count) {
     }
     json["triangles"] = median(triangles);
     json["tiles meshed"] = median(built);
+    json["tiles meshed by OpenGL"] = median(built_by_gl);
     json["tiles"] = counts.tile_count;
     json["tiles not at full detail"] = counts.tile_coarse_count;
     fmt::print(
-        "\n  {:.0f} triangles; {:.0f} of {} tiles meshed for a picture; {} are not at full "
+        "\n  {:.0f} triangles; {:.0f} of {} tiles meshed for a picture, {:.0f} by OpenGL; {} are "
+        "not at full "
         "detail\n",
-        median(triangles), median(built), counts.tile_count, counts.tile_coarse_count);
+        median(triangles), median(built), counts.tile_count, median(built_by_gl),
+        counts.tile_coarse_count);
     return json;
 }
 

@@ -45,6 +45,7 @@ std::vector<NamedMesh> meshes_of(const SceneRun& run) {
         const auto add = [&](const char* name, SurfaceMeshDef::Layer layer) {
             SurfaceMeshDef def;
             def.layer = layer;
+            def.backend = run.mesh_backend();
             SurfaceMesher mesher(tiles, def);
             mesher.update();
             NamedMesh named{name, {}, {}, 1};

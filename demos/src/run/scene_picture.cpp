@@ -20,6 +20,7 @@ struct ScenePicture::Impl {
             items.append_to(shown.items);
             sum.tile_coarse_count += report.tile_coarse_count;
             sum.tile_built_count += report.tile_built_count;
+            sum.tile_gl_count += report.tile_gl_count;
             for (int ty = 0; ty < mesher.tile_count_y(); ++ty) {
                 for (int tx = 0; tx < mesher.tile_count_x(); ++tx) {
                     ++sum.tile_count;
@@ -53,9 +54,11 @@ ScenePicture::ScenePicture(const SceneRun& run, render::Renderer& renderer)
     const Scene& scene = run.scene();
     if (run.has_soil()) {
         m.tiles.emplace(run.soil());
-        m.soil.emplace(*m.tiles, SurfaceMeshDef{}, renderer, kSoilGrainM);
+        SurfaceMeshDef soil_def;
+        soil_def.backend = run.mesh_backend();
+        m.soil.emplace(*m.tiles, soil_def, renderer, kSoilGrainM);
         if (!scene.terrains.empty()) {
-            SurfaceMeshDef terrain_def;
+            SurfaceMeshDef terrain_def = soil_def;
             terrain_def.layer = SurfaceMeshDef::Layer::terrain;
             m.terrain.emplace(*m.tiles, terrain_def, renderer, kTerrainGrainM);
         }

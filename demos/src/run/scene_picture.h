@@ -34,6 +34,7 @@ class ScenePicture {
     struct SurfaceCounts {
         int tile_count = 0, tile_coarse_count = 0;
         int tile_built_count = 0;  ///< meshed for this view
+        int tile_gl_count = 0;     ///< of those, the ones that OpenGL has meshed
         size_t triangle_count = 0;
     };
     SurfaceCounts surface_counts() const;

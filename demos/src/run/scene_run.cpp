@@ -43,6 +43,7 @@ double surface_height_m(const Soil& soil, Vec3 at_m) {
 
 SceneRun::SceneRun(const Scene& scene, const RunDef& def)
     : scene_(scene),
+      mesh_backend_(def.mesh_backend),
       step_s_(scene.soil ? scene.soil->def.step_s : SoilDef{}.step_s),
       substep_count_(std::max(1, static_cast<int>(std::lround(step_s_ / scene.world.substep_s)))) {
     step_target_ = std::llround(scene.world.duration_s / step_s_);

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,8 @@ struct RunDef {
     Backend backend = Backend::automatic;
     int thread_count = 0;      ///< of the CPU backend; 0 = all cores
     long long step_count = 0;  ///< steps of the soil; 0 = as long as the scene says
+    /// Where the soil's surface is meshed for pictures; none: where the soil is computed.
+    std::optional<Backend> mesh_backend = std::nullopt;
 };
 
 /// Readings of a body over one step of the soil.
@@ -49,6 +52,7 @@ class SceneRun {
     double time_s() const { return static_cast<double>(step_count_) * step_s_; }
 
     const Scene& scene() const { return scene_; }
+    std::optional<Backend> mesh_backend() const { return mesh_backend_; }
     BulletScene& bullet() { return *bullet_; }
     const BulletScene& bullet() const { return *bullet_; }
     bool has_soil() const { return action_ != nullptr; }
@@ -93,6 +97,7 @@ class SceneRun {
     const Scene& scene_;
     std::unique_ptr<BulletScene> bullet_;
     std::unique_ptr<bullet::SoilAction> action_;  // goes before the world it lives in
+    std::optional<Backend> mesh_backend_;
     double step_s_;
     int substep_count_;
     long long step_count_ = 0, step_target_ = 0;

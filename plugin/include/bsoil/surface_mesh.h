@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -71,6 +72,8 @@ class TileSource {
     virtual MaterialWeights weights_at(int x, int y, int z, int material) const;
     /// As Soil::read_terrain. Unless it is overridden, what read_tile calls solid.
     virtual void read_terrain(int tx, int ty, std::vector<float>& terrain) const;
+    /// Where to mesh unless SurfaceMeshDef::backend says so. Unless it is overridden, on the CPU.
+    virtual Backend backend() const;
 };
 
 /// A Soil as a TileSource.
@@ -92,6 +95,8 @@ class SoilTiles final : public TileSource {
     std::array<float, 3> color_at(int x, int y, int z, int material) const override;
     MaterialWeights weights_at(int x, int y, int z, int material) const override;
     void read_terrain(int tx, int ty, std::vector<float>& terrain) const override;
+    /// Where the soil is computed.
+    Backend backend() const override;
 
   private:
     const Soil& soil_;
@@ -109,6 +114,10 @@ struct SurfaceMeshDef {
     /// closed.
     bool close_floor = true;
     std::array<float, 3> terrain_color{0.34f, 0.32f, 0.30f};  ///< linear RGB, 0..1, layer terrain
+    /// Where tiles are meshed; none: TileSource::backend says. `gl` is OpenGL 4.5 compute, software
+    /// too, `automatic` a hardware GPU alone; where there is none it is the CPU. The mesh is the
+    /// same, bit for bit.
+    std::optional<Backend> backend = std::nullopt;
 };
 
 /// Soil of a voxel that no surface shows: less than half a voxel, in the air, and part of nothing
@@ -154,6 +163,7 @@ struct SurfaceMeshReport {
     int tile_read_count = 0;    ///< tiles whose revision had changed
     int tile_built_count = 0;   ///< tiles meshed anew: those that did change, and their neighbours
     int tile_coarse_count = 0;  ///< tiles that are not at full detail
+    int tile_gl_count = 0;      ///< of those built, the ones that OpenGL has meshed
 };
 
 /// Marching cubes at isovalue 0.5 over a display field that makes planes of planar slopes, tile by
@@ -189,6 +199,11 @@ class SurfaceMesher {
     static constexpr int kLevelMost = 3;
     /// The level of a tile's mesh, as of the last update(): its cells are 2^level voxels wide.
     int tile_level(int tx, int ty) const;
+
+    /// "gl" where OpenGL meshes all tiles but those beside finer ones, else "cpu".
+    std::string backend_name() const;
+    /// Why, in a sentence.
+    const std::string& backend_reason() const;
 
     int tile_count_x() const;  ///< tiles of 8 columns along grid x
     int tile_count_y() const;  ///< and along grid y

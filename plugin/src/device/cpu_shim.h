@@ -12,6 +12,7 @@
 #include <glm/vec4.hpp>
 
 #define CONST_INT(name, value) static constexpr int name = value;
+#define CONST_FLOAT(name, value) static constexpr float name = value;
 #define IN(type) const type&  // of structs: no copy is made
 #define OUT(type) type&
 #define INOUT(type) type&
@@ -86,5 +87,8 @@ inline int mul_q16(int a, int b) { return static_cast<int>((int64_t{a} * b) >> 1
 inline int fraction_q16(int part, int whole) {
     return static_cast<int>((int64_t{part} << 16) / whole);
 }
+inline int bit_count(int bits) { return std::popcount(static_cast<uint32_t>(bits)); }
+inline int lowest_bit(int bits) { return std::countr_zero(static_cast<uint32_t>(bits)); }
+inline float divide_exact(float a, float b) { return a / b; }
 
 }  // namespace bsoil::device::shim

@@ -4,18 +4,19 @@
 #include <cassert>
 #include <cmath>
 
+#include "mesh/mesh_kernels.h"
+
 namespace bsoil::mesh {
 namespace {
 
-constexpr float kReach = 6.0f;  ///< the field is linear this far from a surface [samples]
-/// Up to the first height difference a voxel aside tops are joined by a straight line, from the
-/// second on by an upright wall half way. 2.5 is 68 degrees: steeper than any slope at rest.
-constexpr float kSlopeMax = 2.5f, kWallMin = 5.0f;
-/// Beyond this a height difference [samples] tilts normals no more.
-constexpr float kNormalReach = 2.0f;
+using kernels::kHiddenEdge;
+using kernels::kNormalReach;
+using kernels::kReach;
+using kernels::kSlopeMax;
+using kernels::kWallMin;
+
 constexpr float kBelowSolid = 0.5f;   ///< soil hidden in terrain stays this deep below its surface
 constexpr float kHiddenDepth = 2.0f;  ///< and is this thick [samples]
-constexpr float kHiddenEdge = 0.05f;  ///< where it ends between two samples, so as not to peep out
 constexpr float kSheetStep = 3.0f;  ///< tops further apart are not one surface at the grid's sides
 constexpr float kBareDepth = 1.5f;  ///< soil this far below its top is seen from above [samples]
 /// Soil on a support dives into it by this many voxels for each voxel between samples, so that a

@@ -35,6 +35,8 @@ class DisplayField {
     int level() const { return level_; }
     const Lattice& lattice(int axis) const { return lattice_[axis]; }
 
+    /// The first sample of the window along x (axis 0) or y (1): it has kWindow of them.
+    int origin(int axis) const { return origin_[axis]; }
     /// The tile's own cells: cell (i, j) spans samples i..i + 1, j..j + 1.
     int cell_first(int axis) const { return cell_first_[axis]; }
     int cell_last(int axis) const { return cell_last_[axis]; }
@@ -46,6 +48,14 @@ class DisplayField {
     float position(int axis, int i) const { return lattice_[axis].position(i); }
     /// Height of sample q = 0, 1, ... of a column [voxels]; q = 0 is sample -2.
     float height(int q) const { return position(2, q - 2); }
+    /// The soil of a column of the window, and the terrain and static bodies there.
+    std::span<const Run> runs(int i, int j) const {
+        const Column& column = columns_[column_index(i, j)];
+        return {runs_.data() + column.run_begin, column.run_end - column.run_begin};
+    }
+    std::span<const SolidRun> solids(int i, int j) const {
+        return columns_[column_index(i, j)].solids;
+    }
     /// Bit q: sample q is inside.
     const uint64_t* inside_bits(int i, int j) const {
         return &bits_[column_index(i, j) * word_count_];
@@ -93,10 +103,6 @@ class DisplayField {
         std::span<const MixedLayer> mixes;
     };
 
-    std::span<const Run> runs(int i, int j) const {
-        const Column& column = columns_[column_index(i, j)];
-        return {runs_.data() + column.run_begin, column.run_end - column.run_begin};
-    }
     const Run* run_at(int i, int j, float z) const;
     float limited(int i, int j, float z) const;
     Column make_column(const GridColumns& grid, const TileLevels& levels, int x, int y);

@@ -91,6 +91,12 @@ Vec3 SoilTiles::velocity_m_s(int x, int y, int z) const {
 
 GroundMotion SoilTiles::ground_motion(int x, int y) const { return soil_.ground_motion(x, y); }
 
+Backend TileSource::backend() const { return Backend::cpu; }
+
+Backend SoilTiles::backend() const {
+    return soil_.backend_name() == "gl" ? Backend::gl : Backend::cpu;
+}
+
 Vec3 TileSource::velocity_m_s(int, int, int) const { return {}; }
 
 GroundMotion TileSource::ground_motion(int, int) const { return {}; }

@@ -2,6 +2,7 @@
 target_sources(bulletsoil_soil PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/coarse_error.cpp
   ${CMAKE_CURRENT_LIST_DIR}/column_runs.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/device_mesher.cpp
   ${CMAKE_CURRENT_LIST_DIR}/display_field.cpp
   ${CMAKE_CURRENT_LIST_DIR}/marching_cases.cpp
   ${CMAKE_CURRENT_LIST_DIR}/mesh_export.cpp
@@ -13,4 +14,5 @@ target_sources(bulletsoil_soil PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/surface_mesher.cpp
   ${CMAKE_CURRENT_LIST_DIR}/tile_levels.cpp
   ${CMAKE_CURRENT_LIST_DIR}/tile_mesher.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/vertex_writer.cpp
 )

@@ -6,6 +6,7 @@
 #include "bsoil/surface_mesh.h"
 #include "mesh/coarse_error.h"
 #include "mesh/column_runs.h"
+#include "mesh/device_mesher.h"
 #include "mesh/display_field.h"
 #include "mesh/rolling_soil.h"
 #include "mesh/tile_levels.h"
@@ -56,7 +57,23 @@ struct SurfaceMesher::Impl {
           tiles(grid.tiles.size()),
           levels(grid.tile_count[0], grid.tile_count[1]),
           wanted_levels(tiles.size(), kNoLevel),
-          mesher(tile_source, mesh_def) {}
+          mesher(tile_source, mesh_def) {
+        choose_backend(mesh_def.backend.value_or(tile_source.backend()));
+    }
+
+    void choose_backend(Backend backend) {
+        if (backend == Backend::cpu) {
+            backend_reason = "the CPU was asked for";
+            return;
+        }
+        auto made = mesh::DeviceMesher::create(source, def, backend == Backend::gl);
+        if (!made) {
+            backend_reason = made.error();
+            return;
+        }
+        device_mesher = std::move(*made);
+        backend_reason = device_mesher->device().device_name() + " offers OpenGL 4.5 compute";
+    }
 
     static mesh::GridColumns empty_grid(const GridFrame& frame) {
         mesh::GridColumns grid;
@@ -278,15 +295,38 @@ struct SurfaceMesher::Impl {
 
     /// Meshes the tiles of which something has changed.
     void build(SurfaceMeshReport& report) {
+        if (device_mesher) build_on_device(report);
         for_each_tile([&](int tx, int ty) {
             Tile& tile = tiles[tile_index(tx, ty)];
             report.tile_coarse_count += levels.at(tx, ty) > 0;
             if (!tile.dirty) return;
             mesher.build(grid, levels, tx, ty, tile.mesh);
-            tile.dirty = false;
-            ++tile.mesh_revision;
-            ++report.tile_built_count;
+            finish(tile, report);
         });
+    }
+
+    static void finish(Tile& tile, SurfaceMeshReport& report) {
+        tile.dirty = false;
+        ++tile.mesh_revision;
+        ++report.tile_built_count;
+    }
+
+    /// A device that fails leaves all tiles to the CPU, now and later.
+    void build_on_device(SurfaceMeshReport& report) {
+        jobs.clear();
+        for_each_tile([&](int tx, int ty) {
+            Tile& tile = tiles[tile_index(tx, ty)];
+            if (tile.dirty && !levels.is_beside_finer(tx, ty)) {
+                jobs.push_back({tx, ty, &tile.mesh});
+            }
+        });
+        if (const Status built = device_mesher->build(grid, levels, jobs); !built) {
+            backend_reason = built.error();
+            device_mesher.reset();
+            return;
+        }
+        for (const auto& job : jobs) finish(tiles[tile_index(job.tx, job.ty)], report);
+        report.tile_gl_count = static_cast<int>(jobs.size());
     }
 
     const TileSource& source;
@@ -297,6 +337,9 @@ struct SurfaceMesher::Impl {
     TileLevels levels;
     std::vector<uint8_t> wanted_levels;  ///< of the last detail, before neighbours lower them
     mesh::TileMesher mesher;
+    std::unique_ptr<mesh::DeviceMesher> device_mesher;  ///< null: the CPU meshes
+    std::string backend_reason;
+    std::vector<mesh::DeviceMesher::Job> jobs;
     mesh::TileColumns columns;
     std::vector<float> volume, solid;
     std::vector<uint8_t> material;
@@ -335,6 +378,10 @@ int SurfaceMesher::tile_level(int tx, int ty) const {
     assert(impl_->tile_index(tx, ty) < impl_->tiles.size());
     return impl_->levels.at(tx, ty);
 }
+
+std::string SurfaceMesher::backend_name() const { return impl_->device_mesher ? "gl" : "cpu"; }
+
+const std::string& SurfaceMesher::backend_reason() const { return impl_->backend_reason; }
 
 int SurfaceMesher::tile_count_x() const { return impl_->grid.tile_count[0]; }
 int SurfaceMesher::tile_count_y() const { return impl_->grid.tile_count[1]; }

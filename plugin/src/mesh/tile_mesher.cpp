@@ -1,9 +1,7 @@
 #include "mesh/tile_mesher.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <bit>
-#include <cmath>
 
 namespace bsoil::mesh {
 namespace {
@@ -18,16 +16,6 @@ void for_each_bit(uint64_t bits, int word, Visit visit) {
 
 bool bit_at(const uint64_t* bits, int q) { return (bits[q / 64] >> (q % 64) & 1) != 0; }
 
-GridVector unit(GridVector v) {
-    const float length = std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
-    return length > 0 ? GridVector{v.x / length, v.y / length, v.z / length} : GridVector{0, 0, 1};
-}
-
-void push(std::vector<float>& list, GridVector v) {
-    const float values[3] = {v.x, v.y, v.z};
-    list.insert(list.end(), values, values + 3);
-}
-
 /// Samples of the window of a field, for each axis an edge that leaves it.
 size_t edge_count(int sample_count) {
     return static_cast<size_t>(3 * DisplayField::kWindow * DisplayField::kWindow * sample_count);
@@ -35,24 +23,8 @@ size_t edge_count(int sample_count) {
 
 }  // namespace
 
-TileMesher::TileMesher(const TileSource& source, const SurfaceMeshDef& def) : def_(def) {
-    const GridFrame& frame = source.frame();
-    const auto& [position, q] = frame.grid_to_world;
-    rotation_ = Eigen::Quaterniond(q.w, q.x, q.y, q.z).toRotationMatrix();
-    origin_ = {position.x, position.y, position.z};
-    voxel_m_ = frame.voxel_m;
-    if (def.layer == SurfaceMeshDef::Layer::terrain) {
-        looks_.push_back({def.terrain_color, {}});
-        return;
-    }
-    for (const MaterialDef& material : source.materials()) {
-        Look look{material.color, {}};
-        look.weights[std::min(looks_.size(), look.weights.size() - 1)] = 255;
-        looks_.push_back(look);
-        palette_.push_back(material.color);
-    }
-    if (palette_.size() < 2) palette_.clear();
-}
+TileMesher::TileMesher(const TileSource& source, const SurfaceMeshDef& def)
+    : close_floor_(def.close_floor), writer_(source, def) {}
 
 void TileMesher::build(const GridColumns& grid, const TileLevels& levels, int tx, int ty,
                        Mesh& out) {
@@ -61,8 +33,8 @@ void TileMesher::build(const GridColumns& grid, const TileLevels& levels, int tx
     field_.build(grid, levels, level, tx, ty);
     strips_.build(levels);
     out_ = &out;
-    out.clear();
-    out.palette = palette_;
+    writer_.begin(out);
+    places_.clear();
     sample_count_ = field_.sample_count_z();
     if (edge_vertices_.size() < edge_count(sample_count_)) {
         edge_vertices_.resize(edge_count(sample_count_));
@@ -80,7 +52,7 @@ void TileMesher::build(const GridColumns& grid, const TileLevels& levels, int tx
         }
     }
     for (int j = field_.cell_first(1); j <= field_.cell_last(1); ++j) {
-        if (def_.close_floor) add_floor_strips(j);
+        if (close_floor_) add_floor_strips(j);
         for (int i = field_.cell_first(0); i <= field_.cell_last(0); ++i) add_cells(i, j);
     }
 }
@@ -95,45 +67,10 @@ uint32_t& TileMesher::finer_edge_vertex(int axis, int i, int j, int q) {
     return finer_edge_vertices_[static_cast<size_t>((column * 3 + axis) * finer_sample_count_ + q)];
 }
 
-GridVector TileMesher::rotated(GridVector v) const {
-    const Eigen::Vector3f to = (rotation_ * Eigen::Vector3d(v.x, v.y, v.z)).cast<float>();
-    return {to.x(), to.y(), to.z()};
-}
-
-const Look& TileMesher::look_of(uint8_t material) const {
-    return looks_[std::min<size_t>(material, looks_.size() - 1)];
-}
-
-/// At a side of the grid: the materials there by themselves, whatever became of the soil, or the
-/// mean of those that mix.
-Look TileMesher::look_inside(const DisplayField& field, int i, int j, float z) const {
-    Look look = look_of(field.material(i, j, z));
-    const MaterialWeights* weights = field.weights(i, j, z);
-    if (!weights || palette_.empty()) return look;
-    int sum = 0;
-    for (const uint8_t weight : *weights) sum += weight;
-    if (sum == 0) return look;
-    look = {{}, *weights};
-    for (size_t m = 0; m < palette_.size(); ++m) {
-        const float share = static_cast<float>((*weights)[m]) / static_cast<float>(sum);
-        for (size_t c = 0; c < 3; ++c) look.color[c] += share * palette_[m][c];
-    }
-    return look;
-}
-
-const Look& TileMesher::look_at(const DisplayField& field, int i, int j, float z) const {
-    const Look* bare = field.bare_look(i, j, z);
-    return bare ? *bare : look_of(field.material(i, j, z));
-}
-
 uint32_t TileMesher::add_vertex(GridVector position, GridVector outward, const Look& look) {
-    const auto index = static_cast<uint32_t>(out_->vertex_count());
-    const Eigen::Vector3d in_grid(position.x, position.y, position.z);
-    const Eigen::Vector3f at = (origin_ + voxel_m_ * (rotation_ * in_grid)).cast<float>();
-    push(out_->positions, {at.x(), at.y(), at.z()});
-    push(out_->normals, rotated(unit(outward)));
-    out_->colors.insert(out_->colors.end(), look.color.begin(), look.color.end());
-    if (!palette_.empty()) out_->weights.push_back(look.weights);
+    const auto index = static_cast<uint32_t>(places_.size());
+    places_.push_back(position);
+    writer_.add(*out_, position, outward, look);
     return index;
 }
 
@@ -144,8 +81,8 @@ uint32_t TileMesher::add_vertex_up(const DisplayField& field, int i, int j, int 
         q == 0 ? GridVector{0, 0, -1}
                : GridVector{-field.slope(0, i, j, z), -field.slope(1, i, j, z), top ? 1.0f : -1.0f};
     return add_vertex({field.position(0, i), field.position(1, j), z}, outward,
-                      q == 0 ? look_of(field.material(i, j, 0))
-                             : look_at(field, i, j, field.height(top ? q : q + 1)));
+                      q == 0 ? writer_.look_of(field.material(i, j, 0))
+                             : writer_.look_at(field, i, j, field.height(top ? q : q + 1)));
 }
 
 uint32_t TileMesher::add_vertex_aside(const DisplayField& field, int axis, int i, int j, int q) {
@@ -173,19 +110,15 @@ uint32_t TileMesher::add_vertex_aside(const DisplayField& field, int axis, int i
     }
     // A cut shows what is inside.
     if (begin == end) {
-        return add_vertex(position, outward, look_inside(field, inner[0], inner[1], z));
+        return add_vertex(position, outward, writer_.look_inside(field, inner[0], inner[1], z));
     }
-    return add_vertex(position, outward, look_at(field, inner[0], inner[1], z));
+    return add_vertex(position, outward, writer_.look_at(field, inner[0], inner[1], z));
 }
 
 uint32_t TileMesher::copy_vertex(uint32_t vertex, GridVector outward) {
-    const auto index = static_cast<uint32_t>(out_->vertex_count());
-    for (size_t k = 0; k < 3; ++k) {
-        out_->positions.push_back(out_->positions[3 * vertex + k]);
-        out_->colors.push_back(out_->colors[3 * vertex + k]);
-    }
-    if (!palette_.empty()) out_->weights.push_back(out_->weights[vertex]);
-    push(out_->normals, rotated(outward));
+    const auto index = static_cast<uint32_t>(places_.size());
+    places_.push_back(GridVector(places_[vertex]));
+    writer_.add_copy(*out_, vertex, outward);
     return index;
 }
 
@@ -194,7 +127,7 @@ void TileMesher::add_vertices_up(int i, int j) {
     const uint64_t* inside = field_.inside_bits(i, j);
     for (int w = 0; w < word_count; ++w) {
         for_each_bit(inside[w] ^ shifted_down(inside, w, word_count), w, [&](int q) {
-            if (q == 0 && !(def_.close_floor && strips_.is_kept_on_floor(i, j))) return;
+            if (q == 0 && !(close_floor_ && strips_.is_kept_on_floor(i, j))) return;
             edge_vertex(2, i, j, q) = add_vertex_up(field_, i, j, q);
         });
     }
@@ -299,7 +232,7 @@ void TileMesher::add_cells(int i, int j) {
             all &= bits[w] & above;
         }
         for_each_bit(any & ~all & ~whole(w), w, [&](int q) {
-            if (q == 0 && !def_.close_floor) return;
+            if (q == 0 && !close_floor_) return;
             int corners = 0;
             for (int c = 0; c < 4; ++c) {
                 corners |= bit_at(inside[c], q) << c | bit_at(inside[c], q + 1) << (c + 4);
@@ -355,7 +288,7 @@ void TileMesher::add_split_cells(const TileLevels::FinerAround& around, int i, i
         bits[c] = finer_field_.inside_bits(along(0, x), along(1, y));
     }
     const Lattice& upright = field_.lattice(2);
-    for (int q = def_.close_floor ? 0 : 1; q + 1 < sample_count_; ++q) {
+    for (int q = close_floor_ ? 0 : 1; q + 1 < sample_count_; ++q) {
         const bool has_middle = upright.has_middle(q - 2);
         const SplitCell& cell = has_middle ? regular : flat;
         const int finer_q = upright.in_finer(q - 2) + 2;
@@ -409,20 +342,13 @@ void TileMesher::add_cell_triangle(uint32_t (&vertices)[3], const int (&axes)[3]
     if (side.x != 0 || side.y != 0) {
         // Cells of no thickness: only the triangles in the plane of the cut remain, and their rim
         // is sharp, so they do not share vertices with the surface above.
-        if (same_place(vertices[0], vertices[1]) || same_place(vertices[1], vertices[2]) ||
-            same_place(vertices[2], vertices[0])) {
-            return;
-        }
+        const GridVector at[3] = {places_[vertices[0]], places_[vertices[1]], places_[vertices[2]]};
+        if (at[0] == at[1] || at[1] == at[2] || at[2] == at[0]) return;
         for (int k = 0; k < 3; ++k) {
             if (axes[k] != (side.x != 0 ? 0 : 1)) vertices[k] = copy_vertex(vertices[k], side);
         }
     }
     out_->indices.insert(out_->indices.end(), vertices, vertices + 3);
-}
-
-bool TileMesher::same_place(uint32_t a, uint32_t b) const {
-    const float* p = out_->positions.data();
-    return std::equal(p + 3 * a, p + 3 * a + 3, p + 3 * b);
 }
 
 }  // namespace bsoil::mesh

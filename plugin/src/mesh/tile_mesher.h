@@ -1,8 +1,6 @@
 /// The mesh of a tile at its level of detail.
 #pragma once
 
-#include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -12,13 +10,9 @@
 #include "mesh/plane_strips.h"
 #include "mesh/split_cell.h"
 #include "mesh/tile_levels.h"
+#include "mesh/vertex_writer.h"
 
 namespace bsoil::mesh {
-
-/// A vector in grid axes.
-struct GridVector {
-    float x, y, z;
-};
 
 /// Meshes one tile after the other; holds what is reused from tile to tile.
 class TileMesher {
@@ -33,11 +27,7 @@ class TileMesher {
     /// The same in the lattice of the finer tiles beside this one.
     uint32_t& finer_edge_vertex(int axis, int i, int j, int q);
 
-    GridVector rotated(GridVector v) const;
     uint32_t add_vertex(GridVector position, GridVector outward, const Look& look);
-    const Look& look_at(const DisplayField& field, int i, int j, float z) const;
-    const Look& look_of(uint8_t material) const;
-    Look look_inside(const DisplayField& field, int i, int j, float z) const;
     uint32_t add_vertex_up(const DisplayField& field, int i, int j, int q);
     uint32_t add_vertex_aside(const DisplayField& field, int axis, int i, int j, int q);
     uint32_t copy_vertex(uint32_t vertex, GridVector outward);
@@ -53,14 +43,9 @@ class TileMesher {
     /// Three vertices, and the axes of the edges they lie on.
     void add_cell_triangle(uint32_t (&vertices)[3], const int (&axes)[3], GridVector side);
     void add_triangle(uint32_t a, uint32_t b, uint32_t c, bool turned);
-    bool same_place(uint32_t a, uint32_t b) const;
 
-    SurfaceMeshDef def_;
-    Eigen::Matrix3d rotation_;  ///< of the grid in the world
-    Eigen::Vector3d origin_;
-    double voxel_m_ = 0;
-    std::vector<Look> looks_;                    ///< of each material by itself
-    std::vector<std::array<float, 3>> palette_;  ///< empty: one material
+    bool close_floor_;
+    VertexWriter writer_;
     const TileLevels* levels_ = nullptr;
     DisplayField field_, finer_field_;
     PlaneStrips strips_{field_};
@@ -68,6 +53,7 @@ class TileMesher {
     std::vector<uint32_t> edge_vertices_, finer_edge_vertices_;
     std::vector<SplitCell::Edge> split_corners_;
     Mesh* out_ = nullptr;
+    std::vector<GridVector> places_;  ///< of its vertices [voxels]
 };
 
 }  // namespace bsoil::mesh

@@ -32,6 +32,8 @@ void probe_builtins(int group, int lane) {
     split_halves(a, low, sum);
     outputs[6 * stride + i] = low + sum;
     outputs[7 * stride + i] = x < y ? 1 : 0;
+    outputs[8 * stride + i] = float_as_int(divide_exact(u, v + (v < 0.0f ? -1.5f : 1.5f)));
+    outputs[9 * stride + i] = 32 * bit_count(a) + (a == 0 ? 0 : lowest_bit(a));
 }
 
 int probe_builtins_lanes(int group, int half_at) { return kAllLanes; }

@@ -1,0 +1,69 @@
+/// Marching cubes on a device: many tiles at once, by the kernels of shaders/mesh.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bsoil/surface_mesh.h"
+#include "mesh/display_field.h"
+#include "mesh/mesh_kernels.h"
+#include "mesh/tile_levels.h"
+#include "mesh/vertex_writer.h"
+
+namespace bsoil::mesh {
+
+/// Gives each tile the mesh that TileMesher gives it, bit for bit. The host makes the display field
+/// and turns the vertices to the world; which edges are crossed, where, with which normals, and the
+/// triangles are the device's. Cases are those of marching_cases(). Tiles beside finer ones are
+/// TileMesher's alone.
+class DeviceMesher {
+  public:
+    /// On OpenGL; software renderers only when `allow_software`. The error says what is missing.
+    static Result<std::unique_ptr<DeviceMesher>> create(const TileSource& source,
+                                                        const SurfaceMeshDef& def,
+                                                        bool allow_software);
+    /// On a device of mesh_kernel_set().
+    DeviceMesher(std::unique_ptr<device::Device> device, const TileSource& source,
+                 const SurfaceMeshDef& def);
+
+    struct Job {
+        int tx = 0, ty = 0;
+        Mesh* mesh = nullptr;
+    };
+    /// Waits for the device twice for each kBatch of tiles. The error is the device's: it has lost
+    /// its memory, or has too little. Meshes are undefined then.
+    Status build(const GridColumns& grid, const TileLevels& levels, std::span<const Job> jobs);
+    static constexpr size_t kBatch = 256;
+
+    const device::Device& device() const { return *device_; }
+
+  private:
+    void write_tile(const TileLevels& levels, const DisplayField& field);
+    void write_column(const TileLevels& levels, const DisplayField& field, int i, int j);
+    Status run(const GridColumns& grid);
+    void dispatch_all(const kernels::Params& params);
+    Status reserve(device::BufferIndex buffer, size_t word_count);
+    Status upload(device::BufferIndex buffer, std::span<const int32_t> words);
+    bool has_room() const;
+    void take(const DisplayField& field, size_t tile, Mesh& mesh) const;
+    void take_vertex(const DisplayField& field, const int32_t* tile, const int32_t* vertex,
+                     Mesh& mesh) const;
+    Status failed() const;
+    size_t capacity(device::BufferIndex buffer) const;
+
+    std::unique_ptr<device::Device> device_;
+    VertexWriter writer_;
+    bool close_floor_;
+    bool has_cases_ = false;
+    std::vector<DisplayField> fields_;
+    std::array<size_t, kernels::Buffer::count> words_in_{};  ///< of each buffer
+    std::vector<int32_t> tiles_, columns_, runs_;            ///< as the device gets them
+    size_t work_words_ = 0;
+    std::vector<int32_t> vertices_, copies_, triangles_;  ///< as it gives them back
+};
+
+}  // namespace bsoil::mesh

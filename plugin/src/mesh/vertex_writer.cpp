@@ -1,0 +1,94 @@
+#include "mesh/vertex_writer.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace bsoil::mesh {
+namespace {
+
+GridVector unit(GridVector v) {
+    const float length = std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
+    return length > 0 ? GridVector{v.x / length, v.y / length, v.z / length} : GridVector{0, 0, 1};
+}
+
+void push(std::vector<float>& list, GridVector v) {
+    const float values[3] = {v.x, v.y, v.z};
+    list.insert(list.end(), values, values + 3);
+}
+
+}  // namespace
+
+VertexWriter::VertexWriter(const TileSource& source, const SurfaceMeshDef& def) {
+    const GridFrame& frame = source.frame();
+    const auto& [position, q] = frame.grid_to_world;
+    rotation_ = Eigen::Quaterniond(q.w, q.x, q.y, q.z).toRotationMatrix();
+    origin_ = {position.x, position.y, position.z};
+    voxel_m_ = frame.voxel_m;
+    if (def.layer == SurfaceMeshDef::Layer::terrain) {
+        looks_.push_back({def.terrain_color, {}});
+        return;
+    }
+    for (const MaterialDef& material : source.materials()) {
+        Look look{material.color, {}};
+        look.weights[std::min(looks_.size(), look.weights.size() - 1)] = 255;
+        looks_.push_back(look);
+        palette_.push_back(material.color);
+    }
+    if (palette_.size() < 2) palette_.clear();
+}
+
+void VertexWriter::begin(Mesh& mesh) const {
+    mesh.clear();
+    mesh.palette = palette_;
+}
+
+GridVector VertexWriter::rotated(GridVector v) const {
+    const Eigen::Vector3f to = (rotation_ * Eigen::Vector3d(v.x, v.y, v.z)).cast<float>();
+    return {to.x(), to.y(), to.z()};
+}
+
+void VertexWriter::add(Mesh& mesh, GridVector position, GridVector outward,
+                       const Look& look) const {
+    const Eigen::Vector3d in_grid(position.x, position.y, position.z);
+    const Eigen::Vector3f at = (origin_ + voxel_m_ * (rotation_ * in_grid)).cast<float>();
+    push(mesh.positions, {at.x(), at.y(), at.z()});
+    push(mesh.normals, rotated(unit(outward)));
+    mesh.colors.insert(mesh.colors.end(), look.color.begin(), look.color.end());
+    if (!palette_.empty()) mesh.weights.push_back(look.weights);
+}
+
+void VertexWriter::add_copy(Mesh& mesh, uint32_t vertex, GridVector outward) const {
+    for (size_t k = 0; k < 3; ++k) {
+        mesh.positions.push_back(mesh.positions[3 * vertex + k]);
+        mesh.colors.push_back(mesh.colors[3 * vertex + k]);
+    }
+    if (!palette_.empty()) mesh.weights.push_back(mesh.weights[vertex]);
+    push(mesh.normals, rotated(outward));
+}
+
+const Look& VertexWriter::look_of(uint8_t material) const {
+    return looks_[std::min<size_t>(material, looks_.size() - 1)];
+}
+
+Look VertexWriter::look_inside(const DisplayField& field, int i, int j, float z) const {
+    Look look = look_of(field.material(i, j, z));
+    const MaterialWeights* weights = field.weights(i, j, z);
+    if (!weights || palette_.empty()) return look;
+    int sum = 0;
+    for (const uint8_t weight : *weights) sum += weight;
+    if (sum == 0) return look;
+    look = {{}, *weights};
+    for (size_t m = 0; m < palette_.size(); ++m) {
+        const float share = static_cast<float>((*weights)[m]) / static_cast<float>(sum);
+        for (size_t c = 0; c < 3; ++c) look.color[c] += share * palette_[m][c];
+    }
+    return look;
+}
+
+const Look& VertexWriter::look_at(const DisplayField& field, int i, int j, float z) const {
+    const Look* bare = field.bare_look(i, j, z);
+    return bare ? *bare : look_of(field.material(i, j, z));
+}
+
+}  // namespace bsoil::mesh
