@@ -16,6 +16,9 @@ inline constexpr int kTileColumns = kTileSide * kTileSide;
 /// Bottom of a run that stands on the grid's floor: so deep that only its top shapes the field.
 inline constexpr float kOnFloor = -1e9f;
 
+/// Soil this far below its top is seen from above [samples].
+inline constexpr float kBareDepth = 1.5f;
+
 /// What soil looks like where it lies bare.
 struct Look {
     std::array<float, 3> color{};  ///< linear RGB
@@ -54,6 +57,12 @@ struct MixedLayer {
     friend bool operator==(const MixedLayer&, const MixedLayer&) = default;
 };
 
+/// Voxels of a column that lie bare to a side: from `bottom_voxel` up to below `end_voxel`.
+struct BareWall {
+    int bottom_voxel = 0, end_voxel = 0;
+    friend bool operator==(const BareWall&, const BareWall&) = default;
+};
+
 /// One list per column, packed: column c has items[begin[c]] .. items[begin[c + 1] - 1].
 template <typename T>
 struct ColumnLists {
@@ -70,7 +79,8 @@ struct TileColumns {
     ColumnLists<Run> runs;
     ColumnLists<SolidRun> solids;
     ColumnLists<MaterialLayer> layers;
-    ColumnLists<MixedLayer> mixes;  ///< at the grid's sides only, where there are several materials
+    ColumnLists<BareWall> walls;    ///< where there are several materials
+    ColumnLists<MixedLayer> mixes;  ///< of those walls
     friend bool operator==(const TileColumns&, const TileColumns&) = default;
 };
 

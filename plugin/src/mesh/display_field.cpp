@@ -18,7 +18,6 @@ using kernels::kWallMin;
 constexpr float kBelowSolid = 0.5f;   ///< soil hidden in terrain stays this deep below its surface
 constexpr float kHiddenDepth = 2.0f;  ///< and is this thick [samples]
 constexpr float kSheetStep = 3.0f;  ///< tops further apart are not one surface at the grid's sides
-constexpr float kBareDepth = 1.5f;  ///< soil this far below its top is seen from above [samples]
 /// Soil on a support dives into it by this many voxels for each voxel between samples, so that a
 /// sample of a coarse level lies in it, however thin it is.
 constexpr float kDive = 2.0f;

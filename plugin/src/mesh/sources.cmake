@@ -1,5 +1,6 @@
 # Included from plugin/CMakeLists.txt after bulletsoil_soil exists.
 target_sources(bulletsoil_soil PRIVATE
+  ${CMAKE_CURRENT_LIST_DIR}/bare_walls.cpp
   ${CMAKE_CURRENT_LIST_DIR}/coarse_error.cpp
   ${CMAKE_CURRENT_LIST_DIR}/column_runs.cpp
   ${CMAKE_CURRENT_LIST_DIR}/device_mesher.cpp

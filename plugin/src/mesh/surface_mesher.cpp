@@ -2,8 +2,10 @@
 #include <cassert>
 #include <cmath>
 #include <cstdlib>
+#include <utility>
 
 #include "bsoil/surface_mesh.h"
+#include "mesh/bare_walls.h"
 #include "mesh/coarse_error.h"
 #include "mesh/column_runs.h"
 #include "mesh/device_mesher.h"
@@ -41,7 +43,8 @@ struct SurfaceMesher::Impl {
         bool read = false, dirty = false;
         uint64_t source_revision = 0, mesh_revision = 0;
         uint64_t levels_around = 0;
-        bool has_errors = false;  ///< those of its present columns
+        bool has_errors = false;     ///< those of its present columns
+        bool has_old_walls = false;  ///< columns around have changed since they were found
         mesh::CoarseErrors errors{};
         Mesh mesh;
         std::vector<LooseVoxel> loose;
@@ -101,7 +104,10 @@ struct SurfaceMesher::Impl {
             source.read_tile(tx, ty, volume, solid, material);
             mesh::find_soil_runs(volume, solid, material, grid.size[2], columns);
             read_looks(tx, ty);
-            read_mixes(tx, ty);
+            if (shows_inside()) {
+                mesh::find_bare_walls(grid, columns, tx, ty, columns.walls);
+                read_mixes(tx, ty, columns);
+            }
             read_loose(tx, ty);
         }
         mesh::TileColumns& known = grid.tiles[tile_index(tx, ty)];
@@ -127,29 +133,45 @@ struct SurfaceMesher::Impl {
         }
     }
 
-    bool is_at_side(int x, int y) const {
-        return x == 0 || y == 0 || x == grid.size[0] - 1 || y == grid.size[1] - 1;
+    /// Whether walls show more than one material by itself.
+    bool shows_inside() const {
+        return def.layer == SurfaceMeshDef::Layer::soil && source.materials().size() > 1;
     }
 
-    /// Of the columns that a side of the grid cuts open, from the arrays of the tile just read.
-    void read_mixes(int tx, int ty) {
-        columns.mixes.items.clear();
-        const bool is_mixed = source.materials().size() > 1;
+    /// Of the walls just found, from the arrays of the tile just read.
+    void read_mixes(int tx, int ty, mesh::TileColumns& of) {
+        std::vector<mesh::MixedLayer>& mixes = of.mixes.items;
+        mixes.clear();
         for (int c = 0; c < mesh::kTileColumns; ++c) {
             const int x = tx * kTileSide + c % kTileSide, y = ty * kTileSide + c / kTileSide;
-            const size_t first = columns.mixes.items.size();
-            const bool is_read =
-                is_mixed && x < grid.size[0] && y < grid.size[1] && is_at_side(x, y);
-            for (int z = 0; is_read && z < grid.size[2]; ++z) {
-                const auto v = static_cast<size_t>(z * mesh::kTileColumns + c);
-                if (volume[v] < kBareLeast) continue;
-                const MaterialWeights weights = source.weights_at(x, y, z, material[v]);
-                auto& mixes = columns.mixes.items;
-                if (mixes.size() > first && mixes.back().weights == weights) continue;
-                mixes.push_back({z, weights});
+            const size_t first = mixes.size();
+            for (const mesh::BareWall& wall : of.walls.column(c)) {
+                for (int z = wall.bottom_voxel; z < std::min(wall.end_voxel, grid.size[2]); ++z) {
+                    const auto v = static_cast<size_t>(z * mesh::kTileColumns + c);
+                    if (volume[v] < kBareLeast) continue;
+                    const MaterialWeights weights = source.weights_at(x, y, z, material[v]);
+                    if (mixes.size() > first && mixes.back().weights == weights) continue;
+                    mixes.push_back({z, weights});
+                }
             }
-            columns.mixes.begin[c + 1] = static_cast<uint32_t>(columns.mixes.items.size());
+            of.mixes.begin[static_cast<size_t>(c) + 1] = static_cast<uint32_t>(mixes.size());
         }
+    }
+
+    /// What tiles around have bared or covered up since a tile was read.
+    void read_walls() {
+        if (!shows_inside()) return;
+        for_each_tile([&](int tx, int ty) {
+            Tile& tile = tiles[tile_index(tx, ty)];
+            if (!std::exchange(tile.has_old_walls, false)) return;
+            mesh::TileColumns& known = grid.tiles[tile_index(tx, ty)];
+            mesh::find_bare_walls(grid, known, tx, ty, walls);
+            if (walls == known.walls) return;
+            std::swap(walls, known.walls);
+            source.read_tile(tx, ty, volume, solid, material);
+            read_mixes(tx, ty, known);
+            mark_dirty(tx, ty);
+        });
     }
 
     /// From the arrays of the tile just read.
@@ -209,12 +231,21 @@ struct SurfaceMesher::Impl {
 
     void mark_with_neighbours(int tx, int ty) {
         has_terrain |= !grid.tiles[tile_index(tx, ty)].solids.items.empty();
+        for_each_around(tx, ty, 1, [&](int x, int y) {
+            Tile& tile = tiles[tile_index(x, y)];
+            tile.has_errors = false;
+            tile.has_old_walls = true;
+        });
+        mark_dirty(tx, ty);
+    }
+
+    /// Tiles whose meshes may depend on this one's columns.
+    void mark_dirty(int tx, int ty) {
         const int* reach = has_terrain ? kReachAtTerrain : kReach;
         for_each_around(tx, ty, kReachMost, [&](int x, int y) {
             const int away = std::max(std::abs(x - tx), std::abs(y - ty));
             Tile& tile = tiles[tile_index(x, y)];
             if (away <= reach[levels.at(x, y)]) tile.dirty = true;
-            if (away <= 1) tile.has_errors = false;
         });
     }
 
@@ -285,6 +316,7 @@ struct SurfaceMesher::Impl {
                 mesh::read_motions(grid, source, tx, ty, tile.motions);
             }
         });
+        read_walls();
         if (def.layer != SurfaceMeshDef::Layer::soil) return;
         for_each_tile([&](int tx, int ty) {
             Tile& tile = tiles[tile_index(tx, ty)];
@@ -341,6 +373,7 @@ struct SurfaceMesher::Impl {
     std::string backend_reason;
     std::vector<mesh::DeviceMesher::Job> jobs;
     mesh::TileColumns columns;
+    mesh::ColumnLists<mesh::BareWall> walls;
     std::vector<float> volume, solid;
     std::vector<uint8_t> material;
     std::vector<int> loose_voxels;

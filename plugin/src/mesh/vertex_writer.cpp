@@ -86,9 +86,9 @@ Look VertexWriter::look_inside(const DisplayField& field, int i, int j, float z)
     return look;
 }
 
-const Look& VertexWriter::look_at(const DisplayField& field, int i, int j, float z) const {
+Look VertexWriter::look_at(const DisplayField& field, int i, int j, float z) const {
     const Look* bare = field.bare_look(i, j, z);
-    return bare ? *bare : look_of(field.material(i, j, z));
+    return bare ? *bare : look_inside(field, i, j, z);
 }
 
 }  // namespace bsoil::mesh

@@ -29,10 +29,10 @@ class VertexWriter {
     /// Adds one that differs from another by its normal alone: this one, of unit length.
     void add_copy(Mesh& mesh, uint32_t vertex, GridVector outward) const;
 
-    /// What lies bare at a sample, or else the material there by itself.
-    const Look& look_at(const DisplayField& field, int i, int j, float z) const;
-    /// At a side of the grid: the materials there by themselves, whatever became of the soil, or
-    /// the mean of those that mix.
+    /// What lies bare at a sample, or else what is inside.
+    Look look_at(const DisplayField& field, int i, int j, float z) const;
+    /// In walls and at the sides of the grid: the materials there by themselves, whatever became
+    /// of the soil, or the mean of those that mix.
     Look look_inside(const DisplayField& field, int i, int j, float z) const;
     /// A material by itself.
     const Look& look_of(uint8_t material) const;
