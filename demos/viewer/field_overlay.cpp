@@ -18,6 +18,7 @@ FieldOverlay::FieldOverlay(const Soil& soil, const OverlayDef& def)
 void FieldOverlay::color(Mesh& mesh) const {
     mesh.weights.clear();
     mesh.palette.clear();
+    mesh.wetness.clear();
     const GridFrame& frame = soil_.frame();
     for (size_t v = 0; v < mesh.vertex_count(); ++v) {
         // Half a voxel inside is the voxel that has the surface; another half where that is bare.

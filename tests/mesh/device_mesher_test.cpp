@@ -41,6 +41,10 @@ class MixedTiles final : public TileSource {
         weights[1] = static_cast<uint8_t>(8 * (y % 4 + 1));
         return weights;
     }
+    bool has_water() const override { return true; }
+    float saturation_at(int x, int y, int z) const override {
+        return static_cast<float>((x + y + z) % 9) / 8;
+    }
 
   private:
     const VoxelTiles& tiles_;
@@ -53,6 +57,7 @@ std::string difference(const Mesh& a, const Mesh& b) {
     if (a.normals != b.normals) return "normals";
     if (a.colors != b.colors) return "colours";
     if (a.weights != b.weights) return "weights";
+    if (a.wetness != b.wetness) return "wetness";
     return a.palette == b.palette ? "" : "palette";
 }
 

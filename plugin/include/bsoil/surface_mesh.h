@@ -30,6 +30,9 @@ struct Mesh {
     /// `colors` has their mean. Empty: there is one material.
     std::vector<MaterialWeights> weights;
     std::vector<std::array<float, 3>> palette;  ///< linear RGB of the materials weighed
+    /// Of each vertex: water in the soil's pores, from dry (0) to full (255). `colors` are darker
+    /// by it; the renderer makes wet soil glossy. Empty: there is none.
+    std::vector<uint8_t> wetness;
 
     /// Number of vertices.
     size_t vertex_count() const { return positions.size() / 3; }
@@ -38,6 +41,7 @@ struct Mesh {
     /// Empties the mesh; keeps its memory.
     void clear();
     /// Adds all of `other` behind what is here. Weights are kept where both have the same palette.
+    /// Where only one of the two has wetness the other is dry.
     void append(const Mesh& other);
 };
 
@@ -70,6 +74,10 @@ class TileSource {
     /// How much of each material is in a voxel's soil, by volume; `material` is its main one.
     /// Unless it is overridden, that one is alone. Not asked where there is but one material.
     virtual MaterialWeights weights_at(int x, int y, int z, int material) const;
+    /// Whether there may be water in the soil. Unless it is overridden, there is none.
+    virtual bool has_water() const;
+    /// The share of a voxel's pores that water fills, 0..1. Asked where has_water().
+    virtual float saturation_at(int x, int y, int z) const;
     /// As Soil::read_terrain. Unless it is overridden, what read_tile calls solid.
     virtual void read_terrain(int tx, int ty, std::vector<float>& terrain) const;
     /// Where to mesh unless SurfaceMeshDef::backend says so. Unless it is overridden, on the CPU.
@@ -90,10 +98,12 @@ class SoilTiles final : public TileSource {
     GroundMotion ground_motion(int x, int y) const override;
     /// Nor does soil with water in a tenth of its pores make any.
     float dust_at(int x, int y, int z, int material) const override;
-    /// The mean of its materials. Moved soil is darker and richer than ground that settled, what a
-    /// body has compacted paler.
+    /// The mean of its materials. Moved soil is darker and richer than ground that settled, wet
+    /// soil darker, what a body has compacted paler.
     std::array<float, 3> color_at(int x, int y, int z, int material) const override;
     MaterialWeights weights_at(int x, int y, int z, int material) const override;
+    bool has_water() const override;
+    float saturation_at(int x, int y, int z) const override;
     void read_terrain(int tx, int ty, std::vector<float>& terrain) const override;
     /// Where the soil is computed.
     Backend backend() const override;

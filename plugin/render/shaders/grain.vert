@@ -12,9 +12,11 @@ uniform vec3 facing;  // what grains face, unit; 0: the eye
 out vec3 world;       // about the eye [m]
 out vec3 world_normal;
 out vec3 albedo;
+out float wet;
 void main() {
     int grain = gl_VertexID / 3, corner = gl_VertexID % 3;
     albedo = group_color.rgb;
+    wet = 0.0;
     world = world_normal = vec3(0.0, 0.0, 1.0);
     if (float(grain) >= streak_count.w) {
         gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // out of the picture

@@ -8,7 +8,8 @@ out vec4 color;
 uniform sampler2D depth;
 uniform sampler2D albedo_material;
 uniform sampler2D octahedral;
-// Texel (0, m): scale of grains, gloss, emission, whether it fades; (1, m): origin of the grains, least share of the sun.
+// Texel (0, m): scale of grains, gloss, emission, 1 if it fades, below 0 a film of water; (1, m): origin of the grains, least
+// share of the sun.
 uniform sampler2D materials;
 uniform vec3 ray, ray_x, ray_y;     // from the eye through the middle of the picture, 1 m deep; how it moves across the picture
 uniform vec2 depth_to_distance;     // distance = y / (x + 2 depth - 1)
@@ -28,6 +29,7 @@ uniform vec3 fade_center;                // about the eye
 const vec3 kSun = vec3(1.30, 1.10, 0.84);
 const vec3 kSky = vec3(0.24, 0.29, 0.38);
 const vec3 kBounce = vec3(0.17, 0.14, 0.11);
+const float kFilmSmooth = 0.85;    // of the grains' roughness that a film of water covers
 const float kGrainTexels = 32.0;  // of a period
 const float kGrainLodMost = 4.0;  // coarser than that nothing is seen of them
 
@@ -64,6 +66,7 @@ void main() {
     float distance_m = depth_to_distance.y / (depth_to_distance.x + 2.0 * depth_here - 1.0);
     vec3 world = distance_m * sight;
     float face = float(row * 37);
+    float film = max(-material.w, 0.0);
 
     vec3 normal = smooth_normal;
     vec3 base = albedo;
@@ -76,7 +79,7 @@ void main() {
         vec4 fine = lod < kGrainLodMost ? textureLod(grains, at, lod) - 0.5 : vec4(0.0);
         vec4 coarse = lod < kGrainLodMost + 3.0 ? textureLod(grains, at * 0.125, lod - 3.0) - 0.5 : vec4(0.0);
         // Shapes are to be seen by their shading: the coarse pattern is no more than a hint.
-        vec3 tilt = 0.20 * fine.xyz + 0.08 * coarse.xyz;
+        vec3 tilt = (1.0 - kFilmSmooth * film) * (0.20 * fine.xyz + 0.08 * coarse.xyz);
         normal = normalize(normal + tilt - dot(tilt, normal) * normal);
         base *= 1.0 + 0.30 * fine.w + 0.12 * coarse.w;
         cavity = 1.0 + 0.5 * fine.w;
@@ -100,6 +103,9 @@ void main() {
         float highlight = to_the_60th(max(dot(normal, normalize(to_sun + to_eye)), 0.0));
         float off = 1.0 - max(dot(normal, to_eye), 0.0), rim = off * off * off * off * off;
         shaded += material.y * (0.5 * highlight * sun * kSun + 0.5 * rim * kSky * open_share);
+        // A film sends back a fiftieth of the sky that falls on it straight (Fresnel, by Schlick), and no more than a third of what
+        // grazes it: it lies on grains.
+        shaded += film * mix(0.02, 0.33, rim) * open_share * horizon_color;
     }
     shaded = mix(filmic(0.66 * shaded), albedo, material.z);
     if (material.w > 0.0) {

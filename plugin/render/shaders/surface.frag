@@ -4,7 +4,9 @@
 in vec3 world;
 in vec3 world_normal;
 in vec3 albedo;
-uniform float material;  // row of the table, 0..1
+in float wet;
+uniform float material;  // row of the table, 0..1; behind it are those of wet soil, in steps of saturation
+const float kWetSteps = 8.0, kRow = 1.0 / 255.0;
 layout(location = 0) out vec4 albedo_material;  // square roots: dark colours need the finer steps
 layout(location = 1) out vec2 octahedral;       // the normal, 0..1
 #ifdef MIXED
@@ -48,12 +50,13 @@ vec3 mixed_albedo() {
 }
 #endif
 void main() {
+    float row = material + kRow * floor(kWetSteps * wet + 0.5);
     vec3 n = world_normal / (abs(world_normal.x) + abs(world_normal.y) + abs(world_normal.z));
     vec2 folded = (1.0 - abs(n.yx)) * vec2(n.x < 0.0 ? -1.0 : 1.0, n.y < 0.0 ? -1.0 : 1.0);
     octahedral = 0.5 + 0.5 * (n.z < 0.0 ? folded : n.xy);
 #ifdef MIXED
-    albedo_material = vec4(sqrt(mixed_albedo()), material);
+    albedo_material = vec4(sqrt(mixed_albedo()), row);
 #else
-    albedo_material = vec4(sqrt(albedo), material);
+    albedo_material = vec4(sqrt(albedo), row);
 #endif
 }

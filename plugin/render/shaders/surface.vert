@@ -2,12 +2,14 @@
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 color;
+layout(location = 5) in float wetness;
 uniform mat4 model;  // mesh -> world axes about the eye
 uniform mat4 clip;   // those -> clip space
 uniform vec4 cut;    // what is above 0 is left out; 0 of an item that is not cut: some drivers clip unasked
 out vec3 world;      // about the eye [m]
 out vec3 world_normal;
 out vec3 albedo;
+out float wet;       // saturation, 0..1
 #ifdef MIXED
 layout(location = 3) in vec4 weights_low;  // of the first four materials
 layout(location = 4) in vec4 weights_high;
@@ -18,6 +20,7 @@ void main() {
     world = p.xyz;
     world_normal = mat3(model) * normal;
     albedo = color;
+    wet = wetness;
 #ifdef MIXED
     low = weights_low;
     high = weights_high;

@@ -12,6 +12,10 @@ namespace {
 constexpr double kCoarsePeriods = 8;  ///< fine periods in one of the coarse grain pattern
 constexpr double kFadeBegin = 0.9;    ///< where the floor starts to fade, of the scene's radius
 constexpr double kFadeEnd = 1.5;      ///< and is gone, at the distance to the target further out
+constexpr float kFilmBegin =
+    0.8f;  ///< saturation from which on water begins to stand out of the pores
+constexpr float kDampGloss = 0.35f;  ///< of wet grains without a film
+constexpr float kFilmGloss = 1.0f;
 constexpr Color kFloorColor{0.50f, 0.52f, 0.55f};
 
 /// Between loose grains sunlight comes through and is scattered: they are not as dark in each
@@ -45,6 +49,16 @@ std::array<glm::vec4, 6> clip_planes(const glm::mat4& clip) {
             rows[3] - rows[1], rows[3] + rows[2], rows[3] - rows[2]};
 }
 
+/// As an item is with so much water. A film lies on soil that is nearly full.
+SurfaceMaterial wet_material(const SurfaceMaterial& dry, int step) {
+    const float saturation = static_cast<float>(step) / kWetSteps;
+    const float film = glm::smoothstep(kFilmBegin, 1.0f, saturation);
+    SurfaceMaterial wet = dry;
+    wet.look.y = std::max(dry.look.y, saturation * glm::mix(kDampGloss, kFilmGloss, film));
+    wet.look.w = -film;
+    return wet;
+}
+
 }  // namespace
 
 Frame::Frame(const View& view, int shadow_map_size, std::span<const GpuMesh> meshes,
@@ -60,7 +74,7 @@ Frame::Frame(const View& view, int shadow_map_size, std::span<const GpuMesh> mes
         if (item.mesh.value == 0 || item.mesh.value > meshes.size()) continue;
         const GpuMesh& mesh = meshes[item.mesh.value - 1];
         if (!mesh.used || mesh.index_count == 0) continue;
-        items.push_back({&mesh, &item, model_of(item.pose, eye), material_of(&item)});
+        items.push_back({&mesh, &item, model_of(item.pose, eye), material_of(&item, mesh.is_wet)});
         for (int c = 0; c < 8; ++c) {
             const glm::dvec3 p(items.back().corner(c));
             low = glm::min(low, p);
@@ -100,7 +114,7 @@ Frame::Frame(const View& view, int shadow_map_size, std::span<const GpuMesh> mes
         floor_center += (*view.floor_height_m - glm::dot(eye + center, up)) * up;
         const glm::dmat4 model =
             glm::scale(glm::translate(glm::dmat4(1), floor_center), glm::dvec3(fade_end_m));
-        items.push_back({&floor, nullptr, glm::mat4(model), material_of(nullptr)});
+        items.push_back({&floor, nullptr, glm::mat4(model), material_of(nullptr, false)});
     }
 
     if (view.cut) {
@@ -140,7 +154,7 @@ Frame::Frame(const View& view, int shadow_map_size, std::span<const GpuMesh> mes
     });
 }
 
-int Frame::material_of(const Item* item) {
+int Frame::material_of(const Item* item, bool is_wet) {
     SurfaceMaterial material;
     if (!item) {
         material.look.w = 1;
@@ -152,13 +166,16 @@ int Frame::material_of(const Item* item) {
         material.origin =
             glm::vec4(periods - kCoarsePeriods * glm::floor(periods / kCoarsePeriods), 0);
     }
-    const auto known =
-        std::find_if(materials.begin(), materials.end(), [&](const SurfaceMaterial& other) {
-            return other.look == material.look && other.origin == material.origin;
-        });
+    std::vector<SurfaceMaterial> rows{material};
+    for (int step = 1; is_wet && step <= kWetSteps; ++step) {
+        rows.push_back(wet_material(material, step));
+    }
+    const auto known = std::search(materials.begin(), materials.end(), rows.begin(), rows.end());
     const auto index = static_cast<size_t>(known - materials.begin());
-    if (known == materials.end() && index < kMaterialCapacity) materials.push_back(material);
-    return static_cast<int>(std::min(index, kMaterialCapacity - 1));
+    if (known != materials.end()) return static_cast<int>(index);
+    if (materials.size() + rows.size() > kMaterialCapacity) return 0;
+    materials.insert(materials.end(), rows.begin(), rows.end());
+    return static_cast<int>(index);
 }
 
 glm::vec2 Frame::depth_to_distance() const { return glm::vec2(projection[2][2], projection[3][2]); }

@@ -53,10 +53,14 @@ struct Placed {
 
 /// How an item takes light, as light.frag reads it.
 struct SurfaceMaterial {
-    /// Periods of grains a metre (0: smooth), gloss, emission, 1 where it fades into the sky.
+    /// Periods of grains a metre (0: smooth), gloss, emission; 1 where it fades into the sky, below
+    /// 0: how much of a film of water lies on it.
     glm::vec4 look{0};
     glm::vec4 origin{0};  ///< xyz: of the grains [periods]; w: share of the sun in full shadow
+    friend bool operator==(const SurfaceMaterial&, const SurfaceMaterial&) = default;
 };
+/// Of an item that is wet: the rows of the table behind its dry one. surface.frag knows it too.
+inline constexpr int kWetSteps = 8;
 /// In a picture; what is beyond looks like the last.
 inline constexpr size_t kMaterialCapacity = 256;
 
@@ -84,7 +88,7 @@ struct Frame {
     glm::vec4 to_view() const;
 
   private:
-    int material_of(const Item* item);
+    int material_of(const Item* item, bool is_wet);
 };
 
 }  // namespace bsoil::render

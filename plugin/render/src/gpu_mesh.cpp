@@ -1,7 +1,11 @@
 #include "gpu_mesh.h"
 
+#include <algorithm>
+
 namespace bsoil::render {
 namespace {
+
+constexpr GLuint kWetnessPlace = 5;  ///< of the attribute, see surface.vert
 
 void upload(GLenum target, const GlBuffer& buffer, size_t bytes, const void* data) {
     glBindBuffer(target, buffer.name());
@@ -33,6 +37,7 @@ void GpuMesh::fill(const Mesh& source, const char* label) {
         glVertexAttribPointer(a, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
     }
     fill_weights(source, label);
+    fill_wetness(source, label);
     upload(GL_ELEMENT_ARRAY_BUFFER, indices, source.indices.size() * sizeof(uint32_t),
            source.indices.data());
     glBindVertexArray(0);
@@ -64,8 +69,23 @@ void GpuMesh::fill_weights(const Mesh& source, const char* label) {
     }
 }
 
+void GpuMesh::fill_wetness(const Mesh& source, const char* label) {
+    is_wet = source.wetness.size() == source.vertex_count() &&
+             std::any_of(source.wetness.begin(), source.wetness.end(),
+                         [](uint8_t wet) { return wet > 0; });
+    if (!is_wet) {
+        glDisableVertexAttribArray(kWetnessPlace);
+        return;
+    }
+    if (wetness.name() == 0) wetness = GlBuffer(label);
+    upload(GL_ARRAY_BUFFER, wetness, source.wetness.size(), source.wetness.data());
+    glEnableVertexAttribArray(kWetnessPlace);
+    glVertexAttribPointer(kWetnessPlace, 1, GL_UNSIGNED_BYTE, GL_TRUE, 1, nullptr);
+}
+
 void GpuMesh::draw() const {
     glBindVertexArray(layout.name());
+    if (!is_wet) glVertexAttrib1f(kWetnessPlace, 0);
     glDrawElements(GL_TRIANGLES, index_count, GL_UNSIGNED_INT, nullptr);
 }
 

@@ -13,9 +13,10 @@ namespace bsoil::render {
 
 struct GpuMesh {
     GlVertexArray layout;
-    GlBuffer positions, normals, colors, indices, weights;
+    GlBuffer positions, normals, colors, indices, weights, wetness;
     std::vector<glm::vec3> palette;  ///< of the materials weighed; empty: one material
     GLsizei index_count = 0;
+    bool is_wet = false;         ///< somewhere
     glm::dvec3 low{0}, high{0};  ///< bounds in the mesh's frame
     bool used = false;
 
@@ -25,6 +26,7 @@ struct GpuMesh {
 
   private:
     void fill_weights(const Mesh& source, const char* label);
+    void fill_wetness(const Mesh& source, const char* label);
 };
 
 }  // namespace bsoil::render

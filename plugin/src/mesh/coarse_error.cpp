@@ -33,7 +33,9 @@ CoarseErrors find_coarse_errors(const GridColumns& grid, int tx, int ty) {
             if (runs.size() > 1 || !stands) return errors;
             if (any && any->look != runs[0].look) return errors;
             const bool is_cut = x == 0 || y == 0 || x == grid.size[0] - 1 || y == grid.size[1] - 1;
-            if (is_cut && tile.layers.column(c).size() > 1) return errors;
+            if (is_cut && std::max(tile.layers.column(c).size(), tile.mixes.column(c).size()) > 1) {
+                return errors;
+            }
             any = &runs[0];
             tops[j][i] = any->top;
         }

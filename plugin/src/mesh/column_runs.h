@@ -23,6 +23,7 @@ inline constexpr float kBareDepth = 1.5f;
 struct Look {
     std::array<float, 3> color{};  ///< linear RGB
     MaterialWeights weights{};
+    uint8_t wetness = 0;  ///< as Mesh::wetness
     friend bool operator==(const Look&, const Look&) = default;
 };
 
@@ -50,10 +51,11 @@ struct MaterialLayer {
     friend bool operator==(const MaterialLayer&, const MaterialLayer&) = default;
 };
 
-/// From this voxel up, until the next entry, the soil mixes like this.
+/// From this voxel up, until the next entry, the soil mixes like this and is this wet.
 struct MixedLayer {
     int bottom_voxel = 0;
-    MaterialWeights weights{};
+    MaterialWeights weights{};  ///< all 0 where there is but one material
+    uint8_t wetness = 0;        ///< as Mesh::wetness
     friend bool operator==(const MixedLayer&, const MixedLayer&) = default;
 };
 
@@ -79,7 +81,7 @@ struct TileColumns {
     ColumnLists<Run> runs;
     ColumnLists<SolidRun> solids;
     ColumnLists<MaterialLayer> layers;
-    ColumnLists<BareWall> walls;    ///< where there are several materials
+    ColumnLists<BareWall> walls;    ///< where there are several materials, or water
     ColumnLists<MixedLayer> mixes;  ///< of those walls
     friend bool operator==(const TileColumns&, const TileColumns&) = default;
 };

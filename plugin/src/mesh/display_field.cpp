@@ -252,13 +252,13 @@ uint8_t DisplayField::material(int i, int j, float z) const {
     return result;
 }
 
-const MaterialWeights* DisplayField::weights(int i, int j, float z) const {
+const MixedLayer* DisplayField::mixture(int i, int j, float z) const {
     const Run* run = run_at(i, j, z);
     if (run && run->in_solid) return nullptr;
-    const MaterialWeights* result = nullptr;
+    const MixedLayer* result = nullptr;
     for (const MixedLayer& layer : columns_[column_index(i, j)].mixes) {
         if (layer.bottom_voxel > static_cast<int>(z)) break;
-        result = &layer.weights;
+        result = &layer;
     }
     return result;
 }

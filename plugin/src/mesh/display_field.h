@@ -80,8 +80,9 @@ class DisplayField {
     /// The look of what lies bare on top of a column, if height z is no deeper than that; else
     /// null.
     const Look* bare_look(int i, int j, float z) const;
-    /// How the materials at a sample mix, where it lies bare to a side; null: not known.
-    const MaterialWeights* weights(int i, int j, float z) const;
+    /// How the materials at a sample mix, and its water, where it lies bare to a side; null: not
+    /// known.
+    const MixedLayer* mixture(int i, int j, float z) const;
     /// Bit q of word w: sample q and one beside it in its column differ in material, or in how
     /// their materials mix.
     uint64_t material_borders(int i, int j, int w) const;

@@ -38,6 +38,7 @@ void Mesh::clear() {
     indices.clear();
     weights.clear();
     palette.clear();
+    wetness.clear();
 }
 
 void Mesh::append(const Mesh& other) {
@@ -48,6 +49,11 @@ void Mesh::append(const Mesh& other) {
     } else if (!other.positions.empty()) {
         weights.clear();
         palette.clear();
+    }
+    if (!wetness.empty() || !other.wetness.empty()) {
+        wetness.resize(base, 0);
+        wetness.insert(wetness.end(), other.wetness.begin(), other.wetness.end());
+        wetness.resize(base + other.vertex_count(), 0);
     }
     positions.insert(positions.end(), other.positions.begin(), other.positions.end());
     normals.insert(normals.end(), other.normals.begin(), other.normals.end());

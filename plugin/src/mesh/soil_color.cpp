@@ -7,6 +7,7 @@ namespace bsoil::mesh {
 namespace {
 
 constexpr float kWearSteps = 4;  ///< from settled to moved, and to compacted
+constexpr float kWetSteps = 8;   ///< from dry to full
 
 /// Moved soil: what was inside, moister. Compacted soil: pressed smooth, so that it shines.
 constexpr float kMovedBrightness = 0.80f, kMovedSaturation = 1.15f;
@@ -35,6 +36,12 @@ Color toned(const Color& color, float brightness, float saturation) {
 
 }  // namespace
 
+float wet_brightness(float saturation) { return 1 + saturation * (kWetBrightness - 1); }
+
+uint8_t wetness_of(double saturation) {
+    return static_cast<uint8_t>(std::round(255 * in_steps(saturation, kWetSteps)));
+}
+
 Color worn_color(const MaterialDef& material, const VoxelSample& sample) {
     if (sample.volume <= 0) return material.color;
     double compaction = 0;
@@ -46,12 +53,12 @@ Color worn_color(const MaterialDef& material, const VoxelSample& sample) {
     const float moved = in_steps(1 - sample.undisturbed, kWearSteps);
     const float compacted = in_steps(compaction, kWearSteps);
     const auto mixed = [](float share, float full) { return 1 + share * (full - 1); };
-    const float wet = in_steps(sample.saturation, kWearSteps);
+    const float wet = in_steps(sample.saturation, kWetSteps);
     if (moved == 0 && compacted == 0 && wet == 0) return material.color;
     const float loose = moved * std::max(0.0f, 1 - 2 * compacted);  // pressed soil shows no grain
     return toned(material.color,
                  mixed(loose, kMovedBrightness) * mixed(compacted, kCompactedBrightness) *
-                     mixed(wet, kWetBrightness),
+                     wet_brightness(wet),
                  mixed(loose, kMovedSaturation) * mixed(compacted, kCompactedSaturation));
 }
 

@@ -91,6 +91,19 @@ Vec3 SoilTiles::velocity_m_s(int x, int y, int z) const {
 
 GroundMotion SoilTiles::ground_motion(int x, int y) const { return soil_.ground_motion(x, y); }
 
+bool TileSource::has_water() const { return false; }
+
+float TileSource::saturation_at(int, int, int) const { return 0; }
+
+bool SoilTiles::has_water() const {
+    return std::ranges::any_of(soil_.materials(),
+                               [](const MaterialDef& m) { return m.pore_water_fraction > 0; });
+}
+
+float SoilTiles::saturation_at(int x, int y, int z) const {
+    return static_cast<float>(soil_.sample(x, y, z).saturation);
+}
+
 Backend TileSource::backend() const { return Backend::cpu; }
 
 Backend SoilTiles::backend() const {

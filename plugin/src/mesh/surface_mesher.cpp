@@ -11,6 +11,7 @@
 #include "mesh/device_mesher.h"
 #include "mesh/display_field.h"
 #include "mesh/rolling_soil.h"
+#include "mesh/soil_color.h"
 #include "mesh/tile_levels.h"
 #include "mesh/tile_mesher.h"
 
@@ -56,6 +57,7 @@ struct SurfaceMesher::Impl {
     Impl(const TileSource& tile_source, const SurfaceMeshDef& mesh_def)
         : source(tile_source),
           def(mesh_def),
+          has_water(tile_source.has_water()),
           grid(empty_grid(tile_source.frame())),
           tiles(grid.tiles.size()),
           levels(grid.tile_count[0], grid.tile_count[1]),
@@ -127,15 +129,22 @@ struct SurfaceMesher::Impl {
                 while (z > 0 && volume[z * mesh::kTileColumns + c] < kBareLeast) --z;
                 const int main = material[z * mesh::kTileColumns + c];
                 run.look.color = source.color_at(x, y, z, main);
+                run.look.wetness = wetness_at(x, y, z);
                 if (source.materials().size() < 2) continue;
                 run.look.weights = source.weights_at(x, y, z, main);
             }
         }
     }
 
-    /// Whether walls show more than one material by itself.
+    uint8_t wetness_at(int x, int y, int z) const {
+        if (!has_water) return 0;
+        return mesh::wetness_of(static_cast<double>(source.saturation_at(x, y, z)));
+    }
+
+    /// Whether walls show more than one dry material by itself.
     bool shows_inside() const {
-        return def.layer == SurfaceMeshDef::Layer::soil && source.materials().size() > 1;
+        return def.layer == SurfaceMeshDef::Layer::soil &&
+               (source.materials().size() > 1 || has_water);
     }
 
     /// Of the walls just found, from the arrays of the tile just read.
@@ -149,9 +158,15 @@ struct SurfaceMesher::Impl {
                 for (int z = wall.bottom_voxel; z < std::min(wall.end_voxel, grid.size[2]); ++z) {
                     const auto v = static_cast<size_t>(z * mesh::kTileColumns + c);
                     if (volume[v] < kBareLeast) continue;
-                    const MaterialWeights weights = source.weights_at(x, y, z, material[v]);
-                    if (mixes.size() > first && mixes.back().weights == weights) continue;
-                    mixes.push_back({z, weights});
+                    mesh::MixedLayer layer{z, {}, wetness_at(x, y, z)};
+                    if (source.materials().size() > 1) {
+                        layer.weights = source.weights_at(x, y, z, material[v]);
+                    }
+                    if (mixes.size() > first && mixes.back().weights == layer.weights &&
+                        mixes.back().wetness == layer.wetness) {
+                        continue;
+                    }
+                    mixes.push_back(layer);
                 }
             }
             of.mixes.begin[static_cast<size_t>(c) + 1] = static_cast<uint32_t>(mixes.size());
@@ -363,6 +378,7 @@ struct SurfaceMesher::Impl {
 
     const TileSource& source;
     SurfaceMeshDef def;
+    bool has_water;
     mesh::GridColumns grid;
     bool has_terrain = false;  ///< or ground bodies, be it in a single column
     std::vector<Tile> tiles;

@@ -26,11 +26,12 @@ VertexWriter::VertexWriter(const TileSource& source, const SurfaceMeshDef& def) 
     origin_ = {position.x, position.y, position.z};
     voxel_m_ = frame.voxel_m;
     if (def.layer == SurfaceMeshDef::Layer::terrain) {
-        looks_.push_back({def.terrain_color, {}});
+        looks_.push_back({def.terrain_color, {}, 0});
         return;
     }
+    has_water_ = source.has_water();
     for (const MaterialDef& material : source.materials()) {
-        Look look{material.color, {}};
+        Look look{material.color, {}, 0};
         look.weights[std::min(looks_.size(), look.weights.size() - 1)] = 255;
         looks_.push_back(look);
         palette_.push_back(material.color);
@@ -56,6 +57,7 @@ void VertexWriter::add(Mesh& mesh, GridVector position, GridVector outward,
     push(mesh.normals, rotated(unit(outward)));
     mesh.colors.insert(mesh.colors.end(), look.color.begin(), look.color.end());
     if (!palette_.empty()) mesh.weights.push_back(look.weights);
+    if (has_water_) mesh.wetness.push_back(look.wetness);
 }
 
 void VertexWriter::add_copy(Mesh& mesh, uint32_t vertex, GridVector outward) const {
@@ -63,7 +65,8 @@ void VertexWriter::add_copy(Mesh& mesh, uint32_t vertex, GridVector outward) con
         mesh.positions.push_back(mesh.positions[3 * vertex + k]);
         mesh.colors.push_back(mesh.colors[3 * vertex + k]);
     }
-    if (!palette_.empty()) mesh.weights.push_back(mesh.weights[vertex]);
+    if (!palette_.empty()) mesh.weights.push_back(MaterialWeights(mesh.weights[vertex]));
+    if (has_water_) mesh.wetness.push_back(uint8_t{mesh.wetness[vertex]});
     push(mesh.normals, rotated(outward));
 }
 
@@ -71,18 +74,28 @@ const Look& VertexWriter::look_of(uint8_t material) const {
     return looks_[std::min<size_t>(material, looks_.size() - 1)];
 }
 
+/// The mean of the materials weighed; black where none is.
+Color VertexWriter::mean_color(const MaterialWeights& weights) const {
+    int sum = 0;
+    for (const uint8_t weight : weights) sum += weight;
+    Color mean{};
+    for (size_t m = 0; sum > 0 && m < palette_.size(); ++m) {
+        const float share = static_cast<float>(weights[m]) / static_cast<float>(sum);
+        for (size_t c = 0; c < 3; ++c) mean[c] += share * palette_[m][c];
+    }
+    return mean;
+}
+
 Look VertexWriter::look_inside(const DisplayField& field, int i, int j, float z) const {
     Look look = look_of(field.material(i, j, z));
-    const MaterialWeights* weights = field.weights(i, j, z);
-    if (!weights || palette_.empty()) return look;
-    int sum = 0;
-    for (const uint8_t weight : *weights) sum += weight;
-    if (sum == 0) return look;
-    look = {{}, *weights};
-    for (size_t m = 0; m < palette_.size(); ++m) {
-        const float share = static_cast<float>((*weights)[m]) / static_cast<float>(sum);
-        for (size_t c = 0; c < 3; ++c) look.color[c] += share * palette_[m][c];
+    const MixedLayer* mixture = field.mixture(i, j, z);
+    if (!mixture) return look;
+    if (!palette_.empty() && mixture->weights != MaterialWeights{}) {
+        look = {mean_color(mixture->weights), mixture->weights, 0};
     }
+    look.wetness = mixture->wetness;
+    const float bright = wet_brightness(static_cast<float>(look.wetness) / 255);
+    for (float& channel : look.color) channel *= bright;
     return look;
 }
 

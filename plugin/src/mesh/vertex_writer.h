@@ -9,6 +9,7 @@
 
 #include "bsoil/surface_mesh.h"
 #include "mesh/display_field.h"
+#include "mesh/soil_color.h"
 
 namespace bsoil::mesh {
 
@@ -32,17 +33,19 @@ class VertexWriter {
     /// What lies bare at a sample, or else what is inside.
     Look look_at(const DisplayField& field, int i, int j, float z) const;
     /// In walls and at the sides of the grid: the materials there by themselves, whatever became
-    /// of the soil, or the mean of those that mix.
+    /// of the soil, or the mean of those that mix; with their water.
     Look look_inside(const DisplayField& field, int i, int j, float z) const;
     /// A material by itself.
     const Look& look_of(uint8_t material) const;
 
   private:
     GridVector rotated(GridVector v) const;
+    Color mean_color(const MaterialWeights& weights) const;
 
     Eigen::Matrix3d rotation_;  ///< of the grid in the world
     Eigen::Vector3d origin_;
     double voxel_m_ = 0;
+    bool has_water_ = false;
     std::vector<Look> looks_;                    ///< of each material by itself
     std::vector<std::array<float, 3>> palette_;  ///< empty: one material
 };
