@@ -113,6 +113,30 @@ TEST_F(Render, rolling_grains_lie_flat_on_their_slope) {
     EXPECT_NEAR(rows(), 80, 4);
 }
 
+TEST_F(Render, rolling_grains_behind_their_slope_are_left_out) {
+    View view = front_view();
+    GrainGroup group;
+    group.side_m = 1;
+    group.grain_m = 0.04f;
+    group.flatness = 0.75f;
+    view.grain_label = 1;
+    const auto seen = [&](Vec3 normal) {
+        group.normal = normal;
+        view.grains = {group};
+        const Result<Buffers> buffers = renderer_->buffers(view);
+        EXPECT_TRUE(buffers) << buffers.error();
+        return std::count(buffers->labels.begin(), buffers->labels.end(), 1u);
+    };
+    EXPECT_GT(seen({0, 0, 1}), 300);
+    EXPECT_GT(seen({1, 0, 0}), 100);  // seen from its edge
+    EXPECT_EQ(seen({0, 0, -1}), 0);
+    // In part outside of the picture, which is 4 m wide.
+    group.center = {2.2, 0, 0};
+    EXPECT_GT(seen({0, 0, 1}), 100);
+    group.center = {0, 1.6, 0};
+    EXPECT_GT(seen({0, 0, 1}), 50);
+}
+
 TEST_F(Render, grains_too_far_to_be_told_apart_hide_as_much_as_they_did) {
     View view = front_view();
     for (uint32_t seed = 0; seed < 40; ++seed) {

@@ -16,9 +16,12 @@ constexpr int kPartGrains = 32;
 constexpr int kPartsMost = kGroupGrains / kPartGrains;
 static_assert(kGroupGrains % kPartGrains == 0);
 /// Grains that are seen under less than this [pixels] are drawn larger and fewer. They hide as
-/// much.
-constexpr double kGrainPixels = 0.7;
+/// much. With this size the triangle of a grain has the area of a pixel: a smaller one is seen or
+/// not by chance.
+constexpr double kGrainPixels = 1.4;
 constexpr double kLargerMost = 4;
+/// Grains on a slope that turns away from the eye by more than this (the cosine) are behind it.
+constexpr double kTurnedAway = -0.15;
 constexpr int kGroupFloats = 20;  ///< of a part on the device: see grain.vert
 constexpr double kStreakS =
     0.008;  ///< how long a grain is seen: half a picture's time at 60 a second
@@ -41,6 +44,19 @@ glm::dvec3 shift_of(const GrainGroup& group, uint32_t part, double time_s) {
         shift += glm::dvec3(way.x, way.y, way.z);
     }
     return shift - glm::floor(shift);
+}
+
+/// A group on the ground that nobody sees: behind its slope, behind the eye or beside the picture.
+bool is_hidden(const GrainGroup& group, const glm::dvec3& center, const Frame& frame) {
+    const glm::dvec3 normal(group.normal.x, group.normal.y, group.normal.z);
+    if (glm::dot(normal, -center) < kTurnedAway * glm::length(center)) return true;
+    const double radius = std::sqrt(3.0) / 2 * static_cast<double>(group.side_m);
+    const glm::dvec4 clip = glm::dmat4(frame.clip) * glm::dvec4(center, 1);
+    // In clip space a distance aside grows by the projection's scale.
+    const double reach_x = radius * frame.projection[0][0],
+                 reach_y = radius * frame.projection[1][1];
+    return clip.w < -radius || std::abs(clip.x) > clip.w + radius + reach_x ||
+           std::abs(clip.y) > clip.w + radius + reach_y;
 }
 
 }  // namespace
@@ -75,7 +91,11 @@ void GrainLayer::create() {
 }
 
 void GrainLayer::append(const GrainGroup& group, const View& view, const Frame& frame) {
-    const glm::vec3 center(glm::dvec3(group.center.x, group.center.y, group.center.z) - frame.eye);
+    const glm::dvec3 from_eye =
+        glm::dvec3(group.center.x, group.center.y, group.center.z) - frame.eye;
+    // What is in the air may cast a shadow into the picture.
+    if (group.flatness > 0 && is_hidden(group, from_eye, frame)) return;
+    const glm::vec3 center(from_eye);
     const double pixel_m =
         glm::length(glm::dvec3(center)) * 2 * std::tan(view.camera.fov_rad / 2) / view.height;
     const double larger =
