@@ -168,8 +168,9 @@ void lay_out_show(ViewState& state, Simulation& simulation, Widgets& widgets) {
         heading("Field of the soil");
         OverlayDef overlay = state.overlay;
         for (int f = 0; f < kFieldCount; ++f) {
-            if (f % 3 != 0) ImGui::SameLine(static_cast<float>(f % 3) * 100 + 12);
             const auto field = static_cast<Field>(f);
+            if (field == Field::moisture && !state.has_water) continue;
+            if (f % 3 != 0) ImGui::SameLine(static_cast<float>(f % 3) * 100 + 12);
             if (widgets.radio(field_name(field), overlay.field == field)) {
                 overlay.field = field;
                 overlay.low = overlay.high = 0;

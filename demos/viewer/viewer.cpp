@@ -125,6 +125,7 @@ Status Viewer::open() {
         state_.body = static_cast<int>(heaviest - scene_.bodies.begin());
     }
     state_.has_soil = scene_.soil.has_value();
+    state_.has_water = scene::has_field(soil_def(scene_).materials, scene::Field::moisture);
     state_.levers = find_levers(scene_);
     state_.lever_values.assign(state_.levers.size(), 0);
     state_.deflections = state_.lever_values;

@@ -61,5 +61,24 @@ TEST(SoilVolume, a_field_hides_the_more_the_more_there_is_of_it) {
     EXPECT_EQ(voxel(still, 3, 20, 7)[3], 0);  // nothing moves
 }
 
+TEST(SoilVolume, moisture_is_a_field_where_a_soil_takes_water) {
+    EXPECT_FALSE(has_field(level_ground()->materials(), Field::moisture));
+    EXPECT_TRUE(has_field(level_ground()->materials(), Field::density));
+    SoilDef def;
+    def.size_m = {2, 2, 1};
+    def.up = UpAxis::z;
+    def.backend = Backend::cpu;
+    def.materials = {materials::dry_sand()};
+    def.materials[0].pore_water_fraction = 0.2;
+    def.materials[0].placed_saturation = 0.5;
+    const auto soil = Soil::create(def);
+    ASSERT_TRUE(soil) << soil.error();
+    ASSERT_TRUE((*soil)->fill(BoxFill{{{-2, -2, -2}, {2, 2, 0.425}}, {}}));
+    ASSERT_TRUE(has_field((*soil)->materials(), Field::moisture));
+    SoilVolume volume(**soil, {Field::moisture, 0, 0, 0});
+    volume.update();
+    EXPECT_NEAR(voxel(volume, 3, 20, 5)[3], 128, 2);
+}
+
 }  // namespace
 }  // namespace bsoil::scene::soil_volume_test

@@ -17,6 +17,7 @@
 #include "height_map.h"
 #include "openvdb_grids.h"
 #include "scene_models.h"
+#include "soil_field.h"
 
 namespace bsoil::scene {
 namespace {
@@ -217,7 +218,7 @@ std::string vtk_image(const Soil& soil) {
     const size_t count = static_cast<size_t>(frame.size[0]) * static_cast<size_t>(frame.size[1]) *
                          static_cast<size_t>(frame.size[2]);
     std::vector<float> volume(count), density(count), velocity(3 * count), undisturbed(count),
-        terrain(count);
+        terrain(count), saturation(count);
     std::vector<uint8_t> material(count);
     constexpr int kTileSide = 8;  // tile by tile: that is how the soil's cache reads
     for (int ty = 0; ty < frame.size[1]; ty += kTileSide) {
@@ -236,6 +237,7 @@ std::string vtk_image(const Soil& soil) {
                         velocity[3 * v + 2] = static_cast<float>(s.velocity_m_s.z);
                         undisturbed[v] = static_cast<float>(s.undisturbed);
                         terrain[v] = static_cast<float>(s.coverage);
+                        saturation[v] = static_cast<float>(s.saturation);
                         material[v] = static_cast<uint8_t>(s.material);
                     }
                 }
@@ -258,6 +260,7 @@ std::string vtk_image(const Soil& soil) {
     add("undisturbed", "Float32", 1, undisturbed);
     add("terrain", "Float32", 1, terrain);
     add("material", "UInt8", 1, material);
+    if (has_field(soil.materials(), Field::moisture)) add("saturation", "Float32", 1, saturation);
     const Vec3 origin = frame.to_world({0, 0, 0});
     const Quat turn = frame.grid_to_world.rotation;
     const Vec3 x = rotate(turn, {1, 0, 0}), y = rotate(turn, {0, 1, 0}),

@@ -11,9 +11,16 @@ constexpr double kBareVolume = 0.02;  ///< of a voxel: less soil than this has n
 }  // namespace
 
 const char* field_name(Field field) {
-    constexpr const char* kNames[kFieldCount] = {"none",     "density",   "velocity", "force",
-                                                 "coverage", "disturbed", "activity", "material"};
+    constexpr const char* kNames[kFieldCount] = {"none",     "density",  "velocity",
+                                                 "force",    "coverage", "disturbed",
+                                                 "activity", "material", "moisture"};
     return kNames[static_cast<size_t>(field)];
+}
+
+bool has_field(const std::vector<MaterialDef>& materials, Field field) {
+    return field != Field::moisture || std::ranges::any_of(materials, [](const MaterialDef& m) {
+               return m.pore_water_fraction > 0;
+           });
 }
 
 std::array<float, 3> ramp_color(double fraction) {
@@ -59,6 +66,9 @@ SoilField::SoilField(const Soil& soil, Field field, double low, double high)
         case Field::activity:
             bar_ = {"active", "", 0, 1};
             break;
+        case Field::moisture:
+            bar_ = {"pores filled with water", "", 0, 1};
+            break;
         case Field::material:
             bar_ = {"material", "", 0,
                     static_cast<double>(std::max<size_t>(1, materials.size() - 1))};
@@ -84,6 +94,8 @@ std::optional<double> SoilField::value(const VoxelSample& s) const {
             return 1 - s.undisturbed;
         case Field::activity:
             return s.is_active ? 1.0 : 0.0;
+        case Field::moisture:
+            return s.saturation;
         case Field::material:
             return s.material;
         default:

@@ -4,14 +4,27 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "bsoil/soil.h"
 
 namespace bsoil::scene {
 
-enum class Field { none, density, velocity, force, coverage, disturbed, activity, material };
-inline constexpr int kFieldCount = 8;
+enum class Field {
+    none,
+    density,
+    velocity,
+    force,
+    coverage,
+    disturbed,
+    activity,
+    material,
+    moisture
+};
+inline constexpr int kFieldCount = 9;
 const char* field_name(Field field);
+/// Moisture: a material of the soil takes water. All other fields every soil has.
+bool has_field(const std::vector<MaterialDef>& materials, Field field);
 
 /// Linear colour of a fraction 0..1: dark blue over green to yellow, as bright as it is much.
 std::array<float, 3> ramp_color(double fraction);
