@@ -18,8 +18,10 @@ uniform vec3 up;
 uniform vec3 to_sun;
 uniform vec3 horizon_color;
 uniform sampler2DShadow shadow_map;
-uniform mat4 shadow_clip;      // world axes about the eye -> the shadow map, 0..1
-uniform float shadow_bias_m;   // along the normal: keeps a surface out of its own shadow
+const int kCascadesMost = 3;
+uniform mat4 shadow_clip[kCascadesMost];     // world axes about the eye -> each shadow map, 0..1; they lie side by side
+uniform float shadow_bias_m[kCascadesMost];  // along the normal: keeps a surface out of its own shadow
+uniform float map_count;                     // that the texture has room for
 uniform sampler2D occlusion;
 uniform sampler3D grains;      // xyz: a direction, w: a brightness, both about 0.5
 uniform float fade_begin_m, fade_end_m;  // floor: distance from its centre where it goes over into the sky
@@ -33,9 +35,31 @@ const float kFilmSmooth = 0.85;    // of the grains' roughness that a film of wa
 const float kGrainTexels = 32.0;  // of a period
 const float kGrainLodMost = 4.0;  // coarser than that nothing is seen of them
 
-// Four taps, each of which the device blends out of four texels: three texels wide, turned against the map's axes.
-float sun_share(vec3 place) {
-    if (any(lessThan(place, vec3(0.0))) || any(greaterThan(place, vec3(1.0)))) return 1.0;
+const float kMapRim = 0.004;  // of a map: taps would reach out of it
+
+bool is_beyond(vec3 place) {
+    return any(lessThan(place, vec3(kMapRim, kMapRim, 0.0))) || any(greaterThan(place, vec3(1.0 - kMapRim, 1.0 - kMapRim, 1.0)));
+}
+
+vec3 place_in_map(int map, vec3 at, vec3 face_normal) {
+    return (shadow_clip[map] * vec4(at + shadow_bias_m[map] * face_normal, 1.0)).xyz;
+}
+
+// In the first map that has the place; CASCADED: there are several. Four taps, each of which the device blends out of four texels:
+// three texels wide, turned against the map's axes.
+float sun_share(vec3 at, vec3 face_normal) {
+    vec3 place = place_in_map(0, at, face_normal);
+    float map = 0.0;
+#ifdef CASCADED
+    for (int next = 1; next < kCascadesMost; ++next) {
+        vec3 next_place = place_in_map(next, at, face_normal);
+        bool goes_on = is_beyond(place);
+        place = goes_on ? next_place : place;
+        map = goes_on ? float(next) : map;
+    }
+#endif
+    if (is_beyond(place)) return 1.0;
+    place.x = (place.x + map) / map_count;
     vec2 texel = 1.0 / vec2(textureSize(shadow_map, 0));
     vec2 a = vec2(1.1, 0.5) * texel, b = vec2(-0.5, 1.1) * texel;
     return 0.25 * (texture(shadow_map, place + vec3(a, 0.0)) + texture(shadow_map, place - vec3(a, 0.0)) +
@@ -93,7 +117,7 @@ void main() {
     float sun = max(lambert, 0.0);
     // A face turned away by its true normal is in shadow whatever its grains do.
     sun *= smoothstep(-0.05, 0.1, dot(smooth_normal, to_sun));
-    if (sun > 0.0) sun *= max(grain_origin.w, sun_share((shadow_clip * vec4(world + shadow_bias_m * smooth_normal, 1.0)).xyz));
+    if (sun > 0.0) sun *= max(grain_origin.w, sun_share(world, smooth_normal));
     float open_share = texture(occlusion, 0.5 + 0.5 * screen).r;
     vec3 ambient = mix(kBounce, kSky, 0.5 + 0.5 * dot(normal, up)) * open_share * cavity;
     vec3 light = sun * kSun * mix(0.75, 1.0, open_share) + ambient;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
+#include <iterator>
 
 #include "bsoil/render/primitives.h"
 
@@ -61,7 +62,7 @@ SurfaceMaterial wet_material(const SurfaceMaterial& dry, int step) {
 
 }  // namespace
 
-Frame::Frame(const View& view, int shadow_map_size, std::span<const GpuMesh> meshes,
+Frame::Frame(const View& view, const ShadowMaps& maps, std::span<const GpuMesh> meshes,
              std::span<const GpuVolume> volumes, GpuMesh& floor) {
     eye = to_glm(view.camera.eye);
     const glm::dvec3 target = to_glm(view.camera.target) - eye;
@@ -105,7 +106,7 @@ Frame::Frame(const View& view, int shadow_map_size, std::span<const GpuMesh> mes
     const bool is_empty = low.x > high.x;
     const glm::dvec3 center = is_empty ? glm::dvec3(0) : 0.5 * (low + high);
     const double radius = is_empty ? 1.0 : std::max(1e-3, 0.5 * glm::length(high - low));
-    casters = items;  // the floor, which is added next, casts no shadow
+    const std::vector<Placed> solids = items;  // the floor, which is added next, casts no shadow
     fade_begin_m = kFadeBegin * radius;
     fade_end_m = kFadeEnd * radius + sight_m;
     floor_center = center;
@@ -130,24 +131,17 @@ Frame::Frame(const View& view, int shadow_map_size, std::span<const GpuMesh> mes
     projection = glm::perspective(view.camera.fov_rad, aspect, near_m, far_m);
     projection[2][0] = -view.camera.shift;  // clip x = ... + shift * distance
     clip = glm::mat4(projection * look);
-    // Sun: the whole scene, or its part around the target when it is much larger than the view.
-    const bool whole = radius < 2.0 * sight_m;
-    const double shadow_radius = whole ? radius : 2.0 * sight_m;
-    const glm::dvec3 shadow_center = whole ? center : target;
-    const double depth_radius = radius + glm::length(center - shadow_center);
-    const glm::dvec3 sun_up =
-        std::abs(glm::dot(to_sun, up)) < 0.99 ? up : glm::dvec3(up.y, up.z, up.x);
-    const glm::dmat4 sun_look =
-        glm::lookAt(shadow_center + depth_radius * to_sun, shadow_center, sun_up);
-    sun_clip = glm::mat4(glm::ortho(-shadow_radius, shadow_radius, -shadow_radius, shadow_radius,
-                                    0.0, 2 * depth_radius) *
-                         sun_look);
-    shadow_texel_m = 2 * shadow_radius / shadow_map_size;
+    cascades =
+        make_cascades({center, target, to_sun, up, radius, sight_m}, maps.size, maps.count_most);
 
     // Near items first: what they hide is not shaded. What is out of the picture is not drawn.
-    const auto eye_planes = clip_planes(clip), sun_planes = clip_planes(sun_clip);
+    for (const ShadowCascade& cascade : cascades) {
+        const auto planes = clip_planes(cascade.clip);
+        std::copy_if(solids.begin(), solids.end(), std::back_inserter(casters.emplace_back()),
+                     [&](const Placed& placed) { return placed.is_seen(planes); });
+    }
+    const auto eye_planes = clip_planes(clip);
     std::erase_if(items, [&](const Placed& placed) { return !placed.is_seen(eye_planes); });
-    std::erase_if(casters, [&](const Placed& placed) { return !placed.is_seen(sun_planes); });
     std::stable_sort(items.begin(), items.end(), [](const Placed& a, const Placed& b) {
         if (!a.item || !b.item) return a.item != nullptr && !b.item;  // the floor last
         return a.distance() < b.distance();

@@ -8,6 +8,7 @@
 
 #include "gpu_mesh.h"
 #include "gpu_volume.h"
+#include "shadow_cascades.h"
 
 namespace bsoil::render {
 
@@ -64,23 +65,29 @@ inline constexpr int kWetSteps = 8;
 /// In a picture; what is beyond looks like the last.
 inline constexpr size_t kMaterialCapacity = 256;
 
+/// What there is room for.
+struct ShadowMaps {
+    int size = 0;  ///< texels a side, of each
+    size_t count_most = 1;
+};
+
 /// Where everything of a view is, about its eye.
 struct Frame {
     glm::dvec3 eye{0}, up{0}, to_sun{0};
     double sight_m = 1;
-    std::vector<Placed> items;    ///< near ones first
-    std::vector<Placed> casters;  ///< of shadows
+    std::vector<Placed> items;                 ///< near ones first
+    std::vector<ShadowCascade> cascades;       ///< near ones first
+    std::vector<std::vector<Placed>> casters;  ///< of the shadows in each
     std::vector<SurfaceMaterial> materials;
     int grain_material = 0;  ///< of grains
     glm::dmat4 projection{1}, look{1};
-    glm::mat4 clip{1}, sun_clip{1};
+    glm::mat4 clip{1};
     glm::vec4 cut{0};  ///< above 0: left out of what is cut
-    double shadow_texel_m = 0;
     glm::dvec3 floor_center{0};
     double fade_begin_m = 0, fade_end_m = 0;
 
     /// floor: filled where the view has one, and kept by the caller as long as the frame.
-    Frame(const View& view, int shadow_map_size, std::span<const GpuMesh> meshes,
+    Frame(const View& view, const ShadowMaps& maps, std::span<const GpuMesh> meshes,
           std::span<const GpuVolume> volumes, GpuMesh& floor);
     /// distance = y / (x + 2 depth - 1), along the line of sight.
     glm::vec2 depth_to_distance() const;

@@ -11,6 +11,8 @@
 namespace bsoil::render {
 namespace {
 
+/// Along a surface's normal: keeps it out of its own shadow.
+constexpr double kShadowBiasTexels = 1.5;
 constexpr double kOcclusionShare =
     0.05;  ///< radius of ambient occlusion, of the distance to the target
 constexpr glm::vec3 kHorizonColor{0.66f, 0.74f, 0.82f};  ///< linear
@@ -36,7 +38,8 @@ glm::vec2 texel_of(const Target& target) {
 
 Status Picture::create() {
     const std::string mixed_vertex = defined(shaders::surface_vert, "MIXED"),
-                      mixed_fragment = defined(shaders::surface_frag, "MIXED");
+                      mixed_fragment = defined(shaders::surface_frag, "MIXED"),
+                      cascaded_fragment = defined(shaders::light_frag, "CASCADED");
     const struct {
         GlProgram& program;
         const char* label;
@@ -51,6 +54,7 @@ Status Picture::create() {
         {occlusion_, "occlusion", shaders::screen_vert, shaders::occlusion_frag},
         {smooth_, "smooth", shaders::screen_vert, shaders::smooth_frag},
         {light_, "light", shaders::screen_vert, shaders::light_frag},
+        {light_cascaded_, "light with cascades", shaders::screen_vert, cascaded_fragment.c_str()},
         {line_, "line", shaders::line_vert, shaders::line_frag},
         {sky_, "sky", shaders::screen_vert, shaders::sky_frag},
         {finish_, "finish", shaders::screen_vert, shaders::finish_frag},
@@ -70,11 +74,11 @@ Status Picture::create() {
     no_vertices_ = GlVertexArray("no vertices");
     grains_ = create_grains();
     materials_ = GlTexture2D("materials");
-    shadow_ = create_depth_target("shadow map", def_.shadow_map_size, def_.shadow_map_size);
-    glBindTexture(GL_TEXTURE_2D, shadow_.depth.name());
-    set_filter(GL_TEXTURE_2D, GL_LINEAR, GL_CLAMP_TO_EDGE);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
+    GLint side_max = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &side_max);
+    cascades_most_ = std::clamp<size_t>(
+        static_cast<size_t>(side_max / std::max(1, def_.shadow_map_size)), 1, kCascadesMost);
+    create_shadow_maps(1);
 
     line_layout_ = GlVertexArray("lines");
     line_ends_ = GlBuffer("lines");
@@ -110,6 +114,18 @@ void Picture::create_targets(int width, int height) {
     picture_ = create_color_target("picture", width, height, GL_RGBA8);
 }
 
+/// Side by side in one texture.
+void Picture::create_shadow_maps(size_t count) {
+    if (count <= shadow_map_count_) return;
+    shadow_map_count_ = count;
+    shadow_ = create_depth_target("shadow maps", static_cast<int>(count) * def_.shadow_map_size,
+                                  def_.shadow_map_size);
+    glBindTexture(GL_TEXTURE_2D, shadow_.depth.name());
+    set_filter(GL_TEXTURE_2D, GL_LINEAR, GL_CLAMP_TO_EDGE);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
+}
+
 void Picture::draw_screen() const {
     glBindVertexArray(no_vertices_.name());
     glDrawArrays(GL_TRIANGLES, 0, 3);
@@ -117,17 +133,22 @@ void Picture::draw_screen() const {
 
 /// Depth as the sun sees it.
 void Picture::draw_shadows(const Frame& f) {
+    create_shadow_maps(f.cascades.size());
     shadow_.bind();
     glClear(GL_DEPTH_BUFFER_BIT);
     // Slope-scaled: a sunlit slope must not fall into its own shadow between two texels.
     glEnable(GL_POLYGON_OFFSET_FILL);
     glPolygonOffset(1.5f, 2.0f);
-    const Uniforms uniforms(depth_);
-    uniforms.set("clip", f.sun_clip);
-    uniforms.draw(f.casters);
-    if (grain_layer_.casts_shadows()) {
+    for (size_t c = 0; c < f.cascades.size(); ++c) {
+        const ShadowCascade& cascade = f.cascades[c];
+        glViewport(static_cast<GLint>(c) * def_.shadow_map_size, 0, def_.shadow_map_size,
+                   def_.shadow_map_size);
+        const Uniforms uniforms(depth_);
+        uniforms.set("clip", cascade.clip);
+        uniforms.draw(f.casters[c]);
+        if (!grain_layer_.casts_shadows()) continue;
         const Uniforms grain_uniforms(grain_depth_);
-        grain_uniforms.set("clip", f.sun_clip);
+        grain_uniforms.set("clip", cascade.clip);
         grain_uniforms.set("facing", glm::vec3(f.to_sun));
         grain_layer_.draw_casters();
     }
@@ -210,9 +231,25 @@ void Picture::draw_occlusion(const Frame& f) {
     draw_screen();
 }
 
+/// Which shadow map shows what. Within a map coordinates are 0..1.
+void Picture::set_shadows(const Uniforms& uniforms, const Frame& f) const {
+    const glm::dmat4 to_texture{0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.5, 0, 0.5, 0.5, 0.5, 1};
+    std::array<glm::mat4, kCascadesMost> clips{};
+    std::array<float, kCascadesMost> biases{};
+    for (size_t c = 0; c < kCascadesMost; ++c) {
+        // Of maps that there are not the last one stands in.
+        const ShadowCascade& cascade = f.cascades[std::min(c, f.cascades.size() - 1)];
+        clips[c] = glm::mat4(to_texture * glm::dmat4(cascade.clip));
+        biases[c] = static_cast<float>(kShadowBiasTexels * cascade.texel_m);
+    }
+    uniforms.set("shadow_clip", clips);
+    uniforms.set("shadow_bias_m", biases);
+    uniforms.set("map_count", static_cast<float>(shadow_map_count_));
+}
+
 /// Light on what is seen.
 void Picture::light(const Frame& f) {
-    const Uniforms uniforms(light_);
+    const Uniforms uniforms(f.cascades.size() > 1 ? light_cascaded_ : light_);
     uniforms.set_unit("depth", kDepthUnit);
     uniforms.set_unit("albedo_material", kColorUnit);
     uniforms.set_unit("octahedral", kNormalUnit);
@@ -236,9 +273,7 @@ void Picture::light(const Frame& f) {
     uniforms.set("up", glm::vec3(f.up));
     uniforms.set("to_sun", glm::vec3(f.to_sun));
     uniforms.set("horizon_color", kHorizonColor);
-    const glm::dmat4 to_texture{0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.5, 0, 0.5, 0.5, 0.5, 1};
-    uniforms.set("shadow_clip", glm::mat4(to_texture * glm::dmat4(f.sun_clip)));
-    uniforms.set("shadow_bias_m", static_cast<float>(1.5 * f.shadow_texel_m));
+    set_shadows(uniforms, f);
     uniforms.set("fade_center", glm::vec3(f.floor_center));
     uniforms.set("fade_begin_m", static_cast<float>(f.fade_begin_m));
     uniforms.set("fade_end_m", static_cast<float>(f.fade_end_m));

@@ -16,6 +16,8 @@
 
 namespace bsoil::render {
 
+struct Uniforms;
+
 /// Times of the device at the borders between passes; read once the device is past them.
 class PassTimer {
   public:
@@ -56,11 +58,13 @@ class Picture {
 
   private:
     void create_targets(int width, int height);
+    void create_shadow_maps(size_t count);
     void draw_shadows(const Frame& frame);
     void draw_surface(const Frame& frame);
     void draw_mixed(const Frame& frame);
     void draw_occlusion(const Frame& frame);
     void light(const Frame& frame);
+    void set_shadows(const Uniforms& uniforms, const Frame& frame) const;
     void draw_sky(const Frame& frame) const;
     void draw_volumes(const View& view, const Frame& frame);
     void draw_dust(const View& view, const Frame& frame);
@@ -70,12 +74,12 @@ class Picture {
     void draw_screen() const;
     void restore_state(const View& view, GLuint framebuffer) const;
     Frame make_frame(const View& view) {
-        return Frame(view, def_.shadow_map_size, meshes_, volumes_, floor_);
+        return Frame(view, {def_.shadow_map_size, cascades_most_}, meshes_, volumes_, floor_);
     }
 
     RendererDef def_;
     GlProgram depth_, surface_, occlusion_, smooth_, light_, sky_, line_, finish_, edges_, buffers_;
-    GlProgram mixed_, march_, veil_, grain_, grain_depth_, grain_buffers_, dust_;
+    GlProgram light_cascaded_, mixed_, march_, veil_, grain_, grain_depth_, grain_buffers_, dust_;
     GlVertexArray no_vertices_, line_layout_;
     GlBuffer line_ends_;
     std::vector<float> line_floats_;
@@ -83,6 +87,7 @@ class Picture {
     GlTexture3D blend_map_;  ///< once something mixed is drawn
     GlTexture2D materials_;
     Target shadow_, seen_, rough_occlusion_, smooth_occlusion_, veiled_, dusty_, lit_, picture_;
+    size_t cascades_most_ = 1, shadow_map_count_ = 0;
     int samples_aside_ = 1;  ///< along x and y: a pixel is lit as often as the square of it
     int width_ = 0, height_ = 0;
     std::vector<GpuMesh> meshes_;

@@ -46,6 +46,13 @@ struct Uniforms {
     void set(const char* name, std::span<const glm::vec3> values) const {
         glUniform3fv(at(name), static_cast<GLsizei>(values.size()), &values[0].x);
     }
+    void set(const char* name, std::span<const glm::mat4> values) const {
+        glUniformMatrix4fv(at(name), static_cast<GLsizei>(values.size()), GL_FALSE,
+                           glm::value_ptr(values[0]));
+    }
+    void set(const char* name, std::span<const float> values) const {
+        glUniform1fv(at(name), static_cast<GLsizei>(values.size()), values.data());
+    }
     void set(const char* name, float value) const { glUniform1f(at(name), value); }
     void set(const char* name, int value) const { glUniform1i(at(name), value); }
     void set(const char* name, bool value) const { glUniform1i(at(name), value ? 1 : 0); }

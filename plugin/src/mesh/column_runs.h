@@ -8,6 +8,7 @@
 
 #include "bsoil/surface_mesh.h"
 
+#pragma GCC visibility push(default)
 namespace bsoil::mesh {
 
 inline constexpr int kTileSide = 8;
@@ -97,3 +98,4 @@ void find_loose_voxels(std::span<const float> volume, std::span<const float> sol
 void find_terrain_runs(std::span<const float> solid, int height, TileColumns& columns);
 
 }  // namespace bsoil::mesh
+#pragma GCC visibility pop

@@ -14,6 +14,7 @@
 #include "mesh/tile_levels.h"
 #include "mesh/vertex_writer.h"
 
+#pragma GCC visibility push(default)
 namespace bsoil::mesh {
 
 /// Gives each tile the mesh that TileMesher gives it, bit for bit. The host makes the display field
@@ -67,3 +68,4 @@ class DeviceMesher {
 };
 
 }  // namespace bsoil::mesh
+#pragma GCC visibility pop

@@ -8,6 +8,7 @@
 
 #include "mesh/column_runs.h"
 
+#pragma GCC visibility push(default)
 namespace bsoil::mesh {
 
 /// Level 0 has all samples, each level half as many along each axis as the one before. The last one
@@ -55,3 +56,4 @@ class TileLevels {
 };
 
 }  // namespace bsoil::mesh
+#pragma GCC visibility pop

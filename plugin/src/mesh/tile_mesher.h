@@ -12,6 +12,7 @@
 #include "mesh/tile_levels.h"
 #include "mesh/vertex_writer.h"
 
+#pragma GCC visibility push(default)
 namespace bsoil::mesh {
 
 /// Meshes one tile after the other; holds what is reused from tile to tile.
@@ -57,3 +58,4 @@ class TileMesher {
 };
 
 }  // namespace bsoil::mesh
+#pragma GCC visibility pop
