@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -219,6 +220,11 @@ class SurfaceMesher {
     int tile_count_y() const;  ///< and along grid y
     /// The mesh of a tile as of the last update().
     const Mesh& tile_mesh(int tx, int ty) const;
+    /// The tiles that the last update() has meshed, each as ty * tile_count_x() + tx.
+    std::span<const int> changed_tiles() const;
+    /// Calls visit(tx, ty, mesh) for each of those: what a host's own renderer has to copy. A mesh
+    /// without triangles says that the tile has none any more.
+    void visit_changed(const std::function<void(int, int, const Mesh&)>& visit) const;
     /// Grows each time the tile's mesh was built; 0 before the first time.
     uint64_t tile_mesh_revision(int tx, int ty) const;
     /// The loose soil of a tile as of the last update(), from its lowest layer up. Layer soil only.

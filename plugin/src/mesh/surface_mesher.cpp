@@ -342,17 +342,20 @@ struct SurfaceMesher::Impl {
 
     /// Meshes the tiles of which something has changed.
     void build(SurfaceMeshReport& report) {
+        meshed.clear();
         if (device_mesher) build_on_device(report);
         for_each_tile([&](int tx, int ty) {
             Tile& tile = tiles[tile_index(tx, ty)];
             report.tile_coarse_count += levels.at(tx, ty) > 0;
             if (!tile.dirty) return;
             mesher.build(grid, levels, tx, ty, tile.mesh);
-            finish(tile, report);
+            finish(tx, ty, report);
         });
     }
 
-    static void finish(Tile& tile, SurfaceMeshReport& report) {
+    void finish(int tx, int ty, SurfaceMeshReport& report) {
+        Tile& tile = tiles[tile_index(tx, ty)];
+        meshed.push_back(static_cast<int>(tile_index(tx, ty)));
         tile.dirty = false;
         ++tile.mesh_revision;
         ++report.tile_built_count;
@@ -372,7 +375,7 @@ struct SurfaceMesher::Impl {
             device_mesher.reset();
             return;
         }
-        for (const auto& job : jobs) finish(tiles[tile_index(job.tx, job.ty)], report);
+        for (const auto& job : jobs) finish(job.tx, job.ty, report);
         report.tile_gl_count = static_cast<int>(jobs.size());
     }
 
@@ -388,6 +391,7 @@ struct SurfaceMesher::Impl {
     std::unique_ptr<mesh::DeviceMesher> device_mesher;  ///< null: the CPU meshes
     std::string backend_reason;
     std::vector<mesh::DeviceMesher::Job> jobs;
+    std::vector<int> meshed;  ///< tiles, by the last update
     mesh::TileColumns columns;
     mesh::ColumnLists<mesh::BareWall> walls;
     std::vector<float> volume, solid;
@@ -441,6 +445,15 @@ const Mesh& SurfaceMesher::tile_mesh(int tx, int ty) const {
 
 uint64_t SurfaceMesher::tile_mesh_revision(int tx, int ty) const {
     return impl_->tiles[impl_->tile_index(tx, ty)].mesh_revision;
+}
+
+std::span<const int> SurfaceMesher::changed_tiles() const { return impl_->meshed; }
+
+void SurfaceMesher::visit_changed(const std::function<void(int, int, const Mesh&)>& visit) const {
+    for (const int tile : impl_->meshed) {
+        const int tx = tile % tile_count_x(), ty = tile / tile_count_x();
+        visit(tx, ty, tile_mesh(tx, ty));
+    }
 }
 
 std::span<const LooseVoxel> SurfaceMesher::loose_soil(int tx, int ty) const {
