@@ -181,6 +181,11 @@ Motion fall_freely(int slot, ivec3 at, int voxel, ivec3 velocity) {
         motion.after.z -= gravity - mul_q16(gravity, share) / 2;
         motion.drift = (velocity + motion.after) / 2;
     }
+    if (motion.after.z < -params.arch_speed) {
+        int most = arch_speed(slot, at, voxel);
+        motion.after.z = max(motion.after.z, -most);
+        motion.drift.z = max(motion.drift.z, -most);
+    }
     return motion;
 }
 

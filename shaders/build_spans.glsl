@@ -15,6 +15,15 @@ bool is_top_free(int column, int top) {
 int column_terrain(int column, int z) { return state_at(kPlaneTerrain, column + z * kTileColumns); }
 int column_volume(int column, int z) { return state_at(kPlaneVolume, column + z * kTileColumns); }
 
+// What falls in an arch thins out.
+int falling_least() { return params.arch_reach > 0 ? kArchLeast : kVoxelFull; }
+
+// Thin crumbs in the air are not worth a span each.
+bool is_crumb(int column, int kind, int bottom, int top) {
+    if (kind != kSpanFalling || top - bottom >= kArchShortest * kVoxelFull) return false;
+    return state_at(kPlaneVolume, column + (bottom >> 16) * kTileColumns) < kVoxelFull;
+}
+
 #include "column_surface.glsl"
 
 // What may be missing in a voxel that carries soil: more where a body carries the voxel's.
@@ -105,7 +114,7 @@ void build_spans(int group, int lane) {
         int next = inside ? kind_above(kind, top, base, volume, coverage) : kNoSpan;
         climb_terrain(z, terrain, bare, climbs);
         if (next != kind) {
-            if (kind != kNoSpan) {
+            if (kind != kNoSpan && !is_crumb(column, kind, bottom, top)) {
                 bool carried = kind == kSpanPiled && carrier > 0;
                 int stands_on = !carried ? 0 : is_top_free(column, top) ? carrier | kBaseFree : carrier;
                 if (!add_span(record, count, kind, bottom, top, stands_on)) lost_at = min(bottom >> 16, params.height - 1);

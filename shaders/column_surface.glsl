@@ -1,6 +1,7 @@
 // How a column is told from its voxels, from the floor up: which span has a voxel, how high it reaches, where the surface is.
 // The one text of these rules. build_spans reads columns in work by it, with bodies; the host reads tiles without bodies
-// (column_surface.cpp). column_terrain(column, z) and column_volume(column, z) say what is in a voxel, in volume units.
+// (column_surface.cpp). column_terrain(column, z) and column_volume(column, z) say what is in a voxel, in volume units;
+// falling_least() how much of it a voxel of a falling span has.
 
 CONST_INT(kNoSpan, 0)    // kind of air and of soil too thin to be a span
 CONST_INT(kNotBare, -1)
@@ -14,7 +15,7 @@ int kind_above(int kind, int top, int base, int volume, int coverage) {
     if (coverage >= kSolidCoverage) return kSpanRigid;  // thesis Table 1
     if (kind == kSpanRigid) return kSpanPiled;          // Table 2: a piled span starts directly on a rigid one
     if (volume + coverage > 0 && is_carried(kind, top, base)) return kSpanPiled;
-    if (volume >= kVoxelFull && coverage == 0) return kSpanFalling;  // Table 3
+    if (volume >= falling_least() && coverage == 0) return kSpanFalling;  // Table 3
     return kind == kSpanPiled ? kSpanPiled : kNoSpan;
 }
 

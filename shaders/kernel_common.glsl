@@ -194,6 +194,21 @@ bool is_overflowing(int voxel) { return state_at(kPlaneVolume, voxel) > 0 && exc
 
 #include "soil_mixtures.glsl"
 
+CONST_INT(kRootMost, 46340)  // its square is the largest in 31 bits
+
+// Whole square root, rounded down, by Newton's method from above.
+int square_root(int square) {
+    int root = kRootMost;
+    for (int i = 0; square > 0 && i < 24; ++i) {
+        int better = (root + square / root) / 2;
+        if (better >= root) return root;
+        root = better;
+    }
+    return square > 0 ? root : 0;
+}
+
+#include "soil_arches.glsl"
+
 // Whether most of a voxel's soil was never moved.
 bool is_bonded(int voxel) { return 2 * state_at(kPlaneBond, voxel) >= state_at(kPlaneVolume, voxel); }
 

@@ -3,6 +3,7 @@
 // and a diagonal one (as in Tarboton's D-infinity flow), so that a pile stands equally steep in every direction;
 // with one slope per neighbour it would be too steep between them. Wedge height and acceleration against slope come
 // from tables made on the host in double precision: (4) and (8).
+// Soil that falls in an arch slips as piled soil does: see soil_arches.glsl.
 // Reads: spans, stamps, volume, all transported planes. Writes: deltas, slip speed, stamps.
 
 CONST_INT(kNoDrop, -1)
@@ -30,6 +31,16 @@ int column_speed(int slot, int x, int y) {
     return fastest;
 }
 
+// Whether soil slides from and onto a span.
+bool is_ground(int column, int kind, int bottom, int top) {
+    return kind == kSpanPiled || (kind == kSpanFalling && is_arched(column, bottom, top));
+}
+
+// Whether soil that falls is full where its span starts: nothing slides in below it.
+bool starts_full(int slot, int x, int y, int bottom) {
+    return state_at(kPlaneVolume, voxel_at(slot, x, y, bottom >> 16)) >= kVoxelFull;
+}
+
 // The slice between the span [bottom, top] and the column at (x, y): its drop (32), and the voxel that gets the soil.
 int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(int) target) {
     target = -1;
@@ -43,16 +54,17 @@ int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(i
     }
     int record = column * kColumnWords;
     int count = single != kNotSingle ? 0 : spans[record + kColumnCount];
+    int ceiling = top;
     for (int i = count - 1; i >= 0; --i) {
         int at = record + kColumnSpans + i * kSpanWords;
-        if (spans[at + kSpanKind] != kSpanPiled) continue;
         int other_bottom = spans[at + kSpanBottom];
         int other_top = spans[at + kSpanTop];
-        if (min(top, other_top) - max(bottom, other_bottom) < 0) {  // thesis (31)
+        int kind = spans[at + kSpanKind];
+        bool ground = is_ground(column, kind, other_bottom, other_top);
+        if (!ground || min(top, other_top) - max(bottom, other_bottom) < 0) {  // thesis (31)
+            if (ground || kind == kSpanRigid || starts_full(slot, x, y, other_bottom)) ceiling = min(top, other_bottom);
             continue;
         }
-        int ceiling = top;
-        if (i + 1 < count) ceiling = min(top, spans[at + kSpanWords + kSpanBottom]);
         int drop = ceiling - other_top;  // thesis (32)
         if (drop <= 0) return kNoDrop;
         target = voxel_at(slot, x, y, other_top >> 16);
@@ -97,19 +109,6 @@ int curve_of(int voxel) {
     int table = curve * kTableWords;
     bool is_moist = water_at(voxel) > 0 && tables[table + kTableMoist] + tables[table + kTableStrength] > 0;
     return is_moist || is_mixed(voxel) ? kMixedBonded - loose : curve;
-}
-
-CONST_INT(kRootMost, 46340)  // its square is the largest in 31 bits
-
-// Whole square root, rounded down, by Newton's method from above.
-int square_root(int square) {
-    int root = kRootMost;
-    for (int i = 0; square > 0 && i < 24; ++i) {
-        int better = (root + square / root) / 2;
-        if (better >= root) return root;
-        root = better;
-    }
-    return square > 0 ? root : 0;
 }
 
 // table_at() of wedges for tan phi and cohesion over unit weight (k, Q16 voxels) of a mixture. The flattest plane that fails has
@@ -381,8 +380,11 @@ bool slip_span(int slot, int lane, int i, int bottom, int top, int steepest, boo
     int curve = curve_of(source);
     int stands = standing_wedge(source, slot, at);
     if (wedge_at(curve, source, steepest) <= stands) return false;  // the steeper a slope, the higher its wedge
+    int column = slot * kTileColumns + lane;
+    int record = column * kColumnWords;
+    bool on_rigid = i > 0 && spans[record + kColumnSpans + i * kSpanWords + kSpanKind] == kSpanPiled;
     Slices slices;
-    if (!find_slices(slot, at.x, at.y, bottom, top, i > 0, slices)) return false;
+    if (!find_slices(slot, at.x, at.y, bottom, top, on_rigid, slices)) return false;
     Failure failure = find_failure(curve, source, stands, slices);
     if (failure.wedge == 0) return false;
     ATOMIC_MAX(result[kResultSlope], failure.wedge);
@@ -390,7 +392,6 @@ bool slip_span(int slot, int lane, int i, int bottom, int top, int steepest, boo
     // nothing fails looking changes nothing.
     stamp_column(slot, lane);
     if (is_held_up(slot, source, at)) return false;
-    int column = slot * kTileColumns + lane;
     int wedge = failure.wedge;
     // What slides with its momentum slips so little that it keeps that.
     if (params.slides != 0 && is_topmost && spans[column_word(kColumnSurface, column)] == top) {
@@ -398,7 +399,6 @@ bool slip_span(int slot, int lane, int i, int bottom, int top, int steepest, boo
         wedge = min(wedge, kSlideCreep);
     }
     // Soil that slides on into this column brings its speed along.
-    int record = column * kColumnWords;
     int speed = max(slid ? spans[speed_read(record, i)] : 0, fastest_around(slot, at.x, at.y));
     // thesis (9), and no more than a quarter of the wedge at once, so that nothing overshoots.
     speed = min(speed + acceleration_at(curve, source, failure.slope) / params.substep_count, kOneQ16);
@@ -439,7 +439,8 @@ void slip_soil(int group, int lane) {
         int bottom = is_single ? 0 : spans[at + kSpanBottom];
         int top = is_single ? single : spans[at + kSpanTop];
         if (slid) spans[speed_write(record, i)] = 0;
-        if (top <= bottom || (!is_single && spans[at + kSpanKind] != kSpanPiled)) continue;
+        int kind = is_single ? kSpanPiled : spans[at + kSpanKind];
+        if (top <= bottom || !is_ground(column, kind, bottom, top)) continue;
         int steepest = is_single && params.slip_stride == 1 ? steepest_drop(slot, lane & 7, lane >> 3, top) : kAnyDrop;
         if (steepest <= 0) continue;
         slides = slip_span(slot, lane, i, bottom, top, steepest, i == count - 1, slid) || slides;

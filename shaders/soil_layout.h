@@ -54,6 +54,12 @@ CONST_INT(kShareLeast, 16)
 // A crumb can come with momentum that whole units of mass did not take along. It is no faster than this (Q10 voxels a base
 // step): twice that in Q16 stays inside 31 bits.
 CONST_INT(kCrumbSpeedMost, 8388607)
+// How far the sides of an arch may be, voxels: wider openings have none. And the soil that leans on them, or carries what
+// slides onto it as it falls: grains of half a voxel and less do not press on one another.
+CONST_INT(kArchReach, 32)
+CONST_INT(kArchLeast, 32768)
+// What falls in one is known by spans of this many voxels and more.
+CONST_INT(kArchShortest, 4)
 // Falling soil thinner than this does not decide how fine the step is cut: 1/16 voxel.
 CONST_INT(kPacingLeast, 4096)
 // Slopes closer to stability than this do not slide: 1/256 voxel of rise per voxel of run.

@@ -74,6 +74,9 @@ struct Model {
     double crowded_least = 4;  ///< a voxel with more soil takes none from a push
     double still_speed = 0;    ///< a wall slower than this drives no soil out of itself
     double follow_most = 0;    ///< carried soil follows walls up to this speed [voxels a step]
+    int arch_reach = 0;        ///< how far the sides of an arch may be; 0: there are no arches
+    double arch_least = 0.5;   ///< soil that leans on them, and that is a falling span
+    int arch_shortest = 1;     ///< voxels of a falling span at least, where there are arches
     double speck = 0;          ///< advected shares of a voxel's soil below this stay
     double slip_tolerance = 0;  ///< wedges not worth a slide
     int span_capacity = 5;      ///< height spans kept of a column

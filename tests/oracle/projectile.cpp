@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "oracle/arches.h"
 #include "oracle/overlap.h"
 #include "oracle/walls.h"
 #include "oracle/wind.h"
@@ -94,6 +95,9 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
                 accelerated = fall_in_air(model, velocity, air, rate, dt);
                 drift = 0.5 * (velocity + accelerated);
             }
+            const double most = arch_speed(model, before, x, y, z);
+            accelerated.z = std::max(accelerated.z, -most);
+            drift.z = std::max(drift.z, -most);
         } else {
             const Body& body = bodies[static_cast<size_t>(voxel.support.body)];
             const Vec3 goal = body.velocity_at(x, y, z);

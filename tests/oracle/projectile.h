@@ -14,6 +14,7 @@
 /// - soil that moves loses its bond;
 /// - drift over a step is v + g dt / 2, exact for constant gravity, and the velocity after it v + g
 /// dt;
+/// - soil that falls between soil at rest goes no faster than from an arch (arches.h);
 /// - soil whose materials fall in air is slowed down and carried by it (wind.h);
 /// - shares below a speck stay where they are (crumbs, which move whole by chance, are not
 /// modelled);

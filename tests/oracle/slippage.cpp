@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <limits>
 #include <numbers>
+#include <ranges>
 
+#include "oracle/arches.h"
 #include "oracle/sliding.h"
 
 namespace oracle {
@@ -100,6 +102,11 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
         }
     }
     const auto column = [&](int x, int y) { return static_cast<size_t>(y) * before.nx + x; };
+    // Soil that falls in an arch is ground as piled soil is.
+    const auto is_ground = [&](const Span& span, int x, int y) {
+        return span.kind == Span::Kind::piled ||
+               (span.kind == Span::Kind::falling && is_arched(model, before, x, y, span));
+    };
     const auto in_grid = [&](int x, int y) { return before.inside(x, y, 0); };
     const auto open = [&](int x, int y, double height) {
         return !before.closed(model, x, y, static_cast<int>(std::floor(height)));
@@ -107,15 +114,17 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
     // The slice between a piled span and the column at (x, y).
     const auto slice = [&](const Span& span, bool on_rigid, int x, int y) -> Neighbour {
         if (!in_grid(x, y)) return {};
-        const std::vector<Span>& others = columns[column(x, y)];
-        for (size_t j = others.size(); j-- > 0;) {
-            const Span& other = others[j];
-            if (other.kind != Span::Kind::piled ||
-                std::min(span.top, other.top) - std::max(span.bottom, other.bottom) < 0) {  // (31)
+        double ceiling = span.top;
+        for (const Span& other : columns[column(x, y)] | std::views::reverse) {
+            const bool ground = is_ground(other, x, y);
+            if (!ground || std::min(span.top, other.top) < std::max(span.bottom, other.bottom)) {
+                // (31). Below soil that falls in crumbs there is room.
+                const bool full = before.at(x, y, static_cast<int>(other.bottom)).soil >= 1;
+                if (ground || other.kind == Span::Kind::rigid || full) {
+                    ceiling = std::min(span.top, other.bottom);
+                }
                 continue;
             }
-            const double ceiling =
-                j + 1 < others.size() ? std::min(span.top, others[j + 1].bottom) : span.top;
             const double drop = ceiling - other.top;  // (32)
             return drop > 0 && open(x, y, other.top)
                        ? Neighbour{drop, x, y, static_cast<int>(other.top)}
@@ -152,14 +161,15 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
         for (int x = 0; x < before.nx; ++x) {
             for (size_t i = 0; i < columns[column(x, y)].size(); ++i) {
                 const Span& span = columns[column(x, y)][i];
-                if (span.kind != Span::Kind::piled || span.top <= span.bottom) continue;
+                if (!is_ground(span, x, y) || span.top <= span.bottom) continue;
+                const bool on_rigid = i > 0 && span.kind == Span::Kind::piled;
                 // Neighbours counter-clockwise from east: even ones along the axes, odd ones
                 // diagonal.
                 constexpr int kRing[8][2] = {{1, 0},  {1, 1},   {0, 1},  {-1, 1},
                                              {-1, 0}, {-1, -1}, {0, -1}, {1, -1}};
                 Neighbour ring[8];
                 for (int k = 0; k < 8; ++k) {
-                    ring[k] = way(span, i > 0, x, y, kRing[k][0], kRing[k][1]);
+                    ring[k] = way(span, on_rigid, x, y, kRing[k][0], kRing[k][1]);
                 }
                 const int surface = static_cast<int>(std::ceil(span.top)) - 1;
                 const Voxel& top = before.at(x, y, surface);
@@ -240,8 +250,8 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                      --z) {
                     const Voxel& voxel = before.at(x, y, z);
                     const double taken = std::min(amount, voxel.soil);
-                    const bool is_other = voxel.is_mixed() || top.is_mixed() ||
-                                          voxel.water > 0 || top.water > 0 ||
+                    const bool is_other = voxel.is_mixed() || top.is_mixed() || voxel.water > 0 ||
+                                          top.water > 0 ||
                                           voxel.main_material() != top.main_material();
                     const bool below_bonded = 2 * voxel.bond >= voxel.soil;
                     if (taken > 0 && (is_other || below_bonded != bonded) &&

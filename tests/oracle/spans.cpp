@@ -30,12 +30,16 @@ std::vector<Span> height_spans(const Model& model, const Field& field, int x, in
             ++z;
         }
         spans.push_back({static_cast<double>(floor), top, Span::Kind::piled});
-        // Falling spans up to the next rigid one (Table 3): full voxels without anything rigid.
-        const auto falling = [&](int at) { return voxel(at).soil >= 1 && voxel(at).psi() == 0; };
+        // Falling spans up to the next rigid one (Table 3): voxels without anything rigid.
+        const auto falling = [&](int at) {
+            return voxel(at).soil >= (model.arch_reach > 0 ? model.arch_least : 1) &&
+                   voxel(at).psi() == 0;
+        };
         while (z < field.nz && !rigid(z)) {
             const int bottom = z;
             while (z < field.nz && !rigid(z) && falling(z)) ++z;
             if (z > bottom) {
+                if (z - bottom < model.arch_shortest && voxel(bottom).soil < 1) continue;
                 spans.push_back(
                     {static_cast<double>(bottom), static_cast<double>(z), Span::Kind::falling});
             } else {

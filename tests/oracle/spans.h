@@ -11,6 +11,8 @@
 /// - partial coverage under soil adds to the height of a span only in the span's lowest voxel
 /// (Table 2, row 1), where it
 ///   carries the soil; on the floor also without soil;
+/// - where soil falls in arches (arches.h) it thins out: a falling span has voxels half full, some
+/// of them at least;
 /// - edge spans depend on two columns and are made by slip_soil (slippage.h).
 #pragma once
 

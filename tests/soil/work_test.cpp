@@ -65,8 +65,8 @@ TEST(Work, passes_look_at_little_more_than_what_moves) {
     for (const auto& [kernel, most] :
          {Bound{Kernel::apply_force, 15900}, Bound{Kernel::propagate_force, 48400},
           Bound{Kernel::apply_flow, 197500}, Bound{Kernel::advect_soil, 32400},
-          Bound{Kernel::resolve_overflow, 51000}, Bound{Kernel::build_spans, 75100},
-          Bound{Kernel::slip_soil, 112400}, Bound{Kernel::voxelize_shapes, 22200},
+          Bound{Kernel::resolve_overflow, 51000}, Bound{Kernel::build_spans, 75700},
+          Bound{Kernel::slip_soil, 114500}, Bound{Kernel::voxelize_shapes, 22200},
           Bound{Kernel::collect_contacts, 15200}}) {
         EXPECT_LE(lanes[static_cast<size_t>(kernel)], most)
             << soil_kernel_set().kernels[static_cast<size_t>(kernel)].name << " of " << listed;

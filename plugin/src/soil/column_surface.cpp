@@ -27,6 +27,7 @@ struct ColumnKernel {
     static int max(int a, int b) { return std::max(a, b); }
     int column_terrain(int, int z) const { return voxels.terrain_at(z); }
     int column_volume(int, int z) const { return voxels.volume_at(z); }
+    static int falling_least() { return kVoxelFull; }  // where the surface is does not hang on it
 #define CONST_INT(name, value) static constexpr int name = value;
 #define OUT(type) type&
 #define INOUT(type) type&

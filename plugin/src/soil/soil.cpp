@@ -112,6 +112,9 @@ void set_params(SoilCore& s) {
     p.transport_count = transported_planes(p.material_count, p.water_count);
     p.gravity_q16 = static_cast<int>(
         std::lround(def.gravity_m_s2 * def.step_s * def.step_s / def.voxel_m * kVoxelFull));
+    p.arch_speed = static_cast<int>(std::lround(
+        std::sqrt(def.gravity_m_s2 * def.step_s * def.step_s / def.voxel_m) * kVoxelFull));
+    p.arch_reach = def.slides == SlideMotion::run_out ? 0 : kArchReach;
     p.overflow_heuristic = static_cast<int>(def.overflow);
     p.place_rows = s.tiles_y * kTileSide;
     p.place_shift = place_shift(s.tiles_x, s.tiles_y, s.height);
