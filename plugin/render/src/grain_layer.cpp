@@ -15,9 +15,9 @@ constexpr int kCorners = 3;  ///< a grain is a triangle
 constexpr int kPartGrains = 32;
 constexpr int kPartsMost = kGroupGrains / kPartGrains;
 static_assert(kGroupGrains % kPartGrains == 0);
-/// Grains that are seen under less than this [pixels] are drawn larger and fewer. They hide as
-/// much. With this size the triangle of a grain has the area of a pixel: a smaller one is seen or
-/// not by chance.
+/// Grains that are seen under less than this [places where a pixel is lit] are drawn larger and
+/// fewer. They hide as much. With this size the triangle of a grain has the area that belongs to
+/// one such place: a smaller one is seen or not by chance.
 constexpr double kGrainPixels = 1.4;
 constexpr double kLargerMost = 4;
 /// Grains on a slope that turns away from the eye by more than this (the cosine) are behind it.
@@ -90,7 +90,8 @@ void GrainLayer::create() {
     glBindVertexArray(0);
 }
 
-void GrainLayer::append(const GrainGroup& group, const View& view, const Frame& frame) {
+void GrainLayer::append(const GrainGroup& group, const View& view, const Frame& frame,
+                        double least_pixels) {
     const glm::dvec3 from_eye =
         glm::dvec3(group.center.x, group.center.y, group.center.z) - frame.eye;
     // What is in the air may cast a shadow into the picture.
@@ -99,7 +100,7 @@ void GrainLayer::append(const GrainGroup& group, const View& view, const Frame& 
     const double pixel_m =
         glm::length(glm::dvec3(center)) * 2 * std::tan(view.camera.fov_rad / 2) / view.height;
     const double larger =
-        std::clamp(kGrainPixels * pixel_m / std::max(1e-9, static_cast<double>(group.grain_m)), 1.0,
+        std::clamp(least_pixels * pixel_m / std::max(1e-9, static_cast<double>(group.grain_m)), 1.0,
                    kLargerMost);
     const float grain_m = group.grain_m * static_cast<float>(larger);
     const double speed = length(group.velocity_m_s);
@@ -134,14 +135,15 @@ void GrainLayer::append(const GrainGroup& group, const View& view, const Frame& 
     }
 }
 
-void GrainLayer::fill(const View& view, const Frame& frame) {
+void GrainLayer::fill(const View& view, const Frame& frame, int samples_aside) {
+    const double least_pixels = kGrainPixels / samples_aside;
     floats_.clear();
     for (const GrainGroup& group : view.grains) {
-        if (group.flatness <= 0) append(group, view, frame);
+        if (group.flatness <= 0) append(group, view, frame, least_pixels);
     }
     in_air_count_ = static_cast<GLsizei>(floats_.size() / kGroupFloats);
     for (const GrainGroup& group : view.grains) {
-        if (group.flatness > 0) append(group, view, frame);
+        if (group.flatness > 0) append(group, view, frame, least_pixels);
     }
     part_count_ = static_cast<GLsizei>(floats_.size() / kGroupFloats);
     if (is_empty()) return;

@@ -12,8 +12,9 @@ namespace bsoil::render {
 class GrainLayer {
   public:
     void create();
-    /// Copies a view's groups to the device, about its eye.
-    void fill(const View& view, const Frame& frame);
+    /// Copies a view's groups to the device, about its eye. Each pixel is lit in `samples_aside`
+    /// places along x and y.
+    void fill(const View& view, const Frame& frame, int samples_aside);
     bool is_empty() const { return part_count_ == 0; }
     bool casts_shadows() const { return in_air_count_ > 0; }
     /// Draws all groups with the program in use: one call.
@@ -22,7 +23,7 @@ class GrainLayer {
     void draw_casters() const { draw(in_air_count_); }
 
   private:
-    void append(const GrainGroup& group, const View& view, const Frame& frame);
+    void append(const GrainGroup& group, const View& view, const Frame& frame, double least_pixels);
     void draw(GLsizei part_count) const;
 
     GlVertexArray layout_;

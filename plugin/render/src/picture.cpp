@@ -327,7 +327,7 @@ Status Picture::draw(const View& view, GLuint framebuffer) {
     timer_.poll();
     create_targets(view.width, view.height);
     const Frame frame = make_frame(view);
-    grain_layer_.fill(view, frame);
+    grain_layer_.fill(view, frame, samples_aside_);
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_LEQUAL);
     glDisable(GL_BLEND);

@@ -71,7 +71,7 @@ Result<Buffers> Picture::take_buffers(const View& view) {
         glUniform1ui(label, placed.item ? placed.item->label : 0);
         uniforms.draw_seen(placed, f.cut);
     }
-    grain_layer_.fill(view, f);
+    grain_layer_.fill(view, f, 1);
     if (!grain_layer_.is_empty()) {
         const Uniforms grain_uniforms(grain_buffers_);
         grain_uniforms.set("clip", f.clip);
