@@ -5,7 +5,7 @@
 // columns    a record a column of a window      what the display field holds: runs, samples inside
 // runs       runs and solid runs                bottoms and tops
 // work       of a tile                          which edges are crossed, counts and places
-// vertices   8 words a vertex                   grid axes; the host turns them to the world's
+// vertices   9 words a vertex                   grid axes; the host turns them to the world's
 // copies     2 words a copy of a vertex         sharp rims of the grid's sides
 // triangles  3 words a triangle                 numbers of vertices within the tile
 BUFFER(cases)

@@ -100,6 +100,7 @@ void make_vertices(int group, int lane) {
                 int bit = lowest_bit(rest);
                 rest = rest ^ (1 << bit);
                 int q = 32 * w + bit;
+                vertices[at * kVertexWords + kVertexEdge] = (q * kWindowColumns + column) * kEdgesOfColumn + edge;
                 if (edge == 0) make_vertex_up(tile, i, j, q, at * kVertexWords);
                 if (edge != 0) make_vertex_aside(tile, edge - 1, i, j, q, at * kVertexWords);
                 at += 1;

@@ -1,5 +1,5 @@
 // The triangles of the cells over a column, in the order in which TileMesher has them: strips of the floor, strips of the grid's
-// sides, then cell by cell upwards. Counts them, and stores them where it is told to.
+// sides, then cell by cell upwards. Cells beside finer tiles are the host's. Counts them, and stores them where it is told to.
 #ifndef BSOIL_MESH_CELLS
 #define BSOIL_MESH_CELLS
 
@@ -183,6 +183,7 @@ bool is_own_cell(IN(MeshTile) tile, int i, int j) {
 
 void walk_cells(IN(MeshTile) tile, INOUT(MeshWalk) walk, int i, int j) {
     if (i == tile.first_x && params.close_floor != 0) add_floor_strip(tile, walk, j);
+    if (!is_plain(tile, i, j)) return;
     int side_x = side_of(tile, 0, i);
     int side_y = side_of(tile, 1, j);
     if ((side_x == 0) != (side_y == 0)) add_side_strips(tile, walk, i, j, side_x, side_y);

@@ -71,7 +71,8 @@ CONST_INT(kVertexPosition, 0)  // 3 floats, grid voxels
 CONST_INT(kVertexOutward, 3)   // 3 floats, of any length
 CONST_INT(kVertexLook, 6)      // which column's soil shows, and how: kLook...
 CONST_INT(kVertexSample, 7)    // and at which sample
-CONST_INT(kVertexWords, 8)
+CONST_INT(kVertexEdge, 8)      // the edge it lies on: (sample * columns + column) * 3 + 0 up, 1 along x, 2 along y
+CONST_INT(kVertexWords, 9)
 CONST_INT(kLookKinds, 4)       // the column times this plus one of
 CONST_INT(kLookBare, 0)        // what lies bare there
 CONST_INT(kLookFloor, 1)       // the material on the floor

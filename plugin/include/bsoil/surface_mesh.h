@@ -211,7 +211,7 @@ class SurfaceMesher {
     /// The level of a tile's mesh, as of the last update(): its cells are 2^level voxels wide.
     int tile_level(int tx, int ty) const;
 
-    /// "gl" where OpenGL meshes all tiles but those beside finer ones, else "cpu".
+    /// "gl" where OpenGL meshes, all but cells beside finer tiles; else "cpu".
     std::string backend_name() const;
     /// Why, in a sentence.
     const std::string& backend_reason() const;

@@ -26,6 +26,10 @@ constexpr size_t kGrowthDivisor = 2;
 int32_t bits_of(float value) { return std::bit_cast<int32_t>(value); }
 float float_of(int32_t bits) { return std::bit_cast<float>(bits); }
 
+GridVector vector_at(const int32_t* words) {
+    return {float_of(words[0]), float_of(words[1]), float_of(words[2])};
+}
+
 /// marching_cases() as the kernels read them.
 std::vector<int32_t> case_words() {
     constexpr int kEdgesPerWord = kernels::kCaseEdgesPerWord;
@@ -71,7 +75,10 @@ Result<std::unique_ptr<DeviceMesher>> DeviceMesher::create(const TileSource& sou
 
 DeviceMesher::DeviceMesher(std::unique_ptr<device::Device> device, const TileSource& source,
                            const SurfaceMeshDef& def)
-    : device_(std::move(device)), writer_(source, def), close_floor_(def.close_floor) {}
+    : device_(std::move(device)),
+      writer_(source, def),
+      border_mesher_(source, def),
+      close_floor_(def.close_floor) {}
 
 Status DeviceMesher::build(const GridColumns& grid, const TileLevels& levels,
                            std::span<const Job> jobs) {
@@ -89,7 +96,11 @@ Status DeviceMesher::build(const GridColumns& grid, const TileLevels& levels,
             write_tile(levels, fields_[t]);
         }
         if (const Status ran = run(grid); !ran) return ran;
-        for (size_t t = 0; t < batch.size(); ++t) take(fields_[t], t, *batch[t].mesh);
+        for (size_t t = 0; t < batch.size(); ++t) {
+            take(fields_[t], t, *batch[t].mesh);
+            if (!levels.is_beside_finer(batch[t].tx, batch[t].ty)) continue;
+            add_border(grid, levels, batch[t], t);
+        }
     }
     return Done{};
 }
@@ -240,12 +251,8 @@ Status DeviceMesher::run(const GridColumns& grid) {
 
 void DeviceMesher::take_vertex(const DisplayField& field, const int32_t* tile,
                                const int32_t* vertex, Mesh& mesh) const {
-    const auto vector_at = [&](int first) {
-        return GridVector{float_of(vertex[first]), float_of(vertex[first + 1]),
-                          float_of(vertex[first + 2])};
-    };
-    const GridVector position = vector_at(kernels::kVertexPosition),
-                     outward = vector_at(kernels::kVertexOutward);
+    const GridVector position = vector_at(vertex + kernels::kVertexPosition),
+                     outward = vector_at(vertex + kernels::kVertexOutward);
     const int column = vertex[kernels::kVertexLook] / kernels::kLookKinds;
     const int i = tile[kernels::kTileOriginX] + column % kernels::kWindowSide;
     const int j = tile[kernels::kTileOriginY] + column / kernels::kWindowSide;
@@ -281,6 +288,32 @@ void DeviceMesher::take(const DisplayField& field, size_t tile, Mesh& mesh) cons
         triangles_.begin() + int64_t{record[kernels::kTileTriangleAt]} * kernels::kTriangleWords;
     mesh.indices.assign(
         first, first + int64_t{record[kernels::kTileTriangleCount]} * kernels::kTriangleWords);
+}
+
+/// The cells beside finer tiles of a mesh just taken.
+void DeviceMesher::add_border(const GridColumns& grid, const TileLevels& levels, const Job& job,
+                              size_t tile) {
+    const int32_t* record = &tiles_[kernels::kHeaderWords + tile * kernels::kTileWords];
+    edges_.clear();
+    places_.clear();
+    const int vertex_at = record[kernels::kTileVertexAt];
+    for (int v = vertex_at; v < vertex_at + record[kernels::kTileVertexCount]; ++v) {
+        const int32_t* vertex = &vertices_[static_cast<size_t>(v) * kernels::kVertexWords];
+        const int code = vertex[kernels::kVertexEdge];
+        const int edge = code % kernels::kEdgesOfColumn, place = code / kernels::kEdgesOfColumn;
+        const int column = place % kernels::kWindowColumns;
+        edges_.push_back({edge == 0 ? 2 : edge - 1,
+                          record[kernels::kTileOriginX] + column % kernels::kWindowSide,
+                          record[kernels::kTileOriginY] + column / kernels::kWindowSide,
+                          place / kernels::kWindowColumns});
+        places_.push_back(vector_at(vertex + kernels::kVertexPosition));
+    }
+    const int copy_at = record[kernels::kTileCopyAt];
+    for (int c = copy_at; c < copy_at + record[kernels::kTileCopyCount]; ++c) {
+        const int32_t original = copies_[static_cast<size_t>(c) * kernels::kCopyWords];
+        places_.push_back(GridVector(places_[static_cast<size_t>(original)]));
+    }
+    border_mesher_.add_border(grid, levels, job.tx, job.ty, edges_, places_, *job.mesh);
 }
 
 }  // namespace bsoil::mesh

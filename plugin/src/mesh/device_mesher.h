@@ -12,6 +12,7 @@
 #include "mesh/display_field.h"
 #include "mesh/mesh_kernels.h"
 #include "mesh/tile_levels.h"
+#include "mesh/tile_mesher.h"
 #include "mesh/vertex_writer.h"
 
 #pragma GCC visibility push(default)
@@ -19,8 +20,8 @@ namespace bsoil::mesh {
 
 /// Gives each tile the mesh that TileMesher gives it, bit for bit. The host makes the display field
 /// and turns the vertices to the world; which edges are crossed, where, with which normals, and the
-/// triangles are the device's. Cases are those of marching_cases(). Tiles beside finer ones are
-/// TileMesher's alone.
+/// triangles are the device's. Cases are those of marching_cases(). Cells beside finer tiles are
+/// TileMesher's.
 class DeviceMesher {
   public:
     /// On OpenGL; software renderers only when `allow_software`. The error says what is missing.
@@ -51,6 +52,7 @@ class DeviceMesher {
     Status upload(device::BufferIndex buffer, std::span<const int32_t> words);
     bool has_room() const;
     void take(const DisplayField& field, size_t tile, Mesh& mesh) const;
+    void add_border(const GridColumns& grid, const TileLevels& levels, const Job& job, size_t tile);
     void take_vertex(const DisplayField& field, const int32_t* tile, const int32_t* vertex,
                      Mesh& mesh) const;
     Status failed() const;
@@ -58,6 +60,9 @@ class DeviceMesher {
 
     std::unique_ptr<device::Device> device_;
     VertexWriter writer_;
+    TileMesher border_mesher_;
+    std::vector<TileMesher::Edge> edges_;  ///< of a tile's vertices
+    std::vector<GridVector> places_;
     bool close_floor_;
     bool has_cases_ = false;
     std::vector<DisplayField> fields_;

@@ -366,9 +366,7 @@ struct SurfaceMesher::Impl {
         jobs.clear();
         for_each_tile([&](int tx, int ty) {
             Tile& tile = tiles[tile_index(tx, ty)];
-            if (tile.dirty && !levels.is_beside_finer(tx, ty)) {
-                jobs.push_back({tx, ty, &tile.mesh});
-            }
+            if (tile.dirty) jobs.push_back({tx, ty, &tile.mesh});
         });
         if (const Status built = device_mesher->build(grid, levels, jobs); !built) {
             backend_reason = built.error();

@@ -26,24 +26,23 @@ size_t edge_count(int sample_count) {
 TileMesher::TileMesher(const TileSource& source, const SurfaceMeshDef& def)
     : close_floor_(def.close_floor), writer_(source, def) {}
 
-void TileMesher::build(const GridColumns& grid, const TileLevels& levels, int tx, int ty,
+void TileMesher::begin(const GridColumns& grid, const TileLevels& levels, int tx, int ty,
                        Mesh& out) {
     levels_ = &levels;
-    const int level = levels.at(tx, ty);
-    field_.build(grid, levels, level, tx, ty);
+    field_.build(grid, levels, levels.at(tx, ty), tx, ty);
     strips_.build(levels);
     out_ = &out;
-    writer_.begin(out);
-    places_.clear();
     sample_count_ = field_.sample_count_z();
     if (edge_vertices_.size() < edge_count(sample_count_)) {
         edge_vertices_.resize(edge_count(sample_count_));
     }
-    if (levels.is_beside_finer(tx, ty)) {
-        finer_field_.build(grid, levels, level - 1, tx, ty);
-        finer_sample_count_ = finer_field_.sample_count_z();
-        finer_edge_vertices_.assign(edge_count(finer_sample_count_), kNoVertex);
-    }
+}
+
+void TileMesher::build(const GridColumns& grid, const TileLevels& levels, int tx, int ty,
+                       Mesh& out) {
+    begin(grid, levels, tx, ty, out);
+    writer_.begin(out);
+    places_.clear();
     for (int j = field_.cell_first(1); j <= field_.cell_last(1) + 1; ++j) {
         for (int i = field_.cell_first(0); i <= field_.cell_last(0) + 1; ++i) {
             add_vertices_up(i, j);
@@ -53,8 +52,44 @@ void TileMesher::build(const GridColumns& grid, const TileLevels& levels, int tx
     }
     for (int j = field_.cell_first(1); j <= field_.cell_last(1); ++j) {
         if (close_floor_) add_floor_strips(j);
-        for (int i = field_.cell_first(0); i <= field_.cell_last(0); ++i) add_cells(i, j);
+        for (int i = field_.cell_first(0); i <= field_.cell_last(0); ++i) {
+            if (strips_.is_plain(i, j)) add_cells(i, j);
+        }
     }
+    if (levels.is_beside_finer(tx, ty)) add_split_tile(grid, tx, ty);
+}
+
+void TileMesher::add_border(const GridColumns& grid, const TileLevels& levels, int tx, int ty,
+                            std::span<const Edge> edges, std::span<const GridVector> places,
+                            Mesh& out) {
+    begin(grid, levels, tx, ty, out);
+    places_.assign(places.begin(), places.end());
+    for (size_t v = 0; v < edges.size(); ++v) {
+        const auto [axis, i, j, q] = edges[v];
+        edge_vertex(axis, i, j, q) = static_cast<uint32_t>(v);
+    }
+    add_split_tile(grid, tx, ty);
+}
+
+/// The cells of a tile that finer ones touch.
+void TileMesher::add_split_tile(const GridColumns& grid, int tx, int ty) {
+    finer_field_.build(grid, *levels_, field_.level() - 1, tx, ty);
+    finer_sample_count_ = finer_field_.sample_count_z();
+    finer_edge_vertices_.assign(edge_count(finer_sample_count_), kNoVertex);
+    for (int j = field_.cell_first(1); j <= field_.cell_last(1); ++j) {
+        for (int i = field_.cell_first(0); i <= field_.cell_last(0); ++i) {
+            if (strips_.is_plain(i, j)) continue;
+            add_split_cells(levels_->finer_around(field_.level(), i, j), i, j, side_of(i, j));
+        }
+    }
+}
+
+/// On which sides of the grid the cells over a sample are: -1, 0 or 1 along x and y.
+GridVector TileMesher::side_of(int i, int j) const {
+    const auto along = [&](int cell, int axis) {
+        return cell == -2 ? -1.0f : cell == field_.lattice(axis).count() ? 1.0f : 0.0f;
+    };
+    return {along(i, 0), along(j, 1), 0};
 }
 
 uint32_t& TileMesher::edge_vertex(int axis, int i, int j, int q) {
@@ -206,14 +241,7 @@ void TileMesher::add_cells(int i, int j) {
     const int word_count = field_.word_count();
     const uint64_t* inside[4] = {field_.inside_bits(i, j), field_.inside_bits(i + 1, j),
                                  field_.inside_bits(i, j + 1), field_.inside_bits(i + 1, j + 1)};
-    const auto side_of = [&](int cell, int axis) {
-        return cell == -2 ? -1.0f : cell == field_.lattice(axis).count() ? 1.0f : 0.0f;
-    };
-    const GridVector side{side_of(i, 0), side_of(j, 1), 0};
-    if (!strips_.is_plain(i, j)) {
-        add_split_cells(levels_->finer_around(field_.level(), i, j), i, j, side);
-        return;
-    }
+    const GridVector side = side_of(i, j);
     const bool at_one_side = (side.x == 0) != (side.y == 0);
     if (at_one_side) add_side_strips(i, j, side);
     const auto whole = [&](int w) {

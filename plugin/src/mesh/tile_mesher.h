@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "bsoil/surface_mesh.h"
@@ -21,6 +22,15 @@ class TileMesher {
     TileMesher(const TileSource& source, const SurfaceMeshDef& def);
     void build(const GridColumns& grid, const TileLevels& levels, int tx, int ty, Mesh& out);
 
+    /// The edge that leaves sample (i, j, q) along an axis.
+    struct Edge {
+        int axis, i, j, q;
+    };
+    /// Adds the cells beside finer tiles to a tile's mesh that has all others. `edges`: on which
+    /// its first vertices lie; `places`: of all its vertices [voxels].
+    void add_border(const GridColumns& grid, const TileLevels& levels, int tx, int ty,
+                    std::span<const Edge> edges, std::span<const GridVector> places, Mesh& out);
+
   private:
     /// The vertex of the edge that leaves sample (i, j, q) along an axis. Only crossed edges are
     /// set.
@@ -37,6 +47,9 @@ class TileMesher {
 
     void add_side_strips(int i, int j, GridVector side);
     void add_floor_strips(int j);
+    void begin(const GridColumns& grid, const TileLevels& levels, int tx, int ty, Mesh& out);
+    void add_split_tile(const GridColumns& grid, int tx, int ty);
+    GridVector side_of(int i, int j) const;
     void add_cells(int i, int j);
     void add_case(const MarchingCase& triangles, int i, int j, int q, GridVector side);
     void add_split_cells(const TileLevels::FinerAround& around, int i, int j, GridVector side);
