@@ -239,6 +239,11 @@ TEST_F(HostileFiles, pictures_of_too_many_pixels_are_refused_before_they_are_rea
     EXPECT_FALSE(read_height_map(write("m.png", png(100, 100, "x")), 0, 1));
 }
 
+TEST_F(HostileFiles, pictures_with_an_empty_chunk_are_refused) {
+    expect_error(read_height_map(write("m.png", png(3, 3, "")), 0, 1).error(),
+                 "without data; save the picture anew");
+}
+
 TEST_F(HostileFiles, baselines_are_json_of_a_few_levels) {
     expect_error(read_baseline(write("b.json", repeated("[", 1 << 20))).error(),
                  "more than 16 deep");

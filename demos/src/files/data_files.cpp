@@ -6,12 +6,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <assimp/Importer.hpp>
 #include <cctype>
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <memory>
+#include <string_view>
 
 #include "bsoil/limits.h"
 #include "text_file.h"
@@ -105,6 +108,24 @@ bool append_node(const aiScene& file, const aiNode& node, const aiMatrix4x4& par
     return true;
 }
 
+/// stb_image copies a chunk of no data to where it has no memory yet.
+Status check_picture_chunks(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    file.seekg(8);
+    std::array<char, 8> head;  // length, big endian, and type
+    while (file.read(head.data(), head.size())) {
+        int64_t length = 0;
+        for (int i = 0; i < 4; ++i) {
+            length = length << 8 | static_cast<uint8_t>(head[static_cast<size_t>(i)]);
+        }
+        if (length == 0 && std::string_view(head.data() + 4, 4) == "IDAT") {
+            return Error{path + ": has a chunk of pixels without data; save the picture anew"};
+        }
+        file.seekg(length + 4, std::ios::cur);
+    }
+    return Done{};
+}
+
 }  // namespace
 
 std::string find_file(const std::string& name, const std::string& scene_path) {
@@ -149,8 +170,10 @@ Result<TriangleMesh> read_mesh(const std::string& path) {
     importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
                                 aiComponent_NORMALS | aiComponent_TEXCOORDS | aiComponent_COLORS |
                                     aiComponent_TANGENTS_AND_BITANGENTS);
-    const aiScene* file = importer.ReadFile(
-        path, aiProcess_Triangulate | aiProcess_RemoveComponent | aiProcess_JoinIdenticalVertices);
+    // Faces without corners end the program in what comes after the reading.
+    const aiScene* file =
+        importer.ReadFile(path, aiProcess_ValidateDataStructure | aiProcess_Triangulate |
+                                    aiProcess_RemoveComponent | aiProcess_JoinIdenticalVertices);
     if (!file || !file->mRootNode) return Error{path + ": " + importer.GetErrorString()};
     TriangleMesh mesh;
     if (!append_node(*file, *file->mRootNode, aiMatrix4x4(), mesh)) {
@@ -187,6 +210,7 @@ Result<HeightMapFill> read_height_map(const std::string& path, double min_height
                         "the picture down",
                         path, fill.width, fill.height, kPictureSideMax)};
     }
+    if (Status status = check_picture_chunks(path); !status) return Error{status.error()};
     const std::unique_ptr<stbi_us, void (*)(void*)> pixels(
         stbi_load_16(path.c_str(), &fill.width, &fill.height, &channels, 1), stbi_image_free);
     if (!pixels) return Error{fmt::format("{}: {}", path, stbi_failure_reason())};

@@ -160,8 +160,10 @@ bool BulletDna::fits(const BulletDna& own) const {
             const bool same_kind =
                 is_structure == (same->pointer_depth == 0 && same->structure >= 0) &&
                 field.pointer_depth == same->pointer_depth;
+            // Pointers to structures, too: Bullet follows them as to its own.
+            const bool is_number = !own.numbers.contains(same->type);
             return same_kind && field.count == same->count &&
-                   (!is_structure || field.type == same->type);
+                   (is_number || field.type == same->type);
         });
     });
 }
