@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <limits>
 #include <numbers>
-#include <ranges>
 
 #include "oracle/arches.h"
 #include "oracle/sliding.h"
@@ -115,7 +114,9 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
     const auto slice = [&](const Span& span, bool on_rigid, int x, int y) -> Neighbour {
         if (!in_grid(x, y)) return {};
         double ceiling = span.top;
-        for (const Span& other : columns[column(x, y)] | std::views::reverse) {
+        const std::vector<Span>& spans = columns[column(x, y)];
+        for (auto at = spans.rbegin(); at != spans.rend(); ++at) {  // clang 14 has no views
+            const Span& other = *at;
             const bool ground = is_ground(other, x, y);
             if (!ground || std::min(span.top, other.top) < std::max(span.bottom, other.bottom)) {
                 // (31). Below soil that falls in crumbs there is room.
