@@ -10,10 +10,11 @@ constexpr double kDegree = std::numbers::pi / 180;
 
 struct Slope {
     double mean_deg = 0, spread_deg = 0;
+    double out_of_round = 0;  ///< largest difference of a radius from the mean one, as its share
 };
 
 /// Steepness of a round heap's flank in 16 directions: a straight line through the surface between
-/// 1/4 and 3/4 of the heap's height.
+/// 1/4 and 3/4 of the heap's height. Its radius is where that line has half the height.
 Slope flank_of(const Soil& soil) {
     const GridFrame& frame = soil.frame();
     const double middle = (frame.size[0] - 1) / 2.0;
@@ -31,7 +32,7 @@ Slope flank_of(const Soil& soil) {
         }
     }
     constexpr int kDirections = 16;
-    double angles[kDirections], sum = 0;
+    double angles[kDirections], radii[kDirections], sum = 0, radius_sum = 0;
     for (int k = 0; k < kDirections; ++k) {
         const double azimuth = 2 * std::numbers::pi * k / kDirections;
         double n = 0, sr = 0, sh = 0, srr = 0, srh = 0;
@@ -45,11 +46,16 @@ Slope flank_of(const Soil& soil) {
                 srh += r * h;
             }
         }
-        angles[k] = std::atan(-(n * srh - sr * sh) / (n * srr - sr * sr)) / kDegree;
+        const double fall = (n * srh - sr * sh) / (n * srr - sr * sr);
+        angles[k] = std::atan(-fall) / kDegree;
         sum += angles[k];
+        radii[k] = sr / n + (0.5 * peak - sh / n) / fall;
+        radius_sum += radii[k];
     }
     const auto [low, high] = std::minmax_element(angles, angles + kDirections);
-    return {sum / kDirections, *high - *low};
+    const auto [near, far] = std::minmax_element(radii, radii + kDirections);
+    const double radius = radius_sum / kDirections;
+    return {sum / kDirections, *high - *low, std::max(*far - radius, radius - *near) / radius};
 }
 
 struct ReposeCase {
@@ -83,49 +89,62 @@ TEST_P(Repose, a_column_falls_into_a_heap_as_steep_as_its_angle_of_friction) {
     // The gates of the design: what a user sees of a heap.
     EXPECT_NEAR(slope.mean_deg, friction_deg, 1.5);
     EXPECT_LE(slope.spread_deg, 2.0);
+    EXPECT_LE(slope.out_of_round, 0.05);
     EXPECT_EQ(soil->status_bits(), 0u);
 }
 
 std::vector<ReposeCase> repose_cases() {
     std::vector<ReposeCase> cases;
-    for (double friction_deg : {20.0, 25.0, 30.0, 35.0, 40.0}) {
-        cases.push_back({friction_deg, 0.05});
+    for (double voxel_m : {0.1, 0.05, 0.025}) {
+        for (double friction_deg : {20.0, 25.0, 30.0, 35.0, 40.0}) {
+            cases.push_back({friction_deg, voxel_m});
+        }
     }
-    for (double voxel_m : {0.1, 0.025}) {
-        cases.push_back({20, voxel_m});
-        cases.push_back({33, voxel_m});
-    }
-    cases.push_back({40, 0.1});
     return cases;
 }
 
 INSTANTIATE_TEST_SUITE_P(Angles, Repose, testing::ValuesIn(repose_cases()),
                          testing::PrintToStringParamName());
 
-/// A cone of 30 deg in the middle of a grid of 64 x 64 voxels of 5 cm.
-HeightMapFill heap_of_30_deg() {
-    HeightMapFill heap{65, 65, std::vector<float>(65 * 65), {}};
-    for (int y = 0; y < 65; ++y) {
-        for (int x = 0; x < 65; ++x) {
-            const double height = 0.8 - std::tan(30 * kDegree) * std::hypot(x - 32, y - 32) * 0.05;
-            heap.heights_m[static_cast<size_t>(y * 65 + x)] =
-                static_cast<float>(std::max(0.0, height));
+/// A cone in the middle of a grid of 3.2 m x 3.2 m, cut off at 0.5 m: near its tip the triangles
+/// between columns are steeper than the cone.
+HeightMapFill cone(double slope_deg, double voxel_m) {
+    const int side = static_cast<int>(std::lround(3.2 / voxel_m));
+    HeightMapFill heap{side + 1, side + 1, {}, {}};
+    for (int y = 0; y <= side; ++y) {
+        for (int x = 0; x <= side; ++x) {
+            const double radius_m = std::hypot(x - side / 2, y - side / 2) * voxel_m;
+            heap.heights_m.push_back(static_cast<float>(
+                std::clamp(0.8 - std::tan(slope_deg * kDegree) * radius_m, 0.0, 0.5)));
         }
     }
     return heap;
 }
 
-TEST(Stability, a_heap_below_its_angle_of_friction_never_moves) {
-    SoilDef def = grid_def(64, 64, 24);
-    def.material = sand(33);
-    auto soil = make_soil(def);
-    ASSERT_TRUE(soil->fill(heap_of_30_deg()));
-    const uint64_t checksum = soil->checksum();
-    int64_t active_sum = 0;
-    for (int i = 0; i < 10000; ++i) active_sum += i >= 10 ? soil->step({}).block_active_count : 0;
-    EXPECT_EQ(soil->checksum(), checksum);
-    EXPECT_EQ(active_sum, 0);
+class Stability : public testing::TestWithParam<double> {};
+
+// A factor of safety of 1.04. Closer to 1 a few columns move once by a hundredth of a voxel: a voxel
+// that lacks less than 1/32 (kSupportSlack) counts as full, also on top.
+TEST_P(Stability, a_heap_below_its_angle_of_friction_never_moves) {
+    const double voxel_m = GetParam();
+    const int side = static_cast<int>(std::lround(3.2 / voxel_m));
+    for (const SlideMotion slides : {SlideMotion::settle, SlideMotion::run_out}) {
+        SoilDef def = grid_def(side, side, static_cast<int>(std::lround(1 / voxel_m)), voxel_m);
+        def.material = sand(30);
+        def.slides = slides;
+        auto soil = make_soil(def);
+        ASSERT_TRUE(soil->fill(cone(29, voxel_m)));
+        const uint64_t checksum = soil->checksum();
+        int64_t active_sum = 0;
+        for (int i = 0; i < 10000; ++i) {
+            active_sum += i >= 10 ? soil->step({}).block_active_count : 0;
+        }
+        EXPECT_EQ(soil->checksum(), checksum);
+        EXPECT_EQ(active_sum, 0);
+    }
 }
+
+INSTANTIATE_TEST_SUITE_P(Voxels, Stability, testing::Values(0.1, 0.05, 0.025));
 
 class Bank : public testing::TestWithParam<double> {};
 
@@ -332,7 +351,7 @@ TEST(RunOut, leaves_a_stable_heap_alone) {
     def.material = sand(33);
     def.slides = SlideMotion::run_out;
     auto soil = make_soil(def);
-    ASSERT_TRUE(soil->fill(heap_of_30_deg()));
+    ASSERT_TRUE(soil->fill(cone(30, 0.05)));
     const uint64_t checksum = soil->checksum();
     for (int i = 0; i < 1000; ++i) soil->step({});
     EXPECT_EQ(soil->checksum(), checksum);
