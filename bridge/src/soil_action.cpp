@@ -254,7 +254,9 @@ Result<std::vector<SnapshotSection>> SnapshotAccess::sections(const SoilAction& 
     list(stream, d.report, loads);
     CouplingSnapshot::of(d.parts()).serialize(stream, *d.world);
     if (!stream.good()) return Error{"a pose, velocity or force of a body is not finite"};
-    return std::vector<SnapshotSection>{{section_name("soil", index), d.soil->state()},
+    auto soil = d.soil->checked_state();
+    if (!soil) return Error{soil.error()};
+    return std::vector<SnapshotSection>{{section_name("soil", index), std::move(*soil)},
                                         {section_name("coupling", index), stream.bytes()}};
 }
 

@@ -219,7 +219,8 @@ class Soil {
     void read_terrain(int tx, int ty, std::vector<float>& terrain) const;
 
     /// Snapshot of the whole soil: amounts, motion, density, what is active, what is known of the
-    /// bodies. Versioned, compressed, checksummed; see snapshot_file.h.
+    /// bodies. Versioned, compressed, checksummed; see snapshot_file.h. Error: the file cannot be
+    /// written, or as checked_state().
     Status save(const std::string& path) const;
     /// Replaces this soil's state; with the same bodies (ids, shapes, shape revisions) it then goes
     /// on bit for bit as the saved one. Reads the soil of any snapshot. Error: the file is damaged,
@@ -228,6 +229,9 @@ class Soil {
     Status load(const std::string& path);
     /// The same as bytes, for hosts that keep several states in one file.
     std::vector<uint8_t> state() const;
+    /// state(), where prepare() takes it. Error: a voxel holds more than it does, so that the soil
+    /// would not go on from it; looked at where StatusBit::amount_headroom was ever met.
+    Result<std::vector<uint8_t>> checked_state() const;
     /// Checks a state(); the function put out replaces this soil's, once, before anything else is
     /// done with the soil. Error: as load().
     Result<std::function<void()>> prepare(std::span<const uint8_t> state);

@@ -101,6 +101,7 @@ int ConditionLog::take_new_count() {
 
 void ConditionLog::note(StatusBit bit, int body, std::optional<Vec3> position_m) {
     bits_ |= static_cast<uint32_t>(bit);
+    met_bits_ |= bits_;
     const auto find = [&](int wanted) {
         return std::find_if(list_.begin(), list_.end(),
                             [&](const Condition& c) { return c.bit == bit && c.body == wanted; });
@@ -156,6 +157,7 @@ void ConditionLog::replace(std::span<const Condition> list) {
     clear();
     list_.assign(list.begin(), list.end());
     for (const Condition& condition : list) bits_ |= static_cast<uint32_t>(condition.bit);
+    met_bits_ |= bits_;
     told_count_ = list_.size();
 }
 

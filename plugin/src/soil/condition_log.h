@@ -25,6 +25,8 @@ class ConditionLog {
     void clear();
 
     uint32_t bits() const { return bits_; }
+    /// Whether it was ever noted, also before clear().
+    bool was_met(StatusBit bit) const { return (met_bits_ & static_cast<uint32_t>(bit)) != 0; }
     /// Oldest first; those of bodies beyond kConditionCapacity count for the bit's one without a
     /// body.
     std::span<const Condition> all() const { return list_; }
@@ -39,7 +41,7 @@ class ConditionLog {
 
   private:
     std::vector<Condition> list_;
-    uint32_t bits_ = 0;
+    uint32_t bits_ = 0, met_bits_ = 0;
     int64_t step_ = 0;
     double step_s_ = 0;
     size_t told_count_ = 0;

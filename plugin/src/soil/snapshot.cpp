@@ -184,8 +184,24 @@ Result<std::function<void()>> Soil::prepare(std::span<const uint8_t> state) {
     return std::function<void()>([this, saved] { SoilSnapshot(*impl_).put(*saved); });
 }
 
+Result<std::vector<uint8_t>> Soil::checked_state() const {
+    SoilSnapshot snapshot(*impl_);
+    SavedSoil saved = snapshot.take();
+    if (impl_->conditions.was_met(StatusBit::amount_headroom)) {
+        if (const Status sound = snapshot.check(saved); !sound) {
+            return Error{"the soil cannot be saved: it " + sound.error() +
+                         " (amount_headroom); let what is pressed come out first"};
+        }
+    }
+    StateStream stream;
+    saved.list(stream);
+    return stream.bytes();
+}
+
 Status Soil::save(const std::string& path) const {
-    const SnapshotSection section{kSection, state()};
+    const auto bytes = checked_state();
+    if (!bytes) return Error{fmt::format("snapshot '{}': {}", path, bytes.error())};
+    const SnapshotSection section{kSection, *bytes};
     return write_snapshot_file(path, {&section, 1});
 }
 
