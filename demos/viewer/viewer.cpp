@@ -110,11 +110,13 @@ Status Viewer::open() {
     simulation_ = std::move(*simulation);
     if (!def_.snapshot.empty()) simulation_->load(def_.snapshot);
 
+    std::vector<std::string> notes;
+    body_meshes_ = scene::add_body_meshes(scene_, *renderer_, notes);
+    for (const std::string& note : notes) fmt::print(stderr, "{}\n", note);
     for (const scene::BodyItem& body : scene_.bodies) {
-        body_meshes_.push_back(renderer_->add_mesh(scene::body_mesh(body)));
         state_.bodies.push_back(body.name);
         if (body.name == scene_.camera.follow) {
-            state_.body = static_cast<int>(body_meshes_.size()) - 1;
+            state_.body = static_cast<int>(state_.bodies.size()) - 1;
             state_.camera_mode = CameraMode::follow;
         }
     }

@@ -1,3 +1,5 @@
+#include <cstdlib>
+
 #include "bsoil/distance_lattice.h"
 #include "files/data_files.h"
 #include "robots/convex_parts.h"
@@ -10,7 +12,10 @@ void fuzz_mesh_file(Bytes bytes) {
     Choices choices(bytes);
     const int how = choices.below(256);
     constexpr const char* kNames[] = {"mesh.obj", "mesh.stl", "mesh.dae"};
-    const auto mesh = scene::read_mesh(scratch_file(kNames[how % 3], choices.rest()));
+    scene::MeshSkin skin;
+    const auto mesh = scene::read_mesh(scratch_file(kNames[how % 3], choices.rest()),
+                                       how % 2 == 0 ? nullptr : &skin);
+    if (mesh && how % 2 == 1 && skin.places.size() != mesh->vertices.size()) std::abort();
     if (!mesh || mesh->triangles.size() > 500) return;
     const int use = how / 3 % 4;
     if (use == 0) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -237,6 +238,35 @@ TEST_F(HostileFiles, pictures_of_too_many_pixels_are_refused_before_they_are_rea
                      size + " pixels; a side may have 32768, both together 8193 x 8193");
     }
     EXPECT_FALSE(read_height_map(write("m.png", png(100, 100, "x")), 0, 1));
+}
+
+TEST_F(HostileFiles, textures_of_too_many_pixels_and_damaged_ones_are_refused) {
+    for (const auto& [width, height] : {std::array{4097u, 1u}, {1u, 4097u}, {16'777'215u, 9u}}) {
+        expect_error(read_texture(write("t.png", png(width, height, "x"))).error(),
+                     std::to_string(width) + " x " + std::to_string(height) +
+                         " pixels; a side of a texture may have 4096");
+    }
+    EXPECT_FALSE(read_texture(write("t.png", png(4096, 4096, "x"))));
+    EXPECT_FALSE(read_texture(write("t.png", png(0, 7, "x"))));
+    expect_error(read_texture(write("t.png", png(3, 3, ""))).error(), "without data");
+    expect_error(read_texture(write("t.png", "\xff\xd8\xff")).error(), "is no PNG");
+    for (const char* file : {"/dev/zero", "/", "/nonexistent"}) EXPECT_FALSE(read_texture(file));
+}
+
+TEST_F(HostileFiles, skins_of_meshes_have_a_place_for_each_vertex) {
+    // No place, one that is no number, and a texture that no material has.
+    const std::string square = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt nan 1e39\n";
+    write("m.mtl", "newmtl a\nmap_Kd " + std::string(5000, 'x') + "\nnewmtl b\nmap_Kd\n");
+    for (const char* faces :
+         {"usemtl a\nf 1/1 2/2 3/2\nusemtl b\nf 1/1 2/2 3/1\nusemtl c\nf 1 2 3\n", "f 1 2 3\n"}) {
+        MeshSkin skin;
+        const auto mesh = read_mesh(write("m.obj", square + faces), &skin);
+        ASSERT_TRUE(mesh) << mesh.error();
+        EXPECT_EQ(skin.places.size(), mesh->vertices.size());
+        ASSERT_EQ(skin.textures.size(), mesh->triangles.size());
+        for (const int t : skin.textures) EXPECT_LT(t, static_cast<int>(skin.names.size()));
+        for (const auto& [u, v] : skin.places) EXPECT_TRUE(std::isfinite(u) && std::isfinite(v));
+    }
 }
 
 TEST_F(HostileFiles, pictures_with_an_empty_chunk_are_refused) {

@@ -138,6 +138,7 @@ int render(RenderArguments& arguments) {
     auto renderer = render::Renderer::create();
     if (!renderer) return Moment::fail("no pictures: " + renderer.error());
     scene::ScenePicture picture(run, **renderer);  // before the moment: a camera that follows
+    for (const std::string& note : picture.notes()) fmt::print(stderr, "{}\n", note);
     if (const int gone = arguments.moment.go(); gone != kPassed) return gone;
     if (!arguments.volume.empty()) {
         const scene::SoilVolumeDef def{field_of(arguments.volume), 0, 0, arguments.sight_m};

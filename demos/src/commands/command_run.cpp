@@ -156,6 +156,9 @@ Result<std::unique_ptr<scene::RunPictures>> make_pictures(const scene::SceneRun&
                                                           const RunArguments& arguments) {
     if (arguments.no_pictures) return std::unique_ptr<scene::RunPictures>();
     auto made = scene::RunPictures::create(run, {arguments.out, arguments.frames, arguments.video});
+    if (made) {
+        for (const std::string& note : (*made)->notes()) fmt::print(stderr, "{}\n", note);
+    }
     if (made || arguments.frames || arguments.video) return made;
     fmt::print(stderr, "{}\n", made.error());  // a run without a display is a run all the same
     return std::unique_ptr<scene::RunPictures>();

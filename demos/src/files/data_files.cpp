@@ -9,10 +9,12 @@
 #include <array>
 #include <assimp/Importer.hpp>
 #include <cctype>
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <string_view>
 
@@ -79,9 +81,40 @@ void leave_only(Assimp::Importer& importer, const std::string& extension) {
     }
 }
 
-/// False where there would be too many vertices.
+/// Numbers of the materials' textures among the names, -1 where a material has none.
+std::vector<int> name_textures(const aiScene& file, MeshSkin& skin) {
+    std::map<std::string, int> numbers;
+    std::vector<int> of_materials;
+    for (unsigned m = 0; m < file.mNumMaterials; ++m) {
+        aiString name;
+        const bool has_one =
+            file.mMaterials[m]->GetTexture(aiTextureType_DIFFUSE, 0, &name) == AI_SUCCESS &&
+            name.length > 0;
+        if (!has_one) {
+            of_materials.push_back(-1);
+            continue;
+        }
+        const auto [found, is_new] =
+            numbers.emplace(name.C_Str(), static_cast<int>(skin.names.size()));
+        if (is_new) skin.names.push_back(found->first);
+        of_materials.push_back(found->second);
+    }
+    return of_materials;
+}
+
+/// Places in textures of a part's vertices; of a part without any all lie in the corner.
+void append_places(const aiMesh& part, MeshSkin& skin) {
+    const aiVector3D* places = part.HasTextureCoords(0) ? part.mTextureCoords[0] : nullptr;
+    skin.has_places |= places != nullptr;
+    const auto finite = [](float x) { return std::isfinite(x) ? x : 0.0f; };
+    for (unsigned v = 0; v < part.mNumVertices; ++v) {
+        skin.places.push_back({places ? finite(places[v].x) : 0, places ? finite(places[v].y) : 0});
+    }
+}
+
+/// False where there would be too many vertices. textures: of the materials, see name_textures().
 bool append_node(const aiScene& file, const aiNode& node, const aiMatrix4x4& parent,
-                 TriangleMesh& mesh) {
+                 TriangleMesh& mesh, MeshSkin* skin, const std::vector<int>& textures) {
     const aiMatrix4x4 to_file = parent * node.mTransformation;
     for (unsigned m = 0; m < node.mNumMeshes; ++m) {
         const aiMesh& part = *file.mMeshes[node.mMeshes[m]];
@@ -94,16 +127,21 @@ bool append_node(const aiScene& file, const aiNode& node, const aiMatrix4x4& par
             const aiVector3D p = to_file * part.mVertices[v];
             mesh.vertices.push_back({p.x, p.y, p.z});
         }
+        if (skin) append_places(part, *skin);
         for (unsigned f = 0; f < part.mNumFaces; ++f) {
             const aiFace& face = part.mFaces[f];
             if (face.mNumIndices != 3) continue;  // points and lines of the file
             mesh.triangles.push_back({first + static_cast<int>(face.mIndices[0]),
                                       first + static_cast<int>(face.mIndices[1]),
                                       first + static_cast<int>(face.mIndices[2])});
+            if (!skin) continue;
+            const bool is_bare =
+                !part.HasTextureCoords(0) || part.mMaterialIndex >= textures.size();
+            skin->textures.push_back(is_bare ? -1 : textures[part.mMaterialIndex]);
         }
     }
     for (unsigned c = 0; c < node.mNumChildren; ++c) {
-        if (!append_node(file, *node.mChildren[c], to_file, mesh)) return false;
+        if (!append_node(file, *node.mChildren[c], to_file, mesh, skin, textures)) return false;
     }
     return true;
 }
@@ -148,7 +186,7 @@ std::string find_file(const std::string& name, const std::string& scene_path) {
     return {};
 }
 
-Result<TriangleMesh> read_mesh(const std::string& path) {
+Result<TriangleMesh> read_mesh(const std::string& path, MeshSkin* skin) {
     std::string extension = fs::path(path).extension().string();
     std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -167,16 +205,19 @@ Result<TriangleMesh> read_mesh(const std::string& path) {
     // Joined vertices make a closed mesh closed; without the up-axis hint a DAE is turned to y up
     // on its own.
     importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
-    importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
-                                aiComponent_NORMALS | aiComponent_TEXCOORDS | aiComponent_COLORS |
-                                    aiComponent_TANGENTS_AND_BITANGENTS);
+    const unsigned textured = skin ? 0u : unsigned{aiComponent_TEXCOORDS};
+    importer.SetPropertyInteger(
+        AI_CONFIG_PP_RVC_FLAGS,
+        static_cast<int>(aiComponent_NORMALS | textured | aiComponent_COLORS |
+                         aiComponent_TANGENTS_AND_BITANGENTS));
     // Faces without corners end the program in what comes after the reading.
     const aiScene* file =
         importer.ReadFile(path, aiProcess_ValidateDataStructure | aiProcess_Triangulate |
                                     aiProcess_RemoveComponent | aiProcess_JoinIdenticalVertices);
     if (!file || !file->mRootNode) return Error{path + ": " + importer.GetErrorString()};
     TriangleMesh mesh;
-    if (!append_node(*file, *file->mRootNode, aiMatrix4x4(), mesh)) {
+    const std::vector<int> textures = skin ? name_textures(*file, *skin) : std::vector<int>();
+    if (!append_node(*file, *file->mRootNode, aiMatrix4x4(), mesh, skin, textures)) {
         return Error{fmt::format("{}: more than {} vertices", path, kVertexCapacity)};
     }
     if (mesh.triangles.empty()) return Error{path + ": no triangles in it"};
@@ -194,6 +235,36 @@ Result<TriangleMesh> read_mesh(const std::string& path) {
         }
     }
     return mesh;
+}
+
+Result<ColorPicture> read_texture(const std::string& path) {
+    constexpr size_t kTextureFileBytes = size_t{64} << 20;
+    constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);
+    const auto bytes = read_file(path, kTextureFileBytes);
+    if (!bytes) return Error{bytes.error()};
+    if (!bytes->starts_with(kSignature)) {
+        return Error{path + ": is no PNG, and textures of other formats are not read"};
+    }
+    const auto* data = reinterpret_cast<const stbi_uc*>(bytes->data());
+    const int size = static_cast<int>(bytes->size());
+    ColorPicture picture;
+    int channels = 0;
+    if (!stbi_info_from_memory(data, size, &picture.width, &picture.height, &channels)) {
+        return Error{fmt::format("{}: {}", path, stbi_failure_reason())};
+    }
+    if (std::max(picture.width, picture.height) > kTextureSideMax) {
+        return Error{fmt::format("{}: {} x {} pixels; a side of a texture may have {}", path,
+                                 picture.width, picture.height, kTextureSideMax)};
+    }
+    if (Status status = check_picture_chunks(path); !status) return Error{status.error()};
+    constexpr int kChannels = 4;
+    const std::unique_ptr<stbi_uc, void (*)(void*)> pixels(
+        stbi_load_from_memory(data, size, &picture.width, &picture.height, &channels, kChannels),
+        stbi_image_free);
+    if (!pixels) return Error{fmt::format("{}: {}", path, stbi_failure_reason())};
+    const size_t count = static_cast<size_t>(picture.width) * static_cast<size_t>(picture.height);
+    picture.rgba.assign(pixels.get(), pixels.get() + kChannels * count);
+    return picture;
 }
 
 Result<HeightMapFill> read_height_map(const std::string& path, double min_height_m,

@@ -293,7 +293,10 @@ TableOf<VisualItem> visual_table() {
             {"box", "sphere", "capsule", "cylinder", "cone", "hull", "mesh"}, "the form")
         .required();
     add_shape_keys(table, &V::solid);
-    table.text("file", &V::file, "OBJ, STL or DAE beside the scene, or data:PATH; at most 256 MiB")
+    table
+        .text("file", &V::file,
+              "OBJ, STL or DAE beside the scene, or data:PATH; at most 256 MiB; without a "
+              "`color` its textures show")
         .only({"mesh"})
         .required()
         .number("scale", &V::scale, {1e-6, 1e6}, "metres per unit of the file")
@@ -469,11 +472,16 @@ TableOf<RobotItem> robot_table() {
                     "largest velocity; the URDF's where it is missing", kDegree)
             .number("max_velocity_m_s", &M::max_velocity_m_s, {1e-5, 100},
                     "largest velocity of a joint that slides");
-    return TableOf<R>("robot", true,
-                      "A robot from a URDF: its links become bodies `robot/link`, its joints "
-                      "`robot/joint`, whose positions are the URDF's; links joined by fixed joints "
-                      "become one body. Mesh files are looked for beside the URDF, `package://` "
-                      "names in the folders above it.")
+    return TableOf<R>(
+               "robot", true,
+               "A robot from a URDF: its links become bodies `robot/link`, its joints "
+               "`robot/joint`, whose positions are the URDF's; links joined by fixed joints "
+               "become one body. Mesh files are looked for beside the URDF, `package://` "
+               "names in the folders above it. Pictures show textures: the one of a visual's "
+               "`<material>`, and without such the diffuse ones that an OBJ or DAE names. "
+               "They are PNG of at most 4096 pixels a side, 256 MiB unpacked in a scene. "
+               "What is missing or of another format, JPEG too, is named in one line, and "
+               "the colour shows. A `color` of [[robot.link]] hides textures.")
         .text("name", &R::name, "unique")
         .required()
         .text("file", &R::file,

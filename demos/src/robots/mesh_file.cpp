@@ -11,10 +11,11 @@
 namespace bsoil::scene {
 namespace fs = std::filesystem;
 
-Result<std::string> find_robot_mesh(const std::string& name, const std::string& urdf_path) {
+Result<std::string> find_robot_file(const char* what, const std::string& name,
+                                    const std::string& named_by) {
     constexpr std::string_view kPackage = "package://", kFile = "file://";
     std::error_code ignored;
-    const fs::path folder = fs::absolute(urdf_path, ignored).parent_path();
+    const fs::path folder = fs::absolute(named_by, ignored).parent_path();
     std::vector<fs::path> places;
     if (name.starts_with(kPackage)) {
         const std::string full = name.substr(kPackage.size());
@@ -33,15 +34,15 @@ Result<std::string> find_robot_mesh(const std::string& name, const std::string& 
     for (const fs::path& place : places) {
         looked_for += (looked_for.empty() ? "" : ", ") + place.lexically_normal().string();
     }
-    return Error{fmt::format("the mesh \"{}\" is not there; looked for {}", name, looked_for)};
+    return Error{fmt::format("the {} \"{}\" is not there; looked for {}", what, name, looked_for)};
 }
 
-Result<TriangleMesh> read_robot_mesh(const std::string& path, Vec3 scale) {
+Result<TriangleMesh> read_robot_mesh(const std::string& path, Vec3 scale, MeshSkin* skin) {
     if (!is_finite(scale) || scale.x == 0 || scale.y == 0 || scale.z == 0) {
         return Error{
             fmt::format("{}: the scale {} {} {} is no scale", path, scale.x, scale.y, scale.z)};
     }
-    auto mesh = read_mesh(path);
+    auto mesh = read_mesh(path, skin);
     if (!mesh) return mesh;
     for (Vec3& p : mesh->vertices) p = {p.x * scale.x, p.y * scale.y, p.z * scale.z};
     if (scale.x * scale.y * scale.z < 0) {

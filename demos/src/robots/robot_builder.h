@@ -119,6 +119,9 @@ class RobotBuilder {
     /// What pictures show of a link, in its frame: its <visual>s, without what cannot be drawn.
     std::vector<DrawnItem> visuals_of(const urdf::Link& link);
 
+    /// What a visual's <material> says: its texture, else its colour.
+    void use_material(const urdf::Material& material, const std::string& link, DrawnItem& item);
+
     Status add_mesh(const urdf::Mesh& mesh, ShapeItem solid, const std::string& mode,
                     const std::string& link, const RobotLinkItem* item,
                     std::vector<ShapeItem>& solids) const;

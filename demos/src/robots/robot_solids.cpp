@@ -98,7 +98,7 @@ std::vector<DrawnItem> RobotBuilder::visuals_of(const urdf::Link& link) {
         if (visual->geometry->type == urdf::Geometry::MESH) {
             const auto& mesh = static_cast<const urdf::Mesh&>(*visual->geometry);
             made = place(visual->origin, link.name, "visual", item.solid);
-            const auto path = find_robot_mesh(mesh.filename, path_);
+            const auto path = find_robot_file("mesh", mesh.filename, path_);
             if (made && !path) made = Error{path.error()};
             if (path) item.mesh_file = *path;
             item.mesh_scale = to_vec3(mesh.scale);
@@ -109,16 +109,34 @@ std::vector<DrawnItem> RobotBuilder::visuals_of(const urdf::Link& link) {
             warn("link \"{}\": a visual is not drawn: {}", link.name, made.error());
             continue;
         }
-        if (visual->material) item.solid.color = linear_color(visual->material->color);
+        if (visual->material) use_material(*visual->material, link.name, item);
         drawn.push_back(std::move(item));
     }
     return drawn;
 }
 
+void RobotBuilder::use_material(const urdf::Material& material, const std::string& link,
+                                DrawnItem& item) {
+    item.has_own_textures = false;
+    const urdf::Color& color = material.color;
+    if (material.texture_filename.empty()) {
+        item.solid.color = linear_color(color);
+        return;
+    }
+    // Without a colour beside the texture urdfdom has black.
+    if (color.r > 0 || color.g > 0 || color.b > 0) item.solid.color = linear_color(color);
+    const auto texture = find_robot_file("texture", material.texture_filename, path_);
+    if (texture) {
+        item.texture_file = *texture;
+    } else {
+        warn("link \"{}\": {}", link, texture.error());
+    }
+}
+
 Status RobotBuilder::add_mesh(const urdf::Mesh& mesh, ShapeItem solid, const std::string& mode,
                               const std::string& link, const RobotLinkItem* item,
                               std::vector<ShapeItem>& solids) const {
-    const auto path = find_robot_mesh(mesh.filename, path_);
+    const auto path = find_robot_file("mesh", mesh.filename, path_);
     if (!path) return error("link \"{}\": {}", link, path.error());
     auto triangles = read_robot_mesh(*path, to_vec3(mesh.scale));
     if (!triangles) return error("link \"{}\": {}", link, triangles.error());

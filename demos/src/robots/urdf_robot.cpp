@@ -181,11 +181,15 @@ Status RobotBuilder::merge(const urdf::Link& link, const Pose& in_body, Merged& 
     std::vector<DrawnItem> drawn = visuals_of(link);
     merged.has_visual |= !drawn.empty();
     if (drawn.empty()) {
-        for (const ShapeItem& solid : solids) drawn.push_back({solid, {}, {1, 1, 1}});
+        for (const ShapeItem& solid : solids) drawn.push_back({.solid = solid});
     }
     for (DrawnItem& visual : drawn) {
         visual.solid.pose = in_body * visual.solid.pose;
-        if (item && item->color) visual.solid.color = item->color;
+        if (item && item->color) {
+            visual.solid.color = item->color;
+            visual.texture_file.clear();
+            visual.has_own_textures = false;
+        }
         body.drawn.push_back(std::move(visual));
     }
     for (ShapeItem& solid : solids) {

@@ -3,7 +3,9 @@
 
 namespace bsoil::scene {
 
-struct RunPictures::Impl {};
+struct RunPictures::Impl {
+    std::vector<std::string> notes;
+};
 
 bool has_film_maker() { return false; }
 
@@ -13,6 +15,7 @@ RunPictures::~RunPictures() = default;
 Result<std::unique_ptr<RunPictures>> RunPictures::create(const SceneRun&, const RunPicturesDef&) {
     return Error{"no pictures: built with BULLETSOIL_RENDER=OFF"};
 }
+const std::vector<std::string>& RunPictures::notes() const { return impl_->notes; }
 Status RunPictures::observe() { return Done{}; }
 Status RunPictures::finish() { return Done{}; }
 

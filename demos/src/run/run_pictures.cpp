@@ -108,6 +108,8 @@ Result<std::unique_ptr<RunPictures>> RunPictures::create(const SceneRun& run,
     return std::unique_ptr<RunPictures>(new RunPictures(std::move(impl)));
 }
 
+const std::vector<std::string>& RunPictures::notes() const { return impl_->picture->notes(); }
+
 Status RunPictures::observe() {
     Impl& m = *impl_;
     const bool frame = (m.def.frames || m.def.video) && m.reached(m.frame_count * kFrameS);

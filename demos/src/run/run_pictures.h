@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "scene_run.h"
 
@@ -25,6 +26,8 @@ class RunPictures {
     static Result<std::unique_ptr<RunPictures>> create(const SceneRun& run,
                                                        const RunPicturesDef& def);
     ~RunPictures();
+    /// As of ScenePicture.
+    const std::vector<std::string>& notes() const;
     /// Before the first step and after every one.
     Status observe();
     /// After the last step: writes the sheet and the film.

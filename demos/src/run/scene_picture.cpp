@@ -39,6 +39,7 @@ struct ScenePicture::Impl {
     std::vector<render::MeshId> bodies;  // in the order of the run's bodies
     render::View view;
     SurfaceCounts counts;
+    std::vector<std::string> notes;
     Vec3 followed_from_m;
 
     Impl(const SceneRun& shown, render::Renderer& drawn_by) : run(shown), renderer(drawn_by) {}
@@ -63,9 +64,7 @@ ScenePicture::ScenePicture(const SceneRun& run, render::Renderer& renderer)
             m.terrain.emplace(*m.tiles, terrain_def, renderer, kTerrainGrainM);
         }
     }
-    for (const BodyItem& body : scene.bodies) {
-        m.bodies.push_back(renderer.add_mesh(body_mesh(body)));
-    }
+    m.bodies = add_body_meshes(scene, renderer, m.notes);
     m.view.camera = scene_camera(scene);
     if (scene.world.ground_plane) m.view.floor_height_m = scene.world.ground_height_m;
     m.view.to_sun = sun_beside(m.view.camera);
@@ -87,6 +86,8 @@ Status ScenePicture::show_volume(const std::optional<SoilVolumeDef>& def) {
     m.volume_id = *added;
     return Done{};
 }
+
+const std::vector<std::string>& ScenePicture::notes() const { return impl_->notes; }
 
 ScenePicture::SurfaceCounts ScenePicture::surface_counts() const { return impl_->counts; }
 

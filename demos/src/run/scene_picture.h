@@ -4,6 +4,8 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "bsoil/render/renderer.h"
 #include "scene_run.h"
@@ -21,6 +23,9 @@ class ScenePicture {
     ~ScenePicture();
     ScenePicture(const ScenePicture&) = delete;
     ScenePicture& operator=(const ScenePicture&) = delete;
+
+    /// What the picture lacks, one line each: textures that are missing or cannot be read.
+    const std::vector<std::string>& notes() const;
 
     /// From now on the soil is a volume to look into, and has no surface; none: as at first. The
     /// error says what the device has no room for.

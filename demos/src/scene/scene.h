@@ -132,10 +132,12 @@ struct ShapeItem : SceneItem {
 
 /// What a picture shows in place of a solid: the same forms, or a mesh file, read when it is drawn.
 struct DrawnItem {
-    ShapeItem solid;        ///< in the body's frame
-    std::string mesh_file;  ///< where it is given: the triangles, in the solid's frame
+    ShapeItem solid{};        ///< in the body's frame
+    std::string mesh_file{};  ///< where it is given: the triangles, in the solid's frame
     Vec3 mesh_scale{1, 1, 1};
-    double bevel_m = 0;  ///< of a box and a cylinder: how much of each edge is cut off
+    std::string texture_file{};    ///< PNG, in place of the colour
+    bool has_own_textures = true;  ///< where no other is given: those that the mesh file names
+    double bevel_m = 0;            ///< of a box and a cylinder: how much of each edge is cut off
 };
 
 /// [[body.visual]]: one part of what pictures show of a body, or a row of it.

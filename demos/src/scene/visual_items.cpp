@@ -37,6 +37,7 @@ std::vector<DrawnItem> drawn_items(const VisualItem& visual, const std::string& 
         item.mesh_file = mesh_file;
         item.mesh_scale = {visual.scale, visual.scale, visual.scale};
         item.bevel_m = visual.bevel_m;
+        item.has_own_textures = !visual.solid.color;
         items.push_back(item);
         if (!visual.mirror) continue;
         item.solid = mirrored(item.solid);

@@ -1,6 +1,6 @@
 #version 330 core
 // What is seen in a pixel; light.frag lights it. Triangles of a fine mesh are a few pixels wide, and a software GL shades blocks of
-// pixels for each: so little is done here. MIXED is for meshes with several materials.
+// pixels for each: so little is done here. MIXED is for meshes with several materials, TEXTURED for those with textures.
 in vec3 world;
 in vec3 world_normal;
 in vec3 albedo;
@@ -49,6 +49,11 @@ vec3 mixed_albedo() {
     return albedo * mix(blended, mean, fade) / max(mean, vec3(0.004));
 }
 #endif
+#ifdef TEXTURED
+in vec2 texel;
+uniform sampler2D skin;
+uniform float is_skinned;  // 1; 0: triangles with colours
+#endif
 void main() {
     float row = material + kRow * floor(kWetSteps * wet + 0.5);
     vec3 n = world_normal / (abs(world_normal.x) + abs(world_normal.y) + abs(world_normal.z));
@@ -56,6 +61,8 @@ void main() {
     octahedral = 0.5 + 0.5 * (n.z < 0.0 ? folded : n.xy);
 #ifdef MIXED
     albedo_material = vec4(sqrt(mixed_albedo()), row);
+#elif defined(TEXTURED)
+    albedo_material = vec4(sqrt(mix(albedo, texture(skin, texel).rgb, is_skinned)), row);
 #else
     albedo_material = vec4(sqrt(albedo), row);
 #endif

@@ -15,6 +15,10 @@ layout(location = 3) in vec4 weights_low;  // of the first four materials
 layout(location = 4) in vec4 weights_high;
 out vec4 low, high;
 #endif
+#ifdef TEXTURED
+layout(location = 6) in vec2 skin_place;  // from the lower left corner
+out vec2 texel;
+#endif
 void main() {
     vec4 p = model * vec4(position, 1.0);
     world = p.xyz;
@@ -24,6 +28,9 @@ void main() {
 #ifdef MIXED
     low = weights_low;
     high = weights_high;
+#endif
+#ifdef TEXTURED
+    texel = vec2(skin_place.x, 1.0 - skin_place.y);
 #endif
     gl_Position = clip * p;
     gl_ClipDistance[0] = -dot(cut, p);

@@ -111,7 +111,7 @@ Frame::Frame(const View& view, const ShadowMaps& maps, std::span<const GpuMesh> 
     fade_end_m = kFadeEnd * radius + sight_m;
     floor_center = center;
     if (view.floor_height_m) {
-        floor.fill(floor_mesh({up.x, up.y, up.z}), "floor");
+        floor.fill(floor_mesh({up.x, up.y, up.z}), {}, "floor");
         floor_center += (*view.floor_height_m - glm::dot(eye + center, up)) * up;
         const glm::dmat4 model =
             glm::scale(glm::translate(glm::dmat4(1), floor_center), glm::dvec3(fade_end_m));

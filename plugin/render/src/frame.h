@@ -25,8 +25,11 @@ struct Placed {
     /// Whether it shows several materials side by side.
     bool is_mixed() const { return item && item->grain_m > 0 && mesh->palette.size() > 1; }
 
+    bool is_textured() const { return !is_mixed() && !mesh->parts.empty(); }
+
+    void set_culling() const { (item && item->is_closed ? glEnable : glDisable)(GL_CULL_FACE); }
     void draw() const {
-        (item && item->is_closed ? glEnable : glDisable)(GL_CULL_FACE);
+        set_culling();
         mesh->draw();
     }
 

@@ -6,6 +6,7 @@ namespace bsoil::render {
 namespace {
 
 constexpr GLuint kWetnessPlace = 5;  ///< of the attribute, see surface.vert
+constexpr GLuint kSkinPlace = 6;
 
 void upload(GLenum target, const GlBuffer& buffer, size_t bytes, const void* data) {
     glBindBuffer(target, buffer.name());
@@ -14,7 +15,7 @@ void upload(GLenum target, const GlBuffer& buffer, size_t bytes, const void* dat
 
 }  // namespace
 
-void GpuMesh::fill(const Mesh& source, const char* label) {
+void GpuMesh::fill(const Mesh& source, const Skin& skin, const char* label) {
     if (layout.name() == 0) {
         layout = GlVertexArray(label);
         positions = GlBuffer(label);
@@ -38,6 +39,7 @@ void GpuMesh::fill(const Mesh& source, const char* label) {
     }
     fill_weights(source, label);
     fill_wetness(source, label);
+    fill_skin(source, skin, label);
     upload(GL_ELEMENT_ARRAY_BUFFER, indices, source.indices.size() * sizeof(uint32_t),
            source.indices.data());
     glBindVertexArray(0);
@@ -83,10 +85,33 @@ void GpuMesh::fill_wetness(const Mesh& source, const char* label) {
     glVertexAttribPointer(kWetnessPlace, 1, GL_UNSIGNED_BYTE, GL_TRUE, 1, nullptr);
 }
 
-void GpuMesh::draw() const {
+void GpuMesh::fill_skin(const Mesh& source, const Skin& skin, const char* label) {
+    parts.clear();
+    if (skin.parts.empty() || skin.places.size() != 2 * source.vertex_count()) {
+        glDisableVertexAttribArray(kSkinPlace);
+        return;
+    }
+    const auto end = static_cast<uint32_t>(source.indices.size());
+    uint32_t done = 0;
+    for (const Skin::Part& part : skin.parts) {
+        const uint32_t begin = std::clamp(part.index_begin, done, end);
+        const uint32_t count = std::min(part.index_count, end - begin);
+        if (begin > done) parts.push_back({{}, done, begin - done});
+        if (count > 0) parts.push_back({part.texture, begin, count});
+        done = begin + count;
+    }
+    if (done < end) parts.push_back({{}, done, end - done});
+    if (places.name() == 0) places = GlBuffer(label);
+    upload(GL_ARRAY_BUFFER, places, skin.places.size() * sizeof(float), skin.places.data());
+    glEnableVertexAttribArray(kSkinPlace);
+    glVertexAttribPointer(kSkinPlace, 2, GL_FLOAT, GL_FALSE, 0, nullptr);
+}
+
+void GpuMesh::draw(uint32_t index_begin, uint32_t count) const {
     glBindVertexArray(layout.name());
     if (!is_wet) glVertexAttrib1f(kWetnessPlace, 0);
-    glDrawElements(GL_TRIANGLES, index_count, GL_UNSIGNED_INT, nullptr);
+    glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(count), GL_UNSIGNED_INT,
+                   reinterpret_cast<const void*>(uintptr_t{index_begin} * sizeof(uint32_t)));
 }
 
 }  // namespace bsoil::render

@@ -39,6 +39,8 @@ glm::vec2 texel_of(const Target& target) {
 Status Picture::create() {
     const std::string mixed_vertex = defined(shaders::surface_vert, "MIXED"),
                       mixed_fragment = defined(shaders::surface_frag, "MIXED"),
+                      textured_vertex = defined(shaders::surface_vert, "TEXTURED"),
+                      textured_fragment = defined(shaders::surface_frag, "TEXTURED"),
                       cascaded_fragment = defined(shaders::light_frag, "CASCADED");
     const struct {
         GlProgram& program;
@@ -49,6 +51,7 @@ Status Picture::create() {
         {march_, "march", shaders::screen_vert, shaders::march_frag},
         {veil_, "veil", shaders::screen_vert, shaders::veil_frag},
         {mixed_, "mixed surface", mixed_vertex.c_str(), mixed_fragment.c_str()},
+        {textured_, "textured surface", textured_vertex.c_str(), textured_fragment.c_str()},
         {depth_, "depth", shaders::depth_vert, shaders::depth_frag},
         {surface_, "surface", shaders::surface_vert, shaders::surface_frag},
         {occlusion_, "occlusion", shaders::screen_vert, shaders::occlusion_frag},
@@ -162,14 +165,16 @@ void Picture::draw_surface(const Frame& f) {
     const Uniforms uniforms(surface_);
     uniforms.set("clip", f.clip);
     const GLint material = uniforms.at("material");
-    bool any_mixed = false;
+    bool any_mixed = false, any_textured = false;
     for (const Placed& placed : f.items) {
         any_mixed |= placed.is_mixed();
-        if (placed.is_mixed()) continue;
+        any_textured |= placed.is_textured();
+        if (placed.is_mixed() || placed.is_textured()) continue;
         glUniform1f(material, static_cast<float>(placed.material) / 255);
         uniforms.draw_seen(placed, f.cut);
     }
     if (any_mixed) draw_mixed(f);
+    if (any_textured) draw_textured(f);
     if (grain_layer_.is_empty()) return;
     const Uniforms grain_uniforms(grain_);
     grain_uniforms.set("clip", f.clip);

@@ -10,6 +10,7 @@
 #include "bsoil/render/renderer.h"
 #include "dust_layer.h"
 #include "frame.h"
+#include "gpu_texture.h"
 #include "gpu_volume.h"
 #include "grain_layer.h"
 #include "targets.h"
@@ -47,6 +48,7 @@ class Picture {
 
     GpuMesh& mesh(size_t index) { return meshes_[index]; }
     std::vector<GpuMesh>& meshes() { return meshes_; }
+    std::vector<GpuTexture>& textures() { return textures_; }
     std::vector<GpuVolume>& volumes() { return volumes_; }
 
     /// Draws the view into the lower left corner of a framebuffer.
@@ -62,6 +64,7 @@ class Picture {
     void draw_shadows(const Frame& frame);
     void draw_surface(const Frame& frame);
     void draw_mixed(const Frame& frame);
+    void draw_textured(const Frame& frame);
     void draw_occlusion(const Frame& frame);
     void light(const Frame& frame);
     void set_shadows(const Uniforms& uniforms, const Frame& frame) const;
@@ -79,7 +82,8 @@ class Picture {
 
     RendererDef def_;
     GlProgram depth_, surface_, occlusion_, smooth_, light_, sky_, line_, finish_, edges_, buffers_;
-    GlProgram light_cascaded_, mixed_, march_, veil_, grain_, grain_depth_, grain_buffers_, dust_;
+    GlProgram light_cascaded_, mixed_, textured_, march_, veil_, grain_, grain_depth_,
+        grain_buffers_, dust_;
     GlVertexArray no_vertices_, line_layout_;
     GlBuffer line_ends_;
     std::vector<float> line_floats_;
@@ -91,6 +95,7 @@ class Picture {
     int samples_aside_ = 1;  ///< along x and y: a pixel is lit as often as the square of it
     int width_ = 0, height_ = 0;
     std::vector<GpuMesh> meshes_;
+    std::vector<GpuTexture> textures_;
     std::vector<GpuVolume> volumes_;
     GpuMesh floor_;
     GrainLayer grain_layer_;

@@ -140,13 +140,14 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const RendererDef& def) {
     return std::unique_ptr<Renderer>(new Renderer(std::move(impl)));
 }
 
-MeshId Renderer::add_mesh(const Mesh& mesh) {
+MeshId Renderer::add_mesh(const Mesh& mesh, const Skin& skin) {
     auto& meshes = impl_->picture->meshes();
     const auto free = std::find_if(meshes.begin(), meshes.end(),
                                    [](const GpuMesh& candidate) { return !candidate.used; });
     const MeshId id{static_cast<uint32_t>(free - meshes.begin()) + 1};
     if (free == meshes.end()) meshes.emplace_back();
-    set_mesh(id, mesh);
+    const Impl::Use use(*impl_);
+    if (use.ok()) meshes[id.value - 1].fill(mesh, skin, "mesh");
     return id;
 }
 
@@ -154,7 +155,7 @@ void Renderer::set_mesh(MeshId id, const Mesh& mesh) {
     auto& meshes = impl_->picture->meshes();
     if (id.value == 0 || id.value > meshes.size()) return;
     const Impl::Use use(*impl_);
-    if (use.ok()) meshes[id.value - 1].fill(mesh, "mesh");
+    if (use.ok()) meshes[id.value - 1].fill(mesh, {}, "mesh");
 }
 
 void Renderer::remove_mesh(MeshId id) {
@@ -162,6 +163,28 @@ void Renderer::remove_mesh(MeshId id) {
     if (id.value == 0 || id.value > meshes.size()) return;
     const Impl::Use use(*impl_);
     meshes[id.value - 1] = {};
+}
+
+Result<TextureId> Renderer::add_texture(const TextureData& data) {
+    if (const Status valid = data.validate(); !valid) return Error{valid.error()};
+    auto& textures = impl_->picture->textures();
+    const auto free = std::find_if(textures.begin(), textures.end(),
+                                   [](const GpuTexture& candidate) { return !candidate.used; });
+    const TextureId id{static_cast<uint32_t>(free - textures.begin()) + 1};
+    if (free == textures.end()) textures.emplace_back();
+    const Impl::Use use(*impl_);
+    if (!use.ok()) return no_context();
+    if (const Status filled = textures[id.value - 1].fill(data); !filled) {
+        return Error{filled.error()};
+    }
+    return id;
+}
+
+void Renderer::remove_texture(TextureId id) {
+    auto& textures = impl_->picture->textures();
+    if (id.value == 0 || id.value > textures.size()) return;
+    const Impl::Use use(*impl_);
+    textures[id.value - 1] = {};
 }
 
 Result<VolumeId> Renderer::add_volume(const VolumeData& data) {

@@ -23,6 +23,7 @@ enum Unit {
     kBlendUnit,
     kVolumeUnit,
     kBlockUnit,
+    kSkinUnit,
     kUnitCount
 };
 
@@ -59,10 +60,17 @@ struct Uniforms {
     void set_unit(const char* name, Unit unit) const { glUniform1i(at(name), unit); }
     /// Draws what the eye sees of an item, with its `model` and its `cut`.
     void draw_seen(const Placed& placed, const glm::vec4& cut) const {
+        draw_seen(placed, cut, [&placed] { placed.mesh->draw(); });
+    }
+    /// The same; `draw_mesh` draws the triangles.
+    template <typename DrawMesh>
+    void draw_seen(const Placed& placed, const glm::vec4& cut, const DrawMesh& draw_mesh) const {
         const bool is_cut = placed.item && placed.item->is_cut;
         set("cut", is_cut ? cut : glm::vec4(0));
         if (is_cut) glEnable(GL_CLIP_DISTANCE0);
-        draw({&placed, 1});
+        set("model", placed.model);
+        placed.set_culling();
+        draw_mesh();
         if (is_cut) glDisable(GL_CLIP_DISTANCE0);
     }
     /// Draws meshes, each with its `model`.

@@ -32,6 +32,32 @@ struct MeshId {
     uint32_t value = 0;  ///< 0: none
 };
 
+/// A picture to lay on triangles.
+struct TextureData {
+    int width = 0, height = 0;  ///< 1..8192 pixels
+    std::vector<uint8_t> rgba;  ///< sRGB, four bytes a pixel, rows from top to bottom; opaque
+    /// Names the field, its value and its range when something is wrong.
+    Status validate() const;
+};
+
+/// A texture of the renderer.
+struct TextureId {
+    uint32_t value = 0;  ///< 0: none
+};
+
+/// What lies on the triangles of a mesh in place of their colours.
+struct Skin {
+    /// A run of the mesh's indices with one texture.
+    struct Part {
+        TextureId texture;
+        uint32_t index_begin = 0, index_count = 0;
+    };
+    /// Two of each vertex: 0, 0 is the lower left corner of the texture and 1, 1 the upper right
+    /// one. Beyond these it is repeated. Any other number of them: no textures are drawn.
+    std::vector<float> places;
+    std::vector<Part> parts;  ///< ascending and apart; between them the mesh's colours show
+};
+
 /// A mesh in the picture.
 struct Item {
     MeshId mesh;
@@ -177,12 +203,18 @@ class Renderer {
     static Result<std::unique_ptr<Renderer>> create(const RendererDef& def = {});
     ~Renderer();
 
-    /// Copies the triangles to the device.
-    MeshId add_mesh(const Mesh& mesh);
-    /// Replaces the triangles of a mesh.
+    /// Copies the triangles to the device, and which textures lie on them.
+    MeshId add_mesh(const Mesh& mesh, const Skin& skin = {});
+    /// Replaces the triangles of a mesh; no textures are left on them.
     void set_mesh(MeshId id, const Mesh& mesh);
     /// The id may be given out again.
     void remove_mesh(MeshId id);
+
+    /// Copies the pixels to the device, and smaller copies for what is far. The error says what is
+    /// wrong with them.
+    Result<TextureId> add_texture(const TextureData& data);
+    /// Meshes that have it show their colours from then on. The id may be given out again.
+    void remove_texture(TextureId id);
 
     /// Copies the voxels to the device. The error says what is wrong with them.
     Result<VolumeId> add_volume(const VolumeData& data);
