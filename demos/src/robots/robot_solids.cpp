@@ -93,7 +93,7 @@ std::vector<DrawnItem> RobotBuilder::visuals_of(const urdf::Link& link) {
     std::vector<DrawnItem> drawn;
     for (const auto& visual : link.visual_array) {
         if (!visual || !visual->geometry) continue;
-        DrawnItem item;
+        DrawnItem& item = drawn.emplace_back();
         Status made = Done{};
         if (visual->geometry->type == urdf::Geometry::MESH) {
             const auto& mesh = static_cast<const urdf::Mesh&>(*visual->geometry);
@@ -107,10 +107,10 @@ std::vector<DrawnItem> RobotBuilder::visuals_of(const urdf::Link& link) {
         }
         if (!made) {
             warn("link \"{}\": a visual is not drawn: {}", link.name, made.error());
+            drawn.pop_back();
             continue;
         }
         if (visual->material) use_material(*visual->material, link.name, item);
-        drawn.push_back(std::move(item));
     }
     return drawn;
 }

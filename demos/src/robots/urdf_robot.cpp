@@ -181,7 +181,7 @@ Status RobotBuilder::merge(const urdf::Link& link, const Pose& in_body, Merged& 
     std::vector<DrawnItem> drawn = visuals_of(link);
     merged.has_visual |= !drawn.empty();
     if (drawn.empty()) {
-        for (const ShapeItem& solid : solids) drawn.push_back({.solid = solid});
+        for (const ShapeItem& solid : solids) drawn.emplace_back().solid = solid;
     }
     for (DrawnItem& visual : drawn) {
         visual.solid.pose = in_body * visual.solid.pose;
