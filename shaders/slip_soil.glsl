@@ -41,6 +41,12 @@ bool starts_full(int slot, int x, int y, int bottom) {
     return state_at(kPlaneVolume, voxel_at(slot, x, y, bottom >> 16)) >= kVoxelFull;
 }
 
+// Whether the voxel on soil that falls is full, or the one under it more than full: eight neighbours in each of many passes would
+// pile up more than falls on in a step, and all of it would land in one voxel.
+bool is_crowded(int voxel) {
+    return is_full(voxel) || state_at(kPlaneVolume, voxel - kTileColumns) > kVoxelFull;
+}
+
 // The slice between the span [bottom, top] and the column at (x, y): its drop (32), and the voxel that gets the soil.
 int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(int) target) {
     target = -1;
@@ -68,7 +74,8 @@ int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(i
         int drop = ceiling - other_top;  // thesis (32)
         if (drop <= 0) return kNoDrop;
         target = voxel_at(slot, x, y, other_top >> 16);
-        return is_solid(target) ? kNoDrop : drop;
+        if (is_solid(target)) return kNoDrop;
+        return kind == kSpanFalling && is_crowded(target) ? kNoDrop : drop;
     }
     // No span beside this one. On the edge of a rigid body an edge span of no height takes the soil.
     if (on_rigid) {

@@ -298,7 +298,7 @@ TEST(SoilGround, sleeping_debris_falls_when_the_soil_under_it_is_dug_away) {
     const Vec3 at{debris.getWorldTransform().getOrigin().x(), 0,
                   debris.getWorldTransform().getOrigin().z()};
     const double surface_m = soil->surface_at(at)->position_m.y;
-    EXPECT_LT(surface_m, 0.36);
+    EXPECT_LT(surface_m, 0.37);  // it was 0.4: so much is dug away
     // On a slope it may stand on an edge: half its diagonal high.
     EXPECT_GT(debris.getWorldTransform().getOrigin().y(), surface_m + 0.05);
     EXPECT_LT(debris.getWorldTransform().getOrigin().y(), surface_m + 0.08 * 1.42);

@@ -127,9 +127,13 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                 continue;
             }
             const double drop = ceiling - other.top;  // (32)
-            return drop > 0 && open(x, y, other.top)
-                       ? Neighbour{drop, x, y, static_cast<int>(other.top)}
-                       : Neighbour{};
+            const int z = static_cast<int>(other.top);
+            if (drop <= 0 || !open(x, y, other.top)) return {};
+            // What falls takes no more than it has room for.
+            const Voxel& on = before.at(x, y, z);
+            const bool is_crowded = other.kind == Span::Kind::falling &&
+                                    (on.soil + on.psi() >= 1 || before.at(x, y, z - 1).soil > 1);
+            return is_crowded ? Neighbour{} : Neighbour{drop, x, y, z};
         }
         // Nothing beside the span: on a rigid body's edge an edge span of no height takes the soil
         // (Fig. 35).
