@@ -66,9 +66,12 @@ int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(i
         int other_bottom = spans[at + kSpanBottom];
         int other_top = spans[at + kSpanTop];
         int kind = spans[at + kSpanKind];
-        bool ground = is_ground(column, kind, other_bottom, other_top);
-        if (!ground || min(top, other_top) - max(bottom, other_bottom) < 0) {  // thesis (31)
-            if (ground || kind == kSpanRigid || starts_full(slot, x, y, other_bottom)) ceiling = min(top, other_bottom);
+        bool is_beside = min(top, other_top) >= max(bottom, other_bottom);  // thesis (31)
+        if (!is_beside || !is_ground(column, kind, other_bottom, other_top)) {
+            if (kind != kSpanFalling || starts_full(slot, x, y, other_bottom) ||
+                (!is_beside && is_arched(column, other_bottom, other_top))) {
+                ceiling = min(top, other_bottom);
+            }
             continue;
         }
         int drop = ceiling - other_top;  // thesis (32)

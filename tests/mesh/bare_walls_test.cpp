@@ -15,22 +15,12 @@ namespace {
 using test::VoxelTiles;
 
 /// Mixtures by the voxel's place.
-class MixedTiles final : public TileSource {
+class MixedTiles final : public test::SameTiles {
   public:
-    explicit MixedTiles(const VoxelTiles& tiles) : tiles_(tiles) {}
-    const GridFrame& frame() const override { return tiles_.frame(); }
-    const std::vector<MaterialDef>& materials() const override { return tiles_.materials(); }
-    uint64_t tile_revision(int tx, int ty) const override { return tiles_.tile_revision(tx, ty); }
-    void read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
-                   std::vector<uint8_t>& material) const override {
-        tiles_.read_tile(tx, ty, volume, solid, material);
-    }
+    using SameTiles::SameTiles;
     MaterialWeights weights_at(int x, int y, int z, int) const override {
         return {static_cast<uint8_t>(10 + z), static_cast<uint8_t>(10 + 2 * (x % 7 + y % 5))};
     }
-
-  private:
-    const VoxelTiles& tiles_;
 };
 
 TEST(BareWalls, of_a_dug_trench_show_the_mixture_at_their_height) {

@@ -25,16 +25,9 @@ using mesh::TileLevels;
 using test::VoxelTiles;
 
 /// Two materials that mix, by the voxel's place.
-class MixedTiles final : public TileSource {
+class MixedTiles final : public test::SameTiles {
   public:
-    explicit MixedTiles(const VoxelTiles& tiles) : tiles_(tiles) {}
-    const GridFrame& frame() const override { return tiles_.frame(); }
-    const std::vector<MaterialDef>& materials() const override { return tiles_.materials(); }
-    uint64_t tile_revision(int tx, int ty) const override { return tiles_.tile_revision(tx, ty); }
-    void read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
-                   std::vector<uint8_t>& material) const override {
-        tiles_.read_tile(tx, ty, volume, solid, material);
-    }
+    using SameTiles::SameTiles;
     MaterialWeights weights_at(int x, int y, int z, int) const override {
         MaterialWeights weights{};
         weights[0] = static_cast<uint8_t>(8 * ((x + z / 3) % 5));
@@ -45,9 +38,6 @@ class MixedTiles final : public TileSource {
     float saturation_at(int x, int y, int z) const override {
         return static_cast<float>((x + y + z) % 9) / 8;
     }
-
-  private:
-    const VoxelTiles& tiles_;
 };
 
 /// Empty where the meshes are equal bit for bit, else what differs.

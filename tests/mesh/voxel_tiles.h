@@ -120,4 +120,20 @@ class VoxelTiles final : public TileSource {
     Vec3 velocity_m_s_;
 };
 
+/// Other tiles, for sources that say more of the same soil.
+class SameTiles : public TileSource {
+  public:
+    explicit SameTiles(const VoxelTiles& tiles) : tiles_(tiles) {}
+    const GridFrame& frame() const override { return tiles_.frame(); }
+    const std::vector<MaterialDef>& materials() const override { return tiles_.materials(); }
+    uint64_t tile_revision(int tx, int ty) const override { return tiles_.tile_revision(tx, ty); }
+    void read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
+                   std::vector<uint8_t>& material) const override {
+        tiles_.read_tile(tx, ty, volume, solid, material);
+    }
+
+  private:
+    const VoxelTiles& tiles_;
+};
+
 }  // namespace bsoil::test
