@@ -2,10 +2,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
-#include <exception>
 #include <memory>
 #include <mutex>
-#include <new>
 #include <set>
 #include <string>
 #include <string_view>
@@ -13,14 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "bsoil/bullet/soil_action.h"
 #include "bsoil/version.h"
-#include "c_structs.h"
+#include "c_calls.h"
 #include "world_gravity.h"
-
-struct bulletsoil_soil {
-    std::unique_ptr<bsoil::bullet::SoilAction> action;
-};
 
 namespace bsoil::bullet {
 namespace {
@@ -29,33 +22,6 @@ namespace {
 constexpr size_t kErrorBytes = 1024;
 /// A fixed buffer, so that saying that memory has run out needs none.
 thread_local char last_error[kErrorBytes] = "";
-
-bulletsoil_result fail(bulletsoil_result code, std::string_view text) {
-    const size_t count = std::min(text.size(), kErrorBytes - 1);
-    text.copy(last_error, count);
-    last_error[count] = '\0';
-    return code;
-}
-
-template <typename Body>
-bulletsoil_result guarded(const char* function, Body&& body) noexcept {
-    try {
-        try {
-            body();
-            return BULLETSOIL_OK;
-        } catch (const Failure& failure) {
-            return fail(failure.code, std::string(function) + ": " + failure.text);
-        } catch (const std::bad_alloc&) {
-            return fail(BULLETSOIL_OUT_OF_MEMORY, "out of memory");
-        } catch (const std::exception& error) {
-            return fail(BULLETSOIL_INTERNAL_ERROR, std::string(function) + ": " + error.what());
-        } catch (...) {
-            return fail(BULLETSOIL_INTERNAL_ERROR, "an exception of unknown type");
-        }
-    } catch (...) {  // no memory for the text
-        return fail(BULLETSOIL_OUT_OF_MEMORY, "out of memory");
-    }
-}
 
 /// The soils that exist: a handle is looked up before it is followed.
 class LivingSoils {
@@ -81,21 +47,6 @@ class LivingSoils {
 LivingSoils& living_soils() {
     static LivingSoils soils;
     return soils;
-}
-
-void check_handle(const bulletsoil_soil* soil) {
-    required(soil, "soil");
-    if (!living_soils().contains(soil)) {
-        refuse("soil is no living soil: it was destroyed, or never created");
-    }
-}
-SoilAction& action_of(bulletsoil_soil* soil) {
-    check_handle(soil);
-    return *soil->action;
-}
-const SoilAction& action_of(const bulletsoil_soil* soil) {
-    check_handle(soil);
-    return *soil->action;
 }
 
 btDiscreteDynamicsWorld& world_of(void* world) {
@@ -126,6 +77,21 @@ void change_options(bulletsoil_soil* soil, const void* body, const Change& chang
 }
 
 }  // namespace
+
+bulletsoil_result fail(bulletsoil_result code, std::string_view text) {
+    const size_t count = std::min(text.size(), kErrorBytes - 1);
+    text.copy(last_error, count);
+    last_error[count] = '\0';
+    return code;
+}
+
+void check_handle(const bulletsoil_soil* soil) {
+    required(soil, "soil");
+    if (!living_soils().contains(soil)) {
+        refuse("soil is no living soil: it was destroyed, or never created");
+    }
+}
+
 }  // namespace bsoil::bullet
 
 using namespace bsoil::bullet;
@@ -314,76 +280,6 @@ bulletsoil_result bulletsoil_get_step_count(const bulletsoil_soil* soil, int64_t
 bulletsoil_result bulletsoil_get_material_count(const bulletsoil_soil* soil, size_t* count) {
     return guarded(__func__,
                    [&] { required(count, "count") = action_of(soil).soil().materials().size(); });
-}
-
-bulletsoil_result bulletsoil_source_init(bulletsoil_source* source, size_t struct_size) {
-    return guarded(__func__, [&] {
-        required(source, "source");
-        check_size("source", struct_size, kSourceBytesMin, sizeof(bulletsoil_source));
-        narrow_into(*source, default_source(), struct_size);
-    });
-}
-
-bulletsoil_result bulletsoil_sink_init(bulletsoil_sink* sink, size_t struct_size) {
-    return guarded(__func__, [&] {
-        required(sink, "sink");
-        check_size("sink", struct_size, kSinkBytesMin, sizeof(bulletsoil_sink));
-        narrow_into(*sink, default_sink(), struct_size);
-    });
-}
-
-bulletsoil_result bulletsoil_add_source(bulletsoil_soil* soil, const bulletsoil_source* source,
-                                        int32_t* id) {
-    return guarded(__func__, [&] {
-        SoilAction& action = action_of(soil);
-        required(source, "source");
-        check_size("source", source->struct_size, kSourceBytesMin, sizeof(bulletsoil_source));
-        const auto added = action.soil().add_source(from_c(widened(*source, default_source())));
-        if (!added) refuse(added.error());
-        if (id != nullptr) *id = *added;
-    });
-}
-
-bulletsoil_result bulletsoil_add_sink(bulletsoil_soil* soil, const bulletsoil_sink* sink,
-                                      int32_t* id) {
-    return guarded(__func__, [&] {
-        SoilAction& action = action_of(soil);
-        required(sink, "sink");
-        check_size("sink", sink->struct_size, kSinkBytesMin, sizeof(bulletsoil_sink));
-        const auto added = action.soil().add_sink(from_c(widened(*sink, default_sink())));
-        if (!added) refuse(added.error());
-        if (id != nullptr) *id = *added;
-    });
-}
-
-bulletsoil_result bulletsoil_remove_flow(bulletsoil_soil* soil, int32_t id) {
-    return guarded(__func__, [&] { check(action_of(soil).soil().remove_flow(id)); });
-}
-
-bulletsoil_result bulletsoil_get_flow_mass(const bulletsoil_soil* soil, int32_t id,
-                                           double* mass_kg) {
-    return guarded(__func__, [&] {
-        const auto state = action_of(soil).soil().flow_state(id);
-        if (!state) refuse(state.error());
-        required(mass_kg, "mass_kg") = state->mass_kg;
-    });
-}
-
-bulletsoil_result bulletsoil_get_flow_totals(const bulletsoil_soil* soil, size_t capacity,
-                                             int64_t* units_in, int64_t* units_out) {
-    return guarded(__func__, [&] {
-        const bsoil::SoilTotals totals = action_of(soil).soil().totals();
-        if (capacity < totals.units.size()) {
-            refuse("capacity is " + std::to_string(capacity) + ", this soil has " +
-                   std::to_string(totals.units.size()) + " materials");
-        }
-        if (units_in != nullptr) {
-            std::copy(totals.units_in.begin(), totals.units_in.end(), units_in);
-        }
-        if (units_out != nullptr) {
-            std::copy(totals.units_out.begin(), totals.units_out.end(), units_out);
-        }
-    });
 }
 
 bulletsoil_result bulletsoil_get_totals(const bulletsoil_soil* soil, size_t capacity,

@@ -38,7 +38,9 @@ static_assert(same(BULLETSOIL_SOURCE_DISC, SourceDef::Shape::disc));
 static_assert(same(BULLETSOIL_SOURCE_RECTANGLE, SourceDef::Shape::rectangle));
 static_assert(same(BULLETSOIL_SINK_BOX, ConvexShape::Kind::box));
 static_assert(same(BULLETSOIL_SINK_SPHERE, ConvexShape::Kind::sphere));
+static_assert(same(BULLETSOIL_SINK_CAPSULE, ConvexShape::Kind::capsule));
 static_assert(same(BULLETSOIL_SINK_CYLINDER, ConvexShape::Kind::cylinder));
+static_assert(same(BULLETSOIL_SINK_CONE, ConvexShape::Kind::cone));
 
 namespace {
 

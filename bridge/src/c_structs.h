@@ -46,6 +46,8 @@ static_assert(kContactConstantsBytesMin % alignof(bulletsoil_contact_constants) 
 
 constexpr size_t kSourceBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_source, reserved);
 constexpr size_t kSinkBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_sink, reserved);
+constexpr size_t kFlowStateBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_flow_state, missed_kg);
+static_assert(kFlowStateBytesMin == sizeof(bulletsoil_flow_state));
 static_assert(kSourceBytesMin == sizeof(bulletsoil_source));
 static_assert(kSinkBytesMin % alignof(bulletsoil_sink) == 0);
 

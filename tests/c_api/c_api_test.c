@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "checks.h"
+#include "flows.h"
 #include "refusals.h"
 #include "test_world.h"
 
@@ -273,54 +274,6 @@ static void settling_brings_a_heap_to_rest(void) {
     test_world_destroy(world);
 }
 
-static void soil_is_poured_and_taken_to_the_unit(void) {
-    void* world = test_world_create();
-    bulletsoil_soil_def def = small_def();
-    bulletsoil_source source;
-    bulletsoil_sink sink;
-    bulletsoil_soil* soil;
-    int64_t units = -1, in = -1, out = -1;
-    int32_t source_id = 0, sink_id = 0;
-    double mass_kg = -1;
-    def.open_sides = 1;
-    soil = create(world, &def);
-    CHECK_OK(bulletsoil_source_init(&source, sizeof source));
-    CHECK_INVALID(bulletsoil_add_source(soil, &source, NULL), "one of them must be above 0");
-    source.center_m[1] = 1;
-    source.radius_m = 0.2;
-    source.rate_kg_s = 40;
-    CHECK_OK(bulletsoil_add_source(soil, &source, &source_id));
-    CHECK_OK(bulletsoil_sink_init(&sink, sizeof sink));
-    sink.size_m[1] = 0.2;
-    CHECK_OK(bulletsoil_add_sink(soil, &sink, &sink_id));
-    CHECK(source_id > 0 && sink_id > source_id);
-    CHECK_OK(bulletsoil_settle(soil, 60, NULL));
-    CHECK_OK(bulletsoil_get_totals(soil, 1, &units, NULL));
-    CHECK_OK(bulletsoil_get_flow_totals(soil, 1, &in, &out));
-    CHECK(in > 0 && out > 0 && units == in - out);
-    CHECK_OK(bulletsoil_get_flow_mass(soil, source_id, &mass_kg));
-    CHECK(fabs(mass_kg - 40) < 0.7); /* a step's part may wait */
-    CHECK_OK(bulletsoil_remove_flow(soil, source_id));
-    CHECK_INVALID(bulletsoil_remove_flow(soil, source_id), "there is no source or sink");
-    CHECK_INVALID(bulletsoil_get_flow_mass(soil, 77, &mass_kg), "there is no source or sink 77");
-    CHECK_INVALID(bulletsoil_get_flow_totals(soil, 0, &in, &out), "capacity is 0");
-    CHECK_INVALID(bulletsoil_add_source(soil, NULL, NULL), "source is null");
-    sink.water_kg_s = 0.1;
-    CHECK_INVALID(bulletsoil_add_sink(soil, &sink, NULL), "pore_water_fraction is 0");
-    sink.water_kg_s = 0;
-    sink.rotation[3] = 0;
-    CHECK_INVALID(bulletsoil_add_sink(soil, &sink, NULL), "unit quaternion");
-    sink.rotation[3] = 1;
-    sink.shape = 2;
-    CHECK_INVALID(bulletsoil_add_sink(soil, &sink, NULL), "sink.shape is 2");
-    sink.struct_size = 5;
-    CHECK_INVALID(bulletsoil_add_sink(soil, &sink, NULL), "sink.struct_size is 5");
-    CHECK_OK(bulletsoil_destroy(soil));
-    def.open_sides = 4;
-    CHECK_INVALID(bulletsoil_create(world, test_world_scalar_bytes(), &def, &soil), "open_sides");
-    test_world_destroy(world);
-}
-
 static void the_world_may_go_first(void) {
     void* world = test_world_create();
     bulletsoil_soil* soil = create_bed(world);
@@ -352,6 +305,11 @@ static const struct {
     {"the_world_may_go_first", the_world_may_go_first},
     {"settling_brings_a_heap_to_rest", settling_brings_a_heap_to_rest},
     {"soil_is_poured_and_taken_to_the_unit", soil_is_poured_and_taken_to_the_unit},
+    {"sources_and_sinks_move", sources_and_sinks_move},
+    {"sinks_have_the_forms_of_bodies", sinks_have_the_forms_of_bodies},
+    {"water_is_counted_to_the_unit", water_is_counted_to_the_unit},
+    {"wells_say_what_they_have_moved", wells_say_what_they_have_moved},
+    {"wind_carries_what_falls", wind_carries_what_falls},
     {"another_gravity_than_the_worlds_is_refused", another_gravity_than_the_worlds_is_refused},
 };
 

@@ -21,6 +21,8 @@
  * Threads. One soil and its world: one thread at a time. Different worlds: any threads.
  *
  * Units are SI, angles radians, axes the world's.
+ *
+ * Soil, water and air that come and go: bulletsoil_flow.h, which this header includes.
  */
 #ifndef BSOIL_C_BULLETSOIL_H
 #define BSOIL_C_BULLETSOIL_H
@@ -28,25 +30,15 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "bsoil/c/bulletsoil_flow.h"
+#include "bsoil/c/bulletsoil_result.h"
+
 #if defined(__GNUC__)
 #pragma GCC visibility push(default)
 #endif
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/** A soil and its coupling to a world. */
-typedef struct bulletsoil_soil bulletsoil_soil;
-
-/** What a call came to. */
-typedef enum bulletsoil_result {
-    BULLETSOIL_OK = 0,
-    BULLETSOIL_INVALID_ARGUMENT = 1, /**< a null pointer, a dead handle, a value out of range */
-    BULLETSOIL_WRONG_PRECISION = 2,  /**< the world is of the other one of Bullet's precisions */
-    BULLETSOIL_FAILED = 3,           /**< a device or a file cannot be used */
-    BULLETSOIL_OUT_OF_MEMORY = 4,
-    BULLETSOIL_INTERNAL_ERROR = 5 /**< a defect of the library */
-} bulletsoil_result;
 
 /* -------- versions and errors -------- */
 
@@ -294,72 +286,6 @@ bulletsoil_result bulletsoil_fill_cylinder(bulletsoil_soil* soil, const double b
  * each 2..32768; stretched over it. */
 bulletsoil_result bulletsoil_fill_height_map(bulletsoil_soil* soil, int32_t width, int32_t height,
                                              const float* heights_m, const char* material);
-
-/* -------- soil that comes and goes -------- */
-
-enum { BULLETSOIL_SOURCE_DISC = 0, BULLETSOIL_SOURCE_RECTANGLE = 1 };
-
-/** A region out of which soil comes; see SourceDef in <bsoil/soil_flow.h>. */
-typedef struct bulletsoil_source {
-    size_t struct_size;   /**< set by bulletsoil_source_init */
-    double center_m[3];   /**< world */
-    double direction[3];  /**< the soil leaves along it, square to the region; zero: down */
-    double radius_m;      /**< of a disc, 1e-4..1e4 */
-    double length_m;      /**< of a rectangle, 1e-4..1e4 */
-    double width_m;       /**< across its length, 1e-4..1e4 */
-    double turn_rad;      /**< of the rectangle about its direction, -7..7 */
-    double speed_m_s;     /**< with which the soil leaves, 0..100; at most 8 voxels a step */
-    double spread_rad;    /**< half the angle of a jet's cone, 0..1 */
-    double rate_kg_s;     /**< one of the two rates is above 0 */
-    double rate_m3_s;     /**< of loose soil */
-    double start_s;       /**< simulated time of the soil, 0..1e9 */
-    double end_s;         /**< likewise; 1e9 by default */
-    const char* material; /**< a name out of the definition; null: its first */
-    int32_t shape;        /**< BULLETSOIL_SOURCE_... */
-    uint32_t reserved;    /**< 0 */
-} bulletsoil_source;
-
-enum { BULLETSOIL_SINK_BOX = 0, BULLETSOIL_SINK_SPHERE = 1, BULLETSOIL_SINK_CYLINDER = 3 };
-
-/** A region that takes soil away; see SinkDef in <bsoil/soil_flow.h>. */
-typedef struct bulletsoil_sink {
-    size_t struct_size;    /**< set by bulletsoil_sink_init */
-    double center_m[3];    /**< world */
-    double rotation[4];    /**< unit quaternion x, y, z, w; the region's frame -> world */
-    double size_m[3];      /**< full edge lengths of a box */
-    double radius_m;       /**< of a sphere or cylinder */
-    double height_m;       /**< of a cylinder, along its z */
-    double rate_kg_s;      /**< what it takes, as far as there is soil; 0: all, in every step */
-    double start_s, end_s; /**< simulated time of the soil, 0..1e9 */
-    int32_t shape;         /**< BULLETSOIL_SINK_... */
-    uint32_t reserved;     /**< 0 */
-    /** not 0: a well, which moves water instead of soil: out of the region's pores, below 0 into
-     * them, -1e9..1e9 */
-    double water_kg_s;
-} bulletsoil_sink;
-
-/** Sets `source`, of `struct_size` = sizeof *source bytes, to a disc that pours nothing yet. */
-bulletsoil_result bulletsoil_source_init(bulletsoil_source* source, size_t struct_size);
-/** Sets `sink`, of `struct_size` = sizeof *sink bytes, to a box of 1 m that takes all. */
-bulletsoil_result bulletsoil_sink_init(bulletsoil_sink* sink, size_t struct_size);
-/** Works from the next soil step on. *id, which may be null, names it in the calls below. */
-bulletsoil_result bulletsoil_add_source(bulletsoil_soil* soil, const bulletsoil_source* source,
-                                        int32_t* id);
-/** As bulletsoil_add_source. */
-bulletsoil_result bulletsoil_add_sink(bulletsoil_soil* soil, const bulletsoil_sink* sink,
-                                      int32_t* id);
-/** Ends a source or sink. */
-bulletsoil_result bulletsoil_remove_flow(bulletsoil_soil* soil, int32_t id);
-/** Mass that it has moved so far. */
-bulletsoil_result bulletsoil_get_flow_mass(const bulletsoil_soil* soil, int32_t id,
-                                           double* mass_kg);
-/**
- * Integer units of each material that sources have poured in, and that sinks and open sides have
- * taken out. Either array may be null; both have room for `capacity` entries, at least as many as
- * there are materials. Costs a pass over everything.
- */
-bulletsoil_result bulletsoil_get_flow_totals(const bulletsoil_soil* soil, size_t capacity,
-                                             int64_t* units_in, int64_t* units_out);
 
 /** What bulletsoil_settle did, and what it left. */
 typedef struct bulletsoil_settle_report {
