@@ -93,6 +93,10 @@ TEST(SceneErrors, material_has_to_be_defined) {
         "1]\n"
         "material = \"clay\"\n",
         "s.toml:9:12: \"clay\" is none of the soil's materials");
+    expect_error(
+        "[soil]\nsize_m = [1, 1, 1]\n[[probe]]\nname = \"p\"\nkind = \"mass_inside\"\n"
+        "size_m = [1, 1, 1]\nmaterial = \"clay\"\n",
+        "s.toml:9:12: \"clay\" is none of the soil's materials");
 }
 
 const std::string kBox =

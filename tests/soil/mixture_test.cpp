@@ -144,6 +144,29 @@ TEST(Mixtures, of_four_materials_keep_each_to_the_unit) {
         {named(sand(20), "a"), materials::clay(), materials::gravel(), materials::moist_sand()},
         {0.5, 0.02, 0.38, 0.1}, 0.8, 0.05);
     const SoilTotals before = soil->totals();
+    const auto expect_masses_by_region = [&](const char* when) {
+        const Vec3 half = soil->def().size_m * 0.5;
+        const Vec3 middle = soil->def().floor_center_m + Vec3{0, 0, half.z};
+        const ConvexShape all = box_shape(half * 1.1), left = box_shape({half.x, half.y, half.z});
+        const std::vector<double> masses = soil->masses_inside_kg(all, {middle, {}});
+        const std::vector<double> part =
+            soil->masses_inside_kg(left, {middle - Vec3{half.x, 0, 0}, {}});
+        ASSERT_EQ(masses.size(), 4u);
+        double sum = 0, part_sum = 0;
+        for (size_t m = 0; m < 4; ++m) {
+            EXPECT_NEAR(masses[m], before.mass_kg[m], 1e-9 * before.mass_kg[m]) << when << m;
+            EXPECT_LE(part[m], masses[m]);
+            sum += masses[m];
+            part_sum += part[m];
+        }
+        EXPECT_NEAR(soil->mass_inside_kg(all, {middle, {}}), sum, 1e-9 * sum) << when;
+        EXPECT_NEAR(soil->mass_inside_kg(left, {middle - Vec3{half.x, 0, 0}, {}}), part_sum,
+                    1e-9 * sum)
+            << when;
+    };
+    expect_masses_by_region("asleep ");
+    for (int i = 0; i < 5; ++i) soil->step({});
+    expect_masses_by_region("awake ");
     settle(*soil);
     const SoilTotals after = soil->totals();
     EXPECT_EQ(after.units, before.units);

@@ -140,15 +140,14 @@ class SceneChecker {
         soil.def.contact_law.bekker.push_back(*item->bekker_soil);
     }
 
-    void check_fill(FillItem& fill) {
-        if (scene_.soil && !fill.material.empty()) {
-            const auto& soil = scene_.soil->def.materials;
-            if (std::none_of(soil.begin(), soil.end(),
-                             [&](const MaterialDef& m) { return m.name == fill.material; })) {
-                error(fill.where("material"), "\"{}\" is none of the soil's materials",
-                      fill.material);
-            }
+    void need_soil_material(const std::string& name, SourcePosition at) {
+        if (scene_.soil && !name.empty() && !scene_.soil->material_index(name)) {
+            error(at, "\"{}\" is none of the soil's materials", name);
         }
+    }
+
+    void check_fill(FillItem& fill) {
+        need_soil_material(fill.material, fill.where("material"));
         if (fill.kind == "box" && !(fill.min_m.x < fill.max_m.x && fill.min_m.y < fill.max_m.y &&
                                     fill.min_m.z < fill.max_m.z)) {
             error(fill.where("max_m"), "`max_m` has to exceed `min_m` along every axis");
@@ -379,6 +378,7 @@ class SceneChecker {
         unique_names(scene_.probes, "probe");
         for (const ProbeItem& probe : scene_.probes) {
             if (!probe.body.empty()) need_body(probe.body, probe.where("body"));
+            need_soil_material(probe.material, probe.where("material"));
         }
     }
 

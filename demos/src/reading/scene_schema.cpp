@@ -631,6 +631,9 @@ TableOf<ProbeItem> probe_table() {
         .required()
         .text("body", &P::body, "the box moves with it; a box at rest where the key is missing")
         .only({"mass_inside"})
+        .text("material", &P::material,
+              "only this one of the soil's materials counts; all of them where the key is missing")
+        .only({"mass_inside"})
         .vector(
             "size_m", [](P& p) -> Vec3& { return p.region.size_m; }, kLength,
             "full edge lengths of the box")

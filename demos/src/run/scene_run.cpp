@@ -237,7 +237,9 @@ double SceneRun::probe_mass_kg(const ProbeItem& probe) const {
     region.half_extents_m = probe.region.size_m * 0.5;
     Pose pose = probe.region.pose;
     if (!probe.body.empty()) pose = bullet_->find_body(probe.body)->pose() * pose;
-    return soil().mass_inside_kg(region, pose);
+    const auto material = scene_.soil->material_index(probe.material);
+    return material ? soil().masses_inside_kg(region, pose)[*material]
+                    : soil().mass_inside_kg(region, pose);
 }
 
 nlohmann::ordered_json SceneRun::summary() const {

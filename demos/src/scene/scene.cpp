@@ -83,6 +83,13 @@ bool CheckItem::needs_soil() const {
     return std::find(std::begin(kOfBodies), std::end(kOfBodies), kind) == std::end(kOfBodies);
 }
 
+std::optional<size_t> SoilItem::material_index(const std::string& name) const {
+    for (size_t i = 0; i < def.materials.size(); ++i) {
+        if (def.materials[i].name == name) return i;
+    }
+    return {};
+}
+
 const BodyItem* Scene::find_body(const std::string& name) const { return find_named(bodies, name); }
 const JointItem* Scene::find_joint(const std::string& name) const {
     return find_named(joints, name);

@@ -51,6 +51,9 @@ struct SoilItem : SceneItem {
     SoilDef def;
     std::string material;                ///< name of a built-in or of a [[material]]
     std::vector<std::string> materials;  ///< likewise
+
+    /// Of the soil's materials, once the scene is loaded.
+    std::optional<size_t> material_index(const std::string& name) const;
 };
 
 /// [material.bekker]: pressure and sinkage as bevameters measure them, p = (kc / b + kphi) z^n.
@@ -303,6 +306,7 @@ struct MotionItem : SceneItem {
 /// [[probe]]
 struct ProbeItem : SceneItem {
     std::string name, kind, body;
+    std::string material;  ///< empty: all
     ShapeItem region;
     Vec3 from_m, to_m;
     int sample_count = 50;

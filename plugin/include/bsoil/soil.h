@@ -208,6 +208,8 @@ class Soil {
     /// Soil inside a convex region of the world [kg], without what is buried in ground bodies; used
     /// to weigh a bucket's load.
     double mass_inside_kg(const ConvexShape& region, const Pose& pose) const;
+    /// The same, per material.
+    std::vector<double> masses_inside_kg(const ConvexShape& region, const Pose& pose) const;
     /// Grows each time the soil in tile (tx, ty) of 8 x 8 columns may have changed.
     uint64_t tile_revision(int tx, int ty) const;
     /// The whole voxel column block of tile (tx, ty) at once: fractions of a voxel, index z*64 +

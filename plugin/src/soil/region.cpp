@@ -1,6 +1,8 @@
 // The soil in a region of the world: weighing it, taking it out.
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <vector>
 
 #include "soil/shape_bounds.h"
 #include "soil/soil_impl.h"
@@ -58,14 +60,12 @@ class Region {
     int low_[3], high_[3];
 };
 
-}  // namespace
-
-double Soil::mass_inside_kg(const ConvexShape& shape, const Pose& pose) const {
-    const Impl& s = *impl_;
-    if (!is_valid_shape(shape) || !is_rigid(pose)) return 0;
+/// Of each material, in a region of the world.
+std::vector<int64_t> units_inside(const Soil::Impl& s, const ConvexShape& shape, const Pose& pose) {
+    std::vector<int64_t> units(s.materials.size());
+    if (!is_valid_shape(shape) || !is_rigid(pose)) return units;
     const Region region(shape, pose, s.world_to_grid, s.frame);
     const int material_count = s.params.material_count;
-    int64_t units = 0;
     TileVoxels voxels;
     struct AwakeTile {
         int tx, ty, slot;
@@ -83,7 +83,7 @@ double Soil::mass_inside_kg(const ConvexShape& shape, const Pose& pose) const {
             tx, ty, [&](int z, int c) { return voxels.at(kKeptVolume, z, c) != 0; },
             [&](int z, int c) {
                 for (int m = 0; m < material_count; ++m) {
-                    units += voxels.at(kKeptMaterial + m, z, c);
+                    units[static_cast<size_t>(m)] += voxels.at(kKeptMaterial + m, z, c);
                 }
             });
     });
@@ -109,10 +109,26 @@ double Soil::mass_inside_kg(const ConvexShape& shape, const Pose& pose) const {
         region.for_each_voxel(
             awake[i].tx, awake[i].ty, [&](int z, int c) { return at(0, z, c) != 0; },
             [&](int z, int c) {
-                for (size_t kept = 1; kept < plane_count; ++kept) units += at(kept, z, c);
+                for (size_t kept = 1; kept < plane_count; ++kept) units[kept - 1] += at(kept, z, c);
             });
     }
-    return static_cast<double>(units) * s.kg_per_unit;
+    return units;
+}
+
+}  // namespace
+
+double Soil::mass_inside_kg(const ConvexShape& shape, const Pose& pose) const {
+    const std::vector<int64_t> units = units_inside(*impl_, shape, pose);
+    const int64_t all = std::accumulate(units.begin(), units.end(), int64_t{0});
+    return static_cast<double>(all) * impl_->kg_per_unit;
+}
+
+std::vector<double> Soil::masses_inside_kg(const ConvexShape& shape, const Pose& pose) const {
+    std::vector<double> masses_kg;
+    for (const int64_t units : units_inside(*impl_, shape, pose)) {
+        masses_kg.push_back(static_cast<double>(units) * impl_->kg_per_unit);
+    }
+    return masses_kg;
 }
 
 Result<std::vector<int64_t>> Soil::take_out(const ConvexShape& shape, const Pose& pose) {
