@@ -32,7 +32,7 @@ pictures=(
     "blade|slow_blade|1320||A blade has been drawn through sand for 22 seconds, half a voxel a second."
     "divide|moving_plate|52||A plate parts the soil in two at a voxel a step. Nothing leaks to the other side."
     "buckets|full_bucket|300|--eye 1.0 -1.3 1.2 --target 0 0 0.42|Two buckets full of sand on sand: one bears its weight, one is pressed down by a motor."
-    "thin|thin_bucket|720|--eye 1.0 -1.6 2.9 --target 0.15 0 0.9|A bucket of thin plate, full of sand, swings and tilts."
+    "thin|thin_bucket|720||A bucket of thin plate, full of sand, swings and tilts."
     "bekker|bekker_plates|150||Three plates in sand that answers by Bekker's parameters: the force on each is what his formula says."
     "trapped|trapped_soil|120||Two arms press on a thin layer of sand, and a block has fallen on it."
     "weights|pebble_and_excavator|140||A pebble of 5 g, a block, a drum and a machine of 20 t at rest on one soil."

@@ -62,11 +62,19 @@ class ContactCoupling {
     /// All zero for an id without contact.
     BodyReport report(int body_id) const;
     /// Calls visit(point_m, force_n) for each force that the last solve found between the soil and
-    /// a body: for drawing.
+    /// a body: for drawing. The solver knows no force on a driven body: there it is the soil's
+    /// whole one, where its line of action passes the centre of mass.
     template <typename Visit>
     void for_each_force(Visit visit) const {
         for (const auto& [id, coupled] : coupled_) {
             for (const CoupledPatch& p : coupled.patches) visit(p.patch.point_m, p.applied_force_n);
+            if (coupled.body.role != BodyRole::driven) continue;
+            const Vec3 force_n = coupled.report.force_n;
+            const double square = dot(force_n, force_n);
+            if (!(square > 0)) continue;
+            visit(coupled.body.motion.center_of_mass_m +
+                      cross(force_n, coupled.report.torque_n_m) * (1 / square),
+                  force_n);
         }
     }
 

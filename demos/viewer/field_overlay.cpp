@@ -15,6 +15,40 @@ Vec3 vertex(const std::vector<float>& list, size_t v) {
 FieldOverlay::FieldOverlay(const Soil& soil, const OverlayDef& def)
     : soil_(soil), def_(def), field_(soil, def.field, def.low, def.high) {}
 
+/// The value at a voxel; none: no soil, or not in the grid.
+std::optional<double> FieldOverlay::value_at(const int voxel[3], VoxelSample& sample) const {
+    for (int axis = 0; axis < 3; ++axis) {
+        if (voxel[axis] < 0 || voxel[axis] >= soil_.frame().size[axis]) return {};
+    }
+    sample = soil_.sample(voxel[0], voxel[1], voxel[2]);
+    const std::optional<double> value = field_.value(sample);
+    if (!value || def_.field != Field::velocity) return value;
+    const GroundMotion top = soil_.ground_motion(voxel[0], voxel[1]);
+    return std::max({*value, top.slip_m_s, length(top.velocity_m_s)});
+}
+
+/// Of the voxels around a place the nearest that has a value.
+std::optional<double> FieldOverlay::value_around(Vec3 grid, VoxelSample& sample) const {
+    const int middle[3] = {static_cast<int>(std::floor(grid.x)),
+                           static_cast<int>(std::floor(grid.y)),
+                           static_cast<int>(std::floor(grid.z))};
+    std::optional<double> nearest;
+    double nearest_away = 0;
+    for (int n = 0; n < 27; ++n) {
+        const int voxel[3] = {middle[0] + n % 3 - 1, middle[1] + n / 3 % 3 - 1,
+                              middle[2] + n / 9 - 1};
+        const double away = length(Vec3{voxel[0] + 0.5, voxel[1] + 0.5, voxel[2] + 0.5} - grid);
+        if (nearest && away >= nearest_away) continue;
+        VoxelSample candidate;
+        const std::optional<double> found = value_at(voxel, candidate);
+        if (!found) continue;
+        nearest = found;
+        nearest_away = away;
+        sample = candidate;
+    }
+    return nearest;
+}
+
 void FieldOverlay::color(Mesh& mesh) const {
     mesh.weights.clear();
     mesh.palette.clear();
@@ -22,19 +56,22 @@ void FieldOverlay::color(Mesh& mesh) const {
     const GridFrame& frame = soil_.frame();
     for (size_t v = 0; v < mesh.vertex_count(); ++v) {
         // Half a voxel inside is the voxel that has the surface; another half where that is bare.
+        VoxelSample sample;
+        std::optional<double> found;
+        const Vec3 at = vertex(mesh.positions, v), normal = vertex(mesh.normals, v);
         for (const double depth : {0.5, 1.0, 1.5}) {
-            const Vec3 at =
-                vertex(mesh.positions, v) - vertex(mesh.normals, v) * (depth * frame.voxel_m);
-            const Vec3 grid = frame.to_grid(at);
-            const VoxelSample sample = soil_.sample(static_cast<int>(std::floor(grid.x)),
-                                                    static_cast<int>(std::floor(grid.y)),
-                                                    static_cast<int>(std::floor(grid.z)));
-            const std::optional<double> found = field_.value(sample);
-            if (!found) continue;
-            const std::array<float, 3> color = field_.color(*found, sample);
-            std::copy(color.begin(), color.end(), &mesh.colors[3 * v]);
-            break;
+            const Vec3 grid = frame.to_grid(at - normal * (depth * frame.voxel_m));
+            const int voxel[3] = {static_cast<int>(std::floor(grid.x)),
+                                  static_cast<int>(std::floor(grid.y)),
+                                  static_cast<int>(std::floor(grid.z))};
+            found = value_at(voxel, sample);
+            if (found) break;
         }
+        // On the rim of the grid, and at the toe of a heap, which is thinner than what has a value.
+        if (!found) found = value_around(frame.to_grid(at), sample);
+        if (!found) continue;
+        const std::array<float, 3> color = field_.color(*found, sample);
+        std::copy(color.begin(), color.end(), &mesh.colors[3 * v]);
     }
 }
 

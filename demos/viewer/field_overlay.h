@@ -33,13 +33,16 @@ class FieldOverlay {
   public:
     FieldOverlay(const Soil& soil, const OverlayDef& def);
     const ColorBar& bar() const { return field_.bar(); }
-    /// Colours of the soil's surface by the field just below it.
+    /// Colours of the soil's surface by the field just below it. Of speeds it shows the faster of
+    /// the voxel's and that of what slides on top.
     void color(Mesh& mesh) const;
     /// The soil's cut through the grid, coloured; bare voxels are left out.
     Mesh slice() const;
     Plane slice_plane() const;
 
   private:
+    std::optional<double> value_at(const int voxel[3], VoxelSample& sample) const;
+    std::optional<double> value_around(Vec3 grid, VoxelSample& sample) const;
     int slice_layer() const;
 
     const Soil& soil_;

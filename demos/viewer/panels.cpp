@@ -267,13 +267,41 @@ void lay_out_times(const ViewState& state) {
     row("contact voxels", fmt::format("{}", s.contact_count));
 }
 
-void lay_out_bar(const ColorBar& bar) {
-    if (bar.title.empty() || bar.title == "material") return;
+ImU32 on_screen(const std::array<float, 3>& linear) {
+    const auto level = [](float v) {
+        return static_cast<int>(255 * std::pow(std::clamp(v, 0.0f, 1.0f), 1 / 2.2f));
+    };
+    return IM_COL32(level(linear[0]), level(linear[1]), level(linear[2]), 255);
+}
+
+/// The colour of each material and its name.
+void lay_out_legend(const std::vector<MaterialDef>& materials) {
+    const float side = ImGui::GetTextLineHeight();
+    for (const MaterialDef& material : materials) {
+        const ImVec2 at = ImGui::GetCursorScreenPos();
+        ImGui::GetWindowDrawList()->AddRectFilled(at, {at.x + side, at.y + side},
+                                                  on_screen(material.color));
+        ImGui::Dummy({side, side});
+        ImGui::SameLine();
+        ImGui::TextUnformatted(material.name.c_str());
+    }
+}
+
+void lay_out_bar(const ColorBar& bar, const std::vector<MaterialDef>& materials) {
+    if (bar.title.empty()) return;
     const ImVec2 screen = ImGui::GetIO().DisplaySize;
     constexpr float kWidth = 320, kHeight = 62;
-    ImGui::SetNextWindowPos({screen.x - kWidth - kMargin, kMargin});
-    ImGui::SetNextWindowSize({kWidth, kHeight});
-    ImGui::Begin("##bar", nullptr, ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs);
+    const bool is_legend = bar.title == "material";
+    ImGui::SetNextWindowPos({screen.x - kMargin, kMargin}, 0, {1, 0});
+    if (!is_legend) ImGui::SetNextWindowSize({kWidth, kHeight});
+    ImGui::Begin("##bar", nullptr,
+                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs |
+                     (is_legend ? ImGuiWindowFlags_AlwaysAutoResize : 0));
+    if (is_legend) {
+        lay_out_legend(materials);
+        ImGui::End();
+        return;
+    }
     const std::string title =
         bar.unit.empty() ? bar.title : fmt::format("{} [{}]", bar.title, bar.unit);
     ImGui::TextUnformatted(title.c_str());
@@ -282,14 +310,9 @@ void lay_out_bar(const ColorBar& bar) {
     constexpr float kBar = (kWidth - 24) / kSteps;
     for (int i = 0; i < kSteps; ++i) {
         const std::array<float, 3> linear = ramp_color((i + 0.5) / kSteps);
-        const auto screen_level = [](float v) {
-            return static_cast<int>(255 * std::pow(v, 1 / 2.2f));
-        };
         ImGui::GetWindowDrawList()->AddRectFilled(
             {at.x + static_cast<float>(i) * kBar, at.y},
-            {at.x + static_cast<float>(i + 1) * kBar, at.y + 9},
-            IM_COL32(screen_level(linear[0]), screen_level(linear[1]), screen_level(linear[2]),
-                     255));
+            {at.x + static_cast<float>(i + 1) * kBar, at.y + 9}, on_screen(linear));
     }
     ImGui::Dummy({0, 9});
     ImGui::Text("%g", bar.low);
@@ -303,14 +326,17 @@ void lay_out_conditions(const RunStatus& status) {
     if (status.conditions.empty()) return;
     const ImVec2 screen = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos({screen.x - kMargin, screen.y - kMargin}, 0, {1, 1});
-    ImGui::SetNextWindowSizeConstraints({200, 0}, {screen.x - kPanelWidth - 4 * kMargin, 140});
+    const float width = screen.x - kPanelWidth - 4 * kMargin;
+    ImGui::SetNextWindowSizeConstraints({200, 0}, {width, 200});
     ImGui::Begin("##conditions", nullptr,
                  ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize |
                      ImGuiWindowFlags_NoFocusOnAppearing);
     const size_t first = status.conditions.size() > 5 ? status.conditions.size() - 5 : 0;
+    ImGui::PushTextWrapPos(width - 2 * kMargin);
     for (size_t c = first; c < status.conditions.size(); ++c) {
         ImGui::TextUnformatted(status.conditions[c].c_str());
     }
+    ImGui::PopTextWrapPos();
     ImGui::End();
 }
 
@@ -320,7 +346,7 @@ ViewOrders lay_out_panels(const std::string& title, ViewState& state, Simulation
                           Widgets& widgets) {
     ViewOrders orders;
     widgets.begin();
-    lay_out_bar(state.status.bar);
+    lay_out_bar(state.status.bar, state.materials);
     if (!state.show_panels) return orders;
     lay_out_conditions(state.status);
     const ImVec2 screen = ImGui::GetIO().DisplaySize;

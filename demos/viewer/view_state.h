@@ -51,7 +51,8 @@ struct ViewState {
     bool own_surface = false;  ///< friction and adhesion of the sliders, not of the scene
     float friction = 0.4f, adhesion_kpa = 0;
     bool has_soil = false;
-    bool has_water = false;  ///< in its soil there may be
+    bool has_water = false;              ///< in its soil there may be
+    std::vector<MaterialDef> materials;  ///< the soil's
 
     std::vector<History> histories;
     bool show_times = true;  ///< of the wall clock; off where pictures are to be equal

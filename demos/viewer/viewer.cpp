@@ -13,7 +13,7 @@
 #include <set>
 
 #include "clock.h"
-#include "lever_keys.h"
+#include "lever_input.h"
 #include "panels.h"
 #include "picture_cache.h"
 #include "run/scene_models.h"
@@ -27,9 +27,8 @@ namespace {
 constexpr double kFrameS = 1.0 / 60;
 constexpr float kTurnPerPixel = 0.006f;  ///< rad
 constexpr double kZoomPerNotch = 0.87;
-constexpr double kSightM = 400;      ///< how far the pointer reaches
-constexpr float kStickDead = 0.15f;  ///< deflection of a game pad's stick that counts as none
-constexpr int kBrushFrames = 6;      ///< frames from one stroke of a brush held down to the next
+constexpr double kSightM = 400;  ///< how far the pointer reaches
+constexpr int kBrushFrames = 6;  ///< frames from one stroke of a brush held down to the next
 
 bool is_software(const std::string& device) {
     return device.find("llvmpipe") != std::string::npos ||
@@ -51,13 +50,11 @@ class Viewer {
     void upload(const WorldPicture& picture);
     void use_keys();
     void use_mouse();
-    void use_levers();
     void carry_out(const ViewOrders& orders);
     void draw();
     render::View view() const;
     render::Camera shown_camera() const;
     Pose camera_body() const;
-    float stick(SDL_GameControllerAxis axis) const;
 
     const scene::Scene& scene_;
     const ViewDef def_;
@@ -70,13 +67,12 @@ class Viewer {
     ViewState state_;
     Widgets widgets_;
     std::set<SDL_Scancode> keys_down_, keys_hit_;
-    SDL_GameController* pad_ = nullptr;
     WorldPicture picture_;
     uint64_t world_ = 0;
     std::map<std::pair<SurfaceKind, int>, render::MeshId> patches_;
     std::vector<render::MeshId> body_meshes_;
     VolumeLayer volume_;
-    std::vector<std::optional<double>> sent_levers_;
+    LeverInput lever_input_;
     bool must_draw_ = true, must_quit_ = false;
     bool is_dragging_hand_ = false;
     int brush_wait_ = 0;
@@ -127,19 +123,17 @@ Status Viewer::open() {
         state_.body = static_cast<int>(heaviest - scene_.bodies.begin());
     }
     state_.has_soil = scene_.soil.has_value();
+    state_.materials = soil_def(scene_).materials;
     state_.has_water = scene::has_field(soil_def(scene_).materials, scene::Field::moisture);
     state_.levers = find_levers(scene_);
     state_.lever_values.assign(state_.levers.size(), 0);
     state_.deflections = state_.lever_values;
-    sent_levers_.resize(state_.levers.size());
     state_.histories.push_back({"soil's force on the body", "N", {}});
     for (const scene::ProbeItem& probe : scene_.probes) {
         if (probe.kind == "mass_inside") state_.histories.push_back({probe.name, "kg", {}});
     }
     state_.histories.push_back({"active blocks", "", {}});
-    for (int p = 0; p < SDL_NumJoysticks() && !pad_; ++p) {
-        if (SDL_IsGameController(p)) pad_ = SDL_GameControllerOpen(p);
-    }
+    lever_input_.find_pad();
     return Done{};
 }
 
@@ -164,7 +158,7 @@ void Viewer::take_events() {
                 keys_down_.erase(event.key.keysym.scancode);
                 break;
             case SDL_CONTROLLERDEVICEADDED:
-                if (!pad_) pad_ = SDL_GameControllerOpen(event.cdevice.which);
+                lever_input_.find_pad();
                 break;
             default:
                 break;
@@ -229,11 +223,14 @@ Pose Viewer::camera_body() const {
     return body < picture_.bodies.size() ? picture_.bodies[body] : Pose{};
 }
 
-/// The target is in the middle of what panels leave free.
+/// The target is in the middle of what panels leave free, and what the scene's camera frames fits
+/// there.
 render::Camera Viewer::shown_camera() const {
     render::Camera camera = camera_.camera(camera_body());
-    if (state_.show_panels) {
-        camera.shift = std::min(0.5, static_cast<double>(kPanelWidth) / window_->width());
+    if (!state_.show_panels) return camera;
+    camera.shift = std::min(0.5, static_cast<double>(kPanelWidth) / window_->width());
+    if (state_.camera_mode != CameraMode::cab) {
+        camera.fov_rad = 2 * std::atan(std::tan(camera.fov_rad / 2) / (1 - camera.shift));
     }
     return camera;
 }
@@ -339,58 +336,6 @@ void Viewer::use_mouse() {
     }
 }
 
-float Viewer::stick(SDL_GameControllerAxis axis) const {
-    if (!pad_) return 0;
-    const float value = static_cast<float>(SDL_GameControllerGetAxis(pad_, axis)) / 32767.0f;
-    return std::abs(value) < kStickDead ? 0 : value;
-}
-
-void Viewer::use_levers() {
-    const auto pressed = [this](SDL_Scancode key) { return keys_down_.count(key) != 0; };
-    const auto key_value = [&](SDL_Scancode back, SDL_Scancode ahead) {
-        return (pressed(ahead) ? 1.0f : 0.0f) - (pressed(back) ? 1.0f : 0.0f);
-    };
-    const bool has_wheels = std::any_of(state_.levers.begin(), state_.levers.end(),
-                                        [](const Lever& lever) { return lever.is_wheel(); });
-    float throttle = key_value(SDL_SCANCODE_DOWN, SDL_SCANCODE_UP);
-    float steering = key_value(SDL_SCANCODE_RIGHT, SDL_SCANCODE_LEFT);
-    if (has_wheels) {
-        throttle +=
-            stick(SDL_CONTROLLER_AXIS_TRIGGERRIGHT) - stick(SDL_CONTROLLER_AXIS_TRIGGERLEFT);
-        steering -= stick(SDL_CONTROLLER_AXIS_LEFTX);
-    }
-    bool is_used = has_wheels && (throttle != 0 || steering != 0);
-    throttle = std::clamp(throttle + state_.throttle, -1.0f, 1.0f);
-    steering = std::clamp(steering + state_.steering, -1.0f, 1.0f);
-    size_t arm = 0;
-    for (size_t l = 0; l < state_.levers.size(); ++l) {
-        const Lever& lever = state_.levers[l];
-        float value = state_.lever_values[l];
-        double speed = 0;
-        if (lever.is_wheel()) {
-            speed =
-                wheel_speed(lever, static_cast<double>(throttle), static_cast<double>(steering));
-        } else {
-            float hand = 0;
-            if (arm < std::size(kLeverKeys)) {
-                hand += key_value(kLeverKeys[arm][0], kLeverKeys[arm][1]);
-            }
-            if (!has_wheels && arm < std::size(kLeverSticks)) hand += stick(kLeverSticks[arm]);
-            is_used |= hand != 0;
-            value = std::clamp(value + hand, -1.0f, 1.0f);
-            ++arm;
-        }
-        speed += static_cast<double>(value) * lever.speed;
-        state_.deflections[l] = value;
-        const std::optional<double> wanted =
-            state_.is_driving || is_used ? std::optional<double>(speed) : std::nullopt;
-        if (wanted == sent_levers_[l]) continue;
-        simulation_->set_lever(lever.joint, wanted);
-        sent_levers_[l] = wanted;
-    }
-    state_.is_driving |= is_used;
-}
-
 void Viewer::use_keys() {
     ViewOrders orders;
     const auto hit = [this](SDL_Scancode key) { return keys_hit_.count(key) != 0; };
@@ -458,7 +403,7 @@ Status Viewer::run() {
         carry_out(lay_out_panels(scene_.title, state_, *simulation_, widgets_));
         use_keys();
         use_mouse();
-        use_levers();
+        lever_input_.use(keys_down_, state_, *simulation_);
         if (mode != state_.camera_mode || body != state_.body) {
             camera_.set_mode(state_.camera_mode, camera_body());
             must_draw_ |= mode != state_.camera_mode;

@@ -89,6 +89,27 @@ TEST(DebugDraw, forces_add_up_to_the_weight_that_the_soil_bears) {
     EXPECT_GT(sum.y, 0.95 * length(sum));  // up
 }
 
+TEST(DebugDraw, a_driven_body_has_one_arrow_for_the_soils_whole_force) {
+    Bed bed;
+    bed.box.setCollisionFlags(bed.box.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
+    btTransform deeper = bed.box.getWorldTransform();
+    for (int i = 0; i < 10; ++i) {
+        deeper.getOrigin().setY(deeper.getOrigin().y() - btScalar(0.002));
+        bed.box.setWorldTransform(deeper);
+        bed.scene.world->stepSimulation(btScalar(1.0 / 60), 0);
+    }
+    const auto lines = bed.drawn(btIDebugDraw::DBG_DrawNormals);
+    const size_t contacts = bed.soil->last_report().contacts.size();
+    ASSERT_EQ(lines.size(), contacts + 3);
+    const Vec3 way = lines[contacts].to - lines[contacts].from;
+    const Vec3 force_n = bed.soil->body_report(bed.box).force_n;
+    ASSERT_GT(force_n.y, 0);
+    EXPECT_NEAR(length(way), 10 * 0.05, 1e-6);
+    EXPECT_NEAR(dot(way, force_n), length(way) * length(force_n), 1e-4 * length(force_n));
+    // It begins below the box, near its middle.
+    EXPECT_LT(length(lines[contacts].from - Lines::at(deeper.getOrigin())), 0.1);
+}
+
 TEST(DebugDraw, nothing_is_drawn_without_a_mode_and_drawing_changes_nothing) {
     Bed bed, plain;
     EXPECT_TRUE(bed.drawn(0).empty());

@@ -155,14 +155,17 @@ TEST_F(Render, grains_are_as_many_as_the_soil_that_no_surface_shows) {
     put(3, 4, 20, 0.4f);
     put(9, 9, 12, 0.03f);
     put(17, 20, 30, 0.25f);
-    tiles.volume(12, 12, 18) = 0.9f;  // a lump, meshed together with what hangs on it
-    tiles.volume(12, 12, 17) = 0.2f;
-    tiles.volume(12, 12, 19) = 0.2f;
+    for (const int x : {12, 13}) {  // a lump, meshed together with what hangs on it
+        tiles.volume(x, 12, 18) = 0.9f;
+        tiles.volume(x, 12, 17) = 0.2f;
+        tiles.volume(x, 12, 19) = 0.2f;
+    }
+    put(20, 4, 18, 1.0f);  // one voxel by itself
     SurfaceMesher mesher(tiles);
     mesher.update();
     std::vector<GrainGroup> grains;
     append_grains(mesher, grains);
-    EXPECT_EQ(grains.size(), 4u);  // 1.6, 0.12 and 1 groups
+    EXPECT_EQ(grains.size(), 8u);  // 1.6, 0.12, 1 and 4 groups
     double shares = 0;
     for (const GrainGroup& group : grains) shares += static_cast<double>(group.share);
     EXPECT_NEAR(shares, kVoxelGroups * thin, 1e-5);  // floats

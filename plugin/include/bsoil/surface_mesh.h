@@ -131,8 +131,8 @@ struct SurfaceMeshDef {
     std::optional<Backend> backend = std::nullopt;
 };
 
-/// Soil of a voxel that no surface shows: less than half a voxel, in the air, and part of nothing
-/// thicker. It falls or flies, and a picture shows it as grains.
+/// Soil of a voxel that no surface shows: in the air, and less than half a voxel that is part of
+/// nothing thicker, or a voxel all by itself. It falls or flies, and a picture shows it as grains.
 struct LooseVoxel {
     Vec3 center_m;                 ///< of the voxel, world
     Vec3 velocity_m_s;             ///< world axes

@@ -20,6 +20,7 @@ struct ColumnView {
     const float* volume;
     const float* solid;  ///< null: none
     int height;
+    int place;  ///< in the tile
 
     float soil_at(int z) const { return z >= 0 && z < height ? volume[z * kTileColumns] : 0.0f; }
     float solid_at(int z) const {
@@ -28,9 +29,25 @@ struct ColumnView {
     float fill_at(int z) const { return std::min(1.0f, soil_at(z) + solid_at(z)); }
     bool supported(int z) const { return z == 0 || solid_at(z - 1) >= kDense; }
     /// Thin soil on a support counts too, so that a layer may thin out to nothing.
-    bool in_run(int z) const {
+    bool in_run(int z) const { return is_thick(z) && !is_lump(z); }
+
+  private:
+    bool is_thick(int z) const {
         const float soil = volume[z * kTileColumns];
         return soil >= kDense || (soil > kTrace && (soil + solid_at(z) >= kDense || supported(z)));
+    }
+    /// A single voxel that flies, with none beside it in the tile: the surface would show it as an
+    /// octahedron. It is drawn as grains.
+    bool is_lump(int z) const {
+        if (supported(z) || solid_at(z) >= kTrace) return false;
+        if ((z > 0 && is_thick(z - 1)) || (z + 1 < height && is_thick(z + 1))) return false;
+        const int x = place % kTileSide, y = place / kTileSide;
+        const auto is_beside = [&](int step) {
+            return volume[z * kTileColumns + step] >= kDense ||
+                   (solid && solid[z * kTileColumns + step] >= kDense);
+        };
+        return !(x > 0 && is_beside(-1)) && !(x + 1 < kTileSide && is_beside(1)) &&
+               !(y > 0 && is_beside(-kTileSide)) && !(y + 1 < kTileSide && is_beside(kTileSide));
     }
 };
 
@@ -104,7 +121,7 @@ void find_runs(const float* volume, const float* solid, MaterialAt material_at, 
     columns.solids.items.clear();
     columns.layers.items.clear();
     for (int c = 0; c < kTileColumns; ++c) {
-        const ColumnView column{volume + c, solid ? solid + c : nullptr, height};
+        const ColumnView column{volume + c, solid ? solid + c : nullptr, height, c};
         const auto material = [&](int z) { return material_at(z * kTileColumns + c); };
         append_runs(column, material, columns.runs.items, columns.layers.items);
         append_solids(column, columns.solids.items);
@@ -130,7 +147,7 @@ void find_loose_voxels(std::span<const float> volume, std::span<const float> sol
     for (int z = 0; z < height; ++z) {
         for (int c = 0; c < kTileColumns; ++c) {
             if (volume[z * kTileColumns + c] < kGrainLeast) continue;
-            const ColumnView column{volume.data() + c, solid.data() + c, height};
+            const ColumnView column{volume.data() + c, solid.data() + c, height, c};
             if (column.solid_at(z) >= kDense || column.in_run(z)) continue;
             // What lies on a run is its partial top; a run in the air takes in what is below it,
             // too.
