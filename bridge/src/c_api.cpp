@@ -62,6 +62,11 @@ btDiscreteDynamicsWorld& world_of(void* world) {
     return static_cast<btDiscreteDynamicsWorld&>(out);
 }
 
+bsoil::SoilDef read_def(const bulletsoil_soil_def* def) {
+    check_size("def", required(def, "def").struct_size, kSoilDefBytesMin, sizeof *def);
+    return from_c(widened(*def, default_def()));
+}
+
 const btCollisionObject& body_of(const void* body) {
     required(static_cast<const char*>(body), "body");
     return *static_cast<const btCollisionObject*>(body);
@@ -140,7 +145,6 @@ bulletsoil_result bulletsoil_create(void* world, size_t scalar_bytes,
     return guarded(__func__, [&] {
         required(soil, "soil") = nullptr;
         required(static_cast<char*>(world), "world");
-        required(def, "def");
         if (scalar_bytes != sizeof(btScalar)) {  // before the world is touched
             throw Failure{
                 BULLETSOIL_WRONG_PRECISION,
@@ -148,8 +152,7 @@ bulletsoil_result bulletsoil_create(void* world, size_t scalar_bytes,
                     std::to_string(sizeof(btScalar)) + " in this library: link " +
                     (sizeof(btScalar) == 4 ? "bulletsoil_bullet_double" : "bulletsoil_bullet")};
         }
-        check_size("def", def->struct_size, kSoilDefBytesMin, sizeof(bulletsoil_soil_def));
-        const bsoil::SoilDef soil_def = from_c(widened(*def, default_def()));
+        const bsoil::SoilDef soil_def = read_def(def);
         check(soil_def.validate());
         btDiscreteDynamicsWorld& bullet_world = world_of(world);
         check(check_gravity(bullet_world, soil_def));
@@ -160,6 +163,10 @@ bulletsoil_result bulletsoil_create(void* world, size_t scalar_bytes,
         living_soils().add(made.get());
         *soil = made.release();
     });
+}
+
+bulletsoil_result bulletsoil_change(bulletsoil_soil* soil, const bulletsoil_soil_def* def) {
+    return guarded(__func__, [&] { check(action_of(soil).soil().change(read_def(def))); });
 }
 
 bulletsoil_result bulletsoil_destroy(bulletsoil_soil* soil) {

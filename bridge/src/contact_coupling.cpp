@@ -206,7 +206,7 @@ void ContactCoupling::let_go() {
 void ContactCoupling::update_law(CoupledBody& coupled) {
     const SurfaceFriction& surface = coupled.body.surface;
     const SurfaceFriction& known = coupled.law_surface;
-    if (coupled.law && surface.friction == known.friction &&
+    if (coupled.law && &coupled.law->soil() == soil_.get() && surface.friction == known.friction &&
         surface.adhesion_pa == known.adhesion_pa) {
         return;
     }

@@ -41,6 +41,10 @@ class ContactCoupling {
                      std::span<const ContactPatch> patches);
     /// Against the body's surface; valid until the body is let go.
     const ContactLaw& law_for(const BodyState& body);
+    /// From now on bodies meet this soil.
+    void set_soil(ContactSoil soil) {
+        soil_ = std::make_shared<const ContactSoil>(std::move(soil));
+    }
     double voxel_m() const { return soil_->voxel_m; }
     /// Bodies that touched others in the last substep, and whether one did.
     void find_touched() { rows_.find_touched(); }

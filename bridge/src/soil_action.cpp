@@ -137,6 +137,7 @@ struct SoilAction::Impl {
     double unstepped_s = 0;    ///< time that has passed and the soil has not stepped
     double uncollected_s = 0;  ///< time since the bodies were last looked at
     bool enabled = true;
+    uint64_t known_def_revision = 0;  ///< of the soil that the coupling knows
     long long step_count = 0;
     StepReport report;
     std::vector<BodyLoad> loaded_loads;  ///< of a report that came from a snapshot
@@ -405,6 +406,10 @@ void SoilAction::Impl::look_at_world() {
 void SoilAction::Impl::take_report(int count, bool are_contacts_unchanged) {
     const double step_s = soil->def().step_s;
     step_count += count;
+    if (known_def_revision != soil->def_revision()) {
+        known_def_revision = soil->def_revision();
+        coupling.set_soil(soil->contact_soil());
+    }
     coupling.set_contacts(collector.bodies(), report.contacts, count * step_s,
                           are_contacts_unchanged);
     first_contacts.soil_has_stepped(step_s);

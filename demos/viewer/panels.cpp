@@ -8,6 +8,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "soil_panel.h"
+
 namespace bsoil::viewer {
 namespace {
 
@@ -18,11 +20,6 @@ void row(const char* name, const std::string& value) {
     ImGui::TextDisabled("%s", name);
     ImGui::SameLine(150);
     ImGui::TextUnformatted(value.c_str());
-}
-
-void heading(const char* text) {
-    ImGui::Spacing();
-    ImGui::TextColored({0.93f, 0.60f, 0.16f, 1}, "%s", text);
 }
 
 void lay_out_transport(ViewState& state, Simulation& simulation, Widgets& widgets,
@@ -51,7 +48,7 @@ void lay_out_transport(ViewState& state, Simulation& simulation, Widgets& widget
 }
 
 void lay_out_camera(ViewState& state, Widgets& widgets) {
-    heading("Camera");
+    Widgets::heading("Camera");
     constexpr const char* kModes[] = {"Orbit", "Follow", "Cab"};
     for (int m = 0; m < 3; ++m) {
         if (m > 0) ImGui::SameLine();
@@ -76,7 +73,7 @@ void lay_out_camera(ViewState& state, Widgets& widgets) {
 }
 
 void lay_out_tools(ViewState& state, Widgets& widgets) {
-    heading("Left button of the mouse");
+    Widgets::heading("Left button of the mouse");
     constexpr const char* kTools[] = {"Look", "Hand", "Dig", "Heap"};
     for (int t = 0; t < 4; ++t) {
         if (t > 0) ImGui::SameLine();
@@ -110,7 +107,7 @@ void lay_out_drive(ViewState& state, Widgets& widgets) {
     const bool has_wheels = std::any_of(state.levers.begin(), state.levers.end(),
                                         [](const Lever& lever) { return lever.is_wheel(); });
     if (has_wheels) {
-        heading("Wheels");
+        Widgets::heading("Wheels");
         ImGui::SetNextItemWidth(-120);
         bool used = widgets.slider("Throttle", &state.throttle, -1, 1, "%.2f");
         ImGui::SetNextItemWidth(-120);
@@ -118,7 +115,7 @@ void lay_out_drive(ViewState& state, Widgets& widgets) {
         state.is_driving |= used;
         ImGui::TextDisabled("arrow keys; left stick and triggers");
     }
-    heading("Levers");
+    Widgets::heading("Levers");
     size_t arm = 0;
     for (size_t l = 0; l < state.levers.size(); ++l) {
         const Lever& lever = state.levers[l];
@@ -147,7 +144,7 @@ void lay_out_soil(ViewState& state, Simulation& simulation, Widgets& widgets) {
         ImGui::TextWrapped("This scene has no soil.");
         return;
     }
-    heading("Soil on tools");
+    Widgets::heading("Soil on tools");
     bool changed = widgets.checkbox("My own figures", &state.own_surface);
     ImGui::SetNextItemWidth(-120);
     changed |= widgets.slider("Friction", &state.friction, 0, 1.5f, "%.2f");
@@ -161,11 +158,12 @@ void lay_out_soil(ViewState& state, Simulation& simulation, Widgets& widgets) {
         }
         simulation.set_tool_surface(surface);
     }
+    if (lay_out_soil_parameters(state, widgets)) simulation.change_soil(state.soil);
 }
 
 void lay_out_show(ViewState& state, Simulation& simulation, Widgets& widgets) {
     if (state.has_soil) {
-        heading("Field of the soil");
+        Widgets::heading("Field of the soil");
         OverlayDef overlay = state.overlay;
         for (int f = 0; f < kFieldCount; ++f) {
             const auto field = static_cast<Field>(f);
@@ -202,7 +200,7 @@ void lay_out_show(ViewState& state, Simulation& simulation, Widgets& widgets) {
             simulation.set_overlay(overlay);
         }
     }
-    heading("Bullet's lines");
+    Widgets::heading("Bullet's lines");
     bool changed = widgets.checkbox("Forces of the soil", &state.show_forces);
     ImGui::SameLine();
     changed |= widgets.checkbox("Columns", &state.show_wireframe);
@@ -244,7 +242,7 @@ void lay_out_times(const ViewState& state) {
     const RunStatus& s = state.status;
     if (state.show_times) {
         const auto ms = [](double value) { return fmt::format("{:7.2f} ms", value); };
-        heading("A step");
+        Widgets::heading("A step");
         row("Bullet", ms(s.bullet_ms));
         row("voxelize", ms(s.stage_ms.voxelize));
         row("deform", ms(s.stage_ms.deform));
@@ -253,7 +251,7 @@ void lay_out_times(const ViewState& state) {
         row("contacts", ms(s.stage_ms.contacts));
         row("activity", ms(s.stage_ms.activity));
         row("meshes", ms(s.mesh_ms));
-        heading("A picture");
+        Widgets::heading("A picture");
         row("shadows", ms(state.pass_times.shadow));
         row("surfaces", ms(state.pass_times.surface));
         row("occlusion", ms(state.pass_times.occlusion));
@@ -261,7 +259,7 @@ void lay_out_times(const ViewState& state) {
         row("finish", ms(state.pass_times.finish));
         row("whole frame", ms(state.frame_ms));
     }
-    heading("Work");
+    Widgets::heading("Work");
     row("active blocks", fmt::format("{}", s.block_active_count));
     row("tiles awake", fmt::format("{}", s.tile_awake_count));
     row("contact voxels", fmt::format("{}", s.contact_count));
@@ -360,31 +358,23 @@ ViewOrders lay_out_panels(const std::string& title, ViewState& state, Simulation
     lay_out_transport(state, simulation, widgets, orders);
     ImGui::Separator();
     if (ImGui::BeginTabBar("tabs")) {
-        if (widgets.tab("View")) {
+        // What is longer than the window scrolls below the transport.
+        const auto tab = [&widgets](const char* name, const auto& lay_out) {
+            if (!widgets.tab(name)) return;
+            ImGui::BeginChild("##content");
+            lay_out();
+            ImGui::EndChild();
+            ImGui::EndTabItem();
+        };
+        tab("View", [&] {
             lay_out_camera(state, widgets);
             lay_out_tools(state, widgets);
-            ImGui::EndTabItem();
-        }
-        if (widgets.tab("Drive")) {
-            lay_out_drive(state, widgets);
-            ImGui::EndTabItem();
-        }
-        if (widgets.tab("Soil")) {
-            lay_out_soil(state, simulation, widgets);
-            ImGui::EndTabItem();
-        }
-        if (widgets.tab("Show")) {
-            lay_out_show(state, simulation, widgets);
-            ImGui::EndTabItem();
-        }
-        if (widgets.tab("Plots")) {
-            lay_out_plots(state);
-            ImGui::EndTabItem();
-        }
-        if (widgets.tab("Times")) {
-            lay_out_times(state);
-            ImGui::EndTabItem();
-        }
+        });
+        tab("Drive", [&] { lay_out_drive(state, widgets); });
+        tab("Soil", [&] { lay_out_soil(state, simulation, widgets); });
+        tab("Show", [&] { lay_out_show(state, simulation, widgets); });
+        tab("Plots", [&] { lay_out_plots(state); });
+        tab("Times", [&] { lay_out_times(state); });
         ImGui::EndTabBar();
     }
     ImGui::End();

@@ -41,6 +41,7 @@ Result<std::unique_ptr<Simulation>> Simulation::create(const scene::Scene& scene
                                                        const scene::RunDef& def) {
     std::unique_ptr<Simulation> simulation(new Simulation(scene, def));
     if (const Status started = simulation->start(); !started) return Error{started.error()};
+    simulation->scene_soil_ = simulation->soil_def_;
     Simulation* own = simulation.get();
     simulation->thread_ = std::thread([own] { own->work(); });
     return simulation;
@@ -68,6 +69,11 @@ Status Simulation::start() {
     run_ = std::move(*made);
     ++world_;
     if (run_->has_soil()) {
+        if (world_ == 1) {
+            soil_def_ = run_->soil().def();
+            soil_def_.materials = soil_def_.material_list();
+        }
+        apply_soil(soil_def_);
         tiles_ = std::make_unique<SoilTiles>(run_->soil());
         soil_patches_ =
             std::make_unique<SurfacePatches>(*tiles_, SurfaceKind::soil, def_.mesh_backend);
@@ -314,15 +320,46 @@ void Simulation::save(const std::string& path) {
         hand_->let_go();
         const Status saved = run_->save(path);
         note(saved ? "saved " + path : saved.error());
+        if (saved && run_->has_soil()) saved_soils_[path] = soil_def_;
     });
 }
 
 void Simulation::load(const std::string& path) {
     post([this, path] {
         hand_->let_go();
-        const Status loaded = run_->load(path);
+        const Status loaded = load_with_soil_of(path);
         note(loaded ? "loaded " + path : loaded.error());
     });
+}
+
+/// A state is of the soil that was saved. What the sliders say is put on it afterwards.
+Status Simulation::load_with_soil_of(const std::string& path) {
+    if (!run_->has_soil()) return run_->load(path);
+    const auto saved = saved_soils_.find(path);
+    apply_soil(saved != saved_soils_.end() ? saved->second : scene_soil_);
+    Status loaded = run_->load(path);
+    apply_soil(soil_def_);
+    return loaded;
+}
+
+void Simulation::change_soil(const SoilDef& def) {
+    {
+        const std::lock_guard lock(mutex_);
+        const bool is_under_way = asked_soil_.has_value();
+        asked_soil_ = def;
+        if (is_under_way) return;
+    }
+    post([this] {
+        {
+            const std::lock_guard lock(mutex_);
+            soil_def_ = *std::exchange(asked_soil_, std::nullopt);
+        }
+        if (run_->has_soil()) apply_soil(soil_def_);
+    });
+}
+
+void Simulation::apply_soil(const SoilDef& def) {
+    if (const Status changed = run_->soil().change(def); !changed) note(changed.error());
 }
 
 void Simulation::set_lever(int joint, std::optional<double> velocity) {

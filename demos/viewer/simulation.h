@@ -6,6 +6,7 @@
 #include <condition_variable>
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <thread>
@@ -53,6 +54,11 @@ class Simulation {
     void set_debug_mode(int mode);
     /// Friction and adhesion between the soil and all bodies; negative: as the scene has them.
     void set_tool_surface(const SurfaceFriction& surface);
+    /// The soil's definition as the scene has it, its materials in `materials`. Only with a soil.
+    const SoilDef& scene_soil() const { return scene_soil_; }
+    /// See Soil::change(). Stays through a reset and after a load. Of several that come faster than
+    /// steps the last one counts.
+    void change_soil(const SoilDef& def);
     void take_by_hand(Vec3 from_m, Vec3 to_m);
     /// The body in the hand goes to this line of sight, as far from the eye as it was taken.
     void drag_hand(Vec3 from_m, Vec3 direction);
@@ -76,6 +82,8 @@ class Simulation {
     void note(const std::string& text);
     void apply_levers();
     void apply_tool_surface();
+    void apply_soil(const SoilDef& def);
+    Status load_with_soil_of(const std::string& path);
     std::optional<Vec3> soil_along(Vec3 from_m, Vec3 to_m) const;
 
     const scene::Scene& scene_;
@@ -93,6 +101,8 @@ class Simulation {
     bool overlay_changed_ = false, had_slice_ = false;
     std::unique_ptr<scene::SoilVolume> volume_;  ///< while it is shown
     SurfaceFriction tool_surface_;
+    SoilDef soil_def_;                            ///< what the soil is to be
+    std::map<std::string, SoilDef> saved_soils_;  ///< by the file that has its state
     int debug_mode_ = 0;
     double pace_ = 1;
     std::vector<int64_t> units_in_, units_out_;
@@ -104,8 +114,11 @@ class Simulation {
 
     SurfaceDetail asked_detail_;  ///< of the window's thread
 
+    SoilDef scene_soil_;  ///< never changes
+
     // Shared.
     mutable std::mutex mutex_;
+    std::optional<SoilDef> asked_soil_;  ///< an order to change it is under way
     std::condition_variable wake_, idle_;
     std::deque<Order> orders_;
     bool is_paused_ = true, is_stopping_ = false, is_busy_ = false;

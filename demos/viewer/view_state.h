@@ -48,6 +48,9 @@ struct ViewState {
          show_joints = false;
     bool show_panels = true;
 
+    SoilDef scene_soil;        ///< with `materials`, not `material`
+    SoilDef soil;              ///< the same with what was changed
+    size_t material = 0;       ///< of the sliders
     bool own_surface = false;  ///< friction and adhesion of the sliders, not of the scene
     float friction = 0.4f, adhesion_kpa = 0;
     bool has_soil = false;

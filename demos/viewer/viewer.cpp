@@ -125,6 +125,7 @@ Status Viewer::open() {
     state_.has_soil = scene_.soil.has_value();
     state_.materials = soil_def(scene_).materials;
     state_.has_water = scene::has_field(soil_def(scene_).materials, scene::Field::moisture);
+    if (state_.has_soil) state_.soil = state_.scene_soil = simulation_->scene_soil();
     state_.levers = find_levers(scene_);
     state_.lever_values.assign(state_.levers.size(), 0);
     state_.deflections = state_.lever_values;

@@ -14,6 +14,10 @@ class Widgets {
     /// Forgets where widgets were; before a frame is laid out.
     void begin() { places_.clear(); }
 
+    static void heading(const char* text) {
+        ImGui::Spacing();
+        ImGui::TextColored({0.93f, 0.60f, 0.16f, 1}, "%s", text);
+    }
     bool button(const char* label, ImVec2 size = {0, 0}) {
         return noted(label, ImGui::Button(label, size));
     }

@@ -274,6 +274,48 @@ static void settling_brings_a_heap_to_rest(void) {
     test_world_destroy(world);
 }
 
+/* A heap of sand runs out when its friction is taken from it. */
+static void a_definition_changes_while_the_soil_runs(void) {
+    void* world = test_world_create();
+    bulletsoil_soil_def def = small_def();
+    bulletsoil_material sand;
+    bulletsoil_soil* soil = NULL;
+    double heap_m;
+    CHECK_OK(bulletsoil_material_init(&sand, sizeof sand, "dry_sand"));
+    def.materials = &sand;
+    def.material_count = 1;
+    soil = create(world, &def);
+    CHECK_OK(bulletsoil_fill_box(soil, bed_min_m, bed_max_m, NULL));
+    {
+        const double low_m[3] = {-0.4, 0.5, -0.4}, high_m[3] = {0.4, 0.9, 0.4};
+        CHECK_OK(bulletsoil_fill_box(soil, low_m, high_m, NULL));
+    }
+    test_world_step(world, 240);
+    heap_m = surface_height_m(soil, 0, 0);
+    CHECK(heap_m > 0.7);
+    def.materials = NULL; /* dry sand as it is by itself, too: nothing changes */
+    def.material_count = 0;
+    CHECK_OK(bulletsoil_change(soil, &def));
+    test_world_step(world, 60);
+    CHECK(surface_height_m(soil, 0, 0) == heap_m);
+    def.materials = &sand;
+    def.material_count = 1;
+    sand.friction_angle_rad = 0.1;
+    CHECK_OK(bulletsoil_change(soil, &def));
+    test_world_step(world, 240);
+    CHECK(surface_height_m(soil, 0, 0) < heap_m - 0.1);
+
+    sand.density_kg_m3 += 10;
+    CHECK_INVALID(bulletsoil_change(soil, &def), "density_kg_m3 of material 'dry_sand'");
+    sand.density_kg_m3 -= 10;
+    def.voxel_m *= 2;
+    CHECK_INVALID(bulletsoil_change(soil, &def), "voxel_m is");
+    CHECK_INVALID(bulletsoil_change(soil, NULL), "def is null");
+    CHECK_INVALID(bulletsoil_change(NULL, &def), "soil is null");
+    CHECK_OK(bulletsoil_destroy(soil));
+    test_world_destroy(world);
+}
+
 static void the_world_may_go_first(void) {
     void* world = test_world_create();
     bulletsoil_soil* soil = create_bed(world);
@@ -303,6 +345,7 @@ static const struct {
     {"shorter_definitions_get_defaults", shorter_definitions_get_defaults},
     {"bad_arguments_are_refused", bad_arguments_are_refused},
     {"the_world_may_go_first", the_world_may_go_first},
+    {"a_definition_changes_while_the_soil_runs", a_definition_changes_while_the_soil_runs},
     {"settling_brings_a_heap_to_rest", settling_brings_a_heap_to_rest},
     {"soil_is_poured_and_taken_to_the_unit", soil_is_poured_and_taken_to_the_unit},
     {"sources_and_sinks_move", sources_and_sinks_move},

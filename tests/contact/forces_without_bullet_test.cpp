@@ -45,6 +45,7 @@ class DrivenPlate {
         }
         return force_n;
     }
+    Soil& soil() { return *soil_; }
     const ContactLaw& law() const { return forces_->law(); }
     KnownContact known() const { return soil_->known_contacts().of(plate_.id); }
     /// A step without the plate.
@@ -91,6 +92,18 @@ TEST(ForcesWithoutBullet, plate_is_borne_by_the_laws_pressure_on_its_sole) {
         EXPECT_NEAR(force_n.z / expected_n, 1, 0.05) << depth_m;
         EXPECT_LT(std::hypot(force_n.x, force_n.y), 0.01 * force_n.z);
     }
+}
+
+TEST(ForcesWithoutBullet, soil_that_has_changed_is_met_as_it_is_now) {
+    DrivenPlate strong, weak;
+    const double before_n = strong.force_at(0.03).z;
+    EXPECT_EQ(weak.force_at(0.03).z, before_n);
+    SoilDef def = weak.soil().def();
+    def.material.friction_angle_rad = 0.3;
+    ASSERT_TRUE(weak.soil().change(def));
+    const double strong_n = strong.force_at(0.035).z, weak_n = weak.force_at(0.035).z;
+    EXPECT_LT(weak_n, 0.5 * strong_n);
+    EXPECT_EQ(weak.law().soil().materials[0].friction_angle_rad, 0.3);
 }
 
 TEST(ForcesWithoutBullet, soil_keeps_width_and_pressure_while_the_body_is_there) {

@@ -167,11 +167,31 @@ class SoilCaller {
             case 7:
                 return look();
             case 8:
-                if (bodies_.size() < 4) add_body();
-                return;
+                return bodies_.size() < 4 ? add_body() : change();
             default:
                 return step();
         }
+    }
+
+    void change() {
+        SoilDef def = soil_->def();
+        MaterialDef& material = def.materials.empty() ? def.material : def.materials.back();
+        material.friction_angle_rad = c_.number(0, 1.2);
+        material.cohesion_pa = c_.number(0, 2e5);
+        material.roughness = c_.flag() ? c_.number(0, 40) : 0;
+        material.viscosity = c_.flag() ? c_.number(0, 1) : 0;
+        material.fall_speed_m_s = c_.flag() ? c_.number(0, 100) : 0;
+        if (c_.flag()) {
+            def.wind_m_s = soil_vector(c_, 50);
+            def.substeps_max = c_.below(34);
+            def.propagation_iterations = c_.below(10);
+        }
+        if (c_.below(8) == 0) material.density_kg_m3 = c_.number(200, 4000);
+        const double density = soil_->materials().back().density_kg_m3;
+        if (soil_->change(def)) {
+            require(soil_->materials().back().density_kg_m3 == density, "a density has changed");
+        }
+        after();
     }
 
     void add_body() {

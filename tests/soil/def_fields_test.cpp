@@ -22,7 +22,7 @@ struct Row {
 
 std::vector<Row> material_rows() {
     return {
-#define BSOIL_ROW(name, least, most, what, more) {#name, least, most, false, what, more},
+#define BSOIL_ROW(name, least, most, use, what, more) {#name, least, most, false, what, more},
         BSOIL_MATERIAL_FIELDS(BSOIL_ROW)
 #undef BSOIL_ROW
     };

@@ -210,7 +210,7 @@ TableOf<MaterialItem> material_table() {
     const auto add = [&table](const FieldKey& key, std::optional<double> M::*place) {
         table.number(key.name, place, key.range, key.doc, key.scale);
     };
-#define BSOIL_KEY(field, least, most, what, more) \
+#define BSOIL_KEY(field, least, most, use, what, more) \
     add(FieldKey(#field, {least, most}, what, more), &M::field);
     BSOIL_MATERIAL_FIELDS(BSOIL_KEY)
 #undef BSOIL_KEY

@@ -73,35 +73,37 @@ struct MaterialDef {
 };
 
 // clang-format off
-/// The numbers of a MaterialDef: FIELD(name, least, most, what it is, what else to know or ""). The
+/// The numbers of a MaterialDef: FIELD(name, least, most, use, what it is, what else to know or "").
+/// use: `live` where Soil::change() takes another value while the soil runs, else `state`. The
 /// name's ending is the unit; the default is the member's. One row makes a field of validate(), of
 /// snapshots, of bulletsoil_material in C and of [[material]] in scenes and their page.
 #define BSOIL_MATERIAL_FIELDS(FIELD)                                                               \
-    FIELD(density_kg_m3, 200, 4000, "bulk density as placed", "")                                  \
-    FIELD(loose_density_kg_m3, 0, 4000, "bulk density once it has been dug and dropped",           \
+    FIELD(density_kg_m3, 200, 4000, state, "bulk density as placed", "")                           \
+    FIELD(loose_density_kg_m3, 0, 4000, state, "bulk density once it has been dug and dropped",    \
           "0 here and in the next: the density does not change")                                   \
-    FIELD(compacted_density_kg_m3, 0, 4000, "bulk density compacted by 1 MPa", "")                 \
-    FIELD(friction_angle_rad, 0, 1.2, "angle of internal friction phi",                            \
+    FIELD(compacted_density_kg_m3, 0, 4000, state, "bulk density compacted by 1 MPa", "")          \
+    FIELD(friction_angle_rad, 0, 1.2, live, "angle of internal friction phi",                      \
           "where the densities are given: of the critical state")                                  \
-    FIELD(cohesion_pa, 0, 200e3, "cohesion c", "")                                                 \
-    FIELD(loose_cohesion_fraction, 0, 1,                                                           \
+    FIELD(cohesion_pa, 0, 200e3, live, "cohesion c", "")                                           \
+    FIELD(loose_cohesion_fraction, 0, 1, live,                                                     \
           "share of the cohesion that soil keeps once it has been moved", "")                      \
-    FIELD(roughness, 0, 40, "slope above tan phi at which soil still stands",                      \
+    FIELD(roughness, 0, 40, live, "slope above tan phi at which soil still stands",                \
           "by place between half of it and all of it")                                             \
-    FIELD(viscosity, 0, 1, "share of the slides that do not take place",                           \
+    FIELD(viscosity, 0, 1, live, "share of the slides that do not take place",                     \
           "0: as sand does, 1: nothing slides")                                                    \
-    FIELD(pore_water_fraction, 0, 1, "water that its pores hold, as a share of the soil's mass",   \
-          "0: it takes none")                                                                      \
-    FIELD(placed_saturation, 0, 1, "share of the pores that water fills as placed", "")            \
-    FIELD(moist_cohesion_pa, 0, 200e3,                                                             \
+    FIELD(pore_water_fraction, 0, 1, state,                                                        \
+          "water that its pores hold, as a share of the soil's mass", "0: it takes none")          \
+    FIELD(placed_saturation, 0, 1, live, "share of the pores that water fills as placed", "")      \
+    FIELD(moist_cohesion_pa, 0, 200e3, live,                                                       \
           "cohesion that water gives where it fills half of the pores", "")                        \
-    FIELD(conductivity_m_s, 0, 1, "of water down through full pores", "")                          \
-    FIELD(residual_saturation, 0, 0.95, "share of the pores that does not drain", "")              \
-    FIELD(fall_speed_m_s, 0, 100, "speed at which its grains fall in air in the end",              \
+    FIELD(conductivity_m_s, 0, 1, live, "of water down through full pores", "")                    \
+    FIELD(residual_saturation, 0, 0.95, live, "share of the pores that does not drain", "")        \
+    FIELD(fall_speed_m_s, 0, 100, live, "speed at which its grains fall in air in the end",        \
           "0: as in a vacuum, and no wind moves it")                                               \
-    FIELD(tool_friction, 0, 2, "Coulomb friction with bodies", "")                                 \
-    FIELD(tool_adhesion_pa, 0, 200e3, "shear stress between soil and bodies without pressure", "") \
-    FIELD(shear_displacement_m, 0, 0.2, "Janosi and Hanamoto's K of soil as placed",               \
+    FIELD(tool_friction, 0, 2, live, "Coulomb friction with bodies", "")                           \
+    FIELD(tool_adhesion_pa, 0, 200e3, live,                                                        \
+          "shear stress between soil and bodies without pressure", "")                             \
+    FIELD(shear_displacement_m, 0, 0.2, live, "Janosi and Hanamoto's K of soil as placed",         \
           "0: the shear stress is there at once")
 // clang-format on
 

@@ -149,6 +149,14 @@ class Soil {
     double moved_kg(FlowWay way) const;
     Result<FlowState> flow_state(int id) const;  ///< what a source or sink has done
 
+    /// Another definition from the next step on: sliders, a soil that dries, a test that varies one
+    /// figure. `live` fields of BSOIL_SOIL_FIELDS and BSOIL_MATERIAL_FIELDS and colours may differ.
+    /// Soil that is there takes on what its material is now; slopes that no longer stand fall. A
+    /// snapshot then is of this definition. Cost: a look at all tiles, as after filling them, and
+    /// the step after it. Error: as create(), or it names what may not differ; nothing changes.
+    Status change(const SoilDef& def);
+    uint64_t def_revision() const;  ///< times that change() changed something
+
     /// One step of SoilDef::step_s with these bodies. Bad bodies are skipped and reported in the
     /// status bits.
     StepReport step(std::span<const SoilBody> bodies);
@@ -170,7 +178,7 @@ class Soil {
     /// What a contact law has to know of this soil.
     ContactSoil contact_soil() const;
 
-    const SoilDef& def() const;                         ///< as given to create()
+    const SoilDef& def() const;                         ///< as given to create() or change()
     const std::vector<MaterialDef>& materials() const;  ///< SoilDef::material_list()
     const GridFrame& frame() const;                     ///< where the grid lies
     std::string backend_name() const;                   ///< "cpu" or "gl"

@@ -94,8 +94,9 @@ struct SoilDef {
 
 // clang-format off
 /// The fields of a SoilDef besides its materials and its contact law: FIELD(name, least, most, use,
-/// what it is, what else to know or ""). use: `state` where a snapshot means something by it, `run`
-/// where results do not depend on it. An enumeration goes from 0 to its last value. Where least is
+/// what it is, what else to know or ""). use: `state` where a snapshot means something by it, `live`
+/// where besides Soil::change() takes another value while the soil runs, `run` where results do not
+/// depend on it. An enumeration goes from 0 to its last value. Where least is
 /// most, validate() checks the field together with others.
 #define BSOIL_SOIL_FIELDS(FIELD)                                                                   \
     FIELD(size_m, 0, 0, state, "box of the grid along the world's axes",                           \
@@ -108,26 +109,26 @@ struct SoilDef {
     FIELD(up, 0, 1, state, "world axis that points up", "")                                        \
     FIELD(gravity_m_s2, 0, 30, state, "gravity along -up", "")                                     \
     FIELD(step_s, 1.0 / 2000, 1.0 / 20, state, "the soil's own step", "")                          \
-    FIELD(propagation_iterations, 0, 64, state,                                                    \
+    FIELD(propagation_iterations, 0, 64, live,                                                     \
           "alpha of the thesis: iterations of force propagation a step", "")                       \
-    FIELD(overflow_passes, 0, 64, state, "passes that spread soil which does not fit", "")         \
-    FIELD(overflow, 0, 2, state, "how soil that does not fit leaves its voxel", "")                \
+    FIELD(overflow_passes, 0, 64, live, "passes that spread soil which does not fit", "")          \
+    FIELD(overflow, 0, 2, live, "how soil that does not fit leaves its voxel", "")                 \
     FIELD(open_sides, 0, 63, state,                                                                \
           "sides of the grid, OpenSide bits, over whose edge soil falls out of it", "")            \
     FIELD(slides, 0, 1, state, "what becomes of the momentum of slides", "")                       \
-    FIELD(rain_m_s, 0, 1e-3, state, "water that falls on soil that takes some", "")                \
-    FIELD(drying_m_s, 0, 1e-3, state, "water that dries off the ground's surface", "")             \
-    FIELD(floor_drainage_m_s, 0, 1, state, "water that the grid's floor lets through", "")         \
-    FIELD(water_table_m, 0, 1000, state,                                                           \
+    FIELD(rain_m_s, 0, 1e-3, live, "water that falls on soil that takes some", "")                 \
+    FIELD(drying_m_s, 0, 1e-3, live, "water that dries off the ground's surface", "")              \
+    FIELD(floor_drainage_m_s, 0, 1, live, "water that the grid's floor lets through", "")          \
+    FIELD(water_table_m, 0, 1000, live,                                                            \
           "groundwater up to this height over the grid's floor",                                   \
           "0: none. Soil below is full of water")                                                  \
-    FIELD(wind_m_s, -50, 50, state, "velocity of the air, along the world's axes", "")             \
-    FIELD(gust, 0, 1, state, "share by which gusts raise and lower the wind",                      \
+    FIELD(wind_m_s, -50, 50, live, "velocity of the air, along the world's axes", "")              \
+    FIELD(gust, 0, 1, live, "share by which gusts raise and lower the wind",                       \
           "they drift with it")                                                                    \
-    FIELD(gust_size_m, 0.01, 1000, state, "from one gust to the next", "at most 1024 voxels")      \
-    FIELD(shelter_m, 0, 100, state, "so far behind what bars it there is no wind",                 \
+    FIELD(gust_size_m, 0.01, 1000, live, "from one gust to the next", "at most 1024 voxels")       \
+    FIELD(shelter_m, 0, 100, live, "so far behind what bars it there is no wind",                  \
           "at most 128 voxels")                                                                    \
-    FIELD(substeps_max, 1, 32, state, "sub-steps a fast step may be cut into", "")                 \
+    FIELD(substeps_max, 1, 32, live, "sub-steps a fast step may be cut into", "")                  \
     FIELD(tile_capacity, 0, 1 << 22, run, "tiles of 8 x 8 columns awake at the same time",         \
           "0: all that fit into 1 GiB")                                                            \
     FIELD(backend, 0, 2, run, "where the kernels run", "")                                         \

@@ -5,12 +5,26 @@
 
 namespace bsoil {
 
+namespace {
+
+std::unique_ptr<const ContactLaw> law_of(const Soil& soil, const SurfaceFriction& surface) {
+    return ContactLaw::make(std::make_shared<const ContactSoil>(soil.contact_soil()), surface);
+}
+
+}  // namespace
+
 DrivenBody::DrivenBody(Soil& soil, int body, const SurfaceFriction& surface)
     : soil_(soil),
       body_(body),
-      law_(ContactLaw::make(std::make_shared<const ContactSoil>(soil.contact_soil()), surface)) {}
+      surface_(surface),
+      def_revision_(soil.def_revision()),
+      law_(law_of(soil, surface)) {}
 
 BodyContact DrivenBody::advance(const SoilBody& body, std::span<const ContactVoxel> contacts) {
+    if (def_revision_ != soil_.def_revision()) {
+        def_revision_ = soil_.def_revision();
+        law_ = law_of(soil_, surface_);
+    }
     own_.clear();
     std::ranges::copy_if(contacts, std::back_inserter(own_),
                          [this](const ContactVoxel& v) { return v.body == body_; });

@@ -90,6 +90,7 @@ std::span<const int32_t> SurfaceReader::of_carried(int index, int carrier) {
 }
 
 void ContactReader::start() {
+    wedge_length_.clear();
     for (const MaterialDef& material : core_.materials) {
         wedge_length_.push_back(core_.def.contact_law.wedge_length_of(material.friction_angle_rad));
     }

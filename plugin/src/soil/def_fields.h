@@ -12,8 +12,9 @@
 
 namespace bsoil {
 
-/// Whether a snapshot means something by a field, or only how a run is made depends on it.
-enum class FieldUse { state, run };
+/// Whether a snapshot means something by a field, or only how a run is made depends on it; `live`:
+/// a snapshot does, and Soil::change() takes another value of it.
+enum class FieldUse { state, live, run };
 
 /// One number of a definition. Of a Vec3 there are three.
 struct FieldNumber {
@@ -80,8 +81,8 @@ static_assert(2 * kOpenSideLast - 1 == 63, "open_sides has a range of its own");
 /// Calls visit(FieldNumber) for each number of the definition, in the table's order.
 template <typename Visit>
 void for_each_number(const MaterialDef& def, Visit&& visit) {
-#define BSOIL_VISIT(name, least, most, what, more) \
-    fields::visit_numbers({#name, 0, least, most, FieldUse::state}, def.name, visit);
+#define BSOIL_VISIT(name, least, most, use, what, more) \
+    fields::visit_numbers({#name, 0, least, most, FieldUse::use}, def.name, visit);
     BSOIL_MATERIAL_FIELDS(BSOIL_VISIT)
 #undef BSOIL_VISIT
 }

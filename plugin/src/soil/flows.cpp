@@ -51,6 +51,15 @@ void Flows::start(std::vector<int32_t> material_tables) {
     open_sides();
 }
 
+void Flows::change_materials(std::vector<int32_t> material_tables) {
+    material_tables_ = std::move(material_tables);
+    for (Flow& flow : all_) {
+        if (flow.kind != FlowKind::source) continue;
+        static_cast<void>(place(flow));  // as it was placed before
+    }
+    is_placed_ = false;
+}
+
 Flow* Flows::find(int id) {
     const auto found = std::ranges::find_if(
         all_, [&](const Flow& f) { return f.kind != FlowKind::open_side && f.id == id; });

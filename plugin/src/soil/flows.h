@@ -68,6 +68,8 @@ class Flows {
     void start(std::vector<int32_t> material_tables);
 
     // --- between steps
+    /// Sources pour soil as it is now.
+    void change_materials(std::vector<int32_t> material_tables);
     Result<int> add(Flow flow);
     Status change(Flow& flow, Flow to);
     Status remove(int id);

@@ -7,8 +7,8 @@
 #include <unordered_set>
 
 #include "soil/column_surface.h"
+#include "soil/kernel_params.h"
 #include "soil/shape_bounds.h"
-#include "soil/slip_table.h"
 #include "soil/soil_impl.h"
 #include "soil/soil_kernels.h"
 
@@ -27,45 +27,8 @@ uint64_t mix(uint64_t x) {
 
 constexpr float kUnit = 1.0f / kVoxelFull;  ///< of volume, in voxels
 
-/// By how many bits a voxel's height is cut so that places fit into 31 bits; see place_code() of
-/// kernel_common.glsl.
-int place_shift(int tiles_x, int tiles_y, int height) {
-    const int64_t columns = static_cast<int64_t>(tiles_x) * tiles_y * kTileColumns;
-    int shift = 0;
-    while (columns * (((height - 1) >> shift) + 1) >= INT32_MAX) ++shift;
-    return shift;
-}
-
-/// Strength (as kTableStrength) that bonded soil of a material has to have for find_failures to
-/// leave out most of its planes, by its table. Of soil that takes water most of what it has as
-/// placed: what is weaker costs time. Of soil placed dry a quarter of the most it can come to.
-int32_t bank_strength_of(const MaterialDef& material, const int32_t* table) {
-    if (!(material.pore_water_fraction > 0)) return table[kTableStrength];
-    constexpr double kMostOf = 0.75;
-    const double placed = material.placed_saturation;
-    const double moist = 4 * placed * (1 - placed), dry = table[kTableStrength];
-    const double strength = dry > 0 || moist > 0 ? dry + moist * table[kTableMoist]
-                                                 : 0.25 / kMostOf * table[kTableMoist];
-    return static_cast<int32_t>(kMostOf * strength / (1 + material.pore_water_fraction));
-}
-
 int voxel_count(double size, double voxel) {
     return static_cast<int>(std::ceil(size / voxel - 1e-9));
-}
-
-// The wind in the grid's frame and in voxels a step. Soil is no faster than kSpeedMost.
-void set_wind(SoilCore& s) {
-    const Vec3 wind =
-        s.def.step_s / s.def.voxel_m * rotate(s.world_to_grid.rotation, s.def.wind_m_s);
-    const auto word = [](double value, double most) {
-        return static_cast<int32_t>(std::lround(std::clamp(value, -most, most)));
-    };
-    s.params.wind_x = word(wind.x * kVoxelFull, kSpeedMost);
-    s.params.wind_y = word(wind.y * kVoxelFull, kSpeedMost);
-    s.params.wind_z = word(wind.z * kVoxelFull, kSpeedMost);
-    s.params.gust = word(s.def.gust * kOneQ16, kOneQ16);
-    s.params.gust_cell = std::max(1, word(s.def.gust_size_m / s.def.voxel_m, kGustCellMost));
-    s.params.shelter = word(s.def.shelter_m / s.def.voxel_m, kShelterMost);
 }
 
 // Where the grid lies, and its size.
@@ -93,65 +56,6 @@ void place_grid(SoilCore& s) {
     s.blocks_per_tile = s.height / kTileSide;
 }
 
-// What the kernels are told once. The rest of it passes and steps set.
-void set_params(SoilCore& s) {
-    const SoilDef& def = s.def;
-    SoilParams& p = s.params;
-    p.tile_voxels = kTileColumns * s.height;
-    p.height = s.height;
-    p.size_x = s.frame.size[0];
-    p.size_y = s.frame.size[1];
-    p.blocks_per_tile = s.blocks_per_tile;
-    p.material_count = static_cast<int>(s.materials.size());
-    p.water_count = std::ranges::any_of(
-        s.materials, [](const MaterialDef& m) { return m.pore_water_fraction > 0; });
-    p.water_plane = p.water_count > 0 ? kPlaneMaterial + p.material_count : 0;
-    p.floor_seepage = seepage_q4(def.floor_drainage_m_s, def);
-    const double table_voxels = std::min(def.water_table_m / def.voxel_m, 1.0 * s.height);
-    p.water_table = p.water_count > 0 ? static_cast<int>(std::lround(table_voxels * kOneQ16)) : 0;
-    p.transport_count = transported_planes(p.material_count, p.water_count);
-    p.gravity_q16 = static_cast<int>(
-        std::lround(def.gravity_m_s2 * def.step_s * def.step_s / def.voxel_m * kVoxelFull));
-    p.arch_speed = static_cast<int>(std::lround(
-        std::sqrt(def.gravity_m_s2 * def.step_s * def.step_s / def.voxel_m) * kVoxelFull));
-    p.arch_reach = def.slides == SlideMotion::run_out ? 0 : kArchReach;
-    p.overflow_heuristic = static_cast<int>(def.overflow);
-    p.place_rows = s.tiles_y * kTileSide;
-    p.place_shift = place_shift(s.tiles_x, s.tiles_y, s.height);
-    p.slides = def.slides == SlideMotion::run_out ? 1 : 0;
-    set_wind(s);
-    p.slide_count = 1;
-    p.substep_count = 1;
-    p.body_substep_count = 1;
-    s.kept_planes = kept_planes(p.material_count, p.water_count);
-}
-
-// Tables of all materials, each bonded and loose; what they say of banks is put into the
-// parameters.
-std::vector<int32_t> make_tables(SoilCore& s) {
-    SoilParams& p = s.params;
-    std::vector<int32_t> tables;
-    p.bank_friction = INT32_MAX;
-    p.bank_strength = 0;
-    for (const MaterialDef& material : s.materials) {
-        MaterialDef loose = material;
-        loose.cohesion_pa *= material.loose_cohesion_fraction;
-        loose.moist_cohesion_pa *= material.loose_cohesion_fraction;
-        for (const MaterialDef& state : {material, loose}) {
-            const std::vector<int32_t> table = make_slip_table(state, s.def);
-            tables.insert(tables.end(), table.begin(), table.end());
-        }
-        const int32_t* bonded = &tables[tables.size() - 2 * static_cast<size_t>(kTableWords)];
-        p.bank_friction = std::min(p.bank_friction, bonded[kTableFriction]);
-        if (material.roughness > 0 || material.viscosity > 0) p.deposits = 1;
-        if (material.fall_speed_m_s > 0) p.air = 1;
-        if (const int32_t strength = bank_strength_of(material, bonded); strength > 0) {
-            p.bank_strength = p.bank_strength > 0 ? std::min(p.bank_strength, strength) : strength;
-        }
-    }
-    return tables;
-}
-
 }  // namespace
 
 Soil::Soil(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -166,7 +70,7 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     s.materials = def.material_list();
     s.contacts.start();
     place_grid(s);
-    set_params(s);
+    set_kernel_params(s);
 
     auto device = create_device(def.backend, def.thread_count, s.device_reason);
     if (!device) return Error{device.error()};
@@ -174,7 +78,7 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     s.work_threads = std::make_unique<WorkThreads>(def.thread_count);
 
     if (Status status = s.tiles.start(); !status) return Error{status.error()};
-    std::vector<int32_t> tables = make_tables(s);
+    std::vector<int32_t> tables = make_material_tables(s);
     SoilParams& p = s.params;
     p.contact_offset = kContactsFirst;
     p.contact_capacity = limits::kContactCapacity;
@@ -209,6 +113,7 @@ ContactSoil Soil::contact_soil() const {
 }
 
 const SoilDef& Soil::def() const { return impl_->def; }
+uint64_t Soil::def_revision() const { return impl_->def_revision; }
 const std::vector<MaterialDef>& Soil::materials() const { return impl_->materials; }
 const GridFrame& Soil::frame() const { return impl_->frame; }
 WorkCounts Soil::work_counts() const {

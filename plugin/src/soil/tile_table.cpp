@@ -235,6 +235,23 @@ void TileTable::note_stale(int slot, bool may_be_covered) {
     write_columns(slot, kColumnCut, 0);
 }
 
+void TileTable::look_anew_at_all() {
+    note_edit();
+    for (const auto& tile : tiles_) {
+        if (!tile) continue;
+        tile->unchecked = any_unchecked = true;
+        if (!tile->is_awake()) continue;
+        note_stale(tile->slot, true);
+        look_anew(tile->slot);
+    }
+}
+
+void TileTable::note_all_revised() {
+    for (const auto& tile : tiles_) {
+        if (tile) ++tile->revision;
+    }
+}
+
 void TileTable::stamp_columns(int slot) {
     write_columns(slot, kColumnStamp, core_.params.pass_stamp);
     core_.device->write(Buffer::spans, tile_array_offset(kTileStamp, slot),

@@ -101,6 +101,8 @@ class TileTable {
     }
     /// As if it had woken in this step: what is known of supports and spans is no longer true.
     void look_anew(int slot) { woken_step_[static_cast<size_t>(slot)] = core_.step_index; }
+    /// Slopes, supports and spans of all tiles, awake or asleep: what soil does has changed.
+    void look_anew_at_all();
     /// Waits for the device once.
     void put_to_sleep(std::span<const int> indices);
     void sleep_idle();
@@ -152,6 +154,8 @@ class TileTable {
     void note_edit() { ++edit_count_; }
     /// Tile::revision of a tile that does not exist.
     uint64_t revision_base() const { return revision_base_; }
+    /// As if the soil of all tiles had changed, for whoever draws it.
+    void note_all_revised();
     /// Some tile is Tile::unchecked.
     bool any_unchecked = false;
 

@@ -270,6 +270,13 @@ bulletsoil_result bulletsoil_soil_def_init(bulletsoil_soil_def* def, size_t stru
  */
 bulletsoil_result bulletsoil_create(void* world, size_t scalar_bytes,
                                     const bulletsoil_soil_def* def, bulletsoil_soil** soil);
+/**
+ * Another definition while the soil runs, from the next step on. May differ: the materials' numbers
+ * but densities and pore water, their colours, rain, drying, drainage, groundwater, wind, gusts and
+ * shelter, and the counts of iterations, passes and sub-steps. Soil that is there takes on what its
+ * material is now. BULLETSOIL_INVALID_ARGUMENT where anything else differs; then nothing changes.
+ */
+bulletsoil_result bulletsoil_change(bulletsoil_soil* soil, const bulletsoil_soil_def* def);
 /** Takes the soil out of its world, which may have been destroyed before, and frees it. Null is
  * accepted. */
 bulletsoil_result bulletsoil_destroy(bulletsoil_soil* soil);

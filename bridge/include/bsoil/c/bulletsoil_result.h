@@ -4,6 +4,9 @@
 #ifndef BSOIL_C_BULLETSOIL_RESULT_H
 #define BSOIL_C_BULLETSOIL_RESULT_H
 
+#if defined(__GNUC__)
+#pragma GCC visibility push(default)
+#endif
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -23,6 +26,9 @@ typedef enum bulletsoil_result {
 
 #ifdef __cplusplus
 }
+#endif
+#if defined(__GNUC__)
+#pragma GCC visibility pop
 #endif
 
 #endif

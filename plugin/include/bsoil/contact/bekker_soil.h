@@ -25,6 +25,7 @@ struct BekkerSoil {
     double friction_angle_rad = 0.576;  ///< Mohr friction angle phi, 0..1.2 rad
     double shear_displacement_m = 0;    ///< Janosi's K, 0..0.2 m; 0: shear stress is there at once
     std::optional<double> density_kg_m3;  ///< bulk density where it is known, 200..3200
+    bool operator==(const BekkerSoil&) const = default;  ///< number by number
     /// Names the field, its value and its range when something is wrong.
     Status validate() const;
 };

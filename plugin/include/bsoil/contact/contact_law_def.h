@@ -151,6 +151,7 @@ struct ContactLawDef {
     /// Names the field, its value and its range when something is wrong. material_count: of the
     /// soil.
     Status validate(int material_count) const;
+    bool operator==(const ContactLawDef&) const = default;  ///< number by number
 };
 
 // clang-format off

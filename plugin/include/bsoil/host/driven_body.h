@@ -30,6 +30,8 @@ class DrivenBody {
   private:
     Soil& soil_;
     int body_;
+    SurfaceFriction surface_;
+    uint64_t def_revision_;  ///< of the soil that law_ is of
     std::unique_ptr<const ContactLaw> law_;
     ContactMotion motion_;
     ContactMemory memory_;
