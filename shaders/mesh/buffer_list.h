@@ -8,6 +8,11 @@
 // vertices   9 words a vertex                   grid axes; the host turns them to the world's
 // copies     2 words a copy of a vertex         sharp rims of the grid's sides
 // triangles  3 words a triangle                 numbers of vertices within the tile
+//
+// Of meshes that stay on the device, tiles at places that the host chooses:
+// kept_vertices  12 words a vertex              as SharedVertex has them
+// kept_indices   3 words a triangle             numbers of vertices within the tile
+// kept_draws     5 words a tile                 commands that draw it, written by the host
 BUFFER(cases)
 BUFFER(tiles)
 BUFFER(columns)
@@ -16,3 +21,6 @@ BUFFER(work)
 BUFFER(vertices)
 BUFFER(copies)
 BUFFER(triangles)
+BUFFER(kept_vertices)
+BUFFER(kept_indices)
+BUFFER(kept_draws)

@@ -177,6 +177,10 @@ struct SurfaceMeshReport {
     int tile_gl_count = 0;      ///< of those built, the ones that OpenGL has meshed
 };
 
+namespace mesh {
+class DeviceMesher;
+}
+
 /// Marching cubes at isovalue 0.5 over a display field that makes planes of planar slopes, tile by
 /// tile.
 ///
@@ -235,6 +239,9 @@ class SurfaceMesher {
     void gather(Mesh& mesh) const;
 
   private:
+    friend class SharedSurface;
+    SurfaceMesher(const TileSource& source, const SurfaceMeshDef& def,
+                  std::unique_ptr<mesh::DeviceMesher> device_mesher);
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };

@@ -98,6 +98,14 @@ class CpuDevice final : public Device {
         return Done{};
     }
 
+    Status grow_words(BufferIndex buffer, int64_t words) override {
+        const int32_t* old = words_of(buffer).data();
+        const std::vector<int32_t> kept(old, old + words_in(buffer));
+        Status done = allocate_words(buffer, words);
+        if (done) std::ranges::copy(kept, words_of(buffer).data());
+        return done;
+    }
+
     void write_words(BufferIndex buffer, int64_t offset, std::span<const int32_t> words) override {
         std::ranges::copy(words, words_of(buffer).data() + offset);
     }

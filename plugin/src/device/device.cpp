@@ -55,6 +55,13 @@ Status Device::allocate(BufferIndex buffer, int64_t words) {
     return status;
 }
 
+Status Device::grow(BufferIndex buffer, int64_t words) {
+    assert(words >= words_in(buffer));
+    const Status status = grow_words(buffer, words);
+    if (status) words_[static_cast<size_t>(buffer)] = words;
+    return status;
+}
+
 void Device::write(BufferIndex buffer, int64_t offset, std::span<const int32_t> words) {
     assert_range(buffer, offset, std::ssize(words));
     if (words.empty()) return;

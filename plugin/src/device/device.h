@@ -68,6 +68,9 @@ class Device {
 
     /// (Re)allocates a buffer of `words` 32-bit words, zero-filled. Old content is lost.
     Status allocate(BufferIndex buffer, int64_t words);
+    /// Makes a buffer larger; what it holds stays, what is new is undefined. OpenGL's name for it
+    /// changes.
+    Status grow(BufferIndex buffer, int64_t words);
     void write(BufferIndex buffer, int64_t offset, std::span<const int32_t> words);
     void fill_zero(BufferIndex buffer, int64_t offset, int64_t count);
     /// Waits for the device, once for all ranges.
@@ -76,6 +79,14 @@ class Device {
     /// Runs kernel number `kernel` of the set over the list with these words as its uniform block
     /// (KernelSet::param_words of them), then makes its writes visible to what follows.
     void dispatch(int kernel, std::span<const int32_t> params, const WorkList& work);
+
+    /// OpenGL's name of a buffer; 0 on the CPU.
+    virtual uint32_t buffer_name(BufferIndex /*buffer*/) const { return 0; }
+    /// A fence (GLsync) behind all work so far, handed to the GPU; null on the CPU. The device owns
+    /// it until the next call.
+    virtual void* signal() { return nullptr; }
+    /// Lets the GPU wait for a fence of a context that shares with the device's.
+    virtual void wait_for(void* /*fence*/) {}
 
     /// Work from here on counts for stage number `stage`, 0 <= stage < kStageCapacity. Between
     /// begin_session() and end_session().
@@ -98,6 +109,7 @@ class Device {
     // What a backend does, with arguments that have been checked: ranges lie inside of their
     // buffers and hold at least one word, lists at least one group.
     virtual Status allocate_words(BufferIndex buffer, int64_t words) = 0;
+    virtual Status grow_words(BufferIndex buffer, int64_t words) = 0;
     virtual void write_words(BufferIndex buffer, int64_t offset,
                              std::span<const int32_t> words) = 0;
     virtual void clear_words(BufferIndex buffer, int64_t offset, int64_t count) = 0;
@@ -140,6 +152,10 @@ std::unique_ptr<Device> create_cpu_device(const KernelSet& kernel_set, int threa
 /// The error says what is missing (no EGL, no 4.5, no compute). Leaves the caller's current context
 /// as it was.
 Result<std::unique_ptr<Device>> create_gl_device(const KernelSet& kernel_set, bool allow_software);
+/// The same in a context that shares its buffers with a host's: an EGLDisplay and an EGLContext of
+/// it, or null for those that are current in this thread. The error says why they cannot be shared.
+Result<std::unique_ptr<Device>> create_shared_gl_device(const KernelSet& kernel_set,
+                                                        void* egl_display, void* egl_context);
 /// The CPU, and what EGL lists, as far as these kernels can run there.
 std::vector<DeviceInfo> list_devices(const KernelSet& kernel_set);
 

@@ -140,6 +140,36 @@ std::string GlCapabilities::shortfall(int buffer_count) const {
 }
 
 Result<EglContext> EglContext::create(const EglDisplay& display) {
+    return create_in_group(display, EGL_NO_CONTEXT);
+}
+
+Result<EglContext> EglContext::create_beside(EGLDisplay hosts_display, EGLContext hosts_context) {
+    if (!has_library("libEGL.so.1")) {
+        return Error{"EGL is not installed (libEGL.so.1 cannot be loaded)"};
+    }
+    if (hosts_display == EGL_NO_DISPLAY) hosts_display = eglGetCurrentDisplay();
+    if (hosts_context == EGL_NO_CONTEXT) hosts_context = eglGetCurrentContext();
+    if (hosts_display == EGL_NO_DISPLAY || hosts_context == EGL_NO_CONTEXT) {
+        return Error{
+            "no EGL context is current in this thread; a context made by GLX cannot share, ask "
+            "the window's library for one by EGL"};
+    }
+    const EglDisplay display{hosts_display, "the host's EGL display", false};
+    EGLint client = 0;
+    if (eglQueryContext(hosts_display, hosts_context, EGL_CONTEXT_CLIENT_TYPE, &client) ==
+        EGL_FALSE) {
+        return Error{
+            fmt::format("the host's context is none of its EGL display ({})", egl_error_name())};
+    }
+    if (client != EGL_OPENGL_API) {
+        return Error{
+            "the host's context is OpenGL ES; only contexts of desktop OpenGL share with the "
+            "soil's"};
+    }
+    return create_in_group(display, hosts_context);
+}
+
+Result<EglContext> EglContext::create_in_group(const EglDisplay& display, EGLContext other) {
     const auto failed = [&](const std::string& what) {
         return Error{fmt::format("{}: {} ({})", display.name, what, egl_error_name())};
     };
@@ -178,9 +208,12 @@ Result<EglContext> EglContext::create(const EglDisplay& display) {
                                           EGL_CONTEXT_OPENGL_PROFILE_MASK,
                                           EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
                                           EGL_NONE};
-    EGLContext handle = eglCreateContext(display.handle, config, EGL_NO_CONTEXT, kCoreWithResets);
+    EGLContext handle = eglCreateContext(display.handle, config, other, kCoreWithResets);
     if (handle == EGL_NO_CONTEXT) {
-        handle = eglCreateContext(display.handle, config, EGL_NO_CONTEXT, kCore);
+        handle = eglCreateContext(display.handle, config, other, kCore);
+    }
+    if (handle == EGL_NO_CONTEXT && other != EGL_NO_CONTEXT) {
+        return failed("has no OpenGL 4.5 core context that shares with the host's");
     }
     if (handle == EGL_NO_CONTEXT) return failed("has no OpenGL 4.5 core context");
     EglContext context(display.handle, handle);

@@ -41,6 +41,9 @@ class EglContext {
   public:
     /// Leaves the caller's current context as it was.
     static Result<EglContext> create(const EglDisplay& display);
+    /// The same, with buffers and fences that a host's context has too. Null: the display and the
+    /// context that are current in this thread. The error says why they cannot be shared.
+    static Result<EglContext> create_beside(EGLDisplay hosts_display, EGLContext hosts_context);
     EglContext(EglContext&& other) noexcept;
     EglContext& operator=(EglContext&& other) noexcept;
     ~EglContext();
@@ -50,6 +53,7 @@ class EglContext {
   private:
     friend class CurrentContext;
     EglContext(EGLDisplay display, EGLContext context) : display_(display), context_(context) {}
+    static Result<EglContext> create_in_group(const EglDisplay& display, EGLContext other);
     Status read_capabilities(bool display_is_software);
 
     EGLDisplay display_ = EGL_NO_DISPLAY;

@@ -67,6 +67,25 @@ class GlDevice final : public Device {
     int thread_count() const override { return 1; }
     std::string failure() const override { return failure_; }
 
+    uint32_t buffer_name(BufferIndex buffer) const override {
+        return objects_->buffers[static_cast<size_t>(buffer)].name();
+    }
+
+    void* signal() override {
+        const Use use(*this);
+        if (!use.is_good()) return nullptr;
+        // Kernels wrote what another context reads, as whatever it is bound there.
+        glMemoryBarrier(GL_ALL_BARRIER_BITS);
+        objects_->fence = GlFence(glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0));
+        glFlush();
+        return objects_->fence.sync();
+    }
+
+    void wait_for(void* fence) override {
+        const Use use(*this);
+        if (use.is_good()) glWaitSync(static_cast<GLsync>(fence), 0, GL_TIMEOUT_IGNORED);
+    }
+
     void mark_stage(int stage) override {
         assert(session_depth_ > 0 && stage >= 0 && stage < kStageCapacity);
         const Use use(*this);
@@ -77,6 +96,23 @@ class GlDevice final : public Device {
     Status allocate_words(BufferIndex buffer, int64_t words) override {
         const Use use(*this);
         return use.is_good() ? allocate_current(buffer, words) : Status(Error{failure_});
+    }
+
+    Status grow_words(BufferIndex buffer, int64_t words) override {
+        const Use use(*this);
+        if (!use.is_good()) return Error{failure_};
+        GlBuffer old = std::move(object(buffer));
+        object(buffer) = GlBuffer();
+        const Status allocated = allocate_current(buffer, words);
+        if (!allocated) {
+            object(buffer) = std::move(old);
+            glBindBufferBase(GL_SHADER_STORAGE_BUFFER, static_cast<GLuint>(buffer),
+                             object(buffer).name());
+            return allocated;
+        }
+        glCopyNamedBufferSubData(old.name(), object(buffer).name(), 0, 0,
+                                 std::max<int64_t>(words_in(buffer), 1) * kWordBytes);
+        return Done{};
     }
 
     void write_words(BufferIndex buffer, int64_t offset, std::span<const int32_t> words) override {
@@ -148,6 +184,7 @@ class GlDevice final : public Device {
         GlBuffer params;
         GlReadBack read_back;
         GlStageTimes times;
+        GlFence fence;
     };
 
     /// The device's context is current while one of these, or a session, is there.
@@ -291,6 +328,18 @@ Result<std::unique_ptr<Device>> create_gl_device(const KernelSet& kernel_set, bo
     }
     if (software) return GlDevice::create(kernel_set, std::move(*software));
     return Error{"no usable OpenGL 4.5 device: " + refusals};
+}
+
+Result<std::unique_ptr<Device>> create_shared_gl_device(const KernelSet& kernel_set,
+                                                        void* egl_display, void* egl_context) {
+    auto context = EglContext::create_beside(egl_display, egl_context);
+    if (!context) return Error{context.error()};
+    const GlCapabilities& gl = context->capabilities();
+    if (const std::string shortfall = gl.shortfall(static_cast<int>(kernel_set.buffers.size()));
+        !shortfall.empty()) {
+        return Error{fmt::format("{}: {}", gl.renderer, shortfall)};
+    }
+    return GlDevice::create(kernel_set, std::move(*context));
 }
 
 }  // namespace bsoil::device

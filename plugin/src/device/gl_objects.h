@@ -39,6 +39,25 @@ inline void delete_gl_shader(GLuint name) { glDeleteShader(name); }
 inline void delete_gl_program(GLuint name) { glDeleteProgram(name); }
 inline void delete_gl_query(GLuint name) { glDeleteQueries(1, &name); }
 
+/// Owns a fence.
+class GlFence {
+  public:
+    GlFence() = default;
+    explicit GlFence(GLsync sync) : sync_(sync) {}
+    GlFence(GlFence&& other) noexcept : sync_(std::exchange(other.sync_, nullptr)) {}
+    GlFence& operator=(GlFence&& other) noexcept {
+        std::swap(sync_, other.sync_);
+        return *this;
+    }
+    ~GlFence() {
+        if (sync_ != nullptr) glDeleteSync(sync_);
+    }
+    GLsync sync() const { return sync_; }
+
+  private:
+    GLsync sync_ = nullptr;
+};
+
 using GlBuffer = GlObject<GL_BUFFER, delete_gl_buffer>;
 using GlShader = GlObject<GL_SHADER, delete_gl_shader>;
 using GlProgram = GlObject<GL_PROGRAM, delete_gl_program>;

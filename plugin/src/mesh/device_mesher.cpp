@@ -17,6 +17,8 @@ static_assert(kernels::kWindowColumns == kernels::kWindowSide * kernels::kWindow
 static_assert(kernels::kWindowGroups * kernels::kGroupLanes >= kernels::kWindowColumns);
 static_assert(kernels::kGroupLanes == device::kLanesPerGroup);
 static_assert(kernels::kTileSide == kTileSide);
+static_assert(kernels::kBareDepth == kBareDepth);
+static_assert(kernels::kKeptWords == kernels::kKeptLook + kernels::kLookWords);
 
 /// What a tile of level ground has, for a first guess of the room that meshes take.
 constexpr size_t kVerticesOfTile = 256, kTrianglesOfTile = 512;
@@ -82,6 +84,7 @@ DeviceMesher::DeviceMesher(std::unique_ptr<device::Device> device, const TileSou
 
 Status DeviceMesher::build(const GridColumns& grid, const TileLevels& levels,
                            std::span<const Job> jobs) {
+    if (jobs.empty()) return Done{};
     fields_.resize(std::max(fields_.size(), std::min(kBatch, jobs.size())));
     while (!jobs.empty()) {
         const std::span<const Job> batch = jobs.first(std::min(kBatch, jobs.size()));
@@ -89,6 +92,7 @@ Status DeviceMesher::build(const GridColumns& grid, const TileLevels& levels,
         tiles_.assign(kernels::kHeaderWords, 0);
         columns_.clear();
         runs_.clear();
+        if (kept_) look_words_.begin(runs_);
         work_words_ = 0;
         for (size_t t = 0; t < batch.size(); ++t) {
             const auto& [tx, ty, mesh] = batch[t];
@@ -96,13 +100,17 @@ Status DeviceMesher::build(const GridColumns& grid, const TileLevels& levels,
             write_tile(levels, fields_[t]);
         }
         if (const Status ran = run(grid); !ran) return ran;
+        if (kept_) {
+            if (const Status kept = keep_batch(grid, batch); !kept) return kept;
+            continue;
+        }
         for (size_t t = 0; t < batch.size(); ++t) {
             take(fields_[t], t, *batch[t].mesh);
             if (!levels.is_beside_finer(batch[t].tx, batch[t].ty)) continue;
             add_border(grid, levels, batch[t], t);
         }
     }
-    return Done{};
+    return kept_ ? write_draws() : Status(Done{});
 }
 
 void DeviceMesher::write_tile(const TileLevels& levels, const DisplayField& field) {
@@ -132,9 +140,20 @@ void DeviceMesher::write_tile(const TileLevels& levels, const DisplayField& fiel
 
 void DeviceMesher::write_column(const TileLevels& levels, const DisplayField& field, int i, int j) {
     const auto place = [&] { return static_cast<int32_t>(runs_.size()); };
+    std::array<int32_t, 2> layers{};
+    looks_.clear();
+    if (kept_) {
+        for (const Run& run : field.runs(i, j)) looks_.push_back(look_words_.add(run.look, runs_));
+        layers[0] = look_words_.add_layers(field, i, j, runs_);
+        layers[1] = place();
+    }
     columns_.push_back(place());
+    size_t number = 0;
     for (const Run& run : field.runs(i, j)) {
-        runs_.insert(runs_.end(), {bits_of(run.bottom), bits_of(run.top), run.in_solid});
+        runs_.insert(runs_.end(),
+                     {bits_of(run.bottom), bits_of(run.top), run.in_solid,
+                      kept_ ? looks_[number] : 0, kept_ ? look_words_.plain(run.material) : 0});
+        ++number;
     }
     columns_.push_back(place());
     columns_.push_back(place());
@@ -146,6 +165,7 @@ void DeviceMesher::write_column(const TileLevels& levels, const DisplayField& fi
                          j >= field.cell_first(1) - 1 && j <= field.cell_last(1) + 1;
     columns_.push_back(is_near && levels.is_plain(field.level(), i, j));
     columns_.push_back(field.material(i, j, 0));
+    columns_.insert(columns_.end(), layers.begin(), layers.end());
     for (int w = 0; w < field.word_count(); ++w) push_bits(columns_, field.inside_bits(i, j)[w]);
     for (int w = 0; w < field.word_count(); ++w) {
         push_bits(columns_, field.material_borders(i, j, w));
@@ -188,18 +208,25 @@ bool DeviceMesher::has_room() const {
            holds(Buffer::triangles, kernels::kTotalTriangles, kernels::kTriangleWords);
 }
 
-void DeviceMesher::dispatch_all(const kernels::Params& params) {
-    const std::span<const int32_t> words{reinterpret_cast<const int32_t*>(&params),
-                                         sizeof(params) / sizeof(int32_t)};
-    const device::WorkList columns = work_list(params.tile_count, kernels::kWindowGroups);
+namespace {
+
+std::span<const int32_t> words_of(const kernels::Params& params) {
+    return {reinterpret_cast<const int32_t*>(&params), sizeof(params) / sizeof(int32_t)};
+}
+
+}  // namespace
+
+void DeviceMesher::dispatch_all() {
+    const device::WorkList columns = work_list(params_.tile_count, kernels::kWindowGroups);
     const device::WorkList tiles =
-        work_list((params.tile_count + kernels::kGroupLanes - 1) / kernels::kGroupLanes, 1);
+        work_list((params_.tile_count + kernels::kGroupLanes - 1) / kernels::kGroupLanes, 1);
     using kernels::Kernel;
     for (const Kernel kernel :
          {Kernel::count_edges, Kernel::place_edges, Kernel::make_vertices, Kernel::count_triangles,
           Kernel::place_triangles, Kernel::make_triangles}) {
         const bool is_of_tiles = kernel == Kernel::place_edges || kernel == Kernel::place_triangles;
-        device_->dispatch(static_cast<int>(kernel), words, is_of_tiles ? tiles : columns);
+        device_->dispatch(static_cast<int>(kernel), words_of(params_),
+                          is_of_tiles ? tiles : columns);
     }
 }
 
@@ -223,7 +250,7 @@ Status DeviceMesher::run(const GridColumns& grid) {
         }
         std::fill_n(tiles_.begin(), kernels::kHeaderWords, 0);
         if (const Status tiles = upload(Buffer::tiles, tiles_); !tiles) return tiles;
-        kernels::Params params{};
+        kernels::Params& params = params_;
         params.size_x = grid.size[0];
         params.size_y = grid.size[1];
         params.size_z = grid.size[2];
@@ -234,11 +261,12 @@ Status DeviceMesher::run(const GridColumns& grid) {
         params.copy_capacity = static_cast<int>(capacity(Buffer::copies) / kernels::kCopyWords);
         params.triangle_capacity =
             static_cast<int>(capacity(Buffer::triangles) / kernels::kTriangleWords);
-        dispatch_all(params);
+        dispatch_all();
         device_->read(Buffer::tiles, 0, tiles_);
         if (const Status alive = failed(); !alive) return alive;
         for (size_t k = 0; k < 3; ++k) wanted[k] = static_cast<size_t>(tiles_[k]);
     } while (!has_room());
+    if (kept_) return Done{};
     vertices_.resize(wanted[0] * kernels::kVertexWords);
     copies_.resize(wanted[1] * kernels::kCopyWords);
     triangles_.resize(wanted[2] * kernels::kTriangleWords);
@@ -247,6 +275,49 @@ Status DeviceMesher::run(const GridColumns& grid) {
                                         {Buffer::triangles, 0, triangles_}};
     device_->read(ranges);
     return failed();
+}
+
+Status DeviceMesher::grow(BufferIndex buffer, int64_t word_count) {
+    if (static_cast<size_t>(word_count) <= capacity(buffer)) return Done{};
+    const int64_t wanted = word_count + word_count / static_cast<int64_t>(kGrowthDivisor);
+    Status grown = device_->grow(buffer, wanted);
+    if (grown) words_in_[static_cast<size_t>(buffer)] = static_cast<size_t>(wanted);
+    return grown;
+}
+
+/// The meshes just made get places of their own. The host learns their sizes alone.
+Status DeviceMesher::keep_batch(const GridColumns& grid, std::span<const Job> batch) {
+    for (size_t t = 0; t < batch.size(); ++t) {
+        writer_.begin(*batch[t].mesh);
+        int32_t* tile = &tiles_[kernels::kHeaderWords + t * kernels::kTileWords];
+        const auto number = static_cast<size_t>(batch[t].ty * grid.tile_count[0] + batch[t].tx);
+        const KeptMeshes::Place& place = kept_->place(
+            number,
+            int64_t{tile[kernels::kTileVertexCount]} + int64_t{tile[kernels::kTileCopyCount]},
+            int64_t{tile[kernels::kTileTriangleCount]} * kernels::kTriangleWords);
+        tile[kernels::kTileKeptVertexAt] = static_cast<int32_t>(place.vertex_at);
+        tile[kernels::kTileKeptIndexAt] = static_cast<int32_t>(place.index_at);
+    }
+    const device::DeviceSession session(*device_);
+    for (const Status& made :
+         {grow(Buffer::kept_vertices, kept_->vertex_end() * kernels::kKeptWords),
+          grow(Buffer::kept_indices, kept_->index_end()), upload(Buffer::tiles, tiles_)}) {
+        if (!made) return made;
+    }
+    device_->dispatch(static_cast<int>(kernels::Kernel::keep_mesh), words_of(params_),
+                      work_list(params_.tile_count, kernels::kWindowGroups));
+    return failed();
+}
+
+/// A command of glMultiDrawElementsIndirect for each tile.
+Status DeviceMesher::write_draws() {
+    draws_.clear();
+    for (const KeptMeshes::Place& place : kept_->places()) {
+        draws_.insert(draws_.end(), {static_cast<int32_t>(place.index_count), 1,
+                                     static_cast<int32_t>(place.index_at),
+                                     static_cast<int32_t>(place.vertex_at), 0});
+    }
+    return upload(Buffer::kept_draws, draws_);
 }
 
 void DeviceMesher::take_vertex(const DisplayField& field, const int32_t* tile,

@@ -56,6 +56,13 @@ class DisplayField {
     std::span<const SolidRun> solids(int i, int j) const {
         return columns_[column_index(i, j)].solids;
     }
+    /// The materials of a column, and where it lies bare to a side how they mix.
+    std::span<const MaterialLayer> layers(int i, int j) const {
+        return columns_[column_index(i, j)].layers;
+    }
+    std::span<const MixedLayer> mixes(int i, int j) const {
+        return columns_[column_index(i, j)].mixes;
+    }
     /// Bit q: sample q is inside.
     const uint64_t* inside_bits(int i, int j) const {
         return &bits_[column_index(i, j) * word_count_];

@@ -5,10 +5,13 @@ target_sources(bulletsoil_soil PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/column_runs.cpp
   ${CMAKE_CURRENT_LIST_DIR}/device_mesher.cpp
   ${CMAKE_CURRENT_LIST_DIR}/display_field.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/kept_meshes.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/look_words.cpp
   ${CMAKE_CURRENT_LIST_DIR}/marching_cases.cpp
   ${CMAKE_CURRENT_LIST_DIR}/mesh_export.cpp
   ${CMAKE_CURRENT_LIST_DIR}/plane_strips.cpp
   ${CMAKE_CURRENT_LIST_DIR}/rolling_soil.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/shared_surface.cpp
   ${CMAKE_CURRENT_LIST_DIR}/soil_color.cpp
   ${CMAKE_CURRENT_LIST_DIR}/soil_tiles.cpp
   ${CMAKE_CURRENT_LIST_DIR}/split_cell.cpp

@@ -54,7 +54,8 @@ struct SurfaceMesher::Impl {
         std::vector<mesh::ColumnMotion> motions;
     };
 
-    Impl(const TileSource& tile_source, const SurfaceMeshDef& mesh_def)
+    Impl(const TileSource& tile_source, const SurfaceMeshDef& mesh_def,
+         std::unique_ptr<mesh::DeviceMesher> hosts_mesher)
         : source(tile_source),
           def(mesh_def),
           has_water(tile_source.has_water()),
@@ -62,8 +63,9 @@ struct SurfaceMesher::Impl {
           tiles(grid.tiles.size()),
           levels(grid.tile_count[0], grid.tile_count[1]),
           wanted_levels(tiles.size(), kNoLevel),
-          mesher(tile_source, mesh_def) {
-        choose_backend(mesh_def.backend.value_or(tile_source.backend()));
+          mesher(tile_source, mesh_def),
+          device_mesher(std::move(hosts_mesher)) {
+        if (!device_mesher) choose_backend(mesh_def.backend.value_or(tile_source.backend()));
     }
 
     void choose_backend(Backend backend) {
@@ -398,7 +400,10 @@ struct SurfaceMesher::Impl {
 };
 
 SurfaceMesher::SurfaceMesher(const TileSource& source, const SurfaceMeshDef& def)
-    : impl_(std::make_unique<Impl>(source, def)) {}
+    : impl_(std::make_unique<Impl>(source, def, nullptr)) {}
+SurfaceMesher::SurfaceMesher(const TileSource& source, const SurfaceMeshDef& def,
+                             std::unique_ptr<mesh::DeviceMesher> device_mesher)
+    : impl_(std::make_unique<Impl>(source, def, std::move(device_mesher))) {}
 SurfaceMesher::~SurfaceMesher() = default;
 
 SurfaceMeshReport SurfaceMesher::update() {

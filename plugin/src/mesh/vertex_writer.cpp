@@ -87,8 +87,11 @@ Color VertexWriter::mean_color(const MaterialWeights& weights) const {
 }
 
 Look VertexWriter::look_inside(const DisplayField& field, int i, int j, float z) const {
-    Look look = look_of(field.material(i, j, z));
-    const MixedLayer* mixture = field.mixture(i, j, z);
+    return look_mixed(field.material(i, j, z), field.mixture(i, j, z));
+}
+
+Look VertexWriter::look_mixed(uint8_t material, const MixedLayer* mixture) const {
+    Look look = look_of(material);
     if (!mixture) return look;
     if (!palette_.empty() && mixture->weights != MaterialWeights{}) {
         look = {mean_color(mixture->weights), mixture->weights, 0};

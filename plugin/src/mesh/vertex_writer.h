@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "bsoil/surface_mesh.h"
@@ -35,8 +36,12 @@ class VertexWriter {
     /// In walls and at the sides of the grid: the materials there by themselves, whatever became
     /// of the soil, or the mean of those that mix; with their water.
     Look look_inside(const DisplayField& field, int i, int j, float z) const;
+    /// The same where the material and the mixture, or null, are known.
+    Look look_mixed(uint8_t material, const MixedLayer* mixture) const;
     /// A material by itself.
     const Look& look_of(uint8_t material) const;
+    /// Of each material.
+    std::span<const Look> plain_looks() const { return looks_; }
 
   private:
     GridVector rotated(GridVector v) const;
