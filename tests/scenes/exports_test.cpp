@@ -12,6 +12,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "bsoil/render/image.h"
 #include "files/data_files.h"
 #include "reading/scene_load.h"
 
@@ -120,6 +121,57 @@ TEST_F(Exports, assimp_reads_the_gltf_with_nodes_places_and_colours) {
         const aiColor4D& red = read->mMeshes[ball->mMeshes[0]]->mColors[0][0];
         EXPECT_EQ(red.r, 1);
         EXPECT_EQ(red.g, 0);
+    }
+}
+
+TEST_F(Exports, textures_are_in_the_gltf) {
+    // A square with a texture, and a box of one colour beside it.
+    std::ofstream(path_of("square.obj"))
+        << "mtllib square.mtl\nv 0 -1 -1\nv 0 1 -1\nv 0 1 1\nv 0 -1 1\nvt 0 0\nvt 1 0\nvt 1 1\n"
+           "vt 0 1\nusemtl skin\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n";
+    std::ofstream(path_of("square.mtl")) << "newmtl skin\nKd 1 1 1\nmap_Kd fields.png\n";
+    render::Image image;
+    image.width = image.height = 8;
+    for (int pixel = 0; pixel < 64; ++pixel) {
+        image.rgba.insert(image.rgba.end(), {static_cast<uint8_t>(4 * pixel), 60, 40, 255});
+    }
+    ASSERT_TRUE(render::write_png(image, path_of("fields.png")));
+    auto parsed = parse_scene(
+        "[world]\nduration_s = 1\n"
+        "[[body]]\nname = \"sign\"\nshape = \"box\"\nsize_m = [1, 1, 1]\ncolor = [0, 0.5, 0]\n"
+        "visual = [{ shape = \"mesh\", file = \"square.obj\" },\n"
+        "          { shape = \"box\", size_m = [0.2, 0.2, 0.2] }]\n",
+        path_of("s.toml"));
+    ASSERT_TRUE(parsed) << parsed.error();
+    scene_ = std::move(*parsed);
+    auto made = SceneRun::create(scene_, {.backend = Backend::cpu});
+    ASSERT_TRUE(made) << made.error();
+    run_ = std::move(*made);
+    Assimp::Importer importer;
+    const aiScene* read = importer.ReadFile(exported("sign.glb"), 0);
+    ASSERT_NE(read, nullptr) << importer.GetErrorString();
+    EXPECT_EQ(said_, "");
+    ASSERT_EQ(read->mNumTextures, 1u);
+    EXPECT_EQ(read->mTextures[0]->mHeight, 0u);  // a file, of this length
+    EXPECT_EQ(read->mTextures[0]->mWidth, fs::file_size(path_of("fields.png")));
+    ASSERT_EQ(read->mNumMeshes, 2u);
+    const aiMesh& square = *read->mMeshes[0];
+    const aiMesh& box = *read->mMeshes[1];
+    EXPECT_EQ(square.mNumFaces, 2u);
+    EXPECT_EQ(box.mNumFaces, 12u);
+    EXPECT_TRUE(box.HasVertexColors(0));
+    ASSERT_TRUE(square.HasTextureCoords(0));
+    EXPECT_FALSE(square.HasVertexColors(0));
+    aiString file;
+    EXPECT_EQ(read->mMaterials[square.mMaterialIndex]->GetTexture(aiTextureType_DIFFUSE, 0, &file),
+              aiReturn_SUCCESS);
+    EXPECT_EQ(read->mMaterials[box.mMaterialIndex]->GetTextureCount(aiTextureType_DIFFUSE), 0u);
+    // The lower left corner of the square is that of the texture; the importer counts from below.
+    for (unsigned corner = 0; corner < 6; ++corner) {
+        const unsigned v = square.mFaces[corner / 3].mIndices[corner % 3];
+        const aiVector3D &at = square.mVertices[v], &place = square.mTextureCoords[0][v];
+        EXPECT_NEAR(place.x, (at.y + 1) / 2, 1e-6f);
+        EXPECT_NEAR(place.y, (at.z + 1) / 2, 1e-6f);
     }
 }
 

@@ -8,12 +8,12 @@
 #include <cstring>
 #include <filesystem>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "bsoil/render/image.h"
 #include "bsoil/render/primitives.h"
 #include "bsoil/surface_mesh.h"
 #include "files/text_file.h"
+#include "gltf_file.h"
 #include "height_map.h"
 #include "openvdb_grids.h"
 #include "scene_models.h"
@@ -22,22 +22,12 @@
 namespace bsoil::scene {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 static_assert(std::endian::native == std::endian::little, "the binary formats are little-endian");
 
 template <typename T>
 void append(std::string& bytes, const std::vector<T>& values) {
     bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
 }
-
-/// A mesh with a name and a place.
-struct NamedMesh {
-    std::string name;
-    Mesh mesh;
-    Pose pose;
-    double roughness = 1;
-};
 
 std::vector<NamedMesh> meshes_of(const SceneRun& run) {
     std::vector<NamedMesh> meshes;
@@ -50,117 +40,26 @@ std::vector<NamedMesh> meshes_of(const SceneRun& run) {
             SurfaceMesher mesher(tiles, def);
             mesher.update();
             NamedMesh named{name, {}, {}, 1};
-            mesher.gather(named.mesh);
+            mesher.gather(named.look.mesh);
             meshes.push_back(std::move(named));
         };
         add("soil", SurfaceMeshDef::Layer::soil);
         if (!run.scene().terrains.empty()) add("terrain", SurfaceMeshDef::Layer::terrain);
     }
     for (const SceneBody& body : run.bullet().bodies()) {
-        meshes.push_back({body.name, body_mesh(*body.item), body.pose(), 0.5});
+        meshes.push_back({body.name, body_look(*body.item), body.pose(), 0.5});
     }
-    std::erase_if(meshes, [](const NamedMesh& named) { return named.mesh.indices.empty(); });
+    std::erase_if(meshes, [](const NamedMesh& named) { return named.look.mesh.indices.empty(); });
     return meshes;
 }
 
 Mesh one_mesh(const SceneRun& run) {
     Mesh all;
     for (NamedMesh& named : meshes_of(run)) {
-        render::transform_mesh(named.mesh, named.pose);
-        all.append(named.mesh);
+        render::transform_mesh(named.look.mesh, named.pose);
+        all.append(named.look.mesh);
     }
     return all;
-}
-
-/// Binary glTF 2.0 (Khronos, 2021): a header, a chunk of JSON and one of numbers.
-std::string glb(const std::vector<NamedMesh>& meshes, bool z_up) {
-    constexpr int kFloat = 5126, kUnsigned = 5125, kVertices = 34962, kIndices = 34963;
-    Json json;
-    json["asset"] = {{"version", "2.0"}, {"generator", "BulletSoil"}};
-    json["scene"] = 0;
-    std::string numbers;
-    const auto add_view = [&](const void* data, size_t size, int target) {
-        json["bufferViews"].push_back({{"buffer", 0},
-                                       {"byteOffset", numbers.size()},
-                                       {"byteLength", size},
-                                       {"target", target}});
-        numbers.append(static_cast<const char*>(data), size);
-        return json["bufferViews"].size() - 1;
-    };
-    const auto add_vectors = [&](const std::vector<float>& values, bool bounds) {
-        Json accessor{{"bufferView", add_view(values.data(), 4 * values.size(), kVertices)},
-                      {"componentType", kFloat},
-                      {"count", values.size() / 3},
-                      {"type", "VEC3"}};
-        if (bounds) {
-            std::array<float, 3> low, high;
-            low.fill(std::numeric_limits<float>::max());
-            high.fill(-std::numeric_limits<float>::max());
-            for (size_t i = 0; i < values.size(); ++i) {
-                low[i % 3] = std::min(low[i % 3], values[i]);
-                high[i % 3] = std::max(high[i % 3], values[i]);
-            }
-            accessor["min"] = low;
-            accessor["max"] = high;
-        }
-        json["accessors"].push_back(accessor);
-        return json["accessors"].size() - 1;
-    };
-    Json children = Json::array();
-    for (size_t m = 0; m < meshes.size(); ++m) {
-        const NamedMesh& named = meshes[m];
-        Json attributes;
-        attributes["POSITION"] = add_vectors(named.mesh.positions, true);
-        attributes["NORMAL"] = add_vectors(named.mesh.normals, false);
-        attributes["COLOR_0"] = add_vectors(named.mesh.colors, false);
-        const std::vector<uint32_t>& indices = named.mesh.indices;
-        json["accessors"].push_back(
-            {{"bufferView", add_view(indices.data(), 4 * indices.size(), kIndices)},
-             {"componentType", kUnsigned},
-             {"count", indices.size()},
-             {"type", "SCALAR"}});
-        json["materials"].push_back(
-            {{"name", named.name},
-             {"doubleSided", true},
-             {"pbrMetallicRoughness",
-              {{"metallicFactor", 0}, {"roughnessFactor", named.roughness}}}});
-        json["meshes"].push_back({{"name", named.name},
-                                  {"primitives",
-                                   {{{"attributes", attributes},
-                                     {"indices", json["accessors"].size() - 1},
-                                     {"material", m}}}}});
-        const Vec3 p = named.pose.position;
-        const Quat q = named.pose.rotation;
-        json["nodes"].push_back({{"name", named.name},
-                                 {"mesh", m},
-                                 {"translation", {p.x, p.y, p.z}},
-                                 {"rotation", {q.x, q.y, q.z, q.w}}});
-        children.push_back(m);
-    }
-    Json root{{"name", "world"}, {"children", children}};
-    const double half = std::sqrt(0.5);
-    if (z_up) root["rotation"] = {-half, 0, 0, half};  // z up becomes y up
-    json["nodes"].push_back(root);
-    json["scenes"].push_back({{"nodes", {meshes.size()}}});
-    json["buffers"].push_back({{"byteLength", numbers.size()}});
-
-    std::string text = json.dump();
-    text.resize((text.size() + 3) / 4 * 4, ' ');
-    numbers.resize((numbers.size() + 3) / 4 * 4, '\0');
-    std::string file;
-    const auto word = [&file](uint32_t value) {
-        file.append(reinterpret_cast<const char*>(&value), 4);
-    };
-    word(0x46546C67);  // "glTF"
-    word(2);
-    word(static_cast<uint32_t>(12 + 8 + text.size() + 8 + numbers.size()));
-    word(static_cast<uint32_t>(text.size()));
-    word(0x4E4F534A);  // "JSON"
-    file += text;
-    word(static_cast<uint32_t>(numbers.size()));
-    word(0x004E4942);  // "BIN"
-    file += numbers;
-    return file;
 }
 
 /// Heights of the surface above the grid's floor by column, x the fastest.
@@ -301,7 +200,9 @@ Result<std::string> export_run(const SceneRun& run, const std::string& path) {
     }
     Status written = Done{};
     if (ending == ".glb") {
-        written = write_file(path, glb(meshes_of(run), run.scene().world.up == "z"));
+        std::vector<std::string> notes;
+        written = write_file(path, glb(meshes_of(run), run.scene().world.up == "z", notes));
+        if (written) return fmt::format("{}", fmt::join(notes, "\n"));
     } else if (ending == ".obj") {
         written = write_obj(one_mesh(run), path);
     } else if (ending == ".ply") {

@@ -13,8 +13,8 @@ const std::vector<std::string>& export_endings();
 
 /// Writes a file in the format that its name ends in:
 ///
-///     .glb   glTF 2.0: soil, terrain and each body as a node of its own, with materials and
-///            vertex colours; Y up, as glTF has it
+///     .glb   glTF 2.0: soil, terrain and each body as a node of its own, with materials,
+///            vertex colours and textures; Y up, as glTF has it
 ///     .obj   Wavefront: the same as one mesh in world coordinates, with vertex colours
 ///     .ply   the same with normals and 8-bit colours
 ///     .asc   ESRI ASCII grid: heights of the surface [m] in the world, north is the grid's y
