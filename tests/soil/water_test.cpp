@@ -1,4 +1,5 @@
 // Water in the soil: where it goes, what it makes stand, and the account of it.
+#include <cmath>
 #include <numbers>
 
 #include "ploughed_bed.h"
@@ -70,6 +71,33 @@ TEST(Water, lets_a_cut_stand_that_dry_and_saturated_falls) {
         EXPECT_EQ(soil->checksum() == checksum, keeps) << saturation << ", " << high << " voxels";
         EXPECT_EQ(soil->status_bits(), 0u);
     }
+}
+
+// Moved sand that keeps its cohesion. By the wedges one voxel wide by which moved soil slides, 10
+// Pa let it stand at 44 deg at most; dry and full of water it has none and rests at phi.
+TEST(Water, makes_moved_sand_rest_steeper_where_it_is_moist) {
+    double rests_deg[3] = {};
+    for (int i = 0; i < 3; ++i) {
+        MaterialDef material = moist_sand(0.5 * i, 10);
+        material.conductivity_m_s = 0;
+        material.loose_cohesion_fraction = 1;
+        SoilDef def = grid_def(64, 8, 24);
+        def.material = material;
+        const auto soil = make_soil(def);
+        ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {20, 8, 20})));
+        ASSERT_TRUE(soil->settle(4000));
+        // Between a quarter and three quarters of the heap's height.
+        const double peak_m = soil->surface_height_m(0, 4);
+        int low = 0, high = 0;
+        while (soil->surface_height_m(high, 4) > 0.75 * peak_m) ++high;
+        while (soil->surface_height_m(low, 4) > 0.25 * peak_m) ++low;
+        const double fall_m = soil->surface_height_m(high, 4) - soil->surface_height_m(low, 4);
+        rests_deg[i] = std::atan2(fall_m, (low - high) * 0.05) * 180 / std::numbers::pi;
+    }
+    EXPECT_NEAR(rests_deg[0], 30, 1.5);
+    EXPECT_GT(rests_deg[1], 33);
+    EXPECT_LT(rests_deg[1], 45);
+    EXPECT_NEAR(rests_deg[2], 30, 1.5);
 }
 
 TEST(Water, of_rain_brings_a_bank_down) {
