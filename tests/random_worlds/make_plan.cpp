@@ -91,6 +91,8 @@ class Maker {
         def.backend = Backend::cpu;
         def.thread_count = 1;
         std::vector<MaterialDef> known(materials::all().begin(), materials::all().end());
+        // Weather is added apart.
+        std::erase_if(known, [](const MaterialDef& m) { return m.pore_water_fraction > 0; });
         for (int i = random_.integer(1, 3); i > 0; --i) {
             const auto at = known.begin() + random_.integer(0, static_cast<int>(known.size()) - 1);
             def.materials.push_back(*at);

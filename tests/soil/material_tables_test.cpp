@@ -31,6 +31,20 @@ TEST(MaterialTables, densities) {
     }
 }
 
+TEST(MaterialTables, moisture) {
+    for (const MaterialDef& m : materials::all()) {
+        if (m.pore_water_fraction == 0) continue;
+        const double porosity = m.pore_water_fraction * m.density_kg_m3 / 1000;
+        const double fringe_m =
+            4 * m.moist_cohesion_pa / std::tan(m.friction_angle_rad) / (1000 * 9.81);
+        fmt::print("| `{}` | {:.3f} | {:.2f} | {:.0f} | {:.3g} | {:.3f} | {:.2f} | {:.2f} |\n",
+                   m.name, m.pore_water_fraction, m.placed_saturation, m.moist_cohesion_pa,
+                   m.conductivity_m_s * 1000, m.residual_saturation, porosity, fringe_m);
+        EXPECT_NEAR(m.density_kg_m3 / (1 - porosity), 2650, 10) << "grains of quartz";
+        EXPECT_GE(m.placed_saturation, m.residual_saturation);
+    }
+}
+
 struct Range {
     double least, most;
 };

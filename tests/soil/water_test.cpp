@@ -100,6 +100,31 @@ TEST(Water, makes_moved_sand_rest_steeper_where_it_is_moist) {
     EXPECT_NEAR(rests_deg[2], 30, 1.5);
 }
 
+// The built-in that takes water: as placed it has 4 S (1 - S) of 640 Pa, 425 Pa, so that a cut
+// stands to 0.20 m.
+TEST(Water, lets_a_cut_in_fine_sand_stand_as_placed) {
+    MaterialDef material = fixed_density(materials::fine_sand());
+    const double cohesion_pa = material.moisture_cohesion_pa(material.placed_saturation);
+    EXPECT_NEAR(cohesion_pa, 425, 1);
+    const double weight =
+        material.density_kg_m3 * material.wet_mass_share(material.placed_saturation) * kGravity;
+    const double high_m =
+        4 * cohesion_pa / weight * std::tan(std::numbers::pi / 4 + material.friction_angle_rad / 2);
+    EXPECT_NEAR(high_m, 0.20, 0.005);
+    constexpr double kVoxelM = 0.0125;
+    for (const auto& [share, stands] : {std::pair(0.9, true), std::pair(1.15, false)}) {
+        const double high =
+            stands ? std::floor(share * high_m / kVoxelM) : std::ceil(share * high_m / kVoxelM);
+        SoilDef def = grid_def(48, 8, static_cast<int>(high) + 4, kVoxelM);
+        def.material = material;
+        const auto soil = make_soil(def);
+        ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {24, 8, high})));
+        const double before_m = mean_height_m(*soil, 24, 48);
+        for (int i = 0; i < 300; ++i) soil->step({});
+        EXPECT_EQ(mean_height_m(*soil, 24, 48) == before_m, stands) << share;
+    }
+}
+
 TEST(Water, of_rain_brings_a_bank_down) {
     MaterialDef material = moist_sand(0.5);
     material.conductivity_m_s = 0.05;

@@ -34,9 +34,10 @@ int info(const DeviceOptions& options) {
         limits::kBodyCapacity, limits::kContactCapacity, limits::kHullPlaneCapacity);
     fmt::print("materials\n");
     for (const MaterialDef& m : materials::all()) {
-        fmt::print("  {:<12} {:6.0f} kg/m3, phi {:4.1f} deg, c {:6.0f} Pa, tool friction {:.2f}\n",
-                   m.name, m.density_kg_m3, m.friction_angle_rad * 180 / std::numbers::pi,
-                   m.cohesion_pa, m.tool_friction);
+        fmt::print(
+            "  {:<12} {:6.0f} kg/m3, phi {:4.1f} deg, c {:6.0f} Pa, tool friction {:.2f}{}\n",
+            m.name, m.density_kg_m3, m.friction_angle_rad * 180 / std::numbers::pi, m.cohesion_pa,
+            m.tool_friction, m.pore_water_fraction > 0 ? ", takes water" : "");
     }
     return kPassed;
 }

@@ -206,7 +206,8 @@ TableOf<MaterialItem> material_table() {
     table.text("name", &M::name, "unique; a built-in's name replaces that built-in")
         .required()
         .text("base", &M::base,
-              "the built-in it starts from: dry_sand, moist_sand, sandy_loam, loam, clay, gravel");
+              "the built-in it starts from: dry_sand, moist_sand, sandy_loam, loam, clay, gravel, "
+              "fine_sand (which takes water)");
     const auto add = [&table](const FieldKey& key, std::optional<double> M::*place) {
         table.number(key.name, place, key.range, key.doc, key.scale);
     };

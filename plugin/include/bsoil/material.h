@@ -123,6 +123,7 @@ MaterialDef sandy_loam();
 MaterialDef loam();
 MaterialDef clay();
 MaterialDef gravel();
+MaterialDef fine_sand();  ///< takes water; placed damp, as it is a day or two after rain
 /// @}
 /// All of them, in the order above.
 std::span<const MaterialDef> all();

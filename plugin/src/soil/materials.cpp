@@ -55,16 +55,32 @@ MaterialDef make(const char* name, Densities density, double friction_deg, doubl
             .color = color};
 }
 
+struct Moisture {
+    double pore_water_fraction, placed_saturation, moist_cohesion_pa, conductivity_m_s,
+        residual_saturation;
+};
+
+MaterialDef with_water(MaterialDef material, Moisture moisture) {
+    material.pore_water_fraction = moisture.pore_water_fraction;
+    material.placed_saturation = moisture.placed_saturation;
+    material.moist_cohesion_pa = moisture.moist_cohesion_pa;
+    material.conductivity_m_s = moisture.conductivity_m_s;
+    material.residual_saturation = moisture.residual_saturation;
+    return material;
+}
+
 // Sources of the figures: docs/materials.md. Colours are linear, and as far apart as dry, moist and
 // loamy soils are to the eye.
-const std::array<MaterialDef, 6>& table() {
-    static const std::array<MaterialDef, 6> kTable = {
+const std::array<MaterialDef, 7>& table() {
+    static const std::array<MaterialDef, 7> kTable = {
         make("dry_sand", {1430, 1600, 1750}, 33, 0, 0.40, {0.70f, 0.57f, 0.34f}),
         make("moist_sand", {1540, 1750, 1900}, 34, 1000, 0.42, {0.42f, 0.31f, 0.17f}),
         make("sandy_loam", {1480, 1850, 2050}, 26, 2000, 0.40, {0.26f, 0.15f, 0.075f}),
         make("loam", {1520, 1900, 2090}, 25, 6000, 0.38, {0.115f, 0.07f, 0.04f}),
         make("clay", {1440, 1950, 2150}, 20, 20000, 0.35, {0.38f, 0.15f, 0.08f}),
         make("gravel", {1600, 1800, 1960}, 38, 0, 0.45, {0.42f, 0.42f, 0.42f}),
+        with_water(make("fine_sand", {1350, 1510, 1650}, 33, 0, 0.40, {0.72f, 0.60f, 0.38f}),
+                   {0.285, 0.21, 640, 8.25e-5, 0.105}),
     };
     return kTable;
 }
@@ -77,6 +93,7 @@ MaterialDef sandy_loam() { return table()[2]; }
 MaterialDef loam() { return table()[3]; }
 MaterialDef clay() { return table()[4]; }
 MaterialDef gravel() { return table()[5]; }
+MaterialDef fine_sand() { return table()[6]; }
 
 std::span<const MaterialDef> all() { return table(); }
 

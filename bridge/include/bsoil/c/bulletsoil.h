@@ -97,7 +97,7 @@ typedef struct bulletsoil_material {
 
 /**
  * Sets `material`, of `struct_size` = sizeof *material bytes, to the built-in material of this
- * name: dry_sand, moist_sand, sandy_loam, loam, clay, gravel.
+ * name: dry_sand, moist_sand, sandy_loam, loam, clay, gravel, fine_sand (which takes water).
  */
 bulletsoil_result bulletsoil_material_init(bulletsoil_material* material, size_t struct_size,
                                            const char* built_in_name);
