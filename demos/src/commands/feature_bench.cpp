@@ -21,14 +21,24 @@ constexpr int kSteps = 150;       // once to the other side and part of the way 
 struct Feature {
     const char* name;
     std::function<void(SoilDef&)> declare = [](SoilDef&) {};
-    bool has_layers = false;  ///< the upper fifth of the soil is of the second material
+    /// From the lower edge of each material but the first to the surface, as a share of the soil's
+    /// height. The block goes through the upper fifth.
+    std::vector<double> layers = {};
     double source_kg_s = 0;
+    double sink_kg_s = 0;  ///< in the middle of its way
 };
 
 MaterialDef named(const char* name) {
     MaterialDef material = pushed_material();
     material.name = name;
     return material;
+}
+
+void make_moist(SoilDef& def) {
+    def.material.pore_water_fraction = 0.2;
+    def.material.placed_saturation = 0.5;
+    def.material.moist_cohesion_pa = 1000;
+    def.material.conductivity_m_s = 1e-4;
 }
 
 std::vector<Feature> features() {
@@ -42,7 +52,12 @@ std::vector<Feature> features() {
              def.material.compacted_density_kg_m3 = 2200;
          }},
         {"a second material, not there", two},
-        {"a second material, in the upper fifth", two, true},
+        {"a second material, in the upper fifth", two, {0.2}},
+        {"four materials, in the upper fifth",
+         [](SoilDef& def) {
+             def.materials = {def.material, named("second"), named("third"), named("fourth")};
+         },
+         {0.2, 0.13, 0.07}},
         {"slides with momentum", [](SoilDef& def) { def.slides = SlideMotion::run_out; }},
         {"roughness 0.1", [](SoilDef& def) { def.material.roughness = 0.1; }},
         {"viscosity 0.3", [](SoilDef& def) { def.material.viscosity = 0.3; }},
@@ -51,14 +66,32 @@ std::vector<Feature> features() {
              two(def);
              def.materials[1].roughness = 0.1;
          }},
-        {"moist, without rain",
+        {"moist, without rain", make_moist},
+        {"moist, in rain of 36 mm/h",
          [](SoilDef& def) {
-             def.material.pore_water_fraction = 0.2;
-             def.material.placed_saturation = 0.5;
-             def.material.moist_cohesion_pa = 1000;
-             def.material.conductivity_m_s = 1e-4;
+             make_moist(def);
+             def.rain_m_s = 1e-5;
          }},
-        {"a source of 5 kg/s", [](SoilDef&) {}, false, 5},
+        {"moist, over groundwater",
+         [](SoilDef& def) {
+             make_moist(def);
+             def.water_table_m = 0.5;
+         }},
+        {.name = "a source of 5 kg/s", .source_kg_s = 5},
+        {.name = "a source of 5 kg/s, in air",
+         .declare = [](SoilDef& def) { def.material.fall_speed_m_s = 1; },
+         .source_kg_s = 5},
+        {.name = "a source of 5 kg/s, in a gusty wind",
+         .declare =
+             [](SoilDef& def) {
+                 def.material.fall_speed_m_s = 1;
+                 def.wind_m_s = {0, 2, 0};
+                 def.gust = 0.5;
+             },
+         .source_kg_s = 5},
+        {.name = "a sink of 5 kg/s", .sink_kg_s = 5},
+        {"open sides along the block's way",
+         [](SoilDef& def) { def.open_sides = kOpenLowY | kOpenHighY; }},
     };
 }
 
@@ -76,18 +109,28 @@ Result<double> time_feature(const Feature& feature, FeatureDevice device) {
     auto made = Soil::create(def);
     if (!made) return Error{made.error()};
     Soil& soil = **made;
-    const double upper = feature.has_layers ? 0.8 * kHalf : kHalf;
-    Status status = soil.fill(BoxFill{{{-kHalf, -kHalf, 0}, {kHalf, kHalf, upper}}, {}});
-    if (status && feature.has_layers) {
-        status = soil.fill(BoxFill{{{-kHalf, -kHalf, upper}, {kHalf, kHalf, kHalf}}, "second"});
+    double from = 0;
+    for (size_t m = 0; m <= feature.layers.size(); ++m) {
+        const double to = m < feature.layers.size() ? (1 - feature.layers[m]) * kHalf : kHalf;
+        const Status status = soil.fill(
+            BoxFill{{{-kHalf, -kHalf, from}, {kHalf, kHalf, to}}, soil.materials()[m].name});
+        if (!status) return Error{status.error()};
+        from = to;
     }
-    if (!status) return Error{status.error()};
     if (feature.source_kg_s > 0) {
         SourceDef source;
         source.center_m = {0, 0, kSideM * 0.9};
         source.radius_m = 0.2;
         source.rate_kg_s = feature.source_kg_s;
         if (const auto added = soil.add_source(source); !added) return Error{added.error()};
+    }
+    if (feature.sink_kg_s > 0) {
+        SinkDef sink;
+        sink.region.kind = ConvexShape::Kind::box;
+        sink.region.half_extents_m = {0.2, 0.2, 0.2};
+        sink.pose.position = {0, 0, kHalf};
+        sink.rate_kg_s = feature.sink_kg_s;
+        if (const auto added = soil.add_sink(sink); !added) return Error{added.error()};
     }
     PushingBlock block(kSideM, def.step_s);
     std::clock_t start = 0;
