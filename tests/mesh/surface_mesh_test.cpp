@@ -269,6 +269,31 @@ TEST(SurfaceMesh, terrain_is_meshed_like_soil) {
     EXPECT_EQ(mesh_of(tiles).triangle_count(), 0u);
 }
 
+TEST(SurfaceMesh, a_single_voxel_in_the_air_is_grains_of_soil_and_a_mesh_of_terrain) {
+    VoxelTiles tiles(16, 16, 16);
+    tiles.volume(3, 4, 9) = 0.9f;
+    tiles.solid(11, 4, 9) = 0.9f;
+    SurfaceMesher soil(tiles);
+    soil.update();
+    EXPECT_EQ(soil.tile_mesh(0, 0).triangle_count(), 0u);
+    ASSERT_EQ(soil.loose_soil(0, 0).size(), 1u);
+    EXPECT_EQ(soil.loose_soil(0, 0)[0].volume, 0.9f);
+    SurfaceMeshDef def;
+    def.layer = SurfaceMeshDef::Layer::terrain;
+    SurfaceMesher terrain(tiles, def);
+    terrain.update();
+    EXPECT_GT(terrain.tile_mesh(1, 0).triangle_count(), 0u);
+    // On terrain, and beside other soil, it is meshed.
+    tiles.volume(11, 4, 10) = 0.9f;
+    tiles.volume(3, 5, 9) = 0.9f;
+    tiles.touch(3, 4);
+    tiles.touch(11, 4);
+    soil.update();
+    EXPECT_GT(soil.tile_mesh(0, 0).triangle_count(), 0u);
+    EXPECT_TRUE(soil.loose_soil(0, 0).empty());
+    EXPECT_GT(soil.tile_mesh(1, 0).triangle_count(), 0u);
+}
+
 TEST(SurfaceMesh, pile_thins_out_to_nothing_on_the_floor) {
     VoxelTiles tiles(32, 32, 16);
     tiles.fill_heights([](double x, double y) { return 8 - 0.6 * std::hypot(x - 16, y - 16); });

@@ -20,7 +20,8 @@ struct ColumnView {
     const float* volume;
     const float* solid;  ///< null: none
     int height;
-    int place;  ///< in the tile
+    int place;     ///< in the tile
+    bool can_fly;  ///< soil does, terrain does not
 
     float soil_at(int z) const { return z >= 0 && z < height ? volume[z * kTileColumns] : 0.0f; }
     float solid_at(int z) const {
@@ -39,7 +40,7 @@ struct ColumnView {
     /// A single voxel that flies, with none beside it in the tile: the surface would show it as an
     /// octahedron. It is drawn as grains.
     bool is_lump(int z) const {
-        if (supported(z) || solid_at(z) >= kTrace) return false;
+        if (!can_fly || supported(z) || solid_at(z) >= kTrace) return false;
         if ((z > 0 && is_thick(z - 1)) || (z + 1 < height && is_thick(z + 1))) return false;
         const int x = place % kTileSide, y = place / kTileSide;
         const auto is_beside = [&](int step) {
@@ -116,12 +117,12 @@ void append_solids(const ColumnView& column, std::vector<SolidRun>& solids) {
 
 template <typename MaterialAt>
 void find_runs(const float* volume, const float* solid, MaterialAt material_at, int height,
-               TileColumns& columns) {
+               bool can_fly, TileColumns& columns) {
     columns.runs.items.clear();
     columns.solids.items.clear();
     columns.layers.items.clear();
     for (int c = 0; c < kTileColumns; ++c) {
-        const ColumnView column{volume + c, solid ? solid + c : nullptr, height, c};
+        const ColumnView column{volume + c, solid ? solid + c : nullptr, height, c, can_fly};
         const auto material = [&](int z) { return material_at(z * kTileColumns + c); };
         append_runs(column, material, columns.runs.items, columns.layers.items);
         append_solids(column, columns.solids.items);
@@ -138,7 +139,7 @@ void find_soil_runs(std::span<const float> volume, std::span<const float> solid,
     const bool any_solid = std::any_of(solid.begin(), solid.end(), [](float s) { return s > 0; });
     find_runs(
         volume.data(), any_solid ? solid.data() : nullptr,
-        [&](int index) { return material[index]; }, height, columns);
+        [&](int index) { return material[index]; }, height, true, columns);
 }
 
 void find_loose_voxels(std::span<const float> volume, std::span<const float> solid, int height,
@@ -147,7 +148,7 @@ void find_loose_voxels(std::span<const float> volume, std::span<const float> sol
     for (int z = 0; z < height; ++z) {
         for (int c = 0; c < kTileColumns; ++c) {
             if (volume[z * kTileColumns + c] < kGrainLeast) continue;
-            const ColumnView column{volume.data() + c, solid.data() + c, height, c};
+            const ColumnView column{volume.data() + c, solid.data() + c, height, c, true};
             if (column.solid_at(z) >= kDense || column.in_run(z)) continue;
             // What lies on a run is its partial top; a run in the air takes in what is below it,
             // too.
@@ -160,7 +161,7 @@ void find_loose_voxels(std::span<const float> volume, std::span<const float> sol
 
 void find_terrain_runs(std::span<const float> solid, int height, TileColumns& columns) {
     find_runs(
-        solid.data(), nullptr, [](int) { return uint8_t{0}; }, height, columns);
+        solid.data(), nullptr, [](int) { return uint8_t{0}; }, height, false, columns);
 }
 
 }  // namespace bsoil::mesh
