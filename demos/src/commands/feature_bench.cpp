@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <ctime>
 #include <functional>
 #include <string>
@@ -25,7 +26,8 @@ struct Feature {
     /// height. The block goes through the upper fifth.
     std::vector<double> layers = {};
     double source_kg_s = 0;
-    double sink_kg_s = 0;  ///< in the middle of its way
+    double sink_kg_s = 0;   ///< in the middle of its way
+    bool has_dams = false;  ///< rock along the sides beside it, as high as the soil
 };
 
 MaterialDef named(const char* name) {
@@ -42,6 +44,7 @@ void make_moist(SoilDef& def) {
 }
 
 std::vector<Feature> features() {
+    const auto open_sides = [](SoilDef& def) { def.open_sides = kOpenLowY | kOpenHighY; };
     const auto two = [](SoilDef& def) { def.materials = {def.material, named("second")}; };
     return {
         {"plain"},
@@ -90,8 +93,8 @@ std::vector<Feature> features() {
              },
          .source_kg_s = 5},
         {.name = "a sink of 5 kg/s", .sink_kg_s = 5},
-        {"open sides along the block's way",
-         [](SoilDef& def) { def.open_sides = kOpenLowY | kOpenHighY; }},
+        {.name = "open sides, behind dams", .declare = open_sides, .has_dams = true},
+        {.name = "open sides, over which the bed runs out", .declare = open_sides},
     };
 }
 
@@ -109,6 +112,14 @@ Result<double> time_feature(const Feature& feature, FeatureDevice device) {
     auto made = Soil::create(def);
     if (!made) return Error{made.error()};
     Soil& soil = **made;
+    if (feature.has_dams) {
+        const Status dams = soil.add_terrain([](Vec3 at) {
+            const double over_m = kHalf - at.z,
+                         beside_m = std::abs(at.y) - kHalf + 2 * PushingBlock::kVoxelM;
+            return std::min(over_m, beside_m);
+        });
+        if (!dams) return Error{dams.error()};
+    }
     double from = 0;
     for (size_t m = 0; m <= feature.layers.size(); ++m) {
         const double to = m < feature.layers.size() ? (1 - feature.layers[m]) * kHalf : kHalf;
