@@ -33,7 +33,7 @@ void add_view(CLI::App& app, int& exit_code) {
         ->capture_default_str();
     command
         ->add_option("--samples", arguments->def.sample_count,
-                     "samples per pixel; 0: 4, and 1 where OpenGL runs in software")
+                     "samples per pixel; 0: 4, and 2 where OpenGL runs in software")
         ->check(CLI::Range(0, 8))
         ->capture_default_str();
     arguments->device.add_to(*command);

@@ -13,7 +13,7 @@ struct ViewDef {
     int width = 1280, height = 720;
     std::string script;    ///< file of a ViewScript; empty: a person
     std::string snapshot;  ///< state to begin with; empty: the scene's start. F9 loads it again
-    int sample_count = 0;  ///< per pixel; 0: 4, in software 1
+    int sample_count = 0;  ///< per pixel; 0: 4, in software 2
 };
 
 /// Shows the scene until the window is closed or the script has ended. The error says what is
