@@ -13,8 +13,8 @@ SoilDef bed_of(double friction_rad, double tool_friction) {
     return def;
 }
 
-// 40 kPa under a box of 0.4 m: at 15 deg soil bears a fifth to a ninth of what it does at 34 deg (Nq
-// 3.9 and 29, Ngamma 1.1 and 29). So the box has to go down several times as far.
+// 40 kPa under a box of 0.4 m: at 15 deg soil bears a fifth to a ninth of what it does at 34 deg
+// (Nq 3.9 and 29, Ngamma 1.1 and 29). So the box has to go down several times as far.
 TEST(SoilChange, wakes_what_sleeps_on_it_and_lets_it_sink) {
     constexpr btScalar kHeavyKg = 650;
     constexpr double kHeavyN = 650 * kGravity_m_s2;
