@@ -17,6 +17,7 @@ pictures=(
     "scoop|scoop|500||A bucket comes up out of moist sand: a heap on it, soil that runs off its rim, the hole it left and what it pushed aside."
     "tracks|tracked|800||Each shoe of a track is a body. Lugs leave their marks, and the vehicle's weight its two ruts."
     "ruts|four_wheels|800|--eye -0.6 -4.4 2.2 --target -1.4 0 0.4|Four wheels on loose sand: ruts with berms on both sides, the rear wheels in those of the front."
+    "buggy|buggy|420||A btRaycastVehicle has driven a bend on loose sand: its wheels are rays for Bullet, for the soil they are wheels that sink and leave ruts."
     "berm|bulldozer|600||A blade pushes a heap ahead; windrows lie beside its path, a ridge where it began."
     "pipe|pipe|520|--eye 3.1 -1.9 1.2 --target 0.9 0 0.65|Sand out of a pipe: what falls thinly is drawn as grains, as many as there is soil. The heap ends in a cut face at the open edge."
     "heap|column|400||A column of dry sand has come down: a cone at the angle of repose, equally steep in every direction."

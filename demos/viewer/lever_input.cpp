@@ -32,7 +32,8 @@ void LeverInput::use(const std::set<SDL_Scancode>& keys_down, ViewState& state,
     const auto key_value = [&](SDL_Scancode back, SDL_Scancode ahead) {
         return (pressed(ahead) ? 1.0f : 0.0f) - (pressed(back) ? 1.0f : 0.0f);
     };
-    const bool has_wheels = std::any_of(state.levers.begin(), state.levers.end(),
+    const bool has_wheels = state.has_raycast_vehicle ||
+                            std::any_of(state.levers.begin(), state.levers.end(),
                                         [](const Lever& lever) { return lever.is_wheel(); });
     float throttle = key_value(SDL_SCANCODE_DOWN, SDL_SCANCODE_UP);
     float steering = key_value(SDL_SCANCODE_RIGHT, SDL_SCANCODE_LEFT);
@@ -41,7 +42,10 @@ void LeverInput::use(const std::set<SDL_Scancode>& keys_down, ViewState& state,
             stick(SDL_CONTROLLER_AXIS_TRIGGERRIGHT) - stick(SDL_CONTROLLER_AXIS_TRIGGERLEFT);
         steering -= stick(SDL_CONTROLLER_AXIS_LEFTX);
     }
-    bool is_used = has_wheels && (throttle != 0 || steering != 0);
+    float brake = pressed(SDL_SCANCODE_B) ? 1.0f : 0.0f;
+    if (pad_ && SDL_GameControllerGetButton(pad_, SDL_CONTROLLER_BUTTON_A)) brake = 1;
+    bool is_used = has_wheels && (throttle != 0 || steering != 0 || brake != 0);
+    brake = std::max(brake, state.brake);
     throttle = std::clamp(throttle + state.throttle, -1.0f, 1.0f);
     steering = std::clamp(steering + state.steering, -1.0f, 1.0f);
     size_t arm = 0;
@@ -71,6 +75,15 @@ void LeverInput::use(const std::set<SDL_Scancode>& keys_down, ViewState& state,
         sent_[l] = wanted;
     }
     state.is_driving |= is_used;
+    if (!state.has_raycast_vehicle) return;
+    std::optional<scene::DriveCommand> drive;
+    if (state.is_driving) {
+        drive = scene::DriveCommand{static_cast<double>(throttle), static_cast<double>(steering),
+                                    static_cast<double>(brake)};
+    }
+    if (drive == sent_drive_) return;
+    simulation.set_drive(drive);
+    sent_drive_ = drive;
 }
 
 }  // namespace bsoil::viewer

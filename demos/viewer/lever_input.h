@@ -24,7 +24,8 @@ class LeverInput {
     float stick(SDL_GameControllerAxis axis) const;
 
     SDL_GameController* pad_ = nullptr;
-    std::vector<std::optional<double>> sent_;  ///< speed of each lever; none: the scene's own
+    std::vector<std::optional<double>> sent_;        ///< speed of each lever; none: the scene's own
+    std::optional<scene::DriveCommand> sent_drive_;  ///< of raycast vehicles, likewise
 };
 
 }  // namespace bsoil::viewer

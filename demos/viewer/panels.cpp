@@ -94,7 +94,7 @@ void lay_out_tools(ViewState& state, Widgets& widgets) {
 }
 
 void lay_out_drive(ViewState& state, Widgets& widgets) {
-    if (state.levers.empty()) {
+    if (state.levers.empty() && !state.has_raycast_vehicle) {
         ImGui::TextWrapped("No joint of this scene has a motor.");
         return;
     }
@@ -102,9 +102,10 @@ void lay_out_drive(ViewState& state, Widgets& widgets) {
     ImGui::SameLine();
     if (widgets.button("All to zero")) {
         std::fill(state.lever_values.begin(), state.lever_values.end(), 0.0f);
-        state.throttle = state.steering = 0;
+        state.throttle = state.steering = state.brake = 0;
     }
-    const bool has_wheels = std::any_of(state.levers.begin(), state.levers.end(),
+    const bool has_wheels = state.has_raycast_vehicle ||
+                            std::any_of(state.levers.begin(), state.levers.end(),
                                         [](const Lever& lever) { return lever.is_wheel(); });
     if (has_wheels) {
         Widgets::heading("Wheels");
@@ -112,9 +113,15 @@ void lay_out_drive(ViewState& state, Widgets& widgets) {
         bool used = widgets.slider("Throttle", &state.throttle, -1, 1, "%.2f");
         ImGui::SetNextItemWidth(-120);
         used |= widgets.slider("Steering", &state.steering, -1, 1, "%.2f");
+        if (state.has_raycast_vehicle) {
+            ImGui::SetNextItemWidth(-120);
+            used |= widgets.slider("Brake", &state.brake, 0, 1, "%.2f");
+        }
         state.is_driving |= used;
         ImGui::TextDisabled("arrow keys; left stick and triggers");
+        if (state.has_raycast_vehicle) ImGui::TextDisabled("B, button A: brake");
     }
+    if (state.levers.empty()) return;
     Widgets::heading("Levers");
     size_t arm = 0;
     for (size_t l = 0; l < state.levers.size(); ++l) {

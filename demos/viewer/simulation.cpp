@@ -371,8 +371,16 @@ void Simulation::set_lever(int joint, std::optional<double> velocity) {
     });
 }
 
+void Simulation::set_drive(std::optional<scene::DriveCommand> drive) {
+    post([this, drive] {
+        drive_ = drive;
+        for (const auto& vehicle : run_->raycast_vehicles()) vehicle->set_drive(drive);
+    });
+}
+
 void Simulation::apply_levers() {
     for (size_t j = 0; j < levers_.size(); ++j) run_->bullet().set_lever(j, levers_[j]);
+    for (const auto& vehicle : run_->raycast_vehicles()) vehicle->set_drive(drive_);
 }
 
 void Simulation::set_overlay(const OverlayDef& overlay) {

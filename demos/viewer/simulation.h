@@ -46,6 +46,8 @@ class Simulation {
     void load(const std::string& path);
     /// By number of the joint; none: the scene's own motions.
     void set_lever(int joint, std::optional<double> velocity);
+    /// Of all raycast vehicles; none: their scene's own keys.
+    void set_drive(std::optional<scene::DriveCommand> drive);
     void set_overlay(const OverlayDef& overlay);
     /// The level of detail of surfaces follows what is shown, when the camera has moved enough to
     /// matter. Surfaces with a field on them are at full detail.
@@ -96,6 +98,7 @@ class Simulation {
     std::unique_ptr<Hand> hand_;
     double hand_distance_m_ = 1;  ///< from the eye
     std::vector<std::optional<double>> levers_;
+    std::optional<scene::DriveCommand> drive_;
     SurfaceDetail detail_;
     OverlayDef overlay_;
     bool overlay_changed_ = false, had_slice_ = false;

@@ -41,7 +41,8 @@ struct ViewState {
     std::vector<float> lever_values;  ///< deflections of the sliders, -1..1
     std::vector<float> deflections;   ///< of sliders, keys and game pad together
     bool is_driving = false;          ///< levers, not the scene's motions
-    float throttle = 0, steering = 0;
+    bool has_raycast_vehicle = false;
+    float throttle = 0, steering = 0, brake = 0;
 
     OverlayDef overlay;
     bool show_forces = false, show_boxes = false, show_wireframe = false, show_contacts = false,

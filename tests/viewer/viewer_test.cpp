@@ -236,6 +236,33 @@ TEST(ViewCommand, steps_in_the_window_are_those_of_a_run) {
     }
 }
 
+TEST(ViewCommand, drives_a_raycast_vehicle) {
+    if (std::system("command -v xvfb-run >/dev/null") != 0) {
+        GTEST_SKIP() << "no xvfb-run";
+    }
+    const fs::path folder = fs::path(BSOIL_VIEWER_OUT) / "car";
+    fs::create_directories(folder);
+    std::ofstream(folder / "script.txt")
+        << "frames 2\nsteps 60\nscreenshot stood.png\nsteps 30\nscreenshot still.png\n"
+           "hold Up 60\nscreenshot ahead.png\nclick Drive\nslide Steering 1\nhold Up 40\n"
+           "screenshot turned.png\nslide Brake 1\nslide Throttle 0.5\nsteps 60\n"
+           "screenshot braked.png\nsteps 20\nscreenshot held.png\n";
+    const std::string command = "cd '" + folder.string() + "' && " +
+                                under_display("-s '-screen 0 1280x1024x24'") +
+                                "view '" BSOIL_VIEWER_TESTS
+                                "/car.toml' --script script.txt --backend cpu --width 800 --height "
+                                "560 > log.txt 2>&1";
+    ASSERT_EQ(std::system(command.c_str()), 0) << command;
+    const auto share = [&folder](const char* a, const char* b) {
+        return difference(read_png(folder / a), read_png(folder / b)).share;
+    };
+    // The line that counts the steps changes; a car that drives off changes whole percents.
+    EXPECT_LT(share("stood.png", "still.png"), 0.005);
+    EXPECT_GT(share("still.png", "ahead.png"), 0.02);
+    EXPECT_GT(share("ahead.png", "turned.png"), 0.02);
+    EXPECT_LT(share("braked.png", "held.png"), 0.005);
+}
+
 TEST(ViewCommand, says_that_there_is_no_display) {
     const std::string command =
         "env -u DISPLAY -u WAYLAND_DISPLAY SDL_VIDEODRIVER=x11 '" BSOIL_COMMAND

@@ -9,7 +9,8 @@
 #include "bsoil/contact/bekker_soil.h"
 #include "files/data_files.h"
 #include "files/text_file.h"
-#include "robots/bullet_file.h"
+#include "robots/bullet_bodies.h"
+#include "robots/raycast_wheels.h"
 #include "robots/track_vehicle.h"
 #include "robots/urdf_robot.h"
 #include "scene/terrain_noise.h"
@@ -31,6 +32,7 @@ class SceneChecker {
         add_robots();
         add_bullet_files();
         add_tracks();
+        add_raycast_vehicles();
         check_bodies();
         check_joints();
         for (const MotionItem& motion : scene_.motions) check_motion(motion);
@@ -217,21 +219,7 @@ class SceneChecker {
                 error(item.where("file"), "{}", survey.error());
                 continue;
             }
-            item.has_multibodies = survey->has_multibodies;
-            for (const std::string& missing : survey->missing) {
-                scene_.warnings.push_back(scene_.message(item.at, missing));
-            }
-            for (BulletFileBody& found : survey->bodies) {
-                BodyItem& body = scene_.bodies.emplace_back();
-                body.at = item.at;
-                body.name = item.name + '/' + found.name;
-                body.bullet_file = item.name;
-                body.mass_kg = found.mass_kg;
-                body.pose = item.pose * found.pose;
-                body.ignore_soil = item.ignore_soil;
-                body.shape.shape = "mesh";
-                body.shape.mesh = std::make_shared<const TriangleMesh>(std::move(found.surface));
-            }
+            add_bullet_bodies(scene_, item, std::move(*survey));
         }
     }
 
@@ -240,6 +228,14 @@ class SceneChecker {
         for (const TrackItem& track : scene_.tracks) {
             need_body(track.hull, track.where("hull"));
             if (scene_.find_body(track.hull)) add_track(scene_, track, errors_);
+        }
+    }
+
+    void add_raycast_vehicles() {
+        unique_names(scene_.raycast_vehicles, "raycast_vehicle");
+        for (RaycastVehicleItem& vehicle : scene_.raycast_vehicles) {
+            need_body(vehicle.chassis, vehicle.where("chassis"));
+            if (scene_.find_body(vehicle.chassis)) add_raycast_wheels(scene_, vehicle, errors_);
         }
     }
 

@@ -811,6 +811,8 @@ const TableSpec& scene_schema() {
             .child<BulletFileItem>("bullet_file", bullet_file_table(),
                                    [](S& s) { return &s.bullet_files.emplace_back(); })
             .child<TrackItem>("track", track_table(), [](S& s) { return &s.tracks.emplace_back(); })
+            .child<RaycastVehicleItem>("raycast_vehicle", raycast_vehicle_table(),
+                                       [](S& s) { return &s.raycast_vehicles.emplace_back(); })
             .child<MotionItem>("motion", motion_table(),
                                [](S& s) { return &s.motions.emplace_back(); })
             .child<ProbeItem>("probe", probe_table(), [](S& s) { return &s.probes.emplace_back(); })

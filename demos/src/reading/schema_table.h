@@ -314,6 +314,7 @@ const TableSpec& scene_schema();
 /// Tables that other kinds of files share with scenes.
 TableOf<SoilItem> soil_table();
 TableOf<MaterialItem> material_table();
+TableOf<RaycastVehicleItem> raycast_vehicle_table();
 /// Reads a parsed table into an item as the schema says; errors are added to the list.
 void read_table(const toml::table& table, const TableSpec& spec, void* item,
                 std::vector<SchemaError>& errors);

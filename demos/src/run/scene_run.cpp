@@ -63,7 +63,7 @@ Status SceneRun::start(const RunDef& def) {
     bullet_ = std::move(*made);
     readings_.resize(bullet_->bodies().size());
     peak_force_n_.resize(bullet_->bodies().size());
-    if (!scene_.soil) return Done{};
+    if (!scene_.soil) return add_raycast_vehicles();
 
     SoilDef soil = soil_def(scene_);
     soil.backend = def.backend;
@@ -80,7 +80,25 @@ Status SceneRun::start(const RunDef& def) {
     if (!filled) return filled;
     totals_at_start_ = action_->soil().totals();
     warn_of_bodies_outside();
+    return add_raycast_vehicles();
+}
+
+Status SceneRun::add_raycast_vehicles() {
+    for (const RaycastVehicleItem& item : scene_.raycast_vehicles) {
+        auto made = RaycastVehicle::create(item, *bullet_, action_.get());
+        if (!made) return Error{scene_.message(item.at, made.error())};
+        (*made)->place_wheels();
+        raycast_vehicles_.push_back(std::move(*made));
+    }
     return Done{};
+}
+
+void SceneRun::substep() {
+    for (const auto& vehicle : raycast_vehicles_) {
+        vehicle->begin_substep(bullet_->time_s(), scene_.world.substep_s);
+    }
+    bullet_->substep();
+    for (const auto& vehicle : raycast_vehicles_) vehicle->place_wheels();
 }
 
 void SceneRun::warn_of_bodies_outside() {
@@ -123,7 +141,7 @@ void SceneRun::step() {
     const auto start = std::chrono::steady_clock::now();
     std::fill(readings_.begin(), readings_.end(), BodyReading{});
     for (int i = 0; i < substep_count_; ++i) {
-        bullet_->substep();
+        substep();
         if (!action_) continue;
         for (size_t b = 0; b < readings_.size(); ++b) {
             const bullet::BodyReport report = action_->body_report(*bullet_->bodies()[b].object);

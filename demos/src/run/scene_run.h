@@ -10,6 +10,7 @@
 
 #include "bsoil/bullet/soil_action.h"
 #include "bsoil/snapshot_file.h"
+#include "run/raycast_vehicle.h"
 #include "scene/scene.h"
 #include "world/bullet_scene.h"
 
@@ -55,6 +56,9 @@ class SceneRun {
     std::optional<Backend> mesh_backend() const { return mesh_backend_; }
     BulletScene& bullet() { return *bullet_; }
     const BulletScene& bullet() const { return *bullet_; }
+    const std::vector<std::unique_ptr<RaycastVehicle>>& raycast_vehicles() const {
+        return raycast_vehicles_;
+    }
     bool has_soil() const { return action_ != nullptr; }
     Soil& soil() { return action_->soil(); }
     const Soil& soil() const { return action_->soil(); }
@@ -86,6 +90,8 @@ class SceneRun {
   private:
     SceneRun(const Scene& scene, const RunDef& def);
     Status start(const RunDef& def);
+    Status add_raycast_vehicles();
+    void substep();
     void warn_of_bodies_outside();
     /// The scene's name of an object; empty: none of its bodies.
     std::string name_of(const btCollisionObject* object) const;
@@ -97,6 +103,7 @@ class SceneRun {
     const Scene& scene_;
     std::unique_ptr<BulletScene> bullet_;
     std::unique_ptr<bullet::SoilAction> action_;  // goes before the world it lives in
+    std::vector<std::unique_ptr<RaycastVehicle>> raycast_vehicles_;
     std::optional<Backend> mesh_backend_;
     double step_s_;
     int substep_count_;

@@ -287,6 +287,33 @@ struct TrackItem : SceneItem {
     std::vector<TrackWheelItem> wheels;
 };
 
+/// [[raycast_vehicle.wheel]]
+struct RaycastWheelItem : SceneItem {
+    std::string name;
+    Vec3 position_m;  ///< of its centre in the chassis's frame, with the strut at its rest length
+    double radius_m = 0.4, width_m = 0.3, mass_kg = 20;
+    bool is_driven = true, is_steered = false;
+    Vec3 color{0.03, 0.03, 0.03};
+};
+/// [[raycast_vehicle.key]]
+struct RaycastKey : SceneItem {
+    double t_s = 0, throttle = 0, steering = 0, brake = 0;
+};
+/// [[raycast_vehicle]]: its wheels become bodies `vehicle/wheel` that touch nothing, by load_scene;
+/// a RaycastVehicle moves them.
+struct RaycastVehicleItem : SceneItem {
+    std::string name, chassis;
+    double engine_force_n = 3000, brake_force_n = 10e3, steering_rad = 0.5, max_speed_m_s = 10;
+    double rest_length_m = 0.3, travel_m = 0.25;
+    double stiffness_1_s2 = 40, damping_down_1_s = 4.4, damping_up_1_s = 4.6;
+    double strut_force_n = 1e5;
+    double friction_slip = 1.5, roll_influence = 0.1;
+    std::optional<double> tool_friction, tool_adhesion_pa;
+    std::vector<RaycastWheelItem> wheels;
+    std::vector<RaycastKey> drive_keys;
+    bool is_y_up = false;  ///< in the chassis's frame; set by load_scene
+};
+
 /// [[motion.key]]
 struct MotionKey : SceneItem {
     double t_s = 0;
@@ -364,6 +391,7 @@ struct Scene {
     std::vector<RobotItem> robots;
     std::vector<BulletFileItem> bullet_files;
     std::vector<TrackItem> tracks;
+    std::vector<RaycastVehicleItem> raycast_vehicles;
     std::vector<MotionItem> motions;
     std::vector<ProbeItem> probes;
     RecordItem record;

@@ -191,7 +191,11 @@ void BulletScene::add_body(const BodyItem& item, const SceneShapes::BodyShape& s
         body->setAngularVelocity(omega);
     }
     group_filter_.add(*body, item.group);
-    world_->addRigidBody(body);
+    if (item.is_ghost && item.kinematic) {
+        world_->addRigidBody(body, 0, 0);  // rays pass through it as well
+    } else {
+        world_->addRigidBody(body);
+    }
     bodies_.back().body = body;
     bodies_.back().object = body;
 }
