@@ -13,26 +13,26 @@ namespace {
 /// Looks of a wheel, its axle along y or z: a tyre, a rim and bolts.
 std::vector<DrawnItem> drawn_wheel(const RaycastWheelItem& wheel, const std::string& axle) {
     constexpr int kBolts = 6;
-    const auto cylinder = [&](double radius_m, double length_m, double bevel_m, Vec3 color) {
-        DrawnItem item;
+    std::vector<DrawnItem> items;
+    const auto add = [&](double radius_m, double length_m, double bevel_m, Vec3 color) -> Vec3& {
+        DrawnItem& item = items.emplace_back();
         item.solid.shape = "cylinder";
         item.solid.radius_m = radius_m;
         item.solid.height_m = length_m;
         item.solid.axis = axle;
         item.solid.color = color;
         item.bevel_m = bevel_m;
-        return item;
+        return item.solid.pose.position;
     };
     const double r = wheel.radius_m, w = wheel.width_m;
-    std::vector<DrawnItem> items{cylinder(r, w, 0.15 * std::min(r, w), wheel.color),
-                                 cylinder(0.55 * r, 1.02 * w, 0.05 * r, {0.55, 0.56, 0.58}),
-                                 cylinder(0.16 * r, 1.08 * w, 0.03 * r, {0.14, 0.14, 0.15})};
+    add(r, w, 0.15 * std::min(r, w), wheel.color);
+    add(0.55 * r, 1.02 * w, 0.05 * r, {0.55, 0.56, 0.58});
+    add(0.16 * r, 1.08 * w, 0.03 * r, {0.14, 0.14, 0.15});
     for (int bolt = 0; bolt < kBolts; ++bolt) {
-        DrawnItem item = cylinder(0.06 * r, 1.05 * w, 0, {0.05, 0.05, 0.055});
         const double angle = 2 * std::numbers::pi * bolt / kBolts;
         const double along = 0.36 * r * std::cos(angle), up = 0.36 * r * std::sin(angle);
-        item.solid.pose.position = axle == "y" ? Vec3{along, 0, up} : Vec3{along, up, 0};
-        items.push_back(item);
+        add(0.06 * r, 1.05 * w, 0, {0.05, 0.05, 0.055}) =
+            axle == "y" ? Vec3{along, 0, up} : Vec3{along, up, 0};
     }
     return items;
 }
