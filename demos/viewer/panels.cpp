@@ -172,10 +172,12 @@ void lay_out_show(ViewState& state, Simulation& simulation, Widgets& widgets) {
     if (state.has_soil) {
         Widgets::heading("Field of the soil");
         OverlayDef overlay = state.overlay;
+        int place = 0;
         for (int f = 0; f < kFieldCount; ++f) {
             const auto field = static_cast<Field>(f);
-            if (field == Field::moisture && !state.has_water) continue;
-            if (f % 3 != 0) ImGui::SameLine(static_cast<float>(f % 3) * 100 + 12);
+            if (!scene::has_field(state.scene_soil.materials, field)) continue;
+            if (place % 3 != 0) ImGui::SameLine(static_cast<float>(place % 3) * 100 + 12);
+            ++place;
             if (widgets.radio(field_name(field), overlay.field == field)) {
                 overlay.field = field;
                 overlay.low = overlay.high = 0;

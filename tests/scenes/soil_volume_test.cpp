@@ -80,5 +80,23 @@ TEST(SoilVolume, moisture_is_a_field_where_a_soil_takes_water) {
     EXPECT_NEAR(voxel(volume, 3, 20, 5)[3], 128, 2);
 }
 
+// Dry sand as placed: (1 / 1430 - 1 / 1600) / (1 / 1430 - 1 / 1750) = 0.58.
+TEST(SoilVolume, compaction_is_the_relative_density) {
+    SoilDef def;
+    def.size_m = {2, 2, 1};
+    def.up = UpAxis::z;
+    def.backend = Backend::cpu;
+    const auto soil = Soil::create(def);
+    ASSERT_TRUE(soil) << soil.error();
+    ASSERT_TRUE((*soil)->fill(BoxFill{{{-2, -2, -2}, {2, 2, 0.425}}, {}}));
+    ASSERT_TRUE(has_field((*soil)->materials(), Field::compaction));
+    SoilVolume volume(**soil, {Field::compaction, 0, 0, 0});
+    volume.update();
+    EXPECT_NEAR(voxel(volume, 3, 20, 5)[3], 0.58 * 255, 2);
+    std::vector<MaterialDef> fixed = (*soil)->materials();
+    fixed[0].loose_density_kg_m3 = fixed[0].compacted_density_kg_m3 = 0;
+    EXPECT_FALSE(has_field(fixed, Field::compaction));
+}
+
 }  // namespace
 }  // namespace bsoil::scene::soil_volume_test

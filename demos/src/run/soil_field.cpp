@@ -11,16 +11,18 @@ constexpr double kBareVolume = 0.02;  ///< of a voxel: less soil than this has n
 }  // namespace
 
 const char* field_name(Field field) {
-    constexpr const char* kNames[kFieldCount] = {"none",     "density",  "velocity",
-                                                 "force",    "coverage", "disturbed",
-                                                 "activity", "material", "moisture"};
+    constexpr const char* kNames[kFieldCount] = {"none",     "density",   "velocity", "force",
+                                                 "coverage", "disturbed", "activity", "material",
+                                                 "moisture", "compaction"};
     return kNames[static_cast<size_t>(field)];
 }
 
 bool has_field(const std::vector<MaterialDef>& materials, Field field) {
-    return field != Field::moisture || std::ranges::any_of(materials, [](const MaterialDef& m) {
-               return m.pore_water_fraction > 0;
-           });
+    return std::ranges::any_of(materials, [field](const MaterialDef& m) {
+        return field == Field::moisture     ? m.pore_water_fraction > 0
+               : field == Field::compaction ? m.has_density_range()
+                                            : true;
+    });
 }
 
 std::array<float, 3> ramp_color(double fraction) {
@@ -69,6 +71,9 @@ SoilField::SoilField(const Soil& soil, Field field, double low, double high)
         case Field::moisture:
             bar_ = {"pores filled with water", "", 0, 1};
             break;
+        case Field::compaction:
+            bar_ = {"relative density: loose to compacted", "", 0, 1};
+            break;
         case Field::material:
             bar_ = {"material", "", 0,
                     static_cast<double>(std::max<size_t>(1, materials.size() - 1))};
@@ -83,7 +88,11 @@ SoilField::SoilField(const Soil& soil, Field field, double low, double high)
 std::optional<double> SoilField::value(const VoxelSample& s) const {
     if (field_ == Field::coverage) return s.coverage + s.body_coverage;
     if (s.volume < kBareVolume) return {};
+    const MaterialDef& material = soil_.materials()[static_cast<size_t>(s.material)];
     switch (field_) {
+        case Field::compaction:
+            if (!material.has_density_range() || !(s.density_kg_m3 > 0)) return {};
+            return std::clamp(material.relative_density(s.density_kg_m3), 0.0, 1.0);
         case Field::density:
             return s.density_kg_m3;
         case Field::velocity:

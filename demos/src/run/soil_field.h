@@ -19,11 +19,13 @@ enum class Field {
     disturbed,
     activity,
     material,
-    moisture
+    moisture,
+    compaction
 };
-inline constexpr int kFieldCount = 9;
+inline constexpr int kFieldCount = 10;
 const char* field_name(Field field);
-/// Moisture: a material of the soil takes water. All other fields every soil has.
+/// Moisture: a material of the soil takes water; compaction: the density of one changes. All other
+/// fields every soil has.
 bool has_field(const std::vector<MaterialDef>& materials, Field field);
 
 /// Linear colour of a fraction 0..1: dark blue over green to yellow, as bright as it is much.

@@ -7,7 +7,7 @@
 #include "reading/scene_load.h"
 #include "run/scene_run.h"
 
-namespace bsoil::scene::raycast_vehicle_test {
+namespace bsoil::scene::driven_vehicle_test {
 namespace {
 
 constexpr double kRadiusM = 0.4;
@@ -51,7 +51,7 @@ struct Driven {
     }
 };
 
-TEST(RaycastVehicle, of_a_scene_drives_steers_and_brakes) {
+TEST(SceneVehicle, of_a_scene_drives_steers_and_brakes) {
     for (const std::string& ground : {kSand, std::string()}) {
         SCOPED_TRACE(ground.empty() ? "rigid" : "sand");
         Driven car_run(car("", ground));
@@ -78,7 +78,7 @@ TEST(RaycastVehicle, of_a_scene_drives_steers_and_brakes) {
     }
 }
 
-TEST(RaycastVehicle, follows_its_keys_and_a_driver_takes_over) {
+TEST(SceneVehicle, follows_its_keys_and_a_driver_takes_over) {
     Driven car_run(car("key = [{ t_s = 1 }, { t_s = 1.2, throttle = 1 }]\n", kSand));
     car_run.drive({}, 2.5);
     const double by_keys_m = car_run.pose().position.x;
@@ -92,7 +92,7 @@ TEST(RaycastVehicle, follows_its_keys_and_a_driver_takes_over) {
 }
 
 // The same scene on its side: z becomes y.
-TEST(RaycastVehicle, drives_the_same_way_where_y_is_up) {
+TEST(SceneVehicle, drives_the_same_way_where_y_is_up) {
     const std::string text =
         car("key = [{ t_s = 1 }, { t_s = 1.2, throttle = 1, steering = 0.5 }]\n", kSand);
     Driven upright(text), turned(text, UpAxis::y);
@@ -105,7 +105,7 @@ TEST(RaycastVehicle, drives_the_same_way_where_y_is_up) {
     EXPECT_NEAR(-b.z, a.y, 0.03);
 }
 
-TEST(RaycastVehicle, leaves_ruts) {
+TEST(SceneVehicle, leaves_ruts) {
     std::string text = car("", kSand);
     text.replace(text.find("mass_kg = 400"), 13, "mass_kg = 3000");
     text.replace(text.find("engine_force_n = 800"), 20, "engine_force_n = 9000");
@@ -121,7 +121,7 @@ TEST(RaycastVehicle, leaves_ruts) {
     EXPECT_EQ(soil.status_bits(), 0u);
 }
 
-TEST(RaycastVehicle, mistakes_are_named_with_their_place) {
+TEST(SceneVehicle, mistakes_are_named_with_their_place) {
     const auto error_of = [](const std::string& text) {
         const auto scene = parse_scene(text, "car.toml");
         EXPECT_FALSE(scene);
@@ -150,4 +150,4 @@ TEST(RaycastVehicle, mistakes_are_named_with_their_place) {
 }
 
 }  // namespace
-}  // namespace bsoil::scene::raycast_vehicle_test
+}  // namespace bsoil::scene::driven_vehicle_test
