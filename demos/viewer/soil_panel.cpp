@@ -144,7 +144,8 @@ bool lay_out_soil_parameters(ViewState& state, Widgets& widgets) {
     changed |= lay_out_material(state, widgets);
     Widgets::heading("Air and water");
     changed |= lay_out_wind(state.soil.wind_m_s);
-    changed |= lay_out(kSoilSliders, state.soil, state.has_water, widgets);
+    changed |= lay_out(kSoilSliders, state.soil,
+                       scene::has_field(state.soil.materials, Field::moisture), widgets);
     Widgets::heading("Step");
     for (const CountSlider& slider : kCountSliders) {
         float count = static_cast<float>(state.soil.*slider.count);

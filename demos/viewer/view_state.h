@@ -55,7 +55,6 @@ struct ViewState {
     bool own_surface = false;  ///< friction and adhesion of the sliders, not of the scene
     float friction = 0.4f, adhesion_kpa = 0;
     bool has_soil = false;
-    bool has_water = false;              ///< in its soil there may be
     std::vector<MaterialDef> materials;  ///< the soil's
 
     std::vector<History> histories;

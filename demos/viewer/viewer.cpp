@@ -124,7 +124,6 @@ Status Viewer::open() {
     }
     state_.has_soil = scene_.soil.has_value();
     state_.materials = soil_def(scene_).materials;
-    state_.has_water = scene::has_field(soil_def(scene_).materials, scene::Field::moisture);
     if (state_.has_soil) state_.soil = state_.scene_soil = simulation_->scene_soil();
     state_.has_raycast_vehicle = !scene_.raycast_vehicles.empty();
     state_.levers = find_levers(scene_);

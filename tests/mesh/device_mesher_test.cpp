@@ -14,6 +14,7 @@
 #include "mesh/mesh_kernels.h"
 #include "mesh/tile_mesher.h"
 #include "mesh_checks.h"
+#include "mixed_wet_tiles.h"
 #include "voxel_tiles.h"
 
 namespace bsoil::device_mesher_test {
@@ -22,23 +23,10 @@ namespace {
 using mesh::DeviceMesher;
 using mesh::GridColumns;
 using mesh::TileLevels;
+using test::fill_with_hills;
+using test::fill_with_noise;
+using test::MixedWetTiles;
 using test::VoxelTiles;
-
-/// Two materials that mix, by the voxel's place.
-class MixedTiles final : public test::SameTiles {
-  public:
-    using SameTiles::SameTiles;
-    MaterialWeights weights_at(int x, int y, int z, int) const override {
-        MaterialWeights weights{};
-        weights[0] = static_cast<uint8_t>(8 * ((x + z / 3) % 5));
-        weights[1] = static_cast<uint8_t>(8 * (y % 4 + 1));
-        return weights;
-    }
-    bool has_water() const override { return true; }
-    float saturation_at(int x, int y, int z) const override {
-        return static_cast<float>((x + y + z) % 9) / 8;
-    }
-};
 
 /// Empty where the meshes are equal bit for bit, else what differs.
 std::string difference(const Mesh& a, const Mesh& b) {
@@ -49,29 +37,6 @@ std::string difference(const Mesh& a, const Mesh& b) {
     if (a.weights != b.weights) return "weights";
     if (a.wetness != b.wetness) return "wetness";
     return a.palette == b.palette ? "" : "palette";
-}
-
-/// Random voxels: every case of every cell.
-void fill_with_noise(VoxelTiles& tiles, std::mt19937& random, bool has_solid) {
-    std::uniform_real_distribution<float> fill(-0.6f, 1.0f);
-    std::uniform_int_distribution<int> material(0, 1);
-    tiles.for_each_voxel([&](int x, int y, int z) {
-        const float soil = std::max(0.0f, fill(random));
-        tiles.volume(x, y, z) = soil;
-        tiles.material(x, y, z) = static_cast<uint8_t>(material(random));
-        if (has_solid) tiles.solid(x, y, z) = std::min(1 - soil, std::max(0.0f, fill(random)));
-    });
-}
-
-void fill_with_hills(VoxelTiles& tiles, double phase) {
-    const int nz = tiles.frame().size[2];
-    tiles.fill_heights([&](double x, double y) {
-        return 0.5 * nz + 0.3 * nz * std::sin(0.37 * x + phase) * std::cos(0.29 * y) -
-               (x > 11 && x < 15 ? 9 : 0);
-    });
-    tiles.for_each_voxel([&](int x, int y, int z) {
-        tiles.material(x, y, z) = static_cast<uint8_t>(z < 0.4 * nz + 0.1 * x);
-    });
 }
 
 /// A world of its own for each number: sizes, frame, voxels.
@@ -165,7 +130,7 @@ TEST(GlSurfaceMesher, follows_changes_and_levels_as_the_cpu_does) {
     int gl_count = 0, built_count = 0;
     for (int world = 0; world < 6; ++world) {
         VoxelTiles tiles = make_world(random, world, 60, 40);
-        const MixedTiles mixed(tiles);
+        const MixedWetTiles mixed(tiles);
         SurfaceMesher host(mixed);
         const auto on_gl = gl_mesher(mixed, {});
         if (!on_gl) GTEST_SKIP() << "no OpenGL 4.5";

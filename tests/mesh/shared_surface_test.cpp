@@ -15,11 +15,15 @@
 
 #include "mesh/kept_meshes.h"
 #include "mesh_checks.h"
+#include "mixed_wet_tiles.h"
 #include "voxel_tiles.h"
 
 namespace bsoil::shared_surface_test {
 namespace {
 
+using test::fill_with_hills;
+using test::fill_with_noise;
+using test::MixedWetTiles;
 using test::VoxelTiles;
 
 /// A host's context without a window; current while it lives, if it could be made.
@@ -56,44 +60,6 @@ class HostContext {
     EGLContext context_ = EGL_NO_CONTEXT;
     bool is_current_ = false;
 };
-
-/// Two materials that mix and water, by the voxel's place.
-class MixedTiles final : public test::SameTiles {
-  public:
-    using SameTiles::SameTiles;
-    MaterialWeights weights_at(int x, int y, int z, int) const override {
-        MaterialWeights weights{};
-        weights[0] = static_cast<uint8_t>(8 * ((x + z / 3) % 5));
-        weights[1] = static_cast<uint8_t>(8 * (y % 4 + 1));
-        return weights;
-    }
-    bool has_water() const override { return true; }
-    float saturation_at(int x, int y, int z) const override {
-        return static_cast<float>((x + y + z) % 9) / 8;
-    }
-};
-
-void fill_with_hills(VoxelTiles& tiles, double phase) {
-    const int nz = tiles.frame().size[2];
-    tiles.fill_heights([&](double x, double y) {
-        return 0.5 * nz + 0.3 * nz * std::sin(0.37 * x + phase) * std::cos(0.29 * y) -
-               (x > 11 && x < 15 ? 9 : 0);
-    });
-    tiles.for_each_voxel([&](int x, int y, int z) {
-        tiles.material(x, y, z) = static_cast<uint8_t>(z < 0.4 * nz + 0.1 * x);
-    });
-}
-
-void fill_with_noise(VoxelTiles& tiles, std::mt19937& random) {
-    std::uniform_real_distribution<float> fill(-0.6f, 1.0f);
-    std::uniform_int_distribution<int> material(0, 1);
-    tiles.for_each_voxel([&](int x, int y, int z) {
-        const float soil = std::max(0.0f, fill(random));
-        tiles.volume(x, y, z) = soil;
-        tiles.material(x, y, z) = static_cast<uint8_t>(material(random));
-        tiles.solid(x, y, z) = std::min(1 - soil, std::max(0.0f, fill(random)));
-    });
-}
 
 /// A whole buffer, read in the context that is current.
 template <typename T>
@@ -181,8 +147,8 @@ TEST(SharedSurface, a_hosts_context_reads_the_mesh_of_the_cpu) {
         tiles.frame().voxel_m = 0.03;
         tiles.frame().grid_to_world = {{1.3, -4.5, 0.7}, {0.5, -0.5, 0.5, 0.5}};
         if (world % 2 == 0) fill_with_hills(tiles, world);
-        if (world % 2 == 1) fill_with_noise(tiles, random);
-        const MixedTiles mixed(tiles);
+        if (world % 2 == 1) fill_with_noise(tiles, random, true);
+        const MixedWetTiles mixed(tiles);
         SharedSurfaceDef def;
         def.level = world / 2;
         def.mesh.close_floor = world != 3;
@@ -241,7 +207,7 @@ TEST(SharedSurface, only_what_changed_is_meshed_again_and_the_rest_stays) {
     EXPECT_EQ((*surface)->update()->tile_built_count, 0);
     // Far more than there was room for: the buffers are others now.
     const uint32_t old_name = (*surface)->vertex_buffer();
-    fill_with_noise(tiles, random);
+    fill_with_noise(tiles, random, true);
     for (int tile = 0; tile < 100; ++tile) tiles.touch(tile % 10 * 8, tile / 10 * 8);
     expected.update();
     ASSERT_TRUE((*surface)->update());
