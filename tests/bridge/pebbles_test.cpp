@@ -74,7 +74,7 @@ class FiftyPebbles : public testing::TestWithParam<Pebbles> {
 // surface.
 TEST_P(FiftyPebbles, lie_on_the_sand_that_carries_their_weight_and_sleep) {
     const double size_m = GetParam().size_m;
-    scene.run(GetParam().form == Form::ball ? 12 : 8);  // on rigid ground balls roll for ever
+    scene.run(GetParam().form == Form::ball ? 30 : 8);  // on rigid ground balls roll for ever
     double force_n = 0, weight_n = 0;
     std::vector<double> depths_m;
     int awake_count = 0;

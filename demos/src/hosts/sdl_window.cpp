@@ -165,5 +165,5 @@ int main(int argument_count, char** arguments) {
     const double sunk_m = kBedTopM + kRadiusM - ball.pose.position.y;
     std::printf("the ball has sunk %.0f mm; %d pixels of the window are in shadow\n", 1e3 * sunk_m,
                 dark_pixels);
-    return sunk_m > 0.02 && dark_pixels > 200 ? 0 : 1;
+    return sunk_m > 0.02 && dark_pixels > 100 ? 0 : 1;
 }

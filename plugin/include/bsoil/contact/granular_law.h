@@ -13,7 +13,7 @@ namespace bsoil {
 /// What of a sole's bearing pressure follows from the friction angle.
 struct BearingFactors {
     double friction_angle_rad = 0, tan_phi = 0, sin_phi = 0;
-    double nq = 1, ngamma = 0;  ///< of depth and of width, Prandtl's and Vesic's
+    double nq = 1, ngamma = 0;  ///< of depth and of width
 };
 
 /// What the yield of one material needs, computed once.
@@ -67,15 +67,21 @@ struct FaceFactors {
 ///
 /// With ContactLawDef::passive_wedge it is a log spiral's wedge with passive_width_factor().
 ///
-/// A sole bears gamma z Nq sq + 1/2 gamma B Ngamma sgamma, with Vesic's factors and shape factors.
-/// This is mobilized over a sinkage of 0.15 widths in loose soil and 0.05 in compacted. Where
-/// density is not known the sole bears no less than by resistive force theory. Dense soil has
-/// Bolton's friction angle.
+/// A sole bears gamma z Nq sq + 1/2 gamma B Ngamma sgamma. Nq is Prandtl's, with De Beer's sq = 1 +
+/// B/L tan phi. Ngamma is of rough strips by limit analysis (Hjiaj, Lyamin and Sloan 2005), within
+/// 2 % of the exact values. sgamma = 1 + (0.0336 phi[deg] - 1) B/L is of squares on soil of the
+/// same angle (Lyamin and others 2007). De Beer's 0.6 is not: it belongs to the angle of plane
+/// strain under all soles. This is mobilized over a sinkage of 0.15 widths in loose soil and 0.05
+/// in compacted. Where density is not known the sole bears no less than by resistive force theory.
+/// Dense soil has Bolton's friction angle.
 FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, double depth_m,
                          const ContactLawDef& law = {});
 
-/// Bolton (1986), plane strain: phi + 5 deg I_R, I_R = I_D (10 - ln p') - 1 in 0..4, p' in kPa.
-double peak_friction_angle(double critical_rad, double relative_density, double mean_stress_pa);
+/// Bolton (1986): phi + 5 deg I_R in plane strain and 3 in triaxial compression, I_R = I_D (10 - ln
+/// p') - 1 in 0..4, p' in kPa. slimness: width over length of the sole, 0 a strip to 1 a square,
+/// and linear between (Meyerhof 1963).
+double peak_friction_angle(double critical_rad, double relative_density, double mean_stress_pa,
+                           double slimness);
 
 /// Nc of Prandtl's bearing capacity: (Nq - 1) / tan phi, Nq = exp(pi tan phi) tan^2(45 + phi/2); 2
 /// + pi at phi = 0.
