@@ -8,6 +8,7 @@
 #include "bullet_types.h"
 #include "coupling_def.h"
 #include "lowest_point.h"
+#include "same_contact.h"
 
 namespace bsoil::bullet {
 
@@ -91,6 +92,7 @@ void ContactCoupling::prepare(BodyWork& work, const BodyState& body,
         body.is_asleep && coupled.asleep_step_count > 0 && !coupled.carriers.empty();
     if (!is_sleeper) {
         work.kind = BodyWork::Kind::moved;
+        coupled.slept_voxels.reset();
         update_law(coupled);
         update_carriers(coupled, voxels);
         update_motions(coupled, voxels, duration_s);
@@ -102,12 +104,17 @@ void ContactCoupling::prepare(BodyWork& work, const BodyState& body,
             carrier.body = *state;
         }
     }
-    if (are_unchanged && coupled.has_limits) {
+    const bool has_law = update_law(coupled);
+    const bool has_same =
+        are_unchanged || (has_law && coupled.slept_voxels &&
+                          std::ranges::equal(voxels, *coupled.slept_voxels, is_same_contact));
+    if (has_same && coupled.has_limits) {
         work.kind = BodyWork::Kind::kept;
         return;
     }
     work.kind = BodyWork::Kind::slept;
-    update_law(coupled);
+    if (!coupled.slept_voxels) coupled.slept_voxels.emplace();
+    coupled.slept_voxels->assign(voxels.begin(), voxels.end());
 }
 
 void ContactCoupling::find_contact(BodyWork& work, double duration_s) const {
@@ -155,30 +162,38 @@ void ContactCoupling::sort_by_body(std::span<const ContactVoxel> contacts) {
 void ContactCoupling::gather_pressed_soil() {
     pressed_soil_.clear();
     if (coupled_.size() < 2) return;
-    // Each body's list is sorted. Merging lists two by two sorts them all.
+    // Each body's list is sorted. Merging lists two by two sorts them all: of their entries no more
+    // than what they are sorted by.
+    pressed_order_.clear();
     pressed_starts_.assign(1, 0);
     for (const auto& [id, coupled] : coupled_) {
         for (const PressedSoil& soil : coupled.memory.soil()) {
-            pressed_soil_.emplace_back(soil).body = id;
+            pressed_order_.push_back({soil.center_m.x, &soil, id});
         }
-        if (pressed_soil_.size() > pressed_starts_.back()) {
-            pressed_starts_.push_back(pressed_soil_.size());
+        if (pressed_order_.size() > pressed_starts_.back()) {
+            pressed_starts_.push_back(pressed_order_.size());
         }
     }
     while (pressed_starts_.size() > 2) {
-        merged_soil_.resize(pressed_soil_.size());
+        merged_order_.resize(pressed_order_.size());
         const auto at = [this](size_t list) {
             const size_t start = pressed_starts_[std::min(list, pressed_starts_.size() - 1)];
-            return pressed_soil_.begin() + static_cast<std::ptrdiff_t>(start);
+            return pressed_order_.begin() + static_cast<std::ptrdiff_t>(start);
         };
-        auto out = merged_soil_.begin();
+        auto out = merged_order_.begin();
         size_t merged_count = 1;
         for (size_t list = 0; list + 1 < pressed_starts_.size(); list += 2) {
-            out = std::merge(at(list), at(list + 1), at(list + 1), at(list + 2), out, lies_before);
-            pressed_starts_[merged_count++] = static_cast<size_t>(out - merged_soil_.begin());
+            out =
+                std::merge(at(list), at(list + 1), at(list + 1), at(list + 2), out,
+                           [](const PressedOrder& a, const PressedOrder& b) { return a.x < b.x; });
+            pressed_starts_[merged_count++] = static_cast<size_t>(out - merged_order_.begin());
         }
         pressed_starts_.resize(merged_count);
-        pressed_soil_.swap(merged_soil_);
+        pressed_order_.swap(merged_order_);
+    }
+    pressed_soil_.reserve(pressed_order_.size());
+    for (const PressedOrder& entry : pressed_order_) {
+        pressed_soil_.emplace_back(*entry.soil).body = entry.body;
     }
 }
 
@@ -203,15 +218,16 @@ void ContactCoupling::let_go() {
     known_.clear();
 }
 
-void ContactCoupling::update_law(CoupledBody& coupled) {
+bool ContactCoupling::update_law(CoupledBody& coupled) {
     const SurfaceFriction& surface = coupled.body.surface;
     const SurfaceFriction& known = coupled.law_surface;
     if (coupled.law && &coupled.law->soil() == soil_.get() && surface.friction == known.friction &&
         surface.adhesion_pa == known.adhesion_pa) {
-        return;
+        return true;
     }
     coupled.law = ContactLaw::make(soil_, surface);
     coupled.law_surface = surface;
+    return false;
 }
 
 int ContactCoupling::rank_of(int id) const {

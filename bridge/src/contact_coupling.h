@@ -94,7 +94,7 @@ class ContactCoupling {
             /// much. The width stays too: depth and width of a contact follow from each other, and
             /// their last bits could alternate forever.
             slept,
-            kept,  ///< it slept, and its contacts are those of the last step
+            kept,  ///< it slept, and its own contacts are those of the last step
         };
         Kind kind = Kind::moved;
         CoupledBody* coupled = nullptr;
@@ -121,7 +121,8 @@ class ContactCoupling {
     /// The place of a body of set_contacts in by_id_; -1: not among them.
     int rank_of(int id) const;
     void gather_pressed_soil();
-    void update_law(CoupledBody& coupled);
+    /// Whether the body had it already.
+    bool update_law(CoupledBody& coupled);
     /// Keeps what is known of carriers that were there before.
     void update_carriers(CoupledBody& coupled, std::span<const ContactVoxel> voxels);
     /// After update_carriers.
@@ -155,8 +156,14 @@ class ContactCoupling {
     std::vector<Carrier> previous_carriers_;
     std::vector<ContactMotion> previous_motions_;
     std::vector<PressedSoil> pressed_soil_;  ///< beside all bodies, as of the last set_contacts
-    std::vector<PressedSoil> merged_soil_;   ///< room to sort it in
-    std::vector<size_t> pressed_starts_;     ///< where its sorted lists begin, and its end
+    /// What pressed_soil_ is sorted by, and where an entry is from.
+    struct PressedOrder {
+        double x = 0;
+        const PressedSoil* soil = nullptr;
+        int body = -1;
+    };
+    std::vector<PressedOrder> pressed_order_, merged_order_;
+    std::vector<size_t> pressed_starts_;  ///< where their sorted lists begin, and their end
 };
 
 }  // namespace bsoil::bullet

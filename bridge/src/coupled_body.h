@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "body_state.h"
@@ -66,8 +67,10 @@ struct CoupledBody {
     /// By id, so the ground first; always there. And the body's motion relative to each.
     std::vector<Carrier> carriers;
     std::vector<ContactMotion> motions;
-    bool is_touched = false;    ///< by other bodies, in this substep
-    Pose pose_at_open;          ///< at the start of the substep
+    bool is_touched = false;  ///< by other bodies, in this substep
+    Pose pose_at_open;        ///< at the start of the substep
+    /// Its contacts as limits_n was found from them while it slept.
+    std::optional<std::vector<ContactVoxel>> slept_voxels;
     int asleep_step_count = 0;  ///< soil steps since it fell asleep; 0: awake
     /// Normal limits by bin, now; not known of one that comes from a snapshot.
     std::array<double, kNormalBinCount> limits_n{};

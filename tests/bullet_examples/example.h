@@ -36,6 +36,7 @@ class Example {
   public:
     struct Bed {
         double side_m = 4, depth_m = 0.5, voxel_m = 0.05;
+        int threads = 0;
     };
     Example(Ground ground, const Bed& bed) {
         if (ground == Ground::rigid) {
@@ -48,6 +49,7 @@ class Example {
         def.floor_center_m = {0, -bed.depth_m, 0};
         def.voxel_m = bed.voxel_m;
         def.backend = Backend::cpu;
+        def.thread_count = bed.threads;
         auto made = SoilAction::create(*scene_.world, def);
         if (!made) {
             ADD_FAILURE() << made.error();

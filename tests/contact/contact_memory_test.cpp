@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 namespace bsoil::contact_memory_test {
 namespace {
@@ -166,6 +167,67 @@ TEST(ContactMemory, two_faces_in_one_voxel_are_told_apart) {
             advanced(memory, {contact(0, 0, down), contact(0, 0, ahead)}, {0.02, 0, 0});
         EXPECT_NEAR(slid[0], 0.002 * step, 1e-12);
         EXPECT_NEAR(slid[1], 0, 1e-12);
+    }
+}
+
+/// What recall() is to find, by asking all entries.
+const PressedSoil* nearest_of_all(const std::vector<PressedSoil>& soil, const ContactVoxel& v) {
+    const ContactLawDef& def = law().def();
+    const double across_m = def.same_across_voxels * kVoxel;
+    const Vec3 way = v.normal.z < -def.looks_down_cosine ? Vec3{0, 0, 1} : v.normal;
+    const PressedSoil* nearest = nullptr;
+    double least = std::numeric_limits<double>::infinity();
+    for (const PressedSoil& entry : soil) {
+        const Vec3 apart = entry.center_m - v.center_m;
+        const double square = dot(apart, apart), along = dot(apart, way);
+        if (std::abs(along) > def.same_along_voxels * kVoxel ||
+            square - along * along > across_m * across_m) {
+            continue;
+        }
+        const double unlike = square + (1 - dot(entry.normal, v.normal)) * across_m * across_m;
+        if (unlike < least) {
+            least = unlike;
+            nearest = &entry;
+        }
+    }
+    return nearest;
+}
+
+TEST(ContactMemory, finds_what_a_search_through_all_entries_finds) {
+    std::mt19937 random(7);
+    const auto number = [&random](double low, double high) {
+        return std::uniform_real_distribution<double>(low, high)(random);
+    };
+    const Vec3 normals[] = {{0, 0, -1}, {1, 0, 0}, {0, -1, 0}, {0.6, 0, -0.8}, {0, 0.8, -0.6}};
+    // Dense and sparse, in the middles of voxels and, where a body carries soil, anywhere.
+    for (const double side_voxels : {3.0, 8.0, 200.0}) {
+        for (const bool is_carried : {false, true}) {
+            const auto place = [&] {
+                const auto along = [&] {
+                    const double at = number(0, side_voxels);
+                    return (is_carried ? at : std::floor(at) + 0.5) * kVoxel;
+                };
+                return Vec3{along(), along(), 0.2 * along()};
+            };
+            std::vector<PressedSoil> soil(300);
+            for (PressedSoil& entry : soil) {
+                entry = {place(), normals[random() % 5], {number(0.001, 1), 0, 0}, number(0, 0.1)};
+            }
+            std::ranges::stable_sort(soil, lies_before);
+            ContactMemory memory;
+            memory.set_soil(soil);
+            std::vector<ContactVoxel> voxels(300);
+            for (ContactVoxel& v : voxels) {
+                v = contact(0, 0, normals[random() % 5]);
+                v.center_m = place();
+            }
+            const auto history = memory.recall(voxels, law());
+            for (size_t i = 0; i < voxels.size(); ++i) {
+                const PressedSoil* nearest = nearest_of_all(soil, voxels[i]);
+                EXPECT_EQ(history[i].sheared_m, nearest ? nearest->slid_m.x : 0) << i;
+                EXPECT_EQ(history[i].retreat_m, nearest ? nearest->retreat_m : 0) << i;
+            }
+        }
     }
 }
 

@@ -16,6 +16,21 @@ namespace {
 /// sole that has left its soil still bears.
 constexpr double kRetreatMostVoxels = 1;
 
+/// An entry of the soil beside a contact is mostly no further off along each axis [voxels]. It is
+/// looked for there first. Ours, as a matter of cost: what a body moves in a step. Larger: more
+/// entries are looked at; smaller: more contacts are looked for twice.
+constexpr double kNearVoxels = 0.25;
+/// Width of a cell [voxels]. Ours, as a matter of cost: of the columns of voxels, in the middle of
+/// which most entries lie, a cell that reaches a little beyond one holds no other. Larger: entries
+/// of columns beside are looked at; smaller: more cells are.
+constexpr double kCellVoxels = 0.5;
+/// No more cells than so many for each entry. Ours, as a matter of cost: few contacts that lie far
+/// apart have wider cells. Larger: more empty cells are cleared; smaller: more entries are looked
+/// at.
+constexpr double kCellsPerEntry = 4;
+/// A box is wider by this than what it is to hold, for the rounding.
+constexpr double kRoundingAdds = 1 + 1e-6;
+
 /// The part of a sorted list from `x` on.
 std::span<const PressedSoil> from_x(std::span<const PressedSoil> soil, double x) {
     const auto first =
@@ -31,34 +46,63 @@ Vec3 way_of(const ContactVoxel& v, const ContactLaw& law) {
 
 }  // namespace
 
-void ContactMemory::Index::make(std::span<const PressedSoil> soil, double width_m) {
+void ContactMemory::Index::make(std::span<const PressedSoil> soil, double voxel_m) {
     soil_ = soil;
+    const double cell_m = kCellVoxels * voxel_m;
     if (soil.empty()) return;
-    const auto [low, high] = std::minmax_element(
-        soil.begin(), soil.end(),
-        [](const auto& a, const auto& b) { return a.center_m.y < b.center_m.y; });
-    const double range_m = high->center_m.y - low->center_m.y;
-    low_y_ = low->center_m.y;
-    width_m_ = std::max(width_m, range_m / static_cast<double>(soil.size()));
-    starts_.assign(static_cast<size_t>(range_m / width_m_) + 2, 0);
+    Aabb box{soil.front().center_m, soil.back().center_m};
     for (const PressedSoil& entry : soil) {
-        ++starts_[static_cast<size_t>(strip_at(entry.center_m.y))];
+        box.min.y = std::min(box.min.y, entry.center_m.y);
+        box.max.y = std::max(box.max.y, entry.center_m.y);
+    }
+    // Middles of voxels lie in the middles of cells.
+    low_ = {box.min.x - cell_m / 2, box.min.y - cell_m / 2, 0};
+    const Vec3 size = box.max - low_;
+    const double most = kCellsPerEntry * static_cast<double>(soil.size());
+    per_cell_ = 1 / std::max(cell_m, std::sqrt(size.x * size.y / most));
+    per_cell_ = std::min(per_cell_, most / std::max(size.x, size.y));
+    last_[0] = cell_at(size.x, std::numeric_limits<int>::max());
+    last_[1] = cell_at(size.y, std::numeric_limits<int>::max());
+    const auto row = static_cast<size_t>(last_[0]) + 1;
+    starts_.assign(row * (static_cast<size_t>(last_[1]) + 1) + 1, 0);
+    cells_.resize(soil.size());
+    for (size_t i = 0; i < soil.size(); ++i) {
+        const Vec3 off = soil[i].center_m - low_;
+        cells_[i] = static_cast<size_t>(cell_at(off.y, last_[1])) * row +
+                    static_cast<size_t>(cell_at(off.x, last_[0]));
+        ++starts_[cells_[i]];
     }
     int before = 0;
     for (int& start : starts_) before += std::exchange(start, before);
     spots_.resize(soil.size());
     for (size_t i = 0; i < soil.size(); ++i) {
-        int& next = starts_[static_cast<size_t>(strip_at(soil[i].center_m.y))];
-        spots_[static_cast<size_t>(next++)] = {soil[i].center_m, i};
+        spots_[static_cast<size_t>(starts_[cells_[i]]++)] = {soil[i].center_m, i};
     }
     // Each start has moved on to the next one.
     std::rotate(starts_.begin(), starts_.end() - 1, starts_.end());
     starts_.front() = 0;
 }
 
-int ContactMemory::Index::strip_at(double y) const {
-    const double strip = std::floor((y - low_y_) / width_m_);
-    return static_cast<int>(std::clamp(strip, 0.0, static_cast<double>(starts_.size() - 2)));
+int ContactMemory::Index::cell_at(double off_m, int last) const {
+    return static_cast<int>(std::clamp(off_m * per_cell_, 0.0, static_cast<double>(last)));
+}
+
+template <typename Visit>
+void ContactMemory::Index::visit_box(Vec3 middle, Vec3 half, const Visit& visit) const {
+    const Vec3 low = middle - half - low_, high = middle + half - low_;
+    const int x0 = cell_at(low.x, last_[0]), x1 = cell_at(high.x, last_[0]);
+    const int y1 = cell_at(high.y, last_[1]);
+    for (int y = cell_at(low.y, last_[1]); y <= y1; ++y) {
+        const size_t row = static_cast<size_t>(y) * (static_cast<size_t>(last_[0]) + 1);
+        const auto end = static_cast<size_t>(starts_[row + static_cast<size_t>(x1) + 1]);
+        for (auto i = static_cast<size_t>(starts_[row + static_cast<size_t>(x0)]); i < end; ++i) {
+            const Vec3 apart = spots_[i].center_m - middle;
+            if ((std::abs(apart.x) <= half.x) & (std::abs(apart.y) <= half.y) &
+                (std::abs(apart.z) <= half.z)) {
+                visit(soil_[spots_[i].place], apart);
+            }
+        }
+    }
 }
 
 const PressedSoil* ContactMemory::Index::find(const ContactVoxel& v, const ContactLaw& law,
@@ -68,39 +112,33 @@ const PressedSoil* ContactMemory::Index::find(const ContactVoxel& v, const Conta
     const double reach_m = law.def().same_along_voxels * voxel_m;
     const double across_m = law.def().same_across_voxels * voxel_m;
     const Vec3 way = way_of(v, law);
+    const PressedSoil* same = nullptr;
+    double least = std::numeric_limits<double>::infinity();
+    const auto look_at = [&](const PressedSoil& entry, Vec3 apart) {
+        if (std::abs(apart.y) > far_m || std::abs(apart.z) > far_m) return;
+        const double square = dot(apart, apart);
+        if (square > least) return;  // farther alone is worse than another in all
+        const double along = dot(apart, way);
+        if (std::abs(along) > reach_m || square - along * along > across_m * across_m) return;
+        const double cosine = dot(entry.normal, v.normal);
+        if (cosine < cosine_least) return;
+        const double unlike = square + (1 - cosine) * across_m * across_m;
+        // Of two that are as near the first in the list.
+        if (unlike < least || (unlike == least && &entry < same)) {
+            least = unlike;
+            same = &entry;
+        }
+    };
+    // Mostly the voxel's own entry is there. Nothing outside of the box around it is nearer.
+    const double near_m = kNearVoxels * voxel_m, wide_m = near_m * kRoundingAdds;
+    visit_box(v.center_m, {wide_m, wide_m, wide_m}, look_at);
+    if (least < near_m * near_m) return same;
     // What is far along the way and far off it: no more than that along an axis, but for rounding.
     const auto reach_along = [&](double way_part) {
         const double off_part = std::sqrt(std::max(0.0, 1 - way_part * way_part));
-        return (reach_m * std::abs(way_part) + across_m * off_part) * (1 + 1e-6);
+        return (reach_m * std::abs(way_part) + across_m * off_part) * kRoundingAdds;
     };
-    const double x0 = v.center_m.x - reach_along(way.x), x1 = v.center_m.x + reach_along(way.x);
-    const PressedSoil* same = nullptr;
-    double least = std::numeric_limits<double>::infinity();
-    const int last = strip_at(v.center_m.y + reach_along(way.y));
-    for (int strip = strip_at(v.center_m.y - reach_along(way.y)); strip <= last; ++strip) {
-        const auto begin = spots_.begin() + starts_[static_cast<size_t>(strip)];
-        const auto end = spots_.begin() + starts_[static_cast<size_t>(strip) + 1];
-        const auto first = std::lower_bound(
-            begin, end, x0, [](const Spot& spot, double at) { return spot.center_m.x < at; });
-        for (auto spot = first; spot != end; ++spot) {
-            if (spot->center_m.x > x1) break;
-            const Vec3 apart = spot->center_m - v.center_m;
-            if (std::abs(apart.y) > far_m || std::abs(apart.z) > far_m) continue;
-            const double square = dot(apart, apart);
-            if (square > least) continue;  // farther alone is worse than another in all
-            const double along = dot(apart, way);
-            if (std::abs(along) > reach_m || square - along * along > across_m * across_m) continue;
-            const PressedSoil& entry = soil_[spot->place];
-            const double cosine = dot(entry.normal, v.normal);
-            if (cosine < cosine_least) continue;
-            const double unlike = square + (1 - cosine) * across_m * across_m;
-            // Of two that are as near the first in the list.
-            if (unlike < least || (unlike == least && &entry < same)) {
-                least = unlike;
-                same = &entry;
-            }
-        }
-    }
+    visit_box(v.center_m, {reach_along(way.x), reach_along(way.y), reach_along(way.z)}, look_at);
     return same;
 }
 
@@ -162,7 +200,10 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
     for_ranges(threads, voxels.size(), kRangeVoxels, [&](size_t first, size_t last) {
         for (size_t i = first; i < last; ++i) advance_one(i);
     });
-    std::stable_sort(entries_.begin(), entries_.end(), lies_before);
+    // On the ground they are sorted as the voxels are.
+    if (!std::ranges::is_sorted(entries_, lies_before)) {
+        std::ranges::stable_sort(entries_, lies_before);
+    }
     return history_;
 }
 

@@ -150,9 +150,12 @@ NearestFace BodyFaces::nearest(Vec3 point_m, double thin_m) const {
     NearestFace face{least_m, {0, 0, 1}};
     for (const Part& part : parts_) {
         if (part.thickness_m < thin_m && thickest_m_ >= thin_m) continue;
-        const double off_m = length(point_m - part.to_world.position) - part.bound_m;
-        // Farther than the nearest, by more than rounding.
-        if (off_m * part.bound_share - part.shape->rounding_m > least_m * (1 + 1e-9)) continue;
+        if (nearest) {
+            const double off_m = length(point_m - part.to_world.position) - part.bound_m;
+            // Farther than the nearest, by more than rounding.
+            const double least_off_m = off_m * part.bound_share - part.shape->rounding_m;
+            if (least_off_m > least_m * (1 + 1e-9)) continue;
+        }
         const NearestFace its = nearest_face(*part.shape, transform(part.to_shape, point_m));
         if (std::abs(its.distance_m) < least_m) {
             least_m = std::abs(its.distance_m);
@@ -161,9 +164,12 @@ NearestFace BodyFaces::nearest(Vec3 point_m, double thin_m) const {
         }
     }
     if (!nearest) return face;
-    return {face.distance_m, rotate(nearest->to_world.rotation, face.normal),
-            rotate(nearest->to_world.rotation, nearest->growth->normal),
-            nearest->growth->is_thin() ? nearest->growth->rim_share() : 1};
+    face.normal = rotate(nearest->to_world.rotation, face.normal);
+    if (nearest->growth->is_thin()) {
+        face.sheet_normal = rotate(nearest->to_world.rotation, nearest->growth->normal);
+        face.rim_share = nearest->growth->rim_share();
+    }
+    return face;
 }
 
 }  // namespace bsoil

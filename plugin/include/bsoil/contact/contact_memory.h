@@ -58,29 +58,36 @@ class ContactMemory {
   private:
     static constexpr size_t kRangeVoxels = 128;  ///< that one thread takes at least
 
-    /// Finds the soil near a place in a list sorted by center_m.x: strips of equal width along y,
-    /// each with its part of the list in order.
+    /// Finds the soil near a place in a list sorted by center_m.x: in square cells across z.
     class Index {
       public:
-        /// width_m: of a strip, but no more strips than entries. `soil` must outlive the looks.
-        void make(std::span<const PressedSoil> soil, double width_m);
+        /// voxel_m: width of a cell, where there are not far more cells than entries. `soil` must
+        /// outlive the looks.
+        void make(std::span<const PressedSoil> soil, double voxel_m);
         /// The soil of a contact voxel, null where it is not there: the nearest; of an edge's two
         /// faces in one voxel the one that looks the same way.
         const PressedSoil* find(const ContactVoxel& v, const ContactLaw& law,
                                 double cosine_least) const;
 
       private:
-        int strip_at(double y) const;
+        int cell_at(double off_m, int last) const;
+        /// Calls visit(entry, apart) for each entry that lies no further than `half` off `middle`
+        /// along each axis; apart: from the middle.
+        template <typename Visit>
+        void visit_box(Vec3 middle, Vec3 half, const Visit& visit) const;
 
         std::span<const PressedSoil> soil_;
-        double low_y_ = 0, width_m_ = 1;
+        Vec3 low_;  ///< where cells begin, along x and y
+        double per_cell_ = 1;
+        int last_[2] = {};  ///< the last cell along x and y
         /// An entry's middle, and its place in the list.
         struct Spot {
             Vec3 center_m;
             size_t place = 0;
         };
-        std::vector<int> starts_;  ///< of a strip in spots_; one more for the end
-        std::vector<Spot> spots_;  ///< by strip
+        std::vector<size_t> cells_;  ///< of each entry
+        std::vector<int> starts_;    ///< of a cell in spots_; one more for the end
+        std::vector<Spot> spots_;    ///< by cell, row by row
     };
 
     std::vector<PressedSoil> entries_, previous_;  ///< sorted by center_m.x
