@@ -9,6 +9,17 @@ void note_top(int slot, int top) {
     ATOMIC_MAX(tile_table[slot * kTileTableWords + kTileTableTop], params.step_stamp * kTileTopStep + top);
 }
 
+// Whether a voxel that stands on the ground is ground itself.
+bool is_full_ground(int voxel) {
+    return state_at(kPlaneCoverage, voxel) == 0 && state_at(kPlaneTerrain, voxel) == 0 &&
+           state_at(kPlaneVolume, voxel) >= kVoxelFull - kSupportSlack;
+}
+
+// Whether there is nothing in a voxel.
+bool is_empty(int voxel) {
+    return state_at(kPlaneVolume, voxel) == 0 && state_at(kPlaneCoverage, voxel) == 0 && state_at(kPlaneTerrain, voxel) == 0;
+}
+
 void find_support(int group, int lane) {
     int entry = block_list[params.list_offset + group];
     int slot = entry_slot(entry);
@@ -28,8 +39,12 @@ void find_support(int group, int lane) {
     int full_word = column_word(kColumnFull, slot * kTileColumns + lane);
     int end_word = column_word(kColumnEnd, slot * kTileColumns + lane);
     int full = spans[full_word];
-    bool sees_all = spans[end_word] <= end;
-    end = min(end, spans[end_word]);
+    int empty_from = spans[end_word];
+    // A tile that woke or moved to another slot knows neither of its columns. Once found, both stay found.
+    while (full < first && is_full_ground(column + full * kTileColumns)) full += 1;
+    while (empty_from > end && is_empty(column + (empty_from - 1) * kTileColumns)) empty_from -= 1;
+    bool sees_all = empty_from <= end;
+    end = min(end, empty_from);
     if (full >= first) {
         first = full;
     } else if (first > 0) {
@@ -44,9 +59,7 @@ void find_support(int group, int lane) {
         int terrain = state_at(kPlaneTerrain, voxel);
         if (volume > 0) top = z + 1;
         if (volume > 0 || bodies > 0 || terrain > 0) filled = z + 1;
-        if (z == full && below == kSupportGround && bodies == 0 && terrain == 0 && volume >= kVoxelFull - kSupportSlack) {
-            full = z + 1;
-        }
+        if (z == full && below == kSupportGround && is_full_ground(voxel)) full = z + 1;
         bool solid = bodies + terrain >= kSolidCoverage;
         if (solid) {
             below = kSupportGround;
@@ -68,7 +81,7 @@ void find_support(int group, int lane) {
         if (!solid && volume + bodies + terrain < kVoxelFull - slack) below = kSupportNone;
     }
     spans[full_word] = full;
-    if (sees_all) spans[end_word] = filled;
+    spans[end_word] = sees_all ? filled : empty_from;
     for (int z = first; top == 0 && z > 0; --z) {
         top = state_at(kPlaneVolume, column + (z - 1) * kTileColumns) > 0 ? z : 0;
     }

@@ -92,6 +92,43 @@ TEST(Work, a_long_body_aslant_is_looked_at_where_it_is) {
     EXPECT_LT(lanes[static_cast<size_t>(Kernel::voxelize_shapes)], around / 2);
 }
 
+// The table of awake tiles grows beyond its first 64 while they wake. What was known of the columns
+// before is found again, though only the blocks at the surface are listed.
+TEST(Work, looks_at_the_surface_of_a_deep_bed_and_not_at_all_of_it) {
+    constexpr int kBed = 32, kHeight = 64;
+    const auto soil = make_soil(cpu_def(grid_def(160, 160, kHeight)));
+    ASSERT_TRUE(soil);
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {160, 160, kBed})));
+    std::vector<Mover> movers;
+    movers.emplace_back(1, box_shape(Vec3{8, 50, 6} * 0.05), Vec3{40, 80, kBed + 2} * 0.05);
+    auto& impl = SoilProbe::impl(*soil);
+    int32_t before_last = 0;
+    for (int i = 0; i < 10; ++i) {
+        movers.back().body.pose.position.x += 0.5 * 0.05;
+        movers.back().body.linear_velocity_m_s.x = 0.5 * 0.05 / soil->def().step_s;
+        before_last = impl.params.pass_stamp;
+        soil->step(bodies_of(movers));
+    }
+    ASSERT_GT(impl.tiles.awake_count(), 64);
+    const auto words_of = [&](int array) {
+        std::vector<int32_t> words(static_cast<size_t>(impl.tiles.slot_count()) *
+                                   layout::kTileColumns);
+        impl.device->read(layout::Buffer::spans, impl.tiles.column_array_offset(array, 0), words);
+        return words;
+    };
+    const std::vector<int32_t> stamp = words_of(layout::kColumnStamp);
+    const std::vector<int32_t> full = words_of(layout::kColumnFull);
+    const std::vector<int32_t> end = words_of(layout::kColumnEnd);
+    int changed_count = 0;
+    for (size_t c = 0; c < stamp.size(); ++c) {
+        if (stamp[c] <= before_last) continue;
+        ++changed_count;
+        EXPECT_GE(full[c], kBed / 2) << c;
+        EXPECT_LE(end[c], kBed + 16) << c;
+    }
+    EXPECT_GT(changed_count, 1000);
+}
+
 TEST(Work, is_told_by_pass) {
     MovingScene scene(4, cpu_def(MovingScene::default_def()));
     const WorkCounts before = scene.soil().work_counts();
