@@ -284,6 +284,24 @@ bulletsoil_result bulletsoil_get_step_count(const bulletsoil_soil* soil, int64_t
     return guarded(__func__, [&] { required(count, "count") = action_of(soil).step_count(); });
 }
 
+bulletsoil_result bulletsoil_get_step_rate(const bulletsoil_soil* soil,
+                                           bulletsoil_step_rate* rate) {
+    return guarded(__func__, [&] {
+        const SoilAction& action = action_of(soil);
+        const size_t struct_size = required(rate, "rate").struct_size;
+        check_size("rate", struct_size, kStepRateBytesMin, sizeof(bulletsoil_step_rate));
+        const bsoil::StepRate from = action.soil().step_rate();
+        bulletsoil_step_rate out{};
+        out.due_count = from.due_count;
+        out.begun_count = from.begun_count;
+        out.held_count = from.held_count;
+        out.call_count_most = from.call_count_most;
+        out.share = from.share();
+        out.call_most_ms = from.call_most_ms;
+        narrow_into(*rate, out, struct_size);
+    });
+}
+
 bulletsoil_result bulletsoil_get_material_count(const bulletsoil_soil* soil, size_t* count) {
     return guarded(__func__,
                    [&] { required(count, "count") = action_of(soil).soil().materials().size(); });

@@ -196,6 +196,9 @@ SoilDef from_c(const bulletsoil_soil_def& def) {
     if (def.reserved != 0) {
         refuse("def.reserved is " + std::to_string(def.reserved) + ", must be 0");
     }
+    if (def.reserved_2 != 0) {
+        refuse("def.reserved_2 is " + std::to_string(def.reserved_2) + ", must be 0");
+    }
     return out;
 }
 

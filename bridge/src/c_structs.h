@@ -37,6 +37,8 @@ constexpr size_t kContactConstantsBytesMin =
 constexpr size_t kBodyReportBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_body_report, is_in_contact);
 constexpr size_t kSettleReportBytesMin =
     BSOIL_BYTES_UP_TO(bulletsoil_settle_report, tile_awake_count);
+constexpr size_t kStepRateBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_step_rate, call_most_ms);
+static_assert(kStepRateBytesMin == sizeof(bulletsoil_step_rate));
 static_assert(kSettleReportBytesMin == sizeof(bulletsoil_settle_report));
 constexpr size_t kConditionBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_condition, step_count);
 static_assert(kMaterialBytesMin % alignof(bulletsoil_material) == 0);

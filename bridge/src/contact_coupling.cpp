@@ -218,6 +218,36 @@ void ContactCoupling::let_go() {
     known_.clear();
 }
 
+double ContactCoupling::growth_of(const CoupledBody& coupled, double sunk_m) const {
+    const double depth_m =
+        std::max(coupled.report.sinkage_m, kCoupling.late_depth_least_voxels * soil_->voxel_m);
+    return 1 + std::max(0.0, sunk_m) / depth_m;
+}
+
+void ContactCoupling::deepen() {
+    for (auto& [id, coupled] : coupled_) {
+        if (coupled.patches.empty() || !is_in_world(world_, coupled.body)) continue;
+        const Vec3 now_m = from_bullet(coupled.body.object->getWorldTransform().getOrigin());
+        const double scale =
+            growth_of(coupled, dot(coupled.body.motion.center_of_mass_m - now_m, soil_->up));
+        for (CoupledPatch& patch : coupled.patches) {
+            if (patch.patch.carrier < 0) patch.patch.normal_limit_n *= scale / coupled.limit_scale;
+        }
+        coupled.limit_scale = scale;
+    }
+}
+
+void ContactCoupling::deepen_wheel(int body_id, double sunk_m) {
+    const auto found = coupled_.find(body_id);
+    if (!is_late_ || found == coupled_.end()) return;
+    CoupledBody& coupled = found->second;
+    const double scale = growth_of(coupled, sunk_m);
+    for (ContactPatch& patch : coupled.wheel_patches) {
+        patch.normal_limit_n *= scale / coupled.limit_scale;
+    }
+    coupled.limit_scale = scale;
+}
+
 bool ContactCoupling::update_law(CoupledBody& coupled) {
     const SurfaceFriction& surface = coupled.body.surface;
     const SurfaceFriction& known = coupled.law_surface;
@@ -353,6 +383,7 @@ void ContactCoupling::act(const BodyWork& work) {
         return;
     }
     if (coupled.body.role == BodyRole::wheel) {
+        coupled.limit_scale = 1;
         coupled.wheel_patches.assign(work.found.patches().begin(), work.found.patches().end());
         return;
     }
@@ -362,6 +393,7 @@ void ContactCoupling::act(const BodyWork& work) {
 void ContactCoupling::replace_patches(CoupledBody& coupled, std::span<const ContactPatch> patches) {
     previous_patches_.swap(coupled.patches);
     coupled.patches.clear();
+    coupled.limit_scale = 1;
     new_places_.clear();
     const Vec3 center_m = coupled.body.motion.center_of_mass_m;
     for (const ContactPatch& p : patches) {

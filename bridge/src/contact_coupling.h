@@ -49,8 +49,16 @@ class ContactCoupling {
     /// Bodies that touched others in the last substep, and whether one did.
     void find_touched() { rows_.find_touched(); }
     bool is_touched(const btCollisionObject* object) const { return rows_.is_touched(object); }
+    /// Whether the contacts are of longer ago than the last soil step that was due (StepBudget).
+    /// Then limits grow with the depth that a body has sunk by since, as they grow with depth in
+    /// soil: it may have had no more than a first touch then.
+    void set_late(bool is_late) { is_late_ = is_late; }
+    bool is_late() const { return is_late_; }
     /// Start of a substep: puts the rows of all bodies that are still there into the world.
-    void open_substep() { rows_.open(); }
+    void open_substep() {
+        if (is_late_) deepen();
+        rows_.open();
+    }
     /// End of a substep: reads the impulses and takes the rows out.
     void close_substep(btScalar substep_s) { rows_.close(substep_s); }
     /// Takes the rows out without reading them.
@@ -60,6 +68,8 @@ class ContactCoupling {
 
     /// Patches of a wheel, as of the last set_contacts; empty for an id without contact.
     std::span<const ContactPatch> wheel_patches(int body_id) const;
+    /// For a wheel, before its patches are asked for: how far it has sunk since they were found.
+    void deepen_wheel(int body_id, double sunk_m);
     /// Normal forces that its vehicle has found for these patches.
     void set_wheel_forces(int body_id, std::span<const double> normal_n);
     const ContactSoil& soil() const { return *soil_; }
@@ -123,6 +133,9 @@ class ContactCoupling {
     void gather_pressed_soil();
     /// Whether the body had it already.
     bool update_law(CoupledBody& coupled);
+    void deepen();
+    /// By which limits at the depth that a body had have grown.
+    double growth_of(const CoupledBody& coupled, double sunk_m) const;
     /// Keeps what is known of carriers that were there before.
     void update_carriers(CoupledBody& coupled, std::span<const ContactVoxel> voxels);
     /// After update_carriers.
@@ -140,6 +153,7 @@ class ContactCoupling {
     /// By body id: the order of rows must not depend on addresses.
     std::map<int, CoupledBody> coupled_;
     SubstepRows rows_;
+    bool is_late_ = false;
     /// The contacts of set_contacts by body, in the order of by_id_; where each body's begin.
     std::vector<ContactVoxel> by_body_;
     std::vector<size_t> starts_, next_;

@@ -77,6 +77,9 @@ struct CoupledBody {
     bool has_limits = false;
     /// Of its normal limits by bin: the mean while it slept, and what that was at first.
     std::array<double, kNormalBinCount> mean_limits_n{}, limits_at_sleep_n{};
+    /// By which the limits of its patches are larger than when they were found; see
+    /// ContactCoupling::set_late().
+    double limit_scale = 1;
     BodyReport report;
     ContactMemory memory;
     std::unique_ptr<const ContactLaw> law;  ///< against this body's surface

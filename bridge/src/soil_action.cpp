@@ -4,19 +4,11 @@
 #include <cmath>
 #include <utility>
 
-#include "body_collector.h"
 #include "bsoil/limits.h"
 #include "bullet_types.h"
-#include "carried_load.h"
 #include "check_surface.h"
-#include "contact_coupling.h"
-#include "coupling_snapshot.h"
-#include "first_contact.h"
-#include "snapshot_access.h"
+#include "soil_action.h"
 #include "soil_debug_draw.h"
-#include "soil_ground.h"
-#include "soil_vehicles.h"
-#include "world_anchor.h"
 #include "world_gravity.h"
 #include "world_objects.h"
 
@@ -46,18 +38,6 @@ Aabb world_box(const GridFrame& frame) {
     return box;
 }
 
-/// A section's name; the first soil of a world has no number.
-std::string section_name(const char* part, size_t index) {
-    return index == 0 ? std::string(part) : part + ('.' + std::to_string(index));
-}
-
-void list(StateStream& stream, StepReport& report, std::vector<BodyLoad>& loads) {
-    stream(report.substep_count, report.status_bits, report.block_active_count,
-           report.block_dispatched_count, report.tile_awake_count,
-           report.speed_max_voxels_per_step);
-    stream.list(loads, 36, [&](BodyLoad& load) { stream(load.body, load.mass_kg, load.center_m); });
-}
-
 Status check_fraction(const char* field, double value) {
     if (std::isfinite(value) && value >= 0 && value <= 10) return Done{};
     return Error{std::string("SoilActionDef::") + field + " is " + std::to_string(value) +
@@ -79,76 +59,26 @@ Status SoilActionDef::validate() const {
 
 Status BodyOptions::validate() const { return check_surface(surface); }
 
-struct SoilAction::Impl {
-    Impl(btDiscreteDynamicsWorld& bullet_world, std::unique_ptr<Soil> new_soil,
-         const SoilActionDef& options)
-        : world(&bullet_world),
-          soil(std::move(new_soil)),
-          box(world_box(soil->frame())),
-          collector(box, soil->frame().voxel_m),
-          coupling(bullet_world, soil->contact_soil(), soil->known_contacts(), options,
-                   soil->threads()),
-          carried(bullet_world, up_of(soil->def()), soil->def().gravity_m_s2),
-          surface(*soil),
-          soil_below(*soil, surface, up_of(soil->def())),
-          first_contacts(collector, coupling, soil_below, up_of(soil->def())),
-          vehicles(std::make_shared<SoilVehicles>(
-              world, collector, coupling, ground, soil->def().voxel_m,
-              [this](Vec3 world_m) { return surface_at(world_m); })) {
-        named_conditions.reserve(limits::kConditionCapacity + 32);
-        for (const btCollisionObject* object : options.ignored) {
-            collector.set_options(*object, {.ignored = true});
-        }
+SoilAction::Impl::Impl(btDiscreteDynamicsWorld& bullet_world, std::unique_ptr<Soil> new_soil,
+                       const SoilActionDef& options)
+    : world(&bullet_world),
+      soil(std::move(new_soil)),
+      box(world_box(soil->frame())),
+      collector(box, soil->frame().voxel_m),
+      coupling(bullet_world, soil->contact_soil(), soil->known_contacts(), options,
+               soil->threads()),
+      carried(bullet_world, up_of(soil->def()), soil->def().gravity_m_s2),
+      surface(*soil),
+      soil_below(*soil, surface, up_of(soil->def())),
+      first_contacts(collector, coupling, soil_below, up_of(soil->def())),
+      vehicles(
+          std::make_shared<SoilVehicles>(world, collector, coupling, ground, soil->def().voxel_m,
+                                         [this](Vec3 world_m) { return surface_at(world_m); })) {
+    named_conditions.reserve(limits::kConditionCapacity + 32);
+    for (const btCollisionObject* object : options.ignored) {
+        collector.set_options(*object, {.ignored = true});
     }
-
-    std::optional<SurfacePoint> surface_at(Vec3 world_m) const;
-    void open_substep() {
-        if (!enabled) return;
-        carried.open_substep();
-        vehicles->open_substep();
-        // Before the soil has stepped nobody knows what carries it.
-        if (report.substep_count > 0) first_contacts.open_substep(*world, report.loads);
-        coupling.open_substep();
-    }
-    void step_soil(double substep_s);
-    Result<SettleReport> settle(int steps_max);
-    void look_at_world();
-    void take_report(int count, bool are_contacts_unchanged);
-    /// Takes down whose the new conditions are.
-    void name_conditions();
-    /// Lets every body go and forgets where they were.
-    void pause();
-    CouplingSnapshot::Parts parts() {
-        return {*world, collector, coupling, carried, first_contacts, *vehicles, surface};
-    }
-
-    btDiscreteDynamicsWorld* world;  ///< null once the host has emptied it
-    std::unique_ptr<Soil> soil;
-    Aabb box;
-    BodyCollector collector;
-    ContactCoupling coupling;
-    CarriedLoads carried;
-    std::unique_ptr<WorldAnchor> anchor;
-    GroundSurface surface;
-    SoilBelow soil_below;
-    FirstContacts first_contacts;
-    std::unique_ptr<SoilGround> ground;  ///< null without SoilActionDef::ground
-    std::shared_ptr<SoilVehicles> vehicles;
-    double unstepped_s = 0;    ///< time that has passed and the soil has not stepped
-    double uncollected_s = 0;  ///< time since the bodies were last looked at
-    bool enabled = true;
-    uint64_t known_def_revision = 0;  ///< of the soil that the coupling knows
-    long long step_count = 0;
-    StepReport report;
-    std::vector<BodyLoad> loaded_loads;  ///< of a report that came from a snapshot
-    struct NamedCondition {
-        const btCollisionObject* object = nullptr;
-        int body = -1;
-        int64_t first_step = -1;
-    };
-    /// In the order of the soil's conditions: whose each is.
-    std::vector<NamedCondition> named_conditions;
-};
+}
 
 Result<std::unique_ptr<SoilAction>> SoilAction::create(btDiscreteDynamicsWorld& world,
                                                        const SoilDef& def,
@@ -238,97 +168,6 @@ int SoilAction::body_id(const btCollisionObject& object) const {
     return impl_->collector.body_id(object);
 }
 
-void SnapshotAccess::close_substep(SoilAction& action) {
-    action.impl_->coupling.take_rows_out();
-    action.impl_->carried.close_substep();
-}
-
-Result<std::vector<SnapshotSection>> SnapshotAccess::sections(const SoilAction& action,
-                                                              size_t index) {
-    SoilAction::Impl& d = *action.impl_;
-    if (!d.world) return Error{"the world of the soil has been emptied"};
-    StateStream stream;
-    std::vector<ObjectKind> kinds = object_kinds(*d.world);
-    stream.list(kinds, 1, [&](ObjectKind& kind) { kind.list(stream); });
-    stream(d.unstepped_s, d.uncollected_s, d.step_count, d.enabled);
-    std::vector<BodyLoad> loads(d.report.loads.begin(), d.report.loads.end());
-    list(stream, d.report, loads);
-    CouplingSnapshot::of(d.parts()).serialize(stream, *d.world);
-    if (!stream.good()) return Error{"a pose, velocity or force of a body is not finite"};
-    auto soil = d.soil->checked_state();
-    if (!soil) return Error{soil.error()};
-    return std::vector<SnapshotSection>{{section_name("soil", index), std::move(*soil)},
-                                        {section_name("coupling", index), stream.bytes()}};
-}
-
-Result<std::function<void()>> SnapshotAccess::prepare(SoilAction& action,
-                                                      std::span<const SnapshotSection> sections,
-                                                      size_t index) {
-    SoilAction::Impl& d = *action.impl_;
-    if (!d.world) return Error{"the world of the soil has been emptied"};
-    const std::vector<uint8_t>* soil = find_section(sections, section_name("soil", index));
-    const std::vector<uint8_t>* coupling = find_section(sections, section_name("coupling", index));
-    if (!soil || !coupling) return Error{"holds no coupled soil of this number"};
-    struct Saved {
-        double unstepped_s = 0, uncollected_s = 0;
-        long long step_count = 0;
-        bool enabled = true;
-        StepReport report;
-        std::vector<BodyLoad> loads;
-        CouplingSnapshot memory;
-    };
-    auto saved = std::make_shared<Saved>();
-    StateStream stream(*coupling);
-    std::vector<ObjectKind> kinds;
-    stream.list(kinds, 32, [&](ObjectKind& kind) { kind.list(stream); });
-    if (!stream.good()) return Error{"is damaged"};
-    if (const Status same = check_same_objects(kinds, *d.world); !same) return Error{same.error()};
-    stream(saved->unstepped_s, saved->uncollected_s, saved->step_count, saved->enabled);
-    list(stream, saved->report, saved->loads);
-    saved->memory.serialize(stream, *d.world);
-    const double step_s = d.soil->def().step_s;
-    if (!stream.at_end() || saved->step_count < 0 || std::abs(saved->unstepped_s) > step_s) {
-        return Error{"is damaged"};
-    }
-    if (const Status same = saved->memory.check_same_vehicles(*d.vehicles); !same) {
-        return Error{same.error()};
-    }
-    auto put_soil = d.soil->prepare(*soil);
-    if (!put_soil) return Error{put_soil.error()};
-    return std::function<void()>([&d, saved, put = std::move(*put_soil)] {
-        put();
-        saved->memory.put_into(d.parts());
-        d.unstepped_s = saved->unstepped_s;
-        d.uncollected_s = saved->uncollected_s;
-        d.step_count = saved->step_count;
-        d.enabled = saved->enabled;
-        d.loaded_loads = saved->loads;
-        d.report = saved->report;
-        d.report.loads = d.loaded_loads;
-        d.report.conditions = d.soil->conditions();
-        d.named_conditions.clear();
-        for (const Condition& condition : d.report.conditions) {
-            d.named_conditions.push_back(
-                {d.collector.object_of(condition.body), condition.body, condition.first_step});
-        }
-    });
-}
-
-Status SoilAction::save(const std::string& path) const {
-    const auto sections = SnapshotAccess::sections(*this, 0);
-    if (!sections) return Error{"snapshot '" + path + "': " + sections.error()};
-    return write_snapshot_file(path, *sections);
-}
-
-Status SoilAction::load(const std::string& path) {
-    const auto sections = read_snapshot_file(path);
-    if (!sections) return Error{sections.error()};
-    const auto put = SnapshotAccess::prepare(*this, *sections, 0);
-    if (!put) return Error{"snapshot '" + path + "': " + put.error()};
-    (*put)();
-    return Done{};
-}
-
 std::optional<SurfacePoint> SoilAction::surface_at(Vec3 world_m) const {
     return impl_->surface_at(world_m);
 }
@@ -374,6 +213,7 @@ void SoilAction::Impl::pause() {
     report.status_bits = soil->status_bits();
     report.conditions = soil->conditions();
     unstepped_s = uncollected_s = 0;
+    untaken_count = 0;
 }
 
 void SoilAction::Impl::step_soil(double substep_s) {
@@ -386,12 +226,41 @@ void SoilAction::Impl::step_soil(double substep_s) {
     const int count = static_cast<int>(std::min<double>(due, kStepsPerSubstepMax));
     unstepped_s -= due * step_s;
     bool are_unchanged = true;
+    contact_bodies = {};
+    untaken_count += count;
     for (int i = 0; i < count; ++i) {
+        const int64_t begun_count = soil->step_rate().begun_count;
         report = soil->step(collector.soil_bodies((count - 1 - i) * step_s));
         are_unchanged = are_unchanged && report.contacts_unchanged;
         if (report.condition_new_count > 0) name_conditions();
+        note_step(soil->step_rate().begun_count > begun_count);
     }
-    take_report(count, are_unchanged);
+    if (contact_bodies) take_report(are_unchanged);
+    if (soil->is_stepping()) keep_stepped();
+    coupling.set_late(untaken_count > 0 || !are_contacts_fresh);
+}
+
+/// With a budget a step sees the bodies of one call and is through in another. Its contacts are of
+/// where they were: rows hold them beside the centre of mass, and so go on with the body.
+void SoilAction::Impl::note_step(bool has_begun) {
+    if (report.has_finished) {
+        ++step_count;
+        are_contacts_fresh = has_begun && !soil->is_stepping();
+        if (!are_contacts_fresh) {
+            std::erase_if(stepped, [&](const BodyState& body) {
+                return body.object && !is_in_world(*world, body);
+            });
+        }
+        contact_bodies = are_contacts_fresh ? collector.bodies() : std::span(stepped);
+    }
+    is_stepped_new = is_stepped_new || has_begun;
+}
+
+/// Once the contacts of the step before are taken.
+void SoilAction::Impl::keep_stepped() {
+    if (!std::exchange(is_stepped_new, false)) return;
+    stepped.assign(collector.bodies().begin(), collector.bodies().end());
+    vehicles->keep_stepped();
 }
 
 /// Finds the bodies, and whether they weigh as the soil does.
@@ -403,19 +272,33 @@ void SoilAction::Impl::look_at_world() {
 }
 
 /// What the last soil steps found goes to the bodies.
-void SoilAction::Impl::take_report(int count, bool are_contacts_unchanged) {
+void SoilAction::Impl::take_report(bool are_contacts_unchanged) {
     const double step_s = soil->def().step_s;
-    step_count += count;
     if (known_def_revision != soil->def_revision()) {
         known_def_revision = soil->def_revision();
         coupling.set_soil(soil->contact_soil());
     }
-    coupling.set_contacts(collector.bodies(), report.contacts, count * step_s,
+    coupling.set_contacts(*contact_bodies, report.contacts, untaken_count * step_s,
                           are_contacts_unchanged);
-    first_contacts.soil_has_stepped(step_s);
-    vehicles->take_contacts();
-    carried.set_loads(collector.bodies(), report.loads);
+    untaken_count = 0;
+    first_contacts.soil_has_stepped(report.call_count * step_s);
+    vehicles->take_contacts(are_contacts_fresh);
+    carried.set_loads(*contact_bodies, moved_loads());
     if (ground) ground->drop_stale_contacts();
+}
+
+/// Where the bodies have taken them meanwhile.
+std::span<const BodyLoad> SoilAction::Impl::moved_loads() {
+    if (are_contacts_fresh) return report.loads;
+    loads.assign(report.loads.begin(), report.loads.end());
+    for (BodyLoad& load : loads) {
+        for (const BodyState& body : stepped) {
+            if (body.id != load.body || !body.object) continue;
+            load.center_m += from_bullet(body.object->getWorldTransform().getOrigin()) -
+                             body.motion.center_of_mass_m;
+        }
+    }
+    return loads;
 }
 
 Result<SettleReport> SoilAction::settle(int steps_max) {
@@ -434,8 +317,11 @@ Result<SettleReport> SoilAction::Impl::settle(int steps_max) {
     if (settled && settled->step_count > 0) {
         report = settled->last_step;
         // No time has passed for the bodies: their contacts are those of one step.
-        take_report(1, false);
-        step_count += settled->step_count - 1;
+        contact_bodies = collector.bodies();
+        are_contacts_fresh = true;
+        untaken_count = 1;
+        take_report(false);
+        step_count += settled->step_count;
     }
     return settled;
 }

@@ -64,8 +64,12 @@ void SoilVehicles::show_wheels() {
     for (VehicleOnSoil* wheels : wheels_) wheels->show(collector_);
 }
 
-void SoilVehicles::take_contacts() {
-    for (VehicleOnSoil* wheels : wheels_) wheels->take_contacts();
+void SoilVehicles::take_contacts(bool fresh) {
+    for (VehicleOnSoil* wheels : wheels_) wheels->take_contacts(fresh);
+}
+
+void SoilVehicles::keep_stepped() {
+    for (VehicleOnSoil* wheels : wheels_) wheels->keep_stepped();
 }
 
 void SoilVehicles::leave_world() {

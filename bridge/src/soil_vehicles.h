@@ -26,7 +26,11 @@ class VehicleOnSoil {
     virtual void close_substep() = 0;
     /// Before and after the soil's step.
     virtual void show(BodyCollector& collector) = 0;
-    virtual void take_contacts() = 0;
+    /// fresh: of the wheels as they were shown last; else as they were when keep_stepped() was
+    /// called.
+    virtual void take_contacts(bool fresh) = 0;
+    /// The soil's step in progress sees them as they were shown last.
+    virtual void keep_stepped() = 0;
     /// Between substeps. A memory that is put back is that of as many wheels, of the same defs.
     virtual VehicleMemory memory() const = 0;
     virtual void set_memory(const VehicleMemory& memory) = 0;
@@ -52,7 +56,8 @@ class SoilVehicles {
     void open_substep();
     void close_substep();
     void show_wheels();
-    void take_contacts();
+    void take_contacts(bool fresh);
+    void keep_stepped();
     void leave_world();
 
     /// Wheels of the vehicles that are attached, in the order their raycasters were made.

@@ -169,6 +169,8 @@ WheelState VehicleWheels::state_of(const Wheel& wheel, const btWheelInfo& info,
 void VehicleWheels::solve(Wheel& wheel, const btWheelInfo& info, double substep_s) {
     const WheelState state = state_of(wheel, info, substep_s);
     const auto vehicles = soil_.lock();
+    vehicles->coupling().deepen_wheel(
+        wheel.id, dot(wheel.contact_center_m - wheel.motion.center_of_mass_m, wheel.up));
     WheelContact contact;
     contact.patches = vehicles->coupling().wheel_patches(wheel.id);
     contact.center_m = wheel.contact_center_m;
@@ -203,6 +205,13 @@ void VehicleWheels::solve(Wheel& wheel, const btWheelInfo& info, double substep_
         wheel.strut_most_n = WheelMemory::kNoLimitN;
     }
     length_m = std::min(length_m, most_m);
+    // What the soil has not seen yet it bears as rigid ground: it may see the wheel late.
+    if (contact.patches.empty() && vehicles->coupling().is_late()) {
+        if (const double on_soil_m = touching_length_m(wheel, info); length_m > on_soil_m) {
+            length_m = on_soil_m;
+            wheel.strut_most_n = WheelMemory::kNoLimitN;
+        }
+    }
     wheel.length_m = std::clamp(length_m, state.length_least_m, state.length_most_m);
     wheel.rise_m_s = (state.length_m - wheel.length_m) / substep_s;
     wheel.is_on_soil =
@@ -473,25 +482,13 @@ void VehicleWheels::show(BodyCollector& collector) {
     }
 }
 
-void VehicleWheels::take_contacts() {
+void VehicleWheels::take_contacts(bool fresh) {
     for (Wheel& wheel : wheels_) {
         if (!wheel.is_placed) continue;
         wheel.has_met_soil = true;
-        if (wheel.was_shown) wheel.contact_center_m = wheel.motion.center_of_mass_m;
+        if (!wheel.was_shown) continue;
+        wheel.contact_center_m = fresh ? wheel.motion.center_of_mass_m : wheel.stepped_center_m;
     }
-}
-
-VehicleMemory VehicleWheels::memory() const {
-    return {{wheels_.begin(), wheels_.end()}, across_struts_n_, normal_n_};
-}
-
-void VehicleWheels::set_memory(const VehicleMemory& memory) {
-    for (size_t i = 0; i < wheels_.size(); ++i) {
-        static_cast<WheelMemory&>(wheels_[i]) = memory.wheels[i];
-        wheels_[i].is_pending = false;
-    }
-    across_struts_n_ = memory.across_struts_n;
-    normal_n_ = memory.normal_n;
 }
 
 }  // namespace bsoil::bullet

@@ -30,7 +30,10 @@ class VehicleWheels final : public VehicleOnSoil {
     VehicleMemory memory() const override;
     void set_memory(const VehicleMemory& memory) override;
     void show(BodyCollector& collector) override;
-    void take_contacts() override;
+    void take_contacts(bool fresh) override;
+    void keep_stepped() override {
+        for (Wheel& wheel : wheels_) wheel.stepped_center_m = wheel.motion.center_of_mass_m;
+    }
 
   private:
     /// Fields of a btWheelInfo that are the host's and are taken for a substep.
@@ -41,6 +44,7 @@ class VehicleWheels final : public VehicleOnSoil {
     struct Wheel : WheelMemory {
         std::shared_ptr<const std::vector<ConvexShape>> shapes;
         bool was_shown = false;  ///< to the soil, in its last step
+        Vec3 stepped_center_m;   ///< as the step in progress sees it
         std::vector<double> patch_normal_n;
         // From the ray to close_substep.
         bool is_pending = false;

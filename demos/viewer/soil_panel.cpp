@@ -69,7 +69,7 @@ constexpr size_t kWindAndOverflow = 2;
 
 // Nothing that may change while the soil runs is without its slider.
 namespace use {
-enum Use { state, live, run };
+enum Use { state, live, run, pace };
 }
 #define BSOIL_COUNT_LIVE(name, least, most, field_use, ...) +(use::field_use == use::live)
 static_assert(std::size(kMaterialSliders) == 0 BSOIL_MATERIAL_FIELDS(BSOIL_COUNT_LIVE));

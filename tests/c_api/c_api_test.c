@@ -316,6 +316,37 @@ static void a_definition_changes_while_the_soil_runs(void) {
     test_world_destroy(world);
 }
 
+/* A budget that no step keeps: of three calls the last one makes most of a step. */
+static void a_budget_lowers_the_rate(void) {
+    void* world = test_world_create();
+    bulletsoil_soil_def def = small_def();
+    bulletsoil_soil* soil = NULL;
+    bulletsoil_step_rate rate = {sizeof rate, 0, 0, 0, 0, 0, 0};
+    const double min_m[3] = {-0.3, 0, -0.3}, max_m[3] = {0.3, 0.6, 0.3};
+
+    def.step_budget_ms = 1e-6;
+    def.step_spread_max = 3;
+    CHECK_OK(bulletsoil_create(world, test_world_scalar_bytes(), &def, &soil));
+    CHECK_OK(bulletsoil_fill_box(soil, min_m, max_m, NULL));
+    CHECK_OK(bulletsoil_get_step_rate(soil, &rate));
+    CHECK(rate.due_count == 0 && rate.share == 1);
+    test_world_step(world, 31);
+    CHECK_OK(bulletsoil_get_step_rate(soil, &rate));
+    CHECK(rate.due_count == 31 && rate.begun_count == 11 && rate.held_count == 10);
+    CHECK(rate.call_count_most == 3 && fabs(rate.share - 11.0 / 31) < 1e-9);
+    CHECK(rate.call_most_ms > 0 && rate.struct_size == sizeof rate);
+    def.step_budget_ms = 0;
+    CHECK_OK(bulletsoil_change(soil, &def));
+    test_world_step(world, 10);
+    CHECK_OK(bulletsoil_get_step_rate(soil, &rate));
+    CHECK(rate.due_count == 41 && rate.begun_count == 21);
+    CHECK_INVALID(bulletsoil_get_step_rate(soil, NULL), "rate is null");
+    rate.struct_size = 4;
+    CHECK_INVALID(bulletsoil_get_step_rate(soil, &rate), "rate.struct_size is 4");
+    CHECK_OK(bulletsoil_destroy(soil));
+    test_world_destroy(world);
+}
+
 static void the_world_may_go_first(void) {
     void* world = test_world_create();
     bulletsoil_soil* soil = create_bed(world);
@@ -345,6 +376,7 @@ static const struct {
     {"shorter_definitions_get_defaults", shorter_definitions_get_defaults},
     {"bad_arguments_are_refused", bad_arguments_are_refused},
     {"the_world_may_go_first", the_world_may_go_first},
+    {"a_budget_lowers_the_rate", a_budget_lowers_the_rate},
     {"a_definition_changes_while_the_soil_runs", a_definition_changes_while_the_soil_runs},
     {"settling_brings_a_heap_to_rest", settling_brings_a_heap_to_rest},
     {"soil_is_poured_and_taken_to_the_unit", soil_is_poured_and_taken_to_the_unit},

@@ -75,6 +75,9 @@ void bad_definitions_are_refused(void) {
                  "contact_law.bekker has 0 entries for 1 materials");
     CHECK_MEMBER(bekker_count, 1, "def.bekker is null");
     CHECK_MEMBER(reserved, 1, "def.reserved is 1");
+    CHECK_MEMBER(reserved_2, 1, "def.reserved_2 is 1");
+    CHECK_MEMBER(step_budget_ms, -1, "step_budget_ms");
+    CHECK_MEMBER(step_spread_max, 1, "step_spread_max");
     CHECK_MEMBER(material_count, 1, "def.materials is null");
 
     CHECK_OK(bulletsoil_material_init(&materials[0], sizeof *materials, "clay"));

@@ -162,7 +162,10 @@ void SceneRun::step() {
                sum.slip + t.slip,         sum.contacts + t.contacts, sum.activity + t.activity};
         block_active_sum_ += report.block_active_count;
     }
-    wall_s_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double took_s =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    wall_s_ += took_s;
+    step_ms_.push_back(1000 * took_s);
 }
 
 struct SceneRun::Progress {
@@ -275,6 +278,14 @@ nlohmann::ordered_json SceneRun::summary() const {
     json["simulated_s"] = time_s();
     json["wall_s"] = wall_s_;
     json["steps_per_s"] = wall_s_ > 0 ? steps_here / wall_s_ : 0.0;
+    std::vector<double> step_ms = step_ms_;
+    std::ranges::sort(step_ms);
+    for (const auto& [name, share] :
+         {std::pair{"step_ms_median", 0.5}, std::pair{"step_ms_95", 0.95},
+          std::pair{"step_ms_most", 1.0}}) {
+        const auto last = static_cast<double>(step_ms.size()) - 1;
+        json[name] = step_ms.empty() ? 0 : step_ms[static_cast<size_t>(share * last)];
+    }
     if (has_soil()) {
         const SoilTotals end = soil().totals();
         json["voxels_total"] = soil().voxels_total();
@@ -314,6 +325,16 @@ nlohmann::ordered_json SceneRun::summary() const {
                                  {"slip", stage_sum_ms_.slip / timed},
                                  {"contacts", stage_sum_ms_.contacts / timed},
                                  {"activity", stage_sum_ms_.activity / timed}};
+        if (soil().def().step_budget_ms > 0) {
+            const StepRate rate = soil().step_rate();
+            json["step_rate"] = Json{{"budget_ms", soil().def().step_budget_ms},
+                                     {"due", rate.due_count},
+                                     {"begun", rate.begun_count},
+                                     {"share", rate.share()},
+                                     {"held", rate.held_count},
+                                     {"calls_a_step_most", rate.call_count_most},
+                                     {"call_most_ms", rate.call_most_ms}};
+        }
         Json refused = Json::array();
         for (const bullet::RefusedBody& body : action_->refused()) refused.push_back(body.reason);
         json["refused"] = refused;

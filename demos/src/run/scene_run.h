@@ -115,6 +115,7 @@ class SceneRun {
     StageTimes stage_sum_ms_;
     double block_active_sum_ = 0;
     double wall_s_ = 0;
+    std::vector<double> step_ms_;  ///< of the wall's clock, each step that this process has made
     long long loaded_step_count_ = 0;  ///< steps that another process has made
 };
 

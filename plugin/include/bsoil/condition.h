@@ -26,6 +26,9 @@ enum class StatusBit : uint32_t {
     shape_refused = 1u << 7,    ///< a shape without size, a bad id, or a body too many: ignored
     span_list_full = 1u << 8,   ///< a column has more height spans than kSpanCapacity
     gravity_differs = 1u << 9,  ///< the bodies' world has another gravity than the soil
+    rate_lowered = 1u << 10,    ///< a step did not begin when it was due, to keep step_budget_ms
+    budget_exceeded =
+        1u << 11,  ///< a step spread over step_spread_max calls was finished at a stretch
 };
 
 /// A status bit with what is known of it. There is one for each bit and body.

@@ -22,13 +22,17 @@
 #pragma GCC visibility push(default)
 namespace bsoil {
 
-/// Time of each stage of the last step [ms]; with OpenGL by the GPU, of one or two steps before.
+/// Time of each stage in a call of step() [ms]; with OpenGL by the GPU, of one or two calls before.
 struct StageTimes {
     double voxelize = 0, deform = 0, advect = 0, slip = 0, contacts = 0, activity = 0;
 };
 
 /// What one step did.
 struct StepReport {
+    /// Whether a step was finished in this call. If not (SoilDef::step_budget_ms), all but
+    /// conditions is of the last one that was.
+    bool has_finished = true;
+    int call_count = 1;  ///< calls over which that step was spread
     int substep_count = 0;
     uint32_t status_bits = 0;     ///< sticky
     int condition_new_count = 0;  ///< conditions first met in this step, the last of these:
@@ -158,7 +162,10 @@ class Soil {
     uint64_t def_revision() const;  ///< times that change() changed something
 
     /// One step of SoilDef::step_s with these bodies. Bad bodies are skipped and reported in the
-    /// status bits.
+    /// status bits. With SoilDef::step_budget_ms a call goes on with the step in progress, and then
+    /// begins one with these bodies if there is time left. What asks for the whole soil or changes
+    /// it (totals, checksum, snapshots, fills, flows, change) finishes the step in progress first;
+    /// samples and tiles are read as they are.
     StepReport step(std::span<const SoilBody> bodies);
 
     /// What a host does behind its loading screen, after the fills and before the first step. Looks
@@ -200,7 +207,10 @@ class Soil {
     void set_status(StatusBit bit);
     MemoryUse memory_use() const;    ///< of the soil, without the meshes
     WorkCounts work_counts() const;  ///< since it was created
-    int64_t voxels_total() const;    ///< of the whole grid, empty ones too
+    StepRate step_rate() const;      ///< since it was created
+    /// Whether a step is in progress, which the next call of step() goes on with.
+    bool is_stepping() const;
+    int64_t voxels_total() const;  ///< of the whole grid, empty ones too
 
     /// Samples are read through a cache of tiles, refreshed after each step: cheap in bulk.
     VoxelSample sample(int x, int y, int z) const;

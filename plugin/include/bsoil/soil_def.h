@@ -81,6 +81,12 @@ struct SoilDef {
     int substeps_max = 8;  ///< sub-steps a fast step may be cut into, 1..32
     /// tiles of 8 x 8 columns awake at the same time, 0..4194304; 0: all that fit into 1 GiB
     int tile_capacity = 0;
+    /// time that a call of step() may take, 0..1000; 0: as long as it takes. A step that needs more
+    /// goes on in the next calls, and the soil's time slows down. With it, results depend on the
+    /// machine
+    double step_budget_ms = 0;
+    /// calls over which a budget may spread a step, 2..1000; the last one finishes it
+    int step_spread_max = 8;
     Backend backend = Backend::automatic;  ///< where the kernels run
     /// threads of the CPU backend, 0..1024; 0: all cores. Results do not depend on it
     int thread_count = 0;
@@ -96,7 +102,8 @@ struct SoilDef {
 /// The fields of a SoilDef besides its materials and its contact law: FIELD(name, least, most, use,
 /// what it is, what else to know or ""). use: `state` where a snapshot means something by it, `live`
 /// where besides Soil::change() takes another value while the soil runs, `run` where results do not
-/// depend on it. An enumeration goes from 0 to its last value. Where least is
+/// depend on it. `pace`: results depend on it, change() takes another value, and no snapshot minds.
+/// An enumeration goes from 0 to its last value. Where least is
 /// most, validate() checks the field together with others.
 #define BSOIL_SOIL_FIELDS(FIELD)                                                                   \
     FIELD(size_m, 0, 0, state, "box of the grid along the world's axes",                           \
@@ -131,6 +138,11 @@ struct SoilDef {
     FIELD(substeps_max, 1, 32, live, "sub-steps a fast step may be cut into", "")                  \
     FIELD(tile_capacity, 0, 1 << 22, run, "tiles of 8 x 8 columns awake at the same time",         \
           "0: all that fit into 1 GiB")                                                            \
+    FIELD(step_budget_ms, 0, 1000, pace, "time that a call of step() may take",                    \
+          "0: as long as it takes. A step that needs more goes on in the next calls, and the "     \
+          "soil's time slows down. With it, results depend on the machine")                        \
+    FIELD(step_spread_max, 2, 1000, pace, "calls over which a budget may spread a step",           \
+          "the last one finishes it")                                                              \
     FIELD(backend, 0, 2, run, "where the kernels run", "")                                         \
     FIELD(thread_count, 0, 1024, run, "threads of the CPU backend",                                \
           "0: all cores. Results do not depend on it")

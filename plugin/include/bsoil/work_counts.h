@@ -26,9 +26,26 @@ struct PassWork {
 /// are the same on every machine.
 struct WorkCounts {
     int64_t dispatch_count = 0;
-    int64_t read_count = 0, read_bytes = 0;    ///< from the device; each read waits for it once
+    int64_t read_count = 0, read_bytes = 0;    ///< from the device
+    int64_t wait_count = 0;                    ///< of these, those that waited for a GPU
     int64_t write_count = 0, write_bytes = 0;  ///< to the device
     std::vector<PassWork> passes;              ///< in the order of the kernels
+};
+
+/// How a soil has kept up with its caller; see SoilDef::step_budget_ms.
+struct StepRate {
+    int64_t due_count = 0;  ///< calls of Soil::step()
+    /// In which a step began. The soil has dropped the time of the others.
+    int64_t begun_count = 0;
+    /// That took longer than the budget, because a step had been spread over step_spread_max calls.
+    int64_t held_count = 0;
+    int call_count_most = 0;  ///< calls over which a step was spread, at most
+    double call_most_ms = 0;  ///< the longest call; known with a budget only
+    /// Of the world's time, 0..1.
+    double share() const {
+        return due_count > 0 ? static_cast<double>(begun_count) / static_cast<double>(due_count)
+                             : 1;
+    }
 };
 
 }  // namespace bsoil

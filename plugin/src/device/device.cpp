@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 #include "device/allocation_error.h"
 #include "device/cpu_name.h"
@@ -77,16 +78,31 @@ void Device::fill_zero(BufferIndex buffer, int64_t offset, int64_t count) {
     clear_words(buffer, offset, count);
 }
 
-void Device::read(std::span<const ReadRange> ranges) {
+/// Whether there is anything to read.
+bool Device::count_read(std::span<const ReadRange> ranges) {
     int64_t word_count = 0;
     for (const ReadRange& range : ranges) {
         assert_range(range.buffer, range.offset, std::ssize(range.words));
         word_count += std::ssize(range.words);
     }
-    if (word_count == 0) return;
+    if (word_count == 0) return false;
     ++counters_.read_count;
     counters_.read_bytes += bytes_of(word_count);
-    read_words(ranges);
+    return true;
+}
+
+void Device::read(std::span<const ReadRange> ranges) {
+    if (count_read(ranges)) read_words(ranges);
+}
+
+void Device::start_read(std::span<const ReadRange> ranges) {
+    assert(!is_reading_);
+    is_reading_ = count_read(ranges);
+    if (is_reading_) start_reading(ranges);
+}
+
+void Device::finish_read() {
+    if (std::exchange(is_reading_, false)) finish_reading();
 }
 
 void Device::read(BufferIndex buffer, int64_t offset, std::span<int32_t> words) {

@@ -44,7 +44,10 @@ struct ReadRange {
 struct DeviceCounters {
     int64_t dispatch_count = 0, group_count = 0;
     int64_t write_count = 0, write_bytes = 0;  ///< to the device
-    int64_t read_count = 0, read_bytes = 0;    ///< from it; each read waits for it once
+    int64_t read_count = 0, read_bytes = 0;    ///< from it
+    /// Reads that the host waited for, because the GPU was not known to be through. The CPU's
+    /// kernels are through when dispatch() returns.
+    int64_t wait_count = 0;
     int64_t fill_count = 0;
     int64_t context_count = 0;  ///< times that an OpenGL context was made current
     /// By kernel: lanes that had work. OpenGL does not count them; they are the same as on the CPU.
@@ -76,6 +79,14 @@ class Device {
     /// Waits for the device, once for all ranges.
     void read(std::span<const ReadRange> ranges);
     void read(BufferIndex buffer, int64_t offset, std::span<int32_t> words);
+    /// The same in two: asks for ranges as they are behind all work so far, and takes them. The
+    /// words must stay where they are in between. One such read at a time; read() may come between.
+    /// @{
+    void start_read(std::span<const ReadRange> ranges);
+    void finish_read();
+    /// @}
+    /// Whether finish_read() would not wait.
+    virtual bool is_read_done() { return true; }
     /// Runs kernel number `kernel` of the set over the list with these words as its uniform block
     /// (KernelSet::param_words of them), then makes its writes visible to what follows.
     void dispatch(int kernel, std::span<const int32_t> params, const WorkList& work);
@@ -114,6 +125,8 @@ class Device {
                              std::span<const int32_t> words) = 0;
     virtual void clear_words(BufferIndex buffer, int64_t offset, int64_t count) = 0;
     virtual void read_words(std::span<const ReadRange> ranges) = 0;
+    virtual void start_reading(std::span<const ReadRange> ranges) { read_words(ranges); }
+    virtual void finish_reading() {}
     virtual void run_kernel(int kernel, std::span<const int32_t> params, const WorkList& work) = 0;
     virtual void begin_session() {}
     virtual void end_session() {}
@@ -124,9 +137,11 @@ class Device {
   private:
     friend class DeviceSession;
     void assert_range(BufferIndex buffer, int64_t offset, int64_t count) const;
+    bool count_read(std::span<const ReadRange> ranges);
 
     const KernelSet& kernel_set_;
     std::vector<int64_t> words_;  ///< of each buffer
+    bool is_reading_ = false;     ///< between start_read() and finish_read()
 };
 
 /// Many calls of a device in a row: an OpenGL context is made current once for all of them, and the

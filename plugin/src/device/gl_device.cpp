@@ -92,6 +92,13 @@ class GlDevice final : public Device {
         if (use.is_good()) objects_->times.mark(stage);
     }
 
+    bool is_read_done() override {
+        const Use use(*this);
+        is_late_read_done_ =
+            is_late_read_done_ || !use.is_good() || objects_->late_read_back.is_done();
+        return is_late_read_done_;
+    }
+
   protected:
     Status allocate_words(BufferIndex buffer, int64_t words) override {
         const Use use(*this);
@@ -125,21 +132,21 @@ class GlDevice final : public Device {
 
     void read_words(std::span<const ReadRange> ranges) override {
         const Use use(*this);
-        if (use.is_good()) {
-            GlReadBack& read_back = objects_->read_back;
-            read_back.begin();
-            for (const ReadRange& range : ranges) {
-                read_back.add(object(range.buffer).name(), range.offset * kWordBytes, range.words);
-            }
-            if (const std::string error = read_back.finish(); !error.empty()) {
-                failure_ = fmt::format("{} {}", device_name(), error);
-            } else {
-                check_errors();
-            }
-        }
-        if (!failure_.empty()) {
-            for (const ReadRange& range : ranges) std::ranges::fill(range.words, 0);
-        }
+        ++counters_.wait_count;
+        start(objects_->read_back, ranges);
+        finish(objects_->read_back);
+    }
+
+    void start_reading(std::span<const ReadRange> ranges) override {
+        const Use use(*this);
+        start(objects_->late_read_back, ranges);
+        is_late_read_done_ = false;
+    }
+
+    void finish_reading() override {
+        const Use use(*this);
+        if (!is_late_read_done_) ++counters_.wait_count;
+        finish(objects_->late_read_back);
     }
 
     void clear_words(BufferIndex buffer, int64_t offset, int64_t count) override {
@@ -182,7 +189,7 @@ class GlDevice final : public Device {
         std::vector<GlProgram> programs;
         std::vector<GlBuffer> buffers;
         GlBuffer params;
-        GlReadBack read_back;
+        GlReadBack read_back, late_read_back;
         GlStageTimes times;
         GlFence fence;
     };
@@ -213,6 +220,24 @@ class GlDevice final : public Device {
     }
     void end_use() {
         if (--use_depth_ == 0) current_.reset();
+    }
+
+    void start(GlReadBack& read_back, std::span<const ReadRange> ranges) {
+        read_back.begin();
+        for (const ReadRange& range : ranges) {
+            read_back.add(object(range.buffer).name(), range.offset * kWordBytes, range.words);
+        }
+        if (failure_.empty()) note_failure(read_back.start());
+    }
+
+    void finish(GlReadBack& read_back) {
+        if (failure_.empty()) note_failure(read_back.finish());
+        if (failure_.empty()) check_errors();
+        if (!failure_.empty()) read_back.fill_zero();
+    }
+
+    void note_failure(const std::string& error) {
+        if (!error.empty()) failure_ = fmt::format("{} {}", device_name(), error);
     }
 
     GlBuffer& object(BufferIndex buffer) { return objects_->buffers[static_cast<size_t>(buffer)]; }
@@ -290,6 +315,7 @@ class GlDevice final : public Device {
     std::unique_ptr<Objects> objects_ = std::make_unique<Objects>();
     std::optional<CurrentContext> current_;
     int use_depth_ = 0, session_depth_ = 0;
+    bool is_late_read_done_ = true;
     std::vector<int32_t> params_;  ///< that the uniform block holds
     std::string failure_;
 };

@@ -12,16 +12,8 @@ namespace {
 /// So long a single wait lasts before the GPU is asked whether it is still there.
 constexpr GLuint64 kPatienceNs = 1'000'000'000;
 
-/// Waits until all commands so far are done.
-std::string wait_for_gpu() {
-    const GLsync fence = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
-    GLenum answer = GL_TIMEOUT_EXPIRED;
-    while (answer == GL_TIMEOUT_EXPIRED && glGetGraphicsResetStatus() == GL_NO_ERROR) {
-        answer = glClientWaitSync(fence, GL_SYNC_FLUSH_COMMANDS_BIT, kPatienceNs);
-    }
-    glDeleteSync(fence);
-    const bool done = answer == GL_ALREADY_SIGNALED || answer == GL_CONDITION_SATISFIED;
-    return done ? std::string() : "was reset or cannot be waited for; its buffers are lost";
+bool is_passed(GLenum answer) {
+    return answer == GL_ALREADY_SIGNALED || answer == GL_CONDITION_SATISFIED;
 }
 
 }  // namespace
@@ -36,7 +28,11 @@ void GlReadBack::add(GLuint buffer, int64_t offset_bytes, std::span<int32_t> wor
     part_bytes_ += static_cast<int64_t>(words.size_bytes());
 }
 
-std::string GlReadBack::finish() {
+void GlReadBack::fill_zero() {
+    for (const Part& part : parts_) std::ranges::fill(part.words, 0);
+}
+
+std::string GlReadBack::start() {
     if (std::string error = reserve(part_bytes_); !error.empty()) return error;
     GLintptr at = 0;
     for (const Part& part : parts_) {
@@ -44,7 +40,27 @@ std::string GlReadBack::finish() {
         glCopyNamedBufferSubData(part.buffer, buffer_.name(), part.offset_bytes, at, bytes);
         at += bytes;
     }
-    if (std::string error = wait_for_gpu(); !error.empty()) return error;
+    fence_ = GlFence(glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0));
+    return {};
+}
+
+bool GlReadBack::is_done() {
+    return is_passed(glClientWaitSync(fence_.sync(), GL_SYNC_FLUSH_COMMANDS_BIT, 0));
+}
+
+// All commands before the fence are done then.
+std::string GlReadBack::wait() {
+    GLenum answer = GL_TIMEOUT_EXPIRED;
+    while (answer == GL_TIMEOUT_EXPIRED && glGetGraphicsResetStatus() == GL_NO_ERROR) {
+        answer = glClientWaitSync(fence_.sync(), GL_SYNC_FLUSH_COMMANDS_BIT, kPatienceNs);
+    }
+    fence_ = GlFence();
+    return is_passed(answer) ? std::string()
+                             : "was reset or cannot be waited for; its buffers are lost";
+}
+
+std::string GlReadBack::finish() {
+    if (std::string error = wait(); !error.empty()) return error;
     const std::byte* from = memory_;
     for (const Part& part : parts_) {
         std::memcpy(part.words.data(), from, part.words.size_bytes());

@@ -17,10 +17,16 @@ class GlReadBack {
   public:
     /// Forgets the parts of the read before.
     void begin();
+    /// Fills what it reads with zeros, where the GPU is lost.
+    void fill_zero();
     /// Adds words of a buffer from `offset_bytes` on to the read at hand; `words` is where they go.
     void add(GLuint buffer, int64_t offset_bytes, std::span<int32_t> words);
-    /// Reads all of them. The error of a GPU that does not answer or has no memory for it; empty
-    /// when all is well.
+    /// Lets the GPU copy all of them. The error of one that has no memory for it; empty when all is
+    /// well.
+    std::string start();
+    /// Whether they have arrived.
+    bool is_done();
+    /// Waits until they have. The error of a GPU that does not answer; empty when all is well.
     std::string finish();
 
   private:
@@ -30,9 +36,11 @@ class GlReadBack {
         std::span<int32_t> words;
     };
     std::string reserve(int64_t bytes);
+    std::string wait();
 
     std::vector<Part> parts_;
     int64_t part_bytes_ = 0;
+    GlFence fence_;  ///< behind the copies
     GlBuffer buffer_;
     int64_t capacity_bytes_ = 0;
     const std::byte* memory_ = nullptr;  ///< of the buffer, as the host sees it

@@ -98,6 +98,22 @@ void BodyTable::meet(std::span<const SoilBody> input) {
     }
 }
 
+void BodyTable::keep_given() {
+    kept_.clear();
+    kept_.reserve(in_step_.size());
+    fastest_ = nullptr;
+    for (StepBody& body : in_step_) {
+        BodyTrack& track = *body.track;
+        SoilBody& kept = kept_.emplace_back(*body.input);
+        if (track.kept_shapes.empty() || track.kept_revision != kept.shape_revision) {
+            track.kept_shapes = *kept.shapes;
+            track.kept_revision = kept.shape_revision;
+        }
+        kept.shapes = &track.kept_shapes;
+        body.input = &kept;
+    }
+}
+
 // What the caller says, else what is known.
 KnownContact BodyTable::contact_of(const SoilBody& body) const {
     KnownContact out = known_contacts.of(body.id);

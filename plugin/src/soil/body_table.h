@@ -36,6 +36,9 @@ struct BodyTrack {
     bool is_ground = false;  ///< part of the terrain: see ground_bodies.cpp
     Pose ground_pose;
     std::vector<ConvexShape> ground_shapes;  ///< of ground; empty after load(), until it is seen
+    /// The body's own, and of which revision; of steps that outlast their call, see keep_given().
+    std::vector<ConvexShape> kept_shapes;
+    unsigned kept_revision = 0;
 };
 
 /// A body that takes part in a step, in grid axes and metres.
@@ -75,6 +78,9 @@ class BodyTable {
     /// All bodies are there that were there in the last step, and as they were.
     bool are_same() const { return are_same_; }
     bool any_moved() const;
+    /// Copies what the step was given: its caller goes on, and comes back before the step is
+    /// through.
+    void keep_given();
 
     /// Drops the bodies that this step was not given; on_gone(track) is called first.
     template <typename OnGone>
@@ -115,6 +121,7 @@ class BodyTable {
     std::unordered_map<int, BodyTrack> tracks_;
     std::vector<int> ids_;
     std::vector<StepBody> in_step_;
+    std::vector<SoilBody> kept_;
     double reach_voxels_ = 0;
     const SoilBody* fastest_ = nullptr;
     bool are_same_ = false;

@@ -20,24 +20,29 @@ std::vector<FieldNumber> numbers_of(const Def& def) {
     return numbers;
 }
 
+/// Whether soil is as it was.
+template <typename Def>
+bool is_same(const Def& a, const Def& b) {
+    const std::vector<FieldNumber> from = numbers_of(a), to = numbers_of(b);
+    for (size_t i = 0; i < from.size(); ++i) {
+        if (from[i].use != FieldUse::pace && from[i].value != to[i].value) return false;
+    }
+    return true;
+}
+
 /// Whether what differs may; `of` comes behind the name of what may not.
 template <typename Def>
 Status check_change(const Def& from, const Def& to, const std::string& of = {}) {
     const std::vector<FieldNumber> now = numbers_of(from), wanted = numbers_of(to);
     for (size_t i = 0; i < now.size(); ++i) {
-        if (now[i].use == FieldUse::live || now[i].value == wanted[i].value) continue;
+        const bool may_differ = now[i].use == FieldUse::live || now[i].use == FieldUse::pace;
+        if (may_differ || now[i].value == wanted[i].value) continue;
         return Error{
             fmt::format("{}{} is {:.9g}, this soil has {:.9g}, which cannot change while it runs: "
                         "create another soil",
                         wanted[i].name, of, wanted[i].value, now[i].value)};
     }
     return Done{};
-}
-
-template <typename Def>
-bool is_same(const Def& a, const Def& b) {
-    return std::ranges::equal(numbers_of(a), numbers_of(b), {}, &FieldNumber::value,
-                              &FieldNumber::value);
 }
 
 Status check_change(const SoilCore& s, const SoilDef& to) {
@@ -63,13 +68,16 @@ Status check_change(const SoilCore& s, const SoilDef& to) {
 // as after a fill, everything is looked at anew. That nothing moves is then found out by the step.
 Status Soil::change(const SoilDef& def) {
     Impl& s = *impl_;
+    s.finish();
     if (Status status = check_change(s, def); !status) return status;
     const std::vector<MaterialDef> materials = def.material_list();
     const bool other_colors =
         !std::ranges::equal(materials, s.materials, {}, &MaterialDef::color, &MaterialDef::color);
     const bool other_numbers =
         !is_same(s.def, def) || !std::ranges::equal(materials, s.materials, is_same<MaterialDef>);
-    if (!other_colors && !other_numbers) return Done{};
+    const bool other_pace =
+        def.step_budget_ms != s.def.step_budget_ms || def.step_spread_max != s.def.step_spread_max;
+    if (!other_colors && !other_numbers && !other_pace) return Done{};
     s.def = def;
     s.materials = materials;
     ++s.def_revision;

@@ -43,6 +43,12 @@ constexpr StatusText kTexts[] = {
     {StatusBit::gravity_differs,
      "gravity_differs: soil and bodies weigh by different ones; give the world the gravity of "
      "SoilDef::gravity_m_s2 along -SoilDef::up"},
+    {StatusBit::rate_lowered,
+     "rate_lowered: the soil's time went slower than the world's; raise SoilDef::step_budget_ms, "
+     "or make steps cheaper (larger voxels)"},
+    {StatusBit::budget_exceeded,
+     "budget_exceeded: the soil took longer than its budget; raise SoilDef::step_budget_ms or "
+     "step_spread_max, or make steps cheaper (larger voxels)"},
 };
 constexpr int kBitCount = static_cast<int>(std::size(kTexts));
 

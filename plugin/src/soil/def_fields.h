@@ -13,8 +13,8 @@
 namespace bsoil {
 
 /// Whether a snapshot means something by a field, or only how a run is made depends on it; `live`:
-/// a snapshot does, and Soil::change() takes another value of it.
-enum class FieldUse { state, live, run };
+/// a snapshot does, and Soil::change() takes another value of it. `pace`: change() alone does.
+enum class FieldUse { state, live, run, pace };
 
 /// One number of a definition. Of a Vec3 there are three.
 struct FieldNumber {

@@ -68,6 +68,7 @@ Result<int> Soil::Impl::material_index(const std::string& name) const {
 
 Status Soil::Impl::fill_with(const std::string& material, const int low[3], const int high[3],
                              const FillShape& shape) {
+    finish();
     const Result<int> found = material_index(material);
     if (!found) return Error{found.error()};
     // A full voxel of a lighter material has fewer mass units; volume units are the same for all.

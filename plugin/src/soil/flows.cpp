@@ -339,6 +339,7 @@ void Flows::note_results(bool is_quiet) {
 // --- Soil
 
 Result<int> Soil::add_source(const SourceDef& def) {
+    impl_->finish();
     Flow flow;
     flow.kind = FlowKind::source;
     flow.source = def;
@@ -346,6 +347,7 @@ Result<int> Soil::add_source(const SourceDef& def) {
 }
 
 Result<int> Soil::add_sink(const SinkDef& def) {
+    impl_->finish();
     Flow flow;
     flow.sink = def;
     if (def.water_kg_s != 0) flow.kind = FlowKind::well;
@@ -353,6 +355,7 @@ Result<int> Soil::add_sink(const SinkDef& def) {
 }
 
 Status Soil::move_source(int id, Vec3 center_m, Vec3 direction) {
+    impl_->finish();
     Flow* flow = impl_->flows.find(id);
     if (!flow || flow->kind != FlowKind::source) {
         return Error{fmt::format("there is no source {}", id)};
@@ -364,6 +367,7 @@ Status Soil::move_source(int id, Vec3 center_m, Vec3 direction) {
 }
 
 Status Soil::move_sink(int id, const Pose& pose) {
+    impl_->finish();
     Flow* flow = impl_->flows.find(id);
     if (!flow || flow->kind == FlowKind::source) {
         return Error{fmt::format("there is no sink {}", id)};
@@ -374,7 +378,10 @@ Status Soil::move_sink(int id, const Pose& pose) {
     return impl_->flows.change(*flow, std::move(moved));
 }
 
-Status Soil::remove_flow(int id) { return impl_->flows.remove(id); }
+Status Soil::remove_flow(int id) {
+    impl_->finish();
+    return impl_->flows.remove(id);
+}
 
 double Soil::moved_kg(FlowWay way) const {
     const Flows& flows = impl_->flows;

@@ -68,22 +68,21 @@ void Passes::voxelize() {
 }
 
 // thesis (18)
-void Passes::deform() {
+void Passes::apply_force() {
     core_.stamps.begin_pass();
     run(Kernel::apply_force, lists_.listed());
-    for (int i = 0; i < core_.def.propagation_iterations; ++i) {
-        move(Kernel::propagate_force, lists_.listed());
-    }
 }
+
+// thesis (18), an iteration
+void Passes::propagate_force() { move(Kernel::propagate_force, lists_.listed()); }
 
 // thesis (19)
 void Passes::advect() {
     look(Kernel::find_support, Looker::support, lists_.tiles());
     move(Kernel::advect_soil, lists_.listed());
-    for (int i = 0; i < core_.def.overflow_passes; ++i) {
-        move(Kernel::resolve_overflow, lists_.listed());
-    }
 }
+
+void Passes::spread_overflow() { move(Kernel::resolve_overflow, lists_.listed()); }
 
 // What falls apart slides in the passes that follow.
 void Passes::fail_banks() {
@@ -94,40 +93,49 @@ void Passes::fail_banks() {
     run(Kernel::break_bonds, lists_.tiles());
 }
 
-// thesis (20)
-void Passes::slip() {
-    // Bodies build slopes up by some voxels a step. The steeper the last step left them, the more
-    // passes. The last passes move soil by one voxel each, which smooths what the long slides left.
+// Bodies build slopes up by some voxels a step. The steeper the last step left them, the more
+// passes.
+int Passes::slip_passes_wanted() const {
     const int least = slip_passes_least(core_.def.step_s);
     const int wanted = std::min(kSlipPasses + core_.slope_q16 / kSlopePerPass, kSlipPassesMost) *
                        least / kSlipPasses;
-    const int stride_most = std::clamp(
-        static_cast<int>(std::lround(kSlipDistanceM / core_.frame.voxel_m)), 1, kSlipStrideMost);
-    // What slides with its momentum runs down steep slopes by itself.
-    const bool run_out = core_.params.slides != 0;
-    const int passes = run_out ? least : wanted;
-    for (int pass = 0; pass < passes; ++pass) {
-        core_.params.slide_kick = run_out && pass == passes - 1
-                                      ? core_.params.gravity_q16 / core_.params.substep_count
-                                      : 0;
-        const int stride = pass < passes - least ? stride_most : 1;
-        look(Kernel::build_spans, Looker::spans, lists_.tiles());
-        core_.params.slip_stride = stride;
-        core_.params.slip_turn = 1 - core_.params.slip_turn;
-        if (pass == passes - 1) core_.device->fill_zero(Buffer::result, kResultSlope, 1);
-        core_.stamps.begin_look(stride > 1 ? Looker::slip_far : Looker::slip);
-        move(Kernel::slip_soil, lists_.tiles());
-    }
-    if (run_out) slide((wanted + kSlipPassesPerSlide - 1) / kSlipPassesPerSlide);
+    return std::clamp(wanted, least, std::max(least, slips_most_));
 }
 
-void Passes::slide(int passes) {
-    core_.params.slide_count = passes * core_.params.substep_count;
-    for (int pass = 0; pass < passes; ++pass) {
-        look(Kernel::build_spans, Looker::spans, lists_.tiles());
-        core_.stamps.begin_look(Looker::slide);
-        move(Kernel::slide_soil, lists_.tiles());
-    }
+// What slides with its momentum runs down steep slopes by itself.
+int Passes::slip_pass_count() const {
+    return core_.params.slides != 0 ? slip_passes_least(core_.def.step_s) : slip_passes_wanted();
+}
+
+int Passes::slide_pass_count() const {
+    if (core_.params.slides == 0) return 0;
+    return (slip_passes_wanted() + kSlipPassesPerSlide - 1) / kSlipPassesPerSlide;
+}
+
+// thesis (20). The last passes move soil by one voxel each, which smooths what the long slides
+// left.
+void Passes::slip(int pass) {
+    const int passes = slip_pass_count(), least = slip_passes_least(core_.def.step_s);
+    const int stride_most = std::clamp(
+        static_cast<int>(std::lround(kSlipDistanceM / core_.frame.voxel_m)), 1, kSlipStrideMost);
+    const bool is_last = pass == passes - 1;
+    core_.params.slide_kick = core_.params.slides != 0 && is_last
+                                  ? core_.params.gravity_q16 / core_.params.substep_count
+                                  : 0;
+    const int stride = pass < passes - least ? stride_most : 1;
+    look(Kernel::build_spans, Looker::spans, lists_.tiles());
+    core_.params.slip_stride = stride;
+    core_.params.slip_turn = 1 - core_.params.slip_turn;
+    if (is_last) core_.device->fill_zero(Buffer::result, kResultSlope, 1);
+    core_.stamps.begin_look(stride > 1 ? Looker::slip_far : Looker::slip);
+    move(Kernel::slip_soil, lists_.tiles());
+}
+
+void Passes::slide() {
+    core_.params.slide_count = slide_pass_count() * core_.params.substep_count;
+    look(Kernel::build_spans, Looker::spans, lists_.tiles());
+    core_.stamps.begin_look(Looker::slide);
+    move(Kernel::slide_soil, lists_.tiles());
 }
 
 void Passes::collect_contacts() {

@@ -1,11 +1,14 @@
 /// Passes: which kernels run in which order.
 #pragma once
 
+#include <limits>
+
 #include "soil/work_lists.h"
 
 namespace bsoil {
 
-/// The stages of a step, as the diagram of plugin/README.md has them.
+/// The passes of a step, as the diagram of plugin/README.md has them. Each call is a piece of a
+/// step: between two of them all that moves has arrived.
 class Passes {
   public:
     Passes(SoilCore& core, const WorkLists& lists) : core_(core), lists_(lists) {}
@@ -13,12 +16,21 @@ class Passes {
     /// Once the definition is known: how fast slopes relax.
     void start();
 
-    void voxelize();          ///< Algorithm 1 of the thesis, step 1
-    void deform();            ///< thesis (18)
-    void advect();            ///< thesis (19)
-    void fail_banks();        ///< where soil has cohesion: which banks fail as a whole
-    void slip();              ///< thesis (20)
-    void slide(int passes);   ///< what slips with momentum goes on
+    void voxelize();         ///< Algorithm 1 of the thesis, step 1
+    void apply_force();      ///< thesis (18), its first step
+    void propagate_force();  ///< thesis (18), one iteration
+    void advect();           ///< thesis (19)
+    void spread_overflow();  ///< thesis (19), one pass for what does not fit
+    void fail_banks();       ///< where soil has cohesion: which banks fail as a whole
+    /// Passes that a step makes, by what the last step left.
+    /// @{
+    int slip_pass_count() const;
+    int slide_pass_count() const;
+    /// @}
+    /// At most so many slip passes from now on, and no fewer than the step's length asks for.
+    void limit_slips(int most) { slips_most_ = most; }
+    void slip(int pass);      ///< thesis (20), pass 0..slip_pass_count() - 1
+    void slide();             ///< what slips with momentum goes on
     void collect_contacts();  ///< into Buffer::result
     /// One kernel over one list.
     void run(layout::Kernel kernel, const ListedWork& work);
@@ -26,10 +38,12 @@ class Passes {
     void move(layout::Kernel kernel, const ListedWork& work);
 
   private:
+    int slip_passes_wanted() const;
     void look(layout::Kernel kernel, PassStamps::Looker looker, const ListedWork& work);
 
     SoilCore& core_;
     const WorkLists& lists_;
+    int slips_most_ = std::numeric_limits<int>::max();
 };
 
 }  // namespace bsoil

@@ -138,6 +138,7 @@ Result<std::vector<int64_t>> Soil::take_out(const ConvexShape& shape, const Pose
     }
     if (!is_rigid(pose)) return Error{"take_out: the region's pose is not finite, or no rotation"};
     const Region region(shape, pose, s.world_to_grid, s.frame);
+    s.finish();
     std::vector<int64_t> units(s.materials.size());
     TileVoxels voxels;
     region.for_each_tile([&](int tx, int ty) {

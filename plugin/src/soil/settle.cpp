@@ -119,6 +119,7 @@ Result<SettleReport> Soil::Impl::settle(int steps_max, std::span<const SoilBody>
         !in_range) {
         return Error{in_range.error()};
     }
+    finish();
     ground.meet(input);
     if (tiles.any_unchecked) wake_unstable_columns();
     std::vector<SoilBody> standing(input.begin(), input.end());
@@ -131,7 +132,7 @@ Result<SettleReport> Soil::Impl::settle(int steps_max, std::span<const SoilBody>
                             return known != bodies.tracks().end() && known->second.is_ground;
                         });
     while (!report.is_at_rest && report.step_count < steps_max) {
-        report.last_step = step(standing);
+        report.last_step = step(standing, 0);
         ++report.step_count;
         report.is_at_rest = lists.active().empty();
     }

@@ -82,12 +82,14 @@ void ShapeUpload::upload(std::span<const StepBody> bodies, std::span<const int> 
 void ShapeUpload::add_body(const StepBody& body) {
     const SoilBody& in = *body.input;
     const SoilDef& def = core_.def;
-    const double voxel_m = core_.frame.voxel_m, per_step = def.step_s / voxel_m;
+    // What a body carries goes as far in this step as the body has gone since the last one.
+    const double voxel_m = core_.frame.voxel_m, step_s = def.step_s * core_.due_count,
+                 per_step = step_s / voxel_m;
     int32_t* record = &words_[static_cast<size_t>(body.track->index) * kBodyWords];
     if (!in.is_static) {
         const Quat& turn = core_.world_to_grid.rotation;
         const Vec3 linear = rotate(turn, in.linear_velocity_m_s) * per_step;
-        const Vec3 angular = rotate(turn, in.angular_velocity_rad_s) * def.step_s;
+        const Vec3 angular = rotate(turn, in.angular_velocity_rad_s) * step_s;
         const Vec3 center = core_.to_grid(in.center_of_mass_m) * 2;
         const double linears[3] = {linear.x, linear.y, linear.z},
                      angulars[3] = {angular.x, angular.y, angular.z},

@@ -91,6 +91,7 @@ SavedSoil SoilSnapshot::take() const {
 }
 
 void SoilSnapshot::put(const SavedSoil& saved) {
+    s_.drop_step();
     s_.tiles.clear();
     s_.sampler.forget();
     s_.contacts.clear();
@@ -168,6 +169,7 @@ void SoilSnapshot::put_awake(const SavedTile& tile) {
 }
 
 std::vector<uint8_t> Soil::state() const {
+    impl_->finish();
     StateStream stream;
     SoilSnapshot(*impl_).take().list(stream);
     return stream.bytes();
@@ -185,6 +187,7 @@ Result<std::function<void()>> Soil::prepare(std::span<const uint8_t> state) {
 }
 
 Result<std::vector<uint8_t>> Soil::checked_state() const {
+    impl_->finish();
     SoilSnapshot snapshot(*impl_);
     SavedSoil saved = snapshot.take();
     if (impl_->conditions.was_met(StatusBit::amount_headroom)) {

@@ -73,7 +73,9 @@ Status compare_meaning(const std::vector<NamedValue>& saved, const SoilDef& def,
 std::vector<NamedValue> meaning_of(const SoilDef& def, const std::vector<MaterialDef>& materials) {
     std::vector<NamedValue> values;
     for_each_number(def, [&](const FieldNumber& field) {
-        if (field.use != FieldUse::run) values.push_back({field.name, field.value});
+        if (field.use != FieldUse::run && field.use != FieldUse::pace) {
+            values.push_back({field.name, field.value});
+        }
     });
     values.push_back({"contact_law.kind", static_cast<double>(def.contact_law.kind)});
     for_each_constant(def.contact_law, [&](const char* name, double value, double, double) {

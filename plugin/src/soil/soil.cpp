@@ -99,7 +99,9 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     return std::unique_ptr<Soil>(new Soil(std::move(impl)));
 }
 
-StepReport Soil::step(std::span<const SoilBody> bodies) { return impl_->step(bodies); }
+StepReport Soil::step(std::span<const SoilBody> bodies) {
+    return impl_->step(bodies, impl_->def.step_budget_ms);
+}
 Result<SettleReport> Soil::settle(int steps_max, std::span<const SoilBody> bodies) {
     return impl_->settle(steps_max, bodies);
 }
@@ -118,8 +120,13 @@ const std::vector<MaterialDef>& Soil::materials() const { return impl_->material
 const GridFrame& Soil::frame() const { return impl_->frame; }
 WorkCounts Soil::work_counts() const {
     const device::DeviceCounters& counted = impl_->device->counters();
-    WorkCounts out{counted.dispatch_count, counted.read_count,  counted.read_bytes,
-                   counted.write_count,    counted.write_bytes, {}};
+    WorkCounts out{counted.dispatch_count,
+                   counted.read_count,
+                   counted.read_bytes,
+                   counted.wait_count,
+                   counted.write_count,
+                   counted.write_bytes,
+                   {}};
     const auto& kernels = soil_kernel_set().kernels;
     for (size_t i = 0; i < kernels.size(); ++i) {
         const bool is_counted = i < counted.lane_counts.size();
@@ -140,9 +147,15 @@ void Soil::set_status(StatusBit bit) { impl_->conditions.note(bit); }
 int64_t Soil::voxels_total() const {
     return int64_t{impl_->frame.size[0]} * impl_->frame.size[1] * impl_->frame.size[2];
 }
-uint64_t Soil::checksum() const { return impl_->checksum(); }
+uint64_t Soil::checksum() const {
+    impl_->finish();
+    return impl_->checksum();
+}
+StepRate Soil::step_rate() const { return impl_->budget.rate(); }
+bool Soil::is_stepping() const { return impl_->pieces.is_open(); }
 
 SoilTotals Soil::totals() const {
+    impl_->finish();
     const Impl& s = *impl_;
     SoilTotals totals;
     totals.units.assign(s.materials.size(), 0);

@@ -78,6 +78,7 @@ struct SoilCore {
     PassStamps stamps{params};
     ConditionLog conditions;
     int64_t step_index = 0;
+    int due_count = 1;  ///< steps that were due since the last one began: more by StepBudget alone
     uint64_t def_revision = 0;  ///< of def, see Soil::change()
     // What the last step left.
     int64_t speed_q16 = 0;  ///< fastest soil, Q16 voxels a base step

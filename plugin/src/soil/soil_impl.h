@@ -12,6 +12,8 @@
 ///   ContactReader  contacts and loads; what meets bodies is in src/contact/
 ///   StepReader     what a step has changed
 ///   TileSampler    questions about single voxels
+///   StepPieces     what is left to do of the step in progress
+///   StepBudget     how long a call may work on it
 ///
 /// step.cpp is the step out of them. soil.cpp (creation, queries), fill.cpp, terrain.cpp,
 /// settle.cpp, region.cpp and snapshot.cpp change and ask the soil between steps.
@@ -26,6 +28,7 @@
 #include "soil/ground_bodies.h"
 #include "soil/passes.h"
 #include "soil/shape_upload.h"
+#include "soil/step_budget.h"
 #include "soil/step_reader.h"
 #include "soil/water.h"
 
@@ -45,6 +48,13 @@ struct Soil::Impl : SoilCore {
     mutable TileSampler sampler{*this, tiles};
     std::string device_reason;
 
+    // --- the step in progress, and the last one that is through
+    StepPieces pieces;
+    StepBudget budget;
+    bool is_quiet = false;
+    StepReport last_report;       ///< without what report() adds
+    bool is_undelivered = false;  ///< no report() has said that it is through
+
     // --- fill.cpp, terrain.cpp
     Result<int> material_index(const std::string& name) const;
     Status fill_with(const std::string& material, const int low[3], const int high[3],
@@ -63,10 +73,19 @@ struct Soil::Impl : SoilCore {
     void wake_unstable_columns();
 
     // --- step.cpp
-    StepReport step(std::span<const SoilBody> input);
+    StepReport step(std::span<const SoilBody> input, double budget_ms);
     void begin_step();
     void list_work();
-    StepReport report(int substep_count, bool is_quiet);
+    void begin_pieces(std::span<const SoilBody> input);
+    void run_piece(StepPiece piece);
+    void close_step();
+    bool go_on();
+    void note_finished();
+    /// Before something else is done with the whole soil: the rest of the step in progress.
+    void finish();
+    /// What is in progress belongs to a soil that is no more.
+    void drop_step();
+    StepReport report();
 
     // --- soil.cpp
     uint64_t checksum() const;

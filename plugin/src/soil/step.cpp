@@ -1,6 +1,10 @@
 // The step on the host's side, as the diagram of plugin/README.md has it.
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <limits>
+#include <thread>
+#include <utility>
 
 #include "bsoil/limits.h"
 #include "soil/soil_impl.h"
@@ -22,16 +26,38 @@ StageTimes stage_times(std::span<const double> ms) {
     return {ms[kVoxelize], ms[kDeform], ms[kAdvect], ms[kSlip], ms[kContacts], ms[kActivity]};
 }
 
-/// Into how many parts a step is cut, so that bodies and soil cross at most one voxel at a time.
-struct Substeps {
-    int of_bodies = 1;
-    int of_falls = 1;  ///< of each of these
-    int count() const { return of_bodies * of_falls; }
-};
+Stage stage_of(PieceKind kind) {
+    switch (kind) {
+        case PieceKind::apply_force:
+        case PieceKind::propagate_force:
+            return kDeform;
+        case PieceKind::advect:
+        case PieceKind::spread_overflow:
+            return kAdvect;
+        case PieceKind::fail_banks:
+        case PieceKind::slip:
+        case PieceKind::slide:
+        case PieceKind::take:
+        case PieceKind::move_water:
+            return kSlip;
+        case PieceKind::collect_contacts:
+        case PieceKind::ask:
+        case PieceKind::read:
+            return kContacts;
+        case PieceKind::close:
+            return kActivity;
+        default:
+            return kVoxelize;
+    }
+}
+
+// So long the host rests before it asks a GPU again whether it is through.
+constexpr std::chrono::microseconds kGpuPatience{50};
 
 // What falls is faster by gravity in this step than in the last, and may get a body's speed.
-Substeps cut_step(SoilCore& core, const BodyTable& bodies, double pouring_speed_voxels) {
-    const int most = core.def.substeps_max;
+Substeps cut_step(SoilCore& core, const BodyTable& bodies, double pouring_speed_voxels,
+                  int substeps_most) {
+    const int most = std::min(core.def.substeps_max, substeps_most);
     const double reach = bodies.reach_voxels();
     const double speed =
         std::max(static_cast<double>(core.speed_q16) / 65536, pouring_speed_voxels);
@@ -92,74 +118,184 @@ void Soil::Impl::list_work() {
     lists.list_small_bodies(bodies.in_step());
 }
 
-StepReport Soil::Impl::step(std::span<const SoilBody> input) {
-    device::DeviceSession session(*device);
+void Soil::Impl::begin_pieces(std::span<const SoilBody> input) {
     begin_step();
     bodies.meet(input);
-    const Substeps substeps = cut_step(*this, bodies, flows.pouring_speed_voxels());
+    passes.limit_slips(std::numeric_limits<int>::max());
+    const StepBudget::Room room = budget.room(def, passes, due_count);
+    passes.limit_slips(room.slips);
+    pieces.plan(*this, passes,
+                cut_step(*this, bodies, flows.pouring_speed_voxels(), room.substeps));
     list_work();
     // No body has moved and no soil may move: all there is to find out is known.
-    const bool is_quiet = bodies.are_same() && contacts.are_known() && !lists.any_work();
-
+    is_quiet = bodies.are_same() && contacts.are_known() && !lists.any_work();
     device->fill_zero(Buffer::result, 0, kContactsFirst);
     flows.clear_results();
-    params.body_substep_count = substeps.of_bodies;
-    for (int s = 0; s < substeps.of_bodies; ++s) {
-        device->mark_stage(kVoxelize);
-        if ((s == 0 && !is_quiet) || bodies.any_moved()) {
-            shapes.upload(bodies.in_step(), bodies.ids(),
-                          static_cast<double>(s + 1) / substeps.of_bodies);
-            lists.build_pairs(shapes);
-            passes.voxelize();
-        }
-        if (s == 0) flows.pour();
-        device->mark_stage(kDeform);
-        passes.deform();
-        device->mark_stage(kAdvect);
-        params.substep_count = substeps.count();
-        for (int f = 0; f < substeps.of_falls; ++f) passes.advect();
-        device->mark_stage(kSlip);
-        params.substep_count = substeps.of_bodies;
-        if (s == 0 && params.bank_strength > 0) passes.fail_banks();
-        passes.slip();
+    params.body_substep_count = pieces.substeps().of_bodies;
+}
+
+void Soil::Impl::run_piece(StepPiece piece) {
+    const Substeps substeps = pieces.substeps();
+    switch (piece.kind) {
+        case PieceKind::voxelize:
+            if ((piece.part == 0 && !is_quiet) || bodies.any_moved()) {
+                shapes.upload(bodies.in_step(), bodies.ids(),
+                              static_cast<double>(piece.part + 1) / substeps.of_bodies);
+                lists.build_pairs(shapes);
+                passes.voxelize();
+            }
+            break;
+        case PieceKind::pour:
+            flows.pour();
+            break;
+        case PieceKind::apply_force:
+            passes.apply_force();
+            break;
+        case PieceKind::propagate_force:
+            passes.propagate_force();
+            break;
+        case PieceKind::advect:
+            params.substep_count = substeps.count();
+            passes.advect();
+            break;
+        case PieceKind::spread_overflow:
+            passes.spread_overflow();
+            break;
+        case PieceKind::fail_banks:
+            params.substep_count = substeps.of_bodies;
+            passes.fail_banks();
+            break;
+        case PieceKind::slip:
+            params.substep_count = substeps.of_bodies;
+            passes.slip(piece.part);
+            break;
+        case PieceKind::slide:
+            passes.slide();
+            break;
+        case PieceKind::take:
+            flows.take();
+            break;
+        case PieceKind::move_water:
+            water.move();
+            break;
+        case PieceKind::collect_contacts:
+            if (!is_quiet) passes.collect_contacts();
+            break;
+        case PieceKind::ask:
+            if (!is_quiet) results.ask();
+            break;
+        case PieceKind::read:
+            if (!is_quiet) results.read();
+            break;
+        case PieceKind::close:
+            close_step();
+            break;
+        case PieceKind::begin:
+        case PieceKind::count:
+            break;
     }
+}
 
-    flows.take();
-    water.move();
-
-    device->mark_stage(kContacts);
+void Soil::Impl::close_step() {
     if (is_quiet) {
         speed_q16 = slope_q16 = 0;
     } else {
-        passes.collect_contacts();
-        results.read();
-    }
-    device->mark_stage(kActivity);
-    if (!is_quiet) {
         const bool has_changed = results.note_activity();
         water.note_results(results.header(), has_changed);
     }
     flows.note_results(is_quiet);
     tiles.sleep_idle();
-    session.end();
-    return report(substeps.count(), is_quiet);
 }
 
-StepReport Soil::Impl::report(int substep_count, bool is_quiet) {
-    StepReport report;
-    report.stage_ms = stage_times(device->stage_ms());
-    report.substep_count = substep_count;
-    report.status_bits = conditions.bits();
-    report.condition_new_count = conditions.take_new_count();
-    report.conditions = conditions.all();
-    report.block_active_count = lists.active_count();
-    report.block_dispatched_count = lists.listed().group_count;
-    report.tile_awake_count = tiles.awake_count();
-    report.speed_max_voxels_per_step = static_cast<double>(speed_q16) / 65536;
-    report.contacts = contacts.contacts();
-    report.contacts_unchanged = is_quiet;
-    report.loads = contacts.loads();
-    return report;
+// Whether the step is through. Without a budget it is.
+bool Soil::Impl::go_on() {
+    int stage = -1;
+    while (pieces.is_open()) {
+        const StepPiece piece = pieces.next();
+        if (!budget.has_time_for(piece.kind)) return false;
+        if (budget.is_limited() && piece.kind == PieceKind::read) {
+            while (!device->is_read_done()) {
+                if (!budget.has_time()) return false;
+                std::this_thread::sleep_for(kGpuPatience);
+            }
+        }
+        if (const int now = stage_of(piece.kind); now != stage) device->mark_stage(stage = now);
+        budget.begin_piece();
+        pieces.pass();
+        run_piece(piece);
+        budget.end_piece(piece.kind);
+    }
+    note_finished();
+    return true;
+}
+
+void Soil::Impl::note_finished() {
+    // Who looked at the soil while the step went on has seen it half done.
+    if (budget.call_count() > 1) sampler.forget();
+    last_report.has_finished = true;
+    last_report.call_count = budget.call_count();
+    last_report.substep_count = pieces.substeps().count();
+    last_report.block_active_count = lists.active_count();
+    last_report.block_dispatched_count = lists.listed().group_count;
+    last_report.speed_max_voxels_per_step = static_cast<double>(speed_q16) / 65536;
+    last_report.contacts_unchanged = is_quiet && !is_undelivered;
+    is_undelivered = true;
+}
+
+StepReport Soil::Impl::step(std::span<const SoilBody> input, double budget_ms) {
+    device::DeviceSession session(*device);
+    // Of the first step the caller waits for the end: until then nothing is known of contacts.
+    budget.begin_call(last_report.substep_count > 0 ? budget_ms : 0);
+    bool begins = true;
+    if (pieces.is_open()) {
+        if (budget.continue_step() >= def.step_spread_max) {
+            budget.lift();
+            budget.note_held();
+            conditions.note(StatusBit::budget_exceeded);
+        }
+        begins = go_on() && budget.may_begin();
+    }
+    if (begins) {
+        due_count = budget.begin_step();
+        budget.begin_piece();
+        begin_pieces(input);
+        budget.end_piece(PieceKind::begin);
+        go_on();
+        if (pieces.is_open()) bodies.keep_given();
+    } else {
+        conditions.note(StatusBit::rate_lowered);
+    }
+    session.end();
+    budget.end_call();
+    return report();
+}
+
+void Soil::Impl::finish() {
+    if (!pieces.is_open()) return;
+    device::DeviceSession session(*device);
+    budget.lift();
+    go_on();
+}
+
+void Soil::Impl::drop_step() {
+    device->finish_read();
+    pieces.drop();
+    is_undelivered = false;
+    last_report = {};
+}
+
+StepReport Soil::Impl::report() {
+    StepReport out = last_report;
+    out.has_finished = std::exchange(is_undelivered, false);
+    out.contacts_unchanged = !out.has_finished || last_report.contacts_unchanged;
+    out.stage_ms = stage_times(device->stage_ms());
+    out.status_bits = conditions.bits();
+    out.condition_new_count = conditions.take_new_count();
+    out.conditions = conditions.all();
+    out.tile_awake_count = tiles.awake_count();
+    out.contacts = contacts.contacts();
+    out.loads = contacts.loads();
+    return out;
 }
 
 }  // namespace bsoil

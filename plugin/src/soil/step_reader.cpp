@@ -6,7 +6,7 @@ namespace bsoil {
 
 using namespace layout;
 
-void StepReader::read() {
+void StepReader::ask() {
     const auto slots = static_cast<size_t>(tiles_.slot_count());
     const auto blocks = static_cast<size_t>(tiles_.block_count());
     static_assert(kFlagWanted == kFlagChanged + 1);
@@ -19,7 +19,11 @@ void StepReader::read() {
     ranges_.push_back({Buffer::tile_table, 0, table_words_});
     contacts_.want(lists_.contacts().group_count > 0, ranges_);
     flows_.want(ranges_);
-    core_.device->read(ranges_);
+    core_.device->start_read(ranges_);
+}
+
+void StepReader::read() {
+    core_.device->finish_read();
     note_kernel_conditions();
     core_.speed_q16 = header_[kResultSpeed];
     core_.slope_q16 = header_[kResultSlope];

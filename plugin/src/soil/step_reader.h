@@ -21,8 +21,11 @@ class StepReader {
           contacts_(contacts),
           flows_(flows) {}
 
-    /// Waits for the device. After it: conditions that the kernels noted, the speed and slope that
-    /// the step left, contacts and loads.
+    /// Asks for the results, behind all work so far.
+    void ask();
+    /// Waits for them, where Device::is_read_done() does not say that they are there. After it:
+    /// conditions that the kernels noted, the speed and slope that the step left, contacts and
+    /// loads.
     void read();
     /// What of the soil has changed in the step read: active blocks, revisions and tops of tiles.
     /// Whether any has.

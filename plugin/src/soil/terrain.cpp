@@ -191,6 +191,7 @@ class MeshCoverage {
 }  // namespace
 
 Status Soil::Impl::terrain_with(const VoxelFraction& fraction, int z_end) {
+    finish();
     // All tiles first, then all writes: an error leaves nothing half done.
     std::vector<std::pair<int, std::shared_ptr<const PackedTile>>> changed;
     TileVoxels voxels, of_ground, buried;

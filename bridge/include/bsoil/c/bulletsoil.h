@@ -254,6 +254,13 @@ typedef struct bulletsoil_soil_def {
     /** groundwater up to this height over the grid's floor, 0..1000; 0: none. Soil below is full of
      * water */
     double water_table_m;
+    /** time that a call of step() may take, 0..1000; 0: as long as it takes. A step that needs more
+     * goes on in the next calls, and the soil's time slows down. With it, results depend on the
+     * machine */
+    double step_budget_ms;
+    /** calls over which a budget may spread a step, 2..1000; the last one finishes it */
+    int32_t step_spread_max;
+    uint32_t reserved_2; /**< 0 */
 } bulletsoil_soil_def;
 
 /** Sets `def`, of `struct_size` = sizeof *def bytes, to the defaults: 12 x 2 x 12 m, voxels of 5
@@ -273,7 +280,7 @@ bulletsoil_result bulletsoil_create(void* world, size_t scalar_bytes,
 /**
  * Another definition while the soil runs, from the next step on. May differ: the materials' numbers
  * but densities and pore water, their colours, rain, drying, drainage, groundwater, wind, gusts and
- * shelter, and the counts of iterations, passes and sub-steps. Soil that is there takes on what its
+ * shelter, the counts of iterations, passes and sub-steps, and the budget. Soil that is there takes on what its
  * material is now. BULLETSOIL_INVALID_ARGUMENT where anything else differs; then nothing changes.
  */
 bulletsoil_result bulletsoil_change(bulletsoil_soil* soil, const bulletsoil_soil_def* def);
@@ -353,6 +360,21 @@ bulletsoil_result bulletsoil_get_body_report(const bulletsoil_soil* soil, const 
 
 /** Soil steps made so far. */
 bulletsoil_result bulletsoil_get_step_count(const bulletsoil_soil* soil, int64_t* count);
+
+/** How a soil keeps up with its world; see bulletsoil_soil_def.step_budget_ms. */
+typedef struct bulletsoil_step_rate {
+    size_t struct_size; /**< to be set by the caller to sizeof(bulletsoil_step_rate) */
+    int64_t due_count;  /**< steps that were due since the soil was created */
+    /** that began when they were due; the soil has dropped the time of the others */
+    int64_t begun_count;
+    int64_t held_count;      /**< times that a step was finished beyond the budget */
+    int64_t call_count_most; /**< due steps over which one was spread, at most */
+    double share;            /**< begun_count / due_count, 0..1 */
+    double call_most_ms;     /**< longest that one has held its caller; 0 without a budget */
+} bulletsoil_step_rate;
+
+/** With or without a budget. */
+bulletsoil_result bulletsoil_get_step_rate(const bulletsoil_soil* soil, bulletsoil_step_rate* rate);
 /** Materials of this soil, in the order of its definition. */
 bulletsoil_result bulletsoil_get_material_count(const bulletsoil_soil* soil, size_t* count);
 /**

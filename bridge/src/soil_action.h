@@ -1,0 +1,84 @@
+/// SoilAction::Impl: the parts of a coupled soil.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "body_collector.h"
+#include "bsoil/bullet/soil_action.h"
+#include "carried_load.h"
+#include "contact_coupling.h"
+#include "coupling_snapshot.h"
+#include "first_contact.h"
+#include "soil_ground.h"
+#include "soil_vehicles.h"
+#include "world_anchor.h"
+
+namespace bsoil::bullet {
+
+struct SoilAction::Impl {
+    Impl(btDiscreteDynamicsWorld& bullet_world, std::unique_ptr<Soil> new_soil,
+         const SoilActionDef& options);
+
+    std::optional<SurfacePoint> surface_at(Vec3 world_m) const;
+    void open_substep() {
+        if (!enabled) return;
+        carried.open_substep();
+        vehicles->open_substep();
+        // Before the soil has stepped nobody knows what carries it.
+        if (report.substep_count > 0) first_contacts.open_substep(*world, report.loads);
+        coupling.open_substep();
+    }
+    void step_soil(double substep_s);
+    Result<SettleReport> settle(int steps_max);
+    void look_at_world();
+    void note_step(bool has_begun);
+    void keep_stepped();
+    void take_report(bool are_contacts_unchanged);
+    std::span<const BodyLoad> moved_loads();
+    /// Takes down whose the new conditions are.
+    void name_conditions();
+    /// Lets every body go and forgets where they were.
+    void pause();
+    CouplingSnapshot::Parts parts() {
+        return {*world, collector, coupling, carried, first_contacts, *vehicles, surface};
+    }
+
+    btDiscreteDynamicsWorld* world;  ///< null once the host has emptied it
+    std::unique_ptr<Soil> soil;
+    Aabb box;
+    BodyCollector collector;
+    ContactCoupling coupling;
+    CarriedLoads carried;
+    std::unique_ptr<WorldAnchor> anchor;
+    GroundSurface surface;
+    SoilBelow soil_below;
+    FirstContacts first_contacts;
+    std::unique_ptr<SoilGround> ground;  ///< null without SoilActionDef::ground
+    std::shared_ptr<SoilVehicles> vehicles;
+    double unstepped_s = 0;    ///< time that has passed and the soil has not stepped
+    double uncollected_s = 0;  ///< time since the bodies were last looked at
+    bool enabled = true;
+    uint64_t known_def_revision = 0;  ///< of the soil that the coupling knows
+    long long step_count = 0;
+    StepReport report;
+    std::vector<BodyState> stepped;  ///< as the step in progress saw them
+    bool is_stepped_new = false;     ///< it began in this substep
+    /// As the step saw them whose contacts are to be taken; none: no step is through.
+    std::optional<std::span<const BodyState>> contact_bodies;
+    bool are_contacts_fresh = true;  ///< it began and ended in one call
+    int untaken_count = 0;           ///< steps that were due since contacts were taken
+    std::vector<BodyLoad> loads;
+    std::vector<BodyLoad> loaded_loads;  ///< of a report that came from a snapshot
+    struct NamedCondition {
+        const btCollisionObject* object = nullptr;
+        int body = -1;
+        int64_t first_step = -1;
+    };
+    /// In the order of the soil's conditions: whose each is.
+    std::vector<NamedCondition> named_conditions;
+};
+
+}  // namespace bsoil::bullet

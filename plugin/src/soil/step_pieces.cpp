@@ -1,0 +1,39 @@
+#include "soil/step_pieces.h"
+
+namespace bsoil {
+
+void StepPieces::add(PieceKind kind, int count) {
+    for (int part = 0; part < count; ++part) {
+        pieces_.push_back({kind, static_cast<int16_t>(part)});
+    }
+}
+
+void StepPieces::plan(const SoilCore& core, const Passes& passes, Substeps substeps) {
+    pieces_.clear();
+    next_ = 0;
+    substeps_ = substeps;
+    const int slips = passes.slip_pass_count(), slides = passes.slide_pass_count();
+    for (int s = 0; s < substeps.of_bodies; ++s) {
+        pieces_.push_back({PieceKind::voxelize, static_cast<int16_t>(s)});
+        if (s == 0) add(PieceKind::pour);
+        add(PieceKind::apply_force);
+        add(PieceKind::propagate_force, core.def.propagation_iterations);
+        for (int f = 0; f < substeps.of_falls; ++f) {
+            add(PieceKind::advect);
+            add(PieceKind::spread_overflow, core.def.overflow_passes);
+        }
+        if (s == 0 && core.params.bank_strength > 0) add(PieceKind::fail_banks);
+        // Bodies go further in a step that is late, in as many more sub-steps as the steps had that
+        // it stands for. For it to be cheaper than those, slopes slide once in it.
+        if (core.due_count > 1 && s + 1 < substeps.of_bodies) continue;
+        add(PieceKind::slip, slips);
+        add(PieceKind::slide, slides);
+    }
+    for (const PieceKind kind :
+         {PieceKind::take, PieceKind::move_water, PieceKind::collect_contacts, PieceKind::ask,
+          PieceKind::read, PieceKind::close}) {
+        add(kind);
+    }
+}
+
+}  // namespace bsoil

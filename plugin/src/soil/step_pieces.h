@@ -1,0 +1,64 @@
+/// StepPieces: a step as a list of pieces, after each of which its caller may be let go.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "soil/passes.h"
+
+namespace bsoil {
+
+/// Into how many parts a step is cut, so that bodies and soil cross at most one voxel at a time.
+struct Substeps {
+    int of_bodies = 1;
+    int of_falls = 1;  ///< of each of these
+    int count() const { return of_bodies * of_falls; }
+};
+
+/// In the order of a step. Between two pieces every voxel has what is its own: soil is conserved,
+/// and may be looked at.
+enum class PieceKind : uint8_t {
+    begin,
+    voxelize,
+    pour,
+    apply_force,
+    propagate_force,
+    advect,
+    spread_overflow,
+    fail_banks,
+    slip,
+    slide,
+    take,
+    move_water,
+    collect_contacts,
+    ask,
+    read,
+    close,
+    count
+};
+
+struct StepPiece {
+    PieceKind kind{};
+    int16_t part = 0;  ///< substep of voxelize, pass of slip
+};
+
+class StepPieces {
+  public:
+    /// Of the step that begins now. All that it depends on is known: what the last step left.
+    void plan(const SoilCore& core, const Passes& passes, Substeps substeps);
+    bool is_open() const { return next_ < pieces_.size(); }
+    StepPiece next() const { return pieces_[next_]; }
+    void pass() { ++next_; }
+    /// There is no step in progress any more.
+    void drop() { next_ = pieces_.size(); }
+    Substeps substeps() const { return substeps_; }
+
+  private:
+    void add(PieceKind kind, int count = 1);
+
+    std::vector<StepPiece> pieces_;
+    size_t next_ = 0;
+    Substeps substeps_;
+};
+
+}  // namespace bsoil
