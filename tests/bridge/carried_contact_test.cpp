@@ -7,6 +7,7 @@
 
 #include "bsoil/bullet/world_snapshot.h"
 #include "sand_bed.h"
+#include "temporary_file.h"
 
 namespace bsoil::bullet::carried_contact_test {
 namespace {
@@ -235,7 +236,7 @@ TEST(RockOnLift, goes_up_and_along_with_it) {
 }
 
 TEST(RockOnBedSnapshot, goes_on_bit_for_bit) {
-    const std::string path = testing::TempDir() + "rock_on_bed.snapshot";
+    const TemporaryFile file("rock_on_bed.snapshot");
     const auto state = [](TruckBed& bed) {
         std::vector<btScalar> out;
         for (const auto& body : bed.scene.bodies) {
@@ -252,9 +253,9 @@ TEST(RockOnBedSnapshot, goes_on_bit_for_bit) {
     two.add_rock();
     one.scene.run(0.5);
     SoilAction* soils[] = {one.soil.get()};
-    ASSERT_TRUE(save_world(*one.scene.world, soils, path));
+    ASSERT_TRUE(save_world(*one.scene.world, soils, file.path()));
     SoilAction* other[] = {two.soil.get()};
-    const Status loaded = load_world(*two.scene.world, other, path);
+    const Status loaded = load_world(*two.scene.world, other, file.path());
     ASSERT_TRUE(loaded) << loaded.error();
     for (int i = 0; i < 30; ++i) {
         one.scene.run(1.0 / 60);
@@ -262,7 +263,6 @@ TEST(RockOnBedSnapshot, goes_on_bit_for_bit) {
         ASSERT_EQ(state(one), state(two)) << "frame " << i;
         ASSERT_EQ(one.soil->soil().checksum(), two.soil->soil().checksum()) << "frame " << i;
     }
-    std::filesystem::remove(path);
 }
 
 // A loose block under the sand, and a wheel's load over it.

@@ -7,6 +7,7 @@
 #include <unordered_set>
 
 #include "sand_bed.h"
+#include "temporary_file.h"
 
 namespace bsoil::bullet::many_bodies_test {
 namespace {
@@ -144,9 +145,9 @@ TEST(Sleeping, bodies_keep_their_contacts_without_a_step_of_the_soil) {
     for (const ContactVoxel& contact : kept) before.push_back(words_of(contact));
     ASSERT_GT(before.size(), 100u);
     const BodyReport report = soil->body_report(*scene.bodies.front());
-    const std::string path = testing::TempDir() + "sleeping_contacts.snapshot";
-    ASSERT_TRUE(soil->save(path));
-    ASSERT_TRUE(soil->load(path));
+    const TemporaryFile file("sleeping_contacts.snapshot");
+    ASSERT_TRUE(soil->save(file.path()));
+    ASSERT_TRUE(soil->load(file.path()));
     scene.run(1.0 / 60);
     EXPECT_FALSE(soil->last_report().contacts_unchanged) << "after load() all is looked at anew";
     for (const ContactVoxel& contact : soil->last_report().contacts) {

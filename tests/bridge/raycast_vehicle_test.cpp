@@ -11,6 +11,7 @@
 #include "bullet_scene.h"
 #include "bullet_types.h"
 #include "raycast_car.h"
+#include "temporary_file.h"
 
 namespace bsoil::bullet::raycast_vehicle_test {
 namespace {
@@ -275,8 +276,8 @@ TEST(RaycastVehicle, falls_when_the_soil_below_it_is_gone) {
         auto made = SoilAction::create(*scene.world, bed_def());
         ASSERT_TRUE(made);
         const auto soil = std::move(*made);
-        const std::string path = testing::TempDir() + "raycast_vehicle_empty.snapshot";
-        ASSERT_TRUE(soil->soil().save(path));
+        const TemporaryFile file("raycast_vehicle_empty.snapshot");
+        ASSERT_TRUE(soil->soil().save(file.path()));
         ASSERT_TRUE(soil->fill(BoxFill{{{-9, -1, -9}, {9, kSurfaceM, 9}}, "dry_sand"}));
         SoilRaycaster caster(*soil);
         Car car(scene, caster, 800, above_soil(0));
@@ -284,8 +285,7 @@ TEST(RaycastVehicle, falls_when_the_soil_below_it_is_gone) {
         car.brake(50);
         scene.run(2);
         if (sleeps) car.chassis.forceActivationState(ISLAND_SLEEPING);
-        ASSERT_TRUE(soil->soil().load(path));
-        std::filesystem::remove(path);
+        ASSERT_TRUE(soil->soil().load(file.path()));
         const btScalar before_m = car.chassis.getWorldTransform().getOrigin().y();
         scene.run(0.5);
         // Free fall but for a few substeps: g t2 / 2 is 1.2 m.

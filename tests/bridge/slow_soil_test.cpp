@@ -6,6 +6,7 @@
 #include "bsoil/bullet/world_snapshot.h"
 #include "bullet_types.h"
 #include "raycast_car.h"
+#include "temporary_file.h"
 #include "test_box.h"
 
 namespace bsoil::bullet::slow_soil_test {
@@ -167,16 +168,16 @@ TEST_P(SlowSoil, goes_on_from_a_snapshot) {
     };
     BulletScene scene, other;
     const auto soil = build(scene), restored = build(other);
-    const std::string path = testing::TempDir() + "slow_soil.snapshot";
+    const TemporaryFile file("slow_soil.snapshot");
     scene.run(1);
     while (!soil->soil().is_stepping()) scene.run(1.0 / 60);
     ASSERT_TRUE(soil->soil().is_stepping());
     SoilAction* const from[] = {soil.get()};
     SoilAction* const to[] = {restored.get()};
-    const Status saved = save_world(*scene.world, from, path);
+    const Status saved = save_world(*scene.world, from, file.path());
     ASSERT_TRUE(saved) << saved.error();
     other.run(0.5);
-    const Status loaded = load_world(*other.world, to, path);
+    const Status loaded = load_world(*other.world, to, file.path());
     ASSERT_TRUE(loaded) << loaded.error();
     EXPECT_FALSE(restored->soil().is_stepping());
     EXPECT_EQ(restored->soil().checksum(), soil->soil().checksum());
@@ -185,7 +186,6 @@ TEST_P(SlowSoil, goes_on_from_a_snapshot) {
     other.run(3);
     EXPECT_NEAR(height_of(*other.bodies[0]), height_m, 0.1 * small_bed().voxel_m);
     EXPECT_EQ(units_of(*restored), units_of(*soil));
-    std::remove(path.c_str());
 }
 
 TEST_P(SlowSoil, bears_a_car_on_rays) {

@@ -7,6 +7,7 @@
 #include "experiment/expectation.h"
 #include "experiment/measured_data.h"
 #include "experiment/plot.h"
+#include "temporary_file.h"
 
 namespace bsoil::experiment::results_test {
 namespace {
@@ -18,16 +19,16 @@ CsvTable results() {
 
 TEST(ExperimentResults, csv_is_read_as_it_was_written) {
     const CsvTable table{{"a", "b, with comma"}, {{"1", "say \"so\""}, {"", "two\nlines"}}};
-    const std::string path = std::filesystem::temp_directory_path() / "bsoil_csv_test.csv";
-    ASSERT_TRUE(write_csv(table, path));
-    const auto read = read_csv(path);
+    const TemporaryFile file("table.csv");
+    ASSERT_TRUE(write_csv(table, file.path()));
+    const auto read = read_csv(file.path());
     ASSERT_TRUE(read) << read.error();
     EXPECT_EQ(read->columns, table.columns);
     EXPECT_EQ(read->rows, table.rows);
-    std::ofstream(path) << "a,b\r\n1\r\n\r\n1,2,3\n";
-    EXPECT_NE(read_csv(path).error().find("row 3 has 3 cells"), std::string::npos);
-    std::filesystem::remove(path);
-    EXPECT_FALSE(read_csv(path));
+    std::ofstream(file.path()) << "a,b\r\n1\r\n\r\n1,2,3\n";
+    EXPECT_NE(read_csv(file.path()).error().find("row 3 has 3 cells"), std::string::npos);
+    std::filesystem::remove(file.path());
+    EXPECT_FALSE(read_csv(file.path()));
 }
 
 TEST(ExperimentResults, measured_columns_are_filtered_and_scaled) {

@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "temporary_file.h"
+
 namespace bsoil::render::contact_sheet_test {
 namespace {
 
@@ -67,22 +69,20 @@ TEST(Image, png_that_cannot_be_written_is_named) {
     const Status bad = write_png(plain(4, 4, 0), "/no/such/folder/picture.png");
     ASSERT_FALSE(bad);
     EXPECT_NE(bad.error().find("/no/such/folder/picture.png"), std::string::npos);
-    const std::string path = ::testing::TempDir() + "bsoil_picture.png";
-    ASSERT_TRUE(write_png(plain(4, 4, 0), path));
-    EXPECT_GT(std::filesystem::file_size(path), 50u);
-    std::filesystem::remove(path);
+    const TemporaryFile file("picture.png");
+    ASSERT_TRUE(write_png(plain(4, 4, 0), file.path()));
+    EXPECT_GT(std::filesystem::file_size(file.path()), 50u);
 }
 
 TEST(Image, jpeg_is_small_and_begins_as_one) {
     EXPECT_FALSE(write_jpeg(plain(4, 4, 0), "/no/such/folder/picture.jpg"));
-    EXPECT_FALSE(write_jpeg(Image{}, ::testing::TempDir() + "bsoil_empty.jpg"));
-    const std::string path = ::testing::TempDir() + "bsoil_picture.jpg";
-    ASSERT_TRUE(write_jpeg(plain(64, 64, 90), path));
-    EXPECT_LT(std::filesystem::file_size(path), 2000u);
-    std::ifstream file(path, std::ios::binary);
-    EXPECT_EQ(file.get(), 0xff);  // start of image
-    EXPECT_EQ(file.get(), 0xd8);
-    std::filesystem::remove(path);
+    EXPECT_FALSE(write_jpeg(Image{}, TemporaryFile("empty.jpg").path()));
+    const TemporaryFile file("picture.jpg");
+    ASSERT_TRUE(write_jpeg(plain(64, 64, 90), file.path()));
+    EXPECT_LT(std::filesystem::file_size(file.path()), 2000u);
+    std::ifstream in(file.path(), std::ios::binary);
+    EXPECT_EQ(in.get(), 0xff);  // start of image
+    EXPECT_EQ(in.get(), 0xd8);
 }
 
 }  // namespace

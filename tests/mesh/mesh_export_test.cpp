@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "bsoil/surface_mesh.h"
+#include "temporary_file.h"
 
 namespace bsoil::mesh_export_test {
 namespace {
@@ -26,22 +27,20 @@ std::string read_all(const std::string& path) {
 }
 
 TEST(MeshExport, obj_lists_vertices_normals_and_faces) {
-    const std::string path = ::testing::TempDir() + "bsoil_triangle.obj";
-    ASSERT_TRUE(write_obj(one_triangle(), path));
-    EXPECT_EQ(read_all(path),
+    const TemporaryFile file("triangle.obj");
+    ASSERT_TRUE(write_obj(one_triangle(), file.path()));
+    EXPECT_EQ(read_all(file.path()),
               "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 2 0 0 0 1\n"
               "vn 0 0 1\nvn 0 0 1\nvn 0 0 1\nf 1//1 2//2 3//3\n");
-    std::filesystem::remove(path);
 }
 
 TEST(MeshExport, ply_has_the_size_its_header_promises) {
-    const std::string path = ::testing::TempDir() + "bsoil_triangle.ply";
-    ASSERT_TRUE(write_ply(one_triangle(), path));
-    const std::string text = read_all(path);
+    const TemporaryFile file("triangle.ply");
+    ASSERT_TRUE(write_ply(one_triangle(), file.path()));
+    const std::string text = read_all(file.path());
     const std::string end = "end_header\n";
     EXPECT_NE(text.find("element vertex 3\n"), std::string::npos);
     EXPECT_EQ(text.size() - text.find(end) - end.size(), 3 * 27u + 13u);
-    std::filesystem::remove(path);
 }
 
 TEST(MeshExport, a_path_that_cannot_be_written_is_named) {

@@ -3,6 +3,7 @@
 #include "oracle/projectile.h"
 #include "oracle/wind.h"
 #include "stage_scenario.h"
+#include "temporary_file.h"
 
 namespace bsoil::air_test {
 namespace {
@@ -208,12 +209,12 @@ TEST(Air, gusts_have_the_same_bits_on_threads_and_from_a_snapshot) {
         def.thread_count = threads;
         const auto soil = snowfall(def);
         snow_on(*soil, 60);
-        const std::string path = testing::TempDir() + "/air.snapshot";
-        ASSERT_TRUE(soil->save(path));
+        const TemporaryFile file("air.snapshot");
+        ASSERT_TRUE(soil->save(file.path()));
         snow_on(*soil, 60);
         sums.push_back(soil->checksum());
         const auto again = snowfall(def);
-        ASSERT_TRUE(again->load(path));
+        ASSERT_TRUE(again->load(file.path()));
         snow_on(*again, 60);
         sums.push_back(again->checksum());
         expect_balance(*again, make_soil(def)->totals());

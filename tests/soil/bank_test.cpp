@@ -5,6 +5,7 @@
 #include "bank_case.h"
 #include "oracle/banks.h"
 #include "stage_bench.h"
+#include "temporary_file.h"
 
 namespace bsoil::bank_test {
 namespace {
@@ -192,16 +193,16 @@ TEST_P(CohesiveBank, fails_above_its_critical_height) {
 // What a bank does does not depend on threads, nor on a stop while it comes down.
 TEST(FailingBank, goes_on_from_a_snapshot_bit_for_bit) {
     const BankCase bank{1000, 16000, 60, 0.1, 22.5};
-    const std::string path = testing::TempDir() + "/failing_bank.snapshot";
+    const TemporaryFile file("failing_bank.snapshot");
     for (int stop : {0, 1, 2, 3, 5, 8, 40}) {
         auto soil = make_bank(bank, 1.15);
         ASSERT_TRUE(soil);
         for (int i = 0; i < stop; ++i) soil->step({});
-        ASSERT_TRUE(soil->save(path));
+        ASSERT_TRUE(soil->save(file.path()));
         SoilDef def = soil->def();
         def.thread_count = 3;
         auto twin = make_soil(def);
-        ASSERT_TRUE(twin->load(path));
+        ASSERT_TRUE(twin->load(file.path()));
         for (int i = 0; i < 30; ++i) {
             soil->step({});
             twin->step({});

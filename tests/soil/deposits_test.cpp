@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "soil_fixture.h"
+#include "temporary_file.h"
 
 namespace bsoil::deposits_test {
 namespace {
@@ -202,12 +203,12 @@ TEST(Roughness, of_40_makes_a_solid) {
 TEST(Deposits, have_the_same_bits_on_gl_on_threads_and_from_a_snapshot) {
     const MaterialDef snow = deposit(25, 0.6, 0.7);
     auto soil = bank(snow, 12, 14, 32);
-    const std::string path = testing::TempDir() + "/deposits.snapshot";
+    const TemporaryFile file("deposits.snapshot");
     const std::vector<int64_t> units = soil->totals().units;
     std::vector<uint64_t> sums;
     for (int i = 0; i < 30; ++i) {
         if (i == 13) {
-            ASSERT_TRUE(soil->save(path));
+            ASSERT_TRUE(soil->save(file.path()));
         }
         soil->step({});
         sums.push_back(soil->checksum());
@@ -217,7 +218,7 @@ TEST(Deposits, have_the_same_bits_on_gl_on_threads_and_from_a_snapshot) {
     SoilDef def = soil->def();
     def.thread_count = 3;
     auto twin = make_soil(def);
-    ASSERT_TRUE(twin->load(path));
+    ASSERT_TRUE(twin->load(file.path()));
     for (size_t i = 13; i < sums.size(); ++i) {
         twin->step({});
         ASSERT_EQ(twin->checksum(), sums[i]) << "step " << i << " from a snapshot, on threads";

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "moving_scene.h"
+#include "temporary_file.h"
 
 namespace bsoil::device_use_test {
 namespace {
@@ -88,11 +89,10 @@ TEST_P(DeviceUse, a_snapshot_reads_each_awake_tile_once) {
     MovingScene scene(4, def);
     scene.run(5);
     const device::DeviceCounters before = counters_of(scene.soil());
-    const std::string path = testing::TempDir() + "device_use.snapshot";
-    EXPECT_TRUE(scene.soil().save(path));
+    const TemporaryFile file("device_use.snapshot");
+    EXPECT_TRUE(scene.soil().save(file.path()));
     EXPECT_EQ(counters_of(scene.soil()).read_count - before.read_count,
               SoilProbe::impl(scene.soil()).tiles.awake_count());
-    std::remove(path.c_str());
 }
 
 // What a body carries under another body is read by tiles: those that the step before had asked

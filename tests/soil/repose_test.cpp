@@ -2,6 +2,7 @@
 #include <numbers>
 
 #include "soil_fixture.h"
+#include "temporary_file.h"
 
 namespace bsoil::repose_test {
 namespace {
@@ -318,12 +319,12 @@ TEST(RunOut, does_not_depend_on_voxel_or_step) {
 TEST(RunOut, has_the_same_bits_on_gl_on_threads_and_from_a_snapshot) {
     const Collapse column = with_momentum({1, true});
     auto soil = make_column(column).soil;
-    const std::string path = testing::TempDir() + "/run_out.snapshot";
+    const TemporaryFile file("run_out.snapshot");
     const std::vector<int64_t> units = soil->totals().units;
     std::vector<uint64_t> sums;
     for (int i = 0; i < 30; ++i) {
         if (i == 13) {
-            ASSERT_TRUE(soil->save(path));
+            ASSERT_TRUE(soil->save(file.path()));
         }
         soil->step({});
         sums.push_back(soil->checksum());
@@ -333,7 +334,7 @@ TEST(RunOut, has_the_same_bits_on_gl_on_threads_and_from_a_snapshot) {
     SoilDef def = soil->def();
     def.thread_count = 3;
     auto twin = make_soil(def);
-    ASSERT_TRUE(twin->load(path));
+    ASSERT_TRUE(twin->load(file.path()));
     for (size_t i = 13; i < sums.size(); ++i) {
         twin->step({});
         ASSERT_EQ(twin->checksum(), sums[i]) << "step " << i << " from a snapshot, on threads";

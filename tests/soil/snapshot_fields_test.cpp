@@ -2,6 +2,7 @@
 #include <functional>
 
 #include "soil_fixture.h"
+#include "temporary_file.h"
 
 namespace bsoil::snapshot_fields_test {
 namespace {
@@ -232,19 +233,19 @@ TEST(SnapshotFields, those_at_the_ends_of_their_ranges_step) {
 // It would be refused when it is needed.
 TEST(SnapshotFields, a_soil_with_more_than_a_snapshot_takes_is_not_saved) {
     const auto soil = living_soil();
-    const std::string path = testing::TempDir() + "/crushed.snapshot";
+    const TemporaryFile file("crushed.snapshot");
     Soil::Impl& impl = SoilProbe::impl(*soil);
     impl.conditions.note(StatusBit::amount_headroom);
     soil->clear_status();
-    ASSERT_TRUE(soil->save(path));
+    ASSERT_TRUE(soil->save(file.path()));
     word(kPlaneVolume, kVoxelMost + 1)(impl);
-    const Status saved = soil->save(path);
+    const Status saved = soil->save(file.path());
     ASSERT_FALSE(saved);
     EXPECT_NE(saved.error().find("cannot be saved: it is damaged: volume"), std::string::npos)
         << saved.error();
     EXPECT_FALSE(soil->checked_state());
     const auto twin = make_soil(soil->def());
-    EXPECT_TRUE(twin->load(path)) << "the file of before is whole";
+    EXPECT_TRUE(twin->load(file.path())) << "the file of before is whole";
 }
 
 TEST(SnapshotFields, tiles_that_held_the_same_share_it_again) {

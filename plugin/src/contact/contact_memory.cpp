@@ -97,10 +97,10 @@ void ContactMemory::Index::visit_box(Vec3 middle, Vec3 half, const Visit& visit)
         const auto end = static_cast<size_t>(starts_[row + static_cast<size_t>(x1) + 1]);
         for (auto i = static_cast<size_t>(starts_[row + static_cast<size_t>(x0)]); i < end; ++i) {
             const Vec3 apart = spots_[i].center_m - middle;
-            if ((std::abs(apart.x) <= half.x) & (std::abs(apart.y) <= half.y) &
-                (std::abs(apart.z) <= half.z)) {
-                visit(soil_[spots_[i].place], apart);
-            }
+            const bool is_in[] = {std::abs(apart.x) <= half.x, std::abs(apart.y) <= half.y,
+                                  std::abs(apart.z) <= half.z};
+            // One branch for the three: which of them fails, the processor cannot guess.
+            if (is_in[0] + is_in[1] + is_in[2] == 3) visit(soil_[spots_[i].place], apart);
         }
     }
 }
