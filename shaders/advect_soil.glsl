@@ -2,7 +2,7 @@
 // then overlaps (13) to (16); locked voxels give it back without velocity (24). Supported soil rests; soil on a moving
 // body goes with the body as far as friction can take it (thesis 5.3.1 lists its absence as a defect), before the wall
 // behind it and after the wall before it.
-// Reads: all planes. Writes: deltas; the momentum of soil that rests.
+// Reads: all planes. Writes: deltas; the momentum of soil that rests; sums of momentum.
 
 // thesis (24): a full voxel is locked, unless its soil is itself falling or carried away. Soil caught in a wall moves
 // with the wall along it and out of it.
@@ -91,9 +91,8 @@ void land(int voxel, ivec3 momentum) {
         int whole = slope_length(momentum.x, momentum.y);
         kept = lost >= whole ? 0 : momentum.z == 0 ? kOneQ16 : kOneQ16 - fraction_q16(lost >> 4, (whole >> 4) + 1);
     }
-    set_state(kPlaneMomentumX, voxel, sign(momentum.x) * mul_q16(abs(momentum.x), kept));
-    set_state(kPlaneMomentumY, voxel, sign(momentum.y) * mul_q16(abs(momentum.y), kept));
-    set_state(kPlaneMomentumZ, voxel, 0);
+    set_by_ground(voxel, ivec3(sign(momentum.x) * mul_q16(abs(momentum.x), kept),
+                               sign(momentum.y) * mul_q16(abs(momentum.y), kept), 0));
 }
 
 // --- air
@@ -264,6 +263,16 @@ void carry_share(int voxel, int to, int share, ivec3 momentum) {
     mark_moved(voxel, to);
 }
 
+// What bars the way takes momentum: a wall is its body's, the rest is ground.
+void take_at_wall(int to, ivec3 momentum) {
+    int body = to < 0 || !is_caught(to) ? -1 : owner_body(state_at(kPlaneOwner, to));
+    if (body < 0) {
+        add_momentum_sum(kResultGround, momentum);
+    } else {
+        note_given(body, -momentum);
+    }
+}
+
 // A share of a parcel goes a step on, as far as nothing bars it. Returns the momentum that leaves its voxel, or that what bars
 // the way takes.
 ivec3 give_share(int slot, IN(Parcel) parcel, ivec3 step, int wanted) {
@@ -280,6 +289,7 @@ ivec3 give_share(int slot, IN(Parcel) parcel, ivec3 step, int wanted) {
         ivec3 held = share_of(parcel.momentum, barred);
         ivec3 bound = share_of(momentum_with_wall(slot, parcel.at, parcel.mass, target, to), barred);
         lost = held - ivec3(towards(held.x, bound.x), towards(held.y, bound.y), towards(held.z, bound.z));
+        take_at_wall(to, lost);
     }
     if (share <= 0) return lost;
     ivec3 part = share_of(parcel.momentum, share);
@@ -317,6 +327,11 @@ void advect_voxel(int slot, ivec3 at, int voxel, int support, ivec3 momentum, IN
     int volume = state_at(kPlaneVolume, voxel);
     ivec3 drift = drift_in_substep(slot, at, volume, motion.drift, fastest);
     ivec3 gained = momentum_of(mass, motion.after - velocity);
+    if (support == kSupportNone) {
+        add_momentum_sum(kResultFallen, gained);
+    } else {
+        note_given(support - kSupportBody, gained);
+    }
     ivec3 lost = ivec3(0);
     if (drift.x != 0 || drift.y != 0 || drift.z != 0) {
         Parcel parcel;
@@ -349,8 +364,7 @@ void advect_soil(int group, int lane) {
         int voxel = block * kBlockVoxels + z * kTileColumns + lane;
         if (state_at(kPlaneVolume, voxel) == 0) continue;
         int support = state_at(kPlaneSupport, voxel);
-        ivec3 momentum = ivec3(state_at(kPlaneMomentumX, voxel), state_at(kPlaneMomentumY, voxel),
-                               state_at(kPlaneMomentumZ, voxel));
+        ivec3 momentum = momentum_at(voxel);
         if (support != kSupportGround) {
             is_moving = true;
             advect_voxel(slot, ivec3(lane & 7, lane >> 3, z0 + z), voxel, support, momentum, fastest);

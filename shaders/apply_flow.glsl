@@ -1,6 +1,6 @@
 // Adds the deltas of the pass before to the state and empties them. Only voxels that got some; which of the others in their
 // block overflow is known.
-// Reads: deltas, masks. Writes: all transported planes, masks, stamps.
+// Reads: deltas, masks. Writes: all transported planes, masks, stamps, sums of momentum.
 
 bool is_in_mask(int block, int mask, int lane) {
     return ((mask_half(block, mask, lane >> 5) >> (lane & 31)) & 1) != 0;
@@ -55,9 +55,7 @@ void apply_flow(int group, int lane) {
             if (mass == 0) {
                 set_state(kPlaneVolume, voxel, 0);
                 set_state(kPlaneBond, voxel, 0);
-                set_state(kPlaneMomentumX, voxel, 0);
-                set_state(kPlaneMomentumY, voxel, 0);
-                set_state(kPlaneMomentumZ, voxel, 0);
+                set_by_ground(voxel, ivec3(0));
             } else if (volume <= 0) {
                 set_state(kPlaneVolume, voxel, 1);
             }

@@ -419,10 +419,13 @@ bool is_barred(int from, int to, ivec3 step, ivec3 out_way, bool overrun) {
     return is_closed(to);
 }
 
+ivec3 momentum_at(int voxel) {
+    return ivec3(state_at(kPlaneMomentumX, voxel), state_at(kPlaneMomentumY, voxel), state_at(kPlaneMomentumZ, voxel));
+}
+
 // Q16 voxels a base step. mass: of the voxel's soil, > 0
 ivec3 soil_velocity(int voxel, int mass) {
-    ivec3 momentum = ivec3(state_at(kPlaneMomentumX, voxel), state_at(kPlaneMomentumY, voxel),
-                           state_at(kPlaneMomentumZ, voxel));
+    ivec3 momentum = momentum_at(voxel);
     ivec3 whole = momentum / mass;
     ivec3 rest = momentum - whole * mass;
     return clamp(whole, ivec3(-kCrumbSpeedMost), ivec3(kCrumbSpeedMost)) * 64 + (rest * 64) / mass;
@@ -470,6 +473,8 @@ void add_wide(int at, int value) {
     int carry = (old + uint(value) < old ? 1 : 0) - (value < 0 ? 1 : 0);
     if (carry != 0) ATOMIC_ADD(result[at + 1], carry);
 }
+
+#include "momentum_ledger.glsl"
 
 // What pour_soil and take_soil run over. A group is a part of a source's or a sink's region: its tile's slot, and the place of its
 // words in the tables.

@@ -41,11 +41,14 @@ void pour_soil(int group, int lane) {
         uint seed = place_bits(ivec3(int(number), 0, 0)) ^ pass_bits();
         int across = jet_chance(seed);
         int along = jet_chance(seed + 374761393u);
+        ivec3 gained = ivec3(0);
         for (int axis = 0; axis < 3; ++axis) {
             int aside = flow_word(part, kFlowAside + axis) * across + flow_word(part, kFlowAside + 3 + axis) * along;
             int speed = clamp(flow_word(part, kFlowVelocity + axis) + aside / kJetAside, -kFlowSpeedMost, kFlowSpeedMost);
-            add_delta(kPlaneMomentumX + axis, voxel, mass * speed);
+            gained[axis] = mass * speed;
+            add_delta(kPlaneMomentumX + axis, voxel, gained[axis]);
         }
+        add_momentum_sum(kResultFallen, gained);
         add_delta(plane, voxel, mass);
         add_delta(kPlaneVolume, voxel, max(1, volume));
         int water = params.water_plane == 0 ? 0 : mul_q16(mass, flow_word(part, kFlowWater));

@@ -1,17 +1,14 @@
 // Soil that slides on: what slip_soil or a fall has set in motion along the ground goes on until friction has taken its
 // momentum, also over slopes that are stable. The voxels of a column that have momentum slide as one. Their thickness times
 // their speed goes over to the columns ahead, from the top down here and from the surface up there.
-// Reads: surfaces, stamps, coverage, terrain, all transported planes, tables. Writes: deltas, momentum, stamps.
+// Reads: surfaces, stamps, coverage, terrain, all transported planes, tables. Writes: deltas, momentum and its sums, stamps.
 
 CONST_INT(kSlideGap, 4)         // voxels without momentum under which none is looked for
 CONST_INT(kSlideDepth, 128)     // voxels at most that slide: sums over them stay in 31 bits
 CONST_INT(kSlideSteepest, 262144)   // slope 4: beyond it friction is next to nothing
 CONST_INT(kSlideSpeedMost, 1048576)
 
-void stop_voxel(int voxel) {
-    set_state(kPlaneMomentumX, voxel, 0);
-    set_state(kPlaneMomentumY, voxel, 0);
-}
+void stop_voxel(int voxel) { set_by_ground(voxel, ivec3(0, 0, state_at(kPlaneMomentumZ, voxel))); }
 
 bool slides_along(int voxel) {
     return state_at(kPlaneMomentumX, voxel) != 0 || state_at(kPlaneMomentumY, voxel) != 0;
@@ -141,8 +138,8 @@ void write_speed(int first, IN(Slab) slab) {
     for (int z = slab.low; z <= slab.high; ++z) {
         int voxel = first + z * kTileColumns;
         int held = mass_at(voxel) * 64;
-        set_state(kPlaneMomentumX, voxel, mul_q16(held, slab.speed.x * 16));
-        set_state(kPlaneMomentumY, voxel, mul_q16(held, slab.speed.y * 16));
+        set_by_ground(voxel, ivec3(mul_q16(held, slab.speed.x * 16), mul_q16(held, slab.speed.y * 16),
+                                   state_at(kPlaneMomentumZ, voxel)));
     }
 }
 

@@ -4,7 +4,7 @@
 // with one slope per neighbour it would be too steep between them. Wedge height and acceleration against slope come
 // from tables made on the host in double precision: (4) and (8).
 // Soil that falls in an arch slips as piled soil does: see soil_arches.glsl.
-// Reads: spans, stamps, volume, all transported planes. Writes: deltas, slip speed, stamps.
+// Reads: spans, stamps, volume, all transported planes. Writes: deltas, slip speed, stamps, sums of momentum.
 
 CONST_INT(kNoDrop, -1)
 CONST_INT(kAnyDrop, 268435456)  // more than a grid is high
@@ -236,8 +236,10 @@ void set_sliding(int slot, int x, int y, int top, int source, ivec2 fall, int sl
         if (z < base >> 16 && state_at(kPlaneMomentumX, voxel) == 0 && state_at(kPlaneMomentumY, voxel) == 0) break;
         if (mass == 0) continue;
         if (is_solid(voxel) || wedge_at(curve_of(voxel), voxel, slope) <= standing_wedge(voxel, slot, ivec3(x, y, z))) break;
-        add_delta(kPlaneMomentumX, voxel, mul_q16(mass * 64, along_x * 16));
-        add_delta(kPlaneMomentumY, voxel, mul_q16(mass * 64, along_y * 16));
+        ivec3 gained = ivec3(mul_q16(mass * 64, along_x * 16), mul_q16(mass * 64, along_y * 16), 0);
+        add_delta(kPlaneMomentumX, voxel, gained.x);
+        add_delta(kPlaneMomentumY, voxel, gained.y);
+        add_momentum_sum(kResultGround, -gained);
         mark_moved(voxel, voxel);
     }
 }

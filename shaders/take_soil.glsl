@@ -36,12 +36,14 @@ void take_soil(int group, int lane) {
             mark_moved(voxel, voxel);
             continue;
         }
+        ivec3 taken = ivec3(0);
         int moved = 0;
         for (int i = 0; share > 0 && i < params.transport_count; ++i) {
             int plane = kTransportFirst + i;
             int amount = mul_q16(state_at(plane, voxel), share);
             add_delta(plane, voxel, -amount);
             moved = moved | amount;
+            if (plane >= kPlaneMomentumX && plane <= kPlaneMomentumZ) taken[plane - kPlaneMomentumX] = amount;
             if (is_mass(plane) && amount > 0) {
                 add_wide(flow_sum(part, 2 * (plane - kPlaneMaterial)), amount);
                 held -= amount;
@@ -49,6 +51,7 @@ void take_soil(int group, int lane) {
                 add_wide(kResultWaterOut, amount);
             }
         }
+        add_momentum_sum(kResultFallen, -taken);
         held += mass_at(voxel);
         if (moved != 0) mark_moved(voxel, voxel);
     }

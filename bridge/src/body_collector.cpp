@@ -274,11 +274,17 @@ void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed
         Tracked& tracked = track(object);
         tracked.was_in_grid = is_in_grid;
         if (tracked.id < 0) {
-            refuse(object, tracked, "more bodies than there are ids");
+            refuse(object, tracked,
+                   "more bodies than there are ids, 65535; let the soil ignore those that need "
+                   "none");
             continue;
         }
         convert(object, tracked);
-        if (!is_placed) refuse(object, tracked, "its pose is not finite");
+        if (!is_placed) {
+            refuse(object, tracked,
+                   "its pose is not finite, or turns by no unit quaternion; look for a division "
+                   "by zero, or normalize it");
+        }
         if (!tracked.shapes) {
             refuse(object, tracked, tracked.refusal);
             continue;

@@ -276,6 +276,7 @@ bulletsoil_result bulletsoil_get_body_report(const bulletsoil_soil* soil, const 
         out.load_kg = from.load_kg;
         out.contact_patch_count = from.patch_count;
         out.is_in_contact = from.patch_count > 0 || from.load_kg > 0;
+        copy(from.load_n, out.load_n);
         narrow_into(*report, out, struct_size);
     });
 }

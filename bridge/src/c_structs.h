@@ -43,7 +43,7 @@ static_assert(kSettleReportBytesMin == sizeof(bulletsoil_settle_report));
 constexpr size_t kConditionBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_condition, step_count);
 static_assert(kMaterialBytesMin % alignof(bulletsoil_material) == 0);
 static_assert(kSoilDefBytesMin % alignof(bulletsoil_soil_def) == 0);
-static_assert(kBodyReportBytesMin == sizeof(bulletsoil_body_report));
+static_assert(kBodyReportBytesMin == offsetof(bulletsoil_body_report, load_n));
 static_assert(kContactConstantsBytesMin % alignof(bulletsoil_contact_constants) == 0);
 
 constexpr size_t kSourceBytesMin = BSOIL_BYTES_UP_TO(bulletsoil_source, reserved);

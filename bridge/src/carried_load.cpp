@@ -59,15 +59,16 @@ class LoadedBody {
             link().m_inertiaLocal = props.inertia_kg_m2;
         }
     }
-    void apply_force(const btVector3& force_n, const btVector3& arm_m) {
+    void apply(const btVector3& force_n, const btVector3& torque_n_m) {
         if (rigid_) {
-            rigid_->applyForce(force_n, arm_m);
+            rigid_->applyCentralForce(force_n);
+            rigid_->applyTorque(torque_n_m);
         } else if (is_base()) {
             multibody().addBaseForce(force_n);
-            multibody().addBaseTorque(arm_m.cross(force_n));
+            multibody().addBaseTorque(torque_n_m);
         } else {
             multibody().addLinkForce(collider_->m_link, force_n);
-            multibody().addLinkTorque(collider_->m_link, arm_m.cross(force_n));
+            multibody().addLinkTorque(collider_->m_link, torque_n_m);
         }
     }
 
@@ -82,27 +83,91 @@ class LoadedBody {
     const btTransform& axes_;
 };
 
+/// Moments of inertia of a mass at `arm`, a vector in a body's axes, about the body's centre.
+btVector3 point_inertia(btScalar mass_kg, const btVector3& arm) {
+    btVector3 out;
+    for (int i = 0; i < 3; ++i) out[i] = mass_kg * (arm.length2() - arm[i] * arm[i]);
+    return out;
+}
+
+Vec3 arm_of(const BodyState& body, const BodyLoad& load) {
+    return load.center_m - body.motion.center_of_mass_m;
+}
+
+/// What Bullet's solver has given a load while its body went from one motion to another.
+struct SolvedMomentum {
+    Vec3 linear_n_s, angular_n_m_s;
+};
+
+SolvedMomentum solved_momentum(const BodyState& before, const BodyLoad& load,
+                               const BodyMotion& now) {
+    const Quat axes = before.motion.pose.rotation;
+    const auto to_body = [&axes](Vec3 v) { return to_bullet(rotate(conjugate(axes), v)); };
+    const btVector3 inertia =
+        point_inertia(static_cast<btScalar>(load.mass_kg), to_body(arm_of(before, load)));
+    const Vec3 turned = now.angular_velocity_rad_s - before.motion.angular_velocity_rad_s;
+    return {load.mass_kg * (now.linear_velocity_m_s - before.motion.linear_velocity_m_s),
+            rotate(axes, from_bullet(inertia * to_body(turned)))};
+}
+
 }  // namespace
 
 CarriedLoads::CarriedLoads(btDiscreteDynamicsWorld& world, Vec3 up, double gravity_m_s2)
     : world_(world), up_(up), gravity_m_s2_(gravity_m_s2) {}
 
-void CarriedLoads::set_loads(std::span<const BodyState> bodies, std::span<const BodyLoad> loads) {
+void CarriedLoads::note_given(std::span<const BodyLoad> loads) {
+    for (const BodyLoad& load : loads) given_[load.body] += load.impulse_n_s;
+}
+
+/// The entry of a load's body, with what it has paid for meanwhile; null where it bears none.
+CarriedLoads::Loaded* CarriedLoads::find_loaded(std::span<const BodyState> bodies,
+                                                std::map<int, Loaded>& before,
+                                                const BodyLoad& load) {
+    const auto body = std::find_if(bodies.begin(), bodies.end(),
+                                   [&](const BodyState& b) { return b.id == load.body; });
+    if (body == bodies.end() || body->is_asleep) return nullptr;
+    if (body->role != BodyRole::rigid && body->role != BodyRole::link) return nullptr;
+    Loaded& loaded = loaded_[load.body];
+    if (const auto old = before.find(load.body); old != before.end()) {
+        loaded = old->second;
+        const SolvedMomentum solved = solved_momentum(loaded.body, loaded.load, body->motion);
+        loaded.debt_n_s = loaded.debt_n_s - solved.linear_n_s;
+        loaded.debt_n_m_s = loaded.debt_n_m_s - solved.angular_n_m_s;
+        before.erase(old);
+    }
+    loaded.body = *body;
+    loaded.load = load;
+    return &loaded;
+}
+
+void CarriedLoads::set_loads(std::span<const BodyState> bodies, std::span<const BodyLoad> loads,
+                             double interval_s) {
     std::map<int, Loaded> before;
     before.swap(loaded_);
     for (const BodyLoad& load : loads) {
-        const auto body = std::find_if(bodies.begin(), bodies.end(),
-                                       [&](const BodyState& b) { return b.id == load.body; });
-        if (body == bodies.end() || body->is_asleep) continue;
-        if (body->role != BodyRole::rigid && body->role != BodyRole::link) continue;
-        Loaded& loaded = loaded_[load.body];
-        if (const auto old = before.find(load.body); old != before.end()) loaded = old->second;
-        loaded.body = *body;
-        loaded.load = load;
+        Loaded* loaded = find_loaded(bodies, before, load);
+        if (!loaded) continue;
+        const Vec3 given_n_s = given_[load.body];
+        loaded->debt_n_s += given_n_s;
+        loaded->debt_n_m_s += cross(arm_of(loaded->body, load), given_n_s);
+    }
+    // A load that is gone may have left a debt.
+    std::map<int, Loaded> gone;
+    gone.swap(before);
+    for (auto& [id, loaded] : gone) {
+        if (loaded.load.mass_kg <= 0) continue;
+        before.emplace(id, loaded);
+        find_loaded(bodies, before, {id, 0, loaded.body.motion.center_of_mass_m, {}});
+    }
+    given_.clear();
+    for (auto& [id, loaded] : loaded_) {
+        loaded.push_n = loaded.debt_n_s * (-1 / interval_s);
+        loaded.push_n_m = loaded.debt_n_m_s * (-1 / interval_s);
     }
 }
 
 void CarriedLoads::open_substep() {
+    felt_n_.clear();
     for (auto& [id, loaded] : loaded_) {
         if (is_in_world(world_, loaded.body)) open(loaded);
     }
@@ -116,39 +181,56 @@ void CarriedLoads::open(Loaded& loaded) {
         loaded.own_mass_kg = body.mass_kg();
         loaded.own_inertia = body.inertia_kg_m2();
     }
-    const auto mass_kg = static_cast<btScalar>(loaded.load.mass_kg);
-    loaded.arm_m = to_bullet(loaded.load.center_m) - body.axes().getOrigin();
-    loaded.weight_n = to_bullet(-loaded.load.mass_kg * gravity_m_s2_ * up_);
-    const btVector3 arm = body.axes().getBasis().transpose() * loaded.arm_m;
-    btVector3 inertia = loaded.own_inertia;
-    for (int i = 0; i < 3; ++i) {
-        if (inertia[i] > 0) inertia[i] += mass_kg * (arm.length2() - arm[i] * arm[i]);
+    const btVector3 arm_m = to_bullet(loaded.load.center_m) - body.axes().getOrigin();
+    loaded.force_n = to_bullet(loaded.push_n);
+    loaded.torque_n_m = to_bullet(loaded.push_n_m);
+    if (loaded.load.mass_kg > 0) {
+        const btVector3 weight_n = to_bullet(-loaded.load.mass_kg * gravity_m_s2_ * up_);
+        loaded.force_n += weight_n;
+        loaded.torque_n_m += arm_m.cross(weight_n);
+        const auto mass_kg = static_cast<btScalar>(loaded.load.mass_kg);
+        const btVector3 more = point_inertia(mass_kg, body.axes().getBasis().transpose() * arm_m);
+        btVector3 inertia = loaded.own_inertia;
+        for (int i = 0; i < 3; ++i) {
+            if (inertia[i] > 0) inertia[i] += more[i];
+        }
+        body.set({loaded.own_mass_kg + mass_kg, inertia});
     }
-    body.set({loaded.own_mass_kg + mass_kg, inertia});
-    body.apply_force(loaded.weight_n, loaded.arm_m);
+    body.apply(loaded.force_n, loaded.torque_n_m);
     loaded.open = true;
 }
 
-void CarriedLoads::close_substep() {
+void CarriedLoads::close_substep(double substep_s) {
     for (auto& [id, loaded] : loaded_) {
         if (!loaded.open) continue;
         loaded.open = false;
         if (!is_in_world(world_, loaded.body)) continue;
+        felt_n_[id] = from_bullet(loaded.force_n);
+        loaded.debt_n_s += loaded.push_n * substep_s;
+        loaded.debt_n_m_s += loaded.push_n_m * substep_s;
         LoadedBody body(loaded.body);
         // Forces outlive a substep: what was given for it is taken back.
-        body.apply_force(-loaded.weight_n, loaded.arm_m);
+        body.apply(-loaded.force_n, -loaded.torque_n_m);
         // Another soil of this world may have loaded it too, and the one that came first has taken
         // both loads off already.
-        if (body.mass_kg() < loaded.own_mass_kg + static_cast<btScalar>(loaded.load.mass_kg) / 2) {
+        if (loaded.load.mass_kg <= 0 ||
+            body.mass_kg() < loaded.own_mass_kg + static_cast<btScalar>(loaded.load.mass_kg) / 2) {
             continue;
         }
         body.set({loaded.own_mass_kg, loaded.own_inertia});
     }
 }
 
+Vec3 CarriedLoads::felt_n(int body) const {
+    const auto felt = felt_n_.find(body);
+    return felt == felt_n_.end() ? Vec3{} : felt->second;
+}
+
 void CarriedLoads::let_go() {
-    close_substep();
+    close_substep(0);
     loaded_.clear();
+    given_.clear();
+    felt_n_.clear();
 }
 
 }  // namespace bsoil::bullet

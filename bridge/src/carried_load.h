@@ -1,4 +1,5 @@
-/// CarriedLoads: the soil that bodies carry weighs on them and has to be accelerated by them.
+/// CarriedLoads: the soil that bodies carry weighs on them and has to be accelerated by them, and
+/// soil that falls on them pushes.
 #pragma once
 
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
@@ -17,14 +18,25 @@ namespace bsoil::bullet {
 /// so that Bullet's solver accelerates both; in between the host sees its own figures. The centre
 /// of mass stays the body's: of the coupling between turning and shifting only the load's weight is
 /// taken, not its inertia.
+///
+/// So the solver gives the load the body's change of velocity. What the body has really given the
+/// soil is BodyLoad::impulse_n_s: more where soil has fallen on it or was taken aboard, less where
+/// its load slides. The difference is a debt of momentum, which the body pays over the time of a
+/// soil step. Body and soil together keep their momentum.
 class CarriedLoads {
   public:
     CarriedLoads(btDiscreteDynamicsWorld& world, Vec3 up, double gravity_m_s2);
 
-    /// Loads of this soil step.
-    void set_loads(std::span<const BodyState> bodies, std::span<const BodyLoad> loads);
+    /// A soil step is through: what bodies have given soil in it.
+    void note_given(std::span<const BodyLoad> loads);
+    /// Loads of the last soil step. interval_s: time of the soil's steps since the last call.
+    void set_loads(std::span<const BodyState> bodies, std::span<const BodyLoad> loads,
+                   double interval_s);
     void open_substep();
-    void close_substep();
+    /// substep_s: how long Bullet has solved with the loads; 0 where it has not.
+    void close_substep(double substep_s);
+    /// Weight of its load and push that a body felt in the last substep.
+    Vec3 felt_n(int body) const;
     /// Forgets all loads. Between substeps.
     void let_go();
 
@@ -33,17 +45,24 @@ class CarriedLoads {
     struct Loaded {
         BodyState body;
         BodyLoad load;
+        /// What the body has given soil and not paid for; angular about its centre of mass.
+        Vec3 debt_n_s, debt_n_m_s;
+        Vec3 push_n, push_n_m;  ///< pays it
         btScalar own_mass_kg = 0;
-        btVector3 own_inertia{0, 0, 0};  ///< 0 where the host has locked the axis
-        btVector3 weight_n{0, 0, 0}, arm_m{0, 0, 0};
+        btVector3 own_inertia{0, 0, 0};                   ///< 0 where the host has locked the axis
+        btVector3 force_n{0, 0, 0}, torque_n_m{0, 0, 0};  ///< weight and push, while it is open
         bool open = false;
     };
+    Loaded* find_loaded(std::span<const BodyState> bodies, std::map<int, Loaded>& before,
+                        const BodyLoad& load);
     void open(Loaded& loaded);
 
     btDiscreteDynamicsWorld& world_;
     Vec3 up_;
     double gravity_m_s2_;
     std::map<int, Loaded> loaded_;  ///< by SoilBody::id
+    std::map<int, Vec3> given_;     ///< since the last set_loads() [N s]
+    std::map<int, Vec3> felt_n_;    ///< in the last substep
 };
 
 }  // namespace bsoil::bullet

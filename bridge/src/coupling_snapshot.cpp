@@ -215,10 +215,11 @@ void CouplingSnapshot::Memory::list_loaded(StateStream& stream,
                                            const btDiscreteDynamicsWorld& world,
                                            CarriedLoads::Loaded& loaded) {
     list(stream, world, loaded.body);
-    stream(loaded.load.body, loaded.load.mass_kg, loaded.load.center_m, loaded.own_mass_kg);
+    stream(loaded.load.body, loaded.load.mass_kg, loaded.load.center_m, loaded.load.impulse_n_s);
+    stream(loaded.debt_n_s, loaded.debt_n_m_s, loaded.push_n, loaded.push_n_m, loaded.own_mass_kg);
     list(stream, loaded.own_inertia);
-    list(stream, loaded.weight_n);
-    list(stream, loaded.arm_m);
+    list(stream, loaded.force_n);
+    list(stream, loaded.torque_n_m);
     const bool bears = loaded.body.role == BodyRole::rigid || loaded.body.role == BodyRole::link;
     if (!bears || loaded.load.body != loaded.body.id || loaded.load.mass_kg < 0) stream.refuse();
 }
@@ -408,7 +409,7 @@ void CouplingSnapshot::put_into(const Parts& parts) {
         const int id = coupled.body.id;
         parts.coupling.coupled_.emplace(id, std::move(coupled));
     }
-    parts.carried.close_substep();
+    parts.carried.close_substep(0);
     parts.carried.loaded_.clear();
     for (CarriedLoads::Loaded& loaded : m.loaded) {
         remember_identity(loaded.body);

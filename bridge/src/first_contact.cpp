@@ -49,8 +49,9 @@ void FirstContacts::find_carriers(const btDiscreteDynamicsWorld& world,
     const btCollisionObjectArray& objects = world.getCollisionObjectArray();
     for (int i = 0; i < objects.size(); ++i) {
         const int id = collector_.body_id(*objects[i]);
-        if (id >= 0 && std::any_of(loads.begin(), loads.end(),
-                                   [id](const BodyLoad& load) { return load.body == id; })) {
+        if (id >= 0 && std::any_of(loads.begin(), loads.end(), [id](const BodyLoad& load) {
+                return load.body == id && load.mass_kg > 0;
+            })) {
             carriers_.push_back(box_of(*objects[i], {}));
         }
     }

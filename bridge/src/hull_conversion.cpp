@@ -69,17 +69,23 @@ Result<Shapes> touching_hull_or_error(const btCollisionShape& shape,
         return width < kFlatHullFraction * out.bound_m;
     });
     if (out.planes.size() < 4 || is_flat) {
-        return Error{shape_name(shape) + ": its points span no volume"};
+        return Error{shape_name(shape) +
+                     ": its points span no volume; make it a thin box, or a mesh"};
     }
     return Shapes{out};
 }
 
 Result<Shapes> hull(const btCollisionShape& shape, const std::vector<btVector3>& points,
                     double margin_m) {
-    if (points.empty()) return Error{shape_name(shape) + ": has no points"};
+    if (points.empty()) {
+        return Error{shape_name(shape) +
+                     ": has no points; add them before the body joins the world"};
+    }
     for (const btVector3& p : points) {
         if (!is_finite(from_bullet(p))) {
-            return Error{shape_name(shape) + ": has a point that is not finite"};
+            return Error{shape_name(shape) +
+                         ": has a point that is not finite; look for a division by zero "
+                         "where it was made"};
         }
     }
     if (const Status s = check_margin(shape, margin_m); !s) return Error{s.error()};
@@ -137,7 +143,8 @@ Result<Shapes> support_solid(const btConvexShape& shape, const GridBall& grid) {
     for (int i = 0; i < kSphereDirectionCount; ++i) {
         points.push_back(touch(sphere_direction(i)));
         if (!is_finite(from_bullet(points.back()))) {
-            return Error{shape_name(shape) + ": reaches infinitely far"};
+            return Error{shape_name(shape) +
+                         ": reaches infinitely far; cut it to the world's size"};
         }
     }
     Result<Shapes> hull = touching_hull_or_error(
@@ -166,7 +173,9 @@ Result<Shapes> support_solid(const btConvexShape& shape, const GridBall& grid) {
 Result<Shapes> multi_sphere(const btMultiSphereShape& shape, const GridBall& grid) {
     for (int i = 0; i < shape.getSphereCount(); ++i) {
         if (!is_finite(from_bullet(shape.getSpherePosition(i)))) {
-            return Error{shape_name(shape) + ": has a sphere whose centre is not finite"};
+            return Error{shape_name(shape) +
+                         ": has a sphere whose centre is not finite; look for a "
+                         "division by zero where it was made"};
         }
         if (const Status s =
                 check_extent(shape, "radius", static_cast<double>(shape.getSphereRadius(i)));

@@ -86,7 +86,9 @@ Status read_part(const btStridingMeshInterface& mesh, int part, Vec3 scaling, Tr
     const LockedPart from(mesh, part);
     if (from.triangle_count <= 0) return Done{};
     if (!from.is_readable()) {
-        return Error{"part " + std::to_string(part) + " has corners or indices of an unknown type"};
+        return Error{"part " + std::to_string(part) +
+                     " has corners or indices of an unknown type; take PHY_FLOAT or "
+                     "PHY_DOUBLE corners and integer indices"};
     }
     const int first = static_cast<int>(out.vertices.size());
     for (int v = 0; v < from.vertex_count; ++v) {
@@ -205,7 +207,7 @@ Result<ConvexShape> triangle_mesh(const btCollisionShape& shape, const GridBall&
     const MeshSource source = source_of(shape);
     if (!is_finite(source.scaling) || source.scaling.x == 0 || source.scaling.y == 0 ||
         source.scaling.z == 0) {
-        return Error{"local scaling is zero or not finite"};
+        return Error{"local scaling is zero or not finite; take 1 where it has its size"};
     }
     Result<LatticeDef> def = lattice_def(source.margin_m, grid);
     if (!def) return Error{def.error()};
@@ -306,7 +308,7 @@ Result<ConvexShape> heightfield(const btHeightfieldTerrainShape& shape, const Gr
     if (!def) return Error{def.error()};
     const Vec3 scaling = from_bullet(shape.getLocalScaling());
     if (!is_finite(scaling) || !(scaling.x > 0 && scaling.y > 0 && scaling.z > 0)) {
-        return Error{"local scaling is not finite or not above 0"};
+        return Error{"local scaling is not finite or not above 0; take 1 where it has its size"};
     }
     def->region = region_of(grid);
     const int up = shape.getUpAxis();
@@ -316,8 +318,13 @@ Result<ConvexShape> heightfield(const btHeightfieldTerrainShape& shape, const Gr
     component(high, up) = 1e5;
     SurfaceReader reader;
     shape.processAllTriangles(&reader, to_bullet(low), to_bullet(high));
-    if (!reader.all_finite) return Error{"has a height that is not finite"};
-    if (reader.surface.triangles.empty()) return Error{"has no surface within the soil's grid"};
+    if (!reader.all_finite) {
+        return Error{
+            "has a height that is not finite; look for a division by zero where it was made"};
+    }
+    if (reader.surface.triangles.empty()) {
+        return Error{"has no surface within the soil's grid; move it, or ignore the body"};
+    }
     low = def->region.min;
     double bottom = component(low, up);
     for (Vec3 p : reader.surface.vertices) bottom = std::min(bottom, component(p, up));
@@ -329,7 +336,7 @@ Result<ConvexShape> distance_field(const btSdfCollisionShape& shape, const GridB
     const Aabb box = box_of(shape);
     if (!(is_finite(box.min) && is_finite(box.max) && box.min.x < box.max.x &&
           box.min.y < box.max.y && box.min.z < box.max.z)) {
-        return Error{"has no distance field"};
+        return Error{"has no distance field; call initializeSDF first"};
     }
     // Bullet's query changes nothing.
     auto& field = const_cast<btSdfCollisionShape&>(shape);

@@ -111,7 +111,9 @@ Result<Shapes> static_plane(const btStaticPlaneShape& shape, const GridBall& gri
     const double norm = length(normal);
     const double constant = static_cast<double>(shape.getPlaneConstant());
     if (!(std::isfinite(norm) && norm > 0 && std::isfinite(constant))) {
-        return Error{shape_name(shape) + ": normal or constant is zero or not finite"};
+        return Error{shape_name(shape) +
+                     ": normal or constant is zero or not finite; give the "
+                     "plane a unit normal"};
     }
     const Vec3 n = normal * (1 / norm);
     const double radius = kPlaneBoxSlack * grid.radius_m;
@@ -164,7 +166,7 @@ Result<Shapes> union_of(const btCollisionShape& shape, int count, const GridBall
         const auto [local, child_shape] = child(i);
         if (!is_rigid(local)) {
             return Error{shape_name(shape) + ": the transform of child " + std::to_string(i) +
-                         " is not finite, or no rotation"};
+                         " is not finite, or no rotation; normalize its quaternion"};
         }
         const GridBall grid_in_child{transform(inverse(local), grid.center_m), grid.radius_m,
                                      grid.voxel_m};
@@ -178,7 +180,9 @@ Result<Shapes> union_of(const btCollisionShape& shape, int count, const GridBall
             out.push_back(std::move(c));
         }
     }
-    if (out.empty()) return Error{shape_name(shape) + ": has no children"};
+    if (out.empty()) {
+        return Error{shape_name(shape) + ": has no children; add one, or ignore the body"};
+    }
     return out;
 }
 
@@ -239,7 +243,7 @@ Result<Shapes> convert_shape(const btCollisionShape& shape, const GridBall& grid
     if (is_mesh(shape)) return named(shape, convert_mesh(shape, grid));
     return Error{shape_name(shape) +
                  ": this type is not supported by the soil; it has no solid, or none that Bullet "
-                 "tells"};
+                 "tells; give it a hull or a mesh, or ignore the body"};
 }
 
 }  // namespace bsoil::bullet

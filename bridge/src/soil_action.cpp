@@ -97,7 +97,7 @@ SoilAction::SoilAction(std::unique_ptr<Impl> impl, const SoilActionDef& options)
     Impl& d = *impl_;
     const auto forget_world = [this] {
         impl_->coupling.take_rows_out();
-        impl_->carried.close_substep();
+        impl_->carried.close_substep(0);
         impl_->vehicles->leave_world();
         impl_->world->removeAction(this);
         impl_->world = nullptr;
@@ -159,7 +159,15 @@ BodyReport SoilAction::body_report(const btCollisionObject& object) const {
     const int id = body_id(object);
     BodyReport out = impl_->coupling.report(id);
     for (const BodyLoad& load : impl_->report.loads) {
-        if (load.body == id) out.load_kg = load.mass_kg;
+        if (load.body != id) continue;
+        const SoilDef& def = impl_->soil->def();
+        out.load_kg = load.mass_kg;
+        const Vec3 weight_n = -load.mass_kg * def.gravity_m_s2 * up_of(def);
+        out.load_n = weight_n - load.impulse_n_s * (1 / def.step_s);
+    }
+    for (const BodyState& body : impl_->collector.bodies()) {
+        const bool feels = body.role == BodyRole::rigid || body.role == BodyRole::link;
+        if (body.id == id && feels && !body.is_asleep) out.load_n = impl_->carried.felt_n(id);
     }
     return out;
 }
@@ -192,7 +200,7 @@ void SoilAction::updateAction(btCollisionWorld*, btScalar substep_s) {
     Impl& d = *impl_;
     d.coupling.close_substep(substep_s);
     d.first_contacts.close_substep();
-    d.carried.close_substep();
+    d.carried.close_substep(static_cast<double>(substep_s));
     d.vehicles->close_substep();
     d.anchor->ensure_in_world();
     const double passed_s = static_cast<double>(substep_s);
@@ -245,6 +253,7 @@ void SoilAction::Impl::step_soil(double substep_s) {
 void SoilAction::Impl::note_step(bool has_begun) {
     if (report.has_finished) {
         ++step_count;
+        carried.note_given(report.loads);
         are_contacts_fresh = has_begun && !soil->is_stepping();
         if (!are_contacts_fresh) {
             std::erase_if(stepped, [&](const BodyState& body) {
@@ -280,10 +289,10 @@ void SoilAction::Impl::take_report(bool are_contacts_unchanged) {
     }
     coupling.set_contacts(*contact_bodies, report.contacts, untaken_count * step_s,
                           are_contacts_unchanged);
-    untaken_count = 0;
     first_contacts.soil_has_stepped(report.call_count * step_s);
     vehicles->take_contacts(are_contacts_fresh);
-    carried.set_loads(*contact_bodies, moved_loads());
+    carried.set_loads(*contact_bodies, moved_loads(), untaken_count * step_s);
+    untaken_count = 0;
     if (ground) ground->drop_stale_contacts();
 }
 
@@ -350,7 +359,7 @@ void SoilAction::debugDraw(btIDebugDraw* drawer) {
     Impl& d = *impl_;
     // Drawing boxes asks the anchor for its own, which is taken for a substep.
     d.coupling.take_rows_out();
-    d.carried.close_substep();
+    d.carried.close_substep(0);
     if (!drawer || !d.enabled) return;
     std::vector<DrawnForce> forces;
     d.coupling.for_each_force([&forces](Vec3 point_m, Vec3 force_n) {

@@ -18,14 +18,16 @@ void list(StateStream& stream, StepReport& report, std::vector<BodyLoad>& loads)
     stream(report.substep_count, report.status_bits, report.block_active_count,
            report.block_dispatched_count, report.tile_awake_count,
            report.speed_max_voxels_per_step);
-    stream.list(loads, 36, [&](BodyLoad& load) { stream(load.body, load.mass_kg, load.center_m); });
+    stream.list(loads, 60, [&](BodyLoad& load) {
+        stream(load.body, load.mass_kg, load.center_m, load.impulse_n_s);
+    });
 }
 
 }  // namespace
 
 void SnapshotAccess::close_substep(SoilAction& action) {
     action.impl_->coupling.take_rows_out();
-    action.impl_->carried.close_substep();
+    action.impl_->carried.close_substep(0);
 }
 
 Result<std::vector<SnapshotSection>> SnapshotAccess::sections(const SoilAction& action,

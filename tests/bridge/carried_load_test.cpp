@@ -27,7 +27,9 @@ class LoadAction final : public btActionInterface {
         world.addAction(this);
     }
     ~LoadAction() override { world_.removeAction(this); }
-    void updateAction(btCollisionWorld*, btScalar) override { loads_.close_substep(); }
+    void updateAction(btCollisionWorld*, btScalar substep_s) override {
+        loads_.close_substep(static_cast<double>(substep_s));
+    }
     void debugDraw(btIDebugDraw*) override {}
 
   private:
@@ -50,7 +52,7 @@ class CarriedLoad : public testing::Test {
         state.proxy_id = box.getBroadphaseHandle()->getUid();
         state.internal_type = box.getInternalType();
         state.role = BodyRole::rigid;
-        carried.set_loads({&state, 1}, std::array{BodyLoad{0, 6, load_center_m}});
+        carried.set_loads({&state, 1}, std::array{BodyLoad{0, 6, load_center_m, {}}}, 1.0 / 60);
         LoadAction action(*scene.world, carried);
         scene.world->stepSimulation(kStep, 0);
     }
@@ -128,7 +130,7 @@ class CarriedLoadOfLink : public testing::Test {
         state.proxy_id = collider->getBroadphaseHandle()->getUid();
         state.internal_type = collider->getInternalType();
         state.role = BodyRole::link;
-        carried.set_loads({&state, 1}, std::array{BodyLoad{0, 6, load_center_m}});
+        carried.set_loads({&state, 1}, std::array{BodyLoad{0, 6, load_center_m, {}}}, 1.0 / 60);
         LoadAction action(*scene.world, carried);
         scene.world->stepSimulation(kStep, 0);
     }

@@ -22,6 +22,7 @@
 #include "bsoil/limits.h"
 #include "bullet_scene.h"
 #include "bullet_types.h"
+#include "cure.h"
 #include "mesh_crossings.h"
 
 namespace bsoil::bullet::mesh_conversion_test {
@@ -307,6 +308,7 @@ void expect_refusal(const btCollisionShape& shape, const std::string& mention) {
     ASSERT_FALSE(converted) << shape.getName() << ", " << mention;
     EXPECT_NE(converted.error().find(shape.getName()), std::string::npos) << converted.error();
     EXPECT_NE(converted.error().find(mention), std::string::npos) << converted.error();
+    EXPECT_TRUE(says_what_to_do(converted.error())) << converted.error();
 }
 
 TEST(MeshConversion, broken_meshes_are_refused_by_what_is_wrong) {

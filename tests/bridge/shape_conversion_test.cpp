@@ -15,6 +15,7 @@
 
 #include "bsoil/limits.h"
 #include "bullet_types.h"
+#include "cure.h"
 #include "shape_distance.h"
 
 namespace bsoil::bullet::shape_conversion_test {
@@ -353,6 +354,7 @@ void expect_refusal(const btCollisionShape& shape, const std::string& mention) {
     ASSERT_FALSE(converted) << shape.getName();
     EXPECT_NE(converted.error().find(shape.getName()), std::string::npos) << converted.error();
     EXPECT_NE(converted.error().find(mention), std::string::npos) << converted.error();
+    EXPECT_TRUE(says_what_to_do(converted.error())) << converted.error();
 }
 
 TEST(ShapeConversion, zero_inverted_and_nan_extents_are_refused_by_field) {

@@ -80,6 +80,7 @@ class CCaller {
             def.substeps_max = c_.below(34);
             def.tile_capacity = c_.below(6);
             def.propagation_iterations = c_.below(8);
+            if (def.propagation_iterations % 4 == 3) def.step_budget_ms = 1e-6;
             for (double& x : def.floor_center_m) x = c_.number(-10, 10);
             def.material_count = static_cast<size_t>(c_.below(10));
             def.materials = c_.below(8) == 0 ? nullptr : list;

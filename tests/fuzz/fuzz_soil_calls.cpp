@@ -80,6 +80,9 @@ class SoilCaller {
             def.material.density_kg_m3 = c_.number(200, 4000);
             def.material.friction_angle_rad = c_.number(0, 1.2);
             def.material.cohesion_pa = c_.number(0, 2e5);
+            // A piece a call, the same on every machine. It takes no byte of its own, so that
+            // seeds stay what they were.
+            if (def.propagation_iterations % 4 == 3) def.step_budget_ms = 1e-6;
         }
         auto made = Soil::create(def);
         if (made) soil_ = std::move(*made);

@@ -417,6 +417,7 @@ void BuiltWorld::step() {
     }
     time_s_ += frame_s_;
     ++step_;
+    ++all_step_count_;
 }
 
 // --- questions

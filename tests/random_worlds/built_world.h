@@ -44,6 +44,8 @@ class BuiltWorld {
 
     const WorldPlan& plan() const { return plan_; }
     int step_count() const { return step_; }
+    /// Of all worlds of this program.
+    static int64_t all_step_count() { return all_step_count_; }
     double time_s() const { return time_s_; }
     double frame_s() const { return frame_s_; }  ///< of the last frame
     btMultiBodyDynamicsWorld& world() { return *world_; }
@@ -143,6 +145,7 @@ class BuiltWorld {
     std::vector<int64_t> filled_water_;
     std::vector<std::vector<int>> flow_ids_;  ///< by soil; 0: has none
     int step_ = 0;
+    static inline int64_t all_step_count_ = 0;
     double time_s_ = 0, driven_s_ = 0, frame_s_ = 0;
     bool touched_ = false;
     std::unique_ptr<btActionInterface> overlap_watch_;

@@ -142,7 +142,8 @@ int run_all(const Arguments& arguments) {
     for (const auto& [fault, count] : tally.known) {
         fmt::print("known, {} times: {}\n", count, fault);
     }
-    fmt::print("{} runs, {} failures\n", tally.worlds, tally.failures);
+    fmt::print("{} runs, {} steps, {} failures\n", tally.worlds, BuiltWorld::all_step_count(),
+               tally.failures);
     return tally.failures > 0 ? 1 : 0;
 }
 

@@ -97,9 +97,10 @@ std::string memory_map() {
             fmt::format("source, sink or open side, {} at most", kFlowCapacity));
     map.row("        parts of flows", fmt::format("{} B a part", 4 * kFlowPartWords),
             "what of a flow's region lies in one tile");
-    map.row("result  header", fmt::format("{} B", 4 * kResultHeader), "conditions, counts");
+    map.row("result  header", fmt::format("{} B", 4 * kResultHeader),
+            "conditions, counts, momentum");
     map.row("        loads", fmt::format("{} x {} B", limits::kBodyCapacity, 4 * kLoadWords),
-            "soil that each body carries");
+            "soil that each body carries, momentum it gave");
     map.row("        contacts",
             fmt::format("{} x {} B", limits::kContactCapacity, 4 * kContactWords),
             "voxels in which bodies meet soil");

@@ -102,11 +102,15 @@ struct ContactVoxel {
 };
 
 /// The soil a moving body carries (in a bucket, on a bed): it moves with the body, so its weight is
-/// the body's to bear.
+/// the body's to bear. And what the body did to soil that moves: soil that falls on it, or that
+/// it takes along by friction.
 struct BodyLoad {
-    int body = 0;  ///< SoilBody::id
-    double mass_kg = 0;
-    Vec3 center_m;  ///< centre of mass, world
+    int body = 0;        ///< SoilBody::id
+    double mass_kg = 0;  ///< 0 for a body that carries none and has only been hit
+    Vec3 center_m;       ///< centre of mass, world; the body's where it carries none
+    /// Momentum that the body has given soil in the last step, world: what changed that soil's
+    /// velocity. What holds it up against gravity, mass times gravity times step, comes besides.
+    Vec3 impulse_n_s;
 };
 
 }  // namespace bsoil

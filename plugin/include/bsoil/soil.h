@@ -27,6 +27,13 @@ struct StageTimes {
     double voxelize = 0, deform = 0, advect = 0, slip = 0, contacts = 0, activity = 0;
 };
 
+/// Where soil's momentum came from and went to in a step [N s], world. The change of the sum over
+/// all soil is `fallen` plus all BodyLoad::impulse_n_s less `to_ground`, as whole numbers.
+struct MomentumFlow {
+    Vec3 fallen_n_s;     ///< from gravity, air and sources; what sinks took away is negative
+    Vec3 to_ground_n_s;  ///< to ground, terrain and the grid's ends; slopes give (negative)
+};
+
 /// What one step did.
 struct StepReport {
     /// Whether a step was finished in this call. If not (SoilDef::step_budget_ms), all but
@@ -45,7 +52,9 @@ struct StepReport {
     std::span<const ContactVoxel> contacts;  ///< sorted by voxel; valid until the next step
     /// Whether contacts and loads are those of the step before: nothing moved, no body, no soil.
     bool contacts_unchanged = false;
-    std::span<const BodyLoad> loads;  ///< bodies that carry soil; valid until the next step
+    /// Bodies that carry soil or were hit by soil that moves; valid until the next step.
+    std::span<const BodyLoad> loads;
+    MomentumFlow momentum;
 };
 
 /// What Soil::settle did, and what it left.

@@ -121,20 +121,43 @@ void ContactReader::read(std::span<const int32_t> header) {
     known_edit_ = tiles_.edit_count();
 }
 
+// Three 64-bit sums in units of the momentum planes [N s], with the world's axes.
+Vec3 ContactReader::impulse_of(const int32_t* sums) const {
+    const double unit_n_s =
+        core_.kg_per_unit * core_.frame.voxel_m / (kVelocityOne * core_.def.step_s);
+    return rotate(core_.frame.grid_to_world.rotation,
+                  Vec3{static_cast<double>(wide_sum(sums)), static_cast<double>(wide_sum(sums + 2)),
+                       static_cast<double>(wide_sum(sums + 4))} *
+                      unit_n_s);
+}
+
 void ContactReader::read_loads(std::span<const int32_t> header) {
     const std::span<const int> ids = bodies_.ids();
+    momentum_ = {impulse_of(&header[kResultFallen]), impulse_of(&header[kResultGround])};
     loads_.clear();
-    for (size_t b = 0; b < ids.size(); ++b) {
-        const int32_t* sums = &header[kResultHeader + b * kLoadWords];
+    for (const StepBody& body : bodies_.in_step()) {
+        const auto index = static_cast<size_t>(body.track->index);
+        const int32_t* sums = &header[kResultHeader + index * kLoadWords];
         const double units = static_cast<double>(wide_sum(sums + kLoadMass));
-        if (units > 0 && ids[b] >= 0) {
-            const Vec3 center{static_cast<double>(wide_sum(sums + kLoadMoment)) / units / 2,
-                              static_cast<double>(wide_sum(sums + kLoadMoment + 2)) / units / 2,
-                              static_cast<double>(wide_sum(sums + kLoadMoment + 4)) / units / 2};
-            loads_.push_back(
-                {ids[b], units * kLoadPart * core_.kg_per_unit, core_.frame.to_world(center)});
-        }
+        const Vec3 impulse_n_s = impulse_of(sums + kLoadImpulse);
+        if (ids[index] < 0 || (units <= 0 && dot(impulse_n_s, impulse_n_s) == 0)) continue;
+        BodyLoad& load = loads_.emplace_back();
+        load.body = ids[index];
+        load.impulse_n_s = impulse_n_s;
+        load.center_m = body.input->center_of_mass_m;
+        if (units <= 0) continue;
+        load.mass_kg = units * kLoadPart * core_.kg_per_unit;
+        load.center_m = core_.frame.to_world(
+            {static_cast<double>(wide_sum(sums + kLoadMoment)) / units / 2,
+             static_cast<double>(wide_sum(sums + kLoadMoment + 2)) / units / 2,
+             static_cast<double>(wide_sum(sums + kLoadMoment + 4)) / units / 2});
     }
+}
+
+void ContactReader::note_quiet() {
+    momentum_ = {};
+    std::erase_if(loads_, [](const BodyLoad& load) { return load.mass_kg <= 0; });
+    for (BodyLoad& load : loads_) load.impulse_n_s = {};
 }
 
 void ContactReader::make_contacts() {
@@ -167,6 +190,7 @@ void ContactReader::make_contacts() {
 void ContactReader::clear() {
     contacts_.clear();
     loads_.clear();
+    momentum_ = {};
     are_whole_ = false;
 }
 

@@ -55,6 +55,9 @@ class ContactReader {
 
     const std::vector<ContactVoxel>& contacts() const { return contacts_; }
     const std::vector<BodyLoad>& loads() const { return loads_; }
+    const MomentumFlow& momentum() const { return momentum_; }
+    /// Nothing has moved in this step, so no momentum has changed.
+    void note_quiet();
     /// Contacts and loads are of the last step, all of them, and no edit came after.
     bool are_known() const { return are_whole_ && known_edit_ == tiles_.edit_count(); }
     void clear();
@@ -62,6 +65,7 @@ class ContactReader {
 
   private:
     void read_loads(std::span<const int32_t> header);
+    Vec3 impulse_of(const int32_t* sums) const;
     void make_contacts();
 
     SoilCore& core_;
@@ -71,6 +75,7 @@ class ContactReader {
     std::vector<double> wedge_length_;  ///< ContactLawDef::wedge_length_of each material
     std::vector<ContactVoxel> contacts_;
     std::vector<BodyLoad> loads_;
+    MomentumFlow momentum_;
     bool are_whole_ = false;
     uint64_t known_edit_ = 0;
     int expected_ = 0;  ///< records that the next read asks for

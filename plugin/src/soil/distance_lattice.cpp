@@ -138,7 +138,7 @@ DistanceLattice::LatticeResult DistanceLattice::from_distance(
                      std::min(bounds.max.z + more.z, region.max.z)}};
     if (data->bounds.min.x > data->bounds.max.x || data->bounds.min.y > data->bounds.max.y ||
         data->bounds.min.z > data->bounds.max.z) {
-        return Error{"nothing of it lies in the region"};
+        return Error{"nothing of it lies in the region; move it, or ignore the body"};
     }
     const auto value = [&](Vec3 p) { return distance_m(p) - def.margin_m; };
     const auto corner = [](const LatticeFrame& frame, int64_t brick, int out[3]) {
@@ -177,7 +177,11 @@ DistanceLattice::LatticeResult DistanceLattice::from_distance(
             is_sound = is_sound && !std::isnan(d);
         }
     }
-    if (!is_sound) return Error{"its distance is not a number somewhere"};
+    if (!is_sound) {
+        return Error{
+            "its distance is not a number somewhere; look for a division by zero where it was "
+            "made"};
+    }
     data->words = lattice::pack(*frame, bricks, distances,
                                 [&](int64_t b) { return value(middle(*frame, b)) < 0; });
     return std::shared_ptr<const DistanceLattice>(new DistanceLattice(std::move(data)));

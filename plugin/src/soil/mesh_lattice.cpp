@@ -200,7 +200,7 @@ DistanceLattice::LatticeResult DistanceLattice::from_mesh(const TriangleMesh& me
     data->bounds = bounds_of(*topology, def, half_growth);
     if (data->bounds.min.x > data->bounds.max.x || data->bounds.min.y > data->bounds.max.y ||
         data->bounds.min.z > data->bounds.max.z) {
-        return Error{"nothing of it lies in the region"};
+        return Error{"nothing of it lies in the region; move it, or ignore the body"};
     }
     Result<std::vector<MeshPiece>> pieces = mesh_pieces(*topology, def, half_growth);
     if (!pieces) return Error{pieces.error()};

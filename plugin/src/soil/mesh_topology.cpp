@@ -315,7 +315,9 @@ TriangleMesh with_gaps_closed(const MeshTopology& mesh, double wall_m) {
 }
 
 Result<MeshTopology> mesh_topology(const TriangleMesh& mesh) {
-    if (mesh.triangles.empty()) return Error{"mesh has no triangles"};
+    if (mesh.triangles.empty()) {
+        return Error{"mesh has no triangles; fill it before the body joins the world"};
+    }
     for (size_t v = 0; v < mesh.vertices.size(); ++v) {
         const Vec3 p = mesh.vertices[v];
         if (!is_finite(p) || std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) > kLargest_m) {
@@ -355,7 +357,8 @@ Result<MeshTopology> mesh_topology(const TriangleMesh& mesh) {
         out.faces.push_back(face);
     }
     if (!has_area) {
-        return Error{"mesh of " + std::to_string(mesh.triangles.size()) + " triangles has no area"};
+        return Error{"mesh of " + std::to_string(mesh.triangles.size()) +
+                     " triangles has no area; its corners coincide or lie in lines"};
     }
     find_parts(out);
     find_closed(out);

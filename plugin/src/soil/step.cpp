@@ -129,7 +129,8 @@ void Soil::Impl::begin_pieces(std::span<const SoilBody> input) {
     list_work();
     // No body has moved and no soil may move: all there is to find out is known.
     is_quiet = bodies.are_same() && contacts.are_known() && !lists.any_work();
-    device->fill_zero(Buffer::result, 0, kContactsFirst);
+    device->fill_zero(Buffer::result, 0,
+                      kResultHeader + static_cast<int64_t>(bodies.ids().size()) * kLoadWords);
     flows.clear_results();
     params.body_substep_count = pieces.substeps().of_bodies;
 }
@@ -199,6 +200,7 @@ void Soil::Impl::run_piece(StepPiece piece) {
 void Soil::Impl::close_step() {
     if (is_quiet) {
         speed_q16 = slope_q16 = 0;
+        contacts.note_quiet();
     } else {
         const bool has_changed = results.note_activity();
         water.note_results(results.header(), has_changed);
@@ -295,6 +297,7 @@ StepReport Soil::Impl::report() {
     out.tile_awake_count = tiles.awake_count();
     out.contacts = contacts.contacts();
     out.loads = contacts.loads();
+    out.momentum = contacts.momentum();
     return out;
 }
 

@@ -280,8 +280,9 @@ bulletsoil_result bulletsoil_create(void* world, size_t scalar_bytes,
 /**
  * Another definition while the soil runs, from the next step on. May differ: the materials' numbers
  * but densities and pore water, their colours, rain, drying, drainage, groundwater, wind, gusts and
- * shelter, the counts of iterations, passes and sub-steps, and the budget. Soil that is there takes on what its
- * material is now. BULLETSOIL_INVALID_ARGUMENT where anything else differs; then nothing changes.
+ * shelter, the counts of iterations, passes and sub-steps, and the budget. Soil that is there takes
+ * on what its material is now. BULLETSOIL_INVALID_ARGUMENT where anything else differs; then
+ * nothing changes.
  */
 bulletsoil_result bulletsoil_change(bulletsoil_soil* soil, const bulletsoil_soil_def* def);
 /** Takes the soil out of its world, which may have been destroyed before, and frees it. Null is
@@ -350,6 +351,9 @@ typedef struct bulletsoil_body_report {
     double load_kg;   /**< soil it carries */
     int32_t contact_patch_count;
     int32_t is_in_contact; /**< 1: patches or a load; else 0 */
+    /** of the soil it carries and of soil that falls on it, besides force_n: weight, and the push
+     * of soil whose velocity the body has changed; see BodyReport */
+    double load_n[3];
 } bulletsoil_body_report;
 
 /** All zero for a body that does not touch the soil, or is none of the world's. */

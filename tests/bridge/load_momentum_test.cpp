@@ -1,0 +1,176 @@
+// Soil that falls on bodies, is taken aboard, or slides on them: what it does to their motion.
+#include <BulletDynamics/Featherstone/btMultiBody.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+
+#include "bullet_types.h"
+#include "sand_bed.h"
+
+namespace bsoil::bullet::load_momentum_test {
+namespace {
+
+constexpr double kTrayKg = 20;
+constexpr double kTrayTopM = 0.4;
+
+/// 4 x 1.5 x 2 m, empty.
+SoilDef air() {
+    SoilDef def = small_bed();
+    def.size_m = {4, 1.5, 2};
+    return def;
+}
+
+/// A floor of 1.4 x 1 m with walls of 0.2 m around it; its upper face is 0.05 m above its origin.
+btCollisionShape& tray_shape(BulletScene& scene) {
+    auto& tray = static_cast<btCompoundShape&>(scene.shape<btCompoundShape>());
+    const auto add = [&](const btVector3& half, const btVector3& at) {
+        btTransform pose = btTransform::getIdentity();
+        pose.setOrigin(at);
+        tray.addChildShape(pose, &scene.shape<btBoxShape>(half));
+    };
+    add(btVector3(0.7f, 0.05f, 0.5f), btVector3(0, 0, 0));
+    for (const btScalar side : {btScalar(-1), btScalar(1)}) {
+        add(btVector3(0.05f, 0.15f, 0.5f), btVector3(side * 0.75f, 0.1f, 0));
+        add(btVector3(0.8f, 0.15f, 0.05f), btVector3(0, 0.1f, side * 0.55f));
+    }
+    return tray;
+}
+
+/// A rigid body that moves along x alone, and without resistance.
+btRigidBody& add_sled(BulletScene& scene, btCollisionShape& shape, double mass_kg, double x_m) {
+    btRigidBody& sled = scene.add(btScalar(mass_kg), shape,
+                                  btVector3(btScalar(x_m), btScalar(kTrayTopM - 0.05), 0));
+    sled.setLinearFactor(btVector3(1, 0, 0));
+    sled.setAngularFactor(btVector3(0, 0, 0));
+    sled.setActivationState(DISABLE_DEACTIVATION);
+    return sled;
+}
+
+double x_speed(const btRigidBody& body) {
+    return static_cast<double>(body.getLinearVelocity().x());
+}
+
+// Sand hangs in the air over a sled's way, and falls straight down onto it: M v0 = (M + m) v.
+TEST(LoadMomentum, of_a_sled_that_sand_falls_on_is_kept) {
+    for (const int substeps : {1, 4}) {
+        BulletScene scene;
+        const auto soil = SoilAction::create(*scene.world, air());
+        ASSERT_TRUE(soil);
+        btRigidBody& sled = add_sled(scene, tray_shape(scene), kTrayKg, -0.7);
+        sled.setLinearVelocity(btVector3(1, 0, 0));
+        ASSERT_TRUE((*soil)->fill(BoxFill{{{-0.4, 0.8, -0.2}, {0, 1.0, 0.2}}, {}}));
+        Vec3 given_n_s;
+        for (int i = 0; i < 120; ++i) {
+            scene.run(1.0 / 60, substeps);
+            for (const BodyLoad& load : (*soil)->last_report().loads) given_n_s += load.impulse_n_s;
+        }
+        const double load_kg = (*soil)->body_report(sled).load_kg;
+        EXPECT_GT(load_kg, 40);
+        EXPECT_NEAR(x_speed(sled), kTrayKg / (kTrayKg + load_kg), 0.01) << substeps;
+        EXPECT_NEAR(given_n_s.x, kTrayKg * (1 - x_speed(sled)), 1e-3 * kTrayKg) << substeps;
+    }
+}
+
+// The same as a link of a multibody that slides along x.
+TEST(LoadMomentum, of_a_link_that_sand_falls_on_is_kept) {
+    BulletScene scene;
+    const auto soil = SoilAction::create(*scene.world, air());
+    ASSERT_TRUE(soil);
+    btMultiBody rail(1, 0, btVector3(0, 0, 0), true, false);
+    rail.setBasePos(btVector3(-0.7f, btScalar(kTrayTopM - 0.05), 0));
+    rail.setupPrismatic(0, btScalar(kTrayKg), btVector3(1, 1, 1), -1, btQuaternion::getIdentity(),
+                        btVector3(1, 0, 0), btVector3(0, 0, 0), btVector3(0, 0, 0), true);
+    rail.finalizeMultiDof();
+    rail.setLinearDamping(0);
+    rail.setAngularDamping(0);
+    rail.setCanSleep(false);
+    rail.setJointVel(0, 1);
+    scene.world->addMultiBody(&rail);
+    btMultiBodyLinkCollider tray(&rail, 0);
+    tray.setCollisionShape(&tray_shape(scene));
+    btTransform pose = btTransform::getIdentity();
+    pose.setOrigin(rail.getBasePos());
+    tray.setWorldTransform(pose);
+    rail.getLink(0).m_collider = &tray;
+    scene.world->addCollisionObject(&tray);
+    ASSERT_TRUE((*soil)->fill(BoxFill{{{-0.4, 0.8, -0.2}, {0, 1.0, 0.2}}, {}}));
+    scene.run(2);
+    const double load_kg = (*soil)->body_report(tray).load_kg;
+    EXPECT_GT(load_kg, 40);
+    EXPECT_NEAR(static_cast<double>(rail.getJointVel(0)), kTrayKg / (kTrayKg + load_kg), 0.01);
+    scene.world->removeCollisionObject(&tray);
+    scene.world->removeMultiBody(&rail);
+}
+
+// A platform that pulls away from under its load feels friction with it, and no more.
+TEST(LoadMomentum, of_a_load_that_slides_is_what_friction_gives) {
+    constexpr double kFriction = 0.2, kAcceleration_m_s2 = 8, kPlateKg = 60;
+    BulletScene scene;
+    const auto soil = SoilAction::create(*scene.world, air());
+    ASSERT_TRUE(soil);
+    auto& shape = scene.shape<btBoxShape>(btVector3(1, 0.05f, 0.8f));
+    btRigidBody& plate = add_sled(scene, shape, kPlateKg, 0);
+    BodyOptions options;
+    options.surface.friction = kFriction;
+    ASSERT_TRUE((*soil)->set_options(plate, options));
+    ASSERT_TRUE((*soil)->fill(BoxFill{{{-0.3, kTrayTopM, -0.3}, {0.3, kTrayTopM + 0.1, 0.3}}, {}}));
+    scene.run(0.5);
+    const double load_kg = (*soil)->body_report(plate).load_kg, before_m_s = x_speed(plate);
+    EXPECT_GT(load_kg, 50);
+    EXPECT_NEAR(before_m_s, 0, 1e-3) << "it spreads to both sides";
+    const double pull_n = kPlateKg * kAcceleration_m_s2 + kFriction * load_kg * kGravity_m_s2;
+    constexpr int kFrames = 15;
+    for (int i = 0; i < kFrames; ++i) {
+        plate.applyCentralForce(btVector3(btScalar(pull_n), 0, 0));
+        scene.run(1.0 / 60);
+    }
+    const double speed_m_s = kAcceleration_m_s2 * kFrames / 60;
+    EXPECT_NEAR(x_speed(plate), speed_m_s, 0.05 * speed_m_s);
+}
+
+// Poured soil pushes with what stops it, besides its weight: rate times speed.
+TEST(LoadMomentum, of_poured_soil_pushes_beside_its_weight) {
+    constexpr double kRate_kg_s = 30, kFall_m = 0.7;
+    BulletScene scene;
+    const auto soil = SoilAction::create(*scene.world, air());
+    ASSERT_TRUE(soil);
+    btRigidBody& plate =
+        scene.add_box(0, btVector3(0.8f, 0.05f, 0.8f), btVector3(0, btScalar(kTrayTopM - 0.05), 0));
+    plate.setCollisionFlags(plate.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
+    plate.setActivationState(DISABLE_DEACTIVATION);
+    SourceDef source;
+    source.center_m = {0, kTrayTopM + kFall_m, 0};
+    source.radius_m = 0.4;
+    source.rate_kg_s = kRate_kg_s;
+    ASSERT_TRUE((*soil)->soil().add_source(source));
+    scene.run(0.8);
+    double push_n = 0;
+    constexpr int kFrames = 30;
+    for (int i = 0; i < kFrames; ++i) {
+        scene.run(1.0 / 60);
+        const BodyReport report = (*soil)->body_report(plate);
+        push_n -= (report.load_n.y + report.load_kg * kGravity_m_s2) / kFrames;
+    }
+    // It falls onto what lies there: up to a voxel above the plate and the heap of these seconds.
+    const double speed_m_s = std::sqrt(2 * kGravity_m_s2 * kFall_m);
+    EXPECT_LT(push_n, 1.05 * kRate_kg_s * speed_m_s);
+    EXPECT_GT(push_n, 0.85 * kRate_kg_s * speed_m_s);
+}
+
+// A parked one is pushed by nothing but its load's weight, and falls asleep.
+TEST(LoadMomentum, of_a_load_at_rest_is_none) {
+    BulletScene scene;
+    const auto soil = SoilAction::create(*scene.world, air());
+    ASSERT_TRUE(soil);
+    scene.add_box(0, btVector3(2, 0.1f, 1), btVector3(0, btScalar(kTrayTopM - 0.2), 0));
+    btRigidBody& tray = scene.add(btScalar(kTrayKg), tray_shape(scene),
+                                  btVector3(0, btScalar(kTrayTopM - 0.05), 0));
+    ASSERT_TRUE((*soil)->fill(BoxFill{{{-0.4, 0.45, -0.3}, {0.4, 0.6, 0.3}}, {}}));
+    scene.run(6);
+    const BodyReport report = (*soil)->body_report(tray);
+    EXPECT_GT(report.load_kg, 50);
+    EXPECT_NEAR(report.load_n.y, -report.load_kg * kGravity_m_s2, 1e-3 * report.load_kg);
+    EXPECT_NEAR(std::hypot(report.load_n.x, report.load_n.z), 0, 1e-3 * report.load_kg);
+    EXPECT_FALSE(tray.isActive());
+}
+
+}  // namespace
+}  // namespace bsoil::bullet::load_momentum_test
