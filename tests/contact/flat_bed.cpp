@@ -78,6 +78,7 @@ oracle::Wrench force_of(const Law& law, const Case& c, double sinkage_m) {
     if (voxels.empty()) return sum;
     ContactFaces faces;
     faces.find(voxels, c.motion.pose.rotation, *contact_law, c.edge_m);
+    const BodyBow bow(law.rules.bow, material, c.motion.velocity_m_s, voxels);
     double extent_m = 0;
     for (const Vec3& arm : arms) extent_m = std::max(extent_m, length(arm));
     const double fastest =
@@ -109,17 +110,7 @@ oracle::Wrench force_of(const Law& law, const Case& c, double sinkage_m) {
             stress += (normal_pa / yield.normal_limit_pa) * yield.drag_pa;
         }
         if (sliding > 0) stress += slide * (-(friction * normal_pa + yield.adhesion_pa) / sliding);
-        if (law.rules.bow && velocity.x > 0 && length(stress) > 0) {
-            // Turned towards -v until within phi of it, at the same size.
-            const Vec3 back = velocity * (-1 / length(velocity));
-            const double size = length(stress), along = dot(stress, back);
-            const Vec3 across = stress - along * back;
-            const double cos_phi = 1 / std::hypot(1, tan_phi);
-            if (along < size * cos_phi && length(across) > 0) {
-                stress = size * (cos_phi * back +
-                                 std::sqrt(1 - cos_phi * cos_phi) / length(across) * across);
-            }
-        }
+        stress = bow.stress_pa(stress, v, velocity);
         const Vec3 force = v.area_m2 * yield.area_share * stress;
         sum.force_n += force;
         sum.moment_n_m += cross(arms[i], force);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bsoil/body.h"
+#include "flat_bed_bow.h"
 #include "oracle/resistive_force.h"
 
 namespace bsoil::flat_bed {
@@ -16,10 +17,10 @@ inline double radians(double degrees) { return degrees * kPi / 180; }
 
 /// What a law is changed by. Each is tried alone and with others.
 struct Rules {
-    bool wedge = false;    ///< a wall meets no more than its passive wedge: the library's rule
-    bool bearing = false;  ///< a sole bears no less than its bearing capacity
-    bool bow = false;      ///< what moves forward is pushed by a force within phi of its motion
-    double shear_k_m = 0;  ///< Janosi's K; 0: shear is there at once
+    bool wedge = false;         ///< a wall meets no more than its passive wedge: the library's rule
+    bool bearing = false;       ///< a sole bears no less than its bearing capacity
+    Bow bow = Bow::none;        ///< soil goes with the front
+    double shear_k_m = 0;       ///< Janosi's K; 0: shear is there at once
     bool smooth_metal = false;  ///< rims have two thirds of the soil's angle, else all of it
     /// trapped: the library's rule; full: the same, the space between lugs taken as filled
     enum class Lugs { apart, cylinder, full, trapped } lugs = Lugs::apart;

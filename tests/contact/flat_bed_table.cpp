@@ -62,25 +62,33 @@ class Errors {
 const Soil kPavlov{1330, 29, 0, {}, {}, 0.002}, kDing{1605, 31.9, 250, {}, {}, 0.002},
     kObermayr{1440, 35};
 
+constexpr double kPavlovLug_m = 0.005;
+bool has_lugs(const Row& row) { return row.at("wheel") != "smooth"; }
+
+WheelForce pavlov_wheel(const Law& law, const Row& row) {
+    Wheel wheel{kPavlov, 0.058, 0.05};
+    if (has_lugs(row)) {
+        wheel.lug_count = 12;
+        wheel.lug_height_m = kPavlovLug_m;
+        wheel.lug_thickness_m = 0.003;
+    }
+    return wheel_under_load(law, wheel, number(row, "slip_ratio"),
+                            radians(std::min(number(row, "slip_angle_deg"), 89.9)),
+                            number(row, "Fz_N"), false);
+}
+
 Errors errors_of(const Law& law) {
     Errors errors;
     for (const Row& row : read("cmu_pavlov2022_wheel_means.csv")) {
-        Wheel wheel{kPavlov, 0.058, 0.05};
-        const bool lugs = row.at("wheel") != "smooth";
-        if (lugs) {
-            wheel.lug_count = 12;
-            wheel.lug_height_m = 0.005;
-            wheel.lug_thickness_m = 0.003;
-        }
+        const bool lugs = has_lugs(row);
         const double angle = number(row, "slip_angle_deg"), load_n = number(row, "Fz_N");
-        const WheelForce f = wheel_under_load(law, wheel, number(row, "slip_ratio"),
-                                              radians(std::min(angle, 89.9)), load_n, false);
+        const WheelForce f = pavlov_wheel(law, row);
         const std::string set = std::string("pavlov ") + (lugs ? "lugs" : "smooth") +
                                 (angle > 0 ? " at " + row.at("slip_angle_deg") : "");
         errors.add(set + ", pull", f.pull_n, number(row, "Fx_N"), load_n);
         errors.add(set + ", sinkage", f.sinkage_m, 1e-3 * number(row, "sinkage_mm"));
         if (lugs) {
-            errors.add(set + ", sinkage of the tips", f.sinkage_m + wheel.lug_height_m,
+            errors.add(set + ", sinkage of the tips", f.sinkage_m + kPavlovLug_m,
                        1e-3 * number(row, "sinkage_mm"));
         }
         if (angle > 0) errors.add(set + ", side", f.side_n, number(row, "Fy_N"), load_n);
@@ -148,21 +156,44 @@ const std::vector<Law>& laws() {
         {"+ r + h", false, {.lugs = L::cylinder}},
         {"+ trapped, full", false, {.lugs = L::full}},
         {"+ trapped", false, {.lugs = L::trapped}},
-        {"+ bow", false, {.bow = true}},
+        {"+ bow", false, {.bow = Bow::turned}},
         {"wedge, trapped", false, {.wedge = true, .lugs = L::trapped}},
         {"wedge, trapped, K", false, {.wedge = true, .shear_k_m = 0.003, .lugs = L::trapped}},
     };
     return list;
 }
 
-void print_table() {
+/// What stands in docs/decisions/bow.md: the rules of a bow beside what they are added to.
+const std::vector<Law>& bow_laws() {
+    static const std::vector<Law> list = [] {
+        std::vector<Law> made;
+        for (const auto& [name, bow] : {std::pair{"wedge, trapped", Bow::none},
+                                        {"turned", Bow::turned},
+                                        {"turned by share", Bow::turned_by_share},
+                                        {"held", Bow::held},
+                                        {"block", Bow::block}}) {
+            made.push_back(
+                {name, false, {.wedge = true, .bow = bow, .lugs = Rules::Lugs::trapped}});
+        }
+        return made;
+    }();
+    return list;
+}
+
+std::vector<Errors> errors_of(const std::vector<Law>& laws) {
     std::vector<Errors> all;
-    std::printf("| |");
-    for (const Law& law : laws()) {
-        all.push_back(errors_of(law));
-        std::printf(" %s |", law.name.c_str());
-    }
+    for (const Law& law : laws) all.push_back(errors_of(law));
+    return all;
+}
+
+void print_head(const std::string& first, const std::vector<Law>& laws) {
+    std::printf("| %s |", first.c_str());
+    for (const Law& law : laws) std::printf(" %s |", law.name.c_str());
     std::printf("\n");
+}
+
+void print_table(const std::vector<Law>& laws, const std::vector<Errors>& all) {
+    print_head("", laws);
     std::map<std::string, std::vector<std::vector<double>>> kinds;
     for (const auto& [set, errors] : all.front().sets()) {
         std::printf("| %s (%zu) |", set.c_str(), errors.size());
@@ -183,9 +214,7 @@ void print_table() {
 }
 
 /// Decides by the pull on all wheels but one set, and looks at that one afterwards.
-void print_leave_one_out() {
-    std::vector<Errors> all;
-    for (const Law& law : laws()) all.push_back(errors_of(law));
+void print_leave_one_out(const std::vector<Errors>& all) {
     std::vector<double> chosen, todays;
     for (const auto& [left_out, unused] : all.front().sets()) {
         if (left_out.find(", pull") == std::string::npos) continue;
@@ -213,24 +242,88 @@ void print_leave_one_out() {
     std::printf("| all left out | | | %.1f | %.1f |\n", 100 * median(chosen), 100 * median(todays));
 }
 
-/// Largest pull over load of a wheel of 0.2 m radius less tan phi.
-void print_thrust() {
-    for (const double phi : {25.0, 29.0, 33.0, 38.0, 42.0}) {
-        for (const auto& [count, height_m] :
-             {std::pair{0, 0.0}, {12, 0.01}, {24, 0.01}, {12, 0.03}, {24, 0.03}}) {
-            const Wheel wheel{{1500, phi, 0, {}, {}, 0.01}, 0.2, 0.15, count, height_m, 0.005};
-            std::printf("| %.0f | %d x %.0f mm |", phi, count, 1e3 * height_m);
-            for (const Law& law : laws()) {
-                double most = -1e9;
-                for (const double slip : {0.1, 0.3, 0.6, 0.9}) {
-                    most = std::max(most,
-                                    wheel_under_load(law, wheel, slip, 0, 200, false).pull_n / 200);
+bool ends_with(const std::string& text, const std::string& end) {
+    return text.size() >= end.size() &&
+           text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+/// Medians over all wheels but one set, by which docs/decisions/bow.md decides.
+void print_left_out(const std::vector<Errors>& all) {
+    std::vector<std::string> wheels{"nothing"};
+    for (const auto& [set, unused] : all.front().sets()) {
+        if (ends_with(set, ", pull")) wheels.push_back(set.substr(0, set.find(", ")));
+    }
+    for (const std::string quantity : {", pull", ", side", ", sinkage"}) {
+        print_head(quantity.substr(2) + " without", bow_laws());
+        for (const std::string& left_out : wheels) {
+            std::printf("| %s |", left_out.c_str());
+            for (const Errors& errors : all) {
+                std::vector<double> rest;
+                for (const auto& [set, own] : errors.sets()) {
+                    if (!ends_with(set, quantity) || set == left_out + quantity) continue;
+                    rest.insert(rest.end(), own.begin(), own.end());
                 }
-                std::printf(" %.2f |", most - std::tan(radians(phi)));
+                std::printf(" %.1f |", 100 * median(rest));
             }
             std::printf("\n");
         }
     }
+}
+
+/// Pull, side force [N] and sinkage [mm] of wheels that are locked or braked.
+void print_braked() {
+    print_head("wheel and slip | measured", bow_laws());
+    for (const Row& row : read("cmu_pavlov2022_wheel_means.csv")) {
+        if (number(row, "slip_ratio") > -0.1) continue;
+        std::printf("| %s at %s, %s | %.1f, %.1f; %.0f |", row.at("wheel").c_str(),
+                    row.at("slip_angle_deg").c_str(), row.at("slip_ratio").c_str(),
+                    number(row, "Fx_N"), number(row, "Fy_N"), number(row, "sinkage_mm"));
+        for (const Law& law : bow_laws()) {
+            const WheelForce f = pavlov_wheel(law, row);
+            std::printf(" %.1f, %.1f; %.0f |", f.pull_n, f.side_n, 1e3 * f.sinkage_m);
+        }
+        std::printf("\n");
+    }
+}
+
+/// Largest pull over load of a wheel of 0.2 m radius less tan phi.
+double thrust_of(const Law& law, double phi_deg, int lug_count, double lug_height_m) {
+    const Wheel wheel{{1500, phi_deg, 0, {}, {}, 0.01}, 0.2, 0.15, lug_count, lug_height_m, 0.005};
+    double most = -1e9;
+    for (const double slip : {0.1, 0.3, 0.6, 0.9}) {
+        most = std::max(most, wheel_under_load(law, wheel, slip, 0, 200, false).pull_n / 200);
+    }
+    return most - std::tan(radians(phi_deg));
+}
+
+void print_thrust() {
+    std::vector<double> most(bow_laws().size(), -1e9);
+    for (const double phi : {25.0, 29.0, 33.0, 38.0, 42.0}) {
+        for (const auto& [count, height_m] :
+             {std::pair{0, 0.0}, {12, 0.01}, {24, 0.01}, {12, 0.03}, {24, 0.03}}) {
+            std::printf("| %.0f | %d x %.0f mm |", phi, count, 1e3 * height_m);
+            for (const Law& law : laws()) {
+                std::printf(" %.2f |", thrust_of(law, phi, count, height_m));
+            }
+            std::printf("\n");
+            for (size_t i = 0; i < most.size(); ++i) {
+                most[i] = std::max(most[i], thrust_of(bow_laws()[i], phi, count, height_m));
+            }
+        }
+    }
+    std::printf("| largest thrust |");
+    for (const double thrust : most) std::printf(" %.2f |", thrust);
+    std::printf("\n");
+}
+
+void print_all() {
+    const std::vector<Errors> all = errors_of(laws()), bows = errors_of(bow_laws());
+    print_table(laws(), all);
+    print_leave_one_out(all);
+    print_table(bow_laws(), bows);
+    print_left_out(bows);
+    print_braked();
+    print_thrust();
 }
 
 }  // namespace
@@ -241,7 +334,5 @@ int main() {
         std::printf("%s is not there\n", bsoil::measured_data("").c_str());
         return 77;
     }
-    bsoil::flat_bed::print_table();
-    bsoil::flat_bed::print_leave_one_out();
-    bsoil::flat_bed::print_thrust();
+    bsoil::flat_bed::print_all();
 }
