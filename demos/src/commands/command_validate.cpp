@@ -8,6 +8,7 @@
 
 #include "commands.h"
 #include "experiment/comparison.h"
+#include "experiment/comparison_text.h"
 #include "experiment/experiment_load.h"
 #include "experiment/page_figures.h"
 #include "experiment/page_tables.h"

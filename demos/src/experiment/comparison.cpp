@@ -47,20 +47,6 @@ ComparedFigure compared(std::optional<double> value, double measured, double loa
     return figure;
 }
 
-ErrorMedians medians_of(const std::vector<ComparedPoint>& points,
-                        ComparedFigure ComparedPoint::*model) {
-    std::vector<double> relative, of_load;
-    for (const ComparedPoint& point : points) {
-        const ComparedFigure& figure = point.*model;
-        if (figure.error) relative.push_back(std::abs(*figure.error));
-        if (figure.load_error) of_load.push_back(std::abs(*figure.load_error));
-    }
-    const auto of = [](const std::vector<double>& errors) {
-        return errors.empty() ? std::nullopt : std::optional(median(errors));
-    };
-    return {of(relative), of(of_load)};
-}
-
 ComparedQuantity quantity_of(const Experiment& experiment, const CsvTable& results,
                              const CompareItem& item) {
     ComparedQuantity quantity;
@@ -99,6 +85,22 @@ ComparedQuantity quantity_of(const Experiment& experiment, const CsvTable& resul
 }
 
 }  // namespace
+
+ErrorMedians medians_of(const std::vector<ComparedPoint>& points,
+                        ComparedFigure ComparedPoint::*model) {
+    std::vector<double> relative, of_load;
+    for (const ComparedPoint& point : points) {
+        const ComparedFigure& figure = point.*model;
+        if (figure.error) relative.push_back(std::abs(*figure.error));
+        if (figure.load_error) of_load.push_back(std::abs(*figure.load_error));
+    }
+    const auto of = [](const std::vector<double>& errors) {
+        return errors.empty() ? std::nullopt : std::optional(median(errors));
+    };
+    return {of(relative), of(of_load)};
+}
+
+bool has_wrong_sign(const ComparedFigure& figure) { return figure.error && *figure.error <= -1; }
 
 bool Comparison::holds() const {
     return std::none_of(verdicts.begin(), verdicts.end(),

@@ -12,7 +12,7 @@
 namespace bsoil::experiment {
 
 /// A force below this share of the load is too near zero for a relative error.
-inline constexpr double kLoadShareMin = 0.05;
+inline constexpr double kLoadShareMin = 0.03;
 
 /// One model's figure at a point.
 struct ComparedFigure {
@@ -36,6 +36,13 @@ struct ComparedQuantity {
     size_t relative_count = 0;  ///< points with a relative error
     ErrorMedians soil, classical;
 };
+
+/// Of the figures of one model at these points.
+ErrorMedians medians_of(const std::vector<ComparedPoint>& points,
+                        ComparedFigure ComparedPoint::*model);
+
+/// Whether a force that is far enough from zero for a relative error acts against the measured one.
+bool has_wrong_sign(const ComparedFigure& figure);
 
 /// An experiment that has been run and compared.
 struct Comparison {

@@ -340,7 +340,7 @@ TableOf<ValidationItem> validation_table() {
                         "A result that is compared with the measured and the classical one.")
             .flag("of_load", &C::of_load,
                   "a force that may be near zero: its error is also given as a share of the load, "
-                  "and the relative one only where the measured force exceeds 5 % of the load")
+                  "and the relative one only where the measured force exceeds 3 % of the load")
             .number("aim", &C::aim, {0, 10}, "for the median of the relative error's magnitude");
     return TableOf<V>("validation", false,
                       "The experiment is part of `bsoil validate`: its results stand beside "

@@ -3,33 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 
 #include "classical_columns.h"
+#include "comparison_text.h"
 #include "figures.h"
 #include "page_figures.h"
 #include "page_tables.h"
 #include "plot.h"
+#include "pooled_table.h"
 #include "svg_figure.h"
 
 namespace bsoil::experiment {
 namespace {
 
-constexpr const char* kSoil = "BulletSoil";
-
-std::string percent(const std::optional<double>& share, bool with_sign) {
-    if (!share) return "-";
-    return with_sign ? fmt::format("{:+.0f} %", *share * 100)
-                     : fmt::format("{:.0f} %", *share * 100);
-}
-
-/// "pressure".
-std::string quantity_title(const ComparedQuantity& quantity) {
-    if (!quantity.item.title.empty()) return quantity.item.title;
-    std::string title = shown(quantity.item.column).title;
-    title.erase(std::ranges::find(title, ','), title.end());
-    return title;
-}
 /// What the quantity's figures are in.
 Shown quantity_shown(const ComparedQuantity& quantity) {
     return shown(quantity.item.statistic == "janosi_k" ? quantity.item.over : quantity.item.column);
@@ -42,7 +28,7 @@ std::string points_table(const Comparison& comparison, const ComparedQuantity& q
     std::vector<std::string> head;
     for (const std::string& key : quantity.key_columns) head.push_back(shown(key).title);
     head.push_back("measured");
-    for (const std::string& model : {std::string(kSoil), classical}) {
+    for (const std::string& model : {std::string(kSoilName), classical}) {
         head.insert(head.end(), {model, "error"});
         if (of_load) head.push_back("of load");
     }
@@ -58,24 +44,18 @@ std::string points_table(const Comparison& comparison, const ComparedQuantity& q
         row.push_back(figure_text(point.measured, figure.factor));
         for (const ComparedFigure* model : {&point.soil, &point.classical}) {
             row.push_back(figure_text(model->value, figure.factor));
-            row.push_back(percent(model->error, true));
-            if (of_load) row.push_back(percent(model->load_error, true));
+            row.push_back(percent_text(model->error, true));
+            if (of_load) row.push_back(percent_text(model->load_error, true));
         }
         out += table_row(row);
     }
     return out;
 }
 
-std::string medians_text(const ErrorMedians& model) {
-    std::string text = percent(model.relative, false);
-    if (model.of_load) text += fmt::format("; {:.1f} % of load", *model.of_load * 100);
-    return text;
-}
-
 std::string aim_text(const ComparedQuantity& quantity) {
     if (!quantity.item.aim) return "-";
     const bool reached = quantity.soil.relative && *quantity.soil.relative <= *quantity.item.aim;
-    return percent(quantity.item.aim, false) + (reached ? ", reached" : ", **not reached**");
+    return percent_text(quantity.item.aim, false) + (reached ? ", reached" : ", **not reached**");
 }
 
 std::string gates_text(const Comparison& comparison) {
@@ -91,14 +71,45 @@ std::string summary_rows(const Comparison& comparison) {
     std::string out;
     for (const ComparedQuantity& quantity : comparison.quantities) {
         const bool first = &quantity == &comparison.quantities.front();
-        std::string points = std::to_string(quantity.points.size());
-        if (quantity.relative_count != quantity.points.size()) {
-            points += fmt::format(" ({})", quantity.relative_count);
-        }
         out += table_row({"[" + comparison.experiment->title + link_to(comparison.name),
-                          quantity_title(quantity), points, medians_text(quantity.soil),
-                          medians_text(quantity.classical), aim_text(quantity),
-                          first ? gates_text(comparison) : ""});
+                          quantity_title(quantity), points_text(quantity.points),
+                          medians_text(quantity.soil), medians_text(quantity.classical),
+                          aim_text(quantity), first ? gates_text(comparison) : ""});
+    }
+    return out;
+}
+
+/// Where a force that counts has the other sign: "slip ratio 0.5: -0.235 for 2.80".
+std::string wrong_signs(const ComparedQuantity& quantity) {
+    const double factor = quantity_shown(quantity).factor;
+    std::string out;
+    for (const ComparedPoint& point : quantity.points) {
+        if (!has_wrong_sign(point.soil)) continue;
+        if (!out.empty()) out += "; ";
+        for (size_t k = 0; k < point.keys.size(); ++k) {
+            if (quantity.key_columns[k] == "load_n") continue;
+            const Shown key = shown(quantity.key_columns[k]);
+            out += key.title.substr(0, key.title.find(',')) + ' ' +
+                   key_text(point.keys[k], key.factor) + ", ";
+        }
+        if (out.ends_with(", ")) out.replace(out.size() - 2, 2, ": ");
+        out +=
+            figure_text(point.soil.value, factor) + " for " + figure_text(point.measured, factor);
+    }
+    return out;
+}
+/// Rows of the table of signs: the pulls of an experiment.
+std::string sign_rows(const Comparison& comparison) {
+    std::string out;
+    for (const ComparedQuantity& quantity : comparison.quantities) {
+        if (!quantity.item.of_load) continue;
+        const auto wrong =
+            std::count_if(quantity.points.begin(), quantity.points.end(),
+                          [](const ComparedPoint& point) { return has_wrong_sign(point.soil); });
+        out += table_row({"[" + comparison.experiment->title + link_to(comparison.name),
+                          quantity_title(quantity), std::to_string(quantity.relative_count),
+                          wrong == 0 ? "none" : fmt::format("**{}**", wrong),
+                          wrong == 0 ? "-" : wrong_signs(quantity)});
     }
     return out;
 }
@@ -126,41 +137,6 @@ std::string section(const Comparison& comparison, const std::string& pictures) {
     return out + "</details>\n";
 }
 
-/// Medians over the points of all experiments of one rig, quantity by quantity; of those that more
-/// than one experiment measures.
-std::string pooled_table(const std::vector<Comparison>& comparisons) {
-    struct Pool {
-        std::vector<double> soil, classical;
-        int experiment_count = 0;
-    };
-    std::map<std::pair<std::string, std::string>, Pool> pools;
-    for (const Comparison& comparison : comparisons) {
-        for (const ComparedQuantity& quantity : comparison.quantities) {
-            Pool& pool = pools[{comparison.experiment->rig, quantity_title(quantity)}];
-            ++pool.experiment_count;
-            for (const ComparedPoint& point : quantity.points) {
-                if (point.soil.error) pool.soil.push_back(std::abs(*point.soil.error));
-                if (point.classical.error) {
-                    pool.classical.push_back(std::abs(*point.classical.error));
-                }
-            }
-        }
-    }
-    const auto text = [](const std::vector<double>& errors) {
-        return percent(errors.empty() ? std::nullopt : std::optional(median(errors)), false);
-    };
-    std::string out =
-        table_head({"rig", "quantity", "data sets", "points", kSoil, "classical model"});
-    for (const auto& [key, pool] : pools) {
-        if (pool.experiment_count > 1) {
-            out += table_row({key.first, key.second, std::to_string(pool.experiment_count),
-                              std::to_string(pool.soil.size()), text(pool.soil),
-                              text(pool.classical)});
-        }
-    }
-    return out;
-}
-
 Result<Block> validate_block(const std::string& page, const std::string& name) {
     return block_of(page, "validate", name);
 }
@@ -184,7 +160,7 @@ std::vector<std::string> places_in(const std::string& page) {
     for (size_t at = page.find(before); at != std::string::npos; at = page.find(before, at)) {
         at += before.size();
         const std::string name = page.substr(at, page.find(after, at) - at);
-        if (name != "summary" && name != "pooled") names.push_back(name);
+        if (name != "summary" && name != "pooled" && name != "signs") names.push_back(name);
     }
     return names;
 }
@@ -194,17 +170,27 @@ std::vector<std::string> places_in(const std::string& page) {
 Result<std::string> update_page(std::string page, const std::vector<Comparison>& comparisons,
                                 const std::string& pictures) {
     const std::vector<std::string> places = places_in(page);
-    const auto summary = validate_block(page, "summary");
-    if (!summary) return Error{summary.error()};
-    const std::string before = page.substr(summary->begin, summary->end - summary->begin);
-    std::string rows = table_head({"data set", "quantity", "points", kSoil, "classical model",
-                                   "aim for BulletSoil", "gates met"});
-    for (const std::string& name : places) {
-        const auto found = std::find_if(comparisons.begin(), comparisons.end(),
-                                        [&](const Comparison& c) { return c.name == name; });
-        rows += found == comparisons.end() ? rows_in(before, name) : summary_rows(*found);
+    if (const auto summary = validate_block(page, "summary"); !summary) {
+        return Error{summary.error()};
     }
-    page.replace(summary->begin, summary->end - summary->begin, rows);
+    const auto put_rows = [&](const std::string& block_name, const std::vector<std::string>& head,
+                              const auto& rows_of) {
+        const auto block = validate_block(page, block_name);
+        if (!block) return;
+        const std::string before = page.substr(block->begin, block->end - block->begin);
+        std::string rows = table_head(head);
+        for (const std::string& name : places) {
+            const auto found = std::find_if(comparisons.begin(), comparisons.end(),
+                                            [&](const Comparison& c) { return c.name == name; });
+            rows += found == comparisons.end() ? rows_in(before, name) : rows_of(*found);
+        }
+        page.replace(block->begin, block->end - block->begin, rows);
+    };
+    put_rows("summary",
+             {"data set", "quantity", "points", kSoilName, "classical model", "aim for BulletSoil",
+              "gates met"},
+             summary_rows);
+    put_rows("signs", {"data set", "force", "points", "wrong direction", "where, N"}, sign_rows);
     if (const auto pooled = validate_block(page, "pooled");
         pooled && comparisons.size() == places.size()) {
         page.replace(pooled->begin, pooled->end - pooled->begin, pooled_table(comparisons));
@@ -260,26 +246,8 @@ std::string comparison_picture(const Comparison& comparison) {
     }
     return svg_figure(
         panels, {{SvgCurve::Style::circles, experiment.measured_item->label},
-                 {SvgCurve::Style::line, kSoil},
+                 {SvgCurve::Style::line, kSoilName},
                  {SvgCurve::Style::dashes, classical_name(experiment.validation->classical)}});
-}
-
-std::string comparison_text(const Comparison& comparison) {
-    std::string out = comparison.name + ": " + comparison.experiment->title + '\n';
-    for (const ComparedQuantity& quantity : comparison.quantities) {
-        out += fmt::format("  {}: {} points, median error {} {}, {} {}\n", quantity_title(quantity),
-                           quantity.points.size(), kSoil, medians_text(quantity.soil),
-                           classical_name(comparison.experiment->validation->classical),
-                           medians_text(quantity.classical));
-    }
-    for (const Verdict& verdict : comparison.verdicts) {
-        out += fmt::format("  {} {}\n",
-                           verdict.kind == Verdict::Kind::pass   ? "PASS"
-                           : verdict.kind == Verdict::Kind::fail ? "FAIL"
-                                                                 : "SKIP",
-                           verdict.text);
-    }
-    return out;
 }
 
 }  // namespace bsoil::experiment
