@@ -171,6 +171,7 @@ Status TileTable::grow_slots(int wanted) {
             core_.device->write(Buffer::state, plane_offset(plane, slot), *words);
         }
         core_.device->write(Buffer::spans, spans_offset(slot), entry.columns);
+        note_covered(slot, entry.coverage);
     }
     core_.device->write(Buffer::spans, column_array_offset(kColumnSurface, 0), tops);
     return Done{};
@@ -233,6 +234,21 @@ void TileTable::note_stale(int slot, bool may_be_covered) {
     write_columns(slot, kColumnSlides, 1);
     write_columns(slot, kColumnIntact, kIntactUnknown);
     write_columns(slot, kColumnCut, 0);
+}
+
+void TileTable::note_covered(int slot, std::span<const int32_t> coverage) {
+    for (int zb = 0; zb < core_.blocks_per_tile; ++zb) {
+        const auto voxels = coverage.subspan(static_cast<size_t>(zb) * kBlockVoxels, kBlockVoxels);
+        uint64_t columns = 0;
+        for (int v = 0; v < kBlockVoxels; ++v) {
+            if (voxels[v] != 0) columns |= uint64_t{1} << v % kTileColumns;
+        }
+        const int32_t words[] = {static_cast<int32_t>(columns),
+                                 static_cast<int32_t>(columns >> 32)};
+        const int64_t block = int64_t{slot} * core_.blocks_per_tile + zb;
+        core_.device->write(Buffer::block_flags,
+                            kFlagArrays * block_count() + kMaskWords * block + kMaskBody, words);
+    }
 }
 
 void TileTable::look_anew_at_all() {

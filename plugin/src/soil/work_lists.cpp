@@ -253,8 +253,14 @@ void WorkLists::build() {
         builder.end_tile();
     }
     used_ = words_.size();
-    core_.device->write(Buffer::block_flags,
-                        static_cast<int64_t>(kFlagListed) * listed_flags_.size(), listed_flags_);
+    // Nobody else sets them, and what is allocated anew is zero.
+    const bool lists_any = listed_.group_count > 0;
+    if (lists_any || device_lists_any_) {
+        core_.device->write(Buffer::block_flags,
+                            static_cast<int64_t>(kFlagListed) * listed_flags_.size(),
+                            listed_flags_);
+    }
+    device_lists_any_ = lists_any;
 }
 
 void WorkLists::add_list(ListedWork& list, std::span<const std::pair<int32_t, int32_t>> groups) {

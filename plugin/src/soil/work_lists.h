@@ -92,6 +92,7 @@ class WorkLists {
     size_t capacity_ = 0;  ///< of Buffer::block_list
     /// Words of all lists but the pairs, and how many of them the device has.
     size_t used_ = 0, uploaded_ = 0;
+    bool device_lists_any_ = true;  ///< whether a kFlagListed of the device may be set
     // Scratch, kept so that a step does not allocate once warm.
     std::vector<int32_t> words_, listed_flags_;
     std::vector<BlockKey> body_blocks_, fresh_blocks_;
