@@ -212,6 +212,24 @@ TEST(FailingBank, goes_on_from_a_snapshot_bit_for_bit) {
     }
 }
 
+// Back in time too: what the soil has gone through since says nothing about the steps that follow.
+TEST(FailingBank, goes_on_from_a_snapshot_of_its_own_past) {
+    const BankCase bank{1000, 16000, 60, 0.1, 22.5};
+    const TemporaryFile file("past_bank.snapshot");
+    auto soil = make_bank(bank, 1.15);
+    ASSERT_TRUE(soil);
+    ASSERT_TRUE(soil->save(file.path()));
+    for (int i = 0; i < 40; ++i) soil->step({});
+    ASSERT_TRUE(soil->load(file.path()));
+    auto twin = make_soil(soil->def());
+    ASSERT_TRUE(twin->load(file.path()));
+    for (int i = 0; i < 30; ++i) {
+        soil->step({});
+        twin->step({});
+        ASSERT_EQ(soil->checksum(), twin->checksum()) << "step " << i;
+    }
+}
+
 // A crest that is loaded fails later than it was dug: the toe is looked at again.
 TEST(FailingBank, fails_when_its_crest_is_loaded) {
     const BankCase bank{1000, 16000, 90, 0.05, 0};
