@@ -144,12 +144,8 @@ Status TileTable::grow_slots(int wanted) {
     const auto plane_words = static_cast<size_t>(core_.params.tile_voxels);
     for (int slot = 0; slot < slot_count_; ++slot) {
         if (slot_tile_[slot] >= 0) {
-            Saved entry{slot_tile_[slot],
-                        {},
-                        std::vector<int32_t>(plane_words),
-                        std::vector<int32_t>(plane_words),
-                        std::vector<int32_t>(plane_words),
-                        std::vector<int32_t>(kTileColumns * kColumnWords)};
+            const std::vector<int32_t> plane(plane_words), columns(kTileColumns * kColumnWords);
+            Saved entry{slot_tile_[slot], {}, plane, plane, plane, columns};
             read_voxels(slot_tile_[slot], entry.voxels);
             ranges_ = {plane_range(kPlaneCoverage, slot, entry.coverage),
                        plane_range(kPlaneOwner, slot, entry.owner),
@@ -238,16 +234,13 @@ void TileTable::note_stale(int slot, bool may_be_covered) {
 
 void TileTable::note_covered(int slot, std::span<const int32_t> coverage) {
     for (int zb = 0; zb < core_.blocks_per_tile; ++zb) {
-        const auto voxels = coverage.subspan(static_cast<size_t>(zb) * kBlockVoxels, kBlockVoxels);
-        uint64_t columns = 0;
+        int32_t words[2] = {};
         for (int v = 0; v < kBlockVoxels; ++v) {
-            if (voxels[v] != 0) columns |= uint64_t{1} << v % kTileColumns;
+            if (coverage[zb * kBlockVoxels + v] != 0) words[v / 32 % 2] |= 1 << v % 32;
         }
-        const int32_t words[] = {static_cast<int32_t>(columns),
-                                 static_cast<int32_t>(columns >> 32)};
         const int64_t block = int64_t{slot} * core_.blocks_per_tile + zb;
-        core_.device->write(Buffer::block_flags,
-                            kFlagArrays * block_count() + kMaskWords * block + kMaskBody, words);
+        const int64_t masks = kFlagArrays * block_count() + kMaskWords * block;
+        core_.device->write(Buffer::block_flags, masks + kMaskBody, words);
     }
 }
 
