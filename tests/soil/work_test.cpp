@@ -1,5 +1,7 @@
 // How much the passes look at: counts, the same on every machine.
+#include <cstdlib>
 #include <numbers>
+#include <numeric>
 
 #include "device/kernel_set.h"
 #include "moving_scene.h"
@@ -23,6 +25,27 @@ std::vector<int64_t> lanes_in(Soil& soil, Work&& work) {
     before.resize(after.size());
     for (size_t i = 0; i < after.size(); ++i) after[i] -= before[i];
     return after;
+}
+
+/// What a device was asked for while `work` was done.
+struct Cost {
+    std::vector<int64_t> lanes;  ///< by kernel
+    int64_t dispatch_count = 0, read_count = 0, read_bytes = 0, write_bytes = 0;
+
+    int64_t all_lanes() const { return std::accumulate(lanes.begin(), lanes.end(), int64_t{0}); }
+};
+
+template <typename Work>
+Cost cost_of(Soil& soil, Work&& work) {
+    const device::DeviceCounters before = SoilProbe::impl(soil).device->counters();
+    Cost cost;
+    cost.lanes = lanes_in(soil, work);
+    const device::DeviceCounters& after = SoilProbe::impl(soil).device->counters();
+    cost.dispatch_count = after.dispatch_count - before.dispatch_count;
+    cost.read_count = after.read_count - before.read_count;
+    cost.read_bytes = after.read_bytes - before.read_bytes;
+    cost.write_bytes = after.write_bytes - before.write_bytes;
+    return cost;
 }
 
 SoilDef cpu_def(SoilDef def) {
@@ -55,7 +78,7 @@ TEST(Work, passes_look_at_little_more_than_what_moves) {
     MovingScene scene(4, cpu_def(MovingScene::default_def()));
     scene.run(20);
     int64_t listed = 0;
-    const std::vector<int64_t> lanes = lanes_in(scene.soil(), [&] {
+    const Cost cost = cost_of(scene.soil(), [&] {
         for (int i = 0; i < 20; ++i) listed += 64 * scene.step().block_dispatched_count;
     });
     struct Bound {
@@ -67,10 +90,78 @@ TEST(Work, passes_look_at_little_more_than_what_moves) {
           Bound{Kernel::apply_flow, 197500}, Bound{Kernel::advect_soil, 32400},
           Bound{Kernel::resolve_overflow, 51000}, Bound{Kernel::build_spans, 75700},
           Bound{Kernel::slip_soil, 114500}, Bound{Kernel::voxelize_shapes, 22200},
-          Bound{Kernel::collect_contacts, 15200}}) {
-        EXPECT_LE(lanes[static_cast<size_t>(kernel)], most)
+          Bound{Kernel::collect_contacts, 15200}, Bound{Kernel::find_support, 36300},
+          Bound{Kernel::find_failures, 21800}}) {
+        EXPECT_LE(cost.lanes[static_cast<size_t>(kernel)], most)
             << soil_kernel_set().kernels[static_cast<size_t>(kernel)].name << " of " << listed;
     }
+    EXPECT_LE(cost.dispatch_count, 1127);
+    EXPECT_LE(cost.write_bytes, 34960);
+    EXPECT_LE(cost.read_bytes, 9381000);
+}
+
+constexpr int kBladeRoom = 64;  ///< voxels along each side in which a blade works for itself
+
+/// 20 steps of blades, each in a square of kBladeRoom voxels of its own, on a bed of `columns` x
+/// `columns` columns. Lengths are sums of powers of two, so that no rounding tells places apart.
+Cost cost_of_blades(int columns, int blade_count) {
+    constexpr int kBed = 12;
+    constexpr double kVoxelM = 1.0 / 16, kWay = 3.0 / 8;
+    const auto soil = make_soil(cpu_def(grid_def(columns, columns, 32, kVoxelM)));
+    EXPECT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, Vec3(columns, columns, kBed))));
+    std::vector<Mover> movers;
+    for (int i = 0; i < blade_count; ++i) {
+        const Vec3 corner(i % 4 * kBladeRoom, i / 4 * kBladeRoom, 0);
+        movers.emplace_back(i + 1, box_shape(Vec3{1, 7.5, 4} * kVoxelM),
+                            (corner + Vec3{20.25, 32.25, kBed + 0.25}) * kVoxelM);
+        movers.back().set_velocity({kWay * kVoxelM / soil->def().step_s, 0, 0});
+    }
+    const auto run = [&](int steps) {
+        for (int i = 0; i < steps; ++i) {
+            for (Mover& mover : movers) {
+                mover.body.pose.position.x += kWay * kVoxelM;
+                mover.body.center_of_mass_m = mover.body.pose.position;
+            }
+            soil->step(bodies_of(movers));
+        }
+    };
+    run(30);  // by then the table of awake tiles has grown for the last time
+    return cost_of(*soil, [&] { run(20); });
+}
+
+void expect_no_more(const Cost& cost, const Cost& other, double factor) {
+    const auto bound = [factor](int64_t count) { return factor * static_cast<double>(count); };
+    for (size_t kernel = 0; kernel < cost.lanes.size(); ++kernel) {
+        EXPECT_LE(cost.lanes[kernel], bound(other.lanes[kernel]))
+            << soil_kernel_set().kernels[kernel].name;
+    }
+    EXPECT_LE(cost.write_bytes, bound(other.write_bytes));
+}
+
+/// Ten million columns asleep: the bar for them is a twentieth more, and they cost nothing.
+TEST(Work, is_the_same_on_ten_million_sleeping_columns_as_on_few) {
+    const Cost few = cost_of_blades(2 * kBladeRoom, 1);
+    const Cost many = cost_of_blades(3200, 1);
+    EXPECT_GT(few.all_lanes(), 10000);
+    EXPECT_EQ(many.lanes, few.lanes);
+    EXPECT_EQ(many.dispatch_count, few.dispatch_count);
+    EXPECT_EQ(many.read_count, few.read_count);
+    EXPECT_EQ(many.read_bytes, few.read_bytes);
+    EXPECT_EQ(many.write_bytes, few.write_bytes);
+}
+
+/// Soil rolls by chance, which is a place's own: each blade meets a little more or less of it.
+TEST(Work, of_ten_blades_is_at_most_ten_times_that_of_one) {
+    constexpr double kChance = 1.02;
+    const Cost one = cost_of_blades(4 * kBladeRoom, 1);
+    const Cost ten = cost_of_blades(4 * kBladeRoom, 10);
+    EXPECT_GT(ten.all_lanes(), 9 * one.all_lanes()) << "else they are not ten";
+    EXPECT_LE(static_cast<double>(ten.dispatch_count),
+              kChance * static_cast<double>(one.dispatch_count));
+    expect_no_more(ten, one, 10 * kChance);
+    // What a step reads goes with the slots for awake tiles, which double: 1024 for 528 tiles, and
+    // 64 for 53.
+    EXPECT_LE(static_cast<double>(ten.read_bytes), 12 * static_cast<double>(one.read_bytes));
 }
 
 /// A bar of 2 x 2 x 60 voxels stands aslant: the box around it along the grid's axes holds 32 x 32
@@ -146,6 +237,79 @@ TEST(Work, is_told_by_pass) {
     EXPECT_GT(dispatches, 30);
     EXPECT_EQ(dispatches, after.dispatch_count - before.dispatch_count);
     EXPECT_GT(after.read_bytes, before.read_bytes);
+}
+
+/// While it lives, new soils count what their kernels touch.
+class Counting {
+  public:
+    Counting() { setenv("BULLETSOIL_CPU", "counting", 1); }
+    ~Counting() { unsetenv("BULLETSOIL_CPU"); }
+};
+
+TEST(Touched, is_counted_alike_with_any_number_of_threads_and_changes_no_bit) {
+    const auto run = [](int threads) {
+        SoilDef def = cpu_def(MovingScene::default_def());
+        def.thread_count = threads;
+        MovingScene scene(4, def);
+        scene.run(12);
+        return std::pair(scene.soil().work_counts(), scene.soil().checksum());
+    };
+    const auto [plain, plain_sum] = run(1);
+    const Counting counting;
+    const auto [one, one_sum] = run(1);
+    const auto [four, four_sum] = run(4);
+    EXPECT_EQ(one_sum, plain_sum);
+    EXPECT_EQ(four_sum, plain_sum);
+    for (size_t i = 0; i < plain.passes.size(); ++i) {
+        const PassWork &a = one.passes[i], &b = four.passes[i];
+        EXPECT_EQ(plain.passes[i].moved_bytes, 0) << "nothing asked for a count";
+        EXPECT_EQ(a.column_count, plain.passes[i].column_count) << a.name;
+        EXPECT_EQ(a.moved_bytes > 0, a.dispatch_count > 0) << a.name;
+        EXPECT_EQ(a.moved_bytes, b.moved_bytes) << a.name;
+        EXPECT_EQ(a.voxel_visited_count, b.voxel_visited_count) << a.name;
+        EXPECT_EQ(a.voxel_changed_count, b.voxel_changed_count) << a.name;
+        EXPECT_LE(a.voxel_changed_count, a.voxel_visited_count) << a.name;
+    }
+}
+
+/// Bounds are 5 % above what was counted when they were written down. In all, 4.3 voxels were
+/// visited for one changed.
+TEST(Touched, stays_in_proportion_to_what_changes) {
+    const Counting counting;
+    MovingScene scene(4, cpu_def(MovingScene::default_def()));
+    scene.run(20);
+    const std::vector<PassWork> before = scene.soil().work_counts().passes;
+    scene.run(20);
+    const std::vector<PassWork> after = scene.soil().work_counts().passes;
+    struct Bound {
+        Kernel kernel;
+        int64_t visited_count, moved_bytes;
+    };
+    int64_t visited_count = 0, changed_count = 0;
+    for (const auto& [kernel, visited, bytes] : {
+             Bound{Kernel::clear_coverage, 31010, 298700},
+             Bound{Kernel::voxelize_shapes, 14270, 294200},
+             Bound{Kernel::apply_force, 134200, 3294000},
+             Bound{Kernel::propagate_force, 475900, 21210000},
+             Bound{Kernel::apply_flow, 380300, 42020000},
+             Bound{Kernel::find_support, 134500, 2808000},
+             Bound{Kernel::advect_soil, 229600, 6398000},
+             Bound{Kernel::resolve_overflow, 322800, 4071000},
+             Bound{Kernel::build_spans, 584100, 14450000},
+             Bound{Kernel::find_failures, 33280, 1113000},
+             Bound{Kernel::break_bonds, 3302, 59900},
+             Bound{Kernel::slip_soil, 154300, 15600000},
+             Bound{Kernel::collect_contacts, 145900, 2841000},
+         }) {
+        const PassWork &was = before[static_cast<size_t>(kernel)],
+                       &is = after[static_cast<size_t>(kernel)];
+        EXPECT_LE(is.voxel_visited_count - was.voxel_visited_count, visited) << is.name;
+        EXPECT_LE(is.moved_bytes - was.moved_bytes, bytes) << is.name;
+        visited_count += is.voxel_visited_count - was.voxel_visited_count;
+        changed_count += is.voxel_changed_count - was.voxel_changed_count;
+    }
+    EXPECT_GT(changed_count, 500000);
+    EXPECT_LE(static_cast<double>(visited_count), 4.55 * static_cast<double>(changed_count));
 }
 
 }  // namespace

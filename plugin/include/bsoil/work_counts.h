@@ -20,6 +20,14 @@ struct PassWork {
     /// That it took the device [ms]; with OpenGL by the GPU's clock, without those of the last step
     /// or two.
     double time_ms = 0;
+    // The rest is 0 but where BULLETSOIL_CPU=counting is in the environment when a soil is created
+    // on the CPU. Its kernels then run on one thread and count: slower, with the same bits. Counts
+    // are by dispatch, and summed over them.
+    int64_t voxel_visited_count = 0;  ///< of whose state or deltas it read or wrote a word
+    int64_t voxel_changed_count = 0;  ///< of these, those where it wrote another value
+    /// Of all buffers, each word that it read and each that it wrote: what a pass without a wasted
+    /// access moves.
+    int64_t moved_bytes = 0;
 };
 
 /// Work of all steps, fills and questions since the soil was created. Counts that a device makes

@@ -52,11 +52,15 @@ class AlignedWords {
 
 using Clock = std::chrono::steady_clock;
 
-/// The kernels for this processor. Both kinds give the same bits; BULLETSOIL_CPU=baseline in the
-/// environment takes those that run on any.
+/// The kernels for this processor. All kinds give the same bits; BULLETSOIL_CPU=baseline in the
+/// environment takes those that run on any, BULLETSOIL_CPU=counting those that count what they
+/// touch, where the set has such.
 std::span<const KernelInfo> kernels_for_this_cpu(const KernelSet& set) {
-#if defined(__x86_64__)
     const char* wanted = std::getenv("BULLETSOIL_CPU");
+    if (wanted && std::string_view(wanted) == "counting" && !set.counting_kernels.empty()) {
+        return set.counting_kernels;
+    }
+#if defined(__x86_64__)
     const bool is_wide = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
                          __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt");
     if (is_wide && !set.wide_kernels.empty() &&
@@ -73,7 +77,13 @@ class CpuDevice final : public Device {
         : Device(set),
           arena_(thread_count > 0 ? thread_count : tbb::task_arena::automatic),
           kernels_(kernels_for_this_cpu(set)),
-          name_(cpu_model_name()) {}
+          name_(cpu_model_name()) {
+        if (!set.counting_kernels.empty() && kernels_.data() == set.counting_kernels.data()) {
+            notes_ = std::make_unique<TouchNotes>();
+            memory_.notes = notes_.get();
+            counters_.kernel_touches.resize(set.kernels.size());
+        }
+    }
 
     std::string backend_name() const override { return "cpu"; }
     std::string device_name() const override { return name_; }
@@ -95,6 +105,7 @@ class CpuDevice final : public Device {
             return allocation_error(kernel_set(), buffer, words,
                                     "the host has not that much memory free");
         }
+        if (notes_) notes_->words[static_cast<int>(buffer)].assign(static_cast<size_t>(words), 0);
         return Done{};
     }
 
@@ -125,8 +136,9 @@ class CpuDevice final : public Device {
         const KernelInfo& info = kernels_[static_cast<size_t>(kernel)];
         memory_.params = params.data();
         lane_count_ = 0;
+        if (notes_) begin_count();
         const Clock::time_point start = Clock::now();
-        if (thread_count() == 1 || work.group_count < kParallelGroupsMin) {
+        if (notes_ || thread_count() == 1 || work.group_count < kParallelGroupsMin) {
             run_serially(info, work);
         } else if (info.is_scatter) {
             for (const auto& tiles : work.tiles_by_colour) run_parallel(info, {&tiles, 1});
@@ -136,6 +148,7 @@ class CpuDevice final : public Device {
         counters_.kernel_ms[static_cast<size_t>(kernel)] += ms_since(start);
         counters_.lane_counts.resize(kernel_set().kernels.size());
         counters_.lane_counts[static_cast<size_t>(kernel)] += lane_count_;
+        if (notes_) add_counts(counters_.kernel_touches[static_cast<size_t>(kernel)]);
     }
 
     void begin_session() override {
@@ -160,6 +173,17 @@ class CpuDevice final : public Device {
         if (stage_ >= 0) stage_ms_[stage_] += ms_since(stage_start_);
         stage_start_ = Clock::now();
         stage_ = -1;
+    }
+
+    void begin_count() {
+        notes_->dispatch += TouchNotes::kBits + 1;
+        notes_->counts = {};
+    }
+    void add_counts(TouchCounts& all) const {
+        all.read_words += notes_->counts.read_words;
+        all.written_words += notes_->counts.written_words;
+        all.visited_cells += notes_->counts.visited_cells;
+        all.changed_cells += notes_->counts.changed_cells;
     }
 
     /// The same order of colours as in parallel, so that what is wrong on one thread is wrong in
@@ -200,6 +224,7 @@ class CpuDevice final : public Device {
     std::string name_;
     AlignedWords buffers_[kBufferCapacity];
     KernelMemory memory_;
+    std::unique_ptr<TouchNotes> notes_;    ///< where kernels count
     std::atomic<int64_t> lane_count_ = 0;  ///< of the dispatch in progress
     int session_depth_ = 0;
     int stage_ = -1;  ///< that runs; -1: none

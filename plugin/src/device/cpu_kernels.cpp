@@ -1,11 +1,15 @@
 /// The kernels of one set as C++: the GLSL texts, read as the body of a struct whose members are
 /// the buffers.
 ///
-/// kernel_set.cmake compiles this file once per set, and where the processor may have wider vectors
-/// once more for those. It defines
+/// kernel_set.cmake compiles this file once per set, where the processor may have wider vectors
+/// once more for those, and where the set says what its cells are once more to count what is
+/// touched. It defines
 ///   BSOIL_KERNEL_SET      the function to define, e.g. soil_kernel_set
 ///   BSOIL_WIDE_KERNELS    the function with the kernels for wider vectors, e.g. soil_wide_kernels
 ///   BSOIL_IS_WIDE         in the second compilation, which defines that one alone
+///   BSOIL_COUNTING_KERNELS  the function with the counting kernels, e.g. soil_counting_kernels
+///   BSOIL_IS_COUNTING     in the third compilation, which defines that one alone
+///   BSOIL_KERNEL_CELLS    in the third: a file with cells_of(), which words belong to a cell
 ///   BSOIL_SHADER_FILES    the function with the embedded texts, e.g. soil_shader_files
 ///   BSOIL_KERNEL_LIST     the list: PLAIN(name) or SCATTER(name) per kernel
 ///   BSOIL_KERNEL_BUFFERS  the list: BUFFER(name) per buffer, in binding order
@@ -22,12 +26,18 @@
 
 #include "device/cpu_shim.h"
 #include "device/kernel_set.h"
+#ifdef BSOIL_IS_COUNTING
+#include "device/counted_buffer.h"
+#endif
 
 namespace bsoil::device {
 
 std::span<const ShaderFile> BSOIL_SHADER_FILES();
 #ifdef BSOIL_WIDE_KERNELS
 std::span<const KernelInfo> BSOIL_WIDE_KERNELS();
+#endif
+#ifdef BSOIL_COUNTING_KERNELS
+std::span<const KernelInfo> BSOIL_COUNTING_KERNELS();
 #endif
 #pragma GCC visibility push(default)
 const KernelSet& BSOIL_KERNEL_SET();
@@ -56,19 +66,33 @@ enum BufferPlace {
 #undef BUFFER
 };
 
+#ifdef BSOIL_IS_COUNTING
+#include BSOIL_KERNEL_CELLS
+
+using BufferWords = CountedBuffer;
+BufferWords words_of(const KernelMemory& memory, BufferPlace place, const KernelParams& params) {
+    return {memory, place, cells_of(place, params)};
+}
+#else
+using BufferWords = int32_t*;
+BufferWords words_of(const KernelMemory& memory, BufferPlace place, const KernelParams&) {
+    return memory.buffers[place];
+}
+#endif
+
 struct Kernels {
     explicit Kernels(const KernelMemory& memory)
-        :
-#define BUFFER(name) name(memory.buffers[place_of_##name]),
+        : params(params_from(memory.params))
+#define BUFFER(name) , name(words_of(memory, place_of_##name, params))
 #include BSOIL_KERNEL_BUFFERS
 #undef BUFFER
-          params(params_from(memory.params)) {
+    {
     }
 
-#define BUFFER(name) int32_t* const name;
+    const KernelParams params;
+#define BUFFER(name) const BufferWords name;
 #include BSOIL_KERNEL_BUFFERS
 #undef BUFFER
-    const KernelParams params;
 
 #include "exact_math.glsl"
 #include BSOIL_KERNEL_LAYOUT
@@ -103,7 +127,7 @@ constexpr KernelInfo kKernels[] = {
 #undef SCATTER
 };
 
-#ifndef BSOIL_IS_WIDE
+#if !defined(BSOIL_IS_WIDE) && !defined(BSOIL_IS_COUNTING)
 /// The name at the end of a path. Only the name gets into the program, not the folder it was built
 /// in.
 template <size_t kSize>
@@ -130,6 +154,10 @@ struct FileName {
 
 std::span<const KernelInfo> BSOIL_WIDE_KERNELS() { return kKernels; }
 
+#elif defined(BSOIL_IS_COUNTING)
+
+std::span<const KernelInfo> BSOIL_COUNTING_KERNELS() { return kKernels; }
+
 #else
 
 const KernelSet& BSOIL_KERNEL_SET() {
@@ -147,8 +175,14 @@ const KernelSet& BSOIL_KERNEL_SET() {
 #else
     const std::span<const KernelInfo> wide_kernels;
 #endif
+#ifdef BSOIL_COUNTING_KERNELS
+    const std::span<const KernelInfo> counting_kernels = BSOIL_COUNTING_KERNELS();
+#else
+    const std::span<const KernelInfo> counting_kernels;
+#endif
     static const KernelSet set{.kernels = kKernels,
                                .wide_kernels = wide_kernels,
+                               .counting_kernels = counting_kernels,
                                .buffers = kBuffers,
                                .param_words = sizeof(KernelParams) / sizeof(int32_t),
                                .files = BSOIL_SHADER_FILES(),

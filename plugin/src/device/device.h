@@ -40,6 +40,14 @@ struct ReadRange {
     std::span<int32_t> words;
 };
 
+/// What counting kernels have touched. In a dispatch each word counts once as read and once as
+/// written, however often it was, and each cell (of a soil: a voxel) once.
+struct TouchCounts {
+    int64_t read_words = 0, written_words = 0;
+    int64_t visited_cells = 0;  ///< of which a word was read or written
+    int64_t changed_cells = 0;  ///< of which a word was given another value
+};
+
 /// What a device has been asked to do since it was made.
 struct DeviceCounters {
     int64_t dispatch_count = 0, group_count = 0;
@@ -56,6 +64,9 @@ struct DeviceCounters {
     /// the times of a session's dispatches by the GPU's clock, when later sessions begin.
     std::vector<int64_t> kernel_dispatch_counts;
     std::vector<double> kernel_ms;
+    /// By kernel; empty where the device does not count (BULLETSOIL_CPU=counting in the
+    /// environment, CPU only).
+    std::vector<TouchCounts> kernel_touches;
 };
 
 /// A place where kernels run. Every call is in order.

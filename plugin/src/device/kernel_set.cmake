@@ -1,11 +1,12 @@
 # bulletsoil_add_kernel_set(<target> <set> LIST <kernels> BUFFERS <buffers> PARAMS <uniform block> LAYOUT <constants>
-#                           COMMON <shared text> [INCLUDED <texts that kernels include>...])
+#                           COMMON <shared text> [INCLUDED <texts that kernels include>...] [CELLS <cells_of()>])
 #
 # Compiles the kernels of a list into <target>, as C++ and as embedded GLSL, and with them the function
 # `const bsoil::device::KernelSet& bsoil::device::<set>_kernel_set()`. Kernel <name> is <name>.glsl beside the list.
+# With CELLS there are kernels that count what they touch, too.
 # One set per directory: the compile definitions of cpu_kernels.cpp belong to the directory.
 function(bulletsoil_add_kernel_set target set_name)
-  cmake_parse_arguments(PARSE_ARGV 2 arg "" "LIST;BUFFERS;PARAMS;LAYOUT;COMMON" "INCLUDED")
+  cmake_parse_arguments(PARSE_ARGV 2 arg "" "LIST;BUFFERS;PARAMS;LAYOUT;COMMON;CELLS" "INCLUDED")
   set(device_dir ${CMAKE_CURRENT_FUNCTION_LIST_DIR})
   set(shader_dir ${PROJECT_SOURCE_DIR}/shaders)
   cmake_path(GET arg_LIST PARENT_PATH kernel_dir)
@@ -52,6 +53,16 @@ BSOIL_KERNEL_LAYOUT=\"${arg_LAYOUT}\";BSOIL_KERNEL_COMMON=\"${arg_COMMON}\";BSOI
       COMPILE_OPTIONS "${options};$<$<NOT:$<CONFIG:Debug>>:-mavx2;-mbmi;-mbmi2;-mpopcnt>"
       COMPILE_DEFINITIONS "${definitions};BSOIL_IS_WIDE;glm=glm_wide")
     target_sources(${target} PRIVATE ${wide_file})
+  endif()
+  # And once more to count. Nobody times these, so they are optimized for the time of compiling.
+  if(arg_CELLS)
+    list(APPEND definitions BSOIL_COUNTING_KERNELS=${set_name}_counting_kernels)
+    set(counting_file ${CMAKE_CURRENT_BINARY_DIR}/${set_name}_counting_kernels.cpp)
+    file(CONFIGURE OUTPUT ${counting_file} CONTENT "#include \"${kernels_file}\"\n" @ONLY)
+    set_source_files_properties(${counting_file} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON
+      COMPILE_OPTIONS "$<$<NOT:$<CONFIG:Debug>>:-O1>;-ffp-contract=off"
+      COMPILE_DEFINITIONS "${definitions};BSOIL_IS_COUNTING;BSOIL_KERNEL_CELLS=\"${arg_CELLS}\"")
+    target_sources(${target} PRIVATE ${counting_file})
   endif()
   set_source_files_properties(${kernels_file} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON
     COMPILE_OPTIONS "${options}" COMPILE_DEFINITIONS "${definitions}")

@@ -132,6 +132,12 @@ WorkCounts Soil::work_counts() const {
         const bool is_counted = i < counted.lane_counts.size();
         out.passes.push_back({kernels[i].name, counted.kernel_dispatch_counts[i],
                               is_counted ? counted.lane_counts[i] : 0, counted.kernel_ms[i]});
+        if (counted.kernel_touches.empty()) continue;
+        const device::TouchCounts& touched = counted.kernel_touches[i];
+        out.passes.back().voxel_visited_count = touched.visited_cells;
+        out.passes.back().voxel_changed_count = touched.changed_cells;
+        out.passes.back().moved_bytes =
+            (touched.read_words + touched.written_words) * static_cast<int64_t>(sizeof(int32_t));
     }
     return out;
 }
