@@ -87,7 +87,7 @@ void land(int voxel, ivec3 momentum) {
     int along = max(abs(momentum.x), abs(momentum.y));
     int kept = 0;
     if (params.slides != 0 && along > 0) {
-        int lost = mul_q16(abs(momentum.z), mixed_word(voxel, 1, kTableFriction));
+        int lost = mul_q16(abs(momentum.z), mixed_word(voxel, kSoilLoose, kTableFriction));
         int whole = slope_length(momentum.x, momentum.y);
         kept = lost >= whole ? 0 : momentum.z == 0 ? kOneQ16 : kOneQ16 - fraction_q16(lost >> 4, (whole >> 4) + 1);
     }

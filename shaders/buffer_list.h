@@ -19,13 +19,13 @@
 // block_flags  flags                  16 B a block             4 stamps
 //              masks                  128 B a block            columns and voxels with work
 // spans  records                      368 B a column           16 spans, slip speeds, bases
-//        arrays                       36 B a column            surface, stamp, ends, cut ...
+//        arrays                       40 B a column            surface, stamp, ends, cut ...
 //        of slots                     16 B a tile              stamp, toes, cut
 // shapes  bodies                      64 B a body              velocity, friction ...
 //         shapes                      128 B a shape            kind, place, size
 //         faces of hulls              16 B a face              normal, offset
 //         bricks of lattices          1024 B a brick           distances; 4 B where the surface is far
-// tables                              5120 B a material        wedges and accelerations, bonded and loose
+// tables                              7680 B a material        wedges and accelerations: bonded, loose, failing
 //         flows                       80 B a flow              source, sink or open side, 64 at most
 //         parts of flows              516 B a part             what of a flow's region lies in one tile
 // result  header                      112 B                    conditions, counts, momentum

@@ -4,7 +4,7 @@ CONST_INT(kRangeMost, 67108864)  // 2^26 of volume: fraction_q16 takes less than
 
 // Volume of a mass unit of the soil in a voxel once it is loose; 0 where its density is fixed.
 int loose_of_range(int soil_voxel) {
-    return tables[2 * main_material(soil_voxel) * kTableWords + kTableLoose] > 0 ? loose_word(soil_voxel) : 0;
+    return tables[kSoilStates * main_material(soil_voxel) * kTableWords + kTableLoose] > 0 ? loose_word(soil_voxel) : 0;
 }
 
 // Relative density (Q16) of a mass of such soil that fills a volume. loose: loose_of_range(), not 0.

@@ -4,9 +4,9 @@
 // of any width; over its columns, with w the height of soil above the plane and t the plane's slope:
 //     sum w (t - tan phi) > (1 + t^2) sum c / gamma
 // For a level top that is Culmann's bank, and with a vertical face 4 c / gamma tan(45 deg + phi / 2). Of the planes that fail
-// the flattest counts, thesis (4). The soil above it loses its bond: see break_bonds and slip_soil.
-// Reads: surfaces, intact heights, stamps, volume, bond, materials, coverage, terrain, tables. Writes: cuts, toes, wanted
-// blocks, tiles asked for.
+// the flattest counts, thesis (4). The soil above it loses its bond, and until the next look all cohesion: see break_bonds.
+// Reads: surfaces, single piles, intact heights, stamps, volume, bond, materials, coverage, terrain, tables. Writes: cuts, toes,
+// wanted blocks, tiles asked for.
 
 CONST_INT(kPlaneSteepest, 12288)  // slope 3, Q12: the first plane to fail is no steeper than 45 deg + phi / 2
 CONST_INT(kPlaneStepsMost, 256)   // sums over a plane stay in 31 bits
@@ -56,13 +56,13 @@ void ask_for(int slot, ivec2 at, ivec2 way, int count, int toe) {
 }
 
 // Whether the soil above a plane that rises by `climb` a step (Q12 voxels) slides, by what the plane passes in each of
-// `count` columns. start: of the plane, columns before the first (Q8). Where it passes no bonded soil there is nothing to
+// `count` columns. start: of the plane, columns before the first (Q8). Where it passes no soil with cohesion there is nothing to
 // fall apart, and slip_soil sees to it.
 bool slides_on(int slot, ivec2 at, ivec2 way, int toe, int count, int climb, int start) {
     int slope = mul_q16(climb, step_inverse(way));  // Q12
     int stretch = kOneQ12 + mul_q12(slope, slope);
     int balance = 0;  // Q12 voxels
-    bool any_bonded = false;
+    bool any_cohesion = false;
     for (int n = 1; n <= count; ++n) {
         if (!step_on(slot, at, way)) return false;
         int plane = mul_q12(kOneQ8 * n - kOneQ8 / 2 + start, climb);
@@ -72,21 +72,21 @@ bool slides_on(int slot, ivec2 at, ivec2 way, int toe, int count, int climb, int
         if (is_solid(voxel)) return false;
         // A voxel's bonded soil lies below the rest of it.
         bool bonded = (height & kLowHalf) < state_at(kPlaneTerrain, voxel) + state_at(kPlaneBond, voxel);
-        int loose = bonded ? 0 : 1;
+        int soil_state = bonded ? kSoilBonded : kSoilLoose;
         bool is_soil = state_at(kPlaneVolume, voxel) > 0;
-        int hold = is_soil ? mul_q16(strength_at(voxel, loose), stretch) : 0;
-        int friction = is_soil ? mixed_word(voxel, loose, kTableFriction) : 0;
+        int hold = is_soil ? mul_q16(strength_at(voxel, soil_state), stretch) : 0;
+        int friction = is_soil ? mixed_word(voxel, soil_state, kTableFriction) : 0;
         int above = 0;
         if (n == count) {
             hold = hold / 2;  // it comes out in the middle of this one
         } else {
             above = max(0, height_over(slot, at, toe) - plane);
-            any_bonded = any_bonded || (is_soil && bonded && hold > 0);
+            any_cohesion = any_cohesion || hold > 0;
         }
         if (n == 1) hold += mul_q16(hold, start * kOneQ8);
         balance += mul_q16(above * 16, slope * 16 - friction) - hold;
     }
-    return any_bonded && balance > 0;
+    return any_cohesion && balance > 0;
 }
 
 // The flattest plane on which soil slides down to a toe against the direction `way`: its columns, 0 where none fails. climb,
@@ -102,6 +102,7 @@ int find_plane(int slot, ivec2 at, ivec2 way, int toe, OUT(int) climb, OUT(int) 
     int found = 0;
     int flattest = kNoBound;  // climb of the planes so far that come out of the ground
     int intact = kNoBound;    // planes that climb by less pass no soil but what was never moved
+    bool is_piled = true;     // all columns so far are one pile, full from the floor up
     int sum = 0;              // of the heights over the toe
     for (int n = 1; n <= kPlaneStepsMost; ++n) {
         ivec2 next = at + way;
@@ -129,8 +130,9 @@ int find_plane(int slot, ivec2 at, ivec2 way, int toe, OUT(int) climb, OUT(int) 
                 // no less and no more than slides_on finds where all is intact, but for rounding.
                 int mean = (sum * 32 + rise * 16) / (run / 8) - rise / 2;
                 int drive = mul_q16(mean * kOneQ8, rise - mul_q16(mul_q16(run, length), params.bank_friction));
-                int hold = mul_q16(params.bank_strength, mul_q16(run, length) + mul_q12(rise, slope));
-                if ((steep > intact || drive > hold - hold / 16) &&
+                int strength = steep <= intact ? params.bank_strength : (is_piled ? params.loose_strength : 0);
+                int hold = mul_q16(strength, mul_q16(run, length) + mul_q12(rise, slope));
+                if ((strength == 0 || drive > hold - hold / 16) &&
                     slides_on(toe_slot, toe_at, way, toe, n, steep, start)) {
                     found = n;
                     climb = steep;
@@ -140,6 +142,7 @@ int find_plane(int slot, ivec2 at, ivec2 way, int toe, OUT(int) climb, OUT(int) 
         sum += rise;
         int whole = spans[column_word(kColumnIntact, column_of(slot, at))] * kOneQ8 - (toe >> 8);
         intact = min(intact, whole > 0 ? min(whole, kIntactMost) * kOneQ12 / run : 0);
+        is_piled = is_piled && spans[column_word(kColumnSingle, column_of(slot, at))] != kNotSingle;
     }
     return found;
 }

@@ -217,7 +217,7 @@ bool is_intact(int voxel) {
     if (state_at(kPlaneTerrain, voxel) >= kSolidCoverage) return true;
     int volume = state_at(kPlaneVolume, voxel);
     return volume > 0 && state_at(kPlaneBond, voxel) >= volume - kIntactSlack &&
-           strength_at(voxel, 0) >= params.bank_strength;
+           strength_at(voxel, kSoilBonded) >= params.bank_strength;
 }
 
 // Bits for chance, alike on all devices: of a place (Teschner et al. 2003), of this pass, and mixed (the primes of xxHash).
@@ -239,7 +239,7 @@ int signed_fraction_q16(int part, int whole) {
 // Volume of a mass unit of a voxel's soil once it is loose, and once it is compacted, Q16. The first is 0 where density is fixed.
 int compacted_word(int voxel) { return mixed_word(voxel, 0, kTableHeldLeast); }
 int loose_word(int voxel) {
-    if (!is_mixed(voxel)) return tables[2 * main_material(voxel) * kTableWords + kTableLoose];
+    if (!is_mixed(voxel)) return tables[kSoilStates * main_material(voxel) * kTableWords + kTableLoose];
     int loose = mixed_word(voxel, 0, kTableHeld);
     return loose > compacted_word(voxel) ? loose : 0;
 }

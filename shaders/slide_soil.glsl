@@ -100,7 +100,7 @@ bool find_slab(int first, int top, OUT(Slab) slab) {
 
 // What friction with the ground leaves of a speed, Q16. Down a slope that fails slip_soil drives it on.
 int kept_by_friction(int source, int slope, int pace) {
-    int held = mixed_word(source, is_bonded(source) ? 0 : 1, kTableFriction) - slope;
+    int held = mixed_word(source, kSoilLoose, kTableFriction) - slope;
     if (held <= 0) return kOneQ16;
     int gravity = params.gravity_q16 / params.slide_count;
     int lost = mul_q16(gravity, fraction_q16(held, kOneQ16 + mul_q16(slope, slope))) + 1;

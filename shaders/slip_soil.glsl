@@ -4,7 +4,8 @@
 // with one slope per neighbour it would be too steep between them. Wedge height and acceleration against slope come
 // from tables made on the host in double precision: (4) and (8).
 // Soil that falls in an arch slips as piled soil does: see soil_arches.glsl.
-// Reads: spans, stamps, volume, all transported planes. Writes: deltas, slip speed, stamps, sums of momentum.
+// Soil above a plane that find_failures has found failing has no cohesion: see soil_state_at().
+// Reads: spans, cuts, stamps, volume, all transported planes. Writes: deltas, slip speed, stamps, sums of momentum.
 
 CONST_INT(kNoDrop, -1)
 CONST_INT(kAnyDrop, 268435456)  // more than a grid is high
@@ -109,16 +110,33 @@ int table_at(int curve, int table, int slope) {
     return tables[start] + mul_q16(tables[start + 1] - tables[start], rest * 16);
 }
 
+// Whether most of a voxel's soil lies above a plane that fails. Where loose soil has no cohesion nobody asks.
+bool is_failing(int voxel) {
+    int slot = voxel / params.tile_voxels;
+    if (spans[tile_word(kTileCut, slot)] != params.step_stamp) return false;
+    int place = voxel - slot * params.tile_voxels;
+    int z = place / kTileColumns;
+    int cut = spans[column_word(kColumnFailing, slot * kTileColumns + place - z * kTileColumns)];
+    if (cut == 0) return false;
+    int below = kCutNone - cut - z * kVoxelFull - state_at(kPlaneTerrain, voxel);
+    return 2 * max(0, below) < state_at(kPlaneVolume, voxel);
+}
+
+// Which of a material's tables a voxel's soil has.
+int soil_state_at(int voxel) {
+    if (params.keeps_cohesion != 0 && is_failing(voxel)) return kSoilFailing;
+    return is_bonded(voxel) ? kSoilBonded : kSoilLoose;
+}
+
 // The curve of a voxel's soil. Cohesion holds where most of it is undisturbed. Below 0 where several materials share the voxel, or
-// water changes its cohesion, which has no curve: kMixedBonded or kMixedLoose.
+// water changes its cohesion, which has no curve: kMixedBonded less its state.
 CONST_INT(kMixedBonded, -1)
-CONST_INT(kMixedLoose, -2)
 int curve_of(int voxel) {
-    int loose = is_bonded(voxel) ? 0 : 1;
-    int curve = 2 * main_material(voxel) + loose;
+    int soil_state = soil_state_at(voxel);
+    int curve = kSoilStates * main_material(voxel) + soil_state;
     int table = curve * kTableWords;
     bool is_moist = water_at(voxel) > 0 && tables[table + kTableMoist] + tables[table + kTableStrength] > 0;
-    return is_moist || is_mixed(voxel) ? kMixedBonded - loose : curve;
+    return is_moist || is_mixed(voxel) ? kMixedBonded - soil_state : curve;
 }
 
 // table_at() of wedges for tan phi and cohesion over unit weight (k, Q16 voxels) of a mixture. The flattest plane that fails has
@@ -140,19 +158,19 @@ int mixed_wedge(int friction, int strength, int any_slope) {
 
 int wedge_at(int curve, int voxel, int slope) {
     if (curve >= 0) return table_at(curve, kTableWedge, slope);
-    int loose = kMixedBonded - curve;
-    int friction = mixed_word(voxel, loose, kTableFriction);
+    int soil_state = kMixedBonded - curve;
+    int friction = mixed_word(voxel, soil_state, kTableFriction);
     if (slope <= friction) return -kVoxelFull;  // whatever its cohesion
-    return mixed_wedge(friction, strength_at(voxel, loose), slope);
+    return mixed_wedge(friction, strength_at(voxel, soil_state), slope);
 }
 
 // Height of a failing wedge, Q16, up to which the soil of a voxel stands: by its place between half of its roughness and all of
 // it, so that slopes stand irregularly. Soil of viscosity 1 stands whatever its slope.
 int standing_wedge(int voxel, int slot, ivec3 at) {
     if (params.deposits == 0) return kSlipTolerance;
-    if (mixed_word(voxel, 0, kTableViscosity) >= kOneQ16) return kAnyDrop;
+    if (mixed_word(voxel, kSoilBonded, kTableViscosity) >= kOneQ16) return kAnyDrop;
     int chance = int(mix_bits(place_bits(grid_voxel(slot, at.x, at.y, at.z)), 15) >> 13) & kLowHalf;
-    return kSlipTolerance + mul_q16(mixed_word(voxel, 0, kTableRoughness), (kOneQ16 + chance) / 2);
+    return kSlipTolerance + mul_q16(mixed_word(voxel, kSoilBonded, kTableRoughness), (kOneQ16 + chance) / 2);
 }
 
 // Of a mixture: the mean by mass.
@@ -162,7 +180,7 @@ int acceleration_at(int curve, int voxel, int slope) {
     int mean = 0;
     for (int m = 0; m < params.material_count; ++m) {
         int share = fraction_q16(state_at(kPlaneMaterial + m, voxel), mass);
-        mean += mul_q16(share, table_at(2 * m + kMixedBonded - curve, kTableAcceleration, slope));
+        mean += mul_q16(share, table_at(kSoilStates * m + kMixedBonded - curve, kTableAcceleration, slope));
     }
     return mean;
 }
@@ -209,9 +227,8 @@ CONST_INT(kSlideCreep, 16384)   // height of a failing wedge that still slips wh
 
 // Sets soil in motion that lies on a failing slope, as deep as a plane at phi out of the ground ahead leaves it without support.
 void set_sliding(int slot, int x, int y, int top, int source, ivec2 fall, int slope) {
-    int loose = is_bonded(source) ? 0 : 1;
-    int friction = mixed_word(source, loose, kTableFriction);
-    int push = mul_q16(slide_push(slope, friction, mixed_word(source, loose, kTablePassive)), params.slide_kick);
+    int friction = mixed_word(source, kSoilLoose, kTableFriction);  // alike in all states
+    int push = mul_q16(slide_push(slope, friction, mixed_word(source, kSoilLoose, kTablePassive)), params.slide_kick);
     int along_x = mul_q16(fall.x, push);
     int along_y = mul_q16(fall.y, push);
     if (along_x == 0 && along_y == 0) return;
@@ -335,7 +352,7 @@ Failure find_failure(int curve, int source, int stands, INOUT(Slices) slices) {
 
 // Whether viscous soil does not slip in this pass. It is no soil at rest for all that: its block stays awake.
 bool is_held_up(int slot, int source, ivec3 at) {
-    int viscosity = params.deposits == 0 ? 0 : mixed_word(source, 0, kTableViscosity);
+    int viscosity = params.deposits == 0 ? 0 : mixed_word(source, kSoilBonded, kTableViscosity);
     if (viscosity <= 0 || viscosity <= voxel_chance(grid_voxel(slot, at.x, at.y, at.z))) return false;
     ATOMIC_MAX(block_flags[flag_index(kFlagChanged, source >> 9)], params.step_stamp);
     return true;

@@ -197,7 +197,9 @@ CONST_INT(kColumnSlides, 6)
 CONST_INT(kColumnIntact, 7)
 // kCutNone less the height (Q16) of the lowest plane on which the column's soil has just failed, 0 where none.
 CONST_INT(kColumnCut, 8)
-CONST_INT(kColumnArrays, 9)
+// Where kTileCut is of this step the kColumnCut that find_failures has last left, 0 where none: soil above has no cohesion.
+CONST_INT(kColumnFailing, 9)
+CONST_INT(kColumnArrays, 10)
 CONST_INT(kNotSingle, -1)
 CONST_INT(kIntactUnknown, -1)
 CONST_INT(kIntactSlack, 64)     // of a voxel's bond, for rounding: 1/1024 voxel
@@ -337,7 +339,11 @@ CONST_INT(kContactDensity, 12)  // relative density, Q16; or kDensityFixed
 CONST_INT(kContactCarrier, 13)  // body index of what the soil rests on, or kOnGround
 CONST_INT(kOnGround, -1)
 
-// --- tables buffer: per material two tables, bonded then loose ----------------------------------------------------
+// --- tables buffer: per material a table for each state of its soil -------------------------------------------------
+CONST_INT(kSoilBonded, 0)       // never moved
+CONST_INT(kSoilLoose, 1)        // moved: what cohesion it keeps
+CONST_INT(kSoilFailing, 2)      // above a plane that fails: none
+CONST_INT(kSoilStates, 3)
 CONST_INT(kSlipEntries, 257)    // slope 0..16 voxels of rise per voxel, step 1/16
 CONST_INT(kTableWords, 640)
 CONST_INT(kTableWedge, 0)       // kSlipEntries heights of the sliding wedge, then as many accelerations

@@ -25,17 +25,17 @@ int main_material(int voxel) {
 
 // Soil of several materials: each of these words is the mean by mass of its materials' words. So is tan phi. Cohesion over unit
 // weight then is the mean cohesion by volume over the mixture's own unit weight, and volumes of a mass unit add up exactly.
-// loose: whether the tables of loose soil count.
-int mixed_word(int voxel, int loose, int at) {
+// soil_state: kSoilBonded ...
+int mixed_word(int voxel, int soil_state, int at) {
     int main = main_material(voxel);
-    int word = tables[(2 * main + loose) * kTableWords + at];
+    int word = tables[(kSoilStates * main + soil_state) * kTableWords + at];
     if (params.material_count == 1) return word;
     int mass = mass_at(voxel);
     int mean = word;
     for (int m = 0; m < params.material_count; ++m) {
         int units = state_at(kPlaneMaterial + m, voxel);
         if (m != main && units > 0) {
-            mean += mul_q16(fraction_q16(units, mass), tables[(2 * m + loose) * kTableWords + at] - word);
+            mean += mul_q16(fraction_q16(units, mass), tables[(kSoilStates * m + soil_state) * kTableWords + at] - word);
         }
     }
     return mean;
@@ -63,11 +63,11 @@ int saturation_at(int voxel) {
 }
 
 // Cohesion over unit weight, Q16 voxels: with that of moisture, 4 S (1 - S) of its most, and the weight of the water.
-int strength_at(int voxel, int loose) {
-    int strength = mixed_word(voxel, loose, kTableStrength);
+int strength_at(int voxel, int soil_state) {
+    int strength = mixed_word(voxel, soil_state, kTableStrength);
     int water = water_at(voxel);
     if (water <= 0) return strength;
-    int moist = mixed_word(voxel, loose, kTableMoist);
+    int moist = mixed_word(voxel, soil_state, kTableMoist);
     if (strength + moist == 0) return 0;
     int saturation = saturation_at(voxel);
     int mass = mass_at(voxel) * kWaterParts;

@@ -29,6 +29,8 @@ int slip_turn;           // 0 or 1, changes with every slip pass: which set of s
 int slip_stride;         // voxels that soil slides at once in this slip pass, 1..4: tiles of one colour are two apart
 int bank_friction;       // the least kTableFriction of a material, and of those with cohesion the least kTableStrength of bonded
 int bank_strength;       // soil; 0 where none has any
+int loose_strength;      // the least kTableStrength of loose soil of a material, 0 where one has none or takes water
+int keeps_cohesion;      // 1: loose soil of a material has cohesion; 0: of none
 int slip_rate_least;     // share of a failing wedge that slides in a pass, Q16: kSlipRateLeast and kSlipRateMost by the length of
 int slip_rate_most;      // the step
 int flow_offset;         // where the words of sources and sinks start in tables, see kFlowWords

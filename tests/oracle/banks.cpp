@@ -33,18 +33,19 @@ std::vector<double> failing_planes(const Model& model, const Field& field,
         }
     }
     // Within `blur` of a height the strongest soil, or the weakest; no end of cohesion in what is
-    // rigid. It counts as bonded where all of it is, or any: a plane without any fails no more.
+    // rigid. It counts as cohesive where all of it is, or any: a plane without any has nothing to
+    // fall apart.
     const auto soil_at = [&](int x, int y, double height) {
         std::optional<BankSoil> found;
         double friction = 0;
-        bool is_bonded = strength > 1;
+        bool is_cohesive = strength > 1;
         for (double z : {height - blur, height, height + blur}) {
             const int at = std::clamp(static_cast<int>(std::ceil(z)) - 1, 0, field.nz - 1);
             const Voxel& voxel = field.at(x, y, at);
             const bool bonded = z - at - 1e-4 < voxel.terrain + voxel.bond;
             BankSoil here = voxel.soil > 0 ? soil(voxel, bonded) : BankSoil{};
-            const bool holds = voxel.soil > 0 && bonded && here.cohesion_height > 0;
-            is_bonded = strength > 1 ? is_bonded && holds : is_bonded || holds;
+            const bool holds = voxel.soil > 0 && here.cohesion_height > 0;
+            is_cohesive = strength > 1 ? is_cohesive && holds : is_cohesive || holds;
             if (field.closed(model, x, y, at)) here.cohesion_height = kNone;
             const bool strongest = strength > 1;
             friction = z < height ? here.friction
@@ -55,7 +56,7 @@ std::vector<double> failing_planes(const Model& model, const Field& field,
             }
         }
         found->friction = friction;
-        found->is_bonded = is_bonded;
+        found->is_cohesive = is_cohesive;
         return *found;
     };
     const auto search = [&](int x, int y, int dx, int dy) -> std::optional<Plane> {
@@ -69,7 +70,7 @@ std::vector<double> failing_planes(const Model& model, const Field& field,
         const auto fails = [&](const Plane& plane) {
             const double slope = plane.climb / length;
             double balance = 0;
-            bool any_bonded = false;
+            bool any_cohesion = false;
             for (int n = 1; n <= plane.count; ++n) {
                 const BankSoil held = soil_at(x + n * dx, y + n * dy, toe + plane.height(n));
                 if (held.cohesion_height == kNone) return false;
@@ -78,10 +79,10 @@ std::vector<double> failing_planes(const Model& model, const Field& field,
                 balance -= strength * held.cohesion_height * (1 + slope * slope) * stretch;
                 if (n < plane.count) {
                     balance += std::max(0.0, rise(n) - plane.height(n)) * (slope - held.friction);
-                    any_bonded |= held.is_bonded;
+                    any_cohesion |= held.is_cohesive;
                 }
             }
-            return any_bonded && balance > 0;
+            return any_cohesion && balance > 0;
         };
         const double second = inside(2) ? rise(2) - rise(1) : 0;
         Plane plane{0.5 * std::clamp(second / rise(1), 0.0, 1.0), kNone, 0};

@@ -17,7 +17,7 @@ namespace oracle {
 struct BankSoil {
     double cohesion_height = 0;  ///< cohesion over unit weight [voxels]
     double friction = 0;         ///< tan(phi)
-    bool is_bonded = false;      ///< set by failing_planes
+    bool is_cohesive = false;    ///< set by failing_planes
 };
 using BankSoilLookup = std::function<BankSoil(const Voxel& soil, bool bonded)>;
 

@@ -90,7 +90,7 @@ Wedge failure_wedge(const SlopeSoil& soil, double gravity, double h, double dx) 
 }
 
 Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& speeds,
-                   const WedgeLookup& wedge) {
+                   const WedgeLookup& wedge, const std::vector<double>& failing_above) {
     std::vector<std::vector<Span>> columns;
     for (int y = 0; y < before.ny; ++y) {
         for (int x = 0; x < before.nx; ++x) {
@@ -101,6 +101,14 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
         }
     }
     const auto column = [&](int x, int y) { return static_cast<size_t>(y) * before.nx + x; };
+    // By what most of a voxel's soil is.
+    const auto state_of = [&](const Voxel& voxel, int x, int y, int z) {
+        if (!failing_above.empty() &&
+            2 * std::max(0.0, failing_above[column(x, y)] - z - voxel.terrain) < voxel.soil) {
+            return SoilState::failing;
+        }
+        return 2 * voxel.bond >= voxel.soil ? SoilState::bonded : SoilState::loose;
+    };
     // Soil that falls in an arch is ground as piled soil is.
     const auto is_ground = [&](const Span& span, int x, int y) {
         return span.kind == Span::Kind::piled ||
@@ -178,7 +186,7 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                 }
                 const int surface = static_cast<int>(std::ceil(span.top)) - 1;
                 const Voxel& top = before.at(x, y, surface);
-                const bool bonded = 2 * top.bond >= top.soil;
+                const SoilState state = state_of(top, x, y, surface);
                 const double stands = standing_wedge(model, top, x, y, surface);
                 double flow[8] = {}, total = 0;
                 GridWedge steepest;
@@ -190,7 +198,7 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                     const int diagonal = facet % 2 == 0 ? axis + 1 : (axis + 7) % 8;
                     const SlopeFacet plane = facet_slope(ring[axis].drop, ring[diagonal].drop);
                     const GridWedge found =
-                        plane.slope > 0 ? wedge(top, bonded, plane.slope) : GridWedge{};
+                        plane.slope > 0 ? wedge(top, state, plane.slope) : GridWedge{};
                     if (found.height <= stands) continue;
                     if (found.height > steepest.height) {
                         steepest = found;
@@ -220,7 +228,7 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                     surfaces[column(x, y)].kind == FreeSurface::Kind::free &&
                     surfaces[column(x, y)].height == span.top) {
                     const auto stands_there = [&](const Voxel& voxel, int z) {
-                        return wedge(voxel, 2 * voxel.bond >= voxel.soil, worst_slope).height <=
+                        return wedge(voxel, state_of(voxel, x, y, z), worst_slope).height <=
                                standing_wedge(model, voxel, x, y, z);
                     };
                     set_sliding(model, before, surfaces,
@@ -258,9 +266,9 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                     const bool is_other = voxel.is_mixed() || top.is_mixed() || voxel.water > 0 ||
                                           top.water > 0 ||
                                           voxel.main_material() != top.main_material();
-                    const bool below_bonded = 2 * voxel.bond >= voxel.soil;
-                    if (taken > 0 && (is_other || below_bonded != bonded) &&
-                        wedge(voxel, below_bonded, worst_slope).height <=
+                    const SoilState below = state_of(voxel, x, y, z);
+                    if (taken > 0 && (is_other || below != state) &&
+                        wedge(voxel, below, worst_slope).height <=
                             standing_wedge(model, voxel, x, y, z)) {
                         break;
                     }

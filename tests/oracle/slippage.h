@@ -51,7 +51,10 @@ Wedge failure_wedge(const SlopeSoil& soil, double gravity_m_s2, double rise_m, d
 struct GridWedge {
     double height = 0, acceleration = 0;
 };
-using WedgeLookup = std::function<GridWedge(const Voxel& soil, bool bonded, double slope)>;
+/// Soil that was never moved, that was, and that lies above a plane that fails in this step, which
+/// has no cohesion.
+enum class SoilState { bonded, loose, failing };
+using WedgeLookup = std::function<GridWedge(const Voxel& soil, SoilState state, double slope)>;
 
 /// Slip speeds of the spans, [(y * nx + x) * span_capacity + span].
 using SlipSpeeds = std::vector<double>;
@@ -60,8 +63,9 @@ struct Slippage {
     Field field;
     SlipSpeeds speeds;
 };
-/// One slip pass.
+/// One slip pass. failing_above: by column [y * nx + x] the height of the plane that fails in this
+/// step, infinity where none does; empty: nowhere.
 Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& speeds,
-                   const WedgeLookup& wedge);
+                   const WedgeLookup& wedge, const std::vector<double>& failing_above = {});
 
 }  // namespace oracle

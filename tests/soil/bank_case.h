@@ -33,10 +33,12 @@ inline void fill_columns(Soil& soil, const std::function<double(double x, double
 struct BankCase {
     double cohesion_pa, gamma_n_m3, face_deg, voxel_m, yaw_deg;
     double friction_deg = 30;
+    double loose_fraction = 0;  ///< of the cohesion, that moved soil keeps
 
     MaterialDef material() const {
         MaterialDef m = sand(friction_deg, cohesion_pa);
         m.density_kg_m3 = gamma_n_m3 / kGravity;
+        m.loose_cohesion_fraction = loose_fraction;
         return m;
     }
     /// Culmann's height; of a vertical cut 4 c / gamma tan(45 deg + phi / 2).

@@ -48,22 +48,28 @@ StatePlanes random_banks(const StageBench& bench, unsigned seed) {
     return planes;
 }
 
-SoilDef random_banks_def() {
+/// Of the materials one keeps some of its cohesion when it is moved, or all three do.
+SoilDef random_banks_def(unsigned seed) {
     SoilDef def = grid_def(24, 32, 24);
-    def.materials = {sand(25, 2500), sand(32, 1500), sand(35)};
+    def.materials = {sand(25, 2500), sand(32, 1500), sand(35, seed % 2 == 0 ? 500 : 0)};
     def.materials[0].loose_cohesion_fraction = 0.1;
+    if (seed % 2 == 0) {
+        def.materials[0].loose_cohesion_fraction = 0.4;
+        def.materials[1].loose_cohesion_fraction = 0.6;
+        def.materials[2].loose_cohesion_fraction = 1;
+    }
     for (size_t m = 0; m < 3; ++m) def.materials[m].name += std::to_string(m);
     return def;
 }
 
 class RandomBanks : public testing::TestWithParam<unsigned> {};
 
-// What fails with a fiftieth more strength loses its bond, what stands with a fiftieth less keeps
-// it: what Q8 heights and Q12 slopes make of a plane's balance is below 1 %. Planes start at a
-// 256th of a column and climb by up to 7 voxels a step, so that their heights are good to 0.03
-// voxel.
+// What fails with a fiftieth more strength loses its bond and its cohesion, what stands with a
+// fiftieth less keeps it: what Q8 heights and Q12 slopes make of a plane's balance is below 1 %.
+// Planes start at a 256th of a column and climb by up to 7 voxels a step, so that their heights are
+// good to 0.03 voxel.
 TEST_P(RandomBanks, fail_as_the_oracle_says) {
-    StageBench bench(random_banks_def());
+    StageBench bench(random_banks_def(GetParam()));
     bench.write(random_banks(bench, GetParam()));
     bench.find_support();
     bench.build_spans();
@@ -84,8 +90,12 @@ TEST_P(RandomBanks, fail_as_the_oracle_says) {
         return oracle::failing_planes(bench.model(), field, soil, std::tan(25 * kDegree), strength,
                                       0.04);
     };
-    const std::vector<double> strong = planes(1.02), weak = planes(0.98);
+    const std::vector<double> strong = planes(1.02), weak = planes(0.98), cuts = bench.read_cuts();
     int broken = 0;
+    for (size_t column = 0; column < cuts.size(); ++column) {
+        EXPECT_LE(cuts[column], strong[column] + 0.04) << column;
+        EXPECT_GE(cuts[column], weak[column] - 0.04) << column;
+    }
     for (int y = 0; y < before.ny; ++y) {
         for (int x = 0; x < before.nx; ++x) {
             const size_t column = static_cast<size_t>(y) * before.nx + x;
@@ -127,14 +137,14 @@ TEST_P(RandomBanks, have_the_same_bits_on_gl) {
         GTEST_SKIP() << gl_missing();
     }
     const auto result = [&](Backend backend) {
-        SoilDef def = random_banks_def();
+        SoilDef def = random_banks_def(GetParam());
         def.backend = backend;
         StageBench bench(def);
         bench.write(random_banks(bench, GetParam()));
         bench.find_support();
         bench.build_spans();
         bench.find_failures();
-        return bench.read();
+        return std::pair(bench.read(), bench.read_cuts());
     };
     EXPECT_TRUE(result(Backend::cpu) == result(Backend::gl));
 }

@@ -91,8 +91,8 @@ std::string memory_map() {
     map.row("        faces of hulls", fmt::format("{} B a face", 4 * kFaceWords), "normal, offset");
     map.row("        bricks of lattices", fmt::format("{} B a brick", 4 * kLatticeBrickWords),
             "distances; 4 B where the surface is far");
-    map.row("tables", fmt::format("{} B a material", 2 * 4 * kTableWords),
-            "wedges and accelerations, bonded and loose");
+    map.row("tables", fmt::format("{} B a material", kSoilStates * 4 * kTableWords),
+            "wedges and accelerations: bonded, loose, failing");
     map.row("        flows", fmt::format("{} B a flow", 4 * kFlowWords),
             fmt::format("source, sink or open side, {} at most", kFlowCapacity));
     map.row("        parts of flows", fmt::format("{} B a part", 4 * kFlowPartWords),

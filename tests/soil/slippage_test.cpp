@@ -1,6 +1,8 @@
 // Slope stability and slippage (1) to (10), (31), (32) against the oracle.
 #include "oracle/slippage.h"
 
+#include <limits>
+
 #include "soil/slip_table.h"
 #include "stage_scenario.h"
 
@@ -44,11 +46,16 @@ class Slippage : public Stage {
   protected:
     /// The wedge as the kernels have it: between entries 1/16 apart in slope.
     static oracle::WedgeLookup tabulated(const StageBench& bench) {
-        const auto of_material = [&bench](int material, bool bonded,
-                                          double slope) -> oracle::GridWedge {
+        using State = oracle::SoilState;
+        const auto kept = [](const MaterialDef& material, State state) {
+            if (state == State::failing) return 0.0;
+            return state == State::bonded ? 1.0 : material.loose_cohesion_fraction;
+        };
+        const auto of_material = [&bench, kept](int material, State state,
+                                                double slope) -> oracle::GridWedge {
             const SoilDef& def = bench.soil().def();
             MaterialDef soil = bench.soil().materials()[static_cast<size_t>(material)];
-            soil.cohesion_pa *= bonded ? 1 : soil.loose_cohesion_fraction;
+            soil.cohesion_pa *= kept(soil, state);
             const double slope_of_phi = std::tan(soil.friction_angle_rad);
             const auto entry = [&](int i) -> oracle::GridWedge {
                 const oracle::Wedge w =
@@ -66,18 +73,18 @@ class Slippage : public Stage {
                     a.acceleration + t * (b.acceleration - a.acceleration)};
         };
         // A mixture has no table: its wedge is found for the slope itself.
-        return [&bench, of_material](const oracle::Voxel& held, bool bonded,
-                                     double any_slope) -> oracle::GridWedge {
+        return [&bench, of_material, kept](const oracle::Voxel& held, State state,
+                                           double any_slope) -> oracle::GridWedge {
             const double slope = std::min(any_slope, 16.0);  // where the tables end
-            if (!held.is_mixed()) return of_material(held.main_material(), bonded, slope);
+            if (!held.is_mixed()) return of_material(held.main_material(), state, slope);
             const SoilDef& def = bench.soil().def();
             std::vector<double> friction, strength_m, acceleration;
             for (const MaterialDef& m : bench.soil().materials()) {
-                const double cohesion = m.cohesion_pa * (bonded ? 1 : m.loose_cohesion_fraction);
+                const double cohesion = m.cohesion_pa * kept(m, state);
                 friction.push_back(std::tan(m.friction_angle_rad));
                 strength_m.push_back(cohesion / (m.density_kg_m3 * def.gravity_m_s2));
                 acceleration.push_back(
-                    of_material(static_cast<int>(acceleration.size()), bonded, slope).acceleration);
+                    of_material(static_cast<int>(acceleration.size()), state, slope).acceleration);
             }
             const double cohesion_m = held.mean(strength_m), tan_phi = held.mean(friction);
             const oracle::Wedge w =
@@ -137,6 +144,85 @@ TEST_P(Slippage, follows_the_oracle) {
     }
 }
 
+void prepare(StageBench& bench, const Scenario& scenario) {
+    bench.write(scenario.planes(bench));
+    bench.place(scenario.bodies(bench));
+    bench.find_support();
+    bench.build_spans();
+}
+
+/// Every other column has a plane that fails, somewhere in it.
+std::vector<double> random_cuts(const Scenario& scenario) {
+    std::mt19937 random(scenario.seed + 3000);
+    std::vector<double> heights(static_cast<size_t>(scenario.nx) * scenario.ny,
+                                std::numeric_limits<double>::infinity());
+    for (double& height : heights) {
+        const double place = std::uniform_real_distribution(0.0, 1.0 * scenario.nz)(random);
+        if (random() % 2 == 0) height = std::round(place * kVoxelFull) / kVoxelFull;
+    }
+    return heights;
+}
+
+/// A scenario's materials with cohesion, of which loose soil keeps half.
+SoilDef kept_cohesion_def(const Scenario& scenario, Backend backend) {
+    SoilDef def = scenario.def();
+    def.backend = backend;
+    if (def.materials.empty()) def.materials = {def.material};
+    for (MaterialDef& m : def.materials) {
+        m.cohesion_pa = std::max(m.cohesion_pa, 800.0);
+        m.loose_cohesion_fraction = 0.5;
+    }
+    return def;
+}
+
+// Soil above a plane that fails has no cohesion: docs/decisions/banks.md
+TEST_P(Slippage, of_soil_above_a_failing_plane_follows_the_oracle) {
+    StageBench bench(kept_cohesion_def(GetParam(), Backend::cpu));
+    for (const int stride : {1, 3}) {
+        SCOPED_TRACE("stride " + std::to_string(stride));
+        prepare(bench, GetParam());
+        const std::vector<double> cuts = random_cuts(GetParam());
+        bench.write_cuts(cuts);
+        const oracle::Field before = bench.to_field(bench.read());
+        bench.slip(1, stride);
+        oracle::Model model = bench.model();
+        model.slip_stride = stride;
+        const oracle::SlipSpeeds still(
+            static_cast<size_t>(before.nx) * before.ny * model.span_capacity, 0.0);
+        const oracle::Slippage expected =
+            oracle::slip_soil(model, before, still, tabulated(bench), cuts);
+        const FieldDeviation deviation =
+            compare(bench.to_field(bench.read()), expected.field, GetParam().material_count);
+        const double tolerance = 8 * 1e-3 * stride;  // as above
+        EXPECT_LT(deviation.soil.value, tolerance) << deviation.soil;
+        EXPECT_LT(deviation.mass.value, tolerance) << deviation.mass;
+        // More of it slides than where nothing fails.
+        const oracle::Slippage plain = oracle::slip_soil(model, before, still, tabulated(bench));
+        int moved_count = 0, moved_plain_count = 0;
+        before.for_each([&](int x, int y, int z) {
+            moved_count += before.at(x, y, z).soil != expected.field.at(x, y, z).soil;
+            moved_plain_count += before.at(x, y, z).soil != plain.field.at(x, y, z).soil;
+        });
+        EXPECT_GT(moved_count, moved_plain_count + (stride == 1 ? 20 : -1));
+    }
+}
+
+TEST(SlippageOfFailingSoil, has_the_same_bits_on_gl) {
+    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
+    const Scenario scenario{11, 24, 16, 24, 3};
+    std::vector<StatePlanes> after;
+    for (const Backend backend : {Backend::cpu, Backend::gl}) {
+        StageBench bench(kept_cohesion_def(scenario, backend));
+        prepare(bench, scenario);
+        bench.write_cuts(random_cuts(scenario));
+        bench.slip(1);
+        bench.build_spans();
+        bench.slip(1, 3);
+        after.push_back(bench.read());
+    }
+    EXPECT_TRUE(after[0] == after[1]) << "CPU and GL differ";
+}
+
 TEST_P(Slippage, has_the_same_bits_on_gl) {
     expect_same_on_gl([](StageBench& bench) {
         bench.build_spans();
@@ -161,12 +247,6 @@ SoilDef deposits_def(const Scenario& scenario, Backend backend) {
         def.materials[i].viscosity = kViscosity[i];
     }
     return def;
-}
-void prepare(StageBench& bench, const Scenario& scenario) {
-    bench.write(scenario.planes(bench));
-    bench.place(scenario.bodies(bench));
-    bench.find_support();
-    bench.build_spans();
 }
 
 TEST_P(Slippage, of_rough_and_viscous_soil_follows_the_oracle) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <ostream>
 #include <tuple>
 
@@ -168,6 +169,39 @@ void StageBench::find_failures() {
     ++impl_->params.pass_stamp;
     run(Kernel::find_failures, impl_->lists.tiles());
     run(Kernel::break_bonds, impl_->lists.tiles());
+}
+
+int64_t StageBench::cut_word_at(int x, int y) const {
+    return impl_->tiles.column_array_offset(kColumnFailing, slot_of(x, y)) + y % 8 * 8 + x % 8;
+}
+
+std::vector<double> StageBench::read_cuts() const {
+    std::vector<double> heights;
+    for (int y = 0; y < impl_->frame.size[1]; ++y) {
+        for (int x = 0; x < impl_->frame.size[0]; ++x) {
+            int32_t word = 0;
+            impl_->device->read(Buffer::spans, cut_word_at(x, y), {&word, 1});
+            heights.push_back(word == 0 ? std::numeric_limits<double>::infinity()
+                                        : (kCutNone - word) * kUnit);
+        }
+    }
+    return heights;
+}
+
+void StageBench::write_cuts(const std::vector<double>& heights) {
+    size_t next = 0;
+    for (int y = 0; y < impl_->frame.size[1]; ++y) {
+        for (int x = 0; x < impl_->frame.size[0]; ++x, ++next) {
+            const int32_t word =
+                std::isinf(heights[next])
+                    ? 0
+                    : kCutNone - static_cast<int32_t>(std::lround(heights[next] * kVoxelFull));
+            impl_->device->write(Buffer::spans, cut_word_at(x, y), {&word, 1});
+        }
+    }
+    const std::vector<int32_t> steps(static_cast<size_t>(impl_->tiles.slot_count()),
+                                     impl_->params.step_stamp);
+    impl_->device->write(Buffer::spans, impl_->tiles.tile_array_offset(kTileCut, 0), steps);
 }
 
 void StageBench::slip(int substeps, int stride) {

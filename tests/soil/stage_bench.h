@@ -48,6 +48,10 @@ class StageBench {
     void resolve_overflow(OverflowHeuristic heuristic);  ///< of all blocks, with apply_flow
     void build_spans();
     void find_failures();  ///< with break_bonds, after build_spans
+    /// By column [y * nx + x] the height of the plane above which soil has no cohesion, infinity
+    /// where there is none: what find_failures left, or is to have left.
+    std::vector<double> read_cuts() const;
+    void write_cuts(const std::vector<double>& heights);
     /// With apply_flow; from the set of speeds of write_speeds.
     void slip(int substeps, int stride = 1);
     void move_water();       ///< with apply_flow, after build_spans
@@ -72,6 +76,7 @@ class StageBench {
   private:
     int slot_of(int x, int y) const;
     int64_t column_words_at(int x, int y) const;
+    int64_t cut_word_at(int x, int y) const;
     void run(layout::Kernel kernel, const ListedWork& work);
     void fill_masks(std::initializer_list<int> masks);
 

@@ -170,12 +170,12 @@ TEST_P(WaterStage, gives_cohesion_as_the_oracle_has_it) {
     const std::vector<oracle::PoreSoil> soils = pore_soils(bench.soil());
     const MaterialDef& m = moist.materials[0];
     const double weight = m.density_kg_m3 * kGravity, voxel_m = moist.voxel_m;
-    const auto wedge = [&](const oracle::Voxel& voxel, bool bonded,
+    const auto wedge = [&](const oracle::Voxel& voxel, oracle::SoilState state,
                            double any_slope) -> oracle::GridWedge {
         const double slope = std::min(any_slope, 16.0);
         const double strength_m = oracle::moist_strength(
-            0, m.moist_cohesion_pa * (bonded ? 1 : 0.5) / weight, oracle::saturation(voxel, soils),
-            voxel.water / voxel.total_mass());
+            0, m.moist_cohesion_pa * (state == oracle::SoilState::bonded ? 1 : 0.5) / weight,
+            oracle::saturation(voxel, soils), voxel.water / voxel.total_mass());
         const oracle::Wedge w = oracle::failure_wedge({strength_m, m.friction_angle_rad, 1},
                                                       kGravity, slope * voxel_m, voxel_m);
         const oracle::Wedge dry =

@@ -33,6 +33,11 @@ int32_t bank_strength_of(const MaterialDef& material, const int32_t* table) {
     return static_cast<int32_t>(kMostOf * strength / (1 + material.pore_water_fraction));
 }
 
+/// Strength that all loose soil of a material has. Of soil that takes water it is not known.
+int32_t loose_strength_of(const MaterialDef& material, const int32_t* table) {
+    return material.pore_water_fraction > 0 ? 0 : table[kTableStrength];
+}
+
 // The wind in the grid's frame and in voxels a step. Soil is no faster than kSpeedMost.
 void set_wind(SoilCore& s) {
     const Vec3 wind =
@@ -86,16 +91,22 @@ std::vector<int32_t> make_material_tables(SoilCore& s) {
     SoilParams& p = s.params;
     std::vector<int32_t> tables;
     p.bank_friction = INT32_MAX;
-    p.bank_strength = p.deposits = p.air = 0;
+    p.bank_strength = p.keeps_cohesion = p.deposits = p.air = 0;
+    p.loose_strength = INT32_MAX;
     for (const MaterialDef& material : s.materials) {
-        MaterialDef loose = material;
-        loose.cohesion_pa *= material.loose_cohesion_fraction;
-        loose.moist_cohesion_pa *= material.loose_cohesion_fraction;
-        for (const MaterialDef& state : {material, loose}) {
+        const size_t first = tables.size();
+        for (const double kept :
+             {1.0, material.loose_cohesion_fraction, 0.0}) {  // by kSoilBonded ...
+            MaterialDef state = material;
+            state.cohesion_pa *= kept;
+            state.moist_cohesion_pa *= kept;
             const std::vector<int32_t> table = make_slip_table(state, s.def);
             tables.insert(tables.end(), table.begin(), table.end());
         }
-        const int32_t* bonded = &tables[tables.size() - 2 * static_cast<size_t>(kTableWords)];
+        const int32_t* bonded = &tables[first + kSoilBonded * size_t{kTableWords}];
+        const int32_t* loose = &tables[first + kSoilLoose * size_t{kTableWords}];
+        if (loose[kTableStrength] > 0 || loose[kTableMoist] > 0) p.keeps_cohesion = 1;
+        p.loose_strength = std::min(p.loose_strength, loose_strength_of(material, loose));
         p.bank_friction = std::min(p.bank_friction, bonded[kTableFriction]);
         if (material.roughness > 0 || material.viscosity > 0) p.deposits = 1;
         if (material.fall_speed_m_s > 0) p.air = 1;

@@ -123,7 +123,12 @@ void Passes::slip(int pass) {
                                   ? core_.params.gravity_q16 / core_.params.substep_count
                                   : 0;
     const int stride = pass < passes - least ? stride_most : 1;
-    look(Kernel::build_spans, Looker::spans, lists_.tiles());
+    // What a plane that fails lets go stops in the pass in which none fails any more.
+    if (core_.params.keeps_cohesion != 0) {
+        fail_banks();
+    } else {
+        look(Kernel::build_spans, Looker::spans, lists_.tiles());
+    }
     core_.params.slip_stride = stride;
     core_.params.slip_turn = 1 - core_.params.slip_turn;
     if (is_last) core_.device->fill_zero(Buffer::result, kResultSlope, 1);

@@ -21,7 +21,9 @@ class Passes {
     void propagate_force();  ///< thesis (18), one iteration
     void advect();           ///< thesis (19)
     void spread_overflow();  ///< thesis (19), one pass for what does not fit
-    void fail_banks();       ///< where soil has cohesion: which banks fail as a whole
+    /// Where soil has cohesion: which banks fail as a whole. Where loose soil keeps some, slip()
+    /// does it.
+    void fail_banks();
     /// Passes that a step makes, by what the last step left.
     /// @{
     int slip_pass_count() const;

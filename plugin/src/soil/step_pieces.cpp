@@ -22,7 +22,10 @@ void StepPieces::plan(const SoilCore& core, const Passes& passes, Substeps subst
             add(PieceKind::advect);
             add(PieceKind::spread_overflow, core.def.overflow_passes);
         }
-        if (s == 0 && core.params.bank_strength > 0) add(PieceKind::fail_banks);
+        // Where loose soil keeps cohesion each slip pass looks for banks itself.
+        if (s == 0 && core.params.bank_strength > 0 && core.params.keeps_cohesion == 0) {
+            add(PieceKind::fail_banks);
+        }
         // Bodies go further in a step that is late, in as many more sub-steps as the steps had that
         // it stands for. For it to be cheaper than those, slopes slide once in it.
         if (core.due_count > 1 && s + 1 < substeps.of_bodies) continue;

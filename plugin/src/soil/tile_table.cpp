@@ -230,6 +230,7 @@ void TileTable::note_stale(int slot, bool may_be_covered) {
     write_columns(slot, kColumnSlides, 1);
     write_columns(slot, kColumnIntact, kIntactUnknown);
     write_columns(slot, kColumnCut, 0);
+    write_columns(slot, kColumnFailing, 0);
 }
 
 void TileTable::note_covered(int slot, std::span<const int32_t> coverage) {
