@@ -4,6 +4,9 @@
 
 #include <iterator>
 
+#include "scene_work.h"
+#include "sweep_bench.h"
+
 namespace bsoil::command {
 namespace {
 
@@ -63,20 +66,7 @@ void write_scene(const std::string& path, const Json& scene, Page page) {
         }
     }
     if (!scene.contains("work")) return;
-    const Json& work = scene["work"];
-    fmt::format_to(page,
-                   "\nA step: {:.1f} dispatches, {:.1f} reads of {:.0f} kB, {:.0f} kB written.\n\n"
-                   "| pass | times a step | columns | us |\n|---|---|---|---|\n",
-                   number(work, "dispatches_a_step"), number(work, "reads_a_step"),
-                   number(work, "read_bytes_a_step") / 1e3,
-                   number(work, "write_bytes_a_step") / 1e3);
-    if (work.contains("passes")) {
-        for (const auto& [name, pass] : work["passes"].items()) {
-            fmt::format_to(page, "| {} | {:.1f} | {:.0f} | {:.0f} |\n", name,
-                           number(pass, "dispatches_a_step"), number(pass, "columns_a_step"),
-                           number(pass, "us_a_step"));
-        }
-    }
+    fmt::format_to(page, "\n{}", work_table(scene["work"]));
     if (scene.contains("pictures")) {
         const Json& pictures = scene["pictures"];
         fmt::format_to(page, "\nPictures of 1280 x 720 by {}, ms:", pictures.value("device", ""));
@@ -99,6 +89,9 @@ std::string bench_page(const Json& figures) {
         number(figures, "copy_gb_per_s"));
     if (figures.contains("sides")) write_sides(figures, page);
     if (figures.contains("alphas")) write_alphas(figures, page);
+    if (figures.contains("sweeps")) {
+        fmt::format_to(page, "## Blocks that push soil\n\n{}", sweep_tables(figures["sweeps"]));
+    }
     if (figures.contains("scenes")) {
         for (const auto& [path, scene] : figures["scenes"].items()) write_scene(path, scene, page);
     }

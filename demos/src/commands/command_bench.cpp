@@ -7,20 +7,26 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <ctime>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "bench_page.h"
 #include "bsoil/device_info.h"
 #include "bsoil/soil.h"
 #include "bsoil/surface_mesh.h"
 #include "commands.h"
+#include "experiment/page_tables.h"
 #include "feature_bench.h"
+#include "files/text_file.h"
 #include "opened_scene.h"
 #include "picture_times.h"
 #include "pushing_block.h"
+#include "scene_work.h"
+#include "sweep_bench.h"
 
 namespace bsoil::command {
 namespace {
@@ -43,10 +49,12 @@ struct BenchArguments {
     long long step_count = 0;  ///< of a scene; 0: all
     int picture_count = 0;     ///< of a scene
     bool is_thesis = true;
+    int sweep_steps = 0;     ///< 0: no sweeps
     int feature_rounds = 0;  ///< 0: features are not timed
     bool on_gpu = false;
+    bool is_counted = true;  ///< scenes are run once more, to count what passes touch
     std::vector<int> sides = kThesisSides;
-    std::string out, page;
+    std::string out, page, document;
 };
 
 /// Milliseconds a frame: one step of the soil and the mesh of its surface.
@@ -182,53 +190,25 @@ Status bench_alphas(const BenchArguments& arguments, Json& json) {
     return Done{};
 }
 
-/// Bytes a second that a copy of much more than the caches moves here, read and written.
-double copy_bytes_per_s() {
-    constexpr size_t kWords = size_t{32} << 20;
-    const std::vector<uint64_t> from(kWords, 1);
-    std::vector<uint64_t> to(kWords);
-    double best = 0;
-    for (int round = 0; round < 5; ++round) {
-        const auto start = std::chrono::steady_clock::now();
-        std::copy(from.begin(), from.end(), to.begin());
-        const double took_s =
-            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        best = std::max(best, 2 * static_cast<double>(kWords * sizeof(uint64_t)) / took_s);
+/// The same steps again by kernels that count. The bits are the same, so that the counts are those
+/// of the steps that were timed; where they are not, that is an error.
+Result<WorkCounts> count_steps(const BenchArguments& arguments, const std::string& path,
+                               const Json& timed) {
+    const CountingKernels counting;
+    OpenedScene opened;
+    opened.path = path;
+    opened.device = arguments.device;
+    opened.device.backend = "cpu";
+    if (opened.open() != kPassed) return Error{path + ": cannot be run again to count"};
+    scene::SceneRun& run = *opened.run;
+    const WorkCounts before = run.soil().work_counts();
+    const long long steps = timed["steps"].get<long long>();
+    for (long long i = 0; i < steps; ++i) run.step();
+    const WorkCounts counts = difference(before, run.soil().work_counts());
+    if (run.summary()["checksum"] != timed["checksum"]) {
+        return Error{path + ": counted and timed steps end in different soils"};
     }
-    return best;
-}
-
-/// What the passes looked at in a step of the scene, and how long they took.
-Json print_work(const WorkCounts& before, const WorkCounts& after, double steps) {
-    Json json;
-    fmt::print("  {:18} {:>8} {:>10} {:>10} {:>12}\n", "pass", "a step", "columns", "us a step",
-               "ns a column");
-    for (size_t i = 0; i < after.passes.size(); ++i) {
-        const PassWork &was = before.passes[i], &is = after.passes[i];
-        const double dispatches = static_cast<double>(is.dispatch_count - was.dispatch_count);
-        if (dispatches == 0) continue;
-        const double columns = static_cast<double>(is.column_count - was.column_count);
-        const double us = (is.time_ms - was.time_ms) * 1e3;
-        fmt::print("  {:18} {:8.1f} {:10.0f} {:10.0f} {:>12}\n", is.name, dispatches / steps,
-                   columns / steps, us / steps,
-                   columns > 0 ? fmt::format("{:.0f}", us * 1e3 / columns) : "-");
-        json["passes"][is.name] = Json{{"dispatches_a_step", dispatches / steps},
-                                       {"columns_a_step", columns / steps},
-                                       {"us_a_step", us / steps}};
-    }
-    const auto each = [steps](int64_t first, int64_t last) {
-        return static_cast<double>(last - first) / steps;
-    };
-    json["dispatches_a_step"] = each(before.dispatch_count, after.dispatch_count);
-    json["reads_a_step"] = each(before.read_count, after.read_count);
-    json["read_bytes_a_step"] = each(before.read_bytes, after.read_bytes);
-    json["write_bytes_a_step"] = each(before.write_bytes, after.write_bytes);
-    fmt::print("  a step: {:.1f} dispatches; {:.1f} reads of {:.0f} kB, {:.0f} kB written\n",
-               each(before.dispatch_count, after.dispatch_count),
-               each(before.read_count, after.read_count),
-               each(before.read_bytes, after.read_bytes) / 1e3,
-               each(before.write_bytes, after.write_bytes) / 1e3);
-    return json;
+    return counts;
 }
 
 int time_steps(const BenchArguments& arguments, scene::SceneRun& run, const std::string& path,
@@ -248,6 +228,7 @@ int time_steps(const BenchArguments& arguments, scene::SceneRun& run, const std:
     const double wall_s = of_scene["wall_s"].get<double>();
     const double step_ms = steps > 0 ? wall_s * 1e3 / static_cast<double>(steps) : 0;
     of_scene["ms_a_step"] = step_ms;
+    if (double load = 0; getloadavg(&load, 1) == 1) of_scene["load"] = load;
     of_scene["cores_busy"] = wall_s > 0 ? cpu_s / wall_s : 0.0;
     fmt::print("{}: {} steps at {:.1f} steps/s, {:.2f} cores busy, {:.0f} of {} voxels active\n",
                path, steps, of_scene["steps_per_s"].get<double>(),
@@ -264,8 +245,22 @@ int time_steps(const BenchArguments& arguments, scene::SceneRun& run, const std:
         stages_ms += ms.get<double>();
     }
     fmt::print(" Bullet, bridge and scene {:.2f}\n", step_ms - stages_ms);
-    of_scene["work"] = print_work(before, run.soil().work_counts(), static_cast<double>(steps));
+    SceneWork work;
+    work.timed = difference(before, run.soil().work_counts());
+    work.step_count = static_cast<double>(steps);
+    work.copy_bytes_per_s = json["copy_gb_per_s"].get<double>() * 1e9;
+    if (arguments.is_counted) {
+        auto touched = count_steps(arguments, path, of_scene);
+        if (!touched) {
+            fmt::print(stderr, "{}\n", touched.error());
+            return kCouldNotRun;
+        }
+        work.touched = std::move(*touched);
+    }
+    of_scene["work"] = print_work(work);
     const MemoryUse memory = run.soil().memory_use();
+    of_scene["bytes_an_awake_voxel"] = memory.bytes_per_awake_voxel;
+    of_scene["bytes_a_sleeping_column"] = memory.bytes_per_asleep_column;
     fmt::print("  {:.1f} bytes an awake voxel, {:.1f} bytes a sleeping column\n\n",
                memory.bytes_per_awake_voxel, memory.bytes_per_asleep_column);
     json["scenes"][path] = of_scene;
@@ -311,15 +306,35 @@ int find_gpu(DeviceOptions& options) {
     return kCouldNotRun;
 }
 
+/// What the scenes' blocks of a document hold, written anew; kPassed or kCouldNotRun.
+int write_document(const std::string& path, const Json& json) {
+    if (path.empty()) return kPassed;
+    const auto page = scene::read_file(path, experiment::kPageBytesMost);
+    const auto written = page ? update_tables(*page, json) : page;
+    if (!written) {
+        fmt::print(stderr, "{}: {}\n", path, written.error());
+        return kCouldNotRun;
+    }
+    return fails_to_write(path, *written) ? kCouldNotRun : kPassed;
+}
+
+/// Threads that a soil of these options takes.
+int thread_count(const DeviceOptions& options) {
+    if (options.thread_count > 0) return options.thread_count;
+    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
 int bench(BenchArguments& arguments) {
     if (arguments.on_gpu) {
         if (const int found = find_gpu(arguments.device); found != kPassed) return found;
     }
     Json json;
-    const double copy_gb_s = copy_bytes_per_s() / 1e9;
+    const int threads = thread_count(arguments.device);
+    const double copy_gb_s = copy_bytes_per_s(threads) / 1e9;
+    json["threads"] = threads;
     json["copy_gb_per_s"] = copy_gb_s;
-    fmt::print("A copy of 256 MB on one thread, here and now: {:.1f} GB/s read and written\n\n",
-               copy_gb_s);
+    fmt::print("A copy of 256 MB, threads: {}, here and now: {:.1f} GB/s read and written\n\n",
+               threads, copy_gb_s);
     if (arguments.is_thesis) {
         for (const Status& status : {bench_sides(arguments, json), bench_alphas(arguments, json)}) {
             if (status) continue;
@@ -336,13 +351,22 @@ int bench(BenchArguments& arguments) {
         }
         json["features"] = *features;
     }
+    if (arguments.sweep_steps > 0) {
+        const auto sweeps = time_sweeps(arguments.device.chosen(), arguments.device.thread_count,
+                                        arguments.sweep_steps);
+        if (!sweeps) {
+            fmt::print(stderr, "{}\n", sweeps.error());
+            return kCouldNotRun;
+        }
+        json["sweeps"] = *sweeps;
+    }
     for (const std::string& scene : arguments.scenes) {
         const int exit_code = bench_scene(arguments, scene, json);
         if (exit_code != kPassed) return exit_code;
     }
     const bool failed = fails_to_write(arguments.out, json.dump(2) + "\n") ||
                         fails_to_write(arguments.page, bench_page(json));
-    return failed ? kCouldNotRun : kPassed;
+    return failed ? kCouldNotRun : write_document(arguments.document, json);
 }
 
 }  // namespace
@@ -371,11 +395,24 @@ void add_bench(CLI::App& app, int& exit_code) {
         ->add_option("--features", arguments->feature_rounds,
                      "what each feature of a soil costs beside a plain one, in so many rounds")
         ->check(CLI::Range(1, 1000));
+    command->add_flag(
+        "!--no-counts", arguments->is_counted,
+        "the scenes' times alone; else each is run again, on one thread, to count the "
+        "voxels and bytes that its passes touch");
+    command
+        ->add_option("--sweeps", arguments->sweep_steps,
+                     "blocks that push soil, by size, threads, alpha, voxel and number: so many "
+                     "steps of each")
+        ->check(CLI::Range(1, 1000));
     command->add_flag("--gpu", arguments->on_gpu, "on a hardware OpenGL device; none is an error");
     command->add_option("--sides", arguments->sides, "voxels along the cube's side, each a point")
         ->check(CLI::Range(16, 512));
     command->add_option("--out", arguments->out, "write all figures as JSON");
     command->add_option("--page", arguments->page, "write them as a page (Markdown)");
+    command->add_option(
+        "--document", arguments->document,
+        "write the tables of each scene and of the sweeps into their blocks of this "
+        "page, between <!-- bsoil bench: NAME --> and <!-- end -->");
     command->callback([arguments, &exit_code] { exit_code = bench(*arguments); });
 }
 
