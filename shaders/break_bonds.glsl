@@ -7,7 +7,8 @@ int break_bonds_lanes(int group, int half_at) {
     int lanes = 0;
     for (int i = 0; i < 32; ++i) {
         int column = slot * kTileColumns + half_at * 32 + i;
-        int words = spans[column_word(kColumnCut, column)] | spans[column_word(kColumnFailing, column)];
+        int words = spans[column_word(kColumnCut, column)];
+        if (params.keeps_cohesion != 0) words = words | spans[column_word(kColumnFailing, column)];
         lanes = lanes | (words != 0 ? 1 << i : 0);
     }
     return lanes;

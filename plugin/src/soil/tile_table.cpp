@@ -229,8 +229,7 @@ void TileTable::note_stale(int slot, bool may_be_covered) {
     write_columns(slot, kColumnSingle, kNotSingle);
     write_columns(slot, kColumnSlides, 1);
     write_columns(slot, kColumnIntact, kIntactUnknown);
-    write_columns(slot, kColumnCut, 0);
-    write_columns(slot, kColumnFailing, 0);
+    for (const int array : {kColumnCut, kColumnFailing}) write_columns(slot, array, 0);
 }
 
 void TileTable::note_covered(int slot, std::span<const int32_t> coverage) {
@@ -239,8 +238,8 @@ void TileTable::note_covered(int slot, std::span<const int32_t> coverage) {
         for (int v = 0; v < kBlockVoxels; ++v) {
             if (coverage[zb * kBlockVoxels + v] != 0) words[v / 32 % 2] |= 1 << v % 32;
         }
-        const int64_t block = int64_t{slot} * core_.blocks_per_tile + zb;
-        const int64_t masks = kFlagArrays * block_count() + kMaskWords * block;
+        const int64_t masks =
+            kFlagArrays * block_count() + kMaskWords * (int64_t{slot} * core_.blocks_per_tile + zb);
         core_.device->write(Buffer::block_flags, masks + kMaskBody, words);
     }
 }
@@ -284,9 +283,8 @@ void TileTable::write_columns(int slot, int array, int32_t word) {
 void TileTable::forget_stamps() {
     core_.device->fill_zero(Buffer::spans, column_array_offset(kColumnStamp, 0),
                             int64_t{slot_count_} * kTileColumns);
-    for (const int array : {kTileStamp, kTileCut}) {
-        core_.device->fill_zero(Buffer::spans, tile_array_offset(array, 0), slot_count_);
-    }
+    core_.device->fill_zero(Buffer::spans, tile_array_offset(kTileStamp, 0), slot_count_);
+    core_.device->fill_zero(Buffer::spans, tile_array_offset(kTileCut, 0), slot_count_);
     std::ranges::fill(looked_step_, -1);
     core_.stamps.forget();
 }
