@@ -58,13 +58,15 @@ std::string pooled_table(const std::vector<Comparison>& comparisons) {
     }
     std::string out =
         table_head({"rig", "quantity", "data sets", "points", kSoilName, "classical model", "bar"});
-    for (const auto& [key, pool] : pools) {
-        const auto bar = std::ranges::find_if(kBars, [&](const Bar& b) {
-            return key == std::pair<std::string, std::string>(b.rig, b.quantity);
+    for (const auto& entry : pools) {
+        const auto& [rig, quantity] = entry.first;
+        const Pool& pool = entry.second;
+        const auto bar = std::ranges::find_if(kBars, [&entry](const Bar& b) {
+            return entry.first == std::pair<std::string, std::string>(b.rig, b.quantity);
         });
         if (bar == kBars.end() && pool.experiment_count < 2) continue;
         const ErrorMedians soil = medians_of(pool.points, &ComparedPoint::soil);
-        out += table_row({key.first, key.second, std::to_string(pool.experiment_count),
+        out += table_row({rig, quantity, std::to_string(pool.experiment_count),
                           points_text(pool.points), medians_text(soil),
                           medians_text(medians_of(pool.points, &ComparedPoint::classical)),
                           bar == kBars.end() ? "-" : bar_text(*bar, soil)});
