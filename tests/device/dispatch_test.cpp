@@ -24,6 +24,28 @@ TEST_P(Dispatch, new_buffers_are_zero_and_keep_what_is_written) {
     EXPECT_EQ(read_words(*device_, Buffer::inputs, 600), std::vector<int32_t>(600, 0));
 }
 
+TEST_P(Dispatch, what_moves_is_kept_when_a_buffer_is_rearranged) {
+    ASSERT_TRUE(device_->allocate(Buffer::inputs, 6));
+    device_->write(Buffer::inputs, 0, std::vector<int32_t>{1, 2, 3, 4, 5, 6});
+    const WordMove rows[2] = {{0, 0, 2}, {3, 5, 2}};
+    ASSERT_TRUE(device_->rearrange(Buffer::inputs, 10, rows));
+    EXPECT_EQ(read_words(*device_, Buffer::inputs, 10),
+              (std::vector<int32_t>{1, 2, 0, 0, 0, 4, 5, 0, 0, 0}));
+    const WordMove back[2] = {{0, 0, 2}, {5, 2, 2}};
+    ASSERT_TRUE(device_->rearrange(Buffer::inputs, 4, back));
+    EXPECT_EQ(read_words(*device_, Buffer::inputs, 4), (std::vector<int32_t>{1, 2, 4, 5}));
+}
+
+// More than any device has: an error, and the words are still there.
+TEST_P(Dispatch, a_buffer_that_cannot_be_rearranged_stays_as_it_was) {
+    ASSERT_TRUE(device_->allocate(Buffer::inputs, 2));
+    device_->write(Buffer::inputs, 0, std::vector<int32_t>{7, 8});
+    const WordMove all{0, 0, 2};
+    EXPECT_FALSE(device_->rearrange(Buffer::inputs, int64_t{1} << 44, {&all, 1}));
+    EXPECT_EQ(read_words(*device_, Buffer::inputs, 2), (std::vector<int32_t>{7, 8}));
+    EXPECT_EQ(device_->memory_bytes(), 8);
+}
+
 TEST_P(Dispatch, empty_transfers_and_dispatches_do_nothing) {
     ASSERT_TRUE(device_->allocate(Buffer::counts, 0));
     device_->write(Buffer::counts, 0, {});

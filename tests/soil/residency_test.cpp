@@ -176,5 +176,28 @@ TEST(Residency, the_tile_table_grows_without_changing_a_bit) {
     EXPECT_EQ(run(true), run(false));
 }
 
+// A step in which the table doubles takes no look at what was awake before, and reads none of it.
+TEST(Residency, tiles_stay_on_the_device_while_the_table_grows) {
+    const auto soil = make_soil(grid_def(128, 128, 8));
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {128, 128, 2.5})));
+    Soil::Impl& impl = SoilProbe::impl(*soil);
+    for (int tile = 0; tile < 64; ++tile) impl.tiles.wake(tile);
+    ASSERT_EQ(impl.tiles.slot_count(), 64);
+    soil->step({});
+    const int64_t read_before = impl.device->counters().read_bytes;
+    impl.tiles.wake(64);
+    EXPECT_EQ(impl.tiles.slot_count(), 128);
+    EXPECT_EQ(impl.device->counters().read_bytes, read_before);
+    const auto lanes = [&impl] {
+        int64_t sum = 0;
+        for (const int64_t count : impl.device->counters().lane_counts) sum += count;
+        return sum;
+    };
+    const int64_t lanes_before = lanes();
+    soil->step({});
+    // Nine kernels look at the columns of the tile that woke, some of them in each of its blocks.
+    EXPECT_LE(lanes() - lanes_before, 64 * 64);
+}
+
 }  // namespace
 }  // namespace bsoil::residency_test

@@ -117,6 +117,21 @@ class CpuDevice final : public Device {
         return done;
     }
 
+    Status rearrange_words(BufferIndex buffer, int64_t words,
+                           std::span<const WordMove> moves) override {
+        AlignedWords old = std::move(words_of(buffer));
+        Status done = allocate_words(buffer, words);
+        if (!done) {
+            words_of(buffer) = std::move(old);
+            memory_.buffers[static_cast<int>(buffer)] = words_of(buffer).data();
+            return done;
+        }
+        for (const WordMove& move : moves) {
+            std::copy_n(old.data() + move.from, move.count, words_of(buffer).data() + move.to);
+        }
+        return done;
+    }
+
     void write_words(BufferIndex buffer, int64_t offset, std::span<const int32_t> words) override {
         std::ranges::copy(words, words_of(buffer).data() + offset);
     }

@@ -63,6 +63,16 @@ Status Device::grow(BufferIndex buffer, int64_t words) {
     return status;
 }
 
+Status Device::rearrange(BufferIndex buffer, int64_t words, std::span<const WordMove> moves) {
+    for (const WordMove& move : moves) {
+        assert_range(buffer, move.from, move.count);
+        assert(move.to >= 0 && move.to + move.count <= words);
+    }
+    const Status status = rearrange_words(buffer, words, moves);
+    if (status) words_[static_cast<size_t>(buffer)] = words;
+    return status;
+}
+
 void Device::write(BufferIndex buffer, int64_t offset, std::span<const int32_t> words) {
     assert_range(buffer, offset, std::ssize(words));
     if (words.empty()) return;

@@ -40,6 +40,11 @@ struct ReadRange {
     std::span<int32_t> words;
 };
 
+/// `count` words of a buffer that move from `from` to `to`.
+struct WordMove {
+    int64_t from = 0, to = 0, count = 0;
+};
+
 /// What counting kernels have touched. In a dispatch each word counts once as read and once as
 /// written, however often it was, and each cell (of a soil: a voxel) once.
 struct TouchCounts {
@@ -85,6 +90,9 @@ class Device {
     /// Makes a buffer larger; what it holds stays, what is new is undefined. OpenGL's name for it
     /// changes.
     Status grow(BufferIndex buffer, int64_t words);
+    /// Gives a buffer another size; the words that move stay, all others are zero. On the device
+    /// alone. OpenGL's name for it changes. An error leaves it as it was.
+    Status rearrange(BufferIndex buffer, int64_t words, std::span<const WordMove> moves);
     void write(BufferIndex buffer, int64_t offset, std::span<const int32_t> words);
     void fill_zero(BufferIndex buffer, int64_t offset, int64_t count);
     /// Waits for the device, once for all ranges.
@@ -132,6 +140,8 @@ class Device {
     // buffers and hold at least one word, lists at least one group.
     virtual Status allocate_words(BufferIndex buffer, int64_t words) = 0;
     virtual Status grow_words(BufferIndex buffer, int64_t words) = 0;
+    virtual Status rearrange_words(BufferIndex buffer, int64_t words,
+                                   std::span<const WordMove> moves) = 0;
     virtual void write_words(BufferIndex buffer, int64_t offset,
                              std::span<const int32_t> words) = 0;
     virtual void clear_words(BufferIndex buffer, int64_t offset, int64_t count) = 0;

@@ -108,18 +108,14 @@ class GlDevice final : public Device {
     Status grow_words(BufferIndex buffer, int64_t words) override {
         const Use use(*this);
         if (!use.is_good()) return Error{failure_};
-        GlBuffer old = std::move(object(buffer));
-        object(buffer) = GlBuffer();
-        const Status allocated = allocate_current(buffer, words);
-        if (!allocated) {
-            object(buffer) = std::move(old);
-            glBindBufferBase(GL_SHADER_STORAGE_BUFFER, static_cast<GLuint>(buffer),
-                             object(buffer).name());
-            return allocated;
-        }
-        glCopyNamedBufferSubData(old.name(), object(buffer).name(), 0, 0,
-                                 std::max<int64_t>(words_in(buffer), 1) * kWordBytes);
-        return Done{};
+        const WordMove all{0, 0, std::max<int64_t>(words_in(buffer), 1)};
+        return rearrange_current(buffer, words, {&all, 1});
+    }
+
+    Status rearrange_words(BufferIndex buffer, int64_t words,
+                           std::span<const WordMove> moves) override {
+        const Use use(*this);
+        return use.is_good() ? rearrange_current(buffer, words, moves) : Status(Error{failure_});
     }
 
     void write_words(BufferIndex buffer, int64_t offset, std::span<const int32_t> words) override {
@@ -291,6 +287,23 @@ class GlDevice final : public Device {
         }
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, static_cast<GLuint>(buffer), name);
         object(buffer) = std::move(made);
+        return Done{};
+    }
+
+    Status rearrange_current(BufferIndex buffer, int64_t words, std::span<const WordMove> moves) {
+        GlBuffer old = std::move(object(buffer));
+        object(buffer) = GlBuffer();
+        const Status allocated = allocate_current(buffer, words);
+        if (!allocated) {
+            object(buffer) = std::move(old);
+            glBindBufferBase(GL_SHADER_STORAGE_BUFFER, static_cast<GLuint>(buffer),
+                             object(buffer).name());
+            return allocated;
+        }
+        for (const WordMove& move : moves) {
+            glCopyNamedBufferSubData(old.name(), object(buffer).name(), move.from * kWordBytes,
+                                     move.to * kWordBytes, move.count * kWordBytes);
+        }
         return Done{};
     }
 

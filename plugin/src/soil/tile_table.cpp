@@ -98,79 +98,97 @@ Status TileTable::start() {
         core_.tile_count(), core_.def.tile_capacity > 0
                                 ? core_.def.tile_capacity
                                 : std::max<int64_t>(1, kAwakeBytesDefault / tile_bytes)));
-    return allocate_slots(std::min(kSlotsAtStart, slot_capacity_));
-}
-
-Status TileTable::allocate_slots(int count) {
-    const int64_t tile_voxels = core_.params.tile_voxels;
-    const int64_t planes = kTransportFirst + core_.params.transport_count;
-    core_.params.plane_stride = static_cast<int32_t>(tile_voxels * count + kPlanePad);
-    const int64_t columns = static_cast<int64_t>(count) * kTileColumns;
-    core_.params.column_count = static_cast<int32_t>(columns + kColumnPad);
-    const int64_t blocks = static_cast<int64_t>(count) * core_.blocks_per_tile;
-    for (const auto& [buffer, words] :
-         {std::pair{Buffer::state, planes * core_.params.plane_stride},
-          std::pair{Buffer::delta,
-                    static_cast<int64_t>(core_.params.transport_count) * tile_voxels * count},
-          std::pair{Buffer::tile_table, static_cast<int64_t>(count) * kTileTableWords},
-          std::pair{Buffer::block_flags, (kFlagArrays + kMaskWords) * blocks},
-          std::pair{Buffer::spans, int64_t{core_.params.column_count} * kColumnWordsInAll +
-                                       static_cast<int64_t>(kTileArrays) * count}}) {
-        if (Status allocated = core_.device->allocate(buffer, words); !allocated) return allocated;
+    if (Status allocated = allocate_slots(std::min(kSlotsAtStart, slot_capacity_)); !allocated) {
+        return allocated;
     }
-    for (int slot = count - 1; slot >= slot_count_; --slot) free_slots_.push_back(slot);
-    slot_tile_.resize(count, -1);
-    woken_step_.resize(count, 0);
-    looked_step_.assign(count, -1);
-    looked_blocks_.resize(count, 0);
-    slot_count_ = count;
-    neighbour_words_.assign(static_cast<size_t>(count) * kTileTableWords, kNeighbourAbsent);
-    is_dirty_ = true;
     forget_stamps();
     return Done{};
 }
 
+namespace {
+
+/// How a buffer is laid out over tile slots: rows, one after the other, of `slot_words` a slot and
+/// some words of padding.
+struct SlotRows {
+    int64_t row_count = 0, slot_words = 0, pad_words = 0;
+};
+
+struct SlotBuffer {
+    device::BufferIndex buffer;
+    std::vector<SlotRows> rows;
+
+    int64_t words(int64_t slots) const {
+        int64_t sum = 0;
+        for (const SlotRows& r : rows) sum += r.row_count * (r.slot_words * slots + r.pad_words);
+        return sum;
+    }
+    /// What moves where as `from` slots become `to`: the words of those that both have.
+    std::vector<device::WordMove> moves(int64_t from, int64_t to) const {
+        std::vector<device::WordMove> out;
+        int64_t old_row = 0, new_row = 0;
+        for (const SlotRows& r : rows) {
+            for (int64_t row = 0; row < r.row_count; ++row) {
+                out.push_back({old_row, new_row, r.slot_words * std::min(from, to)});
+                old_row += r.slot_words * from + r.pad_words;
+                new_row += r.slot_words * to + r.pad_words;
+            }
+        }
+        return out;
+    }
+};
+
+/// All buffers with a part for each slot, the largest first.
+std::vector<SlotBuffer> slot_buffers(const SoilCore& core) {
+    const int64_t tile_voxels = core.params.tile_voxels, blocks = core.blocks_per_tile,
+                  transported = core.params.transport_count;
+    return {{Buffer::state, {{kTransportFirst + transported, tile_voxels, kPlanePad}}},
+            {Buffer::delta, {{1, transported * tile_voxels, 0}}},
+            {Buffer::spans,
+             {{1, int64_t{kColumnWords} * kTileColumns, int64_t{kColumnWords} * kColumnPad},
+              {kColumnArrays, kTileColumns, kColumnPad},
+              {kTileArrays, 1, 0}}},
+            {Buffer::block_flags, {{kFlagArrays, blocks, 0}, {1, kMaskWords * blocks, 0}}},
+            {Buffer::tile_table, {{1, kTileTableWords, 0}}}};
+}
+
+}  // namespace
+
+Status TileTable::allocate_slots(int count) {
+    const std::vector<SlotBuffer> buffers = slot_buffers(core_);
+    for (size_t done = 0; done < buffers.size(); ++done) {
+        const SlotBuffer& buffer = buffers[done];
+        const Status allocated = core_.device->rearrange(
+            buffer.buffer, buffer.words(count),
+            slot_count_ > 0 ? buffer.moves(slot_count_, count) : std::vector<device::WordMove>{});
+        if (allocated) continue;
+        while (slot_count_ > 0 && done-- > 0) {  // back to what there was
+            const SlotBuffer& grown = buffers[done];
+            if (Status shrunk = core_.device->rearrange(grown.buffer, grown.words(slot_count_),
+                                                        grown.moves(count, slot_count_));
+                !shrunk) {
+                return shrunk;
+            }
+        }
+        return allocated;
+    }
+    core_.params.plane_stride =
+        static_cast<int32_t>(int64_t{core_.params.tile_voxels} * count + kPlanePad);
+    core_.params.column_count = static_cast<int32_t>(int64_t{count} * kTileColumns + kColumnPad);
+    for (int slot = count - 1; slot >= slot_count_; --slot) free_slots_.push_back(slot);
+    slot_tile_.resize(count, -1);
+    woken_step_.resize(count, 0);
+    looked_step_.resize(count, -1);
+    looked_blocks_.resize(count, 0);
+    slot_count_ = count;
+    neighbour_words_.assign(static_cast<size_t>(count) * kTileTableWords, kNeighbourAbsent);
+    is_dirty_ = true;
+    return Done{};
+}
+
 Status TileTable::grow_slots(int wanted) {
-    // The device's buffers are laid out by plane, so growing means moving every plane: awake tiles
-    // take the detour through the host. Happens a few times in a run, by doubling.
     const int count = std::min(slot_capacity_, std::max(wanted, 2 * slot_count_));
     if (count <= slot_count_) return Error{"the tile table is full"};
-    struct Saved {
-        int tile;
-        TileVoxels voxels;
-        std::vector<int32_t> coverage, owner, support, columns;
-    };
-    std::vector<Saved> saved;
-    const auto plane_words = static_cast<size_t>(core_.params.tile_voxels);
-    for (int slot = 0; slot < slot_count_; ++slot) {
-        if (slot_tile_[slot] >= 0) {
-            const std::vector<int32_t> plane(plane_words), columns(kTileColumns * kColumnWords);
-            Saved entry{slot_tile_[slot], {}, plane, plane, plane, columns};
-            read_voxels(slot_tile_[slot], entry.voxels);
-            ranges_ = {plane_range(kPlaneCoverage, slot, entry.coverage),
-                       plane_range(kPlaneOwner, slot, entry.owner),
-                       plane_range(kPlaneSupport, slot, entry.support),
-                       {Buffer::spans, spans_offset(slot), entry.columns}};
-            core_.device->read(ranges_);
-            saved.push_back(std::move(entry));
-        }
-    }
-    std::vector<int32_t> tops(static_cast<size_t>(slot_count_) * kTileColumns);
-    core_.device->read(Buffer::spans, column_array_offset(kColumnSurface, 0), tops);
-    if (Status allocated = allocate_slots(count); !allocated) return allocated;
-    for (const Saved& entry : saved) {
-        const int slot = tiles_[entry.tile]->slot;
-        write_voxels(entry.tile, entry.voxels);
-        for (const auto& [plane, words] :
-             {std::pair{kPlaneCoverage, &entry.coverage}, std::pair{kPlaneOwner, &entry.owner},
-              std::pair{kPlaneSupport, &entry.support}}) {
-            core_.device->write(Buffer::state, plane_offset(plane, slot), *words);
-        }
-        core_.device->write(Buffer::spans, spans_offset(slot), entry.columns);
-        note_covered(slot, entry.coverage);
-    }
-    core_.device->write(Buffer::spans, column_array_offset(kColumnSurface, 0), tops);
-    return Done{};
+    return allocate_slots(count);
 }
 
 int TileTable::wake(int index) {
@@ -230,18 +248,6 @@ void TileTable::note_stale(int slot, bool may_be_covered) {
     write_columns(slot, kColumnSlides, 1);
     write_columns(slot, kColumnIntact, kIntactUnknown);
     for (const int array : {kColumnCut, kColumnFailing}) write_columns(slot, array, 0);
-}
-
-void TileTable::note_covered(int slot, std::span<const int32_t> coverage) {
-    for (int zb = 0; zb < core_.blocks_per_tile; ++zb) {
-        int32_t words[2] = {};
-        for (int v = 0; v < kBlockVoxels; ++v) {
-            if (coverage[zb * kBlockVoxels + v] != 0) words[v / 32 % 2] |= 1 << v % 32;
-        }
-        const int64_t masks =
-            kFlagArrays * block_count() + kMaskWords * (int64_t{slot} * core_.blocks_per_tile + zb);
-        core_.device->write(Buffer::block_flags, masks + kMaskBody, words);
-    }
 }
 
 void TileTable::look_anew_at_all() {

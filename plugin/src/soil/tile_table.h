@@ -162,8 +162,6 @@ class TileTable {
     // --- what kernels remember of columns
     /// Nothing is known of what a tile's columns hold: they are to be looked at anew.
     void note_stale(int slot, bool may_be_covered);
-    /// After that: which columns bodies cover, by the tile's coverage of each voxel.
-    void note_covered(int slot, std::span<const int32_t> coverage);
     /// As if all of its columns had changed in the last pass.
     void stamp_columns(int slot);
     /// This step looks at a tile up to a block; at all of its columns where the last step did not.
