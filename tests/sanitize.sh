@@ -21,11 +21,12 @@ case $kind in
         render=OFF
         left_out+='|[Gg]l[A-Z_]|_on_gl|no_gl|^demo\.(hello_soil|world_from_file)$|test_c_api_bullet_double'
         # history_size: older accesses keep their stacks, which the suppressions look at.
-        export TSAN_OPTIONS="history_size=7:suppressions=$project_root/tests/device/thread_sanitizer.supp"
+        export TSAN_OPTIONS="allocator_may_return_null=1:history_size=7:suppressions=$project_root/tests/device/thread_sanitizer.supp"
         ;;
     address)
         list=address,undefined
         render=ON
+        export ASAN_OPTIONS=allocator_may_return_null=1  # tests ask for more than there is
         left_out+='|^UrdfErrors\.loop_without_a_root' # urdfdom itself never frees such links
         labels+='|fuzz'
         targets+=(fuzz_replay test_c_api_bullet_double hello_soil world_from_file)
