@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "bsoil/limits.h"
 #include "bullet_stream.h"
+#include "load_bounds.h"
 
 namespace bsoil::bullet {
 namespace {
@@ -221,7 +223,10 @@ void CouplingSnapshot::Memory::list_loaded(StateStream& stream,
     list(stream, loaded.force_n);
     list(stream, loaded.torque_n_m);
     const bool bears = loaded.body.role == BodyRole::rigid || loaded.body.role == BodyRole::link;
-    if (!bears || loaded.load.body != loaded.body.id || loaded.load.mass_kg < 0) stream.refuse();
+    if (!bears || loaded.load.body != loaded.body.id || loaded.load.mass_kg < 0 ||
+        loaded.own_mass_kg < 0) {
+        stream.refuse();
+    }
 }
 
 void CouplingSnapshot::Memory::list_surface(StateStream& stream, GroundSurface::MetTile& tile) {
@@ -364,6 +369,43 @@ Status CouplingSnapshot::check_same_vehicles(const SoilVehicles& here) const {
                 return Error{"is of another world: wheel " + std::to_string(k) + " of " + name +
                              " has here " + differs};
             }
+        }
+    }
+    return Done{};
+}
+
+// A debt becomes a force on its body, a load a mass: any that is finite would throw a body out of
+// the world, or out of float.
+Status CouplingSnapshot::check_loads(const Soil& soil) const {
+    const LoadBounds most(soil);
+    for (const CarriedLoads::Loaded& loaded : memory_->loaded) {
+        // What bears soil touches the grid, and so its centre is no farther from any soil.
+        btVector3 middle;
+        btScalar radius = 0;
+        loaded.body.object->getCollisionShape()->getBoundingSphere(middle, radius);
+        const double arm_m = most.diagonal_m + 2 * static_cast<double>(middle.length() + radius);
+        const Vec3 arm = loaded.load.center_m - loaded.body.motion.center_of_mass_m;
+        const struct {
+            const char *what, *unit;
+            double is, most;
+        } amounts[] = {
+            {"carries", "kg", loaded.load.mass_kg, most.mass_kg},
+            {"carries soil at a distance of", "m", length(arm), arm_m},
+            {"gave soil", "N s", length(loaded.load.impulse_n_s), most.impulse_n_s},
+            {"owes", "N s", length(loaded.debt_n_s), most.impulse_n_s},
+            {"owes", "N m s", length(loaded.debt_n_m_s), most.impulse_n_s * arm_m},
+            {"is pushed by", "N", length(loaded.push_n), most.impulse_n_s / most.step_s},
+            {"is pushed by", "N m", length(loaded.push_n_m),
+             most.impulse_n_s * arm_m / most.step_s},
+        };
+        for (const auto& amount : amounts) {
+            if (amount.is <= amount.most) continue;
+            char text[200];
+            std::snprintf(text, sizeof text,
+                          "is damaged: body %d %s %.3g %s for its load, and all soil that the grid "
+                          "can hold allows %.3g",
+                          loaded.body.id, amount.what, amount.is, amount.unit, amount.most);
+            return Error{text};
         }
     }
     return Done{};

@@ -35,6 +35,9 @@ class CouplingSnapshot {
     void serialize(StateStream& stream, const btDiscreteDynamicsWorld& world);
     /// Error: raycast vehicles are not those whose wheels the snapshot holds; it names the first.
     Status check_same_vehicles(const SoilVehicles& here) const;
+    /// Error: a body carries, owes or pays more than the soil's whole grid can hold or give; it
+    /// names the first.
+    Status check_loads(const Soil& soil) const;
     /// Replaces what the parts remember. Once, of a snapshot that has been read and fits.
     void put_into(const Parts& parts);
 

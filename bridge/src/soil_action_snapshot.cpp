@@ -80,6 +80,9 @@ Result<std::function<void()>> SnapshotAccess::prepare(SoilAction& action,
     if (const Status same = saved->memory.check_same_vehicles(*d.vehicles); !same) {
         return Error{same.error()};
     }
+    if (const Status sound = saved->memory.check_loads(*d.soil); !sound) {
+        return Error{sound.error()};
+    }
     auto put_soil = d.soil->prepare(*soil);
     if (!put_soil) return Error{put_soil.error()};
     return std::function<void()>([&d, saved, put = std::move(*put_soil)] {

@@ -37,6 +37,8 @@ inline constexpr int kBodyIdMost =
     65534;  ///< SoilBody::id; larger and negative ones are refused (shape_refused)
 inline constexpr int kConditionCapacity =
     256;  ///< conditions of single bodies that are kept; further ones are counted together
+inline constexpr int kSoilSpeedMostVoxels =
+    16;  ///< fastest soil along each axis [voxels a step]; what would be faster is held to it
 inline constexpr int kHullPlaneCapacity = 256;  ///< faces of a convex hull; more set shape_refused
 
 /// Thickness that a wall has for the soil at least [voxels]: thinner sheets are thickened to it, by

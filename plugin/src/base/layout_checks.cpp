@@ -57,6 +57,7 @@ static_assert(kTableWedge + kSlipEntries <= kTableAcceleration &&
 // Headroom: what the comments of soil_layout.h promise.
 static_assert(limits::kGridHeightMax < kTileTopStep);
 static_assert(limits::kBodyCapacity < kOwnerRank);
+static_assert(limits::kSoilSpeedMostVoxels * kVoxelFull == kSpeedMost);
 static_assert(int64_t{kVoxelFull - 1} / 2 * kOwnerRank + limits::kBodyCapacity <= INT32_MAX);
 static_assert(int64_t{kVoxelMost} / kLoadPart * (limits::kGridSideMax + 1) <= INT32_MAX);
 static_assert(int64_t{kPushMost} * kForceOne <= INT32_MAX);
