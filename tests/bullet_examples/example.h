@@ -72,9 +72,21 @@ class Example {
 
     /// One frame of 1/60 s.
     void step() {
+        before_.clear();
+        for (const auto& joint : joints_) {
+            before_.emplace_back(joint->getRigidBodyA().getWorldTransform(),
+                                 joint->getRigidBodyB().getWorldTransform());
+        }
         scene_.world->stepSimulation(btScalar(1) / kFramesPerS, 0);
         ++frame_;
+        paid_j_ += joint_work_j() + drive_work_j();
+        const double now_j = kept_j();
+        least_j_ = std::min(least_j_, now_j);
+        risen_j_ = std::max(risen_j_, now_j - least_j_);
     }
+    /// Most energy above the least there was before, less what joints, their motors and engines
+    /// have done [J]. Soil and ground can only take energy: this came from nowhere.
+    double unpaid_j() const { return risen_j_; }
     void run(double seconds) {
         for (int i = 0; i < std::lround(seconds * kFramesPerS); ++i) step();
     }
@@ -134,6 +146,8 @@ class Example {
         }
         return sum;
     }
+    /// What lifts all bodies by a millimetre [J]: so far Bullet's solver corrects what overlaps.
+    double millimetre_j() const { return kGravity_m_s2 * mass_kg() * 1e-3; }
     double mass_kg() const {
         double sum = 0;
         for (const auto& body : scene_.bodies) {
@@ -202,6 +216,11 @@ class Example {
     bool has_soil() const { return soil_ != nullptr; }
 
   protected:
+    /// Of what drives a body and is no joint, at most, in the last frame [J].
+    virtual double drive_work_j() const { return 0; }
+    /// In springs that are no joints', and in wheels that are no bodies [J].
+    virtual double stored_j() const { return 0; }
+
     template <typename Fill>
     void fill(const Fill& what) {
         const Status filled = soil_->fill(what);
@@ -217,16 +236,50 @@ class Example {
     template <typename Joint>
     Joint& join(std::unique_ptr<Joint> joint, bool without_collision = true) {
         Joint& out = *joint;
+        feedback_.push_back(std::make_unique<btJointFeedback>());
+        joint->setJointFeedback(feedback_.back().get());
         scene_.world->addConstraint(joint.get(), without_collision);
         joints_.push_back(std::move(joint));
         return out;
     }
 
     BulletScene scene_;
+    std::vector<std::unique_ptr<btJointFeedback>> feedback_;  ///< of each joint
     std::vector<std::unique_ptr<btTypedConstraint>> joints_;
     std::unique_ptr<SoilAction> soil_;
     std::vector<int64_t> units_;
     int frame_ = 0;
+
+  private:
+    /// Of all joints with their springs and motors in the last frame [J]: force times the distance
+    /// that it acted over. A vehicle's velocity would not do: its wheels push after it has moved.
+    double joint_work_j() const {
+        btScalar sum = 0;
+        const auto add = [&sum](const btRigidBody& body, const btTransform& before,
+                                const btVector3& force, const btVector3& torque) {
+            btVector3 linear, angular;
+            btTransformUtil::calculateVelocity(before, body.getWorldTransform(), 1, linear,
+                                               angular);
+            sum += force.dot(linear) + torque.dot(angular);
+        };
+        for (size_t i = 0; i < joints_.size(); ++i) {
+            const btRigidBody &a = joints_[i]->getRigidBodyA(), &b = joints_[i]->getRigidBodyB();
+            if (!a.isActive() && !b.isActive()) continue;  // what it says is of an earlier frame
+            const btJointFeedback& f = *feedback_[i];
+            add(a, before_[i].first, f.m_appliedForceBodyA, f.m_appliedTorqueBodyA);
+            add(b, before_[i].second, f.m_appliedForceBodyB, f.m_appliedTorqueBodyB);
+        }
+        return static_cast<double>(sum);
+    }
+    /// What Bullet's steps keep where only gravity and what is paid for act. They set a velocity
+    /// and go on with it, which leaves m g dt v / 2 too much on the way up.
+    double kept_j() const {
+        return energy_j() + stored_j() - kGravity_m_s2 * momentum_n_s() / (2 * kFramesPerS) -
+               paid_j_;
+    }
+    /// Of each joint's bodies, before the frame.
+    std::vector<std::pair<btTransform, btTransform>> before_;
+    double paid_j_ = 0, least_j_ = std::numeric_limits<double>::infinity(), risen_j_ = 0;
 };
 
 }  // namespace bsoil::bullet

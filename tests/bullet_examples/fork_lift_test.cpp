@@ -48,7 +48,7 @@ class ForkLiftTruck : public Example {
             wheel.m_rollInfluence = btScalar(0.1);
         }
         if (caster_) {
-            const Status attached = caster_->attach(*vehicle_, SoilWheelDef{.width_m = 0.4});
+            const Status attached = caster_->attach(*vehicle_, kWheel);
             EXPECT_TRUE(attached) << attached.error();
         }
         add_fork();
@@ -95,6 +95,38 @@ class ForkLiftTruck : public Example {
         for (int i = 0; i < 4; ++i) sum += caster_->wheel_report(i).normal_force_n;
         return sum;
     }
+    /// An engine's force acts at the rim, and a rim turns at least as fast as its truck goes.
+    double drive_work_j() const override {
+        double sum = 0;
+        for (int i = 0; i < 4; ++i) {
+            const btWheelInfo& wheel = vehicle_->getWheelInfo(i);
+            const btVector3 forward = vehicle_->getForwardVector();
+            double rim_m_s = static_cast<double>(chassis_->getLinearVelocity().dot(forward));
+            if (caster_) {
+                rim_m_s = std::max(rim_m_s, caster_->wheel_report(i).spin_rad_s *
+                                                static_cast<double>(wheel.m_wheelsRadius));
+            }
+            sum += static_cast<double>(wheel.m_engineForce) * rim_m_s / kFramesPerS;
+        }
+        return sum;
+    }
+    double stored_j() const override {
+        double sum = 0;
+        for (int i = 0; i < 4; ++i) {
+            const btWheelInfo& wheel = vehicle_->getWheelInfo(i);
+            const auto short_m = static_cast<double>(wheel.m_suspensionRestLength1 -
+                                                     wheel.m_raycastInfo.m_suspensionLength);
+            sum += static_cast<double>(wheel.m_suspensionStiffness / chassis_->getInvMass()) *
+                   short_m * short_m / 2;
+            if (!caster_) continue;  // there a wheel has no mass
+            const double rim_m_s =
+                caster_->wheel_report(i).spin_rad_s * static_cast<double>(wheel.m_wheelsRadius);
+            sum += kWheel.mass_kg *
+                   (rim_m_s * rim_m_s / 4 +
+                    kGravity_m_s2 * static_cast<double>(wheel.m_worldTransform.getOrigin().y()));
+        }
+        return sum;
+    }
     double fork_m() const { return height_m(*fork_); }
     double chassis_m() const { return height_m(*chassis_); }
     const btHingeConstraint& hinge() const { return *hinge_; }
@@ -106,6 +138,8 @@ class ForkLiftTruck : public Example {
     }
 
   private:
+    static constexpr SoilWheelDef kWheel{.width_m = 0.4};
+
     btRigidBody *chassis_ = nullptr, *mast_ = nullptr, *fork_ = nullptr;
     btHingeConstraint* hinge_ = nullptr;
     btSliderConstraint* slider_ = nullptr;
@@ -139,6 +173,9 @@ TEST(ForkLift, drives_on_sand_and_lifts_its_fork) {
     EXPECT_GT(on_sand_m, 1);
     EXPECT_LT(on_sand_m, on_rigid_m - 940 * 2.0 / sand.mass_kg() + 1);
     EXPECT_LT(sand.gap_m(sand.hinge()), 0.02);
+    for (const ForkLiftTruck* truck : {&rigid, &sand}) {
+        EXPECT_LT(truck->unpaid_j(), truck->millimetre_j()) << truck->has_soil();
+    }
 }
 
 }  // namespace
