@@ -7,12 +7,10 @@
 #include <deque>
 #include <limits>
 #include <map>
-#include <numbers>
 
-#include "bsoil/contact/bekker_soil.h"
 #include "bullet_types.h"
 #include "check.h"
-#include "mechanics.h"
+#include "lie_of_body.h"
 
 namespace bsoil::random_worlds {
 
@@ -28,15 +26,11 @@ constexpr double kWeightFraction = 0.02;
 constexpr size_t kMeanFrames = 30;
 /// The surface under a body is known to a column's height [voxels].
 constexpr double kHoverVoxels = 1;
-/// A body lies no deeper than a plate of this part of its own size does that has fallen as far,
-/// times this (soils differ), and this many voxels.
+/// The surface beside a body is that at this many of its radii: less, and it crosses the body.
+constexpr double kBesideRadii = 1.25;
+/// A body lies no deeper than a plate of this part of its own size does that has fallen as far with
+/// its load, times this (soils differ), and this many voxels.
 constexpr double kPlateFraction = 1.0 / 3, kSinkageFactor = 1.5, kSinkageVoxels = 2;
-
-/// How deep a plate sinks that falls from a height onto soil which bears its weight at rest_m, if
-/// it bears in proportion to the depth: the work of the soil is that of the weight.
-double sinkage_after_fall_m(double rest_m, double fall_m) {
-    return rest_m * (1 + std::sqrt(1 + 2 * fall_m / rest_m));
-}
 
 /// Impulses of Bullet's contacts in the last substep that each was solved in, by object [N s].
 std::map<const btCollisionObject*, Vec3> contact_impulses(btDispatcher& dispatcher) {
@@ -196,12 +190,7 @@ class RestCheck final : public Check {
     }
 
     void expect_held(BuiltWorld& world, const MovingPart& part, Failures& failures) {
-        const btCollisionShape& shape = *part.object->getCollisionShape();
-        btVector3 low, high, middle;
-        btScalar bullet_radius = 0;
-        shape.getAabb(part.object->getWorldTransform(), low, high);
-        shape.getBoundingSphere(middle, bullet_radius);
-        const auto radius = static_cast<double>(bullet_radius);
+        const double radius = radius_m(world, part.object);
         const int index = soil_below(world, part.pose.position, radius);
         if (index < 0 || part.is_of_chain || is_jointed(world, part.object) ||
             touches_others(*world.world().getDispatcher(), *part.object)) {
@@ -210,7 +199,9 @@ class RestCheck final : public Check {
         bullet::SoilAction& soil = world.soil(index);
         if (soil.options(*part.object).coverage_only) return;
         const double voxel_m = soil.soil().frame().voxel_m;
-        const double bottom_m = height_m(world, from_bullet(low));
+        const Vec3 lowest = lowest_point(*part.object->getCollisionShape(),
+                                         part.object->getWorldTransform(), world.up());
+        const double bottom_m = height_m(world, lowest);
         const std::string name = world.name_of_object(*part.object);
         double highest = -std::numeric_limits<double>::infinity();
         const Quat axes = soil.soil().frame().grid_to_world.rotation;
@@ -227,17 +218,46 @@ class RestCheck final : public Check {
                          fmt::format("its bottom no higher than the surface, {:.5g} m", highest),
                          fmt::format("{:.5g} m", bottom_m));
         }
-        const double weight_n = part.mass_kg * world.gravity_m_s2();
-        const double fall_m = std::max(0.0, energy_heights_m_.at(part.object) - highest);
-        const double rest_m = sinkage_m(soil.soil(), radius, weight_n);
+        if (!is_free(world, part.object, index)) return;
+        const auto surface_m = surface_beside_m(world, soil, lowest, kBesideRadii * radius);
+        if (!surface_m) return;
+        const double carried_kg = load_kg(world, *part.object);
+        const double weight_n = (part.mass_kg + carried_kg) * world.gravity_m_s2();
+        const double fall_m = std::max(0.0, energy_heights_m_.at(part.object) - *surface_m);
+        const double plate_m = std::clamp(kPlateFraction * radius, 1e-3, 10.0);
         const double bound_m =
-            kSinkageFactor * sinkage_after_fall_m(rest_m, fall_m) + kSinkageVoxels * voxel_m;
-        if (bottom_m < highest - bound_m) {
+            kSinkageFactor * sinkage_after_fall_m(soil.soil(), plate_m, weight_n, fall_m) +
+            kSinkageVoxels * voxel_m;
+        if (bottom_m < *surface_m - bound_m) {
             failures.add("sinkage", name, world.time_s(),
                          fmt::format("its bottom no more than {:.3g} m below the surface, {:.5g} m",
-                                     bound_m, highest),
-                         fmt::format("{:.3g} m below it", highest - bottom_m));
+                                     bound_m, *surface_m),
+                         fmt::format("{:.3g} m below it", *surface_m - bottom_m));
         }
+    }
+
+    /// Bullet's own sphere about a small shape is many times too large: it has the default margin.
+    static double radius_m(const BuiltWorld& world, const btCollisionObject* object) {
+        const std::vector<BodyPlan>& bodies = world.plan().bodies;
+        for (size_t i = 0; i < bodies.size(); ++i) {
+            if (world.body(static_cast<int>(i)) == object) return bound_m(bodies[i].shape);
+        }
+        return 0;
+    }
+
+    /// Whether it fell onto soil that bore it all the time: nobody put it into soil or soil onto
+    /// it, or switched the soil or the forces on the body off.
+    static bool is_free(const BuiltWorld& world, const btCollisionObject* object, int soil) {
+        using Kind = EventPlan::Kind;
+        for (const EventPlan& event : world.plan().events) {
+            if (event.dropped || event.kind == Kind::push) continue;
+            const bool is_of_soil = event.kind == Kind::fill || event.kind == Kind::disable ||
+                                    event.kind == Kind::enable;
+            if (is_of_soil ? event.body == soil : world.body(event.body) == object) return false;
+        }
+        const std::vector<FlowPlan>& flows = world.plan().soils[static_cast<size_t>(soil)].flows;
+        return std::none_of(flows.begin(), flows.end(),
+                            [](const FlowPlan& flow) { return flow.is_source && !flow.dropped; });
     }
 
     static bool is_jointed(const BuiltWorld& world, const btCollisionObject* object) {
@@ -251,26 +271,6 @@ class RestCheck final : public Check {
             if (car.chassis == object) return true;
         }
         return false;
-    }
-
-    /// Of a plate of that part of the body's size under its weight, in the weakest of the soils;
-    /// at most the grid's height.
-    static double sinkage_m(const Soil& soil, double radius_m, double weight_n) {
-        const double plate_m = std::clamp(kPlateFraction * radius_m, 1e-3, 10.0);
-        const double pressure_pa = weight_n / (std::numbers::pi * plate_m * plate_m);
-        const double most_m = soil.frame().size[2] * soil.frame().voxel_m;
-        double worst_m = 0;
-        for (const MaterialDef& material : soil.materials()) {
-            double low = 1e-4 * most_m, high = most_m;
-            for (int i = 0; i < 30; ++i) {
-                const double at = (low + high) / 2;
-                const bool bears =
-                    plate_bearing_pa(material, soil.def().gravity_m_s2, plate_m, at) >= pressure_pa;
-                (bears ? high : low) = at;
-            }
-            worst_m = std::max(worst_m, high);
-        }
-        return worst_m;
     }
 
     /// On a body while it was awake last, and its upward momentum and its load's after each.

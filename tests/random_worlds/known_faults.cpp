@@ -1,6 +1,9 @@
 #include "known_faults.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cstdlib>
 #include <string_view>
 
 namespace bsoil::random_worlds {
@@ -8,23 +11,49 @@ namespace {
 
 struct KnownFault {
     std::string_view invariant;
-    bool (*applies)(const WorldPlan& plan);
+    bool (*applies)(const WorldPlan& plan, const Failure& failure);
     const char* reason;
 };
 
+/// Bodies whose bound is of fewer voxels touch soil in a few, which carry them at points.
+constexpr double kFewVoxels = 4;
+/// A voxel at a block's corner keeps the blocks awake that meet there.
+constexpr int kBlocksAtCorner = 8;
+
+bool is_small(const WorldPlan& plan, const BodyPlan& body) {
+    return bound_m(body.shape) <
+           kFewVoxels * plan.soils[static_cast<size_t>(body.soil)].def.voxel_m;
+}
+
+bool is_of_small_body(const WorldPlan& plan, const Failure& failure) {
+    for (size_t i = 0; i < plan.bodies.size(); ++i) {
+        const bool is_it =
+            failure.body == fmt::format("body {} ({})", i, name_of(plan.bodies[i].shape.kind));
+        if (is_it) return is_small(plan, plan.bodies[i]);
+    }
+    return false;
+}
+
+bool has_small_body(const WorldPlan& plan, const Failure&) {
+    return std::any_of(plan.bodies.begin(), plan.bodies.end(), [&plan](const BodyPlan& body) {
+        return !body.dropped && body.kind == BodyPlan::Kind::moving && is_small(plan, body);
+    });
+}
+
+bool is_of_few_blocks(const WorldPlan&, const Failure& failure) {
+    return std::atoi(failure.found.c_str()) <= kBlocksAtCorner;
+}
+
+bool has_weather(const WorldPlan& plan, const Failure&) { return plan.has_weather; }
+
 /// Entries go when the fault does.
 constexpr KnownFault kKnownFaults[] = {
-    {"sinkage", [](const WorldPlan&) { return true; },
-     "bodies of a few voxels sink deeper than plates of their size"},
-    {"soil sleeps", [](const WorldPlan&) { return true; },
+    {"sinkage", is_of_small_body, "bodies of a few voxels sink deeper than plates of their size"},
+    {"soil sleeps", is_of_few_blocks,
      "a voxel of soil caught beside a body goes to and fro for good (docs/contact_law.md, Sleep)"},
-    {"bodies sleep",
-     [](const WorldPlan& plan) {
-         return std::any_of(plan.bodies.begin(), plan.bodies.end(), [&plan](const BodyPlan& b) {
-             return !b.dropped && b.kind == BodyPlan::Kind::moving &&
-                    bound_m(b.shape) < 4 * plan.soils[static_cast<size_t>(b.soil)].def.voxel_m;
-         });
-     },
+    {"soil sleeps", has_weather,
+     "water goes on moving through soil, viscous soil creeps, and wind carries some away"},
+    {"bodies sleep", has_small_body,
      "bodies of a few voxels rock and keep what lies beside them awake"},
 };
 
@@ -32,7 +61,9 @@ constexpr KnownFault kKnownFaults[] = {
 
 const char* known_fault(const WorldPlan& plan, const Failure& failure) {
     for (const KnownFault& fault : kKnownFaults) {
-        if (fault.invariant == failure.invariant && fault.applies(plan)) return fault.reason;
+        if (fault.invariant == failure.invariant && fault.applies(plan, failure)) {
+            return fault.reason;
+        }
     }
     return nullptr;
 }

@@ -4,6 +4,7 @@
 
 #include "add_weather.h"
 #include "known_faults.h"
+#include "lie_of_body.h"
 #include "make_plan.h"
 #include "minimize.h"
 #include "run_plan.h"
@@ -250,6 +251,57 @@ TEST(Checks, find_a_body_asleep_in_the_air) {
     std::string found;
     for (const Failure& failure : failures) found += failure.invariant + ' ';
     EXPECT_EQ(found, "weight held ");
+}
+
+TEST(Checks, find_a_body_that_lies_too_deep) {
+    const auto failures = failures_of(make_rest_check, [](BuiltWorld& world) {
+        btTransform pose = world.body(0)->getWorldTransform();
+        pose.getOrigin().setY(pose.getOrigin().y() - btScalar(0.25));
+        world.body(0)->setWorldTransform(pose);
+    });
+    std::string found;
+    for (const Failure& failure : failures) found += failure.invariant + ' ';
+    EXPECT_NE(found.find("sinkage"), std::string::npos) << found;
+}
+
+// Bullet's box about a compound or a hull turns with it, and reaches lower than any of its points.
+TEST(Checks, know_the_lowest_point_of_a_turned_shape) {
+    btSphereShape ball(btScalar(0.5));
+    btCompoundShape turned;
+    turned.addChildShape(btTransform::getIdentity(), &ball);
+    const btTransform pose(btQuaternion(btVector3(1, 1, 0).normalized(), btScalar(0.7)),
+                           btVector3(3, 2, 1));
+    btVector3 low, high;
+    turned.getAabb(pose, low, high);
+    EXPECT_LT(low.y(), btScalar(1.4));
+    EXPECT_NEAR(lowest_point(turned, pose, {0, 1, 0}).y, 1.5, 1e-5);
+}
+
+// On a slope the surface beside a body is as high as the middle of the circle about it.
+TEST(Checks, find_the_surface_beside_a_body_on_a_slope) {
+    const WorldPlan plan = box_on_bed();
+    BuiltWorld world(plan);
+    ASSERT_EQ(world.error(), "");
+    const auto flat = surface_beside_m(world, world.soil(0), {}, 0.3);
+    ASSERT_TRUE(flat);
+    EXPECT_NEAR(*flat, 0.3, 1e-6);
+    ASSERT_TRUE(world.soil(0).fill(FunctionFill{[](Vec3 p) { return 0.5 + 0.3 * p.x - p.y; }, {}}));
+    const auto sloping = surface_beside_m(world, world.soil(0), {}, 0.3);
+    ASSERT_TRUE(sloping);
+    EXPECT_NEAR(*sloping, 0.5, 0.02) << "a column's height is known to parts of a voxel";
+    EXPECT_FALSE(surface_beside_m(world, world.soil(0), {5, 0, 5}, 0.3)) << "beside the soil";
+}
+
+TEST(Checks, know_how_deep_a_plate_falls) {
+    const WorldPlan plan = box_on_bed();
+    BuiltWorld world(plan);
+    ASSERT_EQ(world.error(), "");
+    const Soil& soil = world.soil(0).soil();
+    const double rest_m = sinkage_after_fall_m(soil, 0.1, 100, 0);
+    EXPECT_GT(rest_m, 0);
+    EXPECT_LT(rest_m, 0.01) << "3 kPa on dry sand";
+    EXPECT_GT(sinkage_after_fall_m(soil, 0.1, 100, 1), 2 * rest_m);
+    EXPECT_GT(sinkage_after_fall_m(soil, 0.1, 1000, 1), sinkage_after_fall_m(soil, 0.1, 100, 1));
 }
 
 TEST(Checks, find_a_status_without_a_cause) {

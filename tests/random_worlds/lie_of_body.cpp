@@ -1,0 +1,103 @@
+#include "lie_of_body.h"
+
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
+#include <BulletCollision/CollisionShapes/btConcaveShape.h>
+#include <BulletCollision/CollisionShapes/btConvexShape.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "bsoil/contact/bekker_soil.h"
+#include "bullet_types.h"
+
+namespace bsoil::random_worlds {
+
+using bullet::from_bullet;
+using bullet::to_bullet;
+
+namespace {
+
+/// The lowest corner of a mesh.
+struct LowestCorner final : btTriangleCallback {
+    LowestCorner(const btTransform& pose_of, Vec3 up_axis) : pose(pose_of), up(up_axis) {}
+    void processTriangle(btVector3* corners, int, int) override {
+        for (int i = 0; i < 3; ++i) {
+            const Vec3 corner = from_bullet(pose * corners[i]);
+            if (is_empty || dot(corner, up) < dot(point, up)) point = corner;
+            is_empty = false;
+        }
+    }
+    btTransform pose;
+    Vec3 up, point;
+    bool is_empty = true;
+};
+
+}  // namespace
+
+Vec3 lowest_point(const btCollisionShape& shape, const btTransform& pose, Vec3 up) {
+    if (shape.isConvex()) {
+        const btVector3 down = to_bullet(-up) * pose.getBasis();
+        return from_bullet(pose *
+                           static_cast<const btConvexShape&>(shape).localGetSupportingVertex(down));
+    }
+    Vec3 lowest = from_bullet(pose.getOrigin());
+    if (shape.isCompound()) {
+        const auto& compound = static_cast<const btCompoundShape&>(shape);
+        for (int i = 0; i < compound.getNumChildShapes(); ++i) {
+            const Vec3 of_child =
+                lowest_point(*compound.getChildShape(i), pose * compound.getChildTransform(i), up);
+            if (i == 0 || dot(of_child, up) < dot(lowest, up)) lowest = of_child;
+        }
+    } else if (shape.isConcave()) {
+        LowestCorner corner(pose, up);
+        btVector3 low, high;
+        shape.getAabb(btTransform::getIdentity(), low, high);
+        static_cast<const btConcaveShape&>(shape).processAllTriangles(&corner, low, high);
+        if (!corner.is_empty) lowest = corner.point;
+    }
+    return lowest;
+}
+
+std::optional<double> surface_beside_m(const BuiltWorld& world, const bullet::SoilAction& soil,
+                                       Vec3 at, double radius_m) {
+    constexpr int kPoints = 24;
+    const Quat axes = soil.soil().frame().grid_to_world.rotation;
+    // Points of a circle lie evenly, so the plane's height in its middle is their mean: of pairs
+    // across it, since one may lie beside the soil.
+    double sum_m = 0;
+    int count = 0;
+    for (int i = 0; i < kPoints / 2; ++i) {
+        const double angle = 2 * std::numbers::pi * i / kPoints;
+        const Vec3 aside = rotate(axes, radius_m * Vec3{std::cos(angle), std::sin(angle), 0});
+        const auto a = soil.surface_at(at + aside), b = soil.surface_at(at - aside);
+        if (!a || !b) continue;
+        sum_m += height_m(world, a->position_m) + height_m(world, b->position_m);
+        count += 2;
+    }
+    if (count < kPoints / 2) return {};
+    return sum_m / count;
+}
+
+double sinkage_after_fall_m(const Soil& soil, double plate_radius_m, double weight_n,
+                            double fall_m) {
+    const double area_m2 = std::numbers::pi * plate_radius_m * plate_radius_m;
+    const double most_m = soil.frame().size[2] * soil.frame().voxel_m;
+    constexpr int kSteps = 1000;
+    double worst_m = 0;
+    for (const MaterialDef& material : soil.materials()) {
+        double work_j = 0, at_m = 0;
+        for (int i = 1; i <= kSteps && work_j <= weight_n * (fall_m + at_m); ++i) {
+            // The first steps are fine: a light body rests in them.
+            const double part = static_cast<double>(i) / kSteps;
+            const double next_m = most_m * part * part;
+            work_j += area_m2 * (next_m - at_m) *
+                      plate_bearing_pa(material, soil.def().gravity_m_s2, plate_radius_m, next_m);
+            at_m = next_m;
+        }
+        worst_m = std::max(worst_m, at_m);
+    }
+    return worst_m;
+}
+
+}  // namespace bsoil::random_worlds

@@ -1,0 +1,25 @@
+/// How a body lies in soil: its lowest point, the surface beside it, and how deep it may be.
+#pragma once
+
+#include <optional>
+
+#include "mechanics.h"
+
+namespace bsoil::random_worlds {
+
+/// Of a shape, along `up`. A box about a hull, a compound or a mesh reaches farther where it is
+/// turned.
+Vec3 lowest_point(const btCollisionShape& shape, const btTransform& pose, Vec3 up);
+
+/// Height, under a point, of the plane through the soil's surface around it: on a slope a long body
+/// has its lowest point where the surface is low. The circle is as large as the body, so that it
+/// crosses soil beside it. Empty where most of it lies beside the soil.
+std::optional<double> surface_beside_m(const BuiltWorld& world, const bullet::SoilAction& soil,
+                                       Vec3 at, double radius_m);
+
+/// How deep a plate sinks that falls from a height onto the weakest of the soils: as far as the
+/// soil's work under it is that of its weight. At most the grid's height.
+double sinkage_after_fall_m(const Soil& soil, double plate_radius_m, double weight_n,
+                            double fall_m);
+
+}  // namespace bsoil::random_worlds
