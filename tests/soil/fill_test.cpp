@@ -1,6 +1,7 @@
 // Fills: what they put where, and what level ground costs.
 #include <array>
 #include <set>
+#include <thread>
 
 #include "soil_fixture.h"
 
@@ -97,6 +98,36 @@ TEST(Fill, one_of_the_tiles_that_share_changes_alone) {
     impl.tiles.wake(3);
     impl.tiles.put_to_sleep(std::array{3});
     EXPECT_EQ(soil->surface_height_m(29, 3), 4 * kVoxel);
+}
+
+TEST(Fill, is_the_same_on_any_number_of_threads) {
+    std::vector<uint64_t> checksums;
+    for (const int threads : {1, 4}) {
+        SoilDef def = grid_def(150, 91, 24);
+        def.thread_count = threads;
+        auto soil = make_soil(def);
+        NoiseFill hills;
+        hills.base_m = 0.3;
+        hills.amplitude_m = 0.2;
+        hills.wavelength_m = 2;
+        ASSERT_TRUE(soil->fill(hills));
+        checksums.push_back(soil->checksum());
+        // A caller's function is called on the caller's thread, wherever it lies.
+        const auto caller = std::this_thread::get_id();
+        bool is_of_caller = true;
+        ASSERT_TRUE(soil->fill(FunctionFill{[&](Vec3 p) {
+                                                is_of_caller = is_of_caller &&
+                                                               std::this_thread::get_id() == caller;
+                                                return 0.7 - p.z;
+                                            },
+                                            {}}));
+        EXPECT_TRUE(is_of_caller);
+        ASSERT_TRUE(soil->fill(HeightMapFill{2, 2, {0.5f, 0.9f, 0.6f, 1.1f}, {}}));
+        ASSERT_TRUE(soil->fill(voxel_box(*soil, {3.3, 5, 0}, {120, 80, 20.5})));
+        checksums.push_back(soil->checksum());
+    }
+    EXPECT_EQ(checksums[0], checksums[2]);
+    EXPECT_EQ(checksums[1], checksums[3]);
 }
 
 // Order and pieces do not matter: what shares content and what does not holds the same soil.

@@ -47,7 +47,8 @@ std::span<const int32_t> SurfaceReader::of_ground(int index) {
     }
     if (!tile.packed) return kBareFloor;
     if (tile.packed->surface.empty()) {
-        tile.packed->surface = surface_heights_q16(tiles_.read_runs(index));
+        tiles_.read_runs(index, runs_);
+        tile.packed->surface = surface_heights_q16(runs_);
     }
     return tile.packed->surface;
 }

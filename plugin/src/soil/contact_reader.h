@@ -37,6 +37,7 @@ class SurfaceReader {
     std::vector<int32_t> spans_;
     std::vector<int> slots_;  ///< of spans_, tile by tile
     std::vector<int> asked_;  ///< slots asked for in this step
+    TileRuns runs_;           ///< of a tile that is looked at
     std::vector<int> place_;  ///< by slot: its place in slots_, -1 where it is not read
     std::vector<int32_t> carried_;
 };

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "base/check_range.h"
 #include "bsoil/limits.h"
@@ -56,6 +55,30 @@ bool is_proper(const Aabb& box) {
 
 }  // namespace
 
+void TileFill::ask(const FillShape& shape) {
+    const bool is_known_level = shape.is_level && shape.is_level(low[0], low[1], high[0], high[1]);
+    is_level = (high[0] - low[0] + 1) * (high[1] - low[1] + 1) == kTileColumns;
+    wanted.fill(nullptr);
+    some = nullptr;
+    for (int y = low[1]; y <= high[1]; ++y) {
+        for (int x = low[0]; x <= high[0]; ++x) {
+            const auto c = static_cast<size_t>(y % kTileSide * kTileSide + x % kTileSide);
+            if (!some || !is_known_level) {
+                runs[c].clear();
+                shape.column(x, y, runs[c]);
+                is_level = is_level && (!some || runs[c] == *some);
+                some = &runs[c];
+            }
+            wanted[c] = some;
+        }
+    }
+}
+
+void TileFill::work(const FillMaterial& what) {
+    added = fill_columns(held, wanted, what, filled);
+    after = make_packed(filled);
+}
+
 Result<int> Soil::Impl::material_index(const std::string& name) const {
     if (name.empty()) return 0;
     std::string names;
@@ -88,76 +111,71 @@ Status Soil::Impl::fill_with(const std::string& material, const int low[3], cons
         }
     }
     int64_t added = 0;
-    // Whole tiles that held the same and get the same in every column hold the same thereafter.
-    struct LevelTile {
-        std::shared_ptr<const PackedTile> before,
-            after;  // `before` is kept, so that no other takes its address
-        int64_t added = 0;
-    };
-    std::map<std::pair<const PackedTile*, FillRuns>, LevelTile> level_tiles;
-    std::array<FillRuns, kTileColumns> runs;
-    std::array<const FillRuns*, kTileColumns> wanted;
+    LevelTiles level_tiles;
+    std::vector<TileFill> row(static_cast<size_t>(last[0] / kTileSide - first[0] / kTileSide + 1));
     for (int ty = first[1] / kTileSide; ty <= last[1] / kTileSide; ++ty) {
-        for (int tx = first[0] / kTileSide; tx <= last[0] / kTileSide; ++tx) {
-            const int x0 = std::max(first[0], tx * kTileSide),
-                      y0 = std::max(first[1], ty * kTileSide);
-            const int x1 = std::min(last[0], tx * kTileSide + kTileSide - 1),
-                      y1 = std::min(last[1], ty * kTileSide + kTileSide - 1);
-            const bool is_known_level = shape.is_level && shape.is_level(x0, y0, x1, y1);
-            bool is_level = (x1 - x0 + 1) * (y1 - y0 + 1) == kTileColumns;
-            wanted.fill(nullptr);
-            const FillRuns* some = nullptr;
-            for (int y = y0; y <= y1; ++y) {
-                for (int x = x0; x <= x1; ++x) {
-                    const int c = y % kTileSide * kTileSide + x % kTileSide;
-                    if (!some || !is_known_level) {
-                        runs[c].clear();
-                        shape.column(x, y, runs[c]);
-                        is_level = is_level && (!some || runs[c] == *some);
-                        some = &runs[c];
-                    }
-                    wanted[c] = some;
-                }
-            }
-            const int index = tile_index(tx, ty);
-            if (!tiles[index] && ground.is_over(index)) tiles.make(index);
-            const bool is_asleep = !tiles[index] || tiles[index]->slot < 0;
-            LevelTile* level = nullptr;
-            if (is_level && is_asleep) {
-                const std::shared_ptr<const PackedTile> before =
-                    tiles[index] ? tiles[index]->packed : nullptr;
-                const auto [entry, fresh] = level_tiles.try_emplace({before.get(), *some});
-                level = &entry->second;
-                if (fresh) level->before = before;
-            }
-            int64_t tile_added = 0;
-            std::shared_ptr<const PackedTile> after;
-            if (level && level->after) {
-                after = level->after;
-                tile_added = level->added;
-            } else {
-                TileRuns filled;
-                tile_added = fill_columns(tiles.read_runs(index), wanted, what, filled);
-                after = make_packed(filled);
-                if (level) {
-                    level->after = after;
-                    level->added = tile_added;
-                }
-            }
-            if (tile_added > 0) {
-                tiles.write_packed(index, after);
-                ++tiles[index]->revision;
-                tiles[index]->unchecked = true;
-                tiles.any_unchecked = true;
-                added += tile_added;
-            }
+        // A row of tiles at a time. What is asked of tiles and changed in them has its order; the
+        // rest is work on threads.
+        for (size_t i = 0; i < row.size(); ++i) {
+            const int tx = first[0] / kTileSide + static_cast<int>(i);
+            row[i].index = tile_index(tx, ty);
+            row[i].low[0] = std::max(first[0], tx * kTileSide);
+            row[i].low[1] = std::max(first[1], ty * kTileSide);
+            row[i].high[0] = std::min(last[0], tx * kTileSide + kTileSide - 1);
+            row[i].high[1] = std::min(last[1], ty * kTileSide + kTileSide - 1);
         }
+        const auto on_threads = [&](bool is_safe, const auto& each) {
+            for_ranges(is_safe ? work_threads.get() : nullptr, row.size(), 1,
+                       [&](size_t from, size_t to) {
+                           for (size_t i = from; i < to; ++i) each(row[i]);
+                       });
+        };
+        on_threads(shape.is_ours, [&](TileFill& fill) { fill.ask(shape); });
+        for (TileFill& fill : row) begin_fill(fill, level_tiles);
+        on_threads(true, [&](TileFill& fill) {
+            if (fill.is_worked) fill.work(what);
+        });
+        for (TileFill& fill : row) added += end_fill(fill);
     }
     if (added == 0) {
         return Error{
             "the fill holds no soil: it lies outside of the grid, or all its room is taken"};
     }
     return Done{};
+}
+
+/// What a tile holds, and whether it is like one that gets the same. In the tiles' order.
+void Soil::Impl::begin_fill(TileFill& fill, LevelTiles& level_tiles) {
+    if (!tiles[fill.index] && ground.is_over(fill.index)) tiles.make(fill.index);
+    const bool is_asleep = !tiles[fill.index] || tiles[fill.index]->slot < 0;
+    fill.level = nullptr;
+    fill.is_worked = true;
+    if (fill.is_level && is_asleep) {
+        const std::shared_ptr<const PackedTile> before =
+            tiles[fill.index] ? tiles[fill.index]->packed : nullptr;
+        const auto [entry, fresh] = level_tiles.try_emplace({before.get(), *fill.some});
+        fill.level = &entry->second;
+        fill.is_worked = fresh;
+        if (fresh) fill.level->before = before;
+    }
+    if (fill.is_worked) tiles.read_runs(fill.index, fill.held);
+}
+
+/// Puts what a tile holds now in its place; returns the units added to it. In the tiles' order.
+int64_t Soil::Impl::end_fill(TileFill& fill) {
+    if (fill.level && fill.is_worked) {
+        fill.level->after = std::move(fill.after);
+        fill.level->added = fill.added;
+    }
+    const int64_t added = fill.level ? fill.level->added : fill.added;
+    if (added > 0) {
+        tiles.write_packed(fill.index, fill.level ? fill.level->after : std::move(fill.after));
+        ++tiles[fill.index]->revision;
+        tiles[fill.index]->unchecked = true;
+        tiles.any_unchecked = true;
+    }
+    fill.after = nullptr;
+    return added;
 }
 
 Status Soil::Impl::check_density_grid() const {
@@ -200,7 +218,8 @@ Status Soil::fill(const BoxFill& fill) {
              },
              [&](int x0, int y0, int x1, int y1) {
                  return x0 >= low.x && y0 >= low.y && x1 + 1 <= high.x && y1 + 1 <= high.y;
-             }});
+             },
+             true});
     }
     const auto is_across = [&](double x, double y) {
         // Up or not, the box's ends are told by add_column.
@@ -216,7 +235,8 @@ Status Soil::fill(const BoxFill& fill) {
          [&](int x0, int y0, int x1, int y1) {
              return is_across(x0, y0) && is_across(x1 + 1, y0) && is_across(x0, y1 + 1) &&
                     is_across(x1 + 1, y1 + 1);
-         }});
+         },
+         true});
 }
 
 Status Soil::fill(const CylinderFill& fill) {
@@ -249,7 +269,8 @@ Status Soil::fill(const CylinderFill& fill) {
                         [&](int x0, int y0, int x1, int y1) {
                             return is_across(x0, y0) && is_across(x1 + 1, y0) &&
                                    is_across(x0, y1 + 1) && is_across(x1 + 1, y1 + 1);
-                        }});
+                        },
+                        true});
 }
 
 /// Ground whose surface is so high over each column [voxels].
@@ -264,7 +285,8 @@ Status Soil::Impl::fill_ground(const std::string& material,
                           if (whole > 0) runs.push_back({0, whole, kVoxelFull});
                           add_voxel(runs, whole, top - whole);
                       },
-                      {}});
+                      {},
+                      true});
 }
 
 Status Soil::fill(const HeightMapFill& fill) {
@@ -341,7 +363,8 @@ Status Soil::fill(const FunctionFill& fill) {
                                           }));
                             }
                         },
-                        {}});
+                        {},
+                        false});
 }
 
 Status Soil::add_terrain(const DensityFunction& density) {

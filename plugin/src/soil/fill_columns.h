@@ -1,11 +1,15 @@
 /// Soil put into columns as runs of voxels: what a fill costs does not depend on how deep it is.
 #pragma once
 
+#include <array>
 #include <compare>
 #include <functional>
+#include <map>
+#include <memory>
 #include <vector>
 
 #include "soil/tile_codec.h"
+#include "soil/tile_table.h"
 
 namespace bsoil {
 
@@ -27,6 +31,8 @@ struct FillShape {
     std::function<void(int x, int y, FillRuns& runs)> column;
     /// Whether the columns (x0, y0) to (x1, y1) all get the same. Empty: nobody knows.
     std::function<bool(int x0, int y0, int x1, int y1)> is_level;
+    /// A caller's own function may not be called on several threads.
+    bool is_ours = false;
 };
 
 /// What a unit of volume adds to a voxel of which planes.
@@ -43,5 +49,31 @@ struct FillMaterial {
 /// there is room. Returns the volume units put in.
 int64_t fill_columns(const TileRuns& before, std::span<const FillRuns* const> wanted,
                      const FillMaterial& material, TileRuns& after);
+
+/// What a whole tile becomes that held the same and gets the same in every column as others.
+struct LevelTile {
+    /// `before` is kept, so that no other takes its address.
+    std::shared_ptr<const PackedTile> before, after;
+    int64_t added = 0;
+};
+using LevelTiles = std::map<std::pair<const PackedTile*, FillRuns>, LevelTile>;
+
+/// A tile while it is filled. Kept from row to row: uneven ground has hundreds of runs in each.
+struct TileFill {
+    int index = 0;
+    int low[2] = {0, 0}, high[2] = {0, 0};  ///< its columns that the fill may reach
+    std::array<FillRuns, 64> runs;
+    std::array<const FillRuns*, 64> wanted{};
+    const FillRuns* some = nullptr;  ///< of a column of those
+    bool is_level = false;           ///< all get the same
+    LevelTile* level = nullptr;      ///< shared with tiles alike
+    bool is_worked = false;          ///< else `level` has what comes out
+    TileRuns held, filled;
+    std::shared_ptr<const PackedTile> after;
+    int64_t added = 0;
+
+    void ask(const FillShape& shape);
+    void work(const FillMaterial& what);
+};
 
 }  // namespace bsoil

@@ -42,13 +42,15 @@ class TopsOfTiles {
             if (!fresh) return entry->second;
             entry->second = static_cast<int>(tops_.size());
         }
-        tops_.push_back(tile_tops(soil_.tiles.read_runs(index)));
+        soil_.tiles.read_runs(index, runs_);
+        tops_.push_back(tile_tops(runs_));
         return static_cast<int>(tops_.size()) - 1;
     }
 
     Soil::Impl& soil_;
     std::vector<int> known_;  ///< by tile: its place in tops_
     std::vector<TileTops> tops_;
+    TileRuns runs_;  ///< of the tile that is looked at
     std::unordered_map<const PackedTile*, int> by_content_;
 };
 

@@ -59,6 +59,8 @@ struct Soil::Impl : SoilCore {
     Result<int> material_index(const std::string& name) const;
     Status fill_with(const std::string& material, const int low[3], const int high[3],
                      const FillShape& shape);
+    void begin_fill(TileFill& fill, LevelTiles& level_tiles);
+    int64_t end_fill(TileFill& fill);
     Status fill_ground(const std::string& material,
                        const std::function<double(int x, int y)>& height_at);
     /// Share of the grid voxel (x, y, z), 0..1.

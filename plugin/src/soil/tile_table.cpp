@@ -391,9 +391,8 @@ void TileTable::write_voxels(int index, const TileVoxels& in) {
     if (tile.slot >= 0) note_stale(tile.slot, true);
 }
 
-TileRuns TileTable::read_runs(int index) {
+void TileTable::read_runs(int index, TileRuns& runs) {
     const Tile& tile = make(index);
-    TileRuns runs;
     runs.height = core_.height;
     runs.plane_count = core_.kept_planes;
     if (tile.slot < 0) {
@@ -402,7 +401,6 @@ TileRuns TileTable::read_runs(int index) {
         read_voxels(index, voxels_);
         unpack_runs(pack_tile(voxels_), runs);
     }
-    return runs;
 }
 
 void TileTable::write_packed(int index, std::shared_ptr<const PackedTile> in) {

@@ -120,8 +120,8 @@ class TileTable {
     /// What read_voxels() would read of a tile awake, to be read together with more.
     void want_voxels(int index, TileVoxels& out, std::vector<device::ReadRange>& ranges) const;
     void write_voxels(int index, const TileVoxels& in);
-    /// The same as runs; a tile that does not exist is made.
-    TileRuns read_runs(int index);
+    /// The same as runs, in the place of those that are there; a tile that does not exist is made.
+    void read_runs(int index, TileRuns& runs);
     /// Puts the soil of a packed tile into a tile, awake or asleep.
     void write_packed(int index, std::shared_ptr<const PackedTile> in);
     /// The words of a plane of the state in a slot, to be read or written.
