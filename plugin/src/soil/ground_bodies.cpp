@@ -183,6 +183,21 @@ bool GroundBodies::is_over(int index) {
     });
 }
 
+const GroundBodies::Memo::Cover* GroundBodies::Memo::find(const Cover& cover) {
+    // Under level ground all are the same.
+    if (last && *last == cover) return last;
+    uint64_t hash = 0xcbf29ce484222325ull;
+    for (const int32_t word : cover) hash = (hash ^ static_cast<uint32_t>(word)) * 0x100000001b3ull;
+    const auto [first, end] = covers.equal_range(hash);
+    for (auto known = first; known != end; ++known) {
+        if (*known->second == cover) return last = known->second.get();
+    }
+    // Uneven ground is another in every tile, and the 20 kB of each are remembered for nothing.
+    constexpr size_t kCoversMost = 1000;
+    if (covers.size() == kCoversMost) return nullptr;
+    return last = covers.emplace(hash, std::make_unique<const Cover>(cover))->second.get();
+}
+
 void GroundBodies::put(int index, const std::vector<int32_t>& cover, bool rock_changed,
                        Memo* memo) {
     Tile& tile = *tiles_[index];
@@ -190,11 +205,16 @@ void GroundBodies::put(int index, const std::vector<int32_t>& cover, bool rock_c
         change(index, cover, rock_changed);
         return;
     }
+    const Memo::Cover* same = memo->find(cover);
+    if (!same) {
+        change(index, cover, rock_changed);
+        return;
+    }
     // Level ground under level soil is the same in every tile.
     const Memo::Content before{tile.packed, tile.ground, tile.buried};
     std::vector<Memo::Entry>& known = memo->entries[before];
     for (const Memo::Entry& entry : known) {
-        if (entry.cover != cover) continue;
+        if (entry.cover != same) continue;
         tile.ground_due = false;
         if (entry.after != before) {
             std::tie(tile.packed, tile.ground, tile.buried) = entry.after;
@@ -207,7 +227,7 @@ void GroundBodies::put(int index, const std::vector<int32_t>& cover, bool rock_c
     const bool was_unchecked = tile.unchecked;
     tile.unchecked = false;
     change(index, cover, rock_changed);
-    known.push_back({cover, {tile.packed, tile.ground, tile.buried}, tile.unchecked});
+    known.push_back({same, {tile.packed, tile.ground, tile.buried}, tile.unchecked});
     tile.unchecked = tile.unchecked || was_unchecked;
 }
 

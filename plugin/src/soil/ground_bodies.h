@@ -1,9 +1,11 @@
 /// GroundBodies: bodies that never move, which are to the soil what its terrain is.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <tuple>
+#include <unordered_map>
 #include <vector>
 
 #include "soil/body_table.h"
@@ -53,12 +55,19 @@ class GroundBodies {
     /// What tiles asleep that held the same became under the same cover.
     struct Memo {
         using Content = std::tuple<std::shared_ptr<const PackedTile>, TileBytes, TileBytes>;
+        using Cover = std::vector<int32_t>;
         struct Entry {
-            std::vector<int32_t> cover;
+            const Cover* cover = nullptr;  ///< of `covers`
             Content after;
             bool unchecked = false;
         };
         std::map<Content, std::vector<Entry>> entries;
+        /// Each once, by its hash: there are as many words as voxels in a tile.
+        std::unordered_multimap<uint64_t, std::unique_ptr<const Cover>> covers;
+        const Cover* last = nullptr;
+
+        /// The one that is the same; null where it is none of them and there are too many.
+        const Cover* find(const Cover& cover);
     };
     void put(int index, const std::vector<int32_t>& cover, bool rock_changed, Memo* memo);
     void change(int index, const std::vector<int32_t>& cover, bool rock_changed);

@@ -9,7 +9,14 @@ namespace {
 // one voxel up, so no column has 0 runs).
 constexpr uint32_t kSameColumn = 0;
 
-void put(std::vector<uint8_t>& out, uint32_t value) {
+/// Bytes one after the other where there is room for all of them.
+struct RoomyBytes {
+    uint8_t* at;
+    void push_back(uint8_t byte) { *at++ = byte; }
+};
+
+template <typename Out>
+void put(Out& out, uint32_t value) {
     while (value >= 128) {
         out.push_back(static_cast<uint8_t>(value | 128));
         value >>= 7;
@@ -43,14 +50,8 @@ struct Reader {
     }
 };
 
-bool same_voxel(const TileVoxels& t, int column, int z, int other_column, int other_z) {
-    for (int p = 0; p < t.plane_count; ++p) {
-        if (t.at(p, z, column) != t.at(p, other_z, other_column)) return false;
-    }
-    return true;
-}
-
-void put_run(std::vector<uint8_t>& out, const ColumnRun& run, int plane_count) {
+template <typename Out>
+void put_run(Out& out, const ColumnRun& run, int plane_count) {
     put(out, static_cast<uint32_t>(run.length));
     uint32_t mask = 0;
     for (int p = 0; p < plane_count; ++p) {
@@ -103,24 +104,35 @@ bool read_columns(std::span<const uint8_t> bytes, int height, int plane_count, S
 }  // namespace
 
 std::vector<uint8_t> pack_tile(const TileVoxels& tile) {
+    // Which bits differ from the voxel below and from the column before, of all planes: layer by
+    // layer, as they lie in memory.
+    thread_local std::vector<int32_t> changes;
+    const auto height = static_cast<size_t>(tile.height);
+    changes.assign(height * 64, 0);
+    std::array<int32_t, 64> beside{};
+    for (int p = 0; p < tile.plane_count; ++p) {
+        const int32_t* words = &tile.words[static_cast<size_t>(p) * height * 64];
+        for (size_t v = 64; v < height * 64; ++v) changes[v] |= words[v] ^ words[v - 64];
+        for (size_t z = 0; z < height; ++z) {
+            const int32_t* layer = words + z * 64;
+            for (size_t c = 1; c < 64; ++c) beside[c] |= layer[c] ^ layer[c - 1];
+        }
+    }
     std::vector<uint8_t> out;
     for (int column = 0; column < 64; ++column) {
-        bool same = column > 0;
-        for (int z = 0; same && z < tile.height; ++z) {
-            same = same_voxel(tile, column, z, column - 1, z);
-        }
-        if (same) {
+        if (column > 0 && beside[static_cast<size_t>(column)] == 0) {
             put(out, kSameColumn);
             continue;
         }
+        const auto changes_at = [column](int z) {
+            return changes[static_cast<size_t>(z) * 64 + static_cast<size_t>(column)] != 0;
+        };
         uint32_t run_count = 1;
-        for (int z = 1; z < tile.height; ++z) {
-            run_count += !same_voxel(tile, column, z, column, z - 1);
-        }
+        for (int z = 1; z < tile.height; ++z) run_count += changes_at(z);
         put(out, run_count);
         for (int z = 0; z < tile.height;) {
             int end = z + 1;
-            while (end < tile.height && same_voxel(tile, column, end, column, z)) ++end;
+            while (end < tile.height && !changes_at(end)) ++end;
             ColumnRun run;
             run.length = end - z;
             for (int p = 0; p < tile.plane_count; ++p) {
@@ -164,7 +176,14 @@ void TileRuns::append(int first, const ColumnRun& run) {
 }
 
 std::vector<uint8_t> pack_runs(const TileRuns& tile) {
-    std::vector<uint8_t> out;
+    // Grown once, not for every tile.
+    thread_local std::vector<uint8_t> room;
+    constexpr size_t kNumberBytes = 5;  // of 32 bits, 7 in each
+    size_t run_count = 0;               // of columns that share theirs, every time
+    for (const TileRuns::Range& range : tile.columns) run_count += static_cast<size_t>(range.count);
+    const size_t most = kNumberBytes * (64 + run_count * (2 + kTilePlanesMost));
+    if (room.size() < most) room.resize(most);
+    RoomyBytes out{room.data()};
     for (int c = 0; c < 64; ++c) {
         const std::span<const ColumnRun> column = tile.column(c);
         const auto alike = [](const ColumnRun& a, const ColumnRun& b) {
@@ -177,8 +196,7 @@ std::vector<uint8_t> pack_runs(const TileRuns& tile) {
         put(out, static_cast<uint32_t>(column.size()));
         for (const ColumnRun& run : column) put_run(out, run, tile.plane_count);
     }
-    out.shrink_to_fit();
-    return out;
+    return {room.data(), out.at};
 }
 
 bool unpack_runs(std::span<const uint8_t> bytes, TileRuns& tile) {
