@@ -25,7 +25,7 @@
 //         shapes                      128 B a shape            kind, place, size
 //         faces of hulls              16 B a face              normal, offset
 //         bricks of lattices          1024 B a brick           distances; 4 B where the surface is far
-// tables                              7680 B a material        wedges and accelerations: bonded, loose, failing
+// tables                              7872 B a material        wedges and accelerations: bonded, loose, failing
 //         flows                       80 B a flow              source, sink or open side, 64 at most
 //         parts of flows              516 B a part             what of a flow's region lies in one tile
 // result  header                      112 B                    conditions, counts, momentum

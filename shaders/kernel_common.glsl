@@ -209,17 +209,6 @@ int square_root(int square) {
 
 #include "soil_arches.glsl"
 
-// Whether most of a voxel's soil was never moved.
-bool is_bonded(int voxel) { return 2 * state_at(kPlaneBond, voxel) >= state_at(kPlaneVolume, voxel); }
-
-// Whether find_failures may take a voxel for soil as strong as params.bank_strength.
-bool is_intact(int voxel) {
-    if (state_at(kPlaneTerrain, voxel) >= kSolidCoverage) return true;
-    int volume = state_at(kPlaneVolume, voxel);
-    return volume > 0 && state_at(kPlaneBond, voxel) >= volume - kIntactSlack &&
-           strength_at(voxel, kSoilBonded) >= params.bank_strength;
-}
-
 // Bits for chance, alike on all devices: of a place (Teschner et al. 2003), of this pass, and mixed (the primes of xxHash).
 uint place_bits(ivec3 at) { return uint(at.x) * 73856093u ^ uint(at.y) * 19349663u ^ uint(at.z) * 83492791u; }
 uint pass_bits() { return uint(params.pass_stamp) * 2654435761u; }
@@ -245,6 +234,8 @@ int loose_word(int voxel) {
 }
 
 #include "contact_record.glsl"
+
+#include "soil_strength.glsl"
 
 // Volume that `mass` out of `voxel` takes up once it has been moved: no less than as loose soil.
 int loosened(int voxel, int volume, int mass) {

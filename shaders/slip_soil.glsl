@@ -129,14 +129,15 @@ int soil_state_at(int voxel) {
 }
 
 // The curve of a voxel's soil. Cohesion holds where most of it is undisturbed. Below 0 where several materials share the voxel, or
-// water changes its cohesion, which has no curve: kMixedBonded less its state.
+// water or compaction changes its cohesion, which has no curve: kMixedBonded less its state.
 CONST_INT(kMixedBonded, -1)
 int curve_of(int voxel) {
     int soil_state = soil_state_at(voxel);
     int curve = kSoilStates * main_material(voxel) + soil_state;
     int table = curve * kTableWords;
     bool is_moist = water_at(voxel) > 0 && tables[table + kTableMoist] + tables[table + kTableStrength] > 0;
-    return is_moist || is_mixed(voxel) ? kMixedBonded - soil_state : curve;
+    bool by_density = params.regains_cohesion != 0 && soil_state == kSoilLoose;
+    return is_moist || by_density || is_mixed(voxel) ? kMixedBonded - soil_state : curve;
 }
 
 // table_at() of wedges for tan phi and cohesion over unit weight (k, Q16 voxels) of a mixture. The flattest plane that fails has

@@ -345,7 +345,7 @@ CONST_INT(kSoilLoose, 1)        // moved: what cohesion it keeps
 CONST_INT(kSoilFailing, 2)      // above a plane that fails: none
 CONST_INT(kSoilStates, 3)
 CONST_INT(kSlipEntries, 257)    // slope 0..16 voxels of rise per voxel, step 1/16
-CONST_INT(kTableWords, 640)
+CONST_INT(kTableWords, 656)
 CONST_INT(kTableWedge, 0)       // kSlipEntries heights of the sliding wedge, then as many accelerations
 CONST_INT(kTableAcceleration, 320)
 
@@ -366,6 +366,8 @@ CONST_INT(kTableResidual, 613)  // saturation below which water does not drain, 
 CONST_INT(kTableSeepage, 614)   // what drains out of a saturated voxel in a water step, water units, Q4
 CONST_INT(kTableSuction, 615)   // suction of dry pores, as a height of water: Q16 voxels, kSuctionMost at most
 CONST_INT(kTableAir, 616)       // what air takes of the speed of falling soil in a base step: Q16 part of it; kAirMost at most
+CONST_INT(kTableRegained, 617)  // strength of moved soil over its relative density: as kTableStrength, kRegainedEntries of them
+CONST_INT(kRegainedEntries, 33) // relative density 0..1, step 1/32: within 0.6 % of what lies between
 CONST_INT(kSuctionMost, 4194304)    // 64 voxels
 CONST_INT(kAirMost, 131072)         // 2: air takes no more than all of a step's speed
 CONST_INT(kGustCellMost, 1024)

@@ -61,16 +61,3 @@ int saturation_at(int voxel) {
     int pores = water > 0 ? pores_at(voxel) : 0;
     return pores <= 0 ? 0 : (water >= pores ? kOneQ16 : fraction_q16(water, pores));
 }
-
-// Cohesion over unit weight, Q16 voxels: with that of moisture, 4 S (1 - S) of its most, and the weight of the water.
-int strength_at(int voxel, int soil_state) {
-    int strength = mixed_word(voxel, soil_state, kTableStrength);
-    int water = water_at(voxel);
-    if (water <= 0) return strength;
-    int moist = mixed_word(voxel, soil_state, kTableMoist);
-    if (strength + moist == 0) return 0;
-    int saturation = saturation_at(voxel);
-    int mass = mass_at(voxel) * kWaterParts;
-    strength = min(strength + 4 * mul_q16(moist, mul_q16(saturation, kOneQ16 - saturation)), kStrengthMost);
-    return mass > 0 ? mul_q16(strength, fraction_q16(mass, mass + water)) : strength;
-}

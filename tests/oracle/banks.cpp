@@ -1,5 +1,6 @@
 #include "oracle/banks.h"
 
+#include <cmath>
 #include <limits>
 #include <optional>
 
@@ -19,6 +20,25 @@ struct Plane {
 };
 
 }  // namespace
+
+double moved_strength_m(const bsoil::MaterialDef& soil, double relative_density,
+                        double gravity_m_s2) {
+    const double kept_pa = soil.loose_cohesion_fraction * soil.cohesion_pa;
+    if (soil.compaction_cohesion_ratio == 0) return kept_pa / (soil.density_kg_m3 * gravity_m_s2);
+    const double volume = (1 - relative_density) / soil.loose_density_kg_m3 +
+                          relative_density / soil.compacted_density_kg_m3;
+    const double pressure_pa = std::pow(10, 3 + 3 * relative_density);
+    const double cohesion_pa =
+        std::max(kept_pa, std::min(soil.cohesion_pa, soil.compaction_cohesion_ratio * pressure_pa));
+    return cohesion_pa * volume / gravity_m_s2;
+}
+
+double relative_density(const Model& model, const Voxel& voxel) {
+    const VolumeRange range = volume_range(model, voxel);
+    if (range.loose <= range.compacted) return 0;
+    const double volume = voxel.soil / voxel.total_mass();
+    return std::clamp((range.loose - volume) / (range.loose - range.compacted), 0.0, 1.0);
+}
 
 std::vector<double> failing_planes(const Model& model, const Field& field,
                                    const BankSoilLookup& soil, double least_friction,

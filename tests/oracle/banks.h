@@ -10,6 +10,7 @@
 
 #include <functional>
 
+#include "bsoil/material.h"
 #include "oracle/field.h"
 
 namespace oracle {
@@ -20,6 +21,15 @@ struct BankSoil {
     bool is_cohesive = false;    ///< set by failing_planes
 };
 using BankSoilLookup = std::function<BankSoil(const Voxel& soil, bool bonded)>;
+
+/// Cohesion over unit weight [m] of moved soil of a relative density, after Hvorslev (1937): a
+/// share of the pressure that belongs to the density, here from 1 kPa (0) to 1 MPa (1),
+/// logarithmically. No less than it keeps, no more than it had.
+double moved_strength_m(const bsoil::MaterialDef& soil, double relative_density,
+                        double gravity_m_s2);
+
+/// Relative density of a voxel's soil, 0..1; 0 where it does not change.
+double relative_density(const Model& model, const Voxel& voxel);
 
 /// Per column [y * nx + x] the height of the lowest failing plane; infinity where none fails.
 /// Cohesion counts times `strength`. It and friction are the largest within `blur` of the plane

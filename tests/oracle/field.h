@@ -92,6 +92,7 @@ struct Model {
     /// Per material: volume of a unit of mass of loose and of compacted soil; 0 where it is fixed.
     std::vector<double> loose_volume, compacted_volume;
     std::vector<double> placed_volume;  ///< the same as placed
+    bool regains = false;               ///< cohesion of moved soil goes by its density
     /// Per material, or empty where none has any: slope above tan(phi) that stands, and the share
     /// of slides that do not take place.
     std::vector<double> roughness, viscosity;

@@ -267,7 +267,8 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                                           top.water > 0 ||
                                           voxel.main_material() != top.main_material();
                     const SoilState below = state_of(voxel, x, y, z);
-                    if (taken > 0 && (is_other || below != state) &&
+                    const bool by_density = model.regains && below == SoilState::loose;
+                    if (taken > 0 && (is_other || by_density || below != state) &&
                         wedge(voxel, below, worst_slope).height <=
                             standing_wedge(model, voxel, x, y, z)) {
                         break;

@@ -71,6 +71,9 @@ class WeatherMaker {
         m.tool_friction = random_.uniform(0, 2);
         m.tool_adhesion_pa = random_.chance(0.5) ? 0 : random_.log_uniform(10, 1e4);
         m.shear_displacement_m = random_.chance(0.5) ? 0 : random_.log_uniform(1e-3, 0.2);
+        if (m.has_density_range() && random_.chance(0.5)) {
+            m.compaction_cohesion_ratio = random_.log_uniform(1e-3, 0.5);
+        }
     }
 
     void set_water(SoilDef& def) {

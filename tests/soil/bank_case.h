@@ -34,11 +34,18 @@ struct BankCase {
     double cohesion_pa, gamma_n_m3, face_deg, voxel_m, yaw_deg;
     double friction_deg = 30;
     double loose_fraction = 0;  ///< of the cohesion, that moved soil keeps
+    /// Of the pressure that compacted it, the cohesion of moved soil. Then its density changes.
+    double compaction_ratio = 0;
 
     MaterialDef material() const {
         MaterialDef m = sand(friction_deg, cohesion_pa);
         m.density_kg_m3 = gamma_n_m3 / kGravity;
         m.loose_cohesion_fraction = loose_fraction;
+        if (compaction_ratio > 0) {
+            m.loose_density_kg_m3 = m.density_kg_m3 / 1.15;
+            m.compacted_density_kg_m3 = m.density_kg_m3 * 1.15;
+            m.compaction_cohesion_ratio = compaction_ratio;
+        }
         return m;
     }
     /// Culmann's height; of a vertical cut 4 c / gamma tan(45 deg + phi / 2).
@@ -77,6 +84,21 @@ inline std::unique_ptr<Soil> make_bank(const BankCase& c, double share, double r
         return face > 1e-9 ? std::clamp(rise / face, 0.0, 1.0) * height : (rise > 0 ? height : 0);
     });
     return soil;
+}
+
+/// All soil counts as moved, and all of it is looked at in the next step.
+inline void loosen(Soil& soil) {
+    Soil::Impl& s = SoilProbe::impl(soil);
+    const std::vector<int32_t> none(static_cast<size_t>(s.params.tile_voxels), 0);
+    for (int index = 0; index < static_cast<int>(s.tiles.size()); ++index) {
+        const int slot = s.tiles.wake(index);
+        s.device->write(layout::Buffer::state,
+                        int64_t{layout::kPlaneBond} * s.params.plane_stride +
+                            int64_t{slot} * s.params.tile_voxels,
+                        none);
+        s.tiles.note_stale(slot, true);
+        for (int z = 0; z < s.blocks_per_tile; ++z) s.lists.activate(s.block_key(index, z));
+    }
 }
 
 }  // namespace bsoil::bank_test

@@ -54,6 +54,9 @@ TEST(SoilDefinition, every_field_out_of_range_is_named) {
     add("loose_cohesion_fraction",
         [](SoilDef& d) -> double& { return d.material.loose_cohesion_fraction; },
         {-0.1, 1.1, kNan});
+    add("compaction_cohesion_ratio",
+        [](SoilDef& d) -> double& { return d.material.compaction_cohesion_ratio; },
+        {-0.1, 0.6, kNan});
     add("tool_friction", [](SoilDef& d) -> double& { return d.material.tool_friction; },
         {-0.1, 2.1, kNan});
     cases.push_back({"name", [](SoilDef& d) { d.material.name.clear(); }});

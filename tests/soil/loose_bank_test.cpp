@@ -8,21 +8,6 @@ namespace {
 
 using namespace bank_test;
 
-/// All soil counts as moved, and all of it is looked at in the next step.
-void loosen(Soil& soil) {
-    Soil::Impl& s = SoilProbe::impl(soil);
-    const std::vector<int32_t> none(static_cast<size_t>(s.params.tile_voxels), 0);
-    for (int index = 0; index < static_cast<int>(s.tiles.size()); ++index) {
-        const int slot = s.tiles.wake(index);
-        s.device->write(layout::Buffer::state,
-                        int64_t{layout::kPlaneBond} * s.params.plane_stride +
-                            int64_t{slot} * s.params.tile_voxels,
-                        none);
-        s.tiles.note_stale(slot, true);
-        for (int z = 0; z < s.blocks_per_tile; ++z) s.lists.activate(s.block_key(index, z));
-    }
-}
-
 /// Steepest face on which soil of this cohesion stands so high: Culmann's height, solved for it.
 double steepest_face_deg(const BankCase& bank, double cohesion_pa, double high_m) {
     double stands = bank.friction_deg, falls = 90;

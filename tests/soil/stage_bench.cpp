@@ -360,6 +360,7 @@ oracle::Model StageBench::model(int substeps) const {
                         .air = {},
                         .wind = {}};
     model.slides = impl_->params.slides != 0;
+    model.regains = impl_->params.regains_cohesion != 0;
     const SoilParams& p = impl_->params;
     model.wind = kUnit * Vec3{1.0 * p.wind_x, 1.0 * p.wind_y, 1.0 * p.wind_z};
     model.gust = p.gust * kUnit;

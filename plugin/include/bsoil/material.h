@@ -27,6 +27,10 @@ struct MaterialDef {
     double cohesion_pa = 0;  ///< cohesion c, 0..200e3
     /// share of the cohesion that soil keeps once it has been moved, 0..1
     double loose_cohesion_fraction = 0;
+    /// cohesion of moved soil over the pressure that compacted it, 0..0.5; 0: compaction gives it
+    /// none. Hvorslev's kappa. The pressure is that which belongs to its density, see
+    /// pressure_of_relative_density(). No more than all of the cohesion. Needs the densities
+    double compaction_cohesion_ratio = 0;
     /// slope above tan phi at which soil still stands, 0..40; by place between half of it and all
     /// of it: slopes stand irregularly. 40: every slope stands
     double roughness = 0;
@@ -87,6 +91,9 @@ struct MaterialDef {
     FIELD(cohesion_pa, 0, 200e3, live, "cohesion c", "")                                           \
     FIELD(loose_cohesion_fraction, 0, 1, live,                                                     \
           "share of the cohesion that soil keeps once it has been moved", "")                      \
+    FIELD(compaction_cohesion_ratio, 0, 0.5, live,                                                 \
+          "cohesion of moved soil over the pressure that compacted it",                            \
+          "0: compaction gives it none")                                                           \
     FIELD(roughness, 0, 40, live, "slope above tan phi at which soil still stands",                \
           "by place between half of it and all of it")                                             \
     FIELD(viscosity, 0, 1, live, "share of the slides that do not take place",                     \
@@ -110,6 +117,9 @@ struct MaterialDef {
 /// Relative density that loose soil takes up under a pressure: 0 at 1 kPa, 1 at 1 MPa, linear in
 /// the logarithm between (the straight virgin compression line of soil mechanics).
 double relative_density_under(double pressure_pa);
+
+/// The inverse of it, 1 kPa to 1 MPa: Hvorslev's equivalent pressure of soil of that density.
+double pressure_of_relative_density(double relative_density);
 
 /// Built-in materials. Angles, cohesions and weights lie in the ranges of the thesis (Table 6)
 /// where it has the soil, else in those of the usual soil mechanics tables; see docs/materials.md

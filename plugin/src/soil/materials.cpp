@@ -12,7 +12,13 @@ Status MaterialDef::validate() const {
     if (name.empty()) return Error{"material name is empty: give it one"};
     const std::string where = "material '" + name + "': ";
     if (Status status = check_numbers(*this, where); !status) return status;
-    if (loose_density_kg_m3 == 0 && compacted_density_kg_m3 == 0) return Done{};
+    if (loose_density_kg_m3 == 0 && compacted_density_kg_m3 == 0) {
+        if (compaction_cohesion_ratio == 0) return Done{};
+        return Error{where + "compaction_cohesion_ratio is " +
+                     std::to_string(compaction_cohesion_ratio) +
+                     ", but its density does not change: give loose_density_kg_m3 and "
+                     "compacted_density_kg_m3"};
+    }
     if (loose_density_kg_m3 < 100 || loose_density_kg_m3 > density_kg_m3 ||
         compacted_density_kg_m3 < density_kg_m3 || loose_density_kg_m3 >= compacted_density_kg_m3 ||
         loose_density_kg_m3 < compacted_density_kg_m3 / 2) {
@@ -25,15 +31,20 @@ Status MaterialDef::validate() const {
     return Done{};
 }
 
+// Between the weight of a spade's depth of soil and the pressure that compacted densities are
+// given for (MaterialDef::compacted_density_kg_m3), linear in the logarithm as compression tests
+// are drawn. Ours for all materials. A higher first pressure: light bodies leave soil loose; a
+// higher second one: machines compact less.
+constexpr double kLoosePa = 1e3, kCompactedPa = 1e6;
+
 double relative_density_under(double pressure_pa) {
-    // Between the weight of a spade's depth of soil and the pressure that compacted densities are
-    // given for (MaterialDef::compacted_density_kg_m3), linear in the logarithm as compression
-    // tests are drawn. Ours for all materials. A higher first pressure: light bodies leave soil
-    // loose; a higher second one: machines compact less.
-    constexpr double kLoosePa = 1e3, kCompactedPa = 1e6;
     return pressure_pa > kLoosePa
                ? std::min(1.0, std::log(pressure_pa / kLoosePa) / std::log(kCompactedPa / kLoosePa))
                : 0;
+}
+
+double pressure_of_relative_density(double relative_density) {
+    return kLoosePa * std::pow(kCompactedPa / kLoosePa, std::clamp(relative_density, 0.0, 1.0));
 }
 
 namespace materials {

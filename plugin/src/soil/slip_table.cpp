@@ -19,6 +19,14 @@ double unbalanced(const MaterialDef& m, double gamma, double h, double dx, doubl
            (m.cohesion_pa * length + weight * std::cos(theta) * std::tan(m.friction_angle_rad));
 }
 
+/// Cohesion over the weight of a voxel's height of soil [Pa], as kTableStrength.
+int32_t strength_q16(double cohesion_pa, double weight_pa) {
+    const double strength = weight_pa > 0 ? std::min(cohesion_pa / weight_pa * layout::kVoxelFull,
+                                                     1.0 * layout::kStrengthMost)
+                                          : 0;
+    return strength < layout::kStrengthLeast ? 0 : static_cast<int32_t>(std::lround(strength));
+}
+
 }  // namespace
 
 SlipWedge find_slip_wedge(const MaterialDef& m, double gravity, double h, double dx) {
@@ -105,10 +113,7 @@ std::vector<int32_t> make_slip_table(const MaterialDef& m, const SoilDef& def) {
     table[kTableFriction] =
         static_cast<int32_t>(std::lround(std::tan(m.friction_angle_rad) * kVoxelFull));
     const double weight = m.density_kg_m3 * def.gravity_m_s2 * def.voxel_m;
-    const double strength =
-        weight > 0 ? std::min(m.cohesion_pa / weight * kVoxelFull, 1.0 * kStrengthMost) : 0;
-    table[kTableStrength] =
-        strength < kStrengthLeast ? 0 : static_cast<int32_t>(std::lround(strength));
+    table[kTableStrength] = strength_q16(m.cohesion_pa, weight);
     table[kTableTool] = friction_speed(m.tool_friction, def) * (kOneQ16 / kVelocityOne);
     table[kTablePores] = static_cast<int32_t>(std::lround(m.pore_water_fraction * kOneQ16));
     table[kTableMoist] = weight > 0
@@ -140,6 +145,26 @@ std::vector<int32_t> make_slip_table(const MaterialDef& m, const SoilDef& def) {
         table[kTableCompacted] = table[kTableHeldLeast];
     }
     return table;
+}
+
+std::vector<int32_t> regained_strengths(const MaterialDef& m, const SoilDef& def,
+                                        const int32_t* loose) {
+    using namespace layout;
+    if (m.compaction_cohesion_ratio == 0) {
+        return std::vector<int32_t>(kRegainedEntries, loose[kTableStrength]);
+    }
+    const double kept_pa = m.cohesion_pa * m.loose_cohesion_fraction;
+    std::vector<int32_t> strengths;
+    for (int i = 0; i < kRegainedEntries; ++i) {
+        const double density = 1.0 * i / (kRegainedEntries - 1);  // relative
+        const double volume =
+            std::lerp(1 / m.loose_density_kg_m3, 1 / m.compacted_density_kg_m3, density);
+        const double regained_pa =
+            m.compaction_cohesion_ratio * pressure_of_relative_density(density);
+        strengths.push_back(strength_q16(std::max(kept_pa, std::min(regained_pa, m.cohesion_pa)),
+                                         def.gravity_m_s2 * def.voxel_m / volume));
+    }
+    return strengths;
 }
 
 }  // namespace bsoil

@@ -93,6 +93,9 @@ typedef struct bulletsoil_material {
     double moist_cohesion_pa;
     double conductivity_m_s;    /**< of water down through full pores, 0..1 */
     double residual_saturation; /**< share of the pores that does not drain, 0..0.95 */
+    /** cohesion of moved soil over the pressure that compacted it, 0..0.5; 0: compaction gives it
+     * none. Needs the densities */
+    double compaction_cohesion_ratio;
 } bulletsoil_material;
 
 /**
