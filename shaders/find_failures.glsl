@@ -75,7 +75,7 @@ bool slides_on(int slot, ivec2 at, ivec2 way, int toe, int count, int climb, int
         int soil_state = bonded ? kSoilBonded : kSoilLoose;
         bool is_soil = state_at(kPlaneVolume, voxel) > 0;
         int hold = is_soil ? mul_q16(strength_at(voxel, soil_state), stretch) : 0;
-        int friction = is_soil ? mixed_word(voxel, soil_state, kTableFriction) : 0;
+        int friction = is_soil ? friction_at(voxel, soil_state) : 0;
         int above = 0;
         if (n == count) {
             hold = hold / 2;  // it comes out in the middle of this one

@@ -242,6 +242,15 @@ int loosened(int voxel, int volume, int mass) {
     return max(volume, mul_q16(mass, loose_word(voxel)));
 }
 
+// Volume that it takes up once it has been sheared: what dilates comes to its critical density, not to the loosest.
+int sheared(int voxel, int volume, int mass) {
+    int loose = loose_word(voxel);
+    if (params.dilates != 0 && loose > 0) {
+        loose -= mul_q16(loose - compacted_word(voxel), mixed_word(voxel, kSoilLoose, kTableCritical));
+    }
+    return max(volume, mul_q16(mass, loose));
+}
+
 void mark_arrived(int voxel) {
     int at = mask_index(voxel >> 9, kMaskArrived + ((voxel >> 5) & 15));
     int bit = 1 << (voxel & 31);
@@ -257,8 +266,8 @@ void mark_moved(int from, int to) {
 }
 
 // Moves `fraction` (Q16) of everything that travels with the soil. What one voxel loses the other gets, but for the bond:
-// soil that moves has lost it. Soil that is pushed keeps its density, soil that moves freely loosens.
-void move_soil(int from, int to, int fraction, bool loosens) {
+// soil that moves has lost it. Soil that is pushed keeps its density, soil that slides loosens.
+void move_soil(int from, int to, int fraction, bool slides) {
     int moved = 0;
     int volume = 0;
     int mass = 0;
@@ -274,7 +283,7 @@ void move_soil(int from, int to, int fraction, bool loosens) {
         if (is_mass(plane)) mass += share;
         moved = moved | share;
     }
-    add_delta(kPlaneVolume, to, loosens ? loosened(from, volume, mass) : volume);
+    add_delta(kPlaneVolume, to, slides ? sheared(from, volume, mass) : volume);
     if (moved != 0) mark_moved(from, to);
 }
 

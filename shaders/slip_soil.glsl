@@ -129,14 +129,16 @@ int soil_state_at(int voxel) {
 }
 
 // The curve of a voxel's soil. Cohesion holds where most of it is undisturbed. Below 0 where several materials share the voxel, or
-// water or compaction changes its cohesion, which has no curve: kMixedBonded less its state.
+// its water or its density changes its strength, which has no curve: kMixedBonded less its state.
 CONST_INT(kMixedBonded, -1)
 int curve_of(int voxel) {
     int soil_state = soil_state_at(voxel);
     int curve = kSoilStates * main_material(voxel) + soil_state;
     int table = curve * kTableWords;
     bool is_moist = water_at(voxel) > 0 && tables[table + kTableMoist] + tables[table + kTableStrength] > 0;
-    bool by_density = params.regains_cohesion != 0 && soil_state == kSoilLoose;
+    bool by_density = soil_state == kSoilLoose    ? params.regains_cohesion != 0
+                      : soil_state == kSoilBonded ? params.dilates != 0
+                                                  : false;
     return is_moist || by_density || is_mixed(voxel) ? kMixedBonded - soil_state : curve;
 }
 
@@ -160,7 +162,7 @@ int mixed_wedge(int friction, int strength, int any_slope) {
 int wedge_at(int curve, int voxel, int slope) {
     if (curve >= 0) return table_at(curve, kTableWedge, slope);
     int soil_state = kMixedBonded - curve;
-    int friction = mixed_word(voxel, soil_state, kTableFriction);
+    int friction = friction_at(voxel, soil_state);
     if (slope <= friction) return -kVoxelFull;  // whatever its cohesion
     return mixed_wedge(friction, strength_at(voxel, soil_state), slope);
 }

@@ -366,8 +366,9 @@ CONST_INT(kTableResidual, 613)  // saturation below which water does not drain, 
 CONST_INT(kTableSeepage, 614)   // what drains out of a saturated voxel in a water step, water units, Q4
 CONST_INT(kTableSuction, 615)   // suction of dry pores, as a height of water: Q16 voxels, kSuctionMost at most
 CONST_INT(kTableAir, 616)       // what air takes of the speed of falling soil in a base step: Q16 part of it; kAirMost at most
-CONST_INT(kTableRegained, 617)  // strength of moved soil over its relative density: as kTableStrength, kRegainedEntries of them
-CONST_INT(kRegainedEntries, 33) // relative density 0..1, step 1/32: within 0.6 % of what lies between
+CONST_INT(kTableByDensity, 617) // over relative density, kDensityEntries: of bonded soil tan(phi), of loose soil as kTableStrength
+CONST_INT(kDensityEntries, 33)  // relative density 0..1, step 1/32: within 0.6 % of what lies between
+CONST_INT(kTableCritical, 650)  // relative density at which the soil shears without a change of volume, Q16; 0: loose
 CONST_INT(kSuctionMost, 4194304)    // 64 voxels
 CONST_INT(kAirMost, 131072)         // 2: air takes no more than all of a step's speed
 CONST_INT(kGustCellMost, 1024)

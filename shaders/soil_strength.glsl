@@ -1,22 +1,34 @@
-// How strong a voxel's soil is: cohesion by what has become of it. Part of kernel_common.
+// How strong a voxel's soil is, by what has become of it. Part of kernel_common.
 
 // Whether most of a voxel's soil was never moved.
 bool is_bonded(int voxel) { return 2 * state_at(kPlaneBond, voxel) >= state_at(kPlaneVolume, voxel); }
 
-// Cohesion over unit weight of moved soil, Q16 voxels: by its relative density where compaction gives it some back.
-int loose_strength_at(int voxel) {
-    int loose = params.regains_cohesion == 0 ? 0 : loose_word(voxel);
-    if (loose == 0) return mixed_word(voxel, kSoilLoose, kTableStrength);
-    int density = relative_density(voxel, loose, mass_at(voxel), state_at(kPlaneVolume, voxel)) * (kRegainedEntries - 1);
-    int entry = min(density >> 16, kRegainedEntries - 2);
-    int least = mixed_word(voxel, kSoilLoose, kTableRegained + entry);
-    int next = mixed_word(voxel, kSoilLoose, kTableRegained + entry + 1);
+// A word of a voxel's soil that goes by its relative density, or by none where that is fixed: word.
+int word_by_density(int voxel, int soil_state, int word) {
+    int loose = loose_word(voxel);
+    if (loose == 0) return mixed_word(voxel, soil_state, word);
+    int density = relative_density(voxel, loose, mass_at(voxel), state_at(kPlaneVolume, voxel)) * (kDensityEntries - 1);
+    int entry = min(density >> 16, kDensityEntries - 2);
+    int least = mixed_word(voxel, soil_state, kTableByDensity + entry);
+    int next = mixed_word(voxel, soil_state, kTableByDensity + entry + 1);
     return least + mul_q16(next - least, density - entry * kOneQ16);
+}
+
+// tan(phi), Q16. Dense soil that was never moved has a peak, Bolton (1986); what moves has the critical angle.
+int friction_at(int voxel, int soil_state) {
+    bool has_peak = params.dilates != 0 && soil_state == kSoilBonded;
+    return has_peak ? word_by_density(voxel, soil_state, kTableFriction) : mixed_word(voxel, soil_state, kTableFriction);
+}
+
+// Cohesion over unit weight of soil without water, Q16 voxels. Compaction gives moved soil some back.
+int dry_strength_at(int voxel, int soil_state) {
+    bool is_regained = params.regains_cohesion != 0 && soil_state == kSoilLoose;
+    return is_regained ? word_by_density(voxel, soil_state, kTableStrength) : mixed_word(voxel, soil_state, kTableStrength);
 }
 
 // Cohesion over unit weight, Q16 voxels: with that of moisture, 4 S (1 - S) of its most, and the weight of the water.
 int strength_at(int voxel, int soil_state) {
-    int strength = soil_state == kSoilLoose ? loose_strength_at(voxel) : mixed_word(voxel, soil_state, kTableStrength);
+    int strength = dry_strength_at(voxel, soil_state);
     int water = water_at(voxel);
     if (water <= 0) return strength;
     int moist = mixed_word(voxel, soil_state, kTableMoist);

@@ -34,6 +34,7 @@ constexpr Slider<MaterialDef> kMaterialSliders[] = {
     {"Cohesion", &MaterialDef::cohesion_pa, 0, 50, 1e-3f, "%.2f kPa", false, kLog},
     {"Kept when moved", &MaterialDef::loose_cohesion_fraction, 0, 1, 1, "%.2f"},
     {"Regained when compacted", &MaterialDef::compaction_cohesion_ratio, 0, 0.3f, 1, "%.3f"},
+    {"Dilatancy", &MaterialDef::dilatancy_angle_rad, 0, 5.7f, kDegrees, "%.1f deg"},
     {"Roughness", &MaterialDef::roughness, 0, 4, 1, "%.2f"},
     {"Viscosity", &MaterialDef::viscosity, 0, 1, 1, "%.2f"},
     {"Fall speed", &MaterialDef::fall_speed_m_s, 0, 20, 1, "%.1f m/s"},

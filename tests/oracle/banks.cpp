@@ -33,6 +33,11 @@ double moved_strength_m(const bsoil::MaterialDef& soil, double relative_density,
     return cohesion_pa * volume / gravity_m_s2;
 }
 
+double peak_friction(const bsoil::MaterialDef& soil, double relative_density) {
+    const double index = std::clamp(5 * relative_density - 1, 0.0, 4.0);
+    return std::tan(soil.friction_angle_rad + index * soil.dilatancy_angle_rad);
+}
+
 double relative_density(const Model& model, const Voxel& voxel) {
     const VolumeRange range = volume_range(model, voxel);
     if (range.loose <= range.compacted) return 0;

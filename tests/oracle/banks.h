@@ -28,6 +28,10 @@ using BankSoilLookup = std::function<BankSoil(const Voxel& soil, bool bonded)>;
 double moved_strength_m(const bsoil::MaterialDef& soil, double relative_density,
                         double gravity_m_s2);
 
+/// tan(phi) of soil that was never moved, after Bolton (1986, 1987): the critical angle and
+/// `dilatancy_angle_rad` for each unit of 5 I - 1, 0 to 4.
+double peak_friction(const bsoil::MaterialDef& soil, double relative_density);
+
 /// Relative density of a voxel's soil, 0..1; 0 where it does not change.
 double relative_density(const Model& model, const Voxel& voxel);
 

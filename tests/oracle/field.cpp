@@ -1,6 +1,7 @@
 #include "oracle/field.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 namespace oracle {
@@ -62,6 +63,14 @@ VolumeRange volume_range(const Model& model, const Voxel& voxel) {
 
 double swelling(const Model& model, const Voxel& voxel) {
     return std::max(0.0, voxel.total_mass() * volume_range(model, voxel).loose - voxel.soil);
+}
+
+double dilation(const Model& model, const Voxel& voxel) {
+    if (model.critical_density.empty()) return swelling(model, voxel);
+    const VolumeRange range = volume_range(model, voxel);
+    const double volume =
+        std::lerp(range.loose, range.compacted, voxel.mean(model.critical_density));
+    return std::max(0.0, voxel.total_mass() * volume - voxel.soil);
 }
 
 }  // namespace oracle

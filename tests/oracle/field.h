@@ -92,7 +92,10 @@ struct Model {
     /// Per material: volume of a unit of mass of loose and of compacted soil; 0 where it is fixed.
     std::vector<double> loose_volume, compacted_volume;
     std::vector<double> placed_volume;  ///< the same as placed
-    bool regains = false;               ///< cohesion of moved soil goes by its density
+    /// Per material: relative density that sheared soil comes to, at least. Empty: loose.
+    std::vector<double> critical_density;
+    /// Cohesion of moved soil goes by its density; friction of soil that was never moved does.
+    bool regains = false, dilates = false;
     /// Per material, or empty where none has any: slope above tan(phi) that stands, and the share
     /// of slides that do not take place.
     std::vector<double> roughness, viscosity;
@@ -164,5 +167,8 @@ VolumeRange volume_range(const Model& model, const Voxel& voxel);
 /// How much more than its volume the soil of a voxel takes up once it moves freely (soil arrives no
 /// denser than loose), in voxel volumes. >= 0
 double swelling(const Model& model, const Voxel& voxel);
+
+/// The same of soil that slides: no denser than critical.
+double dilation(const Model& model, const Voxel& voxel);
 
 }  // namespace oracle

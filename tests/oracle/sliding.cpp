@@ -184,7 +184,7 @@ class Pass {
                     const double part = n == 2 ? left : std::min(left, room);
                     Voxel& to = after.at(way.x, way.y, target);
                     move_share(source, after.at(x, y, z), to, part / source.soil);
-                    to.soil += swelling(model_, source) * part / source.soil;
+                    to.soil += dilation(model_, source) * part / source.soil;
                     way.height += part;
                     left -= part;
                 }

@@ -267,7 +267,8 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                                           top.water > 0 ||
                                           voxel.main_material() != top.main_material();
                     const SoilState below = state_of(voxel, x, y, z);
-                    const bool by_density = model.regains && below == SoilState::loose;
+                    const bool by_density = (model.regains && below == SoilState::loose) ||
+                                            (model.dilates && below == SoilState::bonded);
                     if (taken > 0 && (is_other || by_density || below != state) &&
                         wedge(voxel, below, worst_slope).height <=
                             standing_wedge(model, voxel, x, y, z)) {
@@ -280,7 +281,7 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                                        after.field.at(ring[k].x, ring[k].y, ring[k].z),
                                        taken / voxel.soil * flow[k] / total);
                             after.field.at(ring[k].x, ring[k].y, ring[k].z).soil +=
-                                swelling(model, voxel) * taken / voxel.soil * flow[k] / total;
+                                dilation(model, voxel) * taken / voxel.soil * flow[k] / total;
                         }
                     }
                 }

@@ -74,6 +74,9 @@ class WeatherMaker {
         if (m.has_density_range() && random_.chance(0.5)) {
             m.compaction_cohesion_ratio = random_.log_uniform(1e-3, 0.5);
         }
+        if (m.has_density_range() && random_.chance(0.5)) {
+            m.dilatancy_angle_rad = random_.uniform(0, 0.1);
+        }
     }
 
     void set_water(SoilDef& def) {

@@ -49,7 +49,7 @@ StatePlanes random_banks(const StageBench& bench, unsigned seed) {
 }
 
 /// Of the materials one keeps some of its cohesion when it is moved, or all three do. Two regain
-/// some by their density.
+/// some by their density and have a peak of friction.
 SoilDef random_banks_def(unsigned seed) {
     SoilDef def = grid_def(24, 32, 24);
     def.materials = {sand(25, 2500), sand(32, 1500), sand(35, seed % 2 == 0 ? 500 : 0)};
@@ -66,6 +66,7 @@ SoilDef random_banks_def(unsigned seed) {
         def.materials[m].loose_density_kg_m3 = 870;
         def.materials[m].compacted_density_kg_m3 = 1700;
         def.materials[m].compaction_cohesion_ratio = 0.2;
+        def.materials[m].dilatancy_angle_rad = 4 * kDegree;
     }
     return def;
 }
@@ -93,7 +94,9 @@ TEST_P(RandomBanks, fail_as_the_oracle_says) {
                     ? m.cohesion_pa / (m.density_kg_m3 * kGravity)
                     : oracle::moved_strength_m(m, oracle::relative_density(model, held), kGravity);
             heights.push_back(strength_m / bench.soil().def().voxel_m);
-            frictions.push_back(std::tan(m.friction_angle_rad));
+            frictions.push_back(
+                bonded ? oracle::peak_friction(m, oracle::relative_density(model, held))
+                       : std::tan(m.friction_angle_rad));
         }
         return {held.mean(heights), held.mean(frictions)};
     };

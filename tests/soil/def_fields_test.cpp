@@ -192,7 +192,7 @@ TEST(DefFields, every_field_is_refused_out_of_its_range_by_name) {
     expect_range([](SoilDef& def, double value) { set_number(def.name, value); }, soils[i++]);
     BSOIL_SOIL_FIELDS(BSOIL_EXPECT)
 #undef BSOIL_EXPECT
-    EXPECT_EQ(count, 18 + 25);
+    EXPECT_EQ(count, 19 + 25);
 }
 
 /// The head of a soil's state: what it is of. The rest of the bytes follows.

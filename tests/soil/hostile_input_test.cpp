@@ -57,6 +57,8 @@ TEST(SoilDefinition, every_field_out_of_range_is_named) {
     add("compaction_cohesion_ratio",
         [](SoilDef& d) -> double& { return d.material.compaction_cohesion_ratio; },
         {-0.1, 0.6, kNan});
+    add("dilatancy_angle_rad", [](SoilDef& d) -> double& { return d.material.dilatancy_angle_rad; },
+        {-0.1, 0.2, kNan});
     add("tool_friction", [](SoilDef& d) -> double& { return d.material.tool_friction; },
         {-0.1, 2.1, kNan});
     cases.push_back({"name", [](SoilDef& d) { d.material.name.clear(); }});

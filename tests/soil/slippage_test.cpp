@@ -1,7 +1,9 @@
 // Slope stability and slippage (1) to (10), (31), (32) against the oracle.
 #include "oracle/slippage.h"
 
+#include <functional>
 #include <limits>
+#include <numbers>
 
 #include "oracle/banks.h"
 #include "soil/slip_table.h"
@@ -45,12 +47,11 @@ TEST(SlipWedge, follows_the_oracle) {
 
 class Slippage : public Stage {
   protected:
-    /// Strength of moved soil as the kernels have it: between entries 1/32 apart in density.
-    static double tabulated_strength_m(const MaterialDef& soil, double relative_density,
-                                       double gravity_m_s2) {
+    /// What goes by the density as the kernels have it: between entries 1/32 apart.
+    static double tabulated(double relative_density,
+                            const std::function<double(double density)>& by_density) {
         const double entry = std::floor(std::min(31.0, relative_density * 32));
-        return std::lerp(oracle::moved_strength_m(soil, entry / 32, gravity_m_s2),
-                         oracle::moved_strength_m(soil, (entry + 1) / 32, gravity_m_s2),
+        return std::lerp(by_density(entry / 32), by_density((entry + 1) / 32),
                          relative_density * 32 - entry);
     }
     /// The wedge as the kernels have it: between entries 1/16 apart in slope.
@@ -61,9 +62,7 @@ class Slippage : public Stage {
             if (state == State::failing) return 0.0;
             return state == State::bonded ? 1.0 : material.loose_cohesion_fraction;
         };
-        const bool by_density = std::ranges::any_of(
-            bench.soil().materials(),
-            [](const MaterialDef& m) { return m.compaction_cohesion_ratio > 0; });
+        const bool regains = bench.model().regains, dilates = bench.model().dilates;
         const auto of_material = [&bench, kept](int material, State state,
                                                 double slope) -> oracle::GridWedge {
             const SoilDef& def = bench.soil().def();
@@ -87,10 +86,11 @@ class Slippage : public Stage {
         };
         // A mixture has no table, nor has soil whose strength is by its density: its wedge is found
         // for the slope itself.
-        return [&bench, of_material, kept, by_density, strength, model = bench.model()](
+        return [&bench, of_material, kept, regains, dilates, strength, model = bench.model()](
                    const oracle::Voxel& held, State state, double any_slope) -> oracle::GridWedge {
             const double slope = std::min(any_slope, 16.0);  // where the tables end
-            const bool is_dense = by_density && state == State::loose;
+            const bool is_dense =
+                (regains && state == State::loose) || (dilates && state == State::bonded);
             if (!held.is_mixed() && !is_dense) {
                 return of_material(held.main_material(), state, slope);
             }
@@ -98,12 +98,18 @@ class Slippage : public Stage {
             std::vector<double> friction, strength_m, acceleration;
             for (const MaterialDef& m : bench.soil().materials()) {
                 const double cohesion = m.cohesion_pa * kept(m, state);
-                friction.push_back(std::tan(m.friction_angle_rad));
-                strength_m.push_back(
-                    state == State::loose
-                        ? strength * tabulated_strength_m(m, oracle::relative_density(model, held),
-                                                          def.gravity_m_s2)
-                        : cohesion / (m.density_kg_m3 * def.gravity_m_s2));
+                const double density = oracle::relative_density(model, held);
+                friction.push_back(
+                    state == State::bonded
+                        ? tabulated(density, [&](double d) { return oracle::peak_friction(m, d); })
+                        : std::tan(m.friction_angle_rad));
+                strength_m.push_back(state == State::loose
+                                         ? strength * tabulated(density,
+                                                                [&](double d) {
+                                                                    return oracle::moved_strength_m(
+                                                                        m, d, def.gravity_m_s2);
+                                                                })
+                                         : cohesion / (m.density_kg_m3 * def.gravity_m_s2));
                 acceleration.push_back(
                     of_material(static_cast<int>(acceleration.size()), state, slope).acceleration);
             }
@@ -199,6 +205,7 @@ SoilDef kept_cohesion_def(const Scenario& scenario, Backend backend, bool by_den
         m.compacted_density_kg_m3 = 2000;
         m.compaction_cohesion_ratio = 0.006;
         m.loose_cohesion_fraction = 0.02;
+        m.dilatancy_angle_rad = 5 * std::numbers::pi / 180;
     }
     return def;
 }
@@ -235,17 +242,26 @@ TEST_P(Slippage, of_soil_above_a_failing_plane_follows_the_oracle) {
     }
 }
 
-// Moved soil has its cohesion by its density: docs/decisions/compacted_soil.md
-TEST_P(Slippage, of_compacted_soil_follows_the_oracle) {
+// Moved soil has its cohesion by its density, other soil its friction:
+// docs/decisions/compacted_soil.md, dense_slopes.md
+TEST_P(Slippage, that_goes_by_density_follows_the_oracle) {
     StageBench bench(kept_cohesion_def(GetParam(), Backend::cpu, true));
     SoilDef other_def = kept_cohesion_def(GetParam(), Backend::cpu, true);
-    for (MaterialDef& m : other_def.materials) m.compaction_cohesion_ratio = 0;
+    for (MaterialDef& m : other_def.materials) {
+        m.compaction_cohesion_ratio = m.dilatancy_angle_rad = 0;
+    }
     const StageBench other(other_def);
     prepare(bench, GetParam());
+    // Of every other voxel's soil none is bonded, and of the rest all.
     StatePlanes planes = bench.read();
-    const size_t voxels = static_cast<size_t>(planes.nx) * planes.ny * planes.nz;
-    std::fill_n(planes.words.begin() + static_cast<std::ptrdiff_t>(layout::kPlaneBond * voxels),
-                voxels, 0);
+    for (int z = 0; z < planes.nz; ++z) {
+        for (int y = 0; y < planes.ny; ++y) {
+            for (int x = 0; x < planes.nx; ++x) {
+                planes.at(layout::kPlaneBond, x, y, z) =
+                    (x + y) % 2 == 0 ? 0 : planes.at(layout::kPlaneVolume, x, y, z);
+            }
+        }
+    }
     bench.write(planes);
     bench.place(GetParam().bodies(bench));
     bench.find_support();

@@ -355,12 +355,14 @@ oracle::Model StageBench::model(int substeps) const {
                         .loose_volume = {},
                         .compacted_volume = {},
                         .placed_volume = {},
+                        .critical_density = {},
                         .roughness = {},
                         .viscosity = {},
                         .air = {},
                         .wind = {}};
     model.slides = impl_->params.slides != 0;
     model.regains = impl_->params.regains_cohesion != 0;
+    model.dilates = impl_->params.dilates != 0;
     const SoilParams& p = impl_->params;
     model.wind = kUnit * Vec3{1.0 * p.wind_x, 1.0 * p.wind_y, 1.0 * p.wind_z};
     model.gust = p.gust * kUnit;
@@ -382,6 +384,9 @@ oracle::Model StageBench::model(int substeps) const {
         model.loose_volume.push_back(volume(material.loose_density_kg_m3));
         model.compacted_volume.push_back(volume(material.compacted_density_kg_m3));
         model.placed_volume.push_back(kReferenceDensity / material.density_kg_m3);
+        if (p.dilates != 0) {
+            model.critical_density.push_back(material.dilatancy_angle_rad > 0 ? 0.2 : 0);
+        }
         if (p.air != 0) {
             const double fall_speed = material.fall_speed_m_s;
             const double rate =

@@ -31,6 +31,10 @@ struct MaterialDef {
     /// none. Hvorslev's kappa. The pressure is that which belongs to its density, see
     /// pressure_of_relative_density(). No more than all of the cohesion. Needs the densities
     double compaction_cohesion_ratio = 0;
+    /// peak angle of friction over the critical one per unit of dilatancy index, 0..0.1; 0: density
+    /// does not count. Bolton (1986) has 5 deg for slopes. Of soil that was never moved, see
+    /// dilatancy_index(). Needs the densities
+    double dilatancy_angle_rad = 0;
     /// slope above tan phi at which soil still stands, 0..40; by place between half of it and all
     /// of it: slopes stand irregularly. 40: every slope stands
     double roughness = 0;
@@ -94,6 +98,9 @@ struct MaterialDef {
     FIELD(compaction_cohesion_ratio, 0, 0.5, live,                                                 \
           "cohesion of moved soil over the pressure that compacted it",                            \
           "0: compaction gives it none")                                                           \
+    FIELD(dilatancy_angle_rad, 0, 0.1, live,                                                       \
+          "peak angle of friction over the critical one per unit of dilatancy index",              \
+          "0: density does not count")                                                             \
     FIELD(roughness, 0, 40, live, "slope above tan phi at which soil still stands",                \
           "by place between half of it and all of it")                                             \
     FIELD(viscosity, 0, 1, live, "share of the slides that do not take place",                     \
@@ -120,6 +127,11 @@ double relative_density_under(double pressure_pa);
 
 /// The inverse of it, 1 kPa to 1 MPa: Hvorslev's equivalent pressure of soil of that density.
 double pressure_of_relative_density(double relative_density);
+
+/// Bolton's relative dilatancy index of soil under less than 150 kPa: 5 I - 1 of a relative density
+/// I, 0..4. 0: it shears without a change of volume, at kCriticalDensity.
+double dilatancy_index(double relative_density);
+inline constexpr double kCriticalDensity = 0.2;
 
 /// Built-in materials. Angles, cohesions and weights lie in the ranges of the thesis (Table 6)
 /// where it has the soil, else in those of the usual soil mechanics tables; see docs/materials.md

@@ -52,8 +52,8 @@ static_assert(kTileTableX == kTileTableNeighbours + kNeighbourCount &&
               kNeighbourCount == kNeighbourRow * kNeighbourRow);
 static_assert(kLatticeIndex == kLatticeBricks + 3);
 static_assert(kTableWedge + kSlipEntries <= kTableAcceleration &&
-              kTableAcceleration + kSlipEntries <= kTablePassive && kTableAir < kTableRegained &&
-              kTableRegained + kRegainedEntries <= kTableWords);
+              kTableAcceleration + kSlipEntries <= kTablePassive && kTableAir < kTableByDensity &&
+              kTableByDensity + kDensityEntries <= kTableCritical && kTableCritical < kTableWords);
 
 // Headroom: what the comments of soil_layout.h promise.
 static_assert(limits::kGridHeightMax < kTileTopStep);

@@ -36,7 +36,7 @@ int32_t bank_strength_of(const MaterialDef& material, const int32_t* table) {
 /// Strength that all loose soil of a material has. Of soil that takes water it is not known.
 int32_t loose_strength_of(const MaterialDef& material, const int32_t* table) {
     if (material.pore_water_fraction > 0) return 0;
-    return *std::min_element(table + kTableRegained, table + kTableRegained + kRegainedEntries);
+    return *std::min_element(table + kTableByDensity, table + kTableByDensity + kDensityEntries);
 }
 
 // The wind in the grid's frame and in voxels a step. Soil is no faster than kSpeedMost.
@@ -92,7 +92,7 @@ std::vector<int32_t> make_material_tables(SoilCore& s) {
     SoilParams& p = s.params;
     std::vector<int32_t> tables;
     p.bank_friction = INT32_MAX;
-    p.bank_strength = p.keeps_cohesion = p.regains_cohesion = p.deposits = p.air = 0;
+    p.bank_strength = p.keeps_cohesion = p.regains_cohesion = p.dilates = p.deposits = p.air = 0;
     p.loose_strength = INT32_MAX;
     for (const MaterialDef& material : s.materials) {
         const size_t first = tables.size();
@@ -104,10 +104,12 @@ std::vector<int32_t> make_material_tables(SoilCore& s) {
             const std::vector<int32_t> table = make_slip_table(state, s.def);
             tables.insert(tables.end(), table.begin(), table.end());
         }
-        const int32_t* bonded = &tables[first + kSoilBonded * size_t{kTableWords}];
+        int32_t* bonded = &tables[first + kSoilBonded * size_t{kTableWords}];
         int32_t* loose = &tables[first + kSoilLoose * size_t{kTableWords}];
-        std::ranges::copy(regained_strengths(material, s.def, loose), loose + kTableRegained);
-        const int32_t compacted = loose[kTableRegained + kRegainedEntries - 1];
+        std::ranges::copy(peak_frictions(material), bonded + kTableByDensity);
+        if (material.dilatancy_angle_rad > 0) p.dilates = 1;
+        std::ranges::copy(regained_strengths(material, s.def, loose), loose + kTableByDensity);
+        const int32_t compacted = loose[kTableByDensity + kDensityEntries - 1];
         if (loose[kTableStrength] > 0 || loose[kTableMoist] > 0 || compacted > 0) {
             p.keeps_cohesion = 1;
         }

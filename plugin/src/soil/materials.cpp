@@ -13,11 +13,15 @@ Status MaterialDef::validate() const {
     const std::string where = "material '" + name + "': ";
     if (Status status = check_numbers(*this, where); !status) return status;
     if (loose_density_kg_m3 == 0 && compacted_density_kg_m3 == 0) {
-        if (compaction_cohesion_ratio == 0) return Done{};
-        return Error{where + "compaction_cohesion_ratio is " +
-                     std::to_string(compaction_cohesion_ratio) +
-                     ", but its density does not change: give loose_density_kg_m3 and "
-                     "compacted_density_kg_m3"};
+        for (const auto& [field, value] :
+             {std::pair{"compaction_cohesion_ratio", compaction_cohesion_ratio},
+              {"dilatancy_angle_rad", dilatancy_angle_rad}}) {
+            if (value == 0) continue;
+            return Error{where + field + " is " + std::to_string(value) +
+                         ", but its density does not change: give loose_density_kg_m3 and "
+                         "compacted_density_kg_m3"};
+        }
+        return Done{};
     }
     if (loose_density_kg_m3 < 100 || loose_density_kg_m3 > density_kg_m3 ||
         compacted_density_kg_m3 < density_kg_m3 || loose_density_kg_m3 >= compacted_density_kg_m3 ||
@@ -45,6 +49,10 @@ double relative_density_under(double pressure_pa) {
 
 double pressure_of_relative_density(double relative_density) {
     return kLoosePa * std::pow(kCompactedPa / kLoosePa, std::clamp(relative_density, 0.0, 1.0));
+}
+
+double dilatancy_index(double relative_density) {
+    return std::clamp(relative_density / kCriticalDensity - 1, 0.0, 4.0);
 }
 
 namespace materials {

@@ -19,6 +19,10 @@ double unbalanced(const MaterialDef& m, double gamma, double h, double dx, doubl
            (m.cohesion_pa * length + weight * std::cos(theta) * std::tan(m.friction_angle_rad));
 }
 
+/// A steeper peak, which phi and 4 units of dilatancy index could come to, counts as this: as steep
+/// as any phi may be.
+constexpr double kPeakMost = 1.2;
+
 /// Cohesion over the weight of a voxel's height of soil [Pa], as kTableStrength.
 int32_t strength_q16(double cohesion_pa, double weight_pa) {
     const double strength = weight_pa > 0 ? std::min(cohesion_pa / weight_pa * layout::kVoxelFull,
@@ -144,19 +148,35 @@ std::vector<int32_t> make_slip_table(const MaterialDef& m, const SoilDef& def) {
         table[kTableLoose] = table[kTableHeld];
         table[kTableCompacted] = table[kTableHeldLeast];
     }
+    table[kTableCritical] = m.dilatancy_angle_rad > 0
+                                ? static_cast<int32_t>(std::lround(kCriticalDensity * kOneQ16))
+                                : 0;
     return table;
+}
+
+std::vector<int32_t> peak_frictions(const MaterialDef& m) {
+    using namespace layout;
+    std::vector<int32_t> frictions;
+    for (int i = 0; i < kDensityEntries; ++i) {
+        const double angle_rad =
+            m.friction_angle_rad +
+            m.dilatancy_angle_rad * dilatancy_index(1.0 * i / (kDensityEntries - 1));
+        frictions.push_back(static_cast<int32_t>(
+            std::lround(std::tan(std::min(angle_rad, kPeakMost)) * kVoxelFull)));
+    }
+    return frictions;
 }
 
 std::vector<int32_t> regained_strengths(const MaterialDef& m, const SoilDef& def,
                                         const int32_t* loose) {
     using namespace layout;
     if (m.compaction_cohesion_ratio == 0) {
-        return std::vector<int32_t>(kRegainedEntries, loose[kTableStrength]);
+        return std::vector<int32_t>(kDensityEntries, loose[kTableStrength]);
     }
     const double kept_pa = m.cohesion_pa * m.loose_cohesion_fraction;
     std::vector<int32_t> strengths;
-    for (int i = 0; i < kRegainedEntries; ++i) {
-        const double density = 1.0 * i / (kRegainedEntries - 1);  // relative
+    for (int i = 0; i < kDensityEntries; ++i) {
+        const double density = 1.0 * i / (kDensityEntries - 1);  // relative
         const double volume =
             std::lerp(1 / m.loose_density_kg_m3, 1 / m.compacted_density_kg_m3, density);
         const double regained_pa =

@@ -37,7 +37,11 @@ int32_t suction_q16(const MaterialDef& material, const SoilDef& def);
 /// else kernels need to know of it.
 std::vector<int32_t> make_slip_table(const MaterialDef& material, const SoilDef& def);
 
-/// Strengths of moved soil by its relative density (kTableRegained): Hvorslev's share of the
+/// tan(phi) of soil that was never moved by its relative density (kTableByDensity), Q16: Bolton's
+/// peak.
+std::vector<int32_t> peak_frictions(const MaterialDef& material);
+
+/// Strengths of moved soil by its relative density (kTableByDensity): Hvorslev's share of the
 /// pressure that belongs to the density, no less than loose soil keeps and no more than it had.
 /// Over its weight at that density. loose: table of its loose soil, whose strength all are where
 /// compaction gives it none.

@@ -96,6 +96,9 @@ typedef struct bulletsoil_material {
     /** cohesion of moved soil over the pressure that compacted it, 0..0.5; 0: compaction gives it
      * none. Needs the densities */
     double compaction_cohesion_ratio;
+    /** peak angle of friction over the critical one per unit of dilatancy index, 0..0.1; 0: density
+     * does not count. Needs the densities */
+    double dilatancy_angle_rad;
 } bulletsoil_material;
 
 /**
