@@ -199,6 +199,7 @@ CONST_INT(kRootMost, 46340)  // its square is the largest in 31 bits
 // Whole square root, rounded down, by Newton's method from above.
 int square_root(int square) {
     int root = kRootMost;
+    while (root > 1 && (root / 2) * (root / 2) > square) root = root / 2;
     for (int i = 0; square > 0 && i < 24; ++i) {
         int better = (root + square / root) / 2;
         if (better >= root) return root;

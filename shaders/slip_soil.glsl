@@ -159,12 +159,29 @@ int mixed_wedge(int friction, int strength, int any_slope) {
     return slope - fraction_q16(last, half_sum + 16 * square_root(kOneQ8 * square));
 }
 
-int wedge_at(int curve, int voxel, int slope) {
-    if (curve >= 0) return table_at(curve, kTableWedge, slope);
-    int soil_state = kMixedBonded - curve;
-    int friction = friction_at(voxel, soil_state);
-    if (slope <= friction) return -kVoxelFull;  // whatever its cohesion
-    return mixed_wedge(friction, strength_at(voxel, soil_state), slope);
+// What a voxel's soil has against slipping: its curve, or below 0 tan phi (Q16) and cohesion over unit weight (Q16 voxels).
+struct Resistance {
+    int curve;
+    int friction;
+    int strength;  // not looked for where no slope is steeper than phi: that stands whatever its cohesion
+};
+
+// steepest: no slope steeper than this is asked about.
+Resistance resistance_of(int voxel, int steepest) {
+    Resistance soil;
+    soil.curve = curve_of(voxel);
+    soil.friction = 0;
+    soil.strength = 0;
+    if (soil.curve >= 0) return soil;
+    int soil_state = kMixedBonded - soil.curve;
+    soil.friction = friction_at(voxel, soil_state);
+    if (steepest > soil.friction) soil.strength = strength_at(voxel, soil_state);
+    return soil;
+}
+
+int wedge_at(IN(Resistance) soil, int slope) {
+    if (soil.curve >= 0) return table_at(soil.curve, kTableWedge, slope);
+    return slope <= soil.friction ? -kVoxelFull : mixed_wedge(soil.friction, soil.strength, slope);
 }
 
 // Height of a failing wedge, Q16, up to which the soil of a voxel stands: by its place between half of its roughness and all of
@@ -255,7 +272,7 @@ void set_sliding(int slot, int x, int y, int top, int source, ivec2 fall, int sl
         // What slides already is driven as a whole.
         if (z < base >> 16 && state_at(kPlaneMomentumX, voxel) == 0 && state_at(kPlaneMomentumY, voxel) == 0) break;
         if (mass == 0) continue;
-        if (is_solid(voxel) || wedge_at(curve_of(voxel), voxel, slope) <= standing_wedge(voxel, slot, ivec3(x, y, z))) break;
+        if (is_solid(voxel) || wedge_at(resistance_of(voxel, slope), slope) <= standing_wedge(voxel, slot, ivec3(x, y, z))) break;
         ivec3 gained = ivec3(mul_q16(mass * 64, along_x * 16), mul_q16(mass * 64, along_y * 16), 0);
         add_delta(kPlaneMomentumX, voxel, gained.x);
         add_delta(kPlaneMomentumY, voxel, gained.y);
@@ -295,7 +312,7 @@ bool find_slices(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT
 
 // Slope of the facet between an axis neighbour and a diagonal one, by the drops to them; 0 where it cannot fail.
 // to_diagonal: share of its flow that goes to the diagonal one, Q16.
-int facet_slope(int curve, int source, int stands, int along, int diagonal, OUT(int) to_diagonal) {
+int facet_slope(IN(Resistance) soil, int stands, int along, int diagonal, OUT(int) to_diagonal) {
     to_diagonal = 0;
     if (along <= 0 && diagonal <= 0) return 0;
     int across = diagonal - along;
@@ -304,7 +321,7 @@ int facet_slope(int curve, int source, int stands, int along, int diagonal, OUT(
         to_diagonal = kOneQ16;
         return mul_q16(diagonal, kDiagonalInverse);  // over sqrt(2)
     }
-    if (wedge_at(curve, source, along + across / 2 + 1) <= stands) return 0;  // no slope of these two is steeper
+    if (wedge_at(soil, along + across / 2 + 1) <= stands) return 0;  // no slope of these two is steeper
     to_diagonal = fraction_q16(across, along);
     return slope_length(along, across);
 }
@@ -318,7 +335,7 @@ ivec2 facet_fall(int axis, int diagonal, int to_diagonal) {
 }
 
 // Which facets around a span fail, the worst of them, and how much each gives to whom. stands: see standing_wedge().
-Failure find_failure(int curve, int source, int stands, INOUT(Slices) slices) {
+Failure find_failure(IN(Resistance) soil, int stands, INOUT(Slices) slices) {
     Failure failure;
     failure.wedge = 0;
     failure.slope = 0;
@@ -329,9 +346,9 @@ Failure find_failure(int curve, int source, int stands, INOUT(Slices) slices) {
         int axis = k & 6;  // 0 2 4 6
         int diagonal = (k & 1) == 0 ? axis + 1 : (axis + 7) & 7;
         int to_diagonal = 0;
-        int slope = facet_slope(curve, source, stands, slices.drop[axis], slices.drop[diagonal], to_diagonal);
+        int slope = facet_slope(soil, stands, slices.drop[axis], slices.drop[diagonal], to_diagonal);
         if (slope == 0) continue;
-        int wedge = wedge_at(curve, source, slope);
+        int wedge = wedge_at(soil, slope);
         if (wedge <= stands) continue;
         if (wedge > failure.wedge) {
             failure.wedge = wedge;
@@ -390,8 +407,8 @@ void shed_soil(int slot, int x, int y, int bottom, int top, int wanted, int curv
         int taken = min(amount, held);
         if (taken <= 0) continue;
         int below = curve_of(source);
-        if ((below != curve || below < 0) &&
-            wedge_at(below, source, failure.slope) <= standing_wedge(source, slot, ivec3(x, y, z))) {
+        if ((below != curve || below < 0) && wedge_at(resistance_of(source, failure.slope), failure.slope) <=
+                                                 standing_wedge(source, slot, ivec3(x, y, z))) {
             break;  // what lies on top slides off it
         }
         amount -= taken;
@@ -409,15 +426,15 @@ void shed_soil(int slot, int x, int y, int bottom, int top, int wanted, int curv
 bool slip_span(int slot, int lane, int i, int bottom, int top, int steepest, bool is_topmost, bool slid) {
     ivec3 at = ivec3(lane & 7, lane >> 3, (top - 1) >> 16);
     int source = voxel_at(slot, at.x, at.y, at.z);
-    int curve = curve_of(source);
+    Resistance soil = resistance_of(source, steepest);
     int stands = standing_wedge(source, slot, at);
-    if (wedge_at(curve, source, steepest) <= stands) return false;  // the steeper a slope, the higher its wedge
+    if (wedge_at(soil, steepest) <= stands) return false;  // the steeper a slope, the higher its wedge
     int column = slot * kTileColumns + lane;
     int record = column * kColumnWords;
     bool on_rigid = i > 0 && spans[record + kColumnSpans + i * kSpanWords + kSpanKind] == kSpanPiled;
     Slices slices;
     if (!find_slices(slot, at.x, at.y, bottom, top, on_rigid, slices)) return false;
-    Failure failure = find_failure(curve, source, stands, slices);
+    Failure failure = find_failure(soil, stands, slices);
     if (failure.wedge == 0) return false;
     ATOMIC_MAX(result[kResultSlope], failure.wedge);
     // Even where nothing can leave: the next pass looks again. Others may see this mark in this pass or in the next: where
@@ -433,10 +450,10 @@ bool slip_span(int slot, int lane, int i, int bottom, int top, int steepest, boo
     // Soil that slides on into this column brings its speed along.
     int speed = max(slid ? spans[speed_read(record, i)] : 0, fastest_around(slot, at.x, at.y));
     // thesis (9), and no more than a quarter of the wedge at once, so that nothing overshoots.
-    speed = min(speed + acceleration_at(curve, source, failure.slope) / params.substep_count, kOneQ16);
+    speed = min(speed + acceleration_at(soil.curve, source, failure.slope) / params.substep_count, kOneQ16);
     spans[speed_write(record, i)] = speed;
     int amount = slip_amount(wedge, speed, failure.flow, slices);
-    shed_soil(slot, at.x, at.y, bottom, top, amount, curve, failure, slices);
+    shed_soil(slot, at.x, at.y, bottom, top, amount, soil.curve, failure, slices);
     return speed != 0;
 }
 
