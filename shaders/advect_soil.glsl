@@ -127,7 +127,9 @@ bool is_sheltered(int slot, ivec3 from) {
         ivec2 offset = ivec2(round_q16(n * step.x), round_q16(n * step.y));
         if (z >= params.height || !step_upwind(slot, at, offset - gone, z)) return false;
         gone = offset;
-        int voxel = slot * params.tile_voxels + z * kTileColumns + at.y * kTileSide + at.x;
+        int column = column_of(slot, at);
+        if (z >= spans[column_word(kColumnEnd, column)]) continue;  // all is empty there
+        int voxel = slot * params.tile_voxels + z * kTileColumns + column - slot * kTileColumns;
         if (is_solid(voxel) || is_full(voxel)) return true;
     }
     return false;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <ctime>
 #include <functional>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -43,16 +44,33 @@ void make_moist(SoilDef& def) {
     def.material.conductivity_m_s = 1e-4;
 }
 
+void let_density_change(SoilDef& def) {
+    def.material.loose_density_kg_m3 = 1800;
+    def.material.compacted_density_kg_m3 = 2200;
+}
+
 std::vector<Feature> features() {
     const auto open_sides = [](SoilDef& def) { def.open_sides = kOpenLowY | kOpenHighY; };
     const auto two = [](SoilDef& def) { def.materials = {def.material, named("second")}; };
     return {
         {"plain"},
         {"cohesion of 1 kPa", [](SoilDef& def) { def.material.cohesion_pa = 1000; }},
-        {"density that changes",
+        {"density that changes", let_density_change},
+        {"peak friction by density",
          [](SoilDef& def) {
-             def.material.loose_density_kg_m3 = 1800;
-             def.material.compacted_density_kg_m3 = 2200;
+             let_density_change(def);
+             def.material.dilatancy_angle_rad = 5 * std::numbers::pi / 180;
+         }},
+        {"cohesion of 1 kPa that moved soil keeps",
+         [](SoilDef& def) {
+             def.material.cohesion_pa = 1000;
+             def.material.loose_cohesion_fraction = 1;
+         }},
+        {"cohesion of 1 kPa that compaction gives back",
+         [](SoilDef& def) {
+             let_density_change(def);
+             def.material.cohesion_pa = 1000;
+             def.material.compaction_cohesion_ratio = 0.1;
          }},
         {"a second material, not there", two},
         {"a second material, in the upper fifth", two, {0.2}},
