@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "soil/slot_buffers.h"
+
 namespace bsoil {
 
 using namespace layout;
@@ -104,54 +106,6 @@ Status TileTable::start() {
     forget_stamps();
     return Done{};
 }
-
-namespace {
-
-/// How a buffer is laid out over tile slots: rows, one after the other, of `slot_words` a slot and
-/// some words of padding.
-struct SlotRows {
-    int64_t row_count = 0, slot_words = 0, pad_words = 0;
-};
-
-struct SlotBuffer {
-    device::BufferIndex buffer;
-    std::vector<SlotRows> rows;
-
-    int64_t words(int64_t slots) const {
-        int64_t sum = 0;
-        for (const SlotRows& r : rows) sum += r.row_count * (r.slot_words * slots + r.pad_words);
-        return sum;
-    }
-    /// What moves where as `from` slots become `to`: the words of those that both have.
-    std::vector<device::WordMove> moves(int64_t from, int64_t to) const {
-        std::vector<device::WordMove> out;
-        int64_t old_row = 0, new_row = 0;
-        for (const SlotRows& r : rows) {
-            for (int64_t row = 0; row < r.row_count; ++row) {
-                out.push_back({old_row, new_row, r.slot_words * std::min(from, to)});
-                old_row += r.slot_words * from + r.pad_words;
-                new_row += r.slot_words * to + r.pad_words;
-            }
-        }
-        return out;
-    }
-};
-
-/// All buffers with a part for each slot, the largest first.
-std::vector<SlotBuffer> slot_buffers(const SoilCore& core) {
-    const int64_t tile_voxels = core.params.tile_voxels, blocks = core.blocks_per_tile,
-                  transported = core.params.transport_count;
-    return {{Buffer::state, {{kTransportFirst + transported, tile_voxels, kPlanePad}}},
-            {Buffer::delta, {{1, transported * tile_voxels, 0}}},
-            {Buffer::spans,
-             {{1, int64_t{kColumnWords} * kTileColumns, int64_t{kColumnWords} * kColumnPad},
-              {kColumnArrays, kTileColumns, kColumnPad},
-              {kTileArrays, 1, 0}}},
-            {Buffer::block_flags, {{kFlagArrays, blocks, 0}, {1, kMaskWords * blocks, 0}}},
-            {Buffer::tile_table, {{1, kTileTableWords, 0}}}};
-}
-
-}  // namespace
 
 Status TileTable::allocate_slots(int count) {
     const std::vector<SlotBuffer> buffers = slot_buffers(core_);

@@ -1,0 +1,41 @@
+#include "soil/slot_buffers.h"
+
+#include <algorithm>
+
+namespace bsoil {
+
+using namespace layout;
+
+int64_t SlotBuffer::words(int64_t slots) const {
+    int64_t sum = 0;
+    for (const SlotRows& r : rows) sum += r.row_count * (r.slot_words * slots + r.pad_words);
+    return sum;
+}
+
+std::vector<device::WordMove> SlotBuffer::moves(int64_t from, int64_t to) const {
+    std::vector<device::WordMove> out;
+    int64_t old_row = 0, new_row = 0;
+    for (const SlotRows& r : rows) {
+        for (int64_t row = 0; row < r.row_count; ++row) {
+            out.push_back({old_row, new_row, r.slot_words * std::min(from, to)});
+            old_row += r.slot_words * from + r.pad_words;
+            new_row += r.slot_words * to + r.pad_words;
+        }
+    }
+    return out;
+}
+
+std::vector<SlotBuffer> slot_buffers(const SoilCore& core) {
+    const int64_t tile_voxels = core.params.tile_voxels, blocks = core.blocks_per_tile,
+                  transported = core.params.transport_count;
+    return {{Buffer::state, {{kTransportFirst + transported, tile_voxels, kPlanePad}}},
+            {Buffer::delta, {{1, transported * tile_voxels, 0}}},
+            {Buffer::spans,
+             {{1, int64_t{kColumnWords} * kTileColumns, int64_t{kColumnWords} * kColumnPad},
+              {kColumnArrays, kTileColumns, kColumnPad},
+              {kTileArrays, 1, 0}}},
+            {Buffer::block_flags, {{kFlagArrays, blocks, 0}, {1, kMaskWords * blocks, 0}}},
+            {Buffer::tile_table, {{1, kTileTableWords, 0}}}};
+}
+
+}  // namespace bsoil

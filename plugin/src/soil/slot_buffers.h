@@ -1,0 +1,28 @@
+/// Which buffers have a part for each tile slot, and what moves in them when slots are added.
+#pragma once
+
+#include <vector>
+
+#include "soil/soil_core.h"
+
+namespace bsoil {
+
+/// Rows of a buffer, one after the other: `slot_words` a slot, then some words of padding.
+struct SlotRows {
+    int64_t row_count = 0, slot_words = 0, pad_words = 0;
+};
+
+/// How a buffer is laid out over tile slots.
+struct SlotBuffer {
+    device::BufferIndex buffer;
+    std::vector<SlotRows> rows;
+
+    int64_t words(int64_t slots) const;
+    /// What moves where as `from` slots become `to`: the words of those that both have.
+    std::vector<device::WordMove> moves(int64_t from, int64_t to) const;
+};
+
+/// All of them, the largest first.
+std::vector<SlotBuffer> slot_buffers(const SoilCore& core);
+
+}  // namespace bsoil
