@@ -33,7 +33,7 @@ constexpr Slider<MaterialDef> kMaterialSliders[] = {
     {"Friction angle", &MaterialDef::friction_angle_rad, 0, 60, kDegrees, "%.1f deg"},
     {"Cohesion", &MaterialDef::cohesion_pa, 0, 50, 1e-3f, "%.2f kPa", false, kLog},
     {"Kept when moved", &MaterialDef::loose_cohesion_fraction, 0, 1, 1, "%.2f"},
-    {"Regained when compacted", &MaterialDef::compaction_cohesion_ratio, 0, 0.3f, 1, "%.3f"},
+    {"When compacted", &MaterialDef::compaction_cohesion_ratio, 0, 0.3f, 1, "%.3f"},
     {"Dilatancy", &MaterialDef::dilatancy_angle_rad, 0, 5.7f, kDegrees, "%.1f deg"},
     {"Roughness", &MaterialDef::roughness, 0, 4, 1, "%.2f"},
     {"Viscosity", &MaterialDef::viscosity, 0, 1, 1, "%.2f"},
