@@ -109,14 +109,6 @@ class CpuDevice final : public Device {
         return Done{};
     }
 
-    Status grow_words(BufferIndex buffer, int64_t words) override {
-        const int32_t* old = words_of(buffer).data();
-        const std::vector<int32_t> kept(old, old + words_in(buffer));
-        Status done = allocate_words(buffer, words);
-        if (done) std::ranges::copy(kept, words_of(buffer).data());
-        return done;
-    }
-
     Status rearrange_words(BufferIndex buffer, int64_t words,
                            std::span<const WordMove> moves) override {
         AlignedWords old = std::move(words_of(buffer));

@@ -58,9 +58,8 @@ Status Device::allocate(BufferIndex buffer, int64_t words) {
 
 Status Device::grow(BufferIndex buffer, int64_t words) {
     assert(words >= words_in(buffer));
-    const Status status = grow_words(buffer, words);
-    if (status) words_[static_cast<size_t>(buffer)] = words;
-    return status;
+    const WordMove all{0, 0, words_in(buffer)};
+    return rearrange(buffer, words, {&all, 1});
 }
 
 Status Device::rearrange(BufferIndex buffer, int64_t words, std::span<const WordMove> moves) {

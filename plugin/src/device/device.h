@@ -87,7 +87,7 @@ class Device {
 
     /// (Re)allocates a buffer of `words` 32-bit words, zero-filled. Old content is lost.
     Status allocate(BufferIndex buffer, int64_t words);
-    /// Makes a buffer larger; what it holds stays, what is new is undefined. OpenGL's name for it
+    /// Makes a buffer larger; what it holds stays, what is new is zero. OpenGL's name for it
     /// changes.
     Status grow(BufferIndex buffer, int64_t words);
     /// Gives a buffer another size; the words that move stay, all others are zero. On the device
@@ -139,7 +139,6 @@ class Device {
     // What a backend does, with arguments that have been checked: ranges lie inside of their
     // buffers and hold at least one word, lists at least one group.
     virtual Status allocate_words(BufferIndex buffer, int64_t words) = 0;
-    virtual Status grow_words(BufferIndex buffer, int64_t words) = 0;
     virtual Status rearrange_words(BufferIndex buffer, int64_t words,
                                    std::span<const WordMove> moves) = 0;
     virtual void write_words(BufferIndex buffer, int64_t offset,

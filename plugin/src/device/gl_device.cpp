@@ -105,17 +105,24 @@ class GlDevice final : public Device {
         return use.is_good() ? allocate_current(buffer, words) : Status(Error{failure_});
     }
 
-    Status grow_words(BufferIndex buffer, int64_t words) override {
-        const Use use(*this);
-        if (!use.is_good()) return Error{failure_};
-        const WordMove all{0, 0, std::max<int64_t>(words_in(buffer), 1)};
-        return rearrange_current(buffer, words, {&all, 1});
-    }
-
     Status rearrange_words(BufferIndex buffer, int64_t words,
                            std::span<const WordMove> moves) override {
         const Use use(*this);
-        return use.is_good() ? rearrange_current(buffer, words, moves) : Status(Error{failure_});
+        if (!use.is_good()) return Error{failure_};
+        GlBuffer old = std::move(object(buffer));
+        object(buffer) = GlBuffer();
+        const Status allocated = allocate_current(buffer, words);
+        if (!allocated) {
+            object(buffer) = std::move(old);
+            glBindBufferBase(GL_SHADER_STORAGE_BUFFER, static_cast<GLuint>(buffer),
+                             object(buffer).name());
+            return allocated;
+        }
+        for (const WordMove& move : moves) {
+            glCopyNamedBufferSubData(old.name(), object(buffer).name(), move.from * kWordBytes,
+                                     move.to * kWordBytes, move.count * kWordBytes);
+        }
+        return Done{};
     }
 
     void write_words(BufferIndex buffer, int64_t offset, std::span<const int32_t> words) override {
@@ -287,23 +294,6 @@ class GlDevice final : public Device {
         }
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, static_cast<GLuint>(buffer), name);
         object(buffer) = std::move(made);
-        return Done{};
-    }
-
-    Status rearrange_current(BufferIndex buffer, int64_t words, std::span<const WordMove> moves) {
-        GlBuffer old = std::move(object(buffer));
-        object(buffer) = GlBuffer();
-        const Status allocated = allocate_current(buffer, words);
-        if (!allocated) {
-            object(buffer) = std::move(old);
-            glBindBufferBase(GL_SHADER_STORAGE_BUFFER, static_cast<GLuint>(buffer),
-                             object(buffer).name());
-            return allocated;
-        }
-        for (const WordMove& move : moves) {
-            glCopyNamedBufferSubData(old.name(), object(buffer).name(), move.from * kWordBytes,
-                                     move.to * kWordBytes, move.count * kWordBytes);
-        }
         return Done{};
     }
 
