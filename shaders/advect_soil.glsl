@@ -127,9 +127,8 @@ bool is_sheltered(int slot, ivec3 from) {
         ivec2 offset = ivec2(round_q16(n * step.x), round_q16(n * step.y));
         if (z >= params.height || !step_upwind(slot, at, offset - gone, z)) return false;
         gone = offset;
-        int column = column_of(slot, at);
-        if (z >= spans[column_word(kColumnEnd, column)]) continue;  // all is empty there
-        int voxel = slot * params.tile_voxels + z * kTileColumns + column - slot * kTileColumns;
+        if (z >= spans[column_word(kColumnEnd, column_of(slot, at))]) continue;  // all is empty there
+        int voxel = slot * params.tile_voxels + z * kTileColumns + at.y * kTileSide + at.x;
         if (is_solid(voxel) || is_full(voxel)) return true;
     }
     return false;
