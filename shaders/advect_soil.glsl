@@ -23,12 +23,6 @@ ivec3 share_of(ivec3 amount, int share) {
     return ivec3(mul_q16(amount.x, share), mul_q16(amount.y, share), mul_q16(amount.z, share));
 }
 
-ivec3 momentum_of(int mass, ivec3 velocity) {
-    int half_mass = min(mass, kMassMost) * (kVelocityOne / 2);
-    return ivec3(mul_q16(half_mass, velocity.x * 2), mul_q16(half_mass, velocity.y * 2),
-                 mul_q16(half_mass, velocity.z * 2));
-}
-
 // The part of `value` from 0 to `bound`.
 int towards(int value, int bound) { return clamp(value, min(0, bound), max(0, bound)); }
 
@@ -87,7 +81,7 @@ void land(int voxel, ivec3 momentum) {
     int along = max(abs(momentum.x), abs(momentum.y));
     int kept = 0;
     if (params.slides != 0 && along > 0) {
-        int lost = mul_q16(abs(momentum.z), mixed_word(voxel, kSoilLoose, kTableFriction));
+        int lost = mul_q16(max(0, -momentum.z), mixed_word(voxel, kSoilLoose, kTableFriction));
         int whole = slope_length(momentum.x, momentum.y);
         kept = lost >= whole ? 0 : momentum.z == 0 ? kOneQ16 : kOneQ16 - fraction_q16(lost >> 4, (whole >> 4) + 1);
     }
@@ -351,6 +345,18 @@ void advect_voxel(int slot, ivec3 at, int voxel, int support, ivec3 momentum, IN
     mark_moved(voxel, voxel);
 }
 
+// Soil on the ground that moves away from it faster than gravity brings it back leaves it, where the way is open.
+bool leaves_ground(int slot, ivec3 at, int voxel, ivec3 momentum) {
+    int mass = mass_at(voxel);
+    if (momentum.z <= 0 || mass == 0 || is_caught(voxel)) return false;
+    ivec3 velocity = soil_velocity(voxel, mass);
+    if (velocity.z <= params.gravity_q16 / params.substep_count) return false;
+    int most = min(largest_component(velocity), kSpeedMost);
+    ivec3 step = round_q16(direction_q16(clamp(velocity, ivec3(-kSpeedMost), ivec3(kSpeedMost)), most));
+    int to = voxel_at(slot, at.x + step.x, at.y + step.y, at.z + step.z);
+    return !is_locked(voxel, to, step, ivec3(0), false);
+}
+
 int advect_soil_lanes(int group, int half_at) {
     return mask_half(block_list[params.list_offset + group], kMaskMoving, half_at);
 }
@@ -366,6 +372,9 @@ void advect_soil(int group, int lane) {
         if (state_at(kPlaneVolume, voxel) == 0) continue;
         int support = state_at(kPlaneSupport, voxel);
         ivec3 momentum = momentum_at(voxel);
+        if (support == kSupportGround && leaves_ground(slot, ivec3(lane & 7, lane >> 3, z0 + z), voxel, momentum)) {
+            support = kSupportNone;
+        }
         if (support != kSupportGround) {
             is_moving = true;
             advect_voxel(slot, ivec3(lane & 7, lane >> 3, z0 + z), voxel, support, momentum, fastest);

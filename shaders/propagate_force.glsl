@@ -1,5 +1,26 @@
 // One iteration of force propagation, thesis (34) and (35): soil in excess leaves its voxel along the applied force.
-// Reads: coverage, volume, force, support, all transported planes. Writes: deltas.
+// Reads: coverage, volume, force, support, bodies, all transported planes. Writes: deltas, momentum and its sums.
+
+// Soil that is pushed goes as fast as the push moves it: what leaves its voxel in this part of the step, over the voxel's face.
+// All of the voxel's soil does, for it makes room. No faster than the body that pushes it. Where there is none, than what has
+// arrived with the push: what makes room for a body that was put into it stays at rest. fraction: of the soil, that leaves.
+void set_in_motion(int slot, ivec3 at, int voxel, ivec3 way, int excess, int fraction) {
+    if (params.push_speed <= params.push_least || state_at(kPlaneSupport, voxel) >= kSupportBody) return;
+    int mass = mass_at(voxel);
+    if (mass == 0) return;
+    int speed = min(min(excess, kVoxelFull) * params.body_substep_count, kSpeedMost);
+    ivec3 present = clamp(soil_velocity(voxel, mass), ivec3(-kSpeedMost), ivec3(kSpeedMost));
+    int present_speed = max(0, dot_q16(present, way));  // along the way, which is longer than one
+    present_speed = fraction_q16(present_speed, dot_q16(way, way));
+    int body = owner_body(state_at(kPlaneOwner, voxel));
+    if (body >= 0) {
+        speed = min(speed, largest_component(body_velocity_at(body, grid_voxel(slot, at.x, at.y, at.z))));
+    } else if (mul_q16(speed, fraction) > present_speed) {
+        speed = fraction_q16(present_speed, fraction);
+    }
+    if (speed <= max(params.push_least, present_speed)) return;
+    set_by_ground(voxel, momentum_of(mass, ivec3(mul_q16(speed, way.x), mul_q16(speed, way.y), mul_q16(speed, way.z))));
+}
 
 // Sends `fraction` (Q16 of the voxel's soil) along a displacement whose largest component is one voxel, with `force` of the
 // same scale; returns what could not leave. out_way: see is_barred.
@@ -124,6 +145,7 @@ void propagate_force(int group, int lane) {
         ivec3 exit = ivec3(0);
         int steep = largest_component(out_way);
         if (steep > 0) exit = direction_q16(out_way, steep);
+        set_in_motion(slot, at, voxel, way, excess, fraction);
         // The force stays with nothing: what could not leave gets a new one from apply_force or from inflow.
         int left = fraction;
         if (steep == 0 || is_within_60_deg(way, exit)) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <optional>
 
 #include "oracle/overlap.h"
 #include "oracle/walls.h"
@@ -24,8 +25,6 @@ bool has_room(const Model& model, const Field& field, int x, int y, int z) {
     return field.inside(x, y, z) &&
            field.at(x, y, z).soil + field.at(x, y, z).psi() < 1 - model.push_room;
 }
-
-int nearest(double value) { return static_cast<int>(std::floor(value + 0.5)); }
 
 Vec3 turn_to_surface(const Model& model, const Field& field, int x, int y, int z, Vec3 way,
                      double slope) {
@@ -67,6 +66,23 @@ double compressible(const Model& model, const Voxel& voxel, double relative_dens
     if (loose == 0) return 0;
     const double packed = loose - (loose - compacted) * relative_density;
     return std::max(0.0, voxel.soil - voxel.total_mass() * packed);
+}
+
+/// Velocity of soil that a push moves: what leaves its voxel in this part of the step, over the
+/// voxel's face. No faster than the body here; without one no faster than what has arrived, so that
+/// what leaves takes no more momentum along than there is. None where it goes as fast already.
+std::optional<Vec3> pushed_velocity(const Model& model, const Voxel& voxel, int x, int y, int z,
+                                    Vec3 way, double leaving, std::span<const Body> bodies) {
+    const bool is_carried = voxel.support.kind == Support::Kind::body;
+    if (is_carried || model.push_speed <= model.push_least) return {};
+    const Vec3 velocity = voxel.momentum * (1 / voxel.total_mass());
+    const double present = std::max(0.0, dot(velocity, way) / dot(way, way));
+    const double most =
+        voxel.owner < 0 ? present * voxel.soil / leaving
+                        : largest(bodies[static_cast<size_t>(voxel.owner)].velocity_at(x, y, z));
+    const double speed = std::min(std::min(leaving, 1.0) * model.body_substeps, most);
+    if (speed <= std::max(model.push_least, present)) return {};
+    return way * speed;
 }
 
 }  // namespace
@@ -127,6 +143,12 @@ Field propagate_force(const Model& model, const Field& before, std::span<const B
             !has_room(model, before, x + nearest(way.x), y + nearest(way.y), z + nearest(way.z))) {
             way = turn_to_surface(model, before, x, y, z, way, slope);
         }
+        Voxel sent = voxel;
+        if (const std::optional<Vec3> velocity =
+                pushed_velocity(model, voxel, x, y, z, way, leaving, bodies)) {
+            sent.momentum = *velocity * voxel.total_mass();
+            after.at(x, y, z).momentum += sent.momentum - voxel.momentum;
+        }
         const auto push = [&](Vec3 along, Vec3 pushed, double amount) {
             double barred = amount;
             for (const Overlap& part : overlaps(along)) {
@@ -137,7 +159,7 @@ Field propagate_force(const Model& model, const Field& before, std::span<const B
                 }
                 Voxel& target = after.at(x + part.dx, y + part.dy, z + part.dz);
                 const double moved = amount * part.share;
-                move_share(voxel, after.at(x, y, z), target, moved / voxel.soil);
+                move_share(sent, after.at(x, y, z), target, moved / voxel.soil);
                 target.force += pushed * moved;  // (35), as a weighted sum
                 barred -= moved;
             }

@@ -19,6 +19,7 @@ namespace oracle {
 
 using bsoil::Vec3;
 
+inline int nearest(double value) { return static_cast<int>(std::floor(value + 0.5)); }
 inline double largest(Vec3 v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 
 /// What a voxel's soil rests on.
@@ -73,6 +74,9 @@ struct Model {
     double pushed_most = 2;    ///< soil that waits for a push to go on before it counts as overflow
     double crowded_least = 4;  ///< a voxel with more soil takes none from a push
     double still_speed = 0;    ///< a wall slower than this drives no soil out of itself
+    double push_speed = 0;     ///< of the fastest body: none pushes soil faster [voxels a step]
+    double push_least = 0;     ///< soil pushed no faster than this stays at rest
+    int body_substeps = 1;     ///< parts of this step in which bodies move
     double follow_most = 0;    ///< carried soil follows walls up to this speed [voxels a step]
     int arch_reach = 0;        ///< how far the sides of an arch may be; 0: there are no arches
     double arch_least = 0.5;   ///< soil that leans on them, and that is a falling span

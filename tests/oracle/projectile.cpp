@@ -40,6 +40,17 @@ Vec3 towards(Vec3 value, Vec3 bound) {
     return {part(value.x, bound.x), part(value.y, bound.y), part(value.z, bound.z)};
 }
 
+/// Momentum of soil that comes to lie on the ground: none; where slides keep it what goes along,
+/// less by friction with what the fall has pressed on the ground.
+Vec3 landed(const Model& model, const Voxel& voxel) {
+    const Vec3 along{voxel.momentum.x, voxel.momentum.y, 0};
+    if (!model.slides || length(along) == 0) return {};
+    std::vector<double> frictions;
+    for (const double phi : model.friction_angle_rad) frictions.push_back(std::tan(phi));
+    const double lost = std::max(0.0, -voxel.momentum.z) * voxel.mean(frictions);
+    return along * std::max(0.0, 1 - lost / length(along));
+}
+
 }  // namespace
 
 Field find_support(const Model& model, const Field& before, std::span<const Body> bodies) {
@@ -74,20 +85,29 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
         return voxel.support.kind == Support::Kind::ground &&
                voxel.soil + voxel.psi() >= 1;  // (24)
     };
+    // What the ground gives back: it goes off faster than gravity brings it back, the way is open.
+    const auto leaves_ground = [&](const Voxel& voxel, int x, int y, int z) {
+        const Vec3 velocity = voxel.momentum * (1 / voxel.total_mass());
+        if (velocity.z <= model.gravity * dt || is_caught(model, voxel)) return false;
+        const Vec3 way = velocity * ((1 + 1e-5) / largest(velocity));  // a half as the kernel sees it
+        return !locked({}, x, y, z, {nearest(way.x), nearest(way.y), nearest(way.z), 1});
+    };
     Field after = before;
     before.for_each([&](int x, int y, int z) {
         const Voxel& voxel = before.at(x, y, z);
         Voxel& origin = after.at(x, y, z);
         const double mass = voxel.total_mass();
         if (voxel.soil == 0 || mass == 0) return;
-        if (voxel.support.kind == Support::Kind::ground) {
-            origin.momentum += -voxel.momentum;
+        const bool rests =
+            voxel.support.kind == Support::Kind::ground && !leaves_ground(voxel, x, y, z);
+        if (rests) {
+            origin.momentum += landed(model, voxel) - voxel.momentum;
             return;
         }
         const Vec3 velocity = voxel.momentum * (1 / mass);
         Vec3 accelerated = velocity;
         Vec3 drift = velocity;
-        if (voxel.support.kind == Support::Kind::falling) {
+        if (voxel.support.kind != Support::Kind::body) {
             accelerated.z -= model.gravity * dt;  // (29)
             drift.z -= model.gravity * dt / 2;
             if (const double rate = model.air.empty() ? 0 : voxel.mean(model.air); rate > 0) {

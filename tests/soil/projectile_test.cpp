@@ -39,6 +39,24 @@ TEST_P(Projectile, advection_follows_the_oracle) {
     }
 }
 
+// The same where soil that lands keeps what goes along the ground.
+TEST_P(Projectile, landing_with_momentum_follows_the_oracle) {
+    SoilDef def = GetParam().def();
+    def.slides = SlideMotion::run_out;
+    StageBench bench(def);
+    bench.write(GetParam().planes(bench));
+    bench.place(GetParam().bodies(bench));
+    bench.find_support();
+    const oracle::Field before = bench.to_field(bench.read());
+    const oracle::Field expected = oracle::advect(bench.model(), before, bench.oracle_bodies());
+    bench.advect(1);
+    const FieldDeviation deviation =
+        compare(bench.to_field(bench.read()), expected, GetParam().material_count);
+    // As above; the kept share of a landing is rounded to 1/4096 of what is lost.
+    EXPECT_LT(deviation.soil.value, 6.0 * 33 / kVoxelFull) << deviation.soil;
+    EXPECT_LT(deviation.momentum.value, 6.0 * 33 / kVoxelFull + 1.0 / 4096) << deviation.momentum;
+}
+
 // A full voxel at top speed meets one that has as much momentum: it is cut off, and says so.
 TEST(Momentum, that_is_more_than_an_integer_holds_saturates) {
     for (const int sign : {-1, 1}) {

@@ -125,6 +125,7 @@ void StageBench::place(const std::vector<Mover>& movers) {
         const Pose pose = impl_->world_to_grid * movers[i].body.pose;
         step_bodies.push_back({&movers[i].body, &tracks_[i], pose, pose, true});
     }
+    impl_->params.push_speed = kOneQ16;  // some of what they push could go faster
     impl_->shapes.upload(step_bodies, impl_->bodies.ids(), 1);
     impl_->lists.build_pairs(impl_->shapes);
     run(Kernel::clear_coverage, impl_->lists.rebuild());
@@ -341,6 +342,9 @@ oracle::Model StageBench::model(int substeps) const {
                         .pushed_most = kPushedMost * kUnit,
                         .crowded_least = kCrowdedLeast * kUnit,
                         .still_speed = kStillSpeed * kUnit,
+                        .push_speed = impl_->params.push_speed * kUnit,
+                        .push_least = impl_->params.push_least * kUnit,
+                        .body_substeps = impl_->params.body_substep_count,
                         .follow_most = kFollowMost * kUnit,
                         .arch_reach = impl_->params.arch_reach,
                         .arch_least = kArchLeast * kUnit,
