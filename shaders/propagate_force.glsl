@@ -2,13 +2,14 @@
 // Reads: coverage, volume, force, support, bodies, all transported planes. Writes: deltas, momentum and its sums.
 
 // Soil that is pushed goes as fast as the push moves it: what leaves its voxel in this part of the step, over the voxel's face.
-// All of the voxel's soil does, for it makes room. No faster than the body that pushes it. Where there is none, than what has
-// arrived with the push: what makes room for a body that was put into it stays at rest. fraction: of the soil, that leaves.
+// All of the voxel's soil does, for it makes room. No faster than the body that pushes it. Where there is none, no faster than
+// what has arrived with the push, nor than the fastest body: what makes room for a body that was put into it stays at rest.
+// fraction: of the soil, that leaves.
 void set_in_motion(int slot, ivec3 at, int voxel, ivec3 way, int excess, int fraction) {
     if (params.push_speed <= params.push_least || state_at(kPlaneSupport, voxel) >= kSupportBody) return;
     int mass = mass_at(voxel);
     if (mass == 0) return;
-    int speed = min(min(excess, kVoxelFull) * params.body_substep_count, kSpeedMost);
+    int speed = min(min(excess, kVoxelFull) * params.body_substep_count, min(params.push_speed, kSpeedMost));
     ivec3 present = clamp(soil_velocity(voxel, mass), ivec3(-kSpeedMost), ivec3(kSpeedMost));
     int present_speed = max(0, dot_q16(present, way));  // along the way, which is longer than one
     present_speed = fraction_q16(present_speed, dot_q16(way, way));

@@ -80,7 +80,8 @@ std::optional<Vec3> pushed_velocity(const Model& model, const Voxel& voxel, int 
     const double most =
         voxel.owner < 0 ? present * voxel.soil / leaving
                         : largest(bodies[static_cast<size_t>(voxel.owner)].velocity_at(x, y, z));
-    const double speed = std::min(std::min(leaving, 1.0) * model.body_substeps, most);
+    const double speed =
+        std::min({std::min(leaving, 1.0) * model.body_substeps, most, model.push_speed});
     if (speed <= std::max(model.push_least, present)) return {};
     return way * speed;
 }
