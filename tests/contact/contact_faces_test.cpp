@@ -213,9 +213,9 @@ TEST(FindContactFaces, density_is_the_mean_over_what_is_pressed) {
     plate.add_sole([](double x, double y) { return std::abs(x) < 0.5 && std::abs(y) < 0.5; });
     for (ContactVoxel& v : plate.voxels) v.relative_density = v.center_m.x > 0 ? 0.6 : 0.2;
     EXPECT_NEAR(plate.soles()[0].relative_density, 0.4, 1e-9);
-    // Fixed density is not state.
+    // Soil of a fixed density is loose.
     for (ContactVoxel& v : plate.voxels) v.relative_density = -1;
-    EXPECT_EQ(plate.soles()[0].relative_density, -1);
+    EXPECT_EQ(plate.soles()[0].relative_density, 0);
 }
 
 TEST(FindContactFaces, walls_are_as_wide_as_they_are_level) {

@@ -126,7 +126,7 @@ TEST(PlainLaw, wide_wall_meets_its_wedge_and_a_sole_all_it_met) {
     ContactVoxel voxel;
     voxel.depth_m = voxel.bearing_depth_m = 0.1;
     voxel.normal = {1, 0, 0};
-    const FaceExtent face{0.4, 0.4, 0.19, -1, 0.2};
+    const FaceExtent face{0.4, 0.4, 0.19, 0, 0.2};
     const auto yield_of = [&](Rules rules) {
         return plain_law(sand(), rules)->yield({voxel, face}, {{0.9, 0, 0}, 0.1}, {});
     };

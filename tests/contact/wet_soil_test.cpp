@@ -53,7 +53,7 @@ TEST(WetSoil, pushes_as_dry_soil_of_its_weight_and_cohesion_does) {
         for (const Vec3 normal :
              {Vec3{0, 0, -1}, {1, 0, 0}, {std::sqrt(0.5), 0, -std::sqrt(0.5)}}) {
             for (const Vec3 motion : {Vec3{0, 0, -1}, {0.8, 0, -0.6}, {}}) {
-                const FaceExtent face{0.1, 0.2, 0.07, -1};
+                const FaceExtent face{0.1, 0.2, 0.07, 0};
                 const ElementYield got =
                     wet->yield({element(normal, kSaturation), face}, {motion, 0.2}, sheared);
                 const ElementYield want =

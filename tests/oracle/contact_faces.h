@@ -28,7 +28,7 @@ struct Face {
     int axis = -1;  ///< of a wall: 0..5, +x, -x, +y, -y, +z, -z of the body
     std::vector<int> elements;
     double width_m = 0, length_m = 0, depth_m = 0, foot_m = 0;
-    double relative_density = -1;
+    double relative_density = 0;
 };
 
 /// Soles in the order of their first elements by place, walls by their axes; without those that

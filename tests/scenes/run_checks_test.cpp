@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <string>
+
 #include "reading/scene_load.h"
 
 namespace bsoil::scene::run_checks_test {
@@ -177,6 +180,23 @@ TEST(SoilKeys, material_takes_what_its_table_gives) {
     EXPECT_EQ(def.loose_cohesion_fraction, 0.3);
     EXPECT_EQ(def.tool_adhesion_pa, 100);
     EXPECT_EQ(def.shear_displacement_m, 0.02);
+}
+
+TEST(SoilKeys, density_given_alone_is_that_of_loose_soil) {
+    const auto range = [](const std::string& keys) {
+        const Scene scene = sand_scene("[[material]]\nname = \"sand\"\n" + keys);
+        const MaterialDef& def = scene.soil->def.materials.front();
+        return std::array{def.loose_density_kg_m3, def.density_kg_m3, def.compacted_density_kg_m3};
+    };
+    using Range = std::array<double, 3>;
+    EXPECT_EQ(range("density_kg_m3 = 1500\n"), (Range{1500, 1500, 1875}));
+    EXPECT_EQ(range(""), (Range{1430, 1600, 1750}));
+    EXPECT_EQ(range("density_kg_m3 = 1500\nloose_density_kg_m3 = 0\n"
+                    "compacted_density_kg_m3 = 0\n"),
+              (Range{0, 1500, 0}));
+    // No material is denser than 4000 kg/m3.
+    EXPECT_EQ(range("density_kg_m3 = 3800\n"), (Range{3800, 3800, 4000}));
+    EXPECT_EQ(range("density_kg_m3 = 4000\n"), (Range{0, 4000, 0}));
 }
 
 }  // namespace

@@ -79,8 +79,10 @@ class SceneChecker {
             if (!base) return base;
             MaterialDef def = *base;
             def.name = name;
-            // The base's range is that of its own density: another density has none of its own.
-            if (item.density_kg_m3) def.loose_density_kg_m3 = def.compacted_density_kg_m3 = 0;
+            if (item.density_kg_m3) {  // the base's range is that of its own density
+                def.density_kg_m3 = *item.density_kg_m3;
+                set_range_of_loose_bed(def);
+            }
 #define BSOIL_REPLACE(field, ...) def.field = item.field.value_or(def.field);
             BSOIL_MATERIAL_FIELDS(BSOIL_REPLACE)
 #undef BSOIL_REPLACE

@@ -201,8 +201,8 @@ TableOf<MaterialItem> material_table() {
     using M = MaterialItem;
     TableOf<M> table(
         "material", true,
-        "A material: a built-in with some values replaced. With both the loose and the "
-        "compacted density, the density is state.");
+        "A material: a built-in with some values replaced. A density given without the loose and "
+        "the compacted one is that of loose soil, and the compacted one is 1 / 0.8 of it.");
     table.text("name", &M::name, "unique; a built-in's name replaces that built-in")
         .required()
         .text("base", &M::base,

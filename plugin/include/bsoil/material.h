@@ -16,13 +16,13 @@ struct MaterialDef {
     std::string name = "dry_sand";  ///< unique within a soil, used by scenes and summaries
     double density_kg_m3 = 1600;    ///< bulk density as placed, 200..4000
     /// bulk density once it has been dug and dropped, 0..4000; 0 here and in the next: the density
-    /// does not change. Then soil neither swells nor compacts, and its strength is that of
-    /// friction_angle_rad alone. Give both or none: loose <= placed <= compacted, loose at least
-    /// half of compacted
+    /// does not change. Then soil neither swells nor compacts, and bears as loose soil does. Give
+    /// both or none: loose <= placed <= compacted, loose at least half of compacted. A bed of one
+    /// known density: set_range_of_loose_bed()
     double loose_density_kg_m3 = 0;
     double compacted_density_kg_m3 = 0;  ///< bulk density compacted by 1 MPa, 0..4000
-    /// angle of internal friction phi, 0..1.2 (33 deg); where the densities are given: of the
-    /// critical state, that is of steady shearing
+    /// angle of internal friction phi, 0..1.2 (33 deg): of the critical state, that is of steady
+    /// shearing
     double friction_angle_rad = 0.576;
     double cohesion_pa = 0;  ///< cohesion c, 0..200e3
     /// share of the cohesion that soil keeps once it has been moved, 0..1
@@ -91,7 +91,7 @@ struct MaterialDef {
           "0 here and in the next: the density does not change")                                   \
     FIELD(compacted_density_kg_m3, 0, 4000, state, "bulk density compacted by 1 MPa", "")          \
     FIELD(friction_angle_rad, 0, 1.2, live, "angle of internal friction phi",                      \
-          "where the densities are given: of the critical state")                                  \
+          "of the critical state")                                                                 \
     FIELD(cohesion_pa, 0, 200e3, live, "cohesion c", "")                                           \
     FIELD(loose_cohesion_fraction, 0, 1, live,                                                     \
           "share of the cohesion that soil keeps once it has been moved", "")                      \
@@ -132,6 +132,13 @@ double pressure_of_relative_density(double relative_density);
 /// I, 0..4. 0: it shears without a change of volume, at kCriticalDensity.
 double dilatancy_index(double relative_density);
 inline constexpr double kCriticalDensity = 0.2;
+
+/// Loose over compacted density of a soil whose range nobody gives. Sands have 0.78 to 0.85 between
+/// their standard least and most dry densities. Smaller: soil sinks together more under a load.
+inline constexpr double kLooseOverCompacted = 0.8;
+/// Gives a material the range of a bed of one density: loose as placed, compacted 1 /
+/// kLooseOverCompacted of it (docs/decisions/one_density.md); 4000 kg/m3 at most.
+void set_range_of_loose_bed(MaterialDef& material);
 
 /// Built-in materials. Angles, cohesions and weights lie in the ranges of the thesis (Table 6)
 /// where it has the soil, else in those of the usual soil mechanics tables; see docs/materials.md

@@ -11,10 +11,6 @@
 namespace bsoil {
 namespace {
 
-/// Loose over compacted density. Ours: sands have 0.78 to 0.85 between their standard least and
-/// most dry densities. Bearing does not depend on it. Smaller: soil sinks together more under a
-/// load.
-constexpr double kLooseOverCompacted = 0.8;
 /// Bounds of the search. Ours: MaterialDef takes densities up to 4000 kg/m3, and loose soil still
 /// has to become compacted. A larger least one: light soils are refused.
 constexpr double kDensityLeast_kg_m3 = 200, kDensityMost_kg_m3 = 4000 * kLooseOverCompacted;
@@ -186,7 +182,7 @@ double plate_bearing_pa(const MaterialDef& material, double gravity_m_s2, double
     const double side_m = std::sqrt(3.0) * plate_radius_m;
     const FaceExtent plate{
         side_m, side_m, sinkage_m,
-        material.has_density_range() ? material.relative_density(material.density_kg_m3) : -1};
+        material.has_density_range() ? material.relative_density(material.density_kg_m3) : 0};
     const auto soil = std::make_shared<ContactSoil>();
     soil->gravity_m_s2 = gravity_m_s2;
     soil->materials = {material};

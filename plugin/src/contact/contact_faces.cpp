@@ -47,7 +47,7 @@ struct FaceSums {
             density_area += w;
         }
     }
-    double relative_density() const { return density_area > 0 ? density / density_area : -1; }
+    double relative_density() const { return density_area > 0 ? density / density_area : 0; }
     /// Sides of the rectangle with the same second moments, the shorter first.
     std::array<double, 2> sides() const {
         const Eigen::Vector2d mean = first / area;

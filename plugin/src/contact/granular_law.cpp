@@ -86,10 +86,8 @@ double developed_shear(const SoilStrength& soil, double displacement_m, double r
     const auto stiffening = [&law](double density) {
         return 1 - (1 - law.dense_shear_share) * density;
     };
-    const double k_m = relative_density < 0
-                           ? soil.shear_displacement_m
-                           : soil.shear_displacement_m * stiffening(relative_density) /
-                                 stiffening(soil.placed_relative_density);
+    const double k_m = soil.shear_displacement_m * stiffening(relative_density) /
+                       stiffening(soil.placed_relative_density);
     return -std::expm1(-displacement_m / k_m);
 }
 
@@ -155,7 +153,7 @@ double slimness_of(const FaceExtent& face) {
     return face.length_m > 0 ? face.width_m / face.length_m : 1;
 }
 
-/// Bearing pressure of a sole on soil of a known density, in full.
+/// Bearing pressure of a sole, in full.
 double bearing_pressure_pa(const SoilStrength& soil, const FaceExtent& face, double depth_m,
                            const BearingFactors& factors) {
     const double slimness = slimness_of(face);
@@ -205,14 +203,12 @@ BearingFactors dense_bearing_factors(const SoilStrength& soil, const FaceExtent&
 FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, double depth_m,
                          const ContactLawDef& law) {
     if (!(face.width_m > 0) || !(depth_m > 0)) return {};
-    const bool density_known = face.relative_density >= 0;
-    const double density = std::max(0.0, face.relative_density);
-    const double bearing_pa = bearing_pressure_pa(
-        soil, face, depth_m,
-        density_known ? dense_bearing_factors(soil, face, depth_m) : soil.bearing);
-    const double developed = std::min(
-        1.0, depth_m / ((law.mobilization_widths - law.mobilization_fall_widths * density) *
-                        face.width_m));
+    const double bearing_pa =
+        bearing_pressure_pa(soil, face, depth_m, dense_bearing_factors(soil, face, depth_m));
+    const double developing_m =
+        (law.mobilization_widths - law.mobilization_fall_widths * face.relative_density) *
+        face.width_m;
+    const double developed = std::min(1.0, depth_m / developing_m);
     const double resistive_pa = soil.stiffness_pa_m * depth_m;
     // Without friction there is no frictional stress to change.
     if (!(resistive_pa * soil.sole_stress > 0)) return {.developed = developed};
@@ -223,7 +219,7 @@ FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, doubl
                               : 1 + soil.wedge_sides * face.depth_m / face.width_m;
     const double wedge_pa =
         soil.weight_n_m3 * depth_m * soil.passive_factor * soil.wedge_normal_share * spread;
-    return {density_known ? sole : std::max(1.0, sole),
+    return {std::max(1.0, sole),
             wedge_pa < resistive_pa * soil.wall_stress
                 ? wedge_pa / (resistive_pa * soil.wall_stress)
                 : 1.0,

@@ -51,6 +51,14 @@ double pressure_of_relative_density(double relative_density) {
     return kLoosePa * std::pow(kCompactedPa / kLoosePa, std::clamp(relative_density, 0.0, 1.0));
 }
 
+void set_range_of_loose_bed(MaterialDef& material) {
+    constexpr double kMost_kg_m3 = 4000;  // what MaterialDef takes
+    const bool has_room = material.density_kg_m3 < kMost_kg_m3;
+    material.loose_density_kg_m3 = has_room ? material.density_kg_m3 : 0;
+    material.compacted_density_kg_m3 =
+        has_room ? std::min(kMost_kg_m3, material.density_kg_m3 / kLooseOverCompacted) : 0;
+}
+
 double dilatancy_index(double relative_density) {
     return std::clamp(relative_density / kCriticalDensity - 1, 0.0, 4.0);
 }

@@ -65,8 +65,7 @@ typedef struct bulletsoil_material {
      * does not change */
     double loose_density_kg_m3;
     double compacted_density_kg_m3; /**< bulk density compacted by 1 MPa, 0..4000 */
-    /** angle of internal friction phi, 0..1.2; where the densities are given: of the critical
-     * state */
+    /** angle of internal friction phi, 0..1.2; of the critical state */
     double friction_angle_rad;
     double cohesion_pa; /**< cohesion c, 0..200e3 */
     /** share of the cohesion that soil keeps once it has been moved, 0..1 */

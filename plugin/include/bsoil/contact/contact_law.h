@@ -22,11 +22,12 @@ struct ContactSoil {
 
 /// Size and state of the face that an element belongs to. Zero width: too small to have one.
 struct FaceExtent {
-    double width_m = 0;            ///< the shorter side of a sole; the level side of a wall
-    double length_m = 0;           ///< the longer side of a sole
-    double depth_m = 0;            ///< of its deepest element below the surface
-    double relative_density = -1;  ///< of the soil at it; negative: not state
-    double foot_m = 0;             ///< depth of a wall's lower edge: half an element further down
+    double width_m = 0;   ///< the shorter side of a sole; the level side of a wall
+    double length_m = 0;  ///< the longer side of a sole
+    double depth_m = 0;   ///< of its deepest element below the surface
+    /// Of the soil at it: 0 loose, 1 compacted. Soil whose density does not change is loose.
+    double relative_density = 0;
+    double foot_m = 0;  ///< depth of a wall's lower edge: half an element further down
 };
 
 /// An element of a body's surface beside soil.

@@ -72,8 +72,9 @@ struct FaceFactors {
 /// 2 % of the exact values. sgamma = 1 + (0.0336 phi[deg] - 1) B/L is of squares on soil of the
 /// same angle (Lyamin and others 2007). De Beer's 0.6 is not: it belongs to the angle of plane
 /// strain under all soles. This is mobilized over a sinkage of 0.15 widths in loose soil and 0.05
-/// in compacted. Where density is not known the sole bears no less than by resistive force theory.
-/// Dense soil has Bolton's friction angle.
+/// in compacted. The friction angle is Bolton's. A sole bears no less than by resistive force
+/// theory, whatever its density: the capacity of footings counts soil above the sole as a load
+/// without strength, and that theory was measured deeper than wide.
 FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, double depth_m,
                          const ContactLawDef& law = {});
 
