@@ -74,8 +74,9 @@ bool slides_on(int slot, ivec2 at, ivec2 way, int toe, int count, int climb, int
         bool bonded = (height & kLowHalf) < state_at(kPlaneTerrain, voxel) + state_at(kPlaneBond, voxel);
         int soil_state = bonded ? kSoilBonded : kSoilLoose;
         bool is_soil = state_at(kPlaneVolume, voxel) > 0;
-        int hold = is_soil ? mul_q16(strength_at(voxel, soil_state), stretch) : 0;
-        int friction = is_soil ? friction_at(voxel, soil_state) : 0;
+        ivec2 dry = is_soil ? dry_strength_at(voxel, soil_state) : ivec2(0);
+        int hold = is_soil ? mul_q16(wet_strength(voxel, soil_state, dry.y), stretch) : 0;
+        int friction = dry.x;
         int above = 0;
         if (n == count) {
             hold = hold / 2;  // it comes out in the middle of this one

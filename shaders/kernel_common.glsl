@@ -230,8 +230,8 @@ int signed_fraction_q16(int part, int whole) {
 int compacted_word(int voxel) { return mixed_word(voxel, 0, kTableHeldLeast); }
 int loose_word(int voxel) {
     if (!is_mixed(voxel)) return tables[kSoilStates * main_material(voxel) * kTableWords + kTableLoose];
-    int loose = mixed_word(voxel, 0, kTableHeld);
-    return loose > compacted_word(voxel) ? loose : 0;
+    ivec2 held = mixed_pair(voxel, 0, kTableHeld);  // and kTableHeldLeast
+    return held.x > held.y ? held.x : 0;
 }
 
 #include "contact_record.glsl"

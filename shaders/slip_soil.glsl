@@ -174,8 +174,9 @@ Resistance resistance_of(int voxel, int steepest) {
     soil.strength = 0;
     if (soil.curve >= 0) return soil;
     int soil_state = kMixedBonded - soil.curve;
-    soil.friction = friction_at(voxel, soil_state);
-    if (steepest > soil.friction) soil.strength = strength_at(voxel, soil_state);
+    ivec2 dry = dry_strength_at(voxel, soil_state);
+    soil.friction = dry.x;
+    if (steepest > soil.friction) soil.strength = wet_strength(voxel, soil_state, dry.y);
     return soil;
 }
 
@@ -188,9 +189,10 @@ int wedge_at(IN(Resistance) soil, int slope) {
 // it, so that slopes stand irregularly. Soil of viscosity 1 stands whatever its slope.
 int standing_wedge(int voxel, int slot, ivec3 at) {
     if (params.deposits == 0) return kSlipTolerance;
-    if (mixed_word(voxel, kSoilBonded, kTableViscosity) >= kOneQ16) return kAnyDrop;
+    ivec2 soil = mixed_pair(voxel, kSoilBonded, kTableRoughness);  // and kTableViscosity
+    if (soil.y >= kOneQ16) return kAnyDrop;
     int chance = int(mix_bits(place_bits(grid_voxel(slot, at.x, at.y, at.z)), 15) >> 13) & kLowHalf;
-    return kSlipTolerance + mul_q16(mixed_word(voxel, kSoilBonded, kTableRoughness), (kOneQ16 + chance) / 2);
+    return kSlipTolerance + mul_q16(soil.x, (kOneQ16 + chance) / 2);
 }
 
 // Of a mixture: the mean by mass.

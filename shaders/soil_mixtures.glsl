@@ -41,6 +41,26 @@ int mixed_word(int voxel, int soil_state, int at) {
     return mean;
 }
 
+// The same of a word and the one behind it. On OpenGL a kernel holds a copy of this for each place that asks. Mesa's compiler
+// takes more than twice as long for twice as many copies.
+ivec2 mixed_pair(int voxel, int soil_state, int at) {
+    int main = main_material(voxel);
+    int row = (kSoilStates * main + soil_state) * kTableWords + at;
+    ivec2 word = ivec2(tables[row], tables[row + 1]);
+    if (params.material_count == 1) return word;
+    int mass = mass_at(voxel);
+    ivec2 mean = word;
+    for (int m = 0; m < params.material_count; ++m) {
+        int units = state_at(kPlaneMaterial + m, voxel);
+        if (m != main && units > 0) {
+            int share = fraction_q16(units, mass);
+            row = (kSoilStates * m + soil_state) * kTableWords + at;
+            mean += ivec2(mul_q16(share, tables[row] - word.x), mul_q16(share, tables[row + 1] - word.y));
+        }
+    }
+    return mean;
+}
+
 // Whether a voxel holds more than one material.
 bool is_mixed(int voxel) {
     return params.material_count > 1 && mass_at(voxel) != state_at(kPlaneMaterial + main_material(voxel), voxel);
@@ -55,9 +75,11 @@ int whole_units(int units_q4, int chance) { return (units_q4 + (chance >> 12)) >
 // Water that the pores of a voxel's soil have room for, water units.
 int pores_at(int voxel) { return mul_q16(mass_at(voxel) * kWaterParts, mixed_word(voxel, 0, kTablePores)); }
 
-// Share of its pores that water fills, Q16.
+// Share of pores that water fills, Q16.
+int saturation_of(int water, int pores) {
+    return pores <= 0 ? 0 : (water >= pores ? kOneQ16 : fraction_q16(water, pores));
+}
 int saturation_at(int voxel) {
     int water = water_at(voxel);
-    int pores = water > 0 ? pores_at(voxel) : 0;
-    return pores <= 0 ? 0 : (water >= pores ? kOneQ16 : fraction_q16(water, pores));
+    return saturation_of(water, water > 0 ? pores_at(voxel) : 0);
 }
