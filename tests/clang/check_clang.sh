@@ -16,7 +16,7 @@ cmake -S "$root" -B "$build" "${options[@]}" -DBULLETSOIL_UNITY=OFF >"$build/log
 # check COMMAND: a line of compile_commands.json.
 check() {
     local words
-    mapfile -t words < <(xargs -n 1 printf '%s\n' <<<"$1")
+    mapfile -t words < <(xargs printf '%s\n' <<<"$1")
     local arguments=() i
     for ((i = 0; i < ${#words[@]}; ++i)); do
         case ${words[i]} in
