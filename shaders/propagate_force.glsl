@@ -1,18 +1,24 @@
 // One iteration of force propagation, thesis (34) and (35): soil in excess leaves its voxel along the applied force.
 // Reads: coverage, volume, force, support, bodies, all transported planes. Writes: deltas, momentum and its sums.
 
-// Soil that is pushed goes as fast as the push moves it: what leaves its voxel in this part of the step, over the voxel's face.
+// Speed along a way whose largest component is one voxel, as that component of it. Never negative.
+int speed_along(ivec3 velocity, ivec3 way) {
+    ivec3 along = sign(way) * velocity;
+    return max(0, max(abs(way.x) == kVoxelFull ? along.x : 0,
+                      max(abs(way.y) == kVoxelFull ? along.y : 0, abs(way.z) == kVoxelFull ? along.z : 0)));
+}
+
+// Soil on the ground goes as fast as a push moves it: what leaves its voxel in this part of the step, over the voxel's face.
 // All of the voxel's soil does, for it makes room. No faster than the body that pushes it. Where there is none, no faster than
 // what has arrived with the push, nor than the fastest body: what makes room for a body that was put into it stays at rest.
 // fraction: of the soil, that leaves.
 void set_in_motion(int slot, ivec3 at, int voxel, ivec3 way, int excess, int fraction) {
-    if (params.push_speed <= params.push_least || state_at(kPlaneSupport, voxel) >= kSupportBody) return;
+    if (params.push_speed <= params.push_least || state_at(kPlaneSupport, voxel) != kSupportGround) return;
     int mass = mass_at(voxel);
     if (mass == 0) return;
     int speed = min(min(excess, kVoxelFull) * params.body_substep_count, min(params.push_speed, kSpeedMost));
     ivec3 present = clamp(soil_velocity(voxel, mass), ivec3(-kSpeedMost), ivec3(kSpeedMost));
-    int present_speed = max(0, dot_q16(present, way));  // along the way, which is longer than one
-    present_speed = fraction_q16(present_speed, dot_q16(way, way));
+    int present_speed = speed_along(present, way);
     int body = owner_body(state_at(kPlaneOwner, voxel));
     if (body >= 0) {
         speed = min(speed, largest_component(body_velocity_at(body, grid_voxel(slot, at.x, at.y, at.z))));

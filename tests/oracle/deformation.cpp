@@ -68,15 +68,22 @@ double compressible(const Model& model, const Voxel& voxel, double relative_dens
     return std::max(0.0, voxel.soil - voxel.total_mass() * packed);
 }
 
-/// Velocity of soil that a push moves: what leaves its voxel in this part of the step, over the
+/// The largest component of a velocity along a way, of those that the way itself has largest.
+double speed_along(Vec3 velocity, Vec3 way) {
+    const auto component = [](double v, double w) { return std::abs(w) > 1 - 1e-6 ? v * w : 0; };
+    return std::max({0.0, component(velocity.x, way.x), component(velocity.y, way.y),
+                     component(velocity.z, way.z)});
+}
+
+/// Velocity of soil on the ground that a push moves: what leaves its voxel in this part of the step, over the
 /// voxel's face. No faster than the body here; without one no faster than what has arrived, so that
 /// what leaves takes no more momentum along than there is. None where it goes as fast already.
 std::optional<Vec3> pushed_velocity(const Model& model, const Voxel& voxel, int x, int y, int z,
                                     Vec3 way, double leaving, std::span<const Body> bodies) {
-    const bool is_carried = voxel.support.kind == Support::Kind::body;
-    if (is_carried || model.push_speed <= model.push_least) return {};
+    const bool rests = voxel.support.kind == Support::Kind::ground;
+    if (!rests || model.push_speed <= model.push_least) return {};
     const Vec3 velocity = voxel.momentum * (1 / voxel.total_mass());
-    const double present = std::max(0.0, dot(velocity, way) / dot(way, way));
+    const double present = speed_along(velocity, way);
     const double most =
         voxel.owner < 0 ? present * voxel.soil / leaving
                         : largest(bodies[static_cast<size_t>(voxel.owner)].velocity_at(x, y, z));
