@@ -12,7 +12,7 @@ int substep_count;       // parts of this base step
 int body_substep_count;  // parts of it in which bodies move: at most a voxel each
 int gravity_q16;         // gravity in Q16 voxels per base step squared
 int arch_speed;          // speed in an arch over one voxel, the slowest, Q16 voxels per base step
-int push_speed;          // that of the fastest body in this step, Q16 voxels per base step
+int push_speed;          // that of the fastest body in this step, Q16 voxels per base step; 0 where slides settle
 int push_least;          // up to which soil rests as soon as it is not pushed any more
 int arch_reach;          // voxels to the side of an arch at most; 0: there are none
 int list_offset;         // where this dispatch's list starts in block_list

@@ -133,7 +133,9 @@ void Soil::Impl::begin_pieces(std::span<const SoilBody> input) {
                       kResultHeader + static_cast<int64_t>(bodies.ids().size()) * kLoadWords);
     flows.clear_results();
     params.body_substep_count = pieces.substeps().of_bodies;
-    params.push_speed = static_cast<int>(std::lround(bodies.reach_voxels() * kOneQ16));
+    // Where slides settle, what is pushed rests as well.
+    params.push_speed =
+        params.slides == 0 ? 0 : static_cast<int>(std::lround(bodies.reach_voxels() * kOneQ16));
 }
 
 void Soil::Impl::run_piece(StepPiece piece) {
