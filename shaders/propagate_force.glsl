@@ -13,7 +13,7 @@ int speed_along(ivec3 velocity, ivec3 way) {
 // what has arrived with the push, nor than the fastest body: what makes room for a body that was put into it stays at rest.
 // fraction: of the soil, that leaves.
 void set_in_motion(int slot, ivec3 at, int voxel, ivec3 way, int excess, int fraction) {
-    if (params.push_speed <= params.push_least || state_at(kPlaneSupport, voxel) != kSupportGround) return;
+    if (params.push_speed <= params.arch_speed || state_at(kPlaneSupport, voxel) != kSupportGround) return;
     int mass = mass_at(voxel);
     if (mass == 0) return;
     int speed = min(min(excess, kVoxelFull) * params.body_substep_count, min(params.push_speed, kSpeedMost));
@@ -25,7 +25,7 @@ void set_in_motion(int slot, ivec3 at, int voxel, ivec3 way, int excess, int fra
     } else if (mul_q16(speed, fraction) > present_speed) {
         speed = fraction_q16(present_speed, fraction);
     }
-    if (speed <= max(params.push_least, present_speed)) return;
+    if (speed <= max(params.arch_speed, present_speed)) return;
     set_by_ground(voxel, momentum_of(mass, ivec3(mul_q16(speed, way.x), mul_q16(speed, way.y), mul_q16(speed, way.z))));
 }
 

@@ -11,9 +11,8 @@ int transport_count;     // planes that move with the soil: 8 + material_count +
 int substep_count;       // parts of this base step
 int body_substep_count;  // parts of it in which bodies move: at most a voxel each
 int gravity_q16;         // gravity in Q16 voxels per base step squared
-int arch_speed;          // speed in an arch over one voxel, the slowest, Q16 voxels per base step
+int arch_speed;          // sqrt(g voxel), Q16 voxels per base step: no arch is slower, and soil pushed no faster rests
 int push_speed;          // that of the fastest body in this step, Q16 voxels per base step; 0 where slides settle
-int push_least;          // up to which soil rests as soon as it is not pushed any more
 int arch_reach;          // voxels to the side of an arch at most; 0: there are none
 int list_offset;         // where this dispatch's list starts in block_list
 int overflow_heuristic;  // kOverflowEven ...

@@ -75,9 +75,10 @@ double speed_along(Vec3 velocity, Vec3 way) {
                      component(velocity.z, way.z)});
 }
 
-/// Velocity of soil on the ground that a push moves: what leaves its voxel in this part of the step, over the
-/// voxel's face. No faster than the body here; without one no faster than what has arrived, so that
-/// what leaves takes no more momentum along than there is. None where it goes as fast already.
+/// Velocity of soil on the ground that a push moves: what leaves its voxel in this part of the
+/// step, over the voxel's face. No faster than the body here; without one no faster than what has
+/// arrived, so that what leaves takes no more momentum along than there is. None where it goes as
+/// fast already.
 std::optional<Vec3> pushed_velocity(const Model& model, const Voxel& voxel, int x, int y, int z,
                                     Vec3 way, double leaving, std::span<const Body> bodies) {
     const bool rests = voxel.support.kind == Support::Kind::ground;

@@ -89,7 +89,8 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
     const auto leaves_ground = [&](const Voxel& voxel, int x, int y, int z) {
         const Vec3 velocity = voxel.momentum * (1 / voxel.total_mass());
         if (velocity.z <= model.gravity * dt || is_caught(model, voxel)) return false;
-        const Vec3 way = velocity * ((1 + 1e-5) / largest(velocity));  // a half as the kernel sees it
+        const Vec3 way =
+            velocity * ((1 + 1e-5) / largest(velocity));  // a half as the kernel sees it
         return !locked({}, x, y, z, {nearest(way.x), nearest(way.y), nearest(way.z), 1});
     };
     Field after = before;

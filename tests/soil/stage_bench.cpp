@@ -343,7 +343,7 @@ oracle::Model StageBench::model(int substeps) const {
                         .crowded_least = kCrowdedLeast * kUnit,
                         .still_speed = kStillSpeed * kUnit,
                         .push_speed = impl_->params.push_speed * kUnit,
-                        .push_least = impl_->params.push_least * kUnit,
+                        .push_least = impl_->params.arch_speed * kUnit,
                         .body_substeps = impl_->params.body_substep_count,
                         .follow_most = kFollowMost * kUnit,
                         .arch_reach = impl_->params.arch_reach,

@@ -77,7 +77,6 @@ void set_kernel_params(SoilCore& s) {
     p.arch_speed = static_cast<int>(std::lround(
         std::sqrt(def.gravity_m_s2 * def.step_s * def.step_s / def.voxel_m) * kVoxelFull));
     p.push_speed = 0;
-    p.push_least = p.arch_speed;
     p.arch_reach = def.slides == SlideMotion::run_out ? 0 : kArchReach;
     p.overflow_heuristic = static_cast<int>(def.overflow);
     p.place_rows = s.tiles_y * kTileSide;
