@@ -116,8 +116,8 @@ TEST(RagdollDemo, falls_lies_on_the_sand_and_sleeps) {
             EXPECT_LT(sand.height_m(*part), 0.7) << "it has fallen";
         }
     }
-    // Joints at their limits keep a limb awake here and there, on rigid ground as well: of 24 pushes
-    // 23 sleep there and 22 on sand.
+    // Joints at their limits keep a limb awake here and there, on rigid ground as well: of 24
+    // pushes 23 sleep there and 22 on sand.
     EXPECT_GE(slept_on_sand, slept_on_rigid - 1);
     EXPECT_GE(slept_on_sand, kPushes / 2);
     EXPECT_LT(risen_on_sand_j, risen_on_rigid_j) << "joints push limbs out of their limits";
