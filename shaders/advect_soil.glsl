@@ -292,21 +292,32 @@ ivec3 give_share(int slot, IN(Parcel) parcel, ivec3 step, int wanted) {
     return lost + part;
 }
 
+// Which of the two voxels along each axis a corner is, 0 to 7: 1 for the one that soil drifts to.
+ivec3 corner_pick(int corner) { return ivec3(corner & 1, (corner >> 1) & 1, corner >> 2); }
+
+// What of a volume drifts to a corner, Q16; 0 where that is too little.
+int corner_share(ivec3 weight, ivec3 pick, int volume) {
+    int wx = pick.x == 1 ? weight.x : kVoxelFull - weight.x;
+    int wy = pick.y == 1 ? weight.y : kVoxelFull - weight.y;
+    int wz = pick.z == 1 ? weight.z : kVoxelFull - weight.z;
+    int share = mul_q16(mul_q16(wx, wy), wz);  // thesis (15)
+    return share <= 0 || (volume > kWholeMost && mul_q16(volume, share) < kShareLeast) ? 0 : share;
+}
+
 // Shares a parcel out over the seven voxels that it overlaps beside its own, thesis (13) to (16). Returns the momentum it loses.
 ivec3 spread_soil(int slot, IN(Parcel) parcel, ivec3 drift) {
     ivec3 weight = drift_weight(slot, parcel.at, parcel.voxel, drift);
     ivec3 side = ivec3(drift.x < 0 ? -1 : 1, drift.y < 0 ? -1 : 1, drift.z < 0 ? -1 : 1);
     ivec3 lost = ivec3(0);
-    for (int corner = 1; corner < 8; ++corner) {
-        ivec3 pick = ivec3(corner & 1, (corner >> 1) & 1, corner >> 2);
-        int wx = pick.x == 1 ? weight.x : kVoxelFull - weight.x;
-        int wy = pick.y == 1 ? weight.y : kVoxelFull - weight.y;
-        int wz = pick.z == 1 ? weight.z : kVoxelFull - weight.z;
-        int share = mul_q16(mul_q16(wx, wy), wz);  // thesis (15)
-        if (share <= 0 || (parcel.volume > kWholeMost && mul_q16(parcel.volume, share) < kShareLeast)) {
-            continue;
+    int corner = 0;
+    for (;;) {
+        int share = 0;
+        while (share == 0 && corner < 7) {
+            corner += 1;
+            share = corner_share(weight, corner_pick(corner), parcel.volume);
         }
-        lost = lost + give_share(slot, parcel, pick * side, share);
+        if (share == 0) break;
+        lost = lost + give_share(slot, parcel, corner_pick(corner) * side, share);
     }
     return lost;
 }
@@ -357,6 +368,23 @@ bool leaves_ground(int slot, ivec3 at, int voxel, ivec3 momentum) {
     return !is_locked(voxel, to, step, ivec3(0), false);
 }
 
+// The next voxel of a column, from `from` on, with soil that does not lie on the ground at rest; 8 where there is none.
+int next_stirred(int block, int lane, int from) {
+    int z = from;
+    while (z < 8) {
+        int voxel = block * kBlockVoxels + z * kTileColumns + lane;
+        if (state_at(kPlaneVolume, voxel) != 0) {
+            if (state_at(kPlaneSupport, voxel) != kSupportGround) break;
+            if (state_at(kPlaneMomentumX, voxel) != 0 || state_at(kPlaneMomentumY, voxel) != 0 ||
+                state_at(kPlaneMomentumZ, voxel) != 0) {
+                break;
+            }
+        }
+        z += 1;
+    }
+    return z;
+}
+
 int advect_soil_lanes(int group, int half_at) {
     return mask_half(block_list[params.list_offset + group], kMaskMoving, half_at);
 }
@@ -367,9 +395,8 @@ void advect_soil(int group, int lane) {
     int z0 = (block - slot * params.blocks_per_tile) * 8;
     int fastest = 0;
     bool is_moving = false;
-    for (int z = 0; z < 8; ++z) {
+    for (int z = next_stirred(block, lane, 0); z < 8; z = next_stirred(block, lane, z + 1)) {
         int voxel = block * kBlockVoxels + z * kTileColumns + lane;
-        if (state_at(kPlaneVolume, voxel) == 0) continue;
         int support = state_at(kPlaneSupport, voxel);
         ivec3 momentum = momentum_at(voxel);
         if (support == kSupportGround && leaves_ground(slot, ivec3(lane & 7, lane >> 3, z0 + z), voxel, momentum)) {
@@ -378,7 +405,7 @@ void advect_soil(int group, int lane) {
         if (support != kSupportGround) {
             is_moving = true;
             advect_voxel(slot, ivec3(lane & 7, lane >> 3, z0 + z), voxel, support, momentum, fastest);
-        } else if (momentum.x != 0 || momentum.y != 0 || momentum.z != 0) {
+        } else {
             land(voxel, momentum);
         }
     }

@@ -13,6 +13,13 @@ int arrived_half(int block, int half_at) {
     return columns;
 }
 
+// Voxels of a column that got deltas, a bit each.
+int arrived_levels(int block, int lane) {
+    int levels = 0;
+    for (int z = 0; z < 8; ++z) levels = levels | (is_in_mask(block, kMaskArrived + 2 * z, lane) ? 1 << z : 0);
+    return levels;
+}
+
 int apply_flow_lanes(int group, int half_at) {
     int block = block_list[params.list_offset + group];
     if (block_flags[flag_index(kFlagPending, block)] != params.pass_stamp) return 0;
@@ -29,9 +36,9 @@ void apply_flow(int group, int lane) {
     int lowest = -1;
     int weakest = -1;  // the lowest that is not intact
     int highest = -1;
-    for (int z = 0; z < 8; ++z) {
+    for (int levels = arrived_levels(block, lane); levels != 0; levels = levels & (levels - 1)) {
+        int z = lowest_bit(levels);
         int voxel = block * kBlockVoxels + z * kTileColumns + lane;
-        if (!is_in_mask(block, kMaskArrived + 2 * z, lane)) continue;
         set_in_mask(block, kMaskArrived + 2 * z, lane, false);
         highest = z;
         lowest = lowest < 0 ? z : lowest;

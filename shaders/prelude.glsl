@@ -1,6 +1,6 @@
-#version 450
-// Head of every kernel on OpenGL: the words of the common kernel language. The storage blocks of buffer_list.h, the
-// uniform block of soil_params.h, exact_math.glsl and soil_layout.h follow it.
+// Head of every kernel on OpenGL: the words of the common kernel language. RUNS_IN_SOFTWARE is defined where processors run it,
+// eight lanes at a time: those divide floats together and integers one by one. The storage blocks of buffer_list.h, the uniform
+// block of soil_params.h, exact_math.glsl and soil_layout.h follow it.
 // Its C++ twin is plugin/src/device/cpu_shim.h; what one has, the other has, bit for bit.
 layout(local_size_x = 64) in;
 
@@ -39,7 +39,12 @@ int mul_q16(int a, int b) {
     return (high << 16) | int(uint(low) >> 16);
 }
 
-// floor(65536 part / whole) for 0 <= part <= whole < 2^27, by long division in 4-bit digits.
+// floor(65536 part / whole) for 0 <= part <= whole < 2^27.
+#ifdef RUNS_IN_SOFTWARE
+// A half is less than what the quotient lacks to the next whole number, and far more than what is rounded.
+int fraction_q16(int part, int whole) { return int((double(part) * double(1 << 16) + 0.5lf) / double(whole)); }
+#else
+// By long division in 4-bit digits.
 int fraction_q16(int part, int whole) {
     int quotient = part / whole;
     int rest = part - quotient * whole;
@@ -51,6 +56,7 @@ int fraction_q16(int part, int whole) {
     }
     return quotient;
 }
+#endif
 
 // How many bits are set, and the number of the lowest one; not of 0.
 int bit_count(int bits) { return bitCount(bits); }

@@ -140,7 +140,8 @@ TEST_P(AnyDevice, every_builtin_gives_the_bits_of_the_cpu) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Builtins, AnyDevice, testing::Values("cpu1", "cpu2", "gl"),
+INSTANTIATE_TEST_SUITE_P(Builtins, AnyDevice,
+                         testing::Values("cpu1", "cpu2", "gl", "gl_as_hardware"),
                          [](const auto& device) { return device.param; });
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "device_fixture.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace bsoil::device {
 
@@ -29,8 +30,10 @@ std::vector<int32_t> read_words(Device& device, BufferIndex buffer, int64_t coun
 }
 
 std::unique_ptr<Device> create_test_device(const std::string& name, std::string& reason) {
-    if (name == "gl") {
+    if (name == "gl" || name == "gl_as_hardware") {
+        if (name == "gl_as_hardware") setenv("BULLETSOIL_GL", "hardware", 1);
         auto device = create_gl_device(test_kernel_set(), true);
+        unsetenv("BULLETSOIL_GL");
         reason = device.error();
         return device ? std::move(*device) : nullptr;
     }

@@ -52,7 +52,8 @@ struct Buffer {
 /// The whole of a buffer of known size.
 std::vector<int32_t> read_words(Device& device, BufferIndex buffer, int64_t count);
 
-/// Runs each test on the CPU with one and with two threads and on OpenGL (software allowed).
+/// Runs each test on the CPU with one and with two threads and on OpenGL (software allowed, which
+/// also dispatches as a GPU does).
 class AnyDevice : public testing::TestWithParam<const char*> {
   protected:
     void SetUp() override;

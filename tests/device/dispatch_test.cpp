@@ -237,7 +237,8 @@ TEST_P(Dispatch, stages_have_the_times_of_a_session_before) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Backends, Dispatch, testing::Values("cpu1", "cpu2", "gl"),
+INSTANTIATE_TEST_SUITE_P(Backends, Dispatch,
+                         testing::Values("cpu1", "cpu2", "gl", "gl_as_hardware"),
                          [](const auto& device) { return device.param; });
 
 }  // namespace

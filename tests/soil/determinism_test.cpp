@@ -1,6 +1,7 @@
 // Same scene, same steps, same bits: on any number of threads, any backend, in any frame.
 #include <fmt/format.h>
 
+#include <cstdlib>
 #include <numbers>
 
 #include "moving_scene.h"
@@ -43,6 +44,19 @@ TEST(Determinism, gl_gives_the_bits_of_the_cpu) {
         record(fmt::format("cpu_{}", seed), on_cpu);
         record(fmt::format("gl_{}", seed), scene.soil().checksum());
     }
+}
+
+// Software lists the lanes that have work; a GPU runs them all.
+TEST(Determinism, gl_gives_the_same_bits_dispatched_as_on_a_gpu) {
+    if (!gl_missing().empty()) {
+        GTEST_SKIP() << gl_missing();
+    }
+    SoilDef def = MovingScene::default_def();
+    const uint64_t on_cpu = checksum_after(30, def);
+    def.backend = Backend::gl;
+    setenv("BULLETSOIL_GL", "hardware", 1);
+    EXPECT_EQ(checksum_after(30, def), on_cpu);
+    unsetenv("BULLETSOIL_GL");
 }
 
 TEST(Determinism, the_frame_of_the_grid_does_not_matter) {

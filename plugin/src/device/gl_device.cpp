@@ -3,13 +3,16 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "device/allocation_error.h"
 #include "device/egl_context.h"
+#include "device/gl_lane_list.h"
 #include "device/gl_objects.h"
 #include "device/gl_program.h"
 #include "device/gl_read_back.h"
@@ -39,6 +42,18 @@ std::string gl_error_name(GLenum error) {
         default:
             return fmt::format("GL error {:#x}", error);
     }
+}
+
+/// Software runs kernels by lists of lanes, unless BULLETSOIL_GL=hardware in the environment says
+/// that it does what a GPU does. Both give the same bits.
+bool lists_lanes(const GlCapabilities& gl) {
+    const char* wanted = std::getenv("BULLETSOIL_GL");
+    return gl.is_software && !(wanted != nullptr && std::string_view(wanted) == "hardware");
+}
+
+/// Storage blocks that a device needs.
+int storage_block_count(const KernelSet& set, const GlCapabilities& gl) {
+    return static_cast<int>(set.buffers.size()) + (lists_lanes(gl) ? 1 : 0);
 }
 
 class GlDevice final : public Device {
@@ -164,12 +179,13 @@ class GlDevice final : public Device {
         const Use use(*this);
         if (!use.is_good()) return;
         upload_params(params);
-        glUseProgram(objects_->programs[static_cast<size_t>(kernel)].name());
-        glUniform1i(kGroupCountLocation, work.group_count);
-        const int columns = std::min(work.group_count, kGroupsPerRow);
-        const int rows = (work.group_count + kGroupsPerRow - 1) / kGroupsPerRow;
         objects_->times.begin_kernel(kernel);
-        glDispatchCompute(static_cast<GLuint>(columns), static_cast<GLuint>(rows), 1);
+        if (objects_->listing_programs.empty()) {
+            dispatch_groups(objects_->programs[static_cast<size_t>(kernel)], work.group_count,
+                            work.group_count);
+        } else {
+            dispatch_listed(static_cast<size_t>(kernel), work.group_count);
+        }
         // This kernel wrote storage blocks; the next one, and reads, writes and fills, come after
         // it.
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
@@ -189,7 +205,8 @@ class GlDevice final : public Device {
 
   private:
     struct Objects {
-        std::vector<GlProgram> programs;
+        std::vector<GlProgram> programs, listing_programs;  ///< by kernel, or none
+        GlLaneList lane_list;
         std::vector<GlBuffer> buffers;
         GlBuffer params;
         GlReadBack read_back, late_read_back;
@@ -248,10 +265,17 @@ class GlDevice final : public Device {
     Status initialize() {
         const Use use(*this);
         if (!use.is_good()) return Error{failure_};
+        const bool is_listed = lists_lanes(context_.capabilities());
         for (int kernel = 0; kernel < std::ssize(kernel_set().kernels); ++kernel) {
-            auto program = create_program(kernel_set(), kernel);
-            if (!program) return Error{fmt::format("{}: {}", device_name(), program.error())};
-            objects_->programs.push_back(std::move(*program));
+            if (is_listed) {
+                const Status made =
+                    add_program(kernel, ProgramKind::lists_lanes, objects_->listing_programs);
+                if (!made) return made;
+            }
+            const auto kind = is_listed ? ProgramKind::listed_lanes : ProgramKind::all_lanes;
+            if (Status status = add_program(kernel, kind, objects_->programs); !status) {
+                return status;
+            }
         }
         GLuint name = 0;
         glCreateBuffers(1, &name);
@@ -268,6 +292,34 @@ class GlDevice final : public Device {
             if (Status status = allocate_current(BufferIndex{i}, 0); !status) return status;
         }
         return Done{};
+    }
+
+    Status add_program(int kernel, ProgramKind kind, std::vector<GlProgram>& programs) {
+        auto program = create_program(kernel_set(), kernel, kind);
+        if (!program) return Error{fmt::format("{}: {}", device_name(), program.error())};
+        programs.push_back(std::move(*program));
+        return Done{};
+    }
+
+    /// Runs a program in so many work groups for a kernel's groups of lanes.
+    void dispatch_groups(const GlProgram& program, int group_count, int work_group_count) {
+        glUseProgram(program.name());
+        glUniform1i(kGroupCountLocation, group_count);
+        const int columns = std::min(work_group_count, kGroupsPerRow);
+        const int rows = (work_group_count + kGroupsPerRow - 1) / kGroupsPerRow;
+        glDispatchCompute(static_cast<GLuint>(columns), static_cast<GLuint>(rows), 1);
+    }
+
+    void dispatch_listed(size_t kernel, int group_count) {
+        GlLaneList& list = objects_->lane_list;
+        const auto binding = static_cast<GLuint>(kernel_set().buffers.size());
+        if (const GLenum error = list.begin(binding, group_count); error != GL_NO_ERROR) {
+            failure_ = fmt::format("{} reports {}", device_name(), gl_error_name(error));
+            return;
+        }
+        dispatch_groups(objects_->listing_programs[kernel], group_count, list.listing_groups());
+        glUseProgram(objects_->programs[kernel].name());
+        list.dispatch();
     }
 
     Status allocate_current(BufferIndex buffer, int64_t words) {
@@ -344,7 +396,7 @@ Result<std::unique_ptr<Device>> create_gl_device(const KernelSet& kernel_set, bo
             continue;
         }
         const GlCapabilities& gl = context->capabilities();
-        if (const std::string shortfall = gl.shortfall(static_cast<int>(kernel_set.buffers.size()));
+        if (const std::string shortfall = gl.shortfall(storage_block_count(kernel_set, gl));
             !shortfall.empty()) {
             refuse(fmt::format("{}: {}", gl.renderer, shortfall));
         } else if (!gl.is_software) {
@@ -364,7 +416,7 @@ Result<std::unique_ptr<Device>> create_shared_gl_device(const KernelSet& kernel_
     auto context = EglContext::create_beside(egl_display, egl_context);
     if (!context) return Error{context.error()};
     const GlCapabilities& gl = context->capabilities();
-    if (const std::string shortfall = gl.shortfall(static_cast<int>(kernel_set.buffers.size()));
+    if (const std::string shortfall = gl.shortfall(storage_block_count(kernel_set, gl));
         !shortfall.empty()) {
         return Error{fmt::format("{}: {}", gl.renderer, shortfall)};
     }

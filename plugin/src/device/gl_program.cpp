@@ -55,6 +55,69 @@ std::string buffer_blocks(const KernelSet& kernel_set) {
     return text;
 }
 
+/// Each lane asks whether it has work.
+constexpr std::string_view kAllLanesMain = R"(
+layout(location = {groups}) uniform int group_count;
+void main() {{
+    int group = int(gl_WorkGroupID.y) * {row} + int(gl_WorkGroupID.x);
+    int lane = int(gl_LocalInvocationIndex);
+    if (group < group_count && (({kernel}_lanes(group, lane >> 5) >> (lane & 31)) & 1) != 0) {{
+        {kernel}(group, lane);
+    }}
+}}
+)";
+
+/// An invocation lists half a group. The work groups that the list asks for grow with it.
+constexpr std::string_view kListsLanesMain = R"(
+layout(location = {groups}) uniform int group_count;
+void main() {{
+    int row = int(gl_WorkGroupID.y) * {row} + int(gl_WorkGroupID.x);
+    int half_group = row * {lanes} + int(gl_LocalInvocationIndex);
+    int group = half_group >> 1;
+    int rest = group < group_count ? {kernel}_lanes(group, half_group & 1) : 0;
+    if (rest == 0) return;
+    int count = bit_count(rest);
+    int next = atomicAdd(lane_count, count);
+    int groups = (next + count + {lanes} - 1) / {lanes};
+    atomicMax(groups_x, min(groups, {row}));
+    atomicMax(groups_y, (groups + {row} - 1) / {row});
+    for (; rest != 0; rest = rest & (rest - 1)) {{
+        lane_list[next] = half_group * 32 + lowest_bit(rest);
+        next += 1;
+    }}
+}}
+)";
+
+constexpr std::string_view kListedLanesMain = R"(
+void main() {{
+    int row = int(gl_WorkGroupID.y) * {row} + int(gl_WorkGroupID.x);
+    int place = row * {lanes} + int(gl_LocalInvocationIndex);
+    if (place < lane_count) {{
+        int lane = lane_list[place];
+        {kernel}(lane / {lanes}, lane % {lanes});
+    }}
+}}
+)";
+
+/// See gl_lane_list.cpp.
+constexpr std::string_view kLaneListBlock = R"(
+layout(std430, binding = {binding}) buffer lane_list_block {{
+    int groups_x, groups_y, groups_z, lane_count, lane_list[];
+}};
+)";
+
+std::string main_function(const KernelSet& kernel_set, std::string_view kernel, ProgramKind kind) {
+    const auto named = [&](std::string_view text) {
+        return fmt::format(fmt::runtime(text), fmt::arg("groups", kGroupCountLocation),
+                           fmt::arg("row", kGroupsPerRow), fmt::arg("lanes", kGroupLanes),
+                           fmt::arg("binding", kernel_set.buffers.size()),
+                           fmt::arg("kernel", kernel));
+    };
+    if (kind == ProgramKind::all_lanes) return named(kAllLanesMain);
+    return named(kLaneListBlock) +
+           named(kind == ProgramKind::lists_lanes ? kListsLanesMain : kListedLanesMain);
+}
+
 /// Takes an unsigned number off the front of `text`; -1 when there is none.
 int take_number(std::string_view& text) {
     int number = -1;
@@ -88,9 +151,13 @@ std::string info_log(GLuint name, GetParameter get_parameter, GetLog get_log) {
 
 }  // namespace
 
-KernelSource kernel_source(const KernelSet& kernel_set, int kernel) {
+KernelSource kernel_source(const KernelSet& kernel_set, int kernel, ProgramKind kind) {
     const std::string_view name = kernel_set.kernels[static_cast<size_t>(kernel)].name;
     KernelSource source;
+    append_text("version", "#version 450\n", kernel_set, source);
+    if (kind != ProgramKind::all_lanes) {
+        append_text("version", "#define RUNS_IN_SOFTWARE\n", kernel_set, source);
+    }
     append_file("prelude.glsl", kernel_set, source);
     append_text("buffers", buffer_blocks(kernel_set), kernel_set, source);
     append_text("params", "layout(std140, binding = 0) uniform ParamsBlock {\n", kernel_set,
@@ -101,18 +168,7 @@ KernelSource kernel_source(const KernelSet& kernel_set, int kernel) {
     append_file(kernel_set.layout_file, kernel_set, source);
     append_file(kernel_set.common_file, kernel_set, source);
     append_file(fmt::format("{}.glsl", name), kernel_set, source);
-    append_text("main",
-                fmt::format(R"(layout(location = {}) uniform int group_count;
-void main() {{
-    int group = int(gl_WorkGroupID.y) * {} + int(gl_WorkGroupID.x);
-    int lane = int(gl_LocalInvocationIndex);
-    if (group < group_count && (({}_lanes(group, lane >> 5) >> (lane & 31)) & 1) != 0) {{
-        {}(group, lane);
-    }}
-}}
-)",
-                            kGroupCountLocation, kGroupsPerRow, name, name),
-                kernel_set, source);
+    append_text("main", main_function(kernel_set, name, kind), kernel_set, source);
     return source;
 }
 
@@ -139,9 +195,9 @@ std::string name_files(const std::string& log, const std::vector<KernelSource::L
     return named;
 }
 
-Result<GlProgram> create_program(const KernelSet& kernel_set, int kernel) {
+Result<GlProgram> create_program(const KernelSet& kernel_set, int kernel, ProgramKind kind) {
     const std::string_view name = kernel_set.kernels[static_cast<size_t>(kernel)].name;
-    const KernelSource source = kernel_source(kernel_set, kernel);
+    const KernelSource source = kernel_source(kernel_set, kernel, kind);
 
     const GlShader shader(glCreateShader(GL_COMPUTE_SHADER));
     const char* text = source.text.c_str();

@@ -10,10 +10,19 @@
 
 namespace bsoil::device {
 
+/// Lanes of a group of a kernel, and invocations of a work group (prelude.glsl).
+inline constexpr int kGroupLanes = 64;
 /// Work groups along x of one dispatch; further ones go along y. Every GL allows this many.
 inline constexpr int kGroupsPerRow = 65535;
 /// Where a program takes how many groups there are: the last row may have more.
 inline constexpr int kGroupCountLocation = 0;
+
+/// For which lanes a program runs a kernel.
+enum class ProgramKind {
+    all_lanes,     ///< for those that have work; each asks for itself
+    lists_lanes,   ///< for none: puts those that have work into a GlLaneList
+    listed_lanes,  ///< for those in a GlLaneList
+};
 
 /// The whole GLSL text of a kernel, and where each of its lines comes from. (#line would say so,
 /// but Mesa drops the source number.)
@@ -25,13 +34,14 @@ struct KernelSource {
     std::string text;
     std::vector<Line> lines;
 };
-KernelSource kernel_source(const KernelSet& kernel_set, int kernel);
+KernelSource kernel_source(const KernelSet& kernel_set, int kernel, ProgramKind kind);
 
 /// The driver's log with the lines of the whole text replaced by file and line.
 std::string name_files(const std::string& log, const std::vector<KernelSource::Line>& lines);
 
 /// Compiles and links a kernel in the current context. The error is the kernel's name and the
 /// driver's log.
-Result<GlProgram> create_program(const KernelSet& kernel_set, int kernel);
+Result<GlProgram> create_program(const KernelSet& kernel_set, int kernel,
+                                 ProgramKind kind = ProgramKind::all_lanes);
 
 }  // namespace bsoil::device
