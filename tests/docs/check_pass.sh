@@ -28,7 +28,7 @@ done < <(sed -nE 's/^<!-- tested as (.*) -->$/\1/p' "$page")
 
 # Configured first, since the program is new to the folder.
 build() {
-    { cmake "$folder/build" && cmake --build "$folder/build" --parallel "$(nproc)" --target pass; } >"$log" 2>&1 ||
+    { cmake "$folder/build" && cmake --build "$folder/build" --parallel "${CMAKE_BUILD_PARALLEL_LEVEL:-1}" --target pass; } >"$log" 2>&1 ||
         fail "$(tail -n 30 "$log")"
 }
 build

@@ -27,7 +27,13 @@ project(property LANGUAGES C CXX)
 foreach(part BRIDGE RENDER DEMOS TESTS)
   set(BULLETSOIL_${part} OFF)
 endforeach()
+set(BULLETSOIL_UNITY_SIZE 100)
 add_subdirectory(sources)
+# What check_pass.sh compiles again: what knows the kernels by name.
+foreach(name flows passes water)
+  set_source_files_properties(sources/plugin/src/soil/${name}.cpp TARGET_DIRECTORY bulletsoil_soil
+                              PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+endforeach()
 set(CMAKE_CXX_STANDARD 20)
 add_executable(property sources/tests/docs/property.cpp)
 target_include_directories(property PRIVATE sources/plugin/src sources/shaders)
@@ -50,7 +56,7 @@ target_compile_definitions(property_c PRIVATE BULLETSOIL_SCALAR_BITS=32)
 END
 if ! { cmake -S "$folder" -B "$folder/build" -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O0 -DBULLETSOIL_UNITY=ON \
     -DCMAKE_POLICY_DEFAULT_CMP0077=NEW &&
-    cmake --build "$folder/build" --parallel "$(nproc)" --target property property_keys property_c; } >"$log" 2>&1; then
+    cmake --build "$folder/build" --parallel "${CMAKE_BUILD_PARALLEL_LEVEL:-1}" --target property property_keys property_c; } >"$log" 2>&1; then
     tail -n 30 "$log" >&2
     exit 1
 fi

@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "allocation_count.h"
+#include "base/kernels.h"
 #include "bsoil/snapshot_file.h"
 #include "device/kernel_set.h"
 #include "flow_fixture.h"

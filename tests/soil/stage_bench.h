@@ -6,6 +6,7 @@
 #include <map>
 #include <random>
 
+#include "base/kernels.h"
 #include "oracle/contacts.h"
 #include "oracle/field.h"
 #include "oracle/slippage.h"

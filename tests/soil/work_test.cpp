@@ -3,6 +3,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "base/kernels.h"
 #include "device/kernel_set.h"
 #include "moving_scene.h"
 #include "soil/soil_kernels.h"

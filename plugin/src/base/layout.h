@@ -18,14 +18,8 @@ struct SoilParams {
 #include "soil_params.h"
 };
 
-/// Kernels by number, in the order of kernel_list.h.
-enum class Kernel {
-#define PLAIN(name) name,
-#define SCATTER(name) name,
-#include "kernel_list.h"
-#undef PLAIN
-#undef SCATTER
-};
+/// Kernels by number: see kernels.h.
+enum class Kernel;
 
 /// The kernels' buffers, in the order of buffer_list.h.
 struct Buffer {

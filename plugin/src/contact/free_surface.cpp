@@ -35,7 +35,7 @@ constexpr double own_rim_share(double share, double free_share) {
 constexpr int32_t kNotLookedAt = INT32_MIN;
 
 /// Marks of tiles.
-enum : uint8_t { kFar, kWithContacts, kNear };
+enum : uint8_t { kFar, kWithContacts, kNearContacts };
 
 /// Whether a surface word is that of bare terrain.
 constexpr bool is_terrain_top(int32_t word) { return word <= kTerrainTop && word > kBareTop; }
@@ -106,7 +106,7 @@ void FreeSurface::find_tiles(std::span<const ContactRecord> contacts) {
         for (int y = std::max(0, ty - reach); y <= std::min(ny - 1, ty + reach); ++y) {
             for (int x = std::max(0, tx - reach); x <= std::min(nx - 1, tx + reach); ++x) {
                 uint8_t& mark = tiles_[static_cast<size_t>(y) * nx + x];
-                mark = mark == kWithContacts ? kWithContacts : kNear;
+                mark = mark == kWithContacts ? kWithContacts : kNearContacts;
             }
         }
         tiles_[static_cast<size_t>(ty) * nx + tx] = kWithContacts;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/kernels.h"
 #include "soil/soil_impl.h"
 
 namespace bsoil {

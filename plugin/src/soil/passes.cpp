@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/kernels.h"
 #include "bsoil/limits.h"
 #include "soil/soil_kernels.h"
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/kernels.h"
 #include "soil/slip_table.h"
 #include "soil/soil_impl.h"
 
