@@ -112,10 +112,11 @@ Cost cost_of_blades(int columns, int blade_count) {
     SoilDef def = cpu_def(grid_def(columns, columns, 32, kVoxelM));
     def.step_s = 1.0 / 30;
     const auto soil = make_soil(def);
-    EXPECT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, Vec3(columns, columns, kBed))));
+    EXPECT_TRUE(
+        soil->fill(voxel_box(*soil, {0, 0, 0}, Vec3{1.0 * columns, 1.0 * columns, 1.0 * kBed})));
     std::vector<Mover> movers;
     for (int i = 0; i < blade_count; ++i) {
-        const Vec3 corner(i % 4 * kBladeRoom, i / 4 * kBladeRoom, 0);
+        const Vec3 corner{1.0 * (i % 4 * kBladeRoom), 1.0 * (i / 4 * kBladeRoom), 0};
         movers.emplace_back(i + 1, box_shape(Vec3{1, 7.5, 4} * kVoxelM),
                             (corner + Vec3{20.25, 32.25, kBed + 0.25}) * kVoxelM);
         movers.back().set_velocity({kWay * kVoxelM / soil->def().step_s, 0, 0});
