@@ -57,9 +57,12 @@ void apply_force(int group, int lane) {
                                   shapes[body * kBodyWords + kBodyCenter + 1], 0);
             int reach = max(1, max(abs(out_way.x), abs(out_way.y)));
             int down = -push.z;
-            push.x += mul_q16(down, signed_fraction_q16(clamp(out_way.x, -reach, reach), reach));
-            push.y += mul_q16(down, signed_fraction_q16(clamp(out_way.y, -reach, reach), reach));
-            push.z = mul_q16(down, mixed_word(voxel, 0, kTablePassive));
+            int aside_x = signed_fraction_q16(clamp(out_way.x, -reach, reach), reach);
+            int aside_y = signed_fraction_q16(clamp(out_way.y, -reach, reach), reach);
+            push.x += mul_q16(down, aside_x);
+            push.y += mul_q16(down, aside_y);
+            int far = max(kOneQ16, slope_length(aside_x, aside_y));
+            push.z = mul_q16(down, mul_q16(mixed_word(voxel, 0, kTablePassive), far));
         }
         int most = largest_component(push);
         if (most > 0) {

@@ -67,17 +67,17 @@ bool is_driven(int slot, ivec3 at, int voxel) {
 }
 
 // Confined soil yields towards the free surface by the shorter way: level, or rising at 45 deg - phi / 2 as Rankine's
-// passive wedge does. Looked for as far as the neighbouring tile reaches.
-ivec3 way_to_free_surface(int slot, ivec3 at, ivec3 way, int passive) {
+// passive wedge does, whichever way it lies to the grid. Looked for as far as the neighbouring tile reaches.
+ivec3 way_to_free_surface(int slot, ivec3 at, ivec3 way, int rise) {
     int most = max(abs(way.x), abs(way.y));
     if (most == 0) return ivec3(0, 0, kVoxelFull);
     ivec3 level = ivec3(signed_fraction_q16(way.x, most), signed_fraction_q16(way.y, most), 0);
-    ivec3 rising = ivec3(level.x, level.y, passive);
+    ivec3 rising = ivec3(level.x, level.y, rise);
     for (int k = 1; k <= kFreeSurfaceReach; ++k) {
         ivec3 ahead = round_q16(level * k);
         int flat_voxel = voxel_at(slot, at.x + ahead.x, at.y + ahead.y, at.z);
         if (has_room(flat_voxel)) return level;
-        int high_voxel = voxel_at(slot, at.x + ahead.x, at.y + ahead.y, at.z + round_q16(passive * k));
+        int high_voxel = voxel_at(slot, at.x + ahead.x, at.y + ahead.y, at.z + round_q16(rise * k));
         if (has_room(high_voxel)) return rising;
     }
     return rising;
@@ -147,8 +147,8 @@ void propagate_force(int group, int lane) {
         int fraction = fraction_q16(excess, volume);
         ivec3 next = at + round_q16(way);
         int ahead = voxel_at(slot, next.x, next.y, next.z);
-        int passive = mixed_word(voxel, 0, kTablePassive);
-        if (way.z < passive && !has_room(ahead)) way = way_to_free_surface(slot, at, way, passive);
+        int rise = min(kVoxelFull, mul_q16(mixed_word(voxel, 0, kTablePassive), slope_length(way.x, way.y)));
+        if (way.z < rise && !has_room(ahead)) way = way_to_free_surface(slot, at, way, rise);
         ivec3 exit = ivec3(0);
         int steep = largest_component(out_way);
         if (steep > 0) exit = direction_q16(out_way, steep);

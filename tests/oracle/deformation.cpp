@@ -120,7 +120,8 @@ Field apply_force(const Model& model, const Field& before, std::span<const Body>
             const double reach = std::max({0.5, std::abs(aside.x), std::abs(aside.y)});
             const double down = -push.z;
             push = push + aside * (down / reach);
-            push.z = down * passive_slope(model, voxel);
+            push.z = down * passive_slope(model, voxel) *
+                     std::max(1.0, std::hypot(aside.x, aside.y) / reach);
         }
         if (largest(push) > 0) {
             force = push * (1 / largest(push));  // (33), first case, in the scale of (34)
@@ -147,7 +148,8 @@ Field propagate_force(const Model& model, const Field& before, std::span<const B
         after.at(x, y, z).soil -= gone;
         after.at(x, y, z).bond -= voxel.bond * gone / voxel.soil;
         leaving -= gone;
-        const double slope = passive_slope(model, voxel);
+        // Over the way's largest component.
+        const double slope = std::min(1.0, passive_slope(model, voxel) * std::hypot(way.x, way.y));
         if (way.z < slope &&
             !has_room(model, before, x + nearest(way.x), y + nearest(way.y), z + nearest(way.z))) {
             way = turn_to_surface(model, before, x, y, z, way, slope);
