@@ -1,7 +1,7 @@
 // Where bodies and soil meet: one record per voxel on the surface of a body that is not small, where soil lies on its outer
 // side. Normal and area come from the gradient of the coverage field; summed over a closed body it vanishes. Also the load that
 // each moving body carries. Everything here is integers; what they mean in newtons is the host's business.
-// Reads: coverage, owner, volume, support, materials, water, shapes. Writes: result.
+// Reads: coverage, owner, volume, bond, support, materials, water, shapes. Writes: result.
 
 // mass * (2 at + 1), each half of it within 31 bits.
 void add_mass_moment(int sum, int mass, int at) {
@@ -83,20 +83,27 @@ int soil_outwards(int slot, ivec3 at, int voxel, ivec3 inwards, OUT(int) support
     return soil_voxel;
 }
 
-// Relative density of the soil outwards, as if it were all of one kind.
-int density_outwards(int slot, ivec3 at, int body, int soil_voxel, ivec3 inwards) {
+// State of the soil outwards, as if it were all of one kind.
+SoilState state_outwards(int slot, ivec3 at, int body, int soil_voxel, ivec3 inwards) {
+    SoilState found;
+    found.density = kDensityFixed;
+    found.undisturbed = kOneQ16;
     int loose = loose_of_range(soil_voxel);
-    if (loose <= 0) return kDensityFixed;
+    if (loose <= 0 && params.bank_strength == 0) return found;
     int mass = 0;
     int held = 0;
+    int bonded = 0;
     for (int n = 0; n <= shapes[body * kBodyWords + kBodyReach]; ++n) {
         int beside = voxel_outwards(slot, at, inwards, n);
         if (beside >= 0) {
             mass += mass_at(beside);
             held += state_at(kPlaneVolume, beside);
+            if (params.bank_strength > 0) bonded += state_at(kPlaneBond, beside);
         }
     }
-    return relative_density(soil_voxel, loose, mass, held);
+    if (loose > 0) found.density = relative_density(soil_voxel, loose, mass, held);
+    found.undisturbed = undisturbed_share(bonded, held);
+    return found;
 }
 
 // The words of a record that say how the surface lies to the soil.
@@ -125,8 +132,8 @@ void collect_contact(int slot, ivec3 at, int voxel) {
     int volume = state_at(kPlaneVolume, voxel) + (outer < 0 ? 0 : state_at(kPlaneVolume, outer));
     // Soil that falls bears nothing, and what lies on a body moves with it.
     if (volume == 0 || support == kSupportNone || support == kSupportBody + body) return;
-    int density = density_outwards(slot, at, body, soil_voxel, inwards);
-    int record = add_contact(grid_voxel(slot, at.x, at.y, at.z), body, soil_voxel, density);
+    SoilState beside = state_outwards(slot, at, body, soil_voxel, inwards);
+    int record = add_contact(grid_voxel(slot, at.x, at.y, at.z), body, soil_voxel, beside);
     if (record != 0) write_surface(record, slot, at, voxel, gradient, inwards);
 }
 

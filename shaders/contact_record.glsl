@@ -19,8 +19,26 @@ int relative_density(int soil_voxel, int loose, int mass, int held) {
     return fraction_q16(gone, max(1, range));
 }
 
+// Share (Q16) of a volume of soil that was never moved. It matters where soil has cohesion.
+int undisturbed_share(int bonded, int held) {
+    if (params.bank_strength == 0) return kOneQ16;
+    int whole = held;
+    int part = min(bonded, held);
+    while (whole >= kRangeMost) {
+        whole = whole / 2;
+        part = part / 2;
+    }
+    return fraction_q16(part, max(1, whole));
+}
+
+// What a record says of the state of its soil.
+struct SoilState {
+    int density;      // relative density, Q16; or kDensityFixed
+    int undisturbed;  // share that was never moved, Q16
+};
+
 // Where a new record begins in result, with the words that say what soil it is; 0, and a condition, where there is no room.
-int add_contact(ivec3 where, int body, int soil_voxel, int density) {
+int add_contact(ivec3 where, int body, int soil_voxel, IN(SoilState) beside) {
     int index = ATOMIC_ADD(result[kResultContacts], 1);
     if (index >= params.contact_capacity) {
         ATOMIC_OR(result[kResultStatus], kStatusContactsFull);
@@ -32,7 +50,8 @@ int add_contact(ivec3 where, int body, int soil_voxel, int density) {
     result[at + kContactAt + 2] = where.z;
     result[at + kContactBody] = body;
     result[at + kContactMaterial] = main_material(soil_voxel) | saturation_at(soil_voxel) << kSaturationShift;
-    result[at + kContactDensity] = density;
+    result[at + kContactDensity] = beside.density;
+    result[at + kContactUndisturbed] = beside.undisturbed;
     int support = state_at(kPlaneSupport, soil_voxel);
     result[at + kContactCarrier] = support == kSupportGround ? kOnGround : support - kSupportBody;
     return at;

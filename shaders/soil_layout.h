@@ -326,7 +326,7 @@ CONST_INT(kLoadMass, 0)         // parts of mass units
 CONST_INT(kLoadMoment, 2)       // the same times 2x + 1, then 2y + 1, then 2z + 1: the middle of a voxel in half voxels
 CONST_INT(kLoadImpulse, 8)      // momentum that the body has given soil along x, y, z, beside what bears the soil's weight
 CONST_INT(kLoadPart, 16)        // parts are 16ths, rounded down, so that a part times 16385 voxels stays in 31 bits
-CONST_INT(kContactWords, 14)
+CONST_INT(kContactWords, 15)
 CONST_INT(kContactAt, 0)        // voxel x, y, z
 CONST_INT(kContactBody, 3)      // index
 CONST_INT(kContactKey, 4)       // words up to here tell a record from all others of a step
@@ -337,6 +337,7 @@ CONST_INT(kContactMaterial, 11) // | saturation of its pores (Q16) << kSaturatio
 CONST_INT(kSaturationShift, 4)
 CONST_INT(kContactDensity, 12)  // relative density, Q16; or kDensityFixed
 CONST_INT(kContactCarrier, 13)  // body index of what the soil rests on, or kOnGround
+CONST_INT(kContactUndisturbed, 14)  // share of the soil that was never moved, Q16; 1 where no soil has cohesion
 CONST_INT(kOnGround, -1)
 
 // --- tables buffer: per material a table for each state of its soil -------------------------------------------------

@@ -244,12 +244,13 @@ void CouplingSnapshot::Memory::list_falling(StateStream& stream,
     FirstContacts::Falling& falling = entry.second;
     stream(entry.first, falling.surface.plane.position_m, falling.surface.plane.normal,
            falling.surface.material, falling.surface.relative_density, falling.surface.saturation,
-           falling.lead_m_s, falling.speed_m_s, falling.age_s);
+           falling.surface.undisturbed, falling.lead_m_s, falling.speed_m_s, falling.age_s);
     const SurfaceSoil& surface = falling.surface;
     const bool is_direction = std::abs(length(surface.plane.normal) - 1) < 1e-6;
     const bool is_soil = surface.material >= 0 && surface.relative_density >= -1 &&
                          surface.relative_density <= 1 && surface.saturation >= 0 &&
-                         surface.saturation <= 1;
+                         surface.saturation <= 1 && surface.undisturbed >= 0 &&
+                         surface.undisturbed <= 1;
     if (entry.first < 0 || entry.first > limits::kBodyIdMost || !is_direction || !is_soil ||
         falling.speed_m_s < 0 || falling.age_s < 0) {
         stream.refuse();

@@ -23,6 +23,9 @@ using Top = SurfaceColumn::Top;
 constexpr double kVoxelM = 0.05;
 constexpr int kSide = 64;  // columns
 
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kPhi = 33 * kDegree, kWall = 22 * kDegree;
+
 /// A bed, column by column, and the free surface that the soil's code finds over it.
 class Bed {
   public:
@@ -39,12 +42,25 @@ class Bed {
 
     double sole_width = 4;    ///< of the body [voxels]
     double wedge_length = 2;  ///< over its depth
+    SurfaceWedge wedge{std::tan(kPhi), std::tan(kWall)};
     /// Other contacts of the body may lie as deep as this: they decide how far it looks.
     int lowest = 10;
     ContactLawDef law;
 
     /// Height [voxels] that counts at a place.
-    double height(Vec3 at, Vec3 outward) {
+    double height(Vec3 at, Vec3 outward) { return surface_.height_beside(find(at), at, outward); }
+    /// Depth [voxels] of level ground that pushes a wall there as hard.
+    double wedge_depth(Vec3 at, Vec3 outward) {
+        return surface_.wedge_before(find(at), at, outward).level_depth;
+    }
+    double depth_m(Vec3 at, Vec3 outward) { return (height(at, outward) - at.z) * kVoxelM; }
+
+    double inflow_share(Vec3 at, Vec3 outward) {
+        return surface_.wedge_before(find(at), at, outward).inflow_share;
+    }
+
+  private:
+    ContactRecord find(Vec3 at) {
         ContactRecord contact;
         contact.voxel[0] = static_cast<int>(at.x);
         contact.voxel[1] = static_cast<int>(at.y);
@@ -53,13 +69,11 @@ class Bed {
         ContactRecord deepest = contact;
         deepest.voxel[2] = lowest;
         const ContactRecord contacts[] = {contact, deepest};
-        surface_.find({contacts, {&sole_width, 1}, &frame_, &law, {&wedge_length, 1}},
+        surface_.find({contacts, {&sole_width, 1}, &frame_, &law, {&wedge_length, 1}, {&wedge, 1}},
                       [this](int tx, int ty) { return words_of(tx, ty); });
-        return surface_.height_beside(contact, at, outward);
+        return contact;
     }
-    double depth_m(Vec3 at, Vec3 outward) { return (height(at, outward) - at.z) * kVoxelM; }
 
-  private:
     std::span<const int32_t> words_of(int tx, int ty) {
         for (int c = 0; c < kTileColumns; ++c) {
             const SurfaceColumn& column =
@@ -168,6 +182,74 @@ TEST(FreeSurface, a_body_under_which_all_lies_has_the_nearest_soil) {
     });
     bed.wedge_length = 0.5;
     EXPECT_NEAR(bed.depth_m({14, 32, 17}, kAhead), 0.20, 1e-9);
+}
+
+TEST(SurfaceWedge, of_level_ground_is_as_deep_as_that) {
+    Bed bed([](int, int) { return SurfaceColumn{Top::soil, 20}; });
+    for (const double z : {19.9, 18.0, 11.0}) {
+        EXPECT_NEAR(bed.wedge_depth({32.3, 31.8, z}, kAhead), 20 - z, 1e-9);
+        EXPECT_NEAR(bed.inflow_share({32.3, 31.8, z}, kAhead), 1, 1e-9);
+        EXPECT_NEAR(bed.wedge_depth({32.3, 31.8, z}, {0.6, 0.5, -0.62}), 20 - z, 1e-9);
+    }
+    EXPECT_EQ(bed.wedge_depth({32, 32, 21}, kAhead), 0);
+}
+
+// Coulomb's coefficient over sloping ground, in closed form (Mueller-Breslau 1906), as long as its
+// plane rises.
+TEST(SurfaceWedge, of_a_slope_is_that_of_coulombs_coefficient) {
+    const auto coefficient = [](double slope_rad) {
+        const double root = std::sqrt(std::sin(kPhi + kWall) * std::sin(kPhi + slope_rad) /
+                                      (std::cos(kWall) * std::cos(slope_rad)));
+        return 1 / ((1 - root) * (1 - root));
+    };
+    for (const double slope_deg : {-16.0, -10.0, -5.0, -1.0, 8.0}) {
+        const double rise = std::tan(slope_deg * kDegree), depth = 6;
+        Bed bed([&](int x, int) { return SurfaceColumn{Top::soil, 22 + rise * (x + 0.5 - 20)}; });
+        const double wanted = depth * coefficient(slope_deg * kDegree) / coefficient(0);
+        const double found = bed.wedge_depth({20.5, 32, 22 + 0.5 * rise - depth}, kAhead);
+        // Where ground rises the plane comes out beyond what a body looks at.
+        EXPECT_LT(found, 1.03 * wanted) << slope_deg;
+        EXPECT_GT(found, slope_deg < 0 ? 0.97 * wanted : depth) << slope_deg;
+    }
+}
+
+// A heap at phi before a wall that cuts into level ground; by the least of some thousand planes.
+TEST(SurfaceWedge, of_a_heap_is_that_of_the_easiest_plane) {
+    for (const double cut : {0.0, 2.0, 5.0}) {
+        const double heap = 8, level = 12;
+        const auto ground = [&](double x) {
+            return level + std::max(0.0, heap - std::tan(kPhi) * x);
+        };
+        Bed bed([&](int x, int) { return SurfaceColumn{Top::soil, ground(x + 0.5 - 10.5)}; });
+        const double depth = heap + cut, foot = level - cut;
+        const double wanted =
+            oracle::wedge_depth([&](double x) { return ground(x) - foot; }, depth, kPhi, kWall);
+        EXPECT_NEAR(bed.wedge_depth({10.5, 32, foot}, kAhead), wanted, 0.04 * wanted) << cut;
+        EXPECT_LT(wanted, 0.4 * depth);  // of level ground: all of it
+        // New soil comes in below the old level alone.
+        EXPECT_NEAR(bed.inflow_share({10.5, 32, foot}, kAhead), cut > 0 ? 1 : 0, 0.05) << cut;
+    }
+}
+
+// Whichever way the wall looks, and with the columns behind it under its body.
+TEST(SurfaceWedge, of_a_heap_does_not_hang_on_the_grid) {
+    const double heap = 8, level = 12, cut = 2, depth = heap + cut, foot = level - cut;
+    const auto ground = [&](double x) { return level + std::max(0.0, heap - std::tan(kPhi) * x); };
+    const double wanted =
+        oracle::wedge_depth([&](double x) { return ground(x) - foot; }, depth, kPhi, kWall);
+    for (const double yaw_deg : {0.0, 22.5, 45.0, 70.0}) {
+        const double c = std::cos(yaw_deg * kDegree), s = std::sin(yaw_deg * kDegree);
+        Bed bed([&](int x, int y) {
+            const double ahead = c * (x + 0.5 - 20.2) + s * (y + 0.5 - 20.4);
+            return ahead < 0 ? SurfaceColumn{Top::body, 5.0}
+                             : SurfaceColumn{Top::soil, ground(ahead)};
+        });
+        double sum = 0;
+        for (int k = 0; k < 8; ++k) {
+            sum += bed.wedge_depth({20.2 - s * k, 20.4 + c * k, foot}, {c, s, 0}) / 8;
+        }
+        EXPECT_NEAR(sum, wanted, 0.06 * wanted) << yaw_deg;
+    }
 }
 
 TEST(FreeSurface, random_beds_as_the_oracle_has_them) {

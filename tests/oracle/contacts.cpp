@@ -6,21 +6,30 @@ namespace oracle {
 
 namespace {
 
-/// Where the soil of the voxels (x, y, z) + k (dx, dy, dz), k = 0..reach, stands between loose (0)
-/// and compacted (1).
-double relative_density(const Model& model, const Field& field, const Voxel& soil, int x, int y,
-                        int z, int dx, int dy, int dz, int reach) {
-    const auto [loose, compacted] = volume_range(model, soil);
-    if (model.loose_volume[static_cast<size_t>(soil.main_material())] == 0) return -1;
-    double mass = 0, volume = 0;
+/// Soil of several voxels.
+struct Sum {
+    double mass = 0, volume = 0, bond = 0;
+};
+
+/// Of the voxels (x, y, z) + k (dx, dy, dz), k = 0..reach.
+Sum sum_outwards(const Field& field, int x, int y, int z, int dx, int dy, int dz, int reach) {
+    Sum sum;
     for (int k = 0; k <= reach; ++k) {
         if (field.inside(x + k * dx, y + k * dy, z + k * dz)) {
             const Voxel& voxel = field.at(x + k * dx, y + k * dy, z + k * dz);
-            mass += voxel.total_mass();
-            volume += voxel.soil;
+            sum.mass += voxel.total_mass();
+            sum.volume += voxel.soil;
+            sum.bond += voxel.bond;
         }
     }
-    return std::clamp((loose - volume / mass) / (loose - compacted), 0.0, 1.0);
+    return sum;
+}
+
+/// Where such soil stands between loose (0) and compacted (1).
+double relative_density(const Model& model, const Voxel& soil, const Sum& sum) {
+    const auto [loose, compacted] = volume_range(model, soil);
+    if (model.loose_volume[static_cast<size_t>(soil.main_material())] == 0) return -1;
+    return std::clamp((loose - sum.volume / sum.mass) / (loose - compacted), 0.0, 1.0);
 }
 
 }  // namespace
@@ -81,11 +90,11 @@ std::vector<Contact> find_contacts(const Model& model, const Field& field,
         const Vec3 gaps{g.x == 0 ? gap : gap_beside(g.x > 0 ? 1 : -1, 0, 0),
                         g.y == 0 ? gap : gap_beside(0, g.y > 0 ? 1 : -1, 0),
                         g.z == 0 ? gap : gap_beside(0, 0, g.z > 0 ? 1 : -1)};
+        const Sum sum = sum_outwards(field, x, y, z, -in[0], -in[1], -in[2],
+                                     bodies[static_cast<size_t>(body)].reach);
         contacts.push_back({x, y, z, body, g, gaps, std::max(0.0, voxel.soil + voxel.psi() - 1),
-                            material,
-                            relative_density(model, field, soil, x, y, z, -in[0], -in[1], -in[2],
-                                             bodies[static_cast<size_t>(body)].reach),
-                            on_body ? soil.support.body : -1});
+                            material, relative_density(model, soil, sum),
+                            on_body ? soil.support.body : -1, sum.bond / sum.volume});
     });
     return contacts;
 }

@@ -28,6 +28,7 @@ struct Contact {
     int material = 0;
     double relative_density = -1;  ///< of the soil along the way out; -1 where density is fixed
     int carrier = -1;              ///< body that the soil rests on; -1: the ground
+    double undisturbed = 1;        ///< share of that soil by volume that never moved
 };
 
 /// Of all voxels, by z, then y, then x.

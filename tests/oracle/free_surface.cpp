@@ -86,4 +86,24 @@ std::vector<double> free_surface(const SurfaceMap& map, const SurfacePiece& piec
     return out;
 }
 
+double wedge_depth(const std::function<double(double)>& ground, double depth, double phi_rad,
+                   double wall_rad) {
+    const auto least_push = [&](const std::function<double(double)>& height) {
+        double least = HUGE_VAL;
+        for (double plane = 0; plane + phi_rad + wall_rad < 1.57; plane += 0.001) {
+            const double step = 0.002 * depth;
+            double area = 0;
+            for (double x = step / 2; x < 30 * depth; x += step) {
+                const double thick = height(x) - x * std::tan(plane);
+                if (thick <= 0) break;
+                area += thick * step;
+            }
+            least = std::min(
+                least, area * std::sin(plane + phi_rad) / std::cos(plane + phi_rad + wall_rad));
+        }
+        return least;
+    };
+    return depth * least_push(ground) / least_push([depth](double) { return depth; });
+}
+
 }  // namespace oracle

@@ -8,6 +8,7 @@
 /// terrain no higher than the nearest soil.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "bsoil/geometry.h"
@@ -45,5 +46,11 @@ struct SurfacePiece {
 /// nearest soil decides how deep a piece is, and which of several counts is left open. Where there
 /// is no soil nothing is returned.
 std::vector<double> free_surface(const SurfaceMap& map, const SurfacePiece& piece);
+
+/// Depth of level ground that pushes as hard on a wall as ground(x) does, which is the height above
+/// the wall's foot at distance x: Coulomb's wedge, plane by plane, none of which descends. The push
+/// grows with the square of the depth, and the wall's mean pressure over its depth counts.
+double wedge_depth(const std::function<double(double)>& ground, double depth, double phi_rad,
+                   double wall_rad);
 
 }  // namespace oracle

@@ -20,7 +20,8 @@ TEST_P(Contacts, follow_the_oracle) {
         oracle::find_contacts(bench.model(), bench.to_field(bench.read()), bench.oracle_bodies());
     ASSERT_EQ(got.size(), expected.size());
     EXPECT_GT(got.size(), 20u);
-    int state_count = 0;
+    int state_count = 0, disturbed_count = 0;
+    const bool coheres = GetParam().material_count > 1;  // its moist sand does
     for (size_t i = 0; i < got.size(); ++i) {
         const oracle::Contact& contact = expected[i];
         SCOPED_TRACE(testing::Message()
@@ -39,6 +40,10 @@ TEST_P(Contacts, follow_the_oracle) {
         EXPECT_EQ(got[i][10], contact.excess * kVoxelFull);
         EXPECT_EQ(got[i][11], contact.material);
         EXPECT_EQ(got[i][kContactCarrier], contact.carrier);
+        // A quotient, rounded down. Where nothing has cohesion nobody asks.
+        const double undisturbed = coheres ? contact.undisturbed : 1;
+        EXPECT_NEAR(got[i][kContactUndisturbed] * 1.0 / kVoxelFull, undisturbed, 4e-5);
+        disturbed_count += undisturbed < 0.99;
         if (contact.relative_density < 0) {
             EXPECT_EQ(got[i][12], kDensityFixed);
         } else {
@@ -53,6 +58,7 @@ TEST_P(Contacts, follow_the_oracle) {
     if (GetParam().material_count > 1) {
         EXPECT_GT(state_count, 0);
     }
+    EXPECT_EQ(disturbed_count > 0, coheres);
 }
 
 TEST_P(Contacts, have_the_same_bits_on_gl) {

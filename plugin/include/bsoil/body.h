@@ -91,14 +91,20 @@ struct ContactVoxel {
     /// Excess soil per area, less what is in transit through the voxel. It is how far the body has
     /// pushed the surface in elastically; >= 0.
     double compression_m = 0;
-    /// The law computes the element's strength from this depth: depth_m, at least compression_m.
+    /// The law computes the element's strength from this depth: depth_m, before a wall no more than
+    /// its wedge over the ground as it lies has, and at least compression_m.
     double bearing_depth_m = 0;
     int material = 0;  ///< index into SoilDef::material_list()
     /// Of the soil beside the body, mean along the way out: 0 loose, 1 compacted; negative where
     /// its density is fixed.
     double relative_density = -1;
     double saturation = 0;  ///< share of that soil's pores that water fills, 0..1
-    ToothRow teeth;         ///< with ContactLawDef::trapped_soil
+    /// Share of that soil that was never moved, mean along the way out, 0..1: it has its cohesion.
+    double undisturbed = 1;
+    /// Share of the soil before a moving element that it sets in motion anew, 0..1: all of level
+    /// ground, little of a heap that goes along.
+    double inflow_share = 1;
+    ToothRow teeth;  ///< with ContactLawDef::trapped_soil
 };
 
 /// The soil a moving body carries (in a bucket, on a bed): it moves with the body, so its weight is

@@ -76,6 +76,9 @@ struct MaterialDef {
     double moisture_cohesion_pa(double saturation) const {
         return 4 * saturation * (1 - saturation) * moist_cohesion_pa;
     }
+    /// Cohesion, without that of water, of soil that was moved: loose_cohesion_fraction of it, and
+    /// what compaction to this relative density gives.
+    double moved_cohesion_pa(double at_relative_density) const;
     /// Names the field, its value and its range when something is wrong.
     Status validate() const;
 };

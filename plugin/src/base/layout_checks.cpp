@@ -40,7 +40,9 @@ static_assert(kResultWaterMoves + 2 <= kResultFallen && kResultFallen + 6 == kRe
               kResultGround + 6 == kResultHeader);
 static_assert(kContactAt + 3 == kContactBody && kContactBody + 1 == kContactKey &&
               kContactGradient + 3 == kContactGap && kContactGap + 3 == kContactExcess &&
-              kContactDensity + 1 == kContactCarrier && kContactCarrier + 1 == kContactWords);
+              kContactDensity + 1 == kContactCarrier &&
+              kContactCarrier + 1 == kContactUndisturbed &&
+              kContactUndisturbed + 1 == kContactWords);
 static_assert(limits::kMaterialCapacity <= 1 << kSaturationShift &&
               int64_t{kVoxelFull} << kSaturationShift <= INT32_MAX);
 static_assert(kShapeRows + 3 * kShapeRowWords == kShapeHalfExtents &&

@@ -53,6 +53,7 @@ void decode_contacts(std::span<const int32_t> words, std::vector<ContactOrder>& 
             contact.material = c[kContactMaterial] & ((1 << kSaturationShift) - 1);
             contact.saturation = c[kContactMaterial] >> kSaturationShift;
             contact.density = c[kContactDensity];
+            contact.undisturbed = c[kContactUndisturbed];
         }
     });
 }

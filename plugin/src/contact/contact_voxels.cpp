@@ -5,6 +5,7 @@
 
 #include "base/layout.h"
 #include "bsoil/contact/contact_law.h"
+#include "bsoil/contact/orientation.h"
 
 namespace bsoil {
 
@@ -73,7 +74,8 @@ void ContactVoxels::make(const Request& request, const TileWords& words,
                        request.body_width_voxels,
                        request.frame,
                        request.law,
-                       request.wedge_length},
+                       request.wedge_length,
+                       request.wedges},
                       [&](int tx, int ty) { return words(tx, ty, carrier); });
         add_all(request, {first, last}, out);
         first = last;
@@ -128,6 +130,7 @@ void ContactVoxels::add(const Request& request, const ContactRecord& record,
     contact.material = record.material;
     contact.relative_density = record.density == kDensityFixed ? -1 : record.density / kVoxelFull;
     contact.saturation = record.saturation / static_cast<double>(kVoxelFull);
+    contact.undisturbed = record.undisturbed / static_cast<double>(kVoxelFull);
     if (body.surface) {
         if (record.is_of_small_body()) {
             add_samples(element, out);
@@ -256,6 +259,19 @@ void ContactVoxels::add_faces(const Element& element, Vec3 face_normal,
     finish(element, other);
 }
 
+// A wall meets no more than the wedge over the ground as it lies, which before a heap is a part of
+// what its mean height has. depth_m of the contact is known.
+void ContactVoxels::bound_by_wedge(const Element& element, Vec3 at, Vec3 outward,
+                                   ContactVoxel& contact) const {
+    contact.bearing_depth_m = contact.depth_m;
+    const double wall = surface_parts(outward.x * outward.x + outward.y * outward.y).wall;
+    if (!(contact.depth_m > 0) || !(wall > 0)) return;
+    const SurfaceWedge::Found wedge = surface_.wedge_before(element.record, at, outward);
+    const double wedge_m = wedge.level_depth * element.request.frame->voxel_m;
+    contact.bearing_depth_m -= wall * std::max(0.0, contact.depth_m - wedge_m);
+    contact.inflow_share = 1 - wall * (1 - wedge.inflow_share);
+}
+
 // Each face has the gap and the free surface that lie along its own normal: soil heaved beside a
 // wheel counts for its flank and not for its sole.
 void ContactVoxels::finish(const Element& element, ContactVoxel& contact) const {
@@ -271,7 +287,8 @@ void ContactVoxels::finish(const Element& element, ContactVoxel& contact) const 
         transform(*element.request.world_to_grid, contact.position_m) * (1 / frame.voxel_m);
     const double surface = surface_.height_beside(record, at, n);
     contact.depth_m = std::max(0.0, surface - at.z) * frame.voxel_m;
-    contact.bearing_depth_m = std::max(contact.depth_m, contact.compression_m);
+    bound_by_wedge(element, at, n, contact);
+    contact.bearing_depth_m = std::max(contact.bearing_depth_m, contact.compression_m);
     contact.touching = touching_share(contact, frame.voxel_m, *element.request.law);
 }
 

@@ -29,6 +29,7 @@ class ContactVoxels {
         const Pose* world_to_grid = nullptr;  ///< of metres
         const ContactLawDef* law = nullptr;
         std::span<const double> wedge_length;  ///< see FreeSurface::Request
+        std::span<const SurfaceWedge> wedges;  ///< the same
         const WorkThreads* threads = nullptr;
     };
     /// Surface words of the soil that a carrier holds (a body's index, or kOnGround).
@@ -49,6 +50,7 @@ class ContactVoxels {
     void set_teeth(const ContactBody& body, const SurfacePiece& piece, ContactVoxel& contact) const;
     void add_faces(const Element& element, Vec3 face_normal, std::vector<ContactVoxel>& out) const;
     void finish(const Element& element, ContactVoxel& contact) const;
+    void bound_by_wedge(const Element& element, Vec3 at, Vec3 outward, ContactVoxel& contact) const;
 
     std::vector<ContactOrder> order_;
     std::vector<ContactRecord> records_;

@@ -44,6 +44,7 @@ constexpr bool is_terrain_top(int32_t word) { return word <= kTerrainTop && word
 
 void FreeSurface::find(const Request& request, const TileWords& words) {
     law_ = request.law;
+    wedges_ = request.wedges;
     wedge_length_.assign(request.wedge_length.begin(), request.wedge_length.end());
     body_width_.assign(request.body_width_voxels.begin(), request.body_width_voxels.end());
     find_reach(request);
@@ -216,13 +217,46 @@ FreeSurface::Sum FreeSurface::sum_below(double x, double y) const {
            ((high[0] * (1 - fx) + high[1] * fx) * fy);
 }
 
+// Height of the nearest soil; `otherwise` where all of it lies under bodies.
+double FreeSurface::nearest_beside(const ContactRecord& contact, double otherwise) const {
+    const int x = contact.voxel[0] - low_[0], y = contact.voxel[1] - low_[1];
+    const int32_t here = nearest_[static_cast<size_t>(y) * size_[0] + x];
+    return here < 0 ? otherwise : here / 65536.0;
+}
+
+// The same between the middles of columns; `otherwise` where nobody has looked.
+double FreeSurface::ground_at(double x, double y, double otherwise) const {
+    const double u = x - low_[0] - 0.5, v = y - low_[1] - 0.5;
+    if (u < 0 || v < 0 || u >= size_[0] - 1 || v >= size_[1] - 1) return otherwise;
+    const int ix = static_cast<int>(u), iy = static_cast<int>(v);
+    const double fx = u - ix, fy = v - iy;
+    const int32_t* low = &nearest_[static_cast<size_t>(iy) * size_[0] + ix];
+    const int32_t* high = low + size_[0];
+    if (std::min({low[0], low[1], high[0], high[1]}) < 0) return otherwise;
+    return ((low[0] * (1 - fx) + low[1] * fx) * (1 - fy) +
+            (high[0] * (1 - fx) + high[1] * fx) * fy) /
+           65536.0;
+}
+
+SurfaceWedge::Found FreeSurface::wedge_before(const ContactRecord& contact, Vec3 at,
+                                              Vec3 outward) const {
+    const double nearest = nearest_beside(contact, at.z);
+    const double depth = nearest - at.z;
+    const double level = std::hypot(outward.x, outward.y);
+    if (!(depth > 0) || !(level > 0)) return {std::max(0.0, depth), 1};
+    const double ahead_x = outward.x / level, ahead_y = outward.y / level;
+    double last = nearest;  // beyond what was looked at the ground goes on level
+    return wedges_[static_cast<size_t>(contact.material)].find(depth, [&](double x) {
+        last = ground_at(at.x + ahead_x * x, at.y + ahead_y * x, last);
+        return last - at.z;
+    });
+}
+
 double FreeSurface::height_beside(const ContactRecord& contact, Vec3 at, Vec3 outward) const {
     const int x = contact.voxel[0], y = contact.voxel[1];
     const auto body = static_cast<size_t>(contact.body);
     const int nx = size_[0], ny = size_[1];
-    const int32_t here = nearest_[static_cast<size_t>(y - low_[1]) * nx + x - low_[0]];
-    // Where all of it lies under bodies there is no free surface.
-    const double nearest = here < 0 ? at.z : here / 65536.0;
+    const double nearest = nearest_beside(contact, at.z);
     // Before a wall the wedge counts, under a sole what lies around it as far as it is wide.
     const auto [sole, wall] = surface_parts(outward.x * outward.x + outward.y * outward.y);
     const double wedge =

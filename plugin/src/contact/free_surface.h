@@ -8,6 +8,7 @@
 #include "bsoil/contact/contact_law_def.h"
 #include "bsoil/grid_frame.h"
 #include "contact/contact_record.h"
+#include "contact/surface_wedge.h"
 
 namespace bsoil {
 
@@ -33,6 +34,7 @@ class FreeSurface {
         const GridFrame* frame = nullptr;
         const ContactLawDef* law = nullptr;    ///< outlives the calls of height_beside()
         std::span<const double> wedge_length;  ///< of each material, over its depth
+        std::span<const SurfaceWedge> wedges;  ///< of each material; outlive wedge_before()'s calls
     };
     /// Cost: the columns around the contacts.
     void find(const Request& request, const TileWords& words);
@@ -41,6 +43,10 @@ class FreeSurface {
     /// soil that would give way to it. contact: one of the request's; at: on the element; outward:
     /// its unit normal, into the soil.
     double height_beside(const ContactRecord& contact, Vec3 at, Vec3 outward) const;
+
+    /// The wedge that the ground as it lies makes before a wall with its foot at the element, in
+    /// voxels; no depth above the ground. Needs Request::wedges.
+    SurfaceWedge::Found wedge_before(const ContactRecord& contact, Vec3 at, Vec3 outward) const;
 
   private:
     /// Sums over columns.
@@ -65,11 +71,14 @@ class FreeSurface {
     void spread_nearest();
     void sum_up();
     Sum sum_below(double x, double y) const;
+    double nearest_beside(const ContactRecord& contact, double otherwise) const;
+    double ground_at(double x, double y, double otherwise) const;
 
     int reach_ = 0;                           ///< the farthest of all bodies [columns]
     int low_[2] = {0, 0}, size_[2] = {0, 0};  ///< of the rectangle [columns]
     const ContactLawDef* law_ = nullptr;
     std::vector<double> wedge_length_;  ///< by material
+    std::span<const SurfaceWedge> wedges_;
     std::vector<double> body_width_;
     std::vector<double> body_reach_;                  ///< by body index [columns]
     std::vector<std::pair<int, int>> contact_range_;  ///< lowest and highest z, by body index

@@ -111,6 +111,7 @@ SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2,
     out.adhesion_pa =
         std::min(surface.adhesion_pa >= 0 ? surface.adhesion_pa : material.tool_adhesion_pa,
                  material.cohesion_pa);
+    out.cohesion_pa = material.cohesion_pa;
     out.weight_n_m3 = material.density_kg_m3 * gravity_m_s2;
     const double wall_rad = std::atan(out.friction);
     out.passive_factor = law.passive_wedge ? log_spiral_passive_factor(phi, wall_rad)
@@ -239,6 +240,15 @@ SoilStrength moistened(const SoilStrength& dry, const MaterialDef& material, dou
     return out;
 }
 
+double cohesion_share(const MaterialDef& material, const ContactVoxel& contact) {
+    const double water_pa = material.moisture_cohesion_pa(contact.saturation);
+    const double whole_pa = material.cohesion_pa + water_pa;
+    if (!(whole_pa > 0)) return 1;
+    const double moved_pa = material.moved_cohesion_pa(std::max(0.0, contact.relative_density)) +
+                            material.loose_cohesion_fraction * water_pa;
+    return std::lerp(moved_pa / whole_pa, 1.0, contact.undisturbed);
+}
+
 GranularLaw::GranularLaw(std::shared_ptr<const ContactSoil> soil, const SurfaceFriction& surface)
     : ContactLaw(std::move(soil)) {
     for (const MaterialDef& material : this->soil().materials) {
@@ -267,6 +277,8 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
         wet = moistened(dry, this->soil().materials[material], contact.saturation);
     }
     const SoilStrength& soil = wet ? *wet : dry;
+    const double bonded =
+        contact.undisturbed < 1 ? cohesion_share(this->soil().materials[material], contact) : 1;
     const Vec3 motion = along.share, up = this->up();
     const double creep = def().creep;
     const double shear = developed_shear(soil, memory.sheared_m, face.relative_density, def());
@@ -292,10 +304,10 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
     const double pushed_normal = parts.sole * soil.sole_stress + parts.wall * soil.wall_stress;
     const double turned = pushed_normal > 0 ? std::min(1.0, resistive_normal / pushed_normal) : 1.0;
     const double cohesive_pa =
-        depth_m > 0 ? turned * cohesive_stress_pa(down, factors.developed, soil) : 0;
-    // Momentum flux of the soil that the element sets in motion.
+        depth_m > 0 ? turned * bonded * cohesive_stress_pa(down, factors.developed, soil) : 0;
+    // Momentum flux of the soil that the element sets in motion anew.
     const double impact_m_s = std::max(0.0, along.approach_m_s);
-    const double inertial_pa = momentum_flux(soil.density_kg_m3, impact_m_s);
+    const double inertial_pa = contact.inflow_share * momentum_flux(soil.density_kg_m3, impact_m_s);
 
     ElementYield out;
     out.area_share = area_share_of(contact, motion, soil.friction_angle_rad, def(), up);
@@ -314,7 +326,8 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
     if (sliding > 0) out.slide = slide * (slid / sliding);
     out.friction =
         std::min(soil.friction + slid * (sliding_friction - soil.friction), shear * soil.tan_phi);
-    out.adhesion_pa = depth_m > 0 ? held * shear * soil.adhesion_pa : 0;
+    out.adhesion_pa =
+        depth_m > 0 ? held * shear * std::min(soil.adhesion_pa, bonded * soil.cohesion_pa) : 0;
 
     if (approach > creep) {
         const Vec3 stress =

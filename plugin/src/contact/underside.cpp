@@ -180,6 +180,7 @@ double sample_underside(std::span<const ConvexShape> shapes, const Pose& pose, c
             element.material = surface.material;
             element.relative_density = surface.relative_density;
             element.saturation = surface.saturation;
+            element.undisturbed = surface.undisturbed;
         }
         if (deepest_m == -HUGE_VAL) return apart_m;
         if (out.empty()) join(deepest);  // the lowest point lies between the columns

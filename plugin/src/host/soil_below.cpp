@@ -48,6 +48,7 @@ std::optional<SurfaceSoil> SoilBelow::at(Vec3 world_m) const {
     }
     out.material = beneath.material;
     out.saturation = beneath.saturation;
+    out.undisturbed = beneath.undisturbed;
     const MaterialDef& material = soil_.materials()[static_cast<size_t>(beneath.material)];
     if (material.has_density_range()) {
         out.relative_density =

@@ -92,8 +92,10 @@ std::span<const int32_t> SurfaceReader::of_carried(int index, int carrier) {
 
 void ContactReader::start() {
     wedge_length_.clear();
+    wedges_.clear();
     for (const MaterialDef& material : core_.materials) {
         wedge_length_.push_back(core_.def.contact_law.wedge_length_of(material.friction_angle_rad));
+        wedges_.emplace_back(std::tan(material.friction_angle_rad), material.tool_friction);
     }
 }
 
@@ -179,7 +181,7 @@ void ContactReader::make_contacts() {
     }
     voxels_.make(
         {record_words_, placed_, ids, width_voxels_, &core_.frame, &core_.world_to_grid,
-         &core_.def.contact_law, wedge_length_, core_.work_threads.get()},
+         &core_.def.contact_law, wedge_length_, wedges_, core_.work_threads.get()},
         [this](int tx, int ty, int carrier) {
             const int tile = core_.tile_index(tx, ty);
             return carrier == kOnGround ? surface_.of_ground(tile)

@@ -74,6 +74,7 @@ class ContactReader {
     BodyTable& bodies_;
     SurfaceReader surface_;
     std::vector<double> wedge_length_;  ///< ContactLawDef::wedge_length_of each material
+    std::vector<SurfaceWedge> wedges_;  ///< of each material
     std::vector<ContactVoxel> contacts_;
     std::vector<BodyLoad> loads_;
     MomentumFlow momentum_;

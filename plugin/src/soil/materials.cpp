@@ -51,6 +51,14 @@ double pressure_of_relative_density(double relative_density) {
     return kLoosePa * std::pow(kCompactedPa / kLoosePa, std::clamp(relative_density, 0.0, 1.0));
 }
 
+double MaterialDef::moved_cohesion_pa(double at_relative_density) const {
+    const double kept_pa = cohesion_pa * loose_cohesion_fraction;
+    if (compaction_cohesion_ratio == 0) return kept_pa;
+    const double regained_pa =
+        compaction_cohesion_ratio * pressure_of_relative_density(at_relative_density);
+    return std::max(kept_pa, std::min(regained_pa, cohesion_pa));
+}
+
 void set_range_of_loose_bed(MaterialDef& material) {
     constexpr double kMost_kg_m3 = 4000;  // what MaterialDef takes
     const bool has_room = material.density_kg_m3 < kMost_kg_m3;

@@ -173,16 +173,13 @@ std::vector<int32_t> regained_strengths(const MaterialDef& m, const SoilDef& def
     if (m.compaction_cohesion_ratio == 0) {
         return std::vector<int32_t>(kDensityEntries, loose[kTableStrength]);
     }
-    const double kept_pa = m.cohesion_pa * m.loose_cohesion_fraction;
     std::vector<int32_t> strengths;
     for (int i = 0; i < kDensityEntries; ++i) {
         const double density = 1.0 * i / (kDensityEntries - 1);  // relative
         const double volume =
             std::lerp(1 / m.loose_density_kg_m3, 1 / m.compacted_density_kg_m3, density);
-        const double regained_pa =
-            m.compaction_cohesion_ratio * pressure_of_relative_density(density);
-        strengths.push_back(strength_q16(std::max(kept_pa, std::min(regained_pa, m.cohesion_pa)),
-                                         def.gravity_m_s2 * def.voxel_m / volume));
+        strengths.push_back(
+            strength_q16(m.moved_cohesion_pa(density), def.gravity_m_s2 * def.voxel_m / volume));
     }
     return strengths;
 }

@@ -25,6 +25,7 @@ struct SoilStrength {
     double friction =
         0;  ///< min(tool friction, tan phi): sliding shears the weaker of contact and soil
     double adhesion_pa = 0;       ///< min(tool adhesion, cohesion)
+    double cohesion_pa = 0;       ///< c of soil that was never moved
     double cohesion_sole_pa = 0;  ///< c Nc: of a horizontal element pushed down
     double cohesion_wall_pa = 0;  ///< 2 c tan(45 + phi/2): of a vertical element pushed sideways
     double density_kg_m3 = 0;
@@ -49,6 +50,10 @@ SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2,
 /// The same where water fills this share of the pores: heavier by it, so that friction holds more,
 /// and with the cohesion of moisture.
 SoilStrength moistened(const SoilStrength& dry, const MaterialDef& material, double saturation);
+
+/// Share of its cohesion, with that of its water, that the soil beside a contact has: all of what
+/// was never moved, and of the rest what moved soil keeps and what compaction gives it.
+double cohesion_share(const MaterialDef& material, const ContactVoxel& contact);
 
 /// What a face's size and density make of resistive force theory: a factor on the frictional stress
 /// of its level and of its upright elements.

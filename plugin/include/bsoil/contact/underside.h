@@ -16,6 +16,7 @@ struct SurfaceSoil {
     int material = 0;              ///< index into SoilDef::material_list()
     double relative_density = -1;  ///< as ContactVoxel has it
     double saturation = 0;         ///< as ContactVoxel has it
+    double undisturbed = 1;        ///< as ContactVoxel has it
 };
 
 /// Elements of the body's lower side that lie below the plane, one for each of some columns that

@@ -1,0 +1,82 @@
+/// SurfaceWedge: what a wall meets where the ground before it is not level.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+namespace bsoil {
+
+/// Soil slides up along a plane from the wall's foot to the surface. Of all planes the one that
+/// asks for the least force counts (Coulomb 1776), whatever the surface is like. No plane descends:
+/// what lies beyond a heap is level ground.
+class SurfaceWedge {
+  public:
+    /// tan_wall: friction of wall and soil, no more than tan_phi.
+    SurfaceWedge(double tan_phi, double tan_wall);
+
+    /// The easiest plane.
+    struct Found {
+        double level_depth = 0;  ///< of level ground that would push back as hard
+        /// Of what lies before this place of the wall, the share that comes in as new soil when the
+        /// wall moves ahead. The wedge goes along with it, and soil enters through the plane.
+        double inflow_share = 1;
+    };
+    /// depth: of the wall's foot below the ground at the wall, > 0. height(x): of the ground above
+    /// the foot, at distance x before the wall. All in one unit. Exact for level and for evenly
+    /// sloping ground. Cost: up to kRuns heights.
+    template <class Height>
+    Found find(double depth, Height&& height) const {
+        double least = kNone, inflow = 1, lowest = kNone, area = 0, before_x = 0, before = depth;
+        const auto take = [&](double push, double its_inflow) {
+            if (!(push < least)) return;
+            least = push;
+            inflow = its_inflow;
+        };
+        for (const double share : kRuns) {
+            const double x = share * depth, here = height(x);
+            if (!(here > 0)) {  // the plane is level and ends where the ground meets it
+                const double last = (x - before_x) * before / (before - here);
+                take((area + before * last / 2) * level_push_, 0);
+                break;
+            }
+            area += (before + here) / 2 * (x - before_x);
+            // Any other plane would come out before it gets there.
+            if (here / x <= lowest) {
+                lowest = here / x;
+                // A foot further down by dz has a plane that enters so much more of new soil.
+                const double falls = std::max(0.0, (before - here) / (x - before_x));
+                take((area - here * x / 2) * push(lowest), lowest / (lowest + falls));
+            }
+            before_x = x;
+            before = here;
+        }
+        if (!(least < kNone)) return {depth, 1};
+        return {2 * least / (depth * level_factor_), inflow};
+    }
+
+  private:
+    static constexpr double kNone = std::numeric_limits<double>::infinity();
+    /// How far planes are tried, over the wall's depth. Ours: from 63 deg down to 7 deg, each a
+    /// fifth further than the one before; the least is flat, so that it is found within a
+    /// hundredth. Further: heaps longer than eight times their height count, and none is.
+    static constexpr std::array<double, 17> kRuns = [] {
+        std::array<double, 17> out{};
+        constexpr double kStep = 1.189207115002721;  // the fourth root of 2
+        double run = 0.5;
+        for (double& each : out) {
+            each = run;
+            run *= kStep;
+        }
+        return out;
+    }();
+
+    /// Level push on the wall over the wedge's weight, for a plane that rises so steeply.
+    double push(double slope) const;
+
+    double tan_phi_, tan_wall_;
+    double level_push_ = 0;    ///< push(0)
+    double level_factor_ = 0;  ///< of level ground: least push over half the depth's square
+};
+
+}  // namespace bsoil
