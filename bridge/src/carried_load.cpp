@@ -5,6 +5,7 @@
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "bullet_types.h"
 
@@ -32,6 +33,7 @@ class LoadedBody {
         return collider_ && collider_->m_multiBody->isAwake() && !is_fixed();
     }
     const btTransform& axes() const { return axes_; }
+    const btRigidBody* rigid() const { return rigid_; }
     /// Bullet keeps a rigid body's inverses.
     btScalar mass_kg() const {
         if (rigid_) return 1 / rigid_->getInvMass();
@@ -94,20 +96,18 @@ Vec3 arm_of(const BodyState& body, const BodyLoad& load) {
     return load.center_m - body.motion.center_of_mass_m;
 }
 
-/// What Bullet's solver has given a load while its body went from one motion to another.
-struct SolvedMomentum {
+struct Momentum {
     Vec3 linear_n_s, angular_n_m_s;
 };
 
-SolvedMomentum solved_momentum(const BodyState& before, const BodyLoad& load,
-                               const BodyMotion& now) {
+/// What a load gets that Bullet's solver takes along while its body's motion changes by so much.
+Momentum momentum_of_load(const BodyState& before, const BodyLoad& load, Vec3 faster_m_s,
+                          Vec3 faster_rad_s) {
     const Quat axes = before.motion.pose.rotation;
     const auto to_body = [&axes](Vec3 v) { return to_bullet(rotate(conjugate(axes), v)); };
     const btVector3 inertia =
         point_inertia(static_cast<btScalar>(load.mass_kg), to_body(arm_of(before, load)));
-    const Vec3 turned = now.angular_velocity_rad_s - before.motion.angular_velocity_rad_s;
-    return {load.mass_kg * (now.linear_velocity_m_s - before.motion.linear_velocity_m_s),
-            rotate(axes, from_bullet(inertia * to_body(turned)))};
+    return {load.mass_kg * faster_m_s, rotate(axes, from_bullet(inertia * to_body(faster_rad_s)))};
 }
 
 }  // namespace
@@ -130,10 +130,15 @@ CarriedLoads::Loaded* CarriedLoads::find_loaded(std::span<const BodyState> bodie
     Loaded& loaded = loaded_[load.body];
     if (const auto old = before.find(load.body); old != before.end()) {
         loaded = old->second;
-        const SolvedMomentum solved = solved_momentum(loaded.body, loaded.load, body->motion);
+        const BodyMotion &then = loaded.body.motion, &now = body->motion;
+        const Momentum solved = momentum_of_load(
+            loaded.body, loaded.load, now.linear_velocity_m_s - then.linear_velocity_m_s,
+            now.angular_velocity_rad_s - then.angular_velocity_rad_s);
         loaded.debt_n_s = loaded.debt_n_s - solved.linear_n_s;
         loaded.debt_n_m_s = loaded.debt_n_m_s - solved.angular_n_m_s;
         before.erase(old);
+    } else {
+        note_left(*body, loaded);
     }
     loaded.body = *body;
     loaded.load = load;
@@ -166,6 +171,25 @@ void CarriedLoads::set_loads(std::span<const BodyState> bodies, std::span<const 
     }
 }
 
+/// The motion in which Bullet leaves a rigid body.
+void CarriedLoads::note_left(const BodyState& body, Loaded& loaded) {
+    const btRigidBody* rigid = LoadedBody(body).rigid();
+    if (!rigid) return;
+    loaded.left_m_s = from_bullet(rigid->getLinearVelocity());
+    loaded.left_rad_s = from_bullet(rigid->getAngularVelocity());
+}
+
+/// What the load has not got yet of a change of its body's motion since then.
+void CarriedLoads::add_push_since_left(const btRigidBody& rigid, Loaded& loaded) const {
+    const auto substep_s = static_cast<double>(world_.getDispatchInfo().m_timeStep);
+    if (!(substep_s > 0)) return;
+    const Vec3 faster_m_s = from_bullet(rigid.getLinearVelocity()) - loaded.left_m_s;
+    const Vec3 faster_rad_s = from_bullet(rigid.getAngularVelocity()) - loaded.left_rad_s;
+    const Momentum due = momentum_of_load(loaded.body, loaded.load, faster_m_s, faster_rad_s);
+    loaded.force_n += to_bullet(due.linear_n_s * (-1 / substep_s));
+    loaded.torque_n_m += to_bullet(due.angular_n_m_s * (-1 / substep_s));
+}
+
 void CarriedLoads::open_substep() {
     felt_n_.clear();
     for (auto& [id, loaded] : loaded_) {
@@ -184,10 +208,13 @@ void CarriedLoads::open(Loaded& loaded) {
     const btVector3 arm_m = to_bullet(loaded.load.center_m) - body.axes().getOrigin();
     loaded.force_n = to_bullet(loaded.push_n);
     loaded.torque_n_m = to_bullet(loaded.push_n_m);
+    loaded.felt_n = loaded.push_n;
     if (loaded.load.mass_kg > 0) {
         const btVector3 weight_n = to_bullet(-loaded.load.mass_kg * gravity_m_s2_ * up_);
         loaded.force_n += weight_n;
         loaded.torque_n_m += arm_m.cross(weight_n);
+        loaded.felt_n = from_bullet(loaded.force_n);
+        if (body.rigid()) add_push_since_left(*body.rigid(), loaded);
         const auto mass_kg = static_cast<btScalar>(loaded.load.mass_kg);
         const btVector3 more = point_inertia(mass_kg, body.axes().getBasis().transpose() * arm_m);
         btVector3 inertia = loaded.own_inertia;
@@ -202,10 +229,11 @@ void CarriedLoads::open(Loaded& loaded) {
 
 void CarriedLoads::close_substep(double substep_s) {
     for (auto& [id, loaded] : loaded_) {
-        if (!loaded.open) continue;
-        loaded.open = false;
-        if (!is_in_world(world_, loaded.body)) continue;
-        felt_n_[id] = from_bullet(loaded.force_n);
+        const bool was_open = std::exchange(loaded.open, false);
+        if ((!was_open && substep_s <= 0) || !is_in_world(world_, loaded.body)) continue;
+        if (substep_s > 0) note_left(loaded.body, loaded);
+        if (!was_open) continue;
+        felt_n_[id] = loaded.felt_n;
         loaded.debt_n_s += loaded.push_n * substep_s;
         loaded.debt_n_m_s += loaded.push_n_m * substep_s;
         LoadedBody body(loaded.body);

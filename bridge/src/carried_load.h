@@ -23,6 +23,9 @@ namespace bsoil::bullet {
 /// soil is BodyLoad::impulse_n_s: more where soil has fallen on it or was taken aboard, less where
 /// its load slides. The difference is a debt of momentum, which the body pays over the time of a
 /// soil step. Body and soil together keep their momentum.
+///
+/// A rigid body may get impulses between substeps, when it has its own mass alone: from the struts
+/// of a vehicle, from the host. Its load takes its share in the next substep.
 class CarriedLoads {
   public:
     CarriedLoads(btDiscreteDynamicsWorld& world, Vec3 up, double gravity_m_s2);
@@ -48,14 +51,19 @@ class CarriedLoads {
         /// What the body has given soil and not paid for; angular about its centre of mass.
         Vec3 debt_n_s, debt_n_m_s;
         Vec3 push_n, push_n_m;  ///< pays it
+        /// Of a rigid body at the end of the last substep.
+        Vec3 left_m_s, left_rad_s;
         btScalar own_mass_kg = 0;
         btVector3 own_inertia{0, 0, 0};                   ///< 0 where the host has locked the axis
-        btVector3 force_n{0, 0, 0}, torque_n_m{0, 0, 0};  ///< weight and push, while it is open
+        btVector3 force_n{0, 0, 0}, torque_n_m{0, 0, 0};  ///< all that is applied while it is open
+        Vec3 felt_n;                                      ///< of that, weight and push
         bool open = false;
     };
     Loaded* find_loaded(std::span<const BodyState> bodies, std::map<int, Loaded>& before,
                         const BodyLoad& load);
     void open(Loaded& loaded);
+    static void note_left(const BodyState& body, Loaded& loaded);
+    void add_push_since_left(const btRigidBody& rigid, Loaded& loaded) const;
 
     btDiscreteDynamicsWorld& world_;
     Vec3 up_;

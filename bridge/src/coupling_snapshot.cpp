@@ -218,7 +218,8 @@ void CouplingSnapshot::Memory::list_loaded(StateStream& stream,
                                            CarriedLoads::Loaded& loaded) {
     list(stream, world, loaded.body);
     stream(loaded.load.body, loaded.load.mass_kg, loaded.load.center_m, loaded.load.impulse_n_s);
-    stream(loaded.debt_n_s, loaded.debt_n_m_s, loaded.push_n, loaded.push_n_m, loaded.own_mass_kg);
+    stream(loaded.debt_n_s, loaded.debt_n_m_s, loaded.push_n, loaded.push_n_m, loaded.left_m_s,
+           loaded.left_rad_s, loaded.own_mass_kg);
     list(stream, loaded.own_inertia);
     list(stream, loaded.force_n);
     list(stream, loaded.torque_n_m);
@@ -395,6 +396,10 @@ Status CouplingSnapshot::check_loads(const Soil& soil) const {
             {"gave soil", "N s", length(loaded.load.impulse_n_s), most.impulse_n_s},
             {"owes", "N s", length(loaded.debt_n_s), most.impulse_n_s},
             {"owes", "N m s", length(loaded.debt_n_m_s), most.impulse_n_s * arm_m},
+            {"had moved with", "N s", loaded.load.mass_kg * length(loaded.left_m_s),
+             most.impulse_n_s},
+            {"had turned with", "N s",
+             loaded.load.mass_kg * length(arm) * length(loaded.left_rad_s), most.impulse_n_s},
             {"is pushed by", "N", length(loaded.push_n), most.impulse_n_s / most.step_s},
             {"is pushed by", "N m", length(loaded.push_n_m),
              most.impulse_n_s * arm_m / most.step_s},

@@ -45,13 +45,17 @@ class CarriedLoad : public testing::Test {
     btRigidBody& box = scene.add_box(2, btVector3(1, 1, 1), btVector3(0, 0, 0));
     btScalar own_inverse_mass = box.getInvMass();
 
-    void substep(double gravity_m_s2, Vec3 load_center_m) {
-        CarriedLoads carried(*scene.world, {0, 1, 0}, gravity_m_s2);
+    BodyState state_of_box() {
         BodyState state;
         state.object = &box;
         state.proxy_id = box.getBroadphaseHandle()->getUid();
         state.internal_type = box.getInternalType();
         state.role = BodyRole::rigid;
+        return state;
+    }
+    void substep(double gravity_m_s2, Vec3 load_center_m) {
+        CarriedLoads carried(*scene.world, {0, 1, 0}, gravity_m_s2);
+        const BodyState state = state_of_box();
         carried.set_loads({&state, 1}, std::array{BodyLoad{0, 6, load_center_m, {}}}, 1.0 / 60);
         LoadAction action(*scene.world, carried);
         scene.world->stepSimulation(kStep, 0);
@@ -88,6 +92,27 @@ TEST_F(CarriedLoad, weighs_at_its_own_place) {
     const double inertia = 2 * 4.0 / 6 + 6 * 0.5 * 0.5;
     EXPECT_NEAR(box.getAngularVelocity().z(), -6 * 9.81 * 0.5 / inertia / 60, kTolerance);
     EXPECT_NEAR(box.getLinearVelocity().y(), -6 * 9.81 / (2 + 6) / 60, kTolerance);
+}
+
+// Hosts and vehicles give their impulses between substeps, when the box has its own mass alone.
+TEST_F(CarriedLoad, takes_its_share_of_impulses_between_substeps) {
+    scene.world->setGravity(btVector3(0, 0, 0));
+    box.setGravity(btVector3(0, 0, 0));
+    box.setActivationState(DISABLE_DEACTIVATION);
+    const BodyState state = state_of_box();
+    CarriedLoads carried(*scene.world, {0, 1, 0}, 0);
+    const BodyLoad load{0, 6, {0.5, 0, 0}, {}};
+    carried.set_loads({&state, 1}, std::array{load}, 1.0 / 60);
+    LoadAction action(*scene.world, carried);
+    scene.world->stepSimulation(kStep, 0);
+    box.applyCentralImpulse(btVector3(16, 0, 0));
+    box.applyTorqueImpulse(btVector3(0, 0, 3));
+    scene.world->stepSimulation(kStep, 0);
+    const double inertia = 2 * 4.0 / 6 + 6 * 0.5 * 0.5;
+    EXPECT_NEAR(box.getLinearVelocity().x(), 16.0 / (2 + 6), kTolerance);
+    EXPECT_NEAR(box.getAngularVelocity().z(), 3 / inertia, kTolerance);
+    scene.world->stepSimulation(kStep, 0);
+    EXPECT_NEAR(box.getLinearVelocity().x(), 16.0 / (2 + 6), kTolerance) << "once";
 }
 
 TEST_F(CarriedLoad, leaves_the_host_its_own_mass_bit_for_bit) {

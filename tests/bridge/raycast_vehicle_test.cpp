@@ -110,6 +110,25 @@ TEST(RaycastVehicle, parked_it_stands_on_its_weight_and_does_not_move) {
     }
 }
 
+// Struts push the chassis between substeps, when Bullet's solver has no load with it.
+TEST(RaycastVehicle, wheels_bear_what_the_chassis_carries) {
+    BulletScene scene;
+    const auto soil = make_bed(scene);
+    SoilRaycaster caster(*soil);
+    Car car(scene, caster, 200, above_soil(0));
+    ASSERT_TRUE(caster.attach(*car.vehicle, SoilWheelDef{.width_m = kWidthM}));
+    car.brake(50);
+    scene.run(2);
+    const double top_m =
+        static_cast<double>(car.chassis.getWorldTransform().getOrigin().y()) + 0.2 + 0.04;
+    ASSERT_TRUE((*soil).fill(BoxFill{{{-0.8, top_m, -0.3}, {0.8, top_m + 0.16, 0.3}}, {}}));
+    scene.run(3);
+    const double load_kg = soil->body_report(car.chassis).load_kg;
+    EXPECT_GT(load_kg, 100);
+    const double weight_n = (200 + load_kg) * kGravity_m_s2;
+    EXPECT_NEAR(sum_of(caster, &SoilWheelReport::normal_force_n), weight_n, 0.01 * weight_n);
+}
+
 TEST(RaycastVehicle, sinks_as_deep_as_coupled_wheels_of_its_load) {
     const double mass_kg = 8000;
     // Gravity comes on slowly, so that nothing falls into the soil.
