@@ -94,35 +94,6 @@ void BuiltWorld::add_joint(const JointPlan& joint) {
     added.feedback = std::move(feedback);
 }
 
-BuiltWorld::Motion BuiltWorld::motion_of(const btRigidBody& body) {
-    return {body.getLinearVelocity(), body.getAngularVelocity()};
-}
-
-void BuiltWorld::note_motion() {
-    for (Joint& joint : joints_) {
-        joint.before[0] = motion_of(joint.bullet->getRigidBodyA());
-        joint.before[1] = motion_of(joint.bullet->getRigidBodyB());
-    }
-}
-
-/// The work of an impulse is that along the mean of the velocities before and after all impulses.
-void BuiltWorld::add_joint_work(double substep_s) {
-    for (const Joint& joint : joints_) {
-        const btRigidBody *a = &joint.bullet->getRigidBodyA(), *b = &joint.bullet->getRigidBodyB();
-        if (!a->isActive() || !b->isActive()) continue;
-        const auto power_w = [](const btVector3& force, const btVector3& torque,
-                                const Motion& before, const Motion& after) {
-            return 0.5 * static_cast<double>(force.dot(before.velocity + after.velocity) +
-                                             torque.dot(before.spin + after.spin));
-        };
-        const btJointFeedback& f = *joint.feedback;
-        joint_work_j_ += substep_s * (power_w(f.m_appliedForceBodyA, f.m_appliedTorqueBodyA,
-                                              joint.before[0], motion_of(*a)) +
-                                      power_w(f.m_appliedForceBodyB, f.m_appliedTorqueBodyB,
-                                              joint.before[1], motion_of(*b)));
-    }
-}
-
 void BuiltWorld::add_chain(const ChainPlan& plan) {
     Chain chain;
     const double h = plan.half_m;

@@ -61,6 +61,8 @@ BuiltWorld::BuiltWorld(const WorldPlan& plan, const BuildOptions& options, int s
         [](btDynamicsWorld* world, btScalar substep_s) {
             auto& of = *static_cast<BuiltWorld*>(world->getWorldUserInfo());
             of.add_joint_work(static_cast<double>(substep_s));
+            of.add_contact_work();
+            of.add_poured_work(static_cast<double>(substep_s));
             if (of.on_substep) of.on_substep();
         },
         this);

@@ -8,6 +8,7 @@
 #include <btBulletDynamicsCommon.h>
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -81,6 +82,11 @@ class BuiltWorld {
     /// What Bullet's joints have done on their bodies so far: nothing but rounding, if they hold. A
     /// light body between heavy ones they do not hold; what pulls it back into place is work.
     double joint_work_j() const { return joint_work_j_; }
+    /// What Bullet's contacts have done so far to take bodies apart that overlap.
+    double contact_work_j() const { return contact_work_j_; }
+    /// What soil has done on bodies so far that sources have poured: with its speed, and with the
+    /// speed that it fell with.
+    double poured_work_j() const { return poured_work_j_; }
     /// Of every pose, velocity and soil, to the bit.
     uint64_t checksum() const;
     /// Whether nothing is awake: neither a body nor a block of soil.
@@ -130,11 +136,18 @@ class BuiltWorld {
         std::unique_ptr<btTypedConstraint> bullet;
         JointPlan plan;
         std::unique_ptr<btJointFeedback> feedback;
-        Motion before[2];  ///< of its bodies, before the substep
     };
-    static Motion motion_of(const btRigidBody& body);
+    /// Before the substep.
+    struct Before {
+        Motion motion;
+        double load_kg = 0;
+    };
+    static Motion motion_of(const btCollisionObject& object);
+    Motion mean_motion_of(const btCollisionObject& object) const;
     void note_motion();
     void add_joint_work(double substep_s);
+    void add_contact_work();
+    void add_poured_work(double substep_s);
     class OverlapWatch;
     std::vector<Joint> joints_;
     std::vector<Chain> chains_;
@@ -149,7 +162,8 @@ class BuiltWorld {
     double time_s_ = 0, driven_s_ = 0, frame_s_ = 0;
     bool touched_ = false;
     std::unique_ptr<btActionInterface> overlap_watch_;
-    double deepest_overlap_m_ = 0, joint_work_j_ = 0;
+    std::map<const btCollisionObject*, Before> before_;
+    double deepest_overlap_m_ = 0, joint_work_j_ = 0, contact_work_j_ = 0, poured_work_j_ = 0;
 };
 
 }  // namespace bsoil::random_worlds

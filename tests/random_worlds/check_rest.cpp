@@ -75,11 +75,10 @@ class RestCheck final : public Check {
             const auto [it, is_new] = energy_heights_m_.emplace(part.object, now_m);
             it->second = std::max(it->second, now_m);
         }
-        if (world.step_count() > world.plan().action_steps) record_forces(world, true);
+        if (world.was_touched()) forces_.clear();
+        record_forces(world, true);
     }
-    void after_substep(BuiltWorld& world) override {
-        if (world.step_count() > world.plan().action_steps) record_forces(world, false);
-    }
+    void after_substep(BuiltWorld& world) override { record_forces(world, false); }
 
     void at_end(BuiltWorld& world, bool rests, Failures& failures) override {
         if (rests) expect_sleep(world, failures);
@@ -122,7 +121,11 @@ class RestCheck final : public Check {
                             [&](const auto& car) { return car.chassis == part.object; });
             if (is_car != of_cars) continue;
             Forces& forces = forces_[part.object];
-            if (part.is_asleep && !forces.up_n.empty()) continue;
+            if (part.is_asleep && !forces.up_n.empty()) {
+                forces.has_slept = true;
+                continue;
+            }
+            if (forces.has_slept) forces = {};
             double up_n = dot(soil_force_n(world, *part.object), world.up());
             if (const auto it = impulses.find(part.object); it != impulses.end()) {
                 up_n += dot(it->second, world.up()) / substep_s;
@@ -277,6 +280,7 @@ class RestCheck final : public Check {
     struct Forces {
         std::deque<double> up_n, momenta_n_s;
         double each_s = 0;       ///< how long each acts
+        bool has_slept = false;  ///< since the last of them
         double load_most_n = 0;  ///< weight of the soil that it carried
     };
     std::map<const btCollisionObject*, Forces> forces_;

@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <vector>
 
 #include "bsoil/contact/bekker_soil.h"
 #include "bullet_types.h"
@@ -17,6 +19,9 @@ using bullet::from_bullet;
 using bullet::to_bullet;
 
 namespace {
+
+/// Means of two columns' heights on a plane differ by no more: each height is known to a voxel.
+constexpr double kPlaneVoxels = 2;
 
 /// The lowest corner of a mesh.
 struct LowestCorner final : btTriangleCallback {
@@ -64,19 +69,29 @@ std::optional<double> surface_beside_m(const BuiltWorld& world, const bullet::So
     constexpr int kPoints = 24;
     const Quat axes = soil.soil().frame().grid_to_world.rotation;
     // Points of a circle lie evenly, so the plane's height in its middle is their mean: of pairs
-    // across it, since one may lie beside the soil.
-    double sum_m = 0;
-    int count = 0;
+    // across it, since one may lie beside the soil. On a plane all pairs have the same mean, but
+    // for what a column's height is known to. Where they have not, banks of soil stand beside the
+    // body, and their tops are not what it has sunk from: the level is what a third of the points
+    // do not reach. The body's own hole is narrower than that.
+    std::vector<double> heights_m;
+    double sum_m = 0, lowest_m = std::numeric_limits<double>::infinity(), highest_m = -lowest_m;
     for (int i = 0; i < kPoints / 2; ++i) {
         const double angle = 2 * std::numbers::pi * i / kPoints;
         const Vec3 aside = rotate(axes, radius_m * Vec3{std::cos(angle), std::sin(angle), 0});
         const auto a = soil.surface_at(at + aside), b = soil.surface_at(at - aside);
         if (!a || !b) continue;
-        sum_m += height_m(world, a->position_m) + height_m(world, b->position_m);
-        count += 2;
+        for (const auto& point : {*a, *b}) heights_m.push_back(height_m(world, point.position_m));
+        const double pair_m = heights_m.end()[-1] + heights_m.end()[-2];
+        sum_m += pair_m;
+        lowest_m = std::min(lowest_m, pair_m / 2);
+        highest_m = std::max(highest_m, pair_m / 2);
     }
-    if (count < kPoints / 2) return {};
-    return sum_m / count;
+    if (heights_m.size() < kPoints / 2) return {};
+    if (highest_m - lowest_m <= kPlaneVoxels * soil.soil().frame().voxel_m) {
+        return sum_m / static_cast<double>(heights_m.size());
+    }
+    std::sort(heights_m.begin(), heights_m.end());
+    return heights_m[heights_m.size() / 3];
 }
 
 double sinkage_after_fall_m(const Soil& soil, double plate_radius_m, double weight_n,

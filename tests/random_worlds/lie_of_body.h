@@ -13,7 +13,8 @@ Vec3 lowest_point(const btCollisionShape& shape, const btTransform& pose, Vec3 u
 
 /// Height, under a point, of the plane through the soil's surface around it: on a slope a long body
 /// has its lowest point where the surface is low. The circle is as large as the body, so that it
-/// crosses soil beside it. Empty where most of it lies beside the soil.
+/// crosses soil beside it. Where banks stand there it is the level between them. Empty where most
+/// of the circle lies beside the soil.
 std::optional<double> surface_beside_m(const BuiltWorld& world, const bullet::SoilAction& soil,
                                        Vec3 at, double radius_m);
 

@@ -87,7 +87,9 @@ double load_kg(const BuiltWorld& world, const btCollisionObject& object) {
 Vec3 soil_force_n(const BuiltWorld& world, const btCollisionObject& object) {
     Vec3 sum;
     for (const bullet::SoilAction* soil : world.soils()) {
-        if (!soil->options(object).coverage_only) sum += soil->body_report(object).force_n;
+        if (soil->options(object).coverage_only) continue;
+        const bullet::BodyReport report = soil->body_report(object);
+        sum += report.force_n + report.load_n;
     }
     for (const BuiltWorld::Car& car : world.cars()) {
         if (car.chassis != &object) continue;
@@ -102,7 +104,7 @@ Vec3 soil_force_n(const BuiltWorld& world, const btCollisionObject& object) {
             }
         }
     }
-    return sum - world.gravity_m_s2() * load_kg(world, object) * world.up();
+    return sum;
 }
 
 int soil_below(const BuiltWorld& world, Vec3 world_m, double margin_m) {

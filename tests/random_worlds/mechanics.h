@@ -22,8 +22,8 @@ std::vector<MovingPart> moving_parts(const BuiltWorld& world);
 double energy_j(const BuiltWorld& world, std::span<const MovingPart> parts);
 /// Distance along up [m].
 double height_m(const BuiltWorld& world, Vec3 world_m);
-/// Force of all soils on the body, and of the ground on a car's wheels, less the weight of what it
-/// carries: what bears it [N].
+/// Force of all soils on the body, and of the ground on a car's wheels, with the weight of what it
+/// carries and the push of what falls on it: what bears it [N].
 Vec3 soil_force_n(const BuiltWorld& world, const btCollisionObject& object);
 double load_kg(const BuiltWorld& world, const btCollisionObject& object);
 /// The index of the soil over whose grid a point lies, -1: none. `margin_m` within its sides.

@@ -103,6 +103,25 @@ TEST(RandomWorlds, weigh_what_they_weigh_on_stiff_soil_and_under_a_load) {
     expect_all_holds(72, 72, Run::watched, PlanKind::calm, Sky::weather);
 }
 
+// A pebble of 91 t that Bullet lifts out of a heightfield again and again, a chain that whips round
+// in the air, and a ball that a source hits at 39 m/s.
+TEST(RandomWorlds, gain_no_energy_but_by_what_bullet_and_sources_do) {
+    expect_all_holds(20034, 20034, Run::watched, PlanKind::calm, Sky::weather);
+    expect_all_holds(20101, 20101, Run::watched, PlanKind::any, Sky::weather);
+    expect_all_holds(20317, 20317, Run::watched, PlanKind::any, Sky::weather);
+}
+
+// A car whose chassis carries soil; boxes that fell asleep as a source hit them, or rocking.
+TEST(RandomWorlds, weigh_what_they_weigh_under_loads_and_pushes) {
+    expect_all_holds(20168, 20168, Run::watched, PlanKind::any, Sky::weather);
+    expect_all_holds(20090, 20090, Run::watched, PlanKind::any, Sky::weather);
+}
+
+// A box that came to lie between a bank of loam and a step in gravel.
+TEST(RandomWorlds, lie_no_deeper_beside_a_bank_than_on_a_plain) {
+    expect_all_holds(20040, 20040, Run::watched, PlanKind::calm, Sky::weather);
+}
+
 // --- the tests themselves: what finds nothing is not looking
 
 TEST(RandomWorlds, are_the_same_for_the_same_seed_alone) {
@@ -290,6 +309,17 @@ TEST(Checks, find_the_surface_beside_a_body_on_a_slope) {
     ASSERT_TRUE(sloping);
     EXPECT_NEAR(*sloping, 0.5, 0.02) << "a column's height is known to parts of a voxel";
     EXPECT_FALSE(surface_beside_m(world, world.soil(0), {5, 0, 5}, 0.3)) << "beside the soil";
+}
+
+// Its top is not what a body has sunk from.
+TEST(Checks, find_the_surface_beside_a_body_at_a_bank) {
+    WorldPlan plan = box_on_bed();
+    plan.soils[0].fills.push_back({.low_m = {0, 0, 0}, .high_m = {1, 0.35, 0.8}});
+    BuiltWorld world(plan);
+    ASSERT_EQ(world.error(), "");
+    const auto level = surface_beside_m(world, world.soil(0), {}, 0.3);
+    ASSERT_TRUE(level);
+    EXPECT_NEAR(*level, 0.3, 1e-6);
 }
 
 TEST(Checks, know_how_deep_a_plate_falls) {

@@ -1,0 +1,106 @@
+// What does work on the bodies of a world besides gravity: Bullet itself, and soil that sources
+// pour.
+#include <algorithm>
+
+#include "built_world.h"
+#include "bullet_types.h"
+#include "mechanics.h"
+
+namespace bsoil::random_worlds {
+
+using bullet::from_bullet;
+using bullet::to_bullet;
+
+BuiltWorld::Motion BuiltWorld::motion_of(const btCollisionObject& object) {
+    const btRigidBody* body = btRigidBody::upcast(&object);
+    if (!body || !body->isActive()) return {};
+    return {body->getLinearVelocity(), body->getAngularVelocity()};
+}
+
+void BuiltWorld::note_motion() {
+    const btCollisionObjectArray& objects = world_->getCollisionObjectArray();
+    before_.clear();
+    for (int i = 0; i < objects.size(); ++i) {
+        before_[objects[i]] = {motion_of(*objects[i]), load_kg(*this, *objects[i])};
+    }
+}
+
+/// The work of an impulse is that along the mean of the velocities before and after all impulses.
+BuiltWorld::Motion BuiltWorld::mean_motion_of(const btCollisionObject& object) const {
+    const Motion now = motion_of(object);
+    const auto found = before_.find(&object);
+    if (found == before_.end()) return now;
+    const Motion& then = found->second.motion;
+    return {(then.velocity + now.velocity) / 2, (then.spin + now.spin) / 2};
+}
+
+void BuiltWorld::add_joint_work(double substep_s) {
+    for (const Joint& joint : joints_) {
+        const btRigidBody *a = &joint.bullet->getRigidBodyA(), *b = &joint.bullet->getRigidBodyB();
+        if (!a->isActive() || !b->isActive()) continue;
+        const auto power_w = [this](const btVector3& force, const btVector3& torque,
+                                    const btRigidBody& body) {
+            const Motion mean = mean_motion_of(body);
+            return static_cast<double>(force.dot(mean.velocity) + torque.dot(mean.spin));
+        };
+        const btJointFeedback& f = *joint.feedback;
+        joint_work_j_ += substep_s * (power_w(f.m_appliedForceBodyA, f.m_appliedTorqueBodyA, *a) +
+                                      power_w(f.m_appliedForceBodyB, f.m_appliedTorqueBodyB, *b));
+    }
+}
+
+/// Where bodies overlap Bullet gives them a velocity that takes them apart. What contacts take out
+/// is theirs to take.
+void BuiltWorld::add_contact_work() {
+    for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
+        const btPersistentManifold& manifold = *dispatcher_.getManifoldByIndexInternal(i);
+        const btCollisionObject &a = *manifold.getBody0(), &b = *manifold.getBody1();
+        const Motion of_a = mean_motion_of(a), of_b = mean_motion_of(b);
+        for (int k = 0; k < manifold.getNumContacts(); ++k) {
+            const btManifoldPoint& p = manifold.getContactPoint(k);
+            const btVector3 on_a = p.getPositionWorldOnA() - a.getWorldTransform().getOrigin();
+            const btVector3 on_b = p.getPositionWorldOnB() - b.getWorldTransform().getOrigin();
+            const btVector3 apart_m_s =
+                of_a.velocity + of_a.spin.cross(on_a) - of_b.velocity - of_b.spin.cross(on_b);
+            contact_work_j_ += std::max(
+                0.0, static_cast<double>(p.m_appliedImpulse * apart_m_s.dot(p.m_normalWorldOnB)));
+        }
+    }
+}
+
+/// What soil has done on bodies by changing its own speed, without its weight: no more than
+/// sources have given it.
+void BuiltWorld::add_poured_work(double substep_s) {
+    double brought_j = 0;
+    for (size_t i = 0; i < soils_.size(); ++i) {
+        double fastest_m_s = 0;
+        bool has_source = false;
+        for (const FlowPlan& flow : plan_.soils[i].flows) {
+            if (flow.dropped || !flow.is_source) continue;
+            has_source = true;
+            fastest_m_s = std::max(fastest_m_s, flow.source.speed_m_s);
+        }
+        if (!has_source) continue;
+        const Soil& soil = soils_[i]->soil();
+        const double height_m = soil.frame().voxel_m * soil.frame().size[2];
+        const SoilTotals totals = soil.totals();
+        for (size_t m = 0; m < totals.units.size(); ++m) {
+            if (totals.units[m] <= 0) continue;
+            const double poured_kg = static_cast<double>(totals.units_in[m]) * totals.mass_kg[m] /
+                                     static_cast<double>(totals.units[m]);
+            brought_j += poured_kg * (fastest_m_s * fastest_m_s / 2 + gravity_m_s2() * height_m);
+        }
+    }
+    if (brought_j <= 0) return;
+    for (const auto& [object, before] : before_) {
+        const btRigidBody* body = btRigidBody::upcast(object);
+        if (!body || body->isStaticOrKinematicObject()) continue;
+        Vec3 push_n = gravity_m_s2() * before.load_kg * up_;
+        for (const auto& soil : soils_) push_n += soil->body_report(*object).load_n;
+        poured_work_j_ +=
+            std::max(0.0, substep_s * dot(push_n, from_bullet(mean_motion_of(*object).velocity)));
+    }
+    poured_work_j_ = std::min(poured_work_j_, brought_j);
+}
+
+}  // namespace bsoil::random_worlds
