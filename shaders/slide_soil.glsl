@@ -25,7 +25,8 @@ int slide_drop(int slot, int x, int y, int top, int thickness) {
     return drop < -max(kVoxelFull, thickness) ? kSlideWall : drop;
 }
 
-// Part of what lies in a voxel, down into the one below. Both are this lane's own.
+// Part of what lies in a voxel, down into the one below, which has room for it. Both are this lane's own. A push does not go
+// along: it would stay, since neither is in excess (thesis (35), second case).
 void drop_soil(int from, int to, int fraction) {
     for (int i = 0; i < params.transport_count; ++i) {
         int plane = kTransportFirst + i;
@@ -33,6 +34,10 @@ void drop_soil(int from, int to, int fraction) {
         int share = fraction >= kOneQ16 ? held : mul_q16(held, fraction);
         set_state(plane, from, held - share);
         set_state(plane, to, state_at(plane, to) + share);
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        set_state(kPlaneForceX + axis, from, 0);
+        set_state(kPlaneForceX + axis, to, 0);
     }
     mark_moved(from, to);
 }

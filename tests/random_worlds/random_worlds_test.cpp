@@ -46,6 +46,11 @@ TEST(RandomWorlds, go_on_where_falls_are_the_last_thing_saved) {
     expect_all_holds(2082, 2082, Run::restored, PlanKind::calm);
 }
 
+// A push that soil took along into a gap below stayed there, until a restored world looked.
+TEST(RandomWorlds, go_on_where_slides_closed_gaps_in_pushed_soil) {
+    expect_all_holds(40054, 40054, Run::restored, PlanKind::any, Sky::weather);
+}
+
 TEST(RandomWorlds, are_the_same_on_gl) {
     const WorldPlan plan = make_plan(401, PlanKind::small);
     SoilDef def = plan.soils[0].def;
