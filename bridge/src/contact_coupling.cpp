@@ -31,7 +31,7 @@ ContactCoupling::~ContactCoupling() = default;
 void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
                                    std::span<const ContactVoxel> contacts, double duration_s,
                                    bool are_unchanged) {
-    gather_pressed_soil();
+    list_pressed_soil();
     by_id_.clear();
     for (const BodyState& body : bodies) by_id_.push_back(&body);
     std::sort(by_id_.begin(), by_id_.end(),
@@ -54,6 +54,9 @@ void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
         prepare(works_[count++], body, voxels, duration_s, are_unchanged);
     }
     const std::span works = std::span(works_).first(count);
+    for_ranges(&threads_, count, 1, [&](size_t first, size_t last) {
+        for (BodyWork& work : works.subspan(first, last - first)) find_pressed_around(work);
+    });
     for_ranges(&threads_, count, 1, [&](size_t first, size_t last) {
         for (BodyWork& work : works.subspan(first, last - first)) find_contact(work, duration_s);
     });
@@ -117,6 +120,12 @@ void ContactCoupling::prepare(BodyWork& work, const BodyState& body,
     coupled.slept_voxels->assign(voxels.begin(), voxels.end());
 }
 
+void ContactCoupling::find_pressed_around(BodyWork& work) const {
+    if (work.kind != BodyWork::Kind::moved) return;
+    ContactMemory::near(pressed_, work.voxels, work.coupled->body.id, *work.coupled->law,
+                        work.pressed_around);
+}
+
 void ContactCoupling::find_contact(BodyWork& work, double duration_s) const {
     if (work.kind == BodyWork::Kind::kept) return;
     CoupledBody& coupled = *work.coupled;
@@ -125,7 +134,6 @@ void ContactCoupling::find_contact(BodyWork& work, double duration_s) const {
     if (work.kind == BodyWork::Kind::slept) {
         history = coupled.memory.recall(work.voxels, law, &threads_);
     } else {
-        ContactMemory::near(pressed_soil_, work.voxels, coupled.body.id, law, work.pressed_around);
         history = coupled.memory.advance(work.voxels, coupled.body.motion, law, duration_s,
                                          work.pressed_around, coupled.motions, &threads_);
     }
@@ -159,42 +167,10 @@ void ContactCoupling::sort_by_body(std::span<const ContactVoxel> contacts) {
     });
 }
 
-void ContactCoupling::gather_pressed_soil() {
-    pressed_soil_.clear();
+void ContactCoupling::list_pressed_soil() {
+    pressed_.clear();
     if (coupled_.size() < 2) return;
-    // Each body's list is sorted. Merging lists two by two sorts them all: of their entries no more
-    // than what they are sorted by.
-    pressed_order_.clear();
-    pressed_starts_.assign(1, 0);
-    for (const auto& [id, coupled] : coupled_) {
-        for (const PressedSoil& soil : coupled.memory.soil()) {
-            pressed_order_.push_back({soil.center_m.x, &soil, id});
-        }
-        if (pressed_order_.size() > pressed_starts_.back()) {
-            pressed_starts_.push_back(pressed_order_.size());
-        }
-    }
-    while (pressed_starts_.size() > 2) {
-        merged_order_.resize(pressed_order_.size());
-        const auto at = [this](size_t list) {
-            const size_t start = pressed_starts_[std::min(list, pressed_starts_.size() - 1)];
-            return pressed_order_.begin() + static_cast<std::ptrdiff_t>(start);
-        };
-        auto out = merged_order_.begin();
-        size_t merged_count = 1;
-        for (size_t list = 0; list + 1 < pressed_starts_.size(); list += 2) {
-            out =
-                std::merge(at(list), at(list + 1), at(list + 1), at(list + 2), out,
-                           [](const PressedOrder& a, const PressedOrder& b) { return a.x < b.x; });
-            pressed_starts_[merged_count++] = static_cast<size_t>(out - merged_order_.begin());
-        }
-        pressed_starts_.resize(merged_count);
-        pressed_order_.swap(merged_order_);
-    }
-    pressed_soil_.reserve(pressed_order_.size());
-    for (const PressedOrder& entry : pressed_order_) {
-        pressed_soil_.emplace_back(*entry.soil).body = entry.body;
-    }
+    for (const auto& [id, coupled] : coupled_) pressed_.emplace_back(coupled.memory.soil(), id);
 }
 
 void ContactCoupling::wake(CoupledBody& coupled) {

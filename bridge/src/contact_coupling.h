@@ -109,12 +109,14 @@ class ContactCoupling {
         Kind kind = Kind::moved;
         CoupledBody* coupled = nullptr;
         std::span<const ContactVoxel> voxels;
-        std::vector<PressedSoil> pressed_around;  ///< of pressed_soil_, what may lie beside it
+        std::vector<PressedSoil> pressed_around;  ///< of pressed_, what may lie beside it
         ContactPatches found;
         BodyContact contact;
     };
     void prepare(BodyWork& work, const BodyState& body, std::span<const ContactVoxel> voxels,
                  double duration_s, bool are_unchanged);
+    /// What other bodies know of the soil beside a body, before any of them learns more.
+    void find_pressed_around(BodyWork& work) const;
     /// Changes nothing but the body's memory and `work`.
     void find_contact(BodyWork& work, double duration_s) const;
     static bool stays_held(const BodyWork& work);
@@ -130,7 +132,7 @@ class ContactCoupling {
     void sort_by_body(std::span<const ContactVoxel> contacts);
     /// The place of a body of set_contacts in by_id_; -1: not among them.
     int rank_of(int id) const;
-    void gather_pressed_soil();
+    void list_pressed_soil();
     /// Whether the body had it already.
     bool update_law(CoupledBody& coupled);
     void deepen();
@@ -169,15 +171,8 @@ class ContactCoupling {
     std::vector<int> carrier_ids_;
     std::vector<Carrier> previous_carriers_;
     std::vector<ContactMotion> previous_motions_;
-    std::vector<PressedSoil> pressed_soil_;  ///< beside all bodies, as of the last set_contacts
-    /// What pressed_soil_ is sorted by, and where an entry is from.
-    struct PressedOrder {
-        double x = 0;
-        const PressedSoil* soil = nullptr;
-        int body = -1;
-    };
-    std::vector<PressedOrder> pressed_order_, merged_order_;
-    std::vector<size_t> pressed_starts_;  ///< where their sorted lists begin, and their end
+    /// What bodies know, as of the last set_contacts, until the first of them learns more.
+    std::vector<PressedList> pressed_;
 };
 
 }  // namespace bsoil::bullet

@@ -31,6 +31,10 @@ void run(Boxes& boxes) {
                     (milliseconds(CLOCK_MONOTONIC) - wall_ms) / kFramesPerS, boxes.awake_count(),
                     contacts);
     }
+    if (boxes.has_soil()) {
+        std::printf("checksum %016llx\n",
+                    static_cast<unsigned long long>(boxes.soil().soil().checksum()));
+    }
 }
 
 }  // namespace

@@ -134,21 +134,47 @@ TEST(ContactMemory, soil_passes_from_link_to_link_with_its_shear) {
             (i < 3 ? behind : ahead).push_back(contact(at + i, 0));
             whole.push_back(contact(at + i, 0));
         }
-        std::vector<PressedSoil> soil;
-        for (const ContactMemory* link : {&rear, &front}) {
-            for (const PressedSoil& s : link->soil()) soil.emplace_back(s).body = link == &front;
-        }
-        std::sort(soil.begin(), soil.end(), lies_before);
+        const std::vector<PressedSoil> known[] = {{rear.soil().begin(), rear.soil().end()},
+                                                  {front.soil().begin(), front.soil().end()}};
+        const std::vector<PressedList> lists{PressedList(known[0], 0), PressedList(known[1], 1)};
         std::vector<double> of_links;
         for (ContactMemory* link : {&rear, &front}) {
             std::vector<PressedSoil> around;
             const auto& voxels = link == &rear ? behind : ahead;
-            ContactMemory::near(soil, voxels, link == &front, law(), around);
+            ContactMemory::near(lists, voxels, link == &front, law(), around);
             const auto slid = link->advance(voxels, moving(velocity), law(), kStep, around);
             for (const ContactHistory& h : slid) of_links.push_back(h.sheared_m);
         }
         EXPECT_EQ(of_links, advanced(plate, whole, velocity)) << "step " << step;
     }
+}
+
+// As if all lists were merged.
+TEST(ContactMemory, soil_of_several_bodies_is_sorted_and_bounded) {
+    const auto row = [](int first, int y) {
+        std::vector<PressedSoil> soil;
+        for (int i = first; i < first + 6; i += 2) {
+            soil.push_back({contact(i, y).center_m, {0, 0, -1}, {0, y * 1.0, 0}, 0});
+        }
+        return soil;
+    };
+    const auto own = row(0, 0), even = row(0, 1), odd = row(1, 0), same = row(0, 2),
+               far = row(60, 0);
+    const std::vector<PressedList> lists{PressedList(own, 7), PressedList(even, 8),
+                                         PressedList(odd, 9), PressedList(same, 10),
+                                         PressedList(far, 11)};
+    std::vector<ContactVoxel> voxels{contact(0, 0), contact(4, 2)};
+    std::vector<PressedSoil> around;
+    ContactMemory::near(lists, voxels, 7, law(), around);
+    ASSERT_EQ(around.size(), 9u) << "not its own, and not what is far off";
+    EXPECT_TRUE(std::ranges::is_sorted(around, lies_before));
+    for (const size_t i : {0u, 3u, 6u}) {
+        EXPECT_EQ(length(around[i].center_m - even[i / 3].center_m), 0) << "the first list's first";
+        EXPECT_EQ(length(around[i + 1].center_m - same[i / 3].center_m), 0);
+        EXPECT_EQ(length(around[i + 2].center_m - odd[i / 3].center_m), 0);
+    }
+    ContactMemory::near(lists, {}, 7, law(), around);
+    EXPECT_TRUE(around.empty());
 }
 
 TEST(ContactMemory, another_face_in_the_same_voxel_keeps_its_own) {

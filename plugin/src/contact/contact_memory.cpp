@@ -142,7 +142,20 @@ const PressedSoil* ContactMemory::Index::find(const ContactVoxel& v, const Conta
     return same;
 }
 
-void ContactMemory::near(std::span<const PressedSoil> soil, std::span<const ContactVoxel> voxels,
+PressedList::PressedList(std::span<const PressedSoil> sorted_soil, int of_body)
+    : body(of_body), soil(sorted_soil) {
+    if (soil.empty()) return;
+    box = {soil.front().center_m, soil.back().center_m};
+    for (const PressedSoil& entry : soil) {
+        const Vec3 c = entry.center_m;
+        box.min.y = std::min(box.min.y, c.y);
+        box.max.y = std::max(box.max.y, c.y);
+        box.min.z = std::min(box.min.z, c.z);
+        box.max.z = std::max(box.max.z, c.z);
+    }
+}
+
+void ContactMemory::near(std::span<const PressedList> lists, std::span<const ContactVoxel> voxels,
                          int body, const ContactLaw& law, std::vector<PressedSoil>& out) {
     out.clear();
     if (voxels.empty()) return;
@@ -154,15 +167,22 @@ void ContactMemory::near(std::span<const PressedSoil> soil, std::span<const Cont
                    std::max(box.max.z, v.center_m.z)};
     }
     const double reach_m = law.def().memory_reach_voxels * law.voxel_m();
-    for (const PressedSoil& entry : from_x(soil, box.min.x - reach_m)) {
-        const Vec3 c = entry.center_m;
-        if (c.x > box.max.x + reach_m) break;
-        if (entry.body == body) continue;
-        if (c.y >= box.min.y - reach_m && c.y <= box.max.y + reach_m &&
-            c.z >= box.min.z - reach_m && c.z <= box.max.z + reach_m) {
-            out.push_back(entry);
+    const Vec3 reach{reach_m, reach_m, reach_m}, low = box.min - reach, high = box.max + reach;
+    for (const PressedList& list : lists) {
+        const Aabb& of = list.box;
+        if (list.body == body || list.soil.empty() || of.max.x < low.x || of.min.x > high.x ||
+            of.max.y < low.y || of.min.y > high.y || of.max.z < low.z || of.min.z > high.z) {
+            continue;
+        }
+        for (const PressedSoil& entry : from_x(list.soil, low.x)) {
+            const Vec3 c = entry.center_m;
+            if (c.x > high.x) break;
+            if (c.y >= low.y && c.y <= high.y && c.z >= low.z && c.z <= high.z) {
+                out.push_back(entry);
+            }
         }
     }
+    if (!std::ranges::is_sorted(out, lies_before)) std::ranges::stable_sort(out, lies_before);
 }
 
 std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVoxel> voxels,

@@ -12,12 +12,19 @@
 #include "bsoil/contact/trapped_soil.h"
 
 namespace bsoil {
-double bearing_capacity_factor_nc(double friction_angle_rad) {
-    const double tan_phi = std::tan(friction_angle_rad);
+namespace {
+
+double bearing_capacity_factor_nc(double friction_angle_rad, double tan_phi) {
     // The quotient loses its digits near phi = 0, where it tends to 2 + pi.
     if (tan_phi < 1e-4) return 2 + std::numbers::pi;
     const double t = std::tan(std::numbers::pi / 4 + friction_angle_rad / 2);
     return (std::exp(std::numbers::pi * tan_phi) * t * t - 1) / tan_phi;
+}
+
+}  // namespace
+
+double bearing_capacity_factor_nc(double friction_angle_rad) {
+    return bearing_capacity_factor_nc(friction_angle_rad, std::tan(friction_angle_rad));
 }
 
 namespace {
@@ -28,7 +35,7 @@ constexpr double kRoughFriction = 10;
 
 BearingFactors bearing_factors(double friction_angle_rad) {
     const double tan_phi = std::tan(friction_angle_rad);
-    const double nq = 1 + tan_phi * bearing_capacity_factor_nc(friction_angle_rad);
+    const double nq = 1 + tan_phi * bearing_capacity_factor_nc(friction_angle_rad, tan_phi);
     constexpr double kPi = std::numbers::pi;
     const double ngamma =
         std::exp((kPi + 3 * kPi * kPi * tan_phi) / 6) * std::pow(tan_phi, 2 * kPi / 5);
@@ -202,10 +209,12 @@ BearingFactors dense_bearing_factors(const SoilStrength& soil, const FaceExtent&
 }  // namespace
 
 FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, double depth_m,
-                         const ContactLawDef& law) {
+                         const ContactLawDef& law, bool is_sole_asked) {
     if (!(face.width_m > 0) || !(depth_m > 0)) return {};
     const double bearing_pa =
-        bearing_pressure_pa(soil, face, depth_m, dense_bearing_factors(soil, face, depth_m));
+        is_sole_asked
+            ? bearing_pressure_pa(soil, face, depth_m, dense_bearing_factors(soil, face, depth_m))
+            : 0;
     const double developing_m =
         (law.mobilization_widths - law.mobilization_fall_widths * face.relative_density) *
         face.width_m;
@@ -295,7 +304,7 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
     const double resistive_normal = std::max(0.0, -dot(limit_stress, n));
     const double down = looks_down(n, up);
     const SoleAndWall parts = bearing_parts(down);
-    const FaceFactors factors = face_factors(soil, face, depth_m, def());
+    const FaceFactors factors = face_factors(soil, face, depth_m, def(), parts.sole > 0);
     const double xi_depth =
         soil.stiffness_pa_m * depth_m * (parts.sole * factors.sole + parts.wall * factors.wall);
 

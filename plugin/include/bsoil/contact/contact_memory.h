@@ -19,7 +19,15 @@ struct PressedSoil {
     Vec3 normal;    ///< out of the body
     Vec3 slid_m;
     double retreat_m = 0;  ///< of this body alone
-    int body = -1;         ///< whose memory it is from, in a list of several
+};
+
+/// What one of several bodies knows.
+struct PressedList {
+    explicit PressedList(std::span<const PressedSoil> sorted_soil, int of_body = -1);
+
+    int body = -1;
+    std::span<const PressedSoil> soil;  ///< sorted by center_m.x
+    Aabb box;                           ///< of its middles
 };
 
 /// Janosi and Hanamoto's shear displacement belongs to the soil. A voxel starts with none when it
@@ -30,9 +38,9 @@ struct PressedSoil {
 /// it has drawn back since it pressed on the soil most.
 class ContactMemory {
   public:
-    /// Of `soil`, which is sorted by center_m.x, what may lie beside these voxels of `body` and is
-    /// not from its own memory; in the same order.
-    static void near(std::span<const PressedSoil> soil, std::span<const ContactVoxel> voxels,
+    /// Of `lists`, what may lie beside these voxels of `body` and is not from its own memory.
+    /// Sorted by center_m.x; of what lies at the same x the first list's is first.
+    static void near(std::span<const PressedList> lists, std::span<const ContactVoxel> voxels,
                      int body, const ContactLaw& law, std::vector<PressedSoil>& out);
 
     /// Adds the motion of `duration_s`, relative to each voxel's carrier (of the list `relative`;

@@ -80,8 +80,11 @@ struct FaceFactors {
 /// in compacted. The friction angle is Bolton's. A sole bears no less than by resistive force
 /// theory, whatever its density: the capacity of footings counts soil above the sole as a load
 /// without strength, and that theory was measured deeper than wide.
+///
+/// is_sole_asked: a face that does not look down has no use for a sole's factor, which costs most.
+/// It is 1 then.
 FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, double depth_m,
-                         const ContactLawDef& law = {});
+                         const ContactLawDef& law = {}, bool is_sole_asked = true);
 
 /// Bolton (1986): phi + 5 deg I_R in plane strain and 3 in triaxial compression, I_R = I_D (10 - ln
 /// p') - 1 in 0..4, p' in kPa. slimness: width over length of the sole, 0 a strip to 1 a square,
