@@ -31,7 +31,6 @@ ContactCoupling::~ContactCoupling() = default;
 void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
                                    std::span<const ContactVoxel> contacts, double duration_s,
                                    bool are_unchanged) {
-    list_pressed_soil();
     by_id_.clear();
     for (const BodyState& body : bodies) by_id_.push_back(&body);
     std::sort(by_id_.begin(), by_id_.end(),
@@ -54,6 +53,10 @@ void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
         prepare(works_[count++], body, voxels, duration_s, are_unchanged);
     }
     const std::span works = std::span(works_).first(count);
+    if (std::ranges::any_of(
+            works, [](const BodyWork& work) { return work.kind == BodyWork::Kind::moved; })) {
+        list_pressed_soil();
+    }
     for_ranges(&threads_, count, 1, [&](size_t first, size_t last) {
         for (BodyWork& work : works.subspan(first, last - first)) find_pressed_around(work);
     });

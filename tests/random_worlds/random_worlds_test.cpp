@@ -122,6 +122,11 @@ TEST(RandomWorlds, weigh_what_they_weigh_under_loads_and_pushes) {
     expect_all_holds(20090, 20090, Run::watched, PlanKind::any, Sky::weather);
 }
 
+// A mesh of 2.8 g that the law's gap bears.
+TEST(RandomWorlds, are_held_over_the_gap_that_soil_bears_across) {
+    expect_all_holds(40122, 40122, Run::watched, PlanKind::calm);
+}
+
 // A box that came to lie between a bank of loam and a step in gravel.
 TEST(RandomWorlds, lie_no_deeper_beside_a_bank_than_on_a_plain) {
     expect_all_holds(20040, 20040, Run::watched, PlanKind::calm, Sky::weather);
