@@ -27,6 +27,7 @@ void set_in_motion(int slot, ivec3 at, int voxel, ivec3 way, int excess, int fra
     }
     if (speed <= max(params.arch_speed, present_speed)) return;
     set_by_ground(voxel, momentum_of(mass, ivec3(mul_q16(speed, way.x), mul_q16(speed, way.y), mul_q16(speed, way.z))));
+    mark_moved(voxel, voxel);  // where all ways are barred nothing else notes it
 }
 
 // Sends `fraction` (Q16 of the voxel's soil) along a displacement whose largest component is one voxel, with `force` of the

@@ -18,7 +18,7 @@ constexpr Vec3 kUp{0, 1, 0};
 SoilStrength uniform_strength(double stress_pa) {
     SoilStrength s;
     s.friction = 0.5;
-    s.cohesion_sole_pa = s.cohesion_wall_pa = stress_pa;
+    s.cohesion_pa = s.cohesion_sole_pa = s.cohesion_wall_pa = stress_pa;
     return s;
 }
 

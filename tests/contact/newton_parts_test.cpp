@@ -1,4 +1,4 @@
-// What the newtons on a blade and on a wheel are made of: docs/newtons.md.
+// What the newtons on a blade and on a wheel are made of: docs/records/newtons.md.
 #include <gtest/gtest.h>
 
 #include <cmath>

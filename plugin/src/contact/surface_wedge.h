@@ -62,7 +62,9 @@ class SurfaceWedge {
     /// hundredth. Further: heaps longer than eight times their height count, and none is.
     static constexpr std::array<double, 17> kRuns = [] {
         std::array<double, 17> out{};
-        constexpr double kStep = 1.189207115002721;  // the fourth root of 2
+        // Ours: the fourth root of 2. Larger: the least is missed by more than a hundredth;
+        // smaller: more heights are read for nothing.
+        constexpr double kStep = 1.189207115002721;
         double run = 0.5;
         for (double& each : out) {
             each = run;

@@ -23,6 +23,7 @@ struct PressedSoil {
 
 /// What one of several bodies knows.
 struct PressedList {
+    /// sorted_soil: by center_m.x; of_body: -1 for any.
     explicit PressedList(std::span<const PressedSoil> sorted_soil, int of_body = -1);
 
     int body = -1;
