@@ -83,9 +83,9 @@ int soil_outwards(int slot, ivec3 at, int voxel, ivec3 inwards, OUT(int) support
     return soil_voxel;
 }
 
-// State of the soil outwards, as if it were all of one kind.
-SoilState state_outwards(int slot, ivec3 at, int body, int soil_voxel, ivec3 inwards) {
-    SoilState found;
+// The soil outwards, as if it were all of one kind.
+SoilBeside soil_beside(int slot, ivec3 at, int body, int soil_voxel, ivec3 inwards) {
+    SoilBeside found;
     found.density = kDensityFixed;
     found.undisturbed = kOneQ16;
     int loose = loose_of_range(soil_voxel);
@@ -132,7 +132,7 @@ void collect_contact(int slot, ivec3 at, int voxel) {
     int volume = state_at(kPlaneVolume, voxel) + (outer < 0 ? 0 : state_at(kPlaneVolume, outer));
     // Soil that falls bears nothing, and what lies on a body moves with it.
     if (volume == 0 || support == kSupportNone || support == kSupportBody + body) return;
-    SoilState beside = state_outwards(slot, at, body, soil_voxel, inwards);
+    SoilBeside beside = soil_beside(slot, at, body, soil_voxel, inwards);
     int record = add_contact(grid_voxel(slot, at.x, at.y, at.z), body, soil_voxel, beside);
     if (record != 0) write_surface(record, slot, at, voxel, gradient, inwards);
 }

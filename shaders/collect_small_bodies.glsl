@@ -19,7 +19,7 @@ void collect_small_bodies(int group, int lane) {
     // Soil that falls bears nothing, and what lies on a body moves with it.
     if (state_at(kPlaneVolume, soil_voxel) == 0 || support == kSupportNone || support == kSupportBody + body) return;
     int held = state_at(kPlaneVolume, soil_voxel);
-    SoilState found;
+    SoilBeside found;
     found.density = kDensityFixed;
     found.undisturbed = undisturbed_share(state_at(kPlaneBond, soil_voxel), held);
     int loose = loose_of_range(soil_voxel);

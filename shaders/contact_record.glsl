@@ -7,23 +7,8 @@ int loose_of_range(int soil_voxel) {
     return tables[kSoilStates * main_material(soil_voxel) * kTableWords + kTableLoose] > 0 ? loose_word(soil_voxel) : 0;
 }
 
-// Relative density (Q16) of a mass of such soil that fills a volume. loose: loose_of_range(), not 0.
-int relative_density(int soil_voxel, int loose, int mass, int held) {
-    int most_held = mul_q16(mass, loose);
-    int range = max(0, most_held - mul_q16(mass, compacted_word(soil_voxel)));
-    int gone = clamp(most_held - held, 0, range);
-    while (range >= kRangeMost) {
-        range = range / 2;
-        gone = gone / 2;
-    }
-    return fraction_q16(gone, max(1, range));
-}
-
-// Share (Q16) of a volume of soil that was never moved. It matters where soil has cohesion.
-int undisturbed_share(int bonded, int held) {
-    if (params.bank_strength == 0) return kOneQ16;
-    int whole = held;
-    int part = min(bonded, held);
+// A part of a whole (Q16), however large both are.
+int share_of(int part, int whole) {
     while (whole >= kRangeMost) {
         whole = whole / 2;
         part = part / 2;
@@ -31,14 +16,26 @@ int undisturbed_share(int bonded, int held) {
     return fraction_q16(part, max(1, whole));
 }
 
-// What a record says of the state of its soil.
-struct SoilState {
+// Relative density (Q16) of a mass of such soil that fills a volume. loose: loose_of_range(), not 0.
+int relative_density(int soil_voxel, int loose, int mass, int held) {
+    int most_held = mul_q16(mass, loose);
+    int range = max(0, most_held - mul_q16(mass, compacted_word(soil_voxel)));
+    return share_of(clamp(most_held - held, 0, range), range);
+}
+
+// Share (Q16) of a volume of soil that was never moved. It matters where soil has cohesion.
+int undisturbed_share(int bonded, int held) {
+    return params.bank_strength == 0 ? kOneQ16 : share_of(min(bonded, held), held);
+}
+
+// What a record says of the soil beside a body.
+struct SoilBeside {
     int density;      // relative density, Q16; or kDensityFixed
     int undisturbed;  // share that was never moved, Q16
 };
 
 // Where a new record begins in result, with the words that say what soil it is; 0, and a condition, where there is no room.
-int add_contact(ivec3 where, int body, int soil_voxel, IN(SoilState) beside) {
+int add_contact(ivec3 where, int body, int soil_voxel, IN(SoilBeside) beside) {
     int index = ATOMIC_ADD(result[kResultContacts], 1);
     if (index >= params.contact_capacity) {
         ATOMIC_OR(result[kResultStatus], kStatusContactsFull);

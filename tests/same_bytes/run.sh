@@ -108,7 +108,7 @@ first_difference() {
 both() {
     local kind=$1 name=$2 side program tree word codes=() jobs=()
     shift 2
-    for side in base work; do
+    for side in base tree; do
         if [[ $side == base ]]; then program=$base_program tree=$base_tree; else program=$work_program tree=$project_root; fi
         local folder=$out/$side/$name command=()
         rm -rf "$folder"
@@ -132,7 +132,7 @@ both() {
     # 1: a check of the scene or a gate of the experiment fails; what was left behind is compared all the same.
     if ((codes[0] > 1 || codes[1] > 1)); then
         row "$name" "could not" "base: ${codes[0]}, work tree: ${codes[1]}" -
-        say "    $kind $name: $(tail -n 1 "$out/base/$name/log"); $(tail -n 1 "$out/work/$name/log")"
+        say "    $kind $name: $(tail -n 1 "$out/base/$name/log"); $(tail -n 1 "$out/tree/$name/log")"
         failed=1
         return 1
     fi
@@ -150,7 +150,7 @@ not_in_base() {
 }
 
 checksum() { sed -n 's/.*"checksum": *"\([0-9a-f]*\)".*/\1/p' "$out/$1/$2/summary.json"; }
-ran_steps() { sed -n 's/.*"steps": *\([0-9]*\).*/\1/p' "$out/work/$1/summary.json"; }
+ran_steps() { sed -n 's/.*"steps": *\([0-9]*\).*/\1/p' "$out/tree/$1/summary.json"; }
 
 compare_scene() {
     local name=$1 count=${steps:-${short_steps[$1]:-120}} old new sum
@@ -158,20 +158,20 @@ compare_scene() {
     if ((long)) && [[ -z $steps ]]; then limit=(); fi
     both scene "$name" PROGRAM run "TREE/demos/scenes/$name.toml" --out OUT --no-pictures --backend "$backend" --threads 1 \
         "${limit[@]}" || return
-    old=$(checksum base "$name") new=$(checksum work "$name") sum=$new
+    old=$(checksum base "$name") new=$(checksum tree "$name") sum=$new
     if [[ -z $new || $old != "$new" ]]; then
         sum="${old:-none} -> ${new:-none}"
         failed=1
     fi
-    verdict "$out/base/$name/telemetry.csv" "$out/work/$name/telemetry.csv"
+    verdict "$out/base/$name/telemetry.csv" "$out/tree/$name/telemetry.csv"
     row "$name" "$(ran_steps "$name")" "$sum" "$verdict"
-    if [[ $verdict == DIFFERENT ]]; then first_difference "$out/base/$name/telemetry.csv" "$out/work/$name/telemetry.csv"; fi
+    if [[ $verdict == DIFFERENT ]]; then first_difference "$out/base/$name/telemetry.csv" "$out/tree/$name/telemetry.csv"; fi
 }
 
 compare_experiment() {
     local name=$1 table
     both experiment "$name" PROGRAM validate --experiments TREE/demos/experiments --only "$name" --out OUT --threads 1 || return
-    table=$out/work/$name/$name.csv
+    table=$out/tree/$name/$name.csv
     verdict "$out/base/$name/$name.csv" "$table"
     row "$name" - "$(sha256sum <"$table" | cut -c 1-16) of the table" "$verdict"
     if [[ $verdict == DIFFERENT ]]; then first_difference "$out/base/$name/$name.csv" "$table"; fi
