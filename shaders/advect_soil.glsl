@@ -207,12 +207,12 @@ Motion slow_enough(int slot, ivec3 at, Motion motion) {
 }
 
 // How far soil drifts in a part of the step. Dust neither asks for sub-steps nor counts as clamped: rounding alone can make its
-// speed jump.
+// speed jump. Nor does what two parcels of dust may have come together to: neither has asked in the step before.
 ivec3 drift_in_substep(int slot, ivec3 at, int volume, ivec3 drift_in_step, INOUT(int) fastest) {
     if (volume > kPacingLeast) fastest = max(fastest, largest_component(drift_in_step));
     ivec3 drift = drift_in_step / params.substep_count;
     if (largest_component(drift) > kVoxelFull) {
-        if (volume > kPacingLeast) {
+        if (volume > 2 * kPacingLeast) {
             note_condition(kStatusSpeedClamped, kResultSpeedPlace, grid_voxel(slot, at.x, at.y, at.z));
         }
         drift = clamp(drift, ivec3(-kVoxelFull), ivec3(kVoxelFull));

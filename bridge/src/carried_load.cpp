@@ -119,6 +119,17 @@ void CarriedLoads::note_given(std::span<const BodyLoad> loads) {
     for (const BodyLoad& load : loads) given_[load.body] += load.impulse_n_s;
 }
 
+/// A body and its load owe together: soil that has left takes its share of the debt along. Else a
+/// light body would pay alone for what its heavy load got, and fly off.
+void CarriedLoads::share_debt(Loaded& loaded, double load_before_kg) {
+    const double left_kg = load_before_kg - loaded.load.mass_kg;
+    if (!(left_kg > 0)) return;
+    const auto own_kg = static_cast<double>(LoadedBody(loaded.body).mass_kg());
+    const double kept = 1 - left_kg / (own_kg + load_before_kg);
+    loaded.debt_n_s = kept * loaded.debt_n_s;
+    loaded.debt_n_m_s = kept * loaded.debt_n_m_s;
+}
+
 /// The entry of a load's body, with what it has paid for meanwhile; null where it bears none.
 CarriedLoads::Loaded* CarriedLoads::find_loaded(std::span<const BodyState> bodies,
                                                 std::map<int, Loaded>& before,
@@ -149,12 +160,18 @@ void CarriedLoads::set_loads(std::span<const BodyState> bodies, std::span<const 
                              double interval_s) {
     std::map<int, Loaded> before;
     before.swap(loaded_);
+    const auto load_before_kg = [&before](int body) {
+        const auto old = before.find(body);
+        return old == before.end() ? 0.0 : old->second.load.mass_kg;
+    };
     for (const BodyLoad& load : loads) {
+        const double before_kg = load_before_kg(load.body);
         Loaded* loaded = find_loaded(bodies, before, load);
         if (!loaded) continue;
         const Vec3 given_n_s = given_[load.body];
         loaded->debt_n_s += given_n_s;
         loaded->debt_n_m_s += cross(arm_of(loaded->body, load), given_n_s);
+        share_debt(*loaded, before_kg);
     }
     // A load that is gone may have left a debt.
     std::map<int, Loaded> gone;
@@ -162,7 +179,9 @@ void CarriedLoads::set_loads(std::span<const BodyState> bodies, std::span<const 
     for (auto& [id, loaded] : gone) {
         if (loaded.load.mass_kg <= 0) continue;
         before.emplace(id, loaded);
-        find_loaded(bodies, before, {id, 0, loaded.body.motion.center_of_mass_m, {}});
+        Loaded* empty =
+            find_loaded(bodies, before, {id, 0, loaded.body.motion.center_of_mass_m, {}});
+        if (empty) share_debt(*empty, loaded.load.mass_kg);
     }
     given_.clear();
     for (auto& [id, loaded] : loaded_) {

@@ -22,7 +22,8 @@ namespace bsoil::bullet {
 /// So the solver gives the load the body's change of velocity. What the body has really given the
 /// soil is BodyLoad::impulse_n_s: more where soil has fallen on it or was taken aboard, less where
 /// its load slides. The difference is a debt of momentum, which the body pays over the time of a
-/// soil step. Body and soil together keep their momentum.
+/// soil step. Body and soil together keep their momentum, but for the share of a debt that soil
+/// takes along when it leaves.
 ///
 /// A rigid body may get impulses between substeps, when it has its own mass alone: from the struts
 /// of a vehicle, from the host. Its load takes its share in the next substep.
@@ -61,6 +62,7 @@ class CarriedLoads {
     };
     Loaded* find_loaded(std::span<const BodyState> bodies, std::map<int, Loaded>& before,
                         const BodyLoad& load);
+    static void share_debt(Loaded& loaded, double load_before_kg);
     void open(Loaded& loaded);
     static void note_left(const BodyState& body, Loaded& loaded);
     void add_push_since_left(const btRigidBody& rigid, Loaded& loaded) const;

@@ -126,6 +126,32 @@ TEST(LoadMomentum, of_a_load_that_slides_is_what_friction_gives) {
     EXPECT_NEAR(x_speed(plate), speed_m_s, 0.05 * speed_m_s);
 }
 
+// A plate of a few grams goes through falling sand that slides off it again. Sand at rest cannot
+// make it faster, nor drive it back.
+TEST(LoadMomentum, of_a_heavy_load_that_leaves_does_not_throw_a_light_body) {
+    constexpr double kPlateKg = 0.005, kSpeed_m_s = 3;
+    BulletScene scene;
+    const auto soil = SoilAction::create(*scene.world, air());
+    ASSERT_TRUE(soil);
+    auto& shape = scene.shape<btBoxShape>(btVector3(0.06f, 0.05f, 0.2f));
+    btRigidBody& plate = add_sled(scene, shape, kPlateKg, -1.4);
+    plate.setLinearVelocity(btVector3(btScalar(kSpeed_m_s), 0, 0));
+    for (int k = 0; k < 8; ++k) {
+        const double x_m = -0.8 + 0.3 * k;
+        ASSERT_TRUE((*soil)->fill(BoxFill{{{x_m, 0.6, -0.3}, {x_m + 0.1, 0.9, 0.3}}, {}}));
+    }
+    double most_kg = 0, least_m_s = kSpeed_m_s, most_m_s = 0;
+    for (int i = 0; i < 60; ++i) {
+        scene.run(1.0 / 60);
+        most_kg = std::max(most_kg, (*soil)->body_report(plate).load_kg);
+        least_m_s = std::min(least_m_s, x_speed(plate));
+        most_m_s = std::max(most_m_s, x_speed(plate));
+    }
+    EXPECT_GT(most_kg, 100 * kPlateKg);
+    EXPECT_LT(most_m_s, 1.01 * kSpeed_m_s);
+    EXPECT_GT(least_m_s, -kSpeed_m_s);
+}
+
 // Poured soil pushes with what stops it, besides its weight: rate times speed.
 TEST(LoadMomentum, of_poured_soil_pushes_beside_its_weight) {
     constexpr double kRate_kg_s = 30, kFall_m = 0.7;
