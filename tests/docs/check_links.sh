@@ -9,18 +9,22 @@ places() {
     grep -oE '<a (id|name)="[^"]+"' "$1" | sed -E 's/.*"(.*)"/\1/'
 }
 
+# Each page's places once, however many links lead there.
+declare -A places_of=()
 while IFS= read -r page; do
     while IFS= read -r link; do
-        target=${link%%#*} place=${link#"${link%%#*}"} file=$(dirname "$page")/${link%%#*}
+        link=${link#](} link=${link%)}
+        target=${link%%#*} place=${link#"${link%%#*}"} file=${page%/*}/${link%%#*}
         [[ $target == *://* ]] && continue
         [[ -n $target ]] || file=$page
         if [[ -e $file ]]; then
             [[ -z $place || $file != *.md ]] && continue
-            grep -qxF -- "${place#\#}" < <(places "$file") && continue
+            [[ -v places_of[$file] ]] || places_of[$file]=$'\n'$(places "$file")$'\n'
+            [[ ${places_of[$file]} == *$'\n'"${place#\#}"$'\n'* ]] && continue
         fi
         fail "${page#./}: $link is not there"
-    done < <(grep -oE '\]\([^) ]+\)' "$page" | sed -E 's/^\]\((.*)\)$/\1/')
-done < <(find . -name '*.md' -not -path '*/build*' -not -path '*/out*' -not -path '*/.git/*')
+    done < <(grep -oE '\]\([^) ]+\)' "$page")
+done < <(find . -name '*.md' -not -path './build*/*' -not -path './out*/*' -not -path './.git/*')
 while IFS= read -r program; do
     [[ $program == */main.cpp ]] && continue # the command bsoil
     grep -qF "]($program)" README.md || fail "README.md does not link $program"
