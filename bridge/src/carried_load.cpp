@@ -34,13 +34,19 @@ class LoadedBody {
     }
     const btTransform& axes() const { return axes_; }
     const btRigidBody* rigid() const { return rigid_; }
-    /// Bullet keeps a rigid body's inverses.
     btScalar mass_kg() const {
         if (rigid_) return 1 / rigid_->getInvMass();
         return is_base() ? multibody().getBaseMass() : link().m_mass;
     }
-    bool has_mass(btScalar mass_kg) const {
-        return rigid_ ? rigid_->getInvMass() == 1 / mass_kg : this->mass_kg() == mass_kg;
+    /// Whether these were set. Bullet keeps a rigid body's inverses.
+    bool has(const MassProps& props) const {
+        if (!rigid_) return mass_kg() == props.mass_kg && inertia_kg_m2() == props.inertia_kg_m2;
+        bool same = rigid_->getInvMass() == 1 / props.mass_kg;
+        for (int i = 0; i < 3; ++i) {
+            const btScalar own = props.inertia_kg_m2[i];
+            same = same && rigid_->getInvInertiaDiagLocal()[i] == (own > 0 ? 1 / own : 0);
+        }
+        return same;
     }
     btVector3 inertia_kg_m2() const {
         if (!rigid_) return is_base() ? multibody().getBaseInertia() : link().m_inertiaLocal;
@@ -220,7 +226,7 @@ void CarriedLoads::open(Loaded& loaded) {
     LoadedBody body(loaded.body);
     if (loaded.open || !body.is_active()) return;
     // Bullet keeps inverses: read back, the host's mass would drift by a rounding a substep.
-    if (loaded.own_mass_kg <= 0 || !body.has_mass(loaded.own_mass_kg)) {
+    if (loaded.own_mass_kg <= 0 || !body.has({loaded.own_mass_kg, loaded.own_inertia})) {
         loaded.own_mass_kg = body.mass_kg();
         loaded.own_inertia = body.inertia_kg_m2();
     }

@@ -123,6 +123,20 @@ TEST_F(CarriedLoad, leaves_the_host_its_own_mass_bit_for_bit) {
     EXPECT_EQ(box.getTotalForce().length(), 0);
 }
 
+// With the same mass, between two substeps.
+TEST_F(CarriedLoad, leaves_the_host_the_inertia_that_it_sets) {
+    box.setActivationState(DISABLE_DEACTIVATION);
+    const BodyState state = state_of_box();
+    CarriedLoads carried(*scene.world, {0, 1, 0}, 9.81);
+    carried.set_loads({&state, 1}, std::array{BodyLoad{0, 6, {}, {}}}, 1.0 / 60);
+    LoadAction action(*scene.world, carried);
+    for (const btScalar inertia : {btScalar(5), btScalar(7)}) {
+        box.setMassProps(2, btVector3(inertia, inertia, 0));
+        scene.world->stepSimulation(kStep, 0);
+        EXPECT_EQ(box.getInvInertiaDiagLocal(), btVector3(1 / inertia, 1 / inertia, 0));
+    }
+}
+
 /// A link of 2 kg on a hinge about z, 1 m from its centre of mass, that carries 6 kg.
 class CarriedLoadOfLink : public testing::Test {
   protected:
