@@ -224,20 +224,6 @@ double FreeSurface::nearest_beside(const ContactRecord& contact, double otherwis
     return here < 0 ? otherwise : here / 65536.0;
 }
 
-// The same between the middles of columns; `otherwise` where nobody has looked.
-double FreeSurface::ground_at(double x, double y, double otherwise) const {
-    const double u = x - low_[0] - 0.5, v = y - low_[1] - 0.5;
-    if (u < 0 || v < 0 || u >= size_[0] - 1 || v >= size_[1] - 1) return otherwise;
-    const int ix = static_cast<int>(u), iy = static_cast<int>(v);
-    const double fx = u - ix, fy = v - iy;
-    const int32_t* low = &nearest_[static_cast<size_t>(iy) * size_[0] + ix];
-    const int32_t* high = low + size_[0];
-    if (std::min({low[0], low[1], high[0], high[1]}) < 0) return otherwise;
-    return ((low[0] * (1 - fx) + low[1] * fx) * (1 - fy) +
-            (high[0] * (1 - fx) + high[1] * fx) * fy) /
-           65536.0;
-}
-
 SurfaceWedge::Found FreeSurface::wedge_before(const ContactRecord& contact, Vec3 at,
                                               Vec3 outward) const {
     const double nearest = nearest_beside(contact, at.z);

@@ -11,13 +11,4 @@ SurfaceWedge::SurfaceWedge(double tan_phi, double tan_wall)
     }
 }
 
-// Weight, the wall's force inclined by its friction, and the plane's reaction at phi to its normal
-// balance.
-double SurfaceWedge::push(double slope) const {
-    const double apart = 1 - slope * tan_phi_;
-    const double inclined = (slope + tan_phi_) / apart;  // tan(plane + phi)
-    const double held = 1 - inclined * tan_wall_;
-    return apart > 0 && held > 0 ? inclined / held : kNone;
-}
-
 }  // namespace bsoil

@@ -28,25 +28,28 @@ class SurfaceWedge {
     template <class Height>
     Found find(double depth, Height&& height) const {
         double least = kNone, inflow = 1, lowest = kNone, area = 0, before_x = 0, before = depth;
-        const auto take = [&](double push, double its_inflow) {
-            if (!(push < least)) return;
-            least = push;
-            inflow = its_inflow;
-        };
         for (const double share : kRuns) {
             const double x = share * depth, here = height(x);
             if (!(here > 0)) {  // the plane is level and ends where the ground meets it
                 const double last = (x - before_x) * before / (before - here);
-                take((area + before * last / 2) * level_push_, 0);
+                const double its_push = (area + before * last / 2) * level_push_;
+                if (its_push < least) {
+                    least = its_push;
+                    inflow = 0;
+                }
                 break;
             }
             area += (before + here) / 2 * (x - before_x);
             // Any other plane would come out before it gets there.
-            if (here / x <= lowest) {
-                lowest = here / x;
-                // A foot further down by dz has a plane that enters so much more of new soil.
-                const double falls = std::max(0.0, (before - here) / (x - before_x));
-                take((area - here * x / 2) * push(lowest), lowest / (lowest + falls));
+            const double slope = here / x;
+            if (slope <= lowest) {
+                lowest = slope;
+                if (const double its_push = (area - here * x / 2) * push(slope); its_push < least) {
+                    least = its_push;
+                    // A foot further down by dz has a plane that enters so much more of new soil.
+                    const double falls = std::max(0.0, (before - here) / (x - before_x));
+                    inflow = slope / (slope + falls);
+                }
             }
             before_x = x;
             before = here;
@@ -73,8 +76,15 @@ class SurfaceWedge {
         return out;
     }();
 
-    /// Level push on the wall over the wedge's weight, for a plane that rises so steeply.
-    double push(double slope) const;
+    /// Level push on the wall over the wedge's weight, for a plane that rises so steeply. Weight,
+    /// the wall's force inclined by its friction, and the plane's reaction at phi to its normal
+    /// balance.
+    double push(double slope) const {
+        const double apart = 1 - slope * tan_phi_;
+        const double inclined = (slope + tan_phi_) / apart;  // tan(plane + phi)
+        const double held = 1 - inclined * tan_wall_;
+        return apart > 0 && held > 0 ? inclined / held : kNone;
+    }
 
     double tan_phi_, tan_wall_;
     double level_push_ = 0;    ///< push(0)
