@@ -193,8 +193,28 @@ void WorkLists::mark_woken(std::span<StepBody> bodies) {
             if (tiles_.woke_in_this_step(block / core_.blocks_per_tile)) {
                 rebuild_step_[block] = core_.step_index;
             }
-            if (!body.input->is_static) contact_step_[block] = core_.step_index;
         }
+        if (!body.input->is_static) mark_contacts(body.track->blocks);
+    }
+}
+
+// In a tile all blocks from a body's lowest up to the top of the soil: a body carries what lies on
+// it, however high.
+void WorkLists::mark_contacts(std::span<const BlockKey> blocks) {
+    for (size_t i = 0; i < blocks.size();) {  // sorted
+        const auto tile = static_cast<size_t>(blocks[i] / core_.blocks_per_tile);
+        const BlockKey first = blocks[i];
+        while (i + 1 < blocks.size() &&
+               static_cast<size_t>(blocks[i + 1] / core_.blocks_per_tile) == tile) {
+            ++i;
+        }
+        const BlockKey top =
+            core_.block_key(static_cast<int>(tile),
+                            std::min(core_.blocks_per_tile - 1, tiles_[tile]->top / kTileSide + 1));
+        for (BlockKey key = first; key <= std::max(top, blocks[i]); ++key) {
+            contact_step_[static_cast<size_t>(device_block(key))] = core_.step_index;
+        }
+        ++i;
     }
 }
 

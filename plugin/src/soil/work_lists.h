@@ -42,7 +42,7 @@ class WorkLists {
     /// Wakes and lists what is active and the blocks around it.
     void wake_active();
     /// Marks the bodies' blocks once more, now that all tiles are awake: those that woke in this
-    /// step, and those with contacts.
+    /// step, and those with contacts or loads.
     void mark_woken(std::span<StepBody> bodies);
     /// Marks all blocks of awake tiles, for all lists.
     void mark_all();
@@ -78,6 +78,7 @@ class WorkLists {
 
   private:
     int device_block(BlockKey key) const;
+    void mark_contacts(std::span<const BlockKey> blocks);
     void fit();
     /// So that a step allocates nothing for the blocks that get active in it.
     void keep_room_for(size_t block_count);
