@@ -1,7 +1,8 @@
 // Where bodies and soil meet: one record per voxel on the surface of a body that is not small, where soil lies on its outer
 // side. Normal and area come from the gradient of the coverage field; summed over a closed body it vanishes. Also the load that
-// each moving body carries. Everything here is integers; what they mean in newtons is the host's business.
-// Reads: coverage, owner, volume, bond, support, materials, water, shapes. Writes: result.
+// each moving body carries, and whether terrain stands beside it. Everything here is integers; what they mean in newtons is the
+// host's business.
+// Reads: coverage, owner, terrain, volume, bond, support, materials, water, shapes. Writes: result.
 
 // mass * (2 at + 1), each half of it within 31 bits.
 void add_mass_moment(int sum, int mass, int at) {
@@ -48,6 +49,15 @@ void add_load(int body, int voxel, ivec3 place) {
     add_mass_moment(load + kLoadMoment, mass, place.x);
     add_mass_moment(load + kLoadMoment + 2, mass, place.y);
     add_mass_moment(load + kLoadMoment + 4, mass, place.z);
+}
+
+// Whether terrain stands beside a voxel. The grid's ends do not count.
+bool is_beside_terrain(int slot, int x, int y, int z) {
+    for (int n = 0; n < 4; ++n) {
+        int beside = voxel_at(slot, x + (n == 0 ? 1 : n == 1 ? -1 : 0), y + (n == 2 ? 1 : n == 3 ? -1 : 0), z);
+        if (beside >= 0 && state_at(kPlaneTerrain, beside) >= kSolidCoverage) return true;
+    }
+    return false;
 }
 
 // The step along an axis into the body: outwards is where coverage falls most.
@@ -171,7 +181,10 @@ void collect_contacts(int group, int lane) {
         int voxel = block * kBlockVoxels + i * kTileColumns + lane;
         int support = state_at(kPlaneSupport, voxel);
         if (support >= kSupportBody && state_at(kPlaneVolume, voxel) > 0) {
-            add_load(support - kSupportBody, voxel, grid_voxel(slot, x, y, z0 + i));
+            int body = support - kSupportBody;
+            add_load(body, voxel, grid_voxel(slot, x, y, z0 + i));
+            int walls = kResultHeader + body * kLoadWords + kLoadWalls;
+            if (ATOMIC_LOAD(result[walls]) == 0 && is_beside_terrain(slot, x, y, z0 + i)) ATOMIC_OR(result[walls], 1);
         }
         collect_contact(slot, ivec3(x, y, z0 + i), voxel);
     }

@@ -321,10 +321,11 @@ CONST_INT(kResultSpansPlace, 6)
 CONST_INT(kResultFallen, 16)    // from gravity, air and sources; less what sinks take along
 CONST_INT(kResultGround, 22)    // what ground, terrain and the grid's ends took; slopes give, which counts as less
 CONST_INT(kResultHeader, 28)    // then per body the load it carries, kLoadWords each, then the contact records
-CONST_INT(kLoadWords, 14)       // 64-bit sums (low, high)
+CONST_INT(kLoadWords, 15)       // 64-bit sums (low, high), then kLoadWalls
 CONST_INT(kLoadMass, 0)         // parts of mass units
 CONST_INT(kLoadMoment, 2)       // the same times 2x + 1, then 2y + 1, then 2z + 1: the middle of a voxel in half voxels
 CONST_INT(kLoadImpulse, 8)      // momentum that the body has given soil along x, y, z, beside what bears the soil's weight
+CONST_INT(kLoadWalls, 14)       // 1: some of it is beside a column of terrain
 CONST_INT(kLoadPart, 16)        // parts are 16ths, rounded down, so that a part times 16385 voxels stays in 31 bits
 CONST_INT(kContactWords, 15)
 CONST_INT(kContactAt, 0)        // voxel x, y, z

@@ -352,6 +352,7 @@ std::span<SoilBody> BodyCollector::soil_bodies(double before_s) {
         body.center_of_mass_m =
             state.motion.center_of_mass_m - before_s * state.motion.linear_velocity_m_s;
         body.is_static = state.role == BodyRole::fixed;
+        body.is_driven = state.role == BodyRole::driven;
         body.surface = state.surface;
         body.may_leave = std::any_of(grids_.begin(), grids_.end(), [&](const GridFrame* grid) {
             return grid->is_above(body.center_of_mass_m);

@@ -102,6 +102,11 @@ Vec3 arm_of(const BodyState& body, const BodyLoad& load) {
     return load.center_m - body.motion.center_of_mass_m;
 }
 
+/// What walls hold of a load, times its arm about a body's centre.
+btVector3 held_arm_kg_m(const BodyLoad& load, const btVector3& center_m) {
+    return to_bullet(load.held_kg_m - load.held_kg * from_bullet(center_m));
+}
+
 struct Momentum {
     Vec3 linear_n_s, angular_n_m_s;
 };
@@ -247,6 +252,13 @@ void CarriedLoads::open(Loaded& loaded) {
             if (inertia[i] > 0) inertia[i] += more[i];
         }
         body.set({loaded.own_mass_kg + mass_kg, inertia});
+    }
+    if (loaded.load.held_kg != 0) {
+        const btVector3 lift_m_s2 = to_bullet(gravity_m_s2_ * up_);
+        const auto held_kg = static_cast<btScalar>(loaded.load.held_kg);
+        loaded.force_n += held_kg * lift_m_s2;
+        loaded.torque_n_m += held_arm_kg_m(loaded.load, body.axes().getOrigin()).cross(lift_m_s2);
+        loaded.felt_n += from_bullet(held_kg * lift_m_s2);
     }
     body.apply(loaded.force_n, loaded.torque_n_m);
     loaded.open = true;

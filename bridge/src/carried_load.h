@@ -25,6 +25,9 @@ namespace bsoil::bullet {
 /// soil step. Body and soil together keep their momentum, but for the share of a debt that soil
 /// takes along when it leaves.
 ///
+/// Where walls hold up a part of a load (BodyLoad::held_kg), the weight of that part is taken off
+/// the body that carries it and given to the wall, at one point.
+///
 /// A rigid body may get impulses between substeps, when it has its own mass alone: from the struts
 /// of a vehicle, from the host. Its load takes its share in the next substep.
 class CarriedLoads {
@@ -39,7 +42,8 @@ class CarriedLoads {
     void open_substep();
     /// substep_s: how long Bullet has solved with the loads; 0 where it has not.
     void close_substep(double substep_s);
-    /// Weight of its load and push that a body felt in the last substep.
+    /// Weight of its load, less what walls hold of it, and push that a body felt in the last
+    /// substep.
     Vec3 felt_n(int body) const;
     /// Forgets all loads. Between substeps.
     void let_go();

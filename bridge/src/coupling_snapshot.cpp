@@ -217,7 +217,8 @@ void CouplingSnapshot::Memory::list_loaded(StateStream& stream,
                                            const btDiscreteDynamicsWorld& world,
                                            CarriedLoads::Loaded& loaded) {
     list(stream, world, loaded.body);
-    stream(loaded.load.body, loaded.load.mass_kg, loaded.load.center_m, loaded.load.impulse_n_s);
+    stream(loaded.load.body, loaded.load.mass_kg, loaded.load.center_m, loaded.load.impulse_n_s,
+           loaded.load.held_kg, loaded.load.held_kg_m);
     stream(loaded.debt_n_s, loaded.debt_n_m_s, loaded.push_n, loaded.push_n_m, loaded.left_m_s,
            loaded.left_rad_s, loaded.own_mass_kg);
     list(stream, loaded.own_inertia);
@@ -393,6 +394,11 @@ Status CouplingSnapshot::check_loads(const Soil& soil) const {
         } amounts[] = {
             {"carries", "kg", loaded.load.mass_kg, most.mass_kg},
             {"carries soil at a distance of", "m", length(arm), arm_m},
+            {"is held up by walls or holds up", "kg", std::abs(loaded.load.held_kg), most.mass_kg},
+            {"is held up or holds up", "kg m",
+             length(loaded.load.held_kg_m -
+                    loaded.load.held_kg * loaded.body.motion.center_of_mass_m),
+             most.mass_kg * arm_m},
             {"gave soil", "N s", length(loaded.load.impulse_n_s), most.impulse_n_s},
             {"owes", "N s", length(loaded.debt_n_s), most.impulse_n_s},
             {"owes", "N m s", length(loaded.debt_n_m_s), most.impulse_n_s * arm_m},

@@ -162,7 +162,7 @@ BodyReport SoilAction::body_report(const btCollisionObject& object) const {
         if (load.body != id) continue;
         const SoilDef& def = impl_->soil->def();
         out.load_kg = load.mass_kg;
-        const Vec3 weight_n = -load.mass_kg * def.gravity_m_s2 * up_of(def);
+        const Vec3 weight_n = (load.held_kg - load.mass_kg) * def.gravity_m_s2 * up_of(def);
         out.load_n = weight_n - load.impulse_n_s * (1 / def.step_s);
     }
     for (const BodyState& body : impl_->collector.bodies()) {
@@ -303,8 +303,10 @@ std::span<const BodyLoad> SoilAction::Impl::moved_loads() {
     for (BodyLoad& load : loads) {
         for (const BodyState& body : stepped) {
             if (body.id != load.body || !body.object) continue;
-            load.center_m += from_bullet(body.object->getWorldTransform().getOrigin()) -
-                             body.motion.center_of_mass_m;
+            const Vec3 moved_m = from_bullet(body.object->getWorldTransform().getOrigin()) -
+                                 body.motion.center_of_mass_m;
+            load.center_m += moved_m;
+            load.held_kg_m += load.held_kg * moved_m;
         }
     }
     return loads;

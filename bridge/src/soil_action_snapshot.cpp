@@ -18,8 +18,9 @@ void list(StateStream& stream, StepReport& report, std::vector<BodyLoad>& loads)
     stream(report.substep_count, report.status_bits, report.block_active_count,
            report.block_dispatched_count, report.tile_awake_count,
            report.speed_max_voxels_per_step);
-    stream.list(loads, 60, [&](BodyLoad& load) {
-        stream(load.body, load.mass_kg, load.center_m, load.impulse_n_s);
+    stream.list(loads, 92, [&](BodyLoad& load) {
+        stream(load.body, load.mass_kg, load.center_m, load.impulse_n_s, load.held_kg,
+               load.held_kg_m);
     });
 }
 

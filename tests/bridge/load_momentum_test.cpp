@@ -198,5 +198,60 @@ TEST(LoadMomentum, of_a_load_at_rest_is_none) {
     EXPECT_FALSE(tray.isActive());
 }
 
+/// Four walls of a shaft of 0.6 m over a tray's height, 1 m high, standing 0.05 m above the plate.
+btCollisionShape& tube_shape(BulletScene& scene) {
+    auto& tube = static_cast<btCompoundShape&>(scene.shape<btCompoundShape>());
+    for (const btScalar side : {btScalar(-1), btScalar(1)}) {
+        for (const bool is_across : {false, true}) {
+            btTransform pose = btTransform::getIdentity();
+            pose.setOrigin(is_across ? btVector3(0, 0, side * 0.4f) : btVector3(side * 0.4f, 0, 0));
+            tube.addChildShape(pose,
+                               &scene.shape<btBoxShape>(is_across ? btVector3(0.5f, 0.5f, 0.1f)
+                                                                  : btVector3(0.1f, 0.5f, 0.5f)));
+        }
+    }
+    return tube;
+}
+
+// A loose plate under soil in a loose tube: each bears its share, both have the whole weight, and
+// all comes to rest. docs/decisions/silo_walls.md
+TEST(SiloWalls, and_floor_bear_the_whole_weight_and_sleep) {
+    BulletScene scene;
+    const auto soil = SoilAction::create(*scene.world, air());
+    ASSERT_TRUE(soil);
+    constexpr btScalar kPlateTop = 0.2f;
+    scene.add_box(0, btVector3(2, 0.05f, 1), btVector3(0, 0.05f, 0));
+    btRigidBody& plate =
+        scene.add_box(40, btVector3(0.7f, 0.05f, 0.7f), btVector3(0, kPlateTop - 0.05f, 0));
+    btRigidBody& tube = scene.add(60, tube_shape(scene), btVector3(0, kPlateTop + 0.5f, 0));
+    ASSERT_TRUE((*soil)->fill(BoxFill{{{-0.3, 0.2, -0.3}, {0.3, 1.1, 0.3}}, {}}));
+    scene.run(2);
+    const BodyReport floor = (*soil)->body_report(plate), wall = (*soil)->body_report(tube);
+    EXPECT_GT(floor.load_kg, 400);
+    EXPECT_EQ(wall.load_kg, 0);
+    const double weight_n = floor.load_kg * kGravity_m_s2;
+    // Janssen, with the default sand: K = 0.455, a friction of 0.4, 0.6 m wide, 0.9 m deep.
+    const double deep = 0.9 / (0.6 / (4 * 0.455 * 0.4));
+    EXPECT_NEAR(floor.load_n.y / -weight_n, -std::expm1(-deep) / deep, 0.06);
+    EXPECT_NEAR(floor.load_n.y + wall.load_n.y, -weight_n, 1e-3 * weight_n);
+    EXPECT_NEAR(static_cast<double>(plate.getWorldTransform().getOrigin().y()), 0.15, 2e-3);
+    scene.run(5);
+    EXPECT_FALSE(plate.isActive());
+    EXPECT_FALSE(tube.isActive());
+}
+
+// The same soil between a tray's own walls: they are the floor's.
+TEST(SiloWalls, of_the_floor_itself_change_nothing) {
+    BulletScene scene;
+    const auto soil = SoilAction::create(*scene.world, air());
+    ASSERT_TRUE(soil);
+    scene.add_box(0, btVector3(2, 0.1f, 1), btVector3(0, btScalar(kTrayTopM - 0.2), 0));
+    scene.add(btScalar(kTrayKg), tray_shape(scene), btVector3(0, btScalar(kTrayTopM - 0.05), 0));
+    ASSERT_TRUE((*soil)->fill(BoxFill{{{-0.7, 0.4, -0.5}, {0.7, 0.55, 0.5}}, {}}));
+    scene.run(0.5);
+    ASSERT_FALSE((*soil)->last_report().loads.empty());
+    for (const BodyLoad& load : (*soil)->last_report().loads) EXPECT_EQ(load.held_kg, 0);
+}
+
 }  // namespace
 }  // namespace bsoil::bullet::load_momentum_test

@@ -139,8 +139,9 @@ TEST_F(WorldSnapshot, more_load_or_debt_than_the_grid_can_give_is_refused) {
     ASSERT_TRUE(sections);
     const auto loads = w->soil->last_report().loads;
     ASSERT_FALSE(loads.empty());
-    // A load lies as: body; mass, centre, impulse; then debt and push, each with its moment. Of its
-    // two places the last is what the coupling remembers.
+    // A load lies as: body; mass, centre, impulse, what walls hold, the same times its place;
+    // then debt and push, each with its moment. Of its two places the last is what the coupling
+    // remembers.
     std::array<uint8_t, sizeof(int) + sizeof(double)> head;
     std::memcpy(head.data(), &loads[0].body, sizeof(int));
     std::memcpy(head.data() + sizeof(int), &loads[0].mass_kg, sizeof(double));
@@ -167,11 +168,13 @@ TEST_F(WorldSnapshot, more_load_or_debt_than_the_grid_can_give_is_refused) {
     } cases[] = {{0, 1e5, "carries 1e+05 kg"},
                  {1, 1e3, "at a distance of"},
                  {4, 1e9, "gave soil"},
-                 {7, -1e9, "owes 1e+09 N s"},
-                 {9, 1e100, "owes 1e+100 N s"},
-                 {10, 1e9, "owes 1e+09 N m s"},
-                 {13, 1e10, "is pushed by 1e+10 N"},
-                 {18, -1e12, "is pushed by 1e+12 N m"}};
+                 {7, -1e5, "holds up 1e+05 kg for"},
+                 {9, 1e9, "holds up 1e+09 kg m"},
+                 {11, -1e9, "owes 1e+09 N s"},
+                 {13, 1e100, "owes 1e+100 N s"},
+                 {14, 1e9, "owes 1e+09 N m s"},
+                 {17, 1e10, "is pushed by 1e+10 N"},
+                 {22, -1e12, "is pushed by 1e+12 N m"}};
     const uint64_t before = w->checksum();
     for (const auto& forged : cases) {
         write(forged.number, forged.value);

@@ -60,6 +60,9 @@ struct SoilBody {
     /// all, it pushes soil like a body without velocity until it has stood still for 30 steps; a
     /// jump of more than SoilDef::substeps_max voxels puts it down anew.
     bool is_static = false;
+    /// Its motion is given and not solved for: even the slowest is meant. Else it rests below
+    /// ContactMotionDef::rest_voxels_per_s where the walls of loads are looked at.
+    bool is_driven = false;
     bool may_leave = false;  ///< that it is out of the grid is not reported: another soil has it
     SurfaceFriction surface;
     const std::vector<ConvexShape>* shapes = nullptr;  ///< must outlive the call
@@ -112,11 +115,18 @@ struct ContactVoxel {
 /// it takes along by friction.
 struct BodyLoad {
     int body = 0;        ///< SoilBody::id
-    double mass_kg = 0;  ///< 0 for a body that carries none and has only been hit
+    double mass_kg = 0;  ///< 0 for a body that carries none: it has been hit, or is a wall
     Vec3 center_m;       ///< centre of mass, world; the body's where it carries none
     /// Momentum that the body has given soil in the last step, world: what changed that soil's
     /// velocity. What holds it up against gravity, mass times gravity times step, comes besides.
     Vec3 impulse_n_s;
+    /// Mass whose weight friction with walls takes off the body: of its load what walls that are
+    /// not its own bear, less what it bears itself as a wall of other bodies' loads. Whole parts of
+    /// mass units, so that the sum over bodies and static ground is 0. See
+    /// docs/decisions/silo_walls.md.
+    double held_kg = 0;
+    /// The same times where that friction acts, world [kg m].
+    Vec3 held_kg_m{};
 };
 
 }  // namespace bsoil

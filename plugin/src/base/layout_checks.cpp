@@ -35,7 +35,8 @@ static_assert(same(kStatusSpansFull, StatusBit::span_list_full));
 static_assert(kColumnSpans + kSpanCapacity * kSpanWords <= kColumnSpeed &&
               kColumnSpeed + 2 * kSpanCapacity <= kColumnBase &&
               kColumnBase + kSpanCapacity / 2 <= kColumnWords);
-static_assert(kLoadMoment + 6 == kLoadImpulse && kLoadImpulse + 6 == kLoadWords);
+static_assert(kLoadMoment + 6 == kLoadImpulse && kLoadImpulse + 6 == kLoadWalls &&
+              kLoadWalls + 1 == kLoadWords);
 static_assert(kResultWaterMoves + 2 <= kResultFallen && kResultFallen + 6 == kResultGround &&
               kResultGround + 6 == kResultHeader);
 static_assert(kContactAt + 3 == kContactBody && kContactBody + 1 == kContactKey &&

@@ -104,6 +104,7 @@ void ContactReader::want(bool has_contacts, std::vector<device::ReadRange>& rang
     record_words_.resize(static_cast<size_t>(records) * kContactWords);
     ranges.push_back({Buffer::result, core_.params.contact_offset, record_words_});
     surface_.want(has_contacts, ranges);
+    silo_walls_.want(has_contacts, ranges);
 }
 
 void ContactReader::read(std::span<const int32_t> header) {
@@ -120,6 +121,8 @@ void ContactReader::read(std::span<const int32_t> header) {
     expected_ = count + count / 4 + kContactsMore;
     read_loads(header);
     make_contacts();
+    silo_walls_.share(
+        header, contacts_, [this](int slot) { return surface_.spans_of(slot); }, loads_);
     are_whole_ = (header[kResultStatus] & kStatusContactsFull) == 0;
     known_edit_ = tiles_.edit_count();
 }
@@ -159,7 +162,8 @@ void ContactReader::read_loads(std::span<const int32_t> header) {
 
 void ContactReader::note_quiet() {
     momentum_ = {};
-    std::erase_if(loads_, [](const BodyLoad& load) { return load.mass_kg <= 0; });
+    std::erase_if(loads_,
+                  [](const BodyLoad& load) { return load.mass_kg <= 0 && load.held_kg == 0; });
     for (BodyLoad& load : loads_) load.impulse_n_s = {};
 }
 

@@ -6,6 +6,7 @@
 #include "contact/contact_voxels.h"
 #include "soil/body_table.h"
 #include "soil/ground_bodies.h"
+#include "soil/silo_walls.h"
 #include "soil/tile_table.h"
 
 namespace bsoil {
@@ -25,9 +26,10 @@ class SurfaceReader {
     /// Words of height spans read for the last step.
     size_t span_words() const { return spans_.size(); }
 
-  private:
+    /// The records of an awake tile's columns, until the next call.
     const int32_t* spans_of(int slot);
 
+  private:
     SoilCore& core_;
     TileTable& tiles_;
     GroundBodies& ground_;
@@ -45,7 +47,11 @@ class SurfaceReader {
 class ContactReader {
   public:
     ContactReader(SoilCore& core, TileTable& tiles, BodyTable& bodies, GroundBodies& ground)
-        : core_(core), tiles_(tiles), bodies_(bodies), surface_(core, tiles, ground) {}
+        : core_(core),
+          tiles_(tiles),
+          bodies_(bodies),
+          surface_(core, tiles, ground),
+          silo_walls_(core, tiles, bodies) {}
     /// Once the materials are known.
     void start();
 
@@ -73,6 +79,7 @@ class ContactReader {
     TileTable& tiles_;
     BodyTable& bodies_;
     SurfaceReader surface_;
+    SiloWalls silo_walls_;
     std::vector<double> wedge_length_;  ///< ContactLawDef::wedge_length_of each material
     std::vector<SurfaceWedge> wedges_;  ///< of each material
     std::vector<ContactVoxel> contacts_;
