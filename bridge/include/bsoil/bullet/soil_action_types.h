@@ -57,10 +57,10 @@ struct BodyReport {
     double compression_m = 0;  ///< largest elastic push-in of a contact
     double load_kg = 0;        ///< soil it carries
     /// Force of that soil and of soil that falls on it, in Bullet's last substep, besides force_n:
-    /// weight, less what walls of others bear of it and with what the body bears as such a wall, and
-    /// the push of soil whose velocity the body has changed. What accelerates load_kg
-    /// with a dynamic body is not in it: Bullet's solver has that mass with the body. For a driven
-    /// body, which feels nothing, it is of the last soil step, and all is in it.
+    /// weight, less what walls of others bear of it and with what the body bears as such a wall,
+    /// and the push of soil whose velocity the body has changed. What accelerates load_kg with a
+    /// dynamic body is not in it: Bullet's solver has that mass with the body. For a driven body,
+    /// which feels nothing, it is of the last soil step, and all is in it.
     Vec3 load_n;
     int patch_count = 0;  ///< contact patches, each one normal and two tangential constraint rows
 };
