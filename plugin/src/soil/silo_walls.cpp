@@ -69,9 +69,12 @@ void SiloWalls::share(std::span<const int32_t> header, std::span<const ContactVo
         const StepBody* floor = find_body(load.body);
         const auto index = static_cast<size_t>(floor->track->index);
         const bool has_terrain = header[kResultHeader + index * kLoadWords + kLoadWalls] != 0;
-        const auto [first, last] =
-            std::ranges::equal_range(by_carrier_, load.body, {},
-                                     [](const ContactVoxel* contact) { return contact->carrier; });
+        const auto first = std::lower_bound(
+            by_carrier_.begin(), by_carrier_.end(), load.body,
+            [](const ContactVoxel* contact, int body) { return contact->carrier < body; });
+        const auto last = std::find_if(
+            first, by_carrier_.end(),
+            [&load](const ContactVoxel* contact) { return contact->carrier != load.body; });
         if (!has_terrain && first == last) continue;
         share_load(load, has_terrain, std::span(first, last), spans_of);
     }
