@@ -139,8 +139,11 @@ TEST_P(SiloAtVoxels, floor_bears_what_janssen_has) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(ToTheWidth, SiloAtVoxels, testing::Values(10, 15, 20),
-                         [](const auto& tested) { return std::to_string(tested.param); });
+std::string voxels_to_the_width(const testing::TestParamInfo<int>& tested) {
+    return std::to_string(tested.param);
+}
+INSTANTIATE_TEST_SUITE_P(ToTheWidth, SiloAtVoxels, testing::Values(10, 15), voxels_to_the_width);
+INSTANTIATE_TEST_SUITE_P(SlowToTheWidth, SiloAtVoxels, testing::Values(20), voxels_to_the_width);
 
 TEST(Silo, static_walls_bear_the_same) {
     for (const Form form : {Form::square, Form::round}) {

@@ -21,6 +21,11 @@ constexpr double kSoleShare = 1.0 / 8;
 /// Soil is around a body where the mean of n . r / |r| over its upright faces is more. Ours:
 /// between a plate's 0 and a pillar's 1.
 constexpr double kPillar = 0.5;
+/// Walls are looked at from so many full voxels of load on, and bear their whole share from twice
+/// as many. Ours: layers of five voxels by five, five high; stair faces say too little of walls
+/// around fewer. Larger: small silos weigh on their floors alone; smaller: each clod beside two
+/// bodies has its tiles read.
+constexpr double kLeastVoxels = 125;
 /// Cosine from which a face looks along a direction. Ours: for the rounding.
 constexpr double kLooksAlong = 1e-6;
 constexpr int kBeside[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
@@ -44,6 +49,13 @@ const StepBody* SiloWalls::find_body(int id) const {
     const auto found = std::find_if(bodies.begin(), bodies.end(),
                                     [id](const StepBody& body) { return body.input->id == id; });
     return found == bodies.end() ? nullptr : &*found;
+}
+
+/// What walls bear of it by its size, 0..1; see kLeastVoxels.
+double SiloWalls::wall_share(const BodyLoad& load) const {
+    const double voxel_kg =
+        core_.materials.front().density_kg_m3 * std::pow(core_.frame.voxel_m, 3);
+    return std::clamp(load.mass_kg / (kLeastVoxels * voxel_kg) - 1, 0.0, 1.0);
 }
 
 void SiloWalls::sort_contacts(std::span<const ContactVoxel> contacts) {
@@ -76,6 +88,7 @@ void SiloWalls::share(std::span<const int32_t> header, std::span<const ContactVo
             first, by_carrier_.end(),
             [&load](const ContactVoxel* contact) { return contact->carrier != load.body; });
         if (!has_terrain && first == last) continue;
+        if (wall_share(load) <= 0) continue;
         share_load(load, has_terrain, std::span(first, last), spans_of);
     }
     for (const BodyLoad& borne : borne_) {
@@ -399,7 +412,7 @@ void SiloWalls::hand_over(BodyLoad& load) {
             sum_kg += face.borne_kg;
             sum_kg_m += face.borne_kg * face.position_m;
         }
-        const double held_kg = std::round(sum_kg / part_kg) * part_kg;
+        const double held_kg = std::round(wall_share(load) * sum_kg / part_kg) * part_kg;
         if (!(held_kg > 0)) continue;
         const Vec3 held_kg_m = sum_kg_m * (held_kg / sum_kg);
         load.held_kg += held_kg;

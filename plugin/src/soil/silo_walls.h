@@ -51,6 +51,7 @@ class SiloWalls {
 
     const StepBody* find_body(int id) const;
     void sort_contacts(std::span<const ContactVoxel> contacts);
+    double wall_share(const BodyLoad& load) const;
     void share_load(BodyLoad& load, bool has_terrain, std::span<const ContactVoxel*> contacts,
                     const TileSpans& spans_of);
     void list_walls(std::span<const ContactVoxel*> contacts);
