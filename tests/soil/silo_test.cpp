@@ -145,6 +145,21 @@ std::string voxels_to_the_width(const testing::TestParamInfo<int>& tested) {
 INSTANTIATE_TEST_SUITE_P(ToTheWidth, SiloAtVoxels, testing::Values(10, 15), voxels_to_the_width);
 INSTANTIATE_TEST_SUITE_P(SlowToTheWidth, SiloAtVoxels, testing::Values(20), voxels_to_the_width);
 
+// Walls bear nothing of 125 full voxels and their whole share of 250; by hand 0.5 of it of 190.
+TEST(Silo, of_a_few_voxels_weighs_on_its_floor) {
+    constexpr double kVoxelM = 0.05;  // 10 to the width: each layer is 100 of them
+    const auto held_of_expected = [](double layers) {
+        const Plan plan{Form::square, layers / 10, kVoxelM};
+        const BodyLoad floor = Silo(plan).load_of(kFloorId);
+        return floor.held_kg / floor.mass_kg / (1 - floor_share(plan, floor.mass_kg));
+    };
+    EXPECT_EQ(held_of_expected(1), 0);
+    const double part = held_of_expected(2);
+    EXPECT_GT(part, 0.2);
+    EXPECT_LT(part, 0.8);
+    EXPECT_GT(held_of_expected(4), 0.8);
+}
+
 TEST(Silo, static_walls_bear_the_same) {
     for (const Form form : {Form::square, Form::round}) {
         for (const double yaw_deg : {0.0, 20.0, 45.0}) {

@@ -51,7 +51,8 @@ const StepBody* SiloWalls::find_body(int id) const {
     return found == bodies.end() ? nullptr : &*found;
 }
 
-/// What walls bear of it by its size, 0..1; see kLeastVoxels.
+/// What walls bear of it by its size, 0..1, as if all of it were of the first material; see
+/// kLeastVoxels.
 double SiloWalls::wall_share(const BodyLoad& load) const {
     const double voxel_kg =
         core_.materials.front().density_kg_m3 * std::pow(core_.frame.voxel_m, 3);
@@ -73,11 +74,12 @@ void SiloWalls::sort_contacts(std::span<const ContactVoxel> contacts) {
 
 void SiloWalls::share(std::span<const int32_t> header, std::span<const ContactVoxel> contacts,
                       const TileSpans& spans_of, std::vector<BodyLoad>& loads) {
-    if (loads.empty()) return;
+    const auto is_large = [this](const BodyLoad& load) { return wall_share(load) > 0; };
+    if (std::none_of(loads.begin(), loads.end(), is_large)) return;
     sort_contacts(contacts);
     borne_.clear();
     for (BodyLoad& load : loads) {
-        if (load.mass_kg <= 0) continue;
+        if (!is_large(load)) continue;
         const StepBody* floor = find_body(load.body);
         const auto index = static_cast<size_t>(floor->track->index);
         const bool has_terrain = header[kResultHeader + index * kLoadWords + kLoadWalls] != 0;
@@ -88,7 +90,6 @@ void SiloWalls::share(std::span<const int32_t> header, std::span<const ContactVo
             first, by_carrier_.end(),
             [&load](const ContactVoxel* contact) { return contact->carrier != load.body; });
         if (!has_terrain && first == last) continue;
-        if (wall_share(load) <= 0) continue;
         share_load(load, has_terrain, std::span(first, last), spans_of);
     }
     for (const BodyLoad& borne : borne_) {

@@ -23,7 +23,7 @@ class SiloWalls {
     using TileSpans = std::function<const int32_t*(int slot)>;
     /// Fills in BodyLoad::held_kg, and appends entries of walls that carry no load themselves.
     /// loads: by index of their body. header: the first words of Buffer::result. Nothing but a look
-    /// at both where no load has a wall.
+    /// at loads where all are small, and at contacts where none has a wall.
     void share(std::span<const int32_t> header, std::span<const ContactVoxel> contacts,
                const TileSpans& spans_of, std::vector<BodyLoad>& loads);
 

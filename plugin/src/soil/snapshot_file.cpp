@@ -23,7 +23,7 @@ namespace bsoil {
 namespace {
 
 constexpr char kMagic[8] = {'B', 'S', 'O', 'I', 'L', 'S', 'N', 'P'};
-// 18: how bodies that carry soil were left; what of the soil below a falling one was never moved.
+// 19: what walls bear of loads.
 constexpr uint32_t kVersion = 19;
 constexpr uint32_t kSectionsMost = 64;
 constexpr size_t kNameBytes = 16;
