@@ -6,7 +6,6 @@
 CONST_INT(kSlideGap, 4)         // voxels without momentum under which none is looked for
 CONST_INT(kSlideDepth, 128)     // voxels at most that slide: sums over them stay in 31 bits
 CONST_INT(kSlideSteepest, 262144)   // slope 4: beyond it friction is next to nothing
-CONST_INT(kSlideSpeedMost, 1048576)
 
 void stop_voxel(int voxel) { set_by_ground(voxel, ivec3(0, 0, state_at(kPlaneMomentumZ, voxel))); }
 
@@ -103,9 +102,10 @@ bool find_slab(int first, int top, OUT(Slab) slab) {
     return slab.low <= slab.high;
 }
 
-// What friction with the ground leaves of a speed, Q16. Down a slope that fails slip_soil drives it on.
+// What friction with the ground leaves of a speed, Q16. Down a slope that fails slip_soil drives it on. One that stands, with
+// its tolerance, has friction: what slides there has to come to rest.
 int kept_by_friction(int source, int slope, int pace) {
-    int held = mixed_word(source, kSoilLoose, kTableFriction) - slope;
+    int held = mixed_word(source, kSoilLoose, kTableFriction) + kSlipTolerance - slope;
     if (held <= 0) return kOneQ16;
     int gravity = params.gravity_q16 / params.slide_count;
     int lost = mul_q16(gravity, fraction_q16(held, kOneQ16 + mul_q16(slope, slope))) + 1;
@@ -123,17 +123,33 @@ void keep_speed(INOUT(Slab) slab, int kept) {
     slab.pace = mul_q16(slab.pace, kept);
 }
 
+// Slope of the ground ahead along the speed: of the facet between the axis that it is nearer to and the diagonal, as slip_soil
+// has them. drop: to the columns along x and along y.
+int slope_ahead(int slot, int x, int y, int top, ivec2 ahead, ivec2 drop, IN(Slab) slab) {
+    ivec2 speed = abs(slab.speed);
+    bool is_x = speed.x >= speed.y;
+    int along = is_x ? drop.x : drop.y;
+    int across = is_x ? drop.y : drop.x;
+    if (speed.x != 0 && speed.y != 0) {
+        int diagonal = slide_drop(slot, x + ahead.x, y + ahead.y, top, slab.thickness);
+        if (diagonal != kSlideWall) across = diagonal - along;
+    }
+    // By the ratio of the two: the pace of what hardly moves is a few units.
+    int ratio = fraction_q16(is_x ? speed.y : speed.x, is_x ? speed.x : speed.y);
+    int length = slope_length(kOneQ16, ratio);
+    return clamp(mul_q16(along, fraction_q16(kOneQ16, length)) + mul_q16(across, fraction_q16(ratio, length)), -kSlideSteepest,
+                 kSlideSteepest);
+}
+
 // What bars the way takes the momentum along it, friction and drag take their part. ahead: see slide_soil().
 void slow_slab(int slot, int x, int y, int top, int source, ivec2 ahead, INOUT(Slab) slab) {
-    int drop_x = slab.speed.x == 0 ? 0 : slide_drop(slot, x + ahead.x, y, top, slab.thickness);
-    int drop_y = slab.speed.y == 0 ? 0 : slide_drop(slot, x, y + ahead.y, top, slab.thickness);
-    if (drop_x == kSlideWall) slab.speed.x = 0;
-    if (drop_y == kSlideWall) slab.speed.y = 0;
+    ivec2 drop = ivec2(slab.speed.x == 0 ? 0 : slide_drop(slot, x + ahead.x, y, top, slab.thickness),
+                       slab.speed.y == 0 ? 0 : slide_drop(slot, x, y + ahead.y, top, slab.thickness));
+    if (drop.x == kSlideWall) drop.x = slab.speed.x = 0;
+    if (drop.y == kSlideWall) drop.y = slab.speed.y = 0;
     slab.pace = slope_length(slab.speed.x, slab.speed.y);
     if (slab.pace > 0) {
-        int slope = clamp(mul_q16(slab.speed.x == 0 ? 0 : drop_x, fraction_q16(abs(slab.speed.x), slab.pace)) +
-                              mul_q16(slab.speed.y == 0 ? 0 : drop_y, fraction_q16(abs(slab.speed.y), slab.pace)),
-                          -kSlideSteepest, kSlideSteepest);
+        int slope = slope_ahead(slot, x, y, top, ahead, drop, slab);
         keep_speed(slab, kept_by_friction(source, slope, slab.pace));
     }
     if (params.deposits != 0 && slab.pace > 0) keep_speed(slab, kept_by_drag(source));
@@ -243,7 +259,7 @@ void slide_soil(int group, int lane) {
     write_speed(first, slab);
     if (slab.speed.x == 0 && slab.speed.y == 0) return;
     mark_moved(source, source);
-    ATOMIC_MAX(result[kResultSlope], min(slab.pace, kSlideSpeedMost) / 2 - kOneQ16 / 4);  // so many passes more: see Passes::slip
+    ATOMIC_MAX(result[kResultSlide], min(slab.pace, kSlideSpeedMost));  // so many passes more: see Passes::slide_part_count
     Arrivals arrivals;
     int wanted = find_arrivals(slot, x, y, top, ahead, slab, arrivals);
     if (wanted > 0) shift_slab(slot, x, y, first, ahead, slab, wanted, arrivals);

@@ -308,6 +308,8 @@ CONST_INT(kResultStatus, 0)
 CONST_INT(kResultSpeed, 1)      // largest displacement a base step, Q16 voxels
 CONST_INT(kResultContacts, 2)   // number of contact records wanted
 CONST_INT(kResultSlope, 3)      // highest wedge that the last slip pass still found failing, Q16 voxels
+CONST_INT(kResultSlide, 7)      // fastest slide, Q16 voxels a base step, kSlideSpeedMost at most
+CONST_INT(kSlideSpeedMost, 1048576)
 // Of water, 64-bit sums of water units in this step: what came into the grid, what left it, how many voxels more will drain.
 CONST_INT(kResultWaterIn, 8)
 CONST_INT(kResultWaterOut, 10)

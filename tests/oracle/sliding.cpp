@@ -114,18 +114,25 @@ class Pass {
             slide.vx = std::clamp(momentum.x / slide.mass, -model_.slide_speed, model_.slide_speed);
             slide.vy = std::clamp(momentum.y / slide.mass, -model_.slide_speed, model_.slide_speed);
         }
-        const auto drop_x = drop(x + (slide.vx < 0 ? -1 : 1), y, slide);
-        const auto drop_y = drop(x, y + (slide.vy < 0 ? -1 : 1), slide);
+        const int ahead_x = x + (slide.vx < 0 ? -1 : 1), ahead_y = y + (slide.vy < 0 ? -1 : 1);
+        const auto drop_x = drop(ahead_x, y, slide), drop_y = drop(x, ahead_y, slide);
         if (!drop_x) slide.vx = 0;
         if (!drop_y) slide.vy = 0;
         if (const double pace = std::hypot(slide.vx, slide.vy); pace > 0) {
-            const double slope = std::clamp((drop_x.value_or(0) * std::abs(slide.vx) +
-                                             drop_y.value_or(0) * std::abs(slide.vy)) /
-                                                pace,
-                                            -kTableSlopeMost, kTableSlopeMost);
+            // Down the plane through the columns here, beside along the larger speed, and diagonal.
+            double dx = slide.vx == 0 ? 0 : *drop_x, dy = slide.vy == 0 ? 0 : *drop_y;
+            if (const auto both = drop(ahead_x, ahead_y, slide);
+                both && slide.vx != 0 && slide.vy != 0) {
+                (std::abs(slide.vx) >= std::abs(slide.vy) ? dy : dx) =
+                    *both - (std::abs(slide.vx) >= std::abs(slide.vy) ? dx : dy);
+            }
+            const double slope =
+                std::clamp((dx * std::abs(slide.vx) + dy * std::abs(slide.vy)) / pace,
+                           -kTableSlopeMost, kTableSlopeMost);
             const Voxel& top = now_.at(x, y, slide.high);
-            const double lost = model_.gravity / model_.slide_count *
-                                std::max(0.0, tan_phi(model_, top) - slope) / (1 + slope * slope);
+            const double held = tan_phi(model_, top) + model_.slip_tolerance - slope;
+            const double lost =
+                model_.gravity / model_.slide_count * std::max(0.0, held) / (1 + slope * slope);
             const double kept = std::max(0.0, 1 - lost / pace) * kept_of_viscous(top);
             slide.vx *= kept;
             slide.vy *= kept;

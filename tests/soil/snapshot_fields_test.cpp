@@ -122,6 +122,8 @@ std::vector<BadField> bad_fields() {
     add("speed", [](Soil::Impl& s) { s.speed_q16 = int64_t{1} << 31; });
     add("slope", [](Soil::Impl& s) { s.slope_q16 = -1; });
     add("slope", [](Soil::Impl& s) { s.slope_q16 = INT32_MAX; });
+    add("slide", [](Soil::Impl& s) { s.slide_q16 = -1; });
+    add("slide", [](Soil::Impl& s) { s.slide_q16 = layout::kSlideSpeedMost + 1; });
     const auto add_condition = [&](const char* text, auto spoil) {
         add(text, [spoil](Soil::Impl& s) {
             Condition condition{.bit = StatusBit::speed_clamped, .step_count = 1};

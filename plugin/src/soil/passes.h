@@ -24,16 +24,18 @@ class Passes {
     /// Where soil has cohesion: which banks fail as a whole. Where loose soil keeps some, slip()
     /// does it.
     void fail_banks();
-    /// Passes that a step makes, by what the last step left.
+    /// Parts of a step in each of which slopes slip and slide, by what the last step left.
+    int slide_part_count() const;
+    /// Passes in each of so many parts.
     /// @{
-    int slip_pass_count() const;
-    int slide_pass_count() const;
+    int slip_pass_count(int parts) const;
+    int slide_pass_count(int parts) const;
     /// @}
     /// At most so many slip passes from now on, and no fewer than the step's length asks for.
     void limit_slips(int most) { slips_most_ = most; }
-    void slip(int pass);      ///< thesis (20), pass 0..slip_pass_count() - 1
-    void slide();             ///< what slips with momentum goes on
-    void collect_contacts();  ///< into Buffer::result
+    void slip(int pass, int passes);  ///< thesis (20), pass 0..passes - 1 of a part
+    void slide(int passes);           ///< what slips with momentum goes on, one of so many a step
+    void collect_contacts();          ///< into Buffer::result
     /// One kernel over one list.
     void run(layout::Kernel kernel, const ListedWork& work);
     /// A kernel that writes deltas, and what adds them to the state.

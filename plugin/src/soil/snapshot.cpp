@@ -45,6 +45,7 @@ SavedSoil SoilSnapshot::take() const {
     out.step_index = s_.step_index;
     out.speed_q16 = s_.speed_q16;
     out.slope_q16 = s_.slope_q16;
+    out.slide_q16 = s_.slide_q16;
     out.slip_turn = s_.params.slip_turn;
     out.pass_stamp = s_.params.pass_stamp;
     out.step_stamp = s_.params.step_stamp;
@@ -99,6 +100,7 @@ void SoilSnapshot::put(const SavedSoil& saved) {
     s_.step_index = saved.step_index;
     s_.speed_q16 = saved.speed_q16;
     s_.slope_q16 = saved.slope_q16;
+    s_.slide_q16 = saved.slide_q16;
     s_.conditions.begin_step(saved.step_index, s_.def.step_s);
     s_.conditions.replace(saved.conditions);
     s_.tiles.any_unchecked = saved.any_unchecked;

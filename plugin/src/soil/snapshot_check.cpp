@@ -398,6 +398,7 @@ Status SoilSnapshot::check_state(const SavedSoil& saved) const {
           check("step_stamp", saved.step_stamp, stamp, stamp),
           check("speed", saved.speed_q16, 0, INT32_MAX),
           check("slope", saved.slope_q16, 0, int64_t{s_.height} * kVoxelFull),
+          check("slide", saved.slide_q16, 0, kSlideSpeedMost),
           check("slip_turn", saved.slip_turn, 0, 1),
           check("pass_stamp", saved.pass_stamp, 0, kPassStampMost)}) {
         if (!status) return status;

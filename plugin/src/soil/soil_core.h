@@ -83,6 +83,7 @@ struct SoilCore {
     // What the last step left.
     int64_t speed_q16 = 0;  ///< fastest soil, Q16 voxels a base step
     int32_t slope_q16 = 0;  ///< steepest failing wedge, Q16 voxels above a stable one
+    int32_t slide_q16 = 0;  ///< fastest slide, Q16 voxels a base step
 
     SoilCore() = default;
     SoilCore(const SoilCore&) = delete;

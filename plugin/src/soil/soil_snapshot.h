@@ -96,7 +96,7 @@ struct SavedSoil {
     std::vector<std::string> materials;
     std::vector<NamedValue> meaning;
     int64_t step_index = 0, speed_q16 = 0;
-    int32_t slope_q16 = 0, slip_turn = 0, pass_stamp = 0, step_stamp = 0;
+    int32_t slope_q16 = 0, slide_q16 = 0, slip_turn = 0, pass_stamp = 0, step_stamp = 0;
     bool any_unchecked = false;
     std::vector<Condition> conditions;
     std::vector<SavedActive> active;
@@ -112,7 +112,8 @@ struct SavedSoil {
     void list(StateStream& stream) {
         stream.list(materials, 8, [&](std::string& name) { stream(name); });
         stream.list(meaning, 16, [&](NamedValue& v) { stream(v.name, v.value); });
-        stream(step_index, speed_q16, slope_q16, slip_turn, pass_stamp, step_stamp, any_unchecked);
+        stream(step_index, speed_q16, slope_q16, slide_q16, slip_turn, pass_stamp, step_stamp,
+               any_unchecked);
         stream.list(conditions, 61, [&](Condition& c) { bsoil::list(stream, c); });
         stream.list(active, 16, [&](SavedActive& a) { stream(a.block, a.changed); });
         stream(body_ids);

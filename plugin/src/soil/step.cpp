@@ -55,8 +55,8 @@ Stage stage_of(PieceKind kind) {
 constexpr std::chrono::microseconds kGpuPatience{50};
 
 // What falls is faster by gravity in this step than in the last, and may get a body's speed.
-Substeps cut_step(SoilCore& core, const BodyTable& bodies, double pouring_speed_voxels,
-                  int substeps_most) {
+Substeps cut_step(SoilCore& core, const BodyTable& bodies, const Passes& passes,
+                  double pouring_speed_voxels, int substeps_most) {
     const int most = std::min(core.def.substeps_max, substeps_most);
     const double reach = bodies.reach_voxels();
     const double speed =
@@ -71,6 +71,10 @@ Substeps cut_step(SoilCore& core, const BodyTable& bodies, double pouring_speed_
         const bool by_body =
             bodies.fastest() && reach * 65536 > static_cast<double>(core.speed_q16);
         core.conditions.note(StatusBit::speed_clamped, by_body ? bodies.fastest()->id : -1);
+    }
+    // In a step that is late slopes slide once.
+    if (core.due_count == 1) {
+        cut.of_slides = (passes.slide_part_count() + cut.of_bodies - 1) / cut.of_bodies;
     }
     return cut;
 }
@@ -125,7 +129,7 @@ void Soil::Impl::begin_pieces(std::span<const SoilBody> input) {
     const StepBudget::Room room = budget.room(def, passes, due_count);
     passes.limit_slips(room.slips);
     pieces.plan(*this, passes,
-                cut_step(*this, bodies, flows.pouring_speed_voxels(), room.substeps));
+                cut_step(*this, bodies, passes, flows.pouring_speed_voxels(), room.substeps));
     list_work();
     // No body has moved and no soil may move: all there is to find out is known.
     is_quiet = bodies.are_same() && contacts.are_known() && !lists.any_work();
@@ -170,11 +174,11 @@ void Soil::Impl::run_piece(StepPiece piece) {
             passes.fail_banks();
             break;
         case PieceKind::slip:
-            params.substep_count = substeps.of_bodies;
-            passes.slip(piece.part);
+            params.substep_count = substeps.slide_count();
+            passes.slip(piece.part, passes.slip_pass_count(substeps.of_slides));
             break;
         case PieceKind::slide:
-            passes.slide();
+            passes.slide(passes.slide_pass_count(substeps.slide_count()) * substeps.slide_count());
             break;
         case PieceKind::take:
             flows.take();

@@ -60,11 +60,11 @@ StepBudget::Room StepBudget::room(const SoilDef& def, const Passes& passes, int 
     const double slip_ms = cost_ms(PieceKind::slip);
     const double room_ms =
         kUsedShare * budget_ms_ * def.step_spread_max - cost_ms(PieceKind::begin) -
-        cost_ms(PieceKind::fail_banks) - passes.slide_pass_count() * cost_ms(PieceKind::slide) -
+        cost_ms(PieceKind::fail_banks) - passes.slide_pass_count(1) * cost_ms(PieceKind::slide) -
         cost_ms(PieceKind::collect_contacts) - cost_ms(PieceKind::read) - cost_ms(PieceKind::close);
     Room out;
     out.slips = fitting(room_ms - substep_ms, slip_ms);
-    const double slips_ms = std::min(passes.slip_pass_count(), out.slips) * slip_ms;
+    const double slips_ms = std::min(passes.slip_pass_count(1), out.slips) * slip_ms;
     out.substeps = std::max(1, fitting(room_ms - slips_ms, substep_ms));
     return out;
 }

@@ -12,7 +12,8 @@ void StepPieces::plan(const SoilCore& core, const Passes& passes, Substeps subst
     pieces_.clear();
     next_ = 0;
     substeps_ = substeps;
-    const int slips = passes.slip_pass_count(), slides = passes.slide_pass_count();
+    const int slips = passes.slip_pass_count(substeps.of_slides);
+    const int slides = passes.slide_pass_count(substeps.slide_count());
     for (int s = 0; s < substeps.of_bodies; ++s) {
         pieces_.push_back({PieceKind::voxelize, static_cast<int16_t>(s)});
         if (s == 0) add(PieceKind::pour);
@@ -29,8 +30,10 @@ void StepPieces::plan(const SoilCore& core, const Passes& passes, Substeps subst
         // Bodies go further in a step that is late, in as many more sub-steps as the steps had that
         // it stands for. For it to be cheaper than those, slopes slide once in it.
         if (core.due_count > 1 && s + 1 < substeps.of_bodies) continue;
-        add(PieceKind::slip, slips);
-        add(PieceKind::slide, slides);
+        for (int part = 0; part < substeps.of_slides; ++part) {
+            add(PieceKind::slip, slips);
+            add(PieceKind::slide, slides);
+        }
     }
     for (const PieceKind kind :
          {PieceKind::take, PieceKind::move_water, PieceKind::collect_contacts, PieceKind::ask,

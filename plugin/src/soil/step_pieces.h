@@ -8,11 +8,14 @@
 
 namespace bsoil {
 
-/// Into how many parts a step is cut, so that bodies and soil cross at most one voxel at a time.
+/// Into how many parts a step is cut, so that bodies and falling soil cross at most one voxel at a
+/// time, and sliding soil two.
 struct Substeps {
     int of_bodies = 1;
-    int of_falls = 1;  ///< of each of these
+    int of_falls = 1;   ///< of each of these
+    int of_slides = 1;  ///< of each of those of bodies
     int count() const { return of_bodies * of_falls; }
+    int slide_count() const { return of_bodies * of_slides; }
 };
 
 /// In the order of a step. Between two pieces every voxel has what is its own: soil is conserved,

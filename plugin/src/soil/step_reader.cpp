@@ -27,6 +27,7 @@ void StepReader::read() {
     note_kernel_conditions();
     core_.speed_q16 = header_[kResultSpeed];
     core_.slope_q16 = header_[kResultSlope];
+    core_.slide_q16 = header_[kResultSlide];
     contacts_.read(header_);
 }
 
