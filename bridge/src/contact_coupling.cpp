@@ -431,10 +431,12 @@ void ContactCoupling::wake_if_changed(CoupledBody& coupled) {
     const std::array<double, kNormalBinCount>& limits_n = coupled.limits_n;
     const int count = coupled.asleep_step_count =
         std::min(coupled.asleep_step_count, kCoupling.wake_steps) + 1;
+    // In the first step its contact is still found as that of a body in motion.
+    const int mean_count = std::clamp(count - 1, 1, kCoupling.wake_steps);
     for (int bin = 0; bin < kNormalBinCount; ++bin) {
         double& mean_n = coupled.mean_limits_n[bin];
-        if (count == 1) mean_n = 0;
-        mean_n += (limits_n[bin] - mean_n) / std::min(count, kCoupling.wake_steps);
+        if (mean_count == 1) mean_n = 0;
+        mean_n += (limits_n[bin] - mean_n) / mean_count;
     }
     if (count <= kCoupling.wake_steps) {
         coupled.limits_at_sleep_n = coupled.mean_limits_n;
