@@ -1,6 +1,7 @@
 // What each voxel's soil rests on: nothing, the ground, or a body that may move. One group per tile, a lane a column.
 // Soil is supported when everything below it is full, down to the floor, terrain or a body. What is mostly solid carries
-// whether or not there is soil in the rest of it: nothing can fall into it.
+// whether or not there is soil in the rest of it: nothing can fall into it. The soil in the rest of it lies on the body,
+// but for what lies under a face that looks down: the body stands on that.
 // Columns that have not changed since the pass before are as they were.
 // Reads: coverage, owner, terrain, volume, stamps. Writes: support, masks, top of the tile.
 int find_support_lanes(int group, int half_at) { return kAllLanes; }
@@ -18,6 +19,13 @@ bool is_full_ground(int voxel) {
 // Whether there is nothing in a voxel.
 bool is_empty(int voxel) {
     return state_at(kPlaneVolume, voxel) == 0 && state_at(kPlaneCoverage, voxel) == 0 && state_at(kPlaneTerrain, voxel) == 0;
+}
+
+// Whether bodies cover more above a voxel than below it.
+bool looks_down(int voxel, int z) {
+    if (z + 1 >= params.blocks_per_tile * 8) return false;
+    int lower = z > 0 ? state_at(kPlaneCoverage, voxel - kTileColumns) : 0;
+    return state_at(kPlaneCoverage, voxel + kTileColumns) > lower;
 }
 
 void find_support(int group, int lane) {
@@ -61,6 +69,7 @@ void find_support(int group, int lane) {
         if (volume > 0 || bodies > 0 || terrain > 0) filled = z + 1;
         if (z == full && below == kSupportGround && is_full_ground(voxel)) full = z + 1;
         bool solid = bodies + terrain >= kSolidCoverage;
+        int own = below;
         if (solid) {
             below = kSupportGround;
             if (bodies > terrain) {
@@ -69,8 +78,9 @@ void find_support(int group, int lane) {
                     below = kSupportBody + body;
                 }
             }
+            if (below < kSupportBody || !looks_down(voxel, z)) own = below;
         }
-        int support = volume > 0 ? below : kSupportNone;
+        int support = volume > 0 ? own : kSupportNone;
         if (support != state_at(kPlaneSupport, voxel)) set_state(kPlaneSupport, voxel, support);
         is_moving = is_moving || (volume > 0 && support != kSupportGround);
         if (is_moving && ((z & 7) == 7 || z == end - 1)) {

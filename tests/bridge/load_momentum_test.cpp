@@ -253,5 +253,22 @@ TEST(SiloWalls, of_the_floor_itself_change_nothing) {
     for (const BodyLoad& load : (*soil)->last_report().loads) EXPECT_EQ(load.held_kg, 0);
 }
 
+// Soil under a body is not its load, however much of the voxel the body fills that it lies in.
+TEST(CarriedSoil, is_not_what_a_body_stands_on) {
+    for (const double raised_voxels : {0.0, 0.25, 0.5, 0.75}) {
+        BulletScene scene;
+        const auto soil = SoilAction::create(*scene.world, small_bed());
+        ASSERT_TRUE(soil);
+        const double top_m = kBedTopM + 0.05 * raised_voxels;
+        ASSERT_TRUE((*soil)->fill(BoxFill{{{-9, -9, -9}, {9, top_m, 9}}, {}}));
+        btRigidBody& box = scene.add_box(20, btVector3(0.15f, 0.15f, 0.15f),
+                                         btVector3(0, btScalar(top_m + 0.16), 0));
+        scene.run(3);
+        const BodyReport report = (*soil)->body_report(box);
+        EXPECT_EQ(report.load_kg, 0) << raised_voxels;
+        EXPECT_NEAR(report.force_n.y, 20 * kGravity_m_s2, 0.01 * 20 * kGravity_m_s2);
+    }
+}
+
 }  // namespace
 }  // namespace bsoil::bullet::load_momentum_test

@@ -60,13 +60,19 @@ Field find_support(const Model& model, const Field& before, std::span<const Body
             Support below{Support::Kind::ground, -1};
             for (int z = 0; z < before.nz; ++z) {
                 const Voxel& voxel = before.at(x, y, z);
+                Support own = below;
                 if (voxel.psi() >= model.solid_coverage) {
                     const bool on_mover = voxel.bodies > voxel.terrain && voxel.owner >= 0 &&
                                           bodies[static_cast<size_t>(voxel.owner)].moves;
                     below = on_mover ? Support{Support::Kind::body, voxel.owner}
                                      : Support{Support::Kind::ground, -1};
+                    // Under a face that looks down lies what the body stands on.
+                    const bool looks_down =
+                        z + 1 < before.nz &&
+                        before.at(x, y, z + 1).bodies > (z > 0 ? before.at(x, y, z - 1).bodies : 0);
+                    if (!on_mover || !looks_down) own = below;
                 }
-                after.at(x, y, z).support = voxel.soil > 0 ? below : Support{};
+                after.at(x, y, z).support = voxel.soil > 0 ? own : Support{};
                 const double slack =
                     below.kind == Support::Kind::body ? model.carry_slack : model.support_slack;
                 const bool solid = voxel.psi() >= model.solid_coverage;

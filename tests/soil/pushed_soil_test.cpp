@@ -151,12 +151,16 @@ TEST(PushedSoil, is_thrown_backwards_by_a_wheel_that_spins) {
         back_n_s = std::min(back_n_s, momentum_n_s);
         front_n_s = std::max(front_n_s, momentum_n_s);
     }
-    EXPECT_LT(back_n_s, -3);
     EXPECT_LT(front_n_s, -0.1 * back_n_s);
     double behind = 0, before = 0;  // sums of heights more than half a metre from the axle
     for (double x = 0.5; x < 2; x += def.voxel_m) behind += height_at(*soil, x, 0.5, 1.1, 0.4);
     for (double x = 3; x < 4; x += def.voxel_m) before += height_at(*soil, x, 0.5, 1.1, 0.4);
-    EXPECT_GT(behind * def.voxel_m * 0.6 * def.material.density_kg_m3, 1);  // kg
+    const double behind_kg = behind * def.voxel_m * 0.6 * def.material.density_kg_m3;
+    EXPECT_GT(behind_kg, 1);
+    // What flies has the momentum "rate times distance", however steeply it is thrown. The paddles
+    // throw from where they touch the bed until they are let down. They leave it 0.25 m behind.
+    const double rate_kg_s = behind_kg / (0.1 / 0.3), distance_m = 0.5 - 0.25;
+    EXPECT_LT(back_n_s, -rate_kg_s * distance_m);
     EXPECT_LT(before, 0.1 * behind);
 }
 

@@ -74,9 +74,10 @@ TEST(Work, a_bed_at_rest_under_a_standing_body_is_not_looked_at) {
 /// Bounds are 5 % above what was counted when they were written down: a pass that looks at more has
 /// lost what it gained. Those of sliding are from after mixtures slide by the mean of their
 /// materials, those of advection and overflow from after each soil is carried by its own friction:
-/// with the first material's for all of them, they are 28100 and 40200. Those of flows, spans and
-/// slips are from after pushed soil flies, that of support from after confined soil rises alike in
-/// all directions, that of contacts from after all of a load is looked at, however high it lies.
+/// with the first material's for all of them, they are 28100 and 40200. Those of flows are from
+/// after pushed soil flies, those of spans and slips from after soil that lies under bodies slides:
+/// 8 % more. That of support is from after confined soil rises alike in all directions, that of
+/// contacts from after all of a load is looked at, however high it lies.
 TEST(Work, passes_look_at_little_more_than_what_moves) {
     MovingScene scene(4, cpu_def(MovingScene::default_def()));
     scene.run(20);
@@ -91,8 +92,8 @@ TEST(Work, passes_look_at_little_more_than_what_moves) {
     for (const auto& [kernel, most] :
          {Bound{Kernel::apply_force, 15900}, Bound{Kernel::propagate_force, 48400},
           Bound{Kernel::apply_flow, 197500}, Bound{Kernel::advect_soil, 32400},
-          Bound{Kernel::resolve_overflow, 51000}, Bound{Kernel::build_spans, 75700},
-          Bound{Kernel::slip_soil, 114500}, Bound{Kernel::voxelize_shapes, 22200},
+          Bound{Kernel::resolve_overflow, 51000}, Bound{Kernel::build_spans, 81400},
+          Bound{Kernel::slip_soil, 120600}, Bound{Kernel::voxelize_shapes, 22200},
           Bound{Kernel::collect_contacts, 17100}, Bound{Kernel::find_support, 40300},
           Bound{Kernel::find_failures, 21800}}) {
         EXPECT_LE(cost.lanes[static_cast<size_t>(kernel)], most)
@@ -280,8 +281,9 @@ TEST(Touched, is_counted_alike_with_any_number_of_threads_and_changes_no_bit) {
 
 /// Bounds are 5 % above what was counted when they were written down, those of advection
 /// after soil can leave the ground, those of support, overflow and bonds after confined soil rises
-/// alike in all directions, those of contacts after they tell what was moved. In all, 4.3 voxels
-/// were visited for one changed.
+/// alike in all directions, those of contacts after they tell what was moved, those of spans and
+/// slips after soil that lies under bodies slides: 9 % more soil slips. In all, 4.3 voxels were
+/// visited for one changed.
 TEST(Touched, stays_in_proportion_to_what_changes) {
     const Counting counting;
     MovingScene scene(4, cpu_def(MovingScene::default_def()));
@@ -303,10 +305,10 @@ TEST(Touched, stays_in_proportion_to_what_changes) {
              Bound{Kernel::find_support, 134500, 2957000},
              Bound{Kernel::advect_soil, 242200, 7889000},
              Bound{Kernel::resolve_overflow, 340500, 4312000},
-             Bound{Kernel::build_spans, 584100, 14450000},
+             Bound{Kernel::build_spans, 625800, 15440000},
              Bound{Kernel::find_failures, 33280, 1113000},
              Bound{Kernel::break_bonds, 3511, 59900},
-             Bound{Kernel::slip_soil, 154300, 15600000},
+             Bound{Kernel::slip_soil, 161800, 16640000},
              Bound{Kernel::collect_contacts, 145900, 3033000},
          }) {
         const PassWork &was = before[static_cast<size_t>(kernel)],
