@@ -7,10 +7,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <vector>
 
-#include "bsoil/contact/bekker_soil.h"
+#include "bsoil/contact/contact_law.h"
 #include "bullet_types.h"
 
 namespace bsoil::random_worlds {
@@ -96,18 +97,31 @@ std::optional<double> surface_beside_m(const BuiltWorld& world, const bullet::So
 
 double sinkage_after_fall_m(const Soil& soil, double plate_radius_m, double weight_n,
                             double fall_m) {
+    const auto contact_soil = std::make_shared<const ContactSoil>(soil.contact_soil());
+    const auto law = ContactLaw::make(contact_soil);
     const double area_m2 = std::numbers::pi * plate_radius_m * plate_radius_m;
     const double most_m = soil.frame().size[2] * soil.frame().voxel_m;
+    // A disc has the second moments of area of a square of this side.
+    const double side_m = std::sqrt(3.0) * plate_radius_m;
+    ContactVoxel under;
+    under.normal = -law->up();
     constexpr int kSteps = 1000;
     double worst_m = 0;
-    for (const MaterialDef& material : soil.materials()) {
+    for (size_t m = 0; m < contact_soil->materials.size(); ++m) {
+        const MaterialDef& material = contact_soil->materials[m];
+        under.material = static_cast<int>(m);
+        FaceExtent plate{side_m, side_m, 0, 0};
+        if (material.has_density_range()) {
+            plate.relative_density = material.relative_density(material.density_kg_m3);
+        }
         double work_j = 0, at_m = 0;
         for (int i = 1; i <= kSteps && work_j <= weight_n * (fall_m + at_m); ++i) {
             // The first steps are fine: a light body rests in them.
             const double part = static_cast<double>(i) / kSteps;
             const double next_m = most_m * part * part;
-            work_j += area_m2 * (next_m - at_m) *
-                      plate_bearing_pa(material, soil.def().gravity_m_s2, plate_radius_m, next_m);
+            under.depth_m = under.bearing_depth_m = plate.depth_m = next_m;
+            work_j +=
+                area_m2 * (next_m - at_m) * law->yield({under, plate}, {}, {}).normal_limit_pa;
             at_m = next_m;
         }
         worst_m = std::max(worst_m, at_m);

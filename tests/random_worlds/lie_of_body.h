@@ -19,7 +19,7 @@ std::optional<double> surface_beside_m(const BuiltWorld& world, const bullet::So
                                        Vec3 at, double radius_m);
 
 /// How deep a plate sinks that falls from a height onto the weakest of the soils: as far as the
-/// soil's work under it is that of its weight. At most the grid's height.
+/// soil's work under it, by its own contact law, is that of its weight. At most the grid's height.
 double sinkage_after_fall_m(const Soil& soil, double plate_radius_m, double weight_n,
                             double fall_m);
 

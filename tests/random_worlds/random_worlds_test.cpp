@@ -2,6 +2,8 @@
 // the thousand.
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "add_weather.h"
 #include "known_faults.h"
 #include "lie_of_body.h"
@@ -342,6 +344,23 @@ TEST(Checks, know_how_deep_a_plate_falls) {
     EXPECT_LT(rest_m, 0.01) << "3 kPa on dry sand";
     EXPECT_GT(sinkage_after_fall_m(soil, 0.1, 100, 1), 2 * rest_m);
     EXPECT_GT(sinkage_after_fall_m(soil, 0.1, 1000, 1), sinkage_after_fall_m(soil, 0.1, 100, 1));
+}
+
+// By Bekker's law with n = 1 soil is a spring: what is let go on it sinks to twice its sinkage.
+TEST(Checks, know_how_deep_a_plate_falls_by_another_law) {
+    WorldPlan plan = box_on_bed();
+    BekkerSoil bekker;
+    bekker.kphi_pa_m_n = 2e5;
+    bekker.kc_pa_m_n1 = 0;
+    bekker.n = 1;
+    SoilDef& def = plan.soils[0].def;
+    def.contact_law.kind = ContactLawDef::Kind::bekker;
+    def.contact_law.bekker.assign(def.material_list().size(), bekker);
+    BuiltWorld world(plan);
+    ASSERT_EQ(world.error(), "");
+    const double expected_m = 2 * 100 / (2e5 * std::numbers::pi * 0.01);
+    EXPECT_NEAR(sinkage_after_fall_m(world.soil(0).soil(), 0.1, 100, 0), expected_m,
+                0.1 * expected_m);
 }
 
 TEST(Checks, find_a_status_without_a_cause) {
