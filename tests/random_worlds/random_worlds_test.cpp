@@ -363,6 +363,20 @@ TEST(Checks, know_how_deep_a_plate_falls_by_another_law) {
                 0.1 * expected_m);
 }
 
+TEST(Checks, let_no_chain_but_a_tiny_one_roll_on) {
+    WorldPlan plan = box_on_bed();
+    plan.chains.emplace_back();
+    Failure of_chain, of_body;
+    of_chain.invariant = of_body.invariant = "bodies sleep";
+    of_chain.body = "chain 0 link 0";
+    of_body.body = "body 0 (box)";
+    for (const double half_m : {0.01, 0.02, 0.05}) {
+        plan.chains[0].half_m = half_m;
+        EXPECT_EQ(known_fault(plan, of_chain) != nullptr, half_m < 0.015) << half_m;
+        EXPECT_EQ(known_fault(plan, of_body), nullptr);
+    }
+}
+
 TEST(Checks, find_a_status_without_a_cause) {
     const auto failures = failures_of(make_status_check, [](BuiltWorld& world) {
         btTransform pose = world.body(0)->getWorldTransform();
