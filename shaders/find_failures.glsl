@@ -11,6 +11,7 @@
 CONST_INT(kPlaneSteepest, 12288)  // slope 3, Q12: the first plane to fail is no steeper than 45 deg + phi / 2
 CONST_INT(kPlaneStepsMost, 256)   // sums over a plane stay in 31 bits
 CONST_INT(kNoBound, 2147483647)
+CONST_INT(kPlanesHeld, 8)
 CONST_INT(kIntactMost, 131072)  // 512 voxels, Q8, as high as a grid may be: times kOneQ12 it stays in 31 bits
 // A step goes one column on along an axis, one along both (kDiagonal), or two along one and one along the other.
 CONST_INT(kSkewed, 146543)          // its length, sqrt 5, Q16
@@ -28,6 +29,8 @@ int step_inverse(ivec2 way) {
 
 // A Q8 and a Q12 number, or two of Q12: the product as the first.
 int mul_q12(int a, int b) { return mul_q16(a * 4, b * 4); }
+
+bool has_changed(int column) { return ATOMIC_LOAD(spans[column_word(kColumnStamp, column)]) > params.slip_stamp; }
 
 int height_over(int slot, ivec2 at, int toe) { return (ground_height(column_of(slot, at)) - toe) >> 8; }
 
@@ -92,6 +95,8 @@ bool slides_on(int slot, ivec2 at, ivec2 way, int toe, int count, int climb, int
 
 // The flattest plane on which soil slides down to a toe against the direction `way`: its columns, 0 where none fails. climb,
 // start: see slides_on. passed: columns on the way up to where it ends at a tile asleep, else 0.
+// A plane over columns that have not changed since the last look did not fail then, or they would have: see break_bonds and
+// find_failures.
 int find_plane(int slot, ivec2 at, ivec2 way, int toe, OUT(int) climb, OUT(int) start, OUT(int) passed) {
     climb = 0;
     start = 0;
@@ -104,46 +109,64 @@ int find_plane(int slot, ivec2 at, ivec2 way, int toe, OUT(int) climb, OUT(int) 
     int flattest = kNoBound;  // climb of the planes so far that come out of the ground
     int intact = kNoBound;    // planes that climb by less pass no soil but what was never moved
     bool is_piled = true;     // all columns so far are one pile, full from the floor up
+    bool any_changed = has_changed(column_of(slot, at));  // one of the columns so far
     int sum = 0;              // of the heights over the toe
-    for (int n = 1; n <= kPlaneStepsMost; ++n) {
+    int held = 0;  // planes that slides_on has not been asked about yet
+    int counts[kPlanesHeld];
+    int climbs[kPlanesHeld];
+    bool ends = false;
+    for (int n = 1; !ends; ++n) {
         ivec2 next = at + way;
         if (!step_on(slot, at, way)) {
             // Beyond the grid there is a wall. It holds what leans on it.
             ivec3 beyond = grid_voxel(slot, next.x, next.y, 0);
             bool is_inside = beyond.x >= 0 && beyond.y >= 0 && beyond.x < params.size_x && beyond.y < params.size_y;
             passed = is_inside ? n : 0;
-            return found;
-        }
-        int rise = height_over(slot, at, toe);
-        if (n == 1) {
-            // Half a column before the first where the ground goes on rising like that, 0 where it is a wall.
-            int further = height_beyond(slot, at, way, toe) - rise;
-            start = further <= 0 ? 0 : (further >= rise ? kOneQ8 / 2 : further * (kOneQ8 / 2) / rise);
-        }
-        int run = kOneQ8 * n - kOneQ8 / 2 + start;  // steps, Q8
-        int steep = rise > 0 ? rise * kOneQ12 / run : 0;
-        if (steep * 16 <= friction) return found;
-        if (steep <= flattest) {
-            flattest = steep;
-            int slope = mul_q16(steep, step_inverse(way));
-            if (n > 1 && slope <= kPlaneSteepest) {
-                // As one wedge of the weakest soil: its mean height above the plane, what drives and what holds it. That is
-                // no less and no more than slides_on finds where all is intact, but for rounding.
-                int mean = (sum * 32 + rise * 16) / (run / 8) - rise / 2;
-                int drive = mul_q16(mean * kOneQ8, rise - mul_q16(mul_q16(run, length), params.bank_friction));
-                int strength = steep <= intact ? params.bank_strength : (is_piled ? params.loose_strength : 0);
-                int hold = mul_q16(strength, mul_q16(run, length) + mul_q12(rise, slope));
-                if ((strength == 0 || drive > hold - hold / 16) &&
-                    slides_on(toe_slot, toe_at, way, toe, n, steep, start)) {
-                    found = n;
-                    climb = steep;
+            ends = true;
+        } else {
+            int column = column_of(slot, at);
+            int rise = (ground_height(column) - toe) >> 8;
+            any_changed = any_changed || has_changed(column);
+            if (n == 1) {
+                // Half a column before the first where the ground goes on rising like that, 0 where it is a wall.
+                int further = height_beyond(slot, at, way, toe) - rise;
+                start = further <= 0 ? 0 : (further >= rise ? kOneQ8 / 2 : further * (kOneQ8 / 2) / rise);
+            }
+            int run = kOneQ8 * n - kOneQ8 / 2 + start;  // steps, Q8
+            int steep = rise > 0 ? rise * kOneQ12 / run : 0;
+            ends = steep * 16 <= friction || n == kPlaneStepsMost;
+            if (steep * 16 > friction && steep <= flattest) {
+                flattest = steep;
+                int slope = mul_q16(steep, step_inverse(way));
+                if (n > 1 && any_changed && slope <= kPlaneSteepest) {
+                    // As one wedge of the weakest soil: its mean height above the plane, what drives and what holds it. That
+                    // is no less and no more than slides_on finds where all is intact, but for rounding.
+                    int mean = (sum * 32 + rise * 16) / (run / 8) - rise / 2;
+                    int drive = mul_q16(mean * kOneQ8, rise - mul_q16(mul_q16(run, length), params.bank_friction));
+                    int strength = steep <= intact ? params.bank_strength : (is_piled ? params.loose_strength : 0);
+                    int hold = mul_q16(strength, mul_q16(run, length) + mul_q12(rise, slope));
+                    if (strength == 0 || drive > hold - hold / 16) {
+                        counts[held] = n;
+                        climbs[held] = steep;
+                        held += 1;
+                    }
                 }
             }
+            sum += rise;
+            int whole = spans[column_word(kColumnIntact, column)] * kOneQ8 - (toe >> 8);
+            intact = min(intact, whole > 0 ? min(whole, kIntactMost) * kOneQ12 / run : 0);
+            is_piled = is_piled && spans[column_word(kColumnSingle, column)] != kNotSingle;
         }
-        sum += rise;
-        int whole = spans[column_word(kColumnIntact, column_of(slot, at))] * kOneQ8 - (toe >> 8);
-        intact = min(intact, whole > 0 ? min(whole, kIntactMost) * kOneQ12 / run : 0);
-        is_piled = is_piled && spans[column_word(kColumnSingle, column_of(slot, at))] != kNotSingle;
+        if (!ends && held < kPlanesHeld) continue;
+        // The flattest first: those before it do not count.
+        for (int k = held - 1; k >= 0; --k) {
+            if (slides_on(toe_slot, toe_at, way, toe, counts[k], climbs[k], start)) {
+                found = counts[k];
+                climb = climbs[k];
+                break;
+            }
+        }
+        held = 0;
     }
     return found;
 }
@@ -187,6 +210,7 @@ void find_failures(int group, int lane) {
         if (passed > 0) ask_for(slot, here, way, passed, toe);
         if (!are_dispatched(slot, here, way, count)) {
             ask_for(slot, here, way, count, toe);
+            stamp_column(slot, lane);  // for the next look to find the plane again
             continue;
         }
         int at_slot = slot;
