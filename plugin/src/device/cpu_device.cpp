@@ -139,9 +139,16 @@ class CpuDevice final : public Device {
             memory_.buffers[static_cast<int>(buffer)] = words_of(buffer).data();
             return done;
         }
-        for (const WordMove& move : moves) {
-            std::copy_n(old.data() + move.from, move.count, words_of(buffer).data() + move.to);
-        }
+        // Most of what this takes is the system's: each page of the new buffer is made as it is
+        // written.
+        arena_.execute([&] {
+            parallel_ranges(moves.size(), [&](size_t first, size_t last) {
+                for (const WordMove& move : moves.subspan(first, last - first)) {
+                    std::copy_n(old.data() + move.from, move.count,
+                                words_of(buffer).data() + move.to);
+                }
+            });
+        });
         return done;
     }
 

@@ -14,6 +14,7 @@ int64_t SlotBuffer::words(int64_t slots) const {
 
 std::vector<device::WordMove> SlotBuffer::moves(int64_t from, int64_t to) const {
     std::vector<device::WordMove> out;
+    if (is_empty_between_passes) return out;
     int64_t old_row = 0, new_row = 0;
     for (const SlotRows& r : rows) {
         for (int64_t row = 0; row < r.row_count; ++row) {
@@ -29,7 +30,7 @@ std::vector<SlotBuffer> slot_buffers(const SoilCore& core) {
     const int64_t tile_voxels = core.params.tile_voxels, blocks = core.blocks_per_tile,
                   transported = core.params.transport_count;
     return {{Buffer::state, {{kTransportFirst + transported, tile_voxels, kPlanePad}}},
-            {Buffer::delta, {{1, transported * tile_voxels, 0}}},
+            {Buffer::delta, {{1, transported * tile_voxels, 0}}, true},
             {Buffer::spans,
              {{1, int64_t{kColumnWords} * kTileColumns, int64_t{kColumnWords} * kColumnPad},
               {kColumnArrays, kTileColumns, kColumnPad},

@@ -16,6 +16,8 @@ struct SlotRows {
 struct SlotBuffer {
     device::BufferIndex buffer;
     std::vector<SlotRows> rows;
+    /// All zero between passes: nothing of it moves. Who copies what is zero touches all of it.
+    bool is_empty_between_passes = false;
 
     int64_t words(int64_t slots) const;
     /// What moves where as `from` slots become `to`: the words of those that both have.
