@@ -78,6 +78,7 @@ std::vector<int64_t> units_inside(const Soil::Impl& s, const ConvexShape& shape,
             awake.push_back({tx, ty, tile->slot});
             return;
         }
+        if (tile->top <= region.lowest_layer()) return;
         s.tiles.read_voxels(s.tile_index(tx, ty), voxels);
         region.for_each_voxel(
             tx, ty, [&](int z, int c) { return voxels.at(kKeptVolume, z, c) != 0; },

@@ -78,7 +78,7 @@ bool is_valid_shape(const ConvexShape& s) {
 }
 
 bool contains(const ConvexShape& s, Vec3 p) {
-    const double r = std::hypot(p.x, p.y);
+    const auto radius = [&] { return std::hypot(p.x, p.y); };  // boxes and hulls need none
     switch (s.kind) {
         case ConvexShape::Kind::box:
             return std::abs(p.x) <= s.half_extents_m.x && std::abs(p.y) <= s.half_extents_m.y &&
@@ -86,13 +86,13 @@ bool contains(const ConvexShape& s, Vec3 p) {
         case ConvexShape::Kind::sphere:
             return length(p) <= s.radius_m;
         case ConvexShape::Kind::capsule:
-            return std::hypot(r, p.z - std::clamp(p.z, -s.half_height_m, s.half_height_m)) <=
+            return std::hypot(radius(), p.z - std::clamp(p.z, -s.half_height_m, s.half_height_m)) <=
                    s.radius_m;
         case ConvexShape::Kind::cylinder:
-            return r <= s.radius_m && std::abs(p.z) <= s.half_height_m;
+            return radius() <= s.radius_m && std::abs(p.z) <= s.half_height_m;
         case ConvexShape::Kind::cone:
             return p.z >= -s.half_height_m &&
-                   r <= s.radius_m * (s.half_height_m - p.z) / (2 * s.half_height_m);
+                   radius() <= s.radius_m * (s.half_height_m - p.z) / (2 * s.half_height_m);
         case ConvexShape::Kind::hull:
             return std::all_of(s.planes.begin(), s.planes.end(), [&](const Plane& plane) {
                 return dot(plane.normal, p) <= plane.offset;

@@ -354,9 +354,8 @@ GroundMotion Soil::ground_motion(int x, int y) const {
 double Soil::surface_height_m(int x, int y) const {
     const Impl& s = *impl_;
     if (x < 0 || y < 0 || x >= s.frame.size[0] || y >= s.frame.size[1]) return 0;
-    const TileVoxels& voxels = s.sampler.voxels(s.tile_index(x / kTileSide, y / kTileSide));
     const int column = y % kTileSide * kTileSide + x % kTileSide;
-    return column_fill(column_of(voxels, s.sampler.ground(), column)).top_q16 / 65536.0 *
+    return s.sampler.top_q16(s.tile_index(x / kTileSide, y / kTileSide), column) / 65536.0 *
            s.frame.voxel_m;
 }
 

@@ -147,9 +147,13 @@ std::vector<uint8_t> pack_tile(const TileVoxels& tile) {
 }
 
 bool unpack_tile(std::span<const uint8_t> bytes, TileVoxels& tile) {
+    return unpack_first_planes(bytes, tile.plane_count, tile);
+}
+
+bool unpack_first_planes(std::span<const uint8_t> bytes, int packed_plane_count, TileVoxels& tile) {
     std::fill(tile.words.begin(), tile.words.end(), 0);
     return read_columns(
-        bytes, tile.height, tile.plane_count,
+        bytes, tile.height, packed_plane_count,
         [&](int column) {
             for (int p = 0; p < tile.plane_count; ++p) {
                 for (int z = 0; z < tile.height; ++z) {

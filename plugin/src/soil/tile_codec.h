@@ -65,6 +65,8 @@ std::vector<uint8_t> pack_tile(const TileVoxels& tile);
 /// The inverse. `tile` has its size set already. False when the bytes are damaged (tile is then
 /// unspecified).
 bool unpack_tile(std::span<const uint8_t> bytes, TileVoxels& tile);
+/// Only the first planes, as many as `tile` has, of a tile packed with `packed_plane_count`.
+bool unpack_first_planes(std::span<const uint8_t> bytes, int packed_plane_count, TileVoxels& tile);
 
 /// The same bytes from runs and back; no two neighbouring runs of a column are alike.
 /// @{

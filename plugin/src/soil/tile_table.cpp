@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "soil/column_surface.h"
 #include "soil/slot_buffers.h"
 
 namespace bsoil {
@@ -306,23 +307,36 @@ void TileTable::upload() {
 }
 
 void TileTable::read_voxels(int index, TileVoxels& out) const {
-    out.reset(core_.height, core_.kept_planes);
+    read_planes(index, core_.kept_planes, out);
+}
+
+void TileTable::read_surface_planes(int index, TileVoxels& out) const {
+    read_planes(index, kSurfacePlanes, out);
+}
+
+void TileTable::read_planes(int index, int plane_count, TileVoxels& out) const {
+    out.reset(core_.height, plane_count);
     const Tile* tile = tiles_[index].get();
     if (!tile) return;
     if (tile->slot < 0) {
-        unpack_tile(tile->bytes(), out);
+        unpack_first_planes(tile->bytes(), core_.kept_planes, out);
         return;
     }
     ranges_.clear();
-    want_voxels(index, out, ranges_);
+    want_planes(index, plane_count, out, ranges_);
     core_.device->read(ranges_);
 }
 
 void TileTable::want_voxels(int index, TileVoxels& out,
                             std::vector<device::ReadRange>& ranges) const {
-    out.reset(core_.height, core_.kept_planes);
+    want_planes(index, core_.kept_planes, out, ranges);
+}
+
+void TileTable::want_planes(int index, int plane_count, TileVoxels& out,
+                            std::vector<device::ReadRange>& ranges) const {
+    out.reset(core_.height, plane_count);
     const auto words = static_cast<size_t>(core_.params.tile_voxels);
-    for (int p = 0; p < core_.kept_planes; ++p) {
+    for (int p = 0; p < plane_count; ++p) {
         ranges.push_back(
             plane_range(state_plane_of(p), tiles_[index]->slot,
                         std::span(out.words).subspan(static_cast<size_t>(p) * words, words)));
@@ -402,9 +416,24 @@ void TileTable::clear() {
     forget_stamps();
 }
 
-const TileVoxels& TileSampler::voxels(int index) {
+uint64_t TileSampler::revision_of(int index) const {
     const auto& tile = tiles_[static_cast<size_t>(index)];
-    const uint64_t revision = tile ? tile->revision : tiles_.revision_base();
+    return tile ? tile->revision : tiles_.revision_base();
+}
+
+int32_t TileSampler::top_q16(int index, int column) {
+    const uint64_t revision = revision_of(index);
+    if (index != surface_index_ || revision != surface_revision_) {
+        tiles_.read_surface_planes(index, surface_);
+        tiles_.read_ground(index, surface_ground_);
+        surface_index_ = index;
+        surface_revision_ = revision;
+    }
+    return column_fill(column_of(surface_, surface_ground_, column)).top_q16;
+}
+
+const TileVoxels& TileSampler::voxels(int index) {
+    const uint64_t revision = revision_of(index);
     if (index != index_ || revision != revision_) {
         tiles_.read_voxels(index, voxels_);
         tiles_.read_ground(index, ground_);
