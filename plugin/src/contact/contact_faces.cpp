@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
 
 #include "bsoil/contact/orientation.h"
 
@@ -75,39 +74,43 @@ int dominant_axis_bin(Vec3 n) {
     return 2 * axis + (c[axis] < 0 ? 1 : 0);
 }
 
-int ContactFaces::root_of(int cell) {
-    while (roots_[cell] != cell) cell = roots_[cell] = roots_[roots_[cell]];
-    return cell;
+int ContactFaces::root_of(int run) {
+    while (runs_[run].root != run) run = runs_[run].root = runs_[runs_[run].root].root;
+    return run;
 }
 
-void ContactFaces::join_cells(int gap) {
-    roots_.resize(cells_.size());
-    std::iota(roots_.begin(), roots_.end(), 0);
+void ContactFaces::join_runs(int gap) {
+    runs_.clear();
+    for (size_t i = 0; i < cells_.size(); ++i) {
+        const bool follows =
+            i > 0 && cells_[i - 1].x == cells_[i].x && cells_[i].y <= cells_[i - 1].y + gap;
+        if (!follows) runs_.push_back({i, i, static_cast<int>(runs_.size())});
+        runs_.back().last = i + 1;
+    }
+    const auto x_of = [this](size_t run) { return cells_[runs_[run].first].x; };
+    const auto low = [this](size_t run) { return cells_[runs_[run].first].y; };
+    const auto high = [this](size_t run) { return cells_[runs_[run].last - 1].y; };
     const auto join = [this](size_t i, size_t j) {
         const int a = root_of(static_cast<int>(i)), b = root_of(static_cast<int>(j));
-        roots_[std::max(a, b)] = std::min(a, b);
+        runs_[std::max(a, b)].root = std::min(a, b);
     };
-    const auto follows_in_row = [&](size_t i) {
-        return i > 0 && cells_[i - 1].x == cells_[i].x && cells_[i].y <= cells_[i - 1].y + gap;
-    };
-    for (size_t i = 0; i < cells_.size(); ++i) {
-        if (follows_in_row(i)) join(i - 1, i);
-    }
     for (int64_t dx = 1; dx <= gap; ++dx) {
-        // What is near the next cell begins no earlier than what is near this one.
+        // What is near the next run begins no earlier than what is near this one. Runs that overlap
+        // or end no further apart than the gap have cells that are as near.
         size_t first = 0;
-        for (size_t i = 0; i < cells_.size(); ++i) {
-            const Cell low{cells_[i].x + dx, cells_[i].y - gap, 0};
-            while (first < cells_.size() && cells_[first] < low) ++first;
-            for (size_t j = first;
-                 j < cells_.size() && cells_[j].x == low.x && cells_[j].y <= cells_[i].y + gap;
+        for (size_t i = 0; i < runs_.size(); ++i) {
+            const int64_t x = x_of(i) + dx;
+            while (first < runs_.size() &&
+                   (x_of(first) < x || (x_of(first) == x && high(first) < low(i) - gap))) {
+                ++first;
+            }
+            for (size_t j = first; j < runs_.size() && x_of(j) == x && low(j) <= high(i) + gap;
                  ++j) {
-                // What follows in its row has been joined to the one before.
-                if (j == first || !follows_in_row(j)) join(i, j);
+                join(i, j);
             }
         }
     }
-    for (size_t i = 0; i < cells_.size(); ++i) roots_[i] = root_of(static_cast<int>(i));
+    for (size_t i = 0; i < runs_.size(); ++i) runs_[i].root = root_of(static_cast<int>(i));
 }
 
 void ContactFaces::find(std::span<const ContactVoxel> voxels, Quat body_to_world,
@@ -165,18 +168,20 @@ void ContactFaces::find(std::span<const ContactVoxel> voxels, Quat body_to_world
     std::sort(cells_.begin(), cells_.end(), [](const Cell& a, const Cell& b) {
         return a < b || (!(b < a) && a.voxel < b.voxel);
     });
-    join_cells(law.def().sole_gap_voxels);
-    face_of_root_.assign(cells_.size(), -1);
+    join_runs(law.def().sole_gap_voxels);
+    face_of_root_.assign(runs_.size(), -1);
     std::vector<FaceSums> soles;
-    for (size_t i = 0; i < cells_.size(); ++i) {
-        int& face = face_of_root_[roots_[i]];
+    for (const Run& run : runs_) {
+        int& face = face_of_root_[run.root];
         if (face < 0) {
             face = static_cast<int>(soles.size());
             soles.emplace_back();
         }
-        const ContactVoxel& v = voxels[cells_[i].voxel];
-        soles[face].add(v, {dot(v.position_m, axis_a), dot(v.position_m, axis_b)}, 0);
-        face_of_voxel_[cells_[i].voxel] = kWallBinCount + face;
+        for (size_t i = run.first; i < run.last; ++i) {
+            const ContactVoxel& v = voxels[cells_[i].voxel];
+            soles[face].add(v, {dot(v.position_m, axis_a), dot(v.position_m, axis_b)}, 0);
+            face_of_voxel_[cells_[i].voxel] = kWallBinCount + face;
+        }
     }
     for (const FaceSums& sole : soles) {
         const auto [side_m, length_m] = sole.area > 0 ? sole.sides() : std::array{0.0, 0.0};

@@ -27,16 +27,19 @@ struct ContactRecord {
     bool is_of_small_body() const { return dot(gradient, gradient) == 0; }
 };
 
-/// What the words of a contact are sorted by, put together so that two comparisons tell.
+/// Where decode_contacts() sorts; keeps its memory from one call to the next.
 struct ContactOrder {
-    uint64_t carrier_x = 0, y_z_body = 0;
-    size_t contact = 0;  ///< where its words are
+    struct Entry {
+        uint64_t key = 0;      ///< what a contact is sorted by
+        uint32_t contact = 0;  ///< where its words are
+    };
+    std::vector<Entry> entries, room;
 };
 
 /// Decodes words of Buffer::result, kContactWords a contact. The device appends in any order; here
 /// those of soil on the ground come first, then carrier by carrier, each by place and body.
-/// order: room to work in. threads: to share the work, or null.
-void decode_contacts(std::span<const int32_t> words, std::vector<ContactOrder>& order,
+/// threads: to share the work, or null.
+void decode_contacts(std::span<const int32_t> words, ContactOrder& order,
                      std::vector<ContactRecord>& out, const WorkThreads* threads = nullptr);
 
 }  // namespace bsoil

@@ -63,7 +63,7 @@ void ContactVoxels::make(const Request& request, const TileWords& words,
                          std::vector<ContactVoxel>& out) {
     decode_contacts(request.words, order_, records_, request.threads);
     gather_pieces(request);
-    out.clear();
+    size_t out_count = 0;
     if (out.capacity() < 2 * records_.size()) out.reserve(4 * records_.size());
     for (auto first = records_.begin(); first != records_.end();) {
         const int carrier = first->carrier;
@@ -77,9 +77,10 @@ void ContactVoxels::make(const Request& request, const TileWords& words,
                        request.wedge_length,
                        request.wedges},
                       [&](int tx, int ty) { return words(tx, ty, carrier); });
-        add_all(request, {first, last}, out);
+        add_all(request, {first, last}, out_count, out);
         first = last;
     }
+    out.resize(out_count);
 }
 
 void ContactVoxels::gather_pieces(const Request& request) {
@@ -95,7 +96,7 @@ void ContactVoxels::gather_pieces(const Request& request) {
 
 // In chunks, each with a list of its own, joined in order.
 void ContactVoxels::add_all(const Request& request, std::span<const ContactRecord> records,
-                            std::vector<ContactVoxel>& out) {
+                            size_t& out_count, std::vector<ContactVoxel>& out) {
     const size_t chunk_count = (records.size() + kChunkRecords - 1) / kChunkRecords;
     chunks_.resize(std::max(chunks_.size(), chunk_count));
     for_ranges(request.threads, chunk_count, 1, [&](size_t first_chunk, size_t last_chunk) {
@@ -109,9 +110,17 @@ void ContactVoxels::add_all(const Request& request, std::span<const ContactRecor
             }
         }
     });
+    chunk_starts_.assign(1, out_count);
     for (size_t chunk = 0; chunk < chunk_count; ++chunk) {
-        out.insert(out.end(), chunks_[chunk].begin(), chunks_[chunk].end());
+        chunk_starts_.push_back(chunk_starts_.back() + chunks_[chunk].size());
     }
+    out_count = chunk_starts_.back();
+    if (out.size() < out_count) out.resize(out_count);
+    for_ranges(request.threads, chunk_count, 1, [&](size_t first_chunk, size_t last_chunk) {
+        for (size_t chunk = first_chunk; chunk < last_chunk; ++chunk) {
+            std::ranges::copy(chunks_[chunk], &out[chunk_starts_[chunk]]);
+        }
+    });
 }
 
 void ContactVoxels::add(const Request& request, const ContactRecord& record,

@@ -40,7 +40,8 @@ class ContactVoxels {
 
   private:
     struct Element;
-    void add_all(const Request& request, std::span<const ContactRecord> records,
+    /// Puts them into `out` from out_count on, over what is there, and adds to it.
+    void add_all(const Request& request, std::span<const ContactRecord> records, size_t& out_count,
                  std::vector<ContactVoxel>& out);
     void gather_pieces(const Request& request);
     void add(const Request& request, const ContactRecord& record,
@@ -52,9 +53,10 @@ class ContactVoxels {
     void finish(const Element& element, ContactVoxel& contact) const;
     void bound_by_wedge(const Element& element, Vec3 at, Vec3 outward, ContactVoxel& contact) const;
 
-    std::vector<ContactOrder> order_;
+    ContactOrder order_;
     std::vector<ContactRecord> records_;
     std::vector<std::vector<ContactVoxel>> chunks_;
+    std::vector<size_t> chunk_starts_;  ///< in the list that they are joined to
     std::vector<SampledBody> sampled_;  ///< by body's index
     SurfacePieces pieces_;
     FreeSurface surface_;

@@ -33,6 +33,8 @@ constexpr double own_rim_share(double share, double free_share) {
 }
 /// In place of a column's height.
 constexpr int32_t kNotLookedAt = INT32_MIN;
+/// In place of the nearest height of a column that has not been told it yet.
+constexpr int32_t kUntold = INT32_MIN + 1;
 
 /// Marks of tiles.
 enum : uint8_t { kFar, kWithContacts, kNearContacts };
@@ -127,15 +129,14 @@ void FreeSurface::read_heights(const TileWords& words) {
                 continue;
             }
             const std::span<const int32_t> heights = words(tx, ty);
-            for (int c = 0; c < kTileColumns; ++c) {
-                const int x = tx * kTileSide + c % kTileSide - low_[0];
-                const int y = ty * kTileSide + c / kTileSide - low_[1];
-                if (x < 0 || y < 0 || x >= size_[0] || y >= size_[1]) continue;
-                const int at = y * size_[0] + x;
-                words_[at] = heights[c];
-                if (heights[c] >= 0) {
-                    nearest_[at] = heights[c];
-                    queue_.push_back(at);
+            const int x0 = tx * kTileSide - low_[0], y0 = ty * kTileSide - low_[1];
+            for (int y = std::max(0, y0); y < std::min(size_[1], y0 + kTileSide); ++y) {
+                for (int x = std::max(0, x0); x < std::min(size_[0], x0 + kTileSide); ++x) {
+                    const int32_t word = heights[(y - y0) * kTileSide + x - x0];
+                    const int at = y * size_[0] + x;
+                    words_[at] = word;
+                    nearest_[at] = word >= 0 ? word : kUntold;
+                    if (word >= 0) queue_.push_back(at);
                 }
             }
         }
@@ -160,23 +161,21 @@ void FreeSurface::lay_bare_tops() {
 
 // A breadth-first walk from the columns with soil on top over all others.
 void FreeSurface::spread_nearest() {
+    const int nx = size_[0], count = nx * size_[1];
     for (size_t head = 0; head < queue_.size(); ++head) {
-        const int x = queue_[head] % size_[0], y = queue_[head] / size_[0];
-        constexpr int kStep[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
-        for (const auto& step : kStep) {
-            const int nx = x + step[0], ny = y + step[1];
-            if (nx < 0 || ny < 0 || nx >= size_[0] || ny >= size_[1]) continue;
-            const int next = ny * size_[0] + nx;
-            if (words_[next] != kNotLookedAt && nearest_[next] == kNotLookedAt) {
-                nearest_[next] = nearest_[queue_[head]];
-                queue_.push_back(next);
-            }
+        const int at = queue_[head];
+        for (const int step : {1, -1, nx, -nx}) {
+            const int next = at + step;
+            if (next < 0 || next >= count || nearest_[next] != kUntold) continue;
+            if (std::abs(step) < nx && next / nx != at / nx) continue;  // in another row
+            nearest_[next] = nearest_[at];
+            queue_.push_back(next);
         }
     }
     for (size_t i = 0; i < words_.size(); ++i) {
         if (const int32_t word = words_[i]; is_terrain_top(word)) {
             const int32_t own = kTerrainTop - word;
-            nearest_[i] = nearest_[i] == kNotLookedAt ? own : std::min(own, nearest_[i]);
+            nearest_[i] = nearest_[i] == kUntold ? own : std::min(own, nearest_[i]);
         }
     }
 }
@@ -187,9 +186,11 @@ void FreeSurface::sum_up() {
     if (sums_.capacity() < static_cast<size_t>(nx + 1) * (ny + 1)) {
         sums_.reserve(2 * static_cast<size_t>(nx + 1) * (ny + 1));
     }
-    sums_.assign(static_cast<size_t>(nx + 1) * (ny + 1), {});
+    sums_.resize(static_cast<size_t>(nx + 1) * (ny + 1));
+    std::fill_n(sums_.begin(), nx + 1, Sum{});
     for (int y = 0; y < ny; ++y) {
         Sum row;
+        sums_[static_cast<size_t>(y + 1) * (nx + 1)] = row;
         for (int x = 0; x < nx; ++x) {
             const int32_t word = words_[static_cast<size_t>(y) * nx + x];
             if (word >= 0 || is_terrain_top(word)) {

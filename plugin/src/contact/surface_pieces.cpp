@@ -40,7 +40,8 @@ void SurfacePieces::gather(std::span<const ContactRecord> records,
     pieces_.clear();
     make_room(heads_, records.size());
     heads_.assign(records.size(), -1);
-    if (records.empty()) return;
+    const auto is_sampled = [](const SampledBody& body) { return body.surface != nullptr; };
+    if (records.empty() || std::ranges::none_of(bodies, is_sampled)) return;
     make_room(pieces_, 2 * records.size());
     fill_table(records);
     boxes_.assign(bodies.size(), {});

@@ -45,15 +45,21 @@ class ContactFaces {
         int voxel = 0;
         bool operator<(const Cell& o) const { return x != o.x ? x < o.x : y < o.y; }
     };
-    /// Joins cells that are near each other: roots_ has each cell's root.
-    void join_cells(int gap);
-    int root_of(int cell);
+    /// Cells of one x, none further from the one before than the gap.
+    struct Run {
+        size_t first = 0, last = 0;  ///< cells_ from first up to before last
+        int root = 0;                ///< the first run of those it is joined with
+    };
+    /// Makes runs_ of cells_ and joins those that are near each other.
+    void join_runs(int gap);
+    int root_of(int run);
 
     std::vector<FaceExtent> faces_;
     std::vector<int> face_of_voxel_;
     std::vector<Place> places_;  ///< per voxel
     std::vector<Cell> cells_;
-    std::vector<int> roots_, face_of_root_;
+    std::vector<Run> runs_;
+    std::vector<int> face_of_root_;
 };
 
 /// Index 0..5 of the axis +x, -x, +y, -y, +z, -z that a vector points along most.
