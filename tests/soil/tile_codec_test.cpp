@@ -29,6 +29,11 @@ void expect_round_trip(const TileVoxels& tile) {
     std::fill(back.words.begin(), back.words.end(), 77);
     ASSERT_TRUE(unpack_tile(bytes, back));
     EXPECT_EQ(back.words, tile.words);
+    TileVoxels two;
+    two.reset(tile.height, 2);
+    std::fill(two.words.begin(), two.words.end(), 77);
+    ASSERT_TRUE(unpack_first_planes(bytes, tile.plane_count, two));
+    EXPECT_TRUE(std::equal(two.words.begin(), two.words.end(), tile.words.begin()));
 }
 
 TEST(TileCodec, gives_back_what_it_got) {

@@ -192,14 +192,15 @@ BodyContact ContactPatches::find(std::span<const ContactVoxel> voxels,
         for (size_t i = first; i < last; ++i) {
             const ContactVoxel& v = voxels[i];
             const ContactMotion& relative = motion_for(motions, v.carrier);
-            const ElementYield yield =
-                law.yield({v, faces_.of_voxel(i)},
-                          {relative.direction.velocity_at(v.position_m),
-                           dot(relative.motion.velocity_at(v.position_m), v.normal)},
-                          history.empty() ? kAllDeveloped : history[i]);
             const Quat to_body = conjugate(relative.motion.pose.rotation);
-            elements_[i] = {yield, v.area_m2 * v.touching * yield.area_share,
-                            dominant_axis_bin(rotate(to_body, v.normal))};
+            Element& element = elements_[i];
+            element = {{}, v.area_m2 * v.touching, dominant_axis_bin(rotate(to_body, v.normal))};
+            if (!(element.area_m2 > 0)) continue;  // a stress on no area is no force
+            element.yield = law.yield({v, faces_.of_voxel(i)},
+                                      {relative.direction.velocity_at(v.position_m),
+                                       dot(relative.motion.velocity_at(v.position_m), v.normal)},
+                                      history.empty() ? kAllDeveloped : history[i]);
+            element.area_m2 *= element.yield.area_share;
         }
     });
 
