@@ -52,8 +52,9 @@ void sort_by_key(ContactOrder& order) {
         std::array<uint32_t, kDigits> places{};
         for (const ContactOrder::Entry& entry : entries) ++places[digit_of(entry.key)];
         std::exclusive_scan(places.begin(), places.end(), places.begin(), uint32_t{0});
-        for (const ContactOrder::Entry& entry : entries)
+        for (const ContactOrder::Entry& entry : entries) {
             room[places[digit_of(entry.key)]++] = entry;
+        }
         entries.swap(room);
         differing &= ~((kDigits - 1) << shift);
     }
