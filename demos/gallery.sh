@@ -21,6 +21,7 @@ pictures=(
     "berm|bulldozer|600||A blade pushes a heap ahead; windrows lie beside its path, a ridge where it began."
     "pipe|pipe|520|--eye 3.1 -1.9 1.2 --target 0.9 0 0.65|Sand out of a pipe: what falls thinly is drawn as grains, as many as there is soil. The heap ends in a cut face at the open edge."
     "cart|loading|42|--eye 0.1 -3.3 3.2 --target -0.5 0 0.5|A cart coasts under a hopper. It slows down by the sand that it takes along: its momentum is that of both."
+    "silo|silo|64|--eye 0.6 -5.2 1.9 --target 0 0 1.05|Two silos with 600 kg of sand each. A motor of 3 kN holds the left gate, for the walls bear most by friction; one of 2 kN has given way."
     "throw|throw|64||A blade at 4 m/s has stopped, and its heap goes on. Paddles throw sand behind them, a ball has fallen in."
     "heap|column|400||A column of dry sand has come down: a cone at the angle of repose, equally steep in every direction."
     "terrain|terrain|400||Sand poured on rock: it piles up where the rock is flat and runs down into hollows."
