@@ -32,6 +32,9 @@ constexpr double kSlidePartVoxels = 2;
 // and columns run out less far in finer grids; larger costs passes.
 constexpr double kFailureSpeed = 20;
 constexpr int kPartsPerWedge = 4;
+// That many at 1 cm and 60 Hz. Ours: larger, and a face that fails in a grid of millimetres takes
+// seconds a step; smaller, and columns run out less far in grids of centimetres.
+constexpr int kSlidePartsMost = 32;
 // Distance that soil slides in one of these passes [m]. The soil that a slope can carry off grows
 // with the square of this distance. Sliding one voxel per pass made heaps steeper on finer grids.
 constexpr double kSlipDistanceM = 0.04;
@@ -115,7 +118,7 @@ int Passes::slide_part_count() const {
     const double pace = core_.slide_q16 / 65536.0, wedge = core_.slope_q16 / 65536.0;
     const double back = kFailureSpeed * core_.def.step_s / core_.frame.voxel_m;
     const double wanted = std::max(pace / kSlidePartVoxels, std::min(kPartsPerWedge * wedge, back));
-    return std::max(1, static_cast<int>(std::ceil(wanted)));
+    return std::clamp(static_cast<int>(std::ceil(wanted)), 1, kSlidePartsMost);
 }
 
 // What slides with its momentum runs down steep slopes by itself.
