@@ -205,6 +205,10 @@ struct Collapse {
     double voxel_m = 0.04, step_s = 1.0 / 60;
     SlideMotion slides = SlideMotion::settle;
 };
+void PrintTo(const Collapse& c, std::ostream* out) {
+    *out << (c.is_round ? "round" : "planar") << "_height_percent_" << std::lround(100 * c.aspect)
+         << "_voxel_mm_" << std::lround(1000 * c.voxel_m) << "_hz_" << std::lround(1 / c.step_s);
+}
 
 /// A column that stands against a wall, or on its own in the middle of a wide grid. Its width or
 /// radius is 0.4 m.
@@ -276,7 +280,8 @@ INSTANTIATE_TEST_SUITE_P(Columns, ColumnCollapse,
                          testing::Values(Collapse{0.5, false}, Collapse{1, false},
                                          Collapse{2, false}, Collapse{2, false, 0.02},
                                          Collapse{2, false, 0.04, 1.0 / 120}, Collapse{2, true},
-                                         Collapse{2, true, 0.04, 1.0 / 120}));
+                                         Collapse{2, true, 0.04, 1.0 / 120}),
+                         testing::PrintToStringParamName());
 
 Collapse with_momentum(Collapse c) {
     c.slides = SlideMotion::run_out;
@@ -288,6 +293,7 @@ struct Experiment {
     Collapse column;
     double least, most;
 };
+void PrintTo(const Experiment& e, std::ostream* out) { PrintTo(e.column, out); }
 
 class RunOutOfColumns : public testing::TestWithParam<Experiment> {};
 
@@ -311,11 +317,13 @@ INSTANTIATE_TEST_SUITE_P(
                     Experiment{{0.5, true, 0.02}, 0.85 * 0.62, 1.15 * 0.62},
                     Experiment{{1, true, 0.02}, 0.85 * 1.24, 1.15 * 1.24},
                     Experiment{{2, true}, 0.8 * 2.26, 1.2 * 2.26},
-                    Experiment{{5, true}, 0.8 * 3.58, 1.2 * 3.58}));
+                    Experiment{{5, true}, 0.8 * 3.58, 1.2 * 3.58}),
+    testing::PrintToStringParamName());
 INSTANTIATE_TEST_SUITE_P(SlowColumns, RunOutOfColumns,
                          testing::Values(Experiment{{2, true, 0.02}, 0.85 * 2.26, 1.15 * 2.26},
                                          Experiment{{3, true, 0.02}, 0.85 * 2.77, 1.15 * 2.77},
-                                         Experiment{{5, true, 0.02}, 0.85 * 3.58, 1.15 * 3.58}));
+                                         Experiment{{5, true, 0.02}, 0.85 * 3.58, 1.15 * 3.58}),
+                         testing::PrintToStringParamName());
 
 // The bar is 10 % for half the step and half the voxel. A front is known to a voxel, 0.1 or 0.05 of
 // the width.
