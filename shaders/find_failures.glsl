@@ -93,6 +93,16 @@ bool slides_on(int slot, ivec2 at, ivec2 way, int toe, int count, int climb, int
     return any_cohesion && balance > 0;
 }
 
+// Whether slides_on has to be asked: as one wedge of the weakest soil, its mean height above the plane, what drives and what
+// holds it. That is no less and no more than slides_on finds where all is intact, but for rounding. sum: of the heights before.
+bool may_slide(int sum, int rise, int run, int length, int slope, int strength) {
+    int way = mul_q16(run, length);
+    int mean = (sum * 32 + rise * 16) / (run / 8) - rise / 2;
+    int drive = mul_q16(mean * kOneQ8, rise - mul_q16(way, params.bank_friction));
+    int hold = mul_q16(strength, way + mul_q12(rise, slope));
+    return strength == 0 || drive > hold - hold / 16;
+}
+
 // The flattest plane on which soil slides down to a toe against the direction `way`: its columns, 0 where none fails. climb,
 // start: see slides_on. passed: columns on the way up to where it ends at a tile asleep, else 0.
 // A plane over columns that have not changed since the last look did not fail then, or they would have: see break_bonds and
@@ -138,18 +148,11 @@ int find_plane(int slot, ivec2 at, ivec2 way, int toe, OUT(int) climb, OUT(int) 
             if (steep * 16 > friction && steep <= flattest) {
                 flattest = steep;
                 int slope = mul_q16(steep, step_inverse(way));
-                if (n > 1 && any_changed && slope <= kPlaneSteepest) {
-                    // As one wedge of the weakest soil: its mean height above the plane, what drives and what holds it. That
-                    // is no less and no more than slides_on finds where all is intact, but for rounding.
-                    int mean = (sum * 32 + rise * 16) / (run / 8) - rise / 2;
-                    int drive = mul_q16(mean * kOneQ8, rise - mul_q16(mul_q16(run, length), params.bank_friction));
-                    int strength = steep <= intact ? params.bank_strength : (is_piled ? params.loose_strength : 0);
-                    int hold = mul_q16(strength, mul_q16(run, length) + mul_q12(rise, slope));
-                    if (strength == 0 || drive > hold - hold / 16) {
-                        counts[held] = n;
-                        climbs[held] = steep;
-                        held += 1;
-                    }
+                int strength = steep <= intact ? params.bank_strength : (is_piled ? params.loose_strength : 0);
+                if (n > 1 && any_changed && slope <= kPlaneSteepest && may_slide(sum, rise, run, length, slope, strength)) {
+                    counts[held] = n;
+                    climbs[held] = steep;
+                    held += 1;
                 }
             }
             sum += rise;

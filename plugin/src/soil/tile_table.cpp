@@ -310,10 +310,6 @@ void TileTable::read_voxels(int index, TileVoxels& out) const {
     read_planes(index, core_.kept_planes, out);
 }
 
-void TileTable::read_surface_planes(int index, TileVoxels& out) const {
-    read_planes(index, kSurfacePlanes, out);
-}
-
 void TileTable::read_planes(int index, int plane_count, TileVoxels& out) const {
     out.reset(core_.height, plane_count);
     const Tile* tile = tiles_[index].get();
@@ -416,40 +412,32 @@ void TileTable::clear() {
     forget_stamps();
 }
 
-uint64_t TileSampler::revision_of(int index) const {
+bool TileSampler::renew(Read& read, int index, int plane_count) const {
     const auto& tile = tiles_[static_cast<size_t>(index)];
-    return tile ? tile->revision : tiles_.revision_base();
+    const uint64_t revision = tile ? tile->revision : tiles_.revision_base();
+    if (index == read.index && revision == read.revision) return false;
+    tiles_.read_planes(index, plane_count, read.voxels);
+    tiles_.read_ground(index, read.ground);
+    read.index = index;
+    read.revision = revision;
+    return true;
 }
 
 int32_t TileSampler::top_q16(int index, int column) {
-    const uint64_t revision = revision_of(index);
-    if (index != surface_index_ || revision != surface_revision_) {
-        tiles_.read_surface_planes(index, surface_);
-        tiles_.read_ground(index, surface_ground_);
-        surface_index_ = index;
-        surface_revision_ = revision;
-    }
-    return column_fill(column_of(surface_, surface_ground_, column)).top_q16;
+    renew(surface_, index, kSurfacePlanes);
+    return column_fill(column_of(surface_.voxels, surface_.ground, column)).top_q16;
 }
 
 const TileVoxels& TileSampler::voxels(int index) {
-    const uint64_t revision = revision_of(index);
-    if (index != index_ || revision != revision_) {
-        tiles_.read_voxels(index, voxels_);
-        tiles_.read_ground(index, ground_);
-        index_ = index;
-        revision_ = revision;
-        coverage_step_ = -1;
-        slip_step_ = -1;
-    }
-    return voxels_;
+    if (renew(whole_, index, core_.kept_planes)) coverage_step_ = slip_step_ = -1;
+    return whole_.voxels;
 }
 
 std::span<const int32_t> TileSampler::body_coverage() {
     if (coverage_step_ == core_.step_index) return coverage_;
     coverage_step_ = core_.step_index;
     coverage_.clear();
-    const Tile* tile = tiles_[static_cast<size_t>(index_)].get();
+    const Tile* tile = tiles_[static_cast<size_t>(whole_.index)].get();
     if (!tile || !tile->is_awake()) return coverage_;
     coverage_.resize(static_cast<size_t>(core_.params.tile_voxels));
     const device::ReadRange range = tiles_.plane_range(kPlaneCoverage, tile->slot, coverage_);
@@ -461,7 +449,7 @@ std::span<const int32_t> TileSampler::slip_speeds() {
     if (slip_step_ == core_.step_index) return slip_speeds_;
     slip_step_ = core_.step_index;
     slip_speeds_.clear();
-    const Tile* tile = tiles_[static_cast<size_t>(index_)].get();
+    const Tile* tile = tiles_[static_cast<size_t>(whole_.index)].get();
     if (!tile || !tile->is_awake()) return slip_speeds_;
     slip_speeds_.resize(kTileColumns);
     const device::ReadRange slides{

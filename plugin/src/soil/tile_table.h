@@ -118,8 +118,8 @@ class TileTable {
     // --- what tiles hold
     /// Reads a tile, awake or asleep, into `out`.
     void read_voxels(int index, TileVoxels& out) const;
-    /// Only the first kSurfacePlanes of them.
-    void read_surface_planes(int index, TileVoxels& out) const;
+    /// Only the first planes of it.
+    void read_planes(int index, int plane_count, TileVoxels& out) const;
     /// What read_voxels() would read of a tile awake, to be read together with more.
     void want_voxels(int index, TileVoxels& out, std::vector<device::ReadRange>& ranges) const;
     void write_voxels(int index, const TileVoxels& in);
@@ -178,7 +178,6 @@ class TileTable {
 
   private:
     Status allocate_slots(int count);
-    void read_planes(int index, int plane_count, TileVoxels& out) const;
     void want_planes(int index, int plane_count, TileVoxels& out,
                      std::vector<device::ReadRange>& ranges) const;
 
@@ -210,25 +209,27 @@ class TileSampler {
     int32_t top_q16(int index, int column);
     /// Of the tile of voxels(): the part of its terrain that belongs to ground bodies; no words:
     /// none.
-    const TileVoxels& ground() const { return ground_; }
+    const TileVoxels& ground() const { return whole_.ground; }
     /// Of that tile, by voxel, what movable bodies cover; empty where none does.
     std::span<const int32_t> body_coverage();
     /// Of that tile, by column, the slip speed of its fastest span [Q16 voxels a base step]; empty
     /// where nothing slips.
     std::span<const int32_t> slip_speeds();
-    void forget() { index_ = surface_index_ = -1; }
+    void forget() { whole_.index = surface_.index = -1; }
 
   private:
-    uint64_t revision_of(int index) const;
+    /// A tile as it was at a revision.
+    struct Read {
+        TileVoxels voxels, ground;
+        int index = -1;
+        uint64_t revision = 0;
+    };
+    /// Reads the tile's first planes where they may have changed; whether it did.
+    bool renew(Read& read, int index, int plane_count) const;
 
     const SoilCore& core_;
     const TileTable& tiles_;
-    TileVoxels voxels_, ground_;
-    int index_ = -1;
-    uint64_t revision_ = 0;
-    TileVoxels surface_, surface_ground_;  ///< the first planes of the tile at surface_index_
-    int surface_index_ = -1;
-    uint64_t surface_revision_ = 0;
+    Read whole_, surface_;  ///< all planes, and only kSurfacePlanes of them
     std::vector<int32_t> coverage_;
     int64_t coverage_step_ = -1;  ///< step_index when it was read; -1: not of this tile
     std::vector<int32_t> slip_speeds_, record_words_;
