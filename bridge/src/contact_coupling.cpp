@@ -197,34 +197,23 @@ void ContactCoupling::let_go() {
     known_.clear();
 }
 
-double ContactCoupling::growth_of(const CoupledBody& coupled, double sunk_m) const {
-    const double depth_m =
-        std::max(coupled.report.sinkage_m, kCoupling.late_depth_least_voxels * soil_->voxel_m);
-    return 1 + std::max(0.0, sunk_m) / depth_m;
-}
-
 void ContactCoupling::deepen() {
     for (auto& [id, coupled] : coupled_) {
         if (coupled.patches.empty() || !is_in_world(world_, coupled.body)) continue;
         const Vec3 now_m = from_bullet(coupled.body.object->getWorldTransform().getOrigin());
-        const double scale =
-            growth_of(coupled, dot(coupled.body.motion.center_of_mass_m - now_m, soil_->up));
+        const SinkChange change =
+            coupled.sink_to(dot(coupled.body.motion.center_of_mass_m - now_m, soil_->up));
         for (CoupledPatch& patch : coupled.patches) {
-            if (patch.patch.carrier < 0) patch.patch.normal_limit_n *= scale / coupled.limit_scale;
+            if (patch.patch.carrier < 0) change.apply_to(patch.patch);
         }
-        coupled.limit_scale = scale;
     }
 }
 
 void ContactCoupling::deepen_wheel(int body_id, double sunk_m) {
     const auto found = coupled_.find(body_id);
-    if (!is_late_ || found == coupled_.end()) return;
-    CoupledBody& coupled = found->second;
-    const double scale = growth_of(coupled, sunk_m);
-    for (ContactPatch& patch : coupled.wheel_patches) {
-        patch.normal_limit_n *= scale / coupled.limit_scale;
-    }
-    coupled.limit_scale = scale;
+    if (found == coupled_.end()) return;
+    const SinkChange change = found->second.sink_to(sunk_m);
+    for (ContactPatch& patch : found->second.wheel_patches) change.apply_to(patch);
 }
 
 bool ContactCoupling::update_law(CoupledBody& coupled) {
@@ -362,7 +351,7 @@ void ContactCoupling::act(const BodyWork& work) {
         return;
     }
     if (coupled.body.role == BodyRole::wheel) {
-        coupled.limit_scale = 1;
+        coupled.sunk_m = 0;
         coupled.wheel_patches.assign(work.found.patches().begin(), work.found.patches().end());
         return;
     }
@@ -372,7 +361,7 @@ void ContactCoupling::act(const BodyWork& work) {
 void ContactCoupling::replace_patches(CoupledBody& coupled, std::span<const ContactPatch> patches) {
     previous_patches_.swap(coupled.patches);
     coupled.patches.clear();
-    coupled.limit_scale = 1;
+    coupled.sunk_m = 0;
     new_places_.clear();
     const Vec3 center_m = coupled.body.motion.center_of_mass_m;
     for (const ContactPatch& p : patches) {

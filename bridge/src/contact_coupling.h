@@ -50,13 +50,11 @@ class ContactCoupling {
     void find_touched() { rows_.find_touched(); }
     bool is_touched(const btCollisionObject* object) const { return rows_.is_touched(object); }
     /// Whether the contacts are of longer ago than the last soil step that was due (StepBudget).
-    /// Then limits grow with the depth that a body has sunk by since, as they grow with depth in
-    /// soil: it may have had no more than a first touch then.
     void set_late(bool is_late) { is_late_ = is_late; }
     bool is_late() const { return is_late_; }
     /// Start of a substep: puts the rows of all bodies that are still there into the world.
     void open_substep() {
-        if (is_late_) deepen();
+        deepen();
         rows_.open();
     }
     /// End of a substep: reads the impulses and takes the rows out.
@@ -135,9 +133,8 @@ class ContactCoupling {
     void list_pressed_soil();
     /// Whether the body had it already.
     bool update_law(CoupledBody& coupled);
+    /// Limits grow with the depth that bodies have sunk by since their contacts were found.
     void deepen();
-    /// By which limits at the depth that a body had have grown.
-    double growth_of(const CoupledBody& coupled, double sunk_m) const;
     /// Keeps what is known of carriers that were there before.
     void update_carriers(CoupledBody& coupled, std::span<const ContactVoxel> voxels);
     /// After update_carriers.

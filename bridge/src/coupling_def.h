@@ -47,13 +47,6 @@ struct CouplingDef {
     /// after an impact. Lower, and with few iterations of the solver bodies sink in further.
     double preload_share = 0.85;
 
-    // --- a soil that is late
-    /// Depth [voxels] below which a body's limits count as those of this depth, when they grow with
-    /// what it sinks until the soil's next step. Ours: a twentieth of the least that the grid
-    /// resolves. Larger, and a body that has just touched sinks further; smaller, and rounding
-    /// decides how much it is held by.
-    double late_depth_least_voxels = 0.002;
-
     // --- raycast wheels
     /// A wheel that the soil has carried wakes its chassis when the soil bears less than this share
     /// of what it bore. Ours: less than all, since soil that settles beside a wheel changes its

@@ -53,9 +53,9 @@ void list(StateStream& stream, const btDiscreteDynamicsWorld& world, BodyState& 
 
 void list(StateStream& stream, ContactPatch& patch) {
     stream(patch.bin, patch.carrier, patch.point_m, patch.normal, patch.normal_limit_n,
-           patch.friction, patch.adhesion_n, patch.area_m2, patch.rebound_m, patch.shear_point_m,
-           patch.shear_share);
-    if (patch.bin < 0 || patch.bin >= kNormalBinCount) stream.refuse();
+           patch.friction, patch.adhesion_n, patch.area_m2, patch.rebound_m, patch.depth_m,
+           patch.shear_point_m, patch.shear_share);
+    if (patch.bin < 0 || patch.bin >= kNormalBinCount || patch.depth_m < 0) stream.refuse();
 }
 
 void list(StateStream& stream, BodyReport& report) {
@@ -201,8 +201,8 @@ void CouplingSnapshot::Memory::list_coupled(StateStream& stream,
         coupled.wheel_patches.size() > (is_wheel ? most : 0)) {
         stream.refuse();
     }
-    stream(coupled.asleep_step_count);
-    if (coupled.asleep_step_count < 0) stream.refuse();
+    stream(coupled.sunk_m, coupled.asleep_step_count);
+    if (coupled.asleep_step_count < 0 || coupled.sunk_m < 0) stream.refuse();
     for (double& limit_n : coupled.mean_limits_n) stream(limit_n);
     for (double& limit_n : coupled.limits_at_sleep_n) stream(limit_n);
     list(stream, coupled.report);
@@ -308,6 +308,7 @@ CouplingSnapshot CouplingSnapshot::of(const Parts& parts) {
         copy.body = coupled.body;
         copy.patches = coupled.patches;
         copy.wheel_patches = coupled.wheel_patches;
+        copy.sunk_m = coupled.sunk_m;
         copy.asleep_step_count = coupled.asleep_step_count;
         copy.mean_limits_n = coupled.mean_limits_n;
         copy.limits_at_sleep_n = coupled.limits_at_sleep_n;

@@ -13,6 +13,10 @@ namespace {
 
 /// Voxels that one thread takes at least.
 constexpr size_t kPatchRangeVoxels = 64;
+/// A depth below this [voxels] counts as so much where limits grow with it. Ours: a twentieth of
+/// the least that the grid resolves. Larger, and a body that has just touched sinks further until
+/// the soil's next step; smaller, and rounding decides how much it is held by.
+constexpr double kDepthLeastVoxels = 0.002;
 /// Of soil that has sheared as far as it matters, and that nothing has drawn back from.
 constexpr ContactHistory kAllDeveloped{std::numeric_limits<double>::infinity(), 0};
 
@@ -32,6 +36,7 @@ struct PatchSum {
     double adhesion_n = 0;
     double area_m2 = 0;
     double rebound_n_m = 0;          ///< sum of limit times rebound
+    double growth_n_1_m = 0;         ///< sum of limit over depth
     double shear_n = 0;              ///< sum of shear limits
     Vec3 slide_n;                    ///< sum of shear limit times direction of sliding
     Vec3 slide_n_m;                  ///< its torque about the centre of mass
@@ -103,6 +108,7 @@ class CarrierPatches {
         : motion_(motion),
           to_body_(conjugate(motion.motion.pose.rotation)),
           no_distance_m_(1e-6 * element_m),
+          depth_least_m_(kDepthLeastVoxels * law.voxel_m()),
           law_(law.def()) {}
 
     /// bin_of: of the voxel with an index.
@@ -133,6 +139,7 @@ class CarrierPatches {
         sum.adhesion_n += area_m2 * yield.adhesion_pa;
         sum.area_m2 += area_m2;
         sum.rebound_n_m += limit_n * rebound_m(v.bearing_depth_m, law_);
+        sum.growth_n_1_m += limit_n / std::max(v.bearing_depth_m, depth_least_m_);
         const double shear_n = limit_n * yield.friction + area_m2 * yield.adhesion_pa;
         const Vec3 arm = v.position_m - motion_.motion.center_of_mass_m;
         sum.shear_n += shear_n;
@@ -161,6 +168,7 @@ class CarrierPatches {
                                .adhesion_n = sum.adhesion_n,
                                .area_m2 = sum.area_m2,
                                .rebound_m = std::max(0.0, sum.rebound_n_m / sum.limit_n),
+                               .depth_m = sum.limit_n / sum.growth_n_1_m,
                                .shear_point_m = {}});
             place_shear(sum, motion_.direction, law_.creep, patches.back());
         }
@@ -170,6 +178,7 @@ class CarrierPatches {
     const ContactMotion& motion_;
     Quat to_body_;
     double no_distance_m_;
+    double depth_least_m_;
     const ContactLawDef& law_;
     std::array<Vec3, kNormalBinCount> centroid_{};
     std::array<PatchSum, kPatchCapacity> sums_{};

@@ -24,7 +24,7 @@ namespace {
 
 constexpr char kMagic[8] = {'B', 'S', 'O', 'I', 'L', 'S', 'N', 'P'};
 // 20: how fast soil slides.
-constexpr uint32_t kVersion = 20;
+constexpr uint32_t kVersion = 21;
 constexpr uint32_t kSectionsMost = 64;
 constexpr size_t kNameBytes = 16;
 constexpr size_t kHeadBytes = sizeof(kMagic) + 4 + 4;

@@ -30,6 +30,7 @@ struct ContactPatch {
     double adhesion_n = 0;      ///< shear force that it takes without any normal force
     double area_m2 = 0;         ///< of its voxels (area times fill)
     double rebound_m = 0;       ///< how far its soil follows a body that lifts; mean by the limits
+    double depth_m = 0;         ///< its normal limit grows by 1 / depth_m a metre as the body sinks
     /// Where its shear force acts. A wheel's patch slides along an arc and a ring's in a circle:
     /// the force that all voxels' shear together has its line outside of the voxels' mean.
     Vec3 shear_point_m;
