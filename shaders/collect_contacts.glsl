@@ -4,6 +4,14 @@
 // host's business.
 // Reads: coverage, owner, terrain, volume, bond, support, materials, water, shapes. Writes: result.
 
+// A body's load is looked through for so many voxels. Ours: from a voxel of a tile to the end of the one beside it. Larger: a
+// wider blade that leans back is met as an upright one; smaller: the top of a wide load is pushed for nothing.
+CONST_INT(kPlugReach, 8)
+// A face of which so much of the normal, or less, is level pushes no load before it: one in so many of the part that looks up. Ours:
+// 14 deg; blades are steeper, and floors that bear soil are flatter. Larger: floors push what lies before them; smaller:
+// flat blades meet nothing.
+CONST_INT(kPlugSlope, 4)
+
 // mass * (2 at + 1), each half of it within 31 bits.
 void add_mass_moment(int sum, int mass, int at) {
     int held = min(mass, kMassMost);
@@ -129,6 +137,22 @@ void write_surface(int record, int slot, ivec3 at, int voxel, ivec3 gradient, iv
     result[record + kContactExcess] = max(0, state_at(kPlaneVolume, voxel) + coverage_at(voxel) - kVoxelFull);
 }
 
+// Soil that a body carries hands on what the ground bears, where it is full from the body to soil on the ground at the same
+// height: so before a blade that leans back. That soil's voxel; -1 where there is none, or where the face is as good as level.
+int soil_behind_load(int slot, ivec3 at, int body, ivec3 gradient) {
+    ivec3 level = step_inwards(ivec3(gradient.x, gradient.y, 0));
+    if (kPlugSlope * max(abs(gradient.x), abs(gradient.y)) < abs(gradient.z)) return -1;
+    for (int n = 0; n <= kPlugReach; ++n) {
+        int beside = voxel_outwards(slot, at, level, n);
+        if (beside < 0) return -1;
+        int volume = state_at(kPlaneVolume, beside);
+        int support = state_at(kPlaneSupport, beside);
+        if (n > 0 && volume + coverage_at(beside) < kVoxelFull - kCarrySlack) return -1;
+        if (volume > 0 && support != kSupportBody + body) return support == kSupportNone ? -1 : beside;
+    }
+    return -1;
+}
+
 // Adds a record where a voxel has a body's surface and soil that meets it.
 void collect_contact(int slot, ivec3 at, int voxel) {
     ivec3 gradient = body_gradient(slot, at.x, at.y, at.z);
@@ -141,8 +165,12 @@ void collect_contact(int slot, ivec3 at, int voxel) {
     int outer = voxel_outwards(slot, at, inwards, 1);
     int volume = state_at(kPlaneVolume, voxel) + (outer < 0 ? 0 : state_at(kPlaneVolume, outer));
     // Soil that falls bears nothing, and what lies on a body moves with it.
-    if (volume == 0 || support == kSupportNone || support == kSupportBody + body) return;
+    if (volume == 0 || support == kSupportNone) return;
     SoilBeside beside = soil_beside(slot, at, body, soil_voxel, inwards);
+    if (support == kSupportBody + body) {
+        soil_voxel = soil_behind_load(slot, at, body, gradient);
+        if (soil_voxel < 0) return;
+    }
     int record = add_contact(grid_voxel(slot, at.x, at.y, at.z), body, soil_voxel, beside);
     if (record != 0) write_surface(record, slot, at, voxel, gradient, inwards);
 }

@@ -123,6 +123,34 @@ TEST(GranularLaw, friction_is_coulombs_along_a_slip_band_and_that_of_flow_beyond
     EXPECT_EQ(slip_band_share(0, 0), 1) << "at rest";
 }
 
+// Soil lies on a face that leans back: its wedge asks for less than that of an upright one.
+TEST(GranularLaw, face_that_leans_back_meets_the_wedge_on_it) {
+    MaterialDef m = sand();
+    m.cohesion_pa = 0;
+    const SoilStrength soil = strength_of(m, kGravity_m_s2);
+    const FaceExtent wide{.width_m = 100, .length_m = 100, .depth_m = 0.2};
+    const auto limit_pa = [&](double lean_deg, Vec3 motion) {
+        const double lean = lean_deg * std::numbers::pi / 180;
+        const Vec3 n{std::sin(lean), std::cos(lean), 0};
+        return yield_of_element(element(n, 0.1), motion, 0, kUp, soil, wide).normal_limit_pa;
+    };
+    const double upright_pa = limit_pa(90, {1, 0, 0});
+    EXPECT_NEAR(upright_pa, 0.1 * soil.weight_n_m3 * soil.passive_factor, 0.03 * upright_pa);
+    double before_pa = upright_pa;
+    for (double lean_deg = 89; lean_deg > 20; lean_deg -= 1) {
+        const double share = leaning_wedge_share(soil.tan_phi, soil.friction,
+                                                 std::cos(lean_deg * std::numbers::pi / 180));
+        const double found_pa = limit_pa(lean_deg, {1, 0, 0});
+        EXPECT_NEAR(found_pa, share * upright_pa, 0.05 * share * upright_pa) << lean_deg;
+        EXPECT_NEAR(found_pa, before_pa, 0.1 * before_pa) << lean_deg << " has no jump";
+        before_pa = found_pa;
+    }
+    // Lifted, a level plate lifts what lies on it: about its weight, not ten times as much.
+    const double lifted_pa = limit_pa(0, kUp);
+    EXPECT_GT(lifted_pa, 0.7 * 0.1 * soil.weight_n_m3);
+    EXPECT_LT(lifted_pa, 1.5 * 0.1 * soil.weight_n_m3);
+}
+
 TEST(GranularLaw, body_that_draws_back_meets_nothing) {
     const SoilStrength soil = strength_of(sand(), kGravity_m_s2);
     const ElementYield y = yield_of_element(element(kDown, 0.1), {0, 0.02, 0}, 0, kUp, soil);

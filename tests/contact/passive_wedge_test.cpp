@@ -52,6 +52,42 @@ TEST(PassiveWedge, rough_walls_stay_bounded_where_coulombs_do_not) {
     }
 }
 
+// By trial of planes, as McKyes and Ali do without the sides.
+TEST(PassiveWedge, wall_that_leans_back_meets_what_the_easiest_plane_asks_for) {
+    const auto push = [](double phi, double wall, double lean) {  // over gamma d^2
+        double least = 1e300;
+        for (double plane = radians(1); plane < radians(89); plane += radians(0.02)) {
+            const double held =
+                std::cos(lean + wall) + std::sin(lean + wall) / std::tan(plane + phi);
+            if (held <= 0) continue;
+            least = std::min(least, (1 / std::tan(lean) + 1 / std::tan(plane)) / 2 / held);
+        }
+        return least;
+    };
+    for (const double phi : {15.0, 25.0, 33.0, 40.0}) {
+        for (const double share : {0.0, 0.5, 1.0}) {
+            const double wall = std::atan(share * std::tan(radians(phi)));
+            // Coulomb's plane is lost where the two reach a right angle.
+            if (phi > 35 && share == 1) continue;
+            const double upright = push(radians(phi), wall, radians(90));
+            double before = 1;
+            for (double lean = 85; lean >= 10; lean -= 5) {
+                const double want =
+                    push(radians(phi), wall, radians(lean)) * std::sin(radians(lean)) / upright;
+                const double found = leaning_wedge_share(std::tan(radians(phi)), std::tan(wall),
+                                                         std::cos(radians(lean)));
+                EXPECT_NEAR(found, want, 2e-3 * want) << phi << " " << share << " " << lean;
+                EXPECT_LT(found, before) << "the flatter the easier";
+                before = found;
+            }
+        }
+    }
+    EXPECT_EQ(leaning_wedge_share(0.6, 0.3, 0), 1);
+    EXPECT_EQ(leaning_wedge_share(0.6, 0.3, -0.5), 1) << "it hangs over";
+    EXPECT_EQ(leaning_wedge_share(0, 0, 0.5), 1) << "a fluid";
+    EXPECT_TRUE(std::isfinite(leaning_wedge_share(0.6, 0.3, 1)));
+}
+
 TEST(PassiveWedge, narrow_wall_meets_up_to_twice_as_much_per_width) {
     // By hand: Kp 6.5, phi 30 deg, Ka 1/3; (6.1667)^(2/3) = 3.3629; b / d 2: 1 + 3.3629 1.6 / 11.
     EXPECT_NEAR(passive_width_factor(6.5, radians(30), 0.4, 0.2), 1.4891, 1e-3);

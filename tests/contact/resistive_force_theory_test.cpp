@@ -33,10 +33,14 @@ TEST(ResistiveForceTheory, stresses_equal_the_published_check_values) {
         for (std::string cell; std::getline(cells, cell, ',');) row.push_back(std::stod(cell));
         ASSERT_EQ(row.size(), 7u);
         const double beta = radians(row[0]), gamma = radians(row[1]);
-        const Vec3 normal{std::sin(beta), 0, -std::cos(beta)};
+        // The tilt is that of either side of a plate: the one that goes ahead counts.
+        Vec3 normal{std::sin(beta), 0, -std::cos(beta)};
         Vec3 direction{std::cos(gamma), 0, -std::sin(gamma)};
-        const double approach = dot(normal, direction);
-        if (approach < -1e-9) continue;  // a trailing face: nothing, by definition
+        double approach = dot(normal, direction);
+        if (approach < -1e-9) {
+            normal = -1.0 * normal;
+            approach = -approach;
+        }
         // Motion along the surface is the limit from inside.
         if (approach < 1e-9) direction += 1e-7 * normal;
         const Vec3 stress = resistive_stress(normal, direction, kUp, kRough);
@@ -45,7 +49,7 @@ TEST(ResistiveForceTheory, stresses_equal_the_published_check_values) {
         EXPECT_NEAR(stress.z, row[6], 1e-4) << line;
         ++checked;
     }
-    EXPECT_EQ(checked, 10);
+    EXPECT_EQ(checked, 11);
 }
 
 TEST(ResistiveForceTheory, plate_pressed_straight_down_feels_0875) {
@@ -55,6 +59,36 @@ TEST(ResistiveForceTheory, plate_pressed_straight_down_feels_0875) {
 TEST(ResistiveForceTheory, trailing_faces_feel_nothing) {
     EXPECT_EQ(length(resistive_stress({0, 0, -1}, {0, 0, 1}, kUp, 0.5)), 0);
     EXPECT_EQ(length(resistive_stress({1, 0, 0}, {0, 0, -1}, kUp, 0.5)), 0);
+}
+
+TEST(ResistiveForceTheory, plate_lifted_straight_up_feels_a_tenth_of_that) {
+    const Vec3 stress = resistive_stress({0, 0, 1}, {0, 0, 1}, kUp, kRough);
+    EXPECT_NEAR(stress.z, -0.0797, 1e-4);  // of the published check values
+    EXPECT_NEAR(stress.x, 0, 1e-12);
+}
+
+// Soil neither pulls nor drives a face, and no small turn of it makes a large difference.
+TEST(ResistiveForceTheory, of_faces_that_look_up_resists_their_motion_and_has_no_jump) {
+    constexpr double kStep = 0.25;  // degrees
+    for (double ahead = -80; ahead <= 80; ahead += 10) {
+        const Vec3 v{std::cos(radians(ahead)), 0, std::sin(radians(ahead))};
+        double before = -1;
+        for (double tilt = 0; tilt <= 180; tilt += kStep) {
+            const Vec3 n{std::sin(radians(tilt)), 0, -std::cos(radians(tilt))};
+            if (dot(n, v) <= 0.05) {
+                before = -1;
+                continue;
+            }
+            const Vec3 stress = resistive_stress(n, v, kUp, 0.4);
+            EXPECT_LE(dot(stress, v), 0.01) << "the fit is so good" << tilt << " " << ahead;
+            const double normal = -dot(stress, n);
+            EXPECT_GE(normal, 0) << tilt << " " << ahead;
+            if (before >= 0) {
+                EXPECT_LT(std::abs(normal - before), 0.02) << tilt << " " << ahead;
+            }
+            before = normal;
+        }
+    }
 }
 
 TEST(ResistiveForceTheory, stress_turns_with_the_frame) {

@@ -32,6 +32,24 @@ double relative_density(const Model& model, const Voxel& soil, const Sum& sum) {
     return std::clamp((loose - sum.volume / sum.mass) / (loose - compacted), 0.0, 1.0);
 }
 
+/// What lies behind a load that is full from its body to there, along the level part of the
+/// coverage's gradient; null where nothing holds the load back, or the face is as good as level.
+const Voxel* soil_behind_load(const Model& model, const Field& field, int x, int y, int z, Vec3 g,
+                              int body) {
+    const double wide = std::max(std::abs(g.x), std::abs(g.y));
+    if (4 * wide < std::abs(g.z)) return nullptr;
+    const bool along_x = std::abs(g.x) == wide;
+    const int dx = along_x ? (g.x > 0 ? -1 : 1) : 0, dy = along_x ? 0 : (g.y > 0 ? -1 : 1);
+    for (int k = 0; k <= 8; ++k) {
+        if (!field.inside(x + k * dx, y + k * dy, z)) return nullptr;
+        const Voxel& v = field.at(x + k * dx, y + k * dy, z);
+        if (k > 0 && v.soil + v.psi() < 1 - model.carry_slack) return nullptr;
+        const bool is_load = v.support.kind == Support::Kind::body && v.support.body == body;
+        if (v.soil > 0 && !is_load) return v.support.kind == Support::Kind::falling ? nullptr : &v;
+    }
+    return nullptr;
+}
+
 }  // namespace
 
 std::vector<Contact> find_contacts(const Model& model, const Field& field,
@@ -70,13 +88,14 @@ std::vector<Contact> find_contacts(const Model& model, const Field& field,
                 fullest = beside;
             }
         }
-        const Voxel& soil = *fullest;
         const auto outer_soil = neighbour(-1) ? neighbour(-1)->soil : 0;
-        const bool on_body = soil.support.kind == Support::Kind::body;
-        if (voxel.soil + outer_soil == 0 || soil.support.kind == Support::Kind::falling ||
-            (on_body && soil.support.body == body)) {
-            return;
+        if (voxel.soil + outer_soil == 0 || fullest->support.kind == Support::Kind::falling) return;
+        if (fullest->support.kind == Support::Kind::body && fullest->support.body == body) {
+            fullest = soil_behind_load(model, field, x, y, z, g, body);
+            if (!fullest) return;
         }
+        const Voxel& soil = *fullest;
+        const bool on_body = soil.support.kind == Support::Kind::body;
         const auto gap_beside = [&](int dx, int dy, int dz) {
             double gap = 1 - voxel.psi() - voxel.soil;
             if (field.inside(x - dx, y - dy, z - dz)) {

@@ -5,8 +5,10 @@
 /// A voxel is a contact when four things hold. The gradient is not zero there. A body owns the
 /// voxel or the one inwards of it. Soil lies in it or in the one outwards. That soil rests on the
 /// ground or on another body; this is asked of the fullest of the voxel and the two outwards of it
-/// that are not mostly body. Inwards and outwards are along the gradient's largest component (z
-/// before x before y on a tie).
+/// that are not mostly body. Where that is soil which the body carries, what counts is the first
+/// soil of another kind behind it, no more than eight voxels off along the level part of the
+/// gradient. All between has to be full, and the face no flatter than one in four. Inwards and
+/// outwards are along the gradient's largest component (z before x before y on a tie).
 #pragma once
 
 #include <span>

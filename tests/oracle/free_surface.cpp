@@ -36,7 +36,10 @@ double inside(int i, double low, double high) {
 }  // namespace
 
 std::vector<double> free_surface(const SurfaceMap& map, const SurfacePiece& piece) {
-    const double sole_share = piece.outward.z * piece.outward.z, wall_share = 1 - sole_share;
+    // A face that looks up pushes what lies before it, down to 15 deg from level.
+    const double level = 1 - piece.outward.z * piece.outward.z;
+    const double wall_share = piece.outward.z > 0 ? std::min(1.0, level / (0.26 * 0.26)) : level;
+    const double sole_share = 1 - wall_share;
     std::vector<double> out;
     for (const double nearest : soil_beside(map, piece.x, piece.y)) {
         const double wedge = piece.wedge_length * std::max(0.0, nearest - piece.at.z);

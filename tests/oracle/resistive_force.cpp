@@ -133,18 +133,17 @@ std::vector<Facet> surface_of(const std::vector<ConvexShape>& solids, double edg
     return out;
 }
 
-// In the cylinder coordinates of the paper: r along the level part of the motion, z up.
-Vec3 resistive_stress(Vec3 normal, Vec3 direction, double surface_friction) {
-    if (dot(normal, direction) <= 0) return {};
-    Vec3 r{direction.x, direction.y, 0};
-    if (length(r) < 1e-9) r = {normal.x, normal.y, 0};
-    r = length(r) < 1e-9 ? Vec3{1, 0, 0} : r * (1 / length(r));
+namespace {
+
+/// In the cylinder coordinates of the paper: r along the level part of the motion, z up. side: a
+/// normal of the surface, of either side.
+Vec3 generic_stress(Vec3 side, Vec3 direction, Vec3 r) {
     const Vec3 theta{-r.y, r.x, 0};
-    // normal = (sin b cos p, sin b sin p, -cos b), direction = (cos g, 0, -sin g); x3 is their
+    // side = (sin b cos p, sin b sin p, -cos b), direction = (cos g, 0, -sin g); x3 is their
     // product.
-    const double sin_g = -direction.z, cos_g = dot(direction, r), cos_b = -normal.z;
-    const double sin_b_cos_p = dot(normal, r), sin_b_sin_p = dot(normal, theta);
-    const double x3 = dot(normal, direction);
+    const double sin_g = -direction.z, cos_g = dot(direction, r), cos_b = -side.z;
+    const double sin_b_cos_p = dot(side, r), sin_b_sin_p = dot(side, theta);
+    const double x3 = dot(side, direction);
     double f1 = 0, f2 = 0, f3 = 0;
     for (const Term& term : kTerms) {
         const double x =
@@ -156,7 +155,21 @@ Vec3 resistive_stress(Vec3 normal, Vec3 direction, double surface_friction) {
     const double along_r = f1 * sin_b_cos_p + f2 * cos_g;
     const double along_theta = f1 * sin_b_sin_p;
     const double along_z = -f1 * cos_b - f2 * sin_g - f3;
-    const Vec3 stress = along_r * r + along_theta * theta + Vec3{0, 0, along_z};
+    return along_r * r + along_theta * theta + Vec3{0, 0, along_z};
+}
+
+}  // namespace
+
+// The tilt b of the paper lies within a right angle: of a face that looks up it is that of the
+// other side. From upright to 10 deg (0.17) up one goes over into the other.
+Vec3 resistive_stress(Vec3 normal, Vec3 direction, double surface_friction) {
+    if (dot(normal, direction) <= 0) return {};
+    Vec3 r{direction.x, direction.y, 0};
+    if (length(r) < 1e-9) r = {normal.x, normal.y, 0};
+    r = length(r) < 1e-9 ? Vec3{1, 0, 0} : r * (1 / length(r));
+    const double other = std::clamp(normal.z / 0.17, 0.0, 1.0);
+    const Vec3 stress = (1 - other) * generic_stress(normal, direction, r) +
+                        other * generic_stress(-1.0 * normal, direction, r);
     const double pressure = -dot(stress, normal);
     if (pressure <= 0) return {};  // out of the polynomials' range: soil does not pull
     const Vec3 shear = stress + pressure * normal;

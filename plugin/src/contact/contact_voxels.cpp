@@ -273,7 +273,7 @@ void ContactVoxels::add_faces(const Element& element, Vec3 face_normal,
 void ContactVoxels::bound_by_wedge(const Element& element, Vec3 at, Vec3 outward,
                                    ContactVoxel& contact) const {
     contact.bearing_depth_m = contact.depth_m;
-    const double wall = surface_parts(outward.x * outward.x + outward.y * outward.y).wall;
+    const double wall = surface_parts(outward).wall;
     if (!(contact.depth_m > 0) || !(wall > 0)) return;
     const SurfaceWedge::Found wedge = surface_.wedge_before(element.record, at, outward);
     const double wedge_m = wedge.level_depth * element.request.frame->voxel_m;

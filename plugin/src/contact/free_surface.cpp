@@ -245,7 +245,7 @@ double FreeSurface::height_beside(const ContactRecord& contact, Vec3 at, Vec3 ou
     const int nx = size_[0], ny = size_[1];
     const double nearest = nearest_beside(contact, at.z);
     // Before a wall the wedge counts, under a sole what lies around it as far as it is wide.
-    const auto [sole, wall] = surface_parts(outward.x * outward.x + outward.y * outward.y);
+    const auto [sole, wall] = surface_parts(outward);
     const double wedge =
         wedge_length_[static_cast<size_t>(contact.material)] * std::max(0.0, nearest - at.z);
     const double rim = law_->sole_surroundings_widths * body_width_[body];

@@ -29,6 +29,12 @@ double bearing_capacity_factor_nc(double friction_angle_rad) {
 
 namespace {
 
+/// Stress over xi depth that counts as none. Ours: for the rounding; the least of resistive force
+/// theory is a hundredth.
+constexpr double kSmallestStress = 1e-9;
+/// Part of its normal that looks up from which an element leans. Ours: 10 deg. Larger: blades that
+/// lean back a little push up more than their wedge; smaller: their force jumps when they tilt.
+constexpr double kLeaningSine = 0.17;
 /// Friction of a surface so rough that it bounds nothing. Ours: ten times what any soil slides on
 /// itself with. Smaller than tan phi it would cap the stress that is asked for.
 constexpr double kRoughFriction = 10;
@@ -206,6 +212,27 @@ BearingFactors dense_bearing_factors(const SoilStrength& soil, const FaceExtent&
     return factors;
 }
 
+/// xi times depth of an element that looks up. Where it pushes level it meets no more than the
+/// wedge on a wall that leans as it does, and no more in whatever direction it goes.
+double leaning_stress_pa(const SoilStrength& soil, const FaceFactors& factors, Vec3 normal, Vec3 up,
+                         double depth_m, double resistive_normal) {
+    const double resistive_pa = soil.stiffness_pa_m * depth_m;
+    const double look_up = dot(normal, up);
+    const double wedge_pa =
+        factors.wedge_pa * leaning_wedge_share(soil.tan_phi, soil.friction, look_up);
+    const Vec3 level = normal - look_up * up;
+    const double size = length(level);
+    double out = resistive_pa;
+    if (size > 0) {
+        const double pushed =
+            -dot(resistive_stress(normal, level * (1 / size), up, soil.friction), normal);
+        out = std::min(out, wedge_pa / std::max(pushed, kSmallestStress));
+    }
+    // An upright element knows no such bound in other directions: it comes in as it leans.
+    const double most_pa = wedge_pa * std::max(1.0, kLeaningSine / look_up);
+    return std::min(out, most_pa / std::max(resistive_normal, kSmallestStress));
+}
+
 }  // namespace
 
 FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, double depth_m,
@@ -233,7 +260,7 @@ FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, doubl
             wedge_pa < resistive_pa * soil.wall_stress
                 ? wedge_pa / (resistive_pa * soil.wall_stress)
                 : 1.0,
-            developed};
+            developed, wedge_pa};
 }
 
 SoilStrength moistened(const SoilStrength& dry, const MaterialDef& material, double saturation) {
@@ -305,8 +332,11 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
     const double down = looks_down(n, up);
     const SoleAndWall parts = bearing_parts(down);
     const FaceFactors factors = face_factors(soil, face, depth_m, def(), parts.sole > 0);
-    const double xi_depth =
+    double xi_depth =
         soil.stiffness_pa_m * depth_m * (parts.sole * factors.sole + parts.wall * factors.wall);
+    if (dot(n, up) > 0 && factors.wedge_pa > 0) {
+        xi_depth = leaning_stress_pa(soil, factors, n, up, depth_m, resistive_normal);
+    }
 
     // A face above the surface has nothing to shear. Sliding takes from cohesion what it takes from
     // friction.

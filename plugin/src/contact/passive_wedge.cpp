@@ -62,6 +62,38 @@ double passive_pressure_factor(double phi, double wall) {
     return std::cos(phi) * std::cos(phi) / (std::cos(wall) * (1 - root) * (1 - root));
 }
 
+namespace {
+
+/// Least push P on a wall over unit weight times the square of its foot's depth, times the sine of
+/// its angle. The planes' run x per height: P = (run + x) / 2 / (cos a + sin a cot(plane + phi)), a
+/// = angle + wall friction, is a quotient of polynomials in x, with its least at a root.
+double least_push(double tan_phi, double tan_wall, double cos_lean, double sin_lean) {
+    const double cos_wall = 1 / std::sqrt(1 + tan_wall * tan_wall), sin_wall = tan_wall * cos_wall;
+    const double c = cos_lean * cos_wall - sin_lean * sin_wall;
+    const double s = sin_lean * cos_wall + cos_lean * sin_wall;
+    const double run = cos_lean / sin_lean;
+    const double slope = c * tan_phi + s, offset = c - s * tan_phi;
+    const double root = tan_phi * tan_phi * offset * offset -
+                        slope * tan_phi * ((1 + run * tan_phi) * offset - slope * run);
+    const double x = (std::sqrt(std::max(0.0, root)) - tan_phi * offset) / (slope * tan_phi);
+    return sin_lean * (run + x) * (tan_phi * x + 1) / (2 * (slope * x + offset));
+}
+
+/// A wall flatter than this sine counts as this: a level one has no run. Ours: 1 deg.
+constexpr double kFlattestSine = 0.0175;
+/// Soil with less friction than this has the stress of a fluid on a wall at any angle.
+constexpr double kNoFriction = 1e-3;
+
+}  // namespace
+
+double leaning_wedge_share(double tan_phi, double tan_wall, double look_up) {
+    if (tan_phi < kNoFriction || !(look_up > 0)) return 1;
+    const double sin_lean =
+        std::max(kFlattestSine, std::sqrt(std::max(0.0, 1 - look_up * look_up)));
+    const double cos_lean = std::sqrt(1 - sin_lean * sin_lean);
+    return least_push(tan_phi, tan_wall, cos_lean, sin_lean) / least_push(tan_phi, tan_wall, 0, 1);
+}
+
 double log_spiral_passive_factor(double phi, double wall) {
     // A table over the two angles, then steps that halve.
     // Ours: its cells of 4 deg are narrower than the basin of the least, and smaller ones only take

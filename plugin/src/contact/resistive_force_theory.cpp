@@ -59,32 +59,52 @@ Vec3 radial_direction(Vec3 normal, Vec3 direction, Vec3 up) {
     return unit_across(up);
 }
 
-}  // namespace
+/// The angles of an element in the cylinder coordinates of the paper.
+struct Attitude {
+    Vec3 r, theta, up;
+    double sin_gamma, cos_gamma;  ///< of the motion, below the level
+};
 
-Vec3 resistive_stress(Vec3 normal, Vec3 direction, Vec3 up, double surface_friction) {
-    if (dot(normal, direction) <= 0) return {};
-    const Vec3 r = radial_direction(normal, direction, up);
-    const Vec3 theta = cross(up, r);
-    const double sin_gamma = -dot(direction, up), cos_gamma = dot(direction, r);
-    const double cos_beta = -dot(normal, up);
-    const double sin_beta_r = dot(normal, r), sin_beta_theta = dot(normal, theta);
-
-    const double x1 = sin_gamma, x2 = cos_beta, x3 = sin_beta_r * cos_gamma + sin_gamma * cos_beta;
-    const std::array<double, kTermCount> terms = polynomial_terms(x1, x2, x3);
+/// Stress on a surface with this side's normal, without friction's limit.
+Vec3 generic_stress(const Attitude& a, Vec3 side) {
+    const double cos_beta = -dot(side, a.up);
+    const double sin_beta_r = dot(side, a.r), sin_beta_theta = dot(side, a.theta);
+    const double x3 = sin_beta_r * a.cos_gamma + a.sin_gamma * cos_beta;
+    const std::array<double, kTermCount> terms = polynomial_terms(a.sin_gamma, cos_beta, x3);
     double f1 = 0, f2 = 0, f3 = 0;
     for (int k = 0; k < kTermCount; ++k) {
         f1 += terms[k] * kCoefficients[k][0];
         f2 += terms[k] * kCoefficients[k][1];
         f3 += terms[k] * kCoefficients[k][2];
     }
-    const Vec3 stress = (f1 * sin_beta_r + f2 * cos_gamma) * r + f1 * sin_beta_theta * theta +
-                        (-f1 * cos_beta - f2 * sin_gamma - f3) * up;
+    return (f1 * sin_beta_r + f2 * a.cos_gamma) * a.r + f1 * sin_beta_theta * a.theta +
+           (-f1 * cos_beta - f2 * a.sin_gamma - f3) * a.up;
+}
 
-    const Vec3 along_normal = dot(stress, normal) * normal;
-    const Vec3 along_surface = stress - along_normal;
+/// The paper's tilt beta goes from -90 to 90 deg: a plate has the same on both sides. Of a face
+/// that looks up the polynomials take the other side. At 90 deg the two differ by a fifth, so one
+/// goes over into the other up to this part of the normal that looks up. Ours: 10 deg. Larger, and
+/// blades that lean back a little are met as upright ones; smaller, and their force jumps when they
+/// tilt.
+constexpr double kUprightSine = 0.17;
+
+}  // namespace
+
+Vec3 resistive_stress(Vec3 normal, Vec3 direction, Vec3 up, double surface_friction) {
+    if (dot(normal, direction) <= 0) return {};
+    const Vec3 r = radial_direction(normal, direction, up);
+    const Attitude attitude{r, cross(up, r), up, -dot(direction, up), dot(direction, r)};
+    const double turned = std::clamp(dot(normal, up) / kUprightSine, 0.0, 1.0);
+    Vec3 stress;
+    if (turned < 1) stress += (1 - turned) * generic_stress(attitude, normal);
+    if (turned > 0) stress += turned * generic_stress(attitude, -1.0 * normal);
+
+    const double pressure = -dot(stress, normal);
+    if (pressure <= 0) return {};  // beyond the fit: soil does not pull
+    const Vec3 along_surface = stress + pressure * normal;
     const double surface = length(along_surface);
-    const double most = surface_friction * length(along_normal);
-    return surface > most ? along_normal + (most / surface) * along_surface : stress;
+    const double most = surface_friction * pressure;
+    return surface > most ? (most / surface) * along_surface - pressure * normal : stress;
 }
 
 double resistive_stiffness_pa_m(double density_kg_m3, double gravity_m_s2, double tan_phi) {

@@ -60,6 +60,7 @@ double cohesion_share(const MaterialDef& material, const ContactVoxel& contact);
 struct FaceFactors {
     double sole = 1, wall = 1;
     double developed = 1;  ///< share of a sole's bearing that its sinkage has mobilized
+    double wedge_pa = 0;   ///< of an upright element; 0: nothing bounds it
 };
 
 /// The factors at an element's depth.

@@ -4,7 +4,7 @@
 /// has one answer here:
 ///
 ///   what does it bear?            bearing_parts()  a face that looks up bears as a wall
-///   where is its free surface?    surface_parts()  a face that looks up has it around, as a sole
+///   where is its free surface?    surface_parts()  before a face that leans back, as before a wall
 ///   what connected face is it of? is_sole()        soles by place, walls by the body's own axes
 #pragma once
 
@@ -37,10 +37,19 @@ inline double looks_down(Vec3 normal, Vec3 up) { return std::max(0.0, -dot(norma
 /// down: looks_down().
 constexpr SoleAndWall bearing_parts(double down) { return {down * down, 1 - down * down}; }
 
+/// A level part of the normal below which a face that looks up lies rather than leans. Ours: 15
+/// deg, about the flattest blade. Larger: the ground around flat blades counts, with the cut behind
+/// them; smaller: of floors the ground before them counts.
+inline constexpr double kLeaningLevel = 0.26;
+
 /// Parts of an element in where its free surface lies: before a wall, around a sole. By the same
-/// squares; level_square: of the normal's level part.
-constexpr SoleAndWall surface_parts(double level_square) {
-    return {1 - level_square, level_square};
+/// squares where it looks down. A face that leans back pushes what lies before it, however flat it
+/// is, and around it there is the cut that it leaves. outward: unit normal, z up.
+constexpr SoleAndWall surface_parts(Vec3 outward) {
+    const double level = outward.x * outward.x + outward.y * outward.y;
+    const double wall =
+        outward.z > 0 ? std::min(1.0, level / (kLeaningLevel * kLeaningLevel)) : level;
+    return {1 - wall, wall};
 }
 
 /// Cosine beyond which a face that looks down belongs to a sole. Ours: 45 deg, where both parts are

@@ -10,6 +10,12 @@ namespace bsoil {
 /// ground.
 double passive_pressure_factor(double friction_angle_rad, double wall_rad);
 
+/// Normal stress on a wall that leans back, over that on an upright one at the same depth: soil
+/// lies on it, and the easiest plane through its foot asks for less (Coulomb 1776; for blades
+/// McKyes and Ali 1977). look_up: cosine between the wall's normal and up, 0 upright to 1 level.
+/// tan_phi >= 0; tan_wall: 0..tan_phi.
+double leaning_wedge_share(double tan_phi, double tan_wall, double look_up);
+
 /// Passive earth pressure coefficient of a vertical wall and level ground: the resultant, inclined
 /// by the wall's friction angle, over half the soil's weight times the height squared.
 /// Soil turns as one about the pole of a logarithmic spiral from the wall's foot to the surface.
