@@ -36,7 +36,8 @@ line and column. This page is printed by `bsoil experiment-keys --markdown`; a t
 | `cullinan_shear.toml` | shear | annular shear in sand of two densities |
 | `plate_unload.toml` | plate | a plate raised and pressed again |
 | `blade_invariance.toml`, `wheel_invariance.toml` | blade, traction | the same tool in turned, finer and faster grids |
-| `lug_invariance.toml` | traction | a wheel with lugs in turned and finer grids |
+| `plate_invariance.toml`, `shear_invariance.toml` | plate, shear | a small plate, and a ring with grousers, in turned, finer and faster grids |
+| `lug_invariance.toml`, `slip_angle_invariance.toml` | traction | a wheel with lugs, and one that rolls askew, in other grids |
 | `friction_angles.toml`, `cohesions.toml`, `weights.toml` | column | columns of the thesis, [figures 45 to 47](../../docs/thesis_chapter_4.md) |
 
 The measured data is not part of the project: without it the plate, blade and shear experiments still give their
