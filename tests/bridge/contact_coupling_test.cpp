@@ -54,29 +54,6 @@ TEST_P(BodyAtRest, settles_without_jitter_and_sleeps) {
     EXPECT_FALSE(body.isActive());
 }
 
-// Limits are found in the soil's steps, and grow meanwhile as the body sinks: else it would fall on
-// freely until the next one.
-TEST(ContactCoupling, heavier_body_sinks_in_proportion_within_a_step_of_the_soil) {
-    constexpr int kSubsteps = 32;
-    for (const double step_s : {1.0 / 60, 1.0 / 240}) {
-        BulletScene scene;
-        const btScalar h(0.1);
-        btRigidBody& body = scene.add_box(1, btVector3(h, h, h), btVector3(0, h, 0));
-        body.setActivationState(DISABLE_DEACTIVATION);
-        FlatSoil soil(*scene.world, MaterialDef{}, step_s);
-        const auto depth_under_m = [&](double weights) {
-            body.setGravity(btVector3(0, btScalar(-weights * kGravity_m_s2), 0));
-            scene.run(1, kSubsteps);
-            return static_cast<double>(h - body.getWorldTransform().getOrigin().y());
-        };
-        // Let go on the surface it sinks to where the work of its weight is that of a limit in
-        // proportion to depth, by hand twice as deep as its limit needs. So does three times the
-        // weight from there on: 30 (z - 2) = (z^2 - 2^2) 10 / 2 has z = 4.
-        const double light_m = depth_under_m(10);
-        EXPECT_NEAR(depth_under_m(30), 2 * light_m, 0.1 * 2 * light_m) << step_s;
-    }
-}
-
 TEST(TorqueConstraint, turns_the_smallest_body_as_it_should) {
     BulletScene scene;
     scene.world->setGravity(btVector3(0, 0, 0));

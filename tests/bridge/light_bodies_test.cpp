@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "flat_soil.h"
 #include "sand_bed.h"
 
 namespace bsoil::bullet::light_bodies_test {
@@ -104,8 +105,8 @@ double impact_depth_m(const Drop& drop, double substep_s) {
     return deepest_m;
 }
 
-// By hand: m g (h + D) = 1520 J is the work of the bearing force, which grows with D^2. At 75 mm the
-// cap is a sole of 0.35 m square (0.89 of its diameter), in the mean 38 mm deep. Dry sand of a
+// By hand: m g (h + D) = 1520 J is the work of the bearing force, which grows with D^2. At 75 mm
+// the cap is a sole of 0.35 m square (0.89 of its diameter), in the mean 38 mm deep. Dry sand of a
 // relative density of 0.6 has 41.4 deg there (Bolton at 39 kPa, 3 deg a unit), Nq 78, Ngamma 105,
 // sgamma 1.39: 490 kPa on 0.124 m2 are 60 kN, and D = 75 mm. The soil's momentum takes a sixteenth
 // of the work: 73 mm. Uehara and others (2003) have measured 0.14 / tan phi sqrt(density ratio)
@@ -128,6 +129,30 @@ TEST(Impact, depth_does_not_hang_on_where_the_substep_ends) {
     for (int i = 0; i < 4; ++i) {
         const double depth_m = impact_depth_m({.height_m = 0.7 + 0.015 * i}, 1.0 / 60);
         EXPECT_NEAR(depth_m, kByHandM, 0.1 * kByHandM) << i;
+    }
+}
+
+// Limits are found in the soil's steps, and grow meanwhile as the body sinks: else it would fall on
+// freely until the next one.
+TEST(LightBodies, under_a_heavy_load_sink_in_proportion_within_a_step_of_the_soil) {
+    constexpr int kSubsteps = 32;
+    for (const double step_s : {1.0 / 60, 1.0 / 240}) {
+        BulletScene scene;
+        const btScalar h(0.1);
+        btRigidBody& body = scene.add_box(1, btVector3(h, h, h), btVector3(0, h, 0));
+        body.setActivationState(DISABLE_DEACTIVATION);
+        FlatSoil soil(*scene.world, MaterialDef{}, step_s);
+        const auto depth_under_m = [&](double weights) {
+            body.setGravity(btVector3(0, btScalar(-weights * kGravity_m_s2), 0));
+            scene.run(1, kSubsteps);
+            return static_cast<double>(h - body.getWorldTransform().getOrigin().y());
+        };
+        // It sinks to where the work of its weight is that of a limit in proportion to depth. By
+        // hand two depths one after the other add up to twice what the weight needs: z0 + z1 = 2 d
+        // under ten weights, z1 + z2 = 6 d under thirty.
+        const double before_m = depth_under_m(0.1), light_m = depth_under_m(10);
+        const double wanted_m = 2 * light_m + 3 * before_m;
+        EXPECT_NEAR(depth_under_m(30), wanted_m, 0.1 * wanted_m) << step_s;
     }
 }
 
