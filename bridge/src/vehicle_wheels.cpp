@@ -249,8 +249,10 @@ void VehicleWheels::hold(Wheel& wheel, const btWheelInfo& info, double substep_s
     wheel.is_on_soil = false;
 }
 
-/// A chassis that sleeps stands as it stood, until the soil below is dug away.
-void VehicleWheels::wake_if_weak(const Wheel& wheel) const {
+/// A chassis that sleeps stands as it stood and its wheels with it, until the soil below is dug
+/// away. With the speeds that it fell asleep with, they would turn, and keep the soil awake.
+void VehicleWheels::rest(Wheel& wheel) const {
+    wheel.rise_m_s = wheel.spin_rad_s = 0;
     const auto patches = soil_.lock()->coupling().wheel_patches(wheel.id);
     if (bearing_of(patches, wheel.up) < kCoupling.wheel_wake_share * wheel.forces.normal_n) {
         vehicle_->getRigidBody()->activate();
@@ -266,6 +268,7 @@ void VehicleWheels::place(Wheel& wheel, const btVector3& from, double length_m, 
     velocity += (wheel.rise_m_s - dot(velocity, wheel.up)) * wheel.up;
     Vec3 turning = from_bullet(chassis.getAngularVelocity());
     turning += (-wheel.spin_rad_s - dot(turning, wheel.axle)) * wheel.axle;
+    if (!chassis.isActive()) velocity = turning = {};  // Bullet clears its own a step later
     // Without its spin, which a cylinder does not show: patches stay where they are.
     wheel.motion.pose = {center, rotation_of(wheel.forward, wheel.up, wheel.axle)};
     wheel.motion.center_of_mass_m = center;
@@ -339,7 +342,7 @@ void* VehicleWheels::cast(const btVector3& from, const btVector3& to,
     } else if (is_awake) {
         solve(wheel, info, substep_s);
     } else {
-        wake_if_weak(wheel);
+        rest(wheel);
     }
     const double rigid_m =
         rigid ? static_cast<double>(ray.m_closestHitFraction) * ray_m - radius_m : HUGE_VAL;

@@ -59,7 +59,7 @@ class VehicleWheels final : public VehicleOnSoil {
     void put_down(Wheel& wheel, const btWheelInfo& info) const;
     double touching_length_m(const Wheel& wheel, const btWheelInfo& info) const;
     void hold(Wheel& wheel, const btWheelInfo& info, double substep_s) const;
-    void wake_if_weak(const Wheel& wheel) const;
+    void rest(Wheel& wheel) const;
     void solve(Wheel& wheel, const btWheelInfo& info, double substep_s);
     void place(Wheel& wheel, const btVector3& from, double length_m, double substep_s);
     void stand_on_rigid(Wheel& wheel, const btWheelInfo& info, double length_m, double substep_s);

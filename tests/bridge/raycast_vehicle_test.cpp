@@ -313,6 +313,39 @@ TEST(RaycastVehicle, falls_when_the_soil_below_it_is_gone) {
     }
 }
 
+// Its wheels kept the speeds that it fell asleep with: they turned for good, and in frames longer
+// than a soil step the soil had them a step back and here again.
+TEST(RaycastVehicle, asleep_its_wheels_stand_and_so_does_the_soil) {
+    BulletScene scene;
+    const auto soil = make_bed(scene);
+    SoilRaycaster caster(*soil);
+    Car car(scene, caster, 800, above_soil(0));
+    ASSERT_TRUE(caster.attach(*car.vehicle, SoilWheelDef{.width_m = kWidthM}));
+    car.brake(50);
+    scene.run(2);
+    car.brake(0);
+    car.drive(800);
+    scene.run(0.2);
+    EXPECT_GT(caster.wheel_report(0).spin_rad_s, 0.1);
+    car.chassis.forceActivationState(ISLAND_SLEEPING);
+    const auto run = [&](double seconds) {
+        for (double s = 0; s < seconds; s += 0.03) scene.world->stepSimulation(0.03f, 0);
+    };
+    run(1);
+    EXPECT_FALSE(car.chassis.isActive());
+    EXPECT_EQ(soil->last_report().block_active_count, 0);
+    const btScalar rotation = car.vehicle->getWheelInfo(0).m_rotation;
+    const uint64_t checksum = soil->soil().checksum();
+    run(1);
+    EXPECT_EQ(car.vehicle->getWheelInfo(0).m_rotation, rotation);
+    EXPECT_EQ(caster.wheel_report(0).spin_rad_s, 0);
+    EXPECT_EQ(soil->soil().checksum(), checksum);
+    EXPECT_EQ(soil->last_report().block_active_count, 0);
+    car.chassis.activate();
+    run(1);
+    EXPECT_GT(caster.wheel_report(0).spin_rad_s, 0.1);  // its engine is on
+}
+
 TEST(RaycastVehicle, falls_through_soil_that_is_off) {
     BulletScene scene;
     const auto soil = make_bed(scene);
