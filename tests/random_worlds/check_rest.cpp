@@ -7,6 +7,9 @@
 #include <deque>
 #include <limits>
 #include <map>
+#include <numbers>
+#include <optional>
+#include <set>
 
 #include "bullet_types.h"
 #include "check.h"
@@ -65,6 +68,29 @@ bool touches_others(btDispatcher& dispatcher, const btCollisionObject& object) {
     return false;
 }
 
+/// Bullet wakes a body in each step whose box meets that of a driven body which its host never lets
+/// sleep, and with it the body's island: the tags of such islands. World 81157: a body at rest
+/// beside a driven one.
+std::set<int> islands_kept_awake(btDispatcher& dispatcher) {
+    std::set<int> tags;
+    const auto keeps = [](const btCollisionObject& object) {
+        return object.isKinematicObject() && object.isActive() && object.hasContactResponse();
+    };
+    for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+        const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+        const btCollisionObject &a = *manifold.getBody0(), &b = *manifold.getBody1();
+        if (keeps(a)) tags.insert(b.getIslandTag());
+        if (keeps(b)) tags.insert(a.getIslandTag());
+    }
+    return tags;
+}
+
+/// Bullet's own thresholds, below which it would let the body sleep.
+bool is_slow(const MovingPart& part) {
+    constexpr double kSlow_m_s = 0.8, kSlow_rad_s = 1;
+    return length(part.velocity_m_s) < kSlow_m_s && length(part.spin_rad_s) < kSlow_rad_s;
+}
+
 class RestCheck final : public Check {
   public:
     void after_step(BuiltWorld& world, Failures&) override {
@@ -76,7 +102,7 @@ class RestCheck final : public Check {
             const auto [it, is_new] = energy_heights_m_.emplace(part.object, now_m);
             it->second = std::max(it->second, now_m);
         }
-        if (world.was_touched()) forces_.clear();
+        if (world.was_touched()) forget_forces(parts);
         record_forces(world, true);
     }
     void after_substep(BuiltWorld& world) override { record_forces(world, false); }
@@ -89,12 +115,24 @@ class RestCheck final : public Check {
     }
 
   private:
+    /// A body asleep is held as it was when it fell asleep, while it still moved perhaps: what it
+    /// bears since a touch counts as a change of that. World 81305: a body of 5 t rocked at 0.11
+    /// m/s when it fell asleep, and was filled beside; the last substep alone is 2 % off.
+    void forget_forces(const std::vector<MovingPart>& parts) {
+        for (const MovingPart& part : parts) {
+            Forces& forces = forces_[part.object];
+            if (!part.is_asleep || !forces.has_slept) forces = {};
+        }
+    }
+
     static void expect_sleep(BuiltWorld& world, Failures& failures) {
         bool are_asleep = true;
+        const std::set<int> kept_awake = islands_kept_awake(*world.world().getDispatcher());
         for (const MovingPart& part : moving_parts(world)) {
             // What has left the soil may roll on.
             if (part.is_asleep || soil_below(world, part.pose.position, 0) < 0) continue;
             are_asleep = false;
+            if (is_slow(part) && kept_awake.contains(part.object->getIslandTag())) continue;
             failures.add("bodies sleep", world.name_of_object(*part.object), world.time_s(),
                          "asleep",
                          fmt::format("{:.3g} m/s, {:.3g} rad/s", length(part.velocity_m_s),
@@ -114,7 +152,8 @@ class RestCheck final : public Check {
     /// report theirs once a frame, all others once a substep.
     void record_forces(BuiltWorld& world, bool of_cars) {
         const double substep_s = world.plan().frame_s / world.plan().substep_count;
-        const size_t most = kMeanFrames * static_cast<size_t>(world.plan().substep_count);
+        const size_t most =
+            kMeanFrames * (of_cars ? 1 : static_cast<size_t>(world.plan().substep_count));
         const auto impulses = contact_impulses(*world.world().getDispatcher());
         for (const MovingPart& part : moving_parts(world)) {
             const bool is_car =
@@ -122,15 +161,20 @@ class RestCheck final : public Check {
                             [&](const auto& car) { return car.chassis == part.object; });
             if (is_car != of_cars) continue;
             Forces& forces = forces_[part.object];
-            if (part.is_asleep && !forces.up_n.empty()) {
-                forces.has_slept = true;
-                continue;
-            }
-            if (forces.has_slept) forces = {};
             double up_n = dot(soil_force_n(world, *part.object), world.up());
             if (const auto it = impulses.find(part.object); it != impulses.end()) {
                 up_n += dot(it->second, world.up()) / substep_s;
             }
+            if (part.is_asleep && !forces.up_n.empty()) {
+                if (!forces.has_slept) forces.up_asleep_n = up_n;
+                if (world.was_touched() && !forces.up_untouched_n) {
+                    forces.up_untouched_n = forces.up_asleep_n;
+                }
+                forces.has_slept = true;
+                forces.up_asleep_n = up_n;
+                continue;
+            }
+            if (forces.has_slept) forces = {};
             const double carried_kg = load_kg(world, *part.object);
             const double mass_kg = part.mass_kg + carried_kg;
             forces.load_most_n = std::max(forces.load_most_n, carried_kg * world.gravity_m_s2());
@@ -174,6 +218,7 @@ class RestCheck final : public Check {
             Sum& sum = sums[key];
             sum.weight_n += part.mass_kg * world.gravity_m_s2();
             sum.load_n += forces.load_most_n;
+            if (forces.up_untouched_n) sum.up_n += forces.up_asleep_n - *forces.up_untouched_n;
             const auto count = static_cast<double>(forces.up_n.size() - 1);
             if (count < 1) {  // it has slept all the time
                 sum.up_n += forces.up_n.front();
@@ -224,8 +269,9 @@ class RestCheck final : public Check {
                          fmt::format("its bottom no higher than the surface, {:.5g} m", highest),
                          fmt::format("{:.5g} m", bottom_m));
         }
-        if (!is_free(world, part.object, index)) return;
-        const auto surface_m = surface_beside_m(world, soil, lowest, kBesideRadii * radius);
+        const double ring_m = kBesideRadii * radius;
+        if (!is_free(world, part.object, index) || is_in_pit(world, index, lowest, ring_m)) return;
+        const auto surface_m = surface_beside_m(world, soil, lowest, ring_m);
         if (!surface_m) return;
         const double carried_kg = load_kg(world, *part.object);
         const double weight_n = (part.mass_kg + carried_kg) * world.gravity_m_s2();
@@ -266,6 +312,36 @@ class RestCheck final : public Check {
                             [](const FlowPlan& flow) { return flow.is_source && !flow.dropped; });
     }
 
+    /// Whether the surface within this radius may be that around a pit, which a sink has dug: what
+    /// lies in one has not sunk from there. A pit is as wide as the region that the sink empties
+    /// and the slopes above it, which stand at phi. Worlds 80080 and 80141 have bodies in pits.
+    static bool is_in_pit(const BuiltWorld& world, int soil, Vec3 at, double radius_m) {
+        const SoilPlan& plan = world.plan().soils[static_cast<size_t>(soil)];
+        double deep_m = plan.terrain_m, phi_rad = std::numbers::pi / 4;
+        for (const FillPlan& fill : plan.fills) {
+            if (!fill.dropped) deep_m = std::max(deep_m, fill.high_m.z);
+        }
+        for (const MaterialDef& material : plan.def.materials) {
+            phi_rad = std::min(phi_rad, material.friction_angle_rad);
+        }
+        const GridFrame& frame = world.soil(soil).soil().frame();
+        const Vec3 here = frame.to_grid(at) * frame.voxel_m;
+        const auto digs_at = [&](const FlowPlan& flow, Vec3 center) {
+            const ConvexShape& region = flow.sink.region;
+            const double half_m =
+                region.kind == ConvexShape::Kind::box
+                    ? length(region.half_extents_m)
+                    : std::hypot(region.radius_m, region.half_height_m) + region.radius_m;
+            const double slope_m = std::max(0.0, deep_m - center.z + half_m) / std::tan(phi_rad);
+            return std::hypot(center.x - here.x, center.y - here.y) < radius_m + half_m + slope_m;
+        };
+        return std::any_of(plan.flows.begin(), plan.flows.end(), [&](const FlowPlan& flow) {
+            const bool digs = !flow.dropped && !flow.is_source && flow.sink.water_kg_s == 0;
+            return digs && (digs_at(flow, flow.sink.pose.position) ||
+                            (flow.moves_step >= 0 && digs_at(flow, flow.moved_to_m)));
+        });
+    }
+
     static bool is_jointed(const BuiltWorld& world, const btCollisionObject* object) {
         for (const JointPlan& joint : world.plan().joints) {
             if (!joint.dropped &&
@@ -282,9 +358,11 @@ class RestCheck final : public Check {
     /// On a body while it was awake last, and its upward momentum and its load's after each.
     struct Forces {
         std::deque<double> up_n, momenta_n_s;
-        double each_s = 0;       ///< how long each acts
-        bool has_slept = false;  ///< since the last of them
-        double load_most_n = 0;  ///< weight of the soil that it carried
+        double each_s = 0;                     ///< how long each acts
+        bool has_slept = false;                ///< since the last of them
+        double load_most_n = 0;                ///< weight of the soil that it carried
+        double up_asleep_n = 0;                ///< on it since it sleeps
+        std::optional<double> up_untouched_n;  ///< and before the first touch since
     };
     std::map<const btCollisionObject*, Forces> forces_;
     /// The highest that each body has been, its speed reckoned in.

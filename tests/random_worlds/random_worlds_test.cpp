@@ -136,6 +136,28 @@ TEST(RandomWorlds, lie_no_deeper_beside_a_bank_than_on_a_plain) {
 
 // --- the tests themselves: what finds nothing is not looking
 
+// The soil had wheels of a sleeping car a step back and here again; see
+// RaycastVehicle.asleep_its_wheels_stand_and_so_does_the_soil.
+TEST(RandomWorlds, sleep_under_a_sleeping_car) {
+    expect_all_holds(81086, 81086, Run::watched, PlanKind::any);
+}
+
+// A body beside a driven one, which Bullet wakes in every step.
+TEST(RandomWorlds, sleep_but_for_what_bullet_wakes) {
+    expect_all_holds(81157, 81157, Run::watched, PlanKind::any);
+}
+
+// A body that fell asleep rocking, before soil was put elsewhere.
+TEST(RandomWorlds, weigh_what_they_weighed_awake) {
+    expect_all_holds(81305, 81305, Run::watched, PlanKind::any);
+}
+
+// Bodies in pits that sinks have dug.
+TEST(RandomWorlds, have_not_sunk_into_pits) {
+    expect_all_holds(80080, 80080, Run::watched, PlanKind::any, Sky::weather);
+    expect_all_holds(80141, 80141, Run::watched, PlanKind::any, Sky::weather);
+}
+
 TEST(RandomWorlds, are_the_same_for_the_same_seed_alone) {
     EXPECT_EQ(describe(make_plan(7, PlanKind::any)), describe(make_plan(7, PlanKind::any)));
     EXPECT_NE(describe(make_plan(7, PlanKind::any)), describe(make_plan(8, PlanKind::any)));
@@ -293,6 +315,55 @@ TEST(Checks, find_a_body_that_lies_too_deep) {
     std::string found;
     for (const Failure& failure : failures) found += failure.invariant + ' ';
     EXPECT_NE(found.find("sinkage"), std::string::npos) << found;
+}
+
+// The sink's pit does not reach the surface beside the box.
+TEST(Checks, find_a_body_that_lies_too_deep_beside_a_pit) {
+    WorldPlan plan = box_on_bed();
+    plan.soils[0].def.size_m = {2.5, 1, 1};
+    plan.soils[0].fills[0].high_m.x = 2.5;
+    FlowPlan flow;
+    flow.sink.region.kind = ConvexShape::Kind::box;
+    flow.sink.region.half_extents_m = {0.1, 0.1, 0.1};
+    flow.sink.end_s = 0.5;
+    const auto sinks = [](BuiltWorld& world) {
+        btTransform pose = world.body(0)->getWorldTransform();
+        pose.getOrigin().setY(pose.getOrigin().y() - btScalar(0.25));
+        world.body(0)->setWorldTransform(pose);
+    };
+    for (const double x_m : {0.5, 2.2}) {
+        flow.sink.pose.position = {x_m, 0.5, 0.2};
+        plan.soils[0].flows.assign(1, flow);
+        std::string found;
+        for (const Failure& failure : failures_of(make_rest_check, sinks, plan)) {
+            found += failure.invariant + ' ';
+        }
+        EXPECT_EQ(found.find("sinkage") != std::string::npos, x_m > 2) << x_m << ' ' << found;
+    }
+}
+
+// Bullet wakes the box in each step, which keeps it from nothing but from falling asleep.
+TEST(Checks, find_a_body_beside_a_driven_one_that_does_not_rest) {
+    WorldPlan plan = box_on_bed();
+    BodyPlan driven = plan.bodies[0];
+    driven.kind = BodyPlan::Kind::driven;
+    driven.pose.position = {0.82, 0.5, 0.6};
+    plan.bodies.push_back(driven);
+    for (const Failure& failure : failures_of(
+             make_rest_check, [](BuiltWorld&) {}, plan)) {
+        ADD_FAILURE() << text_of(failure);
+    }
+    const auto failures = failures_of(
+        make_rest_check,
+        [](BuiltWorld& world) {
+            world.body(0)->setGravity({0, 0, 0});
+            world.body(0)->setDamping(0, 0);
+            world.body(0)->setAngularVelocity({0, 0, 2});
+            world.body(0)->translate({0, btScalar(0.3), 0});
+        },
+        plan);
+    ASSERT_EQ(failures.size(), 1u);
+    EXPECT_EQ(failures[0].invariant, "bodies sleep");
 }
 
 // Bullet's box about a compound or a hull turns with it, and reaches lower than any of its points.
