@@ -118,6 +118,11 @@ TEST(RandomWorlds, gain_no_energy_but_by_what_bullet_and_sources_do) {
     expect_all_holds(20317, 20317, Run::watched, PlanKind::any, Sky::weather);
 }
 
+// A body on a joint that is put elsewhere and leaves 15 kg of soil behind.
+TEST(RandomWorlds, gain_no_energy_of_loads_left_behind) {
+    expect_all_holds(91022, 91022, Run::watched, PlanKind::any, Sky::weather);
+}
+
 // A car whose chassis carries soil; boxes that fell asleep as a source hit them, or rocking.
 TEST(RandomWorlds, weigh_what_they_weigh_under_loads_and_pushes) {
     expect_all_holds(20168, 20168, Run::watched, PlanKind::any, Sky::weather);
