@@ -109,5 +109,37 @@ TEST(Settle, refuses_steps_out_of_range) {
     }
 }
 
+// Random world 91022. Dust of one unit on a ledge that cohesion holds cannot be shared out among
+// the columns below. It asked for their blocks in turn, each of which kept the ledge's block
+// dispatched.
+TEST(Settle, dust_on_a_ledge_wakes_nothing) {
+    SoilDef def = grid_def(8, 24, 16);
+    def.material = sand(26, 5000);
+    const auto soil = make_soil(def);
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {8, 24, 2})));
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 8, 2}, {8, 16, 3})));
+    ASSERT_TRUE(soil->settle(100, {})->is_at_rest);
+    Soil::Impl& s = SoilProbe::impl(*soil);
+    const int slot = s.tiles.wake(1);
+    for (const int plane : {layout::kPlaneVolume, layout::kPlaneMaterial}) {
+        for (const int y : {0, 7}) {
+            const int voxel = 3 * layout::kTileColumns + y * layout::kTileSide + 2;
+            s.device->write(layout::Buffer::state,
+                            int64_t{plane} * s.params.plane_stride +
+                                int64_t{slot} * s.params.tile_voxels + voxel,
+                            std::vector<int32_t>(4, 1));
+        }
+    }
+    s.tiles.note_stale(slot, true);
+    for (const int side : {0, 2}) {
+        s.lists.activate(s.block_key(side, 0));
+        soil->step({});
+        soil->step({});
+    }
+    for (int i = 0; i < 20; ++i) soil->step({});
+    EXPECT_GT(soil->sample(3, 8, 3).volume, 0);
+    EXPECT_EQ(soil->step({}).block_active_count, 0);
+}
+
 }  // namespace
 }  // namespace bsoil::settle_test
