@@ -52,15 +52,15 @@ void FirstContacts::find_carriers(const btDiscreteDynamicsWorld& world,
         if (id >= 0 && std::any_of(loads.begin(), loads.end(), [id](const BodyLoad& load) {
                 return load.body == id && load.mass_kg > 0;
             })) {
-            carriers_.push_back(box_of(*objects[i], {}));
+            carriers_.emplace(id, box_of(*objects[i], {}));
         }
     }
 }
 
-bool FirstContacts::is_over_carrier(const Aabb& box) const {
-    return std::any_of(carriers_.begin(), carriers_.end(), [&](const Aabb& carrier) {
-        const Vec3 low = carrier.min - box.max, high = box.min - carrier.max;
-        return std::max({low.x, low.y, low.z, high.x, high.y, high.z}) <= 0;
+bool FirstContacts::is_over_carrier(const Aabb& box, int but) const {
+    return std::any_of(carriers_.begin(), carriers_.end(), [&](const auto& carrier) {
+        const Vec3 low = carrier.second.min - box.max, high = box.min - carrier.second.max;
+        return carrier.first != but && std::max({low.x, low.y, low.z, high.x, high.y, high.z}) <= 0;
     });
 }
 
@@ -100,13 +100,17 @@ void FirstContacts::open(btDiscreteDynamicsWorld& world, btRigidBody& body, doub
     // A body that the soil holds has displaced it: the surface stays where the body met it.
     const BodyReport report = coupling_.report(state->id);
     const bool is_held = report.sinkage_m > 0;
-    if (known == bodies_.end() && (is_held || is_over_carrier({box.min - fall_m * up_, box.max}))) {
+    if (known == bodies_.end() &&
+        (is_held || is_over_carrier({box.min - fall_m * up_, box.max}, state->id))) {
         return;
     }
     Falling falling = known == bodies_.end() ? Falling{} : known->second;
     if (!is_held) {
         const std::optional<SurfaceSoil> soil = soil_below_.at(0.5 * (box.min + box.max));
         if (!soil) return;
+        const bool is_own = known == bodies_.end() && carriers_.contains(state->id) &&
+                            dot(soil->plane.position_m - box.min, up_) > 0;
+        if (is_own) return;
         falling.surface = *soil;
         // Bullet's speed of a body in free fall is that of the substep's middle.
         if (known == bodies_.end()) {

@@ -20,7 +20,8 @@ namespace bsoil::bullet {
 /// during Bullet's substep, and solves its motion through that. It sets the limits of the body's
 /// rows so that Bullet takes it to where the solution ends. After that the soil's contacts hold it.
 /// Two cases wait for the soil's own step: a body on joints, which is not free, and soil that a
-/// body carries, which yields together with its carrier.
+/// body carries, which yields together with its carrier. Soil that a falling body itself carries
+/// is not what it falls on: the surface has to lie below it.
 class FirstContacts {
   public:
     /// The references must outlive this.
@@ -53,7 +54,7 @@ class FirstContacts {
     bool has_stopped(double speed_m_s, double duration_s) const;
     void find_jointed(btDiscreteDynamicsWorld& world);
     void find_carriers(const btDiscreteDynamicsWorld& world, std::span<const BodyLoad> loads);
-    bool is_over_carrier(const Aabb& box) const;
+    bool is_over_carrier(const Aabb& box, int but) const;
     void open(btDiscreteDynamicsWorld& world, btRigidBody& body, double substep_s);
     /// A body that moves into the soil; impact_ is started for it.
     struct Approach {
@@ -74,7 +75,7 @@ class FirstContacts {
     Vec3 up_;
     std::map<int, Falling> bodies_;                  ///< by body id
     std::vector<const btCollisionObject*> jointed_;  ///< sorted
-    std::vector<Aabb> carriers_;                     ///< boxes of bodies that carry soil
+    std::map<int, Aabb> carriers_;                   ///< boxes of bodies that carry soil, by id
     std::vector<ContactVoxel> elements_;
     Impact impact_;
     std::vector<ContactPatch> patches_;
