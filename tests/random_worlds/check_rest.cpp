@@ -279,7 +279,8 @@ class RestCheck final : public Check {
         const double plate_m = std::clamp(kPlateFraction * radius, 1e-3, 10.0);
         const double bound_m =
             kSinkageFactor * sinkage_after_fall_m(soil.soil(), plate_m, weight_n, fall_m) +
-            kSinkageVoxels * voxel_m;
+            kSinkageVoxels * voxel_m + fallen_soil_m(world, index, lowest, ring_m);
+        if (*surface_m - bound_m < ground_height_m(world, index, lowest)) return;
         if (bottom_m < *surface_m - bound_m) {
             failures.add("sinkage", name, world.time_s(),
                          fmt::format("its bottom no more than {:.3g} m below the surface, {:.5g} m",
@@ -340,6 +341,32 @@ class RestCheck final : public Check {
             return digs && (digs_at(flow, flow.sink.pose.position) ||
                             (flow.moves_step >= 0 && digs_at(flow, flow.moved_to_m)));
         });
+    }
+
+    /// Height of the soil that hung in the air within this radius. It has come down beside the body
+    /// perhaps, which met what lay below it: 90114 came down with its own slab.
+    static double fallen_soil_m(const BuiltWorld& world, int soil, Vec3 at, double radius_m) {
+        const GridFrame& frame = world.soil(soil).soil().frame();
+        const Vec3 here = frame.to_grid(at) * frame.voxel_m;
+        double sum_m = 0;
+        for (const FillPlan& fill : world.plan().soils[static_cast<size_t>(soil)].fills) {
+            const Vec3 low = fill.low_m - here, high = here - fill.high_m;
+            const bool is_near = std::max({low.x, low.y, high.x, high.y}) < radius_m;
+            if (!fill.dropped && fill.is_hanging && is_near) sum_m += fill.high_m.z - fill.low_m.z;
+        }
+        return sum_m;
+    }
+
+    /// Of the terrain, else of the grid's floor. Neither stops a body: hosts have bodies for them.
+    /// Where a plate would go through all soil there is nothing to compare with (90127).
+    static double ground_height_m(const BuiltWorld& world, int soil, Vec3 at) {
+        const SoilPlan& plan = world.plan().soils[static_cast<size_t>(soil)];
+        const GridFrame& frame = world.soil(soil).soil().frame();
+        Vec3 here = frame.to_grid(at);
+        const double aside_m = here.x * frame.voxel_m - plan.def.size_m.x / 2;
+        const bool has_terrain = plan.terrain_m > 0;
+        here.z = has_terrain ? (plan.terrain_m + plan.terrain_slope * aside_m) / frame.voxel_m : 0;
+        return height_m(world, frame.to_world(here));
     }
 
     static bool is_jointed(const BuiltWorld& world, const btCollisionObject* object) {

@@ -163,6 +163,12 @@ TEST(RandomWorlds, have_not_sunk_into_pits) {
     expect_all_holds(80141, 80141, Run::watched, PlanKind::any, Sky::weather);
 }
 
+// A box with a slab of soil below it in the air, and a body that goes through a thin bed on rock.
+TEST(RandomWorlds, lie_no_deeper_than_there_is_soil_to_bear) {
+    expect_all_holds(90114, 90114, Run::watched, PlanKind::calm);
+    expect_all_holds(90127, 90127, Run::watched, PlanKind::any);
+}
+
 TEST(RandomWorlds, are_the_same_for_the_same_seed_alone) {
     EXPECT_EQ(describe(make_plan(7, PlanKind::any)), describe(make_plan(7, PlanKind::any)));
     EXPECT_NE(describe(make_plan(7, PlanKind::any)), describe(make_plan(8, PlanKind::any)));
