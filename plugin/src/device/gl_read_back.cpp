@@ -24,6 +24,7 @@ void GlReadBack::begin() {
 }
 
 void GlReadBack::add(GLuint buffer, int64_t offset_bytes, std::span<int32_t> words) {
+    if (words.empty()) return;  // nor need there be a place for them
     parts_.push_back({buffer, offset_bytes, words});
     part_bytes_ += static_cast<int64_t>(words.size_bytes());
 }
