@@ -474,13 +474,6 @@ int excess_carried_off(int slot, ivec3 at, int voxel, ivec3 out_way) {
     return min(most, kVoxelFull);
 }
 
-// 64-bit sum in two words. Adding commutes, so the result does not depend on the order.
-void add_wide(int at, int value) {
-    uint old = uint(ATOMIC_ADD(result[at], value));
-    int carry = (old + uint(value) < old ? 1 : 0) - (value < 0 ? 1 : 0);
-    if (carry != 0) ATOMIC_ADD(result[at + 1], carry);
-}
-
 #include "momentum_ledger.glsl"
 
 // What pour_soil and take_soil run over. A group is a part of a source's or a sink's region: its tile's slot, and the place of its

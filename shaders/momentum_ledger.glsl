@@ -1,6 +1,13 @@
 // Where the soil's momentum comes from and goes to, counted as it happens: see kResultFallen. Whatever changes the momentum planes
 // but by moving soil calls these.
 
+// 64-bit sum in two words. Adding commutes, so the result does not depend on the order.
+void add_wide(int at, int value) {
+    uint old = uint(ATOMIC_ADD(result[at], value));
+    int carry = (old + uint(value) < old ? 1 : 0) - (value < 0 ? 1 : 0);
+    if (carry != 0) ATOMIC_ADD(result[at + 1], carry);
+}
+
 // Adds to three 64-bit sums.
 void add_momentum_sum(int at, ivec3 momentum) {
     if (momentum.x != 0) add_wide(at, momentum.x);
@@ -11,10 +18,55 @@ void add_momentum_sum(int at, ivec3 momentum) {
 // Momentum that a body has given soil.
 void note_given(int body, ivec3 momentum) { add_momentum_sum(kResultHeader + body * kLoadWords + kLoadImpulse, momentum); }
 
-// The ground gives a voxel's soil another momentum, or takes it.
-void set_by_ground(int voxel, ivec3 momentum) {
-    add_momentum_sum(kResultGround, momentum_at(voxel) - momentum);
+void set_momentum(int voxel, ivec3 momentum) {
     set_state(kPlaneMomentumX, voxel, momentum.x);
     set_state(kPlaneMomentumY, voxel, momentum.y);
     set_state(kPlaneMomentumZ, voxel, momentum.z);
+}
+
+// The ground gives a voxel's soil another momentum, or takes it.
+void set_by_ground(int voxel, ivec3 momentum) {
+    add_momentum_sum(kResultGround, momentum_at(voxel) - momentum);
+    set_momentum(voxel, momentum);
+}
+
+// A sum over the voxels of a column, which goes to the ledger at once: all lanes wait for its words. In halves, because a few
+// voxels can have more momentum than 31 bits hold.
+struct MomentumSum {
+    ivec3 high;  // times 2^16
+    ivec3 low;
+};
+
+MomentumSum no_momentum() {
+    MomentumSum sum;
+    sum.high = ivec3(0);
+    sum.low = ivec3(0);
+    return sum;
+}
+
+void add_to_sum(INOUT(MomentumSum) sum, ivec3 momentum) {
+    sum.high += momentum >> 16;
+    sum.low += momentum & kLowHalf;
+}
+
+void add_wide_halves(int at, int high, int low) {
+    uint upper = uint(high >> 16);
+    uint word = uint(high) << 16;
+    uint lower = word + uint(low);
+    if (lower < word) upper += 1u;
+    uint old = lower == 0u ? 0u : uint(ATOMIC_ADD(result[at], int(lower)));
+    if (old + lower < old) upper += 1u;
+    if (upper != 0u) ATOMIC_ADD(result[at + 1], int(upper));
+}
+
+void add_momentum_sums(int at, IN(MomentumSum) sum) {
+    add_wide_halves(at, sum.high.x, sum.low.x);
+    add_wide_halves(at + 2, sum.high.y, sum.low.y);
+    add_wide_halves(at + 4, sum.high.z, sum.low.z);
+}
+
+// As set_by_ground(), for one voxel of several.
+void set_in_sum(int voxel, ivec3 momentum, INOUT(MomentumSum) taken) {
+    add_to_sum(taken, momentum_at(voxel) - momentum);
+    set_momentum(voxel, momentum);
 }

@@ -7,8 +7,6 @@ CONST_INT(kSlideGap, 4)         // voxels without momentum under which none is l
 CONST_INT(kSlideDepth, 128)     // voxels at most that slide: sums over them stay in 31 bits
 CONST_INT(kSlideSteepest, 262144)   // slope 4: beyond it friction is next to nothing
 
-void stop_voxel(int voxel) { set_by_ground(voxel, ivec3(0, 0, state_at(kPlaneMomentumZ, voxel))); }
-
 bool slides_along(int voxel) {
     return state_at(kPlaneMomentumX, voxel) != 0 || state_at(kPlaneMomentumY, voxel) != 0;
 }
@@ -156,12 +154,14 @@ void slow_slab(int slot, int x, int y, int top, int source, ivec2 ahead, INOUT(S
 }
 
 void write_speed(int first, IN(Slab) slab) {
+    MomentumSum taken = no_momentum();
     for (int z = slab.low; z <= slab.high; ++z) {
         int voxel = first + z * kTileColumns;
         int held = mass_at(voxel) * 64;
-        set_by_ground(voxel, ivec3(mul_q16(held, slab.speed.x * 16), mul_q16(held, slab.speed.y * 16),
-                                   state_at(kPlaneMomentumZ, voxel)));
+        ivec3 kept = ivec3(mul_q16(held, slab.speed.x * 16), mul_q16(held, slab.speed.y * 16), state_at(kPlaneMomentumZ, voxel));
+        set_in_sum(voxel, kept, taken);
     }
+    add_momentum_sums(kResultGround, taken);
 }
 
 // Where a slab goes: along x, along y, along both, as in thesis (15).
@@ -228,10 +228,14 @@ void shift_slab(int slot, int x, int y, int first, ivec2 ahead, IN(Slab) slab, i
 
 // Nothing slides under a body, nor under terrain.
 void stop_column(int first, int end) {
+    MomentumSum taken = no_momentum();
     for (int z = 0; z < end; ++z) {
         int voxel = first + z * kTileColumns;
-        if (state_at(kPlaneSupport, voxel) == kSupportGround && slides_along(voxel)) stop_voxel(voxel);
+        if (state_at(kPlaneSupport, voxel) == kSupportGround && slides_along(voxel)) {
+            set_in_sum(voxel, ivec3(0, 0, state_at(kPlaneMomentumZ, voxel)), taken);
+        }
     }
+    add_momentum_sums(kResultGround, taken);
 }
 
 int slide_soil_lanes(int group, int half_at) {

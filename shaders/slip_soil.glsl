@@ -260,14 +260,13 @@ void set_sliding(int slot, int x, int y, int top, int source, ivec2 fall, int sl
     int base = top;
     int at_slot = slot;
     ivec2 at = ivec2(x, y);
-    int walked = 0;
     int next = 1;
-    while (next <= kSlideReach && climb * next < base && step_on(at_slot, at, way)) {
-        walked += 1;
+    for (int walked = 1; next <= kSlideReach && climb * next < base && step_on(at_slot, at, way); ++walked) {
         if (walked < next) continue;
         base = min(base, ground_height(column_of(at_slot, at)) + climb * next);
         next += max(1, next / 4);
     }
+    MomentumSum given = no_momentum();
     for (int z = (top - 1) >> 16; z >= 0; --z) {
         int voxel = slot * params.tile_voxels + z * kTileColumns + y * kTileSide + x;
         int mass = mass_at(voxel);
@@ -278,9 +277,10 @@ void set_sliding(int slot, int x, int y, int top, int source, ivec2 fall, int sl
         ivec3 gained = ivec3(mul_q16(mass * 64, along_x * 16), mul_q16(mass * 64, along_y * 16), 0);
         add_delta(kPlaneMomentumX, voxel, gained.x);
         add_delta(kPlaneMomentumY, voxel, gained.y);
-        add_momentum_sum(kResultGround, -gained);
+        add_to_sum(given, -gained);
         mark_moved(voxel, voxel);
     }
+    add_momentum_sums(kResultGround, given);
 }
 
 // The slices from a span to its eight neighbours.
