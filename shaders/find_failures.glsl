@@ -10,7 +10,7 @@
 
 CONST_INT(kPlaneSteepest, 12288)  // slope 3, Q12: the first plane to fail is no steeper than 45 deg + phi / 2
 CONST_INT(kPlaneStepsMost, 256)   // sums over a plane stay in 31 bits
-CONST_INT(kNoBound, 2147483647)
+CONST_INT(kClimbMost, 32766)      // Q12 a step, more than a plane of kPlaneSteepest has: times the longest run in 31 bits
 CONST_INT(kPlanesHeld, 8)
 CONST_INT(kIntactMost, 131072)  // 512 voxels, Q8, as high as a grid may be: times kOneQ12 it stays in 31 bits
 // A step goes one column on along an axis, one along both (kDiagonal), or two along one and one along the other.
@@ -58,6 +58,26 @@ void ask_for(int slot, ivec2 at, ivec2 way, int count, int toe) {
     }
 }
 
+// Height of a plane over the toe in its column n, Q8.
+int plane_at(int n, int start, int climb) { return mul_q12(kOneQ8 * n - kOneQ8 / 2 + start, climb); }
+
+// What drives the soil above a plane at most (see slides_on), Q12 voxels: with the least friction that there is, but where the
+// plane may pass no soil with none.
+int drive_most(int from_slot, ivec2 from, ivec2 way, int toe, int count, int climb, int start) {
+    int slot = from_slot;
+    ivec2 at = from;
+    int slope = mul_q16(climb, step_inverse(way)) * 16;
+    int drive = 0;
+    for (int n = 1; n < count && step_on(slot, at, way); ++n) {
+        int plane = plane_at(n, start, climb);
+        int single = spans[column_word(kColumnSingle, column_of(slot, at))];
+        bool is_below_top = (toe + plane * kOneQ8) >> 16 < (single - 1) >> 16;
+        int above = max(0, height_over(slot, at, toe) - plane);
+        drive += mul_q16(above * 16, slope - (is_below_top ? params.bank_friction : 0));
+    }
+    return drive;
+}
+
 // Whether the soil above a plane that rises by `climb` a step (Q12 voxels) slides, by what the plane passes in each of
 // `count` columns. start: of the plane, columns before the first (Q8). Where it passes no soil with cohesion there is nothing to
 // fall apart, and slip_soil sees to it.
@@ -65,10 +85,11 @@ bool slides_on(int slot, ivec2 at, ivec2 way, int toe, int count, int climb, int
     int slope = mul_q16(climb, step_inverse(way));  // Q12
     int stretch = kOneQ12 + mul_q12(slope, slope);
     int balance = 0;  // Q12 voxels
+    int most = drive_most(slot, at, way, toe, count, climb, start);  // less what holds it so far: the balance is no more
     bool any_cohesion = false;
     for (int n = 1; n <= count; ++n) {
         if (!step_on(slot, at, way)) return false;
-        int plane = mul_q12(kOneQ8 * n - kOneQ8 / 2 + start, climb);
+        int plane = plane_at(n, start, climb);
         int height = toe + plane * kOneQ8 - 1;
         int z = min(height >> 16, params.height - 1);
         int voxel = slot * params.tile_voxels + z * kTileColumns + at.y * kTileSide + at.x;
@@ -89,6 +110,8 @@ bool slides_on(int slot, ivec2 at, ivec2 way, int toe, int count, int climb, int
         }
         if (n == 1) hold += mul_q16(hold, start * kOneQ8);
         balance += mul_q16(above * 16, slope * 16 - friction) - hold;
+        most -= hold;
+        if (most <= 0) return false;
     }
     return any_cohesion && balance > 0;
 }
@@ -115,10 +138,11 @@ int find_plane(int slot, ivec2 at, ivec2 way, int toe, OUT(int) climb, OUT(int) 
     ivec2 toe_at = at;
     int length = step_length(way);
     int friction = mul_q16(params.bank_friction, length);
+    int least = friction / 16 + 1;  // what climbs by less stands
     int found = 0;
-    int flattest = kNoBound;  // climb of the planes so far that come out of the ground
-    int intact = kNoBound;    // planes that climb by less pass no soil but what was never moved
-    bool is_piled = true;     // all columns so far are one pile, full from the floor up
+    int flattest = kClimbMost;  // climb of the planes so far that come out of the ground
+    int intact = kClimbMost;    // planes that climb by less pass no soil but what was never moved
+    bool is_piled = true;       // all columns so far are one pile, full from the floor up
     bool any_changed = has_changed(column_of(slot, at));  // one of the columns so far
     int sum = 0;              // of the heights over the toe
     int held = 0;  // planes that slides_on has not been asked about yet
@@ -143,21 +167,25 @@ int find_plane(int slot, ivec2 at, ivec2 way, int toe, OUT(int) climb, OUT(int) 
                 start = further <= 0 ? 0 : (further >= rise ? kOneQ8 / 2 : further * (kOneQ8 / 2) / rise);
             }
             int run = kOneQ8 * n - kOneQ8 / 2 + start;  // steps, Q8
-            int steep = rise > 0 ? rise * kOneQ12 / run : 0;
-            ends = steep * 16 <= friction || n == kPlaneStepsMost;
-            if (steep * 16 > friction && steep <= flattest) {
-                flattest = steep;
-                int slope = mul_q16(steep, step_inverse(way));
-                int strength = steep <= intact ? params.bank_strength : (is_piled ? params.loose_strength : 0);
+            // A climb is rise * kOneQ12 / run. Few are new bounds: the others are compared, not divided.
+            int lift = rise * kOneQ12;
+            ends = lift < least * run || n == kPlaneStepsMost;
+            if (lift >= least * run && lift < (flattest + 1) * run) {
+                flattest = lift / run;
+                int slope = mul_q16(flattest, step_inverse(way));
+                int strength = flattest <= intact ? params.bank_strength : (is_piled ? params.loose_strength : 0);
                 if (n > 1 && any_changed && slope <= kPlaneSteepest && may_slide(sum, rise, run, length, slope, strength)) {
                     counts[held] = n;
-                    climbs[held] = steep;
+                    climbs[held] = flattest;
                     held += 1;
                 }
             }
             sum += rise;
-            int whole = spans[column_word(kColumnIntact, column)] * kOneQ8 - (toe >> 8);
-            intact = min(intact, whole > 0 ? min(whole, kIntactMost) * kOneQ12 / run : 0);
+            if (intact > 0) {
+                int whole = spans[column_word(kColumnIntact, column)] * kOneQ8 - (toe >> 8);
+                int whole_lift = clamp(whole, 0, kIntactMost) * kOneQ12;
+                if (whole_lift < intact * run) intact = whole_lift / run;
+            }
             is_piled = is_piled && spans[column_word(kColumnSingle, column)] != kNotSingle;
         }
         if (!ends && held < kPlanesHeld) continue;
@@ -219,7 +247,7 @@ void find_failures(int group, int lane) {
         int at_slot = slot;
         ivec2 at = here;
         for (int n = 1; n < count && step_on(at_slot, at, way); ++n) {
-            int cut = toe + mul_q12(kOneQ8 * n - kOneQ8 / 2 + start, climb) * kOneQ8 - 1;
+            int cut = toe + plane_at(n, start, climb) * kOneQ8 - 1;
             ATOMIC_MAX(spans[column_word(kColumnCut, column_of(at_slot, at))], kCutNone - cut);
             ATOMIC_MAX(spans[tile_word(kTileCut, at_slot)], params.step_stamp);
         }

@@ -71,6 +71,12 @@ int neighbour_slot(int slot, int place) { return tile_table[slot * kTileTableWor
 int place_beside(int x, int y) { return ((y >> 3) + 1) * kNeighbourRow + (x >> 3) + 1; }
 int beside(ivec2 at) { return place_beside(at.x, at.y); }
 
+// Whether (x, y) seen from a tile is one of its own columns: then no table is asked.
+bool is_in_tile(int x, int y) { return ((x | y) & ~(kTileSide - 1)) == 0; }
+
+// The slot of the tile over which (x, y) lies, seen from tile `slot`; x and y in -8..15.
+int slot_at(int slot, int x, int y) { return is_in_tile(x, y) ? slot : neighbour_slot(slot, place_beside(x, y)); }
+
 // Columns that have changed since `stamp` in row y (-8..15) of tile `slot` and of those beside it: bit 8 + x, x from -8 to 15.
 int changed_row(int slot, int y, int stamp) {
     int row = 0;
@@ -124,14 +130,14 @@ int entry_highest(int entry) { return entry & (kTileWord - 1); }
 // The voxel at (x, y, z) seen from tile `slot`; x and y in -8..15. -1 outside of what is resident.
 int voxel_at(int slot, int x, int y, int z) {
     if (z < 0 || z >= params.height) return -1;
-    int other = neighbour_slot(slot, place_beside(x, y));
+    int other = slot_at(slot, x, y);
     if (other < 0) return -1;
     return other * params.tile_voxels + z * kTileColumns + (y & 7) * kTileSide + (x & 7);
 }
 
 // The column at (x, y) seen from tile `slot`, as an index into the span buffer; -1 when not resident.
 int column_at(int slot, int x, int y) {
-    int other = neighbour_slot(slot, place_beside(x, y));
+    int other = slot_at(slot, x, y);
     if (other < 0) return -1;
     return other * kTileColumns + (y & 7) * kTileSide + (x & 7);
 }
@@ -141,7 +147,7 @@ int column_of(int slot, ivec2 at) { return slot * kTileColumns + at.y * kTileSid
 // A step over the ground; false where there is no tile awake, and nothing has changed then.
 bool step_on(INOUT(int) slot, INOUT(ivec2) at, ivec2 way) {
     ivec2 next = at + way;
-    int to = neighbour_slot(slot, beside(next));
+    int to = slot_at(slot, next.x, next.y);
     if (to < 0) return false;
     slot = to;
     at = ivec2(next.x & 7, next.y & 7);

@@ -11,6 +11,7 @@ int mass_at(int voxel) {
 
 // The material there is most of; the lowest index on a tie.
 int main_material(int voxel) {
+    if (params.material_count == 1) return 0;
     int best = 0;
     int most = -1;
     for (int m = 0; m < params.material_count; ++m) {
