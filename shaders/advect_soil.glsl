@@ -1,7 +1,7 @@
 // Ballistic motion, thesis (21) to (29): each voxel's soil is displaced by its velocity and shared out over the voxels it
 // then overlaps (13) to (16); locked voxels give it back without velocity (24). Supported soil rests; soil on a moving
 // body goes with the body as far as friction can take it (thesis 5.3.1 lists its absence as a defect), before the wall
-// behind it and after the wall before it.
+// behind it and after the wall before it, but not against a wall of something else.
 // Reads: all planes. Writes: deltas; the momentum of soil that rests; sums of momentum.
 
 // thesis (24): a full voxel is locked, unless its soil is itself falling or carried away. Soil caught in a wall moves
@@ -161,6 +161,17 @@ struct Motion {
     ivec3 after;  // velocity at the step's end
 };
 
+// A body takes momentum of soil, or ground where there is none.
+void take_momentum(int body, ivec3 momentum) {
+    if (body < 0) {
+        add_momentum_sum(kResultGround, momentum);
+    } else {
+        note_given(body, -momentum);
+    }
+}
+
+#include "held_load.glsl"
+
 // Kick after drift, drift at the middle of the step: exact for constant gravity, thesis (29).
 Motion fall_freely(int slot, ivec3 at, int voxel, ivec3 velocity) {
     int gravity = params.gravity_q16 / params.substep_count;
@@ -260,12 +271,7 @@ void carry_share(int voxel, int to, int share, ivec3 momentum) {
 
 // What bars the way takes momentum: a wall is its body's, the rest is ground.
 void take_at_wall(int to, ivec3 momentum) {
-    int body = to < 0 || !is_caught(to) ? -1 : owner_body(state_at(kPlaneOwner, to));
-    if (body < 0) {
-        add_momentum_sum(kResultGround, momentum);
-    } else {
-        note_given(body, -momentum);
-    }
+    take_momentum(to < 0 || !is_caught(to) ? kOnGround : owner_body(state_at(kPlaneOwner, to)), momentum);
 }
 
 // A share of a parcel goes a step on, as far as nothing bars it. Returns the momentum that leaves its voxel, or that what bars
@@ -330,14 +336,15 @@ void advect_voxel(int slot, ivec3 at, int voxel, int support, ivec3 momentum, IN
     Motion motion = support == kSupportNone ? fall_freely(slot, at, voxel, velocity)
                                             : go_with_body(slot, at, voxel, support - kSupportBody, velocity);
     motion = slow_enough(slot, at, motion);
-    int volume = state_at(kPlaneVolume, voxel);
-    ivec3 drift = drift_in_substep(slot, at, volume, motion.drift, fastest);
     ivec3 gained = momentum_of(mass, motion.after - velocity);
     if (support == kSupportNone) {
         add_momentum_sum(kResultFallen, gained);
     } else {
         note_given(support - kSupportBody, gained);
+        gained -= hold_back(slot, at, voxel, support - kSupportBody, mass, motion);
     }
+    int volume = state_at(kPlaneVolume, voxel);
+    ivec3 drift = drift_in_substep(slot, at, volume, motion.drift, fastest);
     ivec3 lost = ivec3(0);
     if (drift.x != 0 || drift.y != 0 || drift.z != 0) {
         Parcel parcel;

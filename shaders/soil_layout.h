@@ -58,6 +58,8 @@ CONST_INT(kCrumbSpeedMost, 8388607)
 // slides onto it as it falls: grains of half a voxel and less do not press on one another.
 CONST_INT(kArchReach, 32)
 CONST_INT(kArchLeast, 32768)
+// How far the wall may be that holds a load back, voxels; beyond it what is between gives way.
+CONST_INT(kHeldReach, 128)
 // What falls in one is known by spans of this many voxels and more.
 CONST_INT(kArchShortest, 4)
 // Falling soil thinner than this does not decide how fine the step is cut: 1/16 voxel.

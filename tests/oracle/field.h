@@ -78,6 +78,7 @@ struct Model {
     double push_least = 0;     ///< soil pushed no faster than this stays at rest
     int body_substeps = 1;     ///< parts of this step in which bodies move
     double follow_most = 0;    ///< carried soil follows walls up to this speed [voxels a step]
+    int held_reach = 0;        ///< how far the wall may be that holds a load back
     int arch_reach = 0;        ///< how far the sides of an arch may be; 0: there are no arches
     double arch_least = 0.5;   ///< soil that leans on them, and that is a falling span
     int arch_shortest = 1;     ///< voxels of a falling span at least, where there are arches

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "oracle/arches.h"
+#include "oracle/held_load.h"
 #include "oracle/overlap.h"
 #include "oracle/walls.h"
 #include "oracle/wind.h"
@@ -133,6 +134,7 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
             accelerated.x += std::clamp(goal.x - velocity.x, -grip, grip);
             accelerated.y += std::clamp(goal.y - velocity.y, -grip, grip);
             accelerated.z = std::max(goal.z, velocity.z - model.gravity * dt);
+            accelerated = held_back(model, before, bodies, x, y, z, accelerated);
             drift = accelerated;
         }
         const auto displacement = [&](double speed) { return std::clamp(speed * dt, -1.0, 1.0); };

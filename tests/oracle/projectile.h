@@ -5,7 +5,7 @@
 /// - resting soil (all below it full, down to the floor, terrain or a body) does not move, and its
 /// momentum is zero;
 /// - soil that rests on a moving body takes over the body's velocity as far as Coulomb friction
-/// allows;
+/// allows, and as no wall of something else holds it back (held_load.h);
 /// - only resting soil and voxels at least half covered lock a voxel: falling soil never does, and
 /// soil caught in a wall moves on within it, but never further in (walls.h);
 /// - backflow from a wall that recedes keeps what it has of the wall's velocity;

@@ -346,6 +346,7 @@ oracle::Model StageBench::model(int substeps) const {
                         .push_least = impl_->params.arch_speed * kUnit,
                         .body_substeps = impl_->params.body_substep_count,
                         .follow_most = kFollowMost * kUnit,
+                        .held_reach = kHeldReach,
                         .arch_reach = impl_->params.arch_reach,
                         .arch_least = kArchLeast * kUnit,
                         .arch_shortest = kArchShortest,
