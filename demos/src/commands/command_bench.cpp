@@ -343,8 +343,9 @@ int bench(BenchArguments& arguments) {
         }
     }
     if (arguments.feature_rounds > 0) {
-        const auto features = time_features(
-            {arguments.device.chosen(), arguments.device.thread_count}, arguments.feature_rounds);
+        const auto features =
+            time_features({arguments.device.chosen(), arguments.device.thread_count},
+                          arguments.feature_rounds, arguments.is_counted);
         if (!features) {
             fmt::print(stderr, "{}\n", features.error());
             return kCouldNotRun;

@@ -8,9 +8,11 @@
 #include <functional>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "pushing_block.h"
+#include "scene_work.h"
 
 namespace bsoil::command {
 namespace {
@@ -116,8 +118,21 @@ std::vector<Feature> features() {
     };
 }
 
-/// Processor time of a step [ms].
-Result<double> time_feature(const Feature& feature, FeatureDevice device) {
+struct FeatureCost {
+    double step_ms = 0;  ///< processor time
+    /// In a step, in each dispatch once; 0 where no kernels count.
+    double changed_voxel_count = 0;
+};
+
+double changed_voxels(const WorkCounts& work) {
+    double changed = 0;
+    for (const PassWork& pass : work.passes) {
+        changed += static_cast<double>(pass.voxel_changed_count);
+    }
+    return changed;
+}
+
+Result<FeatureCost> time_feature(const Feature& feature, FeatureDevice device) {
     constexpr double kSideM = kSide * PushingBlock::kVoxelM, kHalf = kSideM / 2;
     SoilDef def;
     def.material = pushed_material();
@@ -163,33 +178,71 @@ Result<double> time_feature(const Feature& feature, FeatureDevice device) {
     }
     PushingBlock block(kSideM, def.step_s);
     std::clock_t start = 0;
+    double changed_before = 0;
     for (int step = 0; step < kWarmUpSteps + kSteps; ++step) {
-        if (step == kWarmUpSteps) start = std::clock();
+        if (step == kWarmUpSteps) {
+            changed_before = changed_voxels(soil.work_counts());
+            start = std::clock();
+        }
         soil.step({&block.at(step), 1});
     }
-    return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC * 1e3 / kSteps;
+    FeatureCost cost;
+    cost.step_ms = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC * 1e3 / kSteps;
+    cost.changed_voxel_count = (changed_voxels(soil.work_counts()) - changed_before) / kSteps;
+    return cost;
+}
+
+/// How many voxels each soil changes in a step: the same on every machine.
+Result<std::vector<double>> count_changes(const std::vector<Feature>& all) {
+    const CountingKernels counting;
+    std::vector<double> counts;
+    for (const Feature& feature : all) {
+        const auto cost = time_feature(feature, {Backend::cpu, 1});
+        if (!cost) return Error{feature.name + std::string(": ") + cost.error()};
+        counts.push_back(cost->changed_voxel_count);
+    }
+    return counts;
 }
 
 }  // namespace
 
-Result<nlohmann::ordered_json> time_features(FeatureDevice device, int round_count) {
+Result<nlohmann::ordered_json> time_features(FeatureDevice device, int round_count,
+                                             bool is_counted) {
     const std::vector<Feature> all = features();
-    std::vector<double> best(all.size(), 1e30);
+    std::vector<double> best(all.size(), 1e30), changed;
     for (int round = 0; round < round_count; ++round) {
         for (size_t i = 0; i < all.size(); ++i) {
             const auto took = time_feature(all[i], device);
             if (!took) return Error{all[i].name + std::string(": ") + took.error()};
-            best[i] = std::min(best[i], *took);
+            best[i] = std::min(best[i], took->step_ms);
         }
+    }
+    if (is_counted) {
+        auto counts = count_changes(all);
+        if (!counts) return Error{counts.error()};
+        changed = std::move(*counts);
     }
     nlohmann::ordered_json json;
     fmt::print(
         "Block pushing soil, {}^3 voxels, by feature: processor time of a step, the least of "
-        "{} rounds\n| soil | ms a step | of the plain one |\n|---|---|---|\n",
+        "{} rounds; voxels changed in a step, and the time for one\n"
+        "| soil | ms a step | of the plain one | changed | ns for one | of the plain one |\n"
+        "|---|---|---|---|---|---|\n",
         kSide, round_count);
     for (size_t i = 0; i < all.size(); ++i) {
-        fmt::print("| {} | {:.2f} | {:.2f} |\n", all[i].name, best[i], best[i] / best[0]);
-        json[all[i].name] = {{"ms_a_step", best[i]}, {"of_plain", best[i] / best[0]}};
+        fmt::print("| {} | {:.2f} | {:.2f} |", all[i].name, best[i], best[i] / best[0]);
+        auto& row = json[all[i].name];
+        row = {{"ms_a_step", best[i]}, {"of_plain", best[i] / best[0]}};
+        if (is_counted) {
+            const double ns = best[i] * 1e6 / changed[i];
+            const double of_plain = ns / (best[0] * 1e6 / changed[0]);
+            fmt::print(" {:.0f} | {:.0f} | {:.2f} |\n", changed[i], ns, of_plain);
+            row["voxels_changed_a_step"] = changed[i];
+            row["ns_for_one"] = ns;
+            row["of_plain_for_one"] = of_plain;
+        } else {
+            fmt::print(" - | - | - |\n");
+        }
     }
     fmt::print("\n");
     return json;
