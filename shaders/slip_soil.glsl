@@ -399,14 +399,6 @@ int slip_amount(int wedge, int speed, int flow_sum, IN(Slices) slices) {
     return amount > kSlipIntake ? min(amount, fraction_q16(kSlipIntake, fraction_q16(most_flow, flow_sum))) : amount;
 }
 
-// Whether a share of a voxel's soil is any. A unit of it cannot be shared out: it stays, and asks for no block to be awake.
-bool moves_any(int from, int fraction) {
-    for (int i = 0; i < params.transport_count; ++i) {
-        if (mul_q16(state_at(kTransportFirst + i, from), fraction) != 0) return true;
-    }
-    return false;
-}
-
 // Moves an amount of a span's soil along its slices, from the top down, a voxel at a time.
 void shed_soil(int slot, int x, int y, int bottom, int top, int wanted, int curve, IN(Failure) failure, IN(Slices) slices) {
     int amount = wanted;
