@@ -7,9 +7,9 @@
 // A body's load is looked through for so many voxels. Ours: from a voxel of a tile to the end of the one beside it. Larger: a
 // wider blade that leans back is met as an upright one; smaller: the top of a wide load is pushed for nothing.
 CONST_INT(kPlugReach, 8)
-// A face of which so much of the normal, or less, is level pushes no load before it: one in so many of the part that looks up. Ours:
-// 14 deg; blades are steeper, and floors that bear soil are flatter. Larger: floors push what lies before them; smaller:
-// flat blades meet nothing.
+// A face pushes no load before it where the level part of its normal is less than one in so many of the part that looks up.
+// Ours: 14 deg; blades are steeper, and floors that bear soil are flatter. Larger: floors push what lies before them;
+// smaller: flat blades meet nothing.
 CONST_INT(kPlugSlope, 4)
 
 // mass * (2 at + 1), each half of it within 31 bits.

@@ -30,7 +30,7 @@ double bearing_capacity_factor_nc(double friction_angle_rad) {
 namespace {
 
 /// Stress over xi depth that counts as none. Ours: for the rounding; the least of resistive force
-/// theory is a hundredth.
+/// theory is a hundredth. Larger: faces that push hardly anything lose their bound.
 constexpr double kSmallestStress = 1e-9;
 /// Part of its normal that looks up from which an element leans. Ours: 10 deg. Larger: blades that
 /// lean back a little push up more than their wedge; smaller: their force jumps when they tilt.
