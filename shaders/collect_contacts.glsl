@@ -166,11 +166,11 @@ void collect_contact(int slot, ivec3 at, int voxel) {
     int volume = state_at(kPlaneVolume, voxel) + (outer < 0 ? 0 : state_at(kPlaneVolume, outer));
     // Soil that falls bears nothing, and what lies on a body moves with it.
     if (volume == 0 || support == kSupportNone) return;
-    SoilBeside beside = soil_beside(slot, at, body, soil_voxel, inwards);
     if (support == kSupportBody + body) {
         soil_voxel = soil_behind_load(slot, at, body, gradient);
         if (soil_voxel < 0) return;
     }
+    SoilBeside beside = soil_beside(slot, at, body, soil_voxel, inwards);
     int record = add_contact(grid_voxel(slot, at.x, at.y, at.z), body, soil_voxel, beside);
     if (record != 0) write_surface(record, slot, at, voxel, gradient, inwards);
 }

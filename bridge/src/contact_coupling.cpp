@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 
 #include "bsoil/contact/mean_pressure.h"
@@ -211,7 +212,8 @@ void ContactCoupling::deepen() {
 
 void ContactCoupling::deepen_wheel(int body_id, double sunk_m) {
     const auto found = coupled_.find(body_id);
-    if (found == coupled_.end()) return;
+    // Its solver has a stiffness for what it sinks within a step of the soil.
+    if (!is_late_ || found == coupled_.end()) return;
     const SinkChange change = found->second.sink_to(sunk_m);
     for (ContactPatch& patch : found->second.wheel_patches) change.apply_to(patch);
 }
@@ -352,7 +354,13 @@ void ContactCoupling::act(const BodyWork& work) {
     }
     if (coupled.body.role == BodyRole::wheel) {
         coupled.sunk_m = 0;
-        coupled.wheel_patches.assign(work.found.patches().begin(), work.found.patches().end());
+        // Soil over a wheel of a btRaycastVehicle weighs nothing on it, nor does it hold it down:
+        // its solver knows what bears it and what it pushes.
+        coupled.wheel_patches.clear();
+        std::ranges::copy_if(work.found.patches(), std::back_inserter(coupled.wheel_patches),
+                             [this](const ContactPatch& patch) {
+                                 return dot(patch.normal, soil_->up) <= kCoupling.wheel_top_cosine;
+                             });
         return;
     }
     if (!stays_held(work)) replace_patches(coupled, work.found.patches());

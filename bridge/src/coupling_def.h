@@ -61,6 +61,10 @@ struct CouplingDef {
     /// falls or stands. Larger, and a wheel whose limits have just fallen below its load drops past
     /// the depth that carries it; smaller, and it sinks more slowly than the soil would let it.
     double wheel_stiffening_voxels = 0.05;
+    /// A wheel's patches whose normal looks up by more than this cosine are left out. Ours: 10 deg;
+    /// those of its sides look up a little, by their shear. Larger: soil over a wheel holds it
+    /// down, and light cars shake; smaller: its sides are not pushed.
+    double wheel_top_cosine = 0.17;
     /// Slower than this [m/s], slip is the difference of speeds over it and no ratio. Ours: a ratio
     /// of two remainders says nothing. No force depends on it. Larger, and slow wheels report less
     /// slip.
