@@ -200,7 +200,10 @@ void ContactCoupling::let_go() {
 
 void ContactCoupling::deepen() {
     for (auto& [id, coupled] : coupled_) {
-        if (coupled.patches.empty() || !is_in_world(world_, coupled.body)) continue;
+        if (coupled.patches.empty() || coupled.body.is_asleep ||
+            !is_in_world(world_, coupled.body)) {
+            continue;
+        }
         const Vec3 now_m = from_bullet(coupled.body.object->getWorldTransform().getOrigin());
         const SinkChange change =
             coupled.sink_to(dot(coupled.body.motion.center_of_mass_m - now_m, soil_->up));

@@ -54,6 +54,20 @@ double sum_of(const SoilRaycaster& caster, double SoilWheelReport::*field) {
     return sum;
 }
 
+/// A car whose wheels meet the sand of a bed.
+struct CarOnSand {
+    BulletScene scene;
+    std::unique_ptr<SoilAction> soil = make_bed(scene);
+    SoilRaycaster caster{*soil};
+    Car car;
+
+    CarOnSand(double mass_kg, double x_m, const SoilWheelDef& wheels = {.width_m = kWidthM})
+        : car(scene, caster, mass_kg, above_soil(x_m)) {
+        const Status attached = caster.attach(*car.vehicle, wheels);
+        EXPECT_TRUE(attached) << attached.error();
+    }
+};
+
 TEST(RaycastVehicle, attach_names_what_is_wrong) {
     BulletScene scene;
     const auto soil = make_bed(scene);
@@ -112,21 +126,17 @@ TEST(RaycastVehicle, parked_it_stands_on_its_weight_and_does_not_move) {
 
 // Struts push the chassis between substeps, when Bullet's solver has no load with it.
 TEST(RaycastVehicle, wheels_bear_what_the_chassis_carries) {
-    BulletScene scene;
-    const auto soil = make_bed(scene);
-    SoilRaycaster caster(*soil);
-    Car car(scene, caster, 200, above_soil(0));
-    ASSERT_TRUE(caster.attach(*car.vehicle, SoilWheelDef{.width_m = kWidthM}));
-    car.brake(50);
-    scene.run(2);
+    CarOnSand on(200, 0);
+    on.car.brake(50);
+    on.scene.run(2);
     const double top_m =
-        static_cast<double>(car.chassis.getWorldTransform().getOrigin().y()) + 0.2 + 0.04;
-    ASSERT_TRUE((*soil).fill(BoxFill{{{-0.8, top_m, -0.3}, {0.8, top_m + 0.16, 0.3}}, {}}));
-    scene.run(3);
-    const double load_kg = soil->body_report(car.chassis).load_kg;
+        static_cast<double>(on.car.chassis.getWorldTransform().getOrigin().y()) + 0.2 + 0.04;
+    ASSERT_TRUE((*on.soil).fill(BoxFill{{{-0.8, top_m, -0.3}, {0.8, top_m + 0.16, 0.3}}, {}}));
+    on.scene.run(3);
+    const double load_kg = on.soil->body_report(on.car.chassis).load_kg;
     EXPECT_GT(load_kg, 100);
     const double weight_n = (200 + load_kg) * kGravity_m_s2;
-    EXPECT_NEAR(sum_of(caster, &SoilWheelReport::normal_force_n), weight_n, 0.01 * weight_n);
+    EXPECT_NEAR(sum_of(on.caster, &SoilWheelReport::normal_force_n), weight_n, 0.01 * weight_n);
 }
 
 TEST(RaycastVehicle, sinks_as_deep_as_coupled_wheels_of_its_load) {
@@ -316,48 +326,41 @@ TEST(RaycastVehicle, falls_when_the_soil_below_it_is_gone) {
 // Its wheels kept the speeds that it fell asleep with: they turned for good, and in frames longer
 // than a soil step the soil had them a step back and here again.
 TEST(RaycastVehicle, asleep_its_wheels_stand_and_so_does_the_soil) {
-    BulletScene scene;
-    const auto soil = make_bed(scene);
-    SoilRaycaster caster(*soil);
-    Car car(scene, caster, 800, above_soil(0));
-    ASSERT_TRUE(caster.attach(*car.vehicle, SoilWheelDef{.width_m = kWidthM}));
-    car.brake(50);
-    scene.run(2);
-    car.brake(0);
-    car.drive(800);
-    scene.run(0.2);
-    EXPECT_GT(caster.wheel_report(0).spin_rad_s, 0.1);
-    car.chassis.forceActivationState(ISLAND_SLEEPING);
+    CarOnSand on(800, 0);
+    on.car.brake(50);
+    on.scene.run(2);
+    on.car.brake(0);
+    on.car.drive(800);
+    on.scene.run(0.2);
+    EXPECT_GT(on.caster.wheel_report(0).spin_rad_s, 0.1);
+    on.car.chassis.forceActivationState(ISLAND_SLEEPING);
     const auto run = [&](double seconds) {
-        for (double s = 0; s < seconds; s += 0.03) scene.world->stepSimulation(0.03f, 0);
+        for (double s = 0; s < seconds; s += 0.03) on.scene.world->stepSimulation(0.03f, 0);
     };
     run(1);
-    EXPECT_FALSE(car.chassis.isActive());
-    EXPECT_EQ(soil->last_report().block_active_count, 0);
-    const btScalar rotation = car.vehicle->getWheelInfo(0).m_rotation;
-    const uint64_t checksum = soil->soil().checksum();
+    EXPECT_FALSE(on.car.chassis.isActive());
+    EXPECT_EQ(on.soil->last_report().block_active_count, 0);
+    const btScalar rotation = on.car.vehicle->getWheelInfo(0).m_rotation;
+    const uint64_t checksum = on.soil->soil().checksum();
     run(1);
-    EXPECT_EQ(car.vehicle->getWheelInfo(0).m_rotation, rotation);
-    EXPECT_EQ(caster.wheel_report(0).spin_rad_s, 0);
-    EXPECT_EQ(soil->soil().checksum(), checksum);
-    EXPECT_EQ(soil->last_report().block_active_count, 0);
-    car.chassis.activate();
+    EXPECT_EQ(on.car.vehicle->getWheelInfo(0).m_rotation, rotation);
+    EXPECT_EQ(on.caster.wheel_report(0).spin_rad_s, 0);
+    EXPECT_EQ(on.soil->soil().checksum(), checksum);
+    EXPECT_EQ(on.soil->last_report().block_active_count, 0);
+    on.car.chassis.activate();
     run(1);
-    EXPECT_GT(caster.wheel_report(0).spin_rad_s, 0.1);  // its engine is on
+    EXPECT_GT(on.caster.wheel_report(0).spin_rad_s, 0.1);  // its engine is on
 }
 
 TEST(RaycastVehicle, falls_through_soil_that_is_off) {
-    BulletScene scene;
-    const auto soil = make_bed(scene);
-    SoilRaycaster caster(*soil);
-    Car car(scene, caster, 800, above_soil(0));
-    ASSERT_TRUE(caster.attach(*car.vehicle, SoilWheelDef{.width_m = kWidthM}));
-    scene.run(1);
-    soil->set_enabled(false);
-    const btScalar before_m = car.chassis.getWorldTransform().getOrigin().y();
-    scene.run(0.3);
-    EXPECT_LT(car.chassis.getWorldTransform().getOrigin().y(), before_m - 0.25f);  // g t2 / 2: 0.44
-    EXPECT_EQ(car.suspension_n(), 0);
+    CarOnSand on(800, 0);
+    on.scene.run(1);
+    on.soil->set_enabled(false);
+    const btScalar before_m = on.car.chassis.getWorldTransform().getOrigin().y();
+    on.scene.run(0.3);
+    EXPECT_LT(on.car.chassis.getWorldTransform().getOrigin().y(),
+              before_m - 0.25f);  // g t2 / 2: 0.44
+    EXPECT_EQ(on.car.suspension_n(), 0);
 }
 
 // Struts too stiff for the step, wheels as heavy as the chassis: turning in the air they threw it
@@ -433,18 +436,13 @@ TEST(RaycastVehicle, default_raycaster_drives_on_the_soil_as_on_rigid_ground) {
 }
 
 TEST(RaycastVehicle, steers) {
-    BulletScene scene;
-    const auto soil = make_bed(scene);
-    SoilRaycaster caster(*soil);
-    Car car(scene, caster, 800, above_soil(-3.5));
-    ASSERT_TRUE(
-        caster.attach(*car.vehicle, SoilWheelDef{.width_m = kWidthM, .rim_speed_max_m_s = 3}));
-    for (int i = 0; i < 2; ++i) car.vehicle->setSteeringValue(0.25f, i);
-    scene.run(0.5);
-    car.drive(2500);
-    scene.run(2);
-    const btVector3 heading = car.chassis.getWorldTransform().getBasis().getColumn(0);
-    EXPECT_GT(car.x(), -3);
+    CarOnSand on(800, -3.5, {.width_m = kWidthM, .rim_speed_max_m_s = 3});
+    for (int i = 0; i < 2; ++i) on.car.vehicle->setSteeringValue(0.25f, i);
+    on.scene.run(0.5);
+    on.car.drive(2500);
+    on.scene.run(2);
+    const btVector3 heading = on.car.chassis.getWorldTransform().getBasis().getColumn(0);
+    EXPECT_GT(on.car.x(), -3);
     EXPECT_GT(std::atan2(-heading.z(), heading.x()), 0.1f);  // about +y, as the wheels are turned
 }
 

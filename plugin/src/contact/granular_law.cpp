@@ -32,9 +32,6 @@ namespace {
 /// Stress over xi depth that counts as none. Ours: for the rounding; the least of resistive force
 /// theory is a hundredth. Larger: faces that push hardly anything lose their bound.
 constexpr double kSmallestStress = 1e-9;
-/// Part of its normal that looks up from which an element leans. Ours: 10 deg. Larger: blades that
-/// lean back a little push up more than their wedge; smaller: their force jumps when they tilt.
-constexpr double kLeaningSine = 0.17;
 /// Friction of a surface so rough that it bounds nothing. Ours: ten times what any soil slides on
 /// itself with. Smaller than tan phi it would cap the stress that is asked for.
 constexpr double kRoughFriction = 10;

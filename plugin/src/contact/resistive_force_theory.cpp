@@ -81,20 +81,16 @@ Vec3 generic_stress(const Attitude& a, Vec3 side) {
            (-f1 * cos_beta - f2 * a.sin_gamma - f3) * a.up;
 }
 
-/// The paper's tilt beta goes from -90 to 90 deg: a plate has the same on both sides. Of a face
-/// that looks up the polynomials take the other side. At 90 deg the two differ by a fifth, so one
-/// goes over into the other up to this part of the normal that looks up. Ours: 10 deg. Larger, and
-/// blades that lean back a little are met as upright ones; smaller, and their force jumps when they
-/// tilt.
-constexpr double kUprightSine = 0.17;
-
 }  // namespace
 
+// The paper's tilt beta goes from -90 to 90 deg: a plate has the same on both sides. Of a face that
+// looks up the polynomials take the other side. At 90 deg the two differ by a fifth, so one goes
+// over into the other as the face leans.
 Vec3 resistive_stress(Vec3 normal, Vec3 direction, Vec3 up, double surface_friction) {
     if (dot(normal, direction) <= 0) return {};
     const Vec3 r = radial_direction(normal, direction, up);
     const Attitude attitude{r, cross(up, r), up, -dot(direction, up), dot(direction, r)};
-    const double turned = std::clamp(dot(normal, up) / kUprightSine, 0.0, 1.0);
+    const double turned = std::clamp(dot(normal, up) / kLeaningSine, 0.0, 1.0);
     Vec3 stress;
     if (turned < 1) stress += (1 - turned) * generic_stress(attitude, normal);
     if (turned > 0) stress += turned * generic_stress(attitude, -1.0 * normal);

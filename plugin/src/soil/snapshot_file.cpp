@@ -23,7 +23,7 @@ namespace bsoil {
 namespace {
 
 constexpr char kMagic[8] = {'B', 'S', 'O', 'I', 'L', 'S', 'N', 'P'};
-// 20: how fast soil slides.
+// 21: how deep the patches of bodies are.
 constexpr uint32_t kVersion = 21;
 constexpr uint32_t kSectionsMost = 64;
 constexpr size_t kNameBytes = 16;

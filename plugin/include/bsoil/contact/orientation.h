@@ -37,6 +37,11 @@ inline double looks_down(Vec3 normal, Vec3 up) { return std::max(0.0, -dot(norma
 /// down: looks_down().
 constexpr SoleAndWall bearing_parts(double down) { return {down * down, 1 - down * down}; }
 
+/// Part of its normal that looks up from which an element leans back as far as that matters; what
+/// is other for a leaning face than for an upright one comes in up to here. Ours: 10 deg. Larger:
+/// blades that lean back a little are met as upright ones; smaller: their force jumps as they tilt.
+inline constexpr double kLeaningSine = 0.17;
+
 /// A level part of the normal below which a face that looks up lies rather than leans. Ours: 15
 /// deg, about the flattest blade. Larger: the ground around flat blades counts, with the cut behind
 /// them; smaller: of floors the ground before them counts.
