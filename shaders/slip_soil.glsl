@@ -42,15 +42,19 @@ bool starts_full(int slot, int x, int y, int bottom) {
     return state_at(kPlaneVolume, voxel_at(slot, x, y, bottom >> 16)) >= kVoxelFull;
 }
 
-// Whether the voxel on soil that falls is full, or the one under it more than full: eight neighbours in each of many passes would
-// pile up more than falls on in a step, and all of it would land in one voxel.
-bool is_crowded(int voxel) {
-    return is_full(voxel) || state_at(kPlaneVolume, voxel - kTileColumns) > kVoxelFull;
-}
+// What a voxel of soil that falls takes, Q16 voxels: eight neighbours in each of many passes would pile up more than falls on in
+// a step, and all of it would land in one voxel. Ours: the columns at the sides of an opening hand on what its middle needs, 1.6
+// voxels a step over 0.6 m in voxels of 2.5 cm. Larger: lumps land; smaller: the middle of wide openings runs empty.
+CONST_INT(kCrowded, 131072)
 
-// The slice between the span [bottom, top] and the column at (x, y): its drop (32), and the voxel that gets the soil.
-int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(int) target) {
+// Whether the voxel on soil that falls is full, or the one under it crowded.
+bool is_crowded(int voxel) { return is_full(voxel) || state_at(kPlaneVolume, voxel - kTileColumns) > kCrowded; }
+
+// The slice between the span [bottom, top] and the column at (x, y): its drop (32), and the voxel that gets the soil. falls: that
+// lies on soil that falls.
+int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(int) target, OUT(bool) falls) {
     target = -1;
+    falls = false;
     int column = column_at(slot, x, y);
     if (column < 0) return kNoDrop;
     int single = spans[column_word(kColumnSingle, column)];
@@ -79,7 +83,8 @@ int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(i
         if (drop <= 0) return kNoDrop;
         target = voxel_at(slot, x, y, other_top >> 16);
         if (is_solid(target)) return kNoDrop;
-        return kind == kSpanFalling && is_crowded(target) ? kNoDrop : drop;
+        falls = kind == kSpanFalling;
+        return falls && is_crowded(target) ? kNoDrop : drop;
     }
     // No span beside this one. On the edge of a rigid body an edge span of no height takes the soil.
     if (on_rigid) {
@@ -92,120 +97,17 @@ int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(i
 
 // The same over params.slip_stride columns along (dx, dy) where the ground falls all the way, as a drop per voxel: what
 // slides crosses no hollow, ridge or wall, and leaves the edge of a rigid body by single voxels only.
-int way_drop(int slot, int x, int y, int dx, int dy, int bottom, int top, bool on_rigid, OUT(int) target) {
+int way_drop(int slot, int x, int y, int dx, int dy, int bottom, int top, bool on_rigid, OUT(int) target, OUT(bool) falls) {
     int drop = 0;
     for (int k = 1; k <= params.slip_stride; ++k) {
-        int next = slice_drop(slot, x + k * dx, y + k * dy, bottom, top, on_rigid && params.slip_stride == 1, target);
+        int next = slice_drop(slot, x + k * dx, y + k * dy, bottom, top, on_rigid && params.slip_stride == 1, target, falls);
         if (next <= drop) return kNoDrop;
         drop = next;
     }
     return drop / params.slip_stride;
 }
 
-// Height of the sliding wedge (h - tan(theta) dx, Q16 voxels; negative when stable) and its acceleration over a slope.
-int table_at(int curve, int table, int slope) {
-    int entry = min(slope >> 12, kSlipEntries - 2);
-    int start = curve * kTableWords + table + entry;
-    int rest = min(slope - entry * kOneQ12, kOneQ16);
-    return tables[start] + mul_q16(tables[start + 1] - tables[start], rest * 16);
-}
-
-// Whether most of a voxel's soil lies above a plane that fails. Where loose soil has no cohesion nobody asks.
-bool is_failing(int voxel) {
-    int slot = voxel / params.tile_voxels;
-    if (spans[tile_word(kTileCut, slot)] != params.step_stamp) return false;
-    int place = voxel - slot * params.tile_voxels;
-    int z = place / kTileColumns;
-    int cut = spans[column_word(kColumnFailing, slot * kTileColumns + place - z * kTileColumns)];
-    if (cut == 0) return false;
-    int below = kCutNone - cut - z * kVoxelFull - state_at(kPlaneTerrain, voxel);
-    return 2 * max(0, below) < state_at(kPlaneVolume, voxel);
-}
-
-// Which of a material's tables a voxel's soil has.
-int soil_state_at(int voxel) {
-    if (params.keeps_cohesion != 0 && is_failing(voxel)) return kSoilFailing;
-    return is_bonded(voxel) ? kSoilBonded : kSoilLoose;
-}
-
-// The curve of a voxel's soil. Cohesion holds where most of it is undisturbed. Below 0 where several materials share the voxel, or
-// its water or its density changes its strength, which has no curve: kMixedBonded less its state.
-CONST_INT(kMixedBonded, -1)
-int curve_of(int voxel) {
-    int soil_state = soil_state_at(voxel);
-    int curve = kSoilStates * main_material(voxel) + soil_state;
-    int table = curve * kTableWords;
-    bool is_moist = water_at(voxel) > 0 && tables[table + kTableMoist] + tables[table + kTableStrength] > 0;
-    bool by_density = soil_state == kSoilLoose    ? params.regains_cohesion != 0
-                      : soil_state == kSoilBonded ? params.dilates != 0
-                                                  : false;
-    return is_moist || by_density || is_mixed(voxel) ? kMixedBonded - soil_state : curve;
-}
-
-// table_at() of wedges for tan phi and cohesion over unit weight (k, Q16 voxels) of a mixture. The flattest plane that fails has
-// the slope q with, thesis (1) to (4),
-//     (slope - q) (q - tan phi) / 2 = k (1 + q^2)
-// Without cohesion the wedge is linear on both sides of phi; with it soil that stands counts as -1, as in the tables.
-CONST_INT(kMixedStrong, 524288)    // with 8 voxels a step of 16 stands
-CONST_INT(kMixedSteepest, 1048576)  // 16, where the tables end
-int mixed_wedge(int friction, int strength, int any_slope) {
-    int slope = min(any_slope, kMixedSteepest);
-    if (strength == 0) return slope - friction;
-    if (slope <= friction || strength > kMixedStrong) return -kVoxelFull;
-    int half_sum = (slope + friction) / 4;
-    int last = mul_q16(slope, friction) / 2 + strength;
-    int square = mul_q16(half_sum, half_sum) - mul_q16(kOneQ16 / 2 + strength, last);
-    if (square <= 0) return -kVoxelFull;
-    return slope - fraction_q16(last, half_sum + 16 * square_root(kOneQ8 * square));
-}
-
-// What a voxel's soil has against slipping: its curve, or below 0 tan phi (Q16) and cohesion over unit weight (Q16 voxels).
-struct Resistance {
-    int curve;
-    int friction;
-    int strength;  // not looked for where no slope is steeper than phi: that stands whatever its cohesion
-};
-
-// steepest: no slope steeper than this is asked about.
-Resistance resistance_of(int voxel, int steepest) {
-    Resistance soil;
-    soil.curve = curve_of(voxel);
-    soil.friction = 0;
-    soil.strength = 0;
-    if (soil.curve >= 0) return soil;
-    int soil_state = kMixedBonded - soil.curve;
-    ivec2 dry = dry_strength_at(voxel, soil_state);
-    soil.friction = dry.x;
-    if (steepest > soil.friction) soil.strength = wet_strength(voxel, soil_state, dry.y);
-    return soil;
-}
-
-int wedge_at(IN(Resistance) soil, int slope) {
-    if (soil.curve >= 0) return table_at(soil.curve, kTableWedge, slope);
-    return slope <= soil.friction ? -kVoxelFull : mixed_wedge(soil.friction, soil.strength, slope);
-}
-
-// Height of a failing wedge, Q16, up to which the soil of a voxel stands: by its place between half of its roughness and all of
-// it, so that slopes stand irregularly. Soil of viscosity 1 stands whatever its slope.
-int standing_wedge(int voxel, int slot, ivec3 at) {
-    if (params.deposits == 0) return kSlipTolerance;
-    ivec2 soil = mixed_pair(voxel, kSoilBonded, kTableRoughness);  // and kTableViscosity
-    if (soil.y >= kOneQ16) return kAnyDrop;
-    int chance = int(mix_bits(place_bits(grid_voxel(slot, at.x, at.y, at.z)), 15) >> 13) & kLowHalf;
-    return kSlipTolerance + mul_q16(soil.x, (kOneQ16 + chance) / 2);
-}
-
-// Of a mixture: the mean by mass.
-int acceleration_at(int curve, int voxel, int slope) {
-    if (curve >= 0) return table_at(curve, kTableAcceleration, slope);
-    int mass = mass_at(voxel);
-    int mean = 0;
-    for (int m = 0; m < params.material_count; ++m) {
-        int share = fraction_q16(state_at(kPlaneMaterial + m, voxel), mass);
-        mean += mul_q16(share, table_at(kSoilStates * m + kMixedBonded - curve, kTableAcceleration, slope));
-    }
-    return mean;
-}
+#include "slip_resistance.glsl"
 
 // No facet around a column of one pile is steeper than this, whatever bars the way: the deepest drop to one of its eight
 // neighbours, where those are one pile as well.
@@ -288,6 +190,7 @@ struct Slices {
     int drop[8];    // per voxel, see way_drop()
     int target[8];  // the voxel that gets the soil
     int flow[8];    // share of what slips: of Failure's flow
+    int falls;      // bit k: the voxel lies on soil that falls
 };
 
 // How a span fails.
@@ -301,10 +204,13 @@ struct Failure {
 // False where the ground falls to none of them.
 bool find_slices(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(Slices) slices) {
     bool any_drop = false;
+    slices.falls = 0;
     for (int k = 0; k < 8; ++k) {
         ivec2 way = way_to(k);
         int voxel = -1;
-        slices.drop[k] = way_drop(slot, x, y, way.x, way.y, bottom, top, on_rigid, voxel);
+        bool falls = false;
+        slices.drop[k] = way_drop(slot, x, y, way.x, way.y, bottom, top, on_rigid, voxel, falls);
+        if (falls) slices.falls |= 1 << k;
         slices.target[k] = voxel;
         slices.flow[k] = 0;
         any_drop = any_drop || slices.drop[k] > 0;
@@ -399,8 +305,21 @@ int slip_amount(int wedge, int speed, int flow_sum, IN(Slices) slices) {
     return amount > kSlipIntake ? min(amount, fraction_q16(kSlipIntake, fraction_q16(most_flow, flow_sum))) : amount;
 }
 
+// Soil that slides onto soil that falls in an arch takes part in its motion: dense soil does not thin out as it flows, and what
+// slides has come down a slope. The ground gives what its speed lacks. source: the voxel that it is from.
+void fall_along(int source, int target, int mass) {
+    int falling = state_at(kPlaneVolume, target) >= kArchLeast ? target : target - kTileColumns;
+    int held = mass_at(falling);
+    if (held <= 0) return;
+    int faster = soil_velocity(falling, held).z - soil_velocity(source, mass_at(source)).z;
+    ivec3 given = momentum_of(mass, ivec3(0, 0, clamp(faster, -kSpeedMost, 0)));
+    add_delta(kPlaneMomentumZ, target, given.z);
+    add_momentum_sum(kResultGround, -given);
+}
+
 // Moves an amount of a span's soil along its slices, from the top down, a voxel at a time.
-void shed_soil(int slot, int x, int y, int bottom, int top, int wanted, int curve, IN(Failure) failure, IN(Slices) slices) {
+void shed_soil(int slot, int x, int y, int bottom, int top, int wanted, int kind, int curve, IN(Failure) failure,
+               IN(Slices) slices) {
     int amount = wanted;
     int lowest = max(bottom >> 16, ((top - 1) >> 16) - kSlipDepth);
     for (int z = (top - 1) >> 16; z >= lowest && amount > 0; --z) {
@@ -409,8 +328,8 @@ void shed_soil(int slot, int x, int y, int bottom, int top, int wanted, int curv
         int taken = min(amount, held);
         if (taken <= 0) continue;
         int below = curve_of(source);
-        if ((below != curve || below < 0) && wedge_at(resistance_of(source, failure.slope), failure.slope) <=
-                                                 standing_wedge(source, slot, ivec3(x, y, z))) {
+        if (kind != kSpanFalling && (below != curve || below < 0) &&
+            wedge_at(resistance_of(source, failure.slope), failure.slope) <= standing_wedge(source, slot, ivec3(x, y, z))) {
             break;  // what lies on top slides off it
         }
         amount -= taken;
@@ -418,22 +337,24 @@ void shed_soil(int slot, int x, int y, int bottom, int top, int wanted, int curv
         for (int k = 0; k < 8; ++k) {
             if (slices.flow[k] <= 0) continue;
             int part = mul_q16(fraction, fraction_q16(slices.flow[k], failure.flow));
-            if (moves_any(source, part) && !is_closed(slices.target[k])) move_soil(source, slices.target[k], part, true);
+            if (!moves_any(source, part) || is_closed(slices.target[k])) continue;
+            move_soil(source, slices.target[k], part, true);
+            if (((slices.falls >> k) & 1) != 0) fall_along(source, slices.target[k], mul_q16(mass_at(source), part));
         }
     }
 }
 
 // Lets span i of a column slip where it fails; whether it has a speed then. steepest: no facet around it is steeper.
 // slid: the column has speeds of the pass before.
-bool slip_span(int slot, int lane, int i, int bottom, int top, int steepest, bool is_topmost, bool slid) {
+bool slip_span(int slot, int lane, int i, int bottom, int top, int kind, int steepest, bool is_topmost, bool slid) {
     ivec3 at = ivec3(lane & 7, lane >> 3, (top - 1) >> 16);
     int source = voxel_at(slot, at.x, at.y, at.z);
-    Resistance soil = resistance_of(source, steepest);
+    Resistance soil = kind == kSpanFalling ? resistance_of_falling() : resistance_of(source, steepest);
     int stands = standing_wedge(source, slot, at);
     if (wedge_at(soil, steepest) <= stands) return false;  // the steeper a slope, the higher its wedge
     int column = slot * kTileColumns + lane;
     int record = column * kColumnWords;
-    bool on_rigid = i > 0 && spans[record + kColumnSpans + i * kSpanWords + kSpanKind] == kSpanPiled;
+    bool on_rigid = i > 0 && kind == kSpanPiled;
     Slices slices;
     if (!find_slices(slot, at.x, at.y, bottom, top, on_rigid, slices)) return false;
     Failure failure = find_failure(soil, stands, slices);
@@ -455,7 +376,7 @@ bool slip_span(int slot, int lane, int i, int bottom, int top, int steepest, boo
     speed = min(speed + acceleration_at(soil.curve, source, failure.slope) / params.substep_count, kOneQ16);
     spans[speed_write(record, i)] = speed;
     int amount = slip_amount(wedge, speed, failure.flow, slices);
-    shed_soil(slot, at.x, at.y, bottom, top, amount, soil.curve, failure, slices);
+    shed_soil(slot, at.x, at.y, bottom, top, amount, kind, soil.curve, failure, slices);
     return speed != 0;
 }
 
@@ -494,7 +415,7 @@ void slip_soil(int group, int lane) {
         if (top <= bottom || !is_ground(column, kind, bottom, top)) continue;
         int steepest = is_single && params.slip_stride == 1 ? steepest_drop(slot, lane & 7, lane >> 3, top) : kAnyDrop;
         if (steepest <= 0) continue;
-        slides = slip_span(slot, lane, i, bottom, top, steepest, i == count - 1, slid) || slides;
+        slides = slip_span(slot, lane, i, bottom, top, kind, steepest, i == count - 1, slid) || slides;
     }
     if (slides != slid) spans[slides_at] = slides ? 1 : 0;
 }

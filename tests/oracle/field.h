@@ -81,6 +81,7 @@ struct Model {
     int held_reach = 0;        ///< how far the wall may be that holds a load back
     int arch_reach = 0;        ///< how far the sides of an arch may be; 0: there are no arches
     double arch_least = 0.5;   ///< soil that leans on them, and that is a falling span
+    double crowded = 2;        ///< soil of a falling voxel on which no more slides
     int arch_shortest = 1;     ///< voxels of a falling span at least, where there are arches
     double speck = 0;          ///< advected shares of a voxel's soil below this stay
     double slip_tolerance = 0;  ///< wedges not worth a slide

@@ -21,6 +21,7 @@ double surplus(const SlopeSoil& s, double h, double dx, double theta) {
 struct Neighbour {
     double drop = 0;  ///< 0: nothing can slide there
     int x = 0, y = 0, z = 0;
+    bool falls = false;  ///< what it would slide onto
 };
 
 struct SlopeFacet {
@@ -139,9 +140,10 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
             if (drop <= 0 || !open(x, y, other.top)) return {};
             // What falls takes no more than it has room for.
             const Voxel& on = before.at(x, y, z);
-            const bool is_crowded = other.kind == Span::Kind::falling &&
-                                    (on.soil + on.psi() >= 1 || before.at(x, y, z - 1).soil > 1);
-            return is_crowded ? Neighbour{} : Neighbour{drop, x, y, z};
+            const bool falls = other.kind == Span::Kind::falling;
+            const bool is_crowded =
+                falls && (on.soil + on.psi() >= 1 || before.at(x, y, z - 1).soil > model.crowded);
+            return is_crowded ? Neighbour{} : Neighbour{drop, x, y, z, falls};
         }
         // Nothing beside the span: on a rigid body's edge an edge span of no height takes the soil
         // (Fig. 35).
@@ -175,7 +177,8 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
             for (size_t i = 0; i < columns[column(x, y)].size(); ++i) {
                 const Span& span = columns[column(x, y)][i];
                 if (!is_ground(span, x, y) || span.top <= span.bottom) continue;
-                const bool on_rigid = i > 0 && span.kind == Span::Kind::piled;
+                const bool falls = span.kind == Span::Kind::falling;
+                const bool on_rigid = i > 0 && !falls;
                 // Neighbours counter-clockwise from east: even ones along the axes, odd ones
                 // diagonal.
                 constexpr int kRing[8][2] = {{1, 0},  {1, 1},   {0, 1},  {-1, 1},
@@ -197,8 +200,10 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                     const int axis = facet / 2 * 2;
                     const int diagonal = facet % 2 == 0 ? axis + 1 : (axis + 7) % 8;
                     const SlopeFacet plane = facet_slope(ring[axis].drop, ring[diagonal].drop);
-                    const GridWedge found =
-                        plane.slope > 0 ? wedge(top, state, plane.slope) : GridWedge{};
+                    GridWedge found =
+                        plane.slope > 0 ? wedge(top, falls ? SoilState::loose : state, plane.slope)
+                                        : GridWedge{};
+                    if (falls) found.height = plane.slope;  // it has no friction
                     if (found.height <= stands) continue;
                     if (found.height > steepest.height) {
                         steepest = found;
@@ -269,7 +274,7 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                     const SoilState below = state_of(voxel, x, y, z);
                     const bool by_density = (model.regains && below == SoilState::loose) ||
                                             (model.dilates && below == SoilState::bonded);
-                    if (taken > 0 && (is_other || by_density || below != state) &&
+                    if (taken > 0 && !falls && (is_other || by_density || below != state) &&
                         wedge(voxel, below, worst_slope).height <=
                             standing_wedge(model, voxel, x, y, z)) {
                         break;
@@ -280,8 +285,20 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                             move_share(voxel, after.field.at(x, y, z),
                                        after.field.at(ring[k].x, ring[k].y, ring[k].z),
                                        taken / voxel.soil * flow[k] / total);
-                            after.field.at(ring[k].x, ring[k].y, ring[k].z).soil +=
+                            Voxel& target = after.field.at(ring[k].x, ring[k].y, ring[k].z);
+                            target.soil +=
                                 dilation(model, voxel) * taken / voxel.soil * flow[k] / total;
+                            if (!ring[k].falls) continue;
+                            // It takes part in the fall.
+                            const Voxel& at_top = before.at(ring[k].x, ring[k].y, ring[k].z);
+                            const Voxel& falling =
+                                at_top.soil >= model.arch_least
+                                    ? at_top
+                                    : before.at(ring[k].x, ring[k].y, ring[k].z - 1);
+                            const double faster = falling.momentum.z / falling.total_mass() -
+                                                  voxel.momentum.z / voxel.total_mass();
+                            target.momentum.z += std::min(0.0, faster) * voxel.total_mass() *
+                                                 taken / voxel.soil * flow[k] / total;
                         }
                     }
                 }
