@@ -359,7 +359,7 @@ bool slip_span(int slot, int lane, int i, int bottom, int top, int kind, int ste
     if (!find_slices(slot, at.x, at.y, bottom, top, on_rigid, slices)) return false;
     Failure failure = find_failure(soil, stands, slices);
     if (failure.wedge == 0) return false;
-    ATOMIC_MAX(result[kResultSlope], failure.wedge);
+    if (kind != kSpanFalling) ATOMIC_MAX(result[kResultSlope], failure.wedge);
     // Even where nothing can leave: the next pass looks again. Others may see this mark in this pass or in the next: where
     // nothing fails looking changes nothing.
     stamp_column(slot, lane);
