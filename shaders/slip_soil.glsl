@@ -147,7 +147,7 @@ ivec2 way_to(int k) {
 
 // Columns ahead at which the ground tells how deep soil slides: all of the next four, then each by a quarter further.
 CONST_INT(kSlideReach, 128)
-CONST_INT(kSlideCreep, 16384)   // height of a failing wedge that still slips where soil slides, 1/4 voxel
+CONST_INT(kSlideCreep, 8192)    // height of a failing wedge that still slips where soil slides, 1/8 voxel
 
 // Sets soil in motion that lies on a failing slope, as deep as a plane at phi out of the ground ahead leaves it without support.
 void set_sliding(int slot, int x, int y, int top, int source, ivec2 fall, int slope) {
@@ -197,7 +197,7 @@ struct Slices {
 struct Failure {
     int wedge;   // height of the highest failing wedge, Q16 voxels; 0: all stand
     int slope;   // of its facet
-    ivec2 fall;  // its direction, Q16: the mean of the facets that are as steep
+    ivec2 fall;  // its direction, Q16: see mean_fall()
     int flow;    // sum of the slices' flows
 };
 
@@ -242,6 +242,39 @@ ivec2 facet_fall(int axis, int diagonal, int to_diagonal) {
     return axis_way * fraction_q16(kOneQ16, length) + side_way * fraction_q16(to_diagonal, length);
 }
 
+// The facets around a span: the height of the wedge that fails in each (0: none), and see facet_slope().
+struct Facets {
+    int wedge[8];
+    int to_diagonal[8];
+};
+
+// A facet counts for the direction as far as its wedge comes within one part in so many of the highest. Ours: so that noise does
+// not choose between two facets that are as steep. Larger: the columns of a face along a diagonal fall to one side or the other,
+// and heap up; smaller: directions are drawn to the eight ways.
+CONST_INT(kFallShare, 8)
+CONST_INT(kRootTwo, 92682)  // Q16
+
+// Direction in which a span falls: the mean of the facets that are nearly as steep as the steepest. Of length 1, and less where
+// those look apart by more than a right angle, as on a ridge.
+ivec2 mean_fall(int highest, IN(Facets) facets) {
+    int band = max(1, highest / kFallShare);
+    ivec2 sum = ivec2(0);
+    int weights = 0;
+    for (int k = 0; k < 8; ++k) {
+        int weight = fraction_q16(max(0, facets.wedge[k] - highest + band), band) >> 4;  // sums of 8 stay in range
+        if (weight == 0) continue;
+        int axis = k & 6;
+        ivec2 fall = facet_fall(axis, (k & 1) == 0 ? axis + 1 : (axis + 7) & 7, facets.to_diagonal[k]);
+        sum += sign(fall) * ivec2(mul_q16(abs(fall.x), weight), mul_q16(abs(fall.y), weight));
+        weights += weight;
+    }
+    ivec2 mean = sign(sum) * ivec2(fraction_q16(abs(sum.x), weights), fraction_q16(abs(sum.y), weights));
+    int size = slope_length(mean.x, mean.y);
+    if (size == 0) return ivec2(0);
+    int longer = min(kRootTwo, fraction_q16(kOneQ16, size));
+    return sign(mean) * ivec2(mul_q16(abs(mean.x), longer), mul_q16(abs(mean.y), longer));
+}
+
 // Which facets around a span fail, the worst of them, and how much each gives to whom. stands: see standing_wedge().
 Failure find_failure(IN(Resistance) soil, int stands, INOUT(Slices) slices) {
     Failure failure;
@@ -249,9 +282,10 @@ Failure find_failure(IN(Resistance) soil, int stands, INOUT(Slices) slices) {
     failure.slope = 0;
     failure.fall = ivec2(0);
     failure.flow = 0;
-    int steep_count = 0;
+    Facets facets;
     for (int k = 0; k < 8; ++k) {
         int axis = k & 6;  // 0 2 4 6
+        facets.wedge[k] = 0;
         int diagonal = (k & 1) == 0 ? axis + 1 : (axis + 7) & 7;
         int to_diagonal = 0;
         int slope = facet_slope(soil, stands, slices.drop[axis], slices.drop[diagonal], to_diagonal);
@@ -261,20 +295,16 @@ Failure find_failure(IN(Resistance) soil, int stands, INOUT(Slices) slices) {
         if (wedge > failure.wedge) {
             failure.wedge = wedge;
             failure.slope = slope;
-            failure.fall = ivec2(0);
-            steep_count = 0;
         }
-        if (wedge == failure.wedge && params.slides != 0) {  // for set_sliding()
-            failure.fall = failure.fall + facet_fall(axis, diagonal, to_diagonal);
-            steep_count += 1;
-        }
+        facets.wedge[k] = wedge;
+        facets.to_diagonal[k] = to_diagonal;
         wedge = wedge >> 4;  // sums of 8 stay in range
         int part = mul_q16(wedge, to_diagonal);
         slices.flow[diagonal] += part;
         slices.flow[axis] += wedge - part;
         failure.flow += wedge;
     }
-    if (steep_count > 1) failure.fall = failure.fall / steep_count;
+    if (params.slides != 0 && failure.wedge > 0) failure.fall = mean_fall(failure.wedge, facets);  // for set_sliding()
     return failure;
 }
 
@@ -365,10 +395,11 @@ bool slip_span(int slot, int lane, int i, int bottom, int top, int kind, int ste
     stamp_column(slot, lane);
     if (is_held_up(slot, source, at)) return false;
     int wedge = failure.wedge;
-    // What slides with its momentum slips so little that it keeps that.
+    // What slides with its momentum slips so little that it keeps that. On a ridge it has no way to slide, and slips.
     if (params.slides != 0 && is_topmost && spans[column_word(kColumnSurface, column)] == top) {
         if (params.slide_kick > 0) set_sliding(slot, at.x, at.y, top, source, failure.fall, failure.slope);
-        wedge = min(wedge, kSlideCreep);
+        int aside = max(0, kOneQ16 - slope_length(failure.fall.x, failure.fall.y));
+        wedge = min(wedge, kSlideCreep + mul_q16(wedge, aside));
     }
     // Soil that slides on into this column brings its speed along.
     int speed = max(slid ? spans[speed_read(record, i)] : 0, fastest_around(slot, at.x, at.y));

@@ -113,9 +113,9 @@ struct Model {
     double gust_x = 0, gust_y = 0;   ///< the lattice's place [voxels]
     bool slides = false;             ///< soil keeps the momentum of its slides
     double step_s = 1.0 / 60;
-    double slide_kick = 0;      ///< what drives slides in this slip pass [voxels a step squared]
-    int slide_count = 1;        ///< slide passes in a step
-    double slide_creep = 0.25;  ///< wedges up to this high slip where soil slides
+    double slide_kick = 0;       ///< what drives slides in this slip pass [voxels a step squared]
+    int slide_count = 1;         ///< slide passes in a step
+    double slide_creep = 0.125;  ///< wedges up to this high slip where soil slides
     int slide_gap = 4, slide_depth = 128, slide_reach = 128;  ///< see sliding.h [voxels]
     double slide_speed = 16;                                  ///< none is faster [voxels a step]
     uint32_t pass = 0;  ///< number of the slip pass, for what chance decides

@@ -194,8 +194,8 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                 double flow[8] = {}, total = 0;
                 GridWedge steepest;
                 double worst_slope = 0;
-                Vec3 fall;  // sum over the facets that are as steep
-                int steep_count = 0;
+                Vec3 falls_to[8];        // direction of each facet
+                double heights[8] = {};  // of its wedge
                 for (int facet = 0; facet < 8; ++facet) {
                     const int axis = facet / 2 * 2;
                     const int diagonal = facet % 2 == 0 ? axis + 1 : (axis + 7) % 8;
@@ -208,17 +208,13 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                     if (found.height > steepest.height) {
                         steepest = found;
                         worst_slope = plane.slope;
-                        fall = {};
-                        steep_count = 0;
                     }
-                    if (found.height == steepest.height) {
-                        const double part = plane.diagonal_share;
-                        const auto along = [&](int k) {
-                            return kRing[axis][k] + part * (kRing[diagonal][k] - kRing[axis][k]);
-                        };
-                        fall += Vec3{along(0), along(1), 0} * (1 / std::hypot(1, part));
-                        ++steep_count;
-                    }
+                    const double part = plane.diagonal_share;
+                    const auto along = [&](int k) {
+                        return kRing[axis][k] + part * (kRing[diagonal][k] - kRing[axis][k]);
+                    };
+                    falls_to[facet] = Vec3{along(0), along(1), 0} * (1 / std::hypot(1, part));
+                    heights[facet] = found.height;
                     flow[diagonal] += found.height * plane.diagonal_share;
                     flow[axis] += found.height * (1 - plane.diagonal_share);
                     total += found.height;
@@ -236,11 +232,25 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                         return wedge(voxel, state_of(voxel, x, y, z), worst_slope).height <=
                                standing_wedge(model, voxel, x, y, z);
                     };
+                    // Facets within an eighth of the steepest count, the more the steeper.
+                    Vec3 fall;
+                    double weights = 0;
+                    for (int facet = 0; facet < 8; ++facet) {
+                        const double weight =
+                            std::max(0.0, 1 - (1 - heights[facet] / steepest.height) * 8);
+                        fall += falls_to[facet] * weight;
+                        weights += weight;
+                    }
+                    const double size = std::hypot(fall.x, fall.y) / weights;
+                    const double longer =
+                        size > 0 ? std::min(std::numbers::sqrt2, 1 / size) / weights : 0;
                     set_sliding(model, before, surfaces,
-                                {x, y, span.top, worst_slope, fall.x / steep_count,
-                                 fall.y / steep_count, stands_there},
+                                {x, y, span.top, worst_slope, fall.x * longer, fall.y * longer,
+                                 stands_there},
                                 after.field);
-                    wedge_height = std::min(wedge_height, model.slide_creep);
+                    // What has no way to slide in slips.
+                    const double aside = 1 - std::min(1.0, std::hypot(fall.x, fall.y) * longer);
+                    wedge_height = std::min(wedge_height, model.slide_creep + aside * wedge_height);
                 }
                 double speed = 0;
                 for (int ny = std::max(0, y - 1); ny <= std::min(before.ny - 1, y + 1); ++ny) {
