@@ -171,6 +171,10 @@ void collect_contact(int slot, ivec3 at, int voxel) {
         if (soil_voxel < 0) return;
     }
     SoilBeside beside = soil_beside(slot, at, body, soil_voxel, inwards);
+    if (support >= kSupportBody && support != kSupportBody + body &&
+        is_between_walls(slot, at, body, support - kSupportBody, inwards)) {
+        beside.undisturbed += kContactBetweenWalls;
+    }
     int record = add_contact(grid_voxel(slot, at.x, at.y, at.z), body, soil_voxel, beside);
     if (record != 0) write_surface(record, slot, at, voxel, gradient, inwards);
 }

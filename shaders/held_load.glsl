@@ -1,45 +1,6 @@
 // Soil on a body that slides along under it: docs/decisions/silo_walls.md. Where what lies before it fills all room up to a wall
 // nothing gives way, and the body slips under it. Part of advect_soil.
 
-// What a row ends at.
-CONST_INT(kRowOpen, 0)     // room, or soil that no body carries
-CONST_INT(kRowCarried, 1)  // a wall of the body itself
-CONST_INT(kRowHeld, 2)     // another wall
-struct RowEnd {
-    int kind;
-    int wall;   // its body, or kOnGround
-    int speed;  // at which it recedes, Q16 voxels a base step
-};
-
-// Of the voxels along x or y from the one next to `at` on.
-RowEnd find_row_end(int slot, ivec3 at, ivec2 way, int carrier) {
-    RowEnd row;
-    row.kind = kRowOpen;
-    row.wall = kOnGround;
-    row.speed = 0;
-    int at_slot = slot;
-    ivec2 place = ivec2(at.x, at.y);
-    for (int n = 0; n < kHeldReach && row.kind == kRowOpen; ++n) {
-        if (!step_on(at_slot, place, way)) {
-            row.kind = kRowHeld;  // the grid's end
-            break;
-        }
-        int voxel = at_slot * params.tile_voxels + at.z * kTileColumns + place.y * kTileSide + place.x;
-        if (is_solid(voxel)) {
-            bool is_body = state_at(kPlaneCoverage, voxel) > state_at(kPlaneTerrain, voxel);
-            row.wall = is_body ? owner_body(state_at(kPlaneOwner, voxel)) : kOnGround;
-            row.kind = row.wall == carrier ? kRowCarried : kRowHeld;
-            if (row.kind == kRowHeld && row.wall >= 0) {
-                ivec3 velocity = body_velocity_at(row.wall, grid_voxel(at_slot, place.x, place.y, at.z));
-                row.speed = clamp(velocity.x * way.x + velocity.y * way.y, 0, kSpeedMost);
-            }
-        } else if (has_room(voxel) || state_at(kPlaneSupport, voxel) < kSupportBody) {
-            break;
-        }
-    }
-    return row;
-}
-
 // Of the row of a voxel; where that is open, of the next one below that is not. What lies on soil that is held is not driven.
 RowEnd find_hold(int slot, ivec3 from, int from_voxel, ivec2 way, int carrier) {
     ivec3 at = from;

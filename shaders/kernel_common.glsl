@@ -482,6 +482,8 @@ int excess_carried_off(int slot, ivec3 at, int voxel, ivec3 out_way) {
 
 #include "momentum_ledger.glsl"
 
+#include "load_rows.glsl"
+
 // What pour_soil and take_soil run over. A group is a part of a source's or a sink's region: its tile's slot, and the place of its
 // words in the tables.
 int flow_slot(int group) { return block_list[params.list_offset + kPairWords * group + kPairSlot]; }

@@ -343,6 +343,7 @@ CONST_INT(kSaturationShift, 4)
 CONST_INT(kContactDensity, 12)  // relative density, Q16; or kDensityFixed
 CONST_INT(kContactCarrier, 13)  // body index of what the soil rests on, or kOnGround
 CONST_INT(kContactUndisturbed, 14)  // share of the soil that was never moved, Q16; 1 where no soil has cohesion
+CONST_INT(kContactBetweenWalls, 131072)  // added to it: see is_between_walls()
 CONST_INT(kOnGround, -1)
 
 // --- tables buffer: per material a table for each state of its soil -------------------------------------------------

@@ -13,7 +13,7 @@ inline bool is_same_row(const ToothRow& a, const ToothRow& b) {
            a.is_over_tips == b.is_over_tips;
 }
 
-static_assert(sizeof(void*) != 8 || sizeof(ContactVoxel) == 232,
+static_assert(sizeof(void*) != 8 || sizeof(ContactVoxel) == 240,
               "a new field of ContactVoxel is compared here as well");
 inline bool is_same_contact(const ContactVoxel& a, const ContactVoxel& b) {
     return a.body == b.body && a.carrier == b.carrier && is_same_vector(a.center_m, b.center_m) &&
@@ -23,7 +23,7 @@ inline bool is_same_contact(const ContactVoxel& a, const ContactVoxel& b) {
            a.bearing_depth_m == b.bearing_depth_m && a.material == b.material &&
            a.relative_density == b.relative_density && a.saturation == b.saturation &&
            a.undisturbed == b.undisturbed && a.inflow_share == b.inflow_share &&
-           is_same_row(a.teeth, b.teeth);
+           a.is_between_walls == b.is_between_walls && is_same_row(a.teeth, b.teeth);
 }
 
 }  // namespace bsoil::bullet

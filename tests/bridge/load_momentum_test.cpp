@@ -240,6 +240,40 @@ TEST(SiloWalls, and_floor_bear_the_whole_weight_and_sleep) {
     EXPECT_FALSE(tube.isActive());
 }
 
+// A gate that is drawn from under a silo pushes its walls by friction with the sand alone: 1.3 kN,
+// where passive pressure of sand that goes with the gate is 27.
+TEST(SiloWalls, feel_the_friction_of_a_gate_that_slides_aside) {
+    BulletScene scene;
+    const auto soil = SoilAction::create(*scene.world, air());
+    ASSERT_TRUE(soil);
+    constexpr btScalar kGateTop = 0.2f;
+    btRigidBody& gate =
+        scene.add_box(0, btVector3(0.7f, 0.05f, 0.5f), btVector3(0, kGateTop - 0.05f, 0));
+    gate.setCollisionFlags(gate.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
+    gate.setActivationState(DISABLE_DEACTIVATION);
+    btRigidBody& tube = scene.add(60, tube_shape(scene), btVector3(0, kGateTop + 0.5f, 0));
+    // What holds the tube tells the force on it.
+    btGeneric6DofSpring2Constraint hold(tube, btTransform::getIdentity());
+    for (int axis = 0; axis < 6; ++axis) hold.setLimit(axis, 0, 0);
+    btJointFeedback feedback;
+    hold.setJointFeedback(&feedback);
+    scene.world->addConstraint(&hold);
+    ASSERT_TRUE((*soil)->fill(BoxFill{{{-0.3, 0.2, -0.3}, {0.3, 1.1, 0.3}}, {}}));
+    scene.run(1);
+    const double load_kg = (*soil)->body_report(gate).load_kg;
+    EXPECT_GT(load_kg, 400);
+    double most_n = 0;
+    for (int i = 0; i < 60; ++i) {  // 0.2 m/s
+        place(gate, btVector3(btScalar(0.2 / 60 * i), kGateTop - 0.05f, 0));
+        scene.run(1.0 / 60);
+        const double on_tube_n = std::abs(static_cast<double>(feedback.m_appliedForceBodyA.x()));
+        if (i > 5) most_n = std::max(most_n, on_tube_n);
+    }
+    RecordProperty("most_n", std::to_string(most_n));
+    EXPECT_LT(most_n, 1.2 * 0.4 * load_kg * kGravity_m_s2);
+    scene.world->removeConstraint(&hold);
+}
+
 // The same soil between a tray's own walls: they are the floor's.
 TEST(SiloWalls, of_the_floor_itself_change_nothing) {
     BulletScene scene;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "oracle/held_load.h"
+
 namespace oracle {
 
 namespace {
@@ -50,6 +52,16 @@ const Voxel* soil_behind_load(const Model& model, const Field& field, int x, int
     return nullptr;
 }
 
+/// Whether another body's load before a face fills all up to a wall of the face's body.
+bool is_between_walls(const Model& model, const Field& field, int body, RowStart row) {
+    for (int n = 0; n < 2 && field.closed(model, row.x, row.y, row.z); ++n) {
+        row.x += row.dx, row.y += row.dy;
+        if (!field.inside(row.x, row.y, row.z)) return false;
+    }
+    const std::optional<int> wall = wall_of_row(model, field, row);
+    return wall && *wall == body;
+}
+
 }  // namespace
 
 std::vector<Contact> find_contacts(const Model& model, const Field& field,
@@ -90,6 +102,10 @@ std::vector<Contact> find_contacts(const Model& model, const Field& field,
         }
         const auto outer_soil = neighbour(-1) ? neighbour(-1)->soil : 0;
         if (voxel.soil + outer_soil == 0 || fullest->support.kind == Support::Kind::falling) return;
+        const bool on_other =
+            fullest->support.kind == Support::Kind::body && fullest->support.body != body;
+        const bool is_between = on_other && in[2] == 0 &&
+                                is_between_walls(model, field, body, {x, y, z, -in[0], -in[1]});
         if (fullest->support.kind == Support::Kind::body && fullest->support.body == body) {
             fullest = soil_behind_load(model, field, x, y, z, g, body);
             if (!fullest) return;
@@ -113,7 +129,7 @@ std::vector<Contact> find_contacts(const Model& model, const Field& field,
                                      bodies[static_cast<size_t>(body)].reach);
         contacts.push_back({x, y, z, body, g, gaps, std::max(0.0, voxel.soil + voxel.psi() - 1),
                             material, relative_density(model, soil, sum),
-                            on_body ? soil.support.body : -1, sum.bond / sum.volume});
+                            on_body ? soil.support.body : -1, sum.bond / sum.volume, is_between});
     });
     return contacts;
 }

@@ -9,6 +9,9 @@
 /// soil of another kind behind it, no more than eight voxels off along the level part of the
 /// gradient. All between has to be full, and the face no flatter than one in four. Inwards and
 /// outwards are along the gradient's largest component (z before x before y on a tie).
+///
+/// Soil on another body is between walls where the row outwards of a level gradient ends at a wall
+/// of the contact's own body (held_load.h). It starts at the first voxel of three that is open.
 #pragma once
 
 #include <span>
@@ -31,6 +34,7 @@ struct Contact {
     double relative_density = -1;  ///< of the soil along the way out; -1 where density is fixed
     int carrier = -1;              ///< body that the soil rests on; -1: the ground
     double undisturbed = 1;        ///< share of that soil by volume that never moved
+    bool is_between_walls = false;
 };
 
 /// Of all voxels, by z, then y, then x.

@@ -8,19 +8,17 @@ namespace {
 
 constexpr double kFree = std::numeric_limits<double>::infinity();
 
-/// How fast soil may be along a row; nothing where the row is open.
-std::optional<double> most_along(const Model& model, const Field& field,
-                                 std::span<const Body> bodies, int carrier, int x, int y, int z,
-                                 int dx, int dy) {
+/// Where a row ends; nothing where it is open.
+struct RowEnd {
+    int wall = -1, x = 0, y = 0;
+};
+std::optional<RowEnd> end_of_row(const Model& model, const Field& field, const RowStart& row) {
     for (int n = 1; n <= model.held_reach; ++n) {
-        const int nx = x + n * dx, ny = y + n * dy;
-        if (!field.inside(nx, ny, z)) return 0;
-        const Voxel& voxel = field.at(nx, ny, z);
-        if (field.closed(model, nx, ny, z)) {
-            if (voxel.bodies <= voxel.terrain || voxel.owner < 0) return 0;
-            if (voxel.owner == carrier) return kFree;
-            const Vec3 wall = bodies[static_cast<size_t>(voxel.owner)].velocity_at(nx, ny, z);
-            return std::max(0.0, wall.x * dx + wall.y * dy);
+        const int nx = row.x + n * row.dx, ny = row.y + n * row.dy;
+        if (!field.inside(nx, ny, row.z)) return RowEnd{-1, nx, ny};
+        const Voxel& voxel = field.at(nx, ny, row.z);
+        if (field.closed(model, nx, ny, row.z)) {
+            return RowEnd{voxel.bodies <= voxel.terrain ? -1 : voxel.owner, nx, ny};
         }
         if (voxel.soil + voxel.psi() < 1 - model.push_room ||
             voxel.support.kind != Support::Kind::body) {
@@ -28,6 +26,17 @@ std::optional<double> most_along(const Model& model, const Field& field,
         }
     }
     return {};
+}
+
+/// How fast soil may be along a row; nothing where the row is open.
+std::optional<double> most_along(const Model& model, const Field& field,
+                                 std::span<const Body> bodies, int carrier, const RowStart& row) {
+    const std::optional<RowEnd> end = end_of_row(model, field, row);
+    if (!end) return {};
+    if (end->wall == carrier) return kFree;
+    if (end->wall < 0) return 0;
+    const Vec3 wall = bodies[static_cast<size_t>(end->wall)].velocity_at(end->x, end->y, row.z);
+    return std::max(0.0, wall.x * row.dx + wall.y * row.dy);
 }
 
 double left_of(const Model& model, const Field& field, std::span<const Body> bodies, int x, int y,
@@ -39,14 +48,19 @@ double left_of(const Model& model, const Field& field, std::span<const Body> bod
         const bool is_load =
             voxel.support.kind == Support::Kind::body && voxel.support.body == carrier;
         if (level < z && (!is_load || field.closed(model, x, y, level))) break;
-        const auto most = most_along(model, field, bodies, carrier, x, y, level, along_x ? sign : 0,
-                                     along_x ? 0 : sign);
+        const auto most = most_along(model, field, bodies, carrier,
+                                     {x, y, level, along_x ? sign : 0, along_x ? 0 : sign});
         if (most) return sign * std::min(std::abs(speed), *most);
     }
     return speed;
 }
 
 }  // namespace
+
+std::optional<int> wall_of_row(const Model& model, const Field& field, const RowStart& row) {
+    const std::optional<RowEnd> end = end_of_row(model, field, row);
+    return end ? std::optional(end->wall) : std::nullopt;
+}
 
 Vec3 held_back(const Model& model, const Field& field, std::span<const Body> bodies, int x, int y,
                int z, Vec3 velocity) {

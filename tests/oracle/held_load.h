@@ -10,11 +10,21 @@
 /// - speeds up to model.still_speed are left alone.
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "oracle/field.h"
 
 namespace oracle {
+
+/// A voxel, and the way from it along x or y.
+struct RowStart {
+    int x = 0, y = 0, z = 0, dx = 0, dy = 0;
+};
+
+/// The body of the wall at which a row ends, -1: terrain or the grid's end; nothing where it is
+/// open.
+std::optional<int> wall_of_row(const Model& model, const Field& field, const RowStart& row);
 
 /// What is left of a velocity at which the body would carry a voxel's soil [voxels a step].
 Vec3 held_back(const Model& model, const Field& field, std::span<const Body> bodies, int x, int y,

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "oracle/contacts.h"
 #include "oracle/held_load.h"
 #include "oracle/projectile.h"
 #include "stage_bench.h"
@@ -283,6 +284,35 @@ TEST(HeldLoad, goes_where_a_row_has_room) {
     for (int z = kBottom; z <= kTop; ++z) block.put(12, 12, z, layout::kVoxelFull * 3 / 4);
     constexpr int kBehind = 6 * 6 + 4 + 3;  // in six layers, and in the two above them
     EXPECT_EQ(block.expect_oracle(), kSoilVoxels - kBehind);
+}
+
+// What fills all between the walls goes where they go: a contact with it pushes neither. A column
+// with room opens the rows through it, and the heap above has none.
+TEST(HeldLoad, is_between_walls_that_it_fills) {
+    for (const bool has_room : {false, true}) {
+        Block block(Backend::cpu, kAskew);
+        block.add_walls(10, {});
+        for (int z = kBottom; has_room && z <= kTop; ++z) {
+            block.put(12, 12, z, layout::kVoxelFull * 3 / 4);
+        }
+        block.place();
+        const auto got = block.bench.collect_contacts();
+        const std::vector<oracle::Contact> expected =
+            oracle::find_contacts(block.bench.model(), block.bench.to_field(block.bench.read()),
+                                  block.bench.oracle_bodies());
+        ASSERT_EQ(got.size(), expected.size());
+        int between_count = 0;
+        for (size_t i = 0; i < got.size(); ++i) {
+            const bool is_between =
+                got[i][layout::kContactUndisturbed] >= layout::kContactBetweenWalls;
+            EXPECT_EQ(is_between, expected[i].is_between_walls) << i;
+            between_count += is_between;
+        }
+        // Two voxels deep in each of four walls, in the five layers above that next to the plate;
+        // the voxel in a corner has one normal.
+        constexpr int kLayers = 5, kInLayer = 2 * 4 * (kHigh - kLow + 1) - 4;
+        EXPECT_EQ(between_count, kLayers * (has_room ? kInLayer - 2 * 4 : kInLayer));
+    }
 }
 
 TEST(HeldLoad, has_the_same_bits_on_gl) {

@@ -107,6 +107,9 @@ struct ContactVoxel {
     /// Share of the soil before a moving element that it sets in motion anew, 0..1: all of level
     /// ground, little of a heap that goes along.
     double inflow_share = 1;
+    /// Of an upright face before another body's load, which fills all up to a wall of this one: it
+    /// goes where the walls go, and pushes them by friction alone, as part of its momentum.
+    bool is_between_walls = false;
     ToothRow teeth;  ///< with ContactLawDef::trapped_soil
 };
 

@@ -203,7 +203,8 @@ BodyContact ContactPatches::find(std::span<const ContactVoxel> voxels,
             const ContactMotion& relative = motion_for(motions, v.carrier);
             const Quat to_body = conjugate(relative.motion.pose.rotation);
             Element& element = elements_[i];
-            element = {{}, v.area_m2 * v.touching, dominant_axis_bin(rotate(to_body, v.normal))};
+            const double area_m2 = v.is_between_walls ? 0 : v.area_m2 * v.touching;
+            element = {{}, area_m2, dominant_axis_bin(rotate(to_body, v.normal))};
             if (!(element.area_m2 > 0)) continue;  // a stress on no area is no force
             element.yield = law.yield({v, faces_.of_voxel(i)},
                                       {relative.direction.velocity_at(v.position_m),

@@ -86,7 +86,8 @@ void decode_contacts(std::span<const int32_t> words, ContactOrder& order,
             contact.material = c[kContactMaterial] & ((1 << kSaturationShift) - 1);
             contact.saturation = c[kContactMaterial] >> kSaturationShift;
             contact.density = c[kContactDensity];
-            contact.undisturbed = c[kContactUndisturbed];
+            contact.undisturbed = c[kContactUndisturbed] % kContactBetweenWalls;
+            contact.is_between_walls = c[kContactUndisturbed] >= kContactBetweenWalls;
         }
     });
 }

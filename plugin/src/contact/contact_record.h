@@ -23,6 +23,7 @@ struct ContactRecord {
     double density = -1;  ///< relative density of the soil [units]; kDensityFixed
     int saturation = 0;   ///< share of its pores that water fills [units]
     int undisturbed = 0;  ///< share of it that was never moved [units]
+    bool is_between_walls = false;  ///< ContactVoxel::is_between_walls
     /// One record for all of a small body: see collect_small_bodies.
     bool is_of_small_body() const { return dot(gradient, gradient) == 0; }
 };

@@ -140,6 +140,7 @@ void ContactVoxels::add(const Request& request, const ContactRecord& record,
     contact.relative_density = record.density == kDensityFixed ? -1 : record.density / kVoxelFull;
     contact.saturation = record.saturation / static_cast<double>(kVoxelFull);
     contact.undisturbed = record.undisturbed / static_cast<double>(kVoxelFull);
+    contact.is_between_walls = record.is_between_walls;
     if (body.surface) {
         if (record.is_of_small_body()) {
             add_samples(element, out);
