@@ -52,12 +52,5 @@ int slope_length(int a, int b) {
     }
     int x = abs(a) >> shift;
     int y = abs(b) >> shift;
-    int square = x * x + y * y;
-    int root = max(x, y) + min(x, y) / 2 + 1;  // Newton's method from above
-    for (int i = 0; i < 20; ++i) {
-        int better = (root + square / root) / 2;
-        if (better >= root) break;
-        root = better;
-    }
-    return root << shift;
+    return square_root(x * x + y * y) << shift;
 }

@@ -11,7 +11,7 @@
 CONST_INT(kPlaneSteepest, 12288)  // slope 3, Q12: the first plane to fail is no steeper than 45 deg + phi / 2
 CONST_INT(kPlaneStepsMost, 256)   // sums over a plane stay in 31 bits
 CONST_INT(kClimbMost, 32766)      // Q12 a step, more than a plane of kPlaneSteepest has: times the longest run in 31 bits
-CONST_INT(kPlanesHeld, 8)
+CONST_INT(kPlanesHeld, 8)         // a power of two
 CONST_INT(kIntactMost, 131072)  // 512 voxels, Q8, as high as a grid may be: times kOneQ12 it stays in 31 bits
 // A step goes one column on along an axis, one along both (kDiagonal), or two along one and one along the other.
 CONST_INT(kSkewed, 146543)          // its length, sqrt 5, Q16
@@ -126,6 +126,89 @@ bool may_slide(int sum, int rise, int run, int length, int slope, int strength) 
     return strength == 0 || drive > hold - hold / 16;
 }
 
+// Whether a column that has changed lies on the way up from a toe, to where that ends: half of all ways pass none.
+// first_run: of the first column, Q8 steps. least: the climb at which it ends. passed: see find_plane.
+bool passes_change(int from_slot, ivec2 from, ivec2 way, int toe, int least, int first_run, OUT(int) passed) {
+    int slot = from_slot;
+    ivec2 at = from;
+    passed = 0;
+    int run = first_run;
+    for (int n = 1; n <= kPlaneStepsMost; ++n) {
+        ivec2 next = at + way;
+        if (!step_on(slot, at, way)) {
+            ivec3 beyond = grid_voxel(slot, next.x, next.y, 0);
+            bool is_inside = beyond.x >= 0 && beyond.y >= 0 && beyond.x < params.size_x && beyond.y < params.size_y;
+            passed = is_inside ? n : 0;
+            return false;
+        }
+        int column = column_of(slot, at);
+        if (has_changed(column)) return true;
+        int rise = (ground_height(column) - toe) >> 8;
+        if (rise * kOneQ12 < least * run) return false;
+        run += kOneQ8;
+    }
+    return false;
+}
+
+// Planes about which slides_on has to be asked, the steepest first. The last kPlanesHeld of them are held.
+struct Planes {
+    int found;  // how many there are
+    int columns[kPlanesHeld];
+    int climbs[kPlanesHeld];
+};
+
+// Those that rise from a toe and come out of the ground before the column `end`. start: see slides_on. passed: see find_plane; what
+// it is stays where the way does not end before.
+void collect_planes(int from_slot, ivec2 from, ivec2 way, int toe, int least, int start, int end, OUT(Planes) planes,
+                    INOUT(int) passed) {
+    int slot = from_slot;
+    ivec2 at = from;
+    planes.found = 0;
+    int length = step_length(way);
+    int inverse = step_inverse(way);
+    int flattest = kClimbMost;  // climb of the planes so far that come out of the ground
+    int intact = kClimbMost;    // planes that climb by less pass no soil but what was never moved
+    bool is_piled = true;       // all columns so far are one pile, full from the floor up
+    bool any_changed = has_changed(column_of(slot, at));  // one of the columns so far
+    int sum = 0;                // of the heights over the toe
+    int run = start - kOneQ8 / 2;  // steps, Q8
+    for (int n = 1; n < end; ++n) {
+        ivec2 next = at + way;
+        if (!step_on(slot, at, way)) {
+            // Beyond the grid there is a wall. It holds what leans on it.
+            ivec3 beyond = grid_voxel(slot, next.x, next.y, 0);
+            bool is_inside = beyond.x >= 0 && beyond.y >= 0 && beyond.x < params.size_x && beyond.y < params.size_y;
+            passed = is_inside ? n : 0;
+            return;
+        }
+        int column = column_of(slot, at);
+        run += kOneQ8;
+        int rise = (ground_height(column) - toe) >> 8;
+        // A climb is rise * kOneQ12 / run. Few are new bounds: the others are compared, not divided.
+        int lift = rise * kOneQ12;
+        if (lift < least * run) return;
+        any_changed = any_changed || has_changed(column);
+        if (lift < (flattest + 1) * run) {
+            flattest = lift / run;
+            int slope = mul_q16(flattest, inverse);
+            int strength = flattest <= intact ? params.bank_strength : (is_piled ? params.loose_strength : 0);
+            if (n > 1 && any_changed && slope <= kPlaneSteepest && may_slide(sum, rise, run, length, slope, strength)) {
+                int k = planes.found & (kPlanesHeld - 1);
+                planes.columns[k] = n;
+                planes.climbs[k] = flattest;
+                planes.found += 1;
+            }
+        }
+        sum += rise;
+        if (intact > 0) {
+            int whole = spans[column_word(kColumnIntact, column)] * kOneQ8 - (toe >> 8);
+            int whole_lift = clamp(whole, 0, kIntactMost) * kOneQ12;
+            if (whole_lift < intact * run) intact = whole_lift / run;
+        }
+        is_piled = is_piled && spans[column_word(kColumnSingle, column)] != kNotSingle;
+    }
+}
+
 // The flattest plane on which soil slides down to a toe against the direction `way`: its columns, 0 where none fails. climb,
 // start: see slides_on. passed: columns on the way up to where it ends at a tile asleep, else 0.
 // A plane over columns that have not changed since the last look did not fail then, or they would have: see break_bonds and
@@ -134,72 +217,31 @@ int find_plane(int slot, ivec2 at, ivec2 way, int toe, OUT(int) climb, OUT(int) 
     climb = 0;
     start = 0;
     passed = 0;
-    int toe_slot = slot;
-    ivec2 toe_at = at;
-    int length = step_length(way);
-    int friction = mul_q16(params.bank_friction, length);
-    int least = friction / 16 + 1;  // what climbs by less stands
-    int found = 0;
-    int flattest = kClimbMost;  // climb of the planes so far that come out of the ground
-    int intact = kClimbMost;    // planes that climb by less pass no soil but what was never moved
-    bool is_piled = true;       // all columns so far are one pile, full from the floor up
-    bool any_changed = has_changed(column_of(slot, at));  // one of the columns so far
-    int sum = 0;              // of the heights over the toe
-    int held = 0;  // planes that slides_on has not been asked about yet
-    int counts[kPlanesHeld];
-    int climbs[kPlanesHeld];
-    bool ends = false;
-    for (int n = 1; !ends; ++n) {
-        ivec2 next = at + way;
-        if (!step_on(slot, at, way)) {
-            // Beyond the grid there is a wall. It holds what leans on it.
-            ivec3 beyond = grid_voxel(slot, next.x, next.y, 0);
-            bool is_inside = beyond.x >= 0 && beyond.y >= 0 && beyond.x < params.size_x && beyond.y < params.size_y;
-            passed = is_inside ? n : 0;
-            ends = true;
-        } else {
-            int column = column_of(slot, at);
-            int rise = (ground_height(column) - toe) >> 8;
-            any_changed = any_changed || has_changed(column);
-            if (n == 1) {
-                // Half a column before the first where the ground goes on rising like that, 0 where it is a wall.
-                int further = height_beyond(slot, at, way, toe) - rise;
-                start = further <= 0 ? 0 : (further >= rise ? kOneQ8 / 2 : further * (kOneQ8 / 2) / rise);
-            }
-            int run = kOneQ8 * n - kOneQ8 / 2 + start;  // steps, Q8
-            // A climb is rise * kOneQ12 / run. Few are new bounds: the others are compared, not divided.
-            int lift = rise * kOneQ12;
-            ends = lift < least * run || n == kPlaneStepsMost;
-            if (lift >= least * run && lift < (flattest + 1) * run) {
-                flattest = lift / run;
-                int slope = mul_q16(flattest, step_inverse(way));
-                int strength = flattest <= intact ? params.bank_strength : (is_piled ? params.loose_strength : 0);
-                if (n > 1 && any_changed && slope <= kPlaneSteepest && may_slide(sum, rise, run, length, slope, strength)) {
-                    counts[held] = n;
-                    climbs[held] = flattest;
-                    held += 1;
-                }
-            }
-            sum += rise;
-            if (intact > 0) {
-                int whole = spans[column_word(kColumnIntact, column)] * kOneQ8 - (toe >> 8);
-                int whole_lift = clamp(whole, 0, kIntactMost) * kOneQ12;
-                if (whole_lift < intact * run) intact = whole_lift / run;
-            }
-            is_piled = is_piled && spans[column_word(kColumnSingle, column)] != kNotSingle;
-        }
-        if (!ends && held < kPlanesHeld) continue;
-        // The flattest first: those before it do not count.
-        for (int k = held - 1; k >= 0; --k) {
-            if (slides_on(toe_slot, toe_at, way, toe, counts[k], climbs[k], start)) {
-                found = counts[k];
-                climb = climbs[k];
-                break;
-            }
-        }
-        held = 0;
+    int least = mul_q16(params.bank_friction, step_length(way)) / 16 + 1;  // what climbs by less stands
+    int first_slot = slot;
+    ivec2 first_at = at;
+    if (step_on(first_slot, first_at, way)) {
+        int rise = height_over(first_slot, first_at, toe);
+        // Half a column before the first where the ground goes on rising like that, 0 where it is a wall.
+        int further = height_beyond(first_slot, first_at, way, toe) - rise;
+        start = further <= 0 ? 0 : (further >= rise ? kOneQ8 / 2 : further * (kOneQ8 / 2) / rise);
     }
-    return found;
+    if (!has_changed(column_of(slot, at)) && !passes_change(slot, at, way, toe, least, kOneQ8 / 2 + start, passed)) return 0;
+    Planes planes;
+    int end = kPlaneStepsMost + 1;
+    do {
+        collect_planes(slot, at, way, toe, least, start, end, planes, passed);
+        // The flattest first: those before it do not count.
+        for (int k = planes.found - 1; k >= max(0, planes.found - kPlanesHeld); --k) {
+            int place = k & (kPlanesHeld - 1);
+            end = planes.columns[place];
+            if (slides_on(slot, at, way, toe, end, planes.climbs[place], start)) {
+                climb = planes.climbs[place];
+                return end;
+            }
+        }
+    } while (planes.found > kPlanesHeld);
+    return 0;
 }
 
 bool are_dispatched(int slot, ivec2 at, ivec2 way, int count) {
@@ -216,27 +258,41 @@ int find_failures_lanes(int group, int half_at) {
     return changed_around(slot, half_at, 2, params.slip_stamp) | spans[tile_word(kTileToes + half_at, slot)];
 }
 
+// A plane rises in one of 16 directions.
+ivec2 plane_way(int k) { return ivec2(k % 5 - 2, k / 5 - 2); }
+
+// Those in which the ground beside a column rises more steeply than friction holds it: bit k for plane_way(k).
+int steep_ways(int slot, ivec2 here, int toe) {
+    int along = toe + params.bank_friction;
+    int diagonal = toe + mul_q16(params.bank_friction, kDiagonal);
+    int skewed = toe + mul_q16(params.bank_friction, kSkewed);
+    int ways = 0;
+    for (int dy = -2; dy <= 2; ++dy) {
+        int row = 0;
+        for (int dx = -2; dx <= 2; ++dx) {
+            int square = dx * dx + dy * dy;
+            if (square == 0 || square == 4 || square == 8) continue;
+            int first = column_at(slot, here.x + dx, here.y + dy);
+            int held = square == 1 ? along : (square == 2 ? diagonal : skewed);
+            if (first >= 0 && ground_height(first) > held) row = row | (1 << (dx + 2));
+        }
+        ways = ways | (row << (5 * dy + 10));
+    }
+    return ways;
+}
+
 void find_failures(int group, int lane) {
     int slot = entry_slot(block_list[params.list_offset + group]);
     ivec2 here = ivec2(lane & 7, lane >> 3);
     int toe = ground_height(slot * kTileColumns + lane);
-    int open = voxel_at(slot, here.x, here.y, toe >> 16);
-    bool is_toe = false;
-    for (int k = 0; k < 25; ++k) {
-        ivec2 way = ivec2(k % 5 - 2, k / 5 - 2);
-        int square = way.x * way.x + way.y * way.y;
-        if (square != 1 && square != 2 && square != 5) continue;
+    int ways = steep_ways(slot, here, toe);
+    bool is_toe = ways != 0;
+    if (is_toe && is_solid(voxel_at(slot, here.x, here.y, toe >> 16))) ways = 0;  // nothing slides out there
+    for (; ways != 0; ways = ways & (ways - 1)) {
+        ivec2 way = plane_way(lowest_bit(ways));
         int climb = 0;
         int start = 0;
         int passed = 0;
-        int first = column_at(slot, here.x + way.x, here.y + way.y);
-        if (first < 0 || ground_height(first) - toe <= mul_q16(params.bank_friction, step_length(way))) {
-            continue;
-        }
-        is_toe = true;
-        if (is_solid(open)) {
-            break;  // nothing slides out there
-        }
         int count = find_plane(slot, here, way, toe, climb, start, passed);
         if (passed > 0) ask_for(slot, here, way, passed, toe);
         if (!are_dispatched(slot, here, way, count)) {

@@ -154,6 +154,21 @@ bool step_on(INOUT(int) slot, INOUT(ivec2) at, ivec2 way) {
     return true;
 }
 
+// So many steps; false where a tile on the way is not awake.
+bool steps_on(INOUT(int) slot, INOUT(ivec2) at, ivec2 way, int count) {
+    int rest = count;
+    while (rest > 0) {
+        int room_x = way.x == 0 ? kTileSide : (way.x > 0 ? kTileSide - 1 - at.x : at.x);
+        int room_y = way.y == 0 ? kTileSide : (way.y > 0 ? kTileSide - 1 - at.y : at.y);
+        int inside = min(rest, min(room_x, room_y));
+        at = at + way * inside;
+        rest -= inside;
+        if (rest > 0 && !step_on(slot, at, way)) return false;
+        rest -= 1;
+    }
+    return true;
+}
+
 // Height of a column's ground, Q16: its soil's, or that of terrain on top of it.
 int ground_height(int column) {
     int word = spans[column_word(kColumnSurface, column)];
@@ -199,20 +214,6 @@ int excess_at(int voxel) {
 bool is_overflowing(int voxel) { return state_at(kPlaneVolume, voxel) > 0 && excess_at(voxel) > 0; }
 
 #include "soil_mixtures.glsl"
-
-CONST_INT(kRootMost, 46340)  // its square is the largest in 31 bits
-
-// Whole square root, rounded down, by Newton's method from above.
-int square_root(int square) {
-    int root = kRootMost;
-    while (root > 1 && (root / 2) * (root / 2) > square) root = root / 2;
-    for (int i = 0; square > 0 && i < 24; ++i) {
-        int better = (root + square / root) / 2;
-        if (better >= root) return root;
-        root = better;
-    }
-    return square > 0 ? root : 0;
-}
 
 #include "soil_arches.glsl"
 

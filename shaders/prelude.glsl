@@ -58,6 +58,20 @@ int fraction_q16(int part, int whole) {
 }
 #endif
 
+CONST_INT(kRootMost, 46340)  // its square is the largest in 31 bits
+
+// Whole square root, rounded down, by Newton's method from above.
+int square_root(int square) {
+    int root = kRootMost;
+    while (root > 1 && (root / 2) * (root / 2) > square) root = root / 2;
+    for (int i = 0; square > 0 && i < 24; ++i) {
+        int better = (root + square / root) / 2;
+        if (better >= root) return root;
+        root = better;
+    }
+    return square > 0 ? root : 0;
+}
+
 // How many bits are set, and the number of the lowest one; not of 0.
 int bit_count(int bits) { return bitCount(bits); }
 int lowest_bit(int bits) { return findLSB(bits); }

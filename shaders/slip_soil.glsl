@@ -13,23 +13,23 @@ CONST_INT(kSlipDepth, 2)  // voxels of a column that may slide at once
 CONST_INT(kSlipIntake, 65536)  // soil a column gets from each neighbour at once: all eight give half of what fits (kVoxelMost)
 
 // Where the slip speed of a column's spans stands: two sets, one read and one written, turn by turn.
-int speed_read(int record, int span) {
-    return record + kColumnSpeed + span + params.slip_turn * kSpanCapacity;
-}
+int speed_read(int record, int span) { return record + kColumnSpeed + span + params.slip_turn * kSpanCapacity; }
 int speed_write(int record, int span) {
     return record + kColumnSpeed + span + (1 - params.slip_turn) * kSpanCapacity;
 }
 
-// Fastest slip in a column.
+// Fastest slip of a column's spans in the pass before: beyond them all speeds are 0.
+int fastest_slip(int record) {
+    int fastest = 0;
+    int count = spans[record + kColumnCount];
+    for (int i = 0; i < count; ++i) fastest = max(fastest, spans[speed_read(record, i)]);
+    return fastest;
+}
+
+// The same of the column at (x, y).
 int column_speed(int slot, int x, int y) {
     int column = column_at(slot, x, y);
-    int fastest = 0;
-    if (column >= 0 && spans[column_word(kColumnSlides, column)] != 0) {
-        for (int i = 0; i < kSpanCapacity; ++i) {
-            fastest = max(fastest, spans[speed_read(column * kColumnWords, i)]);
-        }
-    }
-    return fastest;
+    return column >= 0 && spans[column_word(kColumnSlides, column)] != 0 ? fastest_slip(column * kColumnWords) : 0;
 }
 
 // Whether soil slides from and onto a span.
@@ -163,9 +163,9 @@ void set_sliding(int slot, int x, int y, int top, int source, ivec2 fall, int sl
     int at_slot = slot;
     ivec2 at = ivec2(x, y);
     int next = 1;
-    for (int walked = 1; next <= kSlideReach && climb * next < base && step_on(at_slot, at, way); ++walked) {
-        if (walked < next) continue;
+    for (int walked = 0; next <= kSlideReach && climb * next < base && steps_on(at_slot, at, way, next - walked);) {
         base = min(base, ground_height(column_of(at_slot, at)) + climb * next);
+        walked = next;
         next += max(1, next / 4);
     }
     MomentumSum given = no_momentum();
@@ -197,8 +197,9 @@ struct Slices {
 struct Failure {
     int wedge;   // height of the highest failing wedge, Q16 voxels; 0: all stand
     int slope;   // of its facet
-    ivec2 fall;  // its direction, Q16: see mean_fall()
     int flow;    // sum of the slices' flows
+    int facet[8];        // height of the wedge that fails in each facet; 0: none
+    int to_diagonal[8];  // of a facet, see facet_slope()
 };
 
 // False where the ground falls to none of them.
@@ -234,19 +235,19 @@ int facet_slope(IN(Resistance) soil, int stands, int along, int diagonal, OUT(in
     return slope_length(along, across);
 }
 
+// The diagonal beside a facet's axis: two facets lie on both sides of each.
+int facet_diagonal(int k) {
+    int axis = k & 6;  // 0 2 4 6
+    return (k & 1) == 0 ? axis + 1 : (axis + 7) & 7;
+}
+
 // Direction in which a facet falls, Q16: along its axis and across it.
-ivec2 facet_fall(int axis, int diagonal, int to_diagonal) {
-    ivec2 axis_way = way_to(axis);
-    ivec2 side_way = way_to(diagonal) - axis_way;
+ivec2 facet_fall(int k, int to_diagonal) {
+    ivec2 axis_way = way_to(k & 6);
+    ivec2 side_way = way_to(facet_diagonal(k)) - axis_way;
     int length = slope_length(kOneQ16, to_diagonal);
     return axis_way * fraction_q16(kOneQ16, length) + side_way * fraction_q16(to_diagonal, length);
 }
-
-// The facets around a span: the height of the wedge that fails in each (0: none), and see facet_slope().
-struct Facets {
-    int wedge[8];
-    int to_diagonal[8];
-};
 
 // A facet counts for the direction as far as its wedge comes within one part in so many of the highest. Ours: so that noise does
 // not choose between two facets that are as steep. Larger: the columns of a face along a diagonal fall to one side or the other,
@@ -254,17 +255,16 @@ struct Facets {
 CONST_INT(kFallShare, 8)
 CONST_INT(kRootTwo, 92682)  // Q16
 
-// Direction in which a span falls: the mean of the facets that are nearly as steep as the steepest. Of length 1, and less where
-// those look apart by more than a right angle, as on a ridge.
-ivec2 mean_fall(int highest, IN(Facets) facets) {
-    int band = max(1, highest / kFallShare);
+// Direction in which a span falls, Q16: the mean of the facets that are nearly as steep as the steepest. Of length 1, and less
+// where those look apart by more than a right angle, as on a ridge.
+ivec2 fall_of(IN(Failure) failure) {
+    int band = max(1, failure.wedge / kFallShare);
     ivec2 sum = ivec2(0);
     int weights = 0;
     for (int k = 0; k < 8; ++k) {
-        int weight = fraction_q16(max(0, facets.wedge[k] - highest + band), band) >> 4;  // sums of 8 stay in range
+        int weight = fraction_q16(max(0, failure.facet[k] - failure.wedge + band), band) >> 4;  // sums of 8 stay in range
         if (weight == 0) continue;
-        int axis = k & 6;
-        ivec2 fall = facet_fall(axis, (k & 1) == 0 ? axis + 1 : (axis + 7) & 7, facets.to_diagonal[k]);
+        ivec2 fall = facet_fall(k, failure.to_diagonal[k]);
         sum += sign(fall) * ivec2(mul_q16(abs(fall.x), weight), mul_q16(abs(fall.y), weight));
         weights += weight;
     }
@@ -280,13 +280,11 @@ Failure find_failure(IN(Resistance) soil, int stands, INOUT(Slices) slices) {
     Failure failure;
     failure.wedge = 0;
     failure.slope = 0;
-    failure.fall = ivec2(0);
     failure.flow = 0;
-    Facets facets;
     for (int k = 0; k < 8; ++k) {
-        int axis = k & 6;  // 0 2 4 6
-        facets.wedge[k] = 0;
-        int diagonal = (k & 1) == 0 ? axis + 1 : (axis + 7) & 7;
+        failure.facet[k] = 0;
+        int axis = k & 6;
+        int diagonal = facet_diagonal(k);
         int to_diagonal = 0;
         int slope = facet_slope(soil, stands, slices.drop[axis], slices.drop[diagonal], to_diagonal);
         if (slope == 0) continue;
@@ -296,15 +294,14 @@ Failure find_failure(IN(Resistance) soil, int stands, INOUT(Slices) slices) {
             failure.wedge = wedge;
             failure.slope = slope;
         }
-        facets.wedge[k] = wedge;
-        facets.to_diagonal[k] = to_diagonal;
+        failure.facet[k] = wedge;
+        failure.to_diagonal[k] = to_diagonal;
         wedge = wedge >> 4;  // sums of 8 stay in range
         int part = mul_q16(wedge, to_diagonal);
         slices.flow[diagonal] += part;
         slices.flow[axis] += wedge - part;
         failure.flow += wedge;
     }
-    if (params.slides != 0 && failure.wedge > 0) failure.fall = mean_fall(failure.wedge, facets);  // for set_sliding()
     return failure;
 }
 
@@ -397,8 +394,9 @@ bool slip_span(int slot, int lane, int i, int bottom, int top, int kind, int ste
     int wedge = failure.wedge;
     // What slides with its momentum slips so little that it keeps that. On a ridge it has no way to slide, and slips.
     if (params.slides != 0 && is_topmost && spans[column_word(kColumnSurface, column)] == top) {
-        if (params.slide_kick > 0) set_sliding(slot, at.x, at.y, top, source, failure.fall, failure.slope);
-        int aside = max(0, kOneQ16 - slope_length(failure.fall.x, failure.fall.y));
+        ivec2 fall = fall_of(failure);
+        if (params.slide_kick > 0) set_sliding(slot, at.x, at.y, top, source, fall, failure.slope);
+        int aside = max(0, kOneQ16 - slope_length(fall.x, fall.y));
         wedge = min(wedge, kSlideCreep + mul_q16(wedge, aside));
     }
     // Soil that slides on into this column brings its speed along.
@@ -409,14 +407,6 @@ bool slip_span(int slot, int lane, int i, int bottom, int top, int kind, int ste
     int amount = slip_amount(wedge, speed, failure.flow, slices);
     shed_soil(slot, at.x, at.y, bottom, top, amount, kind, soil.curve, failure, slices);
     return speed != 0;
-}
-
-// Whether a span of a column has a speed of the pass before.
-bool has_speed(int record) {
-    for (int i = 0; i < kSpanCapacity; ++i) {
-        if (spans[speed_read(record, i)] != 0) return true;
-    }
-    return false;
 }
 
 // A slope fails or stands by its own column and those it could slide to. Where none of them has changed since a pass looked over
@@ -434,7 +424,7 @@ void slip_soil(int group, int lane) {
     int slides_at = column_word(kColumnSlides, column);
     bool slid = spans[slides_at] != 0;
     // Others read these speeds in this pass: as long as one is not 0 the column slides. The next pass has to end it.
-    bool slides = slid && has_speed(record);
+    bool slides = slid && fastest_slip(record) > 0;
     if (slides) stamp_column(slot, lane);
     int count = is_single ? 1 : spans[record + kColumnCount];
     for (int i = 0; i < count; ++i) {

@@ -9,8 +9,8 @@
 namespace bsoil::device::builtins_test {
 namespace {
 
-constexpr int kPlanes = 10;
-enum Plane { kMul, kSqrt, kInvSqrt, kQuotient = 8 };
+constexpr int kPlanes = 11;
+enum Plane { kMul, kSqrt, kInvSqrt, kQuotient = 8, kWholeRoot = 10 };
 
 constexpr int kMin = std::numeric_limits<int>::min();
 constexpr int kMax = std::numeric_limits<int>::max();
@@ -129,6 +129,22 @@ TEST_P(AnyDevice, quotients_are_rounded_to_the_nearest_float) {
         ASSERT_EQ(std::bit_cast<float>(planes[kQuotient * probe.stride + i]),
                   static_cast<float>(quotient))
             << u << " / " << whole;
+    }
+}
+
+TEST_P(AnyDevice, whole_roots_are_rounded_down) {
+    std::vector<int32_t> pairs = random_pairs(50'000);
+    for (int root = 1; root <= 46340; root += root < 46000 ? 97 : 1) {  // 46340^2 is the largest
+        for (const int beside : {-1, 0, 1}) pairs.insert(pairs.end(), {root * root + beside, 0});
+    }
+    pairs.insert(pairs.end(), {kMax, 0, kMax - 1, 0});
+    const Probe probe(pairs);
+    const auto planes = probe.run(*device_);
+    for (int i = 0; i < probe.stride; ++i) {
+        const int square = probe.pairs[2 * i] & kMax;
+        const int64_t root = planes[kWholeRoot * probe.stride + i];
+        ASSERT_LE(root * root, square);
+        ASSERT_GT((root + 1) * (root + 1), square);
     }
 }
 

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <glm/common.hpp>
 #include <glm/vec2.hpp>
@@ -86,6 +87,11 @@ inline int mul_q16(int a, int b) { return static_cast<int>((int64_t{a} * b) >> 1
 // floor(65536 part / whole) for 0 <= part <= whole < 2^27.
 inline int fraction_q16(int part, int whole) {
     return static_cast<int>((int64_t{part} << 16) / whole);
+}
+// Whole square root, rounded down. A double's root is rounded by less than what lies between the
+// roots of two such numbers.
+inline int square_root(int square) {
+    return square > 0 ? static_cast<int>(std::sqrt(static_cast<double>(square))) : 0;
 }
 inline int bit_count(int bits) { return std::popcount(static_cast<uint32_t>(bits)); }
 inline int lowest_bit(int bits) { return std::countr_zero(static_cast<uint32_t>(bits)); }

@@ -34,6 +34,7 @@ void probe_builtins(int group, int lane) {
     outputs[7 * stride + i] = x < y ? 1 : 0;
     outputs[8 * stride + i] = float_as_int(divide_exact(u, v + (v < 0.0f ? -1.5f : 1.5f)));
     outputs[9 * stride + i] = 32 * bit_count(a) + (a == 0 ? 0 : lowest_bit(a));
+    outputs[10 * stride + i] = square_root(a & 0x7FFFFFFF);
 }
 
 int probe_builtins_lanes(int group, int half_at) { return kAllLanes; }
