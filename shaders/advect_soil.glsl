@@ -11,11 +11,15 @@ bool is_locked(int from, int to, ivec3 step, ivec3 out_way, bool overrun) {
     return state_at(kPlaneSupport, to) == kSupportGround && is_full(to);
 }
 
-// Whole voxels as often as the drift is long: on average as far as it should. `chance` is a Q16 number spread evenly
-// over the passes.
-ivec3 whole_voxels(ivec3 drift, int chance) {
-    return ivec3(abs(drift.x) > chance ? sign(drift.x) : 0, abs(drift.y) > chance ? sign(drift.y) : 0,
-                 abs(drift.z) > chance ? sign(drift.z) : 0) *
+// Whole voxels as often as the drift is long: on average as far as it should. Each axis has a chance of its own, so that a crumb
+// goes to a corner as often as thesis (15) has shares there. With one chance for all it went no way that is barred along its
+// fastest axis: a crumb that wind pressed to a wall did not come down. at: in the grid.
+CONST_INT(kChanceApart, 16384)  // the longest grid: beyond its end there are chances that no voxel has
+ivec3 whole_voxels(ivec3 drift, ivec3 at) {
+    ivec3 chance = ivec3(voxel_chance(at), voxel_chance(at + ivec3(kChanceApart, 0, 0)),
+                         voxel_chance(at + ivec3(0, kChanceApart, 0)));
+    return ivec3(abs(drift.x) > chance.x ? sign(drift.x) : 0, abs(drift.y) > chance.y ? sign(drift.y) : 0,
+                 abs(drift.z) > chance.z ? sign(drift.z) : 0) *
            kVoxelFull;
 }
 
@@ -198,8 +202,8 @@ Motion fall_freely(int slot, ivec3 at, int voxel, ivec3 velocity) {
 Motion go_with_body(int slot, ivec3 at, int voxel, int body, ivec3 velocity) {
     ivec3 goal = body_velocity_at(body, grid_voxel(slot, at.x, at.y, at.z));
     int friction = shapes[body * kBodyWords + kBodyFriction];
-    int hold = friction == kFrictionOfSoil ? mixed_word(voxel, 0, kTableTool) : friction * (kOneQ16 / kVelocityOne);
-    int grip = hold / params.substep_count;
+    int hold = friction == kFrictionOfSoil ? mixed_word(voxel, 0, kTableTool) : friction;
+    int grip = max(hold > 0 ? 1 : 0, hold / params.substep_count);  // no friction is lost: soil would slide for good
     Motion motion;
     motion.after = ivec3(velocity.x + clamp(goal.x - velocity.x, -grip, grip),
                          velocity.y + clamp(goal.y - velocity.y, -grip, grip),
@@ -228,7 +232,7 @@ ivec3 drift_in_substep(int slot, ivec3 at, int volume, ivec3 drift_in_step, INOU
         }
         drift = clamp(drift, ivec3(-kVoxelFull), ivec3(kVoxelFull));
     }
-    return volume <= kWholeMost ? whole_voxels(drift, voxel_chance(grid_voxel(slot, at.x, at.y, at.z))) : drift;
+    return volume <= kWholeMost ? whole_voxels(drift, grid_voxel(slot, at.x, at.y, at.z)) : drift;
 }
 
 void add_momentum(int voxel, ivec3 momentum) {
@@ -246,6 +250,7 @@ struct Parcel {
     ivec3 momentum;  // after the kick, moved with the soil
     ivec3 out_way;   // see way_out()
     bool overrun;
+    bool falls;      // rests on nothing
 };
 
 // A share of it goes over to another voxel, with its momentum: that is extensive, so the average comes by itself, thesis (28).
@@ -301,26 +306,52 @@ ivec3 give_share(int slot, IN(Parcel) parcel, ivec3 step, int wanted) {
 // Which of the two voxels along each axis a corner is, 0 to 7: 1 for the one that soil drifts to.
 ivec3 corner_pick(int corner) { return ivec3(corner & 1, (corner >> 1) & 1, corner >> 2); }
 
-// What of a volume drifts to a corner, Q16; 0 where that is too little.
-int corner_share(ivec3 weight, ivec3 pick, int volume) {
+// What of a parcel drifts to a corner, Q16; 0 where that is too little, or may have no mass.
+int corner_share(ivec3 weight, ivec3 pick, int volume, int mass) {
     int wx = pick.x == 1 ? weight.x : kVoxelFull - weight.x;
     int wy = pick.y == 1 ? weight.y : kVoxelFull - weight.y;
     int wz = pick.z == 1 ? weight.z : kVoxelFull - weight.z;
     int share = mul_q16(mul_q16(wx, wy), wz);  // thesis (15)
-    return share <= 0 || (volume > kWholeMost && mul_q16(volume, share) < kShareLeast) ? 0 : share;
+    if (share <= 0 || volume <= kWholeMost) return max(0, share);
+    return mul_q16(volume, share) < kShareLeast || mul_q16(mass, share) < params.material_count ? 0 : share;
+}
+
+// Whether a drift along an axis is so little that it may give a corner no share: of the corners that it could, one has an eighth
+// of it.
+bool is_scant(IN(Parcel) parcel, int weight) {
+    return weight > 0 &&
+           (mul_q16(parcel.volume, weight / 8) < kShareLeast || mul_q16(parcel.mass, weight / 8) < params.material_count);
+}
+
+// Whether no share of a parcel that drifts can leave its voxel: each is too little, or of thin soil barred. Thick soil that a wall
+// bars gets on once it is a little faster.
+bool hangs(int slot, IN(Parcel) parcel, ivec3 weight, ivec3 side) {
+    if (!is_scant(parcel, weight.x) && !is_scant(parcel, weight.y) && !is_scant(parcel, weight.z)) return false;
+    for (int corner = 1; corner < 8; ++corner) {
+        if (corner_share(weight, corner_pick(corner), parcel.volume, parcel.mass) == 0) continue;
+        if (parcel.volume > kPacingLeast) return false;
+        ivec3 step = corner_pick(corner) * side;
+        int to = voxel_at(slot, parcel.at.x + step.x, parcel.at.y + step.y, parcel.at.z + step.z);
+        if (!is_locked(parcel.voxel, to, step, parcel.out_way, parcel.overrun)) return false;
+    }
+    return true;
 }
 
 // Shares a parcel out over the seven voxels that it overlaps beside its own, thesis (13) to (16). Returns the momentum it loses.
 ivec3 spread_soil(int slot, IN(Parcel) parcel, ivec3 drift) {
     ivec3 weight = drift_weight(slot, parcel.at, parcel.voxel, drift);
     ivec3 side = ivec3(drift.x < 0 ? -1 : 1, drift.y < 0 ? -1 : 1, drift.z < 0 ? -1 : 1);
+    // Thin soil that falls slowly, or along a wall that wind presses it to, goes as crumbs do.
+    if (parcel.falls && hangs(slot, parcel, weight, side)) {
+        weight = abs(whole_voxels(drift, grid_voxel(slot, parcel.at.x, parcel.at.y, parcel.at.z)));
+    }
     ivec3 lost = ivec3(0);
     int corner = 0;
     for (;;) {
         int share = 0;
         while (share == 0 && corner < 7) {
             corner += 1;
-            share = corner_share(weight, corner_pick(corner), parcel.volume);
+            share = corner_share(weight, corner_pick(corner), parcel.volume, parcel.mass);
         }
         if (share == 0) break;
         lost = lost + give_share(slot, parcel, corner_pick(corner) * side, share);
@@ -354,6 +385,7 @@ void advect_voxel(int slot, ivec3 at, int voxel, int support, ivec3 momentum, IN
         parcel.mass = mass;
         parcel.momentum = saturated(momentum, gained);
         parcel.overrun = false;
+        parcel.falls = support == kSupportNone;
         parcel.out_way = is_caught(voxel) ? way_out(slot, at, voxel, parcel.overrun) : ivec3(0);
         lost = spread_soil(slot, parcel, drift);
     } else if (gained.x == 0 && gained.y == 0 && gained.z == 0) {

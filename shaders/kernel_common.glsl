@@ -274,9 +274,9 @@ void mark_moved(int from, int to) {
 }
 
 // Moves `fraction` (Q16) of everything that travels with the soil. What one voxel loses the other gets, but for the bond:
-// soil that moves has lost it. Soil that is pushed keeps its density, soil that slides loosens.
-void move_soil(int from, int to, int fraction, bool slides) {
-    int moved = 0;
+// soil that moves has lost it. Soil that is pushed keeps its density, soil that slides loosens. False where no mass would move.
+bool move_soil(int from, int to, int fraction, bool slides) {
+    if (!moves_any(from, fraction)) return false;
     int volume = 0;
     int mass = 0;
     for (int i = 0; i < params.transport_count; ++i) {
@@ -289,13 +289,13 @@ void move_soil(int from, int to, int fraction, bool slides) {
             add_delta(plane, to, share);
         }
         if (is_mass(plane)) mass += share;
-        moved = moved | share;
     }
     add_delta(kPlaneVolume, to, slides ? sheared(from, volume, mass) : volume);
-    if (moved != 0) mark_moved(from, to);
+    mark_moved(from, to);
+    return true;
 }
 
-void move_share(int from, int to, int fraction) { move_soil(from, to, fraction, false); }
+bool move_share(int from, int to, int fraction) { return move_soil(from, to, fraction, false); }
 
 int body_coverage(int voxel) {
     return voxel < 0 ? 0 : min(kVoxelFull, state_at(kPlaneCoverage, voxel));
@@ -482,8 +482,8 @@ int excess_carried_off(int slot, ivec3 at, int voxel, ivec3 out_way) {
 }
 
 #include "momentum_ledger.glsl"
-
 #include "load_rows.glsl"
+#include "slope_resistance.glsl"
 
 // What pour_soil and take_soil run over. A group is a part of a source's or a sink's region: its tile's slot, and the place of its
 // words in the tables.

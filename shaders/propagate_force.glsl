@@ -35,6 +35,7 @@ void set_in_motion(int slot, ivec3 at, int voxel, ivec3 way, int excess, int fra
 int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction, ivec3 force, ivec3 out_way,
                bool overrun) {
     int left = fraction;
+    int held = state_at(kPlaneVolume, from);
     ivec3 weight = abs(way);
     ivec3 side = ivec3(way.x < 0 ? -1 : 1, way.y < 0 ? -1 : 1, way.z < 0 ? -1 : 1);
     for (int corner = 1; corner < 8; ++corner) {
@@ -43,20 +44,20 @@ int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction, ivec3 forc
         int wy = pick.y == 1 ? weight.y : kVoxelFull - weight.y;
         int wz = pick.z == 1 ? weight.z : kVoxelFull - weight.z;
         int share = mul_q16(mul_q16(mul_q16(fraction, wx), wy), wz);
-        if (share <= 0) continue;
+        int moved = mul_q16(held, share);
+        // As of soil that falls. Trickles kept soil awake for minutes beside bodies that had come to rest.
+        if (share <= 0 || (held > kWholeMost && moved < kShareLeast)) continue;
         int to = voxel_at(slot, at.x + pick.x * side.x, at.y + pick.y * side.y,
                           at.z + pick.z * side.z);
         if (is_barred(from, to, pick * side, out_way, overrun) ||
-            (!is_caught(from) && state_at(kPlaneVolume, to) > kCrowdedLeast)) {
+            (!is_caught(from) && state_at(kPlaneVolume, to) > kCrowdedLeast) || !move_share(from, to, share)) {
             continue;
         }
-        int moved = mul_q16(state_at(kPlaneVolume, from), share) / kForceShare;
-        move_share(from, to, share);
         // thesis (35): the force arrives weighted by what it brings; Q10 direction times sixteenths of the volume.
-        ivec3 direction = force >> 6;  // Q16 to Q10
-        add_delta(kPlaneForceX, to, direction.x * moved);
-        add_delta(kPlaneForceY, to, direction.y * moved);
-        add_delta(kPlaneForceZ, to, direction.z * moved);
+        ivec3 brought = (force >> 6) * (moved / kForceShare);
+        add_delta(kPlaneForceX, to, brought.x);
+        add_delta(kPlaneForceY, to, brought.y);
+        add_delta(kPlaneForceZ, to, brought.z);
         left -= share;
     }
     return left;
@@ -101,7 +102,7 @@ int compact(int slot, ivec3 at, int voxel, int excess, ivec3 way) {
     }
     int volume = state_at(kPlaneVolume, voxel);
     int dense = loose - mul_q16(loose - compacted_word(voxel), packing);
-    int gone = min(excess, volume - mul_q16(mass_at(voxel), dense));
+    int gone = min(excess, volume - max(1, mul_q16(mass_at(voxel), dense)));  // the last unit would come back
     if (gone <= 0) return 0;
     add_delta(kPlaneVolume, voxel, -gone);
     add_delta(kPlaneBond, voxel, -mul_q16(state_at(kPlaneBond, voxel), fraction_q16(gone, volume)));

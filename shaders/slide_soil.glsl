@@ -19,7 +19,9 @@ int slide_drop(int slot, int x, int y, int top, int thickness) {
     int word = spans[column_word(kColumnSurface, column)];
     if (word < 0 && word > kTerrainTop) return kSlideWall;  // under a body
     int drop = top - ground_height(column);
-    return drop < -max(kVoxelFull, thickness) ? kSlideWall : drop;
+    if (drop < -max(kVoxelFull, thickness)) return kSlideWall;
+    // Where no soil can come to lie nothing slides: it would be in motion for good.
+    return is_solid(voxel_at(slot, x, y, (top - drop) >> 16)) ? kSlideWall : drop;
 }
 
 // Part of what lies in a voxel, down into the one below, which has room for it. Both are this lane's own. A push does not go
@@ -67,7 +69,8 @@ struct Slab {
     int pace;       // length of that
 };
 
-// Those from the surface down to the lowest that has momentum; false where none has any.
+// Those from the surface down to the lowest that has momentum; false where none has any. What is thinner than kWholeMost has no
+// speed: too thin to be shared out, it would slide for good. It slips as far as it can.
 bool find_slab(int first, int top, OUT(Slab) slab) {
     slab.high = (top - 1) >> 16;
     slab.low = slab.high + 1;
@@ -93,7 +96,7 @@ bool find_slab(int first, int top, OUT(Slab) slab) {
         mass += mass_at(voxel);
         slab.thickness += state_at(kPlaneVolume, voxel);
     }
-    if (mass > 0) {
+    if (slab.thickness > kWholeMost && mass > 0) {
         slab.speed = clamp(ivec2(signed_fraction_q16(momentum.x, mass * 8), signed_fraction_q16(momentum.y, mass * 8)),
                            ivec2(-kSlideSpeedMost), ivec2(kSlideSpeedMost));
     }
@@ -101,9 +104,12 @@ bool find_slab(int first, int top, OUT(Slab) slab) {
 }
 
 // What friction with the ground leaves of a speed, Q16. Down a slope that fails slip_soil drives it on. One that stands, with
-// its tolerance, has friction: what slides there has to come to rest.
-int kept_by_friction(int source, int slope, int pace) {
+// its tolerance or by cohesion, has friction: what slides there has to come to rest.
+int kept_by_friction(int source, int slot, ivec3 at, int slope, int pace) {
     int held = mixed_word(source, kSoilLoose, kTableFriction) + kSlipTolerance - slope;
+    if (held < kSlipTolerance && wedge_at(resistance_of(source, slope), slope) <= standing_wedge(source, slot, at)) {
+        held = kSlipTolerance;
+    }
     if (held <= 0) return kOneQ16;
     int gravity = params.gravity_q16 / params.slide_count;
     int lost = mul_q16(gravity, fraction_q16(held, kOneQ16 + mul_q16(slope, slope))) + 1;
@@ -148,7 +154,7 @@ void slow_slab(int slot, int x, int y, int top, int source, ivec2 ahead, INOUT(S
     slab.pace = slope_length(slab.speed.x, slab.speed.y);
     if (slab.pace > 0) {
         int slope = slope_ahead(slot, x, y, top, ahead, drop, slab);
-        keep_speed(slab, kept_by_friction(source, slope, slab.pace));
+        keep_speed(slab, kept_by_friction(source, slot, ivec3(x, y, slab.high), slope, slab.pace));
     }
     if (params.deposits != 0 && slab.pace > 0) keep_speed(slab, kept_by_drag(source));
 }

@@ -8,7 +8,6 @@
 // Reads: spans, cuts, stamps, volume, all transported planes. Writes: deltas, slip speed, stamps, sums of momentum.
 
 CONST_INT(kNoDrop, -1)
-CONST_INT(kAnyDrop, 268435456)  // more than a grid is high
 CONST_INT(kSlipDepth, 2)  // voxels of a column that may slide at once
 CONST_INT(kSlipIntake, 65536)  // soil a column gets from each neighbour at once: all eight give half of what fits (kVoxelMost)
 
@@ -50,6 +49,23 @@ CONST_INT(kCrowded, 131072)
 // Whether the voxel on soil that falls is full, or the one under it crowded.
 bool is_crowded(int voxel) { return is_full(voxel) || state_at(kPlaneVolume, voxel - kTileColumns) > kCrowded; }
 
+// How much a voxel takes from each neighbour at once of a span that reaches up to `top`. Where bodies or terrain cover part of it,
+// its own top jumps to the voxel's end when what is left is full: see top_in_voxel(). Only soil from higher than that fills it up.
+// What lay between the two heights went in and out for good. An eighth of the room, and half of that, since what is sheared may
+// take up more than it did. What is too little for a share is none.
+int most_taken(int target, int top) {
+    int coverage = coverage_at(target);
+    int slot = target / params.tile_voxels;
+    if (coverage == 0 || top > ((target - slot * params.tile_voxels) / kTileColumns + 1) * kVoxelFull) return kVoxelMost;
+    int volume = state_at(kPlaneVolume, target);
+    int slack = volume > 0 && state_at(kPlaneSupport, target) >= kSupportBody ? kCarrySlack : kSupportSlack;
+    int most = max(0, kVoxelFull - slack - coverage - volume) / 16;
+    return most < kShareLeast ? 0 : most;
+}
+
+// Whether nothing slides into a voxel.
+bool takes_none(int target, int top) { return is_solid(target) || most_taken(target, top) == 0; }
+
 // The slice between the span [bottom, top] and the column at (x, y): its drop (32), and the voxel that gets the soil. falls: that
 // lies on soil that falls.
 int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(int) target, OUT(bool) falls) {
@@ -61,7 +77,7 @@ int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(i
     if (single != kNotSingle && min(top, single) >= bottom) {
         if (top <= single) return kNoDrop;
         target = voxel_at(slot, x, y, single >> 16);
-        return is_solid(target) ? kNoDrop : top - single;
+        return takes_none(target, top) ? kNoDrop : top - single;
     }
     int record = column * kColumnWords;
     int count = single != kNotSingle ? 0 : spans[record + kColumnCount];
@@ -82,7 +98,7 @@ int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(i
         int drop = ceiling - other_top;  // thesis (32)
         if (drop <= 0) return kNoDrop;
         target = voxel_at(slot, x, y, other_top >> 16);
-        if (is_solid(target)) return kNoDrop;
+        if (takes_none(target, top)) return kNoDrop;
         falls = kind == kSpanFalling;
         return falls && is_crowded(target) ? kNoDrop : drop;
     }
@@ -107,7 +123,26 @@ int way_drop(int slot, int x, int y, int dx, int dy, int bottom, int top, bool o
     return drop / params.slip_stride;
 }
 
-#include "slip_resistance.glsl"
+// Soil that falls bears nothing: no friction keeps it from sliding.
+Resistance resistance_of_falling() {
+    Resistance soil;
+    soil.curve = kMixedBonded - kSoilLoose;
+    soil.friction = 0;
+    soil.strength = 0;
+    return soil;
+}
+
+// Of a mixture: the mean by mass.
+int acceleration_at(int curve, int voxel, int slope) {
+    if (curve >= 0) return table_at(curve, kTableAcceleration, slope);
+    int mass = mass_at(voxel);
+    int mean = 0;
+    for (int m = 0; m < params.material_count; ++m) {
+        int share = fraction_q16(state_at(kPlaneMaterial + m, voxel), mass);
+        mean += mul_q16(share, table_at(kSoilStates * m + kMixedBonded - curve, kTableAcceleration, slope));
+    }
+    return mean;
+}
 
 // No facet around a column of one pile is steeper than this, whatever bars the way: the deepest drop to one of its eight
 // neighbours, where those are one pile as well.
@@ -168,14 +203,23 @@ void set_sliding(int slot, int x, int y, int top, int source, ivec2 fall, int sl
         walked = next;
         next += max(1, next / 4);
     }
-    MomentumSum given = no_momentum();
+    int lowest = (top >> 16) + 1;
+    int thickness = 0;
     for (int z = (top - 1) >> 16; z >= 0; --z) {
         int voxel = slot * params.tile_voxels + z * kTileColumns + y * kTileSide + x;
-        int mass = mass_at(voxel);
         // What slides already is driven as a whole.
         if (z < base >> 16 && state_at(kPlaneMomentumX, voxel) == 0 && state_at(kPlaneMomentumY, voxel) == 0) break;
-        if (mass == 0) continue;
+        if (mass_at(voxel) == 0) continue;
         if (is_solid(voxel) || wedge_at(resistance_of(voxel, slope), slope) <= standing_wedge(voxel, slot, ivec3(x, y, z))) break;
+        thickness += state_at(kPlaneVolume, voxel);
+        lowest = z;
+    }
+    if (thickness <= kWholeMost) return;  // see find_slab()
+    MomentumSum given = no_momentum();
+    for (int z = (top - 1) >> 16; z >= lowest; --z) {
+        int voxel = slot * params.tile_voxels + z * kTileColumns + y * kTileSide + x;
+        int mass = mass_at(voxel);
+        if (mass == 0) continue;
         ivec3 gained = ivec3(mul_q16(mass * 64, along_x * 16), mul_q16(mass * 64, along_y * 16), 0);
         add_delta(kPlaneMomentumX, voxel, gained.x);
         add_delta(kPlaneMomentumY, voxel, gained.y);
@@ -305,12 +349,10 @@ Failure find_failure(IN(Resistance) soil, int stands, INOUT(Slices) slices) {
     return failure;
 }
 
-// Whether viscous soil does not slip in this pass. It is no soil at rest for all that: its block stays awake.
+// Whether viscous soil does not slip in this pass.
 bool is_held_up(int slot, int source, ivec3 at) {
     int viscosity = params.deposits == 0 ? 0 : mixed_word(source, kSoilBonded, kTableViscosity);
-    if (viscosity <= 0 || viscosity <= voxel_chance(grid_voxel(slot, at.x, at.y, at.z))) return false;
-    ATOMIC_MAX(block_flags[flag_index(kFlagChanged, source >> 9)], params.step_stamp);
-    return true;
+    return viscosity > 0 && viscosity > voxel_chance(grid_voxel(slot, at.x, at.y, at.z));
 }
 
 // The fastest slip in a column and those around it.
@@ -344,8 +386,9 @@ void fall_along(int source, int target, int mass) {
     add_momentum_sum(kResultGround, -given);
 }
 
-// Moves an amount of a span's soil along its slices, from the top down, a voxel at a time.
-void shed_soil(int slot, int x, int y, int bottom, int top, int wanted, int kind, int curve, IN(Failure) failure,
+// Moves an amount of a span's soil along its slices, from the top down, a voxel at a time. What is held up waits: it is no soil at
+// rest for all that, and its block stays awake, as long as any of it could move.
+void shed_soil(int slot, int x, int y, int bottom, int top, int wanted, int kind, int curve, bool waits, IN(Failure) failure,
                IN(Slices) slices) {
     int amount = wanted;
     int lowest = max(bottom >> 16, ((top - 1) >> 16) - kSlipDepth);
@@ -364,7 +407,13 @@ void shed_soil(int slot, int x, int y, int bottom, int top, int wanted, int kind
         for (int k = 0; k < 8; ++k) {
             if (slices.flow[k] <= 0) continue;
             int part = mul_q16(fraction, fraction_q16(slices.flow[k], failure.flow));
+            int most = most_taken(slices.target[k], top);
+            if (most < mul_q16(held, part)) part = fraction_q16(most, held);
             if (!moves_any(source, part) || is_closed(slices.target[k])) continue;
+            if (waits) {
+                ATOMIC_MAX(block_flags[flag_index(kFlagChanged, source >> 9)], params.step_stamp);
+                return;
+            }
             move_soil(source, slices.target[k], part, true);
             if (((slices.falls >> k) & 1) != 0) fall_along(source, slices.target[k], mul_q16(mass_at(source), part));
         }
@@ -390,12 +439,12 @@ bool slip_span(int slot, int lane, int i, int bottom, int top, int kind, int ste
     // Even where nothing can leave: the next pass looks again. Others may see this mark in this pass or in the next: where
     // nothing fails looking changes nothing.
     stamp_column(slot, lane);
-    if (is_held_up(slot, source, at)) return false;
+    bool waits = is_held_up(slot, source, at);
     int wedge = failure.wedge;
     // What slides with its momentum slips so little that it keeps that. On a ridge it has no way to slide, and slips.
     if (params.slides != 0 && is_topmost && spans[column_word(kColumnSurface, column)] == top) {
         ivec2 fall = fall_of(failure);
-        if (params.slide_kick > 0) set_sliding(slot, at.x, at.y, top, source, fall, failure.slope);
+        if (params.slide_kick > 0 && !waits) set_sliding(slot, at.x, at.y, top, source, fall, failure.slope);
         int aside = max(0, kOneQ16 - slope_length(fall.x, fall.y));
         wedge = min(wedge, kSlideCreep + mul_q16(wedge, aside));
     }
@@ -403,9 +452,10 @@ bool slip_span(int slot, int lane, int i, int bottom, int top, int kind, int ste
     int speed = max(slid ? spans[speed_read(record, i)] : 0, fastest_around(slot, at.x, at.y));
     // thesis (9), and no more than a quarter of the wedge at once, so that nothing overshoots.
     speed = min(speed + acceleration_at(soil.curve, source, failure.slope) / params.substep_count, kOneQ16);
-    spans[speed_write(record, i)] = speed;
     int amount = slip_amount(wedge, speed, failure.flow, slices);
-    shed_soil(slot, at.x, at.y, bottom, top, amount, kind, soil.curve, failure, slices);
+    shed_soil(slot, at.x, at.y, bottom, top, amount, kind, soil.curve, waits, failure, slices);
+    if (waits) return false;
+    spans[speed_write(record, i)] = speed;
     return speed != 0;
 }
 

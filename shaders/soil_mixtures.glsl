@@ -85,10 +85,11 @@ int saturation_at(int voxel) {
     return saturation_of(water, water > 0 ? pores_at(voxel) : 0);
 }
 
-// Whether a share of a voxel's soil is any. A unit of it cannot be shared out: it stays, and asks for no block to be awake.
+// Whether a share of a voxel's soil has any mass. What has none is no soil that moves: room, water or momentum alone would go on
+// between two voxels for good. So a unit of it cannot be shared out: it stays, and asks for no block to be awake.
 bool moves_any(int from, int fraction) {
-    for (int i = 0; i < params.transport_count; ++i) {
-        if (mul_q16(state_at(kTransportFirst + i, from), fraction) != 0) return true;
+    for (int m = 0; m < params.material_count; ++m) {
+        if (mul_q16(state_at(kPlaneMaterial + m, from), fraction) != 0) return true;
     }
     return false;
 }

@@ -6,6 +6,13 @@
 
 namespace oracle {
 
+double chance(int x, int y, int z, uint32_t pass) {
+    uint32_t bits = static_cast<uint32_t>(x) * 73856093u ^ static_cast<uint32_t>(y) * 19349663u ^
+                    static_cast<uint32_t>(z) * 83492791u ^ pass * 2654435761u;
+    bits = (bits ^ bits >> 15) * 2246822519u;
+    return (bits >> 13 & 0xffff) / 65536.0;
+}
+
 double Voxel::total_mass() const { return std::accumulate(mass.begin(), mass.end(), 0.0); }
 
 int Voxel::main_material() const {

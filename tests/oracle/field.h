@@ -20,6 +20,10 @@ namespace oracle {
 using bsoil::Vec3;
 
 inline int nearest(double value) { return static_cast<int>(std::floor(value + 0.5)); }
+/// Evenly spread in 0..1: of a voxel in a pass, and with pass 0 of the voxel alone. The spatial
+/// hash of Teschner et al. (2003), mixed by a prime of xxHash, of which 16 bits count.
+double chance(int x, int y, int z, uint32_t pass);
+
 inline double largest(Vec3 v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 
 /// What a voxel's soil rests on.
@@ -83,11 +87,15 @@ struct Model {
     double arch_least = 0.5;   ///< soil that leans on them, and that is a falling span
     double crowded = 2;        ///< soil of a falling voxel on which no more slides
     int arch_shortest = 1;     ///< voxels of a falling span at least, where there are arches
-    double speck = 0;          ///< advected shares of a voxel's soil below this stay
-    double slip_tolerance = 0;  ///< wedges not worth a slide
-    int span_capacity = 5;      ///< height spans kept of a column
-    int slip_depth = 2;         ///< voxels of a column that may slide at once
-    double slip_intake = 1;     ///< voxels of soil a column gets from each neighbour at once
+    double speck = 0;          ///< advected and pushed shares of a voxel's soil below this stay
+    double mass_speck = 0;     ///< nor does less mass than this leave a voxel as a share
+    double thin = 0;           ///< soil up to this goes whole along what bars it
+    double crumb = 0;          ///< a voxel's soil up to this moves whole, and slides nowhere
+    double cover_intake = 1.0 / 16;  ///< of the room beside a body that a voxel takes from a slope
+    double slip_tolerance = 0;       ///< wedges not worth a slide
+    int span_capacity = 5;           ///< height spans kept of a column
+    int slip_depth = 2;              ///< voxels of a column that may slide at once
+    double slip_intake = 1;          ///< voxels of soil a column gets from each neighbour at once
     double slip_rate_least = 0.125,
            slip_rate_most = 0.25;            ///< share of a wedge that slides at once
     int slip_stride = 1;                     ///< voxels that soil slides at once
@@ -118,7 +126,7 @@ struct Model {
     double slide_creep = 0.125;  ///< wedges up to this high slip where soil slides
     int slide_gap = 4, slide_depth = 128, slide_reach = 128;  ///< see sliding.h [voxels]
     double slide_speed = 16;                                  ///< none is faster [voxels a step]
-    uint32_t pass = 0;  ///< number of the slip pass, for what chance decides
+    uint32_t pass = 0;  ///< number of the pass, for what chance decides
 };
 
 class Field {

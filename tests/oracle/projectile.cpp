@@ -52,6 +52,18 @@ Vec3 landed(const Model& model, const Voxel& voxel) {
     return along * std::max(0.0, 1 - lost / length(along));
 }
 
+/// A drift by whole voxels, as often as it is long, each axis by a chance of its own: the voxel's,
+/// and those of places that no grid has.
+Vec3 whole_voxels(const Model& model, Vec3 drift, int x, int y, int z) {
+    constexpr int kBeyond = 16384;
+    const auto whole = [](double length, double chance) {
+        return std::abs(length) > chance ? std::copysign(1.0, length) : 0.0;
+    };
+    return {whole(drift.x, chance(x, y, z, model.pass)),
+            whole(drift.y, chance(x + kBeyond, y, z, model.pass)),
+            whole(drift.z, chance(x, y + kBeyond, z, model.pass))};
+}
+
 }  // namespace
 
 Field find_support(const Model& model, const Field& before, std::span<const Body> bodies) {
@@ -143,8 +155,20 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
         origin.momentum += momentum - voxel.momentum;
         const WayOut out =
             is_caught(model, voxel) ? find_way_out(model, before, bodies, x, y, z) : WayOut{};
-        for (const Overlap& part : overlaps(spread_of(before, x, y, z, drift))) {
-            if (voxel.soil * part.share < model.speck) continue;
+        const auto is_speck = [&](const Overlap& part) {
+            return voxel.soil > model.crumb &&
+                   (voxel.soil * part.share < model.speck || mass * part.share < model.mass_speck);
+        };
+        // What falls and cannot leave in shares goes whole, by chance, as crumbs do.
+        std::vector<Overlap> parts = overlaps(spread_of(before, x, y, z, drift));
+        const bool hangs = std::all_of(parts.begin(), parts.end(), [&](const Overlap& part) {
+            return is_speck(part) || (voxel.soil <= model.thin && locked(out, x, y, z, part));
+        });
+        if (voxel.soil <= model.crumb || (voxel.support.kind != Support::Kind::body && hangs)) {
+            parts = overlaps(whole_voxels(model, drift, x, y, z));
+        }
+        for (const Overlap& part : parts) {
+            if (is_speck(part)) continue;
             double share = part.share;
             if (locked(out, x, y, z, part)) {
                 const int nx = x + part.dx, ny = y + part.dy, nz = z + part.dz;

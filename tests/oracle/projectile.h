@@ -16,8 +16,9 @@
 /// dt;
 /// - soil that falls between soil at rest goes no faster than from an arch (arches.h);
 /// - soil whose materials fall in air is slowed down and carried by it (wind.h);
-/// - shares below a speck stay where they are (crumbs, which move whole by chance, are not
-/// modelled);
+/// - shares below a speck stay where they are;
+/// - crumbs go by whole voxels, by chance. So does soil that falls where all its shares are specks,
+/// or of thin soil specks and barred;
 /// - overflow that a body's push is moving is left to the next step's force propagation, up to an
 /// amount;
 /// - excess that stays by field.h is not overflow; what is caught in a wall is spread evenly, on

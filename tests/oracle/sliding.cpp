@@ -26,8 +26,8 @@ struct Slide {
 
 class Pass {
   public:
-    Pass(const Model& model, const Field& before)
-        : model_(model), surfaces_(free_surfaces(model, before)), now_(before) {}
+    Pass(const Model& model, const Field& before, const Stands& stands)
+        : model_(model), stands_(stands), surfaces_(free_surfaces(model, before)), now_(before) {}
 
     Field run() {
         std::vector<Slide> found;
@@ -55,6 +55,7 @@ class Pass {
         const FreeSurface& there = surface(x, y);
         const double drop = slide.top - there.height;
         if (there.kind == FreeSurface::Kind::covered) return {};
+        if (now_.closed(model_, x, y, static_cast<int>(std::floor(there.height)))) return {};
         return drop < -std::max(1.0, slide.thickness) ? std::optional<double>() : drop;
     }
 
@@ -110,7 +111,7 @@ class Pass {
             slide.mass += now_.at(x, y, z).total_mass();
             slide.thickness += now_.at(x, y, z).soil;
         }
-        if (slide.mass > 0) {
+        if (slide.mass > 0 && slide.thickness > model_.crumb) {
             slide.vx = std::clamp(momentum.x / slide.mass, -model_.slide_speed, model_.slide_speed);
             slide.vy = std::clamp(momentum.y / slide.mass, -model_.slide_speed, model_.slide_speed);
         }
@@ -130,7 +131,8 @@ class Pass {
                 std::clamp((dx * std::abs(slide.vx) + dy * std::abs(slide.vy)) / pace,
                            -kTableSlopeMost, kTableSlopeMost);
             const Voxel& top = now_.at(x, y, slide.high);
-            const double held = tan_phi(model_, top) + model_.slip_tolerance - slope;
+            double held = tan_phi(model_, top) + model_.slip_tolerance - slope;
+            if (stands_(top, slope)) held = std::max(held, model_.slip_tolerance);
             const double lost =
                 model_.gravity / model_.slide_count * std::max(0.0, held) / (1 + slope * slope);
             const double kept = std::max(0.0, 1 - lost / pace) * kept_of_viscous(top);
@@ -200,6 +202,7 @@ class Pass {
     }
 
     const Model& model_;
+    const Stands& stands_;
     const std::vector<FreeSurface> surfaces_;
     Field now_;
 };
@@ -223,7 +226,9 @@ std::vector<FreeSurface> free_surfaces(const Model& model, const Field& field) {
     return surfaces;
 }
 
-Field slide_soil(const Model& model, const Field& before) { return Pass(model, before).run(); }
+Field slide_soil(const Model& model, const Field& before, const Stands& stands) {
+    return Pass(model, before, stands).run();
+}
 
 void set_sliding(const Model& model, const Field& before, const std::vector<FreeSurface>& surfaces,
                  const FailingSlope& at, Field& after) {
@@ -247,12 +252,19 @@ void set_sliding(const Model& model, const Field& before, const std::vector<Free
         if (!before.inside(x, y, 0)) break;
         base = std::min(base, surfaces[static_cast<size_t>(y) * before.nx + x].height + climb * n);
     }
+    std::vector<int> driven;
+    double thickness = 0;
     for (int z = high; z >= 0; --z) {
         const Voxel& voxel = before.at(at.x, at.y, z);
         if (z < std::floor(base) && !slides(voxel)) break;  // what slides is driven as a whole
-        const double mass = voxel.total_mass();
-        if (mass == 0) continue;
+        if (voxel.total_mass() == 0) continue;
         if (before.closed(model, at.x, at.y, z) || at.stands(voxel, z)) break;
+        driven.push_back(z);
+        thickness += voxel.soil;
+    }
+    if (thickness <= model.crumb) return;
+    for (const int z : driven) {
+        const double mass = before.at(at.x, at.y, z).total_mass();
         after.at(at.x, at.y, z).momentum +=
             Vec3{mass * push * at.fall_x, mass * push * at.fall_y, 0};
     }

@@ -4,9 +4,13 @@
 /// What the page leaves open, and the kernels' layout decides:
 /// - a slide reaches from the surface down to the lowest voxel with momentum, past fewer than
 /// slide_gap voxels without any, slide_depth voxels at most;
-/// - a way is barred at the grid's end, under a body, and where the ground ahead is higher than the
-/// column's by more than the slide is thick, and by more than a voxel;
-/// - where the ground fails, friction takes nothing: slip_soil drives the slide on;
+/// - a way is barred at the grid's end, under a body, where the voxel that soil would come to lie
+/// in is closed, and where the ground ahead is higher than the column's by more than the slide is
+/// thick, and by more than a voxel;
+/// - a slide no thicker than model.crumb has no speed, and is given none;
+/// - where the ground fails, friction takes nothing: slip_soil drives the slide on. Where it
+/// stands, by cohesion perhaps, friction is that of a slope flatter than phi by the tolerance, at
+/// least;
 /// - shares go to the columns along x, along y and across the corner as in (15) of the thesis, each
 /// filled from its surface up, three voxels at most at once;
 /// - soil above gaps that slides have left drops into them;
@@ -23,8 +27,11 @@ namespace oracle {
 /// free_surface() of every column, [y * nx + x].
 std::vector<FreeSurface> free_surfaces(const Model& model, const Field& field);
 
+/// Whether the soil of a voxel stands at a slope.
+using Stands = std::function<bool(const Voxel& soil, double slope)>;
+
 /// One slide pass.
-Field slide_soil(const Model& model, const Field& before);
+Field slide_soil(const Model& model, const Field& before, const Stands& stands);
 
 /// A slope that was found failing.
 struct FailingSlope {

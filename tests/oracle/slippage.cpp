@@ -39,15 +39,6 @@ SlopeFacet facet_slope(double axis_drop, double diagonal_drop) {
     return {std::hypot(axis_drop, across), across / axis_drop};
 }
 
-/// Evenly spread in 0..1: of a voxel in a pass, and with pass 0 of the voxel alone. The spatial
-/// hash of Teschner et al. (2003), mixed by a prime of xxHash, of which 16 bits count.
-double chance(int x, int y, int z, uint32_t pass) {
-    uint32_t bits = static_cast<uint32_t>(x) * 73856093u ^ static_cast<uint32_t>(y) * 19349663u ^
-                    static_cast<uint32_t>(z) * 83492791u ^ pass * 2654435761u;
-    bits = (bits ^ bits >> 15) * 2246822519u;
-    return (bits >> 13 & 0xffff) / 65536.0;
-}
-
 /// Up to this height a failing wedge stands.
 double standing_wedge(const Model& model, const Voxel& soil, int x, int y, int z) {
     if (model.roughness.empty()) return model.slip_tolerance;
@@ -119,6 +110,17 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
     const auto open = [&](int x, int y, double height) {
         return !before.closed(model, x, y, static_cast<int>(std::floor(height)));
     };
+    // What a voxel takes at once from a span that reaches up to `top`: all, but where its own top
+    // would jump above that.
+    const auto most_taken = [&](int x, int y, int z, double top) {
+        const Voxel& target = before.at(x, y, z);
+        if (target.psi() == 0 || top > z + 1) return std::numeric_limits<double>::infinity();
+        const bool on_body = target.soil > 0 && target.support.kind == Support::Kind::body;
+        const double slack = on_body ? model.carry_slack : model.support_slack;
+        const double most =
+            model.cover_intake * std::max(0.0, 1 - slack - target.psi() - target.soil);
+        return most < model.speck ? 0 : most;
+    };
     // The slice between a piled span and the column at (x, y).
     const auto slice = [&](const Span& span, bool on_rigid, int x, int y) -> Neighbour {
         if (!in_grid(x, y)) return {};
@@ -137,7 +139,8 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
             }
             const double drop = ceiling - other.top;  // (32)
             const int z = static_cast<int>(other.top);
-            if (drop <= 0 || !open(x, y, other.top)) return {};
+            if (drop <= 0 || !open(x, y, other.top) || most_taken(x, y, z, span.top) == 0)
+                return {};
             // What falls takes no more than it has room for.
             const Voxel& on = before.at(x, y, z);
             const bool falls = other.kind == Span::Kind::falling;
@@ -291,25 +294,23 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                     }
                     amount -= taken;
                     for (int k = 0; k < 8 && taken > 0; ++k) {
-                        if (flow[k] > 0) {
-                            move_share(voxel, after.field.at(x, y, z),
-                                       after.field.at(ring[k].x, ring[k].y, ring[k].z),
-                                       taken / voxel.soil * flow[k] / total);
-                            Voxel& target = after.field.at(ring[k].x, ring[k].y, ring[k].z);
-                            target.soil +=
-                                dilation(model, voxel) * taken / voxel.soil * flow[k] / total;
-                            if (!ring[k].falls) continue;
-                            // It takes part in the fall.
-                            const Voxel& at_top = before.at(ring[k].x, ring[k].y, ring[k].z);
-                            const Voxel& falling =
-                                at_top.soil >= model.arch_least
-                                    ? at_top
-                                    : before.at(ring[k].x, ring[k].y, ring[k].z - 1);
-                            const double faster = falling.momentum.z / falling.total_mass() -
-                                                  voxel.momentum.z / voxel.total_mass();
-                            target.momentum.z += std::min(0.0, faster) * voxel.total_mass() *
-                                                 taken / voxel.soil * flow[k] / total;
-                        }
+                        if (flow[k] <= 0) continue;
+                        const Neighbour& to = ring[k];
+                        const double share = std::min(taken * flow[k] / total,
+                                                      most_taken(to.x, to.y, to.z, span.top)) /
+                                             voxel.soil;
+                        Voxel& target = after.field.at(to.x, to.y, to.z);
+                        move_share(voxel, after.field.at(x, y, z), target, share);
+                        target.soil += dilation(model, voxel) * share;
+                        if (!to.falls) continue;
+                        // It takes part in the fall.
+                        const Voxel& at_top = before.at(to.x, to.y, to.z);
+                        const Voxel& falling = at_top.soil >= model.arch_least
+                                                   ? at_top
+                                                   : before.at(to.x, to.y, to.z - 1);
+                        const double faster = falling.momentum.z / falling.total_mass() -
+                                              voxel.momentum.z / voxel.total_mass();
+                        target.momentum.z += std::min(0.0, faster) * voxel.total_mass() * share;
                     }
                 }
             }

@@ -21,6 +21,9 @@
 /// of its roughness, by chance of the place;
 /// - where slides keep their momentum, a failing slope sets soil in motion (sliding.h), and of the
 /// wedge up to slide_creep slips;
+/// - into a voxel that is covered in part a span slides that ends above the voxel; others no more
+/// than a part of what still fits in without the voxel counting as full, which would raise its top
+/// above theirs;
 /// - viscous soil that fails slides by chance, with another number in each pass.
 #pragma once
 

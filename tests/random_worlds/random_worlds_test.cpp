@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <numbers>
+#include <tuple>
 
 #include "add_weather.h"
 #include "known_faults.h"
@@ -51,6 +52,22 @@ TEST(RandomWorlds, go_on_where_falls_are_the_last_thing_saved) {
 // A push that soil took along into a gap below stayed there, until a restored world looked.
 TEST(RandomWorlds, go_on_where_slides_closed_gaps_in_pushed_soil) {
     expect_all_holds(40054, 40054, Run::restored, PlanKind::any, Sky::weather);
+}
+
+// Each had soil that stayed awake for good, but for few blocks: dust and thin layers that slide,
+// soil that goes to and fro between a body and a slope, pushes without soil, compaction of a unit,
+// soil without friction on a body.
+TEST(RandomWorlds, sleep_where_thin_soil_lies_about) {
+    using enum PlanKind;
+    for (const auto& [seed, kind, sky] : {std::tuple(91013, small, Sky::weather),
+                                          {91002, calm, Sky::weather},
+                                          {91016, any, Sky::dry},
+                                          {91029, calm, Sky::weather},
+                                          {96001, any, Sky::weather},
+                                          {96003, calm, Sky::dry}}) {
+        const auto number = static_cast<uint64_t>(seed);
+        expect_all_holds(number, number, Run::watched, kind, sky);
+    }
 }
 
 TEST(RandomWorlds, are_the_same_on_gl) {

@@ -351,6 +351,9 @@ oracle::Model StageBench::model(int substeps) const {
                         .arch_least = kArchLeast * kUnit,
                         .arch_shortest = kArchShortest,
                         .speck = kShareLeast * kUnit,
+                        .mass_speck = impl_->params.material_count * kUnit,
+                        .thin = kPacingLeast * kUnit,
+                        .crumb = kWholeMost * kUnit,
                         .slip_tolerance = kSlipTolerance * kUnit,
                         .span_capacity = kSpanCapacity,
                         .gravity = impl_->params.gravity_q16 * kUnit,
@@ -376,13 +379,12 @@ oracle::Model StageBench::model(int substeps) const {
     model.gust_y = p.gust_y / 256.0;
     model.shelter = p.shelter;
     model.step_s = impl_->def.step_s;
+    model.pass = static_cast<uint32_t>(p.pass_stamp);
     model.slide_kick = impl_->params.slide_kick * kUnit;
     model.slide_count = impl_->params.slide_count;
     for (const MaterialDef& material : impl_->materials) {
         model.friction_angle_rad.push_back(material.friction_angle_rad);
-        // As coarse as the kernels' words are.
-        const double speed = material.tool_friction * model.gravity * kVelocityOne;
-        model.friction_speed.push_back(std::round(speed) / kVelocityOne);
+        model.friction_speed.push_back(material.tool_friction * model.gravity);
         const auto volume = [&](double density) {
             return material.has_density_range() ? kReferenceDensity / density : 0;
         };
@@ -414,8 +416,8 @@ std::vector<oracle::Body> StageBench::oracle_bodies() const {
         };
         bodies.push_back({vector(kBodyLinear, kUnit), vector(kBodyAngular, kUnit),
                           vector(kBodyCenter, 0.5), record[kBodyMoving] != 0,
-                          record[kBodyFriction] / static_cast<double>(kVelocityOne),
-                          record[kBodyPacking] * kUnit, record[kBodyReach]});
+                          record[kBodyFriction] * kUnit, record[kBodyPacking] * kUnit,
+                          record[kBodyReach]});
     }
     return bodies;
 }

@@ -1,4 +1,7 @@
-// What soil has against slipping, and how fast it slips where that does not hold. Part of slip_soil.
+// What holds a slope, and up to which height a wedge of it stands: for slip_soil, and for slide_soil, which must not let soil slide
+// for good where slip_soil says that it stands. Part of kernel_common.
+
+CONST_INT(kAnyDrop, 268435456)  // more than a grid is high
 
 // Height of the sliding wedge (h - tan(theta) dx, Q16 voxels; negative when stable) and its acceleration over a slope.
 int table_at(int curve, int table, int slope) {
@@ -78,15 +81,6 @@ Resistance resistance_of(int voxel, int steepest) {
     return soil;
 }
 
-// Soil that falls bears nothing: no friction keeps it from sliding.
-Resistance resistance_of_falling() {
-    Resistance soil;
-    soil.curve = kMixedBonded - kSoilLoose;
-    soil.friction = 0;
-    soil.strength = 0;
-    return soil;
-}
-
 int wedge_at(IN(Resistance) soil, int slope) {
     if (soil.curve >= 0) return table_at(soil.curve, kTableWedge, slope);
     return slope <= soil.friction ? -kVoxelFull : mixed_wedge(soil.friction, soil.strength, slope);
@@ -100,16 +94,4 @@ int standing_wedge(int voxel, int slot, ivec3 at) {
     if (soil.y >= kOneQ16) return kAnyDrop;
     int chance = int(mix_bits(place_bits(grid_voxel(slot, at.x, at.y, at.z)), 15) >> 13) & kLowHalf;
     return kSlipTolerance + mul_q16(soil.x, (kOneQ16 + chance) / 2);
-}
-
-// Of a mixture: the mean by mass.
-int acceleration_at(int curve, int voxel, int slope) {
-    if (curve >= 0) return table_at(curve, kTableAcceleration, slope);
-    int mass = mass_at(voxel);
-    int mean = 0;
-    for (int m = 0; m < params.material_count; ++m) {
-        int share = fraction_q16(state_at(kPlaneMaterial + m, voxel), mass);
-        mean += mul_q16(share, table_at(kSoilStates * m + kMixedBonded - curve, kTableAcceleration, slope));
-    }
-    return mean;
 }

@@ -1,0 +1,146 @@
+// What is at rest sleeps: the smallest scenes in which soil stayed awake for good, one for each
+// cause that random worlds had.
+#include "soil_fixture.h"
+
+namespace bsoil::rest_test {
+namespace {
+
+using namespace layout;
+
+/// A grid of one tile.
+SoilDef tile_def(MaterialDef material, double voxel_m = 0.05) {
+    SoilDef def = grid_def(8, 8, 16, voxel_m);
+    def.material = std::move(material);
+    return def;
+}
+
+/// What a voxel is given, beside soil of a unit of mass for each unit of volume.
+struct VoxelSoil {
+    int volume = 0;
+    int momentum_x = 0, momentum_y = 0;
+    int force_x = 0, force_y = 0;
+};
+
+/// Puts soil into a voxel beside these bodies and lets it be found.
+void put(Soil& soil, int x, int y, int z, const VoxelSoil& what,
+         std::span<const SoilBody> bodies = {}) {
+    Soil::Impl& s = SoilProbe::impl(soil);
+    s.lists.activate(s.block_key(0, 0));
+    soil.step(bodies);  // wakes the tile, and knows what covers it
+    const int slot = s.tiles[0]->slot;
+    ASSERT_GE(slot, 0);
+    const auto write = [&](int plane, int word) {
+        s.device->write(Buffer::state,
+                        int64_t{plane} * s.params.plane_stride +
+                            int64_t{slot} * s.params.tile_voxels + z * kTileColumns +
+                            y * kTileSide + x,
+                        std::vector<int32_t>(1, word));
+    };
+    write(kPlaneVolume, what.volume);
+    write(kPlaneMaterial, what.volume);
+    write(kPlaneMomentumX, what.momentum_x);
+    write(kPlaneMomentumY, what.momentum_y);
+    write(kPlaneForceX, what.force_x);
+    write(kPlaneForceY, what.force_y);
+    s.tiles.note_stale(slot, true);
+    s.lists.activate(s.block_key(0, z / kTileSide));
+}
+
+/// Steps until no block is active; so many at most.
+int steps_until_rest(Soil& soil, int most, std::span<const SoilBody> bodies = {}) {
+    for (int i = 0; i < most; ++i) {
+        if (soil.step(bodies).block_active_count == 0) return i;
+    }
+    return most;
+}
+
+int units_in(const Soil& soil, int x, int y, int z) {
+    return static_cast<int>(std::lround(soil.sample(x, y, z).volume * kVoxelFull));
+}
+
+/// A bed of two voxels, and a ledge of one on its farther half that cohesion holds. Its soil keeps
+/// momentum, and such a part of its cohesion.
+std::unique_ptr<Soil> ledge(double loose_cohesion_fraction) {
+    SoilDef def = tile_def(fixed_density(sand(20, 5000)));
+    def.material.loose_cohesion_fraction = loose_cohesion_fraction;
+    def.slides = SlideMotion::run_out;
+    auto soil = make_soil(def);
+    EXPECT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {8, 8, 2})));
+    EXPECT_TRUE(soil->fill(voxel_box(*soil, {0, 4, 2}, {8, 8, 3})));
+    EXPECT_TRUE(soil->settle(100, {})->is_at_rest);
+    return soil;
+}
+
+// A unit of dust on a failing slope can be shared out among no columns. It was set in motion in
+// each step, and came to rest in each.
+TEST(Rest, dust_on_a_ledge_is_not_set_in_motion) {
+    const auto soil = ledge(0);
+    put(*soil, 3, 4, 3, {.volume = 1});
+    EXPECT_LT(steps_until_rest(*soil, 20), 10);
+    EXPECT_EQ(units_in(*soil, 3, 4, 3), 1);
+}
+
+// A slope that stands by cohesion had no friction where it is steeper than phi: a thin layer on it
+// that had come with some speed kept it, too thin for a share to leave.
+TEST(Rest, a_thin_slide_stops_where_cohesion_holds) {
+    const auto soil = ledge(1);
+    // Its share of what lies there is 0.9 units a pass.
+    put(*soil, 3, 4, 3, {.volume = 744, .momentum_y = -896});
+    EXPECT_LT(steps_until_rest(*soil, 200), 50);
+}
+
+/// A box at rest that covers seven tenths of voxels 2..5 in layer 2, and all above.
+Mover resting_box() {
+    Mover box(1, box_shape({0.1, 0.1, 0.085}), {0.2, 0.2, 0.2});
+    box.set_velocity({});
+    return box;
+}
+
+// A unit too much in a wall is no share of the voxel's soil: its push alone moved on, by a unit in
+// each pass.
+TEST(Rest, a_push_moves_nothing_without_soil) {
+    const auto soil = make_soil(tile_def(fixed_density(sand(30))));
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {8, 8, 2})));
+    const Mover box = resting_box();
+    const std::vector<SoilBody> bodies{box.body};
+    EXPECT_LT(steps_until_rest(*soil, 100, bodies), 50);
+    put(*soil, 5, 3, 2, {}, bodies);
+    const auto covered =
+        static_cast<int>(std::lround(soil->sample(5, 3, 2).body_coverage * kVoxelFull));
+    ASSERT_GT(covered, kSolidCoverage);
+    put(*soil, 5, 3, 2, {.volume = kVoxelFull + 1 - covered, .force_x = 1024, .force_y = -300},
+        bodies);
+    EXPECT_LT(steps_until_rest(*soil, 100, bodies), 50);
+}
+
+// Thin soil that air lets fall slowly has no share that leaves its voxel in a step: it hung.
+TEST(Rest, thin_soil_comes_down_however_slowly_it_falls) {
+    SoilDef def = tile_def(fixed_density(sand(30)));
+    def.material.fall_speed_m_s = 0.05;  // a sixtieth of a voxel a step: 15 units
+    const auto soil = make_soil(def);
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {8, 8, 1})));
+    ASSERT_TRUE(soil->settle(100, {})->is_at_rest);
+    put(*soil, 3, 3, 5, {.volume = 900});
+    const int steps = steps_until_rest(*soil, 2000);
+    EXPECT_LT(steps, 3 * 4 * 60);
+    EXPECT_EQ(units_in(*soil, 3, 3, 5), 0);
+}
+
+// Friction with bodies was rounded to a 1024th of a voxel a step: none at 240 Hz and 20 cm. Soil
+// on a body that had stopped went on with the body's speed.
+TEST(Rest, soil_on_a_body_that_stops_stops_in_small_steps) {
+    SoilDef def = tile_def(fixed_density(sand(30)), 0.2);
+    def.step_s = 1.0 / 240;
+    const auto soil = make_soil(def);
+    Mover plate(1, box_shape({0.7, 0.7, 0.2}), {0.8, 0.8, 0.8});
+    plate.set_velocity({});
+    const std::vector<SoilBody> bodies{plate.body};
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {8, 8, 1})));
+    EXPECT_LT(steps_until_rest(*soil, 100, bodies), 50);
+    put(*soil, 4, 4, 5, {.volume = 700, .momentum_x = 16 * 700}, bodies);
+    EXPECT_LT(steps_until_rest(*soil, 1000, bodies), 100);
+    EXPECT_EQ(units_in(*soil, 4, 4, 5), 700);
+}
+
+}  // namespace
+}  // namespace bsoil::rest_test
