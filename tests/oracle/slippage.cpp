@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <numbers>
+#include <numeric>
 
 #include "oracle/arches.h"
 #include "oracle/sliding.h"
@@ -261,8 +262,10 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                         const auto first =
                             speeds.begin() +
                             static_cast<std::ptrdiff_t>(column(nx, ny)) * model.span_capacity;
-                        speed =
-                            std::max(speed, *std::max_element(first, first + model.span_capacity));
+                        const auto count =
+                            static_cast<std::ptrdiff_t>(columns[column(nx, ny)].size());
+                        speed = std::accumulate(first, first + count, speed,
+                                                [](double a, double b) { return std::max(a, b); });
                     }
                 }
                 const double dt = 1.0 / model.substeps;
