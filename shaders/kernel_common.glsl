@@ -214,7 +214,6 @@ int excess_at(int voxel) {
 bool is_overflowing(int voxel) { return state_at(kPlaneVolume, voxel) > 0 && excess_at(voxel) > 0; }
 
 #include "soil_mixtures.glsl"
-
 #include "soil_arches.glsl"
 
 // Bits for chance, alike on all devices: of a place (Teschner et al. 2003), of this pass, and mixed (the primes of xxHash).
@@ -242,7 +241,6 @@ int loose_word(int voxel) {
 }
 
 #include "contact_record.glsl"
-
 #include "soil_strength.glsl"
 
 // Volume that `mass` out of `voxel` takes up once it has been moved: no less than as loose soil.

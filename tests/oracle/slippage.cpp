@@ -140,8 +140,8 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
             }
             const double drop = ceiling - other.top;  // (32)
             const int z = static_cast<int>(other.top);
-            if (drop <= 0 || !open(x, y, other.top) || most_taken(x, y, z, span.top) == 0)
-                return {};
+            if (drop <= 0 || !open(x, y, other.top)) return {};
+            if (most_taken(x, y, z, span.top) == 0) return {};
             // What falls takes no more than it has room for.
             const Voxel& on = before.at(x, y, z);
             const bool falls = other.kind == Span::Kind::falling;

@@ -488,8 +488,7 @@ TEST(Checks, find_a_status_without_a_cause) {
 }
 
 TEST(Minimizer, leaves_what_the_failure_needs) {
-    // Either body wakes the one tile too many; a plan has no cause for that.
-    WorldPlan plan = box_on_bed();
+    WorldPlan plan = box_on_bed();  // either body wakes the one tile too many
     plan.bodies.push_back(plan.bodies[0]);
     plan.bodies[1].pose.position = {0.2, 0.2, 0.47};
     plan.soils[0].def.tile_capacity = 1;
