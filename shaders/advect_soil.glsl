@@ -202,8 +202,8 @@ Motion fall_freely(int slot, ivec3 at, int voxel, ivec3 velocity) {
 Motion go_with_body(int slot, ivec3 at, int voxel, int body, ivec3 velocity) {
     ivec3 goal = body_velocity_at(body, grid_voxel(slot, at.x, at.y, at.z));
     int friction = shapes[body * kBodyWords + kBodyFriction];
-    int hold = friction == kFrictionOfSoil ? mixed_word(voxel, 0, kTableTool) : friction;
-    int grip = max(hold > 0 ? 1 : 0, hold / params.substep_count);  // no friction is lost: soil would slide for good
+    int hold = friction == kFrictionOfSoil ? mixed_word(voxel, 0, kTableTool) : friction * (kOneQ16 / kVelocityOne);
+    int grip = hold / params.substep_count;
     Motion motion;
     motion.after = ivec3(velocity.x + clamp(goal.x - velocity.x, -grip, grip),
                          velocity.y + clamp(goal.y - velocity.y, -grip, grip),

@@ -163,7 +163,9 @@ Field propagate_force(const Model& model, const Field& before, std::span<const B
         const auto push = [&](Vec3 along, Vec3 pushed, double amount) {
             double barred = amount;
             for (const Overlap& part : overlaps(along)) {
-                if (voxel.soil > model.crumb && amount * part.share < model.speck) continue;
+                if (!caught && voxel.soil > model.crumb && amount * part.share < model.speck) {
+                    continue;
+                }
                 if (is_barred(model, before, out, x, y, z, part.dx, part.dy, part.dz) ||
                     (!caught &&
                      before.at(x + part.dx, y + part.dy, z + part.dz).soil > model.crowded_least)) {

@@ -4,10 +4,9 @@
 /// What the page leaves open, and the kernels' layout decides:
 /// - a slide reaches from the surface down to the lowest voxel with momentum, past fewer than
 /// slide_gap voxels without any, slide_depth voxels at most;
-/// - a way is barred at the grid's end, under a body, and where the voxel that soil would come to
-/// lie in is closed;
-/// - it is barred where the ground ahead is higher than the column's by more than the slide is
-/// thick, and by more than a voxel;
+/// - a way is barred at the grid's end, under a body, and where the ground ahead is higher than the
+/// column's by more than the slide is thick, and by more than a voxel;
+/// - it is barred as well where the voxel that soil would come to lie in is closed;
 /// - a slide no thicker than model.crumb has no speed, and is given none;
 /// - where the ground fails, friction takes nothing: slip_soil drives the slide on. Where it
 /// stands, by cohesion perhaps, friction is that of a slope flatter than phi by the tolerance, at

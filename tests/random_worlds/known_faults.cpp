@@ -77,10 +77,26 @@ bool is_viscous(const WorldPlan& plan, const Failure&) {
     });
 }
 
+/// What friction with a body changes a speed by in a step is rounded to 1/1024 voxel a step. World
+/// 96001.
+bool slides_on_bodies(const WorldPlan& plan, const Failure&) {
+    return std::any_of(plan.soils.begin(), plan.soils.end(), [&plan](const SoilPlan& soil) {
+        const SoilDef& def = soil.def;
+        const double gravity = 1024 * def.gravity_m_s2 * def.step_s * def.step_s / def.voxel_m;
+        const auto is_none = [gravity](double friction) { return friction * gravity < 0.5; };
+        return std::any_of(def.materials.begin(), def.materials.end(),
+                           [&](const MaterialDef& m) { return is_none(m.tool_friction); }) ||
+               std::any_of(plan.bodies.begin(), plan.bodies.end(), [&](const BodyPlan& body) {
+                   return body.surface_friction >= 0 && is_none(body.surface_friction);
+               });
+    });
+}
+
 /// Entries go when the fault does.
 constexpr KnownFault kKnownFaults[] = {
     {"sinkage", is_of_small_body, "bodies of a few voxels sink deeper than plates of their size"},
     {"soil sleeps", is_kept_in_the_air, "wind rises faster than the soil falls"},
+    {"soil sleeps", slides_on_bodies, "friction with bodies is rounded to none in small steps"},
     {"soil sleeps", is_viscous, "soil of a viscosity above 3/4 takes more than the time given"},
     {"bodies sleep", has_small_body,
      "bodies of a few voxels rock and keep what lies beside them awake"},

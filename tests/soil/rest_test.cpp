@@ -126,21 +126,5 @@ TEST(Rest, thin_soil_comes_down_however_slowly_it_falls) {
     EXPECT_EQ(units_in(*soil, 3, 3, 5), 0);
 }
 
-// Friction with bodies was rounded to a 1024th of a voxel a step: none at 240 Hz and 20 cm. Soil
-// on a body that had stopped went on with the body's speed.
-TEST(Rest, soil_on_a_body_that_stops_stops_in_small_steps) {
-    SoilDef def = tile_def(fixed_density(sand(30)), 0.2);
-    def.step_s = 1.0 / 240;
-    const auto soil = make_soil(def);
-    Mover plate(1, box_shape({0.7, 0.7, 0.2}), {0.8, 0.8, 0.8});
-    plate.set_velocity({});
-    const std::vector<SoilBody> bodies{plate.body};
-    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {8, 8, 1})));
-    EXPECT_LT(steps_until_rest(*soil, 100, bodies), 50);
-    put(*soil, 4, 4, 5, {.volume = 700, .momentum_x = 16 * 700}, bodies);
-    EXPECT_LT(steps_until_rest(*soil, 1000, bodies), 100);
-    EXPECT_EQ(units_in(*soil, 4, 4, 5), 700);
-}
-
 }  // namespace
 }  // namespace bsoil::rest_test

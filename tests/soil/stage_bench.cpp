@@ -384,7 +384,9 @@ oracle::Model StageBench::model(int substeps) const {
     model.slide_count = impl_->params.slide_count;
     for (const MaterialDef& material : impl_->materials) {
         model.friction_angle_rad.push_back(material.friction_angle_rad);
-        model.friction_speed.push_back(material.tool_friction * model.gravity);
+        // As coarse as the kernels' words are.
+        const double speed = material.tool_friction * model.gravity * kVelocityOne;
+        model.friction_speed.push_back(std::round(speed) / kVelocityOne);
         const auto volume = [&](double density) {
             return material.has_density_range() ? kReferenceDensity / density : 0;
         };
@@ -416,8 +418,8 @@ std::vector<oracle::Body> StageBench::oracle_bodies() const {
         };
         bodies.push_back({vector(kBodyLinear, kUnit), vector(kBodyAngular, kUnit),
                           vector(kBodyCenter, 0.5), record[kBodyMoving] != 0,
-                          record[kBodyFriction] * kUnit, record[kBodyPacking] * kUnit,
-                          record[kBodyReach]});
+                          record[kBodyFriction] / static_cast<double>(kVelocityOne),
+                          record[kBodyPacking] * kUnit, record[kBodyReach]});
     }
     return bodies;
 }
