@@ -15,6 +15,18 @@ bool is_top_free(int column, int top) {
 int column_terrain(int column, int z) { return state_at(kPlaneTerrain, column + z * kTileColumns); }
 int column_volume(int column, int z) { return state_at(kPlaneVolume, column + z * kTileColumns); }
 
+// As find_support has found it: what stands on a body is no roof where there are none.
+bool is_column_roof(int column, int z) {
+    if (params.bank_strength <= 0 || z == 0) return false;
+    int slot = column / params.tile_voxels;
+    int hollow = spans[column_word(kColumnHollow, slot * kTileColumns + column - slot * params.tile_voxels)];
+    int voxel = column + z * kTileColumns;
+    if (hollow == 0 || z + 1 < hollow || state_at(kPlaneSupport, voxel) != kSupportGround || !is_bonded(voxel)) return false;
+    int below = voxel - kTileColumns;
+    int filled = state_at(kPlaneVolume, below) + coverage_at(below);
+    return !is_solid(below) && (filled < kVoxelFull - kSupportSlack || state_at(kPlaneSupport, below) != kSupportGround);
+}
+
 // What falls in an arch thins out.
 int falling_least() { return params.arch_reach > 0 ? kArchLeast : kVoxelFull; }
 
@@ -111,9 +123,10 @@ void build_spans(int group, int lane) {
         int volume = inside ? column_volume(column, z) : 0;
         int coverage = min(kVoxelFull, bodies + terrain);
         int base = z * kVoxelFull;
-        int next = inside ? kind_above(kind, top, base, volume, coverage) : kNoSpan;
+        bool is_roof = begins_roof(column, z, kind, top, volume, coverage);
+        int next = is_roof ? kSpanPiled : inside ? kind_above(kind, top, base, volume, coverage) : kNoSpan;
         climb_terrain(z, terrain, bare, climbs);
-        if (next != kind) {
+        if (next != kind || is_roof) {
             if (kind != kNoSpan && !is_crumb(column, kind, bottom, top)) {
                 bool carried = kind == kSpanPiled && carrier > 0;
                 int stands_on = !carried ? 0 : is_top_free(column, top) ? carrier | kBaseFree : carrier;
@@ -129,8 +142,12 @@ void build_spans(int group, int lane) {
             on_body = bodies > terrain;  // after the span below was closed: it stands on what is further down
             carrier = on_body ? carrier_at(voxel) : 0;
         }
+        if (is_roof) {
+            on_body = false;
+            carrier = 0;
+        }
         int slack = next == kSpanPiled ? slack_at(voxel, volume) : kSupportSlack;
-        top = top_in_voxel(next, kind, bottom, top, base, volume, coverage, slack);
+        top = top_in_voxel(next, is_roof ? kNoSpan : kind, bottom, top, base, volume, coverage, slack);
         kind = next;
     }
     count_intact(column, column_word(kColumnIntact, slot * kTileColumns + lane));

@@ -1,7 +1,8 @@
 // How a column is told from its voxels, from the floor up: which span has a voxel, how high it reaches, where the surface is.
 // The one text of these rules. build_spans reads columns in work by it, with bodies; the host reads tiles without bodies
 // (column_surface.cpp). column_terrain(column, z) and column_volume(column, z) say what is in a voxel, in volume units;
-// falling_least() how much of it a voxel of a falling span has.
+// falling_least() how much of it a voxel of a falling span has; is_column_roof(column, z) whether its soil is held with none under
+// it.
 
 CONST_INT(kNoSpan, 0)    // kind of air and of soil too thin to be a span
 CONST_INT(kNotBare, -1)
@@ -9,6 +10,11 @@ CONST_INT(kNotBare, -1)
 // Whether what is in a voxel has something below it that carries it: the span below it is of `kind` and reaches up to `top`.
 // base: the voxel's floor, Q16.
 bool is_carried(int kind, int top, int base) { return kind == kSpanRigid || (kind == kSpanPiled && top == base); }
+
+// Whether a roof begins in a voxel: a piled span that starts on nothing, see soil_roofs.glsl.
+bool begins_roof(int column, int z, int kind, int top, int volume, int coverage) {
+    return volume > 0 && coverage < kSolidCoverage && !is_carried(kind, top, z * kVoxelFull) && is_column_roof(column, z);
+}
 
 // Kind of the span that a voxel belongs to, above one of `kind` that reaches up to `top`.
 int kind_above(int kind, int top, int base, int volume, int coverage) {
@@ -63,13 +69,14 @@ int bare_surface(int column, int full, int end) {
         int terrain = min(kVoxelFull, column_terrain(column, z));
         int volume = column_volume(column, z);
         int base = z * kVoxelFull;
-        int next = kind_above(kind, top, base, volume, terrain);
+        bool is_roof = begins_roof(column, z, kind, top, volume, terrain);
+        int next = is_roof ? kSpanPiled : kind_above(kind, top, base, volume, terrain);
         climb_terrain(z, terrain, bare, climbs);
-        if (kind == kSpanPiled && next != kSpanPiled && is_surface(bottom, top)) {
+        if (kind == kSpanPiled && (next != kSpanPiled || is_roof) && is_surface(bottom, top)) {
             note_surface(z, terrain, top, surface, bare, climbs);
         }
-        top = top_in_voxel(next, kind, bottom, top, base, volume, terrain, kSupportSlack);
-        bottom = next == kind ? bottom : base;
+        top = top_in_voxel(next, is_roof ? kNoSpan : kind, bottom, top, base, volume, terrain, kSupportSlack);
+        bottom = next == kind && !is_roof ? bottom : base;
         kind = next;
     }
     return kind == kSpanPiled && is_surface(bottom, top) ? top : surface_word(surface, bare);

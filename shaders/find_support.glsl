@@ -2,8 +2,8 @@
 // Soil is supported when everything below it is full, down to the floor, terrain or a body. What is mostly solid carries
 // whether or not there is soil in the rest of it: nothing can fall into it. The soil in the rest of it lies on the body,
 // but for what lies under a face that looks down: the body stands on that.
-// Columns that have not changed since the pass before are as they were.
-// Reads: coverage, owner, terrain, volume, stamps. Writes: support, masks, top of the tile.
+// Columns that have not changed since the pass before are as they were, but those with a roof: what holds it is beside them.
+// Reads: coverage, owner, terrain, volume, bond, materials, stamps. Writes: support, masks, top of the tile, stamps.
 int find_support_lanes(int group, int half_at) { return kAllLanes; }
 
 void note_top(int slot, int top) {
@@ -28,6 +28,8 @@ bool looks_down(int voxel, int z) {
     return state_at(kPlaneCoverage, voxel + kTileColumns) > lower;
 }
 
+#include "soil_roofs.glsl"
+
 void find_support(int group, int lane) {
     int entry = block_list[params.list_offset + group];
     int slot = entry_slot(entry);
@@ -37,7 +39,9 @@ void find_support(int group, int lane) {
     int soil_top = column_word(kColumnSoilTop, slot * kTileColumns + lane);
     // An upper bound: what lies below is not looked at.
     int least = first;
-    if (spans[column_word(kColumnStamp, slot * kTileColumns + lane)] <= params.support_stamp) {
+    int hollow_word = column_word(kColumnHollow, slot * kTileColumns + lane);
+    bool was_hollow = params.bank_strength > 0 && spans[hollow_word] > 0;
+    if (!was_hollow && spans[column_word(kColumnStamp, slot * kTileColumns + lane)] <= params.support_stamp) {
         note_top(slot, max(least, spans[soil_top]));
         return;
     }
@@ -52,6 +56,8 @@ void find_support(int group, int lane) {
     while (full < first && is_full_ground(column + full * kTileColumns)) full += 1;
     while (empty_from > end && is_empty(column + (empty_from - 1) * kTileColumns)) empty_from -= 1;
     bool sees_all = empty_from <= end;
+    if (was_hollow) first = 0;
+    int hollow = 0;
     end = min(end, empty_from);
     if (full >= first) {
         first = full;
@@ -80,8 +86,18 @@ void find_support(int group, int lane) {
             }
             if (below < kSupportBody || !looks_down(voxel, z)) own = below;
         }
+        if (params.bank_strength > 0 && own == kSupportNone && !solid && volume > 0 && is_bonded(voxel)) {
+            if (hollow == 0) hollow = z + 1;
+            if (is_held_roof(slot, ivec3(lane & 7, lane >> 3, z), voxel)) own = below = kSupportGround;
+        }
         int support = volume > 0 ? own : kSupportNone;
-        if (support != state_at(kPlaneSupport, voxel)) set_state(kPlaneSupport, voxel, support);
+        if (support != state_at(kPlaneSupport, voxel)) {
+            set_state(kPlaneSupport, voxel, support);
+            if (was_hollow) {  // what is beside it may have changed, and not this column
+                stamp_column(slot, lane);
+                ATOMIC_MAX_OWNED(block_flags[flag_index(kFlagChanged, voxel >> 9)], params.step_stamp);
+            }
+        }
         is_moving = is_moving || (volume > 0 && support != kSupportGround);
         if (is_moving && ((z & 7) == 7 || z == end - 1)) {
             set_in_mask(slot * params.blocks_per_tile + (z >> 3), kMaskMoving, lane, true);
@@ -90,6 +106,7 @@ void find_support(int group, int lane) {
         int slack = below >= kSupportBody ? kCarrySlack : kSupportSlack;
         if (!solid && volume + bodies + terrain < kVoxelFull - slack) below = kSupportNone;
     }
+    if (params.bank_strength > 0) spans[hollow_word] = hollow;
     spans[full_word] = full;
     spans[end_word] = sees_all ? filled : empty_from;
     for (int z = first; top == 0 && z > 0; --z) {

@@ -201,7 +201,9 @@ CONST_INT(kColumnIntact, 7)
 CONST_INT(kColumnCut, 8)
 // Where kTileCut is of this step the kColumnCut that find_failures has last left, 0 where none: soil above has no cohesion.
 CONST_INT(kColumnFailing, 9)
-CONST_INT(kColumnArrays, 10)
+// 1 + z of the lowest soil that was never moved over a hollow, 0 where there is none or no soil has cohesion: see soil_roofs.glsl.
+CONST_INT(kColumnHollow, 10)
+CONST_INT(kColumnArrays, 11)
 CONST_INT(kNotSingle, -1)
 CONST_INT(kIntactUnknown, -1)
 CONST_INT(kIntactSlack, 64)     // of a voxel's bond, for rounding: 1/1024 voxel

@@ -86,11 +86,15 @@ struct Model {
     int arch_reach = 0;        ///< how far the sides of an arch may be; 0: there are no arches
     double arch_least = 0.5;   ///< soil that leans on them, and that is a falling span
     double crowded = 2;        ///< soil of a falling voxel on which no more slides
-    int arch_shortest = 1;     ///< voxels of a falling span at least, where there are arches
-    double speck = 0;          ///< advected and pushed shares of a voxel's soil below this stay
-    double mass_speck = 0;     ///< nor does less mass than this leave a voxel as a share
-    double thin = 0;           ///< soil up to this goes whole along what bars it
-    double crumb = 0;          ///< a voxel's soil up to this moves whole, and slides nowhere
+    int roof_reach = 32;       ///< voxels from a roof's to its abutment at most
+    /// Per material: cohesion over unit weight of soil that was never moved [voxels]. Empty where
+    /// none has any: then there are no roofs.
+    std::vector<double> cohesion_height = {};
+    int arch_shortest = 1;  ///< voxels of a falling span at least, where there are arches
+    double speck = 0;       ///< advected and pushed shares of a voxel's soil below this stay
+    double mass_speck = 0;  ///< nor does less mass than this leave a voxel as a share
+    double thin = 0;        ///< soil up to this goes whole along what bars it
+    double crumb = 0;       ///< a voxel's soil up to this moves whole, and slides nowhere
     double cover_intake = 1.0 / 16;  ///< of the room beside a body that a voxel takes from a slope
     double slip_tolerance = 0;       ///< wedges not worth a slide
     int span_capacity = 5;           ///< height spans kept of a column

@@ -5,6 +5,7 @@
 #include "oracle/arches.h"
 #include "oracle/held_load.h"
 #include "oracle/overlap.h"
+#include "oracle/roofs.h"
 #include "oracle/walls.h"
 #include "oracle/wind.h"
 
@@ -66,7 +67,8 @@ Vec3 whole_voxels(const Model& model, Vec3 drift, int x, int y, int z) {
 
 }  // namespace
 
-Field find_support(const Model& model, const Field& before, std::span<const Body> bodies) {
+Field find_support(const Model& model, const Field& before, std::span<const Body> bodies,
+                   double strength) {
     Field after = before;
     for (int y = 0; y < before.ny; ++y) {
         for (int x = 0; x < before.nx; ++x) {
@@ -84,6 +86,11 @@ Field find_support(const Model& model, const Field& before, std::span<const Body
                         z + 1 < before.nz &&
                         before.at(x, y, z + 1).bodies > (z > 0 ? before.at(x, y, z - 1).bodies : 0);
                     if (!on_mover || !looks_down) own = below;
+                }
+                if (own.kind == Support::Kind::falling && voxel.psi() < model.solid_coverage &&
+                    voxel.soil > 0 && !model.cohesion_height.empty() &&
+                    is_held_roof(model, before, x, y, z, strength)) {
+                    own = below = {Support::Kind::ground, -1};
                 }
                 after.at(x, y, z).support = voxel.soil > 0 ? own : Support{};
                 const double slack =

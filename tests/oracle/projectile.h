@@ -32,7 +32,9 @@
 namespace oracle {
 
 /// What every voxel's soil rests on.
-Field find_support(const Model& model, const Field& before, std::span<const Body> bodies);
+/// strength: of the cohesion of roofs (see roofs.h).
+Field find_support(const Model& model, const Field& before, std::span<const Body> bodies,
+                   double strength = 1);
 
 /// (21) to (29) over one of model.substeps parts of a step, from the supports in `before`.
 Field advect(const Model& model, const Field& before, std::span<const Body> bodies);

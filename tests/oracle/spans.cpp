@@ -12,6 +12,12 @@ std::vector<Span> height_spans(const Model& model, const Field& field, int x, in
         return voxel(z).soil + voxel(z).psi() >=
                1 - (on_body ? model.carry_slack : model.support_slack);
     };
+    // Soil that was never moved and is held with none under it: see roofs.h.
+    const auto is_roof = [&](int at) {
+        return !model.cohesion_height.empty() && at > 0 && !rigid(at) && voxel(at).soil > 0 &&
+               voxel(at).support.kind == Support::Kind::ground &&
+               2 * voxel(at).bond >= voxel(at).soil;
+    };
     std::vector<Span> spans;
     int z = 0;
     while (z < field.nz || spans.empty()) {
@@ -35,9 +41,9 @@ std::vector<Span> height_spans(const Model& model, const Field& field, int x, in
             return voxel(at).soil >= (model.arch_reach > 0 ? model.arch_least : 1) &&
                    voxel(at).psi() == 0;
         };
-        while (z < field.nz && !rigid(z)) {
+        while (z < field.nz && !rigid(z) && !is_roof(z)) {
             const int bottom = z;
-            while (z < field.nz && !rigid(z) && falling(z)) ++z;
+            while (z < field.nz && !rigid(z) && !is_roof(z) && falling(z)) ++z;
             if (z > bottom) {
                 if (z - bottom < model.arch_shortest && voxel(bottom).soil < 1) continue;
                 spans.push_back(
@@ -46,7 +52,7 @@ std::vector<Span> height_spans(const Model& model, const Field& field, int x, in
                 ++z;
             }
         }
-        if (z < field.nz) {  // Table 1
+        if (z < field.nz && rigid(z)) {  // Table 1
             const int bottom = z;
             while (z < field.nz && rigid(z)) ++z;
             spans.push_back(

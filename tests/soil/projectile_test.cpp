@@ -13,10 +13,17 @@ class Projectile : public Stage {};
 TEST_P(Projectile, support_follows_the_oracle) {
     StageBench& bench = prepared(Backend::cpu);
     const oracle::Field got = bench.to_field(bench.read());
-    const oracle::Field expected = oracle::find_support(bench.model(), got, bench.oracle_bodies());
+    // Where a roof just stands rounding decides: to 1/4096 voxel of its cohesion in each voxel.
+    const auto expected = [&](double strength) {
+        return oracle::find_support(bench.model(), got, bench.oracle_bodies(), strength);
+    };
+    const oracle::Field strong = expected(1.01), weak = expected(0.99);
     got.for_each([&](int x, int y, int z) {
-        const oracle::Support &a = got.at(x, y, z).support, &b = expected.at(x, y, z).support;
-        EXPECT_TRUE(a.kind == b.kind && a.body == b.body) << x << " " << y << " " << z;
+        const auto is_support = [&](const oracle::Field& field) {
+            const oracle::Support &a = got.at(x, y, z).support, &b = field.at(x, y, z).support;
+            return a.kind == b.kind && a.body == b.body;
+        };
+        EXPECT_TRUE(is_support(strong) || is_support(weak)) << x << " " << y << " " << z;
     });
 }
 

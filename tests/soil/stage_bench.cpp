@@ -383,6 +383,10 @@ oracle::Model StageBench::model(int substeps) const {
     model.slide_kick = impl_->params.slide_kick * kUnit;
     model.slide_count = impl_->params.slide_count;
     for (const MaterialDef& material : impl_->materials) {
+        if (p.bank_strength > 0) {
+            const double weight = material.density_kg_m3 * impl_->def.gravity_m_s2;
+            model.cohesion_height.push_back(material.cohesion_pa / weight / impl_->def.voxel_m);
+        }
         model.friction_angle_rad.push_back(material.friction_angle_rad);
         // As coarse as the kernels' words are.
         const double speed = material.tool_friction * model.gravity * kVelocityOne;

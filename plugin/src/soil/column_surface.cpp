@@ -14,8 +14,12 @@ ColumnVoxels column_of(const TileVoxels& voxels, const TileVoxels& ground, int c
                                  static_cast<size_t>(voxels.height) +
                              static_cast<size_t>(column)];
     };
-    return {plane(kKeptTerrain), plane(kKeptVolume), voxels.height, kTileColumns,
-            ground.words.empty() ? nullptr : &ground.words[static_cast<size_t>(column)]};
+    return {plane(kKeptTerrain),
+            plane(kKeptVolume),
+            voxels.height,
+            kTileColumns,
+            ground.words.empty() ? nullptr : &ground.words[static_cast<size_t>(column)],
+            voxels.plane_count > kKeptBond ? plane(kKeptBond) : nullptr};
 }
 
 namespace {
@@ -27,6 +31,7 @@ struct ColumnKernel {
     static int max(int a, int b) { return std::max(a, b); }
     int column_terrain(int, int z) const { return voxels.terrain_at(z); }
     int column_volume(int, int z) const { return voxels.volume_at(z); }
+    bool is_column_roof(int, int z) const { return voxels.is_roof(z); }
     static int falling_least() { return kVoxelFull; }  // where the surface is does not hang on it
 #define CONST_INT(name, value) static constexpr int name = value;
 #define OUT(type) type&
@@ -48,8 +53,9 @@ ColumnFill column_fill(const ColumnVoxels& column) {
         const int terrain = column.terrain_at(z);
         const int volume = column.volume_at(z);
         const int base = z * kVoxelFull;
-        const int next = rules.kind_above(kind, top, base, volume, terrain);
-        const bool is_carried = rules.is_carried(kind, top, base);
+        const bool is_roof = rules.begins_roof(0, z, kind, top, volume, terrain);
+        const int next = is_roof ? kSpanPiled : rules.kind_above(kind, top, base, volume, terrain);
+        const bool is_carried = is_roof || rules.is_carried(kind, top, base);
         const bool rests = is_carried || next == kSpanRigid;
         const int filled_q16 = base + std::min<int>(kVoxelFull, terrain + volume);
         if (volume > 0 && !rests) fill.hanging = z;
@@ -57,8 +63,9 @@ ColumnFill column_fill(const ColumnVoxels& column) {
         if (rests && volume > 0) fill.soil_q16 = filled_q16;
         stands = stands && is_carried;
         if (stands && terrain + volume > 0) fill.stop_q16 = filled_q16;
-        top = rules.top_in_voxel(next, kind, bottom, top, base, volume, terrain, kSupportSlack);
-        bottom = next == kind ? bottom : base;
+        top = rules.top_in_voxel(next, is_roof ? ColumnKernel::kNoSpan : kind, bottom, top, base,
+                                 volume, terrain, kSupportSlack);
+        bottom = next == kind && !is_roof ? bottom : base;
         kind = next;
     }
     fill.stop_q16 = std::max(fill.stop_q16, fill.soil_q16);
@@ -74,8 +81,9 @@ namespace {
 /// Calls visit(c, column) for the columns that differ from the one before, and same(c) for the
 /// others.
 template <typename Visit, typename Same>
-void for_each_column(const TileRuns& tile, Visit&& visit, Same&& same) {
-    std::vector<int32_t> terrain(static_cast<size_t>(tile.height)), volume(terrain.size());
+void for_each_column(const TileRuns& tile, bool has_roofs, Visit&& visit, Same&& same) {
+    std::vector<int32_t> terrain(static_cast<size_t>(tile.height)), volume(terrain.size()),
+        bond(terrain.size());
     for (size_t c = 0; c < kTileColumns; ++c) {
         if (c > 0 && tile.columns[c] == tile.columns[c - 1]) {
             same(c);
@@ -86,9 +94,11 @@ void for_each_column(const TileRuns& tile, Visit&& visit, Same&& same) {
             for (int i = 0; i < run.length; ++i, ++z) {
                 terrain[z] = run.values[kKeptTerrain];
                 volume[z] = run.values[kKeptVolume];
+                bond[z] = run.values[kKeptBond];
             }
         }
-        visit(c, ColumnVoxels{terrain.data(), volume.data(), tile.height, 1, nullptr});
+        visit(c, ColumnVoxels{terrain.data(), volume.data(), tile.height, 1, nullptr,
+                              has_roofs ? bond.data() : nullptr});
     }
 }
 
@@ -97,7 +107,7 @@ void for_each_column(const TileRuns& tile, Visit&& visit, Same&& same) {
 TileTops tile_tops(const TileRuns& tile) {
     TileTops out;
     for_each_column(
-        tile,
+        tile, false,
         [&](size_t c, const ColumnVoxels& column) {
             const ColumnFill fill = column_fill(column);
             out.soil_q16[c] = fill.soil_q16;
@@ -113,10 +123,10 @@ TileTops tile_tops(const TileRuns& tile) {
     return out;
 }
 
-std::vector<int32_t> surface_heights_q16(const TileRuns& tile) {
+std::vector<int32_t> surface_heights_q16(const TileRuns& tile, bool has_roofs) {
     std::vector<int32_t> heights(kTileColumns);
     for_each_column(
-        tile,
+        tile, has_roofs,
         [&](size_t c, const ColumnVoxels& column) { heights[c] = column_surface_q16(column); },
         [&](size_t c) { heights[c] = heights[c - 1]; });
     return heights;

@@ -1,6 +1,7 @@
 /// Where the surface of a column is and how far up it is filled, told from its terrain and soil.
 #pragma once
 
+#include "base/layout.h"
 #include "soil/tile_codec.h"
 
 namespace bsoil {
@@ -13,8 +14,15 @@ struct ColumnVoxels {
     size_t stride = 1;  ///< words from a voxel to the one above
     const int32_t* ground =
         nullptr;  ///< the part of the terrain that belongs to bodies; may be null
+    /// What was never moved; may be null: then nothing hangs over a hollow as a roof.
+    const int32_t* bond = nullptr;
     int32_t terrain_at(int z) const { return terrain[static_cast<size_t>(z) * stride]; }
     int32_t volume_at(int z) const { return volume[static_cast<size_t>(z) * stride]; }
+    /// Soil that was never moved and that nothing carries is a roof: what falls loses its bond.
+    bool is_roof(int z) const {
+        return bond && 2 * bond[static_cast<size_t>(z) * stride] >= volume_at(z) &&
+               terrain_at(z) + volume_at(z) >= layout::kVoxelFull - layout::kSupportSlack;
+    }
     int32_t ground_at(int z) const { return ground ? ground[static_cast<size_t>(z) * stride] : 0; }
 };
 /// ground: see TileTable::read_ground().
@@ -46,7 +54,7 @@ struct TileTops {
 };
 TileTops tile_tops(const TileRuns& tile);
 
-/// column_surface_q16 of a tile's columns.
-std::vector<int32_t> surface_heights_q16(const TileRuns& tile);
+/// column_surface_q16 of a tile's columns. has_roofs: soil has cohesion.
+std::vector<int32_t> surface_heights_q16(const TileRuns& tile, bool has_roofs);
 
 }  // namespace bsoil

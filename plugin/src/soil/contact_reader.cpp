@@ -48,7 +48,7 @@ std::span<const int32_t> SurfaceReader::of_ground(int index) {
     if (!tile.packed) return kBareFloor;
     if (tile.packed->surface.empty()) {
         tiles_.read_runs(index, runs_);
-        tile.packed->surface = surface_heights_q16(runs_);
+        tile.packed->surface = surface_heights_q16(runs_, core_.params.bank_strength > 0);
     }
     return tile.packed->surface;
 }

@@ -202,7 +202,9 @@ void TileTable::note_stale(int slot, bool may_be_covered) {
     write_columns(slot, kColumnSingle, kNotSingle);
     write_columns(slot, kColumnSlides, 1);
     write_columns(slot, kColumnIntact, kIntactUnknown);
-    for (const int array : {kColumnCut, kColumnFailing}) write_columns(slot, array, 0);
+    for (const int array : {kColumnCut, kColumnFailing, kColumnHollow}) {
+        write_columns(slot, array, 0);
+    }
 }
 
 void TileTable::look_anew_at_all() {
@@ -425,7 +427,9 @@ bool TileSampler::renew(Read& read, int index, int plane_count) const {
 
 int32_t TileSampler::top_q16(int index, int column) {
     renew(surface_, index, kSurfacePlanes);
-    return column_fill(column_of(surface_.voxels, surface_.ground, column)).top_q16;
+    const ColumnFill fill = column_fill(column_of(surface_.voxels, surface_.ground, column));
+    if (fill.hanging < 0 || core_.params.bank_strength <= 0) return fill.top_q16;
+    return column_fill(column_of(voxels(index), surface_.ground, column)).top_q16;  // a roof?
 }
 
 const TileVoxels& TileSampler::voxels(int index) {
