@@ -74,8 +74,8 @@ double sunk_m(const Soil& soil) {
     return kHollowM + kRoofM - lowest;
 }
 
-/// Soil in the lower half of the hollow's middle, two voxels across, over what has room there. A roof
-/// half as thick as the hollow is high fills it, and less where its walls hold what spreads.
+/// Soil in the lower half of the hollow's middle, two voxels across, over what has room there. A
+/// roof half as thick as the hollow is high fills it, and less where its walls hold what spreads.
 double filled_share(const Soil& soil) {
     const GridFrame& frame = soil.frame();
     ConvexShape middle = box_shape({frame.voxel_m, frame.voxel_m, kHollowM / 4});
@@ -141,6 +141,41 @@ INSTANTIATE_TEST_SUITE_P(Spans, Roof,
                                          Tunnel{5000, 0.1, 0}, Tunnel{5000, 0.1, 45},
                                          Tunnel{5000, 0.05, 0}, Tunnel{5000, 0.05, 45},
                                          Tunnel{5000, 0.025, 0}, Tunnel{5000, 0.025, 45}));
+
+/// What lies from a voxel's height up counts as moved, and all of it is looked at in the next step.
+void loosen_above(Soil& soil, int height) {
+    Soil::Impl& s = SoilProbe::impl(soil);
+    const int first = layout::kTileColumns * height;
+    const std::vector<int32_t> none(static_cast<size_t>(s.params.tile_voxels - first), 0);
+    for (int index = 0; index < static_cast<int>(s.tiles.size()); ++index) {
+        const int slot = s.tiles.wake(index);
+        s.device->write(layout::Buffer::state,
+                        int64_t{layout::kPlaneBond} * s.params.plane_stride +
+                            int64_t{slot} * s.params.tile_voxels + first,
+                        none);
+        s.tiles.note_stale(slot, true);
+        for (int z = 0; z < s.blocks_per_tile; ++z) s.lists.activate(s.block_key(index, z));
+    }
+}
+
+// By hand: half of the height holds all of the weight, so that half of the span stands.
+TEST(Roof, spans_less_with_moved_soil_on_it) {
+    const Tunnel tunnel{5000, 0.05, 0};
+    const int half = static_cast<int>(std::lround((kHollowM + kRoofM / 2) / tunnel.voxel_m));
+    for (const double share : {0.45, 0.55}) {
+        const int columns = share < 0.5 ? tunnel.at_most(share) : tunnel.at_least(share);
+        const auto soil = make_tunnel(tunnel, columns);
+        ASSERT_TRUE(soil);
+        loosen_above(*soil, half);
+        ASSERT_TRUE(soil->settle(600));
+        if (share < 0.5) {
+            EXPECT_EQ(filled_share(*soil), 0);
+            EXPECT_LT(sunk_m(*soil), 1e-6);
+        } else {
+            EXPECT_GT(filled_share(*soil), 0.25);
+        }
+    }
+}
 
 uint64_t checksum_after(Soil& soil, int steps) {
     for (int i = 0; i < steps; ++i) soil.step({});
