@@ -312,7 +312,7 @@ int corner_share(ivec3 weight, ivec3 pick, int volume, int mass) {
     int wy = pick.y == 1 ? weight.y : kVoxelFull - weight.y;
     int wz = pick.z == 1 ? weight.z : kVoxelFull - weight.z;
     int share = mul_q16(mul_q16(wx, wy), wz);  // thesis (15)
-    if (share <= 0 || volume <= kWholeMost) return max(0, share);
+    if (share <= 0 || share >= kOneQ16 || volume <= kWholeMost) return max(0, share);
     return mul_q16(volume, share) < kShareLeast || mul_q16(mass, share) < params.material_count ? 0 : share;
 }
 

@@ -142,10 +142,7 @@ void build_spans(int group, int lane) {
             on_body = bodies > terrain;  // after the span below was closed: it stands on what is further down
             carrier = on_body ? carrier_at(voxel) : 0;
         }
-        if (is_roof) {
-            on_body = false;
-            carrier = 0;
-        }
+        if (is_roof) carrier = 0;  // over a body in its hollow it is no surface for that
         int slack = next == kSpanPiled ? slack_at(voxel, volume) : kSupportSlack;
         top = top_in_voxel(next, is_roof ? kNoSpan : kind, bottom, top, base, volume, coverage, slack);
         kind = next;

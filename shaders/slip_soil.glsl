@@ -3,7 +3,7 @@
 // and a diagonal one (as in Tarboton's D-infinity flow), so that a pile stands equally steep in every direction;
 // with one slope per neighbour it would be too steep between them. Wedge height and acceleration against slope come
 // from tables made on the host in double precision: (4) and (8).
-// Soil that falls in an arch slips as piled soil does: see soil_arches.glsl.
+// Soil that falls in an arch slips too, without friction: see soil_arches.glsl.
 // Soil above a plane that find_failures has found failing has no cohesion: see soil_state_at().
 // Reads: spans, cuts, stamps, volume, all transported planes. Writes: deltas, slip speed, stamps, sums of momentum.
 
@@ -297,7 +297,6 @@ ivec2 facet_fall(int k, int to_diagonal) {
 // not choose between two facets that are as steep. Larger: the columns of a face along a diagonal fall to one side or the other,
 // and heap up; smaller: directions are drawn to the eight ways.
 CONST_INT(kFallShare, 8)
-CONST_INT(kRootTwo, 92682)  // Q16
 
 // Direction in which a span falls, Q16: the mean of the facets that are nearly as steep as the steepest. Of length 1, and less
 // where those look apart by more than a right angle, as on a ridge.
@@ -315,7 +314,7 @@ ivec2 fall_of(IN(Failure) failure) {
     ivec2 mean = sign(sum) * ivec2(fraction_q16(abs(sum.x), weights), fraction_q16(abs(sum.y), weights));
     int size = slope_length(mean.x, mean.y);
     if (size == 0) return ivec2(0);
-    int longer = min(kRootTwo, fraction_q16(kOneQ16, size));
+    int longer = size <= kDiagonalInverse ? kDiagonal : fraction_q16(kOneQ16, size);
     return sign(mean) * ivec2(mul_q16(abs(mean.x), longer), mul_q16(abs(mean.y), longer));
 }
 

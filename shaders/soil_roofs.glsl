@@ -30,12 +30,17 @@ int roof_strength(int voxel) {
     return mul_q16(strength, fraction_q16(min(state_at(kPlaneBond, voxel), volume), max(1, volume))) >> 4;
 }
 
-// Voxels from one of a roof to an abutment; 0 where there is none. strength: grows by that of the voxels on the way.
+// Voxels from one of a roof to an abutment, or to a tile that sleeps; 0 where there is none. strength: grows by that of the voxels on the way.
 int roof_side(int from_slot, ivec3 at, ivec2 way, INOUT(int) strength) {
     int slot = from_slot;
     ivec2 place = ivec2(at.x, at.y);
     for (int n = 1; n <= kRoofReach; ++n) {
-        if (!step_on(slot, place, way)) return 0;
+        ivec2 next = place + way;
+        if (!step_on(slot, place, way)) {
+            ivec3 beyond = grid_voxel(slot, next.x, next.y, at.z);
+            bool is_inside = beyond.x >= 0 && beyond.y >= 0 && beyond.x < params.size_x && beyond.y < params.size_y;
+            return is_inside ? n : 0;  // ground that sleeps holds what it held
+        }
         int voxel = slot * params.tile_voxels + at.z * kTileColumns + place.y * kTileSide + place.x;
         if (state_at(kPlaneTerrain, voxel) >= kSolidCoverage) return n;
         if (!is_roof_soil(voxel)) return 0;

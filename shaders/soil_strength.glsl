@@ -1,7 +1,11 @@
 // How strong a voxel's soil is, by what has become of it. Part of kernel_common.
 
-// Whether most of a voxel's soil was never moved.
-bool is_bonded(int voxel) { return 2 * state_at(kPlaneBond, voxel) >= state_at(kPlaneVolume, voxel); }
+// Whether most of a voxel's soil was never moved. Dust holds nothing, wherever it is from: what came down on a slope of loose soil
+// would let that stand.
+bool is_bonded(int voxel) {
+    int volume = state_at(kPlaneVolume, voxel);
+    return volume > kWholeMost && 2 * state_at(kPlaneBond, voxel) >= volume;
+}
 
 // Where the words of kTableByDensity stand for a voxel's soil: how far along, Q16 entries; below 0 where its strength goes by no
 // density, or that is fixed.

@@ -35,6 +35,10 @@ Vec3 Body::velocity_at(int x, int y, int z) const {
     return velocity + cross(angular_velocity, arm);
 }
 
+bool is_bonded(const Model& model, const Voxel& voxel) {
+    return voxel.soil > model.crumb && 2 * voxel.bond >= voxel.soil;
+}
+
 double excess(const Model& model, const Voxel& voxel) {
     if (voxel.bodies >= model.solid_coverage) {
         return std::clamp(voxel.soil + voxel.psi() - 1, 0.0, voxel.soil);

@@ -171,6 +171,9 @@ class Field {
 /// excess has to go.
 double excess(const Model& model, const Voxel& voxel);
 
+/// Whether most of a voxel's soil was never moved; crumbs hold nothing.
+bool is_bonded(const Model& model, const Voxel& voxel);
+
 /// Moves `share` (0..1) of a voxel's soil, with its masses and momentum, from `from` as it was to
 /// `to`, where it has no bond.
 void move_share(const Voxel& from_before, Voxel& from, Voxel& to, double share);

@@ -163,7 +163,7 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
         const WayOut out =
             is_caught(model, voxel) ? find_way_out(model, before, bodies, x, y, z) : WayOut{};
         const auto is_speck = [&](const Overlap& part) {
-            return voxel.soil > model.crumb &&
+            return voxel.soil > model.crumb && part.share < 1 &&
                    (voxel.soil * part.share < model.speck || mass * part.share < model.mass_speck);
         };
         // What falls and cannot leave in shares goes whole, by chance, as crumbs do.

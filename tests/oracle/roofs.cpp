@@ -14,7 +14,7 @@ bool is_full(const Model& model, const Voxel& voxel) {
 }
 
 bool is_whole(const Model& model, const Voxel& voxel) {
-    return is_full(model, voxel) && 2 * voxel.bond >= voxel.soil;
+    return is_full(model, voxel) && is_bonded(model, voxel);
 }
 
 bool stands(const Model& model, const Field& field, int x, int y, int z) {

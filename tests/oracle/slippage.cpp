@@ -100,7 +100,7 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
             2 * std::max(0.0, failing_above[column(x, y)] - z - voxel.terrain) < voxel.soil) {
             return SoilState::failing;
         }
-        return 2 * voxel.bond >= voxel.soil ? SoilState::bonded : SoilState::loose;
+        return is_bonded(model, voxel) ? SoilState::bonded : SoilState::loose;
     };
     // Soil that falls in an arch is ground as piled soil is.
     const auto is_ground = [&](const Span& span, int x, int y) {

@@ -15,8 +15,7 @@ std::vector<Span> height_spans(const Model& model, const Field& field, int x, in
     // Soil that was never moved and is held with none under it: see roofs.h.
     const auto is_roof = [&](int at) {
         return !model.cohesion_height.empty() && at > 0 && !rigid(at) && voxel(at).soil > 0 &&
-               voxel(at).support.kind == Support::Kind::ground &&
-               2 * voxel(at).bond >= voxel(at).soil;
+               voxel(at).support.kind == Support::Kind::ground && is_bonded(model, voxel(at));
     };
     std::vector<Span> spans;
     int z = 0;
@@ -87,8 +86,10 @@ FreeSurface free_surface(const Model& model, const Field& field, const std::vect
     };
     for (auto span = spans.rbegin(); span != spans.rend(); ++span) {
         const int below = static_cast<int>(span->bottom) - 1;
-        const bool on_body = below >= 0 && field.at(x, y, below).psi() >= model.solid_coverage &&
-                             field.at(x, y, below).bodies > field.at(x, y, below).terrain;
+        int rigid = below;  // under a roof further down
+        while (rigid >= 0 && field.at(x, y, rigid).psi() < model.solid_coverage) --rigid;
+        const bool on_body =
+            rigid >= 0 && field.at(x, y, rigid).bodies > field.at(x, y, rigid).terrain;
         const bool empty = below >= 0 && span->top == span->bottom;
         if (span->kind != Span::Kind::piled || on_body || empty) continue;
         const int z = static_cast<int>(span->top);

@@ -20,7 +20,8 @@ struct ColumnVoxels {
     int32_t volume_at(int z) const { return volume[static_cast<size_t>(z) * stride]; }
     /// Soil that was never moved and that nothing carries is a roof: what falls loses its bond.
     bool is_roof(int z) const {
-        return bond && 2 * bond[static_cast<size_t>(z) * stride] >= volume_at(z) &&
+        return bond && volume_at(z) > layout::kWholeMost &&
+               2 * bond[static_cast<size_t>(z) * stride] >= volume_at(z) &&
                terrain_at(z) + volume_at(z) >= layout::kVoxelFull - layout::kSupportSlack;
     }
     int32_t ground_at(int z) const { return ground ? ground[static_cast<size_t>(z) * stride] : 0; }
