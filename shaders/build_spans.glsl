@@ -91,7 +91,7 @@ int single_word(int record, int count) {
 // grows upwards here (in the thesis it grows downwards). Heights are Q16 voxels above the floor. Edge spans depend on
 // the neighbours and are made where they are used, in slip_soil. One group per tile, a lane a column.
 // Columns that have not changed since the pass before have the same spans.
-// Reads: coverage, owner, terrain, volume, support, shapes, stamps. Writes: spans.
+// Reads: coverage, owner, terrain, volume, bond, support, hollows, shapes, stamps. Writes: spans.
 int build_spans_lanes(int group, int half_at) {
     return changed_half(entry_slot(block_list[params.list_offset + group]), half_at, params.spans_stamp);
 }

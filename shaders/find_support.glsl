@@ -3,7 +3,8 @@
 // whether or not there is soil in the rest of it: nothing can fall into it. The soil in the rest of it lies on the body,
 // but for what lies under a face that looks down: the body stands on that.
 // Columns that have not changed since the pass before are as they were, but those with a roof: what holds it is beside them.
-// Reads: coverage, owner, terrain, volume, bond, materials, stamps. Writes: support, masks, top of the tile, stamps.
+// Reads: coverage, owner, terrain, volume, bond, materials, water, tables, stamps. Writes: support, hollows, masks, top of the
+// tile, stamps.
 int find_support_lanes(int group, int half_at) { return kAllLanes; }
 
 void note_top(int slot, int top) {

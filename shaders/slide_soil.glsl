@@ -1,7 +1,7 @@
 // Soil that slides on: what slip_soil or a fall has set in motion along the ground goes on until friction has taken its
 // momentum, also over slopes that are stable. The voxels of a column that have momentum slide as one. Their thickness times
 // their speed goes over to the columns ahead, from the top down here and from the surface up there.
-// Reads: surfaces, stamps, coverage, terrain, all transported planes, tables. Writes: deltas, momentum and its sums, stamps.
+// Reads: surfaces, cuts, stamps, coverage, terrain, all transported planes, tables. Writes: deltas, momentum and its sums, stamps.
 
 CONST_INT(kSlideGap, 4)         // voxels without momentum under which none is looked for
 CONST_INT(kSlideDepth, 128)     // voxels at most that slide: sums over them stay in 31 bits

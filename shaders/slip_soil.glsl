@@ -5,7 +5,8 @@
 // from tables made on the host in double precision: (4) and (8).
 // Soil that falls in an arch slips too, without friction: see soil_arches.glsl.
 // Soil above a plane that find_failures has found failing has no cohesion: see soil_state_at().
-// Reads: spans, cuts, stamps, volume, all transported planes. Writes: deltas, slip speed, stamps, sums of momentum.
+// Reads: spans, cuts, stamps, coverage, terrain, support, all transported planes. Writes: deltas, slip speed, stamps, sums of
+// momentum.
 
 CONST_INT(kNoDrop, -1)
 CONST_INT(kSlipDepth, 2)  // voxels of a column that may slide at once
@@ -286,7 +287,7 @@ int facet_diagonal(int k) {
 }
 
 // Direction in which a facet falls, Q16: along its axis and across it.
-ivec2 facet_fall(int k, int to_diagonal) {
+ivec2 facet_dip(int k, int to_diagonal) {
     ivec2 axis_way = way_to(k & 6);
     ivec2 side_way = way_to(facet_diagonal(k)) - axis_way;
     int length = slope_length(kOneQ16, to_diagonal);
@@ -296,18 +297,18 @@ ivec2 facet_fall(int k, int to_diagonal) {
 // A facet counts for the direction as far as its wedge comes within one part in so many of the highest. Ours: so that noise does
 // not choose between two facets that are as steep. Larger: the columns of a face along a diagonal fall to one side or the other,
 // and heap up; smaller: directions are drawn to the eight ways.
-CONST_INT(kFallShare, 8)
+CONST_INT(kDipShare, 8)
 
 // Direction in which a span falls, Q16: the mean of the facets that are nearly as steep as the steepest. Of length 1, and less
 // where those look apart by more than a right angle, as on a ridge.
-ivec2 fall_of(IN(Failure) failure) {
-    int band = max(1, failure.wedge / kFallShare);
+ivec2 dip_of(IN(Failure) failure) {
+    int band = max(1, failure.wedge / kDipShare);
     ivec2 sum = ivec2(0);
     int weights = 0;
     for (int k = 0; k < 8; ++k) {
         int weight = fraction_q16(max(0, failure.facet[k] - failure.wedge + band), band) >> 4;  // sums of 8 stay in range
         if (weight == 0) continue;
-        ivec2 fall = facet_fall(k, failure.to_diagonal[k]);
+        ivec2 fall = facet_dip(k, failure.to_diagonal[k]);
         sum += sign(fall) * ivec2(mul_q16(abs(fall.x), weight), mul_q16(abs(fall.y), weight));
         weights += weight;
     }
@@ -442,7 +443,7 @@ bool slip_span(int slot, int lane, int i, int bottom, int top, int kind, int ste
     int wedge = failure.wedge;
     // What slides with its momentum slips so little that it keeps that. On a ridge it has no way to slide, and slips.
     if (params.slides != 0 && is_topmost && spans[column_word(kColumnSurface, column)] == top) {
-        ivec2 fall = fall_of(failure);
+        ivec2 fall = dip_of(failure);
         if (params.slide_kick > 0 && !waits) set_sliding(slot, at.x, at.y, top, source, fall, failure.slope);
         int aside = max(0, kOneQ16 - slope_length(fall.x, fall.y));
         wedge = min(wedge, kSlideCreep + mul_q16(wedge, aside));

@@ -186,7 +186,7 @@ CONST_INT(kBaseFree, 32768)
 CONST_INT(kBaseBody, 32767)
 // After all columns, kColumnArrays arrays of one word a column, array * columns + column.
 CONST_INT(kColumnSurface, 0)    // see kCovered
-CONST_INT(kColumnStamp, 1)      // pass that last changed soil or coverage here, or found a slope failing
+CONST_INT(kColumnStamp, 1)      // pass that last changed soil, coverage or what holds a roof here, or found a slope failing
 CONST_INT(kColumnSoilTop, 2)    // z of the highest voxel with soil + 1, or above it until find_support looks again
 // Below kColumnFull voxels are full and uncovered and rest on the ground, from kColumnEnd on all are empty: whoever looks at a
 // column looks at what lies between. find_support moves them together, what changes moves them apart.

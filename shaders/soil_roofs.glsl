@@ -30,7 +30,8 @@ int roof_strength(int voxel) {
     return mul_q16(strength, fraction_q16(min(state_at(kPlaneBond, voxel), volume), max(1, volume))) >> 4;
 }
 
-// Voxels from one of a roof to an abutment, or to a tile that sleeps; 0 where there is none. strength: grows by that of the voxels on the way.
+// Voxels from one of a roof to an abutment, or to a tile that sleeps; 0 where there is none. strength: grows by that of the
+// voxels on the way.
 int roof_side(int from_slot, ivec3 at, ivec2 way, INOUT(int) strength) {
     int slot = from_slot;
     ivec2 place = ivec2(at.x, at.y);

@@ -83,7 +83,9 @@ bool slides_on_bodies(const WorldPlan& plan, const Failure&) {
     return std::any_of(plan.soils.begin(), plan.soils.end(), [&plan](const SoilPlan& soil) {
         const SoilDef& def = soil.def;
         const double gravity = 1024 * def.gravity_m_s2 * def.step_s * def.step_s / def.voxel_m;
-        const auto is_none = [gravity](double friction) { return friction * gravity < 0.5; };
+        const auto is_none = [gravity](double friction) {
+            return friction > 0 && friction * gravity < 0.5;
+        };
         return std::any_of(def.materials.begin(), def.materials.end(),
                            [&](const MaterialDef& m) { return is_none(m.tool_friction); }) ||
                std::any_of(plan.bodies.begin(), plan.bodies.end(), [&](const BodyPlan& body) {

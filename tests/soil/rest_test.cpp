@@ -1,5 +1,5 @@
-// What is at rest sleeps: the smallest scenes in which soil stayed awake for good, one for each
-// cause that random worlds had.
+// What is at rest sleeps: the smallest scenes in which soil stayed awake for good, by what random
+// worlds had.
 #include "soil_fixture.h"
 
 namespace bsoil::rest_test {
