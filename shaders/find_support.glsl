@@ -41,8 +41,9 @@ void find_support(int group, int lane) {
     // An upper bound: what lies below is not looked at.
     int least = first;
     int hollow_word = column_word(kColumnHollow, slot * kTileColumns + lane);
-    bool was_hollow = params.bank_strength > 0 && spans[hollow_word] > 0;
-    if (!was_hollow && spans[column_word(kColumnStamp, slot * kTileColumns + lane)] <= params.support_stamp) {
+    int known_hollow = params.bank_strength > 0 ? spans[hollow_word] : 0;
+    bool was_hollow = known_hollow > 0;
+    if (known_hollow == 0 && spans[column_word(kColumnStamp, slot * kTileColumns + lane)] <= params.support_stamp) {
         note_top(slot, max(least, spans[soil_top]));
         return;
     }
@@ -57,7 +58,7 @@ void find_support(int group, int lane) {
     while (full < first && is_full_ground(column + full * kTileColumns)) full += 1;
     while (empty_from > end && is_empty(column + (empty_from - 1) * kTileColumns)) empty_from -= 1;
     bool sees_all = empty_from <= end;
-    if (was_hollow) first = 0;
+    if (known_hollow != 0) first = 0;
     int hollow = 0;
     end = min(end, empty_from);
     if (full >= first) {

@@ -203,6 +203,7 @@ CONST_INT(kColumnCut, 8)
 CONST_INT(kColumnFailing, 9)
 // 1 + z of the lowest soil that was never moved over a hollow, 0 where there is none or no soil has cohesion: see soil_roofs.glsl.
 CONST_INT(kColumnHollow, 10)
+CONST_INT(kHollowUnknown, -1)  // there: find_support looks from the floor up
 CONST_INT(kColumnArrays, 11)
 CONST_INT(kNotSingle, -1)
 CONST_INT(kIntactUnknown, -1)

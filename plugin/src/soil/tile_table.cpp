@@ -203,8 +203,7 @@ void TileTable::note_stale(int slot, bool may_be_covered) {
     write_columns(slot, kColumnSlides, 1);
     write_columns(slot, kColumnIntact, kIntactUnknown);
     for (const int array : {kColumnCut, kColumnFailing}) write_columns(slot, array, 0);
-    // There may be a hollow anywhere: find_support looks from the floor up.
-    write_columns(slot, kColumnHollow, 1);
+    write_columns(slot, kColumnHollow, kHollowUnknown);
 }
 
 void TileTable::look_anew_at_all() {
