@@ -183,15 +183,13 @@ int coverage_at(int voxel) {
 // Nothing ever flows into a voxel that is outside or mostly solid.
 bool is_solid(int voxel) { return voxel < 0 || coverage_at(voxel) >= kSolidCoverage; }
 
-// Nor, in this step, into one that is not dispatched: whoever asks has soil to put there, so it is in the next.
-bool is_closed(int voxel) {
-    if (is_solid(voxel)) return true;
-    if (block_flags[flag_index(kFlagListed, voxel >> 9)] == 0) {
-        ATOMIC_MAX(block_flags[flag_index(kFlagWanted, voxel >> 9)], params.step_stamp);
-        return true;
-    }
+// Whether a voxel is dispatched in this step: whoever asks has soil to put there or to take, so it is in the next.
+bool is_listed(int voxel) {
+    if (block_flags[flag_index(kFlagListed, voxel >> 9)] != 0) return true;
+    ATOMIC_MAX(block_flags[flag_index(kFlagWanted, voxel >> 9)], params.step_stamp);
     return false;
 }
+bool is_closed(int voxel) { return is_solid(voxel) || !is_listed(voxel); }
 
 bool is_full(int voxel) { return state_at(kPlaneVolume, voxel) + coverage_at(voxel) >= kVoxelFull; }
 

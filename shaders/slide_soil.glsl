@@ -220,6 +220,7 @@ void shift_slab(int slot, int x, int y, int first, ivec2 ahead, IN(Slab) slab, i
         int held = state_at(kPlaneVolume, source);
         int taken = min(amount, held);
         if (taken <= 0) continue;
+        if (!is_listed(source)) return;  // see shed_soil()
         amount -= taken;
         int fraction = fraction_q16(taken, held);
         for (int k = 0; k < 3; ++k) {

@@ -220,7 +220,7 @@ void set_sliding(int slot, int x, int y, int top, int source, ivec2 fall, int sl
     for (int z = (top - 1) >> 16; z >= lowest; --z) {
         int voxel = slot * params.tile_voxels + z * kTileColumns + y * kTileSide + x;
         int mass = mass_at(voxel);
-        if (mass == 0) continue;
+        if (mass == 0 || !is_listed(voxel)) continue;
         ivec3 gained = ivec3(mul_q16(mass * 64, along_x * 16), mul_q16(mass * 64, along_y * 16), 0);
         add_delta(kPlaneMomentumX, voxel, gained.x);
         add_delta(kPlaneMomentumY, voxel, gained.y);
@@ -402,6 +402,8 @@ void shed_soil(int slot, int x, int y, int bottom, int top, int wanted, int kind
             wedge_at(resistance_of(source, failure.slope), failure.slope) <= standing_wedge(source, slot, ivec3(x, y, z))) {
             break;  // what lies on top slides off it
         }
+        // A face can be higher than the blocks around what moves. Deltas beyond them would be lost.
+        if (!is_listed(source)) return;
         amount -= taken;
         int fraction = fraction_q16(taken, held);
         for (int k = 0; k < 8; ++k) {
