@@ -91,6 +91,16 @@ TEST_P(LooseBank, rests_at_the_face_that_its_height_gives) {
     }
 }
 
+// Its face is higher than the blocks around what moves at its foot. What slid off the top after 3 s
+// was put down below and never taken away above, where no block was dispatched.
+TEST(LooseBanks, keep_their_soil_however_high_they_fail) {
+    const auto soil = make_bank({1000, 16000, 60, 0.05, 45, 30, 0.3}, 1.5, 1.2);
+    ASSERT_TRUE(soil);
+    const int64_t units = soil->totals().units[0];
+    for (int i = 0; i < 200; ++i) soil->step({});
+    EXPECT_EQ(soil->totals().units[0], units);
+}
+
 // A plane that fails is asked for anew by each pass: nothing of it outlives a step.
 TEST(LooseBanks, go_on_from_a_snapshot_bit_for_bit) {
     const BankCase bank{1000, 16000, 90, 0.05, 22.5, 30, 0.7};
