@@ -136,9 +136,7 @@ bool passes_change(int from_slot, ivec2 from, ivec2 way, int toe, int least, int
     for (int n = 1; n <= kPlaneStepsMost; ++n) {
         ivec2 next = at + way;
         if (!step_on(slot, at, way)) {
-            ivec3 beyond = grid_voxel(slot, next.x, next.y, 0);
-            bool is_inside = beyond.x >= 0 && beyond.y >= 0 && beyond.x < params.size_x && beyond.y < params.size_y;
-            passed = is_inside ? n : 0;
+            passed = is_in_grid(slot, next.x, next.y) ? n : 0;
             return false;
         }
         int column = column_of(slot, at);
@@ -176,9 +174,7 @@ void collect_planes(int from_slot, ivec2 from, ivec2 way, int toe, int least, in
         ivec2 next = at + way;
         if (!step_on(slot, at, way)) {
             // Beyond the grid there is a wall. It holds what leans on it.
-            ivec3 beyond = grid_voxel(slot, next.x, next.y, 0);
-            bool is_inside = beyond.x >= 0 && beyond.y >= 0 && beyond.x < params.size_x && beyond.y < params.size_y;
-            passed = is_inside ? n : 0;
+            passed = is_in_grid(slot, next.x, next.y) ? n : 0;
             return;
         }
         int column = column_of(slot, at);

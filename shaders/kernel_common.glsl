@@ -334,7 +334,7 @@ ivec3 grid_voxel(int slot, int x, int y, int z) {
 // is ever marked in them, so that what looks at them from inside sees what it sees where there is no tile: a wall.
 bool is_in_grid(int slot, int x, int y) {
     ivec3 at = grid_voxel(slot, x, y, 0);
-    return at.x < params.size_x && at.y < params.size_y;
+    return at.x >= 0 && at.y >= 0 && at.x < params.size_x && at.y < params.size_y;
 }
 
 // A voxel's place in one word, above 0, which grows along x, then y, then z.

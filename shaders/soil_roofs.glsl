@@ -37,11 +37,8 @@ int roof_side(int from_slot, ivec3 at, ivec2 way, INOUT(int) strength) {
     ivec2 place = ivec2(at.x, at.y);
     for (int n = 1; n <= kRoofReach; ++n) {
         ivec2 next = place + way;
-        if (!step_on(slot, place, way)) {
-            ivec3 beyond = grid_voxel(slot, next.x, next.y, at.z);
-            bool is_inside = beyond.x >= 0 && beyond.y >= 0 && beyond.x < params.size_x && beyond.y < params.size_y;
-            return is_inside ? n : 0;  // ground that sleeps holds what it held
-        }
+        // Ground that sleeps holds what it held.
+        if (!step_on(slot, place, way)) return is_in_grid(slot, next.x, next.y) ? n : 0;
         int voxel = slot * params.tile_voxels + at.z * kTileColumns + place.y * kTileSide + place.x;
         if (state_at(kPlaneTerrain, voxel) >= kSolidCoverage) return n;
         if (!is_roof_soil(voxel)) return 0;
