@@ -21,6 +21,7 @@ void break_bonds(int group, int lane) {
     spans[cut_at] = 0;
     if (params.keeps_cohesion != 0) {
         spans[column_word(kColumnFailing, slot * kTileColumns + lane)] = cut_word;
+        if (cut_word != 0) ATOMIC_MAX(spans[tile_word(kTileFailing, slot)], params.step_stamp);
         stamp_column(slot, lane);
     }
     if (cut_word == 0) return;

@@ -20,7 +20,7 @@
 //              masks                  128 B a block            columns and voxels with work
 // spans  records                      368 B a column           16 spans, slip speeds, bases
 //        arrays                       44 B a column            surface, stamp, ends, cut ...
-//        of slots                     16 B a tile              stamp, toes, cut
+//        of slots                     20 B a tile              stamp, toes, cut, failing
 // shapes  bodies                      64 B a body              velocity, friction ...
 //         shapes                      128 B a shape            kind, place, size
 //         faces of hulls              16 B a face              normal, offset

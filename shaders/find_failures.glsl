@@ -5,8 +5,9 @@
 //     sum w (t - tan phi) > (1 + t^2) sum c / gamma
 // For a level top that is Culmann's bank, and with a vertical face 4 c / gamma tan(45 deg + phi / 2). Of the planes that fail
 // the flattest counts, thesis (4). The soil above it loses its bond, and until the next look all cohesion: see break_bonds.
-// Reads: surfaces, single piles, intact heights, stamps, volume, bond, materials, coverage, terrain, tables. Writes: cuts, toes,
-// wanted blocks, tiles asked for.
+// It looks everywhere, or again where soil has just failed: ways_near().
+// Reads: surfaces, single piles, intact heights, stamps, volume, bond, materials, coverage, terrain, tables, what has failed.
+// Writes: cuts, toes and their ways, wanted blocks, tiles asked for.
 
 CONST_INT(kPlaneSteepest, 12288)  // slope 3, Q12: the first plane to fail is no steeper than 45 deg + phi / 2
 CONST_INT(kPlaneStepsMost, 256)   // sums over a plane stay in 31 bits
@@ -249,8 +250,33 @@ bool are_dispatched(int slot, ivec2 at, ivec2 way, int count) {
     return all;
 }
 
+// Whether a plane that failed at the last look passes under a column: see break_bonds.
+bool has_failed(int slot, ivec2 at) {
+    return spans[tile_word(kTileFailing, slot)] == params.step_stamp &&
+           spans[column_word(kColumnFailing, column_of(slot, at))] != 0;
+}
+
+// Whether soil that has just failed lies up a way from a toe: at its foot, or one column on, where it has run out over the toe.
+bool has_failed_up(int slot, ivec2 at, ivec2 way) {
+    for (int n = 0; n < 2; ++n) {
+        if (!step_on(slot, at, way)) return false;
+        if (has_failed(slot, at)) return true;
+    }
+    return false;
+}
+
+// Whether a plane has failed in this step in a tile or in one beside it.
+bool has_failed_around(int slot) {
+    for (int n = 0; n < kNeighbourCount; ++n) {
+        int other = neighbour_slot(slot, n);
+        if (other >= 0 && spans[tile_word(kTileFailing, other)] == params.step_stamp) return true;
+    }
+    return false;
+}
+
 int find_failures_lanes(int group, int half_at) {
     int slot = entry_slot(block_list[params.list_offset + group]);
+    if (params.fails_near != 0 && !has_failed_around(slot)) return 0;
     return changed_around(slot, half_at, 2, params.slip_stamp) | spans[tile_word(kTileToes + half_at, slot)];
 }
 
@@ -277,15 +303,38 @@ int steep_ways(int slot, ivec2 here, int toe) {
     return ways;
 }
 
+// Of the ways up from a toe those that a look near soil which has just failed asks about. A toe on failing soil has no say: a lower
+// plane passes under it. One that was a toe at the last look asks again where planes failed. To another one (kNoWays) soil has run
+// out: it asks wherever such soil lies.
+int ways_near(int slot, ivec2 here, int ways, int ways_failed) {
+    if (has_failed(slot, here)) return 0;
+    if (ways_failed != kNoWays) return ways & ways_failed;
+    int near = 0;
+    for (; ways != 0; ways = ways & (ways - 1)) {
+        int k = lowest_bit(ways);
+        if (has_failed_up(slot, here, plane_way(k))) near = near | (1 << k);
+    }
+    return near;
+}
+
 void find_failures(int group, int lane) {
     int slot = entry_slot(block_list[params.list_offset + group]);
     ivec2 here = ivec2(lane & 7, lane >> 3);
     int toe = ground_height(slot * kTileColumns + lane);
     int ways = steep_ways(slot, here, toe);
     bool is_toe = ways != 0;
-    if (is_toe && is_solid(voxel_at(slot, here.x, here.y, toe >> 16))) ways = 0;  // nothing slides out there
+    int word = tile_word(kTileToes + (lane >> 5), slot);
+    int bit = 1 << (lane & 31);
+    int ways_word = (slot * kTileColumns + lane) * kColumnWords + kColumnWays;
+    bool is_closed_toe = is_toe && is_solid(voxel_at(slot, here.x, here.y, toe >> 16));
+    if (is_closed_toe) ways = 0;  // nothing slides out there
+    if (params.fails_near != 0 && ways != 0) {
+        ways = ways_near(slot, here, ways, (ATOMIC_LOAD(spans[word]) & bit) != 0 ? spans[ways_word] : kNoWays);
+    }
+    int failing = is_closed_toe ? kNoWays : 0;
     for (; ways != 0; ways = ways & (ways - 1)) {
-        ivec2 way = plane_way(lowest_bit(ways));
+        int k = lowest_bit(ways);
+        ivec2 way = plane_way(k);
         int climb = 0;
         int start = 0;
         int passed = 0;
@@ -296,6 +345,7 @@ void find_failures(int group, int lane) {
             stamp_column(slot, lane);  // for the next look to find the plane again
             continue;
         }
+        if (count > 0) failing = failing | (1 << k);
         int at_slot = slot;
         ivec2 at = here;
         for (int n = 1; n < count && step_on(at_slot, at, way); ++n) {
@@ -304,9 +354,8 @@ void find_failures(int group, int lane) {
             ATOMIC_MAX(spans[tile_word(kTileCut, at_slot)], params.step_stamp);
         }
     }
-    int word = tile_word(kTileToes + (lane >> 5), slot);
-    int bit = 1 << (lane & 31);
     if (is_toe) {
+        spans[ways_word] = failing;
         ATOMIC_OR_OWNED(spans[word], bit);
     } else {
         ATOMIC_AND_OWNED(spans[word], ~bit);

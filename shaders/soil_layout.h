@@ -178,6 +178,9 @@ CONST_INT(kSpanKind, 2)         // kSpanRigid ...
 CONST_INT(kColumnWords, 92)
 CONST_INT(kColumnCount, 0)      // spans of the column
 CONST_INT(kColumnSpans, 1)      // their records from the floor up, then padding up to kColumnSpeed and kColumnBase
+// Of a toe of banks the ways up which planes failed at the last look in this step; kNoWays where none was looked for.
+CONST_INT(kColumnWays, 49)
+CONST_INT(kNoWays, -1)
 CONST_INT(kColumnSpeed, 52)     // slip speed of span i (Q16 voxels per base step), two sets used turn by turn
 // What the spans stand on, 16 bits each, two a word: index + 1 of a body that may move, 0 elsewhere; kBaseFree where no
 // body covers the span's top.
@@ -213,7 +216,8 @@ CONST_INT(kCutNone, 268435456)
 CONST_INT(kTileStamp, 0)        // the largest kColumnStamp of its columns
 CONST_INT(kTileToes, 1)         // two words, a bit a column: the ground rises steeply beside it, see find_failures
 CONST_INT(kTileCut, 3)          // step that last set a kColumnCut
-CONST_INT(kTileArrays, 4)
+CONST_INT(kTileFailing, 4)      // step that last set a kColumnFailing: find_failures reads it while it writes kTileCut
+CONST_INT(kTileArrays, 5)
 // kColumnSurface: the height of the topmost resting soil (Q16), or kCovered less that height (as if
 // there were no bodies) where a body stands on it, or kTerrainTop less the height of the terrain where that covers the soil.
 CONST_INT(kCovered, -1)

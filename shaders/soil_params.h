@@ -33,6 +33,7 @@ int bank_strength;       // soil; 0 where none has any
 int loose_strength;      // the least kTableStrength of loose soil of a material, 0 where one has none or takes water
 int keeps_cohesion;      // 1: loose soil of a material has cohesion; 0: of none
 int regains_cohesion;    // 1: compaction gives moved soil of a material cohesion; 0: of none
+int fails_near;          // 1: find_failures looks where soil has just failed; 0: everywhere
 int dilates;             // 1: dense soil of a material has a peak angle of friction; 0: of none
 int slip_rate_least;     // share of a failing wedge that slides in a pass, Q16: kSlipRateLeast and kSlipRateMost by the length of
 int slip_rate_most;      // the step

@@ -45,12 +45,14 @@ double relative_density(const Model& model, const Voxel& voxel) {
     return std::clamp((range.loose - volume) / (range.loose - range.compacted), 0.0, 1.0);
 }
 
-std::vector<double> failing_planes(const Model& model, const Field& field,
-                                   const BankSoilLookup& soil, double least_friction,
-                                   double strength, double blur) {
+FailingPlanes failing_planes(const Model& model, const Field& field, const BankSoilLookup& soil,
+                             double least_friction, double strength, double blur,
+                             const std::function<bool(const Way&)>& asks) {
     constexpr double kNone = std::numeric_limits<double>::infinity();
     const auto column = [&](int x, int y) { return static_cast<size_t>(y) * field.nx + x; };
-    std::vector<double> ground, lowest(static_cast<size_t>(field.nx) * field.ny, kNone);
+    std::vector<double> ground;
+    FailingPlanes found_planes{std::vector<double>(static_cast<size_t>(field.nx) * field.ny, kNone),
+                               {}};
     for (int y = 0; y < field.ny; ++y) {
         for (int x = 0; x < field.nx; ++x) {
             ground.push_back(
@@ -89,7 +91,7 @@ std::vector<double> failing_planes(const Model& model, const Field& field,
         const auto inside = [&](int n) { return field.inside(x + n * dx, y + n * dy, 0); };
         const auto rise = [&](int n) { return ground[column(x + n * dx, y + n * dy)] - toe; };
         if (!inside(1) || rise(1) <= least_friction * length ||
-            field.closed(model, x, y, static_cast<int>(toe))) {
+            field.closed(model, x, y, static_cast<int>(toe)) || !asks({x, y, dx, dy})) {
             return {};
         }
         const auto fails = [&](const Plane& plane) {
@@ -141,14 +143,15 @@ std::vector<double> failing_planes(const Model& model, const Field& field,
                                          {1, -1},
                                          {2, -1}}) {
                 const std::optional<Plane> plane = search(x, y, dx, dy);
+                if (plane) found_planes.ways.insert({x, y, dx, dy});
                 for (int n = 1; plane && n < plane->count; ++n) {
-                    double& low = lowest[column(x + n * dx, y + n * dy)];
+                    double& low = found_planes.lowest[column(x + n * dx, y + n * dy)];
                     low = std::min(low, ground[column(x, y)] + plane->height(n));
                 }
             }
         }
     }
-    return lowest;
+    return found_planes;
 }
 
 }  // namespace oracle

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <functional>
+#include <set>
 
 #include "bsoil/material.h"
 #include "oracle/field.h"
@@ -35,11 +36,22 @@ double peak_friction(const bsoil::MaterialDef& soil, double relative_density);
 /// Relative density of a voxel's soil, 0..1; 0 where it does not change.
 double relative_density(const Model& model, const Voxel& voxel);
 
-/// Per column [y * nx + x] the height of the lowest failing plane; infinity where none fails.
+/// From a column, so many columns along x and y a step.
+struct Way {
+    int x = 0, y = 0, dx = 0, dy = 0;
+    auto operator<=>(const Way&) const = default;
+};
+
+struct FailingPlanes {
+    std::vector<double> lowest;  ///< height per column [y * nx + x]; infinity where none fails
+    std::set<Way> ways;          ///< from their toes
+};
+
 /// Cohesion counts times `strength`. It and friction are the largest within `blur` of the plane
-/// where `strength` is above 1, else the least. least_friction: of all materials.
-std::vector<double> failing_planes(const Model& model, const Field& field,
-                                   const BankSoilLookup& soil, double least_friction,
-                                   double strength, double blur);
+/// where `strength` is above 1, else the least. least_friction: of all materials. asks: of a way
+/// that is steep enough, whether planes are looked for.
+FailingPlanes failing_planes(const Model& model, const Field& field, const BankSoilLookup& soil,
+                             double least_friction, double strength, double blur,
+                             const std::function<bool(const Way&)>& asks);
 
 }  // namespace oracle

@@ -1,6 +1,7 @@
 // Banks of cohesive soil against the heights to which theory lets them stand.
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "bank_case.h"
 #include "oracle/banks.h"
@@ -73,18 +74,13 @@ SoilDef random_banks_def(unsigned seed) {
 
 class RandomBanks : public testing::TestWithParam<unsigned> {};
 
-// What fails with a fiftieth more strength loses its bond and its cohesion, what stands with a
-// fiftieth less keeps it: what Q8 heights and Q12 slopes make of a plane's balance is below 1 %.
-// Planes start at a 256th of a column and climb by up to 7 voxels a step, so that their heights are
-// good to 0.03 voxel.
-TEST_P(RandomBanks, fail_as_the_oracle_says) {
-    StageBench bench(random_banks_def(GetParam()));
-    bench.write(random_banks(bench, GetParam()));
-    bench.find_support();
-    bench.build_spans();
-    const StatePlanes before = bench.read();
-    bench.find_failures();
-    const StatePlanes after = bench.read();
+/// Whether a way up from a toe is asked about.
+using Asks = std::function<bool(const oracle::Way&)>;
+
+/// What fails now, by the oracle.
+oracle::FailingPlanes failing_planes(
+    const StageBench& bench, const StatePlanes& state, double strength,
+    const Asks& asks = [](const oracle::Way&) { return true; }) {
     const oracle::Model model = bench.model();
     const auto soil = [&](const oracle::Voxel& held, bool bonded) -> oracle::BankSoil {
         std::vector<double> heights, frictions;
@@ -100,16 +96,34 @@ TEST_P(RandomBanks, fail_as_the_oracle_says) {
         }
         return {held.mean(heights), held.mean(frictions)};
     };
-    const oracle::Field field = bench.to_field(before);
-    const auto planes = [&](double strength) {
-        return oracle::failing_planes(model, field, soil, std::tan(25 * kDegree), strength, 0.04);
-    };
-    const std::vector<double> strong = planes(1.02), weak = planes(0.98), cuts = bench.read_cuts();
-    int broken = 0;
+    return oracle::failing_planes(model, bench.to_field(state), soil, std::tan(25 * kDegree),
+                                  strength, 0.04, asks);
+}
+
+void expect_between(const std::vector<double>& cuts, const std::vector<double>& weak,
+                    const std::vector<double>& strong) {
     for (size_t column = 0; column < cuts.size(); ++column) {
         EXPECT_LE(cuts[column], strong[column] + 0.04) << column;
         EXPECT_GE(cuts[column], weak[column] - 0.04) << column;
     }
+}
+
+// What fails with a fiftieth more strength loses its bond and its cohesion, what stands with a
+// fiftieth less keeps it: what Q8 heights and Q12 slopes make of a plane's balance is below 1 %.
+// Planes start at a 256th of a column and climb by up to 7 voxels a step, so that their heights are
+// good to 0.03 voxel.
+TEST_P(RandomBanks, fail_as_the_oracle_says) {
+    StageBench bench(random_banks_def(GetParam()));
+    bench.write(random_banks(bench, GetParam()));
+    bench.find_support();
+    bench.build_spans();
+    const StatePlanes before = bench.read();
+    bench.find_failures();
+    const StatePlanes after = bench.read();
+    const std::vector<double> strong = failing_planes(bench, before, 1.02).lowest,
+                              weak = failing_planes(bench, before, 0.98).lowest;
+    expect_between(bench.read_cuts(), weak, strong);
+    int broken = 0;
     for (int y = 0; y < before.ny; ++y) {
         for (int x = 0; x < before.nx; ++x) {
             const size_t column = static_cast<size_t>(y) * before.nx + x;
@@ -146,6 +160,52 @@ TEST_P(RandomBanks, fail_as_the_oracle_says) {
     EXPECT_LT(rounds, 200) << "bonds break for ever";
 }
 
+// After soil has slid: a toe that was one asks up the ways where planes failed, one to which soil
+// has run out wherever failing soil lies one or two columns on, and one on failing soil nowhere.
+TEST_P(RandomBanks, are_asked_again_where_they_failed) {
+    StageBench bench(random_banks_def(GetParam()));
+    bench.write(random_banks(bench, GetParam()));
+    bench.find_support();
+    bench.build_spans();
+    const StatePlanes before = bench.read();
+    std::set<std::pair<int, int>> toes;
+    const auto weak = failing_planes(bench, before, 0.98,
+                                     [&](const oracle::Way&way) {
+                                         toes.insert({way.x, way.y});
+                                         return true;
+                                     }),
+               strong = failing_planes(bench, before, 1.02);
+    bench.find_failures();
+    const std::vector<double> failed = bench.read_cuts();
+    bench.slip(1);
+    bench.build_spans();
+    const StatePlanes slid = bench.read();
+    bench.find_failures_again();
+    const auto has_failed = [&](int x, int y) {
+        return x >= 0 && y >= 0 && x < slid.nx && y < slid.ny &&
+               !std::isinf(failed[static_cast<size_t>(y) * slid.nx + x]);
+    };
+    const auto may_ask = [&](const oracle::Way& way) {
+        if (has_failed(way.x, way.y)) return false;
+        if (toes.contains({way.x, way.y})) return weak.ways.contains(way);
+        return has_failed(way.x + way.dx, way.y + way.dy) ||
+               has_failed(way.x + 2 * way.dx, way.y + 2 * way.dy);
+    };
+    const auto has_to_ask = [&](const oracle::Way& way) {
+        if (toes.contains({way.x, way.y}) && !strong.ways.contains(way)) return false;
+        return may_ask(way);
+    };
+    const auto most = failing_planes(bench, slid, 0.98, may_ask),
+               least = failing_planes(bench, slid, 1.02, has_to_ask);
+    expect_between(bench.read_cuts(), most.lowest, least.lowest);
+    RecordProperty("again", std::to_string(least.ways.size()) + " to " +
+                                std::to_string(most.ways.size()) + " of " +
+                                std::to_string(failing_planes(bench, slid, 0.98).ways.size()));
+    if (GetParam() == 1) {
+        EXPECT_GT(least.ways.size(), 10u) << "too little fails here to test anything";
+    }
+}
+
 TEST_P(RandomBanks, have_the_same_bits_on_gl) {
     if (!gl_missing().empty()) {
         GTEST_SKIP() << gl_missing();
@@ -158,7 +218,11 @@ TEST_P(RandomBanks, have_the_same_bits_on_gl) {
         bench.find_support();
         bench.build_spans();
         bench.find_failures();
-        return std::pair(bench.read(), bench.read_cuts());
+        const std::vector<double> failed = bench.read_cuts();
+        bench.slip(1);
+        bench.build_spans();
+        bench.find_failures_again();
+        return std::tuple(bench.read(), failed, bench.read_cuts());
     };
     EXPECT_TRUE(result(Backend::cpu) == result(Backend::gl));
 }

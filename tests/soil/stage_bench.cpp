@@ -172,6 +172,12 @@ void StageBench::find_failures() {
     run(Kernel::break_bonds, impl_->lists.tiles());
 }
 
+void StageBench::find_failures_again() {
+    impl_->params.fails_near = 1;
+    find_failures();
+    impl_->params.fails_near = 0;
+}
+
 int64_t StageBench::cut_word_at(int x, int y) const {
     return impl_->tiles.column_array_offset(kColumnFailing, slot_of(x, y)) + y % 8 * 8 + x % 8;
 }

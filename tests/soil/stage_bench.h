@@ -48,7 +48,8 @@ class StageBench {
     void advect(int substeps);                           ///< with apply_flow
     void resolve_overflow(OverflowHeuristic heuristic);  ///< of all blocks, with apply_flow
     void build_spans();
-    void find_failures();  ///< with break_bonds, after build_spans
+    void find_failures();        ///< with break_bonds, after build_spans
+    void find_failures_again();  ///< the same, where soil failed in the look before
     /// By column [y * nx + x] the height of the plane above which soil has no cohesion, infinity
     /// where there is none: what find_failures left, or is to have left.
     std::vector<double> read_cuts() const;

@@ -96,9 +96,14 @@ void Passes::advect() {
 void Passes::spread_overflow() { move(Kernel::resolve_overflow, lists_.listed()); }
 
 // What falls apart slides in the passes that follow.
-void Passes::fail_banks() {
+void Passes::fail_banks(bool everywhere) {
     look(Kernel::build_spans, Looker::spans, lists_.tiles());
-    core_.stamps.begin_look(Looker::failures);
+    if (everywhere) {
+        core_.stamps.begin_look(Looker::failures);
+    } else {
+        core_.stamps.begin_partial_look(Looker::failures);
+    }
+    core_.params.fails_near = everywhere ? 0 : 1;
     core_.stamps.begin_pass();
     run(Kernel::find_failures, lists_.tiles());
     run(Kernel::break_bonds, lists_.tiles());
@@ -143,9 +148,10 @@ void Passes::slip(int pass, int passes) {
                                   ? core_.params.gravity_q16 / core_.params.substep_count
                                   : 0;
     const int stride = pass < passes - least ? stride_most : 1;
-    // What a plane that fails lets go stops in the pass in which none fails any more.
+    // What a plane that fails lets go stops in the pass in which none fails any more. A bank
+    // elsewhere waits for the next step, as one of soil that was never moved does.
     if (core_.params.keeps_cohesion != 0) {
-        fail_banks();
+        fail_banks(pass == 0);
     } else {
         look(Kernel::build_spans, Looker::spans, lists_.tiles());
     }

@@ -22,8 +22,8 @@ class Passes {
     void advect();           ///< thesis (19)
     void spread_overflow();  ///< thesis (19), one pass for what does not fit
     /// Where soil has cohesion: which banks fail as a whole. Where loose soil keeps some, slip()
-    /// does it.
-    void fail_banks();
+    /// does it, everywhere before its first pass, then where soil has just failed.
+    void fail_banks(bool everywhere = true);
     /// Parts of a step in each of which slopes slip and slide, by what the last step left.
     int slide_part_count() const;
     /// Passes in each of so many parts.

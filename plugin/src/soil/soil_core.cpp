@@ -9,12 +9,15 @@ namespace bsoil {
 
 using namespace layout;
 
+int32_t& PassStamps::told(Looker looker) {
+    return looker == Looker::support ? params_.support_stamp
+           : looker == Looker::spans ? params_.spans_stamp
+           : looker == Looker::slide ? params_.slide_stamp
+                                     : params_.slip_stamp;
+}
+
 void PassStamps::begin_look(Looker looker) {
-    int32_t& told = looker == Looker::support ? params_.support_stamp
-                    : looker == Looker::spans ? params_.spans_stamp
-                    : looker == Looker::slide ? params_.slide_stamp
-                                              : params_.slip_stamp;
-    told = std::exchange(last_look_[static_cast<size_t>(looker)], params_.pass_stamp);
+    told(looker) = std::exchange(last_look_[static_cast<size_t>(looker)], params_.pass_stamp);
 }
 
 void PassStamps::forget() { last_look_.fill(-1); }

@@ -30,6 +30,10 @@ class PassStamps {
 
     /// Before the kernel of this looker runs: all that changed since it last ran.
     void begin_look(Looker looker);
+    /// The same, of a look that leaves out some of it: for the next one that is not over.
+    void begin_partial_look(Looker looker) {
+        told(looker) = last_look_[static_cast<size_t>(looker)];
+    }
     /// Before a kernel that moves soil.
     void begin_pass() { ++params_.pass_stamp; }
     /// Every looker looks at everything. The columns' stamps have to be cleared as well.
@@ -39,6 +43,8 @@ class PassStamps {
     bool are_used_up() const { return params_.pass_stamp > 1 << 30; }
 
   private:
+    int32_t& told(Looker looker);
+
     layout::SoilParams& params_;
     std::array<int32_t, static_cast<size_t>(Looker::count)> last_look_ = {-1, -1, -1, -1, -1, -1};
 };

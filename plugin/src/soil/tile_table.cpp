@@ -245,8 +245,9 @@ void TileTable::write_columns(int slot, int array, int32_t word) {
 void TileTable::forget_stamps() {
     core_.device->fill_zero(Buffer::spans, column_array_offset(kColumnStamp, 0),
                             int64_t{slot_count_} * kTileColumns);
-    core_.device->fill_zero(Buffer::spans, tile_array_offset(kTileStamp, 0), slot_count_);
-    core_.device->fill_zero(Buffer::spans, tile_array_offset(kTileCut, 0), slot_count_);
+    for (const int array : {kTileStamp, kTileCut, kTileFailing}) {
+        core_.device->fill_zero(Buffer::spans, tile_array_offset(array, 0), slot_count_);
+    }
     std::ranges::fill(looked_step_, -1);
     core_.stamps.forget();
 }
