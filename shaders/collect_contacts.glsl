@@ -158,14 +158,14 @@ void collect_contact(int slot, ivec3 at, int voxel) {
     ivec3 gradient = body_gradient(slot, at.x, at.y, at.z);
     if (largest_component(gradient) == 0) return;
     ivec3 inwards = step_inwards(gradient);
+    int outer = voxel_outwards(slot, at, inwards, 1);
+    if (state_at(kPlaneVolume, voxel) == 0 && (outer < 0 || state_at(kPlaneVolume, outer) == 0)) return;
     int body = body_beside(slot, at, voxel, inwards);
     if (body < 0) return;
     int support = kSupportNone;
     int soil_voxel = soil_outwards(slot, at, voxel, inwards, support);
-    int outer = voxel_outwards(slot, at, inwards, 1);
-    int volume = state_at(kPlaneVolume, voxel) + (outer < 0 ? 0 : state_at(kPlaneVolume, outer));
     // Soil that falls bears nothing, and what lies on a body moves with it.
-    if (volume == 0 || support == kSupportNone) return;
+    if (support == kSupportNone) return;
     if (support == kSupportBody + body) {
         soil_voxel = soil_behind_load(slot, at, body, gradient);
         if (soil_voxel < 0) return;

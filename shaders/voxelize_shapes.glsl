@@ -143,6 +143,13 @@ float shape_distance(int shape, vec3 p) {
 #define kFaceApart 1.3125f
 // The outermost sub-cells' middles are 0.65 voxels from the voxel's and end 1/8 further on: beyond 0.775 all are in or all out.
 #define kSubCellReach 0.8125f
+// What makes them up: a sub-cell's middle is so far from the voxel's along each of the grid's axes, its end so far on, and there
+// is slack for the rounding, as much as in the two above.
+#define kSubCellMiddle 0.375f
+#define kSubCellHalf 0.125f
+#define kReachSlack 0.03125f
+// Of a voxel that is covered in full.
+#define kSubCellsFull 64.0f
 // Between the middle of 8 voxels above each other and those of the lowest and the highest.
 #define kColumnReach 3.5f
 
@@ -263,16 +270,25 @@ vec3 place_in_shape(vec3 rise_x, vec3 rise_y, vec3 rise_z, vec3 offset, vec3 at)
     return p;
 }
 
+// How far a box's sub-cells' middles lie from the voxel's, along the box's own axes: no more than a voxel's that turns as it may,
+// and in a box that lies along the grid little more than half of that.
+vec3 box_reach(vec3 rise_x, vec3 rise_y, vec3 rise_z) {
+    return vec3(abs(rise_x.x) + abs(rise_x.y) + abs(rise_x.z), abs(rise_y.x) + abs(rise_y.y) + abs(rise_y.z),
+                abs(rise_z.x) + abs(rise_z.y) + abs(rise_z.z)) *
+               kSubCellMiddle +
+           vec3(kReachSlack);
+}
+
 // Whether half a column's voxels, whose middle is at p, are all further off the shape than a sub-cell's reach.
-// rise: how a place in the shape's frame moves up the column.
-bool is_column_beside(int shape, vec3 p, vec3 rise, float rounding) {
+// rise: how a place in the shape's frame moves up the column; reach: of a box.
+bool is_column_beside(int shape, vec3 p, vec3 rise, vec3 reach, float rounding) {
     int kind = shapes[shape + kShapeKind];
     if (kind == kKindLattice) {
         return false;  // they know distances only so far
     }
     if (kind == kKindBox) {
-        vec3 beyond = abs(p) - shape_row(shape + kShapeHalfExtents) - abs(rise) * kColumnReach;
-        return max(beyond.x, max(beyond.y, beyond.z)) - rounding > kSubCellReach;
+        vec3 beyond = abs(p) - shape_row(shape + kShapeHalfExtents) - abs(rise) * kColumnReach - reach;
+        return max(beyond.x, max(beyond.y, beyond.z)) - rounding > kSubCellHalf;
     }
     if (kind == kKindHull) {
         int first = shapes[shape + kShapeFaces];
@@ -286,6 +302,28 @@ bool is_column_beside(int shape, vec3 p, vec3 rise, float rounding) {
         return furthest - rounding > kSubCellReach;
     }
     return shape_distance(shape, p) - rounding > kColumnReach + kSubCellReach;
+}
+
+// Sum over a voxel's sub-cells. p: its middle in the shape's frame; rise_x: how the first coordinate grows along the grid's axes.
+float covered_sum(int shape, vec3 p, vec3 rise_x, vec3 rise_y, vec3 rise_z, float rounding) {
+    PRECISE float middle = shape_distance(shape, p) - rounding;
+    if (middle >= kSubCellReach) return 0.0f;
+    if (middle <= -kSubCellReach) return kSubCellsFull;
+    return shape_sum(shape, p, rise_x, rise_y, rise_z, rounding);
+}
+
+// The same of a box. A face that is the highest in all sub-cells tells alone.
+float covered_sum_of_box(int shape, vec3 p, vec3 reach, vec3 rise_x, vec3 rise_y, vec3 rise_z, float rounding) {
+    vec3 half_extents = shape_row(shape + kShapeHalfExtents);
+    vec3 beyond = abs(p) - half_extents;
+    vec3 low = beyond - reach;
+    vec3 high = beyond + reach;
+    if (max(low.x, max(low.y, low.z)) - rounding >= kSubCellHalf) return 0.0f;
+    if (max(high.x, max(high.y, high.z)) - rounding <= -kSubCellHalf) return kSubCellsFull;
+    if (low.x > max(high.y, high.z)) return slab_sum(p.x, rise_x, half_extents.x, rounding);
+    if (low.y > max(high.x, high.z)) return slab_sum(p.y, rise_y, half_extents.y, rounding);
+    if (low.z > max(high.x, high.y)) return slab_sum(p.z, rise_z, half_extents.z, rounding);
+    return shape_sum(shape, p, rise_x, rise_y, rise_z, rounding);
 }
 
 // Columns of half a block within the shape's bounds.
@@ -326,39 +364,23 @@ void voxelize_shapes(int group, int lane) {
     bool has_soil = false;
 
     int kind = shapes[shape + kShapeKind];
+    vec3 reach = box_reach(column_x, column_y, column_z);
     int low = max(0, shapes[shape + kShapeLow + 2] - z0);
     int high = min(7, shapes[shape + kShapeHigh + 2] - z0);
     vec3 column_middle = vec3(float(corner.x) + 0.5f, float(corner.y) + 0.5f, float(corner.z) + 4.0f);
     vec3 rise = vec3(column_x.z, column_y.z, column_z.z);
     if (high > low &&
-        is_column_beside(shape, place_in_shape(column_x, column_y, column_z, offset, column_middle), rise, rounding)) {
+        is_column_beside(shape, place_in_shape(column_x, column_y, column_z, offset, column_middle), rise, reach, rounding)) {
         return;
     }
     for (int z = low; z <= high; ++z) {
         vec3 at = vec3(float(corner.x) + 0.5f, float(corner.y) + 0.5f, float(corner.z + z) + 0.5f);
         vec3 p = place_in_shape(column_x, column_y, column_z, offset, at);
-        PRECISE float middle = shape_distance(shape, p) - rounding;
-        int covered = 0;
-        if (middle <= -kSubCellReach) {
-            covered = kVoxelFull;
-        } else if (middle < kSubCellReach) {
-            PRECISE float sum = 0.0f;
-            vec3 half_extents = shape_row(shape + kShapeHalfExtents);  // of a box; unused else
-            vec3 beyond = abs(p) - half_extents;
-            if (kind != kKindBox) {
-                sum = shape_sum(shape, p, column_x, column_y, column_z, rounding);
-            } else if (beyond.x > max(beyond.y, beyond.z) + kFaceApart) {
-                sum = slab_sum(p.x, column_x, half_extents.x, rounding);
-            } else if (beyond.y > max(beyond.x, beyond.z) + kFaceApart) {
-                sum = slab_sum(p.y, column_y, half_extents.y, rounding);
-            } else if (beyond.z > max(beyond.x, beyond.y) + kFaceApart) {
-                sum = slab_sum(p.z, column_z, half_extents.z, rounding);
-            } else {
-                sum = shape_sum(shape, p, column_x, column_y, column_z, rounding);
-            }
-            PRECISE float units = sum * float(kSubCellUnits) + 0.5f;
-            covered = int(units);
-        }
+        PRECISE float sum = kind == kKindBox
+                                ? covered_sum_of_box(shape, p, reach, column_x, column_y, column_z, rounding)
+                                : covered_sum(shape, p, column_x, column_y, column_z, rounding);
+        PRECISE float units = sum * float(kSubCellUnits) + 0.5f;
+        int covered = int(units);
         if (covered > 0) {
             int voxel = block * kBlockVoxels + z * kTileColumns + lane;
             ATOMIC_ADD_OWNED(state[kPlaneCoverage * params.plane_stride + voxel], covered);
