@@ -16,6 +16,15 @@ namespace bsoil::bullet {
 /// A thread takes at least this many contacts.
 constexpr size_t kRangeContacts = 512;
 
+namespace {
+
+/// Whether its motion is not solved for.
+bool is_given(const BodyState& body) {
+    return body.role == BodyRole::driven || body.role == BodyRole::fixed;
+}
+
+}  // namespace
+
 ContactCoupling::ContactCoupling(btDiscreteDynamicsWorld& world, ContactSoil soil,
                                  KnownContacts& known, const SoilActionDef& options,
                                  const WorkThreads& threads)
@@ -141,7 +150,8 @@ void ContactCoupling::find_contact(BodyWork& work, double duration_s) const {
         history = coupled.memory.advance(work.voxels, coupled.body.motion, law, duration_s,
                                          work.pressed_around, coupled.motions, &threads_);
     }
-    work.contact = work.found.find(work.voxels, coupled.motions, law, history, &threads_);
+    work.contact = work.found.find(work.voxels, coupled.motions, law, history, &threads_,
+                                   {.mobilized = is_given(coupled.body)});
 }
 
 /// Sorts contacts by body. The soil hands them over in the order of its voxels, and each body's
@@ -304,8 +314,7 @@ void ContactCoupling::update_motions(CoupledBody& coupled, std::span<const Conta
         const int id = coupled.carriers[i].id;
         const bool is_new = std::none_of(previous_motions_.begin(), previous_motions_.end(),
                                          [id](const ContactMotion& m) { return m.carrier == id; });
-        const bool is_solved =
-            coupled.body.role != BodyRole::driven && coupled.body.role != BodyRole::fixed;
+        const bool is_solved = !is_given(coupled.body);
         const bool is_averaged = is_solved && !is_new && !coupled.body.is_asleep;
         const BodyMotion* under = id >= 0 ? &coupled.carriers[i].body.motion : nullptr;
         coupled.motions[i].advance(coupled.body.motion, under, voxels, duration_s,
@@ -347,7 +356,7 @@ void ContactCoupling::act(const BodyWork& work) {
     CoupledBody& coupled = *work.coupled;
     const BodyContact& contact = work.contact;
     known_.set_width(coupled.body.id, contact.width_m);
-    if (coupled.body.role == BodyRole::driven || coupled.body.role == BodyRole::fixed) {
+    if (is_given(coupled.body)) {
         coupled.report.force_n = contact.mobilized_force_n;
         coupled.report.torque_n_m = contact.mobilized_torque_n_m;
         known_.set_pressure(coupled.body.id, contact.mobilized_pressure_pa);

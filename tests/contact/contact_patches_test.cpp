@@ -149,6 +149,37 @@ TEST(ContactPatches, moving_body_mobilizes_force_and_torque) {
     EXPECT_NEAR(total.mobilized_torque_n_m.z, 500, 1e-9);
 }
 
+TEST(ContactPatches, of_a_body_that_is_solved_for_only_the_mobilized_parts_are_left_out) {
+    ContactMotion moving;
+    moving.motion.linear_velocity_m_s = moving.direction.linear_velocity_m_s = {0.3, -0.8, 0};
+    for (const auto kind : {ContactLawDef::Kind::granular, ContactLawDef::Kind::plain}) {
+        auto soil = std::make_shared<ContactSoil>();
+        soil->materials = {materials::dry_sand()};
+        soil->up = kUp;
+        soil->voxel_m = 0.1;
+        soil->law.kind = kind;
+        const auto law = ContactLaw::make(std::move(soil));
+        const std::vector<ContactVoxel> voxels = sphere_voxels();
+        ContactPatches whole, solved;
+        const BodyContact all = whole.find(voxels, {&moving, 1}, *law, {});
+        const BodyContact asked =
+            solved.find(voxels, {&moving, 1}, *law, {}, nullptr, {.mobilized = false});
+        EXPECT_GT(length(all.mobilized_force_n), 0);
+        EXPECT_EQ(length(asked.mobilized_force_n), 0);
+        EXPECT_EQ(length(asked.mobilized_torque_n_m), 0);
+        EXPECT_EQ(asked.mobilized_pressure_pa, 0);
+        EXPECT_EQ(asked.width_m, all.width_m);
+        ASSERT_EQ(solved.patches().size(), whole.patches().size());
+        ASSERT_FALSE(whole.patches().empty());
+        for (size_t i = 0; i < whole.patches().size(); ++i) {
+            const ContactPatch &a = whole.patches()[i], &b = solved.patches()[i];
+            EXPECT_EQ(a.normal_limit_n, b.normal_limit_n);
+            EXPECT_EQ(a.friction, b.friction);
+            EXPECT_EQ(length(a.point_m - b.point_m), 0);
+        }
+    }
+}
+
 TEST(ContactPatches, ring_that_turns_has_the_torque_of_its_radius) {
     SoilStrength sticky = uniform_strength(1000);
     sticky.adhesion_pa = 200;

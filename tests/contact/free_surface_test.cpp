@@ -252,6 +252,77 @@ TEST(SurfaceWedge, of_a_heap_does_not_hang_on_the_grid) {
     }
 }
 
+/// Level ground that pushes as hard as the easiest of the planes that are tried, one after the
+/// other, over ground of which nothing is known outside of a square.
+double wedge_by_planes(const oracle::SurfaceMap& map, Vec3 at, Vec3 ahead) {
+    const double t = std::tan(kPhi), w = std::tan(kWall);
+    const auto push = [&](double slope) {
+        const double inclined = (slope + t) / (1 - slope * t);
+        return 1 - slope * t > 0 && 1 - inclined * w > 0 ? inclined / (1 - inclined * w) : 1e300;
+    };
+    double before = map.at(static_cast<int>(at.x), static_cast<int>(at.y)).height;
+    const double depth = before - at.z;
+    const auto height = [&](double x) {
+        const double u = at.x + ahead.x * x - 0.5, v = at.y + ahead.y * x - 0.5;
+        if (u < 0 || v < 0 || u >= kSide - 1 || v >= kSide - 1) return before;
+        const int i = static_cast<int>(u), j = static_cast<int>(v);
+        const auto along = [&](int row) {
+            return std::lerp(map.at(i, row).height, map.at(i + 1, row).height, u - i);
+        };
+        return before = std::lerp(along(j), along(j + 1), v - j);
+    };
+    double least = 1e300, level = 1e300, lowest = 1e300, area = 0, last_x = 0, last = depth;
+    for (int k = 0; k < 17; ++k) {  // each a fourth root of 2 further
+        const double run = 0.5 * std::pow(2, k / 4.0);
+        level = std::min(level, run * push(1 / run));
+    }
+    for (int k = 0; k < 17; ++k) {
+        const double x = 0.5 * std::pow(2, k / 4.0) * depth, here = height(x) - at.z;
+        if (here <= 0) {
+            const double ends = last_x + (x - last_x) * last / (last - here);
+            return 2 * std::min(least, (area + last * (ends - last_x) / 2) * push(0)) /
+                   (depth * level);
+        }
+        area += (last + here) / 2 * (x - last_x);
+        if (here / x <= lowest) {
+            lowest = here / x;
+            least = std::min(least, (area - here * x / 2) * push(lowest));
+        }
+        last_x = x;
+        last = here;
+    }
+    return 2 * least / (depth * level);
+}
+
+TEST(SurfaceWedge, random_beds_have_the_easiest_of_all_planes) {
+    int beyond = 0;
+    for (unsigned seed = 1; seed <= 40; ++seed) {
+        std::mt19937 random(seed);
+        const auto uniform = [&random](double low, double high) {
+            return low + (high - low) * static_cast<double>(random()) / 4294967296.0;
+        };
+        const double rough = uniform(0, 4);
+        Bed bed([&](int, int) {
+            return SurfaceColumn{Top::soil,
+                                 std::floor((20 + uniform(-rough, rough)) * 65536) / 65536};
+        });
+        bed.lowest = 2;  // so that it looks at all columns
+        bed.wedge_length = 20;
+        for (int k = 0; k < 20; ++k) {
+            const double turn = uniform(0, 2 * std::numbers::pi);
+            const Vec3 ahead{std::cos(turn), std::sin(turn), 0};
+            const Vec3 at{uniform(1, kSide - 1), uniform(1, kSide - 1), uniform(8, 15.9)};
+            const double wanted = wedge_by_planes(bed.map(), at, ahead);
+            EXPECT_NEAR(bed.wedge_depth(at, ahead), wanted, 1e-9 * wanted) << seed << ", " << k;
+            const double end = 8 * (20 - at.z);
+            const double x = at.x + end * ahead.x, y = at.y + end * ahead.y;
+            beyond += std::min(x, y) < 0 || std::max(x, y) > kSide ? 1 : 0;
+        }
+    }
+    EXPECT_GT(beyond, 200);  // of 800
+    EXPECT_LT(beyond, 790);
+}
+
 TEST(FreeSurface, random_beds_as_the_oracle_has_them) {
     int looked_at = 0, open = 0;
     for (unsigned seed = 1; seed <= 60; ++seed) {

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -72,6 +73,10 @@ TEST(BodyFaces, nearest_of_all_parts_whichever_are_passed_over) {
             const NearestFace found = faces.nearest(at, 0);
             ASSERT_EQ(found.distance_m, least_m);
             ASSERT_EQ(length(found.normal - normal), 0);
+            const std::optional<NearestFace> below = faces.nearest_below(at, 0, 0.5);
+            ASSERT_EQ(below.has_value(), least_m > 0.5);
+            if (!below) continue;
+            ASSERT_EQ(length(below->normal - normal), 0);
         }
     }
 }

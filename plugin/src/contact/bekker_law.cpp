@@ -50,7 +50,7 @@ ElementYield BekkerLaw::yield(const ContactElement& element, const ElementMotion
     const double sliding = length(slide);
     const double creep = def().creep;
     if (sliding > 0) out.slide = slide * (1 / (sliding + creep));
-    if (approach > creep) {
+    if (motion.asks_mobilized && approach > creep) {
         out.mobilized_pa = -out.normal_limit_pa * n;
         if (sliding > creep) {
             out.mobilized_pa +=

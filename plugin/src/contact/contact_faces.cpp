@@ -79,6 +79,24 @@ int ContactFaces::root_of(int run) {
     return run;
 }
 
+// Voxels mostly come row by row already, so that each row is sorted by itself.
+void ContactFaces::sort_cells() {
+    const auto lies_before = [](const Cell& a, const Cell& b) {
+        return a < b || (!(b < a) && a.voxel < b.voxel);
+    };
+    const auto by_x = [](const Cell& a, const Cell& b) { return a.x < b.x; };
+    if (!std::ranges::is_sorted(cells_, by_x)) {
+        std::ranges::sort(cells_, lies_before);
+        return;
+    }
+    for (auto row = cells_.begin(); row != cells_.end();) {
+        const auto end =
+            std::find_if(row, cells_.end(), [&](const Cell& c) { return c.x != row->x; });
+        std::sort(row, end, lies_before);
+        row = end;
+    }
+}
+
 void ContactFaces::join_runs(int gap) {
     runs_.clear();
     for (size_t i = 0; i < cells_.size(); ++i) {
@@ -165,9 +183,7 @@ void ContactFaces::find(std::span<const ContactVoxel> voxels, Quat body_to_world
                        walls[bin].foot_m};
     }
 
-    std::sort(cells_.begin(), cells_.end(), [](const Cell& a, const Cell& b) {
-        return a < b || (!(b < a) && a.voxel < b.voxel);
-    });
+    sort_cells();
     join_runs(law.def().sole_gap_voxels);
     face_of_root_.assign(runs_.size(), -1);
     std::vector<FaceSums> soles;

@@ -20,14 +20,14 @@ constexpr double kRetreatMostVoxels = 1;
 /// looked for there first. Ours, as a matter of cost: what a body moves in a step. Larger: more
 /// entries are looked at; smaller: more contacts are looked for twice.
 constexpr double kNearVoxels = 0.25;
-/// Width of a cell [voxels]. Ours, as a matter of cost: of the columns of voxels, in the middle of
-/// which most entries lie, a cell that reaches a little beyond one holds no other. Larger: entries
-/// of columns beside are looked at; smaller: more cells are.
-constexpr double kCellVoxels = 0.5;
-/// No more cells than so many for each entry. Ours, as a matter of cost: few contacts that lie far
-/// apart have wider cells. Larger: more empty cells are cleared; smaller: more entries are looked
-/// at.
-constexpr double kCellsPerEntry = 4;
+/// Width of a cell [voxels]. Ours, as a matter of cost: what is looked for near the middle of a
+/// voxel, where most entries lie in the middle of a cell, is in one. Larger: entries of voxels
+/// beside are looked at; smaller: more cells are.
+constexpr double kCellVoxels = 1;
+/// No more cells than so many for each entry, but for a factor of less than 8. Ours, as a matter of
+/// cost: the surface of a cube of 50 voxels keeps cells of one. Larger: more empty cells are
+/// cleared; smaller: more entries are looked at.
+constexpr double kCellsPerEntry = 8;
 /// A box is wider by this than what it is to hold, for the rounding.
 constexpr double kRoundingAdds = 1 + 1e-6;
 
@@ -37,6 +37,19 @@ std::span<const PressedSoil> from_x(std::span<const PressedSoil> soil, double x)
         std::lower_bound(soil.begin(), soil.end(), x,
                          [](const PressedSoil& entry, double at) { return entry.center_m.x < at; });
     return soil.subspan(static_cast<size_t>(first - soil.begin()));
+}
+
+/// Of the middles of a list that is not empty, sorted by x.
+Aabb box_of_sorted(std::span<const PressedSoil> soil) {
+    Aabb box{soil.front().center_m, soil.back().center_m};
+    for (const PressedSoil& entry : soil) {
+        const Vec3 c = entry.center_m;
+        box.min.y = std::min(box.min.y, c.y);
+        box.max.y = std::max(box.max.y, c.y);
+        box.min.z = std::min(box.min.z, c.z);
+        box.max.z = std::max(box.max.z, c.z);
+    }
+    return box;
 }
 
 /// The direction in which the soil beside a contact goes with it.
@@ -50,25 +63,22 @@ void ContactMemory::Index::make(std::span<const PressedSoil> soil, double voxel_
     soil_ = soil;
     const double cell_m = kCellVoxels * voxel_m;
     if (soil.empty()) return;
-    Aabb box{soil.front().center_m, soil.back().center_m};
-    for (const PressedSoil& entry : soil) {
-        box.min.y = std::min(box.min.y, entry.center_m.y);
-        box.max.y = std::max(box.max.y, entry.center_m.y);
-    }
+    box_ = box_of_sorted(soil);
     // Middles of voxels lie in the middles of cells.
-    low_ = {box.min.x - cell_m / 2, box.min.y - cell_m / 2, 0};
-    const Vec3 size = box.max - low_;
+    low_ = box_.min - 0.5 * Vec3{cell_m, cell_m, cell_m};
+    const Vec3 size = box_.max - low_;
     const double most = kCellsPerEntry * static_cast<double>(soil.size());
-    per_cell_ = 1 / std::max(cell_m, std::sqrt(size.x * size.y / most));
-    per_cell_ = std::min(per_cell_, most / std::max(size.x, size.y));
-    last_[0] = cell_at(size.x, std::numeric_limits<int>::max());
-    last_[1] = cell_at(size.y, std::numeric_limits<int>::max());
-    const auto row = static_cast<size_t>(last_[0]) + 1;
-    starts_.assign(row * (static_cast<size_t>(last_[1]) + 1) + 1, 0);
+    const double area = std::max({size.x * size.y, size.y * size.z, size.z * size.x});
+    per_cell_ = std::min({1 / cell_m, std::cbrt(most / (size.x * size.y * size.z)),
+                          std::sqrt(most / area), most / std::max({size.x, size.y, size.z})});
+    constexpr int kAny = std::numeric_limits<int>::max();
+    last_ = {cell_at(size.x, kAny), cell_at(size.y, kAny), cell_at(size.z, kAny)};
+    const auto count = [this](int axis) { return static_cast<size_t>(last_[axis]) + 1; };
+    starts_.assign(count(0) * count(1) * count(2) + 1, 0);
     cells_.resize(soil.size());
     for (size_t i = 0; i < soil.size(); ++i) {
         const Vec3 off = soil[i].center_m - low_;
-        cells_[i] = static_cast<size_t>(cell_at(off.y, last_[1])) * row +
+        cells_[i] = row_of(cell_at(off.y, last_[1]), cell_at(off.z, last_[2])) +
                     static_cast<size_t>(cell_at(off.x, last_[0]));
         ++starts_[cells_[i]];
     }
@@ -83,17 +93,19 @@ void ContactMemory::Index::make(std::span<const PressedSoil> soil, double voxel_
     starts_.front() = 0;
 }
 
-int ContactMemory::Index::cell_at(double off_m, int last) const {
-    return static_cast<int>(std::clamp(off_m * per_cell_, 0.0, static_cast<double>(last)));
+bool ContactMemory::Index::may_hold(Vec3 middle, double half_m) const {
+    const Vec3 half{half_m, half_m, half_m}, from = middle - half, to = middle + half;
+    return from.x <= box_.max.x && to.x >= box_.min.x && from.y <= box_.max.y &&
+           to.y >= box_.min.y && from.z <= box_.max.z && to.z >= box_.min.z;
 }
 
 template <typename Visit>
 void ContactMemory::Index::visit_box(Vec3 middle, Vec3 half, const Visit& visit) const {
     const Vec3 low = middle - half - low_, high = middle + half - low_;
     const int x0 = cell_at(low.x, last_[0]), x1 = cell_at(high.x, last_[0]);
-    const int y1 = cell_at(high.y, last_[1]);
-    for (int y = cell_at(low.y, last_[1]); y <= y1; ++y) {
-        const size_t row = static_cast<size_t>(y) * (static_cast<size_t>(last_[0]) + 1);
+    const int y0 = cell_at(low.y, last_[1]), y1 = cell_at(high.y, last_[1]);
+    const int z0 = cell_at(low.z, last_[2]), z1 = cell_at(high.z, last_[2]);
+    const auto visit_row = [&](size_t row) {
         const auto end = static_cast<size_t>(starts_[row + static_cast<size_t>(x1) + 1]);
         for (auto i = static_cast<size_t>(starts_[row + static_cast<size_t>(x0)]); i < end; ++i) {
             const Vec3 apart = spots_[i].center_m - middle;
@@ -102,6 +114,9 @@ void ContactMemory::Index::visit_box(Vec3 middle, Vec3 half, const Visit& visit)
             // One branch for the three: which of them fails, the processor cannot guess.
             if (is_in[0] + is_in[1] + is_in[2] == 3) visit(soil_[spots_[i].place], apart);
         }
+    };
+    for (int z = z0; z <= z1; ++z) {
+        for (int y = y0; y <= y1; ++y) visit_row(row_of(y, z));
     }
 }
 
@@ -111,6 +126,8 @@ const PressedSoil* ContactMemory::Index::find(const ContactVoxel& v, const Conta
     const double voxel_m = law.voxel_m(), far_m = law.def().memory_reach_voxels * voxel_m;
     const double reach_m = law.def().same_along_voxels * voxel_m;
     const double across_m = law.def().same_across_voxels * voxel_m;
+    // No entry that counts is further off than both together.
+    if (!may_hold(v.center_m, (reach_m + across_m) * kRoundingAdds)) return nullptr;
     const Vec3 way = way_of(v, law);
     const PressedSoil* same = nullptr;
     double least = std::numeric_limits<double>::infinity();
@@ -144,15 +161,7 @@ const PressedSoil* ContactMemory::Index::find(const ContactVoxel& v, const Conta
 
 PressedList::PressedList(std::span<const PressedSoil> sorted_soil, int of_body)
     : body(of_body), soil(sorted_soil) {
-    if (soil.empty()) return;
-    box = {soil.front().center_m, soil.back().center_m};
-    for (const PressedSoil& entry : soil) {
-        const Vec3 c = entry.center_m;
-        box.min.y = std::min(box.min.y, c.y);
-        box.max.y = std::max(box.max.y, c.y);
-        box.min.z = std::min(box.min.z, c.z);
-        box.max.z = std::max(box.max.z, c.z);
-    }
+    if (!soil.empty()) box = box_of_sorted(soil);
 }
 
 void ContactMemory::near(std::span<const PressedList> lists, std::span<const ContactVoxel> voxels,
@@ -220,11 +229,20 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
     for_ranges(threads, voxels.size(), kRangeVoxels, [&](size_t first, size_t last) {
         for (size_t i = first; i < last; ++i) advance_one(i);
     });
-    // On the ground they are sorted as the voxels are.
-    if (!std::ranges::is_sorted(entries_, lies_before)) {
-        std::ranges::stable_sort(entries_, lies_before);
-    }
+    sort_entries();
     return history_;
+}
+
+// On the ground they are sorted as the voxels are. What was known before is not needed any more,
+// and has room for them in their order.
+void ContactMemory::sort_entries() {
+    if (std::ranges::is_sorted(entries_, lies_before)) return;
+    order_.clear();
+    for (size_t i = 0; i < entries_.size(); ++i) order_.emplace_back(entries_[i].center_m.x, i);
+    std::ranges::sort(order_);
+    previous_.clear();
+    for (const auto& [x, place] : order_) previous_.push_back(entries_[place]);
+    previous_.swap(entries_);
 }
 
 std::span<const ContactHistory> ContactMemory::recall(std::span<const ContactVoxel> voxels,

@@ -189,10 +189,10 @@ class CarrierPatches {
 BodyContact ContactPatches::find(std::span<const ContactVoxel> voxels,
                                  std::span<const ContactMotion> motions, const ContactLaw& law,
                                  std::span<const ContactHistory> history,
-                                 const WorkThreads* threads, double apart_m) {
+                                 const WorkThreads* threads, const ContactAsk& ask) {
     patches_.clear();
     // A face is one whatever carries the soil beside its parts.
-    const double element_m = std::max(law.voxel_m(), apart_m);
+    const double element_m = std::max(law.voxel_m(), ask.apart_m);
     faces_.find(voxels, motions.front().motion.pose.rotation, law, element_m, threads);
 
     // Elements by themselves on any thread, their sums in order on this one.
@@ -206,10 +206,11 @@ BodyContact ContactPatches::find(std::span<const ContactVoxel> voxels,
             const double area_m2 = v.is_between_walls ? 0 : v.area_m2 * v.touching;
             element = {{}, area_m2, dominant_axis_bin(rotate(to_body, v.normal))};
             if (!(element.area_m2 > 0)) continue;  // a stress on no area is no force
-            element.yield = law.yield({v, faces_.of_voxel(i)},
-                                      {relative.direction.velocity_at(v.position_m),
-                                       dot(relative.motion.velocity_at(v.position_m), v.normal)},
-                                      history.empty() ? kAllDeveloped : history[i]);
+            element.yield =
+                law.yield({v, faces_.of_voxel(i)},
+                          {relative.direction.velocity_at(v.position_m),
+                           dot(relative.motion.velocity_at(v.position_m), v.normal), ask.mobilized},
+                          history.empty() ? kAllDeveloped : history[i]);
             element.area_m2 *= element.yield.area_share;
         }
     });
@@ -227,11 +228,13 @@ BodyContact ContactPatches::find(std::span<const ContactVoxel> voxels,
             const auto& [yield, area, bin] = elements_[i];
             sums.add(v, bin, yield, area);
 
-            const Vec3 force = area * yield.mobilized_pa;
-            total.mobilized_force_n += force;
-            total.mobilized_torque_n_m +=
-                cross(v.position_m - relative.motion.center_of_mass_m, force);
-            mobilized.add_stress(std::max(0.0, -dot(yield.mobilized_pa, v.normal)), area);
+            if (ask.mobilized) {
+                const Vec3 force = area * yield.mobilized_pa;
+                total.mobilized_force_n += force;
+                total.mobilized_torque_n_m +=
+                    cross(v.position_m - relative.motion.center_of_mass_m, force);
+                mobilized.add_stress(std::max(0.0, -dot(yield.mobilized_pa, v.normal)), area);
+            }
             const double limit_n = yield.normal_limit_pa * area;
             limit_n_sum += limit_n;
             total.width_m += limit_n * faces_.of_voxel(i).width_m;

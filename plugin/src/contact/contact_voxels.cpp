@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/layout.h"
 #include "bsoil/contact/contact_law.h"
@@ -34,9 +35,10 @@ constexpr double kEdgeDip = 0.5;
 // deep would give its flank a depth of half a voxel. One step for each face that may meet there.
 Vec3 onto_body(Vec3 point_m, const ContactBody& body, double voxel_m) {
     for (int face_index = 0; face_index < 3; ++face_index) {
-        const NearestFace face = body.faces.nearest(point_m, voxel_m);
-        if (!(face.distance_m > kOnFace * voxel_m)) break;
-        point_m = point_m - face.distance_m * face.normal;
+        const std::optional<NearestFace> face =
+            body.faces.nearest_below(point_m, voxel_m, kOnFace * voxel_m);
+        if (!face) break;
+        point_m = point_m - face->distance_m * face->normal;
     }
     return point_m;
 }

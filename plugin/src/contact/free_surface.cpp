@@ -232,11 +232,63 @@ SurfaceWedge::Found FreeSurface::wedge_before(const ContactRecord& contact, Vec3
     const double level = std::hypot(outward.x, outward.y);
     if (!(depth > 0) || !(level > 0)) return {std::max(0.0, depth), 1};
     const double ahead_x = outward.x / level, ahead_y = outward.y / level;
-    double last = nearest;  // beyond what was looked at the ground goes on level
-    return wedges_[static_cast<size_t>(contact.material)].find(depth, [&](double x) {
-        last = ground_at(at.x + ahead_x * x, at.y + ahead_y * x, last);
-        return last - at.z;
-    });
+    return wedges_[static_cast<size_t>(contact.material)].find(
+        depth, [&](const SurfaceWedge::Runs& x) {
+            SurfaceWedge::Runs heights = ground_along(at, {ahead_x, ahead_y, 0}, x, nearest);
+            for (double& height : heights) height -= at.z;
+            return heights;
+        });
+}
+
+// In loops of which the compiler makes vectors: no height hangs on the one before, but where nobody
+// has looked.
+SurfaceWedge::Runs FreeSurface::ground_along(Vec3 from, Vec3 ahead, const SurfaceWedge::Runs& x,
+                                             double nearest) const {
+    constexpr size_t kCount = SurfaceWedge::kRunCount;
+    const double low_x = low_[0], low_y = low_[1];
+    SurfaceWedge::Runs u, v;
+    for (size_t k = 0; k < kCount; ++k) {
+        u[k] = from.x + ahead.x * x[k] - low_x - 0.5;
+        v[k] = from.y + ahead.y * x[k] - low_y - 0.5;
+    }
+    const double u_most = size_[0] - 1, v_most = size_[1] - 1;
+    const auto is_inside = [&](size_t k) {
+        return u[k] >= 0 && v[k] >= 0 && u[k] < u_most && v[k] < v_most;
+    };
+    // The way is straight: it leaves the rectangle once, and may come into it once before.
+    size_t first = 0, last = kCount;
+    while (first < last && !is_inside(first)) ++first;
+    while (first < last && !is_inside(last - 1)) --last;
+    std::array<int32_t, kCount> ix, iy;
+    for (size_t k = 0; k < kCount; ++k) {
+        ix[k] = static_cast<int32_t>(u[k]);
+        iy[k] = static_cast<int32_t>(v[k]);
+    }
+    std::array<std::array<int32_t, kCount>, 4> corner{};
+    std::array<int32_t, kCount> told;
+    told.fill(-1);
+    for (size_t k = first; k < last; ++k) {
+        const int32_t* low = &nearest_[static_cast<size_t>(iy[k]) * size_[0] + ix[k]];
+        const int32_t* high = low + size_[0];
+        corner[0][k] = low[0];
+        corner[1][k] = low[1];
+        corner[2][k] = high[0];
+        corner[3][k] = high[1];
+        told[k] = low[0] | low[1] | high[0] | high[1];
+    }
+    SurfaceWedge::Runs height;
+    for (size_t k = 0; k < kCount; ++k) {
+        const double fx = u[k] - ix[k], fy = v[k] - iy[k];
+        height[k] = ((corner[0][k] * (1 - fx) + corner[1][k] * fx) * (1 - fy) +
+                     (corner[2][k] * (1 - fx) + corner[3][k] * fx) * fy) /
+                    65536.0;
+    }
+    double before = nearest;
+    for (size_t k = 0; k < kCount; ++k) {
+        if (told[k] < 0) height[k] = before;
+        before = height[k];
+    }
+    return height;
 }
 
 double FreeSurface::height_beside(const ContactRecord& contact, Vec3 at, Vec3 outward) const {

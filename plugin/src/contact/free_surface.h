@@ -72,20 +72,10 @@ class FreeSurface {
     void sum_up();
     Sum sum_below(double x, double y) const;
     double nearest_beside(const ContactRecord& contact, double otherwise) const;
-    /// The same between the middles of columns; `otherwise` where nobody has looked. Here, since
-    /// wedge_before() asks a dozen times.
-    double ground_at(double x, double y, double otherwise) const {
-        const double u = x - low_[0] - 0.5, v = y - low_[1] - 0.5;
-        if (u < 0 || v < 0 || u >= size_[0] - 1 || v >= size_[1] - 1) return otherwise;
-        const int ix = static_cast<int>(u), iy = static_cast<int>(v);
-        const double fx = u - ix, fy = v - iy;
-        const int32_t* low = &nearest_[static_cast<size_t>(iy) * size_[0] + ix];
-        const int32_t* high = low + size_[0];
-        if ((low[0] | low[1] | high[0] | high[1]) < 0) return otherwise;
-        return ((low[0] * (1 - fx) + low[1] * fx) * (1 - fy) +
-                (high[0] * (1 - fx) + high[1] * fx) * fy) /
-               65536.0;
-    }
+    /// Of the ground at distances x along a level direction, between the middles of columns. Where
+    /// nobody has looked it is as high as at the distance before, and `nearest` at the first.
+    SurfaceWedge::Runs ground_along(Vec3 from, Vec3 ahead, const SurfaceWedge::Runs& x,
+                                    double nearest) const;
 
     int reach_ = 0;                           ///< the farthest of all bodies [columns]
     int low_[2] = {0, 0}, size_[2] = {0, 0};  ///< of the rectangle [columns]

@@ -126,6 +126,7 @@ SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2,
     const double wall_rad = std::atan(out.friction);
     out.passive_factor = law.passive_wedge ? log_spiral_passive_factor(phi, wall_rad)
                                            : passive_pressure_factor(phi, wall_rad);
+    out.wedge_width_growth = passive_width_growth(out.passive_factor, phi);
     if (law.passive_wedge) out.wedge_normal_share = std::cos(wall_rad);
     out.wedge_sides =
         2.0 / 3 * (1 - std::sin(phi)) * std::sin(phi) / std::sin(std::numbers::pi / 4 + phi / 2);
@@ -247,10 +248,9 @@ FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, doubl
     // Without friction there is no frictional stress to change.
     if (!(resistive_pa * soil.sole_stress > 0)) return {.developed = developed};
     const double sole = developed * bearing_pa / (resistive_pa * soil.sole_stress);
-    const double spread = law.passive_wedge
-                              ? passive_width_factor(soil.passive_factor, soil.friction_angle_rad,
-                                                     face.width_m, face.foot_m)
-                              : 1 + soil.wedge_sides * face.depth_m / face.width_m;
+    const double spread =
+        law.passive_wedge ? passive_width_factor(soil.wedge_width_growth, face.width_m, face.foot_m)
+                          : 1 + soil.wedge_sides * face.depth_m / face.width_m;
     const double wedge_pa =
         soil.weight_n_m3 * depth_m * soil.passive_factor * soil.wedge_normal_share * spread;
     return {std::max(1.0, sole),
@@ -365,7 +365,7 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
     out.adhesion_pa =
         depth_m > 0 ? held * shear * std::min(soil.adhesion_pa, bonded * soil.cohesion_pa) : 0;
 
-    if (approach > creep) {
+    if (along.asks_mobilized && approach > creep) {
         const Vec3 stress =
             xi_depth * resistive_stress(n, motion * (1 / length(motion)), up, soil.friction);
         const Vec3 normal = dot(stress, n) * n;

@@ -59,7 +59,8 @@ Resistance Impact::at(double way_m) {
         out.drag_kg_m += momentum_flux(body_.density_kg_m3 * element.area_m2, facing) * facing;
     }
     const ContactMotion on_ground{-1, still_, body_.direction, {}, {}};
-    found_.find(lifted_, {&on_ground, 1}, *law_, {}, nullptr, body_.apart_m);
+    found_.find(lifted_, {&on_ground, 1}, *law_, {}, nullptr,
+                {.apart_m = body_.apart_m, .mobilized = false});
     for (const ContactPatch& patch : found_.patches()) {
         out.force_n -= patch.normal_limit_n * dot(patch.normal, n);
     }

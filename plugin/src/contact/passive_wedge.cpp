@@ -129,15 +129,24 @@ double log_spiral_passive_factor(double phi, double wall) {
     return std::min(least, has_plane ? passive_pressure_factor(phi, wall) : kNone);
 }
 
-double passive_width_factor(double passive_factor, double friction_angle_rad, double width_m,
-                            double depth_m) {
+double passive_width_growth(double passive_factor, double friction_angle_rad) {
+    const double active_root = std::tan(std::numbers::pi / 4 - friction_angle_rad / 2);
+    const double apart = std::max(0.0, passive_factor - active_root * active_root);
+    return std::pow(apart, 2.0 / 3) * 1.6;
+}
+
+double passive_width_factor(double growth, double width_m, double depth_m) {
     // Duncan and Mokwa (2001) take Brinch Hansen's factor no larger. Larger: narrow and deep faces
     // meet more than tests of slabs show.
     constexpr double kMost = 2;
     if (!(depth_m > 0)) return 1;
-    const double active_root = std::tan(std::numbers::pi / 4 - friction_angle_rad / 2);
-    const double apart = std::max(0.0, passive_factor - active_root * active_root);
-    return std::min(kMost, 1 + std::pow(apart, 2.0 / 3) * 1.6 / (1 + 5 * width_m / depth_m));
+    return std::min(kMost, 1 + growth / (1 + 5 * width_m / depth_m));
+}
+
+double passive_width_factor(double passive_factor, double friction_angle_rad, double width_m,
+                            double depth_m) {
+    return passive_width_factor(passive_width_growth(passive_factor, friction_angle_rad), width_m,
+                                depth_m);
 }
 
 }  // namespace bsoil

@@ -83,7 +83,7 @@ ElementYield PlainLaw::yield(const ContactElement& element, const ElementMotion&
     const double sliding_friction = normal > 0 ? std::min(against / normal, friction) : friction;
     out.friction = friction + moving * (sliding_friction - friction);
     if (sliding > 0) out.slide = slide * (slid / sliding);
-    if (approach > 0) {
+    if (along.asks_mobilized && approach > 0) {
         const Vec3 stress = resistive_stress(n, motion * (1 / length(motion)), up(), friction);
         if (dot(stress, n) < 0) out.mobilized_pa = xi_depth * stress;
     }

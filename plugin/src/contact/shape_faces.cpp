@@ -144,13 +144,12 @@ void BodyFaces::place(const SoilBody& body, const WallShapes& walls) {
     }
 }
 
-NearestFace BodyFaces::nearest(Vec3 point_m, double thin_m) const {
+BodyFaces::Found BodyFaces::find(Vec3 point_m, double thin_m) const {
     double least_m = std::numeric_limits<double>::infinity();
-    const Part* nearest = nullptr;
-    NearestFace face{least_m, {0, 0, 1}};
+    Found found{nullptr, {least_m, {0, 0, 1}}};
     for (const Part& part : parts_) {
         if (part.thickness_m < thin_m && thickest_m_ >= thin_m) continue;
-        if (nearest) {
+        if (found.part) {
             const double off_m = length(point_m - part.to_world.position) - part.bound_m;
             // Farther than the nearest, by more than rounding.
             const double least_off_m = off_m * part.bound_share - part.shape->rounding_m;
@@ -159,17 +158,32 @@ NearestFace BodyFaces::nearest(Vec3 point_m, double thin_m) const {
         const NearestFace its = nearest_face(*part.shape, transform(part.to_shape, point_m));
         if (std::abs(its.distance_m) < least_m) {
             least_m = std::abs(its.distance_m);
-            nearest = &part;
-            face = its;
+            found = {&part, its};
         }
     }
-    if (!nearest) return face;
-    face.normal = rotate(nearest->to_world.rotation, face.normal);
-    if (nearest->growth->is_thin()) {
-        face.sheet_normal = rotate(nearest->to_world.rotation, nearest->growth->normal);
-        face.rim_share = nearest->growth->rim_share();
+    return found;
+}
+
+NearestFace BodyFaces::in_world(const Found& found) {
+    NearestFace face = found.face;
+    if (!found.part) return face;
+    face.normal = rotate(found.part->to_world.rotation, face.normal);
+    if (found.part->growth->is_thin()) {
+        face.sheet_normal = rotate(found.part->to_world.rotation, found.part->growth->normal);
+        face.rim_share = found.part->growth->rim_share();
     }
     return face;
+}
+
+NearestFace BodyFaces::nearest(Vec3 point_m, double thin_m) const {
+    return in_world(find(point_m, thin_m));
+}
+
+std::optional<NearestFace> BodyFaces::nearest_below(Vec3 point_m, double thin_m,
+                                                    double least_m) const {
+    const Found found = find(point_m, thin_m);
+    if (!(found.face.distance_m > least_m)) return {};
+    return in_world(found);
 }
 
 }  // namespace bsoil

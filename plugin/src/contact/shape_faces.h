@@ -1,6 +1,9 @@
 /// The faces of a body's shapes: what the coverage field rounds off at its edges.
 #pragma once
 
+#include <optional>
+#include <vector>
+
 #include "bsoil/body.h"
 #include "contact/wall_thickness.h"
 
@@ -30,6 +33,9 @@ class BodyFaces {
     /// does not tell their faces apart. Thickened sheets count as thick. Cost: the number of shapes
     /// and of their planes.
     NearestFace nearest(Vec3 point_m, double thin_m) const;
+    /// The same, and none where the point is no further above that face than `least_m`: it costs
+    /// less to find that out.
+    std::optional<NearestFace> nearest_below(Vec3 point_m, double thin_m, double least_m) const;
 
   private:
     struct Part {
@@ -40,6 +46,14 @@ class BodyFaces {
         double bound_m, bound_share;  ///< no face is nearer than bound_share times the way beyond
                                       ///< bound_m from the shape's origin
     };
+    /// A part, and the face of its shape in the shape's frame.
+    struct Found {
+        const Part* part = nullptr;
+        NearestFace face;
+    };
+    Found find(Vec3 point_m, double thin_m) const;
+    static NearestFace in_world(const Found& found);
+
     std::vector<Part> parts_;
     double thickest_m_ = 0;
 };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <limits>
 
 namespace bsoil {
@@ -22,16 +23,26 @@ class SurfaceWedge {
         /// wall moves ahead. The wedge goes along with it, and soil enters through the plane.
         double inflow_share = 1;
     };
-    /// depth: of the wall's foot below the ground at the wall, > 0. height(x): of the ground above
-    /// the foot, at distance x before the wall. All in one unit. Exact for level and for evenly
-    /// sloping ground. Cost: up to kRuns heights.
-    template <class Height>
-    Found find(double depth, Height&& height) const {
+    static constexpr size_t kRunCount = 17;
+    /// A number for each plane that is tried.
+    using Runs = std::array<double, kRunCount>;
+
+    /// depth: of the wall's foot below the ground at the wall, > 0. heights(x): of the ground above
+    /// the foot, at distances x before the wall. All in one unit. Exact for level and for evenly
+    /// sloping ground. Cost: kRunCount heights and planes; the compiler makes vectors of both.
+    template <class Heights>
+    Found find(double depth, Heights&& heights) const {
+        Runs x, slope, push_at;
+        for (size_t k = 0; k < kRunCount; ++k) x[k] = kRuns[k] * depth;
+        const Runs here = heights(x);
+        for (size_t k = 0; k < kRunCount; ++k) {
+            slope[k] = here[k] / x[k];
+            push_at[k] = push(slope[k]);
+        }
         double least = kNone, inflow = 1, lowest = kNone, area = 0, before_x = 0, before = depth;
-        for (const double share : kRuns) {
-            const double x = share * depth, here = height(x);
-            if (!(here > 0)) {  // the plane is level and ends where the ground meets it
-                const double last = (x - before_x) * before / (before - here);
+        for (size_t k = 0; k < kRunCount; ++k) {
+            if (!(here[k] > 0)) {  // the plane is level and ends where the ground meets it
+                const double last = (x[k] - before_x) * before / (before - here[k]);
                 const double its_push = (area + before * last / 2) * level_push_;
                 if (its_push < least) {
                     least = its_push;
@@ -39,20 +50,20 @@ class SurfaceWedge {
                 }
                 break;
             }
-            area += (before + here) / 2 * (x - before_x);
+            area += (before + here[k]) / 2 * (x[k] - before_x);
             // Any other plane would come out before it gets there.
-            const double slope = here / x;
-            if (slope <= lowest) {
-                lowest = slope;
-                if (const double its_push = (area - here * x / 2) * push(slope); its_push < least) {
+            if (slope[k] <= lowest) {
+                lowest = slope[k];
+                const double its_push = (area - here[k] * x[k] / 2) * push_at[k];
+                if (its_push < least) {
                     least = its_push;
                     // A foot further down by dz has a plane that enters so much more of new soil.
-                    const double falls = std::max(0.0, (before - here) / (x - before_x));
-                    inflow = slope / (slope + falls);
+                    const double falls = std::max(0.0, (before - here[k]) / (x[k] - before_x));
+                    inflow = slope[k] / (slope[k] + falls);
                 }
             }
-            before_x = x;
-            before = here;
+            before_x = x[k];
+            before = here[k];
         }
         if (!(least < kNone)) return {depth, 1};
         return {2 * least / (depth * level_factor_), inflow};
@@ -63,8 +74,8 @@ class SurfaceWedge {
     /// How far planes are tried, over the wall's depth. Ours: from 63 deg down to 7 deg, each a
     /// fifth further than the one before; the least is flat, so that it is found within a
     /// hundredth. Further: heaps longer than eight times their height count, and none is.
-    static constexpr std::array<double, 17> kRuns = [] {
-        std::array<double, 17> out{};
+    static constexpr Runs kRuns = [] {
+        Runs out{};
         // Ours: the fourth root of 2. Larger: the least is missed by more than a hundredth;
         // smaller: more heights are read for nothing.
         constexpr double kStep = 1.189207115002721;
@@ -83,7 +94,9 @@ class SurfaceWedge {
         const double apart = 1 - slope * tan_phi_;
         const double inclined = (slope + tan_phi_) / apart;  // tan(plane + phi)
         const double held = 1 - inclined * tan_wall_;
-        return apart > 0 && held > 0 ? inclined / held : kNone;
+        // Both quotients without a branch before them.
+        const double out = inclined / held;
+        return std::min(apart, held) > 0 ? out : kNone;
     }
 
     double tan_phi_, tan_wall_;

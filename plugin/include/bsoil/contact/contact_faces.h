@@ -50,6 +50,7 @@ class ContactFaces {
         size_t first = 0, last = 0;  ///< cells_ from first up to before last
         int root = 0;                ///< the first run of those it is joined with
     };
+    void sort_cells();
     /// Makes runs_ of cells_ and joins those that are near each other.
     void join_runs(int gap);
     int root_of(int run);

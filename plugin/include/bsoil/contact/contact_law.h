@@ -42,6 +42,8 @@ struct ElementMotion {
     /// motion is in approach_m_s alone.
     Vec3 share;
     double approach_m_s = 0;  ///< along the normal, into the soil
+    /// Whether ElementYield::mobilized_pa is wanted; else it stays zero, and costs nothing.
+    bool asks_mobilized = true;
 };
 
 /// What a voxel of soil has been through beside a body.

@@ -2,7 +2,10 @@
 /// it.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "bsoil/body.h"
@@ -67,7 +70,7 @@ class ContactMemory {
   private:
     static constexpr size_t kRangeVoxels = 128;  ///< that one thread takes at least
 
-    /// Finds the soil near a place in a list sorted by center_m.x: in square cells across z.
+    /// Finds the soil near a place in a list sorted by center_m.x: in cubic cells.
     class Index {
       public:
         /// voxel_m: width of a cell, where there are not far more cells than entries. `soil` must
@@ -79,16 +82,28 @@ class ContactMemory {
                                 double cosine_least) const;
 
       private:
-        int cell_at(double off_m, int last) const;
+        int cell_at(double off_m, int last) const {
+            return static_cast<int>(
+                std::min(std::max(off_m * per_cell_, 0.0), static_cast<double>(last)));
+        }
+        /// Where a row of cells along x begins.
+        size_t row_of(int y, int z) const {
+            return (static_cast<size_t>(z) * (static_cast<size_t>(last_[1]) + 1) +
+                    static_cast<size_t>(y)) *
+                   (static_cast<size_t>(last_[0]) + 1);
+        }
+        /// Whether an entry may lie no further than `half_m` off `middle` along each axis.
+        bool may_hold(Vec3 middle, double half_m) const;
         /// Calls visit(entry, apart) for each entry that lies no further than `half` off `middle`
         /// along each axis; apart: from the middle.
         template <typename Visit>
         void visit_box(Vec3 middle, Vec3 half, const Visit& visit) const;
 
         std::span<const PressedSoil> soil_;
-        Vec3 low_;  ///< where cells begin, along x and y
+        Aabb box_;  ///< of its middles
+        Vec3 low_;  ///< where cells begin
         double per_cell_ = 1;
-        int last_[2] = {};  ///< the last cell along x and y
+        std::array<int, 3> last_{};  ///< the last cell along x, y and z
         /// An entry's middle, and its place in the list.
         struct Spot {
             Vec3 center_m;
@@ -99,7 +114,10 @@ class ContactMemory {
         std::vector<Spot> spots_;    ///< by cell, row by row
     };
 
-    std::vector<PressedSoil> entries_, previous_;  ///< sorted by center_m.x
+    void sort_entries();
+
+    std::vector<PressedSoil> entries_, previous_;   ///< sorted by center_m.x
+    std::vector<std::pair<double, size_t>> order_;  ///< of entries: center_m.x and place
     std::vector<ContactHistory> history_;
     Index own_index_, around_index_;
 };

@@ -38,6 +38,14 @@ struct ContactPatch {
         1;  ///< of the voxels' shear that adds up: they slide in directions of their own
 };
 
+/// What is to be found of a contact.
+struct ContactAsk {
+    double apart_m = 0;  ///< how far elements are apart, where that is more than a voxel
+    /// The mobilized parts of BodyContact; else they stay zero. A body whose motion is solved for
+    /// has no use for them.
+    bool mobilized = true;
+};
+
 /// All of a body's contact with the soil. World axes.
 struct BodyContact {
     Vec3 mobilized_force_n;     ///< of the soil on the body, from the motion as it is
@@ -58,11 +66,10 @@ class ContactPatches {
   public:
     /// law: against the body's surface. motions: one for each carrier among the voxels, in the
     /// order the patches come in. history: per voxel, empty where all shear stress is developed and
-    /// nothing has drawn back. threads: to share the work, or null. apart_m: how far elements are
-    /// apart, where that is more than a voxel.
+    /// nothing has drawn back. threads: to share the work, or null.
     BodyContact find(std::span<const ContactVoxel> voxels, std::span<const ContactMotion> motions,
                      const ContactLaw& law, std::span<const ContactHistory> history,
-                     const WorkThreads* threads = nullptr, double apart_m = 0);
+                     const WorkThreads* threads = nullptr, const ContactAsk& ask = {});
     /// Of the last find().
     std::span<const ContactPatch> patches() const { return patches_; }
 

@@ -32,6 +32,10 @@ double log_spiral_passive_factor(double friction_angle_rad, double wall_rad);
 /// (2001) set. Ka: Rankine's.
 double passive_width_factor(double passive_factor, double friction_angle_rad, double width_m,
                             double depth_m);
+/// What all walls in one soil have of it: (Kp - Ka)^(2/3) 1.6.
+double passive_width_growth(double passive_factor, double friction_angle_rad);
+/// And the rest.
+double passive_width_factor(double growth, double width_m, double depth_m);
 
 }  // namespace bsoil
 #pragma GCC visibility pop
