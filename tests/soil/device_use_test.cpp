@@ -42,6 +42,32 @@ TEST_P(DeviceUse, a_warm_step_waits_for_the_device_once) {
     EXPECT_GT(contact_count, 1000);
 }
 
+TEST_P(DeviceUse, a_surface_that_has_not_changed_is_read_once) {
+    SoilDef def = MovingScene::default_def();
+    def.backend = GetParam();
+    MovingScene scene(4, def);
+    scene.run(20);
+    Soil& soil = scene.soil();
+    // Over the line and back, so that no tile is the one that was asked for last.
+    const auto reads_of_line = [&soil](std::vector<double>& heights_m) {
+        const int64_t before = counters_of(soil).read_count;
+        heights_m.clear();
+        const int size = soil.frame().size[0];
+        for (int i = 0; i < 2 * size; ++i) {
+            heights_m.push_back(soil.surface_height_m(i < size ? i : 2 * size - 1 - i, 20));
+        }
+        return counters_of(soil).read_count - before;
+    };
+    std::vector<double> first, again, later;
+    const int64_t tile_count = (soil.frame().size[0] + 7) / 8;
+    EXPECT_GT(reads_of_line(first), 0);
+    EXPECT_EQ(reads_of_line(again), 0);
+    EXPECT_EQ(first, again);
+    scene.run(20);
+    EXPECT_LE(reads_of_line(later), 2 * tile_count);  // of roofs more planes, besides
+    EXPECT_NE(first, later);  // what has moved since is seen
+}
+
 TEST_P(DeviceUse, a_step_in_which_a_body_lands_reads_all_of_its_contacts) {
     SoilDef def = grid_def(48, 48, 24);
     def.backend = GetParam();

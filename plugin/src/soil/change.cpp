@@ -84,6 +84,7 @@ Status Soil::change(const SoilDef& def) {
     if (other_colors) s.tiles.note_all_revised();
     if (!other_numbers) return Done{};
     set_kernel_params(s);
+    s.sampler.forget();  // where roofs hold, surfaces are others
     std::vector<int32_t> tables = make_material_tables(s);
     s.device->write(Buffer::tables, 0, tables);
     s.flows.change_materials(std::move(tables));

@@ -15,10 +15,17 @@ struct TileVoxels {
     int plane_count = 0;
     std::vector<int32_t> words;
 
+    /// All zero.
     void reset(int tile_height, int planes) {
         height = tile_height;
         plane_count = planes;
         words.assign(static_cast<size_t>(planes) * 64 * tile_height, 0);
+    }
+    /// For who writes all words.
+    void resize(int tile_height, int planes) {
+        height = tile_height;
+        plane_count = planes;
+        words.resize(static_cast<size_t>(planes) * 64 * tile_height);
     }
     int32_t& at(int plane, int z, int column) {
         return words[(static_cast<size_t>(plane) * height + z) * 64 + column];

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "soil/column_surface.h"
 #include "soil/slot_buffers.h"
 
 namespace bsoil {
@@ -313,10 +312,13 @@ void TileTable::read_voxels(int index, TileVoxels& out) const {
 }
 
 void TileTable::read_planes(int index, int plane_count, TileVoxels& out) const {
-    out.reset(core_.height, plane_count);
     const Tile* tile = tiles_[index].get();
-    if (!tile) return;
+    if (!tile) {
+        out.reset(core_.height, plane_count);
+        return;
+    }
     if (tile->slot < 0) {
+        out.resize(core_.height, plane_count);
         unpack_first_planes(tile->bytes(), core_.kept_planes, out);
         return;
     }
@@ -332,7 +334,7 @@ void TileTable::want_voxels(int index, TileVoxels& out,
 
 void TileTable::want_planes(int index, int plane_count, TileVoxels& out,
                             std::vector<device::ReadRange>& ranges) const {
-    out.reset(core_.height, plane_count);
+    out.resize(core_.height, plane_count);
     const auto words = static_cast<size_t>(core_.params.tile_voxels);
     for (int p = 0; p < plane_count; ++p) {
         ranges.push_back(
@@ -412,68 +414,6 @@ void TileTable::clear() {
     is_dirty_ = true;
     core_.device->fill_zero(Buffer::block_flags, 0, kFlagArrays * block_count());
     forget_stamps();
-}
-
-bool TileSampler::renew(Read& read, int index, int plane_count) const {
-    const auto& tile = tiles_[static_cast<size_t>(index)];
-    const uint64_t revision = tile ? tile->revision : tiles_.revision_base();
-    if (index == read.index && revision == read.revision) return false;
-    tiles_.read_planes(index, plane_count, read.voxels);
-    tiles_.read_ground(index, read.ground);
-    read.index = index;
-    read.revision = revision;
-    return true;
-}
-
-int32_t TileSampler::top_q16(int index, int column) {
-    renew(surface_, index, kSurfacePlanes);
-    const ColumnFill fill = column_fill(column_of(surface_.voxels, surface_.ground, column));
-    if (fill.hanging < 0 || core_.params.bank_strength <= 0) return fill.top_q16;
-    return column_fill(column_of(voxels(index), surface_.ground, column)).top_q16;  // a roof?
-}
-
-const TileVoxels& TileSampler::voxels(int index) {
-    if (renew(whole_, index, core_.kept_planes)) coverage_step_ = slip_step_ = -1;
-    return whole_.voxels;
-}
-
-std::span<const int32_t> TileSampler::body_coverage() {
-    if (coverage_step_ == core_.step_index) return coverage_;
-    coverage_step_ = core_.step_index;
-    coverage_.clear();
-    const Tile* tile = tiles_[static_cast<size_t>(whole_.index)].get();
-    if (!tile || !tile->is_awake()) return coverage_;
-    coverage_.resize(static_cast<size_t>(core_.params.tile_voxels));
-    const device::ReadRange range = tiles_.plane_range(kPlaneCoverage, tile->slot, coverage_);
-    core_.device->read({&range, 1});
-    return coverage_;
-}
-
-std::span<const int32_t> TileSampler::slip_speeds() {
-    if (slip_step_ == core_.step_index) return slip_speeds_;
-    slip_step_ = core_.step_index;
-    slip_speeds_.clear();
-    const Tile* tile = tiles_[static_cast<size_t>(whole_.index)].get();
-    if (!tile || !tile->is_awake()) return slip_speeds_;
-    slip_speeds_.resize(kTileColumns);
-    const device::ReadRange slides{
-        Buffer::spans, tiles_.column_array_offset(kColumnSlides, tile->slot), slip_speeds_};
-    core_.device->read({&slides, 1});
-    if (std::ranges::all_of(slip_speeds_, [](int32_t slid) { return slid == 0; })) {
-        slip_speeds_.clear();
-        return slip_speeds_;
-    }
-    record_words_.resize(kTileColumns * kColumnWords);
-    const device::ReadRange records{Buffer::spans, tiles_.spans_offset(tile->slot), record_words_};
-    core_.device->read({&records, 1});
-    for (size_t c = 0; c < kTileColumns; ++c) {
-        if (slip_speeds_[c] == 0) continue;
-        // Both sets: that of the last pass, and of the one before.
-        const auto first =
-            record_words_.begin() + static_cast<std::ptrdiff_t>(c) * kColumnWords + kColumnSpeed;
-        slip_speeds_[c] = *std::max_element(first, first + 2 * kSpanCapacity);
-    }
-    return slip_speeds_;
 }
 
 }  // namespace bsoil

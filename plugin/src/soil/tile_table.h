@@ -1,9 +1,11 @@
 /// TileTable: the tiles of a soil, asleep on the host and awake on the device.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "soil/soil_core.h"
@@ -215,7 +217,10 @@ class TileSampler {
     /// Of that tile, by column, the slip speed of its fastest span [Q16 voxels a base step]; empty
     /// where nothing slips.
     std::span<const int32_t> slip_speeds();
-    void forget() { whole_.index = surface_.index = -1; }
+    void forget() {
+        whole_.index = surface_.index = -1;
+        tops_.clear();
+    }
 
   private:
     /// A tile as it was at a revision.
@@ -226,10 +231,19 @@ class TileSampler {
     };
     /// Reads the tile's first planes where they may have changed; whether it did.
     bool renew(Read& read, int index, int plane_count) const;
+    uint64_t revision_of(int index) const;
+    int32_t find_top_q16(int index, int column);
+
+    /// The surface of a tile's columns that somebody has asked for, at a revision.
+    struct Tops {
+        uint64_t revision = 0, known = 0;  ///< known: a bit a column
+        std::array<int32_t, 64> q16{};
+    };
 
     const SoilCore& core_;
     const TileTable& tiles_;
-    Read whole_, surface_;  ///< all planes, and only kSurfacePlanes of them
+    Read whole_, surface_;                ///< all planes, and only kSurfacePlanes of them
+    std::unordered_map<int, Tops> tops_;  ///< by tile index
     std::vector<int32_t> coverage_;
     int64_t coverage_step_ = -1;  ///< step_index when it was read; -1: not of this tile
     std::vector<int32_t> slip_speeds_, record_words_;
