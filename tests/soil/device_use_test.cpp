@@ -65,7 +65,7 @@ TEST_P(DeviceUse, a_surface_that_has_not_changed_is_read_once) {
     EXPECT_EQ(first, again);
     scene.run(20);
     EXPECT_LE(reads_of_line(later), 2 * tile_count);  // of roofs more planes, besides
-    EXPECT_NE(first, later);  // what has moved since is seen
+    EXPECT_NE(first, later);                          // what has moved since is seen
 }
 
 TEST_P(DeviceUse, a_step_in_which_a_body_lands_reads_all_of_its_contacts) {

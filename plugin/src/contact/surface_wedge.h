@@ -23,6 +23,8 @@ class SurfaceWedge {
         /// wall moves ahead. The wedge goes along with it, and soil enters through the plane.
         double inflow_share = 1;
     };
+    /// Planes that are tried. Ours: as many as kRuns needs from its first to its last. Larger:
+    /// kRuns goes further; smaller: not as far.
     static constexpr size_t kRunCount = 17;
     /// A number for each plane that is tried.
     using Runs = std::array<double, kRunCount>;
