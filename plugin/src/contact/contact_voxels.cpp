@@ -30,6 +30,11 @@ constexpr double kEdgeReachVoxels[] = {1, 0.5};
 /// And so much of that into the body: past the edge the other face falls away. Ours: half, 27 deg
 /// below the first face. Larger: the point lies deep in thin parts; smaller: above round edges.
 constexpr double kEdgeDip = 0.5;
+/// A wall's part of an element below this has no wedge that bounds it. Heights of columns are known
+/// to 1/65536 voxel: what shifts the depth of a voxel by less cannot be told. Ours: that, a sole
+/// that leans by 0.2 deg. Larger: soles that lean bear more than the ground before them allows;
+/// smaller: planes are tried before soles that a machine's weight tilts by hundredths of a degree.
+constexpr double kLeastWall = 1.0 / 65536;
 
 // A face's plane goes on beyond its edges, the face does not: a voxel under the edge of a box 1 mm
 // deep would give its flank a depth of half a voxel. One step for each face that may meet there.
@@ -277,7 +282,7 @@ void ContactVoxels::bound_by_wedge(const Element& element, Vec3 at, Vec3 outward
                                    ContactVoxel& contact) const {
     contact.bearing_depth_m = contact.depth_m;
     const double wall = surface_parts(outward).wall;
-    if (!(contact.depth_m > 0) || !(wall > 0)) return;
+    if (!(contact.depth_m > 0) || wall < kLeastWall) return;
     const SurfaceWedge::Found wedge = surface_.wedge_before(element.record, at, outward);
     const double wedge_m = wedge.level_depth * element.request.frame->voxel_m;
     contact.bearing_depth_m -= wall * std::max(0.0, contact.depth_m - wedge_m);
