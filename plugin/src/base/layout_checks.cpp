@@ -32,8 +32,8 @@ static_assert(same(kStatusHeadroom, StatusBit::amount_headroom));
 static_assert(same(kStatusSpansFull, StatusBit::span_list_full));
 
 // Records lie in their strides without gaps or overlaps.
-static_assert(kColumnSpans + kSpanCapacity * kSpanWords <= kColumnSpeed &&
-              kColumnSpeed + 2 * kSpanCapacity <= kColumnBase &&
+static_assert(kColumnSpans + kSpanCapacity * kSpanWords <= kColumnWays &&
+              kColumnWays + 1 <= kColumnSpeed && kColumnSpeed + 2 * kSpanCapacity <= kColumnBase &&
               kColumnBase + kSpanCapacity / 2 <= kColumnWords);
 static_assert(kLoadMoment + 6 == kLoadImpulse && kLoadImpulse + 6 == kLoadWalls &&
               kLoadWalls + 1 == kLoadWords);

@@ -96,14 +96,22 @@ void Passes::advect() {
 void Passes::spread_overflow() { move(Kernel::resolve_overflow, lists_.listed()); }
 
 // What falls apart slides in the passes that follow.
-void Passes::fail_banks(bool everywhere) {
+void Passes::fail_banks() {
     look(Kernel::build_spans, Looker::spans, lists_.tiles());
-    if (everywhere) {
-        core_.stamps.begin_look(Looker::failures);
-    } else {
-        core_.stamps.begin_partial_look(Looker::failures);
-    }
-    core_.params.fails_near = everywhere ? 0 : 1;
+    core_.stamps.begin_look(Looker::failures);
+    core_.params.fails_near = 0;
+    find_failures();
+}
+
+// A bank elsewhere waits for the next step.
+void Passes::fail_banks_again() {
+    look(Kernel::build_spans, Looker::spans, lists_.tiles());
+    core_.stamps.begin_partial_look(Looker::failures);
+    core_.params.fails_near = 1;
+    find_failures();
+}
+
+void Passes::find_failures() {
     core_.stamps.begin_pass();
     run(Kernel::find_failures, lists_.tiles());
     run(Kernel::break_bonds, lists_.tiles());
@@ -148,13 +156,8 @@ void Passes::slip(int pass, int passes) {
                                   ? core_.params.gravity_q16 / core_.params.substep_count
                                   : 0;
     const int stride = pass < passes - least ? stride_most : 1;
-    // What a plane that fails lets go stops in the pass in which none fails any more. A bank
-    // elsewhere waits for the next step, as one of soil that was never moved does.
-    if (core_.params.keeps_cohesion != 0) {
-        fail_banks(pass == 0);
-    } else {
-        look(Kernel::build_spans, Looker::spans, lists_.tiles());
-    }
+    // Else they were built for the banks.
+    if (core_.params.keeps_cohesion == 0) look(Kernel::build_spans, Looker::spans, lists_.tiles());
     core_.params.slip_stride = stride;
     core_.params.slip_turn = 1 - core_.params.slip_turn;
     if (is_last) core_.device->fill_zero(Buffer::result, kResultSlope, 1);

@@ -21,9 +21,10 @@ class Passes {
     void propagate_force();  ///< thesis (18), one iteration
     void advect();           ///< thesis (19)
     void spread_overflow();  ///< thesis (19), one pass for what does not fit
-    /// Where soil has cohesion: which banks fail as a whole. Where loose soil keeps some, slip()
-    /// does it, everywhere before its first pass, then where soil has just failed.
-    void fail_banks(bool everywhere = true);
+    /// Where soil has cohesion: which banks fail as a whole, once a step.
+    void fail_banks();
+    /// Where loose soil keeps cohesion, before each slip pass but the first: near what just failed.
+    void fail_banks_again();
     /// Parts of a step in each of which slopes slip and slide, by what the last step left.
     int slide_part_count() const;
     /// Passes in each of so many parts.
@@ -43,6 +44,7 @@ class Passes {
 
   private:
     int slip_passes_wanted() const;
+    void find_failures();
     void look(layout::Kernel kernel, PassStamps::Looker looker, const ListedWork& work);
 
     SoilCore& core_;

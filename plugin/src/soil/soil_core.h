@@ -30,7 +30,8 @@ class PassStamps {
 
     /// Before the kernel of this looker runs: all that changed since it last ran.
     void begin_look(Looker looker);
-    /// The same, of a look that leaves out some of it: for the next one that is not over.
+    /// Before one that leaves some of it out: it is told the same, and the next look what it would
+    /// have been told without it.
     void begin_partial_look(Looker looker) {
         told(looker) = last_look_[static_cast<size_t>(looker)];
     }

@@ -35,6 +35,7 @@ Stage stage_of(PieceKind kind) {
         case PieceKind::spread_overflow:
             return kAdvect;
         case PieceKind::fail_banks:
+        case PieceKind::fail_banks_again:
         case PieceKind::slip:
         case PieceKind::slide:
         case PieceKind::take:
@@ -172,6 +173,9 @@ void Soil::Impl::run_piece(StepPiece piece) {
         case PieceKind::fail_banks:
             params.substep_count = substeps.of_bodies;
             passes.fail_banks();
+            break;
+        case PieceKind::fail_banks_again:
+            passes.fail_banks_again();
             break;
         case PieceKind::slip:
             params.substep_count = substeps.slide_count();

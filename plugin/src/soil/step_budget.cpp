@@ -57,7 +57,7 @@ StepBudget::Room StepBudget::room(const SoilDef& def, const Passes& passes, int 
                               def.propagation_iterations * cost_ms(PieceKind::propagate_force) +
                               cost_ms(PieceKind::advect) +
                               def.overflow_passes * cost_ms(PieceKind::spread_overflow);
-    const double slip_ms = cost_ms(PieceKind::slip);
+    const double slip_ms = cost_ms(PieceKind::slip) + cost_ms(PieceKind::fail_banks_again);
     const double room_ms =
         kUsedShare * budget_ms_ * def.step_spread_max - cost_ms(PieceKind::begin) -
         cost_ms(PieceKind::fail_banks) - passes.slide_pass_count(1) * cost_ms(PieceKind::slide) -

@@ -8,6 +8,15 @@ void StepPieces::add(PieceKind kind, int count) {
     }
 }
 
+// What a plane through loose soil lets go stops before the pass in which it does not fail any more.
+void StepPieces::add_slips(const SoilCore& core, int count) {
+    for (int pass = 0; pass < count; ++pass) {
+        const bool has_looked = pieces_.back().kind == PieceKind::fail_banks;
+        if (core.params.keeps_cohesion != 0 && !has_looked) add(PieceKind::fail_banks_again);
+        pieces_.push_back({PieceKind::slip, static_cast<int16_t>(pass)});
+    }
+}
+
 void StepPieces::plan(const SoilCore& core, const Passes& passes, Substeps substeps) {
     pieces_.clear();
     next_ = 0;
@@ -23,15 +32,12 @@ void StepPieces::plan(const SoilCore& core, const Passes& passes, Substeps subst
             add(PieceKind::advect);
             add(PieceKind::spread_overflow, core.def.overflow_passes);
         }
-        // Where loose soil keeps cohesion each slip pass looks for banks itself.
-        if (s == 0 && core.params.bank_strength > 0 && core.params.keeps_cohesion == 0) {
-            add(PieceKind::fail_banks);
-        }
+        if (s == 0 && core.params.bank_strength > 0) add(PieceKind::fail_banks);
         // Bodies go further in a step that is late, in as many more sub-steps as the steps had that
         // it stands for. For it to be cheaper than those, slopes slide once in it.
         if (core.due_count > 1 && s + 1 < substeps.of_bodies) continue;
         for (int part = 0; part < substeps.of_slides; ++part) {
-            add(PieceKind::slip, slips);
+            add_slips(core, slips);
             add(PieceKind::slide, slides);
         }
     }

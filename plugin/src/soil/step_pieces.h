@@ -29,6 +29,7 @@ enum class PieceKind : uint8_t {
     advect,
     spread_overflow,
     fail_banks,
+    fail_banks_again,
     slip,
     slide,
     take,
@@ -58,6 +59,7 @@ class StepPieces {
 
   private:
     void add(PieceKind kind, int count = 1);
+    void add_slips(const SoilCore& core, int count);
 
     std::vector<StepPiece> pieces_;
     size_t next_ = 0;

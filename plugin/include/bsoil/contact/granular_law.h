@@ -33,7 +33,8 @@ struct SoilStrength {
     /// Passive earth pressure coefficient of a vertical wall: Coulomb's, or a log spiral's with
     /// ContactLawDef::passive_wedge.
     double passive_factor = 0;
-    double wedge_width_growth = 0;  ///< passive_width_growth() of it
+    double wedge_width_growth =
+        0;  ///< passive_width_growth() of it; 0: a wedge as wide as its wall
     double wedge_normal_share = 1;  ///< of the wedge's push that is along the wall's normal
     double wedge_sides = 0;         ///< share that the wedge's two sides add, per depth over width
     double sliding_share =

@@ -34,7 +34,8 @@ double passive_width_factor(double passive_factor, double friction_angle_rad, do
                             double depth_m);
 /// What all walls in one soil have of it: (Kp - Ka)^(2/3) 1.6.
 double passive_width_growth(double passive_factor, double friction_angle_rad);
-/// And the rest.
+/// The factor of a wall `width_m` wide whose wedge reaches `depth_m` down, from the growth that its
+/// soil has: no units.
 double passive_width_factor(double growth, double width_m, double depth_m);
 
 }  // namespace bsoil
