@@ -103,7 +103,7 @@ void Passes::fail_banks() {
     find_failures();
 }
 
-// A bank elsewhere waits for the next step.
+// A bank elsewhere waits for the next look everywhere.
 void Passes::fail_banks_again() {
     look(Kernel::build_spans, Looker::spans, lists_.tiles());
     core_.stamps.begin_partial_look(Looker::failures);

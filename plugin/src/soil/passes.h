@@ -21,9 +21,9 @@ class Passes {
     void propagate_force();  ///< thesis (18), one iteration
     void advect();           ///< thesis (19)
     void spread_overflow();  ///< thesis (19), one pass for what does not fit
-    /// Where soil has cohesion: which banks fail as a whole, once a step.
+    /// Where soil has cohesion: which banks fail as a whole, everywhere.
     void fail_banks();
-    /// Where loose soil keeps cohesion, before each slip pass but the first: near what just failed.
+    /// Where loose soil keeps cohesion, before other slip passes: near what just failed.
     void fail_banks_again();
     /// Parts of a step in each of which slopes slip and slide, by what the last step left.
     int slide_part_count() const;

@@ -8,11 +8,19 @@ void StepPieces::add(PieceKind kind, int count) {
     }
 }
 
+/// Slip passes from one look everywhere for banks of loose soil to the next. Ours, seen with 2, 3,
+/// 4, 8 and one look a step. Larger: a bank that fails beside one that slides waits, and columns of
+/// 4.9 to 19.6 kPa no longer rest the steeper the more cohesion they have. Smaller costs time.
+constexpr int kBankLookPasses = 8;
+
 // What a plane through loose soil lets go stops before the pass in which it does not fail any more.
 void StepPieces::add_slips(const SoilCore& core, int count) {
     for (int pass = 0; pass < count; ++pass) {
         const bool has_looked = pieces_.back().kind == PieceKind::fail_banks;
-        if (core.params.keeps_cohesion != 0 && !has_looked) add(PieceKind::fail_banks_again);
+        if (core.params.keeps_cohesion != 0 && !has_looked) {
+            const bool is_everywhere = pass > 0 && pass % kBankLookPasses == 0;
+            add(is_everywhere ? PieceKind::fail_banks : PieceKind::fail_banks_again);
+        }
         pieces_.push_back({PieceKind::slip, static_cast<int16_t>(pass)});
     }
 }
