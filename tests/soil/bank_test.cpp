@@ -72,7 +72,14 @@ SoilDef random_banks_def(unsigned seed) {
     return def;
 }
 
-class RandomBanks : public testing::TestWithParam<unsigned> {};
+class RandomBanks : public testing::TestWithParam<unsigned> {
+  protected:
+    static void set_up(StageBench& bench) {
+        bench.write(random_banks(bench, GetParam()));
+        bench.find_support();
+        bench.build_spans();
+    }
+};
 
 /// Whether a way up from a toe is asked about.
 using Asks = std::function<bool(const oracle::Way&)>;
@@ -114,9 +121,7 @@ void expect_between(const std::vector<double>& cuts, const std::vector<double>& 
 // good to 0.03 voxel.
 TEST_P(RandomBanks, fail_as_the_oracle_says) {
     StageBench bench(random_banks_def(GetParam()));
-    bench.write(random_banks(bench, GetParam()));
-    bench.find_support();
-    bench.build_spans();
+    set_up(bench);
     const StatePlanes before = bench.read();
     bench.find_failures();
     const StatePlanes after = bench.read();
@@ -164,9 +169,7 @@ TEST_P(RandomBanks, fail_as_the_oracle_says) {
 // has run out wherever failing soil lies one or two columns on, and one on failing soil nowhere.
 TEST_P(RandomBanks, are_asked_again_where_they_failed) {
     StageBench bench(random_banks_def(GetParam()));
-    bench.write(random_banks(bench, GetParam()));
-    bench.find_support();
-    bench.build_spans();
+    set_up(bench);
     const StatePlanes before = bench.read();
     std::set<std::pair<int, int>> toes;
     const auto weak = failing_planes(bench, before, 0.98,
@@ -214,9 +217,7 @@ TEST_P(RandomBanks, have_the_same_bits_on_gl) {
         SoilDef def = random_banks_def(GetParam());
         def.backend = backend;
         StageBench bench(def);
-        bench.write(random_banks(bench, GetParam()));
-        bench.find_support();
-        bench.build_spans();
+        set_up(bench);
         bench.find_failures();
         const std::vector<double> failed = bench.read_cuts();
         bench.slip(1);

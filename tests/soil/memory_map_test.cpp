@@ -85,7 +85,8 @@ std::string memory_map() {
             fmt::format("{} spans, slip speeds, bases", kSpanCapacity));
     map.row("       arrays", fmt::format("{} B a column", 4 * kColumnArrays),
             "surface, stamp, ends, cut ...");
-    map.row("       of slots", fmt::format("{} B a tile", 4 * kTileArrays), "stamp, toes, cut, failing");
+    map.row("       of slots", fmt::format("{} B a tile", 4 * kTileArrays),
+            "stamp, toes, cut, failing");
     map.row("shapes  bodies", fmt::format("{} B a body", 4 * kBodyWords), "velocity, friction ...");
     map.row("        shapes", fmt::format("{} B a shape", 4 * kShapeWords), "kind, place, size");
     map.row("        faces of hulls", fmt::format("{} B a face", 4 * kFaceWords), "normal, offset");

@@ -97,7 +97,6 @@ void Passes::spread_overflow() { move(Kernel::resolve_overflow, lists_.listed())
 
 // What falls apart slides in the passes that follow.
 void Passes::fail_banks() {
-    look(Kernel::build_spans, Looker::spans, lists_.tiles());
     core_.stamps.begin_look(Looker::failures);
     core_.params.fails_near = 0;
     find_failures();
@@ -105,13 +104,13 @@ void Passes::fail_banks() {
 
 // A bank elsewhere waits for the next look everywhere.
 void Passes::fail_banks_again() {
-    look(Kernel::build_spans, Looker::spans, lists_.tiles());
     core_.stamps.begin_partial_look(Looker::failures);
     core_.params.fails_near = 1;
     find_failures();
 }
 
 void Passes::find_failures() {
+    look(Kernel::build_spans, Looker::spans, lists_.tiles());
     core_.stamps.begin_pass();
     run(Kernel::find_failures, lists_.tiles());
     run(Kernel::break_bonds, lists_.tiles());

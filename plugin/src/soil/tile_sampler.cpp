@@ -59,12 +59,17 @@ const TileVoxels& TileSampler::voxels(int index) {
     return whole_.voxels;
 }
 
-std::span<const int32_t> TileSampler::body_coverage() {
-    if (coverage_step_ == core_.step_index) return coverage_;
-    coverage_step_ = core_.step_index;
-    coverage_.clear();
+const Tile* TileSampler::awake_tile_to_read(int64_t& step, std::vector<int32_t>& words) const {
+    if (step == core_.step_index) return nullptr;
+    step = core_.step_index;
+    words.clear();
     const Tile* tile = tiles_[static_cast<size_t>(whole_.index)].get();
-    if (!tile || !tile->is_awake()) return coverage_;
+    return tile && tile->is_awake() ? tile : nullptr;
+}
+
+std::span<const int32_t> TileSampler::body_coverage() {
+    const Tile* tile = awake_tile_to_read(coverage_step_, coverage_);
+    if (!tile) return coverage_;
     coverage_.resize(static_cast<size_t>(core_.params.tile_voxels));
     const device::ReadRange range = tiles_.plane_range(kPlaneCoverage, tile->slot, coverage_);
     core_.device->read({&range, 1});
@@ -72,11 +77,8 @@ std::span<const int32_t> TileSampler::body_coverage() {
 }
 
 std::span<const int32_t> TileSampler::slip_speeds() {
-    if (slip_step_ == core_.step_index) return slip_speeds_;
-    slip_step_ = core_.step_index;
-    slip_speeds_.clear();
-    const Tile* tile = tiles_[static_cast<size_t>(whole_.index)].get();
-    if (!tile || !tile->is_awake()) return slip_speeds_;
+    const Tile* tile = awake_tile_to_read(slip_step_, slip_speeds_);
+    if (!tile) return slip_speeds_;
     slip_speeds_.resize(kTileColumns);
     const device::ReadRange slides{
         Buffer::spans, tiles_.column_array_offset(kColumnSlides, tile->slot), slip_speeds_};

@@ -233,6 +233,9 @@ class TileSampler {
     bool renew(Read& read, int index, int plane_count) const;
     uint64_t revision_of(int index) const;
     int32_t find_top_q16(int index, int column);
+    /// The tile of voxels() where `words` of it have to be read anew, in the first call of a step;
+    /// null where they are known or where it sleeps and has none.
+    const Tile* awake_tile_to_read(int64_t& step, std::vector<int32_t>& words) const;
 
     /// The surface of a tile's columns that somebody has asked for, at a revision.
     struct Tops {
