@@ -345,16 +345,15 @@ ivec3 spread_soil(int slot, IN(Parcel) parcel, ivec3 drift) {
     if (parcel.falls && hangs(slot, parcel, weight, side)) {
         weight = abs(whole_voxels(drift, grid_voxel(slot, parcel.at.x, parcel.at.y, parcel.at.z)));
     }
+    // First who gets any: so lanes that run together give together, each to its own next corner.
+    int left = 0;
+    for (int corner = 1; corner < 8; ++corner) {
+        if (corner_share(weight, corner_pick(corner), parcel.volume, parcel.mass) != 0) left = left | (1 << corner);
+    }
     ivec3 lost = ivec3(0);
-    int corner = 0;
-    for (;;) {
-        int share = 0;
-        while (share == 0 && corner < 7) {
-            corner += 1;
-            share = corner_share(weight, corner_pick(corner), parcel.volume, parcel.mass);
-        }
-        if (share == 0) break;
-        lost = lost + give_share(slot, parcel, corner_pick(corner) * side, share);
+    for (; left != 0; left = left & (left - 1)) {
+        ivec3 pick = corner_pick(lowest_bit(left));
+        lost = lost + give_share(slot, parcel, pick * side, corner_share(weight, pick, parcel.volume, parcel.mass));
     }
     return lost;
 }

@@ -152,7 +152,16 @@ TEST_P(AnyDevice, every_builtin_gives_the_bits_of_the_cpu) {
     const auto cpu = create_cpu_device(test_kernel_set(), 1);
     for (const auto& pairs : {extreme_pairs(), random_pairs(50'000), random_float_pairs(50'000)}) {
         const Probe probe(pairs);
-        EXPECT_EQ(probe.run(*device_), probe.run(*cpu));
+        const auto here = probe.run(*device_), there = probe.run(*cpu);
+        for (int plane = 0; plane < kPlanes; ++plane) {
+            const auto first = here.begin() + plane * probe.stride;
+            const auto differs =
+                std::mismatch(first, first + probe.stride, there.begin() + plane * probe.stride);
+            const auto i = differs.first - first;
+            EXPECT_EQ(i, probe.stride)
+                << "plane " << plane << ": " << *differs.first << " for " << *differs.second
+                << " of " << probe.pairs[2 * i] << ", " << probe.pairs[2 * i + 1];
+        }
     }
 }
 

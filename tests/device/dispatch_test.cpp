@@ -36,12 +36,12 @@ TEST_P(Dispatch, what_moves_is_kept_when_a_buffer_is_rearranged) {
     EXPECT_EQ(read_words(*device_, Buffer::inputs, 4), (std::vector<int32_t>{1, 2, 4, 5}));
 }
 
-// More than any device has: an error, and the words are still there.
+// More than an address space has, and a device: an error, and the words are still there.
 TEST_P(Dispatch, a_buffer_that_cannot_be_rearranged_stays_as_it_was) {
     ASSERT_TRUE(device_->allocate(Buffer::inputs, 2));
     device_->write(Buffer::inputs, 0, std::vector<int32_t>{7, 8});
     const WordMove all{0, 0, 2};
-    EXPECT_FALSE(device_->rearrange(Buffer::inputs, int64_t{1} << 44, {&all, 1}));
+    EXPECT_FALSE(device_->rearrange(Buffer::inputs, int64_t{1} << 46, {&all, 1}));
     EXPECT_EQ(read_words(*device_, Buffer::inputs, 2), (std::vector<int32_t>{7, 8}));
     EXPECT_EQ(device_->memory_bytes(), 8);
 }

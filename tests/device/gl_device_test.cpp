@@ -45,7 +45,7 @@ TEST(GlDevice, uniform_block_has_the_offsets_of_the_struct) {
     const auto context = create_host_context();
     SKIP_WITHOUT(context);
     const CurrentContext current(*context);
-    const auto program = create_program(test_kernel_set(), probe_builtins);
+    const auto program = finish_program(begin_program(test_kernel_set(), probe_builtins));
     ASSERT_TRUE(program) << program.error();
 
     const auto file = std::ranges::find(test_kernel_set().files, std::string_view("test_params.h"),
@@ -73,7 +73,7 @@ TEST(GlDevice, storage_blocks_are_bound_in_the_order_of_the_buffers) {
     const auto context = create_host_context();
     SKIP_WITHOUT(context);
     const CurrentContext current(*context);
-    const auto program = create_program(test_kernel_set(), touch_buffers);
+    const auto program = finish_program(begin_program(test_kernel_set(), touch_buffers));
     ASSERT_TRUE(program) << program.error();
     for (int i = 0; i < Buffer::count; ++i) {
         const char* const member = test_kernel_set().buffers[static_cast<size_t>(i)];

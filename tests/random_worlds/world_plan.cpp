@@ -8,8 +8,11 @@
 
 namespace bsoil::random_worlds {
 
+namespace {
+using Kind = ShapePlan::Kind;
+}  // namespace
+
 double bound_m(const ShapePlan& shape) {
-    using Kind = ShapePlan::Kind;
     const Vec3 h = shape.half_m;
     double bound = 0;
     switch (shape.kind) {
@@ -76,7 +79,6 @@ const char* name_of(ShapePlan::Kind kind) {
 }
 
 bool is_round(const ShapePlan& shape) {
-    using Kind = ShapePlan::Kind;
     switch (shape.kind) {
         case Kind::sphere:
         case Kind::capsule:

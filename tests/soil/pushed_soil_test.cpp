@@ -26,9 +26,10 @@ Motion motion_of(Soil& soil) {
         impl.tiles.read_voxels(static_cast<int>(index), voxels);
         for (int z = 0; z < impl.height; ++z) {
             for (int c = 0; c < layout::kTileColumns; ++c) {
-                out.momentum_n_s +=
-                    unit * Vec3(voxels.at(kKeptMomentum, z, c), voxels.at(kKeptMomentum + 1, z, c),
-                                voxels.at(kKeptMomentum + 2, z, c));
+                const auto along = [&](int axis) {
+                    return static_cast<double>(voxels.at(kKeptMomentum + axis, z, c));
+                };
+                out.momentum_n_s += unit * Vec3{along(0), along(1), along(2)};
                 const bool is_soil = voxels.at(kKeptVolume, z, c) > layout::kVoxelFull / 100;
                 if (is_soil) out.top_m = std::max(out.top_m, (z + 1) * voxel_m);
             }
@@ -40,7 +41,8 @@ Motion motion_of(Soil& soil) {
 std::unique_ptr<Soil> bed(const SoilDef& def, double depth_m) {
     auto soil = make_soil(def);
     const auto& size = soil->frame().size;
-    const Vec3 high(size[0], size[1], depth_m / def.voxel_m);
+    const Vec3 high{static_cast<double>(size[0]), static_cast<double>(size[1]),
+                    depth_m / def.voxel_m};
     EXPECT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, high)));
     EXPECT_TRUE(soil->settle(10));
     return soil;

@@ -201,6 +201,12 @@ int run(RunArguments& arguments) {
     picture();
     while (!run.finished() && !interruption.is_asked()) {
         run.step();
+        if (run.has_soil() && !run.soil().device_failure().empty()) {
+            progress.end_line();
+            mishaps.take(telemetry->finish());
+            return could_not(fmt::format("{} in step {}; --backend cpu needs no GPU",
+                                         run.soil().device_failure(), run.step_count()));
+        }
         telemetry->observe();
         checks.observe();
         picture();

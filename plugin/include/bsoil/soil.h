@@ -202,7 +202,10 @@ class Soil {
     /// between steps. Valid as long as the soil.
     const WorkThreads& threads() const;
     std::string device_name() const;  ///< of the processor, or as the GL driver calls it
-    int thread_count() const;         ///< of the CPU backend
+    /// What has broken the device (GPU reset or out of memory), empty while all is well; see
+    /// StatusBit::device_lost. Then nothing can be read, and nothing is saved.
+    std::string device_failure() const;
+    int thread_count() const;  ///< of the CPU backend
 
     SoilTotals totals() const;     ///< costs a pass over everything; waits for the device
     uint64_t checksum() const;     ///< of amounts, motion and terrain; the same on every backend

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
+#include <cstdlib>
 #include <string_view>
 #include <utility>
 
@@ -13,15 +15,24 @@ namespace bsoil::device {
 
 namespace {
 
-/// Whether a space-separated list of extensions has one.
-bool has_extension(const char* list, std::string_view extension) {
+/// Whether a list of words has one; null is an empty list.
+bool has_word(const char* list, std::string_view word, char separator) {
     std::string_view rest = list != nullptr ? list : "";
     while (!rest.empty()) {
-        const size_t end = std::min(rest.find(' '), rest.size());
-        if (rest.substr(0, end) == extension) return true;
+        const size_t end = std::min(rest.find(separator), rest.size());
+        if (rest.substr(0, end) == word) return true;
         rest.remove_prefix(std::min(end + 1, rest.size()));
     }
     return false;
+}
+
+bool has_extension(const char* list, std::string_view extension) {
+    return has_word(list, extension, ' ');
+}
+
+void APIENTRY print_message(GLenum, GLenum, GLuint, GLenum, GLsizei length, const GLchar* text,
+                            const void*) {
+    fmt::print(stderr, "OpenGL: {}\n", std::string_view(text, static_cast<size_t>(length)));
 }
 
 /// epoxy aborts the process when it has to call into a library that is not there, so ask first. The
@@ -98,6 +109,11 @@ std::vector<EglDisplay> find_device_displays(PFNEGLGETPLATFORMDISPLAYEXTPROC get
 }
 
 }  // namespace
+
+bool is_gl_asked(std::string_view word) {
+    const char* words = std::getenv("BULLETSOIL_GL");
+    return has_word(words, word, ',');
+}
 
 Result<std::vector<EglDisplay>> find_egl_displays() {
     if (!has_library("libEGL.so.1")) {
@@ -191,26 +207,31 @@ Result<EglContext> EglContext::create_in_group(const EglDisplay& display, EGLCon
             return failed("has no configuration for OpenGL");
         }
     }
-    constexpr EGLint kCore[] = {EGL_CONTEXT_MAJOR_VERSION,
-                                4,
-                                EGL_CONTEXT_MINOR_VERSION,
-                                5,
-                                EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                                EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                                EGL_NONE};
+    const EGLint is_debug = is_gl_asked("checked") ? EGL_TRUE : EGL_FALSE;
+    const EGLint core[] = {EGL_CONTEXT_OPENGL_DEBUG,
+                           is_debug,
+                           EGL_CONTEXT_MAJOR_VERSION,
+                           4,
+                           EGL_CONTEXT_MINOR_VERSION,
+                           5,
+                           EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                           EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                           EGL_NONE};
     // Reports a GPU that was reset. Where a driver does not know the attribute, do without.
-    constexpr EGLint kCoreWithResets[] = {EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY,
-                                          EGL_LOSE_CONTEXT_ON_RESET,
-                                          EGL_CONTEXT_MAJOR_VERSION,
-                                          4,
-                                          EGL_CONTEXT_MINOR_VERSION,
-                                          5,
-                                          EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                                          EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                                          EGL_NONE};
-    EGLContext handle = eglCreateContext(display.handle, config, other, kCoreWithResets);
+    const EGLint core_with_resets[] = {EGL_CONTEXT_OPENGL_DEBUG,
+                                       is_debug,
+                                       EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY,
+                                       EGL_LOSE_CONTEXT_ON_RESET,
+                                       EGL_CONTEXT_MAJOR_VERSION,
+                                       4,
+                                       EGL_CONTEXT_MINOR_VERSION,
+                                       5,
+                                       EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                       EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                       EGL_NONE};
+    EGLContext handle = eglCreateContext(display.handle, config, other, core_with_resets);
     if (handle == EGL_NO_CONTEXT) {
-        handle = eglCreateContext(display.handle, config, other, kCore);
+        handle = eglCreateContext(display.handle, config, other, core);
     }
     if (handle == EGL_NO_CONTEXT && other != EGL_NO_CONTEXT) {
         return failed("has no OpenGL 4.5 core context that shares with the host's");
@@ -236,6 +257,11 @@ Status EglContext::read_capabilities(bool display_is_software) {
     if (!epoxy_is_desktop_gl() || epoxy_gl_version() < kVersionNeeded) {
         return Error{fmt::format("{} offers OpenGL {}, 4.5 is needed", capabilities_.renderer,
                                  capabilities_.version)};
+    }
+    if (is_gl_asked("checked")) {
+        glEnable(GL_DEBUG_OUTPUT);
+        glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+        glDebugMessageCallback(print_message, nullptr);
     }
     glGetIntegerv(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS, &capabilities_.storage_block_count);
     GLint64 block_bytes = 0;

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bsoil/result.h"
@@ -23,6 +24,12 @@ struct EglDisplay {
 /// All EGL devices, hardware first; where EGL lists none, Mesa's surfaceless platform. The error
 /// says what is missing.
 Result<std::vector<EglDisplay>> find_egl_displays();
+
+/// Whether BULLETSOIL_GL in the environment, words with commas between them, has this one:
+///   hardware  software dispatches as a GPU does
+///   checked   after each kernel the device is waited for and asked for errors, and what the driver
+///             has to say goes to stderr: slow, to find what breaks a device
+bool is_gl_asked(std::string_view word);
 
 /// What the kernels need of an OpenGL context.
 struct GlCapabilities {

@@ -3,11 +3,9 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <optional>
-#include <string_view>
 #include <utility>
 
 #include "device/allocation_error.h"
@@ -46,10 +44,7 @@ std::string gl_error_name(GLenum error) {
 
 /// Software runs kernels by lists of lanes, unless BULLETSOIL_GL=hardware in the environment says
 /// that it does what a GPU does. Both give the same bits.
-bool lists_lanes(const GlCapabilities& gl) {
-    const char* wanted = std::getenv("BULLETSOIL_GL");
-    return gl.is_software && !(wanted != nullptr && std::string_view(wanted) == "hardware");
-}
+bool lists_lanes(const GlCapabilities& gl) { return gl.is_software && !is_gl_asked("hardware"); }
 
 /// Storage blocks that a device needs.
 int storage_block_count(const KernelSet& set, const GlCapabilities& gl) {
@@ -190,6 +185,7 @@ class GlDevice final : public Device {
         // it.
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
         objects_->times.end_kernel();
+        if (is_checked_) check_kernel(kernel);
     }
 
     void begin_session() override {
@@ -265,18 +261,7 @@ class GlDevice final : public Device {
     Status initialize() {
         const Use use(*this);
         if (!use.is_good()) return Error{failure_};
-        const bool is_listed = lists_lanes(context_.capabilities());
-        for (int kernel = 0; kernel < std::ssize(kernel_set().kernels); ++kernel) {
-            if (is_listed) {
-                const Status made =
-                    add_program(kernel, ProgramKind::lists_lanes, objects_->listing_programs);
-                if (!made) return made;
-            }
-            const auto kind = is_listed ? ProgramKind::listed_lanes : ProgramKind::all_lanes;
-            if (Status status = add_program(kernel, kind, objects_->programs); !status) {
-                return status;
-            }
-        }
+        if (Status made = make_programs(); !made) return made;
         GLuint name = 0;
         glCreateBuffers(1, &name);
         objects_->params = GlBuffer(name);
@@ -294,10 +279,25 @@ class GlDevice final : public Device {
         return Done{};
     }
 
-    Status add_program(int kernel, ProgramKind kind, std::vector<GlProgram>& programs) {
-        auto program = create_program(kernel_set(), kernel, kind);
-        if (!program) return Error{fmt::format("{}: {}", device_name(), program.error())};
-        programs.push_back(std::move(*program));
+    Status make_programs() {
+        allow_compiler_threads();
+        const bool is_listed = lists_lanes(context_.capabilities());
+        std::vector<PendingProgram> pending;
+        for (int kernel = 0; kernel < std::ssize(kernel_set().kernels); ++kernel) {
+            if (is_listed) {
+                pending.push_back(begin_program(kernel_set(), kernel, ProgramKind::lists_lanes));
+            }
+            pending.push_back(
+                begin_program(kernel_set(), kernel,
+                              is_listed ? ProgramKind::listed_lanes : ProgramKind::all_lanes));
+        }
+        for (size_t i = 0; i < pending.size(); ++i) {
+            const bool lists = is_listed && i % 2 == 0;
+            auto program = finish_program(std::move(pending[i]));
+            if (!program) return Error{fmt::format("{}: {}", device_name(), program.error())};
+            (lists ? objects_->listing_programs : objects_->programs)
+                .push_back(std::move(*program));
+        }
         return Done{};
     }
 
@@ -366,7 +366,19 @@ class GlDevice final : public Device {
         }
     }
 
+    /// Waits, and names the kernel behind which something is wrong.
+    void check_kernel(int kernel) {
+        glFinish();
+        check_errors();
+        if (!failure_.empty()) {
+            failure_ +=
+                fmt::format(" (kernel {})", kernel_set().kernels[static_cast<size_t>(kernel)].name);
+            fmt::print(stderr, "{}\n", failure_);
+        }
+    }
+
     EglContext context_;
+    const bool is_checked_ = is_gl_asked("checked");
     std::unique_ptr<Objects> objects_ = std::make_unique<Objects>();
     std::optional<CurrentContext> current_;
     int use_depth_ = 0, session_depth_ = 0;

@@ -55,6 +55,11 @@ std::string buffer_blocks(const KernelSet& kernel_set) {
     return text;
 }
 
+/// For NVIDIA's compiler, others do not know it: no copies of loops' bodies. They are long, with
+/// all functions in them: with copies all kernels take 31 s to compile, without 13 s
+/// (docs/decisions/gpu_programs.md).
+constexpr std::string_view kNotUnrolled = "#pragma optionNV(unroll none)\n";
+
 /// Each lane asks whether it has work.
 constexpr std::string_view kAllLanesMain = R"(
 layout(location = {groups}) uniform int group_count;
@@ -155,6 +160,7 @@ KernelSource kernel_source(const KernelSet& kernel_set, int kernel, ProgramKind 
     const std::string_view name = kernel_set.kernels[static_cast<size_t>(kernel)].name;
     KernelSource source;
     append_text("version", "#version 450\n", kernel_set, source);
+    if (kind == ProgramKind::all_lanes) append_text("version", kNotUnrolled, kernel_set, source);
     if (kind != ProgramKind::all_lanes) {
         append_text("version", "#define RUNS_IN_SOFTWARE\n", kernel_set, source);
     }
@@ -195,34 +201,47 @@ std::string name_files(const std::string& log, const std::vector<KernelSource::L
     return named;
 }
 
-Result<GlProgram> create_program(const KernelSet& kernel_set, int kernel, ProgramKind kind) {
-    const std::string_view name = kernel_set.kernels[static_cast<size_t>(kernel)].name;
-    const KernelSource source = kernel_source(kernel_set, kernel, kind);
+void allow_compiler_threads() {
+    constexpr GLuint kAsManyAsItLikes = ~0u;
+    if (epoxy_has_gl_extension("GL_KHR_parallel_shader_compile")) {
+        glMaxShaderCompilerThreadsKHR(kAsManyAsItLikes);
+    } else if (epoxy_has_gl_extension("GL_ARB_parallel_shader_compile")) {
+        glMaxShaderCompilerThreadsARB(kAsManyAsItLikes);
+    }
+}
 
-    const GlShader shader(glCreateShader(GL_COMPUTE_SHADER));
-    const char* text = source.text.c_str();
-    glShaderSource(shader.name(), 1, &text, nullptr);
-    glCompileShader(shader.name());
+PendingProgram begin_program(const KernelSet& kernel_set, int kernel, ProgramKind kind) {
+    PendingProgram pending;
+    pending.name = kernel_set.kernels[static_cast<size_t>(kernel)].name;
+    pending.source = kernel_source(kernel_set, kernel, kind);
+    pending.shader = GlShader(glCreateShader(GL_COMPUTE_SHADER));
+    const char* text = pending.source.text.c_str();
+    glShaderSource(pending.shader.name(), 1, &text, nullptr);
+    glCompileShader(pending.shader.name());
+    pending.program = GlProgram(glCreateProgram());
+    pending.program.set_label(pending.name);
+    glAttachShader(pending.program.name(), pending.shader.name());
+    glLinkProgram(pending.program.name());
+    return pending;
+}
+
+Result<GlProgram> finish_program(PendingProgram pending) {
     GLint done = GL_FALSE;
-    glGetShaderiv(shader.name(), GL_COMPILE_STATUS, &done);
+    glGetShaderiv(pending.shader.name(), GL_COMPILE_STATUS, &done);
     if (done == GL_FALSE) {
-        const std::string log = info_log(shader.name(), glGetShaderiv, glGetShaderInfoLog);
-        return Error{
-            fmt::format("kernel {} does not compile:\n{}", name, name_files(log, source.lines))};
+        const std::string log = info_log(pending.shader.name(), glGetShaderiv, glGetShaderInfoLog);
+        return Error{fmt::format("kernel {} does not compile:\n{}", pending.name,
+                                 name_files(log, pending.source.lines))};
     }
-
-    GlProgram program(glCreateProgram());
-    program.set_label(name);
-    glAttachShader(program.name(), shader.name());
-    glLinkProgram(program.name());
-    glDetachShader(program.name(), shader.name());
-    glGetProgramiv(program.name(), GL_LINK_STATUS, &done);
+    glGetProgramiv(pending.program.name(), GL_LINK_STATUS, &done);
     if (done == GL_FALSE) {
-        const std::string log = info_log(program.name(), glGetProgramiv, glGetProgramInfoLog);
-        return Error{
-            fmt::format("kernel {} does not link:\n{}", name, name_files(log, source.lines))};
+        const std::string log =
+            info_log(pending.program.name(), glGetProgramiv, glGetProgramInfoLog);
+        return Error{fmt::format("kernel {} does not link:\n{}", pending.name,
+                                 name_files(log, pending.source.lines))};
     }
-    return program;
+    glDetachShader(pending.program.name(), pending.shader.name());
+    return std::move(pending.program);
 }
 
 }  // namespace bsoil::device

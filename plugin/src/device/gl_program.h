@@ -39,9 +39,23 @@ KernelSource kernel_source(const KernelSet& kernel_set, int kernel, ProgramKind 
 /// The driver's log with the lines of the whole text replaced by file and line.
 std::string name_files(const std::string& log, const std::vector<KernelSource::Line>& lines);
 
-/// Compiles and links a kernel in the current context. The error is the kernel's name and the
-/// driver's log.
-Result<GlProgram> create_program(const KernelSet& kernel_set, int kernel,
-                                 ProgramKind kind = ProgramKind::all_lanes);
+/// A program that the driver may still be making, in threads of its own where it has such.
+struct PendingProgram {
+    GlProgram program;
+    GlShader shader;
+    std::string_view name;
+    KernelSource source;
+};
+
+/// Lets the driver compile and link a kernel in the current context. Asking how far it is would
+/// wait for it: begin all programs, then finish them.
+PendingProgram begin_program(const KernelSet& kernel_set, int kernel,
+                             ProgramKind kind = ProgramKind::all_lanes);
+/// Waits for the driver. The error is the kernel's name and the driver's log.
+Result<GlProgram> finish_program(PendingProgram pending);
+
+/// Lets a driver that can (KHR_parallel_shader_compile) make programs in as many threads as it
+/// likes.
+void allow_compiler_threads();
 
 }  // namespace bsoil::device

@@ -135,6 +135,7 @@ Result<SettleReport> Soil::Impl::settle(int steps_max, std::span<const SoilBody>
                         });
     while (!report.is_at_rest && report.step_count < steps_max) {
         report.last_step = step(standing, 0);
+        if (!device->failure().empty()) return Error{device->failure()};
         ++report.step_count;
         report.is_at_rest = lists.active().empty();
     }

@@ -192,6 +192,9 @@ Result<std::vector<uint8_t>> Soil::checked_state() const {
     impl_->finish();
     SoilSnapshot snapshot(*impl_);
     SavedSoil saved = snapshot.take();
+    if (const std::string failure = impl_->device->failure(); !failure.empty()) {
+        return Error{"the soil cannot be saved, it is lost: " + failure};
+    }
     if (impl_->conditions.was_met(StatusBit::amount_headroom)) {
         if (const Status sound = snapshot.check(saved); !sound) {
             return Error{"the soil cannot be saved: it " + sound.error() +

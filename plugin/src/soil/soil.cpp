@@ -145,6 +145,7 @@ WorkCounts Soil::work_counts() const {
 const WorkThreads& Soil::threads() const { return *impl_->work_threads; }
 std::string Soil::backend_name() const { return impl_->device->backend_name(); }
 std::string Soil::device_name() const { return impl_->device->device_name(); }
+std::string Soil::device_failure() const { return impl_->device->failure(); }
 int Soil::thread_count() const { return impl_->device->thread_count(); }
 uint32_t Soil::status_bits() const { return impl_->conditions.bits(); }
 std::span<const Condition> Soil::conditions() const { return impl_->conditions.all(); }

@@ -302,6 +302,7 @@ StepReport Soil::Impl::report() {
     out.has_finished = std::exchange(is_undelivered, false);
     out.contacts_unchanged = !out.has_finished || last_report.contacts_unchanged;
     out.stage_ms = stage_times(device->stage_ms());
+    if (!device->failure().empty()) conditions.note(StatusBit::device_lost);
     out.status_bits = conditions.bits();
     out.condition_new_count = conditions.take_new_count();
     out.conditions = conditions.all();

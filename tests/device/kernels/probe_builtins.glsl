@@ -6,12 +6,17 @@ void split_halves(int value, OUT(int) low, INOUT(int) sum) {
     sum += value >> 16;
 }
 
+// Which bits a NaN has, and what a denormal number is, every device says for itself.
+CONST_INT(kExponentBits, 0x7F800000)
+bool is_number(int bits) { return (bits & kExponentBits) != kExponentBits; }
+bool is_denormal(int bits) { return (bits & kExponentBits) == 0 && (bits & 0x7FFFFFFF) != 0; }
+
 void probe_builtins(int group, int lane) {
     int i = lane_index(group, lane);
     int a = inputs[2 * i];
     int b = inputs[2 * i + 1];
-    float x = int_as_float(a);
-    float y = int_as_float(b);
+    float x = int_as_float(is_number(a) ? a : 0);
+    float y = int_as_float(is_number(b) && !is_denormal(b) ? b : 0);
     int stride = params.stride;
     outputs[i] = mul_q16(a, b);
     outputs[stride + i] = float_as_int(sqrt_exact(x));
@@ -31,7 +36,7 @@ void probe_builtins(int group, int lane) {
     int sum = b >> 16;
     split_halves(a, low, sum);
     outputs[6 * stride + i] = low + sum;
-    outputs[7 * stride + i] = x < y ? 1 : 0;
+    outputs[7 * stride + i] = !is_denormal(a) && x < y ? 1 : 0;
     outputs[8 * stride + i] = float_as_int(divide_exact(u, v + (v < 0.0f ? -1.5f : 1.5f)));
     outputs[9 * stride + i] = 32 * bit_count(a) + (a == 0 ? 0 : lowest_bit(a));
     outputs[10 * stride + i] = square_root(a & 0x7FFFFFFF);

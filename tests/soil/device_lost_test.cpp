@@ -1,0 +1,50 @@
+/// A GPU that fails while the soil runs: it is said, and nothing false is saved.
+#include "device/egl_context.h"
+#include "soil_fixture.h"
+#include "temporary_file.h"
+
+namespace bsoil::device_lost_test {
+namespace {
+
+/// Takes all of this process's contexts away, as a driver does that goes down.
+void lose_all_contexts() {
+    const auto displays = device::find_egl_displays();
+    ASSERT_TRUE(displays) << displays.error();
+    for (const device::EglDisplay& display : *displays) eglTerminate(display.handle);
+}
+
+TEST(DeviceLost, is_said_and_nothing_false_is_saved) {
+    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
+    SoilDef def = grid_def(16, 16, 16);
+    def.backend = Backend::gl;
+    auto soil = make_soil(def);
+    ASSERT_TRUE(soil);
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {4, 4, 2}, {12, 12, 10})));
+    EXPECT_EQ(soil->step({}).status_bits, 0u);
+    EXPECT_EQ(soil->device_failure(), "");
+
+    lose_all_contexts();
+    const StepReport report = soil->step({});
+    EXPECT_NE(soil->device_failure().find("cannot be made current"), std::string::npos)
+        << soil->device_failure();
+    EXPECT_EQ(report.status_bits, static_cast<uint32_t>(StatusBit::device_lost));
+    ASSERT_EQ(report.conditions.size(), 1u);
+    EXPECT_EQ(report.conditions[0].first_step, 2);
+
+    const TemporaryFile file("lost.snapshot");
+    const Status saved = soil->save(file.path());
+    ASSERT_FALSE(saved);
+    EXPECT_NE(saved.error().find("it is lost"), std::string::npos) << saved.error();
+    const auto settled = soil->settle(10);
+    ASSERT_FALSE(settled);
+    EXPECT_EQ(settled.error(), soil->device_failure());
+    // Whoever goes on harms nothing, and a new soil is as good as any.
+    for (int i = 0; i < 3; ++i) soil->step({});
+    const auto another = make_soil(def);
+    ASSERT_TRUE(another);
+    ASSERT_TRUE(another->fill(voxel_box(*another, {4, 4, 2}, {12, 12, 10})));
+    EXPECT_EQ(another->step({}).status_bits, 0u);
+}
+
+}  // namespace
+}  // namespace bsoil::device_lost_test
