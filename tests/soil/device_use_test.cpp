@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "bsoil/surface_mesh.h"
 #include "moving_scene.h"
 #include "temporary_file.h"
 
@@ -66,6 +67,54 @@ TEST_P(DeviceUse, a_surface_that_has_not_changed_is_read_once) {
     scene.run(20);
     EXPECT_LE(reads_of_line(later), 2 * tile_count);  // of roofs more planes, besides
     EXPECT_NE(first, later);                          // what has moved since is seen
+}
+
+/// All that a mesher shows of its soil.
+std::vector<float> shown_by(const SurfaceMesher& mesher) {
+    Mesh mesh;
+    mesher.gather(mesh);
+    std::vector<float> out = mesh.positions;
+    out.insert(out.end(), mesh.colors.begin(), mesh.colors.end());
+    const auto add = [&out](Vec3 v) {
+        for (const double x : {v.x, v.y, v.z}) out.push_back(static_cast<float>(x));
+    };
+    for (int ty = 0; ty < mesher.tile_count_y(); ++ty) {
+        for (int tx = 0; tx < mesher.tile_count_x(); ++tx) {
+            for (const LooseVoxel& loose : mesher.loose_soil(tx, ty)) add(loose.velocity_m_s);
+            for (const RollingSoil& rolling : mesher.rolling_soil(tx, ty)) {
+                add(rolling.velocity_m_s);
+                out.push_back(rolling.amount);
+            }
+        }
+    }
+    return out;
+}
+
+TEST_P(DeviceUse, a_mesh_reads_many_tiles_at_once) {
+    SoilDef def = MovingScene::default_def();
+    def.backend = GetParam();
+    MovingScene scene(4, def);
+    def.backend = Backend::cpu;
+    MovingScene same(4, def);
+    const SoilTiles tiles(scene.soil()), same_tiles(same.soil());
+    SurfaceMesher mesher(tiles, {.backend = Backend::cpu});
+    SurfaceMesher same_mesher(same_tiles, {.backend = Backend::cpu});
+    for (int picture = 0; picture < 3; ++picture) {
+        scene.run(7);
+        same.run(7);
+        const device::DeviceCounters before = counters_of(scene.soil());
+        const SurfaceMeshReport report = mesher.update();
+        const device::DeviceCounters after = counters_of(scene.soil());
+        same_mesher.update();
+        EXPECT_GT(report.tile_read_count, 8);
+        EXPECT_EQ(shown_by(mesher), shown_by(same_mesher));
+        if (GetParam() == Backend::cpu) continue;
+        EXPECT_EQ(after.wait_count - before.wait_count, 1) << report.tile_read_count << " tiles";
+        // A plane of neighbouring slots is one copy: not one for each tile and plane.
+        const int planes = SoilProbe::impl(scene.soil()).kept_planes;
+        EXPECT_LT(after.read_copy_count - before.read_copy_count,
+                  report.tile_read_count * (planes + 3) / 2);
+    }
 }
 
 TEST_P(DeviceUse, a_step_in_which_a_body_lands_reads_all_of_its_contacts) {

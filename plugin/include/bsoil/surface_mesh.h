@@ -59,6 +59,9 @@ class TileSource {
     virtual const std::vector<MaterialDef>& materials() const = 0;  ///< as Soil::materials
     /// Grows each time the tile may have changed.
     virtual uint64_t tile_revision(int tx, int ty) const = 0;
+    /// These tiles are asked for next, in this order: as Soil::read_ahead. Unless it is overridden,
+    /// nothing happens.
+    virtual void read_ahead(std::span<const std::array<int, 2>> tiles) const;
     /// As Soil::read_tile.
     virtual void read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
                            std::vector<uint8_t>& material) const = 0;
@@ -93,6 +96,7 @@ class SoilTiles final : public TileSource {
     const GridFrame& frame() const override;
     const std::vector<MaterialDef>& materials() const override;
     uint64_t tile_revision(int tx, int ty) const override;
+    void read_ahead(std::span<const std::array<int, 2>> tiles) const override;
     void read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
                    std::vector<uint8_t>& material) const override;
     Vec3 velocity_m_s(int x, int y, int z) const override;

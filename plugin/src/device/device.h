@@ -61,6 +61,7 @@ struct DeviceCounters {
     /// Reads that the host waited for, because the GPU was not known to be through. The CPU's
     /// kernels are through when dispatch() returns.
     int64_t wait_count = 0;
+    int64_t read_copy_count = 0;  ///< that OpenGL made for them, several parts in one
     int64_t fill_count = 0;
     int64_t context_count = 0;  ///< times that an OpenGL context was made current
     /// By kernel: lanes that had work. OpenGL does not count them; they are the same as on the CPU.

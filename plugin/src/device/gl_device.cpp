@@ -243,7 +243,9 @@ class GlDevice final : public Device {
         for (const ReadRange& range : ranges) {
             read_back.add(object(range.buffer).name(), range.offset * kWordBytes, range.words);
         }
+        const int64_t before = read_back.copy_count();
         if (failure_.empty()) note_failure(read_back.start());
+        counters_.read_copy_count += read_back.copy_count() - before;
     }
 
     void finish(GlReadBack& read_back) {

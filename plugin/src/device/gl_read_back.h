@@ -28,6 +28,8 @@ class GlReadBack {
     bool is_done();
     /// Waits until they have. The error of a GPU that does not answer; empty when all is well.
     std::string finish();
+    /// Copies that were asked of the GPU so far.
+    int64_t copy_count() const { return copy_count_; }
 
   private:
     struct Part {
@@ -37,9 +39,10 @@ class GlReadBack {
     };
     std::string reserve(int64_t bytes);
     std::string wait();
+    void copy_parts();
 
     std::vector<Part> parts_;
-    int64_t part_bytes_ = 0;
+    int64_t part_bytes_ = 0, copy_count_ = 0;
     GlFence fence_;  ///< behind the copies
     GlBuffer buffer_;
     int64_t capacity_bytes_ = 0;

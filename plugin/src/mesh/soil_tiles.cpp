@@ -64,6 +64,12 @@ const std::vector<MaterialDef>& SoilTiles::materials() const { return soil_.mate
 
 uint64_t SoilTiles::tile_revision(int tx, int ty) const { return soil_.tile_revision(tx, ty); }
 
+void TileSource::read_ahead(std::span<const std::array<int, 2>>) const {}
+
+void SoilTiles::read_ahead(std::span<const std::array<int, 2>> tiles) const {
+    soil_.read_ahead(tiles);
+}
+
 void SoilTiles::read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
                           std::vector<uint8_t>& material) const {
     soil_.read_tile(tx, ty, volume, solid, material);

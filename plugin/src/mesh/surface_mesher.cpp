@@ -314,19 +314,28 @@ struct SurfaceMesher::Impl {
         return level;
     }
 
+    bool is_new(const Tile& tile, int tx, int ty) const {
+        return !tile.read || tile.source_revision != source.tile_revision(tx, ty);
+    }
+
     /// Reads the tiles whose revision has changed.
     void read(SurfaceMeshReport& report) {
+        places.clear();
+        for_each_tile([&](int tx, int ty) {
+            const Tile& tile = tiles[tile_index(tx, ty)];
+            if (is_new(tile, tx, ty) || !tile.rolling.empty()) places.push_back({tx, ty});
+        });
+        source.read_ahead(places);
         for_each_tile([&](int tx, int ty) {
             Tile& tile = tiles[tile_index(tx, ty)];
-            const uint64_t revision = source.tile_revision(tx, ty);
-            const bool is_new = !tile.read || tile.source_revision != revision;
+            const bool has_changed = is_new(tile, tx, ty);
             // What has come to rest may have done so without a change.
-            tile.rolls = is_new || !tile.rolling.empty();
-            if (is_new) {
+            tile.rolls = has_changed || !tile.rolling.empty();
+            if (has_changed) {
                 const bool changed = read_columns(tx, ty);
                 if (changed || !tile.read) mark_with_neighbours(tx, ty);
                 tile.read = true;
-                tile.source_revision = revision;
+                tile.source_revision = source.tile_revision(tx, ty);
                 ++report.tile_read_count;
             }
             if (tile.rolls && def.layer == SurfaceMeshDef::Layer::soil) {
@@ -391,7 +400,8 @@ struct SurfaceMesher::Impl {
     std::unique_ptr<mesh::DeviceMesher> device_mesher;  ///< null: the CPU meshes
     std::string backend_reason;
     std::vector<mesh::DeviceMesher::Job> jobs;
-    std::vector<int> meshed;  ///< tiles, by the last update
+    std::vector<int> meshed;                 ///< tiles, by the last update
+    std::vector<std::array<int, 2>> places;  ///< of tiles to read
     mesh::TileColumns columns;
     mesh::ColumnLists<mesh::BareWall> walls;
     std::vector<float> volume, solid;

@@ -365,6 +365,15 @@ uint64_t Soil::tile_revision(int tx, int ty) const {
     return tile ? tile->revision : impl_->tiles.revision_base();
 }
 
+void Soil::read_ahead(std::span<const std::array<int, 2>> tiles) const {
+    const Impl& s = *impl_;
+    if (s.device->backend_name() != "gl") return;
+    std::vector<int> indices;
+    indices.reserve(tiles.size());
+    for (const auto& [tx, ty] : tiles) indices.push_back(s.tile_index(tx, ty));
+    s.sampler.read_ahead(std::move(indices));
+}
+
 void Soil::read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
                      std::vector<uint8_t>& material) const {
     const Impl& s = *impl_;

@@ -207,18 +207,26 @@ class TileSampler {
   public:
     TileSampler(const SoilCore& core, const TileTable& tiles) : core_(core), tiles_(tiles) {}
     const TileVoxels& voxels(int index);
+    /// These tiles are asked for next, in this order and before the next step: they are read many
+    /// at once.
+    void read_ahead(std::vector<int> indices) {
+        wanted_ = std::move(indices);
+        wanted_step_ = core_.step_index;
+    }
     /// Height of a column's surface, ColumnFill::top_q16. Reads no more of the tile than it needs.
     int32_t top_q16(int index, int column);
     /// Of the tile of voxels(): the part of its terrain that belongs to ground bodies; no words:
     /// none.
-    const TileVoxels& ground() const { return whole_.ground; }
+    const TileVoxels& ground() const { return whole_.read.ground; }
     /// Of that tile, by voxel, what movable bodies cover; empty where none does.
     std::span<const int32_t> body_coverage();
     /// Of that tile, by column, the slip speed of its fastest span [Q16 voxels a base step]; empty
     /// where nothing slips.
     std::span<const int32_t> slip_speeds();
     void forget() {
-        whole_.index = surface_.index = -1;
+        whole_.read.index = surface_.index = -1;
+        ahead_.clear();
+        wanted_.clear();
         tops_.clear();
     }
 
@@ -229,8 +237,24 @@ class TileSampler {
         int index = -1;
         uint64_t revision = 0;
     };
-    /// Reads the tile's first planes where they may have changed; whether it did.
-    bool renew(Read& read, int index, int plane_count) const;
+    /// All of a tile, with what its columns and the bodies in it do.
+    struct Whole {
+        Read read;
+        std::vector<int32_t> coverage, slip_speeds;
+        /// SoilCore::step_index when they were read; -1: not of this tile.
+        int64_t coverage_step = -1, slip_step = -1;
+    };
+    bool is_of_now(const Read& read, int index) const {
+        return index == read.index && revision_of(index) == read.revision;
+    }
+    /// Reads the tile's first planes where they may have changed.
+    void renew(Read& read, int index, int plane_count) const;
+    /// Reads a tile that is asked for next, and those that follow it, with one wait; whether it
+    /// did.
+    bool fetch(int index);
+    /// From words of slides and records, see kColumnSlides.
+    void note_slip_speeds(Whole& whole, std::span<const int32_t> slides,
+                          std::span<const int32_t> records) const;
     uint64_t revision_of(int index) const;
     int32_t find_top_q16(int index, int column);
     /// The tile of voxels() where `words` of it have to be read anew, in the first call of a step;
@@ -245,12 +269,15 @@ class TileSampler {
 
     const SoilCore& core_;
     const TileTable& tiles_;
-    Read whole_, surface_;                ///< all planes, and only kSurfacePlanes of them
+    Whole whole_;
+    Read surface_;                        ///< only kSurfacePlanes
+    std::vector<int> wanted_;             ///< tiles that are asked for next
+    int64_t wanted_step_ = -1;            ///< SoilCore::step_index then
+    std::vector<Whole> ahead_;            ///< some of them
     std::unordered_map<int, Tops> tops_;  ///< by tile index
-    std::vector<int32_t> coverage_;
-    int64_t coverage_step_ = -1;  ///< step_index when it was read; -1: not of this tile
-    std::vector<int32_t> slip_speeds_, record_words_;
-    int64_t slip_step_ = -1;  ///< likewise
+    // Scratch.
+    std::vector<int32_t> slide_words_, record_words_;
+    std::vector<device::ReadRange> ranges_;
 };
 
 }  // namespace bsoil
