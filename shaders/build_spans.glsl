@@ -49,9 +49,26 @@ int carrier_at(int voxel) {
     return body >= 0 && shapes[body * kBodyWords + kBodyMoving] != 0 ? body + 1 : 0;
 }
 
-// Writes a column's next span; false where it does not fit. base: what it stands on, see kColumnBase.
-bool add_span(int record, INOUT(int) count, int kind, int bottom, int top, int base) {
-    if (count >= kSpanCapacity) return false;
+// Takes the lowest of a full column's spans out.
+void drop_lowest_span(int record) {
+    int first = record + kColumnSpans;
+    for (int i = 0; i < (kSpanCapacity - 1) * kSpanWords; ++i) spans[first + i] = spans[first + i + kSpanWords];
+    for (int pair = 0; pair < kSpanCapacity / 2; ++pair) {
+        int at = record + kColumnBase + pair;
+        int next = pair + 1 < kSpanCapacity / 2 ? spans[at + 1] : 0;
+        spans[at] = ((spans[at] >> 16) & kLowHalf) | (next << 16);
+    }
+}
+
+// Writes a column's next span. Where there are too many the lowest goes, so that what lies on top slips: returns the voxel in
+// which that starts, else -1. base: what it stands on, see kColumnBase.
+int add_span(int record, INOUT(int) count, int kind, int bottom, int top, int base) {
+    int lost_at = -1;
+    if (count == kSpanCapacity) {
+        lost_at = min(spans[record + kColumnSpans + kSpanBottom] >> 16, params.height - 1);
+        drop_lowest_span(record);
+        count -= 1;
+    }
     int at = record + kColumnSpans + count * kSpanWords;
     spans[at + kSpanBottom] = bottom;
     spans[at + kSpanTop] = top;
@@ -59,7 +76,7 @@ bool add_span(int record, INOUT(int) count, int kind, int bottom, int top, int b
     int base_at = record + kColumnBase + (count >> 1);
     spans[base_at] = (count & 1) == 0 ? base : spans[base_at] | (base << 16);
     count += 1;
-    return true;
+    return lost_at;
 }
 
 // How many voxels from the floor up are intact, where that is asked for and not known.
@@ -114,7 +131,7 @@ void build_spans(int group, int lane) {
     int bare = kNotBare;
     bool climbs = false;
     bool surface_free = true;
-    int lost_at = -1;        // where the last span that does not fit starts
+    int lost_at = -1;        // where the highest span that does not fit starts
     for (int z = full; z <= end; ++z) {
         int voxel = column + z * kTileColumns;
         bool inside = z < end;
@@ -130,7 +147,7 @@ void build_spans(int group, int lane) {
             if (kind != kNoSpan && !is_crumb(column, kind, bottom, top)) {
                 bool carried = kind == kSpanPiled && carrier > 0;
                 int stands_on = !carried ? 0 : is_top_free(column, top) ? carrier | kBaseFree : carrier;
-                if (!add_span(record, count, kind, bottom, top, stands_on)) lost_at = min(bottom >> 16, params.height - 1);
+                lost_at = max(lost_at, add_span(record, count, kind, bottom, top, stands_on));
             }
             if (kind == kSpanPiled && !on_body && is_surface(bottom, top)) {
                 note_surface(z, terrain, top, surface, bare, climbs);

@@ -87,10 +87,11 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
     std::vector<std::vector<Span>> columns;
     for (int y = 0; y < before.ny; ++y) {
         for (int x = 0; x < before.nx; ++x) {
-            columns.push_back(height_spans(model, before, x, y));
-            if (static_cast<int>(columns.back().size()) > model.span_capacity) {
-                columns.back().resize(static_cast<size_t>(model.span_capacity));
-            }
+            std::vector<Span> spans = height_spans(model, before, x, y);
+            const auto lost = static_cast<std::ptrdiff_t>(spans.size()) - model.span_capacity;
+            // Of too many the lowest go.
+            if (lost > 0) spans.erase(spans.begin(), spans.begin() + lost);
+            columns.push_back(std::move(spans));
         }
     }
     const auto column = [&](int x, int y) { return static_cast<size_t>(y) * before.nx + x; };

@@ -132,6 +132,27 @@ TEST(Conditions, a_column_with_too_many_spans_is_located) {
     EXPECT_NEAR(full->position_m->y, 12 * kVoxel, 2 * kVoxel);
 }
 
+// Ten layers of soil with nine plates between them are 19 spans. Soil on top slips all the same.
+TEST(Conditions, soil_over_too_many_spans_slips) {
+    auto soil = make_soil(grid_def(24, 24, 56));
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {24, 24, 38})));
+    std::vector<Mover> movers;
+    for (int i = 0; i < 9; ++i) {
+        movers.emplace_back(i + 1, box_shape(Vec3{12, 12, 1} * kVoxel),
+                            Vec3{12, 12, 3 + 4.0 * i} * kVoxel, true);
+    }
+    soil->step(bodies_of(movers));
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {9, 9, 38}, {15, 15, 50})));
+    const SoilTotals before = soil->totals();
+    StepReport report;
+    for (int i = 0; i < 200; ++i) report = soil->step(bodies_of(movers));
+    EXPECT_TRUE(find(report.conditions, StatusBit::span_list_full, -1));
+    // As wide as it is high it cannot stand: dry soil of so much lies lower than half of that.
+    EXPECT_LT(soil->surface_height_m(12, 12), (38 + 6) * kVoxel);
+    EXPECT_GT(soil->surface_height_m(12, 12), 38 * kVoxel);
+    EXPECT_EQ(soil->totals().units, before.units);
+}
+
 TEST(Conditions, of_more_bodies_than_are_kept_are_counted_together) {
     auto soil = bed();
     constexpr int kMore = 10;

@@ -38,7 +38,7 @@ constexpr StatusText kTexts[] = {
      "shape_refused: a shape without size or with too many faces was ignored, or a body too many; "
      "give it a size and at most 256 faces, and a soil at most 4096 bodies"},
     {StatusBit::span_list_full,
-     "span_list_full: a column has more height spans than are kept, its upper ones do not slip; "
+     "span_list_full: a column has more height spans than are kept, its lowest ones do not slip; "
      "use larger voxels, or fewer layers above one another"},
     {StatusBit::gravity_differs,
      "gravity_differs: soil and bodies weigh by different ones; give the world the gravity of "
