@@ -46,6 +46,29 @@ TEST_P(Dispatch, a_buffer_that_cannot_be_rearranged_stays_as_it_was) {
     EXPECT_EQ(device_->memory_bytes(), 8);
 }
 
+TEST_P(Dispatch, writes_and_fills_count_in_their_order) {
+    using Words = std::vector<int32_t>;
+    ASSERT_TRUE(device_->allocate(Buffer::inputs, 10));
+    // Side by side, in no order, one of them twice.
+    device_->write(Buffer::inputs, 4, Words{5, 6});
+    device_->write(Buffer::inputs, 0, Words{1, 2});
+    device_->write(Buffer::inputs, 2, Words{9, 9});
+    device_->write(Buffer::inputs, 6, Words{7});
+    device_->write(Buffer::inputs, 2, Words{3, 4});
+    EXPECT_EQ(read_words(*device_, Buffer::inputs, 10), (Words{1, 2, 3, 4, 5, 6, 7, 0, 0, 0}));
+    // One over another.
+    device_->write(Buffer::inputs, 5, Words{11, 12, 13});
+    device_->fill_zero(Buffer::inputs, 0, 6);
+    device_->write(Buffer::inputs, 3, Words{14, 15});
+    device_->fill_zero(Buffer::inputs, 7, 1);
+    EXPECT_EQ(read_words(*device_, Buffer::inputs, 10), (Words{0, 0, 0, 14, 15, 0, 12, 0, 0, 0}));
+    device_->write(Buffer::inputs, 9, Words{16});
+    const WordMove all{0, 1, 10};
+    ASSERT_TRUE(device_->rearrange(Buffer::inputs, 11, {&all, 1}));
+    EXPECT_EQ(read_words(*device_, Buffer::inputs, 11),
+              (Words{0, 0, 0, 0, 14, 15, 0, 12, 0, 0, 16}));
+}
+
 TEST_P(Dispatch, empty_transfers_and_dispatches_do_nothing) {
     ASSERT_TRUE(device_->allocate(Buffer::counts, 0));
     device_->write(Buffer::counts, 0, {});

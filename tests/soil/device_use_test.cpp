@@ -135,6 +135,22 @@ TEST_P(DeviceUse, a_step_in_which_a_body_lands_reads_all_of_its_contacts) {
     EXPECT_GT(resting, 1600u);
 }
 
+TEST_P(DeviceUse, tiles_that_wake_are_written_together) {
+    if (GetParam() == Backend::cpu) GTEST_SKIP() << "memory of its own";
+    SoilDef def = grid_def(48, 48, 16);
+    def.backend = GetParam();
+    const auto soil = make_soil(def);
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {48, 48, 8})));
+    std::vector<Mover> movers;
+    movers.emplace_back(1, box_shape(Vec3{40, 40, 2} * 0.05), Vec3{24, 24, 8.5} * 0.05);
+    const device::DeviceCounters before = counters_of(*soil);
+    soil->step(bodies_of(movers));
+    const device::DeviceCounters after = counters_of(*soil);
+    EXPECT_EQ(SoilProbe::impl(*soil).tiles.awake_count(), 36);
+    EXPECT_GT(after.write_count + after.fill_count - before.write_count - before.fill_count, 1000);
+    EXPECT_LT(after.write_call_count - before.write_call_count, 150);
+}
+
 TEST_P(DeviceUse, tiles_that_fall_asleep_are_read_together) {
     SoilDef def = grid_def(32, 32, 16);
     def.backend = GetParam();

@@ -57,6 +57,7 @@ struct TouchCounts {
 struct DeviceCounters {
     int64_t dispatch_count = 0, group_count = 0;
     int64_t write_count = 0, write_bytes = 0;  ///< to the device
+    int64_t write_call_count = 0;              ///< of OpenGL, for writes and fills together
     int64_t read_count = 0, read_bytes = 0;    ///< from it
     /// Reads that the host waited for, because the GPU was not known to be through. The CPU's
     /// kernels are through when dispatch() returns.

@@ -15,6 +15,7 @@
 #include "device/gl_program.h"
 #include "device/gl_read_back.h"
 #include "device/gl_stage_times.h"
+#include "device/gl_uploads.h"
 #include "device/kernel_set.h"
 
 namespace bsoil::device {
@@ -84,6 +85,7 @@ class GlDevice final : public Device {
     void* signal() override {
         const Use use(*this);
         if (!use.is_good()) return nullptr;
+        flush_uploads();
         // Kernels wrote what another context reads, as whatever it is bound there.
         glMemoryBarrier(GL_ALL_BARRIER_BITS);
         objects_->fence = GlFence(glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0));
@@ -112,13 +114,16 @@ class GlDevice final : public Device {
   protected:
     Status allocate_words(BufferIndex buffer, int64_t words) override {
         const Use use(*this);
-        return use.is_good() ? allocate_current(buffer, words) : Status(Error{failure_});
+        if (!use.is_good()) return Error{failure_};
+        flush_uploads();
+        return allocate_current(buffer, words);
     }
 
     Status rearrange_words(BufferIndex buffer, int64_t words,
                            std::span<const WordMove> moves) override {
         const Use use(*this);
         if (!use.is_good()) return Error{failure_};
+        flush_uploads();
         GlBuffer old = std::move(object(buffer));
         object(buffer) = GlBuffer();
         const Status allocated = allocate_current(buffer, words);
@@ -138,8 +143,7 @@ class GlDevice final : public Device {
     void write_words(BufferIndex buffer, int64_t offset, std::span<const int32_t> words) override {
         const Use use(*this);
         if (use.is_good()) {
-            glNamedBufferSubData(object(buffer).name(), offset * kWordBytes,
-                                 std::ssize(words) * kWordBytes, words.data());
+            objects_->uploads.write(object(buffer).name(), offset * kWordBytes, words);
         }
     }
 
@@ -165,14 +169,14 @@ class GlDevice final : public Device {
     void clear_words(BufferIndex buffer, int64_t offset, int64_t count) override {
         const Use use(*this);
         if (use.is_good()) {
-            glClearNamedBufferSubData(object(buffer).name(), GL_R32I, offset * kWordBytes,
-                                      count * kWordBytes, GL_RED_INTEGER, GL_INT, nullptr);
+            objects_->uploads.clear(object(buffer).name(), offset * kWordBytes, count * kWordBytes);
         }
     }
 
     void run_kernel(int kernel, std::span<const int32_t> params, const WorkList& work) override {
         const Use use(*this);
         if (!use.is_good()) return;
+        flush_uploads();
         upload_params(params);
         objects_->times.begin_kernel(kernel);
         if (objects_->listing_programs.empty()) {
@@ -206,6 +210,7 @@ class GlDevice final : public Device {
         std::vector<GlBuffer> buffers;
         GlBuffer params;
         GlReadBack read_back, late_read_back;
+        GlUploads uploads;
         GlStageTimes times;
         GlFence fence;
     };
@@ -238,7 +243,14 @@ class GlDevice final : public Device {
         if (--use_depth_ == 0) current_.reset();
     }
 
+    void flush_uploads() {
+        const int64_t before = objects_->uploads.call_count();
+        objects_->uploads.flush();
+        counters_.write_call_count += objects_->uploads.call_count() - before;
+    }
+
     void start(GlReadBack& read_back, std::span<const ReadRange> ranges) {
+        if (failure_.empty()) flush_uploads();
         read_back.begin();
         for (const ReadRange& range : ranges) {
             read_back.add(object(range.buffer).name(), range.offset * kWordBytes, range.words);

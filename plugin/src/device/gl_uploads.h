@@ -1,0 +1,49 @@
+/// Writes to GL buffers, many at the cost of a few calls.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "device/gl_objects.h"
+
+namespace bsoil::device {
+
+/// Words and zeros on their way to buffers. A tile that wakes is written plane by plane; those of
+/// tiles that wake together lie side by side, and go with one call. A context must be current in
+/// every call but forget().
+class GlUploads {
+  public:
+    void write(GLuint buffer, int64_t offset_bytes, std::span<const int32_t> words);
+    void clear(GLuint buffer, int64_t offset_bytes, int64_t bytes);
+    /// Hands all of them to OpenGL, as if each had been handed over when it came: before anything
+    /// else that reads or writes the buffers.
+    void flush();
+    /// Drops all of them, where the GPU is lost.
+    void forget();
+    /// Calls that flush() has made so far.
+    int64_t call_count() const { return call_count_; }
+
+  private:
+    struct Part {
+        GLuint buffer = 0;
+        int64_t offset_bytes = 0, bytes = 0;
+        int64_t at = kZeros;  ///< of its first word in words_
+        size_t order = 0;     ///< in which it came
+        int64_t end_bytes() const { return offset_bytes + bytes; }
+        bool is_zero() const { return at == kZeros; }
+    };
+    static constexpr int64_t kZeros = -1;
+
+    void add(const Part& part);
+    void drop_overwritten();
+    size_t end_of_overlap(size_t first) const;
+    size_t hand_over_run(size_t first);
+    void hand_over(size_t first, size_t end);
+
+    std::vector<Part> parts_;
+    std::vector<int32_t> words_, run_;
+    int64_t call_count_ = 0;
+};
+
+}  // namespace bsoil::device
