@@ -13,7 +13,7 @@ CONST_INT(kInvSqrtSteps, 3)
 // a zero vector by it gives a zero vector.
 float inv_sqrt_exact(float x) {
     int bits = float_as_int(x);
-    PRECISE float y = int_as_float(kInvSqrtGuessBits - (bits >> 1));
+    PRECISE float y = int_as_float(kInvSqrtGuessBits - (max(bits, 0) >> 1));
     for (int i = 0; i < kInvSqrtSteps; ++i) {
         // y += y (1 - x y^2) / 2, in an order in which nothing leaves the range of a float.
         PRECISE float xy = x * y;

@@ -432,7 +432,7 @@ bool slip_span(int slot, int lane, int i, int bottom, int top, int kind, int ste
     if (wedge_at(soil, steepest) <= stands) return false;  // the steeper a slope, the higher its wedge
     int column = slot * kTileColumns + lane;
     int record = column * kColumnWords;
-    bool on_rigid = i > 0 && kind == kSpanPiled;
+    bool on_rigid = bottom > 0 && kind == kSpanPiled;
     Slices slices;
     if (!find_slices(slot, at.x, at.y, bottom, top, on_rigid, slices)) return false;
     Failure failure = find_failure(soil, stands, slices);

@@ -325,6 +325,7 @@ Result<SettleReport> SoilAction::Impl::settle(int steps_max) {
     look_at_world();
     Result<SettleReport> settled = soil->settle(steps_max, collector.soil_bodies(0));
     if (settled) name_conditions();
+    if (!soil->device_failure().empty()) report = {};  // it was of a soil that is lost
     if (settled && settled->step_count > 0) {
         report = settled->last_step;
         // No time has passed for the bodies: their contacts are those of one step.

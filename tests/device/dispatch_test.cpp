@@ -69,6 +69,26 @@ TEST_P(Dispatch, writes_and_fills_count_in_their_order) {
               (Words{0, 0, 0, 0, 14, 15, 0, 12, 0, 0, 16}));
 }
 
+// Each more than half of what waits on its way to OpenGL; the last one more than all of it.
+TEST_P(Dispatch, large_writes_count_in_their_order) {
+    constexpr int kWords = 5 << 20;
+    ASSERT_TRUE(device_->allocate(Buffer::inputs, kWords));
+    for (const int32_t value : {1, 2}) {
+        device_->write(Buffer::inputs, 0, std::vector<int32_t>(kWords / 2, value));
+    }
+    device_->write(Buffer::inputs, kWords - 1, std::vector<int32_t>{3});
+    const std::vector<int32_t> words = read_words(*device_, Buffer::inputs, kWords);
+    EXPECT_TRUE(std::all_of(words.begin(), words.begin() + kWords / 2,
+                            [](int32_t word) { return word == 2; }));
+    EXPECT_EQ(words[kWords / 2], 0);
+    EXPECT_EQ(words.back(), 3);
+    std::vector<int32_t> all(kWords, 4);
+    all[7] = 5;
+    device_->write(Buffer::inputs, 7, std::vector<int32_t>{6});
+    device_->write(Buffer::inputs, 0, all);
+    EXPECT_EQ(read_words(*device_, Buffer::inputs, kWords), all);
+}
+
 TEST_P(Dispatch, empty_transfers_and_dispatches_do_nothing) {
     ASSERT_TRUE(device_->allocate(Buffer::counts, 0));
     device_->write(Buffer::counts, 0, {});

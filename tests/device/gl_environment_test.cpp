@@ -47,9 +47,11 @@ constexpr const char* kMesaVersion = "MESA_GL_VERSION_OVERRIDE";
 bool is_mesa() {
     if (std::getenv(kMesaVersion) != nullptr) return true;
     const auto devices = list_devices(test_kernel_set());
-    return std::ranges::any_of(devices, [](const DeviceInfo& device) {
-        return device.detail.find("Mesa") != std::string::npos;
-    });
+    const auto is_other = [](const DeviceInfo& device) {
+        return device.usable && device.detail.starts_with("OpenGL") &&
+               device.detail.find("Mesa") == std::string::npos;
+    };
+    return std::ranges::none_of(devices, is_other);
 }
 
 /// In the child: exits with 0 when there is no GL device, and the CPU stands in for it.

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Checks what clang-format does not: lines of shaders and of the headers that they share with the host end at column 132,
 # no source file is longer than 500 lines, tables aside, and a body that starts on a line of its own has braces. Tests stand in
-# files named NAME_test.cpp, no two alike.
+# files named NAME_test.cpp, no two alike. No kernel has a loop without an end in its head: docs/decisions/gpu_programs.md.
 source "$(dirname "${BASH_SOURCE[0]}")/check.sh"
 columns_most=132
 lines_most=500
@@ -16,6 +16,10 @@ done < <(find shaders plugin/render/shaders tests/device/kernels -type f -print0
 while read -r count file; do
     [[ $count -le $lines_most || " ${tables[*]} " == *" $file "* ]] || fail "$file: $count lines, at most $lines_most"
 done < <(git ls-files -z '*.cpp' '*.h' '*.glsl' '*.frag' '*.vert' '*.c' '*.sh' '*.cmake' '*CMakeLists.txt' | xargs -0 wc -l | grep -v ' total$')
+
+while IFS= read -r found; do
+    fail "$found: a GPU's compiler may not find its end"
+done < <(git grep -nF 'for (;;)' -- 'shaders/*.glsl' 'tests/device/kernels/*.glsl')
 
 while IFS= read -r file; do
     [[ $file == *_test.cpp ]] || fail "$file: has tests, so its name must end in _test.cpp"

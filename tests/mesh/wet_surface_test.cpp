@@ -120,8 +120,12 @@ TEST(WetSurface, meshes_of_dry_soil_say_nothing_of_water) {
     both.append(dry);
     ASSERT_EQ(both.wetness.size(), both.vertex_count());
     EXPECT_EQ(both.wetness.back(), 0);
+    const std::vector<uint32_t> once = dry.indices;
+    const auto count = static_cast<uint32_t>(dry.vertex_count());
     dry.append(dry);
     EXPECT_TRUE(dry.wetness.empty());
+    ASSERT_EQ(dry.indices.size(), 2 * once.size());
+    EXPECT_EQ(dry.indices.back(), once.back() + count);
 }
 
 }  // namespace

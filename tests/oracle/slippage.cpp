@@ -183,7 +183,7 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                 const Span& span = columns[column(x, y)][i];
                 if (!is_ground(span, x, y) || span.top <= span.bottom) continue;
                 const bool falls = span.kind == Span::Kind::falling;
-                const bool on_rigid = i > 0 && !falls;
+                const bool on_rigid = span.bottom > 0 && !falls;
                 // Neighbours counter-clockwise from east: even ones along the axes, odd ones
                 // diagonal.
                 constexpr int kRing[8][2] = {{1, 0},  {1, 1},   {0, 1},  {-1, 1},

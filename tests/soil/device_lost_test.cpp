@@ -1,4 +1,6 @@
 /// A GPU that fails while the soil runs: it is said, and nothing false is saved.
+#include <cstdlib>
+
 #include "device/egl_context.h"
 #include "soil_fixture.h"
 #include "temporary_file.h"
@@ -13,8 +15,7 @@ void lose_all_contexts() {
     for (const device::EglDisplay& display : *displays) eglTerminate(display.handle);
 }
 
-TEST(DeviceLost, is_said_and_nothing_false_is_saved) {
-    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
+void expect_it_is_said() {
     SoilDef def = grid_def(16, 16, 16);
     def.backend = Backend::gl;
     auto soil = make_soil(def);
@@ -35,6 +36,7 @@ TEST(DeviceLost, is_said_and_nothing_false_is_saved) {
     const Status saved = soil->save(file.path());
     ASSERT_FALSE(saved);
     EXPECT_NE(saved.error().find("it is lost"), std::string::npos) << saved.error();
+    ASSERT_FALSE(soil->load(file.path()));
     const auto settled = soil->settle(10);
     ASSERT_FALSE(settled);
     EXPECT_EQ(settled.error(), soil->device_failure());
@@ -44,6 +46,17 @@ TEST(DeviceLost, is_said_and_nothing_false_is_saved) {
     ASSERT_TRUE(another);
     ASSERT_TRUE(another->fill(voxel_box(*another, {4, 4, 2}, {12, 12, 10})));
     EXPECT_EQ(another->step({}).status_bits, 0u);
+}
+
+// In a process of its own: other tests keep contexts.
+TEST(DeviceLostDeathTest, is_said_and_nothing_false_is_saved) {
+    if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
+    testing::FLAGS_gtest_death_test_style = "threadsafe";
+    const auto in_child = [] {
+        expect_it_is_said();
+        std::exit(testing::Test::HasFailure() ? 1 : 0);
+    };
+    EXPECT_EXIT(in_child(), testing::ExitedWithCode(0), "");
 }
 
 }  // namespace

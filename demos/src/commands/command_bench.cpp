@@ -125,6 +125,7 @@ Result<FrameTimes> push_block(const BenchArguments& arguments, int side, int alp
         times.max_ms = std::max(times.max_ms, frame_ms);
         times.blocks_mean += static_cast<double>(report.block_active_count) / arguments.frame_count;
     }
+    if (!soil.device_failure().empty()) return Error{soil.device_failure()};
     times.bytes_per_awake_voxel = soil.memory_use().bytes_per_awake_voxel;
     times.checksum = soil.checksum();
     times.backend = soil.backend_name();
@@ -220,6 +221,7 @@ int time_steps(const BenchArguments& arguments, scene::SceneRun& run, const std:
         run.step();
         ++steps;
     }
+    if (const std::string failure = run.failure(); !failure.empty()) return could_not(failure);
     const double cpu_s = static_cast<double>(std::clock() - cpu_start) / CLOCKS_PER_SEC;
     Json of_scene = run.summary();
     for (const char* key : {"backend", "device"}) {

@@ -53,6 +53,7 @@ int check(CheckArguments& arguments) {
     scene::BaselineRecorder recorder(run);
     while (!run.finished()) {
         run.step();
+        if (const std::string failure = run.failure(); !failure.empty()) return could_not(failure);
         recorder.observe();
     }
     const nlohmann::ordered_json found = recorder.finish();

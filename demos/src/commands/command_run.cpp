@@ -201,11 +201,10 @@ int run(RunArguments& arguments) {
     picture();
     while (!run.finished() && !interruption.is_asked()) {
         run.step();
-        if (run.has_soil() && !run.soil().device_failure().empty()) {
+        if (const std::string failure = run.failure(); !failure.empty()) {
             progress.end_line();
             mishaps.take(telemetry->finish());
-            return could_not(fmt::format("{} in step {}; --backend cpu needs no GPU",
-                                         run.soil().device_failure(), run.step_count()));
+            return could_not(failure);
         }
         telemetry->observe();
         checks.observe();

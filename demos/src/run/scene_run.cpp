@@ -137,6 +137,12 @@ std::vector<std::string> SceneRun::condition_texts(size_t first) const {
     return texts;
 }
 
+std::string SceneRun::failure() const {
+    if (!has_soil() || soil().device_failure().empty()) return {};
+    return fmt::format("{} in step {}; --backend cpu needs no GPU", soil().device_failure(),
+                       step_count_);
+}
+
 void SceneRun::step() {
     const auto start = std::chrono::steady_clock::now();
     std::fill(readings_.begin(), readings_.end(), BodyReading{});

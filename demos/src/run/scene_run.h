@@ -44,6 +44,8 @@ class SceneRun {
 
     /// One step of the soil and the Bullet substeps that belong to it.
     void step();
+    /// What has broken the soil's device, empty while all is well; see Soil::device_failure().
+    std::string failure() const;
     bool finished() const { return step_count_ >= step_target_; }
     /// Whether the run was as long as the scene asks, and not cut short by RunDef::step_count.
     bool finished_scene() const { return time_s() >= scene_.world.duration_s - step_s_ / 2; }

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdio>
 #include <cstdlib>
+#include <initializer_list>
 #include <string_view>
 #include <utility>
 
@@ -207,32 +208,25 @@ Result<EglContext> EglContext::create_in_group(const EglDisplay& display, EGLCon
             return failed("has no configuration for OpenGL");
         }
     }
-    const EGLint is_debug = is_gl_asked("checked") ? EGL_TRUE : EGL_FALSE;
-    const EGLint core[] = {EGL_CONTEXT_OPENGL_DEBUG,
-                           is_debug,
-                           EGL_CONTEXT_MAJOR_VERSION,
-                           4,
-                           EGL_CONTEXT_MINOR_VERSION,
-                           5,
-                           EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                           EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                           EGL_NONE};
-    // Reports a GPU that was reset. Where a driver does not know the attribute, do without.
-    const EGLint core_with_resets[] = {EGL_CONTEXT_OPENGL_DEBUG,
-                                       is_debug,
-                                       EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY,
-                                       EGL_LOSE_CONTEXT_ON_RESET,
-                                       EGL_CONTEXT_MAJOR_VERSION,
-                                       4,
-                                       EGL_CONTEXT_MINOR_VERSION,
-                                       5,
-                                       EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                                       EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                                       EGL_NONE};
-    EGLContext handle = eglCreateContext(display.handle, config, other, core_with_resets);
-    if (handle == EGL_NO_CONTEXT) {
-        handle = eglCreateContext(display.handle, config, other, core);
-    }
+    const std::vector<EGLint> core{
+        EGL_CONTEXT_MAJOR_VERSION,       4,
+        EGL_CONTEXT_MINOR_VERSION,       5,
+        EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT};
+    // Drivers refuse an attribute that they do not know: what is not needed is asked for first.
+    using Pair = std::pair<EGLint, EGLint>;
+    constexpr Pair kSaysResets{EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY,
+                               EGL_LOSE_CONTEXT_ON_RESET};  // reports a GPU that was reset
+    constexpr Pair kTalks{EGL_CONTEXT_OPENGL_DEBUG, EGL_TRUE};
+    const auto create_with = [&](std::initializer_list<Pair> more) {
+        std::vector<EGLint> wanted = core;
+        for (const auto& [name, value] : more) wanted.insert(wanted.end(), {name, value});
+        wanted.push_back(EGL_NONE);
+        return eglCreateContext(display.handle, config, other, wanted.data());
+    };
+    EGLContext handle = EGL_NO_CONTEXT;
+    if (is_gl_asked("checked")) handle = create_with({kSaysResets, kTalks});
+    if (handle == EGL_NO_CONTEXT) handle = create_with({kSaysResets});
+    if (handle == EGL_NO_CONTEXT) handle = create_with({});
     if (handle == EGL_NO_CONTEXT && other != EGL_NO_CONTEXT) {
         return failed("has no OpenGL 4.5 core context that shares with the host's");
     }

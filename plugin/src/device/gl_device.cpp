@@ -69,7 +69,8 @@ class GlDevice final : public Device {
         } else {
             // They go with the context. Deleting them here would delete objects of the caller's
             // context.
-            static_cast<void>(objects_.release());
+            const LostGlObjects lost;
+            objects_.reset();
         }
     }
 
@@ -101,7 +102,9 @@ class GlDevice final : public Device {
     void mark_stage(int stage) override {
         assert(session_depth_ > 0 && stage >= 0 && stage < kStageCapacity);
         const Use use(*this);
-        if (use.is_good()) objects_->times.mark(stage);
+        if (!use.is_good()) return;
+        flush_uploads();
+        objects_->times.mark(stage);
     }
 
     bool is_read_done() override {
@@ -244,9 +247,8 @@ class GlDevice final : public Device {
     }
 
     void flush_uploads() {
-        const int64_t before = objects_->uploads.call_count();
         objects_->uploads.flush();
-        counters_.write_call_count += objects_->uploads.call_count() - before;
+        counters_.write_call_count = objects_->uploads.call_count();
     }
 
     void start(GlReadBack& read_back, std::span<const ReadRange> ranges) {

@@ -8,6 +8,20 @@
 
 namespace bsoil::device {
 
+/// While one of these is there, owners in this thread forget their objects and delete none: those
+/// went with their context.
+class LostGlObjects {
+  public:
+    LostGlObjects() { are_lost() = true; }
+    ~LostGlObjects() { are_lost() = false; }
+    LostGlObjects(const LostGlObjects&) = delete;
+    LostGlObjects& operator=(const LostGlObjects&) = delete;
+    static bool& are_lost() {
+        thread_local bool lost = false;
+        return lost;
+    }
+};
+
 /// Owns one GL name; 0 is none. `destroy` deletes it, `kNamespace` is its kind for debug labels.
 template <GLenum kNamespace, void (*destroy)(GLuint)>
 class GlObject {
@@ -22,7 +36,8 @@ class GlObject {
     ~GlObject() { reset(); }
 
     void reset() {
-        if (name_ != 0) destroy(std::exchange(name_, 0));
+        const GLuint name = std::exchange(name_, 0);
+        if (name != 0 && !LostGlObjects::are_lost()) destroy(name);
     }
     /// The name under which debuggers and driver messages show it.
     void set_label(std::string_view label) const {
@@ -50,7 +65,7 @@ class GlFence {
         return *this;
     }
     ~GlFence() {
-        if (sync_ != nullptr) glDeleteSync(sync_);
+        if (sync_ != nullptr && !LostGlObjects::are_lost()) glDeleteSync(sync_);
     }
     GLsync sync() const { return sync_; }
 

@@ -15,6 +15,13 @@ constexpr size_t kWordsMost = size_t{4} << 20;
 
 void GlUploads::write(GLuint buffer, int64_t offset_bytes, std::span<const int32_t> words) {
     if (words.empty()) return;
+    if (words.size() > kWordsMost) {
+        flush();
+        ++call_count_;
+        glNamedBufferSubData(buffer, offset_bytes, static_cast<GLsizeiptr>(words.size_bytes()),
+                             words.data());
+        return;
+    }
     Part part{buffer, offset_bytes, static_cast<int64_t>(words.size_bytes())};
     part.at = std::ssize(words_);
     words_.insert(words_.end(), words.begin(), words.end());

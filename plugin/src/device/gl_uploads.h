@@ -11,7 +11,7 @@ namespace bsoil::device {
 
 /// Words and zeros on their way to buffers. A tile that wakes is written plane by plane; those of
 /// tiles that wake together lie side by side, and go with one call. A context must be current in
-/// every call but forget().
+/// every call.
 class GlUploads {
   public:
     void write(GLuint buffer, int64_t offset_bytes, std::span<const int32_t> words);
@@ -19,8 +19,6 @@ class GlUploads {
     /// Hands all of them to OpenGL, as if each had been handed over when it came: before anything
     /// else that reads or writes the buffers.
     void flush();
-    /// Drops all of them, where the GPU is lost.
-    void forget();
     /// Calls that flush() has made so far.
     int64_t call_count() const { return call_count_; }
 
@@ -36,6 +34,7 @@ class GlUploads {
     static constexpr int64_t kZeros = -1;
 
     void add(const Part& part);
+    void forget();
     void drop_overwritten();
     size_t end_of_overlap(size_t first) const;
     size_t hand_over_run(size_t first);

@@ -42,6 +42,7 @@ void Mesh::clear() {
 }
 
 void Mesh::append(const Mesh& other) {
+    if (&other == this) return append(Mesh(other));
     const auto base = static_cast<uint32_t>(vertex_count());
     if (base == 0) palette = other.palette;
     if (palette == other.palette) {

@@ -328,6 +328,7 @@ struct SurfaceMesher::Impl {
         source.read_ahead(places);
         for_each_tile([&](int tx, int ty) {
             Tile& tile = tiles[tile_index(tx, ty)];
+            const uint64_t revision = source.tile_revision(tx, ty);  // before it is read
             const bool has_changed = is_new(tile, tx, ty);
             // What has come to rest may have done so without a change.
             tile.rolls = has_changed || !tile.rolling.empty();
@@ -335,7 +336,7 @@ struct SurfaceMesher::Impl {
                 const bool changed = read_columns(tx, ty);
                 if (changed || !tile.read) mark_with_neighbours(tx, ty);
                 tile.read = true;
-                tile.source_revision = source.tile_revision(tx, ty);
+                tile.source_revision = revision;
                 ++report.tile_read_count;
             }
             if (tile.rolls && def.layer == SurfaceMeshDef::Layer::soil) {

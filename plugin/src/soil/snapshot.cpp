@@ -178,6 +178,9 @@ std::vector<uint8_t> Soil::state() const {
 }
 
 Result<std::function<void()>> Soil::prepare(std::span<const uint8_t> state) {
+    if (const std::string failure = impl_->device->failure(); !failure.empty()) {
+        return Error{"cannot be put into a soil that is lost: " + failure};
+    }
     auto saved = std::make_shared<SavedSoil>();
     StateStream stream(state);
     saved->list(stream);

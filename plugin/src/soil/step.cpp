@@ -278,6 +278,7 @@ StepReport Soil::Impl::step(std::span<const SoilBody> input, double budget_ms) {
     } else {
         conditions.note(StatusBit::rate_lowered);
     }
+    if (pieces.is_open()) sampler.forget();  // what has been read is of another piece
     session.end();
     budget.end_call();
     return report();
@@ -288,6 +289,7 @@ void Soil::Impl::finish() {
     device::DeviceSession session(*device);
     budget.lift();
     go_on();
+    sampler.forget();
 }
 
 void Soil::Impl::drop_step() {

@@ -86,7 +86,11 @@ const TileVoxels& TileSampler::voxels(int index) {
 }
 
 bool TileSampler::fetch(int index) {
-    if (wanted_step_ != core_.step_index) return false;
+    const auto is_awake = [this](int i) {
+        const Tile* tile = tiles_[static_cast<size_t>(i)].get();
+        return tile && tile->is_awake();
+    };
+    if (wanted_step_ != core_.step_index || !is_awake(index)) return false;
     const auto first = std::ranges::find(wanted_, index);
     if (first == wanted_.end()) return false;
     const auto tile_words = static_cast<size_t>(core_.params.tile_voxels) *
@@ -94,11 +98,12 @@ bool TileSampler::fetch(int index) {
                             kTileColumns * (kColumnWords + 1);
     const size_t most = std::max<size_t>(1, kAheadWords / tile_words);
     std::vector<int> indices;
-    for (auto next = first; next != wanted_.end() && indices.size() < most; ++next) {
-        const Tile* tile = tiles_[static_cast<size_t>(*next)].get();
-        if (tile && tile->is_awake()) indices.push_back(*next);
+    auto next = first;
+    for (; next != wanted_.end() && indices.size() < most; ++next) {
+        if (is_awake(*next)) indices.push_back(*next);
     }
-    if (indices.empty() || indices[0] != index) return false;
+    // Whoever comes back to one of them later asks for that one alone.
+    wanted_.erase(wanted_.begin(), next);
     ahead_.resize(indices.size());
     slide_words_.resize(indices.size() * kTileColumns);
     record_words_.resize(indices.size() * kTileColumns * kColumnWords);
