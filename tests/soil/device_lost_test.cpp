@@ -36,6 +36,7 @@ void expect_it_is_said() {
     const Status saved = soil->save(file.path());
     ASSERT_FALSE(saved);
     EXPECT_NE(saved.error().find("it is lost"), std::string::npos) << saved.error();
+    EXPECT_TRUE(soil->state().empty());
     ASSERT_FALSE(soil->load(file.path()));
     const auto settled = soil->settle(10);
     ASSERT_FALSE(settled);

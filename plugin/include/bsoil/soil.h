@@ -263,7 +263,8 @@ class Soil {
     /// or of a soil with another grid, step, gravity or material; it names what differs and changes
     /// nothing.
     Status load(const std::string& path);
-    /// The same as bytes, for hosts that keep several states in one file.
+    /// The same as bytes, for hosts that keep several states in one file. None where the device has
+    /// failed.
     std::vector<uint8_t> state() const;
     /// state(), where prepare() takes it. Error: a voxel holds more than it does, so that the soil
     /// would not go on from it; looked at where StatusBit::amount_headroom was ever met.

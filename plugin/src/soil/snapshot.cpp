@@ -174,6 +174,7 @@ std::vector<uint8_t> Soil::state() const {
     impl_->finish();
     StateStream stream;
     SoilSnapshot(*impl_).take().list(stream);
+    if (!impl_->device->failure().empty()) return {};
     return stream.bytes();
 }
 
