@@ -160,10 +160,9 @@ KernelSource kernel_source(const KernelSet& kernel_set, int kernel, ProgramKind 
     const std::string_view name = kernel_set.kernels[static_cast<size_t>(kernel)].name;
     KernelSource source;
     append_text("version", "#version 450\n", kernel_set, source);
-    if (kind == ProgramKind::all_lanes) append_text("version", kNotUnrolled, kernel_set, source);
-    if (kind != ProgramKind::all_lanes) {
-        append_text("version", "#define RUNS_IN_SOFTWARE\n", kernel_set, source);
-    }
+    append_text("version",
+                kind == ProgramKind::all_lanes ? kNotUnrolled : "#define RUNS_IN_SOFTWARE\n",
+                kernel_set, source);
     append_file("prelude.glsl", kernel_set, source);
     append_text("buffers", buffer_blocks(kernel_set), kernel_set, source);
     append_text("params", "layout(std140, binding = 0) uniform ParamsBlock {\n", kernel_set,

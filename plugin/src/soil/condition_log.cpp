@@ -51,8 +51,7 @@ constexpr StatusText kTexts[] = {
      "step_spread_max, or make steps cheaper (larger voxels)"},
     {StatusBit::device_lost,
      "device_lost: the GPU failed and the soil with it; make a new one, from a snapshot if there "
-     "is one, or with the CPU's backend. "
-     "BULLETSOIL_GL=checked in the environment tells more"},
+     "is one, or with the CPU's backend. BULLETSOIL_GL=checked in the environment tells more"},
 };
 constexpr int kBitCount = static_cast<int>(std::size(kTexts));
 
