@@ -107,9 +107,29 @@ bool step_upwind(INOUT(int) slot, INOUT(ivec2) at, ivec2 way, int z) {
         return false;
     }
     if (slot != from) {  // stays awake as long as somebody looks
-        ATOMIC_MAX(block_flags[flag_index(kFlagWanted, slot * params.blocks_per_tile + (z >> 3))], params.step_stamp);
+        int wanted = flag_index(kFlagWanted, slot * params.blocks_per_tile + (z >> 3));
+        if (ATOMIC_LOAD(block_flags[wanted]) != params.step_stamp) ATOMIC_MAX(block_flags[wanted], params.step_stamp);
     }
     return true;
+}
+
+// From which height on nothing in a tile bars the wind, see kTileTableBars; above the grid where find_support was not there.
+int bars_below(int slot) {
+    int word = tile_table[slot * kTileTableWords + kTileTableBars];
+    return word / kTileTopStep == params.step_stamp ? word % kTileTopStep : kTileTopStep;
+}
+
+// Of the steps along one axis the last that surely lies in the same tile: after it the line is `room` columns further.
+int last_step_inside(int step, int gone, int room) {
+    int half_past = (abs(gone) + room) * kOneQ16 + kOneQ16 / 2;  // what rounds to the first column beyond
+    return (half_past - 1) / max(1, abs(step));
+}
+
+// How many steps a line is certain to have taken when it is still in the tile where it is now.
+int steps_inside(ivec2 step, ivec2 gone, ivec2 at) {
+    int x = last_step_inside(step.x, gone.x, step.x < 0 ? at.x : kTileSide - 1 - at.x);
+    int y = last_step_inside(step.y, gone.y, step.y < 0 ? at.y : kTileSide - 1 - at.y);
+    return min(x, y);
 }
 
 // Whether a body, terrain or a voxel full of soil stands upwind on the line that rises by 15 deg.
@@ -125,6 +145,13 @@ bool is_sheltered(int slot, ivec3 from) {
         ivec2 offset = ivec2(round_q16(n * step.x), round_q16(n * step.y));
         if (z >= params.height || !step_upwind(slot, at, offset - gone, z)) return false;
         gone = offset;
+        if (z >= bars_below(slot)) {  // nor does anything further on in this tile: the line rises
+            n = max(n, steps_inside(step, gone, at));
+            offset = ivec2(round_q16(n * step.x), round_q16(n * step.y));
+            at = at + offset - gone;
+            gone = offset;
+            continue;
+        }
         if (z >= spans[column_word(kColumnEnd, column_of(slot, at))]) continue;  // all is empty there
         int voxel = slot * params.tile_voxels + z * kTileColumns + at.y * kTileSide + at.x;
         if (is_solid(voxel) || is_full(voxel)) return true;

@@ -11,6 +11,12 @@ void note_top(int slot, int top) {
     ATOMIC_MAX(tile_table[slot * kTileTableWords + kTileTableTop], params.step_stamp * kTileTopStep + top);
 }
 
+// From `bars` on nothing in a column bars the wind.
+void note_bars(int slot, int bars) {
+    if (params.shelter == 0) return;
+    ATOMIC_MAX(tile_table[slot * kTileTableWords + kTileTableBars], params.step_stamp * kTileTopStep + bars);
+}
+
 // Whether a voxel that stands on the ground is ground itself.
 bool is_full_ground(int voxel) {
     return state_at(kPlaneCoverage, voxel) == 0 && state_at(kPlaneTerrain, voxel) == 0 &&
@@ -45,6 +51,7 @@ void find_support(int group, int lane) {
     bool was_hollow = known_hollow > 0;
     if (known_hollow == 0 && spans[column_word(kColumnStamp, slot * kTileColumns + lane)] <= params.support_stamp) {
         note_top(slot, max(least, spans[soil_top]));
+        note_bars(slot, spans[column_word(kColumnEnd, slot * kTileColumns + lane)]);
         return;
     }
     int below = kSupportGround;
@@ -68,6 +75,7 @@ void find_support(int group, int lane) {
         below = state_at(kPlaneSupport, column + first * kTileColumns);
     }
     int filled = first;  // z above the highest voxel that is not empty
+    int bars = first;    // z above the highest that may bar the wind
     for (int z = first; z < end; ++z) {
         int voxel = column + z * kTileColumns;
         int volume = state_at(kPlaneVolume, voxel);
@@ -77,6 +85,7 @@ void find_support(int group, int lane) {
         if (volume > 0 || bodies > 0 || terrain > 0) filled = z + 1;
         if (z == full && below == kSupportGround && is_full_ground(voxel)) full = z + 1;
         bool solid = bodies + terrain >= kSolidCoverage;
+        if (solid || volume + bodies + terrain >= kVoxelFull) bars = z + 1;
         int own = below;
         if (solid) {
             below = kSupportGround;
@@ -116,4 +125,5 @@ void find_support(int group, int lane) {
     }
     spans[soil_top] = top;
     note_top(slot, max(least, top));
+    note_bars(slot, sees_all ? bars : empty_from);
 }

@@ -69,6 +69,40 @@ TEST_P(Air, falls_as_the_oracle_does) {
 INSTANTIATE_TEST_SUITE_P(Scenarios, Air, testing::ValuesIn(all_scenarios()),
                          testing::PrintToStringParamName());
 
+/// Along the axes, diagonally and between them: lines that cross tiles in every way.
+std::vector<Vec3> winds_all_around() {
+    std::vector<Vec3> winds;
+    for (const double x : {-1.0, 0.0, 1.0}) {
+        for (const double y : {-1.0, 0.0, 1.0}) {
+            if (x != 0 || y != 0) winds.push_back({x, y, 0});
+            if (x * y != 0) winds.push_back({x, 0.36 * y, 0});
+            if (x * y != 0) winds.push_back({0.23 * x, y, 0});
+        }
+    }
+    return winds;
+}
+
+// What find_support knows of a whole tile spares the line its columns, and changes nothing.
+TEST(Air, shelter_reaches_over_tiles_in_every_direction) {
+    const Scenario scenario{12, 48, 40, 32, 1};
+    for (const Vec3& wind : winds_all_around()) {
+        SCOPED_TRACE(testing::Message() << wind.x << ", " << wind.y);
+        SoilDef def = air_def(scenario, Backend::cpu);
+        def.wind_m_s = def.voxel_m / def.step_s * wind;
+        def.shelter_m = 36 * def.voxel_m;
+        StageBench bench(def);
+        prepare(bench, scenario);
+        const oracle::Field before = bench.to_field(bench.read());
+        const oracle::Field expected =
+            oracle::advect(bench.model(1), before, bench.oracle_bodies());
+        bench.advect(1);
+        const FieldDeviation deviation = compare(bench.to_field(bench.read()), expected, 1);
+        constexpr double kTolerance = 8.0 * 33 / kVoxelFull;
+        EXPECT_LT(deviation.soil.value, kTolerance) << deviation.soil;
+        EXPECT_LT(deviation.momentum.value, 2 * kTolerance) << deviation.momentum;
+    }
+}
+
 TEST(AirOnGl, has_the_same_bits) {
     if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
     const Scenario scenario{11, 24, 16, 24, 3};

@@ -301,7 +301,7 @@ void TileTable::upload() {
         }
         entry[kTileTableX] = tx;
         entry[kTileTableY] = ty;
-        entry[kTileTableTop] = entry[kTileTableAsked] = 0;
+        entry[kTileTableTop] = entry[kTileTableAsked] = entry[kTileTableBars] = 0;
     }
     core_.device->write(Buffer::tile_table, 0, neighbour_words_);
     is_dirty_ = false;
