@@ -9,8 +9,7 @@ inline bool is_same_vector(Vec3 a, Vec3 b) { return a.x == b.x && a.y == b.y && 
 
 inline bool is_same_row(const ToothRow& a, const ToothRow& b) {
     return a.height_m == b.height_m && a.thickness_m == b.thickness_m && a.pitch_m == b.pitch_m &&
-           a.above_m == b.above_m && is_same_vector(a.outward, b.outward) &&
-           a.is_over_tips == b.is_over_tips;
+           a.above_m == b.above_m && is_same_vector(a.outward, b.outward) && a.part == b.part;
 }
 
 static_assert(sizeof(void*) != 8 || sizeof(ContactVoxel) == 240,

@@ -112,38 +112,37 @@ struct Place {
     double yaw_rad = 0;
 };
 
-/// Rim and lugs by the share of the soil between them that is free, and what is over the tips by
-/// the rest: of a wheel about y, whose middle is `axle_m` above the bed. Lugs take along what they
-/// push along the rim, not what they are pressed upon, by the squares of the motion's parts.
+/// Rim and what is over the tips by shares of the pitch, lugs as far as nothing between them is
+/// filled: of a wheel about y, whose middle is `axle_m` above the bed. What is over the tips bears
+/// as deep as the rim is.
 std::vector<oracle::Facet> surface_with_trapped_soil(const Tool& tool, double axle_m) {
     const double pitch = 2 * std::numbers::pi * kRadiusM / tool.lug_count, h = tool.lug_height_m;
     const double wedge = h * std::tan(std::numbers::pi / 4 + kPhi / 2);
     const double most = std::min(1.0, (wedge + tool.lug_thickness_m) / pitch);
     // Of the radius between rim and tips, the part below the surface.
-    const auto trapped = [&](Vec3 at) {
+    const auto filled = [&](Vec3 at) {
         constexpr int kParts = 100;
         int below = 0;
         for (int i = 0; i < kParts; ++i) {
             below +=
                 axle_m + at.z / std::hypot(at.x, at.z) * (kRadiusM + (i + 0.5) / kParts * h) < 0;
         }
-        const Vec3 arm = rotate(tool.rotation, at), axle = rotate(tool.rotation, {0, 1, 0});
-        const Vec3 motion = tool.velocity_m_s + cross(tool.angular_rad_s, arm);
-        const Vec3 spoke = arm - dot(arm, axle) * axle;
-        const double pressed = dot(motion, spoke) / (length(motion) * length(spoke));
-        return most * below / kParts * (1 - pressed * pressed);
+        return 1.0 * below / kParts;
     };
     std::vector<oracle::Facet> out = oracle::surface_of(tool.solids, 0.002);
     for (oracle::Facet& facet : out) {
         if (std::abs(facet.normal.y) < 0.5 || std::hypot(facet.at.x, facet.at.z) > kRadiusM) {
-            facet.share = 1 - trapped(facet.at);
+            const bool is_on_lug = std::hypot(facet.at.x, facet.at.z) > kRadiusM + 0.02 * h;
+            facet.share = 1 - (is_on_lug ? 1 : most) * filled(facet.at);
         }
     }
     for (oracle::Facet facet : oracle::surface_of(
              {cylinder(kRadiusM + h, kWidthM, about({1, 0, 0}, std::numbers::pi / 2))}, 0.002)) {
         if (std::hypot(facet.at.x, facet.at.z) < kRadiusM) continue;
-        facet.share = trapped(facet.at);
+        facet.share = most * filled(facet.at);
         facet.friction = std::tan(kPhi);
+        const double r = std::hypot(facet.at.x, facet.at.z);
+        facet.root = Vec3{facet.at.x, 0, facet.at.z} * (kRadiusM / r - 1);
         out.push_back(facet);
     }
     return out;

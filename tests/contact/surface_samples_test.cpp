@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "bsoil/soil.h"
+#include "contact/surface_pieces.h"
 
 namespace bsoil::surface_samples_test {
 namespace {
@@ -147,6 +148,35 @@ TEST(SurfaceSamples, contacts_are_the_same_on_any_number_of_threads) {
         // Shear displacement goes by the voxel: a sample's share is of its own and the next ones.
         const Vec3 off = one[i].position_m - one[i].center_m;
         EXPECT_LT(std::max({std::abs(off.x), std::abs(off.y), std::abs(off.z)}), 1.5 * 0.02 + 1e-9);
+    }
+}
+
+// A face on the border of two voxels has nothing in the third, and a piece without area no normal.
+TEST(SurfacePieces, face_on_the_border_of_voxels_is_shared_by_the_two_beside_it) {
+    constexpr double kVoxelM = 0.125;  // exact, as its multiples are
+    for (const double side : {1.0, -1.0}) {
+        SurfaceSamples surface;
+        surface.samples = {{.at = {5.5 * kVoxelM, 5.5 * kVoxelM, 5 * kVoxelM},
+                            .normal = {0, 0, side},
+                            .area_m2 = 0.01}};
+        surface.clusters = {{surface.samples[0].at, 0, 0, 1}};
+        std::vector<ContactRecord> records(4);
+        for (size_t i = 0; i < records.size(); ++i) {
+            records[i].voxel[0] = records[i].voxel[1] = 5;
+            records[i].voxel[2] = 3 + static_cast<int>(i);
+            records[i].gradient = {0, 0, -65536 * side};
+        }
+        const SampledBody body{&surface, {}};
+        SurfacePieces pieces;
+        pieces.gather(records, {&body, 1}, kVoxelM, 0.7);
+        std::vector<double> areas_m2(records.size(), 0);
+        for (size_t i = 0; i < records.size(); ++i) {
+            pieces.for_each(i, [&](const SurfacePiece& piece) {
+                EXPECT_GT(length(piece.area), 0) << i;
+                areas_m2[i] += piece.area_m2;
+            });
+        }
+        EXPECT_EQ(areas_m2, (std::vector<double>{0, 0.005, 0.005, 0})) << side;
     }
 }
 

@@ -52,12 +52,15 @@ std::vector<Element> wheel_with(Lugs lugs) {
         Element& element = out.emplace_back(Element{facet, {}});
         const double r = std::hypot(facet.at.x, facet.at.z);
         if (lugs.count == 0 || (std::abs(facet.normal.y) > 0.5 && r <= kRadiusM)) return;
+        const bool is_on_tooth = r > kRadiusM + 0.02 * lugs.height_m;
         element.teeth = {lugs.height_m,
                          kThicknessM,
                          2 * std::numbers::pi * kRadiusM / lugs.count,
                          r - kRadiusM,
                          Vec3{facet.at.x, 0, facet.at.z} * (1 / r),
-                         is_over_tips};
+                         is_over_tips  ? ToothPart::over_tips
+                         : is_on_tooth ? ToothPart::tooth
+                                       : ToothPart::base};
     };
     for (const oracle::Facet& facet : oracle::surface_of(solids, kEdgeM)) add(facet, false);
     if (lugs.count > 0) {

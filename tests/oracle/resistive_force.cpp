@@ -269,6 +269,8 @@ Wrench resistive_force(const std::vector<Facet>& surface, const Intruder& intrud
         const Vec3 arm = rotate(intruder.pose.rotation, facet.at);
         const double depth_m = -(intruder.pose.position.z + arm.z);
         if (depth_m <= 0) continue;
+        const double root_m = depth_m - rotate(intruder.pose.rotation, facet.root).z;
+        const double bears_m = std::clamp(root_m, 0.0, depth_m);
         const Vec3 velocity = intruder.velocity_m_s + cross(intruder.angular_velocity_rad_s, arm);
         const double speed = length(velocity);
         if (!(speed > 0)) continue;
@@ -277,7 +279,7 @@ Wrench resistive_force(const std::vector<Facet>& surface, const Intruder& intrud
         const double size =
             down + (1 - down) * shares[-normal.z > std::sqrt(0.5) ? 6 : side_of(facet.normal)];
         const double friction = facet.friction >= 0 ? facet.friction : sand.surface_friction;
-        const Vec3 force = xi * depth_m * facet.share * facet.area_m2 * size *
+        const Vec3 force = xi * bears_m * facet.share * facet.area_m2 * size *
                            resistive_stress(normal, velocity * (1 / speed), friction);
         sum.force_n += force;
         sum.moment_n_m += cross(arm, force);

@@ -18,6 +18,7 @@ struct Facet {
     double area_m2 = 0;
     double share = 1;      ///< of it that is there
     double friction = -1;  ///< of this facet; negative: Sand::surface_friction
+    Vec3 root = {};        ///< from the facet to what it bears as deep as; the body's frame
 };
 
 /// The outer surface of solids that may overlap, cut into facets no longer than `edge_m`: what lies

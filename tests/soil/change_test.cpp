@@ -126,7 +126,7 @@ TEST(SoilChange, refuses_what_cannot_differ_and_says_it) {
     def.materials.pop_back();
     expect_refused(def, "names");
     def = rich_def();
-    def.contact_law.trapped_soil = true;
+    def.contact_law.trapped_soil = false;
     expect_refused(def, "contact_law");
     def = rich_def();
     def.materials[0].cohesion_pa = -1;

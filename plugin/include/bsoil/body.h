@@ -1,6 +1,7 @@
 /// Bodies as the soil sees them: solids in motion.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -69,14 +70,16 @@ struct SoilBody {
     unsigned shape_revision = 0;                       ///< change it when *shapes changed
 };
 
+/// What of a row of teeth an element is: what they stand on, a tooth, or the surface over the tips,
+/// which is there as far as soil between the teeth goes with them.
+enum class ToothPart : uint8_t { base, tooth, over_tips };
+
 /// The row of teeth (a wheel's lugs, a track's grousers) that an element of a surface belongs to.
 struct ToothRow {
     double height_m = 0, thickness_m = 0, pitch_m = 0;  ///< pitch: 0 where there is no row
     double above_m = 0;  ///< how far the element is above what the teeth stand on
     Vec3 outward;        ///< unit, from there to the tips; world axes
-    /// Of the surface over the tips, which is there as far as soil between the teeth goes with
-    /// them.
-    bool is_over_tips = false;
+    ToothPart part = ToothPart::base;
 };
 
 /// A voxel in which a body's surface and soil meet, at the end of a step. World axes, SI.

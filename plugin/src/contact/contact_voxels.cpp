@@ -183,7 +183,7 @@ void ContactVoxels::add_pieces(const Element& element, std::vector<ContactVoxel>
     const double voxel = element.request.frame->voxel_m;
     double area_m2 = 0;
     pieces_.for_each(record, [&](const SurfacePiece& piece) {
-        area_m2 += piece.is_over_tips ? 0 : piece.area_m2;
+        area_m2 += piece.part == ToothPart::over_tips ? 0 : piece.area_m2;
     });
     const double pressed_m =
         area_m2 > 0 ? compression_m(element.request, element.record, area_m2 / (voxel * voxel)) : 0;
@@ -222,7 +222,7 @@ void ContactVoxels::set_teeth(const ContactBody& body, const SurfacePiece& piece
                      row.pitch_m,
                      above.height_m,
                      rotate(to_world.rotation, above.outward),
-                     piece.is_over_tips};
+                     piece.part};
 }
 
 // The gradient errs in the direction of an inclined face, from voxel to voxel, and at an edge

@@ -302,7 +302,7 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
                                 const ContactHistory& memory) const {
     const ContactVoxel& contact = element.voxel;
     const FaceExtent& face = element.face;
-    const bool is_soil = contact.teeth.is_over_tips && !trapped_strengths_.empty();
+    const bool is_soil = contact.teeth.part == ToothPart::over_tips && !trapped_strengths_.empty();
     const auto material = static_cast<size_t>(contact.material);
     const SoilStrength& dry = (is_soil ? trapped_strengths_ : strengths_)[material];
     std::optional<SoilStrength> wet;
@@ -315,7 +315,7 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
     const Vec3 motion = along.share, up = this->up();
     const double creep = def().creep;
     const double shear = developed_shear(soil, memory.sheared_m, face.relative_density, def());
-    const double depth_m = contact.bearing_depth_m;
+    const double depth_m = bearing_depth_of(contact, up);
     const double held = unloaded_share(depth_m, memory.retreat_m, def());
     const Vec3 n = contact.normal;
     const double approach = dot(motion, n);
@@ -346,7 +346,7 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
     const double inertial_pa = contact.inflow_share * momentum_flux(soil.density_kg_m3, impact_m_s);
 
     ElementYield out;
-    out.area_share = area_share_of(contact, motion, soil.friction_angle_rad, def(), up);
+    out.area_share = area_share_of(contact, soil.friction_angle_rad, def(), up);
     out.normal_limit_pa = held * (xi_depth * resistive_normal + cohesive_pa + inertial_pa);
 
     // Sticking, the contact can carry all its friction; sliding, what resistive force theory finds

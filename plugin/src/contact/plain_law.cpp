@@ -48,7 +48,7 @@ ElementYield PlainLaw::yield(const ContactElement& element, const ElementMotion&
                              const ContactHistory& memory) const {
     const ContactVoxel& contact = element.voxel;
     const Strength& soil = strengths_[static_cast<size_t>(contact.material)];
-    const double depth_m = contact.bearing_depth_m, creep = def().creep;
+    const double depth_m = bearing_depth_of(contact, up()), creep = def().creep;
     const Vec3 n = contact.normal, motion = along.share;
     const double heavier =
         this->soil().materials[static_cast<size_t>(contact.material)].wet_mass_share(
@@ -59,11 +59,11 @@ ElementYield PlainLaw::yield(const ContactElement& element, const ElementMotion&
     const Vec3 slide = motion - approach * n;
     const double sliding = length(slide);
 
-    const bool is_soil = contact.teeth.is_over_tips;
+    const bool is_soil = contact.teeth.part == ToothPart::over_tips;
     const double friction = is_soil ? soil.tan_phi : soil.friction;
 
     ElementYield out;
-    out.area_share = area_share_of(contact, motion, soil.friction_angle_rad, def(), up());
+    out.area_share = area_share_of(contact, soil.friction_angle_rad, def(), up());
     const Vec3 push = slide + (std::max(approach, 0.0) + creep) * n;
     const Vec3 pushed = resistive_stress(n, push * (1 / length(push)), up(), friction);
     const double normal = std::max(0.0, -dot(pushed, n));

@@ -156,16 +156,17 @@ void SurfacePieces::add_sample(std::span<const ContactRecord> records, int body,
             // Beside a lug the gradient may be all of what carries the lug.
             if (!sample.is_thin || step == 0) record[step] = -1;
         }
+        if (!(shares[step] > 0)) record[step] = -1;  // the face lies on the voxel's border
         if (record[step] >= 0) sum += shares[step];
     }
     if (!(sum > 0)) {
         const int corner = find_around(records, voxel, body, normal);
-        if (corner >= 0) add_to(corner, at_m, normal, sample.area_m2, sample.row);
+        if (corner >= 0) add_to(corner, sample, at_m, normal, sample.area_m2);
         return;
     }
     for (int step = 0; step < 3; ++step) {
         if (record[step] >= 0) {
-            add_to(record[step], at_m, normal, sample.area_m2 * shares[step] / sum, sample.row);
+            add_to(record[step], sample, at_m, normal, sample.area_m2 * shares[step] / sum);
         }
     }
 }
@@ -187,17 +188,16 @@ void SurfacePieces::add_over_tips(int body, const OverTips& sample, const Pose& 
     }
     if (record < 0) record = record_at(transform(to_grid, sample.tip) * (1 / voxel_m_));
     if (record < 0) return;
-    add_to(record, transform(to_grid, sample.piece.at),
-           rotate(to_grid.rotation, sample.piece.normal), sample.piece.area_m2, sample.piece.row,
-           true);
+    add_to(record, sample.piece, transform(to_grid, sample.piece.at),
+           rotate(to_grid.rotation, sample.piece.normal), sample.piece.area_m2);
 }
 
-void SurfacePieces::add_to(int record, Vec3 at_m, Vec3 normal, double area_m2, int row,
-                           bool is_over_tips) {
+void SurfacePieces::add_to(int record, const SurfaceSample& sample, Vec3 at_m, Vec3 normal,
+                           double area_m2) {
     int* link = &heads_[static_cast<size_t>(record)];
     while (*link >= 0) {
         SurfacePiece& piece = pieces_[static_cast<size_t>(*link)];
-        if (piece.row == row && piece.is_over_tips == is_over_tips &&
+        if (piece.row == sample.row && piece.part == sample.part &&
             dot(piece.area, normal) >= same_cosine_ * length(piece.area)) {
             piece.area += area_m2 * normal;
             piece.moment += area_m2 * at_m;
@@ -209,7 +209,7 @@ void SurfacePieces::add_to(int record, Vec3 at_m, Vec3 normal, double area_m2, i
     // The link may lie in a piece, and pieces may move as they get more.
     const int made = static_cast<int>(pieces_.size());
     *link = made;
-    pieces_.push_back({area_m2 * normal, area_m2 * at_m, area_m2, -1, row, is_over_tips});
+    pieces_.push_back({area_m2 * normal, area_m2 * at_m, area_m2, -1, sample.row, sample.part});
 }
 
 }  // namespace bsoil

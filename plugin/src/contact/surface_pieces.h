@@ -24,7 +24,7 @@ struct SurfacePiece {
     double area_m2 = 0;
     int next = -1;  ///< of the same record
     int row = -1;   ///< SurfaceSample::row
-    bool is_over_tips = false;
+    ToothPart part = ToothPart::base;
 };
 
 /// Shares out each sample over the records of its body. A face that lies at the share f of its way
@@ -59,8 +59,8 @@ class SurfacePieces {
     void add_sample(std::span<const ContactRecord> records, int body, const SurfaceSample& sample,
                     Vec3 at, Vec3 normal);
     void add_over_tips(int body, const OverTips& sample, const Pose& to_grid);
-    void add_to(int record, Vec3 at_m, Vec3 normal, double area_m2, int row,
-                bool is_over_tips = false);
+    /// Adds a part of a sample's area.
+    void add_to(int record, const SurfaceSample& sample, Vec3 at_m, Vec3 normal, double area_m2);
 
     std::vector<int> heads_;  ///< per record, into pieces_
     std::vector<SurfacePiece> pieces_;

@@ -376,7 +376,10 @@ void SurfaceSamples::add_rows(const std::vector<ConvexShape>& shapes, double vox
         const ToothedFace& row = rows[r];
         const Pose to_base = inverse(row.to_body);
         for (const size_t tooth : row.shapes) {
-            for (SurfaceSample& sample : samples_of(tooth)) sample.row = static_cast<int>(r);
+            for (SurfaceSample& sample : samples_of(tooth)) {
+                sample.row = static_cast<int>(r);
+                sample.part = ToothPart::tooth;
+            }
         }
         for (SurfaceSample& sample : samples_of(row.base)) {
             if (row.has(transform(to_base, sample.at), rotate(to_base.rotation, sample.normal))) {
@@ -388,6 +391,7 @@ void SurfaceSamples::add_rows(const std::vector<ConvexShape>& shapes, double vox
             made.piece = {transform(row.to_body, at), rotate(row.to_body.rotation, normal),
                           area_m2};
             made.piece.row = static_cast<int>(r);
+            made.piece.part = ToothPart::over_tips;
             made.root = transform(row.to_body, row.root(at));
             made.tip = transform(row.to_body, row.nearest_tip(at));
         };

@@ -15,7 +15,8 @@ struct SurfaceSample {
     double area_m2 = 0;
     double out_m = 0;      ///< how far the soil sees the face moved out: half a sheet's growth
     bool is_thin = false;  ///< of a part that the coverage field hardly knows beside thicker ones
-    int row = -1;          ///< of SurfaceSamples::rows: a tooth, or what is between teeth
+    int row = -1;          ///< of SurfaceSamples::rows; -1: none
+    ToothPart part = ToothPart::base;
 };
 
 /// A piece of the surface over the tips of a row of teeth, and the places on the body whose soil

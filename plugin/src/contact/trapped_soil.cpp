@@ -20,20 +20,29 @@ double filled_share(const ToothRow& teeth, double depth_m, Vec3 up) {
     return high_m > 0 ? high_m / (high_m - low_m) : 0;
 }
 
-double pushed_share(const ToothRow& teeth, Vec3 motion, double creep) {
-    const double pressed = dot(motion, teeth.outward), all = dot(motion, motion);
-    return (std::max(0.0, all - pressed * pressed) + creep * creep) / (all + creep * creep);
+double bearing_depth_of(const ContactVoxel& contact, Vec3 up) {
+    const ToothRow& teeth = contact.teeth;
+    if (teeth.part != ToothPart::over_tips) return contact.bearing_depth_m;
+    const double below_root_m = -teeth.above_m * dot(teeth.outward, up);
+    return std::clamp(contact.bearing_depth_m - below_root_m, 0.0, contact.bearing_depth_m);
 }
 
-double area_share_of(const ContactVoxel& contact, Vec3 motion, double friction_angle_rad,
+double area_share_of(const ContactVoxel& contact, double friction_angle_rad,
                      const ContactLawDef& law, Vec3 up) {
     const ToothRow& teeth = contact.teeth;
     if (!(teeth.pitch_m > 0)) return 1;
-    const double trapped = law.trapped_soil ? trapped_share(teeth, friction_angle_rad) *
-                                                  filled_share(teeth, contact.depth_m, up) *
-                                                  pushed_share(teeth, motion, law.creep)
-                                            : 0;
-    return teeth.is_over_tips ? trapped : 1 - trapped;
+    if (!law.trapped_soil) return teeth.part == ToothPart::over_tips ? 0 : 1;
+    const double filled = filled_share(teeth, contact.depth_m, up);
+    const double trapped = filled * trapped_share(teeth, friction_angle_rad);
+    switch (teeth.part) {
+        case ToothPart::base:
+            return 1 - trapped;
+        case ToothPart::tooth:
+            return 1 - filled;
+        case ToothPart::over_tips:
+            break;
+    }
+    return trapped;
 }
 
 }  // namespace bsoil

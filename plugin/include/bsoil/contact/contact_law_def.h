@@ -39,10 +39,10 @@ struct ContactLawDef {
     bool passive_wedge = false;
     /// Soil between the teeth of a row (lugs, grousers) goes with them: the share (h tan(45 deg +
     /// phi / 2) + thickness) / pitch of it, no more than all, of teeth h high, and of that what is
-    /// filled with soil. There the surface is the one over the teeth's tips, and soil slides on
-    /// soil; on the rest each tooth meets the soil by itself. Of shapes with faces_by_shape: the
-    /// coverage field has no teeth.
-    bool trapped_soil = false;
+    /// filled with soil. There soil slides on soil at the tips and bears as deep as the roots are;
+    /// on the rest what the teeth stand on slides by itself. Of shapes with faces_by_shape: the
+    /// coverage field has no teeth. Off: each tooth meets the soil as if it stood alone.
+    bool trapped_soil = true;
     /// @}
 
     /// @name Yield of an element

@@ -15,15 +15,16 @@ double trapped_share(const ToothRow& teeth, double friction_angle_rad);
 /// the element.
 double filled_share(const ToothRow& teeth, double depth_m, Vec3 up);
 
-/// Share 0..1 of an element's motion that goes along its row, by the squares of its parts: a tooth
-/// takes along what it pushes, and cuts into what it is pressed upon. 1 at rest. motion: any unit;
-/// creep: of the same, what counts as rest (ContactLawDef::creep).
-double pushed_share(const ToothRow& teeth, Vec3 motion, double creep);
+/// Depth by which an element bears [m]: ContactVoxel::bearing_depth_m; over the tips that of the
+/// roots. Teeth cut into the soil between them and do not press it down: it has gone down as far as
+/// what stands behind it. What is compressed bears in any case.
+double bearing_depth_of(const ContactVoxel& contact, Vec3 up);
 
-/// Share 0..1 of an element that is there: over the tips as much as soil is trapped, filled and
-/// pushed along, on rim and teeth the rest. 1 where there is no row. motion: of the element,
-/// ElementMotion::share; nothing is trapped without ContactLawDef::trapped_soil.
-double area_share_of(const ContactVoxel& contact, Vec3 motion, double friction_angle_rad,
+/// Share 0..1 of an element that is there. Over the tips it is as much as soil is trapped and
+/// filled; of the rim the rest. A tooth and its wedge go as one, so a tooth is there as far as
+/// nothing is filled. 1 where there is no row. Nothing is trapped without
+/// ContactLawDef::trapped_soil.
+double area_share_of(const ContactVoxel& contact, double friction_angle_rad,
                      const ContactLawDef& law, Vec3 up);
 
 }  // namespace bsoil
