@@ -109,7 +109,7 @@ CONST_INT(kTileTableX, 9)
 CONST_INT(kTileTableY, 10)
 CONST_INT(kTileTableTop, 11)
 CONST_INT(kTileTableAsked, 12)  // places of neighbours, a bit each, that are asleep and asked for by find_failures
-// step * kTileTopStep + a height from which on find_support found no voxel solid or full. Only where wind has shelter.
+// step * kTileTopStep + a height from which on find_support found no voxel solid or full. With level wind alone.
 CONST_INT(kTileTableBars, 13)
 CONST_INT(kTileTopStep, 1024)   // twice the highest grid (512 voxels), so that z + 1 fits
 

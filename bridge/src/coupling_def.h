@@ -14,7 +14,7 @@ struct CouplingDef {
     int wake_steps = 16;
 
     // --- a patch's rows
-    /// A tangential force below this share of the normal limit gives the tangential rows no
+    /// A tangential force below this share of the patch's force gives the tangential rows no
     /// direction. Ours: for the rounding. Larger, and a body that slides slowly has its rows
     /// anyhow.
     double no_direction_share = 1e-6;

@@ -17,9 +17,9 @@ namespace {
 Vec3 tangential(Vec3 v, Vec3 normal) { return v - dot(v, normal) * normal; }
 
 /// A unit vector across the normal: along the friction that sticks, else any.
-Vec3 along_friction(Vec3 normal, Vec3 friction_n, double normal_limit_n) {
+Vec3 along_friction(Vec3 normal, Vec3 friction_n, double force_n) {
     const double size_n = length(friction_n);
-    if (size_n > kCoupling.no_direction_share * normal_limit_n) return friction_n * (1 / size_n);
+    if (size_n > kCoupling.no_direction_share * force_n) return friction_n * (1 / size_n);
     return unit_across(normal);
 }
 
@@ -56,7 +56,7 @@ SubstepRows::TangentialRows SubstepRows::tangential_rows(const ContactMotion& mo
     const double sliding = length(slide);
     if (sliding <= kCoupling.sliding_share ||
         -dot(friction_n, slide) <= kCoupling.mostly_yielded_share * limit_n * sliding) {
-        return {along_friction(p.normal, friction_n, p.normal_limit_n), 1};
+        return {along_friction(p.normal, friction_n, length(patch.applied_force_n)), 1};
     }
     const Vec3 first = slide * (1 / sliding);
     const Vec3 now = tangential(motion.motion.velocity_at(p.shear_point_m), p.normal);

@@ -52,15 +52,17 @@ const ToothedSurface& toothed_surface_of(const Wheel& wheel, int phase, double e
         const bool is_disc = std::abs(facet.normal.y) > 0.5 && r <= wheel.radius_m;
         if (is_disc && is_over_tips) return;
         out.facets.push_back(facet);
+        const Vec3 spoke = Vec3{facet.at.x, 0, facet.at.z} * (1 / r);
+        const double along = std::abs(dot(facet.normal, cross(spoke, {0, 1, 0})));
         const bool is_on_tooth = r > wheel.radius_m + 0.02 * wheel.lug_height_m;
+        const bool is_of_row = !is_disc && (is_over_tips || !is_on_tooth || along > 0.7);
         const ToothPart part = is_over_tips  ? ToothPart::over_tips
                                : is_on_tooth ? ToothPart::tooth
                                              : ToothPart::base;
-        out.teeth.push_back(is_disc ? ToothRow{}
-                                    : ToothRow{wheel.lug_height_m, wheel.lug_thickness_m,
-                                               2 * kPi * wheel.radius_m / wheel.lug_count,
-                                               r - wheel.radius_m,
-                                               Vec3{facet.at.x, 0, facet.at.z} * (1 / r), part});
+        out.teeth.push_back(is_of_row ? ToothRow{wheel.lug_height_m, wheel.lug_thickness_m,
+                                                 2 * kPi * wheel.radius_m / wheel.lug_count,
+                                                 r - wheel.radius_m, spoke, part}
+                                      : ToothRow{});
     };
     for (const oracle::Facet& facet : surface_of(wheel, false, phase, edge_m)) add(facet, false);
     for (const oracle::Facet& facet : surface_of(wheel, true, phase, edge_m)) add(facet, true);

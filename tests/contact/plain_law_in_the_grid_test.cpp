@@ -112,13 +112,13 @@ struct Place {
     double yaw_rad = 0;
 };
 
-/// Rim and what is over the tips by shares of the pitch, lugs as far as nothing between them is
-/// filled: of a wheel about y, whose middle is `axle_m` above the bed. What is over the tips bears
-/// as deep as the rim is.
+/// Rim and what is over the tips by shares of the pitch, lugs' faces towards each other as far as
+/// nothing between them is filled: of a wheel about y, whose middle is `axle_m` above the bed. What
+/// is over the tips bears as deep as the rim is.
 std::vector<oracle::Facet> surface_with_trapped_soil(const Tool& tool, double axle_m) {
     const double pitch = 2 * std::numbers::pi * kRadiusM / tool.lug_count, h = tool.lug_height_m;
     const double wedge = h * std::tan(std::numbers::pi / 4 + kPhi / 2);
-    const double most = std::min(1.0, (wedge + tool.lug_thickness_m) / pitch);
+    const double between = pitch - tool.lug_thickness_m, most = std::min(1.0, wedge / between);
     // Of the radius between rim and tips, the part below the surface.
     const auto filled = [&](Vec3 at) {
         constexpr int kParts = 100;
@@ -131,15 +131,20 @@ std::vector<oracle::Facet> surface_with_trapped_soil(const Tool& tool, double ax
     };
     std::vector<oracle::Facet> out = oracle::surface_of(tool.solids, 0.002);
     for (oracle::Facet& facet : out) {
-        if (std::abs(facet.normal.y) < 0.5 || std::hypot(facet.at.x, facet.at.z) > kRadiusM) {
-            const bool is_on_lug = std::hypot(facet.at.x, facet.at.z) > kRadiusM + 0.02 * h;
-            facet.share = 1 - (is_on_lug ? 1 : most) * filled(facet.at);
-        }
+        const double r = std::hypot(facet.at.x, facet.at.z);
+        const Vec3 spoke = Vec3{facet.at.x, 0, facet.at.z} * (1 / r);
+        const double outwards = std::abs(dot(facet.normal, spoke)),
+                     aside = std::abs(facet.normal.y);
+        const bool is_on_lug = r > kRadiusM + 0.02 * h;
+        const bool looks_along =
+            std::abs(dot(facet.normal, cross(spoke, {0, 1, 0}))) > std::max(outwards, aside);
+        if (is_on_lug && looks_along) facet.share = 1 - filled(facet.at);
+        if (!is_on_lug && outwards > aside) facet.share = 1 - most * filled(facet.at);
     }
     for (oracle::Facet facet : oracle::surface_of(
              {cylinder(kRadiusM + h, kWidthM, about({1, 0, 0}, std::numbers::pi / 2))}, 0.002)) {
         if (std::hypot(facet.at.x, facet.at.z) < kRadiusM) continue;
-        facet.share = most * filled(facet.at);
+        facet.share = most * between / pitch * filled(facet.at);
         facet.friction = std::tan(kPhi);
         const double r = std::hypot(facet.at.x, facet.at.z);
         facet.root = Vec3{facet.at.x, 0, facet.at.z} * (kRadiusM / r - 1);

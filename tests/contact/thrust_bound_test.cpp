@@ -52,12 +52,15 @@ std::vector<Element> wheel_with(Lugs lugs) {
         Element& element = out.emplace_back(Element{facet, {}});
         const double r = std::hypot(facet.at.x, facet.at.z);
         if (lugs.count == 0 || (std::abs(facet.normal.y) > 0.5 && r <= kRadiusM)) return;
+        const Vec3 spoke = Vec3{facet.at.x, 0, facet.at.z} * (1 / r);
+        const double along = std::abs(dot(facet.normal, cross(spoke, {0, 1, 0})));
         const bool is_on_tooth = r > kRadiusM + 0.02 * lugs.height_m;
+        if (is_on_tooth && !is_over_tips && along < 0.7) return;
         element.teeth = {lugs.height_m,
                          kThicknessM,
                          2 * std::numbers::pi * kRadiusM / lugs.count,
                          r - kRadiusM,
-                         Vec3{facet.at.x, 0, facet.at.z} * (1 / r),
+                         spoke,
                          is_over_tips  ? ToothPart::over_tips
                          : is_on_tooth ? ToothPart::tooth
                                        : ToothPart::base};

@@ -123,11 +123,20 @@ TEST(ToothRows, surface_over_the_tips_is_a_larger_cylinders) {
     }
     EXPECT_NEAR(mantle_m2, 2 * std::numbers::pi * 0.27 * 0.2, 1e-6);
     EXPECT_NEAR(ends_m2, 2 * std::numbers::pi * (0.27 * 0.27 - 0.25 * 0.25), 1e-6);
-    // Of the wheel itself all but its two discs belongs to the row.
+    // Of the wheel itself all but its two discs and the tips and ends of its lugs belongs to the
+    // row.
+    double faces_m2 = 0, rest_m2 = 0;
     for (const SurfaceSample& sample : surface.samples) {
-        if (sample.row < 0) between_m2 += sample.area_m2;
+        double& sum = sample.row < 0                    ? rest_m2
+                      : sample.part == ToothPart::tooth ? faces_m2
+                                                        : between_m2;
+        sum += sample.area_m2;
+        EXPECT_NE(sample.part, ToothPart::over_tips);
     }
-    EXPECT_NEAR(between_m2, 2 * std::numbers::pi * 0.25 * 0.25, 0.01);
+    constexpr double kTipsM2 = 12 * 0.01 * 0.2, kEndsM2 = 24 * 0.01 * 0.02;
+    EXPECT_NEAR(rest_m2, 2 * std::numbers::pi * 0.25 * 0.25 + kTipsM2 + kEndsM2, 0.005);
+    EXPECT_NEAR(faces_m2, 24 * 0.02 * 0.2, 0.003);
+    EXPECT_NEAR(between_m2, 2 * std::numbers::pi * 0.25 * 0.2 - kTipsM2, 0.005);
 }
 
 }  // namespace

@@ -104,7 +104,7 @@ class WeatherMaker {
         ContactLawDef& law = def.contact_law;
         if (random_.chance(0.1)) law.kind = ContactLawDef::Kind::plain;
         if (random_.chance(0.15)) law.passive_wedge = true;
-        if (random_.chance(0.15)) law.trapped_soil = true;
+        if (random_.chance(0.15)) law.trapped_soil = false;
         if (!random_.chance(0.1)) return;
         law.kind = ContactLawDef::Kind::bekker;
         for (const MaterialDef& m : def.materials) {

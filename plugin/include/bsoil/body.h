@@ -70,8 +70,8 @@ struct SoilBody {
     unsigned shape_revision = 0;                       ///< change it when *shapes changed
 };
 
-/// What of a row of teeth an element is: what they stand on, a tooth, or the surface over the tips,
-/// which is there as far as soil between the teeth goes with them.
+/// What of a row of teeth an element is: what they stand on, a face of a tooth towards the next, or
+/// the surface over the tips, which is there as far as soil between the teeth goes with them.
 enum class ToothPart : uint8_t { base, tooth, over_tips };
 
 /// The row of teeth (a wheel's lugs, a track's grousers) that an element of a surface belongs to.

@@ -7,6 +7,7 @@
 
 #include "bsoil/contact/mean_pressure.h"
 #include "bsoil/contact/orientation.h"
+#include "bsoil/contact/trapped_soil.h"
 
 namespace bsoil {
 namespace {
@@ -109,6 +110,7 @@ class CarrierPatches {
           to_body_(conjugate(motion.motion.pose.rotation)),
           no_distance_m_(1e-6 * element_m),
           depth_least_m_(kDepthLeastVoxels * law.voxel_m()),
+          up_(law.up()),
           law_(law.def()) {}
 
     /// bin_of: of the voxel with an index.
@@ -138,8 +140,9 @@ class CarrierPatches {
         sum.friction_n += limit_n * yield.friction;
         sum.adhesion_n += area_m2 * yield.adhesion_pa;
         sum.area_m2 += area_m2;
-        sum.rebound_n_m += limit_n * rebound_m(v.bearing_depth_m, law_);
-        sum.growth_n_1_m += limit_n / std::max(v.bearing_depth_m, depth_least_m_);
+        const double depth_m = bearing_depth_of(v, up_);
+        sum.rebound_n_m += limit_n * rebound_m(depth_m, law_);
+        sum.growth_n_1_m += limit_n / std::max(depth_m, depth_least_m_);
         const double shear_n = limit_n * yield.friction + area_m2 * yield.adhesion_pa;
         const Vec3 arm = v.position_m - motion_.motion.center_of_mass_m;
         sum.shear_n += shear_n;
@@ -179,6 +182,7 @@ class CarrierPatches {
     Quat to_body_;
     double no_distance_m_;
     double depth_least_m_;
+    Vec3 up_;
     const ContactLawDef& law_;
     std::array<Vec3, kNormalBinCount> centroid_{};
     std::array<PatchSum, kPatchCapacity> sums_{};

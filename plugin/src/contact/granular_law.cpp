@@ -339,8 +339,11 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
     // friction.
     const double pushed_normal = parts.sole * soil.sole_stress + parts.wall * soil.wall_stress;
     const double turned = pushed_normal > 0 ? std::min(1.0, resistive_normal / pushed_normal) : 1.0;
+    // What has been pressed down by less than it is deep has as much less of it.
+    const double pressed = depth_m > 0 ? depth_m / contact.bearing_depth_m : 0;
     const double cohesive_pa =
-        depth_m > 0 ? turned * bonded * cohesive_stress_pa(down, factors.developed, soil) : 0;
+        depth_m > 0 ? pressed * turned * bonded * cohesive_stress_pa(down, factors.developed, soil)
+                    : 0;
     // Momentum flux of the soil that the element sets in motion anew.
     const double impact_m_s = std::max(0.0, along.approach_m_s);
     const double inertial_pa = contact.inflow_share * momentum_flux(soil.density_kg_m3, impact_m_s);
@@ -362,8 +365,11 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
     if (sliding > 0) out.slide = slide * (slid / sliding);
     out.friction =
         std::min(soil.friction + slid * (sliding_friction - soil.friction), shear * soil.tan_phi);
-    out.adhesion_pa =
-        depth_m > 0 ? held * shear * std::min(soil.adhesion_pa, bonded * soil.cohesion_pa) : 0;
+    // The soil between teeth weighs on what it slides on.
+    const double between_pa =
+        (contact.bearing_depth_m - depth_m) * down * soil.weight_n_m3 * soil.tan_phi;
+    const double adhesion_pa = std::min(soil.adhesion_pa, bonded * soil.cohesion_pa) + between_pa;
+    out.adhesion_pa = contact.bearing_depth_m > 0 ? held * shear * adhesion_pa : 0;
 
     if (along.asks_mobilized && approach > creep) {
         const Vec3 stress =

@@ -377,6 +377,10 @@ void SurfaceSamples::add_rows(const std::vector<ConvexShape>& shapes, double vox
         const Pose to_base = inverse(row.to_body);
         for (const size_t tooth : row.shapes) {
             for (SurfaceSample& sample : samples_of(tooth)) {
+                if (!row.looks_along(transform(to_base, sample.at),
+                                     rotate(to_base.rotation, sample.normal))) {
+                    continue;
+                }
                 sample.row = static_cast<int>(r);
                 sample.part = ToothPart::tooth;
             }
@@ -384,6 +388,7 @@ void SurfaceSamples::add_rows(const std::vector<ConvexShape>& shapes, double vox
         for (SurfaceSample& sample : samples_of(row.base)) {
             if (row.has(transform(to_base, sample.at), rotate(to_base.rotation, sample.normal))) {
                 sample.row = static_cast<int>(r);
+                sample.part = ToothPart::base;
             }
         }
         const auto add = [&](Vec3 at, Vec3 normal, double area_m2) {

@@ -185,6 +185,16 @@ bool ToothedFace::has(Vec3 at, Vec3 normal) const {
     return std::abs(found.height_m) < kSame * level_m && dot(found.outward, normal) > 0.9;
 }
 
+bool ToothedFace::looks_along(Vec3 at, Vec3 normal) const {
+    const double place = is_mantle ? at.z : dot(at, across);
+    if (place < from_m || place > to_m) return false;
+    // Nearer to the row's direction than to that of the tips or of the ends.
+    const Vec3 outward = above(at).outward;
+    const Vec3 side = is_mantle ? Vec3{0, 0, 1} : across;
+    const double along_row = std::abs(dot(normal, cross(outward, side)));
+    return along_row > std::max(std::abs(dot(normal, outward)), std::abs(dot(normal, side)));
+}
+
 Vec3 ToothedFace::root(Vec3 at) const {
     const Above found = above(at);
     return at - found.height_m * found.outward;

@@ -30,6 +30,8 @@ struct ToothedFace {
     Above above(Vec3 at_base) const;
     /// Whether a point of the base's surface lies between the teeth, its normal out of the base.
     bool has(Vec3 at_base, Vec3 normal_base) const;
+    /// Whether a point of a tooth lies on a face towards the next, no further out than the base.
+    bool looks_along(Vec3 at_base, Vec3 normal_base) const;
     /// The foot of a point over the tips, and the tip of the tooth that is nearest to it.
     Vec3 root(Vec3 at_base) const;
     Vec3 nearest_tip(Vec3 at_base) const;

@@ -7,9 +7,10 @@
 namespace bsoil {
 
 double trapped_share(const ToothRow& teeth, double friction_angle_rad) {
-    if (!(teeth.pitch_m > 0)) return 0;
+    const double between_m = teeth.pitch_m - teeth.thickness_m;
     const double wedge_m = teeth.height_m * std::tan(std::numbers::pi / 4 + friction_angle_rad / 2);
-    return std::min(1.0, (wedge_m + teeth.thickness_m) / teeth.pitch_m);
+    if (!(teeth.pitch_m > 0)) return 0;
+    return wedge_m < between_m ? wedge_m / between_m : 1;
 }
 
 double filled_share(const ToothRow& teeth, double depth_m, Vec3 up) {
@@ -23,8 +24,8 @@ double filled_share(const ToothRow& teeth, double depth_m, Vec3 up) {
 double bearing_depth_of(const ContactVoxel& contact, Vec3 up) {
     const ToothRow& teeth = contact.teeth;
     if (teeth.part != ToothPart::over_tips) return contact.bearing_depth_m;
-    const double below_root_m = -teeth.above_m * dot(teeth.outward, up);
-    return std::clamp(contact.bearing_depth_m - below_root_m, 0.0, contact.bearing_depth_m);
+    const double below_root_m = std::max(0.0, -teeth.above_m * dot(teeth.outward, up));
+    return std::max(0.0, contact.bearing_depth_m - below_root_m);
 }
 
 double area_share_of(const ContactVoxel& contact, double friction_angle_rad,
@@ -42,7 +43,8 @@ double area_share_of(const ContactVoxel& contact, double friction_angle_rad,
         case ToothPart::over_tips:
             break;
     }
-    return trapped;
+    // It goes all the way round, over the tips as well.
+    return trapped * (1 - std::min(1.0, teeth.thickness_m / teeth.pitch_m));
 }
 
 }  // namespace bsoil

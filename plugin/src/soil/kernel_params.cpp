@@ -51,7 +51,8 @@ void set_wind(SoilCore& s) {
     s.params.wind_z = word(wind.z * kVoxelFull, kSpeedMost);
     s.params.gust = word(s.def.gust * kOneQ16, kOneQ16);
     s.params.gust_cell = std::max(1, word(s.def.gust_size_m / s.def.voxel_m, kGustCellMost));
-    s.params.shelter = word(s.def.shelter_m / s.def.voxel_m, kShelterMost);
+    const bool is_level = s.params.wind_x != 0 || s.params.wind_y != 0;
+    s.params.shelter = is_level ? word(s.def.shelter_m / s.def.voxel_m, kShelterMost) : 0;
 }
 
 }  // namespace
