@@ -297,5 +297,44 @@ TEST(GranularLaw, friction_is_that_of_the_weaker_of_tool_and_soil) {
     EXPECT_NEAR(strength_of(m, kGravity_m_s2).friction, 0.1, 1e-12);
 }
 
+/// What a surface over the tips of a row, 0.1 m high, can shear as it slides along, per area of the
+/// whole row.
+double sheared_over_tips_pa(const MaterialDef& material, double tip_depth_m) {
+    const auto soil = std::make_shared<ContactSoil>();
+    soil->up = kUp;
+    soil->materials = {material};
+    ContactVoxel tips = element(kDown, tip_depth_m);
+    tips.teeth = {0.1, 0.03, 0.5, 0.1, kDown, ToothPart::over_tips};
+    const ElementYield y =
+        GranularLaw(soil, SurfaceFriction{})
+            .yield({tips, {}}, {{0.9, -0.1, 0}, 0}, {std::numeric_limits<double>::infinity(), 0});
+    return y.area_share * (y.friction * y.normal_limit_pa + y.adhesion_pa);
+}
+
+TEST(GranularLaw, soil_between_teeth_shears_from_the_tips_on_without_a_jump) {
+    MaterialDef clay = cohesive();
+    clay.cohesion_pa = 5000;
+    for (const MaterialDef& material : {sand(), clay}) {
+        double before = sheared_over_tips_pa(material, 0);
+        EXPECT_EQ(before, 0);
+        double largest = 0;
+        for (int mm = 1; mm <= 150; ++mm) {
+            const double now = sheared_over_tips_pa(material, mm * 1e-3);
+            EXPECT_GE(now, before) << mm;
+            largest = std::max(largest, now - before);
+            before = now;
+        }
+        EXPECT_LT(largest, 0.05 * before) << "in a step of a 150th of the way";
+    }
+    // By hand, the roots at the surface: the soil's weight, and in clay its cohesion on all of it.
+    const MaterialDef m = sand();
+    const double tan_phi = std::tan(m.friction_angle_rad);
+    const double wedge_m = 0.1 * std::tan(std::numbers::pi / 4 + m.friction_angle_rad / 2);
+    const double share = wedge_m / 0.47 * (1 - 0.03 / 0.5);
+    const double weight_pa = m.density_kg_m3 * kGravity_m_s2 * 0.1;
+    EXPECT_NEAR(sheared_over_tips_pa(m, 0.1), share * tan_phi * weight_pa, 1e-6 * weight_pa);
+    EXPECT_NEAR(sheared_over_tips_pa(clay, 0.1), share * (tan_phi * weight_pa + 5000), 1e-3);
+}
+
 }  // namespace
 }  // namespace bsoil::granular_law_test
