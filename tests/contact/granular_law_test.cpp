@@ -299,15 +299,15 @@ TEST(GranularLaw, friction_is_that_of_the_weaker_of_tool_and_soil) {
 
 /// What a surface over the tips of a row, 0.1 m high, can shear as it slides along, per area of the
 /// whole row.
-double sheared_over_tips_pa(const MaterialDef& material, double tip_depth_m) {
+double sheared_over_tips_pa(const MaterialDef& material, double tip_depth_m, double retreat_m = 0) {
     const auto soil = std::make_shared<ContactSoil>();
     soil->up = kUp;
     soil->materials = {material};
     ContactVoxel tips = element(kDown, tip_depth_m);
     tips.teeth = {0.1, 0.03, 0.5, 0.1, kDown, ToothPart::over_tips};
-    const ElementYield y =
-        GranularLaw(soil, SurfaceFriction{})
-            .yield({tips, {}}, {{0.9, -0.1, 0}, 0}, {std::numeric_limits<double>::infinity(), 0});
+    const ElementYield y = GranularLaw(soil, SurfaceFriction{})
+                               .yield({tips, {}}, {{0.9, -0.1, 0}, 0},
+                                      {std::numeric_limits<double>::infinity(), retreat_m});
     return y.area_share * (y.friction * y.normal_limit_pa + y.adhesion_pa);
 }
 
@@ -334,6 +334,9 @@ TEST(GranularLaw, soil_between_teeth_shears_from_the_tips_on_without_a_jump) {
     const double weight_pa = m.density_kg_m3 * kGravity_m_s2 * 0.1;
     EXPECT_NEAR(sheared_over_tips_pa(m, 0.1), share * tan_phi * weight_pa, 1e-6 * weight_pa);
     EXPECT_NEAR(sheared_over_tips_pa(clay, 0.1), share * (tan_phi * weight_pa + 5000), 1e-3);
+    // Nor does it let go at once where the body draws back.
+    EXPECT_NEAR(sheared_over_tips_pa(clay, 0.1, 1e-9), sheared_over_tips_pa(clay, 0.1), 1e-2);
+    EXPECT_NEAR(sheared_over_tips_pa(clay, 0.1, 0.005), sheared_over_tips_pa(clay, 0.1) / 2, 1e-3);
 }
 
 }  // namespace

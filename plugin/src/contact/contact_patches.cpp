@@ -140,9 +140,8 @@ class CarrierPatches {
         sum.friction_n += limit_n * yield.friction;
         sum.adhesion_n += area_m2 * yield.adhesion_pa;
         sum.area_m2 += area_m2;
-        const double depth_m = bearing_depth_of(v, up_);
-        sum.rebound_n_m += limit_n * rebound_m(depth_m, law_);
-        sum.growth_n_1_m += limit_n / std::max(depth_m, depth_least_m_);
+        sum.rebound_n_m += limit_n * rebound_m(bearing_depth_of(v, up_), law_);
+        sum.growth_n_1_m += limit_n / std::max(v.bearing_depth_m, depth_least_m_);
         const double shear_n = limit_n * yield.friction + area_m2 * yield.adhesion_pa;
         const Vec3 arm = v.position_m - motion_.motion.center_of_mass_m;
         sum.shear_n += shear_n;

@@ -369,7 +369,8 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
     const double between_pa =
         (contact.bearing_depth_m - depth_m) * down * soil.weight_n_m3 * soil.tan_phi;
     const double adhesion_pa = std::min(soil.adhesion_pa, bonded * soil.cohesion_pa) + between_pa;
-    out.adhesion_pa = contact.bearing_depth_m > 0 ? held * shear * adhesion_pa : 0;
+    const double held_at_tips = unloaded_share(contact.bearing_depth_m, memory.retreat_m, def());
+    out.adhesion_pa = contact.bearing_depth_m > 0 ? held_at_tips * shear * adhesion_pa : 0;
 
     if (along.asks_mobilized && approach > creep) {
         const Vec3 stress =
