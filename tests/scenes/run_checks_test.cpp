@@ -148,6 +148,17 @@ TEST(RunChecks, check_that_the_run_does_not_reach_says_so) {
     EXPECT_EQ(checks.results().back().verdict, CheckResult::Verdict::not_reached);
 }
 
+// A patch without friction has a direction across it all the same. By rounding it was the normal's
+// here, and the block that falls was thrown up again.
+TEST(RunChecks, nothing_is_kicked_off_a_thin_layer_by_its_shape) {
+    auto scene = load_scene(std::string(BSOIL_SCENES_DIR) + "/trapped_soil.toml");
+    ASSERT_TRUE(scene) << scene.error();
+    scene->soil->def.contact_law.faces_by_shape = true;
+    for (const CheckResult& check : results_of(*scene)) {
+        EXPECT_EQ(check.verdict, CheckResult::Verdict::pass) << check.name << ": " << check.figure;
+    }
+}
+
 TEST(SoilKeys, body_that_ignores_soil_falls_through_it) {
     const std::string check =
         "[[check]]\nkind = \"body_height\"\nbody = \"a\"\nfrom_s = 0.9\nmax_m = -1\n";
