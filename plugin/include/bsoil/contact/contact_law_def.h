@@ -37,10 +37,10 @@ struct ContactLawDef {
     /// part is that of an endless wall. Kind::granular has Coulomb's wedge instead where this is
     /// off.
     bool passive_wedge = false;
-    /// Soil between the teeth of a row (lugs, grousers) goes with them: the share (h tan(45 deg +
-    /// phi / 2) + thickness) / pitch of it, no more than all, of teeth h high, and of that what is
-    /// filled with soil. There soil slides on soil at the tips and bears as deep as the roots are;
-    /// on the rest what the teeth stand on slides by itself. Of shapes with faces_by_shape: the
+    /// Soil between the teeth of a row (lugs, grousers) goes with them: of what is between two, the
+    /// share h tan(45 deg + phi / 2) / (pitch - thickness) of teeth h high, no more than all, as far
+    /// as it is filled. There soil slides on soil at the tips and bears as deep as the roots are; on
+    /// the rest what the teeth stand on slides by itself. Of shapes with faces_by_shape: the
     /// coverage field has no teeth. Off: each tooth meets the soil as if it stood alone.
     bool trapped_soil = true;
     /// @}

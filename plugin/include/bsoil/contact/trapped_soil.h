@@ -20,10 +20,10 @@ double filled_share(const ToothRow& teeth, double depth_m, Vec3 up);
 /// what stands behind it.
 double bearing_depth_of(const ContactVoxel& contact, Vec3 up);
 
-/// Share 0..1 of an element that is there. Over the tips, and of what the teeth stand on, it goes by
-/// how much soil is trapped and filled; of the teeth's faces towards each other by how much is not
-/// filled: a tooth and its wedge go as one. 1 where there is no row: tips and ends of teeth are as
-/// of any shape. Nothing is trapped without ContactLawDef::trapped_soil.
+/// Share 0..1 of an element that is there. Over the tips, and of what the teeth stand on, it goes
+/// by how much soil is trapped and filled; of the teeth's faces towards each other by how much is
+/// not filled: a tooth and its wedge go as one. 1 where there is no row: tips and ends of teeth are
+/// as of any shape. Nothing is trapped without ContactLawDef::trapped_soil.
 double area_share_of(const ContactVoxel& contact, double friction_angle_rad,
                      const ContactLawDef& law, Vec3 up);
 
