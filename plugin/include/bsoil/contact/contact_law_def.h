@@ -38,10 +38,10 @@ struct ContactLawDef {
     /// off.
     bool passive_wedge = false;
     /// Soil between the teeth of a row (lugs, grousers) goes with them: of what is between two, the
-    /// share h tan(45 deg + phi / 2) / (pitch - thickness) of teeth h high, no more than all, as far
-    /// as it is filled. There soil slides on soil at the tips and bears as deep as the roots are; on
-    /// the rest what the teeth stand on slides by itself. Of shapes with faces_by_shape: the
-    /// coverage field has no teeth. Off: each tooth meets the soil as if it stood alone.
+    /// share h tan(45 deg + phi / 2) / (pitch - thickness) of teeth h high, no more than all, as
+    /// far as it is filled. There soil slides on soil at the tips and bears as deep as the roots
+    /// are; on the rest what the teeth stand on slides by itself. Of shapes with faces_by_shape:
+    /// the coverage field has no teeth. Off: each tooth meets the soil as if it stood alone.
     bool trapped_soil = true;
     /// @}
 
