@@ -18,6 +18,10 @@ constexpr size_t kRangeContacts = 512;
 
 namespace {
 
+/// Voxels of two bodies are whole voxels apart, but for rounding and turned grids. Ours: a quarter.
+/// Larger: soles join that are a voxel further apart; smaller: rounding decides.
+constexpr double kSoleGapRounding = 0.25;
+
 /// Whether its motion is not solved for.
 bool is_given(const BodyState& body) {
     return body.role == BodyRole::driven || body.role == BodyRole::fixed;
@@ -70,6 +74,7 @@ void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
     for_ranges(&threads_, count, 1, [&](size_t first, size_t last) {
         for (BodyWork& work : works.subspan(first, last - first)) find_pressed_around(work);
     });
+    find_faces(works);
     for_ranges(&threads_, count, 1, [&](size_t first, size_t last) {
         for (BodyWork& work : works.subspan(first, last - first)) find_contact(work, duration_s);
     });
@@ -139,6 +144,28 @@ void ContactCoupling::find_pressed_around(BodyWork& work) const {
                         work.pressed_around);
 }
 
+// What is kept has no new faces of its own, and is a part of its neighbours'.
+void ContactCoupling::find_faces(std::span<BodyWork> works) {
+    if (std::ranges::all_of(
+            works, [](const BodyWork& work) { return work.kind == BodyWork::Kind::kept; })) {
+        return;
+    }
+    for_ranges(&threads_, works.size(), 1, [&](size_t first, size_t last) {
+        for (BodyWork& work : works.subspan(first, last - first)) {
+            work.found.find_faces(work.voxels, work.coupled->body.motion.pose.rotation,
+                                  *work.coupled->law, &threads_);
+        }
+    });
+    soles_.clear();
+    for (BodyWork& work : works) {
+        // A fixed body presses on nothing.
+        if (work.coupled->body.role == BodyRole::fixed) continue;
+        soles_.push_back({work.voxels, &work.found.faces()});
+    }
+    const double gap_voxels = soil_->law.sole_gap_voxels + kSoleGapRounding;
+    join_soles(soles_, soil_->up, gap_voxels * soil_->voxel_m);
+}
+
 void ContactCoupling::find_contact(BodyWork& work, double duration_s) const {
     if (work.kind == BodyWork::Kind::kept) return;
     CoupledBody& coupled = *work.coupled;
@@ -150,8 +177,8 @@ void ContactCoupling::find_contact(BodyWork& work, double duration_s) const {
         history = coupled.memory.advance(work.voxels, coupled.body.motion, law, duration_s,
                                          work.pressed_around, coupled.motions, &threads_);
     }
-    work.contact = work.found.find(work.voxels, coupled.motions, law, history, &threads_,
-                                   {.mobilized = is_given(coupled.body)});
+    work.contact = work.found.find_on_faces(work.voxels, coupled.motions, law, history, &threads_,
+                                            {.mobilized = is_given(coupled.body)});
 }
 
 /// Sorts contacts by body. The soil hands them over in the order of its voxels, and each body's

@@ -14,6 +14,7 @@
 #include "bsoil/bullet/soil_action_types.h"
 #include "bsoil/contact/contact_memory.h"
 #include "bsoil/contact/known_contacts.h"
+#include "bsoil/contact/shared_soles.h"
 #include "substep_rows.h"
 
 namespace bsoil::bullet {
@@ -115,6 +116,8 @@ class ContactCoupling {
                  double duration_s, bool are_unchanged);
     /// What other bodies know of the soil beside a body, before any of them learns more.
     void find_pressed_around(BodyWork& work) const;
+    /// The faces of all bodies' contacts; soles beside each other are one.
+    void find_faces(std::span<BodyWork> works);
     /// Changes nothing but the body's memory and `work`.
     void find_contact(BodyWork& work, double duration_s) const;
     static bool stays_held(const BodyWork& work);
@@ -155,6 +158,7 @@ class ContactCoupling {
     bool is_late_ = false;
     /// The contacts of set_contacts by body, in the order of by_id_; where each body's begin.
     std::vector<ContactVoxel> by_body_;
+    std::vector<BodySoles> soles_;
     std::vector<size_t> starts_, next_;
     std::vector<size_t> places_;   ///< of each contact in by_body_, where ranks_ is not -1
     std::vector<int> sorted_ids_;  ///< of by_id_, when they were sorted

@@ -245,14 +245,14 @@ int64_t columns_of(const WorkCounts& work) {
 }
 
 /// Bounds are a tenth above what was counted when they were written down, for both precisions of
-/// Bullet.
+/// Bullet. Columns: 250 of them are tetrahedra, which by their shape stand on edges for a while.
 TEST(ManyBodies, a_thousand_are_looked_at_where_they_are) {
     Rain rain;
     rain.scene.run(0.5);
     const WorkCounts before = rain.soil->soil().work_counts();
     rain.scene.run(0.5);
     const WorkCounts after = rain.soil->soil().work_counts();
-    EXPECT_LE(columns_of(after) - columns_of(before), 3200000);
+    EXPECT_LE(columns_of(after) - columns_of(before), 4000000);
     EXPECT_LE(after.dispatch_count - before.dispatch_count, 990);
     EXPECT_LE(after.read_count - before.read_count, 74);
     EXPECT_LE(after.read_bytes - before.read_bytes, 41700000);

@@ -86,7 +86,7 @@ static void constants_of_the_contact_law(void) {
     CHECK_OK(bulletsoil_contact_constants_init(&constants, sizeof constants));
     CHECK(constants.struct_size == sizeof constants);
     CHECK(constants.creep == 0.01 && constants.sole_gap_voxels == 2);
-    CHECK(constants.faces_by_shape == 0 && constants.looks_down_cosine == 0.2);
+    CHECK(constants.faces_by_shape == 1 && constants.looks_down_cosine == 0.2);
     def.contact_constants = &constants;
     constants.creep = 0.02;
     CHECK_OK(bulletsoil_destroy(create(world, &def)));

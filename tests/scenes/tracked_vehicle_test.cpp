@@ -222,10 +222,9 @@ TEST(TrackedVehicle, links_in_a_row_sink_as_one_plate_of_their_length) {
             sinkage_m[count > 1] += (kSurfaceM + 0.05 - plate.pose().position.z) / count;
         }
     }
-    // Each bears as a sole of its own, of 12 cm and not 30 cm width and with its own edges.
     EXPECT_GT(sinkage_m[0], 0.01);
-    // Measured: 36 % less.
-    EXPECT_NEAR(sinkage_m[1], sinkage_m[0], 0.37 * sinkage_m[0]);
+    // Measured: 5 % less. Each as a sole of its own, 12 cm wide, sinks 67 % less.
+    EXPECT_NEAR(sinkage_m[1], sinkage_m[0], 0.1 * sinkage_m[0]);
 }
 
 TEST(TrackedVehicle, sinks_less_than_wheels_under_the_same_load) {
@@ -271,10 +270,10 @@ TEST(TrackedVehicle, sinks_less_than_wheels_under_the_same_load) {
         of_wheels_m +=
             (kSurfaceM - (wheels.body(wheeled.bodies[i].name).pose().position.z - 0.3)) / 4;
     }
-    // The grousers, 3 cm, are in the sand and the plates about on it. 1.2 m of each track bear,
-    // some 0.3 m of a wheel's rim.
+    // 1.2 m of each track bear, some 0.3 m of a wheel's rim. The grousers, 3 cm, are in the sand. The
+    // plates are one sole: of 0.3 x 1.4 m it sinks 2.6 cm under 16 kPa, the crawler has 19.
     EXPECT_GT(of_track_m, -0.02);
-    EXPECT_LT(of_track_m + 0.02, of_wheels_m / 2) << of_track_m << " m, " << of_wheels_m << " m";
+    EXPECT_LT(of_track_m, of_wheels_m / 2) << of_track_m << " m, " << of_wheels_m << " m";
 }
 
 }  // namespace

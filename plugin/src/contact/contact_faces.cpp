@@ -1,6 +1,5 @@
 #include "bsoil/contact/contact_faces.h"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,55 +14,68 @@ constexpr int kWallBinCount = 6;  ///< either way along the axes of the body's f
 /// Voxels that one thread takes at least.
 constexpr size_t kFaceRangeVoxels = 256;
 
-/// Two unit vectors across `up` that do not depend on the body.
+}  // namespace
+
 std::array<Vec3, 2> level_axes(Vec3 up) {
     const Vec3 a = unit_across(up);
     return {a, cross(up, a)};
 }
 
-/// What is summed up of a face.
-struct FaceSums {
-    double area = 0;
-    Eigen::Vector2d first = Eigen::Vector2d::Zero();   ///< moments of area of the voxels' places
-    Eigen::Matrix2d second = Eigen::Matrix2d::Zero();  ///< on the face
-    double density = 0, density_area = 0;
-    double depth_m = 0, foot_m = 0;
-    int count = 0;
-
-    /// upright: sine between the normal and straight down.
-    void add(const ContactVoxel& v, const Eigen::Vector2d& at, double upright) {
-        // What only brushes the soil, like a wheel's rim above its rut, bears nothing.
-        const double w = v.bearing_depth_m > 0 ? v.area_m2 * v.touching : 0;
-        if (!(w > 0)) return;
-        area += w;
-        ++count;
-        first += w * at;
-        second += w * at * at.transpose();
-        depth_m = std::max(depth_m, v.bearing_depth_m);
-        foot_m = std::max(foot_m, v.bearing_depth_m + upright / 2 * std::sqrt(v.area_m2));
-        if (v.relative_density >= 0) {
-            density += w * v.relative_density;
-            density_area += w;
-        }
+void FaceMoments::add(const ContactVoxel& v, double a, double b, double upright) {
+    // What only brushes the soil, like a wheel's rim above its rut, bears nothing.
+    const double w = v.bearing_depth_m > 0 ? v.area_m2 * v.touching : 0;
+    if (!(w > 0)) return;
+    area_m2 += w;
+    ++count;
+    first_a += w * a;
+    first_b += w * b;
+    second_aa += w * a * a;
+    second_ab += w * a * b;
+    second_bb += w * b * b;
+    depth_m = std::max(depth_m, v.bearing_depth_m);
+    foot_m = std::max(foot_m, v.bearing_depth_m + upright / 2 * std::sqrt(v.area_m2));
+    if (v.relative_density >= 0) {
+        density_m2 += w * v.relative_density;
+        of_known_density_m2 += w;
     }
-    double relative_density() const { return density_area > 0 ? density / density_area : 0; }
-    /// Sides of the rectangle with the same second moments, the shorter first.
-    std::array<double, 2> sides() const {
-        const Eigen::Vector2d mean = first / area;
-        Eigen::Matrix2d variance = second / area - mean * mean.transpose();
-        variance.diagonal() = variance.diagonal().cwiseMax(0);  // rounding may leave less
-        // The eigenvalues, the principal variances.
-        const double middle = variance.trace() / 2;
-        const double spread = std::hypot((variance(0, 0) - variance(1, 1)) / 2, variance(0, 1));
-        const auto side = [square = area / count](double principal) {
-            // n points h apart have the variance (n^2 - 1) h^2 / 12.
-            return std::sqrt(12 * std::max(0.0, principal) + square);
-        };
-        return {side(middle - spread), side(middle + spread)};
-    }
-};
+}
 
-}  // namespace
+void FaceMoments::add(const FaceMoments& other) {
+    area_m2 += other.area_m2;
+    first_a += other.first_a;
+    first_b += other.first_b;
+    second_aa += other.second_aa;
+    second_ab += other.second_ab;
+    second_bb += other.second_bb;
+    density_m2 += other.density_m2;
+    of_known_density_m2 += other.of_known_density_m2;
+    depth_m = std::max(depth_m, other.depth_m);
+    foot_m = std::max(foot_m, other.foot_m);
+    count += other.count;
+}
+
+std::array<double, 2> FaceMoments::sides_m() const {
+    const double a = first_a / area_m2, b = first_b / area_m2;
+    // Rounding may leave less.
+    const double aa = std::max(0.0, second_aa / area_m2 - a * a);
+    const double bb = std::max(0.0, second_bb / area_m2 - b * b);
+    const double ab = second_ab / area_m2 - a * b;
+    // The eigenvalues, the principal variances.
+    const double middle = (aa + bb) / 2;
+    const double spread = std::hypot((aa - bb) / 2, ab);
+    const auto side = [square = area_m2 / count](double principal) {
+        // n points h apart have the variance (n^2 - 1) h^2 / 12.
+        return std::sqrt(12 * std::max(0.0, principal) + square);
+    };
+    return {side(middle - spread), side(middle + spread)};
+}
+
+FaceExtent FaceMoments::as_sole() const {
+    if (!(area_m2 > 0)) return {0, 0, depth_m, relative_density(), 0};
+    const auto [side_m, length_m] = sides_m();
+    // A ring or a frame has less area than the rectangle.
+    return {std::min(side_m, area_m2 / length_m), length_m, depth_m, relative_density(), 0};
+}
 
 int dominant_axis_bin(Vec3 n) {
     const std::array<double, 3> c{n.x, n.y, n.z};
@@ -163,7 +175,7 @@ void ContactFaces::find(std::span<const ContactVoxel> voxels, Quat body_to_world
         for (size_t i = first; i < last; ++i) places_[i] = place_of(voxels[i]);
     });
 
-    std::array<FaceSums, kWallBinCount> walls;
+    std::array<FaceMoments, kWallBinCount> walls;
     cells_.clear();
     for (size_t i = 0; i < voxels.size(); ++i) {
         const Place& place = places_[i];
@@ -173,12 +185,12 @@ void ContactFaces::find(std::span<const ContactVoxel> voxels, Quat body_to_world
         }
         face_of_voxel_[i] = place.wall;
         const double rise = dot(voxels[i].normal, up);
-        walls[place.wall].add(voxels[i], {place.across_m, 0},
+        walls[place.wall].add(voxels[i], place.across_m, 0,
                               std::sqrt(std::max(0.0, 1 - rise * rise)));
     }
     for (int bin = 0; bin < kWallBinCount; ++bin) {
-        if (!(walls[bin].area > 0)) continue;
-        const double width_m = walls[bin].sides()[1];
+        if (!(walls[bin].area_m2 > 0)) continue;
+        const double width_m = walls[bin].sides_m()[1];
         faces_[bin] = {width_m, width_m, walls[bin].depth_m, walls[bin].relative_density(),
                        walls[bin].foot_m};
     }
@@ -186,25 +198,28 @@ void ContactFaces::find(std::span<const ContactVoxel> voxels, Quat body_to_world
     sort_cells();
     join_runs(law.def().sole_gap_voxels);
     face_of_root_.assign(runs_.size(), -1);
-    std::vector<FaceSums> soles;
+    soles_.clear();
     for (const Run& run : runs_) {
         int& face = face_of_root_[run.root];
         if (face < 0) {
-            face = static_cast<int>(soles.size());
-            soles.emplace_back();
+            face = static_cast<int>(soles_.size());
+            soles_.emplace_back();
         }
         for (size_t i = run.first; i < run.last; ++i) {
             const ContactVoxel& v = voxels[cells_[i].voxel];
-            soles[face].add(v, {dot(v.position_m, axis_a), dot(v.position_m, axis_b)}, 0);
+            soles_[face].add(v, dot(v.position_m, axis_a), dot(v.position_m, axis_b), 0);
             face_of_voxel_[cells_[i].voxel] = kWallBinCount + face;
         }
     }
-    for (const FaceSums& sole : soles) {
-        const auto [side_m, length_m] = sole.area > 0 ? sole.sides() : std::array{0.0, 0.0};
-        // A ring or a frame has less area than the rectangle.
-        const double width_m = length_m > 0 ? std::min(side_m, sole.area / length_m) : 0;
-        faces_.push_back({width_m, length_m, sole.depth_m, sole.relative_density(), 0});
-    }
+    for (const FaceMoments& sole : soles_) faces_.push_back(sole.as_sole());
+}
+
+int ContactFaces::sole_of_voxel(size_t voxel) const {
+    return std::max(-1, face_of_voxel_[voxel] - kWallBinCount);
+}
+
+void ContactFaces::set_sole(size_t sole, const FaceExtent& extent) {
+    faces_[kWallBinCount + sole] = extent;
 }
 
 }  // namespace bsoil

@@ -193,11 +193,24 @@ BodyContact ContactPatches::find(std::span<const ContactVoxel> voxels,
                                  std::span<const ContactMotion> motions, const ContactLaw& law,
                                  std::span<const ContactHistory> history,
                                  const WorkThreads* threads, const ContactAsk& ask) {
-    patches_.clear();
-    // A face is one whatever carries the soil beside its parts.
-    const double element_m = std::max(law.voxel_m(), ask.apart_m);
-    faces_.find(voxels, motions.front().motion.pose.rotation, law, element_m, threads);
+    find_faces(voxels, motions.front().motion.pose.rotation, law, threads, ask);
+    return find_on_faces(voxels, motions, law, history, threads, ask);
+}
 
+// A face is one whatever carries the soil beside its parts.
+void ContactPatches::find_faces(std::span<const ContactVoxel> voxels, Quat body_to_world,
+                                const ContactLaw& law, const WorkThreads* threads,
+                                const ContactAsk& ask) {
+    faces_.find(voxels, body_to_world, law, std::max(law.voxel_m(), ask.apart_m), threads);
+}
+
+BodyContact ContactPatches::find_on_faces(std::span<const ContactVoxel> voxels,
+                                          std::span<const ContactMotion> motions,
+                                          const ContactLaw& law,
+                                          std::span<const ContactHistory> history,
+                                          const WorkThreads* threads, const ContactAsk& ask) {
+    patches_.clear();
+    const double element_m = std::max(law.voxel_m(), ask.apart_m);
     // Elements by themselves on any thread, their sums in order on this one.
     elements_.resize(voxels.size());
     for_ranges(threads, voxels.size(), kPatchRangeVoxels, [&](size_t first, size_t last) {

@@ -192,9 +192,11 @@ void ContactVoxels::add_pieces(const Element& element, std::vector<ContactVoxel>
         contact.compression_m = pressed_m;
         contact.area_m2 = length(piece.area);
         contact.normal = rotate(grid_to_world.rotation, piece.area * (1 / contact.area_m2));
-        contact.position_m = transform(grid_to_world, piece.moment * (1 / piece.area_m2));
+        contact.position_m = transform(grid_to_world, piece.middle());
+        const bool is_over_tips = piece.part == ToothPart::over_tips;
+        const Vec3 rise_m2 = is_over_tips ? Vec3{} : piece.rise_m2();
+        finish(element, contact, rotate(grid_to_world.rotation, rise_m2));
         if (piece.row >= 0) set_teeth(element.body, piece, contact);
-        finish(element, contact);
     });
 }
 
@@ -207,7 +209,8 @@ void ContactVoxels::add_samples(const Element& element, std::vector<ContactVoxel
         contact.area_m2 = sample.area_m2;
         contact.normal = rotate(pose.rotation, sample.normal);
         contact.center_m = contact.position_m = transform(pose, sample.at);
-        finish(element, contact);
+        const Vec3 up = rotate(element.request.frame->grid_to_world.rotation, Vec3{0, 0, 1});
+        finish(element, contact, square_rise_m2(sample.area_m2, contact.normal, up));
         if (!(contact.depth_m > 0)) out.pop_back();
     }
 }
@@ -289,9 +292,22 @@ void ContactVoxels::bound_by_wedge(const Element& element, Vec3 at, Vec3 outward
     contact.inflow_share = 1 - wall * (1 - wedge.inflow_share);
 }
 
+// Of a piece that the surface of the soil cuts, the part below it bears: as of one whose area is
+// spread evenly over its heights.
+bool ContactVoxels::keep_what_is_below(double depth_m, Vec3 rise_m2, Vec3 up,
+                                       ContactVoxel& contact) {
+    const double variance_m2 = dot(rise_m2, up);
+    const double half_m = std::sqrt(3 * std::max(0.0, variance_m2));
+    if (!(std::abs(depth_m) < half_m)) return false;
+    const double lower_m = (half_m - depth_m) / 2;
+    contact.area_m2 *= (half_m + depth_m) / (2 * half_m);
+    contact.position_m = contact.position_m - lower_m / variance_m2 * rise_m2;
+    return true;
+}
+
 // Each face has the gap and the free surface that lie along its own normal: soil heaved beside a
 // wheel counts for its flank and not for its sole.
-void ContactVoxels::finish(const Element& element, ContactVoxel& contact) const {
+void ContactVoxels::finish(const Element& element, ContactVoxel& contact, Vec3 rise_m2) const {
     const GridFrame& frame = *element.request.frame;
     const ContactRecord& record = element.record;
     if (!element.body.surface) {
@@ -300,9 +316,18 @@ void ContactVoxels::finish(const Element& element, ContactVoxel& contact) const 
     const Vec3 n = rotate(conjugate(frame.grid_to_world.rotation), contact.normal);
     const Vec3 gap_m = record.gap * (frame.voxel_m / kVoxelFull);
     contact.gap_m = n.x * n.x * gap_m.x + n.y * n.y * gap_m.y + n.z * n.z * gap_m.z;
-    const Vec3 at =
-        transform(*element.request.world_to_grid, contact.position_m) * (1 / frame.voxel_m);
-    const double surface = surface_.height_beside(record, at, n);
+    const auto place = [&] {
+        return transform(*element.request.world_to_grid, contact.position_m) * (1 / frame.voxel_m);
+    };
+    Vec3 at = place();
+    double surface = surface_.height_beside(record, at, n);
+    if (dot(rise_m2, rise_m2) > 0) {
+        const Vec3 up = rotate(frame.grid_to_world.rotation, Vec3{0, 0, 1});
+        if (keep_what_is_below((surface - at.z) * frame.voxel_m, rise_m2, up, contact)) {
+            at = place();
+            surface = surface_.height_beside(record, at, n);
+        }
+    }
     contact.depth_m = std::max(0.0, surface - at.z) * frame.voxel_m;
     bound_by_wedge(element, at, n, contact);
     contact.bearing_depth_m = std::max(contact.bearing_depth_m, contact.compression_m);

@@ -32,6 +32,10 @@ void make_room(std::vector<T>& v, size_t count) {
 
 }  // namespace
 
+Vec3 square_rise_m2(double area_m2, Vec3 normal, Vec3 up) {
+    return area_m2 / 12 * (up - dot(normal, up) * normal);
+}
+
 void SurfacePieces::gather(std::span<const ContactRecord> records,
                            std::span<const SampledBody> bodies, double voxel_m,
                            double same_cosine) {
@@ -130,10 +134,21 @@ int SurfacePieces::find_around(std::span<const ContactRecord> records, const int
     return best;
 }
 
+// A piece that leans may reach into soil where its middle does not.
 void SurfacePieces::add_sample(std::span<const ContactRecord> records, int body,
                                const SurfaceSample& sample, Vec3 at_m, Vec3 normal) {
-    const Vec3 seen = (at_m + sample.out_m * normal) * (1 / voxel_m_);
-    const std::array<double, 3> at{seen.x, seen.y, seen.z}, n{normal.x, normal.y, normal.z};
+    const Vec3 seen_m = at_m + sample.out_m * normal;
+    const double per_voxel = 1 / voxel_m_;
+    if (add_by(records, body, sample, at_m, normal, seen_m * per_voxel)) return;
+    const Vec3 rise_m2 = square_rise_m2(sample.area_m2, normal, {0, 0, 1});
+    if (!(rise_m2.z > 0)) return;
+    const Vec3 lower_end_m = seen_m - std::sqrt(3 / rise_m2.z) * rise_m2;
+    add_by(records, body, sample, at_m, normal, lower_end_m * per_voxel);
+}
+
+bool SurfacePieces::add_by(std::span<const ContactRecord> records, int body,
+                           const SurfaceSample& sample, Vec3 at_m, Vec3 normal, Vec3 place) {
+    const std::array<double, 3> at{place.x, place.y, place.z}, n{normal.x, normal.y, normal.z};
     int axis = 2;
     for (int k = 0; k < 2; ++k) {
         if (std::abs(n[k]) > std::abs(n[axis])) axis = k;
@@ -162,13 +177,14 @@ void SurfacePieces::add_sample(std::span<const ContactRecord> records, int body,
     if (!(sum > 0)) {
         const int corner = find_around(records, voxel, body, normal);
         if (corner >= 0) add_to(corner, sample, at_m, normal, sample.area_m2);
-        return;
+        return corner >= 0;
     }
     for (int step = 0; step < 3; ++step) {
         if (record[step] >= 0) {
             add_to(record[step], sample, at_m, normal, sample.area_m2 * shares[step] / sum);
         }
     }
+    return true;
 }
 
 // What soil is there the body's own surface near it knows: the voxel that the piece is in, or those
@@ -194,14 +210,19 @@ void SurfacePieces::add_over_tips(int body, const OverTips& sample, const Pose& 
 
 void SurfacePieces::add_to(int record, const SurfaceSample& sample, Vec3 at_m, Vec3 normal,
                            double area_m2) {
+    const auto add = [&](SurfacePiece& piece) {
+        piece.area += area_m2 * normal;
+        piece.moment += area_m2 * at_m;
+        const Vec3 off = at_m - piece.origin;
+        piece.spread += area_m2 * (square_rise_m2(sample.area_m2, normal, {0, 0, 1}) + off.z * off);
+        piece.area_m2 += area_m2;
+    };
     int* link = &heads_[static_cast<size_t>(record)];
     while (*link >= 0) {
         SurfacePiece& piece = pieces_[static_cast<size_t>(*link)];
         if (piece.row == sample.row && piece.part == sample.part &&
             dot(piece.area, normal) >= same_cosine_ * length(piece.area)) {
-            piece.area += area_m2 * normal;
-            piece.moment += area_m2 * at_m;
-            piece.area_m2 += area_m2;
+            add(piece);
             return;
         }
         link = &piece.next;
@@ -209,7 +230,11 @@ void SurfacePieces::add_to(int record, const SurfaceSample& sample, Vec3 at_m, V
     // The link may lie in a piece, and pieces may move as they get more.
     const int made = static_cast<int>(pieces_.size());
     *link = made;
-    pieces_.push_back({area_m2 * normal, area_m2 * at_m, area_m2, -1, sample.row, sample.part});
+    SurfacePiece& piece = pieces_.emplace_back();
+    piece.origin = at_m;
+    piece.row = sample.row;
+    piece.part = sample.part;
+    add(piece);
 }
 
 }  // namespace bsoil

@@ -21,11 +21,23 @@ struct SampledBody {
 struct SurfacePiece {
     Vec3 area;    ///< sum of normal times area
     Vec3 moment;  ///< sum of place times area
+    Vec3 origin;  ///< what `spread` is counted from
+    Vec3 spread;  ///< sum of area times height times place
     double area_m2 = 0;
     int next = -1;  ///< of the same record
     int row = -1;   ///< SurfaceSample::row
     ToothPart part = ToothPart::base;
+
+    Vec3 middle() const { return moment * (1 / area_m2); }
+    /// How its height goes with its place about its middle: the covariance of height and place.
+    Vec3 rise_m2() const {
+        const Vec3 off = middle() - origin;
+        return spread * (1 / area_m2) - off.z * off;
+    }
 };
+
+/// The same of a flat square piece by itself.
+Vec3 square_rise_m2(double area_m2, Vec3 normal, Vec3 up);
 
 /// Shares out each sample over the records of its body. A face that lies at the share f of its way
 /// through a voxel belongs to that one by half, to the one before it by (1 - f) / 2 and to the one
@@ -58,6 +70,9 @@ class SurfacePieces {
                     Vec3 normal) const;
     void add_sample(std::span<const ContactRecord> records, int body, const SurfaceSample& sample,
                     Vec3 at, Vec3 normal);
+    /// By the records round a place of it [voxels]. False: there are none.
+    bool add_by(std::span<const ContactRecord> records, int body, const SurfaceSample& sample,
+                Vec3 at, Vec3 normal, Vec3 place);
     void add_over_tips(int body, const OverTips& sample, const Pose& to_grid);
     /// Adds a part of a sample's area.
     void add_to(int record, const SurfaceSample& sample, Vec3 at_m, Vec3 normal, double area_m2);

@@ -59,12 +59,8 @@ double bound_m(const ConvexShape& shape) {
 class Sampler {
   public:
     Sampler(const std::vector<ConvexShape>& shapes, const std::vector<SheetGrowth>& growth,
-            double voxel_m, std::vector<SurfaceSample>& out)
-        : shapes_(shapes),
-          growth_(growth),
-          voxel_m_(voxel_m),
-          spacing_m_(kSpacingVoxels * voxel_m),
-          out_(out) {
+            double voxel_m, double spacing_m, std::vector<SurfaceSample>& out)
+        : shapes_(shapes), growth_(growth), voxel_m_(voxel_m), spacing_m_(spacing_m), out_(out) {
         for (const ConvexShape& shape : shapes) {
             to_shape_.push_back(inverse(shape.local));
             thickest_m_ = std::max(thickest_m_, shape_thickness_m(shape));
@@ -333,12 +329,14 @@ class Sampler {
 }  // namespace
 
 void SurfaceSamples::make(const std::vector<ConvexShape>& shapes,
-                          const std::vector<SheetGrowth>& growth, double voxel_m, bool with_teeth) {
+                          const std::vector<SheetGrowth>& growth, double voxel_m, bool with_teeth,
+                          double cut_voxel_m) {
     samples.clear();
     clusters.clear();
     rows.clear();
     over_tips.clear();
-    Sampler sampler(shapes, growth, voxel_m, samples);
+    const double spacing_m = kSpacingVoxels * std::min(voxel_m, cut_voxel_m);
+    Sampler sampler(shapes, growth, voxel_m, spacing_m, samples);
     is_whole = is_made = true;
     std::vector<size_t> ends;  // of each shape's samples
     for (size_t i = 0; i < shapes.size() && is_whole; ++i) {
@@ -349,7 +347,7 @@ void SurfaceSamples::make(const std::vector<ConvexShape>& shapes,
         samples.clear();
         return;
     }
-    if (with_teeth) add_rows(shapes, voxel_m, ends);
+    if (with_teeth) add_rows(shapes, spacing_m, ends);
     for (size_t first = 0; first < samples.size(); first += kClusterSamples) {
         SampleCluster cluster{{}, 0, first, std::min(first + kClusterSamples, samples.size())};
         for (size_t i = first; i < cluster.last; ++i) cluster.center += samples[i].at;
@@ -361,14 +359,13 @@ void SurfaceSamples::make(const std::vector<ConvexShape>& shapes,
     }
 }
 
-void SurfaceSamples::add_rows(const std::vector<ConvexShape>& shapes, double voxel_m,
+void SurfaceSamples::add_rows(const std::vector<ConvexShape>& shapes, double spacing_m,
                               const std::vector<size_t>& ends) {
     rows = find_toothed_faces(shapes);
     const auto samples_of = [&](size_t shape) {
         const size_t first = shape > 0 ? ends[shape - 1] : 0;
         return std::span(samples).subspan(first, ends[shape] - first);
     };
-    const double spacing_m = kSpacingVoxels * voxel_m;
     const auto parts = [&](double length_m) {
         return std::max(1, static_cast<int>(std::ceil(length_m / spacing_m - 1e-9)));
     };

@@ -1,6 +1,7 @@
 /// A body's surface cut into small pieces, from its shapes alone: no grid rounds off its edges.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "bsoil/body.h"
@@ -43,12 +44,13 @@ struct SurfaceSamples {
     /// Whether they are all of the surface: not of a lattice, nor of a body too large for them.
     bool is_whole = false;
     bool is_made = false;  ///< make() was called
-    /// Cost: the pieces, and where shapes meet 64 times those times the shapes.
+    /// cut_voxel_m: where that is less than voxel_m, pieces as in a grid of such voxels. Cost: the
+    /// pieces, and where shapes meet 64 times those times the shapes.
     void make(const std::vector<ConvexShape>& shapes, const std::vector<SheetGrowth>& growth,
-              double voxel_m, bool with_teeth = false);
+              double voxel_m, bool with_teeth = false, double cut_voxel_m = HUGE_VAL);
 
   private:
-    void add_rows(const std::vector<ConvexShape>& shapes, double voxel_m,
+    void add_rows(const std::vector<ConvexShape>& shapes, double spacing_m,
                   const std::vector<size_t>& ends);
 };
 

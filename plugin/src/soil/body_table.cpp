@@ -15,10 +15,25 @@ namespace {
 // what the contact forces resolve.
 constexpr double kStillVoxels = 1.0 / 512;
 
-// A small body is cut into samples as in a grid with so many voxels along its shortest side, or its
-// longest where that is more. Ours: two samples along the shortest, so that it stands on faces and
-// not on points, and four along the longest. More: as many more contacts.
-constexpr double kSmallBodyVoxelsLeast = 1.5, kSmallBodyVoxelsMost = 3;
+// A body is cut into samples as in a grid with so many voxels at least along its shortest side, or
+// its longest where that is more. Ours: two samples along the shortest, so that it stands on faces
+// and not on points, and four along the longest. More: as many more contacts.
+constexpr double kCutVoxelsLeast = 1.5, kCutVoxelsMost = 3;
+
+/// Of the box round all shapes.
+struct Sizes {
+    double smallest_m = 0, largest_m = 0;
+    double cut_voxel_m() const {
+        return std::max(smallest_m / kCutVoxelsLeast, largest_m / kCutVoxelsMost);
+    }
+};
+
+Sizes sizes_of(const std::vector<ConvexShape>& shapes) {
+    Aabb box = shape_bounds(shapes.front(), Pose{}, 1);
+    for (const ConvexShape& shape : shapes) box = merge(box, shape_bounds(shape, Pose{}, 1));
+    const Vec3 sides = box.max - box.min;
+    return {std::min({sides.x, sides.y, sides.z}), std::max({sides.x, sides.y, sides.z})};
+}
 
 }  // namespace
 
@@ -148,7 +163,8 @@ void BodyTable::make_shapes(BodyTrack& track, const SoilBody& body) const {
     if (core_.def.contact_law.faces_by_shape && !body.is_static && !track.surface.is_made) {
         track.surface.make(*body.shapes, track.walls.growth, core_.frame.voxel_m,
                            core_.def.contact_law.kind != ContactLawDef::Kind::bekker &&
-                               core_.def.contact_law.trapped_soil);
+                               core_.def.contact_law.trapped_soil,
+                           sizes_of(*body.shapes).cut_voxel_m());
     }
 }
 
@@ -156,15 +172,9 @@ void BodyTable::make_shapes(BodyTrack& track, const SoilBody& body) const {
 // middles. Walls grow for the soil's sake, which hardly sees a small body.
 bool BodyTable::make_small_surface(const std::vector<ConvexShape>& shapes,
                                    SurfaceSamples& surface) const {
-    Aabb box = shape_bounds(shapes.front(), Pose{}, 1);
-    for (const ConvexShape& shape : shapes) box = merge(box, shape_bounds(shape, Pose{}, 1));
-    const Vec3 sides = box.max - box.min;
-    const double largest_m = std::max({sides.x, sides.y, sides.z});
-    if (!(largest_m <= core_.frame.voxel_m)) return false;
-    const double smallest_m = std::min({sides.x, sides.y, sides.z});
-    const double fine_m =
-        std::max(smallest_m / kSmallBodyVoxelsLeast, largest_m / kSmallBodyVoxelsMost);
-    surface.make(shapes, std::vector<SheetGrowth>(shapes.size()), fine_m);
+    const Sizes sizes = sizes_of(shapes);
+    if (!(sizes.largest_m <= core_.frame.voxel_m)) return false;
+    surface.make(shapes, std::vector<SheetGrowth>(shapes.size()), sizes.cut_voxel_m());
     if (!surface.is_whole) surface = {};
     return surface.is_whole;
 }

@@ -1,6 +1,7 @@
 /// Faces of a contact: connected parts of a body's contact with the soil whose size the soil feels.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -11,6 +12,29 @@
 
 #pragma GCC visibility push(default)
 namespace bsoil {
+
+/// What is summed up of a face's elements.
+struct FaceMoments {
+    double area_m2 = 0;
+    /// Moments of area of the elements' places on the face, whose axes are a and b.
+    double first_a = 0, first_b = 0, second_aa = 0, second_ab = 0, second_bb = 0;
+    double density_m2 = 0, of_known_density_m2 = 0;  ///< sum of density times area; that area
+    double depth_m = 0, foot_m = 0;                  ///< as of FaceExtent
+    int count = 0;
+
+    /// a, b: place on the face [m]. upright: sine between the normal and straight down.
+    void add(const ContactVoxel& element, double a, double b, double upright);
+    void add(const FaceMoments& other);
+    double relative_density() const {
+        return of_known_density_m2 > 0 ? density_m2 / of_known_density_m2 : 0;
+    }
+    /// Sides of the rectangle with the same second moments, the shorter first [m].
+    std::array<double, 2> sides_m() const;
+    FaceExtent as_sole() const;
+};
+
+/// Two unit vectors across `up` that do not depend on the body.
+std::array<Vec3, 2> level_axes(Vec3 up);
 
 /// The faces of one body's contact.
 /// Soles are the connected sets of voxels that look down (is_sole(), orientation.h); seen from
@@ -32,6 +56,11 @@ class ContactFaces {
     }
     /// Its place in faces().
     int index_of_voxel(size_t voxel) const { return face_of_voxel_[voxel]; }
+    /// The soles among faces(), and which a voxel is of; -1: of a wall.
+    std::span<const FaceMoments> soles() const { return soles_; }
+    int sole_of_voxel(size_t voxel) const;
+    /// For a sole that goes on under other bodies: see join_soles().
+    void set_sole(size_t sole, const FaceExtent& extent);
 
   private:
     /// Where a voxel lies on its face.
@@ -56,6 +85,7 @@ class ContactFaces {
     int root_of(int run);
 
     std::vector<FaceExtent> faces_;
+    std::vector<FaceMoments> soles_;
     std::vector<int> face_of_voxel_;
     std::vector<Place> places_;  ///< per voxel
     std::vector<Cell> cells_;

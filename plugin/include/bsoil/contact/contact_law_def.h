@@ -105,7 +105,7 @@ struct ContactLawDef {
     /// Area, place and direction of an element come from the body's shapes; else they come from the
     /// coverage field, which rounds off edges and hardly knows what is thinner than a
     /// voxel. Meshes go by the coverage field in any case. See docs/verification.md.
-    bool faces_by_shape = false;
+    bool faces_by_shape = true;
     /// Displaced soil takes a few steps to flow away: excess below this share of a voxel is in
     /// transit and is no compression. 0..0.5. Ours: nine in ten voxels before a rolling wheel have
     /// less than 0.08, whatever their size. Larger: soft contacts sink in first.

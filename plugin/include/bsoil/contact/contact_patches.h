@@ -66,10 +66,19 @@ class ContactPatches {
   public:
     /// law: against the body's surface. motions: one for each carrier among the voxels, in the
     /// order the patches come in. history: per voxel, empty where all shear stress is developed and
-    /// nothing has drawn back. threads: to share the work, or null.
+    /// nothing has drawn back. threads: to share the work, or null. The same as find_faces() and
+    /// find_on_faces().
     BodyContact find(std::span<const ContactVoxel> voxels, std::span<const ContactMotion> motions,
                      const ContactLaw& law, std::span<const ContactHistory> history,
                      const WorkThreads* threads = nullptr, const ContactAsk& ask = {});
+    /// In two parts, where soles of several bodies are one: join_soles() comes between them.
+    void find_faces(std::span<const ContactVoxel> voxels, Quat body_to_world, const ContactLaw& law,
+                    const WorkThreads* threads = nullptr, const ContactAsk& ask = {});
+    BodyContact find_on_faces(std::span<const ContactVoxel> voxels,
+                              std::span<const ContactMotion> motions, const ContactLaw& law,
+                              std::span<const ContactHistory> history,
+                              const WorkThreads* threads = nullptr, const ContactAsk& ask = {});
+    ContactFaces& faces() { return faces_; }
     /// Of the last find().
     std::span<const ContactPatch> patches() const { return patches_; }
 
