@@ -235,6 +235,9 @@ TEST(SiloWalls, and_floor_bear_the_whole_weight_and_sleep) {
     EXPECT_NEAR(floor.load_n.y / -weight_n, -std::expm1(-deep) / deep, 0.06);
     EXPECT_NEAR(floor.load_n.y + wall.load_n.y, -weight_n, 1e-3 * weight_n);
     EXPECT_NEAR(static_cast<double>(plate.getWorldTransform().getOrigin().y()), 0.15, 2e-3);
+    // What pulls down beside its middle turns it, and Bullet's friction lets it creep for that.
+    const btVector3 at = tube.getWorldTransform().getOrigin();
+    EXPECT_LT(std::hypot(static_cast<double>(at.x()), static_cast<double>(at.z())), 1e-3);
     scene.run(5);
     EXPECT_FALSE(plate.isActive());
     EXPECT_FALSE(tube.isActive());

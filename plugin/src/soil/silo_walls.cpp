@@ -314,14 +314,19 @@ void SiloWalls::add_faces(const StepBody& floor, const LoadCell& cell, bool has_
     }
 }
 
+/// Of the face of a voxel that looks along `outward`.
+Vec3 SiloWalls::middle_of(const VoxelPlace& beside, Vec3 outward) const {
+    return core_.frame.to_world({beside.x + 0.5, beside.y + 0.5, beside.z + 0.5}) +
+           0.5 * core_.frame.voxel_m * outward;
+}
+
 /// The nearest contact with a body's face that looks along `outward`, of those in a voxel and the
 /// ones around it; null: there is none.
 const SiloWalls::Touch* SiloWalls::find_touch(const VoxelPlace& beside, Vec3 outward,
                                               int body) const {
     const Touch* nearest = nullptr;
     double nearest_m2 = 0;
-    const Vec3 middle_m = core_.frame.to_world({beside.x + 0.5, beside.y + 0.5, beside.z + 0.5}) +
-                          0.5 * core_.frame.voxel_m * outward;
+    const Vec3 middle_m = middle_of(beside, outward);
     for (int x = beside.x - 1; x <= beside.x + 1; ++x) {
         const int low[3] = {x, beside.y - 1, beside.z - 1};
         auto it = std::lower_bound(
@@ -359,7 +364,10 @@ void SiloWalls::add_body_face(const StepBody& floor, const VoxelPlace& beside, i
         (material.cohesion_pa + material.moisture_cohesion_pa(contact.saturation));
     face.wall = static_cast<int>(touch->wall);
     face.area_voxels = dot(contact.normal, outward) * contact.touching;
-    face.position_m = contact.position_m;
+    // On the plane of the contact, whose own place may be a voxel beside.
+    const Vec3 middle_m = middle_of(beside, outward);
+    face.position_m =
+        middle_m + dot(contact.position_m - middle_m, contact.normal) * contact.normal;
     add_face(floor, &wall, wall_grip(material, wall.surface.friction, cohesion_pa), face);
 }
 

@@ -67,6 +67,7 @@ class SiloWalls {
                           WallFace& face);
     void add_face(const StepBody& floor, const SoilBody* wall, const WallGrip& grip,
                   WallFace& face);
+    Vec3 middle_of(const VoxelPlace& beside, Vec3 outward) const;
     const Touch* find_touch(const VoxelPlace& beside, Vec3 outward, int body) const;
     int plane_count() const;
     size_t tile_words() const;
