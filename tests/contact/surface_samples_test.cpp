@@ -136,6 +136,36 @@ std::vector<ContactVoxel> contacts(int thread_count) {
     return out;
 }
 
+// A lug that is put against a rim touches it along a line. Rim and lug looked at each other across
+// 0.07 voxel at most, and the rim bore there as much as beside the lug.
+TEST(SurfaceSamples, leave_out_what_looks_at_another_part_across_a_crack) {
+    const double voxel_m = 0.02, one_m2 = 2 * (0.2 * 0.2 + 2 * 0.2 * 0.1);
+    const auto apart = [&](double gap_voxels) {
+        return std::vector{box({0.1, 0.1, 0.05}),
+                           box({0.1, 0.1, 0.05}, {0, 0, 0.1 + gap_voxels * voxel_m})};
+    };
+    for (const double gap_voxels : {0.01, 0.2, 0.45}) {
+        const Sums sums = sums_of(apart(gap_voxels), voxel_m);
+        EXPECT_NEAR(sums.area_m2, 2 * (one_m2 - 0.2 * 0.2), 1e-9) << gap_voxels;
+        EXPECT_LT(length(sums.closed_m2), 1e-9);
+    }
+    EXPECT_NEAR(sums_of(apart(0.55), voxel_m).area_m2, 2 * one_m2, 1e-9);
+    // Past it, and beside it in one plane, a face stays whole.
+    const std::vector beside{box({0.1, 0.1, 0.05}), box({0.1, 0.1, 0.02}, {0.201, 0, -0.03})};
+    const double other_m2 = 2 * (0.2 * 0.2 + 2 * 0.2 * 0.04);
+    EXPECT_NEAR(sums_of(beside, voxel_m).area_m2, one_m2 + other_m2 - 2 * 0.2 * 0.04,
+                0.2 * 0.1 / 64);  // the higher one's side is cut
+
+    ConvexShape rim = shape(ConvexShape::Kind::cylinder, 0.14, 0.08);
+    rim.local = {};
+    const Sums wheel = sums_of({rim, box({0.03, 0.02, 0.08}, {0.17, 0, 0})}, voxel_m);
+    const double under_m2 = 2 * std::asin(0.02 / 0.14) * 0.14 * 0.16;  // of the rim
+    EXPECT_NEAR(wheel.area_m2,
+                2 * std::numbers::pi * 0.14 * (0.14 + 0.16) - under_m2 +
+                    2 * (2 * 0.03 * 0.04 + 0.06 * 0.16) + 0.04 * 0.16,
+                0.003 * wheel.area_m2);
+}
+
 TEST(SurfaceSamples, contacts_are_the_same_on_any_number_of_threads) {
     const std::vector<ContactVoxel> one = contacts(1), four = contacts(4);
     ASSERT_GT(one.size(), 50u);

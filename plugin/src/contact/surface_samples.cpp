@@ -28,6 +28,14 @@ constexpr int kCutParts = 8;
 /// Faces no further apart than this [voxels] lie on each other. Ours: for the rounding. Larger:
 /// thin plates lose their faces.
 constexpr double kSameFaceVoxels = 1e-6;
+/// Faces of a body that look at each other across less than this [voxels] have no soil between them
+/// that the body could press on: what is there goes with it. Ours: soil does not flow into voxels
+/// that bodies fill by half. Larger: narrow grooves have no faces; smaller: a rim bears where a lug
+/// is put against it.
+constexpr double kCrackVoxels = 0.5;
+/// Such a crack is looked across in steps of at least this part of its width. Ours: a shape thinner
+/// than a thirtieth of a voxel may be missed. Larger: more are; smaller: more steps.
+constexpr double kCrackStep = 1.0 / 16;
 
 using Polygon = std::vector<Vec3>;
 
@@ -264,7 +272,7 @@ class Sampler {
         if (growth.is_thin()) {
             piece.out_m = std::abs(dot(growth.normal, normal)) * growth.growth_m / 2;
         }
-        if (is_cut(piece.at, (length(a) + length(b)) / 2)) {
+        if (is_cut(piece.at, (length(a) + length(b)) / 2 + kCrackVoxels * voxel_m_)) {
             const Vec3 da = rotate(shape.local.rotation, a) * (1.0 / kCutParts);
             const Vec3 db = rotate(shape.local.rotation, b) * (1.0 / kCutParts);
             Vec3 sum;
@@ -300,19 +308,35 @@ class Sampler {
     }
 
     /// Inside another shape, or on its face: faces that meet are hidden, of two in one plane the
-    /// later is.
+    /// later is. Or with one right before it.
     bool is_hidden(Vec3 at, Vec3 normal) const {
-        const double same_m = kSameFaceVoxels * voxel_m_;
+        const double same_m = kSameFaceVoxels * voxel_m_, crack_m = kCrackVoxels * voxel_m_;
         for (size_t j = 0; j < shapes_.size(); ++j) {
             if (j == part_ ||
-                length(at - shapes_[j].local.position) > bound_m(shapes_[j]) + same_m) {
+                length(at - shapes_[j].local.position) > bound_m(shapes_[j]) + crack_m) {
                 continue;
             }
             const NearestFace face = nearest_face(shapes_[j], transform(to_shape_[j], at));
-            if (face.distance_m > same_m) continue;
+            if (face.distance_m > same_m) {
+                if (meets(j, at, normal, face.distance_m)) return true;
+                continue;
+            }
             if (face.distance_m < -same_m) return true;
             const double along = dot(rotate(shapes_[j].local.rotation, face.normal), normal);
             if (along < 0 || j < part_) return true;
+        }
+        return false;
+    }
+
+    /// Whether the way along `normal` goes into a shape before a crack's width. distance_m: of `at`
+    /// from the shape, which is no nearer than that.
+    bool meets(size_t shape, Vec3 at, Vec3 normal, double distance_m) const {
+        const double crack_m = kCrackVoxels * voxel_m_;
+        for (double way_m = distance_m; way_m < crack_m;) {
+            const Vec3 p = transform(to_shape_[shape], at + way_m * normal);
+            distance_m = nearest_face(shapes_[shape], p).distance_m;
+            if (distance_m < -kSameFaceVoxels * voxel_m_) return true;
+            way_m += std::max(distance_m, kCrackStep * crack_m);
         }
         return false;
     }

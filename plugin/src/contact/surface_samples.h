@@ -35,7 +35,7 @@ struct SampleCluster {
 };
 
 /// The outer surface of a body's shapes, each piece no longer than three quarters of a voxel. What
-/// lies inside another of its shapes is left out.
+/// lies inside another of its shapes, or looks at one across less than half a voxel, is left out.
 struct SurfaceSamples {
     std::vector<SurfaceSample> samples;
     std::vector<SampleCluster> clusters;
