@@ -67,16 +67,27 @@ class LoadedBody {
             link().m_inertiaLocal = props.inertia_kg_m2;
         }
     }
-    void apply(const btVector3& force_n, const btVector3& torque_n_m) {
+    /// For a substep. A rigid body gets its torque at once: Bullet's friction rows leave out
+    /// applied torque, and what is loaded beside its middle would creep.
+    void apply(const btVector3& force_n, const btVector3& torque_n_m, btScalar substep_s) {
         if (rigid_) {
             rigid_->applyCentralForce(force_n);
-            rigid_->applyTorque(torque_n_m);
+            rigid_->applyTorqueImpulse(substep_s * torque_n_m);
         } else if (is_base()) {
             multibody().addBaseForce(force_n);
             multibody().addBaseTorque(torque_n_m);
         } else {
             multibody().addLinkForce(collider_->m_link, force_n);
             multibody().addLinkTorque(collider_->m_link, torque_n_m);
+        }
+    }
+
+    /// Forces outlive a substep: takes back what was given for it.
+    void take_back(const btVector3& force_n, const btVector3& torque_n_m) {
+        if (rigid_) {
+            rigid_->applyCentralForce(-force_n);
+        } else {
+            apply(-force_n, -torque_n_m, 0);
         }
     }
 
@@ -260,7 +271,7 @@ void CarriedLoads::open(Loaded& loaded) {
         loaded.torque_n_m += held_arm_kg_m(loaded.load, body.axes().getOrigin()).cross(lift_m_s2);
         loaded.felt_n += from_bullet(held_kg * lift_m_s2);
     }
-    body.apply(loaded.force_n, loaded.torque_n_m);
+    body.apply(loaded.force_n, loaded.torque_n_m, world_.getDispatchInfo().m_timeStep);
     loaded.open = true;
 }
 
@@ -274,8 +285,7 @@ void CarriedLoads::close_substep(double substep_s) {
         loaded.debt_n_s += loaded.push_n * substep_s;
         loaded.debt_n_m_s += loaded.push_n_m * substep_s;
         LoadedBody body(loaded.body);
-        // Forces outlive a substep: what was given for it is taken back.
-        body.apply(-loaded.force_n, -loaded.torque_n_m);
+        body.take_back(loaded.force_n, loaded.torque_n_m);
         // Another soil of this world may have loaded it too, and the one that came first has taken
         // both loads off already.
         if (loaded.load.mass_kg <= 0 ||
