@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "bsoil/soil.h"
 #include "contact/surface_pieces.h"
@@ -198,7 +199,7 @@ TEST(SurfacePieces, face_on_the_border_of_voxels_is_shared_by_the_two_beside_it)
         }
         const SampledBody body{&surface, {}};
         SurfacePieces pieces;
-        pieces.gather(records, {&body, 1}, kVoxelM, 0.7);
+        pieces.gather(records, {&body, 1}, {{16, 16, 16}, kVoxelM, {}}, 0.7);
         std::vector<double> areas_m2(records.size(), 0);
         for (size_t i = 0; i < records.size(); ++i) {
             pieces.for_each(i, [&](const SurfacePiece& piece) {
@@ -207,6 +208,56 @@ TEST(SurfacePieces, face_on_the_border_of_voxels_is_shared_by_the_two_beside_it)
             });
         }
         EXPECT_EQ(areas_m2, (std::vector<double>{0, 0.005, 0.005, 0})) << side;
+    }
+}
+
+/// Areas of one sample in 4 x 4 x 4 voxels from `low` on, all with soil that agrees with it.
+std::vector<double> areas_of(Vec3 at_voxels, Vec3 normal, int low) {
+    constexpr double kVoxelM = 0.125;
+    SurfaceSamples surface;
+    surface.samples = {{.at = kVoxelM * at_voxels, .normal = normal, .area_m2 = 0.005}};
+    surface.clusters = {{surface.samples[0].at, 0, 0, 1}};
+    std::vector<ContactRecord> records(64);
+    for (int i = 0; i < 64; ++i) {
+        ContactRecord& record = records[static_cast<size_t>(i)];
+        record.voxel[0] = low + i % 4;
+        record.voxel[1] = low + i / 4 % 4;
+        record.voxel[2] = low + i / 16;
+        record.gradient = -65536 * normal;
+    }
+    const SampledBody body{&surface, {}};
+    SurfacePieces pieces;
+    pieces.gather(records, {&body, 1}, {{16, 16, 16}, kVoxelM, {}}, 0.7);
+    std::vector<double> areas_m2(records.size(), 0);
+    for (size_t i = 0; i < records.size(); ++i) {
+        pieces.for_each(i, [&](const SurfacePiece& piece) { areas_m2[i] += piece.area_m2; });
+    }
+    return areas_m2;
+}
+
+// In the corner of eight voxels, and as much along one axis as along another.
+TEST(SurfacePieces, rounding_does_not_pick_the_voxels_of_a_face) {
+    const double s = std::sqrt(0.5);
+    for (const Vec3 normal : {Vec3{0, 0, 1}, Vec3{-1, 0, 0}, Vec3{s, 0, s}, Vec3{0, -s, s}}) {
+        const std::vector<double> areas_m2 = areas_of({6, 6, 6}, normal, 4);
+        EXPECT_NEAR(std::accumulate(areas_m2.begin(), areas_m2.end(), 0.0), 0.005, 1e-12);
+        for (const Vec3 off : {Vec3{1, 1, 1}, Vec3{-1, 1, -1}, Vec3{1, -1, -1}}) {
+            const std::vector<double> beside_m2 =
+                areas_of(Vec3{6, 6, 6} + 1e-9 * off, normal + 1e-9 * Vec3{off.y, 0, 0}, 4);
+            for (size_t i = 0; i < areas_m2.size(); ++i) {
+                EXPECT_NEAR(beside_m2[i], areas_m2[i], 1e-6 * 0.005) << i;
+            }
+        }
+    }
+}
+
+TEST(SurfacePieces, what_is_beyond_the_grid_is_not_counted) {
+    for (const double x : {0.0, 0.1, -0.1, -0.6}) {
+        const std::vector<double> areas_m2 = areas_of({x, 2, 2}, {0, 0, 1}, 0);
+        const double half = std::sqrt(0.005) / 0.125 / 2;
+        EXPECT_NEAR(std::accumulate(areas_m2.begin(), areas_m2.end(), 0.0),
+                    0.005 * std::clamp(0.5 + x / (2 * half), 0.0, 1.0), 1e-12)
+            << x;
     }
 }
 

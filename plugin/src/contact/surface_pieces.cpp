@@ -13,6 +13,9 @@ namespace {
 /// a box it is 55 deg off each face, and coverage errs by some 20 more. Larger: corners lose faces;
 /// smaller: faces take gradients that are not theirs.
 constexpr double kAgrees = 0.2;
+/// A share of a sample below this is none. Ours: for the rounding. Larger: area is left out;
+/// smaller: voxels get elements of nothing from faces that end on their border.
+constexpr double kSliver = 1e-6;
 constexpr uint64_t kNoKey = ~uint64_t{0};
 
 uint64_t key_of(const int voxel[3], int body) {
@@ -23,6 +26,24 @@ uint64_t key_of(const int voxel[3], int body) {
 size_t scattered(uint64_t key) {
     key *= 0x9e3779b97f4a7c15u;
     return static_cast<size_t>(key >> 24);
+}
+
+/// The part of a length that lies in one voxel.
+struct Cut {
+    double middle = 0, share = 0;
+};
+/// Samples are shorter than a voxel.
+using Cuts = std::array<Cut, 2>;
+
+Cuts cut(double at, double half) {
+    const double border = std::floor(at + 0.5), below = border - (at - half);
+    const double share = below / (2 * half);
+    if (!(share > kSliver) || !(share < 1 - kSliver)) return {Cut{at, 1}};
+    return {Cut{border - below / 2, share}, Cut{border + half - below / 2, 1 - share}};
+}
+
+double cosine(const ContactRecord& record, Vec3 normal) {
+    return -dot(record.gradient, normal) / length(record.gradient);
 }
 
 template <typename T>
@@ -37,9 +58,11 @@ Vec3 square_rise_m2(double area_m2, Vec3 normal, Vec3 up) {
 }
 
 void SurfacePieces::gather(std::span<const ContactRecord> records,
-                           std::span<const SampledBody> bodies, double voxel_m,
+                           std::span<const SampledBody> bodies, const GridFrame& frame,
                            double same_cosine) {
+    const double voxel_m = frame.voxel_m;
     voxel_m_ = voxel_m;
+    std::ranges::copy(frame.size, size_);
     same_cosine_ = same_cosine;
     pieces_.clear();
     make_room(heads_, records.size());
@@ -116,43 +139,99 @@ int SurfacePieces::find(const int voxel[3], int body) const {
 }
 
 // In the corner between two parts of a body their coverage hides the voxels across the face. What
-// lies lower says nothing: there the face may be in the air.
-int SurfacePieces::find_around(std::span<const ContactRecord> records, const int voxel[3], int body,
-                               Vec3 normal) const {
-    int best = -1;
-    double best_cosine = kAgrees;
-    for (int i = 0; i < 18; ++i) {
-        const int beside[3] = {voxel[0] + i % 3 - 1, voxel[1] + i / 3 % 3 - 1, voxel[2] + i / 9};
-        const int record = find(beside, body);
-        if (record < 0) continue;
-        const Vec3 gradient = records[static_cast<size_t>(record)].gradient;
-        const double cosine = -dot(gradient, normal) / length(gradient);
-        if (cosine < best_cosine) continue;
-        best = record;
-        best_cosine = cosine;
+// lies lower says nothing: there the face may be in the air. Those within a voxel share the part,
+// by how near they are and how well they agree: no order of the voxels picks one.
+void SurfacePieces::add_around(std::span<const ContactRecord> records, int body,
+                               const SurfaceSample& sample, const Part& part) {
+    const double at[3] = {part.seen.x, part.seen.y, part.seen.z};
+    int voxel[3];
+    double near[3][3];
+    for (int k = 0; k < 3; ++k) {
+        voxel[k] = static_cast<int>(std::floor(at[k]));
+        if (voxel[k] < 0 || voxel[k] >= size_[k]) return;  // beyond the grid there is no soil
+        const double into = at[k] - voxel[k];
+        near[k][0] = k < 2 ? 1 - into : 0;
+        near[k][1] = k < 2 ? 1 : 1 - into;
+        near[k][2] = into;
     }
-    return best;
+    constexpr int kAround = 27;
+    int record[kAround] = {};
+    double share[kAround] = {};
+    double sum = 0;
+    for (int i = 0; i < kAround; ++i) {
+        const int step[3] = {i % 3, i / 3 % 3, i / 9};
+        share[i] = near[0][step[0]] * near[1][step[1]] * near[2][step[2]];
+        if (!(share[i] > 0)) continue;
+        const int beside[3] = {voxel[0] + step[0] - 1, voxel[1] + step[1] - 1,
+                               voxel[2] + step[2] - 1};
+        record[i] = find(beside, body);
+        const double agrees =
+            record[i] < 0 ? 0 : cosine(records[static_cast<size_t>(record[i])], part.normal);
+        share[i] *= std::max(0.0, agrees - kAgrees);
+        sum += share[i];
+    }
+    if (!(sum > 0)) return;
+    for (int i = 0; i < kAround; ++i) {
+        if (share[i] > kSliver * sum) {
+            add_to(record[i], sample, part, share[i] / sum);
+        }
+    }
 }
 
-// A piece that leans may reach into soil where its middle does not.
+// Along each axis goes what of the area looks that way, as in the coverage's gradient; across it
+// the sample is as wide as it is, so that no rounding picks a voxel for all of it.
 void SurfacePieces::add_sample(std::span<const ContactRecord> records, int body,
                                const SurfaceSample& sample, Vec3 at_m, Vec3 normal) {
-    const Vec3 seen_m = at_m + sample.out_m * normal;
-    const double per_voxel = 1 / voxel_m_;
-    if (add_by(records, body, sample, at_m, normal, seen_m * per_voxel)) return;
-    const Vec3 rise_m2 = square_rise_m2(sample.area_m2, normal, {0, 0, 1});
-    if (!(rise_m2.z > 0)) return;
-    const Vec3 lower_end_m = seen_m - std::sqrt(3 / rise_m2.z) * rise_m2;
-    add_by(records, body, sample, at_m, normal, lower_end_m * per_voxel);
+    const Vec3 seen = (at_m + sample.out_m * normal) * (1 / voxel_m_);
+    const double at[3] = {seen.x, seen.y, seen.z}, n[3] = {normal.x, normal.y, normal.z};
+    const double half = std::sqrt(sample.area_m2) / voxel_m_ / 2;
+    double halves[3];
+    Cuts cuts[3];
+    for (int k = 0; k < 3; ++k) {
+        halves[k] = half * std::sqrt(std::max(0.0, 1 - n[k] * n[k]));
+        cuts[k] = cut(at[k], halves[k]);
+    }
+    const auto variance = [&halves](int k, const Cut& part) {
+        const double wide = 2 * halves[k] * part.share;
+        return wide * wide / 12;
+    };
+    for (int axis = 0; axis < 3; ++axis) {
+        if (n[axis] * n[axis] < kSliver) continue;
+        const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+        for (const Cut& cut_u : cuts[u]) {
+            for (const Cut& cut_v : cuts[v]) {
+                const double share = n[axis] * n[axis] * cut_u.share * cut_v.share;
+                if (!(share > 0)) continue;
+                double off[3];
+                off[u] = cut_u.middle - at[u];
+                off[v] = cut_v.middle - at[v];
+                off[axis] = -(n[u] * off[u] + n[v] * off[v]) / n[axis];
+                const Vec3 from_middle{off[0], off[1], off[2]};
+                // Places are spread evenly along u and v; the face's slope has them rise.
+                double rise[3] = {};
+                const double variance_u = variance(u, cut_u), variance_v = variance(v, cut_v);
+                const double slope_u = -n[u] / n[axis], slope_v = -n[v] / n[axis];
+                if (axis == 2) {
+                    rise[u] = slope_u * variance_u;
+                    rise[v] = slope_v * variance_v;
+                    rise[2] = slope_u * rise[u] + slope_v * rise[v];
+                } else {
+                    rise[2] = u == 2 ? variance_u : variance_v;
+                    rise[axis] = (u == 2 ? slope_u : slope_v) * rise[2];
+                }
+                add_part(records, body, sample, axis,
+                         {seen + from_middle, at_m + voxel_m_ * from_middle, normal,
+                          share * sample.area_m2,
+                          voxel_m_ * voxel_m_ * Vec3{rise[0], rise[1], rise[2]}});
+            }
+        }
+    }
 }
 
-bool SurfacePieces::add_by(std::span<const ContactRecord> records, int body,
-                           const SurfaceSample& sample, Vec3 at_m, Vec3 normal, Vec3 place) {
-    const std::array<double, 3> at{place.x, place.y, place.z}, n{normal.x, normal.y, normal.z};
-    int axis = 2;
-    for (int k = 0; k < 2; ++k) {
-        if (std::abs(n[k]) > std::abs(n[axis])) axis = k;
-    }
+void SurfacePieces::add_part(std::span<const ContactRecord> records, int body,
+                             const SurfaceSample& sample, int axis, const Part& part) {
+    const double at[3] = {part.seen.x, part.seen.y, part.seen.z};
+    const double n[3] = {part.normal.x, part.normal.y, part.normal.z};
     int voxel[3];
     for (int k = 0; k < 3; ++k) voxel[k] = static_cast<int>(std::floor(at[k]));
     const int outwards = n[axis] > 0 ? 1 : -1;
@@ -166,25 +245,22 @@ bool SurfacePieces::add_by(std::span<const ContactRecord> records, int body,
         beside[axis] += (step - 1) * outwards;
         record[step] = find(beside, body);
         if (record[step] < 0) continue;
-        const Vec3 gradient = records[static_cast<size_t>(record[step])].gradient;
-        if (-dot(gradient, normal) < kAgrees * length(gradient)) {
+        if (cosine(records[static_cast<size_t>(record[step])], part.normal) < kAgrees) {
             // Beside a lug the gradient may be all of what carries the lug.
             if (!sample.is_thin || step == 0) record[step] = -1;
         }
-        if (!(shares[step] > 0)) record[step] = -1;  // the face lies on the voxel's border
+        if (!(shares[step] > kSliver)) record[step] = -1;  // the face lies on the voxel's border
         if (record[step] >= 0) sum += shares[step];
     }
     if (!(sum > 0)) {
-        const int corner = find_around(records, voxel, body, normal);
-        if (corner >= 0) add_to(corner, sample, at_m, normal, sample.area_m2);
-        return corner >= 0;
+        add_around(records, body, sample, part);
+        return;
     }
     for (int step = 0; step < 3; ++step) {
         if (record[step] >= 0) {
-            add_to(record[step], sample, at_m, normal, sample.area_m2 * shares[step] / sum);
+            add_to(record[step], sample, part, shares[step] / sum);
         }
     }
-    return true;
 }
 
 // What soil is there the body's own surface near it knows: the voxel that the piece is in, or those
@@ -204,34 +280,39 @@ void SurfacePieces::add_over_tips(int body, const OverTips& sample, const Pose& 
     }
     if (record < 0) record = record_at(transform(to_grid, sample.tip) * (1 / voxel_m_));
     if (record < 0) return;
-    add_to(record, sample.piece, transform(to_grid, sample.piece.at),
-           rotate(to_grid.rotation, sample.piece.normal), sample.piece.area_m2);
+    add_to(record, sample.piece,
+           {at,
+            transform(to_grid, sample.piece.at),
+            rotate(to_grid.rotation, sample.piece.normal),
+            sample.piece.area_m2,
+            {}},
+           1);
 }
 
-void SurfacePieces::add_to(int record, const SurfaceSample& sample, Vec3 at_m, Vec3 normal,
-                           double area_m2) {
+void SurfacePieces::add_to(int record, const SurfaceSample& sample, const Part& part,
+                           double share) {
+    const double area_m2 = share * part.area_m2;
     const auto add = [&](SurfacePiece& piece) {
-        piece.area += area_m2 * normal;
-        piece.moment += area_m2 * at_m;
-        const Vec3 off = at_m - piece.origin;
-        piece.spread += area_m2 * (square_rise_m2(sample.area_m2, normal, {0, 0, 1}) + off.z * off);
+        const Vec3 off = part.at_m - piece.origin;
+        piece.area += area_m2 * part.normal;
+        piece.moment += area_m2 * part.at_m;
+        piece.spread += area_m2 * (part.rise_m2 + off.z * off);
         piece.area_m2 += area_m2;
     };
     int* link = &heads_[static_cast<size_t>(record)];
     while (*link >= 0) {
         SurfacePiece& piece = pieces_[static_cast<size_t>(*link)];
         if (piece.row == sample.row && piece.part == sample.part &&
-            dot(piece.area, normal) >= same_cosine_ * length(piece.area)) {
+            dot(piece.area, part.normal) >= same_cosine_ * length(piece.area)) {
             add(piece);
             return;
         }
         link = &piece.next;
     }
     // The link may lie in a piece, and pieces may move as they get more.
-    const int made = static_cast<int>(pieces_.size());
-    *link = made;
+    *link = static_cast<int>(pieces_.size());
     SurfacePiece& piece = pieces_.emplace_back();
-    piece.origin = at_m;
+    piece.origin = part.at_m;
     piece.row = sample.row;
     piece.part = sample.part;
     add(piece);

@@ -39,18 +39,19 @@ struct SurfacePiece {
 /// The same of a flat square piece by itself.
 Vec3 square_rise_m2(double area_m2, Vec3 normal, Vec3 up);
 
-/// Shares out each sample over the records of its body. A face that lies at the share f of its way
-/// through a voxel belongs to that one by half, to the one before it by (1 - f) / 2 and to the one
-/// beyond by f / 2: the shares of the coverage's gradient, which do not jump as the body moves. Of
-/// these three only records count whose gradient agrees with the face; in a corner, where there is
-/// none, the one beside that agrees most. The sample's area does not
-/// depend on how many there are; without any there is no soil at it.
+/// Shares out each sample over the records of its body. Along an axis goes what of its area looks
+/// that way. A face that lies at the share f of its way through a voxel belongs to that one by
+/// half, to the one before it by (1 - f) / 2 and to the one beyond by f / 2; across, each voxel has
+/// what of the face lies in it: the shares of the coverage's gradient, which do not jump as the
+/// body moves. Of the three only records count whose gradient agrees with the face; in a corner,
+/// where there is none, those beside that agree. The sample's area does not depend on how many
+/// there are; what of it has none has no soil at it.
 class SurfacePieces {
   public:
     /// bodies: by index, as in the records. same_cosine: samples of a voxel whose normals are no
     /// further apart are one piece.
     void gather(std::span<const ContactRecord> records, std::span<const SampledBody> bodies,
-                double voxel_m, double same_cosine);
+                const GridFrame& frame, double same_cosine);
     /// Of a record: calls visit(piece), in an order that does not depend on threads.
     template <typename Visit>
     void for_each(size_t record, Visit&& visit) const {
@@ -66,22 +67,29 @@ class SurfacePieces {
     void fill_table(std::span<const ContactRecord> records);
     /// -1: none.
     int find(const int voxel[3], int body) const;
-    int find_around(std::span<const ContactRecord> records, const int voxel[3], int body,
-                    Vec3 normal) const;
     void add_sample(std::span<const ContactRecord> records, int body, const SurfaceSample& sample,
                     Vec3 at, Vec3 normal);
-    /// By the records round a place of it [voxels]. False: there are none.
-    bool add_by(std::span<const ContactRecord> records, int body, const SurfaceSample& sample,
-                Vec3 at, Vec3 normal, Vec3 place);
+    /// What of a sample looks along an axis and is in one voxel across it.
+    struct Part {
+        Vec3 seen;  ///< where the soil sees it [voxels]
+        Vec3 at_m, normal;
+        double area_m2 = 0;
+        Vec3 rise_m2;  ///< as SurfacePiece::rise_m2
+    };
+    void add_part(std::span<const ContactRecord> records, int body, const SurfaceSample& sample,
+                  int axis, const Part& part);
+    void add_around(std::span<const ContactRecord> records, int body, const SurfaceSample& sample,
+                    const Part& part);
     void add_over_tips(int body, const OverTips& sample, const Pose& to_grid);
-    /// Adds a part of a sample's area.
-    void add_to(int record, const SurfaceSample& sample, Vec3 at_m, Vec3 normal, double area_m2);
+    /// Adds `share` of a part.
+    void add_to(int record, const SurfaceSample& sample, const Part& part, double share);
 
     std::vector<int> heads_;  ///< per record, into pieces_
     std::vector<SurfacePiece> pieces_;
     std::vector<uint64_t> keys_;  ///< open addressing
     std::vector<int> found_;
     std::vector<Box> boxes_;
+    int size_[3] = {0, 0, 0};  ///< of the grid [voxels]
     double voxel_m_ = 1, same_cosine_ = 0;
 };
 
