@@ -9,6 +9,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "bsoil/geometry.h"
@@ -42,10 +43,9 @@ struct SurfacePiece {
     double reach_most = 256;   ///< ... and none further than that
 };
 
-/// One height for each soil that is equally near (counted in steps from column to column): the
-/// nearest soil decides how deep a piece is, and which of several counts is left open. Where there
-/// is no soil nothing is returned.
-std::vector<double> free_surface(const SurfaceMap& map, const SurfacePiece& piece);
+/// The nearest soil (counted in steps from column to column) decides how deep a piece is; none:
+/// there is no soil.
+std::optional<double> free_surface(const SurfaceMap& map, const SurfacePiece& piece);
 
 /// Depth of level ground that pushes as hard on a wall as ground(x) does, which is the height above
 /// the wall's foot at distance x: Coulomb's wedge, plane by plane, none of which descends. The push

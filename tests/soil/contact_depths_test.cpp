@@ -99,13 +99,10 @@ class ContactDepths : public testing::Test {
             piece.y = static_cast<int>(c.center_m.y / kVoxel);
             piece.at = c.position_m * (1 / kVoxel);
             piece.outward = c.normal;
-            double error_m = 1;
-            for (const double height : oracle::free_surface(map, piece)) {
-                const double depth_m = std::max(0.0, height - piece.at.z) * kVoxel;
-                error_m = std::min(error_m, std::abs(depth_m - c.depth_m));
-            }
+            const std::optional<double> height = oracle::free_surface(map, piece);
+            ASSERT_TRUE(height);
             // Both compute in double precision.
-            EXPECT_LT(error_m, 1e-9)
+            EXPECT_NEAR(c.depth_m, std::max(0.0, *height - piece.at.z) * kVoxel, 1e-9)
                 << "at " << piece.at.x << " " << piece.at.y << " " << piece.at.z << ", normal "
                 << c.normal.x << " " << c.normal.y << " " << c.normal.z;
             deep += c.depth_m > 0 ? 1 : 0;

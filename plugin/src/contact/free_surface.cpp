@@ -35,6 +35,8 @@ constexpr double own_rim_share(double share, double free_share) {
 constexpr int32_t kNotLookedAt = INT32_MIN;
 /// In place of the nearest height of a column that has not been told it yet.
 constexpr int32_t kUntold = INT32_MIN + 1;
+/// And of one that is being told.
+constexpr int32_t kBeingTold = INT32_MIN + 2;
 
 /// Marks of tiles.
 enum : uint8_t { kFar, kWithContacts, kNearContacts };
@@ -159,18 +161,41 @@ void FreeSurface::lay_bare_tops() {
     }
 }
 
-// A breadth-first walk from the columns with soil on top over all others.
+// A breadth-first walk from the columns with soil on top over all others, by one step at a time. Of
+// several that a column is next to it has the mean: no order of them, and so no axis of the grid,
+// says which one is nearest.
 void FreeSurface::spread_nearest() {
     const int nx = size_[0], count = nx * size_[1];
-    for (size_t head = 0; head < queue_.size(); ++head) {
-        const int at = queue_[head];
+    const auto for_beside = [&](int at, auto&& visit) {
         for (const int step : {1, -1, nx, -nx}) {
             const int next = at + step;
-            if (next < 0 || next >= count || nearest_[next] != kUntold) continue;
+            if (next < 0 || next >= count) continue;
             if (std::abs(step) < nx && next / nx != at / nx) continue;  // in another row
-            nearest_[next] = nearest_[at];
-            queue_.push_back(next);
+            visit(next);
         }
+    };
+    for (size_t first = 0; first < queue_.size();) {
+        const size_t last = queue_.size();
+        for (size_t head = first; head < last; ++head) {
+            for_beside(queue_[head], [&](int next) {
+                if (nearest_[next] != kUntold) return;
+                nearest_[next] = kBeingTold;
+                queue_.push_back(next);
+            });
+        }
+        told_.clear();
+        for (size_t head = last; head < queue_.size(); ++head) {
+            int64_t sum = 0;
+            int told = 0;
+            for_beside(queue_[head], [&](int next) {
+                if (nearest_[next] <= kBeingTold) return;
+                sum += nearest_[next];
+                ++told;
+            });
+            told_.push_back(static_cast<int32_t>(sum / told));
+        }
+        for (size_t i = 0; i < told_.size(); ++i) nearest_[queue_[last + i]] = told_[i];
+        first = last;
     }
     for (size_t i = 0; i < words_.size(); ++i) {
         if (const int32_t word = words_[i]; is_terrain_top(word)) {

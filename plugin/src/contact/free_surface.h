@@ -19,8 +19,8 @@ inline constexpr int32_t kBare = INT32_MIN + 1, kBareTop = -(1 << 30);
 /// The free surface of the soil that one carrier (or the ground) holds, over a rectangle of columns
 /// around contacts. Lengths in voxels, grid axes. Keeps its memory from one step to the next.
 ///
-/// A column under a body has the height of the nearest column that is not; bare terrain no more
-/// than that: soil cannot rise against a wall, nor a wall be soil.
+/// A column under a body has the height of the nearest column that is not, of several the mean;
+/// bare terrain no more than that: soil cannot rise against a wall, nor a wall be soil.
 class FreeSurface {
   public:
     /// Surface words of a tile's 64 columns: Q16 heights, kCovered and kTerrainTop (soil_layout.h),
@@ -89,7 +89,8 @@ class FreeSurface {
     std::vector<int32_t> words_;    ///< surface words
     std::vector<int32_t> nearest_;  ///< height of the nearest column with soil on top [Q16]
     std::vector<int> queue_;
-    std::vector<Sum> sums_;  ///< over the columns below and left of a corner
+    std::vector<int32_t> told_;  ///< heights that the last columns of queue_ are told
+    std::vector<Sum> sums_;      ///< over the columns below and left of a corner
 };
 
 }  // namespace bsoil
