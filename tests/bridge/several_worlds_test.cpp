@@ -9,6 +9,10 @@ namespace {
 
 TEST(SeveralSoils, side_by_side_each_carries_what_stands_on_it) {
     BulletScene scene;
+    // Some ten patches of each soil hold the box over the seam, as rigid rows. Those of its sole
+    // stand at a quarter and at three quarters of its halves, so that any part of the weight from a
+    // quarter to three is in equilibrium: in a fixed order the rows move it to one of the soils.
+    scene.world->getSolverInfo().m_solverMode |= SOLVER_RANDMIZE_ORDER;
     SoilDef left = small_bed(), right = small_bed();
     left.floor_center_m = {-1, 0, 0};
     right.floor_center_m = {1, 0, 0};
@@ -23,7 +27,7 @@ TEST(SeveralSoils, side_by_side_each_carries_what_stands_on_it) {
     EXPECT_EQ(b->body_id(on_a), -1);
     const double lift_n = a->body_report(on_both).force_n.y + b->body_report(on_both).force_n.y;
     EXPECT_NEAR(lift_n, kWeightN, 0.05 * kWeightN);
-    EXPECT_GT(a->body_report(on_both).force_n.y, 0.3 * kWeightN);
+    EXPECT_NEAR(a->body_report(on_both).force_n.y, kWeightN / 2, 0.15 * kWeightN);
     // The first goes, the second stays whole.
     a.reset();
     scene.run(0.3);
