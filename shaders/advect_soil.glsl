@@ -268,6 +268,10 @@ void add_momentum(int voxel, ivec3 momentum) {
     add_delta(kPlaneMomentumZ, voxel, momentum.z);
 }
 
+// Parts of a parcel's momentum: to seven corners, each in what goes on and what is barred. A bound, no choice: larger loses
+// nothing that soil ever has; smaller may be passed by rounding.
+CONST_INT(kSharesMost, 16)
+
 // A voxel's soil that drifts.
 struct Parcel {
     ivec3 at;
@@ -409,7 +413,8 @@ void advect_voxel(int slot, ivec3 at, int voxel, int support, ivec3 momentum, IN
         parcel.voxel = voxel;
         parcel.volume = volume;
         parcel.mass = mass;
-        parcel.momentum = saturated(momentum, gained);
+        // Its shares are rounded down, each by less than one: all together they still are no less than -kMomentumMost.
+        parcel.momentum = max(saturated(momentum, gained), ivec3(kSharesMost - kMomentumMost));
         parcel.overrun = false;
         parcel.falls = support == kSupportNone;
         parcel.out_way = is_caught(voxel) ? way_out(slot, at, voxel, parcel.overrun) : ivec3(0);

@@ -111,6 +111,10 @@ std::vector<MaterialDef> materials_of(const bulletsoil_soil_def& def) {
     }
     const size_t stride = def.materials->struct_size;
     check_size("def.materials[0]", stride, kMaterialBytesMin, sizeof(bulletsoil_material));
+    if (stride % alignof(bulletsoil_material) != 0) {
+        refuse("def.materials[0].struct_size is " + std::to_string(stride) +
+               ", must be a multiple of " + std::to_string(alignof(bulletsoil_material)));
+    }
     for (size_t i = 0; i < def.material_count; ++i) {
         const auto* bytes = reinterpret_cast<const char*>(def.materials) + i * stride;
         const auto& material = *reinterpret_cast<const bulletsoil_material*>(bytes);

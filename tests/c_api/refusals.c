@@ -88,6 +88,9 @@ void bad_definitions_are_refused(void) {
     def.material_count = 9;
     CHECK_INVALID(bulletsoil_create(world, bytes, &def, &soil), "material_count is 9");
     def.material_count = 2;
+    materials[0].struct_size = sizeof *materials - 1;
+    CHECK_INVALID(bulletsoil_create(world, bytes, &def, &soil), "must be a multiple of 8");
+    materials[0].struct_size = sizeof *materials;
     materials[1].struct_size = 0;
     CHECK_INVALID(bulletsoil_create(world, bytes, &def, &soil), "materials[1].struct_size is 0");
     materials[1].struct_size = sizeof *materials;

@@ -124,6 +124,24 @@ TEST(FreeSurface, a_heap_counts_for_the_wall_that_pushes_it) {
     EXPECT_NEAR(bed.depth_m({32, 32, 16}, kAhead), 0.20, 1e-9);
 }
 
+// Behind a blade that is drawn along the soil lies low, and is as near to some of its voxels. The
+// wedge is as long as the heap is high where it begins: 20 columns for 10 voxels, of which 16 are
+// in reach. By the mean of both sides it would be 12.
+TEST(FreeSurface, a_thin_wall_meets_the_ground_before_it_and_not_that_behind) {
+    Bed bed([](int x, int) {
+        return x < 30   ? SurfaceColumn{Top::soil, 18}
+               : x < 33 ? SurfaceColumn{Top::body, 20}
+                        : SurfaceColumn{Top::soil, x < 41 ? 26.0 : 20.0};
+    });
+    for (const double x : {30.5, 31.5, 32.5}) {
+        SCOPED_TRACE(x);
+        const double low_columns = std::floor(x) + 16 - 41;
+        const double mean = (8 * 26 + low_columns * 20) / (8 + low_columns);
+        EXPECT_NEAR(bed.depth_m({x, 32, 16}, kAhead), (mean - 16) * kVoxelM, 1e-9);
+        EXPECT_NEAR(bed.depth_m({x, 32, 16}, kBehind), 2 * kVoxelM, 1e-9);
+    }
+}
+
 TEST(FreeSurface, a_rut_and_its_rims_have_the_level_that_the_soil_had) {
     // Pressed down by 2 voxels over 4 columns; as much stands on the 4 beside them.
     Bed bed([](int x, int) {

@@ -45,6 +45,26 @@ std::vector<double> soil_beside(const SurfaceMap& map) {
     return out;
 }
 
+/// Where a wall in a column under a body begins to push: the first column without body of the three
+/// ahead, along each axis, by the squares of the normal's parts.
+double ground_ahead(const SurfaceMap& map, const std::vector<double>& soil,
+                    const SurfacePiece& piece, double here) {
+    const auto is_body = [&](int x, int y) { return map.at(x, y).top == SurfaceColumn::Top::body; };
+    const double x2 = piece.outward.x * piece.outward.x, y2 = piece.outward.y * piece.outward.y;
+    if (!is_body(piece.x, piece.y) || x2 + y2 == 0) return here;
+    const auto along = [&](int dx, int dy) {
+        for (int n = 1; n <= 3; ++n) {
+            const int x = piece.x + n * dx, y = piece.y + n * dy;
+            if (x < 0 || y < 0 || x >= map.nx || y >= map.ny) break;
+            if (!is_body(x, y)) return soil[static_cast<size_t>(y) * map.nx + x];
+        }
+        return here;
+    };
+    return (x2 * along(piece.outward.x > 0 ? 1 : -1, 0) +
+            y2 * along(0, piece.outward.y > 0 ? 1 : -1)) /
+           (x2 + y2);
+}
+
 /// How much of column i lies between two places.
 double inside(int i, double low, double high) {
     return std::max(0.0, std::min(i + 1.0, high) - std::max(i + 0.0, low));
@@ -58,8 +78,9 @@ std::optional<double> free_surface(const SurfaceMap& map, const SurfacePiece& pi
     const double wall_share = piece.outward.z > 0 ? std::min(1.0, level / (0.26 * 0.26)) : level;
     const double sole_share = 1 - wall_share;
     const std::vector<double> soil = soil_beside(map);
-    const double nearest = soil[static_cast<size_t>(piece.y) * map.nx + piece.x];
-    if (std::isnan(nearest)) return std::nullopt;
+    const double here = soil[static_cast<size_t>(piece.y) * map.nx + piece.x];
+    if (std::isnan(here)) return std::nullopt;
+    const double nearest = std::lerp(here, ground_ahead(map, soil, piece, here), wall_share);
     const double wedge = piece.wedge_length * std::max(0.0, nearest - piece.at.z);
     const double rim = piece.sole_widths * piece.body_width;
     const double half = std::max(1.0, wall_share * wedge / 2 + sole_share * rim);

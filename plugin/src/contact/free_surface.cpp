@@ -42,7 +42,13 @@ constexpr int32_t kBeingTold = INT32_MIN + 2;
 enum : uint8_t { kFar, kWithContacts, kNearContacts };
 
 /// Whether a surface word is that of bare terrain.
+/// Columns along an axis in which the ground of a wall's voxel begins. Ours: as collect_contacts
+/// looks for the wall's soil, two outwards, in a grid turned by 45 deg too. Larger: ground beyond
+/// another body; smaller: ground behind a thin wall.
+constexpr int kAheadColumns = 3;
 constexpr bool is_terrain_top(int32_t word) { return word <= kTerrainTop && word > kBareTop; }
+/// Soil or bare ground on top, no body.
+constexpr bool is_open(int32_t word) { return word >= 0 || is_terrain_top(word); }
 
 }  // namespace
 
@@ -243,16 +249,35 @@ FreeSurface::Sum FreeSurface::sum_below(double x, double y) const {
            ((high[0] * (1 - fx) + high[1] * fx) * fy);
 }
 
-// Height of the nearest soil; `otherwise` where all of it lies under bodies.
-double FreeSurface::nearest_beside(const ContactRecord& contact, double otherwise) const {
-    const int x = contact.voxel[0] - low_[0], y = contact.voxel[1] - low_[1];
-    const int32_t here = nearest_[static_cast<size_t>(y) * size_[0] + x];
-    return here < 0 ? otherwise : here / 65536.0;
+// The ground that a contact's voxel lies below; `otherwise` where all soil lies under bodies. A
+// wall's begins where it looks: a thin blade has other ground behind it, which is as near. wall,
+// ahead: share of the normal that is a wall's, and its level part.
+double FreeSurface::nearest_beside(const ContactRecord& contact, double otherwise, double wall,
+                                   Vec3 ahead) const {
+    const int place[2] = {contact.voxel[0] - low_[0], contact.voxel[1] - low_[1]};
+    const int nx = size_[0], at = place[1] * nx + place[0];
+    const int32_t here = nearest_[static_cast<size_t>(at)];
+    if (here < 0) return otherwise;
+    const double level = ahead.x * ahead.x + ahead.y * ahead.y;
+    if (is_open(words_[static_cast<size_t>(at)]) || !(wall * level > 0)) return here / 65536.0;
+    const auto along = [&](int axis, double part) {
+        const int way = part > 0 ? 1 : -1, step = way * (axis == 0 ? 1 : nx);
+        for (int n = 1; n <= kAheadColumns; ++n) {
+            const int column = place[axis] + n * way;
+            if (column < 0 || column >= size_[axis]) break;
+            const auto i = static_cast<size_t>(at + n * step);
+            if (is_open(words_[i])) return nearest_[i];
+        }
+        return here;
+    };
+    const double before =
+        (ahead.x * ahead.x * along(0, ahead.x) + ahead.y * ahead.y * along(1, ahead.y)) / level;
+    return ((1 - wall) * here + wall * before) / 65536.0;
 }
 
 SurfaceWedge::Found FreeSurface::wedge_before(const ContactRecord& contact, Vec3 at,
                                               Vec3 outward) const {
-    const double nearest = nearest_beside(contact, at.z);
+    const double nearest = nearest_beside(contact, at.z, 1, outward);
     const double depth = nearest - at.z;
     const double level = std::hypot(outward.x, outward.y);
     if (!(depth > 0) || !(level > 0)) return {std::max(0.0, depth), 1};
@@ -285,9 +310,9 @@ SurfaceWedge::Runs FreeSurface::ground_along(Vec3 from, Vec3 ahead, const Surfac
     while (first < last && !is_inside(first)) ++first;
     while (first < last && !is_inside(last - 1)) --last;
     std::array<int32_t, kCount> ix, iy;
-    for (size_t k = 0; k < kCount; ++k) {
-        ix[k] = static_cast<int32_t>(u[k]);
-        iy[k] = static_cast<int32_t>(v[k]);
+    for (size_t k = 0; k < kCount; ++k) {  // outside of the rectangle none is asked for
+        ix[k] = static_cast<int32_t>(std::clamp(u[k], 0.0, u_most));
+        iy[k] = static_cast<int32_t>(std::clamp(v[k], 0.0, v_most));
     }
     std::array<std::array<int32_t, kCount>, 4> corner{};
     std::array<int32_t, kCount> told;
@@ -320,9 +345,9 @@ double FreeSurface::height_beside(const ContactRecord& contact, Vec3 at, Vec3 ou
     const int x = contact.voxel[0], y = contact.voxel[1];
     const auto body = static_cast<size_t>(contact.body);
     const int nx = size_[0], ny = size_[1];
-    const double nearest = nearest_beside(contact, at.z);
     // Before a wall the wedge counts, under a sole what lies around it as far as it is wide.
     const auto [sole, wall] = surface_parts(outward);
+    const double nearest = nearest_beside(contact, at.z, wall, outward);
     const double wedge =
         wedge_length_[static_cast<size_t>(contact.material)] * std::max(0.0, nearest - at.z);
     const double rim = law_->sole_surroundings_widths * body_width_[body];

@@ -71,7 +71,8 @@ class FreeSurface {
     void spread_nearest();
     void sum_up();
     Sum sum_below(double x, double y) const;
-    double nearest_beside(const ContactRecord& contact, double otherwise) const;
+    double nearest_beside(const ContactRecord& contact, double otherwise, double wall,
+                          Vec3 ahead) const;
     /// Of the ground at distances x along a level direction, between the middles of columns. Where
     /// nobody has looked it is as high as at the distance before, and `nearest` at the first.
     SurfaceWedge::Runs ground_along(Vec3 from, Vec3 ahead, const SurfaceWedge::Runs& x,
