@@ -31,6 +31,11 @@ struct BodyState {
     SurfaceFriction surface;
 };
 
+/// Whether its motion is not solved for.
+inline bool is_given(const BodyState& body) {
+    return body.role == BodyRole::driven || body.role == BodyRole::fixed;
+}
+
 /// Of its object now, which is in the world: what is_in_world compares.
 inline void remember_identity(BodyState& body) {
     body.proxy_id = body.object->getBroadphaseHandle()->getUid();

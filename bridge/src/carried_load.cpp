@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bullet_types.h"
+#include "world_anchor.h"
 
 namespace bsoil::bullet {
 namespace {
@@ -33,7 +34,7 @@ class LoadedBody {
         return collider_ && collider_->m_multiBody->isAwake() && !is_fixed();
     }
     const btTransform& axes() const { return axes_; }
-    const btRigidBody* rigid() const { return rigid_; }
+    btRigidBody* rigid() const { return rigid_; }
     btScalar mass_kg() const {
         if (rigid_) return 1 / rigid_->getInvMass();
         return is_base() ? multibody().getBaseMass() : link().m_mass;
@@ -67,12 +68,10 @@ class LoadedBody {
             link().m_inertiaLocal = props.inertia_kg_m2;
         }
     }
-    /// For a substep. A rigid body gets its torque at once: Bullet's friction rows leave out
-    /// applied torque, and what is loaded beside its middle would creep.
-    void apply(const btVector3& force_n, const btVector3& torque_n_m, btScalar substep_s) {
+    void apply(const btVector3& force_n, const btVector3& torque_n_m) {
         if (rigid_) {
             rigid_->applyCentralForce(force_n);
-            rigid_->applyTorqueImpulse(substep_s * torque_n_m);
+            rigid_->applyTorque(torque_n_m);
         } else if (is_base()) {
             multibody().addBaseForce(force_n);
             multibody().addBaseTorque(torque_n_m);
@@ -81,14 +80,11 @@ class LoadedBody {
             multibody().addLinkTorque(collider_->m_link, torque_n_m);
         }
     }
-
-    /// Forces outlive a substep: takes back what was given for it.
-    void take_back(const btVector3& force_n, const btVector3& torque_n_m) {
-        if (rigid_) {
-            rigid_->applyCentralForce(-force_n);
-        } else {
-            apply(-force_n, -torque_n_m, 0);
-        }
+    /// Of a rigid body. Its change of speed.
+    btVector3 turn(const btVector3& impulse_n_m_s) {
+        const btVector3 before = rigid_->getAngularVelocity();
+        rigid_->applyTorqueImpulse(impulse_n_m_s);
+        return rigid_->getAngularVelocity() - before;
     }
 
   private:
@@ -233,12 +229,18 @@ void CarriedLoads::add_push_since_left(const btRigidBody& rigid, Loaded& loaded)
 
 void CarriedLoads::open_substep() {
     felt_n_.clear();
+    if (loaded_.empty()) return;
+    int soil_count = 0;
+    const btCollisionObjectArray& objects = world_.getCollisionObjectArray();
+    for (int i = 0; i < objects.size(); ++i) {
+        soil_count += WorldAnchor::grid_of(*objects[i]) != nullptr;
+    }
     for (auto& [id, loaded] : loaded_) {
-        if (is_in_world(world_, loaded.body)) open(loaded);
+        if (is_in_world(world_, loaded.body)) open(loaded, soil_count == 1);
     }
 }
 
-void CarriedLoads::open(Loaded& loaded) {
+void CarriedLoads::open(Loaded& loaded, bool is_only_soil) {
     LoadedBody body(loaded.body);
     if (loaded.open || !body.is_active()) return;
     // Bullet keeps inverses: read back, the host's mass would drift by a rounding a substep.
@@ -271,7 +273,16 @@ void CarriedLoads::open(Loaded& loaded) {
         loaded.torque_n_m += held_arm_kg_m(loaded.load, body.axes().getOrigin()).cross(lift_m_s2);
         loaded.felt_n += from_bullet(held_kg * lift_m_s2);
     }
-    body.apply(loaded.force_n, loaded.torque_n_m, world_.getDispatchInfo().m_timeStep);
+    // A rigid body gets its torque at once: Bullet's friction rows leave out applied torque, and
+    // what is loaded beside its middle would creep. Another soil would take it for the host's, and
+    // so would what has no substep to come.
+    const btScalar substep_s = world_.getDispatchInfo().m_timeStep;
+    loaded.turned_rad_s.setZero();
+    if (body.rigid() && is_only_soil && substep_s > 0) {
+        loaded.turned_rad_s = body.turn(substep_s * loaded.torque_n_m);
+        loaded.torque_n_m.setZero();
+    }
+    body.apply(loaded.force_n, loaded.torque_n_m);
     loaded.open = true;
 }
 
@@ -285,7 +296,12 @@ void CarriedLoads::close_substep(double substep_s) {
         loaded.debt_n_s += loaded.push_n * substep_s;
         loaded.debt_n_m_s += loaded.push_n_m * substep_s;
         LoadedBody body(loaded.body);
-        body.take_back(loaded.force_n, loaded.torque_n_m);
+        // Forces outlive a substep; a turn is a part of what Bullet has solved, if it has.
+        body.apply(-loaded.force_n, -loaded.torque_n_m);
+        if (substep_s <= 0 && body.rigid()) {
+            btRigidBody& rigid = *body.rigid();
+            rigid.setAngularVelocity(rigid.getAngularVelocity() - loaded.turned_rad_s);
+        }
         // Another soil of this world may have loaded it too, and the one that came first has taken
         // both loads off already.
         if (loaded.load.mass_kg <= 0 ||

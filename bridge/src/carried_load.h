@@ -61,13 +61,14 @@ class CarriedLoads {
         btScalar own_mass_kg = 0;
         btVector3 own_inertia{0, 0, 0};                   ///< 0 where the host has locked the axis
         btVector3 force_n{0, 0, 0}, torque_n_m{0, 0, 0};  ///< all that is applied while it is open
+        btVector3 turned_rad_s{0, 0, 0};                  ///< and what its torque has turned it by
         Vec3 felt_n;                                      ///< of that, weight and push
         bool open = false;
     };
     Loaded* find_loaded(std::span<const BodyState> bodies, std::map<int, Loaded>& before,
                         const BodyLoad& load);
     static void share_debt(Loaded& loaded, double load_before_kg);
-    void open(Loaded& loaded);
+    void open(Loaded& loaded, bool is_only_soil);
     static void note_left(const BodyState& body, Loaded& loaded);
     void add_push_since_left(const btRigidBody& rigid, Loaded& loaded) const;
 

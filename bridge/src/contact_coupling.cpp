@@ -16,19 +16,6 @@ namespace bsoil::bullet {
 /// A thread takes at least this many contacts.
 constexpr size_t kRangeContacts = 512;
 
-namespace {
-
-/// Voxels of two bodies are whole voxels apart, but for rounding and turned grids. Ours: a quarter.
-/// Larger: soles join that are a voxel further apart; smaller: rounding decides.
-constexpr double kSoleGapRounding = 0.25;
-
-/// Whether its motion is not solved for.
-bool is_given(const BodyState& body) {
-    return body.role == BodyRole::driven || body.role == BodyRole::fixed;
-}
-
-}  // namespace
-
 ContactCoupling::ContactCoupling(btDiscreteDynamicsWorld& world, ContactSoil soil,
                                  KnownContacts& known, const SoilActionDef& options,
                                  const WorkThreads& threads)
@@ -136,49 +123,6 @@ void ContactCoupling::prepare(BodyWork& work, const BodyState& body,
     work.kind = BodyWork::Kind::slept;
     if (!coupled.slept_voxels) coupled.slept_voxels.emplace();
     coupled.slept_voxels->assign(voxels.begin(), voxels.end());
-}
-
-void ContactCoupling::find_pressed_around(BodyWork& work) const {
-    if (work.kind != BodyWork::Kind::moved) return;
-    ContactMemory::near(pressed_, work.voxels, work.coupled->body.id, *work.coupled->law,
-                        work.pressed_around);
-}
-
-// What is kept has no new faces of its own, and is a part of its neighbours'.
-void ContactCoupling::find_faces(std::span<BodyWork> works) {
-    if (std::ranges::all_of(
-            works, [](const BodyWork& work) { return work.kind == BodyWork::Kind::kept; })) {
-        return;
-    }
-    for_ranges(&threads_, works.size(), 1, [&](size_t first, size_t last) {
-        for (BodyWork& work : works.subspan(first, last - first)) {
-            work.found.find_faces(work.voxels, work.coupled->body.motion.pose.rotation,
-                                  *work.coupled->law, &threads_);
-        }
-    });
-    soles_.clear();
-    for (BodyWork& work : works) {
-        // A fixed body presses on nothing.
-        if (work.coupled->body.role == BodyRole::fixed) continue;
-        soles_.push_back({work.voxels, &work.found.faces()});
-    }
-    const double gap_voxels = soil_->law.sole_gap_voxels + kSoleGapRounding;
-    join_soles(soles_, soil_->up, gap_voxels * soil_->voxel_m);
-}
-
-void ContactCoupling::find_contact(BodyWork& work, double duration_s) const {
-    if (work.kind == BodyWork::Kind::kept) return;
-    CoupledBody& coupled = *work.coupled;
-    const ContactLaw& law = *coupled.law;
-    std::span<const ContactHistory> history;
-    if (work.kind == BodyWork::Kind::slept) {
-        history = coupled.memory.recall(work.voxels, law, &threads_);
-    } else {
-        history = coupled.memory.advance(work.voxels, coupled.body.motion, law, duration_s,
-                                         work.pressed_around, coupled.motions, &threads_);
-    }
-    work.contact = work.found.find_on_faces(work.voxels, coupled.motions, law, history, &threads_,
-                                            {.mobilized = is_given(coupled.body)});
 }
 
 /// Sorts contacts by body. The soil hands them over in the order of its voxels, and each body's

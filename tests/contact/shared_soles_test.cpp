@@ -11,7 +11,7 @@
 namespace bsoil::shared_soles_test {
 namespace {
 
-constexpr double kVoxel = 0.05, kGap = 2.25 * kVoxel;
+constexpr double kVoxel = 0.05;
 
 /// Level soles of several bodies, voxel by voxel.
 struct Bodies {
@@ -46,7 +46,7 @@ struct Bodies {
             faces[b].find(voxels[b], {}, law, kVoxel);
             soles.push_back({voxels[b], &faces[b]});
         }
-        join_soles(soles, law.up(), kGap);
+        join_soles(soles, law.up());
     }
     /// Of a body's first voxel; at its last, with `last`.
     const FaceExtent& sole(size_t body, bool last = false) const {
@@ -78,12 +78,12 @@ TEST(SharedSoles, apart_above_or_on_other_soil_are_two) {
         pair.join();
         return pair.sole(0).length_m > 6.5 * kVoxel;
     };
-    EXPECT_TRUE(second({5 * kVoxel, 0, 0})) << "one voxel between them";
-    EXPECT_FALSE(second({6 * kVoxel, 0, 0})) << "two voxels between them";
-    EXPECT_TRUE(second({4 * kVoxel, 0, 2 * kVoxel})) << "two voxels higher";
-    EXPECT_FALSE(second({4 * kVoxel, 0, 3 * kVoxel})) << "three voxels higher";
+    EXPECT_TRUE(second({4.4 * kVoxel, 0, 0})) << "a part of a voxel between them";
+    EXPECT_FALSE(second({4.6 * kVoxel, 0, 0})) << "more between them";
+    EXPECT_TRUE(second({4 * kVoxel, 0, kVoxel})) << "a voxel higher";
+    EXPECT_FALSE(second({4 * kVoxel, 0, 2 * kVoxel})) << "two voxels higher";
     EXPECT_FALSE(second({4 * kVoxel, 0, 0}, 7)) << "on soil that a body carries";
-    EXPECT_TRUE(second({5 * kVoxel, 7 * kVoxel, 0})) << "corner to corner";
+    EXPECT_TRUE(second({4.4 * kVoxel, 6.4 * kVoxel, 0})) << "corner to corner";
 }
 
 // A frame: one body has two soles, of which each has a neighbour.
@@ -112,7 +112,7 @@ TEST(SharedSoles, are_one_through_a_third_in_any_order) {
 }
 
 TEST(SharedSoles, of_nothing_are_nothing) {
-    join_soles({}, {0, 0, 1}, kGap);
+    join_soles({}, {0, 0, 1});
     Bodies bodies;
     bodies.add({}, 4, 4);
     bodies.voxels.emplace_back();

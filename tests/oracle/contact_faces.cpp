@@ -37,7 +37,7 @@ bool are_near(const ContactVoxel& p, const ContactVoxel& q, Vec3 along_x, Vec3 a
 /// Variance of the elements' places along a direction, weighted; and how many weigh something.
 struct Spread {
     double area = 0, variance = 0;
-    int count = 0;
+    double squares = 0;  ///< sum of squared areas
 };
 Spread spread_along(std::span<const ContactVoxel> voxels, const std::vector<int>& elements,
                     Vec3 direction) {
@@ -47,7 +47,7 @@ Spread spread_along(std::span<const ContactVoxel> voxels, const std::vector<int>
         const double w = weight_of(voxels[static_cast<size_t>(i)]);
         if (!(w > 0)) continue;
         out.area += w;
-        ++out.count;
+        out.squares += w * w;
         mean += w * dot(voxels[static_cast<size_t>(i)].position_m, direction);
     }
     if (!(out.area > 0)) return out;
@@ -60,8 +60,9 @@ Spread spread_along(std::span<const ContactVoxel> voxels, const std::vector<int>
     return out;
 }
 
-/// Side of a row of squares with this variance: n of them h apart have (n^2 - 1) h^2 / 12.
-double side_of(const Spread& s) { return std::sqrt(12 * s.variance + s.area / s.count); }
+/// Side of a row of squares with this variance of their middles. Of a side s it is s^2 / 12; that
+/// within the squares adds to it.
+double side_of(const Spread& s) { return std::sqrt(12 * s.variance + s.squares / s.area); }
 
 /// The direction with the largest variance, by looking: first round the half circle, then closer
 /// and closer.

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 #include <numbers>
 
 #include "bsoil/contact/contact_memory.h"
@@ -70,7 +69,7 @@ TEST(SmallBodies, of_one_voxel_each_meet_the_soil_alike_on_both_backends) {
             SCOPED_TRACE(i);
             EXPECT_NEAR(sums.sole_m2, 1e-4, 1e-12);
             EXPECT_NEAR(sums.deepest_m, 0.001, 1e-4);  // the soil they press aside lies beside them
-            EXPECT_EQ(sums.count, 12) << "four pieces of the sole, and the lower two of each side";
+            EXPECT_EQ(sums.count, 4) << "the middles of the sides lie above the soil";
             EXPECT_EQ(sums.carrier, -1);
         }
         found[backend == Backend::gl].assign(report.contacts.begin(), report.contacts.end());
@@ -107,49 +106,6 @@ TEST(SmallBodies, have_a_closed_surface_whatever_their_shape_and_turn) {
         EXPECT_LT(length(sums.area_m2), 0.02 * size_m2);
         // Pressure grows downwards, and normals look out of the body: the sum looks down.
         EXPECT_NEAR(-sums.buoyancy_m3.z, volumes_m3[i], 0.1 * volumes_m3[i]);
-    }
-}
-
-// What the surface of the soil cuts of a piece bears. On an edge, a corner or a ball's lowest point
-// no middle of a piece is in the soil yet.
-TEST(SmallBodies, displace_what_of_them_is_in_the_soil) {
-    struct Case {
-        const char* name;
-        ConvexShape shape;
-        Quat turned;
-        double lowest_m;                              ///< below the middle
-        std::function<double(double deep_m)> volume;  ///< of what lies lower than that
-        double error;                                 ///< of it, at most
-    };
-    const double half_m = 0.03, sixth = 1.0 / 6;
-    const auto ball = [](double r) {
-        return [r](double d) { return std::numbers::pi * d * d * (r - d / 3); };
-    };
-    const Case cases[] = {
-        {"ball of a voxel", sphere_shape(0.025), {}, 0.025, ball(0.025), 0.07},
-        {"ball of three voxels", sphere_shape(0.08), {}, 0.08, ball(0.08), 0.2},
-        {"cube on an edge", box_shape({half_m, half_m, half_m}),
-         turn({1, 0, 0}, std::numbers::pi / 4), half_m * std::numbers::sqrt2,
-         [=](double d) { return d * d * 2 * half_m; }, 1e-6},
-        {"cube on a corner", box_shape({half_m, half_m, half_m}),
-         turn({std::numbers::sqrt2 / 2, -std::numbers::sqrt2 / 2, 0},
-              std::atan(std::numbers::sqrt2)),
-         half_m * std::numbers::sqrt3,
-         [=](double d) { return sixth * 3 * std::numbers::sqrt3 * d * d * d; }, 0.8},
-    };
-    for (const Case& it : cases) {
-        SCOPED_TRACE(it.name);
-        for (const double deep_m : {0.008, 0.012}) {
-            SCOPED_TRACE(deep_m);
-            const auto soil = level_bed();
-            std::vector<Mover> movers;
-            movers.emplace_back(0, it.shape, Vec3{0.61, 0.58, kBedM + it.lowest_m - deep_m});
-            movers[0].body.pose.rotation = it.turned;
-            const std::vector<SoilBody> bodies = bodies_of(movers);
-            const Sums sums = sums_of(soil->step(bodies), 0);
-            EXPECT_NEAR(-sums.buoyancy_m3.z, it.volume(deep_m), it.error * it.volume(deep_m));
-            EXPECT_NEAR(sums.buoyancy_m3.x, 0, 0.2 * it.volume(deep_m));
-        }
     }
 }
 

@@ -26,7 +26,7 @@ void FaceMoments::add(const ContactVoxel& v, double a, double b, double upright)
     const double w = v.bearing_depth_m > 0 ? v.area_m2 * v.touching : 0;
     if (!(w > 0)) return;
     area_m2 += w;
-    ++count;
+    square_m4 += w * w;
     first_a += w * a;
     first_b += w * b;
     second_aa += w * a * a;
@@ -42,6 +42,7 @@ void FaceMoments::add(const ContactVoxel& v, double a, double b, double upright)
 
 void FaceMoments::add(const FaceMoments& other) {
     area_m2 += other.area_m2;
+    square_m4 += other.square_m4;
     first_a += other.first_a;
     first_b += other.first_b;
     second_aa += other.second_aa;
@@ -51,7 +52,6 @@ void FaceMoments::add(const FaceMoments& other) {
     of_known_density_m2 += other.of_known_density_m2;
     depth_m = std::max(depth_m, other.depth_m);
     foot_m = std::max(foot_m, other.foot_m);
-    count += other.count;
 }
 
 std::array<double, 2> FaceMoments::sides_m() const {
@@ -63,8 +63,8 @@ std::array<double, 2> FaceMoments::sides_m() const {
     // The eigenvalues, the principal variances.
     const double middle = (aa + bb) / 2;
     const double spread = std::hypot((aa - bb) / 2, ab);
-    const auto side = [square = area_m2 / count](double principal) {
-        // n points h apart have the variance (n^2 - 1) h^2 / 12.
+    const auto side = [square = square_m4 / area_m2](double principal) {
+        // Of a side s it is s^2 / 12: that of the elements' middles, and within each.
         return std::sqrt(12 * std::max(0.0, principal) + square);
     };
     return {side(middle - spread), side(middle + spread)};

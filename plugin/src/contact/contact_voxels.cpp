@@ -36,6 +36,10 @@ constexpr double kEdgeDip = 0.5;
 /// smaller: planes are tried before soles that a machine's weight tilts by hundredths of a degree.
 constexpr double kLeastWall = 1.0 / 65536;
 
+/// A piece that rises by less than this either way is level [voxels]. Ours: for the rounding.
+/// Larger: pieces that lean bear with all of them or with nothing; smaller: rounding cuts them.
+constexpr double kLevelVoxels = 1e-6;
+
 // A face's plane goes on beyond its edges, the face does not: a voxel under the edge of a box 1 mm
 // deep would give its flank a depth of half a voxel. One step for each face that may meet there.
 Vec3 onto_body(Vec3 point_m, const ContactBody& body, double voxel_m) {
@@ -209,8 +213,7 @@ void ContactVoxels::add_samples(const Element& element, std::vector<ContactVoxel
         contact.area_m2 = sample.area_m2;
         contact.normal = rotate(pose.rotation, sample.normal);
         contact.center_m = contact.position_m = transform(pose, sample.at);
-        const Vec3 up = rotate(element.request.frame->grid_to_world.rotation, Vec3{0, 0, 1});
-        finish(element, contact, square_rise_m2(sample.area_m2, contact.normal, up));
+        finish(element, contact);
         if (!(contact.depth_m > 0)) out.pop_back();
     }
 }
@@ -294,13 +297,16 @@ void ContactVoxels::bound_by_wedge(const Element& element, Vec3 at, Vec3 outward
 
 // Of a piece that the surface of the soil cuts, the part below it bears: as of one whose area is
 // spread evenly over its heights.
-bool ContactVoxels::keep_what_is_below(double depth_m, Vec3 rise_m2, Vec3 up,
+bool ContactVoxels::keep_what_is_below(double depth_m, Vec3 rise_m2, Vec3 up, double voxel_m,
                                        ContactVoxel& contact) {
     const double variance_m2 = dot(rise_m2, up);
     const double half_m = std::sqrt(3 * std::max(0.0, variance_m2));
-    if (!(std::abs(depth_m) < half_m)) return false;
+    if (!(half_m > kLevelVoxels * voxel_m) || !(std::abs(depth_m) < half_m)) return false;
+    const double below_m = half_m + depth_m;
+    // What is pressed in by more than that bears with all of it, below the surface or not.
+    if (below_m * below_m <= 4 * half_m * contact.compression_m) return false;
     const double lower_m = (half_m - depth_m) / 2;
-    contact.area_m2 *= (half_m + depth_m) / (2 * half_m);
+    contact.area_m2 *= below_m / (2 * half_m);
     contact.position_m = contact.position_m - lower_m / variance_m2 * rise_m2;
     return true;
 }
@@ -323,7 +329,8 @@ void ContactVoxels::finish(const Element& element, ContactVoxel& contact, Vec3 r
     double surface = surface_.height_beside(record, at, n);
     if (dot(rise_m2, rise_m2) > 0) {
         const Vec3 up = rotate(frame.grid_to_world.rotation, Vec3{0, 0, 1});
-        if (keep_what_is_below((surface - at.z) * frame.voxel_m, rise_m2, up, contact)) {
+        if (keep_what_is_below((surface - at.z) * frame.voxel_m, rise_m2, up, frame.voxel_m,
+                               contact)) {
             at = place();
             surface = surface_.height_beside(record, at, n);
         }

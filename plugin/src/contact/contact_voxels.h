@@ -53,7 +53,8 @@ class ContactVoxels {
     /// rise_m2: of a piece of the surface, covariance of height and place; without: one height.
     void finish(const Element& element, ContactVoxel& contact, Vec3 rise_m2 = {}) const;
     /// False: it is above the surface, or below it, as a whole.
-    static bool keep_what_is_below(double depth_m, Vec3 rise_m2, Vec3 up, ContactVoxel& contact);
+    static bool keep_what_is_below(double depth_m, Vec3 rise_m2, Vec3 up, double voxel_m,
+                                   ContactVoxel& contact);
     void bound_by_wedge(const Element& element, Vec3 at, Vec3 outward, ContactVoxel& contact) const;
 
     ContactOrder order_;

@@ -12,6 +12,10 @@ using namespace layout;
 
 namespace {
 
+/// Columns along an axis in which the ground of a wall's voxel begins. Ours: as collect_contacts
+/// looks for the wall's soil, two outwards, in a grid turned by 45 deg too. Larger: ground beyond
+/// another body; smaller: ground behind a thin wall.
+constexpr int kAheadColumns = 3;
 /// The least reach of a contact's free surface, in columns as it is a matter of cost. Ours: two
 /// tiles hold the wedge of a small body, so nobody has to look at its size. Larger: more columns
 /// are read for nothing.
@@ -42,10 +46,6 @@ constexpr int32_t kBeingTold = INT32_MIN + 2;
 enum : uint8_t { kFar, kWithContacts, kNearContacts };
 
 /// Whether a surface word is that of bare terrain.
-/// Columns along an axis in which the ground of a wall's voxel begins. Ours: as collect_contacts
-/// looks for the wall's soil, two outwards, in a grid turned by 45 deg too. Larger: ground beyond
-/// another body; smaller: ground behind a thin wall.
-constexpr int kAheadColumns = 3;
 constexpr bool is_terrain_top(int32_t word) { return word <= kTerrainTop && word > kBareTop; }
 /// Soil or bare ground on top, no body.
 constexpr bool is_open(int32_t word) { return word >= 0 || is_terrain_top(word); }

@@ -4,59 +4,67 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <utility>
 #include <vector>
-
-#include "bsoil/contact/orientation.h"
 
 namespace bsoil {
 namespace {
 
+/// An element reaches so far from its middle, of its side. Ours: half of it is its own, the rest
+/// bridges a gap of half an element between two bodies, as soil does not flow into. Larger: pebbles
+/// that lie apart bear as one sole; smaller: the links of a track do not.
+constexpr double kReachSides = 0.75;
+
 /// A place on two level axes and the up axis.
 using Place = std::array<double, 3>;
 
-struct Bounds {
-    Place low{HUGE_VAL, HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-    void add(const Place& at) {
-        for (size_t k = 0; k < 3; ++k) {
-            low[k] = std::min(low[k], at[k]);
-            high[k] = std::max(high[k], at[k]);
-        }
-    }
-    bool is_near(const Bounds& other, double gap_m) const {
-        for (size_t k = 0; k < 3; ++k) {
-            if (low[k] > other.high[k] + gap_m || other.low[k] > high[k] + gap_m) return false;
-        }
-        return true;
-    }
-    bool is_near(const Place& at, double gap_m) const { return is_near({at, at}, gap_m); }
-};
-
 struct Cell {
     Place at;
+    double reach_m = 0;
     int sole = 0;  ///< among all bodies'
     int carrier = 0;
 };
 
-bool are_near(const Cell& a, const Cell& b, double gap_m) {
+bool are_near(const Cell& a, const Cell& b) {
     for (size_t k = 0; k < 3; ++k) {
-        if (std::abs(a.at[k] - b.at[k]) > gap_m) return false;
+        if (std::abs(a.at[k] - b.at[k]) > a.reach_m + b.reach_m) return false;
     }
     return a.carrier == b.carrier;
 }
 
+/// Of cells with their reach.
+struct Bounds {
+    Place low{HUGE_VAL, HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+    double reach_most_m = 0;
+    void add(const Cell& cell) {
+        for (size_t k = 0; k < 3; ++k) {
+            low[k] = std::min(low[k], cell.at[k] - cell.reach_m);
+            high[k] = std::max(high[k], cell.at[k] + cell.reach_m);
+        }
+        reach_most_m = std::max(reach_most_m, cell.reach_m);
+    }
+    bool meets(const Bounds& other) const {
+        for (size_t k = 0; k < 3; ++k) {
+            if (low[k] > other.high[k] || other.low[k] > high[k]) return false;
+        }
+        return true;
+    }
+};
+
 class Joining {
   public:
-    Joining(std::span<const BodySoles> bodies, Vec3 up, double gap_m)
-        : bodies_(bodies), axes_{level_axes(up)[0], level_axes(up)[1], up}, gap_m_(gap_m) {}
+    Joining(std::span<const BodySoles> bodies, Vec3 up)
+        : bodies_(bodies), axes_{level_axes(up)[0], level_axes(up)[1], up} {}
 
     void run() {
         find_bounds();
         std::vector<size_t> by_low(bodies_.size());
         std::iota(by_low.begin(), by_low.end(), size_t{0});
-        std::ranges::sort(by_low, {}, [this](size_t b) { return std::pair(bounds_[b].low[0], b); });
+        const auto low_of = [this](size_t b) { return std::pair(bounds_[b].low[along_], b); };
+        std::ranges::sort(by_low, {}, low_of);
         for (size_t i = 0; i < by_low.size(); ++i) {
             for (size_t j = i + 1; j < by_low.size(); ++j) {
-                if (bounds_[by_low[j]].low[0] > bounds_[by_low[i]].high[0] + gap_m_) break;
+                if (bounds_[by_low[j]].low[along_] > bounds_[by_low[i]].high[along_]) break;
                 join(by_low[i], by_low[j]);
             }
         }
@@ -64,50 +72,69 @@ class Joining {
     }
 
   private:
-    Place place_of(const ContactVoxel& v) const {
-        return {dot(v.center_m, axes_[0]), dot(v.center_m, axes_[1]), dot(v.center_m, axes_[2])};
+    Cell cell_of(size_t b, size_t voxel) const {
+        const ContactVoxel& v = bodies_[b].voxels[voxel];
+        return {
+            {dot(v.position_m, axes_[0]), dot(v.position_m, axes_[1]), dot(v.position_m, axes_[2])},
+            kReachSides * std::sqrt(v.area_m2),
+            first_sole_[b] + bodies_[b].faces->sole_of_voxel(voxel),
+            v.carrier};
+    }
+    template <typename Visit>
+    void for_each_cell(size_t b, Visit visit) const {
+        for (size_t i = 0; i < bodies_[b].voxels.size(); ++i) {
+            if (bodies_[b].faces->sole_of_voxel(i) >= 0) visit(cell_of(b, i));
+        }
     }
 
+    /// And the level axis along which the bodies lie further apart.
     void find_bounds() {
         bounds_.resize(bodies_.size());
         cells_.resize(bodies_.size());
+        Place low{HUGE_VAL, HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
         for (size_t b = 0; b < bodies_.size(); ++b) {
             first_sole_.push_back(static_cast<int>(roots_.size()));
-            const BodySoles& body = bodies_[b];
-            roots_.resize(roots_.size() + body.faces->soles().size());
-            for (size_t i = 0; i < body.voxels.size(); ++i) {
-                if (body.faces->sole_of_voxel(i) < 0) continue;
-                bounds_[b].add(place_of(body.voxels[i]));
+            roots_.resize(roots_.size() + bodies_[b].faces->soles().size());
+            for_each_cell(b, [&](const Cell& cell) { bounds_[b].add(cell); });
+            for (size_t k = 0; k < 3; ++k) {
+                low[k] = std::min(low[k], bounds_[b].low[k]);
+                high[k] = std::max(high[k], bounds_[b].high[k]);
             }
         }
         std::iota(roots_.begin(), roots_.end(), 0);
+        along_ = high[1] - low[1] > high[0] - low[0] ? 1 : 0;
     }
 
-    /// Of a body's soles, along the first axis; found when they are first asked for.
-    const std::vector<Cell>& cells_of(size_t b) {
+    /// Of a body's soles, in order along the axis; found when they are first asked for.
+    std::span<const Cell> cells_of(size_t b) {
         std::vector<Cell>& cells = cells_[b];
-        if (!cells.empty()) return cells;
-        const BodySoles& body = bodies_[b];
-        for (size_t i = 0; i < body.voxels.size(); ++i) {
-            const int sole = body.faces->sole_of_voxel(i);
-            if (sole < 0) continue;
-            cells.push_back(
-                {place_of(body.voxels[i]), first_sole_[b] + sole, body.voxels[i].carrier});
+        if (cells.empty()) {
+            for_each_cell(b, [&](const Cell& cell) { cells.push_back(cell); });
+            std::ranges::stable_sort(cells, {}, [this](const Cell& c) { return c.at[along_]; });
         }
-        std::ranges::stable_sort(cells, {}, [](const Cell& cell) { return cell.at[0]; });
         return cells;
+    }
+    /// Those from `low` to `high` along the axis.
+    std::span<const Cell> between(std::span<const Cell> cells, double low, double high) const {
+        const auto at = [this](const Cell& cell) { return cell.at[along_]; };
+        const auto first = std::ranges::lower_bound(cells, low, {}, at);
+        return {first, std::ranges::upper_bound(first, cells.end(), high, {}, at)};
     }
 
     void join(size_t a, size_t b) {
-        if (!bounds_[a].is_near(bounds_[b], gap_m_)) return;
-        const std::vector<Cell>&of_a = cells_of(a), &of_b = cells_of(b);
-        size_t first = 0;
-        for (const Cell& cell : of_a) {
-            if (!bounds_[b].is_near(cell.at, gap_m_)) continue;
-            while (first < of_b.size() && of_b[first].at[0] < cell.at[0] - gap_m_) ++first;
-            for (size_t j = first; j < of_b.size() && of_b[j].at[0] <= cell.at[0] + gap_m_; ++j) {
-                const int root_a = root_of(cell.sole), root_b = root_of(of_b[j].sole);
-                if (root_a == root_b || !are_near(cell, of_b[j], gap_m_)) continue;
+        const Bounds &of_a = bounds_[a], &of_b = bounds_[b];
+        if (!of_a.meets(of_b)) return;
+        const std::span<const Cell> cells_b = cells_of(b);
+        for (const Cell& cell : between(cells_of(a), of_b.low[along_] - of_a.reach_most_m,
+                                        of_b.high[along_] + of_a.reach_most_m)) {
+            Bounds own;
+            own.add(cell);
+            if (!own.meets(of_b)) continue;
+            const double reach_m = cell.reach_m + of_b.reach_most_m;
+            for (const Cell& other :
+                 between(cells_b, cell.at[along_] - reach_m, cell.at[along_] + reach_m)) {
+                const int root_a = root_of(cell.sole), root_b = root_of(other.sole);
+                if (root_a == root_b || !are_near(cell, other)) continue;
                 roots_[std::max(root_a, root_b)] = std::min(root_a, root_b);
                 is_one_joined_ = true;
             }
@@ -141,7 +168,7 @@ class Joining {
 
     std::span<const BodySoles> bodies_;
     std::array<Vec3, 3> axes_;
-    double gap_m_;
+    size_t along_ = 0;
     std::vector<Bounds> bounds_;            ///< by body
     std::vector<std::vector<Cell>> cells_;  ///< by body
     std::vector<int> first_sole_;           ///< by body
@@ -151,8 +178,8 @@ class Joining {
 
 }  // namespace
 
-void join_soles(std::span<const BodySoles> bodies, Vec3 up, double gap_m) {
-    if (bodies.size() > 1) Joining(bodies, up, gap_m).run();
+void join_soles(std::span<const BodySoles> bodies, Vec3 up) {
+    if (bodies.size() > 1) Joining(bodies, up).run();
 }
 
 }  // namespace bsoil

@@ -42,6 +42,49 @@ Cuts cut(double at, double half) {
     return {Cut{border - below / 2, share}, Cut{border + half - below / 2, 1 - share}};
 }
 
+/// A flat piece that is looked at along an axis, from above its places along u and v.
+struct Slope {
+    int axis, u, v;
+    const double* n;  ///< its normal
+
+    /// On the piece, over a place from its middle.
+    std::array<double, 3> place(double at_u, double at_v) const {
+        std::array<double, 3> out{};
+        out[u] = at_u;
+        out[v] = at_v;
+        out[axis] = -(n[u] * at_u + n[v] * at_v) / n[axis];
+        return out;
+    }
+    /// Of a piece that leans along both, a part's middle may lie off it.
+    Vec3 bound(std::array<double, 3> at, const double halves[3]) const {
+        at[axis] = std::clamp(at[axis], -halves[axis], halves[axis]);
+        return {at[0], at[1], at[2]};
+    }
+    /// SurfacePiece::rise_m2 of a part with these variances of its places; `half`: of the whole
+    /// piece's height. Places along u and v go together as those of a square that leans.
+    Vec3 rise(double variance_u, double variance_v, double half) const {
+        const double level = std::max(0.0, 1 - n[u] * n[u]) * std::max(0.0, 1 - n[v] * n[v]);
+        const double covariance =
+            level > 0 ? -n[u] * n[v] / std::sqrt(level) * std::sqrt(variance_u * variance_v) : 0;
+        const double slope_u = -n[u] / n[axis], slope_v = -n[v] / n[axis];
+        std::array<double, 3> out{};
+        if (axis == 2) {
+            out[u] = slope_u * variance_u + slope_v * covariance;
+            out[v] = slope_v * variance_v + slope_u * covariance;
+            out[2] = slope_u * out[u] + slope_v * out[v];
+        } else {
+            out[2] = u == 2 ? variance_u : variance_v;
+            out[u == 2 ? v : u] = covariance;
+            out[axis] = u == 2 ? slope_u * variance_u + slope_v * covariance
+                               : slope_v * variance_v + slope_u * covariance;
+        }
+        // No part is higher than the piece.
+        const double most = half * half / 3;
+        const double share = out[2] > most ? most / out[2] : 1;
+        return share * Vec3{out[0], out[1], out[2]};
+    }
+};
+
 double cosine(const ContactRecord& record, Vec3 normal) {
     return -dot(record.gradient, normal) / length(record.gradient);
 }
@@ -52,10 +95,6 @@ void make_room(std::vector<T>& v, size_t count) {
 }
 
 }  // namespace
-
-Vec3 square_rise_m2(double area_m2, Vec3 normal, Vec3 up) {
-    return area_m2 / 12 * (up - dot(normal, up) * normal);
-}
 
 void SurfacePieces::gather(std::span<const ContactRecord> records,
                            std::span<const SampledBody> bodies, const GridFrame& frame,
@@ -131,7 +170,9 @@ void SurfacePieces::fill_table(std::span<const ContactRecord> records) {
 }
 
 int SurfacePieces::find(const int voxel[3], int body) const {
-    if (voxel[0] < 0 || voxel[1] < 0 || voxel[2] < 0) return -1;
+    for (int k = 0; k < 3; ++k) {
+        if (voxel[k] < 0 || voxel[k] >= size_[k]) return -1;
+    }
     const uint64_t key = key_of(voxel, body);
     size_t at = scattered(key) & (keys_.size() - 1);
     while (keys_[at] != kNoKey && keys_[at] != key) at = (at + 1) & (keys_.size() - 1);
@@ -202,27 +243,13 @@ void SurfacePieces::add_sample(std::span<const ContactRecord> records, int body,
             for (const Cut& cut_v : cuts[v]) {
                 const double share = n[axis] * n[axis] * cut_u.share * cut_v.share;
                 if (!(share > 0)) continue;
-                double off[3];
-                off[u] = cut_u.middle - at[u];
-                off[v] = cut_v.middle - at[v];
-                off[axis] = -(n[u] * off[u] + n[v] * off[v]) / n[axis];
-                const Vec3 from_middle{off[0], off[1], off[2]};
-                // Places are spread evenly along u and v; the face's slope has them rise.
-                double rise[3] = {};
-                const double variance_u = variance(u, cut_u), variance_v = variance(v, cut_v);
-                const double slope_u = -n[u] / n[axis], slope_v = -n[v] / n[axis];
-                if (axis == 2) {
-                    rise[u] = slope_u * variance_u;
-                    rise[v] = slope_v * variance_v;
-                    rise[2] = slope_u * rise[u] + slope_v * rise[v];
-                } else {
-                    rise[2] = u == 2 ? variance_u : variance_v;
-                    rise[axis] = (u == 2 ? slope_u : slope_v) * rise[2];
-                }
+                const Slope slope{axis, u, v, n};
+                const Vec3 from_middle =
+                    slope.bound(slope.place(cut_u.middle - at[u], cut_v.middle - at[v]), halves);
+                const Vec3 rise = slope.rise(variance(u, cut_u), variance(v, cut_v), halves[2]);
                 add_part(records, body, sample, axis,
                          {seen + from_middle, at_m + voxel_m_ * from_middle, normal,
-                          share * sample.area_m2,
-                          voxel_m_ * voxel_m_ * Vec3{rise[0], rise[1], rise[2]}});
+                          share * sample.area_m2, voxel_m_ * voxel_m_ * rise});
             }
         }
     }

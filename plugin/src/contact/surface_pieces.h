@@ -36,9 +36,6 @@ struct SurfacePiece {
     }
 };
 
-/// The same of a flat square piece by itself.
-Vec3 square_rise_m2(double area_m2, Vec3 normal, Vec3 up);
-
 /// Shares out each sample over the records of its body. Along an axis goes what of its area looks
 /// that way. A face that lies at the share f of its way through a voxel belongs to that one by
 /// half, to the one before it by (1 - f) / 2 and to the one beyond by f / 2; across, each voxel has

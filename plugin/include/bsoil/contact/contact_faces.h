@@ -18,9 +18,9 @@ struct FaceMoments {
     double area_m2 = 0;
     /// Moments of area of the elements' places on the face, whose axes are a and b.
     double first_a = 0, first_b = 0, second_aa = 0, second_ab = 0, second_bb = 0;
+    double square_m4 = 0;                            ///< sum of squared areas
     double density_m2 = 0, of_known_density_m2 = 0;  ///< sum of density times area; that area
     double depth_m = 0, foot_m = 0;                  ///< as of FaceExtent
-    int count = 0;
 
     /// a, b: place on the face [m]. upright: sine between the normal and straight down.
     void add(const ContactVoxel& element, double a, double b, double upright);

@@ -28,6 +28,8 @@ struct FaceExtent {
     /// Of the soil at it: 0 loose, 1 compacted. Soil whose density does not change is loose.
     double relative_density = 0;
     double foot_m = 0;  ///< depth of a wall's lower edge: half an element further down
+
+    bool operator==(const FaceExtent&) const = default;
 };
 
 /// An element of a body's surface beside soil.

@@ -14,11 +14,12 @@ struct BodySoles {
     ContactFaces* faces = nullptr;  ///< found of these voxels
 };
 
-/// Soil does not know how many bodies press on it. Soles of different bodies no further apart than
-/// `gap_m` along each of two level axes and in height, on soil of one carrier, are one sole: each
-/// gets the size, depth and density that they have together.
-/// Cost: the bodies, and of those whose soles come near each other's their voxels, each O(n log n).
-void join_soles(std::span<const BodySoles> bodies, Vec3 up, double gap_m);
+/// Soil does not know how many bodies press on it. Soles of different bodies that have elements
+/// beside each other, at one height and on soil of one carrier, are one sole: each gets the size,
+/// depth and density that they have together. Elements are beside each other where the way between
+/// their middles is no longer than one and a half of their sides.
+/// Cost: O(n log n) in the bodies that lie apart and in the voxels of those that do not.
+void join_soles(std::span<const BodySoles> bodies, Vec3 up);
 
 }  // namespace bsoil
 #pragma GCC visibility pop
