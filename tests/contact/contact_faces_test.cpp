@@ -80,6 +80,30 @@ TEST(FindContactFaces, a_plate_has_its_sides) {
     }
 }
 
+// Elements end at the borders of voxels: a plate that moves by next to nothing gets slivers.
+TEST(FindContactFaces, slivers_make_no_sole_narrower) {
+    for (const double sliver : {1e-5, 0.01, 0.3}) {
+        Contact plate;
+        for (int i = 0; i < 2; ++i) {
+            for (int j = 0; j < 3; ++j) {
+                plate.add({i * kVoxel, j * kVoxel, 0}, {0, 0, -1});
+                for (const double share : {sliver, 1 - sliver}) {
+                    ContactVoxel& part = share == sliver
+                                             ? plate.add({i * kVoxel, j * kVoxel, 0}, {0, 0, -1})
+                                             : plate.voxels[plate.voxels.size() - 2];
+                    const double off = (share == sliver ? 1 : -1) * (1 - share) / 2 * kVoxel;
+                    part.position_m = part.center_m + Vec3{off, 0, 0};
+                    part.area_m2 = share * kVoxel * kVoxel;
+                }
+            }
+        }
+        const auto soles = plate.soles();
+        ASSERT_EQ(soles.size(), 1u) << sliver;
+        EXPECT_NEAR(soles[0].width_m, 2 * kVoxel, 0.07 * 2 * kVoxel) << sliver;
+        EXPECT_NEAR(soles[0].length_m, 3 * kVoxel, 0.07 * 3 * kVoxel) << sliver;
+    }
+}
+
 TEST(FindContactFaces, a_plate_across_the_grid_has_its_sides) {
     Contact plate;
     const double turn = 0.4;

@@ -180,7 +180,7 @@ TableOf<SoilItem> soil_table() {
                                                               ContactLawDef::Kind::plain};
                     s.def.contact_law.kind = kOrder[i];
                 })
-        .choice("contact_faces", {"coverage", "shape"}, "coverage",
+        .choice("contact_faces", {"coverage", "shape"}, "shape",
                 "where the area of a body's surface in a voxel comes from: the coverage field, or "
                 "the body's shapes with their edges and thin parts",
                 [](S& s, size_t i) { s.def.contact_law.faces_by_shape = i == 1; });

@@ -19,8 +19,9 @@ inline constexpr int32_t kBare = INT32_MIN + 1, kBareTop = -(1 << 30);
 /// The free surface of the soil that one carrier (or the ground) holds, over a rectangle of columns
 /// around contacts. Lengths in voxels, grid axes. Keeps its memory from one step to the next.
 ///
-/// A column under a body has the height of the nearest column that is not, of several the mean;
-/// bare terrain no more than that: soil cannot rise against a wall, nor a wall be soil.
+/// A column under a body has the mean height of those beside it that are a step nearer to soil; for
+/// a wall, that of the ground ahead of it. Bare terrain has no more than that: soil cannot rise
+/// against a wall, nor a wall be soil.
 class FreeSurface {
   public:
     /// Surface words of a tile's 64 columns: Q16 heights, kCovered and kTerrainTop (soil_layout.h),

@@ -17,13 +17,15 @@ constexpr double kStillVoxels = 1.0 / 512;
 
 // A body is cut into samples as in a grid with so many voxels at least along its shortest side, or
 // its longest where that is more. Ours: two samples along the shortest, so that it stands on faces
-// and not on points, and four along the longest. More: as many more contacts.
+// and not on points, and four along the longest. Larger: as many more contacts; smaller: a body balances
+// on the middles of its faces.
 constexpr double kCutVoxelsLeast = 1.5, kCutVoxelsMost = 3;
 
 /// Of the box round all shapes.
 struct Sizes {
     double smallest_m = 0, largest_m = 0;
     double cut_voxel_m() const {
+        if (!(largest_m > 0)) return HUGE_VAL;
         return std::max(smallest_m / kCutVoxelsLeast, largest_m / kCutVoxelsMost);
     }
 };
