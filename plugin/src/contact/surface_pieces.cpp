@@ -195,7 +195,7 @@ void SurfacePieces::add_around(std::span<const ContactRecord> records, int body,
         near[k][1] = k < 2 ? 1 : 1 - into;
         near[k][2] = into;
     }
-    constexpr int kAround = 27;
+    constexpr int kAround = 27;  ///< voxels round one, and that one
     int record[kAround] = {};
     double share[kAround] = {};
     double sum = 0;

@@ -24,12 +24,15 @@ struct FaceMoments {
 
     /// a, b: place on the face [m]. upright: sine between the normal and straight down.
     void add(const ContactVoxel& element, double a, double b, double upright);
+    /// Of a face that goes on.
     void add(const FaceMoments& other);
+    /// Mean over what is known, 0 where nothing is.
     double relative_density() const {
         return of_known_density_m2 > 0 ? density_m2 / of_known_density_m2 : 0;
     }
     /// Sides of the rectangle with the same second moments, the shorter first [m].
     std::array<double, 2> sides_m() const;
+    /// A sole is no wider than its area has room for along its length.
     FaceExtent as_sole() const;
 };
 
@@ -56,9 +59,9 @@ class ContactFaces {
     }
     /// Its place in faces().
     int index_of_voxel(size_t voxel) const { return face_of_voxel_[voxel]; }
-    /// The soles among faces(), and which a voxel is of; -1: of a wall.
+    /// What each sole of faces() is summed up of.
     std::span<const FaceMoments> soles() const { return soles_; }
-    int sole_of_voxel(size_t voxel) const;
+    int sole_of_voxel(size_t voxel) const;  ///< its place in soles(); -1: on a wall
     /// For a sole that goes on under other bodies: see join_soles().
     void set_sole(size_t sole, const FaceExtent& extent);
 

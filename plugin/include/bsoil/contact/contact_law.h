@@ -29,7 +29,7 @@ struct FaceExtent {
     double relative_density = 0;
     double foot_m = 0;  ///< depth of a wall's lower edge: half an element further down
 
-    bool operator==(const FaceExtent&) const = default;
+    bool operator==(const FaceExtent&) const = default;  ///< to the bit
 };
 
 /// An element of a body's surface beside soil.

@@ -74,10 +74,12 @@ class ContactPatches {
     /// In two parts, where soles of several bodies are one: join_soles() comes between them.
     void find_faces(std::span<const ContactVoxel> voxels, Quat body_to_world, const ContactLaw& law,
                     const WorkThreads* threads = nullptr, const ContactAsk& ask = {});
+    /// The second: what the elements give on the faces that were found.
     BodyContact find_on_faces(std::span<const ContactVoxel> voxels,
                               std::span<const ContactMotion> motions, const ContactLaw& law,
                               std::span<const ContactHistory> history,
                               const WorkThreads* threads = nullptr, const ContactAsk& ask = {});
+    /// Of the last find_faces() or find().
     ContactFaces& faces() { return faces_; }
     /// Of the last find().
     std::span<const ContactPatch> patches() const { return patches_; }
