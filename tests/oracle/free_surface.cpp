@@ -45,8 +45,8 @@ std::vector<double> soil_beside(const SurfaceMap& map) {
     return out;
 }
 
-/// Where a wall in a column under a body begins to push: the first column without body of the three
-/// ahead, along each axis, by the squares of the normal's parts.
+/// Steeper than 45 deg, where a wall in a column under a body begins to push: the first column
+/// without body of the three ahead, along each axis, by the squares of the normal's parts.
 double ground_ahead(const SurfaceMap& map, const std::vector<double>& soil,
                     const SurfacePiece& piece, double here) {
     const auto is_body = [&](int x, int y) { return map.at(x, y).top == SurfaceColumn::Top::body; };
@@ -80,7 +80,8 @@ std::optional<double> free_surface(const SurfaceMap& map, const SurfacePiece& pi
     const std::vector<double> soil = soil_beside(map);
     const double here = soil[static_cast<size_t>(piece.y) * map.nx + piece.x];
     if (std::isnan(here)) return std::nullopt;
-    const double nearest = std::lerp(here, ground_ahead(map, soil, piece, here), wall_share);
+    const double nearest = std::lerp(here, ground_ahead(map, soil, piece, here),
+                                     std::clamp(2 * wall_share - 1, 0.0, 1.0));
     const double wedge = piece.wedge_length * std::max(0.0, nearest - piece.at.z);
     const double rim = piece.sole_widths * piece.body_width;
     const double half = std::max(1.0, wall_share * wedge / 2 + sole_share * rim);

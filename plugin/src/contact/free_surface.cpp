@@ -259,7 +259,9 @@ double FreeSurface::nearest_beside(const ContactRecord& contact, double otherwis
     const int32_t here = nearest_[static_cast<size_t>(at)];
     if (here < 0) return otherwise;
     const double level = ahead.x * ahead.x + ahead.y * ahead.y;
-    if (is_open(words_[static_cast<size_t>(at)]) || !(wall * level > 0)) return here / 65536.0;
+    // A sole, as of a wheel's rim, has what lies around it.
+    const double upright = std::clamp(2 * wall - 1, 0.0, 1.0);
+    if (is_open(words_[static_cast<size_t>(at)]) || !(upright * level > 0)) return here / 65536.0;
     const auto along = [&](int axis, double part) {
         const int way = part > 0 ? 1 : -1, step = way * (axis == 0 ? 1 : nx);
         for (int n = 1; n <= kAheadColumns; ++n) {
@@ -272,12 +274,12 @@ double FreeSurface::nearest_beside(const ContactRecord& contact, double otherwis
     };
     const double before =
         (ahead.x * ahead.x * along(0, ahead.x) + ahead.y * ahead.y * along(1, ahead.y)) / level;
-    return ((1 - wall) * here + wall * before) / 65536.0;
+    return ((1 - upright) * here + upright * before) / 65536.0;
 }
 
 SurfaceWedge::Found FreeSurface::wedge_before(const ContactRecord& contact, Vec3 at,
                                               Vec3 outward) const {
-    const double nearest = nearest_beside(contact, at.z, 1, outward);
+    const double nearest = nearest_beside(contact, at.z, surface_parts(outward).wall, outward);
     const double depth = nearest - at.z;
     const double level = std::hypot(outward.x, outward.y);
     if (!(depth > 0) || !(level > 0)) return {std::max(0.0, depth), 1};
