@@ -83,7 +83,7 @@ struct CoupledBody {
     /// Its contacts as limits_n was found from them while it slept.
     std::optional<std::vector<ContactVoxel>> slept_voxels;
     std::vector<FaceExtent> slept_faces;  ///< of these voxels, in the last step
-    int asleep_step_count = 0;  ///< soil steps since it fell asleep; 0: awake
+    int asleep_step_count = 0;            ///< soil steps since it fell asleep; 0: awake
     /// Normal limits by bin, now; not known of one that comes from a snapshot.
     std::array<double, kNormalBinCount> limits_n{};
     bool has_limits = false;

@@ -43,8 +43,8 @@ struct SurfacePiece {
     double reach_most = 256;   ///< ... and none further than that
 };
 
-/// The nearest soil (counted in steps from column to column; ahead of a wall) decides how deep a piece is; none:
-/// there is no soil.
+/// The nearest soil (counted in steps from column to column; ahead of a wall) decides how deep a
+/// piece is; none: there is no soil.
 std::optional<double> free_surface(const SurfaceMap& map, const SurfacePiece& piece);
 
 /// Depth of level ground that pushes as hard on a wall as ground(x) does, which is the height above

@@ -270,8 +270,8 @@ TEST(TrackedVehicle, sinks_less_than_wheels_under_the_same_load) {
         of_wheels_m +=
             (kSurfaceM - (wheels.body(wheeled.bodies[i].name).pose().position.z - 0.3)) / 4;
     }
-    // 1.2 m of each track bear, some 0.3 m of a wheel's rim. The grousers, 3 cm, are in the sand. The
-    // plates are one sole: of 0.3 x 1.4 m it sinks 2.6 cm under 16 kPa, the crawler has 19.
+    // 1.2 m of each track bear, some 0.3 m of a wheel's rim. The grousers, 3 cm, are in the sand.
+    // The plates are one sole: of 0.3 x 1.4 m it sinks 2.6 cm under 16 kPa, the crawler has 19.
     EXPECT_GT(of_track_m, -0.02);
     EXPECT_LT(of_track_m, of_wheels_m / 2) << of_track_m << " m, " << of_wheels_m << " m";
 }

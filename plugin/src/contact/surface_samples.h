@@ -45,8 +45,8 @@ struct SurfaceSamples {
     bool is_whole = false;
     bool is_made = false;  ///< make() was called
     /// cut_voxel_m: where that is less than voxel_m, pieces as in a grid of such voxels. Cost: the
-    /// pieces; where shapes come near each other 64 times those, times the shapes and up to 17 steps
-    /// across a crack.
+    /// pieces; where shapes come near each other 64 times those, times the shapes and up to 17
+    /// steps across a crack.
     void make(const std::vector<ConvexShape>& shapes, const std::vector<SheetGrowth>& growth,
               double voxel_m, bool with_teeth = false, double cut_voxel_m = HUGE_VAL);
 

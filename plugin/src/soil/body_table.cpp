@@ -17,8 +17,8 @@ constexpr double kStillVoxels = 1.0 / 512;
 
 // A body is cut into samples as in a grid with so many voxels at least along its shortest side, or
 // its longest where that is more. Ours: two samples along the shortest, so that it stands on faces
-// and not on points, and four along the longest. Larger: as many more contacts; smaller: a body balances
-// on the middles of its faces.
+// and not on points, and four along the longest. Larger: as many more contacts; smaller: a body
+// balances on the middles of its faces.
 constexpr double kCutVoxelsLeast = 1.5, kCutVoxelsMost = 3;
 
 /// Of the box round all shapes.
