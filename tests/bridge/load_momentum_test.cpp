@@ -181,39 +181,44 @@ TEST(LoadMomentum, of_poured_soil_pushes_beside_its_weight) {
     EXPECT_GT(push_n, 0.85 * kRate_kg_s * speed_m_s);
 }
 
+/// On rigid ground, with soil from one side to the other of its length.
+struct ParkedTray {
+    BulletScene scene;
+    std::unique_ptr<SoilAction> soil;
+    btRigidBody* tray = nullptr;
+
+    ParkedTray(double from_m, double to_m) {
+        auto made = SoilAction::create(*scene.world, air());
+        EXPECT_TRUE(made);
+        soil = std::move(*made);
+        scene.add_box(0, btVector3(2, 0.1f, 1), btVector3(0, btScalar(kTrayTopM - 0.2), 0));
+        tray = &scene.add(btScalar(kTrayKg), tray_shape(scene),
+                          btVector3(0, btScalar(kTrayTopM - 0.05), 0));
+        EXPECT_TRUE(soil->fill(BoxFill{{{from_m, 0.45, -0.3}, {to_m, 0.6, 0.3}}, {}}));
+    }
+};
+
 // A parked one is pushed by nothing but its load's weight, and falls asleep.
 TEST(LoadMomentum, of_a_load_at_rest_is_none) {
-    BulletScene scene;
-    const auto soil = SoilAction::create(*scene.world, air());
-    ASSERT_TRUE(soil);
-    scene.add_box(0, btVector3(2, 0.1f, 1), btVector3(0, btScalar(kTrayTopM - 0.2), 0));
-    btRigidBody& tray = scene.add(btScalar(kTrayKg), tray_shape(scene),
-                                  btVector3(0, btScalar(kTrayTopM - 0.05), 0));
-    ASSERT_TRUE((*soil)->fill(BoxFill{{{-0.4, 0.45, -0.3}, {0.4, 0.6, 0.3}}, {}}));
-    scene.run(6);
-    const BodyReport report = (*soil)->body_report(tray);
+    ParkedTray parked(-0.4, 0.4);
+    parked.scene.run(6);
+    const BodyReport report = parked.soil->body_report(*parked.tray);
     EXPECT_GT(report.load_kg, 50);
     EXPECT_NEAR(report.load_n.y, -report.load_kg * kGravity_m_s2, 1e-3 * report.load_kg);
     EXPECT_NEAR(std::hypot(report.load_n.x, report.load_n.z), 0, 1e-3 * report.load_kg);
-    EXPECT_FALSE(tray.isActive());
+    EXPECT_FALSE(parked.tray->isActive());
 }
 
 // One that lies beside a tray's middle turns it, which Bullet's friction did not see: it crept at
 // 12 mm/s for good.
 TEST(LoadMomentum, of_a_load_at_rest_beside_the_middle_is_none) {
-    BulletScene scene;
-    const auto soil = SoilAction::create(*scene.world, air());
-    ASSERT_TRUE(soil);
-    scene.add_box(0, btVector3(2, 0.1f, 1), btVector3(0, btScalar(kTrayTopM - 0.2), 0));
-    btRigidBody& tray = scene.add(btScalar(kTrayKg), tray_shape(scene),
-                                  btVector3(0, btScalar(kTrayTopM - 0.05), 0));
-    tray.setActivationState(DISABLE_DEACTIVATION);
-    ASSERT_TRUE((*soil)->fill(BoxFill{{{0.3, 0.45, -0.3}, {0.6, 0.6, 0.3}}, {}}));
-    scene.run(1);
-    EXPECT_GT((*soil)->body_report(tray).load_kg, 40);
-    const btVector3 from = tray.getWorldTransform().getOrigin();
-    scene.run(4);
-    EXPECT_LT((tray.getWorldTransform().getOrigin() - from).length(), 5e-4f);
+    ParkedTray parked(0.3, 0.6);
+    parked.tray->setActivationState(DISABLE_DEACTIVATION);
+    parked.scene.run(1);
+    EXPECT_GT(parked.soil->body_report(*parked.tray).load_kg, 40);
+    const btVector3 from = parked.tray->getWorldTransform().getOrigin();
+    parked.scene.run(4);
+    EXPECT_LT((parked.tray->getWorldTransform().getOrigin() - from).length(), 5e-4f);
 }
 
 /// Four walls of a shaft of 0.6 m over a tray's height, 1 m high, standing 0.05 m above the plate.

@@ -102,7 +102,8 @@ void ContactVoxels::gather_pieces(const Request& request) {
             sampled_[b] = {body.surface, *request.world_to_grid * body.input->pose};
         }
     }
-    pieces_.gather(records_, sampled_, *request.frame, request.law->edge_face_cosine);
+    pieces_.gather(records_, sampled_, *request.frame, request.law->edge_face_cosine,
+                   request.threads);
 }
 
 // In chunks, each with a list of its own, joined in order.

@@ -16,7 +16,17 @@ constexpr double kAgrees = 0.2;
 /// A share of a sample below this is none. Ours: for the rounding. Larger: area is left out;
 /// smaller: voxels get elements of nothing from faces that end on their border.
 constexpr double kSliver = 1e-6;
+/// Clusters of samples that one thread takes. Ours: a thousand samples, some tenth of a
+/// millisecond. Larger: threads wait for the last; smaller: more lists of what goes where.
+constexpr size_t kLotClusters = 32;
 constexpr uint64_t kNoKey = ~uint64_t{0};
+
+/// A record answers parts no more voxels off.
+constexpr int kNearVoxels = 1;
+/// Cells that tell where records are, for each record at most. Ours: a voxel is a cell of what is
+/// no larger than a machine. Larger: more memory for a body that few records spread over; smaller:
+/// more parts are looked at for nothing.
+constexpr size_t kCellsPerRecord = 128;
 
 uint64_t key_of(const int voxel[3], int body) {
     return (static_cast<uint64_t>(body) << 42 ^ static_cast<uint64_t>(voxel[2]) << 28 ^
@@ -98,9 +108,9 @@ void make_room(std::vector<T>& v, size_t count) {
 
 void SurfacePieces::gather(std::span<const ContactRecord> records,
                            std::span<const SampledBody> bodies, const GridFrame& frame,
-                           double same_cosine) {
-    const double voxel_m = frame.voxel_m;
-    voxel_m_ = voxel_m;
+                           double same_cosine, const WorkThreads* threads) {
+    voxel_m_ = frame.voxel_m;
+    records_ = records;
     std::ranges::copy(frame.size, size_);
     same_cosine_ = same_cosine;
     pieces_.clear();
@@ -110,48 +120,129 @@ void SurfacePieces::gather(std::span<const ContactRecord> records,
     if (records.empty() || std::ranges::none_of(bodies, is_sampled)) return;
     make_room(pieces_, 2 * records.size());
     fill_table(records);
-    boxes_.assign(bodies.size(), {});
+    find_boxes(records, bodies.size());
+    mark_near(records);
+    make_lots(bodies);
+    for_ranges(threads, lot_count_, 1, [&](size_t first, size_t last) {
+        for (size_t i = first; i < last; ++i) {
+            share_out(bodies[static_cast<size_t>(lots_[i].body)], lots_[i]);
+        }
+    });
+    // Sums in order, whatever thread found them.
+    for (const Lot& lot : std::span(lots_).first(lot_count_)) {
+        for (const Given& given : lot.given) add(given);
+    }
+}
+
+void SurfacePieces::make_lots(std::span<const SampledBody> bodies) {
+    lot_count_ = 0;
+    const auto add_lot = [&](size_t body, size_t first, size_t last, bool is_over_tips) {
+        if (lot_count_ == lots_.size()) lots_.emplace_back();
+        Lot& lot = lots_[lot_count_++];
+        lot.body = static_cast<int>(body);
+        lot.first = first;
+        lot.last = last;
+        lot.is_over_tips = is_over_tips;
+        lot.given.clear();
+    };
+    for (size_t b = 0; b < bodies.size(); ++b) {
+        const SurfaceSamples* surface = bodies[b].surface;
+        if (!surface || boxes_[b].high[0] < 0) continue;
+        const size_t count = surface->clusters.size();
+        for (size_t first = 0; first < count; first += kLotClusters) {
+            add_lot(b, first, std::min(first + kLotClusters, count), false);
+        }
+        if (!surface->over_tips.empty()) add_lot(b, 0, 0, true);
+    }
+}
+
+void SurfacePieces::share_out(const SampledBody& body, Lot& lot) const {
+    const Box& box = boxes_[static_cast<size_t>(lot.body)];
+    const double per_voxel = 1 / voxel_m_;
+    const auto is_near = [&](Vec3 p, double reach) {
+        const double at[3] = {p.x, p.y, p.z};
+        for (int k = 0; k < 3; ++k) {
+            if (at[k] < box.low[k] - reach || at[k] > box.high[k] + 1 + reach) return false;
+        }
+        return true;
+    };
+    for (size_t c = lot.first; c < lot.last; ++c) {
+        const SampleCluster& cluster = body.surface->clusters[c];
+        if (!is_near(transform(body.to_grid, cluster.center) * per_voxel,
+                     cluster.radius_m * per_voxel + 2)) {
+            continue;
+        }
+        for (size_t i = cluster.first; i < cluster.last; ++i) {
+            const SurfaceSample& sample = body.surface->samples[i];
+            const Vec3 at = transform(body.to_grid, sample.at);
+            if (!is_near(at * per_voxel, 1.5)) continue;
+            const Vec3 normal = rotate(body.to_grid.rotation, sample.normal);
+            share_sample(sample, at, normal, lot);
+        }
+    }
+    if (!lot.is_over_tips) return;
+    for (const OverTips& sample : body.surface->over_tips) {
+        const Vec3 tip = transform(body.to_grid, sample.tip);
+        const double high = length(sample.tip - sample.root) * per_voxel;
+        if (is_near(tip * per_voxel, high + 1.5)) share_over_tips(sample, body.to_grid, lot);
+    }
+}
+
+void SurfacePieces::find_boxes(std::span<const ContactRecord> records, size_t body_count) {
+    boxes_.assign(body_count, {});
     for (const ContactRecord& record : records) {
         Box& box = boxes_[static_cast<size_t>(record.body)];
         for (int k = 0; k < 3; ++k) {
             box.low[k] = std::min(box.low[k], record.voxel[k]);
             box.high[k] = std::max(box.high[k], record.voxel[k]);
         }
+        ++box.record_count;
     }
-    for (size_t b = 0; b < bodies.size(); ++b) {
-        const SampledBody& body = bodies[b];
-        const Box& box = boxes_[b];
-        if (!body.surface || box.high[0] < 0) continue;
-        const auto is_near = [&](Vec3 p, double reach) {
-            const double at[3] = {p.x, p.y, p.z};
+}
+
+void SurfacePieces::mark_near(std::span<const ContactRecord> records) {
+    size_t cell_count = 0;
+    for (Box& box : boxes_) {
+        if (box.high[0] < 0) continue;
+        box.cells = cell_count;
+        size_t own = 0;
+        for (box.cell_shift = 0; own == 0 || own > kCellsPerRecord * box.record_count;
+             ++box.cell_shift) {
+            own = 1;
             for (int k = 0; k < 3; ++k) {
-                if (at[k] < box.low[k] - reach || at[k] > box.high[k] + 1 + reach) return false;
-            }
-            return true;
-        };
-        const double per_voxel = 1 / voxel_m;
-        for (const SampleCluster& cluster : body.surface->clusters) {
-            if (!is_near(transform(body.to_grid, cluster.center) * per_voxel,
-                         cluster.radius_m * per_voxel + 2)) {
-                continue;
-            }
-            for (size_t i = cluster.first; i < cluster.last; ++i) {
-                const SurfaceSample& sample = body.surface->samples[i];
-                const Vec3 at = transform(body.to_grid, sample.at);
-                if (is_near(at * per_voxel, 1.5)) {
-                    add_sample(records, static_cast<int>(b), sample, at,
-                               rotate(body.to_grid.rotation, sample.normal));
-                }
+                const int wide = box.high[k] - box.low[k] + 2 * kNearVoxels;
+                box.cell_count[k] = (wide >> box.cell_shift) + 1;
+                own *= static_cast<size_t>(box.cell_count[k]);
             }
         }
-        for (const OverTips& sample : body.surface->over_tips) {
-            const Vec3 tip = transform(body.to_grid, sample.tip);
-            const double high = length(sample.tip - sample.root) * per_voxel;
-            if (is_near(tip * per_voxel, high + 1.5)) {
-                add_over_tips(static_cast<int>(b), sample, body.to_grid);
+        --box.cell_shift;
+        cell_count += own;
+    }
+    near_.assign(cell_count, 0);
+    for (const ContactRecord& record : records) {
+        const Box& box = boxes_[static_cast<size_t>(record.body)];
+        int low[3], high[3];
+        for (int k = 0; k < 3; ++k) {
+            low[k] = (record.voxel[k] - box.low[k]) >> box.cell_shift;
+            high[k] = (record.voxel[k] - box.low[k] + 2 * kNearVoxels) >> box.cell_shift;
+        }
+        for (int z = low[2]; z <= high[2]; ++z) {
+            for (int y = low[1]; y <= high[1]; ++y) {
+                std::fill_n(&near_[box.cell(low[0], y, z)], high[0] - low[0] + 1, uint8_t{1});
             }
         }
     }
+}
+
+bool SurfacePieces::may_have_record(const Box& box, Vec3 seen) const {
+    const double place[3] = {seen.x, seen.y, seen.z};
+    int at[3];
+    for (int k = 0; k < 3; ++k) {
+        const int voxel = static_cast<int>(std::floor(place[k])) - box.low[k] + kNearVoxels;
+        at[k] = voxel >> box.cell_shift;
+        if (voxel < 0 || at[k] >= box.cell_count[k]) return false;
+    }
+    return near_[box.cell(at[0], at[1], at[2])] != 0;
 }
 
 void SurfacePieces::fill_table(std::span<const ContactRecord> records) {
@@ -182,8 +273,7 @@ int SurfacePieces::find(const int voxel[3], int body) const {
 // In the corner between two parts of a body their coverage hides the voxels across the face. What
 // lies lower says nothing: there the face may be in the air. Those within a voxel share the part,
 // by how near they are and how well they agree: no order of the voxels picks one.
-void SurfacePieces::add_around(std::span<const ContactRecord> records, int body,
-                               const SurfaceSample& sample, const Part& part) {
+void SurfacePieces::share_around(const SurfaceSample& sample, const Part& part, Lot& lot) const {
     const double at[3] = {part.seen.x, part.seen.y, part.seen.z};
     int voxel[3];
     double near[3][3];
@@ -205,24 +295,25 @@ void SurfacePieces::add_around(std::span<const ContactRecord> records, int body,
         if (!(share[i] > 0)) continue;
         const int beside[3] = {voxel[0] + step[0] - 1, voxel[1] + step[1] - 1,
                                voxel[2] + step[2] - 1};
-        record[i] = find(beside, body);
+        record[i] = find(beside, lot.body);
         const double agrees =
-            record[i] < 0 ? 0 : cosine(records[static_cast<size_t>(record[i])], part.normal);
+            record[i] < 0 ? 0 : cosine(records_[static_cast<size_t>(record[i])], part.normal);
         share[i] *= std::max(0.0, agrees - kAgrees);
         sum += share[i];
     }
     if (!(sum > 0)) return;
     for (int i = 0; i < kAround; ++i) {
         if (share[i] > kSliver * sum) {
-            add_to(record[i], sample, part, share[i] / sum);
+            lot.given.push_back({record[i], &sample, part, share[i] / sum});
         }
     }
 }
 
 // Along each axis goes what of the area looks that way, as in the coverage's gradient; across it
 // the sample is as wide as it is, so that no rounding picks a voxel for all of it.
-void SurfacePieces::add_sample(std::span<const ContactRecord> records, int body,
-                               const SurfaceSample& sample, Vec3 at_m, Vec3 normal) {
+void SurfacePieces::share_sample(const SurfaceSample& sample, Vec3 at_m, Vec3 normal,
+                                 Lot& lot) const {
+    const Box& box = boxes_[static_cast<size_t>(lot.body)];
     const Vec3 seen = (at_m + sample.out_m * normal) * (1 / voxel_m_);
     const double at[3] = {seen.x, seen.y, seen.z}, n[3] = {normal.x, normal.y, normal.z};
     const double half = std::sqrt(sample.area_m2) / voxel_m_ / 2;
@@ -246,17 +337,19 @@ void SurfacePieces::add_sample(std::span<const ContactRecord> records, int body,
                 const Slope slope{axis, u, v, n};
                 const Vec3 from_middle =
                     slope.bound(slope.place(cut_u.middle - at[u], cut_v.middle - at[v]), halves);
+                if (!may_have_record(box, seen + from_middle)) continue;
                 const Vec3 rise = slope.rise(variance(u, cut_u), variance(v, cut_v), halves[2]);
-                add_part(records, body, sample, axis,
-                         {seen + from_middle, at_m + voxel_m_ * from_middle, normal,
-                          share * sample.area_m2, voxel_m_ * voxel_m_ * rise});
+                share_part(sample, axis,
+                           {seen + from_middle, at_m + voxel_m_ * from_middle, normal,
+                            share * sample.area_m2, voxel_m_ * voxel_m_ * rise},
+                           lot);
             }
         }
     }
 }
 
-void SurfacePieces::add_part(std::span<const ContactRecord> records, int body,
-                             const SurfaceSample& sample, int axis, const Part& part) {
+void SurfacePieces::share_part(const SurfaceSample& sample, int axis, const Part& part,
+                               Lot& lot) const {
     const double at[3] = {part.seen.x, part.seen.y, part.seen.z};
     const double n[3] = {part.normal.x, part.normal.y, part.normal.z};
     int voxel[3];
@@ -270,9 +363,9 @@ void SurfacePieces::add_part(std::span<const ContactRecord> records, int body,
     for (int step = 0; step < 3; ++step) {
         int beside[3] = {voxel[0], voxel[1], voxel[2]};
         beside[axis] += (step - 1) * outwards;
-        record[step] = find(beside, body);
+        record[step] = find(beside, lot.body);
         if (record[step] < 0) continue;
-        if (cosine(records[static_cast<size_t>(record[step])], part.normal) < kAgrees) {
+        if (cosine(records_[static_cast<size_t>(record[step])], part.normal) < kAgrees) {
             // Beside a lug the gradient may be all of what carries the lug.
             if (!sample.is_thin || step == 0) record[step] = -1;
         }
@@ -280,26 +373,26 @@ void SurfacePieces::add_part(std::span<const ContactRecord> records, int body,
         if (record[step] >= 0) sum += shares[step];
     }
     if (!(sum > 0)) {
-        add_around(records, body, sample, part);
+        share_around(sample, part, lot);
         return;
     }
     for (int step = 0; step < 3; ++step) {
         if (record[step] >= 0) {
-            add_to(record[step], sample, part, shares[step] / sum);
+            lot.given.push_back({record[step], &sample, part, shares[step] / sum});
         }
     }
 }
 
 // What soil is there the body's own surface near it knows: the voxel that the piece is in, or those
 // on the way down to the root, or that of the nearest tip.
-void SurfacePieces::add_over_tips(int body, const OverTips& sample, const Pose& to_grid) {
+void SurfacePieces::share_over_tips(const OverTips& sample, const Pose& to_grid, Lot& lot) const {
     const Vec3 at = transform(to_grid, sample.piece.at) * (1 / voxel_m_);
     const Vec3 down = transform(to_grid, sample.root) * (1 / voxel_m_) - at;
     const int steps = 1 + static_cast<int>(std::ceil(length(down)));
     const auto record_at = [&](Vec3 p) {
         const int voxel[3] = {static_cast<int>(std::floor(p.x)), static_cast<int>(std::floor(p.y)),
                               static_cast<int>(std::floor(p.z))};
-        return find(voxel, body);
+        return find(voxel, lot.body);
     };
     int record = -1;
     for (int i = 0; i <= steps && record < 0; ++i) {
@@ -307,31 +400,31 @@ void SurfacePieces::add_over_tips(int body, const OverTips& sample, const Pose& 
     }
     if (record < 0) record = record_at(transform(to_grid, sample.tip) * (1 / voxel_m_));
     if (record < 0) return;
-    add_to(record, sample.piece,
-           {at,
-            transform(to_grid, sample.piece.at),
-            rotate(to_grid.rotation, sample.piece.normal),
-            sample.piece.area_m2,
-            {}},
-           1);
+    const Part part{at,
+                    transform(to_grid, sample.piece.at),
+                    rotate(to_grid.rotation, sample.piece.normal),
+                    sample.piece.area_m2,
+                    {}};
+    lot.given.push_back({record, &sample.piece, part, 1});
 }
 
-void SurfacePieces::add_to(int record, const SurfaceSample& sample, const Part& part,
-                           double share) {
-    const double area_m2 = share * part.area_m2;
-    const auto add = [&](SurfacePiece& piece) {
+void SurfacePieces::add(const Given& given) {
+    const SurfaceSample& sample = *given.sample;
+    const Part& part = given.part;
+    const double area_m2 = given.share * part.area_m2;
+    const auto add_to = [&](SurfacePiece& piece) {
         const Vec3 off = part.at_m - piece.origin;
         piece.area += area_m2 * part.normal;
         piece.moment += area_m2 * part.at_m;
         piece.spread += area_m2 * (part.rise_m2 + off.z * off);
         piece.area_m2 += area_m2;
     };
-    int* link = &heads_[static_cast<size_t>(record)];
+    int* link = &heads_[static_cast<size_t>(given.record)];
     while (*link >= 0) {
         SurfacePiece& piece = pieces_[static_cast<size_t>(*link)];
         if (piece.row == sample.row && piece.part == sample.part &&
             dot(piece.area, part.normal) >= same_cosine_ * length(piece.area)) {
-            add(piece);
+            add_to(piece);
             return;
         }
         link = &piece.next;
@@ -342,7 +435,7 @@ void SurfacePieces::add_to(int record, const SurfaceSample& sample, const Part& 
     piece.origin = part.at_m;
     piece.row = sample.row;
     piece.part = sample.part;
-    add(piece);
+    add_to(piece);
 }
 
 }  // namespace bsoil

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bsoil/grid_frame.h"
+#include "bsoil/work_threads.h"
 #include "contact/contact_record.h"
 #include "contact/surface_samples.h"
 
@@ -46,9 +47,9 @@ struct SurfacePiece {
 class SurfacePieces {
   public:
     /// bodies: by index, as in the records. same_cosine: samples of a voxel whose normals are no
-    /// further apart are one piece.
+    /// further apart are one piece. threads: to share the work, or null.
     void gather(std::span<const ContactRecord> records, std::span<const SampledBody> bodies,
-                const GridFrame& frame, double same_cosine);
+                const GridFrame& frame, double same_cosine, const WorkThreads* threads = nullptr);
     /// Of a record: calls visit(piece), in an order that does not depend on threads.
     template <typename Visit>
     void for_each(size_t record, Visit&& visit) const {
@@ -58,14 +59,23 @@ class SurfacePieces {
     }
 
   private:
+    /// Round a body's records, and the cells over it: see mark_near().
     struct Box {
         int low[3] = {INT32_MAX, INT32_MAX, INT32_MAX}, high[3] = {-1, -1, -1};
+        size_t record_count = 0;
+        size_t cells = 0;  ///< where they begin in near_
+        int cell_shift = 0, cell_count[3] = {0, 0, 0};
+        size_t cell(int x, int y, int z) const {
+            return cells + (static_cast<size_t>(z) * cell_count[1] + y) * cell_count[0] + x;
+        }
     };
     void fill_table(std::span<const ContactRecord> records);
+    void find_boxes(std::span<const ContactRecord> records, size_t body_count);
+    /// Marks the cells in which a part may have a record: most of a body is far from any.
+    void mark_near(std::span<const ContactRecord> records);
+    bool may_have_record(const Box& box, Vec3 seen) const;
     /// -1: none.
     int find(const int voxel[3], int body) const;
-    void add_sample(std::span<const ContactRecord> records, int body, const SurfaceSample& sample,
-                    Vec3 at, Vec3 normal);
     /// What of a sample looks along an axis and is in one voxel across it.
     struct Part {
         Vec3 seen;  ///< where the soil sees it [voxels]
@@ -73,20 +83,39 @@ class SurfacePieces {
         double area_m2 = 0;
         Vec3 rise_m2;  ///< as SurfacePiece::rise_m2
     };
-    void add_part(std::span<const ContactRecord> records, int body, const SurfaceSample& sample,
-                  int axis, const Part& part);
-    void add_around(std::span<const ContactRecord> records, int body, const SurfaceSample& sample,
-                    const Part& part);
-    void add_over_tips(int body, const OverTips& sample, const Pose& to_grid);
-    /// Adds `share` of a part.
-    void add_to(int record, const SurfaceSample& sample, const Part& part, double share);
+    /// What a record gets of a part.
+    struct Given {
+        int record;
+        const SurfaceSample* sample;
+        Part part;
+        double share;
+    };
+    /// Samples of a body that one thread takes, and what they give, in their order: first clusters,
+    /// in the last lot of a body what lies over its tips.
+    struct Lot {
+        int body = 0;
+        size_t first = 0, last = 0;  ///< of its clusters
+        bool is_over_tips = false;
+        std::vector<Given> given;
+    };
+    void make_lots(std::span<const SampledBody> bodies);
+    void share_out(const SampledBody& body, Lot& lot) const;
+    void share_sample(const SurfaceSample& sample, Vec3 at, Vec3 normal, Lot& lot) const;
+    void share_part(const SurfaceSample& sample, int axis, const Part& part, Lot& lot) const;
+    void share_around(const SurfaceSample& sample, const Part& part, Lot& lot) const;
+    void share_over_tips(const OverTips& sample, const Pose& to_grid, Lot& lot) const;
+    void add(const Given& given);
 
+    std::vector<Lot> lots_;  ///< the first lot_count_ of them
+    size_t lot_count_ = 0;
+    std::span<const ContactRecord> records_;
     std::vector<int> heads_;  ///< per record, into pieces_
     std::vector<SurfacePiece> pieces_;
     std::vector<uint64_t> keys_;  ///< open addressing
     std::vector<int> found_;
     std::vector<Box> boxes_;
-    int size_[3] = {0, 0, 0};  ///< of the grid [voxels]
+    std::vector<uint8_t> near_;  ///< by body, then cell
+    int size_[3] = {0, 0, 0};    ///< of the grid [voxels]
     double voxel_m_ = 1, same_cosine_ = 0;
 };
 
