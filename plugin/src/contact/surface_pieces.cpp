@@ -22,7 +22,7 @@ constexpr size_t kLotClusters = 32;
 constexpr uint64_t kNoKey = ~uint64_t{0};
 
 /// A record answers parts no more voxels off.
-constexpr int kNearVoxels = 1;
+constexpr int kAnswerVoxels = 1;
 /// Cells that tell where records are, for each record at most. Ours: a voxel is a cell of what is
 /// no larger than a machine. Larger: more memory for a body that few records spread over; smaller:
 /// more parts are looked at for nothing.
@@ -210,7 +210,7 @@ void SurfacePieces::mark_near(std::span<const ContactRecord> records) {
              ++box.cell_shift) {
             own = 1;
             for (int k = 0; k < 3; ++k) {
-                const int wide = box.high[k] - box.low[k] + 2 * kNearVoxels;
+                const int wide = box.high[k] - box.low[k] + 2 * kAnswerVoxels;
                 box.cell_count[k] = (wide >> box.cell_shift) + 1;
                 own *= static_cast<size_t>(box.cell_count[k]);
             }
@@ -224,7 +224,7 @@ void SurfacePieces::mark_near(std::span<const ContactRecord> records) {
         int low[3], high[3];
         for (int k = 0; k < 3; ++k) {
             low[k] = (record.voxel[k] - box.low[k]) >> box.cell_shift;
-            high[k] = (record.voxel[k] - box.low[k] + 2 * kNearVoxels) >> box.cell_shift;
+            high[k] = (record.voxel[k] - box.low[k] + 2 * kAnswerVoxels) >> box.cell_shift;
         }
         for (int z = low[2]; z <= high[2]; ++z) {
             for (int y = low[1]; y <= high[1]; ++y) {
@@ -238,7 +238,7 @@ bool SurfacePieces::may_have_record(const Box& box, Vec3 seen) const {
     const double place[3] = {seen.x, seen.y, seen.z};
     int at[3];
     for (int k = 0; k < 3; ++k) {
-        const int voxel = static_cast<int>(std::floor(place[k])) - box.low[k] + kNearVoxels;
+        const int voxel = static_cast<int>(std::floor(place[k])) - box.low[k] + kAnswerVoxels;
         at[k] = voxel >> box.cell_shift;
         if (voxel < 0 || at[k] >= box.cell_count[k]) return false;
     }
