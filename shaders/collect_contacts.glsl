@@ -12,11 +12,26 @@ CONST_INT(kPlugReach, 8)
 // smaller: flat blades meet nothing.
 CONST_INT(kPlugSlope, 4)
 
-// mass * (2 at + 1), each half of it within 31 bits.
-void add_mass_moment(int sum, int mass, int at) {
-    int held = min(mass, kMassMost);
-    add_wide(sum, held * at);
-    add_wide(sum, held * (at + 1));
+// What a body carries of a column, before it is added to the body's load.
+struct ColumnLoad {
+    int body;  // -1: none
+    int mass;  // in parts
+    int rise;  // sum of mass times height
+};
+
+// mass * (2 at + 1), each half of it within 31 bits: lift is mass * at.
+void add_mass_moment(int sum, int mass, int lift) {
+    add_wide(sum, lift);
+    add_wide(sum, lift + mass);
+}
+
+void add_column_load(IN(ColumnLoad) column, ivec3 place) {
+    if (column.body < 0) return;
+    int load = kResultHeader + column.body * kLoadWords;
+    add_wide(load + kLoadMass, column.mass);
+    add_mass_moment(load + kLoadMoment, column.mass, column.mass * place.x);
+    add_mass_moment(load + kLoadMoment + 2, column.mass, column.mass * place.y);
+    add_mass_moment(load + kLoadMoment + 4, column.mass, column.rise);
 }
 
 // Room that the soil in a voxel and in the one outwards of it leaves there, Q16 voxels.
@@ -48,15 +63,22 @@ int soil_top_around(int slot, int x, int y) {
     return top;
 }
 
-// Adds the soil in a voxel to the load of the body that carries it.
-void add_load(int body, int voxel, ivec3 place) {
-    int load = kResultHeader + body * kLoadWords;
+// Adds the soil in a voxel to what the body that carries it has of the column. Sums begin anew before they leave 31 bits; of a
+// voxel with more than it may hold all counts as mass, and what it may hold has a place.
+void add_load(int body, int voxel, ivec3 place, INOUT(ColumnLoad) column) {
     int mass = mass_at(voxel);
     mass = (mass + min(water_at(voxel) / kWaterParts, max(0, kVoxelMost - mass))) / kLoadPart;
-    add_wide(load + kLoadMass, mass);
-    add_mass_moment(load + kLoadMoment, mass, place.x);
-    add_mass_moment(load + kLoadMoment + 2, mass, place.y);
-    add_mass_moment(load + kLoadMoment + 4, mass, place.z);
+    int surplus = max(0, mass - kMassMost / kLoadPart);
+    if (surplus > 0) add_wide(kResultHeader + body * kLoadWords + kLoadMass, surplus);
+    mass -= surplus;
+    if (body != column.body || column.mass + mass > kMassMost / kLoadPart) {
+        add_column_load(column, place);
+        column.body = body;
+        column.mass = 0;
+        column.rise = 0;
+    }
+    column.mass += mass;
+    column.rise += mass * place.z;
 }
 
 // Whether terrain stands beside a voxel. The grid's ends do not count.
@@ -153,10 +175,11 @@ int soil_behind_load(int slot, ivec3 at, int body, ivec3 gradient) {
     return -1;
 }
 
-// Adds a record where a voxel has a body's surface and soil that meets it.
-void collect_contact(int slot, ivec3 at, int voxel) {
-    ivec3 gradient = body_gradient(slot, at.x, at.y, at.z);
-    if (largest_component(gradient) == 0) return;
+// Of the column that begins with a voxel, at a height: 0 where there is none.
+int body_coverage_above(int foot, int z) { return foot < 0 ? 0 : body_coverage(foot + z * kTileColumns); }
+
+// Adds a record where a voxel has a body's surface, with this gradient, and soil that meets it.
+void collect_contact(int slot, ivec3 at, int voxel, ivec3 gradient) {
     ivec3 inwards = step_inwards(gradient);
     int outer = voxel_outwards(slot, at, inwards, 1);
     if (state_at(kPlaneVolume, voxel) == 0 && (outer < 0 || state_at(kPlaneVolume, outer) == 0)) return;
@@ -209,15 +232,35 @@ void collect_contacts(int group, int lane) {
     int y = lane >> 3;
     if (!is_in_grid(slot, x, y)) return;
     int top = soil_top_around(slot, x, y);
+    if (z0 > top) return;
+    // body_gradient() of the whole column: the four beside it are found once.
+    int east = voxel_at(slot, x + 1, y, 0);
+    int west = voxel_at(slot, x - 1, y, 0);
+    int north = voxel_at(slot, x, y + 1, 0);
+    int south = voxel_at(slot, x, y - 1, 0);
+    int first = block * kBlockVoxels + lane;
+    int below = z0 > 0 ? body_coverage(first - kTileColumns) : 0;
+    int here = body_coverage(first);
+    ColumnLoad load;
+    load.body = -1;
+    load.mass = 0;
+    load.rise = 0;
     for (int i = 0; i < 8 && z0 + i <= top; ++i) {
-        int voxel = block * kBlockVoxels + i * kTileColumns + lane;
+        int voxel = first + i * kTileColumns;
+        int z = z0 + i;
+        int above = z + 1 < params.height ? body_coverage(voxel + kTileColumns) : 0;
+        ivec3 gradient = ivec3(body_coverage_above(east, z) - body_coverage_above(west, z),
+                               body_coverage_above(north, z) - body_coverage_above(south, z), above - below);
+        below = here;
+        here = above;
         int support = state_at(kPlaneSupport, voxel);
         if (support >= kSupportBody && state_at(kPlaneVolume, voxel) > 0) {
             int body = support - kSupportBody;
-            add_load(body, voxel, grid_voxel(slot, x, y, z0 + i));
+            add_load(body, voxel, grid_voxel(slot, x, y, z), load);
             int walls = kResultHeader + body * kLoadWords + kLoadWalls;
-            if (ATOMIC_LOAD(result[walls]) == 0 && is_beside_terrain(slot, x, y, z0 + i)) ATOMIC_OR(result[walls], 1);
+            if (ATOMIC_LOAD(result[walls]) == 0 && is_beside_terrain(slot, x, y, z)) ATOMIC_OR(result[walls], 1);
         }
-        collect_contact(slot, ivec3(x, y, z0 + i), voxel);
+        if (largest_component(gradient) > 0) collect_contact(slot, ivec3(x, y, z), voxel, gradient);
     }
+    add_column_load(load, grid_voxel(slot, x, y, z0));
 }

@@ -339,8 +339,8 @@ CONST_INT(kLoadMass, 0)         // parts of mass units
 CONST_INT(kLoadMoment, 2)       // the same times 2x + 1, then 2y + 1, then 2z + 1: the middle of a voxel in half voxels
 CONST_INT(kLoadImpulse, 8)      // momentum that the body has given soil along x, y, z, beside what bears the soil's weight
 CONST_INT(kLoadWalls, 14)       // 1: some of it is beside a column of terrain
-CONST_INT(kLoadPart, 16)        // parts are 16ths, rounded down, so that a part times 16385 voxels stays in 31 bits
-CONST_INT(kContactWords, 15)
+CONST_INT(kLoadPart, 16)        // parts are 16ths, rounded down, so that kMassMost of them times 16384 voxels stays in 31 bits
+CONST_INT(kContactWords, 16)    // 64 bytes, the last word unused: no two threads write to one cache line
 CONST_INT(kContactAt, 0)        // voxel x, y, z
 CONST_INT(kContactBody, 3)      // index
 CONST_INT(kContactKey, 4)       // words up to here tell a record from all others of a step

@@ -310,7 +310,7 @@ TEST(Parked, a_machine_of_20_t_that_stays_awake_is_looked_at_where_it_touches) {
             << after.passes[i].name;
     }
     EXPECT_LE(after.dispatch_count - before.dispatch_count, 60);
-    EXPECT_LE(after.read_bytes - before.read_bytes, 32000000);
+    EXPECT_LE(after.read_bytes - before.read_bytes, 34200000);
     EXPECT_LE(after.write_bytes - before.write_bytes, 77100);
 }
 

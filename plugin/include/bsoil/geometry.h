@@ -12,6 +12,7 @@ namespace bsoil {
 /// A vector or a point.
 struct Vec3 {
     double x = 0, y = 0, z = 0;
+    bool operator==(const Vec3&) const = default;  ///< bit for bit, but for signs of zeros
 };
 
 /// Arithmetic of vectors.

@@ -33,8 +33,11 @@ struct Buffer {
 #undef BUFFER
 };
 
-/// Buffer::result: the header and the loads of all bodies, then the contact records.
-inline constexpr int kContactsFirst = kResultHeader + limits::kBodyCapacity * kLoadWords;
+/// Buffer::result: the header and the loads of all bodies, then the contact records, aligned to
+/// their length.
+inline constexpr int kContactsFirst =
+    (kResultHeader + limits::kBodyCapacity * kLoadWords + kContactWords - 1) / kContactWords *
+    kContactWords;
 
 /// Planes of the voxels by the number of materials; water: 1 where soil takes it, else 0. What
 /// moves with the soil has a delta plane; that and terrain are kept while a tile is asleep.

@@ -43,7 +43,7 @@ static_assert(kContactAt + 3 == kContactBody && kContactBody + 1 == kContactKey 
               kContactGradient + 3 == kContactGap && kContactGap + 3 == kContactExcess &&
               kContactDensity + 1 == kContactCarrier &&
               kContactCarrier + 1 == kContactUndisturbed &&
-              kContactUndisturbed + 1 == kContactWords);
+              kContactUndisturbed + 1 < kContactWords);
 static_assert(limits::kMaterialCapacity <= 1 << kSaturationShift &&
               int64_t{kVoxelFull} << kSaturationShift <= INT32_MAX);
 static_assert(kShapeRows + 3 * kShapeRowWords == kShapeHalfExtents &&
@@ -63,7 +63,7 @@ static_assert(limits::kGridHeightMax < kTileTopStep);
 static_assert(limits::kBodyCapacity < kOwnerRank);
 static_assert(limits::kSoilSpeedMostVoxels * kVoxelFull == kSpeedMost);
 static_assert(int64_t{kVoxelFull - 1} / 2 * kOwnerRank + limits::kBodyCapacity <= INT32_MAX);
-static_assert(int64_t{kVoxelMost} / kLoadPart * (limits::kGridSideMax + 1) <= INT32_MAX);
+static_assert(int64_t{kMassMost} / kLoadPart * limits::kGridSideMax <= INT32_MAX);
 static_assert(int64_t{kPushMost} * kForceOne <= INT32_MAX);
 
 }  // namespace bsoil::layout

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "base/layout.h"
+#include "base/make_room.h"
 #include "bsoil/contact/contact_law.h"
 #include "bsoil/contact/orientation.h"
 
@@ -60,6 +61,14 @@ double compression_m(const ContactVoxels::Request& request, const ContactRecord&
     return std::clamp(excess / area_share, 0.0, 1.0) * request.frame->voxel_m;
 }
 
+// The first of them that lie on what the first one lies on.
+std::span<const ContactRecord> of_one_carrier(std::span<const ContactRecord> records) {
+    const auto last = std::ranges::find_if(records, [&](const ContactRecord& record) {
+        return record.carrier != records.front().carrier;
+    });
+    return {records.begin(), last};
+}
+
 }  // namespace
 
 /// A voxel's contact before it is told which faces it is of.
@@ -73,25 +82,31 @@ struct ContactVoxels::Element {
 void ContactVoxels::make(const Request& request, const TileWords& words,
                          std::vector<ContactVoxel>& out) {
     decode_contacts(request.words, order_, records_, request.threads);
-    gather_pieces(request);
     size_t out_count = 0;
-    if (out.capacity() < 2 * records_.size()) out.reserve(4 * records_.size());
-    for (auto first = records_.begin(); first != records_.end();) {
-        const int carrier = first->carrier;
-        const auto last = std::find_if(first, records_.end(), [&](const ContactRecord& record) {
-            return record.carrier != carrier;
-        });
-        surface_.find({{first, last},
-                       request.body_width_voxels,
-                       request.frame,
-                       request.law,
-                       request.wedge_length,
-                       request.wedges},
-                      [&](int tx, int ty) { return words(tx, ty, carrier); });
-        add_all(request, {first, last}, out_count, out);
-        first = last;
+    make_room(out, 2 * records_.size());
+    std::span<const ContactRecord> rest = records_, carried = of_one_carrier(rest);
+    if (!rest.empty()) read_surface(request, carried, words);
+    // Neither needs the other.
+    for_ranges(request.threads, 2, 1, [&](size_t first, size_t last) {
+        if (first == 0) gather_pieces(request);
+        if (last == 2 && !rest.empty()) surface_.spread();
+    });
+    while (!rest.empty()) {
+        add_all(request, carried, out_count, out);
+        rest = rest.subspan(carried.size());
+        carried = of_one_carrier(rest);
+        if (rest.empty()) break;
+        read_surface(request, carried, words);
+        surface_.spread();
     }
     out.resize(out_count);
+}
+
+void ContactVoxels::read_surface(const Request& request, std::span<const ContactRecord> carried,
+                                 const TileWords& words) {
+    surface_.read({carried, request.body_width_voxels, request.frame, request.law,
+                   request.wedge_length, request.wedges},
+                  [&](int tx, int ty) { return words(tx, ty, carried.front().carrier); });
 }
 
 void ContactVoxels::gather_pieces(const Request& request) {

@@ -44,6 +44,8 @@ class ContactVoxels {
     void add_all(const Request& request, std::span<const ContactRecord> records, size_t& out_count,
                  std::vector<ContactVoxel>& out);
     void gather_pieces(const Request& request);
+    void read_surface(const Request& request, std::span<const ContactRecord> carried,
+                      const TileWords& words);
     void add(const Request& request, const ContactRecord& record,
              std::vector<ContactVoxel>& out) const;
     void add_pieces(const Element& element, std::vector<ContactVoxel>& out) const;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/layout.h"
+#include "base/make_room.h"
 #include "bsoil/contact/orientation.h"
 
 namespace bsoil {
@@ -52,7 +53,7 @@ constexpr bool is_open(int32_t word) { return word >= 0 || is_terrain_top(word);
 
 }  // namespace
 
-void FreeSurface::find(const Request& request, const TileWords& words) {
+void FreeSurface::read(const Request& request, const TileWords& words) {
     law_ = request.law;
     wedges_ = request.wedges;
     wedge_length_.assign(request.wedge_length.begin(), request.wedge_length.end());
@@ -62,6 +63,9 @@ void FreeSurface::find(const Request& request, const TileWords& words) {
     find_tiles(request.contacts);
     read_heights(words);
     if (request.contacts.front().carrier != kOnGround) lay_bare_tops();
+}
+
+void FreeSurface::spread() {
     spread_nearest();
     sum_up();
 }
@@ -127,7 +131,6 @@ void FreeSurface::find_tiles(std::span<const ContactRecord> contacts) {
 void FreeSurface::read_heights(const TileWords& words) {
     words_.assign(static_cast<size_t>(size_[0]) * size_[1], kNotLookedAt);
     nearest_.assign(words_.size(), kNotLookedAt);
-    queue_.clear();
     const int tx0 = low_[0] / kTileSide, ty0 = low_[1] / kTileSide;
     const int tx1 = (low_[0] + size_[0] - 1) / kTileSide;
     const int ty1 = (low_[1] + size_[1] - 1) / kTileSide;
@@ -144,7 +147,6 @@ void FreeSurface::read_heights(const TileWords& words) {
                     const int at = y * size_[0] + x;
                     words_[at] = word;
                     nearest_[at] = word >= 0 ? word : kUntold;
-                    if (word >= 0) queue_.push_back(at);
                 }
             }
         }
@@ -160,10 +162,7 @@ void FreeSurface::lay_bare_tops() {
         int32_t& word = words_[i];
         if (word > kBareTop || word <= kBare) continue;
         word = kBareTop - word < highest ? kBareTop - word : kBare;
-        if (word >= 0) {
-            nearest_[i] = word;
-            queue_.push_back(static_cast<int>(i));
-        }
+        if (word >= 0) nearest_[i] = word;
     }
 }
 
@@ -173,35 +172,41 @@ void FreeSurface::lay_bare_tops() {
 void FreeSurface::spread_nearest() {
     const int nx = size_[0], count = nx * size_[1];
     const auto for_beside = [&](int at, auto&& visit) {
-        for (const int step : {1, -1, nx, -nx}) {
-            const int next = at + step;
-            if (next < 0 || next >= count) continue;
-            if (std::abs(step) < nx && next / nx != at / nx) continue;  // in another row
-            visit(next);
-        }
+        const int x = at % nx;
+        if (x + 1 < nx) visit(at + 1);
+        if (x > 0) visit(at - 1);
+        if (at + nx < count) visit(at + nx);
+        if (at >= nx) visit(at - nx);
     };
-    for (size_t first = 0; first < queue_.size();) {
-        const size_t last = queue_.size();
-        for (size_t head = first; head < last; ++head) {
-            for_beside(queue_[head], [&](int next) {
-                if (nearest_[next] != kUntold) return;
-                nearest_[next] = kBeingTold;
-                queue_.push_back(next);
-            });
-        }
-        told_.clear();
-        for (size_t head = last; head < queue_.size(); ++head) {
+    const auto tell_next = [&](int next) {
+        if (nearest_[next] != kUntold) return;
+        nearest_[next] = kBeingTold;
+        telling_.push_back(next);
+    };
+    // Few columns are under bodies: the first are found from those.
+    telling_.clear();
+    for (int at = 0; at < count; ++at) {
+        if (nearest_[at] != kUntold) continue;
+        bool is_beside = false;
+        for_beside(at, [&](int next) { is_beside = is_beside || nearest_[next] > kBeingTold; });
+        if (is_beside) tell_next(at);
+    }
+    while (!telling_.empty()) {
+        heights_.clear();
+        for (const int at : telling_) {
             int64_t sum = 0;
             int told = 0;
-            for_beside(queue_[head], [&](int next) {
+            for_beside(at, [&](int next) {
                 if (nearest_[next] <= kBeingTold) return;
                 sum += nearest_[next];
                 ++told;
             });
-            told_.push_back(static_cast<int32_t>(sum / told));
+            heights_.push_back(static_cast<int32_t>(sum / told));
         }
-        for (size_t i = 0; i < told_.size(); ++i) nearest_[queue_[last + i]] = told_[i];
-        first = last;
+        for (size_t i = 0; i < telling_.size(); ++i) nearest_[telling_[i]] = heights_[i];
+        std::swap(told_, telling_);
+        telling_.clear();
+        for (const int at : told_) for_beside(at, tell_next);
     }
     for (size_t i = 0; i < words_.size(); ++i) {
         if (const int32_t word = words_[i]; is_terrain_top(word)) {
@@ -214,9 +219,7 @@ void FreeSurface::spread_nearest() {
 // Sums over all free columns of a rectangle are four words of these.
 void FreeSurface::sum_up() {
     const int nx = size_[0], ny = size_[1];
-    if (sums_.capacity() < static_cast<size_t>(nx + 1) * (ny + 1)) {
-        sums_.reserve(2 * static_cast<size_t>(nx + 1) * (ny + 1));
-    }
+    make_room(sums_, static_cast<size_t>(nx + 1) * (ny + 1));
     sums_.resize(static_cast<size_t>(nx + 1) * (ny + 1));
     std::fill_n(sums_.begin(), nx + 1, Sum{});
     for (int y = 0; y < ny; ++y) {

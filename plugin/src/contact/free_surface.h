@@ -37,8 +37,17 @@ class FreeSurface {
         std::span<const double> wedge_length;  ///< of each material, over its depth
         std::span<const SurfaceWedge> wedges;  ///< of each material; outlive wedge_before()'s calls
     };
-    /// Cost: the columns around the contacts.
-    void find(const Request& request, const TileWords& words);
+    /// Reads the columns around the contacts, on the caller's thread, and finds their heights.
+    /// Cost: those columns.
+    void find(const Request& request, const TileWords& words) {
+        read(request, words);
+        spread();
+    }
+    /// The two halves of find(). The second may be on another thread.
+    /// @{
+    void read(const Request& request, const TileWords& words);
+    void spread();
+    /// @}
 
     /// Height of the free surface that counts for a surface element of a body: the mean over the
     /// soil that would give way to it. contact: one of the request's; at: on the element; outward:
@@ -87,12 +96,12 @@ class FreeSurface {
     std::vector<double> body_width_;
     std::vector<double> body_reach_;                  ///< by body index [columns]
     std::vector<std::pair<int, int>> contact_range_;  ///< lowest and highest z, by body index
-    std::vector<uint8_t> tiles_;    ///< by tile of the rectangle: 1 with contacts, 2 near some
-    std::vector<int32_t> words_;    ///< surface words
-    std::vector<int32_t> nearest_;  ///< height of the nearest column with soil on top [Q16]
-    std::vector<int> queue_;
-    std::vector<int32_t> told_;  ///< heights that the last columns of queue_ are told
-    std::vector<Sum> sums_;      ///< over the columns below and left of a corner
+    std::vector<uint8_t> tiles_;       ///< by tile of the rectangle: 1 with contacts, 2 near some
+    std::vector<int32_t> words_;       ///< surface words
+    std::vector<int32_t> nearest_;     ///< height of the nearest column with soil on top [Q16]
+    std::vector<int> told_, telling_;  ///< columns a step nearer to soil, and those being told
+    std::vector<int32_t> heights_;     ///< that they are told
+    std::vector<Sum> sums_;            ///< over the columns below and left of a corner
 };
 
 }  // namespace bsoil

@@ -12,19 +12,13 @@
 #include "bsoil/contact/trapped_soil.h"
 
 namespace bsoil {
-namespace {
 
-double bearing_capacity_factor_nc(double friction_angle_rad, double tan_phi) {
+double bearing_capacity_factor_nc(double friction_angle_rad) {
+    const double tan_phi = std::tan(friction_angle_rad);
     // The quotient loses its digits near phi = 0, where it tends to 2 + pi.
     if (tan_phi < 1e-4) return 2 + std::numbers::pi;
     const double t = std::tan(std::numbers::pi / 4 + friction_angle_rad / 2);
     return (std::exp(std::numbers::pi * tan_phi) * t * t - 1) / tan_phi;
-}
-
-}  // namespace
-
-double bearing_capacity_factor_nc(double friction_angle_rad) {
-    return bearing_capacity_factor_nc(friction_angle_rad, std::tan(friction_angle_rad));
 }
 
 namespace {
@@ -36,13 +30,18 @@ constexpr double kSmallestStress = 1e-9;
 /// itself with. Smaller than tan phi it would cap the stress that is asked for.
 constexpr double kRoughFriction = 10;
 
+// With as few functions as it takes: it is asked for every sole, each step. Nq = 1 + tan phi Nc is
+// Reissner's exp(pi tan phi) tan(45 deg + phi / 2)^2.
 BearingFactors bearing_factors(double friction_angle_rad) {
-    const double tan_phi = std::tan(friction_angle_rad);
-    const double nq = 1 + tan_phi * bearing_capacity_factor_nc(friction_angle_rad, tan_phi);
     constexpr double kPi = std::numbers::pi;
+    const double sine = std::sin(friction_angle_rad);
+    const double tan_phi = sine / std::sqrt(1 - sine * sine);
+    const double nq = std::exp(kPi * tan_phi) * (1 + sine) / (1 - sine);
     const double ngamma =
-        std::exp((kPi + 3 * kPi * kPi * tan_phi) / 6) * std::pow(tan_phi, 2 * kPi / 5);
-    return {friction_angle_rad, tan_phi, std::sin(friction_angle_rad), nq, ngamma};
+        tan_phi > 0
+            ? std::exp((kPi + 3 * kPi * kPi * tan_phi) / 6 + 2 * kPi / 5 * std::log(tan_phi))
+            : 0;
+    return {friction_angle_rad, tan_phi, sine, nq, ngamma};
 }
 
 // Lyamin and others (2007): sgamma of a square on soil of one angle, 0.0336 a degree. A larger one

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
+
+#include "base/make_room.h"
 
 namespace bsoil {
 namespace {
@@ -16,92 +17,33 @@ constexpr double kAgrees = 0.2;
 /// A share of a sample below this is none. Ours: for the rounding. Larger: area is left out;
 /// smaller: voxels get elements of nothing from faces that end on their border.
 constexpr double kSliver = 1e-6;
+/// A sample has nothing to do with records further from where the soil sees it. A record answers
+/// what is a voxel off, and a sample is half a voxel wide to either side.
+constexpr double kReachVoxels = 1.5;
 /// Clusters of samples that one thread takes. Ours: a thousand samples, some tenth of a
 /// millisecond. Larger: threads wait for the last; smaller: more lists of what goes where.
 constexpr size_t kLotClusters = 32;
-constexpr uint64_t kNoKey = ~uint64_t{0};
 
-/// A record answers parts no more voxels off.
-constexpr int kAnswerVoxels = 1;
-/// Cells that tell where records are, for each record at most. Ours: a voxel is a cell of what is
-/// no larger than a machine. Larger: more memory for a body that few records spread over; smaller:
-/// more parts are looked at for nothing.
-constexpr size_t kCellsPerRecord = 128;
-
-uint64_t key_of(const int voxel[3], int body) {
-    return (static_cast<uint64_t>(body) << 42 ^ static_cast<uint64_t>(voxel[2]) << 28 ^
-            static_cast<uint64_t>(voxel[1]) << 14 ^ static_cast<uint64_t>(voxel[0]));
-}
-
-size_t scattered(uint64_t key) {
-    key *= 0x9e3779b97f4a7c15u;
-    return static_cast<size_t>(key >> 24);
-}
+/// What looks along an axis by less than this is taken off the squares of a normal's parts. Ours:
+/// 1.8 deg, of a machine that stands on level ground. Larger: parts go to the voxels along fewer
+/// axes; smaller: level soles are looked at along three axes.
+constexpr double kHardlyLooks = 1e-3;
 
 /// The part of a length that lies in one voxel.
 struct Cut {
-    double middle = 0, share = 0;
+    double middle = 0, share = 1;
 };
-/// Samples are shorter than a voxel.
-using Cuts = std::array<Cut, 2>;
+/// Samples are no longer than a voxel.
+struct Cuts {
+    std::array<Cut, 2> parts;
+    int count = 1;
+};
 
 Cuts cut(double at, double half) {
-    const double border = std::floor(at + 0.5), below = border - (at - half);
+    const double border = voxel_of(at + 0.5), below = border - (at - half);
     const double share = below / (2 * half);
-    if (!(share > kSliver) || !(share < 1 - kSliver)) return {Cut{at, 1}};
-    return {Cut{border - below / 2, share}, Cut{border + half - below / 2, 1 - share}};
-}
-
-/// A flat piece that is looked at along an axis, from above its places along u and v.
-struct Slope {
-    int axis, u, v;
-    const double* n;  ///< its normal
-
-    /// On the piece, over a place from its middle.
-    std::array<double, 3> place(double at_u, double at_v) const {
-        std::array<double, 3> out{};
-        out[u] = at_u;
-        out[v] = at_v;
-        out[axis] = -(n[u] * at_u + n[v] * at_v) / n[axis];
-        return out;
-    }
-    /// Of a piece that leans along both, a part's middle may lie off it.
-    Vec3 bound(std::array<double, 3> at, const double halves[3]) const {
-        at[axis] = std::clamp(at[axis], -halves[axis], halves[axis]);
-        return {at[0], at[1], at[2]};
-    }
-    /// SurfacePiece::rise_m2 of a part with these variances of its places; `half`: of the whole
-    /// piece's height. Places along u and v go together as those of a square that leans.
-    Vec3 rise(double variance_u, double variance_v, double half) const {
-        const double level = std::max(0.0, 1 - n[u] * n[u]) * std::max(0.0, 1 - n[v] * n[v]);
-        const double covariance =
-            level > 0 ? -n[u] * n[v] / std::sqrt(level) * std::sqrt(variance_u * variance_v) : 0;
-        const double slope_u = -n[u] / n[axis], slope_v = -n[v] / n[axis];
-        std::array<double, 3> out{};
-        if (axis == 2) {
-            out[u] = slope_u * variance_u + slope_v * covariance;
-            out[v] = slope_v * variance_v + slope_u * covariance;
-            out[2] = slope_u * out[u] + slope_v * out[v];
-        } else {
-            out[2] = u == 2 ? variance_u : variance_v;
-            out[u == 2 ? v : u] = covariance;
-            out[axis] = u == 2 ? slope_u * variance_u + slope_v * covariance
-                               : slope_v * variance_v + slope_u * covariance;
-        }
-        // No part is higher than the piece.
-        const double most = half * half / 3;
-        const double share = out[2] > most ? most / out[2] : 1;
-        return share * Vec3{out[0], out[1], out[2]};
-    }
-};
-
-double cosine(const ContactRecord& record, Vec3 normal) {
-    return -dot(record.gradient, normal) / length(record.gradient);
-}
-
-template <typename T>
-void make_room(std::vector<T>& v, size_t count) {
-    if (v.capacity() < count) v.reserve(2 * count);
+    if (!(share > kSliver) || !(share < 1 - kSliver)) return {{Cut{at, 1}}, 1};
+    return {{Cut{border - below / 2, share}, Cut{border + half - below / 2, 1 - share}}, 2};
 }
 
 }  // namespace
@@ -110,28 +52,22 @@ void SurfacePieces::gather(std::span<const ContactRecord> records,
                            std::span<const SampledBody> bodies, const GridFrame& frame,
                            double same_cosine, const WorkThreads* threads) {
     voxel_m_ = frame.voxel_m;
-    records_ = records;
-    std::ranges::copy(frame.size, size_);
     same_cosine_ = same_cosine;
-    pieces_.clear();
+    for (std::vector<SurfacePiece>& pieces : pieces_) pieces.clear();
     make_room(heads_, records.size());
     heads_.assign(records.size(), -1);
     const auto is_sampled = [](const SampledBody& body) { return body.surface != nullptr; };
     if (records.empty() || std::ranges::none_of(bodies, is_sampled)) return;
-    make_room(pieces_, 2 * records.size());
-    fill_table(records);
-    find_boxes(records, bodies.size());
-    mark_near(records);
+    places_.fill(records, bodies.size(), frame.size);
     make_lots(bodies);
     for_ranges(threads, lot_count_, 1, [&](size_t first, size_t last) {
         for (size_t i = first; i < last; ++i) {
             share_out(bodies[static_cast<size_t>(lots_[i].body)], lots_[i]);
         }
     });
-    // Sums in order, whatever thread found them.
-    for (const Lot& lot : std::span(lots_).first(lot_count_)) {
-        for (const Given& given : lot.given) add(given);
-    }
+    for_ranges(threads, kBins, 1, [&](size_t first, size_t last) {
+        for (size_t bin = first; bin < last; ++bin) add_all(bin);
+    });
 }
 
 void SurfacePieces::make_lots(std::span<const SampledBody> bodies) {
@@ -143,11 +79,12 @@ void SurfacePieces::make_lots(std::span<const SampledBody> bodies) {
         lot.first = first;
         lot.last = last;
         lot.is_over_tips = is_over_tips;
-        lot.given.clear();
+        lot.parts.clear();
+        for (std::vector<Given>& given : lot.given) given.clear();
     };
     for (size_t b = 0; b < bodies.size(); ++b) {
         const SurfaceSamples* surface = bodies[b].surface;
-        if (!surface || boxes_[b].high[0] < 0) continue;
+        if (!surface || !places_.has_any(static_cast<int>(b))) continue;
         const size_t count = surface->clusters.size();
         for (size_t first = 0; first < count; first += kLotClusters) {
             add_lot(b, first, std::min(first + kLotClusters, count), false);
@@ -157,129 +94,90 @@ void SurfacePieces::make_lots(std::span<const SampledBody> bodies) {
 }
 
 void SurfacePieces::share_out(const SampledBody& body, Lot& lot) const {
-    const Box& box = boxes_[static_cast<size_t>(lot.body)];
     const double per_voxel = 1 / voxel_m_;
-    const auto is_near = [&](Vec3 p, double reach) {
-        const double at[3] = {p.x, p.y, p.z};
-        for (int k = 0; k < 3; ++k) {
-            if (at[k] < box.low[k] - reach || at[k] > box.high[k] + 1 + reach) return false;
-        }
-        return true;
-    };
+    Facing facing;
     for (size_t c = lot.first; c < lot.last; ++c) {
         const SampleCluster& cluster = body.surface->clusters[c];
-        if (!is_near(transform(body.to_grid, cluster.center) * per_voxel,
-                     cluster.radius_m * per_voxel + 2)) {
+        if (!places_.is_near_box(lot.body, transform(body.to_grid, cluster.center) * per_voxel,
+                                 cluster.radius_m * per_voxel + 1 + kReachVoxels)) {
             continue;
         }
         for (size_t i = cluster.first; i < cluster.last; ++i) {
             const SurfaceSample& sample = body.surface->samples[i];
             const Vec3 at = transform(body.to_grid, sample.at);
-            if (!is_near(at * per_voxel, 1.5)) continue;
-            const Vec3 normal = rotate(body.to_grid.rotation, sample.normal);
-            share_sample(sample, at, normal, lot);
+            if (!places_.is_near_box(lot.body, at * per_voxel,
+                                     sample.out_m * per_voxel + kReachVoxels)) {
+                continue;
+            }
+            if (sample.normal != facing.in_body) facing = Facing(sample.normal, body.to_grid);
+            share_sample(sample, at, facing, lot);
         }
     }
     if (!lot.is_over_tips) return;
     for (const OverTips& sample : body.surface->over_tips) {
         const Vec3 tip = transform(body.to_grid, sample.tip);
         const double high = length(sample.tip - sample.root) * per_voxel;
-        if (is_near(tip * per_voxel, high + 1.5)) share_over_tips(sample, body.to_grid, lot);
-    }
-}
-
-void SurfacePieces::find_boxes(std::span<const ContactRecord> records, size_t body_count) {
-    boxes_.assign(body_count, {});
-    for (const ContactRecord& record : records) {
-        Box& box = boxes_[static_cast<size_t>(record.body)];
-        for (int k = 0; k < 3; ++k) {
-            box.low[k] = std::min(box.low[k], record.voxel[k]);
-            box.high[k] = std::max(box.high[k], record.voxel[k]);
-        }
-        ++box.record_count;
-    }
-}
-
-void SurfacePieces::mark_near(std::span<const ContactRecord> records) {
-    size_t cell_count = 0;
-    for (Box& box : boxes_) {
-        if (box.high[0] < 0) continue;
-        box.cells = cell_count;
-        size_t own = 0;
-        for (box.cell_shift = 0; own == 0 || own > kCellsPerRecord * box.record_count;
-             ++box.cell_shift) {
-            own = 1;
-            for (int k = 0; k < 3; ++k) {
-                const int wide = box.high[k] - box.low[k] + 2 * kAnswerVoxels;
-                box.cell_count[k] = (wide >> box.cell_shift) + 1;
-                own *= static_cast<size_t>(box.cell_count[k]);
-            }
-        }
-        --box.cell_shift;
-        cell_count += own;
-    }
-    near_.assign(cell_count, 0);
-    for (const ContactRecord& record : records) {
-        const Box& box = boxes_[static_cast<size_t>(record.body)];
-        int low[3], high[3];
-        for (int k = 0; k < 3; ++k) {
-            low[k] = (record.voxel[k] - box.low[k]) >> box.cell_shift;
-            high[k] = (record.voxel[k] - box.low[k] + 2 * kAnswerVoxels) >> box.cell_shift;
-        }
-        for (int z = low[2]; z <= high[2]; ++z) {
-            for (int y = low[1]; y <= high[1]; ++y) {
-                std::fill_n(&near_[box.cell(low[0], y, z)], high[0] - low[0] + 1, uint8_t{1});
-            }
+        if (places_.is_near_box(lot.body, tip * per_voxel, high + kReachVoxels)) {
+            share_over_tips(sample, body.to_grid, lot);
         }
     }
 }
 
-bool SurfacePieces::may_have_record(const Box& box, Vec3 seen) const {
-    const double place[3] = {seen.x, seen.y, seen.z};
-    int at[3];
+// Places along two axes go together as those of a square that leans.
+SurfacePieces::Facing::Facing(Vec3 sample_normal, const Pose& to_grid)
+    : in_body(sample_normal), normal(rotate(to_grid.rotation, sample_normal)) {
+    const double n[3] = {normal.x, normal.y, normal.z};
+    double level[3], weight = 0;
     for (int k = 0; k < 3; ++k) {
-        const int voxel = static_cast<int>(std::floor(place[k])) - box.low[k] + kAnswerVoxels;
-        at[k] = voxel >> box.cell_shift;
-        if (voxel < 0 || at[k] >= box.cell_count[k]) return false;
+        level[k] = std::max(0.0, 1 - n[k] * n[k]);
+        across[k] = std::sqrt(level[k]);
+        along[k].weight = std::max(0.0, n[k] * n[k] - kHardlyLooks);
+        weight += along[k].weight;
     }
-    return near_[box.cell(at[0], at[1], at[2])] != 0;
-}
-
-void SurfacePieces::fill_table(std::span<const ContactRecord> records) {
-    const size_t size = std::bit_ceil(2 * records.size());
-    make_room(keys_, size);
-    make_room(found_, size);
-    keys_.assign(size, kNoKey);
-    found_.assign(size, -1);
-    for (size_t i = 0; i < records.size(); ++i) {
-        const uint64_t key = key_of(records[i].voxel, records[i].body);
-        size_t at = scattered(key) & (size - 1);
-        while (keys_[at] != kNoKey) at = (at + 1) & (size - 1);
-        keys_[at] = key;
-        found_[at] = static_cast<int>(i);
+    for (int axis = 0; axis < 3; ++axis) {
+        Along& look = along[axis];
+        if (!(look.weight > 0)) continue;
+        const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+        look.weight /= weight;
+        look.is_towards = n[axis] > 0;
+        look.slope_u = -n[u] / n[axis];
+        look.slope_v = -n[v] / n[axis];
+        const double both = level[u] * level[v];
+        look.turn = both > 0 ? -n[u] * n[v] / std::sqrt(both) : 0;
     }
 }
 
-int SurfacePieces::find(const int voxel[3], int body) const {
-    for (int k = 0; k < 3; ++k) {
-        if (voxel[k] < 0 || voxel[k] >= size_[k]) return -1;
+// A part has the variances of its own width along u and v, and no part is higher than the piece.
+Vec3 SurfacePieces::Facing::rise(int axis, double wide_u, double wide_v, double half) const {
+    const Along& look = along[axis];
+    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+    const double variance_u = wide_u * wide_u / 12, variance_v = wide_v * wide_v / 12;
+    const double covariance = look.turn * wide_u * wide_v / 12;
+    const double up_u = look.slope_u * variance_u + look.slope_v * covariance;
+    const double up_v = look.slope_v * variance_v + look.slope_u * covariance;
+    double out[3];
+    if (axis == 2) {
+        out[u] = up_u;
+        out[v] = up_v;
+        out[2] = look.slope_u * up_u + look.slope_v * up_v;
+    } else {
+        out[2] = u == 2 ? variance_u : variance_v;
+        out[u == 2 ? v : u] = covariance;
+        out[axis] = u == 2 ? up_u : up_v;
     }
-    const uint64_t key = key_of(voxel, body);
-    size_t at = scattered(key) & (keys_.size() - 1);
-    while (keys_[at] != kNoKey && keys_[at] != key) at = (at + 1) & (keys_.size() - 1);
-    return keys_[at] == key ? found_[at] : -1;
+    const double most = half * half / 3;
+    const double share = out[2] > most ? most / out[2] : 1;
+    return share * Vec3{out[0], out[1], out[2]};
 }
 
 // In the corner between two parts of a body their coverage hides the voxels across the face. What
 // lies lower says nothing: there the face may be in the air. Those within a voxel share the part,
 // by how near they are and how well they agree: no order of the voxels picks one.
-void SurfacePieces::share_around(const SurfaceSample& sample, const Part& part, Lot& lot) const {
-    const double at[3] = {part.seen.x, part.seen.y, part.seen.z};
-    int voxel[3];
+bool SurfacePieces::share_around(Vec3 seen, const int voxel[3], Vec3 normal, Lot& lot) const {
+    if (!places_.is_in_grid(voxel)) return false;  // beyond the grid there is no soil
+    const double at[3] = {seen.x, seen.y, seen.z};
     double near[3][3];
     for (int k = 0; k < 3; ++k) {
-        voxel[k] = static_cast<int>(std::floor(at[k]));
-        if (voxel[k] < 0 || voxel[k] >= size_[k]) return;  // beyond the grid there is no soil
         const double into = at[k] - voxel[k];
         near[k][0] = k < 2 ? 1 - into : 0;
         near[k][1] = k < 2 ? 1 : 1 - into;
@@ -295,66 +193,66 @@ void SurfacePieces::share_around(const SurfaceSample& sample, const Part& part, 
         if (!(share[i] > 0)) continue;
         const int beside[3] = {voxel[0] + step[0] - 1, voxel[1] + step[1] - 1,
                                voxel[2] + step[2] - 1};
-        record[i] = find(beside, lot.body);
-        const double agrees =
-            record[i] < 0 ? 0 : cosine(records_[static_cast<size_t>(record[i])], part.normal);
+        record[i] = places_.find(beside, lot.body);
+        const double agrees = record[i] < 0 ? 0 : places_.cosine(record[i], normal);
         share[i] *= std::max(0.0, agrees - kAgrees);
         sum += share[i];
     }
-    if (!(sum > 0)) return;
+    if (!(sum > 0)) return false;
     for (int i = 0; i < kAround; ++i) {
-        if (share[i] > kSliver * sum) {
-            lot.given.push_back({record[i], &sample, part, share[i] / sum});
-        }
+        if (share[i] > kSliver * sum) lot.give(record[i], share[i] / sum);
     }
+    return true;
 }
 
 // Along each axis goes what of the area looks that way, as in the coverage's gradient; across it
 // the sample is as wide as it is, so that no rounding picks a voxel for all of it.
-void SurfacePieces::share_sample(const SurfaceSample& sample, Vec3 at_m, Vec3 normal,
+void SurfacePieces::share_sample(const SurfaceSample& sample, Vec3 at_m, const Facing& facing,
                                  Lot& lot) const {
-    const Box& box = boxes_[static_cast<size_t>(lot.body)];
-    const Vec3 seen = (at_m + sample.out_m * normal) * (1 / voxel_m_);
-    const double at[3] = {seen.x, seen.y, seen.z}, n[3] = {normal.x, normal.y, normal.z};
+    const Vec3 seen = (at_m + sample.out_m * facing.normal) * (1 / voxel_m_);
     const double half = std::sqrt(sample.area_m2) / voxel_m_ / 2;
+    const double at[3] = {seen.x, seen.y, seen.z};
     double halves[3];
-    Cuts cuts[3];
+    int low[3], high[3];
     for (int k = 0; k < 3; ++k) {
-        halves[k] = half * std::sqrt(std::max(0.0, 1 - n[k] * n[k]));
-        cuts[k] = cut(at[k], halves[k]);
+        halves[k] = half * facing.across[k];
+        low[k] = voxel_of(at[k] - halves[k]);
+        high[k] = voxel_of(at[k] + halves[k]);
     }
-    const auto variance = [&halves](int k, const Cut& part) {
-        const double wide = 2 * halves[k] * part.share;
-        return wide * wide / 12;
-    };
+    if (!places_.may_be_beside(lot.body, low, high)) return;
+    const Cuts cuts[3] = {cut(at[0], halves[0]), cut(at[1], halves[1]), cut(at[2], halves[2])};
     for (int axis = 0; axis < 3; ++axis) {
-        if (n[axis] * n[axis] < kSliver) continue;
+        const Facing::Along& look = facing.along[axis];
+        if (!(look.weight > 0)) continue;
         const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-        for (const Cut& cut_u : cuts[u]) {
-            for (const Cut& cut_v : cuts[v]) {
-                const double share = n[axis] * n[axis] * cut_u.share * cut_v.share;
-                if (!(share > 0)) continue;
-                const Slope slope{axis, u, v, n};
-                const Vec3 from_middle =
-                    slope.bound(slope.place(cut_u.middle - at[u], cut_v.middle - at[v]), halves);
-                if (!may_have_record(box, seen + from_middle)) continue;
-                const Vec3 rise = slope.rise(variance(u, cut_u), variance(v, cut_v), halves[2]);
-                share_part(sample, axis,
-                           {seen + from_middle, at_m + voxel_m_ * from_middle, normal,
-                            share * sample.area_m2, voxel_m_ * voxel_m_ * rise},
-                           lot);
-            }
+        for (int i = 0; i < cuts[u].count * cuts[v].count; ++i) {
+            const Cut &cut_u = cuts[u].parts[i % cuts[u].count],
+                      &cut_v = cuts[v].parts[i / cuts[u].count];
+            const double off_u = cut_u.middle - at[u], off_v = cut_v.middle - at[v];
+            // Of a piece that leans along both, a part's middle may lie off it.
+            const double off = std::clamp(look.slope_u * off_u + look.slope_v * off_v,
+                                          -halves[axis], halves[axis]);
+            double place[3];
+            place[u] = cut_u.middle;
+            place[v] = cut_v.middle;
+            place[axis] = at[axis] + off;
+            const int voxel[3] = {voxel_of(place[0]), voxel_of(place[1]), voxel_of(place[2])};
+            if (!places_.may_be_beside(lot.body, voxel, voxel)) continue;
+            const Vec3 part_seen{place[0], place[1], place[2]};
+            if (!share_part(sample, axis, part_seen, voxel, facing, lot)) continue;
+            const Vec3 rise = facing.rise(axis, 2 * halves[u] * cut_u.share,
+                                          2 * halves[v] * cut_v.share, halves[2]);
+            lot.parts.push_back({at_m + voxel_m_ * (part_seen - seen), facing.normal,
+                                 look.weight * cut_u.share * cut_v.share * sample.area_m2,
+                                 voxel_m_ * voxel_m_ * rise, sample.row, sample.part});
         }
     }
 }
 
-void SurfacePieces::share_part(const SurfaceSample& sample, int axis, const Part& part,
-                               Lot& lot) const {
-    const double at[3] = {part.seen.x, part.seen.y, part.seen.z};
-    const double n[3] = {part.normal.x, part.normal.y, part.normal.z};
-    int voxel[3];
-    for (int k = 0; k < 3; ++k) voxel[k] = static_cast<int>(std::floor(at[k]));
-    const int outwards = n[axis] > 0 ? 1 : -1;
+bool SurfacePieces::share_part(const SurfaceSample& sample, int axis, Vec3 seen, const int voxel[3],
+                               const Facing& facing, Lot& lot) const {
+    const double at[3] = {seen.x, seen.y, seen.z};
+    const int outwards = facing.along[axis].is_towards ? 1 : -1;
     const double into = at[axis] - voxel[axis];
     const double through = outwards > 0 ? into : 1 - into;
     const double shares[3] = {(1 - through) / 2, 0.5, through / 2};
@@ -363,24 +261,20 @@ void SurfacePieces::share_part(const SurfaceSample& sample, int axis, const Part
     for (int step = 0; step < 3; ++step) {
         int beside[3] = {voxel[0], voxel[1], voxel[2]};
         beside[axis] += (step - 1) * outwards;
-        record[step] = find(beside, lot.body);
+        record[step] = places_.find(beside, lot.body);
         if (record[step] < 0) continue;
-        if (cosine(records_[static_cast<size_t>(record[step])], part.normal) < kAgrees) {
+        if (places_.cosine(record[step], facing.normal) < kAgrees) {
             // Beside a lug the gradient may be all of what carries the lug.
             if (!sample.is_thin || step == 0) record[step] = -1;
         }
         if (!(shares[step] > kSliver)) record[step] = -1;  // the face lies on the voxel's border
         if (record[step] >= 0) sum += shares[step];
     }
-    if (!(sum > 0)) {
-        share_around(sample, part, lot);
-        return;
-    }
+    if (!(sum > 0)) return share_around(seen, voxel, facing.normal, lot);
     for (int step = 0; step < 3; ++step) {
-        if (record[step] >= 0) {
-            lot.given.push_back({record[step], &sample, part, shares[step] / sum});
-        }
+        if (record[step] >= 0) lot.give(record[step], shares[step] / sum);
     }
+    return true;
 }
 
 // What soil is there the body's own surface near it knows: the voxel that the piece is in, or those
@@ -392,7 +286,7 @@ void SurfacePieces::share_over_tips(const OverTips& sample, const Pose& to_grid,
     const auto record_at = [&](Vec3 p) {
         const int voxel[3] = {static_cast<int>(std::floor(p.x)), static_cast<int>(std::floor(p.y)),
                               static_cast<int>(std::floor(p.z))};
-        return find(voxel, lot.body);
+        return places_.find(voxel, lot.body);
     };
     int record = -1;
     for (int i = 0; i <= steps && record < 0; ++i) {
@@ -400,17 +294,25 @@ void SurfacePieces::share_over_tips(const OverTips& sample, const Pose& to_grid,
     }
     if (record < 0) record = record_at(transform(to_grid, sample.tip) * (1 / voxel_m_));
     if (record < 0) return;
-    const Part part{at,
-                    transform(to_grid, sample.piece.at),
-                    rotate(to_grid.rotation, sample.piece.normal),
-                    sample.piece.area_m2,
-                    {}};
-    lot.given.push_back({record, &sample.piece, part, 1});
+    lot.give(record, 1);
+    lot.parts.push_back({transform(to_grid, sample.piece.at),
+                         rotate(to_grid.rotation, sample.piece.normal),
+                         sample.piece.area_m2,
+                         {},
+                         sample.piece.row,
+                         sample.piece.part});
 }
 
-void SurfacePieces::add(const Given& given) {
-    const SurfaceSample& sample = *given.sample;
-    const Part& part = given.part;
+// Lots in their order: sums do not depend on which thread found them.
+void SurfacePieces::add_all(size_t bin) {
+    for (const Lot& lot : std::span(lots_).first(lot_count_)) {
+        for (const Given& given : lot.given[bin]) {
+            add(given, lot.parts[static_cast<size_t>(given.part)], pieces_[bin]);
+        }
+    }
+}
+
+void SurfacePieces::add(const Given& given, const Part& part, std::vector<SurfacePiece>& pieces) {
     const double area_m2 = given.share * part.area_m2;
     const auto add_to = [&](SurfacePiece& piece) {
         const Vec3 off = part.at_m - piece.origin;
@@ -421,8 +323,8 @@ void SurfacePieces::add(const Given& given) {
     };
     int* link = &heads_[static_cast<size_t>(given.record)];
     while (*link >= 0) {
-        SurfacePiece& piece = pieces_[static_cast<size_t>(*link)];
-        if (piece.row == sample.row && piece.part == sample.part &&
+        SurfacePiece& piece = pieces[static_cast<size_t>(*link)];
+        if (piece.row == part.row && piece.part == part.part &&
             dot(piece.area, part.normal) >= same_cosine_ * length(piece.area)) {
             add_to(piece);
             return;
@@ -430,11 +332,11 @@ void SurfacePieces::add(const Given& given) {
         link = &piece.next;
     }
     // The link may lie in a piece, and pieces may move as they get more.
-    *link = static_cast<int>(pieces_.size());
-    SurfacePiece& piece = pieces_.emplace_back();
+    *link = static_cast<int>(pieces.size());
+    SurfacePiece& piece = pieces.emplace_back();
     piece.origin = part.at_m;
-    piece.row = sample.row;
-    piece.part = sample.part;
+    piece.row = part.row;
+    piece.part = part.part;
     add_to(piece);
 }
 

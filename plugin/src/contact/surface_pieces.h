@@ -7,6 +7,7 @@
 #include "bsoil/grid_frame.h"
 #include "bsoil/work_threads.h"
 #include "contact/contact_record.h"
+#include "contact/record_places.h"
 #include "contact/surface_samples.h"
 
 namespace bsoil {
@@ -53,41 +54,48 @@ class SurfacePieces {
     /// Of a record: calls visit(piece), in an order that does not depend on threads.
     template <typename Visit>
     void for_each(size_t record, Visit&& visit) const {
-        for (int i = heads_[record]; i >= 0; i = pieces_[static_cast<size_t>(i)].next) {
-            visit(pieces_[static_cast<size_t>(i)]);
+        const std::vector<SurfacePiece>& pieces = pieces_[bin_of(record)];
+        for (int i = heads_[record]; i >= 0; i = pieces[static_cast<size_t>(i)].next) {
+            visit(pieces[static_cast<size_t>(i)]);
         }
     }
 
   private:
-    /// Round a body's records, and the cells over it: see mark_near().
-    struct Box {
-        int low[3] = {INT32_MAX, INT32_MAX, INT32_MAX}, high[3] = {-1, -1, -1};
-        size_t record_count = 0;
-        size_t cells = 0;  ///< where they begin in near_
-        int cell_shift = 0, cell_count[3] = {0, 0, 0};
-        size_t cell(int x, int y, int z) const {
-            return cells + (static_cast<size_t>(z) * cell_count[1] + y) * cell_count[0] + x;
-        }
+    /// Records are put together by this many threads at most, each taking its own.
+    static constexpr size_t kBins = 8;
+    static size_t bin_of(size_t record) { return record / kBinRecords % kBins; }
+    /// Records beside each other that one thread takes: faces are shared out over neighbours.
+    static constexpr size_t kBinRecords = 32;
+
+    /// What samples that look one way have in common.
+    struct Facing {
+        /// As looked at along an axis, over places along the two that follow it.
+        struct Along {
+            double weight = 0;        ///< share of the area that looks along it
+            bool is_towards = false;  ///< towards larger places
+            double slope_u = 0, slope_v = 0;
+            double turn = 0;  ///< correlation of the places
+        };
+        Facing() = default;
+        Facing(Vec3 sample_normal, const Pose& to_grid);
+        /// SurfacePiece::rise_m2 of a part of these widths; half: of the whole piece's height.
+        Vec3 rise(int axis, double wide_u, double wide_v, double half) const;
+
+        Vec3 in_body, normal;          ///< normal: in the grid's axes
+        double across[3] = {0, 0, 0};  ///< how wide a piece is across each axis over its side
+        Along along[3];
     };
-    void fill_table(std::span<const ContactRecord> records);
-    void find_boxes(std::span<const ContactRecord> records, size_t body_count);
-    /// Marks the cells in which a part may have a record: most of a body is far from any.
-    void mark_near(std::span<const ContactRecord> records);
-    bool may_have_record(const Box& box, Vec3 seen) const;
-    /// -1: none.
-    int find(const int voxel[3], int body) const;
     /// What of a sample looks along an axis and is in one voxel across it.
     struct Part {
-        Vec3 seen;  ///< where the soil sees it [voxels]
         Vec3 at_m, normal;
         double area_m2 = 0;
         Vec3 rise_m2;  ///< as SurfacePiece::rise_m2
+        int row = -1;
+        ToothPart part = ToothPart::base;
     };
     /// What a record gets of a part.
     struct Given {
-        int record;
-        const SurfaceSample* sample;
-        Part part;
+        int record, part;  ///< part: of the same lot
         double share;
     };
     /// Samples of a body that one thread takes, and what they give, in their order: first clusters,
@@ -96,26 +104,31 @@ class SurfacePieces {
         int body = 0;
         size_t first = 0, last = 0;  ///< of its clusters
         bool is_over_tips = false;
-        std::vector<Given> given;
+        std::vector<Part> parts;
+        std::vector<Given> given[kBins];  ///< by the bin of the record
+
+        void give(int record, double share) {
+            given[bin_of(static_cast<size_t>(record))].push_back(
+                {record, static_cast<int>(parts.size()), share});
+        }
     };
     void make_lots(std::span<const SampledBody> bodies);
     void share_out(const SampledBody& body, Lot& lot) const;
-    void share_sample(const SurfaceSample& sample, Vec3 at, Vec3 normal, Lot& lot) const;
-    void share_part(const SurfaceSample& sample, int axis, const Part& part, Lot& lot) const;
-    void share_around(const SurfaceSample& sample, const Part& part, Lot& lot) const;
+    void share_sample(const SurfaceSample& sample, Vec3 at, const Facing& facing, Lot& lot) const;
+    /// seen: where the soil sees it [voxels], in that voxel. False: no record has it.
+    bool share_part(const SurfaceSample& sample, int axis, Vec3 seen, const int voxel[3],
+                    const Facing& facing, Lot& lot) const;
+    bool share_around(Vec3 seen, const int voxel[3], Vec3 normal, Lot& lot) const;
     void share_over_tips(const OverTips& sample, const Pose& to_grid, Lot& lot) const;
-    void add(const Given& given);
+    /// Puts together what the records of a bin are given.
+    void add_all(size_t bin);
+    void add(const Given& given, const Part& part, std::vector<SurfacePiece>& pieces);
 
     std::vector<Lot> lots_;  ///< the first lot_count_ of them
     size_t lot_count_ = 0;
-    std::span<const ContactRecord> records_;
-    std::vector<int> heads_;  ///< per record, into pieces_
-    std::vector<SurfacePiece> pieces_;
-    std::vector<uint64_t> keys_;  ///< open addressing
-    std::vector<int> found_;
-    std::vector<Box> boxes_;
-    std::vector<uint8_t> near_;  ///< by body, then cell
-    int size_[3] = {0, 0, 0};    ///< of the grid [voxels]
+    RecordPlaces places_;
+    std::vector<int> heads_;                   ///< per record, into pieces_ of its bin
+    std::vector<SurfacePiece> pieces_[kBins];  ///< by the bin of the record
     double voxel_m_ = 1, same_cosine_ = 0;
 };
 

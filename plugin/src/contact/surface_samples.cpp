@@ -12,11 +12,10 @@
 namespace bsoil {
 namespace {
 
-/// Samples are no further apart than this [voxels]. Ours: every voxel that a face goes through gets
-/// one, wherever the grid lies. Larger: voxels without a sample go by the coverage field; smaller:
-/// more samples for the same faces.
-constexpr double kSpacingVoxels = 0.75;
-/// A body with more goes by the coverage field. Ours: a cube of 150 voxels to the side; its samples
+/// Samples are no longer than this [voxels]. Ours: where the borders of voxels cut them each part
+/// is in one of two. Larger: more parts than two; smaller: more samples for the same faces.
+constexpr double kSpacingVoxels = 1;
+/// A body with more goes by the coverage field. Ours: a cube of 209 voxels to the side; its samples
 /// take 20 MB. Larger: more memory for a body that is as well described by its voxels.
 constexpr size_t kSamplesMost = 1 << 18;
 /// Samples that share a bound, by which a tile finds those near it. Ours: a few rows of a face.

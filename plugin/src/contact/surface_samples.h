@@ -34,7 +34,7 @@ struct SampleCluster {
     size_t first = 0, last = 0;
 };
 
-/// The outer surface of a body's shapes, each piece no longer than three quarters of a voxel. What
+/// The outer surface of a body's shapes, each piece no longer than a voxel. What
 /// lies inside another of its shapes, or looks at one across less than half a voxel, is left out.
 struct SurfaceSamples {
     std::vector<SurfaceSample> samples;

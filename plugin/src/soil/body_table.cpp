@@ -19,7 +19,7 @@ constexpr double kStillVoxels = 1.0 / 512;
 // its longest where that is more. Ours: two samples along the shortest, so that it stands on faces
 // and not on points, and four along the longest. Larger: as many more contacts; smaller: a body
 // balances on the middles of its faces.
-constexpr double kCutVoxelsLeast = 1.5, kCutVoxelsMost = 3;
+constexpr double kCutVoxelsLeast = 2, kCutVoxelsMost = 4;
 
 /// Of the box round all shapes.
 struct Sizes {

@@ -13,6 +13,11 @@ using namespace layout;
 
 namespace {
 
+/// Words of tiles that are kept from one weighing of a region to the next. Ours: 4 MB, a pit of
+/// four by four metres in voxels of 5 cm. Larger: more memory stays with a soil; smaller: the
+/// system makes the pages of it anew in each step.
+constexpr size_t kRegionWordsKept = size_t{1} << 20;
+
 /// The voxels of a grid whose centres are in a convex region of the world.
 class Region {
   public:
@@ -43,17 +48,27 @@ class Region {
     void for_each_voxel(int tx, int ty, HasSoil has_soil, Visit visit) const {
         for (int z = low_[2]; z <= high_[2]; ++z) {
             for (int c = 0; c < kTileColumns; ++c) {
-                if (!has_soil(z, c)) continue;
-                const Vec3 center{tx * kTileSide + c % kTileSide + 0.5,
-                                  ty * kTileSide + c / kTileSide + 0.5, z + 0.5};
-                if (contains(shape_, transform(grid_to_region_, center * voxel_m_))) visit(z, c);
+                if (has_soil(z, c) && is_inside(tx, ty, z, c)) visit(z, c);
             }
         }
+    }
+    /// How many voxels of a column's from z on are inside.
+    int count_inside(int tx, int ty, int c, int z, int length) const {
+        int count = 0;
+        const int last = std::min(high_[2], z + length - 1);
+        for (int at = std::max(low_[2], z); at <= last; ++at) count += is_inside(tx, ty, at, c);
+        return count;
     }
     int lowest_layer() const { return low_[2]; }
     int layer_count() const { return high_[2] - low_[2] + 1; }
 
   private:
+    bool is_inside(int tx, int ty, int z, int c) const {
+        const Vec3 center{tx * kTileSide + c % kTileSide + 0.5,
+                          ty * kTileSide + c / kTileSide + 0.5, z + 0.5};
+        return contains(shape_, transform(grid_to_region_, center * voxel_m_));
+    }
+
     const ConvexShape& shape_;
     double voxel_m_;
     Pose grid_to_region_;  ///< of metres
@@ -66,7 +81,7 @@ std::vector<int64_t> units_inside(const Soil::Impl& s, const ConvexShape& shape,
     if (!is_valid_shape(shape) || !is_rigid(pose)) return units;
     const Region region(shape, pose, s.world_to_grid, s.frame);
     const int material_count = s.params.material_count;
-    TileVoxels voxels;
+    TileRuns runs;
     struct AwakeTile {
         int tx, ty, slot;
     };
@@ -79,19 +94,22 @@ std::vector<int64_t> units_inside(const Soil::Impl& s, const ConvexShape& shape,
             return;
         }
         if (tile->top <= region.lowest_layer()) return;
-        s.tiles.read_voxels(s.tile_index(tx, ty), voxels);
-        region.for_each_voxel(
-            tx, ty, [&](int z, int c) { return voxels.at(kKeptVolume, z, c) != 0; },
-            [&](int z, int c) {
-                for (int m = 0; m < material_count; ++m) {
-                    units[static_cast<size_t>(m)] += voxels.at(kKeptMaterial + m, z, c);
-                }
-            });
+        if (!s.tiles.read_asleep(s.tile_index(tx, ty), runs)) return;
+        runs.for_each([&](int c, int z, const ColumnRun& run) {
+            if (run.values[kKeptVolume] == 0) return;
+            const int count = region.count_inside(tx, ty, c, z, run.length);
+            for (int m = 0; m < material_count; ++m) {
+                units[static_cast<size_t>(m)] +=
+                    int64_t{run.values[static_cast<size_t>(kKeptMaterial + m)]} * count;
+            }
+        });
     });
     // Of tiles that are awake only what tells, no higher than the region, and all of them at once.
     const auto layer_words = static_cast<size_t>(region.layer_count()) * kTileColumns;
     const auto plane_count = static_cast<size_t>(1 + material_count);
-    std::vector<int32_t> words(awake.size() * plane_count * layer_words);
+    if (s.region_words.capacity() > kRegionWordsKept) s.region_words = {};
+    std::vector<int32_t>& words = s.region_words;
+    words.resize(awake.size() * plane_count * layer_words);
     std::vector<device::ReadRange> ranges;
     for (size_t i = 0; i < awake.size() * plane_count; ++i) {
         const auto kept = static_cast<int>(i % plane_count);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <unordered_set>
 
 #include "soil/column_surface.h"
@@ -166,24 +167,39 @@ SoilTotals Soil::totals() const {
     const Impl& s = *impl_;
     SoilTotals totals;
     totals.units.assign(s.materials.size(), 0);
-    TileVoxels voxels;
-    const auto count = [&] {
-        for (size_t m = 0; m < s.materials.size(); ++m) {
-            const size_t plane = (kKeptMaterial + m) * s.params.tile_voxels;
-            for (int v = 0; v < s.params.tile_voxels; ++v) {
-                totals.units[m] += voxels.words[plane + v];
-            }
-        }
-        const size_t water = (kKeptMaterial + s.materials.size()) * s.params.tile_voxels;
-        for (int v = 0; s.water.is_there() && v < s.params.tile_voxels; ++v) {
-            totals.water_units += voxels.words[water + v];
+    const auto material_count = static_cast<int>(s.materials.size());
+    const int water = s.water.is_there() ? kKeptMaterial + material_count : -1;
+    const auto count = [&](int plane, int64_t units) {
+        if (plane == water) {
+            totals.water_units += units;
+        } else if (plane >= kKeptMaterial && plane < kKeptMaterial + material_count) {
+            totals.units[static_cast<size_t>(plane - kKeptMaterial)] += units;
         }
     };
-    for (size_t index = 0; index < s.tiles.size(); ++index) {
-        if (!s.tiles[index]) continue;
-        s.tiles.read_voxels(static_cast<int>(index), voxels);
-        count();
-        if (s.tiles.read_buried(static_cast<int>(index), voxels)) count();
+    TileVoxels voxels;
+    TileRuns runs;
+    const auto count_voxels = [&] {
+        for (int plane = kKeptMaterial; plane < s.kept_planes; ++plane) {
+            const auto words = std::span(voxels.words)
+                                   .subspan(static_cast<size_t>(plane) * s.params.tile_voxels,
+                                            static_cast<size_t>(s.params.tile_voxels));
+            count(plane, std::accumulate(words.begin(), words.end(), int64_t{0}));
+        }
+    };
+    for (size_t i = 0; i < s.tiles.size(); ++i) {
+        const auto index = static_cast<int>(i);
+        if (!s.tiles[i]) continue;
+        if (s.tiles.read_asleep(index, runs)) {
+            runs.for_each([&](int, int, const ColumnRun& run) {
+                for (int plane = kKeptMaterial; plane < s.kept_planes; ++plane) {
+                    count(plane, int64_t{run.values[static_cast<size_t>(plane)]} * run.length);
+                }
+            });
+        } else {
+            s.tiles.read_voxels(index, voxels);
+            count_voxels();
+        }
+        if (s.tiles.read_buried(index, voxels)) count_voxels();
     }
     totals.water_units_in = s.water.units_in();
     totals.water_units_out = s.water.units_out();
@@ -199,20 +215,37 @@ SoilTotals Soil::totals() const {
 // what is awake.
 uint64_t Soil::Impl::checksum() const {
     uint64_t sum = 0;
+    const auto words = static_cast<size_t>(kept_planes) * params.tile_voxels;
+    const auto add = [&](size_t tile, size_t at, int32_t value) {
+        sum += mix(mix(tile * words + at + 1) ^ static_cast<uint32_t>(value));
+    };
     TileVoxels voxels;
-    const auto add = [&](size_t index) {
-        for (size_t i = 0; i < voxels.words.size(); ++i) {
-            if (voxels.words[i] != 0) {
-                const uint64_t place = index * voxels.words.size() + i;
-                sum += mix(mix(place + 1) ^ static_cast<uint32_t>(voxels.words[i]));
+    TileRuns runs;
+    const auto add_voxels = [&](size_t tile) {
+        for (size_t at = 0; at < words; ++at) {
+            if (voxels.words[at] != 0) add(tile, at, voxels.words[at]);
+        }
+    };
+    const auto add_run = [&](size_t tile, int column, int z, const ColumnRun& run) {
+        for (int plane = 0; plane < kept_planes; ++plane) {
+            const int32_t value = run.values[static_cast<size_t>(plane)];
+            for (int i = 0; value != 0 && i < run.length; ++i) {
+                add(tile, static_cast<size_t>((plane * height + z + i) * kTileColumns + column),
+                    value);
             }
         }
     };
-    for (size_t index = 0; index < tiles.size(); ++index) {
-        if (!tiles[index]) continue;
-        tiles.read_voxels(static_cast<int>(index), voxels);
-        add(index);
-        if (tiles.read_buried(static_cast<int>(index), voxels)) add(tiles.size() + index);
+    for (size_t i = 0; i < tiles.size(); ++i) {
+        const auto index = static_cast<int>(i);
+        if (!tiles[i]) continue;
+        if (tiles.read_asleep(index, runs)) {
+            runs.for_each(
+                [&](int column, int z, const ColumnRun& run) { add_run(i, column, z, run); });
+        } else {
+            tiles.read_voxels(index, voxels);
+            add_voxels(i);
+        }
+        if (tiles.read_buried(index, voxels)) add_voxels(tiles.size() + i);
     }
     return sum;
 }

@@ -46,6 +46,7 @@ struct Soil::Impl : SoilCore {
     ContactReader contacts{*this, tiles, bodies, ground};
     StepReader results{*this, tiles, bodies, lists, contacts, flows};
     mutable TileSampler sampler{*this, tiles};
+    mutable std::vector<int32_t> region_words;  ///< what was last read to weigh a region
     std::string device_reason;
 
     // --- the step in progress, and the last one that is through

@@ -59,6 +59,17 @@ struct TileRuns {
         return std::span(runs).subspan(static_cast<size_t>(columns[static_cast<size_t>(c)].first),
                                        static_cast<size_t>(columns[static_cast<size_t>(c)].count));
     }
+    /// Calls visit(column, z, run) for each run of each column, z: where it begins.
+    template <typename Visit>
+    void for_each(Visit&& visit) const {
+        for (int c = 0; c < 64; ++c) {
+            int z = 0;
+            for (const ColumnRun& run : column(c)) {
+                visit(c, z, run);
+                z += run.length;
+            }
+        }
+    }
     /// Puts a run on top of those from `first` on; it becomes part of the last one where it is
     /// alike.
     void append(int first, const ColumnRun& run);

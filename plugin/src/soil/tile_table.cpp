@@ -359,16 +359,22 @@ void TileTable::write_voxels(int index, const TileVoxels& in) {
     if (tile.slot >= 0) note_stale(tile.slot, true);
 }
 
-void TileTable::read_runs(int index, TileRuns& runs) {
-    const Tile& tile = make(index);
+bool TileTable::read_asleep(int index, TileRuns& runs) const {
+    const Tile& tile = *tiles_[index];
+    if (tile.slot >= 0) return false;
     runs.height = core_.height;
     runs.plane_count = core_.kept_planes;
-    if (tile.slot < 0) {
-        unpack_runs(tile.bytes(), runs);
-    } else {
-        read_voxels(index, voxels_);
-        unpack_runs(pack_tile(voxels_), runs);
-    }
+    unpack_runs(tile.bytes(), runs);
+    return true;
+}
+
+void TileTable::read_runs(int index, TileRuns& runs) {
+    make(index);
+    if (read_asleep(index, runs)) return;
+    runs.height = core_.height;
+    runs.plane_count = core_.kept_planes;
+    read_voxels(index, voxels_);
+    unpack_runs(pack_tile(voxels_), runs);
 }
 
 void TileTable::write_packed(int index, std::shared_ptr<const PackedTile> in) {

@@ -120,7 +120,10 @@ class TileTable {
     // --- what tiles hold
     /// Reads a tile, awake or asleep, into `out`.
     void read_voxels(int index, TileVoxels& out) const;
-    /// Only the first planes of it.
+    /// A tile asleep, as runs: far less than its voxels. False, and `runs` as it was, for one
+    /// awake.
+    bool read_asleep(int index, TileRuns& runs) const;
+    /// Only the first planes of what read_voxels() reads.
     void read_planes(int index, int plane_count, TileVoxels& out) const;
     /// What read_voxels() would read of a tile awake, to be read together with more.
     void want_voxels(int index, TileVoxels& out, std::vector<device::ReadRange>& ranges) const;
