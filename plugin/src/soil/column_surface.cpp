@@ -79,9 +79,10 @@ int32_t column_surface_q16(const ColumnVoxels& column) {
 namespace {
 
 /// Calls visit(c, column) for the columns that differ from the one before, and same(c) for the
-/// others.
+/// others. is_cut: columns end with their topmost terrain or soil.
 template <typename Visit, typename Same>
-void for_each_column(const TileRuns& tile, bool has_roofs, Visit&& visit, Same&& same) {
+void for_each_column(const TileRuns& tile, bool has_roofs, bool is_cut, Visit&& visit,
+                     Same&& same) {
     std::vector<int32_t> terrain(static_cast<size_t>(tile.height)), volume(terrain.size()),
         bond(terrain.size());
     for (size_t c = 0; c < kTileColumns; ++c) {
@@ -90,14 +91,20 @@ void for_each_column(const TileRuns& tile, bool has_roofs, Visit&& visit, Same&&
             continue;
         }
         size_t z = 0;
-        for (const ColumnRun& run : tile.column(static_cast<int>(c))) {
+        std::span<const ColumnRun> runs = tile.column(static_cast<int>(c));
+        const auto is_air = [](const ColumnRun& run) {
+            return run.values[kKeptTerrain] == 0 && run.values[kKeptVolume] == 0;
+        };
+        while (is_cut && !runs.empty() && is_air(runs.back())) runs = runs.first(runs.size() - 1);
+        for (const ColumnRun& run : runs) {
             for (int i = 0; i < run.length; ++i, ++z) {
                 terrain[z] = run.values[kKeptTerrain];
                 volume[z] = run.values[kKeptVolume];
                 bond[z] = run.values[kKeptBond];
             }
         }
-        visit(c, ColumnVoxels{terrain.data(), volume.data(), tile.height, 1, nullptr,
+        visit(c, ColumnVoxels{terrain.data(), volume.data(),
+                              is_cut ? static_cast<int>(z) : tile.height, 1, nullptr,
                               has_roofs ? bond.data() : nullptr});
     }
 }
@@ -107,7 +114,7 @@ void for_each_column(const TileRuns& tile, bool has_roofs, Visit&& visit, Same&&
 TileTops tile_tops(const TileRuns& tile) {
     TileTops out;
     for_each_column(
-        tile, false,
+        tile, false, true,
         [&](size_t c, const ColumnVoxels& column) {
             const ColumnFill fill = column_fill(column);
             out.soil_q16[c] = fill.soil_q16;
@@ -126,7 +133,7 @@ TileTops tile_tops(const TileRuns& tile) {
 std::vector<int32_t> surface_heights_q16(const TileRuns& tile, bool has_roofs) {
     std::vector<int32_t> heights(kTileColumns);
     for_each_column(
-        tile, has_roofs,
+        tile, has_roofs, false,
         [&](size_t c, const ColumnVoxels& column) { heights[c] = column_surface_q16(column); },
         [&](size_t c) { heights[c] = heights[c - 1]; });
     return heights;

@@ -17,40 +17,78 @@ using namespace layout;
 namespace {
 
 constexpr int kNotRead = -1;
+/// Tiles asleep that one thread looks at, at least.
+constexpr size_t kTilesOfThread = 16;
 
-/// Tops of the tiles' columns, each packed tile looked at once however many share it.
+/// Calls visit(tx, ty) for a tile and those around it.
+template <typename Visit>
+void for_each_around(const SoilCore& soil, int index, Visit&& visit) {
+    const int tx = index % soil.tiles_x, ty = index / soil.tiles_x;
+    for (int y = std::max(0, ty - 1); y <= std::min(soil.tiles_y - 1, ty + 1); ++y) {
+        for (int x = std::max(0, tx - 1); x <= std::min(soil.tiles_x - 1, tx + 1); ++x) visit(x, y);
+    }
+}
+
+/// Tops of the columns of tiles that nobody has looked at since soil was put there, and of those
+/// around them. Each packed tile is looked at once however many share it.
 class TopsOfTiles {
   public:
     explicit TopsOfTiles(Soil::Impl& soil) : soil_(soil), known_(soil.tiles.size(), kNotRead) {
         tops_.emplace_back();  // of bare floor
+        for (size_t i = 0; i < soil.tiles.size(); ++i) {
+            if (!soil.tiles[i] || !soil.tiles[i]->unchecked) continue;
+            for_each_around(soil, static_cast<int>(i), [&](int tx, int ty) {
+                const int index = soil.tile_index(tx, ty);
+                int& known = known_[static_cast<size_t>(index)];
+                if (known == kNotRead) known = place_of(index);
+            });
+        }
+        read_asleep();
     }
-    const TileTops& of(int index) {
-        int& known = known_[static_cast<size_t>(index)];
-        if (known == kNotRead) known = find(index);
-        return tops_[static_cast<size_t>(known)];
+    const TileTops& of(int index) const {
+        return tops_[static_cast<size_t>(known_[static_cast<size_t>(index)])];
     }
 
   private:
-    int find(int index) {
+    /// Of a tile's tops in tops_; of one asleep they are to be read.
+    int place_of(int index) {
         if (!soil_.tiles[static_cast<size_t>(index)] && soil_.ground.is_over(index)) {
             soil_.tiles.make(index);
         }
         const Tile* tile = soil_.tiles[static_cast<size_t>(index)].get();
         if (!tile || (tile->slot < 0 && !tile->packed)) return 0;
+        const auto place = static_cast<int>(tops_.size());
         if (tile->slot < 0) {
-            const auto [entry, fresh] = by_content_.try_emplace(tile->packed.get(), 0);
+            const auto [entry, fresh] = by_content_.try_emplace(tile->packed.get(), place);
             if (!fresh) return entry->second;
-            entry->second = static_cast<int>(tops_.size());
+            asleep_.push_back({index, place});
+            tops_.emplace_back();
+        } else {
+            TileRuns runs;
+            soil_.tiles.read_runs(index, runs);
+            tops_.push_back(tile_tops(runs));
         }
-        soil_.tiles.read_runs(index, runs_);
-        tops_.push_back(tile_tops(runs_));
-        return static_cast<int>(tops_.size()) - 1;
+        return place;
+    }
+    void read_asleep() {
+        for_ranges(
+            soil_.work_threads.get(), asleep_.size(), kTilesOfThread,
+            [&](size_t first, size_t last) {
+                TileRuns runs;
+                for (const auto& [index, place] : std::span(asleep_).subspan(first, last - first)) {
+                    soil_.tiles.read_asleep(index, runs);
+                    tops_[static_cast<size_t>(place)] = tile_tops(runs);
+                }
+            });
     }
 
+    struct Asleep {
+        int index, place;
+    };
     Soil::Impl& soil_;
     std::vector<int> known_;  ///< by tile: its place in tops_
     std::vector<TileTops> tops_;
-    TileRuns runs_;  ///< of the tile that is looked at
+    std::vector<Asleep> asleep_;
     std::unordered_map<const PackedTile*, int> by_content_;
 };
 
@@ -68,7 +106,7 @@ void Soil::Impl::wake_unstable_columns() {
     }
     // Facets between two neighbours can be steeper than either by up to 1 / cos 22.5 deg.
     const double steep_q16 = 0.9 * flattest * kVoxelFull;
-    TopsOfTiles tops(*this);
+    const TopsOfTiles tops(*this);
     const auto activate_at = [&](int x, int y, int32_t z_q16) {
         const int zb = std::clamp(z_q16 / kVoxelFull / kTileSide, 0, blocks_per_tile - 1);
         lists.activate(block_key(tile_index(x / kTileSide, y / kTileSide), zb));
@@ -78,18 +116,16 @@ void Soil::Impl::wake_unstable_columns() {
         if (!tiles[i] || !tiles[i]->unchecked) continue;
         tiles[i]->unchecked = false;
         const int tx = index % tiles_x, ty = index / tiles_x;
-        const TileTops own = tops.of(index);
+        const TileTops& own = tops.of(index);
         for (int zb = 0; own.hangs && zb < blocks_per_tile; ++zb) {
             lists.activate(block_key(index, zb));
         }
         int32_t lowest = own.lowest_q16, highest = own.highest_q16;
-        for (int ny = std::max(0, ty - 1); ny <= std::min(tiles_y - 1, ty + 1); ++ny) {
-            for (int nx = std::max(0, tx - 1); nx <= std::min(tiles_x - 1, tx + 1); ++nx) {
-                const TileTops& other = tops.of(tile_index(nx, ny));
-                lowest = std::min(lowest, other.lowest_q16);
-                highest = std::max(highest, other.highest_q16);
-            }
-        }
+        for_each_around(*this, index, [&](int nx, int ny) {
+            const TileTops& other = tops.of(tile_index(nx, ny));
+            lowest = std::min(lowest, other.lowest_q16);
+            highest = std::max(highest, other.highest_q16);
+        });
         if (highest - lowest <= steep_q16) {
             continue;  // nowhere among these tiles is a step that could be too high
         }

@@ -1,6 +1,7 @@
 #include "soil/tile_codec.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace bsoil {
 namespace {
@@ -58,8 +59,8 @@ void put_run(Out& out, const ColumnRun& run, int plane_count) {
         mask |= run.values[static_cast<size_t>(p)] != 0 ? 1u << p : 0u;
     }
     put(out, mask);
-    for (int p = 0; p < plane_count; ++p) {
-        if (mask & (1u << p)) put(out, zigzag(run.values[static_cast<size_t>(p)]));
+    for (uint32_t rest = mask; rest != 0; rest &= rest - 1) {
+        put(out, zigzag(run.values[static_cast<size_t>(std::countr_zero(rest))]));
     }
 }
 
