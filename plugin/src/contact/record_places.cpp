@@ -9,6 +9,8 @@ namespace {
 
 /// A record answers what is no more voxels off.
 constexpr int kAnswerVoxels = 1;
+/// What is beside a voxel that it answers is no more voxels off.
+constexpr int kBoxVoxels = kAnswerVoxels + 1;
 /// Cells that tell where records are, for each record at most. Ours: a voxel is a cell of what is
 /// no larger than a machine. Larger: more memory for a body that few records spread over; smaller:
 /// more is looked at for nothing.
@@ -37,7 +39,7 @@ void RecordPlaces::fill(std::span<const ContactRecord> records, size_t body_coun
 bool RecordPlaces::is_near_box(int body, Vec3 at, double reach) const {
     const Box& box = boxes_[static_cast<size_t>(body)];
     const double place[3] = {at.x, at.y, at.z};
-    const double more = reach - kAnswerVoxels;
+    const double more = reach - kBoxVoxels;
     for (int k = 0; k < 3; ++k) {
         if (place[k] < box.low[k] - more || place[k] > box.high[k] + 1 + more) return false;
     }
@@ -84,13 +86,38 @@ int RecordPlaces::find(const int voxel[3], int body) const {
     return std::max(record, -1);
 }
 
+bool RecordPlaces::find_around(const int voxel[3], int body, int (&found)[kAround]) const {
+    const Box& box = boxes_[static_cast<size_t>(body)];
+    bool is_any = false;
+    for (int dz = -1, i = 0; dz <= 1; ++dz) {
+        for (int dy = -1; dy <= 1; ++dy) {
+            if (box.cell_shift > 0) {
+                for (int dx = -1; dx <= 1; ++dx, ++i) {
+                    const int beside[3] = {voxel[0] + dx, voxel[1] + dy, voxel[2] + dz};
+                    found[i] = find(beside, body);
+                    is_any = is_any || found[i] >= 0;
+                }
+                continue;
+            }
+            // A cell is a voxel: its first record is of that voxel.
+            const int32_t* row = &cells_[box.cell(
+                voxel[0] - box.low[0] - 1, voxel[1] - box.low[1] + dy, voxel[2] - box.low[2] + dz)];
+            for (int dx = 0; dx < 3; ++dx, ++i) {
+                found[i] = row[dx];
+                is_any = is_any || found[i] >= 0;
+            }
+        }
+    }
+    return is_any;
+}
+
 void RecordPlaces::find_boxes(size_t body_count) {
     boxes_.assign(body_count, {});
     for (const ContactRecord& record : records_) {
         Box& box = boxes_[static_cast<size_t>(record.body)];
         for (int k = 0; k < 3; ++k) {
-            box.low[k] = std::min(box.low[k], record.voxel[k] - kAnswerVoxels);
-            box.high[k] = std::max(box.high[k], record.voxel[k] + kAnswerVoxels);
+            box.low[k] = std::min(box.low[k], record.voxel[k] - kBoxVoxels);
+            box.high[k] = std::max(box.high[k], record.voxel[k] + kBoxVoxels);
         }
         ++box.record_count;
     }

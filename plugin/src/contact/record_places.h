@@ -34,6 +34,10 @@ class RecordPlaces {
     bool is_in_grid(const int voxel[3]) const;
     /// A body's record, the first of several; -1: none.
     int find(const int voxel[3], int body) const;
+    /// Those in a voxel and the 26 round it, as find() has them, x fastest; the voxel is one that
+    /// may_be_beside() says yes to. False: there is none.
+    static constexpr int kAround = 27;
+    bool find_around(const int voxel[3], int body, int (&found)[kAround]) const;
     /// Of a record's gradient and the normal of a face that it may belong to.
     double cosine(int record, Vec3 normal) const {
         const Gradient& gradient = gradients_[static_cast<size_t>(record)];
@@ -41,7 +45,8 @@ class RecordPlaces {
     }
 
   private:
-    /// Round a body's records and a voxel more, and the cells over it.
+    /// Round a body's records and two voxels more, so that what is beside a voxel that is beside a
+    /// record is in it, and the cells over it.
     struct Box {
         int low[3] = {INT32_MAX, INT32_MAX, INT32_MAX}, high[3] = {-1, -1, -1};
         size_t record_count = 0;

@@ -175,6 +175,9 @@ Vec3 SurfacePieces::Facing::rise(int axis, double wide_u, double wide_v, double 
 // by how near they are and how well they agree: no order of the voxels picks one.
 bool SurfacePieces::share_around(Vec3 seen, const int voxel[3], Vec3 normal, Lot& lot) const {
     if (!places_.is_in_grid(voxel)) return false;  // beyond the grid there is no soil
+    constexpr int kAround = RecordPlaces::kAround;
+    int record[kAround];
+    if (!places_.find_around(voxel, lot.body, record)) return false;
     const double at[3] = {seen.x, seen.y, seen.z};
     double near[3][3];
     for (int k = 0; k < 3; ++k) {
@@ -183,19 +186,12 @@ bool SurfacePieces::share_around(Vec3 seen, const int voxel[3], Vec3 normal, Lot
         near[k][1] = k < 2 ? 1 : 1 - into;
         near[k][2] = into;
     }
-    constexpr int kAround = 27;  ///< voxels round one, and that one
-    int record[kAround] = {};
     double share[kAround] = {};
     double sum = 0;
     for (int i = 0; i < kAround; ++i) {
-        const int step[3] = {i % 3, i / 3 % 3, i / 9};
-        share[i] = near[0][step[0]] * near[1][step[1]] * near[2][step[2]];
-        if (!(share[i] > 0)) continue;
-        const int beside[3] = {voxel[0] + step[0] - 1, voxel[1] + step[1] - 1,
-                               voxel[2] + step[2] - 1};
-        record[i] = places_.find(beside, lot.body);
-        const double agrees = record[i] < 0 ? 0 : places_.cosine(record[i], normal);
-        share[i] *= std::max(0.0, agrees - kAgrees);
+        if (record[i] < 0) continue;
+        const double agrees = std::max(0.0, places_.cosine(record[i], normal) - kAgrees);
+        share[i] = near[0][i % 3] * near[1][i / 3 % 3] * near[2][i / 9] * agrees;
         sum += share[i];
     }
     if (!(sum > 0)) return false;
