@@ -29,6 +29,10 @@ void move_soil(TileVoxels& from, TileVoxels& to, size_t voxel, int part, int who
     }
 }
 
+/// Tiles asleep that are changed at a time. Ours: a few for each thread of any machine; they take
+/// 100 kB each until they are packed. Larger: more memory; smaller: threads wait for the last.
+constexpr size_t kBatchTiles = 256;
+
 }  // namespace
 
 bool GroundBodies::Shape::is_over(int tx, int ty) const {
@@ -148,15 +152,18 @@ void GroundBodies::stamp() {
     }
     std::sort(pairs.begin(), pairs.end());
     Memo memo;
-    std::vector<int32_t> cover;
+    Batch batch;
+    Cover cover;
     for (size_t i = 0; i < pairs.size();) {
         const int index = pairs[i].first;
         cover.assign(static_cast<size_t>(core_.params.tile_voxels), 0);
         for (++i; i < pairs.size() && pairs[i].first == index; ++i) {
             add(list[static_cast<size_t>(pairs[i].second)], index, cover);
         }
-        put(index, cover, false, &memo);
+        put_later(index, cover, memo, batch);
+        if (batch.jobs.size() == kBatchTiles) put_all(memo, batch);
     }
+    put_all(memo, batch);
 }
 
 void GroundBodies::add(const Shape& shape, int index, std::vector<int32_t>& cover) const {
@@ -183,7 +190,7 @@ bool GroundBodies::is_over(int index) {
     });
 }
 
-const GroundBodies::Memo::Cover* GroundBodies::Memo::find(const Cover& cover) {
+auto GroundBodies::Memo::find(const Cover& cover) -> const Cover* {
     // Under level ground all are the same.
     if (last && *last == cover) return last;
     uint64_t hash = 0xcbf29ce484222325ull;
@@ -198,67 +205,104 @@ const GroundBodies::Memo::Cover* GroundBodies::Memo::find(const Cover& cover) {
     return last = covers.emplace(hash, std::make_unique<const Cover>(cover))->second.get();
 }
 
-void GroundBodies::put(int index, const std::vector<int32_t>& cover, bool rock_changed,
-                       Memo* memo) {
-    Tile& tile = *tiles_[index];
-    if (!memo || tile.slot >= 0) {
-        change(index, cover, rock_changed);
-        return;
-    }
-    const Memo::Cover* same = memo->find(cover);
-    if (!same) {
-        change(index, cover, rock_changed);
-        return;
-    }
-    // Level ground under level soil is the same in every tile.
-    const Memo::Content before{tile.packed, tile.ground, tile.buried};
-    std::vector<Memo::Entry>& known = memo->entries[before];
-    for (const Memo::Entry& entry : known) {
-        if (entry.cover != same) continue;
-        tile.ground_due = false;
-        if (entry.after != before) {
-            std::tie(tile.packed, tile.ground, tile.buried) = entry.after;
-            tile.top = tile.packed ? tile.packed->top : 0;
-            ++tile.revision;
-            tile.unchecked = tile.unchecked || entry.unchecked;
-        }
-        return;
-    }
-    const bool was_unchecked = tile.unchecked;
-    tile.unchecked = false;
-    change(index, cover, rock_changed);
-    known.push_back({same, {tile.packed, tile.ground, tile.buried}, tile.unchecked});
-    tile.unchecked = tile.unchecked || was_unchecked;
+auto GroundBodies::Memo::find(const Content& before, const Cover* cover) -> Entry* {
+    const auto known = entries.find(before);
+    if (known == entries.end()) return nullptr;
+    const auto entry = std::ranges::find(known->second, cover, &Entry::cover);
+    return entry == known->second.end() ? nullptr : &*entry;
 }
 
-void GroundBodies::change(int index, const std::vector<int32_t>& cover, bool rock_changed) {
+void GroundBodies::put(int index, const Cover& cover, bool rock_changed) {
+    change(index, outcome_of(index, cover, rock_changed));
+}
+
+// Level ground under level soil is the same in every tile.
+void GroundBodies::put_later(int index, const Cover& cover, Memo& memo, Batch& batch) {
+    const Tile& tile = *tiles_[index];
+    if (tile.slot >= 0) {
+        put(index, cover, false);
+        return;
+    }
+    Batch::Job job{index, memo.find(cover), nullptr, {}};
+    if (!job.cover) {
+        job.own = std::make_unique<Cover>(cover);
+        job.cover = job.own.get();
+    } else {
+        const Memo::Content before{tile.packed, tile.ground, tile.buried};
+        if (const Memo::Entry* entry = memo.find(before, job.cover)) {
+            if (entry->is_known) {
+                take(index, *entry);
+            } else {
+                batch.same.emplace_back(index, job.cover);
+            }
+            return;
+        }
+        memo.entries[before].push_back({job.cover, false, {}, false});
+    }
+    batch.jobs.push_back(std::move(job));
+}
+
+// Tiles asleep know nothing of each other: only what is found is put into the table in order.
+void GroundBodies::put_all(Memo& memo, Batch& batch) {
+    for_ranges(core_.work_threads.get(), batch.jobs.size(), 1, [&](size_t first, size_t last) {
+        for (Batch::Job& job : std::span(batch.jobs).subspan(first, last - first)) {
+            job.outcome = outcome_of(job.index, *job.cover, false);
+        }
+    });
+    for (Batch::Job& job : batch.jobs) {
+        const Tile& tile = *tiles_[job.index];
+        const Memo::Content before{tile.packed, tile.ground, tile.buried};
+        const bool is_less = job.outcome.is_less;
+        change(job.index, std::move(job.outcome));
+        if (job.own) continue;
+        Memo::Entry& entry = *memo.find(before, job.cover);
+        entry = {job.cover, true, {tile.packed, tile.ground, tile.buried}, is_less};
+    }
+    for (const auto& [index, cover] : batch.same) {
+        const Tile& tile = *tiles_[index];
+        take(index, *memo.find({tile.packed, tile.ground, tile.buried}, cover));
+    }
+    batch.jobs.clear();
+    batch.same.clear();
+}
+
+void GroundBodies::take(int index, const Memo::Entry& entry) {
     Tile& tile = *tiles_[index];
     tile.ground_due = false;
+    if (entry.after == Memo::Content{tile.packed, tile.ground, tile.buried}) return;
+    std::tie(tile.packed, tile.ground, tile.buried) = entry.after;
+    tile.top = tile.packed ? tile.packed->top : 0;
+    ++tile.revision;
+    tile.unchecked = tile.unchecked || entry.unchecked;
+}
+
+auto GroundBodies::outcome_of(int index, const Cover& cover, bool rock_changed) const -> Outcome {
+    const Tile& tile = *tiles_[index];
     const auto count = static_cast<size_t>(core_.params.tile_voxels);
     const bool none = std::all_of(cover.begin(), cover.end(), [](int32_t c) { return c == 0; });
-    if (none && !tile.ground) return;
+    Outcome out;
+    if (none && !tile.ground) return out;
     TileVoxels voxels;
     tiles_.read_voxels(index, voxels);
     TileVoxels ground;
     tiles_.read_ground(index, ground);
     if (ground.words.empty()) ground.reset(core_.height, 1);
-    bool changed = rock_changed, less = false;
+    out.is_changed = rock_changed;
     for (size_t v = 0; v < count; ++v) {
         int32_t& terrain = voxels.words[v];
         int32_t& part = ground.words[v];
         const int32_t rock = terrain - part;
         const int32_t now = std::min(cover[v], kVoxelFull - rock);
-        changed = changed || now != part;
-        less = less || now < part;
+        out.is_changed = out.is_changed || now != part;
+        out.is_less = out.is_less || now < part;
         part = now;
         terrain = rock + now;
     }
-    if (!changed) return;
+    if (!out.is_changed) return out;
     if (TileVoxels back; tiles_.read_buried(index, back)) {
         for (size_t w = kKeptVolume * count; w < voxels.words.size(); ++w) {
             voxels.words[w] += back.words[w];
         }
-        tile.buried.reset();
     }
     TileVoxels buried;
     for (size_t v = 0; v < count; ++v) {
@@ -271,14 +315,30 @@ void GroundBodies::change(int index, const std::vector<int32_t>& cover, bool roc
     const auto bytes_of = [](const TileVoxels& packed) {
         return std::make_shared<const std::vector<uint8_t>>(pack_tile(packed));
     };
-    if (!buried.words.empty()) tile.buried = bytes_of(buried);
-    tile.ground = none ? nullptr : bytes_of(ground);
-    tiles_.write_voxels(index, voxels);
-    ++tile.revision;
-    if (tile.slot >= 0) {
+    if (!buried.words.empty()) out.buried = bytes_of(buried);
+    if (!none) out.ground = bytes_of(ground);
+    if (tile.slot < 0) {
+        out.packed = make_packed(voxels);
+    } else {
+        out.voxels = std::move(voxels);
+    }
+    return out;
+}
+
+void GroundBodies::change(int index, Outcome&& outcome) {
+    Tile& tile = *tiles_[index];
+    tile.ground_due = false;
+    if (!outcome.is_changed) return;
+    tile.ground = std::move(outcome.ground);
+    tile.buried = std::move(outcome.buried);
+    if (tile.slot < 0) {
+        tiles_.write_packed(index, std::move(outcome.packed));
+    } else {
+        tiles_.write_voxels(index, outcome.voxels);
         tiles_.look_anew(tile.slot);  // supports and spans are no longer true
     }
-    if (less) {
+    ++tile.revision;
+    if (outcome.is_less) {
         tile.unchecked = tiles_.any_unchecked = true;  // soil may have lost what it rested on
     }
 }

@@ -38,9 +38,7 @@ class GroundBodies {
     /// The ground part of a tile's terrain becomes `cover` (may exceed a voxel). Soil buried by
     /// what was there comes back, soil that has no room now is buried. rock_changed: look for
     /// buried soil even where the ground is as before.
-    void put(int index, const std::vector<int32_t>& cover, bool rock_changed = false) {
-        put(index, cover, rock_changed, nullptr);
-    }
+    void put(int index, const std::vector<int32_t>& cover, bool rock_changed = false);
     /// The bodies are others: list their shapes anew.
     void restart();
 
@@ -52,12 +50,20 @@ class GroundBodies {
         Aabb box;   ///< voxels
         bool is_over(int tx, int ty) const;
     };
+    using Cover = std::vector<int32_t>;
+    /// What a tile becomes under a cover.
+    struct Outcome {
+        bool is_changed = false, is_less = false;
+        TileVoxels voxels;                         ///< of a tile awake
+        std::shared_ptr<const PackedTile> packed;  ///< the same of a tile asleep
+        TileBytes ground, buried;
+    };
     /// What tiles asleep that held the same became under the same cover.
     struct Memo {
         using Content = std::tuple<std::shared_ptr<const PackedTile>, TileBytes, TileBytes>;
-        using Cover = std::vector<int32_t>;
         struct Entry {
             const Cover* cover = nullptr;  ///< of `covers`
+            bool is_known = false;         ///< what follows is
             Content after;
             bool unchecked = false;
         };
@@ -68,9 +74,26 @@ class GroundBodies {
 
         /// The one that is the same; null where it is none of them and there are too many.
         const Cover* find(const Cover& cover);
+        /// What tiles with that content became; null: none was under this cover.
+        Entry* find(const Content& before, const Cover* cover);
     };
-    void put(int index, const std::vector<int32_t>& cover, bool rock_changed, Memo* memo);
-    void change(int index, const std::vector<int32_t>& cover, bool rock_changed);
+    /// Tiles asleep that one after the other would take long, to be changed on all threads.
+    struct Batch {
+        struct Job {
+            int index;
+            const Cover* cover;          ///< of Memo::covers, or own
+            std::unique_ptr<Cover> own;  ///< where it is none of those
+            Outcome outcome;
+        };
+        std::vector<Job> jobs;
+        /// Tiles that become what one of those becomes.
+        std::vector<std::pair<int, const Cover*>> same;
+    };
+    void put_later(int index, const Cover& cover, Memo& memo, Batch& batch);
+    void put_all(Memo& memo, Batch& batch);
+    void take(int index, const Memo::Entry& entry);
+    Outcome outcome_of(int index, const Cover& cover, bool rock_changed) const;
+    void change(int index, Outcome&& outcome);
     void keep_shapes(const StepBody& body);
     void mark(const BodyTrack& track);
     const std::vector<Shape>& shapes();
