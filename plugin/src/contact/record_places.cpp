@@ -89,7 +89,7 @@ int RecordPlaces::find(const int voxel[3], int body) const {
 bool RecordPlaces::find_around(const int voxel[3], int body, int (&found)[kAround]) const {
     const Box& box = boxes_[static_cast<size_t>(body)];
     bool is_any = false;
-    for (int dz = -1, i = 0; dz <= 1; ++dz) {
+    for (int dz = 0, i = 0; dz <= 1; ++dz) {
         for (int dy = -1; dy <= 1; ++dy) {
             if (box.cell_shift > 0) {
                 for (int dx = -1; dx <= 1; ++dx, ++i) {

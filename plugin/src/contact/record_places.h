@@ -34,9 +34,9 @@ class RecordPlaces {
     bool is_in_grid(const int voxel[3]) const;
     /// A body's record, the first of several; -1: none.
     int find(const int voxel[3], int body) const;
-    /// Those in a voxel and the 26 round it, as find() has them, x fastest; the voxel is one that
-    /// may_be_beside() says yes to. False: there is none.
-    static constexpr int kAround = 27;
+    /// Those in a voxel and round it, in its layer and the one above, as find() has them, x
+    /// fastest. The voxel is one that may_be_beside() says yes to. False: there is none.
+    static constexpr int kAround = 18;
     bool find_around(const int voxel[3], int body, int (&found)[kAround]) const;
     /// Of a record's gradient and the normal of a face that it may belong to.
     double cosine(int record, Vec3 normal) const {

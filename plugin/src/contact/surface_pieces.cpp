@@ -179,11 +179,12 @@ bool SurfacePieces::share_around(Vec3 seen, const int voxel[3], Vec3 normal, Lot
     int record[kAround];
     if (!places_.find_around(voxel, lot.body, record)) return false;
     const double at[3] = {seen.x, seen.y, seen.z};
-    double near[3][3];
-    for (int k = 0; k < 3; ++k) {
+    const double up = at[2] - voxel[2], by_height[2] = {1 - up, up};
+    double near[2][3];
+    for (int k = 0; k < 2; ++k) {
         const double into = at[k] - voxel[k];
-        near[k][0] = k < 2 ? 1 - into : 0;
-        near[k][1] = k < 2 ? 1 : 1 - into;
+        near[k][0] = 1 - into;
+        near[k][1] = 1;
         near[k][2] = into;
     }
     double share[kAround] = {};
@@ -191,7 +192,7 @@ bool SurfacePieces::share_around(Vec3 seen, const int voxel[3], Vec3 normal, Lot
     for (int i = 0; i < kAround; ++i) {
         if (record[i] < 0) continue;
         const double agrees = std::max(0.0, places_.cosine(record[i], normal) - kAgrees);
-        share[i] = near[0][i % 3] * near[1][i / 3 % 3] * near[2][i / 9] * agrees;
+        share[i] = near[0][i % 3] * near[1][i / 3 % 3] * by_height[i / 9] * agrees;
         sum += share[i];
     }
     if (!(sum > 0)) return false;
