@@ -100,6 +100,34 @@ TEST(Settle, gives_the_same_bits_on_two_threads_and_on_gl) {
     EXPECT_EQ(settled(Backend::gl, 0), once);
 }
 
+// More tiles than threads take at a time, each other than all others, and more ground than is
+// remembered.
+TEST(Settle, hills_over_uneven_ground_are_the_same_on_any_number_of_threads) {
+    std::vector<uint64_t> checksums;
+    for (const int threads : {1, 3}) {
+        SoilDef def = grid_def(320, 320, 24);
+        def.backend = Backend::cpu;
+        def.thread_count = threads;
+        const auto soil = make_soil(def);
+        NoiseFill hills;
+        hills.base_m = 0.6;
+        hills.amplitude_m = 0.2;
+        hills.wavelength_m = 2;
+        ASSERT_TRUE(soil->fill(hills));
+        const std::vector<int64_t> units = soil->totals().units;
+        const uint64_t without_floor = soil->checksum();
+        Mover floor(1, box_shape({9, 9, 1}), {0, 0, -0.7}, true);
+        floor.body.pose.rotation = turn({0, 1, 0}, 0.02);
+        const auto report = soil->settle(2, std::array{floor.body});
+        ASSERT_TRUE(report) << report.error();
+        EXPECT_GT(report->block_active_count, 0);
+        EXPECT_NE(soil->checksum(), without_floor);
+        EXPECT_EQ(soil->totals().units, units);
+        checksums.push_back(soil->checksum());
+    }
+    EXPECT_EQ(checksums[0], checksums[1]);
+}
+
 TEST(Settle, refuses_steps_out_of_range) {
     auto soil = make_soil(grid_def(16, 16, 16));
     for (int steps : {-1, limits::kSettleStepsMax + 1}) {

@@ -15,6 +15,8 @@ constexpr int kBoxVoxels = kAnswerVoxels + 1;
 /// no larger than a machine. Larger: more memory for a body that few records spread over; smaller:
 /// more is looked at for nothing.
 constexpr size_t kCellsPerRecord = 64;
+/// And for a body that has hardly any records.
+constexpr size_t kCellsLeast = 256;
 
 /// In place of a cell's first record.
 enum : int32_t { kNoneNear = -2, kNoneHere = -1 };
@@ -129,8 +131,8 @@ void RecordPlaces::lay_cells() {
         if (box.high[0] < 0) continue;
         box.cells = cell_count;
         size_t own = 0;
-        for (box.cell_shift = 0; own == 0 || own > kCellsPerRecord * box.record_count;
-             ++box.cell_shift) {
+        const size_t most = std::max(kCellsLeast, kCellsPerRecord * box.record_count);
+        for (box.cell_shift = 0; own == 0 || own > most; ++box.cell_shift) {
             own = 1;
             for (int k = 0; k < 3; ++k) {
                 box.cell_count[k] = ((box.high[k] - box.low[k]) >> box.cell_shift) + 1;

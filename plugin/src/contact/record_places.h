@@ -34,8 +34,8 @@ class RecordPlaces {
     bool is_in_grid(const int voxel[3]) const;
     /// A body's record, the first of several; -1: none.
     int find(const int voxel[3], int body) const;
-    /// Those in a voxel and round it, in its layer and the one above, as find() has them, x
-    /// fastest. The voxel is one that may_be_beside() says yes to. False: there is none.
+    /// Those in a voxel and round it, in its layer and the one above, x fastest; negative:
+    /// none. The voxel is one that may_be_beside() says yes to. False: there is no record.
     static constexpr int kAround = 18;
     bool find_around(const int voxel[3], int body, int (&found)[kAround]) const;
     /// Of a record's gradient and the normal of a face that it may belong to.

@@ -29,8 +29,8 @@ void move_soil(TileVoxels& from, TileVoxels& to, size_t voxel, int part, int who
     }
 }
 
-/// Tiles asleep that are changed at a time. Ours: a few for each thread of any machine; they take
-/// 100 kB each until they are packed. Larger: more memory; smaller: threads wait for the last.
+/// Tiles asleep that are changed at a time. Ours: a few for each thread of any machine. Larger:
+/// more covers, 20 kB each, are kept until then; smaller: threads wait for the last.
 constexpr size_t kBatchTiles = 256;
 
 }  // namespace
@@ -134,7 +134,6 @@ const std::vector<GroundBodies::Shape>& GroundBodies::shapes() {
 
 void GroundBodies::stamp() {
     if (!any_due_) return;
-    any_due_ = false;
     // Few shapes over many tiles or many shapes over few of them: pairs serve both.
     std::vector<std::pair<int, int>> pairs;  // tile, shape; shape -1: none
     const std::vector<Shape>& list = shapes();
@@ -164,6 +163,7 @@ void GroundBodies::stamp() {
         if (batch.jobs.size() == kBatchTiles) put_all(memo, batch);
     }
     put_all(memo, batch);
+    any_due_ = false;  // not before: without memory some are still due
 }
 
 void GroundBodies::add(const Shape& shape, int index, std::vector<int32_t>& cover) const {
@@ -329,14 +329,14 @@ void GroundBodies::change(int index, Outcome&& outcome) {
     Tile& tile = *tiles_[index];
     tile.ground_due = false;
     if (!outcome.is_changed) return;
-    tile.ground = std::move(outcome.ground);
-    tile.buried = std::move(outcome.buried);
     if (tile.slot < 0) {
         tiles_.write_packed(index, std::move(outcome.packed));
     } else {
         tiles_.write_voxels(index, outcome.voxels);
         tiles_.look_anew(tile.slot);  // supports and spans are no longer true
     }
+    tile.ground = std::move(outcome.ground);
+    tile.buried = std::move(outcome.buried);
     ++tile.revision;
     if (outcome.is_less) {
         tile.unchecked = tiles_.any_unchecked = true;  // soil may have lost what it rested on

@@ -17,7 +17,7 @@ using namespace layout;
 namespace {
 
 constexpr int kNotRead = -1;
-/// Tiles asleep that one thread looks at, at least.
+/// So few tiles asleep are not divided between threads.
 constexpr size_t kTilesOfThread = 16;
 
 /// Calls visit(tx, ty) for a tile and those around it.
