@@ -29,13 +29,17 @@ ContactCoupling::ContactCoupling(btDiscreteDynamicsWorld& world, ContactSoil soi
 
 ContactCoupling::~ContactCoupling() = default;
 
-void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
-                                   std::span<const ContactVoxel> contacts, double duration_s,
-                                   bool are_unchanged) {
+void ContactCoupling::set_bodies(std::span<const BodyState> bodies) {
     by_id_.clear();
     for (const BodyState& body : bodies) by_id_.push_back(&body);
     std::sort(by_id_.begin(), by_id_.end(),
               [](const BodyState* a, const BodyState* b) { return a->id < b->id; });
+}
+
+void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
+                                   std::span<const ContactVoxel> contacts, double duration_s,
+                                   bool are_unchanged) {
+    set_bodies(bodies);
     are_unchanged = are_unchanged && contact_count_ == contacts.size();
     const bool are_same_bodies =
         std::equal(by_id_.begin(), by_id_.end(), sorted_ids_.begin(), sorted_ids_.end(),

@@ -30,6 +30,9 @@ class ContactCoupling {
                     const SoilActionDef& options, const WorkThreads& threads);
     ~ContactCoupling();
 
+    /// The bodies as they are now, in any order, until the next call or set_contacts: whoever makes
+    /// the list anew has to say so.
+    void set_bodies(std::span<const BodyState> bodies);
     /// Bodies with their contacts of this soil step, in any order. Bodies that are not among them
     /// are let go.
     /// duration_s: time since the last call. are_unchanged: the contacts are those of the last
@@ -168,7 +171,7 @@ class ContactCoupling {
     PatchHeirs patch_heirs_;
     std::vector<CoupledPatch> previous_patches_;
     std::vector<PlacedPatch> old_places_, new_places_;
-    std::vector<const BodyState*> by_id_;  ///< the bodies of set_contacts, sorted by id
+    std::vector<const BodyState*> by_id_;  ///< the bodies, sorted by id
     std::vector<int> carrier_ids_;
     std::vector<Carrier> previous_carriers_;
     std::vector<ContactMotion> previous_motions_;

@@ -245,6 +245,7 @@ void SoilAction::Impl::step_soil(double substep_s) {
     }
     if (contact_bodies) take_report(are_unchanged);
     if (soil->is_stepping()) keep_stepped();
+    coupling.set_bodies(collector.bodies());
     coupling.set_late(untaken_count > 0 || !are_contacts_fresh);
 }
 
@@ -275,6 +276,7 @@ void SoilAction::Impl::keep_stepped() {
 /// Finds the bodies, and whether they weigh as the soil does.
 void SoilAction::Impl::look_at_world() {
     collector.collect(*world, uncollected_s);
+    coupling.set_bodies(collector.bodies());
     vehicles->show_wheels();
     uncollected_s = 0;
     if (!has_gravity_of(*world, soil->def())) soil->set_status(StatusBit::gravity_differs);

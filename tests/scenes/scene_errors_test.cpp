@@ -28,6 +28,21 @@ TEST(SceneErrors, syntax_error_has_line_and_column) {
     expect_error("[soil]\nvoxel_m = 0.1\nvoxel_m = 0.2\n", "s.toml:5:");
 }
 
+// toml++ reads on to the end of such a number, whatever is in it.
+TEST(SceneErrors, quote_behind_a_number_is_no_string) {
+    for (const std::string value : {"1.'x'", "[1.'''", "[[2], {a = 3, b.\"c\" = [4.\"d\""}) {
+        EXPECT_NE(errors_of(kWorld + "x = " + value).find("a quote stands inside of a word"),
+                  std::string::npos)
+            << value;
+    }
+    // Parts of keys may have quotes, in tables inside of values as well.
+    for (const std::string keys :
+         {"a.\"b c\" = 1", "a = {b.\"c\" = 1, d.\"e\" = [1, 2], f.'g' = 3}", "[a.\"b\".c]",
+          "a = [{b.\"c\" = 1}, {d.\"e\" = 2}]\nf.\"g\" = 1"}) {
+        EXPECT_EQ(errors_of(kWorld + keys).find("quote"), std::string::npos) << keys;
+    }
+}
+
 TEST(SceneErrors, unknown_key_suggests_the_nearest) {
     expect_error("gravty_m_s2 = 9.81\n",
                  "s.toml:3:1: unknown key `gravty_m_s2` in [world]; did you mean `gravity_m_s2`?");

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 #include "files/text_file.h"
 
@@ -43,23 +44,43 @@ class KeyScanner {
                         return Fault{*at, "behind a \\ this has to be written as \\uXXXX"};
                     }
                     break;
+                case '[':
+                case '{':
+                    if (is_value_) open_.push_back(text_[at_]);
+                    is_value_ = is_value_ && text_[at_] == '[';
+                    dots = 0;
+                    ++at_;
+                    break;
+                case ']':
+                case '}':
+                    if (!open_.empty()) {
+                        open_.pop_back();
+                        is_value_ = true;
+                    }
+                    dots = 0;
+                    ++at_;
+                    break;
+                case '=':
+                    is_value_ = true;
+                    dots = 0;
+                    ++at_;
+                    break;
+                case ',':
+                    is_value_ = open_.empty() ? is_value_ : open_.back() == '[';
+                    dots = 0;
+                    ++at_;
+                    break;
+                case '\n':
+                    is_value_ = is_value_ && !open_.empty();
+                    dots = 0;
+                    ++at_;
+                    break;
                 case '.':
                     if (++dots >= kKeyPartCapacity) {
                         return Fault{at_, fmt::format("a key has more than {} parts with dots "
                                                       "between them",
                                                       kKeyPartCapacity)};
                     }
-                    ++at_;
-                    break;
-                // Whatever stands between two keys or values.
-                case '=':
-                case ',':
-                case '[':
-                case ']':
-                case '{':
-                case '}':
-                case '\n':
-                    dots = 0;
                     ++at_;
                     break;
                 default:
@@ -71,10 +92,12 @@ class KeyScanner {
 
   private:
     static bool is_ascii(char c) { return (c & 128) == 0; }
-    /// A letter, digit or sign of a key or value without quotes.
+    /// A letter, digit or sign of a key or value without quotes; a point is one of a number, and
+    /// not of a key, whose parts may have quotes.
     bool is_bare_at(size_t at) const {
-        return at < text_.size() && is_ascii(text_[at]) &&
-               std::string_view(" \t\r\n=,.[]{}\"'").find(text_[at]) == std::string_view::npos;
+        if (at >= text_.size() || !is_ascii(text_[at])) return false;
+        if (text_[at] == '.') return is_value_;
+        return std::string_view(" \t\r\n=,[]{}\"'").find(text_[at]) == std::string_view::npos;
     }
 
     /// To behind the string that begins here. One that does not end is an error of syntax to come:
@@ -111,6 +134,8 @@ class KeyScanner {
 
     std::string_view text_;
     size_t at_ = 0;
+    bool is_value_ = false;   ///< what stands here is a part of a value, not of a key
+    std::vector<char> open_;  ///< arrays and tables that a value has begun
 };
 
 SourcePosition position_in(const std::string& text, size_t at) {
