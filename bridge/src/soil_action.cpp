@@ -245,7 +245,6 @@ void SoilAction::Impl::step_soil(double substep_s) {
     }
     if (contact_bodies) take_report(are_unchanged);
     if (soil->is_stepping()) keep_stepped();
-    coupling.set_bodies(collector.bodies());
     coupling.set_late(untaken_count > 0 || !are_contacts_fresh);
 }
 
@@ -270,6 +269,7 @@ void SoilAction::Impl::note_step(bool has_begun) {
 void SoilAction::Impl::keep_stepped() {
     if (!std::exchange(is_stepped_new, false)) return;
     stepped.assign(collector.bodies().begin(), collector.bodies().end());
+    coupling.set_bodies(collector.bodies());  // it may have had those of the step before
     vehicles->keep_stepped();
 }
 

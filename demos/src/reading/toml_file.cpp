@@ -44,34 +44,15 @@ class KeyScanner {
                         return Fault{*at, "behind a \\ this has to be written as \\uXXXX"};
                     }
                     break;
-                case '[':
-                case '{':
-                    if (is_value_) open_.push_back(text_[at_]);
-                    is_value_ = is_value_ && text_[at_] == '[';
-                    dots = 0;
-                    ++at_;
-                    break;
-                case ']':
-                case '}':
-                    if (!open_.empty()) {
-                        open_.pop_back();
-                        is_value_ = true;
-                    }
-                    dots = 0;
-                    ++at_;
-                    break;
+                // Whatever stands between two keys or values.
                 case '=':
-                    is_value_ = true;
-                    dots = 0;
-                    ++at_;
-                    break;
                 case ',':
-                    is_value_ = open_.empty() ? is_value_ : open_.back() == '[';
-                    dots = 0;
-                    ++at_;
-                    break;
+                case '[':
+                case ']':
+                case '{':
+                case '}':
                 case '\n':
-                    is_value_ = is_value_ && !open_.empty();
+                    follow(text_[at_]);
                     dots = 0;
                     ++at_;
                     break;
@@ -91,6 +72,29 @@ class KeyScanner {
     }
 
   private:
+    /// Whether a key or a value comes behind one of those.
+    void follow(char c) {
+        const bool is_inside = !open_.empty();
+        switch (c) {
+            case '=':
+                is_value_ = true;
+                break;
+            case ',':
+                if (is_inside) is_value_ = open_.back() == '[';
+                break;
+            case '\n':
+                is_value_ = is_value_ && is_inside;
+                break;
+            case '[':
+            case '{':
+                if (is_value_) open_.push_back(c);  // else it is a table's head
+                is_value_ = is_value_ && c == '[';
+                break;
+            default:
+                if (is_inside) open_.pop_back();
+                is_value_ = is_value_ || is_inside;
+        }
+    }
     static bool is_ascii(char c) { return (c & 128) == 0; }
     /// A letter, digit or sign of a key or value without quotes; a point is one of a number, and
     /// not of a key, whose parts may have quotes.

@@ -75,12 +75,10 @@ bool RecordPlaces::is_in_grid(const int voxel[3]) const {
 
 int RecordPlaces::find(const int voxel[3], int body) const {
     const Box& box = boxes_[static_cast<size_t>(body)];
-    int at[3];
     for (int k = 0; k < 3; ++k) {
         if (voxel[k] < box.low[k] || voxel[k] > box.high[k]) return -1;
-        at[k] = (voxel[k] - box.low[k]) >> box.cell_shift;
     }
-    int record = cells_[box.cell(at[0], at[1], at[2])];
+    int record = cells_[box.cell_of(voxel)];
     while (record >= 0 &&
            !std::equal(voxel, voxel + 3, records_[static_cast<size_t>(record)].voxel)) {
         record = next_[static_cast<size_t>(record)];
@@ -169,10 +167,7 @@ void RecordPlaces::link_records() {
     next_.resize(records_.size());
     for (size_t i = records_.size(); i-- > 0;) {
         const ContactRecord& record = records_[i];
-        const Box& box = boxes_[static_cast<size_t>(record.body)];
-        int at[3];
-        for (int k = 0; k < 3; ++k) at[k] = (record.voxel[k] - box.low[k]) >> box.cell_shift;
-        int32_t& head = cells_[box.cell(at[0], at[1], at[2])];
+        int32_t& head = cells_[boxes_[static_cast<size_t>(record.body)].cell_of(record.voxel)];
         next_[i] = head;
         head = static_cast<int32_t>(i);
     }

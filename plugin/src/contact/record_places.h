@@ -55,6 +55,11 @@ class RecordPlaces {
         size_t cell(int x, int y, int z) const {
             return cells + (static_cast<size_t>(z) * cell_count[1] + y) * cell_count[0] + x;
         }
+        /// Of a voxel in the box.
+        size_t cell_of(const int voxel[3]) const {
+            return cell((voxel[0] - low[0]) >> cell_shift, (voxel[1] - low[1]) >> cell_shift,
+                        (voxel[2] - low[2]) >> cell_shift);
+        }
     };
     struct Gradient {
         Vec3 vector;
