@@ -46,9 +46,9 @@ void apply_flow(int group, int lane) {
         bool saturated = false;
         for (int i = 0; i < params.transport_count; ++i) {
             int at = delta_at(kTransportFirst + i, voxel);
-            int change = delta[at];
+            int change = delta_word(at);
             if (change != 0) {
-                delta[at] = 0;
+                set_delta_word(at, 0);
                 int sum = saturated_sum(state_at(kTransportFirst + i, voxel), change);
                 saturated = saturated || abs(sum) == kMomentumMost;
                 set_state(kTransportFirst + i, voxel, sum);

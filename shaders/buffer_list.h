@@ -32,8 +32,14 @@
 //         loads                       4096 x 60 B              soil that each body carries, momentum it gave
 //         contacts                    65536 x 64 B             voxels in which bodies meet soil
 //         flows                       64 x 72 B                what each has moved, by material
-BUFFER(state)
-BUFFER(delta)
+//
+// LONG_BUFFER: may outgrow one storage block of OpenGL. Kernels reach its words by NAME_word(), set_NAME_word(), add_to_NAME()
+// and raise_NAME() alone.
+#ifndef LONG_BUFFER
+#define LONG_BUFFER(name) BUFFER(name)
+#endif
+LONG_BUFFER(state)
+LONG_BUFFER(delta)
 BUFFER(tile_table)
 BUFFER(block_list)
 BUFFER(block_flags)
@@ -41,3 +47,4 @@ BUFFER(spans)
 BUFFER(shapes)
 BUFFER(tables)
 BUFFER(result)
+#undef LONG_BUFFER

@@ -1,12 +1,12 @@
 // What the kernels share: addresses, the room in a voxel, moving a share of a voxel's soil. Integers throughout.
 
-int state_at(int plane, int voxel) { return state[plane * params.plane_stride + voxel]; }
-void set_state(int plane, int voxel, int value) { state[plane * params.plane_stride + voxel] = value; }
+int state_at(int plane, int voxel) { return state_word(plane * params.plane_stride + voxel); }
+void set_state(int plane, int voxel, int value) { set_state_word(plane * params.plane_stride + voxel, value); }
 // A voxel's deltas lie together: few voxels get any, and those in all planes.
 int delta_at(int plane, int voxel) { return voxel * params.transport_count + plane - kTransportFirst; }
 
 void add_delta(int plane, int voxel, int value) {
-    if (value != 0) ATOMIC_ADD_OWNED(delta[delta_at(plane, voxel)], value);
+    if (value != 0) add_to_delta(delta_at(plane, voxel), value);
 }
 
 // Of numbers from -kMomentumMost on.

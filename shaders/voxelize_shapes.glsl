@@ -383,9 +383,9 @@ void voxelize_shapes(int group, int lane) {
         int covered = int(units);
         if (covered > 0) {
             int voxel = block * kBlockVoxels + z * kTileColumns + lane;
-            ATOMIC_ADD_OWNED(state[kPlaneCoverage * params.plane_stride + voxel], covered);
+            add_to_state(kPlaneCoverage * params.plane_stride + voxel, covered);
             int key = min(covered, kVoxelFull - 1) / 2 * kOwnerRank + body + 1;
-            ATOMIC_MAX_OWNED(state[kPlaneOwner * params.plane_stride + voxel], key);
+            raise_state(kPlaneOwner * params.plane_stride + voxel, key);
             highest = z;
             lowest = lowest < 0 ? z : lowest;
             has_soil = has_soil || state_at(kPlaneVolume, voxel) > 0;

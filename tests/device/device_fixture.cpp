@@ -30,8 +30,9 @@ std::vector<int32_t> read_words(Device& device, BufferIndex buffer, int64_t coun
 }
 
 std::unique_ptr<Device> create_test_device(const std::string& name, std::string& reason) {
-    if (name == "gl" || name == "gl_as_hardware") {
+    if (name.starts_with("gl")) {
         if (name == "gl_as_hardware") setenv("BULLETSOIL_GL", "hardware", 1);
+        if (name == "gl_in_small_blocks") setenv("BULLETSOIL_GL", "small_blocks", 1);
         auto device = create_gl_device(test_kernel_set(), true);
         unsetenv("BULLETSOIL_GL");
         reason = device.error();

@@ -60,7 +60,8 @@ class AnyDevice : public testing::TestWithParam<const char*> {
     std::unique_ptr<Device> device_;
 };
 
-/// "cpu1", "cpu2" or "gl"; null with a reason where this machine has no such device.
+/// "cpu1", "cpu2", "gl", "gl_as_hardware" or "gl_in_small_blocks" (long buffers in storage blocks
+/// of 4 MiB); null with a reason where this machine has no such device.
 std::unique_ptr<Device> create_test_device(const std::string& name, std::string& reason);
 
 }  // namespace bsoil::device

@@ -239,6 +239,66 @@ TEST_P(Dispatch, one_read_takes_parts_of_several_buffers) {
     EXPECT_TRUE(std::ranges::equal(other, std::span(numbers).first(100)));
 }
 
+// Three blocks where they are small: words in each, across their borders, and as they grow.
+TEST_P(Dispatch, a_long_buffer_lies_in_as_many_blocks_as_it_needs) {
+    constexpr int64_t kBlock = 1 << 20, kWords = 2 * kBlock + 5000, kGrown = 3 * kBlock + 100;
+    device_->expect(Buffer::marks, kGrown);
+    ASSERT_TRUE(device_->allocate(Buffer::marks, kBlock - 5));
+    ASSERT_TRUE(device_->allocate(Buffer::outputs, 4096));
+    const std::vector<int32_t> first{1, 2, 3};
+    device_->write(Buffer::marks, kBlock - 8, first);
+    ASSERT_TRUE(device_->grow(Buffer::marks, kWords));
+    std::vector<int32_t> numbers(kBlock + 100);
+    std::iota(numbers.begin(), numbers.end(), 0);
+    device_->write(Buffer::marks, kBlock - 50, numbers);
+    device_->fill_zero(Buffer::marks, 2 * kBlock - 3, 6);
+    std::vector<int32_t> back(kBlock + 100);
+    device_->read(Buffer::marks, kBlock - 50, back);
+    std::ranges::fill(std::span(numbers).subspan(kBlock + 47, 6), 0);
+    EXPECT_EQ(back, numbers);
+
+    const WordMove moves[] = {{kBlock - 10, 5, 20}, {100, 2 * kBlock - 40, kBlock}};
+    ASSERT_TRUE(device_->rearrange(Buffer::marks, kGrown, moves));
+    std::vector<int32_t> moved(20), rest(kBlock);
+    const ReadRange ranges[] = {{Buffer::marks, 5, moved}, {Buffer::marks, 2 * kBlock - 40, rest}};
+    device_->read(ranges);
+    EXPECT_TRUE(std::ranges::equal(moved, std::span(numbers).subspan(40, 20)));
+    EXPECT_EQ(rest[kBlock - 151], 0);  // as the words below block 1 were
+    EXPECT_EQ(rest[kBlock - 150], 0);  // the first number
+    EXPECT_EQ(rest[kBlock - 149], 1);
+
+    constexpr int kLanes = 4096, kStride = static_cast<int>(kGrown / kLanes);
+    ASSERT_TRUE(device_->allocate(Buffer::marks, kGrown));
+    TestParams params{};
+    params.stride = kStride;
+    for (int i = 0; i < 2; ++i) {
+        dispatch(*device_, touch_long_buffer, plain_work(kLanes / kLanesPerGroup), params);
+    }
+    const std::vector<int32_t> marks = read_words(*device_, Buffer::marks, kGrown);
+    const std::vector<int32_t> outputs = read_words(*device_, Buffer::outputs, kLanes);
+    for (int i = 0; i < kLanes; ++i) {
+        const int at = i * kStride, after_first = 1000 + at;
+        ASSERT_EQ(marks[static_cast<size_t>(at)], after_first + 11) << i;
+        ASSERT_EQ(outputs[static_cast<size_t>(i)], (after_first + 1) * 4 + 1) << i;
+    }
+    EXPECT_EQ(std::ranges::count_if(marks, [](int32_t mark) { return mark != 0; }), kLanes);
+    EXPECT_EQ(device_->failure(), "");
+}
+
+// More than the staging memory of OpenGL holds at once, and many times over before anyone waits.
+TEST_P(Dispatch, much_is_written_before_anyone_waits) {
+    constexpr int64_t kWords = 5 << 20;
+    std::vector<int32_t> numbers(kWords);
+    ASSERT_TRUE(device_->allocate(Buffer::inputs, kWords + 7));
+    for (int round = 1; round <= 3; ++round) {
+        std::iota(numbers.begin(), numbers.end(), round);
+        device_->write(Buffer::inputs, round, numbers);
+    }
+    std::vector<int32_t> back(kWords);
+    device_->read(Buffer::inputs, 3, back);
+    EXPECT_EQ(back, numbers);
+}
+
 TEST_P(Dispatch, what_is_asked_of_a_device_is_counted) {
     ASSERT_TRUE(device_->allocate(Buffer::counts, 64));
     ASSERT_TRUE(device_->allocate(Buffer::entries, 8));
@@ -281,7 +341,8 @@ TEST_P(Dispatch, stages_have_the_times_of_a_session_before) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, Dispatch,
-                         testing::Values("cpu1", "cpu2", "gl", "gl_as_hardware"),
+                         testing::Values("cpu1", "cpu2", "gl", "gl_as_hardware",
+                                         "gl_in_small_blocks"),
                          [](const auto& device) { return device.param; });
 
 }  // namespace

@@ -106,11 +106,11 @@ done
 
 echo "== figures"
 if ((software)); then
-    bench=(--backend gl --frames 3 --sides 16 --sides 24 --steps 5 --scene "$root/demos/scenes/blocks.toml")
+    bench=(--backend gl --frames 3 --sides 16 --sides 24 --awake 24 --steps 5 --scene "$root/demos/scenes/blocks.toml")
 else
     # 464^3 voxels are 10^8.
-    bench=(--gpu --frames 60 --sides 56 64 72 80 88 104 128 256 464 --pictures 20 --scene "$root/demos/scenes/excavator.toml"
-        --scene "$root/demos/scenes/four_wheels.toml")
+    bench=(--gpu --frames 60 --sides 56 64 72 80 88 104 128 256 --awake 100 216 464 --pictures 20
+        --scene "$root/demos/scenes/excavator.toml" --scene "$root/demos/scenes/four_wheels.toml")
 fi
 "$build/demos/bsoil" bench "${bench[@]}" --page "$page" --out "${page%.md}.json" || failed=1
 echo "the page: $page"

@@ -3,12 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <limits>
 #include <sstream>
 #include <string>
 
 #include "base/layout.h"
 #include "bsoil/limits.h"
 #include "bsoil/soil.h"
+#include "soil/slot_buffers.h"
 #include "soil/tile_table.h"
 
 namespace bsoil::memory_map_test {
@@ -122,6 +124,16 @@ TEST(MemoryMap, stands_where_the_buffers_are_declared) {
     EXPECT_NE(text_of("shaders/buffer_list.h").find(map), std::string::npos)
         << "shaders/buffer_list.h should say:\n"
         << map;
+}
+
+// A word's number has 32 bits in the kernels, however many tiles a soil may have awake.
+TEST(MemoryMap, no_more_slots_than_words_have_numbers) {
+    for (const int64_t slot_words : {int64_t{1}, int64_t{32768}, int64_t{64} * 512}) {
+        const SlotBuffer buffer{Buffer::state, {{13, slot_words, kPlanePad}, {2, 3, 5}}};
+        const int most = buffer.slots_most();
+        EXPECT_LE(buffer.words(most), std::numeric_limits<int32_t>::max());
+        EXPECT_GT(buffer.words(int64_t{most} + 1), std::numeric_limits<int32_t>::max());
+    }
 }
 
 TEST(MemoryMap, is_what_the_pages_say) {

@@ -92,6 +92,9 @@ std::string bench_page(const Json& figures) {
     if (figures.contains("sweeps")) {
         fmt::format_to(page, "## Blocks that push soil\n\n{}", sweep_tables(figures["sweeps"]));
     }
+    if (figures.contains("awake")) {
+        fmt::format_to(page, "## N^3 voxels, all awake\n\n{}\n", awake_table(figures["awake"]));
+    }
     if (figures.contains("scenes")) {
         for (const auto& [path, scene] : figures["scenes"].items()) write_scene(path, scene, page);
     }

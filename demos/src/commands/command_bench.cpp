@@ -37,6 +37,7 @@ const std::vector<int> kThesisSides = {56, 64, 72, 80, 88, 104};
 constexpr int kAlphaSide = 72;
 constexpr int kAlphas[] = {0, 2, 4, 8, 12, 16};
 constexpr int kWarmUpFrames = 20;
+constexpr int kAwakeSteps = 30;
 constexpr double kVoxelM = PushingBlock::kVoxelM;
 // What the thesis measured on a Radeon R9 270: equations (36) and (38).
 constexpr double kThesisMsPerVoxel = 2.4e-5, kThesisOverheadMs = 4.3;
@@ -49,7 +50,8 @@ struct BenchArguments {
     long long step_count = 0;  ///< of a scene; 0: all
     int picture_count = 0;     ///< of a scene
     bool is_thesis = true;
-    int sweep_steps = 0;     ///< 0: no sweeps
+    int sweep_steps = 0;  ///< 0: no sweeps
+    std::vector<int> awake_sides;
     int feature_rounds = 0;  ///< 0: features are not timed
     bool on_gpu = false;
     bool is_counted = true;  ///< scenes are run once more, to count what passes touch
@@ -363,6 +365,15 @@ int bench(BenchArguments& arguments) {
         }
         json["sweeps"] = *sweeps;
     }
+    if (!arguments.awake_sides.empty()) {
+        const auto awake = time_awake(arguments.device.chosen(), arguments.device.thread_count,
+                                      arguments.awake_sides, kAwakeSteps);
+        if (!awake) {
+            fmt::print(stderr, "{}\n", awake.error());
+            return kCouldNotRun;
+        }
+        json["awake"] = *awake;
+    }
     for (const std::string& scene : arguments.scenes) {
         const int exit_code = bench_scene(arguments, scene, json);
         if (exit_code != kPassed) return exit_code;
@@ -393,6 +404,10 @@ void add_bench(CLI::App& app, int& exit_code) {
                      "of each scene, each after a step more than those")
         ->check(CLI::Range(0, 100000))
         ->capture_default_str();
+    command
+        ->add_option("--awake", arguments->awake_sides,
+                     "voxels along a cube's side, all of it awake, each a point")
+        ->check(CLI::Range(16, 512));
     command->add_flag("!--no-thesis", arguments->is_thesis, "the scenes alone");
     command
         ->add_option("--features", arguments->feature_rounds,

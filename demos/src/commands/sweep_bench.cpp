@@ -18,6 +18,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// Tiles have this many columns on a side.
+constexpr int kTileColumns = 8;
+/// Voxels along the square of each block where all of a soil is to be awake. Ours: 46, in which a
+/// block goes to and fro in 110 steps and no tile falls asleep. Larger: some do; smaller: blocks
+/// that meet.
+constexpr int kBlockRoom = 46;
+
 /// A bed of soil, half as high as its grid, and blocks that push through it.
 struct Case {
     int nx = 56, ny = 56, nz = 56;  ///< voxels
@@ -25,6 +32,7 @@ struct Case {
     int alpha = 4;
     int body_count = 1;
     int thread_count = 0;
+    bool is_all_awake = false;  ///< blocks as wide as their squares, and room for all tiles
 };
 
 /// Blocks in a square, all along the same course, each in a square of soil of its own.
@@ -35,7 +43,8 @@ class Blocks {
         room_m_ = of.nx * of.voxel_m / row;
         const double height_m = of.nz * of.voxel_m;
         shapes_.resize(1);
-        shapes_[0].half_extents_m = {room_m_ / 16, room_m_ / 6, std::min(room_m_, height_m) / 8};
+        shapes_[0].half_extents_m = {room_m_ / 16, room_m_ / (of.is_all_awake ? 2.2 : 6.0),
+                                     std::min(room_m_, height_m) / 8};
         for (int i = 0; i < of.body_count; ++i) {
             SoilBody body;
             body.shapes = &shapes_;
@@ -68,7 +77,7 @@ class Blocks {
 };
 
 struct Measured {
-    double step_ms = 0;
+    double step_ms = 0, device_ms = 0;  ///< the kernels', by the GPU's clock
     double awake_voxel_count = 0;
     WorkCounts work;
     uint64_t checksum = 0;
@@ -83,6 +92,10 @@ Result<Measured> measure(const Case& of, Backend backend, int step_count) {
     def.propagation_iterations = of.alpha;
     def.backend = backend;
     def.thread_count = of.thread_count;
+    if (of.is_all_awake) {
+        const auto tiles = [](int voxels) { return (voxels + kTileColumns - 1) / kTileColumns; };
+        def.tile_capacity = tiles(of.nx) * tiles(of.ny);
+    }
     auto made = Soil::create(def);
     if (!made) return Error{made.error()};
     Soil& soil = **made;
@@ -105,6 +118,7 @@ Result<Measured> measure(const Case& of, Backend backend, int step_count) {
             .count() /
         step_count;
     out.work = difference(before, soil.work_counts());
+    for (const PassWork& pass : out.work.passes) out.device_ms += pass.time_ms / step_count;
     out.checksum = soil.checksum();
     return out;
 }
@@ -147,6 +161,49 @@ std::vector<std::string> sweep_cells(const std::string& name, const Json& point)
 }
 
 }  // namespace
+
+Result<Json> time_awake(Backend backend, int thread_count, const std::vector<int>& sides,
+                        int step_count) {
+    fmt::print(
+        "N^3 voxels, all awake: blocks push everywhere\n  {:>8} {:>9} {:>9} {:>9} {:>9} {:>9}\n",
+        "N", "awake", "blocks", "ms a step", "kernels", "a second");
+    Json json;
+    for (const int side : sides) {
+        const int row = std::max(1, side / kBlockRoom);
+        const auto timed = measure({.nx = side,
+                                    .ny = side,
+                                    .nz = side,
+                                    .body_count = row * row,
+                                    .thread_count = thread_count,
+                                    .is_all_awake = true},
+                                   backend, step_count);
+        if (!timed) return Error{fmt::format("{}^3 voxels awake: {}", side, timed.error())};
+        fmt::print("  {:>8} {:>9.3g} {:>9} {:>9.2f} {:>9.2f} {:>9.1f}\n", side,
+                   timed->awake_voxel_count, row * row, timed->step_ms, timed->device_ms,
+                   1e3 / timed->step_ms);
+        json[std::to_string(side)] = Json{{"voxels_awake", timed->awake_voxel_count},
+                                          {"bodies", row * row},
+                                          {"step_ms", timed->step_ms},
+                                          {"kernels_ms", timed->device_ms},
+                                          {"checksum", fmt::format("{:016x}", timed->checksum)}};
+    }
+    fmt::print("\n");
+    return json;
+}
+
+std::string awake_table(const Json& awake) {
+    std::string text = experiment::table_head(
+        {"N", "voxels awake", "blocks", "ms a step", "of it kernels", "steps a second"});
+    for (const auto& [side, point] : awake.items()) {
+        const double step_ms = point["step_ms"].get<double>();
+        text += experiment::table_row(
+            {side, fmt::format("{:.3g}", point["voxels_awake"].get<double>()),
+             std::to_string(point["bodies"].get<int>()), fmt::format("{:.2f}", step_ms),
+             fmt::format("{:.2f}", point["kernels_ms"].get<double>()),
+             fmt::format("{:.1f}", 1e3 / step_ms)});
+    }
+    return text;
+}
 
 Result<Json> time_sweeps(Backend backend, int thread_count, int step_count) {
     struct Point {

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "bsoil/soil.h"
 
@@ -13,7 +14,16 @@ namespace bsoil::command {
 /// more by kernels that count. Takes a minute or two.
 Result<nlohmann::ordered_json> time_sweeps(Backend backend, int thread_count, int step_count);
 
+/// N^3 voxels, for each of `sides`, in all of which blocks push: prints and returns how many of
+/// them are awake, milliseconds a step, and how many of those the kernels take. `step_count` steps
+/// of each are timed after as many that warm up.
+Result<nlohmann::ordered_json> time_awake(Backend backend, int thread_count,
+                                          const std::vector<int>& sides, int step_count);
+
 /// The same as tables (Markdown).
+/// @{
 std::string sweep_tables(const nlohmann::ordered_json& sweeps);
+std::string awake_table(const nlohmann::ordered_json& awake);
+/// @}
 
 }  // namespace bsoil::command

@@ -133,6 +133,8 @@ struct SurfaceMeshDef {
     /// too, `automatic` a hardware GPU alone; where there is none it is the CPU. The mesh is the
     /// same, bit for bit.
     std::optional<Backend> backend = std::nullopt;
+    /// Threads of the host that mesh; 0: all cores. The mesh is the same.
+    int thread_count = 0;
 };
 
 /// Soil of a voxel that no surface shows: in the air, and less than half a voxel that is part of

@@ -12,7 +12,7 @@
 ///   BSOIL_KERNEL_CELLS    in the third: a file with cells_of(), which words belong to a cell
 ///   BSOIL_SHADER_FILES    the function with the embedded texts, e.g. soil_shader_files
 ///   BSOIL_KERNEL_LIST     the list: PLAIN(name) or SCATTER(name) per kernel
-///   BSOIL_KERNEL_BUFFERS  the list: BUFFER(name) per buffer, in binding order
+///   BSOIL_KERNEL_BUFFERS  the list: BUFFER(name) or LONG_BUFFER(name) per buffer, in binding order
 ///   BSOIL_KERNEL_PARAMS   the members of the uniform block, 32-bit integers
 ///   BSOIL_KERNEL_LAYOUT   the constants that kernels and host share
 ///   BSOIL_KERNEL_COMMON   the helpers that all kernels of the set share
@@ -93,6 +93,17 @@ struct Kernels {
 #define BUFFER(name) const BufferWords name;
 #include BSOIL_KERNEL_BUFFERS
 #undef BUFFER
+// Words of long buffers: here those lie in one piece, too. GLSL: add_long_buffer() in
+// gl_program.cpp.
+#define BUFFER(name)
+#define LONG_BUFFER(name)                                                             \
+    int name##_word(int at) const { return name[at]; }                                \
+    void set_##name##_word(int at, int value) const { name[at] = value; }             \
+    int add_to_##name(int at, int value) const { return add_owned(name[at], value); } \
+    int raise_##name(int at, int value) const { return max_owned(name[at], value); }
+#include BSOIL_KERNEL_BUFFERS
+#undef BUFFER
+#undef LONG_BUFFER
 
 #include "exact_math.glsl"
 #include BSOIL_KERNEL_LAYOUT
@@ -170,6 +181,13 @@ const KernelSet& BSOIL_KERNEL_SET() {
 #undef BUFFER
     };
     static_assert(std::size(kBuffers) <= kBufferCapacity);
+    static constexpr bool kAreLong[] = {
+#define BUFFER(name) false,
+#define LONG_BUFFER(name) true,
+#include BSOIL_KERNEL_BUFFERS
+#undef BUFFER
+#undef LONG_BUFFER
+    };
 #ifdef BSOIL_WIDE_KERNELS
     const std::span<const KernelInfo> wide_kernels = BSOIL_WIDE_KERNELS();
 #else
@@ -184,6 +202,7 @@ const KernelSet& BSOIL_KERNEL_SET() {
                                .wide_kernels = wide_kernels,
                                .counting_kernels = counting_kernels,
                                .buffers = kBuffers,
+                               .are_long = kAreLong,
                                .param_words = sizeof(KernelParams) / sizeof(int32_t),
                                .files = BSOIL_SHADER_FILES(),
                                .params_file = kParams.view(),

@@ -92,6 +92,9 @@ class Device {
     /// Makes a buffer larger; what it holds stays, what is new is zero. OpenGL's name for it
     /// changes.
     Status grow(BufferIndex buffer, int64_t words);
+    /// How many words a buffer may come to have: one that outgrows a storage block of OpenGL then
+    /// gets as many as it will need, since each change compiles all kernels anew.
+    void expect(BufferIndex buffer, int64_t words) { expect_words(buffer, words); }
     /// Gives a buffer another size; the words that move stay, all others are zero. On the device
     /// alone. OpenGL's name for it changes. An error leaves it as it was.
     Status rearrange(BufferIndex buffer, int64_t words, std::span<const WordMove> moves);
@@ -141,6 +144,7 @@ class Device {
     // What a backend does, with arguments that have been checked: ranges lie inside of their
     // buffers and hold at least one word, lists at least one group.
     virtual Status allocate_words(BufferIndex buffer, int64_t words) = 0;
+    virtual void expect_words(BufferIndex /*buffer*/, int64_t /*words*/) {}
     virtual Status rearrange_words(BufferIndex buffer, int64_t words,
                                    std::span<const WordMove> moves) = 0;
     virtual void write_words(BufferIndex buffer, int64_t offset,

@@ -10,11 +10,11 @@
 
 #include "device/allocation_error.h"
 #include "device/egl_context.h"
-#include "device/gl_lane_list.h"
+#include "device/gl_kernels.h"
 #include "device/gl_objects.h"
-#include "device/gl_program.h"
 #include "device/gl_read_back.h"
 #include "device/gl_stage_times.h"
+#include "device/gl_storage.h"
 #include "device/gl_uploads.h"
 #include "device/kernel_set.h"
 
@@ -23,6 +23,12 @@ namespace bsoil::device {
 namespace {
 
 constexpr GLsizeiptr kWordBytes = sizeof(int32_t);
+/// Words of a storage block with BULLETSOIL_GL=small_blocks in the environment. Ours: 4 MiB, three
+/// for the first 64 tiles of a soil of 40 voxels. Larger: small soils do not try what large ones
+/// need; smaller: they need more than there are.
+constexpr int64_t kSmallBlockWords = int64_t{1} << 20;
+/// Programs that address several blocks compute with their words' numbers.
+constexpr int64_t kBlockWordsMost = int64_t{1} << 29;
 /// std140 rounds blocks up to 16 bytes; a buffer must not be shorter than its block.
 constexpr GLsizeiptr kBlockBytes = 16;
 
@@ -47,7 +53,7 @@ std::string gl_error_name(GLenum error) {
 /// that it does what a GPU does. Both give the same bits.
 bool lists_lanes(const GlCapabilities& gl) { return gl.is_software && !is_gl_asked("hardware"); }
 
-/// Storage blocks that a device needs.
+/// Storage blocks that a device needs at least.
 int storage_block_count(const KernelSet& set, const GlCapabilities& gl) {
     return static_cast<int>(set.buffers.size()) + (lists_lanes(gl) ? 1 : 0);
 }
@@ -80,7 +86,7 @@ class GlDevice final : public Device {
     std::string failure() const override { return failure_; }
 
     uint32_t buffer_name(BufferIndex buffer) const override {
-        return objects_->buffers[static_cast<size_t>(buffer)].name();
+        return objects_->buffers[static_cast<size_t>(buffer)].blocks().front().name();
     }
 
     void* signal() override {
@@ -122,32 +128,37 @@ class GlDevice final : public Device {
         return allocate_current(buffer, words);
     }
 
+    void expect_words(BufferIndex buffer, int64_t words) override {
+        expected_words_[static_cast<size_t>(buffer)] = words;
+    }
+
     Status rearrange_words(BufferIndex buffer, int64_t words,
                            std::span<const WordMove> moves) override {
         const Use use(*this);
         if (!use.is_good()) return Error{failure_};
         flush_uploads();
-        GlBuffer old = std::move(object(buffer));
-        object(buffer) = GlBuffer();
+        GlStorage old = std::exchange(object(buffer), GlStorage());
         const Status allocated = allocate_current(buffer, words);
         if (!allocated) {
             object(buffer) = std::move(old);
-            glBindBufferBase(GL_SHADER_STORAGE_BUFFER, static_cast<GLuint>(buffer),
-                             object(buffer).name());
+            if (const Status kept = bind(buffer); !kept) return kept;
             return allocated;
         }
         for (const WordMove& move : moves) {
-            glCopyNamedBufferSubData(old.name(), object(buffer).name(), move.from * kWordBytes,
-                                     move.to * kWordBytes, move.count * kWordBytes);
+            object(buffer).copy_from(old, move.from, move.to, move.count);
         }
         return Done{};
     }
 
     void write_words(BufferIndex buffer, int64_t offset, std::span<const int32_t> words) override {
         const Use use(*this);
-        if (use.is_good()) {
-            objects_->uploads.write(object(buffer).name(), offset * kWordBytes, words);
-        }
+        if (!use.is_good()) return;
+        object(buffer).for_parts(
+            offset, std::ssize(words), [&](GLuint name, int64_t at, int64_t first, int64_t count) {
+                objects_->uploads.write(
+                    name, at * kWordBytes,
+                    words.subspan(static_cast<size_t>(first), static_cast<size_t>(count)));
+            });
     }
 
     void read_words(std::span<const ReadRange> ranges) override {
@@ -171,9 +182,11 @@ class GlDevice final : public Device {
 
     void clear_words(BufferIndex buffer, int64_t offset, int64_t count) override {
         const Use use(*this);
-        if (use.is_good()) {
-            objects_->uploads.clear(object(buffer).name(), offset * kWordBytes, count * kWordBytes);
-        }
+        if (!use.is_good()) return;
+        object(buffer).for_parts(
+            offset, count, [&](GLuint name, int64_t at, int64_t, int64_t part) {
+                objects_->uploads.clear(name, at * kWordBytes, part * kWordBytes);
+            });
     }
 
     void run_kernel(int kernel, std::span<const int32_t> params, const WorkList& work) override {
@@ -182,11 +195,9 @@ class GlDevice final : public Device {
         flush_uploads();
         upload_params(params);
         objects_->times.begin_kernel(kernel);
-        if (objects_->listing_programs.empty()) {
-            dispatch_groups(objects_->programs[static_cast<size_t>(kernel)], work.group_count,
-                            work.group_count);
-        } else {
-            dispatch_listed(static_cast<size_t>(kernel), work.group_count);
+        if (const GLenum error = objects_->kernels.run(kernel, work.group_count);
+            error != GL_NO_ERROR) {
+            note_failure(fmt::format("reports {}", gl_error_name(error)));
         }
         // This kernel wrote storage blocks; the next one, and reads, writes and fills, come after
         // it.
@@ -208,9 +219,9 @@ class GlDevice final : public Device {
 
   private:
     struct Objects {
-        std::vector<GlProgram> programs, listing_programs;  ///< by kernel, or none
-        GlLaneList lane_list;
-        std::vector<GlBuffer> buffers;
+        Objects(const KernelSet& set, bool by_lists) : kernels(set, by_lists) {}
+        GlKernels kernels;
+        std::vector<GlStorage> buffers;
         GlBuffer params;
         GlReadBack read_back, late_read_back;
         GlUploads uploads;
@@ -233,7 +244,9 @@ class GlDevice final : public Device {
     };
 
     GlDevice(const KernelSet& set, EglContext context)
-        : Device(set), context_(std::move(context)) {}
+        : Device(set),
+          context_(std::move(context)),
+          objects_(std::make_unique<Objects>(set, lists_lanes(context_.capabilities()))) {}
 
     void begin_use() {
         if (use_depth_++ == 0) {
@@ -249,14 +262,24 @@ class GlDevice final : public Device {
     void flush_uploads() {
         objects_->uploads.flush();
         counters_.write_call_count = objects_->uploads.call_count();
+        if (objects_->uploads.has_failed()) {
+            note_failure("has no memory for what is written, or does not answer");
+        }
     }
 
     void start(GlReadBack& read_back, std::span<const ReadRange> ranges) {
         if (failure_.empty()) flush_uploads();
         read_back.begin();
         for (const ReadRange& range : ranges) {
-            read_back.add(object(range.buffer).name(), range.offset * kWordBytes, range.words);
+            object(range.buffer)
+                .for_parts(range.offset, std::ssize(range.words),
+                           [&](GLuint name, int64_t at, int64_t first, int64_t count) {
+                               read_back.add(name, at * kWordBytes,
+                                             range.words.subspan(static_cast<size_t>(first),
+                                                                 static_cast<size_t>(count)));
+                           });
         }
+        sent_bytes_ = objects_->uploads.sent_bytes();
         const int64_t before = read_back.copy_count();
         if (failure_.empty()) note_failure(read_back.start());
         counters_.read_copy_count += read_back.copy_count() - before;
@@ -264,6 +287,7 @@ class GlDevice final : public Device {
 
     void finish(GlReadBack& read_back) {
         if (failure_.empty()) note_failure(read_back.finish());
+        if (failure_.empty()) objects_->uploads.note_done(sent_bytes_);
         if (failure_.empty()) check_errors();
         if (!failure_.empty()) read_back.fill_zero();
     }
@@ -272,12 +296,18 @@ class GlDevice final : public Device {
         if (!error.empty()) failure_ = fmt::format("{} {}", device_name(), error);
     }
 
-    GlBuffer& object(BufferIndex buffer) { return objects_->buffers[static_cast<size_t>(buffer)]; }
+    GlStorage& object(BufferIndex buffer) { return objects_->buffers[static_cast<size_t>(buffer)]; }
 
     Status initialize() {
         const Use use(*this);
         if (!use.is_good()) return Error{failure_};
-        if (Status made = make_programs(); !made) return made;
+        const int64_t words_most = std::min<int64_t>(
+            context_.capabilities().storage_block_bytes / kWordBytes, kBlockWordsMost);
+        blocks_ = {words_most, is_gl_asked("small_blocks") ? kSmallBlockWords : words_most,
+                   std::vector<int>(kernel_set().buffers.size(), 1)};
+        expected_words_.resize(kernel_set().buffers.size());
+        if (Status made = compile(blocks_); !made) return made;
+        objects_->buffers.resize(kernel_set().buffers.size());
         GLuint name = 0;
         glCreateBuffers(1, &name);
         objects_->params = GlBuffer(name);
@@ -286,83 +316,82 @@ class GlDevice final : public Device {
         glNamedBufferStorage(name, (param_bytes + kBlockBytes - 1) / kBlockBytes * kBlockBytes,
                              nullptr, GL_DYNAMIC_STORAGE_BIT);
         glBindBufferBase(GL_UNIFORM_BUFFER, 0, name);
-        // A block without a buffer behind it is undefined behaviour even in a kernel that does not
-        // read it.
-        objects_->buffers.resize(kernel_set().buffers.size());
         for (int i = 0; i < std::ssize(objects_->buffers); ++i) {
             if (Status status = allocate_current(BufferIndex{i}, 0); !status) return status;
         }
         return Done{};
     }
 
-    Status make_programs() {
-        allow_compiler_threads();
-        const bool is_listed = lists_lanes(context_.capabilities());
-        std::vector<PendingProgram> pending;
-        for (int kernel = 0; kernel < std::ssize(kernel_set().kernels); ++kernel) {
-            if (is_listed) {
-                pending.push_back(begin_program(kernel_set(), kernel, ProgramKind::lists_lanes));
-            }
-            pending.push_back(
-                begin_program(kernel_set(), kernel,
-                              is_listed ? ProgramKind::listed_lanes : ProgramKind::all_lanes));
-        }
-        for (size_t i = 0; i < pending.size(); ++i) {
-            const bool lists = is_listed && i % 2 == 0;
-            auto program = finish_program(std::move(pending[i]));
-            if (!program) return Error{fmt::format("{}: {}", device_name(), program.error())};
-            (lists ? objects_->listing_programs : objects_->programs)
-                .push_back(std::move(*program));
-        }
-        return Done{};
-    }
-
-    /// Runs a program in so many work groups for a kernel's groups of lanes.
-    void dispatch_groups(const GlProgram& program, int group_count, int work_group_count) {
-        glUseProgram(program.name());
-        glUniform1i(kGroupCountLocation, group_count);
-        const int columns = std::min(work_group_count, kGroupsPerRow);
-        const int rows = (work_group_count + kGroupsPerRow - 1) / kGroupsPerRow;
-        glDispatchCompute(static_cast<GLuint>(columns), static_cast<GLuint>(rows), 1);
-    }
-
-    void dispatch_listed(size_t kernel, int group_count) {
-        GlLaneList& list = objects_->lane_list;
-        const auto binding = static_cast<GLuint>(kernel_set().buffers.size());
-        if (const GLenum error = list.begin(binding, group_count); error != GL_NO_ERROR) {
-            failure_ = fmt::format("{} reports {}", device_name(), gl_error_name(error));
-            return;
-        }
-        dispatch_groups(objects_->listing_programs[kernel], group_count, list.listing_groups());
-        glUseProgram(objects_->programs[kernel].name());
-        list.dispatch();
+    Status compile(const StorageBlocks& blocks) {
+        Status compiled = objects_->kernels.compile(blocks);
+        return compiled ? compiled : Error{fmt::format("{}: {}", device_name(), compiled.error())};
     }
 
     Status allocate_current(BufferIndex buffer, int64_t words) {
-        const int64_t bytes_max = context_.capabilities().storage_block_bytes;
-        if (words > bytes_max / kWordBytes) {
-            return allocation_error(kernel_set(), buffer, words,
-                                    fmt::format("one storage block of {} has {} MiB at most "
-                                                "(GL_MAX_SHADER_STORAGE_BLOCK_SIZE)",
-                                                device_name(), bytes_max >> 20));
-        }
-        object(buffer).reset();  // first, so that old and new are never there at once
-        check_errors();          // so that what glGetError says below is about this allocation
+        if (Status has_blocks = make_blocks(buffer, words); !has_blocks) return has_blocks;
+        object(buffer) = GlStorage();  // first, so that old and new are never there at once
+        check_errors();                // so that an error below is about this allocation
         if (!failure_.empty()) return Error{failure_};
-        GLuint name = 0;
-        glCreateBuffers(1, &name);
-        GlBuffer made(name);
-        made.set_label(kernel_set().buffers[static_cast<size_t>(buffer)]);
-        glNamedBufferStorage(name, std::max<int64_t>(words, 1) * kWordBytes, nullptr,
-                             GL_DYNAMIC_STORAGE_BIT);
-        glClearNamedBufferData(name, GL_R32I, GL_RED_INTEGER, GL_INT, nullptr);
-        if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
+        const auto number = static_cast<size_t>(buffer);
+        const GLenum error = object(buffer).allocate(kernel_set().buffers[number], words,
+                                                     blocks_.words_most(kernel_set(), number),
+                                                     blocks_.count(number));
+        if (error != GL_NO_ERROR) {
             return allocation_error(kernel_set(), buffer, words,
                                     fmt::format("{} from {}", gl_error_name(error), device_name()));
         }
-        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, static_cast<GLuint>(buffer), name);
-        object(buffer) = std::move(made);
+        return bind(buffer);
+    }
+
+    /// Binds all blocks of a buffer, those that it does not need with a word in each.
+    Status bind(BufferIndex buffer) {
+        const auto number = static_cast<size_t>(buffer);
+        GlStorage& storage = object(buffer);
+        const GLenum error =
+            storage.add_blocks(kernel_set().buffers[number], blocks_.count(number));
+        if (error != GL_NO_ERROR) {
+            return allocation_error(kernel_set(), buffer, blocks_.count(number),
+                                    fmt::format("{} from {}", gl_error_name(error), device_name()));
+        }
+        for (int block = 0; block < blocks_.count(number); ++block) {
+            glBindBufferBase(GL_SHADER_STORAGE_BUFFER, blocks_.binding(kernel_set(), number, block),
+                             storage.blocks()[static_cast<size_t>(block)].name());
+        }
         return Done{};
+    }
+
+    /// Lets the kernels address as many blocks as so many words of a buffer take. That compiles
+    /// them anew, for seconds: the blocks are those that all buffers are expected to need, if there
+    /// are as many.
+    Status make_blocks(BufferIndex buffer, int64_t words) {
+        const auto number = static_cast<size_t>(buffer);
+        if (words <= blocks_.words_most(kernel_set(), number) * blocks_.count(number)) {
+            return Done{};
+        }
+        const GlCapabilities& gl = context_.capabilities();
+        const int capacity = gl.storage_block_count - (lists_lanes(gl) ? 1 : 0);
+        std::vector<int64_t> expected = expected_words_;
+        expected[number] = std::max(expected[number], words);
+        StorageBlocks blocks = blocks_.grown(kernel_set(), expected);
+        if (blocks.total(kernel_set()) > capacity) {
+            expected.assign(expected.size(), 0);
+            expected[number] = words;
+            blocks = blocks_.grown(kernel_set(), expected);
+        }
+        if (!kernel_set().are_long[number] || blocks.total(kernel_set()) > capacity) {
+            return allocation_error(
+                kernel_set(), buffer, words,
+                fmt::format("of {}, {} storage blocks have {} MiB at most "
+                            "(GL_MAX_SHADER_STORAGE_BLOCK_SIZE)",
+                            device_name(), kernel_set().are_long[number] ? capacity : 1,
+                            (blocks_.words_most(kernel_set(), number) * kWordBytes) >> 20));
+        }
+        Status made = compile(blocks);
+        if (made) blocks_ = std::move(blocks);
+        for (int i = 0; i < std::ssize(objects_->buffers) && made; ++i) {
+            if (i != static_cast<int>(buffer)) made = bind(BufferIndex{i});
+        }
+        return made;
     }
 
     void upload_params(std::span<const int32_t> params) {
@@ -395,11 +424,14 @@ class GlDevice final : public Device {
 
     EglContext context_;
     const bool is_checked_ = is_gl_asked("checked");
-    std::unique_ptr<Objects> objects_ = std::make_unique<Objects>();
+    std::unique_ptr<Objects> objects_;
     std::optional<CurrentContext> current_;
     int use_depth_ = 0, session_depth_ = 0;
     bool is_late_read_done_ = true;
     std::vector<int32_t> params_;  ///< that the uniform block holds
+    StorageBlocks blocks_;
+    std::vector<int64_t> expected_words_;  ///< by buffer
+    int64_t sent_bytes_ = 0;  ///< GlUploads::sent_bytes() when the last read was asked for
     std::string failure_;
 };
 

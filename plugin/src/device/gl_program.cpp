@@ -45,12 +45,52 @@ void append_text(std::string_view name, std::string_view text, const KernelSet& 
     }
 }
 
-/// One storage block a buffer, bound at its place in the set.
-std::string buffer_blocks(const KernelSet& kernel_set) {
+/// What reaches the words of a long buffer: in its first block, which has the buffer's name, or in
+/// one of the others. C++: LONG_BUFFER in cpu_kernels.cpp.
+void add_long_buffer(std::string_view name, int block_count, int64_t words_most,
+                     std::string& text) {
+    struct Access {
+        std::string_view head, word;
+        bool gives;  ///< a value
+    };
+    constexpr Access kAccesses[] = {
+        {"int {name}_word(int at)", "{word}", true},
+        {"void set_{name}_word(int at, int value)", "{word} = value", false},
+        {"int add_to_{name}(int at, int value)", "atomicAdd({word}, value)", true},
+        {"int raise_{name}(int at, int value)", "atomicMax({word}, value)", true}};
+    for (const Access& access : kAccesses) {
+        text += fmt::format(fmt::runtime(access.head), fmt::arg("name", name)) + " {\n";
+        for (int block = 0; block < block_count; ++block) {
+            const std::string word =
+                block == 0 ? fmt::format("{}[at]", name)
+                           : fmt::format("{}_{}[at - {}]", name, block, block * words_most);
+            const std::string what = fmt::format(fmt::runtime(access.word), fmt::arg("word", word));
+            if (block + 1 < block_count) {
+                text += fmt::format("    if (at < {}) ", (block + 1) * words_most);
+                text += access.gives ? fmt::format("return {};\n", what)
+                                     : fmt::format("{{ {}; return; }}\n", what);
+            } else {
+                text += fmt::format("    {}{};\n", access.gives ? "return " : "", what);
+            }
+        }
+        text += "}\n";
+    }
+}
+
+/// The storage blocks of all buffers.
+std::string buffer_blocks(const KernelSet& kernel_set, const StorageBlocks& blocks) {
     std::string text;
     for (size_t i = 0; i < kernel_set.buffers.size(); ++i) {
-        text += fmt::format("layout(std430, binding = {}) buffer {}_block {{ int {}[]; }};\n", i,
-                            kernel_set.buffers[i], kernel_set.buffers[i]);
+        const std::string_view name = kernel_set.buffers[i];
+        for (int block = 0; block < blocks.count(i); ++block) {
+            const std::string in_block =
+                block == 0 ? std::string(name) : fmt::format("{}_{}", name, block);
+            text += fmt::format("layout(std430, binding = {}) buffer {}_block {{ int {}[]; }};\n",
+                                blocks.binding(kernel_set, i, block), in_block, in_block);
+        }
+        if (kernel_set.are_long[i]) {
+            add_long_buffer(name, blocks.count(i), blocks.long_words_most, text);
+        }
     }
     return text;
 }
@@ -156,7 +196,8 @@ std::string info_log(GLuint name, GetParameter get_parameter, GetLog get_log) {
 
 }  // namespace
 
-KernelSource kernel_source(const KernelSet& kernel_set, int kernel, ProgramKind kind) {
+KernelSource kernel_source(const KernelSet& kernel_set, int kernel, ProgramKind kind,
+                           const StorageBlocks& blocks) {
     const std::string_view name = kernel_set.kernels[static_cast<size_t>(kernel)].name;
     KernelSource source;
     append_text("version", "#version 450\n", kernel_set, source);
@@ -164,7 +205,7 @@ KernelSource kernel_source(const KernelSet& kernel_set, int kernel, ProgramKind 
                 kind == ProgramKind::all_lanes ? kNotUnrolled : "#define RUNS_IN_SOFTWARE\n",
                 kernel_set, source);
     append_file("prelude.glsl", kernel_set, source);
-    append_text("buffers", buffer_blocks(kernel_set), kernel_set, source);
+    append_text("buffers", buffer_blocks(kernel_set, blocks), kernel_set, source);
     append_text("params", "layout(std140, binding = 0) uniform ParamsBlock {\n", kernel_set,
                 source);
     append_file(kernel_set.params_file, kernel_set, source);
@@ -209,10 +250,11 @@ void allow_compiler_threads() {
     }
 }
 
-PendingProgram begin_program(const KernelSet& kernel_set, int kernel, ProgramKind kind) {
+PendingProgram begin_program(const KernelSet& kernel_set, int kernel, ProgramKind kind,
+                             const StorageBlocks& blocks) {
     PendingProgram pending;
     pending.name = kernel_set.kernels[static_cast<size_t>(kernel)].name;
-    pending.source = kernel_source(kernel_set, kernel, kind);
+    pending.source = kernel_source(kernel_set, kernel, kind, blocks);
     pending.shader = GlShader(glCreateShader(GL_COMPUTE_SHADER));
     const char* text = pending.source.text.c_str();
     glShaderSource(pending.shader.name(), 1, &text, nullptr);

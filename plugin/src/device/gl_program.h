@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "device/gl_objects.h"
+#include "device/gl_storage.h"
 #include "device/kernel_set.h"
 
 namespace bsoil::device {
@@ -34,7 +35,8 @@ struct KernelSource {
     std::string text;
     std::vector<Line> lines;
 };
-KernelSource kernel_source(const KernelSet& kernel_set, int kernel, ProgramKind kind);
+KernelSource kernel_source(const KernelSet& kernel_set, int kernel, ProgramKind kind,
+                           const StorageBlocks& blocks);
 
 /// The driver's log with the lines of the whole text replaced by file and line.
 std::string name_files(const std::string& log, const std::vector<KernelSource::Line>& lines);
@@ -50,7 +52,8 @@ struct PendingProgram {
 /// Lets the driver compile and link a kernel in the current context. Asking how far it is would
 /// wait for it: begin all programs, then finish them.
 PendingProgram begin_program(const KernelSet& kernel_set, int kernel,
-                             ProgramKind kind = ProgramKind::all_lanes);
+                             ProgramKind kind = ProgramKind::all_lanes,
+                             const StorageBlocks& blocks = {});
 /// Waits for the driver. The error is the kernel's name and the driver's log.
 Result<GlProgram> finish_program(PendingProgram pending);
 

@@ -1,6 +1,8 @@
 #include "device/gl_uploads.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <cstring>
 #include <tuple>
 
 namespace bsoil::device {
@@ -14,18 +16,15 @@ constexpr size_t kWordsMost = size_t{4} << 20;
 }  // namespace
 
 void GlUploads::write(GLuint buffer, int64_t offset_bytes, std::span<const int32_t> words) {
-    if (words.empty()) return;
-    if (words.size() > kWordsMost) {
-        flush();
-        ++call_count_;
-        glNamedBufferSubData(buffer, offset_bytes, static_cast<GLsizeiptr>(words.size_bytes()),
-                             words.data());
-        return;
+    while (!words.empty()) {
+        const std::span<const int32_t> taken = words.first(std::min(words.size(), kWordsMost));
+        Part part{buffer, offset_bytes, static_cast<int64_t>(taken.size_bytes())};
+        part.at = std::ssize(words_);
+        words_.insert(words_.end(), taken.begin(), taken.end());
+        add(part);
+        offset_bytes += part.bytes;
+        words = words.subspan(taken.size());
     }
-    Part part{buffer, offset_bytes, static_cast<int64_t>(words.size_bytes())};
-    part.at = std::ssize(words_);
-    words_.insert(words_.end(), words.begin(), words.end());
-    add(part);
 }
 
 void GlUploads::clear(GLuint buffer, int64_t offset_bytes, int64_t bytes) {
@@ -102,24 +101,46 @@ size_t GlUploads::hand_over_run(size_t first) {
 
 void GlUploads::hand_over(size_t first, size_t end) {
     const Part& part = parts_[first];
-    const auto bytes = static_cast<GLsizeiptr>(parts_[end - 1].end_bytes() - part.offset_bytes);
-    ++call_count_;
     if (part.is_zero()) {
+        const auto bytes = static_cast<GLsizeiptr>(parts_[end - 1].end_bytes() - part.offset_bytes);
+        ++call_count_;
         glClearNamedBufferSubData(part.buffer, GL_R32I, part.offset_bytes, bytes, GL_RED_INTEGER,
                                   GL_INT, nullptr);
         return;
     }
-    const int32_t* words = words_.data() + part.at;
-    if (end > first + 1) {
-        run_.clear();
-        for (size_t i = first; i < end; ++i) {
-            const auto from = words_.begin() + static_cast<std::ptrdiff_t>(parts_[i].at);
-            run_.insert(run_.end(), from,
-                        from + parts_[i].bytes / static_cast<int64_t>(sizeof(int32_t)));
+    send(first, end);
+}
+
+// Parts of words that lie one behind the other, in as few copies as the staging memory allows.
+void GlUploads::send(size_t first, size_t end) {
+    const GLuint buffer = parts_[first].buffer;
+    int64_t to = parts_[first].offset_bytes;
+    const int64_t end_bytes = parts_[end - 1].end_bytes();
+    size_t i = first;
+    int64_t taken = 0;  // of part i
+    while (to < end_bytes) {
+        const int64_t bytes = std::min(end_bytes - to, GlStaging::kPieceBytes);
+        const GlStaging::Place place = staging_.take(bytes);
+        if (place.memory == nullptr) {
+            has_failed_ = true;
+            return;
         }
-        words = run_.data();
+        for (int64_t done = 0; done < bytes;) {
+            const Part& part = parts_[i];
+            const auto* from = reinterpret_cast<const std::byte*>(words_.data() + part.at);
+            const int64_t now = std::min(bytes - done, part.bytes - taken);
+            std::memcpy(place.memory + done, from + taken, static_cast<size_t>(now));
+            done += now;
+            taken += now;
+            if (taken == part.bytes) {
+                ++i;
+                taken = 0;
+            }
+        }
+        glCopyNamedBufferSubData(staging_.buffer(), buffer, place.offset_bytes, to, bytes);
+        ++call_count_;
+        to += bytes;
     }
-    glNamedBufferSubData(part.buffer, part.offset_bytes, bytes, words);
 }
 
 }  // namespace bsoil::device

@@ -51,8 +51,9 @@ struct KernelSet {
     std::span<const KernelInfo> wide_kernels;  ///< the same for CPUs with AVX2, or none
     /// The same, noting what they touch in KernelMemory::notes, on one thread; or none.
     std::span<const KernelInfo> counting_kernels;
-    std::span<const char* const> buffers;       ///< names in the kernels; BufferIndex is the place
-    int param_words = 0;                        ///< of the uniform block
+    std::span<const char* const> buffers;  ///< names in the kernels; BufferIndex is the place
+    std::span<const bool> are_long;  ///< by buffer: it may lie in several storage blocks of OpenGL
+    int param_words = 0;             ///< of the uniform block
     std::span<const ShaderFile> files;          ///< everything the kernels' GLSL is made from
     std::string_view params_file, layout_file;  ///< of `files`: members of the uniform block; the
                                                 ///< constants that kernels and host share

@@ -87,13 +87,11 @@ struct TileColumns {
     friend bool operator==(const TileColumns&, const TileColumns&) = default;
 };
 
-/// The runs of a tile of soil. Arrays as from Soil::read_tile.
+/// The runs of a tile of soil, and unless it is null its loose voxels: those whose soil none of the
+/// runs shows, index z * 64 + y * 8 + x. Arrays as from Soil::read_tile.
 void find_soil_runs(std::span<const float> volume, std::span<const float> solid,
-                    std::span<const uint8_t> material, int height, TileColumns& columns);
-/// The voxels of a tile, index z * 64 + y * 8 + x, whose soil none of its runs shows. Arrays as
-/// from Soil::read_tile.
-void find_loose_voxels(std::span<const float> volume, std::span<const float> solid, int height,
-                       std::vector<int>& voxels);
+                    std::span<const uint8_t> material, int height, TileColumns& columns,
+                    std::vector<int>* loose_voxels = nullptr);
 /// The runs of a tile of terrain.
 void find_terrain_runs(std::span<const float> solid, int height, TileColumns& columns);
 

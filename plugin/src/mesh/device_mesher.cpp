@@ -22,6 +22,8 @@ static_assert(kernels::kKeptWords == kernels::kKeptLook + kernels::kLookWords);
 
 /// What a tile of level ground has, for a first guess of the room that meshes take.
 constexpr size_t kVerticesOfTile = 256, kTrianglesOfTile = 512;
+/// Tiles that a thread of the host takes at once.
+constexpr size_t kTilesAtOnce = 4;
 /// Buffers grow by this much beyond what is asked for.
 constexpr size_t kGrowthDivisor = 2;
 
@@ -83,7 +85,7 @@ DeviceMesher::DeviceMesher(std::unique_ptr<device::Device> device, const TileSou
       close_floor_(def.close_floor) {}
 
 Status DeviceMesher::build(const GridColumns& grid, const TileLevels& levels,
-                           std::span<const Job> jobs) {
+                           std::span<const Job> jobs, const WorkThreads* threads) {
     if (jobs.empty()) return Done{};
     fields_.resize(std::max(fields_.size(), std::min(kBatch, jobs.size())));
     while (!jobs.empty()) {
@@ -94,18 +96,22 @@ Status DeviceMesher::build(const GridColumns& grid, const TileLevels& levels,
         runs_.clear();
         if (kept_) look_words_.begin(runs_);
         work_words_ = 0;
-        for (size_t t = 0; t < batch.size(); ++t) {
-            const auto& [tx, ty, mesh] = batch[t];
-            fields_[t].build(grid, levels, levels.at(tx, ty), tx, ty);
-            write_tile(levels, fields_[t]);
-        }
+        for_ranges(threads, batch.size(), kTilesAtOnce, [&](size_t first, size_t last) {
+            for (size_t t = first; t < last; ++t) {
+                const auto& [tx, ty, mesh] = batch[t];
+                fields_[t].build(grid, levels, levels.at(tx, ty), tx, ty);
+            }
+        });
+        for (size_t t = 0; t < batch.size(); ++t) write_tile(levels, fields_[t]);
         if (const Status ran = run(grid); !ran) return ran;
         if (kept_) {
             if (const Status kept = keep_batch(grid, batch); !kept) return kept;
             continue;
         }
+        for_ranges(threads, batch.size(), kTilesAtOnce, [&](size_t first, size_t last) {
+            for (size_t t = first; t < last; ++t) take(fields_[t], t, *batch[t].mesh);
+        });
         for (size_t t = 0; t < batch.size(); ++t) {
-            take(fields_[t], t, *batch[t].mesh);
             if (!levels.is_beside_finer(batch[t].tx, batch[t].ty)) continue;
             add_border(grid, levels, batch[t], t);
         }

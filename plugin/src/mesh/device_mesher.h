@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bsoil/surface_mesh.h"
+#include "bsoil/work_threads.h"
 #include "mesh/display_field.h"
 #include "mesh/kept_meshes.h"
 #include "mesh/look_words.h"
@@ -41,7 +42,9 @@ class DeviceMesher {
     };
     /// Waits for the device twice for each kBatch of tiles. The error is the device's: it has lost
     /// its memory, or has too little. Meshes are undefined then.
-    Status build(const GridColumns& grid, const TileLevels& levels, std::span<const Job> jobs);
+    /// `threads`: for the host's part.
+    Status build(const GridColumns& grid, const TileLevels& levels, std::span<const Job> jobs,
+                 const WorkThreads* threads = nullptr);
     static constexpr size_t kBatch = 256;
 
     /// From now on meshes stay on the device, in its buffers kept_vertices and kept_indices, and

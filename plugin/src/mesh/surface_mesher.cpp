@@ -2,9 +2,11 @@
 #include <cassert>
 #include <cmath>
 #include <cstdlib>
+#include <mutex>
 #include <utility>
 
 #include "bsoil/surface_mesh.h"
+#include "bsoil/work_threads.h"
 #include "mesh/bare_walls.h"
 #include "mesh/coarse_error.h"
 #include "mesh/column_runs.h"
@@ -26,6 +28,10 @@ static_assert(SurfaceMesher::kLevelMost == TileLevels::kMost);
 /// A tile keeps its level until its distance is this much beyond the one where it changes.
 constexpr double kKeepShare = 0.1;
 constexpr uint8_t kNoLevel = 255;
+
+/// Tiles that a thread takes at once. Ours: 4, a tenth of a millisecond. Larger: threads that wait
+/// for the last one; smaller: the handing over.
+constexpr size_t kTilesLeast = 4;
 
 constexpr float kBareLeast = 0.05f;  ///< of a voxel: less soil than this has no colour of its own
 
@@ -63,8 +69,9 @@ struct SurfaceMesher::Impl {
           tiles(grid.tiles.size()),
           levels(grid.tile_count[0], grid.tile_count[1]),
           wanted_levels(tiles.size(), kNoLevel),
-          mesher(tile_source, mesh_def),
+          threads(mesh_def.thread_count),
           device_mesher(std::move(hosts_mesher)) {
+        meshers.push_back(std::make_unique<mesh::TileMesher>(source, def));
         if (!device_mesher) choose_backend(mesh_def.backend.value_or(tile_source.backend()));
     }
 
@@ -106,7 +113,7 @@ struct SurfaceMesher::Impl {
             for (mesh::Run& run : columns.runs.items) run.look.color = def.terrain_color;
         } else {
             source.read_tile(tx, ty, volume, solid, material);
-            mesh::find_soil_runs(volume, solid, material, grid.size[2], columns);
+            mesh::find_soil_runs(volume, solid, material, grid.size[2], columns, &loose_voxels);
             read_looks(tx, ty);
             if (shows_inside()) {
                 mesh::find_bare_walls(grid, columns, tx, ty, columns.walls);
@@ -195,7 +202,6 @@ struct SurfaceMesher::Impl {
     void read_loose(int tx, int ty) {
         std::vector<LooseVoxel>& loose = tiles[tile_index(tx, ty)].loose;
         loose.clear();
-        mesh::find_loose_voxels(volume, solid, grid.size[2], loose_voxels);
         const GridFrame& frame = source.frame();
         for (const int v : loose_voxels) {
             const int x = tx * kTileSide + v % kTileSide,
@@ -355,14 +361,34 @@ struct SurfaceMesher::Impl {
     /// Meshes the tiles of which something has changed.
     void build(SurfaceMeshReport& report) {
         meshed.clear();
-        if (device_mesher) build_on_device(report);
+        jobs.clear();
         for_each_tile([&](int tx, int ty) {
             Tile& tile = tiles[tile_index(tx, ty)];
             report.tile_coarse_count += levels.at(tx, ty) > 0;
-            if (!tile.dirty) return;
-            mesher.build(grid, levels, tx, ty, tile.mesh);
-            finish(tx, ty, report);
+            if (tile.dirty) jobs.push_back({tx, ty, &tile.mesh});
         });
+        if (!device_mesher || !build_on_device(report)) build_on_host();
+        for (const auto& job : jobs) finish(job.tx, job.ty, report);
+    }
+
+    void build_on_host() {
+        threads.for_ranges(jobs.size(), kTilesLeast, [this](size_t first, size_t last) {
+            std::unique_ptr<mesh::TileMesher> mesher = take_mesher();
+            for (size_t i = first; i < last; ++i) {
+                mesher->build(grid, levels, jobs[i].tx, jobs[i].ty, *jobs[i].mesh);
+            }
+            const std::scoped_lock lock(meshers_mutex);
+            meshers.push_back(std::move(mesher));
+        });
+    }
+
+    /// One that no other thread has.
+    std::unique_ptr<mesh::TileMesher> take_mesher() {
+        const std::scoped_lock lock(meshers_mutex);
+        if (meshers.empty()) return std::make_unique<mesh::TileMesher>(source, def);
+        std::unique_ptr<mesh::TileMesher> mesher = std::move(meshers.back());
+        meshers.pop_back();
+        return mesher;
     }
 
     void finish(int tx, int ty, SurfaceMeshReport& report) {
@@ -374,19 +400,14 @@ struct SurfaceMesher::Impl {
     }
 
     /// A device that fails leaves all tiles to the CPU, now and later.
-    void build_on_device(SurfaceMeshReport& report) {
-        jobs.clear();
-        for_each_tile([&](int tx, int ty) {
-            Tile& tile = tiles[tile_index(tx, ty)];
-            if (tile.dirty) jobs.push_back({tx, ty, &tile.mesh});
-        });
-        if (const Status built = device_mesher->build(grid, levels, jobs); !built) {
+    bool build_on_device(SurfaceMeshReport& report) {
+        if (const Status built = device_mesher->build(grid, levels, jobs, &threads); !built) {
             backend_reason = built.error();
             device_mesher.reset();
-            return;
+            return false;
         }
-        for (const auto& job : jobs) finish(job.tx, job.ty, report);
         report.tile_gl_count = static_cast<int>(jobs.size());
+        return true;
     }
 
     const TileSource& source;
@@ -397,7 +418,9 @@ struct SurfaceMesher::Impl {
     std::vector<Tile> tiles;
     TileLevels levels;
     std::vector<uint8_t> wanted_levels;  ///< of the last detail, before neighbours lower them
-    mesh::TileMesher mesher;
+    WorkThreads threads;
+    std::vector<std::unique_ptr<mesh::TileMesher>> meshers;  ///< that no thread has
+    std::mutex meshers_mutex;
     std::unique_ptr<mesh::DeviceMesher> device_mesher;  ///< null: the CPU meshes
     std::string backend_reason;
     std::vector<mesh::DeviceMesher::Job> jobs;

@@ -1,6 +1,7 @@
 #include "soil/slot_buffers.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace bsoil {
 
@@ -10,6 +11,11 @@ int64_t SlotBuffer::words(int64_t slots) const {
     int64_t sum = 0;
     for (const SlotRows& r : rows) sum += r.row_count * (r.slot_words * slots + r.pad_words);
     return sum;
+}
+
+int SlotBuffer::slots_most() const {
+    constexpr int64_t kNumbers = std::numeric_limits<int32_t>::max();
+    return static_cast<int>((kNumbers - words(0)) / (words(1) - words(0)));
 }
 
 std::vector<device::WordMove> SlotBuffer::moves(int64_t from, int64_t to) const {

@@ -20,6 +20,8 @@ struct SlotBuffer {
     bool is_empty_between_passes = false;
 
     int64_t words(int64_t slots) const;
+    /// With more slots its words have no numbers of 32 bits, and no kernel finds them.
+    int slots_most() const;
     /// What moves where as `from` slots become `to`: the words of those that both have.
     std::vector<device::WordMove> moves(int64_t from, int64_t to) const;
 };

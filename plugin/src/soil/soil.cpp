@@ -337,9 +337,7 @@ VoxelSample Soil::sample(int x, int y, int z) const {
         if (pores > 0) sample.saturation = std::min(1.0, water / pores);
     }
     if (mass > 0) {
-        const double cubic_voxel = std::pow(s.frame.voxel_m, 3);
-        sample.density_kg_m3 =
-            static_cast<double>(mass) * s.kg_per_unit / (sample.volume * cubic_voxel);
+        sample.density_kg_m3 = static_cast<double>(mass) * kReferenceDensity / volume;
         sample.velocity_m_s =
             world_vector(kKeptMomentum,
                          s.frame.voxel_m / s.def.step_s / kVelocityOne / static_cast<double>(mass));

@@ -100,6 +100,12 @@ Status TileTable::start() {
         core_.tile_count(), core_.def.tile_capacity > 0
                                 ? core_.def.tile_capacity
                                 : std::max<int64_t>(1, kAwakeBytesDefault / tile_bytes)));
+    for (const SlotBuffer& buffer : slot_buffers(core_)) {
+        slot_capacity_ = std::min(slot_capacity_, buffer.slots_most());
+    }
+    for (const SlotBuffer& buffer : slot_buffers(core_)) {
+        core_.device->expect(buffer.buffer, buffer.words(slot_capacity_));
+    }
     if (Status allocated = allocate_slots(std::min(kSlotsAtStart, slot_capacity_)); !allocated) {
         return allocated;
     }

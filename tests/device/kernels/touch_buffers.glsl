@@ -8,6 +8,7 @@ void touch_buffers(int group, int lane) {
     neighbours[lane] += 4;
     tickets[lane] += 5;
     counts[lane] += 6 + group;
+    add_to_marks(lane, 7);
 }
 
 int touch_buffers_lanes(int group, int half_at) { return kAllLanes; }
