@@ -18,10 +18,10 @@ ivec3 saturated(ivec3 a, ivec3 b) {
     return ivec3(saturated_sum(a.x, b.x), saturated_sum(a.y, b.y), saturated_sum(a.z, b.z));
 }
 
-int flag_index(int array, int block) { return array * (params.plane_stride >> 9) + block; }
+int flag_index(int array, int block) { return array * params.block_count + block; }
 
 // A block's masks: see kMaskWords. Of two words the second is that of lanes 32 to 63.
-int mask_index(int block, int word) { return kFlagArrays * (params.plane_stride >> 9) + block * kMaskWords + word; }
+int mask_index(int block, int word) { return kFlagArrays * params.block_count + block * kMaskWords + word; }
 
 int mask_half(int block, int mask, int half_at) { return block_flags[mask_index(block, mask + half_at)]; }
 

@@ -128,7 +128,7 @@ CONST_INT(kPairBody, 1)
 
 // Words left empty behind each plane and each array of columns. With a power of two of slots their lengths are multiples of a
 // cache way, and a voxel's planes, or a column's words, would drive each other out of the cache. Whole cache lines of 16 words.
-CONST_INT(kPlanePad, 80)        // less than a block's voxels: words of a plane / kBlockVoxels is the number of blocks
+CONST_INT(kPlanePad, 80)
 CONST_INT(kColumnPad, 48)       // less than a tile's columns
 
 // --- planes of the state, each params.plane_stride words long, index = plane * plane_stride + voxel ---------------

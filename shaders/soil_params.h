@@ -1,5 +1,6 @@
 // The uniform block of every kernel: 32-bit integers only, so that std140 and C++ agree. One member a line.
-int plane_stride;        // words of one state plane: tile slots * voxels of a tile + kPlanePad
+int plane_stride;        // words of one state plane: room for tile slots * voxels of a tile + kPlanePad
+int block_count;         // of all tile slots
 int column_count;        // words of one array of columns: those of all tile slots + kColumnPad
 int tile_voxels;         // voxels of a tile: 64 * height
 int height;              // voxels up, a multiple of 8

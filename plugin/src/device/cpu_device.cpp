@@ -110,6 +110,9 @@ class CpuDevice final : public Device {
     std::string device_name() const override { return name_; }
     int thread_count() const override { return arena_.max_concurrency(); }
 
+    // Counting kernels have a mark for each word.
+    bool is_memory_lazy() const override { return sizeof(void*) > 4 && !notes_; }
+
     // Kernels are done when dispatch returns, so the host's clock tells how long they took.
     void mark_stage(int stage) override {
         assert(session_depth_ > 0 && stage >= 0 && stage < kStageCapacity);

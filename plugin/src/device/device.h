@@ -83,6 +83,9 @@ class Device {
     virtual std::string backend_name() const = 0;  ///< "cpu" or "gl"
     virtual std::string device_name() const = 0;
     virtual int thread_count() const = 0;
+    /// Whether memory of which nobody has written anything costs nothing: then a buffer may be
+    /// allocated as long as it may ever become.
+    virtual bool is_memory_lazy() const { return false; }
     /// What broke the device after its creation (context refused, GPU lost or out of memory); empty
     /// while all is well. Once set, calls do nothing and reads give zeros.
     virtual std::string failure() const { return {}; }

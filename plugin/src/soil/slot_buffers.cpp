@@ -35,8 +35,8 @@ std::vector<device::WordMove> SlotBuffer::moves(int64_t from, int64_t to) const 
 std::vector<SlotBuffer> slot_buffers(const SoilCore& core) {
     const int64_t tile_voxels = core.params.tile_voxels, blocks = core.blocks_per_tile,
                   transported = core.params.transport_count;
-    return {{Buffer::state, {{kTransportFirst + transported, tile_voxels, kPlanePad}}},
-            {Buffer::delta, {{1, transported * tile_voxels, 0}}, true},
+    return {{Buffer::state, {{kTransportFirst + transported, tile_voxels, kPlanePad}}, false, true},
+            {Buffer::delta, {{1, transported * tile_voxels, 0}}, true, true},
             {Buffer::spans,
              {{1, int64_t{kColumnWords} * kTileColumns, int64_t{kColumnWords} * kColumnPad},
               {kColumnArrays, kTileColumns, kColumnPad},

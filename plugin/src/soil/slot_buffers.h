@@ -18,6 +18,8 @@ struct SlotBuffer {
     std::vector<SlotRows> rows;
     /// All zero between passes: nothing of it moves. Who copies what is zero touches all of it.
     bool is_empty_between_passes = false;
+    /// Most of what an awake tile takes.
+    bool is_large = false;
 
     int64_t words(int64_t slots) const;
     /// With more slots its words have no numbers of 32 bits, and no kernel finds them.

@@ -253,7 +253,7 @@ uint64_t Soil::Impl::checksum() const {
 MemoryUse Soil::memory_use() const {
     const Impl& s = *impl_;
     MemoryUse use;
-    use.awake_bytes = s.device->memory_bytes();
+    use.awake_bytes = s.tiles.memory_bytes();
     int64_t awake_tiles = 0;
     std::unordered_set<const void*> counted;
     for (const auto& tile : s.tiles) {

@@ -106,19 +106,28 @@ Status TileTable::start() {
     for (const SlotBuffer& buffer : slot_buffers(core_)) {
         core_.device->expect(buffer.buffer, buffer.words(slot_capacity_));
     }
-    if (Status allocated = allocate_slots(std::min(kSlotsAtStart, slot_capacity_)); !allocated) {
-        return allocated;
+    const int slots = std::min(kSlotsAtStart, slot_capacity_);
+    keeps_places_ = core_.device->is_memory_lazy();
+    Status allocated = allocate_slots(slots);
+    if (!allocated && keeps_places_) {  // the system promises no more than it has
+        keeps_places_ = false;
+        allocated = allocate_slots(slots);
     }
+    if (!allocated) return allocated;
     forget_stamps();
     return Done{};
 }
 
 Status TileTable::allocate_slots(int count) {
-    const std::vector<SlotBuffer> buffers = slot_buffers(core_);
+    std::vector<SlotBuffer> buffers = slot_buffers(core_);
+    if (keeps_places_ && slot_count_ > 0) {
+        std::erase_if(buffers, [](const SlotBuffer& buffer) { return buffer.is_large; });
+    }
     for (size_t done = 0; done < buffers.size(); ++done) {
         const SlotBuffer& buffer = buffers[done];
+        const bool keeps_places = keeps_places_ && buffer.is_large;
         const Status allocated = core_.device->rearrange(
-            buffer.buffer, buffer.words(count),
+            buffer.buffer, buffer.words(keeps_places ? slot_capacity_ : count),
             slot_count_ > 0 ? buffer.moves(slot_count_, count) : std::vector<device::WordMove>{});
         if (allocated) continue;
         while (slot_count_ > 0 && done-- > 0) {  // back to what there was
@@ -131,8 +140,9 @@ Status TileTable::allocate_slots(int count) {
         }
         return allocated;
     }
-    core_.params.plane_stride =
-        static_cast<int32_t>(int64_t{core_.params.tile_voxels} * count + kPlanePad);
+    core_.params.plane_stride = static_cast<int32_t>(
+        int64_t{core_.params.tile_voxels} * (keeps_places_ ? slot_capacity_ : count) + kPlanePad);
+    core_.params.block_count = count * core_.blocks_per_tile;
     core_.params.column_count = static_cast<int32_t>(int64_t{count} * kTileColumns + kColumnPad);
     for (int slot = count - 1; slot >= slot_count_; --slot) free_slots_.push_back(slot);
     slot_tile_.resize(count, -1);
@@ -143,6 +153,16 @@ Status TileTable::allocate_slots(int count) {
     neighbour_words_.assign(static_cast<size_t>(count) * kTileTableWords, kNeighbourAbsent);
     is_dirty_ = true;
     return Done{};
+}
+
+int64_t TileTable::memory_bytes() const {
+    int64_t words = 0;
+    for (const SlotBuffer& buffer : slot_buffers(core_)) {
+        if (keeps_places_ && buffer.is_large) {
+            words += buffer.words(slot_capacity_) - buffer.words(slot_count_);
+        }
+    }
+    return core_.device->memory_bytes() - words * static_cast<int64_t>(sizeof(int32_t));
 }
 
 Status TileTable::grow_slots(int wanted) {

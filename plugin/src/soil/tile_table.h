@@ -93,6 +93,9 @@ class TileTable {
 
     // --- awake
     int slot_count() const { return slot_count_; }
+    /// Of the device's buffers, without the room for slots that there are not yet, where that costs
+    /// nothing.
+    int64_t memory_bytes() const;
     int awake_count() const { return slot_count_ - static_cast<int>(free_slots_.size()); }
     /// Tile index of each slot, -1 = free.
     std::span<const int> slot_tiles() const { return slot_tile_; }
@@ -191,6 +194,9 @@ class TileTable {
     uint64_t revision_base_ = 0, edit_count_ = 0;
     std::vector<int> slot_tile_, free_slots_;
     int slot_count_ = 0, slot_capacity_ = 0;
+    /// The large buffers have room for all slots from the start: nothing of them moves when there
+    /// are more.
+    bool keeps_places_ = false;
     bool is_dirty_ = false;
     std::vector<int64_t> woken_step_;  ///< by slot: when it woke
     /// By slot: the last step that looked at its columns, -1 when nothing is known of them, and how
