@@ -78,6 +78,37 @@ Voxels random_voxels(std::mt19937& random) {
     return voxels;
 }
 
+// Of columns that are full up to a height, and of a slab in the air.
+TEST(ColumnRuns, of_a_bed_end_where_its_soil_does) {
+    constexpr int kHeight = 70;
+    std::vector<float> volume(kHeight * kTileColumns), none(kHeight * kTileColumns);
+    const auto top_of = [](int c) { return 1 + c % 67; };
+    for (int c = 0; c < kTileColumns; ++c) {
+        for (int z = 0; z < top_of(c); ++z) volume[static_cast<size_t>(z * kTileColumns + c)] = 1;
+        volume[static_cast<size_t>(top_of(c) * kTileColumns + c)] = 0.75f;
+    }
+    TileColumns columns;
+    find_soil_runs(volume, none, std::vector<uint8_t>(volume.size()), kHeight, columns);
+    for (int c = 0; c < kTileColumns; ++c) {
+        ASSERT_EQ(columns.runs.column(c).size(), 1u);
+        EXPECT_EQ(columns.runs.column(c)[0].bottom, kOnFloor);
+        EXPECT_EQ(columns.runs.column(c)[0].top, static_cast<float>(top_of(c)) + 0.75f);
+    }
+    find_terrain_runs(volume, kHeight, columns);
+    for (int c = 0; c < kTileColumns; ++c) {
+        ASSERT_EQ(columns.runs.column(c).size(), 1u);
+        EXPECT_EQ(columns.runs.column(c)[0].top, static_cast<float>(top_of(c)) + 0.75f);
+    }
+    std::ranges::fill(volume, 0.0f);
+    std::fill_n(volume.begin() + 30 * kTileColumns, 3 * kTileColumns, 1.0f);
+    find_soil_runs(volume, none, std::vector<uint8_t>(volume.size()), kHeight, columns);
+    for (int c = 0; c < kTileColumns; ++c) {
+        ASSERT_EQ(columns.runs.column(c).size(), 1u);
+        EXPECT_EQ(columns.runs.column(c)[0].bottom, 30.0f);
+        EXPECT_EQ(columns.runs.column(c)[0].top, 33.0f);
+    }
+}
+
 TEST(ColumnRuns, are_what_voxels_say_one_by_one) {
     std::mt19937 random(7);
     for (int round = 0; round < 300; ++round) {
@@ -111,6 +142,12 @@ TEST(ColumnRuns, are_what_voxels_say_one_by_one) {
             ASSERT_EQ(solids.size(), grounds.size()) << round;
             for (size_t k = 0; k < grounds.size(); ++k) {
                 ASSERT_EQ(solids[k].bottom, static_cast<float>(grounds[k])) << round;
+                int end = grounds[k];
+                while (voxels.solid_at(end, c) >= 0.5f) ++end;
+                ASSERT_EQ(solids[k].top, static_cast<float>(end - 1) +
+                                             std::min(1.0f, voxels.solid_at(end - 1, c)) +
+                                             voxels.solid_at(end, c))
+                    << round;
             }
         }
     }

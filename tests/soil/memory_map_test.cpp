@@ -130,6 +130,10 @@ TEST(MemoryMap, stands_where_the_buffers_are_declared) {
 TEST(MemoryMap, no_more_slots_than_words_have_numbers) {
     for (const int64_t slot_words : {int64_t{1}, int64_t{32768}, int64_t{64} * 512}) {
         const SlotBuffer buffer{Buffer::state, {{13, slot_words, kPlanePad}, {2, 3, 5}}};
+        const auto parts = buffer.parts(7, 3);
+        ASSERT_EQ(parts.size(), 15u);
+        EXPECT_EQ(parts[2], std::pair(2 * (7 * slot_words + kPlanePad), 3 * slot_words));
+        EXPECT_EQ(parts[14].first + 7 * 3 + 5, buffer.words(7));
         const int most = buffer.slots_most();
         EXPECT_LE(buffer.words(most), std::numeric_limits<int32_t>::max());
         EXPECT_GT(buffer.words(int64_t{most} + 1), std::numeric_limits<int32_t>::max());

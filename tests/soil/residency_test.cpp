@@ -80,6 +80,28 @@ TEST(Residency, a_full_tile_table_is_reported_and_loses_nothing) {
     EXPECT_TRUE(soil->status_bits() & static_cast<uint32_t>(StatusBit::tile_table_full));
 }
 
+// The table starts with 64 slots and may have 100 of the 108 that a snapshot needs.
+TEST(Residency, a_snapshot_with_more_tiles_awake_than_there_may_be_is_refused) {
+    SoilDef def = grid_def(96, 72, 8);
+    auto saved = make_soil(def);
+    ASSERT_TRUE(saved->fill(voxel_box(*saved, {0, 0, 0}, {96, 72, 5})));
+    wake_all(*saved);
+    const std::string path = testing::TempDir() + "more_tiles_awake";
+    ASSERT_TRUE(saved->save(path));
+    def.tile_capacity = 100;
+    auto soil = make_soil(def);
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {96, 72, 2})));
+    const uint64_t checksum = soil->checksum();
+    const Status loaded = soil->load(path);
+    ASSERT_FALSE(loaded);
+    EXPECT_NE(loaded.error().find("108 awake tiles"), std::string::npos) << loaded.error();
+    EXPECT_EQ(soil->checksum(), checksum);
+    def.tile_capacity = 108;
+    auto larger = make_soil(def);
+    ASSERT_TRUE(larger->load(path));
+    EXPECT_EQ(larger->checksum(), saved->checksum());
+}
+
 // Soil arrives high above the ground of a tile that held none so high.
 TEST(Residency, soil_comes_to_rest_on_a_plateau_of_bare_rock) {
     auto soil = make_soil(grid_def(32, 16, 40));

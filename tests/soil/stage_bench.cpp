@@ -66,7 +66,7 @@ void StageBench::write(const StatePlanes& planes) {
         }
     }
     impl_->device->fill_zero(Buffer::block_flags, 0,
-                             int64_t{kFlagArrays} * (p.plane_stride / kBlockVoxels));
+                             int64_t{kFlagArrays} * impl_->tiles.block_count());
     impl_->params.pass_stamp = 1;
     impl_->tiles.forget_stamps();
     for (int slot = 0; slot < impl_->tiles.slot_count(); ++slot) {
@@ -109,7 +109,7 @@ void StageBench::run(Kernel kernel, const ListedWork& work) {
 
 // As if every column of every block were in these masks.
 void StageBench::fill_masks(std::initializer_list<int> masks) {
-    const int64_t blocks = impl_->params.plane_stride / kBlockVoxels;
+    const int64_t blocks = impl_->tiles.block_count();
     const int32_t all[2] = {-1, -1};
     for (int64_t block = 0; block < blocks; ++block) {
         for (int mask : masks) {

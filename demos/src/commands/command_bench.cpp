@@ -37,6 +37,8 @@ const std::vector<int> kThesisSides = {56, 64, 72, 80, 88, 104};
 constexpr int kAlphaSide = 72;
 constexpr int kAlphas[] = {0, 2, 4, 8, 12, 16};
 constexpr int kWarmUpFrames = 20;
+/// Ours: 30 and as many before, half a block's way. Larger: minutes where there are many voxels;
+/// smaller: what wakes at the start.
 constexpr int kAwakeSteps = 30;
 constexpr double kVoxelM = PushingBlock::kVoxelM;
 // What the thesis measured on a Radeon R9 270: equations (36) and (38).
@@ -50,9 +52,9 @@ struct BenchArguments {
     long long step_count = 0;  ///< of a scene; 0: all
     int picture_count = 0;     ///< of a scene
     bool is_thesis = true;
-    int sweep_steps = 0;  ///< 0: no sweeps
-    std::vector<int> awake_sides;
-    int feature_rounds = 0;  ///< 0: features are not timed
+    int sweep_steps = 0;           ///< 0: no sweeps
+    std::vector<int> awake_sides;  ///< voxels along cubes all of which is awake
+    int feature_rounds = 0;        ///< 0: features are not timed
     bool on_gpu = false;
     bool is_counted = true;  ///< scenes are run once more, to count what passes touch
     std::vector<int> sides = kThesisSides;
@@ -102,7 +104,8 @@ Result<FrameTimes> push_block(const BenchArguments& arguments, int side, int alp
     const Status filled = soil.fill(BoxFill{{{-half, -half, 0}, {half, half, half}}, "thesis"});
     if (!filled) return Error{filled.error()};
     const SoilTiles tiles(soil);
-    SurfaceMesher mesher(tiles, {.backend = arguments.device.chosen_mesher()});
+    SurfaceMesher mesher(tiles, {.backend = arguments.device.chosen_mesher(),
+                                 .thread_count = arguments.device.thread_count});
     PushingBlock block(side_m, def.step_s);
 
     FrameTimes times;

@@ -18,8 +18,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Tiles have this many columns on a side.
-constexpr int kTileColumns = 8;
+/// Columns along a tile's side.
+constexpr int kTileSide = 8;
 /// Voxels along the square of each block where all of a soil is to be awake. Ours: 46, in which a
 /// block goes to and fro in 110 steps and no tile falls asleep. Larger: some do; smaller: blocks
 /// that meet.
@@ -93,7 +93,7 @@ Result<Measured> measure(const Case& of, Backend backend, int step_count) {
     def.backend = backend;
     def.thread_count = of.thread_count;
     if (of.is_all_awake) {
-        const auto tiles = [](int voxels) { return (voxels + kTileColumns - 1) / kTileColumns; };
+        const auto tiles = [](int voxels) { return (voxels + kTileSide - 1) / kTileSide; };
         def.tile_capacity = tiles(of.nx) * tiles(of.ny);
     }
     auto made = Soil::create(def);

@@ -133,7 +133,8 @@ struct SurfaceMeshDef {
     /// too, `automatic` a hardware GPU alone; where there is none it is the CPU. The mesh is the
     /// same, bit for bit.
     std::optional<Backend> backend = std::nullopt;
-    /// Threads of the host that mesh; 0: all cores. The mesh is the same.
+    /// Threads of the host that mesh, 0..1024; 0: all cores. The mesh is the same. TileSource is
+    /// read in the caller's thread alone.
     int thread_count = 0;
 };
 

@@ -50,12 +50,12 @@ void ask_for_huge_pages([[maybe_unused]] void* memory, [[maybe_unused]] size_t s
 class AlignedWords {
   public:
     /// False when there is no memory; then it is empty.
-    bool allocate(int64_t words) {
+    bool allocate(int64_t words, bool is_all_used) {
         memory_.reset();
         const auto size = static_cast<size_t>(words) * sizeof(int32_t) + kAlignmentBytes;
         memory_.reset(std::calloc(size, 1));
         if (!memory_) return false;
-        ask_for_huge_pages(memory_.get(), size);
+        if (is_all_used) ask_for_huge_pages(memory_.get(), size);
         void* start = memory_.get();
         size_t space = size;
         data_ = static_cast<int32_t*>(std::align(kAlignmentBytes, 1, start, space));
@@ -111,7 +111,13 @@ class CpuDevice final : public Device {
     int thread_count() const override { return arena_.max_concurrency(); }
 
     // Counting kernels have a mark for each word.
-    bool is_memory_lazy() const override { return sizeof(void*) > 4 && !notes_; }
+    bool is_memory_lazy() const override {
+#if defined(__linux__) || defined(__APPLE__)
+        return sizeof(void*) > 4 && !notes_;
+#else
+        return false;
+#endif
+    }
 
     // Kernels are done when dispatch returns, so the host's clock tells how long they took.
     void mark_stage(int stage) override {
@@ -122,8 +128,18 @@ class CpuDevice final : public Device {
 
   protected:
     Status allocate_words(BufferIndex buffer, int64_t words) override {
+        return allocate_words(buffer, words, true);
+    }
+    Status reserve_words(BufferIndex buffer, int64_t words) override {
+        return allocate_words(buffer, words, false);
+    }
+    void use_words(BufferIndex buffer, int64_t offset, int64_t count) override {
+        ask_for_huge_pages(words_of(buffer).data() + offset,
+                           static_cast<size_t>(count) * sizeof(int32_t));
+    }
+    Status allocate_words(BufferIndex buffer, int64_t words, bool are_used) {
         AlignedWords& target = words_of(buffer);
-        const bool done = target.allocate(words);
+        const bool done = target.allocate(words, are_used);
         memory_.buffers[static_cast<int>(buffer)] = target.data();
         if (!done) {
             return allocation_error(kernel_set(), buffer, words,

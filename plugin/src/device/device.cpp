@@ -56,6 +56,18 @@ Status Device::allocate(BufferIndex buffer, int64_t words) {
     return status;
 }
 
+Status Device::reserve(BufferIndex buffer, int64_t words) {
+    assert(words >= 0);
+    const Status status = reserve_words(buffer, words);
+    words_[static_cast<size_t>(buffer)] = status ? words : 0;
+    return status;
+}
+
+void Device::use(BufferIndex buffer, int64_t offset, int64_t count) {
+    assert_range(buffer, offset, count);
+    use_words(buffer, offset, count);
+}
+
 Status Device::grow(BufferIndex buffer, int64_t words) {
     assert(words >= words_in(buffer));
     const WordMove all{0, 0, words_in(buffer)};

@@ -95,6 +95,10 @@ class Device {
     /// Makes a buffer larger; what it holds stays, what is new is zero. OpenGL's name for it
     /// changes.
     Status grow(BufferIndex buffer, int64_t words);
+    /// As allocate(), where is_memory_lazy(): what use() has not named is not going to be written
+    /// for now.
+    Status reserve(BufferIndex buffer, int64_t words);
+    void use(BufferIndex buffer, int64_t offset, int64_t count);
     /// How many words a buffer may come to have: one that outgrows a storage block of OpenGL then
     /// gets as many as it will need, since each change compiles all kernels anew.
     void expect(BufferIndex buffer, int64_t words) { expect_words(buffer, words); }
@@ -147,6 +151,10 @@ class Device {
     // What a backend does, with arguments that have been checked: ranges lie inside of their
     // buffers and hold at least one word, lists at least one group.
     virtual Status allocate_words(BufferIndex buffer, int64_t words) = 0;
+    virtual Status reserve_words(BufferIndex buffer, int64_t words) {
+        return allocate_words(buffer, words);
+    }
+    virtual void use_words(BufferIndex /*buffer*/, int64_t /*offset*/, int64_t /*count*/) {}
     virtual void expect_words(BufferIndex /*buffer*/, int64_t /*words*/) {}
     virtual Status rearrange_words(BufferIndex buffer, int64_t words,
                                    std::span<const WordMove> moves) = 0;

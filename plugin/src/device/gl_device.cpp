@@ -27,27 +27,11 @@ constexpr GLsizeiptr kWordBytes = sizeof(int32_t);
 /// for the first 64 tiles of a soil of 40 voxels. Larger: small soils do not try what large ones
 /// need; smaller: they need more than there are.
 constexpr int64_t kSmallBlockWords = int64_t{1} << 20;
-/// Programs that address several blocks compute with their words' numbers.
-constexpr int64_t kBlockWordsMost = int64_t{1} << 29;
+/// Words of one block of several. Ours: 2 GiB, so that where blocks end are numbers of 31 bits.
+/// Larger: they are not; smaller: more blocks.
+constexpr int64_t kLongBlockWordsMost = int64_t{1} << 29;
 /// std140 rounds blocks up to 16 bytes; a buffer must not be shorter than its block.
 constexpr GLsizeiptr kBlockBytes = 16;
-
-std::string gl_error_name(GLenum error) {
-    switch (error) {
-        case GL_INVALID_ENUM:
-            return "GL_INVALID_ENUM";
-        case GL_INVALID_VALUE:
-            return "GL_INVALID_VALUE";
-        case GL_INVALID_OPERATION:
-            return "GL_INVALID_OPERATION";
-        case GL_OUT_OF_MEMORY:
-            return "GL_OUT_OF_MEMORY";
-        case GL_CONTEXT_LOST:
-            return "GL_CONTEXT_LOST";
-        default:
-            return fmt::format("GL error {:#x}", error);
-    }
-}
 
 /// Software runs kernels by lists of lanes, unless BULLETSOIL_GL=hardware in the environment says
 /// that it does what a GPU does. Both give the same bits.
@@ -86,7 +70,9 @@ class GlDevice final : public Device {
     std::string failure() const override { return failure_; }
 
     uint32_t buffer_name(BufferIndex buffer) const override {
-        return objects_->buffers[static_cast<size_t>(buffer)].blocks().front().name();
+        const std::vector<GlBuffer>& blocks =
+            objects_->buffers[static_cast<size_t>(buffer)].blocks();
+        return blocks.empty() ? 0 : blocks.front().name();
     }
 
     void* signal() override {
@@ -301,10 +287,12 @@ class GlDevice final : public Device {
     Status initialize() {
         const Use use(*this);
         if (!use.is_good()) return Error{failure_};
-        const int64_t words_most = std::min<int64_t>(
-            context_.capabilities().storage_block_bytes / kWordBytes, kBlockWordsMost);
-        blocks_ = {words_most, is_gl_asked("small_blocks") ? kSmallBlockWords : words_most,
-                   std::vector<int>(kernel_set().buffers.size(), 1)};
+        const int64_t words_most = context_.capabilities().storage_block_bytes / kWordBytes;
+        blocks_ = {words_most,
+                   is_gl_asked("small_blocks") ? kSmallBlockWords
+                                               : std::min(words_most, kLongBlockWordsMost),
+                   std::vector<int>(kernel_set().buffers.size(), 1),
+                   objects_->kernels.has_lists() ? 1 : 0};
         expected_words_.resize(kernel_set().buffers.size());
         if (Status made = compile(blocks_); !made) return made;
         objects_->buffers.resize(kernel_set().buffers.size());
@@ -368,8 +356,7 @@ class GlDevice final : public Device {
         if (words <= blocks_.words_most(kernel_set(), number) * blocks_.count(number)) {
             return Done{};
         }
-        const GlCapabilities& gl = context_.capabilities();
-        const int capacity = gl.storage_block_count - (lists_lanes(gl) ? 1 : 0);
+        const int capacity = block_capacity();
         std::vector<int64_t> expected = expected_words_;
         expected[number] = std::max(expected[number], words);
         StorageBlocks blocks = blocks_.grown(kernel_set(), expected);
@@ -386,12 +373,28 @@ class GlDevice final : public Device {
                             device_name(), kernel_set().are_long[number] ? capacity : 1,
                             (blocks_.words_most(kernel_set(), number) * kWordBytes) >> 20));
         }
-        Status made = compile(blocks);
-        if (made) blocks_ = std::move(blocks);
-        for (int i = 0; i < std::ssize(objects_->buffers) && made; ++i) {
-            if (i != static_cast<int>(buffer)) made = bind(BufferIndex{i});
+        if (!blocks_refusal_.empty()) return Error{blocks_refusal_};
+        if (const Status made = compile(blocks); !made) {
+            blocks_refusal_ = made.error();  // for good: each try takes seconds
+            return made;
         }
-        return made;
+        blocks_ = std::move(blocks);
+        for (int i = 0; i < std::ssize(objects_->buffers); ++i) {
+            if (i == static_cast<int>(buffer)) continue;
+            if (const Status bound = bind(BufferIndex{i}); !bound) {
+                note_failure(bound.error());  // the kernels reach for what is not bound
+                return bound;
+            }
+        }
+        return Done{};
+    }
+
+    /// Storage blocks that the kernels' buffers may have, and places to bind them.
+    int block_capacity() const {
+        GLint binding_count = 0;
+        glGetIntegerv(GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS, &binding_count);
+        return std::min(context_.capabilities().storage_block_count, int{binding_count}) -
+               (objects_->kernels.has_lists() ? 1 : 0);
     }
 
     void upload_params(std::span<const int32_t> params) {
@@ -431,6 +434,7 @@ class GlDevice final : public Device {
     std::vector<int32_t> params_;  ///< that the uniform block holds
     StorageBlocks blocks_;
     std::vector<int64_t> expected_words_;  ///< by buffer
+    std::string blocks_refusal_;           ///< why there can be no more blocks
     int64_t sent_bytes_ = 0;  ///< GlUploads::sent_bytes() when the last read was asked for
     std::string failure_;
 };

@@ -16,6 +16,8 @@ class GlKernels {
         : kernel_set_(kernel_set), by_lists_(by_lists) {}
     /// Compiles all of them, for buffers cut like this. An error leaves those that there were.
     Status compile(const StorageBlocks& blocks);
+    /// Lists lie in a storage block, bound behind those of the set's buffers.
+    bool has_lists() const { return by_lists_; }
     /// GL_NO_ERROR, or why there is no room for a list.
     GLenum run(int kernel, int group_count);
 

@@ -19,6 +19,14 @@ bool is_passed(GLenum answer) {
 
 }  // namespace
 
+bool wait_for(const GlFence& fence) {
+    GLenum answer = GL_TIMEOUT_EXPIRED;
+    while (answer == GL_TIMEOUT_EXPIRED && glGetGraphicsResetStatus() == GL_NO_ERROR) {
+        answer = glClientWaitSync(fence.sync(), GL_SYNC_FLUSH_COMMANDS_BIT, kPatienceNs);
+    }
+    return is_passed(answer);
+}
+
 void GlReadBack::begin() {
     parts_.clear();
     part_bytes_ = 0;
@@ -69,13 +77,8 @@ bool GlReadBack::is_done() {
 
 // All commands before the fence are done then.
 std::string GlReadBack::wait() {
-    GLenum answer = GL_TIMEOUT_EXPIRED;
-    while (answer == GL_TIMEOUT_EXPIRED && glGetGraphicsResetStatus() == GL_NO_ERROR) {
-        answer = glClientWaitSync(fence_.sync(), GL_SYNC_FLUSH_COMMANDS_BIT, kPatienceNs);
-    }
-    fence_ = GlFence();
-    return is_passed(answer) ? std::string()
-                             : "was reset or cannot be waited for; its buffers are lost";
+    const bool passed = wait_for(std::exchange(fence_, GlFence()));
+    return passed ? std::string() : "was reset or cannot be waited for; its buffers are lost";
 }
 
 std::string GlReadBack::finish() {

@@ -11,6 +11,9 @@
 
 namespace bsoil::device {
 
+/// Waits until the GPU is past a fence; false where it was reset or cannot be waited for.
+bool wait_for(const GlFence& fence);
+
 /// Memory that the GPU writes and the host sees: the GPU copies parts of its buffers there, then
 /// one fence says that all of them have arrived. A context must be current in every call.
 class GlReadBack {

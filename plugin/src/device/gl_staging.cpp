@@ -2,14 +2,9 @@
 
 #include <cassert>
 
+#include "device/gl_read_back.h"
+
 namespace bsoil::device {
-
-namespace {
-
-/// So long the GPU may take to get through with a piece before it is given up.
-constexpr GLuint64 kStagingPatienceNs = 10'000'000'000;
-
-}  // namespace
 
 bool GlStaging::make() {
     GLuint name = 0;
@@ -28,10 +23,7 @@ bool GlStaging::enter_piece(int piece) {
     piece_ = piece;
     used_bytes_ = 0;
     const GlFence before = std::exchange(fences_[static_cast<size_t>(piece)], GlFence());
-    if (before.sync() == nullptr) return true;
-    const GLenum answer =
-        glClientWaitSync(before.sync(), GL_SYNC_FLUSH_COMMANDS_BIT, kStagingPatienceNs);
-    return answer == GL_ALREADY_SIGNALED || answer == GL_CONDITION_SATISFIED;
+    return before.sync() == nullptr || wait_for(before);
 }
 
 GlStaging::Place GlStaging::take(int64_t bytes) {

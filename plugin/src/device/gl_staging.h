@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 
 #include "device/gl_objects.h"
 
@@ -14,8 +13,8 @@ namespace bsoil::device {
 /// only where the host is a whole ring ahead. A context must be current in every call.
 class GlStaging {
   public:
-    /// What take() gives at most [bytes]. Ours: 4 MiB, a ring of 16. Larger: more memory, and more
-    /// of the caches; smaller: more copies where many tiles wake.
+    /// What take() gives at most [bytes]. Ours: 4 MiB, four of which are the ring. Larger: more
+    /// memory, and more of the caches; smaller: more copies where many tiles wake.
     static constexpr int64_t kPieceBytes = int64_t{4} << 20;
 
     struct Place {
@@ -33,6 +32,7 @@ class GlStaging {
     void note_done(int64_t taken_bytes);
 
   private:
+    /// Ours: 4. Larger: more memory; smaller: the host waits where much is written at once.
     static constexpr int kPieceCount = 4;
     bool make();
     bool enter_piece(int piece);

@@ -1,5 +1,7 @@
 #include "device/gl_storage.h"
 
+#include <fmt/format.h>
+
 namespace bsoil::device {
 
 namespace {
@@ -7,6 +9,23 @@ namespace {
 constexpr GLsizeiptr kStoredWordBytes = sizeof(int32_t);
 
 }  // namespace
+
+std::string gl_error_name(GLenum error) {
+    switch (error) {
+        case GL_INVALID_ENUM:
+            return "GL_INVALID_ENUM";
+        case GL_INVALID_VALUE:
+            return "GL_INVALID_VALUE";
+        case GL_INVALID_OPERATION:
+            return "GL_INVALID_OPERATION";
+        case GL_OUT_OF_MEMORY:
+            return "GL_OUT_OF_MEMORY";
+        case GL_CONTEXT_LOST:
+            return "GL_CONTEXT_LOST";
+        default:
+            return fmt::format("GL error {:#x}", error);
+    }
+}
 
 StorageBlocks StorageBlocks::grown(const KernelSet& kernel_set,
                                    std::span<const int64_t> words) const {

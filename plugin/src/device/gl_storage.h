@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -12,10 +13,14 @@
 
 namespace bsoil::device {
 
+/// What glGetError says, in words.
+std::string gl_error_name(GLenum error);
+
 /// How the buffers of a set are cut into storage blocks, and where those are bound.
 struct StorageBlocks {
     int64_t plain_words_most = 0, long_words_most = 0;  ///< of a block, by the buffer's kind
     std::vector<int> counts;                            ///< by buffer; none: one block each
+    int list_count = 0;                                 ///< blocks of GlLaneList
 
     int64_t words_most(const KernelSet& kernel_set, size_t buffer) const {
         return kernel_set.are_long[buffer] ? long_words_most : plain_words_most;
@@ -24,10 +29,10 @@ struct StorageBlocks {
     StorageBlocks grown(const KernelSet& kernel_set, std::span<const int64_t> words) const;
     int count(size_t buffer) const { return counts.empty() ? 1 : counts[buffer]; }
     /// A buffer's first block is bound at the buffer's number, as if it were all. Behind those
-    /// comes GlLaneList's, then the others.
+    /// comes GlLaneList's, if there is one, then the others.
     GLuint binding(const KernelSet& kernel_set, size_t buffer, int block) const {
         if (block == 0) return static_cast<GLuint>(buffer);
-        int place = static_cast<int>(kernel_set.buffers.size()) + block;
+        int place = static_cast<int>(kernel_set.buffers.size()) + list_count + block - 1;
         for (size_t i = 0; i < buffer; ++i) place += count(i) - 1;
         return static_cast<GLuint>(place);
     }

@@ -34,7 +34,7 @@ void GlUploads::clear(GLuint buffer, int64_t offset_bytes, int64_t bytes) {
 void GlUploads::add(const Part& part) {
     parts_.push_back(part);
     parts_.back().order = parts_.size();
-    if (words_.size() > kWordsMost) flush();
+    if (words_.size() >= kWordsMost) flush();
 }
 
 void GlUploads::forget() {
@@ -43,6 +43,7 @@ void GlUploads::forget() {
 }
 
 void GlUploads::flush() {
+    if (has_failed_) forget();
     if (parts_.empty()) return;
     std::ranges::sort(parts_, {}, [](const Part& part) {
         return std::tuple(part.buffer, part.offset_bytes, part.bytes, part.order);
@@ -100,6 +101,7 @@ size_t GlUploads::hand_over_run(size_t first) {
 }
 
 void GlUploads::hand_over(size_t first, size_t end) {
+    if (has_failed_) return;
     const Part& part = parts_[first];
     if (part.is_zero()) {
         const auto bytes = static_cast<GLsizeiptr>(parts_[end - 1].end_bytes() - part.offset_bytes);

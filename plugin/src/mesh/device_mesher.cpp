@@ -22,8 +22,6 @@ static_assert(kernels::kKeptWords == kernels::kKeptLook + kernels::kLookWords);
 
 /// What a tile of level ground has, for a first guess of the room that meshes take.
 constexpr size_t kVerticesOfTile = 256, kTrianglesOfTile = 512;
-/// Tiles that a thread of the host takes at once.
-constexpr size_t kTilesAtOnce = 4;
 /// Buffers grow by this much beyond what is asked for.
 constexpr size_t kGrowthDivisor = 2;
 
@@ -81,22 +79,22 @@ DeviceMesher::DeviceMesher(std::unique_ptr<device::Device> device, const TileSou
                            const SurfaceMeshDef& def)
     : device_(std::move(device)),
       writer_(source, def),
-      border_mesher_(source, def),
+      border_mesher_(writer_, def.close_floor),
       close_floor_(def.close_floor) {}
 
 Status DeviceMesher::build(const GridColumns& grid, const TileLevels& levels,
-                           std::span<const Job> jobs, const WorkThreads* threads) {
+                           std::span<const TileJob> jobs, const WorkThreads* threads) {
     if (jobs.empty()) return Done{};
     fields_.resize(std::max(fields_.size(), std::min(kBatch, jobs.size())));
     while (!jobs.empty()) {
-        const std::span<const Job> batch = jobs.first(std::min(kBatch, jobs.size()));
+        const std::span<const TileJob> batch = jobs.first(std::min(kBatch, jobs.size()));
         jobs = jobs.subspan(batch.size());
         tiles_.assign(kernels::kHeaderWords, 0);
         columns_.clear();
         runs_.clear();
         if (kept_) look_words_.begin(runs_);
         work_words_ = 0;
-        for_ranges(threads, batch.size(), kTilesAtOnce, [&](size_t first, size_t last) {
+        for_ranges(threads, batch.size(), TileMeshers::kTilesLeast, [&](size_t first, size_t last) {
             for (size_t t = first; t < last; ++t) {
                 const auto& [tx, ty, mesh] = batch[t];
                 fields_[t].build(grid, levels, levels.at(tx, ty), tx, ty);
@@ -108,7 +106,7 @@ Status DeviceMesher::build(const GridColumns& grid, const TileLevels& levels,
             if (const Status kept = keep_batch(grid, batch); !kept) return kept;
             continue;
         }
-        for_ranges(threads, batch.size(), kTilesAtOnce, [&](size_t first, size_t last) {
+        for_ranges(threads, batch.size(), TileMeshers::kTilesLeast, [&](size_t first, size_t last) {
             for (size_t t = first; t < last; ++t) take(fields_[t], t, *batch[t].mesh);
         });
         for (size_t t = 0; t < batch.size(); ++t) {
@@ -292,7 +290,7 @@ Status DeviceMesher::grow(BufferIndex buffer, int64_t word_count) {
 }
 
 /// The meshes just made get places of their own. The host learns their sizes alone.
-Status DeviceMesher::keep_batch(const GridColumns& grid, std::span<const Job> batch) {
+Status DeviceMesher::keep_batch(const GridColumns& grid, std::span<const TileJob> batch) {
     for (size_t t = 0; t < batch.size(); ++t) {
         writer_.begin(*batch[t].mesh);
         int32_t* tile = &tiles_[kernels::kHeaderWords + t * kernels::kTileWords];
@@ -368,7 +366,7 @@ void DeviceMesher::take(const DisplayField& field, size_t tile, Mesh& mesh) cons
 }
 
 /// The cells beside finer tiles of a mesh just taken.
-void DeviceMesher::add_border(const GridColumns& grid, const TileLevels& levels, const Job& job,
+void DeviceMesher::add_border(const GridColumns& grid, const TileLevels& levels, const TileJob& job,
                               size_t tile) {
     const int32_t* record = &tiles_[kernels::kHeaderWords + tile * kernels::kTileWords];
     edges_.clear();

@@ -16,7 +16,7 @@
 #include "mesh/look_words.h"
 #include "mesh/mesh_kernels.h"
 #include "mesh/tile_levels.h"
-#include "mesh/tile_mesher.h"
+#include "mesh/tile_meshers.h"
 #include "mesh/vertex_writer.h"
 
 #pragma GCC visibility push(default)
@@ -36,14 +36,10 @@ class DeviceMesher {
     DeviceMesher(std::unique_ptr<device::Device> device, const TileSource& source,
                  const SurfaceMeshDef& def);
 
-    struct Job {
-        int tx = 0, ty = 0;
-        Mesh* mesh = nullptr;
-    };
     /// Waits for the device twice for each kBatch of tiles. The error is the device's: it has lost
     /// its memory, or has too little. Meshes are undefined then.
     /// `threads`: for the host's part.
-    Status build(const GridColumns& grid, const TileLevels& levels, std::span<const Job> jobs,
+    Status build(const GridColumns& grid, const TileLevels& levels, std::span<const TileJob> jobs,
                  const WorkThreads* threads = nullptr);
     static constexpr size_t kBatch = 256;
 
@@ -65,10 +61,11 @@ class DeviceMesher {
     Status upload(device::BufferIndex buffer, std::span<const int32_t> words);
     bool has_room() const;
     void take(const DisplayField& field, size_t tile, Mesh& mesh) const;
-    void add_border(const GridColumns& grid, const TileLevels& levels, const Job& job, size_t tile);
+    void add_border(const GridColumns& grid, const TileLevels& levels, const TileJob& job,
+                    size_t tile);
     void take_vertex(const DisplayField& field, const int32_t* tile, const int32_t* vertex,
                      Mesh& mesh) const;
-    Status keep_batch(const GridColumns& grid, std::span<const Job> batch);
+    Status keep_batch(const GridColumns& grid, std::span<const TileJob> batch);
     Status grow(device::BufferIndex buffer, int64_t word_count);
     Status write_draws();
     Status failed() const;

@@ -2,7 +2,6 @@
 #include <cassert>
 #include <cmath>
 #include <cstdlib>
-#include <mutex>
 #include <utility>
 
 #include "bsoil/surface_mesh.h"
@@ -15,7 +14,7 @@
 #include "mesh/rolling_soil.h"
 #include "mesh/soil_color.h"
 #include "mesh/tile_levels.h"
-#include "mesh/tile_mesher.h"
+#include "mesh/tile_meshers.h"
 
 namespace bsoil {
 namespace {
@@ -28,10 +27,6 @@ static_assert(SurfaceMesher::kLevelMost == TileLevels::kMost);
 /// A tile keeps its level until its distance is this much beyond the one where it changes.
 constexpr double kKeepShare = 0.1;
 constexpr uint8_t kNoLevel = 255;
-
-/// Tiles that a thread takes at once. Ours: 4, a tenth of a millisecond. Larger: threads that wait
-/// for the last one; smaller: the handing over.
-constexpr size_t kTilesLeast = 4;
 
 constexpr float kBareLeast = 0.05f;  ///< of a voxel: less soil than this has no colour of its own
 
@@ -70,8 +65,8 @@ struct SurfaceMesher::Impl {
           levels(grid.tile_count[0], grid.tile_count[1]),
           wanted_levels(tiles.size(), kNoLevel),
           threads(mesh_def.thread_count),
+          meshers(tile_source, mesh_def),
           device_mesher(std::move(hosts_mesher)) {
-        meshers.push_back(std::make_unique<mesh::TileMesher>(source, def));
         if (!device_mesher) choose_backend(mesh_def.backend.value_or(tile_source.backend()));
     }
 
@@ -367,28 +362,10 @@ struct SurfaceMesher::Impl {
             report.tile_coarse_count += levels.at(tx, ty) > 0;
             if (tile.dirty) jobs.push_back({tx, ty, &tile.mesh});
         });
-        if (!device_mesher || !build_on_device(report)) build_on_host();
+        if (!device_mesher || !build_on_device(report)) {
+            meshers.build(grid, levels, jobs, threads);
+        }
         for (const auto& job : jobs) finish(job.tx, job.ty, report);
-    }
-
-    void build_on_host() {
-        threads.for_ranges(jobs.size(), kTilesLeast, [this](size_t first, size_t last) {
-            std::unique_ptr<mesh::TileMesher> mesher = take_mesher();
-            for (size_t i = first; i < last; ++i) {
-                mesher->build(grid, levels, jobs[i].tx, jobs[i].ty, *jobs[i].mesh);
-            }
-            const std::scoped_lock lock(meshers_mutex);
-            meshers.push_back(std::move(mesher));
-        });
-    }
-
-    /// One that no other thread has.
-    std::unique_ptr<mesh::TileMesher> take_mesher() {
-        const std::scoped_lock lock(meshers_mutex);
-        if (meshers.empty()) return std::make_unique<mesh::TileMesher>(source, def);
-        std::unique_ptr<mesh::TileMesher> mesher = std::move(meshers.back());
-        meshers.pop_back();
-        return mesher;
     }
 
     void finish(int tx, int ty, SurfaceMeshReport& report) {
@@ -419,11 +396,10 @@ struct SurfaceMesher::Impl {
     TileLevels levels;
     std::vector<uint8_t> wanted_levels;  ///< of the last detail, before neighbours lower them
     WorkThreads threads;
-    std::vector<std::unique_ptr<mesh::TileMesher>> meshers;  ///< that no thread has
-    std::mutex meshers_mutex;
+    mesh::TileMeshers meshers;
     std::unique_ptr<mesh::DeviceMesher> device_mesher;  ///< null: the CPU meshes
     std::string backend_reason;
-    std::vector<mesh::DeviceMesher::Job> jobs;
+    std::vector<mesh::TileJob> jobs;
     std::vector<int> meshed;                 ///< tiles, by the last update
     std::vector<std::array<int, 2>> places;  ///< of tiles to read
     mesh::TileColumns columns;

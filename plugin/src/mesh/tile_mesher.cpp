@@ -23,9 +23,6 @@ size_t edge_count(int sample_count) {
 
 }  // namespace
 
-TileMesher::TileMesher(const TileSource& source, const SurfaceMeshDef& def)
-    : close_floor_(def.close_floor), writer_(source, def) {}
-
 void TileMesher::begin(const GridColumns& grid, const TileLevels& levels, int tx, int ty,
                        Mesh& out) {
     levels_ = &levels;

@@ -19,7 +19,8 @@ namespace bsoil::mesh {
 /// Meshes one tile after the other; holds what is reused from tile to tile.
 class TileMesher {
   public:
-    TileMesher(const TileSource& source, const SurfaceMeshDef& def);
+    TileMesher(const VertexWriter& writer, bool close_floor)
+        : close_floor_(close_floor), writer_(writer) {}
     void build(const GridColumns& grid, const TileLevels& levels, int tx, int ty, Mesh& out);
 
     /// The edge that leaves sample (i, j, q) along an axis.

@@ -13,6 +13,18 @@ int64_t SlotBuffer::words(int64_t slots) const {
     return sum;
 }
 
+std::vector<std::pair<int64_t, int64_t>> SlotBuffer::parts(int64_t room, int64_t slots) const {
+    std::vector<std::pair<int64_t, int64_t>> out;
+    int64_t offset = 0;
+    for (const SlotRows& r : rows) {
+        for (int64_t row = 0; row < r.row_count; ++row) {
+            out.push_back({offset, r.slot_words * slots});
+            offset += r.slot_words * room + r.pad_words;
+        }
+    }
+    return out;
+}
+
 int SlotBuffer::slots_most() const {
     constexpr int64_t kNumbers = std::numeric_limits<int32_t>::max();
     return static_cast<int>((kNumbers - words(0)) / (words(1) - words(0)));

@@ -1,6 +1,7 @@
 /// Which buffers have a part for each tile slot, and what moves in them when slots are added.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "soil/soil_core.h"
@@ -22,6 +23,8 @@ struct SlotBuffer {
     bool is_large = false;
 
     int64_t words(int64_t slots) const;
+    /// Where the words of its first `slots` lie when there is room for `room`: offset and count.
+    std::vector<std::pair<int64_t, int64_t>> parts(int64_t room, int64_t slots) const;
     /// With more slots its words have no numbers of 32 bits, and no kernel finds them.
     int slots_most() const;
     /// What moves where as `from` slots become `to`: the words of those that both have.

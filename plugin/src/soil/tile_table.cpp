@@ -106,28 +106,38 @@ Status TileTable::start() {
     for (const SlotBuffer& buffer : slot_buffers(core_)) {
         core_.device->expect(buffer.buffer, buffer.words(slot_capacity_));
     }
-    const int slots = std::min(kSlotsAtStart, slot_capacity_);
-    keeps_places_ = core_.device->is_memory_lazy();
-    Status allocated = allocate_slots(slots);
-    if (!allocated && keeps_places_) {  // the system promises no more than it has
-        keeps_places_ = false;
-        allocated = allocate_slots(slots);
-    }
+    // Where the system promises no more than it has, they grow.
+    keeps_places_ = core_.device->is_memory_lazy() && reserve_large();
+    const Status allocated = allocate_slots(std::min(kSlotsAtStart, slot_capacity_));
     if (!allocated) return allocated;
     forget_stamps();
     return Done{};
 }
 
+Status TileTable::reserve_large() {
+    for (const SlotBuffer& buffer : slot_buffers(core_)) {
+        if (!buffer.is_large) continue;
+        const Status reserved = core_.device->reserve(buffer.buffer, buffer.words(slot_capacity_));
+        if (!reserved) return reserved;
+    }
+    return Done{};
+}
+
 Status TileTable::allocate_slots(int count) {
     std::vector<SlotBuffer> buffers = slot_buffers(core_);
-    if (keeps_places_ && slot_count_ > 0) {
+    if (keeps_places_) {
+        for (const SlotBuffer& buffer : buffers) {
+            if (!buffer.is_large) continue;
+            for (const auto& [offset, words] : buffer.parts(slot_capacity_, count)) {
+                core_.device->use(buffer.buffer, offset, words);
+            }
+        }
         std::erase_if(buffers, [](const SlotBuffer& buffer) { return buffer.is_large; });
     }
     for (size_t done = 0; done < buffers.size(); ++done) {
         const SlotBuffer& buffer = buffers[done];
-        const bool keeps_places = keeps_places_ && buffer.is_large;
         const Status allocated = core_.device->rearrange(
-            buffer.buffer, buffer.words(keeps_places ? slot_capacity_ : count),
+            buffer.buffer, buffer.words(count),
             slot_count_ > 0 ? buffer.moves(slot_count_, count) : std::vector<device::WordMove>{});
         if (allocated) continue;
         while (slot_count_ > 0 && done-- > 0) {  // back to what there was
@@ -167,7 +177,7 @@ int64_t TileTable::memory_bytes() const {
 
 Status TileTable::grow_slots(int wanted) {
     const int count = std::min(slot_capacity_, std::max(wanted, 2 * slot_count_));
-    if (count <= slot_count_) return Error{"the tile table is full"};
+    if (wanted > slot_capacity_ || count <= slot_count_) return Error{"the tile table is full"};
     return allocate_slots(count);
 }
 

@@ -185,6 +185,7 @@ class TileTable {
     void clear();
 
   private:
+    Status reserve_large();
     Status allocate_slots(int count);
     void want_planes(int index, int plane_count, TileVoxels& out,
                      std::vector<device::ReadRange>& ranges) const;
