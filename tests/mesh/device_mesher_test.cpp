@@ -86,7 +86,7 @@ TEST_P(AnyMeshDevice, meshes_tiles_of_every_level_as_the_cpu_does) {
         const VoxelTiles tiles = make_world(random, world, 30, 70);
         const GridColumns grid = columns_of(tiles);
         const SurfaceMeshDef def{.close_floor = world % 4 != 1};
-        mesh::TileMesher host(tiles, def);
+        mesh::TileMesher host(mesh::VertexWriter(tiles, def), def.close_floor);
         auto made = make_device();
         ASSERT_TRUE(made);
         DeviceMesher on_device(std::move(made), tiles, def);
@@ -94,14 +94,14 @@ TEST_P(AnyMeshDevice, meshes_tiles_of_every_level_as_the_cpu_does) {
             TileLevels levels(grid.tile_count[0], grid.tile_count[1]);
             levels.take(std::vector<uint8_t>(grid.tiles.size(), level));
             std::vector<Mesh> meshes(grid.tiles.size());
-            std::vector<DeviceMesher::Job> jobs;
+            std::vector<mesh::TileJob> jobs;
             for (size_t t = 0; t < meshes.size(); ++t) {
                 const int tile = static_cast<int>(t), count_x = grid.tile_count[0];
                 jobs.push_back({tile % count_x, tile / count_x, &meshes[t]});
             }
             const Status built = on_device.build(grid, levels, jobs);
             ASSERT_TRUE(built) << built.error();
-            for (const DeviceMesher::Job& job : jobs) {
+            for (const mesh::TileJob& job : jobs) {
                 Mesh expected;
                 host.build(grid, levels, job.tx, job.ty, expected);
                 ASSERT_EQ(difference(*job.mesh, expected), "")

@@ -76,7 +76,7 @@ void SoilTiles::read_tile(int tx, int ty, std::vector<float>& volume, std::vecto
 }
 
 std::array<float, 3> SoilTiles::color_at(int x, int y, int z, int material) const {
-    const VoxelSample sample = soil_.sample(x, y, z);
+    const VoxelSample sample = soil_.sample_matter(x, y, z);
     const Shares shares = volume_shares(soil_, x, y, z);
     const auto main = static_cast<size_t>(material);
     if (shares[main] >= 1 || shares[main] <= 0) {
@@ -107,7 +107,7 @@ bool SoilTiles::has_water() const {
 }
 
 float SoilTiles::saturation_at(int x, int y, int z) const {
-    return static_cast<float>(soil_.sample(x, y, z).saturation);
+    return static_cast<float>(soil_.sample_matter(x, y, z).saturation);
 }
 
 Backend TileSource::backend() const { return Backend::cpu; }
@@ -121,7 +121,7 @@ Vec3 TileSource::velocity_m_s(int, int, int) const { return {}; }
 GroundMotion TileSource::ground_motion(int, int) const { return {}; }
 
 float SoilTiles::dust_at(int x, int y, int z, int material) const {
-    const double wet = soil_.sample(x, y, z).saturation / kDustSaturation;
+    const double wet = soil_.sample_matter(x, y, z).saturation / kDustSaturation;
     return static_cast<float>(std::max(0.0, 1 - wet)) * TileSource::dust_at(x, y, z, material);
 }
 

@@ -23,7 +23,7 @@ void SoilSnapshot::take_awake(int index, SavedTile& saved) const {
     saved.columns.resize(static_cast<size_t>(kTileColumns) * kColumnWords);
     saved.surface.resize(kTileColumns);
     std::vector<device::ReadRange> ranges;
-    s_.tiles.want_voxels(index, voxels, ranges);
+    s_.tiles.want_voxels(index, kAllPlanes, voxels, ranges);
     const auto words = static_cast<size_t>(s_.params.tile_voxels);
     for (size_t p = 0; p < kBodyPlaneCount; ++p) {
         ranges.push_back(s_.tiles.plane_range(kBodyPlanes[p], tile.slot,

@@ -286,13 +286,18 @@ MemoryUse Soil::memory_use() const {
     return use;
 }
 
-VoxelSample Soil::sample(int x, int y, int z) const {
-    Impl& s = *impl_;
+VoxelSample Soil::sample(int x, int y, int z) const { return impl_->sample(x, y, z, true); }
+
+VoxelSample Soil::sample_matter(int x, int y, int z) const { return impl_->sample(x, y, z, false); }
+
+VoxelSample Soil::Impl::sample(int x, int y, int z, bool moves) const {
+    const Impl& s = *this;
     VoxelSample sample;
     if (x < 0 || y < 0 || z < 0 || x >= s.frame.size[0] || y >= s.frame.size[1] || z >= s.height) {
         return sample;
     }
-    const TileVoxels& voxels = s.sampler.voxels(s.tile_index(x / kTileSide, y / kTileSide));
+    const TileVoxels& voxels = s.sampler.voxels(s.tile_index(x / kTileSide, y / kTileSide),
+                                                moves ? kAllPlanes : kMatterPlanes);
     const int column = y % kTileSide * kTileSide + x % kTileSide;
     sample.coverage = voxels.at(kKeptTerrain, z, column) / static_cast<double>(kVoxelFull);
     const int volume = voxels.at(kKeptVolume, z, column);
@@ -314,8 +319,10 @@ VoxelSample Soil::sample(int x, int y, int z) const {
     };
     if (volume > 0) {
         sample.undisturbed = voxels.at(kKeptBond, z, column) / static_cast<double>(volume);
-        sample.push =
-            world_vector(kKeptForce, static_cast<double>(kForceShare) / kForceOne / kVoxelFull);
+        if (moves) {
+            sample.push =
+                world_vector(kKeptForce, static_cast<double>(kForceShare) / kForceOne / kVoxelFull);
+        }
     }
     int64_t mass = 0;
     int most = 0;
@@ -333,14 +340,16 @@ VoxelSample Soil::sample(int x, int y, int z) const {
             pores += voxels.at(kKeptMaterial + m, z, column) *
                      s.materials[static_cast<size_t>(m)].pore_water_fraction * kWaterParts;
         }
-        const int water = voxels.at(kKeptMaterial + s.params.material_count, z, column);
-        if (pores > 0) sample.saturation = std::min(1.0, water / pores);
+        const int water_units = voxels.at(kKeptMaterial + s.params.material_count, z, column);
+        if (pores > 0) sample.saturation = std::min(1.0, water_units / pores);
     }
     if (mass > 0) {
         sample.density_kg_m3 = static_cast<double>(mass) * kReferenceDensity / volume;
-        sample.velocity_m_s =
-            world_vector(kKeptMomentum,
-                         s.frame.voxel_m / s.def.step_s / kVelocityOne / static_cast<double>(mass));
+        if (moves) {
+            sample.velocity_m_s =
+                world_vector(kKeptMomentum, s.frame.voxel_m / s.def.step_s / kVelocityOne /
+                                                static_cast<double>(mass));
+        }
     }
     return sample;
 }
@@ -351,7 +360,8 @@ std::array<double, limits::kMaterialCapacity> Soil::material_shares(int x, int y
     if (x < 0 || y < 0 || z < 0 || x >= s.frame.size[0] || y >= s.frame.size[1] || z >= s.height) {
         return shares;
     }
-    const TileVoxels& voxels = s.sampler.voxels(s.tile_index(x / kTileSide, y / kTileSide));
+    const TileVoxels& voxels =
+        s.sampler.voxels(s.tile_index(x / kTileSide, y / kTileSide), kMaterialPlanes);
     const int column = y % kTileSide * kTileSide + x % kTileSide;
     double mass = 0;
     for (int m = 0; m < s.params.material_count; ++m) {
@@ -365,7 +375,8 @@ GroundMotion Soil::ground_motion(int x, int y) const {
     const Impl& s = *impl_;
     GroundMotion motion;
     if (x < 0 || y < 0 || x >= s.frame.size[0] || y >= s.frame.size[1]) return motion;
-    const TileVoxels& voxels = s.sampler.voxels(s.tile_index(x / kTileSide, y / kTileSide));
+    const TileVoxels& voxels =
+        s.sampler.voxels(s.tile_index(x / kTileSide, y / kTileSide), kVolumePlane);
     const int column = y % kTileSide * kTileSide + x % kTileSide;
     const std::span<const int32_t> slips = s.sampler.slip_speeds();
     if (!slips.empty()) {
@@ -408,7 +419,9 @@ void Soil::read_ahead(std::span<const std::array<int, 2>> tiles) const {
 void Soil::read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
                      std::vector<uint8_t>& material) const {
     const Impl& s = *impl_;
-    const TileVoxels& voxels = s.sampler.voxels(s.tile_index(tx, ty));
+    const bool has_others = s.params.material_count > 1;
+    const TileVoxels& voxels = s.sampler.voxels(
+        s.tile_index(tx, ty), kTerrainPlane | kVolumePlane | (has_others ? kMaterialPlanes : 0));
     const size_t count = static_cast<size_t>(s.params.tile_voxels);
     volume.resize(count);
     solid.resize(count);
@@ -417,7 +430,7 @@ void Soil::read_tile(int tx, int ty, std::vector<float>& volume, std::vector<flo
         solid[v] = static_cast<float>(voxels.words[v]) * kUnit;
         volume[v] = static_cast<float>(voxels.words[count + v]) * kUnit;
     }
-    if (s.params.material_count > 1) {
+    if (has_others) {
         for (size_t v = 0; v < count; ++v) {
             int most = 0;
             for (int m = 0; m < s.params.material_count; ++m) {
@@ -433,7 +446,7 @@ void Soil::read_tile(int tx, int ty, std::vector<float>& volume, std::vector<flo
 
 void Soil::read_terrain(int tx, int ty, std::vector<float>& terrain) const {
     const Impl& s = *impl_;
-    const TileVoxels& voxels = s.sampler.voxels(s.tile_index(tx, ty));
+    const TileVoxels& voxels = s.sampler.voxels(s.tile_index(tx, ty), kTerrainPlane);
     const std::vector<int32_t>& ground = s.sampler.ground().words;
     terrain.resize(static_cast<size_t>(s.params.tile_voxels));
     for (size_t v = 0; v < terrain.size(); ++v) {

@@ -68,21 +68,44 @@ int32_t TileSampler::find_top_q16(int index, int column) {
     return column_fill(column_of(voxels(index), surface_.ground, column)).top_q16;  // a roof?
 }
 
-const TileVoxels& TileSampler::voxels(int index) {
-    if (is_of_now(whole_.read, index)) return whole_.read.voxels;
-    const auto find_ahead = [&] {
-        return std::ranges::find_if(
-            ahead_, [&](const Whole& whole) { return is_of_now(whole.read, index); });
-    };
-    auto found = find_ahead();
-    if (found == ahead_.end() && fetch(index)) found = find_ahead();
-    if (found != ahead_.end()) {
-        std::swap(whole_, *found);
-    } else {
-        renew(whole_.read, index, core_.kept_planes);
-        whole_.coverage_step = whole_.slip_step = -1;
+const TileVoxels& TileSampler::voxels(int index, PlaneSet planes) {
+    if (!is_of_now(whole_.read, index)) {
+        const auto find_ahead = [&] {
+            return std::ranges::find_if(
+                ahead_, [&](const Whole& whole) { return is_of_now(whole.read, index); });
+        };
+        auto found = find_ahead();
+        if (found == ahead_.end() && fetch(index)) found = find_ahead();
+        if (found != ahead_.end()) {
+            std::swap(whole_, *found);
+        } else {
+            whole_.read.index = index;
+            whole_.read.revision = revision_of(index);
+            tiles_.read_ground(index, whole_.read.ground);
+            whole_.planes = 0;
+            whole_.coverage_step = whole_.slip_step = -1;
+            // Each read of a GPU is a wait: then all at once.
+            if (core_.device->backend_name() == "gl") planes = kAllPlanes;
+        }
     }
+    read_missing(planes & ~whole_.planes);
     return whole_.read.voxels;
+}
+
+void TileSampler::read_missing(PlaneSet planes) {
+    planes &= (PlaneSet{1} << core_.kept_planes) - 1;
+    if (planes == 0) return;
+    const int index = whole_.read.index;
+    const Tile* tile = tiles_[static_cast<size_t>(index)].get();
+    if (tile && tile->is_awake()) {
+        ranges_.clear();
+        tiles_.want_voxels(index, planes, whole_.read.voxels, ranges_);
+        core_.device->read(ranges_);
+        whole_.planes |= planes;
+    } else {
+        tiles_.read_voxels(index, whole_.read.voxels);
+        whole_.planes = kAllPlanes;
+    }
 }
 
 bool TileSampler::fetch(int index) {
@@ -93,6 +116,8 @@ bool TileSampler::fetch(int index) {
     if (wanted_step_ != core_.step_index || !is_awake(index)) return false;
     const auto first = std::ranges::find(wanted_, index);
     if (first == wanted_.end()) return false;
+    // Where slides run out each column is asked how its soil moves.
+    const PlaneSet planes = core_.def.slides == SlideMotion::run_out ? kAllPlanes : kMatterPlanes;
     const auto tile_words = static_cast<size_t>(core_.params.tile_voxels) *
                                 (static_cast<size_t>(core_.kept_planes) + 1) +
                             kTileColumns * (kColumnWords + 1);
@@ -110,8 +135,9 @@ bool TileSampler::fetch(int index) {
     ranges_.clear();
     for (size_t i = 0; i < indices.size(); ++i) {
         Whole& whole = ahead_[i];
+        whole.planes = planes;
         const int slot = tiles_[static_cast<size_t>(indices[i])]->slot;
-        tiles_.want_voxels(indices[i], whole.read.voxels, ranges_);
+        tiles_.want_voxels(indices[i], whole.planes, whole.read.voxels, ranges_);
         whole.coverage.resize(static_cast<size_t>(core_.params.tile_voxels));
         ranges_.push_back(tiles_.plane_range(kPlaneCoverage, slot, whole.coverage));
         ranges_.push_back({Buffer::spans, tiles_.column_array_offset(kColumnSlides, slot),

@@ -290,7 +290,8 @@ void TileTable::forget_stamps() {
 void TileTable::put_to_sleep(std::span<const int> indices) {
     if (sleepers_.size() < indices.size()) sleepers_.resize(indices.size());
     ranges_.clear();
-    for (size_t i = 0; i < indices.size(); ++i) want_voxels(indices[i], sleepers_[i], ranges_);
+    for (size_t i = 0; i < indices.size(); ++i)
+        want_voxels(indices[i], kAllPlanes, sleepers_[i], ranges_);
     core_.device->read(ranges_);
     for (size_t i = 0; i < indices.size(); ++i) {
         Tile& tile = *tiles_[indices[i]];
@@ -359,20 +360,21 @@ void TileTable::read_planes(int index, int plane_count, TileVoxels& out) const {
         return;
     }
     ranges_.clear();
-    want_planes(index, plane_count, out, ranges_);
+    want_planes(index, plane_count, kAllPlanes, out, ranges_);
     core_.device->read(ranges_);
 }
 
-void TileTable::want_voxels(int index, TileVoxels& out,
+void TileTable::want_voxels(int index, PlaneSet planes, TileVoxels& out,
                             std::vector<device::ReadRange>& ranges) const {
-    want_planes(index, core_.kept_planes, out, ranges);
+    want_planes(index, core_.kept_planes, planes, out, ranges);
 }
 
-void TileTable::want_planes(int index, int plane_count, TileVoxels& out,
+void TileTable::want_planes(int index, int plane_count, PlaneSet planes, TileVoxels& out,
                             std::vector<device::ReadRange>& ranges) const {
     out.resize(core_.height, plane_count);
     const auto words = static_cast<size_t>(core_.params.tile_voxels);
     for (int p = 0; p < plane_count; ++p) {
+        if ((planes >> p & 1) == 0) continue;
         ranges.push_back(
             plane_range(state_plane_of(p), tiles_[index]->slot,
                         std::span(out.words).subspan(static_cast<size_t>(p) * words, words)));

@@ -28,6 +28,17 @@ inline constexpr int kKeptForce = 5;
 inline constexpr int kKeptBond = 8;
 inline constexpr int kKeptMaterial = 9;
 
+/// Some of them, a bit for each.
+using PlaneSet = uint32_t;
+inline constexpr PlaneSet kAllPlanes = ~PlaneSet{0};
+/// Momentum and force.
+inline constexpr PlaneSet kMotionPlanes = 63u << kKeptMomentum;
+static_assert(kKeptForce == kKeptMomentum + 3 && kKeptBond == kKeptForce + 3);
+/// Terrain, volume, bond, materials and water.
+inline constexpr PlaneSet kMatterPlanes = ~kMotionPlanes;
+inline constexpr PlaneSet kTerrainPlane = 1u << kKeptTerrain, kVolumePlane = 1u << kKeptVolume;
+inline constexpr PlaneSet kMaterialPlanes = kAllPlanes << kKeptMaterial;  ///< and water
+
 /// The plane of the state that a kept plane is.
 constexpr int state_plane_of(int kept) {
     return kept == kKeptTerrain ? layout::kPlaneTerrain : layout::kTransportFirst + kept - 1;
@@ -128,8 +139,10 @@ class TileTable {
     bool read_asleep(int index, TileRuns& runs) const;
     /// Only the first planes of what read_voxels() reads.
     void read_planes(int index, int plane_count, TileVoxels& out) const;
-    /// What read_voxels() would read of a tile awake, to be read together with more.
-    void want_voxels(int index, TileVoxels& out, std::vector<device::ReadRange>& ranges) const;
+    /// What read_voxels() would read of these planes of a tile awake, to be read together with
+    /// more.
+    void want_voxels(int index, PlaneSet planes, TileVoxels& out,
+                     std::vector<device::ReadRange>& ranges) const;
     void write_voxels(int index, const TileVoxels& in);
     /// The same as runs, in the place of those that are there; a tile that does not exist is made.
     void read_runs(int index, TileRuns& runs);
@@ -187,7 +200,7 @@ class TileTable {
   private:
     Status reserve_large();
     Status allocate_slots(int count);
-    void want_planes(int index, int plane_count, TileVoxels& out,
+    void want_planes(int index, int plane_count, PlaneSet planes, TileVoxels& out,
                      std::vector<device::ReadRange>& ranges) const;
 
     SoilCore& core_;
@@ -216,7 +229,8 @@ class TileTable {
 class TileSampler {
   public:
     TileSampler(const SoilCore& core, const TileTable& tiles) : core_(core), tiles_(tiles) {}
-    const TileVoxels& voxels(int index);
+    /// Other planes than these may hold anything.
+    const TileVoxels& voxels(int index, PlaneSet planes = kAllPlanes);
     /// These tiles are asked for next, in this order and before the next step: they are read many
     /// at once.
     void read_ahead(std::vector<int> indices) {
@@ -250,6 +264,7 @@ class TileSampler {
     /// All of a tile, with what its columns and the bodies in it do.
     struct Whole {
         Read read;
+        PlaneSet planes = 0;  ///< of `read`
         std::vector<int32_t> coverage, slip_speeds;
         /// SoilCore::step_index when they were read; -1: not of this tile.
         int64_t coverage_step = -1, slip_step = -1;
@@ -259,6 +274,7 @@ class TileSampler {
     }
     /// Reads the tile's first planes where they may have changed.
     void renew(Read& read, int index, int plane_count) const;
+    void read_missing(PlaneSet planes);
     /// Reads a tile that is asked for next, and those that follow it, with one wait; whether it
     /// did.
     bool fetch(int index);
