@@ -290,8 +290,9 @@ void TileTable::forget_stamps() {
 void TileTable::put_to_sleep(std::span<const int> indices) {
     if (sleepers_.size() < indices.size()) sleepers_.resize(indices.size());
     ranges_.clear();
-    for (size_t i = 0; i < indices.size(); ++i)
+    for (size_t i = 0; i < indices.size(); ++i) {
         want_voxels(indices[i], kAllPlanes, sleepers_[i], ranges_);
+    }
     core_.device->read(ranges_);
     for (size_t i = 0; i < indices.size(); ++i) {
         Tile& tile = *tiles_[indices[i]];
