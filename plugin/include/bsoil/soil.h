@@ -228,6 +228,8 @@ class Soil {
     VoxelSample sample(int x, int y, int z) const;
     /// As sample(), but for velocity_m_s and push, which are 0: reads half as much of a tile.
     VoxelSample sample_matter(int x, int y, int z) const;
+    /// VoxelSample::velocity_m_s alone, likewise.
+    Vec3 velocity_m_s(int x, int y, int z) const;
     /// Share of each material in a voxel's soil, by mass; all 0 where there is none. Read as
     /// samples are.
     std::array<double, limits::kMaterialCapacity> material_shares(int x, int y, int z) const;

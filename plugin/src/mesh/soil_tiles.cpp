@@ -91,9 +91,7 @@ MaterialWeights SoilTiles::weights_at(int x, int y, int z, int material) const {
     return TileSource::weights_at(x, y, z, material);
 }
 
-Vec3 SoilTiles::velocity_m_s(int x, int y, int z) const {
-    return soil_.sample(x, y, z).velocity_m_s;
-}
+Vec3 SoilTiles::velocity_m_s(int x, int y, int z) const { return soil_.velocity_m_s(x, y, z); }
 
 GroundMotion SoilTiles::ground_motion(int x, int y) const { return soil_.ground_motion(x, y); }
 

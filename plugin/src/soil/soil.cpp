@@ -286,18 +286,24 @@ MemoryUse Soil::memory_use() const {
     return use;
 }
 
-VoxelSample Soil::sample(int x, int y, int z) const { return impl_->sample(x, y, z, true); }
+VoxelSample Soil::sample(int x, int y, int z) const { return impl_->sample(x, y, z, kAllPlanes); }
 
-VoxelSample Soil::sample_matter(int x, int y, int z) const { return impl_->sample(x, y, z, false); }
+VoxelSample Soil::sample_matter(int x, int y, int z) const {
+    return impl_->sample(x, y, z, kMatterPlanes);
+}
 
-VoxelSample Soil::Impl::sample(int x, int y, int z, bool moves) const {
+Vec3 Soil::velocity_m_s(int x, int y, int z) const {
+    return impl_->sample(x, y, z, kMaterialPlanes | kMomentumPlanes).velocity_m_s;
+}
+
+VoxelSample Soil::Impl::sample(int x, int y, int z, PlaneSet planes) const {
     const Impl& s = *this;
     VoxelSample sample;
     if (x < 0 || y < 0 || z < 0 || x >= s.frame.size[0] || y >= s.frame.size[1] || z >= s.height) {
         return sample;
     }
     const TileVoxels& voxels = s.sampler.voxels(s.tile_index(x / kTileSide, y / kTileSide),
-                                                moves ? kAllPlanes : kMatterPlanes);
+                                                planes | kTerrainPlane | kVolumePlane);
     const int column = y % kTileSide * kTileSide + x % kTileSide;
     sample.coverage = voxels.at(kKeptTerrain, z, column) / static_cast<double>(kVoxelFull);
     const int volume = voxels.at(kKeptVolume, z, column);
@@ -319,7 +325,7 @@ VoxelSample Soil::Impl::sample(int x, int y, int z, bool moves) const {
     };
     if (volume > 0) {
         sample.undisturbed = voxels.at(kKeptBond, z, column) / static_cast<double>(volume);
-        if (moves) {
+        if ((planes & kForcePlanes) != 0) {
             sample.push =
                 world_vector(kKeptForce, static_cast<double>(kForceShare) / kForceOne / kVoxelFull);
         }
@@ -345,7 +351,7 @@ VoxelSample Soil::Impl::sample(int x, int y, int z, bool moves) const {
     }
     if (mass > 0) {
         sample.density_kg_m3 = static_cast<double>(mass) * kReferenceDensity / volume;
-        if (moves) {
+        if ((planes & kMomentumPlanes) != 0) {
             sample.velocity_m_s =
                 world_vector(kKeptMomentum, s.frame.voxel_m / s.def.step_s / kVelocityOne /
                                                 static_cast<double>(mass));
@@ -390,7 +396,7 @@ GroundMotion Soil::ground_motion(int x, int y) const {
     }
     int top = s.height - 1;
     while (top > 0 && voxels.at(kKeptVolume, top, column) == 0) --top;
-    motion.velocity_m_s = sample(x, y, top).velocity_m_s;
+    motion.velocity_m_s = velocity_m_s(x, y, top);
     return motion;
 }
 

@@ -92,8 +92,8 @@ struct Soil::Impl : SoilCore {
 
     // --- soil.cpp
     uint64_t checksum() const;
-    /// `moves`: with velocity and push.
-    VoxelSample sample(int x, int y, int z, bool moves) const;
+    /// What hangs on other planes than these is 0.
+    VoxelSample sample(int x, int y, int z, PlaneSet planes) const;
 };
 
 }  // namespace bsoil

@@ -116,8 +116,7 @@ bool TileSampler::fetch(int index) {
     if (wanted_step_ != core_.step_index || !is_awake(index)) return false;
     const auto first = std::ranges::find(wanted_, index);
     if (first == wanted_.end()) return false;
-    // Where slides run out each column is asked how its soil moves.
-    const PlaneSet planes = core_.def.slides == SlideMotion::run_out ? kAllPlanes : kMatterPlanes;
+    constexpr PlaneSet kPlanes = ~kForcePlanes;  // no picture shows those
     const auto tile_words = static_cast<size_t>(core_.params.tile_voxels) *
                                 (static_cast<size_t>(core_.kept_planes) + 1) +
                             kTileColumns * (kColumnWords + 1);
@@ -135,7 +134,7 @@ bool TileSampler::fetch(int index) {
     ranges_.clear();
     for (size_t i = 0; i < indices.size(); ++i) {
         Whole& whole = ahead_[i];
-        whole.planes = planes;
+        whole.planes = kPlanes;
         const int slot = tiles_[static_cast<size_t>(indices[i])]->slot;
         tiles_.want_voxels(indices[i], whole.planes, whole.read.voxels, ranges_);
         whole.coverage.resize(static_cast<size_t>(core_.params.tile_voxels));

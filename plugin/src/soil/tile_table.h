@@ -31,11 +31,10 @@ inline constexpr int kKeptMaterial = 9;
 /// Some of them, a bit for each.
 using PlaneSet = uint32_t;
 inline constexpr PlaneSet kAllPlanes = ~PlaneSet{0};
-/// Momentum and force.
-inline constexpr PlaneSet kMotionPlanes = 63u << kKeptMomentum;
-static_assert(kKeptForce == kKeptMomentum + 3 && kKeptBond == kKeptForce + 3);
+inline constexpr PlaneSet kMomentumPlanes = 7u << kKeptMomentum;
+inline constexpr PlaneSet kForcePlanes = 7u << kKeptForce;
 /// Terrain, volume, bond, materials and water.
-inline constexpr PlaneSet kMatterPlanes = ~kMotionPlanes;
+inline constexpr PlaneSet kMatterPlanes = ~(kMomentumPlanes | kForcePlanes);
 inline constexpr PlaneSet kTerrainPlane = 1u << kKeptTerrain, kVolumePlane = 1u << kKeptVolume;
 inline constexpr PlaneSet kMaterialPlanes = kAllPlanes << kKeptMaterial;  ///< and water
 
