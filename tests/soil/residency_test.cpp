@@ -80,6 +80,37 @@ TEST(Residency, a_full_tile_table_is_reported_and_loses_nothing) {
     EXPECT_TRUE(soil->status_bits() & static_cast<uint32_t>(StatusBit::tile_table_full));
 }
 
+// Some planes of a tile are read at one time and some at another, others were read in a step
+// before: an answer does not hang on what was asked earlier.
+TEST(Residency, samples_are_of_now_whatever_was_asked_before) {
+    SoilDef def = MovingScene::default_def();
+    def.slides = SlideMotion::run_out;
+    MovingScene asked(5, def), other(5, def);
+    const GridFrame& frame = asked.soil().frame();
+    std::vector<float> volume, solid;
+    std::vector<uint8_t> material;
+    int moving_count = 0;
+    for (int round = 0; round < 12; ++round) {
+        for (MovingScene* scene : {&asked, &other}) scene->run(4);
+        const Soil &a = asked.soil(), &b = other.soil();
+        for (int y = 0; y < frame.size[1]; ++y) {
+            for (int x = 0; x < frame.size[0]; ++x) {
+                if (x % 8 == 0 && y % 8 == 0) a.read_tile(x / 8, y / 8, volume, solid, material);
+                for (int z = 0; z < frame.size[2]; ++z) {
+                    const Vec3 velocity = b.sample(x, y, z).velocity_m_s;
+                    moving_count += velocity != Vec3{};
+                    ASSERT_EQ(a.velocity_m_s(x, y, z), velocity) << round;
+                    const VoxelSample matter = a.sample_matter(x, y, z), all = b.sample(x, y, z);
+                    ASSERT_EQ(matter.undisturbed, all.undisturbed) << round;
+                    ASSERT_EQ(matter.density_kg_m3, all.density_kg_m3) << round;
+                    ASSERT_EQ(a.sample(x, y, z).push, all.push) << round;
+                }
+            }
+        }
+    }
+    EXPECT_GT(moving_count, 100);
+}
+
 // The table starts with 64 slots and may have 100 of the 108 that a snapshot needs.
 TEST(Residency, a_snapshot_with_more_tiles_awake_than_there_may_be_is_refused) {
     SoilDef def = grid_def(96, 72, 8);

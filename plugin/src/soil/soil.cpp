@@ -324,7 +324,9 @@ VoxelSample Soil::Impl::sample(int x, int y, int z, PlaneSet planes) const {
                           scale);
     };
     if (volume > 0) {
-        sample.undisturbed = voxels.at(kKeptBond, z, column) / static_cast<double>(volume);
+        if ((planes >> kKeptBond & 1) != 0) {
+            sample.undisturbed = voxels.at(kKeptBond, z, column) / static_cast<double>(volume);
+        }
         if ((planes & kForcePlanes) != 0) {
             sample.push =
                 world_vector(kKeptForce, static_cast<double>(kForceShare) / kForceOne / kVoxelFull);

@@ -65,8 +65,10 @@ void StepReader::wake_neighbours(int index, int32_t asked) {
 
 bool StepReader::note_activity() {
     bool any_changed = false;
-    const auto blocks = static_cast<size_t>(tiles_.block_count());
-    for (int slot = 0; slot < tiles_.slot_count(); ++slot) {
+    // As many as there were when they were asked for.
+    const size_t blocks = flag_words_.size() / 2;
+    const auto slots = static_cast<int>(table_words_.size() / kTileTableWords);
+    for (int slot = 0; slot < slots; ++slot) {
         const int index = tiles_.slot_tiles()[static_cast<size_t>(slot)];
         if (index < 0) continue;
         Tile& tile = *tiles_[static_cast<size_t>(index)];

@@ -71,8 +71,9 @@ int32_t TileSampler::find_top_q16(int index, int column) {
 const TileVoxels& TileSampler::voxels(int index, PlaneSet planes) {
     if (!is_of_now(whole_.read, index)) {
         const auto find_ahead = [&] {
-            return std::ranges::find_if(
-                ahead_, [&](const Whole& whole) { return is_of_now(whole.read, index); });
+            return std::ranges::find_if(ahead_, [&](const Whole& whole) {
+                return is_of_now(whole.read, index) && is_motion_of_now(whole);
+            });
         };
         auto found = find_ahead();
         if (found == ahead_.end() && fetch(index)) found = find_ahead();
@@ -83,13 +84,24 @@ const TileVoxels& TileSampler::voxels(int index, PlaneSet planes) {
             whole_.read.revision = revision_of(index);
             tiles_.read_ground(index, whole_.read.ground);
             whole_.planes = 0;
+            whole_.motion_step = core_.step_index;
             whole_.coverage_step = whole_.slip_step = -1;
             // Each read of a GPU is a wait: then all at once.
             if (core_.device->backend_name() == "gl") planes = kAllPlanes;
         }
     }
+    if (!is_motion_of_now(whole_)) {
+        whole_.planes &= kMatterPlanes;
+        whole_.motion_step = core_.step_index;
+    }
     read_missing(planes & ~whole_.planes);
     return whole_.read.voxels;
+}
+
+// A tile asleep has none that could change.
+bool TileSampler::is_motion_of_now(const Whole& whole) const {
+    const Tile* tile = tiles_[static_cast<size_t>(whole.read.index)].get();
+    return !tile || !tile->is_awake() || whole.motion_step == core_.step_index;
 }
 
 void TileSampler::read_missing(PlaneSet planes) {
@@ -149,7 +161,7 @@ bool TileSampler::fetch(int index) {
         tiles_.read_ground(indices[i], whole.read.ground);
         whole.read.index = indices[i];
         whole.read.revision = revision_of(indices[i]);
-        whole.coverage_step = whole.slip_step = core_.step_index;
+        whole.motion_step = whole.coverage_step = whole.slip_step = core_.step_index;
         note_slip_speeds(whole, slides_of(slide_words_, i), records_of(record_words_, i));
     }
     return true;

@@ -115,10 +115,17 @@ Status TileTable::start() {
 }
 
 Status TileTable::reserve_large() {
-    for (const SlotBuffer& buffer : slot_buffers(core_)) {
-        if (!buffer.is_large) continue;
-        const Status reserved = core_.device->reserve(buffer.buffer, buffer.words(slot_capacity_));
-        if (!reserved) return reserved;
+    std::vector<SlotBuffer> buffers = slot_buffers(core_);
+    std::erase_if(buffers, [](const SlotBuffer& buffer) { return !buffer.is_large; });
+    for (const SlotBuffer& buffer : buffers) {
+        Status reserved = core_.device->reserve(buffer.buffer, buffer.words(slot_capacity_));
+        if (reserved) continue;
+        for (const SlotBuffer& given_back : buffers) {
+            if (const Status freed = core_.device->allocate(given_back.buffer, 0); !freed) {
+                return freed;
+            }
+        }
+        return reserved;
     }
     return Done{};
 }
@@ -128,6 +135,10 @@ Status TileTable::allocate_slots(int count) {
     if (keeps_places_) {
         for (const SlotBuffer& buffer : buffers) {
             if (!buffer.is_large) continue;
+            if (count == slot_capacity_) {
+                core_.device->use(buffer.buffer, 0, buffer.words(count));
+                continue;
+            }
             for (const auto& [offset, words] : buffer.parts(slot_capacity_, count)) {
                 core_.device->use(buffer.buffer, offset, words);
             }

@@ -264,6 +264,9 @@ class TileSampler {
     struct Whole {
         Read read;
         PlaneSet planes = 0;  ///< of `read`
+        /// SoilCore::step_index when its momentum and force could be read: what comes to rest does
+        /// not always make a new revision.
+        int64_t motion_step = -1;
         std::vector<int32_t> coverage, slip_speeds;
         /// SoilCore::step_index when they were read; -1: not of this tile.
         int64_t coverage_step = -1, slip_step = -1;
@@ -274,6 +277,8 @@ class TileSampler {
     /// Reads the tile's first planes where they may have changed.
     void renew(Read& read, int index, int plane_count) const;
     void read_missing(PlaneSet planes);
+    /// Whether what moves the tile's soil is that of this step.
+    bool is_motion_of_now(const Whole& whole) const;
     /// Reads a tile that is asked for next, and those that follow it, with one wait; whether it
     /// did.
     bool fetch(int index);
