@@ -79,8 +79,8 @@ struct SoilDef {
     /// so far behind what bars it there is no wind, 0..100; at most 128 voxels
     double shelter_m = 5;
     int substeps_max = 8;  ///< sub-steps a fast step may be cut into, 1..32
-    /// tiles of 8 x 8 columns awake at the same time, 0..4194304, but no more than fit into 8 GiB; 0:
-    /// all that fit into 1 GiB
+    /// tiles of 8 x 8 columns awake at the same time, 0..4194304, but no more than fit into 8 GiB;
+    /// 0: all that fit into 1 GiB
     int tile_capacity = 0;
     /// time that a call of step() may take, 0..1000; 0: as long as it takes. A step that needs more
     /// goes on in the next calls, and the soil's time slows down. With it, results depend on the
