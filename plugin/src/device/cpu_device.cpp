@@ -110,15 +110,6 @@ class CpuDevice final : public Device {
     std::string device_name() const override { return name_; }
     int thread_count() const override { return arena_.max_concurrency(); }
 
-    // Counting kernels have a mark for each word.
-    bool is_memory_lazy() const override {
-#if defined(__linux__) || defined(__APPLE__)
-        return sizeof(void*) > 4 && !notes_;
-#else
-        return false;
-#endif
-    }
-
     // Kernels are done when dispatch returns, so the host's clock tells how long they took.
     void mark_stage(int stage) override {
         assert(session_depth_ > 0 && stage >= 0 && stage < kStageCapacity);
@@ -130,8 +121,14 @@ class CpuDevice final : public Device {
     Status allocate_words(BufferIndex buffer, int64_t words) override {
         return allocate_words(buffer, words, true);
     }
-    Status reserve_words(BufferIndex buffer, int64_t words) override {
-        return allocate_words(buffer, words, false);
+    bool expect_words([[maybe_unused]] BufferIndex buffer,
+                      [[maybe_unused]] int64_t words) override {
+#if defined(__linux__) || defined(__APPLE__)
+        // Counting kernels have a mark for each word.
+        return sizeof(void*) > 4 && !notes_ && allocate_words(buffer, words, false);
+#else
+        return false;
+#endif
     }
     void use_words(BufferIndex buffer, int64_t offset, int64_t count) override {
         ask_for_huge_pages(words_of(buffer).data() + offset,

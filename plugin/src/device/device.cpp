@@ -56,11 +56,11 @@ Status Device::allocate(BufferIndex buffer, int64_t words) {
     return status;
 }
 
-Status Device::reserve(BufferIndex buffer, int64_t words) {
-    assert(words >= 0);
-    const Status status = reserve_words(buffer, words);
-    words_[static_cast<size_t>(buffer)] = status ? words : 0;
-    return status;
+bool Device::expect(BufferIndex buffer, int64_t words) {
+    assert(words_in(buffer) == 0);
+    const bool has_room = expect_words(buffer, words);
+    if (has_room) words_[static_cast<size_t>(buffer)] = words;
+    return has_room;
 }
 
 void Device::use(BufferIndex buffer, int64_t offset, int64_t count) {

@@ -83,9 +83,6 @@ class Device {
     virtual std::string backend_name() const = 0;  ///< "cpu" or "gl"
     virtual std::string device_name() const = 0;
     virtual int thread_count() const = 0;
-    /// Whether memory of which nobody has written anything costs nothing: then a buffer may be
-    /// allocated as long as it may ever become.
-    virtual bool is_memory_lazy() const { return false; }
     /// What broke the device after its creation (context refused, GPU lost or out of memory); empty
     /// while all is well. Once set, calls do nothing and reads give zeros.
     virtual std::string failure() const { return {}; }
@@ -95,13 +92,12 @@ class Device {
     /// Makes a buffer larger; what it holds stays, what is new is zero. OpenGL's name for it
     /// changes.
     Status grow(BufferIndex buffer, int64_t words);
-    /// As allocate(), where is_memory_lazy(): what use() has not named is not going to be written
-    /// for now.
-    Status reserve(BufferIndex buffer, int64_t words);
+    /// How many words a buffer that has none yet may come to have. True where it has room for all
+    /// of them from now on, zero-filled, since what nobody has written costs nothing; use() names
+    /// what is going to be written. Else it grows, and in OpenGL, where it outgrows a storage
+    /// block, it gets as many as it will need: each change compiles all kernels anew.
+    bool expect(BufferIndex buffer, int64_t words);
     void use(BufferIndex buffer, int64_t offset, int64_t count);
-    /// How many words a buffer may come to have: one that outgrows a storage block of OpenGL then
-    /// gets as many as it will need, since each change compiles all kernels anew.
-    void expect(BufferIndex buffer, int64_t words) { expect_words(buffer, words); }
     /// Gives a buffer another size; the words that move stay, all others are zero. On the device
     /// alone. OpenGL's name for it changes. An error leaves it as it was.
     Status rearrange(BufferIndex buffer, int64_t words, std::span<const WordMove> moves);
@@ -151,11 +147,8 @@ class Device {
     // What a backend does, with arguments that have been checked: ranges lie inside of their
     // buffers and hold at least one word, lists at least one group.
     virtual Status allocate_words(BufferIndex buffer, int64_t words) = 0;
-    virtual Status reserve_words(BufferIndex buffer, int64_t words) {
-        return allocate_words(buffer, words);
-    }
     virtual void use_words(BufferIndex /*buffer*/, int64_t /*offset*/, int64_t /*count*/) {}
-    virtual void expect_words(BufferIndex /*buffer*/, int64_t /*words*/) {}
+    virtual bool expect_words(BufferIndex buffer, int64_t words) = 0;
     virtual Status rearrange_words(BufferIndex buffer, int64_t words,
                                    std::span<const WordMove> moves) = 0;
     virtual void write_words(BufferIndex buffer, int64_t offset,

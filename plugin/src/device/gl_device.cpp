@@ -114,8 +114,9 @@ class GlDevice final : public Device {
         return allocate_current(buffer, words);
     }
 
-    void expect_words(BufferIndex buffer, int64_t words) override {
+    bool expect_words(BufferIndex buffer, int64_t words) override {
         expected_words_[static_cast<size_t>(buffer)] = words;
+        return false;
     }
 
     Status rearrange_words(BufferIndex buffer, int64_t words,

@@ -32,12 +32,12 @@ bool slips_anywhere(std::span<const int32_t> slides) {
 
 }  // namespace
 
-void TileSampler::renew(Read& read, int index, int plane_count) const {
-    const uint64_t revision = revision_of(index);
-    tiles_.read_planes(index, plane_count, read.voxels);
-    tiles_.read_ground(index, read.ground);
-    read.index = index;
-    read.revision = revision;
+void TileSampler::renew_surface(int index) {
+    if (is_of_now(surface_, index)) return;
+    surface_.revision = revision_of(index);
+    tiles_.read_planes(index, kSurfacePlanes, surface_.voxels);
+    tiles_.read_ground(index, surface_.ground);
+    surface_.index = index;
 }
 
 uint64_t TileSampler::revision_of(int index) const {
@@ -62,7 +62,7 @@ int32_t TileSampler::top_q16(int index, int column) {
 }
 
 int32_t TileSampler::find_top_q16(int index, int column) {
-    if (!is_of_now(surface_, index)) renew(surface_, index, kSurfacePlanes);
+    renew_surface(index);
     const ColumnFill fill = column_fill(column_of(surface_.voxels, surface_.ground, column));
     if (fill.hanging < 0 || core_.params.bank_strength <= 0) return fill.top_q16;
     return column_fill(column_of(voxels(index), surface_.ground, column)).top_q16;  // a roof?

@@ -103,29 +103,23 @@ Status TileTable::start() {
     for (const SlotBuffer& buffer : slot_buffers(core_)) {
         slot_capacity_ = std::min(slot_capacity_, buffer.slots_most());
     }
-    for (const SlotBuffer& buffer : slot_buffers(core_)) {
-        core_.device->expect(buffer.buffer, buffer.words(slot_capacity_));
-    }
-    // Where the system promises no more than it has, they grow.
-    keeps_places_ = core_.device->is_memory_lazy() && reserve_large();
+    if (Status ready = expect_large(); !ready) return ready;
     const Status allocated = allocate_slots(std::min(kSlotsAtStart, slot_capacity_));
     if (!allocated) return allocated;
     forget_stamps();
     return Done{};
 }
 
-Status TileTable::reserve_large() {
+Status TileTable::expect_large() {
     std::vector<SlotBuffer> buffers = slot_buffers(core_);
     std::erase_if(buffers, [](const SlotBuffer& buffer) { return !buffer.is_large; });
+    keeps_places_ = true;
     for (const SlotBuffer& buffer : buffers) {
-        Status reserved = core_.device->reserve(buffer.buffer, buffer.words(slot_capacity_));
-        if (reserved) continue;
-        for (const SlotBuffer& given_back : buffers) {
-            if (const Status freed = core_.device->allocate(given_back.buffer, 0); !freed) {
-                return freed;
-            }
-        }
-        return reserved;
+        keeps_places_ &= core_.device->expect(buffer.buffer, buffer.words(slot_capacity_));
+    }
+    for (const SlotBuffer& buffer : buffers) {
+        if (keeps_places_) break;  // else they grow, one where the system has refused another, too
+        if (Status freed = core_.device->allocate(buffer.buffer, 0); !freed) return freed;
     }
     return Done{};
 }

@@ -197,7 +197,7 @@ class TileTable {
     void clear();
 
   private:
-    Status reserve_large();
+    Status expect_large();
     Status allocate_slots(int count);
     void want_planes(int index, int plane_count, PlaneSet planes, TileVoxels& out,
                      std::vector<device::ReadRange>& ranges) const;
@@ -274,8 +274,8 @@ class TileSampler {
     bool is_of_now(const Read& read, int index) const {
         return index == read.index && revision_of(index) == read.revision;
     }
-    /// Reads the tile's first planes where they may have changed.
-    void renew(Read& read, int index, int plane_count) const;
+    /// Reads terrain and volume of a tile where they may have changed.
+    void renew_surface(int index);
     void read_missing(PlaneSet planes);
     /// Whether what moves the tile's soil is that of this step.
     bool is_motion_of_now(const Whole& whole) const;
