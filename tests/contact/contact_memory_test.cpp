@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 namespace bsoil::contact_memory_test {
@@ -12,11 +13,14 @@ namespace {
 constexpr double kVoxel = 0.1;
 constexpr double kStep = 0.1;
 
-/// Soil with z up; no material: nothing yields.
+/// Sand with z up.
 const ContactLaw& law() {
     static const auto made = [] {
         auto soil = std::make_shared<ContactSoil>();
         soil->voxel_m = kVoxel;
+        MaterialDef sand;
+        sand.friction_angle_rad = std::numbers::pi / 6;
+        soil->materials = {sand};
         return ContactLaw::make(std::move(soil));
     }();
     return *made;
@@ -93,9 +97,21 @@ TEST(ContactMemory, a_wheels_steep_front_takes_no_soil_along) {
 TEST(ContactMemory, soil_pushed_on_along_the_normal_keeps_its_shear) {
     ContactMemory memory;
     for (int step = 0; step < 10; ++step) {
-        // a wall's contact, drawn up along itself while it moves on by a voxel a step
-        const auto slid = advanced(memory, {contact(step, 0, {1, 0, 0})}, {1, 0, 0.05});
+        // a wall's contact, drawn aside along itself while it moves on by a voxel a step
+        const auto slid = advanced(memory, {contact(step, 0, {1, 0, 0})}, {1, 0.05, 0});
         EXPECT_NEAR(slid[0], 0.005 * (step + 1), 1e-12);
+    }
+}
+
+// Soil before a wall rises along it, at 0.577 of the push with phi = 30 deg. A wall that rises with
+// it shears nothing; one that rises faster, the rest.
+TEST(ContactMemory, sliding_that_the_soil_goes_along_with_is_none) {
+    ContactMemory with_it, faster;
+    for (int step = 0; step < 10; ++step) {
+        const ContactVoxel wall = contact(step, 0, {1, 0, 0});
+        EXPECT_EQ(advanced(with_it, {wall}, {1, 0, 0.5})[0], 0);
+        EXPECT_NEAR(advanced(faster, {wall}, {1, 0, 1})[0],
+                    (1 - std::tan(std::numbers::pi / 6)) * kStep * (step + 1), 1e-9);
     }
 }
 

@@ -13,7 +13,7 @@ namespace {
 constexpr double kNever = -1;  ///< a shear displacement that no rule asks for
 
 /// Length of the path that a wheel's surface has slid along the soil since it entered it.
-double sheared_m(const Case& c, Vec3 arm, double sinkage_m) {
+double sheared_m(const ContactLaw& law, const Case& c, Vec3 arm, double sinkage_m) {
     const Vec3 axle = rotate(c.motion.pose.rotation, {0, 1, 0});
     const double omega = dot(c.motion.angular_velocity_rad_s, axle);
     if (!(c.radius_m > 0) || std::abs(omega) < 1e-9) return 1e9;
@@ -26,7 +26,9 @@ double sheared_m(const Case& c, Vec3 arm, double sinkage_m) {
         const Vec3 flat = arm - dot(arm, axle) * axle;
         const double size = length(flat);
         const Vec3 n = size > 0 ? flat * (1 / size) : Vec3{0, 0, -1};
-        path += length(velocity - dot(velocity, n) * n) * step_rad / std::abs(omega);
+        ContactVoxel rim;
+        rim.normal = n;
+        path += length(law.slide_m_s(rim, velocity)) * step_rad / std::abs(omega);
         const double a = omega > 0 ? -step_rad : step_rad;
         const Vec3 turned = std::cos(a) * flat + std::sin(a) * cross(axle, flat);
         arm = turned + dot(arm, axle) * axle;
@@ -92,7 +94,7 @@ oracle::Wrench force_of(const Law& law, const Case& c, double sinkage_m) {
         if (approach <= 1e-9) continue;
         const FaceExtent& face = faces.of_voxel(i);
         const double k_m = law.is_granular ? c.soil.published_k_m : law.rules.shear_k_m;
-        const double j_m = k_m > 0 ? sheared_m(c, arms[i], sinkage_m) : kNever;
+        const double j_m = k_m > 0 ? sheared_m(*contact_law, c, arms[i], sinkage_m) : kNever;
         const ElementYield yield =
             contact_law->yield({v, face}, {share, 0}, {j_m < 0 ? 1e9 : j_m, 0});
         double normal_pa = yield.normal_limit_pa, friction = yield.friction;
@@ -103,7 +105,7 @@ oracle::Wrench force_of(const Law& law, const Case& c, double sinkage_m) {
         if (law.rules.shear_k_m > 0) {
             friction = std::min(friction, tan_phi * -std::expm1(-j_m / law.rules.shear_k_m));
         }
-        const Vec3 slide = share - approach * v.normal;
+        const Vec3 slide = yield.slide;
         const double sliding = length(slide);
         Vec3 stress = -normal_pa * v.normal;
         if (yield.normal_limit_pa > 0) {

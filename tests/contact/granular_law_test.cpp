@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "bsoil/contact/resistive_force_theory.h"
+#include "bsoil/contact/soil_flow.h"
 
 namespace bsoil::granular_law_test {
 namespace {
@@ -121,6 +122,72 @@ TEST(GranularLaw, friction_is_coulombs_along_a_slip_band_and_that_of_flow_beyond
     EXPECT_LT(flow(1), 0.8 * tan_phi);
     EXPECT_EQ(slip_band_share(-0.5, 1), 1) << "drawn back";
     EXPECT_EQ(slip_band_share(0, 0), 1) << "at rest";
+}
+
+// A face that is dragged level, with the soil before it that it drags up: all its friction, and the
+// fan's share of what it bears pushed in. One that goes down along itself has what resistive force
+// theory finds; one that goes along with its soil rubs against nothing.
+TEST(GranularLaw, face_that_drags_soil_up_bears_by_its_fan) {
+    MaterialDef rough = sand();
+    rough.tool_friction = 2;
+    rough.cohesion_pa = 0;
+    const SoilStrength soil = strength_of(rough, kGravity_m_s2);
+    const double phi = rough.friction_angle_rad, tan_phi = std::tan(phi);
+    for (const double lean_deg : {15.0, 25.0, 40.0}) {
+        const double lean = lean_deg * std::numbers::pi / 180;
+        const Vec3 normal{std::sin(lean), -std::cos(lean), 0},
+            along{std::cos(lean), std::sin(lean), 0};
+        const auto yield = [&](Vec3 motion) {
+            return yield_of_element(element(normal, 0.1), motion, 0, kUp, soil);
+        };
+        const double pushed_pa = yield(normal).normal_limit_pa;
+        const ElementYield dragged = yield({1, 0, 0});
+        // Friction and fan come in over a sliding of the creep, a hundredth.
+        EXPECT_NEAR(dragged.friction, tan_phi, 0.05 * tan_phi) << lean_deg;
+        EXPECT_NEAR(dragged.normal_limit_pa, fan_share(phi, dragged.friction) * pushed_pa,
+                    0.15 * dragged.normal_limit_pa)
+            << lean_deg;
+        EXPECT_GT(dot(dragged.slide, along), 0.9) << lean_deg;
+        const Vec3 down_along = -0.9 * along + 0.3 * normal;
+        const ElementYield driven = yield(down_along);
+        const Vec3 push = down_along + ContactLawDef{}.creep * normal;
+        const Vec3 stress = resistive_stress(normal, push * (1 / length(push)), kUp, soil.friction);
+        EXPECT_NEAR(driven.normal_limit_pa, -dot(stress, normal) * soil.stiffness_pa_m * 0.1,
+                    1e-9 * driven.normal_limit_pa)
+            << lean_deg;
+        const ElementYield taken_along = yield(0.9 * normal + 0.3 * along);
+        EXPECT_LT(taken_along.friction, 0.05 * tan_phi) << lean_deg;
+        EXPECT_NEAR(length(taken_along.slide), 0, 1e-12) << lean_deg;
+        EXPECT_GT(taken_along.normal_limit_pa, 0.7 * pushed_pa) << lean_deg;
+    }
+}
+
+// From one to the other, as a face turns its motion, without a jump.
+TEST(GranularLaw, drag_comes_in_smoothly) {
+    MaterialDef rough = sand();
+    rough.tool_friction = 2;
+    const SoilStrength soil = strength_of(rough, kGravity_m_s2);
+    constexpr int kDirections = 36000;
+    for (const double lean : {0.01, 0.1, 0.5, 0.9, 1.05, 1.25, 1.5}) {
+        const Vec3 normal{std::sin(lean), -std::cos(lean), 0};
+        const auto yield = [&](Vec3 motion) {
+            return yield_of_element(element(normal, 0.1), motion, 0, kUp, soil);
+        };
+        const double pushed_pa = yield(normal).normal_limit_pa;
+        ElementYield last = yield({1, 0, 0});
+        for (int i = 1; i <= kDirections; ++i) {
+            const double at = 2 * std::numbers::pi * i / kDirections;
+            const Vec3 motion{std::cos(at), std::sin(at), 0};
+            const ElementYield now = yield(motion);
+            const bool pushes = dot(motion, normal) > 0.01;
+            // Friction comes in over a sliding of the creep, a hundredth. What only just pushes has
+            // a limit that changes fast: it has drawn back a little later.
+            const double jump_pa = std::abs(now.normal_limit_pa - last.normal_limit_pa);
+            EXPECT_LT(pushes ? jump_pa : 0, 0.01 * pushed_pa) << lean << ' ' << at;
+            EXPECT_LT(std::abs(now.friction - last.friction), 0.02) << lean << ' ' << at;
+            last = now;
+        }
+    }
 }
 
 // Soil lies on a face that leans back: its wedge asks for less than that of an upright one.

@@ -214,8 +214,7 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
                              : motion_for(relative, v.carrier).motion.velocity_at(v.position_m);
         // Soil that only brushes the body, with no depth to it or a gap before it, is not sheared.
         const bool is_pressed = v.bearing_depth_m > 0 && v.touching > 0;
-        Vec3 slid =
-            is_pressed ? duration_s * (velocity - dot(velocity, v.normal) * v.normal) : Vec3{};
+        Vec3 slid = is_pressed ? duration_s * law.slide_m_s(v, velocity) : Vec3{};
         double retreat_m = -duration_s * dot(velocity, v.normal);
         const PressedSoil* same = own_index_.find(v, law, -1);
         if (same) retreat_m += same->retreat_m;

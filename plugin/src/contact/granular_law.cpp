@@ -9,6 +9,7 @@
 #include "bsoil/contact/orientation.h"
 #include "bsoil/contact/passive_wedge.h"
 #include "bsoil/contact/resistive_force_theory.h"
+#include "bsoil/contact/soil_flow.h"
 #include "bsoil/contact/trapped_soil.h"
 
 namespace bsoil {
@@ -134,6 +135,7 @@ SoilStrength strength_of(const MaterialDef& material, double gravity_m_s2,
     const Vec3 up{0, 0, 1}, down{0, 0, -1}, level{1, 0, 0};
     out.sole_stress = -dot(resistive_stress(down, down, up, out.friction), down);
     out.wall_stress = -dot(resistive_stress(level, level, up, out.friction), level);
+    out.flow_slope = flow_slope(phi);
     const Vec3 slid = resistive_stress(down, Vec3{1, 0, -law.creep}, up, kRoughFriction);
     out.sliding_share =
         tan_phi / (length(slid - dot(slid, down) * down) / length(dot(slid, down) * down));
@@ -297,6 +299,64 @@ GranularLaw::GranularLaw(std::shared_ptr<const ContactSoil> soil,
                          std::vector<SoilStrength> strengths)
     : ContactLaw(std::move(soil)), strengths_(std::move(strengths)) {}
 
+namespace {
+
+/// How an element that moves rubs against its soil.
+struct Rubbing {
+    Vec3 slide;           ///< ElementYield::slide
+    double share = 0;     ///< of its shear strength that acts
+    double upward = 0;    ///< share of the sliding that drags soil towards the free surface
+    double friction = 0;  ///< shear over normal stress
+};
+
+/// resistive: stress of resistive force theory over xi depth; shear: developed_shear().
+Rubbing rubbing_of(Vec3 n, Vec3 motion, Vec3 resistive, double shear, const SoilStrength& soil,
+                   const ContactLaw& law) {
+    const double approach = dot(motion, n), creep = law.def().creep;
+    const Vec3 slide = motion - approach * n;
+    const Vec3 past = slide_past_flow(slide, approach, n, law.up(), soil.flow_slope);
+    const double sliding = length(slide), rubs = length(past);
+    const double slid = sliding / (sliding + creep), rubbed = rubs / (rubs + creep);
+    Rubbing out;
+    out.share = 1 - slid + rubbed;
+    if (rubs > 0) out.slide = past * (rubbed / rubs);
+    // What hardly rubs or hardly pushes drags nothing, or rounding would decide.
+    if (approach > 0) {
+        out.upward = rubbed * approach / (approach + creep) * upward_share(past, n, law.up());
+    }
+    // Sticking, the contact can carry all its friction. Sliding, it has Coulomb's where it drags
+    // soil up, else what resistive force theory finds along the surface.
+    const double pressed = std::max(0.0, -dot(resistive, n));
+    const double sheared = length(resistive + pressed * n);
+    const double scale =
+        1 + (soil.sliding_share - 1) * slip_band_share(approach, sliding, law.def());
+    const double flowing =
+        pressed > 0 ? std::min(soil.friction, scale * sheared / pressed) : soil.friction;
+    const double sliding_friction = std::lerp(flowing, soil.friction, out.upward);
+    out.friction = std::min((1 - slid) * soil.friction + rubbed * sliding_friction,
+                            out.share * shear * soil.tan_phi);
+    return out;
+}
+
+/// Normal stress over xi depth of an element that rubs so. What drags its soil towards the free
+/// surface bears no more than the fan's share of a push along its normal.
+double dragged_normal(double resistive_normal, Vec3 normal, Vec3 up, const Rubbing& rubbing,
+                      const SoilStrength& soil) {
+    if (!(rubbing.upward > 0)) return resistive_normal;
+    const double pushed = -dot(resistive_stress(normal, normal, up, soil.friction), normal);
+    const double most = pushed * fan_share(soil.friction_angle_rad, rubbing.friction);
+    return std::lerp(resistive_normal, std::min(resistive_normal, most), rubbing.upward);
+}
+
+}  // namespace
+
+Vec3 GranularLaw::slide_m_s(const ContactVoxel& contact, Vec3 velocity_m_s) const {
+    const double approach = dot(velocity_m_s, contact.normal);
+    const double slope = strengths_[static_cast<size_t>(contact.material)].flow_slope;
+    return slide_past_flow(velocity_m_s - approach * contact.normal, approach, contact.normal, up(),
+                           slope);
+}
+
 ElementYield GranularLaw::yield(const ContactElement& element, const ElementMotion& along,
                                 const ContactHistory& memory) const {
     const ContactVoxel& contact = element.voxel;
@@ -319,12 +379,13 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
     const Vec3 n = contact.normal;
     const double approach = dot(motion, n);
     const Vec3 slide = motion - approach * n;
-    const double sliding = length(slide);
     // The limit answers "what if it were pushed in": a slight retreat is taken out of the motion, a
     // creep along the normal is put in, so that it changes smoothly as the element comes to rest.
     const Vec3 push = slide + (std::max(approach, 0.0) + creep) * n;
     const Vec3 limit_stress = resistive_stress(n, push * (1 / length(push)), up, soil.friction);
     const double resistive_normal = std::max(0.0, -dot(limit_stress, n));
+    const Rubbing rubbing = rubbing_of(n, motion, limit_stress, shear, soil, *this);
+    const double dragged = dragged_normal(resistive_normal, n, up, rubbing, soil);
     const double down = looks_down(n, up);
     const SoleAndWall parts = bearing_parts(down);
     const FaceFactors factors = face_factors(soil, face, depth_m, def(), parts.sole > 0);
@@ -337,7 +398,7 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
     // A face above the surface has nothing to shear. Sliding takes from cohesion what it takes from
     // friction.
     const double pushed_normal = parts.sole * soil.sole_stress + parts.wall * soil.wall_stress;
-    const double turned = pushed_normal > 0 ? std::min(1.0, resistive_normal / pushed_normal) : 1.0;
+    const double turned = pushed_normal > 0 ? std::min(1.0, dragged / pushed_normal) : 1.0;
     // What has been pressed down by less than it is deep has as much less of it.
     const double pressed = depth_m > 0 ? depth_m / contact.bearing_depth_m : 0;
     const double cohesive_pa =
@@ -349,34 +410,27 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
 
     ElementYield out;
     out.area_share = area_share_of(contact, soil.friction_angle_rad, def(), up);
-    out.normal_limit_pa = held * (xi_depth * resistive_normal + cohesive_pa + inertial_pa);
+    out.normal_limit_pa = held * (xi_depth * dragged + cohesive_pa + inertial_pa);
 
-    // Sticking, the contact can carry all its friction; sliding, what resistive force theory finds
-    // along the surface.
-    const double resistive_surface = length(limit_stress + resistive_normal * n);
-    const double sliding_share =
-        1 + (soil.sliding_share - 1) * slip_band_share(approach, sliding, def());
-    const double sliding_friction =
-        resistive_normal > 0
-            ? std::min(soil.friction, sliding_share * resistive_surface / resistive_normal)
-            : soil.friction;
-    const double slid = sliding / (sliding + creep);
-    if (sliding > 0) out.slide = slide * (slid / sliding);
-    out.friction =
-        std::min(soil.friction + slid * (sliding_friction - soil.friction), shear * soil.tan_phi);
+    out.friction = rubbing.friction;
+    out.slide = rubbing.slide;
     // The soil between teeth weighs on what it slides on.
     const double between_pa =
         (contact.bearing_depth_m - depth_m) * down * soil.weight_n_m3 * soil.tan_phi;
     const double adhesion_pa = std::min(soil.adhesion_pa, bonded * soil.cohesion_pa) + between_pa;
     const double held_at_tips = unloaded_share(contact.bearing_depth_m, memory.retreat_m, def());
-    out.adhesion_pa = contact.bearing_depth_m > 0 ? held_at_tips * shear * adhesion_pa : 0;
+    out.adhesion_pa =
+        contact.bearing_depth_m > 0 ? rubbing.share * held_at_tips * shear * adhesion_pa : 0;
 
     if (along.asks_mobilized && approach > creep) {
         const Vec3 stress =
             xi_depth * resistive_stress(n, motion * (1 / length(motion)), up, soil.friction);
         const Vec3 normal = dot(stress, n) * n;
-        out.mobilized_pa = normal + shear * (stress - normal) - (cohesive_pa + inertial_pa) * n;
-        if (sliding > creep) out.mobilized_pa += slide * (-out.adhesion_pa / sliding);
+        const double left = resistive_normal > 0 ? dragged / resistive_normal : 1;
+        const Vec3 flowing = shear * left * (stress - normal);
+        const Vec3 dragging = out.friction * left * dot(stress, n) * out.slide;
+        out.mobilized_pa = left * normal + flowing + rubbing.upward * (dragging - flowing) -
+                           (cohesive_pa + inertial_pa) * n - out.adhesion_pa * out.slide;
     }
     return out;
 }

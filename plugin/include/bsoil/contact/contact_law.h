@@ -64,7 +64,9 @@ struct ElementYield {
     /// acts along the sliding, or across it. On the body, at the limit.
     Vec3 drag_pa;
     double area_share = 1;  ///< of the element that is there: see ContactLawDef::trapped_soil
-    Vec3 slide;  ///< direction of the sliding, shorter than 1 where the element hardly slides
+    /// Direction of the sliding past the soil, shorter than 1 where the element hardly slides, or
+    /// the soil goes along. Friction and adhesion are less there.
+    Vec3 slide;
     Vec3 mobilized_pa;  ///< stress on the body from the motion as it is; zero unless it moves into
                         ///< the soil
 };
@@ -92,6 +94,12 @@ class ContactLaw {
     /// What an element meets: the only way to a stress. memory: of the voxel of soil beside it.
     virtual ElementYield yield(const ContactElement& element, const ElementMotion& motion,
                                const ContactHistory& memory) const = 0;
+
+    /// How a contact's face slides past the soil beside it; the memory of shear adds it up.
+    /// velocity_m_s: of the face against what carries the soil.
+    virtual Vec3 slide_m_s(const ContactVoxel& contact, Vec3 velocity_m_s) const {
+        return velocity_m_s - dot(velocity_m_s, contact.normal) * contact.normal;
+    }
 
     const ContactLawDef& def() const { return soil_->law; }  ///< its constants
     const ContactSoil& soil() const { return *soil_; }       ///< what it is a law of

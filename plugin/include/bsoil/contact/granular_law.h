@@ -39,6 +39,7 @@ struct SoilStrength {
     double wedge_sides = 0;         ///< share that the wedge's two sides add, per depth over width
     double sliding_share =
         1;                   ///< tan phi over what resistive force theory has along a sliding sole
+    double flow_slope = 1;   ///< flow_slope() of its angle
     double sole_stress = 0;  ///< stress over xi depth that resistive force theory gives a level
                              ///< element pushed down
     double wall_stress = 0;  ///< ... an upright element pushed along its normal
@@ -121,6 +122,8 @@ class GranularLaw final : public ContactLaw {
     /// See ContactLaw::yield().
     ElementYield yield(const ContactElement& element, const ElementMotion& motion,
                        const ContactHistory& memory) const override;
+    /// Soil that the face pushes flows along it: slide_past_flow().
+    Vec3 slide_m_s(const ContactVoxel& contact, Vec3 velocity_m_s) const override;
 
   private:
     /// Indexed by ContactVoxel::material.
