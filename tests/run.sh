@@ -4,7 +4,8 @@
 #   --werror         treats warnings as errors
 #   --unity          several sources at once although there is ccache: for a build that finds nothing in the cache
 #   --gpu            runs tests/gpu/run.sh instead: the tests that need a hardware GPU; what follows is passed on
-# CTEST_PARALLEL_LEVEL tests run at once, 2 where it is not set.
+# CTEST_PARALLEL_LEVEL tests run at once, 2 where it is not set. The cases of a suite are one test, and run in one process;
+# -DBULLETSOIL_TESTS_BY_SUITE=OFF makes a test of each.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../demos/setup.sh"
 
@@ -35,6 +36,6 @@ while (($#)); do
 done
 
 install_packages "${build_packages[@]}" "${viewer_packages[@]}" "${export_packages[@]}" "${test_packages[@]}"
-configure "$folder" BULLETSOIL_TESTS=ON "${options[@]}"
+configure "$folder" BULLETSOIL_TESTS=ON BULLETSOIL_TESTS_BY_SUITE?=ON "${options[@]}"
 build "$folder"
 exec ctest --test-dir "$folder" --output-on-failure --no-tests=error -j "${CTEST_PARALLEL_LEVEL:-2}" "$@"
