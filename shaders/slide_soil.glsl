@@ -1,7 +1,8 @@
 // Soil that slides on: what slip_soil or a fall has set in motion along the ground goes on until friction has taken its
 // momentum, also over slopes that are stable. The voxels of a column that have momentum slide as one. Their thickness times
 // their speed goes over to the columns ahead, from the top down here and from the surface up there.
-// Reads: surfaces, cuts, stamps, coverage, terrain, all transported planes, tables. Writes: deltas, momentum and its sums, stamps.
+// Reads: surfaces, slips, cuts, stamps, coverage, terrain, all transported planes, tables. Writes: deltas, momentum, its sums,
+// stamps.
 
 CONST_INT(kSlideGap, 4)         // voxels without momentum under which none is looked for
 CONST_INT(kSlideDepth, 128)     // voxels at most that slide: sums over them stay in 31 bits
@@ -145,18 +146,22 @@ int slope_ahead(int slot, int x, int y, int top, ivec2 ahead, ivec2 drop, IN(Sla
                  kSlideSteepest);
 }
 
-// What bars the way takes the momentum along it, friction and drag take their part. ahead: see slide_soil().
-void slow_slab(int slot, int x, int y, int top, int source, ivec2 ahead, INOUT(Slab) slab) {
+// What bars the way takes the momentum along it, friction and drag take their part; whether friction takes any. ahead: see
+// slide_soil().
+bool slow_slab(int slot, int x, int y, int top, int source, ivec2 ahead, INOUT(Slab) slab) {
     ivec2 drop = ivec2(slab.speed.x == 0 ? 0 : slide_drop(slot, x + ahead.x, y, top, slab.thickness),
                        slab.speed.y == 0 ? 0 : slide_drop(slot, x, y + ahead.y, top, slab.thickness));
     if (drop.x == kSlideWall) drop.x = slab.speed.x = 0;
     if (drop.y == kSlideWall) drop.y = slab.speed.y = 0;
     slab.pace = slope_length(slab.speed.x, slab.speed.y);
+    int kept = kOneQ16;
     if (slab.pace > 0) {
         int slope = slope_ahead(slot, x, y, top, ahead, drop, slab);
-        keep_speed(slab, kept_by_friction(source, slot, ivec3(x, y, slab.high), slope, slab.pace));
+        kept = kept_by_friction(source, slot, ivec3(x, y, slab.high), slope, slab.pace);
+        keep_speed(slab, kept);
     }
     if (params.deposits != 0 && slab.pace > 0) keep_speed(slab, kept_by_drag(source));
+    return kept < kOneQ16;
 }
 
 void write_speed(int first, IN(Slab) slab) {
@@ -198,39 +203,44 @@ int find_arrivals(int slot, int x, int y, int top, ivec2 ahead, IN(Slab) slab, O
 }
 
 // Part of a voxel's soil goes over to another column, from the height `place` up there, which it raises. Voxel by voxel, so that
-// none is left half empty under others.
-void stack_soil(int slot, ivec2 to, int source, int held, int fraction, INOUT(int) place) {
+// none is left half empty under others. Whether any goes, or waits for the next step to.
+bool stack_soil(int slot, ivec2 to, int source, int held, int fraction, INOUT(int) place) {
     int part = fraction;
+    bool goes = false;
     for (int n = 0; n < 3 && part > 0; ++n) {
         int target = voxel_at(slot, to.x, to.y, place >> 16);
-        if (is_closed(target)) break;
+        if (is_solid(target)) break;
+        if (!is_listed(target)) return true;
         int room = kVoxelFull - (place & kLowHalf);
         int fits = n == 2 || room >= mul_q16(held, part) ? part : fraction_q16(room, held);
-        move_soil(source, target, fits, true);
+        goes = move_soil(source, target, fits, true) || goes;
         place += fits == part ? mul_q16(held, part) : room;
         part -= fits;
     }
+    return goes;
 }
 
-// The slab's shares go over, from its top down.
-void shift_slab(int slot, int x, int y, int first, ivec2 ahead, IN(Slab) slab, int wanted, INOUT(Arrivals) arrivals) {
+// The slab's shares go over, from its top down. Returns as stack_soil() does.
+bool shift_slab(int slot, int x, int y, int first, ivec2 ahead, IN(Slab) slab, int wanted, INOUT(Arrivals) arrivals) {
     int amount = mul_q16(slab.thickness, min(wanted, kOneQ16));
+    bool goes = false;
     for (int z = slab.high; z >= slab.low && amount > 0; --z) {
         int source = first + z * kTileColumns;
         int held = state_at(kPlaneVolume, source);
         int taken = min(amount, held);
         if (taken <= 0) continue;
-        if (!is_listed(source)) return;  // see shed_soil()
+        if (!is_listed(source)) return true;  // see shed_soil()
         amount -= taken;
         int fraction = fraction_q16(taken, held);
         for (int k = 0; k < 3; ++k) {
             if (arrivals.share[k] == 0) continue;
             int part = mul_q16(fraction, fraction_q16(arrivals.share[k], wanted));
             int place = arrivals.place[k];
-            stack_soil(slot, arrival_at(k, x, y, ahead), source, held, part, place);
+            goes = stack_soil(slot, arrival_at(k, x, y, ahead), source, held, part, place) || goes;
             arrivals.place[k] = place;
         }
     }
+    return goes;
 }
 
 // Nothing slides under a body, nor under terrain.
@@ -266,12 +276,18 @@ void slide_soil(int group, int lane) {
     if (!find_slab(first, top, slab)) return;
     ivec2 ahead = ivec2(slab.speed.x < 0 ? -1 : 1, slab.speed.y < 0 ? -1 : 1);  // to the columns that the slab slides to
     int source = first + slab.high * kTileColumns;
-    slow_slab(slot, x, y, top, source, ahead, slab);
+    bool rubs = slow_slab(slot, x, y, top, source, ahead, slab);
     write_speed(first, slab);
     if (slab.speed.x == 0 && slab.speed.y == 0) return;
     mark_moved(source, source);
     ATOMIC_MAX(result[kResultSlide], min(slab.pace, kSlideSpeedMost));  // so many passes more: see Passes::slide_part_count
     Arrivals arrivals;
     int wanted = find_arrivals(slot, x, y, top, ahead, slab, arrivals);
-    if (wanted > 0) shift_slab(slot, x, y, first, ahead, slab, wanted, arrivals);
+    bool goes = wanted > 0 && shift_slab(slot, x, y, first, ahead, slab, wanted, arrivals);
+    // Too slow for a share to leave, and without friction: unless slip_soil drives it, it would be in motion for good. That may see
+    // another slope: the edge of a ledge is as high as what lies on it.
+    if (!goes && !rubs && spans[column_word(kColumnSlides, column)] == 0) {
+        slab.speed = ivec2(0);
+        write_speed(first, slab);
+    }
 }

@@ -89,6 +89,21 @@ TEST(Rest, a_thin_slide_stops_where_cohesion_holds) {
     EXPECT_LT(steps_until_rest(*soil, 200), 50);
 }
 
+// Where ground falls by more than a layer is thick slip_soil sees the edge of a ledge, as high as
+// the layer, and a slide sees ground steeper than phi. One let it stand, the other had no friction.
+TEST(Rest, a_thin_slide_stops_at_the_edge_of_a_ledge) {
+    SoilDef def = tile_def(fixed_density(sand(30)));
+    def.slides = SlideMotion::run_out;
+    const auto soil = make_soil(def);
+    const double voxel = def.voxel_m;
+    ASSERT_TRUE(
+        soil->add_terrain([&](Vec3 at) { return (at.y < 4 * voxel ? 1.3 : 2) * voxel - at.z; }));
+    ASSERT_LT(soil->surface_height_m(3, 3), 1.5 * voxel);
+    put(*soil, 3, 4, 2, {.volume = 744, .momentum_y = -896});
+    EXPECT_LT(steps_until_rest(*soil, 200), 50);
+    EXPECT_EQ(units_in(*soil, 3, 4, 2), 744);
+}
+
 /// A box at rest that covers seven tenths of voxels 2..5 in layer 2, and all above.
 Mover resting_box() {
     Mover box(1, box_shape({0.1, 0.1, 0.085}), {0.2, 0.2, 0.2});
