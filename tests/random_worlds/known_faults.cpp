@@ -21,8 +21,6 @@ constexpr double kSleep_rad_s = 0.2236;
 /// Share of a substep's gravity that Bullet's ten iterations may leave undone: as much as
 /// check_rest allows weights.
 constexpr double kUndoneShare = 0.02;
-/// Soil that falls faster than the wind rises by this comes down in the time that worlds are given.
-constexpr double kNearlyHeld = 1.1;
 /// Of soil of this viscosity a slide takes four times as long as of any other. Others have come to
 /// rest after a quarter of the time that worlds are given.
 constexpr double kViscous = 0.75;
@@ -60,13 +58,8 @@ bool is_of_tiny_chain(const WorldPlan& plan, const Failure& failure) {
 /// Wind that rises faster than soil falls carries it up to the grid's end, where it stays.
 bool is_kept_in_the_air(const WorldPlan& plan, const Failure&) {
     return std::any_of(plan.soils.begin(), plan.soils.end(), [](const SoilPlan& soil) {
-        const SoilDef& def = soil.def;
-        const double rise_m_s =
-            (def.up == UpAxis::y ? def.wind_m_s.y : def.wind_m_s.z) * (1 + def.gust);
-        return std::any_of(
-            def.materials.begin(), def.materials.end(), [rise_m_s](const MaterialDef& m) {
-                return m.fall_speed_m_s > 0 && m.fall_speed_m_s < kNearlyHeld * rise_m_s;
-            });
+        return std::any_of(soil.def.materials.begin(), soil.def.materials.end(),
+                           [&soil](const MaterialDef& m) { return is_held_by_wind(soil.def, m); });
     });
 }
 

@@ -3,15 +3,21 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "bsoil/bullet/world_snapshot.h"
+#include "mechanics.h"
 
 namespace bsoil::random_worlds {
 namespace {
 
-/// Everything rests and sleeps within this time after it was left alone.
+/// Bodies rest and sleep within this time once they are left alone, and soil that air does not
+/// slow.
 constexpr double kRestS = 15;
+/// One crumb in so many may take longer to come down than it is given.
+constexpr double kLateCrumbs = 1e6;
 constexpr int kRepeatedSteps = 60;
 constexpr int kStepsOnGl = 12;
 /// Past the first water step, which is after a second.
@@ -28,6 +34,14 @@ bool is_built(const BuiltWorld& world, Failures& failures) {
     return world.error().empty();
 }
 
+/// But for those that have left the soil.
+bool do_bodies_sleep(BuiltWorld& world) {
+    const std::vector<MovingPart> parts = moving_parts(world);
+    return std::all_of(parts.begin(), parts.end(), [&world](const MovingPart& part) {
+        return part.is_asleep || soil_below(world, part.pose.position, 0) < 0;
+    });
+}
+
 void run_watched(const WorldPlan& plan, Failures& failures) {
     BuiltWorld world(plan);
     if (!is_built(world, failures)) return;
@@ -41,13 +55,14 @@ void run_watched(const WorldPlan& plan, Failures& failures) {
     world.on_substep = [&] {
         for (const auto& check : checks) check->after_substep(world);
     };
-    double left_alone_s = 0;
-    while (left_alone_s < kRestS) {
+    double left_alone_s = 0, given_s = kRestS;
+    while (left_alone_s < given_s) {
         world.step();
         for (const auto& check : checks) check->after_step(world, failures);
         if (world.step_count() <= plan.action_steps) continue;
         left_alone_s += world.frame_s();
         if (world.is_all_asleep()) break;
+        if (left_alone_s >= kRestS && do_bodies_sleep(world)) given_s = rest_s(plan);
     }
     const bool rests = true;
     for (const auto& check : checks) check->at_end(world, rests, failures);
@@ -118,6 +133,24 @@ void run_restored(const WorldPlan& plan, Failures& failures) {
 const char* name_of(Run run) {
     constexpr const char* kNames[] = {"watched", "repeated", "restored", "gl"};
     return kNames[static_cast<int>(run)];
+}
+
+// Thin soil that falls slowly goes by whole voxels, by chance, as often as its speed asks. Of what
+// falls n voxels all but a share exp(-x) is down after (sqrt n + sqrt x)^2 times what one takes:
+// Chernoff's bound of Poisson's distribution.
+double rest_s(const WorldPlan& plan) {
+    double fall_s = 0;
+    for (const SoilPlan& soil : plan.soils) {
+        const SoilDef& def = soil.def;
+        const double root =
+            std::sqrt(def.size_m.z / def.voxel_m) + std::sqrt(std::log(kLateCrumbs));
+        for (const MaterialDef& material : def.materials) {
+            if (material.fall_speed_m_s == 0 || is_held_by_wind(def, material)) continue;
+            const double speed_m_s = material.fall_speed_m_s - rising_wind_m_s(def);
+            fall_s = std::max(fall_s, root * root * def.voxel_m / speed_m_s);
+        }
+    }
+    return kRestS + fall_s;
 }
 
 std::vector<Failure> run_plan(const WorldPlan& plan, Run run) {

@@ -16,6 +16,9 @@ enum class Run {
 };
 const char* name_of(Run run);
 
+/// Time within which soil sleeps once it is left alone [s]: the longer the slower air lets it fall.
+double rest_s(const WorldPlan& plan);
+
 std::vector<Failure> run_plan(const WorldPlan& plan, Run run);
 
 }  // namespace bsoil::random_worlds

@@ -10,6 +10,8 @@ namespace bsoil::random_worlds {
 
 namespace {
 using Kind = ShapePlan::Kind;
+/// Soil falls at least so many times as fast as wind rises, or it is as good as held up.
+constexpr double kNearlyHeld = 1.1;
 }  // namespace
 
 double bound_m(const ShapePlan& shape) {
@@ -102,6 +104,15 @@ bool has_motors(const WorldPlan& plan) {
                        [](const CarPlan& c) { return !c.dropped; }) ||
            std::any_of(plan.chains.begin(), plan.chains.end(),
                        [](const ChainPlan& c) { return !c.dropped && c.motor_most > 0; });
+}
+
+double rising_wind_m_s(const SoilDef& def) {
+    return std::max(0.0, def.up == UpAxis::y ? def.wind_m_s.y : def.wind_m_s.z) * (1 + def.gust);
+}
+
+bool is_held_by_wind(const SoilDef& def, const MaterialDef& material) {
+    return material.fall_speed_m_s > 0 &&
+           material.fall_speed_m_s < kNearlyHeld * rising_wind_m_s(def);
 }
 
 namespace {

@@ -154,6 +154,10 @@ struct WorldPlan {
 
 /// Whether something in it does work on its bodies.
 bool has_motors(const WorldPlan& plan);
+/// How fast the strongest gust rises [m/s]; 0 where wind is level or sinks.
+double rising_wind_m_s(const SoilDef& def);
+/// Whether that holds a material up, or nearly so.
+bool is_held_by_wind(const SoilDef& def, const MaterialDef& material);
 /// For a reader: everything that is in the world, one line each.
 std::string describe(const WorldPlan& plan);
 

@@ -1,0 +1,54 @@
+// How long a world is given to come to rest.
+#include <gtest/gtest.h>
+
+#include "built_world.h"
+#include "run_plan.h"
+
+namespace bsoil::random_worlds::rest_time_test {
+namespace {
+
+constexpr double kQuickS = 15;
+
+/// A bed with a slab of soil 1.5 m above it, which air lets fall at this speed.
+WorldPlan slab_in_the_air(double fall_speed_m_s) {
+    WorldPlan plan;
+    SoilPlan soil;
+    soil.def.size_m = {0.8, 0.8, 2.4};
+    soil.def.voxel_m = 0.1;
+    soil.def.up = UpAxis::z;
+    soil.def.backend = Backend::cpu;
+    soil.def.materials = {materials::dry_sand()};
+    soil.def.materials[0].fall_speed_m_s = fall_speed_m_s;
+    soil.fills.push_back({.low_m = {}, .high_m = {0.8, 0.8, 0.4}});
+    soil.fills.push_back({.low_m = {0, 0, 1.9}, .high_m = {0.8, 0.8, 2}, .is_hanging = true});
+    plan.soils.push_back(soil);
+    plan.action_steps = 5;
+    return plan;
+}
+
+TEST(RestTime, is_longer_where_soil_falls_slowly) {
+    const WorldPlan plan = slab_in_the_air(0.08);
+    BuiltWorld world(plan);
+    ASSERT_EQ(world.error(), "");
+    while (world.time_s() < kQuickS + 1) world.step();
+    EXPECT_FALSE(world.is_all_asleep());
+    for (const Failure& failure : run_plan(plan, Run::watched)) ADD_FAILURE() << text_of(failure);
+}
+
+TEST(RestTime, goes_by_the_speed_that_wind_leaves) {
+    EXPECT_DOUBLE_EQ(rest_s(slab_in_the_air(0)), kQuickS);
+    WorldPlan plan = slab_in_the_air(0.08);
+    const double fall_s = rest_s(plan) - kQuickS;
+    EXPECT_GT(fall_s, 2.4 / 0.08);
+    EXPECT_LT(fall_s, 4 * 2.4 / 0.08);
+    Vec3& wind_m_s = plan.soils[0].def.wind_m_s;
+    wind_m_s = {1, 0, -0.04};  // there may be shelter from it
+    EXPECT_DOUBLE_EQ(rest_s(plan), kQuickS + fall_s);
+    wind_m_s = {1, 0, 0.04};
+    EXPECT_DOUBLE_EQ(rest_s(plan), kQuickS + 2 * fall_s);
+    wind_m_s = {1, 0, 0.08};  // it stays up
+    EXPECT_DOUBLE_EQ(rest_s(plan), kQuickS);
+}
+
+}  // namespace
+}  // namespace bsoil::random_worlds::rest_time_test
