@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <random>
 
 namespace bsoil::record_places_test {
@@ -37,6 +39,21 @@ int first_at(const std::vector<ContactRecord>& records, const int voxel[3], int 
     return -1;
 }
 
+using Voxel = std::array<int, 3>;
+Voxel beside(const int voxel[3], int dx, int dy, int dz) {
+    return {voxel[0] + dx, voxel[1] + dy, voxel[2] + dz};
+}
+
+/// Calls check(voxel, body) for each voxel no more than two off a record of the body.
+template <typename Check>
+void for_each_near(const std::vector<ContactRecord>& records, const Check& check) {
+    for (const ContactRecord& record : records) {
+        for (int i = 0; i < 125; ++i) {
+            check(beside(record.voxel, i % 5 - 2, i / 5 % 5 - 2, i / 25 - 2), record.body);
+        }
+    }
+}
+
 TEST(RecordPlaces, finds_the_first_record_of_a_voxel_and_those_around) {
     const std::vector<ContactRecord> records = some_records();
     const int size[3] = {kSide, kSide, kSide};
@@ -44,29 +61,53 @@ TEST(RecordPlaces, finds_the_first_record_of_a_voxel_and_those_around) {
     places.fill(records, 3, size);
     EXPECT_TRUE(places.has_any(1));
     EXPECT_FALSE(places.has_any(2));
-    for (const ContactRecord& record : records) {
-        int voxel[3];
-        for (int i = 0; i < 125; ++i) {
-            const int off[3] = {i % 5 - 2, i / 5 % 5 - 2, i / 25 - 2};
-            for (int k = 0; k < 3; ++k) voxel[k] = record.voxel[k] + off[k];
-            ASSERT_EQ(places.find(voxel, record.body), first_at(records, voxel, record.body));
-            const bool is_beside =
-                std::abs(off[0]) < 2 && std::abs(off[1]) < 2 && std::abs(off[2]) < 2;
-            if (!is_beside) continue;
-            ASSERT_TRUE(places.may_be_beside(record.body, voxel, voxel));
-            int found[RecordPlaces::kAround];
-            bool is_any = false;
-            const bool says_any = places.find_around(voxel, record.body, found);
-            for (int j = 0; j < RecordPlaces::kAround; ++j) {
-                const int beside[3] = {voxel[0] + j % 3 - 1, voxel[1] + j / 3 % 3 - 1,
-                                       voxel[2] + j / 9};
-                const int there = first_at(records, beside, record.body);
-                is_any = is_any || there >= 0;
-                ASSERT_EQ(std::max(found[j], -1), there);
+    int looked_at_count = 0;
+    for_each_near(records, [&](const Voxel& voxel, int body) {
+        ASSERT_EQ(places.find(voxel.data(), body), first_at(records, voxel.data(), body));
+        std::vector<int> around, found;
+        for (int i = 0; i < 18; ++i) {
+            const Voxel at = beside(voxel.data(), i % 3 - 1, i / 3 % 3 - 1, i / 9);
+            if (const int record = first_at(records, at.data(), body); record >= 0) {
+                around.push_back(record);
             }
-            ASSERT_EQ(says_any, is_any);
         }
-    }
+        const bool is_below = first_at(records, beside(voxel.data(), 0, 0, -1).data(), body) >= 0;
+        const bool may_be = places.may_be_beside(body, voxel.data(), voxel.data());
+        const bool is_answered = !around.empty() || is_below;
+        ASSERT_TRUE(may_be || !is_answered);
+        // Of the body whose cells are voxels nothing is looked at in vain.
+        ASSERT_TRUE(body == 1 || may_be == is_answered);
+        if (!may_be) return;
+        ++looked_at_count;
+        places.visit_around(voxel.data(), body,
+                            [&](int, int, int, int record) { found.push_back(record); });
+        ASSERT_EQ(found, around);
+    });
+    EXPECT_GT(looked_at_count, 0);
+}
+
+TEST(RecordPlaces, finds_those_along_an_axis) {
+    const std::vector<ContactRecord> records = some_records();
+    const int size[3] = {kSide, kSide, kSide};
+    RecordPlaces places;
+    places.fill(records, 2, size);
+    for_each_near(records, [&](const Voxel& voxel, int body) {
+        for (int axis = 0; axis < 3; ++axis) {
+            for (const int step : {-1, 1}) {
+                int found[3] = {-1, -1, -1}, there[3];
+                for (int i = 0; i < 3; ++i) {
+                    Voxel at = voxel;
+                    at[static_cast<size_t>(axis)] += (i - 1) * step;
+                    there[i] = first_at(records, at.data(), body);
+                }
+                const bool is_any = places.find_along(voxel.data(), axis, step, body, found);
+                ASSERT_EQ(is_any, places.may_be_beside(body, voxel.data(), voxel.data()));
+                for (int i = 0; is_any && i < 3; ++i) {
+                    ASSERT_EQ(std::max(found[i], -1), there[i]);
+                }
+            }
+        }
+    });
 }
 
 TEST(RecordPlaces, are_far_from_what_is_out_of_reach) {

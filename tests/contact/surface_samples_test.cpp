@@ -251,6 +251,51 @@ TEST(SurfacePieces, rounding_does_not_pick_the_voxels_of_a_face) {
     }
 }
 
+// A body whose samples one thread takes is put together as it goes, another one bin by bin.
+TEST(SurfacePieces, are_the_same_however_many_threads_take_a_body) {
+    constexpr double kVoxelM = 0.125;
+    constexpr int kMiddle = 8;
+    ConvexShape ball;
+    ball.kind = ConvexShape::Kind::sphere;
+    ball.radius_m = 5.2 * kVoxelM;
+    SurfaceSamples one;
+    one.make({ball}, std::vector<SheetGrowth>(1), kVoxelM);
+    SurfaceSamples many = one;
+    one.clusters = {{{}, ball.radius_m, 0, one.samples.size()}};
+    many.clusters.clear();
+    for (size_t i = 0; i < many.samples.size(); ++i) {
+        many.clusters.push_back({many.samples[i].at, 0, i, i + 1});
+    }
+    std::vector<ContactRecord> records;
+    for (int i = 0; i < 16 * 16 * 16; ++i) {
+        ContactRecord record;
+        record.voxel[0] = i % 16;
+        record.voxel[1] = i / 16 % 16;
+        record.voxel[2] = i / 256;
+        const Vec3 off{i % 16 + 0.5 - kMiddle, i / 16 % 16 + 0.5 - kMiddle,
+                       i / 256 + 0.5 - kMiddle};
+        record.gradient = -65536 * (off * (1 / length(off)));
+        if (std::abs(length(off) - 5.2) < 1.2 && off.z < 2) records.push_back(record);
+    }
+    const auto pieces_of = [&](const SurfaceSamples& surface) {
+        const SampledBody body{&surface, {kVoxelM * Vec3{kMiddle, kMiddle, kMiddle}, {}}};
+        SurfacePieces pieces;
+        pieces.gather(records, {&body, 1}, {{16, 16, 16}, kVoxelM, {}}, 0.7);
+        std::vector<double> numbers;
+        for (size_t i = 0; i < records.size(); ++i) {
+            pieces.for_each(i, [&](const SurfacePiece& piece) {
+                for (const Vec3 v : {piece.area, piece.moment, piece.spread}) {
+                    numbers.insert(numbers.end(), {v.x, v.y, v.z});
+                }
+            });
+        }
+        return numbers;
+    };
+    const std::vector<double> numbers = pieces_of(one);
+    EXPECT_GT(numbers.size(), 9 * records.size() / 2);
+    EXPECT_EQ(numbers, pieces_of(many));
+}
+
 TEST(SurfacePieces, what_is_beyond_the_grid_is_not_counted) {
     for (const double x : {0.0, 0.1, -0.1, -0.6}) {
         const std::vector<double> areas_m2 = areas_of({x, 2, 2}, {0, 0, 1}, 0);

@@ -121,7 +121,7 @@ void ContactMemory::Index::visit_box(Vec3 middle, Vec3 half, const Visit& visit)
 }
 
 const PressedSoil* ContactMemory::Index::find(const ContactVoxel& v, const ContactLaw& law,
-                                              double cosine_least) const {
+                                              double cosine_least, bool is_own) const {
     if (soil_.empty()) return nullptr;
     const double voxel_m = law.voxel_m(), far_m = law.def().memory_reach_voxels * voxel_m;
     const double reach_m = law.def().same_along_voxels * voxel_m;
@@ -147,9 +147,11 @@ const PressedSoil* ContactMemory::Index::find(const ContactVoxel& v, const Conta
         }
     };
     // Mostly the voxel's own entry is there. Nothing outside of the box around it is nearer.
-    const double near_m = kNearVoxels * voxel_m, wide_m = near_m * kRoundingAdds;
-    visit_box(v.center_m, {wide_m, wide_m, wide_m}, look_at);
-    if (least < near_m * near_m) return same;
+    if (is_own) {
+        const double near_m = kNearVoxels * voxel_m, wide_m = near_m * kRoundingAdds;
+        visit_box(v.center_m, {wide_m, wide_m, wide_m}, look_at);
+        if (least < near_m * near_m) return same;
+    }
     // What is far along the way and far off it: no more than that along an axis, but for rounding.
     const auto reach_along = [&](double way_part) {
         const double off_part = std::sqrt(std::max(0.0, 1 - way_part * way_part));
@@ -177,6 +179,7 @@ void ContactMemory::near(std::span<const PressedList> lists, std::span<const Con
     }
     const double reach_m = law.def().memory_reach_voxels * law.voxel_m();
     const Vec3 reach{reach_m, reach_m, reach_m}, low = box.min - reach, high = box.max + reach;
+    std::vector<std::pair<double, const PressedSoil*>> beside;
     for (const PressedList& list : lists) {
         const Aabb& of = list.box;
         if (list.body == body || list.soil.empty() || of.max.x < low.x || of.min.x > high.x ||
@@ -187,11 +190,14 @@ void ContactMemory::near(std::span<const PressedList> lists, std::span<const Con
             const Vec3 c = entry.center_m;
             if (c.x > high.x) break;
             if (c.y >= low.y && c.y <= high.y && c.z >= low.z && c.z <= high.z) {
-                out.push_back(entry);
+                beside.emplace_back(c.x, &entry);
             }
         }
     }
-    if (!std::ranges::is_sorted(out, lies_before)) std::ranges::stable_sort(out, lies_before);
+    // What is moved to its place is a fifth of an entry.
+    const auto lies_first = [](const auto& a, const auto& b) { return a.first < b.first; };
+    if (!std::ranges::is_sorted(beside, lies_first)) std::ranges::stable_sort(beside, lies_first);
+    for (const auto& [x, entry] : beside) out.push_back(*entry);
 }
 
 std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVoxel> voxels,
@@ -216,9 +222,10 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
         const bool is_pressed = v.bearing_depth_m > 0 && v.touching > 0;
         Vec3 slid = is_pressed ? duration_s * law.slide_m_s(v, velocity) : Vec3{};
         double retreat_m = -duration_s * dot(velocity, v.normal);
-        const PressedSoil* same = own_index_.find(v, law, -1);
+        const PressedSoil* same = own_index_.find(v, law, -1, true);
         if (same) retreat_m += same->retreat_m;
-        const PressedSoil* others = around_index_.find(v, law, law.def().same_contact_cosine);
+        const PressedSoil* others =
+            around_index_.find(v, law, law.def().same_contact_cosine, false);
         if (others && (!same || length(others->slid_m) > length(same->slid_m))) same = others;
         if (same) slid += same->slid_m;
         retreat_m = std::clamp(retreat_m, 0.0, kRetreatMostVoxels * voxel_m);
@@ -251,7 +258,7 @@ std::span<const ContactHistory> ContactMemory::recall(std::span<const ContactVox
     history_.resize(voxels.size());
     for_ranges(threads, voxels.size(), kRangeVoxels, [&](size_t first, size_t last) {
         for (size_t i = first; i < last; ++i) {
-            const PressedSoil* same = own_index_.find(voxels[i], law, -1);
+            const PressedSoil* same = own_index_.find(voxels[i], law, -1, true);
             history_[i] =
                 same ? ContactHistory{length(same->slid_m), same->retreat_m} : ContactHistory{};
         }

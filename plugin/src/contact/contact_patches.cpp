@@ -242,7 +242,7 @@ BodyContact ContactPatches::find_on_faces(std::span<const ContactVoxel> voxels,
             const ContactVoxel& v = voxels[i];
             if (v.carrier != relative.carrier) continue;
             const auto& [yield, area, bin] = elements_[i];
-            sums.add(v, bin, yield, area);
+            if (area > 0) sums.add(v, bin, yield, area);
 
             if (ask.mobilized) {
                 const Vec3 force = area * yield.mobilized_pa;

@@ -18,9 +18,6 @@ constexpr size_t kCellsPerRecord = 64;
 /// And for a body that has hardly any records.
 constexpr size_t kCellsLeast = 256;
 
-/// In place of a cell's first record.
-enum : int32_t { kNoneNear = -2, kNoneHere = -1 };
-
 }  // namespace
 
 void RecordPlaces::fill(std::span<const ContactRecord> records, size_t body_count,
@@ -75,9 +72,7 @@ bool RecordPlaces::is_in_grid(const int voxel[3]) const {
 
 int RecordPlaces::find(const int voxel[3], int body) const {
     const Box& box = boxes_[static_cast<size_t>(body)];
-    for (int k = 0; k < 3; ++k) {
-        if (voxel[k] < box.low[k] || voxel[k] > box.high[k]) return -1;
-    }
+    if (!box.holds(voxel)) return -1;
     int record = cells_[box.cell_of(voxel)];
     while (record >= 0 &&
            !std::equal(voxel, voxel + 3, records_[static_cast<size_t>(record)].voxel)) {
@@ -86,29 +81,26 @@ int RecordPlaces::find(const int voxel[3], int body) const {
     return std::max(record, -1);
 }
 
-bool RecordPlaces::find_around(const int voxel[3], int body, int (&found)[kAround]) const {
+bool RecordPlaces::find_along(const int voxel[3], int axis, int step, int body,
+                              int (&found)[3]) const {
     const Box& box = boxes_[static_cast<size_t>(body)];
-    bool is_any = false;
-    for (int dz = 0, i = 0; dz <= 1; ++dz) {
-        for (int dy = -1; dy <= 1; ++dy) {
-            if (box.cell_shift > 0) {
-                for (int dx = -1; dx <= 1; ++dx, ++i) {
-                    const int beside[3] = {voxel[0] + dx, voxel[1] + dy, voxel[2] + dz};
-                    found[i] = find(beside, body);
-                    is_any = is_any || found[i] >= 0;
-                }
-                continue;
-            }
-            // A cell is a voxel: its first record is of that voxel.
-            const int32_t* row = &cells_[box.cell(
-                voxel[0] - box.low[0] - 1, voxel[1] - box.low[1] + dy, voxel[2] - box.low[2] + dz)];
-            for (int dx = 0; dx < 3; ++dx, ++i) {
-                found[i] = row[dx];
-                is_any = is_any || found[i] >= 0;
-            }
-        }
+    if (!box.holds(voxel)) return false;
+    const int32_t* cell = &cells_[box.cell_of(voxel)];
+    if (*cell == kNoneNear) return false;
+    if (box.cell_shift == 0) {
+        // A cell is a voxel: its first record is of that voxel, and those beside are in the box.
+        const ptrdiff_t apart = step * box.stride(axis);
+        found[0] = cell[-apart];
+        found[1] = *cell;
+        found[2] = cell[apart];
+        return true;
     }
-    return is_any;
+    for (int i = 0; i < 3; ++i) {
+        int beside[3] = {voxel[0], voxel[1], voxel[2]};
+        beside[axis] += (i - 1) * step;
+        found[i] = find(beside, body);
+    }
+    return true;
 }
 
 void RecordPlaces::find_boxes(size_t body_count) {
@@ -144,6 +136,7 @@ void RecordPlaces::lay_cells() {
     cells_.assign(cell_count, kNoneNear);
 }
 
+// Where cells are larger than voxels, all that one of its voxels beside reaches.
 void RecordPlaces::mark_near() {
     for (const ContactRecord& record : records_) {
         const Box& box = boxes_[static_cast<size_t>(record.body)];
@@ -153,11 +146,16 @@ void RecordPlaces::mark_near() {
             low[k] = (at - kAnswerVoxels) >> box.cell_shift;
             high[k] = (at + kAnswerVoxels) >> box.cell_shift;
         }
-        for (int z = low[2]; z <= high[2]; ++z) {
+        const bool is_voxel = box.cell_shift == 0;
+        const int last_layer = is_voxel ? high[2] - kAnswerVoxels : high[2];
+        for (int z = low[2]; z <= last_layer; ++z) {
             for (int y = low[1]; y <= high[1]; ++y) {
-                std::fill_n(&cells_[box.cell(low[0], y, z)], high[0] - low[0] + 1, kNoneHere);
+                int32_t* const row = &cells_[box.cell(0, y, z)];
+                for (int x = low[0]; x <= high[0]; ++x) row[x] = kNoneHere;
             }
         }
+        if (!is_voxel) continue;
+        cells_[box.cell(low[0] + kAnswerVoxels, low[1] + kAnswerVoxels, high[2])] = kNoneHere;
     }
 }
 

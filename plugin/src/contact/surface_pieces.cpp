@@ -29,6 +29,11 @@ constexpr size_t kLotClusters = 32;
 /// axes; smaller: level soles are looked at along three axes.
 constexpr double kHardlyLooks = 1e-3;
 
+/// Cosines of normals that are the same are no less, whatever rounding makes of their sums. Ours,
+/// as a matter of cost: far beyond any rounding. Larger: rounding could tell such normals apart;
+/// smaller: with a law that asks for as much they are compared in vain.
+constexpr double kSurelySame = 1 - 1e-6;
+
 /// The part of a length that lies in one voxel.
 struct Cut {
     double middle = 0, share = 1;
@@ -36,7 +41,9 @@ struct Cut {
 /// Samples are no longer than a voxel.
 struct Cuts {
     std::array<Cut, 2> parts;
-    int count = 1;
+    size_t count = 1;
+    const Cut* begin() const { return parts.data(); }
+    const Cut* end() const { return parts.data() + count; }
 };
 
 Cuts cut(double at, double half) {
@@ -53,6 +60,8 @@ void SurfacePieces::gather(std::span<const ContactRecord> records,
                            double same_cosine, const WorkThreads* threads) {
     voxel_m_ = frame.voxel_m;
     same_cosine_ = same_cosine;
+    records_ = records;
+    own_lots_.assign(bodies.size(), -1);
     for (std::vector<SurfacePiece>& pieces : pieces_) pieces.clear();
     make_room(heads_, records.size());
     heads_.assign(records.size(), -1);
@@ -65,6 +74,8 @@ void SurfacePieces::gather(std::span<const ContactRecord> records,
             share_out(bodies[static_cast<size_t>(lots_[i].body)], lots_[i]);
         }
     });
+    const std::span lots = std::span(lots_).first(lot_count_);
+    if (std::ranges::all_of(lots, &Lot::is_whole_body)) return;
     for_ranges(threads, kBins, 1, [&](size_t first, size_t last) {
         for (size_t bin = first; bin < last; ++bin) add_all(bin);
     });
@@ -79,21 +90,26 @@ void SurfacePieces::make_lots(std::span<const SampledBody> bodies) {
         lot.first = first;
         lot.last = last;
         lot.is_over_tips = is_over_tips;
+        lot.is_whole_body = false;
         lot.parts.clear();
+        lot.pieces.clear();
         for (std::vector<Given>& given : lot.given) given.clear();
     };
     for (size_t b = 0; b < bodies.size(); ++b) {
         const SurfaceSamples* surface = bodies[b].surface;
         if (!surface || !places_.has_any(static_cast<int>(b))) continue;
-        const size_t count = surface->clusters.size();
+        const size_t count = surface->clusters.size(), before = lot_count_;
         for (size_t first = 0; first < count; first += kLotClusters) {
             add_lot(b, first, std::min(first + kLotClusters, count), false);
         }
         if (!surface->over_tips.empty()) add_lot(b, 0, 0, true);
+        if (lot_count_ != before + 1) continue;
+        lots_[before].is_whole_body = true;
+        own_lots_[b] = static_cast<int>(before);
     }
 }
 
-void SurfacePieces::share_out(const SampledBody& body, Lot& lot) const {
+void SurfacePieces::share_out(const SampledBody& body, Lot& lot) {
     const double per_voxel = 1 / voxel_m_;
     Facing facing;
     for (size_t c = lot.first; c < lot.last; ++c) {
@@ -109,16 +125,23 @@ void SurfacePieces::share_out(const SampledBody& body, Lot& lot) const {
                                      sample.out_m * per_voxel + kReachVoxels)) {
                 continue;
             }
-            if (sample.normal != facing.in_body) facing = Facing(sample.normal, body.to_grid);
+            if (sample.normal != facing.in_body) {
+                facing = Facing(sample.normal, body.to_grid);
+                lot.facing = static_cast<int>(i);
+            }
             share_sample(sample, at, facing, lot);
+            if (lot.is_whole_body) add_given(lot);
         }
     }
     if (!lot.is_over_tips) return;
+    const int sample_count = static_cast<int>(body.surface->samples.size());
     for (const OverTips& sample : body.surface->over_tips) {
         const Vec3 tip = transform(body.to_grid, sample.tip);
         const double high = length(sample.tip - sample.root) * per_voxel;
         if (places_.is_near_box(lot.body, tip * per_voxel, high + kReachVoxels)) {
+            lot.facing = sample_count + static_cast<int>(&sample - body.surface->over_tips.data());
             share_over_tips(sample, body.to_grid, lot);
+            if (lot.is_whole_body) add_given(lot);
         }
     }
 }
@@ -175,9 +198,6 @@ Vec3 SurfacePieces::Facing::rise(int axis, double wide_u, double wide_v, double 
 // by how near they are and how well they agree: no order of the voxels picks one.
 bool SurfacePieces::share_around(Vec3 seen, const int voxel[3], Vec3 normal, Lot& lot) const {
     if (!places_.is_in_grid(voxel)) return false;  // beyond the grid there is no soil
-    constexpr int kAround = RecordPlaces::kAround;
-    int record[kAround];
-    if (!places_.find_around(voxel, lot.body, record)) return false;
     const double at[3] = {seen.x, seen.y, seen.z};
     const double up = at[2] - voxel[2], by_height[2] = {1 - up, up};
     double near[2][3];
@@ -187,16 +207,18 @@ bool SurfacePieces::share_around(Vec3 seen, const int voxel[3], Vec3 normal, Lot
         near[k][1] = 1;
         near[k][2] = into;
     }
-    double share[kAround] = {};
-    double sum = 0;
-    for (int i = 0; i < kAround; ++i) {
-        if (record[i] < 0) continue;
-        const double agrees = std::max(0.0, places_.cosine(record[i], normal) - kAgrees);
-        share[i] = near[0][i % 3] * near[1][i / 3 % 3] * by_height[i / 9] * agrees;
-        sum += share[i];
-    }
+    constexpr int kMost = 18;  // voxels in two layers
+    int record[kMost], count = 0;
+    double share[kMost], sum = 0;
+    places_.visit_around(voxel, lot.body, [&](int dx, int dy, int dz, int found) {
+        if (!places_.looks_along(found, normal)) return;
+        const double agrees = std::max(0.0, places_.cosine(found, normal) - kAgrees);
+        record[count] = found;
+        share[count] = near[0][dx] * near[1][dy] * by_height[dz] * agrees;
+        sum += share[count++];
+    });
     if (!(sum > 0)) return false;
-    for (int i = 0; i < kAround; ++i) {
+    for (int i = 0; i < count; ++i) {
         if (share[i] > kSliver * sum) lot.give(record[i], share[i] / sum);
     }
     return true;
@@ -222,9 +244,7 @@ void SurfacePieces::share_sample(const SurfaceSample& sample, Vec3 at_m, const F
         const Facing::Along& look = facing.along[axis];
         if (!(look.weight > 0)) continue;
         const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-        for (int i = 0; i < cuts[u].count * cuts[v].count; ++i) {
-            const Cut &cut_u = cuts[u].parts[i % cuts[u].count],
-                      &cut_v = cuts[v].parts[i / cuts[u].count];
+        const auto share = [&](const Cut& cut_u, const Cut& cut_v) {
             const double off_u = cut_u.middle - at[u], off_v = cut_v.middle - at[v];
             // Of a piece that leans along both, a part's middle may lie off it.
             const double off = std::clamp(look.slope_u * off_u + look.slope_v * off_v,
@@ -234,31 +254,31 @@ void SurfacePieces::share_sample(const SurfaceSample& sample, Vec3 at_m, const F
             place[v] = cut_v.middle;
             place[axis] = at[axis] + off;
             const int voxel[3] = {voxel_of(place[0]), voxel_of(place[1]), voxel_of(place[2])};
-            if (!places_.may_be_beside(lot.body, voxel, voxel)) continue;
             const Vec3 part_seen{place[0], place[1], place[2]};
-            if (!share_part(sample, axis, part_seen, voxel, facing, lot)) continue;
+            if (!share_part(sample, axis, part_seen, voxel, facing, lot)) return;
             const Vec3 rise = facing.rise(axis, 2 * halves[u] * cut_u.share,
                                           2 * halves[v] * cut_v.share, halves[2]);
             lot.parts.push_back({at_m + voxel_m_ * (part_seen - seen), facing.normal,
                                  look.weight * cut_u.share * cut_v.share * sample.area_m2,
-                                 voxel_m_ * voxel_m_ * rise, sample.row, sample.part});
+                                 voxel_m_ * voxel_m_ * rise, sample.row, lot.facing, sample.part});
+        };
+        for (const Cut& cut_v : cuts[v]) {
+            for (const Cut& cut_u : cuts[u]) share(cut_u, cut_v);
         }
     }
 }
 
 bool SurfacePieces::share_part(const SurfaceSample& sample, int axis, Vec3 seen, const int voxel[3],
                                const Facing& facing, Lot& lot) const {
-    const double at[3] = {seen.x, seen.y, seen.z};
     const int outwards = facing.along[axis].is_towards ? 1 : -1;
+    int record[3];
+    if (!places_.find_along(voxel, axis, outwards, lot.body, record)) return false;
+    const double at[3] = {seen.x, seen.y, seen.z};
     const double into = at[axis] - voxel[axis];
     const double through = outwards > 0 ? into : 1 - into;
     const double shares[3] = {(1 - through) / 2, 0.5, through / 2};
-    int record[3];
     double sum = 0;
     for (int step = 0; step < 3; ++step) {
-        int beside[3] = {voxel[0], voxel[1], voxel[2]};
-        beside[axis] += (step - 1) * outwards;
-        record[step] = places_.find(beside, lot.body);
         if (record[step] < 0) continue;
         if (places_.cosine(record[step], facing.normal) < kAgrees) {
             // Beside a lug the gradient may be all of what carries the lug.
@@ -297,6 +317,7 @@ void SurfacePieces::share_over_tips(const OverTips& sample, const Pose& to_grid,
                          sample.piece.area_m2,
                          {},
                          sample.piece.row,
+                         lot.facing,
                          sample.piece.part});
 }
 
@@ -307,6 +328,14 @@ void SurfacePieces::add_all(size_t bin) {
             add(given, lot.parts[static_cast<size_t>(given.part)], pieces_[bin]);
         }
     }
+}
+
+void SurfacePieces::add_given(Lot& lot) {
+    for (const Given& given : lot.given[0]) {
+        add(given, lot.parts[static_cast<size_t>(given.part)], lot.pieces);
+    }
+    lot.given[0].clear();
+    lot.parts.clear();
 }
 
 void SurfacePieces::add(const Given& given, const Part& part, std::vector<SurfacePiece>& pieces) {
@@ -321,8 +350,11 @@ void SurfacePieces::add(const Given& given, const Part& part, std::vector<Surfac
     int* link = &heads_[static_cast<size_t>(given.record)];
     while (*link >= 0) {
         SurfacePiece& piece = pieces[static_cast<size_t>(*link)];
-        if (piece.row == part.row && piece.part == part.part &&
-            dot(piece.area, part.normal) >= same_cosine_ * length(piece.area)) {
+        const bool is_same = piece.row == part.row && piece.part == part.part &&
+                             ((piece.facing == part.facing && same_cosine_ < kSurelySame) ||
+                              dot(piece.area, part.normal) >= same_cosine_ * length(piece.area));
+        if (is_same) {
+            if (piece.facing != part.facing) piece.facing = -1;
             add_to(piece);
             return;
         }
@@ -333,6 +365,7 @@ void SurfacePieces::add(const Given& given, const Part& part, std::vector<Surfac
     SurfacePiece& piece = pieces.emplace_back();
     piece.origin = part.at_m;
     piece.row = part.row;
+    piece.facing = part.facing;
     piece.part = part.part;
     add_to(piece);
 }

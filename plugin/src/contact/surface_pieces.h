@@ -28,6 +28,8 @@ struct SurfacePiece {
     double area_m2 = 0;
     int next = -1;  ///< of the same record
     int row = -1;   ///< SurfaceSample::row
+    /// The facing that all of it has, by the first sample that looks so; negative: of several.
+    int facing = -1;
     ToothPart part = ToothPart::base;
 
     Vec3 middle() const { return moment * (1 / area_m2); }
@@ -54,7 +56,9 @@ class SurfacePieces {
     /// Of a record: calls visit(piece), in an order that does not depend on threads.
     template <typename Visit>
     void for_each(size_t record, Visit&& visit) const {
-        const std::vector<SurfacePiece>& pieces = pieces_[bin_of(record)];
+        const int own = own_lots_[static_cast<size_t>(records_[record].body)];
+        const std::vector<SurfacePiece>& pieces =
+            own < 0 ? pieces_[bin_of(record)] : lots_[static_cast<size_t>(own)].pieces;
         for (int i = heads_[record]; i >= 0; i = pieces[static_cast<size_t>(i)].next) {
             visit(pieces[static_cast<size_t>(i)]);
         }
@@ -91,6 +95,7 @@ class SurfacePieces {
         double area_m2 = 0;
         Vec3 rise_m2;  ///< as SurfacePiece::rise_m2
         int row = -1;
+        int facing = 0;  ///< SurfacePiece::facing
         ToothPart part = ToothPart::base;
     };
     /// What a record gets of a part.
@@ -99,21 +104,25 @@ class SurfacePieces {
         double share;
     };
     /// Samples of a body that one thread takes, and what they give, in their order: first clusters,
-    /// in the last lot of a body what lies over its tips.
+    /// in the last lot of a body what lies over its tips. A body that is one lot is put together
+    /// sample by sample, by the same thread.
     struct Lot {
         int body = 0;
         size_t first = 0, last = 0;  ///< of its clusters
         bool is_over_tips = false;
+        bool is_whole_body = false;
+        int facing = 0;  ///< of the parts to come: the first sample that has it
         std::vector<Part> parts;
-        std::vector<Given> given[kBins];  ///< by the bin of the record
+        std::vector<Given> given[kBins];   ///< by the bin of the record; of a whole body the first
+        std::vector<SurfacePiece> pieces;  ///< of a whole body
 
         void give(int record, double share) {
-            given[bin_of(static_cast<size_t>(record))].push_back(
-                {record, static_cast<int>(parts.size()), share});
+            const size_t bin = is_whole_body ? 0 : bin_of(static_cast<size_t>(record));
+            given[bin].push_back({record, static_cast<int>(parts.size()), share});
         }
     };
     void make_lots(std::span<const SampledBody> bodies);
-    void share_out(const SampledBody& body, Lot& lot) const;
+    void share_out(const SampledBody& body, Lot& lot);
     void share_sample(const SurfaceSample& sample, Vec3 at, const Facing& facing, Lot& lot) const;
     /// seen: where the soil sees it [voxels], in that voxel. False: no record has it.
     bool share_part(const SurfaceSample& sample, int axis, Vec3 seen, const int voxel[3],
@@ -122,12 +131,16 @@ class SurfacePieces {
     void share_over_tips(const OverTips& sample, const Pose& to_grid, Lot& lot) const;
     /// Puts together what the records of a bin are given.
     void add_all(size_t bin);
+    /// What a lot that is a whole body has given since the last call.
+    void add_given(Lot& lot);
     void add(const Given& given, const Part& part, std::vector<SurfacePiece>& pieces);
 
+    std::span<const ContactRecord> records_;
     std::vector<Lot> lots_;  ///< the first lot_count_ of them
     size_t lot_count_ = 0;
+    std::vector<int> own_lots_;  ///< by body: the lot that is all of it; -1: none is
     RecordPlaces places_;
-    std::vector<int> heads_;                   ///< per record, into pieces_ of its bin
+    std::vector<int> heads_;                   ///< per record, into the pieces of its lot or bin
     std::vector<SurfacePiece> pieces_[kBins];  ///< by the bin of the record
     double voxel_m_ = 1, same_cosine_ = 0;
 };

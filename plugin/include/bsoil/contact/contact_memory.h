@@ -77,9 +77,10 @@ class ContactMemory {
         /// outlive the looks.
         void make(std::span<const PressedSoil> soil, double voxel_m);
         /// The soil of a contact voxel, null where it is not there: the nearest; of an edge's two
-        /// faces in one voxel the one that looks the same way.
-        const PressedSoil* find(const ContactVoxel& v, const ContactLaw& law,
-                                double cosine_least) const;
+        /// faces in one voxel the one that looks the same way. is_own: the soil is that of the
+        /// voxel's own body, so that most of what is looked for is in the voxel itself.
+        const PressedSoil* find(const ContactVoxel& v, const ContactLaw& law, double cosine_least,
+                                bool is_own) const;
 
       private:
         int cell_at(double off_m, int last) const {
