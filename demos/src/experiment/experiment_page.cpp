@@ -34,6 +34,7 @@ line and column. This page is printed by `bsoil experiment-keys --markdown`; a t
 | `ding_wheel.toml` | traction | a rover's wheel, smooth and with lugs |
 | `second_pass.toml` | traction | a wheel that rolls three times through its own rut |
 | `cullinan_shear.toml` | shear | annular shear in sand of two densities |
+| `shear_sizes.toml` | shear | the same by rings of three sizes |
 | `plate_unload.toml` | plate | a plate raised and pressed again |
 | `blade_invariance.toml`, `wheel_invariance.toml` | blade, traction | the same tool in turned, finer and faster grids |
 | `plate_invariance.toml`, `shear_invariance.toml` | plate, shear | a small plate, and a ring with grousers, in turned, finer and faster grids |
