@@ -91,6 +91,20 @@ bool is_slow(const MovingPart& part) {
     return length(part.velocity_m_s) < kSlow_m_s && length(part.spin_rad_s) < kSlow_rad_s;
 }
 
+/// Whether Bullet's box about an object reaches into a soil's grid.
+bool reaches_into(const bullet::SoilAction& soil, const btCollisionObject& object) {
+    const GridFrame& frame = soil.soil().frame();
+    btVector3 low, high;
+    object.getCollisionShape()->getAabb(
+        bullet::transform_to_bullet(inverse(frame.grid_to_world)) * object.getWorldTransform(), low,
+        high);
+    for (int i = 0; i < 3; ++i) {
+        const double end_m = frame.size[i] * frame.voxel_m;
+        if (static_cast<double>(high[i]) < 0 || static_cast<double>(low[i]) > end_m) return false;
+    }
+    return true;
+}
+
 class RestCheck final : public Check {
   public:
     void after_step(BuiltWorld& world, Failures&) override {
@@ -128,9 +142,18 @@ class RestCheck final : public Check {
     static void expect_sleep(BuiltWorld& world, Failures& failures) {
         bool are_asleep = true;
         const std::set<int> kept_awake = islands_kept_awake(*world.world().getDispatcher());
+        const std::vector<bullet::SoilAction*> soils = world.soils();
+        std::set<const bullet::SoilAction*> stirred;
         for (const MovingPart& part : moving_parts(world)) {
-            // What has left the soil may roll on.
-            if (part.is_asleep || soil_below(world, part.pose.position, 0) < 0) continue;
+            if (part.is_asleep) continue;
+            // What has left the soil may roll on. World 142: two balls whose middle is below both
+            // rock on a plane beside the soil, and dip into it.
+            if (soil_below(world, part.pose.position, 0) < 0) {
+                for (const bullet::SoilAction* soil : soils) {
+                    if (reaches_into(*soil, *part.object)) stirred.insert(soil);
+                }
+                continue;
+            }
             are_asleep = false;
             if (is_slow(part) && kept_awake.contains(part.object->getIslandTag())) continue;
             failures.add("bodies sleep", world.name_of_object(*part.object), world.time_s(),
@@ -139,9 +162,9 @@ class RestCheck final : public Check {
                                      length(part.spin_rad_s)));
         }
         if (!are_asleep) return;  // they keep the soil beside them awake
-        for (size_t i = 0; i < world.soils().size(); ++i) {
-            const StepReport& report = world.soil(static_cast<int>(i)).last_report();
-            if (report.block_active_count > 0) {
+        for (size_t i = 0; i < soils.size(); ++i) {
+            const StepReport& report = soils[i]->last_report();
+            if (report.block_active_count > 0 && !stirred.contains(soils[i])) {
                 failures.add("soil sleeps", fmt::format("soil {}", i), world.time_s(),
                              "no active block", fmt::format("{}", report.block_active_count));
             }

@@ -1,0 +1,73 @@
+// What the checks of random worlds take for a cause, and what they do not.
+#include <gtest/gtest.h>
+
+#include "built_world.h"
+#include "check.h"
+
+namespace bsoil::random_worlds::checks_test {
+namespace {
+
+/// A metre each way, filled to this height.
+WorldPlan bed(double height_m) {
+    WorldPlan plan;
+    SoilPlan soil;
+    soil.def.size_m = {1, 1, 1};
+    soil.def.voxel_m = 0.05;
+    soil.def.up = UpAxis::z;
+    soil.def.backend = Backend::cpu;
+    soil.def.materials = {materials::dry_sand()};
+    if (height_m > 0) soil.fills.push_back({.low_m = {}, .high_m = {1, 1, height_m}});
+    plan.soils.push_back(soil);
+    plan.action_steps = 1000;
+    return plan;
+}
+
+BodyPlan box_at(Vec3 at_m, Vec3 half_m, BodyPlan::Kind kind) {
+    BodyPlan box;
+    box.kind = kind;
+    box.shape = box_plan(half_m);
+    box.mass_kg = 40;
+    box.pose.position = at_m;
+    return box;
+}
+
+using MakeCheck = std::unique_ptr<Check> (*)(const BuiltWorld&);
+
+std::string failures_of(MakeCheck make, const WorldPlan& plan, int steps,
+                        const std::function<void(BuiltWorld&)>& before_step = {}) {
+    BuiltWorld world(plan);
+    EXPECT_EQ(world.error(), "");
+    const std::unique_ptr<Check> check = make(world);
+    world.on_substep = [&] { check->after_substep(world); };
+    Failures failures(0);
+    for (int i = 0; i < steps; ++i) {
+        if (before_step) before_step(world);
+        world.step();
+        check->after_step(world, failures);
+    }
+    check->at_end(world, true, failures);
+    std::string out;
+    for (const Failure& failure : failures.list()) out += failure.invariant + ' ';
+    return out;
+}
+
+// What has left the soil may roll on for good, also where it still reaches into it.
+TEST(SleepCheck, takes_what_reaches_in_from_beside_for_a_cause) {
+    for (const double x_m : {1.1, 1.5}) {
+        WorldPlan plan = bed(0.3);
+        plan.bodies.push_back(box_at({0.3, 0.5, 0.5}, {0.1, 0.1, 0.1}, BodyPlan::Kind::driven));
+        plan.bodies[0].velocity_m_s = {0.02, 0, -0.02};  // it keeps the soil awake
+        plan.bodies.push_back(box_at({x_m, 0.5, 0.5}, {0.2, 0.05, 0.05}, BodyPlan::Kind::moving));
+        const std::string found = failures_of(make_rest_check, plan, 60, [](BuiltWorld& world) {
+            btRigidBody& body = *world.body(1);
+            body.setGravity({0, 0, 0});
+            body.setLinearVelocity({0, 0, 0});
+            body.setAngularVelocity({0, 2, 0});
+            body.setDamping(0, 0);
+        });
+        EXPECT_EQ(found, x_m < 1.3 ? "" : "soil sleeps ") << x_m;
+    }
+}
+
+}  // namespace
+}  // namespace bsoil::random_worlds::checks_test
