@@ -1,6 +1,7 @@
 // What does work on the bodies of a world besides gravity: Bullet itself, and soil that sources
 // pour.
 #include <algorithm>
+#include <set>
 
 #include "built_world.h"
 #include "bullet_types.h"
@@ -11,7 +12,29 @@ namespace bsoil::random_worlds {
 using bullet::from_bullet;
 using bullet::to_bullet;
 
+namespace {
+
+/// As of the last soil step. Where there is none its place is the body's.
+BodyLoad load_of(const bullet::SoilAction& soil, const btCollisionObject& object) {
+    BodyLoad none;
+    none.center_m = from_bullet(object.getWorldTransform().getOrigin());
+    if (soil.options(object).coverage_only) return none;  // what it reports does not act on it
+    const std::span<const BodyLoad> loads = soil.last_report().loads;
+    const int id = soil.body_id(object);
+    const auto found =
+        std::find_if(loads.begin(), loads.end(), [id](const BodyLoad& l) { return l.body == id; });
+    return found == loads.end() ? none : *found;
+}
+
+}  // namespace
+
 BuiltWorld::Motion BuiltWorld::motion_of(const btCollisionObject& object) {
+    if (const btMultiBodyLinkCollider* link = btMultiBodyLinkCollider::upcast(&object)) {
+        if (!link->m_multiBody->isAwake()) return {};
+        const LinkMotion motion =
+            link_motions(*link->m_multiBody)[static_cast<size_t>(link->m_link + 1)];
+        return {motion.velocity, motion.spin};
+    }
     const btRigidBody* body = btRigidBody::upcast(&object);
     if (!body || !body->isActive()) return {};
     return {body->getLinearVelocity(), body->getAngularVelocity()};
@@ -21,7 +44,9 @@ void BuiltWorld::note_motion() {
     const btCollisionObjectArray& objects = world_->getCollisionObjectArray();
     before_.clear();
     for (int i = 0; i < objects.size(); ++i) {
-        before_[objects[i]] = {motion_of(*objects[i]), load_kg(*this, *objects[i])};
+        Before& before = before_[objects[i]];
+        before.motion = motion_of(*objects[i]);
+        for (const auto& soil : soils_) before.loads.push_back(load_of(*soil, *objects[i]));
     }
 }
 
@@ -35,9 +60,13 @@ BuiltWorld::Motion BuiltWorld::mean_motion_of(const btCollisionObject& object) c
 }
 
 void BuiltWorld::add_joint_work(double substep_s) {
+    if (joints_.empty()) return;
+    std::set<const btCollisionObject*> at_soil;
+    for (const MovingPart& part : parts_at_soil(*this)) at_soil.insert(part.object);
     for (const Joint& joint : joints_) {
         const btRigidBody *a = &joint.bullet->getRigidBodyA(), *b = &joint.bullet->getRigidBodyB();
         if (!a->isActive() || !b->isActive()) continue;
+        if (!at_soil.contains(a) && !at_soil.contains(b)) continue;
         const auto power_w = [this](const btVector3& force, const btVector3& torque,
                                     const btRigidBody& body) {
             const Motion mean = mean_motion_of(body);
@@ -92,13 +121,21 @@ void BuiltWorld::add_poured_work(double substep_s) {
         }
     }
     if (brought_j <= 0) return;
-    for (const auto& [object, before] : before_) {
-        const btRigidBody* body = btRigidBody::upcast(object);
-        if (!body || body->isStaticOrKinematicObject()) continue;
-        Vec3 push_n = gravity_m_s2() * before.load_kg * up_;
-        for (const auto& soil : soils_) push_n += soil->body_report(*object).load_n;
-        poured_work_j_ +=
-            std::max(0.0, substep_s * dot(push_n, from_bullet(mean_motion_of(*object).velocity)));
+    for (const MovingPart& part : moving_parts(*this)) {
+        const auto before = before_.find(part.object);
+        if (before == before_.end()) continue;
+        const Motion mean = mean_motion_of(*part.object);
+        double power_w = 0;
+        for (size_t i = 0; i < soils_.size(); ++i) {
+            // The push turns the body too: it acts where the soil is that it is of.
+            const BodyLoad& load = before->second.loads[i];
+            const Vec3 arm_m = load.center_m - part.pose.position;
+            const Vec3 push_n =
+                soils_[i]->body_report(*part.object).load_n + load.mass_kg * gravity_m_s2() * up_;
+            power_w += dot(push_n, from_bullet(mean.velocity)) +
+                       dot(cross(arm_m, push_n), from_bullet(mean.spin));
+        }
+        poured_work_j_ += std::max(0.0, substep_s * power_w);
     }
     poured_work_j_ = std::min(poured_work_j_, brought_j);
 }

@@ -79,8 +79,9 @@ class BuiltWorld {
     std::string name_of_object(const btCollisionObject& object) const;
     /// The deepest overlap of two of Bullet's bodies that it met in the frame just stepped [m].
     double deepest_overlap_m() const { return deepest_overlap_m_; }
-    /// What Bullet's joints have done on their bodies so far: nothing but rounding, if they hold. A
-    /// light body between heavy ones they do not hold; what pulls it back into place is work.
+    /// What Bullet's joints have done on bodies at the soil so far: nothing but rounding, if they
+    /// hold. A light body between heavy ones they do not hold; what pulls it back into place is
+    /// work.
     double joint_work_j() const { return joint_work_j_; }
     /// What Bullet's contacts have done so far to take bodies apart that overlap.
     double contact_work_j() const { return contact_work_j_; }
@@ -140,7 +141,7 @@ class BuiltWorld {
     /// Before the substep.
     struct Before {
         Motion motion;
-        double load_kg = 0;
+        std::vector<BodyLoad> loads;  ///< by soil
     };
     static Motion motion_of(const btCollisionObject& object);
     Motion mean_motion_of(const btCollisionObject& object) const;

@@ -42,28 +42,6 @@ double kept_j(const BuiltWorld& world, std::span<const MovingPart> parts) {
     return sum_j;
 }
 
-/// All but free bodies that have left the soil: what they do on the floor below is Bullet's alone.
-/// A capsule of 770 kg that fell on it at 11 m/s got 1.7 kJ.
-std::vector<MovingPart> parts_at_soil(const BuiltWorld& world) {
-    std::vector<MovingPart> parts = moving_parts(world);
-    const std::vector<JointPlan>& joints = world.plan().joints;
-    if (std::any_of(joints.begin(), joints.end(), [](const JointPlan& j) { return !j.dropped; })) {
-        return parts;
-    }
-    std::erase_if(parts, [&world](const MovingPart& part) {
-        btVector3 middle;
-        btScalar radius = 0;
-        part.object->getCollisionShape()->getBoundingSphere(middle, radius);
-        const auto reach_m = static_cast<double>(radius + middle.length());
-        if (part.is_of_chain) return false;
-        const int soil = soil_below(world, part.pose.position, -reach_m);
-        if (soil < 0) return true;
-        const GridFrame& frame = world.soil(soil).soil().frame();
-        return frame.to_grid(part.pose.position).z * frame.voxel_m < -reach_m;
-    });
-    return parts;
-}
-
 /// Bullet steps a chain explicitly, too. Where the swing of a link about its joint, w = sqrt(g /
 /// half of its length), has w dt of 0.46, a chain of two hanging clear of all soil gains 10 J of
 /// the 28 J of its swing in 0.17 s. Up to this it is a tenth of that.

@@ -3,6 +3,7 @@
 
 #include "built_world.h"
 #include "check.h"
+#include "mechanics.h"
 
 namespace bsoil::random_worlds::checks_test {
 namespace {
@@ -66,6 +67,64 @@ TEST(SleepCheck, takes_what_reaches_in_from_beside_for_a_cause) {
             body.setDamping(0, 0);
         });
         EXPECT_EQ(found, x_m < 1.3 ? "" : "soil sleeps ") << x_m;
+    }
+}
+
+/// Pours on what is at this place from 30 cm above it.
+void pour_on(WorldPlan& plan, Vec3 at_m) {
+    FlowPlan flow;
+    flow.is_source = true;
+    flow.source.center_m = at_m + Vec3{0, 0, 0.3};
+    flow.source.radius_m = 0.06;
+    flow.source.speed_m_s = 15;
+    flow.source.rate_kg_s = 50;
+    plan.soils[0].flows.push_back(flow);
+}
+
+double energy_gained_j(const BuiltWorld& world, double before_j) {
+    return energy_j(world, moving_parts(world)) - before_j;
+}
+
+TEST(EnergyCheck, counts_what_poured_soil_turns_a_body_by) {
+    WorldPlan plan = bed(0.1);
+    plan.bodies.push_back(box_at({0.5, 0.5, 0.6}, {0.3, 0.06, 0.04}, BodyPlan::Kind::moving));
+    pour_on(plan, {0.75, 0.5, 0.64});
+    EXPECT_EQ(failures_of(make_energy_check, plan, 8), "");
+    BuiltWorld world(plan);
+    const double before_j = energy_j(world, moving_parts(world));
+    for (int i = 0; i < 8; ++i) world.step();
+    EXPECT_GT(energy_gained_j(world, before_j), 1);
+    EXPECT_NEAR(world.poured_work_j() / energy_gained_j(world, before_j), 1, 0.2);
+}
+
+TEST(EnergyCheck, counts_what_poured_soil_does_on_a_chain) {
+    WorldPlan plan = bed(0.1);
+    ChainPlan chain;
+    chain.pose.position = {0.3, 0.5, 0.6};
+    chain.link_mass_kg = 10;
+    plan.chains.push_back(chain);
+    pour_on(plan, {0.3, 0.5, 0.7});
+    EXPECT_EQ(failures_of(make_energy_check, plan, 8), "");
+    BuiltWorld world(plan);
+    const double before_j = energy_j(world, moving_parts(world));
+    for (int i = 0; i < 8; ++i) world.step();
+    EXPECT_GT(energy_gained_j(world, before_j), 1);
+    EXPECT_NEAR(world.poured_work_j() / energy_gained_j(world, before_j), 1, 0.2);
+}
+
+// A joint between 40 g and 700 kg on the floor below: what it does is nothing to the soil.
+TEST(EnergyCheck, leaves_out_joints_of_bodies_that_have_left) {
+    for (const double x_m : {0.5, 3.0}) {
+        WorldPlan plan = bed(0.3);
+        plan.bodies.push_back(box_at({x_m, 0.5, 0.5}, {0.1, 0.1, 0.1}, BodyPlan::Kind::moving));
+        plan.bodies.push_back(box_at({3.5, 0.5, 0.5}, {0.1, 0.1, 0.1}, BodyPlan::Kind::moving));
+        plan.bodies.push_back(box_at({4.5, 0.5, 0.5}, {0.1, 0.1, 0.1}, BodyPlan::Kind::moving));
+        for (const int a : {0, 1}) plan.joints.push_back({.a = a, .b = a + 1});
+        BuiltWorld world(plan);
+        EXPECT_EQ(parts_at_soil(world).size(), x_m < 1 ? 3u : 0u) << x_m;
+        world.body(2)->setAngularVelocity({0, 0, 5});
+        for (int i = 0; i < 10; ++i) world.step();
+        EXPECT_EQ(world.joint_work_j() != 0, x_m < 1) << x_m;
     }
 }
 

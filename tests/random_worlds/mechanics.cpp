@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "bullet_types.h"
 
@@ -13,9 +14,7 @@ namespace {
 
 void add_chain(const BuiltWorld::Chain& chain, std::vector<MovingPart>& parts) {
     const btMultiBody& m = *chain.multibody;
-    const auto count = static_cast<size_t>(m.getNumLinks()) + 1;
-    std::vector<btVector3> angular(count), linear(count);
-    m.compTreeLinkVelocities(angular.data(), linear.data());
+    const std::vector<LinkMotion> motions = link_motions(m);
     for (int link = m.hasFixedBase() ? 0 : -1; link < m.getNumLinks(); ++link) {
         const auto i = static_cast<size_t>(link + 1);
         MovingPart part;
@@ -26,14 +25,39 @@ void add_chain(const BuiltWorld::Chain& chain, std::vector<MovingPart>& parts) {
         part.is_asleep = !m.isAwake();
         part.is_of_chain = true;
         if (!part.is_asleep) {
-            part.velocity_m_s = from_bullet(m.localDirToWorld(link, linear[i]));
-            part.spin_rad_s = from_bullet(m.localDirToWorld(link, angular[i]));
+            part.velocity_m_s = from_bullet(motions[i].velocity);
+            part.spin_rad_s = from_bullet(motions[i].spin);
         }
         parts.push_back(part);
     }
 }
 
+/// Whether a body lies beyond the soil's sides or below its floor.
+bool has_left(const BuiltWorld& world, const MovingPart& part) {
+    if (part.is_of_chain) return false;
+    btVector3 middle;
+    btScalar radius = 0;
+    part.object->getCollisionShape()->getBoundingSphere(middle, radius);
+    const auto reach_m = static_cast<double>(radius + middle.length());
+    const int soil = soil_below(world, part.pose.position, -reach_m);
+    if (soil < 0) return true;
+    const GridFrame& frame = world.soil(soil).soil().frame();
+    return frame.to_grid(part.pose.position).z * frame.voxel_m < -reach_m;
+}
+
 }  // namespace
+
+std::vector<LinkMotion> link_motions(const btMultiBody& m) {
+    const auto count = static_cast<size_t>(m.getNumLinks()) + 1;
+    std::vector<btVector3> angular(count), linear(count);
+    m.compTreeLinkVelocities(angular.data(), linear.data());
+    std::vector<LinkMotion> out;
+    for (int link = -1; link < m.getNumLinks(); ++link) {
+        const auto i = static_cast<size_t>(link + 1);
+        out.push_back({m.localDirToWorld(link, linear[i]), m.localDirToWorld(link, angular[i])});
+    }
+    return out;
+}
 
 std::vector<MovingPart> moving_parts(const BuiltWorld& built) {
     std::vector<MovingPart> parts;
@@ -55,6 +79,27 @@ std::vector<MovingPart> moving_parts(const BuiltWorld& built) {
         parts.push_back(part);
     }
     for (const BuiltWorld::Chain& chain : built.chains()) add_chain(chain, parts);
+    return parts;
+}
+
+std::vector<MovingPart> parts_at_soil(const BuiltWorld& world) {
+    std::vector<MovingPart> parts = moving_parts(world);
+    std::set<const btCollisionObject*> left;
+    for (const MovingPart& part : parts) {
+        if (has_left(world, part)) left.insert(part.object);
+    }
+    for (bool goes_on = !left.empty(); goes_on;) {
+        goes_on = false;
+        for (const JointPlan& joint : world.plan().joints) {
+            const btRigidBody *a = world.body(joint.a), *b = world.body(joint.b);
+            if (joint.dropped || !a || !b || left.contains(a) == left.contains(b)) continue;
+            const bool is_a = left.contains(a);
+            if ((is_a ? b : a)->isStaticOrKinematicObject()) continue;
+            left.erase(is_a ? a : b);
+            goes_on = true;
+        }
+    }
+    std::erase_if(parts, [&left](const MovingPart& part) { return left.contains(part.object); });
     return parts;
 }
 

@@ -17,6 +17,14 @@ struct MovingPart {
 };
 /// All of them that are in the world now; fixed bases and driven bodies are not.
 std::vector<MovingPart> moving_parts(const BuiltWorld& world);
+/// All but rigid bodies that have left the soil with all that joints hold them to: what they do on
+/// the floor below is Bullet's alone.
+std::vector<MovingPart> parts_at_soil(const BuiltWorld& world);
+/// The velocities of a multibody's base and links, the base first [m/s, rad/s], world.
+struct LinkMotion {
+    btVector3 velocity, spin;
+};
+std::vector<LinkMotion> link_motions(const btMultiBody& multibody);
 
 /// Kinetic energy, and potential energy above the lowest soil's floor [J].
 double energy_j(const BuiltWorld& world, std::span<const MovingPart> parts);
