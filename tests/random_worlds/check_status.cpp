@@ -9,16 +9,53 @@
 #include "mechanics.h"
 
 namespace bsoil::random_worlds {
+
+using bullet::transform_to_bullet;
+
 namespace {
 
 /// Substeps end between what is seen here, and sinking soil pushes what stands on it: a cause is
 /// one from half the limit on.
 constexpr double kSpeedMargin = 0.5;
 
+/// Whether a driven body is in the voxel above a place, so that soil has no way up there: nothing
+/// stops it, and soil that it has shut in with walls, terrain or floor gets all into the last voxel
+/// left. World 101: the corner of a cube, with two sides of the grid and its floor.
+bool is_shut_in(BuiltWorld& world, const Soil& soil, Vec3 place_m) {
+    struct Touch final : btCollisionWorld::ContactResultCallback {
+        bool is_any = false;
+        btScalar addSingleResult(btManifoldPoint&, const btCollisionObjectWrapper*, int, int,
+                                 const btCollisionObjectWrapper*, int, int) override {
+            is_any = true;
+            return 0;
+        }
+    };
+    const double voxel_m = soil.frame().voxel_m;
+    const std::vector<BodyPlan>& plans = world.plan().bodies;
+    for (size_t i = 0; i < plans.size(); ++i) {
+        btRigidBody* body = world.body(static_cast<int>(i));
+        if (!body || plans[i].kind != BodyPlan::Kind::driven) continue;
+        // The soil may have met it in a substep.
+        const double speed_m_s =
+            length(plans[i].velocity_m_s) + length(plans[i].spin_rad_s) * bound_m(plans[i].shape);
+        btSphereShape ball(static_cast<btScalar>(voxel_m / 2 + speed_m_s * world.frame_s()));
+        btCollisionObject probe;
+        probe.setCollisionShape(&ball);
+        probe.setWorldTransform(transform_to_bullet({place_m + voxel_m * world.up(), Quat{}}));
+        Touch touch;
+        world.world().contactPairTest(&probe, body, touch);
+        if (touch.is_any) return true;
+    }
+    return false;
+}
+
 class StatusCheck final : public Check {
   public:
     explicit StatusCheck(const BuiltWorld& world)
-        : has_left_(world.soils().size()), was_fast_(world.soils().size()) {
+        : has_left_(world.soils().size()),
+          was_fast_(world.soils().size()),
+          has_headroom_(world.soils().size()),
+          shut_in_(world.soils().size()) {
         watch(const_cast<BuiltWorld&>(world));
     }
 
@@ -46,6 +83,14 @@ class StatusCheck final : public Check {
         const std::vector<bullet::SoilAction*> soils = world.soils();
         for (const EventPlan& event : world.plan().events) {
             has_teleport_ |= !event.dropped && event.kind == EventPlan::Kind::teleport;
+        }
+        for (size_t i = 0; i < soils.size(); ++i) {
+            for (const Condition& condition : soils[i]->soil().conditions()) {
+                if (condition.bit != StatusBit::amount_headroom || has_headroom_[i]) continue;
+                has_headroom_[i] = true;
+                shut_in_[i] = condition.position_m &&
+                              is_shut_in(world, soils[i]->soil(), *condition.position_m);
+            }
         }
         const auto look = [&](Vec3 at_m, double speed_m_s) {
             for (size_t i = 0; i < soils.size(); ++i) {
@@ -101,12 +146,15 @@ class StatusCheck final : public Check {
                 return was_fast_[soil] || has_teleport_;
             case StatusBit::body_outside_grid:
                 return has_left_[soil];
+            case StatusBit::amount_headroom:
+                return shut_in_[soil];
             default:
                 return false;
         }
     }
 
     std::vector<bool> has_left_, was_fast_;
+    std::vector<bool> has_headroom_, shut_in_;  ///< amount_headroom, when it was first met
     bool has_teleport_ = false;
 };
 

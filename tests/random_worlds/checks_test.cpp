@@ -70,6 +70,27 @@ TEST(SleepCheck, takes_what_reaches_in_from_beside_for_a_cause) {
     }
 }
 
+// As wide as the grid: what is below it has no way out.
+TEST(StatusCheck, takes_soil_that_a_driven_body_shuts_in_for_a_cause) {
+    WorldPlan plan = bed(0.3);
+    plan.bodies.push_back(box_at({0.5, 0.5, 0.55}, {0.6, 0.6, 0.2}, BodyPlan::Kind::driven));
+    plan.bodies[0].velocity_m_s = {0, 0, -0.5};
+    uint32_t met = 0;
+    const auto note = [&met](BuiltWorld& world) { met |= world.soil(0).soil().status_bits(); };
+    EXPECT_EQ(failures_of(make_status_check, plan, 60, note), "");
+    EXPECT_NE(met & static_cast<uint32_t>(StatusBit::amount_headroom), 0u);
+}
+
+TEST(StatusCheck, finds_no_cause_in_a_driven_body_elsewhere) {
+    WorldPlan plan = bed(0.3);
+    plan.bodies.push_back(box_at({0.5, 0.5, 0.8}, {0.1, 0.1, 0.1}, BodyPlan::Kind::driven));
+    EXPECT_EQ(failures_of(make_status_check, plan, 3), "");
+    const auto tamper = [](BuiltWorld& world) {
+        world.soil(0).soil().set_status(StatusBit::amount_headroom);
+    };
+    EXPECT_EQ(failures_of(make_status_check, plan, 3, tamper), "status ");
+}
+
 /// Pours on what is at this place from 30 cm above it.
 void pour_on(WorldPlan& plan, Vec3 at_m) {
     FlowPlan flow;
