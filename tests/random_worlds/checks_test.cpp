@@ -1,12 +1,16 @@
 // What the checks of random worlds take for a cause, and what they do not.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "built_world.h"
 #include "check.h"
 #include "mechanics.h"
 
 namespace bsoil::random_worlds::checks_test {
 namespace {
+
+constexpr double kAcross = 0.466;  // tan 25 deg
 
 /// A metre each way, filled to this height.
 WorldPlan bed(double height_m) {
@@ -147,6 +151,39 @@ TEST(EnergyCheck, leaves_out_joints_of_bodies_that_have_left) {
         for (int i = 0; i < 10; ++i) world.step();
         EXPECT_EQ(world.joint_work_j() != 0, x_m < 1) << x_m;
     }
+}
+
+// Across a slope of 25 deg its struts bear nine tenths of its weight, what its wheels grip the
+// rest.
+TEST(RestCheck, counts_what_the_wheels_of_a_leaning_car_grip) {
+    WorldPlan plan = bed(0);
+    plan.soils[0].def.size_m = {8, 8, 4};
+    plan.soils[0].def.voxel_m = 0.2;
+    plan.soils[0].def.materials[0].friction_angle_rad = 0.75;
+    plan.soils[0].def.materials[0].tool_friction = 0.8;
+    plan.action_steps = 1;  // then it brakes
+    CarPlan car;
+    car.pose.position = {4, 4, 2.7};
+    const double half_rad = std::atan(kAcross) / 2;
+    car.pose.rotation = {std::sin(half_rad), 0, 0, std::cos(half_rad)};
+    plan.cars.push_back(car);
+    BuiltWorld world(plan);
+    ASSERT_EQ(world.error(), "");
+    const GridFrame& frame = world.soil(0).soil().frame();
+    ASSERT_TRUE(world.soil(0).fill(FunctionFill{[&](Vec3 world_m) {
+                                                    const Vec3 at_m =
+                                                        frame.to_grid(world_m) * frame.voxel_m;
+                                                    return 1.5 + kAcross * (at_m.y - 4) - at_m.z;
+                                                },
+                                                {}}));
+    double sum_n = 0;
+    for (int i = 0; i < 240; ++i) {
+        world.step();
+        if (i >= 180) sum_n += dot(soil_force_n(world, *world.cars()[0].chassis), world.up());
+    }
+    const btVector3 car_up = world.cars()[0].chassis->getWorldTransform().getBasis().getColumn(2);
+    EXPECT_LT(car_up.z(), btScalar(0.95));
+    EXPECT_NEAR(sum_n / 60 / (car.mass_kg * 9.81), 1, 0.02);
 }
 
 }  // namespace

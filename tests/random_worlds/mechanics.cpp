@@ -45,6 +45,17 @@ bool has_left(const BuiltWorld& world, const MovingPart& part) {
     return frame.to_grid(part.pose.position).z * frame.voxel_m < -reach_m;
 }
 
+/// Along the strut, the wheel and its axle, as SoilWheelReport has them. On a car that leans what
+/// grips bears a part of its weight.
+Vec3 force_on_wheel_n(const bullet::SoilWheelReport& wheel, const btWheelInfo& info) {
+    const btVector3 strut = -info.m_raycastInfo.m_wheelDirectionWS;
+    const btVector3 steered = info.m_raycastInfo.m_wheelAxleWS.rotate(strut, info.m_steering);
+    const btVector3 axle = (steered - steered.dot(strut) * strut).normalized();
+    return wheel.normal_force_n * from_bullet(strut) +
+           wheel.traction_n * from_bullet(strut.cross(axle)) +
+           wheel.side_force_n * from_bullet(axle);
+}
+
 }  // namespace
 
 std::vector<LinkMotion> link_motions(const btMultiBody& m) {
@@ -142,7 +153,7 @@ Vec3 soil_force_n(const BuiltWorld& world, const btCollisionObject& object) {
             const auto wheel = car.caster->wheel_report(i);
             const btWheelInfo& info = car.vehicle->getWheelInfo(i);
             if (wheel.is_on_soil) {
-                sum += wheel.normal_force_n * world.up();
+                sum += force_on_wheel_n(wheel, info);
             } else if (info.m_raycastInfo.m_isInContact) {
                 sum += static_cast<double>(info.m_wheelsSuspensionForce) *
                        bullet::from_bullet(info.m_raycastInfo.m_contactNormalWS);
