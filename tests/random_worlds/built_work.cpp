@@ -127,6 +127,7 @@ void BuiltWorld::add_poured_work(double substep_s) {
         const Motion mean = mean_motion_of(*part.object);
         double power_w = 0;
         for (size_t i = 0; i < soils_.size(); ++i) {
+            if (soils_[i]->options(*part.object).coverage_only) continue;  // nothing acts on it
             // The push turns the body too: it acts where the soil is that it is of.
             const BodyLoad& load = before->second.loads[i];
             const Vec3 arm_m = load.center_m - part.pose.position;

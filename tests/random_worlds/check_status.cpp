@@ -18,9 +18,10 @@ namespace {
 /// one from half the limit on.
 constexpr double kSpeedMargin = 0.5;
 
-/// Whether a driven body is in the voxel above a place, so that soil has no way up there: nothing
-/// stops it, and soil that it has shut in with walls, terrain or floor gets all into the last voxel
-/// left. World 101: the corner of a cube, with two sides of the grid and its floor.
+/// Whether a driven body is in the voxel above a place, so that soil has no way up there. Nothing
+/// stops it, and soil that it shuts in with walls, terrain or floor goes into the last voxel left.
+/// Seen with the corner of a cube, two sides of the grid and its floor. What is beside the voxel is
+/// not asked.
 bool is_shut_in(BuiltWorld& world, const Soil& soil, Vec3 place_m) {
     struct Touch final : btCollisionWorld::ContactResultCallback {
         bool is_any = false;
