@@ -4,8 +4,8 @@
 #   --werror         treats warnings as errors
 #   --unity          several sources at once although there is ccache: for a build that finds nothing in the cache
 #   --gpu            runs tests/gpu/run.sh instead: the tests that need a hardware GPU; what follows is passed on
-# CTEST_PARALLEL_LEVEL tests run at once, 2 where it is not set. The cases of a suite are one test, and run in one process;
-# -DBULLETSOIL_TESTS_BY_SUITE=OFF makes a test of each.
+# CTEST_PARALLEL_LEVEL tests run at once, 2 where it is not set. The cases of a suite are one test, and run in one process.
+# Configured with -DBULLETSOIL_TESTS_BY_SUITE=OFF, a folder keeps a test for each.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../demos/setup.sh"
 

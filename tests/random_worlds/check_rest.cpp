@@ -146,8 +146,8 @@ class RestCheck final : public Check {
         std::set<const bullet::SoilAction*> stirred;
         for (const MovingPart& part : moving_parts(world)) {
             if (part.is_asleep) continue;
-            // What has left the soil may roll on. World 142: two balls whose middle is below both
-            // rock on a plane beside the soil, and dip into it.
+            // What has left the soil may roll on. Two balls whose common middle is below both
+            // rock for good on a plane beside the soil, and dip into it.
             if (soil_below(world, part.pose.position, 0) < 0) {
                 for (const bullet::SoilAction* soil : soils) {
                     if (reaches_into(*soil, *part.object)) stirred.insert(soil);

@@ -106,20 +106,22 @@ void pour_on(WorldPlan& plan, Vec3 at_m) {
     plan.soils[0].flows.push_back(flow);
 }
 
-double energy_gained_j(const BuiltWorld& world, double before_j) {
-    return energy_j(world, moving_parts(world)) - before_j;
+/// All that the bodies gain in eight steps is work of what is poured on them.
+void expect_poured_work_counted(const WorldPlan& plan) {
+    EXPECT_EQ(failures_of(make_energy_check, plan, 8), "");
+    BuiltWorld world(plan);
+    const double before_j = energy_j(world, moving_parts(world));
+    for (int i = 0; i < 8; ++i) world.step();
+    const double gained_j = energy_j(world, moving_parts(world)) - before_j;
+    EXPECT_GT(gained_j, 1);
+    EXPECT_NEAR(world.poured_work_j() / gained_j, 1, 0.2);
 }
 
 TEST(EnergyCheck, counts_what_poured_soil_turns_a_body_by) {
     WorldPlan plan = bed(0.1);
     plan.bodies.push_back(box_at({0.5, 0.5, 0.6}, {0.3, 0.06, 0.04}, BodyPlan::Kind::moving));
     pour_on(plan, {0.75, 0.5, 0.64});
-    EXPECT_EQ(failures_of(make_energy_check, plan, 8), "");
-    BuiltWorld world(plan);
-    const double before_j = energy_j(world, moving_parts(world));
-    for (int i = 0; i < 8; ++i) world.step();
-    EXPECT_GT(energy_gained_j(world, before_j), 1);
-    EXPECT_NEAR(world.poured_work_j() / energy_gained_j(world, before_j), 1, 0.2);
+    expect_poured_work_counted(plan);
 }
 
 TEST(EnergyCheck, counts_what_poured_soil_does_on_a_chain) {
@@ -129,12 +131,7 @@ TEST(EnergyCheck, counts_what_poured_soil_does_on_a_chain) {
     chain.link_mass_kg = 10;
     plan.chains.push_back(chain);
     pour_on(plan, {0.3, 0.5, 0.7});
-    EXPECT_EQ(failures_of(make_energy_check, plan, 8), "");
-    BuiltWorld world(plan);
-    const double before_j = energy_j(world, moving_parts(world));
-    for (int i = 0; i < 8; ++i) world.step();
-    EXPECT_GT(energy_gained_j(world, before_j), 1);
-    EXPECT_NEAR(world.poured_work_j() / energy_gained_j(world, before_j), 1, 0.2);
+    expect_poured_work_counted(plan);
 }
 
 // A joint between 40 g and 700 kg on the floor below: what it does is nothing to the soil.
