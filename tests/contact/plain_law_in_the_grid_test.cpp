@@ -17,7 +17,8 @@
 namespace bsoil::plain_law_in_the_grid_test {
 namespace {
 
-constexpr double kBedM = 0.225;  ///< height of the bed
+constexpr double kBedM = 0.225;   ///< height of the bed
+constexpr double kEdgeM = 0.004;  ///< of the facets that exact surfaces are cut into
 
 Quat about(Vec3 axis, double angle_rad) {
     const Vec3 v = std::sin(angle_rad / 2) * axis;
@@ -122,14 +123,14 @@ std::vector<oracle::Facet> surface_with_trapped_soil(const Tool& tool, double ax
     // Of the radius between rim and tips, the part below the surface.
     const auto filled = [&](Vec3 at) {
         constexpr int kParts = 100;
+        const double sine = at.z / std::hypot(at.x, at.z);
         int below = 0;
         for (int i = 0; i < kParts; ++i) {
-            below +=
-                axle_m + at.z / std::hypot(at.x, at.z) * (kRadiusM + (i + 0.5) / kParts * h) < 0;
+            below += axle_m + sine * (kRadiusM + (i + 0.5) / kParts * h) < 0;
         }
         return 1.0 * below / kParts;
     };
-    std::vector<oracle::Facet> out = oracle::surface_of(tool.solids, 0.002);
+    std::vector<oracle::Facet> out = oracle::surface_of(tool.solids, kEdgeM);
     for (oracle::Facet& facet : out) {
         const double r = std::hypot(facet.at.x, facet.at.z);
         const Vec3 spoke = Vec3{facet.at.x, 0, facet.at.z} * (1 / r);
@@ -142,7 +143,7 @@ std::vector<oracle::Facet> surface_with_trapped_soil(const Tool& tool, double ax
         if (!is_on_lug && outwards > aside) facet.share = 1 - most * filled(facet.at);
     }
     for (oracle::Facet facet : oracle::surface_of(
-             {cylinder(kRadiusM + h, kWidthM, about({1, 0, 0}, std::numbers::pi / 2))}, 0.002)) {
+             {cylinder(kRadiusM + h, kWidthM, about({1, 0, 0}, std::numbers::pi / 2))}, kEdgeM)) {
         if (std::hypot(facet.at.x, facet.at.z) < kRadiusM) continue;
         facet.share = most * between / pitch * filled(facet.at);
         facet.friction = std::tan(kPhi);
@@ -157,7 +158,7 @@ std::vector<oracle::Facet> surface_with_trapped_soil(const Tool& tool, double ax
 oracle::Wrench exact(const Tool& tool, double raised_m = 0, Rules rules = {}) {
     return oracle::resistive_force(
         rules.trapped ? surface_with_trapped_soil(tool, tool.height_m - raised_m)
-                      : oracle::surface_of(tool.solids, 0.002),
+                      : oracle::surface_of(tool.solids, kEdgeM),
         {{{0, 0, tool.height_m - raised_m}, tool.rotation}, tool.velocity_m_s, tool.angular_rad_s},
         {1600, kPhi, 0.5, rules.wedge});
 }

@@ -110,6 +110,17 @@ bool is_inside(const std::vector<ConvexShape>& solids, Vec3 at) {
     });
 }
 
+namespace {
+
+/// Radius of a ball about a solid's origin that holds it.
+double bound_m(const ConvexShape& solid) {
+    return solid.kind == ConvexShape::Kind::box      ? length(solid.half_extents_m)
+           : solid.kind == ConvexShape::Kind::sphere ? solid.radius_m
+                                                     : solid.radius_m + solid.half_height_m;
+}
+
+}  // namespace
+
 std::vector<Facet> surface_of(const std::vector<ConvexShape>& solids, double edge_m) {
     std::vector<Facet> out;
     for (size_t i = 0; i < solids.size(); ++i) {
@@ -122,12 +133,20 @@ std::vector<Facet> surface_of(const std::vector<ConvexShape>& solids, double edg
         } else {
             add_cylinder(own, solid.radius_m, solid.half_height_m, edge_m);
         }
-        std::vector<ConvexShape> others = solids;
-        others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+        // Of a wheel's lugs few are near each other.
+        std::vector<ConvexShape> near;
+        for (size_t k = 0; k < solids.size(); ++k) {
+            const double apart_m = length(solids[k].local.position - solid.local.position);
+            if (k != i && apart_m <= bound_m(solids[k]) + bound_m(solid)) near.push_back(solids[k]);
+        }
         for (Facet& facet : own) {
             facet.at = transform(solid.local, facet.at);
             facet.normal = rotate(solid.local.rotation, facet.normal);
-            if (!is_inside(others, facet.at)) out.push_back(facet);
+            const bool is_covered = std::any_of(near.begin(), near.end(), [&](const auto& other) {
+                return length(facet.at - other.local.position) <= bound_m(other) &&
+                       inside_shape(other, transform(inverse(other.local), facet.at));
+            });
+            if (!is_covered) out.push_back(facet);
         }
     }
     return out;
