@@ -106,7 +106,7 @@ void FirstContacts::open(btDiscreteDynamicsWorld& world, btRigidBody& body, doub
     }
     Falling falling = known == bodies_.end() ? Falling{} : known->second;
     if (!is_held) {
-        const std::optional<SurfaceSoil> soil = soil_below_.at(0.5 * (box.min + box.max));
+        const std::optional<SurfaceSoil> soil = soil_below_.under(box);
         if (!soil) return;
         const bool is_own = known == bodies_.end() && carriers_.contains(state->id) &&
                             dot(soil->plane.position_m - box.min, up_) > 0;

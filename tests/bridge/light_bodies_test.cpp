@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "bsoil/host/soil_below.h"
 #include "flat_soil.h"
 #include "sand_bed.h"
 
@@ -171,6 +172,62 @@ TEST(LightBodies, under_a_heavy_load_sink_in_proportion_within_a_step_of_the_soi
         EXPECT_LT(depth_m, 1.1 * wanted_m) << step_s;
         EXPECT_GT(depth_m, 0.5 * wanted_m) << step_s;
     }
+}
+
+/// A bank of loam that stands upright, 1 m high, before a floor of it.
+std::unique_ptr<SoilAction> upright_bank(BulletScene& scene) {
+    SoilDef def = small_bed();
+    def.voxel_m = 0.1;
+    def.size_m = {3.2, 2.4, 1.6};
+    def.material = materials::loam();
+    auto soil = SoilAction::create(*scene.world, def);
+    EXPECT_TRUE(soil) << soil.error();
+    if (!soil) return nullptr;
+    EXPECT_TRUE((*soil)->fill(BoxFill{{{-9, -9, -9}, {9, 0.2, 9}}, "loam"}));
+    EXPECT_TRUE((*soil)->fill(BoxFill{{{-9, -9, -9}, {0, 1.2, 9}}, "loam"}));
+    return std::move(*soil);
+}
+
+// The surface falls by 1 m within a voxel beside the bank. As a plane under a body that lies across
+// the edge it would rise to 4 m at the body's other end, and hold it there.
+TEST(LightBodies, lie_on_a_bank_and_not_on_the_plane_of_its_face) {
+    BulletScene scene;
+    const auto soil = upright_bank(scene);
+    ASSERT_TRUE(soil);
+    const btScalar radius = 0.1f;
+    auto& shape = scene.shape<btCapsuleShapeX>(radius, btScalar(0.6));
+    btRigidBody& body = scene.add(btScalar(0.001), shape, btVector3(-0.04f, 1.9f, 0));
+    scene.run(0.9);
+    EXPECT_LT(height_of(body), 1.2 + 2 * 0.1);
+}
+
+// Under level ground and over even slopes the plane is that of the surface, and its rim no higher
+// than the highest ground under a body and half a voxel.
+TEST(LightBodies, have_a_plane_below_them_no_higher_than_the_ground) {
+    BulletScene scene;
+    const auto soil = upright_bank(scene);
+    ASSERT_TRUE(soil);
+    const GroundSurface surface(soil->soil());
+    const SoilBelow below(soil->soil(), surface, {0, 1, 0});
+    const auto rim_m = [&](Vec3 middle, Vec3 half, Vec3 at) {
+        const auto found = below.under({middle - half, middle + half});
+        EXPECT_TRUE(found);
+        if (!found) return 0.0;
+        const Vec3 n = found->plane.normal;
+        return found->plane.position_m.y -
+               (n.x * (at.x - middle.x) + n.z * (at.z - middle.z)) / n.y;
+    };
+    const Vec3 half{0.4, 0.1, 0.1};
+    EXPECT_NEAR(rim_m({-0.8, 1.5, 0}, half, {-1.2, 0, 0}), 1.2, 1e-6);
+    for (const double x : {-0.048, -0.045, -0.04}) {
+        const double uphill_m = rim_m({x, 1.5, 0}, half, {x - 0.4, 0, 0});
+        EXPECT_LE(uphill_m, 1.2 + 0.05 + 1e-6) << x;
+        EXPECT_GE(uphill_m, 1.2 - 1e-6) << x;
+    }
+    const auto level = below.at({-0.8, 1.5, 0}),
+               under = below.under({{-1, 1.4, -0.1}, {-0.6, 1.6, 0.1}});
+    ASSERT_TRUE(level && under);
+    EXPECT_EQ(level->plane.normal, under->plane.normal);
 }
 
 }  // namespace

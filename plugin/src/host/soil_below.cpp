@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace bsoil {
 namespace {
@@ -14,6 +15,14 @@ constexpr double kMostlyFullShare = 0.5;
 /// most, so more means a roof or a gap between them. Larger, and a body under a roof lands on the
 /// roof's height.
 constexpr double kSameSurfaceVoxels = 1.5;
+/// A plane may go higher than the surface under a body by this much [voxels]. Ours: between two
+/// columns the surface is known no better. Larger, and a body beside a bank is held in the air;
+/// smaller, and the bumps of a slope count.
+constexpr double kHigherVoxels = 0.5;
+/// Heights looked at along a side of a box, a voxel apart or more. Ours: as many columns as a
+/// falling body's box has in most scenes. More take longer; with fewer a bank under a large body is
+/// missed, which the body then meets by its contacts.
+constexpr int kHeightsMost = 16;
 
 }  // namespace
 
@@ -54,6 +63,60 @@ std::optional<SurfaceSoil> SoilBelow::at(Vec3 world_m) const {
         out.relative_density =
             std::clamp(material.relative_density(beneath.density_kg_m3), 0.0, 1.0);
     }
+    return out;
+}
+
+double SoilBelow::highest_under_m(const Aabb& box) const {
+    const GridFrame& frame = soil_.frame();
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    Aabb columns{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
+    for (int corner = 0; corner < 8; ++corner) {
+        const Vec3 at = frame.to_grid({(corner & 1) != 0 ? box.max.x : box.min.x,
+                                       (corner & 2) != 0 ? box.max.y : box.min.y,
+                                       (corner & 4) != 0 ? box.max.z : box.min.z});
+        columns.min = {std::min(columns.min.x, at.x), std::min(columns.min.y, at.y), 0};
+        columns.max = {std::max(columns.max.x, at.x), std::max(columns.max.y, at.y), 0};
+    }
+    const auto parts_of = [](double low, double high) {
+        return static_cast<int>(std::clamp<double>(std::ceil(high - low), 1, kHeightsMost));
+    };
+    const int across = parts_of(columns.min.x, columns.max.x);
+    const int along = parts_of(columns.min.y, columns.max.y);
+    double highest_m = -kFar;
+    for (int i = 0; i <= across; ++i) {
+        for (int k = 0; k <= along; ++k) {
+            const double x = std::lerp(columns.min.x, columns.max.x, 1.0 * i / across);
+            const double y = std::lerp(columns.min.y, columns.max.y, 1.0 * k / along);
+            if (const auto point = surface_.at(x * frame.voxel_m, y * frame.voxel_m)) {
+                highest_m = std::max(highest_m,
+                                     dot(transform(frame.grid_to_world, point->position_m), up_));
+            }
+        }
+    }
+    return highest_m;
+}
+
+std::optional<SurfaceSoil> SoilBelow::under(const Aabb& box) const {
+    const Vec3 middle = 0.5 * (box.min + box.max);
+    std::optional<SurfaceSoil> out = at(middle);
+    if (!out) return out;
+    SurfacePoint& plane = out->plane;
+    const double upright = dot(plane.normal, up_);
+    const Vec3 uphill = upright * up_ - plane.normal;  // level, as long as the slope's sine
+    const double sine = length(uphill);
+    if (!(upright > 0) || !(sine > 0)) return out;
+    const Vec3 half = 0.5 * (box.max - box.min);
+    const double reach_m =
+        (std::abs(uphill.x) * half.x + std::abs(uphill.y) * half.y + std::abs(uphill.z) * half.z) /
+        sine;
+    const double higher_m = kHigherVoxels * soil_.frame().voxel_m;
+    if (reach_m * sine <= higher_m * upright) return out;
+    const double most_m =
+        higher_m + std::max(0.0, highest_under_m(box) - dot(plane.position_m, up_));
+    const double slope = most_m / reach_m;
+    if (sine <= slope * upright) return out;
+    const Vec3 normal = up_ - slope / sine * uphill;
+    plane.normal = normal * (1 / length(normal));
     return out;
 }
 
