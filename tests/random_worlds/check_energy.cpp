@@ -124,7 +124,8 @@ class EnergyCheck final : public Check {
         }
         carried_before_kg_ = carried_kg;
         if (world.was_touched() || world.time_s() < settled_s_ ||
-            world.deepest_overlap_m() > kLiftVoxels * voxel_m || parts.size() != part_count_) {
+            world.deepest_overlap_m() > kLiftVoxels * voxel_m || parts.size() != part_count_ ||
+            parts.empty()) {
             return start(world, parts);
         }
         if (carried_kg > kLoad * mass_kg) {

@@ -197,7 +197,13 @@ class RestCheck final : public Check {
                 forces.up_asleep_n = up_n;
                 continue;
             }
-            if (forces.has_slept) forces = {};
+            if (forces.has_slept) {
+                forces = {};
+                forces.woke_s = world.time_s();
+            }
+            // Bullet gives bodies their weight at the start of a frame: what wakes within it has
+            // none until the next.
+            if (!part.is_asleep && forces.woke_s == world.time_s()) continue;
             const double carried_kg = load_kg(world, *part.object);
             const double mass_kg = part.mass_kg + carried_kg;
             forces.load_most_n = std::max(forces.load_most_n, carried_kg * world.gravity_m_s2());
@@ -413,6 +419,7 @@ class RestCheck final : public Check {
         double load_most_n = 0;                ///< weight of the soil that it carried
         double up_asleep_n = 0;                ///< on it since it sleeps
         std::optional<double> up_untouched_n;  ///< and before the first touch since
+        std::optional<double> woke_s;          ///< the world's time in the frame it woke in
     };
     std::map<const btCollisionObject*, Forces> forces_;
     /// The highest that each body has been, its speed reckoned in.

@@ -105,6 +105,12 @@ TEST(RandomWorlds, have_no_energy_of_chains_that_swing_coarsely) {
     expect_all_holds(88, 88, Run::watched, PlanKind::any, Sky::weather);
 }
 
+// A hull woke between two substeps: until the next frame Bullet
+// gives it no weight, and the soil bears none.
+TEST(RandomWorlds, have_no_weight_in_the_frame_they_wake_in) {
+    expect_all_holds(810057, 810057, Run::watched, PlanKind::any, Sky::weather);
+}
+
 // A pendulum that nothing stops kept a cylinder of its island awake.
 TEST(RandomWorlds, sleep_beside_a_chain_that_hangs_in_the_air) {
     expect_all_holds(2292, 2292, Run::watched, PlanKind::calm);
