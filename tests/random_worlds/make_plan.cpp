@@ -295,7 +295,7 @@ class Maker {
         car.soil = any_soil();
         car.radius_m = random_.uniform(2, 3) * voxel(car.soil);
         const double r = car.radius_m;
-        car.width_m = random_.uniform(0.6, 1) * r;
+        car.width_m = std::max(0.01, random_.uniform(0.6, 1) * r);  // the least that is a wheel
         car.mass_kg = random_.log_uniform(500, 2500) * 8 * r * r * r;
         if (!place(car.soil, 3.4 * r, car.pose.position, 2.2 * r)) return;
         car.pose.rotation = Random::turn({0, 0, 1}, random_.uniform(-3, 3));
