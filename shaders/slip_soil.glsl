@@ -139,7 +139,7 @@ int acceleration_at(int curve, int voxel, int slope) {
     int mass = mass_at(voxel);
     int mean = 0;
     for (int m = 0; m < params.material_count; ++m) {
-        int share = fraction_q16(state_at(kPlaneMaterial + m, voxel), mass);
+        int share = fraction_q16(state_at(kPlaneMaterial + m, voxel), max(1, mass));  // room may be left without soil
         mean += mul_q16(share, table_at(kSoilStates * m + kMixedBonded - curve, kTableAcceleration, slope));
     }
     return mean;
