@@ -105,15 +105,9 @@ TEST(RandomWorlds, have_no_energy_of_chains_that_swing_coarsely) {
     expect_all_holds(88, 88, Run::watched, PlanKind::any, Sky::weather);
 }
 
-// Room without soil, which rounding had left, fell past a slope: as a mixture of nothing it was
-// divided by its mass.
-TEST(RandomWorlds, go_on_where_room_without_soil_falls) {
+// Room without soil fell past a slope; a hull woke between two substeps, which gives no weight.
+TEST(RandomWorlds, go_on_without_soil_and_without_weight) {
     expect_all_holds(840051, 840051, Run::watched, PlanKind::calm, Sky::weather);
-}
-
-// A hull woke between two substeps: until the next frame Bullet
-// gives it no weight, and the soil bears none.
-TEST(RandomWorlds, have_no_weight_in_the_frame_they_wake_in) {
     expect_all_holds(810057, 810057, Run::watched, PlanKind::any, Sky::weather);
 }
 
