@@ -201,8 +201,8 @@ TEST(LightBodies, lie_on_a_bank_and_not_on_the_plane_of_its_face) {
     EXPECT_LT(height_of(body), 1.2 + 2 * 0.1);
 }
 
-// Under level ground and over even slopes the plane is that of the surface, and its rim no higher
-// than the highest ground under a body and half a voxel.
+// On level ground the plane is that of the surface. Beside a bank its rim is no higher than the
+// ground under the body and half a voxel.
 TEST(LightBodies, have_a_plane_below_them_no_higher_than_the_ground) {
     BulletScene scene;
     const auto soil = upright_bank(scene);

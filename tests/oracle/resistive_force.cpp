@@ -104,22 +104,25 @@ void add_sphere(std::vector<Facet>& out, double radius, double edge_m) {
 
 }  // namespace
 
-bool is_inside(const std::vector<ConvexShape>& solids, Vec3 at) {
-    return std::any_of(solids.begin(), solids.end(), [&](const ConvexShape& solid) {
-        return inside_shape(solid, transform(inverse(solid.local), at));
-    });
-}
-
 namespace {
 
 /// Radius of a ball about a solid's origin that holds it.
 double bound_m(const ConvexShape& solid) {
-    return solid.kind == ConvexShape::Kind::box      ? length(solid.half_extents_m)
-           : solid.kind == ConvexShape::Kind::sphere ? solid.radius_m
-                                                     : solid.radius_m + solid.half_height_m;
+    const double bare_m = solid.kind == ConvexShape::Kind::box ? length(solid.half_extents_m)
+                          : solid.kind == ConvexShape::Kind::sphere
+                              ? solid.radius_m
+                              : solid.radius_m + solid.half_height_m;
+    return bare_m + 2 * solid.rounding_m;  // a box's corners are square
 }
 
 }  // namespace
+
+bool is_inside(const std::vector<ConvexShape>& solids, Vec3 at) {
+    return std::any_of(solids.begin(), solids.end(), [&](const ConvexShape& solid) {
+        return length(at - solid.local.position) <= bound_m(solid) &&
+               inside_shape(solid, transform(inverse(solid.local), at));
+    });
+}
 
 std::vector<Facet> surface_of(const std::vector<ConvexShape>& solids, double edge_m) {
     std::vector<Facet> out;
@@ -142,11 +145,7 @@ std::vector<Facet> surface_of(const std::vector<ConvexShape>& solids, double edg
         for (Facet& facet : own) {
             facet.at = transform(solid.local, facet.at);
             facet.normal = rotate(solid.local.rotation, facet.normal);
-            const bool is_covered = std::any_of(near.begin(), near.end(), [&](const auto& other) {
-                return length(facet.at - other.local.position) <= bound_m(other) &&
-                       inside_shape(other, transform(inverse(other.local), facet.at));
-            });
-            if (!is_covered) out.push_back(facet);
+            if (!is_inside(near, facet.at)) out.push_back(facet);
         }
     }
     return out;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "soil/shape_bounds.h"
+
 namespace bsoil {
 namespace {
 
@@ -68,21 +70,16 @@ std::optional<SurfaceSoil> SoilBelow::at(Vec3 world_m) const {
 
 double SoilBelow::highest_under_m(const Aabb& box) const {
     const GridFrame& frame = soil_.frame();
-    constexpr double kFar = std::numeric_limits<double>::infinity();
-    Aabb columns{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
-    for (int corner = 0; corner < 8; ++corner) {
-        const Vec3 at = frame.to_grid({(corner & 1) != 0 ? box.max.x : box.min.x,
-                                       (corner & 2) != 0 ? box.max.y : box.min.y,
-                                       (corner & 4) != 0 ? box.max.z : box.min.z});
-        columns.min = {std::min(columns.min.x, at.x), std::min(columns.min.y, at.y), 0};
-        columns.max = {std::max(columns.max.x, at.x), std::max(columns.max.y, at.y), 0};
-    }
+    ConvexShape solid;
+    solid.half_extents_m = 0.5 * (box.max - box.min);
+    const Pose middle{0.5 * (box.min + box.max), {}};
+    const Aabb columns = shape_bounds(solid, inverse(frame.grid_to_world) * middle, frame.voxel_m);
     const auto parts_of = [](double low, double high) {
-        return static_cast<int>(std::clamp<double>(std::ceil(high - low), 1, kHeightsMost));
+        return static_cast<int>(std::clamp<double>(std::ceil(high - low), 1, kHeightsMost - 1));
     };
     const int across = parts_of(columns.min.x, columns.max.x);
     const int along = parts_of(columns.min.y, columns.max.y);
-    double highest_m = -kFar;
+    double highest_m = -std::numeric_limits<double>::infinity();
     for (int i = 0; i <= across; ++i) {
         for (int k = 0; k <= along; ++k) {
             const double x = std::lerp(columns.min.x, columns.max.x, 1.0 * i / across);
