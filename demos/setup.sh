@@ -48,14 +48,14 @@ install_packages() {
 }
 
 # configure FOLDER NAME=VALUE...: runs CMake unless the folder is configured with these values already.
-# NAME?=VALUE is for the first time only.
+# NAME?=VALUE is for a folder that has no value of that name yet.
 configure() {
     local folder=$1 entry name configured=0 arguments=()
     shift
     [[ -f $folder/build.ninja || -f $folder/Makefile ]] && configured=1
     for entry in "$@"; do
         if [[ $entry == *\?=* ]]; then
-            ((configured)) || arguments+=("-D${entry/\?=/=}")
+            grep -q "^${entry%%\?=*}:" "$folder/CMakeCache.txt" 2>/dev/null || arguments+=("-D${entry/\?=/=}")
         else
             name=${entry%%=*}
             grep -q "^$name:[A-Z]*=${entry#*=}\$" "$folder/CMakeCache.txt" 2>/dev/null || arguments+=("-D$entry")

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "soil/shape_bounds.h"
-
 namespace bsoil {
 namespace {
 
@@ -70,21 +68,20 @@ std::optional<SurfaceSoil> SoilBelow::at(Vec3 world_m) const {
 
 double SoilBelow::highest_under_m(const Aabb& box) const {
     const GridFrame& frame = soil_.frame();
-    ConvexShape solid;
-    solid.half_extents_m = 0.5 * (box.max - box.min);
-    const Pose middle{0.5 * (box.min + box.max), {}};
-    const Aabb columns = shape_bounds(solid, inverse(frame.grid_to_world) * middle, frame.voxel_m);
-    const auto parts_of = [](double low, double high) {
-        return static_cast<int>(std::clamp<double>(std::ceil(high - low), 1, kHeightsMost - 1));
+    // Up is the world's y or z; the two others are level.
+    const Vec3 size = box.max - box.min, across{size.x, 0, 0};
+    const Vec3 along = size - across - dot(size, up_) * up_;
+    const auto parts_of = [&](Vec3 side) {
+        return static_cast<int>(
+            std::clamp<double>(std::ceil(length(side) / frame.voxel_m), 1, kHeightsMost - 1));
     };
-    const int across = parts_of(columns.min.x, columns.max.x);
-    const int along = parts_of(columns.min.y, columns.max.y);
+    const int across_count = parts_of(across), along_count = parts_of(along);
     double highest_m = -std::numeric_limits<double>::infinity();
-    for (int i = 0; i <= across; ++i) {
-        for (int k = 0; k <= along; ++k) {
-            const double x = std::lerp(columns.min.x, columns.max.x, 1.0 * i / across);
-            const double y = std::lerp(columns.min.y, columns.max.y, 1.0 * k / along);
-            if (const auto point = surface_.at(x * frame.voxel_m, y * frame.voxel_m)) {
+    for (int i = 0; i <= across_count; ++i) {
+        for (int k = 0; k <= along_count; ++k) {
+            const Vec3 at = frame.to_grid(box.min + 1.0 * i / across_count * across +
+                                          1.0 * k / along_count * along);
+            if (const auto point = surface_.at(at.x * frame.voxel_m, at.y * frame.voxel_m)) {
                 highest_m = std::max(highest_m,
                                      dot(transform(frame.grid_to_world, point->position_m), up_));
             }
