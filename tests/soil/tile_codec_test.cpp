@@ -34,6 +34,33 @@ void expect_round_trip(const TileVoxels& tile) {
     std::fill(two.words.begin(), two.words.end(), 77);
     ASSERT_TRUE(unpack_first_planes(bytes, tile.plane_count, two));
     EXPECT_TRUE(std::equal(two.words.begin(), two.words.end(), tile.words.begin()));
+    const int filled = filled_levels(tile);
+    EXPECT_EQ(filled_levels(bytes, tile.height, tile.plane_count), filled);
+    for (const int levels : {filled, filled / 2, tile.height}) {
+        TileVoxels low;
+        low.reset(levels, tile.plane_count);
+        std::fill(low.words.begin(), low.words.end(), 77);
+        ASSERT_TRUE(unpack_levels(bytes, tile.height, low));
+        for (int p = 0; p < tile.plane_count; ++p) {
+            for (int z = 0; z < tile.height; ++z) {
+                for (int c = 0; c < 64; ++c) {
+                    ASSERT_EQ(z < levels ? low.at(p, z, c) : 0,
+                              z < filled && z < levels ? tile.at(p, z, c) : 0);
+                    ASSERT_TRUE(z < filled || tile.at(p, z, c) == 0);
+                }
+            }
+        }
+    }
+}
+
+TEST(TileCodec, tells_up_to_where_there_is_anything) {
+    for (const int top : {0, 1, 7, 24}) {
+        const TileVoxels tile = tile_of(
+            24, 9, [top](int p, int z, int c) { return p == 3 && c == 63 && z < top ? -1 : 0; });
+        EXPECT_EQ(filled_levels(tile), top);
+        EXPECT_EQ(filled_levels(pack_tile(tile), 24, 9), top);
+    }
+    EXPECT_EQ(filled_levels(std::span<const uint8_t>(), 24, 9), 0);
 }
 
 TEST(TileCodec, gives_back_what_it_got) {

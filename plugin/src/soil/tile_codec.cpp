@@ -102,6 +102,28 @@ bool read_columns(std::span<const uint8_t> bytes, int height, int plane_count, S
     return in.at == bytes.size();
 }
 
+/// What `tile` has room for: the first planes and the lowest levels.
+bool unpack_part(std::span<const uint8_t> bytes, int packed_height, int packed_plane_count,
+                 TileVoxels& tile) {
+    std::fill(tile.words.begin(), tile.words.end(), 0);
+    return read_columns(
+        bytes, packed_height, packed_plane_count,
+        [&](int column) {
+            for (int p = 0; p < tile.plane_count; ++p) {
+                for (int z = 0; z < tile.height; ++z) {
+                    tile.at(p, z, column) = tile.at(p, z, column - 1);
+                }
+            }
+        },
+        [&](int column, int z, const ColumnRun& run) {
+            const int end = std::min(z + run.length, tile.height);
+            for (int p = 0; p < tile.plane_count; ++p) {
+                const int32_t value = run.values[static_cast<size_t>(p)];
+                for (int up = z; value != 0 && up < end; ++up) tile.at(p, up, column) = value;
+            }
+        });
+}
+
 }  // namespace
 
 std::vector<uint8_t> pack_tile(const TileVoxels& tile) {
@@ -148,28 +170,39 @@ std::vector<uint8_t> pack_tile(const TileVoxels& tile) {
 }
 
 bool unpack_tile(std::span<const uint8_t> bytes, TileVoxels& tile) {
-    return unpack_first_planes(bytes, tile.plane_count, tile);
+    return unpack_part(bytes, tile.height, tile.plane_count, tile);
 }
 
 bool unpack_first_planes(std::span<const uint8_t> bytes, int packed_plane_count, TileVoxels& tile) {
-    std::fill(tile.words.begin(), tile.words.end(), 0);
-    return read_columns(
-        bytes, tile.height, packed_plane_count,
-        [&](int column) {
-            for (int p = 0; p < tile.plane_count; ++p) {
-                for (int z = 0; z < tile.height; ++z) {
-                    tile.at(p, z, column) = tile.at(p, z, column - 1);
-                }
-            }
-        },
-        [&](int column, int z, const ColumnRun& run) {
-            for (int p = 0; p < tile.plane_count; ++p) {
-                const int32_t value = run.values[static_cast<size_t>(p)];
-                for (int i = 0; value != 0 && i < run.length; ++i) {
-                    tile.at(p, z + i, column) = value;
-                }
-            }
+    return unpack_part(bytes, tile.height, packed_plane_count, tile);
+}
+
+bool unpack_levels(std::span<const uint8_t> bytes, int packed_height, TileVoxels& tile) {
+    return unpack_part(bytes, packed_height, tile.plane_count, tile);
+}
+
+int filled_levels(std::span<const uint8_t> bytes, int height, int plane_count) {
+    constexpr std::array<int32_t, kTilePlanesMost> kAir{};
+    int levels = 0;
+    const bool is_whole = read_columns(
+        bytes, height, plane_count, [](int) {},
+        [&](int, int z, const ColumnRun& run) {
+            if (run.values != kAir) levels = std::max(levels, z + run.length);
         });
+    return is_whole ? levels : 0;
+}
+
+int filled_levels(const TileVoxels& tile) {
+    const auto plane_words = static_cast<size_t>(tile.height) * 64;
+    int levels = 0;
+    for (int p = 0; p < tile.plane_count; ++p) {
+        const int32_t* words = &tile.words[static_cast<size_t>(p) * plane_words];
+        int z = tile.height;
+        const auto is_air = [](int32_t word) { return word == 0; };
+        while (z > levels && std::all_of(words + (z - 1) * 64, words + z * 64, is_air)) --z;
+        levels = z;
+    }
+    return levels;
 }
 
 void TileRuns::append(int first, const ColumnRun& run) {

@@ -85,6 +85,14 @@ std::vector<uint8_t> pack_tile(const TileVoxels& tile);
 bool unpack_tile(std::span<const uint8_t> bytes, TileVoxels& tile);
 /// Only the first planes, as many as `tile` has, of a tile packed with `packed_plane_count`.
 bool unpack_first_planes(std::span<const uint8_t> bytes, int packed_plane_count, TileVoxels& tile);
+/// Only the lowest levels, as many as `tile` has, of a tile packed with `packed_height`.
+bool unpack_levels(std::span<const uint8_t> bytes, int packed_height, TileVoxels& tile);
+/// Above so many levels all words of a tile are zero, packed or as it is. 0 where the bytes are
+/// damaged.
+/// @{
+int filled_levels(std::span<const uint8_t> bytes, int height, int plane_count);
+int filled_levels(const TileVoxels& tile);
+/// @}
 
 /// The same bytes from runs and back; no two neighbouring runs of a column are alike.
 /// @{

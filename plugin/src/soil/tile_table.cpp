@@ -18,6 +18,9 @@ constexpr int64_t kSleepAfterSteps = 30;
 constexpr int64_t kAwakeBytesDefault = int64_t{1} << 30;
 // Awake tiles that a soil starts with; the table doubles when it needs more.
 constexpr int kSlotsAtStart = 64;
+// A tile that wakes is written up to a multiple of so many levels. Ours: 8 KiB a plane. Larger: air
+// is written; smaller: a driver has more calls, of some microseconds each, with less in them.
+constexpr int kLevelsWritten = 32;
 
 /// Tile::top of these voxels.
 int top_of(const TileVoxels& voxels) {
@@ -162,6 +165,7 @@ Status TileTable::allocate_slots(int count) {
     for (int slot = count - 1; slot >= slot_count_; --slot) free_slots_.push_back(slot);
     slot_tile_.resize(count, -1);
     woken_step_.resize(count, 0);
+    filled_levels_.resize(count, kNeverUsed);
     looked_step_.resize(count, -1);
     looked_blocks_.resize(count, 0);
     slot_count_ = count;
@@ -197,17 +201,16 @@ int TileTable::wake(int index) {
                                                     static_cast<double>(tile.top)}));
         return -1;
     }
-    voxels_.reset(core_.height, core_.kept_planes);
-    unpack_tile(tile.bytes(), voxels_);
+    const int filled = filled_levels(tile.bytes(), core_.height, core_.kept_planes);
+    const int written = (filled + kLevelsWritten - 1) / kLevelsWritten * kLevelsWritten;
+    voxels_.resize(std::min(written, core_.height), core_.kept_planes);
+    unpack_levels(tile.bytes(), core_.height, voxels_);
     tile.slot = free_slots_.back();
     free_slots_.pop_back();
     slot_tile_[tile.slot] = index;
     woken_step_[tile.slot] = core_.step_index;
-    write_voxels(index, voxels_);
-    for (int plane : {kPlaneCoverage, kPlaneOwner, kPlaneSupport}) {
-        core_.device->fill_zero(Buffer::state, plane_offset(plane, tile.slot),
-                                core_.params.tile_voxels);
-    }
+    fill_slot(tile.slot, voxels_);
+    tile.top = tile.packed ? tile.packed->top : 0;
     core_.device->fill_zero(Buffer::spans, spans_offset(tile.slot), kTileColumns * kColumnWords);
     for (int array = 0; array < kFlagArrays; ++array) {
         core_.device->fill_zero(Buffer::block_flags,
@@ -219,6 +222,23 @@ int TileTable::wake(int index) {
     is_dirty_ = true;
     note_edit();
     return tile.slot;
+}
+
+void TileTable::fill_slot(int slot, const TileVoxels& low) {
+    int& filled = filled_levels_[static_cast<size_t>(slot)];
+    const auto words = static_cast<size_t>(low.height) * kTileColumns;
+    const int64_t above = int64_t{std::max(0, filled - low.height)} * kTileColumns;
+    for (int p = 0; p < core_.kept_planes; ++p) {
+        const int64_t offset = plane_offset(state_plane_of(p), slot);
+        core_.device->write(Buffer::state, offset,
+                            std::span(low.words).subspan(static_cast<size_t>(p) * words, words));
+        core_.device->fill_zero(Buffer::state, offset + static_cast<int64_t>(words), above);
+    }
+    for (int plane : {kPlaneCoverage, kPlaneOwner, kPlaneSupport}) {
+        if (filled == kNeverUsed) break;
+        core_.device->fill_zero(Buffer::state, plane_offset(plane, slot), core_.params.tile_voxels);
+    }
+    filled = core_.height;
 }
 
 void TileTable::note_stale(int slot, bool may_be_covered) {
@@ -302,6 +322,7 @@ void TileTable::put_to_sleep(std::span<const int> indices) {
     for (size_t i = 0; i < indices.size(); ++i) {
         Tile& tile = *tiles_[indices[i]];
         tile.packed = make_packed(sleepers_[i]);
+        filled_levels_[static_cast<size_t>(tile.slot)] = filled_levels(sleepers_[i]);
         slot_tile_[tile.slot] = -1;
         free_slots_.push_back(tile.slot);
         tile.slot = -1;
@@ -458,6 +479,8 @@ void TileTable::clear() {
     note_edit();
     for (auto& tile : tiles_) tile.reset();
     std::ranges::fill(slot_tile_, -1);
+    // Nobody has looked what they hold.
+    std::ranges::fill(filled_levels_, core_.height);
     free_slots_.clear();
     for (int slot = slot_count_ - 1; slot >= 0; --slot) free_slots_.push_back(slot);
     std::ranges::fill(woken_step_, 0);

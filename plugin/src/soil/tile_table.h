@@ -197,6 +197,10 @@ class TileTable {
     void clear();
 
   private:
+    static constexpr int kNeverUsed = -1;
+
+    /// Puts a tile's lowest levels into a slot that no tile has; above there is nothing.
+    void fill_slot(int slot, const TileVoxels& low);
     Status expect_large();
     Status allocate_slots(int count);
     void want_planes(int index, int plane_count, PlaneSet planes, TileVoxels& out,
@@ -212,6 +216,9 @@ class TileTable {
     bool keeps_places_ = false;
     bool is_dirty_ = false;
     std::vector<int64_t> woken_step_;  ///< by slot: when it woke
+    /// By slot: above so many levels its kept planes are zero while no tile has it; kNeverUsed: all
+    /// of its words are.
+    std::vector<int> filled_levels_;
     /// By slot: the last step that looked at its columns, -1 when nothing is known of them, and how
     /// many blocks up; see note_stale().
     std::vector<int64_t> looked_step_;
