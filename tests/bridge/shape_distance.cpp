@@ -13,13 +13,14 @@
 namespace bsoil::bullet {
 namespace {
 
-/// Distance to an intersection of half spaces, by Dykstra's alternating projections.
-double distance_to_hull(const std::vector<Plane>& planes, Vec3 p) {
+/// Distance to an intersection of half spaces, by Dykstra's alternating projections. Of points that
+/// are further than `clear_m` from one of them, so far: the hull is no nearer.
+double distance_to_hull(const std::vector<Plane>& planes, Vec3 p, double clear_m) {
     double deepest = -std::numeric_limits<double>::infinity();
     for (const Plane& plane : planes) {
         deepest = std::max(deepest, dot(plane.normal, p) - plane.offset);
     }
-    if (deepest <= 0) return deepest;
+    if (deepest <= 0 || deepest > clear_m) return deepest;
     std::vector<double> push(planes.size(), 0);
     Vec3 x = p;
     for (int sweep = 0; sweep < 3000; ++sweep) {
@@ -86,7 +87,7 @@ double distance_to(const ConvexShape& s, Vec3 body_point) {
                 p.z);
             break;
         case ConvexShape::Kind::hull:
-            d = distance_to_hull(s.planes, p);
+            d = distance_to_hull(s.planes, p, s.rounding_m);
             break;
         case ConvexShape::Kind::lattice:
             d = s.lattice->distance_m(p);

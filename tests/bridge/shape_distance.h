@@ -9,7 +9,8 @@
 
 namespace bsoil::bullet {
 
-/// Of a point in the body's frame, negative inside, from formulas of their own.
+/// Of a point in the body's frame, negative inside, from formulas of their own. Outside of a hull
+/// no more than the distance.
 double signed_distance(const std::vector<ConvexShape>& shapes, Vec3 body_point);
 
 /// Bullet's distance of a world point; infinity where its solver gives up. As

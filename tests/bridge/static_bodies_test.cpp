@@ -182,12 +182,15 @@ std::string ground_name(const testing::TestParamInfo<std::tuple<Ground, int>>& i
     return std::string(kNames[static_cast<int>(form)]) + "_at_" + (height_mm < 0 ? "minus_" : "") +
            std::to_string(std::abs(height_mm)) + "_mm";
 }
+constexpr auto kForms = {Ground::plane,       Ground::box,         Ground::slabs, Ground::open_mesh,
+                         Ground::closed_mesh, Ground::heightfield, Ground::rocks, Ground::hull};
 INSTANTIATE_TEST_SUITE_P(Level, GroundBodies,
-                         testing::Combine(testing::Values(Ground::plane, Ground::box, Ground::slabs,
-                                                          Ground::open_mesh, Ground::closed_mesh,
-                                                          Ground::heightfield, Ground::rocks,
-                                                          Ground::hull),
-                                          testing::Values(-200, -20, 0, 20, 50, 130, 300)),
+                         testing::Combine(testing::ValuesIn(kForms),
+                                          testing::Values(-20, 0, 50, 300)),
+                         ground_name);
+INSTANTIATE_TEST_SUITE_P(SlowLevel, GroundBodies,
+                         testing::Combine(testing::ValuesIn(kForms),
+                                          testing::Values(-200, 20, 130)),
                          ground_name);
 
 }  // namespace

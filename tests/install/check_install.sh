@@ -111,30 +111,48 @@ files() {
     done
 }
 
-# Every header can be included on its own, the C header from strict C99, and what it declares is exported by a shared
-# library, under the name of its precision.
+# All headers together, the C header from strict C99, and what a header declares is exported by a shared library, under the
+# name of its precision.
 headers() {
     use_prefix
     enter headers
-    local flags header
+    local header
     while IFS= read -r header; do
         case $header in */result.h | */geometry.h | */limits.h | */cxx20.h | */body.h | */precision.h | */mean_pressure.h | */momentum_flux.h) continue ;; esac # inline only
         grep -q 'visibility push(default)' "$header" || fail "$header: put visibility push(default) before its namespace"
         [[ $header != */bsoil/bullet/* ]] || grep -q 'inline BSOIL_BULLET_PRECISION {' "$header" ||
             fail "$header: its namespace is bsoil::bullet::inline BSOIL_BULLET_PRECISION, see bsoil/bullet/precision.h"
     done < <(find "$prefix/include" -name '*.h')
-    flags=$(pkg-config --cflags bulletsoil-bullet bulletsoil-render) || fail "pkg-config"
-    while IFS= read -r header; do
-        printf '#include <%s>\n' "${header#"$prefix/include/"}"
-    done < <(find "$prefix/include" -name '*.h' | sort) >all.cpp
+    include_all >all.cpp
     (($(wc -l <all.cpp) >= 10)) || fail "only these headers: $(cat all.cpp)"
-    while IFS= read -r header; do
-        printf '%s\n' "$header" >one.cpp
-        # shellcheck disable=SC2086
-        must c++ -std=c++20 -fsyntax-only -Wall -Wextra -Werror $flags one.cpp
-    done <all.cpp
+    must_be_cpp all.cpp
     printf '#include <bsoil/c/bulletsoil.h>\nint nothing;\n' >one.c
     must cc -std=c99 -fsyntax-only -Wall -Wextra -Wpedantic -Werror "-I$prefix/include" one.c
+}
+
+# Every header can be included on its own. Sources include theirs first, so that builds file by file show it as well.
+headers_alone() {
+    use_prefix
+    enter headers_alone
+    local line
+    while IFS= read -r line; do
+        printf '%s\n' "$line" >one.cpp
+        must_be_cpp one.cpp
+    done < <(include_all)
+}
+
+include_all() {
+    local header
+    while IFS= read -r header; do
+        printf '#include <%s>\n' "${header#"$prefix/include/"}"
+    done < <(find "$prefix/include" -name '*.h' | sort)
+}
+
+must_be_cpp() {
+    local flags
+    flags=$(pkg-config --cflags bulletsoil-bullet bulletsoil-render) || fail "pkg-config"
+    # shellcheck disable=SC2086
+    must c++ -std=c++20 -fsyntax-only -Wall -Wextra -Werror $flags "$1"
 }
 
 # What is not built is not half installed.
