@@ -28,6 +28,9 @@ constexpr double kCellVoxels = 1;
 /// cost: the surface of a cube of 50 voxels keeps cells of one. Larger: more empty cells are
 /// cleared; smaller: more entries are looked at.
 constexpr double kCellsPerEntry = 8;
+/// Of fewer entries one thread makes both indices. Ours, as a matter of cost: some hundredths of a
+/// millisecond. Larger: one thread waits; smaller: sharing the work takes longer than the work.
+constexpr size_t kSharedEntries = 2048;
 /// A box is wider by this than what it is to hold, for the rounding.
 constexpr double kRoundingAdds = 1 + 1e-6;
 
@@ -210,8 +213,11 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
     previous_.swap(entries_);
     entries_.resize(voxels.size());
     history_.resize(voxels.size());
-    own_index_.make(previous_, voxel_m);
-    around_index_.make(around, voxel_m);
+    const WorkThreads* sharers = previous_.size() < kSharedEntries ? nullptr : threads;
+    for_ranges(sharers, 2, 1, [&](size_t first, size_t last) {
+        if (first == 0) own_index_.make(previous_, voxel_m);
+        if (last == 2) around_index_.make(around, voxel_m);
+    });
     const auto advance_one = [&](size_t i) {
         const ContactVoxel& v = voxels[i];
         const Vec3 own = motion.velocity_at(v.position_m);

@@ -66,7 +66,7 @@ class SurfacePieces {
 
   private:
     /// Records are put together by this many threads at most, each taking its own.
-    static constexpr size_t kBins = 8;
+    static constexpr size_t kBins = 16;
     static size_t bin_of(size_t record) { return record / kBinRecords % kBins; }
     /// Records beside each other that one thread takes: faces are shared out over neighbours.
     static constexpr size_t kBinRecords = 32;

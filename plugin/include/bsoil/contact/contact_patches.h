@@ -2,6 +2,8 @@
 /// carries the soil, where a constraint can act.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -91,8 +93,17 @@ class ContactPatches {
         double area_m2 = 0;
         int bin = 0;  ///< dominant_axis_bin() of its normal in its body's frame
     };
+    void sort_by_bin(std::span<const ContactVoxel> voxels, int carrier);
+    std::span<const uint32_t> of_bin(size_t bin) const {
+        return std::span(by_bin_).subspan(bin_starts_[bin],
+                                          bin_starts_[bin + 1] - bin_starts_[bin]);
+    }
     ContactFaces faces_;
     std::vector<Element> elements_;  ///< per voxel
+    /// Of one carrier, by bin: the voxels, and the patch of each.
+    std::vector<uint32_t> by_bin_;
+    std::vector<int8_t> patch_of_;
+    std::array<size_t, kNormalBinCount + 1> bin_starts_{};
     std::vector<ContactPatch> patches_;
 };
 
