@@ -31,7 +31,8 @@ constexpr double kCellsPerEntry = 8;
 /// Of fewer entries one thread makes both indices. Ours, as a matter of cost: some hundredths of a
 /// millisecond. Larger: one thread waits; smaller: sharing the work takes longer than the work.
 constexpr size_t kSharedEntries = 2048;
-/// A box is wider by this than what it is to hold, for the rounding.
+/// A box is wider by this than what it is to hold. Ours: for the rounding. Larger: more entries are
+/// looked at; smaller: one on the border is missed.
 constexpr double kRoundingAdds = 1 + 1e-6;
 
 /// The part of a sorted list from `x` on.
