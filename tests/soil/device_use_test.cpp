@@ -186,6 +186,25 @@ TEST_P(DeviceUse, tiles_take_each_others_slots) {
     }
 }
 
+// What is known of a tile's height is a bound, and a snapshot has it. Awake it is the soil's own
+// again: a soil that goes on from a snapshot looks no further up than one that was never saved.
+TEST_P(DeviceUse, a_tile_of_a_snapshot_wakes_as_high_as_its_soil) {
+    SoilDef def = grid_def(8, 8, 64);
+    def.backend = GetParam();
+    const auto soil = make_soil(def), copy = make_soil(def);
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {8, 8, 3})));
+    Soil::Impl &saved = SoilProbe::impl(*soil), &loaded = SoilProbe::impl(*copy);
+    saved.tiles[0]->top = 40;
+    const auto put = copy->prepare(soil->state());
+    ASSERT_TRUE(put) << put.error();
+    (*put)();
+    for (Soil::Impl* impl : {&saved, &loaded}) {
+        EXPECT_EQ(impl->tiles[0]->top, 40);
+        ASSERT_GE(impl->tiles.wake(0), 0);
+        EXPECT_EQ(impl->tiles[0]->top, 3);
+    }
+}
+
 TEST_P(DeviceUse, tiles_that_fall_asleep_are_read_together) {
     SoilDef def = grid_def(32, 32, 16);
     def.backend = GetParam();

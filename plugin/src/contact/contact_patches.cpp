@@ -193,6 +193,50 @@ class CarrierPatches {
     std::array<PatchSum, kPatchCapacity> sums_{};
 };
 
+/// All of a body's voxels, whatever carries their soil.
+class ContactTotal {
+  public:
+    ContactTotal(Vec3 up, bool mobilized) : up_(up), is_mobilized_(mobilized) {}
+
+    /// area_m2: of the voxel's that touches soil. width_m: of its face.
+    void add(const ContactVoxel& v, const ElementYield& yield, double area_m2, double width_m,
+             const ContactMotion& relative) {
+        if (is_mobilized_) {
+            const Vec3 force = area_m2 * yield.mobilized_pa;
+            total_.mobilized_force_n += force;
+            total_.mobilized_torque_n_m +=
+                cross(v.position_m - relative.motion.center_of_mass_m, force);
+            pressure_.add_stress(std::max(0.0, -dot(yield.mobilized_pa, v.normal)), area_m2);
+        }
+        const double limit_n = yield.normal_limit_pa * area_m2;
+        limit_n_ += limit_n;
+        total_.width_m += limit_n * width_m;
+        total_.area_m2 += area_m2;
+        // A wall's level has the rim in it that came out from under the sole.
+        const bool on_sole = is_sole(looks_down(v.normal, up_));
+        if (v.depth_m > 0 && (on_sole == has_sole_ ? v.depth_m > total_.depth_m : on_sole)) {
+            has_sole_ = on_sole;
+            total_.depth_m = v.depth_m;
+            total_.deepest_height_m = dot(v.position_m, up_);
+        }
+        total_.compression_m = std::max(total_.compression_m, v.compression_m);
+    }
+    BodyContact contact() const {
+        BodyContact out = total_;
+        out.mobilized_pressure_pa = pressure_.pa();
+        out.width_m = limit_n_ > 0 ? total_.width_m / limit_n_ : 0;
+        return out;
+    }
+
+  private:
+    Vec3 up_;
+    bool is_mobilized_;
+    BodyContact total_;  ///< width_m: times the limits
+    MeanPressure pressure_;
+    double limit_n_ = 0;
+    bool has_sole_ = false;
+};
+
 }  // namespace
 
 BodyContact ContactPatches::find(std::span<const ContactVoxel> voxels,
@@ -236,10 +280,7 @@ BodyContact ContactPatches::find_on_faces(std::span<const ContactVoxel> voxels,
         }
     });
 
-    BodyContact total;
-    MeanPressure mobilized;
-    double limit_n_sum = 0;
-    bool has_sole = false;
+    ContactTotal total(law.up(), ask.mobilized);
     const WorkThreads* sharers = voxels.size() < kSharedVoxels ? nullptr : threads;
     for (const ContactMotion& relative : motions) {
         CarrierPatches sums(relative, law, element_m);
@@ -264,37 +305,15 @@ BodyContact ContactPatches::find_on_faces(std::span<const ContactVoxel> voxels,
                 sums.add(voxels[by_bin_[k]], patch, element.yield, element.area_m2);
             }
         };
-        const auto sum_all = [&] {
-            for (size_t i = 0; i < voxels.size(); ++i) {
-                const ContactVoxel& v = voxels[i];
-                if (v.carrier != relative.carrier) continue;
-                const auto& [yield, area, bin] = elements_[i];
-                if (ask.mobilized) {
-                    const Vec3 force = area * yield.mobilized_pa;
-                    total.mobilized_force_n += force;
-                    total.mobilized_torque_n_m +=
-                        cross(v.position_m - relative.motion.center_of_mass_m, force);
-                    mobilized.add_stress(std::max(0.0, -dot(yield.mobilized_pa, v.normal)), area);
-                }
-                const double limit_n = yield.normal_limit_pa * area;
-                limit_n_sum += limit_n;
-                total.width_m += limit_n * faces_.of_voxel(i).width_m;
-                total.area_m2 += area;
-                // A wall's level has the rim in it that came out from under the sole.
-                const bool on_sole = is_sole(looks_down(v.normal, law.up()));
-                if (v.depth_m > 0 && (on_sole == has_sole ? v.depth_m > total.depth_m : on_sole)) {
-                    has_sole = on_sole;
-                    total.depth_m = v.depth_m;
-                    total.deepest_height_m = dot(v.position_m, law.up());
-                }
-                total.compression_m = std::max(total.compression_m, v.compression_m);
-            }
-        };
         // Each sum in the order of the voxels, on whichever thread: the longest first.
         for_ranges(sharers, 1 + kPatchCapacity, 1, [&](size_t first, size_t last) {
             for (size_t job = first; job < last; ++job) {
                 if (job == 0) {
-                    sum_all();
+                    for (size_t i = 0; i < voxels.size(); ++i) {
+                        if (voxels[i].carrier != relative.carrier) continue;
+                        const auto& [yield, area, bin] = elements_[i];
+                        total.add(voxels[i], yield, area, faces_.of_voxel(i).width_m, relative);
+                    }
                 } else {
                     sum_patch(static_cast<int>(job) - 1);
                 }
@@ -302,9 +321,7 @@ BodyContact ContactPatches::find_on_faces(std::span<const ContactVoxel> voxels,
         });
         sums.append_to(patches_);
     }
-    total.mobilized_pressure_pa = mobilized.pa();
-    total.width_m = limit_n_sum > 0 ? total.width_m / limit_n_sum : 0;
-    return total;
+    return total.contact();
 }
 
 // Stable: each bin's voxels keep their order.

@@ -210,7 +210,7 @@ int TileTable::wake(int index) {
     slot_tile_[tile.slot] = index;
     woken_step_[tile.slot] = core_.step_index;
     fill_slot(tile.slot, voxels_);
-    tile.top = tile.packed ? tile.packed->top : 0;
+    tile.top = top_of(voxels_);  // a snapshot has an upper bound
     core_.device->fill_zero(Buffer::spans, spans_offset(tile.slot), kTileColumns * kColumnWords);
     for (int array = 0; array < kFlagArrays; ++array) {
         core_.device->fill_zero(Buffer::block_flags,
