@@ -34,6 +34,7 @@ static_assert(same(BULLETSOIL_OPEN_HIGH_Y, kOpenHighY));
 static_assert(same(BULLETSOIL_OPEN_LOW_Z, kOpenLowZ));
 static_assert(same(BULLETSOIL_OPEN_HIGH_Z, kOpenHighZ));
 static_assert(same(BULLETSOIL_CONTACT_PLAIN, ContactLawDef::Kind::plain));
+static_assert(same(BULLETSOIL_CONTACT_WORK, ContactLawDef::Kind::work));
 static_assert(same(BULLETSOIL_SOURCE_DISC, SourceDef::Shape::disc));
 static_assert(same(BULLETSOIL_SOURCE_RECTANGLE, SourceDef::Shape::rectangle));
 static_assert(same(BULLETSOIL_SINK_BOX, ConvexShape::Kind::box));

@@ -69,8 +69,7 @@ void bad_definitions_are_refused(void) {
     CHECK_MEMBER(propagation_iterations, 65, "propagation_iterations");
     CHECK_MEMBER(overflow, BULLETSOIL_OVERFLOW_UP_SPREAD + 1, "overflow is 3, must be 0 to 2");
     CHECK_MEMBER(overflow_passes, 65, "overflow_passes is 65, must be 0 to 64");
-    CHECK_MEMBER(contact_law, BULLETSOIL_CONTACT_PLAIN + 1,
-                 "contact_law.kind is 3, must be 0 to 2");
+    CHECK_MEMBER(contact_law, BULLETSOIL_CONTACT_WORK + 1, "contact_law.kind is 4, must be 0 to 3");
     CHECK_MEMBER(contact_law, BULLETSOIL_CONTACT_BEKKER,
                  "contact_law.bekker has 0 entries for 1 materials");
     CHECK_MEMBER(bekker_count, 1, "def.bekker is null");

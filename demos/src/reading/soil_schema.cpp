@@ -170,16 +170,18 @@ TableOf<SoilItem> soil_table() {
     BSOIL_SOIL_FIELDS(BSOIL_KEY)
 #undef BSOIL_KEY
     table
-        .choice("contact_law", {"granular", "bekker", "plain"}, "granular",
-                "what soil does to bodies: by the stress at each element of their surface, by "
-                "Bekker's and Janosi's parameters (each material then needs `[material.bekker]`), "
-                "or by resistive force theory alone",
-                [](S& s, size_t i) {
-                    constexpr ContactLawDef::Kind kOrder[] = {ContactLawDef::Kind::granular,
-                                                              ContactLawDef::Kind::bekker,
-                                                              ContactLawDef::Kind::plain};
-                    s.def.contact_law.kind = kOrder[i];
-                })
+        .choice(
+            "contact_law", {"granular", "bekker", "plain", "work"}, "granular",
+            "what soil does to bodies: by the stress at each element of their surface, by "
+            "Bekker's and Janosi's parameters (each material then needs `[material.bekker]`), "
+            "by resistive force theory alone, or by the work of moving what a face displaces to "
+            "the free surface",
+            [](S& s, size_t i) {
+                constexpr ContactLawDef::Kind kOrder[] = {
+                    ContactLawDef::Kind::granular, ContactLawDef::Kind::bekker,
+                    ContactLawDef::Kind::plain, ContactLawDef::Kind::work};
+                s.def.contact_law.kind = kOrder[i];
+            })
         .choice("contact_faces", {"coverage", "shape"}, "shape",
                 "where the area of a body's surface in a voxel comes from: the coverage field, or "
                 "the body's shapes with their edges and thin parts",

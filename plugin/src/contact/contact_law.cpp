@@ -8,13 +8,14 @@
 #include "bsoil/contact/bekker_law.h"
 #include "bsoil/contact/granular_law.h"
 #include "bsoil/contact/plain_law.h"
+#include "bsoil/contact/work_law.h"
 #include "contact/law_fields.h"
 
 namespace bsoil {
 
 Status ContactLawDef::validate(int material_count) const {
     Status status =
-        check_range("contact_law.kind", static_cast<int>(kind), 0, static_cast<int>(Kind::plain));
+        check_range("contact_law.kind", static_cast<int>(kind), 0, static_cast<int>(Kind::work));
     for_each_constant(*this, [&](const char* name, double value, double low, double high) {
         if (status) status = check_range(std::string("contact_law.") + name, value, low, high);
     });
@@ -66,6 +67,9 @@ std::unique_ptr<const ContactLaw> ContactLaw::make(std::shared_ptr<const Contact
     }
     if (soil->law.kind == ContactLawDef::Kind::plain) {
         return std::make_unique<PlainLaw>(std::move(soil), surface);
+    }
+    if (soil->law.kind == ContactLawDef::Kind::work) {
+        return std::make_unique<WorkLaw>(std::move(soil), surface);
     }
     return std::make_unique<GranularLaw>(std::move(soil), surface);
 }

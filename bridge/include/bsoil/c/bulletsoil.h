@@ -128,7 +128,9 @@ enum {
     /** by Bekker's pressure and Janosi's shear; each material needs its parameters */
     BULLETSOIL_CONTACT_BEKKER = 1,
     /** by resistive force theory alone */
-    BULLETSOIL_CONTACT_PLAIN = 2
+    BULLETSOIL_CONTACT_PLAIN = 2,
+    /** by the work of moving what a face displaces to the free surface */
+    BULLETSOIL_CONTACT_WORK = 3
 };
 
 /** A bit for each side of the grid's box along the world's axes, before it is turned by yaw_rad. */

@@ -25,6 +25,10 @@ struct ContactLawDef {
         /// Three-dimensional resistive force theory alone: density and friction angle, nothing
         /// fitted, no size, no memory of shear: see plain_law.h
         plain,
+        /// The work that it takes to move what a face displaces to the free surface: lifting, and
+        /// shear under the overburden on its path. Density and friction angle, nothing fitted, with
+        /// the width of the body: see work_law.h
+        work,
     };
     Kind kind = Kind::granular;
     /// Of each material, in the order of SoilDef::material_list(); for Kind::bekker, else unused.
