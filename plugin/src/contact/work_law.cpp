@@ -4,13 +4,15 @@
 #include <cmath>
 #include <numbers>
 
+#include "bsoil/contact/granular_law.h"
 #include "bsoil/contact/orientation.h"
 #include "bsoil/contact/trapped_soil.h"
 
 namespace bsoil {
 namespace {
 
-constexpr double kRightAngleRad = std::numbers::pi / 2;
+/// By how much a push along a normal turns before it rises: 90 deg of a level sole, none of a wall.
+double turn_of(Vec3 normal, Vec3 up) { return std::asin(std::clamp(-dot(normal, up), -1.0, 1.0)); }
 
 /// What the face and its soil do along the face, of a motion.
 struct Dragging {
@@ -85,29 +87,46 @@ WorkLaw::WorkLaw(std::shared_ptr<const ContactSoil> soil, const SurfaceFriction&
         const double phi = material.friction_angle_rad;
         const double friction = surface.friction >= 0 ? surface.friction : material.tool_friction;
         const WorkPath face(phi, friction);
-        strengths_.push_back({material.density_kg_m3 * this->soil().gravity_m_s2,
+        strengths_.push_back({material.density_kg_m3 * this->soil().gravity_m_s2, phi,
                               (1 - face.sine()) * face.tangent() / std::sin(std::atan(face.rise())),
                               face, WorkPath(phi, std::tan(phi))});
     }
 }
 
-double WorkLaw::overburden_m(const Strength& soil, const WorkPath& path, const FaceExtent& face,
-                             Vec3 normal, double depth_m) const {
-    if (!(depth_m > 0)) return 0;
-    const SoleAndWall parts = bearing_parts(looks_down(normal, up()));
-    const double turn_rad = std::asin(std::clamp(-dot(normal, up()), -1.0, 1.0));
-    const double work = path.work_share(turn_rad);
+double WorkLaw::zone_m(const WorkPath& path, const FaceExtent& face, double sole,
+                       double depth_m) const {
     const double developing_m =
         (def().mobilization_widths - def().mobilization_fall_widths * face.relative_density) *
         face.width_m;
-    const double developed = developing_m > 0 ? std::min(1.0, depth_m / developing_m) : 0;
-    const double zone_m = parts.sole * developed * face.width_m / (2 * path.rise());
-    const double path_width_m = std::lerp(face.width_m, face.length_m, parts.sole);
-    const double sides_m = path_width_m > 0
-                               ? soil.sides * (depth_m * (depth_m + zone_m) + zone_m * zone_m / 3) /
-                                     (path.rankine() * path_width_m)
-                               : 0;
-    return depth_m + (work - 1) * (depth_m + zone_m / 2) + work * sides_m;
+    if (!(developing_m > 0)) return 0;
+    return sole * std::min(1.0, depth_m / developing_m) * face.width_m / (2 * path.rise());
+}
+
+WorkPath WorkLaw::dense_path(const Strength& soil, const WorkPath& path, const FaceExtent& face,
+                             Vec3 normal, double depth_m) const {
+    const double sole = bearing_parts(looks_down(normal, up())).sole;
+    const double overburden_pa =
+        soil.weight_n_m3 * (depth_m + zone_m(path, face, sole, depth_m) / 2);
+    const double mean_pa =
+        overburden_pa / (1 - path.sine()) * std::exp(turn_of(normal, up()) * path.tangent());
+    const double slimness = face.length_m > 0 ? face.width_m / face.length_m : 1;
+    const double peak_rad =
+        peak_friction_angle(soil.friction_angle_rad, face.relative_density, mean_pa, slimness);
+    return {std::lerp(soil.friction_angle_rad, peak_rad, sole), path.friction()};
+}
+
+double WorkLaw::overburden_m(const Strength& soil, const WorkPath& path, const FaceExtent& face,
+                             Vec3 normal, double depth_m) const {
+    if (!(depth_m > 0)) return 0;
+    const double sole = bearing_parts(looks_down(normal, up())).sole;
+    const double work = path.work_share(turn_of(normal, up()));
+    const double below_m = zone_m(path, face, sole, depth_m);
+    const double width_m = std::lerp(face.width_m, face.length_m, sole);
+    const double sides_m =
+        width_m > 0 ? soil.sides * (depth_m * (depth_m + below_m) + below_m * below_m / 3) /
+                          (path.rankine() * width_m)
+                    : 0;
+    return depth_m + (work - 1) * (depth_m + below_m / 2) + work * sides_m;
 }
 
 double WorkLaw::lifting_pa(const ContactVoxel& contact) const {
@@ -122,9 +141,12 @@ ElementYield WorkLaw::yield(const ContactElement& element, const ElementMotion& 
     const auto material = static_cast<size_t>(contact.material);
     const MaterialDef& sand = this->soil().materials[material];
     const Strength& soil = strengths_[material];
-    const WorkPath& path = contact.teeth.part == ToothPart::over_tips ? soil.trapped : soil.face;
     const double depth_m = bearing_depth_of(contact, up()), creep = def().creep;
     const Vec3 n = contact.normal, motion = along.share;
+    const WorkPath& loose = contact.teeth.part == ToothPart::over_tips ? soil.trapped : soil.face;
+    const WorkPath path = element.face.relative_density > 0 && depth_m > 0
+                              ? dense_path(soil, loose, element.face, n, depth_m)
+                              : loose;
     const double work_pa = sand.wet_mass_share(contact.saturation) * soil.weight_n_m3 *
                            overburden_m(soil, path, element.face, n, depth_m);
     const double approach = dot(motion, n);

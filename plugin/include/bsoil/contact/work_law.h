@@ -76,10 +76,14 @@ class WorkPath {
 /// sides are at rest pressure, 1 - sin phi, as soil beside a path that has not moved. Larger:
 /// narrow blades and short soles meet more; smaller, down to nothing, as endless ones.
 ///
+/// Under soles phi is Bolton's at the density of the soil there, if that is known, as in
+/// GranularLaw (peak_friction_angle()). The stress that Bolton asks for is the mean of its
+/// logarithm along the bend: gamma (d + z) / (1 - sin phi) exp(turn tan phi). Elsewhere, and at
+/// tips and faces, phi is the critical state's.
+///
 /// A material enters by its density and its angle of friction, a surface by its friction. No
-/// constant is fitted. Cohesion, density as state (but for the sinkage over which a sole's zone
-/// opens), the speed and Janosi's K do not enter. Teeth are as for PlainLaw. What is left out: a
-/// rough sole's dead wedge, and the corners of a sole, at which paths part.
+/// constant is fitted. Cohesion, the speed and Janosi's K do not enter. Teeth are as for PlainLaw.
+/// What is left out: a rough sole's dead wedge, and the corners of a sole, at which paths part.
 class WorkLaw final : public ContactLaw {
   public:
     /// soil: not null.
@@ -93,10 +97,16 @@ class WorkLaw final : public ContactLaw {
 
   private:
     struct Strength {
-        double weight_n_m3 = 0;  ///< gamma
-        double sides = 0;        ///< of S: without Kp
-        WorkPath face, trapped;  ///< against the body, against soil between its teeth
+        double weight_n_m3 = 0;         ///< gamma
+        double friction_angle_rad = 0;  ///< of the critical state
+        double sides = 0;               ///< of S: without Kp
+        WorkPath face, trapped;         ///< against the body, against soil between its teeth
     };
+    /// How high the zone under a sole is [m]. sole: of bearing_parts().
+    double zone_m(const WorkPath& path, const FaceExtent& face, double sole, double depth_m) const;
+    /// Of soil whose density is known: at Bolton's angle.
+    WorkPath dense_path(const Strength& soil, const WorkPath& path, const FaceExtent& face,
+                        Vec3 normal, double depth_m) const;
     /// Work per volume of a push along the normal, over gamma [m].
     double overburden_m(const Strength& soil, const WorkPath& path, const FaceExtent& face,
                         Vec3 normal, double depth_m) const;
