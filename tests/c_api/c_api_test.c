@@ -51,14 +51,14 @@ static void a_ball_rests_on_sand(void) {
 }
 
 /* The same ball on sand that answers by Bekker's parameters; then by stiffer ones. */
-static double sinkage_by_bekker(double kphi_pa_m_n) {
+static double sinkage_by_law(int32_t law, double kphi_pa_m_n) {
     const bulletsoil_bekker sand = {kphi_pa_m_n, 990, 1.1, 1040, 0.4887, 0.01};
     void* world = test_world_create();
     bulletsoil_soil_def def = small_def();
     bulletsoil_soil* soil;
     void* ball = test_world_add_ball(world, 100, 0.85);
     bulletsoil_body_report report = {sizeof report, {0}, {0}, 0, 0, 0, 0, 0, 0, {0}};
-    def.contact_law = BULLETSOIL_CONTACT_BEKKER;
+    def.contact_law = law;
     def.bekker = &sand;
     def.bekker_count = 1;
     soil = create(world, &def);
@@ -73,9 +73,15 @@ static double sinkage_by_bekker(double kphi_pa_m_n) {
 }
 
 static void a_soil_by_bekkers_parameters(void) {
-    const double soft_m = sinkage_by_bekker(300e3), stiff_m = sinkage_by_bekker(3000e3);
+    const double soft_m = sinkage_by_law(BULLETSOIL_CONTACT_BEKKER, 300e3);
+    const double stiff_m = sinkage_by_law(BULLETSOIL_CONTACT_BEKKER, 3000e3);
     CHECK(soft_m > 0 && stiff_m > 0);
     CHECK(stiff_m < 0.7 * soft_m);
+}
+
+static void a_soil_by_the_work_of_propagation(void) {
+    const double sinkage_m = sinkage_by_law(BULLETSOIL_CONTACT_WORK, 300e3);
+    CHECK(sinkage_m > 0 && sinkage_m < 0.3);
 }
 
 static void constants_of_the_contact_law(void) {
@@ -363,6 +369,7 @@ static const struct {
     {"versions", versions},
     {"a_ball_rests_on_sand", a_ball_rests_on_sand},
     {"a_soil_by_bekkers_parameters", a_soil_by_bekkers_parameters},
+    {"a_soil_by_the_work_of_propagation", a_soil_by_the_work_of_propagation},
     {"constants_of_the_contact_law", constants_of_the_contact_law},
     {"an_ignored_ball_falls_through", an_ignored_ball_falls_through},
     {"a_body_that_only_covers_feels_nothing", a_body_that_only_covers_feels_nothing},

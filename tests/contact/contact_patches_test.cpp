@@ -152,7 +152,8 @@ TEST(ContactPatches, moving_body_mobilizes_force_and_torque) {
 TEST(ContactPatches, of_a_body_that_is_solved_for_only_the_mobilized_parts_are_left_out) {
     ContactMotion moving;
     moving.motion.linear_velocity_m_s = moving.direction.linear_velocity_m_s = {0.3, -0.8, 0};
-    for (const auto kind : {ContactLawDef::Kind::granular, ContactLawDef::Kind::plain}) {
+    for (const auto kind :
+         {ContactLawDef::Kind::granular, ContactLawDef::Kind::plain, ContactLawDef::Kind::work}) {
         auto soil = std::make_shared<ContactSoil>();
         soil->materials = {materials::dry_sand()};
         soil->up = kUp;

@@ -44,10 +44,12 @@ ContactVoxel element(Vec3 normal, double saturation) {
     return out;
 }
 
-// Cohesion is none of the plain law's; in both the friction of wet soil goes by its weight.
+// Cohesion is none of the laws but the granular one; in all of them the friction of wet soil goes
+// by its weight.
 TEST(WetSoil, pushes_as_dry_soil_of_its_weight_and_cohesion_does) {
     const ContactHistory sheared{std::numeric_limits<double>::infinity(), 0};
-    for (const auto kind : {ContactLawDef::Kind::granular, ContactLawDef::Kind::plain}) {
+    for (const auto kind :
+         {ContactLawDef::Kind::granular, ContactLawDef::Kind::plain, ContactLawDef::Kind::work}) {
         const auto wet = law_of(wet_material(), kind);
         const auto dry = law_of(same_but_dry(wet_material()), kind);
         for (const Vec3 normal :

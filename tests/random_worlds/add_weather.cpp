@@ -102,7 +102,9 @@ class WeatherMaker {
 
     void set_law(SoilDef& def) {
         ContactLawDef& law = def.contact_law;
-        if (random_.chance(0.1)) law.kind = ContactLawDef::Kind::plain;
+        if (random_.chance(0.1)) {
+            law.kind = def.up == UpAxis::y ? ContactLawDef::Kind::plain : ContactLawDef::Kind::work;
+        }
         if (random_.chance(0.15)) law.passive_wedge = true;
         if (random_.chance(0.15)) law.trapped_soil = false;
         if (!random_.chance(0.1)) return;

@@ -99,6 +99,19 @@ TEST(BekkerMaterial, mistakes_are_reported_with_their_place) {
                  "s.toml:10:23: `loose_density_kg_m3` is what `bekker` is turned into");
 }
 
+TEST(ContactLawKey, names_each_law_that_needs_no_parameters) {
+    for (const auto& [name, kind] : {std::pair{"granular", ContactLawDef::Kind::granular},
+                                     {"plain", ContactLawDef::Kind::plain},
+                                     {"work", ContactLawDef::Kind::work}}) {
+        const auto scene = parse_scene(
+            std::string("[world]\nduration_s = 1.0\n[soil]\nsize_m = [1, 1, 1]\ncontact_law = \"") +
+                name + "\"\n",
+            "s.toml");
+        ASSERT_TRUE(scene) << scene.error();
+        EXPECT_EQ(scene->soil->def.contact_law.kind, kind) << name;
+    }
+}
+
 TEST(BekkerMaterial, gives_its_parameters_to_a_law_that_wants_them) {
     const auto text = [](const std::string& material, const std::string& bekker) {
         return "[world]\nduration_s = 1.0\n[soil]\nsize_m = [1, 1, 1]\ncontact_law = \"bekker\"\n"

@@ -14,39 +14,24 @@ namespace {
 /// By how much a push along a normal turns before it rises: 90 deg of a level sole, none of a wall.
 double turn_of(Vec3 normal, Vec3 up) { return std::asin(std::clamp(-dot(normal, up), -1.0, 1.0)); }
 
-/// What the face and its soil do along the face, of a motion.
-struct Dragging {
-    double turned_rad = 0;  ///< for WorkPath
-    Vec3 shear;             ///< on the body, over the normal stress
+/// What friction along a face does, of a motion.
+struct Rubbed {
+    double share = 1;  ///< WorkPath::rubbed_share()
+    Vec3 shear;        ///< on the body, over the normal stress
 };
 
 /// approach > 0 and slide: of the face, along its normal and along itself.
-Dragging dragging_of(const WorkPath& path, Vec3 normal, Vec3 up, double approach, Vec3 slide,
-                     double creep) {
-    const SoleAndWall parts = bearing_parts(looks_down(normal, up));
+Rubbed rubbed_by(const WorkPath& path, Vec3 normal, Vec3 up, double approach, Vec3 slide,
+                 double creep) {
     const Vec3 along = up - dot(up, normal) * normal;
     const double level = length(along);
-    // Towards the free surface. A level face has no such direction: see slide_past_flow().
+    // Towards the free surface. A level face has no such direction: see slide_past_flow(). Under it
+    // soil goes out to both sides, and what it drags on the one it holds on the other.
     const Vec3 to_surface = level > 0 ? along * (1 / level) : Vec3{};
-    const double flow = path.rise() * approach * std::min(1.0, level / kLeaningSine);
-    // Soil is taken along up a face and across it, under a sole also the other way. Down a wall it
-    // cannot go.
-    const double risen = dot(slide, to_surface);
-    const Vec3 taken = slide - (1 - parts.sole) * std::min(0.0, risen) * to_surface;
-    const double size = length(taken);
-
-    Dragging out;
-    out.turned_rad = path.turned_by(approach, size);
-    if (size > 0) out.shear = taken * (-path.shear_share(out.turned_rad) / size);
-    // A wall's soil rises faster than the wall does. Under a sole a wedge goes with it instead.
-    const Vec3 past = slide - flow * to_surface;
-    const double against = parts.wall * std::max(0.0, -dot(past, to_surface)) /
-                           (length(past) + creep * (approach + size));
-    out.turned_rad -= against * path.most_turned_rad();
-    out.shear += against * path.friction() * to_surface;
-    const double most = path.friction(), sheared = length(out.shear);
-    if (sheared > most) out.shear = out.shear * (most / sheared);
-    return out;
+    const double flow = path.rise() * std::min(1.0, level / kLeaningSine);
+    const Vec3 past = slide - flow * approach * to_surface;
+    const Vec3 rubs = past * (1 / (length(past) + creep * (approach + length(slide))));
+    return {path.rubbed_share(flow * dot(rubs, to_surface)), -path.friction() * rubs};
 }
 
 }  // namespace
@@ -55,31 +40,13 @@ WorkPath::WorkPath(double friction_angle_rad, double friction)
     : sine_(std::sin(friction_angle_rad)),
       tangent_(std::tan(friction_angle_rad)),
       rise_(std::tan(std::numbers::pi / 4 - friction_angle_rad / 2)),
-      friction_(std::clamp(friction, 0.0, tangent_)),
-      slip_line_rad_(std::numbers::pi / 4 + friction_angle_rad / 2) {
-    const double angle = std::atan(friction_);
-    if (angle > 0) {
-        most_turned_rad_ = (std::asin(std::min(1.0, std::sin(angle) / sine_)) + angle) / 2;
-    }
-}
+      friction_(std::clamp(friction, 0.0, tangent_)) {}
 
 double WorkPath::work_share(double turn_rad) const {
     return std::max(1.0, rankine() * std::exp(2 * turn_rad * tangent_));
 }
 
-double WorkPath::dragged_share(double turned_rad) const {
-    return (1 + sine_ * std::cos(2 * turned_rad)) / (1 + sine_) *
-           std::exp(-2 * turned_rad * tangent_);
-}
-
-double WorkPath::shear_share(double turned_rad) const {
-    return std::min(friction_, std::abs(sine_ * std::sin(2 * turned_rad) /
-                                        (1 + sine_ * std::cos(2 * turned_rad))));
-}
-
-double WorkPath::turned_by(double approach, double taken_along) const {
-    return std::clamp(slip_line_rad_ - std::atan2(approach, taken_along), 0.0, most_turned_rad_);
-}
+double WorkPath::rubbed_share(double past_flow) const { return 1 / (1 + friction_ * past_flow); }
 
 WorkLaw::WorkLaw(std::shared_ptr<const ContactSoil> soil, const SurfaceFriction& surface)
     : ContactLaw(std::move(soil)) {
@@ -156,21 +123,19 @@ ElementYield WorkLaw::yield(const ContactElement& element, const ElementMotion& 
     ElementYield out;
     out.area_share = area_share_of(contact, sand.friction_angle_rad, def(), up());
     // As PlainLaw: a creep along the normal makes the limit of an element at rest that of a push.
-    const Dragging dragging =
-        dragging_of(path, n, up(), std::max(approach, 0.0) + creep, slide, creep);
-    out.normal_limit_pa = unloaded_share(depth_m, memory.retreat_m, def()) * work_pa *
-                          path.dragged_share(dragging.turned_rad);
-    const double against = sliding > 0 ? std::max(0.0, -dot(dragging.shear, slide) / sliding) : 0;
+    const Rubbed rubbed = rubbed_by(path, n, up(), std::max(approach, 0.0) + creep, slide, creep);
+    out.normal_limit_pa = unloaded_share(depth_m, memory.retreat_m, def()) * work_pa * rubbed.share;
+    const double against = sliding > 0 ? std::max(0.0, -dot(rubbed.shear, slide) / sliding) : 0;
     const double moving = length(motion) / (length(motion) + creep);
-    out.drag_pa = (out.normal_limit_pa * moving) * dragging.shear;
+    out.drag_pa = (out.normal_limit_pa * moving) * rubbed.shear;
     if (sliding > 0) {
         out.drag_pa += (out.normal_limit_pa * moving * against / sliding) * slide;
         out.slide = slide * (1 / (sliding + creep));
     }
     out.friction = path.friction() + moving * (against - path.friction());
     if (along.asks_mobilized && approach > 0) {
-        const Dragging moved = dragging_of(path, n, up(), approach, slide, creep);
-        out.mobilized_pa = work_pa * path.dragged_share(moved.turned_rad) * (moved.shear - n);
+        const Rubbed moved = rubbed_by(path, n, up(), approach, slide, creep);
+        out.mobilized_pa = work_pa * moved.share * (moved.shear - n);
     }
     return out;
 }

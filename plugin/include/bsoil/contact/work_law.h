@@ -26,20 +26,12 @@ class WorkPath {
     /// rope's friction round a bollard does: friction is in proportion to the pressure that it adds
     /// to. pi / 2, a level sole: Prandtl's Nq. 0, an upright wall: Rankine's Kp.
     double work_share(double turn_rad) const;
-    /// What friction along the face makes of it. turned_rad: by how much the largest stress leans
-    /// from the face's normal, -most_turned_rad() to that. Above 0 the face takes its soil along
-    /// and does part of the work by friction; below 0 soil is pushed out against the friction.
-    /// (1 + sin phi cos 2w) / (1 + sin phi) exp(-2 w tan phi): exact for weightless soil under an
-    /// overburden (Sokolovskii 1965). 1 at 0.
-    double dragged_share(double turned_rad) const;
-    /// Shear over normal stress there: 0 at 0, the face's friction at most_turned_rad().
-    double shear_share(double turned_rad) const;
-    /// Where the face's friction is all used: 0 of a smooth face, 45 deg + phi / 2 of a rough one.
-    double most_turned_rad() const { return most_turned_rad_; }
-    /// Of a face that takes its soil along: soil goes off at the angle between the slip line and
-    /// the face, 45 deg + phi / 2 less w. It goes with the face where that moves so, else it slips.
-    /// approach, taken_along: of the face along its normal and along itself, in one unit, >= 0.
-    double turned_by(double approach, double taken_along) const;
+    /// What friction along the face makes of it. Soil leaves along the face at rise() times the
+    /// approach, and the face rubs against it by what it slides past that: 1 / (1 + friction
+    /// past_flow). past_flow: rise() times the cosine between that slip and the way to the surface,
+    /// -rise() to rise(). Below 0 soil is pushed out against the friction, at most 1 + sin phi
+    /// times as hard; above 0 the face's friction does part of the work. No units.
+    double rubbed_share(double past_flow) const;
 
     double sine() const { return sine_; }                   ///< of phi
     double tangent() const { return tangent_; }             ///< of phi
@@ -49,8 +41,6 @@ class WorkPath {
 
   private:
     double sine_ = 0, tangent_ = 0, rise_ = 1, friction_ = 0;
-    double most_turned_rad_ = 0;
-    double slip_line_rad_ = 0;  ///< 45 deg + phi / 2
 };
 
 /// The normal stress at yield is the work on a volume that an element displaces, over that volume:
@@ -62,7 +52,9 @@ class WorkPath {
 ///              overburden on the path. z: how far the path runs below the element in the mean
 ///   sides      S = (1 - sin phi) tan phi / sin(45 deg - phi / 2) (d^2 + d h + h^2 / 3) / (Kp w):
 ///              of the rising wedge, w wide, at rest pressure
-///   along      D = WorkPath::dragged_share()
+///   along      D = WorkPath::rubbed_share(). Along the face soil moves as its path begins,
+///   whatever
+///              the face does: the path is the grid's, and not the easiest one that friction allows
 ///
 /// Under a sole of width B soil goes out to both sides, from half the width each, in a wedge h =
 /// B / 2 tan(45 deg + phi / 2) high: z = h / 2, as wide as the sole is long. The zone opens with
