@@ -190,6 +190,26 @@ TEST_P(ThrustBound, lugs_raise_the_pull_of_a_slipping_wheel) {
     }
 }
 
+// The work of propagation needs no soil between the lugs for its bound: friction along a face is
+// all that pulls, and lugs meet no more than their wedge.
+TEST(ThrustByWork, has_its_bound_with_and_without_trapped_soil) {
+    for (const Lugs lugs : {Lugs{0, 0}, {12, 0.03}, {24, 0.01}, {24, 0.03}, {40, 0.03}}) {
+        const std::vector<Element> wheel = wheel_with(lugs);
+        for (const double phi : {25.0, 33.0, 42.0}) {
+            const double tan_phi = std::tan(phi * std::numbers::pi / 180);
+            for (const bool is_trapped : {false, true}) {
+                const auto law =
+                    law_of(ContactLawDef::Kind::work, phi * std::numbers::pi / 180, is_trapped);
+                for (const double slip : {0.1, 0.3, 0.6, 0.9}) {
+                    EXPECT_LE(pull_share(wheel, *law, slip, lugs.height_m), tan_phi + 0.1)
+                        << phi << " deg, " << lugs.count << " lugs of " << lugs.height_m
+                        << " m, slip " << slip << (is_trapped ? ", trapped" : "");
+                }
+            }
+        }
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Laws, ThrustBound,
                          testing::Values(ContactLawDef::Kind::granular, ContactLawDef::Kind::plain),
                          [](const auto& kind) {
