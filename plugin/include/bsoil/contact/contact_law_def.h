@@ -34,7 +34,7 @@ struct ContactLawDef {
     /// Of each material, in the order of SoilDef::material_list(); for Kind::bekker, else unused.
     std::vector<BekkerSoil> bekker;
 
-    /// @name Rules beside resistive force theory, for Kind::plain and Kind::granular
+    /// @name Rules beside resistive force theory: of Kind::plain, granular and, the second, work
     /// @{
     /// A wall meets no more than its passive wedge (passive_wedge.h). Resistive force theory has no
     /// size: a wide blade would be met as its narrow strips are. The wedge of a sole's inclined

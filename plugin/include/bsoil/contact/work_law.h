@@ -68,6 +68,8 @@ class WorkPath {
 /// sides are at rest pressure, 1 - sin phi, as soil beside a path that has not moved. Larger:
 /// narrow blades and short soles meet more; smaller, down to nothing, as endless ones.
 ///
+/// D was chosen of several forms beside two measured wheels (docs/records/work_law_in_the_grid.md).
+///
 /// Under soles phi is Bolton's at the density of the soil there, if that is known, as in
 /// GranularLaw (peak_friction_angle()). The stress that Bolton asks for is the mean of its
 /// logarithm along the bend: gamma (d + z) / (1 - sin phi) exp(turn tan phi). Elsewhere, and at
