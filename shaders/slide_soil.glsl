@@ -210,7 +210,7 @@ bool stack_soil(int slot, ivec2 to, int source, int held, int fraction, INOUT(in
     for (int n = 0; n < 3 && part > 0; ++n) {
         int target = voxel_at(slot, to.x, to.y, place >> 16);
         if (is_solid(target)) break;
-        if (!is_listed(target)) return true;
+        if (!are_listed(source, target)) return true;
         int room = kVoxelFull - (place & kLowHalf);
         int fits = n == 2 || room >= mul_q16(held, part) ? part : fraction_q16(room, held);
         goes = move_soil(source, target, fits, true) || goes;
@@ -229,7 +229,7 @@ bool shift_slab(int slot, int x, int y, int first, ivec2 ahead, IN(Slab) slab, i
         int held = state_at(kPlaneVolume, source);
         int taken = min(amount, held);
         if (taken <= 0) continue;
-        if (!is_listed(source)) return true;  // see shed_soil()
+        bool is_there = block_flags[flag_index(kFlagListed, source >> 9)] != 0;  // see shed_soil()
         amount -= taken;
         int fraction = fraction_q16(taken, held);
         for (int k = 0; k < 3; ++k) {
@@ -239,6 +239,7 @@ bool shift_slab(int slot, int x, int y, int first, ivec2 ahead, IN(Slab) slab, i
             goes = stack_soil(slot, arrival_at(k, x, y, ahead), source, held, part, place) || goes;
             arrivals.place[k] = place;
         }
+        if (!is_there) return goes;
     }
     return goes;
 }

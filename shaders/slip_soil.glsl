@@ -32,97 +32,7 @@ int column_speed(int slot, int x, int y) {
     return column >= 0 && spans[column_word(kColumnSlides, column)] != 0 ? fastest_slip(column * kColumnWords) : 0;
 }
 
-// Whether soil slides from and onto a span.
-bool is_ground(int column, int kind, int bottom, int top) {
-    return kind == kSpanPiled || (kind == kSpanFalling && is_arched(column, bottom, top));
-}
-
-// Whether soil that falls is full where its span starts: nothing slides in below it.
-bool starts_full(int slot, int x, int y, int bottom) {
-    return state_at(kPlaneVolume, voxel_at(slot, x, y, bottom >> 16)) >= kVoxelFull;
-}
-
-// What a voxel of soil that falls takes, Q16 voxels: eight neighbours in each of many passes would pile up more than falls on in
-// a step, and all of it would land in one voxel. Ours: the columns at the sides of an opening hand on what its middle needs, 1.6
-// voxels a step over 0.6 m in voxels of 2.5 cm. Larger: lumps land; smaller: the middle of wide openings runs empty.
-CONST_INT(kCrowded, 131072)
-
-// Whether the voxel on soil that falls is full, or the one under it crowded.
-bool is_crowded(int voxel) { return is_full(voxel) || state_at(kPlaneVolume, voxel - kTileColumns) > kCrowded; }
-
-// How much a voxel takes from each neighbour at once of a span that reaches up to `top`. Where bodies or terrain cover part of it,
-// its own top jumps to the voxel's end when what is left is full: see top_in_voxel(). Only soil from higher than that fills it up.
-// What lay between the two heights went in and out for good. An eighth of the room, and half of that, since what is sheared may
-// take up more than it did. What is too little for a share is none.
-int most_taken(int target, int top) {
-    int coverage = coverage_at(target);
-    int slot = target / params.tile_voxels;
-    if (coverage == 0 || top > ((target - slot * params.tile_voxels) / kTileColumns + 1) * kVoxelFull) return kVoxelMost;
-    int volume = state_at(kPlaneVolume, target);
-    int slack = volume > 0 && state_at(kPlaneSupport, target) >= kSupportBody ? kCarrySlack : kSupportSlack;
-    int most = max(0, kVoxelFull - slack - coverage - volume) / 16;
-    return most < kShareLeast ? 0 : most;
-}
-
-// Whether nothing slides into a voxel.
-bool takes_none(int target, int top) { return is_solid(target) || most_taken(target, top) == 0; }
-
-// The slice between the span [bottom, top] and the column at (x, y): its drop (32), and the voxel that gets the soil. falls: that
-// lies on soil that falls.
-int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(int) target, OUT(bool) falls) {
-    target = -1;
-    falls = false;
-    int column = column_at(slot, x, y);
-    if (column < 0) return kNoDrop;
-    int single = spans[column_word(kColumnSingle, column)];
-    if (single != kNotSingle && min(top, single) >= bottom) {
-        if (top <= single) return kNoDrop;
-        target = voxel_at(slot, x, y, single >> 16);
-        return takes_none(target, top) ? kNoDrop : top - single;
-    }
-    int record = column * kColumnWords;
-    int count = single != kNotSingle ? 0 : spans[record + kColumnCount];
-    int ceiling = top;
-    for (int i = count - 1; i >= 0; --i) {
-        int at = record + kColumnSpans + i * kSpanWords;
-        int other_bottom = spans[at + kSpanBottom];
-        int other_top = spans[at + kSpanTop];
-        int kind = spans[at + kSpanKind];
-        bool is_beside = min(top, other_top) >= max(bottom, other_bottom);  // thesis (31)
-        if (!is_beside || !is_ground(column, kind, other_bottom, other_top)) {
-            if (kind != kSpanFalling || starts_full(slot, x, y, other_bottom) ||
-                (!is_beside && is_arched(column, other_bottom, other_top))) {
-                ceiling = min(top, other_bottom);
-            }
-            continue;
-        }
-        int drop = ceiling - other_top;  // thesis (32)
-        if (drop <= 0) return kNoDrop;
-        target = voxel_at(slot, x, y, other_top >> 16);
-        if (takes_none(target, top)) return kNoDrop;
-        falls = kind == kSpanFalling;
-        return falls && is_crowded(target) ? kNoDrop : drop;
-    }
-    // No span beside this one. On the edge of a rigid body an edge span of no height takes the soil.
-    if (on_rigid) {
-        target = voxel_at(slot, x, y, bottom >> 16);
-        if (!is_solid(target) && !is_full(target)) return top - bottom;
-    }
-    target = -1;
-    return kNoDrop;
-}
-
-// The same over params.slip_stride columns along (dx, dy) where the ground falls all the way, as a drop per voxel: what
-// slides crosses no hollow, ridge or wall, and leaves the edge of a rigid body by single voxels only.
-int way_drop(int slot, int x, int y, int dx, int dy, int bottom, int top, bool on_rigid, OUT(int) target, OUT(bool) falls) {
-    int drop = 0;
-    for (int k = 1; k <= params.slip_stride; ++k) {
-        int next = slice_drop(slot, x + k * dx, y + k * dy, bottom, top, on_rigid && params.slip_stride == 1, target, falls);
-        if (next <= drop) return kNoDrop;
-        drop = next;
-    }
-    return drop / params.slip_stride;
-}
+#include "slip_slices.glsl"
 
 // Soil that falls bears nothing: no friction keeps it from sliding.
 Resistance resistance_of_falling() {
@@ -364,6 +274,19 @@ int fastest_around(int slot, int x, int y) {
     return fastest;
 }
 
+// How much more than its wedge slides to rest, Q16 voxels. Ours: 1/64. Sand stops 1 to 2 deg below the angle at which it starts
+// (Jaeger, Liu and Nagel 1989): 1/64 voxel a column is 0.7 deg at 30, and what ends a slide leaves half of that at most. Without
+// it the last excess goes on from column to column as heat does. Larger: piles end flatter, and a scoop keeps less; smaller:
+// slopes creep for longer. It was chosen with all of that seen, see docs/decisions/rest.md. Where soil keeps the momentum of its
+// slides, that carries them past the slope at which they would stop.
+CONST_INT(kSlipOvershoot, 1024)
+
+// The same of the soil in a voxel. Where friction is next to nothing it is less, or a slope that lost it would fail the other way.
+int overshoot_of(int source, int kind) {
+    if (kind == kSpanFalling || params.slip_stride > 1 || params.slides != 0) return 0;
+    return min(kSlipOvershoot, mixed_word(source, kSoilLoose, kTableFriction) / 4);
+}
+
 // How much slips of a wedge, thesis (10).
 int slip_amount(int wedge, int speed, int flow_sum, IN(Slices) slices) {
     int rate = min(max(speed / params.substep_count, params.slip_rate_least), params.slip_rate_most);
@@ -387,10 +310,11 @@ void fall_along(int source, int target, int mass) {
 }
 
 // Moves an amount of a span's soil along its slices, from the top down, a voxel at a time. What is held up waits: it is no soil at
-// rest for all that, and its block stays awake, as long as any of it could move.
-void shed_soil(int slot, int x, int y, int bottom, int top, int wanted, int kind, int curve, bool waits, IN(Failure) failure,
+// rest for all that, and its block stays awake, as long as any of it could move. Whether any goes, or waits to.
+bool shed_soil(int slot, int x, int y, int bottom, int top, int wanted, int kind, int curve, bool waits, IN(Failure) failure,
                IN(Slices) slices) {
     int amount = wanted;
+    bool goes = false;
     int lowest = max(bottom >> 16, ((top - 1) >> 16) - kSlipDepth);
     for (int z = (top - 1) >> 16; z >= lowest && amount > 0; --z) {
         int source = voxel_at(slot, x, y, z);
@@ -403,7 +327,7 @@ void shed_soil(int slot, int x, int y, int bottom, int top, int wanted, int kind
             break;  // what lies on top slides off it
         }
         // A face can be higher than the blocks around what moves. Deltas beyond them would be lost.
-        if (!is_listed(source)) return;
+        bool is_there = block_flags[flag_index(kFlagListed, source >> 9)] != 0;
         amount -= taken;
         int fraction = fraction_q16(taken, held);
         for (int k = 0; k < 8; ++k) {
@@ -411,15 +335,19 @@ void shed_soil(int slot, int x, int y, int bottom, int top, int wanted, int kind
             int part = mul_q16(fraction, fraction_q16(slices.flow[k], failure.flow));
             int most = most_taken(slices.target[k], top);
             if (most < mul_q16(held, part)) part = fraction_q16(most, held);
-            if (!moves_any(source, part) || is_closed(slices.target[k])) continue;
+            if (!moves_any(source, part) || is_solid(slices.target[k])) continue;
+            goes = true;
+            if (!are_listed(source, slices.target[k])) continue;
             if (waits) {
                 ATOMIC_MAX(block_flags[flag_index(kFlagChanged, source >> 9)], params.step_stamp);
-                return;
+                return true;
             }
             move_soil(source, slices.target[k], part, true);
             if (((slices.falls >> k) & 1) != 0) fall_along(source, slices.target[k], mul_q16(mass_at(source), part));
         }
+        if (!is_there) return goes;
     }
+    return goes;
 }
 
 // Lets span i of a column slip where it fails; whether it has a speed then. steepest: no facet around it is steeper.
@@ -442,7 +370,7 @@ bool slip_span(int slot, int lane, int i, int bottom, int top, int kind, int ste
     // nothing fails looking changes nothing.
     stamp_column(slot, lane);
     bool waits = is_held_up(slot, source, at);
-    int wedge = failure.wedge;
+    int wedge = failure.wedge + overshoot_of(source, kind);
     // What slides with its momentum slips so little that it keeps that. On a ridge it has no way to slide, and slips.
     if (params.slides != 0 && is_topmost && spans[column_word(kColumnSurface, column)] == top) {
         ivec2 fall = dip_of(failure);
@@ -452,11 +380,13 @@ bool slip_span(int slot, int lane, int i, int bottom, int top, int kind, int ste
     }
     // Soil that slides on into this column brings its speed along.
     int speed = max(slid ? spans[speed_read(record, i)] : 0, fastest_around(slot, at.x, at.y));
-    // thesis (9), and no more than a quarter of the wedge at once, so that nothing overshoots.
+    // thesis (9), and no more than a quarter of the wedge at once.
     speed = min(speed + acceleration_at(soil.curve, source, failure.slope) / params.substep_count, kOneQ16);
     int amount = slip_amount(wedge, speed, failure.flow, slices);
-    shed_soil(slot, at.x, at.y, bottom, top, amount, kind, soil.curve, waits, failure, slices);
-    if (waits) return false;
+    bool goes = shed_soil(slot, at.x, at.y, bottom, top, amount, kind, soil.curve, waits, failure, slices);
+    // What is too little for a share at the full rate will not go at any: it stands, and drives nothing.
+    bool is_stuck = !goes && speed >= min(kOneQ16, params.slip_rate_most * params.substep_count);
+    if (waits || is_stuck) return false;
     spans[speed_write(record, i)] = speed;
     return speed != 0;
 }

@@ -95,3 +95,10 @@ int standing_wedge(int voxel, int slot, ivec3 at) {
     int chance = int(mix_bits(place_bits(grid_voxel(slot, at.x, at.y, at.z)), 15) >> 13) & kLowHalf;
     return kSlipTolerance + mul_q16(soil.x, (kOneQ16 + chance) / 2);
 }
+
+// is_listed() of a voxel that gives soil and one that takes it, which may lie blocks apart. For those who have found that some can
+// go.
+bool are_listed(int from, int to) {
+    bool is_from_listed = is_listed(from);
+    return is_listed(to) && is_from_listed;
+}

@@ -97,9 +97,10 @@ struct Model {
     double crumb = 0;       ///< a voxel's soil up to this moves whole, and slides nowhere
     double cover_intake = 1.0 / 16;  ///< of the room beside a body that a voxel takes from a slope
     double slip_tolerance = 0;       ///< wedges not worth a slide
-    int span_capacity = 5;           ///< height spans kept of a column, the uppermost
-    int slip_depth = 2;              ///< voxels of a column that may slide at once
-    double slip_intake = 1;          ///< voxels of soil a column gets from each neighbour at once
+    double slip_overshoot = 1.0 / 64;  ///< what more than a wedge slides, see slippage.h
+    int span_capacity = 5;             ///< height spans kept of a column, the uppermost
+    int slip_depth = 2;                ///< voxels of a column that may slide at once
+    double slip_intake = 1;            ///< voxels of soil a column gets from each neighbour at once
     double slip_rate_least = 0.125,
            slip_rate_most = 0.25;            ///< share of a wedge that slides at once
     int slip_stride = 1;                     ///< voxels that soil slides at once

@@ -4,15 +4,15 @@
 #include <optional>
 
 namespace oracle {
-namespace {
-
-constexpr double kTableSlopeMost = 4;  // beyond it friction is next to nothing
-
 double tan_phi(const Model& model, const Voxel& voxel) {
     std::vector<double> of_materials;
     for (double angle : model.friction_angle_rad) of_materials.push_back(std::tan(angle));
     return voxel.mean(of_materials);
 }
+
+namespace {
+
+constexpr double kTableSlopeMost = 4;  // beyond it friction is next to nothing
 
 bool slides(const Voxel& voxel) { return voxel.momentum.x != 0 || voxel.momentum.y != 0; }
 

@@ -45,4 +45,7 @@ struct FailingSlope {
 void set_sliding(const Model& model, const Field& before, const std::vector<FreeSurface>& surfaces,
                  const FailingSlope& at, Field& after);
 
+/// Of a voxel's soil, by mass.
+double tan_phi(const Model& model, const Voxel& voxel);
+
 }  // namespace oracle

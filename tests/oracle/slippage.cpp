@@ -139,9 +139,12 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                 }
                 continue;
             }
-            const double drop = ceiling - other.top;  // (32)
             const int z = static_cast<int>(other.top);
-            if (drop <= 0 || !open(x, y, other.top)) return {};
+            if (!open(x, y, other.top)) return {};
+            // On what is bare soil comes to lie on top of what covers the voxel.
+            const double bare = other.top == other.bottom ? before.at(x, y, z).psi() : 0;
+            const double drop = ceiling - (other.top + bare);  // (32)
+            if (drop <= 0) return {};
             if (most_taken(x, y, z, span.top) == 0) return {};
             // What falls takes no more than it has room for.
             const Voxel& on = before.at(x, y, z);
@@ -229,7 +232,11 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
                     chance(x, y, surface, model.pass) < top.mean(model.viscosity)) {
                     continue;
                 }
-                double wedge_height = steepest.height;
+                const double overshoot =
+                    falls || model.slip_stride > 1 || model.slides
+                        ? 0
+                        : std::min(model.slip_overshoot, tan_phi(model, top) / 4);
+                double wedge_height = steepest.height + overshoot;
                 if (model.slides && i + 1 == columns[column(x, y)].size() &&
                     surfaces[column(x, y)].kind == FreeSurface::Kind::free &&
                     surfaces[column(x, y)].height == span.top) {

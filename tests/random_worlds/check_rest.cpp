@@ -249,32 +249,17 @@ class RestCheck final : public Check {
         }
     }
 
-    /// Bodies that joints hold together weigh together.
     void expect_weights(BuiltWorld& world, Failures& failures) {
         const WorldPlan& plan = world.plan();
         if (plan.is_variable) return;  // impulses are of steps of different lengths
-        std::map<const btCollisionObject*, const btCollisionObject*> group;
-        for (const JointPlan& joint : plan.joints) {
-            const btRigidBody *a = world.body(joint.a), *b = world.body(joint.b);
-            if (joint.dropped || !a || !b) continue;
-            const btCollisionObject* of_a = group.contains(a) ? group[a] : a;
-            group[a] = of_a;
-            group[b] = of_a;
-        }
-        for (const BuiltWorld::Chain& chain : world.chains()) {
-            for (const auto& collider : chain.colliders) {
-                group[collider.get()] =
-                    chain.multibody->hasFixedBase() ? nullptr : chain.colliders[0].get();
-            }
-        }
+        const WeighedTogether together(world);
         struct Sum {
             double weight_n = 0, up_n = 0, load_n = 0;
             bool is_whole = true;
         };
         std::map<const btCollisionObject*, Sum> sums;
         for (const MovingPart& part : moving_parts(world)) {
-            const auto found = group.find(part.object);
-            const btCollisionObject* key = found == group.end() ? part.object : found->second;
+            const btCollisionObject* key = together.key_of(part.object);
             const auto of_part = forces_.find(part.object);
             if (!key || of_part == forces_.end()) continue;
             const Forces& forces = of_part->second;

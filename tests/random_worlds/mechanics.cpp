@@ -177,4 +177,43 @@ int soil_below(const BuiltWorld& world, Vec3 world_m, double margin_m) {
     return -1;
 }
 
+WeighedTogether::WeighedTogether(const BuiltWorld& world) {
+    for (const BuiltWorld::Chain& chain : world.chains()) {
+        for (const auto& collider : chain.colliders) {
+            keys_[collider.get()] =
+                chain.multibody->hasFixedBase() ? nullptr : chain.colliders[0].get();
+        }
+    }
+    for (const JointPlan& joint : world.plan().joints) {
+        const btRigidBody *a = world.body(joint.a), *b = world.body(joint.b);
+        if (!joint.dropped && a && b) join(a, b);
+    }
+    for (const bullet::SoilAction* soil : world.soils()) {
+        std::map<int, const btCollisionObject*> bodies;
+        for (const MovingPart& part : moving_parts(world)) {
+            bodies[soil->body_id(*part.object)] = part.object;
+        }
+        for (const ContactVoxel& contact : soil->last_report().contacts) {
+            const auto on = bodies.find(contact.body), under = bodies.find(contact.carrier);
+            if (contact.carrier < 0 || on == bodies.end() || under == bodies.end()) continue;
+            join(on->second, under->second);
+        }
+    }
+}
+
+const btCollisionObject* WeighedTogether::key_of(const btCollisionObject* object) const {
+    const auto found = keys_.find(object);
+    return found == keys_.end() ? object : found->second;
+}
+
+void WeighedTogether::join(const btCollisionObject* a, const btCollisionObject* b) {
+    const btCollisionObject *of_a = key_of(a), *of_b = key_of(b);
+    if (of_a == of_b) return;
+    keys_[a] = of_a;
+    keys_[b] = of_b;
+    for (auto& [object, key] : keys_) {
+        if (key == of_a || key == of_b) key = of_a && of_b ? of_a : nullptr;
+    }
+}
+
 }  // namespace bsoil::random_worlds

@@ -1,6 +1,8 @@
 /// Mechanics of the bodies of a world, reckoned from what Bullet shows of them.
 #pragma once
 
+#include <map>
+
 #include "built_world.h"
 
 namespace bsoil::random_worlds {
@@ -36,5 +38,19 @@ Vec3 soil_force_n(const BuiltWorld& world, const btCollisionObject& object);
 double load_kg(const BuiltWorld& world, const btCollisionObject& object);
 /// The index of the soil over whose grid a point lies, -1: none. `margin_m` within its sides.
 int soil_below(const BuiltWorld& world, Vec3 world_m, double margin_m);
+
+/// Bodies of a joint, a chain's links, and what lies on the load of another body: together they
+/// weigh what soil bears of them.
+class WeighedTogether {
+  public:
+    explicit WeighedTogether(const BuiltWorld& world);
+    /// The same for bodies that weigh together; null where nobody can tell.
+    const btCollisionObject* key_of(const btCollisionObject* object) const;
+
+  private:
+    void join(const btCollisionObject* a, const btCollisionObject* b);
+
+    std::map<const btCollisionObject*, const btCollisionObject*> keys_;
+};
 
 }  // namespace bsoil::random_worlds

@@ -104,6 +104,17 @@ TEST(Rest, a_thin_slide_stops_at_the_edge_of_a_ledge) {
     EXPECT_EQ(units_in(*soil, 3, 4, 2), 744);
 }
 
+// A bare column's top is where its rigid soil ends, and a grain's is what covers the voxel higher.
+// So each column beside a grain looked like a hole, and it went round and round on a slope of 3
+// deg.
+TEST(Rest, dust_stays_on_a_gentle_slope_of_bare_terrain) {
+    const auto soil = make_soil(tile_def(fixed_density(sand(10))));
+    ASSERT_TRUE(soil->add_terrain([](Vec3 at) { return 0.06 + 0.05 * at.x + 0.02 * at.y - at.z; }));
+    put(*soil, 3, 3, 1, {.volume = 16});
+    EXPECT_LT(steps_until_rest(*soil, 20), 10);
+    EXPECT_EQ(units_in(*soil, 3, 3, 1), 16);
+}
+
 /// A box at rest that covers seven tenths of voxels 2..5 in layer 2, and all above.
 Mover resting_box() {
     Mover box(1, box_shape({0.1, 0.1, 0.085}), {0.2, 0.2, 0.2});
