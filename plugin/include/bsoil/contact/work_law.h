@@ -53,8 +53,7 @@ class WorkPath {
 ///   sides      S = (1 - sin phi) tan phi / sin(45 deg - phi / 2) (d^2 + d h + h^2 / 3) / (Kp w):
 ///              of the rising wedge, w wide, at rest pressure
 ///   along      D = WorkPath::rubbed_share(). Along the face soil moves as its path begins,
-///   whatever
-///              the face does: the path is the grid's, and not the easiest one that friction allows
+///              whatever the face does: the path is the grid's, not the easiest with friction
 ///
 /// Under a sole of width B soil goes out to both sides, from half the width each, in a wedge h =
 /// B / 2 tan(45 deg + phi / 2) high: z = h / 2, as wide as the sole is long. The zone opens with
