@@ -210,9 +210,9 @@ bool stack_soil(int slot, ivec2 to, int source, int held, int fraction, INOUT(in
     for (int n = 0; n < 3 && part > 0; ++n) {
         int target = voxel_at(slot, to.x, to.y, place >> 16);
         if (is_solid(target)) break;
-        if (!are_listed(source, target)) return true;
         int room = kVoxelFull - (place & kLowHalf);
         int fits = n == 2 || room >= mul_q16(held, part) ? part : fraction_q16(room, held);
+        if (moves_any(source, fits) && !are_listed(source, target)) return true;
         goes = move_soil(source, target, fits, true) || goes;
         place += fits == part ? mul_q16(held, part) : room;
         part -= fits;
@@ -229,17 +229,18 @@ bool shift_slab(int slot, int x, int y, int first, ivec2 ahead, IN(Slab) slab, i
         int held = state_at(kPlaneVolume, source);
         int taken = min(amount, held);
         if (taken <= 0) continue;
-        bool is_there = block_flags[flag_index(kFlagListed, source >> 9)] != 0;  // see shed_soil()
         amount -= taken;
+        bool waits = false;  // or goes
         int fraction = fraction_q16(taken, held);
         for (int k = 0; k < 3; ++k) {
             if (arrivals.share[k] == 0) continue;
             int part = mul_q16(fraction, fraction_q16(arrivals.share[k], wanted));
             int place = arrivals.place[k];
-            goes = stack_soil(slot, arrival_at(k, x, y, ahead), source, held, part, place) || goes;
+            waits = stack_soil(slot, arrival_at(k, x, y, ahead), source, held, part, place) || waits;
             arrivals.place[k] = place;
         }
-        if (!is_there) return goes;
+        if (waits && !is_listed(source)) return true;  // see shed_soil()
+        goes = goes || waits;
     }
     return goes;
 }

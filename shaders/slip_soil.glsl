@@ -327,7 +327,7 @@ bool shed_soil(int slot, int x, int y, int bottom, int top, int wanted, int kind
             break;  // what lies on top slides off it
         }
         // A face can be higher than the blocks around what moves. Deltas beyond them would be lost.
-        bool is_there = block_flags[flag_index(kFlagListed, source >> 9)] != 0;
+        bool asks = false;
         amount -= taken;
         int fraction = fraction_q16(taken, held);
         for (int k = 0; k < 8; ++k) {
@@ -337,7 +337,10 @@ bool shed_soil(int slot, int x, int y, int bottom, int top, int wanted, int kind
             if (most < mul_q16(held, part)) part = fraction_q16(most, held);
             if (!moves_any(source, part) || is_solid(slices.target[k])) continue;
             goes = true;
-            if (!are_listed(source, slices.target[k])) continue;
+            if (!are_listed(source, slices.target[k])) {
+                asks = true;
+                continue;
+            }
             if (waits) {
                 ATOMIC_MAX(block_flags[flag_index(kFlagChanged, source >> 9)], params.step_stamp);
                 return true;
@@ -345,7 +348,7 @@ bool shed_soil(int slot, int x, int y, int bottom, int top, int wanted, int kind
             move_soil(source, slices.target[k], part, true);
             if (((slices.falls >> k) & 1) != 0) fall_along(source, slices.target[k], mul_q16(mass_at(source), part));
         }
-        if (!is_there) return goes;
+        if (asks && !is_listed(source)) return true;
     }
     return goes;
 }

@@ -35,6 +35,16 @@ TEST(RestTime, is_longer_where_soil_falls_slowly) {
     for (const Failure& failure : run_plan(plan, Run::watched)) ADD_FAILURE() << text_of(failure);
 }
 
+TEST(RestTime, is_longer_where_wide_banks_drain) {
+    WorldPlan plan = slab_in_the_air(0);
+    plan.soils[0].def.open_sides = 1;
+    EXPECT_DOUBLE_EQ(rest_s(plan), kQuickS);
+    plan.soils[0].def.size_m.x = 3.8;
+    EXPECT_GT(rest_s(plan), 29.2);
+    plan.soils[0].def.open_sides = 0;
+    EXPECT_DOUBLE_EQ(rest_s(plan), kQuickS);
+}
+
 TEST(RestTime, goes_by_the_speed_that_wind_leaves) {
     EXPECT_DOUBLE_EQ(rest_s(slab_in_the_air(0)), kQuickS);
     WorldPlan plan = slab_in_the_air(0.08);

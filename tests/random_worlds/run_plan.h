@@ -16,7 +16,8 @@ enum class Run {
 };
 const char* name_of(Run run);
 
-/// Time within which soil sleeps once it is left alone [s]: the longer the slower air lets it fall.
+/// Time within which soil sleeps once it is left alone [s]: the longer the slower air lets it fall,
+/// and the farther a bank has to an open side.
 double rest_s(const WorldPlan& plan);
 
 std::vector<Failure> run_plan(const WorldPlan& plan, Run run);
