@@ -244,7 +244,8 @@ TEST_P(RandomGrids, go_on_from_a_snapshot_bit_for_bit) {
     EXPECT_EQ(other.soil().checksum(), grid.soil().checksum()) << grid.name();
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, RandomGrids, testing::Range(1u, 25u));
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomGrids, testing::Range(1u, 13u));
+INSTANTIATE_TEST_SUITE_P(SlowSeeds, RandomGrids, testing::Range(13u, 25u));
 
 class RandomGridsOnGl : public RandomGrids {};
 
