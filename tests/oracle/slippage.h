@@ -16,8 +16,9 @@
 /// - soil slides slip_stride voxels at once, as if columns that far apart were neighbours, where
 /// the ground falls all along that way; by more than one voxel it leaves no edge of a rigid body;
 /// - what slides takes soil below it along only where that soil would not stand at this slope;
-/// - a slide is reckoned from a wedge higher by slip_overshoot, but by a quarter of tan(phi) at most,
-/// so that it ends below phi; not for soil that falls or keeps momentum, nor for longer strides;
+/// - a slide is reckoned from a wedge higher by slip_overshoot, but by a quarter of tan(phi) at
+/// most, so that it ends below phi; not for soil that falls or keeps momentum, nor for longer
+/// strides;
 /// - no share is too small to go, as the kernel has them, and so no slope stands for that;
 /// - f in (9) is a force with g in it (the thesis counts in tons-force);
 /// - wedges up to slip_tolerance do not slide, nor those of rough soil up to between half and all
