@@ -1,5 +1,6 @@
 // What holds a slope, and up to which height a wedge of it stands: for slip_soil, and for slide_soil, which must not let soil slide
-// for good where slip_soil says that it stands. Part of kernel_common.
+// for good where slip_soil says that it stands. At the end, what both ask before they give soil to a voxel blocks away. Part of
+// kernel_common.
 
 CONST_INT(kAnyDrop, 268435456)  // more than a grid is high
 

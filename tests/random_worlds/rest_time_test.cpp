@@ -37,11 +37,11 @@ TEST(RestTime, is_longer_where_soil_falls_slowly) {
 
 TEST(RestTime, is_longer_where_wide_banks_drain) {
     WorldPlan plan = slab_in_the_air(0);
-    plan.soils[0].def.open_sides = 1;
+    plan.soils[0].def.open_sides = kOpenLowX;
     EXPECT_DOUBLE_EQ(rest_s(plan), kQuickS);
     plan.soils[0].def.size_m.x = 3.8;
     EXPECT_GT(rest_s(plan), 29.2);
-    plan.soils[0].def.open_sides = 0;
+    plan.soils[0].def.open_sides = kOpenHighZ;  // its top
     EXPECT_DOUBLE_EQ(rest_s(plan), kQuickS);
 }
 

@@ -146,7 +146,8 @@ double rest_s(const WorldPlan& plan) {
     for (const SoilPlan& soil : plan.soils) {
         const SoilDef& def = soil.def;
         const double columns = std::max(def.size_m.x, def.size_m.y) / def.voxel_m;
-        if (def.open_sides != 0) quick_s = std::max(quick_s, kDrainS * columns * columns);
+        const int flat = def.up == UpAxis::y ? kOpenLowY | kOpenHighY : kOpenLowZ | kOpenHighZ;
+        if ((def.open_sides & ~flat) != 0) quick_s = std::max(quick_s, kDrainS * columns * columns);
         const double root =
             std::sqrt(def.size_m.z / def.voxel_m) + std::sqrt(std::log(kLateCrumbs));
         for (const MaterialDef& material : def.materials) {

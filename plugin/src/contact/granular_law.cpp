@@ -159,12 +159,18 @@ double cohesive_stress_pa(double down, double developed, const SoilStrength& soi
 
 }  // namespace
 
-namespace {
-
-/// Width over length: 1 where it has no length.
 double slimness_of(const FaceExtent& face) {
     return face.length_m > 0 ? face.width_m / face.length_m : 1;
 }
+
+double developed_bearing(const FaceExtent& face, double depth_m, const ContactLawDef& law) {
+    const double developing_m =
+        (law.mobilization_widths - law.mobilization_fall_widths * face.relative_density) *
+        face.width_m;
+    return depth_m < developing_m ? depth_m / developing_m : 1;
+}
+
+namespace {
 
 /// Bearing pressure of a sole, in full.
 double bearing_pressure_pa(const SoilStrength& soil, const FaceExtent& face, double depth_m,
@@ -241,10 +247,7 @@ FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, doubl
         is_sole_asked
             ? bearing_pressure_pa(soil, face, depth_m, dense_bearing_factors(soil, face, depth_m))
             : 0;
-    const double developing_m =
-        (law.mobilization_widths - law.mobilization_fall_widths * face.relative_density) *
-        face.width_m;
-    const double developed = std::min(1.0, depth_m / developing_m);
+    const double developed = developed_bearing(face, depth_m, law);
     const double resistive_pa = soil.stiffness_pa_m * depth_m;
     // Without friction there is no frictional stress to change.
     if (!(resistive_pa * soil.sole_stress > 0)) return {.developed = developed};

@@ -62,11 +62,7 @@ WorkLaw::WorkLaw(std::shared_ptr<const ContactSoil> soil, const SurfaceFriction&
 
 double WorkLaw::zone_m(const WorkPath& path, const FaceExtent& face, double sole,
                        double depth_m) const {
-    const double developing_m =
-        (def().mobilization_widths - def().mobilization_fall_widths * face.relative_density) *
-        face.width_m;
-    if (!(developing_m > 0)) return 0;
-    return sole * std::min(1.0, depth_m / developing_m) * face.width_m / (2 * path.rise());
+    return sole * developed_bearing(face, depth_m, def()) * face.width_m / (2 * path.rise());
 }
 
 WorkPath WorkLaw::dense_path(const Strength& soil, const WorkPath& path, const FaceExtent& face,
@@ -76,9 +72,8 @@ WorkPath WorkLaw::dense_path(const Strength& soil, const WorkPath& path, const F
         soil.weight_n_m3 * (depth_m + zone_m(path, face, sole, depth_m) / 2);
     const double mean_pa =
         overburden_pa / (1 - path.sine()) * std::exp(turn_of(normal, up()) * path.tangent());
-    const double slimness = face.length_m > 0 ? face.width_m / face.length_m : 1;
-    const double peak_rad =
-        peak_friction_angle(soil.friction_angle_rad, face.relative_density, mean_pa, slimness);
+    const double peak_rad = peak_friction_angle(soil.friction_angle_rad, face.relative_density,
+                                                mean_pa, slimness_of(face));
     return {std::lerp(soil.friction_angle_rad, peak_rad, sole), path.friction()};
 }
 

@@ -90,6 +90,13 @@ struct FaceFactors {
 FaceFactors face_factors(const SoilStrength& soil, const FaceExtent& face, double depth_m,
                          const ContactLawDef& law = {}, bool is_sole_asked = true);
 
+/// Share 0..1 of a sole's bearing that its sinkage has mobilized:
+/// ContactLawDef::mobilization_widths in loose soil.
+double developed_bearing(const FaceExtent& face, double depth_m, const ContactLawDef& law = {});
+
+/// Width over length, 0..1; 1 where a face has no length.
+double slimness_of(const FaceExtent& face);
+
 /// Bolton (1986): phi + 5 deg I_R in plane strain and 3 in triaxial compression, I_R = I_D (10 - ln
 /// p') - 1 in 0..4, p' in kPa. slimness: width over length of the sole, 0 a strip to 1 a square,
 /// and linear between (Meyerhof 1963).
