@@ -383,5 +383,57 @@ TEST(FreeSurface, random_beds_as_the_oracle_has_them) {
     }
 }
 
+// Two bodies at the ends of a grid as large as one may be: what lies between them is neither read
+// nor held, and each finds what it finds alone.
+TEST(FreeSurface, costs_what_lies_around_the_bodies) {
+    GridFrame frame;
+    frame.size[0] = frame.size[1] = 8192;
+    frame.size[2] = 64;
+    const ContactLawDef law;
+    const double width = 4, wedge_length = 2;
+    const SurfaceWedge wedge{std::tan(kPhi), std::tan(kWall)};
+    std::array<int32_t, kTileColumns> words{};
+    int read_count = 0;
+    const auto words_of = [&](int tx, int ty) -> std::span<const int32_t> {
+        ++read_count;
+        for (int c = 0; c < kTileColumns; ++c) {
+            words[static_cast<size_t>(c)] =
+                (20 << 16) + 3000 * (tx % 7 + c % 8) + 2000 * (ty % 5 + c / 8);
+        }
+        return words;
+    };
+    std::vector<ContactRecord> contacts;
+    for (const auto& [x, y] : {std::pair{30, 40}, {8160, 8150}, {4000, 30}, {4040, 30}}) {
+        ContactRecord contact;
+        contact.voxel[0] = x;
+        contact.voxel[1] = y;
+        contact.voxel[2] = 16;
+        contact.carrier = kOnGround;
+        contacts.push_back(contact);
+    }
+    const auto found = [&](std::span<const ContactRecord> known, FreeSurface& surface) {
+        std::vector<double> heights;
+        surface.find({known, {&width, 1}, &frame, &law, {&wedge_length, 1}, {&wedge, 1}}, words_of);
+        for (const ContactRecord& contact : known) {
+            const Vec3 at{contact.voxel[0] + 0.4, contact.voxel[1] + 0.3, 16.5};
+            for (const Vec3 outward : {kAhead, kAside, kDown}) {
+                heights.push_back(surface.height_beside(contact, at, outward));
+                heights.push_back(surface.wedge_before(contact, at, outward).level_depth);
+            }
+        }
+        return heights;
+    };
+    FreeSurface surface;
+    const std::vector<double> all = found(contacts, surface);
+    EXPECT_LE(read_count, 4 * 5 * 5);
+    std::vector<double> alone;
+    for (const std::span<const ContactRecord> some :
+         {std::span(contacts).first(1), std::span(contacts).subspan(1, 1),
+          std::span(contacts).subspan(2)}) {
+        FreeSurface other;
+        for (const double height : found(some, other)) alone.push_back(height);
+    }
+    EXPECT_EQ(all, alone);
+}
 }  // namespace
 }  // namespace bsoil::free_surface_test

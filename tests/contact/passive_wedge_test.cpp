@@ -43,6 +43,10 @@ TEST(PassiveWedge, rough_walls_stay_bounded_where_coulombs_do_not) {
     EXPECT_GT(log_spiral(40, 40), 17.5);
     EXPECT_LT(log_spiral(40, 40), 1.16 * 17.5);
     EXPECT_GT(passive_pressure_factor(radians(40), radians(40)), 90);
+    // Beyond 45 deg no plane before such a wall fails, and the formula falls again.
+    for (const double deg : {44.99, 45.0, 50.0, 60.0, 68.7}) {
+        EXPECT_GT(passive_pressure_factor(radians(deg), radians(deg)), 1e5) << deg;
+    }
     double before = 0;
     for (double phi = 5; phi <= 46; phi += 1) {
         const double now = log_spiral(phi, phi);

@@ -306,5 +306,30 @@ TEST(SurfacePieces, what_is_beyond_the_grid_is_not_counted) {
     }
 }
 
+// They go by the coverage field. Their pieces would take gigabytes, so they are counted before they
+// are made.
+TEST(SurfaceSamples, of_bodies_too_large_for_them_are_not_made) {
+    ConvexShape hull;
+    hull.kind = ConvexShape::Kind::hull;
+    hull.bound_m = 900;
+    for (const double s : {-1.0, 1.0}) {
+        hull.planes.push_back({{s, 0, 0}, 500});
+        hull.planes.push_back({{0, s, 0}, 500});
+        hull.planes.push_back({{0, 0, s}, 1});
+    }
+    using Kind = ConvexShape::Kind;
+    for (const ConvexShape& huge :
+         {box({500, 500, 1}), shape(Kind::sphere, 500, 0), shape(Kind::capsule, 1, 90'000),
+          shape(Kind::cylinder, 90'000, 1), shape(Kind::cone, 500, 500), hull}) {
+        for (const std::vector<ConvexShape>& shapes : {std::vector{huge}, {box({1, 1, 1}), huge}}) {
+            WallShapes walls;
+            walls.make(shapes, 0.05);
+            SurfaceSamples surface;
+            surface.make(shapes, walls.growth, 0.05);
+            EXPECT_FALSE(surface.is_whole) << static_cast<int>(huge.kind);
+            EXPECT_LE(surface.samples.capacity(), size_t{1} << 19);
+        }
+    }
+}
 }  // namespace
 }  // namespace bsoil::surface_samples_test

@@ -264,6 +264,10 @@ class RestCheck final : public Check {
             if (!key || of_part == forces_.end()) continue;
             const Forces& forces = of_part->second;
             Sum& sum = sums[key];
+            if (forces.up_n.empty()) {  // it woke within this very frame
+                sum.is_whole = false;
+                continue;
+            }
             sum.weight_n += part.mass_kg * world.gravity_m_s2();
             sum.load_n += forces.load_most_n;
             sum.is_whole &= forces.is_whole;

@@ -78,6 +78,30 @@ TEST(SceneVehicle, of_a_scene_drives_steers_and_brakes) {
     }
 }
 
+// The principal axes of such a chassis lean by 20 deg. Bullet's vehicle takes its body's axes.
+TEST(SceneVehicle, wheels_are_where_the_scene_has_them_under_a_lopsided_chassis) {
+    std::string text = car("", "");
+    const std::string box = "shape = \"box\"\nsize_m = [2.4, 1, 0.3]\nmass_kg = 400\n";
+    text.replace(text.find(box), box.size(),
+                 "shape = \"compound\"\nmass_kg = 400\npart = [\n{ shape = \"box\", size_m = [2.4, "
+                 "1, 0.3], mass_kg = 300 },\n{ shape = \"box\", size_m = [0.4, 0.4, 0.4], "
+                 "position_m = [-0.9, 0, 0.9], mass_kg = 100 },\n]\n");
+    const Driven car_run(text);
+    const Pose chassis = car_run.pose();
+    EXPECT_NEAR(chassis.rotation.w, 1, 1e-12);
+    // Before its first ray a strut has no length.
+    const Vec3 pressed_m{0, 0, 0.3};
+    car_run.run->raycast_vehicles()[0]->place_wheels();
+    for (const auto& [name, at] :
+         {std::pair{"car/fl", Vec3{0.9, 0.7, -0.4}}, {"car/rr", Vec3{-0.9, -0.7, -0.4}}}) {
+        EXPECT_LT(length(transform(inverse(chassis), car_run.pose(name).position) - at - pressed_m),
+                  1e-4)
+            << name;
+        const Vec3 axle = rotate(car_run.pose(name).rotation, {0, 1, 0});
+        EXPECT_NEAR(std::abs(axle.y), 1, 1e-6) << name;
+    }
+}
+
 TEST(SceneVehicle, follows_its_keys_and_a_driver_takes_over) {
     Driven car_run(car("key = [{ t_s = 1 }, { t_s = 1.2, throttle = 1 }]\n", kSand));
     car_run.drive({}, 2.5);

@@ -200,14 +200,15 @@ TEST_F(Exports, heights_as_a_picture_come_back_as_the_same_ground) {
                   2)
             << said_;
         std::ostringstream text;
-        text << "[world]\nduration_s = 1\n[soil]\nsize_m = [2.0, 2.0, 1.2]\nvoxel_m = 0.05\n"
+        text << "[world]\nduration_s = 1\nup = \"" << up
+             << "\"\n[soil]\nsize_m = " << (up == "y" ? "[2.0, 1.2, 2.0]" : "[2.0, 2.0, 1.2]")
+             << "\nvoxel_m = 0.05\n"
              << "material = \"moist_sand\"\n[[fill]]\nkind = \"height_map\"\nfile = \"" << picture
              << "\"\nmin_height_m = " << low << "\nmax_height_m = " << high << "\n";
         const std::string scene_path = picture + ".toml";
         std::ofstream(scene_path) << text.str();
         auto again = load_scene(scene_path);
         ASSERT_TRUE(again) << again.error();
-        set_up_axis(*again, up == "y" ? UpAxis::y : UpAxis::z);
         auto ground = SceneRun::create(*again, {.backend = Backend::cpu});
         ASSERT_TRUE(ground) << ground.error();
         // A height map is stretched from edge to edge: half a voxel at the rim, where the step of

@@ -207,6 +207,21 @@ TEST_F(HostileFiles, nodes_that_stand_for_billions_are_refused) {
     expect_error(read_mesh(write("m.dae", collada(loop))).error(), "for themselves");
 }
 
+// Parsers do not agree where such a declaration ends, and so on what is a comment.
+TEST_F(HostileFiles, declarations_whose_end_is_not_clear_are_refused) {
+    const std::string wanted = "leave it out";
+    for (const std::string start :
+         {"<?x > <!-- ?>", "<?x '>' ?>", "<?x", "<!DOCTYPE a \"> <!-- \">",
+          "<!DOCTYPE a [ <!ENTITY b \">\"> <!-- ]>", "<!DOCTYPE a '> <![CDATA[ '>"}) {
+        SCOPED_TRACE(start);
+        expect_error(read_mesh(write("m.dae", start + "<COLLADA/>")).error(), wanted);
+        expect_error(read_urdf(write("r.urdf", start + "<robot name=\"r\"/>")).error(), wanted);
+    }
+    EXPECT_TRUE(read_urdf(write("r.urdf",
+                                "<?xml version='1.0'?><!DOCTYPE robot SYSTEM \"r.dtd\">"
+                                "<robot name=\"r\"><link name=\"a\"/></robot>")));
+}
+
 TEST_F(HostileFiles, meshes_are_of_the_three_formats) {
     expect_error(read_mesh(write("m.x", "xof 0303txt 0032\n")).error(),
                  "is none of OBJ, STL and DAE");

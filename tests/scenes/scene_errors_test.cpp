@@ -271,5 +271,30 @@ TEST(SceneErrors, densities_of_a_material_rise) {
         "densities are 1600");
 }
 
+TEST(SceneErrors, integers_too_large_for_a_double_are_out_of_range_all_the_same) {
+    expect_error("substep_s = 9007199254740993\n", "9007199254740992 is out of range");
+    expect_error("gravity_m_s2 = -9223372036854775807\n", "is out of range");
+    expect_error("[soil]\nsize_m = [9007199254740993, 1, 1]\n", "is out of range");
+}
+
+TEST(SceneErrors, rounds_need_a_period) {
+    expect_error(
+        "[[body]]\nname = \"a\"\nshape = \"box\"\nsize_m = [1, 1, 1]\nmass_kg = 1\n[[joint]]\nname "
+        "= \"j\"\nkind = "
+        "\"hinge\"\nparent = \"world\"\nchild = \"a\"\npoint_m = [0, 0, 0]\nmotor_torque_n_m = "
+        "1\n[[motion]]\njoint = \"j\"\nrepeat_count = 2\nkey = [{ t_s = 0, position_deg = 1 }]\n",
+        "keys that are repeated need a `period_s`");
+}
+
+TEST(SceneErrors, some_part_of_a_body_that_can_move_has_a_mass) {
+    const std::string body =
+        "[[body]]\nname = \"a\"\nshape = \"compound\"\nmass_kg = 1\n[[body.part]]\nshape = "
+        "\"box\"\nsize_m = [1, 1, 1]\nmass_kg = 0\n";
+    expect_error(body, "no part of \"a\" has a mass");
+    EXPECT_EQ(
+        errors_of(kWorld + body + "[[body.part]]\nshape = \"sphere\"\nradius_m = 1\nmass_kg = 2\n"),
+        "no error");
+}
+
 }  // namespace
 }  // namespace bsoil::scene::scene_errors_test

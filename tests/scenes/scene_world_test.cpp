@@ -1,13 +1,16 @@
 /// Scenes as Bullet worlds, without soil: bodies, joints, motors.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "reading/scene_load.h"
 #include "robots/convex_hull.h"
+#include "run/scene_run.h"
 #include "scene/rotations.h"
 #include "scene/terrain_noise.h"
 #include "world/bullet_scene.h"
+#include "world/soil_filling.h"
 
 namespace bsoil::scene::scene_world_test {
 namespace {
@@ -215,6 +218,49 @@ TEST(SceneWorld, same_scene_gives_the_same_bits) {
     for (size_t i = 0; i < a->bodies().size(); ++i) {
         const Pose p = a->bodies()[i].pose(), q = b->bodies()[i].pose();
         EXPECT_EQ(length(p.position - q.position), 0) << a->bodies()[i].name;
+    }
+}
+
+// Its rows follow the second level axis: y, and z, which looks the other way.
+TEST(SceneWorld, height_map_is_turned_and_not_mirrored) {
+    Scene scene = parsed("[world]\nduration_s = 9\n[soil]\nsize_m = [2, 3, 1]\nvoxel_m = 0.1\n");
+    FillItem hill;
+    hill.kind = "height_map";
+    hill.height_map.width = 2;
+    hill.height_map.height = 3;
+    hill.height_map.heights_m = {0.1F, 0.2F, 0.3F, 0.4F, 0.5F, 0.6F};
+    scene.fills.push_back(hill);
+    Scene turned = scene;
+    set_up_axis(turned, UpAxis::y);
+    auto z_up = Soil::create(soil_def(scene)), y_up = Soil::create(soil_def(turned));
+    ASSERT_TRUE(z_up && y_up);
+    ASSERT_TRUE(fill_soil(scene, **z_up) && fill_soil(turned, **y_up));
+    for (const double x : {-0.85, 0.05, 0.95}) {
+        for (const double y : {-1.35, -0.45, 0.75, 1.45}) {
+            const auto height_m = [](const Soil& soil, Vec3 at) {
+                return surface_height_m(soil, at);
+            };
+            EXPECT_NEAR(height_m(**y_up, {x, 0.5, -y}), height_m(**z_up, {x, y, 0.5}), 1e-3)
+                << x << ' ' << y;
+        }
+    }
+    set_up_axis(turned, UpAxis::z);
+    EXPECT_EQ(turned.fills[0].height_map.heights_m, hill.height_map.heights_m);
+}
+
+// Without soil a step of the run is made of whole steps of Bullet, so that the run's time is
+// Bullet's; one whose soil is taken away keeps its step.
+TEST(SceneWorld, time_without_soil_is_that_of_bullet) {
+    for (const auto& [substep_s, step_s] :
+         {std::pair{0.005, 0.015}, {0.01, 0.02}, {1.0 / 240, 1.0 / 60}, {0.05, 0.05}}) {
+        const Scene scene =
+            parsed(fmt::format("[world]\nduration_s = 1\nsubstep_s = {}\n", substep_s));
+        auto run = SceneRun::create(scene, {.backend = Backend::cpu});
+        ASSERT_TRUE(run) << run.error();
+        EXPECT_NEAR((*run)->step_s(), step_s, 1e-12);
+        for (int i = 0; i < 5; ++i) (*run)->step();
+        EXPECT_NEAR((*run)->bullet().time_s(), (*run)->time_s(), 1e-9) << substep_s;
+        EXPECT_NEAR((*run)->time_s(), 5 * step_s, 1e-9);
     }
 }
 

@@ -160,5 +160,23 @@ TEST(UrdfErrors, mimics_have_a_source_and_an_effort) {
                  kWorld + kRobot, "neither an effort limit nor a [[robot.motor]]");
 }
 
+// A rigid body's constraint cannot hold a link, and was left out or was one of another kind.
+TEST(UrdfErrors, links_of_a_multibody_have_no_joints_of_the_scene) {
+    const std::string robot = urdf(rod("a") + rod("b") + joint("j", "revolute", "a", "b", kLimits));
+    const std::string box =
+        "[[body]]\nname = \"box\"\nshape = \"box\"\nsize_m = [1, 1, 1]\nmass_kg = 1\nposition_m = "
+        "[0, 0, 3]\n";
+    const auto joined = [](const std::string& parent, const std::string& child) {
+        return "[[joint]]\nname = \"own\"\nkind = \"fixed\"\nparent = \"" + parent +
+               "\"\nchild = \"" + child + "\"\npoint_m = [0, 0, 0]\n";
+    };
+    for (const auto& [parent, child] :
+         {std::pair{"r/a", "box"}, {"box", "r/b"}, {"world", "r/a"}}) {
+        const std::string link = std::string(parent).starts_with("r/") ? parent : child;
+        expect_error(robot,
+                     kWorld + kRobot + "build = \"multibody\"\n" + box + joined(parent, child),
+                     "\"" + link + "\" is a link of a multibody, which a [[joint]] cannot hold");
+    }
+}
 }  // namespace
 }  // namespace bsoil::scene::urdf_errors_test

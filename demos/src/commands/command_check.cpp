@@ -8,6 +8,7 @@
 
 #include "command_line.h"
 #include "commands.h"
+#include "files/json_text.h"
 #include "opened_scene.h"
 #include "run/baseline.h"
 
@@ -25,7 +26,7 @@ struct CheckArguments {
 
 int write_baseline(const std::string& path, const nlohmann::ordered_json& json) {
     std::ofstream file(path);
-    file << json.dump(1) << '\n';
+    file << scene::json_text(json, 1) << '\n';
     if (!file.flush()) {
         fmt::print(stderr, "{}: cannot be written\n", path);
         return kCouldNotRun;

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
+#include "files/json_text.h"
 #include "opened_scene.h"
 #include "run/exports.h"
 #include "run/scene_picture.h"
@@ -109,7 +110,7 @@ Status write_labels(const render::Buffers& buffers, const scene::SceneRun& run,
         names[std::to_string(scene::kFirstBodyLabel + b)] = run.bullet().bodies()[b].name;
     }
     std::ofstream file(path + ".json");
-    file << names.dump(2) << '\n';
+    file << scene::json_text(names, 2) << '\n';
     file.close();
     if (!file) return Error{path + ".json: cannot be written whole; is the disk full?"};
     return Done{};

@@ -11,6 +11,7 @@
 
 #include "command_line.h"
 #include "commands.h"
+#include "files/json_text.h"
 #include "interruption.h"
 #include "opened_scene.h"
 #include "run/run_checks.h"
@@ -227,7 +228,7 @@ int run(RunArguments& arguments) {
     nlohmann::ordered_json summary = run.summary();
     summary["interrupted"] = is_cut_short;
     const int exit_code = report(checks.results(), summary);
-    mishaps.take(write_text(arguments.out + "/summary.json", summary.dump(2) + '\n'));
+    mishaps.take(write_text(arguments.out + "/summary.json", scene::json_text(summary, 2) + '\n'));
     mishaps.take(telemetry->finish());
     if (run.has_soil()) mishaps.take(save(run, checks, arguments.out + "/final.snapshot"));
     if (*pictures) mishaps.take((*pictures)->finish());

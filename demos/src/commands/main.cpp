@@ -32,6 +32,9 @@ int main(int argument_count, char** arguments) {
         app.parse(argument_count, arguments);
     } catch (const CLI::ParseError& error) {
         return app.exit(error) == 0 ? bsoil::command::kPassed : bsoil::command::kCouldNotRun;
+    } catch (const std::exception& error) {
+        std::cerr << "bsoil: " << error.what() << '\n';
+        return bsoil::command::kCouldNotRun;
     }
     return exit_code;
 }

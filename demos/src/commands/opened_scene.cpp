@@ -14,6 +14,7 @@ namespace {
 
 /// Leaves the soil out, and all that measures it.
 void remove_soil(scene::Scene& scene) {
+    if (scene.soil) scene.world.step_s = scene.soil->def.step_s;
     scene.soil.reset();
     scene.fills.clear();
     scene.terrains.clear();

@@ -215,9 +215,8 @@ std::string read_words(MeasuredColumnItem& item, const toml::node& value) {
     const toml::table* table = value.as_table();
     if (!table) return "expected a table, not " + scene::kind_text(value);
     for (const auto& [word, node] : *table) {
-        const auto number = node.value<double>();
-        if (!number) return "expected numbers, not " + scene::kind_text(node);
-        item.values[std::string(word.str())] = *number;
+        if (!node.is_number()) return "expected numbers, not " + scene::kind_text(node);
+        item.values[std::string(word.str())] = scene::number_of(node);
     }
     return {};
 }
@@ -228,8 +227,8 @@ std::optional<RowCondition> condition_of(const std::string& column, const toml::
         if (ends->size() != 2 || !ends->get(0)->is_number() || !ends->get(1)->is_number()) {
             return std::nullopt;
         }
-        return RowCondition{column, "", ends->get(0)->value<double>(),
-                            ends->get(1)->value<double>()};
+        return RowCondition{column, "", scene::number_of(*ends->get(0)),
+                            scene::number_of(*ends->get(1))};
     }
     const auto given = parameter_of(column, value);
     if (!given) return std::nullopt;
@@ -382,7 +381,7 @@ void add_rig(TableOf<ExperimentFile>& file, const std::string& name, const Table
 std::optional<Parameter> parameter_of(const std::string& name, const toml::node& value) {
     if (value.is_string()) return Parameter{name, value.as_string()->get(), {}};
     if (!value.is_number()) return std::nullopt;
-    const double number = *value.value<double>();
+    const double number = scene::number_of(value);
     return Parameter{name, fmt::format("{:.6g}", number), number};
 }
 

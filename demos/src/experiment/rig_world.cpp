@@ -33,9 +33,8 @@ void remove_margin(btCollisionShape& shape) {
 
 RigWorld::RigWorld(scene::Scene scene)
     : scene_(std::move(scene)),
-      step_s_(scene_.soil ? scene_.soil->def.step_s : SoilDef{}.step_s),
-      substep_count_(std::max(1, static_cast<int>(std::lround(step_s_ / scene_.world.substep_s)))) {
-}
+      step_s_(scene::frame_length(scene_).step_s),
+      substep_count_(scene::frame_length(scene_).substep_count) {}
 
 RigWorld::~RigWorld() {
     const std::lock_guard lock(world_mutex);

@@ -89,6 +89,11 @@ Status check_xml_depth(const std::string& xml) {
                 fmt::format("elements lie inside each other more than {} deep", kXmlDepthCapacity)};
         }
     }
+    if (tags.has_odd_declaration()) {
+        return Error{
+            "a declaration, <?...?> or <!...>, holds a <, > or [ or a single quote: leave "
+            "it out"};
+    }
     return Done{};
 }
 

@@ -13,7 +13,8 @@ inline constexpr int kXmlDepthCapacity = 100;
 /// few kilobytes can name its nodes over and over.
 inline constexpr int kXmlNodeCapacity = 100'000;
 
-/// Error: elements are nested deeper than the capacity. Bad syntax is the parser's to refuse.
+/// Error: elements are nested deeper than the capacity, or parsers may not agree where a
+/// declaration ends. Bad syntax is the parser's to refuse.
 Status check_xml_depth(const std::string& xml);
 
 /// Error: <instance_node> elements stand for more nodes than the capacity, or for themselves.

@@ -1,5 +1,7 @@
 #include "xml_tags.h"
 
+#include <algorithm>
+
 namespace bsoil::scene {
 namespace {
 
@@ -17,7 +19,7 @@ bool XmlTagReader::next(Tag& tag) {
         } else if (rest.starts_with("<![CDATA[")) {
             skip_behind("]]>", 9);
         } else if (rest.starts_with("<!") || rest.starts_with("<?")) {
-            skip_behind(">", 2);
+            skip_declaration(rest);
         } else {
             break;
         }
@@ -44,6 +46,18 @@ bool XmlTagReader::next(Tag& tag) {
 void XmlTagReader::skip_behind(std::string_view end, size_t from) {
     const size_t found = text_.find(end, at_ + from);
     at_ = found == std::string_view::npos ? text_.size() : found + end.size();
+}
+
+// For one parser <?a > ?> ends at its first '>', for another behind the second. What stands in
+// brackets or quotes of a <!DOCTYPE> is alike.
+void XmlTagReader::skip_declaration(std::string_view rest) {
+    const bool is_instruction = rest[1] == '?';
+    const std::string_view text = rest.substr(2, rest.find(is_instruction ? "?>" : ">", 2) - 2);
+    has_odd_declaration_ |= text.size() + 2 >= rest.size() ||
+                            text.find_first_of("<>[") != std::string_view::npos ||
+                            std::count(text.begin(), text.end(), '"') % 2 != 0 ||
+                            std::count(text.begin(), text.end(), '\'') % 2 != 0;
+    skip_behind(">", 2);
 }
 
 bool is_element(std::string_view tag, std::string_view name) {

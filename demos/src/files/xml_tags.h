@@ -20,12 +20,17 @@ class XmlTagReader {
 
     /// False at the end.
     bool next(Tag& tag);
+    /// Whether a declaration so far, <?...?> or <!...>, ends where parsers do not agree. What is
+    /// behind it may not be what they take it for.
+    bool has_odd_declaration() const { return has_odd_declaration_; }
 
   private:
     void skip_behind(std::string_view end, size_t from);
+    void skip_declaration(std::string_view rest);
 
     std::string_view text_;
     size_t at_ = 0;
+    bool has_odd_declaration_ = false;
 };
 
 /// Whether a tag's text is that of an element, which it opens.

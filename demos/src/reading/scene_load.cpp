@@ -266,8 +266,10 @@ class SceneChecker {
                 error(body.at, "a compound needs at least one [[body.part]]");
             }
             size_t weighed = 0;
+            double weighed_kg = 0;
             for (const ShapeItem& solid : body.solids()) {
                 weighed += solid.mass_kg.has_value() ? 1u : 0u;
+                weighed_kg += solid.mass_kg.value_or(0);
                 if (solid.shape == "hull" && solid.points_m.size() < 4) {
                     error(solid.where("points_m"), "a hull needs at least 4 points");
                 }
@@ -279,6 +281,19 @@ class SceneChecker {
             if (weighed != 0 && weighed != body.parts.size()) {
                 error(body.at, "give `mass_kg` for all parts of \"{}\" or for none", body.name);
             }
+            if (weighed != 0 && weighed_kg <= 0 && body.mass_kg > 0) {
+                error(body.at, "no part of \"{}\" has a mass", body.name);
+            }
+        }
+    }
+
+    void need_no_link(const std::string& name, SourcePosition at) {
+        const BodyItem* body = scene_.find_body(name);
+        if (body && !body->multibody.empty()) {
+            error(at,
+                  "\"{}\" is a link of a multibody, which a [[joint]] cannot hold; give the "
+                  "[[robot]] `build = \"bodies\"`",
+                  name);
         }
     }
 
@@ -289,6 +304,10 @@ class SceneChecker {
             need_body(joint.child, joint.where("child"));
             if (joint.parent == joint.child) {
                 error(joint.where("child"), "joins \"{}\" to itself", joint.child);
+            }
+            if (!joint.is_of_multibody) {
+                need_no_link(joint.parent, joint.where("parent"));
+                need_no_link(joint.child, joint.where("child"));
             }
             if (length(joint.axis) < 1e-6) error(joint.where("axis"), "the axis has no length");
             if (joint.kind == "suspension" &&
@@ -367,7 +386,9 @@ class SceneChecker {
                 }
             }
         }
-        if (motion.repeat_count > 1 && motion.period_s < motion.motion_keys.back().t_s) {
+        if (motion.repeat_count > 1 && motion.period_s <= 0) {
+            error(motion.where("period_s"), "keys that are repeated need a `period_s`");
+        } else if (motion.repeat_count > 1 && motion.period_s < motion.motion_keys.back().t_s) {
             error(motion.where("period_s"), "`period_s` is shorter than the keys");
         }
     }

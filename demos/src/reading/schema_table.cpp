@@ -162,9 +162,15 @@ std::string kind_text(const toml::node& value) {
     }
 }
 
+double number_of(const toml::node& value) {
+    // value<double>() gives nothing for integers that a double does not hold exactly.
+    if (const auto* integer = value.as_integer()) return static_cast<double>(integer->get());
+    return value.as_floating_point()->get();
+}
+
 std::string read_number(const toml::node& value, Range range, double& out) {
     if (!value.is_number()) return "expected a number, not " + kind_text(value);
-    out = *value.value<double>();
+    out = number_of(value);
     if (!(out >= range.min && out <= range.max)) {
         return fmt::format("{} is out of range {}", out, range_text(range));
     }

@@ -57,6 +57,8 @@ struct TableSpec {
 SourcePosition position_of(const toml::node& node);
 std::string number_text(double value);
 std::string range_text(Range range);
+/// Of a node that is an integer or a float.
+double number_of(const toml::node& value);
 /// Checks type, finiteness and range of a number given in the key's unit.
 std::string read_number(const toml::node& value, Range range, double& out);
 std::string read_numbers(const toml::node& value, Range range, size_t min_count, size_t max_count,

@@ -43,7 +43,9 @@ TableOf<RaycastVehicleItem> raycast_vehicle_table() {
                       "mass of the chassis.")
         .text("name", &V::name, "unique")
         .required()
-        .text("chassis", &V::chassis, "the body that the struts stand on; one that can move")
+        .text("chassis", &V::chassis,
+              "the body that the struts stand on; one that can move. Its own axes are taken for "
+              "its principal ones")
         .required()
         .number("engine_force_n", &V::engine_force_n, {0, 1e8},
                 "at the rims of all driven wheels together, at full throttle")

@@ -108,6 +108,7 @@ Status RobotBuilder::add_joint(const urdf::Joint& joint, const Pose& child_world
     item.axis = rotate(child_world.rotation, to_vec3(joint.axis));
     item.kind = turns(joint) ? "hinge" : joint.type == urdf::Joint::PRISMATIC ? "slider" : "planar";
     item.start = start_of(joint);
+    item.is_of_multibody = robot_.build == "multibody";
     if (is_limited(joint)) {
         const double lower = joint.limits->lower, upper = joint.limits->upper;
         constexpr double kRounding = 1e-6;

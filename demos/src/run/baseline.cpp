@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "files/json_text.h"
 #include "files/text_file.h"
 
 namespace bsoil::scene {
@@ -134,7 +135,8 @@ Json BaselineRecorder::finish() const {
 std::vector<std::string> compare_baselines(const Json& expected, const Json& found,
                                            double tolerance) {
     std::vector<std::string> differences;
-    compare("", expected, found, tolerance, differences);
+    // As it would stand in a file: names are in UTF-8 there.
+    compare("", expected, Json::parse(json_text(found)), tolerance, differences);
     return differences;
 }
 

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "files/data_files.h"
+#include "files/json_text.h"
 #include "files/text_file.h"
 
 namespace bsoil::scene {
@@ -77,7 +78,7 @@ class GltfFile {
         json_["nodes"].push_back(root);
         json_["scenes"].push_back({{"nodes", {children_.size()}}});
         json_["buffers"].push_back({{"byteLength", numbers_.size()}});
-        std::string text = json_.dump();
+        std::string text = json_text(json_);
         text.resize((text.size() + 3) / 4 * 4, ' ');
         numbers_.resize((numbers_.size() + 3) / 4 * 4, '\0');
         std::string file;

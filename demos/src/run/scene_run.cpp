@@ -44,8 +44,8 @@ double surface_height_m(const Soil& soil, Vec3 at_m) {
 SceneRun::SceneRun(const Scene& scene, const RunDef& def)
     : scene_(scene),
       mesh_backend_(def.mesh_backend),
-      step_s_(scene.soil ? scene.soil->def.step_s : SoilDef{}.step_s),
-      substep_count_(std::max(1, static_cast<int>(std::lround(step_s_ / scene.world.substep_s)))) {
+      step_s_(frame_length(scene).step_s),
+      substep_count_(frame_length(scene).substep_count) {
     step_target_ = std::llround(scene.world.duration_s / step_s_);
     if (def.step_count > 0) step_target_ = std::min(step_target_, def.step_count);
 }

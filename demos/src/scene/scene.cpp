@@ -98,8 +98,19 @@ const ProbeItem* Scene::find_probe(const std::string& name) const {
     return find_named(probes, name);
 }
 
+bool Scene::is_raycast_chassis(const std::string& body) const {
+    return std::any_of(raycast_vehicles.begin(), raycast_vehicles.end(),
+                       [&](const RaycastVehicleItem& vehicle) { return vehicle.chassis == body; });
+}
+
 std::string Scene::message(SourcePosition at, const std::string& text) const {
     return fmt::format("{}:{}:{}: {}", path, at.line, at.column, text);
+}
+
+FrameLength frame_length(const Scene& scene) {
+    const double wanted_s = scene.soil ? scene.soil->def.step_s : scene.world.step_s;
+    const int count = std::max(1, static_cast<int>(std::lround(wanted_s / scene.world.substep_s)));
+    return {scene.soil ? wanted_s : count * scene.world.substep_s, count};
 }
 
 void set_up_axis(Scene& scene, UpAxis up) {
@@ -120,6 +131,13 @@ void set_up_axis(Scene& scene, UpAxis up) {
     for (FillItem& fill : scene.fills) {
         turn.apply_box(fill.min_m, fill.max_m);
         turn.apply(fill.base_center_m);
+        // Its rows follow the second level axis, y or z, which look opposite ways.
+        auto& heights_m = fill.height_map.heights_m;
+        for (int row = 0; 2 * (row + 1) <= fill.height_map.height; ++row) {
+            const auto at = heights_m.begin() + ptrdiff_t{row} * fill.height_map.width;
+            const auto mirrored = heights_m.end() - ptrdiff_t{row + 1} * fill.height_map.width;
+            std::swap_ranges(at, at + fill.height_map.width, mirrored);
+        }
     }
     for (TerrainItem& terrain : scene.terrains) {
         turn.apply(terrain.pose);

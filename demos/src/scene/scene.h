@@ -40,6 +40,7 @@ struct WorldItem : SceneItem {
     std::string up = "z";
     double gravity_m_s2 = 9.81;
     double substep_s = 1.0 / 240;
+    double step_s = SoilDef{}.step_s;  ///< of a run without soil; no key
     int solver_iterations = 30;
     bool ground_plane = true;
     double ground_height_m = 0;
@@ -211,6 +212,7 @@ struct JointItem : SceneItem {
     double start =
         0;  ///< position at the start [rad or m]; positions and stops count from its zero
     std::optional<JointMimic> mimic;
+    bool is_of_multibody = false;  ///< a robot's own, between two links of its multibody
     /// What resists every motion of a hinge or slider: a dry friction [N m or N] and a damping
     /// [N m s/rad or N s/m].
     double resisting_friction = 0, resisting_damping = 0;
@@ -406,9 +408,20 @@ struct Scene {
     const BodyItem* find_body(const std::string& name) const;
     const JointItem* find_joint(const std::string& name) const;
     const ProbeItem* find_probe(const std::string& name) const;
+    /// Whether a [[raycast_vehicle]] has that body for its chassis.
+    bool is_raycast_chassis(const std::string& body) const;
     /// "file:line:column: text"
     std::string message(SourcePosition at, const std::string& text) const;
 };
+
+/// A step of the run: so many of Bullet's.
+struct FrameLength {
+    double step_s = 0;
+    int substep_count = 1;
+};
+/// Of the soil's length; without soil whole steps of Bullet, as near as can be to
+/// WorldItem::step_s.
+FrameLength frame_length(const Scene& scene);
 
 /// Turns the whole scene so that the other axis points up (a quarter turn about x). Nothing where
 /// it does already.

@@ -75,6 +75,15 @@ std::unique_ptr<btConvexShape> make_convex(const ShapeItem& s) {
     return make_hull(s);
 }
 
+/// Has a body's own axes for its principal ones: what couples turns about them is left out.
+void keep_axes(SceneShapes::BodyShape& shape) {
+    const btMatrix3x3& axes = shape.center.getBasis();
+    btVector3 moments;
+    for (int i = 0; i < 3; ++i) moments[i] = (axes[i] * axes[i]).dot(shape.inertia);
+    shape.inertia = moments;
+    shape.center.setBasis(btMatrix3x3::getIdentity());
+}
+
 }  // namespace
 
 btCollisionShape* SceneShapes::make_plane(const btVector3& up, double height_m) {
@@ -138,6 +147,8 @@ Result<SceneShapes::BodyShape> SceneShapes::make(const Scene& scene, const BodyI
         for (btScalar& mass : masses) mass *= scalar(item.mass_kg) / total;
         unweighted.calculatePrincipalAxisTransform(masses.data(), out.center, out.inertia);
     }
+    // Bullet's vehicle counts its wheels and the way it drives in the chassis' frame.
+    if (scene.is_raycast_chassis(item.name)) keep_axes(out);
     auto* compound = keep(std::make_unique<btCompoundShape>());
     for (size_t i = 0; i < children.size(); ++i) {
         compound->addChildShape(out.center.inverse() * to_bullet(solids[i].pose), children[i]);

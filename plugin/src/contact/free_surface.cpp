@@ -43,6 +43,12 @@ constexpr int32_t kUntold = INT32_MIN + 1;
 /// And of one that is being told.
 constexpr int32_t kBeingTold = INT32_MIN + 2;
 
+/// Tiles that a reach in columns may lead into.
+constexpr int reach_tiles(int reach) { return (reach + kTileSide - 1) / kTileSide; }
+/// Side of a cell of contacts, in tiles: where soil around contacts of two cells is read that do
+/// not touch, a tile lies between.
+constexpr int cell_tiles(int reach) { return 2 * reach_tiles(reach) + 2; }
+
 /// Marks of tiles.
 enum : uint8_t { kFar, kWithContacts, kNearContacts };
 
@@ -59,15 +65,18 @@ void FreeSurface::read(const Request& request, const TileWords& words) {
     wedge_length_.assign(request.wedge_length.begin(), request.wedge_length.end());
     body_width_.assign(request.body_width_voxels.begin(), request.body_width_voxels.end());
     find_reach(request);
-    find_rectangle(request);
+    find_cells(request.contacts);
+    find_regions(request);
     find_tiles(request.contacts);
-    read_heights(words);
+    for (const Region& region : regions_) read_heights(region, words);
     if (request.contacts.front().carrier != kOnGround) lay_bare_tops();
 }
 
 void FreeSurface::spread() {
-    spread_nearest();
-    sum_up();
+    for (const Region& region : regions_) {
+        spread_nearest(region);
+        sum_up(region);
+    }
 }
 
 // How far a body's free surface can reach: before its walls as far as a wedge from its lowest
@@ -93,58 +102,126 @@ void FreeSurface::find_reach(const Request& request) {
     }
 }
 
-void FreeSurface::find_rectangle(const Request& request) {
-    int low[2] = {INT32_MAX, INT32_MAX}, high[2] = {-1, -1};
-    for (const ContactRecord& contact : request.contacts) {
-        for (int axis = 0; axis < 2; ++axis) {
-            low[axis] = std::min(low[axis], contact.voxel[axis]);
-            high[axis] = std::max(high[axis], contact.voxel[axis]);
+FreeSurface::Cell FreeSurface::cell_of(const ContactRecord& contact) const {
+    const int side = kTileSide * cell_tiles(reach_);
+    return {contact.voxel[0] / side, contact.voxel[1] / side};
+}
+
+// Contacts of one region lie in cells that touch each other. Cells are so large that soil within
+// reach of contacts in two that do not touch is not the same, nor side by side.
+void FreeSurface::find_cells(std::span<const ContactRecord> contacts) {
+    cells_.clear();
+    for (const ContactRecord& contact : contacts) {
+        const Cell cell = cell_of(contact);
+        if (!cells_.empty() && !is_before(cell, cells_.back()) && !is_before(cells_.back(), cell)) {
+            continue;
+        }
+        cells_.push_back(cell);
+    }
+    const auto before = [](const Cell& a, const Cell& b) { return is_before(a, b); };
+    std::sort(cells_.begin(), cells_.end(), before);
+    const auto last = std::unique(cells_.begin(), cells_.end(), [](const Cell& a, const Cell& b) {
+        return a.x == b.x && a.y == b.y;
+    });
+    cells_.erase(last, cells_.end());
+}
+
+void FreeSurface::find_regions(const Request& request) {
+    const auto find_cell = [&](int x, int y) {
+        const Cell wanted{x, y};
+        const auto at =
+            std::lower_bound(cells_.begin(), cells_.end(), wanted,
+                             [](const Cell& a, const Cell& b) { return is_before(a, b); });
+        return at != cells_.end() && at->x == x && at->y == y
+                   ? static_cast<int>(at - cells_.begin())
+                   : -1;
+    };
+    regions_.clear();
+    for (size_t first = 0; first < cells_.size(); ++first) {
+        if (cells_[first].region >= 0) continue;
+        const int region = static_cast<int>(regions_.size());
+        regions_.emplace_back();
+        cells_[first].region = region;
+        open_.assign(1, static_cast<int>(first));
+        while (!open_.empty()) {
+            const Cell cell = cells_[static_cast<size_t>(open_.back())];
+            open_.pop_back();
+            for (int k = 0; k < 9; ++k) {
+                const int next = find_cell(cell.x + k % 3 - 1, cell.y + k / 3 - 1);
+                if (next < 0 || cells_[static_cast<size_t>(next)].region >= 0) continue;
+                cells_[static_cast<size_t>(next)].region = region;
+                open_.push_back(next);
+            }
         }
     }
-    for (int axis = 0; axis < 2; ++axis) {
-        low_[axis] = std::max(0, low[axis] - reach_);
-        size_[axis] = std::min(request.frame->size[axis] - 1, high[axis] + reach_) - low_[axis] + 1;
+    for (const ContactRecord& contact : request.contacts) {
+        Region& region = regions_[static_cast<size_t>(region_index(contact))];
+        for (int axis = 0; axis < 2; ++axis) {
+            region.low[axis] = std::min(region.low[axis], contact.voxel[axis]);
+            region.high[axis] = std::max(region.high[axis], contact.voxel[axis]);
+        }
     }
+    size_t columns = 0, sums = 0, tiles = 0;
+    for (Region& region : regions_) {
+        for (int axis = 0; axis < 2; ++axis) {
+            region.low[axis] = std::max(0, region.low[axis] - reach_);
+            region.high[axis] = std::min(request.frame->size[axis] - 1, region.high[axis] + reach_);
+        }
+        region.first_column = columns;
+        region.first_sum = sums;
+        region.first_tile = tiles;
+        columns += static_cast<size_t>(region.size(0)) * region.size(1);
+        sums += static_cast<size_t>(region.size(0) + 1) * (region.size(1) + 1);
+        tiles += static_cast<size_t>(region.tile_count(0)) * region.tile_count(1);
+    }
+    tiles_.assign(tiles, kFar);
+    words_.assign(columns, kNotLookedAt);
+    nearest_.assign(columns, kNotLookedAt);
+    make_room(sums_, sums);
+    sums_.resize(sums);
+}
+
+int FreeSurface::region_index(const ContactRecord& contact) const {
+    if (regions_.size() == 1) return 0;
+    const Cell cell = cell_of(contact);
+    return std::lower_bound(cells_.begin(), cells_.end(), cell,
+                            [](const Cell& a, const Cell& b) { return is_before(a, b); })
+        ->region;
 }
 
 // Marks the tiles within reach of a contact.
 void FreeSurface::find_tiles(std::span<const ContactRecord> contacts) {
-    const int reach = (reach_ + kTileSide - 1) / kTileSide;
-    const int low[2] = {low_[0] / kTileSide, low_[1] / kTileSide};
-    const int nx = (low_[0] + size_[0] - 1) / kTileSide - low[0] + 1;
-    const int ny = (low_[1] + size_[1] - 1) / kTileSide - low[1] + 1;
-    tiles_.assign(static_cast<size_t>(nx) * ny, kFar);
+    const int reach = reach_tiles(reach_);
     for (const ContactRecord& contact : contacts) {
-        const int tx = contact.voxel[0] / kTileSide - low[0];
-        const int ty = contact.voxel[1] / kTileSide - low[1];
-        if (tiles_[static_cast<size_t>(ty) * nx + tx] == kWithContacts) continue;
+        const Region& region = region_of(contact);
+        const int nx = region.tile_count(0), ny = region.tile_count(1);
+        const int tx = contact.voxel[0] / kTileSide - region.tile(0);
+        const int ty = contact.voxel[1] / kTileSide - region.tile(1);
+        uint8_t* marks = &tiles_[region.first_tile];
+        if (marks[ty * nx + tx] == kWithContacts) continue;
         for (int y = std::max(0, ty - reach); y <= std::min(ny - 1, ty + reach); ++y) {
             for (int x = std::max(0, tx - reach); x <= std::min(nx - 1, tx + reach); ++x) {
-                uint8_t& mark = tiles_[static_cast<size_t>(y) * nx + x];
+                uint8_t& mark = marks[y * nx + x];
                 mark = mark == kWithContacts ? kWithContacts : kNearContacts;
             }
         }
-        tiles_[static_cast<size_t>(ty) * nx + tx] = kWithContacts;
+        marks[ty * nx + tx] = kWithContacts;
     }
 }
 
-void FreeSurface::read_heights(const TileWords& words) {
-    words_.assign(static_cast<size_t>(size_[0]) * size_[1], kNotLookedAt);
-    nearest_.assign(words_.size(), kNotLookedAt);
-    const int tx0 = low_[0] / kTileSide, ty0 = low_[1] / kTileSide;
-    const int tx1 = (low_[0] + size_[0] - 1) / kTileSide;
-    const int ty1 = (low_[1] + size_[1] - 1) / kTileSide;
-    for (int ty = ty0; ty <= ty1; ++ty) {
-        for (int tx = tx0; tx <= tx1; ++tx) {
-            if (tiles_[static_cast<size_t>(ty - ty0) * (tx1 - tx0 + 1) + tx - tx0] == kFar) {
-                continue;
-            }
-            const std::span<const int32_t> heights = words(tx, ty);
-            const int x0 = tx * kTileSide - low_[0], y0 = ty * kTileSide - low_[1];
-            for (int y = std::max(0, y0); y < std::min(size_[1], y0 + kTileSide); ++y) {
-                for (int x = std::max(0, x0); x < std::min(size_[0], x0 + kTileSide); ++x) {
+void FreeSurface::read_heights(const Region& region, const TileWords& words) {
+    const int nx = region.tile_count(0), width = region.size(0);
+    for (int ty = 0; ty < region.tile_count(1); ++ty) {
+        for (int tx = 0; tx < nx; ++tx) {
+            if (tiles_[region.first_tile + static_cast<size_t>(ty * nx + tx)] == kFar) continue;
+            const std::span<const int32_t> heights =
+                words(region.tile(0) + tx, region.tile(1) + ty);
+            const int x0 = (region.tile(0) + tx) * kTileSide - region.low[0];
+            const int y0 = (region.tile(1) + ty) * kTileSide - region.low[1];
+            for (int y = std::max(0, y0); y < std::min(region.size(1), y0 + kTileSide); ++y) {
+                for (int x = std::max(0, x0); x < std::min(width, x0 + kTileSide); ++x) {
                     const int32_t word = heights[(y - y0) * kTileSide + x - x0];
-                    const int at = y * size_[0] + x;
+                    const size_t at = region.first_column + static_cast<size_t>(y * width + x);
                     words_[at] = word;
                     nearest_[at] = word >= 0 ? word : kUntold;
                 }
@@ -169,8 +246,9 @@ void FreeSurface::lay_bare_tops() {
 // A breadth-first walk from the columns with soil on top over all others, by one step at a time. Of
 // several that a column is next to it has the mean: no order of them, and so no axis of the grid,
 // says which one is nearest.
-void FreeSurface::spread_nearest() {
-    const int nx = size_[0], count = nx * size_[1];
+void FreeSurface::spread_nearest(const Region& region) {
+    const int nx = region.size(0), count = nx * region.size(1);
+    int32_t* nearest = &nearest_[region.first_column];
     const auto for_beside = [&](int at, auto&& visit) {
         const int x = at % nx;
         if (x + 1 < nx) visit(at + 1);
@@ -179,16 +257,16 @@ void FreeSurface::spread_nearest() {
         if (at >= nx) visit(at - nx);
     };
     const auto tell_next = [&](int next) {
-        if (nearest_[next] != kUntold) return;
-        nearest_[next] = kBeingTold;
+        if (nearest[next] != kUntold) return;
+        nearest[next] = kBeingTold;
         telling_.push_back(next);
     };
     // Few columns are under bodies: the first are found from those.
     telling_.clear();
     for (int at = 0; at < count; ++at) {
-        if (nearest_[at] != kUntold) continue;
+        if (nearest[at] != kUntold) continue;
         bool is_beside = false;
-        for_beside(at, [&](int next) { is_beside = is_beside || nearest_[next] > kBeingTold; });
+        for_beside(at, [&](int next) { is_beside = is_beside || nearest[next] > kBeingTold; });
         if (is_beside) tell_next(at);
     }
     while (!telling_.empty()) {
@@ -197,56 +275,58 @@ void FreeSurface::spread_nearest() {
             int64_t sum = 0;
             int told = 0;
             for_beside(at, [&](int next) {
-                if (nearest_[next] <= kBeingTold) return;
-                sum += nearest_[next];
+                if (nearest[next] <= kBeingTold) return;
+                sum += nearest[next];
                 ++told;
             });
             heights_.push_back(static_cast<int32_t>(sum / told));
         }
-        for (size_t i = 0; i < telling_.size(); ++i) nearest_[telling_[i]] = heights_[i];
+        for (size_t i = 0; i < telling_.size(); ++i) nearest[telling_[i]] = heights_[i];
         std::swap(told_, telling_);
         telling_.clear();
         for (const int at : told_) for_beside(at, tell_next);
     }
-    for (size_t i = 0; i < words_.size(); ++i) {
-        if (const int32_t word = words_[i]; is_terrain_top(word)) {
-            const int32_t own = kTerrainTop - word;
-            nearest_[i] = nearest_[i] == kUntold ? own : std::min(own, nearest_[i]);
-        }
+    const int32_t* words = &words_[region.first_column];
+    for (int at = 0; at < count; ++at) {
+        if (!is_terrain_top(words[at])) continue;
+        const int32_t own = kTerrainTop - words[at];
+        nearest[at] = nearest[at] == kUntold ? own : std::min(own, nearest[at]);
     }
 }
 
 // Sums over all free columns of a rectangle are four words of these.
-void FreeSurface::sum_up() {
-    const int nx = size_[0], ny = size_[1];
-    make_room(sums_, static_cast<size_t>(nx + 1) * (ny + 1));
-    sums_.resize(static_cast<size_t>(nx + 1) * (ny + 1));
-    std::fill_n(sums_.begin(), nx + 1, Sum{});
+void FreeSurface::sum_up(const Region& region) {
+    const int nx = region.size(0), ny = region.size(1);
+    const int32_t* words = &words_[region.first_column];
+    const int32_t* nearest = &nearest_[region.first_column];
+    Sum* above = &sums_[region.first_sum];
+    std::fill_n(above, nx + 1, Sum{});
     for (int y = 0; y < ny; ++y) {
         Sum row;
-        sums_[static_cast<size_t>(y + 1) * (nx + 1)] = row;
+        Sum* sums = above + nx + 1;
+        sums[0] = row;
         for (int x = 0; x < nx; ++x) {
-            const int32_t word = words_[static_cast<size_t>(y) * nx + x];
+            const int32_t word = words[y * nx + x];
             if (word >= 0 || is_terrain_top(word)) {
-                row.height += nearest_[static_cast<size_t>(y) * nx + x] / 65536.0;
+                row.height += nearest[y * nx + x] / 65536.0;
                 row.count += 1;
             } else if (word > kBareTop) {
                 row.covered_height += (kCovered - word) / 65536.0;
                 row.covered_count += 1;
             }
-            const Sum& above = sums_[static_cast<size_t>(y) * (nx + 1) + x + 1];
-            sums_[static_cast<size_t>(y + 1) * (nx + 1) + x + 1] = above + row;
+            sums[x + 1] = above[x + 1] + row;
         }
+        above = sums;
     }
 }
 
 // Bilinear lookup in the summed-area table.
-FreeSurface::Sum FreeSurface::sum_below(double x, double y) const {
-    const int nx = size_[0], ny = size_[1];
+FreeSurface::Sum FreeSurface::sum_below(const Region& region, double x, double y) const {
+    const int nx = region.size(0), ny = region.size(1);
     const int ix = std::min(static_cast<int>(x), nx - 1),
               iy = std::min(static_cast<int>(y), ny - 1);
     const double fx = x - ix, fy = y - iy;
-    const Sum* low = &sums_[static_cast<size_t>(iy) * (nx + 1) + ix];
+    const Sum* low = &sums_[region.first_sum + static_cast<size_t>(iy * (nx + 1) + ix)];
     const Sum* high = low + nx + 1;
     return ((low[0] * (1 - fx) + low[1] * fx) * (1 - fy)) +
            ((high[0] * (1 - fx) + high[1] * fx) * fy);
@@ -257,21 +337,23 @@ FreeSurface::Sum FreeSurface::sum_below(double x, double y) const {
 // ahead: share of the normal that is a wall's, and its level part.
 double FreeSurface::nearest_beside(const ContactRecord& contact, double otherwise, double wall,
                                    Vec3 ahead) const {
-    const int place[2] = {contact.voxel[0] - low_[0], contact.voxel[1] - low_[1]};
-    const int nx = size_[0], at = place[1] * nx + place[0];
-    const int32_t here = nearest_[static_cast<size_t>(at)];
+    const Region& region = region_of(contact);
+    const int place[2] = {contact.voxel[0] - region.low[0], contact.voxel[1] - region.low[1]};
+    const int nx = region.size(0), at = place[1] * nx + place[0];
+    const int32_t* nearest = &nearest_[region.first_column];
+    const int32_t* words = &words_[region.first_column];
+    const int32_t here = nearest[at];
     if (here < 0) return otherwise;
     const double level = ahead.x * ahead.x + ahead.y * ahead.y;
     // A sole, as of a wheel's rim, has what lies around it.
     const double upright = std::clamp(2 * wall - 1, 0.0, 1.0);
-    if (is_open(words_[static_cast<size_t>(at)]) || !(upright * level > 0)) return here / 65536.0;
+    if (is_open(words[at]) || !(upright * level > 0)) return here / 65536.0;
     const auto along = [&](int axis, double part) {
         const int way = part > 0 ? 1 : -1, step = way * (axis == 0 ? 1 : nx);
         for (int n = 1; n <= kAheadColumns; ++n) {
             const int column = place[axis] + n * way;
-            if (column < 0 || column >= size_[axis]) break;
-            const auto i = static_cast<size_t>(at + n * step);
-            if (is_open(words_[i])) return nearest_[i];
+            if (column < 0 || column >= region.size(axis)) break;
+            if (is_open(words[at + n * step])) return nearest[at + n * step];
         }
         return here;
     };
@@ -287,26 +369,28 @@ SurfaceWedge::Found FreeSurface::wedge_before(const ContactRecord& contact, Vec3
     const double level = std::hypot(outward.x, outward.y);
     if (!(depth > 0) || !(level > 0)) return {std::max(0.0, depth), 1};
     const double ahead_x = outward.x / level, ahead_y = outward.y / level;
-    return wedges_[static_cast<size_t>(contact.material)].find(
-        depth, [&](const SurfaceWedge::Runs& x) {
-            SurfaceWedge::Runs heights = ground_along(at, {ahead_x, ahead_y, 0}, x, nearest);
-            for (double& height : heights) height -= at.z;
-            return heights;
-        });
+    const Region& region = region_of(contact);
+    return wedges_[static_cast<size_t>(contact.material)].find(depth, [&](const SurfaceWedge::Runs&
+                                                                              x) {
+        SurfaceWedge::Runs heights = ground_along(region, at, {ahead_x, ahead_y, 0}, x, nearest);
+        for (double& height : heights) height -= at.z;
+        return heights;
+    });
 }
 
 // In loops of which the compiler makes vectors: no height hangs on the one before, but where nobody
 // has looked.
-SurfaceWedge::Runs FreeSurface::ground_along(Vec3 from, Vec3 ahead, const SurfaceWedge::Runs& x,
-                                             double nearest) const {
+SurfaceWedge::Runs FreeSurface::ground_along(const Region& region, Vec3 from, Vec3 ahead,
+                                             const SurfaceWedge::Runs& x, double nearest) const {
     constexpr size_t kCount = SurfaceWedge::kRunCount;
-    const double low_x = low_[0], low_y = low_[1];
+    const double low_x = region.low[0], low_y = region.low[1];
     SurfaceWedge::Runs u, v;
     for (size_t k = 0; k < kCount; ++k) {
         u[k] = from.x + ahead.x * x[k] - low_x - 0.5;
         v[k] = from.y + ahead.y * x[k] - low_y - 0.5;
     }
-    const double u_most = size_[0] - 1, v_most = size_[1] - 1;
+    const int width = region.size(0);
+    const double u_most = width - 1, v_most = region.size(1) - 1;
     const auto is_inside = [&](size_t k) {
         return u[k] >= 0 && v[k] >= 0 && u[k] < u_most && v[k] < v_most;
     };
@@ -323,8 +407,9 @@ SurfaceWedge::Runs FreeSurface::ground_along(Vec3 from, Vec3 ahead, const Surfac
     std::array<int32_t, kCount> told;
     told.fill(-1);
     for (size_t k = first; k < last; ++k) {
-        const int32_t* low = &nearest_[static_cast<size_t>(iy[k]) * size_[0] + ix[k]];
-        const int32_t* high = low + size_[0];
+        const int32_t* low =
+            &nearest_[region.first_column + static_cast<size_t>(iy[k] * width + ix[k])];
+        const int32_t* high = low + width;
         corner[0][k] = low[0];
         corner[1][k] = low[1];
         corner[2][k] = high[0];
@@ -349,7 +434,7 @@ SurfaceWedge::Runs FreeSurface::ground_along(Vec3 from, Vec3 ahead, const Surfac
 double FreeSurface::height_beside(const ContactRecord& contact, Vec3 at, Vec3 outward) const {
     const int x = contact.voxel[0], y = contact.voxel[1];
     const auto body = static_cast<size_t>(contact.body);
-    const int nx = size_[0], ny = size_[1];
+    const Region& region = region_of(contact);
     // Before a wall the wedge counts, under a sole what lies around it as far as it is wide.
     const auto [sole, wall] = surface_parts(outward);
     const double nearest = nearest_beside(contact, at.z, wall, outward);
@@ -363,16 +448,14 @@ double FreeSurface::height_beside(const ContactRecord& contact, Vec3 at, Vec3 ou
     // feel the border.
     const double reach =
         std::clamp(wall * wedge + sole * rim, static_cast<double>(kReach), body_reach_[body]);
-    const auto clip = [&](double v, int column, int low, int size) {
+    const auto clip = [&](double v, int column, int axis) {
         const double near = std::clamp(v, column - reach, column + reach);
-        return std::clamp(near - low, 0.0, static_cast<double>(size));
+        return std::clamp(near - region.low[axis], 0.0, static_cast<double>(region.size(axis)));
     };
-    const double x0 = clip(cx - half, x, low_[0], nx);
-    const double x1 = clip(cx + half, x, low_[0], nx);
-    const double y0 = clip(cy - half, y, low_[1], ny);
-    const double y1 = clip(cy + half, y, low_[1], ny);
-    const Sum inside =
-        sum_below(x1, y1) - sum_below(x0, y1) - sum_below(x1, y0) + sum_below(x0, y0);
+    const double x0 = clip(cx - half, x, 0), x1 = clip(cx + half, x, 0);
+    const double y0 = clip(cy - half, y, 1), y1 = clip(cy + half, y, 1);
+    const Sum inside = sum_below(region, x1, y1) - sum_below(region, x0, y1) -
+                       sum_below(region, x1, y0) + sum_below(region, x0, y0);
     if (inside.count < kHardlyAny) return nearest;
     // The soil that a sole has pressed out is a rim within one width of it. Hollow and rim together
     // are as high as the soil was. Where the rim is out of reach or under other bodies (links of a

@@ -1,10 +1,12 @@
 /// How high the soil stands around the bodies that touch it: what depths are measured from.
 #pragma once
 
+#include <climits>
 #include <functional>
 #include <span>
 #include <vector>
 
+#include "base/layout.h"
 #include "bsoil/contact/contact_law_def.h"
 #include "bsoil/grid_frame.h"
 #include "contact/contact_record.h"
@@ -17,7 +19,8 @@ namespace bsoil {
 inline constexpr int32_t kBare = INT32_MIN + 1, kBareTop = -(1 << 30);
 
 /// The free surface of the soil that one carrier (or the ground) holds, over a rectangle of columns
-/// around contacts. Lengths in voxels, grid axes. Keeps its memory from one step to the next.
+/// around contacts that lie near each other: a region. Lengths in voxels, grid axes. Keeps its
+/// memory from one step to the next.
 ///
 /// A column under a body has the mean height of those beside it that are a step nearer to soil; for
 /// a wall, that of the ground ahead of it. Bare terrain has no more than that: soil cannot rise
@@ -38,7 +41,7 @@ class FreeSurface {
         std::span<const SurfaceWedge> wedges;  ///< of each material; outlive wedge_before()'s calls
     };
     /// Reads the columns around the contacts, on the caller's thread, and finds their heights.
-    /// Cost: those columns.
+    /// Cost: those columns, wherever in the grid they lie.
     void find(const Request& request, const TileWords& words) {
         read(request, words);
         spread();
@@ -73,35 +76,60 @@ class FreeSurface {
         Sum operator-(const Sum& o) const { return *this + o * -1; }
     };
 
+    /// A rectangle of columns around contacts so near each other that their reaches meet.
+    struct Region {
+        int low[2] = {INT_MAX, INT_MAX}, high[2] = {-1, -1};  ///< columns, both within
+        size_t first_column = 0, first_sum = 0, first_tile = 0;
+        int size(int axis) const { return high[axis] - low[axis] + 1; }
+        int tile(int axis) const { return low[axis] / layout::kTileSide; }
+        int tile_count(int axis) const { return high[axis] / layout::kTileSide - tile(axis) + 1; }
+    };
+    /// A square of tiles with contacts.
+    struct Cell {
+        int x = 0, y = 0, region = -1;
+    };
+
     void find_reach(const Request& request);
-    void find_rectangle(const Request& request);
+    void find_cells(std::span<const ContactRecord> contacts);
+    void find_regions(const Request& request);
     void find_tiles(std::span<const ContactRecord> contacts);
-    void read_heights(const TileWords& words);
+    Cell cell_of(const ContactRecord& contact) const;
+    /// The order of cells.
+    static bool is_before(const Cell& a, const Cell& b) {
+        return a.y != b.y ? a.y < b.y : a.x < b.x;
+    }
+    int region_index(const ContactRecord& contact) const;
+    const Region& region_of(const ContactRecord& contact) const {
+        return regions_[static_cast<size_t>(region_index(contact))];
+    }
+    void read_heights(const Region& region, const TileWords& words);
     void lay_bare_tops();
-    void spread_nearest();
-    void sum_up();
-    Sum sum_below(double x, double y) const;
+    void spread_nearest(const Region& region);
+    void sum_up(const Region& region);
+    Sum sum_below(const Region& region, double x, double y) const;
     double nearest_beside(const ContactRecord& contact, double otherwise, double wall,
                           Vec3 ahead) const;
     /// Of the ground at distances x along a level direction, between the middles of columns. Where
     /// nobody has looked it is as high as at the distance before, and `nearest` at the first.
-    SurfaceWedge::Runs ground_along(Vec3 from, Vec3 ahead, const SurfaceWedge::Runs& x,
-                                    double nearest) const;
+    SurfaceWedge::Runs ground_along(const Region& region, Vec3 from, Vec3 ahead,
+                                    const SurfaceWedge::Runs& x, double nearest) const;
 
-    int reach_ = 0;                           ///< the farthest of all bodies [columns]
-    int low_[2] = {0, 0}, size_[2] = {0, 0};  ///< of the rectangle [columns]
+    int reach_ = 0;                ///< the farthest of all bodies [columns]
+    std::vector<Cell> cells_;      ///< in the order of is_before()
+    std::vector<int> open_;        ///< cells whose neighbours are to be looked at
+    std::vector<Region> regions_;  ///< a column may be of several
     const ContactLawDef* law_ = nullptr;
     std::vector<double> wedge_length_;  ///< by material
     std::span<const SurfaceWedge> wedges_;
     std::vector<double> body_width_;
     std::vector<double> body_reach_;                  ///< by body index [columns]
     std::vector<std::pair<int, int>> contact_range_;  ///< lowest and highest z, by body index
-    std::vector<uint8_t> tiles_;       ///< by tile of the rectangle: 1 with contacts, 2 near some
-    std::vector<int32_t> words_;       ///< surface words
+    std::vector<uint8_t> tiles_;       ///< by tile of a region: 1 with contacts, 2 near some
+    std::vector<int32_t> words_;       ///< surface words, region by region
     std::vector<int32_t> nearest_;     ///< height of the nearest column with soil on top [Q16]
     std::vector<int> told_, telling_;  ///< columns a step nearer to soil, and those being told
     std::vector<int32_t> heights_;     ///< that they are told
-    std::vector<Sum> sums_;            ///< over the columns below and left of a corner
+    std::vector<Sum> sums_;            ///< over the columns of a region below and left of a corner
 };
 
 }  // namespace bsoil

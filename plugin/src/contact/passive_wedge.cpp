@@ -50,6 +50,10 @@ double factor_of_spiral(double phi, double wall, double foot_rad, double top_rad
     return force_moment > 1e-9 && weight_moment > 0 ? 2 * weight_moment / force_moment : kNone;
 }
 
+/// Coulomb's coefficient where no plane fails: soil of 45 deg and more on a wall as rough. Ours: no
+/// other bound of a wall comes near it. Larger: digits are lost beside it; smaller: it is a bound.
+constexpr double kNoPlane = 1e6;
+
 /// Of Coulomb's coefficient: it has a plane of failure only where this is below 1.
 double coulomb_root(double phi, double wall) {
     return std::sqrt(std::sin(phi + wall) * std::sin(phi) / std::cos(wall));
@@ -59,7 +63,9 @@ double coulomb_root(double phi, double wall) {
 
 double passive_pressure_factor(double phi, double wall) {
     const double root = coulomb_root(phi, wall);
-    return std::cos(phi) * std::cos(phi) / (std::cos(wall) * (1 - root) * (1 - root));
+    if (!(root < 1)) return kNoPlane;
+    return std::min(kNoPlane,
+                    std::cos(phi) * std::cos(phi) / (std::cos(wall) * (1 - root) * (1 - root)));
 }
 
 namespace {
@@ -125,8 +131,7 @@ double log_spiral_passive_factor(double phi, double wall) {
         }
         if (!(least < before)) step /= 2;
     }
-    const bool has_plane = coulomb_root(phi, wall) < 1;
-    return std::min(least, has_plane ? passive_pressure_factor(phi, wall) : kNone);
+    return std::min(least, passive_pressure_factor(phi, wall));
 }
 
 double passive_width_growth(double passive_factor, double friction_angle_rad) {

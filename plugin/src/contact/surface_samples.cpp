@@ -18,6 +18,13 @@ constexpr double kSpacingVoxels = 1;
 /// A body with more goes by the coverage field. Ours: a cube of 209 voxels to the side; its samples
 /// take 20 MB. Larger: more memory for a body that is as well described by its voxels.
 constexpr size_t kSamplesMost = 1 << 18;
+/// Pieces of a body that are looked at, hidden ones too. Ours: half of a body's surface may lie
+/// inside of it. Larger: longer before a body is found too large; smaller: bodies of many shapes
+/// inside each other go by the coverage field.
+constexpr double kPiecesMost = 2 * kSamplesMost;
+/// Cells of one face's box, of which its pieces are cut. Ours: a tenth of a second where a body is
+/// made. Larger: longer; smaller: long narrow faces that lie askew go by the coverage field.
+constexpr int64_t kCellsMost = 16 * kSamplesMost;
 /// Samples that share a bound, by which a tile finds those near it. Ours: a few rows of a face.
 /// Larger: more samples are looked at for nothing; smaller: more bounds are.
 constexpr size_t kClusterSamples = 32;
@@ -116,16 +123,27 @@ class Sampler {
             case ConvexShape::Kind::lattice:
                 return false;
         }
-        return out_.size() <= kSamplesMost;
+        return !is_too_large_ && out_.size() <= kSamplesMost;
     }
 
   private:
+    /// More pieces in a row than can be taken are no more than one too many.
     int parts(double length_m) const {
-        return std::max(1, static_cast<int>(std::ceil(length_m / spacing_m_ - 1e-9)));
+        const double count = std::ceil(length_m / spacing_m_ - 1e-9);
+        return static_cast<int>(std::clamp(count, 1.0, kSamplesMost + 1.0));
+    }
+
+    /// Whether a face of so many pieces can still be taken. Asked before they are made: faces of a
+    /// platform a kilometre long would be gigabytes.
+    bool has_room_for(double count) {
+        looked_at_ += count;
+        is_too_large_ = is_too_large_ || looked_at_ > kPiecesMost;
+        return !is_too_large_;
     }
 
     void add_rectangle(Vec3 middle, Vec3 a, Vec3 b, Vec3 normal) {
         const int na = parts(length(a)), nb = parts(length(b));
+        if (!has_room_for(1.0 * na * nb)) return;
         const Vec3 da = a * (1.0 / na), db = b * (1.0 / nb);
         for (int i = 0; i < na; ++i) {
             for (int j = 0; j < nb; ++j) {
@@ -148,6 +166,7 @@ class Sampler {
     void add_mantle(double r0, double r1, double z0, double z1) {
         const double slant = std::hypot(r1 - r0, z1 - z0);
         const int rows = parts(slant);
+        if (!has_room_for(1.0 * rows * parts(std::numbers::pi * (r0 + r1)))) return;
         const double up = (r0 - r1) / slant * (z1 > z0 ? 1 : -1);
         const double out = std::sqrt(std::max(0.0, 1 - up * up));
         for (int j = 0; j < rows; ++j) {
@@ -167,6 +186,7 @@ class Sampler {
 
     void add_disc(double radius, double z, double side) {
         const int rings = parts(radius);
+        if (!has_room_for(1.0 * rings * parts(std::numbers::pi * radius))) return;
         for (int j = 0; j < rings; ++j) {
             // The middle of a ring's piece, by area.
             const double inner = radius * j / rings, outer = radius * (j + 1) / rings;
@@ -187,6 +207,7 @@ class Sampler {
     /// A ball cut at its middle, its halves moved apart by `apart` each.
     void add_ball(double radius, double apart) {
         const int bands = 2 * std::max(2, parts(std::numbers::pi / 2 * radius));
+        if (!has_room_for(1.0 * bands * parts(4 * radius))) return;
         for (int j = 0; j < bands; ++j) {
             const double low = -std::numbers::pi / 2 + std::numbers::pi * j / bands,
                          high = low + std::numbers::pi / bands;
@@ -236,6 +257,13 @@ class Sampler {
             }
         }
         const int na = parts(high[0] - low[0]), nb = parts(high[1] - low[1]);
+        // Of the cells that a leaning face's box has it may fill few.
+        double area_m2 = 0;
+        for (size_t i = 2; i < face.size(); ++i) {
+            area_m2 += dot(cross(face[i - 1] - face[0], face[i] - face[0]), n) / 2;
+        }
+        is_too_large_ = is_too_large_ || static_cast<int64_t>(na) * nb > kCellsMost;
+        if (!has_room_for(std::abs(area_m2) / (spacing_m_ * spacing_m_))) return;
         const double da = (high[0] - low[0]) / na, db = (high[1] - low[1]) / nb;
         for (int i = 0; i < na; ++i) {
             Polygon strip = clipped(face, a, low[0] + (i + 1) * da);
@@ -347,6 +375,8 @@ class Sampler {
     std::vector<Pose> to_shape_;
     size_t part_ = 0;
     bool is_thin_ = false;
+    double looked_at_ = 0;
+    bool is_too_large_ = false;
 };
 
 }  // namespace

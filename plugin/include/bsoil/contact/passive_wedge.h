@@ -7,7 +7,7 @@
 namespace bsoil {
 
 /// Coulomb's passive coefficient for a vertical wall with friction angle `wall_rad` and level
-/// ground.
+/// ground; 1e6 where no plane of failure takes any push.
 double passive_pressure_factor(double friction_angle_rad, double wall_rad);
 
 /// Normal stress on a wall that leans back, over that on an upright one at the same depth: soil
