@@ -9,6 +9,7 @@
 #include "bsoil/contact/bekker_soil.h"
 #include "files/data_files.h"
 #include "files/text_file.h"
+#include "motion_keys.h"
 #include "robots/bullet_bodies.h"
 #include "robots/raycast_wheels.h"
 #include "robots/track_vehicle.h"
@@ -349,47 +350,8 @@ class SceneChecker {
                 error(motion.where("body"), "\"{}\" is not kinematic", motion.body);
             }
         }
-        if (motion.motion_keys.empty()) {
-            return error(motion.at, "a [[motion]] needs a [[motion.key]]");
-        }
-        const MotionKey& first = motion.motion_keys.front();
-        for (size_t i = 0; i < motion.motion_keys.size(); ++i) {
-            const MotionKey& key = motion.motion_keys[i];
-            if (i > 0 && key.t_s <= motion.motion_keys[i - 1].t_s) {
-                error(key.where("t_s"), "`t_s` does not rise");
-            }
-            const int given = key.position_rad.has_value() + key.offset_m.has_value() +
-                              key.velocity_rad_s.has_value() + key.velocity_m_s.has_value() +
-                              (key.position_m.has_value() || key.rotation.has_value());
-            if (given != 1) error(key.at, "a [[motion.key]] gives exactly one quantity");
-            if (key.position_rad.has_value() != first.position_rad.has_value() ||
-                key.offset_m.has_value() != first.offset_m.has_value() ||
-                key.velocity_rad_s.has_value() != first.velocity_rad_s.has_value() ||
-                key.velocity_m_s.has_value() != first.velocity_m_s.has_value() ||
-                key.position_m.has_value() != first.position_m.has_value() ||
-                key.rotation.has_value() != first.rotation.has_value()) {
-                error(key.at, "all keys of a motion give the same quantity");
-            }
-            const bool of_body = key.position_m || key.rotation;
-            if (of_body != !motion.body.empty()) {
-                error(key.at, "{}",
-                      of_body ? "`position_m` and rotations move bodies; joints take "
-                                "`position_deg`, `offset_m` or a velocity"
-                              : "a body is moved by `position_m` and a rotation");
-            }
-            if (joint) {
-                const bool slides = key.offset_m || key.velocity_m_s;
-                if (slides != (joint->kind == "slider")) {
-                    error(key.at, "joint \"{}\" is a {}: {}", joint->name, joint->kind,
-                          slides ? "give `position_deg` or `velocity_deg_s`"
-                                 : "give `offset_m` or `velocity_m_s`");
-                }
-            }
-        }
-        if (motion.repeat_count > 1 && motion.period_s <= 0) {
-            error(motion.where("period_s"), "keys that are repeated need a `period_s`");
-        } else if (motion.repeat_count > 1 && motion.period_s < motion.motion_keys.back().t_s) {
-            error(motion.where("period_s"), "`period_s` is shorter than the keys");
+        for (SchemaError& found : motion_key_errors(motion, joint)) {
+            errors_.push_back(std::move(found));
         }
     }
 

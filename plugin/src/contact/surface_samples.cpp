@@ -127,18 +127,16 @@ class Sampler {
     }
 
   private:
-    /// More pieces in a row than can be taken are no more than one too many.
+    /// No more than one too many.
     int parts(double length_m) const {
         const double count = std::ceil(length_m / spacing_m_ - 1e-9);
         return static_cast<int>(std::clamp(count, 1.0, kSamplesMost + 1.0));
     }
 
-    /// Whether a face of so many pieces can still be taken. Asked before they are made: faces of a
-    /// platform a kilometre long would be gigabytes.
+    /// Whether so many pieces can still be taken. Asked before they are made: they may be
+    /// gigabytes.
     bool has_room_for(double count) {
-        looked_at_ += count;
-        is_too_large_ = is_too_large_ || looked_at_ > kPiecesMost;
-        return !is_too_large_;
+        return !(is_too_large_ = is_too_large_ || (looked_at_ += count) > kPiecesMost);
     }
 
     void add_rectangle(Vec3 middle, Vec3 a, Vec3 b, Vec3 normal) {
@@ -257,7 +255,6 @@ class Sampler {
             }
         }
         const int na = parts(high[0] - low[0]), nb = parts(high[1] - low[1]);
-        // Of the cells that a leaning face's box has it may fill few.
         double area_m2 = 0;
         for (size_t i = 2; i < face.size(); ++i) {
             area_m2 += dot(cross(face[i - 1] - face[0], face[i] - face[0]), n) / 2;
