@@ -218,7 +218,7 @@ TEST(Sleeping, soil_dug_away_under_a_sleeper_wakes_it) {
     EXPECT_LT(height_of(sleeper), before_m - 0.02);
 }
 
-TEST(ManyBodies, a_thousand_come_to_rest_on_the_soil_and_sleep) {
+TEST(SlowManyBodies, come_to_rest_on_the_soil_and_sleep) {
     Rain rain;
     const int64_t before = units_of(*rain.soil);
     rain.scene.run(3.5);

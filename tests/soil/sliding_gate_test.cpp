@@ -136,7 +136,7 @@ TEST(SlidingGate, slips_under_the_sand_of_a_full_silo) {
     }
 }
 
-TEST(SlidingGate, slips_under_the_sand_in_a_finer_grid) {
+TEST(SlowSlidingGate, slips_under_the_sand_in_a_finer_grid) {
     for (const double speed_m_s : {0.2, 1.0}) expect_gate_slips_under_the_sand({20, speed_m_s});
 }
 
