@@ -103,6 +103,40 @@ void WorkLists::find_body_blocks(const StepBody& body, bool may_wake,
     blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
 }
 
+// Where the soil's top sinks, or the body rises over it, a block leaves find_body_blocks() with
+// coverage in it.
+void WorkLists::keep_covered(const StepBody& body, std::span<const BlockKey> before,
+                             std::vector<BlockKey>& blocks) {
+    covered_blocks_.clear();
+    for (const BlockKey key : before) {
+        if (!std::binary_search(blocks.begin(), blocks.end(), key) && device_block(key) >= 0 &&
+            touches(body, key)) {
+            covered_blocks_.push_back(key);
+        }
+    }
+    if (covered_blocks_.empty()) return;
+    blocks.insert(blocks.end(), covered_blocks_.begin(), covered_blocks_.end());
+    std::sort(blocks.begin(), blocks.end());
+}
+
+// As find_body_blocks() asks, however high the block is.
+bool WorkLists::touches(const StepBody& body, BlockKey key) const {
+    const auto tile = static_cast<int>(key / core_.blocks_per_tile);
+    const int at[3] = {tile % core_.tiles_x, tile / core_.tiles_x,
+                       static_cast<int>(key % core_.blocks_per_tile)};
+    return std::ranges::any_of(body.shapes(), [&](const ConvexShape& shape) {
+        const BlockBox touched =
+            core_.blocks_at(merge(shape_bounds(shape, body.from, core_.frame.voxel_m),
+                                  shape_bounds(shape, body.to, core_.frame.voxel_m)),
+                            1);
+        bool is_in = true;
+        for (int i = 0; i < 3; ++i) {
+            is_in = is_in && at[i] >= touched.low[i] && at[i] <= touched.high[i];
+        }
+        return is_in;
+    });
+}
+
 int WorkLists::device_block(BlockKey key) const {
     const Tile* tile = tiles_[key / core_.blocks_per_tile].get();
     return tile && tile->slot >= 0
@@ -178,6 +212,7 @@ void WorkLists::mark_bodies(std::span<StepBody> bodies) {
                                 before.end(), std::back_inserter(fresh_blocks_));
             mark_rebuild(body.turned_static ? body_blocks_ : fresh_blocks_, false);
         }
+        keep_covered(body, before, body_blocks_);
         before = body_blocks_;
     }
 }
@@ -187,14 +222,17 @@ void WorkLists::mark_bodies(std::span<StepBody> bodies) {
 void WorkLists::mark_woken(std::span<StepBody> bodies) {
     fit();
     for (StepBody& body : bodies) {
-        find_body_blocks(body, false, body.track->blocks);
-        for (BlockKey key : body.track->blocks) {
+        std::vector<BlockKey>& blocks = body.track->blocks;
+        find_body_blocks(body, false, body_blocks_);
+        if (!body.input->is_static) mark_contacts(body_blocks_);
+        keep_covered(body, blocks, body_blocks_);
+        blocks = body_blocks_;
+        for (BlockKey key : blocks) {
             const int block = device_block(key);
             if (tiles_.woke_in_this_step(block / core_.blocks_per_tile)) {
                 rebuild_step_[block] = core_.step_index;
             }
         }
-        if (!body.input->is_static) mark_contacts(body.track->blocks);
     }
 }
 

@@ -78,6 +78,11 @@ class WorkLists {
 
   private:
     int device_block(BlockKey key) const;
+    /// Adds those of `before`, where a body's coverage stood, that its boxes still touch: it is
+    /// made anew there as long as anything is, and has to go when the body does.
+    void keep_covered(const StepBody& body, std::span<const BlockKey> before,
+                      std::vector<BlockKey>& blocks);
+    bool touches(const StepBody& body, BlockKey key) const;
     void mark_contacts(std::span<const BlockKey> blocks);
     void fit();
     /// So that a step allocates nothing for the blocks that get active in it.
@@ -96,7 +101,7 @@ class WorkLists {
     bool device_lists_any_ = true;  ///< whether a kFlagListed of the device may be set
     // Scratch, kept so that a step does not allocate once warm.
     std::vector<int32_t> words_, listed_flags_;
-    std::vector<BlockKey> body_blocks_, fresh_blocks_;
+    std::vector<BlockKey> body_blocks_, fresh_blocks_, covered_blocks_;
     std::vector<std::pair<BlockKey, int64_t>> sorted_active_;
     std::vector<std::unordered_map<BlockKey, int64_t>::node_type> spare_;  ///< out of active_
     std::vector<std::pair<int32_t, int32_t>> block_shapes_, slot_bodies_;
