@@ -1,4 +1,5 @@
 // Bodies as a host may hand them over: bad ones are skipped and reported, the soil stays sound.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -223,6 +224,44 @@ TEST_F(BodyInput, bodies_beyond_the_capacity_are_refused) {
     soil_->step(bodies);
     EXPECT_EQ(soil_->status_bits(), bit(StatusBit::shape_refused));
     EXPECT_EQ(status_texts(soil_->status_bits()).size(), 1u);
+}
+
+// More than half of all that there may be: new ones come before the indices of the old are free.
+TEST_F(BodyInput, thousands_of_bodies_change_places_with_others) {
+    constexpr int kCount = limits::kBodyCapacity / 2 + 52;
+    const auto bodies_from = [](int first_id) {
+        std::vector<Mover> movers;
+        movers.reserve(kCount);
+        for (int i = 0; i < kCount; ++i) {
+            // Most of them fly over the soil; the last have come to it.
+            const Vec3 at{i % 32 + 0.5, i / 32 % 24 + 0.5, i + 64 < kCount ? 14.0 : 6.0};
+            movers.emplace_back(first_id + i, sphere_shape(0.04), at * 0.05);
+        }
+        return movers;
+    };
+    for (int round = 0; round < 3; ++round) {
+        const std::vector<Mover> movers = bodies_from(round * kCount);
+        const StepReport report = soil_->step(bodies_of(movers));
+        const BodyTable& table = SoilProbe::impl(*soil_).bodies;
+        EXPECT_LE(table.ids().size(), static_cast<size_t>(limits::kBodyCapacity));
+        std::vector<int> indices;
+        for (const auto& [id, track] : table.tracks()) {
+            indices.push_back(track.index);
+            ASSERT_EQ(table.ids()[static_cast<size_t>(track.index)], id);
+        }
+        EXPECT_EQ(indices.size(), static_cast<size_t>(kCount));
+        std::sort(indices.begin(), indices.end());
+        EXPECT_EQ(std::unique(indices.begin(), indices.end()), indices.end());
+        // Contacts are of bodies that are there, also of those that came last.
+        ASSERT_FALSE(report.contacts.empty());
+        for (const ContactVoxel& contact : report.contacts) {
+            EXPECT_GE(contact.body, (round + 1) * kCount - 64);
+            EXPECT_LT(contact.body, (round + 1) * kCount);
+        }
+        const auto put = make_soil(grid_def(32, 24, 16))->prepare(soil_->state());
+        EXPECT_TRUE(put) << put.error();
+    }
+    EXPECT_EQ(soil_->status_bits() & ~bit(StatusBit::span_list_full), 0u);
 }
 
 TEST_F(BodyInput, the_same_id_twice_counts_once) {

@@ -206,6 +206,7 @@ int BodyTable::take_index(int id) {
         *free = id;
         return static_cast<int>(free - ids_.begin());
     }
+    if (ids_.size() >= limits::kBodyCapacity) return -1;
     ids_.push_back(id);
     return static_cast<int>(ids_.size()) - 1;
 }

@@ -24,7 +24,9 @@ struct GivenBody {
 struct BodyTrack {
     Pose pose;
     unsigned shape_revision = 0;
-    int index = -1;  ///< of its record in the shapes buffer and of its owner marks
+    /// Of its record in the shapes buffer and of its owner marks; -1 until drop_gone() where all
+    /// are taken by bodies that this step does not have.
+    int index = -1;
     bool is_static = false;
     int64_t last_step = -1;
     GivenBody given;               ///< in the last step
@@ -82,7 +84,8 @@ class BodyTable {
     /// through.
     void keep_given();
 
-    /// Drops the bodies that this step was not given; on_gone(track) is called first.
+    /// Drops the bodies that this step was not given; on_gone(track) is called first. Their indices
+    /// go to those that found none.
     template <typename OnGone>
     void drop_gone(OnGone&& on_gone) {
         for (auto it = tracks_.begin(); it != tracks_.end();) {
@@ -94,6 +97,9 @@ class BodyTable {
             } else {
                 ++it;
             }
+        }
+        for (StepBody& body : in_step_) {
+            if (body.track->index < 0) body.track->index = take_index(body.input->id);
         }
     }
 
@@ -111,6 +117,7 @@ class BodyTable {
     void restart(std::unordered_map<int, BodyTrack> tracks, std::vector<int> ids);
 
   private:
+    /// -1: all are taken.
     int take_index(int id);
     double reach_of(const StepBody& body) const;
     KnownContact contact_of(const SoilBody& body) const;
