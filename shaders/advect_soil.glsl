@@ -154,7 +154,7 @@ bool is_sheltered(int slot, ivec3 from) {
         }
         if (z >= spans[column_word(kColumnEnd, column_of(slot, at))]) continue;  // all is empty there
         int voxel = slot * params.tile_voxels + z * kTileColumns + at.y * kTileSide + at.x;
-        if (is_solid(voxel) || is_full(voxel)) return true;
+        if (is_solid(voxel) || is_full(voxel)) return is_in_grid(slot, at.x, at.y);
     }
     return false;
 }

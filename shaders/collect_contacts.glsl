@@ -84,8 +84,9 @@ void add_load(int body, int voxel, ivec3 place, INOUT(ColumnLoad) column) {
 // Whether terrain stands beside a voxel. The grid's ends do not count.
 bool is_beside_terrain(int slot, int x, int y, int z) {
     for (int n = 0; n < 4; ++n) {
-        int beside = voxel_at(slot, x + (n == 0 ? 1 : n == 1 ? -1 : 0), y + (n == 2 ? 1 : n == 3 ? -1 : 0), z);
-        if (beside >= 0 && state_at(kPlaneTerrain, beside) >= kSolidCoverage) return true;
+        ivec2 at = ivec2(x + (n == 0 ? 1 : n == 1 ? -1 : 0), y + (n == 2 ? 1 : n == 3 ? -1 : 0));
+        int beside = voxel_at(slot, at.x, at.y, z);
+        if (beside >= 0 && state_at(kPlaneTerrain, beside) >= kSolidCoverage && is_in_grid(slot, at.x, at.y)) return true;
     }
     return false;
 }

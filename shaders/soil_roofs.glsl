@@ -40,7 +40,7 @@ int roof_side(int from_slot, ivec3 at, ivec2 way, INOUT(int) strength) {
         // Ground that sleeps holds what it held.
         if (!step_on(slot, place, way)) return is_in_grid(slot, next.x, next.y) ? n : 0;
         int voxel = slot * params.tile_voxels + at.z * kTileColumns + place.y * kTileSide + place.x;
-        if (state_at(kPlaneTerrain, voxel) >= kSolidCoverage) return n;
+        if (state_at(kPlaneTerrain, voxel) >= kSolidCoverage) return is_in_grid(slot, place.x, place.y) ? n : 0;
         if (!is_roof_soil(voxel)) return 0;
         if (is_abutment(voxel, at.z)) return n;
         strength += roof_strength(voxel);

@@ -136,6 +136,81 @@ TEST(GridEdges, far_from_the_origin_contacts_are_in_their_own_columns) {
     EXPECT_TRUE(all_in_grid(report, soil->frame()));
 }
 
+/// Columns that only fill up the last tile are rock, and no more than the grid's end all the same.
+class FillUpColumns : public testing::TestWithParam<Backend> {
+  protected:
+    void SetUp() override {
+        if (GetParam() == Backend::gl && !gl_missing().empty()) GTEST_SKIP() << gl_missing();
+    }
+    static SoilDef def_of(int nx, double voxel_m) {
+        SoilDef def = grid_def(nx, 8, 24, voxel_m);
+        def.backend = GetParam();
+        return def;
+    }
+};
+
+// Wind from where the grid ends 7 columns on. A lump is a voxel long, so that it has no lee itself.
+TEST_P(FillUpColumns, have_no_lee) {
+    const auto blown_to = [](int nx) {
+        SoilDef def = def_of(nx, 0.1);
+        def.material.fall_speed_m_s = 2;
+        def.wind_m_s = {-3, 0, 0};
+        def.shelter_m = 2;
+        const auto soil = make_soil(def);
+        EXPECT_TRUE(soil->fill(voxel_box(*soil, {12, 3, 16}, {13, 6, 19})));
+        for (int i = 0; i < 20; ++i) soil->step({});
+        double moment = 0, volume = 0;
+        for (int x = 0; x < nx; ++x) {
+            for (int i = 0; i < 8 * 24; ++i) {
+                const double here = soil->sample(x, i % 8, i / 8).volume;
+                moment += here * (x + 0.5);
+                volume += here;
+            }
+        }
+        return moment / volume;
+    };
+    const double whole_tiles = blown_to(24);
+    EXPECT_LT(whole_tiles, 10);                    // by hand: 5 voxels on from 12.5
+    EXPECT_NEAR(blown_to(20), whole_tiles, 1e-6);  // nothing of it comes near either end
+}
+
+TEST_P(FillUpColumns, are_no_abutment_of_a_roof) {
+    for (const int nx : {12, 16}) {
+        SoilDef def = def_of(nx, kVoxel);
+        def.material = sand(30, 5000);
+        const auto soil = make_soil(def);
+        ASSERT_TRUE(soil);
+        const double end = nx;
+        ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {end - 4, 8, 4})));
+        ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 4}, {end, 8, 6})));
+        ASSERT_TRUE(soil->settle(300));
+        for (int x = nx - 3; x < nx; ++x) {
+            EXPECT_GT(soil->sample(x, 4, 0).volume, 0.5) << x << " of " << nx;
+        }
+    }
+}
+
+TEST_P(FillUpColumns, are_no_terrain_beside_a_load) {
+    const auto soil = make_soil(def_of(12, kVoxel));
+    ASSERT_TRUE(soil);
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {6, 2, 4}, {12, 6, 7})));
+    std::vector<Mover> movers;
+    movers.emplace_back(1, box_shape(Vec3{4, 4, 1} * kVoxel), Vec3{8, 4, 3} * kVoxel);
+    StepReport report;
+    for (int i = 0; i < 4; ++i) report = soil->step(bodies_of(movers));
+    ASSERT_EQ(report.loads.size(), 1u);
+    EXPECT_GT(report.loads[0].mass_kg, 0);
+    const Soil::Impl& impl = SoilProbe::impl(*soil);
+    const auto load = static_cast<size_t>(layout::kResultHeader +
+                                          impl.bodies.tracks().at(1).index * layout::kLoadWords);
+    EXPECT_EQ(impl.results.header()[load + layout::kLoadWalls], 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Backends, FillUpColumns, testing::Values(Backend::cpu, Backend::gl),
+                         [](const auto& tested) {
+                             return tested.param == Backend::cpu ? "cpu" : "gl";
+                         });
+
 /// A scene of any size: soils at random, bodies of all kinds that cross it, some from outside.
 class RandomGrid {
   public:
