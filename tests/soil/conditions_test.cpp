@@ -1,4 +1,6 @@
 // Conditions: which body, where and when.
+#include <utility>
+
 #include "soil_fixture.h"
 
 namespace bsoil::conditions_test {
@@ -183,6 +185,31 @@ TEST(Conditions, of_more_bodies_than_are_kept_are_counted_together) {
     const Condition* others = find(report.conditions, StatusBit::body_outside_grid, -1);
     ASSERT_TRUE(others);
     EXPECT_EQ(others->step_count, 1);
+}
+
+// Which records find room hangs on the order of threads. So there are none, whoever runs the step.
+TEST(Conditions, of_too_many_contacts_none_counts) {
+    for (const auto& [backend, threads] :
+         {std::pair{Backend::cpu, 1}, {Backend::cpu, 3}, {Backend::gl, 0}}) {
+        if (backend == Backend::gl && !gl_missing().empty()) GTEST_SKIP() << gl_missing();
+        auto soil = bed(backend, threads);
+        std::vector<Mover> movers;
+        movers.emplace_back(1, box_shape(Vec3{4, 4, 2} * kVoxel), Vec3{16, 12, 7} * kVoxel);
+        layout::SoilParams& params = SoilProbe::impl(*soil).params;
+        const int capacity = std::exchange(params.contact_capacity, 8);
+        StepReport report;
+        for (int i = 0; i < 3; ++i) {
+            move_to(movers[0], Vec3{16, 12, 7 - 0.1 * i} * kVoxel);
+            report = soil->step(bodies_of(movers));
+            EXPECT_TRUE(report.contacts.empty());
+        }
+        EXPECT_TRUE(find(report.conditions, StatusBit::contact_list_full, -1));
+        params.contact_capacity = capacity;
+        soil->clear_status();
+        report = soil->step(bodies_of(movers));
+        EXPECT_GT(report.contacts.size(), 8u);
+        EXPECT_EQ(report.status_bits, 0u);
+    }
 }
 
 TEST(Conditions, survive_a_snapshot) {

@@ -20,13 +20,12 @@ enum class StatusBit : uint32_t {
     body_outside_grid = 1u << 3,  ///< a moving body left the grid's box
     pose_not_finite =
         1u << 4,  ///< a body was ignored: NaN or infinite pose or velocity, or no rotation
-    contact_list_full =
-        1u << 5,  ///< more contact voxels than kContactCapacity; the rest were dropped
-    amount_headroom = 1u << 6,  ///< a voxel holds so much soil, or momentum, that it saturates
-    shape_refused = 1u << 7,    ///< a shape without size, a bad id, or a body too many: ignored
-    span_list_full = 1u << 8,   ///< a column has more height spans than kSpanCapacity
-    gravity_differs = 1u << 9,  ///< the bodies' world has another gravity than the soil
-    rate_lowered = 1u << 10,    ///< a step did not begin when it was due, to keep step_budget_ms
+    contact_list_full = 1u << 5,  ///< more contact voxels than kContactCapacity: none counted
+    amount_headroom = 1u << 6,    ///< a voxel holds so much soil, or momentum, that it saturates
+    shape_refused = 1u << 7,      ///< a shape without size, a bad id, or a body too many: ignored
+    span_list_full = 1u << 8,     ///< a column has more height spans than kSpanCapacity
+    gravity_differs = 1u << 9,    ///< the bodies' world has another gravity than the soil
+    rate_lowered = 1u << 10,      ///< a step did not begin when it was due, to keep step_budget_ms
     budget_exceeded =
         1u << 11,            ///< a step spread over step_spread_max calls was finished at a stretch
     device_lost = 1u << 12,  ///< the GPU failed: nothing moves any more, and all that is read is 0

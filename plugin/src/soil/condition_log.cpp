@@ -27,7 +27,9 @@ constexpr StatusText kTexts[] = {
     {StatusBit::pose_not_finite,
      "pose_not_finite: a body with NaN or infinite pose or velocity, or with a rotation that is "
      "none, was ignored; look for what made the simulation blow up (masses, joints, time step)"},
-    {StatusBit::contact_list_full, "contact_list_full: contacts were dropped; use larger voxels"},
+    {StatusBit::contact_list_full,
+     "contact_list_full: bodies touched soil in too many voxels, and none bore them in that step; "
+     "use larger voxels, or smaller or fewer bodies in the soil"},
     {StatusBit::amount_headroom,
      "amount_headroom: a voxel holds over 16 times its room, or more momentum than that of one "
      "full "

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "bsoil/limits.h"
 #include "soil/column_surface.h"
 
 namespace bsoil {
@@ -100,7 +99,7 @@ void ContactReader::start() {
 }
 
 void ContactReader::want(bool has_contacts, std::vector<device::ReadRange>& ranges) {
-    const int records = has_contacts ? std::min(expected_, limits::kContactCapacity) : 0;
+    const int records = has_contacts ? std::min(expected_, core_.params.contact_capacity) : 0;
     record_words_.resize(static_cast<size_t>(records) * kContactWords);
     ranges.push_back({Buffer::result, core_.params.contact_offset, record_words_});
     surface_.want(has_contacts, ranges);
@@ -108,7 +107,10 @@ void ContactReader::want(bool has_contacts, std::vector<device::ReadRange>& rang
 }
 
 void ContactReader::read(std::span<const int32_t> header) {
-    const int count = std::min(header[kResultContacts], limits::kContactCapacity);
+    // Of more than there is room for those are there that came first, in no order that would be the
+    // same on another device: then none count.
+    const int found = header[kResultContacts];
+    const int count = found <= core_.params.contact_capacity ? found : 0;
     const size_t words = static_cast<size_t>(count) * kContactWords;
     const size_t known = record_words_.size();
     if (words > record_words_.capacity()) record_words_.reserve(2 * words);
