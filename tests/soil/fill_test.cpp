@@ -47,6 +47,35 @@ TEST(Fill, a_box_puts_the_share_of_each_voxel_that_it_covers) {
     });
 }
 
+// Blocks near the body alone are active. What its soil rests on, from the floor up, is looked at
+// all the same: in tiles that were awake before there was any.
+TEST(Fill, bears_a_body_in_tiles_that_were_awake) {
+    for (const Backend backend : {Backend::cpu, Backend::gl}) {
+        if (backend == Backend::gl && !gl_missing().empty()) GTEST_SKIP() << gl_missing();
+        size_t contacts_of_woken = 0;
+        for (const bool is_awake : {false, true}) {
+            SoilDef def = grid_def(16, 16, 40);
+            def.backend = backend;
+            const auto soil = make_soil(def);
+            ASSERT_TRUE(soil);
+            ASSERT_TRUE(soil->add_terrain([](Vec3 at) { return kVoxel - at.z; }));
+            Soil::Impl& impl = SoilProbe::impl(*soil);
+            for (int tile = 0; is_awake && tile < impl.tile_count(); ++tile) impl.tiles.wake(tile);
+            ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 1}, {16, 16, 24})));
+            std::vector<Mover> movers;
+            movers.emplace_back(1, box_shape(Vec3{2, 2, 1} * kVoxel), Vec3{8, 8, 24.9} * kVoxel);
+            const StepReport report = soil->step(bodies_of(movers));
+            EXPECT_FALSE(report.contacts.empty());
+            if (is_awake) EXPECT_EQ(report.contacts.size(), contacts_of_woken);
+            contacts_of_woken = report.contacts.size();
+            for (int z = 8; z < 20; ++z) {
+                EXPECT_EQ(length(soil->sample(4, 4, z).velocity_m_s), 0) << z;
+                EXPECT_EQ(soil->sample(4, 4, z).undisturbed, 1) << z;
+            }
+        }
+    }
+}
+
 TEST(Fill, a_height_map_fills_up_to_its_heights) {
     auto soil = make_soil(grid_def(19, 12, 16));
     HeightMapFill fill{2, 2, {0.1f, 0.1f, 0.6f, 0.6f}, {}};

@@ -333,7 +333,6 @@ void GroundBodies::change(int index, Outcome&& outcome) {
         tiles_.write_packed(index, std::move(outcome.packed));
     } else {
         tiles_.write_voxels(index, outcome.voxels);
-        tiles_.look_anew(tile.slot);  // supports and spans are no longer true
     }
     tile.ground = std::move(outcome.ground);
     tile.buried = std::move(outcome.buried);

@@ -165,6 +165,7 @@ Status TileTable::allocate_slots(int count) {
     for (int slot = count - 1; slot >= slot_count_; --slot) free_slots_.push_back(slot);
     slot_tile_.resize(count, -1);
     woken_step_.resize(count, 0);
+    is_edited_.resize(static_cast<size_t>(count), false);
     filled_levels_.resize(count, kNeverUsed);
     looked_step_.resize(count, -1);
     looked_blocks_.resize(count, 0);
@@ -209,6 +210,7 @@ int TileTable::wake(int index) {
     free_slots_.pop_back();
     slot_tile_[tile.slot] = index;
     woken_step_[tile.slot] = core_.step_index;
+    is_edited_[static_cast<size_t>(tile.slot)] = false;
     fill_slot(tile.slot, voxels_);
     tile.top = top_of(voxels_);  // a snapshot has an upper bound
     core_.device->fill_zero(Buffer::spans, spans_offset(tile.slot), kTileColumns * kColumnWords);
@@ -295,6 +297,7 @@ void TileTable::note_look(int slot, int blocks_up) {
     if (step != core_.step_index - 1 || blocks != blocks_up) stamp_columns(slot);
     step = core_.step_index;
     blocks = blocks_up;
+    is_edited_[static_cast<size_t>(slot)] = false;
 }
 
 void TileTable::write_columns(int slot, int array, int32_t word) {
@@ -421,7 +424,9 @@ void TileTable::write_voxels(int index, const TileVoxels& in) {
         }
     }
     tile.top = top_of(in);
-    if (tile.slot >= 0) note_stale(tile.slot, true);
+    if (tile.slot < 0) return;
+    note_stale(tile.slot, true);
+    look_anew(tile.slot);
 }
 
 bool TileTable::read_asleep(int index, TileRuns& runs) const {

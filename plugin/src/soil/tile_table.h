@@ -115,8 +115,14 @@ class TileTable {
     bool woke_in_this_step(int slot) const {
         return woken_step_[static_cast<size_t>(slot)] == core_.step_index;
     }
-    /// As if it had woken in this step: what is known of supports and spans is no longer true.
-    void look_anew(int slot) { woken_step_[static_cast<size_t>(slot)] = core_.step_index; }
+    /// As if it had woken in the step in progress, or else in the next one: what is known of
+    /// supports and spans is no longer true.
+    void look_anew(int slot) {
+        woken_step_[static_cast<size_t>(slot)] = core_.step_index;
+        is_edited_[static_cast<size_t>(slot)] = true;
+    }
+    /// look_anew(), and no step has looked since.
+    bool is_edited(int slot) const { return is_edited_[static_cast<size_t>(slot)]; }
     /// Slopes, supports and spans of all tiles, awake or asleep: what soil does has changed.
     void look_anew_at_all();
     /// Waits for the device once.
@@ -216,6 +222,7 @@ class TileTable {
     bool keeps_places_ = false;
     bool is_dirty_ = false;
     std::vector<int64_t> woken_step_;  ///< by slot: when it woke
+    std::vector<bool> is_edited_;      ///< by slot
     /// By slot: above so many levels its kept planes are zero while no tile has it; kNeverUsed: all
     /// of its words are.
     std::vector<int> filled_levels_;

@@ -293,20 +293,21 @@ void WorkLists::build() {
         if (slot_tile[slot] < 0) continue;
         builder.begin_tile(slot_tile[slot] % core_.tiles_x, slot_tile[slot] / core_.tiles_x);
         // The lowest block in which support can have changed; all of them in a tile that has just
-        // woken.
+        // woken, or whose soil has been changed from outside.
         int lowest = tiles_.woke_in_this_step(slot) ? 0 : -1;
         for (int zb = 0; zb < core_.blocks_per_tile && lowest < 0; ++zb) {
             const size_t block = static_cast<size_t>(slot) * core_.blocks_per_tile + zb;
             lowest =
                 listed_flags_[block] != 0 || rebuild_step_[block] == core_.step_index ? zb : -1;
         }
+        if (lowest >= 0) tiles_[slot_tile[slot]]->last_used_step = core_.step_index;
+        if (tiles_.is_edited(slot)) lowest = 0;
         if (lowest >= 0) {
             const int top =
                 tiles_.top_around(slot_tile[slot] % core_.tiles_x, slot_tile[slot] / core_.tiles_x);
             const int highest = std::min(core_.blocks_per_tile, top / kTileSide + 2);
             builder.add((slot * kTileWord + lowest) * kTileWord + highest);
             tiles_.note_look(slot, highest);
-            tiles_[slot_tile[slot]]->last_used_step = core_.step_index;
         }
         builder.end_tile();
     }
