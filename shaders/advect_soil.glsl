@@ -402,7 +402,7 @@ void advect_voxel(int slot, ivec3 at, int voxel, int support, ivec3 momentum, IN
         add_momentum_sum(kResultFallen, gained);
     } else {
         note_given(support - kSupportBody, gained);
-        gained -= hold_back(slot, at, voxel, support - kSupportBody, mass, motion);
+        gained = saturated(gained, -hold_back(slot, at, voxel, support - kSupportBody, mass, motion));
     }
     int volume = state_at(kPlaneVolume, voxel);
     ivec3 drift = drift_in_substep(slot, at, volume, motion.drift, fastest);

@@ -427,12 +427,6 @@ ivec3 momentum_at(int voxel) {
     return ivec3(state_at(kPlaneMomentumX, voxel), state_at(kPlaneMomentumY, voxel), state_at(kPlaneMomentumZ, voxel));
 }
 
-ivec3 momentum_of(int mass, ivec3 velocity) {
-    int half_mass = min(mass, kMassMost) * (kVelocityOne / 2);
-    return ivec3(mul_q16(half_mass, velocity.x * 2), mul_q16(half_mass, velocity.y * 2),
-                 mul_q16(half_mass, velocity.z * 2));
-}
-
 // Q16 voxels a base step. mass: of the voxel's soil, > 0
 ivec3 soil_velocity(int voxel, int mass) {
     ivec3 momentum = momentum_at(voxel);

@@ -1,6 +1,20 @@
 // Where the soil's momentum comes from and goes to, counted as it happens: see kResultFallen. Whatever changes the momentum planes
 // but by moving soil calls these.
 
+// Along an axis. Beyond a speed of `most` it is the most that there is, which apply_flow reports.
+int momentum_along(int half_mass, int speed, int most) {
+    return abs(speed) > most ? sign(speed) * kMomentumMost : mul_q16(half_mass, speed * 2);
+}
+
+// 4 voxels of 2000 kg/m3 have more than kMomentumMost from 8 voxels a base step on.
+ivec3 momentum_of(int mass, ivec3 velocity) {
+    int counted = min(mass, kMassMost);
+    int most = min(kMomentumMost / max(1, counted), 2 * kCrumbSpeedMost) * 64;  // twice that is within 31 bits
+    int half_mass = counted * (kVelocityOne / 2);
+    return ivec3(momentum_along(half_mass, velocity.x, most), momentum_along(half_mass, velocity.y, most),
+                 momentum_along(half_mass, velocity.z, most));
+}
+
 // 64-bit sum in two words. Adding commutes, so the result does not depend on the order.
 void add_wide(int at, int value) {
     uint old = uint(ATOMIC_ADD(result[at], value));
@@ -26,7 +40,7 @@ void set_momentum(int voxel, ivec3 momentum) {
 
 // The ground gives a voxel's soil another momentum, or takes it.
 void set_by_ground(int voxel, ivec3 momentum) {
-    add_momentum_sum(kResultGround, momentum_at(voxel) - momentum);
+    add_momentum_sum(kResultGround, saturated(momentum_at(voxel), -momentum));
     set_momentum(voxel, momentum);
 }
 

@@ -84,6 +84,31 @@ TEST(Momentum, that_is_more_than_an_integer_holds_saturates) {
     }
 }
 
+// Four voxels of soil in one that a body lifts at top speed: as much as there may be, and not what
+// is left of twice as much in 32 bits.
+TEST(Momentum, that_a_body_gives_to_soil_of_several_voxels_saturates) {
+    for (const Backend backend : {Backend::cpu, Backend::gl}) {
+        if (backend == Backend::gl && !gl_missing().empty()) GTEST_SKIP() << gl_missing();
+        SoilDef def = grid_def(8, 8, 16);
+        def.backend = backend;
+        StageBench bench(def);
+        StatePlanes planes = bench.empty_planes();
+        planes.at(kPlaneVolume, 4, 4, 6) = planes.at(kPlaneMaterial, 4, 4, 6) = 4 * kVoxelFull;
+        planes.at(kPlaneSupport, 4, 4, 6) = kSupportBody;  // the first body
+        bench.write(planes);
+        std::vector<Mover> movers;
+        movers.emplace_back(0, box_shape(Vec3{2, 2, 1} * def.voxel_m), Vec3{4, 4, 2} * def.voxel_m);
+        movers[0].set_velocity({0, 0, 16 * def.voxel_m / def.step_s});
+        bench.place(movers);
+        bench.advect(16);  // a voxel up
+        const StatePlanes after = bench.read();
+        EXPECT_EQ(after.at(kPlaneVolume, 4, 4, 7), 4 * kVoxelFull);
+        EXPECT_EQ(after.at(kPlaneMomentumZ, 4, 4, 7), kMomentumMost);
+        EXPECT_EQ(after.at(kPlaneMomentumZ, 4, 4, 6), 0);
+        EXPECT_TRUE(bench.result_status() & kStatusHeadroom);
+    }
+}
+
 TEST_P(Projectile, overflow_resolution_follows_the_oracle) {
     constexpr std::pair<OverflowHeuristic, oracle::Heuristic> kHeuristics[] = {
         {OverflowHeuristic::even, oracle::Heuristic::even},
