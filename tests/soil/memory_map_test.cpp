@@ -12,6 +12,7 @@
 #include "bsoil/soil.h"
 #include "soil/slot_buffers.h"
 #include "soil/tile_table.h"
+#include "soil_fixture.h"
 
 namespace bsoil::memory_map_test {
 namespace {
@@ -137,6 +138,23 @@ TEST(MemoryMap, no_more_slots_than_words_have_numbers) {
         const int most = buffer.slots_most();
         EXPECT_LE(buffer.words(most), std::numeric_limits<int32_t>::max());
         EXPECT_GT(buffer.words(int64_t{most} + 1), std::numeric_limits<int32_t>::max());
+    }
+}
+
+// Nor than entries of tile lists have. In low grids that is what ends it first.
+TEST(MemoryMap, no_more_slots_than_tile_lists_name) {
+    for (const int nz : {8, 512}) {
+        const auto soil = make_soil(grid_def(8, 8, nz));
+        ASSERT_TRUE(soil);
+        const Soil::Impl& impl = SoilProbe::impl(*soil);
+        const int most = slots_most(impl);
+        const int64_t lowest = impl.blocks_per_tile - 1, highest = impl.blocks_per_tile;
+        EXPECT_LE((int64_t{most - 1} * kTileWord + lowest) * kTileWord + highest,
+                  std::numeric_limits<int32_t>::max());
+        for (const SlotBuffer& buffer : slot_buffers(impl)) {
+            EXPECT_LE(most, buffer.slots_most());
+        }
+        EXPECT_GT(most, nz == 8 ? 100'000 : 1000);
     }
 }
 

@@ -57,4 +57,10 @@ std::vector<SlotBuffer> slot_buffers(const SoilCore& core) {
             {Buffer::tile_table, {{1, kTileTableWords, 0}}}};
 }
 
+int slots_most(const SoilCore& core) {
+    int most = std::numeric_limits<int32_t>::max() / (kTileWord * kTileWord);
+    for (const SlotBuffer& buffer : slot_buffers(core)) most = std::min(most, buffer.slots_most());
+    return most;
+}
+
 }  // namespace bsoil

@@ -33,5 +33,8 @@ struct SlotBuffer {
 
 /// All of them, the largest first.
 std::vector<SlotBuffer> slot_buffers(const SoilCore& core);
+/// With more slots a word of one of them, or the entry of a tile list (kTileWord), has no number of
+/// 31 bits.
+int slots_most(const SoilCore& core);
 
 }  // namespace bsoil

@@ -103,9 +103,7 @@ Status TileTable::start() {
         core_.tile_count(), core_.def.tile_capacity > 0
                                 ? core_.def.tile_capacity
                                 : std::max<int64_t>(1, kAwakeBytesDefault / tile_bytes)));
-    for (const SlotBuffer& buffer : slot_buffers(core_)) {
-        slot_capacity_ = std::min(slot_capacity_, buffer.slots_most());
-    }
+    slot_capacity_ = std::min(slot_capacity_, slots_most(core_));
     if (Status ready = expect_large(); !ready) return ready;
     const Status allocated = allocate_slots(std::min(kSlotsAtStart, slot_capacity_));
     if (!allocated) return allocated;
