@@ -28,7 +28,8 @@ enum class StatusBit : uint32_t {
     rate_lowered = 1u << 10,      ///< a step did not begin when it was due, to keep step_budget_ms
     budget_exceeded =
         1u << 11,            ///< a step spread over step_spread_max calls was finished at a stretch
-    device_lost = 1u << 12,  ///< the GPU failed: nothing moves any more, and all that is read is 0
+    device_lost = 1u << 12,  ///< the GPU failed, or memory did: nothing moves any more, and all
+                             ///< that is read is 0
 };
 
 /// A status bit with what is known of it. There is one for each bit and body.

@@ -35,6 +35,10 @@ namespace {
 
 int64_t bytes_of(int64_t words) { return words * static_cast<int64_t>(sizeof(int32_t)); }
 
+void set_zero(std::span<const ReadRange> ranges) {
+    for (const ReadRange& range : ranges) std::ranges::fill(range.words, 0);
+}
+
 }  // namespace
 
 Device::Device(const KernelSet& kernel_set)
@@ -44,6 +48,10 @@ Device::Device(const KernelSet& kernel_set)
     counters_.kernel_ms.resize(kernel_set.kernels.size());
 }
 
+void Device::give_up(const std::string& why) {
+    if (failure_.empty()) failure_ = why;
+}
+
 void Device::assert_range([[maybe_unused]] BufferIndex buffer, [[maybe_unused]] int64_t offset,
                           [[maybe_unused]] int64_t count) const {
     assert(offset >= 0 && count >= 0 && offset + count <= words_in(buffer));
@@ -51,6 +59,7 @@ void Device::assert_range([[maybe_unused]] BufferIndex buffer, [[maybe_unused]] 
 
 Status Device::allocate(BufferIndex buffer, int64_t words) {
     assert(words >= 0);
+    if (!failure_.empty()) return Error{failure_};
     const Status status = allocate_words(buffer, words);
     words_[static_cast<size_t>(buffer)] = status ? words : 0;
     return status;
@@ -64,6 +73,7 @@ bool Device::expect(BufferIndex buffer, int64_t words) {
 }
 
 void Device::use(BufferIndex buffer, int64_t offset, int64_t count) {
+    if (!failure_.empty()) return;
     assert_range(buffer, offset, count);
     use_words(buffer, offset, count);
 }
@@ -75,6 +85,7 @@ Status Device::grow(BufferIndex buffer, int64_t words) {
 }
 
 Status Device::rearrange(BufferIndex buffer, int64_t words, std::span<const WordMove> moves) {
+    if (!failure_.empty()) return Error{failure_};
     for (const WordMove& move : moves) {
         assert_range(buffer, move.from, move.count);
         assert(move.to >= 0 && move.to + move.count <= words);
@@ -85,6 +96,7 @@ Status Device::rearrange(BufferIndex buffer, int64_t words, std::span<const Word
 }
 
 void Device::write(BufferIndex buffer, int64_t offset, std::span<const int32_t> words) {
+    if (!failure_.empty()) return;
     assert_range(buffer, offset, std::ssize(words));
     if (words.empty()) return;
     ++counters_.write_count;
@@ -93,6 +105,7 @@ void Device::write(BufferIndex buffer, int64_t offset, std::span<const int32_t> 
 }
 
 void Device::fill_zero(BufferIndex buffer, int64_t offset, int64_t count) {
+    if (!failure_.empty()) return;
     assert_range(buffer, offset, count);
     if (count == 0) return;
     ++counters_.fill_count;
@@ -113,11 +126,19 @@ bool Device::count_read(std::span<const ReadRange> ranges) {
 }
 
 void Device::read(std::span<const ReadRange> ranges) {
-    if (count_read(ranges)) read_words(ranges);
+    if (!failure_.empty()) {
+        set_zero(ranges);
+    } else if (count_read(ranges)) {
+        read_words(ranges);
+    }
 }
 
 void Device::start_read(std::span<const ReadRange> ranges) {
     assert(!is_reading_);
+    if (!failure_.empty()) {
+        set_zero(ranges);
+        return;
+    }
     is_reading_ = count_read(ranges);
     if (is_reading_) start_reading(ranges);
 }
@@ -135,7 +156,7 @@ void Device::dispatch(int kernel, std::span<const int32_t> params, const WorkLis
     assert(kernel >= 0 && kernel < std::ssize(kernel_set_.kernels));
     assert(std::ssize(params) == kernel_set_.param_words);
     assert(covers_all_groups(work));
-    if (work.group_count == 0) return;
+    if (work.group_count == 0 || !failure_.empty()) return;
     ++counters_.dispatch_count;
     counters_.group_count += work.group_count;
     const auto index = static_cast<size_t>(kernel);

@@ -85,7 +85,9 @@ class Device {
     virtual int thread_count() const = 0;
     /// What broke the device after its creation (context refused, GPU lost or out of memory); empty
     /// while all is well. Once set, calls do nothing and reads give zeros.
-    virtual std::string failure() const { return {}; }
+    const std::string& failure() const { return failure_; }
+    /// Breaks the device, for who cannot go on without what it has refused.
+    void give_up(const std::string& why);
 
     /// (Re)allocates a buffer of `words` 32-bit words, zero-filled. Old content is lost.
     Status allocate(BufferIndex buffer, int64_t words);
@@ -163,6 +165,7 @@ class Device {
 
     DeviceCounters counters_;
     double stage_ms_[kStageCapacity] = {};
+    std::string failure_;
 
   private:
     friend class DeviceSession;

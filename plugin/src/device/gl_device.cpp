@@ -67,7 +67,6 @@ class GlDevice final : public Device {
     std::string backend_name() const override { return "gl"; }
     std::string device_name() const override { return context_.capabilities().renderer; }
     int thread_count() const override { return 1; }
-    std::string failure() const override { return failure_; }
 
     uint32_t buffer_name(BufferIndex buffer) const override {
         const std::vector<GlBuffer>& blocks =
@@ -437,7 +436,6 @@ class GlDevice final : public Device {
     std::vector<int64_t> expected_words_;  ///< by buffer
     std::string blocks_refusal_;           ///< why there can be no more blocks
     int64_t sent_bytes_ = 0;  ///< GlUploads::sent_bytes() when the last read was asked for
-    std::string failure_;
 };
 
 }  // namespace

@@ -52,8 +52,10 @@ constexpr StatusText kTexts[] = {
      "budget_exceeded: the soil took longer than its budget; raise SoilDef::step_budget_ms or "
      "step_spread_max, or make steps cheaper (larger voxels)"},
     {StatusBit::device_lost,
-     "device_lost: the GPU failed and the soil with it; make a new one, from a snapshot if there "
-     "is one, or with the CPU's backend. BULLETSOIL_GL=checked in the environment tells more"},
+     "device_lost: the GPU failed, or there was no memory for a step, and the soil with it; make a "
+     "new one, from a snapshot if there is one, or with the CPU's backend. BULLETSOIL_GL=checked "
+     "in "
+     "the environment tells more"},
 };
 constexpr int kBitCount = static_cast<int>(std::size(kTexts));
 

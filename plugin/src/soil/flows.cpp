@@ -165,7 +165,12 @@ void Flows::upload() {
             words.insert(words.end(), std::begin(part.first), std::end(part.first));
         }
     }
-    if (!core_.device->allocate(Buffer::tables, static_cast<int64_t>(words.size()))) return;
+    if (const Status allocated =
+            core_.device->allocate(Buffer::tables, static_cast<int64_t>(words.size()));
+        !allocated) {
+        core_.device->give_up(allocated.error());  // the materials' tables are gone
+        return;
+    }
     core_.device->write(Buffer::tables, 0, words);
     words_.resize(all_.size() * kFlowWords);
     results_.assign(all_.size() * kFlowResultWords, 0);

@@ -97,6 +97,7 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     s.shapes.start();
     s.lists.start();
     s.flows.start(std::move(tables));
+    if (const std::string& failure = s.device->failure(); !failure.empty()) return Error{failure};
     return std::unique_ptr<Soil>(new Soil(std::move(impl)));
 }
 

@@ -44,10 +44,9 @@ BlockBox SoilCore::tiles_around(int tx, int ty) const {
 void SoilCore::ensure_capacity(device::BufferIndex buffer, size_t& capacity, size_t words) {
     if (words > capacity) {
         capacity = std::max(words, 2 * capacity);
-        // Growing a small buffer can only fail when the host is out of memory; then the next step
-        // finds it empty.
-        if (!device->allocate(buffer, static_cast<int64_t>(capacity))) {
-            conditions.note(StatusBit::tile_table_full);
+        if (const Status allocated = device->allocate(buffer, static_cast<int64_t>(capacity));
+            !allocated) {
+            device->give_up(allocated.error());  // what would be written has no place
             capacity = 0;
         }
     }

@@ -110,7 +110,7 @@ struct SoilCore {
     BlockBox tiles_around(int tx, int ty) const;
 
     /// Makes room for `words` words in a buffer that grows by doubling. Its content is lost then.
-    /// Notes a condition where the device has no memory for them.
+    /// The device is lost where it has no memory for them: no step can do without.
     void ensure_capacity(device::BufferIndex buffer, size_t& capacity, size_t words);
 };
 

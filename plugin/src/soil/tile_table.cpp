@@ -151,6 +151,7 @@ Status TileTable::allocate_slots(int count) {
             if (Status shrunk = core_.device->rearrange(grown.buffer, grown.words(slot_count_),
                                                         grown.moves(count, slot_count_));
                 !shrunk) {
+                core_.device->give_up(shrunk.error());  // some have grown, and others not
                 return shrunk;
             }
         }
