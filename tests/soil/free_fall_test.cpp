@@ -1,4 +1,8 @@
 // Soil in free fall.
+#include <algorithm>
+#include <cstdint>
+
+#include "soil/kernel_params.h"
 #include "soil_fixture.h"
 
 namespace bsoil::free_fall_test {
@@ -75,6 +79,51 @@ TEST(FreeFall, momentum_grows_by_m_g_dt_to_the_unit) {
         ASSERT_EQ(sums.momentum[0], 0);
         ASSERT_EQ(sums.momentum[1], 0);
         ASSERT_EQ(sums.mass, mass);
+    }
+}
+
+// Of 3.2 units of 1/65536 voxel a step squared whole ones would be 7 % short; of 0.16 there are
+// none.
+TEST(FreeFall, is_as_fast_in_short_steps) {
+    for (const double voxel_m : {0.05, 1.0}) {
+        SoilDef def = grid_def(16, 16, 24, voxel_m);
+        def.step_s = 1.0 / 2000;
+        const auto soil = make_soil(def);
+        ASSERT_TRUE(soil);
+        ASSERT_TRUE(soil->fill(voxel_box(*soil, {6, 6, 20}, {10, 10, 21})));
+        constexpr int kSteps = 400;
+        for (int i = 0; i < kSteps; ++i) soil->step({});
+        const Sums sums = sums_of(*soil);
+        const double speed =
+            static_cast<double>(-sums.momentum[2]) / static_cast<double>(sums.mass) / kVelocityOne;
+        const double expected = def.gravity_m_s2 * def.step_s * def.step_s / voxel_m * kSteps;
+        // Half a unit of 64 in the larger voxels.
+        EXPECT_NEAR(speed / expected, 1, 0.01) << voxel_m;
+        EXPECT_EQ(sums.momentum[0], 0);
+    }
+}
+
+// Usual steps have one value, short ones two.
+TEST(FreeFall, has_the_mean_gravity_that_it_should) {
+    for (const double step_s : {1.0 / 60, 1.0 / 240, 1.0 / 500, 1.0 / 1000, 1.0 / 2000}) {
+        for (const double voxel_m : {0.02, 0.05, 0.3, 1.0}) {
+            SoilDef def;
+            def.step_s = step_s;
+            def.voxel_m = voxel_m;
+            const double exact = def.gravity_m_s2 * step_s * step_s / voxel_m * kVoxelFull;
+            int64_t sum = 0;
+            int32_t least = INT32_MAX, most = 0;
+            constexpr int kSteps = 4000;
+            for (int64_t step = 1; step <= kSteps; ++step) {
+                const int32_t gravity = gravity_q16(def, step);
+                sum += gravity;
+                least = std::min(least, gravity);
+                most = std::max(most, gravity);
+            }
+            const double mean = static_cast<double>(sum) / kSteps;
+            EXPECT_NEAR(mean, exact, exact > 50 ? 0.01 * exact : std::max(0.01 * exact, 1e-3));
+            EXPECT_LE(most - least, exact > 50 ? 0 : 1) << step_s << " s, " << voxel_m << " m";
+        }
     }
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "bsoil/limits.h"
+#include "soil/kernel_params.h"
 #include "soil/soil_impl.h"
 
 namespace bsoil {
@@ -93,6 +94,7 @@ void Soil::Impl::begin_step() {
         tiles.forget_stamps();
     }
     params.step_stamp = stamp;
+    params.gravity_q16 = gravity_q16(def, step_index);
     // Gusts drift with the wind: whole parts of a voxel since the first step, whatever came
     // between.
     const int64_t period = int64_t{kGustPeriod} * params.gust_cell * kOneQ8;
