@@ -24,9 +24,9 @@ struct SoilAction::Impl {
 
     std::optional<SurfacePoint> surface_at(Vec3 world_m) const;
     void open_substep() {
+        vehicles->open_substep();
         if (!enabled) return;
         carried.open_substep();
-        vehicles->open_substep();
         // Before the soil has stepped nobody knows what carries it.
         if (report.substep_count > 0) first_contacts.open_substep(*world, report.loads);
         coupling.open_substep();

@@ -2,15 +2,22 @@
 
 namespace bsoil::bullet {
 
+namespace {
+
+/// The actions of a world in the order in which Bullet calls them, which it shows to worlds alone.
+struct WorldActions : btDiscreteDynamicsWorld {
+    static btAlignedObjectArray<btActionInterface*>& of(btDiscreteDynamicsWorld& world) {
+        return world.*(&WorldActions::m_actions);
+    }
+};
+
+}  // namespace
+
 class SoilVehicles::Closer final : public btActionInterface {
   public:
     explicit Closer(SoilVehicles& vehicles) : vehicles_(vehicles) {}
-    void updateAction(btCollisionWorld*, btScalar) override {
-        has_run = true;
-        for (VehicleOnSoil* wheels : vehicles_.wheels_) wheels->close_substep();
-    }
+    void updateAction(btCollisionWorld*, btScalar) override { vehicles_.close_substep(); }
     void debugDraw(btIDebugDraw*) override {}
-    bool has_run = false;
 
   private:
     SoilVehicles& vehicles_;
@@ -40,24 +47,25 @@ std::vector<VehicleOnSoil*> SoilVehicles::attached() const {
 }
 
 void SoilVehicles::open_substep() {
-    closed_ = false;
-    for (const auto& closer : closers_) closer->has_run = false;
+    close_substep();  // of a vehicle that its host has updated by hand
+    if (!wheels_.empty()) put_closer_last();
 }
 
 void SoilVehicles::close_substep() {
-    closed_ = true;
     for (VehicleOnSoil* wheels : wheels_) wheels->close_substep();
 }
 
-// Bullet goes through its actions by index, so one that is added meanwhile still runs. Closers stay
-// where they are: taking one out would reorder the host's actions.
-void SoilVehicles::expect_close() {
-    if (!closed_ || !world_) return;
-    if (!closers_.empty() && !closers_.back()->has_run) return;
-    // More than one for each vehicle are not needed, unless it is not an action of this world.
-    if (closers_.size() >= wheels_.size()) return;
-    closers_.push_back(std::make_unique<Closer>(*this));
-    world_->addAction(closers_.back().get());
+/// Vehicles may have been added behind the closer. And where an action is taken out Bullet puts the
+/// last one in its place. The host's actions keep their order.
+void SoilVehicles::put_closer_last() {
+    if (!closer_) {
+        closer_ = std::make_unique<Closer>(*this);
+        world_->addAction(closer_.get());
+    }
+    btAlignedObjectArray<btActionInterface*>& actions = WorldActions::of(*world_);
+    for (int i = actions.findLinearSearch(closer_.get()); i + 1 < actions.size(); ++i) {
+        actions.swap(i, i + 1);
+    }
 }
 
 void SoilVehicles::show_wheels() {
@@ -73,7 +81,8 @@ void SoilVehicles::keep_stepped() {
 }
 
 void SoilVehicles::leave_world() {
-    for (; !closers_.empty(); closers_.pop_back()) world_->removeAction(closers_.back().get());
+    if (closer_) world_->removeAction(closer_.get());
+    closer_.reset();
 }
 
 }  // namespace bsoil::bullet

@@ -52,7 +52,8 @@ class SoilVehicles {
     void remove(VehicleOnSoil& wheels);
 
     /// Called by SoilAction: at the start of a substep, in its own action, before and after the
-    /// soil's step, and when the world goes.
+    /// soil's step, and when the world goes. close_substep is called once more behind all actions
+    /// of the world: vehicles may be added in any order.
     void open_substep();
     void close_substep();
     void show_wheels();
@@ -62,10 +63,6 @@ class SoilVehicles {
 
     /// Wheels of the vehicles that are attached, in the order their raycasters were made.
     std::vector<VehicleOnSoil*> attached() const;
-
-    /// Called by a vehicle's first ray in a substep: close_substep will be called once more when
-    /// the vehicle's action is through.
-    void expect_close();
 
     btDiscreteDynamicsWorld* world() const { return world_; }
     BodyCollector& collector() { return collector_; }
@@ -77,6 +74,8 @@ class SoilVehicles {
 
   private:
     class Closer;
+    void put_closer_last();
+
     btDiscreteDynamicsWorld*& world_;
     BodyCollector& collector_;
     ContactCoupling& coupling_;
@@ -84,9 +83,7 @@ class SoilVehicles {
     double voxel_m_;
     std::function<std::optional<SurfacePoint>(Vec3)> surface_at_;
     std::vector<VehicleOnSoil*> wheels_;
-    /// Actions behind those of vehicles which were added after the SoilAction.
-    std::vector<std::unique_ptr<Closer>> closers_;
-    bool closed_ = false;  ///< SoilAction's own action has run in this substep
+    std::unique_ptr<Closer> closer_;  ///< the last of the world's actions; null: no vehicle yet
 };
 
 }  // namespace bsoil::bullet

@@ -43,7 +43,7 @@ VehicleWheels::VehicleWheels(const std::shared_ptr<SoilVehicles>& soil)
 }
 
 VehicleWheels::~VehicleWheels() {
-    detach();
+    forget();  // the vehicle may be gone
     if (const auto vehicles = soil_.lock()) vehicles->remove(*this);
 }
 
@@ -89,16 +89,19 @@ Status VehicleWheels::attach(btRaycastVehicle& vehicle, std::span<const SoilWhee
 }
 
 void VehicleWheels::detach() {
+    for (size_t i = 0; i < wheels_.size(); ++i) {
+        if (!wheels_[i].is_pending || !wheels_[i].is_on_soil) continue;
+        give_back(wheels_[i], vehicle_->getWheelInfo(static_cast<int>(i)));
+    }
+    forget();
+}
+
+void VehicleWheels::forget() {
     if (const auto vehicles = soil_.lock()) {
         for (const Wheel& wheel : wheels_) vehicles->collector().give_back_id(wheel.id);
     }
     wheels_.clear();
     vehicle_ = nullptr;
-}
-
-SoilWheelReport VehicleWheels::report(int wheel) const {
-    return wheel >= 0 && wheel < static_cast<int>(wheels_.size()) ? wheels_[wheel].report
-                                                                  : SoilWheelReport{};
 }
 
 /// The wheel whose ray this is; -1: none of ours.
@@ -353,7 +356,6 @@ void* VehicleWheels::cast(const btVector3& from, const btVector3& to,
     place(wheel, from, wheel.length_m, substep_s);
     wheel.is_pending = true;
     wheel.rotation_before = info.m_rotation;
-    vehicles->expect_close();
     if (rigid_m <= wheel.length_m) return answer_rigid();
     if (!wheel.is_on_soil) return nullptr;
 
@@ -382,7 +384,7 @@ void VehicleWheels::lend(Wheel& wheel, btWheelInfo& info) {
 }
 
 /// What the host has set meanwhile stays.
-void VehicleWheels::give_back(Wheel& wheel, btWheelInfo& info) {
+void VehicleWheels::give_back(const Wheel& wheel, btWheelInfo& info) {
     const Lent& lent = wheel.lent;
     const auto back = [](btScalar& field, btScalar given, btScalar own) {
         if (field == given) field = own;

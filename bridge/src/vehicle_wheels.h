@@ -21,7 +21,10 @@ class VehicleWheels final : public VehicleOnSoil {
 
     Status attach(btRaycastVehicle& vehicle, std::span<const SoilWheelDef> defs);
     void detach();
-    SoilWheelReport report(int wheel) const;
+    SoilWheelReport report(int wheel) const {
+        const bool is_there = wheel >= 0 && wheel < static_cast<int>(wheels_.size());
+        return is_there ? wheels_[wheel].report : SoilWheelReport{};
+    }
     void* cast(const btVector3& from, const btVector3& to,
                btVehicleRaycaster::btVehicleRaycasterResult& result);
 
@@ -54,6 +57,8 @@ class VehicleWheels final : public VehicleOnSoil {
         Lent lent;
     };
 
+    /// Without a look at the vehicle.
+    void forget();
     int find(const btVector3& from, const btVector3& to) const;
     WheelState state_of(const Wheel& wheel, const btWheelInfo& info, double substep_s) const;
     void put_down(Wheel& wheel, const btWheelInfo& info) const;
@@ -64,7 +69,7 @@ class VehicleWheels final : public VehicleOnSoil {
     void place(Wheel& wheel, const btVector3& from, double length_m, double substep_s);
     void stand_on_rigid(Wheel& wheel, const btWheelInfo& info, double length_m, double substep_s);
     void lend(Wheel& wheel, btWheelInfo& info);
-    void give_back(Wheel& wheel, btWheelInfo& info);
+    static void give_back(const Wheel& wheel, btWheelInfo& info);
     /// Its share of the last substep's force across the struts.
     Vec3 share_of_last_n(const Wheel& wheel) const;
     void push_chassis(const Wheel& wheel, const btWheelInfo& info);

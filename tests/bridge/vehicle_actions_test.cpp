@@ -1,0 +1,142 @@
+// A btRaycastVehicle on soil among other actions of its world.
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "bsoil/bullet/soil_raycaster.h"
+#include "raycast_car.h"
+#include "sand_bed.h"
+
+namespace bsoil::bullet::vehicle_actions_test {
+namespace {
+
+constexpr btScalar kBrakeNs = 2;
+constexpr double kDriveN = 2000;
+
+/// An action of the host's.
+class HostAction final : public btActionInterface {
+  public:
+    explicit HostAction(std::function<void()> act) : act_(std::move(act)) {}
+    void updateAction(btCollisionWorld*, btScalar) override { act_(); }
+    void debugDraw(btIDebugDraw*) override {}
+
+  private:
+    std::function<void()> act_;
+};
+
+/// Large enough for one car, on voxels of 10 cm.
+SoilDef car_bed() {
+    SoilDef def = small_bed();
+    def.size_m = {4, 1, 2};
+    def.voxel_m = 0.1;
+    return def;
+}
+
+/// A car that stands on the bed and drives.
+std::unique_ptr<Car> add_car(BulletScene& scene, SoilRaycaster& caster) {
+    auto car = std::make_unique<Car>(
+        scene, caster, 800,
+        btVector3(0, btScalar(kBedTopM) + btScalar(0.2) + Car::kRestM + Car::kRadiusM, 0));
+    EXPECT_TRUE(caster.attach(*car->vehicle, SoilWheelDef{.width_m = 0.24}));
+    car->drive(kDriveN);
+    car->brake(static_cast<double>(kBrakeNs));
+    return car;
+}
+
+/// What the soil takes for a substep is as the host has set it.
+void expect_own_fields(const Car& car, double drive_n, const char* when) {
+    for (int i = 0; i < 4; ++i) {
+        const btWheelInfo& wheel = car.vehicle->getWheelInfo(i);
+        EXPECT_EQ(wheel.m_engineForce, btScalar(drive_n / 4)) << when << ", wheel " << i;
+        EXPECT_EQ(wheel.m_brake, kBrakeNs) << when << ", wheel " << i;
+        EXPECT_EQ(wheel.m_frictionSlip, car.tuning.m_frictionSlip) << when << ", wheel " << i;
+        EXPECT_EQ(wheel.m_maxSuspensionForce, car.tuning.m_maxSuspensionForce)
+            << when << ", wheel " << i;
+    }
+}
+
+// Bullet puts its last action in the place of one that is taken out.
+TEST(VehicleActions, vehicle_has_its_fields_after_an_earlier_action_has_gone) {
+    BulletScene scene;
+    HostAction first([] {});
+    scene.world->addAction(&first);
+    const auto soil = sand_bed(*scene.world, car_bed());
+    SoilRaycaster caster(*soil);
+    auto car = add_car(scene, caster);
+    scene.run(0.5);
+    for (int i = 0; i < 4; ++i) ASSERT_TRUE(caster.wheel_report(i).is_on_soil) << i;
+    expect_own_fields(*car, kDriveN, "before");
+    scene.world->removeAction(&first);
+    scene.run(1.0 / 60);
+    expect_own_fields(*car, kDriveN, "after");
+    car->drive(0);
+    scene.run(1.0 / 60);
+    expect_own_fields(*car, 0, "engine off");
+    EXPECT_TRUE(caster.wheel_report(0).is_on_soil);
+    // Nothing looks at a vehicle that is gone.
+    car.reset();
+    scene.run(1.0 / 60);
+}
+
+TEST(VehicleActions, second_vehicle_has_its_fields_after_the_first_has_gone) {
+    BulletScene scene;
+    SoilDef def = car_bed();
+    def.size_m = {7, 1, 2};
+    const auto soil = sand_bed(*scene.world, def);
+    auto gone = std::make_unique<SoilRaycaster>(*soil);
+    SoilRaycaster caster(*soil);
+    auto first = add_car(scene, *gone), second = add_car(scene, caster);
+    place(first->chassis, first->chassis.getWorldTransform().getOrigin() - btVector3(1.7f, 0, 0));
+    place(second->chassis, second->chassis.getWorldTransform().getOrigin() + btVector3(1.7f, 0, 0));
+    scene.run(0.5);
+    for (int i = 0; i < 4; ++i) ASSERT_TRUE(caster.wheel_report(i).is_on_soil) << i;
+    first.reset();
+    gone.reset();
+    scene.run(1.0 / 60);
+    expect_own_fields(*second, kDriveN, "after");
+}
+
+TEST(VehicleActions, vehicle_that_is_detached_behind_its_action_has_its_fields) {
+    BulletScene scene;
+    const auto soil = sand_bed(*scene.world, car_bed());
+    SoilRaycaster caster(*soil);
+    const auto car = add_car(scene, caster);
+    bool detaches = false;
+    HostAction host([&] {
+        if (detaches) caster.detach();
+    });
+    scene.world->addAction(&host);
+    scene.run(0.5);
+    for (int i = 0; i < 4; ++i) ASSERT_TRUE(caster.wheel_report(i).is_on_soil) << i;
+    detaches = true;
+    scene.run(1.0 / 60);
+    expect_own_fields(*car, kDriveN, "detached");
+}
+
+TEST(VehicleActions, of_the_host_keep_their_order) {
+    BulletScene scene;
+    std::string order;
+    HostAction a([&] { order += 'a'; }), b([&] { order += 'b'; }), c([&] { order += 'c'; }),
+        d([&] { order += 'd'; });
+    scene.world->addAction(&a);
+    const auto soil = sand_bed(*scene.world, car_bed());
+    SoilRaycaster caster(*soil);
+    scene.world->addAction(&b);
+    const auto car = add_car(scene, caster);
+    scene.world->addAction(&c);
+    scene.run(2.0 / 60);
+    EXPECT_EQ(order, "abcabc");
+    order.clear();
+    scene.world->addAction(&d);
+    scene.run(2.0 / 60);
+    EXPECT_EQ(order, "abcdabcd");
+    // What was last, the soil's own, comes back to the end.
+    order.clear();
+    scene.world->removeAction(&a);
+    scene.run(2.0 / 60);
+    EXPECT_EQ(order, "bcdbcd");
+}
+
+}  // namespace
+}  // namespace bsoil::bullet::vehicle_actions_test
