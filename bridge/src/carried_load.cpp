@@ -208,8 +208,9 @@ void CarriedLoads::set_loads(std::span<const BodyState> bodies, std::span<const 
     }
 }
 
-/// The motion in which Bullet leaves a rigid body.
+/// Where Bullet leaves a body, and the motion in which it leaves a rigid one.
 void CarriedLoads::note_left(const BodyState& body, Loaded& loaded) {
+    loaded.left_m = from_bullet(body.object->getWorldTransform().getOrigin());
     const btRigidBody* rigid = LoadedBody(body).rigid();
     if (!rigid) return;
     loaded.left_m_s = from_bullet(rigid->getLinearVelocity());
@@ -227,8 +228,17 @@ void CarriedLoads::add_push_since_left(const btRigidBody& rigid, Loaded& loaded)
     loaded.torque_n_m += to_bullet(due.angular_n_m_s * (-1 / substep_s));
 }
 
-void CarriedLoads::open_substep() {
+/// Between substeps no time passes: only its host moves a body then.
+bool CarriedLoads::is_left_behind(const Loaded& loaded, double swept_most_m) const {
+    if (loaded.open || !loaded.left_m || !is_in_world(world_, loaded.body)) return false;
+    const Vec3 now_m = from_bullet(loaded.body.object->getWorldTransform().getOrigin());
+    return length(now_m - *loaded.left_m) > swept_most_m;
+}
+
+void CarriedLoads::open_substep(double swept_most_m) {
     felt_n_.clear();
+    std::erase_if(loaded_,
+                  [&](const auto& entry) { return is_left_behind(entry.second, swept_most_m); });
     if (loaded_.empty()) return;
     int soil_count = 0;
     const btCollisionObjectArray& objects = world_.getCollisionObjectArray();

@@ -5,6 +5,7 @@
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 
 #include <map>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -29,7 +30,8 @@ namespace bsoil::bullet {
 /// the body that carries it and given to the wall, at one point.
 ///
 /// A rigid body may get impulses between substeps, when it has its own mass alone: from the struts
-/// of a vehicle, from the host. Its load takes its share in the next substep.
+/// of a vehicle, from the host. Its load takes its share in the next substep. A body that its host
+/// has put elsewhere leaves its load behind, as the soil sees it.
 class CarriedLoads {
   public:
     CarriedLoads(btDiscreteDynamicsWorld& world, Vec3 up, double gravity_m_s2);
@@ -39,7 +41,8 @@ class CarriedLoads {
     /// Loads of the last soil step. interval_s: time of the soil's steps since the last call.
     void set_loads(std::span<const BodyState> bodies, std::span<const BodyLoad> loads,
                    double interval_s);
-    void open_substep();
+    /// swept_most_m: a body that its host has moved further the soil puts down anew.
+    void open_substep(double swept_most_m);
     /// substep_s: how long Bullet has solved with the loads; 0 where it has not.
     void close_substep(double substep_s);
     /// Weight of its load, less what walls hold of it, and push that a body felt in the last
@@ -56,7 +59,9 @@ class CarriedLoads {
         /// What the body has given soil and not paid for; angular about its centre of mass.
         Vec3 debt_n_s, debt_n_m_s;
         Vec3 push_n, push_n_m;  ///< pays it
-        /// Of a rigid body at the end of the last substep.
+        /// At the end of the last substep. Place: not known of one that comes from a snapshot;
+        /// speeds: of a rigid body.
+        std::optional<Vec3> left_m;
         Vec3 left_m_s, left_rad_s;
         btScalar own_mass_kg = 0;
         btVector3 own_inertia{0, 0, 0};                   ///< 0 where the host has locked the axis
@@ -68,6 +73,7 @@ class CarriedLoads {
     Loaded* find_loaded(std::span<const BodyState> bodies, std::map<int, Loaded>& before,
                         const BodyLoad& load);
     static void share_debt(Loaded& loaded, double load_before_kg);
+    bool is_left_behind(const Loaded& loaded, double swept_most_m) const;
     void open(Loaded& loaded, bool is_only_soil);
     static void note_left(const BodyState& body, Loaded& loaded);
     void add_push_since_left(const btRigidBody& rigid, Loaded& loaded) const;

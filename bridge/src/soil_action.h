@@ -26,7 +26,7 @@ struct SoilAction::Impl {
     void open_substep() {
         vehicles->open_substep();
         if (!enabled) return;
-        carried.open_substep();
+        carried.open_substep(soil->def().substeps_max * soil->def().voxel_m);
         // Before the soil has stepped nobody knows what carries it.
         if (report.substep_count > 0) first_contacts.open_substep(*world, report.loads);
         coupling.open_substep();

@@ -14,6 +14,7 @@ namespace {
 
 constexpr btScalar kStep = btScalar(1) / 60;
 constexpr double kTolerance = 1e-5;  // Bullet's floats
+constexpr double kSweptMostM = 0.4;
 
 /// Opens and closes the loads where the soil does: once Bullet has given bodies their weight, and
 /// at the end of the substep.
@@ -23,7 +24,7 @@ class LoadAction final : public btActionInterface {
         : world_(world),
           loads_(loads),
           anchor_(
-              world, btVector3(0, 0, 0), [&loads] { loads.open_substep(); }, [] {}) {
+              world, btVector3(0, 0, 0), [&loads] { loads.open_substep(kSweptMostM); }, [] {}) {
         world.addAction(this);
     }
     ~LoadAction() override { world_.removeAction(this); }
@@ -113,6 +114,47 @@ TEST_F(CarriedLoad, takes_its_share_of_impulses_between_substeps) {
     EXPECT_NEAR(box.getAngularVelocity().z(), 3 / inertia, kTolerance);
     scene.world->stepSimulation(kStep, 0);
     EXPECT_NEAR(box.getLinearVelocity().x(), 16.0 / (2 + 6), kTolerance) << "once";
+}
+
+// The load kept its speed and pushed the body on, at 2.25 m/s.
+TEST_F(CarriedLoad, stays_behind_where_its_body_is_put_elsewhere) {
+    scene.world->setGravity(btVector3(0, 0, 0));
+    box.setGravity(btVector3(0, 0, 0));
+    box.setActivationState(DISABLE_DEACTIVATION);
+    box.setLinearVelocity(btVector3(3, 0, 0));
+    const BodyState state = state_of_box();
+    CarriedLoads carried(*scene.world, {0, 1, 0}, 0);
+    carried.set_loads({&state, 1}, std::array{BodyLoad{0, 6, {}, {}}}, 1.0 / 60);
+    LoadAction action(*scene.world, carried);
+    scene.world->stepSimulation(kStep, 0);
+    ASSERT_NEAR(box.getLinearVelocity().x(), 3, kTolerance);
+    btTransform pose = box.getWorldTransform();
+    pose.setOrigin(btVector3(0, 0, 5));
+    box.setWorldTransform(pose);
+    box.setLinearVelocity(btVector3(0, 0, 0));
+    box.applyCentralForce(btVector3(0, 0, 6));
+    scene.world->stepSimulation(kStep, 0);
+    EXPECT_NEAR(box.getLinearVelocity().x(), 0, kTolerance);
+    EXPECT_NEAR(box.getLinearVelocity().z(), 6.0 / 2 / 60, kTolerance) << "it is light again";
+    EXPECT_EQ(box.getInvMass(), own_inverse_mass);
+}
+
+// As the soil goes with what it sweeps.
+TEST_F(CarriedLoad, comes_along_where_its_body_is_moved_a_little) {
+    scene.world->setGravity(btVector3(0, 0, 0));
+    box.setGravity(btVector3(0, 0, 0));
+    box.setActivationState(DISABLE_DEACTIVATION);
+    const BodyState state = state_of_box();
+    CarriedLoads carried(*scene.world, {0, 1, 0}, 0);
+    carried.set_loads({&state, 1}, std::array{BodyLoad{0, 6, {}, {}}}, 1.0 / 60);
+    LoadAction action(*scene.world, carried);
+    scene.world->stepSimulation(kStep, 0);
+    btTransform pose = box.getWorldTransform();
+    pose.setOrigin(btVector3(0, 0, btScalar(0.9 * kSweptMostM)));
+    box.setWorldTransform(pose);
+    box.applyCentralForce(btVector3(0, 0, 6));
+    scene.world->stepSimulation(kStep, 0);
+    EXPECT_NEAR(box.getLinearVelocity().z(), 6.0 / (2 + 6) / 60, kTolerance);
 }
 
 TEST_F(CarriedLoad, leaves_the_host_its_own_mass_bit_for_bit) {
