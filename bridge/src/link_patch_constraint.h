@@ -17,6 +17,7 @@ class LinkPatchConstraint final : public btMultiBodyConstraint {
     BT_DECLARE_ALIGNED_ALLOCATOR();
     /// carrier: null for the fixed body, else a rigid body or a link.
     LinkPatchConstraint(btCollisionObject& body, btCollisionObject* carrier);
+    bool acts_on(const btCollisionObject* carrier) const { return carrier_ == carrier; }
 
     /// Force on the body by the last solve of row i [N]; substep_s is that solve's.
     btVector3 applied_force_n(int i, btScalar substep_s);

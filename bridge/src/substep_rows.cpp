@@ -238,12 +238,13 @@ void SubstepRows::open_rigid_row(CoupledBody& coupled, size_t index) {
 }
 
 void SubstepRows::open_link_rows(CoupledBody& coupled, Carrier& carrier) {
+    // The host may have turned the carrier kinematic or back.
+    btCollisionObject* under = carrier.feels() ? carrier.body.object : nullptr;
     bool is_any = false;
     for (const CoupledPatch& patch : coupled.patches) {
         if (patch.patch.carrier != carrier.id || !coupled.is_link_row(patch)) continue;
-        if (!carrier.link_rows) {
-            carrier.link_rows = std::make_unique<LinkPatchConstraint>(
-                *coupled.body.object, carrier.feels() ? carrier.body.object : nullptr);
+        if (!carrier.link_rows || !carrier.link_rows->acts_on(under)) {
+            carrier.link_rows = std::make_unique<LinkPatchConstraint>(*coupled.body.object, under);
         }
         if (!is_any) carrier.link_rows->clear();
         carrier.link_rows->add(row_of(coupled, patch));
