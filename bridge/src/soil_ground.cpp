@@ -85,6 +85,8 @@ void SoilGround::drop_stale_contacts() {
         btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
         const bool is_first = manifold.getBody0() == object_;
         if (!is_first && manifold.getBody1() != object_) continue;
+        // A pair keeps its manifold for as long as the boxes meet, if it has contacts or not.
+        if (manifold.getNumContacts() == 0) continue;
         const auto* other = is_first ? manifold.getBody1() : manifold.getBody0();
         const btBroadphaseProxy* proxy = other->getBroadphaseHandle();
         if (!proxy) continue;

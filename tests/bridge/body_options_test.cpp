@@ -55,6 +55,23 @@ TEST(BodyOptions, ignored_at_run_time_rests_on_the_ground_and_is_held_again) {
     EXPECT_NEAR(mean_lift_n(scene, *soil, box), kWeightN, 0.01 * kWeightN);
 }
 
+// Its pair with the ground goes on, without contacts, and must not wake it.
+TEST(BodyOptions, held_again_after_a_rest_on_the_ground_it_falls_asleep) {
+    BulletScene scene;
+    SoilDef def = small_bed();
+    def.size_m = {1.2, 0.8, 1.2};
+    def.voxel_m = 0.1;
+    const auto soil = sand_bed(*scene.world, def);
+    btRigidBody& box = scene.add_box(kMassKg, kHalfBox, kAbove);
+    ASSERT_TRUE(soil->set_options(box, {.ignored = true}));
+    scene.run(0.5);
+    ASSERT_NEAR(height_of(box), kBedTopM + static_cast<double>(kHalf), 0.02);
+    ASSERT_TRUE(soil->set_options(box, {}));
+    scene.run(5);
+    EXPECT_FALSE(box.isActive());
+    EXPECT_NEAR(soil->body_report(box).force_n.y, kWeightN, 0.1 * kWeightN);
+}
+
 TEST(BodyOptions, coverage_only_moves_soil_and_feels_none) {
     BulletScene scene;
     const auto soil = sand_bed(*scene.world);
