@@ -180,6 +180,7 @@ void ContactCoupling::let_go() {
     take_rows_out();
     for (auto& [id, coupled] : coupled_) wake(coupled);
     coupled_.clear();
+    by_id_.clear();
     known_.clear();
 }
 

@@ -455,6 +455,7 @@ void CouplingSnapshot::put_into(const Parts& parts) {
         options->second.seen_in_scan = m.scan;
     }
     parts.coupling.take_rows_out();
+    parts.coupling.set_bodies({});
     parts.coupling.coupled_.clear();
     for (CoupledBody& coupled : m.coupled) {
         if (coupled.body.object) remember_identity(coupled.body);

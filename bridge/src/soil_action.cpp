@@ -276,8 +276,8 @@ void SoilAction::Impl::keep_stepped() {
 /// Finds the bodies, and whether they weigh as the soil does.
 void SoilAction::Impl::look_at_world() {
     collector.collect(*world, uncollected_s);
-    coupling.set_bodies(collector.bodies());
     vehicles->show_wheels();
+    coupling.set_bodies(collector.bodies());  // all of them: each that is added may move the list
     uncollected_s = 0;
     if (!has_gravity_of(*world, soil->def())) soil->set_status(StatusBit::gravity_differs);
 }

@@ -1,6 +1,7 @@
 // Worlds whose soil is too slow for them: each of its steps is spread over several of Bullet's.
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "bsoil/bullet/soil_raycaster.h"
 #include "bsoil/bullet/world_snapshot.h"
@@ -208,6 +209,32 @@ TEST_P(SlowSoil, bears_a_car_on_rays) {
     EXPECT_GT(car.x(), -2.2);
     EXPECT_GT(car.wheel_height_m(0), start_m - 0.02);
     EXPECT_LT(car.wheel_height_m(0), start_m + 0.05);
+}
+
+// The wheels come to the end of the list of bodies, which may move it in memory. Only a sanitizer
+// sees a look at where it was.
+TEST(SlowSoilUnderCar, meets_bodies_that_come_between_two_steps) {
+    BulletScene scene;
+    SoilDef def = slow_bed(8);
+    def.size_m = {4, 1, 2};
+    def.voxel_m = 0.1;
+    const auto soil = sand_bed(*scene.world, def);
+    SoilRaycaster caster(*soil);
+    Car car(scene, caster, 800,
+            btVector3(0, btScalar(kBedTopM) + 0.2f + Car::kRestM + Car::kRadiusM, 0));
+    ASSERT_TRUE(caster.attach(*car.vehicle, SoilWheelDef{.width_m = 0.3}));
+    while (!soil->soil().is_stepping()) scene.run(1.0 / 60);
+    // One meets the soil in each frame.
+    std::vector<btRigidBody*> boxes;
+    for (int i = 0; i < 5; ++i) {
+        const btVector3 at(btScalar(0.2 * i - 0.4), btScalar(kBedTopM + 0.06 + 0.03 * i), 0);
+        boxes.push_back(&scene.add_box(5, btVector3(0.05f, 0.05f, 0.05f), at));
+        boxes.back()->setLinearVelocity(btVector3(0, -2, 0));
+    }
+    scene.run(0.2);
+    // If nothing held them, they would be below 0.
+    for (const btRigidBody* box : boxes) EXPECT_GT(height_of(*box), 0.1);
+    EXPECT_GT(car.wheel_height_m(0), kBedTopM + 0.2);
 }
 
 INSTANTIATE_TEST_SUITE_P(CallsAStep, SlowSoil, testing::Values(2, 4, 8));
