@@ -326,8 +326,10 @@ void BodyCollector::let_go() {
     guests_.clear();
     refused_.clear();
     grids_.clear();
+    for (const auto& [object, tracked] : tracked_) {
+        if (tracked.id >= 0) id_taken_[tracked.id] = false;
+    }
     tracked_.clear();
-    id_taken_.assign(kIdCount, false);
 }
 
 void BodyCollector::add_guest(GuestBody guest) {

@@ -52,7 +52,8 @@ class BodyCollector {
     void give_back_id(int id) { id_taken_[id] = false; }
     const Aabb& grid() const { return grid_; }
 
-    /// Forgets all bodies, but not their options: the next call meets them as new ones.
+    /// Forgets all bodies, but not their options: the next call meets them as new ones. Guests keep
+    /// their ids.
     void let_go();
 
     /// Bodies that touch the grid, or did at the last call (so that the soil sees them leave); in
