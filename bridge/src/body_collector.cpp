@@ -96,7 +96,9 @@ bool BodyCollector::is_coupled(const btCollisionObject& object) const {
     const auto found = tracked_.find(&object);
     if (found == tracked_.end()) return true;
     const Tracked& tracked = found->second;
-    return tracked.id >= 0 && tracked.refusal.empty();
+    // Nobody looks at the world while the soil is off: it may be a new object at an old address.
+    if (tracked.proxy_id != proxy_id_of(object)) return true;
+    return !tracked.is_refused();
 }
 
 int BodyCollector::body_id(const btCollisionObject& object) const {
@@ -326,10 +328,11 @@ void BodyCollector::let_go() {
     guests_.clear();
     refused_.clear();
     grids_.clear();
-    for (const auto& [object, tracked] : tracked_) {
-        if (tracked.id >= 0) id_taken_[tracked.id] = false;
+    for (auto& [object, tracked] : tracked_) {
+        tracked.has_pose = false;
+        if (!tracked.is_refused()) id_taken_[tracked.id] = false;
     }
-    tracked_.clear();
+    std::erase_if(tracked_, [](const auto& entry) { return !entry.second.is_refused(); });
 }
 
 void BodyCollector::add_guest(GuestBody guest) {

@@ -52,8 +52,8 @@ class BodyCollector {
     void give_back_id(int id) { id_taken_[id] = false; }
     const Aabb& grid() const { return grid_; }
 
-    /// Forgets all bodies, but not their options: the next call meets them as new ones. Guests keep
-    /// their ids.
+    /// Forgets all bodies, but not their options: the next call meets them as new ones. What it has
+    /// refused stays so, and guests keep their ids.
     void let_go();
 
     /// Bodies that touch the grid, or did at the last call (so that the soil sees them leave); in
@@ -92,6 +92,8 @@ class BodyCollector {
         Pose last_pose;
         bool was_in_grid = false;
         unsigned long long seen_in_scan = 0;
+
+        bool is_refused() const { return id < 0 || !refusal.empty(); }
     };
 
     struct Options {

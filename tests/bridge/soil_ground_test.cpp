@@ -363,17 +363,40 @@ TEST(SoilGround, coupled_bodies_move_as_if_it_were_not_there) {
     EXPECT_EQ(run(true), run(false));
 }
 
-TEST(SoilGround, body_the_soil_refuses_rests_on_it) {
-    BulletScene scene;
-    const auto soil = make_bed(scene);
-    // A hull without volume: nothing for the soil to give way to.
+/// A hull without volume: nothing for the soil to give way to.
+btRigidBody& add_flat_hull(BulletScene& scene, btScalar height_m) {
     auto& flat = static_cast<btConvexHullShape&>(scene.shape<btConvexHullShape>());
     for (const btScalar x : {-0.2f, 0.2f}) {
         for (const btScalar z : {-0.2f, 0.2f}) flat.addPoint({x, 0, z});
     }
-    btRigidBody& body = scene.add(2, flat, {0, 0.5f, 0});
+    return scene.add(2, flat, {0, height_m, 0});
+}
+
+TEST(SoilGround, body_the_soil_refuses_rests_on_it) {
+    BulletScene scene;
+    const auto soil = make_bed(scene);
+    btRigidBody& body = add_flat_hull(scene, 0.5f);
     scene.run(3);
     EXPECT_FALSE(soil->refused().empty());
+    EXPECT_NEAR(body.getWorldTransform().getOrigin().y(), 0.4, 0.06);
+}
+
+TEST(SoilGround, body_the_soil_refuses_rests_on_it_while_the_soil_is_off) {
+    BulletScene scene;
+    const auto soil = make_bed(scene);
+    btRigidBody& body = add_flat_hull(scene, 0.45f);
+    scene.run(0.2);
+    ASSERT_FALSE(soil->refused().empty());
+    soil->set_enabled(false);
+    scene.run(0.1);
+    // Lifted, it has none of its old contacts.
+    btTransform pose = btTransform::getIdentity();
+    pose.setOrigin({0, 0.55f, 0});
+    body.setWorldTransform(pose);
+    body.setLinearVelocity({0, 0, 0});
+    body.setAngularVelocity({0, 0, 0});
+    body.activate();
+    scene.run(2);
     EXPECT_NEAR(body.getWorldTransform().getOrigin().y(), 0.4, 0.06);
 }
 

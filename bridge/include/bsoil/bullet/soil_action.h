@@ -73,9 +73,9 @@ class SoilAction final : public btActionInterface {
     BodyOptions options(const btCollisionObject& object) const;
 
     /// Off: the soil is frozen, takes no time and carries nothing; bodies that slept on it wake and
-    /// fall. On again: it goes on with the bodies where they are then, as with new ones (peaks and
-    /// contacts start anew, nothing was swept). Switching back before a step has passed changes
-    /// nothing. On at first.
+    /// fall. What rests on ground(), ignored or refused, stays. On again: it goes on with the bodies
+    /// where they are then, as with new ones (peaks and contacts start anew, nothing was swept).
+    /// Switching back before a step has passed changes nothing. On at first.
     void set_enabled(bool enabled);
     bool is_enabled() const;  ///< as set_enabled() has it
 
