@@ -25,6 +25,7 @@ struct SoilAction::Impl {
     std::optional<SurfacePoint> surface_at(Vec3 world_m) const;
     void open_substep() {
         vehicles->open_substep();
+        if (ground) ground->open_substep();
         if (!enabled) return;
         carried.open_substep(soil->def().substeps_max * soil->def().voxel_m);
         // Before the soil has stepped nobody knows what carries it.

@@ -33,15 +33,18 @@ class SoilGround::Object final : public btRigidBody {
         setFriction(1);  // what a pair has is the product: the other body's
         setRollingFriction(kRollingArmM);
         setSpinningFriction(kRollingArmM);
-        m_checkCollideWith = true;  // ask checkCollideWithOverride
+        ask_for_pairs();
     }
     ~Object() override {
         if (ground_) ground_->object_ = nullptr;
     }
     void release() { ground_ = nullptr; }
+    /// Else Bullet does not call checkCollideWithOverride.
+    void ask_for_pairs() { m_checkCollideWith = true; }
     bool checkCollideWithOverride(const btCollisionObject* other) const override {
         // Bullet's soft bodies keep a copy of each triangle they have met: it would go stale.
-        return ground_ && other->getInternalType() != CO_SOFT_BODY && !ground_->is_coupled_(*other);
+        return btRigidBody::checkCollideWithOverride(other) && ground_ &&
+               other->getInternalType() != CO_SOFT_BODY && !ground_->is_coupled_(*other);
     }
 
   private:
@@ -69,6 +72,10 @@ SoilGround::~SoilGround() {
 }
 
 btRigidBody* SoilGround::object() const { return object_; }
+
+void SoilGround::open_substep() {
+    if (object_) object_->ask_for_pairs();
+}
 
 bool SoilGround::is_ground(const btCollisionObject& object) {
     const btCollisionShape* shape = object.getCollisionShape();

@@ -28,6 +28,10 @@ class SoilGround {
     /// Whether the object is the ground of any soil.
     static bool is_ground(const btCollisionObject& object);
 
+    /// To be called before Bullet looks for contacts: where its host has let it collide with an
+    /// object again (setIgnoreCollisionCheck, removeConstraint), Bullet would ask about no pair.
+    void open_substep();
+
     /// To be called after each soil step: where the surface under a body has changed, its cached
     /// contacts go and it is woken. Cost: a look at each contact manifold of the world.
     void drop_stale_contacts();

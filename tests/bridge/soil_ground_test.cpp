@@ -412,6 +412,44 @@ TEST(SoilGround, filter_mask_keeps_groups_apart) {
     EXPECT_LT(debris.getWorldTransform().getOrigin().y(), 0);
 }
 
+TEST(SoilGround, host_may_have_it_ignore_an_object) {
+    BulletScene scene;
+    const auto soil = make_bed(scene);
+    btRigidBody& through = scene.add_box(1, {0.08f, 0.08f, 0.08f}, {0.5f, 0.6f, 0});
+    btRigidBody& held = scene.add_box(1, {0.08f, 0.08f, 0.08f}, {-0.5f, 0.6f, 0});
+    ASSERT_TRUE(soil->set_options(through, {.ignored = true}));
+    ASSERT_TRUE(soil->set_options(held, {.ignored = true}));
+    soil->ground()->setIgnoreCollisionCheck(&through, true);
+    scene.run(0.6);
+    EXPECT_LT(through.getWorldTransform().getOrigin().y(), 0);
+    EXPECT_NEAR(held.getWorldTransform().getOrigin().y(), 0.48, 0.02);
+}
+
+// With its list of ignored objects empty again Bullet asked it about no pair, and it held bodies
+// that the soil holds.
+TEST(SoilGround, coupled_bodies_move_as_before_once_it_ignores_no_object_any_more) {
+    enum class Host { does_nothing, lets_collide, takes_out_joint };
+    const auto run = [](Host host) {
+        BulletScene scene;
+        const auto soil = make_bed(scene);
+        btRigidBody& box = scene.add_box(300, {0.2f, 0.1f, 0.2f}, {0, 0.5f, 0});
+        btRigidBody& other = scene.add_box(1, {0.08f, 0.08f, 0.08f}, {0.7f, 2, 0});
+        if (host == Host::lets_collide) {
+            soil->ground()->setIgnoreCollisionCheck(&other, true);
+            soil->ground()->setIgnoreCollisionCheck(&other, false);
+        } else if (host == Host::takes_out_joint) {
+            btPoint2PointConstraint joint(other, *soil->ground(), {0, 0, 0}, {0.7f, 2, 0});
+            scene.world->addConstraint(&joint, true);
+            scene.world->removeConstraint(&joint);
+        }
+        scene.run(0.2);
+        return std::tuple(box.getWorldTransform().getOrigin().y(), soil->soil().checksum());
+    };
+    const auto untouched = run(Host::does_nothing);
+    EXPECT_EQ(run(Host::lets_collide), untouched);
+    EXPECT_EQ(run(Host::takes_out_joint), untouched);
+}
+
 TEST(SoilGround, host_may_delete_it) {
     BulletScene scene;
     const auto soil = make_bed(scene);

@@ -115,8 +115,8 @@ class SoilAction final : public btActionInterface {
     /// The static body that rays hit and that uncoupled bodies (ignored or refused ones) rest on;
     /// null without SoilActionDef::ground or once the host has deleted it. Coupled bodies and soft
     /// bodies have no contact with it. The host may set its friction (1: a pair's is the other
-    /// body's), rolling and spinning friction (0.03 m), restitution and user data, or take it out
-    /// of the world.
+    /// body's), rolling and spinning friction (0.03 m), restitution and user data, have it ignore
+    /// objects (setIgnoreCollisionCheck), or take it out of the world.
     btRigidBody* ground() const;
 
     /// Called by Bullet at the end of each substep: takes the impulses of this substep's rows and
