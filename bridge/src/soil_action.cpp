@@ -136,7 +136,7 @@ BodyOptions SoilAction::options(const btCollisionObject& object) const {
 void SoilAction::set_enabled(bool enabled) { impl_->enabled = enabled; }
 bool SoilAction::is_enabled() const { return impl_->enabled; }
 
-const StepReport& SoilAction::last_report() const { return impl_->report; }
+const StepReport& SoilAction::last_report() const { return impl_->current_report(); }
 long long SoilAction::step_count() const { return impl_->step_count; }
 const std::vector<RefusedBody>& SoilAction::refused() const { return impl_->collector.refused(); }
 
@@ -158,7 +158,7 @@ std::vector<ObjectCondition> SoilAction::conditions() const {
 BodyReport SoilAction::body_report(const btCollisionObject& object) const {
     const int id = body_id(object);
     BodyReport out = impl_->coupling.report(id);
-    for (const BodyLoad& load : impl_->report.loads) {
+    for (const BodyLoad& load : impl_->current_report().loads) {
         if (load.body != id) continue;
         const SoilDef& def = impl_->soil->def();
         out.load_kg = load.mass_kg;
@@ -217,11 +217,32 @@ void SoilAction::Impl::pause() {
     carried.let_go();
     collector.let_go();
     first_contacts.let_go();
+    clear_report();
+    unstepped_s = uncollected_s = 0;
+    untaken_count = 0;
+}
+
+void SoilAction::Impl::clear_report() {
     report = {};
     report.status_bits = soil->status_bits();
     report.conditions = soil->conditions();
-    unstepped_s = uncollected_s = 0;
-    untaken_count = 0;
+}
+
+void SoilAction::Impl::keep_report() {
+    report_loads.assign(report.loads.begin(), report.loads.end());
+    report.loads = report_loads;
+    known_state_revision = soil->state_revision();
+    was_stepping = soil->is_stepping();
+}
+
+const StepReport& SoilAction::Impl::current_report() {
+    if (known_state_revision != soil->state_revision()) {
+        clear_report();
+        known_state_revision = soil->state_revision();
+    } else if (was_stepping && !soil->is_stepping()) {
+        report.contacts = {};
+    }
+    return report;
 }
 
 void SoilAction::Impl::step_soil(double substep_s) {
@@ -243,6 +264,7 @@ void SoilAction::Impl::step_soil(double substep_s) {
         if (report.condition_new_count > 0) name_conditions();
         note_step(soil->step_rate().begun_count > begun_count);
     }
+    keep_report();
     if (contact_bodies) take_report(are_unchanged);
     if (soil->is_stepping()) keep_stepped();
     coupling.set_late(untaken_count > 0 || !are_contacts_fresh);
@@ -330,6 +352,7 @@ Result<SettleReport> SoilAction::Impl::settle(int steps_max) {
     if (!soil->device_failure().empty()) report = {};  // it was of a soil that is lost
     if (settled && settled->step_count > 0) {
         report = settled->last_step;
+        keep_report();
         // No time has passed for the bodies: their contacts are those of one step.
         contact_bodies = collector.bodies();
         are_contacts_fresh = true;
@@ -370,7 +393,7 @@ void SoilAction::debugDraw(btIDebugDraw* drawer) {
     d.coupling.for_each_force([&forces](Vec3 point_m, Vec3 force_n) {
         forces.push_back({point_m, force_n});
     });
-    draw_soil(*drawer, *d.soil, d.report.contacts, forces);
+    draw_soil(*drawer, *d.soil, d.current_report().contacts, forces);
 }
 
 }  // namespace bsoil::bullet

@@ -29,9 +29,16 @@ struct SoilAction::Impl {
         if (!enabled) return;
         carried.open_substep(soil->def().substeps_max * soil->def().voxel_m);
         // Before the soil has stepped nobody knows what carries it.
-        if (report.substep_count > 0) first_contacts.open_substep(*world, report.loads);
+        const StepReport& known = current_report();
+        if (known.substep_count > 0) first_contacts.open_substep(*world, known.loads);
         coupling.open_substep();
     }
+    /// Without what is no longer true or there: somebody else may have had the soil finish a step,
+    /// or put another state in its place.
+    const StepReport& current_report();
+    /// Of the soil's last call, so that it outlasts the soil's own lists as far as it can.
+    void keep_report();
+    void clear_report();
     void step_soil(double substep_s);
     Result<SettleReport> settle(int steps_max);
     void look_at_world();
@@ -64,15 +71,17 @@ struct SoilAction::Impl {
     bool enabled = true;
     uint64_t known_def_revision = 0;  ///< of the soil that the coupling knows
     long long step_count = 0;
-    StepReport report;
-    std::vector<BodyState> stepped;  ///< as the step in progress saw them
-    bool is_stepped_new = false;     ///< it began in this substep
+    StepReport report;                   ///< see current_report()
+    std::vector<BodyLoad> report_loads;  ///< of it
+    uint64_t known_state_revision = 0;   ///< of the soil when it was kept
+    bool was_stepping = false;           ///< the soil then
+    std::vector<BodyState> stepped;      ///< as the step in progress saw them
+    bool is_stepped_new = false;         ///< it began in this substep
     /// As the step saw them whose contacts are to be taken; none: no step is through.
     std::optional<std::span<const BodyState>> contact_bodies;
     bool are_contacts_fresh = true;  ///< it began and ended in one call
     int untaken_count = 0;           ///< steps that were due since contacts were taken
     std::vector<BodyLoad> loads;
-    std::vector<BodyLoad> loaded_loads;  ///< of a report that came from a snapshot
     struct NamedCondition {
         const btCollisionObject* object = nullptr;
         int body = -1;

@@ -39,8 +39,9 @@ Result<std::vector<SnapshotSection>> SnapshotAccess::sections(const SoilAction& 
     std::vector<ObjectKind> kinds = object_kinds(*d.world);
     stream.list(kinds, 1, [&](ObjectKind& kind) { kind.list(stream); });
     stream(d.unstepped_s, d.uncollected_s, d.step_count, d.enabled);
-    std::vector<BodyLoad> loads(d.report.loads.begin(), d.report.loads.end());
-    list(stream, d.report, loads);
+    StepReport report = d.current_report();
+    std::vector<BodyLoad> loads(report.loads.begin(), report.loads.end());
+    list(stream, report, loads);
     CouplingSnapshot::of(d.parts()).serialize(stream, *d.world);
     if (!stream.good()) return Error{"a pose, velocity or force of a body is not finite"};
     auto soil = d.soil->checked_state();
@@ -93,10 +94,10 @@ Result<std::function<void()>> SnapshotAccess::prepare(SoilAction& action,
         d.uncollected_s = saved->uncollected_s;
         d.step_count = saved->step_count;
         d.enabled = saved->enabled;
-        d.loaded_loads = saved->loads;
         d.report = saved->report;
-        d.report.loads = d.loaded_loads;
+        d.report.loads = saved->loads;
         d.report.conditions = d.soil->conditions();
+        d.keep_report();
         d.named_conditions.clear();
         for (const Condition& condition : d.report.conditions) {
             d.named_conditions.push_back(

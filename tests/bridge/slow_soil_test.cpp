@@ -161,6 +161,21 @@ TEST_P(SlowSoil, lets_bodies_come_and_go_while_it_works) {
     EXPECT_EQ(units_of(*soil), units);
 }
 
+// Whoever asks for the whole soil has it finish the step in progress.
+TEST_P(SlowSoil, reports_no_contacts_of_before_a_step_that_others_have_had_finished) {
+    BulletScene scene;
+    const auto soil = sand_bed(*scene.world, slow_bed(spread()));
+    scene.add_box(kMassKg, kHalfBox, kAbove - btVector3(0, 0.02f, 0));
+    scene.run(0.1);
+    while (!soil->soil().is_stepping() || soil->last_report().contacts.empty()) {
+        scene.run(1.0 / 60);
+    }
+    units_of(*soil);
+    EXPECT_TRUE(soil->last_report().contacts.empty());
+    scene.run(spread() / 60.0);
+    EXPECT_FALSE(soil->last_report().contacts.empty());
+}
+
 TEST_P(SlowSoil, goes_on_from_a_snapshot) {
     const auto build = [&](BulletScene& scene) {
         auto soil = sand_bed(*scene.world, slow_bed(spread()));

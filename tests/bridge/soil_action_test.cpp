@@ -9,6 +9,7 @@
 #include <string>
 
 #include "bullet_scene.h"
+#include "temporary_file.h"
 
 namespace bsoil::bullet::soil_action_test {
 namespace {
@@ -107,6 +108,26 @@ TEST(SoilAction, nothing_happens_in_time_that_is_not_a_time) {
     EXPECT_EQ(soil->step_count(), 0);
     soil->updateAction(scene.world.get(), 1000);
     EXPECT_LE(soil->step_count(), 256);
+}
+
+TEST(SoilAction, report_has_nothing_of_a_soil_that_another_has_replaced) {
+    BulletScene scene;
+    const auto soil = sand_bed(scene);
+    const TemporaryFile file("report_of_replaced_soil.snapshot");
+    ASSERT_TRUE(soil->soil().save(file.path()));
+    btRigidBody& box = scene.add_box(50, btVector3(0.2f, 0.2f, 0.2f), btVector3(0, 0.6f, 0));
+    ASSERT_TRUE(soil->fill(BoxFill{{{-0.1, 0.85, -0.1}, {0.1, 0.95, 0.1}}, {}}));
+    scene.run(0.3);
+    ASSERT_FALSE(soil->last_report().contacts.empty());
+    ASSERT_FALSE(soil->last_report().loads.empty());
+    ASSERT_TRUE(soil->soil().load(file.path()));
+    EXPECT_TRUE(soil->last_report().contacts.empty());
+    EXPECT_TRUE(soil->last_report().loads.empty());
+    EXPECT_EQ(soil->last_report().substep_count, 0);
+    EXPECT_EQ(soil->body_report(box).load_kg, 0);
+    scene.run(0.3);
+    EXPECT_FALSE(soil->last_report().contacts.empty());
+    EXPECT_GT(soil->body_report(box).patch_count, 0);
 }
 
 TEST(SoilAction, creation_errors_name_the_field) {

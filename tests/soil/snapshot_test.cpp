@@ -24,7 +24,9 @@ TEST_F(Snapshot, a_loaded_soil_goes_on_like_the_saved_one) {
         twin.replace_soil(make_soil(MovingScene::default_def()));
         twin.skip_to(first.step_count());
         ASSERT_TRUE(twin.soil().load(path("a")));
+        EXPECT_EQ(second.soil().state_revision(), 0u);
         ASSERT_TRUE(second.soil().load(path("a")));
+        EXPECT_EQ(second.soil().state_revision(), 1u);
         EXPECT_EQ(twin.soil().checksum(), first.soil().checksum());
         EXPECT_EQ(second.soil().checksum(), first.soil().checksum());
         EXPECT_EQ(twin.soil().totals().units, first.soil().totals().units);

@@ -276,6 +276,9 @@ class Soil {
     /// Checks a state(); the function put out replaces this soil's, once, before anything else is
     /// done with the soil. Error: as load().
     Result<std::function<void()>> prepare(std::span<const uint8_t> state);
+    /// Times that load() or what prepare() gave has replaced the state: reports from before are of
+    /// another soil, and their lists are gone.
+    uint64_t state_revision() const;
 
     struct Impl;
 

@@ -96,6 +96,7 @@ void SoilSnapshot::put(const SavedSoil& saved) {
     s_.tiles.clear();
     s_.sampler.forget();
     s_.contacts.clear();
+    ++s_.state_revision;
 
     s_.step_index = saved.step_index;
     s_.speed_q16 = saved.speed_q16;

@@ -118,6 +118,7 @@ ContactSoil Soil::contact_soil() const {
 
 const SoilDef& Soil::def() const { return impl_->def; }
 uint64_t Soil::def_revision() const { return impl_->def_revision; }
+uint64_t Soil::state_revision() const { return impl_->state_revision; }
 const std::vector<MaterialDef>& Soil::materials() const { return impl_->materials; }
 const GridFrame& Soil::frame() const { return impl_->frame; }
 WorkCounts Soil::work_counts() const {

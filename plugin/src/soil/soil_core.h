@@ -86,7 +86,8 @@ struct SoilCore {
     ConditionLog conditions;
     int64_t step_index = 0;
     int due_count = 1;  ///< steps that were due since the last one began: more by StepBudget alone
-    uint64_t def_revision = 0;  ///< of def, see Soil::change()
+    uint64_t def_revision = 0;    ///< of def, see Soil::change()
+    uint64_t state_revision = 0;  ///< see Soil::state_revision()
     // What the last step left.
     int64_t speed_q16 = 0;  ///< fastest soil, Q16 voxels a base step
     int32_t slope_q16 = 0;  ///< steepest failing wedge, Q16 voxels above a stable one

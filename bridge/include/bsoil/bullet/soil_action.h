@@ -73,13 +73,16 @@ class SoilAction final : public btActionInterface {
     BodyOptions options(const btCollisionObject& object) const;
 
     /// Off: the soil is frozen, takes no time and carries nothing; bodies that slept on it wake and
-    /// fall. What rests on ground(), ignored or refused, stays. On again: it goes on with the bodies
-    /// where they are then, as with new ones (peaks and contacts start anew, nothing was swept).
-    /// Switching back before a step has passed changes nothing. On at first.
+    /// fall. What rests on ground(), ignored or refused, stays. On again: it goes on with the
+    /// bodies where they are then, as with new ones (peaks and contacts start anew, nothing was
+    /// swept). Switching back before a step has passed changes nothing. On at first.
     void set_enabled(bool enabled);
     bool is_enabled() const;  ///< as set_enabled() has it
 
-    /// Report of the last soil step; its contacts are valid until the next one.
+    /// Report of the last soil step; its contacts are valid until the next one. They are gone
+    /// before where the soil itself was asked to finish a step in progress
+    /// (SoilDef::step_budget_ms). Where it was given another state (Soil::load), all of the report
+    /// is.
     const StepReport& last_report() const;
     /// Soil steps made so far.
     long long step_count() const;
