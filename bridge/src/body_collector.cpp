@@ -69,7 +69,11 @@ BodyCollector::BodyCollector(const Aabb& grid, double voxel_m)
     : grid_(grid), voxel_m_(voxel_m), id_taken_(kIdCount, false) {}
 
 void BodyCollector::set_options(const btCollisionObject& object, const BodyOptions& options) {
-    options_[&object] = {options, proxy_id_of(object), scan_};
+    if (options == BodyOptions{}) {
+        options_.erase(&object);
+    } else {
+        options_[&object] = {options, proxy_id_of(object), scan_};
+    }
 }
 
 BodyOptions BodyCollector::options(const btCollisionObject& object) const {

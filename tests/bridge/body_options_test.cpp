@@ -200,5 +200,29 @@ TEST(BodyOptions, do_not_pass_to_a_new_object_at_the_old_address) {
     second->~btRigidBody();
 }
 
+// A body that never enters the world, and another at its address.
+TEST(BodyOptions, that_wait_are_forgotten_by_the_defaults) {
+    for (const bool forgets : {false, true}) {
+        BulletScene scene;
+        const auto soil = sand_bed(*scene.world);
+        btCollisionShape& shape = scene.shape<btBoxShape>(kHalfBox);
+        alignas(16) unsigned char room[sizeof(btRigidBody)];
+        auto* first = new (room) btRigidBody(kMassKg, nullptr, &shape, btVector3(1, 1, 1));
+        ASSERT_TRUE(soil->set_options(*first, {.ignored = true}));
+        if (forgets) {
+            ASSERT_TRUE(soil->set_options(*first, {}));
+        }
+        first->~btRigidBody();
+        auto* second = new (room) btRigidBody(kMassKg, nullptr, &shape, btVector3(1, 1, 1));
+        place(*second, kAbove);
+        scene.world->addRigidBody(second);
+        scene.run(0.1);
+        EXPECT_EQ(soil->options(*second).ignored, !forgets);
+        EXPECT_EQ(soil->body_id(*second) >= 0, forgets);
+        scene.world->removeRigidBody(second);
+        second->~btRigidBody();
+    }
+}
+
 }  // namespace
 }  // namespace bsoil::bullet::body_options_test

@@ -66,8 +66,10 @@ class SoilAction final : public btActionInterface {
     Result<SettleReport> settle(int steps_max = 0);
 
     /// From the next soil step on. Options may be given before the object enters the world and end
-    /// when it leaves it: one that is taken out and put back starts with the defaults. Error: as
-    /// BodyOptions::validate; then nothing changes.
+    /// when it leaves it: one that is taken out and put back starts with the defaults. Nothing
+    /// tells that an object is deleted without ever having been in the world: a new one at its
+    /// address gets the options that waited for it, unless set_options(object, {}) forgot them
+    /// before. Error: as BodyOptions::validate; then nothing changes.
     Status set_options(const btCollisionObject& object, const BodyOptions& options);
     /// The defaults for an object that none were set for.
     BodyOptions options(const btCollisionObject& object) const;

@@ -18,7 +18,8 @@ namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION {
 
 /// How a soil is coupled to its world.
 struct SoilActionDef {
-    /// Objects the soil does not see, none of them null: as BodyOptions::ignored.
+    /// Objects the soil does not see, none of them null: as BodyOptions::ignored. Of those that are
+    /// not in the world yet see SoilAction::set_options.
     std::vector<const btCollisionObject*> ignored;
     /// A sleeping body is woken when the limits of its contact with the soil have changed by more
     /// than this fraction of their sum (plus wake_weight_fraction of its weight). 0..10
@@ -40,6 +41,7 @@ struct BodyOptions {
     /// The soil gives way to it, and it feels nothing: as a kinematic body, with the report of one.
     bool coverage_only = false;
     SurfaceFriction surface{};  ///< friction and adhesion between it and the soil
+    bool operator==(const BodyOptions&) const = default;
     /// Names the field, its value and its range when something is wrong.
     Status validate() const;
 };

@@ -329,7 +329,9 @@ bulletsoil_result bulletsoil_settle(bulletsoil_soil* soil, int32_t steps_max,
 
 /* -------- bodies -------- */
 
-/* Options of a body count from the next soil step on and end when it leaves the world. */
+/* Options of a body count from the next soil step on and end when it leaves the world. Those of a
+ * body that is not in the world yet wait for it. Set them back before such a body is deleted
+ * without ever having been in the world: a new one at its address would get them. */
 
 /** Not 0: the soil does not see this body, and it does not feel the soil. */
 bulletsoil_result bulletsoil_set_body_ignored(bulletsoil_soil* soil, const void* body,
