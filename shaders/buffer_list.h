@@ -30,8 +30,8 @@
 //         parts of flows              516 B a part             what of a flow's region lies in one tile
 // result  header                      112 B                    conditions, counts, momentum
 //         loads                       4096 x 60 B              soil that each body carries, momentum it gave
-//         contacts                    65536 x 64 B             voxels in which bodies meet soil
 //         flows                       64 x 72 B                what each has moved, by material
+//         contacts                    1048576 x 64 B           voxels in which bodies meet soil; 65536 at first
 //
 // LONG_BUFFER: may outgrow one storage block of OpenGL. Kernels reach its words by NAME_word(), set_NAME_word(), add_to_NAME()
 // and raise_NAME() alone.

@@ -212,6 +212,19 @@ TEST(Conditions, of_too_many_contacts_none_counts) {
     }
 }
 
+// More voxels than a soil has room for at first.
+TEST(Conditions, has_none_of_a_platform_that_meets_soil_in_many_voxels) {
+    auto soil = make_soil(grid_def(272, 272, 12));
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {272, 272, 6})));
+    std::vector<Mover> movers;
+    movers.emplace_back(1, box_shape(Vec3{130, 130, 1} * kVoxel), Vec3{136, 136, 6.75} * kVoxel);
+    StepReport report = soil->step(bodies_of(movers));
+    EXPECT_EQ(report.status_bits, 0u);
+    EXPECT_GT(report.contacts.size(), 65536u);
+    report = soil->step(bodies_of(movers));
+    EXPECT_GT(report.contacts.size(), 65536u);
+}
+
 TEST(Conditions, survive_a_snapshot) {
     auto soil = bed();
     std::vector<Mover> movers;

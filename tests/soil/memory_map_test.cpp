@@ -105,11 +105,11 @@ std::string memory_map() {
             "conditions, counts, momentum");
     map.row("        loads", fmt::format("{} x {} B", limits::kBodyCapacity, 4 * kLoadWords),
             "soil that each body carries, momentum it gave");
-    map.row("        contacts",
-            fmt::format("{} x {} B", limits::kContactCapacity, 4 * kContactWords),
-            "voxels in which bodies meet soil");
     map.row("        flows", fmt::format("{} x {} B", kFlowCapacity, 4 * kFlowResultWords),
             "what each has moved, by material");
+    map.row("        contacts",
+            fmt::format("{} x {} B", limits::kContactCapacity, 4 * kContactWords),
+            "voxels in which bodies meet soil; 65536 at first");
     return map.text();
 }
 

@@ -234,8 +234,6 @@ void StageBench::slide(int passes) {
 }
 
 std::vector<std::array<int32_t, kContactWords>> StageBench::collect_contacts() {
-    impl_->params.contact_offset = kContactsFirst;
-    impl_->params.contact_capacity = limits::kContactCapacity;
     impl_->device->fill_zero(Buffer::result, 0, impl_->params.contact_offset);
     run(Kernel::collect_contacts, impl_->lists.contacts());
     int32_t header[kResultHeader];

@@ -30,7 +30,7 @@ inline constexpr int64_t kTerrainTestsMax = int64_t{1} << 33;
 inline constexpr int kHeightMapSideMin = 2;  ///< heights along a side of a HeightMapFill; fewer ...
 inline constexpr int kHeightMapSideMax = 32768;  ///< ... and more are refused by Soil::fill
 /// Contact voxels a step. With more there are no contacts in that step, and contact_list_full.
-inline constexpr int kContactCapacity = 65536;
+inline constexpr int kContactCapacity = 1 << 20;
 inline constexpr int kBodyCapacity =
     4096;  ///< bodies a step; those beyond are refused (shape_refused)
 inline constexpr int kBodyIdMost =

@@ -33,11 +33,14 @@ struct Buffer {
 #undef BUFFER
 };
 
-/// Buffer::result: the header and the loads of all bodies, then the contact records, aligned to
-/// their length.
+/// Buffer::result: the header and the loads of all bodies, what the flows did, then the contact
+/// records, aligned to their length. They are last, since there may come to be room for more.
+/// @{
+inline constexpr int kFlowResultsFirst = kResultHeader + limits::kBodyCapacity * kLoadWords;
 inline constexpr int kContactsFirst =
-    (kResultHeader + limits::kBodyCapacity * kLoadWords + kContactWords - 1) / kContactWords *
+    (kFlowResultsFirst + kFlowCapacity * kFlowResultWords + kContactWords - 1) / kContactWords *
     kContactWords;
+/// @}
 
 /// Planes of the voxels by the number of materials; water: 1 where soil takes it, else 0. What
 /// moves with the soil has a delta plane; that and terrain are kept while a tile is asleep.

@@ -13,6 +13,12 @@ namespace {
 // Contact records that are read with everything else, beyond a quarter more than the last step had.
 // A step in which a body lands has more and takes a second read.
 constexpr int kContactsMore = 64;
+// Contact records that there is room for in a soil without bodies. Ours: 4 MB. Larger: more memory
+// for each soil; smaller: it grows in the first steps of a vehicle.
+constexpr int kContactsAtStart = 65536;
+// And for each block in which bodies are looked at. Ours: a quarter of its voxels, two level soles.
+// Larger: more memory; smaller: contact_list_full where many walls stand close together.
+constexpr int kContactsABlock = kBlockVoxels / 4;
 constexpr size_t kTileSpanWords = static_cast<size_t>(kTileColumns) * kColumnWords;
 
 }  // namespace
@@ -95,6 +101,21 @@ void ContactReader::start() {
     for (const MaterialDef& material : core_.materials) {
         wedge_length_.push_back(core_.def.contact_law.wedge_length_of(material.friction_angle_rad));
         wedges_.emplace_back(std::tan(material.friction_angle_rad), material.tool_friction);
+    }
+}
+
+// From the step's own work, so that a soil that goes on from a snapshot has the same room.
+void ContactReader::make_room(int block_count) {
+    const int64_t wanted = int64_t{block_count} * kContactsABlock;
+    if (room_ > 0 && wanted <= room_) return;
+    room_ = std::max(room_, kContactsAtStart);
+    while (room_ < wanted && room_ < limits::kContactCapacity) room_ *= 2;
+    if (room_ == core_.params.contact_capacity) return;
+    core_.params.contact_capacity = room_;
+    if (const Status allocated = core_.device->allocate(
+            Buffer::result, kContactsFirst + int64_t{room_} * kContactWords);
+        !allocated) {
+        core_.device->give_up(allocated.error());
     }
 }
 

@@ -55,6 +55,8 @@ class ContactReader {
     /// Once the materials are known.
     void start();
 
+    /// Before a step's results are cleared: for the contacts of so many blocks.
+    void make_room(int block_count);
     /// Before a step's results are read: adds the records that are expected.
     void want(bool has_contacts, std::vector<device::ReadRange>& ranges);
     /// header: the first words of Buffer::result, with the bodies' loads.
@@ -87,6 +89,7 @@ class ContactReader {
     MomentumFlow momentum_;
     bool are_whole_ = false;
     uint64_t known_edit_ = 0;
+    int room_ = 0;      ///< records that Buffer::result holds
     int expected_ = 0;  ///< records that the next read asks for
     // Scratch, kept so that a step does not allocate once warm.
     std::vector<int32_t> record_words_;

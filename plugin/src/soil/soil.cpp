@@ -82,16 +82,12 @@ Result<std::unique_ptr<Soil>> Soil::create(const SoilDef& def) {
     std::vector<int32_t> tables = make_material_tables(s);
     SoilParams& p = s.params;
     p.contact_offset = kContactsFirst;
-    p.contact_capacity = limits::kContactCapacity;
-    const int64_t result_size = kContactsFirst + int64_t{limits::kContactCapacity} * kContactWords;
-    p.flow_result = static_cast<int32_t>(result_size);
-    for (const auto& [buffer, words] :
-         {std::pair{Buffer::tables, static_cast<int64_t>(tables.size())},
-          std::pair{Buffer::result, result_size + kFlowCapacity * kFlowResultWords}}) {
-        if (Status status = s.device->allocate(buffer, words); !status) {
-            return Error{status.error()};
-        }
+    p.flow_result = kFlowResultsFirst;
+    if (Status status = s.device->allocate(Buffer::tables, static_cast<int64_t>(tables.size()));
+        !status) {
+        return Error{status.error()};
     }
+    s.contacts.make_room(0);
     s.device->write(Buffer::tables, 0, tables);
     s.passes.start();
     s.shapes.start();

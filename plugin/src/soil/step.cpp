@@ -136,6 +136,7 @@ void Soil::Impl::begin_pieces(std::span<const SoilBody> input) {
     list_work();
     // No body has moved and no soil may move: all there is to find out is known.
     is_quiet = bodies.are_same() && contacts.are_known() && !lists.any_work();
+    contacts.make_room(lists.contacts().group_count);
     device->fill_zero(Buffer::result, 0,
                       kResultHeader + static_cast<int64_t>(bodies.ids().size()) * kLoadWords);
     flows.clear_results();
