@@ -92,8 +92,6 @@ void SoilGround::drop_stale_contacts() {
         btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
         const bool is_first = manifold.getBody0() == object_;
         if (!is_first && manifold.getBody1() != object_) continue;
-        // A pair keeps its manifold for as long as the boxes meet, if it has contacts or not.
-        if (manifold.getNumContacts() == 0) continue;
         const auto* other = is_first ? manifold.getBody1() : manifold.getBody0();
         const btBroadphaseProxy* proxy = other->getBroadphaseHandle();
         if (!proxy) continue;
@@ -101,11 +99,13 @@ void SoilGround::drop_stale_contacts() {
         btTransformAabb(proxy->m_aabbMin, proxy->m_aabbMax, 0, to_grid, low, high);
         const Vec3 from = from_bullet(low), to = from_bullet(high);
         // What the soil has begun to carry is not asked about any more, but its old contacts hold.
-        if (!is_coupled_(*other) &&
-            !surface_.has_changed(surface_.cell_at(from.x, from.y), surface_.cell_at(to.x, to.y),
-                                  from.z - reach_m, to.z)) {
-            continue;
-        }
+        // A pair keeps its manifold for as long as the boxes meet, if it has contacts or not.
+        const bool is_stale =
+            is_coupled_(*other)
+                ? manifold.getNumContacts() > 0
+                : surface_.has_changed(surface_.cell_at(from.x, from.y),
+                                       surface_.cell_at(to.x, to.y), from.z - reach_m, to.z);
+        if (!is_stale) continue;
         dispatcher.clearManifold(&manifold);
         other->activate();
     }

@@ -292,6 +292,15 @@ class RestCheck final : public Check {
         }
     }
 
+    /// What soil another body carries is no surface of the ground's.
+    static bool lies_on_a_load(const bullet::SoilAction& soil, const btCollisionObject& object) {
+        const auto& contacts = soil.last_report().contacts;
+        const int id = soil.body_id(object);
+        return std::any_of(contacts.begin(), contacts.end(), [id](const ContactVoxel& contact) {
+            return contact.body == id && contact.carrier >= 0;
+        });
+    }
+
     void expect_held(BuiltWorld& world, const MovingPart& part, Failures& failures) {
         const double radius = radius_m(world, part.object);
         const int index = soil_below(world, part.pose.position, radius);
@@ -300,7 +309,7 @@ class RestCheck final : public Check {
             return;
         }
         bullet::SoilAction& soil = world.soil(index);
-        if (soil.options(*part.object).coverage_only) return;
+        if (soil.options(*part.object).coverage_only || lies_on_a_load(soil, *part.object)) return;
         const double voxel_m = soil.soil().frame().voxel_m;
         const Vec3 lowest = lowest_point(*part.object->getCollisionShape(),
                                          part.object->getWorldTransform(), world.up());

@@ -195,8 +195,8 @@ TEST(Conditions, of_too_many_contacts_none_counts) {
         auto soil = bed(backend, threads);
         std::vector<Mover> movers;
         movers.emplace_back(1, box_shape(Vec3{4, 4, 2} * kVoxel), Vec3{16, 12, 7} * kVoxel);
-        layout::SoilParams& params = SoilProbe::impl(*soil).params;
-        const int capacity = std::exchange(params.contact_capacity, 8);
+        int& capacity = SoilProbe::impl(*soil).contacts.capacity_most;
+        const int whole = std::exchange(capacity, 8);
         StepReport report;
         for (int i = 0; i < 3; ++i) {
             move_to(movers[0], Vec3{16, 12, 7 - 0.1 * i} * kVoxel);
@@ -204,7 +204,7 @@ TEST(Conditions, of_too_many_contacts_none_counts) {
             EXPECT_TRUE(report.contacts.empty());
         }
         EXPECT_TRUE(find(report.conditions, StatusBit::contact_list_full, -1));
-        params.contact_capacity = capacity;
+        capacity = whole;
         soil->clear_status();
         report = soil->step(bodies_of(movers));
         EXPECT_GT(report.contacts.size(), 8u);

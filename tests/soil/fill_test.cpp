@@ -66,7 +66,9 @@ TEST(Fill, bears_a_body_in_tiles_that_were_awake) {
             movers.emplace_back(1, box_shape(Vec3{2, 2, 1} * kVoxel), Vec3{8, 8, 24.9} * kVoxel);
             const StepReport report = soil->step(bodies_of(movers));
             EXPECT_FALSE(report.contacts.empty());
-            if (is_awake) EXPECT_EQ(report.contacts.size(), contacts_of_woken);
+            if (is_awake) {
+                EXPECT_EQ(report.contacts.size(), contacts_of_woken);
+            }
             contacts_of_woken = report.contacts.size();
             for (int z = 8; z < 20; ++z) {
                 EXPECT_EQ(length(soil->sample(4, 4, z).velocity_m_s), 0) << z;

@@ -104,16 +104,17 @@ void ContactReader::start() {
     }
 }
 
-// From the step's own work, so that a soil that goes on from a snapshot has the same room.
+// From the step's own work alone: a soil that goes on from a snapshot has as much as the one that
+// was saved. Memory stays.
 void ContactReader::make_room(int block_count) {
     const int64_t wanted = int64_t{block_count} * kContactsABlock;
-    if (room_ > 0 && wanted <= room_) return;
-    room_ = std::max(room_, kContactsAtStart);
-    while (room_ < wanted && room_ < limits::kContactCapacity) room_ *= 2;
-    if (room_ == core_.params.contact_capacity) return;
-    core_.params.contact_capacity = room_;
-    if (const Status allocated = core_.device->allocate(
-            Buffer::result, kContactsFirst + int64_t{room_} * kContactWords);
+    const auto capacity =
+        static_cast<int>(std::clamp<int64_t>(wanted, kContactsAtStart, limits::kContactCapacity));
+    core_.params.contact_capacity = std::min(capacity, capacity_most);
+    if (capacity <= room_) return;
+    for (room_ = std::max(room_, kContactsAtStart); room_ < capacity;) room_ *= 2;
+    if (const Status allocated =
+            core_.device->allocate(Buffer::result, kContactsFirst + int64_t{room_} * kContactWords);
         !allocated) {
         core_.device->give_up(allocated.error());
     }

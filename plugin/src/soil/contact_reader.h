@@ -55,6 +55,7 @@ class ContactReader {
     /// Once the materials are known.
     void start();
 
+    int capacity_most = limits::kContactCapacity;  ///< contacts of a step; tests have less
     /// Before a step's results are cleared: for the contacts of so many blocks.
     void make_room(int block_count);
     /// Before a step's results are read: adds the records that are expected.

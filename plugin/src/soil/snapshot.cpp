@@ -169,6 +169,7 @@ void SoilSnapshot::put_awake(const SavedTile& tile) {
     s_.device->write(Buffer::spans, s_.tiles.column_array_offset(kColumnSurface, slot),
                      tile.surface);
     s_.tiles.note_stale(slot, true);
+    s_.tiles.note_edited(slot);  // it may have been, and to look at all of it changes no result
     if (tile.unchecked) s_.tiles.look_anew(slot);  // since it was filled no step has looked at it
 }
 

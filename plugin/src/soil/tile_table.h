@@ -121,7 +121,9 @@ class TileTable {
         woken_step_[static_cast<size_t>(slot)] = core_.step_index;
         is_edited_[static_cast<size_t>(slot)] = true;
     }
-    /// look_anew(), and no step has looked since.
+    /// The next step looks at all of it.
+    void note_edited(int slot) { is_edited_[static_cast<size_t>(slot)] = true; }
+    /// look_anew() or note_edited(), and no step has looked since.
     bool is_edited(int slot) const { return is_edited_[static_cast<size_t>(slot)]; }
     /// Slopes, supports and spans of all tiles, awake or asleep: what soil does has changed.
     void look_anew_at_all();
