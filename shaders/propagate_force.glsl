@@ -50,10 +50,10 @@ int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction, ivec3 forc
         if (share <= 0 || (held > kWholeMost && moved < kShareLeast && !is_caught(from))) continue;
         int to = voxel_at(slot, at.x + pick.x * side.x, at.y + pick.y * side.y,
                           at.z + pick.z * side.z);
-        if (is_barred(from, to, pick * side, out_way, overrun) ||
-            (!is_caught(from) && state_at(kPlaneVolume, to) > kCrowdedLeast) || !move_share(from, to, share)) {
-            continue;
-        }
+        // Asked last, since it has a block dispatched: two on both sides of soil that nothing takes would keep each other awake.
+        bool is_crowded = to >= 0 && !is_caught(from) && state_at(kPlaneVolume, to) > kCrowdedLeast;
+        if (is_crowded || !moves_any(from, share) || is_barred(from, to, pick * side, out_way, overrun)) continue;
+        move_share(from, to, share);
         // thesis (35): the force arrives weighted by what it brings; Q10 direction times sixteenths of the volume.
         ivec3 brought = (force >> 6) * (moved / kForceShare);
         add_delta(kPlaneForceX, to, brought.x);

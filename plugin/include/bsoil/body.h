@@ -38,6 +38,7 @@ struct ConvexShape {
 struct SurfaceFriction {
     double friction = -1;     ///< Coulomb's coefficient, 0..2
     double adhesion_pa = -1;  ///< shear stress without pressure, 0..200e3 Pa
+    /// All fields are equal.
     bool operator==(const SurfaceFriction&) const = default;
 };
 

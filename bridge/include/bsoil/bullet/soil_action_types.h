@@ -41,6 +41,7 @@ struct BodyOptions {
     /// The soil gives way to it, and it feels nothing: as a kinematic body, with the report of one.
     bool coverage_only = false;
     SurfaceFriction surface{};  ///< friction and adhesion between it and the soil
+    /// All fields are equal.
     bool operator==(const BodyOptions&) const = default;
     /// Names the field, its value and its range when something is wrong.
     Status validate() const;
