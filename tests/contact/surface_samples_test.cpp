@@ -78,6 +78,8 @@ TEST(SurfaceSamples, add_up_to_the_surface_of_every_shape) {
                    std::numbers::pi * r * r * 2 * h);
     expect_surface(shape(Kind::capsule, r, h), 2 * std::numbers::pi * r * (2 * h + 2 * r),
                    std::numbers::pi * r * r * (2 * h + 4 * r / 3));
+    expect_surface(shape(Kind::capsule, r, 0), 4 * std::numbers::pi * r * r,
+                   4 * std::numbers::pi / 3 * r * r * r);
     expect_surface(shape(Kind::cone, r, h), std::numbers::pi * r * (r + std::hypot(r, 2 * h)),
                    std::numbers::pi * r * r * 2 * h / 3);
     // An octahedron, its corners 0.2 m out.

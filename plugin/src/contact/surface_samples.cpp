@@ -164,7 +164,7 @@ class Sampler {
     void add_mantle(double r0, double r1, double z0, double z1) {
         const double slant = std::hypot(r1 - r0, z1 - z0);
         const int rows = parts(slant);
-        if (!has_room_for(1.0 * rows * parts(std::numbers::pi * (r0 + r1)))) return;
+        if (!(slant > 0) || !has_room_for(1.0 * rows * parts(std::numbers::pi * (r0 + r1)))) return;
         const double up = (r0 - r1) / slant * (z1 > z0 ? 1 : -1);
         const double out = std::sqrt(std::max(0.0, 1 - up * up));
         for (int j = 0; j < rows; ++j) {
