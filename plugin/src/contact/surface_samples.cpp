@@ -123,7 +123,7 @@ class Sampler {
             case ConvexShape::Kind::lattice:
                 return false;
         }
-        return !is_too_large_ && out_.size() <= kSamplesMost;
+        return has_room_for(0) && out_.size() <= kSamplesMost;
     }
 
   private:
@@ -133,10 +133,10 @@ class Sampler {
         return static_cast<int>(std::clamp(count, 1.0, kSamplesMost + 1.0));
     }
 
-    /// Whether so many pieces can still be taken. Asked before they are made: they may be
-    /// gigabytes.
+    /// Whether so many more pieces can be taken. Asked before they are made: they may be gigabytes.
     bool has_room_for(double count) {
-        return !(is_too_large_ = is_too_large_ || (looked_at_ += count) > kPiecesMost);
+        looked_at_ += count;
+        return looked_at_ <= kPiecesMost;
     }
 
     void add_rectangle(Vec3 middle, Vec3 a, Vec3 b, Vec3 normal) {
@@ -259,8 +259,9 @@ class Sampler {
         for (size_t i = 2; i < face.size(); ++i) {
             area_m2 += dot(cross(face[i - 1] - face[0], face[i] - face[0]), n) / 2;
         }
-        is_too_large_ = is_too_large_ || static_cast<int64_t>(na) * nb > kCellsMost;
-        if (!has_room_for(std::abs(area_m2) / (spacing_m_ * spacing_m_))) return;
+        double count = std::abs(area_m2) / (spacing_m_ * spacing_m_);
+        if (static_cast<int64_t>(na) * nb > kCellsMost) count = kPiecesMost + 1;
+        if (!has_room_for(count)) return;
         const double da = (high[0] - low[0]) / na, db = (high[1] - low[1]) / nb;
         for (int i = 0; i < na; ++i) {
             Polygon strip = clipped(face, a, low[0] + (i + 1) * da);
@@ -373,7 +374,6 @@ class Sampler {
     size_t part_ = 0;
     bool is_thin_ = false;
     double looked_at_ = 0;
-    bool is_too_large_ = false;
 };
 
 }  // namespace
