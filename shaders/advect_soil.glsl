@@ -31,7 +31,8 @@ ivec3 share_of(ivec3 amount, int share) {
 int towards(int value, int bound) { return clamp(value, min(0, bound), max(0, bound)); }
 
 // Shares along the axes: the drift, but for carried soil no less than what the wall behind it has left no room for. The
-// voxel's soil lies before that wall, so that a slice as thick as the drift is more of it than the drift is of a voxel.
+// voxel's soil lies before that wall, so that a slice as thick as the drift is more of it than the drift is of a voxel. What slips
+// on the wall goes a part of its way, and leaves as much less of that room.
 ivec3 drift_weight(int slot, ivec3 at, int voxel, ivec3 drift) {
     ivec3 weight = abs(drift);
     int volume = state_at(kPlaneVolume, voxel);
@@ -39,7 +40,8 @@ ivec3 drift_weight(int slot, ivec3 at, int voxel, ivec3 drift) {
     if (excess <= 0 || !is_carried_here(voxel)) return weight;
     ivec3 inwards = body_gradient(slot, at.x, at.y, at.z);
     int share = fraction_q16(excess, volume);
-    int most = largest_component(drift);
+    ivec3 move = body_velocity_at(owner_body(state_at(kPlaneOwner, voxel)), grid_voxel(slot, at.x, at.y, at.z));
+    int most = max(largest_component(drift), largest_component(move) / params.body_substep_count);
     ivec3 least = ivec3(mul_q16(share, fraction_q16(weight.x, most)), mul_q16(share, fraction_q16(weight.y, most)),
                         mul_q16(share, fraction_q16(weight.z, most)));
     return ivec3(sign(drift.x) * sign(inwards.x) < 0 ? max(weight.x, least.x) : weight.x,
@@ -225,11 +227,14 @@ Motion fall_freely(int slot, ivec3 at, int voxel, ivec3 velocity) {
     return motion;
 }
 
+// Whether air takes of its speed what soil in a voxel falls at: in the end it falls no faster.
+bool is_slowed_by_air(int voxel) { return params.air != 0 && mixed_word(voxel, 0, kTableAir) > 0; }
+
 // Soil on a body goes with it as far as friction can take it.
 Motion go_with_body(int slot, ivec3 at, int voxel, int body, ivec3 velocity) {
     ivec3 goal = body_velocity_at(body, grid_voxel(slot, at.x, at.y, at.z));
     int friction = shapes[body * kBodyWords + kBodyFriction];
-    int hold = friction == kFrictionOfSoil ? mixed_word(voxel, 0, kTableTool) : friction * (kOneQ16 / kVelocityOne);
+    int hold = friction == kFrictionOfSoil ? mixed_word(voxel, 0, kTableTool) : friction;
     int grip = hold / params.substep_count;
     Motion motion;
     motion.after = ivec3(velocity.x + clamp(goal.x - velocity.x, -grip, grip),
@@ -355,12 +360,12 @@ bool is_scant(IN(Parcel) parcel, int weight) {
 }
 
 // Whether no share of a parcel that drifts can leave its voxel: each is too little, or of thin soil barred. Thick soil that a wall
-// bars gets on once it is a little faster.
+// bars gets on once it is a little faster, if no air keeps it from that.
 bool hangs(int slot, IN(Parcel) parcel, ivec3 weight, ivec3 side) {
     if (!is_scant(parcel, weight.x) && !is_scant(parcel, weight.y) && !is_scant(parcel, weight.z)) return false;
     for (int corner = 1; corner < 8; ++corner) {
         if (corner_share(weight, corner_pick(corner), parcel.volume, parcel.mass) == 0) continue;
-        if (parcel.volume > kPacingLeast) return false;
+        if (parcel.volume > kPacingLeast && !is_slowed_by_air(parcel.voxel)) return false;
         ivec3 step = corner_pick(corner) * side;
         int to = voxel_at(slot, parcel.at.x + step.x, parcel.at.y + step.y, parcel.at.z + step.z);
         if (!is_locked(parcel.voxel, to, step, parcel.out_way, parcel.overrun)) return false;

@@ -38,10 +38,6 @@ bool is_crumb(int column, int kind, int bottom, int top) {
 
 #include "column_surface.glsl"
 
-// What may be missing in a voxel that carries soil: more where a body carries the voxel's.
-int slack_at(int voxel, int volume) {
-    return volume > 0 && state_at(kPlaneSupport, voxel) >= kSupportBody ? kCarrySlack : kSupportSlack;
-}
 
 // index + 1 of the body that stands in a voxel if that may move, else 0.
 int carrier_at(int voxel) {
@@ -160,7 +156,7 @@ void build_spans(int group, int lane) {
             carrier = on_body ? carrier_at(voxel) : 0;
         }
         if (is_roof) carrier = 0;  // over a body in its hollow it is no surface for that
-        int slack = next == kSpanPiled ? slack_at(voxel, volume) : kSupportSlack;
+        int slack = next == kSpanPiled ? slack_at(voxel, z, volume) : kSupportSlack;
         top = top_in_voxel(next, is_roof ? kNoSpan : kind, bottom, top, base, volume, coverage, slack);
         kind = next;
     }

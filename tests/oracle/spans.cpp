@@ -4,13 +4,18 @@
 
 namespace oracle {
 
+double slack_at(const Model& model, const Field& field, int x, int y, int z) {
+    const Voxel& voxel = field.at(x, y, z);
+    const bool carries = voxel.soil > 0 && z + 1 < field.nz && field.at(x, y, z + 1).soil > 0;
+    return carries && voxel.support.kind == Support::Kind::body ? model.carry_slack
+                                                                : model.support_slack;
+}
+
 std::vector<Span> height_spans(const Model& model, const Field& field, int x, int y) {
     const auto voxel = [&](int z) -> const Voxel& { return field.at(x, y, z); };
     const auto rigid = [&](int z) { return voxel(z).psi() >= model.solid_coverage; };
     const auto carries = [&](int z) {
-        const bool on_body = voxel(z).soil > 0 && voxel(z).support.kind == Support::Kind::body;
-        return voxel(z).soil + voxel(z).psi() >=
-               1 - (on_body ? model.carry_slack : model.support_slack);
+        return voxel(z).soil + voxel(z).psi() >= 1 - slack_at(model, field, x, y, z);
     };
     // Soil that was never moved and is held with none under it: see roofs.h.
     const auto is_roof = [&](int at) {

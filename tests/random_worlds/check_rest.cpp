@@ -145,9 +145,8 @@ class RestCheck final : public Check {
             }
         }
         if (world.was_touched()) forget_forces(parts);
-        record_forces(world, true);
     }
-    void after_substep(BuiltWorld& world) override { record_forces(world, false); }
+    void after_substep(BuiltWorld& world) override { record_forces(world); }
 
     void at_end(BuiltWorld& world, bool rests, Failures& failures) override {
         if (rests) expect_sleep(world, failures);
@@ -203,18 +202,15 @@ class RestCheck final : public Check {
         }
     }
 
-    /// The upward force on each body that is awake: of the soil and of other bodies. Cars' wheels
-    /// report theirs once a frame, all others once a substep.
-    void record_forces(BuiltWorld& world, bool of_cars) {
+    /// The upward force on each body that is awake in a substep: of the soil and of other bodies.
+    void record_forces(BuiltWorld& world) {
         const double substep_s = world.plan().frame_s / world.plan().substep_count;
-        const size_t most =
-            kMeanFrames * (of_cars ? 1 : static_cast<size_t>(world.plan().substep_count));
+        const size_t most = kMeanFrames * static_cast<size_t>(world.plan().substep_count);
         const auto impulses = contact_impulses(*world.world().getDispatcher());
         for (const MovingPart& part : moving_parts(world)) {
             const auto car = std::find_if(world.cars().begin(), world.cars().end(),
                                           [&](const auto& c) { return c.chassis == part.object; });
             const bool is_car = car != world.cars().end();
-            if (is_car != of_cars) continue;
             Forces& forces = forces_[part.object];
             double up_n = dot(soil_force_n(world, *part.object), world.up());
             if (const auto it = impulses.find(part.object); it != impulses.end()) {
@@ -242,7 +238,7 @@ class RestCheck final : public Check {
             forces.load_most_n = std::max(forces.load_most_n, carried_kg * world.gravity_m_s2());
             forces.up_n.push_back(up_n);
             forces.momenta_n_s.push_back(mass_kg * dot(part.velocity_m_s, world.up()));
-            forces.each_s = is_car ? world.plan().frame_s : substep_s;
+            forces.each_s = substep_s;
             if (forces.up_n.size() <= most) continue;
             forces.up_n.pop_front();
             forces.momenta_n_s.pop_front();

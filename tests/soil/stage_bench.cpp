@@ -392,9 +392,7 @@ oracle::Model StageBench::model(int substeps) const {
             model.cohesion_height.push_back(material.cohesion_pa / weight / impl_->def.voxel_m);
         }
         model.friction_angle_rad.push_back(material.friction_angle_rad);
-        // As coarse as the kernels' words are.
-        const double speed = material.tool_friction * model.gravity * kVelocityOne;
-        model.friction_speed.push_back(std::round(speed) / kVelocityOne);
+        model.friction_speed.push_back(material.tool_friction * model.gravity);
         const auto volume = [&](double density) {
             return material.has_density_range() ? kReferenceDensity / density : 0;
         };
@@ -426,8 +424,8 @@ std::vector<oracle::Body> StageBench::oracle_bodies() const {
         };
         bodies.push_back({vector(kBodyLinear, kUnit), vector(kBodyAngular, kUnit),
                           vector(kBodyCenter, 0.5), record[kBodyMoving] != 0,
-                          record[kBodyFriction] / static_cast<double>(kVelocityOne),
-                          record[kBodyPacking] * kUnit, record[kBodyReach]});
+                          record[kBodyFriction] * kUnit, record[kBodyPacking] * kUnit,
+                          record[kBodyReach]});
     }
     return bodies;
 }
