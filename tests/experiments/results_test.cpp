@@ -101,6 +101,40 @@ TEST(ExperimentResults, expectations_are_held_against_their_rows) {
     EXPECT_EQ(verdict_on(expect), Verdict::Kind::skip);
 }
 
+// A heap that never rests has no time of rest, and no power law goes through a slope of 0.
+TEST(ExperimentResults, expectations_fail_where_a_row_or_a_group_has_no_figure) {
+    const CsvTable table{{"point", "phi_deg", "voxel_m", "rest_s", "slope_deg", "rest_s_error"},
+                         {{"0", "20", "0.1", "2", "40", "0.1"},
+                          {"1", "30", "0.1", "1", "30", ""},
+                          {"2", "20", "0.2", "3", "40", "0.1"},
+                          {"3", "30", "0.2", "", "0", ""}}};
+    const auto verdict = [&table](const ExpectItem& expect) {
+        Experiment experiment;
+        experiment.expectations = {expect};
+        return check_expectations(experiment, table)[0];
+    };
+    ExpectItem expect;
+    expect.column = "rest_s";
+    expect.max = 10;
+    EXPECT_EQ(verdict(expect).kind, Verdict::Kind::fail);
+    EXPECT_NE(verdict(expect).text.find("1 of 4 rows have no figure"), std::string::npos);
+    expect.at_values = {{"phi_deg", "20", 20, {}}};
+    EXPECT_EQ(verdict(expect).kind, Verdict::Kind::pass);
+    expect.at_values.clear();
+    expect.column = "slope_deg";
+    expect.statistic = "exponent";
+    expect.over = "phi_deg";
+    expect.by = {"voxel_m"};
+    EXPECT_EQ(verdict(expect).kind, Verdict::Kind::fail);
+    EXPECT_NE(verdict(expect).text.find("with voxel_m = 0.2"), std::string::npos);
+    expect.at_values = {{"voxel_m", "0.1", 0.1, {}}};
+    EXPECT_EQ(verdict(expect).kind, Verdict::Kind::pass);
+    ExpectItem error;  // measured are two of four
+    error.column = "rest_s_error";
+    error.max = 0.2;
+    EXPECT_EQ(verdict(error).kind, Verdict::Kind::pass);
+}
+
 TEST(ExperimentResults, plot_shows_curves_and_measured_points) {
     Experiment experiment;
     experiment.rig = "blade";

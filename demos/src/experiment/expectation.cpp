@@ -33,6 +33,23 @@ std::string description_of(const ExpectItem& expect) {
     return text + ": expected" + range_of(expect);
 }
 
+/// Columns that have a figure only where there is a measured one.
+bool is_of_measured(const std::string& column) {
+    return column.ends_with("_measured") || column.ends_with("_error");
+}
+
+/// " with voxel_m = 0.1": which rows are meant.
+std::string of_group(const ExpectItem& expect, const CsvTable& results,
+                     const std::vector<size_t>& group) {
+    std::string text;
+    for (const std::string& name : expect.by) {
+        text += fmt::format(
+            "{}{} = {}", text.empty() ? " with " : ", ", name,
+            results.rows[group.front()][static_cast<size_t>(results.column_index(name))]);
+    }
+    return text;
+}
+
 Verdict check(const ExpectItem& expect, const CsvTable& results) {
     Verdict verdict;
     verdict.text = description_of(expect);
@@ -41,16 +58,27 @@ Verdict check(const ExpectItem& expect, const CsvTable& results) {
         verdict.text += ", the measured data is not there";
         return verdict;
     }
+    const auto fail = [&verdict](const std::string& why) {
+        verdict.kind = Verdict::Kind::fail;
+        verdict.text += ", " + why;
+        return verdict;
+    };
+    const std::vector<size_t> rows = rows_at(results, expect.at_values);
+    const bool may_lack = is_of_measured(expect.column);
+    const auto missing = std::ranges::count_if(
+        rows, [&](size_t row) { return !results.number(row, expect.column); });
+    if (missing > 0 && !may_lack) {
+        return fail(fmt::format("{} of {} rows have no figure", missing, rows.size()));
+    }
     std::vector<double> values;
-    for (const auto& group : grouped(results, rows_at(results, expect.at_values), expect.by)) {
+    for (const auto& group : grouped(results, rows, expect.by)) {
         const auto found = figures(results, group, expect.column, expect.statistic, expect.over);
+        if (found.empty() && !may_lack) {
+            return fail("there is no such figure" + of_group(expect, results, group));
+        }
         values.insert(values.end(), found.begin(), found.end());
     }
-    if (values.empty()) {
-        verdict.kind = Verdict::Kind::fail;
-        verdict.text += ", there is no such result";
-        return verdict;
-    }
+    if (values.empty()) return fail("there is no such result");
     constexpr double kNone = std::numeric_limits<double>::infinity();
     const double low = std::max(expect.value ? *expect.value - *expect.tolerance : -kNone,
                                 expect.min.value_or(-kNone));

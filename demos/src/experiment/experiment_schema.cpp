@@ -322,9 +322,10 @@ TableOf<PlotItem> plot_table() {
 
 TableOf<ExpectItem> expect_table() {
     using E = ExpectItem;
-    return figure_table<E>(
-               "expect",
-               "Something the results have to show; it prints PASS or FAIL and the figure.")
+    return figure_table<E>("expect",
+                           "Something the results have to show; it prints PASS or FAIL and the "
+                           "figure. A row or a "
+                           "group without a figure fails, but of measured values and errors.")
         .number("value", &E::value, kAnything, "the figure expected; needs `tolerance`")
         .number("tolerance", &E::tolerance, {0, 1e30}, "on either side, in the column's unit")
         .number("min", &E::min, kAnything, "least figure")
