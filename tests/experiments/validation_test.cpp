@@ -34,6 +34,10 @@ TEST(Figures, statistics_are_what_they_say) {
     };
     EXPECT_EQ(of({0, 1, 2}, "least_rise"), -1);
     EXPECT_EQ(of({0, 1, 2}, "spread"), 4);
+    EXPECT_EQ(of({1, 2, 3, 4}, "deviation"), 13.0 / 3);
+    EXPECT_EQ(of({4, 3}, "deviation"), 0.75);
+    EXPECT_EQ(of({0, 1}, "deviation"), 4);  // of a magnitude of 1
+    EXPECT_EQ(of({1}, "deviation"), -99);   // one row is no comparison
     EXPECT_EQ(of({0, 1, 2}, "last"), 2);
     EXPECT_EQ(of({0, 1, 2}, "max"), 3);
     EXPECT_EQ(of({0, 1, 2}, "median"), 2);

@@ -259,8 +259,9 @@ TableOf<T> figure_table(const std::string& name, const std::string& doc) {
                    return error;
                })
         .word("statistic", &T::statistic, statistic_names(),
-              "of the rows. magnitude: of the absolute values; spread: largest less least; last: "
-              "of the last row; and along `over`: least_rise from one row to the next, exponent of "
+              "of the rows. magnitude: of the absolute values; spread: largest less least; "
+              "deviation: the largest distance from the first row's, as a share of that; last: of "
+              "the last row; and along `over`: least_rise from one row to the next, exponent of "
               "the power law through the rows, janosi_k: where 1 - 1/e of the largest is reached")
         .text("over", &T::over, "the column along which these look")
         .texts("by", &T::by,

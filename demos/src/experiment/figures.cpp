@@ -78,8 +78,8 @@ std::vector<double> janosi_k(const Curve& curve) {
 
 const std::vector<std::string>& statistic_names() {
     static const std::vector<std::string> names{
-        "each",   "mean", "median",     "median_magnitude", "max_magnitude", "max",
-        "spread", "last", "least_rise", "exponent",         "janosi_k"};
+        "each",   "mean",      "median", "median_magnitude", "max_magnitude", "max",
+        "spread", "deviation", "last",   "least_rise",       "exponent",      "janosi_k"};
     return names;
 }
 
@@ -134,6 +134,11 @@ std::vector<double> figures(const CsvTable& results, const std::vector<size_t>& 
     const auto [least, largest] = std::minmax_element(values.begin(), values.end());
     if (statistic == "max" || statistic == "max_magnitude") return {*largest};
     if (statistic == "spread") return {*largest - *least};
+    if (statistic == "deviation") {
+        if (values.size() < 2 || values.front() == 0) return {};
+        return {std::max(*largest - values.front(), values.front() - *least) /
+                std::abs(values.front())};
+    }
     if (statistic == "last") return {values.back()};
     if (statistic == "mean") {
         double sum = 0;
