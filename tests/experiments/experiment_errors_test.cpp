@@ -70,6 +70,30 @@ TEST(ExperimentErrors, rig_has_to_fit_the_bed) {
               std::string::npos);
     EXPECT_NE(errors_of("[traction]\nslip_ratio = 1\n", "traction").find("has no end"),
               std::string::npos);
+    expect_error("[soil]\nsize_m = [1, 1, 0.5]\n[bed]\ndepth_m = 0.01\n",
+                 "e.toml:2:11: `reach_m`: the plate goes deeper than the bed");
+}
+
+// A braked wheel whose rim's speed is held goes farther than the rim rolls; a turned bed is as long
+// as it is along the travel.
+TEST(ExperimentErrors, ways_end_within_the_bed) {
+    const std::string wheel = "[soil]\nsize_m = [1.2, 0.6, 0.4]\n[traction]\ntravel_m = 0.5\n";
+    EXPECT_EQ(errors_of(wheel + "held = \"rim\"\nslip_ratio = -0.5\n", "traction"), "no error");
+    EXPECT_NE(errors_of(wheel + "held = \"rim\"\nslip_ratio = -0.9\n", "traction")
+                  .find("`travel_m`: the bed is only 1.2 m long"),
+              std::string::npos);
+    EXPECT_EQ(errors_of("[soil]\nyaw_deg = 90\nsize_m = [0.6, 1.2, 0.4]\n[blade]\ntravel_m = 1\n",
+                        "blade"),
+              "no error");
+    EXPECT_NE(errors_of("[soil]\nyaw_deg = 90\nsize_m = [1.2, 0.6, 0.4]\n[blade]\ntravel_m = 1\n",
+                        "blade")
+                  .find("the bed is only 0.6 m long"),
+              std::string::npos);
+    EXPECT_NE(errors_of("[soil]\nsize_m = [0.3, 0.6, 0.4]\n[shear]\nhead = \"box\"\n"
+                        "displacement_m = 0.5\n",
+                        "shear")
+                  .find("`displacement_m`: the bed is only 0.3 m long"),
+              std::string::npos);
 }
 
 TEST(ExperimentErrors, absent_data_is_no_error) {

@@ -328,6 +328,10 @@ class ExperimentReader {
         }
         if (const auto* plate = std::get_if<PlateItem>(&setup.rig)) {
             if (plate->reach_m.empty()) wrong(*plate, "reach_m", "gives no sinkage");
+            const double deepest_m = plate->reach_m.empty() ? 0 : std::ranges::max(plate->reach_m);
+            if (scene.soil && deepest_m >= setup.bed.depth_m) {
+                wrong(*plate, "reach_m", "the plate goes deeper than the bed");
+            }
             if (plate->shape == "hull" && plate->points_m.size() < 4) {
                 wrong(*plate, "points_m", "a hull needs at least 4 points");
             }
@@ -339,7 +343,7 @@ class ExperimentReader {
             if (scene.soil && blade->depth_m >= setup.bed.depth_m) {
                 wrong(*blade, "depth_m", "the blade is deeper than the bed");
             }
-            check_travel(setup, blade->travel_m, *blade, errors);
+            check_way(setup, blade->travel_m, *blade, "travel_m", errors);
         }
         if (const auto* wheel = std::get_if<TractionItem>(&setup.rig)) {
             if (wheel->window_from_m >= wheel->travel_m) {
@@ -350,8 +354,8 @@ class ExperimentReader {
                 wrong(
                     *wheel, "slip_ratio",
                     fmt::format("{} has no end where the {} speed is held", endless, wheel->held));
-            } else if (wheel->held == "travel") {
-                check_travel(setup, wheel->travel_m, *wheel, errors);
+            } else {
+                check_way(setup, carriage_way_m(*wheel), *wheel, "travel_m", errors);
             }
         }
         if (const auto* column = std::get_if<ColumnItem>(&setup.rig)) {
@@ -366,16 +370,22 @@ class ExperimentReader {
             if (shear->head == "annulus" && shear->inner_radius_m >= shear->outer_radius_m) {
                 wrong(*shear, "inner_radius_m", "is not less than `outer_radius_m`");
             }
+            if (shear->head == "box") {
+                check_way(setup, shear->displacement_m, *shear, "displacement_m", errors);
+            }
         }
     }
 
-    /// A travel starts and ends inside the bed.
-    static void check_travel(const RigSetup& setup, double travel_m, const scene::SceneItem& item,
-                             std::vector<SchemaError>& errors) {
-        if (!setup.scene.soil || travel_m < setup.scene.soil->def.size_m.x) return;
+    /// A tool's way along x, the bed's middle in its own middle, starts and ends inside the bed.
+    static void check_way(const RigSetup& setup, double way_m, const scene::SceneItem& item,
+                          const char* key, std::vector<SchemaError>& errors) {
+        if (!setup.scene.soil) return;
+        const SoilDef& def = setup.scene.soil->def;
+        const double bed_m = std::min(def.size_m.x / std::abs(std::cos(def.yaw_rad)),
+                                      def.size_m.y / std::abs(std::sin(def.yaw_rad)));
+        if (way_m < bed_m) return;
         errors.push_back(
-            {item.where("travel_m"),
-             fmt::format("`travel_m`: the bed is only {} m long", setup.scene.soil->def.size_m.x)});
+            {item.where(key), fmt::format("`{}`: the bed is only {:.4g} m long", key, bed_m)});
     }
 
     /// Every column that is asked for has to be one.

@@ -28,6 +28,10 @@ const std::vector<std::string>& result_columns(const std::string& rig);
 /// with one row a run.
 std::string station_column(const std::string& rig);
 
+/// How far the carriage of a wheel goes in a pass [m]: where the rim's speed is held, not as far as
+/// the rim rolls, or farther.
+double carriage_way_m(const TractionItem& wheel);
+
 /// Builds the rig in a world and a soil of its own and runs it, on one thread. The error says what
 /// could not be made.
 Result<RigOutput> run_rig(const RigSetup& setup, const RigProgress& progress);

@@ -91,12 +91,16 @@ std::vector<scene::ShapeItem> solids_of(const TractionItem& wheel) {
 
 }  // namespace
 
+double carriage_way_m(const TractionItem& wheel) {
+    return speeds_of(wheel).travel_m_s * wheel.travel_m / wheel.speed_m_s;
+}
+
 Result<RigOutput> run_traction(const RigSetup& setup, const TractionItem& wheel,
                                const RigProgress& progress) {
     const Speeds speeds = speeds_of(wheel);
     const Passes passes(wheel);
     const double end_s = passes.end_s();
-    const double way_m = speeds.travel_m_s * wheel.travel_m / wheel.speed_m_s;
+    const double way_m = carriage_way_m(wheel);
     const double surface_m = surface_z_m(setup);
     const double grouser_m = wheel.grouser_count > 0 ? wheel.grouser_height_m : 0;
     const Vec3 center = bed_center_m(setup);
