@@ -25,7 +25,7 @@ const std::string kTables =
     "<!-- bsoil validate: wheel -->\nGates:\n\n- met: it pulls\n\npull, N:\n\n"
     "| slip | load, N | measured | BulletSoil | error | Bekker | error "
     "|\n|---|---|---|---|---|---|---|\n"
-    "| 0 | 20 | -1.0 | -3.0 | +200 % | 1 | +5 % |\n| 0.2 | 21 | 2 | 1.5 | -25 % | 3 | +50 % |\n\n"
+    "| 0 | 20 | -1.0 | -3.0 | +200 % | 1 | - |\n| 0.2 | 21 | 2 | 1.5 | -25 % | 3 | +50 % |\n\n"
     "sinkage, mm:\n\n| slip | measured | BulletSoil |\n|---|---|---|\n| 0 | 7 | 8 |\n<!-- end "
     "-->\n";
 
@@ -48,6 +48,8 @@ TEST(PageFigures, are_taken_from_the_tables) {
              std::pair{"wheel / pull / * / BulletSoil", "-3.0 to 1.5"},
              std::pair{"wheel / pull / 0.2 / BulletSoil error", "-25 %"},
              std::pair{"wheel / pull / 0.2 / Bekker error", "+50 %"},
+             std::pair{"wheel / pull / 0 / Bekker error", "-"},
+             std::pair{"wheel / pull / * / Bekker error", "+50 %"},
              std::pair{"summary / - / wheel, pull / BulletSoil", "31 %; 4.0 % of load"},
          }) {
         EXPECT_EQ(filled(name), expected(name, figure));

@@ -101,6 +101,8 @@ std::optional<std::string> figure_at(const std::string& tables, const std::strin
         }
     }
     if (found.empty()) return std::nullopt;
+    // A cell without a figure is neither the least nor the greatest.
+    if (std::ranges::count(found, "-") < std::ssize(found)) std::erase(found, "-");
     const auto less = [](const std::string& a, const std::string& b) {
         return value_of(a) < value_of(b);
     };

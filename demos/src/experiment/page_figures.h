@@ -16,7 +16,7 @@ namespace bsoil::experiment {
 /// first cells of the row hold, and the column. A cell may be `*`, for any; a link's cell is named
 /// by what it leads to. A second and third column of one name are told apart by the one before
 /// them: "BulletSoil error". Where several rows fit, the place gets the least and the greatest,
-/// "13.8 to 64.1". The error names the place that cannot be filled.
+/// "13.8 to 64.1", of those that have one. The error names the place that cannot be filled.
 Result<std::string> fill_figures(std::string page, const std::string& tables);
 
 /// Whether the page has such places.
