@@ -13,8 +13,9 @@ std::string text_of(const Failure& f) {
 
 void Failures::add(const std::string& invariant, const std::string& body, double time_s,
                    const std::string& expected, const std::string& found) {
-    const bool is_known = std::any_of(list_.begin(), list_.end(),
-                                      [&](const Failure& f) { return f.invariant == invariant; });
+    const bool is_known = std::any_of(list_.begin(), list_.end(), [&](const Failure& f) {
+        return f.invariant == invariant && f.body == body;
+    });
     if (!is_known) list_.push_back({invariant, seed_, body, time_s, expected, found});
 }
 

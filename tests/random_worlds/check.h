@@ -19,7 +19,8 @@ struct Failure {
 };
 std::string text_of(const Failure& failure);
 
-/// Collects failures; of each invariant the first one counts.
+/// Collects failures; of each invariant and body the first one counts. A known fault of one body
+/// is none of another.
 class Failures {
   public:
     explicit Failures(uint64_t seed) : seed_(seed) {}
@@ -45,7 +46,7 @@ class Check {
     virtual void at_end(BuiltWorld&, bool /*rests*/, Failures&) {}
 };
 
-/// Units per material stay equal; no amount is negative or more than there is room for.
+/// Units per material stay equal, but for what comes in and goes out; no amount is negative.
 std::unique_ptr<Check> make_units_check(const BuiltWorld& world);
 /// The mesh made step by step equals one made anew, and lies within the grid.
 std::unique_ptr<Check> make_mesh_check(const BuiltWorld& world);

@@ -11,14 +11,13 @@ namespace {
 
 constexpr int kUpdateEvery = 30;
 
-class MeshCheck final : public Check {
+/// The mesh of one soil, kept up to date.
+class KeptMesh {
   public:
-    explicit MeshCheck(const BuiltWorld& world) : tiles_(world.soil(0).soil()), mesher_(tiles_) {}
+    explicit KeptMesh(const Soil& soil) : tiles_(soil), mesher_(tiles_) {}
 
-    void after_step(BuiltWorld& world, Failures&) override {
-        if (world.step_count() % kUpdateEvery == 0) mesher_.update();
-    }
-    void at_end(BuiltWorld& world, bool, Failures& failures) override {
+    void update() { mesher_.update(); }
+    void compare(const std::string& name, double time_s, Failures& failures) {
         mesher_.update();
         Mesh kept, anew;
         mesher_.gather(kept);
@@ -27,7 +26,7 @@ class MeshCheck final : public Check {
         other.gather(anew);
         if (kept.positions != anew.positions || kept.indices != anew.indices ||
             kept.normals != anew.normals || kept.colors != anew.colors) {
-            failures.add("mesh kept", "soil 0", world.time_s(),
+            failures.add("mesh kept", name, time_s,
                          fmt::format("{} triangles as made anew", anew.triangle_count()),
                          fmt::format("{} that differ", kept.triangle_count()));
         }
@@ -40,14 +39,14 @@ class MeshCheck final : public Check {
             if (!is_finite(at) || g.x < -kSlack || g.y < -kSlack || g.z < -kSlack ||
                 g.x > frame.size[0] + kSlack || g.y > frame.size[1] + kSlack ||
                 g.z > frame.size[2] + kSlack) {
-                failures.add("mesh in grid", "soil 0", world.time_s(), "vertices within the grid",
+                failures.add("mesh in grid", name, time_s, "vertices within the grid",
                              fmt::format("({} {} {}) voxels", g.x, g.y, g.z));
                 break;
             }
         }
         for (const uint32_t index : anew.indices) {
             if (index >= anew.vertex_count()) {
-                failures.add("mesh indices", "soil 0", world.time_s(), "vertices that exist",
+                failures.add("mesh indices", name, time_s, "vertices that exist",
                              fmt::format("{}", index));
                 break;
             }
@@ -57,6 +56,28 @@ class MeshCheck final : public Check {
   private:
     SoilTiles tiles_;
     SurfaceMesher mesher_;
+};
+
+class MeshCheck final : public Check {
+  public:
+    explicit MeshCheck(const BuiltWorld& world) {
+        for (const bullet::SoilAction* soil : world.soils()) {
+            meshes_.push_back(std::make_unique<KeptMesh>(soil->soil()));
+        }
+    }
+
+    void after_step(BuiltWorld& world, Failures&) override {
+        if (world.step_count() % kUpdateEvery != 0) return;
+        for (const auto& mesh : meshes_) mesh->update();
+    }
+    void at_end(BuiltWorld& world, bool, Failures& failures) override {
+        for (size_t i = 0; i < meshes_.size(); ++i) {
+            meshes_[i]->compare(fmt::format("soil {}", i), world.time_s(), failures);
+        }
+    }
+
+  private:
+    std::vector<std::unique_ptr<KeptMesh>> meshes_;
 };
 
 }  // namespace

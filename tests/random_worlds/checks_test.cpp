@@ -5,6 +5,7 @@
 
 #include "built_world.h"
 #include "check.h"
+#include "known_faults.h"
 #include "mechanics.h"
 
 namespace bsoil::random_worlds::checks_test {
@@ -54,6 +55,20 @@ std::string failures_of(MakeCheck make, const WorldPlan& plan, int steps,
     std::string out;
     for (const Failure& failure : failures.list()) out += failure.invariant + ' ';
     return out;
+}
+
+// Small bodies sink deeper than plates of their size, which is known: it says nothing of others.
+TEST(Failures, are_told_of_each_body) {
+    WorldPlan plan = bed(0.3);
+    plan.bodies.push_back(box_at({0.3, 0.5, 0.5}, {0.05, 0.05, 0.05}, BodyPlan::Kind::moving));
+    plan.bodies.push_back(box_at({0.7, 0.5, 0.5}, {0.2, 0.2, 0.2}, BodyPlan::Kind::moving));
+    Failures failures(0);
+    for (const char* body : {"body 0 (box)", "body 1 (box)", "body 1 (box)"}) {
+        failures.add("sinkage", body, 1, "less", "more");
+    }
+    ASSERT_EQ(failures.list().size(), 2u);
+    EXPECT_NE(known_fault(plan, failures.list()[0]), nullptr);
+    EXPECT_EQ(known_fault(plan, failures.list()[1]), nullptr);
 }
 
 // What has left the soil may roll on for good, also where it still reaches into it.

@@ -144,7 +144,8 @@ int run_all(const Arguments& arguments) {
     }
     fmt::print("{} runs, {} steps, {} failures\n", tally.worlds, BuiltWorld::all_step_count(),
                tally.failures);
-    return tally.failures > 0 ? 1 : 0;
+    if (tally.worlds == 0) fmt::print(stderr, "no world was run\n");
+    return tally.failures > 0 || tally.worlds == 0 ? 1 : 0;
 }
 
 std::optional<Arguments> parse(int count, char** values) {
