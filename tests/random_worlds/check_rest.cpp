@@ -280,7 +280,8 @@ class RestCheck final : public Check {
         }
         for (const auto& [object, sum] : sums) {
             if (!sum.is_whole) continue;
-            if (std::abs(sum.up_n - sum.weight_n) > kWeightFraction * (sum.weight_n + sum.load_n)) {
+            const double most_n = kWeightFraction * (sum.weight_n + sum.load_n);
+            if (!(std::abs(sum.up_n - sum.weight_n) <= most_n)) {  // also what is no number
                 failures.add("weight", world.name_of_object(*object), world.time_s(),
                              fmt::format("{:.5g} N", sum.weight_n),
                              fmt::format("{:.5g} N", sum.up_n));

@@ -92,7 +92,8 @@ TEST_P(MomentumLedger, closes_where_slides_have_momentum) {
     SoilDef def = with_backend(MovingScene::default_def());
     def.slides = SlideMotion::run_out;
     MovingScene scene(5, def);
-    expect_closed(scene.soil(), steps(80, 10), [&] { scene.step(); });
+    const int count = steps(80, 10);
+    EXPECT_GT(expect_closed(scene.soil(), count, [&] { scene.step(); }), count / 8);
 }
 
 // Soil pours onto a tray that drives away, falls off it, and a sink takes some.

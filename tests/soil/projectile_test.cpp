@@ -1,6 +1,8 @@
 // Support, advection (21) to (29) and overflow resolution against the oracle.
 #include "oracle/projectile.h"
 
+#include <cmath>
+
 #include "stage_scenario.h"
 
 namespace bsoil::projectile_test {
@@ -62,6 +64,15 @@ TEST_P(Projectile, landing_with_momentum_follows_the_oracle) {
     // As above; the kept share of a landing is rounded to 1/4096 of what is lost.
     EXPECT_LT(deviation.soil.value, 6.0 * 33 / kVoxelFull) << deviation.soil;
     EXPECT_LT(deviation.momentum.value, 6.0 * 33 / kVoxelFull + 1.0 / 4096) << deviation.momentum;
+}
+
+TEST(Deviation, of_what_is_no_number_is_more_than_any) {
+    Deviation deviation;
+    deviation.take(1, 3, 0, 0, 0);
+    deviation.take(1, std::nan(""), 4, 5, 6);
+    deviation.take(1, 9, 0, 0, 0);
+    EXPECT_TRUE(std::isnan(deviation.value));
+    EXPECT_EQ(deviation.x, 4);
 }
 
 // A full voxel at top speed meets one that has as much momentum: it is cut off, and says so.

@@ -431,7 +431,9 @@ std::vector<oracle::Body> StageBench::oracle_bodies() const {
 }
 
 void Deviation::take(double got_value, double expected_value, int px, int py, int pz) {
-    if (const double difference = std::abs(got_value - expected_value); difference > value) {
+    // What is no number is off by more than any.
+    const double difference = std::abs(got_value - expected_value);
+    if (std::isnan(difference) ? !std::isnan(value) : difference > value) {
         *this = {difference, px, py, pz, got_value, expected_value};
     }
 }
