@@ -132,6 +132,23 @@ TEST(Rigs, results_do_not_depend_on_the_number_of_cores) {
     EXPECT_GT(*one.number(0, "force_n"), 1);
 }
 
+// Six steps are no time to come to rest in.
+TEST(Rigs, heap_that_still_moves_at_the_end_fails) {
+    for (const char* duration_s : {"0.1", "20"}) {
+        const auto experiment = parse_experiment(
+            "[soil]\nsize_m = [1.6, 1.6, 0.5]\nvoxel_m = 0.1\n[column]\nradius_m = 0.2\n"
+            "height_m = 0.4\nduration_s = " +
+                std::string(duration_s) + "\n",
+            "e.toml", "column");
+        ASSERT_TRUE(experiment) << experiment.error();
+        const auto verdicts = verdicts_on(run_sweep(*experiment, 1, {}));
+        ASSERT_EQ(verdicts.size(), duration_s[0] == '0' ? 1u : 0u) << duration_s;
+        if (verdicts.empty()) continue;
+        EXPECT_EQ(verdicts[0].kind, Verdict::Kind::fail);
+        EXPECT_EQ(verdicts[0].text.find("point 0: moving"), 0u) << verdicts[0].text;
+    }
+}
+
 TEST(Rigs, unloaded_plate_carries_nothing) {
     const auto experiment = parse_experiment(
         kSmallBed + "[plate]\nradius_m = 0.06\nspeed_m_s = 0.05\nreach_m = [0.03]\nunload = true\n",

@@ -4,7 +4,9 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <memory>
 #include <set>
 
@@ -131,7 +133,10 @@ int run(const ExperimentArguments& arguments) {
     }
 
     int exit_code = kPassed;
-    for (const experiment::Verdict& verdict : experiment::check_expectations(experiment, results)) {
+    std::vector<experiment::Verdict> verdicts = experiment::verdicts_on(runs);
+    std::ranges::move(experiment::check_expectations(experiment, results),
+                      std::back_inserter(verdicts));
+    for (const experiment::Verdict& verdict : verdicts) {
         using Kind = experiment::Verdict::Kind;
         fmt::print("{} {}\n",
                    verdict.kind == Kind::pass   ? "PASS"

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <memory>
 
 #include "commands.h"
@@ -166,6 +167,8 @@ int run(const ValidateArguments& arguments) {
         auto comparison =
             experiment::compare(experiment, experiment::result_table(experiment, (*runs)[e]));
         if (!comparison) return could_not(comparison.error());
+        std::ranges::move(experiment::verdicts_on((*runs)[e]),
+                          std::back_inserter(comparison->verdicts));
         fmt::print("{}", experiment::comparison_text(*comparison));
         if (!comparison->holds()) exit_code = kFailed;
         comparisons.push_back(std::move(*comparison));

@@ -88,9 +88,8 @@ Result<RigOutput> run_blade(const RigSetup& setup, const BladeItem& blade,
         progress(world.time_s() / end_s);
     }
     out.results = {{draft_n.mean(), draft_n.deviation(), lift_n.mean(), lift_n.deviation()}};
-    auto status = world.status();
-    if (!status) return Error{status.error()};
-    out.status = std::move(*status);
+    const Status noted = world.note_conditions(out);
+    if (!noted) return Error{noted.error()};
     return out;
 }
 

@@ -106,7 +106,7 @@ Result<RigOutput> run_column(const RigSetup& setup, const ColumnItem& column,
                            steepest_rad / kDegree, heap.height_m,
                            (heap.reach_m - column.radius_m) / column.radius_m, rest_s});
     out.status = status_texts(soil.status_bits());
-    if (std::isnan(rest_s)) out.status.push_back("moving: the heap was not at rest at the end");
+    if (std::isnan(rest_s)) out.faults.push_back("moving: the heap was not at rest at the end");
     return out;
 }
 

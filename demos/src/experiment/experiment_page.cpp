@@ -19,7 +19,8 @@ that Bullet's joints feel, and the results do not depend on the number of cores.
 
 `--set key=value` replaces a value of the file (keys as in a sweep), `--threads N` takes fewer cores, `--no-plot` leaves
 the plot out. Exit codes: 0 all expectations hold, 1 one does not, 2 could not run, 77 the sweep's points were to come
-from data that is not there.
+from data that is not there. A wheel or a shear head that sank as deep as its rig goes, and a heap that still moves at the
+end, fail like an expectation: their rows are not what the columns say.
 
 Every number carries its unit in its key. An unknown key, a wrong unit or a value out of range is an error with file,
 line and column. This page is printed by `bsoil experiment-keys --markdown`; a test compares the two.

@@ -192,7 +192,7 @@ TableOf<ColumnItem> column_table() {
         .number("radius_m", &C::radius_m, kSize, "radius of the column")
         .number("height_m", &C::height_m, kSize, "its height")
         .number("duration_s", &C::duration_s, {0.1, 1e4},
-                "a heap that still moves then is a sticky condition");
+                "a heap that still moves then fails, like an expectation");
 }
 
 /// Stores numbers or texts in place.

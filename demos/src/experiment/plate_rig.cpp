@@ -134,9 +134,8 @@ Result<RigOutput> run_plate(const RigSetup& setup, const PlateItem& plate,
         }
     }
     out.results = stations.rows();
-    auto status = world.status();
-    if (!status) return Error{status.error()};
-    out.status = std::move(*status);
+    const Status noted = world.note_conditions(out);
+    if (!noted) return Error{noted.error()};
     return out;
 }
 

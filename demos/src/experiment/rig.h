@@ -15,6 +15,9 @@ struct RigOutput {
     std::vector<std::string> series_columns;   ///< "time_s" first
     std::vector<std::vector<double>> series;   ///< one row for each step of the soil
     std::vector<std::string> status;  ///< sticky conditions of the soil, empty when all is well
+    /// Why the results are not what their columns say: a tool that hangs on its stop, a heap that
+    /// still moves. Empty when all is well.
+    std::vector<std::string> faults;
 };
 
 /// Called with the share of the run that is done, 0..1.

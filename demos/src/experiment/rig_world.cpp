@@ -129,18 +129,16 @@ void RigWorld::set_force(const std::string& name, Vec3 force_n) {
     forces_.push_back({target, scene::to_bullet(force_n)});
 }
 
-Result<std::vector<std::string>> RigWorld::status() const {
-    std::vector<std::string> conditions;
-    if (action_) {
-        if (!action_->refused().empty()) return Error{action_->refused().front().reason};
-        conditions = status_texts(action_->soil().status_bits());
-    }
+Status RigWorld::note_conditions(RigOutput& out) const {
+    if (!action_) return Done{};  // a tool without soil hangs on its stop, as it has to
+    if (!action_->refused().empty()) return Error{action_->refused().front().reason};
+    out.status = status_texts(action_->soil().status_bits());
     for (const scene::SceneJoint& joint : bullet_->joints()) {
         if (joint.item->lower_m && joint.position < *joint.item->lower_m * kAtStop) {
-            conditions.push_back(joint.name + "_at_stop: it sank as deep as the rig goes");
+            out.faults.push_back(joint.name + "_at_stop: it sank as deep as the rig goes");
         }
     }
-    return conditions;
+    return Done{};
 }
 
 double surface_z_m(const RigSetup& setup) {

@@ -44,9 +44,9 @@ class RigWorld {
     /// A constant force at a body's centre of mass from now on.
     void set_force(const std::string& body, Vec3 force_n);
 
-    /// Sticky conditions of the soil, and sliders that have come to their lower stop: what they
-    /// carry no longer stands on soil. An error where the soil refuses a body of the rig.
-    Result<std::vector<std::string>> status() const;
+    /// Notes sticky conditions of the soil, and sliders that have come to their lower stop: what
+    /// they carry no longer stands on soil. An error where the soil refuses a body of the rig.
+    Status note_conditions(RigOutput& out) const;
 
   private:
     struct LoadCell {

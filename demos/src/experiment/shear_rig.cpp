@@ -171,9 +171,8 @@ Result<RigOutput> run_shear(const RigSetup& setup, const ShearItem& shear,
         progress(world.time_s() / end_s);
     }
     out.results = stations.rows();
-    auto status = world.status();
-    if (!status) return Error{status.error()};
-    out.status = std::move(*status);
+    const Status noted = world.note_conditions(out);
+    if (!noted) return Error{noted.error()};
     return out;
 }
 

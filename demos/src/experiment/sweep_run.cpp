@@ -1,5 +1,7 @@
 #include "sweep_run.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -71,6 +73,16 @@ std::vector<PointRun> run_sweep(const Experiment& experiment, int thread_count,
     std::vector<const RigSetup*> setups;
     for (const Point& point : experiment.points) setups.push_back(&point.setup);
     return run_points(setups, thread_count, progress);
+}
+
+std::vector<Verdict> verdicts_on(const std::vector<PointRun>& runs) {
+    std::vector<Verdict> verdicts;
+    for (size_t i = 0; i < runs.size(); ++i) {
+        for (const std::string& fault : runs[i].output.faults) {
+            verdicts.push_back({Verdict::Kind::fail, fmt::format("point {}: {}", i, fault)});
+        }
+    }
+    return verdicts;
 }
 
 CsvTable result_table(const Experiment& experiment, const std::vector<PointRun>& runs) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "csv_table.h"
+#include "expectation.h"
 #include "experiment.h"
 #include "rig.h"
 
@@ -31,6 +32,9 @@ std::vector<PointRun> run_points(const std::vector<const RigSetup*>& setups, int
 /// The same for the points of an experiment.
 std::vector<PointRun> run_sweep(const Experiment& experiment, int thread_count,
                                 const SweepProgress& progress);
+
+/// A failed verdict for each fault of a run; none where all went well.
+std::vector<Verdict> verdicts_on(const std::vector<PointRun>& runs);
 
 /// The table of results.csv.
 CsvTable result_table(const Experiment& experiment, const std::vector<PointRun>& runs);

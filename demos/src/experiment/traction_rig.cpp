@@ -198,9 +198,8 @@ Result<RigOutput> run_traction(const RigSetup& setup, const TractionItem& wheel,
         row.push_back(quantity.mean());
         row.push_back(quantity.deviation());
     }
-    auto status = world.status();
-    if (!status) return Error{status.error()};
-    out.status = std::move(*status);
+    const Status noted = world.note_conditions(out);
+    if (!noted) return Error{noted.error()};
     return out;
 }
 
