@@ -27,6 +27,13 @@ TEST(ExperimentResults, csv_is_read_as_it_was_written) {
     EXPECT_EQ(read->rows, table.rows);
     std::ofstream(file.path()) << "a,b\r\n1\r\n\r\n1,2,3\n";
     EXPECT_NE(read_csv(file.path()).error().find("row 3 has 3 cells"), std::string::npos);
+    std::ofstream(file.path()) << "\xef\xbb\xbf"
+                                  "a, b\n1 , 2 \n3, \n";  // of a spreadsheet
+    const auto marked = read_csv(file.path());
+    ASSERT_TRUE(marked) << marked.error();
+    EXPECT_EQ(marked->number(0, "a"), 1);
+    EXPECT_EQ(marked->number(0, " b"), 2);
+    EXPECT_FALSE(marked->number(1, " b"));
     std::filesystem::remove(file.path());
     EXPECT_FALSE(read_csv(file.path()));
 }

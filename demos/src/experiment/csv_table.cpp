@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <string_view>
 
 namespace bsoil::experiment {
 namespace {
@@ -61,6 +62,9 @@ Result<CsvTable> read_csv(const std::string& path) {
     if (!file) return Error{path + ": cannot be read"};
     CsvTable table;
     table.columns = read_record(file);
+    // The mark with which spreadsheets begin a file in UTF-8 is no part of the first heading.
+    constexpr std::string_view kMark = "\xef\xbb\xbf";
+    if (table.columns[0].starts_with(kMark)) table.columns[0].erase(0, kMark.size());
     while (file.peek() != std::char_traits<char>::eof()) {
         std::vector<std::string> cells = read_record(file);
         if (cells.size() == 1 && cells[0].empty()) continue;  // an empty line
@@ -93,7 +97,9 @@ std::string cell(double value) {
 std::optional<double> number_in(const std::string& text) {
     char* end = nullptr;
     const double value = std::strtod(text.c_str(), &end);
-    if (text.empty() || *end != '\0' || !std::isfinite(value)) return std::nullopt;
+    const bool is_number = end != text.c_str() && std::isfinite(value);
+    while (*end == ' ' || *end == '\t') ++end;  // as before a number
+    if (!is_number || *end != '\0') return std::nullopt;
     return value;
 }
 

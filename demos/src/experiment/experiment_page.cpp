@@ -47,7 +47,7 @@ curves, and those whose points are measured rows are skipped.
 
 `bsoil validate` runs all of them at once, sets them beside the measurements and the classical models, and with
 `--document docs/validation.md` writes that page anew: [validation](../../docs/validation.md). `--only NAME ...` takes some
-of them, `--out DIR` keeps tables and pictures. Exit codes as above, 77 where no data is there at all.
+of them, and leaves the page's table over all of them as it was; `--out DIR` keeps tables and pictures. Exit codes as above, 77 where no data is there at all.
 
 ## [sweep]
 
