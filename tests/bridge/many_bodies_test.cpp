@@ -252,6 +252,7 @@ TEST(ManyBodies, a_thousand_are_looked_at_where_they_are) {
     const WorkCounts before = rain.soil->soil().work_counts();
     rain.scene.run(0.5);
     const WorkCounts after = rain.soil->soil().work_counts();
+    EXPECT_GT(columns_of(after) - columns_of(before), 0);
     EXPECT_LE(columns_of(after) - columns_of(before), 4000000);
     EXPECT_LE(after.dispatch_count - before.dispatch_count, 990);
     EXPECT_LE(after.read_count - before.read_count, 74);
@@ -304,6 +305,7 @@ TEST(Parked, a_machine_of_20_t_that_stays_awake_is_looked_at_where_it_touches) {
     const WorkCounts before = soil->soil().work_counts();
     scene.run(1);
     const WorkCounts after = soil->soil().work_counts();
+    EXPECT_GT(columns_of(after) - columns_of(before), 0);
     for (size_t i = 0; i < after.passes.size(); ++i) {
         const int64_t columns = after.passes[i].column_count - before.passes[i].column_count;
         EXPECT_LE(columns, after.passes[i].name == "collect_contacts" ? 479000 : 0)

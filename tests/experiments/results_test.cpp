@@ -65,6 +65,11 @@ TEST(ExperimentResults, measured_columns_are_filtered_and_scaled) {
     item.columns[0].values = {{"lugs", 10}};
     ASSERT_EQ(select_measured(file, item)->rows.size(), 1u);
     EXPECT_DOUBLE_EQ(select_measured(file, item)->rows[0][0], 10);
+    item.columns[0].values.clear();  // no wheel is a number
+    EXPECT_NE(select_measured(file, item).error().find("none of 3 rows has a number"),
+              std::string::npos);
+    filter.equals = {"7"};
+    EXPECT_NE(select_measured(file, item).error().find("[[measured.where]]"), std::string::npos);
     filter.column = "weel";
     EXPECT_NE(select_measured(file, item).error().find("the columns are wheel, slip, z_mm"),
               std::string::npos);

@@ -48,6 +48,7 @@ Result<MeasuredTable> select_measured(const CsvTable& file, const MeasuredItem& 
         columns.push_back(*index);
         table.columns.push_back(column.name);
     }
+    size_t asked_for = 0;
     for (const std::vector<std::string>& cells : file.rows) {
         bool taken = true;
         for (size_t f = 0; f < filters.size(); ++f) {
@@ -56,6 +57,7 @@ Result<MeasuredTable> select_measured(const CsvTable& file, const MeasuredItem& 
                                              return same_cell(cells[filters[f]], wanted);
                                          });
         }
+        asked_for += taken;
         std::vector<double> row;
         for (size_t c = 0; taken && c < columns.size(); ++c) {
             const auto number = number_of(cells[columns[c]], item.columns[c]);
@@ -64,7 +66,11 @@ Result<MeasuredTable> select_measured(const CsvTable& file, const MeasuredItem& 
         }
         if (taken) table.rows.push_back(std::move(row));
     }
-    if (table.rows.empty()) return Error{"no row has what [[measured.where]] asks for"};
+    if (asked_for == 0) return Error{"no row has what [[measured.where]] asks for"};
+    if (table.rows.empty()) {
+        return Error{
+            fmt::format("none of {} rows has a number in each [[measured.column]]", asked_for)};
+    }
     return table;
 }
 
