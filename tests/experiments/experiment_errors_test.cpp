@@ -126,6 +126,29 @@ TEST(ExperimentErrors, sweep_combines_lists_in_the_order_of_the_file) {
     EXPECT_EQ(std::get<PlateItem>(made->points[4].setup.rig).speed_m_s, 0.02);
 }
 
+TEST(ExperimentErrors, flags_are_swept_and_set_like_other_values) {
+    const std::string sweep = kPlate + "[sweep]\nunload = [true, false]\n";
+    const auto swept = parse_experiment(sweep, "e.toml", "plate");
+    ASSERT_TRUE(swept) << swept.error();
+    ASSERT_EQ(swept->points.size(), 2u);
+    EXPECT_TRUE(std::get<PlateItem>(swept->points[0].setup.rig).unload);
+    EXPECT_FALSE(std::get<PlateItem>(swept->points[1].setup.rig).unload);
+    EXPECT_EQ(swept->points[1].parameters[0].text, "false");
+    const auto set = parse_experiment(kPlate, "e.toml", "plate", {"unload=true"});
+    ASSERT_TRUE(set) << set.error();
+    EXPECT_TRUE(std::get<PlateItem>(set->points[0].setup.rig).unload);
+}
+
+TEST(ExperimentErrors, what_a_sweep_gives_cannot_be_set) {
+    const std::string sweep = kPlate + "[sweep]\nradius_m = [0.1, 0.2]\n";
+    for (const char* name : {"radius_m", "plate.radius_m"}) {
+        const auto made = parse_experiment(sweep, "e.toml", "plate", {name + std::string("=0.3")});
+        EXPECT_NE(made.error().find("cannot be set: [sweep] gives it its values"),
+                  std::string::npos);
+    }
+    EXPECT_TRUE(parse_experiment(sweep, "e.toml", "plate", {"speed_m_s=0.3"}));
+}
+
 TEST(ExperimentErrors, every_experiment_of_the_project_is_valid) {
     int count = 0;
     for (const auto& entry : std::filesystem::directory_iterator(BSOIL_EXPERIMENTS_DIR)) {

@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kSide = 56;         // voxels, the smallest cube of the thesis
 constexpr int kWarmUpSteps = 20;  // as for the other figures
-constexpr int kSteps = 150;       // once to the other side and part of the way back
+constexpr int kSteps = 150;       // to the other side, back, and part of the way again
 
 /// A soil that differs from the plain one in one thing.
 struct Feature {

@@ -57,6 +57,7 @@ class ExperimentReader {
             read_measured(file);
             read_points(root);
         }
+        if (errors_.empty()) check_settings(settings);
         if (errors_.empty()) check_columns(file);
         if (errors_.empty()) return std::move(experiment_);
         return Error{scene::error_text(std::move(errors_), experiment_.path)};
@@ -87,7 +88,9 @@ class ExperimentReader {
             if (!table) return error(at, "`{}`: there is no table [{}]", parameter.name, name);
             start = end + 1;
         }
-        if (!parameter.number) {
+        if (parameter.text == "true" || parameter.text == "false") {
+            table->insert_or_assign(key, parameter.text == "true");
+        } else if (!parameter.number) {
             table->insert_or_assign(key, parameter.text);
         } else if (*parameter.number == std::round(*parameter.number) &&
                    std::abs(*parameter.number) < 1e15) {
@@ -105,6 +108,21 @@ class ExperimentReader {
             return error({}, "\"{}\" is not of the form key=value", setting);
         }
         assign(root, Parameter{name, text, number_in(text)}, {});
+    }
+
+    /// What a sweep gives a key is no longer what was set.
+    void check_settings(const std::vector<std::string>& settings) {
+        if (experiment_.points.empty()) return;
+        const auto full_name = [this](const std::string& name) {
+            return name.find('.') == std::string::npos ? rig_ + '.' + name : name;
+        };
+        for (const std::string& setting : settings) {
+            const std::string name = setting.substr(0, setting.find('='));
+            for (const Parameter& swept : experiment_.points.front().parameters) {
+                if (full_name(swept.name) != full_name(name)) continue;
+                error({}, "`{}` cannot be set: [sweep] gives it its values", name);
+            }
+        }
     }
 
     void check_file(const ExperimentFile& file) {
@@ -199,7 +217,7 @@ class ExperimentReader {
             if (auto parameter = parameter_of(name, value)) {
                 out.push_back({{std::move(*parameter), scene::position_of(value)}});
             } else {
-                error(scene::position_of(value), "`{}`: expected a number or a text, not {}", name,
+                error(scene::position_of(value), "`{}`: expected a value, not {}", name,
                       scene::kind_text(value));
             }
         }
@@ -226,8 +244,8 @@ class ExperimentReader {
                 if (auto parameter = parameter_of(name, value)) {
                     combination.push_back({std::move(*parameter), scene::position_of(value)});
                 } else {
-                    error(scene::position_of(value), "`{}`: expected a number or a text, not {}",
-                          name, scene::kind_text(value));
+                    error(scene::position_of(value), "`{}`: expected a value, not {}", name,
+                          scene::kind_text(value));
                 }
             });
             std::set<std::string> names;

@@ -17,7 +17,7 @@ that Bullet's joints feel, and the results do not depend on the number of cores.
 | `results.svg`, `results.png` | the curves with the measured points, drawn by gnuplot from `results.gnuplot` |
 | `series_000.csv` ... | with `--series`: everything a point recorded, a row for each step of the soil |
 
-`--set key=value` replaces a value of the file (keys as in a sweep), `--threads N` takes fewer cores, `--no-plot` leaves
+`--set key=value` replaces a value of the file (keys as in a sweep, and none that is swept), `--threads N` takes fewer cores, `--no-plot` leaves
 the plot out. Exit codes: 0 all expectations hold, 1 one does not, 2 could not run, 77 the sweep's points were to come
 from data that is not there. A wheel or a shear head that sank as deep as its rig goes, and a heap that still moves at the
 end, fail like an expectation: their rows are not what the columns say.

@@ -206,7 +206,7 @@ std::function<std::string(MeasuredFilterItem&, const toml::node&)> read_filter()
         const toml::array* list = value.as_array();
         const bool taken =
             list ? !list->empty() && std::all_of(list->begin(), list->end(), take) : take(value);
-        return taken ? "" : "expected a number, a text or a list, not " + scene::kind_text(value);
+        return taken ? "" : "expected a value or a list, not " + scene::kind_text(value);
     };
 }
 
@@ -252,8 +252,7 @@ TableOf<T> figure_table(const std::string& name, const std::string& doc) {
                        if (auto condition = condition_of(path, leaf)) {
                            item.at_values.push_back(std::move(*condition));
                        } else {
-                           error = "expected a number, a text or two numbers, not " +
-                                   scene::kind_text(leaf);
+                           error = "expected a value or two numbers, not " + scene::kind_text(leaf);
                        }
                    });
                    return error;
@@ -382,6 +381,9 @@ void add_rig(TableOf<ExperimentFile>& file, const std::string& name, const Table
 
 std::optional<Parameter> parameter_of(const std::string& name, const toml::node& value) {
     if (value.is_string()) return Parameter{name, value.as_string()->get(), {}};
+    if (value.is_boolean()) {
+        return Parameter{name, value.as_boolean()->get() ? "true" : "false", {}};
+    }
     if (!value.is_number()) return std::nullopt;
     const double number = scene::number_of(value);
     return Parameter{name, fmt::format("{:.6g}", number), number};

@@ -29,7 +29,7 @@ struct ExperimentFile : scene::SceneItem {
 
 const scene::TableSpec& experiment_schema();
 
-/// A number or a text as a parameter's value; nothing for lists and tables.
+/// A number, a text, or true or false as a parameter's value; nothing for lists and tables.
 std::optional<Parameter> parameter_of(const std::string& name, const toml::node& value);
 
 /// Tables of names and values, flattened: "soil.voxel_m".
