@@ -100,7 +100,7 @@ bool BodyCollector::is_coupled(const btCollisionObject& object) const {
     const auto found = tracked_.find(&object);
     if (found == tracked_.end()) return true;
     const Tracked& tracked = found->second;
-    // Nobody looks at the world while the soil is off: it may be a new object at an old address.
+    // Since the last look at the world it may have become a new object at an old address.
     if (tracked.proxy_id != proxy_id_of(object)) return true;
     return !tracked.is_refused();
 }
@@ -165,6 +165,7 @@ void BodyCollector::convert(const btCollisionObject& object, Tracked& tracked) {
     if (key != tracked.key) ++tracked.shape_revision;  // not where a snapshot has left it
     tracked.key = key;
     tracked.refusal.clear();
+    tracked.has_no_shapes = false;
     std::weak_ptr<const Shapes>& cached = shape_cache_[key];
     tracked.shapes = cached.lock();
     if (tracked.shapes) return;
@@ -174,6 +175,7 @@ void BodyCollector::convert(const btCollisionObject& object, Tracked& tracked) {
         cached = tracked.shapes;
     } else {
         tracked.refusal = converted.error();
+        tracked.has_no_shapes = true;
         shape_cache_.erase(key);
     }
 }

@@ -85,15 +85,16 @@ class BodyCollector {
         int proxy_id = 0;
         int id = 0;
         ShapeKey key{};
-        std::shared_ptr<const Shapes> shapes;  ///< null: refused
-        std::string refusal;
+        std::shared_ptr<const Shapes> shapes;  ///< null: refused, or out of a snapshot
+        bool has_no_shapes = false;            ///< they are refused
+        std::string refusal;                   ///< why; empty out of a snapshot
         unsigned shape_revision = 0;
         bool has_pose = false;
         Pose last_pose;
         bool was_in_grid = false;
         unsigned long long seen_in_scan = 0;
 
-        bool is_refused() const { return id < 0 || !refusal.empty(); }
+        bool is_refused() const { return id < 0 || has_no_shapes; }
     };
 
     struct Options {

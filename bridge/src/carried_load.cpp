@@ -230,9 +230,9 @@ void CarriedLoads::add_push_since_left(const btRigidBody& rigid, Loaded& loaded)
 
 /// Between substeps no time passes: only its host moves a body then.
 bool CarriedLoads::is_left_behind(const Loaded& loaded, double swept_most_m) const {
-    if (loaded.open || !loaded.left_m || !is_in_world(world_, loaded.body)) return false;
+    if (loaded.open || !is_in_world(world_, loaded.body)) return false;
     const Vec3 now_m = from_bullet(loaded.body.object->getWorldTransform().getOrigin());
-    return length(now_m - *loaded.left_m) > swept_most_m;
+    return length(now_m - loaded.left_m) > swept_most_m;
 }
 
 void CarriedLoads::open_substep(double swept_most_m) {

@@ -5,7 +5,6 @@
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 
 #include <map>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -58,11 +57,9 @@ class CarriedLoads {
         BodyLoad load;
         /// What the body has given soil and not paid for; angular about its centre of mass.
         Vec3 debt_n_s, debt_n_m_s;
-        Vec3 push_n, push_n_m;  ///< pays it
-        /// At the end of the last substep. Place: not known of one that comes from a snapshot;
-        /// speeds: of a rigid body.
-        std::optional<Vec3> left_m;
-        Vec3 left_m_s, left_rad_s;
+        Vec3 push_n, push_n_m;      ///< pays it
+        Vec3 left_m;                ///< place at the end of the last substep
+        Vec3 left_m_s, left_rad_s;  ///< speeds then, of a rigid body
         btScalar own_mass_kg = 0;
         btVector3 own_inertia{0, 0, 0};                   ///< 0 where the host has locked the axis
         btVector3 force_n{0, 0, 0}, torque_n_m{0, 0, 0};  ///< all that is applied while it is open

@@ -149,7 +149,8 @@ void CouplingSnapshot::Memory::list_body(StateStream& stream, const btDiscreteDy
                                          Body& body) {
     BodyCollector::Tracked& t = body.tracked;
     list_object(stream, world, body.object);
-    stream(t.id, t.key.fingerprint, t.shape_revision, t.has_pose, t.last_pose, t.was_in_grid);
+    stream(t.id, t.key.fingerprint, t.shape_revision, t.has_no_shapes, t.has_pose, t.last_pose,
+           t.was_in_grid);
     if (t.id < -1 || t.id > limits::kBodyIdMost) stream.refuse();
 }
 
@@ -219,8 +220,8 @@ void CouplingSnapshot::Memory::list_loaded(StateStream& stream,
     list(stream, world, loaded.body);
     stream(loaded.load.body, loaded.load.mass_kg, loaded.load.center_m, loaded.load.impulse_n_s,
            loaded.load.held_kg, loaded.load.held_kg_m);
-    stream(loaded.debt_n_s, loaded.debt_n_m_s, loaded.push_n, loaded.push_n_m, loaded.left_m_s,
-           loaded.left_rad_s, loaded.own_mass_kg);
+    stream(loaded.debt_n_s, loaded.debt_n_m_s, loaded.push_n, loaded.push_n_m, loaded.left_m,
+           loaded.left_m_s, loaded.left_rad_s, loaded.own_mass_kg);
     list(stream, loaded.own_inertia);
     list(stream, loaded.force_n);
     list(stream, loaded.torque_n_m);

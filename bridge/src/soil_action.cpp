@@ -209,13 +209,15 @@ void SoilAction::updateAction(btCollisionWorld*, btScalar substep_s) {
         d.step_soil(passed_s);
     } else {
         d.pause();
+        // What it refuses goes on lying on ground().
+        d.collector.collect(*d.world, 0);
+        d.is_paused = true;
     }
 }
 
 void SoilAction::Impl::pause() {
     coupling.let_go();
     carried.let_go();
-    collector.let_go();
     first_contacts.let_go();
     clear_report();
     unstepped_s = uncollected_s = 0;
@@ -297,6 +299,7 @@ void SoilAction::Impl::keep_stepped() {
 
 /// Finds the bodies, and whether they weigh as the soil does.
 void SoilAction::Impl::look_at_world() {
+    if (std::exchange(is_paused, false)) collector.let_go();  // nothing is swept
     collector.collect(*world, uncollected_s);
     vehicles->show_wheels();
     coupling.set_bodies(collector.bodies());  // all of them: each that is added may move the list

@@ -48,7 +48,7 @@ struct SoilAction::Impl {
     std::span<const BodyLoad> moved_loads();
     /// Takes down whose the new conditions are.
     void name_conditions();
-    /// Lets every body go and forgets where they were.
+    /// Lets every body go.
     void pause();
     CouplingSnapshot::Parts parts() {
         return {*world, collector, coupling, carried, first_contacts, *vehicles, surface};
@@ -69,6 +69,7 @@ struct SoilAction::Impl {
     double unstepped_s = 0;    ///< time that has passed and the soil has not stepped
     double uncollected_s = 0;  ///< time since the bodies were last looked at
     bool enabled = true;
+    bool is_paused = false;  ///< a substep has passed since it was switched off
     uint64_t known_def_revision = 0;  ///< of the soil that the coupling knows
     long long step_count = 0;
     StepReport report;                   ///< see current_report()

@@ -48,6 +48,14 @@ struct BulletScene {
                          const btVector3& position) {
         return add(mass_kg, shape<btBoxShape>(half_extents), position);
     }
+    /// A hull without volume: nothing for the soil to give way to, so that it is refused.
+    btRigidBody& add_flat_hull(const btVector3& position) {
+        auto& flat = static_cast<btConvexHullShape&>(shape<btConvexHullShape>());
+        for (const btScalar x : {-0.2f, 0.2f}) {
+            for (const btScalar z : {-0.2f, 0.2f}) flat.addPoint({x, 0, z});
+        }
+        return add(2, flat, position);
+    }
     void remove(btRigidBody& body) {
         world->removeRigidBody(&body);
         std::erase_if(bodies, [&body](const auto& owned) { return owned.get() == &body; });

@@ -363,19 +363,10 @@ TEST(SoilGround, coupled_bodies_move_as_if_it_were_not_there) {
     EXPECT_EQ(run(true), run(false));
 }
 
-/// A hull without volume: nothing for the soil to give way to.
-btRigidBody& add_flat_hull(BulletScene& scene, btScalar height_m) {
-    auto& flat = static_cast<btConvexHullShape&>(scene.shape<btConvexHullShape>());
-    for (const btScalar x : {-0.2f, 0.2f}) {
-        for (const btScalar z : {-0.2f, 0.2f}) flat.addPoint({x, 0, z});
-    }
-    return scene.add(2, flat, {0, height_m, 0});
-}
-
 TEST(SoilGround, body_the_soil_refuses_rests_on_it) {
     BulletScene scene;
     const auto soil = make_bed(scene);
-    btRigidBody& body = add_flat_hull(scene, 0.5f);
+    btRigidBody& body = scene.add_flat_hull({0, 0.5f, 0});
     scene.run(3);
     EXPECT_FALSE(soil->refused().empty());
     EXPECT_NEAR(body.getWorldTransform().getOrigin().y(), 0.4, 0.06);
@@ -384,7 +375,7 @@ TEST(SoilGround, body_the_soil_refuses_rests_on_it) {
 TEST(SoilGround, body_the_soil_refuses_rests_on_it_while_the_soil_is_off) {
     BulletScene scene;
     const auto soil = make_bed(scene);
-    btRigidBody& body = add_flat_hull(scene, 0.45f);
+    btRigidBody& body = scene.add_flat_hull({0, 0.45f, 0});
     scene.run(0.2);
     ASSERT_FALSE(soil->refused().empty());
     soil->set_enabled(false);
@@ -397,6 +388,23 @@ TEST(SoilGround, body_the_soil_refuses_rests_on_it_while_the_soil_is_off) {
     body.setAngularVelocity({0, 0, 0});
     body.activate();
     scene.run(2);
+    EXPECT_NEAR(body.getWorldTransform().getOrigin().y(), 0.4, 0.06);
+}
+
+TEST(SoilGround, body_that_comes_while_the_soil_is_off_and_is_refused_rests_on_it) {
+    BulletScene scene;
+    const auto soil = make_bed(scene);
+    soil->set_enabled(false);
+    scene.run(0.1);
+    btRigidBody& body = scene.add_flat_hull({0, 0.5f, 0});
+    btRigidBody& falls = scene.add_box(5, {0.1f, 0.1f, 0.1f}, {0.8f, 0.6f, 0});
+    scene.run(1.5);
+    EXPECT_NEAR(body.getWorldTransform().getOrigin().y(), 0.4, 0.06);
+    EXPECT_LT(falls.getWorldTransform().getOrigin().y(), 0);
+    ASSERT_EQ(soil->refused().size(), 1u);
+    EXPECT_EQ(soil->refused()[0].object, &body);
+    soil->set_enabled(true);
+    scene.run(0.2);
     EXPECT_NEAR(body.getWorldTransform().getOrigin().y(), 0.4, 0.06);
 }
 

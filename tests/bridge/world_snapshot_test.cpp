@@ -257,6 +257,53 @@ TEST_F(WorldSnapshot, a_soil_that_is_off_stays_off) {
     }
 }
 
+/// A body that the soil refuses, and that turns as it comes down onto its ground.
+std::unique_ptr<TestWorld> build_refused() {
+    auto w = std::make_unique<TestWorld>();
+    add_soil(*w);
+    w->scene.add_flat_hull({0, 0.55f, 0}).setAngularVelocity(btVector3(1, 0, 0.5f));
+    return w;
+}
+
+TEST_F(WorldSnapshot, a_refused_body_goes_on_as_in_the_run_that_saved) {
+    for (const int before : {8, 14, 20, 30}) expect_goes_on(build_refused, before, 20, true);
+}
+
+TEST_F(WorldSnapshot, a_soil_that_is_off_knows_what_it_has_refused) {
+    const auto saved = build_refused(), restored = build_refused();
+    saved->soil->set_enabled(false);
+    saved->run(14);
+    ASSERT_FALSE(saved->soil->refused().empty());
+    ASSERT_TRUE(saved->save(path("a")));
+    restored->frame = saved->frame;
+    ASSERT_TRUE(restored->load(path("a")));
+    for (int i = 0; i < 40; ++i) {
+        saved->step();
+        restored->step();
+        ASSERT_EQ(restored->checksum(), saved->checksum()) << i;
+    }
+    EXPECT_GT(restored->scene.bodies[0]->getWorldTransform().getOrigin().y(), 0.3f);
+}
+
+TEST_F(WorldSnapshot, a_loaded_body_that_its_host_puts_elsewhere_leaves_its_load_behind) {
+    const auto saved = build_machine(), restored = build_machine();
+    saved->run(20);
+    ASSERT_TRUE(saved->save(path("a")));
+    restored->frame = saved->frame;
+    ASSERT_TRUE(restored->load(path("a")));
+    for (TestWorld* w : {saved.get(), restored.get()}) {
+        btRigidBody& scoop = *w->scene.bodies[3];
+        ASSERT_GT(w->soil->body_report(scoop).load_kg, 5);
+        btTransform pose = scoop.getWorldTransform();
+        pose.setOrigin(btVector3(0, 4, 0));
+        scoop.setWorldTransform(pose);
+        scoop.setLinearVelocity(btVector3(0, 0, 0));
+        scoop.applyCentralForce(btVector3(0, 0, 100));
+        w->step();
+    }
+    EXPECT_EQ(restored->checksum(), saved->checksum());
+}
+
 TEST_F(WorldSnapshot, a_world_that_has_blown_up_can_be_put_back) {
     const auto w = build_heap();
     w->run(20);

@@ -23,8 +23,8 @@ namespace bsoil {
 namespace {
 
 constexpr char kMagic[8] = {'B', 'S', 'O', 'I', 'L', 'S', 'N', 'P'};
-// 21: how deep the patches of bodies are.
-constexpr uint32_t kVersion = 21;
+// 22: where bodies left their loads, which are refused, whether time has passed with a soil off.
+constexpr uint32_t kVersion = 22;
 constexpr uint32_t kSectionsMost = 64;
 constexpr size_t kNameBytes = 16;
 constexpr size_t kHeadBytes = sizeof(kMagic) + 4 + 4;

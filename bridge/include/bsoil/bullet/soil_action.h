@@ -75,9 +75,10 @@ class SoilAction final : public btActionInterface {
     BodyOptions options(const btCollisionObject& object) const;
 
     /// Off: the soil is frozen, takes no time and carries nothing; bodies that slept on it wake and
-    /// fall. What rests on ground(), ignored or refused, stays. On again: it goes on with the
-    /// bodies where they are then, as with new ones (peaks and contacts start anew, nothing was
-    /// swept). Switching back before a step has passed changes nothing. On at first.
+    /// fall. What rests on ground(), ignored or refused, stays; so does what comes meanwhile and is
+    /// refused. On again: it goes on with the bodies where they are then, as with new ones (peaks
+    /// and contacts start anew, nothing was swept). Switching back before a substep has passed
+    /// changes nothing. On at first.
     void set_enabled(bool enabled);
     bool is_enabled() const;  ///< as set_enabled() has it
 
@@ -92,7 +93,8 @@ class SoilAction final : public btActionInterface {
     /// oldest first. To be told of new ones look at StepReport::condition_new_count of
     /// last_report(), which allocates nothing.
     std::vector<ObjectCondition> conditions() const;
-    /// Objects that touch the grid and take no part, as of the last soil step.
+    /// Objects that touch the grid and take no part, as of the last soil step; of the last substep
+    /// while the soil is switched off.
     const std::vector<RefusedBody>& refused() const;
     /// All zero for an object that does not touch the soil.
     BodyReport body_report(const btCollisionObject& object) const;
