@@ -71,9 +71,9 @@ SoilAction::Impl::Impl(btDiscreteDynamicsWorld& bullet_world, std::unique_ptr<So
       surface(*soil),
       soil_below(*soil, surface, up_of(soil->def())),
       first_contacts(collector, coupling, soil_below, up_of(soil->def())),
-      vehicles(
-          std::make_shared<SoilVehicles>(world, collector, coupling, ground, soil->def().voxel_m,
-                                         [this](Vec3 world_m) { return surface_at(world_m); })) {
+      vehicles(std::make_shared<SoilVehicles>(
+          [this] { return world_if_there(); }, collector, coupling, ground, soil->def().voxel_m,
+          [this](Vec3 world_m) { return surface_at(world_m); })) {
     named_conditions.reserve(limits::kConditionCapacity + 32);
     for (const btCollisionObject* object : options.ignored) {
         collector.set_options(*object, {.ignored = true});
@@ -114,7 +114,7 @@ SoilAction::SoilAction(std::unique_ptr<Impl> impl, const SoilActionDef& options)
 }
 
 SoilAction::~SoilAction() {
-    if (!impl_->world || !impl_->anchor->world_exists()) return;
+    if (!impl_->world_if_there()) return;
     impl_->pause();
     impl_->vehicles->leave_world();
     impl_->world->removeAction(this);
@@ -299,7 +299,10 @@ void SoilAction::Impl::keep_stepped() {
 
 /// Finds the bodies, and whether they weigh as the soil does.
 void SoilAction::Impl::look_at_world() {
-    if (std::exchange(is_paused, false)) collector.let_go();  // nothing is swept
+    if (std::exchange(is_paused, false)) {  // nothing that happened meanwhile is swept
+        collector.let_go();
+        vehicles->meet_anew();
+    }
     collector.collect(*world, uncollected_s);
     vehicles->show_wheels();
     coupling.set_bodies(collector.bodies());  // all of them: each that is added may move the list
@@ -341,9 +344,7 @@ std::span<const BodyLoad> SoilAction::Impl::moved_loads() {
 
 Result<SettleReport> SoilAction::settle(int steps_max) {
     Impl& d = *impl_;
-    if (!d.world || !d.anchor->world_exists()) {
-        return Error{"the world of the soil has been emptied"};
-    }
+    if (!d.world_if_there()) return Error{kWorldIsGone};
     if (!d.enabled) return Error{"the soil is switched off: set_enabled(true) before settle()"};
     return d.settle(steps_max);
 }

@@ -18,6 +18,8 @@
 
 namespace bsoil::bullet {
 
+inline constexpr char kWorldIsGone[] = "the world of the soil has been emptied or destroyed";
+
 struct SoilAction::Impl {
     Impl(btDiscreteDynamicsWorld& bullet_world, std::unique_ptr<Soil> new_soil,
          const SoilActionDef& options);
@@ -54,6 +56,11 @@ struct SoilAction::Impl {
         return {*world, collector, coupling, carried, first_contacts, *vehicles, surface};
     }
 
+    /// Null once the host has emptied or destroyed it.
+    btDiscreteDynamicsWorld* world_if_there() const {
+        return anchor && !anchor->world_exists() ? nullptr : world;
+    }
+
     btDiscreteDynamicsWorld* world;  ///< null once the host has emptied it
     std::unique_ptr<Soil> soil;
     Aabb box;
@@ -69,7 +76,7 @@ struct SoilAction::Impl {
     double unstepped_s = 0;    ///< time that has passed and the soil has not stepped
     double uncollected_s = 0;  ///< time since the bodies were last looked at
     bool enabled = true;
-    bool is_paused = false;  ///< a substep has passed since it was switched off
+    bool is_paused = false;           ///< a substep has passed since it was switched off
     uint64_t known_def_revision = 0;  ///< of the soil that the coupling knows
     long long step_count = 0;
     StepReport report;                   ///< see current_report()

@@ -34,7 +34,7 @@ void SnapshotAccess::close_substep(SoilAction& action) {
 Result<std::vector<SnapshotSection>> SnapshotAccess::sections(const SoilAction& action,
                                                               size_t index) {
     SoilAction::Impl& d = *action.impl_;
-    if (!d.world) return Error{"the world of the soil has been emptied"};
+    if (!d.world_if_there()) return Error{kWorldIsGone};
     StateStream stream;
     std::vector<ObjectKind> kinds = object_kinds(*d.world);
     stream.list(kinds, 1, [&](ObjectKind& kind) { kind.list(stream); });
@@ -54,7 +54,7 @@ Result<std::function<void()>> SnapshotAccess::prepare(SoilAction& action,
                                                       std::span<const SnapshotSection> sections,
                                                       size_t index) {
     SoilAction::Impl& d = *action.impl_;
-    if (!d.world) return Error{"the world of the soil has been emptied"};
+    if (!d.world_if_there()) return Error{kWorldIsGone};
     const std::vector<uint8_t>* soil = find_section(sections, section_name("soil", index));
     const std::vector<uint8_t>* coupling = find_section(sections, section_name("coupling", index));
     if (!soil || !coupling) return Error{"holds no coupled soil of this number"};

@@ -1,5 +1,7 @@
 #include "soil_vehicles.h"
 
+#include <utility>
+
 namespace bsoil::bullet {
 
 namespace {
@@ -23,11 +25,11 @@ class SoilVehicles::Closer final : public btActionInterface {
     SoilVehicles& vehicles_;
 };
 
-SoilVehicles::SoilVehicles(btDiscreteDynamicsWorld*& world, BodyCollector& collector,
-                           ContactCoupling& coupling, const std::unique_ptr<SoilGround>& ground,
-                           double voxel_m,
+SoilVehicles::SoilVehicles(std::function<btDiscreteDynamicsWorld*()> world,
+                           BodyCollector& collector, ContactCoupling& coupling,
+                           const std::unique_ptr<SoilGround>& ground, double voxel_m,
                            std::function<std::optional<SurfacePoint>(Vec3)> surface_at)
-    : world_(world),
+    : world_(std::move(world)),
       collector_(collector),
       coupling_(coupling),
       ground_(ground),
@@ -47,6 +49,7 @@ std::vector<VehicleOnSoil*> SoilVehicles::attached() const {
 }
 
 void SoilVehicles::open_substep() {
+    for (VehicleOnSoil* wheels : wheels_) wheels->leave_if_gone();
     close_substep();  // of a vehicle that its host has updated by hand
     if (!wheels_.empty()) put_closer_last();
 }
@@ -60,9 +63,9 @@ void SoilVehicles::close_substep() {
 void SoilVehicles::put_closer_last() {
     if (!closer_) {
         closer_ = std::make_unique<Closer>(*this);
-        world_->addAction(closer_.get());
+        world()->addAction(closer_.get());
     }
-    btAlignedObjectArray<btActionInterface*>& actions = WorldActions::of(*world_);
+    btAlignedObjectArray<btActionInterface*>& actions = WorldActions::of(*world());
     for (int i = actions.findLinearSearch(closer_.get()); i + 1 < actions.size(); ++i) {
         actions.swap(i, i + 1);
     }
@@ -80,8 +83,22 @@ void SoilVehicles::keep_stepped() {
     for (VehicleOnSoil* wheels : wheels_) wheels->keep_stepped();
 }
 
+void SoilVehicles::meet_anew() {
+    for (VehicleOnSoil* wheels : wheels_) wheels->meet_anew();
+}
+
+bool SoilVehicles::is_action(const btActionInterface* action) const {
+    btDiscreteDynamicsWorld* there = world();
+    if (!there) return false;
+    const btAlignedObjectArray<btActionInterface*>& actions = WorldActions::of(*there);
+    for (int i = 0; i < actions.size(); ++i) {
+        if (actions[i] == action) return true;
+    }
+    return false;
+}
+
 void SoilVehicles::leave_world() {
-    if (closer_) world_->removeAction(closer_.get());
+    if (closer_) world()->removeAction(closer_.get());
     closer_.reset();
 }
 

@@ -31,6 +31,10 @@ class VehicleOnSoil {
     virtual void take_contacts(bool fresh) = 0;
     /// The soil's step in progress sees them as they were shown last.
     virtual void keep_stepped() = 0;
+    /// The soil takes its wheels for new bodies.
+    virtual void meet_anew() = 0;
+    /// Between substeps: what has left the world may have been deleted, and is not looked at.
+    virtual void leave_if_gone() = 0;
     /// Between substeps. A memory that is put back is that of as many wheels, of the same defs.
     virtual VehicleMemory memory() const = 0;
     virtual void set_memory(const VehicleMemory& memory) = 0;
@@ -40,8 +44,8 @@ class VehicleOnSoil {
 /// within their vehicles' actions.
 class SoilVehicles {
   public:
-    /// world: null once it is gone. The references must outlive this.
-    SoilVehicles(btDiscreteDynamicsWorld*& world, BodyCollector& collector,
+    /// world: gives null once it is gone. The references must outlive this.
+    SoilVehicles(std::function<btDiscreteDynamicsWorld*()> world, BodyCollector& collector,
                  ContactCoupling& coupling, const std::unique_ptr<SoilGround>& ground,
                  double voxel_m, std::function<std::optional<SurfacePoint>(Vec3)> surface_at);
     ~SoilVehicles();
@@ -60,11 +64,16 @@ class SoilVehicles {
     void take_contacts(bool fresh);
     void keep_stepped();
     void leave_world();
+    /// The soil was off: what its wheels did meanwhile it has not seen.
+    void meet_anew();
 
     /// Wheels of the vehicles that are attached, in the order their raycasters were made.
     std::vector<VehicleOnSoil*> attached() const;
 
-    btDiscreteDynamicsWorld* world() const { return world_; }
+    /// Null once it is gone.
+    btDiscreteDynamicsWorld* world() const { return world_(); }
+    /// Whether Bullet calls it; it is not looked at.
+    bool is_action(const btActionInterface* action) const;
     BodyCollector& collector() { return collector_; }
     ContactCoupling& coupling() { return coupling_; }
     /// The soil's surface in the world, or null.
@@ -76,7 +85,7 @@ class SoilVehicles {
     class Closer;
     void put_closer_last();
 
-    btDiscreteDynamicsWorld*& world_;
+    std::function<btDiscreteDynamicsWorld*()> world_;
     BodyCollector& collector_;
     ContactCoupling& coupling_;
     const std::unique_ptr<SoilGround>& ground_;

@@ -37,73 +37,6 @@ struct RigidRay final : btCollisionWorld::ClosestRayResultCallback {
 
 }  // namespace
 
-VehicleWheels::VehicleWheels(const std::shared_ptr<SoilVehicles>& soil)
-    : soil_(soil), world_(soil->world()), ground_(0, nullptr, nullptr) {
-    soil->add(*this);
-}
-
-VehicleWheels::~VehicleWheels() {
-    forget();  // the vehicle may be gone
-    if (const auto vehicles = soil_.lock()) vehicles->remove(*this);
-}
-
-Status VehicleWheels::attach(btRaycastVehicle& vehicle, std::span<const SoilWheelDef> defs) {
-    const auto vehicles = soil_.lock();
-    if (!vehicles) return Error{"SoilRaycaster::attach: the SoilAction is gone"};
-    const int count = vehicle.getNumWheels();
-    if (count == 0) return Error{"SoilRaycaster::attach: the vehicle has no wheels yet"};
-    if (static_cast<int>(defs.size()) != count) {
-        return Error{"SoilRaycaster::attach: " + std::to_string(defs.size()) +
-                     " wheels are described, the vehicle has " + std::to_string(count)};
-    }
-    std::vector<Wheel> wheels;
-    for (int i = 0; i < count; ++i) {
-        const std::string where = "wheel " + std::to_string(i) + ": ";
-        if (Status s = defs[i].validate(); !s) return Error{where + s.error()};
-        const auto radius_m = static_cast<double>(vehicle.getWheelInfo(i).m_wheelsRadius);
-        if (!(radius_m >= 1e-3 && radius_m <= 100)) {
-            return Error{where + "m_wheelsRadius is " + std::to_string(radius_m) +
-                         ", must be 0.001..100"};
-        }
-        ConvexShape shape;
-        shape.kind = ConvexShape::Kind::cylinder;
-        shape.radius_m = radius_m;
-        shape.half_height_m = defs[i].width_m / 2;
-        Wheel& wheel = wheels.emplace_back();
-        wheel.def = defs[i];
-        wheel.radius_m = radius_m;
-        wheel.shapes = std::make_shared<const std::vector<ConvexShape>>(1, shape);
-    }
-    detach();
-    for (Wheel& wheel : wheels) {
-        wheel.id = vehicles->collector().take_id();
-        if (wheel.id >= 0) continue;
-        for (const Wheel& other : wheels) {
-            if (other.id >= 0) vehicles->collector().give_back_id(other.id);
-        }
-        return Error{"SoilRaycaster::attach: more bodies than there are ids"};
-    }
-    wheels_ = std::move(wheels);
-    vehicle_ = &vehicle;
-    return Done{};
-}
-
-void VehicleWheels::detach() {
-    for (size_t i = 0; i < wheels_.size(); ++i) {
-        if (!wheels_[i].is_pending || !wheels_[i].is_on_soil) continue;
-        give_back(wheels_[i], vehicle_->getWheelInfo(static_cast<int>(i)));
-    }
-    forget();
-}
-
-void VehicleWheels::forget() {
-    if (const auto vehicles = soil_.lock()) {
-        for (const Wheel& wheel : wheels_) vehicles->collector().give_back_id(wheel.id);
-    }
-    wheels_.clear();
-    vehicle_ = nullptr;
-}
-
 /// The wheel whose ray this is; -1: none of ours.
 int VehicleWheels::find(const btVector3& from, const btVector3& to) const {
     for (size_t i = 0; i < wheels_.size(); ++i) {
@@ -300,11 +233,16 @@ void VehicleWheels::stand_on_rigid(Wheel& wheel, const btWheelInfo& info, double
 
 void* VehicleWheels::cast(const btVector3& from, const btVector3& to,
                           btVehicleRaycaster::btVehicleRaycasterResult& result) {
+    if (was_asked_) {
+        was_asked_ = true;
+        return nullptr;
+    }
     const auto vehicles = soil_.lock();
     RigidRay ray(from, to);
     if (vehicles) ray.ground = vehicles->ground();
-    if (!world_) return nullptr;
-    world_->rayTest(from, to, ray);
+    btDiscreteDynamicsWorld* world = vehicles ? vehicles->world() : world_;
+    if (!world) return nullptr;
+    world->rayTest(from, to, ray);
     const btRigidBody* rigid = ray.hasHit() ? btRigidBody::upcast(ray.m_collisionObject) : nullptr;
     if (rigid && !rigid->hasContactResponse()) rigid = nullptr;
     const auto answer_rigid = [&]() -> void* {
@@ -315,10 +253,9 @@ void* VehicleWheels::cast(const btVector3& from, const btVector3& to,
         return const_cast<btRigidBody*>(rigid);
     };
 
-    const auto substep_s = static_cast<double>(world_->getSolverInfo().m_timeStep);
-    const int index = vehicle_ ? find(from, to) : -1;
-    if (index < 0 || !vehicles || !(substep_s > 0) ||
-        vehicle_->getRigidBody()->isStaticOrKinematicObject()) {
+    const auto substep_s = static_cast<double>(world->getSolverInfo().m_timeStep);
+    const int index = vehicles && vehicle_ && !has_left() ? find(from, to) : -1;
+    if (index < 0 || !(substep_s > 0) || vehicle_->getRigidBody()->isStaticOrKinematicObject()) {
         return answer_rigid();
     }
     Wheel& wheel = wheels_[index];

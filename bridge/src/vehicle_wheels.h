@@ -4,6 +4,7 @@
 #include <BulletDynamics/Vehicle/btRaycastVehicle.h>
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "soil_vehicles.h"
@@ -34,6 +35,8 @@ class VehicleWheels final : public VehicleOnSoil {
     void set_memory(const VehicleMemory& memory) override;
     void show(BodyCollector& collector) override;
     void take_contacts(bool fresh) override;
+    void meet_anew() override;
+    void leave_if_gone() override;
     void keep_stepped() override {
         for (Wheel& wheel : wheels_) wheel.stepped_center_m = wheel.motion.center_of_mass_m;
     }
@@ -59,6 +62,8 @@ class VehicleWheels final : public VehicleOnSoil {
 
     /// Without a look at the vehicle.
     void forget();
+    bool has_left();
+    bool asks_here(btRaycastVehicle& vehicle);
     int find(const btVector3& from, const btVector3& to) const;
     WheelState state_of(const Wheel& wheel, const btWheelInfo& info, double substep_s) const;
     void put_down(Wheel& wheel, const btWheelInfo& info) const;
@@ -78,6 +83,9 @@ class VehicleWheels final : public VehicleOnSoil {
     btDiscreteDynamicsWorld* world_;
     btRigidBody ground_;  ///< what a ray on soil has hit: a vehicle may take it for a body
     btRaycastVehicle* vehicle_ = nullptr;
+    bool was_in_world_ = false;  ///< the vehicle has been an action of it
+    /// While attach() looks who answers a vehicle's rays: whether this was asked.
+    std::optional<bool> was_asked_;
     std::vector<Wheel> wheels_;
     Vec3 across_struts_n_;  ///< as in VehicleMemory
     double normal_n_ = 0;

@@ -280,8 +280,16 @@ TEST(SoilAction, world_destroyed_first_is_noticed) {
     scene.add_box(50, btVector3(0.2f, 0.2f, 0.2f), btVector3(0, 0.55f, 0));
     const auto soil = sand_bed(scene);
     scene.run(0.2);
+    const TemporaryFile file("world_destroyed.snapshot");
+    ASSERT_TRUE(soil->save(file.path()));
     scene.world.reset();
     EXPECT_GT(soil->step_count(), 0);
+    // The bodies that a snapshot of the coupling names are gone.
+    for (const Status& status : {soil->save(file.path()), soil->load(file.path())}) {
+        ASSERT_FALSE(status);
+        EXPECT_NE(status.error().find("destroyed"), std::string::npos) << status.error();
+    }
+    EXPECT_TRUE(soil->soil().load(file.path()));
 }
 
 TEST(SoilAction, host_may_delete_every_object_of_its_world) {

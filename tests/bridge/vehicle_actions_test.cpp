@@ -1,6 +1,7 @@
 // A btRaycastVehicle on soil among other actions of its world.
 #include <functional>
 #include <memory>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -112,6 +113,64 @@ TEST(VehicleActions, vehicle_that_is_detached_behind_its_action_has_its_fields) 
     detaches = true;
     scene.run(1.0 / 60);
     expect_own_fields(*car, kDriveN, "detached");
+}
+
+// The raycaster looked at the one that is gone whenever the other asked it.
+TEST(VehicleActions, raycaster_of_a_vehicle_that_is_deleted_serves_the_next_one) {
+    BulletScene scene;
+    const auto soil = sand_bed(*scene.world, car_bed());
+    SoilRaycaster caster(*soil);
+    auto gone = add_car(scene, caster);
+    scene.run(0.1);
+    scene.world->removeRigidBody(&gone->chassis);
+    gone.reset();
+    scene.bodies.clear();
+    Car car(scene, caster, 800, btVector3(0, btScalar(kBedTopM) + btScalar(0.95), 0));
+    scene.run(1.0 / 60);
+    ASSERT_TRUE(caster.attach(*car.vehicle, SoilWheelDef{.width_m = 0.24}));
+    scene.run(0.5);
+    for (int i = 0; i < 4; ++i) EXPECT_TRUE(caster.wheel_report(i).is_on_soil) << i;
+}
+
+TEST(VehicleActions, raycaster_is_for_one_vehicle_that_asks_it) {
+    BulletScene scene;
+    const auto soil = sand_bed(*scene.world, car_bed());
+    SoilRaycaster caster(*soil);
+    btDefaultVehicleRaycaster other(scene.world.get());
+    const auto first = add_car(scene, caster);
+    Car second(scene, caster, 800, btVector3(0, 5, 0)), deaf(scene, other, 800, {0, 8, 0});
+    const auto refuses = [&](const Car& car, const char* words) {
+        const Status attached = caster.attach(*car.vehicle, SoilWheelDef{.width_m = 0.24});
+        ASSERT_FALSE(attached) << words;
+        EXPECT_NE(attached.error().find(words), std::string::npos) << attached.error();
+    };
+    refuses(second, "another vehicle is attached");
+    scene.run(0.5);
+    EXPECT_TRUE(caster.wheel_report(0).is_on_soil) << "the first is";
+    EXPECT_TRUE(caster.attach(*first->vehicle, SoilWheelDef{.width_m = 0.3})) << "anew";
+    caster.detach();
+    refuses(deaf, "asks another raycaster");
+    EXPECT_TRUE(caster.attach(*second.vehicle, SoilWheelDef{.width_m = 0.24}));
+}
+
+// They had their ids still, and the soil swept them from where it had seen them last.
+TEST(VehicleActions, wheels_are_new_to_a_soil_that_was_off) {
+    BulletScene scene;
+    const auto soil = sand_bed(*scene.world, car_bed());
+    SoilRaycaster caster(*soil);
+    const auto car = add_car(scene, caster);
+    scene.run(0.5);
+    std::set<int> before;
+    for (const ContactVoxel& voxel : soil->last_report().contacts) before.insert(voxel.body);
+    ASSERT_GE(before.size(), 4u);
+    soil->set_enabled(false);
+    scene.run(2.0 / 60);
+    soil->set_enabled(true);
+    scene.run(2.0 / 60);
+    ASSERT_FALSE(soil->last_report().contacts.empty());
+    for (const ContactVoxel& voxel : soil->last_report().contacts) {
+        EXPECT_FALSE(before.contains(voxel.body)) << voxel.body;
+    }
 }
 
 TEST(VehicleActions, of_the_host_keep_their_order) {

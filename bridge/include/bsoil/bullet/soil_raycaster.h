@@ -28,8 +28,10 @@ namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION {
 ///
 /// The vehicle must be an action of the soil's world, in any order; one vehicle for each raycaster.
 /// What the wheels remember is in the soil's snapshots; attach before loading one.
-/// Raycaster, vehicle and SoilAction may be destroyed in any order between steps. Cost: some 0.1 ms
-/// a wheel and substep.
+/// Raycaster, vehicle and SoilAction may be destroyed in any order between steps. A vehicle that is
+/// taken out of the world is not looked at any more, and may be deleted without detach(); put back,
+/// it goes on. Another one may then be attached in its place. Cost: some 0.1 ms a wheel and
+/// substep.
 class SoilRaycaster final : public btVehicleRaycaster {
   public:
     /// Rays meet this soil and its world; vehicles are attach()ed to it.
@@ -39,14 +41,15 @@ class SoilRaycaster final : public btVehicleRaycaster {
     SoilRaycaster& operator=(const SoilRaycaster&) = delete;
 
     /// From now on the soil sees the vehicle's wheels, all alike. Error: a field out of range, a
-    /// wheel whose radius is not between 1 mm and 100 m, a vehicle without wheels.
+    /// wheel whose radius is not between 1 mm and 100 m, a vehicle without wheels, one that was
+    /// made with another raycaster, or another vehicle is attached and has not left the world.
     Status attach(btRaycastVehicle& vehicle, const SoilWheelDef& wheel);
     /// One def for each wheel, in the vehicle's order.
     Status attach(btRaycastVehicle& vehicle, std::span<const SoilWheelDef> wheels);
     /// The soil forgets the wheels.
     void detach();
 
-    /// All zero for an index out of range.
+    /// Of the last substep in which the wheel was cast. All zero for an index out of range.
     SoilWheelReport wheel_report(int wheel) const;
 
     /// Called by btRaycastVehicle.
