@@ -86,6 +86,28 @@ TEST_F(Snapshot, damage_is_refused_and_changes_nothing) {
     EXPECT_TRUE(scene.soil().load(path("a")));
 }
 
+// The file was written, and could never be read.
+TEST_F(Snapshot, sections_that_could_not_be_read_are_not_written) {
+    const auto refuses = [&](const std::vector<SnapshotSection>& sections, const char* words) {
+        const Status written = write_snapshot_file(path("a"), sections);
+        ASSERT_FALSE(written) << words;
+        EXPECT_NE(written.error().find(words), std::string::npos) << written.error();
+        EXPECT_FALSE(std::filesystem::exists(path("a")));
+    };
+    refuses({}, "has 0 sections");
+    std::vector<SnapshotSection> many;
+    for (int i = 0; i < 65; ++i) many.push_back({"host " + std::to_string(i), {1}});
+    refuses(many, "has 65 sections");
+    refuses({{"host", {1}}, {"soil", {}}, {"host", {2}}}, "two sections named 'host'");
+    refuses({{std::string("a\0b", 3), {1}}}, "none of them zero");
+    many.pop_back();
+    ASSERT_TRUE(write_snapshot_file(path("a"), many));
+    EXPECT_TRUE(read_snapshot_file(path("a")));
+    const auto folder = read_snapshot_file(std::filesystem::temp_directory_path().string());
+    ASSERT_FALSE(folder);
+    EXPECT_NE(folder.error().find("cannot be read"), std::string::npos) << folder.error();
+}
+
 TEST_F(Snapshot, another_grid_or_material_is_refused) {
     auto soil = make_soil(grid_def(16, 16, 16));
     ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {16, 16, 4})));

@@ -117,12 +117,13 @@ class StateStream {
 
 /// One part of a snapshot.
 struct SnapshotSection {
-    std::string name;  ///< 1..16 characters, unique in a file
+    std::string name;  ///< 1..16 characters other than zero, unique in a file
     std::vector<uint8_t> bytes;
 };
 
 /// Writes a file beside `path` and renames it: what stood there stays if anything fails. Error: the
-/// file cannot be written. Cost: compresses everything.
+/// file cannot be written, there are no sections or more than 64, or a name is not as it must be.
+/// Cost: compresses everything.
 Status write_snapshot_file(const std::string& path, std::span<const SnapshotSection> sections);
 
 /// Reads a file and checks it: magic, version, every checksum. Error: it cannot be read, is not a

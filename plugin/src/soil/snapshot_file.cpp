@@ -61,6 +61,26 @@ Error refusal(const std::string& path, const std::string& why) {
     return Error{fmt::format("snapshot '{}': {}", path, why)};
 }
 
+/// What is written has to be readable.
+Status check_sections(const std::string& path, std::span<const SnapshotSection> sections) {
+    if (sections.empty() || sections.size() > kSectionsMost) {
+        return refusal(path, fmt::format("has {} sections, must have 1 to {}", sections.size(),
+                                         kSectionsMost));
+    }
+    for (const SnapshotSection& section : sections) {
+        const std::string& name = section.name;
+        if (name.empty() || name.size() > kNameBytes || name.find('\0') != std::string::npos) {
+            return refusal(path, fmt::format("section name '{}' must have 1 to {} characters, none "
+                                             "of them zero",
+                                             name, kNameBytes));
+        }
+        if (find_section(sections, name) != &section.bytes) {
+            return refusal(path, fmt::format("has two sections named '{}'", name));
+        }
+    }
+    return Done{};
+}
+
 }  // namespace
 
 const std::vector<uint8_t>* find_section(std::span<const SnapshotSection> sections,
@@ -72,6 +92,7 @@ const std::vector<uint8_t>* find_section(std::span<const SnapshotSection> sectio
 }
 
 Status write_snapshot_file(const std::string& path, std::span<const SnapshotSection> sections) {
+    if (Status sound = check_sections(path, sections); !sound) return sound;
     std::vector<std::vector<uint8_t>> frames;
     StateStream head;
     for (char c : kMagic) head(c);
@@ -79,10 +100,6 @@ Status write_snapshot_file(const std::string& path, std::span<const SnapshotSect
     head(version, count);
     uint64_t content_bytes = 0, frame_bytes = 0;
     for (const SnapshotSection& section : sections) {
-        if (section.name.empty() || section.name.size() > kNameBytes) {
-            return refusal(path, fmt::format("section name '{}' must have 1 to {} characters",
-                                             section.name, kNameBytes));
-        }
         std::vector<uint8_t> frame(ZSTD_compressBound(section.bytes.size()));
         const size_t size = ZSTD_compress(frame.data(), frame.size(), section.bytes.data(),
                                           section.bytes.size(), 3);
@@ -109,13 +126,14 @@ Status write_snapshot_file(const std::string& path, std::span<const SnapshotSect
     // Written beside and renamed: a crash does not leave half a snapshot under the name.
     const std::string part = path + ".part";
     bool good = false;
-    if (const File file{std::fopen(part.c_str(), "wb")}) {
+    if (File file{std::fopen(part.c_str(), "wb")}) {
         const auto put = [&](const std::vector<uint8_t>& bytes) {
             return std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size();
         };
         good = put(head.bytes());
         for (const std::vector<uint8_t>& frame : frames) good = good && put(frame);
-        good = good && std::fflush(file.get()) == 0;
+        // What a full disk or a server refuses may be known as late as at closing.
+        good = std::fclose(file.release()) == 0 && good;
     }
     if (!good || std::rename(part.c_str(), path.c_str()) != 0) {
         const int why = errno;
@@ -132,14 +150,19 @@ Result<std::vector<SnapshotSection>> read_snapshot_file(const std::string& path)
     }
     std::vector<uint8_t> raw;
     uint8_t chunk[65536];
+    const auto is_snapshot = [&raw] {
+        return raw.size() >= kHeadBytes && std::memcmp(raw.data(), kMagic, sizeof(kMagic)) == 0;
+    };
     while (const size_t got = std::fread(chunk, 1, sizeof(chunk), file.get())) {
         raw.insert(raw.end(), chunk, chunk + got);
+        if (!is_snapshot()) break;  // it may be large
+    }
+    if (std::ferror(file.get()) != 0) {
+        return Error{fmt::format("snapshot '{}' cannot be read: {}", path, std::strerror(errno))};
     }
 
     const Error damaged = refusal(path, "is damaged or cut short");
-    if (raw.size() < kHeadBytes || std::memcmp(raw.data(), kMagic, sizeof(kMagic)) != 0) {
-        return refusal(path, "is not a BulletSoil snapshot");
-    }
+    if (!is_snapshot()) return refusal(path, "is not a BulletSoil snapshot");
     const std::span<const uint8_t> all(raw);
     StateStream head(all.subspan(sizeof(kMagic)));
     uint32_t version = 0, count = 0;

@@ -15,7 +15,8 @@ namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION {
 
 /// Writes the state of the world, of all its soils (`soils`: in any order, the same one at load;
 /// none for a world without soil) and of the host (`host`: its own sections, whose names begin with
-/// "host") into one file. Between calls of stepSimulation.
+/// "host") into one file of at most 64 sections, two of which are the world's and two each soil's.
+/// Between calls of stepSimulation.
 ///
 /// Writing changes nothing that steps see, with one exception: contacts in which a compound or a
 /// triangle mesh takes part are found anew, as they will be after loading.
