@@ -44,8 +44,9 @@ class LivingSoils {
     std::set<const bulletsoil_soil*> soils_;
 };
 
+/// Never destroyed: objects of the host that live until the program has ended destroy soils, too.
 LivingSoils& living_soils() {
-    static LivingSoils soils;
+    static auto& soils = *new LivingSoils;
     return soils;
 }
 
@@ -220,7 +221,11 @@ bulletsoil_result bulletsoil_settle(bulletsoil_soil* soil, int32_t steps_max,
         const size_t struct_size = report ? report->struct_size : sizeof(bulletsoil_settle_report);
         check_size("report", struct_size, kSettleReportBytesMin, sizeof(bulletsoil_settle_report));
         const auto settled = action.settle(steps_max);
-        if (!settled) refuse(settled.error());
+        if (!settled) {
+            const bool is_lost = !action.soil().device_failure().empty();
+            throw Failure{is_lost ? BULLETSOIL_FAILED : BULLETSOIL_INVALID_ARGUMENT,
+                          settled.error()};
+        }
         if (report == nullptr) return;
         bulletsoil_settle_report out{};
         out.is_at_rest = settled->is_at_rest ? 1 : 0;

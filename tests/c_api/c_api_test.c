@@ -362,6 +362,20 @@ static void the_world_may_go_first(void) {
     CHECK_OK(bulletsoil_destroy(soil));
 }
 
+static bulletsoil_soil* kept;
+static void destroy_kept(void) {
+    if (bulletsoil_destroy(kept) == BULLETSOIL_OK) return;
+    fprintf(stderr, "%s\n", bulletsoil_last_error());
+    _Exit(1);
+}
+
+/* What is registered first is called last: after all that the library has made meanwhile is gone.
+ */
+static void a_soil_may_live_until_the_program_ends(void) {
+    CHECK(atexit(destroy_kept) == 0);
+    kept = create_bed(test_world_create());
+}
+
 static const struct {
     const char* name;
     void (*run)(void);
@@ -383,6 +397,7 @@ static const struct {
     {"shorter_definitions_get_defaults", shorter_definitions_get_defaults},
     {"bad_arguments_are_refused", bad_arguments_are_refused},
     {"the_world_may_go_first", the_world_may_go_first},
+    {"a_soil_may_live_until_the_program_ends", a_soil_may_live_until_the_program_ends},
     {"a_budget_lowers_the_rate", a_budget_lowers_the_rate},
     {"a_definition_changes_while_the_soil_runs", a_definition_changes_while_the_soil_runs},
     {"settling_brings_a_heap_to_rest", settling_brings_a_heap_to_rest},

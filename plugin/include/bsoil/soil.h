@@ -183,7 +183,8 @@ class Soil {
     /// `bodies` standing still where they are. Tiles that have come to rest go to sleep. The same
     /// bits as step() gives, on every backend. Cost: 1 us a tile of 8 x 8 columns that shares its
     /// content with others (level ground), 10 us one that does not, and the steps.
-    /// Error: steps_max is not 0..kSettleStepsMax; then nothing changes.
+    /// Error: steps_max is not 0..kSettleStepsMax; then nothing changes. Or the device failed in
+    /// one of the steps, as device_failure() says.
     Result<SettleReport> settle(int steps_max = 0, std::span<const SoilBody> bodies = {});
 
     /// What it knows of its contacts with bodies. Whoever finds forces writes it, between steps.

@@ -293,7 +293,7 @@ bulletsoil_result bulletsoil_create(void* world, size_t scalar_bytes,
  */
 bulletsoil_result bulletsoil_change(bulletsoil_soil* soil, const bulletsoil_soil_def* def);
 /** Takes the soil out of its world, which may have been destroyed before, and frees it. Null is
- * accepted. */
+ * accepted. May be called as late as from atexit() and the destructors of static objects. */
 bulletsoil_result bulletsoil_destroy(bulletsoil_soil* soil);
 
 /* -------- putting soil in; `material` is a name out of the definition, null: its first -------- */
@@ -322,7 +322,8 @@ typedef struct bulletsoil_settle_report {
  * Behind a loading screen, with all soil and bodies in place and between calls of stepSimulation:
  * looks at what was filled for slopes that may not stand, which the first step would do, then makes
  * up to `steps_max` (0..100000) soil steps until nothing moves. The world's bodies stand still and
- * feel nothing; no time passes in the world. `report` may be null.
+ * feel nothing; no time passes in the world. `report` may be null. BULLETSOIL_INVALID_ARGUMENT also
+ * where the soil is switched off, or its world is gone.
  */
 bulletsoil_result bulletsoil_settle(bulletsoil_soil* soil, int32_t steps_max,
                                     bulletsoil_settle_report* report);
