@@ -100,6 +100,9 @@ Result<std::function<void()>> SnapshotAccess::prepare(SoilAction& action,
         d.report.loads = saved->loads;
         d.report.conditions = d.soil->conditions();
         d.keep_report();
+        // Of the run that was here before; the saved one's step in progress has been finished.
+        d.untaken_count = 0;
+        d.coupling.set_late(d.soil->def().step_budget_ms > 0);
         d.named_conditions.clear();
         for (const Condition& condition : d.report.conditions) {
             d.named_conditions.push_back(
