@@ -1,5 +1,7 @@
 // Definitions, fills and terrain that cannot be: each gives an error that names the field, and
 // changes nothing.
+#include <algorithm>
+#include <array>
 #include <functional>
 #include <limits>
 
@@ -246,6 +248,25 @@ TEST(HostileGrid, work_that_never_ends_is_refused_with_the_cure) {
     def.size_m.x *= 1.01;
     EXPECT_NE(def.validate().error().find("take larger voxels or a smaller box"),
               std::string::npos);
+}
+
+TEST(HostileGrid, tiles_outside_of_it_are_empty) {
+    auto soil = make_soil(grid_def(16, 16, 16));
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {16, 16, 4})));
+    std::vector<float> volume, solid;
+    std::vector<uint8_t> material;
+    const std::vector<std::array<int, 2>> outside{{2, 0}, {0, 2}, {-1, 1}, {0, -1}, {1 << 30, 7}};
+    soil->read_ahead(outside);
+    for (const auto& [tx, ty] : outside) {
+        soil->read_tile(0, 0, volume, solid, material);
+        ASSERT_GT(*std::ranges::max_element(volume), 0);
+        EXPECT_EQ(soil->tile_revision(tx, ty), 0u) << tx << ", " << ty;
+        soil->read_tile(tx, ty, volume, solid, material);
+        EXPECT_EQ(volume.size(), 64u * 16);
+        EXPECT_EQ(*std::ranges::max_element(volume), 0) << tx << ", " << ty;
+        soil->read_terrain(tx, ty, solid);
+        EXPECT_EQ(*std::ranges::max_element(solid), 0) << tx << ", " << ty;
+    }
 }
 
 TEST(Terrain, a_closed_mesh_has_its_volume) {

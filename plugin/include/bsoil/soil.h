@@ -225,7 +225,8 @@ class Soil {
     bool is_stepping() const;
     int64_t voxels_total() const;  ///< of the whole grid, empty ones too
 
-    /// Samples are read through a cache of tiles, refreshed after each step: cheap in bulk.
+    /// Samples are read through a cache of tiles, refreshed after each step: cheap in bulk. Outside
+    /// of the grid voxels, columns and tiles (of revision 0) are empty, here and below.
     VoxelSample sample(int x, int y, int z) const;
     /// As sample(), but for velocity_m_s and push, which are 0: reads half as much of a tile.
     VoxelSample sample_matter(int x, int y, int z) const;

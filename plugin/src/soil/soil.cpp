@@ -32,6 +32,10 @@ int voxel_count(double size, double voxel) {
     return static_cast<int>(std::ceil(size / voxel - 1e-9));
 }
 
+bool has_tile(const SoilCore& s, int tx, int ty) {
+    return tx >= 0 && ty >= 0 && tx < s.tiles_x && ty < s.tiles_y;
+}
+
 // Where the grid lies, and its size.
 void place_grid(SoilCore& s) {
     const SoilDef& def = s.def;
@@ -409,6 +413,7 @@ double Soil::surface_height_m(int x, int y) const {
 }
 
 uint64_t Soil::tile_revision(int tx, int ty) const {
+    if (!has_tile(*impl_, tx, ty)) return 0;
     const auto& tile = impl_->tiles[impl_->tile_index(tx, ty)];
     return tile ? tile->revision : impl_->tiles.revision_base();
 }
@@ -418,20 +423,27 @@ void Soil::read_ahead(std::span<const std::array<int, 2>> tiles) const {
     if (s.device->backend_name() != "gl") return;
     std::vector<int> indices;
     indices.reserve(tiles.size());
-    for (const auto& [tx, ty] : tiles) indices.push_back(s.tile_index(tx, ty));
+    for (const auto& [tx, ty] : tiles) {
+        if (has_tile(s, tx, ty)) indices.push_back(s.tile_index(tx, ty));
+    }
     s.sampler.read_ahead(std::move(indices));
 }
 
 void Soil::read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
                      std::vector<uint8_t>& material) const {
     const Impl& s = *impl_;
+    const size_t count = static_cast<size_t>(s.params.tile_voxels);
+    material.assign(count, 0);
+    if (!has_tile(s, tx, ty)) {
+        volume.assign(count, 0);
+        solid.assign(count, 0);
+        return;
+    }
+    volume.resize(count);
+    solid.resize(count);
     const bool has_others = s.params.material_count > 1;
     const TileVoxels& voxels = s.sampler.voxels(
         s.tile_index(tx, ty), kTerrainPlane | kVolumePlane | (has_others ? kMaterialPlanes : 0));
-    const size_t count = static_cast<size_t>(s.params.tile_voxels);
-    volume.resize(count);
-    solid.resize(count);
-    material.assign(count, 0);
     for (size_t v = 0; v < count; ++v) {
         solid[v] = static_cast<float>(voxels.words[v]) * kUnit;
         volume[v] = static_cast<float>(voxels.words[count + v]) * kUnit;
@@ -452,9 +464,11 @@ void Soil::read_tile(int tx, int ty, std::vector<float>& volume, std::vector<flo
 
 void Soil::read_terrain(int tx, int ty, std::vector<float>& terrain) const {
     const Impl& s = *impl_;
+    const auto count = static_cast<size_t>(s.params.tile_voxels);
+    if (!has_tile(s, tx, ty)) return terrain.assign(count, 0);
+    terrain.resize(count);
     const TileVoxels& voxels = s.sampler.voxels(s.tile_index(tx, ty), kTerrainPlane);
     const std::vector<int32_t>& ground = s.sampler.ground().words;
-    terrain.resize(static_cast<size_t>(s.params.tile_voxels));
     for (size_t v = 0; v < terrain.size(); ++v) {
         const int of_bodies = ground.empty() ? 0 : ground[v];
         terrain[v] = static_cast<float>(voxels.words[v] - of_bodies) * kUnit;
