@@ -108,6 +108,18 @@ TEST_F(Snapshot, sections_that_could_not_be_read_are_not_written) {
     EXPECT_NE(folder.error().find("cannot be read"), std::string::npos) << folder.error();
 }
 
+// The snapshot was refused as damaged.
+TEST_F(Snapshot, contacts_of_bodies_that_cannot_be_are_not_kept) {
+    auto soil = make_soil(grid_def(8, 8, 8));
+    for (const int body : {-1, 65535}) {
+        soil->known_contacts().set_width(body, 1);
+        soil->known_contacts().set_pressure(body, 1000);
+        EXPECT_EQ(soil->known_contacts().of(body).width_m, 0);
+    }
+    const auto put = soil->prepare(soil->state());
+    EXPECT_TRUE(put) << put.error();
+}
+
 TEST_F(Snapshot, another_grid_or_material_is_refused) {
     auto soil = make_soil(grid_def(16, 16, 16));
     ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {16, 16, 4})));

@@ -168,7 +168,9 @@ struct CylinderFill {
     double radius_m = 1, height_m = 1;
     std::string material;
 };
-/// Ground under a height image: row-major heights, stretched over the grid's whole floor.
+/// Ground under a height image: row-major heights, stretched over the grid's whole floor. A row
+/// runs along the world's x, and rows follow each other along z (y where z is up), before
+/// SoilDef::yaw_rad turns the grid. The first value lies at the low end of both.
 struct HeightMapFill {
     int width = 0, height = 0;
     std::vector<float> heights_m;  ///< width x height values above the grid's floor

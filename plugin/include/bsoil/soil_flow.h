@@ -32,8 +32,8 @@ struct SourceDef {
     double turn_rad = 0;
     double speed_m_s = 0;   ///< along `direction`, 0..100; at most 8 voxels a step
     double spread_rad = 0;  ///< half the angle of a jet's cone, 0..1
-    double rate_kg_s = 0;   ///< one of the two rates is above 0
-    double rate_m3_s = 0;   ///< of loose soil
+    double rate_kg_s = 0;   ///< 0..1e9; one of the two rates is above 0
+    double rate_m3_s = 0;   ///< of loose soil, 0..1e6
     double start_s = 0;     ///< simulated time, 0..1e9; the first step starts at 0
     double end_s = kFlowForever;
     std::string material;  ///< a name out of the SoilDef; empty: its first
@@ -47,8 +47,8 @@ struct SourceDef {
 struct SinkDef {
     ConvexShape region;  ///< box, sphere, capsule, cylinder or cone
     Pose pose;           ///< body frame of the region -> world
-    /// What it takes, from all soil in the region alike: as much as there is, up to this. 0: all of
-    /// it, in every step.
+    /// What it takes, from all soil in the region alike: as much as there is, up to this, 0..1e9.
+    /// 0: all of it, in every step.
     double rate_kg_s = 0;
     /// Not 0: a well. It moves no soil but water, once a second: so much out of the region's pores,
     /// down to their residual saturation; below 0, into them until they are full. -1e9..1e9

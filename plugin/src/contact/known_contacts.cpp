@@ -2,10 +2,14 @@
 
 #include <cmath>
 
+#include "bsoil/limits.h"
+
 namespace bsoil {
 namespace {
 
 double not_negative(double value) { return std::isfinite(value) && value > 0 ? value : 0; }
+
+bool is_id(int body) { return body >= 0 && body <= limits::kBodyIdMost; }
 
 }  // namespace
 
@@ -15,10 +19,12 @@ KnownContact KnownContacts::of(int body) const {
 }
 
 void KnownContacts::set_width(int body, double width_m) {
+    if (!is_id(body)) return;
     entries_[body].contact.width_m = not_negative(width_m);
 }
 
 void KnownContacts::set_pressure(int body, double pressure_pa) {
+    if (!is_id(body)) return;
     entries_[body].contact.pressure_pa = not_negative(pressure_pa);
 }
 

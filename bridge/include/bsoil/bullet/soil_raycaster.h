@@ -24,7 +24,8 @@ namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION {
 ///
 /// Engine force, brake, steering and the tuning of the suspension stay the host's; friction is the
 /// soil's. Where something rigid lies above the soil, and before attach, it answers as
-/// btDefaultVehicleRaycaster does (which does not see the soil's surface).
+/// btDefaultVehicleRaycaster does, but past the soil's surface: a vehicle that is not attached
+/// falls through.
 ///
 /// The vehicle must be an action of the soil's world, in any order; one vehicle for each raycaster.
 /// What the wheels remember is in the soil's snapshots; attach before loading one.

@@ -205,7 +205,8 @@ bulletsoil_result bulletsoil_contact_constants_init(bulletsoil_contact_constants
                                                     size_t struct_size);
 
 /** Bekker's, Mohr and Coulomb's and Janosi's parameters of a material, for
- * BULLETSOIL_CONTACT_BEKKER; see BekkerSoil in <bsoil/contact/bekker_soil.h>. */
+ * BULLETSOIL_CONTACT_BEKKER; see BekkerSoil in <bsoil/contact/bekker_soil.h>. Without a
+ * struct_size: it gets no more members. */
 typedef struct bulletsoil_bekker {
     double kphi_pa_m_n;          /**< frictional modulus kphi [N/m^(n+2)], 0..1e9 */
     double kc_pa_m_n1;           /**< cohesive modulus kc [N/m^(n+1)], -1e8..1e8 */
@@ -304,8 +305,9 @@ bulletsoil_result bulletsoil_fill_box(bulletsoil_soil* soil, const double min_m[
 /** A cylinder about the up axis, upwards from the centre of its base. */
 bulletsoil_result bulletsoil_fill_cylinder(bulletsoil_soil* soil, const double base_center_m[3],
                                            double radius_m, double height_m, const char* material);
-/** Ground under an image of width x height heights above the grid's floor, row by row,
- * each 2..32768; stretched over it. */
+/** Ground under an image of width x height heights above the grid's floor [m], row by row, width
+ * and height 2..32768; stretched over it. A row runs along the world's x, and rows follow each
+ * other along z (y where z is up), before yaw_rad turns the grid. */
 bulletsoil_result bulletsoil_fill_height_map(bulletsoil_soil* soil, int32_t width, int32_t height,
                                              const float* heights_m, const char* material);
 
@@ -357,7 +359,7 @@ typedef struct bulletsoil_body_report {
     double torque_n_m[3]; /**< about its centre of mass */
     double peak_force_n;  /**< largest force so far */
     double contact_area_m2;
-    double sinkage_m; /**< of the deepest contact below the local surface */
+    double sinkage_m; /**< of its lowest point below the surface of the soil beside it */
     double load_kg;   /**< soil it carries */
     int32_t contact_patch_count;
     int32_t is_in_contact; /**< 1: patches or a load; else 0 */

@@ -23,7 +23,7 @@ enum { BULLETSOIL_SOURCE_DISC = 0, BULLETSOIL_SOURCE_RECTANGLE = 1 };
 /** A region out of which soil comes; see SourceDef in <bsoil/soil_flow.h>. */
 typedef struct bulletsoil_source {
     size_t struct_size;   /**< set by bulletsoil_source_init */
-    double center_m[3];   /**< world */
+    double center_m[3];   /**< world, -1e7..1e7 */
     double direction[3];  /**< the soil leaves along it, square to the region; zero: down */
     double radius_m;      /**< of a disc, 1e-4..1e4 */
     double length_m;      /**< of a rectangle, 1e-4..1e4 */
@@ -31,8 +31,8 @@ typedef struct bulletsoil_source {
     double turn_rad;      /**< of the rectangle about its direction, -7..7 */
     double speed_m_s;     /**< with which the soil leaves, 0..100; at most 8 voxels a step */
     double spread_rad;    /**< half the angle of a jet's cone, 0..1 */
-    double rate_kg_s;     /**< one of the two rates is above 0 */
-    double rate_m3_s;     /**< of loose soil */
+    double rate_kg_s;     /**< 0..1e9; one of the two rates is above 0 */
+    double rate_m3_s;     /**< of loose soil, 0..1e6 */
     double start_s;       /**< simulated time of the soil, 0..1e9 */
     double end_s;         /**< likewise; 1e9 by default */
     const char* material; /**< a name out of the definition; null: its first */
@@ -50,14 +50,14 @@ enum {
 
 /** A region that takes soil away; see SinkDef in <bsoil/soil_flow.h>. */
 typedef struct bulletsoil_sink {
-    size_t struct_size;    /**< set by bulletsoil_sink_init */
-    double center_m[3];    /**< world */
-    double rotation[4];    /**< unit quaternion x, y, z, w; the region's frame -> world */
-    double size_m[3];      /**< full edge lengths of a box */
-    double radius_m;       /**< of a sphere, capsule or cylinder, of a cone's base */
-    double height_m;       /**< of a cylinder or cone along its z; of a capsule, between its ends'
-                                centres */
-    double rate_kg_s;      /**< what it takes, as far as there is soil; 0: all, in every step */
+    size_t struct_size; /**< set by bulletsoil_sink_init */
+    double center_m[3]; /**< world */
+    double rotation[4]; /**< unit quaternion x, y, z, w; the region's frame -> world */
+    double size_m[3];   /**< full edge lengths of a box */
+    double radius_m;    /**< of a sphere, capsule or cylinder, of a cone's base */
+    double height_m;    /**< of a cylinder or cone along its z; of a capsule, between its ends'
+                             centres */
+    double rate_kg_s; /**< what it takes, as far as there is soil, 0..1e9; 0: all, in every step */
     double start_s, end_s; /**< simulated time of the soil, 0..1e9 */
     int32_t shape;         /**< BULLETSOIL_SINK_... */
     uint32_t reserved;     /**< 0 */

@@ -26,7 +26,8 @@ class KnownContacts {
   public:
     /// All zero for a body without an entry.
     KnownContact of(int body) const;
-    /// What is not finite or below 0 counts as 0.
+    /// What is not finite or below 0 counts as 0. An id out of the range of SoilBody::id is
+    /// ignored.
     /// @{
     void set_width(int body, double width_m);
     void set_pressure(int body, double pressure_pa);
