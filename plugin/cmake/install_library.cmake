@@ -82,13 +82,25 @@ function(bulletsoil_install_pkg_config package)
   list(JOIN arg_STATIC_LIBS " " static_libs)
   list(JOIN arg_CFLAGS " " cflags)
   get_target_property(library ${arg_LIBRARY} NAME)
-  file(RELATIVE_PATH prefix /${BULLETSOIL_PKGCONFIG_DIR} /)
-  string(REGEX REPLACE "/$" "" prefix ${prefix})
+  # A distribution may give folders that do not lie in the prefix.
+  if(IS_ABSOLUTE "${BULLETSOIL_PKGCONFIG_DIR}")
+    set(prefix "${CMAKE_INSTALL_PREFIX}")
+  else()
+    file(RELATIVE_PATH prefix /${BULLETSOIL_PKGCONFIG_DIR} /)
+    string(REGEX REPLACE "/$" "" prefix "\${pcfiledir}/${prefix}")
+  endif()
+  foreach(kind LIBDIR INCLUDEDIR)
+    string(TOLOWER ${kind} dir)
+    set(${dir} "${CMAKE_INSTALL_${kind}}")
+    if(NOT IS_ABSOLUTE "${${dir}}")
+      string(PREPEND ${dir} "\${prefix}/")
+    endif()
+  endforeach()
   set(file ${CMAKE_CURRENT_BINARY_DIR}/${package}.pc)
   file(CONFIGURE OUTPUT ${file} @ONLY CONTENT [[
-prefix=${pcfiledir}/@prefix@
-libdir=${prefix}/@CMAKE_INSTALL_LIBDIR@
-includedir=${prefix}/@CMAKE_INSTALL_INCLUDEDIR@
+prefix=@prefix@
+libdir=@libdir@
+includedir=@includedir@
 
 Name: @package@
 Description: @arg_DESCRIPTION@
