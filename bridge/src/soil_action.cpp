@@ -96,8 +96,7 @@ SoilAction::SoilAction(std::unique_ptr<Impl> impl, const SoilActionDef& options)
     : impl_(std::move(impl)) {
     Impl& d = *impl_;
     const auto forget_world = [this] {
-        impl_->coupling.take_rows_out();
-        impl_->carried.close_substep(0);
+        impl_->take_out();
         impl_->vehicles->leave_world();
         impl_->world->removeAction(this);
         impl_->world = nullptr;
@@ -389,9 +388,7 @@ void SoilAction::Impl::name_conditions() {
 
 void SoilAction::debugDraw(btIDebugDraw* drawer) {
     Impl& d = *impl_;
-    // Drawing boxes asks the anchor for its own, which is taken for a substep.
-    d.coupling.take_rows_out();
-    d.carried.close_substep(0);
+    d.take_out();  // drawing boxes asks the anchor for its own, which is taken for a substep
     if (!drawer || !d.enabled) return;
     std::vector<DrawnForce> forces;
     d.coupling.for_each_force([&forces](Vec3 point_m, Vec3 force_n) {

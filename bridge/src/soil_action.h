@@ -35,6 +35,11 @@ struct SoilAction::Impl {
         if (known.substep_count > 0) first_contacts.open_substep(*world, known.loads);
         coupling.open_substep();
     }
+    /// Takes what it has in the world for a substep out of it, where none comes.
+    void take_out() {
+        coupling.take_rows_out();
+        carried.close_substep(0);
+    }
     /// Without what is no longer true or there: somebody else may have had the soil finish a step,
     /// or put another state in its place.
     const StepReport& current_report();

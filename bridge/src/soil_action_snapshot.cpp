@@ -26,15 +26,13 @@ void list(StateStream& stream, StepReport& report, std::vector<BodyLoad>& loads)
 
 }  // namespace
 
-void SnapshotAccess::close_substep(SoilAction& action) {
-    action.impl_->coupling.take_rows_out();
-    action.impl_->carried.close_substep(0);
-}
+void SnapshotAccess::close_substep(SoilAction& action) { action.impl_->take_out(); }
 
 Result<std::vector<SnapshotSection>> SnapshotAccess::sections(const SoilAction& action,
                                                               size_t index) {
     SoilAction::Impl& d = *action.impl_;
     if (!d.world_if_there()) return Error{kWorldIsGone};
+    d.take_out();  // loads and their bodies are told apart
     StateStream stream;
     std::vector<ObjectKind> kinds = object_kinds(*d.world);
     stream.list(kinds, 1, [&](ObjectKind& kind) { kind.list(stream); });
@@ -55,6 +53,7 @@ Result<std::function<void()>> SnapshotAccess::prepare(SoilAction& action,
                                                       size_t index) {
     SoilAction::Impl& d = *action.impl_;
     if (!d.world_if_there()) return Error{kWorldIsGone};
+    d.take_out();  // loads and their bodies are told apart
     const std::vector<uint8_t>* soil = find_section(sections, section_name("soil", index));
     const std::vector<uint8_t>* coupling = find_section(sections, section_name("coupling", index));
     if (!soil || !coupling) return Error{"holds no coupled soil of this number"};

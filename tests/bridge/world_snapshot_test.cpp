@@ -287,7 +287,7 @@ TEST_F(WorldSnapshot, a_soil_that_is_off_knows_what_it_has_refused) {
 
 TEST_F(WorldSnapshot, a_loaded_body_that_its_host_puts_elsewhere_leaves_its_load_behind) {
     const auto saved = build_machine(), restored = build_machine();
-    saved->run(20);
+    saved->run(30);
     ASSERT_TRUE(saved->save(path("a")));
     restored->frame = saved->frame;
     ASSERT_TRUE(restored->load(path("a")));
@@ -302,6 +302,20 @@ TEST_F(WorldSnapshot, a_loaded_body_that_its_host_puts_elsewhere_leaves_its_load
         w->step();
     }
     EXPECT_EQ(restored->checksum(), saved->checksum());
+}
+
+// It held a scoop as heavy as it is with its load, and fitted no world.
+TEST_F(WorldSnapshot, a_soil_may_be_saved_after_a_look_for_contacts) {
+    const auto w = build_machine();
+    w->run(30);
+    ASSERT_GT(w->soil->body_report(*w->scene.bodies[3]).load_kg, 5);
+    w->world().performDiscreteCollisionDetection();
+    ASSERT_TRUE(w->soil->save(path("a")));
+    w->step();
+    const Status loaded = w->soil->load(path("a"));
+    EXPECT_TRUE(loaded) << loaded.error();
+    w->world().performDiscreteCollisionDetection();
+    EXPECT_TRUE(w->soil->load(path("a")));
 }
 
 TEST_F(WorldSnapshot, a_world_that_has_blown_up_can_be_put_back) {
