@@ -14,6 +14,9 @@
 namespace bsoil::bullet {
 namespace {
 
+/// Looks at a world, which are counted: some million years of them.
+constexpr unsigned long long kScansMost = 1ull << 53;
+
 /// Names an object by its place, and finds it there.
 void list_object(StateStream& stream, const btDiscreteDynamicsWorld& world,
                  btCollisionObject*& object) {
@@ -263,6 +266,7 @@ void CouplingSnapshot::Memory::list_falling(StateStream& stream,
 /// Ids and objects stand for themselves once.
 bool CouplingSnapshot::Memory::is_sound() const {
     if (last_id < -1 || last_id > limits::kBodyIdMost) return false;
+    if (scan < 1 || scan > kScansMost) return false;
     std::vector<int> ids, coupled_ids, loaded_ids, falling_ids;
     std::vector<const void*> objects;
     for (const Body& body : bodies) {

@@ -9,6 +9,9 @@
 namespace bsoil::bullet {
 namespace {
 
+/// Steps of a million years and more.
+constexpr long long kStepsMost = 1ll << 53;
+
 /// A section's name; the first soil of a world has no number.
 std::string section_name(const char* part, size_t index) {
     return index == 0 ? std::string(part) : part + ('.' + std::to_string(index));
@@ -76,7 +79,8 @@ Result<std::function<void()>> SnapshotAccess::prepare(SoilAction& action,
     list(stream, saved->report, saved->loads);
     saved->memory.serialize(stream, *d.world);
     const double step_s = d.soil->def().step_s;
-    if (!stream.at_end() || saved->step_count < 0 || std::abs(saved->unstepped_s) > step_s) {
+    if (!stream.at_end() || saved->step_count < 0 || saved->step_count > kStepsMost ||
+        std::abs(saved->unstepped_s) > step_s) {
         return Error{"is damaged"};
     }
     if (const Status same = saved->memory.check_same_vehicles(*d.vehicles); !same) {

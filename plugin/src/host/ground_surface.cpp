@@ -26,8 +26,8 @@ double GroundSurface::vertex_m(int axis, int vertex) const {
 
 GroundSurface::Cell GroundSurface::cell_at(double x_m, double y_m) const {
     const auto index = [this](double at_m, int axis) {
-        return static_cast<int>(
-            std::clamp(std::floor(at_m / voxel_m_ + 0.5), 0.0, static_cast<double>(size_[axis])));
+        const double vertex = std::max(0.0, std::floor(at_m / voxel_m_ + 0.5));  // NaN: 0
+        return static_cast<int>(std::min(vertex, static_cast<double>(size_[axis])));
     };
     return {index(x_m, 0), index(y_m, 1)};
 }

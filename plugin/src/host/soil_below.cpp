@@ -29,8 +29,9 @@ constexpr int kHeightsMost = 16;
 std::optional<SurfaceSoil> SoilBelow::at(Vec3 world_m) const {
     const GridFrame& frame = soil_.frame();
     const Vec3 at = frame.to_grid(world_m);
-    const int x = static_cast<int>(std::floor(at.x)), y = static_cast<int>(std::floor(at.y));
-    if (x < 0 || y < 0 || x >= frame.size[0] || y >= frame.size[1]) return {};
+    if (!(at.x >= 0 && at.x < frame.size[0] && at.y >= 0 && at.y < frame.size[1])) return {};
+    if (std::isnan(at.z)) return {};
+    const int x = static_cast<int>(at.x), y = static_cast<int>(at.y);
     int z = static_cast<int>(std::floor(std::clamp(at.z, 0.0, frame.size[2] - 1.0)));
     const auto filled = [&](int level) {
         const VoxelSample voxel = soil_.sample(x, y, level);

@@ -38,7 +38,7 @@ class GroundSurface {
     };
     /// Along an axis.
     int cell_count(int axis) const { return size_[axis] + 1; }
-    /// The cell over a place [m], clamped to the box.
+    /// The cell over a place [m], clamped to the box; the first one for NaN.
     Cell cell_at(double x_m, double y_m) const;
     /// Place of a vertex along an axis.
     double vertex_m(int axis, int vertex) const;
