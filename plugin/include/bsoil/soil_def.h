@@ -157,30 +157,31 @@ struct SoilDef {
 /// section 2.2.2).
 using DensityFunction = std::function<double(Vec3)>;
 
-/// Soil put in at the start, before the first step. `material` is a name out of the SoilDef.
+/// Soil put in, at the start or while the soil runs. `material` is a name out of the SoilDef;
+/// empty: its first.
 struct BoxFill {
-    Aabb box;  ///< world axes
+    Aabb box;  ///< world axes; min below max on each
     std::string material;
 };
 /// A cylinder about the up axis.
 struct CylinderFill {
     Vec3 base_center_m;
-    double radius_m = 1, height_m = 1;
+    double radius_m = 1, height_m = 1;  ///< each 1e-6..1e6
     std::string material;
 };
 /// Ground under a height image: row-major heights, stretched over the grid's whole floor. A row
 /// runs along the world's x, and rows follow each other along z (y where z is up), before
 /// SoilDef::yaw_rad turns the grid. The first value lies at the low end of both.
 struct HeightMapFill {
-    int width = 0, height = 0;
-    std::vector<float> heights_m;  ///< width x height values above the grid's floor
+    int width = 0, height = 0;     ///< values in a row, and rows, each 2..32768
+    std::vector<float> heights_m;  ///< width x height values above the grid's floor, finite
     std::string material;
 };
 /// Ground whose surface is fractal value noise: gentle dunes to rough hills.
 struct NoiseFill {
-    double base_m = 0.5;       ///< mean height above the grid's floor
-    double amplitude_m = 0.2;  ///< half the range of the largest octave
-    double wavelength_m = 4;   ///< of the largest octave
+    double base_m = 0.5;       ///< mean height above the grid's floor, 0..1e4
+    double amplitude_m = 0.2;  ///< half the range of the largest octave, 0..1e4
+    double wavelength_m = 4;   ///< of the largest octave, 1e-3..1e6
     int octaves = 4;           ///< 1..12; each half as long and `persistence` as high
     double persistence = 0.5;  ///< 0..1
     unsigned seed = 1;

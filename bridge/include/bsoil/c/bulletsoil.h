@@ -302,7 +302,8 @@ bulletsoil_result bulletsoil_destroy(bulletsoil_soil* soil);
 /** A box along the world's axes. */
 bulletsoil_result bulletsoil_fill_box(bulletsoil_soil* soil, const double min_m[3],
                                       const double max_m[3], const char* material);
-/** A cylinder about the up axis, upwards from the centre of its base. */
+/** A cylinder about the up axis, upwards from the centre of its base; radius and height 1e-6..1e6.
+ */
 bulletsoil_result bulletsoil_fill_cylinder(bulletsoil_soil* soil, const double base_center_m[3],
                                            double radius_m, double height_m, const char* material);
 /** Ground under an image of width x height heights above the grid's floor [m], row by row, width
