@@ -240,9 +240,8 @@ void* VehicleWheels::cast(const btVector3& from, const btVector3& to,
     const auto vehicles = soil_.lock();
     RigidRay ray(from, to);
     if (vehicles) ray.ground = vehicles->ground();
-    btDiscreteDynamicsWorld* world = vehicles ? vehicles->world() : world_;
-    if (!world) return nullptr;
-    world->rayTest(from, to, ray);
+    if (!world_) return nullptr;
+    world_->rayTest(from, to, ray);
     const btRigidBody* rigid = ray.hasHit() ? btRigidBody::upcast(ray.m_collisionObject) : nullptr;
     if (rigid && !rigid->hasContactResponse()) rigid = nullptr;
     const auto answer_rigid = [&]() -> void* {
@@ -253,7 +252,7 @@ void* VehicleWheels::cast(const btVector3& from, const btVector3& to,
         return const_cast<btRigidBody*>(rigid);
     };
 
-    const auto substep_s = static_cast<double>(world->getSolverInfo().m_timeStep);
+    const auto substep_s = static_cast<double>(world_->getSolverInfo().m_timeStep);
     const int index = vehicles && vehicle_ && !has_left() ? find(from, to) : -1;
     if (index < 0 || !(substep_s > 0) || vehicle_->getRigidBody()->isStaticOrKinematicObject()) {
         return answer_rigid();

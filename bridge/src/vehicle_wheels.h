@@ -80,7 +80,7 @@ class VehicleWheels final : public VehicleOnSoil {
     void push_chassis(const Wheel& wheel, const btWheelInfo& info);
 
     std::weak_ptr<SoilVehicles> soil_;
-    btDiscreteDynamicsWorld* world_;
+    btDiscreteDynamicsWorld* world_;  ///< of the vehicle, which may outlive the soil in it
     btRigidBody ground_;  ///< what a ray on soil has hit: a vehicle may take it for a body
     btRaycastVehicle* vehicle_ = nullptr;
     bool was_in_world_ = false;  ///< the vehicle has been an action of it
