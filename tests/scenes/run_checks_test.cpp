@@ -7,6 +7,7 @@
 #include <string>
 
 #include "reading/scene_load.h"
+#include "temporary_file.h"
 
 namespace bsoil::scene::run_checks_test {
 namespace {
@@ -146,6 +147,25 @@ TEST(RunChecks, check_that_the_run_does_not_reach_says_so) {
         checks.observe();
     }
     EXPECT_EQ(checks.results().back().verdict, CheckResult::Verdict::not_reached);
+}
+
+TEST(RunChecks, water_is_counted_from_the_start_in_a_run_that_goes_on) {
+    Scene scene = sand_scene(kSand + "base = \"fine_sand\"\nplaced_saturation = 0.4\n");
+    const RunDef def{.backend = Backend::cpu, .thread_count = 1};
+    const TemporaryFile file("water.snapshot");
+    auto saved = SceneRun::create(scene, def);
+    ASSERT_TRUE(saved) << saved.error();
+    (*saved)->step();
+    ASSERT_GT((*saved)->totals_at_start().water_units, 0);
+    ASSERT_TRUE((*saved)->save(file.path()));
+    auto restored = SceneRun::create(scene, def);
+    ASSERT_TRUE(restored) << restored.error();
+    RunChecks checks(**restored);
+    const Status loaded = (*restored)->load(file.path());
+    ASSERT_TRUE(loaded) << loaded.error();
+    EXPECT_EQ((*restored)->totals_at_start().water_units, (*saved)->totals_at_start().water_units);
+    const CheckResult conserved = checks.results().front();
+    EXPECT_EQ(conserved.verdict, CheckResult::Verdict::pass) << conserved.figure;
 }
 
 // A patch without friction has a direction across it all the same. By rounding it was the normal's

@@ -192,6 +192,8 @@ struct SceneRun::Progress {
         stream.list(peak_force_n, 8, [&](double& peak) { stream(peak); });
         stream(totals_at_start.units);
         stream.list(totals_at_start.mass_kg, 8, [&](double& mass) { stream(mass); });
+        // Came later: older files end here.
+        if (!stream.reads() || !stream.at_end()) stream(totals_at_start.water_units);
     }
 };
 
