@@ -256,6 +256,29 @@ cli_frames() {
     done
 }
 
+# A film is of the run's own frames, by the scene's time: not of those that a longer run has left in the folder.
+cli_film() {
+    has_gl || skip 'no OpenGL'
+    write_scene
+    mkdir -p bin out/frames
+    printf '#!/bin/sh\necho "$*" >>ffmpeg.log\n' >bin/ffmpeg
+    chmod +x bin/ffmpeg
+    touch out/frames/00003.png
+    PATH=$PWD/bin:$PATH
+    expect 0 run scene.toml --out out --backend cpu --steps 4 --video
+    grep -q -- '-start_number 0 .* -frames:v 3 ' ffmpeg.log || fail "film: $(cat ffmpeg.log)"
+    grep -q -- '-nostdin' ffmpeg.log || fail 'ffmpeg reads what is not its own'
+    # Frames go on where the snapshot is; at step 4 that of 2/30 s is due. 8 steps more reach 6/30 s.
+    expect 0 run scene.toml --out rest --backend cpu --from out/final.snapshot --video
+    grep -q -- '-start_number 2 .* -frames:v 5 ' ffmpeg.log || fail "film: $(cat ffmpeg.log)"
+    [[ $(cd rest/frames && echo *) == '00002.png 00003.png 00004.png 00005.png 00006.png' ]] ||
+        fail "frames: $(ls rest/frames)"
+    # Steps of 1/20 s: each is a frame and a half.
+    sed -i 's/^voxel_m.*/&\nstep_s = 0.05/' scene.toml
+    expect 0 run scene.toml --out long --backend cpu --steps 2 --video
+    tail -n 1 ffmpeg.log | grep -q -- '-start_number 0 .* -frames:v 4 ' || fail "film: $(cat ffmpeg.log)"
+}
+
 cli_empty_scene() {
     : >scene.toml
     expect 2 run scene.toml --out out

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <sstream>
 #include <vector>
@@ -21,6 +22,7 @@ namespace bsoil::scene {
 namespace {
 
 constexpr double kFrameS = 1.0 / 30;
+constexpr double kAtTheEnd = std::numeric_limits<double>::infinity();  ///< a moment no step reaches
 constexpr int kLegendScale = 4;  ///< legible on the contact sheet as well
 
 }  // namespace
@@ -33,10 +35,17 @@ struct RunPictures::Impl {
     std::vector<double> moments_s;
     render::ContactSheet sheet;
     std::vector<render::LegendEntry> legend;  ///< the soil's materials
-    int frame_count = 0;
+    int frame_first = 0, frame_next = 0;      ///< numbers of frames count from the scene's start
 
     Impl(const SceneRun& r, const RunPicturesDef& d)
         : run(r), def(d), moments_s(sample_moments_s(r)) {
+        // Of a run that goes on the run before has pictured what lies behind.
+        if (const long long last = r.step_count() - 1; last >= 0) {
+            while (reached(frame_first * kFrameS, last)) ++frame_first;
+            std::erase_if(moments_s, [&](double t_s) { return reached(t_s, last); });
+        }
+        frame_next = frame_first;
+        if (moments_s.empty()) moments_s.push_back(kAtTheEnd);
         render::ContactSheetDef layout;
         layout.rows = (static_cast<int>(moments_s.size()) + layout.columns - 1) / layout.columns;
         sheet = render::ContactSheet(layout);
@@ -56,15 +65,33 @@ struct RunPictures::Impl {
         return image;
     }
 
-    bool reached(double t_s) const { return run.time_s() >= t_s - run.step_s() / 2; }
+    bool reached(double t_s, long long step_count) const {
+        return static_cast<double>(step_count) * run.step_s() >= t_s - run.step_s() / 2;
+    }
+    bool reached(double t_s) const { return reached(t_s, run.step_count()); }
 
-    /// Runs ffmpeg over the frames.
+    bool has_frames() const { return def.frames || def.video; }
+    bool frame_is_due() const { return has_frames() && reached(frame_next * kFrameS); }
+
+    /// Runs ffmpeg over the frames of this run: the folder may hold others of a longer one.
     Status encode() const {
-        const std::string input = def.folder + "/frames/%05d.png";
+        std::string input;
+        for (const char c : def.folder) input += c == '%' ? std::string("%%") : std::string(1, c);
+        input += "/frames/%05d.png";
         const std::string output = def.folder + "/video.mp4";
-        const std::vector<std::string> words{"ffmpeg", "-y", "-loglevel", "error",   "-framerate",
-                                             "30",     "-i", input,       "-c:v",    "libx264",
-                                             "-crf",   "18", "-pix_fmt",  "yuv420p", output};
+        if (frame_next == frame_first) return Error{output + ": the run was too short for a frame"};
+        std::vector<std::string> words;
+        const auto add = [&words](const std::string& options) {
+            std::istringstream each(options);
+            for (std::string word; each >> word;) words.push_back(word);
+        };
+        // -nostdin: the input of a shell's loop is not ffmpeg's.
+        add(fmt::format("ffmpeg -nostdin -y -loglevel error -framerate 30 -start_number {} -i",
+                        frame_first));
+        words.push_back(input);
+        add(fmt::format("-frames:v {} -c:v libx264 -crf 18 -pix_fmt yuv420p",
+                        frame_next - frame_first));
+        words.push_back(output);
         std::vector<char*> arguments;
         for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
         arguments.push_back(nullptr);
@@ -101,7 +128,7 @@ Result<std::unique_ptr<RunPictures>> RunPictures::create(const SceneRun& run,
     impl->renderer = std::move(*renderer);
     impl->build();
     std::error_code failed;
-    if (def.frames || def.video) {
+    if (impl->has_frames()) {
         std::filesystem::create_directories(def.folder + "/frames", failed);
     }
     if (failed) return Error{def.folder + "/frames: " + failed.message()};
@@ -112,7 +139,7 @@ const std::vector<std::string>& RunPictures::notes() const { return impl_->pictu
 
 Status RunPictures::observe() {
     Impl& m = *impl_;
-    const bool frame = (m.def.frames || m.def.video) && m.reached(m.frame_count * kFrameS);
+    const bool frame = m.frame_is_due();
     const size_t next = static_cast<size_t>(m.sheet.image_count());
     const bool moment = next < m.moments_s.size() && m.reached(m.moments_s[next]);
     if (!frame && !moment) return Done{};
@@ -121,9 +148,12 @@ Status RunPictures::observe() {
     if (moment) {
         m.sheet.add(*image, render::ContactSheet::caption(m.run.time_s(), m.run.scene().title));
     }
-    if (!frame) return Done{};
-    return render::write_png(*image,
-                             fmt::format("{}/frames/{:05}.png", m.def.folder, m.frame_count++));
+    for (; m.frame_is_due(); ++m.frame_next) {  // a long step is several frames
+        Status written = render::write_png(
+            *image, fmt::format("{}/frames/{:05}.png", m.def.folder, m.frame_next));
+        if (!written) return written;
+    }
+    return Done{};
 }
 
 Status RunPictures::finish() {

@@ -12,8 +12,8 @@ namespace bsoil::scene {
 /// Which pictures of a run are taken, and where they go.
 struct RunPicturesDef {
     std::string folder;   ///< contact_sheet.png, frames/00000.png ..., video.mp4
-    bool frames = false;  ///< one PNG for every 1/30 s
-    bool video = false;   ///< the frames as a film, by ffmpeg
+    bool frames = false;  ///< one PNG for every 1/30 s, numbered from the scene's start
+    bool video = false;   ///< this run's frames as a film, by ffmpeg
 };
 
 /// Whether ffmpeg, which makes the film, is in PATH.

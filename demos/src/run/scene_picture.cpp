@@ -40,12 +40,18 @@ struct ScenePicture::Impl {
     render::View view;
     SurfaceCounts counts;
     std::vector<std::string> notes;
-    Vec3 followed_from_m;
 
     Impl(const SceneRun& shown, render::Renderer& drawn_by) : run(shown), renderer(drawn_by) {}
 
-    Vec3 followed_m() const {
-        return run.bullet().find_body(run.scene().camera.follow)->pose().position;
+    /// How far the body that the camera follows has gone since the run's start.
+    Vec3 followed_way_m() const {
+        const std::string& follow = run.scene().camera.follow;
+        const std::vector<SceneBody>& all = run.bullet().bodies();
+        for (size_t b = 0; b < all.size() && !follow.empty(); ++b) {
+            if (all[b].name != follow) continue;
+            return all[b].pose().position - run.start_poses()[b].position;
+        }
+        return {};
     }
 };
 
@@ -68,7 +74,6 @@ ScenePicture::ScenePicture(const SceneRun& run, render::Renderer& renderer)
     m.view.camera = scene_camera(scene);
     if (scene.world.ground_plane) m.view.floor_height_m = scene.world.ground_height_m;
     m.view.to_sun = sun_beside(m.view.camera);
-    if (!scene.camera.follow.empty()) m.followed_from_m = m.followed_m();
 }
 
 ScenePicture::~ScenePicture() { impl_->renderer.remove_volume(impl_->volume_id); }
@@ -94,11 +99,9 @@ ScenePicture::SurfaceCounts ScenePicture::surface_counts() const { return impl_-
 render::View ScenePicture::view(const std::function<void(render::View&)>& adjust) {
     Impl& m = *impl_;
     render::View view = m.view;
-    if (!m.run.scene().camera.follow.empty()) {
-        const Vec3 way = m.followed_m() - m.followed_from_m;
-        view.camera.eye += way;
-        view.camera.target += way;
-    }
+    const Vec3 way = m.followed_way_m();
+    view.camera.eye += way;
+    view.camera.target += way;
     if (adjust) adjust(view);
     m.counts = {};
     const auto label_from = [&view](size_t first, uint32_t label) {

@@ -63,8 +63,15 @@ Status SceneRun::start(const RunDef& def) {
     bullet_ = std::move(*made);
     readings_.resize(bullet_->bodies().size());
     peak_force_n_.resize(bullet_->bodies().size());
-    if (!scene_.soil) return add_raycast_vehicles();
+    if (scene_.soil) {
+        if (Status added = add_soil(def); !added) return added;
+    }
+    if (Status added = add_raycast_vehicles(); !added) return added;
+    for (const SceneBody& body : bullet_->bodies()) start_poses_.push_back(body.pose());
+    return Done{};
+}
 
+Status SceneRun::add_soil(const RunDef& def) {
     SoilDef soil = soil_def(scene_);
     soil.backend = def.backend;
     soil.thread_count = def.thread_count;
@@ -80,7 +87,7 @@ Status SceneRun::start(const RunDef& def) {
     if (!filled) return filled;
     totals_at_start_ = action_->soil().totals();
     warn_of_bodies_outside();
-    return add_raycast_vehicles();
+    return Done{};
 }
 
 Status SceneRun::add_raycast_vehicles() {

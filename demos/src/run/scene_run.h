@@ -68,6 +68,9 @@ class SceneRun {
     bullet::SoilAction& action() { return *action_; }
     const SoilTotals& totals_at_start() const { return totals_at_start_; }
 
+    /// Where each body was before the first step, in the order of bullet().bodies(): the same in a
+    /// run that goes on from a snapshot.
+    const std::vector<Pose>& start_poses() const { return start_poses_; }
     /// Of the last step, in the order of bullet().bodies().
     const std::vector<BodyReading>& readings() const { return readings_; }
     /// A probe of kind mass_inside [kg].
@@ -92,6 +95,7 @@ class SceneRun {
   private:
     SceneRun(const Scene& scene, const RunDef& def);
     Status start(const RunDef& def);
+    Status add_soil(const RunDef& def);
     Status add_raycast_vehicles();
     void substep();
     void warn_of_bodies_outside();
@@ -111,6 +115,7 @@ class SceneRun {
     int substep_count_;
     long long step_count_ = 0, step_target_ = 0;
     std::vector<std::string> warnings_;
+    std::vector<Pose> start_poses_;
     std::vector<BodyReading> readings_;
     std::vector<double> peak_force_n_;
     SoilTotals totals_at_start_;
