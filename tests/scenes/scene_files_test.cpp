@@ -10,6 +10,7 @@
 #include "files/data_files.h"
 #include "reading/scene_load.h"
 #include "run/baseline.h"
+#include "run/telemetry.h"
 
 namespace bsoil::scene::scene_files_test {
 namespace {
@@ -231,6 +232,35 @@ TEST_F(SceneFiles, height_map_spans_black_to_white) {
     EXPECT_FLOAT_EQ(map->heights_m[1], 2.5f);
     write(folder_ / "map.png", "no picture");
     EXPECT_FALSE(read_height_map((folder_ / "map.png").string(), 0, 1));
+}
+
+// 111 steps of 1/60 s are less than 1.85 s by a rounding.
+TEST(Baseline, a_moment_at_the_end_of_the_run_is_sampled) {
+    const auto scene = parse_scene(
+        "[world]\nduration_s = 1.85\n[soil]\nsize_m = [1, 1, 1]\nvoxel_m = 0.1\n"
+        "[record]\nmoments_s = [1.85]\n",
+        "s.toml");
+    ASSERT_TRUE(scene) << scene.error();
+    const auto run = SceneRun::create(*scene, {.backend = Backend::cpu, .thread_count = 1});
+    ASSERT_TRUE(run) << run.error();
+    EXPECT_EQ(sample_moments_s(**run), std::vector<double>{1.85});
+}
+
+TEST_F(SceneFiles, a_name_with_a_comma_is_one_heading_of_the_telemetry) {
+    const auto scene = parse_scene(
+        "[world]\nduration_s = 1\n[[body]]\nname = 'arm, \"left\"'\nshape = \"sphere\"\n"
+        "radius_m = 0.1\nmass_kg = 1\n",
+        "s.toml");
+    ASSERT_TRUE(scene) << scene.error();
+    const auto run = SceneRun::create(*scene, {});
+    ASSERT_TRUE(run) << run.error();
+    auto telemetry = Telemetry::create(**run, folder_.string());
+    ASSERT_TRUE(telemetry) << telemetry.error();
+    telemetry->observe();
+    ASSERT_TRUE(telemetry->finish());
+    const std::string table = content(folder_ / "telemetry.csv");
+    const std::string expected = "time_s,\"arm, \"\"left\"\".x_m\",\"arm, \"\"left\"\".y_m\",";
+    EXPECT_EQ(table.substr(0, expected.size()), expected);
 }
 
 TEST(Baseline, differences_say_where_and_by_how_much) {

@@ -8,6 +8,8 @@
 #include <fstream>
 #include <string_view>
 
+#include "files/csv_cell.h"
+
 namespace bsoil::experiment {
 namespace {
 
@@ -35,13 +37,6 @@ std::vector<std::string> read_record(std::istream& file) {
         }
     }
     return cells;
-}
-
-std::string csv_cell(const std::string& text) {
-    if (text.find_first_of(",\"\n") == std::string::npos) return text;
-    std::string out = "\"";
-    for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
-    return out + '"';
 }
 
 }  // namespace
@@ -81,7 +76,7 @@ Result<CsvTable> read_csv(const std::string& path) {
 Status write_csv(const CsvTable& table, const std::string& path) {
     std::ofstream file(path, std::ios::binary);
     const auto write = [&](const std::vector<std::string>& cells) {
-        for (size_t i = 0; i < cells.size(); ++i) file << (i ? "," : "") << csv_cell(cells[i]);
+        for (size_t i = 0; i < cells.size(); ++i) file << (i ? "," : "") << scene::csv_cell(cells[i]);
         file << '\n';
     };
     write(table.columns);

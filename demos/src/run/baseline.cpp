@@ -83,7 +83,7 @@ std::vector<double> sample_moments_s(const SceneRun& run) {
     const double end_s = static_cast<double>(run.step_target()) * run.step_s();
     std::vector<double> moments;
     for (const double t_s : run.scene().record.moments_s) {
-        if (t_s <= end_s) moments.push_back(t_s);
+        if (t_s <= end_s + run.step_s() / 2) moments.push_back(t_s);  // the last step is nearest
     }
     if (moments.empty()) {
         for (int i = 1; i <= kMomentCount; ++i) moments.push_back(end_s * i / kMomentCount);

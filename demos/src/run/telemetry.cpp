@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "files/csv_cell.h"
 #include "scene/rotations.h"
 
 namespace bsoil::scene {
@@ -28,21 +29,24 @@ Result<Telemetry> Telemetry::create(const SceneRun& run, const std::string& fold
     telemetry.folder_ = folder;
     telemetry.table_.open(path);
     telemetry.table_ << "time_s";
+    // Names of a URDF's links may hold commas.
+    const auto heading = [&](const std::string& name, const std::string& what) {
+        telemetry.table_ << ',' << csv_cell(name + '.' + what);
+    };
     for (const size_t b : telemetry.bodies_) {
         for (const char* column :
              {"x_m", "y_m", "z_m", "qx", "qy", "qz", "qw", "vx_m_s", "vy_m_s", "vz_m_s", "fx_n",
               "fy_n", "fz_n", "tx_n_m", "ty_n_m", "tz_n_m", "sinkage_m"}) {
-            fmt::print(telemetry.table_, ",{}.{}", run.bullet().bodies()[b].name, column);
+            heading(run.bullet().bodies()[b].name, column);
         }
     }
     for (const SceneJoint& joint : run.bullet().joints()) {
-        fmt::print(telemetry.table_, ",{}.position_{}", joint.name,
-                   joint.item->kind == "slider" ? "m" : "deg");
+        heading(joint.name, joint.item->kind == "slider" ? "position_m" : "position_deg");
     }
     bool has_profiles = false;
     for (const ProbeItem& probe : run.scene().probes) {
         if (probe.kind == "mass_inside") {
-            fmt::print(telemetry.table_, ",{}.kg", probe.name);
+            heading(probe.name, "kg");
         } else {
             has_profiles = true;
         }
@@ -112,7 +116,7 @@ void Telemetry::write_profiles() {
         for (int i = 0; i < probe.sample_count; ++i) {
             const double u = static_cast<double>(i) / (probe.sample_count - 1);
             const Vec3 at_m = probe.from_m * (1 - u) + probe.to_m * u;
-            fmt::print(profiles_, "{:.6g},{},{:.6g},{:.6g}\n", run_->time_s(), probe.name,
+            fmt::print(profiles_, "{:.6g},{},{:.6g},{:.6g}\n", run_->time_s(), csv_cell(probe.name),
                        u * length(probe.to_m - probe.from_m), surface_height_m(run_->soil(), at_m));
         }
     }
