@@ -253,6 +253,22 @@ TEST_F(Exports, the_ascii_grid_has_north_on_top_and_heights_in_the_world) {
     EXPECT_NEAR(heights[3 * 40 + 7], run_->soil().surface_height_m(3, 7), 1e-5);
 }
 
+TEST_F(Exports, an_ascii_grid_of_a_grid_that_is_turned_is_refused) {
+    // By half a turn, too: east would be west.
+    for (const double yaw_deg : {30.0, 90.0, 180.0, -180.0}) {
+        const auto scene = parse_scene(
+            "[world]\nduration_s = 1\n[soil]\nsize_m = [0.8, 0.8, 0.4]\nvoxel_m = 0.1\nyaw_deg = " +
+                std::to_string(yaw_deg) + "\n",
+            "s.toml");
+        ASSERT_TRUE(scene) << scene.error();
+        auto made = SceneRun::create(*scene, {.backend = Backend::cpu});
+        ASSERT_TRUE(made) << made.error();
+        const auto written = export_run(**made, path_of("turned.asc"));
+        ASSERT_FALSE(written) << yaw_deg;
+        EXPECT_NE(written.error().find("turned"), std::string::npos) << written.error();
+    }
+}
+
 /// What a program prints; empty where it is missing or fails.
 std::string text_of(const std::string& path) {
     std::ifstream file(path);

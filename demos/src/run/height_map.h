@@ -20,7 +20,8 @@ struct HeightMap {
     Place corner;      ///< the outer one of the first cell
     Place column_way;  ///< from a cell to the next of its row
     Place row_way;     ///< and of its column
-    bool is_turned() const { return column_way.north_m != 0; }
+    /// By half a turn, too: the columns of its rows do not go east.
+    bool is_turned() const { return column_way.north_m != 0 || column_way.east_m < 0; }
     std::vector<double> heights_m;  ///< of the surface in the world
 };
 HeightMap height_map(const Soil& soil);
