@@ -210,5 +210,21 @@ TEST_F(Textures, that_are_missing_or_damaged_leave_the_colour_and_a_line) {
     EXPECT_GT(grey[0], 100);
 }
 
+TEST(SceneCamera, that_looks_straight_down_has_north_on_top) {
+    for (const std::string up : {"z", "y"}) {
+        SCOPED_TRACE(up);
+        Scene scene;
+        scene.world.up = up;
+        scene.camera.eye_m = up == "y" ? Vec3{1, 9, -2} : Vec3{1, 2, 9};
+        scene.camera.target_m = up == "y" ? Vec3{1, 0, -2} : Vec3{1, 2, 0};
+        const render::Camera camera = scene_camera(scene);
+        const Vec3 sight = camera.target - camera.eye;
+        const Vec3 north = up == "y" ? Vec3{0, 0, -1} : Vec3{0, 1, 0};
+        EXPECT_NEAR(dot(sight, camera.up), -9, 1e-4);
+        EXPECT_NEAR(dot(sight, north), 9e-3, 1e-6);
+        EXPECT_NEAR(length(cross(sight, camera.up)), 9e-3, 1e-6);  // not in one line
+    }
+}
+
 }  // namespace
 }  // namespace bsoil::scene::textures_test

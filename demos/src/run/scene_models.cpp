@@ -246,6 +246,14 @@ Vec3 sun_beside(const render::Camera& camera) {
     return cross(camera.up, back) * kBeside - back * kBeyond + camera.up * kUp;
 }
 
+void keep_off_vertical(render::Camera& camera) {
+    constexpr double kAside = 1e-3, kInLine = 1e-6;
+    const double sight_m = length(camera.target - camera.eye);
+    if (length(cross(camera.target - camera.eye, camera.up)) > kInLine * sight_m) return;
+    const Vec3 south = cross({1, 0, 0}, camera.up);
+    camera.eye += south * (kAside * sight_m);
+}
+
 render::Camera scene_camera(const Scene& scene) {
     Vec3 center, size{4, 4, 4};
     if (scene.soil) {
@@ -260,6 +268,7 @@ render::Camera scene_camera(const Scene& scene) {
     const Vec3 sideways = cross({1, 0, 0}, camera.up);
     camera.eye = scene.camera.eye_m.value_or(center + Vec3{0.9 * side, 0, 0} +
                                              sideways * (0.9 * side) + camera.up * (0.8 * side));
+    keep_off_vertical(camera);
     return camera;
 }
 

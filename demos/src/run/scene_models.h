@@ -38,6 +38,10 @@ inline constexpr size_t kTextureBytesMost = size_t{256} << 20;
 std::vector<render::MeshId> add_body_meshes(const Scene& scene, render::Renderer& renderer,
                                             std::vector<std::string>& notes);
 
+/// A camera that looks straight down or up has no upper edge of its picture: its eye goes a
+/// thousandth of the distance to the south, so that north is there. Others stay as they are.
+void keep_off_vertical(render::Camera& camera);
+
 /// The scene's camera, or one above a corner of the soil.
 render::Camera scene_camera(const Scene& scene);
 
