@@ -279,6 +279,22 @@ cli_film() {
     tail -n 1 ffmpeg.log | grep -q -- '-start_number 0 .* -frames:v 4 ' || fail "film: $(cat ffmpeg.log)"
 }
 
+# Moments of a run with its other axis up, whose scene has gone elsewhere; and what they are asked for.
+cli_moment() {
+    write_scene
+    expect 0 run scene.toml --out out --backend cpu --no-pictures --steps 2 --up y
+    mv scene.toml moved.toml
+    expect 2 export out/final.snapshot --out lost.asc
+    expect_text 'say where it is now'
+    expect 0 export moved.toml --from out/final.snapshot --backend cpu --out heights.asc
+    expect 2 export moved.toml --advance -1 --out heights.asc
+    expect_text '-1 is too small, must be 0 or more'
+    expect 2 render moved.toml --out no.png --width 0
+    expect_text '--width'
+    expect 2 render moved.toml --advance 1000000
+    expect_text 'say what to write'
+}
+
 cli_empty_scene() {
     : >scene.toml
     expect 2 run scene.toml --out out

@@ -10,10 +10,12 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "command_line.h"
 #include "commands.h"
 #include "files/json_text.h"
 #include "opened_scene.h"
 #include "run/exports.h"
+#include "run/scene_models.h"
 #include "run/scene_picture.h"
 
 namespace bsoil::command {
@@ -31,12 +33,19 @@ struct Moment {
             ->required();
         app.add_option("--from", from,
                        "the moment: a snapshot of this scene (bsoil run writes them)");
-        app.add_option("--advance", advance, "make so many steps of the soil first");
+        app.add_option("--advance", advance, "make so many steps of the soil first")
+            ->check(at_least(0));
         opened.device.add_to(app);
     }
     /// Opens the scene, or that of the snapshot. The exit code.
     int open() {
-        if (!opened.path.ends_with(".snapshot")) return opened.open();
+        if (!opened.path.ends_with(".snapshot")) {
+            if (from.empty()) return opened.open();
+            const auto scene = scene::scene_of_snapshot(from);
+            if (!scene) return fail(scene.error());
+            opened.up = scene->up;  // the run may have had --up
+            return opened.open();
+        }
         if (!from.empty()) return fail("--from: " + opened.path + " is a snapshot itself");
         from = opened.path;
         const auto scene = scene::scene_of_snapshot(from);
@@ -57,7 +66,10 @@ struct Moment {
         if (!from.empty()) {
             if (const Status loaded = run.load(from); !loaded) return fail(loaded.error());
         }
-        for (long long s = 0; s < advance; ++s) run.step();
+        for (long long s = 0; s < advance; ++s) {
+            run.step();
+            if (const std::string failure = run.failure(); !failure.empty()) return fail(failure);
+        }
         return kPassed;
     }
     static int fail(const std::string& text) {
@@ -133,12 +145,16 @@ scene::Field field_of(const std::string& name) {
 }
 
 int render(RenderArguments& arguments) {
+    if (arguments.picture.empty() && arguments.depth.empty() && arguments.normals.empty() &&
+        arguments.labels.empty()) {
+        return Moment::fail("render: say what to write: --out, --depth, ...");
+    }
     const int opened = arguments.moment.open();
     if (opened != kPassed) return opened;
     const scene::SceneRun& run = *arguments.moment.opened.run;
     auto renderer = render::Renderer::create();
     if (!renderer) return Moment::fail("no pictures: " + renderer.error());
-    scene::ScenePicture picture(run, **renderer);  // before the moment: a camera that follows
+    scene::ScenePicture picture(run, **renderer);
     for (const std::string& note : picture.notes()) fmt::print(stderr, "{}\n", note);
     if (const int gone = arguments.moment.go(); gone != kPassed) return gone;
     if (!arguments.volume.empty()) {
@@ -153,6 +169,7 @@ int render(RenderArguments& arguments) {
         made.height = arguments.height;
         if (!arguments.eye.empty()) made.camera.eye = vector(arguments.eye);
         if (!arguments.target.empty()) made.camera.target = vector(arguments.target);
+        scene::keep_off_vertical(made.camera);
     });
     std::vector<Status> written;
     if (!arguments.picture.empty()) {
@@ -174,7 +191,6 @@ int render(RenderArguments& arguments) {
             written.push_back(write_labels(*buffers, run, arguments.labels));
         }
     }
-    if (written.empty()) return Moment::fail("render: say what to write: --out, --depth, ...");
     for (const Status& status : written) {
         if (!status) return Moment::fail(status.error());
     }
@@ -201,14 +217,20 @@ void add_render(CLI::App& app, int& exit_code) {
     arguments->moment.add_options(*command);
     command->add_option("--out", arguments->picture,
                         "the picture: PNG, or JPEG where the file's ending is .jpg or .jpeg");
-    command->add_option("--depth", arguments->depth,
-                        "16-bit PNG: millimetres along the line of sight, 0 the sky");
+    command->add_option(
+        "--depth", arguments->depth,
+        "16-bit PNG: millimetres along the line of sight, 0 the sky; 65535 is all that "
+        "lies farther");
     command->add_option("--normals", arguments->normals,
                         "PNG: x, y, z of the world's normals as red, green, blue; 128 is 0");
     command->add_option("--labels", arguments->labels,
                         "16-bit PNG: what is seen, by number; the names in FILE.json");
-    command->add_option("--width", arguments->width, "pixels")->capture_default_str();
-    command->add_option("--height", arguments->height, "pixels")->capture_default_str();
+    for (const auto& [name, side] :
+         {std::pair{"--width", &arguments->width}, std::pair{"--height", &arguments->height}}) {
+        command->add_option(name, *side, "pixels")
+            ->check(CLI::Range(1, 8192))
+            ->capture_default_str();
+    }
     command->add_option("--eye", arguments->eye, "x y z [m] in place of the scene's camera")
         ->expected(3);
     command->add_option("--target", arguments->target, "x y z [m]")->expected(3);
