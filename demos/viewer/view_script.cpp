@@ -5,20 +5,27 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <fstream>
+#include <iterator>
 #include <map>
+#include <optional>
 #include <sstream>
 
 namespace bsoil::viewer {
 namespace {
 
-/// Arguments of each action behind its name.
-const std::map<std::string, size_t>& argument_counts() {
-    static const std::map<std::string, size_t> counts{
-        {"steps", 1}, {"click", 1}, {"slide", 2},  {"drag", 5},      {"wheel", 1},
-        {"key", 1},   {"hold", 2},  {"frames", 1}, {"screenshot", 1}};
-    return counts;
+/// Words behind each action's name: t a text, c a count, f a fraction or another number, b a button
+/// of the mouse.
+const std::map<std::string, std::string>& arguments_of() {
+    static const std::map<std::string, std::string> arguments{
+        {"steps", "c"}, {"click", "t"}, {"slide", "tf"}, {"drag", "bffff"},  {"wheel", "f"},
+        {"key", "t"},   {"hold", "tc"}, {"frames", "c"}, {"screenshot", "t"}};
+    return arguments;
 }
+
+constexpr const char* kButtons[] = {"left", "right", "middle"};
+constexpr float kCountMost = 100'000;  ///< steps or frames of an action
 
 /// Words of a line; "two words" in quotes are one.
 std::vector<std::string> words_of(const std::string& line) {
@@ -37,7 +44,38 @@ std::vector<std::string> words_of(const std::string& line) {
     return words;
 }
 
-float number_of(const std::string& word) { return std::strtof(word.c_str(), nullptr); }
+/// None where the word as a whole is no number.
+std::optional<float> number_in(const std::string& word) {
+    float number = 0;
+    const char* end = word.data() + word.size();
+    const auto read = std::from_chars(word.data(), end, number);
+    if (read.ec != std::errc() || read.ptr != end || !std::isfinite(number)) return {};
+    return number;
+}
+
+/// Of a word that was checked.
+float number_of(const std::string& word) { return *number_in(word); }
+int count_of(const std::string& word) { return static_cast<int>(number_of(word)); }
+
+int button_of(const std::string& word) {
+    const auto* found = std::find(std::begin(kButtons), std::end(kButtons), word);
+    return found == std::end(kButtons) ? -1 : static_cast<int>(found - std::begin(kButtons));
+}
+
+/// What a word should have been; empty where it is that.
+std::string mistake_in(const std::string& word, char kind) {
+    const std::optional<float> number = number_in(word);
+    if (kind == 'f' && !number) return fmt::format("`{}` is no number", word);
+    if (kind == 'b' && button_of(word) < 0) {
+        return fmt::format("`{}` is none of left, right and middle", word);
+    }
+    const bool counts =
+        number && *number >= 1 && *number <= kCountMost && *number == std::floor(*number);
+    if (kind == 'c' && !counts) {
+        return fmt::format("`{}` is no whole number from 1 to {:.0f}", word, kCountMost);
+    }
+    return {};
+}
 
 constexpr int kFramesOfDrag = 6;
 
@@ -53,13 +91,18 @@ Result<ViewScript> ViewScript::read(const std::string& path) {
         ++number;
         Action action{number, words_of(line)};
         if (action.words.empty() || action.words[0][0] == '#') continue;
-        const auto known = argument_counts().find(action.words[0]);
-        if (known == argument_counts().end()) {
+        const auto known = arguments_of().find(action.words[0]);
+        if (known == arguments_of().end()) {
             return Error{fmt::format("{}:{}: no action `{}`", path, number, action.words[0])};
         }
-        if (action.words.size() != known->second + 1) {
+        const std::string& kinds = known->second;
+        if (action.words.size() != kinds.size() + 1) {
             return Error{fmt::format("{}:{}: `{}` takes {} words, {} given", path, number,
-                                     action.words[0], known->second, action.words.size() - 1)};
+                                     action.words[0], kinds.size(), action.words.size() - 1)};
+        }
+        for (size_t w = 0; w < kinds.size(); ++w) {
+            const std::string mistake = mistake_in(action.words[w + 1], kinds[w]);
+            if (!mistake.empty()) return Error{fmt::format("{}:{}: {}", path, number, mistake)};
         }
         script.actions_.push_back(std::move(action));
     }
@@ -103,7 +146,7 @@ void ViewScript::expand(const Action& action, const Widgets& widgets, ImVec2 win
         }
         press(at, 0);
     } else if (verb == "drag") {
-        const int button = word(1) == "left" ? 0 : word(1) == "right" ? 1 : 2;
+        const int button = button_of(word(1));
         const auto point = [&](float share) {
             return ImVec2{window.x * (number(2) + share * (number(4) - number(2))),
                           window.y * (number(3) + share * (number(5) - number(3)))};
@@ -126,7 +169,7 @@ void ViewScript::expand(const Action& action, const Widgets& widgets, ImVec2 win
         down.key_down = true;
         frames.push_back(down);
         if (verb == "hold") {
-            held.steps = std::max(1, static_cast<int>(number(2)));
+            held.steps = count_of(word(2));
             frames.emplace_back();
             frames.push_back(held);
         }
@@ -134,11 +177,11 @@ void ViewScript::expand(const Action& action, const Widgets& widgets, ImVec2 win
         frames.emplace_back();
     } else if (verb == "steps") {
         Frame frame;
-        frame.steps = std::max(1, static_cast<int>(number(1)));
+        frame.steps = count_of(word(1));
         frames.push_back(frame);
         frames.emplace_back();
     } else if (verb == "frames") {
-        frames.resize(static_cast<size_t>(std::clamp(number(1), 1.0f, 10000.0f)));
+        frames.resize(static_cast<size_t>(count_of(word(1))));
     } else {
         Frame frame;
         frame.screenshot = word(1);
