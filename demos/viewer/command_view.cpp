@@ -1,26 +1,23 @@
 /// `bsoil view`: a window on a scene.
-#include <fmt/format.h>
-
 #include <CLI/CLI.hpp>
 #include <memory>
 
 #include "commands/command_line.h"
 #include "commands/commands.h"
-#include "reading/scene_load.h"
+#include "commands/opened_scene.h"
 #include "viewer.h"
 
 namespace bsoil::command {
 
 void add_view(CLI::App& app, int& exit_code) {
     struct Arguments {
-        std::string path;
-        DeviceOptions device;
+        OpenedScene opened;
         viewer::ViewDef def;
     };
     auto arguments = std::make_shared<Arguments>();
     CLI::App* command = app.add_subcommand(
         "view", "a window on a scene: look at it, drive it, dig in it; see docs/viewer.md");
-    command->add_option("scene", arguments->path, "the scene file (TOML)")->required();
+    command->add_option("scene", arguments->opened.path, "the scene file (TOML)")->required();
     command->add_option("--from", arguments->def.snapshot,
                         "begin with this snapshot of the scene; Save writes it");
     command->add_option("--script", arguments->def.script,
@@ -36,26 +33,25 @@ void add_view(CLI::App& app, int& exit_code) {
                      "samples per pixel; 0: 4, and 2 where OpenGL runs in software")
         ->check(CLI::Range(0, 8))
         ->capture_default_str();
-    arguments->device.add_to(*command);
+    arguments->opened.device.add_to(*command);
     command->callback([arguments, &exit_code] {
-        auto scene = scene::load_scene(arguments->path);
-        if (!scene) {
-            fmt::print(stderr, "{}\n", scene.error());
-            exit_code = kCouldNotRun;
-            return;
+        OpenedScene& opened = arguments->opened;
+        viewer::ViewDef& def = arguments->def;
+        if (!def.snapshot.empty()) {
+            const auto known = scene::scene_of_snapshot(def.snapshot);
+            if (!known) {
+                exit_code = could_not(known.error());
+                return;
+            }
+            opened.up = known->up;  // the run may have had --up
         }
-        if (!scene->missing_data.empty()) {
-            fmt::print("SKIP {}: its data is not there\n", arguments->path);
-            exit_code = kSkipped;
-            return;
-        }
-        arguments->def.run.backend = arguments->device.chosen();
-        arguments->def.run.thread_count = arguments->device.thread_count;
-        arguments->def.run.mesh_backend = arguments->device.chosen_mesher();
-        const Status shown = viewer::view_scene(*scene, arguments->def);
-        if (shown) return;
-        fmt::print(stderr, "{}\n", shown.error());
-        exit_code = kCouldNotRun;
+        exit_code = opened.load();
+        if (exit_code != kPassed) return;
+        def.run.backend = opened.device.chosen();
+        def.run.thread_count = opened.device.thread_count;
+        def.run.mesh_backend = opened.device.chosen_mesher();
+        const Status shown = viewer::view_scene(opened.scene, def);
+        if (!shown) exit_code = could_not(shown.error());
     });
 }
 

@@ -29,10 +29,11 @@ bool Hand::take(const Sighting& sighting) {
     let_go();
     const btVector3 at = to_bullet(sighting.point_m);
     auto* object = const_cast<btCollisionObject*>(sighting.object);
-    const btScalar substep_s = btScalar(1) / 240;  // impulses are per substep of about this length
+    const auto substep_s = static_cast<btScalar>(substep_s_);
     const btScalar gravity = world_.getGravity().length();
     if (btRigidBody* body = btRigidBody::upcast(object)) {
         if (body->isStaticOrKinematicObject()) return false;
+        was_sleepless_ = body->getActivationState() == DISABLE_DEACTIVATION;
         body->forceActivationState(DISABLE_DEACTIVATION);
         joint_ = std::make_unique<btPoint2PointConstraint>(
             *body, body->getCenterOfMassTransform().inverse() * at);
@@ -45,6 +46,7 @@ bool Hand::take(const Sighting& sighting) {
         btMultiBody* multibody = link->m_multiBody;
         if (!world || (link->m_link < 0 && multibody->hasFixedBase())) return false;
         multibody->wakeUp();
+        was_sleepless_ = !multibody->getCanSleep();
         multibody->setCanSleep(false);
         btScalar mass = multibody->getBaseMass();
         for (int l = 0; l < multibody->getNumLinks(); ++l) mass += multibody->getLinkMass(l);
@@ -70,13 +72,14 @@ void Hand::let_go() {
     if (joint_) {
         btRigidBody& body = joint_->getRigidBodyA();
         world_.removeConstraint(joint_.get());
-        body.forceActivationState(ACTIVE_TAG);
+        // The chassis of a raycast vehicle: asleep it would not hear its engine.
+        body.forceActivationState(was_sleepless_ ? DISABLE_DEACTIVATION : ACTIVE_TAG);
         body.setDeactivationTime(0);
         joint_.reset();
     }
     if (link_joint_) {
         auto* world = static_cast<btMultiBodyDynamicsWorld*>(&world_);
-        link_joint_->getMultiBodyA()->setCanSleep(true);
+        link_joint_->getMultiBodyA()->setCanSleep(!was_sleepless_);
         world->removeMultiBodyConstraint(link_joint_.get());
         link_joint_.reset();
     }

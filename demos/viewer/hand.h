@@ -22,10 +22,12 @@ struct Sighting {
 std::optional<Sighting> look_along(btDiscreteDynamicsWorld& world, Vec3 from_m, Vec3 to_m);
 
 /// Holds one body at a time by a btPoint2PointConstraint (a link by its multibody's), as strongly
-/// as 40 times the body's weight. Lets go at destruction, which has to come before the world's.
+/// as 40 times the body's weight. Lets go at destruction, which has to come before the world's. A
+/// body that may not fall asleep may not afterwards.
 class Hand {
   public:
-    explicit Hand(btDiscreteDynamicsWorld& world) : world_(world) {}
+    /// substep_s: of the world's steps, for forces are impulses there.
+    Hand(btDiscreteDynamicsWorld& world, double substep_s) : world_(world), substep_s_(substep_s) {}
     ~Hand() { let_go(); }
     Hand(const Hand&) = delete;
     Hand& operator=(const Hand&) = delete;
@@ -39,6 +41,8 @@ class Hand {
 
   private:
     btDiscreteDynamicsWorld& world_;
+    double substep_s_;
+    bool was_sleepless_ = false;  ///< what is held, before
     std::unique_ptr<btPoint2PointConstraint> joint_;
     std::unique_ptr<btMultiBodyPoint2Point> link_joint_;
     const btCollisionObject* held_ = nullptr;

@@ -14,6 +14,10 @@ constexpr float kStickDead = 0.15f;  ///< deflection of a game pad's stick that 
 }  // namespace
 
 void LeverInput::find_pad() {
+    if (pad_ && !SDL_GameControllerGetAttached(pad_)) {
+        SDL_GameControllerClose(pad_);
+        pad_ = nullptr;
+    }
     for (int p = 0; p < SDL_NumJoysticks() && !pad_; ++p) {
         if (SDL_IsGameController(p)) pad_ = SDL_GameControllerOpen(p);
     }

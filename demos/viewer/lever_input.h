@@ -15,7 +15,7 @@ namespace bsoil::viewer {
 
 class LeverInput {
   public:
-    /// Takes the first game pad there is, unless it has one.
+    /// Takes the first game pad there is, unless it has one that is still plugged in.
     void find_pad();
     /// Tells the simulation what has changed since the last call.
     void use(const std::set<SDL_Scancode>& keys_down, ViewState& state, Simulation& simulation);

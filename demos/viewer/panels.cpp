@@ -338,9 +338,16 @@ void lay_out_conditions(const RunStatus& status) {
     ImGui::Begin("##conditions", nullptr,
                  ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize |
                      ImGuiWindowFlags_NoFocusOnAppearing);
-    const size_t first = status.conditions.size() > 5 ? status.conditions.size() - 5 : 0;
+    // The newest of both kinds: an order that failed is seen however many conditions there are.
+    constexpr size_t kLines = 5, kNotesLeast = 2;
+    const size_t notes = status.note_count, conditions = status.conditions.size() - notes;
+    const size_t notes_room = kLines - std::min(conditions, kLines - kNotesLeast);
+    const size_t first_note = notes - std::min(notes, notes_room);
+    const size_t conditions_room = kLines - (notes - first_note);
+    const size_t first_condition = notes + conditions - std::min(conditions, conditions_room);
     ImGui::PushTextWrapPos(width - 2 * kMargin);
-    for (size_t c = first; c < status.conditions.size(); ++c) {
+    for (size_t c = first_note; c < status.conditions.size(); ++c) {
+        if (c >= notes && c < first_condition) continue;
         ImGui::TextUnformatted(status.conditions[c].c_str());
     }
     ImGui::PopTextWrapPos();

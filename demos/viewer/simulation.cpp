@@ -1,7 +1,5 @@
 #include "simulation.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -24,12 +22,6 @@ ConvexShape sphere(double radius_m) {
     return shape;
 }
 
-int64_t sum_of(const std::vector<int64_t>& units) {
-    int64_t sum = 0;
-    for (const int64_t u : units) sum += u;
-    return sum;
-}
-
 }  // namespace
 
 Simulation::Simulation(const scene::Scene& scene, const scene::RunDef& def)
@@ -38,10 +30,17 @@ Simulation::Simulation(const scene::Scene& scene, const scene::RunDef& def)
 }
 
 Result<std::unique_ptr<Simulation>> Simulation::create(const scene::Scene& scene,
-                                                       const scene::RunDef& def) {
+                                                       const scene::RunDef& def,
+                                                       const std::string& snapshot) {
     std::unique_ptr<Simulation> simulation(new Simulation(scene, def));
     if (const Status started = simulation->start(); !started) return Error{started.error()};
     simulation->scene_soil_ = simulation->soil_def_;
+    simulation->start_poses_ = simulation->run_->start_poses();
+    if (!snapshot.empty()) {
+        const Status loaded = simulation->load_with_soil_of(snapshot);
+        if (!loaded) return Error{loaded.error()};
+        simulation->note("loaded " + snapshot);
+    }
     Simulation* own = simulation.get();
     simulation->thread_ = std::thread([own] { own->work(); });
     return simulation;
@@ -84,7 +83,7 @@ Status Simulation::start() {
         units_in_.assign(run_->soil().materials().size(), 0);
         units_out_ = units_in_;
     }
-    hand_ = std::make_unique<Hand>(run_->bullet().world());
+    hand_ = std::make_unique<Hand>(run_->bullet().world(), scene_.world.substep_s);
     had_slice_ = false;
     notes_ = run_->warnings();
     apply_levers();
@@ -231,45 +230,6 @@ void Simulation::publish_volume(WorldPicture& picture) {
     picture.volume = volume_->placed();
 }
 
-void Simulation::fill_status(RunStatus& status) const {
-    status.time_s = run_->time_s();
-    status.step_count = run_->step_count();
-    status.step_s = run_->step_s();
-    status.is_finished = run_->finished();
-    status.steps_per_s = steps_per_s_;
-    status.soil_ms = soil_ms_;
-    status.bullet_ms = std::max(0.0, step_ms_ - soil_ms_);
-    status.mesh_ms = mesh_ms_;
-    const auto& bodies = run_->bullet().bodies();
-    for (size_t b = 0; b < bodies.size(); ++b) {
-        status.forces_n.push_back(length(run_->readings()[b].force_n));
-    }
-    for (const scene::SceneJoint& joint : run_->bullet().joints()) {
-        status.levers.push_back({joint.position});
-    }
-    if (hand_->held()) {
-        for (const scene::SceneBody& body : bodies) {
-            if (body.object == hand_->held()) status.hand_text = body.name;
-        }
-    }
-    if (run_->has_soil()) {
-        const StepReport& report = run_->action().last_report();
-        status.stage_ms = report.stage_ms;
-        status.block_active_count = report.block_active_count;
-        status.tile_awake_count = report.tile_awake_count;
-        status.contact_count = static_cast<int>(report.contacts.size());
-        status.units_text =
-            fmt::format("{} at the start, {} in, {} out", sum_of(run_->totals_at_start().units),
-                        sum_of(units_in_), sum_of(units_out_));
-        for (const scene::ProbeItem& probe : scene_.probes) {
-            status.loads_kg.push_back(probe.kind == "mass_inside" ? run_->probe_mass_kg(probe)
-                                                                  : 0.0);
-        }
-        status.conditions = run_->condition_texts();
-    }
-    status.conditions.insert(status.conditions.begin(), notes_.begin(), notes_.end());
-}
-
 bool Simulation::take(WorldPicture& picture) {
     {
         const std::lock_guard lock(mutex_);
@@ -320,7 +280,7 @@ void Simulation::save(const std::string& path) {
         hand_->let_go();
         const Status saved = run_->save(path);
         note(saved ? "saved " + path : saved.error());
-        if (saved && run_->has_soil()) saved_soils_[path] = soil_def_;
+        if (saved && run_->has_soil()) saved_soils_[path] = {soil_def_, units_in_, units_out_};
     });
 }
 
@@ -335,10 +295,18 @@ void Simulation::load(const std::string& path) {
 /// A state is of the soil that was saved. What the sliders say is put on it afterwards.
 Status Simulation::load_with_soil_of(const std::string& path) {
     if (!run_->has_soil()) return run_->load(path);
-    const auto saved = saved_soils_.find(path);
-    apply_soil(saved != saved_soils_.end() ? saved->second : scene_soil_);
+    SavedSoil saved{scene_soil_, std::vector<int64_t>(units_in_.size(), 0), {}};
+    saved.units_out = saved.units_in;
+    if (const auto known = saved_soils_.find(path); known != saved_soils_.end()) {
+        saved = known->second;
+    }
+    apply_soil(saved.def);
     Status loaded = run_->load(path);
     apply_soil(soil_def_);
+    if (loaded) {
+        units_in_ = saved.units_in;
+        units_out_ = saved.units_out;
+    }
     return loaded;
 }
 

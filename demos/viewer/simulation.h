@@ -25,9 +25,11 @@ enum class Brush { dig, heap };
 
 class Simulation {
   public:
-    /// The scene must outlive it. The error says what could not be made. Paused at first.
+    /// The scene must outlive it. Begins with a snapshot of it, where one is named. The error says
+    /// what could not be made or loaded. Paused at first.
     static Result<std::unique_ptr<Simulation>> create(const scene::Scene& scene,
-                                                      const scene::RunDef& def);
+                                                      const scene::RunDef& def,
+                                                      const std::string& snapshot = {});
     ~Simulation();
     Simulation(const Simulation&) = delete;
     Simulation& operator=(const Simulation&) = delete;
@@ -58,6 +60,8 @@ class Simulation {
     void set_tool_surface(const SurfaceFriction& surface);
     /// The soil's definition as the scene has it, its materials in `materials`. Only with a soil.
     const SoilDef& scene_soil() const { return scene_soil_; }
+    /// Where each body is at the scene's start, whatever was loaded.
+    const std::vector<Pose>& start_poses() const { return start_poses_; }
     /// See Soil::change(). Stays through a reset and after a load. Of several that come faster than
     /// steps the last one counts.
     void change_soil(const SoilDef& def);
@@ -88,6 +92,12 @@ class Simulation {
     Status load_with_soil_of(const std::string& path);
     std::optional<Vec3> soil_along(Vec3 from_m, Vec3 to_m) const;
 
+    /// What a snapshot does not say of its soil.
+    struct SavedSoil {
+        SoilDef def;
+        std::vector<int64_t> units_in, units_out;
+    };
+
     const scene::Scene& scene_;
     scene::RunDef def_;
 
@@ -104,8 +114,8 @@ class Simulation {
     bool overlay_changed_ = false, had_slice_ = false;
     std::unique_ptr<scene::SoilVolume> volume_;  ///< while it is shown
     SurfaceFriction tool_surface_;
-    SoilDef soil_def_;                            ///< what the soil is to be
-    std::map<std::string, SoilDef> saved_soils_;  ///< by the file that has its state
+    SoilDef soil_def_;                              ///< what the soil is to be
+    std::map<std::string, SavedSoil> saved_soils_;  ///< by the file that has its state
     int debug_mode_ = 0;
     double pace_ = 1;
     std::vector<int64_t> units_in_, units_out_;
@@ -117,7 +127,9 @@ class Simulation {
 
     SurfaceDetail asked_detail_;  ///< of the window's thread
 
-    SoilDef scene_soil_;  ///< never changes
+    // These never change.
+    SoilDef scene_soil_;
+    std::vector<Pose> start_poses_;
 
     // Shared.
     mutable std::mutex mutex_;

@@ -47,7 +47,7 @@ class Viewer {
   private:
     void take_events();
     void take_picture();
-    void upload(const WorldPicture& picture);
+    void upload(WorldPicture& picture);
     void use_keys();
     void use_mouse();
     void carry_out(const ViewOrders& orders);
@@ -101,11 +101,9 @@ Status Viewer::open() {
     if (!renderer) return Error{renderer.error()};
     renderer_ = std::move(*renderer);
     cache_ = std::make_unique<PictureCache>();
-    auto simulation = Simulation::create(scene_, def_.run);
+    auto simulation = Simulation::create(scene_, def_.run, def_.snapshot);
     if (!simulation) return Error{simulation.error()};
     simulation_ = std::move(*simulation);
-    if (!def_.snapshot.empty()) simulation_->load(def_.snapshot);
-
     std::vector<std::string> notes;
     body_meshes_ = scene::add_body_meshes(scene_, *renderer_, notes);
     for (const std::string& note : notes) fmt::print(stderr, "{}\n", note);
@@ -114,6 +112,8 @@ Status Viewer::open() {
         if (body.name == scene_.camera.follow) {
             state_.body = static_cast<int>(state_.bodies.size()) - 1;
             state_.camera_mode = CameraMode::follow;
+            camera_.set_mode(CameraMode::follow,
+                             simulation_->start_poses()[state_.bodies.size() - 1]);
         }
     }
     if (scene_.camera.follow.empty()) {
@@ -159,6 +159,7 @@ void Viewer::take_events() {
                 keys_down_.erase(event.key.keysym.scancode);
                 break;
             case SDL_CONTROLLERDEVICEADDED:
+            case SDL_CONTROLLERDEVICEREMOVED:
                 lever_input_.find_pad();
                 break;
             default:
@@ -167,7 +168,7 @@ void Viewer::take_events() {
     }
 }
 
-void Viewer::upload(const WorldPicture& picture) {
+void Viewer::upload(WorldPicture& picture) {
     if (picture.world != world_) {
         for (const auto& [key, mesh] : patches_) renderer_->remove_mesh(mesh);
         patches_.clear();
@@ -175,7 +176,7 @@ void Viewer::upload(const WorldPicture& picture) {
         world_ = picture.world;
     }
     if (const Status taken = volume_.take(*renderer_, picture); !taken) {
-        state_.status.conditions.push_back(taken.error());
+        picture.status.conditions.push_back(taken.error());
     }
     for (const SurfacePatch& patch : picture.patches) {
         render::MeshId& mesh = patches_[{patch.kind, patch.index}];
@@ -407,7 +408,7 @@ Status Viewer::run() {
         lever_input_.use(keys_down_, state_, *simulation_);
         if (mode != state_.camera_mode || body != state_.body) {
             camera_.set_mode(state_.camera_mode, camera_body());
-            must_draw_ |= mode != state_.camera_mode;
+            must_draw_ = true;
             mode = state_.camera_mode;
             body = state_.body;
         }

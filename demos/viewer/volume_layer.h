@@ -7,15 +7,12 @@ namespace bsoil::viewer {
 
 class VolumeLayer {
   public:
-    /// Uploads voxels that have changed. The error says why there can be no volume.
+    /// Uploads voxels that have changed. The error says why there can be no volume, in each picture
+    /// that is to have one.
     Status take(render::Renderer& renderer, const WorldPicture& picture) {
         placed_ = picture.volume;
-        if (!picture.voxels) return Done{};
-        if (id_.value != 0) return renderer.set_volume(id_, *picture.voxels);
-        auto added = renderer.add_volume(*picture.voxels);
-        if (!added) return Error{added.error()};
-        id_ = *added;
-        return Done{};
+        if (picture.voxels) taken_ = upload(renderer, *picture.voxels);
+        return placed_ ? taken_ : Done{};
     }
     bool is_shown() const { return placed_ && id_.value != 0; }
     void append_to(render::View& view) const {
@@ -25,7 +22,16 @@ class VolumeLayer {
     }
 
   private:
+    Status upload(render::Renderer& renderer, const render::VolumeData& voxels) {
+        if (id_.value != 0) return renderer.set_volume(id_, voxels);
+        auto added = renderer.add_volume(voxels);
+        if (!added) return Error{added.error()};
+        id_ = *added;
+        return Done{};
+    }
+
     render::VolumeId id_;
+    Status taken_ = Done{};
     std::optional<render::Volume> placed_;
 };
 

@@ -12,6 +12,7 @@
 
 #include "camera_rig.h"
 #include "field_overlay.h"
+#include "hand.h"
 #include "levers.h"
 #include "reading/scene_load.h"
 
@@ -263,15 +264,93 @@ TEST(ViewCommand, drives_a_raycast_vehicle) {
     EXPECT_LT(share("braked.png", "held.png"), 0.005);
 }
 
-TEST(ViewCommand, says_that_there_is_no_display) {
+/// Exit code and words of the window's command without a display: what is wrong before there is
+/// one.
+std::pair<int, std::string> without_display(const std::string& arguments) {
+    const fs::path log = BSOIL_VIEWER_OUT ".log";
     const std::string command =
         "env -u DISPLAY -u WAYLAND_DISPLAY SDL_VIDEODRIVER=x11 '" BSOIL_COMMAND
-        "' view '" BSOIL_VIEWER_TESTS "/play.toml' > '" BSOIL_VIEWER_OUT ".log' 2>&1";
-    EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 2);
-    std::ifstream file(BSOIL_VIEWER_OUT ".log");
-    std::string line;
-    std::getline(file, line);
-    EXPECT_EQ(line.rfind("a window needs a display", 0), 0u) << line;
+        "' view '" BSOIL_VIEWER_TESTS "/play.toml' " +
+        arguments + " > '" + log.string() + "' 2>&1";
+    const int exit_code = WEXITSTATUS(std::system(command.c_str()));
+    std::ifstream file(log);
+    std::stringstream text;
+    text << file.rdbuf();
+    return {exit_code, text.str()};
+}
+
+TEST(ViewScripts, words_that_are_no_numbers_are_named_with_their_line) {
+    fs::create_directories(BSOIL_VIEWER_OUT);
+    const std::string script = BSOIL_VIEWER_OUT "/words.txt";
+    const auto expect = [&](const std::string& line, const std::string& words) {
+        std::ofstream(script) << "frames 1\n" << line << '\n';
+        const auto [exit_code, text] = without_display("--script '" + script + "'");
+        EXPECT_EQ(exit_code, 2) << line;
+        EXPECT_NE(text.find("words.txt:2: " + words), std::string::npos) << text;
+    };
+    expect("steps 3O", "`3O` is no whole number from 1 to 100000");
+    expect("frames 0", "`0` is no whole number");
+    expect("hold A 1e30", "`1e30` is no whole number");
+    expect("slide At nan", "`nan` is no number");
+    expect("drag Left 0 0 1 1", "`Left` is none of left, right and middle");
+}
+
+TEST(ViewCommand, says_that_there_is_no_display) {
+    fs::create_directories(BSOIL_VIEWER_OUT);
+    const auto [exit_code, text] = without_display("");
+    EXPECT_EQ(exit_code, 2);
+    EXPECT_EQ(text.rfind("a window needs a display", 0), 0u) << text;
+}
+
+TEST(ViewCommand, a_snapshot_that_cannot_be_read_is_no_start) {
+    fs::create_directories(BSOIL_VIEWER_OUT);
+    const auto [exit_code, text] = without_display("--from /no/such/file.snapshot");
+    EXPECT_EQ(exit_code, 2);
+    EXPECT_NE(text.find("/no/such/file.snapshot"), std::string::npos) << text;
+}
+
+/// A sphere of 2 kg in a world of Bullet's.
+struct World {
+    btDefaultCollisionConfiguration configuration;
+    btCollisionDispatcher dispatcher{&configuration};
+    btDbvtBroadphase broadphase;
+    btSequentialImpulseConstraintSolver solver;
+    btDiscreteDynamicsWorld bullet{&dispatcher, &broadphase, &solver, &configuration};
+    btSphereShape shape{btScalar(0.5)};
+    btRigidBody body{
+        btRigidBody::btRigidBodyConstructionInfo(2, nullptr, &shape, btVector3(1, 1, 1))};
+    World() {
+        bullet.setGravity({0, 0, -10});
+        bullet.addRigidBody(&body);
+    }
+    ~World() { bullet.removeRigidBody(&body); }
+};
+
+TEST(Hand, is_as_strong_in_substeps_of_any_length) {
+    for (const double substep_s : {1.0 / 240, 1.0 / 1000, 0.02}) {
+        World world;
+        Hand hand(world.bullet, substep_s);
+        ASSERT_TRUE(hand.take({&world.body, {0, 0, 0}}));
+        hand.move_to({1000, 0, 0});
+        world.bullet.stepSimulation(static_cast<btScalar>(substep_s), 0);
+        // 40 times its weight is 400 m/s2.
+        const double speed_m_s = static_cast<double>(world.body.getLinearVelocity().x());
+        EXPECT_NEAR(speed_m_s / substep_s, 400, 4) << substep_s;
+        hand.let_go();
+    }
+}
+
+TEST(Hand, leaves_a_body_that_never_sleeps_as_it_was) {
+    World world;
+    Hand hand(world.bullet, 1.0 / 240);
+    for (const auto& [before, after] :
+         {std::pair{DISABLE_DEACTIVATION, DISABLE_DEACTIVATION}, {ISLAND_SLEEPING, ACTIVE_TAG}}) {
+        world.body.forceActivationState(before);
+        ASSERT_TRUE(hand.take({&world.body, {0, 0, 0}}));
+        EXPECT_EQ(world.body.getActivationState(), DISABLE_DEACTIVATION);
+        hand.let_go();
+        EXPECT_EQ(world.body.getActivationState(), after);
+    }
 }
 
 scene::Scene parsed(const std::string& text) {

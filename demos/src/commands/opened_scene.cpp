@@ -64,7 +64,7 @@ void OpenedScene::add_options(CLI::App& app) {
     device.add_to(app);
 }
 
-int OpenedScene::open() {
+int OpenedScene::load() {
     auto loaded = scene::load_scene(path);
     if (!loaded) {
         fmt::print(stderr, "{}\n", loaded.error());
@@ -79,6 +79,11 @@ int OpenedScene::open() {
     for (const std::string& warning : scene.warnings) fmt::print(stderr, "{}\n", warning);
     if (!up.empty()) set_up_axis(scene, up == "y" ? UpAxis::y : UpAxis::z);
     if (without_soil) remove_soil(scene);
+    return kPassed;
+}
+
+int OpenedScene::open() {
+    if (const int loaded = load(); loaded != kPassed) return loaded;
     auto made = scene::SceneRun::create(scene, {.backend = device.chosen(),
                                                 .thread_count = device.thread_count,
                                                 .step_count = step_count,

@@ -1,4 +1,4 @@
-/// What `run` and `check` have in common: a scene file and the options that shape its run.
+/// What the commands that run a scene have in common: its file and the options that shape its run.
 #pragma once
 
 #include <memory>
@@ -20,6 +20,9 @@ struct OpenedScene {
     std::unique_ptr<scene::SceneRun> run;
 
     void add_options(CLI::App& app);
+    /// Loads the scene, turned as `up` says. Prints what is wrong or odd; kPassed, kCouldNotRun or
+    /// kSkipped.
+    int load();
     /// Loads the scene and makes its run. Prints what is wrong; kPassed, kCouldNotRun or kSkipped.
     int open();
 };
