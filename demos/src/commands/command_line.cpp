@@ -44,6 +44,7 @@ std::string unknown_word(const CLI::App& app, int argument_count, const char* co
         }
         const std::string name = word.substr(2, word.find('=') - 2);
         const CLI::App& owner = command ? *command : app;
+        if (owner.get_allow_extras()) return {};
         bool is_known = false;
         std::vector<std::string> names;
         for (const CLI::Option* option : owner.get_options()) {
@@ -56,6 +57,12 @@ std::string unknown_word(const CLI::App& app, int argument_count, const char* co
                            meant_text("--" + name, names, whose + " --help"));
     }
     return {};
+}
+
+void add_left_out(CLI::App& app, const std::string& name, const std::string& why, int& exit_code) {
+    CLI::App* command = app.add_subcommand(name, why);
+    command->allow_extras();
+    command->callback([why, &exit_code] { exit_code = could_not(why); });
 }
 
 CLI::Validator at_least(double least) {

@@ -10,6 +10,10 @@ namespace bsoil::command {
 /// probably meant. Empty where every word is known.
 std::string unknown_word(const CLI::App& app, int argument_count, const char* const* arguments);
 
+/// A command that this build lacks: whatever stands behind it, it prints `why` and ends with
+/// kCouldNotRun.
+void add_left_out(CLI::App& app, const std::string& name, const std::string& why, int& exit_code);
+
 /// Accepts numbers of at least `least`: "0 is too small, must be 1 or more".
 CLI::Validator at_least(double least);
 

@@ -31,7 +31,7 @@ void add_export(CLI::App& app, int& exit_code);
 void add_info(CLI::App& app, int& exit_code);
 void add_bench(CLI::App& app, int& exit_code);
 void add_import_bekker(CLI::App& app, int& exit_code);
-/// plate, blade, traction, shear and experiment-keys.
+/// plate, blade, traction, shear, column and experiment-keys.
 void add_experiments(CLI::App& app, int& exit_code);
 void add_validate(CLI::App& app, int& exit_code);
 void add_scene_keys(CLI::App& app, int& exit_code);
