@@ -16,7 +16,8 @@ namespace bsoil::scene {
 /// Labels of Buffers: what is no body. Body b of the run has kFirstBodyLabel + b.
 inline constexpr uint32_t kSoilLabel = 1, kTerrainLabel = 2, kFirstBodyLabel = 3;
 
-/// Both must outlive it. A camera that follows a body counts from where that was at the run's start.
+/// Both must outlive it. A camera that follows a body counts from where that was at the run's
+/// start.
 class ScenePicture {
   public:
     ScenePicture(const SceneRun& run, render::Renderer& renderer);
