@@ -246,10 +246,10 @@ TEST(Baseline, a_moment_at_the_end_of_the_run_is_sampled) {
     EXPECT_EQ(sample_moments_s(**run), std::vector<double>{1.85});
 }
 
-TEST_F(SceneFiles, a_name_with_a_comma_is_one_heading_of_the_telemetry) {
+TEST_F(SceneFiles, telemetry_quotes_names_and_has_all_digits_of_places) {
     const auto scene = parse_scene(
         "[world]\nduration_s = 1\n[[body]]\nname = 'arm, \"left\"'\nshape = \"sphere\"\n"
-        "radius_m = 0.1\nmass_kg = 1\n",
+        "radius_m = 0.1\nmass_kg = 1\nposition_m = [9000.125, 0, 2]\n",
         "s.toml");
     ASSERT_TRUE(scene) << scene.error();
     const auto run = SceneRun::create(*scene, {});
@@ -261,6 +261,8 @@ TEST_F(SceneFiles, a_name_with_a_comma_is_one_heading_of_the_telemetry) {
     const std::string table = content(folder_ / "telemetry.csv");
     const std::string expected = "time_s,\"arm, \"\"left\"\".x_m\",\"arm, \"\"left\"\".y_m\",";
     EXPECT_EQ(table.substr(0, expected.size()), expected);
+    // As many digits as a float has, far from the origin too.
+    EXPECT_NE(table.find("\n0,9000.125,0,2,"), std::string::npos) << table;
 }
 
 TEST(Baseline, differences_say_where_and_by_how_much) {

@@ -85,14 +85,17 @@ void Telemetry::write_row() {
     const auto numbers = [&](Vec3 v) {
         fmt::print(table_, ",{:.6g},{:.6g},{:.6g}", v.x, v.y, v.z);
     };
-    fmt::print(table_, "{:.6g}", run_->time_s());
+    // Nine digits: steps of 0.5 ms after a day, and Bullet's floats as they are, far from the
+    // origin.
+    fmt::print(table_, "{:.9g}", run_->time_s());
     for (const size_t b : bodies_) {
         const SceneBody& body = run_->bullet().bodies()[b];
         const BodyReading& reading = run_->readings()[b];
         const Pose pose = body.pose();
         const Vec3 arm = rotate(pose.rotation, -body.frame_to_center.position);
         const Vec3 omega = body.angular_velocity_rad_s();
-        numbers(pose.position);
+        const Vec3 at_m = pose.position;
+        fmt::print(table_, ",{:.9g},{:.9g},{:.9g}", at_m.x, at_m.y, at_m.z);
         fmt::print(table_, ",{:.6g},{:.6g},{:.6g},{:.6g}", pose.rotation.x, pose.rotation.y,
                    pose.rotation.z, pose.rotation.w);
         numbers(body.linear_velocity_m_s() + cross(omega, arm));
@@ -116,7 +119,7 @@ void Telemetry::write_profiles() {
         for (int i = 0; i < probe.sample_count; ++i) {
             const double u = static_cast<double>(i) / (probe.sample_count - 1);
             const Vec3 at_m = probe.from_m * (1 - u) + probe.to_m * u;
-            fmt::print(profiles_, "{:.6g},{},{:.6g},{:.6g}\n", run_->time_s(), csv_cell(probe.name),
+            fmt::print(profiles_, "{:.9g},{},{:.6g},{:.6g}\n", run_->time_s(), csv_cell(probe.name),
                        u * length(probe.to_m - probe.from_m), surface_height_m(run_->soil(), at_m));
         }
     }
