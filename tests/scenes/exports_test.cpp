@@ -8,6 +8,7 @@
 #include <assimp/Importer.hpp>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -122,6 +123,25 @@ TEST_F(Exports, assimp_reads_the_gltf_with_nodes_places_and_colours) {
         EXPECT_EQ(red.r, 1);
         EXPECT_EQ(red.g, 0);
     }
+}
+
+TEST_F(Exports, the_gltf_of_nothing_has_no_empty_lists) {
+    auto parsed = parse_scene(
+        "[world]\nduration_s = 1\n[soil]\nsize_m = [0.8, 0.8, 0.4]\nvoxel_m = 0.1\n", "s.toml");
+    ASSERT_TRUE(parsed) << parsed.error();
+    scene_ = std::move(*parsed);
+    auto made = SceneRun::create(scene_, {.backend = Backend::cpu});
+    ASSERT_TRUE(made) << made.error();
+    run_ = std::move(*made);
+    std::ifstream file(exported("nothing.glb"), std::ios::binary);
+    const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+    EXPECT_EQ(bytes.find("[]"), std::string::npos) << bytes;
+    EXPECT_EQ(bytes.find("byteLength"), std::string::npos) << bytes;
+    EXPECT_NE(bytes.find("\"world\""), std::string::npos) << bytes;
+    uint32_t length = 0;
+    ASSERT_GE(bytes.size(), 12u);
+    std::memcpy(&length, bytes.data() + 8, 4);
+    EXPECT_EQ(length, bytes.size());
 }
 
 TEST_F(Exports, textures_are_in_the_gltf) {

@@ -7,24 +7,27 @@ namespace {
 
 volatile std::sig_atomic_t asked = 0;
 
-void ask(int) { asked = 1; }
-
-void set_handler(void (*handler)(int), int flags) {
+void set_handler(void (*handler)(int)) {
     struct sigaction action {};
     action.sa_handler = handler;
-    action.sa_flags = flags;
     sigemptyset(&action.sa_mask);
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
+}
+
+/// Whichever came first, the next of both ends the program.
+void ask(int) {
+    asked = 1;
+    set_handler(SIG_DFL);
 }
 
 }  // namespace
 
 Interruption::Interruption() {
     asked = 0;
-    set_handler(ask, static_cast<int>(SA_RESETHAND));
+    set_handler(ask);
 }
-Interruption::~Interruption() { set_handler(SIG_DFL, 0); }
+Interruption::~Interruption() { set_handler(SIG_DFL); }
 bool Interruption::is_asked() const { return asked != 0; }
 
 }  // namespace bsoil::command

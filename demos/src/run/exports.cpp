@@ -201,7 +201,11 @@ Result<std::string> export_run(const SceneRun& run, const std::string& path) {
     Status written = Done{};
     if (ending == ".glb") {
         std::vector<std::string> notes;
-        written = write_file(path, glb(meshes_of(run), run.scene().world.up == "z", notes));
+        const std::string bytes = glb(meshes_of(run), run.scene().world.up == "z", notes);
+        if (bytes.size() > std::numeric_limits<uint32_t>::max()) {
+            return Error{path + ": more than the 4 GiB that a .glb can hold; a .ply can"};
+        }
+        written = write_file(path, bytes);
         if (written) return fmt::format("{}", fmt::join(notes, "\n"));
     } else if (ending == ".obj") {
         written = write_obj(one_mesh(run), path);

@@ -72,12 +72,15 @@ class GltfFile {
     }
 
     std::string bytes(bool z_up) {
-        Json root{{"name", "world"}, {"children", children_}};
+        Json root{{"name", "world"}};
+        // Lists without members are not glTF: of nothing there is the world's node.
+        const bool is_empty = children_.empty();
+        if (!is_empty) root["children"] = children_;
         const double half = std::sqrt(0.5);
         if (z_up) root["rotation"] = {-half, 0, 0, half};  // z up becomes y up
         json_["nodes"].push_back(root);
         json_["scenes"].push_back({{"nodes", {children_.size()}}});
-        json_["buffers"].push_back({{"byteLength", numbers_.size()}});
+        if (!is_empty) json_["buffers"].push_back({{"byteLength", numbers_.size()}});
         std::string text = json_text(json_);
         text.resize((text.size() + 3) / 4 * 4, ' ');
         numbers_.resize((numbers_.size() + 3) / 4 * 4, '\0');
@@ -87,10 +90,12 @@ class GltfFile {
         };
         word(0x46546C67);  // "glTF"
         word(2);
-        word(static_cast<uint32_t>(12 + 8 + text.size() + 8 + numbers_.size()));
+        const size_t binary = is_empty ? 0 : 8 + numbers_.size();
+        word(static_cast<uint32_t>(12 + 8 + text.size() + binary));
         word(static_cast<uint32_t>(text.size()));
         word(0x4E4F534A);  // "JSON"
         file += text;
+        if (is_empty) return file;
         word(static_cast<uint32_t>(numbers_.size()));
         word(0x004E4942);  // "BIN"
         file += numbers_;

@@ -59,8 +59,10 @@ bool SoilVolume::read_tile(int tx, int ty) {
     for (int z = 0; z < data_.size[2]; ++z) {
         for (int y = kTileSide * ty; y < y_end; ++y) {
             for (int x = kTileSide * tx; x < x_end; ++x) {
+                const auto row = static_cast<size_t>(z) * static_cast<size_t>(data_.size[1]) +
+                                 static_cast<size_t>(y);  // beyond an int where grids are large
                 const size_t v =
-                    4 * static_cast<size_t>((z * data_.size[1] + y) * data_.size[0] + x);
+                    4 * (row * static_cast<size_t>(data_.size[0]) + static_cast<size_t>(x));
                 const std::array<uint8_t, 4> now = texel(x, y, z);
                 changed |= !std::equal(now.begin(), now.end(), &data_.rgba[v]);
                 std::copy(now.begin(), now.end(), &data_.rgba[v]);
