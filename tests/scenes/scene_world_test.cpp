@@ -68,6 +68,17 @@ TEST(SceneWorld, a_lever_overrules_the_keys_until_it_is_let_go) {
     run_to(*world, 2);
     EXPECT_NEAR(world->joints()[0].position / kDegree, -80, 0.5);
     world->set_lever(7, 1);  // no such joint
+    // Without keys it holds where it was let go.
+    const Scene bare =
+        parsed(kNoGravity + kArm +
+               "[[joint]]\nname = \"j\"\nkind = \"hinge\"\nparent = \"world\"\nchild = \"arm\"\n"
+               "point_m = [0, 0, 0]\naxis = [0, 0, 1]\nmotor_torque_n_m = 1000\n");
+    const auto held = world_of(bare);
+    held->set_lever(0, 90 * kDegree);
+    run_to(*held, 0.5);
+    held->set_lever(0, {});
+    run_to(*held, 1);
+    EXPECT_NEAR(held->joints()[0].position / kDegree, 45, 1);
     EXPECT_TRUE(world->joints()[0].has_motor());
 }
 

@@ -347,6 +347,8 @@ const SceneBody* BulletScene::find_body(const std::string& name) const {
 void BulletScene::set_lever(size_t joint, std::optional<double> velocity) {
     if (joint >= joints_.size() || !joints_[joint].has_motor()) return;
     levers_.resize(joints_.size());
+    // Without a motion nobody else would stop it.
+    if (levers_[joint] && !velocity) set_motor(joints_[joint], 0);
     levers_[joint] = velocity;
 }
 

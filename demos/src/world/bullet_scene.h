@@ -64,8 +64,9 @@ class BulletScene {
     void set_progress(const Progress& progress);
     const SceneBody* find_body(const std::string& name) const;
     /// From the next substep on a joint's motor aims at this velocity [rad/s or m/s], whatever the
-    /// scene's motions say; none: they do again. Nothing for a joint without a motor. Not part of
-    /// the state: a lever stays where it is when another state is put in.
+    /// scene's motions say; none: they do again, and a joint without one holds. Nothing for a joint
+    /// without a motor. Not part of the state: a lever stays where it is when another state is put
+    /// in.
     void set_lever(size_t joint, std::optional<double> velocity);
     /// What the soil must not meet: the ground plane, since the soil has a floor of its own, and
     /// bodies that ignore it.
