@@ -254,8 +254,10 @@ void add_run(CLI::App& app, int& exit_code) {
         ->add_option("--snapshot-every", arguments->snapshot_every,
                      "OUT/step_000120.snapshot and so on, every so many steps of the soil")
         ->check(at_least(1));
-    command->add_option("--from", arguments->from,
-                        "go on from a snapshot of this scene; steps count from the scene's start");
+    command->add_option(
+        "--from", arguments->from,
+        "go on from a snapshot of this scene; steps count from the scene's start, the tables "
+        "in OUT begin at the snapshot");
     CLI::Option* none =
         command->add_flag("--no-pictures", arguments->no_pictures, "no pictures at all");
     command->add_flag("--frames", arguments->frames, "a PNG for every 1/30 s in OUT/frames")
