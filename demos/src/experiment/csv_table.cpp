@@ -76,8 +76,9 @@ Result<CsvTable> read_csv(const std::string& path) {
 Status write_csv(const CsvTable& table, const std::string& path) {
     std::ofstream file(path, std::ios::binary);
     const auto write = [&](const std::vector<std::string>& cells) {
-        for (size_t i = 0; i < cells.size(); ++i)
+        for (size_t i = 0; i < cells.size(); ++i) {
             file << (i ? "," : "") << scene::csv_cell(cells[i]);
+        }
         file << '\n';
     };
     write(table.columns);
