@@ -182,15 +182,22 @@ void Simulation::publish() {
         if (overlay_changed_) soil_patches_->touch_all();
         if (overlay_changed_) volume_.reset();
         const bool colored = overlay_.field != Field::none && overlay_.on_surface;
+        const bool is_at_rest = run_->action().last_report().block_active_count == 0;
+        if (is_at_rest && !was_at_rest_ && overlay_.field != Field::none) {
+            soil_patches_->touch_all();  // what has stopped did so without a change
+            volume_.reset();
+        }
+        was_at_rest_ = is_at_rest;
         if (overlay_.volume) publish_volume(picture);
         // Of the soil itself as a volume grains are left: what is too thin for it.
         if (!overlay_.volume || overlay_.field == Field::none) {
             soil_patches_->collect(picture.patches, colored ? SurfaceDetail{} : detail_,
                                    colored ? [&overlay](Mesh& mesh) { overlay.color(mesh); }
-                                           : std::function<void(Mesh&)>());
+                                           : std::function<void(Mesh&)>(),
+                                   run_->step_count());
             soil_patches_->collect_grains(picture);
         }
-        if (terrain_patches_) terrain_patches_->collect(picture.patches, detail_, {});
+        if (terrain_patches_) terrain_patches_->collect(picture.patches, detail_, {}, 0);
         const bool has_slice = overlay_.field != Field::none && overlay_.slice;
         if (has_slice || had_slice_) {
             picture.patches.push_back(

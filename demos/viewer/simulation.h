@@ -112,6 +112,7 @@ class Simulation {
     SurfaceDetail detail_;
     OverlayDef overlay_;
     bool overlay_changed_ = false, had_slice_ = false;
+    bool was_at_rest_ = true;                    ///< all soil, in the last picture
     std::unique_ptr<scene::SoilVolume> volume_;  ///< while it is shown
     SurfaceFriction tool_surface_;
     SoilDef soil_def_;                              ///< what the soil is to be

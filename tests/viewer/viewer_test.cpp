@@ -15,6 +15,7 @@
 #include "hand.h"
 #include "levers.h"
 #include "reading/scene_load.h"
+#include "surface_patches.h"
 
 namespace bsoil::viewer {
 namespace {
@@ -424,6 +425,33 @@ TEST(CameraRig, orbit_begins_with_the_scenes_camera_and_follow_goes_along) {
     EXPECT_NEAR(length(rig.camera({}).target - (start.target + body.position)), 0, 1e-12);
     rig.set_mode(CameraMode::cab, body);
     EXPECT_NEAR(length(rig.camera(body).eye - (body.position + rig.cab_eye_m())), 0, 1e-12);
+}
+
+// A velocity or what is active ends without a change of the surface.
+TEST(SurfacePatches, fields_are_coloured_until_what_has_changed_is_settled) {
+    SoilDef def;
+    def.size_m = {2, 1, 2};
+    def.voxel_m = 0.1;
+    def.backend = Backend::cpu;
+    auto soil = Soil::create(def);
+    ASSERT_TRUE(soil) << soil.error();
+    ASSERT_TRUE((*soil)->fill(BoxFill{{{-1, 0, -1}, {1, 0.3, 1}}, ""}));
+    const SoilTiles tiles(**soil);
+    SurfacePatches patches(tiles, SurfaceKind::soil, Backend::cpu);
+    const auto colored = [&](long long step, bool has_field) {
+        std::vector<SurfacePatch> added;
+        size_t count = 0;
+        const std::function<void(Mesh&)> color = [&count](Mesh&) { ++count; };
+        patches.collect(added, {}, has_field ? color : std::function<void(Mesh&)>(), step);
+        EXPECT_EQ(count, has_field ? added.size() : 0);
+        return added.size();
+    };
+    const size_t all = colored(1, true);
+    EXPECT_GT(all, 0u);
+    EXPECT_EQ(colored(2, true), all);
+    EXPECT_EQ(colored(2, true), 0u) << "no step was made";
+    EXPECT_EQ(colored(3, false), 0u) << "the surface is the same";
+    EXPECT_EQ(colored(500, true), 0u) << "long at rest";
 }
 
 TEST(Overlay, the_ramp_grows_brighter_all_the_way) {
