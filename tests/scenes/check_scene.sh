@@ -293,6 +293,8 @@ cli_moment() {
     expect_text '--width'
     expect 2 render moved.toml --advance 1000000
     expect_text 'say what to write'
+    expect 2 render moved.toml --backend cpu --out no.png --volume moisture
+    expect_text 'this soil has no moisture'
 }
 
 cli_empty_scene() {

@@ -152,6 +152,12 @@ int render(RenderArguments& arguments) {
     const int opened = arguments.moment.open();
     if (opened != kPassed) return opened;
     const scene::SceneRun& run = *arguments.moment.opened.run;
+    if (!arguments.volume.empty()) {
+        if (!run.has_soil()) return Moment::fail("--volume: this scene has no soil");
+        if (!scene::has_field(run.soil().materials(), field_of(arguments.volume))) {
+            return Moment::fail("--volume: this soil has no " + arguments.volume);
+        }
+    }
     auto renderer = render::Renderer::create();
     if (!renderer) return Moment::fail("no pictures: " + renderer.error());
     scene::ScenePicture picture(run, **renderer);

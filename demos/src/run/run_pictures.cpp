@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -98,7 +99,10 @@ struct RunPictures::Impl {
         pid_t process = 0;
         int status = 1;
         if (posix_spawnp(&process, "ffmpeg", nullptr, nullptr, arguments.data(), environ) == 0) {
-            waitpid(process, &status, 0);
+            const auto waited = [&] { return waitpid(process, &status, 0); };
+            while (waited() < 0 && errno == EINTR) {
+                // A signal that asks the run to end ends the wait, not the film.
+            }
         }
         if (status != 0) {
             return Error{output + ": ffmpeg failed, its own words are above; the pictures are in " +
