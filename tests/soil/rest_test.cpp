@@ -152,5 +152,18 @@ TEST(Rest, thin_soil_comes_down_however_slowly_it_falls) {
     EXPECT_EQ(units_in(*soil, 3, 3, 5), 0);
 }
 
+// Thicker soil gets on along a wall once it falls faster, which it never does in air.
+TEST(Rest, soil_that_wind_presses_to_a_wall_comes_down) {
+    SoilDef def = tile_def(fixed_density(sand(30)));
+    def.material.fall_speed_m_s = 0.01;
+    def.wind_m_s = {0.5, 0, 0};
+    const auto soil = make_soil(def);
+    ASSERT_TRUE(soil->add_terrain([](Vec3 at) { return at.x > 0.2 ? 0.5 : 0.05 - at.z; }));
+    const int volume = kPacingLeast + 100;
+    put(*soil, 3, 3, 2, {.volume = volume, .momentum_x = 8 * volume});
+    EXPECT_LT(steps_until_rest(*soil, 4000), 4000);
+    EXPECT_EQ(units_in(*soil, 3, 3, 2), 0);
+}
+
 }  // namespace
 }  // namespace bsoil::rest_test
