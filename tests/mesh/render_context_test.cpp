@@ -3,6 +3,8 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 #include "render_fixture.h"
 
@@ -127,6 +129,32 @@ TEST_F(Render, a_hosts_window_gets_the_same_picture) {
     EXPECT_LE(farthest, 1);
     EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
     EXPECT_FALSE(glIsEnabled(GL_DEPTH_TEST));
+}
+
+EGLBoolean refuse(EGLDisplay, EGLSurface, EGLSurface, EGLContext) { return EGL_FALSE; }
+
+TEST_F(Render, where_egl_refuses_the_callers_objects_stay) {
+    const MeshId ball = renderer_->add_mesh(sphere_mesh(1, {1, 1, 1}));
+    const auto texture = renderer_->add_texture({1, 1, std::vector<uint8_t>(4, 255)});
+    ASSERT_TRUE(texture) << texture.error();
+    const CallersContext window;
+    if (!window.is_current()) {
+        GTEST_SKIP() << "no EGL surface that could be a host's window";
+    }
+    // More than the renderer has: each context counts its names from one.
+    std::vector<GLuint> buffers(100), textures(100);
+    glGenBuffers(100, buffers.data());
+    glGenTextures(100, textures.data());
+    for (const GLuint name : buffers) glBindBuffer(GL_ARRAY_BUFFER, name);
+    for (const GLuint name : textures) glBindTexture(GL_TEXTURE_2D, name);
+    const auto make_current = std::exchange(epoxy_eglMakeCurrent, refuse);
+    EXPECT_FALSE(renderer_->render(front_view()));
+    renderer_->remove_mesh(ball);
+    renderer_->remove_texture(*texture);
+    renderer_.reset();
+    epoxy_eglMakeCurrent = make_current;
+    EXPECT_TRUE(std::ranges::all_of(buffers, glIsBuffer));
+    EXPECT_TRUE(std::ranges::all_of(textures, glIsTexture));
 }
 
 }  // namespace

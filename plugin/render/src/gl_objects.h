@@ -10,6 +10,20 @@
 
 namespace bsoil::render {
 
+/// While it lives, owners in this thread forget their objects: those go with their context, which
+/// is not the one that is current.
+class ForgetGlObjects {
+  public:
+    ForgetGlObjects() { is_on() = true; }
+    ~ForgetGlObjects() { is_on() = false; }
+    ForgetGlObjects(const ForgetGlObjects&) = delete;
+    ForgetGlObjects& operator=(const ForgetGlObjects&) = delete;
+    static bool& is_on() {
+        thread_local bool on = false;
+        return on;
+    }
+};
+
 /// The name of one GL object; move-only. Traits: create() and destroy(name).
 template <typename Traits>
 class GlObject {
@@ -23,7 +37,7 @@ class GlObject {
         }
     }
     ~GlObject() {
-        if (name_ != 0) Traits::destroy(name_);
+        if (name_ != 0 && !ForgetGlObjects::is_on()) Traits::destroy(name_);
     }
     GlObject(GlObject&& other) noexcept : name_(std::exchange(other.name_, 0)) {}
     GlObject& operator=(GlObject&& other) noexcept {

@@ -95,6 +95,8 @@ struct Renderer::Impl {
     ~Impl() {
         if (!picture) return;
         const Use use(*this);
+        std::optional<ForgetGlObjects> forget;  // what is current is another's, with names alike
+        if (!use.ok()) forget.emplace();
         picture.reset();
     }
 
@@ -114,6 +116,13 @@ struct Renderer::Impl {
 namespace {
 
 Error no_context() { return {"EGL cannot make its context current: another window system's is"}; }
+
+/// Where its context is not current its GL objects wait for who gets the id next.
+template <typename Kept>
+void set_free(Kept& kept, bool is_current) {
+    if (is_current) kept = {};
+    kept.used = false;
+}
 
 }  // namespace
 
@@ -162,7 +171,7 @@ void Renderer::remove_mesh(MeshId id) {
     auto& meshes = impl_->picture->meshes();
     if (id.value == 0 || id.value > meshes.size()) return;
     const Impl::Use use(*impl_);
-    meshes[id.value - 1] = {};
+    set_free(meshes[id.value - 1], use.ok());
 }
 
 Result<TextureId> Renderer::add_texture(const TextureData& data) {
@@ -184,7 +193,7 @@ void Renderer::remove_texture(TextureId id) {
     auto& textures = impl_->picture->textures();
     if (id.value == 0 || id.value > textures.size()) return;
     const Impl::Use use(*impl_);
-    textures[id.value - 1] = {};
+    set_free(textures[id.value - 1], use.ok());
 }
 
 Result<VolumeId> Renderer::add_volume(const VolumeData& data) {
@@ -210,7 +219,7 @@ void Renderer::remove_volume(VolumeId id) {
     auto& volumes = impl_->picture->volumes();
     if (id.value == 0 || id.value > volumes.size()) return;
     const Impl::Use use(*impl_);
-    volumes[id.value - 1] = {};
+    set_free(volumes[id.value - 1], use.ok());
 }
 
 Result<Image> Renderer::render(const View& view) {

@@ -195,8 +195,9 @@ struct Buffers {
 };
 
 /// Draws pictures. Has a GL context of its own, which it makes current inside each call only: the
-/// caller's is current again afterwards. One thread at a time. See RendererDef::callers_context for
-/// the other case.
+/// caller's is current again afterwards. One thread at a time. While EGL refuses that, as it does
+/// beside a context of GLX, nothing is drawn or copied; what returns a Result says so. See
+/// RendererDef::callers_context for the other case.
 class Renderer {
   public:
     /// The error says what is missing: no EGL, no OpenGL 3.3, the text of a shader's compiler.
