@@ -99,6 +99,13 @@ class CallersContext {
     bool is_current_ = false;
 };
 
+/// Of the window, in rows from below.
+std::vector<uint8_t> window_pixels() {
+    std::vector<uint8_t> pixels(4 * 320 * 200);
+    glReadPixels(0, 0, 320, 200, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
+    return pixels;
+}
+
 TEST_F(Render, a_hosts_window_gets_the_same_picture) {
     View view = front_view();
     const Mesh ball = sphere_mesh(1, {0.8f, 0.3f, 0.1f});
@@ -114,8 +121,7 @@ TEST_F(Render, a_hosts_window_gets_the_same_picture) {
     view.items = {item_of((*in_window)->add_mesh(ball), {})};
     const Status drawn = (*in_window)->draw(view, 0);
     ASSERT_TRUE(drawn) << drawn.error();
-    std::vector<uint8_t> pixels(4 * 320 * 200);
-    glReadPixels(0, 0, 320, 200, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
+    const std::vector<uint8_t> pixels = window_pixels();
     // A window may have more bits a colour than 8: each is rounded once more.
     int farthest = 0;
     for (int y = 0; y < 200; ++y) {
@@ -129,6 +135,59 @@ TEST_F(Render, a_hosts_window_gets_the_same_picture) {
     EXPECT_LE(farthest, 1);
     EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
     EXPECT_FALSE(glIsEnabled(GL_DEPTH_TEST));
+}
+
+TEST_F(Render, a_hosts_state_does_not_matter_and_is_there_again) {
+    const CallersContext window;
+    if (!window.is_current()) {
+        GTEST_SKIP() << "no EGL surface that could be a host's window";
+    }
+    GLuint own = 0, sampler = 0;
+    glGenFramebuffers(1, &own);
+    glGenSamplers(1, &sampler);
+    glSamplerParameteri(sampler, GL_TEXTURE_MIN_FILTER, GL_NEAREST_MIPMAP_NEAREST);
+    glBindFramebuffer(GL_FRAMEBUFFER, own);
+    const auto bound = [] {
+        GLint name = 0;
+        glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &name);
+        return static_cast<GLuint>(name);
+    };
+    auto in_window = Renderer::create({.callers_context = true});
+    ASSERT_TRUE(in_window) << in_window.error();
+    EXPECT_EQ(bound(), own);
+    View view = front_view();
+    view.items = {item_of((*in_window)->add_mesh(sphere_mesh(1, {0.8f, 0.3f, 0.1f})), {})};
+    ASSERT_TRUE((*in_window)->draw(view, 0));
+    const std::vector<uint8_t> expected = window_pixels();
+
+    glBindFramebuffer(GL_FRAMEBUFFER, own);
+    const auto set_state = [&] {
+        glEnable(GL_SCISSOR_TEST);
+        glScissor(10, 10, 20, 20);
+        glEnable(GL_STENCIL_TEST);
+        glStencilFunc(GL_NEVER, 0, 0);
+        glEnable(GL_FRAMEBUFFER_SRGB);
+        glColorMask(GL_FALSE, GL_TRUE, GL_FALSE, GL_TRUE);
+        glClearDepth(0);
+        glPolygonMode(GL_FRONT_AND_BACK, GL_LINE);
+        glBindSampler(0, sampler);
+        glEnable(static_cast<GLenum>(~0u));  // an error that nobody has asked for
+    };
+    set_state();
+    const Status drawn = (*in_window)->draw(view, 0);
+    EXPECT_TRUE(drawn) << drawn.error();
+    EXPECT_TRUE(glIsEnabled(GL_SCISSOR_TEST));
+    EXPECT_TRUE(glIsEnabled(GL_STENCIL_TEST));
+    GLboolean mask[4]{};
+    glGetBooleanv(GL_COLOR_WRITEMASK, mask);
+    EXPECT_FALSE(mask[0]);
+    EXPECT_EQ(window_pixels(), expected);
+    glBindFramebuffer(GL_FRAMEBUFFER, own);
+    const auto buffers = (*in_window)->buffers(view);
+    ASSERT_TRUE(buffers) << buffers.error();
+    EXPECT_GT(buffers->depths_m[100 * 320 + 160], 0);
+    EXPECT_TRUE((*in_window)->render(view));
+    EXPECT_EQ(bound(), own);
 }
 
 EGLBoolean refuse(EGLDisplay, EGLSurface, EGLSurface, EGLContext) { return EGL_FALSE; }

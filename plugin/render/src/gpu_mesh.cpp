@@ -43,6 +43,7 @@ void GpuMesh::fill(const Mesh& source, const Skin& skin, const char* label) {
     upload(GL_ELEMENT_ARRAY_BUFFER, indices, source.indices.size() * sizeof(uint32_t),
            source.indices.data());
     glBindVertexArray(0);
+    glBindBuffer(GL_ARRAY_BUFFER, 0);
     low = glm::dvec3(1e300);
     high = glm::dvec3(-1e300);
     for (size_t i = 0; i + 2 < source.positions.size(); i += 3) {

@@ -5,6 +5,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <string>
 
+#include "callers_state.h"
 #include "shader_sources.h"
 #include "uniforms.h"
 
@@ -375,18 +376,9 @@ Status Picture::draw(const View& view, GLuint framebuffer) {
 }
 
 void Picture::restore_state(const View& view, GLuint framebuffer) const {
+    set_first_state();
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
     glViewport(0, 0, view.width, view.height);
-    glDepthFunc(GL_LESS);
-    glBindVertexArray(0);
-    glBindBuffer(GL_ARRAY_BUFFER, 0);
-    glUseProgram(0);
-    for (GLenum unit = 0; unit < kUnitCount; ++unit) {
-        glActiveTexture(GL_TEXTURE0 + unit);
-        glBindTexture(GL_TEXTURE_2D, 0);
-        glBindTexture(GL_TEXTURE_3D, 0);
-    }
-    glActiveTexture(GL_TEXTURE0);
 }
 
 }  // namespace bsoil::render

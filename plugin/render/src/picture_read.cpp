@@ -99,8 +99,6 @@ Result<Buffers> Picture::take_buffers(const View& view) {
         out.normals.insert(out.normals.end(), &both[4 * p], &both[4 * p + 3]);
         out.depths_m.push_back(both[4 * p + 3]);
     }
-    glDisable(GL_DEPTH_TEST);
-    glDisable(GL_CULL_FACE);
     restore_state(view, 0);
     const GLenum error = glGetError();
     if (error != GL_NO_ERROR) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "callers_state.h"
 #include "gl_context.h"
 #include "picture.h"
 
@@ -94,22 +95,33 @@ struct Renderer::Impl {
 
     ~Impl() {
         if (!picture) return;
-        const Use use(*this);
+        const Use use(*this, State::any);
         std::optional<ForgetGlObjects> forget;  // what is current is another's, with names alike
         if (!use.ok()) forget.emplace();
         picture.reset();
     }
 
+    /// What a call needs of GL's state in a caller's context.
+    enum class State {
+        any,          ///< it depends on none, and leaves what it changes as it is at first
+        as_at_first,  ///< the caller's is there again afterwards
+        with_target   ///< so it is but for framebuffers and viewport
+    };
     /// While it lives the renderer's context is current.
     class Use {
       public:
-        explicit Use(const Impl& impl) {
-            if (impl.context) current_.emplace(*impl.context);
+        explicit Use(const Impl& impl, State state = State::as_at_first) {
+            if (impl.context) {
+                current_.emplace(*impl.context);
+            } else if (state != State::any) {
+                callers_.emplace(state == State::with_target);
+            }
         }
         bool ok() const { return !current_ || current_->ok(); }
 
       private:
         std::optional<CurrentContext> current_;
+        std::optional<CallersState> callers_;
     };
 };
 
@@ -137,11 +149,11 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const RendererDef& def) {
         if (!context) return Error{context.error()};
         impl->context = std::move(*context);
     }
-    const Impl::Use use(*impl);
-    if (!use.ok()) return no_context();
     if (def.callers_context && epoxy_gl_version() < 33) {
         return Error{"RendererDef::callers_context: OpenGL 3.3 core has to be current"};
     }
+    const Impl::Use use(*impl);
+    if (!use.ok()) return no_context();
     impl->picture = std::make_unique<Picture>(def);
     if (const Status made = impl->picture->create(); !made) return Error{made.error()};
     const GLubyte* name = glGetString(GL_RENDERER);
@@ -155,7 +167,7 @@ MeshId Renderer::add_mesh(const Mesh& mesh, const Skin& skin) {
                                    [](const GpuMesh& candidate) { return !candidate.used; });
     const MeshId id{static_cast<uint32_t>(free - meshes.begin()) + 1};
     if (free == meshes.end()) meshes.emplace_back();
-    const Impl::Use use(*impl_);
+    const Impl::Use use(*impl_, Impl::State::any);
     if (use.ok()) meshes[id.value - 1].fill(mesh, skin, "mesh");
     return id;
 }
@@ -163,14 +175,14 @@ MeshId Renderer::add_mesh(const Mesh& mesh, const Skin& skin) {
 void Renderer::set_mesh(MeshId id, const Mesh& mesh) {
     auto& meshes = impl_->picture->meshes();
     if (id.value == 0 || id.value > meshes.size()) return;
-    const Impl::Use use(*impl_);
+    const Impl::Use use(*impl_, Impl::State::any);
     if (use.ok()) meshes[id.value - 1].fill(mesh, {}, "mesh");
 }
 
 void Renderer::remove_mesh(MeshId id) {
     auto& meshes = impl_->picture->meshes();
     if (id.value == 0 || id.value > meshes.size()) return;
-    const Impl::Use use(*impl_);
+    const Impl::Use use(*impl_, Impl::State::any);
     set_free(meshes[id.value - 1], use.ok());
 }
 
@@ -192,7 +204,7 @@ Result<TextureId> Renderer::add_texture(const TextureData& data) {
 void Renderer::remove_texture(TextureId id) {
     auto& textures = impl_->picture->textures();
     if (id.value == 0 || id.value > textures.size()) return;
-    const Impl::Use use(*impl_);
+    const Impl::Use use(*impl_, Impl::State::any);
     set_free(textures[id.value - 1], use.ok());
 }
 
@@ -218,7 +230,7 @@ Status Renderer::set_volume(VolumeId id, const VolumeData& data) {
 void Renderer::remove_volume(VolumeId id) {
     auto& volumes = impl_->picture->volumes();
     if (id.value == 0 || id.value > volumes.size()) return;
-    const Impl::Use use(*impl_);
+    const Impl::Use use(*impl_, Impl::State::any);
     set_free(volumes[id.value - 1], use.ok());
 }
 
@@ -236,6 +248,7 @@ Status Renderer::draw(const View& view, uint32_t framebuffer) {
             "Renderer::draw() is for RendererDef::callers_context: what the caller shows "
             "is in another context"};
     }
+    const Impl::Use use(*impl_, Impl::State::with_target);
     return impl_->picture->draw(view, framebuffer);
 }
 
@@ -247,7 +260,7 @@ Result<Buffers> Renderer::buffers(const View& view) {
 }
 
 PassTimes Renderer::pass_times() const {
-    const Impl::Use use(*impl_);
+    const Impl::Use use(*impl_, Impl::State::any);
     if (use.ok()) impl_->picture->timer().poll();
     return impl_->picture->timer().times();
 }

@@ -170,7 +170,10 @@ struct RendererDef {
     int shadow_map_size = 2048;  ///< texels a side, 256..8192
     bool occlusion = true;       ///< ambient occlusion: what is near a pixel takes its sky away
     /// Draw with the OpenGL 3.3 core context that is current when create() is called, instead of
-    /// one of its own. The host keeps it current in every later call and at destruction.
+    /// one of its own. The host keeps it current in every later call and at destruction. Its state
+    /// does not matter to pictures. After a call depth, blending, culling, textures, vertex arrays
+    /// and program are as GL has them at first; all else is as it was (but see draw()). OpenGL's
+    /// errors of before are forgotten.
     bool callers_context = false;
     /// Names the field, its value and its range when something is wrong.
     Status validate() const;
@@ -228,8 +231,7 @@ class Renderer {
     Result<Image> render(const View& view);
     /// Draws a picture into the lower left corner of a framebuffer of the context (0: the window's)
     /// and does not wait for it. Only with RendererDef::callers_context. Afterwards the framebuffer
-    /// is bound, its viewport is the picture, and of the state that was changed (depth, blending,
-    /// culling, textures, vertex arrays, program) everything is as GL has it at first.
+    /// is bound, and its viewport is the picture.
     Status draw(const View& view, uint32_t framebuffer);
     /// Depths, normals and labels of what a picture of this view shows. Waits for the device.
     Result<Buffers> buffers(const View& view);
