@@ -1,9 +1,17 @@
 #include "gl_context.h"
 
+#include <dlfcn.h>
 #include <epoxy/egl.h>
 
 namespace bsoil::render {
 namespace {
+
+/// epoxy ends the process when it has to call into a library that is not there, so ask first. The
+/// handle is never closed: epoxy opens the same library again and keeps it.
+bool has_opengl() {
+    const auto loads = [](const char* name) { return dlopen(name, RTLD_LAZY | RTLD_LOCAL); };
+    return loads("libOpenGL.so.0") || loads("libGL.so.1");
+}
 
 /// An initialized display that needs no window system, or EGL_NO_DISPLAY. Displays are shared by
 /// the whole process, so none is ever terminated here.
@@ -25,6 +33,9 @@ EGLDisplay open_display() {
 
 Result<std::unique_ptr<GlContext>> GlContext::create() {
     if (!epoxy_has_egl()) return Error{"pictures need EGL, which is not installed"};
+    if (!has_opengl()) {
+        return Error{"pictures need OpenGL; neither libOpenGL.so.0 nor libGL.so.1 loads"};
+    }
     const EGLDisplay display = open_display();
     if (display == EGL_NO_DISPLAY) {
         return Error{"pictures need an EGL display without a window; none could be initialized"};
