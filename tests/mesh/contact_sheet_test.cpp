@@ -54,6 +54,23 @@ TEST(ContactSheet, captions_are_legible_and_clipped) {
     EXPECT_EQ(image.pixel(50, 39)[1], 120);
 }
 
+TEST(ContactSheet, what_the_font_lacks_is_a_question_mark) {
+    const auto drawn = [](const std::string& text) {
+        Image image = plain(200, 40, 120);
+        draw_caption(image, 0, 0, text, 1);
+        return image.rgba;
+    };
+    EXPECT_EQ(drawn("B\xC3\xB6schung\t\xE2\x89\xA4 ~\x7F"), drawn("B?schung ? ~?"));
+    EXPECT_EQ(drawn("\xFF"), drawn("?"));
+}
+
+TEST(ContactSheet, a_layout_out_of_its_range_takes_no_picture) {
+    EXPECT_FALSE(ContactSheet({.columns = -1, .rows = -1}).add(plain(16, 16, 9), ""));
+    EXPECT_FALSE(ContactSheet({.cell_width = -4}).add(plain(16, 16, 9), ""));
+    EXPECT_FALSE(ContactSheet({.gap = -700}).add(plain(16, 16, 9), ""));
+    EXPECT_FALSE(ContactSheet().add({16, 16, {}}, ""));
+}
+
 TEST(ContactSheet, a_legend_has_a_swatch_and_a_name_for_each_entry) {
     Image image = plain(200, 100, 120);
     const LegendEntry entries[] = {{"sand", {1, 1, 1}}, {"loam", {0, 0, 0}}};
@@ -72,6 +89,14 @@ TEST(Image, png_that_cannot_be_written_is_named) {
     const TemporaryFile file("picture.png");
     ASSERT_TRUE(write_png(plain(4, 4, 0), file.path()));
     EXPECT_GT(std::filesystem::file_size(file.path()), 50u);
+}
+
+TEST(Image, pictures_that_are_not_whole_are_refused) {
+    const TemporaryFile file("part.png");
+    EXPECT_FALSE(write_png({4, 4, std::vector<uint8_t>(63)}, file.path()));
+    EXPECT_FALSE(write_jpeg({4, 4, {}}, file.path()));
+    EXPECT_FALSE(write_jpeg(plain(65536, 1, 0), file.path()));
+    EXPECT_FALSE(std::filesystem::exists(file.path()));
 }
 
 TEST(Image, jpeg_is_small_and_begins_as_one) {

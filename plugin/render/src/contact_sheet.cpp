@@ -17,6 +17,17 @@ constexpr uint8_t kBackground = 24;  ///< grey level of the sheet
 constexpr int kCaptionMargin = 3;    ///< dots around the text
 constexpr int kLineHeight = 9;       ///< dots of a line of the font, without descenders' gap
 
+/// What the font has of a text in UTF-8: it reads beyond its tables for all but ASCII's characters.
+std::string in_font(const std::string& text) {
+    std::string result;
+    for (const char c : text) {
+        const auto byte = static_cast<uint8_t>(c);
+        if (byte >= 0x80 && byte < 0xC0) continue;  // goes on with a character
+        result += byte < ' ' ? ' ' : byte > '~' ? '?' : c;
+    }
+    return result;
+}
+
 /// Calls dot(x, y, width, height) for each rectangle of the text, in dots.
 template <typename Draw>
 void for_each_quad(std::string text, Draw draw) {
@@ -66,14 +77,14 @@ std::array<uint8_t, 4> mean_color(const Image& image, double x0, double y0, doub
 }  // namespace
 
 void draw_caption(Image& image, int x, int y, const std::string& text, int scale) {
-    std::string buffer = text;
+    std::string buffer = in_font(text);
     const int width = (stb_easy_font_width(buffer.data()) + 2 * kCaptionMargin) * scale;
     const int height = (kLineHeight + 2 * kCaptionMargin) * scale;
     paint_rectangle(image, x, y, width, height, [](uint8_t* pixel) {
         for (int c = 0; c < 3; ++c) pixel[c] = static_cast<uint8_t>(pixel[c] / 4);
     });
     const int left = x + kCaptionMargin * scale, top = y + kCaptionMargin * scale;
-    for_each_quad(text, [&](int dot_x, int dot_y, int dots_wide, int dots_high) {
+    for_each_quad(buffer, [&](int dot_x, int dot_y, int dots_wide, int dots_high) {
         paint_rectangle(image, left + dot_x * scale, top + dot_y * scale, dots_wide * scale,
                         dots_high * scale, [](uint8_t* pixel) { std::fill_n(pixel, 3, 245); });
     });
@@ -103,9 +114,8 @@ std::string ContactSheet::caption(double time_s, const std::string& text) {
 }
 
 bool ContactSheet::add(const Image& image, const std::string& caption) {
-    if (image_count_ >= def_.columns * def_.rows || image.width <= 0 || image.height <= 0) {
-        return false;
-    }
+    if (def_.columns < 1 || def_.rows < 1 || def_.cell_width < 1 || def_.gap < 0) return false;
+    if (image_count_ >= def_.columns * def_.rows || !image.is_whole()) return false;
     if (image_count_ == 0) {
         cell_height_ = std::max(1, def_.cell_width * image.height / image.width);
         sheet_.width = def_.columns * (def_.cell_width + def_.gap) + def_.gap;

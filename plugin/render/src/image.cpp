@@ -1,6 +1,8 @@
 #include "bsoil/render/image.h"
 
+#include <algorithm>
 #include <fstream>
+#include <limits>
 #include <vector>
 
 #define STB_IMAGE_WRITE_IMPLEMENTATION
@@ -15,6 +17,7 @@ namespace bsoil::render {
 namespace {
 
 constexpr int kJpegQuality = 90;
+constexpr int kJpegSideMost = 65535;  ///< of the format: 16 bits
 
 void append(void* to, void* data, int size) {
     auto& all = *static_cast<std::vector<char>*>(to);
@@ -31,10 +34,24 @@ Status write_bytes(std::span<const char> bytes, const std::string& path) {
     return Done{};
 }
 
+/// stb counts bytes in ints, of rows with one byte more.
+bool is_too_large(int width, int height, size_t pixel_bytes) {
+    const size_t bytes =
+        (pixel_bytes * static_cast<size_t>(width) + 1) * static_cast<size_t>(height);
+    return bytes > static_cast<size_t>(std::numeric_limits<int>::max());
+}
+
+Status check(const Image& image, const std::string& path) {
+    if (image.width <= 0 || image.height <= 0) return Error{"no picture to write to " + path};
+    if (!image.is_whole()) return Error{path + ": the picture must have four bytes a pixel"};
+    if (is_too_large(image.width, image.height, 4)) return Error{path + ": more than 2 GiB"};
+    return Done{};
+}
+
 }  // namespace
 
 Status write_png(const Image& image, const std::string& path) {
-    if (image.width <= 0 || image.height <= 0) return Error{"no picture to write to " + path};
+    if (Status checked = check(image, path); !checked) return checked;
     std::vector<char> bytes;
     if (stbi_write_png_to_func(append, &bytes, image.width, image.height, 4, image.rgba.data(),
                                4 * image.width) == 0) {
@@ -44,7 +61,10 @@ Status write_png(const Image& image, const std::string& path) {
 }
 
 Status write_jpeg(const Image& image, const std::string& path) {
-    if (image.width <= 0 || image.height <= 0) return Error{"no picture to write to " + path};
+    if (Status checked = check(image, path); !checked) return checked;
+    if (std::max(image.width, image.height) > kJpegSideMost) {
+        return Error{path + ": a JPEG has up to 65535 pixels a side"};
+    }
     std::vector<char> bytes;
     if (stbi_write_jpg_to_func(append, &bytes, image.width, image.height, 4, image.rgba.data(),
                                kJpegQuality) == 0) {
@@ -80,6 +100,7 @@ Status write_grey_png(int width, int height, std::span<const uint16_t> levels,
         levels.size() != static_cast<size_t>(width) * static_cast<size_t>(height)) {
         return Error{path + ": the levels must be width x height, both above zero"};
     }
+    if (is_too_large(width, height, sizeof(uint16_t))) return Error{path + ": more than 2 GiB"};
     std::vector<uint8_t> header;
     append_big_endian(header, static_cast<uint32_t>(width));
     append_big_endian(header, static_cast<uint32_t>(height));

@@ -16,6 +16,11 @@ struct Image {
     int width = 0, height = 0;
     std::vector<uint8_t> rgba;
 
+    /// Whether it has pixels, and four bytes for each.
+    bool is_whole() const {
+        return width > 0 && height > 0 &&
+               rgba.size() == 4 * static_cast<size_t>(width) * static_cast<size_t>(height);
+    }
     /// The four bytes of a pixel within the picture.
     /// @{
     uint8_t* pixel(int x, int y) { return &rgba[4 * (static_cast<size_t>(y) * width + x)]; }
@@ -25,15 +30,15 @@ struct Image {
     /// @}
 };
 
-/// Writes a PNG file. The error names the file.
+/// Writes a PNG file of a whole picture, up to 2 GiB of pixels. The error names the file.
 Status write_png(const Image& image, const std::string& path);
 
-/// Writes a JPEG file of good quality (90 of 100): a tenth of a PNG where soil has grains. The
-/// error names the file.
+/// Writes a JPEG file of good quality (90 of 100): a tenth of a PNG where soil has grains. No side
+/// may have more than 65535 pixels; else as write_png().
 Status write_jpeg(const Image& image, const std::string& path);
 
-/// Writes a PNG file of 16 bits of grey: heights, depths, labels. Levels row by row from the top.
-/// The error names the file.
+/// Writes a PNG file of 16 bits of grey: heights, depths, labels. Levels row by row from the top,
+/// up to 2 GiB of them. The error names the file.
 Status write_grey_png(int width, int height, std::span<const uint16_t> levels,
                       const std::string& path);
 
