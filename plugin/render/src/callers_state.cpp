@@ -43,8 +43,9 @@ CallersState::CallersState(bool takes_target)
       has_clip_control_(epoxy_gl_version() >= 45 || epoxy_has_gl_extension("GL_ARB_clip_control")) {
     for (int i = 0; i < kErrorKindsMost && glGetError() != GL_NO_ERROR; ++i) {
     }
-    for (size_t i = 0; i < are_enabled_.size(); ++i)
+    for (size_t i = 0; i < are_enabled_.size(); ++i) {
         are_enabled_[i] = glIsEnabled(kCapabilities[i]);
+    }
     for (size_t i = 0; i < pixel_sizes_.size(); ++i) pixel_sizes_[i] = number_of(kPixelSizes[i]);
     for (size_t unit = 0; unit < samplers_.size(); ++unit) {
         glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
