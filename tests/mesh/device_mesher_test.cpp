@@ -86,7 +86,8 @@ TEST_P(AnyMeshDevice, meshes_tiles_of_every_level_as_the_cpu_does) {
         const VoxelTiles tiles = make_world(random, world, 30, 70);
         const GridColumns grid = columns_of(tiles);
         const SurfaceMeshDef def{.close_floor = world % 4 != 1};
-        mesh::TileMesher host(mesh::VertexWriter(tiles, def), def.close_floor);
+        const mesh::VertexWriter writer(tiles, def);
+        mesh::TileMesher host(writer, def.close_floor);
         auto made = make_device();
         ASSERT_TRUE(made);
         DeviceMesher on_device(std::move(made), tiles, def);

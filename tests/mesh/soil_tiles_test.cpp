@@ -76,6 +76,25 @@ TEST(SoilTiles, untouched_ground_has_its_materials_colours) {
     EXPECT_EQ(tiles.color_at(29, 8, 7, 1), materials::gravel().color);
 }
 
+TEST(SoilTiles, other_colours_show_wherever_soil_lies_bare) {
+    auto soil = sand_beside_gravel();
+    ASSERT_TRUE(soil) << soil.error();
+    const SoilTiles tiles(**soil);
+    SurfaceMesher mesher(tiles);
+    mesher.update();
+    SoilDef def = (*soil)->def();
+    def.materials[0].color = {0.1f, 0.2f, 0.3f};
+    ASSERT_TRUE((*soil)->change(def));
+    mesher.update();
+    Mesh mesh, expected;
+    mesher.gather(mesh);
+    SurfaceMesher as_new(tiles);
+    as_new.update();
+    as_new.gather(expected);
+    EXPECT_EQ(mesh.colors, expected.colors);  // of the top, the sides and the floor
+    EXPECT_EQ(mesh.palette, expected.palette);
+}
+
 TEST(SoilTiles, moved_soil_is_darker_and_compacted_soil_paler_than_settled_ground) {
     auto soil = sand_beside_gravel();
     ASSERT_TRUE(soil) << soil.error();

@@ -55,8 +55,9 @@ Status write_ply(const Mesh& mesh, const std::string& path);
 class TileSource {
   public:
     virtual ~TileSource() = default;
-    virtual const GridFrame& frame() const = 0;                     ///< as Soil::frame
-    virtual const std::vector<MaterialDef>& materials() const = 0;  ///< as Soil::materials
+    virtual const GridFrame& frame() const = 0;  ///< as Soil::frame
+    /// As Soil::materials. Their colours may change, and with them the revisions of all tiles.
+    virtual const std::vector<MaterialDef>& materials() const = 0;
     /// Grows each time the tile may have changed.
     virtual uint64_t tile_revision(int tx, int ty) const = 0;
     /// These tiles are asked for next, in this order: as Soil::read_ahead. Unless it is overridden,

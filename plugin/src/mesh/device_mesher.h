@@ -36,6 +36,11 @@ class DeviceMesher {
     DeviceMesher(std::unique_ptr<device::Device> device, const TileSource& source,
                  const SurfaceMeshDef& def);
 
+    /// As VertexWriter::take_colors(), for what is built from now on.
+    bool take_colors(const std::vector<MaterialDef>& materials) {
+        return writer_.take_colors(materials);
+    }
+
     /// Waits for the device twice for each kBatch of tiles. The error is the device's: it has lost
     /// its memory, or has too little. Meshes are undefined then.
     /// `threads`: for the host's part.

@@ -319,8 +319,16 @@ struct SurfaceMesher::Impl {
         return !tile.read || tile.source_revision != source.tile_revision(tx, ty);
     }
 
+    /// Where materials have other colours all tiles show them.
+    void take_colors() {
+        if (!meshers.take_colors(source.materials())) return;
+        if (device_mesher) device_mesher->take_colors(source.materials());
+        for (Tile& tile : tiles) tile.dirty = true;
+    }
+
     /// Reads the tiles whose revision has changed.
     void read(SurfaceMeshReport& report) {
+        take_colors();
         places.clear();
         for_each_tile([&](int tx, int ty) {
             const Tile& tile = tiles[tile_index(tx, ty)];

@@ -19,6 +19,7 @@ namespace bsoil::mesh {
 /// Meshes one tile after the other; holds what is reused from tile to tile.
 class TileMesher {
   public:
+    /// The writer must outlive it.
     TileMesher(const VertexWriter& writer, bool close_floor)
         : close_floor_(close_floor), writer_(writer) {}
     void build(const GridColumns& grid, const TileLevels& levels, int tx, int ty, Mesh& out);
@@ -60,7 +61,7 @@ class TileMesher {
     void add_triangle(uint32_t a, uint32_t b, uint32_t c, bool turned);
 
     bool close_floor_;
-    VertexWriter writer_;
+    const VertexWriter& writer_;
     const TileLevels* levels_ = nullptr;
     DisplayField field_, finer_field_;
     PlaneStrips strips_{field_};

@@ -24,6 +24,11 @@ class TileMeshers {
     TileMeshers(const TileSource& source, const SurfaceMeshDef& def)
         : writer_(source, def), close_floor_(def.close_floor) {}
 
+    /// As VertexWriter::take_colors(), for what is built from now on.
+    bool take_colors(const std::vector<MaterialDef>& materials) {
+        return writer_.take_colors(materials);
+    }
+
     void build(const GridColumns& grid, const TileLevels& levels, std::span<const TileJob> jobs,
                const WorkThreads& threads) {
         threads.for_ranges(jobs.size(), kTilesLeast, [&](size_t first, size_t last) {

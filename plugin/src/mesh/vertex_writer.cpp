@@ -26,6 +26,7 @@ VertexWriter::VertexWriter(const TileSource& source, const SurfaceMeshDef& def) 
     origin_ = {position.x, position.y, position.z};
     voxel_m_ = frame.voxel_m;
     if (def.layer == SurfaceMeshDef::Layer::terrain) {
+        is_terrain_ = true;
         looks_.push_back({def.terrain_color, {}, 0});
         return;
     }
@@ -37,6 +38,17 @@ VertexWriter::VertexWriter(const TileSource& source, const SurfaceMeshDef& def) 
         palette_.push_back(material.color);
     }
     if (palette_.size() < 2) palette_.clear();
+}
+
+bool VertexWriter::take_colors(const std::vector<MaterialDef>& materials) {
+    bool has_changed = false;
+    for (size_t m = 0; !is_terrain_ && m < std::min(looks_.size(), materials.size()); ++m) {
+        if (looks_[m].color == materials[m].color) continue;
+        has_changed = true;
+        looks_[m].color = materials[m].color;
+        if (!palette_.empty()) palette_[m] = materials[m].color;
+    }
+    return has_changed;
 }
 
 void VertexWriter::begin(Mesh& mesh) const {

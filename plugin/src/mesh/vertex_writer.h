@@ -23,6 +23,8 @@ struct GridVector {
 class VertexWriter {
   public:
     VertexWriter(const TileSource& source, const SurfaceMeshDef& def);
+    /// Takes the materials' colours as they are now. Whether some are others.
+    bool take_colors(const std::vector<MaterialDef>& materials);
     /// Empties a mesh and tells it the materials.
     void begin(Mesh& mesh) const;
 
@@ -50,7 +52,7 @@ class VertexWriter {
     Eigen::Matrix3d rotation_;  ///< of the grid in the world
     Eigen::Vector3d origin_;
     double voxel_m_ = 0;
-    bool has_water_ = false;
+    bool is_terrain_ = false, has_water_ = false;
     std::vector<Look> looks_;                    ///< of each material by itself
     std::vector<std::array<float, 3>> palette_;  ///< empty: one material
 };
