@@ -362,6 +362,22 @@ TEST(SurfaceMesh, vertices_have_the_colour_of_their_material) {
     }
 }
 
+TEST(SurfaceMesh, a_film_on_rock_has_a_colour_of_its_own) {
+    VoxelTiles tiles(8, 8, 8);
+    tiles.fill_solid_heights([](double, double) { return 4; });
+    tiles.for_each_voxel([&](int x, int y, int z) {
+        if (z == 4) tiles.volume(x, y, z) = 0.03f;
+        tiles.material(x, y, z) = z == 4 ? 1 : 0;
+    });
+    SurfaceMesher mesher(tiles);
+    mesher.update();
+    const Mesh& mesh = mesher.tile_mesh(0, 0);
+    ASSERT_GT(mesh.vertex_count(), 0u);
+    for (size_t i = 0; i < mesh.colors.size(); ++i) {
+        EXPECT_EQ(mesh.colors[i], tiles.materials()[1].color[i % 3]);
+    }
+}
+
 TEST(SurfaceMesh, mesh_is_in_world_axes_and_metres) {
     VoxelTiles tiles(16, 8, 16);
     tiles.fill_heights([](double, double) { return 6.0; });

@@ -308,6 +308,19 @@ void find_soil_runs(std::span<const float> volume, std::span<const float> solid,
     if (loose_voxels) find_loose(bits, height, *loose_voxels);
 }
 
+int seen_voxel(const Run& run, std::span<const float> volume, int c) {
+    const int height = static_cast<int>(volume.size()) / kTileColumns;
+    const int top = std::min(static_cast<int>(std::ceil(run.top)), height) - 1;
+    const int lowest = std::max(0, static_cast<int>(std::floor(run.bottom)));
+    const auto soil_at = [&](int z) { return volume[static_cast<size_t>(z * kTileColumns + c)]; };
+    int fullest = top;
+    for (int z = top; z >= lowest; --z) {
+        if (soil_at(z) >= kBareLeast) return z;
+        if (soil_at(z) > soil_at(fullest)) fullest = z;
+    }
+    return fullest;
+}
+
 void find_terrain_runs(std::span<const float> solid, int height, TileColumns& columns) {
     find_runs(LayerBits(solid.data(), nullptr, height), solid.data(), nullptr, nullptr, height,
               false, columns);

@@ -20,6 +20,9 @@ inline constexpr float kOnFloor = -1e9f;
 /// Soil this far below its top is seen from above [samples].
 inline constexpr float kBareDepth = 1.5f;
 
+/// Of a voxel: less soil than this has no colour of its own where more lies below it.
+inline constexpr float kBareLeast = 0.05f;
+
 /// What soil looks like where it lies bare.
 struct Look {
     std::array<float, 3> color{};  ///< linear RGB
@@ -92,6 +95,10 @@ struct TileColumns {
 void find_soil_runs(std::span<const float> volume, std::span<const float> solid,
                     std::span<const uint8_t> material, int height, TileColumns& columns,
                     std::vector<int>* loose_voxels = nullptr);
+/// The topmost voxel of a run of column c that has a colour of its own, or else that with the most
+/// soil. `volume` as from Soil::read_tile.
+int seen_voxel(const Run& run, std::span<const float> volume, int c);
+
 /// The runs of a tile of terrain.
 void find_terrain_runs(std::span<const float> solid, int height, TileColumns& columns);
 

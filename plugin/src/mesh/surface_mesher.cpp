@@ -28,8 +28,6 @@ static_assert(SurfaceMesher::kLevelMost == TileLevels::kMost);
 constexpr double kKeepShare = 0.1;
 constexpr uint8_t kNoLevel = 255;
 
-constexpr float kBareLeast = 0.05f;  ///< of a voxel: less soil than this has no colour of its own
-
 /// Tiles around one that changed whose meshes may depend on it, by their level: cells and normals
 /// read columns up to two samples away, and where there is terrain those read the ones a sample
 /// further on.
@@ -129,8 +127,7 @@ struct SurfaceMesher::Impl {
             if (x >= grid.size[0] || y >= grid.size[1]) continue;
             for (uint32_t r = columns.runs.begin[c]; r < columns.runs.begin[c + 1]; ++r) {
                 mesh::Run& run = columns.runs.items[r];
-                int z = std::min(static_cast<int>(std::ceil(run.top)), grid.size[2]) - 1;
-                while (z > 0 && volume[z * mesh::kTileColumns + c] < kBareLeast) --z;
+                const int z = mesh::seen_voxel(run, volume, c);
                 const int main = material[z * mesh::kTileColumns + c];
                 run.look.color = source.color_at(x, y, z, main);
                 run.look.wetness = wetness_at(x, y, z);
@@ -161,7 +158,7 @@ struct SurfaceMesher::Impl {
             for (const mesh::BareWall& wall : of.walls.column(c)) {
                 for (int z = wall.bottom_voxel; z < std::min(wall.end_voxel, grid.size[2]); ++z) {
                     const auto v = static_cast<size_t>(z * mesh::kTileColumns + c);
-                    if (volume[v] < kBareLeast) continue;
+                    if (volume[v] < mesh::kBareLeast) continue;
                     mesh::MixedLayer layer{z, {}, wetness_at(x, y, z)};
                     if (source.materials().size() > 1) {
                         layer.weights = source.weights_at(x, y, z, material[v]);
