@@ -120,6 +120,24 @@ TEST_F(Render, dust_is_seen_before_what_is_behind_it_and_nowhere_else) {
     EXPECT_EQ(draw(view).rgba, draw(walled).rgba);
 }
 
+TEST_F(Render, dust_is_no_narrower_in_an_upright_picture) {
+    View view = front_view();
+    view.items = {item_of(renderer_->add_mesh(box_mesh({3, 3, 0.1}, {0.02f, 0.02f, 0.02f})), {})};
+    view.items[0].pose.position = {0, 0, -3};
+    for (uint32_t seed = 0; seed < 60; ++seed) view.dust.push_back(puff(seed));
+    const Image wide = draw(view);
+    view.width = 100;  // of the same height: the middle of the picture before
+    const Image upright = draw(view);
+    double most = 0;
+    for (int y = 60; y < 140; ++y) {
+        for (int x = 2; x < 98; ++x) {
+            most =
+                std::max(most, std::abs(brightness(upright, x, y) - brightness(wide, 110 + x, y)));
+        }
+    }
+    EXPECT_LT(most, 4);  // roundings
+}
+
 TEST_F(Render, dust_far_outside_the_picture_and_behind_the_eye_is_left_out) {
     View view = front_view();
     view.items = {item_of(renderer_->add_mesh(sphere_mesh(1, {0.2f, 0.2f, 0.2f})), {})};

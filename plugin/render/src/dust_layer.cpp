@@ -56,13 +56,16 @@ void DustLayer::fill(const View& view, const Frame& frame) {
         const double alpha = kOpacityMost * static_cast<double>(puff.strength) * fade;
         const glm::vec4 clip = frame.clip * glm::vec4(at, 1);
         if (clip.w < radius) continue;
-        const auto span = static_cast<float>(radius * frame.projection[1][1] / clip.w);
+        const auto span_of = [&](int axis) {
+            return static_cast<float>(radius * frame.projection[axis][axis] / clip.w);
+        };
+        const float span_x = span_of(0), span_y = span_of(1);
         const float middle_x = clip.x / clip.w, middle_y = clip.y / clip.w;
-        if (std::abs(middle_x) > 1 + span || std::abs(middle_y) > 1 + span) continue;
-        bounds_.x = std::min(bounds_.x, middle_x - span);
-        bounds_.y = std::min(bounds_.y, middle_y - span);
-        bounds_.z = std::max(bounds_.z, middle_x + span);
-        bounds_.w = std::max(bounds_.w, middle_y + span);
+        if (std::abs(middle_x) > 1 + span_x || std::abs(middle_y) > 1 + span_y) continue;
+        bounds_.x = std::min(bounds_.x, middle_x - span_x);
+        bounds_.y = std::min(bounds_.y, middle_y - span_y);
+        bounds_.z = std::max(bounds_.z, middle_x + span_x);
+        bounds_.w = std::max(bounds_.w, middle_y + span_y);
         clouds_.push_back({glm::vec4(at, radius),
                            glm::vec4(puff.color[0], puff.color[1], puff.color[2], alpha),
                            glm::vec4(chance, 0)});
