@@ -34,6 +34,19 @@ TEST(MeshExport, obj_lists_vertices_normals_and_faces) {
               "vn 0 0 1\nvn 0 0 1\nvn 0 0 1\nf 1//1 2//2 3//3\n");
 }
 
+TEST(MeshExport, obj_has_all_digits_of_the_coordinates) {
+    Mesh mesh = one_triangle();
+    mesh.positions = {10012.342f, -0.05f, 4321.0625f, 1, 0, 0, 0, 2, 0};
+    const TemporaryFile file("far.obj");
+    ASSERT_TRUE(write_obj(mesh, file.path()));
+    std::istringstream text(read_all(file.path()));
+    std::string v, x, y, z;
+    text >> v >> x >> y >> z;
+    EXPECT_EQ(std::stof(x), 10012.342f);
+    EXPECT_EQ(std::stof(y), -0.05f);
+    EXPECT_EQ(std::stof(z), 4321.0625f);
+}
+
 TEST(MeshExport, ply_has_the_size_its_header_promises) {
     const TemporaryFile file("triangle.ply");
     ASSERT_TRUE(write_ply(one_triangle(), file.path()));

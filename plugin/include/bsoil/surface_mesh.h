@@ -46,7 +46,8 @@ struct Mesh {
     void append(const Mesh& other);
 };
 
-/// Wavefront OBJ with vertex colours behind the coordinates. The error names the file.
+/// Wavefront OBJ with vertex colours behind the coordinates, which have all digits of a float. The
+/// error names the file.
 Status write_obj(const Mesh& mesh, const std::string& path);
 /// Binary little-endian PLY with normals and 8-bit colours (sRGB). The error names the file.
 Status write_ply(const Mesh& mesh, const std::string& path);

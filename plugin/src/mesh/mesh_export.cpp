@@ -1,8 +1,11 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <iterator>
 
 #include "bsoil/surface_mesh.h"
 
@@ -21,6 +24,15 @@ Status close_checked(File file, const std::string& path) {
     const bool failed = std::ferror(file.get()) != 0;
     if (std::fclose(file.release()) != 0 || failed) return cannot_write(path);
     return Done{};
+}
+
+/// Numbers as they are written everywhere: printf would take the decimal point of the host's
+/// locale.
+template <typename... Values>
+void put(std::FILE* file, fmt::format_string<const Values&...> text, const Values&... values) {
+    fmt::memory_buffer line;
+    fmt::format_to(std::back_inserter(line), text, values...);
+    std::fwrite(line.data(), 1, line.size(), file);
 }
 
 uint8_t to_srgb_byte(float linear) {
@@ -68,17 +80,15 @@ Status write_obj(const Mesh& mesh, const std::string& path) {
     for (size_t v = 0; v < mesh.vertex_count(); ++v) {
         const float* p = &mesh.positions[3 * v];
         const float* c = &mesh.colors[3 * v];
-        std::fprintf(file.get(), "v %.6g %.6g %.6g %.4g %.4g %.4g\n", p[0], p[1], p[2], c[0], c[1],
-                     c[2]);
+        put(file.get(), "v {} {} {} {:.4g} {:.4g} {:.4g}\n", p[0], p[1], p[2], c[0], c[1], c[2]);
     }
     for (size_t v = 0; v < mesh.vertex_count(); ++v) {
         const float* n = &mesh.normals[3 * v];
-        std::fprintf(file.get(), "vn %.4g %.4g %.4g\n", n[0], n[1], n[2]);
+        put(file.get(), "vn {:.4g} {:.4g} {:.4g}\n", n[0], n[1], n[2]);
     }
     for (size_t t = 0; t < mesh.triangle_count(); ++t) {
         const uint32_t* i = &mesh.indices[3 * t];  // OBJ counts from one
-        std::fprintf(file.get(), "f %u//%u %u//%u %u//%u\n", i[0] + 1, i[0] + 1, i[1] + 1, i[1] + 1,
-                     i[2] + 1, i[2] + 1);
+        put(file.get(), "f {0}//{0} {1}//{1} {2}//{2}\n", i[0] + 1, i[1] + 1, i[2] + 1);
     }
     return close_checked(std::move(file), path);
 }
