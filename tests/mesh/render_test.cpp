@@ -312,6 +312,13 @@ TEST_F(Render, lines_are_hidden_by_what_is_nearer_unless_they_are_in_front) {
     view.lines = {{{0, 0.8, 0}, {0, 0.8, 30}, {1, 0, 0}}};
     view.front_lines.clear();
     EXPECT_TRUE(is_red(draw(view), 160, 100 - 66));
+    // One far beyond all items, 110 m from the eye, where 1 m is 7.3 pixels.
+    view.lines = {{{-10, 10, -100}, {10, 10, -100}, {1, 0, 0}},
+                  {{-10, 0, -100}, {10, 0, -100}, {1, 0, 0}}};
+    const Image far = draw(view);
+    EXPECT_TRUE(is_red(far, 160, 100 - 73));
+    EXPECT_TRUE(is_red(far, 160 + 60, 100));
+    EXPECT_FALSE(is_red(far, 160, 100));
     view.line_width = 0;
     EXPECT_NE(renderer_->render(view).error().find("View::line_width"), std::string::npos);
 }

@@ -361,9 +361,12 @@ Status Picture::draw(const View& view, GLuint framebuffer) {
     draw_dust(view, frame);
     glDepthMask(GL_TRUE);
     timer_.mark(PassTimer::kLight);
+    // The scene's depth does not end lines that reach out of it.
+    glEnable(GL_DEPTH_CLAMP);
     draw_lines(view, view.lines, frame);
     glDisable(GL_DEPTH_TEST);
     draw_lines(view, view.front_lines, frame);
+    glDisable(GL_DEPTH_CLAMP);
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
     glViewport(0, 0, view.width, view.height);
     finish();
