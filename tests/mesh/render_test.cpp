@@ -362,6 +362,17 @@ TEST_F(Render, bad_views_are_refused_with_the_field_named) {
     view = front_view();
     view.to_sun = {};
     EXPECT_FALSE(renderer_->render(view));
+    view = front_view();
+    view.time_s = std::numeric_limits<double>::infinity();
+    EXPECT_NE(renderer_->render(view).error().find("View::time_s"), std::string::npos);
+    view = front_view();
+    view.floor_height_m = std::nan("");
+    EXPECT_NE(renderer_->render(view).error().find("View::floor_height_m"), std::string::npos);
+    view = front_view();
+    view.grains.resize(2);  // shares out of their range are held to it
+    view.grains[0].share = std::numeric_limits<float>::infinity();
+    view.grains[1].share = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_TRUE(renderer_->render(view));
     EXPECT_FALSE(Renderer::create({.sample_count = 99}));
 }
 

@@ -36,6 +36,20 @@ int darker_count(const Image& a, const Image& b) {
     return count;
 }
 
+TEST(ShadowCascades, the_sun_may_stand_along_any_upright) {
+    const double third = std::sqrt(1.0 / 3);
+    for (const glm::dvec3& up : {glm::dvec3(0, 1, 0), glm::dvec3(third), glm::dvec3(-third)}) {
+        for (const ShadowCascade& cascade :
+             make_cascades({glm::dvec3(0), glm::dvec3(0), up, up, 1, 1}, 256, kCascadesMost)) {
+            for (int column = 0; column < 4; ++column) {
+                for (int row = 0; row < 4; ++row) {
+                    EXPECT_TRUE(std::isfinite(cascade.clip[column][row]));
+                }
+            }
+        }
+    }
+}
+
 TEST_F(Render, what_is_far_from_the_cameras_target_casts_shadows) {
     Plain plain(*renderer_);
     const Image bare = draw(plain.view);

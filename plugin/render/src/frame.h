@@ -65,7 +65,7 @@ struct SurfaceMaterial {
 };
 /// Of an item that is wet: the rows of the table behind its dry one. surface.frag knows it too.
 inline constexpr int kWetSteps = 8;
-/// In a picture; what is beyond looks like the last.
+/// In a picture; what is beyond looks like the first.
 inline constexpr size_t kMaterialCapacity = 256;
 
 /// What there is room for.

@@ -108,8 +108,8 @@ void GrainLayer::append(const GrainGroup& group, const View& view, const Frame& 
         kStreakS, kStreakMost * static_cast<double>(group.grain_m) / std::max(speed, 1e-9));
     const Vec3 streak = group.velocity_m_s * streak_s;
     const Vec3 flat = std::sqrt(static_cast<double>(group.flatness)) * group.normal;
-    auto left = static_cast<int>(
-        std::ceil(static_cast<double>(group.share) * kGroupGrains / (larger * larger)));
+    const double share = group.share > 0 ? std::min(1.0, static_cast<double>(group.share)) : 0;
+    auto left = static_cast<int>(std::ceil(share * kGroupGrains / (larger * larger)));
     for (uint32_t part = 0; left > 0; ++part, left -= kPartGrains) {
         const glm::vec3 shift(shift_of(group, part, view.time_s));
         floats_.insert(floats_.end(), {center.x,

@@ -43,6 +43,10 @@ Status validate_view(const View& view) {
     if (!(view.line_width >= 0.5f && view.line_width <= 16)) {
         return out_of_range("View::line_width", view.line_width, "in 0.5..16 pixels");
     }
+    if (!std::isfinite(view.time_s)) return Error{"View::time_s must be finite"};
+    if (view.floor_height_m && !std::isfinite(*view.floor_height_m)) {
+        return Error{"View::floor_height_m must be finite"};
+    }
     for (const Volume& volume : view.volumes) {
         if (!(volume.voxel_m > 0 && std::isfinite(volume.voxel_m))) {
             return out_of_range("Volume::voxel_m", volume.voxel_m, "above 0");

@@ -11,6 +11,15 @@ constexpr double kNearSights = 2;  ///< radius of the first map about the target
 /// A map that has so many times the radius of the one before would be too coarse beside it.
 constexpr double kStepMost = 8;
 
+/// An upright of the sun's pictures: any that is not along its light.
+glm::dvec3 upright_of(const ShadowScene& scene) {
+    const glm::dvec3& up = scene.up;
+    for (const glm::dvec3& upright : {up, glm::dvec3(up.y, up.z, up.x)}) {
+        if (std::abs(glm::dot(scene.to_sun, upright)) < 0.99) return upright;
+    }
+    return {1, 0, 0};  // both are along a diagonal of the axes
+}
+
 }  // namespace
 
 std::vector<double> cascade_radii(const ShadowScene& scene, size_t count_most) {
@@ -27,9 +36,7 @@ std::vector<double> cascade_radii(const ShadowScene& scene, size_t count_most) {
 std::vector<ShadowCascade> make_cascades(const ShadowScene& scene, int map_size,
                                          size_t count_most) {
     std::vector<ShadowCascade> cascades;
-    const glm::dvec3 sun_up = std::abs(glm::dot(scene.to_sun, scene.up)) < 0.99
-                                  ? scene.up
-                                  : glm::dvec3(scene.up.y, scene.up.z, scene.up.x);
+    const glm::dvec3 sun_up = upright_of(scene);
     for (const double radius : cascade_radii(scene, count_most)) {
         const glm::dvec3 center = radius >= scene.radius ? scene.center : scene.target;
         const double depth_radius = scene.radius + glm::length(scene.center - center);

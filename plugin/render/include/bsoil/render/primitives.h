@@ -24,7 +24,8 @@ Mesh cylinder_mesh(double radius_m, double half_height_m, Color color, double be
 /// @}
 /// Apex at +z.
 Mesh cone_mesh(double radius_m, double half_height_m, Color color);
-/// Intersection of half spaces: cuts a cube of half edge `bound_m`. Empty when nothing is left.
+/// Intersection of half spaces. They have to enclose a body, with no point further than `bound_m`
+/// from the origin: what reaches further may be left open. Empty when nothing is left.
 Mesh hull_mesh(std::span<const Plane> planes, double bound_m, Color color);
 /// Flat-shaded triangles.
 Mesh triangle_mesh(const TriangleMesh& triangles, Color color);

@@ -119,7 +119,8 @@ struct GrainGroup {
     Vec3 velocity_m_s;                    ///< world axes
     float side_m = 0.1f;                  ///< of the cube
     float grain_m = 0.005f;               ///< size of a grain
-    float share = 1;                      ///< of its kGroupGrains grains that are there, 0..1
+    float share = 1;                      ///< of its kGroupGrains grains that are there, 0..1;
+                                          ///< less is none, more is all
     std::array<float, 3> color{1, 1, 1};  ///< linear RGB, 0..1
     uint32_t seed = 0;
     Vec3 normal;         ///< unit: the cube is pressed flat along it; 0, 0, 0: it is not
@@ -145,6 +146,8 @@ struct View {
     /// Height along the camera's up axis of a plain floor that fades into the sky [m]; none by
     /// default.
     std::optional<double> floor_height_m;
+    /// Of grain_m, gloss and emission a picture has room for 256 that differ; a wet mesh takes
+    /// nine. Items beyond them look as the first one does.
     std::vector<Item> items;
     /// Items that say so are seen only within this half space, as if cut open. Their shadows stay.
     std::optional<Plane> cut;
