@@ -65,6 +65,26 @@ TEST(MeshExport, a_path_that_cannot_be_written_is_named) {
     EXPECT_NE(ply.error().find(path), std::string::npos);
 }
 
+TEST(MeshExport, meshes_without_all_of_their_numbers_are_refused) {
+    const TemporaryFile file("part.obj");
+    const auto refusal = [&](const Mesh& mesh) {
+        const Status obj = write_obj(mesh, file.path()), ply = write_ply(mesh, file.path());
+        return obj || ply || std::filesystem::exists(file.path()) ? "" : obj.error();
+    };
+    Mesh mesh = one_triangle();
+    mesh.colors.clear();
+    EXPECT_NE(refusal(mesh).find("Mesh::colors has 0 numbers"), std::string::npos);
+    mesh = one_triangle();
+    mesh.normals.pop_back();
+    EXPECT_NE(refusal(mesh).find("Mesh::normals"), std::string::npos);
+    mesh = one_triangle();
+    mesh.indices[1] = 3;
+    EXPECT_NE(refusal(mesh).find("Mesh::indices has 3"), std::string::npos);
+    mesh.indices.pop_back();
+    EXPECT_NE(refusal(mesh).find("Mesh::indices has 2"), std::string::npos);
+    EXPECT_TRUE(Mesh().validate());
+}
+
 TEST(MeshExport, append_shifts_indices) {
     Mesh mesh = one_triangle();
     mesh.append(one_triangle());

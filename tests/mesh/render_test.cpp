@@ -251,6 +251,19 @@ TEST_F(Render, removed_meshes_are_gone_and_their_ids_are_used_again) {
     EXPECT_EQ(renderer_->add_mesh(box_mesh({1, 1, 1}, {1, 0, 0})).value, ball.value);
 }
 
+TEST_F(Render, a_mesh_without_all_of_its_numbers_is_empty) {
+    View view = front_view();
+    const Image empty = draw(view);
+    Mesh mesh = sphere_mesh(1, {1, 0, 0});
+    mesh.colors.clear();
+    view.items = {item_of(renderer_->add_mesh(mesh), {})};
+    EXPECT_EQ(draw(view).rgba, empty.rgba);
+    mesh = sphere_mesh(1, {1, 0, 0});
+    mesh.indices[0] = 1'000'000;
+    renderer_->set_mesh(view.items[0].mesh, mesh);
+    EXPECT_EQ(draw(view).rgba, empty.rgba);
+}
+
 TEST_F(Render, a_shifted_camera_sees_its_target_beside_the_middle) {
     View view = front_view();
     Item ball = item_of(renderer_->add_mesh(sphere_mesh(0.1, {1, 0, 0})), {});

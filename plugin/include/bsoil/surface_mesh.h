@@ -39,6 +39,9 @@ struct Mesh {
     size_t vertex_count() const { return positions.size() / 3; }
     /// Number of triangles.
     size_t triangle_count() const { return indices.size() / 3; }
+    /// Names the list that does not have three numbers a vertex or a triangle, or an index that no
+    /// vertex has. Weights and wetness are not looked at: of another length they do not count.
+    Status validate() const;
     /// Empties the mesh; keeps its memory.
     void clear();
     /// Adds all of `other` behind what is here. Weights are kept where both have the same palette.
@@ -47,9 +50,9 @@ struct Mesh {
 };
 
 /// Wavefront OBJ with vertex colours behind the coordinates, which have all digits of a float. The
-/// error names the file.
+/// error names the file, or says what Mesh::validate() does.
 Status write_obj(const Mesh& mesh, const std::string& path);
-/// Binary little-endian PLY with normals and 8-bit colours (sRGB). The error names the file.
+/// Binary little-endian PLY with normals and 8-bit colours (sRGB). The error as of write_obj().
 Status write_ply(const Mesh& mesh, const std::string& path);
 
 /// What SurfaceMesher reads: voxels in tiles of 8 x 8 columns. SoilTiles is the one for a Soil.

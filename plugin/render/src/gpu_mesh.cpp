@@ -16,6 +16,7 @@ void upload(GLenum target, const GlBuffer& buffer, size_t bytes, const void* dat
 }  // namespace
 
 void GpuMesh::fill(const Mesh& source, const Skin& skin, const char* label) {
+    if (!source.validate()) return fill({}, {}, label);
     if (layout.name() == 0) {
         layout = GlVertexArray(label);
         positions = GlBuffer(label);

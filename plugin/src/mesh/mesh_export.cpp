@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstring>
 #include <iterator>
+#include <utility>
 
 #include "bsoil/surface_mesh.h"
 
@@ -43,6 +44,23 @@ uint8_t to_srgb_byte(float linear) {
 
 }  // namespace
 
+Status Mesh::validate() const {
+    const std::pair<const char*, size_t> lists[] = {
+        {"positions", positions.size()}, {"normals", normals.size()}, {"colors", colors.size()}};
+    for (const auto& [name, size] : lists) {
+        if (size == 3 * vertex_count()) continue;
+        return Error{fmt::format("Mesh::{} has {} numbers; three for each of {} vertices are {}",
+                                 name, size, vertex_count(), 3 * vertex_count())};
+    }
+    if (indices.size() % 3 != 0) {
+        return Error{fmt::format("Mesh::indices has {}, which are no triangles", indices.size())};
+    }
+    if (indices.empty()) return Done{};
+    const uint32_t most = *std::max_element(indices.begin(), indices.end());
+    if (most < vertex_count()) return Done{};
+    return Error{fmt::format("Mesh::indices has {}, there are {} vertices", most, vertex_count())};
+}
+
 void Mesh::clear() {
     positions.clear();
     normals.clear();
@@ -75,6 +93,7 @@ void Mesh::append(const Mesh& other) {
 }
 
 Status write_obj(const Mesh& mesh, const std::string& path) {
+    if (Status valid = mesh.validate(); !valid) return valid;
     File file(std::fopen(path.c_str(), "wb"));
     if (!file) return cannot_write(path);
     for (size_t v = 0; v < mesh.vertex_count(); ++v) {
@@ -95,6 +114,7 @@ Status write_obj(const Mesh& mesh, const std::string& path) {
 
 Status write_ply(const Mesh& mesh, const std::string& path) {
     static_assert(std::endian::native == std::endian::little, "vertices are written as they lie");
+    if (Status valid = mesh.validate(); !valid) return valid;
     File file(std::fopen(path.c_str(), "wb"));
     if (!file) return cannot_write(path);
     std::fprintf(file.get(),

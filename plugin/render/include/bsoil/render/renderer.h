@@ -210,9 +210,10 @@ class Renderer {
     static Result<std::unique_ptr<Renderer>> create(const RendererDef& def = {});
     ~Renderer();
 
-    /// Copies the triangles to the device, and which textures lie on them.
+    /// Copies the triangles to the device, and which textures lie on them. What Mesh::validate()
+    /// refuses is an empty mesh.
     MeshId add_mesh(const Mesh& mesh, const Skin& skin = {});
-    /// Replaces the triangles of a mesh; no textures are left on them.
+    /// Replaces the triangles of a mesh likewise; no textures are left on them.
     void set_mesh(MeshId id, const Mesh& mesh);
     /// The id may be given out again.
     void remove_mesh(MeshId id);
