@@ -196,6 +196,31 @@ TEST_F(Render, soil_in_a_grid_of_any_size_is_drawn) {
     }
 }
 
+TEST_F(Render, soil_far_from_the_worlds_origin_is_drawn_as_near_it) {
+    const auto drawn = [&](Vec3 place_m) {
+        test::VoxelTiles tiles(16, 16, 16);
+        const double half = std::sqrt(0.5);
+        tiles.frame().voxel_m = 0.1;
+        tiles.frame().grid_to_world = {place_m + Vec3{-0.8, 0, 0.8}, {-half, 0, 0, half}};
+        tiles.fill_heights([](double x, double y) { return 9 - 0.7 * std::hypot(x - 8, y - 8); });
+        SurfaceMeshDef def;
+        def.origin_m = place_m;
+        SurfaceMesher mesher(tiles, def);
+        mesher.update();
+        SurfaceItems soil(*renderer_, mesher, 0);
+        soil.update();
+        View view = front_view();
+        view.camera.eye = place_m + Vec3{0, 3, 4};
+        view.camera.target = place_m;
+        soil.append_to(view.items);
+        return draw(view);
+    };
+    const Image near = drawn({}), far = drawn({5e6, 0, 4e5});
+    int other = 0;
+    for (size_t i = 0; i < near.rgba.size(); ++i) other += std::abs(near.rgba[i] - far.rgba[i]) > 8;
+    EXPECT_LT(other, 50);  // roundings at outlines
+}
+
 TEST_F(Render, a_cut_opens_what_is_cut_and_nothing_else) {
     View view = front_view();
     const MeshId ball = renderer_->add_mesh(sphere_mesh(1, {1, 0, 0}));

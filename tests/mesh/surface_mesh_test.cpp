@@ -362,6 +362,23 @@ TEST(SurfaceMesh, vertices_have_the_colour_of_their_material) {
     }
 }
 
+TEST(SurfaceMesh, far_from_the_worlds_origin_a_mesh_has_one_of_its_own) {
+    VoxelTiles tiles(12, 9, 8);
+    tiles.frame().voxel_m = 0.05;
+    tiles.fill_heights([](double x, double y) { return 2 + 0.3 * x - 0.1 * y; });
+    Mesh near, far;
+    SurfaceMesher at_origin(tiles);
+    at_origin.update();
+    at_origin.gather(near);
+    SurfaceMeshDef def;
+    def.origin_m = tiles.frame().grid_to_world.position = {5e6, -4e5, 10};
+    SurfaceMesher far_out(tiles, def);
+    far_out.update();
+    far_out.gather(far);
+    EXPECT_EQ(far.positions, near.positions);
+    EXPECT_EQ(far_out.origin_m(), def.origin_m);
+}
+
 TEST(SurfaceMesh, a_film_on_rock_has_a_colour_of_its_own) {
     VoxelTiles tiles(8, 8, 8);
     tiles.fill_solid_heights([](double, double) { return 4; });

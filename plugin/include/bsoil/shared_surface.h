@@ -34,7 +34,7 @@ struct SharedBlock {
 
 /// What is meshed, and for whom.
 struct SharedSurfaceDef {
-    SurfaceMeshDef mesh;  ///< `backend` is not asked: it is OpenGL
+    SurfaceMeshDef mesh;  ///< `backend` is not asked: it is OpenGL; nor is `origin_m`, see model()
     int level = 0;        ///< of all tiles, 0..SurfaceMesher::kLevelMost: cells of 2^level voxels
     /// The host's EGLDisplay and its EGLContext, of desktop OpenGL. Null: those that are current in
     /// the calling thread.

@@ -23,7 +23,7 @@ using MaterialWeights = std::array<uint8_t, limits::kMaterialCapacity>;
 
 /// Indexed triangles, counter-clockwise seen from outside. World axes, metres.
 struct Mesh {
-    std::vector<float> positions;   ///< x, y, z of each vertex [m]
+    std::vector<float> positions;   ///< x, y, z of each vertex [m]; see SurfaceMeshDef::origin_m
     std::vector<float> normals;     ///< unit, x, y, z of each vertex, out of the solid
     std::vector<float> colors;      ///< linear r, g, b of each vertex, 0..1
     std::vector<uint32_t> indices;  ///< three a triangle
@@ -141,6 +141,9 @@ struct SurfaceMeshDef {
     /// Threads of the host that mesh, 0..1024; 0: all cores. The mesh is the same. TileSource is
     /// read in the caller's thread alone.
     int thread_count = 0;
+    /// Mesh::positions are world places less this. They are floats, which tell a millimetre apart
+    /// as far as 10 km from zero, and half a metre at 5,000 km: for soil out there a place near it.
+    Vec3 origin_m = {};
 };
 
 /// Soil of a voxel that no surface shows: in the air, and less than half a voxel that is part of
@@ -232,6 +235,7 @@ class SurfaceMesher {
     /// Why, in a sentence.
     const std::string& backend_reason() const;
 
+    Vec3 origin_m() const;     ///< SurfaceMeshDef::origin_m
     int tile_count_x() const;  ///< tiles of 8 columns along grid x
     int tile_count_y() const;  ///< and along grid y
     /// The mesh of a tile as of the last update().

@@ -64,6 +64,7 @@ void SurfaceItems::append_to(std::vector<Item>& items) const {
         if (patch.empty) continue;
         Item item;
         item.mesh = patch.mesh;
+        item.pose.position = mesher_.origin_m();
         item.grain_m = grain_m_;
         item.is_closed = true;
         items.push_back(item);

@@ -454,6 +454,7 @@ std::string SurfaceMesher::backend_name() const { return impl_->device_mesher ? 
 
 const std::string& SurfaceMesher::backend_reason() const { return impl_->backend_reason; }
 
+Vec3 SurfaceMesher::origin_m() const { return impl_->def.origin_m; }
 int SurfaceMesher::tile_count_x() const { return impl_->grid.tile_count[0]; }
 int SurfaceMesher::tile_count_y() const { return impl_->grid.tile_count[1]; }
 

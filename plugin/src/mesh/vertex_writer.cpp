@@ -21,7 +21,8 @@ void push(std::vector<float>& list, GridVector v) {
 
 VertexWriter::VertexWriter(const TileSource& source, const SurfaceMeshDef& def) {
     const GridFrame& frame = source.frame();
-    const auto& [position, q] = frame.grid_to_world;
+    const Quat& q = frame.grid_to_world.rotation;
+    const Vec3 position = frame.grid_to_world.position - def.origin_m;
     rotation_ = Eigen::Quaterniond(q.w, q.x, q.y, q.z).toRotationMatrix();
     origin_ = {position.x, position.y, position.z};
     voxel_m_ = frame.voxel_m;

@@ -50,7 +50,7 @@ class VertexWriter {
     Color mean_color(const MaterialWeights& weights) const;
 
     Eigen::Matrix3d rotation_;  ///< of the grid in the world
-    Eigen::Vector3d origin_;
+    Eigen::Vector3d origin_;    ///< of the grid, from SurfaceMeshDef::origin_m
     double voxel_m_ = 0;
     bool is_terrain_ = false, has_water_ = false;
     std::vector<Look> looks_;                    ///< of each material by itself
