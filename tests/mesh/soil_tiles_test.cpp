@@ -76,6 +76,29 @@ TEST(SoilTiles, untouched_ground_has_its_materials_colours) {
     EXPECT_EQ(tiles.color_at(29, 8, 7, 1), materials::gravel().color);
 }
 
+TEST(SoilTiles, a_single_voxel_in_the_air_is_grains_at_the_end_of_any_grid) {
+    for (const int size : {8, 12, 15, 16}) {
+        SoilDef def;
+        def.voxel_m = 0.1;
+        def.size_m = {0.1 * size, 0.8, 0.8};
+        def.up = UpAxis::z;
+        def.backend = Backend::cpu;
+        auto soil = Soil::create(def);
+        ASSERT_TRUE(soil) << soil.error();
+        ASSERT_EQ((*soil)->frame().size[0], size);
+        const Vec3 middle = (*soil)->frame().to_world({size - 0.5, 3.5, 5.5});
+        const Vec3 half{0.05, 0.05, 0.05};
+        ASSERT_TRUE((*soil)->fill(BoxFill{{middle - half, middle + half}, {}}));
+        const SoilTiles tiles(**soil);
+        SurfaceMesher mesher(tiles);
+        mesher.update();
+        EXPECT_EQ(mesher.loose_soil((size - 1) / 8, 0).size(), 1u) << size;
+        Mesh mesh;
+        mesher.gather(mesh);
+        EXPECT_EQ(mesh.triangle_count(), 0u) << size;
+    }
+}
+
 TEST(SoilTiles, other_colours_show_wherever_soil_lies_bare) {
     auto soil = sand_beside_gravel();
     ASSERT_TRUE(soil) << soil.error();

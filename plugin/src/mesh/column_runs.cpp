@@ -296,6 +296,14 @@ void find_loose(const LayerBits& bits, int height, std::vector<int>& voxels) {
 
 }  // namespace
 
+void clear_beyond(int x_count, int y_count, std::span<float> solid) {
+    if (x_count >= kTileSide && y_count >= kTileSide) return;
+    for (size_t v = 0; v < solid.size(); ++v) {
+        const int c = static_cast<int>(v % kTileColumns);
+        if (c % kTileSide >= x_count || c / kTileSide >= y_count) solid[v] = 0;
+    }
+}
+
 void find_soil_runs(std::span<const float> volume, std::span<const float> solid,
                     std::span<const uint8_t> material, int height, TileColumns& columns,
                     std::vector<int>* loose_voxels) {

@@ -90,6 +90,10 @@ struct TileColumns {
     friend bool operator==(const TileColumns&, const TileColumns&) = default;
 };
 
+/// Empties the columns of a tile that lie beyond the grid's sides, of which it has so many along x
+/// and y: a soil's are rock. Arrays as from Soil::read_tile.
+void clear_beyond(int x_count, int y_count, std::span<float> solid);
+
 /// The runs of a tile of soil, and unless it is null its loose voxels: those whose soil none of the
 /// runs shows, index z * 64 + y * 8 + x. Arrays as from Soil::read_tile.
 void find_soil_runs(std::span<const float> volume, std::span<const float> solid,

@@ -106,6 +106,7 @@ struct SurfaceMesher::Impl {
             for (mesh::Run& run : columns.runs.items) run.look.color = def.terrain_color;
         } else {
             source.read_tile(tx, ty, volume, solid, material);
+            mesh::clear_beyond(grid.size[0] - tx * kTileSide, grid.size[1] - ty * kTileSide, solid);
             mesh::find_soil_runs(volume, solid, material, grid.size[2], columns, &loose_voxels);
             read_looks(tx, ty);
             if (shows_inside()) {
@@ -208,7 +209,7 @@ struct SurfaceMesher::Impl {
             voxel.volume = volume[static_cast<size_t>(v)];
             voxel.color = source.color_at(x, y, z, material[static_cast<size_t>(v)]);
             voxel.dust = source.dust_at(x, y, z, material[static_cast<size_t>(v)]);
-            voxel.seed = static_cast<uint32_t>((z * grid.size[1] + y) * grid.size[0] + x);
+            voxel.seed = static_cast<uint32_t>((int64_t{z} * grid.size[1] + y) * grid.size[0] + x);
             loose.push_back(voxel);
         }
     }
