@@ -331,6 +331,20 @@ TEST_F(Render, buffers_hold_depth_normal_and_label) {
     EXPECT_EQ(buffers->labels[at(2, 198)], 0u);
 }
 
+TEST_F(Render, what_has_left_the_world_takes_nothing_else_out_of_the_picture) {
+    View view = front_view();
+    const MeshId ball = renderer_->add_mesh(sphere_mesh(1, {1, 0, 0}));
+    for (const double y : {0.0, -2e4, std::numeric_limits<double>::infinity()}) {
+        view.items.push_back(item_of(ball, {}));
+        view.items.back().pose.position.y = y;
+        view.items.back().label = static_cast<uint32_t>(view.items.size());
+        const Result<Buffers> buffers = renderer_->buffers(view);
+        ASSERT_TRUE(buffers) << buffers.error();
+        EXPECT_EQ(buffers->labels[100 * 320 + 160], 1u) << y;
+        EXPECT_NEAR(buffers->depths_m[100 * 320 + 160], 9, 0.02) << y;  // facets
+    }
+}
+
 TEST_F(Render, lines_are_hidden_by_what_is_nearer_unless_they_are_in_front) {
     View view = front_view();
     view.line_width = 4;

@@ -13,6 +13,10 @@ namespace {
 constexpr double kCoarsePeriods = 8;  ///< fine periods in one of the coarse grain pattern
 constexpr double kFadeBegin = 0.9;    ///< where the floor starts to fade, of the scene's radius
 constexpr double kFadeEnd = 1.5;      ///< and is gone, at the distance to the target further out
+/// Distance of the near plane: this share of the far plane's, but no less and no more than these
+/// shares of the distance to the target. Ours: at most a 20th of it. Larger: one body that falls
+/// out of the world takes what is near out of the picture; smaller: fewer bits of depth far off.
+constexpr double kNearOfFar = 5e-4, kNearLeast = 0.01, kNearMost = 0.05;
 constexpr float kFilmBegin =
     0.8f;  ///< saturation from which on water begins to stand out of the pores
 constexpr float kDampGloss = 0.35f;  ///< of wet grains without a film
@@ -73,6 +77,7 @@ Frame::Frame(const View& view, const ShadowMaps& maps, std::span<const GpuMesh> 
     glm::dvec3 low(1e300), high(-1e300);
     for (const Item& item : view.items) {
         if (item.mesh.value == 0 || item.mesh.value > meshes.size()) continue;
+        if (!is_finite(item.pose)) continue;
         const GpuMesh& mesh = meshes[item.mesh.value - 1];
         if (!mesh.used || mesh.index_count == 0) continue;
         items.push_back({&mesh, &item, model_of(item.pose, eye), material_of(&item, mesh.is_wet)});
@@ -123,9 +128,9 @@ Frame::Frame(const View& view, const ShadowMaps& maps, std::span<const GpuMesh> 
         cut = glm::vec4(normal, glm::dot(normal, eye) - view.cut->offset);
     }
 
-    // View. The near plane is far enough out for 24 bits of depth.
+    // The near plane is far enough out for 24 bits of depth.
     const double far_m = glm::length(center) + radius + 2 * fade_end_m;
-    const double near_m = std::max(1e-3 * far_m, 0.02 * sight_m) * 0.5;
+    const double near_m = std::clamp(kNearOfFar * far_m, kNearLeast * sight_m, kNearMost * sight_m);
     const double aspect = static_cast<double>(view.width) / view.height;
     look = glm::lookAt(glm::dvec3(0), target, up);
     projection = glm::perspective(view.camera.fov_rad, aspect, near_m, far_m);

@@ -231,7 +231,8 @@ class Renderer {
     /// The id may be given out again.
     void remove_volume(VolumeId id);
 
-    /// Draws a picture and waits for it. Items without a mesh are left out.
+    /// Draws a picture and waits for it. Items without a mesh, or with a pose that is not finite,
+    /// are left out.
     Result<Image> render(const View& view);
     /// Draws a picture into the lower left corner of a framebuffer of the context (0: the window's)
     /// and does not wait for it. Only with RendererDef::callers_context. Afterwards the framebuffer
