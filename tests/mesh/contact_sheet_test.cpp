@@ -69,6 +69,9 @@ TEST(ContactSheet, a_layout_out_of_its_range_takes_no_picture) {
     EXPECT_FALSE(ContactSheet({.cell_width = -4}).add(plain(16, 16, 9), ""));
     EXPECT_FALSE(ContactSheet({.gap = -700}).add(plain(16, 16, 9), ""));
     EXPECT_FALSE(ContactSheet().add({16, 16, {}}, ""));
+    Image part{100, 40, {}};
+    draw_caption(part, 0, 0, "text", 2);
+    EXPECT_TRUE(part.rgba.empty());
 }
 
 TEST(ContactSheet, a_legend_has_a_swatch_and_a_name_for_each_entry) {

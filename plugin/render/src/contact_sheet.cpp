@@ -50,6 +50,7 @@ void for_each_quad(std::string text, Draw draw) {
 /// Calls paint(pixel) for the pixels of a rectangle that lie in the image.
 template <typename Paint>
 void paint_rectangle(Image& image, int x, int y, int width, int height, Paint paint) {
+    if (!image.is_whole()) return;
     for (int j = std::max(0, y); j < std::min(image.height, y + height); ++j) {
         for (int i = std::max(0, x); i < std::min(image.width, x + width); ++i) {
             paint(image.pixel(i, j));

@@ -208,10 +208,12 @@ void transform_mesh(Mesh& mesh, const Pose& pose) {
         v[1] = static_cast<float>(value.y);
         v[2] = static_cast<float>(value.z);
     };
-    for (size_t i = 0; i < mesh.positions.size(); i += 3) {
+    for (size_t i = 0; i + 2 < mesh.positions.size(); i += 3) {
         float* p = &mesh.positions[i];
-        float* n = &mesh.normals[i];
         replace(p, transform(pose, {p[0], p[1], p[2]}));
+    }
+    for (size_t i = 0; i + 2 < mesh.normals.size(); i += 3) {
+        float* n = &mesh.normals[i];
         replace(n, rotate(pose.rotation, {n[0], n[1], n[2]}));
     }
 }

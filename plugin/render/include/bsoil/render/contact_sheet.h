@@ -50,7 +50,8 @@ struct LegendEntry {
 /// Draws a swatch and a name for each entry, one below the other, in the lower left corner.
 void draw_legend(Image& image, std::span<const LegendEntry> entries, int scale);
 
-/// Draws a line of text in white on a dark bar, upper left corner at (x, y); clipped to the image.
+/// Draws a line of text in white on a dark bar, upper left corner at (x, y); clipped to the image,
+/// which stays as it is unless it is whole.
 /// The font has ASCII: other characters of UTF-8 become question marks.
 void draw_caption(Image& image, int x, int y, const std::string& text, int scale);
 

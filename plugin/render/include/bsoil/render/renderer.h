@@ -226,7 +226,8 @@ class Renderer {
 
     /// Copies the voxels to the device. The error says what is wrong with them.
     Result<VolumeId> add_volume(const VolumeData& data);
-    /// Replaces the voxels of a volume.
+    /// Replaces the voxels of a volume. Where the device has no memory for them there is no volume
+    /// any more, and its id may be given out again.
     Status set_volume(VolumeId id, const VolumeData& data);
     /// The id may be given out again.
     void remove_volume(VolumeId id);
