@@ -67,7 +67,7 @@ class TileSource {
     /// These tiles are asked for next, in this order: as Soil::read_ahead. Unless it is overridden,
     /// nothing happens.
     virtual void read_ahead(std::span<const std::array<int, 2>> tiles) const;
-    /// As Soil::read_tile.
+    /// As Soil::read_tile. Materials are less than the number of materials(), wherever soil is.
     virtual void read_tile(int tx, int ty, std::vector<float>& volume, std::vector<float>& solid,
                            std::vector<uint8_t>& material) const = 0;
     /// How fast the soil of a voxel moves, world axes. Unless it is overridden, it stands.
