@@ -140,7 +140,9 @@ struct DustPuff {
 
 /// One picture.
 struct View {
-    int width = 1280, height = 720;  ///< 1..8192 pixels
+    /// 1..8192 pixels. A picture takes 90 bytes of the device's memory a pixel, with fewer than
+    /// four samples 30.
+    int width = 1280, height = 720;
     Camera camera;
     Vec3 to_sun{0.55, 0.75, 0.35};  ///< need not be a unit vector
     /// Height along the camera's up axis of a plain floor that fades into the sky [m]; none by
@@ -168,7 +170,8 @@ SurfaceDetail surface_detail(const View& view);
 /// How pictures are made.
 struct RendererDef {
     /// Per pixel, 1..8. From 4 on each pixel is lit in 2 x 2 places; with 2 and 3 in one, and where
-    /// one thing ends and another begins they are mixed; with 1 nothing is smoothed.
+    /// one thing ends and another begins they are mixed; with 1 nothing is smoothed. A picture of
+    /// more than half the side that the device's textures may have is made as with 3.
     int sample_count = 4;
     int shadow_map_size = 2048;  ///< texels a side, 256..8192
     bool occlusion = true;       ///< ambient occlusion: what is near a pixel takes its sky away
