@@ -210,6 +210,8 @@ TEST_F(Render, where_egl_refuses_the_callers_objects_stay) {
     EXPECT_FALSE(renderer_->render(front_view()));
     renderer_->remove_mesh(ball);
     renderer_->remove_texture(*texture);
+    const MeshId box = renderer_->add_mesh(box_mesh({1, 1, 1}, {1, 1, 1}));
+    EXPECT_NE(renderer_->add_mesh(sphere_mesh(1, {1, 1, 1})).value, box.value);
     renderer_.reset();
     epoxy_eglMakeCurrent = make_current;
     EXPECT_TRUE(std::ranges::all_of(buffers, glIsBuffer));

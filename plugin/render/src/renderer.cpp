@@ -171,8 +171,11 @@ MeshId Renderer::add_mesh(const Mesh& mesh, const Skin& skin) {
                                    [](const GpuMesh& candidate) { return !candidate.used; });
     const MeshId id{static_cast<uint32_t>(free - meshes.begin()) + 1};
     if (free == meshes.end()) meshes.emplace_back();
+    GpuMesh& added = meshes[id.value - 1];
+    added.used = true;  // without triangles too: no one else gets the id
+    added.index_count = 0;
     const Impl::Use use(*impl_, Impl::State::any);
-    if (use.ok()) meshes[id.value - 1].fill(mesh, skin, "mesh");
+    if (use.ok()) added.fill(mesh, skin, "mesh");
     return id;
 }
 

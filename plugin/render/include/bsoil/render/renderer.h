@@ -214,7 +214,7 @@ class Renderer {
     ~Renderer();
 
     /// Copies the triangles to the device, and which textures lie on them. What Mesh::validate()
-    /// refuses is an empty mesh.
+    /// refuses is an empty mesh; so is any while EGL refuses the renderer's context.
     MeshId add_mesh(const Mesh& mesh, const Skin& skin = {});
     /// Replaces the triangles of a mesh likewise; no textures are left on them.
     void set_mesh(MeshId id, const Mesh& mesh);
