@@ -31,8 +31,7 @@ ivec3 share_of(ivec3 amount, int share) {
 int towards(int value, int bound) { return clamp(value, min(0, bound), max(0, bound)); }
 
 // Shares along the axes: the drift, but for carried soil no less than what the wall behind it has left no room for. The
-// voxel's soil lies before that wall, so that a slice as thick as the drift is more of it than the drift is of a voxel. What slips
-// on the wall goes a part of its way, and leaves as much less of that room.
+// voxel's soil lies before that wall, so that a slice as thick as the drift is more of it than the drift is of a voxel.
 ivec3 drift_weight(int slot, ivec3 at, int voxel, ivec3 drift) {
     ivec3 weight = abs(drift);
     int volume = state_at(kPlaneVolume, voxel);
@@ -40,8 +39,7 @@ ivec3 drift_weight(int slot, ivec3 at, int voxel, ivec3 drift) {
     if (excess <= 0 || !is_carried_here(voxel)) return weight;
     ivec3 inwards = body_gradient(slot, at.x, at.y, at.z);
     int share = fraction_q16(excess, volume);
-    ivec3 move = body_velocity_at(owner_body(state_at(kPlaneOwner, voxel)), grid_voxel(slot, at.x, at.y, at.z));
-    int most = max(largest_component(drift), largest_component(move) / params.body_substep_count);
+    int most = largest_component(drift);
     ivec3 least = ivec3(mul_q16(share, fraction_q16(weight.x, most)), mul_q16(share, fraction_q16(weight.y, most)),
                         mul_q16(share, fraction_q16(weight.z, most)));
     return ivec3(sign(drift.x) * sign(inwards.x) < 0 ? max(weight.x, least.x) : weight.x,

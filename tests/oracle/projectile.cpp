@@ -15,20 +15,15 @@ namespace {
 
 /// Shares of a voxel along the axes: the drift; for soil carried by the body that covers the voxel
 /// in part no less, along the way out of that body, than what the body has left no room for.
-/// What slips on the body goes a part of its way, and leaves as much less of that room.
-Vec3 spread_of(const Field& field, int x, int y, int z, Vec3 drift, std::span<const Body> bodies,
-               double dt) {
+Vec3 spread_of(const Field& field, int x, int y, int z, Vec3 drift) {
     const Voxel& voxel = field.at(x, y, z);
     const double over = voxel.soil + std::min(1.0, voxel.bodies) - 1;
+    const double fastest = std::max({std::abs(drift.x), std::abs(drift.y), std::abs(drift.z)});
     if (voxel.support.kind != Support::Kind::body || voxel.owner != voxel.support.body ||
-        over <= 0 || length(drift) == 0) {
+        over <= 0 || fastest == 0) {
         return drift;
     }
-    const auto largest = [](Vec3 v) {
-        return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-    };
-    const Vec3 move = dt * bodies[static_cast<size_t>(voxel.owner)].velocity_at(x, y, z);
-    const double swept = std::min(1.0, over / voxel.soil) / std::max(largest(drift), largest(move));
+    const double swept = std::min(1.0, over / voxel.soil) / fastest;
     const auto along = [&](double d, int dx, int dy, int dz) {
         const auto covered = [&](int side) {
             const int nx = x + side * dx, ny = y + side * dy, nz = z + side * dz;
@@ -175,10 +170,18 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
         // that a wall bars gets on once it is faster, where no air slows it down.
         const bool goes_no_faster =
             voxel.soil <= model.thin || (!model.air.empty() && voxel.mean(model.air) > 0);
-        std::vector<Overlap> parts = overlaps(spread_of(before, x, y, z, drift, bodies, dt));
-        const bool hangs = std::all_of(parts.begin(), parts.end(), [&](const Overlap& part) {
-            return is_speck(part) || (goes_no_faster && locked(out, x, y, z, part));
-        });
+        const Vec3 spread = spread_of(before, x, y, z, drift);
+        std::vector<Overlap> parts = overlaps(spread);
+        // Of the corners that it could give, one has an eighth of a drift.
+        const auto is_scant = [&](double part) {
+            return part != 0 && (voxel.soil * std::abs(part) / 8 < model.speck ||
+                                 mass * std::abs(part) / 8 < model.mass_speck);
+        };
+        const bool may_hang = is_scant(spread.x) || is_scant(spread.y) || is_scant(spread.z);
+        const bool hangs =
+            may_hang && std::all_of(parts.begin(), parts.end(), [&](const Overlap& part) {
+                return is_speck(part) || (goes_no_faster && locked(out, x, y, z, part));
+            });
         if (voxel.soil <= model.crumb || (voxel.support.kind != Support::Kind::body && hangs)) {
             parts = overlaps(whole_voxels(model, drift, x, y, z));
         }

@@ -3,6 +3,9 @@
 #include <dlfcn.h>
 #include <epoxy/egl.h>
 
+#include <cstring>
+#include <vector>
+
 namespace bsoil::render {
 namespace {
 
@@ -13,16 +16,40 @@ bool has_opengl() {
     return loads("libOpenGL.so.0") || loads("libGL.so.1");
 }
 
-/// An initialized display that needs no window system, or EGL_NO_DISPLAY. Displays are shared by
-/// the whole process, so none is ever terminated here.
-EGLDisplay open_display() {
-    EGLDisplay candidates[2] = {EGL_NO_DISPLAY, EGL_NO_DISPLAY};
-    if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_base") &&
-        epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless")) {
-        candidates[0] =
-            eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
+/// Displays of the devices that are hardware, as EGL lists them. Mesa's surfaceless display may be
+/// software beside another driver's GPU.
+std::vector<EGLDisplay> hardware_displays() {
+    if (!epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_device") ||
+        !(epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_base") ||
+          epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_enumeration"))) {
+        return {};
     }
-    candidates[1] = eglGetDisplay(EGL_DEFAULT_DISPLAY);
+    EGLint count = 0;
+    if (!eglQueryDevicesEXT(0, nullptr, &count) || count <= 0) return {};
+    std::vector<EGLDeviceEXT> devices(static_cast<size_t>(count));
+    if (!eglQueryDevicesEXT(count, devices.data(), &count)) return {};
+    devices.resize(static_cast<size_t>(count));
+    std::vector<EGLDisplay> displays;
+    for (EGLDeviceEXT device : devices) {
+        const char* text = eglQueryDeviceStringEXT(device, EGL_EXTENSIONS);
+        if (text && std::strstr(text, "EGL_MESA_device_software")) continue;
+        displays.push_back(eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, device, nullptr));
+    }
+    return displays;
+}
+
+/// An initialized display that needs no window system, a GPU's if there is one, or EGL_NO_DISPLAY.
+/// Displays are shared by the whole process, so none is ever terminated here.
+EGLDisplay open_display() {
+    std::vector<EGLDisplay> candidates;
+    if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_base")) {
+        candidates = hardware_displays();
+        if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless")) {
+            candidates.push_back(eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA,
+                                                          EGL_DEFAULT_DISPLAY, nullptr));
+        }
+    }
+    candidates.push_back(eglGetDisplay(EGL_DEFAULT_DISPLAY));
     for (const EGLDisplay display : candidates) {
         if (display != EGL_NO_DISPLAY && eglInitialize(display, nullptr, nullptr)) return display;
     }
