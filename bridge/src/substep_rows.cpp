@@ -94,13 +94,14 @@ PatchRow SubstepRows::row_of(const CoupledBody& coupled, const CoupledPatch& pat
 }
 
 /// Bodies that move count as touching where their boxes overlap: a contact that rocks comes and
-/// goes. Static ground may lie anywhere below.
+/// goes. Static ground may lie anywhere below. A sensor pushes nobody.
 void SubstepRows::find_touched() {
     touched_.clear();
     btDispatcher& dispatcher = *world_.getDispatcher();
     for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
         const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
         const btCollisionObject *a = manifold.getBody0(), *b = manifold.getBody1();
+        if (!a->hasContactResponse() || !b->hasContactResponse()) continue;
         if (manifold.getNumContacts() == 0 && (a->isStaticObject() || b->isStaticObject())) {
             continue;
         }

@@ -1,6 +1,7 @@
 // Bodies from a pebble to a machine at rest on sand, in grids from fine to coarse.
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "bsoil/host/soil_below.h"
 #include "flat_soil.h"
@@ -83,6 +84,22 @@ INSTANTIATE_TEST_SUITE_P(FromFineToCoarse, RestingBody,
 struct Drop {
     double voxel_m = 0.05, radius_m = 0.3, mass_kg = 200, height_m = 0.7;
     bool carries_soil = false;  ///< sand on its top, of which some 50 g are left when it lands
+    bool is_sensed = false;     ///< a sensor around where it lands
+};
+
+/// An object that feels others come into its box and pushes none of them.
+struct Sensor {
+    BulletScene& scene;
+    btBoxShape box{btVector3(2, 1, 2)};
+    btCollisionObject object;
+
+    explicit Sensor(BulletScene& in) : scene(in) {
+        object.setCollisionShape(&box);
+        object.setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT |
+                                 btCollisionObject::CF_NO_CONTACT_RESPONSE);
+        scene.world->addCollisionObject(&object);
+    }
+    ~Sensor() { scene.world->removeCollisionObject(&object); }
 };
 
 /// Deepest point of a ball's fall, with substeps of this length or, for 0, of 1 to 33 ms.
@@ -99,6 +116,8 @@ double impact_depth_m(const Drop& drop, double substep_s) {
         const double top_m = kBedTopM + 2 * drop.radius_m + drop.height_m;
         EXPECT_TRUE(soil->fill(BoxFill{{{-0.1, top_m - 0.05, -0.1}, {0.1, top_m, 0.1}}, {}}));
     }
+    std::optional<Sensor> sensor;
+    if (drop.is_sensed) sensor.emplace(scene);
     uint32_t random = 7;
     double deepest_m = 0;
     for (double time_s = 0; time_s < 0.8;) {
@@ -131,6 +150,11 @@ TEST(Impact, depth_does_not_hang_on_soil_that_the_body_carries) {
         EXPECT_NEAR(impact_depth_m({.carries_soil = true}, substep_s), kByHandM, 0.1 * kByHandM)
             << substep_s;
     }
+}
+
+// The sensor counted as a body that lies on it.
+TEST(Impact, depth_does_not_hang_on_a_sensor) {
+    EXPECT_EQ(impact_depth_m({.is_sensed = true}, 1.0 / 60), impact_depth_m({}, 1.0 / 60));
 }
 
 TEST(Impact, depth_does_not_hang_on_the_voxel) {
