@@ -85,6 +85,7 @@ struct Drop {
     double voxel_m = 0.05, radius_m = 0.3, mass_kg = 200, height_m = 0.7;
     bool carries_soil = false;  ///< sand on its top, of which some 50 g are left when it lands
     bool is_sensed = false;     ///< a sensor around where it lands
+    bool broke_off = false;     ///< a joint that broke hangs on it
 };
 
 /// An object that feels others come into its box and pushes none of them.
@@ -100,6 +101,18 @@ struct Sensor {
         scene.world->addCollisionObject(&object);
     }
     ~Sensor() { scene.world->removeCollisionObject(&object); }
+};
+
+/// What held a body, as Bullet leaves it when it breaks.
+struct BrokenJoint {
+    BulletScene& scene;
+    btPoint2PointConstraint joint;
+
+    BrokenJoint(BulletScene& in, btRigidBody& body) : scene(in), joint(body, btVector3(0, 0, 0)) {
+        joint.setEnabled(false);
+        scene.world->addConstraint(&joint);
+    }
+    ~BrokenJoint() { scene.world->removeConstraint(&joint); }
 };
 
 /// Deepest point of a ball's fall, with substeps of this length or, for 0, of 1 to 33 ms.
@@ -118,6 +131,8 @@ double impact_depth_m(const Drop& drop, double substep_s) {
     }
     std::optional<Sensor> sensor;
     if (drop.is_sensed) sensor.emplace(scene);
+    std::optional<BrokenJoint> joint;
+    if (drop.broke_off) joint.emplace(scene, ball);
     uint32_t random = 7;
     double deepest_m = 0;
     for (double time_s = 0; time_s < 0.8;) {
@@ -155,6 +170,14 @@ TEST(Impact, depth_does_not_hang_on_soil_that_the_body_carries) {
 // The sensor counted as a body that lies on it.
 TEST(Impact, depth_does_not_hang_on_a_sensor) {
     EXPECT_EQ(impact_depth_m({.is_sensed = true}, 1.0 / 60), impact_depth_m({}, 1.0 / 60));
+}
+
+// It waited for the soil's step, as what hangs on joints does, and fell deeper.
+TEST(Impact, depth_does_not_hang_on_a_joint_that_broke) {
+    for (const double substep_s : {1.0 / 30, 1.0 / 60}) {
+        EXPECT_NEAR(impact_depth_m({.broke_off = true}, substep_s), kByHandM, 0.1 * kByHandM)
+            << substep_s;
+    }
 }
 
 TEST(Impact, depth_does_not_hang_on_the_voxel) {
