@@ -22,11 +22,22 @@ Aabb box_of(const btCollisionObject& object, Vec3 shift_m) {
     return {from_bullet(low) + shift_m, from_bullet(high) + shift_m};
 }
 
-/// Of a push along n at a point.
-double effective_mass_kg(const btRigidBody& body, Vec3 arm_m, Vec3 n) {
+/// A body that moves along a push by less than this share of what it would without its host's
+/// factors is locked against it. Ours: for the rounding. Larger: a body that gives way a little
+/// waits for the soil's step.
+constexpr double kLockedShare = 1e-6;
+
+/// Of a push along n at a point; empty where the body's host has locked it against that.
+std::optional<double> effective_mass_kg(const btRigidBody& body, Vec3 arm_m, Vec3 n) {
+    const Vec3 factor = from_bullet(body.getLinearFactor());
+    const double share =
+        1 - n.x * n.x * (1 - factor.x) - n.y * n.y * (1 - factor.y) - n.z * n.z * (1 - factor.z);
     const btVector3 turn = to_bullet(cross(arm_m, n));
-    const btScalar mobility = body.getInvMass() + turn.dot(body.getInvInertiaTensorWorld() * turn);
-    return 1 / static_cast<double>(mobility);
+    const btVector3 turned = body.getInvInertiaTensorWorld() * turn * body.getAngularFactor();
+    const btScalar mobility = body.getInvMass() * static_cast<btScalar>(share) + turn.dot(turned);
+    const double mobility_per_kg = static_cast<double>(mobility);
+    if (!(mobility_per_kg > kLockedShare * static_cast<double>(body.getInvMass()))) return {};
+    return 1 / mobility_per_kg;
 }
 
 }  // namespace
@@ -154,10 +165,12 @@ std::optional<FirstContacts::Approach> FirstContacts::approach(const BodyState& 
 
     // The point that meets it, and the mass that is behind it.
     const Vec3 center = Impact::center_m(elements_, most_m, n);
+    const std::optional<double> mass_kg =
+        effective_mass_kg(body, center - motion.center_of_mass_m, n);
+    if (!mass_kg) return {};
     Approach out;
     out.bullet_m_s = -dot(motion.velocity_at(center), n);
-    out.fall = {effective_mass_kg(body, center - motion.center_of_mass_m, n),
-                std::max(0.0, out.bullet_m_s + falling.lead_m_s), driven_m_s2};
+    out.fall = {*mass_kg, std::max(0.0, out.bullet_m_s + falling.lead_m_s), driven_m_s2};
     const ContactLaw& law = coupling_.law_for(state);
     const auto material = static_cast<size_t>(falling.surface.material);
     if (material >= law.soil().materials.size()) return {};

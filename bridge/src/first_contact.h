@@ -19,9 +19,10 @@ namespace bsoil::bullet {
 /// its impact is deep. So FirstContacts finds what the underside of a body from above will meet
 /// during Bullet's substep, and solves its motion through that. It sets the limits of the body's
 /// rows so that Bullet takes it to where the solution ends. After that the soil's contacts hold it.
-/// Two cases wait for the soil's own step: a body on joints, which is not free, and soil that a
-/// body carries, which yields together with its carrier. Soil that a falling body itself carries
-/// is not what it falls on: the surface has to lie below it.
+/// Three cases wait for the soil's own step: a body on joints, which is not free, one that its host
+/// has locked against the soil's push, and soil that a body carries, which yields together with its
+/// carrier. Soil that a falling body itself carries is not what it falls on: the surface has to lie
+/// below it.
 class FirstContacts {
   public:
     /// The references must outlive this.

@@ -86,6 +86,7 @@ struct Drop {
     bool carries_soil = false;  ///< sand on its top, of which some 50 g are left when it lands
     bool is_sensed = false;     ///< a sensor around where it lands
     bool broke_off = false;     ///< a joint that broke hangs on it
+    bool is_aside = false;      ///< of the centre of mass of a body that its host keeps upright
 };
 
 /// An object that feels others come into its box and pushes none of them.
@@ -122,9 +123,18 @@ double impact_depth_m(const Drop& drop, double substep_s) {
     def.voxel_m = drop.voxel_m;
     def.size_m = {5 * drop.radius_m, drop.carries_soil ? 2.0 : 1.0, 5 * drop.radius_m};
     const auto soil = sand_bed(*scene.world, def);
-    btRigidBody& ball = scene.add(
-        btScalar(drop.mass_kg), scene.shape<btSphereShape>(btScalar(drop.radius_m)),
-        btVector3(btScalar(0.015), btScalar(kBedTopM + drop.radius_m + drop.height_m), 0));
+    btCollisionShape* shape = &scene.shape<btSphereShape>(btScalar(drop.radius_m));
+    btVector3 at(btScalar(0.015), btScalar(kBedTopM + drop.radius_m + drop.height_m), 0);
+    if (drop.is_aside) {
+        btTransform local = btTransform::getIdentity();
+        local.setOrigin(btVector3(btScalar(0.25), 0, 0));
+        auto& compound = static_cast<btCompoundShape&>(scene.shape<btCompoundShape>());
+        compound.addChildShape(local, shape);
+        shape = &compound;
+        at -= local.getOrigin();
+    }
+    btRigidBody& ball = scene.add(btScalar(drop.mass_kg), *shape, at);
+    if (drop.is_aside) ball.setAngularFactor(0);
     if (drop.carries_soil) {
         const double top_m = kBedTopM + 2 * drop.radius_m + drop.height_m;
         EXPECT_TRUE(soil->fill(BoxFill{{{-0.1, top_m - 0.05, -0.1}, {0.1, top_m, 0.1}}, {}}));
@@ -178,6 +188,13 @@ TEST(Impact, depth_does_not_hang_on_a_joint_that_broke) {
         EXPECT_NEAR(impact_depth_m({.broke_off = true}, substep_s), kByHandM, 0.1 * kByHandM)
             << substep_s;
     }
+}
+
+// As if it could turn, a part of its mass was behind the point that meets the soil, and it went in
+// deeper.
+TEST(Impact, depth_does_not_hang_on_where_the_mass_of_an_upright_body_is) {
+    EXPECT_NEAR(impact_depth_m({.is_aside = true}, 1.0 / 60), impact_depth_m({}, 1.0 / 60),
+                0.1 * kByHandM);
 }
 
 TEST(Impact, depth_does_not_hang_on_the_voxel) {
