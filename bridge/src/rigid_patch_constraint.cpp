@@ -22,6 +22,21 @@ RigidPatchConstraint::RigidPatchConstraint(btRigidBody& body, btRigidBody* carri
     setJointFeedback(&feedback_);
 }
 
+btVector3 RigidPatchConstraint::applied_force_n() const {
+    const btVector3 &on_body = feedback_.m_appliedForceBodyA,
+                    &on_other = feedback_.m_appliedForceBodyB;
+    const btVector3 &body = m_rbA.getLinearFactor(), &other = m_rbB.getLinearFactor();
+    btVector3 out(0, 0, 0);
+    for (int i = 0; i < 3; ++i) {
+        if (body[i] != 0) {
+            out[i] = on_body[i] / body[i];
+        } else if (other[i] != 0) {
+            out[i] = -on_other[i] / other[i];
+        }
+    }
+    return out;
+}
+
 void RigidPatchConstraint::set(const PatchRow& row) {
     row_ = row;
     solved_ = false;
@@ -39,8 +54,8 @@ void RigidPatchConstraint::getInfo2(btConstraintInfo2* info) {
         const int at = i * info->rowskip;
         copy(row_.direction[i], info->m_J1linearAxis + at);
         copy(row_.offset_m[i].cross(row_.direction[i]), info->m_J1angularAxis + at);
+        copy(-row_.direction[i], info->m_J2linearAxis + at);
         if (carrier_) {
-            copy(-row_.direction[i], info->m_J2linearAxis + at);
             copy(row_.direction[i].cross(row_.carrier_offset_m[i]), info->m_J2angularAxis + at);
         }
         info->m_constraintError[at] = row_.target_velocity(i, substep_s);

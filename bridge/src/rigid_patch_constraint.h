@@ -18,8 +18,10 @@ class RigidPatchConstraint final : public btTypedConstraint {
     RigidPatchConstraint(btRigidBody& body, btRigidBody* carrier);
     bool acts_on(const btRigidBody* carrier) const { return carrier_ == carrier; }
 
-    /// Force on the body by the last solve [N].
-    btVector3 applied_force_n() const { return feedback_.m_appliedForceBodyA; }
+    /// Force on the body by the last solve [N]. Bullet tells what has moved a body: nothing along
+    /// an axis that its host has locked (setLinearFactor). There the force is the other body's,
+    /// turned round; unknown where both are locked.
+    btVector3 applied_force_n() const;
     /// For the next solve.
     void set(const PatchRow& row);
     /// Whether the solver has asked for the row since it was set.

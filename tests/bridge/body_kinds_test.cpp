@@ -84,6 +84,25 @@ TEST(BodyKinds, kinematic_to_dynamic_and_back_at_run_time) {
     EXPECT_EQ(units_of(*soil), before);
 }
 
+// Bullet's feedback leaves out what a locked axis takes: the soil seemed not to lift it.
+TEST(BodyKinds, body_that_is_guided_along_x_feels_the_soil_along_y_too) {
+    BulletScene scene;
+    const auto soil = sand_bed(*scene.world);
+    btRigidBody& ball = scene.add(kMassKg, scene.shape<btSphereShape>(btScalar(0.2)),
+                                  btVector3(-0.5f, btScalar(kBedTopM), 0));
+    ball.setLinearFactor(btVector3(1, 0, 0));
+    ball.setAngularFactor(0);
+    ASSERT_TRUE(soil->set_options(ball, {.surface = {.friction = 0, .adhesion_pa = 0}}));
+    for (int frame = 0; frame < 45; ++frame) {
+        ball.setLinearVelocity(btVector3(1, 0, 0));
+        scene.run(1.0 / 60);
+    }
+    // Without friction: the soil is pushed by what of its front lies below its middle.
+    const Vec3 force_n = soil->body_report(ball).force_n;
+    EXPECT_LT(force_n.x, -50);
+    EXPECT_GT(force_n.y, -0.1 * force_n.x);
+}
+
 /// A motion state whose pose the test sets.
 struct GivenPose final : btMotionState {
     btTransform pose = btTransform::getIdentity();
