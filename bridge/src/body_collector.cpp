@@ -50,6 +50,12 @@ bool simulates(const btDiscreteDynamicsWorld& world, const btMultiBody* multibod
     return false;
 }
 
+/// Whether nothing but its host moves a link, or the base (-1).
+bool is_given_link(const btMultiBody& multibody, int link) {
+    return link < 0 ? multibody.isBaseStaticOrKinematic()
+                    : multibody.isLinkAndAllAncestorsStaticOrKinematic(link);
+}
+
 GridBall ball_around(const Aabb& box, double voxel_m) {
     return {0.5 * (box.min + box.max), 0.5 * length(box.max - box.min), voxel_m};
 }
@@ -195,6 +201,19 @@ void BodyCollector::read_link_velocity(const btMultiBody& multibody, int link, B
         from_bullet(multibody.localDirToWorld(link, link_angular_[link + 1]));
 }
 
+/// Of a body that its host moves, where Bullet knows no velocity.
+void BodyCollector::add_velocity_of_pose(const Tracked& tracked, double elapsed_s,
+                                         BodyMotion& motion) {
+    const bool is_known = length(motion.linear_velocity_m_s) > kNoSpeed ||
+                          length(motion.angular_velocity_rad_s) > kNoSpeed;
+    if (is_known || !tracked.has_pose || !(elapsed_s > 0)) return;
+    motion.linear_velocity_m_s =
+        (motion.pose.position - tracked.last_pose.position) * (1 / elapsed_s);
+    motion.angular_velocity_rad_s =
+        rotation_vector_of(motion.pose.rotation * conjugate(tracked.last_pose.rotation)) *
+        (1 / elapsed_s);
+}
+
 void BodyCollector::describe(const btDiscreteDynamicsWorld& world, btCollisionObject& object,
                              const BodyOptions& options, Tracked& tracked, double elapsed_s,
                              BodyState& state) {
@@ -213,14 +232,20 @@ void BodyCollector::describe(const btDiscreteDynamicsWorld& world, btCollisionOb
     if (link && simulates(world, link->m_multiBody)) {
         const btMultiBody& multibody = *link->m_multiBody;
         const bool is_base = link->m_link < 0;
-        state.role = is_base && multibody.hasFixedBase() ? BodyRole::fixed : BodyRole::link;
-        state.is_asleep = !multibody.isAwake();
+        state.role = BodyRole::link;
+        if (is_given_link(multibody, link->m_link)) {
+            state.role =
+                is_base && !multibody.isBaseKinematic() ? BodyRole::fixed : BodyRole::driven;
+        }
+        const bool is_driven = state.role == BodyRole::driven;
+        state.is_asleep = !is_driven && !multibody.isAwake();
         state.weight_n =
             gravity * static_cast<double>(is_base ? multibody.getBaseMass()
                                                   : multibody.getLinkMass(link->m_link));
-        if (state.role == BodyRole::link && !state.is_asleep) {
+        if (state.role != BodyRole::fixed && multibody.isAwake()) {
             read_link_velocity(multibody, link->m_link, motion);
         }
+        if (is_driven) add_velocity_of_pose(tracked, elapsed_s, motion);
     } else if (rigid && !rigid->isStaticOrKinematicObject()) {
         state.role = BodyRole::rigid;
         state.is_asleep = !rigid->isActive();
@@ -237,15 +262,7 @@ void BodyCollector::describe(const btDiscreteDynamicsWorld& world, btCollisionOb
             motion.linear_velocity_m_s = from_bullet(object.getInterpolationLinearVelocity());
             motion.angular_velocity_rad_s = from_bullet(object.getInterpolationAngularVelocity());
         }
-        const bool is_known = length(motion.linear_velocity_m_s) > kNoSpeed ||
-                              length(motion.angular_velocity_rad_s) > kNoSpeed;
-        if (!is_known && tracked.has_pose && elapsed_s > 0) {
-            motion.linear_velocity_m_s =
-                (motion.pose.position - tracked.last_pose.position) * (1 / elapsed_s);
-            motion.angular_velocity_rad_s =
-                rotation_vector_of(motion.pose.rotation * conjugate(tracked.last_pose.rotation)) *
-                (1 / elapsed_s);
-        }
+        add_velocity_of_pose(tracked, elapsed_s, motion);
     }
     if (options.coverage_only && (state.role == BodyRole::rigid || state.role == BodyRole::link)) {
         state.role = BodyRole::driven;

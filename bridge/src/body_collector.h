@@ -110,6 +110,7 @@ class BodyCollector {
     void describe(const btDiscreteDynamicsWorld& world, btCollisionObject& object,
                   const BodyOptions& options, Tracked& tracked, double elapsed_s, BodyState& state);
     void read_link_velocity(const btMultiBody& multibody, int link, BodyMotion& motion);
+    static void add_velocity_of_pose(const Tracked& tracked, double elapsed_s, BodyMotion& motion);
     void refuse(const btCollisionObject& object, const Tracked& tracked, const std::string& reason);
     int next_id();
 

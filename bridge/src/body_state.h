@@ -12,7 +12,7 @@ namespace bsoil::bullet {
 enum class BodyRole {
     rigid,   ///< dynamic btRigidBody: RigidPatchConstraint
     link,    ///< link or free base of a btMultiBody: LinkPatchConstraint
-    driven,  ///< kinematic: feels nothing, its motion is what it is
+    driven,  ///< kinematic, or a link with only such above it: its motion is what it is
     fixed,   ///< static: does not move
     wheel,   ///< of a btRaycastVehicle, no object of the world: VehicleWheels
 };

@@ -2,6 +2,7 @@
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include <new>
+#include <optional>
 
 #include "test_box.h"
 
@@ -198,6 +199,38 @@ TEST(BodyKinds, multibody_with_fixed_and_with_free_base_rests_on_soil) {
         scene.run(0.1);  // the multibody is gone
         EXPECT_TRUE(soil->last_report().contacts.empty());
     }
+}
+
+// Its rows found no mass to push, and the report had no force.
+TEST(BodyKinds, kinematic_base_of_a_multibody_is_a_kinematic_body) {
+    double drafts_n[2];
+    for (const bool is_base : {false, true}) {
+        BulletScene scene;
+        const auto soil = sand_bed(*scene.world);
+        const btVector3 start(-0.4f, 0.45f, 0);
+        std::optional<Robot> robot;
+        btCollisionObject* box = nullptr;
+        if (is_base) {
+            robot.emplace(*scene.world, false);
+            robot->multibody->setCanSleep(false);
+            robot->multibody->setBasePos(start);  // what comes later Bullet takes for its motion
+            box = robot->colliders[0].get();
+            box->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+        } else {
+            btRigidBody& rigid = scene.add_box(0, kHalfBox, start);
+            make_kinematic(rigid);
+            box = &rigid;
+        }
+        for (int frame = 0; frame <= 45; ++frame) {
+            const btVector3 at = start + btVector3(0.4f * btScalar(frame) / 60, 0, 0);
+            place(*box, at);
+            if (is_base) robot->multibody->setBasePos(at);
+            scene.run(1.0 / 60);
+        }
+        drafts_n[is_base] = -soil->body_report(*box).force_n.x;
+    }
+    EXPECT_GT(drafts_n[0], 50);
+    EXPECT_NEAR(drafts_n[1], drafts_n[0], 0.05 * drafts_n[0]);
 }
 
 // --- changes while running
