@@ -21,6 +21,9 @@ constexpr double kStepTolerance = 1e-3;
 /// rest of the time is dropped, as Bullet drops what exceeds its own substeps.
 constexpr int kStepsPerSubstepMax = 256;
 
+/// Of btDispatcherInfo::m_stepCount, which Bullet sets to 0 in each substep and has no use for.
+constexpr int kBetweenSubsteps = 1;
+
 Vec3 up_of(const SoilDef& def) { return def.up == UpAxis::y ? Vec3{0, 1, 0} : Vec3{0, 0, 1}; }
 
 /// The grid's box with the world's axes.
@@ -110,6 +113,20 @@ SoilAction::SoilAction(std::unique_ptr<Impl> impl, const SoilActionDef& options)
             [&d](const btCollisionObject& object) { return d.collector.is_coupled(object); });
     }
     d.world->addAction(this);
+    d.end_substep();
+    d.world_tells_substeps = true;
+}
+
+bool SoilAction::Impl::begins_substep() {
+    const bool is_told = world->getDispatchInfo().m_stepCount != kBetweenSubsteps;
+    world_tells_substeps = world_tells_substeps || is_told;
+    has_substep_begun = has_substep_begun || is_told;
+    return is_told || !world_tells_substeps;
+}
+
+void SoilAction::Impl::end_substep() {
+    world_tells_substeps = std::exchange(has_substep_begun, false);
+    world->getDispatchInfo().m_stepCount = kBetweenSubsteps;
 }
 
 SoilAction::~SoilAction() {
@@ -197,6 +214,7 @@ btRigidBody* SoilAction::ground() const {
 
 void SoilAction::updateAction(btCollisionWorld*, btScalar substep_s) {
     Impl& d = *impl_;
+    d.end_substep();
     d.coupling.close_substep(substep_s);
     d.first_contacts.close_substep();
     d.carried.close_substep(static_cast<double>(substep_s));
@@ -388,7 +406,7 @@ void SoilAction::Impl::name_conditions() {
 
 void SoilAction::debugDraw(btIDebugDraw* drawer) {
     Impl& d = *impl_;
-    d.take_out();  // drawing boxes asks the anchor for its own, which is taken for a substep
+    d.take_out();  // drawing boxes asks the anchor for its own, which may be taken for a substep
     if (!drawer || !d.enabled) return;
     std::vector<DrawnForce> forces;
     d.coupling.for_each_force([&forces](Vec3 point_m, Vec3 force_n) {

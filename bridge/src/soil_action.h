@@ -26,8 +26,9 @@ struct SoilAction::Impl {
 
     std::optional<SurfacePoint> surface_at(Vec3 world_m) const;
     void open_substep() {
-        vehicles->open_substep();
         if (ground) ground->open_substep();
+        if (!begins_substep()) return;
+        vehicles->open_substep();
         if (!enabled) return;
         carried.open_substep(soil->def().substeps_max * soil->def().voxel_m);
         // Before the soil has stepped nobody knows what carries it.
@@ -35,6 +36,12 @@ struct SoilAction::Impl {
         if (known.substep_count > 0) first_contacts.open_substep(*world, known.loads);
         coupling.open_substep();
     }
+    /// Whether it is a substep of Bullet's that asks the anchor, and not its host, who looks for
+    /// contacts or boxes between two. What is put in for a substep that does not come would stay,
+    /// and forces would be cleared without what they go with.
+    bool begins_substep();
+    /// From now on who asks the anchor is the host.
+    void end_substep();
     /// Takes what it has in the world for a substep out of it, where none comes.
     void take_out() {
         coupling.take_rows_out();
@@ -81,7 +88,10 @@ struct SoilAction::Impl {
     double unstepped_s = 0;    ///< time that has passed and the soil has not stepped
     double uncollected_s = 0;  ///< time since the bodies were last looked at
     bool enabled = true;
-    bool is_paused = false;           ///< a substep has passed since it was switched off
+    bool is_paused = false;          ///< a substep has passed since it was switched off
+    bool has_substep_begun = false;  ///< in which the anchor was asked
+    /// Bullet's own worlds do; in a host's world that does not every request opens a substep.
+    bool world_tells_substeps = true;
     uint64_t known_def_revision = 0;  ///< of the soil that the coupling knows
     long long step_count = 0;
     StepReport report;                   ///< see current_report()

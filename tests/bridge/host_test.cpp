@@ -175,6 +175,50 @@ std::vector<GLint> gl_state() {
     return state;
 }
 
+// Rows and preloads stayed in. Where no substep came, Bullet cleared the forces, and the next one
+// took the preloads off once more.
+TEST(Host, may_look_for_contacts_between_steps) {
+    BulletScene scene;
+    const auto soil = sand_bed(*scene.world);
+    btRigidBody& box = scene.add_box(kMassKg, kHalfBox, kAbove);
+    box.setActivationState(DISABLE_DEACTIVATION);
+    scene.run(2);
+    ASSERT_GT(soil->body_report(box).force_n.y, kWeightN / 2);
+    for (const bool looks_for_contacts : {false, true}) {
+        looks_for_contacts ? scene.world->performDiscreteCollisionDetection()
+                           : scene.world->updateAabbs();
+        EXPECT_EQ(scene.world->getNumConstraints(), 0);
+        EXPECT_EQ(box.getTotalForce().length(), 0);
+    }
+    scene.run(1.0 / 60);
+    EXPECT_GT(soil->body_report(box).force_n.y, kWeightN / 2) << "it goes on";
+}
+
+/// A world of a host that has its own substep and does not tell of it.
+struct SilentWorld final : btDiscreteDynamicsWorld {
+    using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;
+    void updateAabbs() override {
+        getDispatchInfo().m_stepCount = 1;
+        btDiscreteDynamicsWorld::updateAabbs();
+    }
+};
+
+TEST(Host, whose_world_does_not_tell_of_substeps_is_served) {
+    BulletScene scene;
+    SilentWorld world(&scene.dispatcher, &scene.broadphase, &scene.solver, &scene.configuration);
+    world.setGravity(btVector3(0, btScalar(-kGravity_m_s2), 0));
+    const auto soil = sand_bed(world);
+    btBoxShape shape(kHalfBox);
+    btVector3 inertia;
+    shape.calculateLocalInertia(kMassKg, inertia);
+    btRigidBody box(kMassKg, nullptr, &shape, inertia);
+    place(box, kAbove);
+    world.addRigidBody(&box);
+    for (int frame = 0; frame < 60; ++frame) world.stepSimulation(btScalar(1) / 60);
+    EXPECT_GT(height_of(box), kBedTopM);
+    world.removeRigidBody(&box);
+}
+
 TEST(Host, its_gl_context_stays_current_and_its_state_untouched) {
     const HostContext host;
     if (host.context == EGL_NO_CONTEXT) {
