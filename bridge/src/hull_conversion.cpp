@@ -1,5 +1,7 @@
 #include "hull_conversion.h"
 
+#include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
+
 #include <algorithm>
 #include <numbers>
 
@@ -190,6 +192,13 @@ bool is_support_shape(const btCollisionShape& shape) {
     const int type = shape.getShapeType();
     return type == MINKOWSKI_SUM_SHAPE_PROXYTYPE || type == MINKOWSKI_DIFFERENCE_SHAPE_PROXYTYPE ||
            type == CUSTOM_CONVEX_SHAPE_TYPE || type == CONVEX_SHAPE_PROXYTYPE;
+}
+
+bool has_support_solid(const btCollisionShape& shape) {
+    if (shape.getShapeType() == UNIFORM_SCALING_SHAPE_PROXYTYPE) {
+        return has_support_solid(*static_cast<const btUniformScalingShape&>(shape).getChildShape());
+    }
+    return is_support_shape(shape) || shape.getShapeType() == MULTI_SPHERE_SHAPE_PROXYTYPE;
 }
 
 }  // namespace bsoil::bullet

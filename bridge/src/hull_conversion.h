@@ -24,6 +24,8 @@ Result<Shapes> support_solid(const btConvexShape& shape, const GridBall& grid);
 
 /// Convex shapes known by their support alone.
 bool is_support_shape(const btCollisionShape& shape);
+/// Whether support_solid() makes it, by itself or scaled: it may become a lattice, and be cut.
+bool has_support_solid(const btCollisionShape& shape);
 
 /// Points on such a shape that are looked at.
 inline constexpr int kSphereDirectionCount = 600;

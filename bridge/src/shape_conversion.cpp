@@ -148,7 +148,8 @@ Result<Shapes> uniform_scaling(const btUniformScalingShape& shape, const GridBal
         return triangle(static_cast<const btTriangleShape&>(scaled), s, grid);
     }
     Result<Shapes> child = convert_shape(scaled, grid);
-    if (child && child->front().kind == ConvexShape::Kind::lattice) {
+    // How fine it has to be goes by its own size, not the child's.
+    if (child && (has_support_solid(scaled) || child->front().kind == ConvexShape::Kind::lattice)) {
         return support_solid(shape, grid);
     }
     if (child) {

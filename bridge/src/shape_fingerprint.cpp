@@ -38,7 +38,13 @@ void add_shape(Fingerprint& print, const btCollisionShape& shape, const GridBall
             print.add(local.getOrigin());
             for (int row = 0; row < 3; ++row) print.add(local.getBasis()[row]);
             const Vec3 center = transform(inverse(from_bullet(local)), grid.center_m);
-            add_shape(print, *compound.getChildShape(i), {center, grid.radius_m, grid.voxel_m});
+            const btCollisionShape& child = *compound.getChildShape(i);
+            add_shape(print, child, {center, grid.radius_m, grid.voxel_m});
+            // Where its children end: what follows is a child of this one.
+            if (child.isCompound()) {
+                const auto& nested = static_cast<const btCompoundShape&>(child);
+                print.add(static_cast<uint64_t>(nested.getNumChildShapes()));
+            }
         }
         return;
     }
@@ -46,6 +52,7 @@ void add_shape(Fingerprint& print, const btCollisionShape& shape, const GridBall
         const auto& scaled = static_cast<const btUniformScalingShape&>(shape);
         print.add(static_cast<double>(scaled.getUniformScalingFactor()));
         add_shape(print, *scaled.getChildShape(), grid);
+        if (has_support_solid(shape)) add_grid(print, shape, grid);
         return;
     }
     if (is_mesh(shape)) {
@@ -79,9 +86,7 @@ void add_shape(Fingerprint& print, const btCollisionShape& shape, const GridBall
     if (type == CONVEX_TRIANGLEMESH_SHAPE_PROXYTYPE) {
         add_mesh(print, *static_cast<const btConvexTriangleMeshShape&>(shape).getMeshInterface());
     }
-    if (is_support_shape(shape) || type == MULTI_SPHERE_SHAPE_PROXYTYPE) {
-        add_grid(print, shape, grid);
-    }
+    if (has_support_solid(shape)) add_grid(print, shape, grid);
     if (is_support_shape(shape)) {
         const auto& convex = static_cast<const btConvexShape&>(shape);
         for (int i = 0; i < kSphereDirectionCount; i += kSphereDirectionCount / 50) {

@@ -238,6 +238,18 @@ TEST(ShapeConversion, small_multi_sphere_is_enclosed_within_three_percent) {
     expect_agreement(shape, 0.03 * 0.5, kSurfaceBand_m, coarse);
 }
 
+// It was the polyhedron that its child is, where that is small, and cut as that is.
+TEST(ShapeConversion, scaled_multi_sphere_is_as_fine_as_its_own_size_asks) {
+    const btVector3 centers[2] = {{0, 0, 0}, {0.05f, 0.01f, 0}};
+    const btScalar radii[2] = {0.03f, 0.015f};
+    btMultiSphereShape small(centers, radii, 2);
+    const btUniformScalingShape large(&small, 10);
+    EXPECT_EQ(convert_shape(small, kGrid)->front().kind, ConvexShape::Kind::hull);
+    EXPECT_EQ(convert_shape(large, kGrid)->front().kind, ConvexShape::Kind::lattice);
+    EXPECT_NE(shape_fingerprint(large, {{0, 0, 0}, 0.3}),
+              shape_fingerprint(large, {{0.5, 0, 0}, 0.3}));
+}
+
 TEST(ShapeConversion, convex_triangle_mesh_is_the_hull_of_its_corners) {
     btTriangleMesh mesh;
     const std::vector<btVector3> points = random_points(12, 9);
@@ -412,6 +424,21 @@ TEST(ShapeConversion, fingerprint_follows_size_scaling_margin_and_children) {
     const uint64_t hull_first = shape_fingerprint(hull, kGrid);
     hull.setMargin(0.1f);
     EXPECT_NE(hull_first, shape_fingerprint(hull, kGrid));
+}
+
+TEST(ShapeConversion, fingerprint_tells_a_child_from_a_grandchild) {
+    btBoxShape box(btVector3(1, 2, 3));
+    btTransform aside = btTransform::getIdentity();
+    aside.setOrigin(btVector3(0, 4, 0));
+    uint64_t prints[2];
+    for (const bool is_nested : {false, true}) {
+        btCompoundShape inner, outer;
+        inner.addChildShape(btTransform::getIdentity(), &box);
+        outer.addChildShape(aside, &inner);
+        (is_nested ? inner : outer).addChildShape(aside, &box);
+        prints[is_nested] = shape_fingerprint(outer, kGrid);
+    }
+    EXPECT_NE(prints[0], prints[1]);
 }
 
 }  // namespace
