@@ -213,7 +213,7 @@ TEST(BodyKinds, kinematic_base_of_a_multibody_is_a_kinematic_body) {
         if (is_base) {
             robot.emplace(*scene.world, false);
             robot->multibody->setCanSleep(false);
-            robot->multibody->setBasePos(start);  // what comes later Bullet takes for its motion
+            robot->multibody->setBasePos(start);  // no jump in the first frame
             box = robot->colliders[0].get();
             box->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
         } else {
