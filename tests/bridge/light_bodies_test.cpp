@@ -99,7 +99,9 @@ struct Sensor {
         object.setCollisionShape(&box);
         object.setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT |
                                  btCollisionObject::CF_NO_CONTACT_RESPONSE);
-        scene.world->addCollisionObject(&object);
+        // Of the soil's ground() it asks nothing.
+        scene.world->addCollisionObject(&object, btBroadphaseProxy::SensorTrigger,
+                                        btBroadphaseProxy::DefaultFilter);
     }
     ~Sensor() { scene.world->removeCollisionObject(&object); }
 };
