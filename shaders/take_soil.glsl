@@ -12,6 +12,31 @@ int well_most(int voxel, int well) {
     return max(0, well > 0 ? pores - water : water - mul_q16(pores, mixed_word(voxel, 0, kTableResidual)));
 }
 
+// What goes along of an amount of a voxel's soil with `taken` of its mass: the same part, the last unit by chance. Rounded down
+// each for itself, a slow sink's parts would take room and leave the mass.
+int part_along(int amount, int taken, int mass, int chance) {
+    if (taken == mass) return amount;
+    int per_mass = fraction_q16(amount, mass);
+    int rest = int(uint(per_mass) * uint(taken)) & kLowHalf;
+    return min(amount, mul_q16(per_mass, taken) + (rest > chance ? 1 : 0));
+}
+
+// Takes what travels with a voxel's soil besides its mass.
+void take_along(int voxel, int share, int taken, int mass, int chance) {
+    ivec3 momentum = ivec3(0);
+    for (int i = 0; i < params.transport_count; ++i) {
+        int plane = kTransportFirst + i;
+        if (is_mass(plane)) continue;
+        bool is_matter = plane < kPlaneMomentumX || plane > kPlaneForceZ;
+        int held = state_at(plane, voxel);
+        int amount = is_matter ? part_along(held, taken, mass, chance) : mul_q16(held, share);
+        add_delta(plane, voxel, -amount);
+        if (plane >= kPlaneMomentumX && plane <= kPlaneMomentumZ) momentum[plane - kPlaneMomentumX] = amount;
+        if (plane == params.water_plane && amount > 0) add_wide(kResultWaterOut, amount);
+    }
+    add_momentum_sum(kResultFallen, -momentum);
+}
+
 void take_soil(int group, int lane) {
     int slot = flow_slot(group);
     int part = flow_part(group);
@@ -36,24 +61,19 @@ void take_soil(int group, int lane) {
             mark_moved(voxel, voxel);
             continue;
         }
-        ivec3 taken = ivec3(0);
-        int moved = 0;
-        for (int i = 0; share > 0 && i < params.transport_count; ++i) {
-            int plane = kTransportFirst + i;
-            int amount = mul_q16(state_at(plane, voxel), share);
-            add_delta(plane, voxel, -amount);
-            moved = moved | amount;
-            if (plane >= kPlaneMomentumX && plane <= kPlaneMomentumZ) taken[plane - kPlaneMomentumX] = amount;
-            if (is_mass(plane) && amount > 0) {
-                add_wide(flow_sum(part, 2 * (plane - kPlaneMaterial)), amount);
-                held -= amount;
-            } else if (plane == params.water_plane && amount > 0) {
-                add_wide(kResultWaterOut, amount);
-            }
+        int mass = mass_at(voxel);
+        int taken = 0;
+        for (int m = 0; m < params.material_count; ++m) {
+            int amount = mul_q16(state_at(kPlaneMaterial + m, voxel), share);
+            if (amount == 0) continue;
+            add_delta(kPlaneMaterial + m, voxel, -amount);
+            add_wide(flow_sum(part, 2 * m), amount);
+            taken += amount;
         }
-        add_momentum_sum(kResultFallen, -taken);
-        held += mass_at(voxel);
-        if (moved != 0) mark_moved(voxel, voxel);
+        held += mass - taken;
+        if (taken == 0) continue;  // see moves_any()
+        take_along(voxel, share, taken, mass, voxel_chance(grid_voxel(slot, lane & 7, lane >> 3, z)));
+        mark_moved(voxel, voxel);
     }
     if (held > 0) add_wide(flow_sum(part, kFlowHeld), held);
 }

@@ -211,6 +211,51 @@ TEST(Sink, suction_takes_its_rate_and_what_there_is_at_most) {
     EXPECT_NEAR(soil->flow_state(*id)->mass_kg - taken, 12, 9 * 12 / 60.0);
 }
 
+/// Of a bed in all of a grid of 16 x 16 columns.
+double volume_voxels(const Soil& soil) {
+    double volume = 0;
+    for (int z = 0; z < 8; ++z) {
+        for (int y = 0; y < 16; ++y) {
+            for (int x = 0; x < 16; ++x) volume += soil.sample(x, y, z).volume;
+        }
+    }
+    return volume;
+}
+
+// A unit out of each voxel in each step. Rounded down, mass and room are two different parts of
+// what there is: 1 of 52428 and 2 of 65536.
+TEST(Sink, slow_suction_leaves_soil_as_dense_as_it_was) {
+    SoilDef def = grid_def(16, 16, 16, kVoxel);
+    def.material = fixed_density(sand(32));
+    const auto soil = make_soil(def);
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {16, 16, 8})));
+    SinkDef sink = box_sink({0, 0, 0}, {0.8, 0.8, 0.8});
+    sink.rate_kg_s = 2048 * 60 * SoilProbe::impl(*soil).kg_per_unit;
+    ASSERT_TRUE(soil->add_sink(sink));
+    const double volume = volume_voxels(*soil), mass_kg = soil->totals().mass_kg[0];
+    for (int i = 0; i < 300; ++i) soil->step({});
+    const double mass_share = 1 - soil->totals().mass_kg[0] / mass_kg;
+    ASSERT_GT(mass_share, 0.004);
+    // Chance: half a unit a voxel and step, over 2048 x 300 of them.
+    EXPECT_NEAR((1 - volume_voxels(*soil) / volume) / mass_share, 1, 0.01);
+}
+
+// 46080 voxels, of which a step's due is an eleventh of a unit each.
+TEST(Sink, slow_suction_out_of_much_soil_waits_and_misses_nothing) {
+    const auto soil = make_soil(flow_def());
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {48, 48, 20})));
+    const SoilTotals start = soil->totals();
+    SinkDef sink = box_sink({0, 0, 0}, {2.4, 2.4, 1.2});
+    sink.rate_kg_s = 4096 * 60 * SoilProbe::impl(*soil).kg_per_unit;
+    const auto id = soil->add_sink(sink);
+    ASSERT_TRUE(id) << id.error();
+    for (int i = 0; i < 40; ++i) soil->step({});
+    const FlowState state = *soil->flow_state(*id);
+    EXPECT_EQ(state.missed_units, 0);
+    EXPECT_GT(state.units, 20 * 4096);
+    expect_balance(*soil, start);
+}
+
 /// Slope of the ground between two columns along x [rad].
 double slope_between(const Soil& soil, int x0, int x1, int y) {
     return std::atan((soil.surface_height_m(x1, y) - soil.surface_height_m(x0, y)) /

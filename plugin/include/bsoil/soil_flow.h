@@ -16,8 +16,10 @@ namespace bsoil {
 inline constexpr double kFlowForever = 1e9;
 
 /// A flat region out of which soil comes at a rate: the end of a pipe or a belt, a hopper's slot,
-/// rain. It pours loose soil, spread over the voxels that the soil crosses in a step. What finds no
-/// room there waits for up to 8 steps; what comes beyond that is held back, for good.
+/// rain. It pours loose soil, spread over the voxels that the soil crosses in a step. It does so in
+/// lumps of at least 500 kg a cubic metre of voxel: 0.06 kg where voxels are 5 cm, 500 kg where
+/// they are a metre. Less waits until it is one. What finds no room there waits for up to 8 steps;
+/// what comes beyond that is held back, for good.
 struct SourceDef {
     /// Its form.
     enum class Shape { disc, rectangle };
@@ -48,7 +50,8 @@ struct SinkDef {
     ConvexShape region;  ///< box, sphere, capsule, cylinder or cone
     Pose pose;           ///< body frame of the region -> world
     /// What it takes, from all soil in the region alike: as much as there is, up to this, 0..1e9.
-    /// 0: all of it, in every step.
+    /// 0: all of it, in every step. It takes whole mass units out of each voxel; less than one of
+    /// each waits until it is one.
     double rate_kg_s = 0;
     /// Not 0: a well. It moves no soil but water, once a second: so much out of the region's pores,
     /// down to their residual saturation; below 0, into them until they are full. -1e9..1e9

@@ -22,6 +22,11 @@ namespace {
 constexpr int64_t kLumpLeast = 16384;
 // Steps within which a flow makes up for what found no room, or no soil.
 constexpr int kWaitingSteps = 8;
+// A sink takes whole units of mass out of each voxel. Of so little of what lies in it no voxel may
+// have one: it waits until it is more. Ours: 200 units of a full voxel of 1600 kg/m3. Larger: thin
+// soil gives a slow sink none, and all that is due is missed; smaller: it takes more at once when
+// soil comes.
+constexpr int64_t kHeldParts = 256;
 // More in one voxel would not fit by far; keeps the kernel's products within 31 bits.
 constexpr int64_t kLumpMost = 1 << 20;
 
@@ -41,8 +46,8 @@ double Flow::every_s(const SoilDef& def) const {
 }
 
 int64_t Flow::waiting_most(const SoilDef& def) const {
-    return std::max(2 * kLumpLeast,
-                    static_cast<int64_t>(std::ceil(kWaitingSteps * units_per_s * every_s(def))));
+    return std::max({2 * kLumpLeast, held_units / kHeldParts,
+                     static_cast<int64_t>(std::ceil(kWaitingSteps * units_per_s * every_s(def)))});
 }
 
 void Flows::start(std::vector<int32_t> material_tables) {
