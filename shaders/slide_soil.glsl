@@ -168,8 +168,8 @@ void write_speed(int first, IN(Slab) slab) {
     MomentumSum taken = no_momentum();
     for (int z = slab.low; z <= slab.high; ++z) {
         int voxel = first + z * kTileColumns;
-        int held = mass_at(voxel) * 64;
-        ivec3 kept = ivec3(mul_q16(held, slab.speed.x * 16), mul_q16(held, slab.speed.y * 16), state_at(kPlaneMomentumZ, voxel));
+        ivec3 kept = momentum_of(mass_at(voxel), ivec3(slab.speed, 0));
+        kept.z = state_at(kPlaneMomentumZ, voxel);
         set_in_sum(voxel, kept, taken);
     }
     add_momentum_sums(kResultGround, taken);

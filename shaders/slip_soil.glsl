@@ -131,7 +131,7 @@ void set_sliding(int slot, int x, int y, int top, int source, ivec2 fall, int sl
         int voxel = slot * params.tile_voxels + z * kTileColumns + y * kTileSide + x;
         int mass = mass_at(voxel);
         if (mass == 0 || !is_listed(voxel)) continue;
-        ivec3 gained = ivec3(mul_q16(mass * 64, along_x * 16), mul_q16(mass * 64, along_y * 16), 0);
+        ivec3 gained = momentum_of(mass, ivec3(along_x, along_y, 0));
         add_delta(kPlaneMomentumX, voxel, gained.x);
         add_delta(kPlaneMomentumY, voxel, gained.y);
         add_to_sum(given, -gained);

@@ -74,6 +74,34 @@ TEST_P(Sliding, follows_the_oracle) {
 INSTANTIATE_TEST_SUITE_P(Scenarios, Sliding, testing::ValuesIn(all_scenarios()),
                          testing::PrintToStringParamName());
 
+// A column slides as one: 9.5 voxels a step, of which the soil pressed into its lower voxel has
+// more momentum than an integer holds. It is cut off and does not turn round.
+TEST(Slide, of_more_momentum_than_an_integer_holds_saturates) {
+    using namespace layout;
+    for (const int sign : {-1, 1}) {
+        SoilDef def = grid_def(16, 8, 8);
+        def.slides = SlideMotion::run_out;
+        StageBench bench(def);
+        StatePlanes planes = bench.empty_planes();
+        const auto put = [&](int z, int mass, int momentum) {
+            planes.at(kPlaneVolume, 4, 4, z) = kVoxelFull;
+            planes.at(kPlaneMaterial, 4, 4, z) = mass;
+            planes.at(kPlaneMomentumX, 4, 4, z) = sign * momentum;
+        };
+        put(0, 250000, 2100000000);
+        put(1, 50000, 820000000);
+        bench.write(planes);
+        bench.find_support();
+        bench.build_spans();
+        bench.slide(8);
+        // All of it goes on, from the top down.
+        const StatePlanes after = bench.read();
+        EXPECT_EQ(after.at(kPlaneMaterial, 4 + sign, 4, 1), 250000);
+        EXPECT_EQ(after.at(kPlaneMomentumX, 4 + sign, 4, 1), sign * kMomentumMost);
+        EXPECT_TRUE(bench.result_status() & kStatusHeadroom);
+    }
+}
+
 TEST(SlidingOnGl, has_the_same_bits) {
     if (!gl_missing().empty()) GTEST_SKIP() << gl_missing();
     for (const Scenario& scenario : {Scenario{3, 16, 16, 16, 1}, Scenario{14, 24, 16, 24, 3}}) {
