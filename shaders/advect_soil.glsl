@@ -212,9 +212,11 @@ Motion fall_freely(int slot, ivec3 at, int voxel, ivec3 velocity) {
     int taken = params.air == 0 ? 0 : mixed_word(voxel, 0, kTableAir) / params.substep_count;
     if (taken > 0) {
         // Drag goes by the speed against the air, in the middle of the step: at its fall speed soil keeps its speed.
-        int share = fraction_q16(taken, kOneQ16 + taken / 2);
+        int drag = min(taken, kAirOfStep);
+        int share = fraction_q16(drag, kOneQ16 + drag / 2);
         motion.after = velocity + share_of(air_velocity(slot, at) - velocity, share);
-        motion.after.z -= gravity - mul_q16(gravity, share) / 2;
+        int fall = gravity - mul_q16(gravity, share) / 2;
+        motion.after.z -= taken > drag ? mul_q16(fall, fraction_q16(drag, taken)) : fall;
         motion.drift = (velocity + motion.after) / 2;
     }
     if (motion.after.z < -params.arch_speed) {

@@ -386,7 +386,8 @@ CONST_INT(kTableByDensity, 617) // over relative density, kDensityEntries: of bo
 CONST_INT(kDensityEntries, 33)  // relative density 0..1, step 1/32: within 0.6 % of what lies between
 CONST_INT(kTableCritical, 650)  // relative density at which the soil shears without a change of volume, Q16; 0: loose
 CONST_INT(kSuctionMost, 4194304)    // 64 voxels
-CONST_INT(kAirMost, 131072)         // 2: air takes no more than all of a step's speed
+CONST_INT(kAirMost, 67108864)       // 1024: fraction_q16 takes numbers below twice that
+CONST_INT(kAirOfStep, 131072)       // 2: from there on soil takes up the air's speed within a step
 CONST_INT(kGustCellMost, 1024)
 CONST_INT(kGustPeriod, 1024)        // gusts, after which they repeat: a power of two
 CONST_INT(kShelterMost, 128)

@@ -49,9 +49,8 @@ Vec3 air_velocity(const Model& model, const Field& field, int x, int y, int z) {
 }
 
 Vec3 fall_in_air(const Model& model, Vec3 velocity, Vec3 air, double rate, double dt) {
-    const double x = rate * dt;
-    const Vec3 pull = (x * (air - velocity)) + Vec3{0, 0, -model.gravity * dt};
-    return velocity + 1 / (1 + x / 2) * pull;
+    const double x = rate * dt, share = std::min(1.0, x / (1 + x / 2));
+    return velocity + share * (air - velocity) + Vec3{0, 0, -model.gravity * dt * share / x};
 }
 
 }  // namespace oracle

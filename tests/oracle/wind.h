@@ -1,7 +1,7 @@
 /// The air that soil falls through: wind, gusts and shelter. Not in the thesis.
 ///
 /// - Linear drag: in a step air takes model.air of the speed against it, by the implicit midpoint
-/// rule, so that soil at its fall speed keeps it.
+/// rule, so that soil at its fall speed keeps it. All of it, where that would take more.
 /// - No wind where a line that rises by 15 deg against it meets something solid or a voxel full of
 /// soil within model.shelter columns (Werner 1995, of dunes).
 /// - Gusts are value noise on a lattice of model.gust_cell voxels.

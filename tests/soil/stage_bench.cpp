@@ -406,7 +406,7 @@ oracle::Model StageBench::model(int substeps) const {
             const double fall_speed = material.fall_speed_m_s;
             const double rate =
                 fall_speed > 0 ? impl_->def.gravity_m_s2 * impl_->def.step_s / fall_speed : 0;
-            model.air.push_back(std::min(2.0, rate));
+            model.air.push_back(std::min(kAirMost * kUnit, rate));
         }
         if (p.deposits == 0) continue;
         model.roughness.push_back(material.roughness);
