@@ -395,8 +395,9 @@ bool slip_span(int slot, int lane, int i, int bottom, int top, int kind, int ste
 }
 
 // A slope fails or stands by its own column and those it could slide to. Where none of them has changed since a pass looked over
-// the same way, and it stood, it stands.
+// the same way, and it stood, it stands. Without gravity all do.
 int slip_soil_lanes(int group, int half_at) {
+    if (params.arch_speed == 0) return 0;
     return changed_around(entry_slot(block_list[params.list_offset + group]), half_at, params.slip_stride, params.slip_stamp);
 }
 

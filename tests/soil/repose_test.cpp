@@ -454,6 +454,19 @@ TEST(RunOut, leaves_a_stable_heap_alone) {
     EXPECT_EQ(soil->checksum(), checksum);
 }
 
+TEST(Stability, without_gravity_nothing_slides) {
+    for (const SlideMotion slides : {SlideMotion::settle, SlideMotion::run_out}) {
+        SoilDef def = grid_def(16, 16, 16);
+        def.gravity_m_s2 = 0;
+        def.slides = slides;
+        const auto soil = make_soil(def);
+        ASSERT_TRUE(soil->fill(voxel_box(*soil, {4, 4, 0}, {12, 12, 8})));
+        const uint64_t before = soil->checksum();
+        for (int i = 0; i < 30; ++i) soil->step({});
+        EXPECT_EQ(soil->checksum(), before);
+    }
+}
+
 TEST(Stability, a_vertical_cut_steeper_than_friction_allows_slides) {
     auto soil = make_soil(grid_def(32, 16, 16));
     ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {12, 16, 10})));

@@ -55,10 +55,10 @@ struct SoilDef {
     double yaw_rad = 0;     ///< rotation of the grid about the up axis, -7..7
     double voxel_m = 0.05;  ///< edge of a voxel, 0.001..1
     UpAxis up = UpAxis::y;  ///< world axis that points up
-    /// gravity along -up, 0..30. In a step it is whole units of 1/65536 voxel. Where they are few
-    /// (steps below 1 / 500 s with voxels of 5 cm, 1 / 110 s with 1 m) it changes by a unit from
-    /// step to step, so that its mean is right. Friction of bodies is rounded more coarsely in such
-    /// steps
+    /// gravity along -up, 0..30; 0: soil neither falls nor slides. In a step it is whole units of
+    /// 1/65536 voxel. Where they are few (steps below 1 / 500 s with voxels of 5 cm, 1 / 110 s with
+    /// 1 m) it changes by a unit from step to step, so that its mean is right. Friction of bodies
+    /// is rounded more coarsely in such steps
     double gravity_m_s2 = 9.81;
     double step_s = 1.0 / 60;  ///< the soil's own step, 1/2000..1/20
     /// alpha of the thesis: iterations of force propagation a step, 0..64
