@@ -175,13 +175,15 @@ int gust_at(ivec3 place) {
     return between(low, high, fraction_q16(y % cell, cell));
 }
 
-// Of the air around a voxel. In a part of a step it takes soil along by no more than a voxel: the next step has more parts.
+// Of the air around a voxel. In a part of a step it takes soil along by no more than a voxel, whichever way it blows: the next step
+// has more parts.
 ivec3 air_velocity(int slot, ivec3 at) {
     ivec3 wind = ivec3(params.wind_x, params.wind_y, params.wind_z);
     if (largest_component(wind) == 0 || is_sheltered(slot, at)) return ivec3(0);
     if (params.gust > 0) wind = share_of(wind, kOneQ16 + mul_q16(params.gust, gust_at(grid_voxel(slot, at.x, at.y, at.z))));
     int most = params.substep_count * kVoxelFull;
-    return clamp(wind, ivec3(-most), ivec3(most));
+    int fastest = largest_component(wind);
+    return fastest > most ? share_of(wind, fraction_q16(most, fastest)) : wind;
 }
 
 // --- one voxel's soil

@@ -43,9 +43,8 @@ double gust_at(const Model& model, int x, int y) {
 Vec3 air_velocity(const Model& model, const Field& field, int x, int y, int z) {
     if (is_sheltered(model, field, x, y, z)) return {};
     const Vec3 wind = (1 + model.gust * gust_at(model, x, y)) * model.wind;
-    const double most = model.substeps;
-    return {std::clamp(wind.x, -most, most), std::clamp(wind.y, -most, most),
-            std::clamp(wind.z, -most, most)};
+    const double fastest = std::max({std::abs(wind.x), std::abs(wind.y), std::abs(wind.z)});
+    return fastest > model.substeps ? model.substeps / fastest * wind : wind;
 }
 
 Vec3 fall_in_air(const Model& model, Vec3 velocity, Vec3 air, double rate, double dt) {

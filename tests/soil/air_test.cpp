@@ -187,6 +187,35 @@ TEST(Air, dust_falls_as_slowly_as_it_says_in_long_steps) {
     EXPECT_NEAR((center_of(*soil) - start).z, -0.05 * 39.5 / 20, 0.01);
 }
 
+// Of 12 and 3 voxels a step, where a step has 8 parts at most and soil goes 16 at most.
+TEST(Air, strong_wind_blows_where_it_should) {
+    SoilDef def = open_air_def(1.0 / 20);
+    for (const double factor : {1.0, 2.0}) {
+        def.wind_m_s = factor * def.voxel_m / def.step_s * Vec3{12, 3, 0};
+        StageBench bench(def);
+        const auto& p = bench.impl().params;
+        EXPECT_EQ(p.wind_x, std::min(12 * factor, 16.0) * kVoxelFull);
+        EXPECT_EQ(p.wind_y, p.wind_x / 4);
+        StatePlanes planes = bench.empty_planes();
+        planes.at(kPlaneVolume, 20, 4, 40) = planes.at(kPlaneMaterial, 20, 4, 40) = kVoxelFull;
+        bench.write(planes);
+        bench.find_support();
+        bench.advect(8);
+        int64_t along = 0, aside = 0;
+        const StatePlanes after = bench.read();
+        for (int x = 20; x < 22; ++x) {
+            for (int y = 4; y < 6; ++y) {
+                for (int z = 39; z < 41; ++z) {
+                    along += after.at(kPlaneMomentumX, x, y, z);
+                    aside += after.at(kPlaneMomentumY, x, y, z);
+                }
+            }
+        }
+        EXPECT_GT(along, 0);
+        EXPECT_NEAR(static_cast<double>(aside) / static_cast<double>(along), 0.25, 0.01);
+    }
+}
+
 /// 4 cm of snow a second for 3 s, out of a cloud 1.45 m up, in a wind of 2 m/s on ground of 12.8 m
 /// x 1.6 m.
 SoilDef snow_def() {

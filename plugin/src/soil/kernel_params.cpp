@@ -39,16 +39,19 @@ int32_t loose_strength_of(const MaterialDef& material, const int32_t* table) {
     return *std::min_element(table + kTableByDensity, table + kTableByDensity + kDensityEntries);
 }
 
-// The wind in the grid's frame and in voxels a step. Soil is no faster than kSpeedMost.
+// The wind in the grid's frame and in voxels a step. Soil is no faster than kSpeedMost along any
+// axis: a stronger wind blows as fast as that, and where it blows.
 void set_wind(SoilCore& s) {
     const Vec3 wind =
         s.def.step_s / s.def.voxel_m * rotate(s.world_to_grid.rotation, s.def.wind_m_s);
+    const double fastest = std::max({std::abs(wind.x), std::abs(wind.y), std::abs(wind.z)});
+    const double scale = std::min(1.0 * kVoxelFull, kSpeedMost / std::max(fastest, 1.0));
     const auto word = [](double value, double most) {
         return static_cast<int32_t>(std::lround(std::clamp(value, -most, most)));
     };
-    s.params.wind_x = word(wind.x * kVoxelFull, kSpeedMost);
-    s.params.wind_y = word(wind.y * kVoxelFull, kSpeedMost);
-    s.params.wind_z = word(wind.z * kVoxelFull, kSpeedMost);
+    s.params.wind_x = word(wind.x * scale, kSpeedMost);
+    s.params.wind_y = word(wind.y * scale, kSpeedMost);
+    s.params.wind_z = word(wind.z * scale, kSpeedMost);
     s.params.gust = word(s.def.gust * kOneQ16, kOneQ16);
     s.params.gust_cell = std::max(1, word(s.def.gust_size_m / s.def.voxel_m, kGustCellMost));
     const bool is_level = s.params.wind_x != 0 || s.params.wind_y != 0;
