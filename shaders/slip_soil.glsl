@@ -98,10 +98,12 @@ CONST_INT(kSlideCreep, 8192)    // height of a failing wedge that still slips wh
 // Sets soil in motion that lies on a failing slope, as deep as a plane at phi out of the ground ahead leaves it without support.
 void set_sliding(int slot, int x, int y, int top, int source, ivec2 fall, int slope) {
     int friction = mixed_word(source, kSoilLoose, kTableFriction);  // alike in all states
-    int push = mul_q16(slide_push(slope, friction, mixed_word(source, kSoilLoose, kTablePassive)), params.slide_kick);
-    int along_x = mul_q16(fall.x, push);
-    int along_y = mul_q16(fall.y, push);
-    if (along_x == 0 && along_y == 0) return;
+    // Of short steps it is a few units of Q16: with 8 bits more.
+    int push = mul_q16(slide_push(slope, friction, mixed_word(source, kSoilLoose, kTablePassive)) * kOneQ8, params.slide_kick);
+    ivec2 gain = sign(fall) * ivec2(mul_q16(abs(fall.x), push), mul_q16(abs(fall.y), push));
+    if (gain.x == 0 && gain.y == 0) return;
+    ivec2 speed = gain / kOneQ8;
+    ivec2 rest = gain - speed * kOneQ8;
     // The nearest of the eight ways.
     ivec2 way = ivec2(5 * abs(fall.x) > 2 * abs(fall.y) ? sign(fall.x) : 0, 5 * abs(fall.y) > 2 * abs(fall.x) ? sign(fall.y) : 0);
     int climb = way.x == 0 || way.y == 0 ? friction : mul_q16(friction, kDiagonal);
@@ -131,7 +133,8 @@ void set_sliding(int slot, int x, int y, int top, int source, ivec2 fall, int sl
         int voxel = slot * params.tile_voxels + z * kTileColumns + y * kTileSide + x;
         int mass = mass_at(voxel);
         if (mass == 0 || !is_listed(voxel)) continue;
-        ivec3 gained = momentum_of(mass, ivec3(along_x, along_y, 0));
+        ivec3 gained = saturated(momentum_of(mass, ivec3(speed, 0)),
+                                 ivec3(mul_q16(mass * 4, rest.x), mul_q16(mass * 4, rest.y), 0));
         add_delta(kPlaneMomentumX, voxel, gained.x);
         add_delta(kPlaneMomentumY, voxel, gained.y);
         add_to_sum(given, -gained);
