@@ -256,6 +256,33 @@ TEST(Sink, slow_suction_out_of_much_soil_waits_and_misses_nothing) {
     expect_balance(*soil, start);
 }
 
+// What its region held before says nothing of a heap that it is moved to, or that comes: it took
+// all of one in a step, 380 voxels of it here.
+TEST(Sink, suction_takes_no_more_than_its_rate_of_soil_that_is_new_to_it) {
+    for (const bool is_moved : {true, false}) {
+        const auto soil = make_soil(flow_def());
+        ASSERT_TRUE(soil->fill(voxel_box(*soil, {4, 4, 0}, {5, 5, 1})));
+        ASSERT_TRUE(soil->fill(voxel_box(*soil, {20, 20, 0}, {30, 30, 8})));
+        SinkDef sink = box_sink({0.1, 0.1, 0}, {0.5, 0.5, 0.3});
+        constexpr int64_t kUnits = 20000;  // a step
+        sink.rate_kg_s = kUnits * 60 * SoilProbe::impl(*soil).kg_per_unit;
+        const auto id = soil->add_sink(sink);
+        ASSERT_TRUE(id) << id.error();
+        for (int i = 0; i < 2; ++i) soil->step({});
+        ASSERT_GT(soil->flow_state(*id)->units, 0);
+        if (is_moved) {
+            ASSERT_TRUE(soil->move_sink(*id, {{1.25, 1.25, 0.2}, {}}));
+        } else {
+            ASSERT_TRUE(soil->fill(voxel_box(*soil, {2, 2, 0}, {10, 10, 6})));
+        }
+        for (int i = 0; i < 5; ++i) {
+            soil->step({});
+            EXPECT_LE(soil->flow_state(*id)->units, (3 + i) * kUnits);
+        }
+        EXPECT_GT(soil->flow_state(*id)->units, 6 * kUnits);
+    }
+}
+
 /// Slope of the ground between two columns along x [rad].
 double slope_between(const Soil& soil, int x0, int x1, int y) {
     return std::atan((soil.surface_height_m(x1, y) - soil.surface_height_m(x0, y)) /

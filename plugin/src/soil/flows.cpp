@@ -30,6 +30,22 @@ constexpr int64_t kHeldParts = 256;
 // More in one voxel would not fit by far; keeps the kernel's products within 31 bits.
 constexpr int64_t kLumpMost = 1 << 20;
 
+// Voxels of a region that another one does not have.
+int64_t count_new(const FlowRegion& region, const FlowRegion& known) {
+    int64_t count = region.voxel_count;
+    auto there = known.parts.begin();
+    for (const FlowPart& part : region.parts) {
+        there = std::ranges::lower_bound(there, known.parts.end(), part.tile, {}, &FlowPart::tile);
+        if (there == known.parts.end()) break;
+        if (there->tile != part.tile) continue;
+        for (int c = 0; c < kTileColumns; ++c) {
+            const int low = std::max(part.columns[c] & 0xffff, there->columns[c] & 0xffff);
+            count -= std::max(0, std::min(part.columns[c] >> 16, there->columns[c] >> 16) - low);
+        }
+    }
+    return count;
+}
+
 }  // namespace
 
 double Flow::start_s() const {
@@ -87,6 +103,11 @@ Result<int> Flows::add(Flow flow) {
 
 Status Flows::change(Flow& flow, Flow to) {
     if (Status placed = place(to); !placed) return placed;
+    if (to.held_units > 0) {
+        const int64_t fresh = full_units(to, count_new(to.region, flow.region));
+        to.held_units = std::min(to.held_units + fresh,
+                                 std::max(to.held_units, full_units(to, to.region.voxel_count)));
+    }
     flow = std::move(to);
     is_placed_ = false;
     return Done{};
@@ -101,7 +122,22 @@ Status Flows::remove(int id) {
 }
 
 void Flows::look_anew() {
-    for (Flow& flow : all_) flow.is_fresh = true;
+    for (Flow& flow : all_) {
+        flow.is_fresh = true;
+        if (flow.takes_all() || flow.held_units == 0) continue;
+        flow.held_units = std::max(flow.held_units, full_units(flow, flow.region.voxel_count));
+    }
+}
+
+int64_t Flows::full_units(const Flow& flow, int64_t voxel_count) const {
+    double most = 0;
+    for (const MaterialDef& soil : core_.materials) {
+        const double units = std::max(soil.density_kg_m3, soil.compacted_density_kg_m3) /
+                             kReferenceDensity * kVoxelFull;
+        const bool is_well = flow.kind == FlowKind::well;
+        most = std::max(most, is_well ? units * soil.pore_water_fraction * kWaterParts : units);
+    }
+    return static_cast<int64_t>(std::ceil(most * static_cast<double>(voxel_count)));
 }
 
 bool Flows::may_work() const {

@@ -36,7 +36,9 @@ struct Flow {
     SinkDef sink;
     // What a snapshot holds besides:
     int64_t units = 0, missed_units = 0;  ///< see FlowState
-    int64_t held_units = 0;  ///< sink: mass units that its last look left in the region
+    /// Sink: mass units that its last look left in the region, with a full voxel's for each that it
+    /// does not know yet.
+    int64_t held_units = 0;
     bool is_fresh = true;    ///< sink: all of its region is to be looked at
     int64_t lump_count = 0;  ///< source: lumps so far
     double since_s = 0;      ///< simulated time at which it was added
@@ -102,9 +104,10 @@ class Flows {
     void note_results(bool is_quiet);
 
   private:
+    /// Mass units of so many full voxels; a well's of their water.
+    int64_t full_units(const Flow& flow, int64_t voxel_count) const;
     Result<FlowRegion> find_region(const ConvexShape& shape, const Pose& pose) const;
     Result<FlowRegion> find_source_region(const SourceDef& source) const;
-    Status place_source(Flow& flow) const;
     void open_sides();
     void set_rounds();
     void upload();
