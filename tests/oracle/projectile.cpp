@@ -172,10 +172,13 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
             voxel.soil <= model.thin || (!model.air.empty() && voxel.mean(model.air) > 0);
         const Vec3 spread = spread_of(before, x, y, z, drift);
         std::vector<Overlap> parts = overlaps(spread);
-        // Of the corners that it could give, one has an eighth of a drift.
+        // Of the corners that it could give, one has an eighth of a drift. Less than the kernels'
+        // words tell is none.
+        constexpr double kLeastDrift = 1.0 / 65536;
         const auto is_scant = [&](double part) {
-            return part != 0 && (voxel.soil * std::abs(part) / 8 < model.speck ||
-                                 mass * std::abs(part) / 8 < model.mass_speck);
+            return std::abs(part) >= kLeastDrift &&
+                   (voxel.soil * std::abs(part) / 8 < model.speck ||
+                    mass * std::abs(part) / 8 < model.mass_speck);
         };
         const bool may_hang = is_scant(spread.x) || is_scant(spread.y) || is_scant(spread.z);
         const bool hangs =

@@ -383,7 +383,7 @@ oracle::Model StageBench::model(int substeps) const {
     model.gust_y = p.gust_y / 256.0;
     model.shelter = p.shelter;
     model.step_s = impl_->def.step_s;
-    model.pass = static_cast<uint32_t>(p.pass_stamp);
+    model.pass = static_cast<uint32_t>(p.pass_stamp) + 1;  // of the pass to come
     model.slide_kick = impl_->params.slide_kick * kUnit;
     model.slide_count = impl_->params.slide_count;
     for (const MaterialDef& material : impl_->materials) {
