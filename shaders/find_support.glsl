@@ -102,9 +102,11 @@ void find_support(int group, int lane) {
             if (is_held_roof(slot, ivec3(lane & 7, lane >> 3, z), voxel)) own = below = kSupportGround;
         }
         int support = volume > 0 ? own : kSupportNone;
-        if (support != state_at(kPlaneSupport, voxel)) {
+        int known = state_at(kPlaneSupport, voxel);
+        if (support != known) {
             set_state(kPlaneSupport, voxel, support);
-            if (was_hollow) {  // what is beside it may have changed, and not this column
+            // What is beside it may have changed, and not this column; or its pile may lack more or less, see slack_at().
+            if (was_hollow || (support >= kSupportBody) != (known >= kSupportBody)) {
                 stamp_column(slot, lane);
                 ATOMIC_MAX_OWNED(block_flags[flag_index(kFlagChanged, voxel >> 9)], params.step_stamp);
             }

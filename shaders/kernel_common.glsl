@@ -222,7 +222,7 @@ bool is_overflowing(int voxel) { return state_at(kPlaneVolume, voxel) > 0 && exc
 
 // Bits for chance, alike on all devices: of a place (Teschner et al. 2003), of this pass, and mixed (the primes of xxHash).
 uint place_bits(ivec3 at) { return uint(at.x) * 73856093u ^ uint(at.y) * 19349663u ^ uint(at.z) * 83492791u; }
-uint pass_bits() { return uint(params.pass_stamp) * 2654435761u; }
+uint pass_bits() { return uint(params.chance) * 2654435761u; }
 uint mix_bits(uint bits, int shift) { return (bits ^ (bits >> shift)) * 2246822519u; }
 // Q16: a number of each voxel's own, in each pass another, so that crumbs do not move in step.
 int voxel_chance(ivec3 at) { return int(mix_bits(place_bits(at) ^ pass_bits(), 15) >> 13) & kLowHalf; }

@@ -28,7 +28,7 @@ int most_taken(int target, int top) {
     int z = (target - slot * params.tile_voxels) / kTileColumns;
     if (coverage == 0 || top > (z + 1) * kVoxelFull) return kVoxelMost;
     int volume = state_at(kPlaneVolume, target);
-    int most = max(0, kVoxelFull - slack_at(target, z, volume) - coverage - volume) / 16;
+    int most = max(0, kVoxelFull - kSupportSlack - coverage - volume) / 16;
     return most < kShareLeast ? 0 : most;
 }
 

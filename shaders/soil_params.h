@@ -23,6 +23,7 @@ int pair_offset;         // voxelize_shapes: where its (block, shape) pairs star
 int body_count;
 int contact_offset;      // where the contact records start in result
 int pass_stamp;          // grows with every pass that moves soil
+int chance;              // of voxel_chance(): the step, and which of its passes that move soil
 int step_stamp;          // grows with every step
 int support_stamp;       // find_support, build_spans and slip_soil look at columns with a kColumnStamp above these: that of
 int spans_stamp;         // the pass before their last run

@@ -359,7 +359,7 @@ TEST_P(Slippage, of_rough_and_viscous_soil_follows_the_oracle) {
         bench.slip(substeps, stride);
         oracle::Model model = bench.model(substeps);
         model.slip_stride = stride;
-        model.pass = static_cast<uint32_t>(bench.impl().params.pass_stamp);
+        model.pass = static_cast<uint32_t>(bench.impl().params.chance);
         const size_t speed_count = static_cast<size_t>(before.nx) * before.ny * model.span_capacity;
         const oracle::Slippage expected = oracle::slip_soil(
             model, before, oracle::SlipSpeeds(speed_count, 0.0), tabulated(bench));

@@ -135,19 +135,19 @@ void StageBench::place(const std::vector<Mover>& movers) {
 void StageBench::find_support() { run(Kernel::find_support, impl_->lists.tiles()); }
 
 void StageBench::apply_force() {
-    ++impl_->params.pass_stamp;
+    impl_->stamps.begin_pass();
     run(Kernel::apply_force, impl_->lists.listed());
 }
 
 void StageBench::propagate_force() {
-    ++impl_->params.pass_stamp;
+    impl_->stamps.begin_pass();
     run(Kernel::propagate_force, impl_->lists.listed());
     run(Kernel::apply_flow, impl_->lists.listed());
 }
 
 void StageBench::advect(int substeps) {
     impl_->params.substep_count = substeps;
-    ++impl_->params.pass_stamp;
+    impl_->stamps.begin_pass();
     run(Kernel::advect_soil, impl_->lists.listed());
     run(Kernel::apply_flow, impl_->lists.listed());
     impl_->params.substep_count = 1;
@@ -156,7 +156,7 @@ void StageBench::advect(int substeps) {
 void StageBench::resolve_overflow(OverflowHeuristic heuristic) {
     fill_masks({kMaskExcess, kMaskOverflow});
     impl_->params.overflow_heuristic = static_cast<int>(heuristic);
-    ++impl_->params.pass_stamp;
+    impl_->stamps.begin_pass();
     run(Kernel::resolve_overflow, impl_->lists.listed());
     run(Kernel::apply_flow, impl_->lists.listed());
 }
@@ -167,7 +167,7 @@ void StageBench::build_spans() {
 }
 
 void StageBench::find_failures() {
-    ++impl_->params.pass_stamp;
+    impl_->stamps.begin_pass();
     run(Kernel::find_failures, impl_->lists.tiles());
     run(Kernel::break_bonds, impl_->lists.tiles());
 }
@@ -214,21 +214,21 @@ void StageBench::write_cuts(const std::vector<double>& heights) {
 void StageBench::slip(int substeps, int stride) {
     impl_->params.substep_count = substeps;
     impl_->params.slip_stride = stride;
-    ++impl_->params.pass_stamp;
+    impl_->stamps.begin_pass();
     run(Kernel::slip_soil, impl_->lists.tiles());
     run(Kernel::apply_flow, impl_->lists.listed());
     impl_->params.substep_count = 1;
 }
 
 void StageBench::move_water() {
-    ++impl_->params.pass_stamp;
+    impl_->stamps.begin_pass();
     run(Kernel::move_water, impl_->lists.tiles());
     run(Kernel::apply_flow, impl_->lists.listed());
 }
 
 void StageBench::slide(int passes) {
     impl_->params.slide_count = passes;
-    ++impl_->params.pass_stamp;
+    impl_->stamps.begin_pass();
     run(Kernel::slide_soil, impl_->lists.tiles());
     run(Kernel::apply_flow, impl_->lists.listed());
 }
@@ -383,7 +383,7 @@ oracle::Model StageBench::model(int substeps) const {
     model.gust_y = p.gust_y / 256.0;
     model.shelter = p.shelter;
     model.step_s = impl_->def.step_s;
-    model.pass = static_cast<uint32_t>(p.pass_stamp) + 1;  // of the pass to come
+    model.pass = static_cast<uint32_t>(p.chance) + 1;  // of the pass to come
     model.slide_kick = impl_->params.slide_kick * kUnit;
     model.slide_count = impl_->params.slide_count;
     for (const MaterialDef& material : impl_->materials) {

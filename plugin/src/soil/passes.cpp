@@ -111,7 +111,7 @@ void Passes::fail_banks_again() {
 
 void Passes::find_failures() {
     look(Kernel::build_spans, Looker::spans, lists_.tiles());
-    core_.stamps.begin_pass();
+    core_.stamps.begin_change();
     run(Kernel::find_failures, lists_.tiles());
     run(Kernel::break_bonds, lists_.tiles());
 }

@@ -87,6 +87,7 @@ void Soil::Impl::begin_step() {
     ++step_index;
     const int32_t stamp = step_stamp_of(step_index);
     conditions.begin_step(step_index, def.step_s);
+    stamps.begin_step(step_index);
     if (stamp < params.step_stamp || stamps.are_used_up()) {
         stamps.restart();
         tiles.note_dirty();
