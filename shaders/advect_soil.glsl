@@ -236,7 +236,7 @@ bool is_slowed_by_air(int voxel) { return params.air != 0 && mixed_word(voxel, 0
 Motion go_with_body(int slot, ivec3 at, int voxel, int body, ivec3 velocity) {
     ivec3 goal = body_velocity_at(body, grid_voxel(slot, at.x, at.y, at.z));
     int friction = shapes[body * kBodyWords + kBodyFriction];
-    int hold = friction == kFrictionOfSoil ? mixed_word(voxel, 0, kTableTool) : friction;
+    int hold = friction == kFrictionOfSoil ? mixed_word(voxel, 0, kTableTool) : friction * (kOneQ16 / kVelocityOne);
     int grip = hold / params.substep_count;
     Motion motion;
     motion.after = ivec3(velocity.x + clamp(goal.x - velocity.x, -grip, grip),

@@ -3,7 +3,7 @@
 namespace bsoil::bullet::basic_boxes_test {
 namespace {
 
-TEST(BasicExample, boxes_pile_up_on_sand_and_sleep) {
+TEST(SlowBasicExample, boxes_pile_up_on_sand_and_sleep) {
     Boxes rigid(Ground::rigid), sand(Ground::sand);
     const Course on_rigid = rigid.watch(30), on_sand = sand.watch(30);
     // 5 s on rigid ground, where the towers in the middle stay up. On sand they lean, and one or

@@ -142,7 +142,7 @@ Drive driven(Measured& crawler) {
 // of any kind decides in which runs: in 2 to 4 of the 15 numbers of iterations 25, 28 .. 67, whose
 // middle is 0.016. So what counts is the middle of every third of them. Then slip has to give the
 // motion resistance only, 1 to 2 %.
-TEST(TrackedVehicle, drives_straight_without_slip) {
+TEST(SlowTrackedVehicle, drives_straight_without_slip) {
     std::vector<double> slips, asides_m, yaws;
     for (const int iterations : {25, 43, 52}) {
         SCOPED_TRACE(iterations);

@@ -163,7 +163,7 @@ TEST(Groundwater, is_counted_to_the_unit_under_a_plough) {
     EXPECT_EQ(scene.soil->status_bits(), 0u);
 }
 
-TEST(Groundwater, has_the_same_bits_on_gl_on_threads_and_from_a_snapshot) {
+TEST(SlowGroundwater, has_the_same_bits_on_gl_on_threads_and_from_a_snapshot) {
     expect_same_bits(ploughed, 130, 70);
 }
 

@@ -142,8 +142,7 @@ TEST_P(SiloAtVoxels, floor_bears_what_janssen_has) {
 std::string voxels_to_the_width(const testing::TestParamInfo<int>& tested) {
     return std::to_string(tested.param);
 }
-INSTANTIATE_TEST_SUITE_P(ToTheWidth, SiloAtVoxels, testing::Values(10), voxels_to_the_width);
-INSTANTIATE_TEST_SUITE_P(SlowToTheWidth, SiloAtVoxels, testing::Values(15, 20),
+INSTANTIATE_TEST_SUITE_P(SlowToTheWidth, SiloAtVoxels, testing::Values(10, 15, 20),
                          voxels_to_the_width);
 
 // Walls bear nothing of 125 full voxels and their whole share of 250; by hand 0.5 of it of 190.

@@ -67,7 +67,7 @@ void StageBench::write(const StatePlanes& planes) {
     }
     impl_->device->fill_zero(Buffer::block_flags, 0,
                              int64_t{kFlagArrays} * impl_->tiles.block_count());
-    impl_->params.pass_stamp = 1;
+    impl_->params.pass_stamp = impl_->params.chance = 1;
     impl_->tiles.forget_stamps();
     for (int slot = 0; slot < impl_->tiles.slot_count(); ++slot) {
         impl_->tiles.note_stale(slot, true);
@@ -383,7 +383,7 @@ oracle::Model StageBench::model(int substeps) const {
     model.gust_y = p.gust_y / 256.0;
     model.shelter = p.shelter;
     model.step_s = impl_->def.step_s;
-    model.pass = static_cast<uint32_t>(p.chance) + 1;  // of the pass to come
+    model.pass = static_cast<uint32_t>(p.chance);  // of the last pass
     model.slide_kick = impl_->params.slide_kick * kUnit;
     model.slide_count = impl_->params.slide_count;
     for (const MaterialDef& material : impl_->materials) {
@@ -392,7 +392,9 @@ oracle::Model StageBench::model(int substeps) const {
             model.cohesion_height.push_back(material.cohesion_pa / weight / impl_->def.voxel_m);
         }
         model.friction_angle_rad.push_back(material.friction_angle_rad);
-        model.friction_speed.push_back(material.tool_friction * model.gravity);
+        // As coarse as the kernels' words are.
+        const double speed = material.tool_friction * model.gravity * kVelocityOne;
+        model.friction_speed.push_back(std::round(speed) / kVelocityOne);
         const auto volume = [&](double density) {
             return material.has_density_range() ? kReferenceDensity / density : 0;
         };
@@ -424,8 +426,8 @@ std::vector<oracle::Body> StageBench::oracle_bodies() const {
         };
         bodies.push_back({vector(kBodyLinear, kUnit), vector(kBodyAngular, kUnit),
                           vector(kBodyCenter, 0.5), record[kBodyMoving] != 0,
-                          record[kBodyFriction] * kUnit, record[kBodyPacking] * kUnit,
-                          record[kBodyReach]});
+                          record[kBodyFriction] / static_cast<double>(kVelocityOne),
+                          record[kBodyPacking] * kUnit, record[kBodyReach]});
     }
     return bodies;
 }

@@ -58,8 +58,8 @@ struct SoilDef {
     /// gravity along -up, 0..30; 0: soil neither falls nor slides. In a step it is whole units of
     /// 1/65536 voxel. Where they are few (steps below 1 / 500 s with voxels of 5 cm, 1 / 110 s with
     /// 1 m) it changes by a unit from step to step, so that its mean is right. Friction of bodies
-    /// with what they carry is rounded to such units: of a coefficient of 0.4 a tenth is lost at
-    /// 240 Hz with 1 m, a fifth at 2000 Hz with 5 cm, and all of it at 1000 Hz with 1 m
+    /// with what they carry is rounded to 64 such units: of a coefficient of 0.4 a quarter is lost
+    /// at 240 Hz with 5 cm, and all of it at 240 Hz with 20 cm and at 2000 Hz with 5 cm
     double gravity_m_s2 = 9.81;
     double step_s = 1.0 / 60;  ///< the soil's own step, 1/2000..1/20
     /// alpha of the thesis: iterations of force propagation a step, 0..64

@@ -76,7 +76,7 @@ SlipWedge find_slip_wedge(const MaterialDef& m, double gravity, double h, double
 int32_t friction_speed(double friction, const SoilDef& def) {
     const double per_step = def.step_s / def.voxel_m;
     return static_cast<int32_t>(
-        std::lround(friction * def.gravity_m_s2 * def.step_s * per_step * layout::kVoxelFull));
+        std::lround(friction * def.gravity_m_s2 * def.step_s * per_step * layout::kVelocityOne));
 }
 
 int32_t seepage_q4(double conductivity_m_s, const SoilDef& def) {
@@ -118,7 +118,7 @@ std::vector<int32_t> make_slip_table(const MaterialDef& m, const SoilDef& def) {
         static_cast<int32_t>(std::lround(std::tan(m.friction_angle_rad) * kVoxelFull));
     const double weight = m.density_kg_m3 * def.gravity_m_s2 * def.voxel_m;
     table[kTableStrength] = strength_q16(m.cohesion_pa, weight);
-    table[kTableTool] = friction_speed(m.tool_friction, def);
+    table[kTableTool] = friction_speed(m.tool_friction, def) * (kOneQ16 / kVelocityOne);
     table[kTablePores] = static_cast<int32_t>(std::lround(m.pore_water_fraction * kOneQ16));
     table[kTableMoist] = weight > 0
                              ? static_cast<int32_t>(std::lround(std::min(
