@@ -71,7 +71,8 @@ void take_soil(int group, int lane) {
             taken += amount;
         }
         held += mass - taken;
-        if (taken == 0) continue;  // see moves_any()
+        // See moves_any(). Room without soil goes with what is taken whole.
+        if (taken == 0 && (mass > 0 || share < kOneQ16 || state_at(kPlaneVolume, voxel) == 0)) continue;
         take_along(voxel, share, taken, mass, voxel_chance(grid_voxel(slot, lane & 7, lane >> 3, z)));
         mark_moved(voxel, voxel);
     }

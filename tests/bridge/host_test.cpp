@@ -205,7 +205,8 @@ struct SilentWorld final : btDiscreteDynamicsWorld {
 
 TEST(Host, whose_world_does_not_tell_of_substeps_is_served) {
     BulletScene scene;
-    SilentWorld world(&scene.dispatcher, &scene.broadphase, &scene.solver, &scene.configuration);
+    btSequentialImpulseConstraintSolver solver;
+    SilentWorld world(&scene.dispatcher, &scene.broadphase, &solver, &scene.configuration);
     world.setGravity(btVector3(0, btScalar(-kGravity_m_s2), 0));
     const auto soil = sand_bed(world);
     btBoxShape shape(kHalfBox);

@@ -191,7 +191,6 @@ Found in_the_grid(const Tool& tool, const Place& place, Rules rules) {
     body.shapes = &tool.solids;
     body.pose = {{0, 0, kBedM + tool.height_m}, tool.rotation};
     body.center_of_mass_m = body.pose.position;
-    body.surface.friction = 0;  // takes no soil along; the law below has its own
     // A step is a thousandth of a voxel long.
     const double slow = 1e-3 * place.voxel_m / def.step_s /
                         (length(tool.velocity_m_s) + kRadiusM * length(tool.angular_rad_s));

@@ -3,7 +3,9 @@
 #include <dlfcn.h>
 #include <epoxy/egl.h>
 
+#include <cstdlib>
 #include <cstring>
+#include <string>
 #include <vector>
 
 namespace bsoil::render {
@@ -19,11 +21,16 @@ bool has_opengl() {
 /// Displays of the devices that are hardware, as EGL lists them. Mesa's surfaceless display may be
 /// software beside another driver's GPU.
 std::vector<EGLDisplay> hardware_displays() {
-    if (!epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_device") ||
-        !(epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_base") ||
-          epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_enumeration"))) {
+    const char* software = std::getenv("LIBGL_ALWAYS_SOFTWARE");
+    if (software && *software && std::strcmp(software, "0") != 0 &&
+        std::strcmp(software, "false") != 0) {
         return {};
     }
+    const bool has_base = epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_base");
+    const bool lists =
+        has_base || (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_enumeration") &&
+                     epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_query"));
+    if (!lists || !epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_device")) return {};
     EGLint count = 0;
     if (!eglQueryDevicesEXT(0, nullptr, &count) || count <= 0) return {};
     std::vector<EGLDeviceEXT> devices(static_cast<size_t>(count));
@@ -38,33 +45,25 @@ std::vector<EGLDisplay> hardware_displays() {
     return displays;
 }
 
-/// An initialized display that needs no window system, a GPU's if there is one, or EGL_NO_DISPLAY.
-/// Displays are shared by the whole process, so none is ever terminated here.
-EGLDisplay open_display() {
-    std::vector<EGLDisplay> candidates;
+/// Displays that need no window system, those of GPUs first.
+std::vector<EGLDisplay> find_displays() {
+    std::vector<EGLDisplay> displays;
     if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_base")) {
-        candidates = hardware_displays();
+        displays = hardware_displays();
         if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless")) {
-            candidates.push_back(eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA,
-                                                          EGL_DEFAULT_DISPLAY, nullptr));
+            displays.push_back(eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA,
+                                                        EGL_DEFAULT_DISPLAY, nullptr));
         }
     }
-    candidates.push_back(eglGetDisplay(EGL_DEFAULT_DISPLAY));
-    for (const EGLDisplay display : candidates) {
-        if (display != EGL_NO_DISPLAY && eglInitialize(display, nullptr, nullptr)) return display;
-    }
-    return EGL_NO_DISPLAY;
+    displays.push_back(eglGetDisplay(EGL_DEFAULT_DISPLAY));
+    std::erase(displays, EGL_NO_DISPLAY);
+    return displays;
 }
 
-}  // namespace
-
-Result<std::unique_ptr<GlContext>> GlContext::create() {
-    if (!epoxy_has_egl()) return Error{"pictures need EGL, which is not installed"};
-    if (!has_opengl()) {
-        return Error{"pictures need OpenGL; neither libOpenGL.so.0 nor libGL.so.1 loads"};
-    }
-    const EGLDisplay display = open_display();
-    if (display == EGL_NO_DISPLAY) {
+/// A context of OpenGL 3.3 core on a display that can be initialized. Displays are shared by the
+/// whole process, so none is ever terminated here.
+Result<EGLContext> make_context(EGLDisplay display) {
+    if (!eglInitialize(display, nullptr, nullptr)) {
         return Error{"pictures need an EGL display without a window; none could be initialized"};
     }
     if (!epoxy_has_egl_extension(display, "EGL_KHR_surfaceless_context")) {
@@ -94,10 +93,29 @@ Result<std::unique_ptr<GlContext>> GlContext::create() {
     if (context == EGL_NO_CONTEXT) {
         return Error{"pictures need OpenGL 3.3 core; the EGL driver offers no such context"};
     }
-    std::unique_ptr<GlContext> result(new GlContext);
-    result->display_ = display;
-    result->context_ = context;
-    return result;
+    return context;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<GlContext>> GlContext::create() {
+    if (!epoxy_has_egl()) return Error{"pictures need EGL, which is not installed"};
+    if (!has_opengl()) {
+        return Error{"pictures need OpenGL; neither libOpenGL.so.0 nor libGL.so.1 loads"};
+    }
+    std::string reason = "pictures need an EGL display without a window; none could be initialized";
+    for (const EGLDisplay display : find_displays()) {
+        const Result<EGLContext> context = make_context(display);
+        if (!context) {
+            reason = context.error();
+            continue;
+        }
+        std::unique_ptr<GlContext> result(new GlContext);
+        result->display_ = display;
+        result->context_ = *context;
+        return result;
+    }
+    return Error{reason};
 }
 
 GlContext::~GlContext() { eglDestroyContext(display_, context_); }

@@ -125,6 +125,11 @@ void Flows::look_anew() {
     for (Flow& flow : all_) {
         flow.is_fresh = true;
         if (flow.takes_all() || flow.held_units == 0) continue;
+        const bool may_be_new = std::ranges::any_of(flow.region.parts, [this](const FlowPart& p) {
+            const Tile* tile = tiles_[static_cast<size_t>(p.tile)].get();
+            return tile && tile->unchecked;
+        });
+        if (!may_be_new) continue;
         flow.held_units = std::max(flow.held_units, full_units(flow, flow.region.voxel_count));
     }
 }

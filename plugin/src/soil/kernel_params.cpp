@@ -95,8 +95,11 @@ void set_kernel_params(SoilCore& s) {
     p.water_table = p.water_count > 0 ? static_cast<int>(std::lround(table_voxels * kOneQ16)) : 0;
     p.transport_count = transported_planes(p.material_count, p.water_count);
     p.gravity_q16 = gravity_q16(def, s.step_index);
-    p.arch_speed = static_cast<int>(std::lround(
-        std::sqrt(def.gravity_m_s2 * def.step_s * def.step_s / def.voxel_m) * kVoxelFull));
+    const int arch_least = def.gravity_m_s2 > 0 ? 1 : 0;  // none only without gravity
+    p.arch_speed = std::max(
+        arch_least,
+        static_cast<int>(std::lround(
+            std::sqrt(def.gravity_m_s2 * def.step_s * def.step_s / def.voxel_m) * kVoxelFull)));
     p.push_speed = 0;
     p.arch_reach = def.slides == SlideMotion::run_out ? 0 : kArchReach;
     p.overflow_heuristic = static_cast<int>(def.overflow);

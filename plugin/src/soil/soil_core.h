@@ -35,8 +35,8 @@ class PassStamps {
     void begin_partial_look(Looker looker) {
         told(looker) = last_look_[static_cast<size_t>(looker)];
     }
-    /// Chances in a step hang on it and on the passes in it that move soil, and not on who has looked
-    /// how often before.
+    /// Chances in a step hang on it and on the passes in it that move soil, and not on who has
+    /// looked how often before.
     void begin_step(int64_t step_index) {
         constexpr int64_t kPassesAStep = 1024;
         params_.chance = static_cast<int32_t>(static_cast<uint32_t>(step_index * kPassesAStep));
