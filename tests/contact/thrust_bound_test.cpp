@@ -122,9 +122,15 @@ double pull_share(const std::vector<Element>& wheel, const ContactLaw& law, doub
     return force.x / kLoadN;
 }
 
-/// rim_share: of the sand's angle, what the rim has.
-std::unique_ptr<const ContactLaw> law_of(ContactLawDef::Kind kind, double friction_angle_rad,
-                                         bool with_rules, double rim_share = 1) {
+/// A law, and which rule it has beside trapped soil.
+struct Ruled {
+    ContactLawDef::Kind kind;
+    bool passive_wedge = true;
+};
+
+/// with_rules: else neither. rim_share: of the sand's angle, what the rim has.
+std::unique_ptr<const ContactLaw> law_of(Ruled ruled, double friction_angle_rad, bool with_rules,
+                                         double rim_share = 1) {
     MaterialDef sand;
     sand.density_kg_m3 = 1500;
     sand.loose_density_kg_m3 = sand.compacted_density_kg_m3 = 0;
@@ -134,13 +140,14 @@ std::unique_ptr<const ContactLaw> law_of(ContactLawDef::Kind kind, double fricti
     auto soil = std::make_shared<ContactSoil>();
     soil->materials = {sand};
     soil->voxel_m = kRadiusM / 20;
-    soil->law.kind = kind;
-    soil->law.passive_wedge = soil->law.trapped_soil = with_rules;
+    soil->law.kind = ruled.kind;
+    soil->law.passive_wedge = with_rules && ruled.passive_wedge;
+    soil->law.trapped_soil = with_rules;
     return ContactLaw::make(soil);
 }
 
 // 0.1 is for what the soil before the lugs adds to its own friction.
-class ThrustBound : public testing::TestWithParam<ContactLawDef::Kind> {};
+class ThrustBound : public testing::TestWithParam<Ruled> {};
 
 TEST_P(ThrustBound, no_wheel_pulls_more_than_its_sand_can_shear) {
     double most_without = 0;
@@ -199,7 +206,7 @@ TEST(ThrustByWork, has_its_bound_with_and_without_trapped_soil) {
             const double tan_phi = std::tan(phi * std::numbers::pi / 180);
             for (const bool is_trapped : {false, true}) {
                 const auto law =
-                    law_of(ContactLawDef::Kind::work, phi * std::numbers::pi / 180, is_trapped);
+                    law_of({ContactLawDef::Kind::work}, phi * std::numbers::pi / 180, is_trapped);
                 for (const double slip : {0.1, 0.3, 0.6, 0.9}) {
                     EXPECT_LE(pull_share(wheel, *law, slip, lugs.height_m), tan_phi + 0.1)
                         << phi << " deg, " << lugs.count << " lugs of " << lugs.height_m
@@ -210,10 +217,14 @@ TEST(ThrustByWork, has_its_bound_with_and_without_trapped_soil) {
     }
 }
 
+// As a scene has it that names no rule: trapped soil alone.
 INSTANTIATE_TEST_SUITE_P(Laws, ThrustBound,
-                         testing::Values(ContactLawDef::Kind::granular, ContactLawDef::Kind::plain),
-                         [](const auto& kind) {
-                             return kind.param == ContactLawDef::Kind::plain ? "plain" : "granular";
+                         testing::Values(Ruled{ContactLawDef::Kind::granular},
+                                         Ruled{ContactLawDef::Kind::granular, false},
+                                         Ruled{ContactLawDef::Kind::plain}),
+                         [](const auto& law) -> std::string {
+                             if (law.param.kind == ContactLawDef::Kind::plain) return "plain";
+                             return law.param.passive_wedge ? "granular" : "granular_by_default";
                          });
 
 }  // namespace
