@@ -25,6 +25,13 @@ Quat about(Vec3 axis, double angle_rad) {
     return {v.x, v.y, v.z, std::cos(angle_rad / 2)};
 }
 
+/// Teeth across a side of a box whose middle is the frame's origin.
+struct Row {
+    Vec3 out, along;  ///< axes of the frame
+    double level_m = 0, half_along_m = 0, half_across_m = 0;
+    int count = 0;
+};
+
 /// A body that moves through the bed.
 struct Tool {
     std::vector<ConvexShape> solids;
@@ -33,6 +40,7 @@ struct Tool {
     Vec3 velocity_m_s, angular_rad_s;
     int lug_count = 0;
     double lug_height_m = 0, lug_thickness_m = 0;
+    Row row;  ///< instead of lugs on a wheel
 };
 
 ConvexShape cylinder(double radius_m, double width_m, Quat rotation = {}) {
@@ -50,6 +58,9 @@ ConvexShape box(Vec3 size_m, Vec3 at_m = {}, Quat rotation = {}) {
     shape.local = {at_m, rotation};
     return shape;
 }
+
+/// Lengths along the axes, without their signs.
+Vec3 along_axes(Vec3 v) { return {std::abs(v.x), std::abs(v.y), std::abs(v.z)}; }
 
 constexpr double kRadiusM = 0.25, kWidthM = 0.2;
 /// Rolls along x, its axle along y turned by the slip angle.
@@ -106,6 +117,41 @@ Tool ball(double radius_m, double sinkage_m, Vec3 velocity_m_s) {
     return tool;
 }
 
+/// Teeth put on the side of `tool`'s box that looks along `out`, evenly along `along`, as long
+/// across it as the box.
+void add_row(Tool& tool, Vec3 out, Vec3 along, int count, double height_m, double thickness_m) {
+    const Vec3 half = tool.solids[0].half_extents_m, across = cross(out, along);
+    const auto extent = [&](Vec3 axis) { return std::abs(dot(half, axis)); };
+    tool.row = {out, along, extent(out), extent(along), extent(across), count};
+    tool.lug_height_m = height_m;
+    tool.lug_thickness_m = thickness_m;
+    const double root_m = 0.5 * tool.row.level_m, top_m = tool.row.level_m + height_m;
+    for (int i = 0; i < count; ++i) {
+        const double place_m = ((2 * i + 1.0) / count - 1) * tool.row.half_along_m;
+        tool.solids.push_back(box(along_axes((top_m - root_m) * out + thickness_m * along +
+                                             2 * tool.row.half_across_m * across),
+                                  (root_m + top_m) / 2 * out + place_m * along));
+    }
+}
+/// A track's link that slips backwards under its load, its plate `sinkage_m` deep.
+Tool link(double sinkage_m, int count, double height_m, double thickness_m) {
+    Tool tool;
+    tool.solids = {box({0.36, 0.25, 0.06})};
+    tool.height_m = 0.03 - sinkage_m;
+    tool.velocity_m_s = {-1, 0, -0.4};
+    add_row(tool, {0, 0, -1}, {1, 0, 0}, count, height_m, thickness_m);
+    return tool;
+}
+/// A bucket's lip with teeth on its edge, its nose down: it cuts, or swings aside.
+Tool lip(int count, double height_m, double thickness_m, Vec3 velocity_m_s = {1, 0, -0.2}) {
+    Tool tool;
+    tool.solids = {box({0.2, 0.3, 0.05})};
+    tool.rotation = about({0, 1, 0}, 0.4);
+    tool.velocity_m_s = velocity_m_s;
+    add_row(tool, {1, 0, 0}, {0, 1, 0}, count, height_m, thickness_m);
+    return tool;
+}
+
 /// Where the grid lies against bed and tool.
 struct Place {
     double voxel_m = 0.025;
@@ -154,11 +200,54 @@ std::vector<oracle::Facet> surface_with_trapped_soil(const Tool& tool, double ax
     return out;
 }
 
+/// The same of a row on a box's side, whose teeth stand in a frame `height_m` above the bed. Soil
+/// goes round teeth that are higher than a third of their pitch.
+std::vector<oracle::Facet> row_with_trapped_soil(const Tool& tool, double height_m) {
+    const Row& row = tool.row;
+    std::vector<oracle::Facet> out = oracle::surface_of(tool.solids, kEdgeM);
+    if (tool.lug_height_m > 2 * row.half_along_m / row.count / 3) return out;
+    const Vec3 across = cross(row.out, row.along);
+    const double pitch = 2 * row.half_along_m / row.count, h = tool.lug_height_m;
+    const double between = pitch - tool.lug_thickness_m;
+    const double most = std::min(1.0, h * std::tan(std::numbers::pi / 4 + kPhi / 2) / between);
+    const auto above = [&](Vec3 at) { return dot(at, row.out) - row.level_m; };
+    const auto filled = [&](Vec3 at) {
+        constexpr int kParts = 100;
+        const Vec3 root = at - above(at) * row.out;
+        int below = 0;
+        for (int i = 0; i < kParts; ++i) {
+            const Vec3 p = root + (i + 0.5) / kParts * h * row.out;
+            below += height_m + rotate(tool.rotation, p).z < 0;
+        }
+        return 1.0 * below / kParts;
+    };
+    for (oracle::Facet& facet : out) {
+        const Vec3 n = facet.normal;
+        if (above(facet.at) > 0.02 * h) {
+            if (std::abs(dot(n, row.along)) > 0.9) facet.share = 1 - filled(facet.at);
+        } else if (dot(n, row.out) > 0.9) {
+            facet.share = 1 - most * filled(facet.at);
+        }
+    }
+    const Vec3 size =
+        along_axes(h * row.out + 2 * row.half_along_m * row.along + 2 * row.half_across_m * across);
+    for (oracle::Facet facet :
+         oracle::surface_of({box(size, (row.level_m + h / 2) * row.out)}, kEdgeM)) {
+        if (dot(facet.normal, row.out) < -0.9) continue;
+        facet.share = most * between / pitch * filled(facet.at);
+        facet.friction = std::tan(kPhi);
+        facet.root = -above(facet.at) * row.out;
+        out.push_back(facet);
+    }
+    return out;
+}
+
 /// Sums over exact surfaces, for a bed whose surface lies higher by `raised_m`.
 oracle::Wrench exact(const Tool& tool, double raised_m = 0, Rules rules = {}) {
     return oracle::resistive_force(
-        rules.trapped ? surface_with_trapped_soil(tool, tool.height_m - raised_m)
-                      : oracle::surface_of(tool.solids, kEdgeM),
+        !rules.trapped       ? oracle::surface_of(tool.solids, kEdgeM)
+        : tool.row.count > 0 ? row_with_trapped_soil(tool, tool.height_m - raised_m)
+                             : surface_with_trapped_soil(tool, tool.height_m - raised_m),
         {{{0, 0, tool.height_m - raised_m}, tool.rotation}, tool.velocity_m_s, tool.angular_rad_s},
         {1600, kPhi, 0.5, rules.wedge});
 }
@@ -312,7 +401,7 @@ TEST(PlainLawInTheGrid, converges_with_the_voxel) {
     }
 }
 
-// From a tenth of a voxel to 1.6. Measured: 3.0 %.
+// From a tenth of a voxel to 1.6. Measured: 4.7 %.
 TEST(PlainLawInTheGrid, thin_lugs_feel_what_thick_ones_do) {
     for (const double thickness_m : {0.0025, 0.005, 0.01, 0.02, 0.04}) {
         expect_exact(fmt::format("lugs of {} mm", 1000 * thickness_m),
@@ -351,6 +440,40 @@ TEST(PlainLawInTheGrid, soil_between_lugs_goes_with_the_wheel) {
     }
     const Tool high = lugged_wheel(0.3, 0.06, 12, 0.03, 0.02);
     EXPECT_LT(exact(high, 0, {.trapped = true}).force_n.x, 0.85 * exact(high).force_n.x)
+        << "the rule has something to do";
+}
+
+// Measured: 1.0 %, with grousers as thick as 0.8 voxels or an eighth of one. A plate that is still
+// above the soil is in half the voxel, where 2.1 % are measured. In the larger ones its grousers
+// are a voxel deep; what is too much in theirs counts for the plate as well, up to 27 %.
+TEST(PlainLawInTheGrid, tracks_link_with_grousers) {
+    std::vector<Place> finer = kPlaces;
+    for (Place& place : finer) place.voxel_m /= 2;
+    for (const Rules rules : {Rules{}, Rules{.trapped = true}}) {
+        const std::string more = rules.trapped ? ", trapped" : "";
+        expect_exact("one" + more, link(0.03, 1, 0.05, 0.02), 0.2, 0.05, kPlaces, rules);
+        expect_exact("three" + more, link(0.03, 3, 0.03, 0.02), 0.2, 0.05, kPlaces, rules);
+        expect_exact("thin" + more, link(0.03, 3, 0.03, 0.003), 0.2, 0.05, kPlaces, rules);
+        expect_exact("shallow, finer" + more, link(-0.01, 3, 0.035, 0.02), 0.2, 0.05, finer, rules);
+    }
+    const Tool three = link(0.03, 3, 0.03, 0.02);
+    EXPECT_LT(exact(three, 0, {.trapped = true}).force_n.x, 0.75 * exact(three).force_n.x)
+        << "the rule has something to do";
+}
+
+// Measured: 3.2 %. Long teeth are no row: each has its own resistance.
+TEST(PlainLawInTheGrid, buckets_edge_with_teeth) {
+    constexpr Vec3 kAside{0.3, 1, 0};
+    for (const Rules rules : {Rules{}, Rules{.trapped = true}}) {
+        const std::string more = rules.trapped ? ", trapped" : "";
+        expect_exact("cuts" + more, lip(4, 0.02, 0.03), 0.2, 0.05, kPlaces, rules);
+        expect_exact("swings" + more, lip(4, 0.02, 0.03, kAside), 0.2, 0.05, kPlaces, rules);
+        expect_exact("thin" + more, lip(4, 0.02, 0.005, kAside), 0.2, 0.05, kPlaces, rules);
+        expect_exact("long" + more, lip(4, 0.08, 0.03, kAside), 0.2, 0.05, kPlaces, rules);
+    }
+    const Tool short_teeth = lip(4, 0.02, 0.03, kAside);
+    EXPECT_GT(exact(short_teeth, 0, {.trapped = true}).force_n.y,
+              0.85 * exact(short_teeth).force_n.y)
         << "the rule has something to do";
 }
 
