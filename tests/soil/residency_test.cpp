@@ -36,6 +36,31 @@ TEST(Residency, sleeping_and_waking_change_no_bit) {
     }
 }
 
+// In one go, on several threads: 22 of 36 tiles have a slot, three of them before.
+TEST(Residency, tiles_that_wake_together_wake_as_one_by_one) {
+    const auto awake = [](bool together) {
+        SoilDef def = grid_def(48, 48, 40);
+        def.tile_capacity = 22;
+        def.thread_count = 3;
+        auto soil = make_soil(def);
+        EXPECT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {48, 48, 5})));
+        EXPECT_TRUE(soil->fill(voxel_box(*soil, {20, 20, 5}, {30, 30, 35})));
+        Soil::Impl& impl = SoilProbe::impl(*soil);
+        for (const int index : {7, 30, 8}) impl.tiles.wake(index);
+        std::vector<int> indices;
+        for (int i = 0; i < 72; ++i) indices.push_back(i * 5 % 36);
+        if (together) impl.tiles.wake_ahead(indices);
+        std::vector<int> slots;
+        for (const int index : indices) {
+            slots.push_back(together ? impl.tiles[static_cast<size_t>(index)]->slot
+                                     : impl.tiles.wake(index));
+        }
+        EXPECT_EQ(impl.tiles.awake_count(), 22);
+        return std::pair(slots, soil->checksum());
+    };
+    EXPECT_EQ(awake(true), awake(false));
+}
+
 // A blade cuts into a heap, leaves it alone for long enough that its tiles fall asleep, and comes
 // back.
 TEST(Residency, soil_that_sleeps_in_between_moves_like_soil_that_stays_awake) {

@@ -106,22 +106,31 @@ bool read_columns(std::span<const uint8_t> bytes, int height, int plane_count, S
 bool unpack_part(std::span<const uint8_t> bytes, int packed_height, int packed_plane_count,
                  TileVoxels& tile) {
     std::fill(tile.words.begin(), tile.words.end(), 0);
-    return read_columns(
+    // Columns that are as the one before them, and not written yet: side by side in each level.
+    int same_first = 0, same_count = 0;
+    const auto write_same = [&] {
+        for (int p = 0; p < tile.plane_count && same_count > 0; ++p) {
+            for (int z = 0; z < tile.height; ++z) {
+                std::fill_n(&tile.at(p, z, same_first), same_count, tile.at(p, z, same_first - 1));
+            }
+        }
+        same_count = 0;
+    };
+    const bool is_whole = read_columns(
         bytes, packed_height, packed_plane_count,
         [&](int column) {
-            for (int p = 0; p < tile.plane_count; ++p) {
-                for (int z = 0; z < tile.height; ++z) {
-                    tile.at(p, z, column) = tile.at(p, z, column - 1);
-                }
-            }
+            if (same_count++ == 0) same_first = column;
         },
         [&](int column, int z, const ColumnRun& run) {
+            if (z == 0) write_same();
             const int end = std::min(z + run.length, tile.height);
             for (int p = 0; p < tile.plane_count; ++p) {
                 const int32_t value = run.values[static_cast<size_t>(p)];
                 for (int up = z; value != 0 && up < end; ++up) tile.at(p, up, column) = value;
             }
         });
+    write_same();
+    return is_whole;
 }
 
 }  // namespace
@@ -131,12 +140,15 @@ std::vector<uint8_t> pack_tile(const TileVoxels& tile) {
     // layer, as they lie in memory.
     thread_local std::vector<int32_t> changes;
     const auto height = static_cast<size_t>(tile.height);
-    changes.assign(height * 64, 0);
+    // What lies above is air, and as what is below it.
+    const int levels = std::min(tile.height, filled_levels(tile) + 1);
+    const auto looked = static_cast<size_t>(levels);
+    changes.assign(looked * 64, 0);
     std::array<int32_t, 64> beside{};
     for (int p = 0; p < tile.plane_count; ++p) {
         const int32_t* words = &tile.words[static_cast<size_t>(p) * height * 64];
-        for (size_t v = 64; v < height * 64; ++v) changes[v] |= words[v] ^ words[v - 64];
-        for (size_t z = 0; z < height; ++z) {
+        for (size_t v = 64; v < looked * 64; ++v) changes[v] |= words[v] ^ words[v - 64];
+        for (size_t z = 0; z < looked; ++z) {
             const int32_t* layer = words + z * 64;
             for (size_t c = 1; c < 64; ++c) beside[c] |= layer[c] ^ layer[c - 1];
         }
@@ -151,11 +163,12 @@ std::vector<uint8_t> pack_tile(const TileVoxels& tile) {
             return changes[static_cast<size_t>(z) * 64 + static_cast<size_t>(column)] != 0;
         };
         uint32_t run_count = 1;
-        for (int z = 1; z < tile.height; ++z) run_count += changes_at(z);
+        for (int z = 1; z < levels; ++z) run_count += changes_at(z);
         put(out, run_count);
         for (int z = 0; z < tile.height;) {
             int end = z + 1;
-            while (end < tile.height && !changes_at(end)) ++end;
+            while (end < levels && !changes_at(end)) ++end;
+            if (end >= levels) end = tile.height;
             ColumnRun run;
             run.length = end - z;
             for (int p = 0; p < tile.plane_count; ++p) {
@@ -198,8 +211,13 @@ int filled_levels(const TileVoxels& tile) {
     for (int p = 0; p < tile.plane_count; ++p) {
         const int32_t* words = &tile.words[static_cast<size_t>(p) * plane_words];
         int z = tile.height;
-        const auto is_air = [](int32_t word) { return word == 0; };
-        while (z > levels && std::all_of(words + (z - 1) * 64, words + z * 64, is_air)) --z;
+        // All words of a level, without a branch for each: the compiler makes vectors of it.
+        const auto is_air = [](const int32_t* level) {
+            int32_t any = 0;
+            for (int c = 0; c < 64; ++c) any |= level[c];
+            return any == 0;
+        };
+        while (z > levels && is_air(words + static_cast<ptrdiff_t>(z - 1) * 64)) --z;
         levels = z;
     }
     return levels;

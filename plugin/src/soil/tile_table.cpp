@@ -1,4 +1,5 @@
-// Tiles asleep and awake: cost follows what moves.
+// Tiles asleep and awake: cost follows what moves. How they wake and fall asleep is in
+// tile_residency.cpp.
 #include "soil/tile_table.h"
 
 #include <algorithm>
@@ -10,28 +11,12 @@ namespace bsoil {
 using namespace layout;
 
 namespace {
-// Steps after which a tile that nobody needs goes to sleep. Long enough that a slow avalanche does
-// not pack and unpack it.
-constexpr int64_t kSleepAfterSteps = 30;
-
 // Memory that SoilDef::tile_capacity = 0 allows awake tiles to take.
 constexpr int64_t kAwakeBytesDefault = int64_t{1} << 30;
 // Awake tiles that a soil starts with; the table doubles when it needs more.
 constexpr int kSlotsAtStart = 64;
-// A tile that wakes is written up to a multiple of so many levels. Ours: 8 KiB a plane. Larger: air
-// is written; smaller: a driver has more calls, of some microseconds each, with less in them.
-constexpr int kLevelsWritten = 32;
 
-/// Tile::top of these voxels.
-int top_of(const TileVoxels& voxels) {
-    for (int z = voxels.height - 1; z >= 0; --z) {
-        for (int c = 0; c < kTileColumns; ++c) {
-            if (voxels.at(kKeptVolume, z, c) != 0) return z + 1;
-        }
-    }
-    return 0;
-}
-
+/// Tile::top of these runs.
 int top_of(const TileRuns& tile) {
     int top = 0;
     for (int c = 0; c < kTileColumns; ++c) {
@@ -52,6 +37,15 @@ std::shared_ptr<const PackedTile> packed_of(std::vector<uint8_t> bytes, const So
     return packed;
 }
 }  // namespace
+
+int top_of(const TileVoxels& voxels) {
+    for (int z = voxels.height - 1; z >= 0; --z) {
+        for (int c = 0; c < kTileColumns; ++c) {
+            if (voxels.at(kKeptVolume, z, c) != 0) return z + 1;
+        }
+    }
+    return 0;
+}
 
 std::shared_ptr<const PackedTile> make_packed(const TileRuns& runs) {
     return packed_of(pack_runs(runs), runs);
@@ -190,58 +184,6 @@ Status TileTable::grow_slots(int wanted) {
     return allocate_slots(count);
 }
 
-int TileTable::wake(int index) {
-    Tile& tile = make(index);
-    tile.last_used_step = core_.step_index;
-    if (tile.slot >= 0) return tile.slot;
-    if (free_slots_.empty() && !grow_slots(slot_count_ + 1)) {
-        core_.conditions.note(StatusBit::tile_table_full, -1,
-                              core_.frame.to_world({(index % core_.tiles_x + 0.5) * kTileSide,
-                                                    (index / core_.tiles_x + 0.5) * kTileSide,
-                                                    static_cast<double>(tile.top)}));
-        return -1;
-    }
-    const int filled = filled_levels(tile.bytes(), core_.height, core_.kept_planes);
-    const int written = (filled + kLevelsWritten - 1) / kLevelsWritten * kLevelsWritten;
-    voxels_.resize(std::min(written, core_.height), core_.kept_planes);
-    unpack_levels(tile.bytes(), core_.height, voxels_);
-    tile.slot = free_slots_.back();
-    free_slots_.pop_back();
-    slot_tile_[tile.slot] = index;
-    woken_step_[tile.slot] = core_.step_index;
-    is_edited_[static_cast<size_t>(tile.slot)] = false;
-    fill_slot(tile.slot, voxels_);
-    tile.top = top_of(voxels_);  // a snapshot has an upper bound
-    core_.device->fill_zero(Buffer::spans, spans_offset(tile.slot), kTileColumns * kColumnWords);
-    for (int array = 0; array < kFlagArrays; ++array) {
-        core_.device->fill_zero(Buffer::block_flags,
-                                array * block_count() + int64_t{tile.slot} * core_.blocks_per_tile,
-                                core_.blocks_per_tile);
-    }
-    note_stale(tile.slot, false);  // again: the flags above are new, and no body covers it yet
-    tile.packed.reset();
-    is_dirty_ = true;
-    note_edit();
-    return tile.slot;
-}
-
-void TileTable::fill_slot(int slot, const TileVoxels& low) {
-    int& filled = filled_levels_[static_cast<size_t>(slot)];
-    const auto words = static_cast<size_t>(low.height) * kTileColumns;
-    const int64_t above = int64_t{std::max(0, filled - low.height)} * kTileColumns;
-    for (int p = 0; p < core_.kept_planes; ++p) {
-        const int64_t offset = plane_offset(state_plane_of(p), slot);
-        core_.device->write(Buffer::state, offset,
-                            std::span(low.words).subspan(static_cast<size_t>(p) * words, words));
-        core_.device->fill_zero(Buffer::state, offset + static_cast<int64_t>(words), above);
-    }
-    for (int plane : {kPlaneCoverage, kPlaneOwner, kPlaneSupport}) {
-        if (filled == kNeverUsed) break;
-        core_.device->fill_zero(Buffer::state, plane_offset(plane, slot), core_.params.tile_voxels);
-    }
-    filled = core_.height;
-}
-
 void TileTable::note_stale(int slot, bool may_be_covered) {
     looked_step_[slot] = -1;
     column_words_.assign(static_cast<size_t>(core_.blocks_per_tile) * kMaskWords, 0);
@@ -312,39 +254,6 @@ void TileTable::forget_stamps() {
     }
     std::ranges::fill(looked_step_, -1);
     core_.stamps.forget();
-}
-
-void TileTable::put_to_sleep(std::span<const int> indices) {
-    if (sleepers_.size() < indices.size()) sleepers_.resize(indices.size());
-    ranges_.clear();
-    for (size_t i = 0; i < indices.size(); ++i) {
-        want_voxels(indices[i], kAllPlanes, sleepers_[i], ranges_);
-    }
-    core_.device->read(ranges_);
-    for (size_t i = 0; i < indices.size(); ++i) {
-        Tile& tile = *tiles_[indices[i]];
-        tile.packed = make_packed(sleepers_[i]);
-        filled_levels_[static_cast<size_t>(tile.slot)] = filled_levels(sleepers_[i]);
-        slot_tile_[tile.slot] = -1;
-        free_slots_.push_back(tile.slot);
-        tile.slot = -1;
-    }
-    is_dirty_ = true;
-    note_edit();  // a mean density leaves out what sleeps
-}
-
-void TileTable::sleep_idle() { sleep_unused_since(core_.step_index - kSleepAfterSteps); }
-
-void TileTable::sleep_unused_since(int64_t step) {
-    falling_asleep_.clear();
-    for (int slot = 0; slot < slot_count_; ++slot) {
-        const int index = slot_tile_[slot];
-        if (index >= 0 && tiles_[index]->last_used_step < step) falling_asleep_.push_back(index);
-    }
-    const std::span<const int> all = falling_asleep_;
-    for (size_t first = 0; first < all.size(); first += kTilesARead) {
-        put_to_sleep(all.subspan(first, std::min(kTilesARead, all.size() - first)));
-    }
 }
 
 void TileTable::upload() {

@@ -51,6 +51,9 @@ struct PackedTile {
     mutable std::vector<int32_t> surface;
 };
 
+/// Tile::top of these voxels.
+int top_of(const TileVoxels& voxels);
+
 std::shared_ptr<const PackedTile> make_packed(const TileRuns& runs);
 std::shared_ptr<const PackedTile> make_packed(const TileVoxels& voxels);
 
@@ -112,6 +115,9 @@ class TileTable {
     int64_t block_count() const { return int64_t{slot_count_} * core_.blocks_per_tile; }
     /// Slot of a tile, waking it if need be; -1 and a condition when the table is full.
     int wake(int index);
+    /// Wakes what of these sleeps, with all threads: wake() finds them awake then, with the slots
+    /// that it would have given them one by one. Those without a slot stay asleep.
+    void wake_ahead(std::span<const int> indices);
     bool woke_in_this_step(int slot) const {
         return woken_step_[static_cast<size_t>(slot)] == core_.step_index;
     }
@@ -207,8 +213,10 @@ class TileTable {
   private:
     static constexpr int kNeverUsed = -1;
 
-    /// Puts a tile's lowest levels into a slot that no tile has; above there is nothing.
-    void fill_slot(int slot, const TileVoxels& low);
+    bool take_slot(int index);
+    void unpack_filled(int index, TileVoxels& low) const;
+    /// Puts a tile's lowest levels into the slot that it has taken; above there is nothing.
+    void fill_slot(Tile& tile, const TileVoxels& low);
     Status expect_large();
     Status allocate_slots(int count);
     void want_planes(int index, int plane_count, PlaneSet planes, TileVoxels& out,
@@ -235,8 +243,8 @@ class TileTable {
     // Scratch, kept so that a step does not allocate once warm.
     std::vector<int32_t> neighbour_words_, column_words_;
     TileVoxels voxels_;
-    std::vector<TileVoxels> sleepers_;
-    std::vector<int> falling_asleep_;
+    std::vector<TileVoxels> sleepers_, unpacked_;
+    std::vector<int> falling_asleep_, waking_;
     mutable std::vector<device::ReadRange> ranges_;
 };
 

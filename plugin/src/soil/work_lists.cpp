@@ -1,6 +1,7 @@
 #include "soil/work_lists.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "soil/shape_bounds.h"
 
@@ -180,6 +181,18 @@ void WorkLists::wake_active() {
         }
     }
     std::sort(sorted_active_.begin(), sorted_active_.end());  // tiles wake in a fixed order
+    waking_.clear();
+    int last = -1;
+    for (const auto& [key, step] : sorted_active_) {
+        const int index = static_cast<int>(key / core_.blocks_per_tile);
+        if (index == std::exchange(last, index)) continue;
+        core_.tiles_around(index % core_.tiles_x, index / core_.tiles_x)
+            .for_each_tile([&](int tx, int ty) {
+                const Tile* tile = tiles_[core_.tile_index(tx, ty)].get();
+                if (!tile || !tile->is_awake()) waking_.push_back(core_.tile_index(tx, ty));
+            });
+    }
+    tiles_.wake_ahead(waking_);
     // By place: a tile that wakes may make the table grow, and fit() this list with it.
     for (size_t i = 0; i < sorted_active_.size(); ++i) {
         const BlockKey key = sorted_active_[i].first;

@@ -102,6 +102,7 @@ class WorkLists {
     // Scratch, kept so that a step does not allocate once warm.
     std::vector<int32_t> words_, listed_flags_;
     std::vector<BlockKey> body_blocks_, fresh_blocks_, covered_blocks_;
+    std::vector<int> waking_;  ///< tiles
     std::vector<std::pair<BlockKey, int64_t>> sorted_active_;
     std::vector<std::unordered_map<BlockKey, int64_t>::node_type> spare_;  ///< out of active_
     std::vector<std::pair<int32_t, int32_t>> block_shapes_, slot_bodies_;
