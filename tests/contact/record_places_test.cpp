@@ -12,16 +12,18 @@ namespace {
 
 constexpr int kSide = 200;
 
-/// Two bodies: one small and dense, one with few records far apart. Some voxels have two records of
-/// a body, as where two carriers' soil meets.
+/// Three bodies: one small and dense, one with few records far apart, one that lies along x over
+/// more voxels than a word has bits. Some voxels have two records of a body, as where two carriers'
+/// soil meets.
 std::vector<ContactRecord> some_records() {
     std::mt19937 random(5);
     std::vector<ContactRecord> records;
-    for (int i = 0; i < 400; ++i) {
+    constexpr unsigned kSides[3][3] = {{12, 12, 12}, {kSide, kSide, kSide}, {130, 4, 4}};
+    for (int i = 0; i < 450; ++i) {
         ContactRecord record;
-        record.body = i % 2;
-        for (int& at : record.voxel) {
-            at = static_cast<int>(random() % (record.body == 0 ? 12 : kSide));
+        record.body = i % 3;
+        for (int k = 0; k < 3; ++k) {
+            record.voxel[k] = static_cast<int>(random() % kSides[record.body][k]);
         }
         record.gradient = {0, 0, -65536};
         records.push_back(record);
@@ -58,9 +60,9 @@ TEST(RecordPlaces, finds_the_first_record_of_a_voxel_and_those_around) {
     const std::vector<ContactRecord> records = some_records();
     const int size[3] = {kSide, kSide, kSide};
     RecordPlaces places;
-    places.fill(records, 3, size);
+    places.fill(records, 4, size);
     EXPECT_TRUE(places.has_any(1));
-    EXPECT_FALSE(places.has_any(2));
+    EXPECT_FALSE(places.has_any(3));
     int looked_at_count = 0;
     for_each_near(records, [&](const Voxel& voxel, int body) {
         ASSERT_EQ(places.find(voxel.data(), body), first_at(records, voxel.data(), body));
@@ -75,7 +77,7 @@ TEST(RecordPlaces, finds_the_first_record_of_a_voxel_and_those_around) {
         const bool may_be = places.may_be_beside(body, voxel.data(), voxel.data());
         const bool is_answered = !around.empty() || is_below;
         ASSERT_TRUE(may_be || !is_answered);
-        // Of the body whose cells are voxels nothing is looked at in vain.
+        // Of bodies whose cells are voxels nothing is looked at in vain.
         ASSERT_TRUE(body == 1 || may_be == is_answered);
         if (!may_be) return;
         ++looked_at_count;
@@ -90,7 +92,7 @@ TEST(RecordPlaces, finds_those_along_an_axis) {
     const std::vector<ContactRecord> records = some_records();
     const int size[3] = {kSide, kSide, kSide};
     RecordPlaces places;
-    places.fill(records, 2, size);
+    places.fill(records, 3, size);
     for_each_near(records, [&](const Voxel& voxel, int body) {
         for (int axis = 0; axis < 3; ++axis) {
             for (const int step : {-1, 1}) {
@@ -114,7 +116,7 @@ TEST(RecordPlaces, are_far_from_what_is_out_of_reach) {
     const std::vector<ContactRecord> records = some_records();
     const int size[3] = {kSide, kSide, kSide};
     RecordPlaces places;
-    places.fill(records, 2, size);
+    places.fill(records, 3, size);
     for (const int far : {-1000000, -4, 15, 1000000}) {
         const int voxel[3] = {5, far, 5};
         EXPECT_FALSE(places.may_be_beside(0, voxel, voxel)) << far;

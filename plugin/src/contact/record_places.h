@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bsoil/geometry.h"
+#include "bsoil/work_threads.h"
 #include "contact/contact_record.h"
 
 namespace bsoil {
@@ -20,9 +21,11 @@ inline int voxel_of(double place) {
 /// Of the records of all bodies, each in its voxel. Places in voxels, in the grid's axes.
 class RecordPlaces {
   public:
-    /// size: of the grid. Keeps its memory from one call to the next. Cost: 27 words a record are
-    /// marked, and up to 256 bytes more each cleared where a body's records are far apart.
-    void fill(std::span<const ContactRecord> records, size_t body_count, const int size[3]);
+    /// size: of the grid. threads: to share the work, or null. Keeps its memory from one call to
+    /// the next. Cost: the records, and up to 400 bytes more each cleared where a body's records
+    /// are far apart.
+    void fill(std::span<const ContactRecord> records, size_t body_count, const int size[3],
+              const WorkThreads* threads = nullptr);
 
     bool has_any(int body) const { return boxes_[static_cast<size_t>(body)].high[0] >= 0; }
     /// Whether a place is no further than this from the box round a body's records, along each
@@ -61,9 +64,17 @@ class RecordPlaces {
         int low[3] = {INT32_MAX, INT32_MAX, INT32_MAX}, high[3] = {-1, -1, -1};
         size_t record_count = 0;
         size_t cells = 0;  ///< where they begin in cells_
+        size_t rows = 0;   ///< where rows of marks begin in marks_ and near_
         int cell_shift = 0, cell_count[3] = {0, 0, 0};
+        int row_words = 0;
+        void add(const Box& part);
         size_t cell(int x, int y, int z) const {
             return cells + (static_cast<size_t>(z) * cell_count[1] + y) * cell_count[0] + x;
+        }
+        /// The first word of the marks of a row of cells along x.
+        size_t row(int y, int z) const {
+            return rows +
+                   (static_cast<size_t>(z) * cell_count[1] + y) * static_cast<size_t>(row_words);
         }
         /// Between cells beside each other along an axis.
         ptrdiff_t stride(int axis) const {
@@ -75,29 +86,38 @@ class RecordPlaces {
                    voxel[1] <= high[1] && voxel[2] >= low[2] && voxel[2] <= high[2];
         }
         /// Of a voxel in the box.
+        int cell_at(const int voxel[3], int axis) const {
+            return (voxel[axis] - low[axis]) >> cell_shift;
+        }
         size_t cell_of(const int voxel[3]) const {
-            return cell((voxel[0] - low[0]) >> cell_shift, (voxel[1] - low[1]) >> cell_shift,
-                        (voxel[2] - low[2]) >> cell_shift);
+            return cell(cell_at(voxel, 0), cell_at(voxel, 1), cell_at(voxel, 2));
         }
     };
     struct Gradient {
         Vec3 vector;
         double length = 0;
     };
-    /// In place of a cell's first record. The one that is written row by row is no row of equal
-    /// bytes, of which a compiler makes a call.
-    enum : int32_t { kNoneHere = -2, kNoneNear = -1 };
-    void find_boxes(size_t body_count);
-    void lay_cells();
+    static constexpr int32_t kNone = -1;  ///< in place of a cell's first record
+    static constexpr int kWordBits = 64;
+    void look_at(const WorkThreads* threads, size_t body_count);
+    void lay_cells(const WorkThreads* threads);
+    void link_records();
     /// Marks the cells that a record answers for: most of a body is far from any.
     void mark_near();
-    void link_records();
+    void mark_near_voxels(const Box& box);
+    void mark_near_cells(const ContactRecord& record);
+    /// Whether a cell of a row from first to last is marked.
+    bool is_any_near(const Box& box, int first, int last, int y, int z) const;
 
     std::span<const ContactRecord> records_;
     std::vector<Gradient> gradients_;
-    std::vector<Box> boxes_;      ///< by body
-    std::vector<int32_t> cells_;  ///< by body, then cell: its first record
-    std::vector<int32_t> next_;   ///< by record: the next one in its cell
+    std::vector<Box> boxes_;       ///< by body
+    std::vector<Box> part_boxes_;  ///< the same of a part of the records, part by part
+    std::vector<int32_t> cells_;   ///< by body, then cell: its first record
+    std::vector<int32_t> next_;    ///< by record: the next one in its cell
+    /// By body, then row of cells along x, a bit a cell: whether a record is in it; whether one
+    /// answers for it.
+    std::vector<uint64_t> marks_, near_;
     int size_[3] = {0, 0, 0};
 };
 

@@ -67,7 +67,7 @@ void SurfacePieces::gather(std::span<const ContactRecord> records,
     heads_.assign(records.size(), -1);
     const auto is_sampled = [](const SampledBody& body) { return body.surface != nullptr; };
     if (records.empty() || std::ranges::none_of(bodies, is_sampled)) return;
-    places_.fill(records, bodies.size(), frame.size);
+    places_.fill(records, bodies.size(), frame.size, threads);
     make_lots(bodies);
     for_ranges(threads, lot_count_, 1, [&](size_t first, size_t last) {
         for (size_t i = first; i < last; ++i) {
