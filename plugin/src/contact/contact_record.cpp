@@ -1,9 +1,8 @@
 #include "contact/contact_record.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
-#include <numeric>
+#include <utility>
 
 #include "base/layout.h"
 #include "bsoil/limits.h"
@@ -16,6 +15,9 @@ namespace {
 
 /// Contacts that one thread takes at least.
 constexpr size_t kRangeContacts = 256;
+/// And where they are sorted. Ours, as a matter of cost: more than there are digits. Larger:
+/// threads wait; smaller: more is counted than sorted.
+constexpr size_t kSortedContacts = 4096;
 
 Vec3 vector_at(const int32_t* words) {
     return {static_cast<double>(words[0]), static_cast<double>(words[1]),
@@ -38,25 +40,47 @@ uint64_t key_of(const int32_t* contact) {
     return key << kBodyBits | word(kContactBody);
 }
 
-/// Digit by digit from the lowest, where keys differ: no comparison to guess wrong.
-void sort_by_key(ContactOrder& order) {
-    constexpr int kDigitBits = 11;  // their counts fit into a processor's first cache
-    constexpr uint64_t kDigits = uint64_t{1} << kDigitBits;
-    auto& [entries, room] = order;
+constexpr int kDigitBits = 11;  // their counts fit into a processor's first cache
+constexpr size_t kDigits = size_t{1} << kDigitBits;
+
+/// Digit by digit from the lowest, where keys differ: no comparison to guess wrong. In parts, each
+/// with counts of its own: where an entry goes hangs on the digits alone.
+void sort_by_key(ContactOrder& order, const WorkThreads* threads) {
+    std::vector<ContactOrder::Entry>&entries = order.entries, &room = order.room;
+    std::vector<uint32_t>& places = order.places;
     room.resize(entries.size());
+    const size_t part_count = std::max<size_t>(1, entries.size() / kSortedContacts);
+    const auto for_parts = [&](const auto& act) {
+        const auto begin_of = [&](size_t part) { return part * entries.size() / part_count; };
+        for_ranges(threads, part_count, 1, [&](size_t first, size_t last) {
+            for (size_t part = first; part < last; ++part) {
+                const size_t begin = begin_of(part);
+                act(part, std::span(entries).subspan(begin, begin_of(part + 1) - begin));
+            }
+        });
+    };
     uint64_t differing = 0;
     for (const ContactOrder::Entry& entry : entries) differing |= entry.key ^ entries[0].key;
     while (differing != 0) {
         const int shift = std::countr_zero(differing);
         const auto digit_of = [shift](uint64_t key) { return key >> shift & (kDigits - 1); };
-        std::array<uint32_t, kDigits> places{};
-        for (const ContactOrder::Entry& entry : entries) ++places[digit_of(entry.key)];
-        std::exclusive_scan(places.begin(), places.end(), places.begin(), uint32_t{0});
-        for (const ContactOrder::Entry& entry : entries) {
-            room[places[digit_of(entry.key)]++] = entry;
+        places.assign(part_count * kDigits, 0);
+        for_parts([&](size_t part, std::span<const ContactOrder::Entry> own) {
+            uint32_t* counts = &places[part * kDigits];
+            for (const ContactOrder::Entry& entry : own) ++counts[digit_of(entry.key)];
+        });
+        uint32_t before = 0;
+        for (size_t digit = 0; digit < kDigits; ++digit) {
+            for (size_t part = 0; part < part_count; ++part) {
+                before += std::exchange(places[part * kDigits + digit], before);
+            }
         }
+        for_parts([&](size_t part, std::span<const ContactOrder::Entry> own) {
+            uint32_t* next = &places[part * kDigits];
+            for (const ContactOrder::Entry& entry : own) room[next[digit_of(entry.key)]++] = entry;
+        });
         entries.swap(room);
-        differing &= ~((kDigits - 1) << shift);
+        differing &= ~(uint64_t{kDigits - 1} << shift);
     }
 }
 
@@ -71,7 +95,7 @@ void decode_contacts(std::span<const int32_t> words, ContactOrder& order,
             entries[i] = {key_of(&words[i * kContactWords]), static_cast<uint32_t>(i)};
         }
     });
-    sort_by_key(order);
+    sort_by_key(order, threads);
     out.resize(entries.size());
     for_ranges(threads, entries.size(), kRangeContacts, [&](size_t first, size_t last) {
         for (size_t i = first; i < last; ++i) {

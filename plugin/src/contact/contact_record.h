@@ -35,6 +35,7 @@ struct ContactOrder {
         uint32_t contact = 0;  ///< where its words are
     };
     std::vector<Entry> entries, room;
+    std::vector<uint32_t> places;  ///< of the next entry with a digit, part by part
 };
 
 /// Decodes words of Buffer::result, kContactWords a contact. The device appends in any order; here
