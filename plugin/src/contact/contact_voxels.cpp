@@ -61,11 +61,11 @@ double compression_m(const ContactVoxels::Request& request, const ContactRecord&
     return std::clamp(excess / area_share, 0.0, 1.0) * request.frame->voxel_m;
 }
 
-// The first of them that lie on what the first one lies on.
+// The first of them that lie on what the first one lies on: carrier by carrier they are in order.
 std::span<const ContactRecord> of_one_carrier(std::span<const ContactRecord> records) {
-    const auto last = std::ranges::find_if(records, [&](const ContactRecord& record) {
-        return record.carrier != records.front().carrier;
-    });
+    if (records.empty()) return records;
+    const auto last =
+        std::ranges::upper_bound(records, records.front().carrier, {}, &ContactRecord::carrier);
     return {records.begin(), last};
 }
 
@@ -85,11 +85,15 @@ void ContactVoxels::make(const Request& request, const TileWords& words,
     size_t out_count = 0;
     make_room(out, 2 * records_.size());
     std::span<const ContactRecord> rest = records_, carried = of_one_carrier(rest);
-    if (!rest.empty()) read_surface(request, carried, words);
+    // For the ground's heights nobody asks the device, which knows its caller's thread alone.
+    const bool is_ground = !rest.empty() && carried.front().carrier == kOnGround;
+    if (!rest.empty() && !is_ground) read_surface(request, carried, words);
     // Neither needs the other.
     for_ranges(request.threads, 2, 1, [&](size_t first, size_t last) {
         if (first == 0) gather_pieces(request);
-        if (last == 2 && !rest.empty()) surface_.spread();
+        if (last < 2) return;
+        if (is_ground) read_surface(request, carried, words);
+        if (!rest.empty()) surface_.spread();
     });
     while (!rest.empty()) {
         add_all(request, carried, out_count, out);

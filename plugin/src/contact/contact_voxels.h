@@ -32,7 +32,8 @@ class ContactVoxels {
         std::span<const SurfaceWedge> wedges;  ///< the same
         const WorkThreads* threads = nullptr;
     };
-    /// Surface words of the soil that a carrier holds (a body's index, or kOnGround).
+    /// Surface words of the soil that a carrier holds (a body's index, or kOnGround). Of the ground
+    /// asked for on any thread, of bodies on the caller's; one at a time.
     using TileWords = std::function<std::span<const int32_t>(int tile_x, int tile_y, int carrier)>;
 
     /// In an order that does not depend on the device or on threads.

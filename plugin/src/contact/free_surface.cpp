@@ -36,6 +36,8 @@ constexpr double kHardlyAny = 1e-6;
 constexpr double own_rim_share(double share, double free_share) {
     return share * free_share * free_share;
 }
+/// In place of the heights of a body's lowest and highest contact: it has none.
+constexpr int kNoContact = -1;
 /// In place of a column's height.
 constexpr int32_t kNotLookedAt = INT32_MIN;
 /// In place of the nearest height of a column that has not been told it yet.
@@ -64,10 +66,11 @@ void FreeSurface::read(const Request& request, const TileWords& words) {
     wedges_ = request.wedges;
     wedge_length_.assign(request.wedge_length.begin(), request.wedge_length.end());
     body_width_.assign(request.body_width_voxels.begin(), request.body_width_voxels.end());
-    find_reach(request);
-    find_cells(request.contacts);
+    look_at(request.contacts);
+    find_reach();
+    find_cells();
     find_regions(request);
-    find_tiles(request.contacts);
+    find_tiles();
     for (const Region& region : regions_) read_heights(region, words);
     if (request.contacts.front().carrier != kOnGround) lay_bare_tops();
 }
@@ -79,40 +82,55 @@ void FreeSurface::spread() {
     }
 }
 
+// All that is asked of the contacts before their free surface is known.
+void FreeSurface::look_at(std::span<const ContactRecord> contacts) {
+    contact_range_.assign(body_width_.size(), {kNoContact, kNoContact});
+    spots_.clear();
+    for (const ContactRecord& contact : contacts) {
+        auto& [low, high] = contact_range_[static_cast<size_t>(contact.body)];
+        low = low == kNoContact ? contact.voxel[2] : std::min(low, contact.voxel[2]);
+        high = std::max(high, contact.voxel[2]);
+        const int tile[2] = {contact.voxel[0] / kTileSide, contact.voxel[1] / kTileSide};
+        if (spots_.empty() || spots_.back().tile[0] != tile[0] ||
+            spots_.back().tile[1] != tile[1]) {
+            spots_.push_back({{tile[0], tile[1]}});
+        }
+        Spot& spot = spots_.back();
+        for (int axis = 0; axis < 2; ++axis) {
+            spot.low[axis] = std::min(spot.low[axis], contact.voxel[axis]);
+            spot.high[axis] = std::max(spot.high[axis], contact.voxel[axis]);
+        }
+    }
+}
+
 // How far a body's free surface can reach: before its walls as far as a wedge from its lowest
 // contact up to its highest one, around its soles as far as the rim.
-void FreeSurface::find_reach(const Request& request) {
-    constexpr int kNone = -1;  // a body without contacts
-    contact_range_.assign(body_width_.size(), {kNone, kNone});
-    for (const ContactRecord& contact : request.contacts) {
-        auto& [low, high] = contact_range_[static_cast<size_t>(contact.body)];
-        low = low == kNone ? contact.voxel[2] : std::min(low, contact.voxel[2]);
-        high = std::max(high, contact.voxel[2]);
-    }
+void FreeSurface::find_reach() {
     const double wedge_length = *std::max_element(wedge_length_.begin(), wedge_length_.end());
     body_reach_.resize(contact_range_.size());
     reach_ = kReach;
     for (size_t b = 0; b < contact_range_.size(); ++b) {
         const double wedge =
             wedge_length * (contact_range_[b].second - contact_range_[b].first + 1);
-        const double rim =
-            contact_range_[b].first == kNone ? 0 : law_->sole_surroundings_widths * body_width_[b];
+        const double rim = contact_range_[b].first == kNoContact
+                               ? 0
+                               : law_->sole_surroundings_widths * body_width_[b];
         body_reach_[b] = std::clamp<double>(std::ceil(std::max(wedge, rim)), kReach, kReachMost);
         reach_ = std::max(reach_, static_cast<int>(body_reach_[b]));
     }
 }
 
-FreeSurface::Cell FreeSurface::cell_of(const ContactRecord& contact) const {
-    const int side = kTileSide * cell_tiles(reach_);
-    return {contact.voxel[0] / side, contact.voxel[1] / side};
+FreeSurface::Cell FreeSurface::cell_of(int tile_x, int tile_y) const {
+    const int side = cell_tiles(reach_);
+    return {tile_x / side, tile_y / side};
 }
 
 // Contacts of one region lie in cells that touch each other. Cells are so large that soil within
 // reach of contacts in two that do not touch is not the same, nor side by side.
-void FreeSurface::find_cells(std::span<const ContactRecord> contacts) {
+void FreeSurface::find_cells() {
     cells_.clear();
-    for (const ContactRecord& contact : contacts) {
-        const Cell cell = cell_of(contact);
+    for (const Spot& spot : spots_) {
+        const Cell cell = cell_of(spot.tile[0], spot.tile[1]);
         if (!cells_.empty() && !is_before(cell, cells_.back()) && !is_before(cells_.back(), cell)) {
             continue;
         }
@@ -154,11 +172,11 @@ void FreeSurface::find_regions(const Request& request) {
             }
         }
     }
-    for (const ContactRecord& contact : request.contacts) {
-        Region& region = regions_[static_cast<size_t>(region_index(contact))];
+    for (const Spot& spot : spots_) {
+        Region& region = regions_[region_at(spot.tile[0], spot.tile[1])];
         for (int axis = 0; axis < 2; ++axis) {
-            region.low[axis] = std::min(region.low[axis], contact.voxel[axis]);
-            region.high[axis] = std::max(region.high[axis], contact.voxel[axis]);
+            region.low[axis] = std::min(region.low[axis], spot.low[axis]);
+            region.high[axis] = std::max(region.high[axis], spot.high[axis]);
         }
     }
     size_t columns = 0, sums = 0, tiles = 0;
@@ -181,22 +199,20 @@ void FreeSurface::find_regions(const Request& request) {
     sums_.resize(sums);
 }
 
-int FreeSurface::region_index(const ContactRecord& contact) const {
+size_t FreeSurface::region_at(int tile_x, int tile_y) const {
     if (regions_.size() == 1) return 0;
-    const Cell cell = cell_of(contact);
-    return std::lower_bound(cells_.begin(), cells_.end(), cell,
-                            [](const Cell& a, const Cell& b) { return is_before(a, b); })
-        ->region;
+    const auto at = std::lower_bound(cells_.begin(), cells_.end(), cell_of(tile_x, tile_y),
+                                     [](const Cell& a, const Cell& b) { return is_before(a, b); });
+    return static_cast<size_t>(at->region);
 }
 
 // Marks the tiles within reach of a contact.
-void FreeSurface::find_tiles(std::span<const ContactRecord> contacts) {
+void FreeSurface::find_tiles() {
     const int reach = reach_tiles(reach_);
-    for (const ContactRecord& contact : contacts) {
-        const Region& region = region_of(contact);
+    for (const Spot& spot : spots_) {
+        const Region& region = regions_[region_at(spot.tile[0], spot.tile[1])];
         const int nx = region.tile_count(0), ny = region.tile_count(1);
-        const int tx = contact.voxel[0] / kTileSide - region.tile(0);
-        const int ty = contact.voxel[1] / kTileSide - region.tile(1);
+        const int tx = spot.tile[0] - region.tile(0), ty = spot.tile[1] - region.tile(1);
         uint8_t* marks = &tiles_[region.first_tile];
         if (marks[ty * nx + tx] == kWithContacts) continue;
         for (int y = std::max(0, ty - reach); y <= std::min(ny - 1, ty + reach); ++y) {

@@ -88,19 +88,26 @@ class FreeSurface {
     struct Cell {
         int x = 0, y = 0, region = -1;
     };
+    /// Contacts that follow each other in one tile. There are far fewer of these than of contacts.
+    struct Spot {
+        int tile[2] = {0, 0};
+        int low[2] = {INT_MAX, INT_MAX}, high[2] = {-1, -1};  ///< columns, both within
+    };
 
-    void find_reach(const Request& request);
-    void find_cells(std::span<const ContactRecord> contacts);
+    void look_at(std::span<const ContactRecord> contacts);
+    void find_reach();
+    void find_cells();
     void find_regions(const Request& request);
-    void find_tiles(std::span<const ContactRecord> contacts);
-    Cell cell_of(const ContactRecord& contact) const;
+    void find_tiles();
+    Cell cell_of(int tile_x, int tile_y) const;
     /// The order of cells.
     static bool is_before(const Cell& a, const Cell& b) {
         return a.y != b.y ? a.y < b.y : a.x < b.x;
     }
-    int region_index(const ContactRecord& contact) const;
+    size_t region_at(int tile_x, int tile_y) const;
     const Region& region_of(const ContactRecord& contact) const {
-        return regions_[static_cast<size_t>(region_index(contact))];
+        return regions_[region_at(contact.voxel[0] / layout::kTileSide,
+                                  contact.voxel[1] / layout::kTileSide)];
     }
     void read_heights(const Region& region, const TileWords& words);
     void lay_bare_tops();
@@ -115,6 +122,7 @@ class FreeSurface {
                                     const SurfaceWedge::Runs& x, double nearest) const;
 
     int reach_ = 0;                ///< the farthest of all bodies [columns]
+    std::vector<Spot> spots_;      ///< in the order of the contacts
     std::vector<Cell> cells_;      ///< in the order of is_before()
     std::vector<int> open_;        ///< cells whose neighbours are to be looked at
     std::vector<Region> regions_;  ///< a column may be of several
