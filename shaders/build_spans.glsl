@@ -38,13 +38,6 @@ bool is_crumb(int column, int kind, int bottom, int top) {
 
 #include "column_surface.glsl"
 
-// What a voxel of a column's pile may lack and count as full. A load on a body that moves is smeared, but for its topmost voxel:
-// that carries nothing, and a top half a voxel over its soil would send some out, which came back once it had sunk.
-int slack_at(int voxel, int z, int volume) {
-    bool carries = volume > 0 && z + 1 < params.height && state_at(kPlaneVolume, voxel + kTileColumns) > 0;
-    return carries && state_at(kPlaneSupport, voxel) >= kSupportBody ? kCarrySlack : kSupportSlack;
-}
-
 // index + 1 of the body that stands in a voxel if that may move, else 0.
 int carrier_at(int voxel) {
     int body = owner_body(state_at(kPlaneOwner, voxel));

@@ -193,6 +193,13 @@ bool is_closed(int voxel) { return is_solid(voxel) || !is_listed(voxel); }
 
 bool is_full(int voxel) { return state_at(kPlaneVolume, voxel) + coverage_at(voxel) >= kVoxelFull; }
 
+// What a voxel of a column's pile may lack and count as full. A load on a body that moves is smeared, but for its topmost voxel:
+// that carries nothing, and a top half a voxel over its soil would send some out, which came back once it had sunk.
+int slack_at(int voxel, int z, int volume) {
+    bool carries = volume > 0 && z + 1 < params.height && state_at(kPlaneVolume, voxel + kTileColumns) > 0;
+    return carries && state_at(kPlaneSupport, voxel) >= kSupportBody ? kCarrySlack : kSupportSlack;
+}
+
 // Room for pushed soil to go to: more than what rounding leaves between resting soil.
 bool has_room(int voxel) {
     return voxel >= 0 && state_at(kPlaneVolume, voxel) + coverage_at(voxel) < kVoxelFull - kPushRoom;

@@ -25,8 +25,10 @@ bool is_crowded(int voxel) { return is_full(voxel) || state_at(kPlaneVolume, vox
 int most_taken(int target, int top) {
     int coverage = coverage_at(target);
     int slot = target / params.tile_voxels;
-    if (coverage == 0 || top > ((target - slot * params.tile_voxels) / kTileColumns + 1) * kVoxelFull) return kVoxelMost;
-    int most = max(0, kVoxelFull - kSupportSlack - coverage - state_at(kPlaneVolume, target)) / 16;
+    int z = (target - slot * params.tile_voxels) / kTileColumns;
+    if (coverage == 0 || top > (z + 1) * kVoxelFull) return kVoxelMost;
+    int volume = state_at(kPlaneVolume, target);
+    int most = max(0, kVoxelFull - slack_at(target, z, volume) - coverage - volume) / 16;
     return most < kShareLeast ? 0 : most;
 }
 

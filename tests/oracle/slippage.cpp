@@ -117,8 +117,9 @@ Slippage slip_soil(const Model& model, const Field& before, const SlipSpeeds& sp
     const auto most_taken = [&](int x, int y, int z, double top) {
         const Voxel& target = before.at(x, y, z);
         if (target.psi() == 0 || top > z + 1) return std::numeric_limits<double>::infinity();
-        const double most = model.cover_intake *
-                            std::max(0.0, 1 - model.support_slack - target.psi() - target.soil);
+        const double slack = slack_at(model, before, x, y, z);
+        const double most =
+            model.cover_intake * std::max(0.0, 1 - slack - target.psi() - target.soil);
         return most < model.speck ? 0 : most;
     };
     // The slice between a piled span and the column at (x, y).

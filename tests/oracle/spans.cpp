@@ -3,18 +3,13 @@
 #include <algorithm>
 
 namespace oracle {
-namespace {
 
-/// What a voxel may lack and count as full for its column's pile; of a load on a body, its topmost
-/// voxel carries nothing.
 double slack_at(const Model& model, const Field& field, int x, int y, int z) {
     const Voxel& voxel = field.at(x, y, z);
     const bool carries = voxel.soil > 0 && z + 1 < field.nz && field.at(x, y, z + 1).soil > 0;
     return carries && voxel.support.kind == Support::Kind::body ? model.carry_slack
                                                                 : model.support_slack;
 }
-
-}  // namespace
 
 std::vector<Span> height_spans(const Model& model, const Field& field, int x, int y) {
     const auto voxel = [&](int z) -> const Voxel& { return field.at(x, y, z); };

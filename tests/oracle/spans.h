@@ -29,6 +29,10 @@ struct Span {
     Kind kind = Kind::piled;
 };
 
+/// What a voxel may lack and count as full for its column's pile; of a load on a body, its topmost
+/// voxel carries nothing.
+double slack_at(const Model& model, const Field& field, int x, int y, int z);
+
 /// Of one column, bottom-up. More than model.span_capacity may come back.
 std::vector<Span> height_spans(const Model& model, const Field& field, int x, int y);
 

@@ -411,6 +411,40 @@ TEST(SlippageOfDeposits, has_the_same_bits_on_gl) {
         [](const Scenario& scenario, Backend backend) { return deposits_def(scenario, backend); });
 }
 
+// A pit of one column in a load on a plate, and a crumb over what lies in it: so its top jumps to
+// the voxel's end once half of that is full, and not once all of it is. Each of eight neighbours
+// gives a sixteenth of what is missing to the half: 194 units. It gave one of what is missing to
+// the whole, 2114, and all eight filled the pit by more than the half.
+TEST(SlippageOnABody, fills_no_voxel_beyond_where_its_top_jumps) {
+    SoilDef def = grid_def(16, 16, 8);
+    def.material = sand(5);
+    StageBench bench(def);
+    StatePlanes planes = bench.empty_planes();
+    const auto put = [&](int x, int y, int z, int units) {
+        planes.at(kPlaneVolume, x, y, z) = planes.at(kPlaneMaterial, x, y, z) = units;
+    };
+    for (int y = 0; y < 16; ++y) {
+        for (int x = 0; x < 16; ++x) put(x, y, 2, 42000);
+    }
+    constexpr int kHeld = 10000;
+    put(8, 8, 2, kHeld);
+    put(8, 8, 3, 100);
+    bench.write(planes);
+    const double voxel = def.voxel_m;
+    std::vector<Mover> movers;  // a plate under all of it, up to 0.3 of the third layer
+    movers.emplace_back(0, box_shape(Vec3{10, 10, 2.15} * voxel), Vec3{8, 8, 0.15} * voxel);
+    bench.place(movers);
+    bench.find_support();
+    bench.build_spans();
+    const StatePlanes before = bench.read();
+    ASSERT_EQ(before.at(kPlaneSupport, 8, 8, 2), kSupportBody);
+    const int covered = before.at(kPlaneCoverage, 8, 8, 2);
+    ASSERT_NEAR(covered, 0.3 * kVoxelFull, 10);
+    bench.slip(1);
+    const int missing = kVoxelFull - kCarrySlack - covered - kHeld;
+    EXPECT_NEAR(bench.read().at(kPlaneVolume, 8, 8, 2), kHeld + 8 * (missing / 16), 16);
+}
+
 INSTANTIATE_TEST_SUITE_P(Scenarios, Slippage, testing::ValuesIn(all_scenarios()),
                          testing::PrintToStringParamName());
 
