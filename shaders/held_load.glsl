@@ -18,7 +18,7 @@ RowEnd find_hold(int slot, ivec3 from, int from_voxel, ivec2 way, int carrier) {
 // What a wall takes of a speed along an axis, and of whom that wall is.
 int held_speed(int slot, ivec3 at, int voxel, ivec2 axis, int carrier, int speed, OUT(int) wall) {
     wall = kOnGround;
-    if (abs(speed) <= kStillSpeed) return 0;
+    if (abs(speed) <= params.still_speed) return 0;
     RowEnd row = find_hold(slot, at, voxel, axis * sign(speed), carrier);
     wall = row.wall;
     return row.kind == kRowHeld ? sign(speed) * max(0, abs(speed) - row.speed) : 0;

@@ -66,7 +66,7 @@ int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction, ivec3 forc
 
 bool is_driven(int slot, ivec3 at, int voxel) {
     int body = owner_body(state_at(kPlaneOwner, voxel));
-    return body >= 0 && largest_component(body_velocity_at(body, grid_voxel(slot, at.x, at.y, at.z))) > kStillSpeed;
+    return body >= 0 && largest_component(body_velocity_at(body, grid_voxel(slot, at.x, at.y, at.z))) > params.still_speed;
 }
 
 // Confined soil yields towards the free surface by the shorter way: level, or rising at 45 deg - phi / 2 as Rankine's

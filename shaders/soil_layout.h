@@ -83,8 +83,9 @@ CONST_INT(kForceShare, 16)
 CONST_INT(kForceHalved, 67108864)
 // A push before it becomes a direction (Q16 voxels a base step): times kForceOne it stays inside 31 bits.
 CONST_INT(kPushMost, 1048575)
-// A wall slower than this drives no soil out of itself: what the solver leaves of a body that stands (Q16 voxels a base step).
-// 1/512 voxel, as what counts as still on the host. Without it a plate at rest on a thin layer went on squeezing it out.
+// A wall slower than this drives no soil out of itself: what the solver leaves of a body that stands (Q16 voxels in 1/60 s).
+// 1/512 voxel, as what counts as still on the host. Without it a plate at rest on a thin layer went on squeezing it out. Other
+// steps have as much for their length: SoilParams.
 CONST_INT(kStillSpeed, 128)
 // Carried soil follows the wall before it into a voxel that the wall's face crosses while the wall moves no faster than this
 // (Q16 voxels at once): 0.6 voxel. Faster ones have crossed the voxel by the next step; with any speed allowed a box turning

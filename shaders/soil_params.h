@@ -14,6 +14,7 @@ int body_substep_count;  // parts of it in which bodies move: at most a voxel ea
 int gravity_q16;         // gravity in Q16 voxels per base step squared; of short steps it changes by one from step to step
 int arch_speed;          // sqrt(g voxel), Q16 voxels per base step: no arch is slower, soil pushed no faster rests. 0: no gravity
 int push_speed;          // that of the fastest body in this step, Q16 voxels per base step; 0 where slides settle
+int still_speed;         // kStillSpeed by the length of the step, Q16 voxels per base step
 int arch_reach;          // voxels to the side of an arch at most; 0: there are none
 int list_offset;         // where this dispatch's list starts in block_list
 int overflow_heuristic;  // kOverflowEven ...

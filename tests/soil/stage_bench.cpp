@@ -345,7 +345,7 @@ oracle::Model StageBench::model(int substeps) const {
                         .push_room = kPushRoom * kUnit,
                         .pushed_most = kPushedMost * kUnit,
                         .crowded_least = kCrowdedLeast * kUnit,
-                        .still_speed = kStillSpeed * kUnit,
+                        .still_speed = impl_->params.still_speed * kUnit,
                         .push_speed = impl_->params.push_speed * kUnit,
                         .push_least = impl_->params.arch_speed * kUnit,
                         .body_substeps = impl_->params.body_substep_count,

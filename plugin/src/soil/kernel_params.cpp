@@ -39,6 +39,11 @@ int32_t loose_strength_of(const MaterialDef& material, const int32_t* table) {
     return *std::min_element(table + kTableByDensity, table + kTableByDensity + kDensityEntries);
 }
 
+/// As much a second in steps of any length, and a unit at least.
+int32_t still_speed_q16(const SoilDef& def) {
+    return std::max(1, static_cast<int32_t>(std::lround(kStillSpeed * 60 * def.step_s)));
+}
+
 // The wind in the grid's frame and in voxels a step. Soil is no faster than kSpeedMost along any
 // axis: a stronger wind blows as fast as that, and where it blows.
 void set_wind(SoilCore& s) {
@@ -101,6 +106,7 @@ void set_kernel_params(SoilCore& s) {
         static_cast<int>(std::lround(
             std::sqrt(def.gravity_m_s2 * def.step_s * def.step_s / def.voxel_m) * kVoxelFull)));
     p.push_speed = 0;
+    p.still_speed = still_speed_q16(def);
     p.arch_reach = def.slides == SlideMotion::run_out ? 0 : kArchReach;
     p.overflow_heuristic = static_cast<int>(def.overflow);
     p.place_rows = s.tiles_y * kTileSide;
