@@ -205,13 +205,21 @@ void take_momentum(int body, ivec3 momentum) {
 
 #include "held_load.glsl"
 
+// What of a change in a base step takes place in this part of it: in all parts together all of it, to the unit.
+int in_this_part(int change) {
+    int whole = change / params.substep_count;
+    int rest = change - whole * params.substep_count;
+    if (rest == 0) return whole;
+    return whole + (rest * (params.substep + 1)) / params.substep_count - (rest * params.substep) / params.substep_count;
+}
+
 // Kick after drift, drift at the middle of the step: exact for constant gravity, thesis (29).
 Motion fall_freely(int slot, ivec3 at, int voxel, ivec3 velocity) {
-    int gravity = params.gravity_q16 / params.substep_count;
+    int gravity = in_this_part(params.gravity_q16);
     Motion motion;
     motion.drift = velocity - ivec3(0, 0, gravity / 2);
     motion.after = velocity - ivec3(0, 0, gravity);
-    int taken = params.air == 0 ? 0 : mixed_word(voxel, 0, kTableAir) / params.substep_count;
+    int taken = params.air == 0 ? 0 : in_this_part(mixed_word(voxel, 0, kTableAir));
     if (taken > 0) {
         // Drag goes by the speed against the air, in the middle of the step: at its fall speed soil keeps its speed.
         int drag = min(taken, kAirOfStep);
@@ -237,11 +245,11 @@ Motion go_with_body(int slot, ivec3 at, int voxel, int body, ivec3 velocity) {
     ivec3 goal = body_velocity_at(body, grid_voxel(slot, at.x, at.y, at.z));
     int friction = shapes[body * kBodyWords + kBodyFriction];
     int hold = friction == kFrictionOfSoil ? mixed_word(voxel, 0, kTableTool) : friction * (kOneQ16 / kVelocityOne);
-    int grip = hold / params.substep_count;
+    int grip = in_this_part(hold);
     Motion motion;
     motion.after = ivec3(velocity.x + clamp(goal.x - velocity.x, -grip, grip),
                          velocity.y + clamp(goal.y - velocity.y, -grip, grip),
-                         max(goal.z, velocity.z - params.gravity_q16 / params.substep_count));
+                         max(goal.z, velocity.z - in_this_part(params.gravity_q16)));
     motion.drift = motion.after;
     return motion;
 }
@@ -438,7 +446,7 @@ bool leaves_ground(int slot, ivec3 at, int voxel, ivec3 momentum) {
     int mass = mass_at(voxel);
     if (momentum.z <= 0 || mass == 0 || is_caught(voxel)) return false;
     ivec3 velocity = soil_velocity(voxel, mass);
-    if (velocity.z <= params.gravity_q16 / params.substep_count) return false;
+    if (velocity.z <= in_this_part(params.gravity_q16)) return false;
     int most = min(largest_component(velocity), kSpeedMost);
     ivec3 step = round_q16(direction_q16(clamp(velocity, ivec3(-kSpeedMost), ivec3(kSpeedMost)), most));
     int to = voxel_at(slot, at.x + step.x, at.y + step.y, at.z + step.z);

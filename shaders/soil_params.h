@@ -10,6 +10,7 @@ int blocks_per_tile;     // height / 8
 int material_count;
 int transport_count;     // planes that move with the soil: 8 + material_count + water_count
 int substep_count;       // parts of this base step
+int substep;             // which of them advect_soil works on, from 0
 int body_substep_count;  // parts of it in which bodies move: at most a voxel each
 int gravity_q16;         // gravity in Q16 voxels per base step squared; of short steps it changes by one from step to step
 int arch_speed;          // sqrt(g voxel), Q16 voxels per base step: no arch is slower, soil pushed no faster rests. 0: no gravity

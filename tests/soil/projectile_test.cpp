@@ -165,6 +165,42 @@ TEST_P(Projectile, has_the_same_bits_on_gl) {
 INSTANTIATE_TEST_SUITE_P(Scenarios, Projectile, testing::ValuesIn(all_scenarios()),
                          testing::PrintToStringParamName());
 
+// Gravity of 59 units of 1/65536 voxel a step, and friction with a body of 64. Each of five parts
+// had 11 and 12 of them, so that a fifteenth of both was lost.
+TEST(Advection, has_all_of_gravity_and_friction_in_any_number_of_parts) {
+    SoilDef def = grid_def(16, 8, 16);
+    constexpr int kGravity = 59, kGrip = kOneQ16 / kVelocityOne;
+    def.gravity_m_s2 = kGravity * def.voxel_m / kVoxelFull / (def.step_s * def.step_s);
+    StageBench bench(def);
+    StatePlanes planes = bench.empty_planes();
+    const auto put = [&](int x, int z) {
+        planes.at(kPlaneVolume, x, 4, z) = planes.at(kPlaneMaterial, x, 4, z) = kVoxelFull;
+    };
+    put(3, 10);  // falls
+    put(12, 2);  // lies on the body
+    std::vector<Mover> movers;
+    movers.emplace_back(0, box_shape(Vec3{3.5, 4, 1} * def.voxel_m),
+                        Vec3{12.5, 4, 1} * def.voxel_m);
+    movers[0].set_velocity({0.1 * def.voxel_m / def.step_s, 0, 0});
+    movers[0].body.surface.friction = 1.0 * kGrip / kGravity;
+    for (const int parts : {1, 3, 5, 7, 8}) {
+        bench.write(planes);
+        bench.place(movers);
+        bench.find_support();
+        for (int part = 0; part < parts; ++part) bench.advect(parts, part);
+        const StatePlanes after = bench.read();
+        int64_t along = 0, down = 0;
+        for (int z = 0; z < 16; ++z) {
+            for (int x = 0; x < 16; ++x) {
+                along += after.at(kPlaneMomentumX, x, 4, z);
+                down -= after.at(kPlaneMomentumZ, x, 4, z);
+            }
+        }
+        EXPECT_EQ(down, kVoxelFull / 64 * kGravity) << parts;
+        EXPECT_EQ(along, kVoxelFull / 64 * kGrip) << parts;
+    }
+}
+
 // Each crumb stays whole; a part of them moves, as large as the drift is long. So does soil of more
 // than a crumb that drifts so little that it has no share to give.
 TEST(Crumbs, move_whole_and_on_average_as_far_as_they_drift) {

@@ -145,8 +145,9 @@ void StageBench::propagate_force() {
     run(Kernel::apply_flow, impl_->lists.listed());
 }
 
-void StageBench::advect(int substeps) {
+void StageBench::advect(int substeps, int substep) {
     impl_->params.substep_count = substeps;
+    impl_->params.substep = substep;
     impl_->stamps.begin_pass();
     run(Kernel::advect_soil, impl_->lists.listed());
     run(Kernel::apply_flow, impl_->lists.listed());

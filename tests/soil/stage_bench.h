@@ -45,7 +45,7 @@ class StageBench {
     void find_support();
     void apply_force();
     void propagate_force();                              ///< with apply_flow
-    void advect(int substeps);                           ///< with apply_flow
+    void advect(int substeps, int substep = 0);          ///< with apply_flow
     void resolve_overflow(OverflowHeuristic heuristic);  ///< of all blocks, with apply_flow
     void build_spans();
     void find_failures();        ///< with break_bonds, after build_spans

@@ -169,6 +169,7 @@ void Soil::Impl::run_piece(StepPiece piece) {
             break;
         case PieceKind::advect:
             params.substep_count = substeps.count();
+            params.substep = piece.part;
             passes.advect();
             break;
         case PieceKind::spread_overflow:

@@ -37,7 +37,8 @@ void StepPieces::plan(const SoilCore& core, const Passes& passes, Substeps subst
         add(PieceKind::apply_force);
         add(PieceKind::propagate_force, core.def.propagation_iterations);
         for (int f = 0; f < substeps.of_falls; ++f) {
-            add(PieceKind::advect);
+            const int part = s * substeps.of_falls + f;
+            pieces_.push_back({PieceKind::advect, static_cast<int16_t>(part)});
             add(PieceKind::spread_overflow, core.def.overflow_passes);
         }
         if (s == 0 && core.params.bank_strength > 0) add(PieceKind::fail_banks);

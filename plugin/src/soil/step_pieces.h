@@ -43,7 +43,7 @@ enum class PieceKind : uint8_t {
 
 struct StepPiece {
     PieceKind kind{};
-    int16_t part = 0;  ///< substep of voxelize, pass of slip
+    int16_t part = 0;  ///< substep of voxelize and advect, pass of slip
 };
 
 class StepPieces {
