@@ -18,7 +18,10 @@ struct WorldActions : btDiscreteDynamicsWorld {
 class SoilVehicles::Closer final : public btActionInterface {
   public:
     explicit Closer(SoilVehicles& vehicles) : vehicles_(vehicles) {}
-    void updateAction(btCollisionWorld*, btScalar) override { vehicles_.close_substep(); }
+    void updateAction(btCollisionWorld*, btScalar) override {
+        vehicles_.close_substep();
+        vehicles_.is_in_substep_ = false;
+    }
     void debugDraw(btIDebugDraw*) override {}
 
   private:
@@ -49,9 +52,9 @@ std::vector<VehicleOnSoil*> SoilVehicles::attached() const {
 }
 
 void SoilVehicles::open_substep() {
-    for (VehicleOnSoil* wheels : wheels_) wheels->leave_if_gone();
-    close_substep();  // of a vehicle that its host has updated by hand
-    if (!wheels_.empty()) put_closer_last();
+    close_substep();  // an action that took another out has put the closer in a place passed
+    is_in_substep_ = !wheels_.empty();
+    if (is_in_substep_) put_closer_last();
 }
 
 void SoilVehicles::close_substep() {
@@ -98,6 +101,8 @@ bool SoilVehicles::is_action(const btActionInterface* action) const {
 }
 
 void SoilVehicles::leave_world() {
+    close_substep();
+    is_in_substep_ = false;
     if (closer_) world()->removeAction(closer_.get());
     closer_.reset();
 }

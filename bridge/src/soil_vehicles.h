@@ -22,7 +22,8 @@ class VehicleOnSoil {
     virtual ~VehicleOnSoil() = default;
     virtual bool is_attached() const = 0;
     /// The vehicle's action is through: forces across the strut reach the chassis, and the vehicle
-    /// gets back what it was deprived of.
+    /// gets back what it was deprived of. One that has left the world may have been deleted, and is
+    /// not looked at.
     virtual void close_substep() = 0;
     /// Before and after the soil's step.
     virtual void show(BodyCollector& collector) = 0;
@@ -33,8 +34,6 @@ class VehicleOnSoil {
     virtual void keep_stepped() = 0;
     /// The soil takes its wheels for new bodies.
     virtual void meet_anew() = 0;
-    /// Between substeps: what has left the world may have been deleted, and is not looked at.
-    virtual void leave_if_gone() = 0;
     /// Between substeps. A memory that is put back is that of as many wheels, of the same defs.
     virtual VehicleMemory memory() const = 0;
     virtual void set_memory(const VehicleMemory& memory) = 0;
@@ -60,6 +59,9 @@ class SoilVehicles {
     /// of the world: vehicles may be added in any order.
     void open_substep();
     void close_substep();
+    /// Whether it is a substep whose actions are not through. Only then does the soil answer rays:
+    /// between two steps nobody would give back what it takes of a vehicle.
+    bool is_in_substep() const { return is_in_substep_; }
     void show_wheels();
     void take_contacts(bool fresh);
     void keep_stepped();
@@ -92,6 +94,7 @@ class SoilVehicles {
     double voxel_m_;
     std::function<std::optional<SurfacePoint>(Vec3)> surface_at_;
     std::vector<VehicleOnSoil*> wheels_;
+    bool is_in_substep_ = false;
     std::unique_ptr<Closer> closer_;  ///< the last of the world's actions; null: no vehicle yet
 };
 

@@ -253,7 +253,8 @@ void* VehicleWheels::cast(const btVector3& from, const btVector3& to,
     };
 
     const auto substep_s = static_cast<double>(world_->getSolverInfo().m_timeStep);
-    const int index = vehicles && vehicle_ && !has_left() ? find(from, to) : -1;
+    const bool may_answer = vehicles && vehicles->is_in_substep() && vehicle_ && !has_left();
+    const int index = may_answer ? find(from, to) : -1;
     if (index < 0 || !(substep_s > 0) || vehicle_->getRigidBody()->isStaticOrKinematicObject()) {
         return answer_rigid();
     }
@@ -359,11 +360,14 @@ void VehicleWheels::push_chassis(const Wheel& wheel, const btWheelInfo& info) {
 void VehicleWheels::close_substep() {
     const bool is_pending = std::any_of(wheels_.begin(), wheels_.end(),
                                         [](const Wheel& wheel) { return wheel.is_pending; });
-    const auto vehicles = soil_.lock();
-    if (is_pending) {
-        across_struts_n_ = {};
-        normal_n_ = 0;
+    if (!is_pending) return;
+    if (has_left()) {
+        for (Wheel& wheel : wheels_) wheel.is_pending = false;
+        return;
     }
+    const auto vehicles = soil_.lock();
+    across_struts_n_ = {};
+    normal_n_ = 0;
     for (size_t i = 0; i < wheels_.size(); ++i) {
         Wheel& wheel = wheels_[i];
         if (!wheel.is_pending) continue;

@@ -12,7 +12,7 @@
 namespace bsoil::bullet {
 
 /// Answers the vehicle's rays and acts for it on chassis and soil. The vehicle is followed only
-/// from its own ray to the end of that substep's actions.
+/// from its own ray to the end of that substep's actions, and while it is one of them.
 class VehicleWheels final : public VehicleOnSoil {
   public:
     explicit VehicleWheels(const std::shared_ptr<SoilVehicles>& soil);
@@ -36,7 +36,6 @@ class VehicleWheels final : public VehicleOnSoil {
     void show(BodyCollector& collector) override;
     void take_contacts(bool fresh) override;
     void meet_anew() override;
-    void leave_if_gone() override;
     void keep_stepped() override {
         for (Wheel& wheel : wheels_) wheel.stepped_center_m = wheel.motion.center_of_mass_m;
     }
@@ -62,7 +61,7 @@ class VehicleWheels final : public VehicleOnSoil {
 
     /// Without a look at the vehicle.
     void forget();
-    bool has_left();
+    bool has_left() const;
     bool asks_here(btRaycastVehicle& vehicle);
     int find(const btVector3& from, const btVector3& to) const;
     WheelState state_of(const Wheel& wheel, const btWheelInfo& info, double substep_s) const;
@@ -83,7 +82,6 @@ class VehicleWheels final : public VehicleOnSoil {
     btDiscreteDynamicsWorld* world_;  ///< of the vehicle, which may outlive the soil in it
     btRigidBody ground_;  ///< what a ray on soil has hit: a vehicle may take it for a body
     btRaycastVehicle* vehicle_ = nullptr;
-    bool was_in_world_ = false;  ///< the vehicle has been an action of it
     /// While attach() looks who answers a vehicle's rays: whether this was asked.
     std::optional<bool> was_asked_;
     std::vector<Wheel> wheels_;

@@ -25,6 +25,11 @@ Status VehicleWheels::attach(btRaycastVehicle& vehicle, std::span<const SoilWhee
         return Error{"SoilRaycaster::attach: " + std::to_string(defs.size()) +
                      " wheels are described, the vehicle has " + std::to_string(count)};
     }
+    if (!vehicles->is_action(&vehicle)) {
+        return Error{
+            "SoilRaycaster::attach: the vehicle is no action of the soil's world: addVehicle() it "
+            "first, and let the world update it"};
+    }
     if (vehicle_ && vehicle_ != &vehicle && !has_left()) {
         return Error{
             "SoilRaycaster::attach: another vehicle is attached, and a raycaster is for one: make "
@@ -53,7 +58,7 @@ Status VehicleWheels::attach(btRaycastVehicle& vehicle, std::span<const SoilWhee
         wheel.radius_m = radius_m;
         wheel.shapes = std::make_shared<const std::vector<ConvexShape>>(1, shape);
     }
-    has_left() ? forget() : detach();
+    detach();
     for (Wheel& wheel : wheels) {
         wheel.id = vehicles->collector().take_id();
         if (wheel.id >= 0) continue;
@@ -75,18 +80,10 @@ bool VehicleWheels::asks_here(btRaycastVehicle& vehicle) {
     return *std::exchange(was_asked_, std::nullopt);
 }
 
-/// Whether the vehicle was an action of the world and is none any more: it may have been deleted.
-bool VehicleWheels::has_left() {
+/// Whether the vehicle is no action of the world any more: it may have been deleted.
+bool VehicleWheels::has_left() const {
     const auto vehicles = soil_.lock();
-    if (!vehicle_ || !vehicles) return false;
-    const bool is_in_world = vehicles->is_action(vehicle_);
-    was_in_world_ = was_in_world_ || is_in_world;
-    return was_in_world_ && !is_in_world;
-}
-
-void VehicleWheels::leave_if_gone() {
-    if (!has_left()) return;
-    for (Wheel& wheel : wheels_) wheel.is_pending = false;
+    return vehicle_ && !(vehicles && vehicles->is_action(vehicle_));
 }
 
 void VehicleWheels::meet_anew() {
@@ -99,7 +96,7 @@ void VehicleWheels::meet_anew() {
 }
 
 void VehicleWheels::detach() {
-    for (size_t i = 0; i < wheels_.size(); ++i) {
+    for (size_t i = 0; i < wheels_.size() && !has_left(); ++i) {
         if (!wheels_[i].is_pending || !wheels_[i].is_on_soil) continue;
         give_back(wheels_[i], vehicle_->getWheelInfo(static_cast<int>(i)));
     }
@@ -112,7 +109,6 @@ void VehicleWheels::forget() {
     }
     wheels_.clear();
     vehicle_ = nullptr;
-    was_in_world_ = false;
 }
 
 }  // namespace bsoil::bullet

@@ -153,6 +153,59 @@ TEST(VehicleActions, raycaster_is_for_one_vehicle_that_asks_it) {
     EXPECT_TRUE(caster.attach(*second.vehicle, SoilWheelDef{.width_m = 0.24}));
 }
 
+// Nothing told when such an update was through: a throttle that the host let go stayed open, and a
+// vehicle that was deleted was looked at.
+TEST(VehicleActions, vehicle_that_its_host_updates_is_refused) {
+    BulletScene scene;
+    const auto soil = sand_bed(*scene.world, car_bed());
+    SoilRaycaster caster(*soil);
+    const Car car(scene, caster, 800, btVector3(0, btScalar(kBedTopM) + btScalar(0.95), 0));
+    scene.world->removeVehicle(car.vehicle.get());
+    const Status attached = caster.attach(*car.vehicle, SoilWheelDef{.width_m = 0.24});
+    ASSERT_FALSE(attached);
+    EXPECT_NE(attached.error().find("no action of the soil's world"), std::string::npos)
+        << attached.error();
+    scene.world->addVehicle(car.vehicle.get());
+    EXPECT_TRUE(caster.attach(*car.vehicle, SoilWheelDef{.width_m = 0.24}));
+}
+
+TEST(VehicleActions, ray_between_two_steps_meets_no_soil_and_changes_nothing) {
+    BulletScene scene;
+    const auto soil = sand_bed(*scene.world, car_bed());
+    SoilRaycaster caster(*soil);
+    const auto car = add_car(scene, caster);
+    scene.run(0.5);
+    ASSERT_TRUE(caster.wheel_report(0).is_on_soil);
+    const btVector3 velocity = car->chassis.getLinearVelocity();
+    car->vehicle->updateVehicle(btScalar(1) / 60);
+    expect_own_fields(*car, kDriveN, "updated by its host");
+    EXPECT_EQ((car->chassis.getLinearVelocity() - velocity).length(), 0);
+    EXPECT_FALSE(car->vehicle->getWheelInfo(0).m_raycastInfo.m_isInContact);
+    scene.run(1.0 / 60);
+    EXPECT_TRUE(caster.wheel_report(0).is_on_soil);
+}
+
+// It wrote to the vehicle, whose wheels were gone.
+TEST(VehicleActions, deleted_behind_its_action_it_is_detached_without_a_look) {
+    BulletScene scene;
+    const auto soil = sand_bed(*scene.world, car_bed());
+    SoilRaycaster caster(*soil);
+    const auto car = add_car(scene, caster);
+    bool goes = false;
+    HostAction host([&] {
+        if (!std::exchange(goes, false)) return;
+        scene.world->removeVehicle(car->vehicle.get());
+        car->vehicle.reset();
+        caster.detach();
+    });
+    scene.world->addAction(&host);
+    scene.run(0.5);
+    ASSERT_TRUE(caster.wheel_report(0).is_on_soil);
+    goes = true;
+    scene.run(0.1);
+    EXPECT_FALSE(caster.wheel_report(0).is_on_soil);
+}
+
 // They had their ids still, and the soil swept them from where it had seen them last.
 TEST(VehicleActions, wheels_are_new_to_a_soil_that_was_off) {
     BulletScene scene;

@@ -28,6 +28,7 @@ namespace bsoil::bullet::inline BSOIL_BULLET_PRECISION {
 /// falls through.
 ///
 /// The vehicle must be an action of the soil's world, in any order; one vehicle for each raycaster.
+/// A host that calls updateVehicle or rayCast itself, between steps, gets what is rigid alone.
 /// What the wheels remember is in the soil's snapshots; attach before loading one.
 /// Raycaster, vehicle and SoilAction may be destroyed in any order between steps. A vehicle that is
 /// taken out of the world is not looked at any more, and may be deleted without detach(); put back,
@@ -42,12 +43,13 @@ class SoilRaycaster final : public btVehicleRaycaster {
     SoilRaycaster& operator=(const SoilRaycaster&) = delete;
 
     /// From now on the soil sees the vehicle's wheels, all alike. Error: a field out of range, a
-    /// wheel whose radius is not between 1 mm and 100 m, a vehicle without wheels, one that was
-    /// made with another raycaster, or another vehicle is attached and has not left the world.
+    /// wheel whose radius is not between 1 mm and 100 m, a vehicle without wheels, one that is no
+    /// action of the soil's world or was made with another raycaster, or another vehicle is
+    /// attached and has not left the world.
     Status attach(btRaycastVehicle& vehicle, const SoilWheelDef& wheel);
     /// One def for each wheel, in the vehicle's order.
     Status attach(btRaycastVehicle& vehicle, std::span<const SoilWheelDef> wheels);
-    /// The soil forgets the wheels.
+    /// The soil forgets the wheels. The vehicle may have been deleted, if it has left the world.
     void detach();
 
     /// Of the last substep in which the wheel was cast. All zero for an index out of range.
