@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "bullet_types.h"
 #include "coupling_def.h"
@@ -24,6 +25,11 @@ double bearing_of(std::span<const ContactPatch> patches, Vec3 up) {
     }
     return bearing_n;
 }
+
+/// An engine force or a brake [N, N s] that does nothing, as the vehicle has it for a substep.
+/// Ours: the smallest number, which any substep below half a second takes to 0, and which no host
+/// sets. So 0 is what the host has set meanwhile. Larger: it would drive.
+constexpr btScalar kNothing = std::numeric_limits<btScalar>::denorm_min();
 
 /// The nearest rigid body on the ray other than the soil's surface, as btDefaultVehicleRaycaster
 /// answers.
@@ -313,7 +319,8 @@ void VehicleWheels::lend(Wheel& wheel, btWheelInfo& info) {
     lent.brake = info.m_brake;
     lent.friction_slip = info.m_frictionSlip;
     lent.force_most = info.m_maxSuspensionForce;
-    info.m_engineForce = info.m_brake = info.m_frictionSlip = 0;
+    info.m_engineForce = info.m_brake = kNothing;
+    info.m_frictionSlip = 0;
     if (wheel.strut_most_n < static_cast<double>(info.m_maxSuspensionForce)) {
         info.m_maxSuspensionForce = static_cast<btScalar>(std::max(0.0, wheel.strut_most_n));
     }
@@ -326,8 +333,8 @@ void VehicleWheels::give_back(const Wheel& wheel, btWheelInfo& info) {
     const auto back = [](btScalar& field, btScalar given, btScalar own) {
         if (field == given) field = own;
     };
-    back(info.m_engineForce, 0, lent.engine_force);
-    back(info.m_brake, 0, lent.brake);
+    back(info.m_engineForce, kNothing, lent.engine_force);
+    back(info.m_brake, kNothing, lent.brake);
     back(info.m_frictionSlip, 0, lent.friction_slip);
     back(info.m_maxSuspensionForce, lent.force_most_given, lent.force_most);
 }

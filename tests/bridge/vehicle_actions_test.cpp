@@ -115,6 +115,31 @@ TEST(VehicleActions, vehicle_that_is_detached_behind_its_action_has_its_fields) 
     expect_own_fields(*car, kDriveN, "detached");
 }
 
+// A driver that lets go in an action of its own, behind the vehicle's: 0 was taken for what the
+// soil had put there, and the throttle and the brake came back in every step.
+TEST(VehicleActions, engine_and_brake_that_an_action_behind_lets_go_stay_so) {
+    BulletScene scene;
+    const auto soil = sand_bed(*scene.world, car_bed());
+    SoilRaycaster caster(*soil);
+    const auto car = add_car(scene, caster);
+    bool lets_go = false;
+    HostAction driver([&] {
+        if (!lets_go) return;
+        car->drive(0);
+        car->brake(0);
+    });
+    scene.world->addAction(&driver);
+    scene.run(0.5);
+    ASSERT_TRUE(caster.wheel_report(0).is_on_soil);
+    expect_own_fields(*car, kDriveN, "driving");
+    lets_go = true;
+    scene.run(2.0 / 60);
+    for (int i = 0; i < 4; ++i) {
+        EXPECT_EQ(car->vehicle->getWheelInfo(i).m_engineForce, 0) << i;
+        EXPECT_EQ(car->vehicle->getWheelInfo(i).m_brake, 0) << i;
+    }
+}
+
 // The raycaster looked at the one that is gone whenever the other asked it.
 TEST(VehicleActions, raycaster_of_a_vehicle_that_is_deleted_serves_the_next_one) {
     BulletScene scene;
