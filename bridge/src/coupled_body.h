@@ -47,6 +47,7 @@ struct Carrier {
     BodyState body;  ///< of the ground: fixed
     Pose pose_at_open;
     bool is_touched = false;  ///< by other bodies, in this substep
+    bool is_there = true;     ///< it has not left the world since the rows were put in
     /// With it or with the body a link.
     std::unique_ptr<LinkPatchConstraint> link_rows;
 
@@ -79,6 +80,7 @@ struct CoupledBody {
     std::vector<Carrier> carriers;
     std::vector<ContactMotion> motions;
     bool is_touched = false;  ///< by other bodies, in this substep
+    bool is_there = true;     ///< it has not left the world since the rows were put in
     Pose pose_at_open;        ///< at the start of the substep
     /// Its contacts as limits_n was found from them while it slept.
     std::optional<std::vector<ContactVoxel>> slept_voxels;

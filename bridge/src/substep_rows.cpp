@@ -23,6 +23,13 @@ Vec3 along_friction(Vec3 normal, Vec3 friction_n, double force_n) {
     return unit_across(normal);
 }
 
+/// The constraints of a world, which it shows to worlds alone.
+struct WorldConstraints : btDiscreteDynamicsWorld {
+    static btAlignedObjectArray<btTypedConstraint*>& of(btDiscreteDynamicsWorld& world) {
+        return world.*(&WorldConstraints::m_constraints);
+    }
+};
+
 /// Takes constraints out of the world, given in the order they were put in. Bullet looks for one
 /// from the front and fills its gap with the last: in this order each of them is found right behind
 /// the host's, however many there are, and the host's keep theirs.
@@ -168,12 +175,14 @@ void SubstepRows::put_in_preload_torque(PreloadTorque& torque) {
 }
 
 void SubstepRows::apply_preload(CoupledBody& coupled, const CoupledPatch& patch, double sign) {
-    btRigidBody& body = *static_cast<btRigidBody*>(coupled.body.object);
     const Vec3 force_n = sign * patch.preload_n;
-    body.applyCentralForce(to_bullet(force_n));
-    if (!coupled.is_touched) body.applyTorque(to_bullet(patch.torque_n_m(force_n)));
+    if (coupled.is_there) {
+        btRigidBody& body = *static_cast<btRigidBody*>(coupled.body.object);
+        body.applyCentralForce(to_bullet(force_n));
+        if (!coupled.is_touched) body.applyTorque(to_bullet(patch.torque_n_m(force_n)));
+    }
     const Carrier& carrier = coupled.carrier_of(patch);
-    if (!carrier.is_rigid()) return;
+    if (!carrier.is_rigid() || !carrier.is_there) return;
     btRigidBody& under = *static_cast<btRigidBody*>(carrier.body.object);
     under.applyCentralForce(to_bullet(-1.0 * force_n));
     if (!carrier.is_touched) under.applyTorque(to_bullet(patch.carrier_torque_n_m(force_n)));
@@ -190,8 +199,10 @@ void SubstepRows::open() {
             coupled.report.force_n = coupled.report.torque_n_m = {};
         }
         if (coupled.patches.empty() || !is_in_world(world_, coupled.body)) continue;
+        coupled.is_there = true;
         // Until the soil has stepped without it, soil on a body that has gone stands where it was.
         for (Carrier& carrier : coupled.carriers) {
+            carrier.is_there = true;
             if (!carrier.feels() || is_in_world(world_, carrier.body)) continue;
             carrier.body = {};
             carrier.link_rows.reset();
@@ -256,7 +267,35 @@ void SubstepRows::open_link_rows(CoupledBody& coupled, Carrier& carrier) {
     link_rows_in_.push_back(carrier.link_rows.get());
 }
 
+/// A host's action ahead of the soil's may have taken bodies out of the world and deleted them.
+void SubstepRows::find_gone() {
+    gone_.clear();
+    const auto is_there = [this](const BodyState& body) {
+        if (is_in_world(world_, body)) return true;
+        gone_.push_back(body.object);
+        return false;
+    };
+    for (const int id : opened_) {
+        CoupledBody& coupled = bodies_.at(id);
+        coupled.is_there = is_there(coupled.body);
+        for (Carrier& carrier : coupled.carriers) {
+            carrier.is_there = !carrier.feels() || is_there(carrier.body);
+        }
+    }
+}
+
+/// Compares only.
+bool SubstepRows::is_gone(const btRigidBody& body) const {
+    return std::find(gone_.begin(), gone_.end(), &body) != gone_.end();
+}
+
 void SubstepRows::take_out() {
+    find_gone();
+    take_out_found();
+}
+
+/// After find_gone.
+void SubstepRows::take_out_found() {
     for (const int id : opened_) {
         CoupledBody& coupled = bodies_.at(id);
         if (coupled.body.role != BodyRole::rigid) continue;
@@ -264,14 +303,23 @@ void SubstepRows::take_out() {
     }
     opened_.clear();
     for (auto& [id, torque] : preload_torques_) torque.is_used = torque.is_in = false;
-    take_out_of_world(rigid_rows_in_, [this](auto* rows) { world_.removeConstraint(rows); });
+    take_out_of_world(rigid_rows_in_, [this](btTypedConstraint* rows) {
+        if (is_gone(rows->getRigidBodyA()) || is_gone(rows->getRigidBodyB())) {
+            WorldConstraints::of(world_).remove(rows);  // Bullet would look at both bodies
+        } else {
+            world_.removeConstraint(rows);
+        }
+    });
     take_out_of_world(link_rows_in_,
                       [this](auto* rows) { multibody_world_->removeMultiBodyConstraint(rows); });
 }
 
 void SubstepRows::close(btScalar substep_s) {
+    find_gone();
     for (const int id : opened_) {
         CoupledBody& coupled = bodies_.at(id);
+        const auto has_gone = [](const Carrier& carrier) { return !carrier.is_there; };
+        if (!coupled.is_there || std::ranges::any_of(coupled.carriers, has_gone)) continue;
         Vec3 torque;
         // Not solved: asleep. What held it when it fell asleep still does.
         if (!read_forces(coupled, substep_s, torque)) continue;
@@ -289,7 +337,7 @@ void SubstepRows::close(btScalar substep_s) {
         }
         known_.set_pressure(id, pressure.pa());
     }
-    take_out();
+    take_out_found();
 }
 
 bool SubstepRows::read_forces(CoupledBody& coupled, btScalar substep_s, Vec3& torque_n_m) {

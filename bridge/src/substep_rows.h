@@ -54,6 +54,9 @@ class SubstepRows {
     void put_in_preload_torque(PreloadTorque& torque);
     /// sign: -1 takes it back.
     static void apply_preload(CoupledBody& coupled, const CoupledPatch& patch, double sign);
+    void find_gone();
+    bool is_gone(const btRigidBody& body) const;
+    void take_out_found();
     bool read_forces(CoupledBody& coupled, btScalar substep_s, Vec3& torque_n_m);
     void add_drift(CoupledBody& coupled, double substep_s);
     void open_body(CoupledBody& coupled);
@@ -68,6 +71,7 @@ class SubstepRows {
     std::vector<btTypedConstraint*> rigid_rows_in_;  ///< in the order they were put in
     std::vector<LinkPatchConstraint*> link_rows_in_;
     std::vector<const btCollisionObject*> touched_;  ///< sorted
+    std::vector<const btCollisionObject*> gone_;     ///< as of find_gone
     std::map<int, PreloadTorque> preload_torques_;   ///< by body id; of this substep
 };
 

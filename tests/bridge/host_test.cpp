@@ -2,7 +2,11 @@
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
 
+#include <algorithm>
 #include <array>
+#include <functional>
+#include <new>
+#include <utility>
 
 #include "test_box.h"
 
@@ -218,6 +222,97 @@ TEST(Host, whose_world_does_not_tell_of_substeps_is_served) {
     for (int frame = 0; frame < 60; ++frame) world.stepSimulation(btScalar(1) / 60);
     EXPECT_GT(height_of(box), kBedTopM);
     world.removeRigidBody(&box);
+}
+
+/// A body whose memory the test keeps, to see who writes there once it is gone.
+class WatchedBody {
+  public:
+    WatchedBody(BulletScene& scene, const btVector3& half, const btVector3& at) : scene_(scene) {
+        btCollisionShape& shape = scene.shape<btBoxShape>(half);
+        btVector3 inertia;
+        shape.calculateLocalInertia(kMassKg, inertia);
+        body_ = ::new (memory_.data()) btRigidBody(kMassKg, nullptr, &shape, inertia);
+        place(*body_, at);
+        scene.world->addRigidBody(body_);
+    }
+    ~WatchedBody() { erase(); }
+    WatchedBody(const WatchedBody&) = delete;
+    WatchedBody& operator=(const WatchedBody&) = delete;
+
+    const btRigidBody& body() const { return *body_; }
+    void erase() {
+        if (!body_) return;
+        scene_.world->removeRigidBody(body_);
+        std::exchange(body_, nullptr)->~btRigidBody();
+        memory_.fill(kGone);
+    }
+    bool is_untouched() const {
+        return std::ranges::all_of(memory_, [](unsigned char byte) { return byte == kGone; });
+    }
+
+  private:
+    static constexpr unsigned char kGone = 0xcd;
+    BulletScene& scene_;
+    alignas(btRigidBody) std::array<unsigned char, sizeof(btRigidBody)> memory_{};
+    btRigidBody* body_ = nullptr;
+};
+
+class DeletingAction final : public btActionInterface {
+  public:
+    void updateAction(btCollisionWorld*, btScalar) override {
+        if (const auto act = std::exchange(act_, nullptr)) act();
+    }
+    void debugDraw(btIDebugDraw*) override {}
+    void set(std::function<void()> act) { act_ = std::move(act); }
+
+  private:
+    std::function<void()> act_;
+};
+
+// Its rows are in the world until the soil's own action, and what they had given was taken back.
+TEST(Host, may_delete_a_body_in_an_action_ahead_of_the_soils) {
+    BulletScene scene;
+    DeletingAction action;
+    scene.world->addAction(&action);
+    const auto soil = sand_bed(*scene.world);
+    const btVector3 aside(btScalar(0.5), 0, 0);
+    WatchedBody gone(scene, kHalfBox, kAbove - aside);
+    const btRigidBody& stays = scene.add_box(kMassKg, kHalfBox, kAbove + aside);
+    scene.run(1);
+    ASSERT_GT(soil->body_report(gone.body()).force_n.y, 0.5 * kWeightN);
+    action.set([&gone] { gone.erase(); });
+    scene.run(1.0 / 60);
+    EXPECT_TRUE(gone.is_untouched());
+    EXPECT_EQ(scene.world->getNumConstraints(), 0);
+    scene.run(0.5);
+    EXPECT_NEAR(soil->body_report(stays).force_n.y, kWeightN, 0.1 * kWeightN);
+}
+
+// The same of a body that carries the soil under another.
+TEST(Host, may_delete_a_carrier_in_an_action_ahead_of_the_soils) {
+    BulletScene scene;
+    DeletingAction action;
+    scene.world->addAction(&action);
+    const auto made = SoilAction::create(*scene.world, small_bed());
+    ASSERT_TRUE(made) << made.error();
+    SoilAction& soil = **made;
+    const btScalar wide = btScalar(0.5), thin = btScalar(0.05);
+    scene.add_box(0, {wide, btScalar(0.15), wide}, {0, btScalar(0.15), 0});
+    WatchedBody tray(scene, {wide, thin, wide}, {0, btScalar(0.35), 0});
+    ASSERT_TRUE(soil.fill(BoxFill{{{-0.4, 0.4, -0.4}, {0.4, 0.55, 0.4}}, {}}));
+    scene.run(0.5);
+    const btScalar half = btScalar(0.1);
+    const btRigidBody& rock =
+        scene.add_box(kMassKg, {half, half, half}, {0, btScalar(0.55) + half, 0});
+    scene.run(1);
+    ASSERT_GT(soil.body_report(tray.body()).load_kg, 20);
+    ASSERT_GT(soil.body_report(rock).force_n.y, 0.5 * kWeightN);
+    action.set([&tray] { tray.erase(); });
+    scene.run(1.0 / 60);
+    EXPECT_TRUE(tray.is_untouched());
+    EXPECT_EQ(scene.world->getNumConstraints(), 0);
+    scene.run(0.5);
+    EXPECT_TRUE(is_finite(rock));
 }
 
 TEST(Host, its_gl_context_stays_current_and_its_state_untouched) {

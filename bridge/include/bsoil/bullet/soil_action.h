@@ -30,10 +30,11 @@ class SoilRaycaster;
 /// world. They leave it in updateAction, so between two calls of stepSimulation the world holds
 /// none of them.
 ///
-/// Lifetime: bodies may be removed and deleted between steps without telling the soil. The world
-/// may be destroyed before the SoilAction, with the anchor in it. A host that empties a world by
-/// hand, taking out every collision object it finds, may delete the anchor with the others; one
-/// that takes it out and keeps it must destroy the SoilAction before the world. Not thread-safe.
+/// Lifetime: bodies may be removed and deleted without telling the soil, between steps and in the
+/// world's actions. The world may be destroyed before the SoilAction, with the anchor in it. A host
+/// that empties a world by hand, taking out every collision object it finds, may delete the anchor
+/// with the others; one that takes it out and keeps it must destroy the SoilAction before the
+/// world. Not thread-safe.
 class SoilAction final : public btActionInterface {
   public:
     /// Creates the soil and couples it with the world. The error names the field, its value and its
