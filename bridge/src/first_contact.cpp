@@ -42,13 +42,13 @@ std::optional<double> effective_mass_kg(const btRigidBody& body, Vec3 arm_m, Vec
 
 }  // namespace
 
-/// Bodies that constraints of the host hold; ours are not in the world. A joint that broke stays in
-/// the world, switched off.
+/// Bodies that constraints of the host hold. Ours are not in the world, but those of another soil
+/// may be. A joint that broke stays in the world, switched off.
 void FirstContacts::find_jointed(btDiscreteDynamicsWorld& world) {
     jointed_.clear();
     for (int i = 0; i < world.getNumConstraints(); ++i) {
         btTypedConstraint& joint = *world.getConstraint(i);
-        if (!joint.isEnabled()) continue;
+        if (!joint.isEnabled() || SubstepRows::is_row(joint)) continue;
         jointed_.push_back(&joint.getRigidBodyA());
         jointed_.push_back(&joint.getRigidBodyB());
     }

@@ -50,6 +50,11 @@ SubstepRows::SubstepRows(btDiscreteDynamicsWorld& world, std::map<int, CoupledBo
       bodies_(bodies),
       known_(known) {}
 
+bool SubstepRows::is_row(const btTypedConstraint& constraint) {
+    return dynamic_cast<const RigidPatchConstraint*>(&constraint) ||
+           dynamic_cast<const TorqueConstraint*>(&constraint);
+}
+
 /// The limits of two rows make a box where Coulomb's make a circle. A patch that slides has its
 /// first row along the sliding and little of the second: patches of a wheel whose rows no motion of
 /// the wheel satisfies all at once would brace against each other across it, with up to half as

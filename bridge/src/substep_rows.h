@@ -23,6 +23,8 @@ class SubstepRows {
     SubstepRows(btDiscreteDynamicsWorld& world, std::map<int, CoupledBody>& bodies,
                 KnownContacts& known);
 
+    /// Whether a constraint is a row of any soil's, and no joint of the host's.
+    static bool is_row(const btTypedConstraint& constraint);
     /// Bodies that touched others in the last substep, and whether one did.
     void find_touched();
     bool is_touched(const btCollisionObject* object) const;

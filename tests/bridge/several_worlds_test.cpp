@@ -58,6 +58,32 @@ TEST(SeveralSoils, do_not_see_one_another) {
     EXPECT_GE(a->body_id(seam), 0);
 }
 
+// Rows of the soil that was made first counted as joints: the other one left the body to its next
+// step, and it went in deeper there.
+TEST(SeveralSoils, body_that_one_holds_meets_the_other_as_it_comes_down) {
+    BulletScene scene;
+    SoilDef left = small_bed(), right = small_bed();
+    left.floor_center_m = {-1, 0, 0};
+    right.floor_center_m = {1, 0, 0};
+    const auto a = sand_bed(*scene.world, left);
+    const auto b = sand_bed(*scene.world, right);
+    // A voxel higher: at 2 m/s the box is on it a substep or two before it meets the other one.
+    ASSERT_TRUE(a->fill(BoxFill{{{-2, kBedTopM, -1}, {0, kBedTopM + 0.05, 1}}, {}}));
+    const btRigidBody& box =
+        scene.add_box(kMassKg, kHalfBox,
+                      btVector3(btScalar(0.1), btScalar(kBedTopM) + kHalf + btScalar(0.25), 0));
+    double lowest_m = 0;
+    for (int frame = 0; frame < 30 && !(b->body_report(box).force_n.y > 0); ++frame) {
+        btVector3 low, high;
+        box.getAabb(low, high);
+        lowest_m = static_cast<double>(low.y());
+        scene.run(1.0 / 60);
+    }
+    EXPECT_GT(a->body_report(box).force_n.y, 0) << "else it met no rows of another soil";
+    EXPECT_GT(b->body_report(box).force_n.y, 0);
+    EXPECT_GT(lowest_m, kBedTopM) << "before the substep in which the second soil met it";
+}
+
 TEST(SeveralSoils, load_of_both_leaves_the_body_its_own_mass) {
     BulletScene scene;
     SoilDef left = small_bed(), right = small_bed();
