@@ -16,6 +16,7 @@
 #include "bsoil/limits.h"
 #include "bullet_types.h"
 #include "cure.h"
+#include "lowest_point.h"
 #include "shape_distance.h"
 
 namespace bsoil::bullet::shape_conversion_test {
@@ -439,6 +440,36 @@ TEST(ShapeConversion, fingerprint_tells_a_child_from_a_grandchild) {
         prints[is_nested] = shape_fingerprint(outer, kGrid);
     }
     EXPECT_NE(prints[0], prints[1]);
+}
+
+// Bullet rounds a cylinder's rims by the margin, the soil does not: a tilted wheel was said to
+// reach 0.37 margins less deep.
+TEST(LowestPoint, is_that_of_the_solid_that_the_soil_meets) {
+    const double s = 0.5, c = std::sqrt(0.75);
+    const btTransform tilted(btQuaternion({0, 0, 1}, SIMD_PI / 6), {2, 1, 3});
+    const auto expect = [&](const btCollisionShape& shape, double below_m) {
+        const auto lowest_m = lowest_height_m(shape, tilted, {0, 1, 0});
+        ASSERT_TRUE(lowest_m) << shape.getName();
+        EXPECT_NEAR(1 - *lowest_m, below_m, 1e-6) << shape.getName();
+    };
+    btCylinderShape cylinder({0.3f, 0.2f, 0.3f});
+    ASSERT_GT(cylinder.getMargin(), 0.01f) << "else nothing is tested";
+    expect(cylinder, 0.3 * s + 0.2 * c);
+    expect(btUniformScalingShape(&cylinder, 2), 2 * (0.3 * s + 0.2 * c));
+    expect(btCylinderShapeX({0.2f, 0.3f, 0.3f}), 0.3 * c + 0.2 * s);
+    expect(btCylinderShapeZ({0.3f, 0.3f, 0.2f}), 0.3);
+    expect(btBoxShape({0.3f, 0.2f, 0.1f}), 0.3 * s + 0.2 * c);
+    expect(btSphereShape(0.3f), 0.3);
+    expect(btCapsuleShape(0.2f, 0.6f), 0.3 * c + 0.2);
+    // Outside of these the margin is the soil's as well.
+    const btConeShape cone(0.3f, 0.4f);
+    expect(cone, 0.3 * s + 0.2 * c + static_cast<double>(cone.getMargin()));
+    btConvexHullShape hull;
+    for (int corner = 0; corner < 8; ++corner) {
+        hull.addPoint(
+            {corner & 1 ? 0.3f : -0.3f, corner & 2 ? 0.2f : -0.2f, corner & 4 ? 0.1f : -0.1f});
+    }
+    expect(hull, 0.3 * s + 0.2 * c + static_cast<double>(hull.getMargin()));
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 
 #include "bsoil/contact/contact_law.h"
 #include "bullet_types.h"
+#include "lowest_point.h"
 
 namespace bsoil::random_worlds {
 
@@ -45,7 +46,7 @@ Vec3 lowest_point(const btCollisionShape& shape, const btTransform& pose, Vec3 u
     if (shape.isConvex()) {
         const btVector3 down = to_bullet(-up) * pose.getBasis();
         return from_bullet(pose *
-                           static_cast<const btConvexShape&>(shape).localGetSupportingVertex(down));
+                           bullet::farthest_point(static_cast<const btConvexShape&>(shape), down));
     }
     Vec3 lowest = from_bullet(pose.getOrigin());
     if (shape.isCompound()) {
