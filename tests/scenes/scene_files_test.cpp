@@ -265,6 +265,32 @@ TEST_F(SceneFiles, telemetry_quotes_names_and_has_all_digits_of_places) {
     EXPECT_NE(table.find("\n0,9000.125,0,2,"), std::string::npos) << table;
 }
 
+// The soil on a tray is what the tray carries: some of it may still roll about on its rim.
+TEST_F(SceneFiles, telemetry_has_the_soil_that_a_body_carries) {
+    const auto scene = parse_scene(
+        "[world]\nduration_s = 1\nground_plane = false\n"
+        "[soil]\nsize_m = [1.2, 1.2, 0.8]\nvoxel_m = 0.05\n"
+        "[[fill]]\nkind = \"box\"\nmin_m = [-0.15, -0.15, 0.2]\nmax_m = [0.15, 0.15, 0.3]\n"
+        "[[body]]\nname = \"tray\"\nshape = \"box\"\nsize_m = [0.8, 0.8, 0.1]\n"
+        "kinematic = true\nposition_m = [0, 0, 0.15]\n",
+        "s.toml");
+    ASSERT_TRUE(scene) << scene.error();
+    const auto run = SceneRun::create(*scene, {.backend = Backend::cpu, .thread_count = 1});
+    ASSERT_TRUE(run) << run.error();
+    auto telemetry = Telemetry::create(**run, folder_.string());
+    ASSERT_TRUE(telemetry) << telemetry.error();
+    for (int step = 0; step < 30; ++step) (*run)->step();
+    telemetry->observe();
+    ASSERT_TRUE(telemetry->finish());
+    const std::string table = content(folder_ / "telemetry.csv");
+    EXPECT_NE(table.find(",tray.sinkage_m,tray.load_kg\n"), std::string::npos) << table;
+    double soil_kg = 0;
+    for (const double kg : (*run)->soil().totals().mass_kg) soil_kg += kg;
+    EXPECT_GT(soil_kg, 10);
+    const double load_kg = std::stod(table.substr(table.rfind(',') + 1));
+    EXPECT_NEAR(load_kg, soil_kg, 0.05 * soil_kg);
+}
+
 TEST(Baseline, differences_say_where_and_by_how_much) {
     using Json = nlohmann::ordered_json;
     const Json expected{{"checksum", "aa"}, {"steps", 10}, {"end", {{"x", {1.0, 2.0}}}}};

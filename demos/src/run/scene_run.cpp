@@ -162,6 +162,7 @@ void SceneRun::step() {
             reading.force_n += report.force_n * (1.0 / substep_count_);
             reading.torque_n_m += report.torque_n_m * (1.0 / substep_count_);
             reading.sinkage_m = report.sinkage_m;
+            reading.load_kg = report.load_kg;
             reading.peak_force_n = std::max(reading.peak_force_n, length(report.force_n));
             peak_force_n_[b] = std::max(peak_force_n_[b], report.peak_force_n);
         }
@@ -199,8 +200,10 @@ struct SceneRun::Progress {
         stream.list(peak_force_n, 8, [&](double& peak) { stream(peak); });
         stream(totals_at_start.units);
         stream.list(totals_at_start.mass_kg, 8, [&](double& mass) { stream(mass); });
-        // Came later: older files end here.
+        // Came later: older files end here or behind the water.
         if (!stream.reads() || !stream.at_end()) stream(totals_at_start.water_units);
+        if (stream.reads() && stream.at_end()) return;
+        for (BodyReading& reading : readings) stream(reading.load_kg);
     }
 };
 

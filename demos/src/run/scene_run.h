@@ -30,6 +30,7 @@ struct BodyReading {
     Vec3 force_n, torque_n_m;  ///< of the soil, mean over the step's Bullet substeps
     double sinkage_m = 0;
     double peak_force_n = 0;  ///< of any Bullet substep of the step
+    double load_kg = 0;       ///< soil it carries
 };
 
 /// The height above the grid's floor [m] at a place of the world; only the place along the floor

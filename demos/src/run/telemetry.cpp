@@ -36,7 +36,7 @@ Result<Telemetry> Telemetry::create(const SceneRun& run, const std::string& fold
     for (const size_t b : telemetry.bodies_) {
         for (const char* column :
              {"x_m", "y_m", "z_m", "qx", "qy", "qz", "qw", "vx_m_s", "vy_m_s", "vz_m_s", "fx_n",
-              "fy_n", "fz_n", "tx_n_m", "ty_n_m", "tz_n_m", "sinkage_m"}) {
+              "fy_n", "fz_n", "tx_n_m", "ty_n_m", "tz_n_m", "sinkage_m", "load_kg"}) {
             heading(run.bullet().bodies()[b].name, column);
         }
     }
@@ -101,7 +101,7 @@ void Telemetry::write_row() {
         numbers(body.linear_velocity_m_s() + cross(omega, arm));
         numbers(reading.force_n);
         numbers(reading.torque_n_m);
-        fmt::print(table_, ",{:.6g}", reading.sinkage_m);
+        fmt::print(table_, ",{:.6g},{:.6g}", reading.sinkage_m, reading.load_kg);
     }
     for (const SceneJoint& joint : run_->bullet().joints()) {
         fmt::print(table_, ",{:.6g}",
